@@ -1,0 +1,222 @@
+"""Lift, drag and moment coefficients over the attack angle, as one piecewise-cubic curve.
+
+Coefficients refer to the bare conductor's diameter: forces per unit length are q d CL and q d CD, the moment q d^2 CM,
+with q the dynamic pressure of the relative wind. Lift acts normal to the relative wind (up when the wind blows
+along +x3), drag along it, the moment in the sense of the twist.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Annotated, Any, Literal
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+from pydantic import Field, ValidationInfo, model_validator
+
+from gallop_fmu.errors import SceneError
+from gallop_fmu.sections import Number, Section, quantity, setting
+from gallop_fmu.textfiles import check_table, take_in_file
+
+Values = NDArray[np.float64]
+Outside = Literal["error", "hold", "periodic"]
+COEFFICIENTS = ("lift", "drag", "moment")
+TURN = 2.0 * np.pi
+WRAPPED_POINTS = 3
+"""A PCHIP slope depends on the two neighbours; one more keeps the end formula away from the seam."""
+
+OUTSIDE_MEANING = "attack angle outside the validity range: an error, the end value held, or the curve repeated"
+RADIUS_MEANING = "radius r of the relative wind's twist part r omega; half the diameter if not given"
+
+
+@dataclass(frozen=True)
+class AerodynamicCurve:
+    """Coefficients as cubics between breakpoints; attack angles in radians, arrays of any shape.
+
+    An attack angle is first reduced modulo 2 pi to the turn centred on the validity range.
+
+    Attributes
+    ----------
+    breakpoint : (pieces + 1,) array
+        Ends of the pieces [rad], increasing; the first and last bound the validity range.
+    coefficient : (pieces, 3, 4) array
+        For each piece lift, drag, moment: coefficients of powers 0..3 of (alpha - breakpoint[piece]).
+    outside : {"error", "hold", "periodic"}
+        What holds outside the validity range.
+    """
+
+    breakpoint: Values
+    coefficient: Values
+    outside: Outside
+
+    def lift(self, alpha: ArrayLike) -> Values:
+        """Lift coefficient CL.
+
+        Raises
+        ------
+        SceneError
+            An angle lies outside the validity range and `outside` is "error"; so in all methods.
+        """
+        return self._evaluate(alpha, 0)
+
+    def drag(self, alpha: ArrayLike) -> Values:
+        """Drag coefficient CD."""
+        return self._evaluate(alpha, 1)
+
+    def moment(self, alpha: ArrayLike) -> Values:
+        """Moment coefficient CM."""
+        return self._evaluate(alpha, 2)
+
+    def lift_slope(self, alpha: ArrayLike) -> Values:
+        """Slope dCL/dalpha per radian; zero where the end value is held."""
+        angle, piece, x = self._locate(alpha)
+        c = self.coefficient[piece, 0]
+        slope = c[..., 1] + x * (2.0 * c[..., 2] + 3.0 * x * c[..., 3])
+        held = (angle < self.breakpoint[0]) | (angle > self.breakpoint[-1])
+        return np.where(held, 0.0, slope)
+
+    def den_hartog(self, alpha: ArrayLike) -> Values:
+        """Den Hartog's dCL/dalpha + CD per radian; negative: vertical galloping can grow."""
+        return self.lift_slope(alpha) + self.drag(alpha)
+
+    def _evaluate(self, alpha: ArrayLike, which: int) -> Values:
+        _, piece, x = self._locate(alpha)
+        c = self.coefficient[piece, which]
+        return np.asarray(c[..., 0] + x * (c[..., 1] + x * (c[..., 2] + x * c[..., 3])))
+
+    def _locate(self, alpha: ArrayLike) -> tuple[Values, NDArray[np.intp], Values]:
+        """Reduced angle, its piece, and the distance from that piece's breakpoint."""
+        first, last = self.breakpoint[0], self.breakpoint[-1]
+        angle = np.asarray(alpha, dtype=np.float64)
+        angle = angle - TURN * np.round((angle - 0.5 * (first + last)) / TURN)
+        if self.outside == "error" and not np.all((angle >= first) & (angle <= last)):
+            worst = angle[~((angle >= first) & (angle <= last))].flat[0]
+            raise SceneError(
+                f"attack angle {np.degrees(worst):g} deg lies outside the coefficient curve, which is valid from "
+                f"{np.degrees(first):g} to {np.degrees(last):g} deg"
+            )
+        inside = np.clip(angle, first, last)
+        piece = np.clip(np.searchsorted(self.breakpoint, inside, side="right") - 1, 0, len(self.coefficient) - 1)
+        return angle, piece, inside - self.breakpoint[piece]
+
+
+Coefficients = Annotated[tuple[Number, ...], Field(strict=False)]
+
+
+class PolynomialCoefficients(Section):
+    """Polynomials up to the third degree in (alpha - centre) in radians, lowest power first."""
+
+    kind: Literal["polynomial"] = setting("polynomial", "kind of coefficient curve")
+    centre_deg: Number = quantity(0.0, "deg", "attack angle the powers count from", ge=-720, le=720)
+    valid_from_deg: Number = quantity(..., "deg", "start of the validity range", ge=-720, le=720)
+    valid_to_deg: Number = quantity(..., "deg", "end of the validity range, at most 360 deg on", ge=-720, le=720)
+    lift: Coefficients = quantity(..., "1", "lift polynomial, ascending powers of radians", min_length=1, max_length=4)
+    drag: Coefficients = quantity(..., "1", "drag polynomial, ascending powers of radians", min_length=1, max_length=4)
+    moment: Coefficients = quantity(
+        ..., "1", "moment polynomial, ascending powers of radians", min_length=1, max_length=4
+    )
+    outside: Outside = setting("error", OUTSIDE_MEANING)
+    reference_radius: Number | None = quantity(None, "m", RADIUS_MEANING, gt=0)
+
+    @model_validator(mode="after")
+    def _range_is_usable(self) -> PolynomialCoefficients:
+        check_range("valid_from_deg", self.valid_from_deg, "valid_to_deg", self.valid_to_deg, self.outside)
+        if self.outside == "periodic":
+            curve = self.curve()
+            width = curve.breakpoint[1] - curve.breakpoint[0]
+            for name, c in zip(COEFFICIENTS, curve.coefficient[0], strict=True):
+                check_closed(name, float(c[0]), float(np.polyval(c[::-1], width)))
+        return self
+
+    @property
+    def range_deg(self) -> tuple[float, float]:
+        """Validity range [deg]."""
+        return self.valid_from_deg, self.valid_to_deg
+
+    def curve(self) -> AerodynamicCurve:
+        """One piece, with the polynomials expanded again about the start of the validity range."""
+        first, last = np.radians(self.valid_from_deg), np.radians(self.valid_to_deg)
+        shift = first - np.radians(self.centre_deg)
+        coefficient = np.zeros((1, 3, 4))
+        for c, name in enumerate(COEFFICIENTS):
+            about_centre = np.polynomial.Polynomial(getattr(self, name))
+            about_start = about_centre(np.polynomial.Polynomial([shift, 1.0])).coef
+            coefficient[0, c, : len(about_start)] = about_start
+        return AerodynamicCurve(np.array([first, last]), coefficient, self.outside)
+
+
+class TableCoefficients(Section):
+    """Measured coefficients, joined by monotone cubics (PCHIP), which do not overshoot between points.
+
+    Given as four arrays, or as a CSV file with header ``angle_deg,lift,drag,moment``, which is read into the arrays
+    on loading.
+    """
+
+    kind: Literal["table"] = setting("table", "kind of coefficient curve")
+    file: str | None = setting(
+        None, "CSV file with header angle_deg,lift,drag,moment; read into the arrays on loading, then empty"
+    )
+    angle_deg: Coefficients = quantity(..., "deg", "attack angles, strictly increasing, over at most 360 deg")
+    lift: Coefficients = quantity(..., "1", "lift coefficient at each angle")
+    drag: Coefficients = quantity(..., "1", "drag coefficient at each angle")
+    moment: Coefficients = quantity(..., "1", "moment coefficient at each angle")
+    outside: Outside = setting("error", OUTSIDE_MEANING)
+    reference_radius: Number | None = quantity(None, "m", RADIUS_MEANING, gt=0)
+
+    @model_validator(mode="before")
+    @classmethod
+    def _read_file(cls, data: Any, info: ValidationInfo) -> Any:
+        return take_in_file(data, info, "angle_deg", ("angle_deg", *COEFFICIENTS))[0]
+
+    @model_validator(mode="after")
+    def _points_in_order(self) -> TableCoefficients:
+        check_table("", "angle_deg", {name: getattr(self, name) for name in ("angle_deg", *COEFFICIENTS)})
+        check_range("first angle_deg", self.angle_deg[0], "last angle_deg", self.angle_deg[-1], self.outside)
+        if self.outside == "periodic":
+            for name in COEFFICIENTS:
+                check_closed(name, getattr(self, name)[0], getattr(self, name)[-1])
+        return self
+
+    @property
+    def range_deg(self) -> tuple[float, float]:
+        """Validity range [deg]."""
+        return self.angle_deg[0], self.angle_deg[-1]
+
+    def curve(self) -> AerodynamicCurve:
+        """One piece between neighbouring points, through every point; a closed curve has no kink at its seam."""
+        from scipy.interpolate import PchipInterpolator  # slow to import, and polynomials do not need it
+
+        angle = np.radians(self.angle_deg)
+        pieces = len(angle) - 1
+        wrap = min(WRAPPED_POINTS, pieces) if self.outside == "periodic" else 0
+        wrapped = np.concatenate([angle[pieces - wrap : pieces] - TURN, angle, angle[1 : 1 + wrap] + TURN])
+        coefficient = np.empty((pieces, 3, 4))
+        for c, name in enumerate(COEFFICIENTS):
+            y = np.array(getattr(self, name))
+            y = np.concatenate([y[pieces - wrap : pieces], y, y[1 : 1 + wrap]])
+            highest_first = PchipInterpolator(wrapped, y).c[:, wrap : wrap + pieces]
+            coefficient[:, c, :] = highest_first[::-1].T
+        return AerodynamicCurve(angle, coefficient, self.outside)
+
+
+Aerodynamics = Annotated[PolynomialCoefficients | TableCoefficients, Field(discriminator="kind")]
+"""Either form of coefficient curve; in a scene file ``kind`` tells which."""
+
+
+def check_range(first_name: str, first: float, last_name: str, last: float, outside: Outside) -> None:
+    """Refuse an empty range, one of more than a turn, and a periodic one that is not exactly a turn."""
+    if not first < last:
+        raise SceneError(f"{first_name} = {first} must be less than {last_name} = {last} deg")
+    if last - first > 360.0:
+        raise SceneError(f"{first_name} = {first} to {last_name} = {last} is more than a turn; at most 360 deg")
+    if outside == "periodic" and last - first != 360.0:
+        raise SceneError(
+            f"outside = 'periodic' needs a range of exactly 360 deg; {first_name} = {first} to {last_name} = {last} "
+            f"covers {last - first} deg"
+        )
+
+
+def check_closed(name: str, first: float, last: float) -> None:
+    """Refuse a periodic coefficient that jumps where the turn closes."""
+    if abs(last - first) > 1e-9:
+        raise SceneError(f"outside = 'periodic' needs equal end values; {name} starts at {first} and ends at {last}")

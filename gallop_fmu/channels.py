@@ -1,0 +1,48 @@
+"""What can be observed of a span, in the order of the kernel's enumerations."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+
+class Channel(NamedTuple):
+    """One observable quantity."""
+
+    name: str
+    unit: str
+    meaning: str
+
+
+NODE_CHANNELS = (
+    Channel("u1", "m", "displacement along the span, from the initial equilibrium"),
+    Channel("u2", "m", "vertical displacement, upwards, from the initial equilibrium"),
+    Channel("u3", "m", "horizontal displacement, with the wind, from the initial equilibrium"),
+    Channel("theta", "rad", "twist, right-handed about the span axis"),
+    Channel("v1", "m/s", "velocity along the span"),
+    Channel("v2", "m/s", "vertical velocity, upwards"),
+    Channel("v3", "m/s", "horizontal velocity, with the wind"),
+    Channel("omega", "rad/s", "twist velocity"),
+    Channel("a1", "m/s2", "acceleration along the span"),
+    Channel("a2", "m/s2", "vertical acceleration, upwards"),
+    Channel("a3", "m/s2", "horizontal acceleration, with the wind"),
+    Channel("omega_rate", "rad/s2", "twist acceleration"),
+    Channel("tension", "N", "tension"),
+    Channel("angle_of_attack", "rad", "attack angle: ice angle, twist and direction of the relative wind"),
+)
+
+SPAN_CHANNELS = (
+    Channel("wind_speed", "m/s", "wind speed"),
+    Channel("left_f1", "N", "force of the cable on the left tower along the span"),
+    Channel("left_f2", "N", "force of the cable on the left tower, upwards"),
+    Channel("left_f3", "N", "force of the cable on the left tower, with the wind"),
+    Channel("right_f1", "N", "force of the cable on the right tower along the span"),
+    Channel("right_f2", "N", "force of the cable on the right tower, upwards"),
+    Channel("right_f3", "N", "force of the cable on the right tower, with the wind"),
+    Channel("kinetic_energy", "J", "kinetic energy, with that of the rotating eccentric ice"),
+    Channel("potential_energy", "J", "strain energy and energy of position, from the initial equilibrium"),
+    Channel("newton_iterations", "1", "Newton iterations of the last step"),
+    Channel("substeps", "1", "sub-steps that the last step was divided into"),
+)
+
+NODE_INDEX = {channel.name: index for index, channel in enumerate(NODE_CHANNELS)}
+SPAN_INDEX = {channel.name: index for index, channel in enumerate(SPAN_CHANNELS)}

@@ -1,0 +1,395 @@
+"""The one binding to the compiled kernel.  Nobody else sees the shared library.
+
+`Model` is a span ready to compute; `State` is its motion at one instant.  Both release the interpreter lock while the
+kernel works, so several states may run in several threads on one model.
+"""
+
+from __future__ import annotations
+
+import ctypes as c
+import math
+import sys
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from gallop_fmu.channels import NODE_CHANNELS, SPAN_CHANNELS
+from gallop_fmu.outcome import Outcome, Report, SimulationError
+from gallop_fmu.scene import Scene
+from gallop_fmu.structures import CHECKED, CDerived, CInputs, CReport, CScene, Packed, Three, double_pointer
+
+Array = NDArray[np.float64]
+DOFS = 4
+"""Unknowns a node: u1, u2, u3, theta."""
+
+_SUFFIX = {"win32": ".dll", "darwin": ".dylib"}.get(sys.platform, ".so")
+
+
+def library_path() -> Path:
+    """Path of the compiled kernel."""
+    import gallop_fmu
+
+    for folder in gallop_fmu.__path__:   # an editable install keeps the library apart from the sources
+        path = Path(folder) / f"gallop_kernel{_SUFFIX}"
+        if path.is_file():
+            return path
+    raise ImportError(f"gallop_kernel{_SUFFIX} is missing beside the package; install it with `pip install .`")
+
+
+def _load() -> c.CDLL:
+    library = c.CDLL(str(library_path()))
+    sizes = (c.c_size_t * len(CHECKED))()
+    library.gallop_struct_sizes(sizes)
+    for structure, size in zip(CHECKED, sizes, strict=True):
+        if c.sizeof(structure) != size:
+            raise ImportError(f"{structure.__doc__} has {size} bytes in the library, {c.sizeof(structure)} here; reinstall")
+    pointer, double, whole = c.c_void_p, c.c_double, c.c_int64
+    doubles, report, inputs = c.POINTER(c.c_double), c.POINTER(CReport), c.POINTER(CInputs)
+    integers = c.POINTER(c.c_int32)
+    signatures: dict[str, tuple[Any, tuple[Any, ...]]] = {
+        "gallop_build": (c.c_char_p, ()),
+        "gallop_model_create": (c.c_int, (c.POINTER(CScene), c.POINTER(pointer), report)),
+        "gallop_model_free": (None, (pointer,)),
+        "gallop_model_derived": (None, (pointer, c.POINTER(CDerived))),
+        "gallop_model_nodes": (None, (pointer, doubles)),
+        "gallop_state_size": (c.c_size_t, (pointer,)),
+        "gallop_state_init": (c.c_int, (pointer, pointer, double, inputs, report)),
+        "gallop_state_time": (double, (pointer,)),
+        "gallop_equilibrium": (c.c_int, (pointer, pointer, double, inputs, report)),
+        "gallop_advance": (c.c_int, (pointer, pointer, inputs, double, report)),
+        "gallop_run": (
+            c.c_int,
+            (pointer, pointer, whole, whole, whole, integers, c.c_int32, integers, c.c_int32)
+            + (doubles, doubles, c.POINTER(c.c_int64), report),
+        ),
+        "gallop_observe_node": (None, (pointer, pointer, c.c_int32, doubles)),
+        "gallop_observe_span": (None, (pointer, pointer, doubles)),
+        "gallop_residual": (c.c_int, (pointer, double, inputs, *[doubles] * 4)),
+        "gallop_tangent": (c.c_int, (pointer, double, inputs, *[doubles] * 3, double, double, double, doubles)),
+    }
+    for name, (result, arguments) in signatures.items():
+        function = getattr(library, name)
+        function.restype, function.argtypes = result, arguments
+    return library
+
+
+_kernel = _load()
+
+
+def build() -> str:
+    """Compiler that built the kernel."""
+    return str(_kernel.gallop_build().decode())
+
+
+@dataclass(slots=True)
+class Inputs:
+    """What a co-simulation host sets instead of the scene's laws; each changes linearly in time from `time` on.
+
+    Attributes
+    ----------
+    time : float
+        Time [s] to which the values belong.
+    wind_speed, attack_angle : float
+        Wind speed [m/s] and initial angle of the ice [rad].
+    support : ndarray, shape (2, 3)
+        Displacement [m] of the left and right tower point along x1, x2, x3.
+    wind_speed_rate, attack_angle_rate, support_rate
+        Their rates [unit/s].
+    """
+
+    time: float
+    wind_speed: float
+    attack_angle: float
+    support: Array
+    wind_speed_rate: float = 0.0
+    attack_angle_rate: float = 0.0
+    support_rate: Array | None = None
+
+    def packed(self) -> CInputs:
+        """The kernel's form of the inputs."""
+        packed = CInputs(self.time, self.wind_speed, self.attack_angle)
+        packed.wind_speed_rate, packed.attack_angle_rate = self.wind_speed_rate, self.attack_angle_rate
+        for end in range(2):
+            packed.support[end] = Three(*self.support[end])
+            if self.support_rate is not None:
+                packed.support_rate[end] = Three(*self.support_rate[end])
+        return packed
+
+
+@dataclass(frozen=True, slots=True)
+class Equilibrium:
+    """The initial equilibrium and the numbers derived from the scene.
+
+    Attributes
+    ----------
+    x : ndarray, shape (node, 3)
+        Positions [m] of the nodes.
+    sag, horizontal_tension, length : float
+        Sag [m] below the chord, horizontal tension [N], length [m] of the conductor.
+    support_force : ndarray, shape (2, 3)
+        Static force [N] of the cable on the left and right tower.
+    support_stiffness : ndarray, shape (2, 2)
+        Spring stiffness [N/m] along x1 and x3; 0 where the support is rigid.
+    translation_damping, twist_damping : tuple of float
+        Rayleigh b1 [1/s] and b2 [s].
+    imbalance : float
+        Largest nodal force [N] that holds an initial state of which both sag and tension were given.
+    """
+
+    x: Array
+    sag: float
+    horizontal_tension: float
+    length: float
+    support_force: Array
+    support_stiffness: Array
+    translation_damping: tuple[float, float]
+    twist_damping: tuple[float, float]
+    imbalance: float
+
+
+def _report(raw: CReport) -> Report:
+    return Report(
+        outcome=Outcome.from_code(raw.outcome),
+        time=raw.time,
+        element=None if raw.element < 0 else raw.element,
+        value=raw.value,
+        limit=raw.limit,
+        lowest_tension=raw.lowest_tension,
+        steps=raw.steps,
+        substeps=raw.substeps,
+        iterations=raw.iterations,
+        refactorisations=raw.refactorisations,
+        halvings=raw.halvings,
+    )
+
+
+def _inputs_pointer(inputs: Inputs | None) -> Any:
+    return None if inputs is None else c.byref(inputs.packed())
+
+
+class Model:
+    """A span ready to compute: mesh, initial equilibrium, aerodynamic curve.
+
+    Parameters
+    ----------
+    scene
+        The scene to compute.
+
+    Raises
+    ------
+    SimulationError
+        If no initial equilibrium exists.
+    """
+
+    def __init__(self, scene: Scene) -> None:
+        packed, raw, handle = Packed(scene), CReport(), c.c_void_p()
+        self._handle: c.c_void_p | None = None
+        if _kernel.gallop_model_create(c.byref(packed.scene), c.byref(handle), c.byref(raw)):
+            raise SimulationError(_report(raw))
+        self._handle = handle
+        self.scene = scene
+        self.elements = scene.numerics.elements
+        self.nodes = 2 * self.elements + 1
+        self.state_size = int(_kernel.gallop_state_size(handle))
+
+    def __del__(self) -> None:
+        if getattr(self, "_handle", None) is not None:
+            _kernel.gallop_model_free(self._handle)
+            self._handle = None
+
+    @property
+    def handle(self) -> c.c_void_p:
+        """Pointer to the kernel's model."""
+        assert self._handle is not None
+        return self._handle
+
+    @property
+    def middle(self) -> int:
+        """Index of the mid-span node."""
+        return self.nodes // 2
+
+    def equilibrium(self) -> Equilibrium:
+        """The initial equilibrium and the numbers derived from the scene."""
+        raw, x = CDerived(), np.empty((self.nodes, 3))
+        _kernel.gallop_model_derived(self.handle, c.byref(raw))
+        _kernel.gallop_model_nodes(self.handle, double_pointer(x))
+        return Equilibrium(
+            x=x,
+            sag=raw.sag,
+            horizontal_tension=raw.horizontal_tension,
+            length=raw.length,
+            support_force=np.array([list(row) for row in raw.support_force]),
+            support_stiffness=np.array([list(row) for row in raw.support_stiffness]),
+            translation_damping=(raw.translation_damping[0], raw.translation_damping[1]),
+            twist_damping=(raw.twist_damping[0], raw.twist_damping[1]),
+            imbalance=raw.imbalance,
+        )
+
+    def _motion(self, u: ArrayLike | None, v: ArrayLike | None, a: ArrayLike | None) -> list[Array]:
+        shape = (self.nodes, DOFS)
+        return [np.zeros(shape) if y is None else np.array(y, dtype=np.float64).reshape(shape) for y in (u, v, a)]
+
+    def residual(
+        self,
+        u: ArrayLike | None = None,
+        v: ArrayLike | None = None,
+        a: ArrayLike | None = None,
+        *,
+        time: float = 0.0,
+        inputs: Inputs | None = None,
+    ) -> Array:
+        """Out-of-balance forces of the free body (without support springs).
+
+        Parameters
+        ----------
+        u, v, a : array_like, shape (node, 4)
+            Displacement, velocity and acceleration [m, rad, s]; None is zero.
+        time
+            Time [s] at which the scene's laws are read.
+        inputs
+            Values that replace the scene's laws.
+
+        Returns
+        -------
+        ndarray, shape (node, 4)
+            Internal + inertia + damping - aerodynamic - applied forces [N, N m].
+        """
+        motion, out = self._motion(u, v, a), np.empty((self.nodes, DOFS))
+        pointers = [double_pointer(y) for y in motion]
+        _kernel.gallop_residual(self.handle, time, _inputs_pointer(inputs), *pointers, double_pointer(out))
+        return out
+
+    def tangent(
+        self,
+        u: ArrayLike | None = None,
+        v: ArrayLike | None = None,
+        a: ArrayLike | None = None,
+        *,
+        stiffness: float = 0.0,
+        damping: float = 0.0,
+        mass: float = 0.0,
+        time: float = 0.0,
+        inputs: Inputs | None = None,
+    ) -> Array:
+        """Element matrices ``stiffness dR/du + damping dR/dv + mass dR/da`` of `residual`.
+
+        Returns
+        -------
+        ndarray, shape (element, 12, 12)
+            Rows and columns: left, middle, right node, each u1 u2 u3 theta.
+        """
+        motion, out = self._motion(u, v, a), np.empty((self.elements, 3 * DOFS, 3 * DOFS))
+        pointers = [double_pointer(y) for y in motion]
+        factors = (stiffness, damping, mass)
+        _kernel.gallop_tangent(self.handle, time, _inputs_pointer(inputs), *pointers, *factors, double_pointer(out))
+        return out
+
+    def start(self, time: float = 0.0, inputs: Inputs | None = None) -> State:
+        """The scene's initial state: equilibrium, seed, consistent accelerations.
+
+        Raises
+        ------
+        SimulationError
+            If the attack angle is out of range, or no equilibrium under wind or support displacement exists.
+        """
+        state = State(self)
+        state._call(_kernel.gallop_state_init, time, _inputs_pointer(inputs))
+        return state
+
+    def rest(self, time: float = 0.0, inputs: Inputs | None = None) -> State:
+        """Static equilibrium under wind, loads and support displacement at `time`, found by load stepping."""
+        state = State(self)
+        state._call(_kernel.gallop_equilibrium, time, _inputs_pointer(inputs))
+        return state
+
+
+class State:
+    """The motion of a model at one instant: one flat block of memory, which can be saved and restored bit for bit."""
+
+    def __init__(self, model: Model) -> None:
+        self.model = model
+        self._block = np.zeros(model.state_size // 8 + 1)
+        self._pointer = self._block.ctypes.data_as(c.c_void_p)
+
+    def _call(self, function: Any, *arguments: Any) -> Report:
+        raw = CReport()
+        code = function(self.model.handle, self._pointer, *arguments, c.byref(raw))
+        report = _report(raw)
+        if code:
+            raise SimulationError(report)
+        return report
+
+    @property
+    def time(self) -> float:
+        """Time [s]."""
+        return float(_kernel.gallop_state_time(self._pointer))
+
+    def save(self) -> bytes:
+        """The whole state."""
+        return self._block.tobytes()
+
+    def restore(self, saved: bytes) -> None:
+        """Return to a saved state of the same model."""
+        if len(saved) != self._block.nbytes:
+            raise ValueError(f"the saved state has {len(saved)} bytes, this model's has {self._block.nbytes}")
+        self._block[:] = np.frombuffer(saved)
+
+    def advance(self, until: float, inputs: Inputs | None = None) -> Report:
+        """Step to `until` [s] in equal steps no longer than the scene's; on failure the state is what it was.
+
+        Raises
+        ------
+        SimulationError
+            If a step cannot be carried out.
+        """
+        return self._call(_kernel.gallop_advance, _inputs_pointer(inputs), until)
+
+    def run(self, records: int, every: int, channels: NDArray[np.int32], nodes: NDArray[np.int32], first: int = 0) -> Run:
+        """Advance `records` times by `every` steps and observe after each; `first` counts the records already made."""
+        node_values = np.empty((records, len(channels), len(nodes)))
+        span_values = np.empty((records, len(SPAN_CHANNELS)))
+        done, raw = c.c_int64(), CReport()
+        integers = c.POINTER(c.c_int32)
+        _kernel.gallop_run(
+            self.model.handle, self._pointer, first, records, every,
+            channels.ctypes.data_as(integers), len(channels), nodes.ctypes.data_as(integers), len(nodes),
+            double_pointer(node_values), double_pointer(span_values), c.byref(done), c.byref(raw),
+        )  # fmt: skip
+        return Run(node_values[: done.value], span_values[: done.value], _report(raw))
+
+    def observe_node(self, node: int) -> Array:
+        """All node channels at one node, in the order of `NODE_CHANNELS`."""
+        if not 0 <= node < self.model.nodes:
+            raise IndexError(f"node {node} does not exist; the mesh has nodes 0 to {self.model.nodes - 1}")
+        values = np.empty(len(NODE_CHANNELS))
+        _kernel.gallop_observe_node(self.model.handle, self._pointer, node, double_pointer(values))
+        return values
+
+    def observe_span(self) -> Array:
+        """All span channels, in the order of `SPAN_CHANNELS`."""
+        values = np.empty(len(SPAN_CHANNELS))
+        _kernel.gallop_observe_span(self.model.handle, self._pointer, double_pointer(values))
+        return values
+
+    def motion(self) -> tuple[Array, Array, Array]:
+        """Displacement, velocity and acceleration, each of shape (node, 4)."""
+        values = np.array([self.observe_node(node)[: 3 * DOFS] for node in range(self.model.nodes)])
+        return values[:, :DOFS], values[:, DOFS : 2 * DOFS], values[:, 2 * DOFS :]
+
+
+@dataclass(frozen=True, slots=True)
+class Run:
+    """Records of `State.run`: node values (record, channel, node), span values (record, channel), and the report."""
+
+    node_values: Array
+    span_values: Array
+    report: Report
+
+
+def nan_free(inputs: Inputs) -> bool:
+    """Whether all values of the inputs are finite."""
+    values = [inputs.wind_speed, inputs.attack_angle, inputs.wind_speed_rate, inputs.attack_angle_rate]
+    return all(map(math.isfinite, values)) and bool(np.all(np.isfinite(inputs.support)))

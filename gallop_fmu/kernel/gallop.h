@@ -1,0 +1,187 @@
+/* The whole public C face of the galloping kernel.
+ *
+ * A span is described by one gallop_scene (plain numbers, SI, radians).  gallop_model_create turns it into an
+ * immutable model (mesh, initial equilibrium, aerodynamic curve); any number of states can run on one model, from
+ * any number of threads.  A state is one flat block without pointers: copying its gallop_state_size bytes saves it,
+ * copying them back restores it, bit for bit.
+ *
+ * Rules: no globals, no allocation after create, no printing, every call returns a gallop_outcome, caller's arrays
+ * are never kept.  Axes: x1 along the span, x2 up, x3 horizontal; wind blows towards +x3; twist is right-handed
+ * about x1.  Four unknowns a node, interleaved: u1 u2 u3 theta.  A mesh of n elements has 2 n + 1 nodes.
+ */
+#ifndef GALLOP_H
+#define GALLOP_H
+
+#include <stddef.h>
+#include <stdint.h>
+
+#if defined(_WIN32)
+#define GALLOP_API __declspec(dllexport)
+#else
+#define GALLOP_API __attribute__((visibility("default")))
+#endif
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+typedef enum {
+    GALLOP_COMPLETED = 0,
+    GALLOP_NEWTON_STALLED = 1,        /* no convergence although the step was halved as often as allowed */
+    GALLOP_NON_FINITE = 2,            /* a displacement became infinite or not a number */
+    GALLOP_ANGLE_OUT_OF_RANGE = 3,    /* attack angle left the validity range of the aerodynamic curve */
+    GALLOP_SLACK = 4,                 /* a cable cannot carry compression: tension fell below zero */
+    GALLOP_EQUILIBRIUM_NOT_FOUND = 5, /* static Newton iteration failed although the load was stepped */
+    GALLOP_INVALID_SCENE = 6,         /* a number of the scene is impossible; report.value holds it */
+    GALLOP_OUT_OF_MEMORY = 7,
+    GALLOP_BAD_CALL = 8               /* time not increasing, foreign state, NaN input */
+} gallop_outcome;
+
+/* What a call has to say: filled in by every function that takes one. */
+typedef struct {
+    int32_t outcome;
+    int32_t element;          /* 0-based, -1 where none */
+    double time;              /* [s] */
+    double value, limit;      /* the offending value and what is allowed */
+    double lowest_tension;    /* [N] since the start of the state */
+    int64_t steps, substeps, iterations, refactorisations, halvings;   /* since the start of the state */
+} gallop_report;
+
+/* A quantity in time: offset + scale * shape(t). */
+typedef enum {
+    GALLOP_LAW_CONSTANT = 0,   /* shape = 0 */
+    GALLOP_LAW_PULSE = 1,      /* smooth step up over [start, start + rise], down over [fall_start, fall_start + fall] */
+    GALLOP_LAW_HARMONIC = 2,   /* shape = sin(2 pi frequency (t - start) + phase) from start on */
+    GALLOP_LAW_TABLE = 3       /* linear between points, held outside */
+} gallop_law_kind;
+
+typedef struct {
+    int32_t kind, count;
+    double offset, scale;
+    double start, rise, fall_start, fall;   /* [s]; fall_start infinite: stays up; rise 0: a jump */
+    double frequency, phase;                /* [Hz], [rad] */
+    const double *time, *value;             /* count points each */
+} gallop_law;
+
+typedef enum { GALLOP_SUPPORT_RIGID = 0, GALLOP_SUPPORT_SPRINGS = 1, GALLOP_SUPPORT_ADJACENT_SPAN = 2 } gallop_support_kind;
+
+typedef struct {
+    int32_t kind, reserved;
+    double stiffness_x1, stiffness_x3;               /* springs [N/m] */
+    double adjacent_span, adjacent_tension;          /* adjacent span [m], [N]: paper eq. (23) */
+    double insulator_length, insulator_weight;       /* [m], [N]: paper eq. (24) */
+    gallop_law motion[3];                            /* displacement of the tower point along x1, x2, x3 [m] */
+} gallop_support;
+
+typedef struct {
+    double position;            /* fraction of the conductor's length, 0 to 1 */
+    double force[3], torque;    /* [N], [N m] */
+    gallop_law law;             /* amplitude factor */
+} gallop_load;
+
+/* Two damping ratios at two frequencies; frequencies 0: undamped. */
+typedef struct { double low_ratio, low_frequency, high_ratio, high_frequency; } gallop_damping;
+
+typedef enum { GALLOP_OUTSIDE_ERROR = 0, GALLOP_OUTSIDE_HOLD = 1, GALLOP_OUTSIDE_PERIODIC = 2 } gallop_outside;
+
+typedef struct {
+    /* span */
+    double length, height_difference, sag, horizontal_tension, gravity;   /* sag or tension 0: not given */
+    /* conductor with ice: sums of both */
+    double diameter, mass, axial_stiffness, torsional_stiffness, torsional_inertia;
+    double first_moment_x2, first_moment_x3;   /* int rho x2 dA (paper's S_x3), int rho x3 dA (S_x2) [kg] */
+    /* aerodynamics: pieces cubics on [breakpoint[i], breakpoint[i+1]], powers of (alpha - breakpoint[i]);
+     * coefficient[12 i + 4 c + k]: piece i, c = 0 lift 1 drag 2 moment, power k */
+    double air_density, attack_angle, reference_radius;
+    int32_t pieces, outside;
+    const double *breakpoint, *coefficient;
+    gallop_law wind;                           /* speed towards +x3 [m/s] */
+    gallop_support support[2];                 /* left, right */
+    gallop_damping translation_damping, twist_damping;
+    const gallop_load *load;
+    int32_t load_count;
+    int32_t elements;
+    /* initial state */
+    double seed_vertical, seed_horizontal, seed_twist;   /* amplitude of cos(pi x1 / L) [m], [m], [rad] */
+    int32_t start_in_mean_wind;                          /* 1: static equilibrium under the wind at t = 0 */
+    /* numerics */
+    int32_t max_newton_iterations, max_halvings, reserved;
+    double time_step, newton_tolerance;                  /* [s], [m] */
+} gallop_scene;
+
+/* Inputs that a co-simulation host sets instead of the scene's laws: value + rate * (t - time). */
+typedef struct {
+    double time;
+    double wind_speed, attack_angle, support[2][3];
+    double wind_speed_rate, attack_angle_rate, support_rate[2][3];
+} gallop_inputs;
+
+/* Numbers that the model derived from the scene. */
+typedef struct {
+    double sag, horizontal_tension, length;        /* of the initial equilibrium: [m], [N], [m] along the conductor */
+    double support_force[2][3];                    /* static force of the cable on the tower [N] */
+    double support_stiffness[2][2];                /* x1, x3; 0 where rigid [N/m] */
+    double translation_damping[2], twist_damping[2];   /* Rayleigh b1 [1/s], b2 [s] */
+    double imbalance;                              /* largest nodal force that holds a 'held' initial state [N] */
+} gallop_derived;
+
+typedef struct gallop_model gallop_model;
+typedef struct gallop_state gallop_state;
+
+/* What can be observed at a node, and once per state.  The order is the contract with the binding. */
+typedef enum {
+    GALLOP_U1, GALLOP_U2, GALLOP_U3, GALLOP_THETA, GALLOP_V1, GALLOP_V2, GALLOP_V3, GALLOP_OMEGA,
+    GALLOP_A1, GALLOP_A2, GALLOP_A3, GALLOP_OMEGA_RATE, GALLOP_TENSION, GALLOP_ANGLE_OF_ATTACK, GALLOP_NODE_CHANNELS
+} gallop_node_channel;
+
+typedef enum {
+    GALLOP_WIND_SPEED, GALLOP_LEFT_F1, GALLOP_LEFT_F2, GALLOP_LEFT_F3, GALLOP_RIGHT_F1, GALLOP_RIGHT_F2,
+    GALLOP_RIGHT_F3, GALLOP_KINETIC_ENERGY, GALLOP_POTENTIAL_ENERGY, GALLOP_NEWTON_ITERATIONS, GALLOP_SUBSTEPS,
+    GALLOP_SPAN_CHANNELS
+} gallop_span_channel;
+
+/* Sizes of the structs above as this library was compiled, for a binding to check itself:
+ * scene, law, support, load, report, inputs, derived. */
+GALLOP_API void gallop_struct_sizes(size_t sizes[7]);
+GALLOP_API const char *gallop_build(void);   /* compiler, and whether fused multiply-add is contracted */
+
+GALLOP_API int gallop_model_create(const gallop_scene *scene, gallop_model **model, gallop_report *report);
+GALLOP_API void gallop_model_free(gallop_model *model);
+GALLOP_API void gallop_model_derived(const gallop_model *model, gallop_derived *derived);
+GALLOP_API void gallop_model_nodes(const gallop_model *model, double *x);   /* (nodes, 3) initial positions [m] */
+
+/* The state at t = start: equilibrium, seed, consistent accelerations.  inputs NULL: the scene's laws. */
+GALLOP_API size_t gallop_state_size(const gallop_model *model);
+GALLOP_API int gallop_state_init(const gallop_model *model, gallop_state *state, double start,
+                                 const gallop_inputs *inputs, gallop_report *report);
+GALLOP_API double gallop_state_time(const gallop_state *state);
+
+/* Steps to `until` in equal steps no longer than the scene's; on failure the state is what it was before. */
+GALLOP_API int gallop_advance(const gallop_model *model, gallop_state *state, const gallop_inputs *inputs,
+                              double until, gallop_report *report);
+
+/* `records` times: advance by `every` steps of the scene and observe.  Times are (first + i + 1) * every * time_step.
+ * node_values (records, channels, nodes), span_values (records, GALLOP_SPAN_CHANNELS); *done counts what is filled. */
+GALLOP_API int gallop_run(const gallop_model *model, gallop_state *state, int64_t first, int64_t records, int64_t every,
+                          const int32_t *channel, int32_t channels, const int32_t *node, int32_t nodes,
+                          double *node_values, double *span_values, int64_t *done, gallop_report *report);
+
+GALLOP_API void gallop_observe_node(const gallop_model *model, const gallop_state *state, int32_t node,
+                                    double values[GALLOP_NODE_CHANNELS]);
+GALLOP_API void gallop_observe_span(const gallop_model *model, const gallop_state *state,
+                                    double values[GALLOP_SPAN_CHANNELS]);
+
+/* For tests and the modal toolkit: the free-body residual (no supports) of a motion u, v, a (4 a node), and the
+ * element tangents k dR/du + c dR/dv + m dR/da as (elements, 12, 12). */
+GALLOP_API int gallop_residual(const gallop_model *model, double time, const gallop_inputs *inputs, const double *u,
+                               const double *v, const double *a, double *residual);
+GALLOP_API int gallop_tangent(const gallop_model *model, double time, const gallop_inputs *inputs, const double *u,
+                              const double *v, const double *a, double k, double c, double m, double *tangent);
+/* Puts the state at rest into static equilibrium under the inputs at `time`, found by load stepping. */
+GALLOP_API int gallop_equilibrium(const gallop_model *model, gallop_state *state, double time,
+                                  const gallop_inputs *inputs, gallop_report *report);
+
+#ifdef __cplusplus
+}
+#endif
+#endif

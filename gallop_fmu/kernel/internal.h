@@ -1,0 +1,134 @@
+/* What the kernel's files share and nobody else sees. */
+#ifndef GALLOP_INTERNAL_H
+#define GALLOP_INTERNAL_H
+
+#include "gallop.h"
+
+#include <math.h>
+#include <stdbool.h>
+#include <stdlib.h>
+#include <string.h>
+
+#define PI 3.14159265358979323846
+
+/* One element in the initial equilibrium, S its arc length.  Two Gauss points for stiffness (full integration locks),
+ * three for inertia and aerodynamics. */
+typedef struct {
+    double slope[2][3];        /* p0 = dX/dS */
+    double shape_slope[2][3];  /* dN_a/dS */
+    double stiffness_weight[2];
+    double tension[2];         /* T0 [N] */
+    double inertia_weight[3];
+    double shape_product[3][3];   /* int N_a N_b dS [m] */
+} geometry;
+
+extern const double gauss2[2];          /* +-1/sqrt(3) */
+extern const double shape3[3][3];       /* N_a at the three-point Gauss abscissae: shape3[point][a] */
+
+typedef struct { int element; double shape[3]; } load_place;
+
+struct gallop_model {
+    gallop_scene scene;        /* its pointers lead into this block */
+    gallop_derived derived;
+    int elements, nodes;
+    bool eccentric, aerodynamic;
+    double mass, inertia, c2, c3;                       /* mu, I, first moments at theta = 0 */
+    bool fixed[2][4];                                   /* prescribed unknowns at the ends */
+    double stiffness[2][4];                             /* support springs */
+    double static_force[2][3];                          /* of the support on the cable, in equilibrium */
+    double curve_centre, curve_first, curve_last;       /* validity range of the aerodynamic curve [rad] */
+    size_t state_size;
+    geometry *geometry;        /* (elements) */
+    double *x;                 /* (nodes, 3) initial positions */
+    double *constant_force;    /* (nodes, 4) balances the initial state */
+    load_place *place;         /* (load_count) */
+};
+
+/* The inputs at one instant. */
+typedef struct {
+    double wind, attack;
+    double load_factor;        /* 1 but while a static load is stepped up */
+    double position[2][3], velocity[2][3], acceleration[2][3];
+} instant;
+
+/* What an evaluation noticed on its way along the span. */
+typedef struct {
+    double lowest_tension, worst_angle, worst_excess;
+    int slack_element, angle_element;
+} watch;
+
+/* Factors of the effective tangent k dR/du + c dR/dv + m dR/da. */
+typedef struct { double k, c, m; } blend;
+
+/* The factorised effective tangent of one element and the corner node to its left. */
+typedef struct {
+    double middle_inverse[16], left_middle[16], right_middle[16], middle_left[16], middle_right[16];
+    double corner_inverse[16], next_previous[16], previous_next[16];
+} factor;
+
+struct gallop_state {
+    uint64_t magic, size;
+    double time;
+    double factored_step;      /* step size of the stored factorisation, 0: none */
+    double rate;               /* last observed convergence rate of the stored factorisation */
+    double lowest_tension;
+    int64_t steps, substeps, iterations, refactorisations, halvings;
+    int64_t last_iterations, last_substeps;
+    instant now;
+    double values[];           /* u v a a_before factors | scratch, see state_layout */
+};
+
+/* Pointers into a state; made afresh by every call. */
+typedef struct {
+    double *u, *v, *a, *a_before;      /* (nodes, 4) */
+    factor *factors;                   /* (elements), and the last corner */
+    double *u0, *v0, *a0;              /* scratch: start of the sub-step, */
+    double *residual;                  /* out-of-balance forces, then the correction, */
+    double *first;                     /* u v a a_before at the start of the whole step */
+} layout;
+
+layout state_layout(const gallop_model *model, gallop_state *state);
+
+/* law.c */
+double law_value(const gallop_law *law, double t);
+double law_rate(const gallop_law *law, double t);
+double law_second(const gallop_law *law, double t);
+void instant_at(const gallop_model *model, double t, const gallop_inputs *inputs, instant *now);
+
+/* aero.c */
+typedef struct {
+    double force[3];                 /* f2, f3 [N/m], moment [N m/m] */
+    double by_theta[3], by_v2[3], by_v3[3];
+} air_load;
+double aero_angle(double theta, double v2, double v3, double omega, double wind, double attack, double radius);
+void aero_load(const gallop_model *model, const instant *now, double theta, double v2, double v3, double omega,
+               bool slopes, air_load *load, double *excess, double *angle);
+
+/* element.c */
+void geometry_from_nodes(geometry *g, const double x[9], const double tension[2]);
+void element_tension(const gallop_model *model, int e, const double u[12], double tension[2]);
+void element_residual(const gallop_model *model, int e, const instant *now, const double u[12], const double v[12],
+                      const double a[12], double r[12], watch *seen);
+void element_tangent(const gallop_model *model, int e, const instant *now, const double u[12], const double v[12],
+                     const double a[12], blend mix, double tangent[9][16]);
+void span_residual(const gallop_model *model, double t, const instant *now, const double *u, const double *v,
+                   const double *a, double *residual, watch *seen);
+void watch_start(watch *seen);
+
+/* solver.c */
+bool solver_factor(const gallop_model *model, const instant *now, const double *u, const double *v, const double *a,
+                   blend mix, const bool fixed[2][4], factor *factors);
+void solver_solve(const gallop_model *model, const factor *factors, const bool fixed[2][4], double *rhs);
+
+/* static.c */
+int initial_equilibrium(gallop_model *model, gallop_report *report);
+int static_equilibrium(const gallop_model *model, double t, const instant *target, layout *at, gallop_report *report);
+
+/* step.c */
+void add_springs(const gallop_model *model, const instant *now, const double *u, double *residual);
+double correction_size(const gallop_model *model, const double *du);
+
+/* shared */
+int fail(gallop_report *report, int outcome, int element, double time, double value, double limit);
+
+#endif

@@ -1,0 +1,93 @@
+/* Quantities in time: value and first two derivatives of a law, and the inputs at one instant. */
+#include "internal.h"
+
+/* s(x) = x^3 (10 - 15 x + 6 x^2) clamped to [0, 1], with zero slope and curvature at both ends. */
+static double smooth_step(double x, int derivative)
+{
+    if (x <= 0.0) return 0.0;
+    if (x >= 1.0) return derivative == 0 ? 1.0 : 0.0;
+    if (derivative == 0) return x * x * x * (10.0 + x * (-15.0 + 6.0 * x));
+    if (derivative == 1) return 30.0 * x * x * (1.0 + x * (-2.0 + x));
+    return 60.0 * x * (1.0 + x * (-3.0 + 2.0 * x));
+}
+
+static double flank(double t, double start, double duration, int derivative)
+{
+    if (duration <= 0.0) return derivative == 0 && t >= start ? 1.0 : 0.0;
+    double scale = derivative == 0 ? 1.0 : derivative == 1 ? 1.0 / duration : 1.0 / (duration * duration);
+    return scale * smooth_step((t - start) / duration, derivative);
+}
+
+static double table(const gallop_law *law, double t, int derivative)
+{
+    const double *x = law->time, *y = law->value;
+    int low = 0, high = law->count - 1;
+    if (t <= x[low] || high == 0) return derivative == 0 ? y[low] : 0.0;
+    if (t >= x[high]) return derivative == 0 ? y[high] : 0.0;
+    while (high - low > 1) {
+        int middle = (low + high) / 2;
+        if (t < x[middle]) high = middle; else low = middle;
+    }
+    double slope = (y[high] - y[low]) / (x[high] - x[low]);
+    return derivative == 0 ? y[low] + slope * (t - x[low]) : derivative == 1 ? slope : 0.0;
+}
+
+static double law_shape(const gallop_law *law, double t, int derivative)
+{
+    switch (law->kind) {
+    case GALLOP_LAW_PULSE: {
+        double rise = flank(t, law->start, law->rise, derivative);
+        return isfinite(law->fall_start) ? rise - flank(t, law->fall_start, law->fall, derivative) : rise;
+    }
+    case GALLOP_LAW_HARMONIC: {
+        double omega = 2.0 * PI * law->frequency, angle = omega * (t - law->start) + law->phase;
+        if (t < law->start) return 0.0;
+        return derivative == 0 ? sin(angle) : derivative == 1 ? omega * cos(angle) : -omega * omega * sin(angle);
+    }
+    case GALLOP_LAW_TABLE:
+        return table(law, t, derivative);
+    default:
+        return 0.0;
+    }
+}
+
+double law_value(const gallop_law *law, double t)
+{
+    return law->kind == GALLOP_LAW_CONSTANT ? law->offset : law->offset + law->scale * law_shape(law, t, 0);
+}
+
+double law_rate(const gallop_law *law, double t)
+{
+    return law->kind == GALLOP_LAW_CONSTANT ? 0.0 : law->scale * law_shape(law, t, 1);
+}
+
+double law_second(const gallop_law *law, double t)
+{
+    return law->kind == GALLOP_LAW_CONSTANT ? 0.0 : law->scale * law_shape(law, t, 2);
+}
+
+void instant_at(const gallop_model *model, double t, const gallop_inputs *inputs, instant *now)
+{
+    now->load_factor = 1.0;
+    if (inputs) {
+        double dt = t - inputs->time;
+        now->wind = inputs->wind_speed + inputs->wind_speed_rate * dt;
+        now->attack = inputs->attack_angle + inputs->attack_angle_rate * dt;
+        for (int end = 0; end < 2; end++)
+            for (int i = 0; i < 3; i++) {
+                now->position[end][i] = inputs->support[end][i] + inputs->support_rate[end][i] * dt;
+                now->velocity[end][i] = inputs->support_rate[end][i];
+                now->acceleration[end][i] = 0.0;
+            }
+        return;
+    }
+    now->wind = law_value(&model->scene.wind, t);
+    now->attack = model->scene.attack_angle;
+    for (int end = 0; end < 2; end++)
+        for (int i = 0; i < 3; i++) {
+            const gallop_law *motion = &model->scene.support[end].motion[i];
+            now->position[end][i] = law_value(motion, t);
+            now->velocity[end][i] = law_rate(motion, t);
+            now->acceleration[end][i] = law_second(motion, t);
+        }
+}

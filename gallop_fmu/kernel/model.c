@@ -1,0 +1,213 @@
+/* Creation of a model: checks, copies into one block, formulas that turn the scene into numbers. */
+#include "internal.h"
+
+#define STATE_MAGIC 0x31504f4c4c4147ULL   /* "GALLOP1" */
+
+int fail(gallop_report *report, int outcome, int element, double time, double value, double limit)
+{
+    if (report) {
+        report->outcome = outcome;
+        report->element = element;
+        report->time = time;
+        report->value = value;
+        report->limit = limit;
+    }
+    return outcome;
+}
+
+void gallop_struct_sizes(size_t sizes[7])
+{
+    sizes[0] = sizeof(gallop_scene);
+    sizes[1] = sizeof(gallop_law);
+    sizes[2] = sizeof(gallop_support);
+    sizes[3] = sizeof(gallop_load);
+    sizes[4] = sizeof(gallop_report);
+    sizes[5] = sizeof(gallop_inputs);
+    sizes[6] = sizeof(gallop_derived);
+}
+
+const char *gallop_build(void)
+{
+#if defined(__VERSION__)
+    return __VERSION__;
+#else
+    return "unknown compiler";
+#endif
+}
+
+/* Two ratios at two frequencies (Liu et al. eq. 28 as printed holds only for equal ratios):
+ * b1 = 2 w1 w2 (x1 w2 - x2 w1) / (w2^2 - w1^2), b2 = 2 (x2 w2 - x1 w1) / (w2^2 - w1^2) */
+static void rayleigh(const gallop_damping *pair, double b[2])
+{
+    double w1 = 2.0 * PI * pair->low_frequency, w2 = 2.0 * PI * pair->high_frequency;
+    double x1 = pair->low_ratio, x2 = pair->high_ratio, square = w2 * w2 - w1 * w1;
+    b[0] = b[1] = 0.0;
+    if (!(square > 0.0)) return;
+    b[0] = 2.0 * w1 * w2 * (x1 * w2 - x2 * w1) / square;
+    b[1] = 2.0 * (x2 * w2 - x1 * w1) / square;
+}
+
+/* Springs given, or of the adjacent span and its insulator string (eq. 23-24). */
+static void support_stiffness(const gallop_scene *s, const gallop_support *support, double k[2])
+{
+    k[0] = support->stiffness_x1;
+    k[1] = support->stiffness_x3;
+    if (support->kind != GALLOP_SUPPORT_ADJACENT_SPAN) return;
+    double lx = support->adjacent_span, h = support->adjacent_tension, weight = s->mass * s->gravity;
+    double span = 1.0 / (lx / s->axial_stiffness + weight * weight * lx * lx * lx / (12.0 * h * h * h));
+    double string = (weight * s->length + 0.5 * support->insulator_weight) / support->insulator_length;
+    k[0] = span + string;
+    k[1] = string + 2.0 * h / lx;
+}
+
+static bool positive(double x) { return isfinite(x) && x > 0.0; }
+
+/* The binding refuses bad numbers field by field; this guards the kernel against any other caller. */
+static int check(const gallop_scene *s, gallop_report *report)
+{
+    const double must_be_positive[] = {s->length, s->diameter, s->mass, s->axial_stiffness, s->torsional_stiffness,
+                                       s->torsional_inertia, s->gravity, s->time_step, s->newton_tolerance};
+    for (size_t i = 0; i < sizeof must_be_positive / sizeof *must_be_positive; i++)
+        if (!positive(must_be_positive[i])) return fail(report, GALLOP_INVALID_SCENE, -1, 0.0, must_be_positive[i], 0.0);
+    if (!(s->sag > 0.0) && !(s->horizontal_tension > 0.0))
+        return fail(report, GALLOP_INVALID_SCENE, -1, 0.0, s->sag, 0.0);
+    if (s->elements < 2 || s->elements > 1000000)
+        return fail(report, GALLOP_INVALID_SCENE, -1, 0.0, s->elements, 2.0);
+    if (s->pieces < 0 || s->load_count < 0 || s->max_halvings < 0 || s->max_halvings > 30 || s->max_newton_iterations < 1)
+        return fail(report, GALLOP_INVALID_SCENE, -1, 0.0, s->pieces, 0.0);
+    double moment = s->first_moment_x2 * s->first_moment_x2 + s->first_moment_x3 * s->first_moment_x3;
+    if (!(s->mass * s->torsional_inertia > moment))
+        return fail(report, GALLOP_INVALID_SCENE, -1, 0.0, moment, s->mass * s->torsional_inertia);
+    return GALLOP_COMPLETED;
+}
+
+static size_t align(size_t bytes) { return (bytes + 15) & ~(size_t)15; }
+
+static void *take(char **next, size_t bytes)
+{
+    void *here = *next;
+    *next += align(bytes);
+    return here;
+}
+
+static const double *keep(char **next, const double *from, size_t count)
+{
+    double *copy = take(next, count * sizeof(double));
+    if (count) memcpy(copy, from, count * sizeof(double));
+    return copy;
+}
+
+static size_t law_bytes(const gallop_law *law)
+{
+    return law->kind == GALLOP_LAW_TABLE ? 2 * align((size_t)law->count * sizeof(double)) : 0;
+}
+
+static void keep_law(char **next, gallop_law *law)
+{
+    if (law->kind != GALLOP_LAW_TABLE) return;
+    law->time = keep(next, law->time, (size_t)law->count);
+    law->value = keep(next, law->value, (size_t)law->count);
+}
+
+int gallop_model_create(const gallop_scene *scene, gallop_model **out, gallop_report *report)
+{
+    *out = NULL;
+    memset(report, 0, sizeof *report);
+    report->element = -1;
+    int outcome = check(scene, report);
+    if (outcome) return outcome;
+
+    const size_t elements = (size_t)scene->elements, nodes = 2 * elements + 1, loads = (size_t)scene->load_count;
+    const size_t pieces = (size_t)scene->pieces;
+    size_t bytes = align(sizeof(gallop_model)) + align(elements * sizeof(geometry)) + align(3 * nodes * sizeof(double)) +
+                   align(4 * nodes * sizeof(double)) + align(loads * sizeof(gallop_load)) +
+                   align(loads * sizeof(load_place)) + align((pieces + 1) * sizeof(double)) +
+                   align(12 * pieces * sizeof(double)) + law_bytes(&scene->wind);
+    for (size_t i = 0; i < loads; i++) bytes += law_bytes(&scene->load[i].law);
+    for (int end = 0; end < 2; end++)
+        for (int i = 0; i < 3; i++) bytes += law_bytes(&scene->support[end].motion[i]);
+    char *next = calloc(1, bytes);
+    if (!next) return fail(report, GALLOP_OUT_OF_MEMORY, -1, 0.0, (double)bytes, 0.0);
+
+    gallop_model *m = take(&next, sizeof *m);
+    m->scene = *scene;
+    m->elements = scene->elements;
+    m->nodes = (int)nodes;
+    m->geometry = take(&next, elements * sizeof(geometry));
+    m->x = take(&next, 3 * nodes * sizeof(double));
+    m->constant_force = take(&next, 4 * nodes * sizeof(double));
+    m->place = take(&next, loads * sizeof(load_place));
+    gallop_load *load = take(&next, loads * sizeof(gallop_load));
+    if (loads) memcpy(load, scene->load, loads * sizeof *load);
+    m->scene.load = load;
+    m->scene.breakpoint = keep(&next, scene->breakpoint, pieces ? pieces + 1 : 0);
+    m->scene.coefficient = keep(&next, scene->coefficient, 12 * pieces);
+    keep_law(&next, &m->scene.wind);
+    for (size_t i = 0; i < loads; i++) keep_law(&next, &load[i].law);
+    for (int end = 0; end < 2; end++)
+        for (int i = 0; i < 3; i++) keep_law(&next, &m->scene.support[end].motion[i]);
+
+    m->mass = scene->mass;
+    m->inertia = scene->torsional_inertia;
+    m->c2 = scene->first_moment_x2;
+    m->c3 = scene->first_moment_x3;
+    m->eccentric = m->c2 != 0.0 || m->c3 != 0.0;
+    m->aerodynamic = pieces > 0;
+    if (pieces) {
+        m->curve_first = m->scene.breakpoint[0];
+        m->curve_last = m->scene.breakpoint[pieces];
+        m->curve_centre = 0.5 * (m->curve_first + m->curve_last);
+    }
+    rayleigh(&scene->translation_damping, m->derived.translation_damping);
+    rayleigh(&scene->twist_damping, m->derived.twist_damping);
+    for (int end = 0; end < 2; end++) {
+        bool rigid = scene->support[end].kind == GALLOP_SUPPORT_RIGID;
+        if (!rigid) support_stiffness(scene, &scene->support[end], m->derived.support_stiffness[end]);
+        m->stiffness[end][0] = m->derived.support_stiffness[end][0];
+        m->stiffness[end][2] = m->derived.support_stiffness[end][1];
+        m->fixed[end][0] = m->fixed[end][2] = rigid;
+        m->fixed[end][1] = m->fixed[end][3] = true;
+    }
+    size_t values = 4 * nodes;
+    m->state_size = align(sizeof(gallop_state)) + 12 * values * sizeof(double) + (elements + 1) * sizeof(factor);
+
+    outcome = initial_equilibrium(m, report);
+    if (outcome) {
+        gallop_model_free(m);
+        return outcome;
+    }
+    *out = m;
+    return GALLOP_COMPLETED;
+}
+
+void gallop_model_free(gallop_model *model) { free(model); }
+
+void gallop_model_derived(const gallop_model *model, gallop_derived *derived) { *derived = model->derived; }
+
+void gallop_model_nodes(const gallop_model *model, double *x)
+{
+    memcpy(x, model->x, 3 * (size_t)model->nodes * sizeof(double));
+}
+
+size_t gallop_state_size(const gallop_model *model) { return model->state_size; }
+
+layout state_layout(const gallop_model *model, gallop_state *state)
+{
+    const size_t values = 4 * (size_t)model->nodes;
+    double *p = state->values;
+    layout at;
+    at.u = p;
+    at.v = p + values;
+    at.a = p + 2 * values;
+    at.a_before = p + 3 * values;
+    at.factors = (factor *)(p + 4 * values);
+    p = (double *)(at.factors + model->elements + 1);
+    at.u0 = p;
+    at.v0 = p + values;
+    at.a0 = p + 2 * values;
+    at.residual = p + 3 * values;
+    at.first = p + 4 * values;
+    state->magic = STATE_MAGIC;
+    state->size = model->state_size;
+    return at;
+}

@@ -1,0 +1,138 @@
+/* What can be seen of a state: node and span channels, and the residual and tangent for tests and the modal toolkit. */
+#include "internal.h"
+
+static const double *motion(const gallop_model *model, const gallop_state *state, int which)
+{
+    return state->values + (size_t)which * 4 * (size_t)model->nodes;
+}
+
+/* Linear through the two Gauss points (xi = +-1/sqrt 3), which are the accurate ones; averaged at corner nodes. */
+static double node_tension(const gallop_model *model, const double *u, int node)
+{
+    double sum = 0.0;
+    int count = 0;
+    for (int side = 0; side < 2; side++) {
+        int e = node % 2 ? node / 2 : node / 2 - 1 + side;
+        if (e < 0 || e >= model->elements || (side && node % 2)) continue;
+        double xi = (double)(node - 2 * e - 1), t[2];
+        element_tension(model, e, u + 8 * e, t);
+        sum += 0.5 * (t[0] + t[1]) + xi * (t[1] - t[0]) / (gauss2[1] - gauss2[0]);
+        count++;
+    }
+    return sum / count;
+}
+
+void gallop_observe_node(const gallop_model *model, const gallop_state *state, int32_t node,
+                         double values[GALLOP_NODE_CHANNELS])
+{
+    const double *u = motion(model, state, 0), *v = motion(model, state, 1), *a = motion(model, state, 2);
+    for (int i = 0; i < 4; i++) {
+        values[GALLOP_U1 + i] = u[4 * node + i];
+        values[GALLOP_V1 + i] = v[4 * node + i];
+        values[GALLOP_A1 + i] = a[4 * node + i];
+    }
+    values[GALLOP_TENSION] = node_tension(model, u, node);
+    values[GALLOP_ANGLE_OF_ATTACK] =
+        aero_angle(u[4 * node + 3], v[4 * node + 1], v[4 * node + 2], v[4 * node + 3], state->now.wind,
+                   state->now.attack, model->scene.reference_radius);
+}
+
+/* Force of the cable on the tower: minus that of the support on the cable, which is the static one plus the residual of
+ * the free body where the unknown is prescribed, and minus the spring's elongation where it is not. */
+static void support_force(const gallop_model *model, const gallop_state *state, int end, double force[3])
+{
+    const double *u = motion(model, state, 0), *v = motion(model, state, 1), *a = motion(model, state, 2);
+    const int node = end ? model->nodes - 1 : 0, e = end ? model->elements - 1 : 0, own = end ? 8 : 0;
+    const instant *now = &state->now;
+    double r[12];
+    watch seen;
+    watch_start(&seen);
+    element_residual(model, e, now, u + 8 * e, v + 8 * e, a + 8 * e, r, &seen);
+    for (int l = 0; l < model->scene.load_count; l++) {
+        const load_place *place = &model->place[l];
+        if (place->element != e) continue;
+        double amplitude = now->load_factor * law_value(&model->scene.load[l].law, state->time);
+        for (int i = 0; i < 3; i++) r[own + i] -= amplitude * place->shape[end ? 2 : 0] * model->scene.load[l].force[i];
+    }
+    for (int i = 0; i < 3; i++) {
+        double extra = model->fixed[end][i] ? r[own + i] - model->constant_force[4 * node + i]
+                                            : -model->stiffness[end][i] * (u[4 * node + i] - now->position[end][i]);
+        force[i] = -(model->static_force[end][i] + extra);
+    }
+}
+
+/* Kinetic: mu v.v/2 + w (c2 v3 - c3 v2) + I w^2/2.  Potential: axial and torsional strain energy from the initial state,
+ * gravity, the constant forces, and the springs. */
+static void energies(const gallop_model *model, const gallop_state *state, double *kinetic, double *potential)
+{
+    const double *u = motion(model, state, 0), *v = motion(model, state, 1);
+    const double ea = model->scene.axial_stiffness, gj = model->scene.torsional_stiffness;
+    double k = 0.0, p = 0.0;
+    for (int e = 0; e < model->elements; e++) {
+        const geometry *g = &model->geometry[e];
+        const double *ue = u + 8 * e, *ve = v + 8 * e;
+        for (int q = 0; q < 3; q++) {
+            const double *n = shape3[q];
+            double velocity[4], theta = n[0] * ue[3] + n[1] * ue[7] + n[2] * ue[11];
+            for (int i = 0; i < 4; i++) velocity[i] = n[0] * ve[i] + n[1] * ve[4 + i] + n[2] * ve[8 + i];
+            double sine = sin(theta), cosine = cos(theta), w = velocity[3];
+            double c2 = model->c2 * cosine - model->c3 * sine, c3 = model->c2 * sine + model->c3 * cosine;
+            double square = velocity[0] * velocity[0] + velocity[1] * velocity[1] + velocity[2] * velocity[2];
+            k += g->inertia_weight[q] *
+                 (0.5 * model->mass * square + w * (c2 * velocity[2] - c3 * velocity[1]) + 0.5 * model->inertia * w * w);
+            p += g->inertia_weight[q] * model->scene.gravity * (c2 - model->c2 + model->c3 * theta);
+        }
+        for (int q = 0; q < 2; q++) {
+            const double *n = g->shape_slope[q];
+            double strain = 0.0, du[4];
+            for (int i = 0; i < 4; i++) du[i] = n[0] * ue[i] + n[1] * ue[4 + i] + n[2] * ue[8 + i];
+            for (int i = 0; i < 3; i++) strain += du[i] * (g->slope[q][i] + 0.5 * du[i]);
+            p += g->stiffness_weight[q] * (strain * (g->tension[q] + 0.5 * ea * strain) + 0.5 * gj * du[3] * du[3]);
+        }
+    }
+    for (int i = 0; i < 4 * model->nodes; i++) p -= model->constant_force[i] * u[i];
+    for (int end = 0; end < 2; end++)
+        for (int i = 0; i < 3; i++) {
+            double stretch = u[(end ? 4 * (model->nodes - 1) : 0) + i] - state->now.position[end][i];
+            p += 0.5 * model->stiffness[end][i] * stretch * stretch;
+        }
+    *kinetic = k;
+    *potential = p;
+}
+
+void gallop_observe_span(const gallop_model *model, const gallop_state *state, double values[GALLOP_SPAN_CHANNELS])
+{
+    values[GALLOP_WIND_SPEED] = state->now.wind;
+    support_force(model, state, 0, values + GALLOP_LEFT_F1);
+    support_force(model, state, 1, values + GALLOP_RIGHT_F1);
+    energies(model, state, &values[GALLOP_KINETIC_ENERGY], &values[GALLOP_POTENTIAL_ENERGY]);
+    values[GALLOP_NEWTON_ITERATIONS] = (double)state->last_iterations;
+    values[GALLOP_SUBSTEPS] = (double)state->last_substeps;
+}
+
+int gallop_residual(const gallop_model *model, double time, const gallop_inputs *inputs, const double *u, const double *v,
+                    const double *a, double *residual)
+{
+    instant now;
+    watch seen;
+    instant_at(model, time, inputs, &now);
+    watch_start(&seen);
+    span_residual(model, time, &now, u, v, a, residual, &seen);
+    return GALLOP_COMPLETED;
+}
+
+int gallop_tangent(const gallop_model *model, double time, const gallop_inputs *inputs, const double *u, const double *v,
+                   const double *a, double k, double c, double m, double *tangent)
+{
+    instant now;
+    instant_at(model, time, inputs, &now);
+    for (int e = 0; e < model->elements; e++) {
+        double block[9][16], *out = tangent + 144 * (size_t)e;
+        element_tangent(model, e, &now, u + 8 * e, v + 8 * e, a + 8 * e, (blend){k, c, m}, block);
+        for (int n = 0; n < 3; n++)
+            for (int b = 0; b < 3; b++)
+                for (int i = 0; i < 4; i++)
+                    for (int j = 0; j < 4; j++) out[12 * (4 * n + i) + 4 * b + j] = block[3 * n + b][4 * i + j];
+    }
+    return GALLOP_COMPLETED;
+}

@@ -1,0 +1,292 @@
+/* Statics: the initial equilibrium under gravity (from sag, from horizontal tension, or both held), and equilibrium
+ * under wind, loads and support displacement by Newton-Raphson with load stepping. */
+#include "internal.h"
+
+typedef struct { double scale, lowest, total, shift; } catenary;   /* c = H/w, x1 of the lowest point, length */
+
+/* y = c (cosh((x - x0)/c) - cosh(x0/c)) through (0, 0) and (length, height) */
+static catenary catenary_of(double length, double height, double c)
+{
+    double x0 = 0.5 * length - c * asinh(height / (2.0 * c * sinh(length / (2.0 * c))));
+    double shift = sinh(x0 / c);
+    return (catenary){c, x0, c * (sinh((length - x0) / c) + shift), shift};
+}
+
+static double catenary_sag(const catenary *k, double length, double height)
+{
+    double y = k->scale * (cosh((0.5 * length - k->lowest) / k->scale) - cosh(k->lowest / k->scale));
+    return 0.5 * height - y;
+}
+
+static void place_on_catenary(gallop_model *m, double c)
+{
+    const gallop_scene *s = &m->scene;
+    catenary k = catenary_of(s->length, s->height_difference, c);
+    for (int n = 0; n < m->nodes; n++) {   /* nodes equally spaced along the conductor */
+        double arc = k.total * n / (m->nodes - 1), x = k.lowest + c * asinh(arc / c - k.shift);
+        m->x[3 * n] = x;
+        m->x[3 * n + 1] = c * (cosh((x - k.lowest) / c) - cosh(k.lowest / c));
+        m->x[3 * n + 2] = 0.0;
+    }
+}
+
+static void place_on_parabola(gallop_model *m)
+{
+    const gallop_scene *s = &m->scene;
+    for (int n = 0; n < m->nodes; n++) {   /* nodes equally spaced in x1 */
+        double f = (double)n / (m->nodes - 1);
+        m->x[3 * n] = f * s->length;
+        m->x[3 * n + 1] = f * s->height_difference - 4.0 * s->sag * f * (1.0 - f);
+        m->x[3 * n + 2] = 0.0;
+    }
+}
+
+/* T0 = H / (dx1/dS) at the Gauss points */
+static void tension_from_horizontal(gallop_model *m, double horizontal)
+{
+    for (int e = 0; e < m->elements; e++) {
+        geometry *g = &m->geometry[e];
+        const double none[2] = {0.0, 0.0};
+        geometry_from_nodes(g, m->x + 6 * e, none);
+        for (int q = 0; q < 2; q++) g->tension[q] = horizontal / g->slope[q][0];
+    }
+}
+
+static void gravity_forces(const gallop_model *m, double *force)
+{
+    memset(force, 0, 4 * (size_t)m->nodes * sizeof(double));
+    for (int e = 0; e < m->elements; e++) {
+        const geometry *g = &m->geometry[e];
+        for (int n = 0; n < 3; n++) {
+            const double *row = g->shape_product[n];   /* sum over b of int N_a N_b dS = int N_a dS */
+            force[8 * e + 4 * n + 1] -= m->mass * m->scene.gravity * (row[0] + row[1] + row[2]);
+        }
+    }
+}
+
+/* The current position becomes the reference; the second Piola-Kirchhoff tension T on p becomes T |p| on p / |p|. */
+static void rebase(gallop_model *m, double *u)
+{
+    for (int e = 0; e < m->elements; e++) {
+        double tension[2], x[9];
+        element_tension(m, e, u + 8 * e, tension);
+        for (int n = 0; n < 3; n++)
+            for (int i = 0; i < 3; i++) x[3 * n + i] = m->x[6 * e + 3 * n + i] + u[8 * e + 4 * n + i];
+        geometry_from_nodes(&m->geometry[e], x, tension);
+    }
+    for (int n = 0; n < m->nodes; n++)
+        for (int i = 0; i < 3; i++) m->x[3 * n + i] += u[4 * n + i];
+    memset(u, 0, 4 * (size_t)m->nodes * sizeof(double));
+}
+
+/* Newton-Raphson at rest.  Returns 0, or an outcome with u as it was. */
+static int newton_at_rest(const gallop_model *m, double t, const instant *now, const bool fixed[2][4], layout *at,
+                          gallop_report *report)
+{
+    const size_t values = 4 * (size_t)m->nodes;
+    const double tolerance = 1e-3 * m->scene.newton_tolerance, longest = 0.05 * m->scene.length;
+    const blend stiffness = {1.0, 0.0, 0.0};
+    double size = 0.0, before = INFINITY;
+    watch seen;
+    memcpy(at->u0, at->u, values * sizeof(double));
+    memset(at->v0, 0, values * sizeof(double));
+    for (int iteration = 0; iteration < 60; iteration++) {
+        watch_start(&seen);
+        span_residual(m, t, now, at->u, at->v0, at->v0, at->residual, &seen);
+        add_springs(m, now, at->u, at->residual);
+        if (!solver_factor(m, now, at->u, at->v0, at->v0, stiffness, fixed, at->factors)) break;
+        solver_solve(m, at->factors, fixed, at->residual);
+        size = correction_size(m, at->residual);
+        if (!isfinite(size)) break;
+        double scale = size > longest ? longest / size : 1.0;
+        for (size_t i = 0; i < values; i++) at->u[i] -= scale * at->residual[i];
+        /* quadratic convergence ends in round-off: accept when it no longer improves */
+        if (size < tolerance || (size < 10.0 * m->scene.newton_tolerance && size > 0.5 * before)) {
+            if (seen.worst_excess > 0.0 && m->scene.outside == GALLOP_OUTSIDE_ERROR) {
+                memcpy(at->u, at->u0, values * sizeof(double));
+                return fail(report, GALLOP_ANGLE_OUT_OF_RANGE, seen.angle_element, t, seen.worst_angle,
+                            seen.worst_angle > m->curve_last ? m->curve_last : m->curve_first);
+            }
+            return GALLOP_COMPLETED;
+        }
+        before = size;
+    }
+    memcpy(at->u, at->u0, values * sizeof(double));
+    return fail(report, GALLOP_EQUILIBRIUM_NOT_FOUND, seen.slack_element, t, size, tolerance);
+}
+
+static void place_ends(const gallop_model *m, const instant *now, double *u)
+{
+    for (int end = 0; end < 2; end++) {
+        double *node = u + (end ? 4 * (m->nodes - 1) : 0);
+        for (int i = 0; i < 3; i++)
+            if (m->fixed[end][i]) node[i] = now->position[end][i];
+    }
+}
+
+/* Loads, support displacement and wind pressure (so the square of the speed) grow in steps that halve on failure. */
+int static_equilibrium(const gallop_model *m, double t, const instant *target, layout *at, gallop_report *report)
+{
+    const size_t values = 4 * (size_t)m->nodes;
+    double done = 0.0, step = 1.0;
+    memset(at->u, 0, values * sizeof(double));
+    while (done < 1.0) {
+        double part = done + step < 1.0 ? done + step : 1.0;
+        instant now = *target;
+        now.load_factor = part;
+        now.wind = target->wind * sqrt(part);
+        for (int end = 0; end < 2; end++)
+            for (int i = 0; i < 3; i++) now.position[end][i] *= part;
+        memcpy(at->first, at->u, values * sizeof(double));
+        place_ends(m, &now, at->u);
+        int outcome = newton_at_rest(m, t, &now, m->fixed, at, report);
+        if (outcome == GALLOP_COMPLETED) {
+            done = part;
+            continue;
+        }
+        memcpy(at->u, at->first, values * sizeof(double));
+        if (outcome != GALLOP_EQUILIBRIUM_NOT_FOUND) return outcome;
+        step *= 0.5;
+        if (step < 1.0 / 1024.0) return outcome;
+    }
+    return GALLOP_COMPLETED;
+}
+
+/* Solve, rebase, repeat until the reference itself is the equilibrium. */
+static int settle(gallop_model *m, layout *at, gallop_report *report)
+{
+    static const bool rigid[2][4] = {{true, true, true, true}, {true, true, true, true}};
+    instant calm;
+    memset(&calm, 0, sizeof calm);
+    calm.load_factor = 0.0;
+    for (int round = 0; round < 6; round++) {
+        gravity_forces(m, m->constant_force);
+        memset(at->u, 0, 4 * (size_t)m->nodes * sizeof(double));
+        int outcome = newton_at_rest(m, 0.0, &calm, rigid, at, report);
+        if (outcome) return outcome;
+        double moved = correction_size(m, at->u);
+        rebase(m, at->u);
+        if (moved < 1e-13 * m->scene.length) break;
+    }
+    return GALLOP_COMPLETED;
+}
+
+static void internal_forces(const gallop_model *m, double *force)
+{
+    const double rest[12] = {0.0};
+    instant calm;
+    watch seen;
+    memset(&calm, 0, sizeof calm);
+    watch_start(&seen);
+    memset(force, 0, 4 * (size_t)m->nodes * sizeof(double));
+    for (int e = 0; e < m->elements; e++) {
+        double r[12];
+        element_residual(m, e, &calm, rest, rest, rest, r, &seen);
+        for (int i = 0; i < 12; i++) force[8 * e + i] += r[i];
+    }
+}
+
+/* Depth of the middle node below the chord. */
+static double mesh_sag(const gallop_model *m)
+{
+    const double *x = m->x + 3 * (m->nodes / 2);
+    return m->scene.height_difference * x[0] / m->scene.length - x[1];
+}
+
+static int solve_for_target(gallop_model *m, layout *at, gallop_report *report)
+{
+    const gallop_scene *s = &m->scene;
+    const double weight = m->mass * s->gravity;
+    const bool by_sag = s->sag > 0.0;
+    const double target = by_sag ? s->sag : s->horizontal_tension;
+    double c = by_sag ? s->length * hypot(s->length, s->height_difference) / (8.0 * s->sag) : s->horizontal_tension / weight;
+    for (int i = 0; by_sag && i < 60; i++) {
+        catenary k = catenary_of(s->length, s->height_difference, c);
+        c *= catenary_sag(&k, s->length, s->height_difference) / target;
+    }
+    /* the catenary's parameter that gives the mesh its target: the two differ only by the mesh error */
+    for (int round = 0; round < 12; round++) {
+        place_on_catenary(m, c);
+        tension_from_horizontal(m, c * weight);
+        int outcome = settle(m, at, report);
+        if (outcome) return outcome;
+        internal_forces(m, at->residual);
+        double ratio = by_sag ? mesh_sag(m) / target : target / fabs(at->residual[0]);
+        if (!isfinite(ratio) || !(ratio > 0.0)) break;
+        if (fabs(ratio - 1.0) < 1e-12) return GALLOP_COMPLETED;
+        c *= ratio;
+        if (round > 6 && fabs(ratio - 1.0) < 1e-9) return GALLOP_COMPLETED;
+    }
+    return fail(report, GALLOP_EQUILIBRIUM_NOT_FOUND, -1, 0.0, c * weight, target);
+}
+
+static double partial_length(const double x[9], double xi)
+{
+    double length = 0.0;   /* from -1 to xi, three-point Gauss */
+    const double point[3] = {-0.77459666924148337704, 0.0, 0.77459666924148337704}, weight[3] = {5.0 / 9.0, 8.0 / 9.0, 5.0 / 9.0};
+    for (int q = 0; q < 3; q++) {
+        double at = -1.0 + 0.5 * (xi + 1.0) * (1.0 + point[q]), square = 0.0;
+        for (int i = 0; i < 3; i++) {
+            double d = (at - 0.5) * x[i] - 2.0 * at * x[3 + i] + (at + 0.5) * x[6 + i];
+            square += d * d;
+        }
+        length += 0.5 * (xi + 1.0) * weight[q] * sqrt(square);
+    }
+    return length;
+}
+
+static void place_loads(gallop_model *m)
+{
+    for (int l = 0; l < m->scene.load_count; l++) {
+        double wanted = m->scene.load[l].position * m->derived.length, passed = 0.0;
+        int e = 0;
+        for (; e < m->elements - 1; e++) {
+            double own = partial_length(m->x + 6 * e, 1.0);
+            if (passed + own >= wanted) break;
+            passed += own;
+        }
+        double low = -1.0, high = 1.0;
+        for (int i = 0; i < 60; i++) {
+            double middle = 0.5 * (low + high);
+            if (passed + partial_length(m->x + 6 * e, middle) < wanted) low = middle; else high = middle;
+        }
+        double xi = 0.5 * (low + high);
+        m->place[l] = (load_place){e, {0.5 * xi * (xi - 1.0), 1.0 - xi * xi, 0.5 * xi * (xi + 1.0)}};
+    }
+}
+
+int initial_equilibrium(gallop_model *m, gallop_report *report)
+{
+    const gallop_scene *s = &m->scene;
+    const bool held = s->sag > 0.0 && s->horizontal_tension > 0.0;
+    const int last = m->nodes - 1;
+    gallop_state *work = calloc(1, m->state_size);   /* still within create */
+    if (!work) return fail(report, GALLOP_OUT_OF_MEMORY, -1, 0.0, (double)m->state_size, 0.0);
+    layout at = state_layout(m, work);
+    int outcome = GALLOP_COMPLETED;
+    if (held) {
+        place_on_parabola(m);
+        tension_from_horizontal(m, s->horizontal_tension);
+    } else {
+        outcome = solve_for_target(m, &at, report);
+    }
+    if (outcome == GALLOP_COMPLETED) {
+        gallop_derived *d = &m->derived;
+        gravity_forces(m, at.residual);
+        internal_forces(m, m->constant_force);
+        for (int i = 4; i < 4 * last; i++) d->imbalance = fmax(d->imbalance, fabs(m->constant_force[i] - at.residual[i]));
+        for (int i = 0; i < 3; i++) {
+            m->static_force[0][i] = m->constant_force[i] - at.residual[i];
+            m->static_force[1][i] = m->constant_force[4 * last + i] - at.residual[4 * last + i];
+            d->support_force[0][i] = -m->static_force[0][i];
+            d->support_force[1][i] = -m->static_force[1][i];
+        }
+        d->sag = mesh_sag(m);
+        d->horizontal_tension = held ? s->horizontal_tension : fabs(m->static_force[0][0]);
+        for (int e = 0; e < m->elements; e++)
+            d->length += m->geometry[e].inertia_weight[0] + m->geometry[e].inertia_weight[1] + m->geometry[e].inertia_weight[2];
+        place_loads(m);
+    }
+    free(work);
+    return outcome;
+}

@@ -1,0 +1,296 @@
+/* Time integration: Newmark (beta 1/4, gamma 1/2) with Newton-Raphson (Liu et al. 2009, section 2.5).  The factorised
+ * tangent is reused while it converges well; a step that fails is halved. */
+#include "internal.h"
+
+#define BETA 0.25
+#define GAMMA 0.5
+
+/* A factorisation is renewed when the observed convergence rate is worse than this. */
+#define SLOW_RATE 0.1
+
+void add_springs(const gallop_model *model, const instant *now, const double *u, double *residual)
+{
+    for (int end = 0; end < 2; end++) {
+        const size_t node = end ? 4 * (size_t)(model->nodes - 1) : 0;
+        for (int i = 0; i < 3; i++)
+            residual[node + i] += model->stiffness[end][i] * (u[node + i] - now->position[end][i]);
+    }
+}
+
+/* Largest correction [m]; twist counts with the conductor's radius. */
+double correction_size(const gallop_model *model, const double *du)
+{
+    const double radius = 0.5 * model->scene.diameter;
+    double translation = 0.0, twist = 0.0, sum = 0.0;
+    for (int n = 0; n < model->nodes; n++, du += 4) {
+        for (int i = 0; i < 3; i++) translation = fabs(du[i]) > translation ? fabs(du[i]) : translation;
+        twist = fabs(du[3]) > twist ? fabs(du[3]) : twist;
+        sum += du[0] + du[1] + du[2] + du[3];   /* the maxima above let NaN pass */
+    }
+    return isfinite(sum) ? fmax(translation, radius * twist) : NAN;
+}
+
+static void predict(const gallop_model *model, layout *at, const instant *now, double h)
+{
+    const int values = 4 * model->nodes;
+    for (int i = 0; i < values; i++) {
+        double guess = at->a0[i];
+        at->u[i] = at->u0[i] + h * at->v0[i] + h * h * ((0.5 - BETA) * at->a0[i] + BETA * guess);
+        at->v[i] = at->v0[i] + h * ((1.0 - GAMMA) * at->a0[i] + GAMMA * guess);
+        at->a[i] = guess;
+    }
+    for (int end = 0; end < 2; end++) {
+        const int node = end ? 4 * (model->nodes - 1) : 0;
+        for (int i = 0; i < 4; i++) {
+            if (!model->fixed[end][i]) continue;
+            at->u[node + i] = i < 3 ? now->position[end][i] : 0.0;
+            at->v[node + i] = i < 3 ? now->velocity[end][i] : 0.0;
+            at->a[node + i] = i < 3 ? now->acceleration[end][i] : 0.0;
+        }
+    }
+}
+
+/* One Newmark step from u0 v0 a0 at t - h to u v a at t. */
+static int newmark(const gallop_model *model, gallop_state *state, layout *at, const gallop_inputs *inputs, double t,
+                   double h, gallop_report *report)
+{
+    const int values = 4 * model->nodes;
+    const double tolerance = model->scene.newton_tolerance;
+    const blend mix = {1.0, GAMMA / (BETA * h), 1.0 / (BETA * h * h)};
+    bool renew = state->factored_step != h, fresh = false;
+    double before = 0.0;
+    watch seen;
+    instant_at(model, t, inputs, &state->now);
+    predict(model, at, &state->now, h);
+    for (int iteration = 1; iteration <= model->scene.max_newton_iterations; iteration++) {
+        watch_start(&seen);
+        span_residual(model, t, &state->now, at->u, at->v, at->a, at->residual, &seen);
+        add_springs(model, &state->now, at->u, at->residual);
+        if (renew) {
+            state->factored_step = 0.0;
+            if (!solver_factor(model, &state->now, at->u, at->v, at->a, mix, model->fixed, at->factors))
+                return fail(report, GALLOP_NEWTON_STALLED, seen.slack_element, t, NAN, tolerance);
+            state->factored_step = h;
+            state->rate = 1.0;
+            state->refactorisations++;
+            renew = false;
+            fresh = true;
+            before = 0.0;
+        }
+        solver_solve(model, at->factors, model->fixed, at->residual);
+        for (int i = 0; i < values; i++) {
+            double du = -at->residual[i];
+            at->u[i] += du;
+            at->v[i] += mix.c * du;
+            at->a[i] += mix.m * du;
+        }
+        state->iterations++;
+        state->last_iterations++;
+        double size = correction_size(model, at->residual);
+        if (!isfinite(size)) return fail(report, GALLOP_NON_FINITE, -1, t, size, 0.0);
+        if (before > 0.0) {
+            double rate = size / before;
+            state->rate = rate > 0.3 * state->rate ? rate : 0.3 * state->rate;
+            if (rate > 2.0 && fresh) return fail(report, GALLOP_NEWTON_STALLED, seen.slack_element, t, size, tolerance);
+        }
+        /* what is left of the error after this correction, were it to shrink at the observed rate */
+        double left = state->rate < 0.9 ? size * state->rate / (1.0 - state->rate) : size;
+        if (left < tolerance || size < 1e-3 * tolerance) {
+            if (seen.worst_excess > 0.0 && model->scene.outside == GALLOP_OUTSIDE_ERROR)
+                return fail(report, GALLOP_ANGLE_OUT_OF_RANGE, seen.angle_element, t, seen.worst_angle,
+                            seen.worst_angle > model->curve_centre ? model->curve_last : model->curve_first);
+            if (seen.lowest_tension < state->lowest_tension) state->lowest_tension = seen.lowest_tension;
+            if (seen.lowest_tension < 0.0)
+                return fail(report, GALLOP_SLACK, seen.slack_element, t, seen.lowest_tension, 0.0);
+            return GALLOP_COMPLETED;
+        }
+        renew = before > 0.0 && state->rate > SLOW_RATE && !fresh;
+        before = size;
+    }
+    return fail(report, GALLOP_NEWTON_STALLED, seen.slack_element, t, before, tolerance);
+}
+
+static bool may_halve(int outcome) { return outcome == GALLOP_NEWTON_STALLED || outcome == GALLOP_NON_FINITE; }
+
+/* One step of size h from the state's time, halved where it does not converge.  On failure the motion is what it was. */
+static int whole_step(const gallop_model *model, gallop_state *state, layout *at, const gallop_inputs *inputs, double h,
+                      gallop_report *report)
+{
+    const size_t bytes = 4 * (size_t)model->nodes * sizeof(double);
+    const int deepest = model->scene.max_halvings;
+    const uint64_t whole = (uint64_t)1 << deepest;
+    uint64_t done = 0;
+    int level = 0;
+    state->last_iterations = state->last_substeps = 0;
+    memcpy(at->first, at->u, 3 * bytes);
+    memcpy(at->u0, at->u, 3 * bytes);   /* u v a lie side by side, as do u0 v0 a0 */
+    while (done < whole) {
+        uint64_t unit = whole >> level;
+        double part = h / (double)((uint64_t)1 << level);
+        double t = state->time + h * (double)(done + unit) / (double)whole;
+        int outcome = newmark(model, state, at, inputs, t, part, report);
+        if (outcome == GALLOP_COMPLETED) {
+            done += unit;
+            state->last_substeps++;
+            if (done < whole) memcpy(at->u0, at->u, 3 * bytes);
+            if (level > 0 && done % (whole >> (level - 1)) == 0) level--;
+            continue;
+        }
+        state->factored_step = 0.0;
+        if (!may_halve(outcome) || level == deepest) {
+            memcpy(at->u, at->first, 3 * bytes);
+            return outcome;
+        }
+        memcpy(at->u, at->u0, 3 * bytes);
+        level++;
+        state->halvings++;
+    }
+    state->substeps += state->last_substeps;
+    state->steps++;
+    return GALLOP_COMPLETED;
+}
+
+static void sum_up(const gallop_state *state, gallop_report *report)
+{
+    report->lowest_tension = state->lowest_tension;
+    report->steps = state->steps;
+    report->substeps = state->substeps;
+    report->iterations = state->iterations;
+    report->refactorisations = state->refactorisations;
+    report->halvings = state->halvings;
+}
+
+/* `count` steps of size h; time is counted from `origin` so that round-off does not add up. */
+static int march(const gallop_model *model, gallop_state *state, const gallop_inputs *inputs, double origin, double h,
+                 int64_t count, gallop_report *report)
+{
+    layout at = state_layout(model, state);
+    for (int64_t i = 1; i <= count; i++) {
+        int outcome = whole_step(model, state, &at, inputs, h, report);
+        if (outcome) {
+            sum_up(state, report);
+            return outcome;
+        }
+        state->time = origin + h * (double)i;
+    }
+    report->outcome = GALLOP_COMPLETED;
+    report->element = -1;
+    report->time = state->time;
+    sum_up(state, report);
+    return GALLOP_COMPLETED;
+}
+
+int gallop_advance(const gallop_model *model, gallop_state *state, const gallop_inputs *inputs, double until,
+                   gallop_report *report)
+{
+    const double dt = model->scene.time_step, origin = state->time, span = until - origin;
+    if (!isfinite(until) || !(span > 0.0)) return fail(report, GALLOP_BAD_CALL, -1, origin, until, origin);
+    int64_t count = (int64_t)ceil(span / dt - 1e-6);
+    if (count < 1) count = 1;
+    double h = span / (double)count;
+    if (fabs(h - dt) < 1e-9 * dt) h = dt;   /* round-off in the host's clock must not cost a factorisation */
+    int outcome = march(model, state, inputs, origin, h, count, report);
+    if (outcome == GALLOP_COMPLETED) state->time = until;
+    return outcome;
+}
+
+int gallop_run(const gallop_model *model, gallop_state *state, int64_t first, int64_t records, int64_t every,
+               const int32_t *channel, int32_t channels, const int32_t *node, int32_t nodes, double *node_values,
+               double *span_values, int64_t *done, gallop_report *report)
+{
+    const double dt = model->scene.time_step, start = state->time - (double)(first * every) * dt;
+    *done = 0;
+    for (int64_t r = 0; r < records; r++) {
+        double origin = start + (double)((first + r) * every) * dt;
+        int outcome = march(model, state, NULL, origin, dt, every, report);
+        if (outcome) return outcome;
+        for (int32_t n = 0; n < nodes; n++) {
+            double values[GALLOP_NODE_CHANNELS];
+            gallop_observe_node(model, state, node[n], values);
+            for (int32_t c = 0; c < channels; c++) node_values[((size_t)r * channels + c) * nodes + n] = values[channel[c]];
+        }
+        gallop_observe_span(model, state, span_values + (size_t)r * GALLOP_SPAN_CHANNELS);
+        *done = r + 1;
+    }
+    return GALLOP_COMPLETED;
+}
+
+static int consistent_acceleration(const gallop_model *model, gallop_state *state, layout *at, gallop_report *report)
+{
+    const size_t bytes = 4 * (size_t)model->nodes * sizeof(double);
+    const blend inertia = {0.0, 0.0, 1.0};
+    const instant *now = &state->now;
+    watch seen;
+    watch_start(&seen);
+    memset(at->a, 0, bytes);
+    memset(at->v, 0, bytes);
+    for (int end = 0; end < 2; end++)
+        for (int i = 0; i < 3; i++)
+            if (model->fixed[end][i]) {
+                const int node = end ? 4 * (model->nodes - 1) : 0;
+                at->v[node + i] = now->velocity[end][i];
+                at->a[node + i] = now->acceleration[end][i];
+            }
+    span_residual(model, state->time, now, at->u, at->v, at->a, at->residual, &seen);
+    add_springs(model, now, at->u, at->residual);
+    if (!solver_factor(model, now, at->u, at->v, at->a, inertia, model->fixed, at->factors))
+        return fail(report, GALLOP_INVALID_SCENE, -1, state->time, model->inertia, 0.0);
+    solver_solve(model, at->factors, model->fixed, at->residual);
+    for (int i = 0; i < 4 * model->nodes; i++) at->a[i] -= at->residual[i];
+    state->factored_step = 0.0;
+    state->rate = 1.0;
+    if (seen.worst_excess > 0.0 && model->scene.outside == GALLOP_OUTSIDE_ERROR)
+        return fail(report, GALLOP_ANGLE_OUT_OF_RANGE, seen.angle_element, state->time, seen.worst_angle,
+                    seen.worst_angle > model->curve_centre ? model->curve_last : model->curve_first);
+    state->lowest_tension = seen.lowest_tension;
+    return isfinite(correction_size(model, at->a)) ? GALLOP_COMPLETED
+                                                   : fail(report, GALLOP_NON_FINITE, -1, state->time, NAN, 0.0);
+}
+
+static void clear(const gallop_model *model, gallop_state *state, double time, const gallop_inputs *inputs,
+                  gallop_report *report)
+{
+    memset(state, 0, model->state_size);
+    memset(report, 0, sizeof *report);
+    report->element = -1;
+    state->time = report->time = time;
+    state->last_substeps = 1;
+    instant_at(model, time, inputs, &state->now);
+}
+
+int gallop_equilibrium(const gallop_model *model, gallop_state *state, double time, const gallop_inputs *inputs,
+                       gallop_report *report)
+{
+    if (!isfinite(time)) return fail(report, GALLOP_BAD_CALL, -1, time, time, 0.0);
+    clear(model, state, time, inputs, report);
+    layout at = state_layout(model, state);
+    int outcome = static_equilibrium(model, time, &state->now, &at, report);
+    return outcome ? outcome : consistent_acceleration(model, state, &at, report);
+}
+
+int gallop_state_init(const gallop_model *model, gallop_state *state, double start, const gallop_inputs *inputs,
+                      gallop_report *report)
+{
+    const gallop_scene *s = &model->scene;
+    if (!isfinite(start)) return fail(report, GALLOP_BAD_CALL, -1, start, start, 0.0);
+    clear(model, state, start, inputs, report);
+    layout at = state_layout(model, state);
+    bool displaced = false;
+    for (int end = 0; end < 2; end++)
+        for (int i = 0; i < 3; i++) displaced = displaced || state->now.position[end][i] != 0.0;
+    if (s->start_in_mean_wind || displaced) {
+        instant rest = state->now;
+        if (!s->start_in_mean_wind) rest.wind = rest.load_factor = 0.0;
+        int outcome = static_equilibrium(model, start, &rest, &at, report);
+        if (outcome) return outcome;
+    }
+    for (int n = 1; n < model->nodes - 1; n++) {
+        double shape = sin(PI * model->x[3 * n] / s->length);   /* cos(pi x1/L), x1 from mid-span */
+        at.u[4 * n + 1] += s->seed_vertical * shape;
+        at.u[4 * n + 2] += s->seed_horizontal * shape;
+        at.u[4 * n + 3] += s->seed_twist * shape;
+    }
+    return consistent_acceleration(model, state, &at, report);
+}
+
+double gallop_state_time(const gallop_state *state) { return state->time; }

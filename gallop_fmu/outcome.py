@@ -1,0 +1,111 @@
+"""How a calculation ended: one enumeration, each member with a sentence and a cure."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from enum import Enum
+
+
+class Outcome(Enum):
+    """How a calculation ended.  The values are those of the kernel's ``gallop_outcome``.
+
+    ``outcome.sentence`` says what happened, ``outcome.cure`` what to do about it.
+    """
+
+    COMPLETED = (0, "the calculation was completed", "")
+    NEWTON_STALLED = (
+        1,
+        "the Newton iteration did not converge, although the time step was halved as often as allowed",
+        "reduce numerics.time_step, raise numerics.max_halvings, or check the scene for a sudden jump in load or wind",
+    )
+    NON_FINITE = (
+        2,
+        "the motion became infinite or not a number",
+        "reduce numerics.time_step and check stiffness, mass and the aerodynamic coefficients of the scene",
+    )
+    ANGLE_OUT_OF_RANGE = (
+        3,
+        "the attack angle left the validity range of the aerodynamic curve",
+        'give a curve that covers the motion, or set aerodynamics.outside to "hold" or "periodic"',
+    )
+    SLACK = (
+        4,
+        "the tension fell below zero: the cable went slack, and a cable element cannot carry compression",
+        "raise the tension, lower the wind or the load, or let it act more gradually",
+    )
+    EQUILIBRIUM_NOT_FOUND = (
+        5,
+        "no static equilibrium was found, although the load was applied in steps",
+        "check sag, tension, wind and support displacement; the equilibrium may not exist (twist divergence)",
+    )
+    INVALID_SCENE = (6, "a number of the scene is impossible", "check the scene's values")
+    OUT_OF_MEMORY = (7, "there is not enough memory for the model", "use fewer elements")
+    BAD_CALL = (8, "the call is not allowed in this state", "times must be finite and increase")
+    STOPPED_BY_USER = (100, "the run was stopped on request", "")
+
+    def __init__(self, code: int, sentence: str, cure: str) -> None:
+        self.code = code
+        self.sentence = sentence
+        self.cure = cure
+
+    @classmethod
+    def from_code(cls, code: int) -> Outcome:
+        """Return the member with the kernel's code."""
+        return next(member for member in cls if member.code == code)
+
+
+@dataclass(frozen=True, slots=True)
+class Report:
+    """What the kernel says about a calculation.
+
+    Attributes
+    ----------
+    outcome
+        How it ended.
+    time
+        Time [s] reached, or of the failure.
+    element
+        0-based element of the failure, None where it has no place.
+    value, limit
+        The offending value and what is allowed; their meaning follows from the outcome.
+    lowest_tension
+        Lowest tension [N] at any Gauss point since the start.
+    steps, substeps, iterations, refactorisations, halvings
+        Work done since the start.
+    """
+
+    outcome: Outcome
+    time: float
+    element: int | None = None
+    value: float = math.nan
+    limit: float = math.nan
+    lowest_tension: float = math.nan
+    steps: int = 0
+    substeps: int = 0
+    iterations: int = 0
+    refactorisations: int = 0
+    halvings: int = 0
+
+    def __str__(self) -> str:
+        if self.outcome is Outcome.COMPLETED:
+            return f"completed at {self.time:g} s"
+        place = "" if self.element is None else f" in element {self.element + 1} (counted from the left)"
+        detail = ""
+        if self.outcome is Outcome.ANGLE_OUT_OF_RANGE:
+            detail = f": {math.degrees(self.value):.2f} deg, allowed up to {math.degrees(self.limit):.2f} deg"
+        elif self.outcome is Outcome.SLACK:
+            detail = f": {self.value:.4g} N"
+        elif math.isfinite(self.value):
+            detail = f" (value {self.value:.4g}, limit {self.limit:.4g})"
+        cure = f" What to do: {self.outcome.cure}." if self.outcome.cure else ""
+        return f"At {self.time:.6g} s{place} {self.outcome.sentence}{detail}.{cure}"
+
+
+class SimulationError(RuntimeError):
+    """A calculation that ended early; ``report`` says how, ``result`` holds what was computed up to then."""
+
+    def __init__(self, report: Report, result: object = None) -> None:
+        super().__init__(str(report))
+        self.report = report
+        self.result = result

@@ -1,0 +1,195 @@
+"""Dotted paths such as ``wind.speed`` or ``loads.0.torque``: walking a scene by them, and naming them in errors."""
+
+from __future__ import annotations
+
+import difflib
+import types
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from typing import Annotated, Any, Union, get_args, get_origin
+
+import numpy as np
+from pydantic import ValidationError
+from pydantic.fields import FieldInfo
+from pydantic_core import ErrorDetails
+
+from gallop_fmu.errors import SceneError
+from gallop_fmu.sections import DRIVEN, Section, unit_of_field
+
+SET_BY_USER = "set by the user"
+BOUNDS = {"gt": "greater than", "ge": "at least", "lt": "less than", "le": "at most"}
+
+
+@dataclass(frozen=True)
+class Leaf:
+    """A field that holds no further section: a number, an array, a text, or an optional value that is not set."""
+
+    path: str
+    value: Any
+    unit: str
+    meaning: str
+
+
+def leaves(section: Section, start: str = "", driven: str = "") -> Iterator[Leaf]:
+    """All leaves below a section in order of declaration; `driven` is the unit that a law's values take."""
+    for name, field in type(section).model_fields.items():
+        value, path = getattr(section, name), start + name
+        unit = driven if unit_of_field(field) == DRIVEN else unit_of_field(field)
+        if isinstance(value, Section):
+            yield from leaves(value, path + ".", unit)
+        elif isinstance(value, tuple) and value and isinstance(value[0], Section):
+            for i, item in enumerate(value):
+                yield from leaves(item, f"{path}.{i}.")
+        else:
+            yield Leaf(path, value, unit, field.description or "")
+
+
+def section_classes(annotation: Any) -> list[type[Section]]:
+    """Sections that an annotation allows: one, several for a union, none for plain values."""
+    if isinstance(annotation, type) and issubclass(annotation, Section):
+        return [annotation]
+    if get_origin(annotation) is Annotated:
+        return section_classes(get_args(annotation)[0])
+    if get_origin(annotation) in (Union, types.UnionType, tuple):
+        return [found for argument in get_args(annotation) for found in section_classes(argument)]
+    return []
+
+
+def all_keys(section: type[Section], start: str = "") -> list[str]:
+    """Every dotted path that some scene can have; items of a list appear once, as item 0."""
+    keys: dict[str, None] = {}
+    for name, field in section.model_fields.items():
+        below = section_classes(field.annotation)
+        item = ".0" if below and get_origin(field.annotation) is tuple else ""
+        keys[start + name] = None
+        for found in below:
+            keys |= dict.fromkeys(all_keys(found, f"{start}{name}{item}."))
+    return list(keys)
+
+
+def unknown_key(root: type[Section], path: str, key: str | None = None) -> str:
+    """One line for a key that does not exist, with the closest that does.
+
+    Parameters
+    ----------
+    path
+        What the message calls the key.
+    key
+        What to compare with the valid keys; `path` if not given.
+    """
+    key = key or path
+    valid = all_keys(root)
+    same_name = [other for other in valid if other.rpartition(".")[2] == key.rpartition(".")[2]]
+    closest = same_name[:1] or difflib.get_close_matches(key, valid, n=1, cutoff=0.0)
+    return f"{path}: unknown key; the closest valid one is {closest[0]}"
+
+
+def replace_values(root: type[Section], data: dict[str, Any], values: Mapping[str, Any]) -> dict[str, Any]:
+    """Put values into nested plain data (which is changed), and mark the sources of what they change.
+
+    Raises
+    ------
+    SceneError
+        A path leads through something that has no such key.
+    """
+    for path, value in values.items():
+        *parents, last = path.split(".")
+        node: Any = data
+        for parent in parents:
+            if isinstance(node, dict):
+                node = node.setdefault(parent, {})
+            elif isinstance(node, list) and parent.isdecimal() and int(parent) < len(node):
+                node = node[int(parent)]
+            else:
+                raise SceneError(unknown_key(root, path))
+        new = _plain(value)
+        if isinstance(node, list) and last.isdecimal() and int(last) < len(node):
+            old, node[int(last)] = node[int(last)], new
+        elif isinstance(node, dict):
+            old = node.pop(last, None)
+            if new is not None:
+                node[last] = new
+        else:
+            raise SceneError(unknown_key(root, path))
+        if old != new and not path.startswith("sources"):
+            data["sources"] = _sources_after_change(data.get("sources", {}), path)
+    return data
+
+
+def _plain(value: Any) -> Any:
+    """Sections, tuples and NumPy values as the plain data that a TOML file gives."""
+    if isinstance(value, Section):
+        return value.model_dump(mode="json", exclude_none=True)
+    if isinstance(value, (np.generic, np.ndarray)):
+        return value.tolist()
+    if isinstance(value, (list, tuple)):
+        return [_plain(item) for item in value]
+    return value
+
+
+def _sources_after_change(sources: dict[str, str], path: str) -> dict[str, str]:
+    covered = any(path == source or path.startswith(source + ".") for source in sources)
+    kept = {source: text for source, text in sources.items() if source != path and not source.startswith(path + ".")}
+    return {**kept, path: SET_BY_USER} if covered or len(kept) < len(sources) else kept
+
+
+def explain(error: ValidationError, root: type[Section]) -> str:
+    """One line per problem: field path, given value, what is allowed, and the field's meaning."""
+    return "\n".join(_line(problem, root) for problem in error.errors(include_url=False))
+
+
+def _line(problem: ErrorDetails, root: type[Section]) -> str:
+    path, field = _locate(problem["loc"], root)
+    kind, given = problem["type"], _short(problem["input"])
+    if kind == "extra_forbidden":
+        return unknown_key(root, path)
+    if kind == "value_error":
+        return f"{path}: {problem['ctx']['error']}" if path else str(problem["ctx"]["error"])
+    if kind == "union_tag_invalid":
+        return f"{path}.kind = {problem['ctx']['tag']!r}: must be one of {problem['ctx']['expected_tags']}"
+    if kind == "union_tag_not_found":
+        kinds = [found.model_fields["kind"].default for found in section_classes(field.annotation if field else None)]
+        return f"{path}.kind: missing; must be one of {', '.join(map(repr, kinds))}"
+    meaning = f"; {field.description}" if field and field.description else ""
+    allowed = _allowed(problem, field)
+    return f"{path}: missing{meaning}, {allowed}" if kind == "missing" else f"{path} = {given}: {allowed}{meaning}"
+
+
+def _locate(loc: tuple[int | str, ...], root: type[Section]) -> tuple[str, FieldInfo | None]:
+    """Dotted path and field of a pydantic location, which also holds the kind chosen in each union."""
+    classes, field, path = [root], None, []
+    for part in loc:
+        chosen = [found for found in classes if len(classes) > 1 and found.model_fields["kind"].default == part]
+        if chosen:
+            classes = chosen
+            continue
+        path.append(str(part))
+        owner = classes[0] if classes else None
+        if isinstance(part, str) and owner and part in owner.model_fields:
+            field = owner.model_fields[part]
+            classes = section_classes(field.annotation)
+    return ".".join(path), field
+
+
+def _allowed(problem: ErrorDetails, field: FieldInfo | None) -> str:
+    """What the field accepts, from its declared bounds; pydantic's own words for anything but numbers."""
+    kind = problem["type"]
+    unit = unit_of_field(field) if field else ""
+    if kind == "literal_error":
+        return f"must be {problem['ctx']['expected']}"
+    if not field or not unit or kind in ("too_short", "too_long", "model_type", "tuple_type"):
+        return "needed" if kind == "missing" else problem["msg"][0].lower() + problem["msg"][1:]
+    bounds = [
+        f"{word} {getattr(rule, name):g}"
+        for rule in field.metadata
+        for name, word in BOUNDS.items()
+        if hasattr(rule, name)
+    ]
+    whole = int in (field.annotation, *get_args(field.annotation))
+    noun = [] if bounds and kind.startswith(("greater", "less")) else ["a whole number" if whole else "a finite number"]
+    return f"must be {' '.join([*noun, ' and '.join(bounds)]).rstrip()} [{unit}]"
+
+
+def _short(value: Any) -> str:
+    text = repr(value)
+    return text if len(text) <= 60 else text[:57] + "..."

@@ -1,0 +1,353 @@
+"""The validated description of one iced span of an overhead line, read from and written to TOML.
+
+Nothing is computed here beyond checks: the kernel does the mechanics. Lengths in m, forces in N, times in s; angles in
+degrees where the name ends in ``_deg``. Axes: x1 along the span, x2 up, x3 across it in the direction of the wind.
+"""
+
+from __future__ import annotations
+
+import difflib
+import math
+import tomllib
+from collections.abc import Mapping
+from importlib import resources
+from pathlib import Path
+from typing import Annotated, Any, Literal
+
+import tomli_w
+from pydantic import Field, ValidationError, field_validator, model_validator
+
+from gallop_fmu.aerodynamics import Aerodynamics
+from gallop_fmu.damping import Damping
+from gallop_fmu.errors import SceneError
+from gallop_fmu.laws import Law
+from gallop_fmu.loads import Load
+from gallop_fmu.paths import Leaf, explain, leaves, replace_values, unknown_key
+from gallop_fmu.sections import Number, Section, WholeNumber, quantity, setting
+from gallop_fmu.supports import Supports
+from gallop_fmu.textfiles import read_text
+
+SAG_TENSION_AGREEMENT = 0.05
+"""Largest relative difference between a given sag and m g L^2/(8 H); published pairs differ by 1 to 2 %."""
+
+FASTEST_WIND = 150.0
+"""Highest wind speed accepted [m/s]."""
+
+
+class Span(Section):
+    """Geometry and initial state: from the sag, from the horizontal tension, or both held as a source prints them."""
+
+    length: Number = quantity(..., "m", "horizontal distance between the supports", gt=0, le=10000)
+    height_difference: Number = quantity(0.0, "m", "height of the right support above the left")
+    sag: Number | None = quantity(None, "m", "sag at mid-span, measured vertically from the chord", gt=0)
+    horizontal_tension: Number | None = quantity(None, "N", "horizontal tension of the initial state", gt=0)
+    gravity: Number = quantity(9.81, "m/s2", "acceleration of gravity", gt=0, le=100)
+
+    @model_validator(mode="after")
+    def _determined(self) -> Span:
+        if self.sag is None and self.horizontal_tension is None:
+            raise SceneError("give sag [m] or horizontal_tension [N]; without either the initial state is unknown")
+        if abs(self.height_difference) >= self.length:
+            raise SceneError(
+                f"height_difference = {self.height_difference} must be less than length = {self.length} m either way"
+            )
+        return self
+
+    @property
+    def initial_state(self) -> Literal["from_sag", "from_tension", "held"]:
+        """How the initial equilibrium follows: from one of sag and tension, or held where both are given."""
+        if self.horizontal_tension is None:
+            return "from_sag"
+        return "from_tension" if self.sag is None else "held"
+
+
+class Conductor(Section):
+    """The conductor, without ice unless the scene's sources say that a value includes it."""
+
+    diameter: Number = quantity(..., "m", "diameter of the bare conductor, reference of the coefficients", gt=0, le=1)
+    mass_per_length: Number = quantity(..., "kg/m", "mass per unit length", gt=0)
+    axial_stiffness: Number = quantity(..., "N", "axial stiffness EA", gt=0)
+    torsional_stiffness: Number = quantity(..., "N m2/rad", "torsional stiffness GJ", gt=0)
+    torsional_inertia: Number = quantity(..., "kg m", "mass moment of inertia per unit length about x1", gt=0)
+
+
+class Ice(Section):
+    """Ice on the conductor: what it adds to the section, and how it is turned."""
+
+    mass_per_length: Number = quantity(0.0, "kg/m", "mass of ice per unit length", ge=0)
+    torsional_inertia: Number = quantity(0.0, "kg m", "moment of inertia of ice per unit length about x1", ge=0)
+    first_moment_x2: Number = quantity(0.0, "kg", "first moment, integral of rho x2 dA (S_x3 of Liu et al. 2009)")
+    first_moment_x3: Number = quantity(0.0, "kg", "first moment, integral of rho x3 dA (S_x2 of Liu et al. 2009)")
+    attack_angle_deg: Number = quantity(0.0, "deg", "initial attack angle of the wind on the ice", ge=-360, le=360)
+
+
+class Wind(Section):
+    """Wind towards +x3, the same along the span: a constant speed or a history. Neither given: no wind."""
+
+    air_density: Number = quantity(1.225, "kg/m3", "density of air", gt=0)
+    speed: Number | None = quantity(None, "m/s", "constant wind speed", ge=0, le=FASTEST_WIND)
+    history: Law | None = quantity(None, "m/s", "wind speed over time")
+
+    @model_validator(mode="before")
+    @classmethod
+    def _calm_unless_given(cls, data: Any) -> Any:
+        if isinstance(data, dict) and data.get("speed") is None and data.get("history") is None:
+            return {**data, "speed": 0.0}
+        return data
+
+    @model_validator(mode="after")
+    def _one_wind(self) -> Wind:
+        if self.history is None:
+            return self
+        if self.speed is not None:
+            raise SceneError(
+                f"speed = {self.speed} m/s and history are both given; give one of them (None removes the other)"
+            )
+        for extreme in self.history.extremes:
+            if not 0.0 <= extreme <= FASTEST_WIND:
+                raise SceneError(f"history reaches {extreme} m/s; the speed must stay within 0 to {FASTEST_WIND} m/s")
+        return self
+
+    @property
+    def mean_speed(self) -> float:
+        """The constant speed, or the `mean_value` of the history [m/s].
+
+        That is the final value of a ramp, the value around a pulse, the mean of a harmonic and of a table.
+        """
+        return self.history.mean_value if self.history is not None else self.speed or 0.0
+
+    @property
+    def can_blow(self) -> bool:
+        """Whether the wind speed is ever different from zero."""
+        return self.history.extremes != (0.0, 0.0) if self.history else bool(self.speed)
+
+
+class Initial(Section):
+    """Start of the motion: a small first-mode seed, and whether the wind is already in equilibrium."""
+
+    seed_vertical: Number = quantity(0.0, "m", "amplitude a of u2 = a cos(pi x1/L), x1 from mid-span")
+    seed_horizontal: Number = quantity(0.0, "m", "amplitude a of u3 = a cos(pi x1/L), x1 from mid-span")
+    seed_twist: Number = quantity(0.0, "rad", "amplitude a of the twist a cos(pi x1/L), x1 from mid-span")
+    wind: Literal["at_once", "mean_wind_equilibrium"] = setting(
+        "at_once", "wind at the start: applied at once to the still conductor, or in static equilibrium with it"
+    )
+
+
+class Numerics(Section):
+    """Discretisation and tolerances."""
+
+    elements: WholeNumber = quantity(15, "1", "number of three-node elements", ge=2, le=5000)
+    time_step: Number = quantity(0.01, "s", "time step", gt=0, le=1)
+    newton_tolerance: Number = quantity(1e-9, "m", "change that ends Newton's iteration", ge=1e-14, le=1e-3)
+    max_newton_iterations: WholeNumber = quantity(20, "1", "iterations before a step is halved", ge=2, le=200)
+    max_halvings: WholeNumber = quantity(8, "1", "times that a step may be halved before the run fails", ge=0, le=20)
+
+
+class Run(Section):
+    """How long to simulate and what to keep."""
+
+    stop_time: Number = quantity(60.0, "s", "simulated time", gt=0)
+    record_every: WholeNumber = quantity(1, "1", "time steps from one recorded state to the next", ge=1)
+
+
+class Scene(Section):
+    """One span: what it is, what acts on it, how it is computed, and where each number comes from."""
+
+    title: str = setting(..., "one line that names the scene")
+    description: str = setting("", "what the scene shows, assumptions, known gaps")
+    span: Span = setting(..., "geometry and initial state")
+    conductor: Conductor = setting(..., "conductor")
+    ice: Ice = setting(Ice(), "ice")
+    wind: Wind = setting(Wind(speed=0.0), "wind")
+    aerodynamics: Aerodynamics | None = setting(None, "coefficient curve; needed as soon as wind blows")
+    supports: Supports = setting(Supports(), "supports")
+    damping: Damping = setting(Damping(), "structural damping")
+    loads: Annotated[tuple[Load, ...], Field(strict=False)] = setting((), "concentrated loads")
+    initial: Initial = setting(Initial(), "start of the motion")
+    numerics: Numerics = setting(Numerics(), "discretisation and tolerances")
+    run: Run = setting(Run(), "duration and recording")
+    sources: dict[str, str] = setting({}, "source of each value: dotted path, or the start of one, to text")
+
+    @field_validator("sources", mode="before")
+    @classmethod
+    def _join_keys(cls, sources: Any) -> Any:
+        return _flat(sources) if isinstance(sources, dict) else sources
+
+    @model_validator(mode="after")
+    def _consistent(self) -> Scene:
+        _check_sag_against_tension(self)
+        _check_mass_matrix(self)
+        _check_aerodynamics(self)
+        paths = [leaf.path for leaf in leaves(self)]
+        for source in self.sources:
+            if not any(path == source or path.startswith(source + ".") for path in paths):
+                raise SceneError(unknown_key(Scene, f"sources.{source}", source))
+        return self
+
+    @classmethod
+    def from_dict(cls, data: Mapping[str, Any], folder: Path | str = ".") -> Scene:
+        """Validate nested plain data.
+
+        Parameters
+        ----------
+        data
+            The content of a scene file.
+        folder
+            Where relative names of CSV files start.
+
+        Raises
+        ------
+        SceneError
+            One line per problem.
+        """
+        try:
+            return cls.model_validate(data, context={"folder": Path(folder)})
+        except ValidationError as error:
+            raise SceneError(explain(error, cls)) from None
+
+    def to_toml(self) -> str:
+        """The whole scene as TOML, defaults included; loading it gives an equal scene."""
+        return tomli_w.dumps(self.model_dump(mode="json", exclude_none=True))
+
+    def save(self, path: Path | str) -> None:
+        """Write `to_toml` to a file."""
+        Path(path).write_text(self.to_toml(), encoding="utf-8", newline="\n")
+
+    def with_values(self, values: Mapping[str, Any]) -> Scene:
+        """Copy with some values replaced, validated as a whole.
+
+        Parameters
+        ----------
+        values
+            Dotted path to new value, such as ``{"wind.speed": 6.0}``; a whole section as nested data or as a section;
+            None removes what is optional. A changed value loses its source, if it had one, to "set by the user".
+
+        Raises
+        ------
+        SceneError
+            Unknown key, with the closest valid one, or a value that is not allowed.
+        """
+        data = self.model_dump(mode="json", exclude_none=True)
+        return type(self).from_dict(replace_values(type(self), data, values))
+
+    def numbers(self) -> dict[str, tuple[float | int, str, str]]:
+        """Every value that is one number and is set: dotted path to (value, unit, meaning), in order of declaration."""
+        return {
+            leaf.path: (leaf.value, leaf.unit, leaf.meaning)
+            for leaf in leaves(self)
+            if isinstance(leaf.value, (int, float))
+        }
+
+    def unit_of(self, path: str) -> str:
+        """Unit of the value at a dotted path, set or not; empty for texts and choices.
+
+        Raises
+        ------
+        SceneError
+            No value has this path; the message names the closest.
+        """
+        found: dict[str, Leaf] = {leaf.path: leaf for leaf in leaves(self)}
+        if path not in found:
+            raise SceneError(unknown_key(type(self), path))
+        return found[path].unit
+
+
+def _flat(nested: Mapping[str, Any], start: str = "") -> dict[str, Any]:
+    """Join nested tables: an unquoted ``span.length`` in TOML is a table in a table."""
+    flat: dict[str, Any] = {}
+    for key, value in nested.items():
+        flat |= _flat(value, f"{start}{key}.") if isinstance(value, dict) else {start + key: value}
+    return flat
+
+
+def _check_sag_against_tension(scene: Scene) -> None:
+    span = scene.span
+    if span.sag is None or span.horizontal_tension is None:
+        return
+    mass = scene.conductor.mass_per_length + scene.ice.mass_per_length
+    slope = math.hypot(1.0, span.height_difference / span.length)
+    parabola = mass * span.gravity * span.length**2 / (8.0 * span.horizontal_tension) * slope
+    if abs(span.sag - parabola) > SAG_TENSION_AGREEMENT * parabola:
+        raise SceneError(
+            f"span.sag = {span.sag} m and span.horizontal_tension = {span.horizontal_tension} N contradict each other: "
+            f"m g L^2/(8 H) gives a sag of {parabola:.4g} m, and at most {SAG_TENSION_AGREEMENT:.0%} difference is "
+            "accepted; correct one, or give only one and let the other follow"
+        )
+
+
+def _check_mass_matrix(scene: Scene) -> None:
+    ice = scene.ice
+    mass = scene.conductor.mass_per_length + ice.mass_per_length
+    inertia = scene.conductor.torsional_inertia + ice.torsional_inertia
+    moments = ice.first_moment_x2**2 + ice.first_moment_x3**2
+    if not inertia * mass > moments:
+        raise SceneError(
+            f"ice.first_moment_x2 = {ice.first_moment_x2} and ice.first_moment_x3 = {ice.first_moment_x3} kg are too "
+            f"large: the sum of their squares, {moments:.4g}, must be less than inertia times mass, "
+            f"{inertia * mass:.4g} kg2 (else the mass matrix is not positive definite); check the units"
+        )
+
+
+def _check_aerodynamics(scene: Scene) -> None:
+    if not scene.wind.can_blow:
+        return
+    curve, angle = scene.aerodynamics, scene.ice.attack_angle_deg
+    if curve is None:
+        raise SceneError("wind is given but aerodynamics is not: a coefficient curve is needed to turn wind into force")
+    first, last = curve.range_deg
+    reduced = angle - 360.0 * round((angle - 0.5 * (first + last)) / 360.0)
+    if curve.outside == "error" and not first <= reduced <= last:
+        raise SceneError(
+            f"ice.attack_angle_deg = {angle} lies outside the coefficient curve, which is valid from {first} to {last} "
+            "deg; choose an angle inside, or set aerodynamics.outside"
+        )
+
+
+def packaged_scenes() -> dict[str, str]:
+    """Names of the scenes that come with the package, with their titles."""
+    return {name: str(tomllib.loads(text)["title"]) for name, text in _packaged().items()}
+
+
+def load_scene(name_or_path: str | Path) -> Scene:
+    """Read a scene.
+
+    Parameters
+    ----------
+    name_or_path
+        Name of a packaged scene (see `packaged_scenes`), else the path of a TOML file.
+
+    Raises
+    ------
+    SceneError
+        Unknown name, unreadable or foreign file, or invalid content; the message names all problems.
+    """
+    packaged = _packaged()
+    if str(name_or_path) in packaged:
+        return _parse(packaged[str(name_or_path)], str(name_or_path), Path("."))
+    path = Path(name_or_path)
+    if not path.suffix and len(path.parts) == 1 and not path.exists():
+        closest = difflib.get_close_matches(str(path), packaged, n=1, cutoff=0.0)
+        raise SceneError(
+            f"{path}: no packaged scene has this name (there are {', '.join(packaged)}) and there is no such file; "
+            f"closest: {closest[0]}"
+        )
+    return _parse(read_text(path), str(path), path.parent)
+
+
+def _packaged() -> dict[str, str]:
+    files = sorted(resources.files("gallop_fmu").joinpath("scenes").iterdir(), key=lambda file: file.name)
+    return {file.name.removesuffix(".toml"): file.read_text("utf-8") for file in files if file.name.endswith(".toml")}
+
+
+def _parse(text: str, name: str, folder: Path) -> Scene:
+    try:
+        data = tomllib.loads(text)
+    except (tomllib.TOMLDecodeError, RecursionError) as problem:
+        raise SceneError(f"{name}: not a TOML file ({problem})") from None
+    if not {"span", "conductor"} & data.keys():
+        raise SceneError(f"{name}: not a scene file; it has neither [span] nor [conductor]")
+    try:
+        return Scene.from_dict(data, folder)
+    except SceneError as problem:
+        lines = str(problem).splitlines()
+        raise SceneError(f"{name}: " + ("\n  ".join(["", *lines]).rstrip() if len(lines) > 1 else lines[0])) from None
