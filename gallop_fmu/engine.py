@@ -25,6 +25,9 @@ Array = NDArray[np.float64]
 DOFS = 4
 """Unknowns a node: u1, u2, u3, theta."""
 
+STATE_MAGIC = b"GALLOP1\0"
+"""First bytes of a saved state."""
+
 _SUFFIX = {"win32": ".dll", "darwin": ".dylib"}.get(sys.platform, ".so")
 
 
@@ -56,6 +59,7 @@ def _load() -> c.CDLL:
         "gallop_model_derived": (None, (pointer, c.POINTER(CDerived))),
         "gallop_model_nodes": (None, (pointer, doubles)),
         "gallop_state_size": (c.c_size_t, (pointer,)),
+        "gallop_saved_size": (c.c_size_t, (pointer,)),
         "gallop_state_init": (c.c_int, (pointer, pointer, double, inputs, report)),
         "gallop_state_time": (double, (pointer,)),
         "gallop_equilibrium": (c.c_int, (pointer, pointer, double, inputs, report)),
@@ -67,8 +71,8 @@ def _load() -> c.CDLL:
         ),
         "gallop_observe_node": (None, (pointer, pointer, c.c_int32, doubles)),
         "gallop_observe_span": (None, (pointer, pointer, doubles)),
-        "gallop_residual": (c.c_int, (pointer, double, inputs, *[doubles] * 4)),
-        "gallop_tangent": (c.c_int, (pointer, double, inputs, *[doubles] * 3, double, double, double, doubles)),
+        "gallop_residual": (c.c_int, (pointer, pointer, double, inputs, *[doubles] * 4)),
+        "gallop_tangent": (c.c_int, (pointer, pointer, double, inputs, *[doubles] * 3, double, double, double, doubles)),
     }
     for name, (result, arguments) in signatures.items():
         function = getattr(library, name)
@@ -194,6 +198,7 @@ class Model:
         self.elements = scene.numerics.elements
         self.nodes = 2 * self.elements + 1
         self.state_size = int(_kernel.gallop_state_size(handle))
+        self.saved_size = int(_kernel.gallop_saved_size(handle))
 
     def __del__(self) -> None:
         if getattr(self, "_handle", None) is not None:
@@ -259,7 +264,10 @@ class Model:
         """
         motion, out = self._motion(u, v, a), np.empty((self.nodes, DOFS))
         pointers = [double_pointer(y) for y in motion]
-        _kernel.gallop_residual(self.handle, time, _inputs_pointer(inputs), *pointers, double_pointer(out))
+        work = State(self)
+        _kernel.gallop_residual(
+            self.handle, work._pointer, time, _inputs_pointer(inputs), *pointers, double_pointer(out)
+        )
         return out
 
     def tangent(
@@ -284,7 +292,10 @@ class Model:
         motion, out = self._motion(u, v, a), np.empty((self.elements, 3 * DOFS, 3 * DOFS))
         pointers = [double_pointer(y) for y in motion]
         factors = (stiffness, damping, mass)
-        _kernel.gallop_tangent(self.handle, time, _inputs_pointer(inputs), *pointers, *factors, double_pointer(out))
+        work = State(self)
+        _kernel.gallop_tangent(
+            self.handle, work._pointer, time, _inputs_pointer(inputs), *pointers, *factors, double_pointer(out)
+        )
         return out
 
     def start(self, time: float = 0.0, inputs: Inputs | None = None) -> State:
@@ -328,14 +339,21 @@ class State:
         return float(_kernel.gallop_state_time(self._pointer))
 
     def save(self) -> bytes:
-        """The whole state."""
-        return self._block.tobytes()
+        """Everything that the future of the motion depends on."""
+        return c.string_at(self._pointer, self.model.saved_size)
 
     def restore(self, saved: bytes) -> None:
-        """Return to a saved state of the same model."""
-        if len(saved) != self._block.nbytes:
-            raise ValueError(f"the saved state has {len(saved)} bytes, this model's has {self._block.nbytes}")
-        self._block[:] = np.frombuffer(saved)
+        """Return to a saved state of the same model, bit for bit.
+
+        Raises
+        ------
+        ValueError
+            If the bytes are not a saved state of this model.
+        """
+        size = self.model.saved_size
+        if len(saved) != size or saved[:8] != STATE_MAGIC:
+            raise ValueError(f"not a saved state of this model: {len(saved)} bytes given, {size} expected")
+        c.memmove(self._pointer, saved, size)
 
     def advance(self, until: float, inputs: Inputs | None = None) -> Report:
         """Step to `until` [s] in equal steps no longer than the scene's; on failure the state is what it was.

@@ -103,8 +103,10 @@ def replace_values(root: type[Section], data: dict[str, Any], values: Mapping[st
             else:
                 raise SceneError(unknown_key(root, path))
         new = _plain(value)
+        changed = path
         if isinstance(node, list) and last.isdecimal() and int(last) < len(node):
             old, node[int(last)] = node[int(last)], new
+            changed = path if isinstance(new, dict) else ".".join(parents)  # sources speak of arrays as a whole
         elif isinstance(node, dict):
             old = node.pop(last, None)
             if new is not None:
@@ -112,7 +114,7 @@ def replace_values(root: type[Section], data: dict[str, Any], values: Mapping[st
         else:
             raise SceneError(unknown_key(root, path))
         if old != new and not path.startswith("sources"):
-            data["sources"] = _sources_after_change(data.get("sources", {}), path)
+            data["sources"] = _sources_after_change(data.get("sources", {}), changed)
     return data
 
 

@@ -350,4 +350,4 @@ def _parse(text: str, name: str, folder: Path) -> Scene:
         return Scene.from_dict(data, folder)
     except SceneError as problem:
         lines = str(problem).splitlines()
-        raise SceneError(f"{name}: " + ("\n  ".join(["", *lines]).rstrip() if len(lines) > 1 else lines[0])) from None
+        raise SceneError(f"{name}: {lines[0]}" if len(lines) == 1 else "\n  ".join([f"{name}:", *lines])) from None

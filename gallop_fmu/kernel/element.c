@@ -1,6 +1,7 @@
 /* Three-node cable element with twist and eccentric ice (Liu et al. 2009, eq. 5-18), updated Lagrangian: everything is
  * evaluated on the current configuration x = X + u; the tension carries the total axial Green strain from the initial
  * equilibrium, so it cannot drift. */
+#include "elementary.h"
 #include "internal.h"
 
 #define ROOT_3_5 0.77459666924148337704
@@ -72,57 +73,67 @@ void element_tension(const gallop_model *model, int e, const double u[12], doubl
     }
 }
 
-typedef struct { double theta, omega, omega_rate, v2, v3, a2, a3; } section;
-
-static inline section section_at(int q, const double *u, const double *v, const double *a)
-{
-    const double *n = shape3[q];
-#define MIX(y, i) (n[0] * (y)[i] + n[1] * (y)[4 + (i)] + n[2] * (y)[8 + (i)])
-    return (section){MIX(u, 3), MIX(v, 3), MIX(a, 3), MIX(v, 1), MIX(v, 2), MIX(a, 1), MIX(a, 2)};
-#undef MIX
-}
-
 void watch_start(watch *seen)
 {
     *seen = (watch){INFINITY, 0.0, 0.0, -1, -1};
 }
 
-static void section_residual(const gallop_model *model, int e, const instant *now, const double *u, const double *v,
-                             const double *a, double r[12], watch *seen)
+static void gather(const double *u, const double *v, const double *a, const sections *at, int first, int count)
 {
-    const geometry *g = &model->geometry[e];
-    const bool windy = model->aerodynamic && now->wind != 0.0;
-    for (int q = 0; q < 3; q++) {
-        section s = section_at(q, u, v, a);
-        double f[3] = {0.0, 0.0, 0.0};
-        if (model->eccentric) {
-            /* first mass moments turn with the section; the omega^2 terms, missing in the paper, conserve energy */
-            double sine = sin(s.theta), cosine = cos(s.theta), w2 = s.omega * s.omega;
-            double c2 = model->c2 * cosine - model->c3 * sine, c3 = model->c2 * sine + model->c3 * cosine;
-            f[0] = -c3 * s.omega_rate - c2 * w2;
-            f[1] = c2 * s.omega_rate - c3 * w2;
-            f[2] = -c3 * s.a2 + c2 * s.a3 - model->scene.gravity * (c3 - model->c3);
+    for (int e = first; e < first + count; e++)
+        for (int q = 0; q < 3; q++) {
+            const double *n = shape3[q];
+            const int i = 3 * e + q, k = 8 * e;
+#define MIX(y, dof) (n[0] * (y)[k + (dof)] + n[1] * (y)[k + 4 + (dof)] + n[2] * (y)[k + 8 + (dof)])
+            at->theta[i] = MIX(u, 3);
+            at->omega[i] = MIX(v, 3);
+            at->omega_rate[i] = MIX(a, 3);
+            at->v2[i] = MIX(v, 1);
+            at->v3[i] = MIX(v, 2);
+            at->a2[i] = MIX(a, 1);
+            at->a3[i] = MIX(a, 2);
+#undef MIX
         }
-        if (windy) {
-            air_load load;
-            double excess, angle;
-            aero_load(model, now, s.theta, s.v2, s.v3, s.omega, false, &load, &excess, &angle);
-            for (int i = 0; i < 3; i++) f[i] -= load.force[i];
-            if (excess > seen->worst_excess) {
-                seen->worst_excess = excess;
-                seen->worst_angle = angle;
-                seen->angle_element = e;
-            }
-        }
-        for (int n = 0; n < 3; n++) {
-            double w = g->inertia_weight[q] * shape3[q][n];
-            for (int i = 0; i < 3; i++) r[4 * n + 1 + i] += w * f[i];
-        }
+}
+
+/* First mass moments turn with the section; the omega^2 terms, missing in the paper, conserve energy. */
+static void ice_inertia(const gallop_model *model, const sections *at, int first, int last)
+{
+    const double m2 = model->c2, m3 = model->c3, gravity = model->scene.gravity;
+    const double *theta = at->theta, *omega = at->omega, *omega_rate = at->omega_rate;
+    const double *a2 = at->a2, *a3 = at->a3;
+    double *c2 = at->c2, *c3 = at->c3;
+    double *f2 = at->force[0], *f3 = at->force[1], *twist = at->force[2];
+    INDEPENDENT
+    for (int i = first; i < last; i++) {
+        double sine, cosine, square = omega[i] * omega[i];
+        sine_cosine(theta[i], &sine, &cosine);
+        c2[i] = m2 * cosine - m3 * sine;
+        c3[i] = m2 * sine + m3 * cosine;
+        f2[i] = -c3[i] * omega_rate[i] - c2[i] * square;
+        f3[i] = c2[i] * omega_rate[i] - c3[i] * square;
+        twist[i] = c2[i] * a3[i] - c3[i] * a2[i] - gravity * (c3[i] - m3);
     }
 }
 
-void element_residual(const gallop_model *model, int e, const instant *now, const double u[12], const double v[12],
-                      const double a[12], double r[12], watch *seen)
+/* Forces at the sections of `count` elements from `first`: inertia of the eccentric ice minus aerodynamics. */
+void evaluate_sections(const gallop_model *model, const instant *now, const double *u, const double *v, const double *a,
+                       const sections *at, int first, int count, bool slopes)
+{
+    const bool wind = windy(model, now);
+    if (!model->eccentric && !wind) return;
+    gather(u, v, a, at, first, count);
+    if (model->eccentric) {
+        ice_inertia(model, at, 3 * first, 3 * (first + count));
+    } else {
+        for (int i = 0; i < 3; i++) memset(at->force[i] + 3 * first, 0, 3 * (size_t)count * sizeof(double));
+    }
+    if (wind) aero_loads(model, now, at, 3 * first, 3 * count, slopes);
+}
+
+/* `at` holds the section forces of the same motion (evaluate_sections). */
+void element_residual(const gallop_model *model, int e, const instant *now, const sections *at, const double u[12],
+                      const double v[12], const double a[12], double r[12], watch *seen)
 {
     const geometry *g = &model->geometry[e];
     const double ea = model->scene.axial_stiffness, gj = model->scene.torsional_stiffness;
@@ -156,92 +167,99 @@ void element_residual(const gallop_model *model, int e, const instant *now, cons
             seen->slack_element = e;
         }
     }
-    if (model->eccentric || (model->aerodynamic && now->wind != 0.0)) section_residual(model, e, now, u, v, a, r, seen);
-}
-
-/* Rows f2, f3, moment; columns 2, 3, theta of k dR/du + c dR/dv + m dR/da at one section. */
-static void section_tangent(const gallop_model *model, const instant *now, const section *s, blend mix, double g[3][3])
-{
-    memset(g, 0, 9 * sizeof(double));
-    if (model->eccentric) {
-        double sine = sin(s->theta), cosine = cos(s->theta), w = s->omega;
-        double c2 = model->c2 * cosine - model->c3 * sine, c3 = model->c2 * sine + model->c3 * cosine;
-        g[0][2] += mix.k * (-c2 * s->omega_rate + c3 * w * w) - mix.c * 2.0 * c2 * w - mix.m * c3;
-        g[1][2] += mix.k * (-c3 * s->omega_rate - c2 * w * w) - mix.c * 2.0 * c3 * w + mix.m * c2;
-        g[2][2] += mix.k * (-c2 * s->a2 - c3 * s->a3 - model->scene.gravity * c2);
-        g[2][0] -= mix.m * c3;
-        g[2][1] += mix.m * c2;
-    }
-    if (model->aerodynamic && now->wind != 0.0) {
-        air_load load;
-        double excess, angle, radius = model->scene.reference_radius;
-        aero_load(model, now, s->theta, s->v2, s->v3, s->omega, true, &load, &excess, &angle);
-        for (int i = 0; i < 3; i++) {
-            g[i][0] -= mix.c * load.by_v2[i];
-            g[i][1] -= mix.c * load.by_v3[i];
-            g[i][2] -= mix.k * load.by_theta[i] + mix.c * radius * load.by_v2[i];
+    const bool wind = windy(model, now);
+    if (!model->eccentric && !wind) return;
+    for (int q = 0; q < 3; q++) {
+        const int i = 3 * e + q;
+        for (int n = 0; n < 3; n++) {
+            double w = g->inertia_weight[q] * shape3[q][n];
+            for (int k = 0; k < 3; k++) r[4 * n + 1 + k] += w * at->force[k][i];
+        }
+        if (wind && at->excess[i] > seen->worst_excess) {
+            seen->worst_excess = at->excess[i];
+            seen->worst_angle = at->angle[i];
+            seen->angle_element = e;
         }
     }
 }
 
-/* tangent[3 n + m]: the 4 x 4 block of node n by node m (paper eq. 11, 14, 18 and the aerodynamic terms). */
-void element_tangent(const gallop_model *model, int e, const instant *now, const double u[12], const double v[12],
-                     const double a[12], blend mix, double tangent[9][16])
+/* Rows f2, f3, moment; columns 2, 3, theta of k dR/du + c dR/dv + m dR/da at section i, inside a 4 x 4 block. */
+static void section_tangent(const gallop_model *model, const sections *at, int i, bool wind, blend mix, double g[16])
 {
+    memset(g, 0, 16 * sizeof(double));
+    if (model->eccentric) {
+        const double c2 = at->c2[i], c3 = at->c3[i], w = at->omega[i], rate = at->omega_rate[i];
+        g[7] = mix.k * (-c2 * rate + c3 * w * w) - mix.c * 2.0 * c2 * w - mix.m * c3;
+        g[11] = mix.k * (-c3 * rate - c2 * w * w) - mix.c * 2.0 * c3 * w + mix.m * c2;
+        g[15] = mix.k * (-c2 * at->a2[i] - c3 * at->a3[i] - model->scene.gravity * c2);
+        g[13] = -mix.m * c3;
+        g[14] = mix.m * c2;
+    }
+    if (!wind) return;
+    for (int k = 0; k < 3; k++) {
+        double *row = g + 4 * (k + 1);
+        row[1] -= mix.c * at->by_v2[k][i];
+        row[2] -= mix.c * at->by_v3[k][i];
+        row[3] -= mix.k * at->by_theta[k][i] + mix.c * model->scene.reference_radius * at->by_v2[k][i];
+    }
+}
+
+static inline void add_block(double *restrict block, double w, const double *restrict s)
+{
+    for (int i = 0; i < 16; i++) block[i] += w * s[i];
+}
+
+/* tangent: the 4 x 4 blocks left-left, left-middle, ... (paper eq. 11, 14, 18 and the aerodynamic terms); `at` holds the
+ * section forces of the same motion with their slopes. */
+void element_tangent(const gallop_model *model, int e, const instant *now, const sections *at, const double u[12],
+                     blend mix, double tangent[6][16])
+{
+    static const int pair[6][2] = {{0, 0}, {0, 1}, {0, 2}, {1, 1}, {1, 2}, {2, 2}};
     const geometry *g = &model->geometry[e];
     const double ea = model->scene.axial_stiffness, gj = model->scene.torsional_stiffness;
     const double *b = model->derived.translation_damping, *bt = model->derived.twist_damping;
     const double translation = model->mass * (mix.m + mix.c * b[0]), twist = model->inertia * (mix.m + mix.c * bt[0]);
 
-    for (int n = 0; n < 3; n++)
-        for (int m = 0; m < 3; m++) {
-            double *block = tangent[3 * n + m], w = g->shape_product[n][m];
-            memset(block, 0, 16 * sizeof(double));
-            block[0] = block[5] = block[10] = w * translation;
-            block[15] = w * twist;
-        }
+    memset(tangent, 0, 96 * sizeof(double));
+    for (int p = 0; p < 6; p++) {
+        double *block = tangent[p], w = g->shape_product[pair[p][0]][pair[p][1]];
+        block[0] = block[5] = block[10] = w * translation;
+        block[15] = w * twist;
+    }
     for (int q = 0; q < 2; q++) {
-        double du[4], s[16] = {0.0};
+        double du[4], s[16] = {0.0}, now_slope[3], damping = mix.c * b[1];
         slope_of(g->shape_slope[q], u, du);
-        double tension = tension_of(g, q, ea, du), damping = mix.c * b[1];
+        double tension = tension_of(g, q, ea, du), geometric = mix.k * tension + damping * g->tension[q];
+        for (int i = 0; i < 3; i++) now_slope[i] = g->slope[q][i] + du[i];
         for (int i = 0; i < 3; i++) {
-            double p = g->slope[q][i] + du[i];
             for (int j = 0; j < 3; j++)
-                s[4 * i + j] = ea * (mix.k * p * (g->slope[q][j] + du[j]) + damping * g->slope[q][i] * g->slope[q][j]);
-            s[5 * i] += mix.k * tension + damping * g->tension[q];
+                s[4 * i + j] = ea * (mix.k * now_slope[i] * now_slope[j] + damping * g->slope[q][i] * g->slope[q][j]);
+            s[5 * i] += geometric;
         }
         s[15] = gj * (mix.k + mix.c * bt[1]);
-        for (int n = 0; n < 3; n++)
-            for (int m = 0; m < 3; m++) {
-                double w = g->stiffness_weight[q] * g->shape_slope[q][n] * g->shape_slope[q][m];
-                double *block = tangent[3 * n + m];
-                for (int i = 0; i < 16; i++) block[i] += w * s[i];
-            }
+        for (int p = 0; p < 6; p++)
+            add_block(tangent[p], g->stiffness_weight[q] * g->shape_slope[q][pair[p][0]] * g->shape_slope[q][pair[p][1]], s);
     }
-    if (!model->eccentric && !(model->aerodynamic && now->wind != 0.0)) return;
+    const bool wind = windy(model, now);
+    if (!model->eccentric && !wind) return;
     for (int q = 0; q < 3; q++) {
-        section s = section_at(q, u, v, a);
-        double part[3][3];
-        section_tangent(model, now, &s, mix, part);
-        for (int n = 0; n < 3; n++)
-            for (int m = 0; m < 3; m++) {
-                double w = g->inertia_weight[q] * shape3[q][n] * shape3[q][m];
-                double *block = tangent[3 * n + m];
-                for (int i = 0; i < 3; i++)
-                    for (int j = 0; j < 3; j++) block[4 * (i + 1) + j + 1] += w * part[i][j];
-            }
+        double part[16];
+        section_tangent(model, at, 3 * e + q, wind, mix, part);
+        for (int p = 0; p < 6; p++)
+            add_block(tangent[p], g->inertia_weight[q] * shape3[q][pair[p][0]] * shape3[q][pair[p][1]], part);
     }
 }
 
 /* Out-of-balance forces of the free body: internal + inertia + damping - aerodynamics - loads - constant forces. */
-void span_residual(const gallop_model *model, double t, const instant *now, const double *u, const double *v,
-                   const double *a, double *residual, watch *seen)
+void span_residual(const gallop_model *model, double t, const instant *now, const sections *at, const double *u,
+                   const double *v, const double *a, bool slopes, double *residual, watch *seen)
 {
     const int values = 4 * model->nodes;
+    evaluate_sections(model, now, u, v, a, at, 0, model->elements, slopes);
     for (int i = 0; i < values; i++) residual[i] = -model->constant_force[i];
     for (int e = 0; e < model->elements; e++) {
         double r[12];
-        element_residual(model, e, now, u + 8 * e, v + 8 * e, a + 8 * e, r, seen);
+        element_residual(model, e, now, at, u + 8 * e, v + 8 * e, a + 8 * e, r, seen);
         for (int i = 0; i < 12; i++) residual[8 * e + i] += r[i];
     }
     for (int l = 0; l < model->scene.load_count; l++) {

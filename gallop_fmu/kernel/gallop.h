@@ -2,8 +2,8 @@
  *
  * A span is described by one gallop_scene (plain numbers, SI, radians).  gallop_model_create turns it into an
  * immutable model (mesh, initial equilibrium, aerodynamic curve); any number of states can run on one model, from
- * any number of threads.  A state is one flat block without pointers: copying its gallop_state_size bytes saves it,
- * copying them back restores it, bit for bit.
+ * any number of threads.  A state is one flat block without pointers: copying its first gallop_saved_size bytes saves
+ * it, copying them back restores it, bit for bit; the rest is scratch memory.
  *
  * Rules: no globals, no allocation after create, no printing, every call returns a gallop_outcome, caller's arrays
  * are never kept.  Axes: x1 along the span, x2 up, x3 horizontal; wind blows towards +x3; twist is right-handed
@@ -151,7 +151,8 @@ GALLOP_API void gallop_model_derived(const gallop_model *model, gallop_derived *
 GALLOP_API void gallop_model_nodes(const gallop_model *model, double *x);   /* (nodes, 3) initial positions [m] */
 
 /* The state at t = start: equilibrium, seed, consistent accelerations.  inputs NULL: the scene's laws. */
-GALLOP_API size_t gallop_state_size(const gallop_model *model);
+GALLOP_API size_t gallop_state_size(const gallop_model *model);   /* bytes that the caller provides */
+GALLOP_API size_t gallop_saved_size(const gallop_model *model);
 GALLOP_API int gallop_state_init(const gallop_model *model, gallop_state *state, double start,
                                  const gallop_inputs *inputs, gallop_report *report);
 GALLOP_API double gallop_state_time(const gallop_state *state);
@@ -168,15 +169,16 @@ GALLOP_API int gallop_run(const gallop_model *model, gallop_state *state, int64_
 
 GALLOP_API void gallop_observe_node(const gallop_model *model, const gallop_state *state, int32_t node,
                                     double values[GALLOP_NODE_CHANNELS]);
-GALLOP_API void gallop_observe_span(const gallop_model *model, const gallop_state *state,
+GALLOP_API void gallop_observe_span(const gallop_model *model, gallop_state *state,
                                     double values[GALLOP_SPAN_CHANNELS]);
 
 /* For tests and the modal toolkit: the free-body residual (no supports) of a motion u, v, a (4 a node), and the
- * element tangents k dR/du + c dR/dv + m dR/da as (elements, 12, 12). */
-GALLOP_API int gallop_residual(const gallop_model *model, double time, const gallop_inputs *inputs, const double *u,
-                               const double *v, const double *a, double *residual);
-GALLOP_API int gallop_tangent(const gallop_model *model, double time, const gallop_inputs *inputs, const double *u,
-                              const double *v, const double *a, double k, double c, double m, double *tangent);
+ * element tangents k dR/du + c dR/dv + m dR/da as (elements, 12, 12).  Of `work` only scratch memory is used. */
+GALLOP_API int gallop_residual(const gallop_model *model, gallop_state *work, double time, const gallop_inputs *inputs,
+                               const double *u, const double *v, const double *a, double *residual);
+GALLOP_API int gallop_tangent(const gallop_model *model, gallop_state *work, double time, const gallop_inputs *inputs,
+                              const double *u, const double *v, const double *a, double k, double c, double m,
+                              double *tangent);
 /* Puts the state at rest into static equilibrium under the inputs at `time`, found by load stepping. */
 GALLOP_API int gallop_equilibrium(const gallop_model *model, gallop_state *state, double time,
                                   const gallop_inputs *inputs, gallop_report *report);

@@ -37,7 +37,7 @@ struct gallop_model {
     double stiffness[2][4];                             /* support springs */
     double static_force[2][3];                          /* of the support on the cable, in equilibrium */
     double curve_centre, curve_first, curve_last;       /* validity range of the aerodynamic curve [rad] */
-    size_t state_size;
+    size_t saved_size, state_size;   /* what must be copied to save a state, and with scratch memory */
     geometry *geometry;        /* (elements) */
     double *x;                 /* (nodes, 3) initial positions */
     double *constant_force;    /* (nodes, 4) balances the initial state */
@@ -60,6 +60,10 @@ typedef struct {
 /* Factors of the effective tangent k dR/du + c dR/dv + m dR/da. */
 typedef struct { double k, c, m; } blend;
 
+/* Blocks of an element tangent: the shape functions enter as products N_a N_b, so block (a, b) equals block (b, a),
+ * although the block itself need not be symmetric. */
+enum { LEFT_LEFT, LEFT_MIDDLE, LEFT_RIGHT, MIDDLE_MIDDLE, MIDDLE_RIGHT, RIGHT_RIGHT };
+
 /* The factorised effective tangent of one element and the corner node to its left. */
 typedef struct {
     double middle_inverse[16], left_middle[16], right_middle[16], middle_left[16], middle_right[16];
@@ -70,13 +74,24 @@ struct gallop_state {
     uint64_t magic, size;
     double time;
     double factored_step;      /* step size of the stored factorisation, 0: none */
+    double step_before;        /* size of the sub-step before, for extrapolation */
     double rate;               /* last observed convergence rate of the stored factorisation */
     double lowest_tension;
     int64_t steps, substeps, iterations, refactorisations, halvings;
     int64_t last_iterations, last_substeps;
     instant now;
-    double values[];           /* u v a a_before factors | scratch, see state_layout */
+    double values[];           /* u v a a_before factors | scratch: see state_layout */
 };
+
+/* Section forces along the span, structure of arrays: one entry a three-point Gauss abscissa, 3 e + point. */
+typedef struct {
+    double *theta, *omega, *omega_rate, *v2, *v3, *a2, *a3;   /* motion of the section */
+    double *c2, *c3;                                          /* turned first mass moments */
+    double *angle, *excess;                                   /* attack angle, and by how much it is out of range */
+    double *force[3];                                         /* f2, f3, moment: inertia of the ice - aerodynamics */
+    double *by_theta[3], *by_v2[3], *by_v3[3];                /* derivatives of the aerodynamic load */
+} sections;
+#define SECTION_ARRAYS 23
 
 /* Pointers into a state; made afresh by every call. */
 typedef struct {
@@ -85,6 +100,8 @@ typedef struct {
     double *u0, *v0, *a0;              /* scratch: start of the sub-step, */
     double *residual;                  /* out-of-balance forces, then the correction, */
     double *first;                     /* u v a a_before at the start of the whole step */
+    sections sections;
+    char *saved;                       /* the state at the start of gallop_advance */
 } layout;
 
 layout state_layout(const gallop_model *model, gallop_state *state);
@@ -96,28 +113,26 @@ double law_second(const gallop_law *law, double t);
 void instant_at(const gallop_model *model, double t, const gallop_inputs *inputs, instant *now);
 
 /* aero.c */
-typedef struct {
-    double force[3];                 /* f2, f3 [N/m], moment [N m/m] */
-    double by_theta[3], by_v2[3], by_v3[3];
-} air_load;
 double aero_angle(double theta, double v2, double v3, double omega, double wind, double attack, double radius);
-void aero_load(const gallop_model *model, const instant *now, double theta, double v2, double v3, double omega,
-               bool slopes, air_load *load, double *excess, double *angle);
+void aero_loads(const gallop_model *model, const instant *now, const sections *at, int first, int count, bool slopes);
 
 /* element.c */
+static inline bool windy(const gallop_model *model, const instant *now) { return model->aerodynamic && now->wind != 0.0; }
 void geometry_from_nodes(geometry *g, const double x[9], const double tension[2]);
 void element_tension(const gallop_model *model, int e, const double u[12], double tension[2]);
-void element_residual(const gallop_model *model, int e, const instant *now, const double u[12], const double v[12],
-                      const double a[12], double r[12], watch *seen);
-void element_tangent(const gallop_model *model, int e, const instant *now, const double u[12], const double v[12],
-                     const double a[12], blend mix, double tangent[9][16]);
-void span_residual(const gallop_model *model, double t, const instant *now, const double *u, const double *v,
-                   const double *a, double *residual, watch *seen);
+void evaluate_sections(const gallop_model *model, const instant *now, const double *u, const double *v, const double *a,
+                       const sections *at, int first, int count, bool slopes);
+void element_residual(const gallop_model *model, int e, const instant *now, const sections *at, const double u[12],
+                      const double v[12], const double a[12], double r[12], watch *seen);
+void element_tangent(const gallop_model *model, int e, const instant *now, const sections *at, const double u[12],
+                     blend mix, double tangent[6][16]);
+void span_residual(const gallop_model *model, double t, const instant *now, const sections *at, const double *u,
+                   const double *v, const double *a, bool slopes, double *residual, watch *seen);
 void watch_start(watch *seen);
 
 /* solver.c */
-bool solver_factor(const gallop_model *model, const instant *now, const double *u, const double *v, const double *a,
-                   blend mix, const bool fixed[2][4], factor *factors);
+bool solver_factor(const gallop_model *model, const instant *now, const sections *at, const double *u, blend mix,
+                   const bool fixed[2][4], factor *factors);
 void solver_solve(const gallop_model *model, const factor *factors, const bool fixed[2][4], double *rhs);
 
 /* static.c */

@@ -1,7 +1,7 @@
 /* Creation of a model: checks, copies into one block, formulas that turn the scene into numbers. */
 #include "internal.h"
 
-#define STATE_MAGIC 0x31504f4c4c4147ULL   /* "GALLOP1" */
+#define STATE_MAGIC 0x0031504f4c4c4147ULL   /* "GALLOP1" */
 
 int fail(gallop_report *report, int outcome, int element, double time, double value, double limit)
 {
@@ -169,7 +169,8 @@ int gallop_model_create(const gallop_scene *scene, gallop_model **out, gallop_re
         m->fixed[end][1] = m->fixed[end][3] = true;
     }
     size_t values = 4 * nodes;
-    m->state_size = align(sizeof(gallop_state)) + 12 * values * sizeof(double) + (elements + 1) * sizeof(factor);
+    m->saved_size = offsetof(gallop_state, values) + 4 * values * sizeof(double) + (elements + 1) * sizeof(factor);
+    m->state_size = 2 * m->saved_size + (8 * values + 3 * SECTION_ARRAYS * elements) * sizeof(double);
 
     outcome = initial_equilibrium(m, report);
     if (outcome) {
@@ -191,6 +192,8 @@ void gallop_model_nodes(const gallop_model *model, double *x)
 
 size_t gallop_state_size(const gallop_model *model) { return model->state_size; }
 
+size_t gallop_saved_size(const gallop_model *model) { return model->saved_size; }
+
 layout state_layout(const gallop_model *model, gallop_state *state)
 {
     const size_t values = 4 * (size_t)model->nodes;
@@ -207,7 +210,20 @@ layout state_layout(const gallop_model *model, gallop_state *state)
     at.a0 = p + 2 * values;
     at.residual = p + 3 * values;
     at.first = p + 4 * values;
+    p = at.first + 4 * values;
+    double **array[] = {&at.sections.theta, &at.sections.omega, &at.sections.omega_rate, &at.sections.v2, &at.sections.v3,
+                        &at.sections.a2, &at.sections.a3, &at.sections.c2, &at.sections.c3, &at.sections.angle,
+                        &at.sections.excess};
+    for (size_t i = 0; i < sizeof array / sizeof *array; i++, p += 3 * model->elements) *array[i] = p;
+    for (int k = 0; k < 3; k++) {
+        at.sections.force[k] = p;
+        at.sections.by_theta[k] = p + 3 * model->elements;
+        at.sections.by_v2[k] = p + 6 * model->elements;
+        at.sections.by_v3[k] = p + 9 * model->elements;
+        p += 12 * model->elements;
+    }
+    at.saved = (char *)p;
     state->magic = STATE_MAGIC;
-    state->size = model->state_size;
+    state->size = model->saved_size;
     return at;
 }

@@ -39,7 +39,7 @@ void gallop_observe_node(const gallop_model *model, const gallop_state *state, i
 
 /* Force of the cable on the tower: minus that of the support on the cable, which is the static one plus the residual of
  * the free body where the unknown is prescribed, and minus the spring's elongation where it is not. */
-static void support_force(const gallop_model *model, const gallop_state *state, int end, double force[3])
+static void support_force(const gallop_model *model, gallop_state *state, int end, double force[3])
 {
     const double *u = motion(model, state, 0), *v = motion(model, state, 1), *a = motion(model, state, 2);
     const int node = end ? model->nodes - 1 : 0, e = end ? model->elements - 1 : 0, own = end ? 8 : 0;
@@ -47,7 +47,9 @@ static void support_force(const gallop_model *model, const gallop_state *state, 
     double r[12];
     watch seen;
     watch_start(&seen);
-    element_residual(model, e, now, u + 8 * e, v + 8 * e, a + 8 * e, r, &seen);
+    layout at = state_layout(model, state);
+    evaluate_sections(model, now, u, v, a, &at.sections, e, 1, false);
+    element_residual(model, e, now, &at.sections, u + 8 * e, v + 8 * e, a + 8 * e, r, &seen);
     for (int l = 0; l < model->scene.load_count; l++) {
         const load_place *place = &model->place[l];
         if (place->element != e) continue;
@@ -100,7 +102,7 @@ static void energies(const gallop_model *model, const gallop_state *state, doubl
     *potential = p;
 }
 
-void gallop_observe_span(const gallop_model *model, const gallop_state *state, double values[GALLOP_SPAN_CHANNELS])
+void gallop_observe_span(const gallop_model *model, gallop_state *state, double values[GALLOP_SPAN_CHANNELS])
 {
     values[GALLOP_WIND_SPEED] = state->now.wind;
     support_force(model, state, 0, values + GALLOP_LEFT_F1);
@@ -110,29 +112,35 @@ void gallop_observe_span(const gallop_model *model, const gallop_state *state, d
     values[GALLOP_SUBSTEPS] = (double)state->last_substeps;
 }
 
-int gallop_residual(const gallop_model *model, double time, const gallop_inputs *inputs, const double *u, const double *v,
-                    const double *a, double *residual)
+int gallop_residual(const gallop_model *model, gallop_state *work, double time, const gallop_inputs *inputs,
+                    const double *u, const double *v, const double *a, double *residual)
 {
+    layout at = state_layout(model, work);
     instant now;
     watch seen;
     instant_at(model, time, inputs, &now);
     watch_start(&seen);
-    span_residual(model, time, &now, u, v, a, residual, &seen);
+    span_residual(model, time, &now, &at.sections, u, v, a, false, residual, &seen);
     return GALLOP_COMPLETED;
 }
 
-int gallop_tangent(const gallop_model *model, double time, const gallop_inputs *inputs, const double *u, const double *v,
-                   const double *a, double k, double c, double m, double *tangent)
+int gallop_tangent(const gallop_model *model, gallop_state *work, double time, const gallop_inputs *inputs,
+                   const double *u, const double *v, const double *a, double k, double c, double m, double *tangent)
 {
+    static const int block_of[3][3] = {{LEFT_LEFT, LEFT_MIDDLE, LEFT_RIGHT},
+                                       {LEFT_MIDDLE, MIDDLE_MIDDLE, MIDDLE_RIGHT},
+                                       {LEFT_RIGHT, MIDDLE_RIGHT, RIGHT_RIGHT}};
+    layout at = state_layout(model, work);
     instant now;
     instant_at(model, time, inputs, &now);
+    evaluate_sections(model, &now, u, v, a, &at.sections, 0, model->elements, true);
     for (int e = 0; e < model->elements; e++) {
-        double block[9][16], *out = tangent + 144 * (size_t)e;
-        element_tangent(model, e, &now, u + 8 * e, v + 8 * e, a + 8 * e, (blend){k, c, m}, block);
+        double block[6][16], *out = tangent + 144 * (size_t)e;
+        element_tangent(model, e, &now, &at.sections, u + 8 * e, (blend){k, c, m}, block);
         for (int n = 0; n < 3; n++)
             for (int b = 0; b < 3; b++)
                 for (int i = 0; i < 4; i++)
-                    for (int j = 0; j < 4; j++) out[12 * (4 * n + i) + 4 * b + j] = block[3 * n + b][4 * i + j];
+                    for (int j = 0; j < 4; j++) out[12 * (4 * n + i) + 4 * b + j] = block[block_of[n][b]][4 * i + j];
     }
     return GALLOP_COMPLETED;
 }

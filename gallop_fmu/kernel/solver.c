@@ -57,35 +57,38 @@ static void fix_rows(const bool fixed[4], double *corner, double *coupling)
     }
 }
 
-bool solver_factor(const gallop_model *model, const instant *now, const double *u, const double *v, const double *a,
-                   blend mix, const bool fixed[2][4], factor *factors)
+/* `at` holds the section forces, with slopes, of the motion whose displacements are u. */
+bool solver_factor(const gallop_model *model, const instant *now, const sections *at, const double *u, blend mix,
+                   const bool fixed[2][4], factor *factors)
 {
     double corner[16] = {0.0};
     for (int i = 0; i < 4; i++) corner[5 * i] = mix.k * model->stiffness[0][i];
     for (int e = 0; e < model->elements; e++) {
-        double block[9][16];
-        enum { LL, LM, LR, ML, MM, MR, RL, RM, RR };
+        double block[6][16], previous_next[16], next_previous[16];
+        double *left = block[LEFT_LEFT], *right = block[RIGHT_RIGHT], *across = block[LEFT_RIGHT];
         factor *f = &factors[e];
-        element_tangent(model, e, now, u + 8 * e, v + 8 * e, a + 8 * e, mix, block);
-        memcpy(f->middle_inverse, block[MM], sizeof block[MM]);
+        element_tangent(model, e, now, at, u + 8 * e, mix, block);
+        memcpy(f->middle_inverse, block[MIDDLE_MIDDLE], sizeof block[MIDDLE_MIDDLE]);
         if (!invert(f->middle_inverse)) return false;
-        memcpy(f->left_middle, block[LM], sizeof block[LM]);
-        memcpy(f->right_middle, block[RM], sizeof block[RM]);
-        multiply(f->middle_inverse, block[ML], f->middle_left);
-        multiply(f->middle_inverse, block[MR], f->middle_right);
-        subtract_product(block[LM], f->middle_left, block[LL]);
-        subtract_product(block[LM], f->middle_right, block[LR]);
-        subtract_product(block[RM], f->middle_left, block[RL]);
-        subtract_product(block[RM], f->middle_right, block[RR]);
+        memcpy(f->left_middle, block[LEFT_MIDDLE], sizeof block[LEFT_MIDDLE]);
+        memcpy(f->right_middle, block[MIDDLE_RIGHT], sizeof block[MIDDLE_RIGHT]);
+        multiply(f->middle_inverse, f->left_middle, f->middle_left);
+        multiply(f->middle_inverse, f->right_middle, f->middle_right);
+        memcpy(previous_next, across, sizeof previous_next);
+        memcpy(next_previous, across, sizeof next_previous);
+        subtract_product(f->left_middle, f->middle_left, left);
+        subtract_product(f->left_middle, f->middle_right, previous_next);
+        subtract_product(f->right_middle, f->middle_left, next_previous);
+        subtract_product(f->right_middle, f->middle_right, right);
 
-        for (int i = 0; i < 16; i++) corner[i] += block[LL][i];
-        if (e == 0) fix_rows(fixed[0], corner, block[LR]);
+        for (int i = 0; i < 16; i++) corner[i] += left[i];
+        if (e == 0) fix_rows(fixed[0], corner, previous_next);
         if (!invert(corner)) return false;
         memcpy(f->corner_inverse, corner, sizeof corner);
-        memcpy(f->next_previous, block[RL], sizeof block[RL]);
-        multiply(corner, block[LR], f->previous_next);
-        subtract_product(block[RL], f->previous_next, block[RR]);
-        memcpy(corner, block[RR], sizeof corner);
+        memcpy(f->next_previous, next_previous, sizeof next_previous);
+        multiply(corner, previous_next, f->previous_next);
+        subtract_product(next_previous, f->previous_next, right);
+        memcpy(corner, right, sizeof corner);
     }
     for (int i = 0; i < 4; i++) corner[5 * i] += mix.k * model->stiffness[1][i];
     fix_rows(fixed[1], corner, NULL);

@@ -92,9 +92,9 @@ static int newton_at_rest(const gallop_model *m, double t, const instant *now, c
     memset(at->v0, 0, values * sizeof(double));
     for (int iteration = 0; iteration < 60; iteration++) {
         watch_start(&seen);
-        span_residual(m, t, now, at->u, at->v0, at->v0, at->residual, &seen);
+        span_residual(m, t, now, &at->sections, at->u, at->v0, at->v0, true, at->residual, &seen);
         add_springs(m, now, at->u, at->residual);
-        if (!solver_factor(m, now, at->u, at->v0, at->v0, stiffness, fixed, at->factors)) break;
+        if (!solver_factor(m, now, &at->sections, at->u, stiffness, fixed, at->factors)) break;
         solver_solve(m, at->factors, fixed, at->residual);
         size = correction_size(m, at->residual);
         if (!isfinite(size)) break;
@@ -171,18 +171,17 @@ static int settle(gallop_model *m, layout *at, gallop_report *report)
     return GALLOP_COMPLETED;
 }
 
+/* int N'^T T0 X' dS: what the constant forces have to balance in the initial state */
 static void internal_forces(const gallop_model *m, double *force)
 {
-    const double rest[12] = {0.0};
-    instant calm;
-    watch seen;
-    memset(&calm, 0, sizeof calm);
-    watch_start(&seen);
     memset(force, 0, 4 * (size_t)m->nodes * sizeof(double));
     for (int e = 0; e < m->elements; e++) {
-        double r[12];
-        element_residual(m, e, &calm, rest, rest, rest, r, &seen);
-        for (int i = 0; i < 12; i++) force[8 * e + i] += r[i];
+        const geometry *g = &m->geometry[e];
+        for (int q = 0; q < 2; q++)
+            for (int n = 0; n < 3; n++) {
+                double w = g->stiffness_weight[q] * g->shape_slope[q][n] * g->tension[q];
+                for (int i = 0; i < 3; i++) force[8 * e + 4 * n + i] += w * g->slope[q][i];
+            }
     }
 }
 

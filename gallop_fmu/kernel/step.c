@@ -6,7 +6,7 @@
 #define GAMMA 0.5
 
 /* A factorisation is renewed when the observed convergence rate is worse than this. */
-#define SLOW_RATE 0.1
+#define SLOW_RATE 0.3
 
 void add_springs(const gallop_model *model, const instant *now, const double *u, double *residual)
 {
@@ -30,11 +30,13 @@ double correction_size(const gallop_model *model, const double *du)
     return isfinite(sum) ? fmax(translation, radius * twist) : NAN;
 }
 
-static void predict(const gallop_model *model, layout *at, const instant *now, double h)
+/* The acceleration is extrapolated from the last two; the ends follow their prescribed motion. */
+static void predict(const gallop_model *model, layout *at, const instant *now, double h, double h_before)
 {
     const int values = 4 * model->nodes;
+    const double ahead = h / h_before;
     for (int i = 0; i < values; i++) {
-        double guess = at->a0[i];
+        double guess = at->a0[i] + ahead * (at->a0[i] - at->a_before[i]);
         at->u[i] = at->u0[i] + h * at->v0[i] + h * h * ((0.5 - BETA) * at->a0[i] + BETA * guess);
         at->v[i] = at->v0[i] + h * ((1.0 - GAMMA) * at->a0[i] + GAMMA * guess);
         at->a[i] = guess;
@@ -61,14 +63,14 @@ static int newmark(const gallop_model *model, gallop_state *state, layout *at, c
     double before = 0.0;
     watch seen;
     instant_at(model, t, inputs, &state->now);
-    predict(model, at, &state->now, h);
+    predict(model, at, &state->now, h, state->step_before);
     for (int iteration = 1; iteration <= model->scene.max_newton_iterations; iteration++) {
         watch_start(&seen);
-        span_residual(model, t, &state->now, at->u, at->v, at->a, at->residual, &seen);
+        span_residual(model, t, &state->now, &at->sections, at->u, at->v, at->a, renew, at->residual, &seen);
         add_springs(model, &state->now, at->u, at->residual);
         if (renew) {
             state->factored_step = 0.0;
-            if (!solver_factor(model, &state->now, at->u, at->v, at->a, mix, model->fixed, at->factors))
+            if (!solver_factor(model, &state->now, &at->sections, at->u, mix, model->fixed, at->factors))
                 return fail(report, GALLOP_NEWTON_STALLED, seen.slack_element, t, NAN, tolerance);
             state->factored_step = h;
             state->rate = 1.0;
@@ -116,32 +118,35 @@ static bool may_halve(int outcome) { return outcome == GALLOP_NEWTON_STALLED || 
 static int whole_step(const gallop_model *model, gallop_state *state, layout *at, const gallop_inputs *inputs, double h,
                       gallop_report *report)
 {
-    const size_t bytes = 4 * (size_t)model->nodes * sizeof(double);
+    const size_t bytes = 4 * (size_t)model->nodes * sizeof(double);   /* u v a a_before lie side by side, as do u0 v0 a0 */
     const int deepest = model->scene.max_halvings;
     const uint64_t whole = (uint64_t)1 << deepest;
+    const double step_before = state->step_before;
     uint64_t done = 0;
     int level = 0;
     state->last_iterations = state->last_substeps = 0;
-    memcpy(at->first, at->u, 3 * bytes);
-    memcpy(at->u0, at->u, 3 * bytes);   /* u v a lie side by side, as do u0 v0 a0 */
+    memcpy(at->first, at->u, 4 * bytes);
     while (done < whole) {
         uint64_t unit = whole >> level;
         double part = h / (double)((uint64_t)1 << level);
         double t = state->time + h * (double)(done + unit) / (double)whole;
+        memcpy(at->u0, at->u, 3 * bytes);
         int outcome = newmark(model, state, at, inputs, t, part, report);
         if (outcome == GALLOP_COMPLETED) {
             done += unit;
             state->last_substeps++;
-            if (done < whole) memcpy(at->u0, at->u, 3 * bytes);
+            memcpy(at->a_before, at->a0, bytes);
+            state->step_before = part;
             if (level > 0 && done % (whole >> (level - 1)) == 0) level--;
             continue;
         }
         state->factored_step = 0.0;
+        memcpy(at->u, at->u0, 3 * bytes);
         if (!may_halve(outcome) || level == deepest) {
-            memcpy(at->u, at->first, 3 * bytes);
+            memcpy(at->u, at->first, 4 * bytes);
+            state->step_before = step_before;
             return outcome;
         }
-        memcpy(at->u, at->u0, 3 * bytes);
         level++;
         state->halvings++;
     }
@@ -189,8 +194,11 @@ int gallop_advance(const gallop_model *model, gallop_state *state, const gallop_
     if (count < 1) count = 1;
     double h = span / (double)count;
     if (fabs(h - dt) < 1e-9 * dt) h = dt;   /* round-off in the host's clock must not cost a factorisation */
+    layout at = state_layout(model, state);
+    memcpy(at.saved, state, model->saved_size);
     int outcome = march(model, state, inputs, origin, h, count, report);
     if (outcome == GALLOP_COMPLETED) state->time = until;
+    else memcpy(state, at.saved, model->saved_size);
     return outcome;
 }
 
@@ -231,9 +239,9 @@ static int consistent_acceleration(const gallop_model *model, gallop_state *stat
                 at->v[node + i] = now->velocity[end][i];
                 at->a[node + i] = now->acceleration[end][i];
             }
-    span_residual(model, state->time, now, at->u, at->v, at->a, at->residual, &seen);
+    span_residual(model, state->time, now, &at->sections, at->u, at->v, at->a, true, at->residual, &seen);
     add_springs(model, now, at->u, at->residual);
-    if (!solver_factor(model, now, at->u, at->v, at->a, inertia, model->fixed, at->factors))
+    if (!solver_factor(model, now, &at->sections, at->u, inertia, model->fixed, at->factors))
         return fail(report, GALLOP_INVALID_SCENE, -1, state->time, model->inertia, 0.0);
     solver_solve(model, at->factors, model->fixed, at->residual);
     for (int i = 0; i < 4 * model->nodes; i++) at->a[i] -= at->residual[i];
@@ -255,6 +263,7 @@ static void clear(const gallop_model *model, gallop_state *state, double time, c
     report->element = -1;
     state->time = report->time = time;
     state->last_substeps = 1;
+    state->step_before = INFINITY;   /* no acceleration before the first to extrapolate from */
     instant_at(model, time, inputs, &state->now);
 }
 
