@@ -1,0 +1,167 @@
+"""What a simulation returns: labelled histories with units, how the run ended, and where the numbers come from."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gallop_fmu.errors import SceneError
+from gallop_fmu.outcome import Outcome, Report
+from gallop_fmu.scene import Scene
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+Array = NDArray[np.float64]
+
+
+class Oscillation(NamedTuple):
+    """A steady oscillation: half peak-to-peak, mean (both in the channel's unit) and dominant frequency [Hz]."""
+
+    amplitude: float
+    mean: float
+    frequency_hz: float
+
+
+def dominant_frequency(values: Array, interval: float) -> float:
+    """Frequency [Hz] of the largest spectral line; 0 for a constant.
+
+    Parameters
+    ----------
+    values : ndarray, shape (time,)
+        Samples.
+    interval
+        Time [s] between them.
+
+    Notes
+    -----
+    Hann window, fourfold zero padding, and a parabola through the logarithms of the three largest lines.
+    """
+    samples = (values - np.mean(values)) * np.hanning(len(values))
+    if len(samples) < 8 or not np.ptp(values) > 1e-12 * max(1.0, float(np.max(np.abs(values)))):
+        return 0.0
+    count = 4 * len(samples)
+    spectrum = np.abs(np.fft.rfft(samples, count))
+    peak = int(np.argmax(spectrum[1:-1])) + 1
+    below, top, above = np.log(spectrum[peak - 1 : peak + 2] + 1e-300)
+    shift = 0.5 * (below - above) / (below - 2.0 * top + above)
+    return float((peak + shift) / (count * interval))
+
+
+def oscillation(values: Array, interval: float) -> Oscillation:
+    """Amplitude, mean and frequency of equally spaced samples."""
+    low, high = float(np.min(values)), float(np.max(values))
+    return Oscillation(0.5 * (high - low), float(np.mean(values)), dominant_frequency(values, interval))
+
+
+@dataclass(frozen=True)
+class Result:
+    """Histories of a run.
+
+    Attributes
+    ----------
+    dataset : xarray.Dataset
+        Dimensions ``time`` [s] and ``node``; node channels (u1, u2, u3, theta, tension, ...) over both, span channels
+        (wind_speed, support forces, energies, ...) over time.  Each variable has ``units`` and ``long_name``;
+        ``dataset.attrs`` holds the provenance.
+    scene : Scene
+        What was computed.
+    report : Report
+        How the run ended and how much work it was.
+    """
+
+    dataset: xr.Dataset
+    scene: Scene
+    report: Report
+
+    @property
+    def outcome(self) -> Outcome:
+        """How the run ended."""
+        return self.report.outcome
+
+    def midspan(self) -> xr.Dataset:
+        """The histories at the mid-span node alone.
+
+        Raises
+        ------
+        SceneError
+            If the mid-span node was not recorded.
+        """
+        middle = self.scene.numerics.elements
+        if middle not in self.dataset.node:
+            raise SceneError(f'the mid-span node {middle} was not recorded; ask for record_nodes="midspan" or "all"')
+        return self.dataset.sel(node=middle)
+
+    def steady(self, window: float = 100.0) -> dict[str, Oscillation]:
+        """Oscillation of each mid-span channel over the last `window` seconds.
+
+        Raises
+        ------
+        SceneError
+            If the run is shorter than the window.
+        """
+        time = self.dataset.time.values
+        if not 0.0 < window <= time[-1] - time[0]:
+            raise SceneError(f"window = {window} s must be positive and no longer than the run of {time[-1] - time[0]} s")
+        return self.between(float(time[-1]) - window, float(time[-1]))
+
+    def between(self, start: float, stop: float) -> dict[str, Oscillation]:
+        """Oscillation of each mid-span channel from `start` to `stop` [s]."""
+        part = self.midspan().sel(time=slice(start - 1e-9, stop + 1e-9))
+        if part.sizes["time"] < 2:
+            raise SceneError(f"fewer than two records lie between {start} s and {stop} s")
+        interval = float(part.time[1] - part.time[0])
+        return {str(name): oscillation(part[name].values, interval) for name in part.data_vars}
+
+    def save(self, path: Path | str) -> Path:
+        """Write everything as NetCDF (``.nc``), or the mid-span histories as CSV (``.csv``).
+
+        Raises
+        ------
+        SceneError
+            If the suffix is another one.
+        """
+        path = Path(path)
+        if path.suffix == ".nc":
+            self.dataset.to_netcdf(path, engine="h5netcdf")
+        elif path.suffix == ".csv":
+            frame = self.midspan().drop_vars(["node", "x1"]).to_dataframe()
+            units = {str(name): self.dataset[name].attrs["units"] for name in frame.columns}
+            header = ",".join(["time [s]", *(f"{name} [{unit}]" for name, unit in units.items())])
+            table = np.column_stack([frame.index.to_numpy(), frame.to_numpy()])
+            np.savetxt(path, table, delimiter=",", header=header, comments="", fmt="%.12g")
+        else:
+            raise SceneError(f"{path}: results are written as .nc (NetCDF) or .csv, not as {path.suffix or 'no suffix'}")
+        return path
+
+
+def summary(result: Result) -> dict[str, object]:
+    """The run in a few plain numbers, for a terminal or as JSON."""
+    report, time = result.report, result.dataset.time.values
+    last = min(100.0, float(time[-1] - time[0]))
+    steady = result.steady(last) if last > 0.0 and "u2" in result.dataset else {}
+    return {
+        "title": result.scene.title,
+        "outcome": report.outcome.name.lower(),
+        "message": str(report),
+        "time": report.time,
+        "window": last,
+        "midspan": {
+            name: {"amplitude": o.amplitude, "mean": o.mean, "frequency_hz": o.frequency_hz}
+            for name, o in steady.items()
+            if name in ("u2", "u3", "theta", "tension")
+        },
+        **{key: result.dataset.attrs[key] for key in ("steps", "iterations", "refactorisations", "seconds")},
+        "real_time_factor": float(time[-1]) / max(float(result.dataset.attrs["seconds"]), 1e-9),
+        "lowest_tension": report.lowest_tension,
+    }
+
+
+def summary_json(result: Result) -> str:
+    """`summary` as JSON."""
+    return json.dumps(summary(result), indent=2)
