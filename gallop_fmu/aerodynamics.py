@@ -39,13 +39,16 @@ class AerodynamicCurve:
     ----------
     breakpoint : (pieces + 1,) array
         Ends of the pieces [rad], increasing; the first and last bound the validity range.
+    origin : (pieces,) array
+        Angle [rad] from which the powers of each piece count.
     coefficient : (pieces, 3, 4) array
-        For each piece lift, drag, moment: coefficients of powers 0..3 of (alpha - breakpoint[piece]).
+        For each piece lift, drag, moment: coefficients of powers 0..3 of (alpha - origin[piece]).
     outside : {"error", "hold", "periodic"}
         What holds outside the validity range.
     """
 
     breakpoint: Values
+    origin: Values
     coefficient: Values
     outside: Outside
 
@@ -85,7 +88,7 @@ class AerodynamicCurve:
         return np.asarray(c[..., 0] + x * (c[..., 1] + x * (c[..., 2] + x * c[..., 3])))
 
     def _locate(self, alpha: ArrayLike) -> tuple[Values, NDArray[np.intp], Values]:
-        """Reduced angle, its piece, and the distance from that piece's breakpoint."""
+        """Reduced angle, its piece, and the distance from that piece's origin."""
         first, last = self.breakpoint[0], self.breakpoint[-1]
         angle = np.asarray(alpha, dtype=np.float64)
         angle = angle - TURN * np.round((angle - 0.5 * (first + last)) / TURN)
@@ -97,7 +100,7 @@ class AerodynamicCurve:
             )
         inside = np.clip(angle, first, last)
         piece = np.clip(np.searchsorted(self.breakpoint, inside, side="right") - 1, 0, len(self.coefficient) - 1)
-        return angle, piece, inside - self.breakpoint[piece]
+        return angle, piece, inside - self.origin[piece]
 
 
 Coefficients = Annotated[tuple[Number, ...], Field(strict=False)]
@@ -123,9 +126,9 @@ class PolynomialCoefficients(Section):
         check_range("valid_from_deg", self.valid_from_deg, "valid_to_deg", self.valid_to_deg, self.outside)
         if self.outside == "periodic":
             curve = self.curve()
-            width = curve.breakpoint[1] - curve.breakpoint[0]
+            ends = curve.breakpoint - curve.origin[0]
             for name, c in zip(COEFFICIENTS, curve.coefficient[0], strict=True):
-                check_closed(name, float(c[0]), float(np.polyval(c[::-1], width)))
+                check_closed(name, *(float(value) for value in np.polyval(c[::-1], ends)))
         return self
 
     @property
@@ -134,15 +137,12 @@ class PolynomialCoefficients(Section):
         return self.valid_from_deg, self.valid_to_deg
 
     def curve(self) -> AerodynamicCurve:
-        """One piece, with the polynomials expanded again about the start of the validity range."""
-        first, last = np.radians(self.valid_from_deg), np.radians(self.valid_to_deg)
-        shift = first - np.radians(self.centre_deg)
+        """One piece whose powers count from the centre."""
         coefficient = np.zeros((1, 3, 4))
         for c, name in enumerate(COEFFICIENTS):
-            about_centre = np.polynomial.Polynomial(getattr(self, name))
-            about_start = about_centre(np.polynomial.Polynomial([shift, 1.0])).coef
-            coefficient[0, c, : len(about_start)] = about_start
-        return AerodynamicCurve(np.array([first, last]), coefficient, self.outside)
+            powers = getattr(self, name)
+            coefficient[0, c, : len(powers)] = powers
+        return AerodynamicCurve(np.radians(self.range_deg), np.radians([self.centre_deg]), coefficient, self.outside)
 
 
 class TableCoefficients(Section):
@@ -196,7 +196,7 @@ class TableCoefficients(Section):
             y = np.concatenate([y[pieces - wrap : pieces], y, y[1 : 1 + wrap]])
             highest_first = PchipInterpolator(wrapped, y).c[:, wrap : wrap + pieces]
             coefficient[:, c, :] = highest_first[::-1].T
-        return AerodynamicCurve(angle, coefficient, self.outside)
+        return AerodynamicCurve(angle, angle[:-1], coefficient, self.outside)
 
 
 Aerodynamics = Annotated[PolynomialCoefficients | TableCoefficients, Field(discriminator="kind")]

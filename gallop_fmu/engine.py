@@ -33,9 +33,7 @@ _SUFFIX = {"win32": ".dll", "darwin": ".dylib"}.get(sys.platform, ".so")
 
 def library_path() -> Path:
     """Path of the compiled kernel."""
-    import gallop_fmu
-
-    for folder in gallop_fmu.__path__:   # an editable install keeps the library apart from the sources
+    for folder in sys.modules["gallop_fmu"].__path__:  # an editable install keeps the library apart from the sources
         path = Path(folder) / f"gallop_kernel{_SUFFIX}"
         if path.is_file():
             return path
@@ -48,7 +46,9 @@ def _load() -> c.CDLL:
     library.gallop_struct_sizes(sizes)
     for structure, size in zip(CHECKED, sizes, strict=True):
         if c.sizeof(structure) != size:
-            raise ImportError(f"{structure.__doc__} has {size} bytes in the library, {c.sizeof(structure)} here; reinstall")
+            raise ImportError(
+                f"{structure.__doc__} has {size} bytes in the library, {c.sizeof(structure)} here; reinstall"
+            )
     pointer, double, whole = c.c_void_p, c.c_double, c.c_int64
     doubles, report, inputs = c.POINTER(c.c_double), c.POINTER(CReport), c.POINTER(CInputs)
     integers = c.POINTER(c.c_int32)
@@ -66,13 +66,15 @@ def _load() -> c.CDLL:
         "gallop_advance": (c.c_int, (pointer, pointer, inputs, double, report)),
         "gallop_run": (
             c.c_int,
-            (pointer, pointer, whole, whole, whole, integers, c.c_int32, integers, c.c_int32)
-            + (doubles, doubles, c.POINTER(c.c_int64), report),
+            (pointer, pointer, *[whole] * 3, *[integers, c.c_int32] * 2, doubles, doubles, c.POINTER(whole), report),
         ),
         "gallop_observe_node": (None, (pointer, pointer, c.c_int32, doubles)),
         "gallop_observe_span": (None, (pointer, pointer, doubles)),
         "gallop_residual": (c.c_int, (pointer, pointer, double, inputs, *[doubles] * 4)),
-        "gallop_tangent": (c.c_int, (pointer, pointer, double, inputs, *[doubles] * 3, double, double, double, doubles)),
+        "gallop_tangent": (
+            c.c_int,
+            (pointer, pointer, double, inputs, *[doubles] * 3, double, double, double, doubles),
+        ),
     }
     for name, (result, arguments) in signatures.items():
         function = getattr(library, name)
@@ -365,7 +367,9 @@ class State:
         """
         return self._call(_kernel.gallop_advance, _inputs_pointer(inputs), until)
 
-    def run(self, records: int, every: int, channels: NDArray[np.int32], nodes: NDArray[np.int32], first: int = 0) -> Run:
+    def run(
+        self, records: int, every: int, channels: NDArray[np.int32], nodes: NDArray[np.int32], first: int = 0
+    ) -> Run:
         """Advance `records` times by `every` steps and observe after each; `first` counts the records already made."""
         node_values = np.empty((records, len(channels), len(nodes)))
         span_values = np.empty((records, len(SPAN_CHANNELS)))

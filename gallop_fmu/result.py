@@ -107,7 +107,9 @@ class Result:
         """
         time = self.dataset.time.values
         if not 0.0 < window <= time[-1] - time[0]:
-            raise SceneError(f"window = {window} s must be positive and no longer than the run of {time[-1] - time[0]} s")
+            raise SceneError(
+                f"window = {window} s must be positive and no longer than the run of {time[-1] - time[0]} s"
+            )
         return self.between(float(time[-1]) - window, float(time[-1]))
 
     def between(self, start: float, stop: float) -> dict[str, Oscillation]:
@@ -136,7 +138,9 @@ class Result:
             table = np.column_stack([frame.index.to_numpy(), frame.to_numpy()])
             np.savetxt(path, table, delimiter=",", header=header, comments="", fmt="%.12g")
         else:
-            raise SceneError(f"{path}: results are written as .nc (NetCDF) or .csv, not as {path.suffix or 'no suffix'}")
+            raise SceneError(
+                f"{path}: results are written as .nc (NetCDF) or .csv, not as {path.suffix or 'no suffix'}"
+            )
         return path
 
 

@@ -4,20 +4,54 @@ from __future__ import annotations
 
 import ctypes as c
 import math
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from gallop_fmu.laws import Constant, Harmonic, Law, Pulse, Ramp, TimeTable
+from gallop_fmu.laws import Constant, Law, TimeTable
 from gallop_fmu.loads import Load
 from gallop_fmu.scene import Scene
-from gallop_fmu.supports import AdjacentSpanSupport, SpringSupport
+from gallop_fmu.supports import Support
 
 Pointer = c.POINTER(c.c_double)
 Three = c.c_double * 3
 Two = c.c_double * 2
 
+SPAN_FIELDS = ("length", "height_difference", "sag", "horizontal_tension", "gravity")
+CONDUCTOR_FIELDS: dict[str, str | None] = {
+    "mass_per_length": "mass",
+    **dict.fromkeys(("diameter", "axial_stiffness", "torsional_stiffness", "torsional_inertia")),
+}
+ICE_FIELDS: dict[str, str | None] = {
+    "mass_per_length": "ice_mass",
+    "torsional_inertia": "ice_torsional_inertia",
+    "first_moment_x2": None,
+    "first_moment_x3": None,
+    "attack_angle_deg": "attack_angle",
+}
+SEEDS = ("seed_vertical", "seed_horizontal", "seed_twist")
+FREQUENCY_PAIR = ("low_ratio", "low_frequency", "high_ratio", "high_frequency")
+NUMERICS = ("elements", "time_step", "newton_tolerance", "max_newton_iterations", "max_halvings")
+LAW_FIELDS: dict[str, dict[str, str | None]] = {
+    "constant": {"value": "initial"},
+    "ramp": {"initial": None, "final": "peak", "start": None, "duration": "rise"},
+    "pulse": dict.fromkeys(("initial", "peak", "start", "rise", "fall_start", "fall")),
+    "harmonic": {
+        "mean": "initial",
+        "amplitude": None,
+        "frequency_hz": "frequency",
+        "phase_deg": "phase",
+        "start": None,
+    },
+    "table": {},
+}
+SUPPORT_FIELDS: dict[str, tuple[str, ...]] = {
+    "rigid": (),
+    "springs": ("stiffness_x1", "stiffness_x3"),
+    "adjacent_span": ("adjacent_span", "adjacent_tension", "insulator_length", "insulator_weight"),
+}
 LAW_KINDS = {"constant": 0, "ramp": 1, "pulse": 1, "harmonic": 2, "table": 3}
 SUPPORT_KINDS = {"rigid": 0, "springs": 1, "adjacent_span": 2}
 OUTSIDE_KINDS = {"error": 0, "hold": 1, "periodic": 2}
@@ -29,7 +63,7 @@ class CLaw(c.Structure):
     _fields_ = (
         ("kind", c.c_int32),
         ("count", c.c_int32),
-        *((name, c.c_double) for name in ("offset", "scale", "start", "rise", "fall_start", "fall")),
+        *((name, c.c_double) for name in ("initial", "peak", "amplitude", "start", "rise", "fall_start", "fall")),
         *((name, c.c_double) for name in ("frequency", "phase")),
         ("time", Pointer),
         ("value", Pointer),
@@ -51,26 +85,35 @@ class CSupport(c.Structure):
 class CLoad(c.Structure):
     """gallop_load."""
 
-    _fields_ = (("position", c.c_double), ("force", Three), ("torque", c.c_double), ("law", CLaw))
+    _fields_ = (
+        ("evenly_spaced", c.c_int32),
+        ("reserved", c.c_int32),
+        ("position", c.c_double),
+        ("force", Three),
+        ("torque", c.c_double),
+        ("law", CLaw),
+    )
 
 
 class CDamping(c.Structure):
     """gallop_damping."""
 
-    _fields_ = tuple((name, c.c_double) for name in ("low_ratio", "low_frequency", "high_ratio", "high_frequency"))
+    _fields_ = tuple((name, c.c_double) for name in FREQUENCY_PAIR)
 
 
 class CScene(c.Structure):
     """gallop_scene."""
 
     _fields_ = (
-        *((name, c.c_double) for name in ("length", "height_difference", "sag", "horizontal_tension", "gravity")),
+        *((name, c.c_double) for name in SPAN_FIELDS),
         *((name, c.c_double) for name in ("diameter", "mass", "axial_stiffness", "torsional_stiffness")),
-        *((name, c.c_double) for name in ("torsional_inertia", "first_moment_x2", "first_moment_x3")),
+        *((name, c.c_double) for name in ("torsional_inertia", "ice_mass", "ice_torsional_inertia")),
+        *((name, c.c_double) for name in ("first_moment_x2", "first_moment_x3")),
         *((name, c.c_double) for name in ("air_density", "attack_angle", "reference_radius")),
         ("pieces", c.c_int32),
         ("outside", c.c_int32),
         ("breakpoint", Pointer),
+        ("origin", Pointer),
         ("coefficient", Pointer),
         ("wind", CLaw),
         ("support", CSupport * 2),
@@ -79,7 +122,7 @@ class CScene(c.Structure):
         ("load", c.POINTER(CLoad)),
         ("load_count", c.c_int32),
         ("elements", c.c_int32),
-        *((name, c.c_double) for name in ("seed_vertical", "seed_horizontal", "seed_twist")),
+        *((name, c.c_double) for name in SEEDS),
         ("start_in_mean_wind", c.c_int32),
         ("max_newton_iterations", c.c_int32),
         ("max_halvings", c.c_int32),
@@ -133,100 +176,92 @@ def double_pointer(values: NDArray[np.float64]) -> Any:
 
 
 class Packed:
-    """A scene as the kernel reads it, together with the arrays its pointers lead to."""
+    """A scene as the kernel reads it: one `CScene`, and the arrays and loads that its pointers lead to.
+
+    Attributes
+    ----------
+    scene : CScene
+        The packed scene.
+    places : dict
+        Dotted path of a scene value to (structure or array, field or index, factor): where the value lies, and by what
+        it is multiplied on the way.
+    """
 
     def __init__(self, scene: Scene) -> None:
-        self._kept: list[Any] = []
         self.scene = CScene()
-        self._pack(scene)
+        self.places: dict[str, tuple[Any, str | int, float]] = {}
+        self.arrays: list[NDArray[np.float64]] = []
+        self.loads = (CLoad * len(scene.loads))()
+        self._pack_span(scene)
+        self._pack_air(scene)
+        for end, (name, support) in enumerate((("left", scene.supports.left), ("right", scene.supports.right))):
+            self._pack_support(self.scene.support[end], support, f"supports.{name}")
+        for name in ("translation", "twist"):
+            pair = getattr(scene.damping, name)
+            if pair is not None:
+                target = getattr(self.scene, f"{name}_damping")
+                self._copy(pair, target, f"damping.{name}", dict.fromkeys(FREQUENCY_PAIR))
+        for index, load in enumerate(scene.loads):
+            self._pack_load(self.loads[index], load, f"loads.{index}")
+        self.scene.load, self.scene.load_count = c.cast(self.loads, c.POINTER(CLoad)), len(scene.loads)
+        self._copy(
+            scene.initial, self.scene, "initial", dict.fromkeys(("seed_vertical", "seed_horizontal", "seed_twist"))
+        )
+        self.scene.start_in_mean_wind = scene.initial.wind == "mean_wind_equilibrium"
+        self._copy(scene.numerics, self.scene, "numerics", dict.fromkeys(NUMERICS))
+
+    def _copy(self, section: Any, target: c.Structure, path: str, fields: Mapping[str, str | None]) -> None:
+        """Copy the named values of a section; a field maps to its name in the structure where that differs."""
+        for name, other in fields.items():
+            value = getattr(section, name)
+            if value is None:
+                continue
+            factor = math.pi / 180.0 if name.endswith("_deg") else 1.0
+            field = other or name
+            setattr(target, field, value if factor == 1.0 else value * factor)
+            self.places[f"{path}.{name}"] = (target, field, factor)
 
     def _pointer(self, values: Any) -> Any:
-        array = np.ascontiguousarray(values, dtype=np.float64)
-        self._kept.append(array)
-        return double_pointer(array)
+        self.arrays.append(np.ascontiguousarray(values, dtype=np.float64))
+        return double_pointer(self.arrays[-1])
 
-    def _law(self, law: Law | None) -> CLaw:
-        packed = CLaw(fall_start=math.inf)
-        if law is None:
-            return packed
-        packed.kind = LAW_KINDS[law.kind]
-        match law:
-            case Constant():
-                packed.offset = law.value
-            case Ramp():
-                packed.offset, packed.scale = law.initial, law.final - law.initial
-                packed.start, packed.rise = law.start, law.duration
-            case Pulse():
-                packed.offset, packed.scale = law.initial, law.peak - law.initial
-                packed.start, packed.rise = law.start, law.rise
-                packed.fall_start, packed.fall = law.fall_start, law.fall
-            case Harmonic():
-                packed.offset, packed.scale, packed.start = law.mean, law.amplitude, law.start
-                packed.frequency, packed.phase = law.frequency_hz, math.radians(law.phase_deg)
-            case TimeTable():
-                packed.scale, packed.count = 1.0, len(law.time)
-                packed.time, packed.value = self._pointer(law.time), self._pointer(law.value)
-        return packed
+    def _pack_span(self, scene: Scene) -> None:
+        self._copy(scene.span, self.scene, "span", dict.fromkeys(SPAN_FIELDS))
+        self._copy(scene.conductor, self.scene, "conductor", CONDUCTOR_FIELDS)
+        self._copy(scene.ice, self.scene, "ice", ICE_FIELDS)
 
-    def _support(self, support: Any) -> CSupport:
-        packed = CSupport(kind=SUPPORT_KINDS[support.kind])
-        match support:
-            case SpringSupport():
-                packed.stiffness_x1, packed.stiffness_x3 = support.stiffness_x1, support.stiffness_x3
-            case AdjacentSpanSupport():
-                packed.adjacent_span, packed.adjacent_tension = support.adjacent_span, support.adjacent_tension
-                packed.insulator_length = support.insulator_length
-                packed.insulator_weight = support.insulator_weight
-        motion = support.motion
+    def _pack_air(self, scene: Scene) -> None:
+        s, wind, coefficients = self.scene, scene.wind, scene.aerodynamics
+        self._copy(wind, s, "wind", {"air_density": None})
+        self._pack_law(s.wind, wind.history or Constant(value=wind.speed or 0.0), "wind.history")
+        if coefficients is None:
+            return
+        curve = coefficients.curve()
+        s.pieces, s.outside = len(curve.origin), OUTSIDE_KINDS[curve.outside]
+        s.breakpoint, s.origin = self._pointer(curve.breakpoint), self._pointer(curve.origin)
+        if coefficients.kind == "polynomial":
+            breakpoint, origin, factor = self.arrays[-2], self.arrays[-1], math.pi / 180.0
+            self.places["aerodynamics.centre_deg"] = (origin, 0, factor)
+            self.places["aerodynamics.valid_from_deg"] = (breakpoint, 0, factor)
+            self.places["aerodynamics.valid_to_deg"] = (breakpoint, 1, factor)
+        s.coefficient = self._pointer(curve.coefficient)
+        self._copy(coefficients, s, "aerodynamics", {"reference_radius": None})
+
+    def _pack_law(self, target: CLaw, law: Law, path: str) -> None:
+        target.kind, target.fall_start = LAW_KINDS[law.kind], math.inf
+        self._copy(law, target, path, LAW_FIELDS[law.kind])
+        if isinstance(law, TimeTable):
+            target.count = len(law.time)
+            target.time, target.value = self._pointer(law.time), self._pointer(law.value)
+
+    def _pack_support(self, target: CSupport, support: Support, path: str) -> None:
+        target.kind = SUPPORT_KINDS[support.kind]
+        self._copy(support, target, path, dict.fromkeys(SUPPORT_FIELDS[support.kind]))
         for axis, name in enumerate(("x1", "x2", "x3")):
-            packed.motion[axis] = self._law(getattr(motion, name) if motion is not None else None)
-        return packed
+            motion = getattr(support.motion, name) if support.motion is not None else None
+            self._pack_law(target.motion[axis], motion or Constant(value=0.0), f"{path}.motion.{name}")
 
-    def _loads(self, loads: tuple[Load, ...]) -> list[CLoad]:
-        packed = []
-        for load in loads:
-            law = self._law(load.law)
-            count = load.evenly_spaced
-            points = [load.position] if count is None else [k / (count + 1) for k in range(1, count + 1)]
-            for position in points:
-                packed.append(CLoad(position=position, force=Three(*load.force), torque=load.torque, law=law))
-        return packed
-
-    def _pack(self, scene: Scene) -> None:
-        s = self.scene
-        s.length, s.height_difference, s.gravity = scene.span.length, scene.span.height_difference, scene.span.gravity
-        s.sag, s.horizontal_tension = scene.span.sag or 0.0, scene.span.horizontal_tension or 0.0
-
-        conductor, ice = scene.conductor, scene.ice
-        s.diameter, s.axial_stiffness = conductor.diameter, conductor.axial_stiffness
-        s.torsional_stiffness = conductor.torsional_stiffness
-        s.mass = conductor.mass_per_length + ice.mass_per_length
-        s.torsional_inertia = conductor.torsional_inertia + ice.torsional_inertia
-        s.first_moment_x2, s.first_moment_x3 = ice.first_moment_x2, ice.first_moment_x3
-
-        s.air_density, s.attack_angle = scene.wind.air_density, math.radians(ice.attack_angle_deg)
-        s.reference_radius = 0.5 * conductor.diameter
-        if scene.aerodynamics is not None:
-            curve = scene.aerodynamics.curve()
-            s.pieces, s.outside = len(curve.breakpoint) - 1, OUTSIDE_KINDS[curve.outside]
-            s.breakpoint, s.coefficient = self._pointer(curve.breakpoint), self._pointer(curve.coefficient)
-            if scene.aerodynamics.reference_radius is not None:
-                s.reference_radius = scene.aerodynamics.reference_radius
-        s.wind = self._law(scene.wind.history or Constant(value=scene.wind.speed or 0.0))
-
-        s.support[0], s.support[1] = self._support(scene.supports.left), self._support(scene.supports.right)
-        for target, pair in (("translation_damping", scene.damping.translation), ("twist_damping", scene.damping.twist)):
-            if pair is not None:
-                values = (pair.low_ratio, pair.low_frequency, pair.high_ratio, pair.high_frequency)
-                setattr(s, target, CDamping(*values))
-        loads = self._loads(scene.loads)
-        array = (CLoad * len(loads))(*loads)
-        self._kept.append(array)
-        s.load, s.load_count = c.cast(array, c.POINTER(CLoad)), len(loads)
-
-        initial, numerics = scene.initial, scene.numerics
-        s.seed_vertical, s.seed_horizontal = initial.seed_vertical, initial.seed_horizontal
-        s.seed_twist, s.start_in_mean_wind = initial.seed_twist, initial.wind == "mean_wind_equilibrium"
-        s.elements, s.time_step = numerics.elements, numerics.time_step
-        s.newton_tolerance = numerics.newton_tolerance
-        s.max_newton_iterations, s.max_halvings = numerics.max_newton_iterations, numerics.max_halvings
+    def _pack_load(self, target: CLoad, load: Load, path: str) -> None:
+        target.force = Three(*load.force)
+        self._copy(load, target, path, dict.fromkeys(("torque", "position", "evenly_spaced")))
+        self._pack_law(target.law, load.law, f"{path}.law")

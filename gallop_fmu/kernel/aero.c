@@ -14,7 +14,7 @@ double aero_angle(double theta, double v2, double v3, double omega, double wind,
  * judged once it has converged. */
 static void attack_angles(const gallop_model *model, const instant *now, const sections *at, int first, int last)
 {
-    const double radius = model->scene.reference_radius, wind = now->wind, attack = now->attack;
+    const double radius = model->radius, wind = now->wind, attack = now->attack;
     const double centre = model->curve_centre, half = 0.5 * (model->curve_last - model->curve_first);
     const double *theta = at->theta, *omega = at->omega, *v2 = at->v2, *v3 = at->v3;
     double *angle = at->angle, *excess = at->excess, *read = at->by_theta[0];
@@ -41,7 +41,7 @@ static int piece_of(const double *breakpoint, int pieces, double alpha)
     return low;
 }
 
-/* Where on the curve each section reads: the cubic's coefficients and the distance s from its first breakpoint. */
+/* Section i reads the cubic with coefficients k at the distance s from its origin. */
 static inline void read_section(const double *k, double s, const sections *at, int i, bool slopes)
 {
     double inside = at->excess[i] > 0.0 ? 0.0 : 1.0;
@@ -57,24 +57,25 @@ static inline void read_section(const double *k, double s, const sections *at, i
 /* CL, CD, CM into by_v2 at the angles that attack_angles left in by_theta[0]; their slopes, where asked for, into by_v3. */
 static void read_curve(const gallop_model *model, const sections *at, int first, int last, bool slopes)
 {
-    const double *breakpoint = model->scene.breakpoint, *coefficient = model->scene.coefficient;
+    const double *breakpoint = model->scene.breakpoint, *origin = model->scene.origin;
+    const double *coefficient = model->scene.coefficient;
     if (model->scene.pieces == 1) {   /* a polynomial: no search */
         double k[12];
         memcpy(k, coefficient, sizeof k);
         INDEPENDENT
-        for (int i = first; i < last; i++) read_section(k, at->by_theta[0][i] - breakpoint[0], at, i, slopes);
+        for (int i = first; i < last; i++) read_section(k, at->by_theta[0][i] - origin[0], at, i, slopes);
         return;
     }
     for (int i = first; i < last; i++) {
         int piece = piece_of(breakpoint, model->scene.pieces, at->by_theta[0][i]);
-        read_section(coefficient + 12 * piece, at->by_theta[0][i] - breakpoint[piece], at, i, slopes);
+        read_section(coefficient + 12 * piece, at->by_theta[0][i] - origin[piece], at, i, slopes);
     }
 }
 
 /* F2 = q (CL w3 + CD w2), F3 = q (-CL w2 + CD w3), M = q Ur d CM, q = rho d Ur / 2, taken from the section forces. */
 static void subtract_loads(const gallop_model *model, const instant *now, const sections *at, int first, int last)
 {
-    const double radius = model->scene.reference_radius, d = model->scene.diameter, wind = now->wind;
+    const double radius = model->radius, d = model->scene.diameter, wind = now->wind;
     const double k = 0.5 * model->scene.air_density * d;
     const double *omega = at->omega, *v2 = at->v2, *v3 = at->v3;
     const double *lift = at->by_v2[0], *drag = at->by_v2[1], *moment = at->by_v2[2];
@@ -92,7 +93,7 @@ static void subtract_loads(const gallop_model *model, const instant *now, const 
  * dUr/dw2 = w2/Ur, d alpha/dw2 = w3/Ur^2, d alpha/dw3 = -w2/Ur^2, dw/dv = -1.  Replaces the coefficients. */
 static void load_slopes(const gallop_model *model, const instant *now, const sections *at, int first, int last)
 {
-    const double radius = model->scene.reference_radius, d = model->scene.diameter, wind = now->wind;
+    const double radius = model->radius, d = model->scene.diameter, wind = now->wind;
     const double k = 0.5 * model->scene.air_density * d;
     INDEPENDENT
     for (int i = first; i < last; i++) {

@@ -200,7 +200,7 @@ static void section_tangent(const gallop_model *model, const sections *at, int i
         double *row = g + 4 * (k + 1);
         row[1] -= mix.c * at->by_v2[k][i];
         row[2] -= mix.c * at->by_v3[k][i];
-        row[3] -= mix.k * at->by_theta[k][i] + mix.c * model->scene.reference_radius * at->by_v2[k][i];
+        row[3] -= mix.k * at->by_theta[k][i] + mix.c * model->radius * at->by_v2[k][i];
     }
 }
 
@@ -262,9 +262,9 @@ void span_residual(const gallop_model *model, double t, const instant *now, cons
         element_residual(model, e, now, at, u + 8 * e, v + 8 * e, a + 8 * e, r, seen);
         for (int i = 0; i < 12; i++) residual[8 * e + i] += r[i];
     }
-    for (int l = 0; l < model->scene.load_count; l++) {
-        const gallop_load *load = &model->scene.load[l];
+    for (int l = 0; l < model->load_count; l++) {
         const load_place *place = &model->place[l];
+        const gallop_load *load = &model->scene.load[place->load];
         double amplitude = now->load_factor * law_value(&load->law, t);
         if (amplitude == 0.0) continue;
         for (int n = 0; n < 3; n++) {

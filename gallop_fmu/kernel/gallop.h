@@ -47,18 +47,19 @@ typedef struct {
     int64_t steps, substeps, iterations, refactorisations, halvings;   /* since the start of the state */
 } gallop_report;
 
-/* A quantity in time: offset + scale * shape(t). */
+/* A quantity in time. */
 typedef enum {
-    GALLOP_LAW_CONSTANT = 0,   /* shape = 0 */
-    GALLOP_LAW_PULSE = 1,      /* smooth step up over [start, start + rise], down over [fall_start, fall_start + fall] */
-    GALLOP_LAW_HARMONIC = 2,   /* shape = sin(2 pi frequency (t - start) + phase) from start on */
+    GALLOP_LAW_CONSTANT = 0,   /* initial */
+    GALLOP_LAW_PULSE = 1,      /* initial to peak by a smooth step over [start, start + rise], back over
+                                  [fall_start, fall_start + fall]; fall_start infinite: stays at the peak */
+    GALLOP_LAW_HARMONIC = 2,   /* initial + amplitude sin(2 pi frequency (t - start) + phase), initial before start */
     GALLOP_LAW_TABLE = 3       /* linear between points, held outside */
 } gallop_law_kind;
 
 typedef struct {
     int32_t kind, count;
-    double offset, scale;
-    double start, rise, fall_start, fall;   /* [s]; fall_start infinite: stays up; rise 0: a jump */
+    double initial, peak, amplitude;
+    double start, rise, fall_start, fall;   /* [s]; rise or fall 0: a jump */
     double frequency, phase;                /* [Hz], [rad] */
     const double *time, *value;             /* count points each */
 } gallop_law;
@@ -74,7 +75,8 @@ typedef struct {
 } gallop_support;
 
 typedef struct {
-    double position;            /* fraction of the conductor's length, 0 to 1 */
+    int32_t evenly_spaced, reserved;   /* n points at k / (n + 1) of the conductor's length, or 0: one at `position` */
+    double position;                   /* fraction of the conductor's length, 0 to 1 */
     double force[3], torque;    /* [N], [N m] */
     gallop_law law;             /* amplitude factor */
 } gallop_load;
@@ -87,14 +89,14 @@ typedef enum { GALLOP_OUTSIDE_ERROR = 0, GALLOP_OUTSIDE_HOLD = 1, GALLOP_OUTSIDE
 typedef struct {
     /* span */
     double length, height_difference, sag, horizontal_tension, gravity;   /* sag or tension 0: not given */
-    /* conductor with ice: sums of both */
-    double diameter, mass, axial_stiffness, torsional_stiffness, torsional_inertia;
+    double diameter, mass, axial_stiffness, torsional_stiffness, torsional_inertia;   /* conductor */
+    double ice_mass, ice_torsional_inertia;    /* added to the conductor's */
     double first_moment_x2, first_moment_x3;   /* int rho x2 dA (paper's S_x3), int rho x3 dA (S_x2) [kg] */
-    /* aerodynamics: pieces cubics on [breakpoint[i], breakpoint[i+1]], powers of (alpha - breakpoint[i]);
+    /* aerodynamics: cubics on [breakpoint[i], breakpoint[i+1]] in powers of (alpha - origin[i]);
      * coefficient[12 i + 4 c + k]: piece i, c = 0 lift 1 drag 2 moment, power k */
-    double air_density, attack_angle, reference_radius;
+    double air_density, attack_angle, reference_radius;   /* radius 0: half the diameter */
     int32_t pieces, outside;
-    const double *breakpoint, *coefficient;
+    const double *breakpoint, *origin, *coefficient;
     gallop_law wind;                           /* speed towards +x3 [m/s] */
     gallop_support support[2];                 /* left, right */
     gallop_damping translation_damping, twist_damping;

@@ -25,14 +25,16 @@ typedef struct {
 extern const double gauss2[2];          /* +-1/sqrt(3) */
 extern const double shape3[3][3];       /* N_a at the three-point Gauss abscissae: shape3[point][a] */
 
-typedef struct { int element; double shape[3]; } load_place;
+/* A loaded point: which load, and where. */
+typedef struct { int load, element; double shape[3]; } load_place;
 
 struct gallop_model {
     gallop_scene scene;        /* its pointers lead into this block */
     gallop_derived derived;
     int elements, nodes;
     bool eccentric, aerodynamic;
-    double mass, inertia, c2, c3;                       /* mu, I, first moments at theta = 0 */
+    double mass, inertia, c2, c3;                       /* mu, I with ice; first moments at theta = 0 */
+    double radius;                                      /* r of the relative wind */
     bool fixed[2][4];                                   /* prescribed unknowns at the ends */
     double stiffness[2][4];                             /* support springs */
     double static_force[2][3];                          /* of the support on the cable, in equilibrium */
@@ -42,6 +44,7 @@ struct gallop_model {
     double *x;                 /* (nodes, 3) initial positions */
     double *constant_force;    /* (nodes, 4) balances the initial state */
     load_place *place;         /* (load_count) */
+    int load_count;            /* loaded points */
 };
 
 /* The inputs at one instant. */

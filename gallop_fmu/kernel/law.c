@@ -32,39 +32,34 @@ static double table(const gallop_law *law, double t, int derivative)
     return derivative == 0 ? y[low] + slope * (t - x[low]) : derivative == 1 ? slope : 0.0;
 }
 
-static double law_shape(const gallop_law *law, double t, int derivative)
+/* The law (derivative 0) or its first or second time derivative. */
+static double evaluate(const gallop_law *law, double t, int derivative)
 {
+    const double initial = derivative == 0 ? law->initial : 0.0;
     switch (law->kind) {
     case GALLOP_LAW_PULSE: {
-        double rise = flank(t, law->start, law->rise, derivative);
-        return isfinite(law->fall_start) ? rise - flank(t, law->fall_start, law->fall, derivative) : rise;
+        double shape = flank(t, law->start, law->rise, derivative);
+        if (isfinite(law->fall_start)) shape -= flank(t, law->fall_start, law->fall, derivative);
+        return initial + (law->peak - law->initial) * shape;
     }
     case GALLOP_LAW_HARMONIC: {
         double omega = 2.0 * PI * law->frequency, angle = omega * (t - law->start) + law->phase;
-        if (t < law->start) return 0.0;
-        return derivative == 0 ? sin(angle) : derivative == 1 ? omega * cos(angle) : -omega * omega * sin(angle);
+        if (t < law->start) return initial;
+        double wave = derivative == 0 ? sin(angle) : derivative == 1 ? omega * cos(angle) : -omega * omega * sin(angle);
+        return initial + law->amplitude * wave;
     }
     case GALLOP_LAW_TABLE:
         return table(law, t, derivative);
     default:
-        return 0.0;
+        return initial;
     }
 }
 
-double law_value(const gallop_law *law, double t)
-{
-    return law->kind == GALLOP_LAW_CONSTANT ? law->offset : law->offset + law->scale * law_shape(law, t, 0);
-}
+double law_value(const gallop_law *law, double t) { return evaluate(law, t, 0); }
 
-double law_rate(const gallop_law *law, double t)
-{
-    return law->kind == GALLOP_LAW_CONSTANT ? 0.0 : law->scale * law_shape(law, t, 1);
-}
+double law_rate(const gallop_law *law, double t) { return evaluate(law, t, 1); }
 
-double law_second(const gallop_law *law, double t)
-{
-    return law->kind == GALLOP_LAW_CONSTANT ? 0.0 : law->scale * law_shape(law, t, 2);
-}
+double law_second(const gallop_law *law, double t) { return evaluate(law, t, 2); }
 
 void instant_at(const gallop_model *model, double t, const gallop_inputs *inputs, instant *now)
 {

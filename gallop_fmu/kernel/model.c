@@ -53,12 +53,14 @@ static void support_stiffness(const gallop_scene *s, const gallop_support *suppo
     k[0] = support->stiffness_x1;
     k[1] = support->stiffness_x3;
     if (support->kind != GALLOP_SUPPORT_ADJACENT_SPAN) return;
-    double lx = support->adjacent_span, h = support->adjacent_tension, weight = s->mass * s->gravity;
+    double lx = support->adjacent_span, h = support->adjacent_tension, weight = (s->mass + s->ice_mass) * s->gravity;
     double span = 1.0 / (lx / s->axial_stiffness + weight * weight * lx * lx * lx / (12.0 * h * h * h));
     double string = (weight * s->length + 0.5 * support->insulator_weight) / support->insulator_length;
     k[0] = span + string;
     k[1] = string + 2.0 * h / lx;
 }
+
+#define SAG_TENSION_AGREEMENT 0.05   /* largest relative difference of a sag and a tension that are both held */
 
 static bool positive(double x) { return isfinite(x) && x > 0.0; }
 
@@ -76,8 +78,14 @@ static int check(const gallop_scene *s, gallop_report *report)
     if (s->pieces < 0 || s->load_count < 0 || s->max_halvings < 0 || s->max_halvings > 30 || s->max_newton_iterations < 1)
         return fail(report, GALLOP_INVALID_SCENE, -1, 0.0, s->pieces, 0.0);
     double moment = s->first_moment_x2 * s->first_moment_x2 + s->first_moment_x3 * s->first_moment_x3;
-    if (!(s->mass * s->torsional_inertia > moment))
-        return fail(report, GALLOP_INVALID_SCENE, -1, 0.0, moment, s->mass * s->torsional_inertia);
+    double mass = s->mass + s->ice_mass, inertia = s->torsional_inertia + s->ice_torsional_inertia;
+    if (!(s->ice_mass >= 0.0) || !(s->ice_torsional_inertia >= 0.0) || !(mass * inertia > moment))
+        return fail(report, GALLOP_INVALID_SCENE, -1, 0.0, moment, mass * inertia);
+    if (s->sag > 0.0 && s->horizontal_tension > 0.0) {   /* m g L^2 / 8H, along the chord */
+        double parabola = mass * s->gravity * s->length * hypot(s->length, s->height_difference) / (8.0 * s->horizontal_tension);
+        if (fabs(s->sag - parabola) > SAG_TENSION_AGREEMENT * parabola)
+            return fail(report, GALLOP_INVALID_SCENE, -1, 0.0, s->sag, parabola);
+    }
     return GALLOP_COMPLETED;
 }
 
@@ -119,9 +127,11 @@ int gallop_model_create(const gallop_scene *scene, gallop_model **out, gallop_re
 
     const size_t elements = (size_t)scene->elements, nodes = 2 * elements + 1, loads = (size_t)scene->load_count;
     const size_t pieces = (size_t)scene->pieces;
+    size_t points = 0;
+    for (size_t i = 0; i < loads; i++) points += scene->load[i].evenly_spaced > 0 ? (size_t)scene->load[i].evenly_spaced : 1;
     size_t bytes = align(sizeof(gallop_model)) + align(elements * sizeof(geometry)) + align(3 * nodes * sizeof(double)) +
                    align(4 * nodes * sizeof(double)) + align(loads * sizeof(gallop_load)) +
-                   align(loads * sizeof(load_place)) + align((pieces + 1) * sizeof(double)) +
+                   align(points * sizeof(load_place)) + 2 * align((pieces + 1) * sizeof(double)) +
                    align(12 * pieces * sizeof(double)) + law_bytes(&scene->wind);
     for (size_t i = 0; i < loads; i++) bytes += law_bytes(&scene->load[i].law);
     for (int end = 0; end < 2; end++)
@@ -136,19 +146,29 @@ int gallop_model_create(const gallop_scene *scene, gallop_model **out, gallop_re
     m->geometry = take(&next, elements * sizeof(geometry));
     m->x = take(&next, 3 * nodes * sizeof(double));
     m->constant_force = take(&next, 4 * nodes * sizeof(double));
-    m->place = take(&next, loads * sizeof(load_place));
+    m->place = take(&next, points * sizeof(load_place));
     gallop_load *load = take(&next, loads * sizeof(gallop_load));
     if (loads) memcpy(load, scene->load, loads * sizeof *load);
     m->scene.load = load;
     m->scene.breakpoint = keep(&next, scene->breakpoint, pieces ? pieces + 1 : 0);
+    m->scene.origin = keep(&next, scene->origin ? scene->origin : scene->breakpoint, pieces);
     m->scene.coefficient = keep(&next, scene->coefficient, 12 * pieces);
     keep_law(&next, &m->scene.wind);
     for (size_t i = 0; i < loads; i++) keep_law(&next, &load[i].law);
     for (int end = 0; end < 2; end++)
         for (int i = 0; i < 3; i++) keep_law(&next, &m->scene.support[end].motion[i]);
 
-    m->mass = scene->mass;
-    m->inertia = scene->torsional_inertia;
+    for (size_t i = 0; i < loads; i++) {   /* place_loads turns the fraction of the length into an element */
+        int count = load[i].evenly_spaced > 0 ? load[i].evenly_spaced : 1;
+        for (int k = 1; k <= count; k++) {
+            load_place *place = &m->place[m->load_count++];
+            place->load = (int)i;
+            place->shape[0] = load[i].evenly_spaced > 0 ? (double)k / (count + 1) : load[i].position;
+        }
+    }
+    m->mass = scene->mass + scene->ice_mass;
+    m->inertia = scene->torsional_inertia + scene->ice_torsional_inertia;
+    m->radius = scene->reference_radius > 0.0 ? scene->reference_radius : 0.5 * scene->diameter;
     m->c2 = scene->first_moment_x2;
     m->c3 = scene->first_moment_x3;
     m->eccentric = m->c2 != 0.0 || m->c3 != 0.0;

@@ -34,7 +34,7 @@ void gallop_observe_node(const gallop_model *model, const gallop_state *state, i
     values[GALLOP_TENSION] = node_tension(model, u, node);
     values[GALLOP_ANGLE_OF_ATTACK] =
         aero_angle(u[4 * node + 3], v[4 * node + 1], v[4 * node + 2], v[4 * node + 3], state->now.wind,
-                   state->now.attack, model->scene.reference_radius);
+                   state->now.attack, model->radius);
 }
 
 /* Force of the cable on the tower: minus that of the support on the cable, which is the static one plus the residual of
@@ -50,11 +50,11 @@ static void support_force(const gallop_model *model, gallop_state *state, int en
     layout at = state_layout(model, state);
     evaluate_sections(model, now, u, v, a, &at.sections, e, 1, false);
     element_residual(model, e, now, &at.sections, u + 8 * e, v + 8 * e, a + 8 * e, r, &seen);
-    for (int l = 0; l < model->scene.load_count; l++) {
+    for (int l = 0; l < model->load_count; l++) {
         const load_place *place = &model->place[l];
         if (place->element != e) continue;
-        double amplitude = now->load_factor * law_value(&model->scene.load[l].law, state->time);
-        for (int i = 0; i < 3; i++) r[own + i] -= amplitude * place->shape[end ? 2 : 0] * model->scene.load[l].force[i];
+        double amplitude = now->load_factor * law_value(&model->scene.load[place->load].law, state->time);
+        for (int i = 0; i < 3; i++) r[own + i] -= amplitude * place->shape[end ? 2 : 0] * model->scene.load[place->load].force[i];
     }
     for (int i = 0; i < 3; i++) {
         double extra = model->fixed[end][i] ? r[own + i] - model->constant_force[4 * node + i]

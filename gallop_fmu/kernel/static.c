@@ -236,8 +236,8 @@ static double partial_length(const double x[9], double xi)
 
 static void place_loads(gallop_model *m)
 {
-    for (int l = 0; l < m->scene.load_count; l++) {
-        double wanted = m->scene.load[l].position * m->derived.length, passed = 0.0;
+    for (int l = 0; l < m->load_count; l++) {
+        double wanted = m->place[l].shape[0] * m->derived.length, passed = 0.0;   /* fraction left by model.c */
         int e = 0;
         for (; e < m->elements - 1; e++) {
             double own = partial_length(m->x + 6 * e, 1.0);
@@ -250,7 +250,7 @@ static void place_loads(gallop_model *m)
             if (passed + partial_length(m->x + 6 * e, middle) < wanted) low = middle; else high = middle;
         }
         double xi = 0.5 * (low + high);
-        m->place[l] = (load_place){e, {0.5 * xi * (xi - 1.0), 1.0 - xi * xi, 0.5 * xi * (xi + 1.0)}};
+        m->place[l] = (load_place){m->place[l].load, e, {0.5 * xi * (xi - 1.0), 1.0 - xi * xi, 0.5 * xi * (xi + 1.0)}};
     }
 }
 

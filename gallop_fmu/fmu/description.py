@@ -1,0 +1,171 @@
+"""modelDescription.xml of FMI 2.0 for co-simulation, from the table of variables."""
+
+from __future__ import annotations
+
+import hashlib
+import uuid
+from collections.abc import Iterable
+from dataclasses import dataclass
+from importlib import metadata
+from xml.etree.ElementTree import Element, SubElement, indent, tostring
+
+from gallop_fmu.fmu.units import BASE_UNITS, DISPLAY_UNITS
+from gallop_fmu.fmu.variables import Variable, fmu_variables
+from gallop_fmu.scene import Scene
+
+LOG_CATEGORIES = {
+    "logStatusError": "values and calls that were refused",
+    "logStatusDiscard": "steps that could not be carried out",
+}
+
+SEMANTICS = (
+    "The inputs of the host replace the scene's wind, attack angle and support motion; concentrated loads keep their "
+    "laws of time. wind_speed and attack_angle hold their values over a communication step; the tower points move "
+    "linearly to their new places, which they reach at its end. A communication step is carried out in equal steps no "
+    "longer than numerics.time_step. Outputs do not react to inputs before the next step, except while initialising. "
+    "A refused value is kept out and makes the next steps fail until it is set right."
+)
+
+
+@dataclass(frozen=True, slots=True)
+class Identity:
+    """What tells one FMU from another, derived from its content: equal scenes give equal FMUs.
+
+    Attributes
+    ----------
+    content
+        SHA-256 of run-time, version and scene, in hexadecimal digits.
+    model_identifier
+        Name of the binary and of the Python module.
+    guid
+        GUID of the model description.
+    """
+
+    content: str
+
+    @property
+    def model_identifier(self) -> str:
+        return f"gallop_{self.content[:16]}"
+
+    @property
+    def guid(self) -> str:
+        return f"{{{uuid.UUID(self.content[:32])}}}"
+
+
+def package_version() -> str:
+    """Version of the installed distribution gallop-fmu."""
+    return metadata.version("gallop-fmu")
+
+
+def identify(scene_text: str, version: str, runtime: str) -> Identity:
+    """Identity of the FMU of a scene, given as its TOML text."""
+    return Identity(hashlib.sha256("\0".join([runtime, version, scene_text]).encode()).hexdigest())
+
+
+def model_description(scene: Scene, identity: Identity, *, needs_execution_tool: bool, requirements: str) -> bytes:
+    """Text of modelDescription.xml, the same for the same arguments.
+
+    Parameters
+    ----------
+    scene
+        The scene.
+    identity
+        GUID and model identifier.
+    needs_execution_tool
+        Whether the FMU cannot run by itself.
+    requirements
+        One sentence on what the host must provide; empty if nothing.
+    """
+    variables = fmu_variables(scene)
+    version = package_version()
+    root = Element(
+        "fmiModelDescription",
+        fmiVersion="2.0",
+        modelName=" ".join(scene.title.split()),
+        guid=identity.guid,
+        description=" ".join([*scene.description.split(), SEMANTICS, requirements]).strip(),
+        version=version,
+        generationTool=f"gallop-fmu {version}",
+        variableNamingConvention="structured",
+    )
+    _capabilities(root, identity, needs_execution_tool)
+    _units(root, variables)
+    categories = SubElement(root, "LogCategories")
+    for name, meaning in LOG_CATEGORIES.items():
+        SubElement(categories, "Category", name=name, description=meaning)
+    SubElement(
+        root,
+        "DefaultExperiment",
+        startTime="0.0",
+        stopTime=repr(scene.run.stop_time),
+        stepSize=repr(scene.numerics.time_step),
+    )
+    table = SubElement(root, "ModelVariables")
+    for variable in variables:
+        _scalar_variable(table, variable)
+    _structure(root, variables)
+    indent(root)
+    return bytes(tostring(root, encoding="UTF-8", xml_declaration=True)) + b"\n"
+
+
+def _text(value: bool | float | int) -> str:
+    return str(value).lower() if isinstance(value, bool) else repr(value)
+
+
+def _capabilities(root: Element, identity: Identity, needs_execution_tool: bool) -> None:
+    flags = {
+        "needsExecutionTool": needs_execution_tool,
+        "canHandleVariableCommunicationStepSize": True,
+        "canInterpolateInputs": False,
+        "maxOutputDerivativeOrder": 0,
+        "canRunAsynchronuously": False,
+        "canBeInstantiatedOnlyOncePerProcess": False,
+        "canNotUseMemoryManagementFunctions": True,
+        "canGetAndSetFMUstate": True,
+        "canSerializeFMUstate": True,
+        "providesDirectionalDerivative": False,
+    }
+    attributes = {name: _text(value) for name, value in flags.items()}
+    SubElement(root, "CoSimulation", modelIdentifier=identity.model_identifier, **attributes)
+
+
+def _units(root: Element, variables: Iterable[Variable]) -> None:
+    definitions = SubElement(root, "UnitDefinitions")
+    for name in sorted({variable.unit for variable in variables} - {""}):
+        unit = SubElement(definitions, "Unit", name=name)
+        SubElement(unit, "BaseUnit", {base: _text(power) for base, power in BASE_UNITS[name].items()})
+        if name in DISPLAY_UNITS:
+            display, factor = DISPLAY_UNITS[name]
+            SubElement(unit, "DisplayUnit", name=display, factor=_text(factor))
+
+
+def _scalar_variable(table: Element, variable: Variable) -> None:
+    attributes = {
+        "name": variable.name,
+        "valueReference": str(variable.reference),
+        "description": variable.description,
+        "causality": variable.causality,
+        "variability": variable.variability,
+    }
+    if variable.initial:
+        attributes["initial"] = variable.initial
+    scalar = SubElement(table, "ScalarVariable", attributes)
+    typed = SubElement(scalar, variable.type)
+    if variable.unit:
+        typed.set("unit", variable.unit)
+    if variable.unit in DISPLAY_UNITS:
+        typed.set("displayUnit", DISPLAY_UNITS[variable.unit][0])
+    numbers = {"min": variable.minimum, "max": variable.maximum, "nominal": variable.nominal, "start": variable.start}
+    for name, number in numbers.items():
+        if number is not None:
+            typed.set(name, _text(number if variable.type == "Integer" else float(number)))
+
+
+def _structure(root: Element, variables: Iterable[Variable]) -> None:
+    """Outputs do not see the inputs of their own instant; while initialising they depend on everything (the default)."""
+    structure = SubElement(root, "ModelStructure")
+    outputs, unknowns = SubElement(structure, "Outputs"), SubElement(structure, "InitialUnknowns")
+    for index, variable in enumerate(variables, start=1):
+        if variable.causality == "output":
+            SubElement(outputs, "Unknown", index=str(index), dependencies="")
+            SubElement(unknowns, "Unknown", index=str(index))

@@ -1,0 +1,29 @@
+"""Units of the FMU's variables, as FMI 2.0 defines them: exponents of the SI base units, the radian and a factor."""
+
+from __future__ import annotations
+
+import math
+
+BASE_UNITS: dict[str, dict[str, float]] = {
+    "1": {},
+    "s": {"s": 1},
+    "Hz": {"s": -1},
+    "m": {"m": 1},
+    "m/s": {"m": 1, "s": -1},
+    "m/s2": {"m": 1, "s": -2},
+    "rad": {"rad": 1},
+    "rad/s": {"rad": 1, "s": -1},
+    "deg": {"rad": 1, "factor": math.pi / 180.0},
+    "kg": {"kg": 1},
+    "kg m": {"kg": 1, "m": 1},
+    "kg/m": {"kg": 1, "m": -1},
+    "kg/m3": {"kg": 1, "m": -3},
+    "N": {"kg": 1, "m": 1, "s": -2},
+    "N m": {"kg": 1, "m": 2, "s": -2},
+    "N/m": {"kg": 1, "s": -2},
+    "N m2/rad": {"kg": 1, "m": 3, "s": -2, "rad": -1},
+}
+"""Unit to exponents; a value in SI is `factor` times the value in the unit."""
+
+DISPLAY_UNITS = {"rad": ("deg", 180.0 / math.pi), "rad/s": ("deg/s", 180.0 / math.pi)}
+"""Unit to what people read: name, and the factor from the unit to it."""

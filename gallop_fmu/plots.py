@@ -1,0 +1,295 @@
+"""Figures of a run: histories, the path of the mid-span point, and both on one page.
+
+Every function returns a `matplotlib.figure.Figure` and leaves pyplot's global state alone, so it works without a
+display, in threads and in notebooks.
+"""
+
+from __future__ import annotations
+
+import textwrap
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import matplotlib
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from numpy.typing import NDArray
+
+from gallop_fmu.errors import SceneError
+from gallop_fmu.result import Result, dominant_frequency
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+Array = NDArray[np.float64]
+Windows = Mapping[str, tuple[float, float]]
+"""Name of a part of a run to its start and end [s]."""
+
+COLOURS = {"u2": "#0072B2", "u3": "#D55E00", "theta": "#009E73", "tension": "#CC79A7"}
+"""Okabe and Ito's palette, which readers with any colour vision tell apart."""
+
+WINDOW_COLOURS = ("#56B4E9", "#E69F00", "#009E73", "#CC79A7")
+NEUTRAL = "#404040"
+TEXT_WIDTH = 7.1
+"""Width of a figure over both columns of a journal page [inch]."""
+
+SUFFIXES = (".png", ".svg", ".pdf")
+PIXEL_COLUMNS = 1500
+EQUAL_SCALE_LIMIT = 12.0
+"""Paths flatter or steeper than this are drawn with a scale for each axis, else nothing of them would be seen."""
+
+DIED_OUT = 0.01
+"""Share of a run's whole range below which its last periods show nothing but the remains of a transient."""
+
+AXIS_LABELS = {
+    "u2": ("vertical displacement", "$u_2$"),
+    "u3": ("horizontal displacement", "$u_3$"),
+    "theta": ("twist", r"$\theta$"),
+    "tension": ("tension", "$T$"),
+}
+STYLE = {
+    "font.size": 8.0,
+    "axes.titlesize": 8.5,
+    "axes.labelsize": 8.0,
+    "xtick.labelsize": 7.5,
+    "ytick.labelsize": 7.5,
+    "legend.fontsize": 7.5,
+    "axes.linewidth": 0.6,
+    "axes.spines.top": False,
+    "axes.spines.right": False,
+    "axes.formatter.useoffset": False,
+    "lines.linewidth": 0.8,
+    "path.simplify": True,
+}
+
+
+def histories(source: Result | xr.Dataset, channels: Sequence[str] = ("u2", "u3")) -> Figure:
+    """Mid-span histories, one above the other.
+
+    Parameters
+    ----------
+    source
+        A result, or a dataset with the channels over ``time`` [s] at mid-span.
+    channels
+        What to draw, by name.
+
+    Raises
+    ------
+    SceneError
+        If a channel or the mid-span node was not recorded.
+    """
+    data = _midspan(source, channels)
+    with matplotlib.rc_context(STYLE):
+        figure = _page(1.0 + 1.25 * len(channels))
+        axes = figure.subplots(len(channels), 1, sharex=True, squeeze=False)[:, 0]
+        _draw_histories(list(axes), data, channels)
+    return figure
+
+
+def trace(source: Result | xr.Dataset, windows: Windows | None = None) -> Figure:
+    """Path of the mid-span point across the span, seen along it: a panel for each part of the run, all to one scale.
+
+    Parameters
+    ----------
+    source
+        A result, or a dataset with u2 and u3 [m] over ``time`` [s] at mid-span.
+    windows
+        Parts of the run; the last few periods if not given, or the whole run where the motion has died out by then.
+
+    Raises
+    ------
+    SceneError
+        If u2 or u3 was not recorded, or a window holds fewer than two records.
+    """
+    data = _midspan(source, ("u2", "u3"))
+    windows = windows or enlarged_part(data)
+    with matplotlib.rc_context(STYLE):
+        figure = _page(2.9)
+        panels = figure.subplots(1, len(windows), sharex=True, sharey=True, squeeze=False)[0]
+        _draw_traces(list(panels), data, windows)
+    return figure
+
+
+def story(source: Result | xr.Dataset, windows: Windows, title: str = "") -> Figure:
+    """Histories of u2 and u3 with the windows marked, and the mid-span path in each: figures 10 and 11 of the paper.
+
+    Parameters
+    ----------
+    source
+        A result, or a dataset with u2 and u3 [m] over ``time`` [s] at mid-span.
+    windows
+        Parts of the run, such as before, during and after a transfer of energy.
+    title
+        One line above the figure.
+    """
+    data = _midspan(source, ("u2", "u3"))
+    with matplotlib.rc_context(STYLE):
+        figure = _page(6.0)
+        top, bottom = figure.subfigures(2, 1, height_ratios=(1.15, 1.0))
+        upper = list(top.subplots(2, 1, sharex=True))
+        _draw_histories(upper, data, ("u2", "u3"))
+        for (start, stop), colour in zip(windows.values(), _cycle(len(windows)), strict=True):
+            for axes in upper:
+                axes.axvspan(start, stop, color=colour, alpha=0.25, linewidth=0.0, zorder=0)
+        _draw_traces(list(bottom.subplots(1, len(windows), sharex=True, sharey=True, squeeze=False)[0]), data, windows)
+        if title:
+            top.suptitle(title, fontsize=9.0)
+    return figure
+
+
+def overview(result: Result) -> Figure:
+    """One page on a run: four mid-span histories, the last periods enlarged, and the path of the mid-span point.
+
+    Raises
+    ------
+    SceneError
+        If u2, u3, theta, tension or the mid-span node was not recorded.
+    """
+    channels = ("u2", "u3", "theta", "tension")
+    data = _midspan(result, channels)
+    part = enlarged_part(data)
+    with matplotlib.rc_context(STYLE):
+        figure = _page(5.6)
+        left, right = figure.subfigures(1, 2, width_ratios=(1.45, 1.0))
+        column = list(left.subplots(4, 1, sharex=True))
+        _draw_histories(column, data, channels)
+        path, close = right.subplots(2, 1, height_ratios=(1.35, 1.0))
+        _draw_traces([path], data, part)
+        _draw_close(close, data, next(iter(part.values())))
+        left.align_ylabels(column)
+        figure.suptitle(textwrap.fill(result.scene.title, 110), fontsize=9.0)
+    return figure
+
+
+def save_figure(figure: Figure, path: Path | str) -> Path:
+    """Write a figure; the suffix decides the format.
+
+    Raises
+    ------
+    SceneError
+        If the suffix is not .png, .svg or .pdf.
+    """
+    path = check_picture_name(path)
+    with matplotlib.rc_context({"svg.fonttype": "none", "pdf.fonttype": 42}):
+        figure.savefig(path, dpi=200)
+    return path
+
+
+def check_picture_name(path: Path | str) -> Path:
+    """Refuse the name of a picture in a format that is not offered."""
+    path = Path(path)
+    if path.suffix not in SUFFIXES:
+        raise SceneError(
+            f"{path}: pictures are written as {', '.join(SUFFIXES)}, not as {path.suffix or 'a file without suffix'}"
+        )
+    return path
+
+
+def enlarged_part(data: xr.Dataset, periods: float = 6.0) -> Windows:
+    """The last few periods of the slower of u2 and u3, at most half of the run; all of it where the motion died out.
+
+    Parameters
+    ----------
+    data
+        Dataset with u2 and u3 over ``time`` [s] at mid-span.
+    periods
+        Number of periods.
+    """
+    time = np.asarray(data.time.values)
+    half = len(time) // 2
+    values = [np.asarray(data[name].values) for name in ("u2", "u3")]
+    interval = float(time[1] - time[0]) if len(time) > 1 else 1.0
+    found = [dominant_frequency(y[half:], interval) for y in values]
+    slowest = min((frequency for frequency in found if frequency > 0.0), default=0.0)
+    length = periods / slowest if slowest > 0.0 else float(time[-1])
+    start = max(float(time[half]), float(time[-1]) - length)
+    if all(np.ptp(y[time >= start]) < DIED_OUT * np.ptp(y) or np.ptp(y) == 0.0 for y in values):
+        return {"whole run": (float(time[0]), float(time[-1]))}
+    return {"last periods": (start, float(time[-1]))}
+
+
+def _midspan(source: Result | xr.Dataset, channels: Sequence[str]) -> xr.Dataset:
+    data = source.midspan() if isinstance(source, Result) else source
+    missing = [name for name in channels if name not in data]
+    if missing:
+        raise SceneError(f"{', '.join(missing)} was not recorded; ask for it in channels")
+    return data
+
+
+def _page(height: float) -> Figure:
+    return Figure(figsize=(TEXT_WIDTH, height), layout="constrained")
+
+
+def _cycle(count: int) -> list[str]:
+    return [WINDOW_COLOURS[k % len(WINDOW_COLOURS)] for k in range(count)]
+
+
+def _label(name: str, data: xr.Dataset) -> str:
+    """Symbol and unit; what is not one of the usual channels under its own name."""
+    unit = {"theta": "deg", "tension": "kN"}.get(name, str(data[name].attrs.get("units", "")))
+    return f"{AXIS_LABELS[name][1] if name in AXIS_LABELS else name} [{unit}]"
+
+
+def _shown(name: str, data: xr.Dataset) -> Array:
+    """Values in the unit of `_label`."""
+    values = np.asarray(data[name].values, dtype=np.float64)
+    return np.degrees(values) if name == "theta" else values / 1000.0 if name == "tension" else values
+
+
+def _draw_histories(rows: list[Axes], data: xr.Dataset, channels: Sequence[str]) -> None:
+    time = np.asarray(data.time.values)
+    for axes, name in zip(rows, channels, strict=True):
+        axes.plot(*_thinned(time, _shown(name, data)), color=COLOURS.get(name, NEUTRAL), linewidth=0.5)
+        axes.set_ylabel(_label(name, data))
+        axes.set_title(f"mid-span {AXIS_LABELS[name][0] if name in AXIS_LABELS else name}", loc="left", pad=2.0)
+        axes.margins(x=0.0)
+    rows[-1].set_xlabel("time [s]")
+
+
+def _draw_traces(panels: list[Axes], data: xr.Dataset, windows: Windows) -> None:
+    """Horizontal against vertical displacement; equal scales unless the path is too thin to be seen with them."""
+    ranges = []
+    for axes, (name, (start, stop)), colour in zip(panels, windows.items(), _cycle(len(windows)), strict=True):
+        part = data.sel(time=slice(start - 1e-9, stop + 1e-9))
+        if part.sizes["time"] < 2:
+            raise SceneError(f"fewer than two records lie in the window {name} from {start:g} s to {stop:g} s")
+        ranges.append((float(np.ptp(part.u3.values)), float(np.ptp(part.u2.values))))
+        axes.plot(part.u3.values, part.u2.values, color=NEUTRAL if len(windows) == 1 else colour, linewidth=0.5)
+        digits = 0 if stop - start > 5.0 else 2
+        axes.set_title(f"{name}, {start:.{digits}f} to {stop:.{digits}f} s")
+        axes.set_xlabel(_label("u3", data))
+        axes.locator_params(nbins=4)
+    panels[0].set_ylabel(_label("u2", data))
+    wide, high = np.max(ranges, axis=0)
+    if max(wide, high) <= EQUAL_SCALE_LIMIT * min(wide, high):
+        for axes in panels:
+            axes.set_aspect("equal", adjustable="datalim" if len(panels) == 1 else "box")
+    else:
+        panels[0].set_title(f"{panels[0].get_title()} (scales differ)")
+
+
+def _draw_close(axes: Axes, data: xr.Dataset, window: tuple[float, float]) -> None:
+    """The last periods of u2 and u3 about their means, so that their frequencies can be compared by eye."""
+    part = data.sel(time=slice(*window))
+    for name in ("u2", "u3"):
+        values = part[name].values
+        axes.plot(part.time.values, values - np.mean(values), color=COLOURS[name], label=AXIS_LABELS[name][1])
+    axes.set_xlabel("time [s]")
+    axes.set_ylabel("about the mean [m]")
+    axes.margins(x=0.0)
+    axes.locator_params(nbins=5)
+    axes.legend(loc="lower center", bbox_to_anchor=(0.5, 1.0), ncols=2, frameon=False, borderaxespad=0.1)
+
+
+def _thinned(time: Array, values: Array) -> tuple[Array, Array]:
+    """Lowest and highest value in each column of pixels: the same picture from far fewer points."""
+    size = len(time) // PIXEL_COLUMNS
+    if size < 4:
+        return time, values
+    whole = len(time) // size * size
+    starts = np.arange(0, whole, size)
+    blocks = values[:whole].reshape(-1, size)
+    kept = np.sort(np.concatenate([starts + blocks.argmin(axis=1), starts + blocks.argmax(axis=1)]))
+    return time[kept], values[kept]
