@@ -9,7 +9,7 @@ from __future__ import annotations
 import textwrap
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import matplotlib
 import numpy as np
@@ -37,7 +37,7 @@ TEXT_WIDTH = 7.1
 
 SUFFIXES = (".png", ".svg", ".pdf")
 PIXEL_COLUMNS = 1500
-EQUAL_SCALE_LIMIT = 12.0
+EQUAL_SCALE_LIMIT = 6.0
 """Paths flatter or steeper than this are drawn with a scale for each axis, else nothing of them would be seen."""
 
 DIED_OUT = 0.01
@@ -49,7 +49,7 @@ AXIS_LABELS = {
     "theta": ("twist", r"$\theta$"),
     "tension": ("tension", "$T$"),
 }
-STYLE = {
+STYLE: dict[Any, Any] = {
     "font.size": 8.0,
     "axes.titlesize": 8.5,
     "axes.labelsize": 8.0,
@@ -101,7 +101,7 @@ def trace(source: Result | xr.Dataset, windows: Windows | None = None) -> Figure
     Raises
     ------
     SceneError
-        If u2 or u3 was not recorded, or a window holds fewer than two records.
+        If u2 or u3 was not recorded, or a window holds no record.
     """
     data = _midspan(source, ("u2", "u3"))
     windows = windows or enlarged_part(data)
@@ -127,7 +127,7 @@ def story(source: Result | xr.Dataset, windows: Windows, title: str = "") -> Fig
     data = _midspan(source, ("u2", "u3"))
     with matplotlib.rc_context(STYLE):
         figure = _page(6.0)
-        top, bottom = figure.subfigures(2, 1, height_ratios=(1.15, 1.0))
+        top, bottom = figure.subfigures(2, 1, squeeze=False, height_ratios=(1.15, 1.0))[:, 0]
         upper = list(top.subplots(2, 1, sharex=True))
         _draw_histories(upper, data, ("u2", "u3"))
         for (start, stop), colour in zip(windows.values(), _cycle(len(windows)), strict=True):
@@ -152,7 +152,7 @@ def overview(result: Result) -> Figure:
     part = enlarged_part(data)
     with matplotlib.rc_context(STYLE):
         figure = _page(5.6)
-        left, right = figure.subfigures(1, 2, width_ratios=(1.45, 1.0))
+        left, right = figure.subfigures(1, 2, squeeze=False, width_ratios=(1.45, 1.0))[0]
         column = list(left.subplots(4, 1, sharex=True))
         _draw_histories(column, data, channels)
         path, close = right.subplots(2, 1, height_ratios=(1.35, 1.0))
@@ -171,19 +171,11 @@ def save_figure(figure: Figure, path: Path | str) -> Path:
     SceneError
         If the suffix is not .png, .svg or .pdf.
     """
-    path = check_picture_name(path)
-    with matplotlib.rc_context({"svg.fonttype": "none", "pdf.fonttype": 42}):
-        figure.savefig(path, dpi=200)
-    return path
-
-
-def check_picture_name(path: Path | str) -> Path:
-    """Refuse the name of a picture in a format that is not offered."""
     path = Path(path)
     if path.suffix not in SUFFIXES:
-        raise SceneError(
-            f"{path}: pictures are written as {', '.join(SUFFIXES)}, not as {path.suffix or 'a file without suffix'}"
-        )
+        raise SceneError(f"{path}: pictures are written as {', '.join(SUFFIXES)}, not as {path.suffix or 'no suffix'}")
+    with matplotlib.rc_context({"svg.fonttype": "none", "pdf.fonttype": 42}):
+        figure.savefig(path, dpi=200)
     return path
 
 
@@ -253,8 +245,8 @@ def _draw_traces(panels: list[Axes], data: xr.Dataset, windows: Windows) -> None
     ranges = []
     for axes, (name, (start, stop)), colour in zip(panels, windows.items(), _cycle(len(windows)), strict=True):
         part = data.sel(time=slice(start - 1e-9, stop + 1e-9))
-        if part.sizes["time"] < 2:
-            raise SceneError(f"fewer than two records lie in the window {name} from {start:g} s to {stop:g} s")
+        if not part.sizes["time"]:
+            raise SceneError(f"no record lies in the window {name} from {start:g} s to {stop:g} s")
         ranges.append((float(np.ptp(part.u3.values)), float(np.ptp(part.u2.values))))
         axes.plot(part.u3.values, part.u2.values, color=NEUTRAL if len(windows) == 1 else colour, linewidth=0.5)
         digits = 0 if stop - start > 5.0 else 2

@@ -203,7 +203,8 @@ class Packed:
                 self._copy(pair, target, f"damping.{name}", dict.fromkeys(FREQUENCY_PAIR))
         for index, load in enumerate(scene.loads):
             self._pack_load(self.loads[index], load, f"loads.{index}")
-        self.scene.load, self.scene.load_count = c.cast(self.loads, c.POINTER(CLoad)), len(scene.loads)
+        if scene.loads:
+            self.scene.load, self.scene.load_count = c.cast(self.loads, c.POINTER(CLoad)), len(scene.loads)
         self._copy(
             scene.initial, self.scene, "initial", dict.fromkeys(("seed_vertical", "seed_horizontal", "seed_twist"))
         )

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Literal, cast
 
 import numpy as np
@@ -42,7 +42,7 @@ class Mode:
         Half-waves of the family's displacement along the span.
     shape : ndarray, shape (node, 4)
         u1, u2, u3 and theta per unit of the modal coordinate [1/sqrt(kg), rad/(m sqrt(kg))]; its modal mass is 1, and
-        its largest displacement within the family is positive.
+        its first half-wave from the left is positive.
     """
 
     frequency_hz: float
@@ -50,7 +50,7 @@ class Mode:
     shares: dict[Family, float]
     symmetric: bool
     loops: int
-    shape: Array
+    shape: Array = field(repr=False)
 
 
 @dataclass(frozen=True)
@@ -94,12 +94,12 @@ def natural_modes(scene: Scene, count: int = 12) -> list[Mode]:
             f"count = {count}: must be a whole number from 1 to {unknowns}, the unknowns of a mesh of "
             f"{scene.numerics.elements} elements; ask for fewer modes or raise numerics.elements"
         )
-    squares, vectors = _lowest(matrices, count)
-    if squares[0] <= 0.0:
+    if not _is_stable(matrices.stiffness):
         raise SceneError(
-            f"the initial equilibrium is unstable (squared angular frequency {squares[0]:.4g} 1/s2): the weight of the "
-            "eccentric ice turns the conductor over; check ice.first_moment_x2 and conductor.torsional_stiffness"
+            f"the initial equilibrium is unstable: with ice.first_moment_x2 = {scene.ice.first_moment_x2} kg the weight of "
+            f"the ice turns a conductor of torsional stiffness {scene.conductor.torsional_stiffness} N m2/rad over"
         )
+    squares, vectors = _lowest(matrices, count)
     return [
         _describe(matrices, float(np.sqrt(square)) / (2.0 * np.pi), vector)
         for square, vector in zip(squares, vectors.T, strict=True)
@@ -133,6 +133,14 @@ def _assemble(scene: Scene) -> _Matrices:
     )
 
 
+def _is_stable(stiffness: csc_array) -> bool:
+    """Whether all eigenvalues are positive: as many are negative as pivots of a factorisation (Sylvester)."""
+    from scipy.sparse.linalg import splu
+
+    factors = splu(stiffness, permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.0, options={"SymmetricMode": True})
+    return bool(np.all(factors.U.diagonal() > 0.0))
+
+
 def _lowest(matrices: _Matrices, count: int) -> tuple[Array, Array]:
     """Squared angular frequencies [1/s2] in ascending order, and mass-normalised vectors in the columns."""
     unknowns = matrices.mass.shape[0]
@@ -161,8 +169,6 @@ def _describe(matrices: _Matrices, frequency_hz: float, vector: Array) -> Mode:
     share = energy / energy.sum()
     dominant = int(np.argmax(share))
     wave = shape[:, dominant]
-    if wave[np.argmax(np.abs(wave))] < 0.0:
-        shape, wave = -shape, -wave
     mirrored = -wave[::-1] if FAMILIES[dominant] == "longitudinal" else wave[::-1]
     signs = np.sign(wave[np.abs(wave) > NODAL_LINE * np.max(np.abs(wave))])
     return Mode(
@@ -171,5 +177,5 @@ def _describe(matrices: _Matrices, frequency_hz: float, vector: Array) -> Mode:
         shares=cast(dict[Family, float], dict(zip(FAMILIES, share.tolist(), strict=True))),
         symmetric=bool(wave @ mirrored > 0.0),
         loops=1 + int(np.count_nonzero(np.diff(signs))),
-        shape=shape,
+        shape=shape * signs[0],
     )

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from dataclasses import dataclass
 
 from gallop_fmu import Scene, SceneError
 from modal.modes import Family, Mode, natural_modes
@@ -15,7 +15,8 @@ CLEAR_SHARE = 0.6
 """Part of the kinetic energy above which a mode belongs to its family beyond doubt."""
 
 
-class FrequencyRatio(NamedTuple):
+@dataclass(frozen=True)
+class FrequencyRatio:
     """First symmetric vertical and horizontal frequency [Hz], their ratio, and how far that is from 2."""
 
     vertical_hz: float
@@ -47,7 +48,10 @@ def frequency_ratio(scene: Scene) -> FrequencyRatio:
     """
     unknowns = 4 * (2 * scene.numerics.elements - 1)  # at least so many: the ends are rigid or held by springs
     modes = natural_modes(scene, min(SEARCHED, unknowns))
-    return FrequencyRatio(*(_first_symmetric(modes, family).frequency_hz for family in ("vertical", "horizontal")))
+    return FrequencyRatio(
+        vertical_hz=_first_symmetric(modes, "vertical").frequency_hz,
+        horizontal_hz=_first_symmetric(modes, "horizontal").frequency_hz,
+    )
 
 
 def _first_symmetric(modes: list[Mode], family: Family) -> Mode:

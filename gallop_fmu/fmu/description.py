@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 import hashlib
 import uuid
 from collections.abc import Iterable
@@ -35,23 +36,22 @@ class Identity:
     ----------
     content
         SHA-256 of run-time, version and scene, in hexadecimal digits.
-    model_identifier
-        Name of the binary and of the Python module.
-    guid
-        GUID of the model description.
     """
 
     content: str
 
     @property
     def model_identifier(self) -> str:
+        """Name of the binary and of the Python module."""
         return f"gallop_{self.content[:16]}"
 
     @property
     def guid(self) -> str:
+        """GUID of the model description."""
         return f"{{{uuid.UUID(self.content[:32])}}}"
 
 
+@functools.cache
 def package_version() -> str:
     """Version of the installed distribution gallop-fmu."""
     return metadata.version("gallop-fmu")
@@ -125,8 +125,8 @@ def _capabilities(root: Element, identity: Identity, needs_execution_tool: bool)
         "canSerializeFMUstate": True,
         "providesDirectionalDerivative": False,
     }
-    attributes = {name: _text(value) for name, value in flags.items()}
-    SubElement(root, "CoSimulation", modelIdentifier=identity.model_identifier, **attributes)
+    attributes = {"modelIdentifier": identity.model_identifier} | {name: _text(value) for name, value in flags.items()}
+    SubElement(root, "CoSimulation", attributes)
 
 
 def _units(root: Element, variables: Iterable[Variable]) -> None:
@@ -162,7 +162,7 @@ def _scalar_variable(table: Element, variable: Variable) -> None:
 
 
 def _structure(root: Element, variables: Iterable[Variable]) -> None:
-    """Outputs do not see the inputs of their own instant; while initialising they depend on everything (the default)."""
+    """Outputs do not see the inputs of their own instant; while initialising they depend on all, which is the default."""
     structure = SubElement(root, "ModelStructure")
     outputs, unknowns = SubElement(structure, "Outputs"), SubElement(structure, "InitialUnknowns")
     for index, variable in enumerate(variables, start=1):

@@ -27,7 +27,7 @@ ENDS = ("left", "right")
 SUPPORT_INPUTS = tuple(f"support.{end}.{axis}" for end in ENDS for axis in AXES)
 """Names of the six displacements of the tower points, left before right."""
 
-REPLACED_BY_INPUTS = re.compile(r"wind\.(speed|history)\b|ice\.attack_angle_deg$|supports\.(left|right)\.motion\.|run\.")
+REPLACED_BY_INPUTS = re.compile(r"wind\.(speed|history)\b|ice\.attack_angle_deg$|supports\.\w+\.motion\.|run\.")
 """Paths of a scene that are no parameters, because the host has its say there."""
 
 DIRECTIONS = ("along the span", "upwards", "across the span, downwind")
@@ -222,6 +222,7 @@ def _declared(scene: Scene, path: str) -> tuple[bool, float | None, float | None
     for parent in parents:
         section = section[int(parent)] if parent.isdecimal() else getattr(section, parent)
     field = type(section).model_fields[name]
-    bounds = {kind: getattr(rule, kind) for rule in field.metadata for kind in ("gt", "ge", "lt", "le") if hasattr(rule, kind)}
+    kinds = ("gt", "ge", "lt", "le")
+    bounds = {kind: getattr(rule, kind) for rule in field.metadata for kind in kinds if hasattr(rule, kind)}
     whole = int in (field.annotation, *get_args(field.annotation))
     return whole, bounds.get("ge", bounds.get("gt")), bounds.get("le", bounds.get("lt"))

@@ -152,6 +152,8 @@ GALLOP_API void gallop_model_free(gallop_model *model);
 GALLOP_API void gallop_model_derived(const gallop_model *model, gallop_derived *derived);
 GALLOP_API void gallop_model_nodes(const gallop_model *model, double *x);   /* (nodes, 3) initial positions [m] */
 
+GALLOP_API int32_t gallop_middle(const gallop_model *model);                /* index of the mid-span node */
+
 /* The state at t = start: equilibrium, seed, consistent accelerations.  inputs NULL: the scene's laws. */
 GALLOP_API size_t gallop_state_size(const gallop_model *model);   /* bytes that the caller provides */
 GALLOP_API size_t gallop_saved_size(const gallop_model *model);
@@ -163,6 +165,10 @@ GALLOP_API double gallop_state_time(const gallop_state *state);
 GALLOP_API int gallop_advance(const gallop_model *model, gallop_state *state, const gallop_inputs *inputs,
                               double until, gallop_report *report);
 
+/* The motion at the start of the last gallop_advance, if nothing else has happened to the state since.  `sharpness` < 1
+ * tightens the Newton tolerance from here on, for differences of two runs. */
+GALLOP_API void gallop_rewind(const gallop_model *model, gallop_state *state, double sharpness);
+
 /* `records` times: advance by `every` steps of the scene and observe.  Times are (first + i + 1) * every * time_step.
  * node_values (records, channels, nodes), span_values (records, GALLOP_SPAN_CHANNELS); *done counts what is filled. */
 GALLOP_API int gallop_run(const gallop_model *model, gallop_state *state, int64_t first, int64_t records, int64_t every,
@@ -171,6 +177,7 @@ GALLOP_API int gallop_run(const gallop_model *model, gallop_state *state, int64_
 
 GALLOP_API void gallop_observe_node(const gallop_model *model, const gallop_state *state, int32_t node,
                                     double values[GALLOP_NODE_CHANNELS]);
+GALLOP_API void gallop_support_forces(const gallop_model *model, gallop_state *state, double force[6]);
 GALLOP_API void gallop_observe_span(const gallop_model *model, gallop_state *state,
                                     double values[GALLOP_SPAN_CHANNELS]);
 

@@ -79,6 +79,7 @@ struct gallop_state {
     double factored_step;      /* step size of the stored factorisation, 0: none */
     double step_before;        /* size of the sub-step before, for extrapolation */
     double rate;               /* last observed convergence rate of the stored factorisation */
+    double sharpness;          /* factor on the Newton tolerance */
     double lowest_tension;
     int64_t steps, substeps, iterations, refactorisations, halvings;
     int64_t last_iterations, last_substeps;

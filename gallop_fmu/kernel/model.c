@@ -210,6 +210,8 @@ void gallop_model_nodes(const gallop_model *model, double *x)
     memcpy(x, model->x, 3 * (size_t)model->nodes * sizeof(double));
 }
 
+int32_t gallop_middle(const gallop_model *model) { return model->nodes / 2; }
+
 size_t gallop_state_size(const gallop_model *model) { return model->state_size; }
 
 size_t gallop_saved_size(const gallop_model *model) { return model->saved_size; }

@@ -102,11 +102,16 @@ static void energies(const gallop_model *model, const gallop_state *state, doubl
     *potential = p;
 }
 
+void gallop_support_forces(const gallop_model *model, gallop_state *state, double force[6])
+{
+    support_force(model, state, 0, force);
+    support_force(model, state, 1, force + 3);
+}
+
 void gallop_observe_span(const gallop_model *model, gallop_state *state, double values[GALLOP_SPAN_CHANNELS])
 {
     values[GALLOP_WIND_SPEED] = state->now.wind;
-    support_force(model, state, 0, values + GALLOP_LEFT_F1);
-    support_force(model, state, 1, values + GALLOP_RIGHT_F1);
+    gallop_support_forces(model, state, values + GALLOP_LEFT_F1);
     energies(model, state, &values[GALLOP_KINETIC_ENERGY], &values[GALLOP_POTENTIAL_ENERGY]);
     values[GALLOP_NEWTON_ITERATIONS] = (double)state->last_iterations;
     values[GALLOP_SUBSTEPS] = (double)state->last_substeps;

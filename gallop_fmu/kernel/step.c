@@ -57,7 +57,7 @@ static int newmark(const gallop_model *model, gallop_state *state, layout *at, c
                    double h, gallop_report *report)
 {
     const int values = 4 * model->nodes;
-    const double tolerance = model->scene.newton_tolerance;
+    const double tolerance = model->scene.newton_tolerance * state->sharpness;
     const blend mix = {1.0, GAMMA / (BETA * h), 1.0 / (BETA * h * h)};
     bool renew = state->factored_step != h, fresh = false;
     double before = 0.0;
@@ -263,6 +263,7 @@ static void clear(const gallop_model *model, gallop_state *state, double time, c
     report->element = -1;
     state->time = report->time = time;
     state->last_substeps = 1;
+    state->sharpness = 1.0;
     state->step_before = INFINITY;   /* no acceleration before the first to extrapolate from */
     instant_at(model, time, inputs, &state->now);
 }
@@ -300,6 +301,13 @@ int gallop_state_init(const gallop_model *model, gallop_state *state, double sta
         at.u[4 * n + 3] += s->seed_twist * shape;
     }
     return consistent_acceleration(model, state, &at, report);
+}
+
+void gallop_rewind(const gallop_model *model, gallop_state *state, double sharpness)
+{
+    layout at = state_layout(model, state);
+    memcpy(state, at.saved, model->saved_size);
+    state->sharpness = sharpness;
 }
 
 double gallop_state_time(const gallop_state *state) { return state->time; }

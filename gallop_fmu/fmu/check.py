@@ -1,0 +1,171 @@
+"""Checking an FMU: archive, model description, and a short run in a process of its own."""
+
+from __future__ import annotations
+
+import json
+import os
+import re
+import signal
+import stat
+import subprocess
+import sys
+import zipfile
+from dataclasses import dataclass, field
+from pathlib import Path, PurePosixPath
+from typing import Any, NamedTuple
+
+from gallop_fmu.fmu.trial import PREFIX
+
+LARGEST_ARCHIVE = 500_000_000
+"""Bytes of all files of an archive, unpacked."""
+MOST_FILES = 10_000
+LARGEST_DESCRIPTION = 20_000_000
+"""Bytes of modelDescription.xml."""
+TRIAL_SECONDS = 300
+"""Time given to the short run, loading included."""
+
+
+class CheckRow(NamedTuple):
+    """One check: its name, whether it was passed, and what was found."""
+
+    name: str
+    ok: bool
+    detail: str
+
+
+@dataclass
+class FmuCheck:
+    """What `check_fmu` found."""
+
+    path: Path
+    rows: list[CheckRow] = field(default_factory=list)
+
+    @property
+    def ok(self) -> bool:
+        """Whether all checks were passed."""
+        return all(row.ok for row in self.rows)
+
+    def add(self, name: str, problem: str, good: str) -> bool:
+        """Append a row; an empty problem is a pass."""
+        self.rows.append(CheckRow(name, not problem, problem or good))
+        return not problem
+
+
+def check_fmu(path: str | os.PathLike[str]) -> FmuCheck:
+    """Check an FMU without trusting it.
+
+    The archive is looked at before anything is unpacked, the description is validated with FMPy, every Real must have
+    a unit, and a short run looks for finite outputs and for a rollback that repeats a step bit for bit. The run
+    executes the FMU's code, in a process of its own, so a crash is a result like any other.
+
+    Parameters
+    ----------
+    path
+        The FMU.
+
+    Returns
+    -------
+    FmuCheck
+        The checks made; those that a failed one makes pointless are missing. A file that is no FMU is a failed check,
+        not an exception.
+    """
+    check = FmuCheck(Path(path))
+    if not check.add("archive", _archive_problem(check.path), "a sound ZIP archive"):
+        return check
+    description = _read_description(check)
+    if description is None:
+        return check
+    reals = [variable for variable in description.modelVariables if variable.type == "Real"]
+    bare = [variable.name for variable in reals if _declared_unit(variable) is None]
+    missing = f"{len(bare)} without, such as {', '.join(bare[:3])}" if bare else ""
+    check.add("units", missing, f"all {len(reals)} Reals have one")
+    if check.add("platform", _platform_problem(check.path), "has a binary for this one"):
+        _try_out(check)
+    return check
+
+
+def _archive_problem(path: Path) -> str:
+    if not path.exists():
+        return f"{path} does not exist"
+    if not path.is_file():
+        return f"{path} is not a file"
+    try:
+        with zipfile.ZipFile(path) as archive:
+            entries = archive.infolist()
+            size = sum(entry.file_size for entry in entries)
+            if len(entries) > MOST_FILES or size > LARGEST_ARCHIVE:
+                return f"{len(entries)} files, {size} bytes; at most {MOST_FILES} and {LARGEST_ARCHIVE} are unpacked"
+            for entry in entries:
+                if _escapes(entry):
+                    return f"the entry {entry.orig_filename!r} leads out of the archive, or is no plain file"
+            if "modelDescription.xml" not in archive.namelist():
+                return "not an FMU: it has no modelDescription.xml"
+            if archive.getinfo("modelDescription.xml").file_size > LARGEST_DESCRIPTION:
+                return f"modelDescription.xml is larger than {LARGEST_DESCRIPTION} bytes"
+            damaged = archive.testzip()
+            if damaged is not None:
+                return f"the entry {damaged!r} is damaged"
+            text = archive.read("modelDescription.xml")
+            if b"\0" in text or b"<!DOCTYPE" in text:
+                return "modelDescription.xml is not plain UTF-8 text, or contains a DOCTYPE, which can hide harm"
+    except (zipfile.BadZipFile, zipfile.LargeZipFile, NotImplementedError, RuntimeError, OSError, EOFError) as problem:
+        return f"not a ZIP archive that can be read ({problem})"
+    except Exception as problem:  # zlib.error and whatever else damaged bytes provoke
+        return f"damaged: {problem}"
+    return ""
+
+
+def _escapes(entry: zipfile.ZipInfo) -> bool:
+    name = entry.orig_filename
+    kind = stat.S_IFMT(entry.external_attr >> 16)
+    plain = kind in (0, stat.S_IFREG, stat.S_IFDIR)
+    return not plain or ".." in PurePosixPath(name).parts or bool(re.search(r"^/|[\\:\0]", name))
+
+
+def _read_description(check: FmuCheck) -> Any:
+    """FMPy's model description, or None if it is of no use."""
+    from fmpy import read_model_description
+    from fmpy.validation import validate_fmu
+
+    problems = validate_fmu(str(check.path))
+    check.add("description", "; ".join(problems), "FMPy's validation finds nothing")
+    try:
+        description = read_model_description(str(check.path), validate=False)
+    except Exception as problem:
+        check.add("kind", f"the description cannot be read ({problem})", "")
+        return None
+    found = f"FMI {description.fmiVersion}" + ("" if description.coSimulation else ", not for co-simulation")
+    wrong = description.fmiVersion != "2.0" or description.coSimulation is None
+    check.add("kind", f"{found}; FMI 2.0 for co-simulation is needed" if wrong else "", "FMI 2.0 for co-simulation")
+    return None if wrong else description
+
+
+def _declared_unit(variable: Any) -> str | None:
+    unit = variable.unit or (variable.declaredType.unit if variable.declaredType is not None else None)
+    return None if unit is None else str(unit)
+
+
+def _platform_problem(path: Path) -> str:
+    from fmpy import platform, supported_platforms
+
+    platforms = supported_platforms(str(path))
+    return "" if platform in platforms else f"no binary for {platform}; there are {', '.join(platforms) or 'none'}"
+
+
+def _try_out(check: FmuCheck) -> None:
+    """A short run in a process of its own, which tells its findings as lines of JSON."""
+    command = [sys.executable, "-m", "gallop_fmu.fmu.trial", str(check.path.resolve())]
+    try:
+        done = subprocess.run(command, capture_output=True, encoding="utf-8", errors="replace", timeout=TRIAL_SECONDS)
+    except subprocess.TimeoutExpired:
+        check.add("run", f"not finished after {TRIAL_SECONDS} s", "")
+        return
+    for line in done.stdout.splitlines():
+        if line.startswith(PREFIX):
+            check.add(*json.loads(line.removeprefix(PREFIX)))
+    last = done.stderr.strip().splitlines()[-1:]
+    if done.returncode < 0:
+        ending = f"stopped by {signal.Signals(-done.returncode).name}"
+    else:
+        ending = f"ended with code {done.returncode}"
+    check.add("process", " ".join([ending, *last]) if done.returncode else "", "ended cleanly")

@@ -1,0 +1,148 @@
+"""Writing a scene as an FMU.
+
+Equal scenes give equal files, byte for byte, on any machine with the same packages: entries in order, without time
+stamps, uncompressed. The Python module in an FMU is named after its content, because one process may hold several
+FMUs and Python knows modules by name only.
+"""
+
+from __future__ import annotations
+
+import io
+import os
+import zipfile
+from importlib import metadata, resources
+from pathlib import Path
+
+from gallop_fmu.fmu.description import Identity, identify, model_description, package_version
+from gallop_fmu.fmu.session import Session
+from gallop_fmu.scene import Scene
+
+RUNTIMES = ("python",)
+SLAVE_SCRIPT = '''\
+"""A span for pythonfmu; what it does is in the package gallop-fmu, whose version must be the one that exported it."""
+
+import sys
+from importlib.metadata import PackageNotFoundError, version
+
+try:
+    found = "version " + version("gallop-fmu")
+except PackageNotFoundError:
+    found = "none"
+if found != "version {version}":
+    message = (
+        f"this FMU needs the Python package gallop-fmu=={version} in {{sys.prefix}}, where there is {{found}}; "
+        "run `pip install gallop-fmu=={version}` there, or export the scene again"
+    )
+    print(f"gallop-fmu: {{message}}", file=sys.stderr)
+    raise ImportError(message)
+
+from gallop_fmu.fmu.slave import SpanSlave
+
+
+class {name}(SpanSlave):
+    content = "{content}"
+'''
+
+
+class ExportError(ValueError):
+    """A scene cannot be written as an FMU; the message says why."""
+
+
+def export_fmu(scene: Scene, path: str | os.PathLike[str], runtime: str = "python") -> Path:
+    """Write a scene as an FMU for co-simulation, FMI 2.0.
+
+    Parameters
+    ----------
+    scene
+        The scene.
+    path
+        File to write, with suffix ``.fmu``; an existing file is replaced.
+    runtime
+        What runs the FMU. "python": pythonfmu 0.7 (Linux and Windows, 64 bit). The host must bring a Python in which
+        this version of gallop-fmu is installed, and unpack the FMU under a path of plain letters, digits and spaces.
+
+    Returns
+    -------
+    Path
+        The file.
+
+    Raises
+    ------
+    ExportError
+        Unknown run-time, wrong suffix, missing folder, or the file cannot be written.
+    SimulationError
+        The scene has no initial equilibrium.
+    """
+    target = Path(path)
+    if runtime not in RUNTIMES:
+        raise ExportError(f"runtime = {runtime!r}: must be one of {', '.join(map(repr, RUNTIMES))}")
+    if target.suffix != ".fmu":
+        raise ExportError(f"{target}: the name of an FMU must end in .fmu")
+    if not target.parent.is_dir():
+        raise ExportError(f"{target}: the folder {target.parent} does not exist; create it first")
+    if target.is_dir():
+        raise ExportError(f"{target}: is a folder")
+    Session(scene).start()
+    _write(target, _python_files(scene))
+    return target
+
+
+def _python_files(scene: Scene) -> dict[str, bytes]:
+    """Name in the archive to content."""
+    from gallop_fmu.fmu.slave import RUNTIME, SCENE_FILE
+
+    text, version = scene.to_toml(), package_version()
+    identity = identify(text, version, RUNTIME)
+    name = identity.model_identifier
+    requirements = (
+        f"Needs a Python with gallop-fmu {version} in the host (pythonfmu 0.7), and an unpacking path in plain ASCII."
+    )
+    description = model_description(scene, identity, needs_execution_tool=True, requirements=requirements)
+    script = SLAVE_SCRIPT.format(version=version, name=name, content=identity.content)
+    files = {
+        "modelDescription.xml": description,
+        f"resources/{SCENE_FILE}": text.encode(),
+        f"resources/{name}.py": script.encode(),
+        "resources/slavemodule.txt": name.encode(),
+        "resources/requirements.txt": f"gallop-fmu=={version}\n".encode(),
+    }
+    return files | _pythonfmu_binaries(identity) | _licences()
+
+
+def _pythonfmu_binaries(identity: Identity) -> dict[str, bytes]:
+    """The libraries of pythonfmu for each platform it has one for, under the names that FMI prescribes."""
+    files = {}
+    for platform in resources.files("pythonfmu").joinpath("resources", "binaries").iterdir():
+        for library in platform.iterdir() if platform.is_dir() else ():
+            suffix = Path(library.name).suffix
+            if suffix in (".so", ".dll", ".dylib"):
+                files[f"binaries/{platform.name}/{identity.model_identifier}{suffix}"] = library.read_bytes()
+    return files
+
+
+def _licences() -> dict[str, bytes]:
+    """What the licences of this package and of pythonfmu's libraries ask to be passed on."""
+    files = {}
+    for distribution in ("gallop-fmu", "pythonfmu"):
+        for file in metadata.files(distribution) or ():
+            if "licenses" in file.parts and file.name.startswith("LICENSE"):
+                files[f"documentation/licenses/{distribution}.txt"] = file.read_binary()
+    return files
+
+
+def _write(target: Path, files: dict[str, bytes]) -> None:
+    """Write the archive beside its place first, so that a failure leaves no half of an FMU."""
+    memory = io.BytesIO()
+    with zipfile.ZipFile(memory, "w") as archive:
+        for name in sorted(files):
+            entry = zipfile.ZipInfo(name)  # its time stamp is 1980
+            entry.create_system, entry.external_attr = 3, 0o100644 << 16
+            archive.writestr(entry, files[name])
+    part = target.with_name(f"{target.name}.{os.getpid()}.part")
+    try:
+        part.write_bytes(memory.getvalue())
+        part.replace(target)
+    except OSError as problem:
+        raise ExportError(f"{target}: cannot be written ({problem})") from None
+    finally:
+        part.unlink(missing_ok=True)

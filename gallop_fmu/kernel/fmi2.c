@@ -1,0 +1,231 @@
+/* The FMI 2.0 co-simulation functions.  No physics here: they move numbers between the host and the kernel.
+ *
+ * wind_speed and attack_angle hold their value over a communication step, or change at the rate that
+ * fmi2SetRealInputDerivatives gives; the tower points move linearly to their new places, which they reach at its end.
+ * A call that is not allowed is refused with a message and changes nothing; a step that cannot be carried out returns
+ * fmi2Error and leaves the state as it was.  fmi2Fatal is never returned. */
+#include "fmi2_instance.h"
+
+#include <stdarg.h>
+#include <stdio.h>
+
+fmi2Status say(instance *c, fmi2Status status, const char *format, ...)
+{
+    char text[1024];
+    va_list arguments;
+    va_start(arguments, format);
+    vsnprintf(text, sizeof text, format, arguments);
+    va_end(arguments);
+    if (c->call.logger) {
+        const char *category = status == fmi2Discard ? "logStatusDiscard" : "logStatusError";
+        c->call.logger(c->call.componentEnvironment, c->name, status, category, "%s", text);   /* text may hold % */
+    }
+    return status;
+}
+
+bool allowed(instance *c, int modes, const char *function)
+{
+    if (c && (c->now.mode & modes)) return true;
+    if (c) {
+        const char *where = c->now.mode == INSTANTIATED   ? "before initialization"
+                            : c->now.mode == INITIALIZING ? "in initialization mode"
+                            : c->now.mode == STEPPING     ? "while stepping"
+                                                          : "after termination";
+        say(c, fmi2Error, "%s is not allowed %s", function, where);
+    }
+    return false;
+}
+
+/* One sentence with time, element and cure. */
+fmi2Status tell(instance *c, const char *what, const gallop_report *report)
+{
+    const resource_header *head = resource_head(&c->parameters);
+    const resource_outcome *o = (const resource_outcome *)(c->parameters.bytes + head->outcomes);
+    const char *sentence = "it could not be carried out", *cure = "check the parameters";
+    for (uint32_t i = 0; i < head->outcome_count; i++)
+        if (o[i].code == report->outcome) {
+            sentence = o[i].sentence;
+            cure = o[i].cure;
+        }
+    char place[48] = "";
+    if (report->element >= 0) snprintf(place, sizeof place, " in element %d", report->element + 1);
+    c->now.status = report->outcome;
+    return say(c, fmi2Error, "%s: at %.6g s%s %s (value %.6g, limit %.6g). What to do: %s.", what, report->time, place,
+               sentence, report->value, report->limit, cure);
+}
+
+static bool copy_text(char **to, const char *from)
+{
+    size_t size = strlen(from) + 1;
+    *to = malloc(size);
+    if (*to) memcpy(*to, from, size);
+    return *to != NULL;
+}
+
+void drop_model(instance *c)
+{
+    gallop_model_free(c->model);
+    free(c->state);
+    free(c->work);
+    c->model = NULL;
+    c->state = c->work = NULL;
+    c->started = c->nodes_known = c->forces_known = false;
+}
+
+fmi2Status build_model(instance *c)
+{
+    gallop_scene scene;
+    gallop_load *load;
+    gallop_report report = {0};
+    const char *wrong = resource_scene(&c->parameters, &scene, &load);
+    int outcome = wrong ? GALLOP_INVALID_SCENE : gallop_model_create(&scene, &c->model, &report);
+    free(load);
+    if (wrong) return say(c, fmi2Error, "%s", wrong);
+    if (outcome) return tell(c, "the parameters do not make a span", &report);
+    size_t size = gallop_state_size(c->model);
+    c->state = calloc(1, size);
+    c->work = calloc(1, size);
+    if (c->state && c->work) return fmi2OK;
+    drop_model(c);
+    return say(c, fmi2Error, "there is not enough memory for the state: %lu bytes", (unsigned long)size);
+}
+
+void held_inputs(const double input[INPUTS], double time, gallop_inputs *in)
+{
+    memset(in, 0, sizeof *in);
+    in->time = time;
+    in->wind_speed = input[0];
+    in->attack_angle = input[1];
+    memcpy(in->support, input + 2, sizeof in->support);
+}
+
+/* Until stepping begins, model and state follow parameters and inputs when somebody looks. */
+fmi2Status make_current(instance *c)
+{
+    if (c->started) return fmi2OK;
+    if (!c->model) {
+        fmi2Status status = build_model(c);
+        if (status != fmi2OK) return status;
+    }
+    gallop_inputs in;
+    gallop_report report;
+    held_inputs(c->now.input, c->now.start, &in);
+    if (gallop_state_init(c->model, c->state, c->now.start, &in, &report)) return tell(c, "there is no initial state", &report);
+    memcpy(c->now.reached, c->now.input + 2, sizeof c->now.reached);
+    c->now.time = c->now.start;
+    c->now.status = 0;
+    c->started = true;
+    c->nodes_known = c->forces_known = false;
+    return fmi2OK;
+}
+
+const char *fmi2GetTypesPlatform(void) { return fmi2TypesPlatform; }
+
+const char *fmi2GetVersion(void) { return fmi2Version; }
+
+static void inputs_from_parameters(instance *c);
+
+fmi2Component fmi2Instantiate(fmi2String name, fmi2Type type, fmi2String guid, fmi2String location,
+                              const fmi2CallbackFunctions *functions, fmi2Boolean visible, fmi2Boolean logging)
+{
+    (void)visible;
+    instance *c = calloc(1, sizeof *c);
+    if (!c) return NULL;
+    if (functions) c->call = *functions;
+    c->logging = logging;
+    const char *wrong = NULL;
+    if (!copy_text(&c->name, name ? name : "")) wrong = "there is not enough memory";
+    else if (!name || !*name) wrong = "an instance needs a name";
+    else if (type != fmi2CoSimulation) wrong = "this FMU is for co-simulation only";
+    else if (!guid) wrong = "no GUID was given";
+    else wrong = resource_read(&c->parameters, location, guid);
+    if (!wrong && !(c->original = malloc(c->parameters.size))) wrong = "there is not enough memory";
+    if (wrong) {
+        if (c->name) say(c, fmi2Error, "%s", wrong);
+        resource_free(&c->parameters);
+        free(c->name);
+        free(c);
+        return NULL;
+    }
+    memcpy(c->original, c->parameters.bytes, c->parameters.size);
+    c->now.mode = INSTANTIATED;
+    inputs_from_parameters(c);
+    return c;
+}
+
+/* The start values of the inputs: those of the scene. */
+static void inputs_from_parameters(instance *c)
+{
+    gallop_scene scene;
+    memcpy(&scene, c->parameters.bytes + resource_head(&c->parameters)->scene, sizeof scene);
+    memset(c->now.input, 0, sizeof c->now.input);
+    c->now.input[0] = scene.wind.initial;
+    c->now.input[1] = scene.attack_angle;
+}
+
+void fmi2FreeInstance(fmi2Component component)
+{
+    instance *c = component;
+    if (!c) return;
+    drop_model(c);
+    resource_free(&c->parameters);
+    free(c->original);
+    free(c->name);
+    free(c);
+}
+
+fmi2Status fmi2SetDebugLogging(fmi2Component component, fmi2Boolean logging, size_t count, const fmi2String categories[])
+{
+    ALLOW(ANY);
+    for (size_t i = 0; i < count; i++)
+        if (!categories || !categories[i] || (strcmp(categories[i], "logStatusError") && strcmp(categories[i], "logStatusDiscard")))
+            return say(c, fmi2Error, "the log category is unknown; there are logStatusError and logStatusDiscard");
+    c->logging = logging;
+    return fmi2OK;
+}
+
+fmi2Status fmi2SetupExperiment(fmi2Component component, fmi2Boolean tolerance_defined, fmi2Real tolerance, fmi2Real start,
+                               fmi2Boolean stop_defined, fmi2Real stop)
+{
+    (void)tolerance_defined;
+    (void)tolerance;
+    ALLOW(INSTANTIATED);
+    if (!isfinite(start)) return say(c, fmi2Error, "the start time must be a number");
+    if (stop_defined && !(stop > start)) return say(c, fmi2Error, "the stop time %g s must lie after the start time %g s", stop, start);
+    c->now.start = c->now.time = start;
+    c->started = false;
+    return fmi2OK;
+}
+
+fmi2Status fmi2EnterInitializationMode(fmi2Component component)
+{
+    ALLOW(INSTANTIATED);
+    c->now.mode = INITIALIZING;
+    return fmi2OK;
+}
+
+fmi2Status fmi2ExitInitializationMode(fmi2Component component)
+{
+    ALLOW(INITIALIZING);
+    fmi2Status status = make_current(c);
+    if (status == fmi2OK) c->now.mode = STEPPING;
+    return status;
+}
+
+fmi2Status fmi2Terminate(fmi2Component component)
+{
+    ALLOW(STEPPING);
+    c->now.mode = TERMINATED;
+    return fmi2OK;
+}
+
+fmi2Status fmi2Reset(fmi2Component component)
+{
+    ALLOW(ANY);
+    memcpy(c->parameters.bytes, c->original, c->parameters.size);
+    drop_model(c);
+    memset(&c->now, 0, sizeof c->now);
+    c->now.mode = INSTANTIATED;
+    inputs_from_parameters(c);
+    return fmi2OK;
+}

@@ -1,0 +1,146 @@
+"""The engine's states: repeatable, saved and restored bit for bit, independent of what is recorded, safe in threads."""
+
+from concurrent.futures import ThreadPoolExecutor
+
+import numpy as np
+import pytest
+
+from gallop_fmu.channels import NODE_CHANNELS, NODE_INDEX, SPAN_CHANNELS, SPAN_INDEX
+from gallop_fmu.engine import Inputs, Model, State
+from gallop_fmu.scene import load_scene
+
+ALL = np.arange(len(NODE_CHANNELS), dtype=np.int32)
+NO_NODES = np.zeros(0, np.int32)
+
+
+@pytest.fixture(scope="module")
+def model():
+    """Wind, eccentric ice, damping and springs: everything that a state depends on."""
+    return Model(load_scene("example2").with_values({"numerics.elements": 6, "wind.speed": 7.0}))
+
+
+def everything(state, count=80, every=1):
+    run = state.run(count, every, ALL, np.arange(state.model.nodes, dtype=np.int32))
+    return run.node_values, run.span_values
+
+
+def assert_same(found, expected):
+    for one, other in zip(found, expected, strict=True):
+        assert np.array_equal(one, other)
+
+
+def test_a_repeated_run_has_the_same_bits(model):
+    assert_same(everything(model.start()), everything(model.start()))
+
+
+def test_another_model_of_the_same_scene_has_the_same_bits(model):
+    assert_same(everything(Model(model.scene).start()), everything(model.start()))
+
+
+def test_restoring_returns_bit_for_bit(model):
+    state = model.start()
+    everything(state)
+    saved = state.save()
+    after = everything(state)
+    state.restore(saved)
+    assert state.save() == saved
+    assert_same(everything(state), after)
+
+
+def test_a_saved_state_continues_in_another_state_of_the_model(model):
+    state, other = model.start(), State(model)
+    everything(state)
+    other.restore(state.save())
+    assert other.time == state.time
+    assert_same(everything(other), everything(state))
+
+
+def test_looking_at_a_state_does_not_change_it(model):
+    state = model.start()
+    state.advance(0.5)
+    saved = state.save()
+    state.motion()
+    state.observe_span()
+    assert state.save() == saved
+
+
+def test_recording_does_not_change_the_motion(model):
+    full, _ = everything(model.start())
+    coarse = model.start().run(8, 10, ALL, np.arange(model.nodes, dtype=np.int32)).node_values
+    assert np.array_equal(coarse, full[9::10])
+    few = np.array([NODE_INDEX["theta"], NODE_INDEX["u2"]], np.int32)
+    part = model.start().run(80, 1, few, np.array([model.middle, 0], np.int32)).node_values
+    assert np.array_equal(part, full[:, few][:, :, [model.middle, 0]])
+    state = model.start()
+    assert not state.run(80, 1, NO_NODES, NO_NODES).node_values.size
+    assert np.array_equal([state.observe_node(node) for node in range(model.nodes)], full[-1].T)
+
+
+def test_a_run_in_pieces_has_the_same_bits(model):
+    whole = everything(model.start())
+    state = model.start()
+    nodes = np.arange(model.nodes, dtype=np.int32)
+    pieces = [state.run(20, 1, ALL, nodes, first=20 * i) for i in range(4)]
+    assert_same((np.concatenate([p.node_values for p in pieces]), np.concatenate([p.span_values for p in pieces])), whole)
+
+
+def test_advance_and_run_take_the_same_steps(model):
+    stepped, ran = model.start(), model.start()
+    for i in range(1, 81):
+        stepped.advance(i * model.scene.numerics.time_step)
+    everything(ran)
+    for one, other in zip(stepped.motion(), ran.motion(), strict=True):
+        np.testing.assert_allclose(one, other, rtol=0, atol=1e-8 * np.abs(other).max())  # observed ADV
+
+
+def test_threads_on_one_model_do_not_disturb_each_other(model):
+    def run(seed):
+        state = model.start(inputs=Inputs(0.0, 4.0 + seed, 0.17, np.zeros((2, 3))))
+        return everything(state, count=400)
+
+    one_after_another = [run(seed) for seed in range(4)]
+    with ThreadPoolExecutor(2) as pool:
+        at_once = list(pool.map(run, range(4)))
+    for one, other in zip(at_once, one_after_another, strict=True):
+        assert_same(one, other)
+
+
+def test_inputs_that_repeat_the_scene_change_nothing(model):
+    inputs = Inputs(0.0, 7.0, np.radians(model.scene.ice.attack_angle_deg), np.zeros((2, 3)))
+    plain, driven = model.start(), model.start(inputs=inputs)
+    plain.advance(0.5)
+    driven.advance(0.5, inputs)
+    assert driven.save() == plain.save()
+
+
+def test_inputs_change_linearly_in_time(model):
+    inputs = Inputs(1.0, 5.0, 0.1, np.zeros((2, 3)), wind_speed_rate=-2.0, attack_angle_rate=0.3, support_rate=None)
+    inputs.support_rate = np.array([[0.0, 0.01, 0.0], [0.0, 0.0, 0.0]])
+    state = model.start(1.0, inputs)
+    state.advance(1.25, inputs)
+    left = state.observe_node(0)
+    assert state.observe_span()[SPAN_INDEX["wind_speed"]] == pytest.approx(4.5, rel=1e-14)
+    assert left[NODE_INDEX["u2"]] == pytest.approx(0.0025, rel=1e-14)
+    assert left[NODE_INDEX["v2"]] == 0.01
+    # a fixed end moves at v2 = 0.01 m/s without twist: alpha0 + atan2(-v2, U - v3)
+    angle = 0.1 + 0.3 * 0.25 + np.arctan2(-left[NODE_INDEX["v2"]], 4.5 - left[NODE_INDEX["v3"]])
+    assert left[NODE_INDEX["angle_of_attack"]] == pytest.approx(angle, rel=1e-13)
+
+
+def test_observed_channels_are_named_once(model):
+    state = model.start()
+    assert len(state.observe_span()) == len(SPAN_CHANNELS) == len(SPAN_INDEX)
+    assert len(state.observe_node(0)) == len(NODE_CHANNELS) == len(NODE_INDEX)
+
+
+def test_work_is_counted(model):
+    state = model.start()
+    report = state.advance(0.2)
+    span = state.observe_span()
+    assert (report.steps, report.substeps, report.halvings) == (20, 20, 0)
+    assert report.iterations >= 20
+    assert 1 <= report.refactorisations <= report.iterations
+    assert span[SPAN_INDEX["substeps"]] == 1.0
+    assert 1.0 <= span[SPAN_INDEX["newton_iterations"]] <= report.iterations
+    assert report.lowest_tension < model.equilibrium().horizontal_tension * 1.1
+    assert report.time == state.time == 0.2

@@ -1,0 +1,177 @@
+"""Failures: what the report says, that nothing is left half done, and that halving gets through a jump."""
+
+import math
+
+import numpy as np
+import pytest
+
+from gallop_fmu.channels import NODE_CHANNELS, NODE_INDEX
+from gallop_fmu.engine import Inputs, Model, State
+from gallop_fmu.outcome import Outcome, SimulationError
+from gallop_fmu.scene import Scene, load_scene
+
+ALL = np.arange(len(NODE_CHANNELS), dtype=np.int32)
+
+
+def fails(state, until, inputs=None):
+    """The report of a failing advance, which must leave the state as it was, bit for bit."""
+    before = state.save()
+    with pytest.raises(SimulationError) as caught:
+        state.advance(until, inputs)
+    assert state.save() == before
+    return caught.value.report
+
+
+def test_attack_angle_leaves_the_curve():
+    """Example 2 is valid to 80 degrees; a torque turns the conductor out of that range."""
+    twist = {"position": 0.5, "force": [0.0, 0.0, 0.0], "torque": 20.0,
+             "law": {"kind": "ramp", "initial": 0.0, "final": 1.0, "duration": 2.0}}  # fmt: skip
+    model = Model(load_scene("example2").with_values({"loads": [twist]}))
+    state = model.start()
+    state.advance(0.1)
+    report = fails(state, 3.0)
+    assert report.outcome is Outcome.ANGLE_OUT_OF_RANGE
+    assert 0.1 < report.time < 2.0
+    assert report.element == model.elements // 2
+    assert report.limit == pytest.approx(math.radians(80.0), rel=1e-14)
+    assert report.limit < report.value < report.limit + math.radians(1.0)
+    assert "out" not in report.outcome.cure or report.outcome.cure
+    # one step earlier all is well, and the largest angle is just inside
+    step = model.scene.numerics.time_step
+    state.advance(report.time - step)
+    angles = [state.observe_node(node)[NODE_INDEX["angle_of_attack"]] for node in range(model.nodes)]
+    assert math.radians(78.0) < max(angles) < math.radians(81.0)   # nodes lie beyond the Gauss points
+    assert fails(state, report.time).time == pytest.approx(report.time, abs=1e-12)
+
+
+def test_attack_angle_below_the_curve():
+    inputs = Inputs(0.0, 4.1, math.radians(-61.0), np.zeros((2, 3)))
+    model = Model(load_scene("example2"))
+    report = fails(model.start(), 0.1, inputs)
+    assert report.outcome is Outcome.ANGLE_OUT_OF_RANGE
+    assert report.limit == pytest.approx(math.radians(-60.0), rel=1e-14)
+    assert report.value < report.limit
+    for begin in (model.start, model.rest):
+        with pytest.raises(SimulationError) as caught:
+            begin(0.0, inputs)
+        assert caught.value.report.outcome is Outcome.ANGLE_OUT_OF_RANGE
+
+
+def test_a_failed_run_keeps_what_was_recorded():
+    twist = {"position": 0.5, "force": [0.0, 0.0, 0.0], "torque": 20.0,
+             "law": {"kind": "ramp", "initial": 0.0, "final": 1.0, "duration": 2.0}}  # fmt: skip
+    model = Model(load_scene("example2").with_values({"loads": [twist]}))
+    run = model.start().run(300, 1, ALL, np.array([model.middle], np.int32))
+    assert run.report.outcome is Outcome.ANGLE_OUT_OF_RANGE
+    assert len(run.node_values) == len(run.span_values) == round(run.report.time / 0.01) - 1
+    assert np.isfinite(run.node_values).all()
+
+
+def lifted(minimal, lift, **numerics):
+    """A span pushed up by a load that grows within 0.3 s."""
+    law = {"kind": "ramp", "initial": 0.0, "final": 1.0, "duration": 0.3}
+    load = {"evenly_spaced": 19, "force": [0.0, lift, 0.0], "law": law}
+    return Model(Scene.from_dict(minimal | {"loads": [load], "numerics": {"elements": 10, **numerics}}))
+
+
+def test_strong_upward_load_makes_the_cable_slack(minimal):
+    model = lifted(minimal, 400.0)   # 19 x 400 N against 1472 N of weight
+    report = fails(model.start(), 3.0)
+    assert report.outcome is Outcome.SLACK
+    assert 0.0 < report.time < 3.0
+    assert 0 <= report.element < model.elements
+    assert report.value < 0.0
+    assert report.limit == 0.0
+    assert report.lowest_tension <= report.value
+    assert "slack" in str(SimulationError(report))
+
+
+def test_gentle_upward_load_does_not(minimal):
+    report = lifted(minimal, 20.0).start().advance(3.0)
+    assert report.outcome is Outcome.COMPLETED
+    assert report.lowest_tension > 0.0
+
+
+def jumped(minimal, **numerics):
+    """A sideways load that jumps in the middle of a step, too much for a long one."""
+    law = {"kind": "ramp", "initial": 0.0, "final": 1.0, "start": 0.9, "duration": 0.0}
+    load = {"evenly_spaced": 19, "force": [0.0, -300.0, 300.0], "law": law}
+    return Model(Scene.from_dict(minimal | {"loads": [load], "numerics": {"elements": 10, **numerics}}))
+
+
+def test_newton_stalls_where_halving_is_not_allowed(minimal):
+    model = jumped(minimal, time_step=0.5, max_halvings=0, max_newton_iterations=3)
+    state = model.start()
+    state.advance(0.5)
+    report = fails(state, 1.0)
+    assert report.outcome is Outcome.NEWTON_STALLED
+    assert report.time == 1.0
+    assert report.halvings == 0
+
+
+def test_halving_gets_through_a_jump(minimal):
+    """With the same three iterations, halved steps end where undivided ones with enough iterations do."""
+    halved, plain = (jumped(minimal, time_step=0.05, max_newton_iterations=count) for count in (4, 50))
+    state, reference = halved.start(), plain.start()
+    report, reference_report = state.advance(1.2), reference.advance(1.2)
+    print("HALV", report, reference_report, np.abs(state.motion()[0] - reference.motion()[0]).max(), np.abs(reference.motion()[0]).max())
+    assert report.halvings > 0
+    assert report.substeps > report.steps == 24
+    assert report.substeps == report.steps + report.halvings
+    assert reference_report.halvings == 0
+    moved = np.abs(reference.motion()[0]).max()
+    assert np.abs(state.motion()[0] - reference.motion()[0]).max() < 0.05 * moved
+
+
+@pytest.mark.parametrize("until", [0.5, 0.4, math.nan, math.inf, -math.inf])
+def test_time_must_be_finite_and_grow(minimal, until):
+    state = Model(Scene.from_dict(minimal)).start()
+    state.advance(0.5)
+    assert fails(state, until).outcome is Outcome.BAD_CALL
+    assert state.time == 0.5
+
+
+@pytest.mark.parametrize("time", [math.nan, math.inf])
+def test_start_must_be_finite(minimal, time):
+    model = Model(Scene.from_dict(minimal))
+    for begin in (model.start, model.rest):
+        with pytest.raises(SimulationError) as caught:
+            begin(time)
+        assert caught.value.report.outcome is Outcome.BAD_CALL
+
+
+def test_impossible_support_displacement_has_no_equilibrium(minimal):
+    """The towers one above the other: the horizontal tension vanishes."""
+    inputs = Inputs(0.0, 0.0, 0.0, np.array([[0.0, 0.0, 0.0], [1e9, 0.0, 0.0]]))
+    with pytest.raises(SimulationError) as caught:
+        Model(Scene.from_dict(minimal)).rest(inputs=inputs)
+    assert caught.value.report.outcome is Outcome.EQUILIBRIUM_NOT_FOUND
+
+
+def test_foreign_bytes_are_not_restored(minimal):
+    model, other = (Model(Scene.from_dict(minimal | {"numerics": {"elements": n}})) for n in (6, 7))
+    state = model.start()
+    saved = state.save()
+    for foreign in (b"", saved[:-1], saved + b"\0", b"X" * len(saved), other.start().save()):
+        with pytest.raises(ValueError, match="not a saved state of this model"):
+            state.restore(foreign)
+        assert state.save() == saved
+
+
+def test_nodes_outside_the_mesh_are_refused(minimal):
+    model = Model(Scene.from_dict(minimal))
+    for node in (-1, model.nodes):
+        with pytest.raises(IndexError, match=f"node {node} does not exist"):
+            model.start().observe_node(node)
+
+
+def test_a_state_recovers_after_a_failure(minimal):
+    """After a failed advance the same state goes on under other inputs, and as one that never failed."""
+    model = Model(load_scene("example2"))
+    state, other = model.start(), State(model)
+    state.advance(0.3)
+    other.restore(state.save())
+    fails(state, 0.5, Inputs(0.3, 4.1, math.radians(-61.0), np.zeros((2, 3))))
+    state.advance(0.5)
+    other.advance(0.5)
+    assert state.save() == other.save()

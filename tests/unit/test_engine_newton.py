@@ -1,0 +1,44 @@
+"""Newton's iteration ends when what is left of the error is below the tolerance."""
+
+import numpy as np
+import pytest
+
+from gallop_fmu.engine import Model
+from gallop_fmu.scene import load_scene
+
+PULSE = {"kind": "pulse", "peak": 1.0, "rise": 0.5, "fall_start": 0.5, "fall": 0.5}
+
+
+def what_is_left(model, state):
+    """The correction [m] that one more iteration with a fresh tangent would make; twist counts with the radius."""
+    h = model.scene.numerics.time_step
+    u, v, a = state.motion()
+    blocks = model.tangent(u, v, a, stiffness=1.0, damping=2.0 / h, mass=4.0 / h**2, time=state.time)
+    size = 4 * model.nodes
+    matrix = np.zeros((size, size))
+    for e, block in enumerate(blocks):
+        matrix[8 * e : 8 * e + 12, 8 * e : 8 * e + 12] += block
+    free = np.arange(4, size - 4)
+    correction = np.linalg.solve(matrix[np.ix_(free, free)], model.residual(u, v, a, time=state.time).ravel()[free])
+    scale = [1.0, 1.0, 1.0, 0.5 * model.scene.conductor.diameter]
+    return np.abs(correction.reshape(-1, 4) * scale).max()
+
+
+@pytest.mark.parametrize("tolerance", [1e-7, 1e-9, 1e-11, 1e-12])
+@pytest.mark.parametrize("case", ["pulse", "twist"])
+def test_error_left_is_below_the_tolerance(case, tolerance):
+    """From rest through a growing motion, and in a free twist with eccentric ice: each step, not only on the average."""
+    load = {"position": 0.31, "force": [30.0, 100.0, 150.0], "torque": 1.0, "law": PULSE}
+    if case == "pulse":
+        scene = load_scene("example1").with_values({"loads": [load], "numerics.elements": 8})
+    else:
+        values = {"wind.speed": 0.0, "damping.translation": None, "damping.twist": None, "initial.seed_twist": 0.1}
+        scene = load_scene("example3").with_values(values | {"numerics.elements": 8})
+    model = Model(scene.with_values({"numerics.newton_tolerance": tolerance}))
+    state = model.start()
+    worst = 0.0
+    for i in range(1, 301):
+        state.advance(i * model.scene.numerics.time_step)
+        worst = max(worst, what_is_left(model, state))
+    print("LEFT", case, tolerance, worst / tolerance)
+    assert worst < 3.0 * tolerance
