@@ -117,7 +117,7 @@ def scenes(as_json: AsJson = False) -> None:
 
     found = packaged_scenes()
     if as_json:
-        typer.echo(json.dumps(found, indent=2))
+        _echo_json(found)
         return
     table = _table("scene", "title")
     for name, title in found.items():
@@ -161,7 +161,7 @@ def run(
         )
     written = _write(result, out, plot)
     if as_json:
-        typer.echo(json.dumps({**summary(result), "files": list(map(str, written))}, indent=2))
+        _echo_json({**summary(result), "files": list(map(str, written))})
     else:
         _print_summary(summary(result), result, written)
     if result.outcome is not Outcome.COMPLETED:
@@ -192,7 +192,7 @@ def export(
         raise SceneError(str(problem)) from None
     size = path.stat().st_size
     if as_json:
-        typer.echo(json.dumps({"file": str(path), "bytes": size, "runtime": runtime}, indent=2))
+        _echo_json({"file": str(path), "bytes": size, "runtime": runtime})
     else:
         _console().print(f"wrote {path} ({size / 1e6:.2f} MB)")
 
@@ -210,11 +210,13 @@ def check(
 
     found = check_fmu(fmu).rows
     if as_json:
-        typer.echo(json.dumps([{"name": name, "ok": ok, "detail": detail} for name, ok, detail in found], indent=2))
+        _echo_json([{"name": name, "ok": ok, "detail": detail} for name, ok, detail in found])
     else:
+        from rich.text import Text
+
         table = _table("check", "", "detail")
         for name, ok, detail in found:
-            table.add_row(name, "[green]passed[/green]" if ok else "[red]FAILED[/red]", detail)
+            table.add_row(name, Text("passed", "green") if ok else Text("FAILED", "red"), detail)
         _console().print(table)
     failed = [name for name, ok, _ in found if not ok]
     if failed:
@@ -296,13 +298,13 @@ def _progress(title: str, *, silent: bool) -> Iterator[Progress | None]:
         return
     from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
 
-    columns = TextColumn("{task.completed:.0f} of {task.total:.0f} s"), BarColumn(), TimeRemainingColumn()
+    columns = TextColumn("{task.description}"), BarColumn(), TimeRemainingColumn()
     with Progress(*columns, console=_console(stderr=True), transient=True) as bar:
         bar.console.print(title, style="dim")
-        task = bar.add_task(title)
+        task = bar.add_task("starting", total=None)
 
         def show(time: float, stop_time: float) -> bool:
-            bar.update(task, completed=time, total=stop_time)
+            bar.update(task, completed=time, total=stop_time, description=f"{time:.0f} of {stop_time:.0f} s")
             return True
 
         yield show
@@ -319,7 +321,7 @@ def _print_summary(numbers: dict[str, Any], result: Result, written: list[Path])
     for name, row in numbers["midspan"].items():
         unit = result.dataset[name].attrs["units"]
         table.add_row(
-            f"{MIDSPAN_ROWS[name]} [{unit}]".replace("[", r"\["),
+            f"{MIDSPAN_ROWS[name]} [{unit}]",
             f"{row['amplitude']:.5g}",
             f"{row['mean']:.5g}",
             f"{row['frequency_hz']:.4f}" if row["frequency_hz"] else "-",
@@ -341,14 +343,20 @@ def _table(*headings: str) -> Any:
 
     table = Table(box=SIMPLE_HEAD, pad_edge=False)
     for heading in headings:
-        table.add_column(heading.replace("[", r"\["))
+        table.add_column(heading)
     return table
 
 
 def _console(*, stderr: bool = False) -> Console:
     from rich.console import Console
 
-    return Console(stderr=stderr, highlight=False)
+    return Console(stderr=stderr, highlight=False, markup=False)  # titles and paths may hold brackets
+
+
+def _echo_json(data: Any) -> None:
+    """Print JSON; what is not finite becomes null, since JSON has no NaN."""
+    finite = json.loads(json.dumps(data), parse_constant=lambda _: None)
+    typer.echo(json.dumps(finite, indent=2))
 
 
 def _complain(message: str) -> None:

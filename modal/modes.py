@@ -96,8 +96,9 @@ def natural_modes(scene: Scene, count: int = 12) -> list[Mode]:
         )
     if not _is_stable(matrices.stiffness):
         raise SceneError(
-            f"the initial equilibrium is unstable: with ice.first_moment_x2 = {scene.ice.first_moment_x2} kg the weight of "
-            f"the ice turns a conductor of torsional stiffness {scene.conductor.torsional_stiffness} N m2/rad over"
+            f"the initial equilibrium is unstable: with ice.first_moment_x2 = {scene.ice.first_moment_x2} kg the "
+            "weight of the ice turns the conductor over, whose conductor.torsional_stiffness is "
+            f"{scene.conductor.torsional_stiffness} N m2/rad; lower the first or raise the second, and check the units"
         )
     squares, vectors = _lowest(matrices, count)
     return [
@@ -152,9 +153,7 @@ def _lowest(matrices: _Matrices, count: int) -> tuple[Array, Array]:
     else:  # Lanczos' method needs more unknowns than modes
         from scipy.linalg import eigh
 
-        squares, vectors = eigh(
-            matrices.stiffness.toarray(), matrices.mass.toarray(), subset_by_index=(0, count - 1)
-        )
+        squares, vectors = eigh(matrices.stiffness.toarray(), matrices.mass.toarray(), subset_by_index=(0, count - 1))
     order = np.argsort(squares)
     return squares[order], vectors[:, order]
 

@@ -65,7 +65,8 @@ def _first_symmetric(modes: list[Mode], family: Family) -> Mode:
     if first.shares[family] < CLEAR_SHARE:
         shares = ", ".join(f"{name} {share:.0%}" for name, share in first.shares.items())
         raise SceneError(
-            f"the first symmetric {family} mode at {first.frequency_hz:.4g} Hz is a mixture ({shares}), so the frequency "
-            "ratio means nothing; the eccentric ice or the supports couple the families, see natural_modes(scene)"
+            f"the first symmetric {family} mode at {first.frequency_hz:.4g} Hz is a mixture ({shares}), so the "
+            "frequency ratio means nothing; the eccentric ice or the supports couple the families, see "
+            "natural_modes(scene)"
         )
     return first

@@ -162,7 +162,7 @@ def _scalar_variable(table: Element, variable: Variable) -> None:
 
 
 def _structure(root: Element, variables: Iterable[Variable]) -> None:
-    """Outputs do not see the inputs of their own instant; while initialising they depend on all, which is the default."""
+    """Outputs do not see the inputs of their own instant; initial ones depend on everything, which is the default."""
     structure = SubElement(root, "ModelStructure")
     outputs, unknowns = SubElement(structure, "Outputs"), SubElement(structure, "InitialUnknowns")
     for index, variable in enumerate(variables, start=1):

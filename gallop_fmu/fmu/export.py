@@ -21,8 +21,13 @@ RUNTIMES = ("python",)
 SLAVE_SCRIPT = '''\
 """A span for pythonfmu; what it does is in the package gallop-fmu, whose version must be the one that exported it."""
 
+import ctypes
 import sys
 from importlib.metadata import PackageNotFoundError, version
+
+# For every instance, pythonfmu 0.7.0 runs this text in the module's namespace, and then gives up a reference to the
+# namespace that it never owned. Without one to give up, the namespace is freed and the host crashes a little later.
+ctypes.pythonapi.Py_IncRef(ctypes.py_object(globals()))
 
 try:
     found = "version " + version("gallop-fmu")

@@ -21,6 +21,7 @@ from typing import Any, Literal, get_args
 
 from gallop_fmu.channels import NODE_CHANNELS, NODE_INDEX, SPAN_CHANNELS, SPAN_INDEX
 from gallop_fmu.scene import FASTEST_WIND, Scene
+from gallop_fmu.sections import WholeNumber
 
 AXES = ("x1", "x2", "x3")
 ENDS = ("left", "right")
@@ -224,5 +225,5 @@ def _declared(scene: Scene, path: str) -> tuple[bool, float | None, float | None
     field = type(section).model_fields[name]
     kinds = ("gt", "ge", "lt", "le")
     bounds = {kind: getattr(rule, kind) for rule in field.metadata for kind in kinds if hasattr(rule, kind)}
-    whole = int in (field.annotation, *get_args(field.annotation))
+    whole = any(kind in (int, WholeNumber) for kind in (field.annotation, *get_args(field.annotation)))
     return whole, bounds.get("ge", bounds.get("gt")), bounds.get("le", bounds.get("lt"))

@@ -28,7 +28,6 @@ typedef struct {
 typedef struct {
     fmi2CallbackFunctions call;
     char *name;
-    fmi2Boolean logging;
     resource parameters;       /* as the host has set them, */
     char *original;            /* and as they were exported */
     gallop_model *model;       /* NULL: parameters changed */

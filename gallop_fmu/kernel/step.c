@@ -251,6 +251,8 @@ static int consistent_acceleration(const gallop_model *model, gallop_state *stat
         return fail(report, GALLOP_ANGLE_OUT_OF_RANGE, seen.angle_element, state->time, seen.worst_angle,
                     seen.worst_angle > model->curve_centre ? model->curve_last : model->curve_first);
     state->lowest_tension = seen.lowest_tension;
+    if (seen.lowest_tension < 0.0)
+        return fail(report, GALLOP_SLACK, seen.slack_element, state->time, seen.lowest_tension, 0.0);
     return isfinite(correction_size(model, at->a)) ? GALLOP_COMPLETED
                                                    : fail(report, GALLOP_NON_FINITE, -1, state->time, NAN, 0.0);
 }

@@ -1,6 +1,7 @@
 """The exact shape of a hanging cable, solved without finite elements."""
 
 from dataclasses import dataclass, field
+from itertools import pairwise
 
 import numpy as np
 import pytest
@@ -21,13 +22,13 @@ class ExactCable:
     - "green": axial Green strain from the initial equilibrium, as in Liu, Yan, Zhang, Zhou (2009).
     """
 
-    length: float                       # span [m]
-    weight: float                       # per metre of the initial equilibrium [N/m]
-    horizontal_tension: float           # of the initial equilibrium [N]
+    length: float  # span [m]
+    weight: float  # per metre of the initial equilibrium [N/m]
+    horizontal_tension: float  # of the initial equilibrium [N]
     axial_stiffness: float
     height: float = 0.0
     law: str = "green"
-    points: list = field(default_factory=list)   # (fraction of the conductor's length, force [N])  # fmt: skip
+    points: list = field(default_factory=list)  # (fraction of the conductor's length, force [N])
 
     def __post_init__(self):
         c = self.horizontal_tension / self.weight
@@ -43,7 +44,7 @@ class ExactCable:
         if self.law == "engineering":
             return (1.0 + tension / ea) / (1.0 + initial / ea)
         stretch = np.ones_like(tension)
-        for _ in range(20):   # tension = stretch (T0 + EA (stretch^2 - 1) / 2)
+        for _ in range(20):  # tension = stretch (T0 + EA (stretch^2 - 1) / 2)
             error = stretch * (initial + ea * (stretch**2 - 1.0) / 2.0) - tension
             stretch = stretch - error / (initial + ea * (3.0 * stretch**2 - 1.0) / 2.0)
         return stretch
@@ -59,7 +60,7 @@ class ExactCable:
 
         def march(force):
             position, places = np.array(left, dtype=float), {0.0: np.array(left, dtype=float)}
-            for a, b in zip(cuts[:-1], cuts[1:], strict=True):
+            for a, b in pairwise(cuts):
                 force = force - sum((np.array(f) for fraction, f in self.points if fraction == a), np.zeros(3))
                 s = self.arc * (0.5 * (a + b) + 0.5 * (b - a) * GAUSS)
                 along = force - q * (s[:, None] - self.arc * a)
@@ -73,8 +74,8 @@ class ExactCable:
         h = self.horizontal_tension
         start = np.array([h, self.weight * self.arc_to_lowest, 0.0]) - 0.5 * self.arc * np.array([0.0, *load[1:]])
         scale = np.array([h, self.weight * self.arc, self.weight * self.arc])
-        found, _, done, message = fsolve(
-            lambda f: (march(start + f * scale)[0] - ends), np.zeros(3), xtol=1e-13, full_output=True
+        found, _, _, message = fsolve(
+            lambda f: march(start + f * scale)[0] - ends, np.zeros(3), xtol=1e-13, full_output=True
         )
         assert np.abs(march(start + found * scale)[0] - ends).max() < 1e-9 * self.length, message
         force = start + found * scale

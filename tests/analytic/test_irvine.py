@@ -2,11 +2,11 @@
 
 import math
 
-import modal
 import pytest
 from scipy.optimize import brentq
 
 import gallop_fmu as gf
+import modal
 
 LENGTH, MASS, GRAVITY = 100.0, 1.5, 9.81
 SAG_RATIO = 0.002

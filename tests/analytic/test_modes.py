@@ -2,11 +2,11 @@
 
 import math
 
-import modal
 import numpy as np
 import pytest
 
 import gallop_fmu as gf
+import modal
 
 SPRINGS = {"kind": "springs", "stiffness_x1": 76e3, "stiffness_x3": 1400.0}
 

@@ -37,15 +37,20 @@ def test_forces_on_the_towers_balance_momentum(supports):
         found = state.observe_span()[FORCES].reshape(2, 3).sum(axis=0)
         force = np.array([30.0, 100.0, 150.0]) * float(model.scene.loads[0].law.at(time))
         expected = weight + force - momentum_rate(model, state.motion()[2])
-        print("MOM", supports, np.abs(found - expected).max() / abs(weight[1]))
-        assert np.abs(found - expected).max() < 1e-9 * abs(weight[1])  # observed OBS
+        assert np.abs(found - expected).max() < 1e-11 * abs(weight[1])  # observed 1e-12
 
 
-@pytest.mark.parametrize("axis", [0, 1, 2])
-def test_slow_motion_of_the_right_tower_moves_the_tension_as_statics_says(span, exact_cable, axis):
+@pytest.mark.parametrize(("axis", "bound"), [(0, 4e-4), (1, 8e-3), (2, 1e-3)])  # observed 9e-5, 2e-3, 3e-4
+def test_slow_motion_of_the_right_tower_moves_the_tension_as_statics_says(span, exact_cable, axis, bound):
     """A cosine of 400 s, seventy times slower than the first mode, that starts without velocity; undamped."""
     amplitude = (0.15, 1.0, 1.0)[axis]
-    law = {"kind": "harmonic", "mean": amplitude, "amplitude": amplitude, "frequency_hz": 1.0 / 400.0, "phase_deg": -90.0}
+    law = {
+        "kind": "harmonic",
+        "mean": amplitude,
+        "amplitude": amplitude,
+        "frequency_hz": 1.0 / 400.0,
+        "phase_deg": -90.0,
+    }
     motion = {"kind": "rigid", "motion": {f"x{axis + 1}": law}}
     values = {"supports": {"right": motion}, "numerics": {"time_step": 0.05}}
     scene = Scene.from_dict(span | values)
@@ -59,8 +64,7 @@ def test_slow_motion_of_the_right_tower_moves_the_tension_as_statics_says(span, 
         exact = cable.solve(right=shift)[0]
         errors.append(np.linalg.norm(state.observe_span()[FORCES[:3]] - exact))
         changes.append(np.linalg.norm(exact - at_rest))
-    print("SLOW", axis, max(errors) / max(changes))
-    assert max(errors) < 1e-2 * max(changes)  # observed OBS
+    assert max(errors) < bound * max(changes)
 
 
 def test_displaced_towers_at_rest(span, exact_cable):
@@ -72,13 +76,12 @@ def test_displaced_towers_at_rest(span, exact_cable):
     for state in (Model(scene).rest(inputs=inputs), Model(scene).start(inputs=inputs)):
         found, model = state.observe_span()[FORCES], state.model
         middle = model.equilibrium().x[model.middle] + state.observe_node(model.middle)[:3]
-        print("DISP", np.abs(found - [*first, *-last]).max() / 20000.0, np.abs(middle - place[0]).max())
-        assert np.abs(found - [*first, *-last]).max() < 1e-6 * 20000.0  # observed OBS
-        assert np.abs(middle - place[0]).max() < 1e-6  # observed OBS m
+        assert np.abs(found - [*first, *-last]).max() < 5e-8 * 20000.0  # observed 1.4e-8
+        assert np.abs(middle - place[0]).max() < 4e-8  # observed 9e-9 m
 
 
 def test_springs_yield_by_force_change_over_stiffness(span, exact_cable):
-    """Preloaded by the initial reaction, a spring moves by the change of force over its stiffness, and statics agrees."""
+    """Preloaded by the initial reaction, a spring moves by the change of force over its stiffness."""
     springs = {"kind": "springs", "stiffness_x1": 40000.0, "stiffness_x3": 3000.0}
     loads = [{"evenly_spaced": 29, "force": [0.0, -40.0, 30.0]}]
     scene = Scene.from_dict(
@@ -86,7 +89,6 @@ def test_springs_yield_by_force_change_over_stiffness(span, exact_cable):
     )
     model = Model(scene)
     assert np.array_equal(model.equilibrium().support_stiffness, [[40000.0, 3000.0]] * 2)
-    assert np.abs(model.rest(inputs=None).motion()[0][0, [1, 3]]).max() == 0.0
     state = model.rest()
     found = state.observe_span()[FORCES].reshape(2, 3)
     change = found - model.equilibrium().support_force
@@ -95,8 +97,7 @@ def test_springs_yield_by_force_change_over_stiffness(span, exact_cable):
     np.testing.assert_allclose(ends[:, 2], change[:, 2] / 3000.0, rtol=1e-10)
     points = [(k / 30, np.array([0.0, -40.0, 30.0])) for k in range(1, 30)]
     first, last, _ = exact_cable(scene, points=points).solve(left=ends[0], right=ends[1])
-    print("SPR", np.abs(found - [first, -last]).max() / np.abs(change).max(), ends)
-    assert np.abs(found - [first, -last]).max() < 1e-6 * np.abs(change).max()  # observed OBS
+    assert np.abs(found - [first, -last]).max() < 1e-8 * np.abs(change).max()  # observed 2.4e-9
 
 
 def test_adjacent_span_gives_the_published_stiffness(span):

@@ -24,8 +24,7 @@ def test_newmark_is_of_second_order_in_the_step():
     reference = history(0.0005)
     errors = np.array([np.abs(history(step) - reference).max(axis=0) for step in (0.02, 0.01, 0.005)])[:, :2]
     orders = np.log2(errors[:-1] / errors[1:])
-    print("NEW", orders, errors / np.abs(reference).max(axis=0)[:2])
-    assert np.all(np.abs(orders - 2.0) < 0.1)  # observed OBS
+    assert np.all(np.abs(orders - 2.0) < 0.1)  # observed 2.005 to 2.051
 
 
 def test_damped_motion_in_wind_is_of_second_order():
@@ -38,13 +37,14 @@ def test_damped_motion_in_wind_is_of_second_order():
 
     def run(step):
         model = Model(scene.with_values({"numerics.time_step": step}))
-        return model.start().run(50, round(0.1 / step), CHANNELS, np.array([model.middle], np.int32)).node_values[..., 0]
+        return (
+            model.start().run(50, round(0.1 / step), CHANNELS, np.array([model.middle], np.int32)).node_values[..., 0]
+        )
 
     reference = run(0.00025)
     errors = np.array([np.abs(run(step) - reference).max(axis=0) for step in (0.01, 0.005, 0.0025)])
     orders = np.log2(errors[:-1] / errors[1:])
-    print("NEW2", orders, errors / np.abs(reference).max(axis=0))
-    assert np.all(np.abs(orders - 2.0) < 0.1)  # observed OBS
+    assert np.all(np.abs(orders - 2.0) < 0.1)  # observed 1.990 to 2.022
 
 
 def test_frequency_of_a_shaft_is_of_second_order():
@@ -67,5 +67,4 @@ def test_frequency_of_a_shaft_is_of_second_order():
         exact = np.sqrt(150.0 / 1.5e-4) / (2.0 * model.equilibrium().length)
         errors.append(np.arccos(cosine) / (2.0 * np.pi * step) / exact - 1.0)
     errors = np.array(errors)
-    print("NEW3", errors, np.log2(errors[:-1] / errors[1:]), (2*np.pi*5*0.01)**2/12)
-    assert np.all(np.abs(np.log2(errors[:-1] / errors[1:]) - 2.0) < 0.1)  # observed OBS
+    assert np.all(np.abs(np.log2(errors[:-1] / errors[1:]) - 2.0) < 0.1)  # observed 1.985, 1.998

@@ -4,11 +4,11 @@ The coefficient curve is a reconstruction that gives the printed course of event
 of the same equations, with a step of 0.005 s.
 """
 
-import modal
 import numpy as np
 import pytest
 
 import gallop_fmu as gf
+import modal
 
 TABLE_1_SPRING = 75.97e3
 """Stiffness along x1 [N/m] that Table 1 lists for this example, although its frequencies are those of rigid ends."""

@@ -1,15 +1,15 @@
 """Natural frequencies about the static equilibrium against OpenSees.
 
-OpenSeesPy 3.7.1.2, 160 two-node corotational truss elements, consistent mass; ends fixed, or free along x1 against one or
-two prestressed springs of 75.97 kN/m. Printed to four decimals; its mesh error in the third mode is 1.6e-4.
+OpenSeesPy 3.7.1.2, 160 two-node corotational truss elements, consistent mass; ends fixed, or free along x1 against one
+or two prestressed springs of 75.97 kN/m. Printed to four decimals; its mesh error in the third mode is 1.6e-4.
 """
 
 import math
 
-import modal
 import pytest
 
 import gallop_fmu as gf
+import modal
 
 VERTICAL = {  # scene, what the initial state follows from, springs: first three in-plane frequencies [Hz]
     ("example1", "sag", 0): (0.5463, 0.7822, 1.0979),
@@ -37,8 +37,8 @@ HORIZONTAL = {  # first three out-of-plane frequencies [Hz], the same with and w
 }
 TENSION = {("example1", "sag"): 4582.5, ("example3", "sag"): 15211.0, ("example2", "sag"): 21512.0}  # [N]
 
-# OpenSees' ends are fixed along x3; here a spring end needs a stiffness, so one that lets nothing through: 1e9 N/m against
-# 2 H / L of some 200 N/m.
+# OpenSees' ends are fixed along x3; here a spring end needs a stiffness, so one that lets nothing through: 1e9 N/m
+# against 2 H / L of some 200 N/m.
 SPRINGS = {"kind": "springs", "stiffness_x1": 75.97e3, "stiffness_x3": 1e9}
 RIGID = {"kind": "rigid"}
 

@@ -1,12 +1,11 @@
 """Symmetries of the motion: mirror, left-right, time reversal."""
 
 import numpy as np
-import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from gallop_fmu.channels import NODE_CHANNELS, NODE_INDEX, SPAN_INDEX
-from gallop_fmu.engine import DOFS, Inputs, Model
+from gallop_fmu.engine import Model
 from gallop_fmu.scene import load_scene
 
 CALM = load_scene("example3").with_values({"wind.speed": 0.0, "numerics.elements": 6})
@@ -49,14 +48,11 @@ def test_mirror_across_the_span_plane(force, torque, position):
     """x3 -> -x3 without wind: x3 and the twist change sign, as do the torque and the first moment along x3."""
     mirrored_ice = CALM.with_values({"ice.first_moment_x3": -CALM.ice.first_moment_x3})
     nodes, supports = records(loaded(CALM, force, torque, position))
-    other_nodes, other_supports = records(
-        loaded(mirrored_ice, (force[0], force[1], -force[2]), -torque, position)
-    )
+    other_nodes, other_supports = records(loaded(mirrored_ice, (force[0], force[1], -force[2]), -torque, position))
     odd = [NODE_INDEX[name] for name in ("u3", "theta", "v3", "omega", "a3", "omega_rate")]
     kept = [i for i in ALL if i != NODE_INDEX["angle_of_attack"]]
     other_nodes[:, odd] *= -1.0
     other_supports[:, [2, 5]] *= -1.0
-    print("MIR", spread(other_nodes[:, kept], nodes[:, kept]), spread(other_supports, supports))
     assert np.array_equal(other_nodes[:, kept], nodes[:, kept])
     assert np.array_equal(other_supports, supports)
 
@@ -67,20 +63,15 @@ def test_left_and_right_of_a_level_span_can_be_exchanged(force, torque, position
     """Half a turn about x2: x1, x3, the twist, the torque and the first moment along x3 change sign."""
     turned_ice = CALM.with_values({"ice.first_moment_x3": -CALM.ice.first_moment_x3})
     nodes, supports = records(loaded(CALM, force, torque, position))
-    other_nodes, other_supports = records(
-        loaded(turned_ice, (-force[0], force[1], -force[2]), -torque, 1.0 - position)
-    )
+    other_nodes, other_supports = records(loaded(turned_ice, (-force[0], force[1], -force[2]), -torque, 1.0 - position))
     odd = [NODE_INDEX[name + axis] for name in "uva" for axis in "13"]
     odd += [NODE_INDEX[name] for name in ("theta", "omega", "omega_rate")]
     kept = [i for i in ALL if i != NODE_INDEX["angle_of_attack"]]
     other_nodes[:, odd] *= -1.0
     other_supports = other_supports[:, [3, 4, 5, 0, 1, 2]] * np.array([-1.0, 1.0, -1.0] * 2)
     other_nodes = other_nodes[:, :, ::-1]
-    print("LR", [spread(other_nodes[:, i:i+1], nodes[:, i:i+1]) for i in kept], spread(other_supports, supports))
-    assert spread(other_nodes[:, kept], nodes[:, kept]) < 1e-6  # observed LR1
-    assert spread(other_supports, supports) < 1e-6  # observed LR2
-
-
+    assert spread(other_nodes[:, kept], nodes[:, kept]) < 1e-9  # observed 4e-11
+    assert spread(other_supports, supports) < 1e-9  # observed 4e-11
 
 
 @FEW
@@ -90,7 +81,7 @@ def test_undamped_motion_runs_back_in_time(force, torque, position):
     values = {"damping.translation": None, "damping.twist": None, "numerics.newton_tolerance": 1e-13}
     model = loaded(CALM.with_values(values), force, torque, position)
     state = model.start()
-    state.advance(0.8)   # the load is over at 0.7 s
+    state.advance(0.8)  # the load is over at 0.7 s
     there, velocity, _ = state.motion()
     state.advance(1.6)
     away, back, _ = state.motion()
@@ -99,6 +90,6 @@ def test_undamped_motion_runs_back_in_time(force, torque, position):
     state.advance(2.4)
     returned, reversed_velocity, _ = state.motion()
     moved = np.abs(there - away).max(axis=0)
-    print("REV", np.abs(returned - there).max(axis=0) / moved, np.abs(reversed_velocity + velocity).max(axis=0) / np.abs(velocity).max(axis=0))
-    assert (np.abs(returned - there).max(axis=0) < 1e-6 * moved).all()  # observed REV1
-    assert (np.abs(reversed_velocity + velocity).max(axis=0) < 1e-6 * np.abs(velocity).max(axis=0)).all()  # observed REV2
+    assert (np.abs(returned - there).max(axis=0) < 5e-6 * moved).all()  # observed 8e-7
+    gained = np.abs(reversed_velocity + velocity).max(axis=0)
+    assert (gained < 5e-6 * np.abs(velocity).max(axis=0)).all()  # observed 8e-7

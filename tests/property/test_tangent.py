@@ -13,7 +13,9 @@ SCENES = {
     "example2": load_scene("example2"),   # springs, wind, eccentric ice, damping
     "example3": load_scene("example3"),
     "zebra": load_scene("zebra"),
-    "inclined": load_scene("example2").with_values({"span.height_difference": 20.0, "span.sag": None, "wind.speed": 9.0}),
+    "inclined": load_scene("example2").with_values(
+        {"span.height_difference": 20.0, "span.sag": None, "wind.speed": 9.0}
+    ),
 }  # fmt: skip
 MODELS = {name: Model(scene.with_values({"numerics.elements": 5})) for name, scene in SCENES.items()}
 CALM = {name: Model(model.scene.with_values({"wind.speed": 0.0})) for name, model in MODELS.items()}
@@ -71,10 +73,8 @@ def test_tangent_is_the_derivative_of_the_residual(name, part, seed):
             scale = np.abs(expected[:, force]).max()
             error = np.abs(found - expected)[:, force].max()
             round_off = 3e-16 * forces / STEP
-            bad.append((error / (1e-7 * scale + round_off), error / scale if scale else 0.0, error / round_off, name, part, unknown, force))
-            assert error < 1e-7 * scale + round_off
+            assert error < 1e-7 * scale + round_off  # observed 0.24 of it
 
-bad = []
 
 @pytest.mark.parametrize("name", CALM)
 @FEW
@@ -97,8 +97,7 @@ def test_mass_is_positive_definite(name, seed):
     model = CALM[name]
     mass = assembled(model, motion(model, seed), "mass")
     scale = 1.0 / np.sqrt(np.diag(mass))
-    print("EIG", name, np.linalg.eigvalsh(mass * np.outer(scale, scale)).min())
-    assert np.linalg.eigvalsh(mass * np.outer(scale, scale)).min() > 0.1  # observed EIG
+    assert np.linalg.eigvalsh(mass * np.outer(scale, scale)).min() > 0.25  # observed 0.41
 
 
 @pytest.mark.parametrize("name", CALM)
@@ -121,8 +120,7 @@ def test_rigid_translation_causes_no_force(name, shift):
     u[:, :3] = shift
     tension = np.abs(model.equilibrium().horizontal_tension)
     change = np.abs(model.residual(u) - model.residual())
-    print("TR", change.max() / tension)
-    assert change.max() < 1e-9 * tension  # observed TR
+    assert change.max() < 2e-11 * tension  # observed 2e-12
 
 
 def rotation(axis, angle):
@@ -134,7 +132,9 @@ def rotation(axis, angle):
 
 @pytest.mark.parametrize("name", CALM)
 @FEW
-@given(axis=st.tuples(*[st.floats(-1.0, 1.0)] * 3).filter(lambda v: np.linalg.norm(v) > 0.1), angle=st.floats(-3.1, 3.1))
+@given(
+    axis=st.tuples(*[st.floats(-1.0, 1.0)] * 3).filter(lambda v: np.linalg.norm(v) > 0.1), angle=st.floats(-3.1, 3.1)
+)
 def test_rigid_rotation_turns_the_internal_force(name, axis, angle):
     """The constant forces C stay, the internal ones, C in the initial state, turn: the residual is (Q - 1) C."""
     model = CALM[name]
@@ -149,8 +149,7 @@ def test_rigid_rotation_turns_the_internal_force(name, axis, angle):
     constant = -0.5 * np.column_stack([half_turn_2[:, 0], half_turn_1[:, 1], half_turn_1[:, 2]])
     q = rotation(axis, angle)
     tension = model.equilibrium().horizontal_tension
-    print("ROT", np.abs(turned(q) - constant @ (q - np.eye(3)).T).max() / tension)
-    assert np.abs(turned(q) - constant @ (q - np.eye(3)).T).max() < 1e-9 * tension  # observed ROT
+    assert np.abs(turned(q) - constant @ (q - np.eye(3)).T).max() < 2e-10 * tension  # observed 2e-11
 
 
 def test_inputs_replace_the_laws_in_the_residual():
@@ -162,6 +161,3 @@ def test_inputs_replace_the_laws_in_the_residual():
     np.testing.assert_allclose(
         model.residual(u, v, a, inputs=growing, time=0.7), model.residual(u, v, a, time=0.7), rtol=0, atol=1e-9
     )
-
-def test_zz():
-    b=[x for x in bad if x[1]/x[0]>0 and x[2]]; print("BAD", max(b)[:3], max((x[1],x) for x in b if x[2]==0 or x[1]/x[2]<1e-6)); print(max(x[2] for x in bad if x[1]==1))

@@ -81,7 +81,8 @@ def test_a_run_in_pieces_has_the_same_bits(model):
     state = model.start()
     nodes = np.arange(model.nodes, dtype=np.int32)
     pieces = [state.run(20, 1, ALL, nodes, first=20 * i) for i in range(4)]
-    assert_same((np.concatenate([p.node_values for p in pieces]), np.concatenate([p.span_values for p in pieces])), whole)
+    assert np.array_equal(np.concatenate([piece.node_values for piece in pieces]), whole[0])
+    assert np.array_equal(np.concatenate([piece.span_values for piece in pieces]), whole[1])
 
 
 def test_advance_and_run_take_the_same_steps(model):
@@ -90,7 +91,7 @@ def test_advance_and_run_take_the_same_steps(model):
         stepped.advance(i * model.scene.numerics.time_step)
     everything(ran)
     for one, other in zip(stepped.motion(), ran.motion(), strict=True):
-        np.testing.assert_allclose(one, other, rtol=0, atol=1e-8 * np.abs(other).max())  # observed ADV
+        np.testing.assert_allclose(one, other, rtol=0, atol=1e-13 * np.abs(other).max())  # observed 0
 
 
 def test_threads_on_one_model_do_not_disturb_each_other(model):

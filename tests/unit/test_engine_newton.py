@@ -27,7 +27,7 @@ def what_is_left(model, state):
 @pytest.mark.parametrize("tolerance", [1e-7, 1e-9, 1e-11, 1e-12])
 @pytest.mark.parametrize("case", ["pulse", "twist"])
 def test_error_left_is_below_the_tolerance(case, tolerance):
-    """From rest through a growing motion, and in a free twist with eccentric ice: each step, not only on the average."""
+    """After every step, from rest through a growing motion and in a free twist with eccentric ice."""
     load = {"position": 0.31, "force": [30.0, 100.0, 150.0], "torque": 1.0, "law": PULSE}
     if case == "pulse":
         scene = load_scene("example1").with_values({"loads": [load], "numerics.elements": 8})
@@ -40,5 +40,4 @@ def test_error_left_is_below_the_tolerance(case, tolerance):
     for i in range(1, 301):
         state.advance(i * model.scene.numerics.time_step)
         worst = max(worst, what_is_left(model, state))
-    print("LEFT", case, tolerance, worst / tolerance)
-    assert worst < 3.0 * tolerance
+    assert worst < 3.0 * tolerance  # observed 0.1 (pulse) and 1.7 (twist) at 1e-9

@@ -1,0 +1,131 @@
+"""Checking files that are FMUs, and files that are not."""
+
+import os
+import stat
+import zipfile
+
+import pytest
+
+from gallop_fmu.fmu import check_fmu
+from gallop_fmu.fmu.trial import readable_by_pythonfmu
+
+BOMB = '<?xml version="1.0"?><!DOCTYPE x [<!ENTITY a "aaaa">]><fmiModelDescription fmiVersion="2.0"/>'
+
+
+def failed(check):
+    return {row.name: row.detail for row in check.rows if not row.ok}
+
+
+def test_an_exported_fmu_passes(gallop_fmu):
+    check = check_fmu(gallop_fmu)
+    assert failed(check) == {}
+    assert check.ok
+    names = ["archive", "description", "kind", "units", "platform", "run", "finite", "rollback", "serialised state"]
+    assert [row.name for row in check.rows] == [*names, "process"]
+
+
+def archive_of(path, entries):
+    with zipfile.ZipFile(path, "w") as archive:
+        for name, text in entries.items():
+            archive.writestr(name, text)
+    return path
+
+
+@pytest.mark.parametrize(
+    ("entries", "message"),
+    [
+        ({"readme.txt": "hello"}, "it has no modelDescription.xml"),
+        ({"modelDescription.xml": "<x/>", "../outside.txt": "x"}, "leads out of the archive"),
+        ({"modelDescription.xml": "<x/>", "/etc/outside.txt": "x"}, "leads out of the archive"),
+        ({"modelDescription.xml": "<x/>", "a\\b.txt": "x"}, "leads out of the archive"),
+        ({"modelDescription.xml": BOMB}, "contains a DOCTYPE"),
+    ],
+)
+def test_harmful_or_foreign_archives(tmp_path, entries, message):
+    check = check_fmu(archive_of(tmp_path / "x.fmu", entries))
+    assert not check.ok
+    assert message in failed(check)["archive"]
+    assert [file.name for file in tmp_path.iterdir()] == ["x.fmu"]
+
+
+def test_a_link_is_refused(tmp_path):
+    path = archive_of(tmp_path / "x.fmu", {"modelDescription.xml": "<x/>"})
+    link = zipfile.ZipInfo("resources/link")
+    link.create_system, link.external_attr = 3, (stat.S_IFLNK | 0o777) << 16
+    with zipfile.ZipFile(path, "a") as archive:
+        archive.writestr(link, "/etc/passwd")
+    assert "leads out of the archive" in failed(check_fmu(path))["archive"]
+
+
+def test_an_archive_that_would_fill_the_disk_is_refused(tmp_path, monkeypatch):
+    monkeypatch.setattr("gallop_fmu.fmu.check.LARGEST_ARCHIVE", 1000)
+    path = archive_of(tmp_path / "x.fmu", {"modelDescription.xml": "<x/>", "big": "x" * 2000})
+    assert "2004 bytes; at most 10000 and 1000 are unpacked" in failed(check_fmu(path))["archive"]
+
+
+@pytest.mark.parametrize("content", [b"", b"not a zip archive", os.urandom(5000)])
+def test_files_that_are_no_archives(tmp_path, content):
+    path = tmp_path / "x.fmu"
+    path.write_bytes(content)
+    assert "not a ZIP archive" in failed(check_fmu(path))["archive"]
+
+
+def test_a_missing_file(tmp_path):
+    assert "does not exist" in failed(check_fmu(tmp_path / "x.fmu"))["archive"]
+
+
+def test_a_damaged_fmu(gallop_fmu, tmp_path):
+    data = bytearray(gallop_fmu.read_bytes())
+    data[1000] ^= 1
+    path = tmp_path / "x.fmu"
+    path.write_bytes(data)
+    assert "is damaged" in failed(check_fmu(path))["archive"]
+    path.write_bytes(data[: len(data) // 2])
+    assert "not a ZIP archive" in failed(check_fmu(path))["archive"]
+
+
+def copy_with(path, target, changes):
+    with zipfile.ZipFile(path) as old:
+        return archive_of(target, {name: changes(name, old.read(name)) for name in old.namelist()})
+
+
+def test_a_real_without_a_unit_is_found(gallop_fmu, tmp_path):
+    def strip(name, data):
+        return data.replace(b'<Real unit="m/s" min', b"<Real min") if name.endswith(".xml") else data
+
+    found = failed(check_fmu(copy_with(gallop_fmu, tmp_path / "x.fmu", strip)))
+    assert found == {"units": "1 without, such as wind_speed"}
+
+
+def test_a_binary_that_is_none_is_a_finding_and_no_crash(gallop_fmu, tmp_path):
+    path = copy_with(gallop_fmu, tmp_path / "x.fmu", lambda n, d: b"no library" if n.startswith("binaries/") else d)
+    found = failed(check_fmu(path))
+    assert "process" in found or "run" in found
+
+
+def test_a_broken_slave_is_a_finding_with_its_message(gallop_fmu, tmp_path):
+    path = copy_with(gallop_fmu, tmp_path / "x.fmu", lambda n, d: b"import nothing_here" if n.endswith(".py") else d)
+    assert "nothing_here" in failed(check_fmu(path))["run"]
+
+
+def test_another_platform_only(gallop_fmu, tmp_path):
+    def rename(name):
+        return name.replace("linux64", "plan9").replace("win64", "plan9").replace("darwin64", "plan9")
+
+    with zipfile.ZipFile(gallop_fmu) as old:
+        path = archive_of(tmp_path / "x.fmu", {rename(name): old.read(name) for name in old.namelist()})
+    assert "no binary for" in failed(check_fmu(path))["platform"]
+
+
+@pytest.mark.parametrize(
+    ("folder", "readable"),
+    [
+        ("/tmp/x", True),
+        ("/tmp/with space", True),
+        ("/tmp/gal\u00f6pp", False),
+        ("/tmp/50%", False),
+        ("/tmp/a#b", False),
+    ],
+)
+def test_folders_that_pythonfmu_can_read(folder, readable):
+    assert readable_by_pythonfmu(folder) is readable

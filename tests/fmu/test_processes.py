@@ -1,0 +1,111 @@
+"""What one process shares with another FMU, or leaves behind: each test is a program of its own."""
+
+import json
+import os
+import subprocess
+import sys
+import zipfile
+from importlib.metadata import version
+
+import pytest
+
+from gallop_fmu.engine import Model
+from gallop_fmu.fmu import export_fmu
+
+SIMULATE = "from fmpy import simulate_fmu; import json, sys; paths = sys.argv[1:]\n"
+HOLD = "simulate_fmu(paths[{i}], stop_time=0.5, output_interval=0.05)['midspan.tension'].tolist()"
+
+
+def run(code, *arguments, cwd=None, environment=None):
+    """Output of a Python program that has to end with exit code 0 and to say nothing on the error stream."""
+    done = attempt(code, *arguments, cwd=cwd, environment=environment)
+    assert (done.returncode, done.stderr) == (0, "")
+    return done.stdout
+
+
+def attempt(code, *arguments, cwd=None, environment=None):
+    command = [sys.executable, "-c", code, *map(str, arguments)]
+    return subprocess.run(command, cwd=cwd, env={**os.environ, **(environment or {})}, capture_output=True, text=True)
+
+
+def test_two_fmus_in_one_process_do_not_mix(gallop_fmu, rigid_fmu, tmp_path):
+    alone = [json.loads(run(SIMULATE + f"print(json.dumps({HOLD.format(i=0)}))", p)) for p in (gallop_fmu, rigid_fmu)]
+    both = SIMULATE + f"print(json.dumps([{HOLD.format(i=0)}, {HOLD.format(i=1)}, {HOLD.format(i=0)}]))"
+    found = json.loads(run(both, gallop_fmu, rigid_fmu, cwd=tmp_path))
+    assert found == [alone[0], alone[1], alone[0]]
+    assert alone[0] != alone[1]
+
+
+def test_two_fmus_alive_at_once_in_two_threads(gallop_scene, rigid_scene, gallop_fmu, rigid_fmu):
+    code = SIMULATE + (
+        "from concurrent.futures import ThreadPoolExecutor\n"
+        "def tension(p):\n"
+        "    return simulate_fmu(p, stop_time=2.0, output_interval=0.01)['midspan.tension'].tolist()\n"
+        "with ThreadPoolExecutor(2) as pool: print(json.dumps(list(pool.map(tension, paths))))"
+    )
+    found = json.loads(run(code, gallop_fmu, rigid_fmu))
+    for values, scene in zip(found, (gallop_scene, rigid_scene), strict=True):
+        state = Model(scene).start()
+        for k in range(200):
+            state.advance(0.01 * (k + 1))
+        assert values[-1] == pytest.approx(state.observe_node(state.model.middle)[12], rel=1e-12)
+
+
+def test_the_search_path_does_not_grow_and_unpacked_files_may_go(gallop_fmu):
+    code = SIMULATE + f"before = list(sys.path); first = {HOLD.format(i=0)}; second = {HOLD.format(i=0)}\n"
+    code += "assert first == second; print(sys.path == before)"
+    assert run(code, gallop_fmu).strip() == "True"
+
+
+def test_many_failing_instances_end_cleanly(gallop_fmu):
+    code = SIMULATE + (
+        "for _ in range(60):\n"
+        "    result = simulate_fmu(paths[0], stop_time=5.0, output_interval=0.05, start_values={'wind_speed': 140.0})\n"
+        "print(0.0 < result['time'][-1] < 5.0, result['status'][-1])"
+    )
+    stopped, status = run(code, gallop_fmu).split()
+    assert stopped == "True"
+    assert int(status) > 0
+
+
+def test_a_path_with_spaces(gallop_fmu, tmp_path):
+    folder = tmp_path / "with some spaces"
+    folder.mkdir()
+    code = SIMULATE + f"print(len({HOLD.format(i=0)}))"
+    assert run(code, gallop_fmu, environment={"TMPDIR": str(folder)}).strip() == "11"
+
+
+def rewritten(path, target, change):
+    """Copy of an FMU with `change` made to each entry's content."""
+    with zipfile.ZipFile(path) as old, zipfile.ZipFile(target, "w") as new:
+        for name in old.namelist():
+            new.writestr(name, change(name, old.read(name)))
+    return target
+
+
+def test_another_version_of_the_package_is_refused(gallop_fmu, tmp_path):
+    needed = version("gallop-fmu")
+
+    def change(name, data):
+        return data.replace(needed.encode(), b"0.0.9") if name.endswith(".py") else data
+
+    path = rewritten(gallop_fmu, tmp_path / "x.fmu", change)
+    done = attempt(SIMULATE + HOLD.format(i=0), path)
+    assert done.returncode == 1
+    assert "this FMU needs the Python package gallop-fmu==0.0.9" in done.stderr
+    assert f"there is version {needed}" in done.stderr
+
+
+def test_a_scene_changed_inside_the_fmu_is_refused(gallop_fmu, tmp_path):
+    def change(name, data):
+        return data.replace(b"length = 125.88", b"length = 120.00") if name.endswith("scene.toml") else data
+
+    done = attempt(SIMULATE + HOLD.format(i=0), rewritten(gallop_fmu, tmp_path / "x.fmu", change))
+    assert done.returncode == 1
+    assert "scene.toml was changed after the export" in done.stderr
+
+
+def test_works_from_another_folder(rigid_scene, tmp_path):
+    path = export_fmu(rigid_scene, tmp_path / "x.fmu")
+    code = SIMULATE + f"print(len({HOLD.format(i=0)}))"
+    assert run(code, path.name, cwd=tmp_path).strip() == "11"

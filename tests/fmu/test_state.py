@@ -1,0 +1,129 @@
+"""Saved states: rollback, bytes, reset, and instances that share nothing."""
+
+import pytest
+
+from gallop_fmu.fmu.serial import from_bytes, to_bytes
+
+
+def bits(values):
+    return {name: float(value).hex() for name, value in values.items()}
+
+
+def drive(fmu, steps):
+    """Steps with moving inputs; the outputs after each."""
+    rows = []
+    for k in range(steps):
+        fmu.set(wind_speed=4.0 + 0.3 * (k % 5), attack_angle=0.17 + 0.01 * (k % 3), support__left__x1=1e-3 * (k % 4))
+        fmu.step(0.03)
+        rows.append(bits(fmu.read()))
+    return rows
+
+
+@pytest.mark.parametrize("before", [0, 1, 7, 40])
+def test_rollback_repeats_every_bit(gallop_fmu, host, before):
+    fmu = host(gallop_fmu).start()
+    drive(fmu, before)
+    state, time, there = fmu.fmu.getFMUstate(), fmu.time, bits(fmu.read())
+    first = drive(fmu, 12)
+    fmu.fmu.setFMUstate(state)
+    fmu.time = time
+    assert bits(fmu.read()) == there
+    assert drive(fmu, 12) == first
+    fmu.fmu.freeFMUstate(state)
+
+
+def test_an_iterated_step_leaves_no_trace(gallop_fmu, host):
+    plain, iterated = host(gallop_fmu).start(), host(gallop_fmu).start()
+    drive(plain, 5), drive(iterated, 5)
+    state, time = iterated.fmu.getFMUstate(), iterated.time
+    for guess in (9.0, 2.0):
+        iterated.set(wind_speed=guess, support__right__x3=0.1)
+        iterated.step(0.03)
+        iterated.fmu.setFMUstate(state)
+        iterated.time = time
+    assert drive(iterated, 5) == drive(plain, 5)
+
+
+def test_another_instance_resumes_from_bytes(gallop_fmu, host):
+    first = host(gallop_fmu).start(span__length=125.0, conductor__mass_per_length=1.5)
+    drive(first, 9)
+    saved = first.fmu.serializeFMUstate(first.fmu.getFMUstate())
+    second = host(gallop_fmu)
+    second.fmu.setFMUstate(second.fmu.deSerializeFMUstate(saved))
+    second.time = first.time
+    assert second["span.length"] == 125.0
+    assert bits(second.read()) == bits(first.read())
+    assert drive(second, 9) == drive(first, 9)
+
+
+def test_equal_sessions_give_equal_bytes(gallop_fmu, host):
+    saved = []
+    for _ in range(2):
+        fmu = host(gallop_fmu).start(wind_speed=4.4)
+        drive(fmu, 3)
+        saved.append(fmu.fmu.serializeFMUstate(fmu.fmu.getFMUstate()))
+    assert saved[0] == saved[1]
+
+
+@pytest.mark.parametrize("spoil", ["bit", "cut", "foreign", "empty"])
+def test_damaged_bytes_are_refused_and_the_next_step_fails(gallop_fmu, host, spoil):
+    fmu = host(gallop_fmu).start()
+    state = fmu.fmu.getFMUstate()
+    good = fmu.fmu.serializeFMUstate(state)
+    flipped = bytes([good[len(good) // 2] ^ 4])
+    bad = {
+        "bit": good[: len(good) // 2] + flipped + good[len(good) // 2 + 1 :],
+        "cut": good[:-100],
+        "foreign": b"from another tool" * 100,
+        "empty": b"\0",
+    }[spoil]
+    there = bits(fmu.read())
+    fmu.fmu.setFMUstate(fmu.fmu.deSerializeFMUstate(bad))
+    assert "the saved state is refused" in fmu.log[-1]
+    assert bits(fmu.read()) == there
+    with pytest.raises(Exception, match="fmi2DoStep"):
+        fmu.step(0.01)
+    fmu.fmu.setFMUstate(state)
+    fmu.step(0.01)
+    assert fmu["status"] == 0
+
+
+def test_the_state_of_another_fmu_is_refused(gallop_fmu, rigid_fmu, host):
+    fmu, other = host(gallop_fmu).start(), host(rigid_fmu).start()
+    saved = other.fmu.serializeFMUstate(other.fmu.getFMUstate())
+    fmu.fmu.setFMUstate(fmu.fmu.deSerializeFMUstate(saved))
+    assert "belongs to another FMU" in fmu.log[-1]
+
+
+def test_bytes_of_another_version_are_refused():
+    saved = {"content": "", "motion": b"12345678"}
+    data = to_bytes(saved, "1.0")
+    assert from_bytes(data, "1.0") == saved
+    with pytest.raises(ValueError, match=r"another version of gallop-fmu; this is 2\.0"):
+        from_bytes(data, "2.0")
+
+
+def test_reset_equals_fresh(gallop_fmu, host):
+    fmu = host(gallop_fmu).start(span__length=124.0, wind_speed=6.0)
+    drive(fmu, 6)
+    fmu.fmu.reset()
+    fmu.start()
+    fresh = host(gallop_fmu).start()
+    assert fmu["span.length"] == fresh["span.length"]
+    assert bits(fmu.read()) == bits(fresh.read())
+    assert drive(fmu, 6) == drive(fresh, 6)
+
+
+def test_instances_of_one_fmu_share_nothing(gallop_fmu, host):
+    alone = host(gallop_fmu).start()
+    wanted = drive(alone, 6)
+    one, other = host(gallop_fmu).start(), host(gallop_fmu).start(wind_speed=8.0, span__length=124.0)
+    found = []
+    for _ in range(6):
+        other.step(0.05)
+    for k in range(6):
+        one.set(wind_speed=4.0 + 0.3 * (k % 5), attack_angle=0.17 + 0.01 * (k % 3), support__left__x1=1e-3 * (k % 4))
+        one.step(0.03)
+        other.step(0.05)
+        found.append(bits(one.read()))
+    assert found == wanted
