@@ -260,7 +260,7 @@ class Session:
             "start_time": self._start_time,
             "inputs": dict(self._inputs),
             "parameters": dict(self._parameters),
-            "refused": self._refused,
+            "refused": dict(self._refused),
             "tower": self._tower.tolist(),
             "motion": b"" if self._state is None else self._state.save(),
         }

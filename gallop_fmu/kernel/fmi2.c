@@ -49,7 +49,6 @@ fmi2Status tell(instance *c, const char *what, const gallop_report *report)
         }
     char place[48] = "";
     if (report->element >= 0) snprintf(place, sizeof place, " in element %d", report->element + 1);
-    c->now.status = report->outcome;
     return say(c, fmi2Error, "%s: at %.6g s%s %s (value %.6g, limit %.6g). What to do: %s.", what, report->time, place,
                sentence, report->value, report->limit, cure);
 }
@@ -62,31 +61,40 @@ static bool copy_text(char **to, const char *from)
     return *to != NULL;
 }
 
-void drop_model(instance *c)
+void span_free(span *s)
 {
-    gallop_model_free(c->model);
-    free(c->state);
-    free(c->work);
-    c->model = NULL;
-    c->state = c->work = NULL;
-    c->started = c->nodes_known = c->forces_known = false;
+    gallop_model_free(s->model);
+    free(s->state);
+    free(s->work);
+    memset(s, 0, sizeof *s);
 }
 
-fmi2Status build_model(instance *c)
+void forget_observations(instance *c) { c->node_known = c->forces_known = false; }
+
+void drop_span(instance *c)
+{
+    span_free(&c->span);
+    c->started = false;
+    forget_observations(c);
+}
+
+/* Model and empty states of the present parameters; on failure `s` is empty. */
+fmi2Status build_span(instance *c, span *s)
 {
     gallop_scene scene;
     gallop_load *load;
-    gallop_report report = {0};
+    gallop_report report = {.element = -1};
+    memset(s, 0, sizeof *s);
     const char *wrong = resource_scene(&c->parameters, &scene, &load);
-    int outcome = wrong ? GALLOP_INVALID_SCENE : gallop_model_create(&scene, &c->model, &report);
+    int outcome = wrong ? GALLOP_INVALID_SCENE : gallop_model_create(&scene, &s->model, &report);
     free(load);
     if (wrong) return say(c, fmi2Error, "%s", wrong);
     if (outcome) return tell(c, "the parameters do not make a span", &report);
-    size_t size = gallop_state_size(c->model);
-    c->state = calloc(1, size);
-    c->work = calloc(1, size);
-    if (c->state && c->work) return fmi2OK;
-    drop_model(c);
+    const size_t size = gallop_state_size(s->model);
+    s->state = calloc(1, size);
+    s->work = calloc(1, size);
+    if (s->state && s->work) return fmi2OK;
+    span_free(s);
     return say(c, fmi2Error, "there is not enough memory for the state: %lu bytes", (unsigned long)size);
 }
 
@@ -103,19 +111,21 @@ void held_inputs(const double input[INPUTS], double time, gallop_inputs *in)
 fmi2Status make_current(instance *c)
 {
     if (c->started) return fmi2OK;
-    if (!c->model) {
-        fmi2Status status = build_model(c);
-        if (status != fmi2OK) return status;
+    if (!c->span.model && build_span(c, &c->span) != fmi2OK) {
+        c->now.status = GALLOP_INVALID_SCENE;
+        return fmi2Error;
     }
     gallop_inputs in;
     gallop_report report;
     held_inputs(c->now.input, c->now.start, &in);
-    if (gallop_state_init(c->model, c->state, c->now.start, &in, &report)) return tell(c, "there is no initial state", &report);
+    forget_observations(c);
+    c->now.status = gallop_state_init(c->span.model, c->span.state, c->now.start, &in, &report);
+    if (c->now.status) return tell(c, "there is no initial state", &report);
     memcpy(c->now.reached, c->now.input + 2, sizeof c->now.reached);
+    memcpy(c->before.input, c->now.input, sizeof c->now.input);
+    c->before.kind = BEGINNING;
     c->now.time = c->now.start;
-    c->now.status = 0;
     c->started = true;
-    c->nodes_known = c->forces_known = false;
     return fmi2OK;
 }
 
@@ -123,16 +133,34 @@ const char *fmi2GetTypesPlatform(void) { return fmi2TypesPlatform; }
 
 const char *fmi2GetVersion(void) { return fmi2Version; }
 
-static void inputs_from_parameters(instance *c);
+/* As it is when the host gets it: the parameters and inputs of the scene, and no state. */
+static void begin(instance *c)
+{
+    memcpy(c->parameters.bytes, c->original, c->parameters.size);
+    drop_span(c);
+    memset(&c->now, 0, sizeof c->now);
+    memset(&c->before, 0, sizeof c->before);
+    c->now.mode = INSTANTIATED;
+    c->now.stop = INFINITY;
+    resource_start_inputs(&c->parameters, c->now.input);
+}
+
+static uint32_t count_parameters(const resource *r)
+{
+    uint32_t count = 0;
+    for (uint32_t i = 0; i < resource_head(r)->variable_count; i++)
+        count += resource_table(r)[i].origin == ORIGIN_PARAMETER;
+    return count;
+}
 
 fmi2Component fmi2Instantiate(fmi2String name, fmi2Type type, fmi2String guid, fmi2String location,
                               const fmi2CallbackFunctions *functions, fmi2Boolean visible, fmi2Boolean logging)
 {
     (void)visible;
+    (void)logging;   /* errors are always told, and there is nothing else to tell */
     instance *c = calloc(1, sizeof *c);
     if (!c) return NULL;
     if (functions) c->call = *functions;
-    (void)logging;
     const char *wrong = NULL;
     if (!copy_text(&c->name, name ? name : "")) wrong = "there is not enough memory";
     else if (!name || !*name) wrong = "an instance needs a name";
@@ -148,51 +176,49 @@ fmi2Component fmi2Instantiate(fmi2String name, fmi2Type type, fmi2String guid, f
         return NULL;
     }
     memcpy(c->original, c->parameters.bytes, c->parameters.size);
-    c->now.mode = INSTANTIATED;
-    inputs_from_parameters(c);
+    c->parameter_count = count_parameters(&c->parameters);
+    begin(c);
     return c;
-}
-
-/* The start values of the inputs: those of the scene. */
-static void inputs_from_parameters(instance *c)
-{
-    gallop_scene scene;
-    memcpy(&scene, c->parameters.bytes + resource_head(&c->parameters)->scene, sizeof scene);
-    memset(c->now.input, 0, sizeof c->now.input);
-    c->now.input[0] = scene.wind.initial;
-    c->now.input[1] = scene.attack_angle;
 }
 
 void fmi2FreeInstance(fmi2Component component)
 {
     instance *c = component;
     if (!c) return;
-    drop_model(c);
+    drop_span(c);
     resource_free(&c->parameters);
     free(c->original);
     free(c->name);
     free(c);
 }
 
-fmi2Status fmi2SetDebugLogging(fmi2Component component, fmi2Boolean logging, size_t count, const fmi2String categories[])
+static bool known_category(const char *category)
 {
+    return category && (strcmp(category, "logStatusError") == 0 || strcmp(category, "logStatusDiscard") == 0);
+}
+
+fmi2Status fmi2SetDebugLogging(fmi2Component component, fmi2Boolean logging, size_t count,
+                               const fmi2String categories[])
+{
+    (void)logging;
     ALLOW(ANY);
     for (size_t i = 0; i < count; i++)
-        if (!categories || !categories[i] || (strcmp(categories[i], "logStatusError") && strcmp(categories[i], "logStatusDiscard")))
+        if (!categories || !known_category(categories[i]))
             return say(c, fmi2Error, "the log category is unknown; there are logStatusError and logStatusDiscard");
-    (void)logging;
     return fmi2OK;
 }
 
-fmi2Status fmi2SetupExperiment(fmi2Component component, fmi2Boolean tolerance_defined, fmi2Real tolerance, fmi2Real start,
-                               fmi2Boolean stop_defined, fmi2Real stop)
+fmi2Status fmi2SetupExperiment(fmi2Component component, fmi2Boolean tolerance_defined, fmi2Real tolerance,
+                               fmi2Real start, fmi2Boolean stop_defined, fmi2Real stop)
 {
     (void)tolerance_defined;
     (void)tolerance;
     ALLOW(INSTANTIATED);
     if (!isfinite(start)) return say(c, fmi2Error, "the start time must be a number");
-    if (stop_defined && !(stop > start)) return say(c, fmi2Error, "the stop time %g s must lie after the start time %g s", stop, start);
+    if (stop_defined && !(stop > start))
+        return say(c, fmi2Error, "the stop time %g s must lie after the start time %g s", stop, start);
     c->now.start = c->now.time = start;
+    c->now.stop = stop_defined ? stop : INFINITY;
     c->started = false;
     return fmi2OK;
 }
@@ -222,10 +248,6 @@ fmi2Status fmi2Terminate(fmi2Component component)
 fmi2Status fmi2Reset(fmi2Component component)
 {
     ALLOW(ANY);
-    memcpy(c->parameters.bytes, c->original, c->parameters.size);
-    drop_model(c);
-    memset(&c->now, 0, sizeof c->now);
-    c->now.mode = INSTANTIATED;
-    inputs_from_parameters(c);
+    begin(c);
     return fmi2OK;
 }

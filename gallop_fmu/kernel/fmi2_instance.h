@@ -12,48 +12,73 @@
 #include <stdlib.h>
 #include <string.h>
 
-#define INPUTS 8
+#define INPUTS RESOURCE_INPUTS
 
 typedef enum { INSTANTIATED = 1, INITIALIZING = 2, STEPPING = 4, TERMINATED = 8 } mode;
 
 /* What a saved FMU state holds besides the kernel's state and the parameters. */
 typedef struct {
     int32_t mode, status;
-    double time, start, last_step;           /* last_step 0: none to look back on */
-    double input[INPUTS], rate[INPUTS];      /* wind speed, attack angle, left x1 x2 x3, right x1 x2 x3 */
+    double time, start, stop;                /* stop infinite: not given */
+    double input[INPUTS], rate[INPUTS];      /* rate: until the end of the next step */
     double reached[6];                       /* where the tower points are */
-    double before_input[INPUTS], before_rate[INPUTS], before_reached[6];   /* of the last step */
 } kept;
+
+/* What present outputs can be compared with to take derivatives. */
+typedef enum {
+    NOTHING,      /* the step before is not known: a state was restored, or a step failed */
+    BEGINNING,    /* no step yet: the outputs are those of the initial state */
+    LAST_STEP
+} lookback;
+
+typedef struct {
+    lookback kind;
+    double step;                                          /* of the last step, */
+    double input[INPUTS], rate[INPUTS], reached[6];       /* and what it was given; before it: of the initial state */
+} history;
+
+/* What is built from the parameters. */
+typedef struct {
+    gallop_model *model;       /* NULL: none */
+    gallop_state *state, *work;
+} span;
 
 typedef struct {
     fmi2CallbackFunctions call;
     char *name;
     resource parameters;       /* as the host has set them, */
     char *original;            /* and as they were exported */
-    gallop_model *model;       /* NULL: parameters changed */
-    gallop_state *state, *work;
+    uint32_t parameter_count;
+    span span;                 /* belongs to the present parameters */
     bool started;              /* state belongs to the present inputs */
-    bool nodes_known, forces_known;
-    double nodes[GALLOP_NODE_CHANNELS], forces[6], counts[2];
+    bool node_known, forces_known;
+    double node[GALLOP_NODE_CHANNELS], forces[6];
     kept now;
+    history before;
 } instance;
 
 /* fmi2.c */
 fmi2Status say(instance *c, fmi2Status status, const char *format, ...);
 fmi2Status tell(instance *c, const char *what, const gallop_report *report);   /* a failure of the kernel */
 bool allowed(instance *c, int modes, const char *function);
-void drop_model(instance *c);
-fmi2Status build_model(instance *c);
+void span_free(span *s);
+void drop_span(instance *c);
+fmi2Status build_span(instance *c, span *s);
 fmi2Status make_current(instance *c);
 void held_inputs(const double input[INPUTS], double time, gallop_inputs *in);
+void forget_observations(instance *c);
 
 /* fmi2_values.c */
 const resource_variable *find(instance *c, fmi2ValueReference reference, bool whole, const char *function);
 double observed(instance *c, const resource_variable *v);
+double observed_in(const instance *c, gallop_state *state, const resource_variable *v);
+double parameter_stored(const instance *c, const resource_variable *v);
+void store_parameter(instance *c, const resource_variable *v, double stored);
 
 #define ALLOW(modes) \
     instance *c = component; \
     if (!allowed(c, modes, __func__)) return fmi2Error
-#define ANY (INSTANTIATED | INITIALIZING | STEPPING | TERMINATED)
+#define SETTABLE (INSTANTIATED | INITIALIZING | STEPPING)
+#define ANY (SETTABLE | TERMINATED)
 
 #endif

@@ -1,68 +1,168 @@
 /* FMI: saving, restoring and serialising the state of an instance. */
 #include "fmi2_instance.h"
 
-#define STATE_MAGIC "GALLOPF1"
+#define STATE_MAGIC "GALLOPF2"
 
+/* Followed by the parameters, as stored in the scene, and by the kernel's state. */
 typedef struct {
     char magic[8];
-    uint64_t size, checksum;   /* FNV-1a of all that follows this field */
+    uint64_t size, checksum;      /* of everything; FNV-1a of all that follows this field, in bytes */
+    char guid[48];
     kept now;
-    uint64_t parameters, state;   /* bytes of each that follow */
+    uint64_t parameters, state;   /* how many numbers, how many bytes */
+    uint64_t foreign;             /* 1: came as bytes, and its content is not believed */
 } saved;
 
-static size_t state_bytes(const instance *c) { return c->model && c->started ? gallop_saved_size(c->model) : 0; }
+static double *parameters_of(saved *s) { return (double *)(s + 1); }
 
-static saved *snapshot(instance *c, saved *into)
+static const double *parameters_in(const saved *s) { return (const double *)(s + 1); }
+
+static const char *state_in(const saved *s) { return (const char *)(parameters_in(s) + s->parameters); }
+
+static size_t saved_size(uint64_t parameters, uint64_t state)
 {
-    size_t parameters = c->parameters.size, state = state_bytes(c), size = sizeof(saved) + parameters + state;
-    if (!into || into->size != size) {
-        free(into);
-        into = malloc(size);
-        if (!into) return NULL;
+    return sizeof(saved) + (size_t)parameters * sizeof(double) + (size_t)state;
+}
+
+static void copy_parameters(const instance *c, double *to)
+{
+    const resource_variable *v = resource_table(&c->parameters);
+    for (uint32_t i = 0; i < resource_head(&c->parameters)->variable_count; i++)
+        if (v[i].origin == ORIGIN_PARAMETER) *to++ = parameter_stored(c, &v[i]);
+}
+
+static bool same_parameters(const instance *c, const double *from)
+{
+    const resource_variable *v = resource_table(&c->parameters);
+    for (uint32_t i = 0; i < resource_head(&c->parameters)->variable_count; i++)
+        if (v[i].origin == ORIGIN_PARAMETER && *from++ != parameter_stored(c, &v[i])) return false;
+    return true;
+}
+
+static bool possible_parameters(const instance *c, const double *from)
+{
+    const resource_variable *v = resource_table(&c->parameters);
+    for (uint32_t i = 0; i < resource_head(&c->parameters)->variable_count; i++) {
+        if (v[i].origin != ORIGIN_PARAMETER) continue;
+        const double stored = *from++;
+        if (!isfinite(stored) || stored < v[i].factor * v[i].minimum || stored > v[i].factor * v[i].maximum ||
+            (v[i].whole && fabs(stored) > INT32_MAX))
+            return false;
     }
-    memcpy(into->magic, STATE_MAGIC, 8);
-    into->size = size;
-    into->checksum = 0;   /* filled in when it leaves the process */
-    into->now = c->now;
-    into->parameters = parameters;
-    into->state = state;
-    memcpy(into + 1, c->parameters.bytes, parameters);
-    if (state) memcpy((char *)(into + 1) + parameters, c->state, state);
-    return into;
+    return true;
+}
+
+static void take_parameters(instance *c, const double *from)
+{
+    const resource_variable *v = resource_table(&c->parameters);
+    for (uint32_t i = 0; i < resource_head(&c->parameters)->variable_count; i++)
+        if (v[i].origin == ORIGIN_PARAMETER) store_parameter(c, &v[i], *from++);
+}
+
+static bool finite(const double *values, int count)
+{
+    for (int i = 0; i < count; i++)
+        if (!isfinite(values[i])) return false;
+    return true;
+}
+
+static bool possible(const kept *k, bool has_state)
+{
+    const bool before = k->mode == INSTANTIATED || k->mode == INITIALIZING;
+    if (!before && k->mode != STEPPING && k->mode != TERMINATED) return false;
+    return (before || has_state) && finite(&k->time, 1) && finite(&k->start, 1) && !isnan(k->stop) &&
+           finite(k->input, INPUTS) && finite(k->rate, INPUTS) && finite(k->reached, 6);
 }
 
 fmi2Status fmi2GetFMUstate(fmi2Component component, fmi2FMUstate *state)
 {
     ALLOW(ANY);
     if (!state) return say(c, fmi2Error, "%s: no place for the state was given", __func__);
-    saved *s = snapshot(c, *state);
-    if (!s) {
-        *state = NULL;
-        return say(c, fmi2Error, "%s: there is not enough memory", __func__);
+    const size_t kernel = c->started ? gallop_saved_size(c->span.model) : 0;
+    const size_t size = saved_size(c->parameter_count, kernel);
+    saved *s = *state;
+    if (!s || s->size != size) {
+        s = malloc(size);
+        if (!s) return say(c, fmi2Error, "%s: there is not enough memory: %lu bytes", __func__, (unsigned long)size);
+        free(*state);
+        *state = s;
     }
-    *state = s;
+    memset(s, 0, sizeof *s);
+    memcpy(s->magic, STATE_MAGIC, sizeof s->magic);
+    memcpy(s->guid, resource_head(&c->parameters)->guid, sizeof s->guid);
+    s->size = size;
+    s->now = c->now;
+    s->parameters = c->parameter_count;
+    s->state = kernel;
+    copy_parameters(c, parameters_of(s));
+    if (kernel) memcpy((char *)(parameters_of(s) + s->parameters), c->span.state, kernel);
     return fmi2OK;
+}
+
+/* Puts the kernel's state into place, if it is one of this model. */
+static bool take_state(span *into, const saved *s)
+{
+    if (!s->state) return true;
+    if (s->state != gallop_saved_size(into->model)) return false;
+    if (s->foreign) {
+        memcpy(into->work, state_in(s), s->state);
+        if (gallop_state_check(into->model, into->work) != GALLOP_COMPLETED) return false;
+        if (gallop_state_time(into->work) != s->now.time) return false;
+    }
+    memcpy(into->state, state_in(s), s->state);
+    return true;
+}
+
+/* A span of other parameters takes the place of the present one, unless something is wrong. */
+static fmi2Status restore_with_parameters(instance *c, const saved *s)
+{
+    double *present = malloc(c->parameter_count * sizeof *present + 1);
+    if (!present) return say(c, fmi2Error, "fmi2SetFMUstate: there is not enough memory");
+    span other = {NULL, NULL, NULL};
+    const int32_t status = c->now.status;
+    copy_parameters(c, present);
+    take_parameters(c, parameters_in(s));
+    fmi2Status result = s->state ? build_span(c, &other) : fmi2OK;
+    if (result == fmi2OK && !take_state(&other, s))
+        result = say(c, fmi2Error, "fmi2SetFMUstate: the state does not fit the parameters saved with it");
+    if (result == fmi2OK) {
+        drop_span(c);
+        c->span = other;
+    } else {
+        take_parameters(c, present);
+        c->now.status = status;
+        span_free(&other);
+    }
+    free(present);
+    return result;
+}
+
+static fmi2Status restore(instance *c, const saved *s)
+{
+    if (s->state && !c->span.model && build_span(c, &c->span) != fmi2OK) return fmi2Error;
+    if (take_state(&c->span, s)) return fmi2OK;
+    return say(c, fmi2Error, "fmi2SetFMUstate: the state is not one of this span");
+}
+
+static bool of_this_fmu(const instance *c, const saved *s)
+{
+    return memcmp(s->guid, resource_head(&c->parameters)->guid, sizeof s->guid) == 0 &&
+           s->parameters == c->parameter_count;
 }
 
 fmi2Status fmi2SetFMUstate(fmi2Component component, fmi2FMUstate state)
 {
     ALLOW(ANY);
     const saved *s = state;
-    if (!s || memcmp(s->magic, STATE_MAGIC, 8) != 0 || s->parameters != c->parameters.size)
+    if (!s || memcmp(s->magic, STATE_MAGIC, sizeof s->magic) != 0 || !of_this_fmu(c, s))
         return say(c, fmi2Error, "%s: this is not a state of this FMU", __func__);
-    const char *parameters = (const char *)(s + 1);
-    const bool same = memcmp(parameters, c->parameters.bytes, s->parameters) == 0;
-    if (!same) {
-        memcpy(c->parameters.bytes, parameters, s->parameters);
-        drop_model(c);
-    }
-    if (s->state && !c->model && build_model(c) != fmi2OK) return fmi2Error;
-    if (s->state && s->state != gallop_saved_size(c->model)) return say(c, fmi2Error, "%s: the state is of another size", __func__);
+    const bool same = same_parameters(c, parameters_in(s));
+    const fmi2Status result = same ? restore(c, s) : restore_with_parameters(c, s);
+    if (result != fmi2OK) return result;
     c->now = s->now;
-    c->now.last_step = 0.0;   /* the step before is not part of a state */
     c->started = s->state > 0;
-    if (s->state) memcpy(c->state, parameters + s->parameters, s->state);
-    c->nodes_known = c->forces_known = false;
+    c->before.kind = NOTHING;   /* the step before is not part of a state */
+    forget_observations(c);
     return fmi2OK;
 }
 
@@ -83,37 +183,57 @@ fmi2Status fmi2SerializedFMUstateSize(fmi2Component component, fmi2FMUstate stat
     return fmi2OK;
 }
 
+static uint64_t checksum_of(const fmi2Byte bytes[], size_t size)
+{
+    return resource_checksum((const char *)bytes + offsetof(saved, guid), size - offsetof(saved, guid));
+}
+
 fmi2Status fmi2SerializeFMUstate(fmi2Component component, fmi2FMUstate state, fmi2Byte bytes[], size_t size)
 {
     ALLOW(ANY);
     const saved *s = state;
-    if (!s || !bytes || size < s->size) return say(c, fmi2Error, "%s: the state needs %lu bytes", __func__, s ? (unsigned long)s->size : 0ul);
+    if (!s || !bytes) return say(c, fmi2Error, "%s: no state, or no place for it, was given", __func__);
+    if (size < s->size)
+        return say(c, fmi2Error, "%s: the state needs %lu bytes, not %lu", __func__, (unsigned long)s->size,
+                   (unsigned long)size);
+    saved head = *s;
     memcpy(bytes, s, s->size);
-    const size_t covered = offsetof(saved, now);
-    uint64_t checksum = resource_checksum((const char *)bytes + covered, s->size - covered);
-    memcpy(bytes + offsetof(saved, checksum), &checksum, sizeof checksum);
+    head.foreign = 0;
+    memcpy(bytes, &head, sizeof head);
+    head.checksum = checksum_of(bytes, s->size);
+    memcpy(bytes, &head, sizeof head);
     return fmi2OK;
+}
+
+/* What is wrong with the bytes of a state; NULL: nothing. */
+static const char *check_bytes(const instance *c, const fmi2Byte bytes[], size_t size)
+{
+    saved head;
+    if (!bytes || size < sizeof head) return "the bytes are cut off";
+    memcpy(&head, bytes, sizeof head);
+    if (memcmp(head.magic, STATE_MAGIC, sizeof head.magic) != 0)
+        return "the bytes are not a state of this program, or of another version";
+    if (!of_this_fmu(c, &head)) return "the bytes are a state of another FMU";
+    if (head.size != size || head.state > size || saved_size(head.parameters, head.state) != size)
+        return "the bytes are cut off, or have grown";
+    if (head.checksum != checksum_of(bytes, size)) return "the bytes are damaged, their checksum is wrong";
+    return possible(&head.now, head.state > 0) ? NULL : "the bytes are damaged: no such state is possible";
 }
 
 fmi2Status fmi2DeSerializeFMUstate(fmi2Component component, const fmi2Byte bytes[], size_t size, fmi2FMUstate *state)
 {
     ALLOW(ANY);
-    saved head;
-    const size_t covered = offsetof(saved, now);
-    if (!bytes || !state || size < sizeof head) return say(c, fmi2Error, "%s: the bytes are cut off", __func__);
-    memcpy(&head, bytes, sizeof head);
-    if (memcmp(head.magic, STATE_MAGIC, 8) != 0) return say(c, fmi2Error, "%s: the bytes are not a state of this program, or of another version", __func__);
-    if (head.size != size || head.parameters != c->parameters.size || head.state > size || sizeof head + head.parameters + head.state != size)
-        return say(c, fmi2Error, "%s: the bytes are cut off, or of another FMU", __func__);
-    if (head.checksum != resource_checksum((const char *)bytes + covered, size - covered))
-        return say(c, fmi2Error, "%s: the bytes are damaged, their checksum is wrong", __func__);
-    if (head.parameters < sizeof(resource_header) ||
-        memcmp(bytes + sizeof head + offsetof(resource_header, guid), resource_head(&c->parameters)->guid, sizeof resource_head(&c->parameters)->guid) != 0)
-        return say(c, fmi2Error, "%s: the bytes are a state of another FMU", __func__);
+    if (!state) return say(c, fmi2Error, "%s: no place for the state was given", __func__);
+    const char *wrong = check_bytes(c, bytes, size);
+    if (wrong) return say(c, fmi2Error, "%s: %s", __func__, wrong);
     saved *copy = malloc(size);
-    if (!copy) return say(c, fmi2Error, "%s: there is not enough memory", __func__);
+    if (!copy) return say(c, fmi2Error, "%s: there is not enough memory: %lu bytes", __func__, (unsigned long)size);
     memcpy(copy, bytes, size);
-    free(*state);
+    copy->foreign = 1;
+    if (!possible_parameters(c, parameters_in(copy))) {
+        free(copy);
+        return say(c, fmi2Error, "%s: the bytes are damaged: a parameter is out of its bounds", __func__);
+    }
     *state = copy;
     return fmi2OK;
 }

@@ -4,12 +4,16 @@
 #define DERIVATIVE_STEP 1e-4        /* of the largest seed, in the unit of the input */
 #define DERIVATIVE_SHARPNESS 1e-3   /* factor on the Newton tolerance for differences */
 
+/* The host's clock may be off by this much of a step, and by round-off. */
+#define CLOCK_OF_STEP 1e-6
+#define CLOCK_OF_TIME 1e-13
+
 /* The kernel's inputs over a step of size h from `time`. */
-static void step_inputs(const double input[INPUTS], const double rate[INPUTS], const double reached[6], double time, double h,
-                        gallop_inputs *in)
+static void step_inputs(const double input[INPUTS], const double rate[INPUTS], const double reached[6], double time,
+                        double h, gallop_inputs *in)
 {
     held_inputs(input, time, in);
-    in->wind_speed_rate = input[0] + rate[0] * h < 0.0 ? -input[0] / h : rate[0];   /* the wind dies, it does not turn */
+    in->wind_speed_rate = rate[0];
     in->attack_angle_rate = rate[1];
     for (int i = 0; i < 6; i++) {
         in->support[i / 3][i % 3] = reached[i];
@@ -17,28 +21,48 @@ static void step_inputs(const double input[INPUTS], const double rate[INPUTS], c
     }
 }
 
+static fmi2Status check_step(instance *c, double time, double h)
+{
+    const double clock = CLOCK_OF_STEP * h + CLOCK_OF_TIME * fabs(time);
+    if (!isfinite(time) || !isfinite(h) || !(h > 0.0))
+        return say(c, fmi2Error, "fmi2DoStep: the step size %g s must be positive", h);
+    if (fabs(time - c->now.time) > clock)
+        return say(c, fmi2Error, "fmi2DoStep: the step starts at %.12g s, but the FMU is at %.12g s", time,
+                   c->now.time);
+    if (!(time + h > c->now.time) || !isfinite(time + h))
+        return say(c, fmi2Error, "fmi2DoStep: at %.12g s a step of %g s is lost in round-off", time, h);
+    if (time + h > c->now.stop + clock)
+        return say(c, fmi2Error, "fmi2DoStep: the step ends at %.12g s, after the stop time %.12g s", time + h,
+                   c->now.stop);
+    return fmi2OK;
+}
+
 fmi2Status fmi2DoStep(fmi2Component component, fmi2Real time, fmi2Real h, fmi2Boolean no_return)
 {
     (void)no_return;
     ALLOW(STEPPING);
-    if (!isfinite(time) || !isfinite(h) || !(h > 0.0))
-        return say(c, fmi2Error, "fmi2DoStep: the step size %g s must be positive", h);
-    if (fabs(time - c->now.time) > 1e-9 * fmax(1.0, fabs(time)) + 1e-3 * h)
-        return say(c, fmi2Error, "fmi2DoStep: the step starts at %.12g s, but the FMU is at %.12g s", time, c->now.time);
+    if (check_step(c, time, h) != fmi2OK) return fmi2Error;
     const double until = time + h, own = until - c->now.time;
+    double rate[INPUTS];
     gallop_inputs in;
     gallop_report report;
-    step_inputs(c->now.input, c->now.rate, c->now.reached, c->now.time, own, &in);
-    if (gallop_advance(c->model, c->state, &in, until, &report)) return tell(c, "the step could not be carried out", &report);
-    memcpy(c->now.before_input, c->now.input, sizeof c->now.input);
-    memcpy(c->now.before_rate, c->now.rate, sizeof c->now.rate);
-    memcpy(c->now.before_reached, c->now.reached, sizeof c->now.reached);
-    for (int i = 0; i < 6; i++) c->now.reached[i] = in.support[i / 3][i % 3] + in.support_rate[i / 3][i % 3] * own;
+    memcpy(rate, c->now.rate, sizeof rate);
+    if (c->now.input[0] + rate[0] * own < 0.0) rate[0] = -c->now.input[0] / own;   /* the wind dies, it does not turn */
+    step_inputs(c->now.input, rate, c->now.reached, c->now.time, own, &in);
+    c->now.status = gallop_advance(c->span.model, c->span.state, &in, until, &report);
+    if (c->now.status) {
+        if (c->before.kind == LAST_STEP) c->before.kind = NOTHING;   /* the kernel has forgotten its beginning */
+        return tell(c, "the step could not be carried out", &report);
+    }
+    c->before.kind = LAST_STEP;
+    c->before.step = own;
+    memcpy(c->before.input, c->now.input, sizeof c->before.input);
+    memcpy(c->before.rate, rate, sizeof c->before.rate);
+    memcpy(c->before.reached, c->now.reached, sizeof c->before.reached);
+    for (int i = 0; i < 6; i++) c->now.reached[i] = c->now.input[2 + i] + rate[2 + i] * own;
     memset(c->now.rate, 0, sizeof c->now.rate);
     c->now.time = until;
-    c->now.last_step = own;
-    c->now.status = 0;
-    c->nodes_known = c->forces_known = false;
+    forget_observations(c);
     return fmi2OK;
 }
 
@@ -52,14 +76,15 @@ fmi2Status fmi2GetStatus(fmi2Component component, const fmi2StatusKind kind, fmi
 {
     (void)kind;
     (void)value;
-    ALLOW(ANY);
+    ALLOW(STEPPING | TERMINATED);
     return say(c, fmi2Discard, "fmi2GetStatus: steps are carried out at once, none is pending");
 }
 
 fmi2Status fmi2GetRealStatus(fmi2Component component, const fmi2StatusKind kind, fmi2Real *value)
 {
-    ALLOW(ANY);
-    if (kind != fmi2LastSuccessfulTime || !value) return say(c, fmi2Discard, "fmi2GetRealStatus: only fmi2LastSuccessfulTime is known");
+    ALLOW(STEPPING | TERMINATED);
+    if (kind != fmi2LastSuccessfulTime || !value)
+        return say(c, fmi2Discard, "fmi2GetRealStatus: only fmi2LastSuccessfulTime is known");
     *value = c->now.time;
     return fmi2OK;
 }
@@ -68,14 +93,15 @@ fmi2Status fmi2GetIntegerStatus(fmi2Component component, const fmi2StatusKind ki
 {
     (void)kind;
     (void)value;
-    ALLOW(ANY);
+    ALLOW(STEPPING | TERMINATED);
     return say(c, fmi2Discard, "fmi2GetIntegerStatus: nothing is known");
 }
 
 fmi2Status fmi2GetBooleanStatus(fmi2Component component, const fmi2StatusKind kind, fmi2Boolean *value)
 {
-    ALLOW(ANY);
-    if (kind != fmi2Terminated || !value) return say(c, fmi2Discard, "fmi2GetBooleanStatus: only fmi2Terminated is known");
+    ALLOW(STEPPING | TERMINATED);
+    if (kind != fmi2Terminated || !value)
+        return say(c, fmi2Discard, "fmi2GetBooleanStatus: only fmi2Terminated is known");
     *value = fmi2False;
     return fmi2OK;
 }
@@ -84,23 +110,46 @@ fmi2Status fmi2GetStringStatus(fmi2Component component, const fmi2StatusKind kin
 {
     (void)kind;
     (void)value;
-    ALLOW(ANY);
+    ALLOW(STEPPING | TERMINATED);
     return say(c, fmi2Discard, "fmi2GetStringStatus: nothing is known");
 }
 
+static const resource_variable *find_input(instance *c, fmi2ValueReference reference, const char *function)
+{
+    const resource_variable *v = find(c, reference, false, function);
+    if (v && v->origin != ORIGIN_INPUT) {
+        say(c, fmi2Error, "%s: %s is not an input", function, v->name);
+        return NULL;
+    }
+    return v;
+}
+
+static const resource_variable *find_output(instance *c, fmi2ValueReference reference, const char *function)
+{
+    const resource_variable *v = find(c, reference, false, function);
+    if (v && v->origin != ORIGIN_NODE && v->origin != ORIGIN_SPAN) {
+        say(c, fmi2Error, "%s: %s is not an output", function, v->name);
+        return NULL;
+    }
+    return v;
+}
+
+/* All rates are taken, or none; they hold until the end of the next step, in whatever order value and rate come. */
 fmi2Status fmi2SetRealInputDerivatives(fmi2Component component, const fmi2ValueReference reference[], size_t count,
                                        const fmi2Integer order[], const fmi2Real value[])
 {
-    ALLOW(INITIALIZING | STEPPING);
+    ALLOW(SETTABLE);
     if (count && (!reference || !order || !value)) return say(c, fmi2Error, "%s: an array is missing", __func__);
     for (size_t i = 0; i < count; i++) {
-        const resource_variable *v = find(c, reference[i], false, __func__);
+        const resource_variable *v = find_input(c, reference[i], __func__);
         if (!v) return fmi2Error;
-        if (v->origin != ORIGIN_INPUT) return say(c, fmi2Error, "%s: %s is not an input", __func__, v->name);
-        if (order[i] != 1) return say(c, fmi2Error, "%s: only the first derivative of %s is taken, not that of order %d", __func__, v->name, order[i]);
-        if (!isfinite(value[i])) return say(c, fmi2Error, "%s: the derivative of %s must be a finite number", __func__, v->name);
-        c->now.rate[v->place] = value[i];
+        if (order[i] != 1)
+            return say(c, fmi2Error, "%s: only the first derivative of %s is taken, not that of order %d", __func__,
+                       v->name, order[i]);
+        if (!isfinite(value[i]))
+            return say(c, fmi2Error, "%s: the derivative of %s must be a finite number", __func__, v->name);
     }
+    for (size_t i = 0; i < count; i++) c->now.rate[resource_table(&c->parameters)[reference[i]].place] = value[i];
     return fmi2OK;
 }
 
@@ -110,19 +159,14 @@ static int rate_channel(const resource_variable *v)
     return v->origin == ORIGIN_NODE && v->place <= GALLOP_OMEGA ? (int)v->place + GALLOP_V1 - GALLOP_U1 : -1;
 }
 
-static double observed_in(instance *c, gallop_state *state, const resource_variable *v)
+static void copy_to_work(instance *c) { memcpy(c->span.work, c->span.state, gallop_state_size(c->span.model)); }
+
+static fmi2Status not_known(instance *c, const char *function)
 {
-    double values[GALLOP_NODE_CHANNELS], forces[6];
-    if (v->origin == ORIGIN_NODE) {
-        gallop_observe_node(c->model, state, gallop_middle(c->model), values);
-        return values[v->place];
-    }
-    gallop_support_forces(c->model, state, forces);
-    return forces[v->place - GALLOP_LEFT_F1];
+    return say(c, fmi2Error, "%s: known only after a step, not after a restored state or a failed step", function);
 }
 
-static void copy_to_work(instance *c) { memcpy(c->work, c->state, gallop_state_size(c->model)); }
-
+/* At the beginning, where there is no step to take a difference over, forces and tension are held: their rate is 0. */
 fmi2Status fmi2GetRealOutputDerivatives(fmi2Component component, const fmi2ValueReference reference[], size_t count,
                                         const fmi2Integer order[], fmi2Real value[])
 {
@@ -130,80 +174,83 @@ fmi2Status fmi2GetRealOutputDerivatives(fmi2Component component, const fmi2Value
     if (count && (!reference || !order || !value)) return say(c, fmi2Error, "%s: an array is missing", __func__);
     bool rewound = false;
     for (size_t i = 0; i < count; i++) {
-        const resource_variable *v = find(c, reference[i], false, __func__);
+        const resource_variable *v = find_output(c, reference[i], __func__);
         if (!v) return fmi2Error;
-        if (v->origin != ORIGIN_NODE && v->origin != ORIGIN_SPAN) return say(c, fmi2Error, "%s: %s is not an output", __func__, v->name);
         if (order[i] != 1) return say(c, fmi2Error, "%s: only the first derivative of %s is known", __func__, v->name);
-        int channel = rate_channel(v);
+        const int channel = rate_channel(v);
         if (channel >= 0) {
-            double values[GALLOP_NODE_CHANNELS];
-            gallop_observe_node(c->model, c->state, gallop_middle(c->model), values);
-            value[i] = values[channel];
+            double node[GALLOP_NODE_CHANNELS];
+            gallop_observe_node(c->span.model, c->span.state, gallop_middle(c->span.model), node);
+            value[i] = node[channel];
             continue;
         }
-        if (c->now.last_step <= 0.0) {
-            value[i] = 0.0;   /* before the first step there is nothing to take a difference from */
-            continue;
-        }
+        if (c->before.kind == NOTHING) return not_known(c, __func__);
+        value[i] = 0.0;
+        if (c->before.kind == BEGINNING) continue;
         if (!rewound) {
             copy_to_work(c);
-            gallop_rewind(c->model, c->work, 1.0);
+            gallop_rewind(c->span.model, c->span.work, 1.0);
             rewound = true;
         }
-        value[i] = (observed(c, v) - observed_in(c, c->work, v)) / c->now.last_step;
+        value[i] = (observed(c, v) - observed_in(c, c->span.work, v)) / c->before.step;
     }
     return fmi2OK;
 }
 
-/* The last communication step once more with changed inputs, its end left in `work`. */
-static int step_again(instance *c, const double input[INPUTS], gallop_report *report)
+/* The last communication step, or the initial state, once more with changed inputs; `work` holds what comes of it. */
+static int once_more(instance *c, const double input[INPUTS], gallop_report *report)
 {
+    const gallop_model *model = c->span.model;
     gallop_inputs in;
-    copy_to_work(c);
-    if (c->now.last_step > 0.0) {
-        const double start = c->now.time - c->now.last_step;
-        gallop_rewind(c->model, c->work, DERIVATIVE_SHARPNESS);
-        step_inputs(input, c->now.before_rate, c->now.before_reached, gallop_state_time(c->work), c->now.time - start, &in);
-        return gallop_advance(c->model, c->work, &in, c->now.time, report);
+    if (c->before.kind == LAST_STEP) {
+        copy_to_work(c);
+        gallop_rewind(model, c->span.work, DERIVATIVE_SHARPNESS);
+        const double start = gallop_state_time(c->span.work);
+        step_inputs(input, c->before.rate, c->before.reached, start, c->before.step, &in);
+        return gallop_advance(model, c->span.work, &in, c->now.time, report);
     }
     held_inputs(input, c->now.start, &in);
-    return gallop_state_init(c->model, c->work, c->now.start, &in, report);
+    return gallop_state_init(model, c->span.work, c->now.start, &in, report);
 }
 
 /* Derivatives of the outputs at the end of the last communication step by the inputs of that step: what a master needs
- * to iterate on it.  Central differences of two repetitions of the step, converged to round-off. */
+ * to iterate on it; before the first step, of the initial state by its inputs.  Central differences of two repetitions,
+ * converged to round-off. */
 fmi2Status fmi2GetDirectionalDerivative(fmi2Component component, const fmi2ValueReference unknown[], size_t unknowns,
                                         const fmi2ValueReference known[], size_t knowns, const fmi2Real seed[],
                                         fmi2Real derivative[])
 {
-    ALLOW(INITIALIZING | STEPPING);
-    if ((unknowns && (!unknown || !derivative)) || (knowns && (!known || !seed))) return say(c, fmi2Error, "%s: an array is missing", __func__);
-    if (c->now.mode == INITIALIZING && make_current(c) != fmi2OK) return fmi2Error;
+    ALLOW(INITIALIZING | STEPPING | TERMINATED);
+    if ((unknowns && (!unknown || !derivative)) || (knowns && (!known || !seed)))
+        return say(c, fmi2Error, "%s: an array is missing", __func__);
     double direction[INPUTS] = {0.0}, largest = 0.0;
     for (size_t i = 0; i < knowns; i++) {
-        const resource_variable *v = find(c, known[i], false, __func__);
+        const resource_variable *v = find_input(c, known[i], __func__);
         if (!v) return fmi2Error;
-        if (v->origin != ORIGIN_INPUT) return say(c, fmi2Error, "%s: %s is not an input", __func__, v->name);
-        if (!isfinite(seed[i])) return say(c, fmi2Error, "%s: the seed of %s must be a finite number", __func__, v->name);
         direction[v->place] += seed[i];
-        largest = fmax(largest, fabs(direction[v->place]));
+        if (!isfinite(direction[v->place]))
+            return say(c, fmi2Error, "%s: the seed of %s must be a finite number", __func__, v->name);
     }
-    for (size_t i = 0; i < unknowns; i++) {
-        const resource_variable *v = find(c, unknown[i], false, __func__);
-        if (!v) return fmi2Error;
-        if (v->origin != ORIGIN_NODE && v->origin != ORIGIN_SPAN) return say(c, fmi2Error, "%s: %s is not an output", __func__, v->name);
-        derivative[i] = 0.0;
+    for (int i = 0; i < INPUTS; i++) largest = fmax(largest, fabs(direction[i]));
+    for (size_t i = 0; i < unknowns; i++)
+        if (!find_output(c, unknown[i], __func__)) return fmi2Error;
+    if (c->now.mode == INITIALIZING) {
+        if (make_current(c) != fmi2OK) return fmi2Error;
+    } else if (c->before.kind == NOTHING) {
+        return not_known(c, __func__);
     }
+    for (size_t i = 0; i < unknowns; i++) derivative[i] = 0.0;
     if (largest == 0.0) return fmi2OK;
-    const double *base = c->now.last_step > 0.0 ? c->now.before_input : c->now.input;
     for (int sign = -1; sign <= 1; sign += 2) {
         double input[INPUTS];
         gallop_report report;
-        for (int i = 0; i < INPUTS; i++) input[i] = base[i] + sign * DERIVATIVE_STEP / largest * direction[i];
-        if (step_again(c, input, &report)) return tell(c, "the directional derivative could not be taken", &report);
+        for (int i = 0; i < INPUTS; i++)
+            input[i] = (c->now.mode == INITIALIZING ? c->now.input : c->before.input)[i] +
+                       sign * DERIVATIVE_STEP * (direction[i] / largest);
+        if (once_more(c, input, &report)) return tell(c, "the directional derivative could not be taken", &report);
         for (size_t i = 0; i < unknowns; i++) {
             const resource_variable *v = &resource_table(&c->parameters)[unknown[i]];
-            derivative[i] += sign * observed_in(c, c->work, v) * largest / (2.0 * DERIVATIVE_STEP);
+            derivative[i] += sign * observed_in(c, c->span.work, v) / (2.0 * DERIVATIVE_STEP) * largest;
         }
     }
     return fmi2OK;

@@ -160,6 +160,8 @@ GALLOP_API size_t gallop_saved_size(const gallop_model *model);
 GALLOP_API int gallop_state_init(const gallop_model *model, gallop_state *state, double start,
                                  const gallop_inputs *inputs, gallop_report *report);
 GALLOP_API double gallop_state_time(const gallop_state *state);
+/* GALLOP_BAD_CALL unless the first gallop_saved_size bytes can be a state of this model: for bytes from elsewhere. */
+GALLOP_API int gallop_state_check(const gallop_model *model, const gallop_state *state);
 
 /* Steps to `until` in equal steps no longer than the scene's; on failure the state is what it was before. */
 GALLOP_API int gallop_advance(const gallop_model *model, gallop_state *state, const gallop_inputs *inputs,

@@ -249,3 +249,28 @@ layout state_layout(const gallop_model *model, gallop_state *state)
     state->size = model->saved_size;
     return at;
 }
+
+static bool possible_instant(const instant *now)
+{
+    bool ok = isfinite(now->wind) && isfinite(now->attack) && isfinite(now->load_factor);
+    for (int end = 0; end < 2; end++)
+        for (int i = 0; i < 3; i++)
+            ok = ok && isfinite(now->position[end][i]) && isfinite(now->velocity[end][i]) &&
+                 isfinite(now->acceleration[end][i]);
+    return ok;
+}
+
+int gallop_state_check(const gallop_model *model, const gallop_state *state)
+{
+    const int64_t most = (int64_t)1 << 53;   /* counts are observed as doubles, and go on from here */
+    const int64_t count[] = {state->steps, state->substeps, state->iterations, state->refactorisations,
+                             state->halvings, state->last_iterations, state->last_substeps};
+    if (state->magic != STATE_MAGIC || state->size != model->saved_size) return GALLOP_BAD_CALL;
+    for (size_t i = 0; i < sizeof count / sizeof *count; i++)
+        if (count[i] < 0 || count[i] > most) return GALLOP_BAD_CALL;
+    bool ok = isfinite(state->time) && state->factored_step >= 0.0 && state->step_before > 0.0 &&
+              state->rate >= 0.0 && state->sharpness > 0.0 && state->sharpness <= 1.0 &&
+              !isnan(state->lowest_tension) && possible_instant(&state->now);
+    for (int i = 0; i < 16 * model->nodes; i++) ok = ok && isfinite(state->values[i]);   /* u v a a_before */
+    return ok ? GALLOP_COMPLETED : GALLOP_BAD_CALL;
+}

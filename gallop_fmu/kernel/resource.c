@@ -1,17 +1,21 @@
-/* Reads resources/model.bin: nothing in it is believed before it is checked. */
+/* Reads resources/model.bin: nothing in it is believed before it is checked, whatever its checksum. */
 #include "resource.h"
 
-#include <math.h>
-#include <stdbool.h>
+#include "internal.h"   /* law_value */
+
 #include <stdio.h>
-#include <stdlib.h>
-#include <string.h>
 
 #if defined(_WIN32)
 #include <windows.h>
+#define DRIVES true
+#else
+#define DRIVES false
 #endif
 
-#define LARGEST_FILE (64u << 20)
+#define LARGEST_FILE (64l << 20)
+#define MOST_PIECES 1000000
+#define MOST_LOADS 1000000
+#define MOST_LOADED_POINTS 10000000   /* of all loads together */
 
 uint64_t resource_checksum(const char *bytes, size_t size)
 {
@@ -28,27 +32,48 @@ static int hexadecimal(char c)
     return -1;
 }
 
-/* file:///x, file://localhost/x, file:/x or a plain path; percent-encoded UTF-8.  Returns a path of the caller's. */
-static char *path_of(const char *location, const char *name)
+static bool letter(char c) { return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z'); }
+
+/* C: or C| at the start */
+static bool drive(const char *text) { return letter(text[0]) && (text[1] == ':' || text[1] == '|'); }
+
+static bool is_uri(const char *location)
 {
-    const char *from = location;
-    if (strncmp(from, "file:", 5) == 0) {
-        from += 5;
-        if (strncmp(from, "//", 2) == 0) {
-            from += 2;
-            while (*from && *from != '/') from++;   /* a host name, most often none */
-        }
-#if defined(_WIN32)
-        if (from[0] == '/' && from[1] && (from[2] == ':' || from[2] == '|')) from++;
-#endif
+    const char *scheme = "file:";
+    for (int i = 0; scheme[i]; i++)
+        if (location[i] != scheme[i] && location[i] != scheme[i] - 'a' + 'A') return false;
+    return true;
+}
+
+/* What follows file: and names a file: file:///x, file://localhost/x, file:/x; with drives file:///C:/x, file:///C|/x,
+ * and the faulty file://C:/x.  With drives a host is a server, whose path begins with //. */
+static const char *file_part(const char *location, bool drives)
+{
+    const char *from = location + 5;
+    if (strncmp(from, "//", 2) == 0) {
+        const char *host = from + 2, *end = host;
+        while (*end && *end != '/') end++;
+        const bool here = end == host || (end - host == 9 && strncmp(host, "localhost", 9) == 0);
+        if (drives && drive(host)) from = host;
+        else if (here || !drives) from = end;
     }
+    return drives && from[0] == '/' && drive(from + 1) ? from + 1 : from;
+}
+
+/* The path of a file in the folder that a URI (percent-encoded UTF-8) or a plain path gives.  The caller frees it. */
+static char *path_of(const char *location, const char *name, bool drives)
+{
+    const bool uri = is_uri(location);
+    const char *from = uri ? file_part(location, drives) : location;
     char *path = malloc(strlen(from) + strlen(name) + 2), *to = path;
     if (!path) return NULL;
     while (*from) {
-        int high = *from == '%' ? hexadecimal(from[1]) : -1, low = high >= 0 ? hexadecimal(from[2]) : -1;
-        *to++ = low >= 0 ? (char)(16 * high + low) : *from;
-        from += low >= 0 ? 3 : 1;
+        int high = uri && *from == '%' ? hexadecimal(from[1]) : -1, low = high >= 0 ? hexadecimal(from[2]) : -1;
+        bool encoded = low >= 0 && 16 * high + low > 0;
+        *to++ = encoded ? (char)(16 * high + low) : *from;
+        from += encoded ? 3 : 1;
     }
+    if (uri && drives && to - path > 1 && drive(path)) path[1] = ':';
     if (to > path && to[-1] != '/') *to++ = '/';
     strcpy(to, name);
     return path;
@@ -65,42 +90,73 @@ static FILE *open_file(const char *path)
 #endif
 }
 
-static bool inside(const resource *r, uint64_t offset, uint64_t count, size_t item)
+/* Whether `count` items at an offset lie between `first` and `end`. */
+static bool inside(uint64_t first, uint64_t end, uint64_t offset, uint64_t count, size_t item)
 {
-    return offset % 8 == 0 && offset <= r->size && count <= (r->size - offset) / item;
+    return offset % 8 == 0 && offset >= first && offset <= end && count <= (end - offset) / item;
 }
 
 static bool terminated(const char *text, size_t room) { return memchr(text, 0, room) != NULL; }
+
+/* The parts follow one another: header, scene with its arrays, variables, outcomes.  So no parameter can reach into the
+ * tables that say what may be reached. */
+static bool parts_fit(const resource_header *head, size_t size)
+{
+    return inside(sizeof *head, head->variables, head->scene, 1, sizeof(gallop_scene)) &&
+           inside(sizeof *head, head->outcomes, head->variables, head->variable_count, sizeof(resource_variable)) &&
+           inside(sizeof *head, size, head->outcomes, head->outcome_count, sizeof(resource_outcome));
+}
+
+static const char *check_variable(const resource_header *head, const resource_variable *v)
+{
+    const char *unknown = "resources/model.bin is damaged: a variable is unknown";
+    const size_t width = v->whole ? sizeof(int32_t) : sizeof(double);
+    if (!terminated(v->name, sizeof v->name) || isnan(v->minimum) || isnan(v->maximum)) return unknown;
+    switch (v->origin) {
+    case ORIGIN_PARAMETER:
+        if (v->place % width || v->place < head->scene || v->place > head->variables - width)
+            return "resources/model.bin is damaged: a parameter lies outside";
+        return isfinite(v->factor) && v->factor > 0.0 ? NULL : unknown;
+    case ORIGIN_INPUT:
+        return v->place < RESOURCE_INPUTS ? NULL : unknown;
+    case ORIGIN_NODE:
+        return v->place < GALLOP_NODE_CHANNELS ? NULL : unknown;
+    case ORIGIN_SPAN:
+        return v->place < GALLOP_SPAN_CHANNELS ? NULL : unknown;
+    default:
+        return v->origin == ORIGIN_STATUS ? NULL : unknown;
+    }
+}
 
 static const char *check(const resource *r, const char *guid)
 {
     const resource_header *head = resource_head(r);
     const size_t covered = offsetof(resource_header, guid);
     if (r->size < sizeof *head) return "resources/model.bin is cut off";
-    if (memcmp(head->magic, RESOURCE_MAGIC, 8) != 0) return "resources/model.bin is not a file of this program, or of another version";
+    if (memcmp(head->magic, RESOURCE_MAGIC, sizeof head->magic) != 0)
+        return "resources/model.bin is not a file of this program, or of another version";
     if (head->size != r->size) return "resources/model.bin is cut off or has grown";
-    if (head->checksum != resource_checksum(r->bytes + covered, r->size - covered)) return "resources/model.bin is damaged: its checksum is wrong";
-    if (!terminated(head->guid, sizeof head->guid) || !terminated(head->version, sizeof head->version)) return "resources/model.bin is damaged: its header is not text";
-    if (guid && strcmp(guid, head->guid) != 0) return "the GUID of modelDescription.xml is not that of resources/model.bin: the FMU was put together from two";
-    if (!inside(r, head->scene, 1, sizeof(gallop_scene)) || !inside(r, head->variables, head->variable_count, sizeof(resource_variable)) ||
-        !inside(r, head->outcomes, head->outcome_count, sizeof(resource_outcome)))
-        return "resources/model.bin is damaged: its parts do not fit";
+    if (head->checksum != resource_checksum(r->bytes + covered, r->size - covered))
+        return "resources/model.bin is damaged: its checksum is wrong";
+    if (!terminated(head->guid, sizeof head->guid) || !terminated(head->version, sizeof head->version))
+        return "resources/model.bin is damaged: its header is not text";
+    if (strcmp(guid, head->guid) != 0)
+        return "the GUID of modelDescription.xml is not that of resources/model.bin: the FMU was put together from two";
+    if (!parts_fit(head, r->size)) return "resources/model.bin is damaged: its parts do not fit";
     const resource_variable *v = resource_table(r);
     for (uint32_t i = 0; i < head->variable_count; i++) {
-        if (!terminated(v[i].name, sizeof v[i].name) || v[i].origin < ORIGIN_PARAMETER || v[i].origin > ORIGIN_STATUS)
-            return "resources/model.bin is damaged: a variable is unknown";
-        size_t width = v[i].whole ? sizeof(int32_t) : sizeof(double);
-        if (v[i].origin == ORIGIN_PARAMETER && (v[i].place % width != 0 || v[i].place < head->scene || v[i].place > r->size - width))
-            return "resources/model.bin is damaged: a parameter lies outside";
-        if ((v[i].origin == ORIGIN_INPUT && v[i].place >= 8) || (v[i].origin == ORIGIN_NODE && v[i].place >= GALLOP_NODE_CHANNELS) ||
-            (v[i].origin == ORIGIN_SPAN && v[i].place >= GALLOP_SPAN_CHANNELS))
-            return "resources/model.bin is damaged: a variable is unknown";
+        const char *wrong = check_variable(head, &v[i]);
+        if (wrong) return wrong;
     }
     const resource_outcome *o = (const resource_outcome *)(r->bytes + head->outcomes);
     for (uint32_t i = 0; i < head->outcome_count; i++)
         if (!terminated(o[i].sentence, sizeof o[i].sentence) || !terminated(o[i].cure, sizeof o[i].cure))
             return "resources/model.bin is damaged: an outcome is not text";
-    return NULL;
+    gallop_scene scene;
+    gallop_load *load;
+    const char *wrong = resource_scene(r, &scene, &load);
+    free(load);
+    return wrong;
 }
 
 const char *resource_read(resource *r, const char *resource_location, const char *guid)
@@ -108,7 +164,7 @@ const char *resource_read(resource *r, const char *resource_location, const char
     r->bytes = NULL;
     r->size = 0;
     if (!resource_location) return "no resource location was given";
-    char *path = path_of(resource_location, "model.bin");
+    char *path = path_of(resource_location, "model.bin", DRIVES);
     if (!path) return "there is not enough memory";
     FILE *file = open_file(path);
     free(path);
@@ -116,7 +172,7 @@ const char *resource_read(resource *r, const char *resource_location, const char
     const char *wrong = "resources/model.bin cannot be read";
     if (fseek(file, 0, SEEK_END) == 0) {
         long size = ftell(file);
-        if (size > (long)LARGEST_FILE || size < (long)sizeof(resource_header)) {
+        if (size > LARGEST_FILE || size < (long)sizeof(resource_header)) {
             wrong = "resources/model.bin is cut off, or too large to be genuine";
         } else if (fseek(file, 0, SEEK_SET) == 0 && (r->bytes = malloc((size_t)size)) != NULL) {
             r->size = (size_t)size;
@@ -135,46 +191,74 @@ void resource_free(resource *r)
     r->size = 0;
 }
 
-/* An array of numbers that must be finite, and increase where asked for. */
+/* Whether so many items lie in the scene's part of the file. */
+static bool in_scene(const resource *r, uint64_t offset, uint64_t count, size_t item)
+{
+    const resource_header *head = resource_head(r);
+    return inside(head->scene, head->variables, offset, count, item);
+}
+
+/* Turns an offset into a pointer to numbers that must be finite, and increase where asked for. */
 static bool lead(const resource *r, const double **pointer, int64_t count, bool increasing)
 {
     uint64_t offset = (uint64_t)(uintptr_t)*pointer;
-    if (count <= 0 || !inside(r, offset, (uint64_t)count, sizeof(double)) || offset == 0) return 0;
-    *pointer = (const double *)(r->bytes + offset);
+    if (count <= 0 || !in_scene(r, offset, (uint64_t)count, sizeof(double))) return false;
+    const double *number = *pointer = (const double *)(r->bytes + offset);
     for (int64_t i = 0; i < count; i++)
-        if (!isfinite((*pointer)[i]) || (increasing && i > 0 && !((*pointer)[i] > (*pointer)[i - 1]))) return 0;
-    return 1;
+        if (!isfinite(number[i]) || (increasing && i > 0 && !(number[i] > number[i - 1]))) return false;
+    return true;
 }
 
 static bool lead_law(const resource *r, gallop_law *law)
 {
-    if (law->kind < GALLOP_LAW_CONSTANT || law->kind > GALLOP_LAW_TABLE) return 0;
-    if (law->kind != GALLOP_LAW_TABLE) return 1;
-    return lead(r, &law->time, law->count, 1) && lead(r, &law->value, law->count, 0);
+    if (law->kind < GALLOP_LAW_CONSTANT || law->kind > GALLOP_LAW_TABLE) return false;
+    if (law->kind != GALLOP_LAW_TABLE) return true;
+    return lead(r, &law->time, law->count, true) && lead(r, &law->value, law->count, false);
+}
+
+static bool lead_loads(const resource *r, gallop_load *load, int count)
+{
+    int64_t points = 0;
+    for (int i = 0; i < count; i++) {
+        points += load[i].evenly_spaced > 0 ? load[i].evenly_spaced : 1;
+        if (!lead_law(r, &load[i].law)) return false;
+    }
+    return points <= MOST_LOADED_POINTS;
 }
 
 const char *resource_scene(const resource *r, gallop_scene *scene, gallop_load **load)
 {
-    const char *damaged = "resources/model.bin is damaged: a table does not fit";
+    const char *damaged = "resources/model.bin is damaged, or parameters contradict each other: a table does not fit";
     *load = NULL;
     memcpy(scene, r->bytes + resource_head(r)->scene, sizeof *scene);
-    if (scene->pieces < 0 || scene->pieces > 1000000 || scene->load_count < 0 || scene->load_count > 1000000) return damaged;
-    if (scene->pieces > 0 && (!lead(r, &scene->breakpoint, (int64_t)scene->pieces + 1, 1) || !lead(r, &scene->origin, scene->pieces, 0) ||
-                              !lead(r, &scene->coefficient, 12 * (int64_t)scene->pieces, 0)))
+    const int64_t pieces = scene->pieces;
+    if (pieces < 0 || pieces > MOST_PIECES || scene->load_count < 0 || scene->load_count > MOST_LOADS) return damaged;
+    if (pieces > 0 && !(lead(r, &scene->breakpoint, pieces + 1, true) && lead(r, &scene->origin, pieces, false) &&
+                        lead(r, &scene->coefficient, 12 * pieces, false)))
         return damaged;
     if (!lead_law(r, &scene->wind)) return damaged;
     for (int end = 0; end < 2; end++)
         for (int i = 0; i < 3; i++)
             if (!lead_law(r, &scene->support[end].motion[i])) return damaged;
     if (scene->load_count > 0) {
-        uint64_t offset = (uint64_t)(uintptr_t)scene->load;
-        if (!inside(r, offset, (uint64_t)scene->load_count, sizeof(gallop_load))) return damaged;
-        *load = malloc((size_t)scene->load_count * sizeof(gallop_load));
+        const uint64_t offset = (uint64_t)(uintptr_t)scene->load;
+        const size_t size = (size_t)scene->load_count * sizeof(gallop_load);
+        if (!in_scene(r, offset, (uint64_t)scene->load_count, sizeof(gallop_load))) return damaged;
+        *load = malloc(size);
         if (!*load) return "there is not enough memory";
-        memcpy(*load, r->bytes + offset, (size_t)scene->load_count * sizeof(gallop_load));
-        for (int i = 0; i < scene->load_count; i++)
-            if (!lead_law(r, &(*load)[i].law) || (*load)[i].evenly_spaced > 100000) return damaged;
+        memcpy(*load, r->bytes + offset, size);
+        if (!lead_loads(r, *load, scene->load_count)) return damaged;
     }
     scene->load = *load;
     return NULL;
+}
+
+void resource_start_inputs(const resource *r, double input[RESOURCE_INPUTS])
+{
+    gallop_scene scene;
+    memcpy(&scene, r->bytes + resource_head(r)->scene, sizeof scene);
+    memset(input, 0, RESOURCE_INPUTS * sizeof *input);
+    lead_law(r, &scene.wind);   /* was checked when the file was read, and is no parameter */
+    input[0] = law_value(&scene.wind, 0.0);
+    input[1] = scene.attack_angle;
 }

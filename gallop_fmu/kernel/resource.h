@@ -1,6 +1,7 @@
 /* resources/model.bin of a native FMU: the scene's numbers, the table of variables, and the words for outcomes.
  *
  * All offsets count bytes from the start of the file; in the scene, pointers are stored as such offsets (0: none).
+ * Its parts follow in this order: header, scene with loads and arrays, variables, outcomes.
  * Little-endian, 64 bit: the layout of linux64, win64 and darwin64 alike. */
 #ifndef GALLOP_RESOURCE_H
 #define GALLOP_RESOURCE_H
@@ -9,7 +10,11 @@
 
 #define RESOURCE_MAGIC "GALLOPM1"
 
-typedef enum { ORIGIN_PARAMETER = 0, ORIGIN_INPUT = 1, ORIGIN_NODE = 2, ORIGIN_SPAN = 3, ORIGIN_STATUS = 4 } resource_origin;
+#define RESOURCE_INPUTS 8   /* wind speed, attack angle, left x1 x2 x3, right x1 x2 x3 */
+
+typedef enum {
+    ORIGIN_PARAMETER = 0, ORIGIN_INPUT = 1, ORIGIN_NODE = 2, ORIGIN_SPAN = 3, ORIGIN_STATUS = 4
+} resource_origin;
 
 typedef struct {
     char magic[8];
@@ -44,7 +49,10 @@ static inline const resource_variable *resource_table(const resource *r)
     return (const resource_variable *)(r->bytes + resource_head(r)->variables);
 }
 
-/* The scene with its pointers leading into the resource.  `load` is the caller's copy of the loads, freed by him. */
+/* The scene with its pointers leading into the resource.  `load` is the caller's copy of the loads, who frees it
+ * whatever is returned: NULL, or what is wrong. */
 const char *resource_scene(const resource *r, gallop_scene *scene, gallop_load **load);
+/* What the inputs are before the host sets them: the scene's at t = 0. */
+void resource_start_inputs(const resource *r, double input[RESOURCE_INPUTS]);
 
 #endif

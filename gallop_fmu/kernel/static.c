@@ -185,11 +185,22 @@ static void internal_forces(const gallop_model *m, double *force)
     }
 }
 
-/* Depth of the middle node below the chord. */
+/* Depth of the mesh below the middle of the chord. */
 static double mesh_sag(const gallop_model *m)
 {
-    const double *x = m->x + 3 * (m->nodes / 2);
-    return m->scene.height_difference * x[0] / m->scene.length - x[1];
+    const double wanted = 0.5 * m->scene.length;
+    int e = 0;
+    while (e < m->elements - 1 && m->x[6 * e + 6] < wanted) e++;
+    const double *x = m->x + 6 * e;
+    double low = -1.0, high = 1.0;
+    for (int i = 0; i < 60; i++) {
+        double xi = 0.5 * (low + high);
+        double at = 0.5 * xi * (xi - 1.0) * x[0] + (1.0 - xi * xi) * x[3] + 0.5 * xi * (xi + 1.0) * x[6];
+        if (at < wanted) low = xi; else high = xi;
+    }
+    double xi = 0.5 * (low + high);
+    return 0.5 * m->scene.height_difference -
+           (0.5 * xi * (xi - 1.0) * x[1] + (1.0 - xi * xi) * x[4] + 0.5 * xi * (xi + 1.0) * x[7]);
 }
 
 static int solve_for_target(gallop_model *m, layout *at, gallop_report *report)

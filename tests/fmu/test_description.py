@@ -13,6 +13,16 @@ from gallop_fmu.fmu.variables import Origin, fmu_variables
 from gallop_fmu.laws import Ramp
 from gallop_fmu.scene import load_scene, packaged_scenes
 
+SI = {
+    "N": (1, 1, -2, 0, 1.0),
+    "N/m": (1, 0, -2, 0, 1.0),
+    "N m2/rad": (1, 3, -2, -1, 1.0),
+    "kg/m3": (1, -3, 0, 0, 1.0),
+    "rad/s": (0, 0, -1, 1, 1.0),
+    "deg": (0, 0, 0, 1, 0.017453292519943295),
+}
+"""Exponents of kg, m, s, rad, and factor, written out by hand to hold the package's table against."""
+
 SCENES = sorted(packaged_scenes())
 
 
@@ -53,7 +63,11 @@ def test_every_real_has_a_unit_made_of_base_units(exported):
             wanted = {"factor": 1.0} | BASE_UNITS[variable.unit]
             for name in ("kg", "m", "s", "rad", "factor"):
                 assert getattr(base, name) == wanted.get(name, 0)
-    assert units["N"].kg, units["N"].m == (1, 1)
+    for name, (kg, m, s, rad, factor) in SI.items():
+        if name in units:
+            base = units[name]
+            assert (base.kg, base.m, base.s, base.rad) == (kg, m, s, rad)
+            assert base.factor == pytest.approx(factor, rel=1e-15)
 
 
 def test_radians_are_shown_as_degrees(exported):

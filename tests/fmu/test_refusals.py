@@ -124,6 +124,7 @@ def test_parameters_that_contradict_each_other_leave_nothing_to_step(gallop_fmu,
     assert "contradict each other" in fmu.log[-1]
     assert fmu["status"] == Outcome.INVALID_SCENE.code
     assert math.isnan(fmu["midspan.tension"])
+    assert len(fmu.log) == 1  # told once, not at every look
     assert "contradict each other" in failing_step(fmu)
     fmu.fmu.reset()
     assert fmu.start().step(0.01)["status"] == 0
@@ -148,6 +149,25 @@ def test_an_initial_angle_out_of_range_is_told(gallop_fmu, host):
     assert "left the validity range" in fmu.log[-1]
     assert fmu["status"] == Outcome.ANGLE_OUT_OF_RANGE.code
     assert "left the validity range" in failing_step(fmu)
+
+
+def test_a_failed_start_stays_one_until_the_reset(gallop_fmu, host):
+    fmu = host(gallop_fmu).start(attack_angle=3.0)
+    fmu["attack_angle"] = 0.2
+    assert "left the validity range" in failing_step(fmu)
+    fmu.fmu.reset()
+    assert fmu.start(attack_angle=0.2).step(0.01)["status"] == 0
+
+
+def test_a_fault_of_the_package_fails_the_step_and_not_the_host(gallop_fmu, host, monkeypatch):
+    def fault(self, time, size):
+        raise KeyError("50% wrong")
+
+    fmu = host(gallop_fmu).start()
+    with monkeypatch.context() as patch:
+        patch.setattr("gallop_fmu.fmu.session.Session.step", fault)
+        assert failing_step(fmu) == "unexpected KeyError: '50 percent wrong'"
+    assert fmu.step(0.01)["status"] == 0
 
 
 def test_no_wind_without_a_curve(host, tmp_path):

@@ -1,5 +1,7 @@
 """Saved states: rollback, bytes, reset, and instances that share nothing."""
 
+import shutil
+
 import pytest
 
 from gallop_fmu.fmu.serial import from_bytes, to_bytes
@@ -112,6 +114,14 @@ def test_reset_equals_fresh(gallop_fmu, host):
     assert fmu["span.length"] == fresh["span.length"]
     assert bits(fmu.read()) == bits(fresh.read())
     assert drive(fmu, 6) == drive(fresh, 6)
+
+
+def test_reset_needs_no_unpacked_files(gallop_fmu, host):
+    fmu = host(gallop_fmu).start()
+    there = bits(fmu.read())
+    shutil.rmtree(fmu.folder / "resources")
+    fmu.fmu.reset()
+    assert bits(fmu.start().read()) == there
 
 
 def test_instances_of_one_fmu_share_nothing(gallop_fmu, host):

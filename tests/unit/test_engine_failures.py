@@ -163,7 +163,7 @@ def test_nodes_outside_the_mesh_are_refused(minimal):
             model.start().observe_node(node)
 
 
-def test_a_state_recovers_after_a_failure(minimal):
+def test_a_state_recovers_after_a_failure():
     """After a failed advance the same state goes on under other inputs, and as one that never failed."""
     model = Model(load_scene("example2"))
     state, other = model.start(), State(model)
