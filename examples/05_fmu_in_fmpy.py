@@ -15,7 +15,7 @@ import gallop_fmu as gf
 
 scene = gf.load_scene("example3")
 folder = Path(tempfile.mkdtemp(prefix="gallop-"))
-fmu = gf.export_fmu(scene, folder / "example3.fmu", runtime="python")
+fmu = gf.export_fmu(scene, folder / "example3.fmu")
 for row in gf.check_fmu(fmu).rows:
     print("passed" if row.ok else "FAILED", row.name, "-", row.detail)
 

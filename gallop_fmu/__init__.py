@@ -16,17 +16,29 @@ Examples
 
 from __future__ import annotations
 
+from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
-from gallop_fmu.engine import Equilibrium, Inputs, Model, State
-from gallop_fmu.errors import SceneError
-from gallop_fmu.outcome import Outcome, Report, SimulationError
-from gallop_fmu.result import Oscillation, Result
-from gallop_fmu.scene import Scene, load_scene, packaged_scenes
-from gallop_fmu.simulation import simulate
-
 if TYPE_CHECKING:
+    from gallop_fmu.engine import Equilibrium, Inputs, Model, State
+    from gallop_fmu.errors import SceneError
     from gallop_fmu.fmu import check_fmu, export_fmu
+    from gallop_fmu.outcome import Outcome, Report, SimulationError
+    from gallop_fmu.result import Oscillation, Result
+    from gallop_fmu.scene import Scene, load_scene, packaged_scenes
+    from gallop_fmu.simulation import simulate
+
+# Where each public name lives.  A module is loaded when its name is first used, so that `gallop-fmu --help` does not
+# wait for numpy, nor a simulation for fmpy.
+_HOMES = {
+    "engine": ("Equilibrium", "Inputs", "Model", "State"),
+    "errors": ("SceneError",),
+    "fmu": ("check_fmu", "export_fmu"),
+    "outcome": ("Outcome", "Report", "SimulationError"),
+    "result": ("Oscillation", "Result"),
+    "scene": ("Scene", "load_scene", "packaged_scenes"),
+    "simulation": ("simulate",),
+}
 
 __all__ = [
     "Equilibrium",
@@ -49,9 +61,11 @@ __all__ = [
 
 
 def __getattr__(name: str) -> Any:
-    """Load the FMU tools when they are first used: they import fmpy and pythonfmu, which a simulation does not need."""
-    if name in ("check_fmu", "export_fmu"):
-        from gallop_fmu import fmu
-
-        return getattr(fmu, name)
+    for home, names in _HOMES.items():
+        if name in names:
+            return getattr(import_module(f"gallop_fmu.{home}"), name)
     raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+
+
+def __dir__() -> list[str]:
+    return __all__

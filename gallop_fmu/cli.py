@@ -178,8 +178,9 @@ def export(
     out: Annotated[Path, typer.Option("--out", "-o", metavar="FILE", help="FMU to write.")],
     changes: Changes = None,
     runtime: Annotated[
-        Literal["python"], typer.Option(help="What runs inside the FMU: Python, which the host then needs.")
-    ] = "python",
+        Literal["native", "python"],
+        typer.Option(help="What runs inside the FMU: the compiled kernel, or Python, which the host then needs."),
+    ] = "native",
     as_json: AsJson = False,
 ) -> None:
     """Write a scene as an FMI 2.0 co-simulation FMU."""

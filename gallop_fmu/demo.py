@@ -191,7 +191,7 @@ class Demonstration:
 def run_demo(
     folder: Path | str,
     *,
-    runtime: Literal["python"] = "python",
+    runtime: Literal["native", "python"] = "native",
     stop_time: float = STOP_TIME,
     progress: Callable[[float, float], object] | None = None,
 ) -> Demonstration:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 import time as clock
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 from importlib.metadata import version
 from typing import TYPE_CHECKING, Literal
 
@@ -125,7 +126,7 @@ def _march(
         except KeyboardInterrupt:
             stopped = True
         if stopped and done < records:
-            return parts, Report(Outcome.STOPPED_BY_USER, done * interval, lowest_tension=report.lowest_tension)
+            return parts, replace(report, outcome=Outcome.STOPPED_BY_USER, time=done * interval)
         pace = (clock.perf_counter() - began) / BETWEEN_CALLS
         portion = max(1, min(int(portion / max(pace, 1e-3)), 10 * portion))
     return parts, report

@@ -14,6 +14,9 @@ from gallop_fmu.fmu.units import BASE_UNITS, DISPLAY_UNITS
 from gallop_fmu.fmu.variables import Variable, fmu_variables
 from gallop_fmu.scene import Scene
 
+SCENE_FILE = "scene.toml"
+"""The scene in the FMU's resources."""
+
 LOG_CATEGORIES = {
     "logStatusError": "values and calls that were refused",
     "logStatusDiscard": "steps that could not be carried out",
@@ -23,8 +26,7 @@ SEMANTICS = (
     "The inputs of the host replace the scene's wind, attack angle and support motion; concentrated loads keep their "
     "laws of time. wind_speed and attack_angle hold their values over a communication step; the tower points move "
     "linearly to their new places, which they reach at its end. A communication step is carried out in equal steps no "
-    "longer than numerics.time_step. Outputs do not react to inputs before the next step, except while initialising. "
-    "A refused value is kept out and makes the next steps fail until it is set right."
+    "longer than numerics.time_step. Outputs do not react to inputs before the next step, except while initialising."
 )
 
 
@@ -62,7 +64,7 @@ def identify(scene_text: str, version: str, runtime: str) -> Identity:
     return Identity(hashlib.sha256("\0".join([runtime, version, scene_text]).encode()).hexdigest())
 
 
-def model_description(scene: Scene, identity: Identity, *, needs_execution_tool: bool, requirements: str) -> bytes:
+def model_description(scene: Scene, identity: Identity, *, native: bool, remarks: str) -> bytes:
     """Text of modelDescription.xml, the same for the same arguments.
 
     Parameters
@@ -71,10 +73,10 @@ def model_description(scene: Scene, identity: Identity, *, needs_execution_tool:
         The scene.
     identity
         GUID and model identifier.
-    needs_execution_tool
-        Whether the FMU cannot run by itself.
-    requirements
-        One sentence on what the host must provide; empty if nothing.
+    native
+        Whether the FMU brings its own library, which can do more than that of pythonfmu.
+    remarks
+        What the host must know besides; empty if nothing.
     """
     variables = fmu_variables(scene)
     version = package_version()
@@ -83,12 +85,12 @@ def model_description(scene: Scene, identity: Identity, *, needs_execution_tool:
         fmiVersion="2.0",
         modelName=" ".join(scene.title.split()),
         guid=identity.guid,
-        description=" ".join([*scene.description.split(), SEMANTICS, requirements]).strip(),
+        description=" ".join([*scene.description.split(), SEMANTICS, remarks]).strip(),
         version=version,
         generationTool=f"gallop-fmu {version}",
         variableNamingConvention="structured",
     )
-    _capabilities(root, identity, needs_execution_tool)
+    _capabilities(root, identity, native)
     _units(root, variables)
     categories = SubElement(root, "LogCategories")
     for name, meaning in LOG_CATEGORIES.items():
@@ -112,18 +114,18 @@ def _text(value: bool | float | int) -> str:
     return str(value).lower() if isinstance(value, bool) else repr(value)
 
 
-def _capabilities(root: Element, identity: Identity, needs_execution_tool: bool) -> None:
+def _capabilities(root: Element, identity: Identity, native: bool) -> None:
     flags = {
-        "needsExecutionTool": needs_execution_tool,
+        "needsExecutionTool": not native,
         "canHandleVariableCommunicationStepSize": True,
-        "canInterpolateInputs": False,
-        "maxOutputDerivativeOrder": 0,
+        "canInterpolateInputs": native,
+        "maxOutputDerivativeOrder": int(native),
         "canRunAsynchronuously": False,
         "canBeInstantiatedOnlyOncePerProcess": False,
         "canNotUseMemoryManagementFunctions": True,
         "canGetAndSetFMUstate": True,
         "canSerializeFMUstate": True,
-        "providesDirectionalDerivative": False,
+        "providesDirectionalDerivative": native,
     }
     attributes = {"modelIdentifier": identity.model_identifier} | {name: _text(value) for name, value in flags.items()}
     SubElement(root, "CoSimulation", attributes)

@@ -9,15 +9,18 @@ from __future__ import annotations
 
 import io
 import os
+import sys
 import zipfile
 from importlib import metadata, resources
 from pathlib import Path
 
-from gallop_fmu.fmu.description import Identity, identify, model_description, package_version
+from gallop_fmu.engine import library_path
+from gallop_fmu.fmu.description import SCENE_FILE, Identity, identify, model_description, package_version
+from gallop_fmu.fmu.native import model_bin
 from gallop_fmu.fmu.session import Session
 from gallop_fmu.scene import Scene
 
-RUNTIMES = ("python",)
+RUNTIMES = ("native", "python")
 SLAVE_SCRIPT = '''\
 """A span for pythonfmu; what it does is in the package gallop-fmu, whose version must be the one that exported it."""
 
@@ -53,7 +56,7 @@ class ExportError(ValueError):
     """A scene cannot be written as an FMU; the message says why."""
 
 
-def export_fmu(scene: Scene, path: str | os.PathLike[str], runtime: str = "python") -> Path:
+def export_fmu(scene: Scene, path: str | os.PathLike[str], runtime: str = "native") -> Path:
     """Write a scene as an FMU for co-simulation, FMI 2.0.
 
     Parameters
@@ -63,8 +66,9 @@ def export_fmu(scene: Scene, path: str | os.PathLike[str], runtime: str = "pytho
     path
         File to write, with suffix ``.fmu``; an existing file is replaced.
     runtime
-        What runs the FMU. "python": pythonfmu 0.7 (Linux and Windows, 64 bit). The host must bring a Python in which
-        this version of gallop-fmu is installed, and unpack the FMU under a path of plain letters, digits and spaces.
+        What runs the FMU. "native": the kernel's own library, for the platform of this installation; the host needs
+        nothing. "python": pythonfmu 0.7 (Linux and Windows, 64 bit), for hosts that bring a Python in which this
+        version of gallop-fmu is installed, and that unpack the FMU under a path of plain letters, digits and spaces.
 
     Returns
     -------
@@ -88,21 +92,40 @@ def export_fmu(scene: Scene, path: str | os.PathLike[str], runtime: str = "pytho
     if target.is_dir():
         raise ExportError(f"{target}: is a folder")
     Session(scene).start()
-    _write(target, _python_files(scene))
+    _write(target, _native_files(scene) if runtime == "native" else _python_files(scene))
     return target
+
+
+def _native_files(scene: Scene) -> dict[str, bytes]:
+    """Name in the archive to content."""
+    text, version = scene.to_toml(), package_version()
+    identity = identify(text, version, "native")
+    library = library_path()
+    return {
+        "modelDescription.xml": model_description(scene, identity, native=True, remarks=""),
+        f"binaries/{platform()}/{identity.model_identifier}{library.suffix}": library.read_bytes(),
+        "resources/model.bin": model_bin(scene, identity.guid, version),
+        f"resources/{SCENE_FILE}": text.encode(),
+    } | _licences("gallop-fmu")
+
+
+def platform() -> str:
+    """Name that FMI 2.0 gives to this platform."""
+    return {"win32": "win64", "darwin": "darwin64"}.get(sys.platform, "linux64")
 
 
 def _python_files(scene: Scene) -> dict[str, bytes]:
     """Name in the archive to content."""
-    from gallop_fmu.fmu.slave import RUNTIME, SCENE_FILE
+    from gallop_fmu.fmu.slave import RUNTIME
 
     text, version = scene.to_toml(), package_version()
     identity = identify(text, version, RUNTIME)
     name = identity.model_identifier
-    requirements = (
-        f"Needs a Python with gallop-fmu {version} in the host (pythonfmu 0.7), and an unpacking path in plain ASCII."
+    remarks = (
+        "A refused value is kept out and makes the next steps fail until it is set right. Needs a Python with "
+        f"gallop-fmu {version} in the host (pythonfmu 0.7), and an unpacking path in plain ASCII."
     )
-    description = model_description(scene, identity, needs_execution_tool=True, requirements=requirements)
+    description = model_description(scene, identity, native=False, remarks=remarks)
     script = SLAVE_SCRIPT.format(version=version, name=name, content=identity.content)
     files = {
         "modelDescription.xml": description,
@@ -111,7 +134,7 @@ def _python_files(scene: Scene) -> dict[str, bytes]:
         "resources/slavemodule.txt": name.encode(),
         "resources/requirements.txt": f"gallop-fmu=={version}\n".encode(),
     }
-    return files | _pythonfmu_binaries(identity) | _licences()
+    return files | _pythonfmu_binaries(identity) | _licences("gallop-fmu", "pythonfmu")
 
 
 def _pythonfmu_binaries(identity: Identity) -> dict[str, bytes]:
@@ -125,10 +148,10 @@ def _pythonfmu_binaries(identity: Identity) -> dict[str, bytes]:
     return files
 
 
-def _licences() -> dict[str, bytes]:
-    """What the licences of this package and of pythonfmu's libraries ask to be passed on."""
+def _licences(*distributions: str) -> dict[str, bytes]:
+    """What the licences of the packages whose files are in the FMU ask to be passed on."""
     files = {}
-    for distribution in ("gallop-fmu", "pythonfmu"):
+    for distribution in distributions:
         for file in metadata.files(distribution) or ():
             if "licenses" in file.parts and file.name.startswith("LICENSE"):
                 files[f"documentation/licenses/{distribution}.txt"] = file.read_binary()

@@ -17,7 +17,7 @@ from typing import Any, ClassVar
 from pythonfmu import Fmi2Slave
 from pythonfmu.enums import Fmi2Status
 
-from gallop_fmu.fmu.description import identify, package_version
+from gallop_fmu.fmu.description import SCENE_FILE, identify, package_version
 from gallop_fmu.fmu.serial import from_bytes, to_bytes
 from gallop_fmu.fmu.session import RefusedError, Session
 from gallop_fmu.fmu.variables import Variable
@@ -26,7 +26,6 @@ from gallop_fmu.scene import Scene, load_scene
 from gallop_fmu.textfiles import read_text
 
 RUNTIME = "python"
-SCENE_FILE = "scene.toml"
 UNREADABLE = "unreadable"
 """Key of a state that could not be read from bytes; its value says why."""
 

@@ -4,6 +4,8 @@
 #define DERIVATIVE_STEP 1e-4        /* of the largest seed, in the unit of the input */
 #define DERIVATIVE_SHARPNESS 1e-3   /* factor on the Newton tolerance for differences */
 
+#define LONGEST_STEP 1e6   /* [s]; whoever asks for more has mixed up his units, and would wait for ever */
+
 /* The host's clock may be off by this much of a step, and by round-off. */
 #define CLOCK_OF_STEP 1e-6
 #define CLOCK_OF_TIME 1e-13
@@ -26,6 +28,8 @@ static fmi2Status check_step(instance *c, double time, double h)
     const double clock = CLOCK_OF_STEP * h + CLOCK_OF_TIME * fabs(time);
     if (!isfinite(time) || !isfinite(h) || !(h > 0.0))
         return say(c, fmi2Error, "fmi2DoStep: the step size %g s must be positive", h);
+    if (h > LONGEST_STEP)
+        return say(c, fmi2Error, "fmi2DoStep: a step of %g s is too long; at most %g s", h, LONGEST_STEP);
     if (fabs(time - c->now.time) > clock)
         return say(c, fmi2Error, "fmi2DoStep: the step starts at %.12g s, but the FMU is at %.12g s", time,
                    c->now.time);

@@ -145,7 +145,7 @@ typedef enum {
 /* Sizes of the structs above as this library was compiled, for a binding to check itself:
  * scene, law, support, load, report, inputs, derived. */
 GALLOP_API void gallop_struct_sizes(size_t sizes[7]);
-GALLOP_API const char *gallop_build(void);   /* compiler, and whether fused multiply-add is contracted */
+GALLOP_API const char *gallop_build(void);   /* compiler and its version */
 
 GALLOP_API int gallop_model_create(const gallop_scene *scene, gallop_model **model, gallop_report *report);
 GALLOP_API void gallop_model_free(gallop_model *model);

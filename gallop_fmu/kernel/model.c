@@ -28,8 +28,12 @@ void gallop_struct_sizes(size_t sizes[7])
 
 const char *gallop_build(void)
 {
-#if defined(__VERSION__)
-    return __VERSION__;
+#if defined(__clang__)
+    return "clang " __clang_version__;
+#elif defined(__GNUC__)
+    return "gcc " __VERSION__;
+#elif defined(_MSC_VER)
+    return "Microsoft C";
 #else
     return "unknown compiler";
 #endif

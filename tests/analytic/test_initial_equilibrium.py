@@ -8,6 +8,8 @@ from gallop_fmu.engine import Model
 from gallop_fmu.scene import Scene
 
 HEIGHTS = (0.0, 40.0, -90.0)
+SAG_ERROR = {0.0: 1e-8, 40.0: 1e-6, -90.0: 4e-6}
+"""Observed 4e-9, 3.6e-7 and 1.6e-6: on a sloping span mid-span lies between nodes."""
 
 
 @pytest.fixture(params=HEIGHTS, ids="height {}".format)
@@ -24,7 +26,7 @@ def test_sag_from_horizontal_tension(span, exact_cable, height):
     scene, found = solved(span, height, {"horizontal_tension": 20000.0})
     exact = exact_cable(scene)
     assert found.horizontal_tension == pytest.approx(20000.0, rel=1e-11)
-    assert found.sag == pytest.approx(exact.sag, rel=1e-7)  # observed 4e-9 on the level span
+    assert found.sag == pytest.approx(exact.sag, rel=SAG_ERROR[height])
     assert found.length == pytest.approx(exact.arc, rel=2e-10)  # observed 4e-11
 
 
@@ -32,9 +34,7 @@ def test_horizontal_tension_from_sag(span, exact_cable, height):
     scene, found = solved(span, height, {"sag": 9.0})
     exact = exact_cable(scene)
     assert found.sag == pytest.approx(9.0, rel=1e-11)
-    assert found.horizontal_tension == pytest.approx(
-        exact.horizontal_tension, rel=1e-7
-    )  # observed 4e-9 on the level span
+    assert found.horizontal_tension == pytest.approx(exact.horizontal_tension, rel=SAG_ERROR[height])
 
 
 def test_shape_is_the_catenary(span, exact_cable, height):

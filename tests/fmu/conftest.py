@@ -77,6 +77,12 @@ class Host:
         shutil.rmtree(self.folder, ignore_errors=True)
 
 
+@pytest.fixture(scope="session", params=["native", "python"])
+def runtime(request):
+    """What runs inside the FMU; a module about one of them overrides this."""
+    return request.param
+
+
 @pytest.fixture(scope="session")
 def gallop_scene():
     """Example 2 of Liu et al. (2009) on a coarse mesh: springs at both ends, wind, damping, a seed."""
@@ -84,8 +90,8 @@ def gallop_scene():
 
 
 @pytest.fixture(scope="session")
-def gallop_fmu(gallop_scene, tmp_path_factory):
-    return export_fmu(gallop_scene, tmp_path_factory.mktemp("fmu") / "gallop.fmu")
+def gallop_fmu(gallop_scene, runtime, tmp_path_factory):
+    return export_fmu(gallop_scene, tmp_path_factory.mktemp("fmu") / "gallop.fmu", runtime=runtime)
 
 
 @pytest.fixture(scope="session")
@@ -95,8 +101,8 @@ def rigid_scene():
 
 
 @pytest.fixture(scope="session")
-def rigid_fmu(rigid_scene, tmp_path_factory):
-    return export_fmu(rigid_scene, tmp_path_factory.mktemp("fmu") / "rigid.fmu")
+def rigid_fmu(rigid_scene, runtime, tmp_path_factory):
+    return export_fmu(rigid_scene, tmp_path_factory.mktemp("fmu") / "rigid.fmu", runtime=runtime)
 
 
 @pytest.fixture

@@ -103,6 +103,7 @@ def test_a_binary_that_is_none_is_a_finding_and_no_crash(gallop_fmu, tmp_path):
     assert "process" in found or "run" in found
 
 
+@pytest.mark.parametrize("runtime", ["python"], indirect=True, scope="session")
 def test_a_broken_slave_is_a_finding_with_its_message(gallop_fmu, tmp_path):
     path = copy_with(gallop_fmu, tmp_path / "x.fmu", lambda n, d: b"import nothing_here" if n.endswith(".py") else d)
     assert "nothing_here" in failed(check_fmu(path))["run"]

@@ -27,9 +27,9 @@ SCENES = sorted(packaged_scenes())
 
 
 @pytest.fixture(scope="module", params=SCENES)
-def exported(request, tmp_path_factory):
+def exported(request, runtime, tmp_path_factory):
     scene = load_scene(request.param)
-    path = export_fmu(scene, tmp_path_factory.mktemp("fmu") / "x.fmu")
+    path = export_fmu(scene, tmp_path_factory.mktemp("fmu") / "x.fmu", runtime=runtime)
     return scene, path, read_model_description(str(path))
 
 
@@ -85,10 +85,13 @@ def test_outputs_have_no_direct_feedthrough_and_are_all_initially_unknown(export
     assert [unknown.variable.name for unknown in description.initialUnknowns] == names
 
 
-def test_capabilities_and_experiment(exported):
+def test_capabilities_and_experiment(exported, runtime):
     scene, _, description = exported
     simulation = description.coSimulation
-    assert simulation.needsExecutionTool
+    assert simulation.needsExecutionTool is (runtime == "python")
+    assert simulation.providesDirectionalDerivative is (runtime == "native")
+    assert simulation.canInterpolateInputs is (runtime == "native")
+    assert simulation.maxOutputDerivativeOrder == (1 if runtime == "native" else 0)
     assert simulation.canHandleVariableCommunicationStepSize
     assert simulation.canGetAndSetFMUstate
     assert simulation.canSerializeFMUstate

@@ -12,6 +12,11 @@ import pytest
 from gallop_fmu.engine import Model
 from gallop_fmu.fmu import export_fmu
 
+pytestmark = [
+    pytest.mark.usefixtures("runtime"),
+    pytest.mark.parametrize("runtime", ["python"], indirect=True, scope="session"),
+]
+
 SIMULATE = "from fmpy import simulate_fmu; import json, sys; paths = sys.argv[1:]\n"
 HOLD = "simulate_fmu(paths[{i}], stop_time=0.5, output_interval=0.05)['midspan.tension'].tolist()"
 
@@ -106,6 +111,6 @@ def test_a_scene_changed_inside_the_fmu_is_refused(gallop_fmu, tmp_path):
 
 
 def test_works_from_another_folder(rigid_scene, tmp_path):
-    path = export_fmu(rigid_scene, tmp_path / "x.fmu")
+    path = export_fmu(rigid_scene, tmp_path / "x.fmu", runtime="python")
     code = SIMULATE + f"print(len({HOLD.format(i=0)}))"
     assert run(code, path.name, cwd=tmp_path).strip() == "11"

@@ -1,4 +1,4 @@
-"""What a host must not do is refused with a message, kept out, and makes the next step fail; nothing crashes."""
+"""What a host must not do is refused by the Python run-time with a message, kept out, and fails the next step."""
 
 import math
 
@@ -6,6 +6,11 @@ import pytest
 from fmpy.fmi1 import FMICallException
 
 from gallop_fmu.outcome import Outcome
+
+pytestmark = [
+    pytest.mark.usefixtures("runtime"),
+    pytest.mark.parametrize("runtime", ["python"], indirect=True, scope="session"),
+]
 
 DISCARD = 2
 
@@ -175,7 +180,7 @@ def test_no_wind_without_a_curve(host, tmp_path):
     from gallop_fmu.scene import load_scene
 
     scene = load_scene("example1").with_values({"numerics.elements": 4})
-    fmu = host(export_fmu(scene, tmp_path / "x.fmu")).start()
+    fmu = host(export_fmu(scene, tmp_path / "x.fmu", runtime="python")).start()
     fmu["wind_speed"] = 5.0
     assert "the scene has no aerodynamic curve" in fmu.log[-1]
 

@@ -92,9 +92,9 @@ def test_short_and_uneven_steps(gallop_fmu, host):
     assert fmu["status"] == 0
 
 
-def test_loads_follow_their_laws_from_the_start_time_on(tmp_path, host):
+def test_loads_follow_their_laws_from_the_start_time_on(runtime, tmp_path, host):
     scene = load_scene("example1").with_values({"numerics.elements": 4, "loads.0.evenly_spaced": 7})
-    fmu = host(export_fmu(scene, tmp_path / "x.fmu")).start(time=0.5)
+    fmu = host(export_fmu(scene, tmp_path / "x.fmu", runtime=runtime)).start(time=0.5)
     state = Model(scene).start(0.5)
     for _ in range(20):
         fmu.step(0.01)

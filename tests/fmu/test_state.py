@@ -67,6 +67,7 @@ def test_equal_sessions_give_equal_bytes(gallop_fmu, host):
     assert saved[0] == saved[1]
 
 
+@pytest.mark.parametrize("runtime", ["python"], indirect=True, scope="session")
 @pytest.mark.parametrize("spoil", ["bit", "cut", "foreign", "empty"])
 def test_damaged_bytes_are_refused_and_the_next_step_fails(gallop_fmu, host, spoil):
     fmu = host(gallop_fmu).start()
@@ -90,6 +91,7 @@ def test_damaged_bytes_are_refused_and_the_next_step_fails(gallop_fmu, host, spo
     assert fmu["status"] == 0
 
 
+@pytest.mark.parametrize("runtime", ["python"], indirect=True, scope="session")
 def test_the_state_of_another_fmu_is_refused(gallop_fmu, rigid_fmu, host):
     fmu, other = host(gallop_fmu).start(), host(rigid_fmu).start()
     saved = other.fmu.serializeFMUstate(other.fmu.getFMUstate())

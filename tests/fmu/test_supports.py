@@ -19,8 +19,8 @@ def quiet_scene(rigid_scene):
 
 
 @pytest.fixture(scope="module")
-def quiet_fmu(quiet_scene, tmp_path_factory):
-    return export_fmu(quiet_scene, tmp_path_factory.mktemp("fmu") / "quiet.fmu")
+def quiet_fmu(quiet_scene, runtime, tmp_path_factory):
+    return export_fmu(quiet_scene, tmp_path_factory.mktemp("fmu") / "quiet.fmu", runtime=runtime)
 
 
 def test_forces_start_at_the_static_reaction(quiet_scene, quiet_fmu, host):

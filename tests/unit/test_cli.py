@@ -203,7 +203,7 @@ def test_scene_without_equilibrium(invoke):
 def test_export_and_check(invoke):
     result = invoke("export", "example1", "-o", "a.fmu", "--set", "numerics.elements=4", "--json")
     assert result.exit_code == 0, result.stderr
-    assert json.loads(result.stdout) == {"file": "a.fmu", "bytes": Path("a.fmu").stat().st_size, "runtime": "python"}
+    assert json.loads(result.stdout) == {"file": "a.fmu", "bytes": Path("a.fmu").stat().st_size, "runtime": "native"}
     checked = invoke("check", "a.fmu", "--json")
     assert checked.exit_code == 0, checked.output
     assert all(row["ok"] for row in json.loads(checked.stdout))
