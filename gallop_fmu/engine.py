@@ -9,7 +9,9 @@ from __future__ import annotations
 import ctypes as c
 import math
 import sys
+from contextlib import suppress
 from dataclasses import dataclass
+from importlib.metadata import PackageNotFoundError, distribution
 from pathlib import Path
 from typing import Any
 
@@ -32,12 +34,18 @@ _SUFFIX = {"win32": ".dll", "darwin": ".dylib"}.get(sys.platform, ".so")
 
 
 def library_path() -> Path:
-    """Path of the compiled kernel."""
-    for folder in sys.modules["gallop_fmu"].__path__:  # an editable install keeps the library apart from the sources
-        path = Path(folder) / f"gallop_kernel{_SUFFIX}"
-        if path.is_file():
-            return path
-    raise ImportError(f"gallop_kernel{_SUFFIX} is missing beside the package; install it with `pip install .`")
+    """Path of the compiled kernel: beside this package, or of the installed one.
+
+    They are not the same place in an editable installation, and when Python is started in the source folder.
+    """
+    name = f"gallop_kernel{_SUFFIX}"
+    folders = [Path(folder) for folder in sys.modules["gallop_fmu"].__path__]
+    with suppress(PackageNotFoundError):
+        folders.append(Path(str(distribution("gallop-fmu").locate_file("gallop_fmu"))))
+    for folder in folders:
+        if (folder / name).is_file():
+            return folder / name
+    raise ImportError(f"{name} is neither beside the package nor installed; run `pip install .` in the source folder")
 
 
 def _load() -> c.CDLL:

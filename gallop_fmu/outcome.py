@@ -96,7 +96,7 @@ class Report:
             detail = f": {math.degrees(self.value):.2f} deg, allowed up to {math.degrees(self.limit):.2f} deg"
         elif self.outcome is Outcome.SLACK:
             detail = f": {self.value:.4g} N"
-        elif math.isfinite(self.value):
+        elif self.outcome is not Outcome.STOPPED_BY_USER and math.isfinite(self.value):
             detail = f" (value {self.value:.4g}, limit {self.limit:.4g})"
         cure = f" What to do: {self.outcome.cure}." if self.outcome.cure else ""
         return f"At {self.time:.6g} s{place} {self.outcome.sentence}{detail}.{cure}"

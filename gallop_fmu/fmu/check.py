@@ -154,7 +154,7 @@ def _platform_problem(path: Path) -> str:
 
 def _try_out(check: FmuCheck) -> None:
     """A short run in a process of its own, which tells its findings as lines of JSON."""
-    command = [sys.executable, "-m", "gallop_fmu.fmu.trial", str(check.path.resolve())]
+    command = [sys.executable, "-P", "-m", "gallop_fmu.fmu.trial", str(check.path.resolve())]
     try:
         done = subprocess.run(command, capture_output=True, encoding="utf-8", errors="replace", timeout=TRIAL_SECONDS)
     except subprocess.TimeoutExpired:

@@ -59,7 +59,7 @@ static void take_parameters(instance *c, const double *from)
         if (v[i].origin == ORIGIN_PARAMETER) store_parameter(c, &v[i], *from++);
 }
 
-static bool finite(const double *values, int count)
+static bool all_finite(const double *values, int count)
 {
     for (int i = 0; i < count; i++)
         if (!isfinite(values[i])) return false;
@@ -70,8 +70,8 @@ static bool possible(const kept *k, bool has_state)
 {
     const bool before = k->mode == INSTANTIATED || k->mode == INITIALIZING;
     if (!before && k->mode != STEPPING && k->mode != TERMINATED) return false;
-    return (before || has_state) && finite(&k->time, 1) && finite(&k->start, 1) && !isnan(k->stop) &&
-           finite(k->input, INPUTS) && finite(k->rate, INPUTS) && finite(k->reached, 6);
+    return (before || has_state) && all_finite(&k->time, 1) && all_finite(&k->start, 1) && !isnan(k->stop) &&
+           all_finite(k->input, INPUTS) && all_finite(k->rate, INPUTS) && all_finite(k->reached, 6);
 }
 
 fmi2Status fmi2GetFMUstate(fmi2Component component, fmi2FMUstate *state)

@@ -29,7 +29,7 @@ def run(code, *arguments, cwd=None, environment=None):
 
 
 def attempt(code, *arguments, cwd=None, environment=None):
-    command = [sys.executable, "-c", code, *map(str, arguments)]
+    command = [sys.executable, "-P", "-c", code, *map(str, arguments)]
     return subprocess.run(command, cwd=cwd, env={**os.environ, **(environment or {})}, capture_output=True, text=True)
 
 

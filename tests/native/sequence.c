@@ -2,7 +2,9 @@
  * call is accepted or refused as the state machine of FMI 2.0 for co-simulation has it, a refused call says why, and
  * changes nothing.  Compiled with the kernel's sources and the sanitizers.
  *
- *     sequence RESOURCES GUID < batch      each sequence: its length in two bytes, then its bytes
+ *     sequence RESOURCES GUID < batch             each sequence: its length in two bytes, then its bytes
+ *     sequence RESOURCES GUID FOLDER < batch      the same on forged copies of model.bin, whose checksum is right:
+ *                                                 anything may be accepted, but nothing may break
  *
  * With -DLIBFUZZER, clang's libFuzzer calls LLVMFuzzerTestOneInput; RESOURCES and GUID come from the environment. */
 #include "resource.h"
@@ -37,7 +39,7 @@ typedef struct { fmi2FMUstate state; model is; } keeper;
 
 static slot slots[SLOTS];
 static keeper kept[SLOTS];
-static const char *resources, *guid;
+static const char *resources, *guid, *forgery;
 static resource table;
 static long calls, messages;
 static const uint8_t *next_byte, *last_byte;
@@ -219,20 +221,22 @@ static void do_step(slot *s)
 
 static void instantiate(slot *s)
 {
-    static const fmi2CallbackFunctions with = {logger, calloc, free, NULL, NULL}, silent = {NULL, calloc, free, NULL, NULL};
+    static const fmi2CallbackFunctions with = {logger, calloc, free, NULL, NULL};
+    static const fmi2CallbackFunctions silent = {NULL, calloc, free, NULL, NULL};
     if (s->c) return;
     const uint8_t b = byte();
     const char *name = b == 1 ? NULL : b == 2 ? "" : "%s%n";   /* a name is no format */
-    const char *id = b == 3 ? NULL : b == 4 ? "{other}" : guid, *where = b == 5 ? NULL : b == 6 ? "file:///no" : resources;
-    s->c = fmi2Instantiate(name, b == 7 ? fmi2ModelExchange : fmi2CoSimulation, id, where, b == 8 ? NULL : b == 9 ? &silent : &with,
-                           b % 2, b % 3 == 0);
+    const char *id = b == 3 ? NULL : b == 4 ? "{other}" : guid;
+    const char *where = b == 5 ? NULL : b == 6 ? "file:///no" : forgery ? forgery : resources;
+    s->c = fmi2Instantiate(name, b == 7 ? fmi2ModelExchange : fmi2CoSimulation, id, where,
+                           b == 8 ? NULL : b == 9 ? &silent : &with, b % 2, b % 3 == 0);
     calls++;
-    REQUIRE((s->c != NULL) == !(b >= 1 && b <= 7));
+    REQUIRE(forgery || (s->c != NULL) == !(b >= 1 && b <= 7));
     if (s->c && (b == 8 || b == 9)) {   /* who cannot speak is not judged */
         fmi2FreeInstance(s->c);
         s->c = NULL;
     }
-    s->is = (model){s->c ? INSTANTIATED : GONE, false, false, 0.0, INFINITY};
+    s->is = (model){s->c ? INSTANTIATED : GONE, forgery != NULL, false, 0.0, INFINITY};
 }
 
 static void release(slot *s)
@@ -269,14 +273,14 @@ static void move_on(slot *s, uint8_t what)
         if (status == fmi2OK) s->is.mode = TERMINATED;
     } else {
         JUDGE(s, when(s, ANY), true, fmi2Reset(s->c));
-        if (status == fmi2OK) s->is = (model){INSTANTIATED, false, false, 0.0, INFINITY};
+        if (status == fmi2OK) s->is = (model){INSTANTIATED, forgery != NULL, false, 0.0, INFINITY};
     }
 }
 
 static void keep(slot *s, keeper *k)
 {
     fmi2Status status;
-    if (k->is.hostile) return;
+    if (k->is.hostile && !forgery) return;
     JUDGE(s, when(s, ANY), false, fmi2GetFMUstate(s->c, &k->state));
     if (status != fmi2OK) return;
     k->is = s->is;
@@ -309,7 +313,7 @@ static void transport(slot *s, keeper *k)
     fmi2Status status;
     fmi2FMUstate copy = NULL;
     size_t size = 0;
-    if (!s->c || !k->state || k->is.hostile) return;
+    if (!s->c || !k->state || (k->is.hostile && !forgery)) return;
     REQUIRE(fmi2SerializedFMUstateSize(s->c, k->state, &size) == fmi2OK);
     char *bytes = malloc(size);
     JUDGE(s, REFUSED, true, fmi2SerializeFMUstate(s->c, k->state, bytes, size - 1));
@@ -318,7 +322,8 @@ static void transport(slot *s, keeper *k)
     if (how == 1) size -= 1 + byte() % (size - 1);
     if (how >= 2) {
         for (int i = byte() % 4; i >= 0; i--) {
-            size_t at = ((size_t)byte() * 256 + byte()) % (byte() % 2 ? size : 400);   /* the head, or anywhere */
+            size_t at = ((size_t)byte() * 256 + byte()) % size;
+            if (byte() % 2) at %= 400;   /* the head */
             bytes[at] ^= (char)(1 + byte() % 255);
         }
     }
@@ -333,7 +338,7 @@ static void transport(slot *s, keeper *k)
     if (status != fmi2OK) return;
     REQUIRE(fmi2FreeFMUstate(s->c, &k->state) == fmi2OK);
     k->state = copy;
-    k->is.hostile = how != 0;
+    k->is.hostile = how != 0 || forgery;
 }
 
 static void derive(slot *s, uint8_t what)
@@ -425,6 +430,28 @@ static void one_call(void)
     else others(s, b % 12);
 }
 
+/* A copy of model.bin with a few changes: bytes anywhere, or one of the values that programs stumble over. */
+static void forge(void)
+{
+    static const uint32_t odd[] = {0, 1, 8, 0x7fffffff, 0x80000000, 0xffffffff, 0x7ff80000, 0xfff00000};
+    char *bytes = malloc(table.size), name[1024];
+    memcpy(bytes, table.bytes, table.size);
+    for (int i = byte() % 4; i >= 0; i--) {
+        const uint8_t where = byte() % 4;
+        const size_t from = where == 0 ? 88 : where == 1 ? resource_head(&table)->scene : resource_head(&table)->variables;
+        const size_t room = where == 0 ? 24 : where == 1 ? resource_head(&table)->variables - from : 6000;
+        const size_t at = from + ((size_t)byte() * 256 + byte()) % room / 4 * 4;
+        if (byte() % 2) memcpy(bytes + at, &odd[byte() % 8], sizeof *odd);
+        else bytes[at + byte() % 4] ^= (char)(1 << byte() % 8);
+    }
+    const uint64_t checksum = resource_checksum(bytes + 24, table.size - 24);
+    memcpy(bytes + 16, &checksum, sizeof checksum);
+    snprintf(name, sizeof name, "%s/model.bin", forgery);
+    FILE *file = fopen(name, "wb");
+    REQUIRE(file && fwrite(bytes, 1, table.size, file) == table.size && fclose(file) == 0);
+    free(bytes);
+}
+
 int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size);
 
 int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
@@ -436,6 +463,7 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
     }
     next_byte = data;
     last_byte = data + size;
+    if (forgery) forge();
     while (next_byte < last_byte) one_call();
     fmi2Component any = fmi2Instantiate("any", fmi2CoSimulation, guid, resources, NULL, fmi2False, fmi2False);
     for (int i = 0; i < SLOTS; i++) {
@@ -452,9 +480,10 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
 int main(int count, char **argument)
 {
     static uint8_t data[1 << 16];
-    REQUIRE(count == 3);
+    REQUIRE(count == 3 || count == 4);
     resources = argument[1];
     guid = argument[2];
+    forgery = argument[3];
     for (int low = getchar(); low != EOF; low = getchar()) {
         const size_t size = (size_t)low + 256 * (size_t)getchar();
         REQUIRE(fread(data, 1, size, stdin) == size);

@@ -241,7 +241,7 @@ def test_demo_into_a_file(invoke):
 
 
 def _command(*words):
-    return [sys.executable, "-c", "from gallop_fmu.cli import main; main()", *words]
+    return [sys.executable, "-P", "-c", "from gallop_fmu.cli import main; main()", *words]
 
 
 def test_as_a_process(tmp_path):

@@ -1,0 +1,212 @@
+"""Three ways of stepping two towers and a cable that hang together, in plain Python with FMPy's FMU2Slave.
+
+All inputs are values reached at the end of a communication step, which nobody knows at its beginning. The three masters
+differ in what they take instead.
+"""
+
+import tempfile
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import fmpy
+import numpy as np
+from fmpy.fmi1 import FMICallException
+from fmpy.fmi2 import FMU2Slave, defaultCallbacks, fmi2CallbackFunctions, fmi2CallbackLoggerTYPE
+from numpy.typing import NDArray
+from pythonfmu.builder import FmuBuilder
+
+Array = NDArray[np.float64]
+
+DISPLACEMENTS = [f"support.{end}.{axis}" for end in ("left", "right") for axis in ("x1", "x3")]
+FORCES = [f"support.{end}.{force}" for end in ("left", "right") for force in ("f1", "f3")]
+LARGEST = 1.0
+"""Displacement [m] of a tower point beyond which a run counts as unstable."""
+TOLERANCE = 1e-10
+"""Change [m] of the tower points between two iterations at which a step is accepted."""
+MOST_ITERATIONS = 50
+
+
+class UnstableError(RuntimeError):
+    """A run that grows without bounds, or an FMU that refuses a step for that reason."""
+
+
+def build_tower(folder: Path) -> Path:
+    """The tower's FMU, written into `folder`."""
+    script = Path(__file__).with_name("modal_tower.py")
+    options = {"canGetAndSetFMUstate": True, "canSerializeFMUstate": True}
+    return Path(FmuBuilder.build_FMU(script, dest=folder / "tower.fmu", **options))
+
+
+class Component:
+    """One instance of an FMU, its variables by name."""
+
+    def __init__(self, fmu: Path, name: str) -> None:
+        description = fmpy.read_model_description(str(fmu))
+        self._reference = {variable.name: variable.valueReference for variable in description.modelVariables}
+        self._folder = tempfile.TemporaryDirectory(prefix="fmu-")
+        fmpy.extract(str(fmu), unzipdir=self._folder.name)
+        self.fmu = FMU2Slave(
+            guid=description.guid,
+            unzipDirectory=self._folder.name,
+            modelIdentifier=description.coSimulation.modelIdentifier,
+            instanceName=name,
+        )
+        self.log: list[str] = []
+        self._callbacks = fmi2CallbackFunctions()  # FMPy's would print; the FMU keeps the pointer, so we keep the object
+        self._callbacks.logger = fmi2CallbackLoggerTYPE(lambda *message: self.log.append(message[-1].decode()))
+        self._callbacks.allocateMemory = defaultCallbacks.allocateMemory
+        self._callbacks.freeMemory = defaultCallbacks.freeMemory
+        self.fmu.instantiate(callbacks=self._callbacks)
+        self.fmu.setupExperiment(startTime=0.0)
+
+    def set(self, names: list[str], values: Array) -> None:
+        self.fmu.setReal([self._reference[name] for name in names], [float(value) for value in values])
+
+    def get(self, names: list[str]) -> Array:
+        return np.array(self.fmu.getReal([self._reference[name] for name in names]))
+
+    def slopes(self, outputs: list[str], inputs: list[str]) -> Array:
+        """Derivatives of the outputs by the inputs of the last step, from fmi2GetDirectionalDerivative."""
+        unknown, known = ([self._reference[name] for name in names] for names in (outputs, inputs))
+        columns = [self.fmu.getDirectionalDerivative(unknown, [one], [1.0]) for one in known]
+        return np.array(columns).T
+
+    def close(self) -> None:
+        self.fmu.terminate()
+        self.fmu.freeInstance()
+        self._folder.cleanup()
+
+
+@dataclass
+class History:
+    """What a master recorded: mid-span u2 and the left tower's x1 [m], and how many iterations it made a step."""
+
+    time: list[float] = field(default_factory=list)
+    values: list[Array] = field(default_factory=list)
+    iterations: list[int] = field(default_factory=list)
+
+
+class Line:
+    """The cable between its two towers: three instances of two FMUs, whose connections the methods make."""
+
+    def __init__(self, cable: Path, tower: Path) -> None:
+        self.cable = Component(cable, "cable")
+        self.towers = [Component(tower, "left tower"), Component(tower, "right tower")]
+        self.parts = [self.cable, *self.towers]
+        self._saved: list[object] = [None] * len(self.parts)
+
+    def start(self, preload: Array) -> None:
+        """Initialise: the towers are at rest under the static forces `preload` (left f1, f3, right f1, f3) [N]."""
+        for part in self.parts:
+            part.fmu.enterInitializationMode()
+        for tower, force in zip(self.towers, np.split(preload, 2), strict=True):
+            tower.set(["preload.f1", "preload.f3"], force)
+        self.push_towers(self.forces())
+        for part in self.parts:
+            part.fmu.exitInitializationMode()
+
+    def forces(self) -> Array:
+        """Of the cable on the towers [N]."""
+        return self.cable.get(FORCES)
+
+    def displacements(self) -> Array:
+        """Of the tower points [m]."""
+        return np.concatenate([tower.get(["x1", "x3"]) for tower in self.towers])
+
+    def push_towers(self, forces: Array) -> None:
+        for tower, force in zip(self.towers, np.split(forces, 2), strict=True):
+            tower.set(["f1", "f3"], force)
+
+    def move_ends(self, displacements: Array) -> None:
+        if not np.max(np.abs(displacements)) < LARGEST:
+            raise UnstableError(f"a tower point moved by {np.max(np.abs(displacements)):.3g} m")
+        self.cable.set(DISPLACEMENTS, displacements)
+
+    def step(self, parts: list[Component], time: float, h: float) -> None:
+        for part in parts:
+            try:
+                part.fmu.doStep(time, h)
+            except FMICallException as problem:
+                raise UnstableError(" ".join(part.log)) from problem
+
+    def save(self) -> None:
+        """Remember the present state of all parts; the memory of the last one is used again."""
+        self._saved = [part.fmu.getFMUstate() for part in self.parts]
+
+    def rewind(self) -> None:
+        """Back to what was remembered."""
+        for part, state in zip(self.parts, self._saved, strict=True):
+            part.fmu.setFMUstate(state)
+
+    def forget(self) -> None:
+        for part, state in zip(self.parts, self._saved, strict=True):
+            part.fmu.freeFMUstate(state)
+
+    def observed(self) -> Array:
+        return np.array([self.cable.get(["midspan.x2"])[0], self.towers[0].get(["x1"])[0]])
+
+    def close(self) -> None:
+        for part in self.parts:
+            part.close()
+
+
+def jacobi(line: Line, time: float, h: float) -> int:
+    """All parts step side by side, each with the last known values of the others: both directions are a step late."""
+    forces, displacements = line.forces(), line.displacements()
+    line.push_towers(forces)
+    line.move_ends(displacements)
+    line.step(line.parts, time, h)
+    return 1
+
+
+def gauss_seidel(line: Line, time: float, h: float) -> int:
+    """The towers step with the last known forces, then the cable with their new places: one direction is late."""
+    line.push_towers(line.forces())
+    line.step(line.towers, time, h)
+    line.move_ends(line.displacements())
+    line.step([line.cable], time, h)
+    return 1
+
+
+def iterated(line: Line, time: float, h: float) -> int:
+    """The cable and then the towers, again and again from the saved states, until the towers stay in place."""
+    line.save()
+    guess = line.displacements() + h * np.concatenate([tower.get(["v1", "v3"]) for tower in line.towers])
+    for iteration in range(1, MOST_ITERATIONS + 1):
+        line.move_ends(guess)
+        line.step([line.cable], time, h)
+        line.push_towers(line.forces())
+        line.step(line.towers, time, h)
+        displacements = line.displacements()
+        if np.max(np.abs(displacements - guess)) < TOLERANCE:
+            line.forget()
+            return iteration
+        guess = displacements
+        line.rewind()
+    raise UnstableError(f"the iteration did not converge at {time:.3f} s")
+
+
+SCHEMES = {"Jacobi": jacobi, "Gauss-Seidel": gauss_seidel, "iterated": iterated}
+
+
+def couple(cable: Path, tower: Path, scheme: str, h: float, stop_time: float, every: float, preload: Array) -> History:
+    """Run the line with one of `SCHEMES` in communication steps of `h` [s], and record `every` [s].
+
+    Raises
+    ------
+    UnstableError
+        The run grows without bounds.
+    """
+    line, history = Line(cable, tower), History()
+    stride = round(every / h)
+    try:
+        line.start(preload)
+        for n in range(round(stop_time / h) + 1):
+            if n % stride == 0:
+                history.time.append(n * h)
+                history.values.append(line.observed())
+            if n * h < stop_time - 0.5 * h:
+                history.iterations.append(SCHEMES[scheme](line, n * h, h))
+    finally:
+        line.close()
+    return history

@@ -1,0 +1,53 @@
+"""Random sequences of legal and illegal calls through a build with the address and undefined-behaviour sanitizers.
+
+The driver `sequence.c` knows the state machine of FMI 2.0 and aborts where the library does not keep to it; the
+sanitizers abort at the first wrong access, undefined operation or leak.
+"""
+
+import random
+import struct
+import subprocess
+from pathlib import Path
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+FLAGS = ("-g", "-O1", "-ffp-contract=off", "-fsanitize=address,undefined", "-fno-sanitize-recover=all")
+SEQUENCES = 60  # in each batch, about 150 calls each
+BATCHES = 3
+
+
+@pytest.fixture(scope="module")
+def driver(compiled, kernel_sources, tmp_path_factory, small):
+    folder = tmp_path_factory.mktemp("sequence")
+    sources = [Path(__file__).with_name("sequence.c"), *sorted(kernel_sources.glob("*.c"))]
+    try:
+        program = compiled(folder / "sequence", *sources, flags=[*FLAGS, f"-I{kernel_sources}"])
+    except subprocess.CalledProcessError:
+        pytest.skip("the compiler has no sanitizers")
+
+    def run(seed, *forgeries):
+        chance = random.Random(seed)
+        sizes = [chance.randrange(50, 2000) for _ in range(SEQUENCES)]
+        batch = b"".join(struct.pack("<H", size) + chance.randbytes(size) for size in sizes)
+        command = [program, small.resources.as_uri(), small.guid, *forgeries]
+        done = subprocess.run(list(map(str, command)), input=batch, capture_output=True, timeout=120)
+        assert done.returncode == 0, done.stderr.decode()
+        calls, messages = (int(word) for word in done.stdout.split() if word.isdigit())
+        assert calls > 4000
+        assert 0.2 * calls < messages < 0.9 * calls  # both legal and illegal ones
+
+    return run
+
+
+@settings(max_examples=BATCHES, derandomize=True, deadline=None)
+@given(seed=st.integers(0, 2**32))
+def test_calls_are_accepted_and_refused_as_the_standard_has_it(driver, seed):
+    driver(seed)
+
+
+@settings(max_examples=BATCHES, derandomize=True, deadline=None)
+@given(seed=st.integers(0, 2**32))
+def test_forged_resources_break_nothing(driver, tmp_path_factory, seed):
+    driver(seed, tmp_path_factory.mktemp("forged"))
