@@ -181,6 +181,14 @@ def export(
         Literal["native", "python"],
         typer.Option(help="What runs inside the FMU: the compiled kernel, or Python, which the host then needs."),
     ] = "native",
+    platforms: Annotated[
+        str | None,
+        typer.Option(
+            metavar="NAMES",
+            help="Platforms to compile for, of linux64,win64,darwin64, with commas; needs the extra cross, and minutes "
+            "the first time. Else the FMU is for this one.",
+        ),
+    ] = None,
     as_json: AsJson = False,
 ) -> None:
     """Write a scene as an FMI 2.0 co-simulation FMU."""
@@ -188,7 +196,8 @@ def export(
     from gallop_fmu.fmu import ExportError, export_fmu
 
     try:
-        path = export_fmu(_scene(scene, changes), out, runtime=runtime)
+        names = platforms.split(",") if platforms else None
+        path = export_fmu(_scene(scene, changes), out, runtime=runtime, platforms=names)
     except ExportError as problem:
         raise SceneError(str(problem)) from None
     size = path.stat().st_size

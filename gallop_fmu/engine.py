@@ -171,6 +171,7 @@ def _report(raw: CReport) -> Report:
         element=None if raw.element < 0 else raw.element,
         value=raw.value,
         limit=raw.limit,
+        field=raw.field.decode() if raw.field else None,
         lowest_tension=raw.lowest_tension,
         steps=raw.steps,
         substeps=raw.substeps,

@@ -69,6 +69,8 @@ class Report:
         0-based element of the failure, None where it has no place.
     value, limit
         The offending value and what is allowed; their meaning follows from the outcome.
+    field
+        Which number of an invalid scene.
     lowest_tension
         Lowest tension [N] at any Gauss point since the start.
     steps, substeps, iterations, refactorisations, halvings
@@ -80,6 +82,7 @@ class Report:
     element: int | None = None
     value: float = math.nan
     limit: float = math.nan
+    field: str | None = None
     lowest_tension: float = math.nan
     steps: int = 0
     substeps: int = 0
@@ -96,6 +99,8 @@ class Report:
             detail = f": {math.degrees(self.value):.2f} deg, allowed up to {math.degrees(self.limit):.2f} deg"
         elif self.outcome is Outcome.SLACK:
             detail = f": {self.value:.4g} N"
+        elif self.field is not None:
+            detail = f": {self.field} (value {self.value:.4g}, limit {self.limit:.4g})"
         elif self.outcome is not Outcome.STOPPED_BY_USER and math.isfinite(self.value):
             detail = f" (value {self.value:.4g}, limit {self.limit:.4g})"
         cure = f" What to do: {self.outcome.cure}." if self.outcome.cure else ""

@@ -138,7 +138,9 @@ class CReport(c.Structure):
     _fields_ = (
         ("outcome", c.c_int32),
         ("element", c.c_int32),
-        *((name, c.c_double) for name in ("time", "value", "limit", "lowest_tension")),
+        *((name, c.c_double) for name in ("time", "value", "limit")),
+        ("field", c.c_char_p),
+        ("lowest_tension", c.c_double),
         *((name, c.c_int64) for name in ("steps", "substeps", "iterations", "refactorisations", "halvings")),
     )
 

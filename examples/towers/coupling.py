@@ -1,9 +1,10 @@
-"""Three ways of stepping two towers and a cable that hang together, in plain Python with FMPy's FMU2Slave.
+"""A span between two towers, and three ways of stepping them in plain Python with FMPy's FMU2Slave.
 
 All inputs are values reached at the end of a communication step, which nobody knows at its beginning. The three masters
 differ in what they take instead.
 """
 
+import ctypes
 import tempfile
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -12,8 +13,11 @@ import fmpy
 import numpy as np
 from fmpy.fmi1 import FMICallException
 from fmpy.fmi2 import FMU2Slave, defaultCallbacks, fmi2CallbackFunctions, fmi2CallbackLoggerTYPE
+from fmpy.logging import addLoggerProxy
 from numpy.typing import NDArray
 from pythonfmu.builder import FmuBuilder
+
+import gallop_fmu as gf
 
 Array = NDArray[np.float64]
 
@@ -21,9 +25,21 @@ DISPLACEMENTS = [f"support.{end}.{axis}" for end in ("left", "right") for axis i
 FORCES = [f"support.{end}.{force}" for end in ("left", "right") for force in ("f1", "f3")]
 LARGEST = 1.0
 """Displacement [m] of a tower point beyond which a run counts as unstable."""
-TOLERANCE = 1e-10
+TOLERANCE = 1e-9
 """Change [m] of the tower points between two iterations at which a step is accepted."""
 MOST_ITERATIONS = 50
+
+
+def galloping_span(cable_step: float) -> gf.Scene:
+    """The span of example 3 with a seed so large that it gallops from the beginning, stepping by `cable_step` [s]."""
+    return gf.load_scene("example3").with_values(
+        {"initial.seed_vertical": 0.1, "initial.seed_horizontal": 0.1, "numerics.time_step": cable_step}
+    )
+
+
+def preload(scene: gf.Scene) -> Array:
+    """Static forces of the cable on the towers: left f1, f3, right f1, f3 [N]."""
+    return gf.Model(scene).equilibrium().support_force[:, [0, 2]].ravel()
 
 
 class UnstableError(RuntimeError):
@@ -37,10 +53,22 @@ def build_tower(folder: Path) -> Path:
     return Path(FmuBuilder.build_FMU(script, dest=folder / "tower.fmu", **options))
 
 
+class Log:
+    """What the FMUs of one line say; FMPy's own callbacks would print it."""
+
+    def __init__(self) -> None:
+        self.messages: list[str] = []
+        self.callbacks = fmi2CallbackFunctions()
+        self.callbacks.logger = fmi2CallbackLoggerTYPE(lambda *call: self.messages.append(call[-1].decode()))
+        self.callbacks.allocateMemory = defaultCallbacks.allocateMemory
+        self.callbacks.freeMemory = defaultCallbacks.freeMemory
+        addLoggerProxy(ctypes.byref(self.callbacks))  # puts numbers and names into the messages
+
+
 class Component:
     """One instance of an FMU, its variables by name."""
 
-    def __init__(self, fmu: Path, name: str) -> None:
+    def __init__(self, fmu: Path, name: str, log: Log) -> None:
         description = fmpy.read_model_description(str(fmu))
         self._reference = {variable.name: variable.valueReference for variable in description.modelVariables}
         self._folder = tempfile.TemporaryDirectory(prefix="fmu-")
@@ -51,12 +79,7 @@ class Component:
             modelIdentifier=description.coSimulation.modelIdentifier,
             instanceName=name,
         )
-        self.log: list[str] = []
-        self._callbacks = fmi2CallbackFunctions()  # FMPy's would print; the FMU keeps the pointer, so we keep the object
-        self._callbacks.logger = fmi2CallbackLoggerTYPE(lambda *message: self.log.append(message[-1].decode()))
-        self._callbacks.allocateMemory = defaultCallbacks.allocateMemory
-        self._callbacks.freeMemory = defaultCallbacks.freeMemory
-        self.fmu.instantiate(callbacks=self._callbacks)
+        self.fmu.instantiate(callbacks=log.callbacks)
         self.fmu.setupExperiment(startTime=0.0)
 
     def set(self, names: list[str], values: Array) -> None:
@@ -64,12 +87,6 @@ class Component:
 
     def get(self, names: list[str]) -> Array:
         return np.array(self.fmu.getReal([self._reference[name] for name in names]))
-
-    def slopes(self, outputs: list[str], inputs: list[str]) -> Array:
-        """Derivatives of the outputs by the inputs of the last step, from fmi2GetDirectionalDerivative."""
-        unknown, known = ([self._reference[name] for name in names] for names in (outputs, inputs))
-        columns = [self.fmu.getDirectionalDerivative(unknown, [one], [1.0]) for one in known]
-        return np.array(columns).T
 
     def close(self) -> None:
         self.fmu.terminate()
@@ -79,7 +96,7 @@ class Component:
 
 @dataclass
 class History:
-    """What a master recorded: mid-span u2 and the left tower's x1 [m], and how many iterations it made a step."""
+    """What a master recorded: mid-span u2 and the left tower's x1 [m], and the number of iterations of each step."""
 
     time: list[float] = field(default_factory=list)
     values: list[Array] = field(default_factory=list)
@@ -90,16 +107,17 @@ class Line:
     """The cable between its two towers: three instances of two FMUs, whose connections the methods make."""
 
     def __init__(self, cable: Path, tower: Path) -> None:
-        self.cable = Component(cable, "cable")
-        self.towers = [Component(tower, "left tower"), Component(tower, "right tower")]
+        self.log = Log()
+        self.cable = Component(cable, "cable", self.log)
+        self.towers = [Component(tower, f"{end} tower", self.log) for end in ("left", "right")]
         self.parts = [self.cable, *self.towers]
         self._saved: list[object] = [None] * len(self.parts)
 
-    def start(self, preload: Array) -> None:
-        """Initialise: the towers are at rest under the static forces `preload` (left f1, f3, right f1, f3) [N]."""
+    def start(self, static: Array) -> None:
+        """Initialise; the towers take the cable's static forces as preload, under which they are at rest."""
         for part in self.parts:
             part.fmu.enterInitializationMode()
-        for tower, force in zip(self.towers, np.split(preload, 2), strict=True):
+        for tower, force in zip(self.towers, np.split(static, 2), strict=True):
             tower.set(["preload.f1", "preload.f3"], force)
         self.push_towers(self.forces())
         for part in self.parts:
@@ -127,10 +145,10 @@ class Line:
             try:
                 part.fmu.doStep(time, h)
             except FMICallException as problem:
-                raise UnstableError(" ".join(part.log)) from problem
+                raise UnstableError(" ".join(self.log.messages)) from problem
 
     def save(self) -> None:
-        """Remember the present state of all parts; the memory of the last one is used again."""
+        """Remember the present state of all parts."""
         self._saved = [part.fmu.getFMUstate() for part in self.parts]
 
     def rewind(self) -> None:
@@ -139,6 +157,7 @@ class Line:
             part.fmu.setFMUstate(state)
 
     def forget(self) -> None:
+        """Give back the memory of what was remembered."""
         for part, state in zip(self.parts, self._saved, strict=True):
             part.fmu.freeFMUstate(state)
 
@@ -189,8 +208,8 @@ def iterated(line: Line, time: float, h: float) -> int:
 SCHEMES = {"Jacobi": jacobi, "Gauss-Seidel": gauss_seidel, "iterated": iterated}
 
 
-def couple(cable: Path, tower: Path, scheme: str, h: float, stop_time: float, every: float, preload: Array) -> History:
-    """Run the line with one of `SCHEMES` in communication steps of `h` [s], and record `every` [s].
+def couple(cable: Path, tower: Path, scheme: str, h: float, stop_time: float, every: float, static: Array) -> History:
+    """Run the line with one of `SCHEMES` in communication steps of `h` [s], and record `every` so many seconds.
 
     Raises
     ------
@@ -200,7 +219,7 @@ def couple(cable: Path, tower: Path, scheme: str, h: float, stop_time: float, ev
     line, history = Line(cable, tower), History()
     stride = round(every / h)
     try:
-        line.start(preload)
+        line.start(static)
         for n in range(round(stop_time / h) + 1):
             if n % stride == 0:
                 history.time.append(n * h)

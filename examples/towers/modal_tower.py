@@ -122,17 +122,14 @@ class ModalTower(Fmi2Slave):
         return [mode for modes in self.modes.values() for mode in modes]
 
     def _get_fmu_state(self):
-        return {
-            "motion": [(mode.q, mode.rate) for mode in self._all_modes()],
-            "force": dict(self.force),
-            "reached": dict(self.reached),
-        }
+        motion = [(mode.q, mode.rate) for mode in self._all_modes()]
+        return super()._get_fmu_state() | {"motion": motion, "reached": self.reached}
 
     def _set_fmu_state(self, state):
-        for mode, (mode.q, mode.rate) in zip(self._all_modes(), state["motion"], strict=True):
-            pass
-        self.force.update(state["force"])  # the variables look into this very dictionary
-        self.reached = dict(state["reached"])
+        state = dict(state)
+        for mode, motion in zip(self._all_modes(), state.pop("motion"), strict=True):
+            mode.q, mode.rate = motion
+        super()._set_fmu_state(state)
 
     def to_xml(self, model_options=None) -> Element:
         """What pythonfmu writes, with units, and with what FMI 2.0 wants to know about the outputs."""

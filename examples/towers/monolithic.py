@@ -6,7 +6,7 @@ unknowns of the cable and the modal coordinates. Virtual work gives ``T' R(T y) 
 (beta 1/4, gamma 1/2) and Newton act on all unknowns at once, so there is no communication step and nothing lags.
 """
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -19,7 +19,7 @@ Array = NDArray[np.float64]
 DOFS = 4
 BETA, GAMMA = 0.25, 0.5
 TOLERANCE = 1e-11
-"""Last correction [m, rad] of a step, relative to which the error that stays is smaller still."""
+"""Correction [m, rad] at which Newton's iteration ends; what is left after it is smaller still."""
 
 
 class Monolith:
@@ -30,24 +30,24 @@ class Monolith:
     scene
         The cable; what it says about supports is replaced by the towers.
     modes
-        For each mode of a tower: axis (1 or 3), modal mass [kg], frequency [Hz], damping ratio, and the mode's value at
-        the cable.
+        Of a tower, by axis x1 and x3: modal mass [kg], frequency [Hz], damping ratio, value of the mode at the cable.
     step
         Time step [s].
     """
 
-    def __init__(self, scene: gf.Scene, modes: Sequence[tuple[int, float, float, float, float]], step: float) -> None:
+    def __init__(self, scene: gf.Scene, modes: Mapping[str, Sequence[tuple[float, ...]]], step: float) -> None:
         self.model, self.step = gf.Model(scene), step
         unknowns, inner = DOFS * self.model.nodes, DOFS * (self.model.nodes - 2)
-        axis, mass, frequency, ratio, shape = (np.array(2 * column) for column in zip(*modes, strict=True))
+        rows = [(int(axis[1]), *numbers) for axis, of_axis in modes.items() for numbers in of_axis]
+        direction, mass, frequency, ratio, shape = (np.array(2 * column) for column in zip(*rows, strict=True))
         omega = 2.0 * np.pi * frequency
         self.mass, self.damping, self.stiffness = mass, 2.0 * ratio * omega * mass, omega**2 * mass
         self.inner = inner
-        self.T = np.zeros((unknowns, inner + len(axis)))
+        self.T = np.zeros((unknowns, inner + len(shape)))
         self.T[DOFS : DOFS + inner, :inner] = np.eye(inner)
-        for k, (direction, value) in enumerate(zip(axis, shape, strict=True)):
-            end = 0 if k < len(modes) else unknowns - DOFS
-            self.T[end + direction - 1, inner + k] = value
+        for k, (along, value) in enumerate(zip(direction, shape, strict=True)):
+            end = 0 if k < len(rows) else unknowns - DOFS
+            self.T[end + along - 1, inner + k] = value
         self._factors: Any = None
 
     def _residual(self, y: Array, v: Array, a: Array, time: float) -> Array:

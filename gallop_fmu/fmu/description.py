@@ -10,6 +10,7 @@ from dataclasses import dataclass
 from importlib import metadata
 from xml.etree.ElementTree import Element, SubElement, indent, tostring
 
+from gallop_fmu.fmu.sources import units_to_compile
 from gallop_fmu.fmu.units import BASE_UNITS, DISPLAY_UNITS
 from gallop_fmu.fmu.variables import Variable, fmu_variables
 from gallop_fmu.scene import Scene
@@ -19,12 +20,13 @@ SCENE_FILE = "scene.toml"
 
 LOG_CATEGORIES = {
     "logStatusError": "values and calls that were refused",
-    "logStatusDiscard": "steps that could not be carried out",
+    "logStatusDiscard": "steps that the Python run-time could not carry out, and questions without an answer",
 }
 
 SEMANTICS = (
     "The inputs of the host replace the scene's wind, attack angle and support motion; concentrated loads keep their "
-    "laws of time. wind_speed and attack_angle hold their values over a communication step; the tower points move "
+    "laws of time. wind_speed and attack_angle hold their values over a communication step, or change at the rate that "
+    "the host gives where it can; the tower points move "
     "linearly to their new places, which they reach at its end. A communication step is carried out in equal steps no "
     "longer than numerics.time_step. Outputs do not react to inputs before the next step, except while initialising."
 )
@@ -128,7 +130,11 @@ def _capabilities(root: Element, identity: Identity, native: bool) -> None:
         "providesDirectionalDerivative": native,
     }
     attributes = {"modelIdentifier": identity.model_identifier} | {name: _text(value) for name, value in flags.items()}
-    SubElement(root, "CoSimulation", attributes)
+    simulation = SubElement(root, "CoSimulation", attributes)
+    if native:
+        files = SubElement(simulation, "SourceFiles")
+        for file in units_to_compile():
+            SubElement(files, "File", name=file)
 
 
 def _units(root: Element, variables: Iterable[Variable]) -> None:

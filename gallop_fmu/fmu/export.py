@@ -11,13 +11,16 @@ import io
 import os
 import sys
 import zipfile
+from collections.abc import Collection, Iterator
 from importlib import metadata, resources
 from pathlib import Path
 
 from gallop_fmu.engine import library_path
+from gallop_fmu.fmu.cross import PLATFORMS, CompilerError, cross_library
 from gallop_fmu.fmu.description import SCENE_FILE, Identity, identify, model_description, package_version
 from gallop_fmu.fmu.native import model_bin
 from gallop_fmu.fmu.session import Session
+from gallop_fmu.fmu.sources import kernel_sources
 from gallop_fmu.scene import Scene
 
 RUNTIMES = ("native", "python")
@@ -56,7 +59,12 @@ class ExportError(ValueError):
     """A scene cannot be written as an FMU; the message says why."""
 
 
-def export_fmu(scene: Scene, path: str | os.PathLike[str], runtime: str = "native") -> Path:
+def export_fmu(
+    scene: Scene,
+    path: str | os.PathLike[str],
+    runtime: str = "native",
+    platforms: Collection[str] | None = None,
+) -> Path:
     """Write a scene as an FMU for co-simulation, FMI 2.0.
 
     Parameters
@@ -69,6 +77,9 @@ def export_fmu(scene: Scene, path: str | os.PathLike[str], runtime: str = "nativ
         What runs the FMU. "native": the kernel's own library, for the platform of this installation; the host needs
         nothing. "python": pythonfmu 0.7 (Linux and Windows, 64 bit), for hosts that bring a Python in which this
         version of gallop-fmu is installed, and that unpack the FMU under a path of plain letters, digits and spaces.
+    platforms
+        Platforms whose libraries a native FMU brings, compiled here with the extra ``cross``: "linux64" (glibc 2.17 or
+        later), "win64", "darwin64" (Intel and Apple silicon). None or empty: the installed library, for this one.
 
     Returns
     -------
@@ -78,13 +89,19 @@ def export_fmu(scene: Scene, path: str | os.PathLike[str], runtime: str = "nativ
     Raises
     ------
     ExportError
-        Unknown run-time, wrong suffix, missing folder, or the file cannot be written.
+        Unknown run-time or platform, wrong suffix, missing folder, the file cannot be written, or the kernel cannot be
+        compiled for a platform.
     SimulationError
         The scene has no initial equilibrium.
     """
     target = Path(path)
     if runtime not in RUNTIMES:
         raise ExportError(f"runtime = {runtime!r}: must be one of {', '.join(map(repr, RUNTIMES))}")
+    for name in platforms or ():
+        if name not in PLATFORMS:
+            raise ExportError(f"platforms: {name!r} is unknown; there are {', '.join(PLATFORMS)}")
+    if platforms and runtime != "native":
+        raise ExportError('platforms: only for runtime "native"; leave them away')
     if target.suffix != ".fmu":
         raise ExportError(f"{target}: the name of an FMU must end in .fmu")
     if not target.parent.is_dir():
@@ -92,21 +109,36 @@ def export_fmu(scene: Scene, path: str | os.PathLike[str], runtime: str = "nativ
     if target.is_dir():
         raise ExportError(f"{target}: is a folder")
     Session(scene).start()
-    _write(target, _native_files(scene) if runtime == "native" else _python_files(scene))
+    _write(target, _native_files(scene, platforms) if runtime == "native" else _python_files(scene))
     return target
 
 
-def _native_files(scene: Scene) -> dict[str, bytes]:
+def _native_files(scene: Scene, platforms: Collection[str] | None) -> dict[str, bytes]:
     """Name in the archive to content."""
     text, version = scene.to_toml(), package_version()
     identity = identify(text, version, "native")
-    library = library_path()
-    return {
+    files = {
         "modelDescription.xml": model_description(scene, identity, native=True, remarks=""),
-        f"binaries/{platform()}/{identity.model_identifier}{library.suffix}": library.read_bytes(),
         "resources/model.bin": model_bin(scene, identity.guid, version),
         f"resources/{SCENE_FILE}": text.encode(),
-    } | _licences("gallop-fmu")
+    }
+    for folder, suffix, library in _libraries(platforms):
+        files[f"binaries/{folder}/{identity.model_identifier}{suffix}"] = library
+    for name, source in kernel_sources().items():
+        files[f"sources/{name}"] = source
+    return files | _licences("gallop-fmu")
+
+
+def _libraries(platforms: Collection[str] | None) -> Iterator[tuple[str, str, bytes]]:
+    """Platform, suffix and content of each library."""
+    if not platforms:
+        library = library_path()
+        yield platform(), library.suffix, library.read_bytes()
+    for name in platforms or ():
+        try:
+            yield name, PLATFORMS[name].suffix, cross_library(name)
+        except CompilerError as problem:
+            raise ExportError(str(problem)) from None
 
 
 def platform() -> str:

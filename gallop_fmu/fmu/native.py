@@ -140,6 +140,10 @@ def _variable(variable: Variable, memory: _Memory) -> bytes:
             place = SPAN_INDEX[variable.key]
     low = -math.inf if variable.minimum is None else float(variable.minimum)
     high = math.inf if variable.maximum is None else float(variable.maximum)
+    if variable.minimum_excluded:
+        low = math.nextafter(low, math.inf)
+    if variable.maximum_excluded:
+        high = math.nextafter(high, -math.inf)
     whole = variable.type == "Integer"
     return VARIABLE.pack(_text(variable.name, 64), ORIGINS[variable.origin], whole, place, 0, factor, low, high)
 

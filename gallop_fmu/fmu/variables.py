@@ -63,7 +63,9 @@ class Variable:
     start
         Start value; None for what is calculated.
     minimum, maximum
-        Inclusive bounds that a host is held to.
+        Bounds that a host is held to; FMI's are inclusive.
+    minimum_excluded, maximum_excluded
+        Whether the bound itself is refused.
     nominal
         Order of magnitude, where it is far from one.
     """
@@ -81,6 +83,8 @@ class Variable:
     start: float | int | None = None
     minimum: float | int | None = None
     maximum: float | int | None = None
+    minimum_excluded: bool = False
+    maximum_excluded: bool = False
     nominal: float | None = None
 
 
@@ -196,7 +200,7 @@ def _parameters(scene: Scene) -> Iterator[dict[str, Any]]:
     for path, (value, unit, meaning) in scene.numbers().items():
         if REPLACED_BY_INPUTS.match(path):
             continue
-        whole, minimum, maximum = _declared(scene, path)
+        whole, bounds = _declared(scene, path)
         yield {
             "name": re.sub(r"\.(\d+)", r"[\1]", path),
             "origin": Origin.PARAMETER,
@@ -208,16 +212,15 @@ def _parameters(scene: Scene) -> Iterator[dict[str, Any]]:
             "unit": "" if whole else unit,
             "description": meaning,
             "start": value,
-            "minimum": minimum,
-            "maximum": maximum,
+            "minimum": bounds.get("ge", bounds.get("gt")),
+            "maximum": bounds.get("le", bounds.get("lt")),
+            "minimum_excluded": "gt" in bounds,
+            "maximum_excluded": "lt" in bounds,
         }
 
 
-def _declared(scene: Scene, path: str) -> tuple[bool, float | None, float | None]:
-    """Whether the field at a path is a whole number, and its bounds.
-
-    FMI's bounds are inclusive; where the scene excludes the bound itself, its validation refuses that value.
-    """
+def _declared(scene: Scene, path: str) -> tuple[bool, dict[str, float]]:
+    """Whether the field at a path is a whole number, and its bounds by kind: gt, ge, lt, le."""
     *parents, name = path.split(".")
     section: Any = scene
     for parent in parents:
@@ -226,4 +229,4 @@ def _declared(scene: Scene, path: str) -> tuple[bool, float | None, float | None
     kinds = ("gt", "ge", "lt", "le")
     bounds = {kind: getattr(rule, kind) for rule in field.metadata for kind in kinds if hasattr(rule, kind)}
     whole = any(kind in (int, WholeNumber) for kind in (field.annotation, *get_args(field.annotation)))
-    return whole, bounds.get("ge", bounds.get("gt")), bounds.get("le", bounds.get("lt"))
+    return whole, bounds

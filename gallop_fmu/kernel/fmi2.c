@@ -9,16 +9,22 @@
 #include <stdarg.h>
 #include <stdio.h>
 
+/* The logger takes a format of printf, but some hosts show it as it is: so the whole text is the format, % doubled. */
 fmi2Status say(instance *c, fmi2Status status, const char *format, ...)
 {
-    char text[1024];
+    char text[1024], escaped[2 * sizeof text], *to = escaped;
     va_list arguments;
     va_start(arguments, format);
     vsnprintf(text, sizeof text, format, arguments);
     va_end(arguments);
+    for (const char *from = text; *from; from++) {
+        if (*from == '%') *to++ = '%';
+        *to++ = *from;
+    }
+    *to = '\0';
     if (c->call.logger) {
         const char *category = status == fmi2Discard ? "logStatusDiscard" : "logStatusError";
-        c->call.logger(c->call.componentEnvironment, c->name, status, category, "%s", text);   /* text may hold % */
+        c->call.logger(c->call.componentEnvironment, c->name, status, category, escaped);
     }
     return status;
 }
@@ -49,8 +55,9 @@ fmi2Status tell(instance *c, const char *what, const gallop_report *report)
         }
     char place[48] = "";
     if (report->element >= 0) snprintf(place, sizeof place, " in element %d", report->element + 1);
-    return say(c, fmi2Error, "%s: at %.6g s%s %s (value %.6g, limit %.6g). What to do: %s.", what, report->time, place,
-               sentence, report->value, report->limit, cure);
+    const char *field = report->field ? report->field : "", *colon = report->field ? ": " : "";
+    return say(c, fmi2Error, "%s: at %.6g s%s %s%s%s (value %.6g, limit %.6g). What to do: %s.", what, report->time, place,
+               sentence, colon, field, report->value, report->limit, cure);
 }
 
 static bool copy_text(char **to, const char *from)
@@ -137,6 +144,7 @@ const char *fmi2GetVersion(void) { return fmi2Version; }
 static void begin(instance *c)
 {
     memcpy(c->parameters.bytes, c->original, c->parameters.size);
+    list_parameters(c);
     drop_span(c);
     memset(&c->now, 0, sizeof c->now);
     memset(&c->before, 0, sizeof c->before);
@@ -153,6 +161,16 @@ static uint32_t count_parameters(const resource *r)
     return count;
 }
 
+static void release(instance *c)
+{
+    drop_span(c);
+    resource_free(&c->parameters);
+    free(c->original);
+    free(c->stored);
+    free(c->name);
+    free(c);
+}
+
 fmi2Component fmi2Instantiate(fmi2String name, fmi2Type type, fmi2String guid, fmi2String location,
                               const fmi2CallbackFunctions *functions, fmi2Boolean visible, fmi2Boolean logging)
 {
@@ -167,29 +185,25 @@ fmi2Component fmi2Instantiate(fmi2String name, fmi2Type type, fmi2String guid, f
     else if (type != fmi2CoSimulation) wrong = "this FMU is for co-simulation only";
     else if (!guid) wrong = "no GUID was given";
     else wrong = resource_read(&c->parameters, location, guid);
-    if (!wrong && !(c->original = malloc(c->parameters.size))) wrong = "there is not enough memory";
+    if (!wrong) {
+        c->parameter_count = count_parameters(&c->parameters);
+        c->original = malloc(c->parameters.size);
+        c->stored = malloc(c->parameter_count * sizeof *c->stored + 1);
+        if (!c->original || !c->stored) wrong = "there is not enough memory";
+    }
     if (wrong) {
         if (c->name) say(c, fmi2Error, "%s", wrong);
-        resource_free(&c->parameters);
-        free(c->name);
-        free(c);
+        release(c);
         return NULL;
     }
     memcpy(c->original, c->parameters.bytes, c->parameters.size);
-    c->parameter_count = count_parameters(&c->parameters);
     begin(c);
     return c;
 }
 
 void fmi2FreeInstance(fmi2Component component)
 {
-    instance *c = component;
-    if (!c) return;
-    drop_span(c);
-    resource_free(&c->parameters);
-    free(c->original);
-    free(c->name);
-    free(c);
+    if (component) release(component);
 }
 
 static bool known_category(const char *category)

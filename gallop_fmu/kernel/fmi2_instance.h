@@ -48,6 +48,7 @@ typedef struct {
     char *name;
     resource parameters;       /* as the host has set them, */
     char *original;            /* and as they were exported */
+    double *stored;            /* the parameters once more, one after the other, to save and compare at once */
     uint32_t parameter_count;
     span span;                 /* belongs to the present parameters */
     bool started;              /* state belongs to the present inputs */
@@ -74,6 +75,7 @@ double observed(instance *c, const resource_variable *v);
 double observed_in(const instance *c, gallop_state *state, const resource_variable *v);
 double parameter_stored(const instance *c, const resource_variable *v);
 void store_parameter(instance *c, const resource_variable *v, double stored);
+void list_parameters(instance *c);   /* after the last of several store_parameter */
 
 #define ALLOW(modes) \
     instance *c = component; \

@@ -13,8 +13,6 @@ typedef struct {
     uint64_t foreign;             /* 1: came as bytes, and its content is not believed */
 } saved;
 
-static double *parameters_of(saved *s) { return (double *)(s + 1); }
-
 static const double *parameters_in(const saved *s) { return (const double *)(s + 1); }
 
 static const char *state_in(const saved *s) { return (const char *)(parameters_in(s) + s->parameters); }
@@ -24,20 +22,7 @@ static size_t saved_size(uint64_t parameters, uint64_t state)
     return sizeof(saved) + (size_t)parameters * sizeof(double) + (size_t)state;
 }
 
-static void copy_parameters(const instance *c, double *to)
-{
-    const resource_variable *v = resource_table(&c->parameters);
-    for (uint32_t i = 0; i < resource_head(&c->parameters)->variable_count; i++)
-        if (v[i].origin == ORIGIN_PARAMETER) *to++ = parameter_stored(c, &v[i]);
-}
-
-static bool same_parameters(const instance *c, const double *from)
-{
-    const resource_variable *v = resource_table(&c->parameters);
-    for (uint32_t i = 0; i < resource_head(&c->parameters)->variable_count; i++)
-        if (v[i].origin == ORIGIN_PARAMETER && *from++ != parameter_stored(c, &v[i])) return false;
-    return true;
-}
+static size_t parameter_bytes(const instance *c) { return c->parameter_count * sizeof(double); }
 
 static bool possible_parameters(const instance *c, const double *from)
 {
@@ -57,6 +42,7 @@ static void take_parameters(instance *c, const double *from)
     const resource_variable *v = resource_table(&c->parameters);
     for (uint32_t i = 0; i < resource_head(&c->parameters)->variable_count; i++)
         if (v[i].origin == ORIGIN_PARAMETER) store_parameter(c, &v[i], *from++);
+    list_parameters(c);
 }
 
 static bool all_finite(const double *values, int count)
@@ -87,15 +73,15 @@ fmi2Status fmi2GetFMUstate(fmi2Component component, fmi2FMUstate *state)
         free(*state);
         *state = s;
     }
-    memset(s, 0, sizeof *s);
     memcpy(s->magic, STATE_MAGIC, sizeof s->magic);
     memcpy(s->guid, resource_head(&c->parameters)->guid, sizeof s->guid);
     s->size = size;
+    s->checksum = s->foreign = 0;
     s->now = c->now;
     s->parameters = c->parameter_count;
     s->state = kernel;
-    copy_parameters(c, parameters_of(s));
-    if (kernel) memcpy((char *)(parameters_of(s) + s->parameters), c->span.state, kernel);
+    memcpy(s + 1, c->stored, parameter_bytes(c));
+    if (kernel) memcpy((char *)(s + 1) + parameter_bytes(c), c->span.state, kernel);
     return fmi2OK;
 }
 
@@ -116,11 +102,11 @@ static bool take_state(span *into, const saved *s)
 /* A span of other parameters takes the place of the present one, unless something is wrong. */
 static fmi2Status restore_with_parameters(instance *c, const saved *s)
 {
-    double *present = malloc(c->parameter_count * sizeof *present + 1);
+    double *present = malloc(parameter_bytes(c) + 1);
     if (!present) return say(c, fmi2Error, "fmi2SetFMUstate: there is not enough memory");
     span other = {NULL, NULL, NULL};
     const int32_t status = c->now.status;
-    copy_parameters(c, present);
+    memcpy(present, c->stored, parameter_bytes(c));
     take_parameters(c, parameters_in(s));
     fmi2Status result = s->state ? build_span(c, &other) : fmi2OK;
     if (result == fmi2OK && !take_state(&other, s))
@@ -156,7 +142,7 @@ fmi2Status fmi2SetFMUstate(fmi2Component component, fmi2FMUstate state)
     const saved *s = state;
     if (!s || memcmp(s->magic, STATE_MAGIC, sizeof s->magic) != 0 || !of_this_fmu(c, s))
         return say(c, fmi2Error, "%s: this is not a state of this FMU", __func__);
-    const bool same = same_parameters(c, parameters_in(s));
+    const bool same = memcmp(parameters_in(s), c->stored, parameter_bytes(c)) == 0;
     const fmi2Status result = same ? restore(c, s) : restore_with_parameters(c, s);
     if (result != fmi2OK) return result;
     c->now = s->now;

@@ -157,7 +157,7 @@ fmi2Status fmi2SetRealInputDerivatives(fmi2Component component, const fmi2ValueR
     return fmi2OK;
 }
 
-/* Channel whose value is the time derivative of a mid-span channel; -1 where a difference over the last step must do. */
+/* Channel whose value is the time derivative of a mid-span channel; -1 where a difference over the step must do. */
 static int rate_channel(const resource_variable *v)
 {
     return v->origin == ORIGIN_NODE && v->place <= GALLOP_OMEGA ? (int)v->place + GALLOP_V1 - GALLOP_U1 : -1;
@@ -167,7 +167,8 @@ static void copy_to_work(instance *c) { memcpy(c->span.work, c->span.state, gall
 
 static fmi2Status not_known(instance *c, const char *function)
 {
-    return say(c, fmi2Error, "%s: known only after a step, not after a restored state or a failed step", function);
+    return say(c, fmi2Error, "%s: known only after a step, not after a restored state or a failed one",
+               function);
 }
 
 /* At the beginning, where there is no step to take a difference over, forces and tension are held: their rate is 0. */

@@ -26,6 +26,14 @@ void store_parameter(instance *c, const resource_variable *v, double stored)
     else *(double *)at = stored;
 }
 
+void list_parameters(instance *c)
+{
+    const resource_variable *v = resource_table(&c->parameters);
+    double *to = c->stored;
+    for (uint32_t i = 0; i < resource_head(&c->parameters)->variable_count; i++)
+        if (v[i].origin == ORIGIN_PARAMETER) *to++ = parameter_stored(c, &v[i]);
+}
+
 /* The value that was stored as factor * value; of the several that round to it, the one with at most 15 digits, so that
  * the host reads 15 degrees and not 15.000000000000002. */
 static double unscaled(double stored, double factor)
@@ -115,6 +123,7 @@ static void take_one(instance *c, const resource_variable *v, double value)
     const double stored = v->factor * value;
     if (parameter_stored(c, v) == stored) return;
     store_parameter(c, v, stored);
+    list_parameters(c);
     drop_span(c);
 }
 

@@ -43,6 +43,7 @@ typedef struct {
     int32_t element;          /* 0-based, -1 where none */
     double time;              /* [s] */
     double value, limit;      /* the offending value and what is allowed */
+    const char *field;        /* which number of an invalid scene, a constant text; else NULL */
     double lowest_tension;    /* [N] since the start of the state */
     int64_t steps, substeps, iterations, refactorisations, halvings;   /* since the start of the state */
 } gallop_report;

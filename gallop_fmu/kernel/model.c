@@ -11,6 +11,7 @@ int fail(gallop_report *report, int outcome, int element, double time, double va
         report->time = time;
         report->value = value;
         report->limit = limit;
+        report->field = NULL;
     }
     return outcome;
 }
@@ -68,27 +69,72 @@ static void support_stiffness(const gallop_scene *s, const gallop_support *suppo
 
 static bool positive(double x) { return isfinite(x) && x > 0.0; }
 
-/* The binding refuses bad numbers field by field; this guards the kernel against any other caller. */
+static int invalid(gallop_report *report, const char *field, double value, double limit)
+{
+    fail(report, GALLOP_INVALID_SCENE, -1, 0.0, value, limit);
+    report->field = field;
+    return GALLOP_INVALID_SCENE;
+}
+
+static int check_positive(const gallop_scene *s, gallop_report *report)
+{
+    const struct { const char *name; double value; } number[] = {
+        {"length of the span", s->length}, {"diameter", s->diameter}, {"mass", s->mass},
+        {"axial stiffness", s->axial_stiffness}, {"torsional stiffness", s->torsional_stiffness},
+        {"torsional inertia", s->torsional_inertia}, {"gravity", s->gravity}, {"time step", s->time_step},
+        {"Newton tolerance", s->newton_tolerance}};
+    for (size_t i = 0; i < sizeof number / sizeof *number; i++)
+        if (!positive(number[i].value)) return invalid(report, number[i].name, number[i].value, 0.0);
+    if (!(s->sag > 0.0) && !(s->horizontal_tension > 0.0)) return invalid(report, "sag or horizontal tension", s->sag, 0.0);
+    if (!(s->ice_mass >= 0.0)) return invalid(report, "mass of ice", s->ice_mass, 0.0);
+    if (!(s->ice_torsional_inertia >= 0.0)) return invalid(report, "inertia of ice", s->ice_torsional_inertia, 0.0);
+    return GALLOP_COMPLETED;
+}
+
+static int check_support(const gallop_support *support, gallop_report *report)
+{
+    if (support->kind == GALLOP_SUPPORT_SPRINGS && !(positive(support->stiffness_x1) && positive(support->stiffness_x3)))
+        return invalid(report, "stiffness of a support", fmin(support->stiffness_x1, support->stiffness_x3), 0.0);
+    if (support->kind != GALLOP_SUPPORT_ADJACENT_SPAN) return GALLOP_COMPLETED;
+    if (!positive(support->adjacent_span)) return invalid(report, "adjacent span", support->adjacent_span, 0.0);
+    if (!positive(support->adjacent_tension)) return invalid(report, "adjacent tension", support->adjacent_tension, 0.0);
+    if (!positive(support->insulator_length)) return invalid(report, "insulator length", support->insulator_length, 0.0);
+    if (!(support->insulator_weight >= 0.0)) return invalid(report, "insulator weight", support->insulator_weight, 0.0);
+    return GALLOP_COMPLETED;
+}
+
+static int check_damping(const gallop_damping *pair, gallop_report *report)
+{
+    if (pair->low_frequency == 0.0 && pair->high_frequency == 0.0) return GALLOP_COMPLETED;   /* undamped */
+    if (!positive(pair->low_frequency)) return invalid(report, "low frequency of damping", pair->low_frequency, 0.0);
+    if (!(pair->high_frequency > pair->low_frequency))
+        return invalid(report, "high frequency of damping", pair->high_frequency, pair->low_frequency);
+    return GALLOP_COMPLETED;
+}
+
+/* The binding refuses bad numbers field by field; this guards the kernel against any other caller, and against
+ * parameters of an FMU that do not go together. */
 static int check(const gallop_scene *s, gallop_report *report)
 {
-    const double must_be_positive[] = {s->length, s->diameter, s->mass, s->axial_stiffness, s->torsional_stiffness,
-                                       s->torsional_inertia, s->gravity, s->time_step, s->newton_tolerance};
-    for (size_t i = 0; i < sizeof must_be_positive / sizeof *must_be_positive; i++)
-        if (!positive(must_be_positive[i])) return fail(report, GALLOP_INVALID_SCENE, -1, 0.0, must_be_positive[i], 0.0);
-    if (!(s->sag > 0.0) && !(s->horizontal_tension > 0.0))
-        return fail(report, GALLOP_INVALID_SCENE, -1, 0.0, s->sag, 0.0);
-    if (s->elements < 2 || s->elements > 1000000)
-        return fail(report, GALLOP_INVALID_SCENE, -1, 0.0, s->elements, 2.0);
-    if (s->pieces < 0 || s->load_count < 0 || s->max_halvings < 0 || s->max_halvings > 30 || s->max_newton_iterations < 1)
-        return fail(report, GALLOP_INVALID_SCENE, -1, 0.0, s->pieces, 0.0);
+    int outcome = check_positive(s, report);
+    for (int end = 0; end < 2 && !outcome; end++) outcome = check_support(&s->support[end], report);
+    if (!outcome) outcome = check_damping(&s->translation_damping, report);
+    if (!outcome) outcome = check_damping(&s->twist_damping, report);
+    if (outcome) return outcome;
+    if (!(fabs(s->height_difference) < s->length)) return invalid(report, "height difference", s->height_difference, s->length);
+    if (s->elements < 2 || s->elements > 1000000) return invalid(report, "number of elements", s->elements, 2.0);
+    if (s->max_halvings < 0 || s->max_halvings > 30) return invalid(report, "number of halvings", s->max_halvings, 30.0);
+    if (s->max_newton_iterations < 1) return invalid(report, "number of Newton iterations", s->max_newton_iterations, 1.0);
+    if (s->pieces < 0) return invalid(report, "number of pieces of the aerodynamic curve", s->pieces, 0.0);
+    if (s->load_count < 0) return invalid(report, "number of loads", s->load_count, 0.0);
     double moment = s->first_moment_x2 * s->first_moment_x2 + s->first_moment_x3 * s->first_moment_x3;
     double mass = s->mass + s->ice_mass, inertia = s->torsional_inertia + s->ice_torsional_inertia;
-    if (!(s->ice_mass >= 0.0) || !(s->ice_torsional_inertia >= 0.0) || !(mass * inertia > moment))
-        return fail(report, GALLOP_INVALID_SCENE, -1, 0.0, moment, mass * inertia);
+    if (!(mass * inertia > moment)) return invalid(report, "first mass moments of the ice, squared", moment, mass * inertia);
     if (s->sag > 0.0 && s->horizontal_tension > 0.0) {   /* m g L^2 / 8H, along the chord */
-        double parabola = mass * s->gravity * s->length * hypot(s->length, s->height_difference) / (8.0 * s->horizontal_tension);
+        double chord = hypot(s->length, s->height_difference);
+        double parabola = mass * s->gravity * s->length * chord / (8.0 * s->horizontal_tension);
         if (fabs(s->sag - parabola) > SAG_TENSION_AGREEMENT * parabola)
-            return fail(report, GALLOP_INVALID_SCENE, -1, 0.0, s->sag, parabola);
+            return invalid(report, "sag, which contradicts the horizontal tension", s->sag, parabola);
     }
     return GALLOP_COMPLETED;
 }

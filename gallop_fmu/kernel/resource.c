@@ -45,11 +45,23 @@ static bool is_uri(const char *location)
     return true;
 }
 
+/* Percent-encoded bytes become what they stand for; %00 stays, a path cannot hold it. */
+static void decode(char *text)
+{
+    char *to = text;
+    for (const char *from = text; *from; to++) {
+        int high = *from == '%' ? hexadecimal(from[1]) : -1, low = high >= 0 ? hexadecimal(from[2]) : -1;
+        bool encoded = low >= 0 && 16 * high + low > 0;
+        *to = encoded ? (char)(16 * high + low) : *from;
+        from += encoded ? 3 : 1;
+    }
+    *to = '\0';
+}
+
 /* What follows file: and names a file: file:///x, file://localhost/x, file:/x; with drives file:///C:/x, file:///C|/x,
  * and the faulty file://C:/x.  With drives a host is a server, whose path begins with //. */
-static const char *file_part(const char *location, bool drives)
+static const char *file_part(const char *from, bool drives)
 {
-    const char *from = location + 5;
     if (strncmp(from, "//", 2) == 0) {
         const char *host = from + 2, *end = host;
         while (*end && *end != '/') end++;
@@ -64,18 +76,18 @@ static const char *file_part(const char *location, bool drives)
 static char *path_of(const char *location, const char *name, bool drives)
 {
     const bool uri = is_uri(location);
-    const char *from = uri ? file_part(location, drives) : location;
-    char *path = malloc(strlen(from) + strlen(name) + 2), *to = path;
+    char *path = malloc(strlen(location) + strlen(name) + 2);
     if (!path) return NULL;
-    while (*from) {
-        int high = uri && *from == '%' ? hexadecimal(from[1]) : -1, low = high >= 0 ? hexadecimal(from[2]) : -1;
-        bool encoded = low >= 0 && 16 * high + low > 0;
-        *to++ = encoded ? (char)(16 * high + low) : *from;
-        from += encoded ? 3 : 1;
+    strcpy(path, location);
+    if (uri) {
+        decode(path);
+        const char *file = file_part(path + strlen("file:"), drives);
+        memmove(path, file, strlen(file) + 1);
+        if (drives && drive(path)) path[1] = ':';
     }
-    if (uri && drives && to - path > 1 && drive(path)) path[1] = ':';
-    if (to > path && to[-1] != '/') *to++ = '/';
-    strcpy(to, name);
+    const size_t length = strlen(path);
+    if (length > 0 && path[length - 1] != '/') strcat(path, "/");
+    strcat(path, name);
     return path;
 }
 

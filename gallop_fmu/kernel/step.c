@@ -5,6 +5,8 @@
 #define BETA 0.25
 #define GAMMA 0.5
 
+#define MOST_STEPS 1e12   /* in one call: more would not end */
+
 /* A factorisation is renewed when the observed convergence rate is worse than this. */
 #define SLOW_RATE 0.3
 
@@ -190,6 +192,7 @@ int gallop_advance(const gallop_model *model, gallop_state *state, const gallop_
 {
     const double dt = model->scene.time_step, origin = state->time, span = until - origin;
     if (!isfinite(until) || !(span > 0.0)) return fail(report, GALLOP_BAD_CALL, -1, origin, until, origin);
+    if (span / dt > MOST_STEPS) return fail(report, GALLOP_BAD_CALL, -1, origin, span / dt, MOST_STEPS);
     int64_t count = (int64_t)ceil(span / dt - 1e-6);
     if (count < 1) count = 1;
     double h = span / (double)count;

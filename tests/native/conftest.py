@@ -16,7 +16,7 @@ from gallop_fmu.scene import load_scene
 HERE = Path(__file__).parent
 HEADERS = Path(importlib.util.find_spec("fmpy").origin).parent / "c-code"
 OK, WARNING, DISCARD, ERROR = range(4)
-LOGGER = c.CFUNCTYPE(None, c.c_void_p, c.c_char_p, c.c_int, c.c_char_p, c.c_char_p, c.c_char_p)
+LOGGER = c.CFUNCTYPE(None, c.c_void_p, c.c_char_p, c.c_int, c.c_char_p, c.c_char_p)
 
 
 class Callbacks(c.Structure):
@@ -66,7 +66,9 @@ class Instance:
         assert self.call(name, *arguments) == OK, (name, self.log)
 
     def set_up(self, start=0.0, stop=None):
-        return self.call("SetupExperiment", 0, c.c_double(0), c.c_double(start), stop is not None, c.c_double(stop or 0))
+        return self.call(
+            "SetupExperiment", 0, c.c_double(0), c.c_double(start), stop is not None, c.c_double(stop or 0)
+        )
 
     def start(self, start=0.0, **values):
         """Initialise; keywords with ``__`` in place of dots."""
@@ -130,7 +132,9 @@ class Instance:
     def output_rates(self, names):
         count, values = len(names), (c.c_double * len(names))()
         references = (c.c_uint * count)(*(self.fmu.reference(name) for name in names))
-        status = self.call("GetRealOutputDerivatives", references, c.c_size_t(count), (c.c_int * count)(*[1] * count), values)
+        status = self.call(
+            "GetRealOutputDerivatives", references, c.c_size_t(count), (c.c_int * count)(*[1] * count), values
+        )
         return status, dict(zip(names, values, strict=True))
 
     def directional(self, outputs, inputs, seed):
@@ -236,5 +240,3 @@ def kernel_sources():
     if not (folder / "gallop.h").exists():
         pytest.skip("the kernel's sources are not here")
     return folder
-
-

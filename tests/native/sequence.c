@@ -20,7 +20,11 @@
 #define SLOTS 4
 #define MOST 3   /* variables in one call */
 #define REQUIRE(condition) \
-    do { if (!(condition)) { fprintf(stderr, "%s:%d: not so: %s\n", __FILE__, __LINE__, #condition); abort(); } } while (0)
+    do { \
+        if (condition) break; \
+        fprintf(stderr, "%s:%d: not so: %s\n", __FILE__, __LINE__, #condition); \
+        abort(); \
+    } while (0)
 
 typedef enum { GONE = 0, INSTANTIATED = 1, INITIALIZING = 2, STEPPING = 4, TERMINATED = 8 } mode;
 enum { SETTABLE = INSTANTIATED | INITIALIZING | STEPPING, ANY = SETTABLE | TERMINATED };
@@ -46,7 +50,8 @@ static const uint8_t *next_byte, *last_byte;
 
 static uint8_t byte(void) { return next_byte < last_byte ? *next_byte++ : 0; }
 
-static void logger(void *environment, fmi2String instance, fmi2Status status, fmi2String category, fmi2String format, ...)
+static void logger(void *environment, fmi2String instance, fmi2Status status, fmi2String category,
+                   fmi2String format, ...)
 {
     char text[2048];
     va_list arguments;
@@ -136,7 +141,8 @@ static fmi2ValueReference reference(void)
 static bool settable(const slot *s, const resource_variable *v, double value)
 {
     bool parameter = v->origin == ORIGIN_PARAMETER, input = v->origin == ORIGIN_INPUT;
-    if (!(input && (s->is.mode & SETTABLE)) && !(parameter && (s->is.mode & (INSTANTIATED | INITIALIZING)))) return false;
+    const int modes = input ? SETTABLE : parameter ? INSTANTIATED | INITIALIZING : 0;
+    if (!(s->is.mode & modes)) return false;
     return isfinite(value) && value >= v->minimum && value <= v->maximum;
 }
 
@@ -195,8 +201,10 @@ static bool cheap(fmi2Component c)
         const resource_variable *v = variable(i);
         fmi2Real step;
         fmi2Integer whole;
-        if (!strcmp(v->name, "numerics.time_step") && fmi2GetReal(c, &i, 1, &step) == fmi2OK && !(step > 1e-3)) return false;
-        if (!strncmp(v->name, "numerics.", 9) && v->whole && fmi2GetInteger(c, &i, 1, &whole) == fmi2OK && whole > 50) return false;
+        if (!strcmp(v->name, "numerics.time_step") && fmi2GetReal(c, &i, 1, &step) == fmi2OK && !(step > 1e-3))
+            return false;
+        if (strncmp(v->name, "numerics.", 9) != 0 || !v->whole) continue;
+        if (fmi2GetInteger(c, &i, 1, &whole) == fmi2OK && whole > 50) return false;
     }
     return true;
 }
@@ -264,7 +272,8 @@ static void move_on(slot *s, uint8_t what)
         if (status == fmi2OK) s->is.mode = INITIALIZING;
     } else if (what == 2) {
         if (s->is.hostile && !cheap(s->c)) return;
-        JUDGE(s, s->is.mode == INITIALIZING ? EITHER : REFUSED, s->is.mode != INITIALIZING, fmi2ExitInitializationMode(s->c));
+        const bool open = s->is.mode == INITIALIZING;
+        JUDGE(s, open ? EITHER : REFUSED, !open, fmi2ExitInitializationMode(s->c));
         if (status != fmi2OK) return;
         s->is.mode = STEPPING;
         s->is.looks_back = false;   /* true unless a state was restored meanwhile: not judged before the first step */
@@ -368,7 +377,8 @@ static void derive(slot *s, uint8_t what)
         JUDGE(s, s->is.mode & SETTABLE && inputs ? ACCEPTED : REFUSED, true,
               fmi2SetRealInputDerivatives(s->c, known, count, order, value));
     } else if (what == 1) {
-        verdict expected = !(s->is.mode & (STEPPING | TERMINATED)) || !outputs ? REFUSED : s->is.looks_back ? ACCEPTED : EITHER;
+        verdict expected = s->is.looks_back ? ACCEPTED : EITHER;
+        if (!(s->is.mode & (STEPPING | TERMINATED)) || !outputs) expected = REFUSED;
         JUDGE(s, expected, true, fmi2GetRealOutputDerivatives(s->c, unknown, count, order, found));
     } else {
         const bool allowed = s->is.mode & (INITIALIZING | STEPPING | TERMINATED);
@@ -392,7 +402,9 @@ static void others(slot *s, uint8_t what)
     switch (what) {
     case 0: JUDGE(s, REFUSED, true, fmi2CancelStep(s->c)); break;
     case 1: JUDGE(s, REFUSED, true, fmi2GetStatus(s->c, kind, &given)); break;
-    case 2: JUDGE(s, kind == fmi2LastSuccessfulTime ? known : REFUSED, true, fmi2GetRealStatus(s->c, kind, &real)); break;
+    case 2:
+        JUDGE(s, kind == fmi2LastSuccessfulTime ? known : REFUSED, true, fmi2GetRealStatus(s->c, kind, &real));
+        break;
     case 3: JUDGE(s, REFUSED, true, fmi2GetIntegerStatus(s->c, kind, &integer)); break;
     case 4: JUDGE(s, kind == fmi2Terminated ? known : REFUSED, true, fmi2GetBooleanStatus(s->c, kind, truth)); break;
     case 5: JUDGE(s, REFUSED, true, fmi2GetStringStatus(s->c, kind, text)); break;
@@ -402,7 +414,8 @@ static void others(slot *s, uint8_t what)
     case 9: JUDGE(s, REFUSED, true, fmi2GetString(s->c, r, 1, text)); break;
     case 10: JUDGE(s, when(s, ANY), true, fmi2GetString(s->c, NULL, 0, NULL)); break;
     default:
-        JUDGE(s, category[0][0] == 'l' ? when(s, ANY) : REFUSED, true, fmi2SetDebugLogging(s->c, fmi2True, 1, category));
+        JUDGE(s, category[0][0] == 'l' ? when(s, ANY) : REFUSED, true,
+              fmi2SetDebugLogging(s->c, fmi2True, 1, category));
     }
 }
 
@@ -438,8 +451,9 @@ static void forge(void)
     memcpy(bytes, table.bytes, table.size);
     for (int i = byte() % 4; i >= 0; i--) {
         const uint8_t where = byte() % 4;
-        const size_t from = where == 0 ? 88 : where == 1 ? resource_head(&table)->scene : resource_head(&table)->variables;
-        const size_t room = where == 0 ? 24 : where == 1 ? resource_head(&table)->variables - from : 6000;
+        const resource_header *head = resource_head(&table);
+        const size_t from = where == 0 ? 88 : where == 1 ? head->scene : head->variables;
+        const size_t room = where == 0 ? 24 : where == 1 ? head->variables - from : 6000;
         const size_t at = from + ((size_t)byte() * 256 + byte()) % room / 4 * 4;
         if (byte() % 2) memcpy(bytes + at, &odd[byte() % 8], sizeof *odd);
         else bytes[at + byte() % 4] ^= (char)(1 << byte() % 8);

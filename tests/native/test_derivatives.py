@@ -50,7 +50,9 @@ def test_directional_derivative_is_that_of_the_whole_step(sharp, instance, name)
 
 def test_directional_derivative_is_linear_in_the_seed(sharp, instance):
     fmu = instance(sharp).start(wind_speed=7.0).step(H, 20)
-    one = np.array([list(fmu.directional(OUTPUTS, [name], [1.0])[1].values()) for name in ("wind_speed", "attack_angle")])
+    one = np.array(
+        [list(fmu.directional(OUTPUTS, [name], [1.0])[1].values()) for name in ("wind_speed", "attack_angle")]
+    )
     both = np.array(list(fmu.directional(OUTPUTS, ["wind_speed", "attack_angle"], [300.0, -20.0])[1].values()))
     expected = 300.0 * one[0] - 20.0 * one[1]
     assert both == pytest.approx(expected, rel=1e-5, abs=1e-5 * np.abs(expected).max())
@@ -80,7 +82,9 @@ def test_initial_state_by_its_inputs(sharp, instance):
 
 def test_an_input_rate_is_a_ramp(small_scene, small, instance):
     ramp = {"kind": "table", "time": [0.0, 2.0], "value": [4.0, 8.0]}
-    wanted = gf.simulate(small_scene.with_values({"wind.speed": None, "wind.history": ramp}), stop_time=2.0, record_every=4)
+    wanted = gf.simulate(
+        small_scene.with_values({"wind.speed": None, "wind.history": ramp}), stop_time=2.0, record_every=4
+    )
     fmu = instance(small).start(wind_speed=4.0)
     found, tail = [], []
     for k in range(50):

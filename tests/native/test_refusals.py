@@ -3,6 +3,7 @@
 import ctypes as c
 import math
 import struct
+import subprocess
 
 import numpy as np
 import pytest
@@ -160,7 +161,9 @@ def test_no_step_beyond_the_stop_time(fmu):
     refused(fmu, lambda: fmu.do_step(fmu.time, H), "after the stop time")
 
 
-@pytest.mark.parametrize(("start", "stop"), [(math.nan, None), (math.inf, None), (1.0, 1.0), (1.0, 0.5), (0.0, math.nan)])
+@pytest.mark.parametrize(
+    ("start", "stop"), [(math.nan, None), (math.inf, None), (1.0, 1.0), (1.0, 0.5), (0.0, math.nan)]
+)
 def test_times_of_no_experiment(fmu, start, stop):
     refused(fmu, lambda: fmu.set_up(start, stop), "time")
 
@@ -243,8 +246,6 @@ int main(int count, char **argument)
     ],
 )
 def test_paths_with_drives(compiled, kernel_sources, tmp_path_factory, location, path):
-    import subprocess
-
     folder = tmp_path_factory.getbasetemp() / "paths"
     folder.mkdir(exist_ok=True)
     program, source = folder / "paths", folder / "paths.c"
@@ -323,7 +324,7 @@ def test_forged_bytes_of_a_state(stepping, part):
         case "kernel's magic" | "kernel's size":
             bad[first + 8 * (part == "kernel's size")] ^= 1
         case "motion":
-            struct.pack_into("<d", bad, first + kernel // 8, math.nan)
+            struct.pack_into("<d", bad, first + kernel // 64 * 8, math.nan)
     struct.pack_into("<Q", bad, 16, checksum(bad[24:]))
 
     def take():
