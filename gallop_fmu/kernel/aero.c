@@ -12,7 +12,7 @@ double aero_angle(double theta, double v2, double v3, double omega, double wind,
 /* Attack angles, how far they are out of the curve's range, and where on the curve to read: reduced to the turn centred
  * on the range, and held at its ends.  "error" holds as well, so that a stray Newton iterate stays finite: the step is
  * judged once it has converged. */
-static void attack_angles(const gallop_model *model, const instant *now, const sections *at, int first, int last)
+TWO_PATHS static void attack_angles(const gallop_model *model, const instant *now, const sections *at, int first, int last)
 {
     const double radius = model->radius, wind = now->wind, attack = now->attack;
     const double centre = model->curve_centre, half = 0.5 * (model->curve_last - model->curve_first);
@@ -55,7 +55,7 @@ static inline void read_section(const double *k, double s, const sections *at, i
 }
 
 /* CL, CD, CM into by_v2 at the angles that attack_angles left in by_theta[0]; their slopes, where asked for, into by_v3. */
-static void read_curve(const gallop_model *model, const sections *at, int first, int last, bool slopes)
+TWO_PATHS static void read_curve(const gallop_model *model, const sections *at, int first, int last, bool slopes)
 {
     const double *breakpoint = model->scene.breakpoint, *origin = model->scene.origin;
     const double *coefficient = model->scene.coefficient;
@@ -73,7 +73,7 @@ static void read_curve(const gallop_model *model, const sections *at, int first,
 }
 
 /* F2 = q (CL w3 + CD w2), F3 = q (-CL w2 + CD w3), M = q Ur d CM, q = rho d Ur / 2, taken from the section forces. */
-static void subtract_loads(const gallop_model *model, const instant *now, const sections *at, int first, int last)
+TWO_PATHS static void subtract_loads(const gallop_model *model, const instant *now, const sections *at, int first, int last)
 {
     const double radius = model->radius, d = model->scene.diameter, wind = now->wind;
     const double k = 0.5 * model->scene.air_density * d;
@@ -91,7 +91,7 @@ static void subtract_loads(const gallop_model *model, const instant *now, const 
 
 /* Derivatives of F2, F3, M by theta, v2 and v3 (that by omega is r times that by v2), from
  * dUr/dw2 = w2/Ur, d alpha/dw2 = w3/Ur^2, d alpha/dw3 = -w2/Ur^2, dw/dv = -1.  Replaces the coefficients. */
-static void load_slopes(const gallop_model *model, const instant *now, const sections *at, int first, int last)
+TWO_PATHS static void load_slopes(const gallop_model *model, const instant *now, const sections *at, int first, int last)
 {
     const double radius = model->radius, d = model->scene.diameter, wind = now->wind;
     const double k = 0.5 * model->scene.air_density * d;

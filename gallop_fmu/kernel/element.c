@@ -78,7 +78,7 @@ void watch_start(watch *seen)
     *seen = (watch){INFINITY, 0.0, 0.0, -1, -1};
 }
 
-static void gather(const double *u, const double *v, const double *a, const sections *at, int first, int count)
+TWO_PATHS static void gather(const double *u, const double *v, const double *a, const sections *at, int first, int count)
 {
     for (int e = first; e < first + count; e++)
         for (int q = 0; q < 3; q++) {
@@ -97,7 +97,7 @@ static void gather(const double *u, const double *v, const double *a, const sect
 }
 
 /* First mass moments turn with the section; the omega^2 terms, missing in the paper, conserve energy. */
-static void ice_inertia(const gallop_model *model, const sections *at, int first, int last)
+TWO_PATHS static void ice_inertia(const gallop_model *model, const sections *at, int first, int last)
 {
     const double m2 = model->c2, m3 = model->c3, gravity = model->scene.gravity;
     const double *theta = at->theta, *omega = at->omega, *omega_rate = at->omega_rate;
@@ -132,7 +132,7 @@ void evaluate_sections(const gallop_model *model, const instant *now, const doub
 }
 
 /* `at` holds the section forces of the same motion (evaluate_sections). */
-void element_residual(const gallop_model *model, int e, const instant *now, const sections *at, const double u[12],
+TWO_PATHS void element_residual(const gallop_model *model, int e, const instant *now, const sections *at, const double u[12],
                       const double v[12], const double a[12], double r[12], watch *seen)
 {
     const geometry *g = &model->geometry[e];
@@ -183,10 +183,9 @@ void element_residual(const gallop_model *model, int e, const instant *now, cons
     }
 }
 
-/* Rows f2, f3, moment; columns 2, 3, theta of k dR/du + c dR/dv + m dR/da at section i, inside a 4 x 4 block. */
+/* Rows f2, f3, moment; columns 2, 3, theta of k dR/du + c dR/dv + m dR/da at section i, added to a 4 x 4 block. */
 static void section_tangent(const gallop_model *model, const sections *at, int i, bool wind, blend mix, double g[16])
 {
-    memset(g, 0, 16 * sizeof(double));
     if (model->eccentric) {
         const double c2 = at->c2[i], c3 = at->c3[i], w = at->omega[i], rate = at->omega_rate[i];
         g[7] = mix.k * (-c2 * rate + c3 * w * w) - mix.c * 2.0 * c2 * w - mix.m * c3;
@@ -204,14 +203,9 @@ static void section_tangent(const gallop_model *model, const sections *at, int i
     }
 }
 
-static inline void add_block(double *restrict block, double w, const double *restrict s)
-{
-    for (int i = 0; i < 16; i++) block[i] += w * s[i];
-}
-
 /* tangent: the 4 x 4 blocks left-left, left-middle, ... (paper eq. 11, 14, 18 and the aerodynamic terms); `at` holds the
  * section forces of the same motion with their slopes. */
-void element_tangent(const gallop_model *model, int e, const instant *now, const sections *at, const double u[12],
+TWO_PATHS void element_tangent(const gallop_model *model, int e, const instant *now, const sections *at, const double u[12],
                      blend mix, double tangent[6][16])
 {
     static const int pair[6][2] = {{0, 0}, {0, 1}, {0, 2}, {1, 1}, {1, 2}, {2, 2}};
@@ -220,14 +214,10 @@ void element_tangent(const gallop_model *model, int e, const instant *now, const
     const double *b = model->derived.translation_damping, *bt = model->derived.twist_damping;
     const double translation = model->mass * (mix.m + mix.c * b[0]), twist = model->inertia * (mix.m + mix.c * bt[0]);
 
-    memset(tangent, 0, 96 * sizeof(double));
-    for (int p = 0; p < 6; p++) {
-        double *block = tangent[p], w = g->shape_product[pair[p][0]][pair[p][1]];
-        block[0] = block[5] = block[10] = w * translation;
-        block[15] = w * twist;
-    }
+    double part[5][16];   /* at two stiffness points and three sections */
+    memset(part, 0, sizeof part);
     for (int q = 0; q < 2; q++) {
-        double du[4], s[16] = {0.0}, now_slope[3], damping = mix.c * b[1];
+        double du[4], now_slope[3], *s = part[q], damping = mix.c * b[1];
         slope_of(g->shape_slope[q], u, du);
         double tension = tension_of(g, q, ea, du), geometric = mix.k * tension + damping * g->tension[q];
         for (int i = 0; i < 3; i++) now_slope[i] = g->slope[q][i] + du[i];
@@ -237,16 +227,18 @@ void element_tangent(const gallop_model *model, int e, const instant *now, const
             s[5 * i] += geometric;
         }
         s[15] = gj * (mix.k + mix.c * bt[1]);
-        for (int p = 0; p < 6; p++)
-            add_block(tangent[p], g->stiffness_weight[q] * g->shape_slope[q][pair[p][0]] * g->shape_slope[q][pair[p][1]], s);
     }
-    const bool wind = windy(model, now);
-    if (!model->eccentric && !wind) return;
-    for (int q = 0; q < 3; q++) {
-        double part[16];
-        section_tangent(model, at, 3 * e + q, wind, mix, part);
-        for (int p = 0; p < 6; p++)
-            add_block(tangent[p], g->inertia_weight[q] * shape3[q][pair[p][0]] * shape3[q][pair[p][1]], part);
+    const bool wind = windy(model, now), sectional = model->eccentric || wind;
+    for (int q = 0; q < 3 && sectional; q++) section_tangent(model, at, 3 * e + q, wind, mix, part[2 + q]);
+    for (int p = 0; p < 6; p++) {
+        const int n = pair[p][0], m = pair[p][1];
+        double *block = tangent[p], w[5], mass = g->shape_product[n][m];
+        for (int q = 0; q < 2; q++) w[q] = g->stiffness_weight[q] * g->shape_slope[q][n] * g->shape_slope[q][m];
+        for (int q = 0; q < 3; q++) w[2 + q] = g->inertia_weight[q] * shape3[q][n] * shape3[q][m];
+        for (int i = 0; i < 16; i++) block[i] = w[0] * part[0][i] + w[1] * part[1][i];
+        for (int i = 0; i < 16 && sectional; i++) block[i] += w[2] * part[2][i] + w[3] * part[3][i] + w[4] * part[4][i];
+        for (int i = 0; i < 3; i++) block[5 * i] += mass * translation;
+        block[15] += mass * twist;
     }
 }
 

@@ -11,6 +11,15 @@
 
 #define PI 3.14159265358979323846
 
+/* Before a function that works along the span: it is compiled twice, for AVX2 and for any x86-64, and the loader picks.
+ * Both give the same bits, as there is no fused multiply-add.  Elsewhere, and under sanitizers, once. */
+#if defined(__GNUC__) && defined(__x86_64__) && defined(__linux__) && defined(__GLIBC__) && !defined(__SANITIZE_ADDRESS__) && \
+    !defined(GALLOP_ONE_PATH)
+#define TWO_PATHS __attribute__((target_clones("avx2", "default")))
+#else
+#define TWO_PATHS
+#endif
+
 /* One element in the initial equilibrium, S its arc length.  Two Gauss points for stiffness (full integration locks),
  * three for inertia and aerodynamics. */
 typedef struct {
@@ -69,7 +78,7 @@ enum { LEFT_LEFT, LEFT_MIDDLE, LEFT_RIGHT, MIDDLE_MIDDLE, MIDDLE_RIGHT, RIGHT_RI
 
 /* The factorised effective tangent of one element and the corner node to its left. */
 typedef struct {
-    double middle_inverse[16], left_middle[16], right_middle[16], middle_left[16], middle_right[16];
+    double middle_inverse[16], left_middle[16], right_middle[16];
     double corner_inverse[16], next_previous[16], previous_next[16];
 } factor;
 

@@ -58,13 +58,13 @@ static void fix_rows(const bool fixed[4], double *corner, double *coupling)
 }
 
 /* `at` holds the section forces, with slopes, of the motion whose displacements are u. */
-bool solver_factor(const gallop_model *model, const instant *now, const sections *at, const double *u, blend mix,
+TWO_PATHS bool solver_factor(const gallop_model *model, const instant *now, const sections *at, const double *u, blend mix,
                    const bool fixed[2][4], factor *factors)
 {
     double corner[16] = {0.0};
     for (int i = 0; i < 4; i++) corner[5 * i] = mix.k * model->stiffness[0][i];
     for (int e = 0; e < model->elements; e++) {
-        double block[6][16], previous_next[16], next_previous[16];
+        double block[6][16], middle_left[16], middle_right[16], previous_next[16], next_previous[16];
         double *left = block[LEFT_LEFT], *right = block[RIGHT_RIGHT], *across = block[LEFT_RIGHT];
         factor *f = &factors[e];
         element_tangent(model, e, now, at, u + 8 * e, mix, block);
@@ -72,14 +72,14 @@ bool solver_factor(const gallop_model *model, const instant *now, const sections
         if (!invert(f->middle_inverse)) return false;
         memcpy(f->left_middle, block[LEFT_MIDDLE], sizeof block[LEFT_MIDDLE]);
         memcpy(f->right_middle, block[MIDDLE_RIGHT], sizeof block[MIDDLE_RIGHT]);
-        multiply(f->middle_inverse, f->left_middle, f->middle_left);
-        multiply(f->middle_inverse, f->right_middle, f->middle_right);
+        multiply(f->middle_inverse, f->left_middle, middle_left);
+        multiply(f->middle_inverse, f->right_middle, middle_right);
         memcpy(previous_next, across, sizeof previous_next);
         memcpy(next_previous, across, sizeof next_previous);
-        subtract_product(f->left_middle, f->middle_left, left);
-        subtract_product(f->left_middle, f->middle_right, previous_next);
-        subtract_product(f->right_middle, f->middle_left, next_previous);
-        subtract_product(f->right_middle, f->middle_right, right);
+        subtract_product(f->left_middle, middle_left, left);
+        subtract_product(f->left_middle, middle_right, previous_next);
+        subtract_product(f->right_middle, middle_left, next_previous);
+        subtract_product(f->right_middle, middle_right, right);
 
         for (int i = 0; i < 16; i++) corner[i] += left[i];
         if (e == 0) fix_rows(fixed[0], corner, previous_next);
@@ -98,7 +98,7 @@ bool solver_factor(const gallop_model *model, const instant *now, const sections
 }
 
 /* rhs (nodes, 4) becomes the solution; entries of fixed unknowns become zero. */
-void solver_solve(const gallop_model *model, const factor *factors, const bool fixed[2][4], double *rhs)
+TWO_PATHS void solver_solve(const gallop_model *model, const factor *factors, const bool fixed[2][4], double *rhs)
 {
     const int last = model->elements;
     double work[4];
@@ -108,9 +108,8 @@ void solver_solve(const gallop_model *model, const factor *factors, const bool f
         const factor *f = &factors[e];
         double *left = rhs + 8 * e, *middle = left + 4, *right = left + 8;
         apply(f->middle_inverse, middle, work);
-        memcpy(middle, work, sizeof work);
-        subtract_apply(f->left_middle, middle, left);
-        subtract_apply(f->right_middle, middle, right);
+        subtract_apply(f->left_middle, work, left);
+        subtract_apply(f->right_middle, work, right);
         if (e == 0)
             for (int i = 0; i < 4; i++)
                 if (fixed[0][i]) left[i] = 0.0;
@@ -127,7 +126,9 @@ void solver_solve(const gallop_model *model, const factor *factors, const bool f
         const factor *f = &factors[e];
         double *left = rhs + 8 * e, *middle = left + 4, *right = left + 8;
         subtract_apply(f->previous_next, right, left);
-        subtract_apply(f->middle_left, left, middle);
-        subtract_apply(f->middle_right, right, middle);
+        subtract_apply(f->left_middle, left, middle);
+        subtract_apply(f->right_middle, right, middle);
+        apply(f->middle_inverse, middle, work);
+        memcpy(middle, work, sizeof work);
     }
 }

@@ -1,0 +1,51 @@
+"""The kernel's vector code gives the same bits as its plain code."""
+
+import ctypes as c
+import subprocess
+from pathlib import Path
+
+import fmpy
+import numpy as np
+import pytest
+
+import gallop_fmu
+from gallop_fmu import engine
+from gallop_fmu.channels import NODE_INDEX
+from gallop_fmu.scene import load_scene
+
+FLAGS = ["-O3", "-ffp-contract=off", "-fno-math-errno", "-fno-trapping-math", "-shared", "-fPIC", "-w"]
+CHANNELS = np.array([NODE_INDEX[name] for name in ("u2", "u3", "theta", "tension")], np.int32)
+
+
+@pytest.fixture(scope="module")
+def plain_kernel(tmp_path_factory):
+    """The kernel compiled for any x86-64, with one path only."""
+    sources = sorted(Path(gallop_fmu.__file__).parent.glob("kernel/*.c"))
+    headers = Path(fmpy.__file__).parent / "c-code"
+    library = tmp_path_factory.mktemp("kernel") / "plain.so"
+    command = ["cc", "-std=c11", *FLAGS, "-DGALLOP_ONE_PATH", f"-I{headers}", *map(str, sources)]
+    subprocess.run([*command, "-o", str(library), "-lm"], check=True)
+    loaded = c.CDLL(str(library))
+    for name in dir(engine._kernel):
+        if name.startswith("gallop_"):
+            known = getattr(engine._kernel, name)
+            getattr(loaded, name).restype, getattr(loaded, name).argtypes = known.restype, known.argtypes
+    return loaded
+
+
+def motion(scene):
+    model = engine.Model(scene)
+    run = model.start().run(200, 5, CHANNELS, np.arange(model.nodes, dtype=np.int32))
+    return run.node_values, run.span_values
+
+
+@pytest.mark.parametrize("name", ["example1", "example2", "example3", "zebra"])
+def test_bits_do_not_depend_on_the_path(plain_kernel, monkeypatch, name):
+    values = {} if name == "example1" else {"initial.seed_vertical": 0.1, "initial.seed_horizontal": 0.1}
+    scene = load_scene(name).with_values(values)
+    fast = motion(scene)
+    monkeypatch.setattr(engine, "_kernel", plain_kernel)
+    plain = motion(scene)
+    assert np.abs(plain[0][:, 0]).max() > 1e-3
+    for one, other in zip(fast, plain, strict=True):
+        assert np.array_equal(one, other)
