@@ -68,8 +68,9 @@ class Platform:
 
 
 PLATFORMS = {
-    # glibc 2.17 is that of 2012, so the library runs on whatever is newer
-    "linux64": Platform(".so", ("x86_64-linux-gnu.2.17",), ("-fPIC", "-Wl,-Bsymbolic", "-lm")),
+    # glibc 2.17 is that of 2012, so the library runs on whatever is newer. Choosing between two paths for vectors would
+    # need Zig's own run-time library, whose sine is not glibc's: the last bits would differ from the installed kernel.
+    "linux64": Platform(".so", ("x86_64-linux-gnu.2.17",), ("-fPIC", "-DGALLOP_ONE_PATH", "-Wl,-Bsymbolic", "-lm")),
     "win64": Platform(".dll", ("x86_64-windows-gnu",), ()),
     "darwin64": Platform(".dylib", ("x86_64-macos.11.0", "aarch64-macos.11.0"), ("-fPIC",)),
 }

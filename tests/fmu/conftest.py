@@ -79,7 +79,8 @@ class Host:
 
 @pytest.fixture(scope="session", params=["native", "python"])
 def runtime(request):
-    """What runs inside the FMU; a module about one of them overrides this."""
+    """What runs inside the FMU; a module about one of them is parametrised with `indirect=True`, not overridden: the
+    session would keep the other one's files."""
     return request.param
 
 

@@ -95,6 +95,7 @@ def test_command_line_of_each_system():
         assert line[line.index("-o") + 1] == "O"
         assert not any(word.endswith(".h") for word in line)
         assert ("-Wl,-Bsymbolic" in line) == ("linux" in target)
+        assert ("-DGALLOP_ONE_PATH" in line) == ("linux" in target)
         assert ("-fPIC" in line) == ("windows" not in target)
         assert "-lm" not in line or line.index("-lm") > line.index("step.c")
 
@@ -115,6 +116,12 @@ def test_an_fmu_brings_the_libraries_it_is_told_to(zig, gallop_scene, tmp_path):
     assert by_suffix[".dylib"] == universal_library([mach_o(X86_64, 1000), mach_o(ARM64, 1000)])
     assert paths[0].read_bytes() == paths[1].read_bytes()
     assert len(zig) == 4  # not again for the second
+
+
+@pytest.mark.parametrize("name", list(PLATFORMS))
+def test_an_fmu_brings_no_other_library(zig, gallop_scene, tmp_path, name):
+    path = export_fmu(gallop_scene, tmp_path / "x.fmu", platforms=[name])
+    assert set(supported_platforms(str(path))) == {"c-code", name}
 
 
 @pytest.mark.parametrize("platforms", [None, (), []])

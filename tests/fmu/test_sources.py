@@ -10,39 +10,40 @@ import numpy as np
 import pytest
 from fmpy import read_model_description, simulate_fmu, supported_platforms
 
+from gallop_fmu.fmu import export_fmu
 from gallop_fmu.fmu.export import platform
 
 KERNEL = Path(__file__).resolve().parents[2] / "gallop_fmu" / "kernel"
 
 
-@pytest.fixture(scope="session")
-def runtime():
-    return "native"
+@pytest.fixture(scope="module")
+def native_fmu(gallop_scene, tmp_path_factory):
+    return export_fmu(gallop_scene, tmp_path_factory.mktemp("fmu") / "native.fmu")
 
 
 @pytest.fixture
-def source_fmu(gallop_fmu, tmp_path):
+def source_fmu(native_fmu, tmp_path):
     """The FMU without a library."""
     path = tmp_path / "source.fmu"
-    with zipfile.ZipFile(gallop_fmu) as whole, zipfile.ZipFile(path, "w") as stripped:
+    with zipfile.ZipFile(native_fmu) as whole, zipfile.ZipFile(path, "w") as stripped:
         for name in whole.namelist():
             if not name.startswith("binaries/"):
                 stripped.writestr(name, whole.read(name))
     return path
 
 
-def test_all_c_files_are_there_and_the_description_names_them(gallop_fmu):
+def test_all_c_files_are_there_and_the_description_names_them(native_fmu):
     wanted = {f"sources/{file.name}": file.read_bytes() for file in KERNEL.iterdir() if file.suffix in (".c", ".h")}
     assert len(wanted) > 10
-    with zipfile.ZipFile(gallop_fmu) as archive:
+    with zipfile.ZipFile(native_fmu) as archive:
         found = {name: archive.read(name) for name in archive.namelist() if name.startswith("sources/")}
     assert found == wanted
-    (configuration,) = read_model_description(str(gallop_fmu)).buildConfigurations
+    (configuration,) = read_model_description(str(native_fmu)).buildConfigurations
     named = configuration.sourceFileSets[0].sourceFiles
     assert named == sorted(name.removeprefix("sources/") for name in wanted if name.endswith(".c"))
 
 
-def test_compiled_by_fmpy_it_gives_the_same_bits(gallop_fmu, source_fmu):
+def test_compiled_by_fmpy_it_gives_the_same_bits(native_fmu, source_fmu):
     assert supported_platforms(str(source_fmu)) == ["c-code"]
     # cmake and ninja come with the extra "test", into the folder of this Python
     folder = str(Path(sys.executable).parent)
@@ -51,6 +52,6 @@ def test_compiled_by_fmpy_it_gives_the_same_bits(gallop_fmu, source_fmu):
     done = subprocess.run(command, env=environment, capture_output=True, text=True)
     assert done.returncode == 0, done.stdout + done.stderr
     assert platform() in supported_platforms(str(source_fmu))
-    runs = [simulate_fmu(str(path), stop_time=5.0, output_interval=0.01) for path in (gallop_fmu, source_fmu)]
+    runs = [simulate_fmu(str(path), stop_time=5.0, output_interval=0.01) for path in (native_fmu, source_fmu)]
     assert np.ptp(runs[0]["midspan.x2"]) > 1e-3
     assert runs[0].tobytes() == runs[1].tobytes()  # observed: every bit, with the flags of CMake's release
