@@ -2,68 +2,37 @@
 
 from __future__ import annotations
 
-import json
 import sys
-import tomllib
 from collections.abc import Iterator
 from contextlib import contextmanager
-from enum import IntEnum
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import typer
-from typer.core import TyperGroup
+
+from gallop_fmu.terminal import (
+    EPILOGUE,
+    PICTURE_SUFFIXES,
+    AsJson,
+    Changes,
+    Commands,
+    Exit,
+    SceneName,
+    check_output,
+    chosen_scene,
+    complain,
+    echo_json,
+    example,
+    new_console,
+    new_table,
+)
 
 if TYPE_CHECKING:
-    from rich.console import Console
-
     from gallop_fmu.result import Result
-    from gallop_fmu.scene import Scene
     from gallop_fmu.simulation import Progress
 
 
-class Exit(IntEnum):
-    """Exit codes, as told in ``--help``."""
-
-    FINE = 0
-    ENDED_EARLY = 1
-    BAD_INPUT = 2
-
-
-class Commands(TyperGroup):
-    """The group of commands: turns what a user can cure into one message on standard error and an exit code."""
-
-    def invoke(self, ctx: Any) -> Any:
-        """Run a command."""
-        from gallop_fmu.errors import SceneError
-        from gallop_fmu.outcome import SimulationError
-
-        try:
-            return super().invoke(ctx)
-        except SimulationError as problem:
-            _complain(str(problem))
-            raise typer.Exit(Exit.ENDED_EARLY) from None
-        except SceneError as problem:
-            _complain(str(problem))
-            raise typer.Exit(Exit.BAD_INPUT) from None
-        except BrokenPipeError:  # `gallop-fmu scenes | head` is no error; typer ends quietly
-            raise
-        except OSError as problem:
-            place = f"{problem.filename}: " if problem.filename else ""
-            _complain(f"{place}{problem.strerror or problem}")
-            raise typer.Exit(Exit.BAD_INPUT) from None
-        except KeyboardInterrupt:
-            _complain("stopped on request")
-            raise typer.Exit(Exit.ENDED_EARLY) from None
-
-
-EPILOGUE = (
-    "Exit codes: 0 all is fine; 1 the calculation ended early or was stopped with Ctrl-C (what was computed is still "
-    "written), or a check failed; 2 bad input, or a file that cannot be read or written."
-)
-
 RESULT_SUFFIXES = (".nc", ".csv")
-PICTURE_SUFFIXES = (".png", ".svg", ".pdf")
 
 app = typer.Typer(
     cls=Commands,
@@ -74,23 +43,6 @@ app = typer.Typer(
     epilog=EPILOGUE,
     context_settings={"help_option_names": ["-h", "--help"]},
 )
-
-SceneName = Annotated[
-    str, typer.Argument(metavar="SCENE", help="Name of a packaged scene, or path of a scene file (TOML).")
-]
-Changes = Annotated[
-    list[str] | None,
-    typer.Option(
-        "--set",
-        metavar="KEY=VALUE",
-        help="Change a value of the scene, as often as needed; values as in TOML, [bold]none[/bold] removes one.",
-    ),
-]
-AsJson = Annotated[bool, typer.Option("--json", help="Print JSON instead of a table, and show no progress.")]
-
-
-def _example(text: str) -> str:
-    return f"[dim]Example:[/dim] [bold]{text}[/bold]"
 
 
 def _version(wanted: bool) -> None:
@@ -110,24 +62,22 @@ def _root(
     """Galloping of iced overhead-line conductors: compute a span, or export it as an FMU."""
 
 
-@app.command(epilog=_example("gallop-fmu scenes --json"))
+@app.command(epilog=example("gallop-fmu scenes --json"))
 def scenes(as_json: AsJson = False) -> None:
     """List the scenes that come with the package."""
     from gallop_fmu.scene import packaged_scenes
 
     found = packaged_scenes()
     if as_json:
-        _echo_json(found)
+        echo_json(found)
         return
-    table = _table("scene", "title")
+    table = new_table("scene", "title")
     for name, title in found.items():
         table.add_row(name, title)
-    _console().print(table)
+    new_console().print(table)
 
 
-@app.command(
-    epilog=_example("gallop-fmu run example3 --until 900 --set wind.speed=5.5 --out swing.nc --plot swing.png")
-)
+@app.command(epilog=example("gallop-fmu run example3 --until 900 --set wind.speed=5.5 --out swing.nc --plot swing.png"))
 def run(
     scene: SceneName,
     until: Annotated[float | None, typer.Option(metavar="S", help="Simulated time \\[s]; else the scene's.")] = None,
@@ -147,9 +97,9 @@ def run(
     from gallop_fmu.result import summary
     from gallop_fmu.simulation import simulate
 
-    chosen = _scene(scene, changes)
-    _check_output(out, RESULT_SUFFIXES)
-    _check_output(plot, PICTURE_SUFFIXES)
+    chosen = chosen_scene(scene, changes)
+    check_output(out, RESULT_SUFFIXES)
+    check_output(plot, PICTURE_SUFFIXES)
     with _progress(chosen.title, silent=as_json) as shown:
         result = simulate(
             chosen,
@@ -161,18 +111,18 @@ def run(
         )
     written = _write(result, out, plot)
     if as_json:
-        _echo_json({**summary(result), "files": list(map(str, written))})
+        echo_json({**summary(result), "files": list(map(str, written))})
     else:
         _print_summary(summary(result), result, written)
     if result.outcome is not Outcome.COMPLETED:
         kept = (
             f"what was computed until then is in {', '.join(map(str, written))}" if written else "nothing was written"
         )
-        _complain(f"{result.report} The run ended early; {kept}.")
+        complain(f"{result.report} The run ended early; {kept}.")
         raise typer.Exit(Exit.ENDED_EARLY)
 
 
-@app.command(epilog=_example("gallop-fmu export example3 -o example3.fmu --set numerics.time_step=0.005"))
+@app.command(epilog=example("gallop-fmu export example3 -o example3.fmu --set numerics.time_step=0.005"))
 def export(
     scene: SceneName,
     out: Annotated[Path, typer.Option("--out", "-o", metavar="FILE", help="FMU to write.")],
@@ -197,44 +147,44 @@ def export(
 
     try:
         names = platforms.split(",") if platforms else None
-        path = export_fmu(_scene(scene, changes), out, runtime=runtime, platforms=names)
+        path = export_fmu(chosen_scene(scene, changes), out, runtime=runtime, platforms=names)
     except ExportError as problem:
         raise SceneError(str(problem)) from None
     size = path.stat().st_size
     if as_json:
-        _echo_json({"file": str(path), "bytes": size, "runtime": runtime})
+        echo_json({"file": str(path), "bytes": size, "runtime": runtime})
     else:
-        _console().print(f"wrote {path} ({size / 1e6:.2f} MB)")
+        new_console().print(f"wrote {path} ({size / 1e6:.2f} MB)")
 
 
-@app.command(epilog=_example("gallop-fmu check example3.fmu"))
+@app.command(epilog=example("gallop-fmu check example3.fmu"))
 def check(
     fmu: Annotated[Path, typer.Argument(metavar="FMU", help="FMU to check.")],
     as_json: AsJson = False,
 ) -> None:
     """Check an FMU against its standard, and that it runs."""
     if not fmu.is_file():
-        _complain(f"{fmu}: {'not a file' if fmu.exists() else 'no such file'}")
+        complain(f"{fmu}: {'not a file' if fmu.exists() else 'no such file'}")
         raise typer.Exit(Exit.BAD_INPUT)
     from gallop_fmu.fmu import check_fmu
 
     found = check_fmu(fmu).rows
     if as_json:
-        _echo_json([{"name": name, "ok": ok, "detail": detail} for name, ok, detail in found])
+        echo_json([{"name": name, "ok": ok, "detail": detail} for name, ok, detail in found])
     else:
         from rich.text import Text
 
-        table = _table("check", "", "detail")
+        table = new_table("check", "", "detail")
         for name, ok, detail in found:
             table.add_row(name, Text("passed", "green") if ok else Text("FAILED", "red"), detail)
-        _console().print(table)
+        new_console().print(table)
     failed = [name for name, ok, _ in found if not ok]
     if failed:
-        _complain(f"{fmu}: {len(failed)} of {len(found)} checks failed: {', '.join(failed)}")
+        complain(f"{fmu}: {len(failed)} of {len(found)} checks failed: {', '.join(failed)}")
         raise typer.Exit(Exit.ENDED_EARLY)
 
 
-@app.command(epilog=_example("gallop-fmu demo --out-dir demo"))
+@app.command(epilog=example("gallop-fmu demo --out-dir demo"))
 def demo(
     out_dir: Annotated[
         Path, typer.Option(metavar="DIR", help="Folder for FMU, histories and picture; made if it does not exist.")
@@ -246,49 +196,12 @@ def demo(
     out_dir.mkdir(parents=True, exist_ok=True)
     with _progress("example 3 in an FMU", silent=False) as shown:
         story = run_demo(out_dir, progress=shown)
-    _console().print(story.text(), soft_wrap=True)
+    new_console().print(story.text(), soft_wrap=True)
 
 
 def main() -> None:
     """Entry point of the command ``gallop-fmu``."""
     app(prog_name="gallop-fmu")
-
-
-def _scene(name: str, changes: list[str] | None) -> Scene:
-    from gallop_fmu.scene import load_scene
-
-    scene = load_scene(name)
-    return scene.with_values(dict(map(_change, changes))) if changes else scene
-
-
-def _change(text: str) -> tuple[str, Any]:
-    """Key and value of ``key=value``; what is not TOML is taken as text, for the scene to accept or refuse."""
-    from gallop_fmu.errors import SceneError
-
-    key, equals, value = (part.strip() for part in text.partition("="))
-    if not (key and equals and value):
-        raise SceneError(f"--set {text}: must be KEY=VALUE, such as --set wind.speed=6.0")
-    if value == "none":
-        return key, None
-    try:
-        parsed = tomllib.loads(f"value = {value}")
-    except tomllib.TOMLDecodeError:
-        return key, value
-    return key, parsed["value"] if len(parsed) == 1 else value
-
-
-def _check_output(path: Path | None, suffixes: tuple[str, ...]) -> None:
-    """Find out before a long run, not after it, that its results cannot be written."""
-    from gallop_fmu.errors import SceneError
-
-    if path is None:
-        return
-    if path.suffix not in suffixes:
-        raise SceneError(f"{path}: must end in {' or '.join(suffixes)}, which decides the format")
-    if path.is_dir():
-        raise SceneError(f"{path}: is a folder; give the name of a file")
-    if not path.parent.is_dir():
-        raise SceneError(f"{path}: there is no folder {path.parent}; make it first")
 
 
 def _write(result: Result, out: Path | None, plot: Path | None) -> list[Path]:
@@ -309,7 +222,7 @@ def _progress(title: str, *, silent: bool) -> Iterator[Progress | None]:
     from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
 
     columns = TextColumn("{task.description}"), BarColumn(), TimeRemainingColumn()
-    with Progress(*columns, console=_console(stderr=True), transient=True) as bar:
+    with Progress(*columns, console=new_console(stderr=True), transient=True) as bar:
         bar.console.print(title, style="dim")
         task = bar.add_task("starting", total=None)
 
@@ -324,10 +237,10 @@ MIDSPAN_ROWS = {"u2": "vertical u2", "u3": "horizontal u3", "theta": "twist", "t
 
 
 def _print_summary(numbers: dict[str, Any], result: Result, written: list[Path]) -> None:
-    attrs, console = result.dataset.attrs, _console()
+    attrs, console = result.dataset.attrs, new_console()
     console.print(numbers["title"], style="bold")
     console.print(f"sag {attrs['sag']:.3f} m, horizontal tension {attrs['horizontal_tension'] / 1000:.3f} kN")
-    table = _table(f"mid-span, last {numbers['window']:g} s", "amplitude", "mean", "frequency [Hz]")
+    table = new_table(f"mid-span, last {numbers['window']:g} s", "amplitude", "mean", "frequency [Hz]")
     for name, row in numbers["midspan"].items():
         unit = result.dataset[name].attrs["units"]
         table.add_row(
@@ -345,29 +258,3 @@ def _print_summary(numbers: dict[str, Any], result: Result, written: list[Path])
     )
     for path in written:
         console.print(f"wrote {path}", soft_wrap=True)
-
-
-def _table(*headings: str) -> Any:
-    from rich.box import SIMPLE_HEAD
-    from rich.table import Table
-
-    table = Table(box=SIMPLE_HEAD, pad_edge=False)
-    for heading in headings:
-        table.add_column(heading)
-    return table
-
-
-def _console(*, stderr: bool = False) -> Console:
-    from rich.console import Console
-
-    return Console(stderr=stderr, highlight=False, markup=False)  # titles and paths may hold brackets
-
-
-def _echo_json(data: Any) -> None:
-    """Print JSON; what is not finite becomes null, since JSON has no NaN."""
-    finite = json.loads(json.dumps(data), parse_constant=lambda _: None)
-    typer.echo(json.dumps(finite, indent=2))
-
-
-def _complain(message: str) -> None:
-    typer.echo(f"gallop-fmu: {message}", err=True)

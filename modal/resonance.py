@@ -2,10 +2,18 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
-from gallop_fmu import Scene, SceneError
-from modal.modes import Family, Mode, natural_modes
+import numpy as np
+
+from gallop_fmu import Model, Scene, SceneError, SimulationError
+from modal.modes import FAMILIES, Family, Mode, natural_modes
+from modal.stringing import ACSR_EXPANSION, change_of_state
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 SEARCHED = 24
 """Modes among which the first symmetric ones are looked for; between rigid ends at most five lie below them, and more
@@ -14,10 +22,31 @@ only where the conductor is very soft in torsion."""
 CLEAR_SHARE = 0.6
 """Part of the kinetic energy above which a mode belongs to its family beyond doubt."""
 
+CLEAR_SYMMETRY = 0.8
+"""Part of the squared motion above which a mode is symmetric beyond doubt; an inclined span is never quite so."""
+
+TEMPERATURE = "temperature_change"
+"""Not a number of the scene: the rise of temperature from the scene's state [K]."""
+
+BOTH_ENDS = "supports"
+"""``supports.stiffness_x1`` and ``supports.stiffness_x3`` stand for both ends at once."""
+
+DESIGN = (
+    "span.horizontal_tension",
+    "conductor.axial_stiffness",
+    "span.length",
+    "supports.left.stiffness_x1",
+    "supports.right.stiffness_x1",
+)
+"""What an engineer can choose; `way_out` tries each."""
+
+STEP = 0.1
+"""Relative change by which `way_out` tries a design number."""
+
 
 @dataclass(frozen=True)
 class FrequencyRatio:
-    """First symmetric vertical and horizontal frequency [Hz], their ratio, and how far that is from 2."""
+    """First symmetric vertical and horizontal frequency [Hz], their ratio, and how far that is from 2 and from 1."""
 
     vertical_hz: float
     horizontal_hz: float
@@ -29,8 +58,43 @@ class FrequencyRatio:
 
     @property
     def detuning(self) -> float:
-        """Relative distance from the resonance: ratio / 2 - 1, positive where the vertical mode is too fast."""
+        """Relative distance from the 2:1 resonance: ratio / 2 - 1, positive where the vertical mode is too fast."""
         return self.ratio / 2.0 - 1.0
+
+    @property
+    def one_to_one_detuning(self) -> float:
+        """Relative distance from the 1:1 resonance, ratio - 1: near 0 in tight spans and soft supports."""
+        return self.ratio - 1.0
+
+
+@dataclass(frozen=True)
+class DesignChange:
+    """What one change of design does to the frequency ratio.
+
+    Attributes
+    ----------
+    path : str
+        The number changed, as in `ratio_map`.
+    unit : str
+        Its unit.
+    before, after : float
+        Its value before and after.
+    detuning_before, detuning_after : float
+        Distance from 2:1, ratio / 2 - 1.
+    sensitivity : float
+        Change of the ratio per relative change of the number (d ratio / d ln value).
+    sentence : str
+        The same in words.
+    """
+
+    path: str
+    unit: str
+    before: float
+    after: float
+    detuning_before: float
+    detuning_after: float
+    sensitivity: float
+    sentence: str
 
 
 def frequency_ratio(scene: Scene) -> FrequencyRatio:
@@ -54,6 +118,204 @@ def frequency_ratio(scene: Scene) -> FrequencyRatio:
     )
 
 
+def ratio_map(scene: Scene, path: str, values: Sequence[float], expansion: float = ACSR_EXPANSION) -> xr.Dataset:
+    """Frequency ratio and detuning while one number of a span changes.
+
+    Parameters
+    ----------
+    scene
+        The span.
+    path
+        Dotted path of the number. These are understood as an engineer means them:
+
+        - ``span.horizontal_tension`` and ``span.sag``: the other of the two follows, although the scene may hold both;
+        - ``ice.mass_per_length``: ice on the strung conductor, whose unstretched length stays (`change_of_state`);
+        - ``temperature_change``: rise of temperature from the scene's state [K], with the same change of state;
+        - ``supports.stiffness_x1``, ``supports.stiffness_x3``: springs at both ends, at once.
+    values
+        Values of the number in its unit.
+    expansion
+        Coefficient of linear expansion [1/K] for ``temperature_change``; the default is for ACSR 26/7.
+
+    Returns
+    -------
+    xarray.Dataset
+        Over `path`: ``vertical_hz``, ``horizontal_hz`` [Hz], ``ratio``, ``detuning`` (from 2:1),
+        ``one_to_one_detuning``, and ``problem``: empty, or why there is no ratio, which is then NaN.
+
+    Raises
+    ------
+    SceneError
+        If the path is unknown, or no value is given.
+    """
+    import xarray as xr
+
+    if len(values) == 0:
+        raise SceneError(f"values of {path}: at least one is needed")
+    unit = unit_of(scene, path)
+    found: list[FrequencyRatio | str] = []
+    for value in values:
+        try:
+            found.append(frequency_ratio(with_number(scene, path, value, expansion)))
+        except (SceneError, SimulationError) as problem:
+            found.append(str(problem))
+
+    def column(name: str) -> list[float]:
+        return [getattr(row, name) if isinstance(row, FrequencyRatio) else np.nan for row in found]
+
+    names = ("vertical_hz", "horizontal_hz", "ratio", "detuning", "one_to_one_detuning")
+    units = ("Hz", "Hz", "1", "1", "1")
+    return xr.Dataset(
+        {
+            **{name: (path, column(name), {"units": u}) for name, u in zip(names, units, strict=True)},
+            "problem": (path, [row if isinstance(row, str) else "" for row in found]),
+        },
+        coords={path: (path, np.asarray(values, dtype=np.float64), {"units": unit})},
+        attrs={"title": scene.title},
+    )
+
+
+def crossings(
+    scene: Scene, path: str, values: Sequence[float], ratio: float = 2.0, expansion: float = ACSR_EXPANSION
+) -> list[float]:
+    """Values of a number at which the frequency ratio is 2, or another ratio.
+
+    Parameters
+    ----------
+    scene, path, values, expansion
+        As in `ratio_map`; a crossing is found between neighbouring values on different sides of it.
+    ratio
+        The ratio looked for.
+
+    Returns
+    -------
+    list of float
+        In the unit of the number, to a relative accuracy of 1e-6; empty where the ratio is not crossed.
+
+    Raises
+    ------
+    SceneError
+        If there is no ratio at one of the values, so that a crossing there could be missed.
+    """
+    from scipy.optimize import brentq  # slow to import
+
+    data = ratio_map(scene, path, values, expansion)
+    known = data.ratio.values - ratio
+    for value, problem in zip(values, data.problem.values, strict=True):
+        if problem:
+            raise SceneError(f"at {path} = {value:g} there is no frequency ratio: {problem}")
+
+    def excess(value: float) -> float:
+        return frequency_ratio(with_number(scene, path, value, expansion)).ratio - ratio
+
+    return [
+        float(values[k]) if known[k] == 0.0 else float(brentq(excess, values[k], values[k + 1], rtol=1e-6))
+        for k in range(len(values) - 1)
+        if known[k] == 0.0 or known[k] * known[k + 1] < 0.0
+    ] + ([float(values[-1])] if known[-1] == 0.0 else [])
+
+
+def way_out(scene: Scene) -> list[DesignChange]:
+    """Which changes of design move a span away from the 2:1 resonance, the strongest first.
+
+    Tension, axial stiffness, span length and the stiffness of springs along the span are each raised and lowered by a
+    tenth; of both directions the one that ends further from the resonance is told.
+
+    Raises
+    ------
+    SceneError
+        If the scene itself has no frequency ratio.
+    """
+    here = frequency_ratio(_freed(scene))
+    changes = []
+    for path in DESIGN:
+        try:
+            value = number_of(scene, path)
+            step = STEP * value
+            both = [frequency_ratio(with_number(scene, path, value + sign * step)) for sign in (-1, 1)]
+        except (SceneError, SimulationError):
+            continue  # the scene does not have it, or it cannot be built
+        sensitivity = (both[1].ratio - both[0].ratio) / (2.0 * STEP)
+        better = max((0, 1), key=lambda k: abs(both[k].detuning))
+        after = value + (-step, step)[better]
+        changes.append(
+            DesignChange(
+                path=path,
+                unit=unit_of(scene, path),
+                before=value,
+                after=after,
+                detuning_before=here.detuning,
+                detuning_after=both[better].detuning,
+                sensitivity=sensitivity,
+                sentence=_sentence(path, unit_of(scene, path), value, after, here, both[better]),
+            )
+        )
+    return sorted(changes, key=lambda change: -abs(change.detuning_after))
+
+
+def with_number(scene: Scene, path: str, value: float, expansion: float = ACSR_EXPANSION) -> Scene:
+    """The scene with one number changed, as `ratio_map` understands it."""
+    if path == TEMPERATURE:
+        return change_of_state(scene, temperature_change=value, expansion=expansion)
+    if path == "ice.mass_per_length":
+        return change_of_state(scene, ice_mass=value)
+    if path in _BOTH:
+        name = path.split(".")[1]
+        return scene.with_values({f"supports.{end}.{name}": value for end in ("left", "right")})
+    if path == "span.sag":
+        return scene.with_values({path: value, "span.horizontal_tension": None})
+    if path == "span.horizontal_tension":
+        return scene.with_values({path: value, "span.sag": None})
+    return _freed(scene).with_values({path: value})
+
+
+def number_of(scene: Scene, path: str) -> float:
+    """Present value of a number that `ratio_map` can change.
+
+    Raises
+    ------
+    SceneError
+        If the scene does not have it.
+    """
+    if path == TEMPERATURE:
+        return 0.0
+    numbers = scene.numbers()
+    if path in numbers:
+        return float(numbers[path][0])
+    if path in _BOTH:
+        return number_of(scene, path.replace(BOTH_ENDS, f"{BOTH_ENDS}.left", 1))
+    if path == "span.horizontal_tension":
+        return Model(scene).equilibrium().horizontal_tension
+    if path == "span.sag":
+        return Model(scene).equilibrium().sag
+    scene.unit_of(path)  # names what comes closest if there is no such number at all
+    raise SceneError(f"{path}: the scene does not have this number, so give the values to look at")
+
+
+def unit_of(scene: Scene, path: str) -> str:
+    """Unit of a number that `ratio_map` can change."""
+    if path == TEMPERATURE:
+        return "K"
+    return "N/m" if path in _BOTH else scene.unit_of(path)
+
+
+_BOTH = (f"{BOTH_ENDS}.stiffness_x1", f"{BOTH_ENDS}.stiffness_x3")
+
+
+def _freed(scene: Scene) -> Scene:
+    """Of a held pair of sag and tension, the tension alone: the sag of another design would contradict it."""
+    return scene.with_values({"span.sag": None}) if scene.span.initial_state == "held" else scene
+
+
+def _sentence(path: str, unit: str, before: float, after: float, here: FrequencyRatio, there: FrequencyRatio) -> str:
+    change = f"{'raising' if after > before else 'lowering'} {path} from {before:.4g} to {after:.4g} {unit}"
+    effect = "away from" if abs(there.detuning) > abs(here.detuning) else "nearer to"
+    return (
+        f"{change} takes the ratio from {here.ratio:.3f} to {there.ratio:.3f}, {effect} 2:1 "
+        f"(detuning {here.detuning:+.1%} to {there.detuning:+.1%})"
+    )
+
+
 def _first_symmetric(modes: list[Mode], family: Family) -> Mode:
     found = [mode for mode in modes if mode.family == family and mode.symmetric]
     if not found:
@@ -68,5 +330,13 @@ def _first_symmetric(modes: list[Mode], family: Family) -> Mode:
             f"the first symmetric {family} mode at {first.frequency_hz:.4g} Hz is a mixture ({shares}), so the "
             "frequency ratio means nothing; the eccentric ice or the supports couple the families, see "
             "natural_modes(scene)"
+        )
+    wave = first.shape[:, FAMILIES.index(family)]
+    own_image = 0.5 + 0.5 * float(wave @ wave[::-1]) / float(wave @ wave)
+    if own_image < CLEAR_SYMMETRY:
+        raise SceneError(
+            f"the first symmetric {family} mode at {first.frequency_hz:.4g} Hz cannot be told from an "
+            f"antisymmetric one: only {own_image:.0%} of it is symmetric, because two modes cross or veer here, so the "
+            "frequency ratio means nothing; see natural_modes(scene) and track_modes(scene, ...)"
         )
     return first

@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 from typer.testing import CliRunner
 
-from gallop_fmu import cli
+from gallop_fmu import terminal
 from gallop_fmu.cli import app
 from gallop_fmu.scene import packaged_scenes
 
@@ -99,7 +99,7 @@ def test_brackets_are_printed_as_they_are(invoke):
 
 
 def test_json_has_no_nan(capsys):
-    cli._echo_json({"value": [float("nan"), float("inf"), 1.0]})
+    terminal.echo_json({"value": [float("nan"), float("inf"), 1.0]})
     assert json.loads(capsys.readouterr().out, parse_constant=pytest.fail) == {"value": [None, None, 1.0]}
 
 
@@ -123,11 +123,11 @@ def test_run_writes_csv(invoke):
     ],
 )
 def test_values_are_read_as_toml(text, expected):
-    assert cli._change(text) == expected
+    assert terminal._change(text) == expected
 
 
 def test_a_whole_number_does_for_a_wind_speed(invoke):
-    scene = cli._scene("example3", ["wind.speed=6", "aerodynamics.lift=[0, -4, 0, 3]", "span.sag=none"])
+    scene = terminal.chosen_scene("example3", ["wind.speed=6", "aerodynamics.lift=[0, -4, 0, 3]", "span.sag=none"])
     assert scene.wind.speed == 6.0
     assert isinstance(scene.wind.speed, float)
     assert scene.aerodynamics.lift == (0.0, -4.0, 0.0, 3.0)

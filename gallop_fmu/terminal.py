@@ -1,0 +1,149 @@
+"""What the commands ``gallop-fmu`` and ``gallop-modal`` share: arguments, tables, JSON, and errors as one message.
+
+Whatever a command needs is imported inside it, so that ``--help`` answers at once.
+"""
+
+from __future__ import annotations
+
+import json
+import tomllib
+from enum import IntEnum
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+from typer.core import TyperGroup
+
+if TYPE_CHECKING:
+    from rich.console import Console
+
+    from gallop_fmu.scene import Scene
+
+
+class Exit(IntEnum):
+    """Exit codes, as told in ``--help``."""
+
+    FINE = 0
+    ENDED_EARLY = 1
+    BAD_INPUT = 2
+
+
+class Commands(TyperGroup):
+    """The group of commands: turns what a user can cure into one message on standard error and an exit code."""
+
+    def invoke(self, ctx: Any) -> Any:
+        """Run a command."""
+        from gallop_fmu.errors import SceneError
+        from gallop_fmu.outcome import SimulationError
+
+        program = ctx.find_root().info_name
+        try:
+            return super().invoke(ctx)
+        except SimulationError as problem:
+            complain(str(problem), program)
+            raise typer.Exit(Exit.ENDED_EARLY) from None
+        except SceneError as problem:
+            complain(str(problem), program)
+            raise typer.Exit(Exit.BAD_INPUT) from None
+        except BrokenPipeError:  # `gallop-fmu scenes | head` is no error; typer ends quietly
+            raise
+        except OSError as problem:
+            place = f"{problem.filename}: " if problem.filename else ""
+            complain(f"{place}{problem.strerror or problem}", program)
+            raise typer.Exit(Exit.BAD_INPUT) from None
+        except KeyboardInterrupt:
+            complain("stopped on request", program)
+            raise typer.Exit(Exit.ENDED_EARLY) from None
+
+
+EPILOGUE = (
+    "Exit codes: 0 all is fine; 1 the calculation ended early or was stopped with Ctrl-C (what was computed is still "
+    "written), or a check failed; 2 bad input, or a file that cannot be read or written."
+)
+
+PICTURE_SUFFIXES = (".png", ".svg", ".pdf")
+
+SceneName = Annotated[
+    str, typer.Argument(metavar="SCENE", help="Name of a packaged scene, or path of a scene file (TOML).")
+]
+Changes = Annotated[
+    list[str] | None,
+    typer.Option(
+        "--set",
+        metavar="KEY=VALUE",
+        help="Change a value of the scene, as often as needed; values as in TOML, [bold]none[/bold] removes one.",
+    ),
+]
+AsJson = Annotated[bool, typer.Option("--json", help="Print JSON instead of a table, and show no progress.")]
+
+
+def example(text: str) -> str:
+    """The line below a command's help."""
+    return f"[dim]Example:[/dim] [bold]{text}[/bold]"
+
+
+def chosen_scene(name: str, changes: list[str] | None) -> Scene:
+    """The named scene with the changes of ``--set``."""
+    from gallop_fmu.scene import load_scene
+
+    scene = load_scene(name)
+    return scene.with_values(dict(map(_change, changes))) if changes else scene
+
+
+def _change(text: str) -> tuple[str, Any]:
+    """Key and value of ``key=value``; what is not TOML is taken as text, for the scene to accept or refuse."""
+    from gallop_fmu.errors import SceneError
+
+    key, equals, value = (part.strip() for part in text.partition("="))
+    if not (key and equals and value):
+        raise SceneError(f"--set {text}: must be KEY=VALUE, such as --set wind.speed=6.0")
+    if value == "none":
+        return key, None
+    try:
+        parsed = tomllib.loads(f"value = {value}")
+    except tomllib.TOMLDecodeError:
+        return key, value
+    return key, parsed["value"] if len(parsed) == 1 else value
+
+
+def check_output(path: Path | None, suffixes: tuple[str, ...]) -> None:
+    """Find out before a long run, not after it, that its results cannot be written."""
+    from gallop_fmu.errors import SceneError
+
+    if path is None:
+        return
+    if path.suffix not in suffixes:
+        raise SceneError(f"{path}: must end in {' or '.join(suffixes)}, which decides the format")
+    if path.is_dir():
+        raise SceneError(f"{path}: is a folder; give the name of a file")
+    if not path.parent.is_dir():
+        raise SceneError(f"{path}: there is no folder {path.parent}; make it first")
+
+
+def new_table(*headings: str) -> Any:
+    """A plain table with these columns."""
+    from rich.box import SIMPLE_HEAD
+    from rich.table import Table
+
+    made = Table(box=SIMPLE_HEAD, pad_edge=False)
+    for heading in headings:
+        made.add_column(heading)
+    return made
+
+
+def new_console(*, stderr: bool = False) -> Console:
+    """Where text for people goes."""
+    from rich.console import Console
+
+    return Console(stderr=stderr, highlight=False, markup=False)  # titles and paths may hold brackets
+
+
+def echo_json(data: Any) -> None:
+    """Print JSON; what is not finite becomes null, since JSON has no NaN."""
+    finite = json.loads(json.dumps(data), parse_constant=lambda _: None)
+    typer.echo(json.dumps(finite, indent=2))
+
+
+def complain(message: str, program: str | None = None) -> None:
+    """Print a message on standard error, after the name of the command."""
+    typer.echo(f"{program or 'gallop-fmu'}: {message}", err=True)

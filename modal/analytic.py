@@ -1,0 +1,175 @@
+"""Frequencies of a shallow elastic cable in closed form, for a first look and as a check without finite elements.
+
+H. M. Irvine and T. K. Caughey (1974), Proc. R. Soc. A 341, 299-315; H. M. Irvine (1981), Cable Structures, chapter 3,
+for inclined spans. What the theory leaves out is of the order of the squared ratio of sag to span: the change of
+tension along the span, the longitudinal inertia, and the difference between parabola and catenary. It knows no
+eccentric ice.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+
+from gallop_fmu import Scene, SceneError
+from gallop_fmu.supports import RigidSupport, SpringSupport, Support
+
+CROSSOVER = 4.0 * math.pi**2
+"""lambda^2 at which the first symmetric in-plane mode is as fast as the first antisymmetric one. Between rigid ends
+that is also twice the first out-of-plane frequency: the 2:1 internal resonance."""
+
+
+@dataclass(frozen=True)
+class ShallowCable:
+    """Irvine's theory of one span.
+
+    Attributes
+    ----------
+    horizontal_tension, sag : float
+        Static state [N], [m], from the scene or by the parabola from the other one.
+    lambda_squared : float
+        Ratio of elastic to geometric stiffness, with the springs along x1 in series with the cable.
+    horizontal_hz, vertical_symmetric_hz, vertical_antisymmetric_hz, torsional_hz : float
+        First natural frequency [Hz] of each family.
+    """
+
+    horizontal_tension: float
+    sag: float
+    lambda_squared: float
+    horizontal_hz: float
+    vertical_symmetric_hz: float
+    vertical_antisymmetric_hz: float
+    torsional_hz: float
+
+    @property
+    def ratio(self) -> float:
+        """First symmetric vertical over first horizontal frequency."""
+        return self.vertical_symmetric_hz / self.horizontal_hz
+
+    @property
+    def beyond_crossover(self) -> bool:
+        """Whether the first symmetric in-plane mode is faster than the first antisymmetric one and has inner nodes."""
+        return self.lambda_squared > CROSSOVER
+
+
+def shallow_cable(scene: Scene) -> ShallowCable:
+    r"""First frequencies of a span from its numbers alone.
+
+    With mass m per length, chord l = L/cos(slope), tension T = H/cos(slope) along the chord, and weight m g cos(slope)
+    across it, the parabola has a parameter s = m g l cos(slope)/T, and
+
+    - lambda^2 = s^2 l / (T f), where f = Le/EA + (1/k1 + 1/k2) cos(slope)^2 is the flexibility of cable and end springs
+      along the span, and Le = l (1 + s^2/8);
+    - symmetric in plane: tan x = x - 4 x^3/lambda^2, frequency x sqrt(T/m)/(pi l);
+    - antisymmetric in plane: sqrt(T/m)/l, whatever the springs along x1;
+    - out of plane, between springs k of stiffness along x3: b l = pi - arctan(T b/k1) - arctan(T b/k2), frequency
+      b sqrt(T/m)/(2 pi), which is sqrt(T/m)/(2 l) between rigid ends;
+    - twist: sqrt(GJ/I)/(2 S), with S the length of the conductor.
+
+    Where a scene holds both sag and tension, s follows from the sag and T from the tension, as in the simulation.
+
+    Parameters
+    ----------
+    scene
+        The span; wind, loads and first moments of the ice are not looked at.
+
+    Returns
+    -------
+    ShallowCable
+
+    Raises
+    ------
+    SceneError
+        If the sag is more than an eighth of the span: the theory is for shallow cables.
+    """
+    span, conductor = scene.span, scene.conductor
+    mass = conductor.mass_per_length + scene.ice.mass_per_length
+    cosine = span.length / math.hypot(span.length, span.height_difference)
+    chord, weight = span.length / cosine, mass * span.gravity
+    sag, tension = span.sag, span.horizontal_tension
+    if tension is None:
+        assert sag is not None  # the scene has one of them
+        tension = weight * span.length**2 / (8.0 * sag * cosine)
+    elif sag is None:
+        sag = weight * span.length**2 / (8.0 * tension * cosine)
+    if not sag < span.length / 8.0:
+        raise SceneError(
+            f"the sag of {sag:.4g} m is more than an eighth of span.length = {span.length} m: Irvine's theory is for "
+            "shallow cables; use modal.natural_modes(scene)"
+        )
+    along = tension / cosine
+    parameter = 8.0 * sag * cosine / chord
+    left, right = (stiffness(support, scene) for support in (scene.supports.left, scene.supports.right))
+    stretched = chord * (1.0 + parameter**2 / 8.0)
+    flexibility = stretched / conductor.axial_stiffness + (1.0 / left[0] + 1.0 / right[0]) * cosine**2
+    lambda_squared = parameter**2 * chord / (along * flexibility)
+    speed = math.sqrt(along / mass)
+    inertia = conductor.torsional_inertia + scene.ice.torsional_inertia
+    arc = chord * (1.0 + parameter**2 / 24.0)
+    return ShallowCable(
+        horizontal_tension=tension,
+        sag=sag,
+        lambda_squared=lambda_squared,
+        horizontal_hz=_string(along, chord, left[1], right[1]) * speed / (2.0 * math.pi),
+        vertical_symmetric_hz=_symmetric(lambda_squared) * speed / (math.pi * chord),
+        vertical_antisymmetric_hz=speed / chord,
+        torsional_hz=math.sqrt(conductor.torsional_stiffness / inertia) / (2.0 * arc),
+    )
+
+
+def lambda_squared_for(ratio: float) -> float:
+    """The lambda^2 at which the symmetric in-plane frequency is `ratio` times the out-of-plane one, between rigid ends.
+
+    Parameters
+    ----------
+    ratio
+        Between 1 (a taut string) and 2.86 (an inextensible cable); 2 gives 4 pi^2.
+
+    Raises
+    ------
+    SceneError
+        If no lambda^2 gives this ratio.
+    """
+    x = 0.5 * math.pi * ratio
+    most = _root(lambda y: math.sin(y) - y * math.cos(y), math.pi, 1.5 * math.pi) / (0.5 * math.pi)
+    if not 1.0 < ratio < most:
+        raise SceneError(f"ratio = {ratio}: between rigid ends it lies between 1 and {most:.4f}")
+    return 4.0 * x**3 * math.cos(x) / (x * math.cos(x) - math.sin(x))
+
+
+def stiffness(support: Support, scene: Scene) -> tuple[float, float]:
+    """Stiffness [N/m] of a support along x1 and x3, infinite where rigid: Liu et al. (2009), eq. (23) and (24)."""
+    if isinstance(support, RigidSupport):
+        return math.inf, math.inf
+    if isinstance(support, SpringSupport):
+        return support.stiffness_x1, support.stiffness_x3
+    weight = (scene.conductor.mass_per_length + scene.ice.mass_per_length) * scene.span.gravity
+    beside, tension = support.adjacent_span, support.adjacent_tension
+    pull = 1.0 / (beside / scene.conductor.axial_stiffness + weight**2 * beside**3 / (12.0 * tension**3))
+    pendulum = (weight * scene.span.length + 0.5 * support.insulator_weight) / support.insulator_length
+    return pull + pendulum, pendulum + 2.0 * tension / beside
+
+
+def _symmetric(lambda_squared: float) -> float:
+    """First root x = w l/(2 c) of tan x = x - 4 x^3/lambda^2, multiplied by cos x, which has no poles."""
+
+    def closed(x: float) -> float:
+        return lambda_squared * (x * math.cos(x) - math.sin(x)) - 4.0 * x**3 * math.cos(x)
+
+    return _root(closed, 0.5 * math.pi, 1.5 * math.pi)
+
+
+def _string(tension: float, length: float, left: float, right: float) -> float:
+    """First wave number of a string between springs across it [1/m]."""
+
+    def phase(b: float) -> float:
+        return b * length + math.atan(tension * b / left) + math.atan(tension * b / right) - math.pi
+
+    return _root(phase, 0.0, math.pi / length)
+
+
+def _root(function: Callable[[float], float], low: float, high: float) -> float:
+    from scipy.optimize import brentq  # slow to import
+
+    return float(brentq(function, low, high, xtol=1e-14, rtol=1e-14))

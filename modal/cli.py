@@ -1,0 +1,311 @@
+"""The command ``gallop-modal``.  Whatever a command needs is imported inside it, so that ``--help`` answers at once."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any, Literal
+
+import typer
+
+from gallop_fmu.terminal import (
+    PICTURE_SUFFIXES,
+    AsJson,
+    Changes,
+    Commands,
+    Exit,
+    SceneName,
+    check_output,
+    chosen_scene,
+    echo_json,
+    example,
+    new_console,
+    new_table,
+)
+
+if TYPE_CHECKING:
+    from gallop_fmu.scene import Scene
+
+app = typer.Typer(
+    cls=Commands,
+    add_completion=False,
+    no_args_is_help=True,
+    pretty_exceptions_enable=False,
+    rich_markup_mode="rich",
+    epilog="Exit codes: 0 all is fine; 1 there is no initial equilibrium; 2 bad input, or there is no answer.",
+    context_settings={"help_option_names": ["-h", "--help"]},
+)
+
+Plot = Annotated[Path | None, typer.Option("--plot", metavar="FILE", help="Write a picture: .png, .svg or .pdf.")]
+
+
+def _version(wanted: bool) -> None:
+    if wanted:
+        from importlib.metadata import version
+
+        typer.echo(f"gallop-modal {version('gallop-fmu')}")
+        raise typer.Exit(Exit.FINE)
+
+
+@app.callback()
+def _root(
+    version: Annotated[
+        bool, typer.Option("--version", callback=_version, is_eager=True, help="Print the version.")
+    ] = False,
+) -> None:
+    """Modes, resonance and stability of an iced span, without simulating it."""
+
+
+@app.command(epilog=example("gallop-modal modes example3 --wind mean --plot modes.png"))
+def modes(
+    scene: SceneName,
+    changes: Changes = None,
+    count: Annotated[int, typer.Option(metavar="N", help="Number of modes.")] = 12,
+    wind: Annotated[
+        Literal["still", "mean"], typer.Option(help="About still air, or about equilibrium in the scene's mean wind.")
+    ] = "still",
+    plot: Plot = None,
+    as_json: AsJson = False,
+) -> None:
+    """Print the lowest natural modes: frequency, damping, family and loops."""
+    from modal.modes import natural_modes
+
+    chosen = _scene(scene, changes, plot)
+    found = natural_modes(chosen, count, wind)
+    rows = [
+        {
+            "frequency_hz": mode.frequency_hz,
+            "damping_ratio": mode.damping_ratio,
+            "family": mode.family,
+            "symmetric": mode.symmetric,
+            "loops": mode.loops,
+            "shares": mode.shares,
+            "participation": mode.participation,
+        }
+        for mode in found
+    ]
+    table = new_table("frequency [Hz]", "damping ratio", "family", "share", "loops", "symmetric")
+    for mode in found:
+        table.add_row(
+            f"{mode.frequency_hz:.4f}",
+            f"{mode.damping_ratio:.3%}",
+            mode.family,
+            f"{mode.shares[mode.family]:.1%}",
+            str(mode.loops),
+            "yes" if mode.symmetric else "no",
+        )
+
+    def figure() -> Any:
+        from modal.plots import mode_shapes
+
+        return mode_shapes(found, chosen.title)
+
+    _tell({"title": chosen.title, "wind": wind, "modes": rows}, [chosen.title, table], figure, plot, as_json)
+
+
+@app.command(
+    epilog=example("gallop-modal ratio example3 --over span.horizontal_tension --from 10e3 --to 20e3 --plot map.png")
+)
+def ratio(
+    scene: SceneName,
+    changes: Changes = None,
+    over: Annotated[
+        str,
+        typer.Option(
+            metavar="KEY",
+            help="Number to vary: a value of the scene, temperature_change \\[K], or supports.stiffness_x1 (both).",
+        ),
+    ] = "span.horizontal_tension",
+    start: Annotated[
+        float | None, typer.Option("--from", metavar="X", help="Its first value; else 0.7 of now.")
+    ] = None,
+    stop: Annotated[float | None, typer.Option("--to", metavar="X", help="Its last value; else 1.3 of now.")] = None,
+    points: Annotated[int, typer.Option(metavar="N", min=2, help="Number of values.")] = 25,
+    plot: Plot = None,
+    as_json: AsJson = False,
+) -> None:
+    """Print the 2:1 frequency ratio, what changes it, and where it is 2."""
+    import numpy as np
+
+    from modal.resonance import crossings, frequency_ratio, number_of, ratio_map, unit_of, way_out
+
+    chosen = _scene(scene, changes, plot)
+    here = frequency_ratio(chosen)
+    now = number_of(chosen, over)
+    first, last = (0.7 * now if start is None else start), (1.3 * now if stop is None else stop)
+    values = list(np.linspace(first, last, points))
+    at_two, ways = crossings(chosen, over, values), way_out(chosen)
+    told = {
+        "title": chosen.title,
+        "vertical_hz": here.vertical_hz,
+        "horizontal_hz": here.horizontal_hz,
+        "ratio": here.ratio,
+        "detuning": here.detuning,
+        "one_to_one_detuning": here.one_to_one_detuning,
+        "over": over,
+        "crossings": at_two,
+        "ways_out": [way.sentence for way in ways],
+    }
+    unit = unit_of(chosen, over)
+    crossed = ", ".join(f"{value:.5g} {unit}" for value in at_two) or f"nowhere from {first:g} to {last:g} {unit}"
+    lines = [
+        chosen.title,
+        f"first symmetric vertical {here.vertical_hz:.4f} Hz, horizontal {here.horizontal_hz:.4f} Hz",
+        f"ratio {here.ratio:.4f}: {abs(here.detuning):.1%} {'above' if here.detuning > 0 else 'below'} 2:1",
+        f"{over}: the ratio is 2 at {crossed}",
+        *(way.sentence for way in ways),
+    ]
+
+    def figure() -> Any:
+        from modal.plots import ratio_figure
+
+        return ratio_figure(ratio_map(chosen, over, values))
+
+    _tell(told, lines, figure, plot, as_json)
+
+
+@app.command(epilog=example("gallop-modal linear example3 --highest 10 --plot locus.png"))
+def linear(
+    scene: SceneName,
+    changes: Changes = None,
+    count: Annotated[int, typer.Option(metavar="N", min=1, help="Number of modes.")] = 6,
+    highest: Annotated[
+        float, typer.Option(metavar="U", help="Wind speed \\[m/s] up to which onsets are looked for.")
+    ] = 15.0,
+    what: Annotated[Literal["locus", "criteria"], typer.Option("--show", help="What --plot draws.")] = "locus",
+    plot: Plot = None,
+    as_json: AsJson = False,
+) -> None:
+    """Print what linear theory says: unstable attack angles, and the wind speed at which each mode begins to grow."""
+    import numpy as np
+
+    from gallop_fmu.errors import SceneError
+    from modal.criteria import stability_criteria
+    from modal.onset import critical_wind_speed
+
+    chosen = _scene(scene, changes, plot)
+    criteria, onsets = stability_criteria(chosen), critical_wind_speed(chosen, count, highest)
+    told = {
+        "title": chosen.title,
+        "unstable_attack_angles_deg": {criterion.name: criterion.unstable_deg for criterion in criteria},
+        "critical_winds": [
+            {
+                "family": onset.mode.family,
+                "loops": onset.mode.loops,
+                "still_air_hz": onset.mode.frequency_hz,
+                "wind_speed": onset.wind_speed,
+                "frequency_hz": onset.frequency_hz,
+                "den_hartog": onset.den_hartog,
+                "searched_to": onset.searched_to,
+                "remark": onset.remark,
+            }
+            for onset in onsets
+        ],
+    }
+    table = new_table("mode", "still air [Hz]", "critical wind [m/s]", "Den Hartog [m/s]")
+    for onset in onsets:
+        table.add_row(
+            f"{onset.mode.family} {onset.mode.loops}",
+            f"{onset.mode.frequency_hz:.4f}",
+            f"none to {onset.searched_to:g}" if onset.wind_speed is None else f"{onset.wind_speed:.3f}",
+            "-" if onset.den_hartog is None else f"{onset.den_hartog:.3f}",
+        )
+    lines = [chosen.title]
+    for criterion in criteria:
+        ranges = ", ".join(f"{first:.1f} to {last:.1f}" for first, last in criterion.unstable_deg)
+        lines.append(f"{criterion.name}: unstable at {ranges} deg" if ranges else f"{criterion.name}: stable")
+
+    def figure() -> Any:
+        from modal.linear import root_locus
+        from modal.plots import criteria_figure, locus_figure
+
+        if what == "criteria":
+            return criteria_figure(criteria, float(np.radians(chosen.ice.attack_angle_deg)))
+        if onsets[0].searched_to == 0.0:
+            raise SceneError(f"no root locus: {onsets[0].remark}")
+        return locus_figure(root_locus(chosen, list(np.linspace(0.0, onsets[0].searched_to, 31)), count))
+
+    _tell(told, [*lines, table, *{onset.remark for onset in onsets if onset.remark}], figure, plot, as_json)
+
+
+@app.command(name="screen", epilog=example("gallop-modal screen example3 --set wind.speed=5.0"))
+def screen_span(
+    scene: SceneName,
+    changes: Changes = None,
+    highest: Annotated[
+        float | None, typer.Option(metavar="U", help="Highest wind speed \\[m/s]; else 1.5 times the scene's.")
+    ] = None,
+    plot: Plot = None,
+    as_json: AsJson = False,
+) -> None:
+    """Tell whether galloping will start the horizontal swing by 2:1 internal resonance, and from which wind on."""
+    from dataclasses import asdict
+
+    from modal.screening import screen
+
+    chosen = _scene(scene, changes, plot)
+    found = screen(chosen, highest)
+
+    def figure() -> Any:
+        from modal.plots import screening_figure
+
+        return screening_figure(found)
+
+    table = new_table("", "wind [m/s]", "vertical [m]", "horizontal [m]", "frequency [Hz]")
+    for name, cycle in (("without swing", found.galloping), ("with swing", found.saturated)):
+        if cycle is not None:
+            numbers = (cycle.wind_speed, cycle.vertical, cycle.horizontal, cycle.frequency_hz)
+            table.add_row(name, *(f"{number:.4g}" for number in numbers))
+    lines = [chosen.title, f"risk of a 2:1 swing: {found.risk}", found.reason, *([table] if found.galloping else [])]
+    _tell({"title": chosen.title, **asdict(found)}, lines, figure, plot, as_json)
+
+
+@app.command(name="compare", epilog=example("gallop-modal compare example3 --until 900 --plot compare.png"))
+def compare_models(
+    scene: SceneName,
+    changes: Changes = None,
+    until: Annotated[float | None, typer.Option(metavar="S", help="Simulated time \\[s]; else the scene's.")] = None,
+    plot: Plot = None,
+    as_json: AsJson = False,
+) -> None:
+    """Set the nonlinear model, mode superposition and linear theory side by side."""
+    from modal.comparison import compare
+
+    chosen = _scene(scene, changes, plot)
+    found = compare(chosen, until)
+
+    def figure() -> Any:
+        from modal.comparison_plots import comparison_figure
+
+        return comparison_figure(found)
+
+    _tell(found.as_dict(), [chosen.title, str(found)], figure, plot, as_json)
+
+
+def _scene(name: str, changes: list[str] | None, plot: Path | None) -> Scene:
+    """The scene with its changes, once it is sure that the picture can be written."""
+    check_output(plot, PICTURE_SUFFIXES)
+    return chosen_scene(name, changes)
+
+
+def _tell(told: dict[str, Any], lines: list[Any], figure: Any, plot: Path | None, as_json: bool) -> None:
+    """Print as JSON or as lines and tables, and draw if asked to."""
+    if plot:
+        from gallop_fmu.plots import save_figure
+
+        save_figure(figure(), plot)
+    if as_json:
+        echo_json({**told, "files": [str(plot)] if plot else []})
+        return
+    for line in lines:
+        new_console().print(line, soft_wrap=isinstance(line, str))
+    if plot:
+        new_console().print(f"wrote {plot}", soft_wrap=True)
+
+
+def main() -> None:
+    """Entry point of the command ``gallop-modal``."""
+    app(prog_name="gallop-modal")
+
+
+if __name__ == "__main__":
+    main()

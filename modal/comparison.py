@@ -1,0 +1,225 @@
+"""Nonlinear simulation, mode superposition and linear theory of the same span, side by side."""
+
+from __future__ import annotations
+
+from dataclasses import asdict, dataclass, field
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gallop_fmu import Oscillation, Result, Scene, simulate
+from modal.modal_span import ModalSpan
+from modal.modes import Family
+from modal.superposition import HORIZONTAL, TORSIONAL, VERTICAL, linear_motion, nonlinear_motion
+
+Array = NDArray[np.float64]
+
+CHANNELS = {"u2": "m", "u3": "m", "theta": "rad"}
+"""What is compared, at mid-span, and its unit."""
+
+LEVELS = (0.05, 0.2)
+"""Differences, as parts of the nonlinear model's running amplitude, at which two models are said to part."""
+
+WINDOW = 100.0
+"""Longest part of a run [s], from its end backwards, over which amplitudes are taken; at most a quarter of the run."""
+
+SHORT = 40
+"""A run of fewer records is taken as a whole."""
+
+
+@dataclass(frozen=True)
+class LinearMode:
+    """One mode of small motion about rest in the mean wind, by linear theory.
+
+    Attributes
+    ----------
+    family : str
+        Family of the natural modes that have the largest part in it.
+    frequency_hz : float
+        Frequency [Hz]; 0 where it does not oscillate.
+    growth_rate : float
+        Rate sigma [1/s] at which the amplitude grows as exp(sigma t); negative: it decays.
+    """
+
+    family: Family
+    frequency_hz: float
+    growth_rate: float
+
+
+@dataclass(frozen=True)
+class Parting:
+    """When a simpler model parts from the nonlinear one.
+
+    Attributes
+    ----------
+    model : str
+        ``"superposition"`` or ``"linear"``.
+    channel : str
+        ``"u2"``, ``"u3"`` or ``"theta"`` at mid-span.
+    level : float
+        Difference as a part of the nonlinear model's running amplitude.
+    history : float or None
+        Time [s] at which the two histories first differ by more, for which a small difference in frequency is enough.
+        None: they never do, while both run.
+    amplitude : float or None
+        Time [s] from which on the two running amplitudes differ by more as long as both run.  None: they do not at the
+        end.
+    """
+
+    model: str
+    channel: str
+    level: float
+    history: float | None
+    amplitude: float | None
+
+
+@dataclass(frozen=True)
+class Comparison:
+    """Three models of one span.
+
+    Attributes
+    ----------
+    nonlinear : Result
+        The simulation.
+    superposition : Result
+        Linear structure, nonlinear wind load.
+    linear : Result
+        The same structure, wind load linearised about rest in the mean wind.  An unstable one ends where its attack
+        angle leaves the coefficient curve, for nothing else stops it.
+    linear_modes : tuple of LinearMode
+        The modes of the linear model, the fastest growing first.
+    partings : tuple of Parting
+        For each simpler model, channel and level.
+    """
+
+    nonlinear: Result = field(repr=False)
+    superposition: Result = field(repr=False)
+    linear: Result = field(repr=False)
+    linear_modes: tuple[LinearMode, ...]
+    partings: tuple[Parting, ...]
+
+    @property
+    def models(self) -> dict[str, Result]:
+        """The three results by name."""
+        return {"nonlinear": self.nonlinear, "superposition": self.superposition, "linear": self.linear}
+
+    def amplitudes(self) -> dict[str, dict[str, Oscillation]]:
+        """Oscillation of u2 [m], u3 [m] and theta [rad] at mid-span towards the end of each run, by model."""
+        return {name: _at_the_end(result) for name, result in self.models.items()}
+
+    def parting(self, model: str, channel: str, level: float) -> Parting:
+        """One of `partings`."""
+        key = (model, channel, level)
+        return next(found for found in self.partings if (found.model, found.channel, found.level) == key)
+
+    def as_dict(self) -> dict[str, Any]:
+        """Everything but the histories as plain numbers and texts, for JSON."""
+        return {
+            "title": self.nonlinear.scene.title,
+            "models": {
+                name: {
+                    "outcome": self.models[name].outcome.name.lower(),
+                    "message": str(self.models[name].report),
+                    "stop_time": self.models[name].report.time,
+                    "midspan": {channel: motion._asdict() for channel, motion in motions.items()},
+                }
+                for name, motions in self.amplitudes().items()
+            },
+            "linear_modes": [asdict(mode) for mode in self.linear_modes],
+            "partings": [asdict(parting) for parting in self.partings],
+        }
+
+    def __str__(self) -> str:
+        """Table of amplitudes."""
+        lines = [f"{'':14}{'u2 [m]':>10}{'[Hz]':>9}{'u3 [m]':>10}{'[Hz]':>9}{'theta [rad]':>13}{'up to [s]':>11}"]
+        for name, motions in self.amplitudes().items():
+            u2, u3, theta = (motions[channel] for channel in CHANNELS)
+            lines.append(
+                f"{name:14}{u2.amplitude:10.4f}{u2.frequency_hz:9.4f}{u3.amplitude:10.4f}{u3.frequency_hz:9.4f}"
+                f"{theta.amplitude:13.4f}{self.models[name].report.time:11.1f}"
+            )
+        return "\n".join(lines)
+
+
+def compare(scene: Scene, stop_time: float | None = None) -> Comparison:
+    """Run the nonlinear simulation, mode superposition and linear theory on one scene.
+
+    All start alike.  Mode superposition and linear theory share their modes, so what tells the first from the second
+    is the nonlinear wind load, and what tells it from the simulation is the nonlinear structure.
+
+    Parameters
+    ----------
+    scene
+        What to compute; the linear model takes the wind's mean speed.
+    stop_time
+        Simulated time [s]; None takes the scene's.
+
+    Raises
+    ------
+    SceneError
+        If an argument is not allowed, the mesh has too few modes, or a tower moves.
+    SimulationError
+        If no equilibrium exists.  A run that ends early raises nothing: its outcome tells.
+    """
+    span = ModalSpan.of(scene, vertical=VERTICAL, horizontal=HORIZONTAL, torsional=TORSIONAL)
+    linear = linear_motion(span, scene.wind.mean_speed, stop_time)
+    superposition = nonlinear_motion(span, stop_time)
+    nonlinear = simulate(scene, stop_time, on_failure="return")
+    slowest = 1.0 / min(mode.frequency_hz for mode in span.modes)
+    partings = [
+        _parting(nonlinear, other, name, channel, level, slowest)
+        for name, other in (("superposition", superposition), ("linear", linear))
+        for channel in CHANNELS
+        for level in LEVELS
+    ]
+    return Comparison(nonlinear, superposition, linear, _linear_modes(span), tuple(partings))
+
+
+def _linear_modes(span: ModalSpan) -> tuple[LinearMode, ...]:
+    values, vectors = np.linalg.eig(span.linear_system(span.scene.wind.mean_speed)[0])
+    families = np.array([mode.family for mode in span.modes])
+    weight = np.abs(vectors[len(families) :]) ** 2
+    found = []
+    for k in np.flatnonzero(values.imag >= 0.0):
+        parts = {family: float(weight[families == family, k].sum()) for family in dict.fromkeys(families.tolist())}
+        frequency = float(values[k].imag) / (2.0 * np.pi)
+        found.append(LinearMode(max(parts, key=parts.__getitem__), frequency, float(values[k].real)))
+    return tuple(sorted(found, key=lambda mode: -mode.growth_rate))
+
+
+def _at_the_end(result: Result) -> dict[str, Oscillation]:
+    last = float(result.dataset.time[-1])
+    window = min(WINDOW, last / 4.0) if result.dataset.sizes["time"] > SHORT else last
+    motions = result.between(last - window, last)
+    return {channel: motions[channel] for channel in CHANNELS}
+
+
+def _parting(nonlinear: Result, other: Result, model: str, channel: str, level: float, period: float) -> Parting:
+    """Compare over the time that both run, from one period of the slowest mode on."""
+    count = min(nonlinear.dataset.sizes["time"], other.dataset.sizes["time"])
+    time = nonlinear.dataset.time.values[:count]
+    truth, simple = (result.midspan()[channel].values[:count] for result in (nonlinear, other))
+    width = int(np.searchsorted(time, period)) + 1
+    amplitude = running_amplitude(truth, width)
+
+    away = np.abs(simple - truth) > level * amplitude
+    off = np.abs(running_amplitude(simple, width) - amplitude) > level * amplitude
+    first = np.flatnonzero(away & (time >= period))
+    last_agreement = np.flatnonzero(~off | (time < period))[-1]
+    return Parting(
+        model=model,
+        channel=channel,
+        level=level,
+        history=float(time[first[0]]) if len(first) else None,
+        amplitude=float(time[last_agreement + 1]) if last_agreement + 1 < count else None,
+    )
+
+
+def running_amplitude(values: Array, width: int) -> Array:
+    """Half peak-to-peak over the last `width` samples up to each one; over fewer at the start."""
+    from scipy.ndimage import maximum_filter1d, minimum_filter1d  # slow to import
+
+    shift = (width - 1) // 2  # the window ends at the sample
+    top, bottom = (pick(values, width, mode="nearest", origin=shift) for pick in (maximum_filter1d, minimum_filter1d))
+    return np.asarray(0.5 * (top - bottom))

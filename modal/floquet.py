@@ -1,0 +1,151 @@
+"""Stability of periodic motions: Floquet multipliers from the variational equation along the orbit."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from modal.limit_cycle import SWING, Balance, Orbit, derivative, doubled, fourier
+from modal.reduced import ReducedModel, lopsided_model
+
+Array = NDArray[np.float64]
+
+INSTANTS = 22
+"""Instants of one period at which the coefficients of the variational equation are computed."""
+
+STEPS = 64
+"""Implicit steps of one period; the coefficients between the instants follow from their spectrum."""
+
+
+def monodromy(stiffness: Array, damping: Array, mass: Array, period: float) -> Array:
+    """What one period makes of a small disturbance (displacement, velocity).
+
+    Parameters
+    ----------
+    stiffness, damping, mass : ndarray, shape (step, n, n)
+        Periodic coefficients at the middle of equal steps over one period.
+    period
+        Period [s].
+
+    Returns
+    -------
+    ndarray, shape (2 n, 2 n)
+        Its eigenvalues are the Floquet multipliers.
+
+    Notes
+    -----
+    Cayley form of the implicit midpoint rule: second order, stable for any step, no artificial damping.
+    """
+    steps, n, _ = stiffness.shape
+    h = period / steps
+    # midpoint rule: x1 = x0 + h v, with v the mean velocity; M (v1 - v0)/h + C v + K (x0 + x1)/2 = 0
+    left = mass + 0.5 * h * damping + 0.25 * h * h * stiffness
+    by_x = np.linalg.solve(left, -0.5 * h * stiffness)
+    by_v = np.linalg.solve(left, mass)
+    total = np.eye(2 * n)
+    for change_x, change_v in zip(by_x, by_v, strict=True):
+        x, v = total[:n], total[n:]
+        mean = change_x @ x + change_v @ v
+        total = np.concatenate([x + h * mean, 2.0 * mean - v])
+    return total
+
+
+LEAST_SHARE = 0.2
+"""Part of the first horizontal mode in a disturbance, relative to the largest, from which it counts as a swing."""
+
+
+@dataclass(frozen=True)
+class Multipliers:
+    """Floquet multipliers of an orbit over one period of it.
+
+    Attributes
+    ----------
+    swing : complex
+        The multiplier of the horizontal swing: of the disturbance with the largest part in the first horizontal mode.
+        Beyond -1 the swing grows at half the frequency of the orbit.
+    others : ndarray
+        All others, without the one along the orbit, which is 1; largest first.
+    """
+
+    swing: complex
+    others: NDArray[np.complex128]
+
+    @property
+    def all(self) -> NDArray[np.complex128]:
+        """All but the one along the orbit."""
+        return np.append(self.others, self.swing)
+
+
+def multipliers(model: ReducedModel, orbit: Orbit, periods_per_orbit: int = 1) -> Multipliers:
+    """Floquet multipliers of an orbit; of one that swings, over the two vertical cycles of it."""
+    n = model.size
+    values, vectors = np.linalg.eig(_monodromy(model, orbit, periods_per_orbit))
+    trivial = int(np.argmin(np.abs(values - 1.0)))
+    size = np.abs(vectors[:n]) ** 2 + np.abs(vectors[n:] / orbit.omega) ** 2
+    share = size[model.horizontal] / size.sum(axis=0)
+    share[trivial] = 0.0
+    candidates = np.flatnonzero(share > LEAST_SHARE * share.max())
+    swing = int(candidates[np.argmax(np.abs(values[candidates]))])
+    rest = np.delete(values, [trivial, swing])
+    return Multipliers(complex(values[swing]), rest[np.argsort(-np.abs(rest))])
+
+
+def lopsided_multiplier(model: ReducedModel, orbit: Orbit, periods_per_orbit: int = 1) -> float:
+    """Largest growth over one period of what breaks the mirror symmetry of a span and its motion."""
+    wide = lopsided_model(model)
+    rest = np.zeros((len(orbit.coefficients), wide.size - model.size))
+    embedded = Orbit(orbit.wind_speed, orbit.omega, np.concatenate([orbit.coefficients, rest], axis=1))
+    total = _monodromy(wide, embedded, periods_per_orbit)
+    breaking = np.r_[model.size : wide.size, wide.size + model.size : 2 * wide.size]
+    return float(np.max(np.abs(np.linalg.eigvals(total[np.ix_(breaking, breaking)]))))
+
+
+def _monodromy(model: ReducedModel, orbit: Orbit, periods_per_orbit: int) -> Array:
+    instants, steps = INSTANTS * periods_per_orbit, STEPS * periods_per_orbit
+    forces = model.forces(*orbit.at(instants), orbit.wind_speed)
+    spectrum = Balance((instants - 1) // 2, instants).value
+    phase = 2.0 * np.pi * (np.arange(steps) + 0.5) / steps
+    between = fourier(phase, (instants - 1) // 2)[0] @ np.linalg.pinv(spectrum)
+    period = 2.0 * np.pi / orbit.omega
+    n = model.size
+
+    def fine(matrix: Array) -> Array:
+        return (between @ matrix.reshape(instants, -1)).reshape(steps, n, n)
+
+    return monodromy(fine(forces.stiffness), fine(forces.damping), fine(forces.mass), period)
+
+
+def _odd() -> NDArray[np.intp]:
+    """Coefficients of the odd harmonics of twice the period: those in which the swing starts."""
+    number = np.arange(1, 2 * SWING.harmonics + 1)
+    return np.asarray(number[(number + 1) // 2 % 2 == 1])
+
+
+def _flip_matrix(model: ReducedModel, orbit: Orbit) -> Array:
+    """Hill's matrix of disturbances of twice the period that change sign after one."""
+    twice = doubled(orbit, SWING.harmonics)
+    forces = model.forces(*twice.at(SWING.instants), orbit.wind_speed)
+    odd = _odd()
+    test = SWING.value[:, odd] * (2.0 / SWING.instants)
+    return derivative(SWING, twice.omega, forces, test, odd).reshape(len(odd) * model.size, -1)
+
+
+def flip_determinant(model: ReducedModel, orbit: Orbit) -> float:
+    """A smooth function that changes sign where a Floquet multiplier passes -1 (Hill's determinant, scaled)."""
+    sign, logarithm = np.linalg.slogdet(_flip_matrix(model, orbit))
+    return float(sign * np.exp(logarithm / (len(_odd()) * model.size)))
+
+
+def flip_shape(model: ReducedModel, orbit: Orbit) -> tuple[Array, float]:
+    """Fourier coefficients, over twice the period, of the swing that starts at an orbit, and their phase [rad] in it.
+
+    The horizontal mode's first harmonic is cos, with coefficient 1, once orbit and swing are turned by the phase.
+    """
+    odd = _odd()
+    shape = np.zeros((2 * SWING.harmonics + 1, model.size))
+    shape[odd] = np.linalg.svd(_flip_matrix(model, orbit))[2][-1].reshape(len(odd), -1)
+    phase = float(np.arctan2(shape[2, model.horizontal], shape[1, model.horizontal]))
+    turned = Orbit(0.0, 1.0, shape).turned(phase).coefficients
+    return np.asarray(turned / turned[1, model.horizontal]), phase

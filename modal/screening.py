@@ -1,0 +1,261 @@
+"""Whether, and from which wind on, vertical galloping starts the horizontal swing of an iced span."""
+
+from __future__ import annotations
+
+import time as clock
+from dataclasses import dataclass, field, replace
+from typing import Literal
+
+import numpy as np
+
+from gallop_fmu import Scene, SceneError
+from modal.floquet import multipliers
+from modal.reduced import ReducedModel, reduced_model
+from modal.resonance import FrequencyRatio, frequency_ratio
+from modal.rest import at_rest
+from modal.search import Cycle, Search
+from modal.two_mode import TwoMode, estimate
+
+__all__ = ["Cycle", "Screening", "screen"]
+
+Risk = Literal["none", "detuned", "possible", "certain", "undetermined"]
+
+REACH = 1.5
+"""Highest wind speed looked at, as a multiple of the scene's, unless one is given."""
+
+NOTICEABLE = 1.002
+"""Growth in a cycle from which a loss of mirror symmetry is mentioned: tenfold in about half an hour."""
+
+LEAST_DAMPING = 1e-4
+"""Damping ratio of the pair below which there is no threshold to speak of; twist damping alone may give 1e-5."""
+
+
+@dataclass(frozen=True)
+class Screening:
+    """What vertical galloping does to the horizontal swing.
+
+    Attributes
+    ----------
+    risk : {"none", "detuned", "possible", "certain", "undetermined"}
+        ``"none"``: the first symmetric vertical mode does not gallop up to `highest_wind`; ``"detuned"``: it does, but
+        starts no swing up to there; ``"possible"``: not at the scene's wind, but at a higher one, or only if kicked;
+        ``"certain"``: at the scene's wind galloping starts the swing; ``"undetermined"``: it gallops there, but no
+        periodic motion was found or it leaves the coefficient curve.
+    reason : str
+        Why, in words.
+    wind_speed, highest_wind : float
+        The scene's wind, and up to where was looked [m/s].
+    frequencies : FrequencyRatio
+        Natural frequencies of the pair, their ratio and its detuning from 2.
+    coupling : float
+        Relative change of the swing's stiffness per metre of vertical mid-span displacement [1/m].
+    galloping_from : float or None
+        Wind speed [m/s] at which galloping begins.
+    limit_cycle : tuple of Cycle
+        Vertical galloping without swing over the wind speed, in the order of continuation.
+    galloping : Cycle or None
+        The same at the scene's wind; None where it does not gallop.
+    onset_wind_speed, threshold_amplitude : float or None
+        Wind speed [m/s] at which the swing starts, and the vertical amplitude [m] there.
+    until_wind_speed : float or None
+        Wind speed [m/s] at which galloping no longer starts the swing, where that is below `highest_wind`.
+    saturated : Cycle or None
+        The motion that galloping and swing settle in at the scene's wind; None where there is none, or none was found.
+        Where its multiplier is above 1 it comes and goes, and the amplitudes are the largest of a short simulation.
+    lopsided_growth : float or None
+        By how much what breaks the mirror symmetry of the saturated motion, such as two-loop galloping, grows (above 1)
+        in one vertical cycle; None without swing or on a span without mirror symmetry.
+    estimate : TwoMode
+        The analytic two-mode estimate of the same, for comparison.
+    seconds : float
+        Time it took.
+    """
+
+    risk: Risk
+    reason: str
+    wind_speed: float
+    highest_wind: float
+    frequencies: FrequencyRatio
+    coupling: float
+    galloping_from: float | None
+    limit_cycle: tuple[Cycle, ...] = field(repr=False)
+    galloping: Cycle | None
+    onset_wind_speed: float | None
+    threshold_amplitude: float | None
+    until_wind_speed: float | None
+    saturated: Cycle | None
+    lopsided_growth: float | None
+    estimate: TwoMode = field(repr=False)
+    seconds: float
+
+    @property
+    def swings(self) -> bool:
+        """Whether galloping starts the swing at the scene's wind."""
+        return self.risk == "certain"
+
+    @property
+    def growth_per_cycle(self) -> float | None:
+        """By how much a small swing is multiplied in one vertical cycle at the scene's wind; None without galloping."""
+        return None if self.galloping is None else self.galloping.multiplier
+
+
+def screen(scene: Scene, highest_wind: float | None = None) -> Screening:
+    """Whether vertical galloping starts the horizontal swing by 2:1 internal resonance, and from which wind on.
+
+    The span is reduced to its lowest modes with all its nonlinearity (`modal.reduced`). Its vertical limit cycle
+    without swing is followed over the wind speed by harmonic balance (`modal.limit_cycle`); where a Floquet multiplier
+    of the swing passes -1 (`modal.floquet`), the swing starts, and the branch of motions with swing is followed from
+    there to the scene's wind.
+
+    Parameters
+    ----------
+    scene
+        The span, with wind, coefficient curve and structural damping. Of a wind history the mean counts.
+    highest_wind
+        Highest wind speed [m/s] looked at; None takes 1.5 times the scene's.
+
+    Raises
+    ------
+    SceneError
+        If the pair cannot be identified, there is no wind, no curve or no structural damping, the span has no stable
+        shape in the mean wind (divergence), or its galloping leaves the coefficient curve or is not found.
+    SimulationError
+        If no initial equilibrium exists.
+
+    Notes
+    -----
+    One span, one wind along it, galloping in the first symmetric vertical mode; ``loads`` and seeds of the scene are
+    left out. On a span with mirror symmetry only symmetric motion is followed, and `Screening.lopsided_growth` tells
+    whether what saturates keeps its symmetry.
+
+    Examples
+    --------
+    >>> import gallop_fmu as gf, modal
+    >>> found = modal.screen(gf.load_scene("example3"))
+    >>> found.risk, round(found.onset_wind_speed, 2)
+    ('certain', 5.04)
+    """
+    began = clock.perf_counter()
+    wind = scene.wind.mean_speed
+    highest = REACH * wind if highest_wind is None else highest_wind
+    _check(scene, wind, highest)
+    frequencies = frequency_ratio(scene)
+    rest = at_rest(scene)
+    model = reduced_model(scene, rest)
+    _check_damping(model)
+    rough = estimate(scene, wind, highest)
+    blank = Screening(
+        risk="none",
+        reason="",
+        wind_speed=wind,
+        highest_wind=highest,
+        frequencies=frequencies,
+        coupling=rough.coupling.modulation,
+        galloping_from=None,
+        limit_cycle=(),
+        galloping=None,
+        onset_wind_speed=None,
+        threshold_amplitude=None,
+        until_wind_speed=None,
+        saturated=None,
+        lopsided_growth=None,
+        estimate=rough,
+        seconds=0.0,
+    )
+    found = _judged(blank, Search(model, wind, highest))
+    return replace(found, seconds=clock.perf_counter() - began)
+
+
+def _check(scene: Scene, wind: float, highest: float) -> None:
+    if scene.aerodynamics is None:
+        raise SceneError("aerodynamics is not given: without a coefficient curve no wind can drive the span")
+    if not wind > 0.0:
+        raise SceneError("wind.speed = 0 m/s: screening needs the wind speed in question; set wind.speed")
+    if not highest >= wind:
+        raise SceneError(f"highest_wind = {highest} m/s: must be at least the scene's wind, {wind} m/s")
+
+
+def _check_damping(model: ReducedModel) -> None:
+    for name, mode, frequency in zip(
+        ("vertical", "horizontal"), (model.vertical, model.horizontal), model.frequencies, strict=True
+    ):
+        ratio = model.damping[mode, mode] / (2.0 * frequency)
+        if ratio < LEAST_DAMPING:
+            raise SceneError(
+                f"the structural damping ratio of the first {name} mode is {ratio:.2g}; without damping galloping has "
+                f"no critical wind and the swing no threshold: give damping.translation (at least {LEAST_DAMPING:g})"
+            )
+
+
+def _judged(blank: Screening, search: Search) -> Screening:
+    """The screening with everything that the search finds out."""
+    wind = blank.wind_speed
+    side = "above" if blank.frequencies.detuning > 0.0 else "below"
+    tuned = f"f_v/f_h = {blank.frequencies.ratio:.3f}, {abs(blank.frequencies.detuning):.1%} {side} 2:1"
+    found = replace(blank, galloping_from=search.galloping_from, limit_cycle=search.table())
+    if search.galloping_from is None:
+        reached = f"; {search.limit}" if search.limit else ""
+        return replace(
+            found,
+            reason=f"the first symmetric vertical mode does not gallop up to {found.highest_wind:.4g} m/s{reached}",
+        )
+    galloping = search.at_wind(search.orbits, search.track)
+    cycle = None if galloping is None else search.cycle(galloping, abs(multipliers(search.model, galloping).swing))
+    found = replace(found, galloping=cycle)
+    limits = search.limits()
+    start = next((orbit for orbit, starts in limits if starts), None)
+    if start is not None:
+        onset = search.cycle(start, 1.0)
+        end = next((orbit.wind_speed for orbit, starts in limits if not starts), None)
+        found = replace(
+            found, onset_wind_speed=onset.wind_speed, threshold_amplitude=onset.vertical, until_wind_speed=end
+        )
+        tuned += f": vertical galloping passes the threshold of {onset.vertical:.3g} m at {onset.wind_speed:.4g} m/s"
+    if cycle is None and wind > search.galloping_from:
+        lost = f"no periodic motion was found at the scene's {wind:.4g} m/s ({search.limit or 'none reaches it'})"
+        return replace(found, risk="undetermined", reason=f"{tuned}, but {lost}; see simulate(scene)")
+    if start is None:
+        return replace(found, risk="detuned", reason=f"{tuned}: {_no_swing(found, search.limit)}")
+    branch, track = search.swing_branch(start)
+    settled = search.at_wind(branch, track)
+    if settled is not None:
+        slowest = float(np.sqrt(np.max(np.abs(multipliers(search.model, settled, 2).all))))
+        saturated = search.cycle(settled, slowest, 2)
+        found = replace(found, saturated=saturated if slowest <= 1.0 else search.beating(saturated))
+    if cycle is None or cycle.multiplier <= 1.0:
+        return replace(found, risk="possible", reason=f"{tuned}{_not_yet(found)}")
+    if settled is not None:
+        found = replace(found, lopsided_growth=search.lopsided(settled, 2))
+    return replace(found, risk="certain", reason=f"{tuned}{_swings(found, cycle)}")
+
+
+def _no_swing(found: Screening, limit: str | None) -> str:
+    gallops = f"it begins to gallop at {found.galloping_from:.4g} m/s"
+    if found.galloping is not None:
+        gallops = f"it gallops at {found.galloping.vertical:.3g} m"
+    caveat = f" ({limit})" if limit else ""
+    return f"{gallops}, but starts no swing up to {found.limit_cycle[-1].wind_speed:.4g} m/s{caveat}"
+
+
+def _not_yet(found: Screening) -> str:
+    end, beside = "", ""
+    if found.until_wind_speed is not None:
+        end = f" and starts no swing beyond {found.until_wind_speed:.4g} m/s"
+    if found.saturated is not None:
+        beside = f", though a swing of {found.saturated.horizontal:.3g} m exists there if something kicks it"
+    return f"{end}, not at the scene's {found.wind_speed:.4g} m/s{beside}"
+
+
+def _swings(found: Screening, galloping: Cycle) -> str:
+    outcome = "no steady motion with swing was found"
+    if found.saturated is not None:
+        end = "come and go, up to" if found.saturated.multiplier > 1.0 else "settle at"
+        outcome = (
+            f"both {end} {found.saturated.vertical:.3g} m vertical and {found.saturated.horizontal:.3g} m horizontal"
+        )
+    if found.lopsided_growth is not None and found.lopsided_growth > NOTICEABLE:
+        outcome += f"; what breaks the mirror symmetry grows by {found.lopsided_growth - 1.0:.1%} a cycle there"
+    return (
+        f"; at {found.wind_speed:.4g} m/s it would reach {galloping.vertical:.3g} m, a swing grows by "
+        f"{galloping.multiplier - 1.0:.1%} a cycle, and {outcome}"
+    )

@@ -1,0 +1,240 @@
+"""Mode superposition: a linear structure in modal coordinates under the nonlinear wind load of the simulation.
+
+This is the model of Desai, Yu, Popplewell, Shah (1995), Computers & Structures 57(3), and with one mode in each
+direction that of Yu, Desai, Shah, Popplewell (1993), J. Eng. Mech. 119(12).  The tension of a linear structure does not
+change with the displacement, so internal resonance is outside of these models by construction.
+"""
+
+from __future__ import annotations
+
+import math
+import time as clock
+from importlib.metadata import version
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gallop_fmu import Outcome, Report, Result, Scene, SceneError, SimulationError
+from gallop_fmu.channels import NODE_CHANNELS, SPAN_CHANNELS
+from modal.modal_span import ModalSpan, wind_at
+
+Array = NDArray[np.float64]
+
+VERTICAL, HORIZONTAL, TORSIONAL = 5, 5, 5
+"""Modes of each family unless told otherwise."""
+
+NONLINEAR = "exact propagation of the modes, wind load as a parabola over each step (third order)"
+
+
+def mode_superposition(
+    scene: Scene,
+    stop_time: float | None = None,
+    *,
+    vertical: int = VERTICAL,
+    horizontal: int = HORIZONTAL,
+    torsional: int = TORSIONAL,
+    record_every: int | None = None,
+) -> Result:
+    """Motion of a span whose structure is linear and whose wind load is not.
+
+    The modes are those of `modal.natural_modes`, about the initial equilibrium in still air; eccentric ice couples the
+    directions inside them.  The wind load is that of the simulation, integrated over the same points along the span:
+    the same curve in the same relative wind.  Damping is the scene's, projected on the modes.
+
+    Parameters
+    ----------
+    scene
+        What to compute.
+    stop_time
+        Simulated time [s]; None takes the scene's.  The run ends at the first record at or after it.
+    vertical, horizontal, torsional
+        Number of modes of each family, from the lowest.  One of each is the model of Yu et al. (1993).
+    record_every
+        Time steps from one record to the next; None takes the scene's.
+
+    Returns
+    -------
+    Result
+        Displacements, velocities and attack angle at mid-span, and the wind speed.  The tension is left out: most of
+        what galloping adds to it is quadratic in the displacement, which a linear structure does not know.
+
+    Raises
+    ------
+    SceneError
+        If an argument is not allowed, the mesh has too few modes, or a tower moves.
+    SimulationError
+        If no initial equilibrium exists, or the run ends early; its ``result`` holds what was computed.
+
+    Notes
+    -----
+    The damped modes are propagated exactly under a load that is a parabola in time over each step.  The load at the
+    end of a step is evaluated once, at the state predicted by extrapolation (Adams-Bashforth, then Adams-Moulton).
+    The error of a smooth motion is of the third order in ``numerics.time_step``.
+
+    Three modes of each family give the one-loop galloping of example 2 to within half a percent of five.  A load that
+    is the same all along a span of much sag is another matter: the stretch that resists it takes twenty vertical modes
+    to come within 2 %.
+    """
+    span = ModalSpan.of(scene, vertical=vertical, horizontal=horizontal, torsional=torsional)
+    result = nonlinear_motion(span, stop_time, record_every)
+    if result.report.outcome is not Outcome.COMPLETED:
+        raise SimulationError(result.report, result)
+    return result
+
+
+def nonlinear_motion(span: ModalSpan, stop_time: float | None = None, record_every: int | None = None) -> Result:
+    """Motion under the nonlinear wind load; one that ends early is returned, and its outcome tells."""
+    started = clock.perf_counter()
+    every, records = _records(span.scene, stop_time, record_every)
+    step, count = span.scene.numerics.time_step, len(span.modes)
+    time = step * np.arange(records * every + 1, dtype=np.float64)
+    wind, applied = wind_at(span.scene, time).tolist(), span.applied(time)
+    transition, constant, linear, parabolic = propagators(span.structure(), step)
+    correction = 0.5 * (linear + parabolic)
+    z = span.start()
+    load, angle = span.wind_load(z, wind[0])
+    load = load + applied[0]
+    states, outcome = [z], _judge(span, z, angle)
+    before, done = None, 0
+    while outcome is Outcome.COMPLETED and done < records * every:
+        done += 1
+        slope = np.zeros(count) if before is None else load - before  # the load goes on as it did in the last step
+        z = transition @ z + constant @ load + linear @ slope
+        ahead, angle = span.wind_load(z, wind[done])
+        ahead = ahead + applied[done]
+        # the parabola through the last three loads, or at first the line through two, less what was extrapolated
+        z = z + (linear if before is None else correction) @ (ahead - load - slope)
+        before, load = load, ahead
+        outcome = _judge(span, z, angle)
+        if done % every == 0 and outcome is Outcome.COMPLETED:
+            states.append(z)
+    report = _report(span, outcome, step * done, angle, done)
+    return _result(span, np.array(states), every * step, report, NONLINEAR, started)
+
+
+def linear_motion(
+    span: ModalSpan, wind_speed: float, stop_time: float | None = None, record_every: int | None = None
+) -> Result:
+    """Motion under the wind load linearised about rest in a constant wind, from the scene's initial state.
+
+    It ends where the attack angle leaves the curve, for nothing else stops a linear instability.
+    """
+    started = clock.perf_counter()
+    every, records = _records(span.scene, stop_time, record_every)
+    step = span.scene.numerics.time_step
+    matrix, rest = span.linear_system(wind_speed)
+    transition, constant, linear, _ = propagators(matrix, step)
+    applied = span.applied(step * np.arange(records * every + 1, dtype=np.float64))
+    applied -= applied[0]  # which is part of the rest
+    z = span.start() - rest
+    states, outcome, done = [rest + z], Outcome.COMPLETED, 0
+    while outcome is Outcome.COMPLETED and done < records * every:
+        z = transition @ z + constant @ applied[done] + linear @ (applied[done + 1] - applied[done])
+        done += 1
+        if done % every:
+            continue
+        _, angle = span.wind_load(rest + z, wind_speed)
+        outcome = _judge(span, z, angle)
+        if outcome is Outcome.COMPLETED:
+            states.append(rest + z)
+    report = _report(span, outcome, step * done, angle, done)
+    return _result(span, np.array(states), every * step, report, "exact propagation", started, wind_speed)
+
+
+def propagators(matrix: Array, step: float) -> tuple[Array, Array, Array, Array]:
+    """Exact propagation of z' = matrix z + (0, f(t)) over a step.
+
+    Returns
+    -------
+    tuple of ndarray
+        What multiplies z, and the parts of f that are constant, linear and quadratic in the time since the start of the
+        step per step length.
+    """
+    from scipy.linalg import expm
+
+    size = len(matrix)
+    count = size // 2
+    chain = np.zeros((size + 3 * count,) * 2)  # Van Loan (1978): f, its slope and curvature as further states
+    chain[:size, :size] = step * matrix
+    chain[count:size, size : size + count] = step * np.eye(count)
+    chain[size : size + 2 * count, size + count :] = np.eye(2 * count)
+    blocks = expm(chain)[:size]
+    constant, linear, parabolic = np.split(blocks[:, size:], 3, axis=1)
+    return blocks[:, :size].copy(), constant.copy(), linear.copy(), 2.0 * parabolic
+
+
+def _records(scene: Scene, stop_time: float | None, record_every: int | None) -> tuple[int, int]:
+    """Steps from one record to the next, and the number of records after the first."""
+    stop = scene.run.stop_time if stop_time is None else stop_time
+    every = scene.run.record_every if record_every is None else record_every
+    if not (math.isfinite(stop) and stop > 0.0):
+        raise SceneError(f"stop_time = {stop}: must be a positive number of seconds")
+    if isinstance(every, bool) or not isinstance(every, int) or every < 1:
+        raise SceneError(f"record_every = {every}: must be a whole number of time steps, 1 or more")
+    return every, max(1, math.ceil(stop / (every * scene.numerics.time_step) - 1e-9))
+
+
+def _judge(span: ModalSpan, z: Array, angle: float) -> Outcome:
+    if not math.isfinite(float(z @ z)):
+        return Outcome.NON_FINITE
+    return Outcome.ANGLE_OUT_OF_RANGE if span.wind_load.leaves_curve(angle) else Outcome.COMPLETED
+
+
+def _report(span: ModalSpan, outcome: Outcome, time: float, angle: float, steps: int) -> Report:
+    if outcome is not Outcome.ANGLE_OUT_OF_RANGE:
+        return Report(outcome, time, steps=steps)
+    load = span.wind_load
+    limit = load.centre + math.copysign(load.half_range, angle - load.centre)
+    return Report(outcome, time, value=angle, limit=limit, steps=steps)
+
+
+def _result(
+    span: ModalSpan,
+    states: Array,
+    interval: float,
+    report: Report,
+    integrator: str,
+    started: float,
+    wind_speed: float | None = None,
+) -> Result:
+    """Histories at mid-span; a wind speed is given where the load is linear."""
+    import xarray as xr  # a third of a second, which `import modal` should not cost
+
+    scene, load, middle = span.scene, span.wind_load, span.model.middle
+    time = interval * np.arange(len(states), dtype=np.float64)
+    wind = wind_at(scene, time) if wind_speed is None else np.full(len(time), wind_speed)
+    q, rate = np.split(states, 2, axis=1)
+    u, v = q @ span.shapes[middle].T, rate @ span.shapes[middle].T
+    relative = np.arctan2(-v[:, 1] - load.radius * v[:, 3], wind - v[:, 2])
+    values = {
+        **dict(zip(("u1", "u2", "u3", "theta"), u.T, strict=True)),
+        **dict(zip(("v1", "v2", "v3", "omega"), v.T, strict=True)),
+        "angle_of_attack": load.attack_angle + u[:, 3] + relative,
+    }
+    variables = {name: (("time", "node"), column[:, None]) for name, column in values.items()}
+    dataset = xr.Dataset(
+        variables | {"wind_speed": (("time",), wind)},
+        {"time": time, "node": [middle], "x1": ("node", span.model.equilibrium().x[[middle], 0])},
+    )
+    dataset.time.attrs.update(units="s", long_name="time")
+    dataset.x1.attrs.update(units="m", long_name="position of the node along the span")
+    for channel in (*NODE_CHANNELS, *SPAN_CHANNELS):
+        if channel.name in dataset:
+            dataset[channel.name].attrs.update(units=channel.unit, long_name=channel.meaning)
+    families = [mode.family for mode in span.modes]
+    counts = ", ".join(f"{families.count(family)} {family}" for family in dict.fromkeys(families))
+    kind = "nonlinear" if wind_speed is None else "linearised"
+    dataset.attrs.update(
+        title=scene.title,
+        source=f"gallop-fmu {version('gallop-fmu')}",
+        model=f"mode superposition: linear structure ({counts} modes), {kind} quasi-steady wind load",
+        integrator=integrator,
+        scene=scene.to_toml(),
+        outcome=report.outcome.name.lower(),
+        message=str(report),
+        seconds=clock.perf_counter() - started,
+        steps=report.steps,
+        iterations=report.iterations,
+        refactorisations=report.refactorisations,
+    )
+    return Result(dataset, scene, report)

@@ -1,0 +1,172 @@
+"""Criteria of galloping against hand calculation, the finite element model and the nonlinear onset."""
+
+import math
+
+import numpy as np
+import pytest
+
+import gallop_fmu as gf
+import modal
+
+
+@pytest.fixture(scope="module")
+def scene():
+    return gf.load_scene("example3")
+
+
+@pytest.fixture(scope="module")
+def onsets(scene):
+    return {(c.mode.family, c.mode.loops): c for c in modal.critical_wind_speed(scene, count=3, highest=7.0)}
+
+
+def test_den_hartogs_range_ends_where_the_sum_vanishes(scene):
+    # x = alpha - 180 deg: CL = -4.5 x + 3 x^3, CD = 1 + 0.5 x^2, so -3.5 + 9.5 x^2 = 0
+    edge = math.degrees(math.sqrt(3.5 / 9.5))
+    (found,) = modal.den_hartog(scene).unstable_deg
+    assert found == pytest.approx((180.0 - edge, 180.0 + edge), abs=1e-7)
+
+
+def test_nigols_range_ends_where_the_slope_of_the_moment_vanishes(scene):
+    edge = math.degrees(math.sqrt(0.3 / 0.6))  # CM = -0.3 x + 0.2 x^3
+    (found,) = modal.nigol(scene).unstable_deg
+    assert found == pytest.approx((180.0 - edge, 180.0 + edge), abs=1e-6)
+
+
+@pytest.mark.parametrize(
+    ("lift", "ranges"),
+    [([0.0, 1.0], []), ([0.0, -2.0], [(-20.0, 30.0)]), ([0.0, 0.0, 5.0], [(-20.0, math.degrees(-0.1))])],
+)
+def test_ranges_end_with_the_curve(scene, lift, ranges):
+    curve = {"kind": "polynomial", "valid_from_deg": -20.0, "valid_to_deg": 30.0}
+    curve |= {"lift": lift, "drag": [1.0], "moment": [0.0]}
+    changed = scene.with_values({"aerodynamics": curve, "ice.attack_angle_deg": 0.0})
+    found = modal.den_hartog(changed).unstable_deg
+    assert len(found) == len(ranges)
+    for one, other in zip(found, ranges, strict=True):
+        assert one == pytest.approx(other, abs=1e-7)
+
+
+def test_several_ranges_of_a_measured_table(scene):
+    angle = np.arange(0.0, 181.0, 10.0)
+    table = {
+        "kind": "table",
+        "angle_deg": list(angle),
+        "lift": list(np.sin(np.radians(4.0 * angle))),
+        "drag": [1.0] * len(angle),
+        "moment": [0.0] * len(angle),
+    }
+    criterion = modal.den_hartog(scene.with_values({"aerodynamics": table, "ice.attack_angle_deg": 90.0}))
+    assert len(criterion.unstable) == 2  # the slope 4 cos(4 a) is below -1 around 45 and 135 deg
+    for (first, last), centre in zip(criterion.unstable_deg, (45.0, 135.0), strict=True):
+        assert first < centre < last
+    assert np.all(criterion.value[(criterion.attack_angle > math.radians(120)) & (criterion.value < 0)] < 0.0)
+
+
+def test_the_coupled_criterion_is_that_of_the_whole_span(scene):
+    # at 180 deg the mean wind does not turn this section, and the first modes are nearly half-waves
+    criterion = modal.coupled(scene)
+    here = np.interp(math.pi, criterion.attack_angle, criterion.value)
+    growth = max(mode.eigenvalue.real for mode in modal.natural_modes(scene, wind="mean"))
+    assert here == pytest.approx(-growth, rel=0.008)  # observed 0.0047
+
+
+def test_critical_wind_speed_is_near_den_hartogs(scene, onsets):
+    vertical = onsets["vertical", 1]
+    pair = 4.0 * 1.66 * 2.0 * math.pi * vertical.mode.frequency_hz * vertical.mode.damping_ratio
+    assert vertical.den_hartog == pytest.approx(pair / (1.2929 * 0.0235 * 3.5), rel=1e-9)
+    assert vertical.wind_speed == pytest.approx(vertical.den_hartog, rel=0.06)  # observed 0.051: swing and twist
+    assert onsets["vertical", 2].wind_speed == pytest.approx(
+        onsets["vertical", 2].den_hartog, rel=0.02
+    )  # observed 0.018
+
+
+def test_damping_and_frequency_of_the_twist_are_those_of_nigols_equation(scene):
+    # without eccentric ice and lift or drag slopes, the twist stands alone but for its part in the relative wind
+    alone = scene.with_values(
+        {
+            "ice.first_moment_x2": 0.0,
+            "ice.first_moment_x3": 0.0,
+            "aerodynamics.lift": [0.0],
+            "aerodynamics.drag": [0.01],
+        }
+    )
+    still, blown = (
+        next(mode for mode in modal.natural_modes(alone, 30, wind) if mode.family == "torsional")
+        for wind in ("still", "mean")
+    )
+    wind, d, inertia, slope = 5.5, 0.0235, 1.56e-4, -0.3
+    pressure = 0.5 * 1.2929 * d**2 * slope
+    omega = 2.0 * math.pi * still.frequency_hz
+    growth = -pressure * wind * 0.5 * d / (2.0 * inertia)  # r = d/2; a negative slope feeds the twist
+    assert blown.eigenvalue.real - still.eigenvalue.real == pytest.approx(growth, rel=1e-7)  # observed 4.8e-8
+    square = abs(blown.eigenvalue) ** 2 - omega**2
+    assert square == pytest.approx(-pressure * wind**2 / inertia, rel=3e-6)  # observed 1.1e-6
+
+
+def test_a_mode_that_the_wind_damps_has_no_critical_speed(onsets):
+    horizontal = onsets["horizontal", 1]
+    assert (horizontal.wind_speed, horizontal.den_hartog, horizontal.searched_to) == (None, None, 7.0)
+
+
+def growth_rate(scene, wind, window=(100.0, 300.0)):
+    """Of the vertical mode, from the energy of a small simulated motion about the equilibrium."""
+    windy = scene.with_values({"wind.speed": wind, "initial.wind": "mean_wind_equilibrium", "numerics.time_step": 0.02})
+    data = gf.simulate(windy, window[1]).midspan()
+    u2 = data.u2.values - gf.Model(windy).rest().motion()[0][15, 1]
+    time = data.time.values
+    halves = [(time >= a) & (time < a + 0.5 * np.ptp(window)) for a in (window[0], np.mean(window))]
+    energy = [np.mean(u2[half] ** 2) for half in halves]
+    return math.log(energy[1] / energy[0]) / np.ptp(window)
+
+
+def test_critical_wind_speed_is_the_onset_of_the_nonlinear_model(scene, onsets):
+    # observed: the growth rate vanishes 0.024 % below the critical speed; the issue allows 2 %
+    critical = onsets["vertical", 1].wind_speed
+    assert growth_rate(scene, 0.998 * critical) < 0.0 < growth_rate(scene, 1.002 * critical)
+
+
+def test_growth_rate_is_that_of_the_nonlinear_model(scene):
+    wind = 4.8
+    mode = modal.natural_modes(scene.with_values({"wind.speed": wind}), 2, "mean")[1]
+    assert mode.family == "vertical"
+    assert growth_rate(scene, wind) == pytest.approx(mode.eigenvalue.real, rel=0.003)  # observed 0.0018
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        ({"damping.translation": None}, r"damping.translation is not given: the horizontal mode at 0\.37"),
+        ({"wind.speed": 0.0, "aerodynamics": None}, "no aerodynamics"),
+    ],
+)
+def test_no_critical_speed_without_damping_or_curve(scene, change, message):
+    with pytest.raises(gf.SceneError, match=message):
+        modal.critical_wind_speed(scene.with_values(change))
+
+
+@pytest.mark.parametrize("highest", [0.0, -3.0, math.inf, math.nan])
+def test_an_impossible_highest_wind_is_named(scene, highest):
+    with pytest.raises(gf.SceneError, match="highest = "):
+        modal.critical_wind_speed(scene, highest=highest)
+
+
+def test_where_the_search_ends_is_said(scene):
+    # a curve so short that the mean twist leaves it
+    short = scene.with_values(
+        {"aerodynamics.valid_to_deg": 180.5, "aerodynamics.moment": [0.05, -0.3], "aerodynamics.valid_from_deg": 100.0}
+    )
+    found = modal.critical_wind_speed(short, count=1, highest=30.0)[0]
+    assert found.wind_speed is None
+    assert found.searched_to < 30.0
+    assert "validity range" in found.remark
+
+
+@pytest.mark.parametrize("wind", [0.0, -1.0, math.nan])
+def test_the_coupled_criterion_needs_wind(scene, wind):
+    with pytest.raises(gf.SceneError, match="needs a positive one"):
+        modal.coupled(scene, wind)
+
+
+def test_criteria_need_a_curve(scene):
+    with pytest.raises(gf.SceneError, match="no aerodynamics"):
+        modal.stability_criteria(scene.with_values({"wind.speed": 0.0, "aerodynamics": None}))

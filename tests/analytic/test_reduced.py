@@ -1,0 +1,94 @@
+"""The reduced model against the kernel: its forces, its equilibrium in the wind, and the coupling of the pair."""
+
+import numpy as np
+import pytest
+
+import gallop_fmu as gf
+import modal
+from gallop_fmu import Inputs, Model
+from modal.reduced import mean_state, reduced_model
+from modal.rest import assemble, at_rest
+
+SPRINGS = {"kind": "springs", "stiffness_x1": 76e3, "stiffness_x3": 1400.0}
+TABLE = {
+    "kind": "table",
+    "angle_deg": [100.0, 140.0, 180.0, 220.0, 260.0],
+    "lift": [0.5, 2.0, 0.0, -2.0, -0.5],
+    "drag": [1.5, 1.2, 1.0, 1.2, 1.5],
+    "moment": [0.1, 0.2, 0.0, -0.2, -0.1],
+}
+SCENES = {
+    "rigid": {},
+    "sprung": {"supports.left": SPRINGS, "supports.right": SPRINGS},
+    "lopsided": {"supports.left": SPRINGS, "span.height_difference": 8.0, "span.sag": None},
+    "table": {"aerodynamics": TABLE},
+}
+
+
+@pytest.mark.parametrize("values", SCENES.values(), ids=SCENES)
+def test_forces_and_their_derivatives_are_those_of_the_kernel(values):
+    scene = gf.load_scene("example3").with_values(values)
+    rest = at_rest(scene)
+    model = reduced_model(scene, rest)
+    draw = np.random.default_rng(0)
+    q, v, a = (size * draw.standard_normal((3, model.size)) for size in (0.3, 0.6, 0.9))
+    found = model.forces(q, v, a, 5.5)
+    flat = model.shapes.reshape(model.size, -1)
+    inputs = Inputs(0.0, 5.5, np.radians(scene.ice.attack_angle_deg), np.zeros((2, 3)))
+    springs = np.zeros((rest.model.nodes, 4))
+    springs[[0, -1], 0], springs[[0, -1], 2] = rest.model.equilibrium().support_stiffness.T
+    for k in range(3):
+        motion = [(y[k] @ flat).reshape(-1, 4) for y in (q, v, a)]
+        residual = flat @ (rest.model.residual(*motion, inputs=inputs) + springs * motion[0]).ravel()
+        assert found.residual[k] == pytest.approx(residual, abs=2e-14 * np.max(np.abs(residual)))  # observed 5e-16
+        for part in ("stiffness", "damping", "mass"):
+            matrix = assemble(rest.model.tangent(*motion, inputs=inputs, **{part: 1.0}))
+            if part == "stiffness":
+                matrix += np.diag(springs.ravel())
+            projected = flat @ matrix @ flat.T
+            assert getattr(found, part)[k] == pytest.approx(projected, abs=2e-14 * np.max(np.abs(projected)))
+
+
+def test_the_derivative_by_the_wind_is_that_of_the_residual():
+    scene = gf.load_scene("example3")
+    model = reduced_model(scene, at_rest(scene))
+    q, v, a = np.random.default_rng(1).standard_normal((3, 2, model.size)) * 0.3
+    ahead, back = (model.forces(q, v, a, wind).residual for wind in (5.5 + 1e-4, 5.5 - 1e-4))
+    slope = model.forces(q, v, a, 5.5).by_wind
+    assert slope == pytest.approx((ahead - back) / 2e-4, abs=1e-7 * np.max(np.abs(slope)))
+
+
+def test_shapes_are_orthonormal_in_the_mass():
+    scene = gf.load_scene("example3")
+    model = reduced_model(scene, at_rest(scene))
+    mass = model.shapes.reshape(model.size, -1) @ model.rest.mass @ model.shapes.reshape(model.size, -1).T
+    assert mass == pytest.approx(np.eye(model.size), abs=1e-12)
+    assert 2.0 * np.pi * np.array([0.69541, 0.37752]) == pytest.approx(model.frequencies, rel=2e-5)
+
+
+def test_the_equilibrium_in_the_wind_is_that_of_the_kernel():
+    scene = gf.load_scene("example3")
+    model = reduced_model(scene, at_rest(scene))
+    state = mean_state(model, 5.5)
+    kernel = Model(scene)
+    exact = kernel.rest().motion()[0][kernel.middle]
+    assert state.displacement @ model.middle == pytest.approx(exact, abs=2e-4)  # observed 1.3e-4 of 0.0608 m, drag
+    assert state.vertical.real > 0.0  # above the critical wind
+    assert mean_state(model, 4.0).vertical.real < 0.0
+
+
+@pytest.mark.parametrize("sag", [1.4, 2.15, 2.8])
+def test_the_coupling_is_the_dynamic_over_the_static_tension(sag):
+    """h/H per metre of a shallow cable: (EA/Le) (8 sag/L^2) integral of the mode / H, with the mode 1 at mid-span."""
+    scene = gf.load_scene("example3").with_values({"span": {"length": 125.88, "sag": sag}})
+    state = Model(scene).equilibrium()
+    first = next(m for m in modal.natural_modes(scene) if m.family == "vertical" and m.symmetric)
+    wave = first.shape[:, 1] / first.shape[len(first.shape) // 2, 1]
+    length = scene.span.length
+    effective = length * (1.0 + 8.0 * (state.sag / length) ** 2)
+    area = np.trapezoid(wave, state.x[:, 0])
+    per_metre = scene.conductor.axial_stiffness / effective * 8.0 * state.sag / length**2 * area
+    found = modal.quadratic_coupling(scene).modulation
+    assert found == pytest.approx(
+        -per_metre / state.horizontal_tension, rel=0.003
+    )  # observed up to 1.7e-3; upwards slackens

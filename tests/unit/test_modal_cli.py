@@ -1,0 +1,108 @@
+"""The command line of the modal toolkit: what it prints and writes, and that mistakes end in one readable message."""
+
+import json
+import subprocess
+import sys
+
+import pytest
+from typer.testing import CliRunner
+
+import gallop_fmu as gf
+import modal
+from modal.cli import app
+
+COMMANDS = {
+    "modes": (),
+    "ratio": ("--points", "3"),
+    "linear": ("--count", "2", "--highest", "6"),
+}
+QUICK = ("--set", "numerics.elements=8")
+
+
+@pytest.fixture
+def invoke(tmp_path, monkeypatch):
+    """Run a command in an empty folder."""
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setenv("COLUMNS", "160")
+    return lambda *words: CliRunner().invoke(app, [str(word) for word in words])
+
+
+@pytest.fixture
+def scene():
+    return gf.load_scene("example3").with_values({"numerics.elements": 8})
+
+
+@pytest.mark.parametrize("command", COMMANDS)
+def test_help_has_an_example(invoke, command):
+    result = invoke(command, "--help")
+    assert result.exit_code == 0
+    assert f"Example: gallop-modal {command}" in result.stdout
+
+
+@pytest.mark.parametrize("command", COMMANDS)
+@pytest.mark.parametrize("as_json", [False, True])
+def test_every_command_prints_and_draws(invoke, tmp_path, command, as_json):
+    words = [command, "example3", *QUICK, *COMMANDS[command], "--plot", "picture.png"]
+    result = invoke(*words, *(["--json"] if as_json else []))
+    assert result.exit_code == 0, result.output
+    assert (tmp_path / "picture.png").read_bytes()[:4] == b"\x89PNG"
+    if as_json:
+        assert json.loads(result.stdout)["files"] == ["picture.png"]
+    else:
+        assert "wrote picture.png" in result.stdout
+
+
+def test_modes_are_those_of_the_function(invoke, scene):
+    for wind in ("still", "mean"):
+        printed = json.loads(invoke("modes", "example3", *QUICK, "--count", "3", "--wind", wind, "--json").stdout)
+        expected = modal.natural_modes(scene, 3, wind)
+        assert [row["frequency_hz"] for row in printed["modes"]] == [mode.frequency_hz for mode in expected]
+        assert [row["damping_ratio"] for row in printed["modes"]] == [mode.damping_ratio for mode in expected]
+
+
+def test_ratio_tells_where_it_is_two(invoke, scene):
+    words = ("--over", "span.sag", "--from", "2.0", "--to", "2.5", "--points", "3", "--json")
+    printed = json.loads(invoke("ratio", "example3", *QUICK, *words).stdout)
+    assert printed["ratio"] == modal.frequency_ratio(scene).ratio
+    assert printed["crossings"] == modal.crossings(scene, "span.sag", [2.0, 2.25, 2.5])
+    assert "raising span.horizontal_tension" in printed["ways_out"][0]
+
+
+def test_linear_tells_the_critical_wind(invoke, scene):
+    printed = json.loads(invoke("linear", "example3", *QUICK, "--count", "2", "--highest", "6", "--json").stdout)
+    expected = modal.critical_wind_speed(scene, 2, 6.0)
+    assert [row["wind_speed"] for row in printed["critical_winds"]] == [onset.wind_speed for onset in expected]
+    assert printed["unstable_attack_angles_deg"]["Den Hartog"][0] == pytest.approx([145.222781, 214.777219])
+
+
+def test_the_criteria_can_be_drawn(invoke, tmp_path):
+    words = ("--count", "1", "--highest", "2", "--show", "criteria", "--plot", "criteria.svg")
+    assert invoke("linear", "example3", *QUICK, *words).exit_code == 0
+    assert "Den Hartog" in (tmp_path / "criteria.svg").read_text(encoding="utf-8")
+
+
+@pytest.mark.parametrize(
+    ("words", "message"),
+    [
+        (("modes", "example9"), "no packaged scene has this name"),
+        (("modes", "example3", "--count", "0"), "count = 0"),
+        (("modes", "example3", "--plot", "modes.gif"), "must end in .png"),
+        (("ratio", "example3", "--over", "span.width"), "span.width"),
+        (("ratio", "example3", "--over", "supports.stiffness_x1"), "supports.left.stiffness_x1"),
+        (("linear", "example1"), "no aerodynamics"),
+        (("linear", "example3", "--highest", "-1"), "highest = -1"),
+    ],
+)
+def test_mistakes_end_in_one_message(invoke, words, message):
+    result = invoke(*words)
+    assert result.exit_code == 2
+    assert result.stdout == ""
+    assert message in result.stderr
+    assert "Traceback" not in result.output
+
+
+def test_heavy_packages_wait_until_they_are_needed():
+    heavy = "control", "matplotlib", "scipy", "xarray"
+    code = f"import sys, modal.cli; print([name for name in {heavy} if name in sys.modules])"
+    found = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert found.stdout.strip() == "[]"
