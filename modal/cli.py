@@ -256,7 +256,9 @@ def screen_span(
             numbers = (cycle.wind_speed, cycle.vertical, cycle.horizontal, cycle.frequency_hz)
             table.add_row(name, *(f"{number:.4g}" for number in numbers))
     lines = [chosen.title, f"risk of a 2:1 swing: {found.risk}", found.reason, *([table] if found.galloping else [])]
-    _tell({"title": chosen.title, **asdict(found)}, lines, figure, plot, as_json)
+    ratios = {"ratio": found.frequencies.ratio, "detuning": found.frequencies.detuning}
+    told = {"title": chosen.title, **asdict(found), **ratios, "growth_per_cycle": found.growth_per_cycle}
+    _tell(told, lines, figure, plot, as_json)
 
 
 @app.command(name="compare", epilog=example("gallop-modal compare example3 --until 900 --plot compare.png"))

@@ -25,13 +25,15 @@ void add_springs(const gallop_model *model, const instant *now, const double *u,
 /* Largest correction, in m and rad alike: a twist of 1 rad matters to the wind load as much as a motion of metres. */
 double correction_size(const gallop_model *model, const double *du)
 {
-    double largest = 0.0, sum = 0.0;
-    for (int i = 0; i < 4 * model->nodes; i++) {
-        double size = fabs(du[i]);
-        largest = size > largest ? size : largest;
-        sum += du[i];   /* the maximum lets NaN pass */
-    }
-    return isfinite(sum) ? largest : NAN;
+    double largest[4] = {0.0}, sum[4] = {0.0};   /* by unknown, so that the four need not wait for each other */
+    for (int n = 0; n < model->nodes; n++, du += 4)
+        for (int i = 0; i < 4; i++) {
+            double size = fabs(du[i]);
+            largest[i] = size > largest[i] ? size : largest[i];
+            sum[i] += du[i];   /* the maximum lets NaN pass */
+        }
+    double all = sum[0] + sum[1] + sum[2] + sum[3];
+    return isfinite(all) ? fmax(fmax(largest[0], largest[1]), fmax(largest[2], largest[3])) : NAN;
 }
 
 /* The acceleration is extrapolated from the last two; the ends follow their prescribed motion. */

@@ -1,0 +1,177 @@
+"""Screening for 2:1 internal resonance against the nonlinear model and Liu, Yan, Zhang, Zhou (2009), Example 3."""
+
+import importlib.util
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import gallop_fmu as gf
+import modal
+
+SPRING = {"kind": "springs", "stiffness_x1": 75.97e3, "stiffness_x3": 1e9}
+KICKED = 700.0
+
+
+@pytest.fixture(scope="module")
+def third():
+    return gf.load_scene("example3")
+
+
+@pytest.fixture(scope="module")
+def screened(third):
+    return modal.screen(third)
+
+
+def kicked_swing(scene, wind, vertical_seed):
+    """Amplitudes [m] of the simulated swing after a kick of a millimetre into settled galloping, and 240 s later."""
+    law = {"kind": "pulse", "peak": 1.0, "start": KICKED, "rise": 0.25, "fall_start": KICKED + 0.25, "fall": 0.25}
+    values = {
+        "wind.speed": wind, "numerics.elements": 10, "numerics.time_step": 0.02, "initial.seed_horizontal": 0.0,
+        "initial.seed_vertical": -vertical_seed, "loads": [{"force": [0.0, 0.0, 1.0], "position": 0.5, "law": law}],
+    }  # fmt: skip
+    motion = gf.simulate(scene.with_values(values), stop_time=KICKED + 302.0, record_every=4).midspan()
+
+    def half_frequency(start):
+        part = motion.sel(time=slice(start, start + 60.0))
+        window = np.blackman(part.sizes["time"])
+        u3 = part.u3.values - part.u3.values @ window / window.sum()
+        frequency = np.fft.rfftfreq(len(u3), 0.08)
+        vertical = frequency[np.argmax(np.abs(np.fft.rfft(part.u2.values * window))[3:]) + 3]
+        near = (frequency > 0.4 * vertical) & (frequency < 0.6 * vertical)
+        return np.max(np.abs(np.fft.rfft(u3 * window))[near]) * 2.0 / window.sum()
+
+    return half_frequency(KICKED + 1.0), half_frequency(KICKED + 241.0)
+
+
+def test_example_3_swings_and_saturates_as_in_the_paper(screened):
+    assert screened.risk == "certain"
+    assert screened.swings
+    assert screened.frequencies.ratio == pytest.approx(0.69541 / 0.37752, rel=1e-4)
+    # the prototype's steady state, extrapolated from tests/literature/test_example3.py
+    assert screened.saturated.vertical == pytest.approx(0.4417, rel=3e-3)  # observed 0.44125, -0.1 %
+    assert screened.saturated.horizontal == pytest.approx(0.1915, rel=6e-3)  # observed 0.19202, 0.3 %
+    assert screened.saturated.twist == pytest.approx(0.1842, rel=3e-3)  # observed 0.18420
+    assert screened.saturated.multiplier < 1.0
+    # the vertical-only plateau, which the simulation leaves before it has quite settled
+    assert screened.galloping.vertical == pytest.approx(0.577, rel=0.02)  # observed 0.5824
+    assert "2:1" in screened.reason
+    assert "0.405 m" in screened.reason
+
+
+def test_below_the_onset_example_3_gallops_without_swing(third):
+    found = modal.screen(third.with_values({"wind.speed": 5.0}))
+    assert found.risk == "possible"
+    assert found.galloping.vertical == pytest.approx(0.3865, rel=3e-3)  # observed 0.3862
+    assert found.galloping.horizontal == pytest.approx(0.0106, rel=0.01)  # observed 0.01057
+    assert found.galloping.multiplier < 1.0
+
+
+@pytest.mark.parametrize("stiffness_x3", [1e9, 1361.6])
+def test_on_the_springs_of_table_1_there_is_no_swing(third, stiffness_x3):
+    spring = SPRING | {"stiffness_x3": stiffness_x3}
+    found = modal.screen(third.with_values({"supports.left": spring, "supports.right": spring}))
+    assert found.risk == "detuned"
+    assert found.onset_wind_speed is None
+    assert not found.estimate.swings
+    assert found.galloping.vertical == pytest.approx(1.90, rel=5e-3)  # observed 1.897 and 1.905
+    assert found.galloping.horizontal == pytest.approx(0.0944 if stiffness_x3 == 1e9 else 0.0215, rel=0.01)
+
+
+def test_example_2_gallops_as_printed_and_is_detuned():
+    found = modal.screen(gf.load_scene("example2"))
+    assert found.risk == "detuned"
+    assert found.galloping.vertical == pytest.approx(1.548, rel=2e-3)  # observed 1.5476
+    assert found.galloping.horizontal == pytest.approx(0.0579, rel=5e-3)  # observed 0.05785
+    assert found.galloping.twist == pytest.approx(0.111, rel=5e-3)  # observed 0.11110
+
+
+def test_the_swing_of_the_simulation_starts_at_the_predicted_wind(third, screened):
+    """Bisected, the onset of the nonlinear model is 5.05 m/s; here it is enclosed within 1 %."""
+    onset, threshold = screened.onset_wind_speed, screened.threshold_amplitude
+    assert onset == pytest.approx(5.05, rel=4e-3)  # observed 5.041
+    at_first, later = kicked_swing(third, 0.99 * onset, threshold)
+    assert later < 0.2 * at_first < 1e-3
+    assert kicked_swing(third, 1.01 * onset, threshold)[1] > 0.05  # observed 0.063
+
+
+def test_the_swing_starts_where_the_multiplier_passes_one(screened):
+    """The table of limit cycles and the onset tell the same."""
+    for cycle in screened.limit_cycle:
+        assert (cycle.multiplier > 1.0) == (cycle.wind_speed > screened.onset_wind_speed)
+        assert (cycle.vertical > screened.threshold_amplitude) == (cycle.wind_speed > screened.onset_wind_speed)
+
+
+def test_the_analytic_estimate_is_near(screened):
+    estimate = screened.estimate
+    assert estimate.swings
+    assert estimate.onset_wind_speed == pytest.approx(screened.onset_wind_speed, rel=0.01)  # observed 0.3 %
+    assert estimate.threshold_amplitude == pytest.approx(screened.threshold_amplitude, rel=0.1)  # observed 8 %
+    assert estimate.vertical_amplitude == pytest.approx(screened.galloping.vertical, rel=0.1)  # observed 6.5 %
+    second = modal.two_mode_estimate(gf.load_scene("example2"))
+    assert second.vertical_amplitude == pytest.approx(1.548, rel=0.015)  # observed 1.561
+    assert not second.swings
+
+
+def test_weak_wind_is_no_risk(third):
+    found = modal.screen(third.with_values({"wind.speed": 2.0}))
+    assert found.risk == "none"
+    assert "does not gallop up to 3 m/s" in found.reason
+    assert (found.galloping, found.limit_cycle, found.saturated) == (None, (), None)
+
+
+def test_galloping_that_leaves_the_curve_is_undetermined(third):
+    narrow = {"aerodynamics.valid_from_deg": 165.0, "aerodynamics.valid_to_deg": 195.0}
+    found = modal.screen(third.with_values(narrow))
+    assert found.risk == "undetermined"
+    assert "leave the coefficient curve, which is valid from 165 to 195 deg" in found.reason
+    assert found.galloping is None
+
+
+def test_what_cannot_be_screened_is_refused(third):
+    refused = {
+        "without damping": (
+            {"damping.translation": None},
+            r"damping ratio of the first vertical mode is 8e-06.*no thresh",
+        ),
+        "without wind": ({"wind.speed": 0.0}, r"wind.speed = 0 m/s.*set wind.speed"),
+        "without curve": ({"wind.speed": 0.0, "aerodynamics": None}, "aerodynamics is not given"),
+        "turned out of the curve": ({"ice.attack_angle_deg": 250.0, "aerodynamics.moment": [3.0]}, "turned out of the"),
+        "no pair": ({"ice.first_moment_x2": 0.0098}, "unstable"),
+    }
+    for values, message in refused.values():
+        with pytest.raises(gf.SceneError, match=message):
+            modal.screen(third.with_values(values))
+    with pytest.raises(gf.SceneError, match=r"highest_wind = 5.0 m/s: must be at least the scene's wind, 5.5"):
+        modal.screen(third, highest_wind=5.0)
+    with pytest.raises(gf.SceneError, match=r"wind_speed = 0.0 m/s: must be positive"):
+        modal.two_mode_estimate(third, wind_speed=0.0)
+
+
+@pytest.fixture(scope="module")
+def table():
+    """The script that compares screening and simulation on many drawn scenes."""
+    path = Path(__file__).parents[2] / "benchmarks" / "screening_table.py"
+    spec = importlib.util.spec_from_file_location("screening_table", path)
+    module = importlib.util.module_from_spec(spec)
+    sys.modules[spec.name] = module  # dataclasses look their module up
+    spec.loader.exec_module(module)
+    yield module
+    del sys.modules[spec.name]
+
+
+def drawn(table, number):
+    draw = np.random.default_rng(table.SEED)
+    return [table.drawn_scene(draw) for _ in range(number)][-1]
+
+
+@pytest.mark.parametrize("number", [11, 12])
+def test_drawn_scenes_settle_where_screening_says(table, number):
+    """11 swings strongly; in 12 the third vertical mode takes part and the limit cycle jumps, without swing."""
+    scene = drawn(table, number)
+    found, motion = modal.screen(scene), table.simulated(scene, scene.wind.mean_speed, table.LONG)
+    assert found.swings == motion.swings == (number == 11)
+    cycle = found.saturated if found.swings else found.galloping
+    assert cycle.vertical == pytest.approx(motion.vertical, rel=0.006)  # observed -0.1 % and -0.3 %
+    assert cycle.horizontal == pytest.approx(motion.horizontal, rel=0.03)  # observed 1.5 % and 0.3 %
