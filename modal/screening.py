@@ -30,6 +30,10 @@ LEAST_DAMPING = 1e-4
 """Damping ratio of the pair below which there is no threshold to speak of; twist damping alone may give 1e-5."""
 
 
+STILL = 1e-6
+"""Amplitude [m] below which a limit cycle is the still span: galloping can end at a higher wind than it began."""
+
+
 @dataclass(frozen=True)
 class Screening:
     """What vertical galloping does to the horizontal swing.
@@ -201,6 +205,8 @@ def _judged(blank: Screening, search: Search) -> Screening:
         )
     galloping = search.at_wind(search.orbits, search.track)
     cycle = None if galloping is None else search.cycle(galloping, abs(multipliers(search.model, galloping).swing))
+    ended = cycle is not None and cycle.vertical < STILL
+    cycle = None if ended else cycle
     found = replace(found, galloping=cycle)
     limits = search.limits()
     start = next((orbit for orbit, starts in limits if starts), None)
@@ -211,11 +217,11 @@ def _judged(blank: Screening, search: Search) -> Screening:
             found, onset_wind_speed=onset.wind_speed, threshold_amplitude=onset.vertical, until_wind_speed=end
         )
         tuned += f": vertical galloping passes the threshold of {onset.vertical:.3g} m at {onset.wind_speed:.4g} m/s"
-    if cycle is None and wind > search.galloping_from:
+    if cycle is None and not ended and wind > search.galloping_from:
         lost = f"no periodic motion was found at the scene's {wind:.4g} m/s ({search.limit or 'none reaches it'})"
         return replace(found, risk="undetermined", reason=f"{tuned}, but {lost}; see simulate(scene)")
     if start is None:
-        return replace(found, risk="detuned", reason=f"{tuned}: {_no_swing(found, search.limit)}")
+        return replace(found, risk="detuned", reason=f"{tuned}: {_no_swing(found, search.limit, ended)}")
     branch, track = search.swing_branch(start)
     settled = search.at_wind(branch, track)
     if settled is not None:
@@ -229,8 +235,10 @@ def _judged(blank: Screening, search: Search) -> Screening:
     return replace(found, risk="certain", reason=f"{tuned}{_swings(found, cycle)}")
 
 
-def _no_swing(found: Screening, limit: str | None) -> str:
+def _no_swing(found: Screening, limit: str | None, ended: bool) -> str:
     gallops = f"it begins to gallop at {found.galloping_from:.4g} m/s"
+    if ended:
+        gallops += f" and no longer gallops at {found.wind_speed:.4g} m/s"
     if found.galloping is not None:
         gallops = f"it gallops at {found.galloping.vertical:.3g} m"
     caveat = f" ({limit})" if limit else ""

@@ -161,8 +161,8 @@ def table():
     del sys.modules[spec.name]
 
 
-def drawn(table, number):
-    draw = np.random.default_rng(table.SEED)
+def drawn(table, number, seed=None):
+    draw = np.random.default_rng(seed or table.SEED)
     return [table.drawn_scene(draw) for _ in range(number)][-1]
 
 
@@ -175,3 +175,10 @@ def test_drawn_scenes_settle_where_screening_says(table, number):
     cycle = found.saturated if found.swings else found.galloping
     assert cycle.vertical == pytest.approx(motion.vertical, rel=0.006)  # observed -0.1 % and -0.3 %
     assert cycle.horizontal == pytest.approx(motion.horizontal, rel=0.03)  # observed 1.5 % and 0.3 %
+
+
+def test_galloping_that_has_ended_below_the_scenes_wind_is_no_cycle_of_zero_amplitude(table):
+    """Of the blind draw: it gallops from 9.5 m/s, but no longer at its 19.6 m/s."""
+    found = modal.screen(drawn(table, 8, seed=20261122))
+    assert (found.risk, found.galloping) == ("detuned", None)
+    assert "no longer gallops at 19.63 m/s" in found.reason

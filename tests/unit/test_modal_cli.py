@@ -15,6 +15,8 @@ COMMANDS = {
     "modes": (),
     "ratio": ("--points", "3"),
     "linear": ("--count", "2", "--highest", "6"),
+    "screen": ("--highest", "6"),
+    "compare": ("--until", "10"),
 }
 QUICK = ("--set", "numerics.elements=8")
 
@@ -106,3 +108,16 @@ def test_heavy_packages_wait_until_they_are_needed():
     code = f"import sys, modal.cli; print([name for name in {heavy} if name in sys.modules])"
     found = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert found.stdout.strip() == "[]"
+
+
+def test_screen_tells_the_risk_and_where_it_begins(invoke, scene):
+    printed = json.loads(invoke("screen", "example3", *QUICK, "--highest", "6", "--json").stdout)
+    expected = modal.screen(scene, 6.0)
+    assert (printed["risk"], printed["onset_wind_speed"]) == ("certain", expected.onset_wind_speed)
+    assert printed["ratio"] == expected.frequencies.ratio
+    assert printed["saturated"]["horizontal"] == expected.saturated.horizontal
+
+
+def test_compare_sets_three_models_side_by_side(invoke):
+    printed = json.loads(invoke("compare", "example3", *QUICK, "--until", "10", "--json").stdout)
+    assert list(printed["models"]) == ["nonlinear", "superposition", "linear"]
