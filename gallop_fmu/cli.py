@@ -35,6 +35,7 @@ if TYPE_CHECKING:
 RESULT_SUFFIXES = (".nc", ".csv")
 
 app = typer.Typer(
+    name="gallop-fmu",
     cls=Commands,
     add_completion=False,
     no_args_is_help=True,

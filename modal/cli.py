@@ -26,6 +26,7 @@ if TYPE_CHECKING:
     from gallop_fmu.scene import Scene
 
 app = typer.Typer(
+    name="gallop-modal",
     cls=Commands,
     add_completion=False,
     no_args_is_help=True,
