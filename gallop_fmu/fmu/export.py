@@ -76,7 +76,8 @@ def export_fmu(
     runtime
         What runs the FMU. "native": the kernel's own library, for the platform of this installation; the host needs
         nothing. "python": pythonfmu 0.7 (Linux and Windows, 64 bit), for hosts that bring a Python in which this
-        version of gallop-fmu is installed, and that unpack the FMU under a path of plain letters, digits and spaces.
+        version of gallop-fmu is installed, that unpack the FMU under a path of plain letters, digits and spaces, and
+        that instantiate from one thread at a time (a fault of pythonfmu; steps may run in several).
     platforms
         Platforms whose libraries a native FMU brings, compiled here with the extra ``cross``: "linux64" (glibc 2.17 or
         later), "win64", "darwin64" (Intel and Apple silicon). None or empty: the installed library, for this one.

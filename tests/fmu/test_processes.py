@@ -44,9 +44,14 @@ def test_two_fmus_in_one_process_do_not_mix(gallop_fmu, rigid_fmu, tmp_path):
 def test_two_fmus_alive_at_once_in_two_threads(gallop_scene, rigid_scene, gallop_fmu, rigid_fmu):
     code = SIMULATE + (
         "from concurrent.futures import ThreadPoolExecutor\n"
-        "def tension(p):\n"
-        "    return simulate_fmu(p, stop_time=2.0, output_interval=0.01)['midspan.tension'].tolist()\n"
-        "with ThreadPoolExecutor(2) as pool: print(json.dumps(list(pool.map(tension, paths))))"
+        "from fmpy import extract, instantiate_fmu, read_model_description\n"
+        # one after the other: pythonfmu looks for the class of a script through a name that all threads share
+        "folders = [extract(p) for p in paths]\n"
+        "fmus = [instantiate_fmu(f, read_model_description(p), 'CoSimulation') for f, p in zip(folders, paths)]\n"
+        "def tension(folder, fmu):\n"
+        "    records = simulate_fmu(folder, stop_time=2.0, output_interval=0.01, fmu_instance=fmu)\n"
+        "    return records['midspan.tension'].tolist()\n"
+        "with ThreadPoolExecutor(2) as pool: print(json.dumps(list(pool.map(tension, folders, fmus))))"
     )
     found = json.loads(run(code, gallop_fmu, rigid_fmu))
     for values, scene in zip(found, (gallop_scene, rigid_scene), strict=True):
