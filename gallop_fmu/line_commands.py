@@ -10,8 +10,8 @@ import typer
 from gallop_fmu.terminal import AsJson, Exit, check_output, complain, echo_json, new_console, new_table
 
 NEW_EXAMPLE = (
-    "gallop-fmu new mine.toml --conductor Drake --span 300 --percent 20 --ice 0.012 --attack-angle 180 --wind 6 "
-    "--coefficients example3"
+    "gallop-fmu new mine.toml --conductor Drake --span 300 --stringing-percent 20 --ice-thickness 0.012 "
+    "--attack-angle-deg 180 --wind-speed 6 --coefficients example3"
 )
 
 
@@ -23,7 +23,7 @@ def conductors(as_json: AsJson = False) -> None:
     if as_json:
         echo_json([vars(wire) for wire in found])
         return
-    table = new_table("code word", "type", "strands", "diameter [mm]", "mass [kg/m]", "rated strength [kN]", "EA [MN]")
+    table = new_table("code word", "type", "strands", "d [mm]", "mass [kg/m]", "strength [kN]", "EA [MN]")
     for wire in found:
         table.add_row(
             wire.code_word,
@@ -38,35 +38,55 @@ def conductors(as_json: AsJson = False) -> None:
 
 
 def new(
+    context: typer.Context,
     out: Annotated[Path, typer.Argument(metavar="FILE", help="Scene file to write (.toml).")],
     conductor: Annotated[str, typer.Option(metavar="WORD", help="Code word; gallop-fmu conductors lists them.")],
-    span: Annotated[float, typer.Option(metavar="M", help="Horizontal distance between the supports \\[m].")],
-    height_difference: Annotated[float, typer.Option(metavar="M", help="Right support above the left \\[m].")] = 0.0,
-    ruling_span: Annotated[float | None, typer.Option(metavar="M", help="Ruling span \\[m]; else the span.")] = None,
-    tension: Annotated[
-        float | None, typer.Option(metavar="N", help="Stringing tension, bare conductor, horizontal \\[N].")
+    span: Annotated[float, typer.Option(metavar="M", help="Horizontal distance between the supports.")],
+    height_difference: Annotated[
+        float | None, typer.Option(metavar="M", help="Right support above the left; else level.")
     ] = None,
-    percent: Annotated[
-        float | None, typer.Option(metavar="%", help="Stringing tension in percent of the rated strength.")
+    ruling_span: Annotated[float | None, typer.Option(metavar="M", help="Ruling span; else the span.")] = None,
+    stringing_tension: Annotated[
+        float | None, typer.Option(metavar="N", help="Horizontal tension of the bare conductor when strung.")
     ] = None,
-    stringing_temperature: Annotated[float, typer.Option(metavar="C", help="Temperature when strung.")] = 15.0,
-    temperature: Annotated[float, typer.Option(metavar="C", help="Temperature of the iced conductor.")] = 0.0,
-    ice: Annotated[float, typer.Option(metavar="M", help="Greatest thickness of the ice \\[m].")] = 0.0,
+    stringing_percent: Annotated[
+        float | None, typer.Option(metavar="%", help="The same in percent of the rated strength.")
+    ] = None,
+    stringing_temperature: Annotated[
+        float | None, typer.Option(metavar="C", help="Temperature when strung; else 15.")
+    ] = None,
+    temperature: Annotated[
+        float | None, typer.Option(metavar="C", help="Temperature of iced conductor and air; else 0.")
+    ] = None,
     ice_shape: Annotated[
-        Literal["radial", "crescent", "eccentric_circle", "d_shape"], typer.Option(help="Shape of the ice.")
-    ] = "crescent",
-    ice_density: Annotated[float, typer.Option(metavar="KG/M3", help="Density of the ice.")] = 900.0,
-    attack_angle: Annotated[float, typer.Option(metavar="DEG", help="Attack angle of the wind on the ice.")] = 0.0,
-    wind: Annotated[float | None, typer.Option(metavar="M/S", help="Wind speed \\[m/s].")] = None,
+        Literal["radial", "crescent", "eccentric_circle", "d_shape"] | None,
+        typer.Option(help="Shape of the ice; else crescent."),
+    ] = None,
+    ice_thickness: Annotated[
+        float | None, typer.Option(metavar="M", help="Greatest thickness of the ice; else bare.")
+    ] = None,
+    ice_density: Annotated[
+        float | None, typer.Option(metavar="KG/M3", help="Density of the ice; else 900, glaze.")
+    ] = None,
+    attack_angle_deg: Annotated[
+        float | None, typer.Option(metavar="DEG", help="Attack angle, 0: wind onto the thickest ice.")
+    ] = None,
+    wind_speed: Annotated[float | None, typer.Option(metavar="M/S", help="Constant wind speed; else calm.")] = None,
     coefficients: Annotated[
         str | None, typer.Option(metavar="NAME", help="Coefficient curve: a CSV file, or a packaged scene.")
     ] = None,
     insulator_length: Annotated[
-        float | None, typer.Option(metavar="M", help="Length of suspension strings \\[m]; else dead ends.")
+        float | None, typer.Option(metavar="M", help="Length of suspension strings; else dead ends.")
     ] = None,
-    insulator_weight: Annotated[float | None, typer.Option(metavar="N", help="Weight of one string \\[N].")] = None,
+    insulator_weight: Annotated[float | None, typer.Option(metavar="N", help="Weight of one string.")] = None,
     adjacent_span: Annotated[
-        float | None, typer.Option(metavar="M", help="Spans beyond the strings \\[m]; else the ruling span.")
+        float | None, typer.Option(metavar="M", help="Spans beyond the strings; else the ruling span.")
+    ] = None,
+    damping_percent: Annotated[
+        float | None, typer.Option(metavar="%", help="Damping ratio of translations; else 0.5.")
+    ] = None,
+    twist_damping_percent: Annotated[
+        float | None, typer.Option(metavar="%", help="Damping ratio of twist; else 4.")
     ] = None,
 ) -> None:
     """Write a scene from a line's familiar numbers, every value with unit, meaning and source."""
@@ -77,25 +97,6 @@ def new(
     if out.exists():
         complain(f"{out}: exists already; choose another name, or remove it first")
         raise typer.Exit(Exit.BAD_INPUT)
-    line = {
-        "conductor": conductor,
-        "span": span,
-        "height_difference": height_difference,
-        "ruling_span": ruling_span,
-        "stringing_tension": tension,
-        "stringing_percent": percent,
-        "stringing_temperature": stringing_temperature,
-        "temperature": temperature,
-        "ice_thickness": ice,
-        "ice_shape": ice_shape,
-        "ice_density": ice_density,
-        "attack_angle_deg": attack_angle,
-        "wind_speed": wind,
-        "coefficients": coefficients,
-        "insulator_length": insulator_length,
-        "insulator_weight": insulator_weight,
-        "adjacent_span": adjacent_span,
-    }
-    scene = Scene.from_dict({"line": {key: value for key, value in line.items() if value is not None}})
-    out.write_text(annotated_toml(scene), encoding="utf-8", newline="\n")
+    line = {name: value for name, value in context.params.items() if name != "out" and value is not None}
+    out.write_text(annotated_toml(Scene.from_dict({"line": line})), encoding="utf-8", newline="\n")
     new_console().print(f"wrote {out}; gallop-fmu run {out} computes it", soft_wrap=True)

@@ -127,6 +127,7 @@ def scene_data(data: Mapping[str, Any], folder: Path) -> dict[str, Any]:
         followed[key] = {**followed.get(key, {}), **value}
         if key == "wind" and "history" in value:
             followed[key].pop("speed", None)
+            sources.pop("wind.speed", None)
         for name in value:
             sources = {**_without(sources, f"{key}.{name}"), f"{key}.{name}": SET_BY_USER}
     followed["sources"] = {**sources, **given.get("sources", {})}
