@@ -1,7 +1,8 @@
 """A line as an engineer knows it: code word, span, stringing tension, ice, wind. Turned into the numbers of a scene.
 
 A scene file may hold a ``[line]`` table instead of its ``[span]``, ``[conductor]``, ``[ice]`` and so on. What follows
-from it is filled in when the file is read, each value with its source; sections that stand beside ``[line]`` win.
+from it is filled in when the file is read, each value with its source; values in sections beside ``[line]`` replace
+those that follow, without changing others: the tension, for one, stays that of the conductor in the table.
 """
 
 from __future__ import annotations
@@ -120,22 +121,16 @@ def scene_data(data: Mapping[str, Any], folder: Path) -> dict[str, Any]:
     for key, value in given.items():
         if key == "sources":
             continue
-        if not isinstance(value, dict) or key == "aerodynamics":
+        if isinstance(value, dict) and key != "aerodynamics":
+            followed[key] = {**followed.get(key, {}), **value}
+            sources |= {f"{key}.{name}": SET_BY_USER for name in value}
+        else:
             followed[key] = value
-            sources = _without(sources, key)
-            continue
-        followed[key] = {**followed.get(key, {}), **value}
-        if key == "wind" and "history" in value:
-            followed[key].pop("speed", None)
-            sources.pop("wind.speed", None)
-        for name in value:
-            sources = {**_without(sources, f"{key}.{name}"), f"{key}.{name}": SET_BY_USER}
+            sources |= {} if key in ("title", "description") else {key: SET_BY_USER}
+    if followed["wind"].get("history") is not None and followed["wind"].pop("speed", None) is not None:
+        sources.pop("wind.speed")
     followed["sources"] = {**sources, **given.get("sources", {})}
     return followed
-
-
-def _without(sources: dict[str, str], path: str) -> dict[str, str]:
-    return {key: text for key, text in sources.items() if key != path and not key.startswith(path + ".")}
 
 
 def _resolve(line: Line, folder: Path) -> tuple[dict[str, Any], dict[str, str]]:

@@ -108,6 +108,14 @@ def test_what_stands_beside_the_line_wins():
     assert "wind.speed" not in scene.sources
 
 
+def test_a_curve_beside_the_line_replaces_the_whole_curve():
+    flat = {"kind": "table", "angle_deg": [0.0, 360.0], "lift": [0.0, 0.0], "drag": [1.0, 1.0], "moment": [0.0, 0.0]}
+    scene = line_scene({"aerodynamics": flat, "supports": {"left": {"kind": "rigid"}}})
+    assert (scene.aerodynamics.kind, scene.sources["aerodynamics"]) == ("table", "set by the user")
+    assert (scene.supports.left.kind, scene.supports.right.kind) == ("rigid", "adjacent_span")
+    assert scene.sources["supports.left"] == "set by the user"
+
+
 def test_a_bare_dead_ended_line_needs_three_numbers():
     scene = gf.Scene.from_dict({"line": {"conductor": "zebra", "span": 300.0, "stringing_tension": 20e3}})
     assert scene.supports.left.kind == "rigid"
