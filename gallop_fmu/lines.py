@@ -127,8 +127,9 @@ def scene_data(data: Mapping[str, Any], folder: Path) -> dict[str, Any]:
         else:
             followed[key] = value
             sources |= {} if key in ("title", "description") else {key: SET_BY_USER}
-    if followed["wind"].get("history") is not None and followed["wind"].pop("speed", None) is not None:
-        sources.pop("wind.speed")
+    wind = given.get("wind", {})
+    if "history" in wind and "speed" not in wind and line.wind_speed is not None:
+        del followed["wind"]["speed"], sources["wind.speed"]
     followed["sources"] = {**sources, **given.get("sources", {})}
     return followed
 
