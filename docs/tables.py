@@ -13,6 +13,7 @@ from typer.testing import CliRunner
 import gallop_fmu as gf
 from gallop_fmu.cli import app as gallop
 from gallop_fmu.fmu.variables import variable_table
+from gallop_fmu.lines import Line
 from gallop_fmu.paths import BOUNDS, section_classes
 from gallop_fmu.sections import Section, unit_of_field
 from modal.cli import app as toolkit
@@ -20,7 +21,8 @@ from modal.cli import app as toolkit
 
 def on_page_markdown(markdown: str, **_: Any) -> str:
     """Put the tables in their places."""
-    for mark, table in (("{{ scene }}", scene_tables), ("{{ fmu }}", fmu_table), ("{{ commands }}", command_help)):
+    marks = {"scene": scene_tables, "line": line_table, "fmu": fmu_table, "commands": command_help}
+    for mark, table in ((f"{{{{ {name} }}}}", table) for name, table in marks.items()):
         if mark in markdown:
             markdown = markdown.replace(mark, "\n".join(table()))
     return markdown
@@ -29,6 +31,11 @@ def on_page_markdown(markdown: str, **_: Any) -> str:
 def scene_tables() -> Iterator[str]:
     """One heading and table for each section of a scene, in order of declaration."""
     yield from _section("", gf.Scene)
+
+
+def line_table() -> Iterator[str]:
+    """The familiar numbers that a scene can follow from."""
+    yield from _section("line", Line)
 
 
 def _section(path: str, section: type[Section]) -> Iterator[str]:

@@ -106,7 +106,7 @@ def test_what_stands_beside_the_line_wins():
     assert (scene.wind.speed, scene.wind.mean_speed) == (None, 3.0)
     assert (scene.run.stop_time, scene.sources["run.stop_time"]) == (30.0, "set by the user")
     assert "wind.speed" not in scene.sources
-    with pytest.raises(gf.SceneError, match="speed = 5.0 m/s and history are both given"):
+    with pytest.raises(gf.SceneError, match=r"speed = 5.0 m/s and history are both given"):
         line_scene({"wind": {"speed": 5.0, "history": history}})
 
 
