@@ -40,7 +40,8 @@ SOURCES = {
     "Berkeley National Laboratory)",
     "C": "strands, diameter and mass: ASTM B232/B232M-11, Table 1; rated strength: REFA conductor database (Lawrence "
     "Berkeley National Laboratory)",
-    "D": "BS EN 50182:2001, Annex F, conductors used in the United Kingdom",
+    "D": "BS EN 50182:2001, Annex F, conductors used in the United Kingdom, from a public transcription whose areas, "
+    "diameters and masses agree with the wires",
     "E": "conductors to BS EN 50182 in the catalogue of Zar Cable (en.zarcable.com)",
     "F": "diameter as published, which is that of whole layers of equal wires; mass derived: 2700 kg/m3 times the "
     "area, plus 2.03 % (37 wires) or 2.37 % (61 wires) for stranding as in the tables of EN 50182; rated strength not "
