@@ -31,7 +31,7 @@ WIDE, NARROW = 7.1, 4.1
 LETTERS = 13.0
 """Letters of a title that fit into an inch."""
 
-PLACES: tuple[Literal["left", "center"], ...] = ("left", "center")
+SIDES: tuple[Literal["left", "center"], ...] = ("left", "center")
 
 REST_STYLES: tuple[dict[str, Any], ...] = (
     {"color": "#404040"},
@@ -99,15 +99,19 @@ def svg(figure: Figure, name: str, width: float | None = None) -> str:
 
 
 def resize(figure: Figure, width: float, height: float) -> Figure:
-    """The figure in another size [inch], its titles broken to fit."""
+    """The figure in another size [inch]: panels side by side come one below the other, titles are broken to fit."""
+    panels = figure.axes
+    grids = [axes.get_subplotspec() for axes in panels]
+    if any(grid is not None and grid.get_gridspec().ncols > 1 for grid in grids):
+        height *= len(panels)
+        for axes, place in zip(panels, figure.add_gridspec(len(panels), 1), strict=True):
+            axes.set_subplotspec(place)
     figure.set_size_inches(width, height)
     with matplotlib.rc_context(STYLE):
-        for axes in figure.axes:
-            grid = axes.get_subplotspec()
-            letters = int(LETTERS * width / (1 if grid is None else grid.get_gridspec().ncols))
-            for place in PLACES:
-                if title := axes.get_title(loc=place):
-                    axes.set_title(textwrap.fill(title, letters), loc=place)
+        for axes in panels:
+            for side in SIDES:
+                if title := axes.get_title(loc=side):
+                    axes.set_title(textwrap.fill(title, int(LETTERS * width)), loc=side)
     return figure
 
 

@@ -26,6 +26,7 @@ FEW = 8
 NOT_TEXT = ("title", "description", "sources")
 """Leaves of a scene that do not belong into its table: the page shows them elsewhere."""
 
+NOT_STATED = "not stated"
 AS_ABOVE = "as above"
 """Instead of a source that the row before gave in full."""
 
@@ -60,7 +61,7 @@ def scene_tables(scene: Scene) -> list[Table]:
             continue
         section, name = leaf.path.split(".", 1)
         rows, source = groups.setdefault(section, []), source_of(scene, leaf.path)
-        told = AS_ABOVE if rows and source == last and len(source) > len(AS_ABOVE) else source
+        told = AS_ABOVE if rows and source == last != NOT_STATED else source
         rows.append((name, value_text(leaf.value), "" if leaf.unit == "1" else leaf.unit, leaf.meaning, told))
         last = source
     return [Table(name, ("name", "value", "unit", "meaning", "source"), rows) for name, rows in groups.items()]
@@ -70,7 +71,7 @@ def source_of(scene: Scene, path: str) -> str:
     """What the scene says about the origin of a value: its own source, or that of the section it is in."""
     parts = path.split(".")
     starts = (".".join(parts[:count]) for count in range(len(parts), 0, -1))
-    return next((scene.sources[start] for start in starts if start in scene.sources), "not stated")
+    return next((scene.sources[start] for start in starts if start in scene.sources), NOT_STATED)
 
 
 def value_text(value: Any) -> str:
@@ -214,7 +215,7 @@ def numerics_table(findings: Findings) -> Table:
         interval = float(time[1] - time[0]) if len(time) > 1 else step
         rows += [
             ("integrator", str(attrs["integrator"])),
-            ("steps, and sub-steps of divided ones", f"{report.steps}, {report.substeps}"),
+            ("steps, sub-steps", f"{report.steps}, {report.substeps}"),
             ("Newton iterations per step", f"{report.iterations / max(report.steps, 1):.2f}"),
             ("times that a step was halved", f"{report.halvings}"),
             ("lowest tension anywhere", f"{report.lowest_tension / 1e3:.3f} kN"),
