@@ -17,6 +17,9 @@ from modal.report.findings import Findings, Missing, Progress, Statics, examine
 from modal.screening import Screening
 
 SUFFIXES = (".html", ".htm")
+STILL = 1e-9
+"""Displacement [m] and twist [rad] below which a run shows nothing but rounding."""
+
 SHAPE_BOX = 100.0, 20.0
 """Half width and half height of the box that a mode shape is drawn in."""
 
@@ -116,6 +119,7 @@ def content(findings: Findings) -> dict[str, Any]:
         "screening_figure": None,
         "onset_table": None,
         "criteria_figure": None,
+        "still": False,
         "motion_table": None,
         "histories_figure": None,
         "trace_figure": None,
@@ -188,6 +192,8 @@ def _simulated(findings: Findings, result: Result) -> dict[str, Any]:
 
     if result.dataset.sizes["time"] < 2:
         return {}
+    if all(float(np.abs(result.dataset[name].values).max()) < STILL for name in ("u2", "u3", "theta")):
+        return {"still": True}
     frames = animation(result)
     filled: dict[str, Any] = {
         "motion_table": tables.motion_table(result),

@@ -110,7 +110,7 @@ def mode_table(modes: list[Mode], caption: str) -> Table:
     """Modes in order of frequency."""
     rows = [
         (
-            f"{mode.family} {mode.loops}",
+            f"{mode.family}\N{NO-BREAK SPACE}{mode.loops}",
             f"{mode.frequency_hz:.4f}",
             f"{100.0 * mode.damping_ratio:.2f}",
             f"{100.0 * mode.shares[mode.family]:.1f}",

@@ -161,6 +161,7 @@ def test_without_wind_says_so(calm):
     for what in ("Critical winds", "Stability criteria"):
         assert re.search(rf"{what}: not found out\.\s+the scene has no aerodynamics", shown)
     assert "The nonlinear model ran to its end: completed at 2 s" in shown
+    assert "Nothing moves: the span stays where it rests." in shown
 
 
 def test_shows_why_a_part_is_refused(unpainted):
