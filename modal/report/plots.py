@@ -104,8 +104,9 @@ def resize(figure: Figure, width: float, height: float) -> Figure:
     grids = [axes.get_subplotspec() for axes in panels]
     if any(grid is not None and grid.get_gridspec().ncols > 1 for grid in grids):
         height *= len(panels)
-        for axes, place in zip(panels, figure.add_gridspec(len(panels), 1), strict=True):
-            axes.set_subplotspec(place)
+        below = figure.add_gridspec(len(panels), 1)
+        for row, axes in enumerate(panels):
+            axes.set_subplotspec(below[row])
     figure.set_size_inches(width, height)
     with matplotlib.rc_context(STYLE):
         for axes in panels:
