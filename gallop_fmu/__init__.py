@@ -25,8 +25,10 @@ if TYPE_CHECKING:
     from gallop_fmu.fmu import check_fmu, export_fmu
     from gallop_fmu.outcome import Outcome, Report, SimulationError
     from gallop_fmu.result import Oscillation, Result
+    from gallop_fmu.runs import Runs, RunsStoppedError, read_runs
     from gallop_fmu.scene import Scene, load_scene, packaged_scenes
     from gallop_fmu.simulation import simulate
+    from gallop_fmu.sweeping import sweep
 
 # Where each public name lives.  A module is loaded when its name is first used, so that `gallop-fmu --help` does not
 # wait for numpy, nor a simulation for fmpy.
@@ -36,8 +38,10 @@ _HOMES = {
     "fmu": ("check_fmu", "export_fmu"),
     "outcome": ("Outcome", "Report", "SimulationError"),
     "result": ("Oscillation", "Result"),
+    "runs": ("Runs", "RunsStoppedError", "read_runs"),
     "scene": ("Scene", "load_scene", "packaged_scenes"),
     "simulation": ("simulate",),
+    "sweeping": ("sweep",),
 }
 
 __all__ = [
@@ -48,6 +52,8 @@ __all__ = [
     "Outcome",
     "Report",
     "Result",
+    "Runs",
+    "RunsStoppedError",
     "Scene",
     "SceneError",
     "SimulationError",
@@ -56,7 +62,9 @@ __all__ = [
     "export_fmu",
     "load_scene",
     "packaged_scenes",
+    "read_runs",
     "simulate",
+    "sweep",
 ]
 
 

@@ -1,0 +1,324 @@
+"""Rows of results on disk: nothing that was computed is lost, whatever ends the program.
+
+Beside the file of results stands a journal, ``FILE.journal``: a header, then one line of JSON a row, written as soon as
+the row is there. The file itself is rewritten as a whole from time to time, under another name that then takes its
+place. So after an interruption at any instant there is a readable file, and a journal with every row but those under
+way. The journal goes when all rows are in the file.
+"""
+
+from __future__ import annotations
+
+import json
+import math
+import os
+import time as clock
+from collections.abc import Iterable, Mapping
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gallop_fmu.errors import SceneError
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+Row = dict[str, Any]
+"""Column to number, truth, text or None (not there)."""
+
+SUFFIXES = (".parquet", ".nc")
+RENEWAL = 20.0
+"""Wall-clock time [s] between two rewritings of the file, about; longer where it takes long."""
+RENEWAL_SHARE = 0.05
+"""Largest share of the time that goes into rewriting."""
+
+FORMAT = "gallop-fmu runs 1"
+ATTRIBUTE = "gallop_fmu"
+"""Under which name the header stands in a file."""
+
+ERROR = "error"
+"""Outcome of a run that ended in something unforeseen, such as lack of memory: a resumed sweep tries it again."""
+
+
+class Store:
+    """The rows of one sweep, and their file, if there is one.
+
+    Parameters
+    ----------
+    path
+        File to write, ``.parquet`` or ``.nc``; None keeps the rows in memory only.
+    header
+        What the rows belong to: texts by which a resumed sweep knows its own file (``package``, ``task``, ``scenes``),
+        and ``runs``, ``grid`` and ``columns``.
+
+    Raises
+    ------
+    SceneError
+        If the file cannot be a file of results, or belongs to something else.
+    """
+
+    def __init__(self, path: Path | str | None, header: dict[str, Any]) -> None:
+        self.path = None if path is None else Path(path)
+        self.header = {"format": FORMAT, **header}
+        self.rows: dict[int, Row] = {}
+        self._journal: Any = None
+        self._length = 0  # of what an earlier sweep left in the journal
+        self._renewed, self._cost = clock.monotonic(), 0.0
+        if self.path is not None:
+            _check_path(self.path)
+            self._resume(self.path)
+
+    def dataset(self) -> xr.Dataset:
+        """All rows so far, in the order of their runs."""
+        return as_dataset([self.rows[run] for run in sorted(self.rows)], self.header)
+
+    def add(self, rows: Iterable[Row]) -> None:
+        """Keep rows, first in memory and then on disk.
+
+        Raises
+        ------
+        OSError
+            If they cannot be written.
+        """
+        rows = list(rows)
+        self.rows.update((row["run"], row) for row in rows)
+        if self.path is None:
+            return
+        if self._journal is None:
+            self._open(journal_of(self.path))
+        self._append("".join(map(_line, rows)))
+        now = clock.monotonic()
+        if now - self._renewed > max(RENEWAL, self._cost / RENEWAL_SHARE):
+            os.fsync(self._journal.fileno())
+            self.renew()
+            self._cost = clock.monotonic() - now
+
+    def renew(self) -> None:
+        """Rewrite the file with all rows so far.
+
+        Raises
+        ------
+        OSError
+            If it cannot be written; the file from before is kept.
+        """
+        if self.path is not None:
+            write(self.dataset(), self.path)
+        self._renewed = clock.monotonic()
+
+    def close(self) -> None:
+        """Write the file, and remove the journal if every run has its row.
+
+        Raises
+        ------
+        OSError
+            If the file cannot be written; the journal is kept.
+        """
+        if self.path is None:
+            return
+        self.release()
+        self.renew()
+        if len(self.rows) == self.header["runs"]:
+            journal_of(self.path).unlink(missing_ok=True)
+
+    def release(self) -> None:
+        """Close the journal as it is."""
+        if self._journal is not None:
+            self._journal.close()
+            self._journal = None
+
+    def _resume(self, path: Path) -> None:
+        """Take over what an earlier sweep left."""
+        journal = journal_of(path)
+        if journal.exists():
+            header, rows, self._length = _read_journal(journal)
+        elif path.exists():
+            dataset = read(path)
+            header, rows = json.loads(dataset.attrs[ATTRIBUTE]), rows_of(dataset)
+        else:
+            return
+        self._compare(header)
+        latest = {row["run"]: row for row in rows}
+        self.rows = {run: row for run, row in latest.items() if row["outcome"] != ERROR}
+
+    def _open(self, journal: Path) -> None:
+        self._journal = journal.open("ab", buffering=0)  # no row waits in a buffer
+        if self._length:
+            self._journal.truncate(self._length)  # what a killed program wrote of its last line
+        else:
+            self._append(json.dumps(self.header) + "\n" + "".join(map(_line, self.rows.values())))
+
+    def _append(self, text: str) -> None:
+        data = memoryview(text.encode())
+        while data:  # a disk that fills takes a part first, and refuses the next
+            data = data[self._journal.write(data) :]
+
+    def _compare(self, found: Mapping[str, Any]) -> None:
+        differences = [
+            f"{key} was {found.get(key)}, is {self.header[key]}"
+            for key in ("package", "task", "scenes")
+            if found.get(key) != self.header[key]
+        ]
+        if differences:
+            raise SceneError(
+                f"{self.path} holds the results of something else: {'; '.join(differences)}. Give another file, or "
+                f"remove this one and {journal_of(Path(str(self.path))).name} to begin anew"
+            )
+
+
+def journal_of(path: Path) -> Path:
+    """Where the rows of a sweep under way stand."""
+    return path.with_name(path.name + ".journal")
+
+
+def read(path: Path | str) -> xr.Dataset:
+    """The rows of a file of results, complete or not; the journal is taken where there is one.
+
+    Raises
+    ------
+    SceneError
+        If it is none.
+    """
+    path = Path(path)
+    if journal_of(path).is_file():
+        header, rows, _ = _read_journal(journal_of(path))
+        latest = {row["run"]: row for row in rows}
+        return as_dataset([latest[run] for run in sorted(latest)], header)
+    _check_path(path)
+    if not path.is_file():
+        raise SceneError(f"{path}: no such file")
+    try:
+        dataset = _read_parquet(path) if path.suffix == ".parquet" else _read_netcdf(path)
+        ours = json.loads(dataset.attrs[ATTRIBUTE])["format"] == FORMAT
+    except (OSError, ValueError, KeyError):
+        ours = False
+    if not ours:
+        raise SceneError(f"{path}: exists, but does not hold the results of a sweep")
+    return dataset
+
+
+def as_dataset(rows: list[Row], header: dict[str, Any]) -> xr.Dataset:
+    """One array a column over the dimension ``run``; what is missing is NaN, or an empty text."""
+    import xarray as xr
+
+    columns = dict.fromkeys(("run", *(key for row in rows for key in row)))
+    variables = {name: ("run", _array([row.get(name) for row in rows])) for name in columns}
+    dataset = xr.Dataset(variables, attrs={ATTRIBUTE: json.dumps(header)})
+    for name, (unit, meaning) in header["columns"].items():
+        if name in dataset:
+            dataset[name].attrs = {"long_name": meaning, **({"units": unit} if unit else {})}
+    return dataset
+
+
+def rows_of(dataset: xr.Dataset) -> list[Row]:
+    """The rows that `as_dataset` was given."""
+    columns = {str(name): values.values.tolist() for name, values in dataset.variables.items()}
+    count = dataset.sizes["run"]
+    return [{name: _missing_as_none(values[k]) for name, values in columns.items()} for k in range(count)]
+
+
+def write(dataset: xr.Dataset, path: Path) -> None:
+    """Write a file as a whole: whoever reads it finds the old one or the new one."""
+    new = path.with_name(path.name + ".new")
+    try:
+        if path.suffix == ".parquet":
+            _write_parquet(dataset, new)
+        else:
+            dataset.to_netcdf(new, engine="h5netcdf")
+        os.replace(new, path)
+    except BaseException:
+        new.unlink(missing_ok=True)
+        raise
+
+
+def _check_path(path: Path) -> None:
+    if path.suffix not in SUFFIXES:
+        raise SceneError(f"{path}: must end in {' or '.join(SUFFIXES)}, which decides the format")
+    if path.is_dir():
+        raise SceneError(f"{path}: is a folder; give the name of a file")
+    if not path.parent.is_dir():
+        raise SceneError(f"{path}: there is no folder {path.parent}; make it first")
+    if path.suffix == ".parquet":
+        try:
+            import pyarrow  # noqa: F401
+        except ImportError:
+            raise SceneError(
+                f'{path}: Parquet needs pyarrow; pip install "gallop-fmu[parquet]", or give a name that ends in .nc'
+            ) from None
+
+
+def _line(row: Row) -> str:
+    plain = {
+        key: None if isinstance(value, float) and not math.isfinite(value) else value for key, value in row.items()
+    }
+    return json.dumps(plain) + "\n"
+
+
+def _read_journal(journal: Path) -> tuple[dict[str, Any], list[Row], int]:
+    """Header, rows, and up to where the file consists of whole lines; a killed program may leave half a line."""
+    data = journal.read_bytes()
+    length = data.rfind(b"\n") + 1
+    if not length:
+        raise SceneError(f"{journal}: ends within its first line; remove it to begin anew")
+    try:
+        header, *rows = [json.loads(line) for line in data[:length].splitlines()]
+        ours = header["format"] == FORMAT and all(isinstance(row["run"], int) for row in rows)
+    except (ValueError, KeyError, TypeError):
+        ours = False
+    if not ours:
+        raise SceneError(f"{journal}: is not the journal of a sweep, or damaged; remove it to begin anew")
+    return header, rows, length
+
+
+def _array(values: list[Any]) -> NDArray[Any]:
+    there = [value for value in values if value is not None]
+    whole = len(there) == len(values)
+    if whole and there and all(isinstance(value, bool) for value in there):
+        return np.array(values, dtype=np.bool_)
+    if whole and there and all(isinstance(value, int) for value in there):
+        return np.array(values, dtype=np.int64)
+    if all(isinstance(value, (bool, int, float)) for value in there):
+        return np.array([math.nan if value is None else value for value in values], dtype=np.float64)
+    return np.array(["" if value is None else str(value) for value in values], dtype=object)
+
+
+def _missing_as_none(value: Any) -> Any:
+    return None if isinstance(value, float) and not math.isfinite(value) else value
+
+
+def _write_parquet(dataset: xr.Dataset, path: Path) -> None:
+    import pyarrow as pa
+    from pyarrow import parquet
+
+    columns = {str(name): pa.array(values.values) for name, values in dataset.variables.items()}
+    fields = [pa.field(name, column.type, metadata=dataset[name].attrs) for name, column in columns.items()]
+    schema = pa.schema(fields, metadata={ATTRIBUTE: dataset.attrs[ATTRIBUTE]})
+    parquet.write_table(pa.table(list(columns.values()), schema=schema), path)
+
+
+def _read_parquet(path: Path) -> xr.Dataset:
+    import xarray as xr
+    from pyarrow import parquet
+
+    table = parquet.read_table(path)
+    variables = {
+        field.name: (
+            "run",
+            table[field.name].to_numpy(),
+            {
+                key.decode(): value.decode()
+                for key, value in (field.metadata or {}).items()
+                if key != b"PARQUET:field_id"
+            },
+        )
+        for field in table.schema
+    }
+    metadata = table.schema.metadata or {}
+    return xr.Dataset(variables, attrs={ATTRIBUTE: metadata[ATTRIBUTE.encode()].decode()})
+
+
+def _read_netcdf(path: Path) -> xr.Dataset:
+    import xarray as xr
+
+    with xr.open_dataset(path, engine="h5netcdf") as dataset:
+        return dataset.load()
