@@ -28,6 +28,7 @@ if TYPE_CHECKING:
     from gallop_fmu.runs import Runs, RunsStoppedError, read_runs
     from gallop_fmu.scene import Scene, load_scene, packaged_scenes
     from gallop_fmu.simulation import simulate
+    from gallop_fmu.spans import read_spans
     from gallop_fmu.sweeping import sweep
 
 # Where each public name lives.  A module is loaded when its name is first used, so that `gallop-fmu --help` does not
@@ -41,6 +42,7 @@ _HOMES = {
     "runs": ("Runs", "RunsStoppedError", "read_runs"),
     "scene": ("Scene", "load_scene", "packaged_scenes"),
     "simulation": ("simulate",),
+    "spans": ("read_spans",),
     "sweeping": ("sweep",),
 }
 
@@ -63,6 +65,7 @@ __all__ = [
     "load_scene",
     "packaged_scenes",
     "read_runs",
+    "read_spans",
     "simulate",
     "sweep",
 ]

@@ -13,6 +13,7 @@ import typer
 from gallop_fmu.terminal import (
     EPILOGUE,
     PICTURE_SUFFIXES,
+    AnyScene,
     AsJson,
     Changes,
     Commands,
@@ -26,9 +27,12 @@ from gallop_fmu.terminal import (
     new_console,
     new_table,
 )
+from gallop_fmu.terminal_runs import ClusterAddress, Over, RunsOut, SpanTable, WorkerCount, carry_out, grid_of
 
 if TYPE_CHECKING:
     from gallop_fmu.result import Result
+    from gallop_fmu.runs import Progress as RunsProgress
+    from gallop_fmu.runs import Runs
     from gallop_fmu.simulation import Progress
 
 
@@ -121,6 +125,48 @@ def run(
         )
         complain(f"{result.report} The run ended early; {kept}.")
         raise typer.Exit(Exit.ENDED_EARLY)
+
+
+@app.command(epilog=example("gallop-fmu sweep example3 --over wind.speed=4:7:0.5 --until 900 -o winds.parquet"))
+def sweep(
+    scene: AnyScene = None,
+    changes: Changes = None,
+    over: Over = None,
+    table: SpanTable = None,
+    until: Annotated[float | None, typer.Option(metavar="S", help="Simulated time \\[s]; else the scene's.")] = None,
+    window: Annotated[
+        float, typer.Option(metavar="S", help="Time \\[s] at the end over which the motion is taken as steady.")
+    ] = 100.0,
+    out: RunsOut = None,
+    workers: WorkerCount = None,
+    cluster: ClusterAddress = None,
+    as_json: AsJson = False,
+) -> None:
+    """Simulate a scene over values of its parameters, every span of a table, or both.
+
+    One row a run: amplitudes, frequencies, extremes, clearance, and how it ended. Runs that fail are rows too.
+
+    A sweep that was stopped, or killed, goes on where it was when the same command is given again.
+    """
+    from gallop_fmu.sweeping import sweep as sweep_scenes
+
+    base = chosen_scene(scene, changes) if scene else None
+    columns = ("outcome", "u2_amplitude", "u2_frequency_hz", "u3_amplitude", "beyond_cigre_322")
+
+    def compute(progress: RunsProgress | None) -> Runs:
+        return sweep_scenes(
+            base,
+            grid_of(over),
+            table=table,
+            stop_time=until,
+            window=window,
+            out=out,
+            workers=workers,
+            cluster=cluster,
+            progress=progress,
+        )
+
+    carry_out(compute, columns, out, as_json=as_json)
 
 
 @app.command(epilog=example("gallop-fmu export example3 -o example3.fmu --set numerics.time_step=0.005"))

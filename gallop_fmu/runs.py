@@ -96,6 +96,11 @@ class Runs:
         return int(self.dataset.sizes["run"])
 
     @property
+    def varied(self) -> list[str]:
+        """What tells the runs apart: the name of a span, and the parameters of the grid."""
+        return list(self._header["grid"])
+
+    @property
     def failed(self) -> xr.Dataset:
         """The rows of runs that did not complete."""
         return self.dataset.isel(run=self.dataset.outcome.values != COMPLETED)
@@ -281,16 +286,17 @@ def _failure(problem: Exception, seconds: float) -> Row:
 
 def _stopped(why: str, store: Store) -> RunsStoppedError:
     """The error that ends an interrupted sweep, once its file is up to date, if that can be."""
-    done, total = len(store.rows), store.header["runs"]
-    where = "in the error's result only, since no file was named (out)"
-    if store.path is not None:
+    result = Runs(store.dataset())
+    if store.path is None:
+        kept, where, again = result.done, "in the result of this error, since no file was named (out)", ""
+    else:
+        again = " The same call again computes the rest."
         try:
             store.close()
-            where = f"in {store.path}"
+            kept, where = result.done, f"in {store.path}"
         except OSError:
-            where = f"in {journal_of(store.path)}, but for those that no longer found room" if done else "nowhere"
-    again = " The same call again computes the rest." if store.path is not None else ""
-    return RunsStoppedError(f"{why}. {done} of {total} runs are done, and kept {where}.{again}", Runs(store.dataset()))
+            kept, where = store.on_disk(), f"in {journal_of(store.path)}"
+    return RunsStoppedError(f"{why}. {kept} of {result.total} runs are done and kept {where}.{again}", result)
 
 
 def _varied(cases: Cases) -> list[str]:

@@ -13,8 +13,9 @@ import math
 import os
 import time as clock
 from collections.abc import Iterable, Mapping
+from contextlib import suppress
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -91,8 +92,10 @@ class Store:
         now = clock.monotonic()
         if now - self._renewed > max(RENEWAL, self._cost / RENEWAL_SHARE):
             os.fsync(self._journal.fileno())
-            self.renew()
-            self._cost = clock.monotonic() - now
+            with suppress(OSError):  # open elsewhere, on Windows; the journal has the rows, and `close` will complain
+                self.renew()
+            self._renewed = clock.monotonic()
+            self._cost = self._renewed - now
 
     def renew(self) -> None:
         """Rewrite the file with all rows so far.
@@ -104,7 +107,6 @@ class Store:
         """
         if self.path is not None:
             write(self.dataset(), self.path)
-        self._renewed = clock.monotonic()
 
     def close(self) -> None:
         """Write the file, and remove the journal if every run has its row.
@@ -114,12 +116,17 @@ class Store:
         OSError
             If the file cannot be written; the journal is kept.
         """
-        if self.path is None:
+        if self.path is None or not journal_of(self.path).exists():
             return
         self.release()
         self.renew()
         if len(self.rows) == self.header["runs"]:
-            journal_of(self.path).unlink(missing_ok=True)
+            journal_of(self.path).unlink()
+
+    def on_disk(self) -> int:
+        """How many rows would be found by whoever reads the disk."""
+        found = None if self.path is None else _load(self.path)
+        return 0 if found is None else len(found.rows)
 
     def release(self) -> None:
         """Close the journal as it is."""
@@ -129,23 +136,16 @@ class Store:
 
     def _resume(self, path: Path) -> None:
         """Take over what an earlier sweep left."""
-        journal = journal_of(path)
-        if journal.exists():
-            header, rows, self._length = _read_journal(journal)
-        elif path.exists():
-            dataset = read(path)
-            header, rows = json.loads(dataset.attrs[ATTRIBUTE]), rows_of(dataset)
-        else:
-            return
-        self._compare(header)
-        latest = {row["run"]: row for row in rows}
-        self.rows = {run: row for run, row in latest.items() if row["outcome"] != ERROR}
+        found = _load(path)
+        if found is not None:
+            self._compare(found.header)
+            self.rows = {run: row for run, row in found.rows.items() if row["outcome"] != ERROR}
+            self._length = found.length
 
     def _open(self, journal: Path) -> None:
         self._journal = journal.open("ab", buffering=0)  # no row waits in a buffer
-        if self._length:
-            self._journal.truncate(self._length)  # what a killed program wrote of its last line
-        else:
+        self._journal.truncate(self._length)  # without what a killed program wrote of its last line
+        if not self._length:
             self._append(json.dumps(self.header) + "\n" + "".join(map(_line, self.rows.values())))
 
     def _append(self, text: str) -> None:
@@ -180,21 +180,11 @@ def read(path: Path | str) -> xr.Dataset:
         If it is none.
     """
     path = Path(path)
-    if journal_of(path).is_file():
-        header, rows, _ = _read_journal(journal_of(path))
-        latest = {row["run"]: row for row in rows}
-        return as_dataset([latest[run] for run in sorted(latest)], header)
     _check_path(path)
-    if not path.is_file():
+    found = _load(path)
+    if found is None:
         raise SceneError(f"{path}: no such file")
-    try:
-        dataset = _read_parquet(path) if path.suffix == ".parquet" else _read_netcdf(path)
-        ours = json.loads(dataset.attrs[ATTRIBUTE])["format"] == FORMAT
-    except (OSError, ValueError, KeyError):
-        ours = False
-    if not ours:
-        raise SceneError(f"{path}: exists, but does not hold the results of a sweep")
-    return dataset
+    return as_dataset([found.rows[run] for run in sorted(found.rows)], found.header)
 
 
 def as_dataset(rows: list[Row], header: dict[str, Any]) -> xr.Dataset:
@@ -254,12 +244,43 @@ def _line(row: Row) -> str:
     return json.dumps(plain) + "\n"
 
 
-def _read_journal(journal: Path) -> tuple[dict[str, Any], list[Row], int]:
-    """Header, rows, and up to where the file consists of whole lines; a killed program may leave half a line."""
+class _Found(NamedTuple):
+    """What stands on disk: the header, the rows by run, and the length of the journal in whole lines."""
+
+    header: dict[str, Any]
+    rows: dict[int, Row]
+    length: int
+
+
+def _load(path: Path) -> _Found | None:
+    """The rows of the file and of its journal, which has the later ones; None where there is neither."""
+    file, journal = _read_file(path), _read_journal(journal_of(path))
+    if file is None or journal is None:
+        return file or journal
+    return journal if file.header != journal.header else journal._replace(rows={**file.rows, **journal.rows})
+
+
+def _read_file(path: Path) -> _Found | None:
+    if not path.exists():
+        return None
+    try:
+        dataset = _read_parquet(path) if path.suffix == ".parquet" else _read_netcdf(path)
+        header = json.loads(dataset.attrs[ATTRIBUTE])
+        ours = header["format"] == FORMAT
+    except (OSError, ValueError, KeyError, TypeError):
+        ours = False
+    if not ours:
+        raise SceneError(f"{path}: exists, but does not hold the results of a sweep; give another name")
+    return _Found(header, {row["run"]: row for row in rows_of(dataset)}, 0)
+
+
+def _read_journal(journal: Path) -> _Found | None:
+    if not journal.exists():
+        return None
     data = journal.read_bytes()
-    length = data.rfind(b"\n") + 1
+    length = data.rfind(b"\n") + 1  # a killed program may leave half a line
     if not length:
-        raise SceneError(f"{journal}: ends within its first line; remove it to begin anew")
+        return None
     try:
         header, *rows = [json.loads(line) for line in data[:length].splitlines()]
         ours = header["format"] == FORMAT and all(isinstance(row["run"], int) for row in rows)
@@ -267,7 +288,7 @@ def _read_journal(journal: Path) -> tuple[dict[str, Any], list[Row], int]:
         ours = False
     if not ours:
         raise SceneError(f"{journal}: is not the journal of a sweep, or damaged; remove it to begin anew")
-    return header, rows, length
+    return _Found(header, {row["run"]: row for row in rows}, length)
 
 
 def _array(values: list[Any]) -> NDArray[Any]:

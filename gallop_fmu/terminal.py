@@ -65,6 +65,10 @@ PICTURE_SUFFIXES = (".png", ".svg", ".pdf")
 SceneName = Annotated[
     str, typer.Argument(metavar="SCENE", help="Name of a packaged scene, or path of a scene file (TOML).")
 ]
+AnyScene = Annotated[
+    str | None,
+    typer.Argument(metavar="SCENE", help="Name or path of a scene; not needed if the rows of a table name theirs."),
+]
 Changes = Annotated[
     list[str] | None,
     typer.Option(

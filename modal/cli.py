@@ -9,6 +9,7 @@ import typer
 
 from gallop_fmu.terminal import (
     PICTURE_SUFFIXES,
+    AnyScene,
     AsJson,
     Changes,
     Commands,
@@ -21,8 +22,10 @@ from gallop_fmu.terminal import (
     new_console,
     new_table,
 )
+from gallop_fmu.terminal_runs import ClusterAddress, Over, RunsOut, SpanTable, WorkerCount, carry_out, grid_of
 
 if TYPE_CHECKING:
+    from gallop_fmu.runs import Progress, Runs
     from gallop_fmu.scene import Scene
 
 app = typer.Typer(
@@ -228,21 +231,41 @@ def linear(
     _tell(told, [*lines, table, *{onset.remark for onset in onsets if onset.remark}], figure, plot, as_json)
 
 
-@app.command(name="screen", epilog=example("gallop-modal screen example3 --set wind.speed=5.0"))
+@app.command(name="screen", epilog=example("gallop-modal screen example3 --table corridor.csv -o risk.parquet"))
 def screen_span(
-    scene: SceneName,
+    scene: AnyScene = None,
     changes: Changes = None,
+    over: Over = None,
+    table: SpanTable = None,
     highest: Annotated[
         float | None, typer.Option(metavar="U", help="Highest wind speed \\[m/s]; else 1.5 times the scene's.")
     ] = None,
+    out: RunsOut = None,
+    workers: WorkerCount = None,
+    cluster: ClusterAddress = None,
     plot: Plot = None,
     as_json: AsJson = False,
 ) -> None:
-    """Tell whether galloping will start the horizontal swing by 2:1 internal resonance, and from which wind on."""
+    """Tell whether galloping will start the horizontal swing by 2:1 internal resonance, and from which wind on.
+
+    Of one scene, or of many: over values of its parameters, every span of a table, or both.
+    """
     from dataclasses import asdict
 
+    from gallop_fmu.errors import SceneError
     from modal.screening import screen
 
+    if over or table:
+        if plot:
+            raise SceneError("--plot draws one span; leave it out, or leave out --over and --table")
+        _screen_many(
+            chosen_scene(scene, changes) if scene else None, over, table, highest, out, workers, cluster, as_json
+        )
+        return
+    if out or workers or cluster:
+        raise SceneError("--out, --workers and --cluster are for many spans; give --over or --table")
+    if scene is None:
+        raise SceneError("no scene: give SCENE, or spans to screen with --table")
     chosen = _scene(scene, changes, plot)
     found = screen(chosen, highest)
 
@@ -251,15 +274,42 @@ def screen_span(
 
         return screening_figure(found)
 
-    table = new_table("", "wind [m/s]", "vertical [m]", "horizontal [m]", "frequency [Hz]")
+    cycles = new_table("", "wind [m/s]", "vertical [m]", "horizontal [m]", "frequency [Hz]")
     for name, cycle in (("without swing", found.galloping), ("with swing", found.saturated)):
         if cycle is not None:
             numbers = (cycle.wind_speed, cycle.vertical, cycle.horizontal, cycle.frequency_hz)
-            table.add_row(name, *(f"{number:.4g}" for number in numbers))
-    lines = [chosen.title, f"risk of a 2:1 swing: {found.risk}", found.reason, *([table] if found.galloping else [])]
+            cycles.add_row(name, *(f"{number:.4g}" for number in numbers))
+    lines = [chosen.title, f"risk of a 2:1 swing: {found.risk}", found.reason, *([cycles] if found.galloping else [])]
     ratios = {"ratio": found.frequencies.ratio, "detuning": found.frequencies.detuning}
     told = {"title": chosen.title, **asdict(found), **ratios, "growth_per_cycle": found.growth_per_cycle}
     _tell(told, lines, figure, plot, as_json)
+
+
+def _screen_many(
+    base: Scene | None,
+    over: list[str] | None,
+    table: Path | None,
+    highest: float | None,
+    out: Path | None,
+    workers: int | None,
+    cluster: str | None,
+    as_json: bool,
+) -> None:
+    from modal.corridor import screen_spans
+
+    def compute(progress: Progress | None) -> Runs:
+        return screen_spans(
+            base,
+            grid_of(over),
+            table=table,
+            highest_wind=highest,
+            out=out,
+            workers=workers,
+            cluster=cluster,
+            progress=progress,
+        )
+
+    carry_out(compute, ("outcome", "risk", "ratio", "galloping_from", "onset_wind_speed"), out, as_json=as_json)
 
 
 @app.command(name="compare", epilog=example("gallop-modal compare example3 --until 900 --plot compare.png"))
