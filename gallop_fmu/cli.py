@@ -166,7 +166,7 @@ def sweep(
             progress=progress,
         )
 
-    carry_out(compute, columns, out, as_json=as_json)
+    carry_out("gallop-fmu", compute, columns, out, as_json=as_json)
 
 
 @app.command(epilog=example("gallop-fmu export example3 -o example3.fmu --set numerics.time_step=0.005"))

@@ -14,6 +14,7 @@ import os
 import time as clock
 from collections.abc import Iterable, Mapping
 from contextlib import suppress
+from io import BytesIO
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -82,12 +83,12 @@ class Store:
         OSError
             If they cannot be written.
         """
-        rows = list(rows)
+        rows, earlier = list(rows), list(self.rows.values())
         self.rows.update((row["run"], row) for row in rows)
         if self.path is None:
             return
         if self._journal is None:
-            self._open(journal_of(self.path))
+            self._open(journal_of(self.path), earlier)
         self._append("".join(map(_line, rows)))
         now = clock.monotonic()
         if now - self._renewed > max(RENEWAL, self._cost / RENEWAL_SHARE):
@@ -142,11 +143,11 @@ class Store:
             self.rows = {run: row for run, row in found.rows.items() if row["outcome"] != ERROR}
             self._length = found.length
 
-    def _open(self, journal: Path) -> None:
+    def _open(self, journal: Path, earlier: list[Row]) -> None:
         self._journal = journal.open("ab", buffering=0)  # no row waits in a buffer
         self._journal.truncate(self._length)  # without what a killed program wrote of its last line
         if not self._length:
-            self._append(json.dumps(self.header) + "\n" + "".join(map(_line, self.rows.values())))
+            self._append(json.dumps(self.header) + "\n" + "".join(map(_line, earlier)))
 
     def _append(self, text: str) -> None:
         data = memoryview(text.encode())
@@ -210,14 +211,13 @@ def rows_of(dataset: xr.Dataset) -> list[Row]:
 def write(dataset: xr.Dataset, path: Path) -> None:
     """Write a file as a whole: whoever reads it finds the old one or the new one."""
     new = path.with_name(path.name + ".new")
+    content = _as_parquet(dataset) if path.suffix == ".parquet" else _as_netcdf(dataset)
     try:
-        if path.suffix == ".parquet":
-            _write_parquet(dataset, new)
-        else:
-            dataset.to_netcdf(new, engine="h5netcdf")
+        new.write_bytes(content)
         os.replace(new, path)
     except BaseException:
-        new.unlink(missing_ok=True)
+        with suppress(OSError):
+            new.unlink(missing_ok=True)
         raise
 
 
@@ -307,14 +307,23 @@ def _missing_as_none(value: Any) -> Any:
     return None if isinstance(value, float) and not math.isfinite(value) else value
 
 
-def _write_parquet(dataset: xr.Dataset, path: Path) -> None:
+def _as_parquet(dataset: xr.Dataset) -> bytes:
     import pyarrow as pa
     from pyarrow import parquet
 
     columns = {str(name): pa.array(values.values) for name, values in dataset.variables.items()}
     fields = [pa.field(name, column.type, metadata=dataset[name].attrs) for name, column in columns.items()]
     schema = pa.schema(fields, metadata={ATTRIBUTE: dataset.attrs[ATTRIBUTE]})
-    parquet.write_table(pa.table(list(columns.values()), schema=schema), path)
+    buffer = BytesIO()
+    parquet.write_table(pa.table(list(columns.values()), schema=schema), buffer)
+    return buffer.getvalue()
+
+
+def _as_netcdf(dataset: xr.Dataset) -> bytes:
+    """In memory, since HDF5 crashes the program when the disk is full."""
+    buffer = BytesIO()
+    dataset.to_netcdf(buffer, engine="h5netcdf")
+    return buffer.getvalue()
 
 
 def _read_parquet(path: Path) -> xr.Dataset:

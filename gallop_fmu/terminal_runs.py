@@ -9,7 +9,6 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
-from click import get_current_context
 
 from gallop_fmu.terminal import Exit, complain, echo_json, new_console, new_table
 
@@ -101,12 +100,17 @@ def _values(option: str, text: str) -> list[Any]:
 
 
 def carry_out(
-    compute: Callable[[Progress | None], Runs], columns: Sequence[str], out: Path | None, *, as_json: bool
+    program: str,
+    compute: Callable[[Progress | None], Runs],
+    columns: Sequence[str],
+    out: Path | None,
+    *,
+    as_json: bool,
 ) -> None:
     """Run, show progress, tell what came out, and end with the exit code that belongs to it."""
     from gallop_fmu.runs import RunsStoppedError
 
-    program, stopped = get_current_context().find_root().info_name, None
+    stopped = None
     try:
         with _bar(silent=as_json) as progress:
             runs = compute(progress)

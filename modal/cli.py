@@ -309,7 +309,8 @@ def _screen_many(
             progress=progress,
         )
 
-    carry_out(compute, ("outcome", "risk", "ratio", "galloping_from", "onset_wind_speed"), out, as_json=as_json)
+    columns = ("outcome", "risk", "ratio", "galloping_from", "onset_wind_speed")
+    carry_out("gallop-modal", compute, columns, out, as_json=as_json)
 
 
 @app.command(name="compare", epilog=example("gallop-modal compare example3 --until 900 --plot compare.png"))
