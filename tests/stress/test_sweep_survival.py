@@ -1,19 +1,22 @@
 """Sweeps that are stopped, killed, or run out of disk, and Dask clusters, in real processes."""
 
+import json
 import os
 import signal
 import subprocess
 import sys
 import time
+from contextlib import contextmanager
 
 import pytest
+from distributed import Client
 
 import gallop_fmu as gf
 from gallop_fmu.store import journal_of
 
-WINDS = [4.0 + 0.1 * k for k in range(24)]
+WINDS = [4.0 + 0.1 * k for k in range(16)]
 CHANGES = {"numerics.elements": 4, "numerics.time_step": 0.02, "run.record_every": 5}
-STOP_TIME = 300.0
+STOP_TIME = 250.0
 
 needs_posix = pytest.mark.skipif(os.name == "nt", reason="signals and limits of POSIX")
 
@@ -27,7 +30,7 @@ def _command(out):
         "sweep",
         "example3",
         "--over",
-        "wind.speed=4:6.3:0.1",
+        "wind.speed=4:5.5:0.1",
         "--until",
         str(STOP_TIME),
         "--workers",
@@ -50,6 +53,32 @@ def _begun(out, **options):
         assert time.monotonic() < until
         time.sleep(0.02)
     return process
+
+
+@contextmanager
+def _cluster(folder):
+    """The address of a scheduler with two workers, each a process begun by Dask's own command."""
+    place = folder / "scheduler.json"
+
+    def begin(name, *words):
+        command = [sys.executable, "-m", f"distributed.cli.dask_{name}", "--scheduler-file", str(place), *words]
+        quiet = {"stdout": subprocess.DEVNULL, "stderr": subprocess.DEVNULL}
+        return subprocess.Popen([*command, "--no-dashboard"], cwd=folder, **quiet)
+
+    started = [begin("scheduler", "--host", "127.0.0.1", "--port", "0")]
+    try:
+        started += [begin("worker", "--no-nanny", "--nthreads", "1") for _ in range(2)]
+        until = time.monotonic() + 60.0
+        while not place.exists() or not place.read_text():
+            assert time.monotonic() < until
+            time.sleep(0.05)
+        with Client(json.loads(place.read_text())["address"], set_as_default=False) as client:
+            client.wait_for_workers(2, timeout=60.0)
+        yield json.loads(place.read_text())["address"]
+    finally:
+        for process in started:
+            process.kill()
+            process.wait()
 
 
 def same(one, other):
@@ -83,7 +112,7 @@ def test_killed_sweep_is_readable_and_goes_on_where_it_was(tmp_path, complete):
     process.communicate()
     assert process.returncode == -signal.SIGKILL
     kept = gf.read_runs(out)
-    assert 3 <= kept.done < kept.total == 24
+    assert 3 <= kept.done < kept.total == 16
     journal_of(out).write_bytes(journal_of(out).read_bytes() + b'{"run": 23, "wind.sp')  # it may end within a line
     assert _resumed(out, complete) == kept.done
 
@@ -96,14 +125,14 @@ def test_interrupted_sweep_says_where_it_is(tmp_path, complete):
     printed, messages = process.communicate(timeout=60)
     assert process.returncode == 1, messages
     kept = gf.read_runs(out)
-    assert 3 <= kept.done < 24
+    assert 3 <= kept.done < 16
     assert (
-        f"gallop-fmu: stopped on request. {kept.done} of 24 runs are done and kept in {out}. "
+        f"gallop-fmu: stopped on request. {kept.done} of 16 runs are done and kept in {out}. "
         "The same call again computes the rest." in messages
     )
     assert "Traceback" not in messages
     assert out.exists()
-    assert f"wrote {out}: {kept.done} of 24 runs" in printed
+    assert f"wrote {out}: {kept.done} of 16 runs" in printed
     assert _resumed(out, complete) == kept.done
 
 
@@ -113,7 +142,7 @@ def test_disk_full_loses_nothing(tmp_path, complete):
     import resource
 
     out = tmp_path / "runs.nc"
-    limit = 12_000
+    limit = 10_000
 
     def limited():
         resource.setrlimit(resource.RLIMIT_FSIZE, (limit, limit))
@@ -122,9 +151,9 @@ def test_disk_full_loses_nothing(tmp_path, complete):
     assert done.returncode == 1
     assert journal_of(out).stat().st_size == limit
     kept = gf.read_runs(out).done
-    assert 2 <= kept < 24
+    assert 2 <= kept < 16
     assert (
-        f"{out} cannot be written (File too large). {kept} of 24 runs are done and kept in {journal_of(out)}. "
+        f"{out} cannot be written (File too large). {kept} of 16 runs are done and kept in {journal_of(out)}. "
         in done.stderr
     )
     assert "Traceback" not in done.stderr
@@ -134,34 +163,30 @@ def test_disk_full_loses_nothing(tmp_path, complete):
 
 def test_dask_cluster_gives_the_same(tmp_path, complete):
     """A real scheduler and two worker processes."""
-    from distributed import LocalCluster
-
     winds = complete.dataset["wind.speed"].values
     calls = []
-    with LocalCluster(n_workers=2, threads_per_worker=1, dashboard_address=None) as cluster:
+    with _cluster(tmp_path) as address:
         runs = gf.sweep(
             _scene(),
             {"wind.speed": winds},
             stop_time=STOP_TIME,
             out=tmp_path / "runs.nc",
-            cluster=cluster.scheduler_address,
+            cluster=address,
             progress=lambda *n: calls.append(n),
         )
         assert same(runs, complete)
-        assert calls[-1] == (24, 0, 24)
+        assert calls[-1] == (16, 0, 16)
         # Failures come back too: one scene that is not allowed, one that leaves its curve, and one summary that raises.
         table = [{"wind.speed": -1.0}, {"aerodynamics.valid_to_deg": 180.5, "initial.seed_vertical": 0.3}]
-        failed = gf.sweep(_scene(), table=table, stop_time=20.0, cluster=cluster.scheduler_address)
+        failed = gf.sweep(_scene(), table=table, stop_time=20.0, cluster=address)
         assert failed.dataset.outcome.values.tolist() == ["invalid_scene", "angle_out_of_range"]
 
         def spoilt(result):
             raise ZeroDivisionError("for a test")
 
-        failed = gf.sweep(
-            _scene(), {"wind.speed": [4.0]}, stop_time=1.0, summary=spoilt, cluster=cluster.scheduler_address
-        )
+        failed = gf.sweep(_scene(), {"wind.speed": [4.0]}, stop_time=1.0, summary=spoilt, cluster=address)
         assert failed.dataset.message.values.tolist() == ["ZeroDivisionError: for a test"]
-    assert len(runs.dataset.run) == 24
+    assert len(runs.dataset.run) == 16
 
 
 def test_cluster_that_is_not_there(monkeypatch):

@@ -5,6 +5,7 @@ import math
 
 import numpy as np
 import pytest
+import xarray as xr
 
 import gallop_fmu as gf
 from gallop_fmu.store import ERROR, FORMAT, Store, as_dataset, journal_of, read, rows_of
@@ -25,9 +26,12 @@ ROWS = [
 ]
 
 
-@pytest.fixture(params=[".nc", ".parquet"])
-def path(request, tmp_path):
-    return tmp_path / f"runs{request.param}"
+@pytest.fixture
+def path(tmp_path):
+    return tmp_path / "runs.parquet"
+
+
+both_formats = pytest.mark.parametrize("suffix", [".nc", ".parquet"])
 
 
 def _filled(path, rows=ROWS):
@@ -36,7 +40,9 @@ def _filled(path, rows=ROWS):
     return store
 
 
-def test_file_holds_what_it_was_given_bit_for_bit(path):
+@both_formats
+def test_file_holds_what_it_was_given_bit_for_bit(tmp_path, suffix):
+    path = tmp_path / f"runs{suffix}"
     store = _filled(path)
     store.close()
     found = read(path)
@@ -137,7 +143,9 @@ def test_another_sweep_is_refused(path, key, complete):
     assert read(path).sizes["run"] == 3
 
 
-def test_foreign_files_are_refused(path):
+@both_formats
+def test_foreign_files_are_refused(tmp_path, suffix):
+    path = tmp_path / f"runs{suffix}"
     path.write_bytes(b"something else")
     with pytest.raises(gf.SceneError, match="does not hold the results of a sweep"):
         Store(path, HEADER)
@@ -149,7 +157,7 @@ def test_foreign_files_are_refused(path):
 
 
 def test_datasets_of_others_are_refused(tmp_path):
-    gf.simulate(gf.load_scene("example1"), 0.1).save(tmp_path / "run.nc")
+    xr.Dataset({"u2": ("time", [0.0])}).to_netcdf(tmp_path / "run.nc", engine="h5netcdf")
     with pytest.raises(gf.SceneError, match="does not hold the results of a sweep"):
         read(tmp_path / "run.nc")
 
