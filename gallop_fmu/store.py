@@ -83,12 +83,12 @@ class Store:
         OSError
             If they cannot be written.
         """
-        rows, earlier = list(rows), list(self.rows.values())
+        rows = list(rows)
         self.rows.update((row["run"], row) for row in rows)
         if self.path is None:
             return
         if self._journal is None:
-            self._open(journal_of(self.path), earlier)
+            self._open(journal_of(self.path))
         self._append("".join(map(_line, rows)))
         now = clock.monotonic()
         if now - self._renewed > max(RENEWAL, self._cost / RENEWAL_SHARE):
@@ -143,11 +143,11 @@ class Store:
             self.rows = {run: row for run, row in found.rows.items() if row["outcome"] != ERROR}
             self._length = found.length
 
-    def _open(self, journal: Path, earlier: list[Row]) -> None:
+    def _open(self, journal: Path) -> None:
         self._journal = journal.open("ab", buffering=0)  # no row waits in a buffer
         self._journal.truncate(self._length)  # without what a killed program wrote of its last line
         if not self._length:
-            self._append(json.dumps(self.header) + "\n" + "".join(map(_line, earlier)))
+            self._append(json.dumps(self.header) + "\n")
 
     def _append(self, text: str) -> None:
         data = memoryview(text.encode())
