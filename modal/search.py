@@ -96,12 +96,13 @@ class Search:
                 states[wind] = mean_state(self.model, wind)
             return states[wind].vertical.real
 
+        growth(self.wind)  # refuses a span that the wind in question turns over, however early it gallops
         calm, galloping = LEAST_WIND * self.highest, None
         for wind in np.union1d(self.highest * np.arange(1, WINDS + 1) / WINDS, [self.wind]).tolist():
             try:
                 rate = growth(wind)
             except SceneError as error:
-                if wind <= self.wind:
+                if wind < self.wind:
                     raise
                 self.limit = str(error)
                 return None, None

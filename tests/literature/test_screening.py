@@ -138,6 +138,10 @@ def test_what_cannot_be_screened_is_refused(third):
         "without wind": ({"wind.speed": 0.0}, r"wind.speed = 0 m/s.*set wind.speed"),
         "without curve": ({"wind.speed": 0.0, "aerodynamics": None}, "aerodynamics is not given"),
         "turned out of the curve": ({"ice.attack_angle_deg": 250.0, "aerodynamics.moment": [3.0]}, "turned out of the"),
+        "divergence": (
+            {"aerodynamics.moment": [0.0, 12.0]},
+            r"statically unstable in a wind of 5.5 m/s \(divergence\)",
+        ),
         "no pair": ({"ice.first_moment_x2": 0.0098}, "unstable"),
     }
     for values, message in refused.values():
@@ -147,6 +151,20 @@ def test_what_cannot_be_screened_is_refused(third):
         modal.screen(third, highest_wind=5.0)
     with pytest.raises(gf.SceneError, match=r"wind_speed = 0.0 m/s: must be positive"):
         modal.two_mode_estimate(third, wind_speed=0.0)
+
+
+def test_divergence_begins_where_the_wind_overcomes_the_twist(third):
+    """A shaft of length L that the moment q d^2 CM' theta twists gives way at q d^2 CM' = GJ (pi/L)^2."""
+    slope = 12.0
+    calm = third.with_values(
+        {"aerodynamics.moment": [0.0, slope], "ice.first_moment_x2": 0.0, "ice.first_moment_x3": 0.0}
+    )
+    arc = gf.Model(calm).equilibrium().length
+    pressure = 153.0 * (np.pi / arc) ** 2 / (0.0235**2 * slope)
+    speed = float(np.sqrt(2.0 * pressure / 1.2929))
+    with pytest.raises(gf.SceneError, match="divergence"):
+        modal.screen(calm.with_values({"wind.speed": 1.001 * speed}))
+    modal.screen(calm.with_values({"wind.speed": 0.999 * speed}))
 
 
 @pytest.fixture(scope="module")
