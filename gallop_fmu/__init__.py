@@ -20,9 +20,11 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
+    from gallop_fmu.conductors import find_conductor
     from gallop_fmu.engine import Equilibrium, Inputs, Model, State
     from gallop_fmu.errors import SceneError
     from gallop_fmu.fmu import check_fmu, export_fmu
+    from gallop_fmu.inputs import with_inputs
     from gallop_fmu.outcome import Outcome, Report, SimulationError
     from gallop_fmu.result import Oscillation, Result
     from gallop_fmu.scene import Scene, load_scene, packaged_scenes
@@ -31,9 +33,11 @@ if TYPE_CHECKING:
 # Where each public name lives.  A module is loaded when its name is first used, so that `gallop-fmu --help` does not
 # wait for numpy, nor a simulation for fmpy.
 _HOMES = {
+    "conductors": ("find_conductor",),
     "engine": ("Equilibrium", "Inputs", "Model", "State"),
     "errors": ("SceneError",),
     "fmu": ("check_fmu", "export_fmu"),
+    "inputs": ("with_inputs",),
     "outcome": ("Outcome", "Report", "SimulationError"),
     "result": ("Oscillation", "Result"),
     "scene": ("Scene", "load_scene", "packaged_scenes"),
@@ -54,9 +58,11 @@ __all__ = [
     "State",
     "check_fmu",
     "export_fmu",
+    "find_conductor",
     "load_scene",
     "packaged_scenes",
     "simulate",
+    "with_inputs",
 ]
 
 

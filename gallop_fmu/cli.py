@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import typer
 
+from gallop_fmu.line_commands import NEW_EXAMPLE, conductors, new
 from gallop_fmu.terminal import (
     EPILOGUE,
     PICTURE_SUFFIXES,
@@ -32,7 +33,7 @@ if TYPE_CHECKING:
     from gallop_fmu.simulation import Progress
 
 
-RESULT_SUFFIXES = (".nc", ".csv")
+RESULT_SUFFIXES = (".nc", ".csv", ".parquet")
 
 app = typer.Typer(
     name="gallop-fmu",
@@ -78,6 +79,10 @@ def scenes(as_json: AsJson = False) -> None:
     new_console().print(table)
 
 
+app.command(epilog=example("gallop-fmu conductors"))(conductors)
+app.command(epilog=example(NEW_EXAMPLE))(new)
+
+
 @app.command(epilog=example("gallop-fmu run example3 --until 900 --set wind.speed=5.5 --out swing.nc --plot swing.png"))
 def run(
     scene: SceneName,
@@ -88,17 +93,28 @@ def run(
     ] = None,
     nodes: Annotated[Literal["midspan", "all"], typer.Option(help="Nodes to record.")] = "midspan",
     out: Annotated[
-        Path | None, typer.Option(metavar="FILE", help="Write the histories: .nc (NetCDF) or .csv (mid-span only).")
+        Path | None,
+        typer.Option(metavar="FILE", help="Write the histories: .nc (NetCDF), or mid-span .csv, .parquet."),
     ] = None,
     plot: Annotated[Path | None, typer.Option(metavar="FILE", help="Write a picture: .png, .svg or .pdf.")] = None,
+    inputs: Annotated[
+        Path | None,
+        typer.Option(
+            metavar="FILE",
+            help="Drive wind and tower points by a CSV file as FMPy reads it: time and names of the FMU's inputs.",
+        ),
+    ] = None,
     as_json: AsJson = False,
 ) -> None:
     """Compute the motion of a span and print what happened at mid-span."""
+    from gallop_fmu.inputs import with_inputs
     from gallop_fmu.outcome import Outcome
     from gallop_fmu.result import summary
     from gallop_fmu.simulation import simulate
 
     chosen = chosen_scene(scene, changes)
+    if inputs:
+        chosen = with_inputs(chosen, inputs)
     check_output(out, RESULT_SUFFIXES)
     check_output(plot, PICTURE_SUFFIXES)
     with _progress(chosen.title, silent=as_json) as shown:
