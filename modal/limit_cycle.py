@@ -288,7 +288,7 @@ class Track:
         stop: Callable[[Orbit], bool],
         step: float = 0.05,
         longest: float = 0.25,
-        most: int = 80,
+        most: int = 32,
     ) -> Iterator[Orbit]:
         """Orbits from `first` on, at first towards `direction`, until `stop` or where Newton finds no more."""
         yield first
