@@ -96,8 +96,8 @@ def example1() -> Problem:
 def galloping() -> Problem:
     """Example 3 as far as peers can express it: translations, drag and lift; from rest, pushed by a short pulse.
 
-    No ice eccentricity and no aerodynamic moment, so nothing twists.  The sag alone fixes the initial state.  Damping is
-    proportional to mass, with the scene's ratio at the first horizontal frequency.
+    No ice eccentricity and no aerodynamic moment, so nothing twists.  The sag alone fixes the initial state.  Damping
+    is proportional to mass, with the scene's ratio at the first horizontal frequency.
     """
     law, load = Law(rise=0.5, fall_start=0.5, fall=0.5), (0.0, 8.0, 4.0)
     points = {"evenly_spaced": LOADED_POINTS, "force": load, "law": law.section()}
@@ -127,7 +127,7 @@ def galloping() -> Problem:
         drag=tuple(curve.drag),
     )
     title = "Galloping: example 3 without twist, drag and lift, pushed by a pulse of 1 s"
-    return _problem("galloping", title, 30.0, scene, load, law, wind)
+    return _problem("galloping", title, 20.0, scene, load, law, wind)
 
 
 def _problem(
