@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import math
 from collections import defaultdict
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
-
 from cases import OURS
 
 Row = dict[str, Any]
@@ -37,7 +37,7 @@ def cost_at(points: list[tuple[float, float]], error: float) -> float:
     Between two points log cost is linear in log error; nothing is extrapolated.
     """
     costs = [cost for found, cost in points if found <= error]
-    for (coarse, cheap), (fine, dear) in zip(points, points[1:], strict=False):
+    for (coarse, cheap), (fine, dear) in pairwise(points):
         if fine < error < coarse:
             share = math.log(error / coarse) / math.log(fine / coarse)
             costs.append(math.exp(math.log(cheap) + share * math.log(dear / cheap)))
@@ -76,7 +76,8 @@ def cost_table(rows: list[Row]) -> str:
 def case_table(rows: list[Row]) -> str:
     """Markdown: every case."""
     lines = [
-        "| curve | setting | CPU ms per simulated s | greatest / least | temporal error u2 | u3 | total error u2 | u3 |",
+        "| curve | setting | CPU ms per simulated s | greatest / least "
+        "| temporal error u2 | u3 | total error u2 | u3 |",
         "| --- | --- | ---: | ---: | ---: | ---: | ---: | ---: |",
     ]
     for row in rows:

@@ -10,7 +10,7 @@ from scenes import Array
 OURS = "gallop-fmu"
 
 
-class NotReached(Exception):
+class NotReachedError(Exception):
     """The code did not get through the run with this setting."""
 
 

@@ -10,9 +10,8 @@ from collections import namedtuple
 
 import numba
 import numpy as np
-from scipy.optimize import root
-
 from scenes import INTERVAL, LOADED_POINTS, Array, Problem
+from scipy.optimize import root
 
 Chain = namedtuple(
     "Chain",
@@ -220,7 +219,7 @@ def runge_kutta(c, step, every, records):
 
 @compiled
 def right_hand_side(t, y, c, dy, u, v, a, force):
-    """First-order form, six unknowns a node interleaved (u1 u2 u3 v1 v2 v3): the Jacobian is banded, 11 below, 5 above."""
+    """First-order form, six unknowns a node interleaved (u1 u2 u3 v1 v2 v3): Jacobian band 11 below, 5 above."""
     inner = y.shape[0] // 6
     for i in range(inner):
         for k in range(3):
@@ -233,7 +232,7 @@ def right_hand_side(t, y, c, dy, u, v, a, force):
 
 @compiled
 def jacobian(y, c, rows, columns, values):
-    """Entries of d(dy)/dy for lumped mass, always in the same order; returns their number.  Empty `rows`: values only."""
+    """Entries of d(dy)/dy for lumped mass, always in the same order; returns their number; no `rows`: values only."""
     inner, count, where = y.shape[0] // 6, 0, rows.shape[0] > 0
     left, right, d = np.zeros((3, 3)), np.zeros((3, 3)), np.empty(3)
     inverse = 1.0 / c.node_mass

@@ -10,13 +10,12 @@ from collections.abc import Callable
 from typing import Any
 
 import numpy as np
+from cases import Case, NotReachedError
+from chain import Chain, chain, compiled, jacobian, right_hand_side
+from scenes import Array, Problem
 from scipy.integrate import solve_ivp
 from scipy.sparse import csc_matrix
 from sksundae.cvode import CVODE
-
-from cases import Case, NotReached
-from chain import Chain, chain, compiled, jacobian, right_hand_side
-from scenes import Array, Problem
 
 BELOW, ABOVE = 11, 5
 
@@ -105,7 +104,7 @@ def _radau(problem: Problem, rtol: float) -> Callable[[], Callable[[], Array]]:
                 jac=lambda time, y: system.sparse(y),
             )
             if not found.success:
-                raise NotReached(found.message)
+                raise NotReachedError(found.message)
             return found.y[[system.middle + 1, system.middle + 2]].T
 
         return advance
@@ -131,7 +130,7 @@ def _cvode(problem: Problem, rtol: float, options: dict[str, Any]) -> Callable[[
         def advance() -> Array:
             found = solver.solve(np.concatenate([[0.0], problem.times]), np.zeros(system.size))
             if not found.success:
-                raise NotReached(found.message)
+                raise NotReachedError(found.message)
             return found.y[1:, [system.middle + 1, system.middle + 2]]
 
         return advance

@@ -1,9 +1,9 @@
-"""MoorDyn: one line of 40 segments in an empty sea.  Only example 1: MoorDyn has drag, but neither lift nor angle of ice.
+"""MoorDyn: one line of 40 segments in an empty sea.  Example 1 only: MoorDyn has drag, but no lift and no angle of ice.
 
-Its points take no time-dependent loads.  All nodes weigh the same and carry the same load, so accelerating both supports
+It takes no loads that change in time.  All nodes weigh the same and carry the same load, so accelerating both supports
 against the load is exactly the same problem, seen from the supports.  MoorDyn's own stationary solver finds the shape
-once, to 0.04 mm of sag; every run starts from that state, and temporal errors are against MoorDyn's own finest run from it.
-Schemes: the Runge-Kutta 4 of MoorDyn.  Its others diverge without internal damping, or need a smaller step.
+once, to 0.04 mm of sag; every run starts from that state, and temporal errors are against MoorDyn's finest run from it.
+Scheme: MoorDyn's Runge-Kutta 4.  Its others diverge without internal damping, or need a smaller step.
 """
 
 from __future__ import annotations
@@ -17,7 +17,6 @@ from pathlib import Path
 
 import moordyn
 import numpy as np
-
 from cases import Case
 from chain import chain
 from scenes import INTERVAL, Array, Problem

@@ -1,8 +1,8 @@
 """OpenSees: corotational trusses through OpenSeesPy, with Newmark, or central differences on the lumped mass.
 
 Initial strains hold the hanging shape; each truss has the modulus that gives engineering strain on its rest length.
-OpenSees has no aerodynamic load: in the galloping scene Python computes it at the nodes from their velocities, before every
-step, extrapolated linearly to its end (a load that lags a step behind would make the scheme of first order).
+OpenSees has no aerodynamic load: in the galloping scene Python computes it at the nodes from their velocities, before
+every step, extrapolated linearly to its end (a load that lags a step behind would make the scheme of first order).
 """
 
 from __future__ import annotations
@@ -15,8 +15,7 @@ from pathlib import Path
 from types import ModuleType
 
 import numpy as np
-
-from cases import Case, NotReached
+from cases import Case, NotReachedError
 from chain import chain, section_force
 from scenes import INTERVAL, Array, Problem
 
@@ -120,7 +119,7 @@ def _still_air(problem: Problem, step: float, every: int, middle: int) -> Array:
     out = np.empty((len(problem.times), 2))
     for record in range(len(out)):
         if ops.analyze(every, step):
-            raise NotReached(f"OpenSees fails at {ops.getTime():.3f} s")
+            raise NotReachedError(f"OpenSees fails at {ops.getTime():.3f} s")
         out[record] = ops.nodeDisp(middle, 2), ops.nodeDisp(middle, 3)
     return out
 
@@ -155,7 +154,7 @@ def _wind(problem: Problem, step: float, every: int, middle: int, consistent: bo
                     ops.load(i, 0.0, 2.0 * up - old_up, 2.0 * along - old_along)
                 before = here
                 if ops.analyze(1, step):
-                    raise NotReached(f"OpenSees fails at {ops.getTime():.3f} s")
+                    raise NotReachedError(f"OpenSees fails at {ops.getTime():.3f} s")
             out[record] = ops.nodeDisp(middle, 2), ops.nodeDisp(middle, 3)
         return out
 

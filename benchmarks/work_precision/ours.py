@@ -7,12 +7,12 @@ from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
+from cases import OURS, Case, NotReachedError
+from scenes import INTERVAL, Array, Problem
 
-from cases import OURS, Case, NotReached
 from gallop_fmu.channels import NODE_INDEX
 from gallop_fmu.engine import DOFS, Model
 from gallop_fmu.outcome import Outcome
-from scenes import INTERVAL, Array, Problem
 
 STEPS = (0.05, 0.025, 0.0125, 0.01, 0.005, 0.0025, 0.00125, 0.0005, 0.00025, 0.0001)
 
@@ -69,7 +69,7 @@ def _prepare(problem: Problem, values: dict[str, Any]) -> Callable[[], Callable[
         def advance() -> Array:
             run = state.run(len(problem.times), every, channels, nodes)
             if run.report.outcome is not Outcome.COMPLETED:
-                raise NotReached(str(run.report))
+                raise NotReachedError(str(run.report))
             return run.node_values[:, :, 0]
 
         return advance

@@ -92,8 +92,8 @@ def _caption(about: dict[str, Any]) -> str:
     versions = ", ".join(f"{name} {number}" for name, number in about["versions"].items())
     load = f", load average {about['load_average']:.1f}" if about["load_average"] is not None else ""
     text = (
-        f"Lower left is better. Error: the larger of those of u2 and u3. Process CPU time of the time loop on one core, least of "
-        f"interleaved repeats; start of Python, compilation and building of the model excluded. {about['date']}, "
+        "Lower left is better. Error: the larger of those of u2 and u3. Process CPU time of the time loop on one core, "
+        f"least of interleaved repeats; start of Python, compilation and model building excluded. {about['date']}, "
         f"{about['processor']}{load}, Python {about['python']}, kernel {about['kernel']}; {versions}."
     )
     return "\n".join(textwrap.wrap(text, 165))

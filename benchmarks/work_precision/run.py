@@ -33,7 +33,7 @@ import numpy as np
 import opensees
 import ours
 from analysis import Row, case_table, claims, cost_table, relative_rms
-from cases import Case, NotReached
+from cases import Case, NotReachedError
 from picture import draw
 from scenes import Array, Problem, example1, galloping, opensees_reference
 
@@ -63,7 +63,7 @@ class Measured:
             began = time.process_time()
             history = advance()
             self.seconds.append(time.process_time() - began)
-        except NotReached as problem:
+        except NotReachedError as problem:
             self.failure = str(problem)[:80]
             return
         if np.isfinite(history).all():
