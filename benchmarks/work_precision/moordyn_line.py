@@ -21,10 +21,10 @@ from cases import Case
 from chain import chain
 from scenes import INTERVAL, Array, Problem
 
-SETTINGS = ((5e-4, 0.01), (5e-4, 0.005), (5e-4, 0.0025), (5e-4, 0.001), (2.5e-4, 0.001))
+SETTINGS = ((5e-4, 0.01), (5e-4, 0.005), (5e-4, 0.0025), (5e-4, 0.001), (5e-4, 0.0005))
 """Internal step and coupling step [s]; the supports' speed is constant over the latter."""
 
-FINEST = (2.5e-4, 0.0005)
+FINEST = (2.5e-4, 0.00025)
 DEPTH = -50.0
 
 DECK = """MoorDyn deck
