@@ -33,5 +33,5 @@ def _prepare(problem: Problem, scheme: Callable[..., Array], step: float) -> Cal
 
 
 def converged(problem: Problem, consistent: bool) -> Array:
-    """The chain's equations by Runge-Kutta of order 4 at a step of 0.2 ms: error below 1e-11 against 0.1 ms."""
+    """The chain's equations by Runge-Kutta of order 4 at a step of 0.2 ms; 0.25 ms differs by less than 3e-12."""
     return runge_kutta(chain(problem, consistent=consistent), 2e-4, 250, len(problem.times))
