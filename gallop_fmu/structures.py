@@ -126,7 +126,7 @@ class CScene(c.Structure):
         ("start_in_mean_wind", c.c_int32),
         ("max_newton_iterations", c.c_int32),
         ("max_halvings", c.c_int32),
-        ("reserved", c.c_int32),
+        ("laws_only", c.c_int32),
         ("time_step", c.c_double),
         ("newton_tolerance", c.c_double),
     )
@@ -166,6 +166,8 @@ class CDerived(c.Structure):
         ("translation_damping", Two),
         ("twist_damping", Two),
         ("imbalance", c.c_double),
+        ("parts", c.c_int32),
+        ("reserved", c.c_int32),
     )
 
 

@@ -108,7 +108,8 @@ typedef struct {
     double seed_vertical, seed_horizontal, seed_twist;   /* amplitude of cos(pi x1 / L) [m], [m], [rad] */
     int32_t start_in_mean_wind;                          /* 1: static equilibrium under the wind at t = 0 */
     /* numerics */
-    int32_t max_newton_iterations, max_halvings, reserved;
+    int32_t max_newton_iterations, max_halvings;
+    int32_t laws_only;   /* 1: no call will bring gallop_inputs, so what the laws leave at rest need not be computed */
     double time_step, newton_tolerance;                  /* [s], [m] */
 } gallop_scene;
 
@@ -119,6 +120,15 @@ typedef struct {
     double wind_speed_rate, attack_angle_rate, support_rate[2][3];
 } gallop_inputs;
 
+/* What a scene may not need.  A model computes a part if anything in the scene, or a host's inputs, can wake it. */
+typedef enum {
+    GALLOP_AERODYNAMICS = 1,     /* wind on a coefficient curve */
+    GALLOP_ECCENTRIC_ICE = 2,
+    GALLOP_TWIST = 4,            /* the unknown theta */
+    GALLOP_LATERAL = 8,          /* the unknown u3 */
+    GALLOP_STIFFNESS_DAMPING = 16
+} gallop_part;
+
 /* Numbers that the model derived from the scene. */
 typedef struct {
     double sag, horizontal_tension, length;        /* of the initial equilibrium: [m], [N], [m] along the conductor */
@@ -126,6 +136,7 @@ typedef struct {
     double support_stiffness[2][2];                /* x1, x3; 0 where rigid [N/m] */
     double translation_damping[2], twist_damping[2];   /* Rayleigh b1 [1/s], b2 [s] */
     double imbalance;                              /* largest nodal force that holds a 'held' initial state [N] */
+    int32_t parts, reserved;                       /* gallop_part flags of what is computed */
 } gallop_derived;
 
 typedef struct gallop_model gallop_model;
