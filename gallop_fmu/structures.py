@@ -126,9 +126,10 @@ class CScene(c.Structure):
         ("start_in_mean_wind", c.c_int32),
         ("max_newton_iterations", c.c_int32),
         ("max_halvings", c.c_int32),
-        ("laws_only", c.c_int32),
+        ("reserved", c.c_int32),
         ("time_step", c.c_double),
         ("newton_tolerance", c.c_double),
+        ("laws_only", c.c_int32),
     )
 
 

@@ -9,27 +9,35 @@ double aero_angle(double theta, double v2, double v3, double omega, double wind,
     return attack + theta + arctangent(w2, w3);
 }
 
+/* What the loops along the span need, as numbers of their own: stores into arrays cannot change them. */
+typedef struct {
+    double wind, attack, radius, centre, half, pressure, diameter;   /* pressure: rho d / 2 */
+} air;
+
+static air air_of(const gallop_model *model, const instant *now)
+{
+    return (air){now->wind, now->attack, model->radius, model->curve_centre, 0.5 * (model->curve_last - model->curve_first),
+                 0.5 * model->scene.air_density * model->scene.diameter, model->scene.diameter};
+}
+
 /* Attack angle of a section, how far it is out of the curve's range, and where on the curve to read: reduced to the turn
  * centred on the range, and held at its ends.  "error" holds as well, so that a stray Newton iterate stays finite: the
  * step is judged once it has converged. */
-static inline double place_on_curve(const gallop_model *model, const instant *now, const sections *at, int i, bool twist)
+INLINE double place_on_curve(const air *air, const sections *at, int i, bool twist)
 {
-    const double centre = model->curve_centre, half = 0.5 * (model->curve_last - model->curve_first);
-    double w2 = twist ? -at->v2[i] - model->radius * at->omega[i] : -at->v2[i], w3 = now->wind - at->v3[i];
-    double alpha = now->attack + arctangent(w2, w3);
-    if (twist) alpha += at->theta[i];
-    double offset = alpha - centre;
+    double w2 = twist ? -at->v2[i] - air->radius * at->omega[i] : -at->v2[i], w3 = air->wind - at->v3[i];
+    double alpha = (twist ? air->attack + at->theta[i] : air->attack) + arctangent(w2, w3), offset = alpha - air->centre;
     offset -= 2.0 * PI * nearest(offset * (0.5 / PI));
-    double size = offset < 0.0 ? -offset : offset, over = size - half;
-    double held = offset < 0.0 ? -half : half;
+    double size = offset < 0.0 ? -offset : offset, over = size - air->half;
+    double held = offset < 0.0 ? -air->half : air->half;
     at->angle[i] = alpha;
     at->excess[i] = over > 0.0 ? over : 0.0;
-    return centre + (over > 0.0 ? held : offset);
+    return air->centre + (over > 0.0 ? held : offset);
 }
 
 /* CL, CD, CM of a section into by_v2, their slopes, where asked for, into by_v3: the cubic with coefficients k at the
  * distance s from its origin. */
-static inline void read_section(const double *k, double s, const sections *at, int i, bool slopes)
+INLINE void read_section(const double *k, double s, const sections *at, int i, bool slopes)
 {
     double inside = at->excess[i] > 0.0 ? 0.0 : 1.0;
     at->by_v2[0][i] = k[0] + s * (k[1] + s * (k[2] + s * k[3]));
@@ -42,28 +50,27 @@ static inline void read_section(const double *k, double s, const sections *at, i
 }
 
 /* F2 = q (CL w3 + CD w2), F3 = q (-CL w2 + CD w3), M = q Ur d CM, q = rho d Ur / 2, taken from the section's force. */
-static inline void subtract_load(const gallop_model *model, const instant *now, const sections *at, int i, bool twist)
+INLINE void subtract_load(const air *air, const sections *at, int i, bool twist)
 {
-    const double d = model->scene.diameter, k = 0.5 * model->scene.air_density * d;
     const double lift = at->by_v2[0][i], drag = at->by_v2[1][i];
-    double w2 = twist ? -at->v2[i] - model->radius * at->omega[i] : -at->v2[i], w3 = now->wind - at->v3[i];
-    double square = w2 * w2 + w3 * w3, q = k * sqrt(square);
+    double w2 = twist ? -at->v2[i] - air->radius * at->omega[i] : -at->v2[i], w3 = air->wind - at->v3[i];
+    double square = w2 * w2 + w3 * w3, q = air->pressure * sqrt(square);
     at->force[0][i] -= q * (lift * w3 + drag * w2);
     at->force[1][i] -= q * (drag * w3 - lift * w2);
-    if (twist) at->force[2][i] -= k * d * square * at->by_v2[2][i];
+    if (twist) at->force[2][i] -= air->pressure * air->diameter * square * at->by_v2[2][i];
 }
 
 /* A polynomial needs no search: all in one pass. */
-static inline void polynomial_loads(const gallop_model *model, const instant *now, const sections *at, int first, int last,
-                                    bool slopes, bool twist)
+INLINE void polynomial_loads(const gallop_model *model, const instant *now, sections at, int first, int last, bool twist)
 {
+    const air air = air_of(model, now);
     const double origin = model->scene.origin[0];
     double k[12];
     memcpy(k, model->scene.coefficient, sizeof k);
     INDEPENDENT
     for (int i = first; i < last; i++) {
-        read_section(k, place_on_curve(model, now, at, i, twist) - origin, at, i, slopes);
-        subtract_load(model, now, at, i, twist);
+        read_section(k, place_on_curve(&air, &at, i, twist) - origin, &at, i, false);
+        subtract_load(&air, &at, i, twist);
     }
 }
 
@@ -77,35 +84,36 @@ static inline int piece_at(const gallop_model *model, double alpha)
     return piece;
 }
 
-static inline void table_loads(const gallop_model *model, const instant *now, const sections *at, int first, int last,
-                               bool slopes, bool twist)
+INLINE void table_loads(const gallop_model *model, const instant *now, sections at, int first, int last, bool slopes,
+                        bool twist)
 {
-    double *place = at->by_theta[0];
+    const air air = air_of(model, now);
+    double *place = at.by_theta[0];
     INDEPENDENT
-    for (int i = first; i < last; i++) place[i] = place_on_curve(model, now, at, i, twist);
+    for (int i = first; i < last; i++) place[i] = place_on_curve(&air, &at, i, twist);
     for (int i = first; i < last; i++) {
         const int piece = piece_at(model, place[i]);
-        read_section(model->scene.coefficient + 12 * piece, place[i] - model->scene.origin[piece], at, i, slopes);
+        read_section(model->scene.coefficient + 12 * piece, place[i] - model->scene.origin[piece], &at, i, slopes);
     }
     INDEPENDENT
-    for (int i = first; i < last; i++) subtract_load(model, now, at, i, twist);
+    for (int i = first; i < last; i++) subtract_load(&air, &at, i, twist);
 }
 
 TWO_PATHS static void loads(const gallop_model *model, const instant *now, const sections *at, int first, int last)
 {
     const bool polynomial = model->scene.pieces == 1;
     if (model->unknowns == 4) {
-        if (polynomial) polynomial_loads(model, now, at, first, last, false, true);
-        else table_loads(model, now, at, first, last, false, true);
+        if (polynomial) polynomial_loads(model, now, *at, first, last, true);
+        else table_loads(model, now, *at, first, last, false, true);
     } else {
-        if (polynomial) polynomial_loads(model, now, at, first, last, false, false);
-        else table_loads(model, now, at, first, last, false, false);
+        if (polynomial) polynomial_loads(model, now, *at, first, last, false);
+        else table_loads(model, now, *at, first, last, false, false);
     }
 }
 
 TWO_PATHS static void loads_with_slopes(const gallop_model *model, const instant *now, const sections *at, int first, int last)
 {
-    table_loads(model, now, at, first, last, true, model->unknowns == 4);
+    table_loads(model, now, *at, first, last, true, model->unknowns == 4);
 }
 
 /* Derivatives of F2, F3, M by theta, v2 and v3 (that by omega is r times that by v2), from

@@ -203,6 +203,11 @@ static void section_forces(const gallop_model *model, const instant *now, const 
 
 static void look_at_angles(const gallop_model *model, const sections *at, int first, int last, int first_element, watch *seen)
 {
+    lanes all = {0.0};
+    double sum = 0.0;
+    for (int i = first; i < last; i += LANES) all += *(const lanes *)(at->excess + i);
+    for (int k = 0; k < LANES; k++) sum += LANE(all, k);
+    if (!(sum > 0.0)) return;
     for (int i = first; i < last; i++) {
         const int e = first_element + (i - first) / (3 * LANES) * LANES + i % LANES;
         if (!(at->excess[i] > seen->worst_excess) || e >= model->elements) continue;

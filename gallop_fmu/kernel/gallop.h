@@ -108,9 +108,9 @@ typedef struct {
     double seed_vertical, seed_horizontal, seed_twist;   /* amplitude of cos(pi x1 / L) [m], [m], [rad] */
     int32_t start_in_mean_wind;                          /* 1: static equilibrium under the wind at t = 0 */
     /* numerics */
-    int32_t max_newton_iterations, max_halvings;
-    int32_t laws_only;   /* 1: no call will bring gallop_inputs, so what the laws leave at rest need not be computed */
+    int32_t max_newton_iterations, max_halvings, reserved;
     double time_step, newton_tolerance;                  /* [s], [m] */
+    int32_t laws_only;   /* 1: no call will bring gallop_inputs, so what the laws leave at rest need not be computed */
 } gallop_scene;
 
 /* Inputs that a co-simulation host sets instead of the scene's laws: value + rate * (t - time). */

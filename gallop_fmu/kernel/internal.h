@@ -84,6 +84,9 @@ enum { LEFT_LEFT, LEFT_MIDDLE, LEFT_RIGHT, MIDDLE_MIDDLE, MIDDLE_RIGHT, RIGHT_RI
 /* Room for the factorised effective tangent of an element and its left corner; solver.c arranges it. */
 typedef struct { double value[96]; } factor;
 
+/* One for each element, and the last corner and the lanes beyond the last element. */
+static inline size_t factor_count(int elements) { return (size_t)elements + 2; }
+
 /* Bins of equal width over an aerodynamic curve of several pieces: where the search for a piece begins. */
 #define PIECE_BINS 256
 
@@ -115,7 +118,7 @@ typedef struct {
 /* Pointers into a state; made afresh by every call. */
 typedef struct {
     double *u, *v, *a, *a_before;      /* (nodes, 4) */
-    factor *factors;                   /* (elements), and the last corner */
+    factor *factors;                   /* (factor_count) */
     double *u0, *v0, *a0;              /* scratch: start of the sub-step, */
     double *residual;                  /* out-of-balance forces, then the correction, */
     double *first;                     /* u v a a_before at the start of the whole step */

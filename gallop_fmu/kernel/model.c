@@ -304,7 +304,7 @@ int gallop_model_create(const gallop_scene *scene, gallop_model **out, gallop_re
         m->fixed[end][1] = m->fixed[end][3] = true;
     }
     size_t values = 4 * nodes;
-    m->saved_size = offsetof(gallop_state, values) + 4 * values * sizeof(double) + (elements + 1) * sizeof(factor);
+    m->saved_size = offsetof(gallop_state, values) + 4 * values * sizeof(double) + factor_count(m->elements) * sizeof(factor);
     m->state_size = 2 * m->saved_size + (8 * values + 3 * SECTION_ARRAYS * LANES * strips) * sizeof(double);
 
     outcome = initial_equilibrium(m, report);
@@ -341,7 +341,7 @@ layout state_layout(const gallop_model *model, gallop_state *state)
     at.a = p + 2 * values;
     at.a_before = p + 3 * values;
     at.factors = (factor *)(p + 4 * values);
-    p = (double *)(at.factors + model->elements + 1);
+    p = (double *)(at.factors + factor_count(model->elements));
     at.u0 = p;
     at.v0 = p + values;
     at.a0 = p + 2 * values;

@@ -5,60 +5,67 @@
 #include "internal.h"
 
 /* Where a factorisation lies in its block of memory.  Of a strip: the inverse of its middle blocks and the couplings of
- * the middle with the left and the right node, LANES (in the last strip: as many as there are elements) values of each
- * entry side by side.  Of a corner, by columns: inverse; carry, which takes its right-hand side to the neighbour towards
+ * the middle with the left and the right node, LANES values of each entry side by side.  Of a corner, by columns: inverse; carry, which takes its right-hand side to the neighbour towards
  * the middle of the span; back, which takes the neighbour's solution back to it. */
 enum { MIDDLE_INVERSE, COUPLED_LEFT, COUPLED_RIGHT };
 enum { INVERSE, CARRY, BACK };
 
-INLINE size_t strip_part(int e, int count, int part, int size) { return (size_t)(3 * e + part * count) * size; }
-
-INLINE size_t corner_part(int elements, int corner) { return 3 * (size_t)(elements + corner); }
-
-INLINE void put(double *store, int entry, int count, const lanes *value)
+INLINE lanes *strip_part(double *store, int index, int part, int size)
 {
-    if (count >= LANES) *(lanes *)(store + LANES * entry) = *value;
-    else
-        for (int k = 0; k < count; k++) store[count * entry + k] = LANE(*value, k);
+    return (lanes *)store + (size_t)(3 * index + part) * size;
 }
 
-INLINE void get(const double *store, int entry, int count, lanes *value)
+INLINE const lanes *strip_part_read(const double *store, int index, int part, int size)
 {
-    if (count >= LANES) *value = *(const lanes *)(store + LANES * entry);
-    else
-        for (int k = 0; k < LANES; k++) LANE(*value, k) = store[count * entry + (k < count ? k : 0)];
+    return (const lanes *)store + (size_t)(3 * index + part) * size;
 }
+
+INLINE size_t corner_part(int strips, int corner, int size) { return (size_t)3 * (LANES * strips + corner) * size; }
 
 /* Gauss-Jordan without row exchange: the blocks are dominated by their symmetric positive part, and a pivot that is not
  * a positive finite number means the tangent has lost it. */
-#define GAUSS_JORDAN(type, a, size, judge)                                                                            \
-    for (int k = 0; k < (size); k++) {                                                                                \
-        const type pivot = (a)[(size) * k + k], inverse = 1.0 / pivot;                                                \
-        type column[4];                                                                                               \
-        judge;                                                                                                        \
-        for (int i = 0; i < (size); i++) column[i] = (a)[(size) * i + k];                                             \
-        for (int j = 0; j < (size); j++) (a)[(size) * k + j] *= inverse;                                              \
-        (a)[(size) * k + k] = inverse;                                                                                \
-        for (int i = 0; i < (size); i++) {                                                                            \
-            if (i == k) continue;                                                                                     \
-            (a)[(size) * i + k] = (type){0.0};                                                                        \
-            for (int j = 0; j < (size); j++) (a)[(size) * i + j] -= column[i] * (a)[(size) * k + j];                  \
-        }                                                                                                             \
-    }
-
-INLINE bool invert(double *restrict a, int n)
+INLINE bool invert(double *a, int n)
 {
     bool good = true;
-    GAUSS_JORDAN(double, a, n, good = good && pivot > 0.0 && isfinite(pivot))
+    for (int k = 0; k < n; k++) {
+        const double pivot = a[n * k + k], inverse = 1.0 / pivot;
+        double column[4], row[4];
+        good = good && pivot > 0.0 && isfinite(pivot);
+        for (int i = 0; i < n; i++) column[i] = i == k ? 0.0 : a[n * i + k];
+        for (int j = 0; j < n; j++) row[j] = (j == k ? 1.0 : a[n * k + j]) * inverse;
+        for (int i = 0; i < n; i++) {
+            a[n * i + k] = 0.0;
+#if LANES == 4
+            if (n == 4) {
+                *(lanes *)(a + 4 * i) -= column[i] * *(lanes *)row;
+                continue;
+            }
+#endif
+            for (int j = 0; j < n; j++) a[n * i + j] -= column[i] * row[j];
+        }
+        for (int j = 0; j < n; j++) a[n * k + j] = row[j];
+    }
     return good;
 }
 
 INLINE bool invert_lanes(lanes *a, int n)
 {
-    lanes worst = {0.0};   /* not a number in lanes with a pivot that is no positive finite number */
-    GAUSS_JORDAN(lanes, a, n, worst += PICK(pivot > 0.0 * pivot, 0.0 * pivot, 0.0 * pivot + NAN))
+    lanes doubt = {0.0};   /* not a number in lanes with a pivot that is no positive finite number */
+    for (int k = 0; k < n; k++) {
+        const lanes pivot = a[n * k + k], inverse = 1.0 / pivot;
+        lanes column[4];
+        doubt += PICK(pivot > 0.0 * pivot, 0.0 * pivot, 0.0 * pivot + NAN);
+        for (int i = 0; i < n; i++) column[i] = a[n * i + k];
+        for (int j = 0; j < n; j++) a[n * k + j] *= inverse;
+        a[n * k + k] = inverse;
+        for (int i = 0; i < n; i++) {
+            if (i == k) continue;
+            a[n * i + k] = (lanes){0.0};
+            for (int j = 0; j < n; j++) a[n * i + j] -= column[i] * a[n * k + j];
+        }
+    }
     bool good = true;
-    for (int k = 0; k < LANES; k++) good = good && LANE(worst, k) == 0.0;
+    for (int k = 0; k < LANES; k++) good = good && LANE(doubt, k) == 0.0;
     return good;
 }
 
@@ -83,58 +90,72 @@ INLINE void subtract_lanes(const lanes *a, const lanes *b, int n, lanes *out)
         }
 }
 
-/* The same by columns. */
-INLINE void multiply(const double *restrict a, const double *restrict b, int n, double *restrict out)
+/* a x, a by columns; four rows fill a vector. */
+INLINE void product(const double *a, const double *x, int n, double *out)
 {
-    for (int j = 0; j < n; j++)
-        for (int i = 0; i < n; i++) {
-            double sum = a[i] * b[n * j];
-            for (int k = 1; k < n; k++) sum += a[n * k + i] * b[n * j + k];
-            out[n * j + i] = sum;
-        }
-}
-
-/* y -= a x, a by columns */
-INLINE void subtract_apply(const double *restrict a, const double *restrict x, int n, double *restrict y)
-{
+#if LANES == 4
+    if (n == 4) {
+        const lanes *column = (const lanes *)a;
+        *(lanes *)out = (column[0] * x[0] + column[1] * x[1]) + (column[2] * x[2] + column[3] * x[3]);
+        return;
+    }
+#endif
     for (int i = 0; i < n; i++) {
-        double sum = a[i] * x[0];
-        for (int k = 1; k < n; k++) sum += a[n * k + i] * x[k];
-        y[i] -= sum;
+        double sum = a[i] * x[0] + a[n + i] * x[1];
+        if (n == 3) sum += a[2 * n + i] * x[2];
+        if (n == 4) sum += a[2 * n + i] * x[2] + a[3 * n + i] * x[3];
+        out[i] = sum;
     }
 }
 
-INLINE void apply(const double *restrict a, double *restrict x, int n)
+INLINE void multiply(const double *a, const double *b, int n, double *out)
+{
+    for (int j = 0; j < n; j++) product(a, b + n * j, n, out + n * j);
+}
+
+/* y -= a x */
+INLINE void subtract_apply(const double *a, const double *x, int n, double *y)
+{
+    double change[4];
+    product(a, x, n, change);
+#if LANES == 4
+    if (n == 4) {
+        *(lanes *)y -= *(lanes *)change;
+        return;
+    }
+#endif
+    for (int i = 0; i < n; i++) y[i] -= change[i];
+}
+
+INLINE void apply(const double *a, double *x, int n)
 {
     double out[4];
-    for (int i = 0; i < n; i++) {
-        out[i] = a[i] * x[0];
-        for (int k = 1; k < n; k++) out[i] += a[n * k + i] * x[k];
-    }
+    product(a, x, n, out);
     for (int i = 0; i < n; i++) x[i] = out[i];
 }
 
 /* Condenses the middle nodes of a strip: what is left goes to the places of its corners, raw. */
-INLINE bool condense(const gallop_model *model, int e, int count, lanes block[6][16], int n, double *store)
+INLINE bool condense(const gallop_model *model, int index, lanes block[6][16], int n, double *store)
 {
-    const int elements = model->elements, meeting = elements / 2, size = n * n;
+    const int e = LANES * index, left_over = model->elements - e, count = left_over < LANES ? left_over : LANES;
+    const int meeting = model->elements / 2, size = n * n;
     lanes *inverse = block[MIDDLE_MIDDLE], to_left[16], to_right[16], back_coupling[16];
     if (!invert_lanes(inverse, n)) return false;
     multiply_lanes(inverse, block[LEFT_MIDDLE], n, to_left);
     multiply_lanes(inverse, block[MIDDLE_RIGHT], n, to_right);
-    memcpy(back_coupling, block[LEFT_RIGHT], sizeof back_coupling);
+    for (int i = 0; i < size; i++) back_coupling[i] = block[LEFT_RIGHT][i];
     subtract_lanes(block[LEFT_MIDDLE], to_left, n, block[LEFT_LEFT]);
     subtract_lanes(block[LEFT_MIDDLE], to_right, n, block[LEFT_RIGHT]);     /* row of the left node, column of the right */
     subtract_lanes(block[MIDDLE_RIGHT], to_left, n, back_coupling);         /* the other way round */
     subtract_lanes(block[MIDDLE_RIGHT], to_right, n, block[RIGHT_RIGHT]);
     for (int i = 0; i < size; i++) {
-        put(store + strip_part(e, count, MIDDLE_INVERSE, size), i, count, &inverse[i]);
-        put(store + strip_part(e, count, COUPLED_LEFT, size), i, count, &block[LEFT_MIDDLE][i]);
-        put(store + strip_part(e, count, COUPLED_RIGHT, size), i, count, &block[MIDDLE_RIGHT][i]);
+        strip_part(store, index, MIDDLE_INVERSE, size)[i] = inverse[i];
+        strip_part(store, index, COUPLED_LEFT, size)[i] = block[LEFT_MIDDLE][i];
+        strip_part(store, index, COUPLED_RIGHT, size)[i] = block[MIDDLE_RIGHT][i];
     }
     for (int k = 0; k < count; k++) {
         const bool right_half = e + k >= meeting;
-        double *left = store + corner_part(elements, e + k) * size, *right = left + 3 * size;
+        double *left = store + corner_part(model->strips, e + k, size), *right = left + 3 * size;
         double *coupled = right_half ? right : left;
         const lanes *carry = right_half ? block[LEFT_RIGHT] : back_coupling;
         const lanes *back = right_half ? back_coupling : block[LEFT_RIGHT];
@@ -157,8 +178,10 @@ INLINE bool eliminate(double *corner, double *neighbour, int n)
     double raw[2][16];
     double *inverse = corner, *carry = corner + CARRY * size, *back = corner + BACK * size;
     if (!invert(inverse, n)) return false;
-    memcpy(raw[0], carry, sizeof(double) * size);
-    memcpy(raw[1], back, sizeof(double) * size);
+    for (int i = 0; i < size; i++) {
+        raw[0][i] = carry[i];
+        raw[1][i] = back[i];
+    }
     multiply(inverse, raw[1], n, back);
     multiply(raw[0], inverse, n, carry);
     for (int j = 0; j < n; j++) subtract_apply(raw[0], back + n * j, n, neighbour + n * j);
@@ -180,14 +203,13 @@ INLINE bool factor_all(const gallop_model *model, const instant *now, const sect
                        const bool fixed[2][4], int n, double *store)
 {
     const int elements = model->elements, meeting = elements / 2, size = n * n;
-    double *first = store + corner_part(elements, 0) * size;
-    double *last = store + corner_part(elements, elements) * size;
+    double *first = store + corner_part(model->strips, 0, size);
+    double *last = store + corner_part(model->strips, elements, size);
     for (int i = 0; i < size; i++) first[i] = 0.0;
     for (int index = 0; index < model->strips; index++) {
-        const int e = LANES * index, left = elements - e;
         lanes block[6][16];
         strip_tangent(model, index, now, at, u, mix, block);
-        if (!condense(model, e, left < LANES ? left : LANES, block, n, store)) return false;
+        if (!condense(model, index, block, n, store)) return false;
     }
     for (int i = 0; i < n; i++) {
         first[(n + 1) * i] += mix.k * model->stiffness[0][i];
@@ -204,15 +226,12 @@ INLINE bool factor_all(const gallop_model *model, const instant *now, const sect
     return invert(first + 3 * size * meeting, n);
 }
 
-INLINE void strip_couplings(const double *store, int count, const lanes x[4], int n, lanes y[4])
+INLINE void apply_lanes(const lanes *a, const lanes *x, int n, lanes *y)
 {
-    for (int i = 0; i < n; i++) y[i] = (lanes){0.0};
-    for (int i = 0; i < n; i++)
-        for (int j = 0; j < n; j++) {
-            lanes a;
-            get(store, n * i + j, count, &a);
-            y[i] += a * x[j];
-        }
+    for (int i = 0; i < n; i++) {
+        y[i] = a[n * i] * x[0];
+        for (int j = 1; j < n; j++) y[i] += a[n * i + j] * x[j];
+    }
 }
 
 /* Middle nodes: their part of the solution as if the corners were at rest, taken to the corners. */
@@ -221,9 +240,9 @@ INLINE void solve_middles(const double *store, int e, int count, int n, double *
     const int size = n * n;
     lanes middle[4], own[4], corner[4];
     read_nodes(rhs + 8 * e, 1, count, middle);
-    strip_couplings(store + strip_part(e, count, MIDDLE_INVERSE, size), count, middle, n, own);
+    apply_lanes(strip_part_read(store, e / LANES, MIDDLE_INVERSE, size), middle, n, own);
     for (int side = 0; side < 2; side++) {
-        strip_couplings(store + strip_part(e, count, side ? COUPLED_RIGHT : COUPLED_LEFT, size), count, own, n, corner);
+        apply_lanes(strip_part_read(store, e / LANES, side ? COUPLED_RIGHT : COUPLED_LEFT, size), own, n, corner);
         for (int i = 0; i < n; i++) corner[i] = -corner[i];
         for (int i = n; i < 4; i++) corner[i] = (lanes){0.0};
         add_to_nodes(rhs + 8 * e, 2 * side, count, corner);
@@ -238,10 +257,10 @@ INLINE void correct_middles(const double *store, int e, int count, int n, double
     lanes left[4], right[4], from_left[4], from_right[4], change[4];
     read_nodes(rhs + 8 * e, 0, count, left);
     read_nodes(rhs + 8 * e, 2, count, right);
-    strip_couplings(store + strip_part(e, count, COUPLED_LEFT, size), count, left, n, from_left);
-    strip_couplings(store + strip_part(e, count, COUPLED_RIGHT, size), count, right, n, from_right);
+    apply_lanes(strip_part_read(store, e / LANES, COUPLED_LEFT, size), left, n, from_left);
+    apply_lanes(strip_part_read(store, e / LANES, COUPLED_RIGHT, size), right, n, from_right);
     for (int i = 0; i < n; i++) from_left[i] += from_right[i];
-    strip_couplings(store + strip_part(e, count, MIDDLE_INVERSE, size), count, from_left, n, change);
+    apply_lanes(strip_part_read(store, e / LANES, MIDDLE_INVERSE, size), from_left, n, change);
     for (int i = 0; i < n; i++) change[i] = -change[i];
     for (int i = n; i < 4; i++) change[i] = (lanes){0.0};
     add_to_nodes(rhs + 8 * e, 1, count, change);
@@ -249,12 +268,11 @@ INLINE void correct_middles(const double *store, int e, int count, int n, double
 
 INLINE void solve_all(const gallop_model *model, const double *store, const bool fixed[2][4], int n, double *rhs)
 {
-    const int elements = model->elements, meeting = elements / 2, size = n * n, full = elements / LANES * LANES;
-    const double *first = store + corner_part(elements, 0) * size;
+    const int elements = model->elements, meeting = elements / 2, size = n * n;
+    const double *first = store + corner_part(model->strips, 0, size);
     double *x = rhs, *y = rhs + 8 * elements;
-    const double *last = store + corner_part(elements, elements) * size;
-    for (int e = 0; e < full; e += LANES) solve_middles(store, e, LANES, n, rhs);
-    if (full < elements) solve_middles(store, full, elements - full, n, rhs);
+    const double *last = store + corner_part(model->strips, elements, size);
+    for (int e = 0; e < elements; e += LANES) solve_middles(store, e, elements - e, n, rhs);
     for (int i = 0; i < 4; i++) {
         if (fixed[0][i]) x[i] = 0.0;
         if (fixed[1][i]) y[i] = 0.0;
@@ -274,8 +292,7 @@ INLINE void solve_all(const gallop_model *model, const double *store, const bool
         apply(last - 3 * k * size, y, n);
         subtract_apply(last - (3 * k - BACK) * size, y - 8, n, y);
     }
-    for (int e = 0; e < full; e += LANES) correct_middles(store, e, LANES, n, rhs);
-    if (full < elements) correct_middles(store, full, elements - full, n, rhs);
+    for (int e = 0; e < elements; e += LANES) correct_middles(store, e, elements - e, n, rhs);
 }
 
 #define SOLVER_OF(unknowns)                                                                                           \
