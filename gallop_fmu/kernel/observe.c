@@ -1,4 +1,5 @@
 /* What can be seen of a state: node and span channels, and the residual and tangent for tests and the modal toolkit. */
+#include "elementary.h"
 #include "internal.h"
 
 static const double *motion(const gallop_model *model, const gallop_state *state, int which)
@@ -74,11 +75,13 @@ static void energies(const gallop_model *model, const gallop_state *state, doubl
             const double *n = shape3[q];
             double velocity[4], theta = n[0] * ue[3] + n[1] * ue[7] + n[2] * ue[11];
             for (int i = 0; i < 4; i++) velocity[i] = n[0] * ve[i] + n[1] * ve[4 + i] + n[2] * ve[8 + i];
-            double sine = sin(theta), cosine = cos(theta), w = velocity[3];
+            double w = velocity[3], square = velocity[0] * velocity[0] + velocity[1] * velocity[1] + velocity[2] * velocity[2];
+            k += g->inertia_weight[q] * (0.5 * model->mass * square + 0.5 * model->inertia * w * w);
+            if (!model->eccentric) continue;
+            double sine, cosine;
+            sine_cosine(theta, &sine, &cosine);
             double c2 = model->c2 * cosine - model->c3 * sine, c3 = model->c2 * sine + model->c3 * cosine;
-            double square = velocity[0] * velocity[0] + velocity[1] * velocity[1] + velocity[2] * velocity[2];
-            k += g->inertia_weight[q] *
-                 (0.5 * model->mass * square + w * (c2 * velocity[2] - c3 * velocity[1]) + 0.5 * model->inertia * w * w);
+            k += g->inertia_weight[q] * w * (c2 * velocity[2] - c3 * velocity[1]);
             p += g->inertia_weight[q] * model->scene.gravity * (c2 - model->c2 + model->c3 * theta);
         }
         for (int q = 0; q < 2; q++) {
