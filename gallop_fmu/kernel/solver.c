@@ -20,30 +20,34 @@ INLINE const lanes *strip_part_read(const double *store, int index, int part, in
     return (const lanes *)store + (size_t)(3 * index + part) * size;
 }
 
-INLINE size_t corner_part(int strips, int corner, int size) { return (size_t)3 * (LANES * strips + corner) * size; }
+/* Three unknowns take the room of four in a column, to fill a vector. */
+#define STRIDE(n) ((n) == 3 && LANES == 4 ? 4 : (n))
+#define VECTOR(n) (LANES == 4 && STRIDE(n) == 4)
+
+INLINE size_t corner_part(int strips, int corner, int n)
+{
+    return (size_t)3 * (LANES * strips * n + corner * STRIDE(n)) * n;
+}
 
 /* Gauss-Jordan without row exchange: the blocks are dominated by their symmetric positive part, and a pivot that is not
  * a positive finite number means the tangent has lost it. */
 INLINE bool invert(double *a, int n)
 {
+    const int wide = STRIDE(n);
     bool good = true;
     for (int k = 0; k < n; k++) {
-        const double pivot = a[n * k + k], inverse = 1.0 / pivot;
+        const double pivot = a[wide * k + k], inverse = 1.0 / pivot;
         double column[4], row[4];
         good = good && pivot > 0.0 && isfinite(pivot);
-        for (int i = 0; i < n; i++) column[i] = i == k ? 0.0 : a[n * i + k];
-        for (int j = 0; j < n; j++) row[j] = (j == k ? 1.0 : a[n * k + j]) * inverse;
+        for (int i = 0; i < n; i++) column[i] = i == k ? 0.0 : a[wide * i + k];
+        for (int j = 0; j < wide; j++) row[j] = (j == k ? 1.0 : a[wide * k + j]) * inverse;
         for (int i = 0; i < n; i++) {
-            a[n * i + k] = 0.0;
-#if LANES == 4
-            if (n == 4) {
-                *(lanes *)(a + 4 * i) -= column[i] * *(lanes *)row;
-                continue;
-            }
-#endif
-            for (int j = 0; j < n; j++) a[n * i + j] -= column[i] * row[j];
+            a[wide * i + k] = 0.0;
+            if (VECTOR(n)) *(lanes *)(a + wide * i) -= column[i] * *(lanes *)row;
+            else
+                for (int j = 0; j < n; j++) a[wide * i + j] -= column[i] * row[j];
         }
-        for (int j = 0; j < n; j++) a[n * k + j] = row[j];
+        for (int j = 0; j < wide; j++) a[wide * k + j] = row[j];
     }
     return good;
 }
@@ -90,16 +94,17 @@ INLINE void subtract_lanes(const lanes *a, const lanes *b, int n, lanes *out)
         }
 }
 
-/* a x, a by columns; four rows fill a vector. */
+/* a x, a by columns */
 INLINE void product(const double *a, const double *x, int n, double *out)
 {
-#if LANES == 4
-    if (n == 4) {
+    if (VECTOR(n)) {
         const lanes *column = (const lanes *)a;
-        *(lanes *)out = (column[0] * x[0] + column[1] * x[1]) + (column[2] * x[2] + column[3] * x[3]);
+        lanes sum = column[0] * x[0] + column[1] * x[1];
+        if (n == 3) sum += column[2] * x[2];
+        if (n == 4) sum += column[2] * x[2] + column[3] * x[3];
+        *(lanes *)out = sum;
         return;
     }
-#endif
     for (int i = 0; i < n; i++) {
         double sum = a[i] * x[0] + a[n + i] * x[1];
         if (n == 3) sum += a[2 * n + i] * x[2];
@@ -110,7 +115,7 @@ INLINE void product(const double *a, const double *x, int n, double *out)
 
 INLINE void multiply(const double *a, const double *b, int n, double *out)
 {
-    for (int j = 0; j < n; j++) product(a, b + n * j, n, out + n * j);
+    for (int j = 0; j < n; j++) product(a, b + STRIDE(n) * j, n, out + STRIDE(n) * j);
 }
 
 /* y -= a x */
@@ -118,13 +123,9 @@ INLINE void subtract_apply(const double *a, const double *x, int n, double *y)
 {
     double change[4];
     product(a, x, n, change);
-#if LANES == 4
-    if (n == 4) {
-        *(lanes *)y -= *(lanes *)change;
-        return;
-    }
-#endif
-    for (int i = 0; i < n; i++) y[i] -= change[i];
+    if (VECTOR(n)) *(lanes *)y -= *(lanes *)change;
+    else
+        for (int i = 0; i < n; i++) y[i] -= change[i];
 }
 
 INLINE void apply(const double *a, double *x, int n)
@@ -138,7 +139,7 @@ INLINE void apply(const double *a, double *x, int n)
 INLINE bool condense(const gallop_model *model, int index, lanes block[6][16], int n, double *store)
 {
     const int e = LANES * index, left_over = model->elements - e, count = left_over < LANES ? left_over : LANES;
-    const int meeting = model->elements / 2, size = n * n;
+    const int meeting = model->elements / 2, size = n * n, wide = STRIDE(n), room = n * wide;
     lanes *inverse = block[MIDDLE_MIDDLE], to_left[16], to_right[16], back_coupling[16];
     if (!invert_lanes(inverse, n)) return false;
     multiply_lanes(inverse, block[LEFT_MIDDLE], n, to_left);
@@ -155,17 +156,17 @@ INLINE bool condense(const gallop_model *model, int index, lanes block[6][16], i
     }
     for (int k = 0; k < count; k++) {
         const bool right_half = e + k >= meeting;
-        double *left = store + corner_part(model->strips, e + k, size), *right = left + 3 * size;
+        double *left = store + corner_part(model->strips, e + k, n), *right = left + 3 * room;
         double *coupled = right_half ? right : left;
         const lanes *carry = right_half ? block[LEFT_RIGHT] : back_coupling;
         const lanes *back = right_half ? back_coupling : block[LEFT_RIGHT];
         for (int i = 0; i < n; i++)
             for (int j = 0; j < n; j++) {
-                const int row = n * i + j, column = n * j + i;
+                const int row = n * i + j, column = wide * j + i;
                 left[column] += LANE(block[LEFT_LEFT][row], k);
                 right[column] = LANE(block[RIGHT_RIGHT][row], k);
-                coupled[CARRY * size + column] = LANE(carry[row], k);
-                coupled[BACK * size + column] = LANE(back[row], k);
+                coupled[CARRY * room + column] = LANE(carry[row], k);
+                coupled[BACK * room + column] = LANE(back[row], k);
             }
     }
     return true;
@@ -174,7 +175,7 @@ INLINE bool condense(const gallop_model *model, int index, lanes block[6][16], i
 /* Eliminates a corner; `neighbour` is the inverse-to-be of the next one towards the middle. */
 INLINE bool eliminate(double *corner, double *neighbour, int n)
 {
-    const int size = n * n;
+    const int size = n * STRIDE(n);
     double raw[2][16];
     double *inverse = corner, *carry = corner + CARRY * size, *back = corner + BACK * size;
     if (!invert(inverse, n)) return false;
@@ -184,7 +185,7 @@ INLINE bool eliminate(double *corner, double *neighbour, int n)
     }
     multiply(inverse, raw[1], n, back);
     multiply(raw[0], inverse, n, carry);
-    for (int j = 0; j < n; j++) subtract_apply(raw[0], back + n * j, n, neighbour + n * j);
+    for (int j = 0; j < n; j++) subtract_apply(raw[0], back + STRIDE(n) * j, n, neighbour + STRIDE(n) * j);
     return true;
 }
 
@@ -193,8 +194,8 @@ static void fix_rows(const bool fixed[4], double *corner, int n)
     for (int i = 0; i < n; i++) {
         if (!fixed[i]) continue;
         for (int j = 0; j < n; j++) {
-            corner[n * j + i] = i == j ? 1.0 : 0.0;
-            corner[(BACK * n + j) * n + i] = 0.0;
+            corner[STRIDE(n) * j + i] = i == j ? 1.0 : 0.0;
+            corner[STRIDE(n) * (BACK * n + j) + i] = 0.0;
         }
     }
 }
@@ -202,18 +203,18 @@ static void fix_rows(const bool fixed[4], double *corner, int n)
 INLINE bool factor_all(const gallop_model *model, const instant *now, const sections *at, const double *u, blend mix,
                        const bool fixed[2][4], int n, double *store)
 {
-    const int elements = model->elements, meeting = elements / 2, size = n * n;
-    double *first = store + corner_part(model->strips, 0, size);
-    double *last = store + corner_part(model->strips, elements, size);
-    for (int i = 0; i < size; i++) first[i] = 0.0;
+    const int elements = model->elements, meeting = elements / 2, size = n * STRIDE(n), corners = 3 * size * (elements + 1);
+    double *first = store + corner_part(model->strips, 0, n);
+    double *last = store + corner_part(model->strips, elements, n);
+    for (int i = 0; i < corners; i++) first[i] = 0.0;
     for (int index = 0; index < model->strips; index++) {
         lanes block[6][16];
         strip_tangent(model, index, now, at, u, mix, block);
         if (!condense(model, index, block, n, store)) return false;
     }
     for (int i = 0; i < n; i++) {
-        first[(n + 1) * i] += mix.k * model->stiffness[0][i];
-        last[(n + 1) * i] += mix.k * model->stiffness[1][i];
+        first[(STRIDE(n) + 1) * i] += mix.k * model->stiffness[0][i];
+        last[(STRIDE(n) + 1) * i] += mix.k * model->stiffness[1][i];
     }
     fix_rows(fixed[0], first, n);
     fix_rows(fixed[1], last, n);
@@ -268,10 +269,10 @@ INLINE void correct_middles(const double *store, int e, int count, int n, double
 
 INLINE void solve_all(const gallop_model *model, const double *store, const bool fixed[2][4], int n, double *rhs)
 {
-    const int elements = model->elements, meeting = elements / 2, size = n * n;
-    const double *first = store + corner_part(model->strips, 0, size);
+    const int elements = model->elements, meeting = elements / 2, size = n * STRIDE(n);
+    const double *first = store + corner_part(model->strips, 0, n);
     double *x = rhs, *y = rhs + 8 * elements;
-    const double *last = store + corner_part(model->strips, elements, size);
+    const double *last = store + corner_part(model->strips, elements, n);
     for (int e = 0; e < elements; e += LANES) solve_middles(store, e, elements - e, n, rhs);
     for (int i = 0; i < 4; i++) {
         if (fixed[0][i]) x[i] = 0.0;
