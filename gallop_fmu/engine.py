@@ -193,7 +193,6 @@ class Part(enum.IntFlag):
     ECCENTRIC_ICE = 2
     TWIST = 4
     LATERAL_MOTION = 8
-    STIFFNESS_DAMPING = 16
 
 
 class Model:

@@ -162,14 +162,12 @@ INLINE void strip_forces(const gallop_model *model, const strip *s, lanes u[3][4
         const lanes tension = s->tension[q] + ea * strain;
         for (int i = 0; i < axes; i++) force[i] = tension * (p0[i] + du[i]);
         if (unknowns == 4) force[3] = gj * du[3];
-        if (model->damped) {
-            lanes dv[4], axial = {0.0};
-            for (int i = 0; i < unknowns; i++) dv[i] = n[0] * (v[0][i] - v[1][i]) + n[1] * (v[2][i] - v[1][i]);
-            for (int i = 0; i < axes; i++) axial += p0[i] * dv[i];
-            axial *= b[1] * ea;
-            for (int i = 0; i < axes; i++) force[i] += axial * p0[i] + b[1] * s->tension[q] * dv[i];
-            if (unknowns == 4) force[3] += gj * bt[1] * dv[3];
-        }
+        lanes dv[4], axial = {0.0};
+        for (int i = 0; i < unknowns; i++) dv[i] = n[0] * (v[0][i] - v[1][i]) + n[1] * (v[2][i] - v[1][i]);
+        for (int i = 0; i < axes; i++) axial += p0[i] * dv[i];
+        axial *= b[1] * ea;
+        for (int i = 0; i < axes; i++) force[i] += axial * p0[i] + b[1] * s->tension[q] * dv[i];
+        if (unknowns == 4) force[3] += gj * bt[1] * dv[3];
         for (int i = 0; i < unknowns; i++) {
             const lanes left = s->pull[q][0] * force[i], right = s->pull[q][1] * force[i];
             r[0][i] += left;

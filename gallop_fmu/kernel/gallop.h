@@ -125,8 +125,7 @@ typedef enum {
     GALLOP_AERODYNAMICS = 1,     /* wind on a coefficient curve */
     GALLOP_ECCENTRIC_ICE = 2,
     GALLOP_TWIST = 4,            /* the unknown theta */
-    GALLOP_LATERAL = 8,          /* the unknown u3 */
-    GALLOP_STIFFNESS_DAMPING = 16
+    GALLOP_LATERAL = 8           /* the unknown u3 */
 } gallop_part;
 
 /* Numbers that the model derived from the scene. */

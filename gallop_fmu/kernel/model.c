@@ -210,11 +210,9 @@ static void choose_parts(gallop_model *m)
     const gallop_scene *s = &m->scene;
     m->aerodynamic = blows(s);
     m->eccentric = m->c2 != 0.0 || m->c3 != 0.0;
-    m->damped = m->derived.translation_damping[1] != 0.0 || m->derived.twist_damping[1] != 0.0;
     m->unknowns = twists(s) ? 4 : moves_sideways(s) ? 3 : 2;
     m->derived.parts = (m->aerodynamic ? GALLOP_AERODYNAMICS : 0) | (m->eccentric ? GALLOP_ECCENTRIC_ICE : 0) |
-                       (m->unknowns > 3 ? GALLOP_TWIST : 0) | (m->unknowns > 2 ? GALLOP_LATERAL : 0) |
-                       (m->damped ? GALLOP_STIFFNESS_DAMPING : 0);
+                       (m->unknowns > 3 ? GALLOP_TWIST : 0) | (m->unknowns > 2 ? GALLOP_LATERAL : 0);
 }
 
 /* The piece of the aerodynamic curve at the start of each bin. */

@@ -10,7 +10,7 @@ from gallop_fmu.channels import NODE_CHANNELS, NODE_INDEX
 from gallop_fmu.engine import Inputs, Model, Part
 from gallop_fmu.loads import Load
 
-EVERYTHING = Part.AERODYNAMICS | Part.ECCENTRIC_ICE | Part.TWIST | Part.LATERAL_MOTION | Part.STIFFNESS_DAMPING
+EVERYTHING = Part.AERODYNAMICS | Part.ECCENTRIC_ICE | Part.TWIST | Part.LATERAL_MOTION
 NOTHING = 1e-200
 CALM = {"wind.speed": 0.0, "ice.first_moment_x2": 0.0, "ice.first_moment_x3": 0.0, "initial.seed_vertical": 0.2}
 NO_MOMENT = {
@@ -31,7 +31,6 @@ def springs(scene):
 
 
 IN_PLANE = example3(CALM, {"initial.seed_horizontal": 0.0})
-UNDAMPED = IN_PLANE.model_copy(update={"damping": gf.load_scene("example1").damping})
 WAKE_LATERAL, WAKE_TWIST = {"initial.seed_horizontal": NOTHING}, {"initial.seed_twist": NOTHING}
 CASES = {
     "no moment on the section: no twist": (example3(NO_MOMENT), WAKE_TWIST, Part.TWIST),
@@ -62,23 +61,6 @@ def test_same_answer_as_the_full_computation(name):
         assert np.abs(values - full[channel]).max() <= 1e-12 * scale + 1e-30, channel  # observed 0
 
 
-def test_undamped_scene_reads_no_velocity_slopes():
-    """Rayleigh's stiffness part of 1e-30 s is damping, but has no effect."""
-    scene = example3(CALM)
-    damping = scene.damping.translation.model_copy(update={"low_ratio": 0.0, "high_ratio": 0.0})
-    none = scene.model_copy(
-        update={"damping": scene.damping.model_copy(update={"translation": damping, "twist": None})}
-    )
-    tiny = damping.model_copy(update={"high_ratio": 1e-30})
-    some = none.model_copy(update={"damping": none.damping.model_copy(update={"translation": tiny})})
-    parts, fast = computed(none)
-    all_parts, full = computed(some)
-    assert Part.STIFFNESS_DAMPING not in parts
-    assert Part.STIFFNESS_DAMPING in all_parts
-    for channel, values in fast.items():
-        assert np.array_equal(values, full[channel]), channel
-
-
 def test_no_wind_in_a_model_that_could_have_some():
     """A model for inputs keeps aerodynamics and all unknowns, but its laws blow no wind."""
     channels = np.arange(len(NODE_CHANNELS), dtype=np.int32)
@@ -103,8 +85,8 @@ WAKING = {
 @pytest.mark.parametrize("name", WAKING)
 def test_what_wakes_a_part(name):
     change, woken = WAKING[name]
-    assert Model(IN_PLANE, inputs=False).parts == Part.STIFFNESS_DAMPING
-    assert Model(IN_PLANE.with_values(change), inputs=False).parts == woken | Part.STIFFNESS_DAMPING
+    assert Model(IN_PLANE, inputs=False).parts == Part(0)
+    assert Model(IN_PLANE.with_values(change), inputs=False).parts == woken
 
 
 @pytest.mark.parametrize(
@@ -126,7 +108,7 @@ def test_what_wakes_a_part(name):
 )
 def test_loads_wake_what_they_drive(load, woken):
     scene = IN_PLANE.model_copy(update={"loads": (load,)})
-    assert Model(scene, inputs=False).parts == woken | Part.STIFFNESS_DAMPING
+    assert Model(scene, inputs=False).parts == woken
 
 
 def test_lateral_motion_of_a_tower_wakes_the_span():
