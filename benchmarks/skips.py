@@ -59,9 +59,7 @@ def microseconds(model: Model) -> float:
 
 def main() -> None:
     heading()
-    print(
-        "| scene: left out | unknowns | us a step: least | median | greatest | times faster: least | median | greatest |"
-    )
+    print("| scene: left out | unknowns | us a step: least | median | greatest | gain: least | median | greatest |")
     print("| --- | --- | ---: | ---: | ---: | ---: | ---: | ---: |")
     models = {name: [Model(scene, inputs=False) for scene in pair] for name, pair in cases().items()}
     spent: dict[str, list[list[float]]] = {name: [] for name in models}

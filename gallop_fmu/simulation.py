@@ -164,7 +164,7 @@ def _dataset(
         kernel=build(),
         integrator=INTEGRATOR,
         unknowns=" ".join(model.unknowns),
-        left_out=", ".join(part.name.lower().replace("_", " ") for part in Part if part not in model.parts and part.name),
+        left_out=", ".join(str(part.name).lower().replace("_", " ") for part in Part if part not in model.parts),
         scene=model.scene.to_toml(),
         outcome=report.outcome.name.lower(),
         message=str(report),

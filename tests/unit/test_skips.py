@@ -14,8 +14,12 @@ EVERYTHING = Part.AERODYNAMICS | Part.ECCENTRIC_ICE | Part.TWIST | Part.LATERAL_
 NOTHING = 1e-200
 CALM = {"wind.speed": 0.0, "ice.first_moment_x2": 0.0, "ice.first_moment_x3": 0.0, "initial.seed_vertical": 0.2}
 NO_MOMENT = {
-    "ice.first_moment_x2": 0.0, "ice.first_moment_x3": 0.0, "aerodynamics.moment": [0.0], "initial.seed_vertical": 0.2, "initial.seed_horizontal": 0.1
-}  # fmt: skip
+    "ice.first_moment_x2": 0.0,
+    "ice.first_moment_x3": 0.0,
+    "aerodynamics.moment": [0.0],
+    "initial.seed_vertical": 0.2,
+    "initial.seed_horizontal": 0.1,
+}
 
 
 def example3(*changes):
