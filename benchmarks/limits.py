@@ -70,9 +70,9 @@ def main() -> None:
                 state.restore(saved)
     print(f"Additions and multiplications of the core without memory, 10^9 a second: {spread(peak)}\n")
     print(f"An iteration needs {ITERATION} operations and {BYTES} bytes an element.\n")
-    print("| elements | us a step: least | iterations | 10^9 operations a second | of the peak | GB/s | of reading as much | "
-          "state and model, bytes an element |")  # fmt: skip
-    print("| ---: | ---: | ---: | ---: | ---: | ---: | ---: | ---: |")
+    columns = ("elements", "us a step: least", "iterations", "10^9 operations a second", "of the peak", "GB/s")
+    print(f"| {' | '.join(columns)} | of reading as much | bytes an element |")
+    print(f"| {' | '.join(['---:'] * 8)} |")
     for n in ELEMENTS:
         least, count = min(spent[n]), iterations[n]
         operations = n * (count * ITERATION + PREDICTION) / least / 1e9

@@ -204,8 +204,8 @@ class Model:
         The scene to compute.
     inputs
         Whether `Inputs` may replace the scene's laws, as in an FMU.  False: they may not, and what the laws alone leave
-        at rest is left out: wind that never blows, and lateral motion that nothing wakes.  Twist that neither ice nor an
-        aerodynamic moment nor a torque wakes is left out in any case, since no input can wake it.
+        at rest is left out: wind that never blows, and lateral motion that nothing wakes.  Twist that neither ice nor
+        an aerodynamic moment nor a torque wakes is left out in any case, since no input can wake it.
 
     Attributes
     ----------
