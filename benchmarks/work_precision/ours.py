@@ -17,7 +17,7 @@ from gallop_fmu.outcome import Outcome
 STEPS = (0.05, 0.025, 0.0125, 0.01, 0.005, 0.0025, 0.00125, 0.0005, 0.00025, 0.0001)
 
 REFERENCE_STEP = 2.5e-4
-"""Step [s] of the converged solution; on example 1, DOP853 to 1e-10 gives the same errors of our runs to five digits."""
+"""Step [s] of the converged solution; on example 1, DOP853 to 1e-10 gives our runs the same errors to five digits."""
 
 
 @dataclass(frozen=True)
