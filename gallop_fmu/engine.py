@@ -21,7 +21,18 @@ from numpy.typing import ArrayLike, NDArray
 from gallop_fmu.channels import NODE_CHANNELS, SPAN_CHANNELS
 from gallop_fmu.outcome import Outcome, Report, SimulationError
 from gallop_fmu.scene import Scene
-from gallop_fmu.structures import CHECKED, CDerived, CInputs, CReport, CScene, Packed, Three, double_pointer
+from gallop_fmu.structures import (
+    CHECKED,
+    CONDENSED_ARRAYS,
+    CCondensed,
+    CDerived,
+    CInputs,
+    CReport,
+    CScene,
+    Packed,
+    Three,
+    double_pointer,
+)
 
 Array = NDArray[np.float64]
 DOFS = 4
@@ -83,6 +94,11 @@ def _load() -> c.CDLL:
             c.c_int,
             (pointer, pointer, double, inputs, *[doubles] * 3, double, double, double, doubles),
         ),
+        "gallop_condensed_run": (
+            c.c_int,
+            (pointer, c.POINTER(CCondensed), *[doubles] * 2, *[whole] * 3, doubles, c.POINTER(whole), report),
+        ),
+        "gallop_condensed_forces": (c.c_int, (pointer, c.POINTER(CCondensed), double, *[doubles] * 4)),
     }
     for name, (result, arguments) in signatures.items():
         function = getattr(library, name)
@@ -424,3 +440,53 @@ def nan_free(inputs: Inputs) -> bool:
     """Whether all values of the inputs are finite."""
     values = [inputs.wind_speed, inputs.attack_angle, inputs.wind_speed_rate, inputs.attack_angle_rate]
     return all(map(math.isfinite, values)) and bool(np.all(np.isfinite(inputs.support)))
+
+
+class Condensed:
+    """A span in a few modes, see `gallop_fmu.condensed`: the kernel's form of it.
+
+    Parameters
+    ----------
+    model
+        The model whose coefficient curve, ice and laws are taken.
+    time_step
+        Time step [s].
+    horizontal_tension, stiffness
+        Horizontal tension [N] of the initial equilibrium, and its change with the span's elongation [N/m].
+    arrays
+        ``frequency`` and ``damping`` (mode,), ``shape`` (3, mode, section), ``weighted`` (3, section, mode),
+        ``elongation`` (mode,), ``stretch`` (mode, mode), ``load`` (load, mode).
+    """
+
+    def __init__(
+        self, model: Model, time_step: float, horizontal_tension: float, stiffness: float, arrays: dict[str, Array]
+    ) -> None:
+        self.model = model
+        self._arrays = {name: np.ascontiguousarray(arrays[name]) for name in CONDENSED_ARRAYS}
+        _, self.modes, sections = arrays["shape"].shape
+        loads = len(arrays["load"])
+        self._packed = CCondensed(self.modes, sections, loads, 0, time_step, horizontal_tension, stiffness, arrays["b2"], arrays["kappa"])
+        for name, values in self._arrays.items():
+            setattr(self._packed, name, double_pointer(values))
+
+    def forces(self, q: Array, v: Array, time: float = 0.0) -> Array:
+        """Modal forces beyond the linear ones (mode,)."""
+        q, v, a, f = (np.array(y, dtype=np.float64) for y in (q, v, np.zeros(self.modes), np.empty(self.modes)))
+        for _ in range(2):  # the first call finds the accelerations
+            _kernel.gallop_condensed_forces(
+                self.model.handle, c.byref(self._packed), time, *(double_pointer(y) for y in (q, v, a, f))
+            )
+        return f
+
+    def run(self, q: Array, v: Array, records: int, every: int, first: int, before: Report) -> tuple[Array, Report]:
+        """Advance `q` and `v` `records` times by `every` steps: histories (record, 2, mode), report.
+
+        `first` counts the records already made, `before` is the report on them.
+        """
+        history, done = np.empty((records, 2, self.modes)), c.c_int64()
+        raw = CReport(time=before.time, element=-1, lowest_tension=before.lowest_tension, steps=before.steps)
+        _kernel.gallop_condensed_run(
+            self.model.handle, c.byref(self._packed), double_pointer(q), double_pointer(v), first, records, every,
+            double_pointer(history), c.byref(done), c.byref(raw),
+        )  # fmt: skip
+        return history[: done.value], _report(raw)

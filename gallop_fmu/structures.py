@@ -169,7 +169,20 @@ class CDerived(c.Structure):
     )
 
 
-CHECKED = (CScene, CLaw, CSupport, CLoad, CReport, CInputs, CDerived)
+CONDENSED_ARRAYS = ("frequency", "damping", "shape", "weighted", "elongation", "stretch", "coupling", "load", "slope", "slope_weighted")
+
+
+class CCondensed(c.Structure):
+    """gallop_condensed."""
+
+    _fields_ = (
+        *((name, c.c_int32) for name in ("modes", "sections", "loads", "reserved")),
+        *((name, c.c_double) for name in ("time_step", "horizontal_tension", "stiffness", "damping_time", "share")),
+        *((name, Pointer) for name in CONDENSED_ARRAYS),
+    )
+
+
+CHECKED = (CScene, CLaw, CSupport, CLoad, CReport, CInputs, CDerived, CCondensed)
 
 
 def double_pointer(values: NDArray[np.float64]) -> Any:

@@ -144,8 +144,8 @@ typedef enum {
 } gallop_span_channel;
 
 /* Sizes of the structs above as this library was compiled, for a binding to check itself:
- * scene, law, support, load, report, inputs, derived. */
-GALLOP_API void gallop_struct_sizes(size_t sizes[7]);
+ * scene, law, support, load, report, inputs, derived, condensed. */
+GALLOP_API void gallop_struct_sizes(size_t sizes[8]);
 GALLOP_API const char *gallop_build(void);   /* compiler and its version */
 
 GALLOP_API int gallop_model_create(const gallop_scene *scene, gallop_model **model, gallop_report *report);
@@ -183,6 +183,37 @@ GALLOP_API void gallop_observe_node(const gallop_model *model, const gallop_stat
 GALLOP_API void gallop_support_forces(const gallop_model *model, gallop_state *state, double force[6]);
 GALLOP_API void gallop_observe_span(const gallop_model *model, gallop_state *state,
                                     double values[GALLOP_SPAN_CHANNELS]);
+
+/* The condensed span: n modes q with their linear part solved exactly, tension constant along the span, wind and turning
+ * ice at a few sections; condensed.c states the equation.  Curve, ice and laws are the model's; support motion is not
+ * taken part in.  Shape components: 0 u2, 1 u3, 2 theta. */
+#define GALLOP_CONDENSED_MODES 32
+#define GALLOP_CONDENSED_SECTIONS 32
+
+typedef struct {
+    int32_t modes, sections, loads, reserved;   /* loads: as many as the model's scene has */
+    double time_step;                           /* [s] */
+    double horizontal_tension, stiffness;       /* H0 [N]; k = dH/d(elongation) [N/m] */
+    double damping_time, share;                 /* Rayleigh b2 of translations [s]; k over that of the conductor alone */
+    const double *frequency, *damping;          /* (modes) [rad/s], 2 zeta omega [1/s] */
+    const double *shape;                        /* (3, modes, sections) per unit coordinate */
+    const double *weighted;                     /* (3, sections, modes) shape times length of the section [m] */
+    const double *elongation;                   /* (modes) e: linear elongation per unit coordinate [m] */
+    const double *stretch;                      /* (modes, modes) G: q.G q / 2 is the quadratic one [m] */
+    const double *coupling;                     /* (modes, modes) damping beside the diagonal [1/s] */
+    const double *load;                         /* (loads, modes) modal force per unit amplitude */
+    const double *slope;                        /* (2, modes, sections) of u2 and u3 [1/m] */
+    const double *slope_weighted;               /* (2, sections, modes) times b2 EA length */
+} gallop_condensed;
+
+/* `records` times `every` steps from time first * every * time_step; history (records, 2, modes): q, v.  On return q and
+ * v hold the state reached. */
+GALLOP_API int gallop_condensed_run(const gallop_model *model, const gallop_condensed *condensed, double *q, double *v,
+                                    int64_t first, int64_t records, int64_t every, double *history, int64_t *done,
+                                    gallop_report *report);
+/* Modal forces f(time, q, v) beyond the linear left side; `a` holds a guess of q'' and returns it. */
+GALLOP_API int gallop_condensed_forces(const gallop_model *model, const gallop_condensed *condensed, double time,
+                                       const double *q, const double *v, double *a, double *forces);
 
 /* For tests and the modal toolkit: the free-body residual (no supports) of a motion u, v, a (4 a node), and the
  * element tangents k dR/du + c dR/dv + m dR/da as (elements, 12, 12).  Of `work` only scratch memory is used. */
