@@ -20,6 +20,7 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
+    from gallop_fmu.condensed import simulate_condensed
     from gallop_fmu.engine import Equilibrium, Inputs, Model, State
     from gallop_fmu.errors import SceneError
     from gallop_fmu.fmu import check_fmu, export_fmu
@@ -31,6 +32,7 @@ if TYPE_CHECKING:
 # Where each public name lives.  A module is loaded when its name is first used, so that `gallop-fmu --help` does not
 # wait for numpy, nor a simulation for fmpy.
 _HOMES = {
+    "condensed": ("simulate_condensed",),
     "engine": ("Equilibrium", "Inputs", "Model", "State"),
     "errors": ("SceneError",),
     "fmu": ("check_fmu", "export_fmu"),
@@ -57,6 +59,7 @@ __all__ = [
     "load_scene",
     "packaged_scenes",
     "simulate",
+    "simulate_condensed",
 ]
 
 

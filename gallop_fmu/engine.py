@@ -9,6 +9,7 @@ from __future__ import annotations
 import ctypes as c
 import math
 import sys
+from collections.abc import Mapping
 from contextlib import suppress
 from dataclasses import dataclass
 from importlib.metadata import PackageNotFoundError, distribution
@@ -24,6 +25,7 @@ from gallop_fmu.scene import Scene
 from gallop_fmu.structures import (
     CHECKED,
     CONDENSED_ARRAYS,
+    CONDENSED_NUMBERS,
     CCondensed,
     CDerived,
     CInputs,
@@ -96,9 +98,9 @@ def _load() -> c.CDLL:
         ),
         "gallop_condensed_run": (
             c.c_int,
-            (pointer, c.POINTER(CCondensed), *[doubles] * 2, *[whole] * 3, doubles, c.POINTER(whole), report),
+            (pointer, c.POINTER(CCondensed), *[doubles] * 2, *[whole] * 4, doubles, c.POINTER(whole), report),
         ),
-        "gallop_condensed_forces": (c.c_int, (pointer, c.POINTER(CCondensed), double, *[doubles] * 4)),
+        "gallop_condensed_forces": (None, (pointer, c.POINTER(CCondensed), double, *[doubles] * 4)),
     }
     for name, (result, arguments) in signatures.items():
         function = getattr(library, name)
@@ -442,51 +444,47 @@ def nan_free(inputs: Inputs) -> bool:
     return all(map(math.isfinite, values)) and bool(np.all(np.isfinite(inputs.support)))
 
 
+CONDENSED_MODES, CONDENSED_SECTIONS = 16, 8
+"""Modes of a condensed span, and sections along it."""
+
+
 class Condensed:
-    """A span in a few modes, see `gallop_fmu.condensed`: the kernel's form of it.
+    """The kernel's form of a condensed span, see `gallop_fmu.condensed`.
 
     Parameters
     ----------
     model
         The model whose coefficient curve, ice and laws are taken.
-    time_step
-        Time step [s].
-    horizontal_tension, stiffness
-        Horizontal tension [N] of the initial equilibrium, and its change with the span's elongation [N/m].
-    arrays
-        ``frequency`` and ``damping`` (mode,), ``shape`` (3, mode, section), ``weighted`` (3, section, mode),
-        ``elongation`` (mode,), ``stretch`` (mode, mode), ``load`` (load, mode).
+    values
+        Numbers and arrays of ``gallop_condensed`` in ``gallop.h``, by name.
     """
 
-    def __init__(
-        self, model: Model, time_step: float, horizontal_tension: float, stiffness: float, arrays: dict[str, Array]
-    ) -> None:
+    def __init__(self, model: Model, values: Mapping[str, float | Array]) -> None:
         self.model = model
-        self._arrays = {name: np.ascontiguousarray(arrays[name]) for name in CONDENSED_ARRAYS}
-        _, self.modes, sections = arrays["shape"].shape
-        loads = len(arrays["load"])
-        self._packed = CCondensed(self.modes, sections, loads, 0, time_step, horizontal_tension, stiffness, arrays["b2"], arrays["kappa"])
-        for name, values in self._arrays.items():
-            setattr(self._packed, name, double_pointer(values))
+        self._arrays = {name: np.ascontiguousarray(values[name]) for name in CONDENSED_ARRAYS}
+        self._packed = CCondensed(len(self._arrays["load"]), 0, *(float(values[name]) for name in CONDENSED_NUMBERS))
+        for name, array in self._arrays.items():
+            setattr(self._packed, name, double_pointer(array))
 
-    def forces(self, q: Array, v: Array, time: float = 0.0) -> Array:
-        """Modal forces beyond the linear ones (mode,)."""
-        q, v, a, f = (np.array(y, dtype=np.float64) for y in (q, v, np.zeros(self.modes), np.empty(self.modes)))
-        for _ in range(2):  # the first call finds the accelerations
-            _kernel.gallop_condensed_forces(
-                self.model.handle, c.byref(self._packed), time, *(double_pointer(y) for y in (q, v, a, f))
-            )
-        return f
+    def forces(self, q: Array, v: Array, time: float = 0.0) -> tuple[Array, Array]:
+        """Modal forces (mode,) beyond the linear ones, and accelerations (mode,)."""
+        motion = [np.ascontiguousarray(y, dtype=np.float64) for y in (q, v)]
+        a, f = np.zeros(CONDENSED_MODES), np.empty(CONDENSED_MODES)
+        pointers = [double_pointer(y) for y in (*motion, a, f)]
+        _kernel.gallop_condensed_forces(self.model.handle, c.byref(self._packed), time, *pointers)
+        return f, a
 
-    def run(self, q: Array, v: Array, records: int, every: int, first: int, before: Report) -> tuple[Array, Report]:
-        """Advance `q` and `v` `records` times by `every` steps: histories (record, 2, mode), report.
+    def run(
+        self, q: Array, v: Array, first: int, steps: int, every: int, within: int, before: Report
+    ) -> tuple[Array, Report]:
+        """Advance `q` and `v` by `steps` steps from the step `first`: history (record, 2, mode) and report.
 
-        `first` counts the records already made, `before` is the report on them.
+        Recorded is the end of each `every`-th step, or `within` instants of each step. `before` is the report so far.
         """
-        history, done = np.empty((records, 2, self.modes)), c.c_int64()
-        raw = CReport(time=before.time, element=-1, lowest_tension=before.lowest_tension, steps=before.steps)
+        history = np.empty((steps // every * within, 2, CONDENSED_MODES))
+        records, raw = c.c_int64(), CReport(element=-1, lowest_tension=before.lowest_tension, steps=before.steps)
         _kernel.gallop_condensed_run(
-            self.model.handle, c.byref(self._packed), double_pointer(q), double_pointer(v), first, records, every,
-            double_pointer(history), c.byref(done), c.byref(raw),
+            self.model.handle, c.byref(self._packed), double_pointer(q), double_pointer(v), first, steps, every, within,
+            double_pointer(history), c.byref(records), c.byref(raw),
         )  # fmt: skip
-        return history[: done.value], _report(raw)
+        return history[: records.value], _report(raw)

@@ -169,15 +169,18 @@ class CDerived(c.Structure):
     )
 
 
-CONDENSED_ARRAYS = ("frequency", "damping", "shape", "weighted", "elongation", "stretch", "coupling", "load", "slope", "slope_weighted")
+CONDENSED_NUMBERS = ("time_step", "horizontal_tension", "stiffness", "damping_time", "share")
+CONDENSED_ARRAYS = (
+    "frequency", "damping", "coupling", "elongation", "stretch", "shape", "weighted", "slope", "slope_weighted", "load",
+)  # fmt: skip
 
 
 class CCondensed(c.Structure):
     """gallop_condensed."""
 
     _fields_ = (
-        *((name, c.c_int32) for name in ("modes", "sections", "loads", "reserved")),
-        *((name, c.c_double) for name in ("time_step", "horizontal_tension", "stiffness", "damping_time", "share")),
+        *((name, c.c_int32) for name in ("loads", "reserved")),
+        *((name, c.c_double) for name in CONDENSED_NUMBERS),
         *((name, Pointer) for name in CONDENSED_ARRAYS),
     )
 

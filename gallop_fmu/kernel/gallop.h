@@ -184,36 +184,36 @@ GALLOP_API void gallop_support_forces(const gallop_model *model, gallop_state *s
 GALLOP_API void gallop_observe_span(const gallop_model *model, gallop_state *state,
                                     double values[GALLOP_SPAN_CHANNELS]);
 
-/* The condensed span: n modes q with their linear part solved exactly, tension constant along the span, wind and turning
- * ice at a few sections; condensed.c states the equation.  Curve, ice and laws are the model's; support motion is not
- * taken part in.  Shape components: 0 u2, 1 u3, 2 theta. */
-#define GALLOP_CONDENSED_MODES 32
-#define GALLOP_CONDENSED_SECTIONS 32
+/* The condensed span: a few modes q with their linear part solved exactly, tension constant along the span, wind and
+ * turning ice at a few sections; condensed.c states the equation.  Coefficient curve, ice and laws are the model's;
+ * towers stand still.  Shape components: u2, u3, twist. */
+#define GALLOP_CONDENSED_MODES 16     /* always so many: what a span has less is filled up with modes without shape */
+#define GALLOP_CONDENSED_SECTIONS 8
 
 typedef struct {
-    int32_t modes, sections, loads, reserved;   /* loads: as many as the model's scene has */
+    int32_t loads, reserved;                    /* as many as the model's scene has */
     double time_step;                           /* [s] */
     double horizontal_tension, stiffness;       /* H0 [N]; k = dH/d(elongation) [N/m] */
     double damping_time, share;                 /* Rayleigh b2 of translations [s]; k over that of the conductor alone */
-    const double *frequency, *damping;          /* (modes) [rad/s], 2 zeta omega [1/s] */
-    const double *shape;                        /* (3, modes, sections) per unit coordinate */
-    const double *weighted;                     /* (3, sections, modes) shape times length of the section [m] */
+    const double *frequency, *damping;          /* (modes) w [rad/s], d = 2 zeta w [1/s] */
+    const double *coupling;                     /* (modes, modes) damping beside the diagonal [1/s] */
     const double *elongation;                   /* (modes) e: linear elongation per unit coordinate [m] */
     const double *stretch;                      /* (modes, modes) G: q.G q / 2 is the quadratic one [m] */
-    const double *coupling;                     /* (modes, modes) damping beside the diagonal [1/s] */
-    const double *load;                         /* (loads, modes) modal force per unit amplitude */
-    const double *slope;                        /* (2, modes, sections) of u2 and u3 [1/m] */
+    const double *shape;                        /* (3, modes, sections) per unit coordinate */
+    const double *weighted;                     /* (3, sections, modes) shape times length of the section [m] */
+    const double *slope;                        /* (2, modes, sections) u2'/X1', u3' per unit coordinate [1/m] */
     const double *slope_weighted;               /* (2, sections, modes) times b2 EA length */
+    const double *load;                         /* (loads, modes) modal force per unit amplitude */
 } gallop_condensed;
 
-/* `records` times `every` steps from time first * every * time_step; history (records, 2, modes): q, v.  On return q and
- * v hold the state reached. */
+/* `steps` steps from time first * time_step.  Recorded are q, v at the end of every `every`-th step, or, if `within` > 1,
+ * `within` times a step: history (records, 2, modes).  On return q and v hold the state reached. */
 GALLOP_API int gallop_condensed_run(const gallop_model *model, const gallop_condensed *condensed, double *q, double *v,
-                                    int64_t first, int64_t records, int64_t every, double *history, int64_t *done,
-                                    gallop_report *report);
-/* Modal forces f(time, q, v) beyond the linear left side; `a` holds a guess of q'' and returns it. */
-GALLOP_API int gallop_condensed_forces(const gallop_model *model, const gallop_condensed *condensed, double time,
-                                       const double *q, const double *v, double *a, double *forces);
+                                    int64_t first, int64_t steps, int64_t every, int64_t within, double *history,
+                                    int64_t *records, gallop_report *report);
+/* f(time, q, v) beyond the linear left side, and the accelerations q'' that go with it. */
+GALLOP_API void gallop_condensed_forces(const gallop_model *model, const gallop_condensed *condensed, double time,
+                                        const double *q, const double *v, double *a, double *forces);
 
 /* For tests and the modal toolkit: the free-body residual (no supports) of a motion u, v, a (4 a node), and the
  * element tangents k dR/du + c dR/dv + m dR/da as (elements, 12, 12).  Of `work` only scratch memory is used. */
