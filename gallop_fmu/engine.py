@@ -98,7 +98,7 @@ def _load() -> c.CDLL:
         ),
         "gallop_condensed_run": (
             c.c_int,
-            (pointer, c.POINTER(CCondensed), *[doubles] * 2, *[whole] * 4, doubles, c.POINTER(whole), report),
+            (pointer, c.POINTER(CCondensed), *[doubles] * 2, *[whole] * 4, *[doubles] * 2, c.POINTER(whole), report),
         ),
         "gallop_condensed_forces": (None, (pointer, c.POINTER(CCondensed), double, *[doubles] * 4)),
     }
@@ -476,15 +476,18 @@ class Condensed:
 
     def run(
         self, q: Array, v: Array, first: int, steps: int, every: int, within: int, before: Report
-    ) -> tuple[Array, Report]:
-        """Advance `q` and `v` by `steps` steps from the step `first`: history (record, 2, mode) and report.
+    ) -> tuple[Array, Array, Report]:
+        """Advance `q` and `v` by `steps` steps from step `first`: histories (record, 2, mode), (record,), and report.
+
+        The second is the horizontal tension [N].
 
         Recorded is the end of each `every`-th step, or `within` instants of each step. `before` is the report so far.
         """
-        history = np.empty((steps // every * within, 2, CONDENSED_MODES))
+        count = steps // every * within
+        history, tension = np.empty((count, 2, CONDENSED_MODES)), np.empty(count)
         records, raw = c.c_int64(), CReport(element=-1, lowest_tension=before.lowest_tension, steps=before.steps)
         _kernel.gallop_condensed_run(
             self.model.handle, c.byref(self._packed), double_pointer(q), double_pointer(v), first, steps, every, within,
-            double_pointer(history), c.byref(records), c.byref(raw),
+            double_pointer(history), double_pointer(tension), c.byref(records), c.byref(raw),
         )  # fmt: skip
-        return history[: records.value], _report(raw)
+        return history[: records.value], tension[: records.value], _report(raw)

@@ -169,7 +169,7 @@ class CDerived(c.Structure):
     )
 
 
-CONDENSED_NUMBERS = ("time_step", "horizontal_tension", "stiffness", "damping_time", "share")
+CONDENSED_NUMBERS = ("time_step", "horizontal_tension", "stiffness", "remaining", "damping_time", "share")
 CONDENSED_ARRAYS = (
     "frequency", "damping", "coupling", "elongation", "stretch", "shape", "weighted", "slope", "slope_weighted", "load",
 )  # fmt: skip

@@ -3,7 +3,7 @@
  * In modal coordinates q, whose derivation stands in gallop_fmu/condensed.py,
  *
  *     q'' + d q' + w^2 q = f(t, q, q', q''),
- *     f = - k (Q e + (e.q + Q) G q)       tension H0 + k (e.q + Q) with Q = q.G q / 2, beyond its linear part
+ *     f = - k (Q e + (e.q + r Q) G q)     tension H0 + k (e.q + r Q) with Q = q.G q / 2, beyond its linear part
  *         - damping of the stretching beyond its linear part, and between modes
  *         + wind - turning ice beyond its linear part, integrated over the sections, + loads.
  *
@@ -155,11 +155,11 @@ static void stretching_damping(const gallop_condensed *c, const double *q, const
         linear += c->elongation[m] * v[m];
         square += stretched[m] * v[m];
     }
-    const double factor = c->damping_time * c->stiffness;
-    const double all = factor * (square - c->share * (linear + square)), bent = factor * (linear + square);
+    const double factor = c->damping_time * c->stiffness, r = c->remaining, tension_rate = linear + r * square;
+    const double all = factor * (square - c->share * tension_rate), bent = factor * tension_rate;
     const double straight = factor * c->share * linear;
     for (int m = 0; m < MODES; m++)
-        f[m] += (all + straight) * c->elongation[m] + (all + bent) * stretched[m];
+        f[m] += (all + straight) * c->elongation[m] + (r * all + bent) * stretched[m];
 }
 
 /* f(t, q, v, a).  The turned ice makes the forces depend on the accelerations: those in `a`, of the stage before, give
@@ -180,7 +180,7 @@ TWO_PATHS static double evaluate(const gallop_model *model, const gallop_condens
         square += 0.5 * stretched[m] * q[m];
     }
     for (int m = 0; m < MODES; m++)
-        f[m] = -c->stiffness * (square * c->elongation[m] + (linear + square) * stretched[m]) - work->coupled[m];
+        f[m] = -c->stiffness * (square * c->elongation[m] + (linear + c->remaining * square) * stretched[m]) - work->coupled[m];
     if (c->damping_time > 0.0) stretching_damping(c, q, v, f, work);
     for (int l = 0; l < c->loads; l++) {
         double factor = law_value(&model->scene.load[l].law, t);
@@ -218,7 +218,7 @@ TWO_PATHS static double evaluate(const gallop_model *model, const gallop_condens
     } else {
         accelerations(c, q, v, f, a);
     }
-    return c->horizontal_tension + c->stiffness * (linear + square);
+    return c->horizontal_tension + c->stiffness * (linear + c->remaining * square);
 }
 
 /* Responses of x'' + c x' + w^2 x = f from rest at time t: x[k + 2] to f = t^k / k!, x[1] to an impulse, x[0] its rate.
@@ -315,6 +315,17 @@ static int outside(const gallop_model *model, const sections *at)
     return worst;
 }
 
+static double horizontal_tension(const gallop_condensed *c, const double *q)
+{
+    double stretched[MODES], linear = 0.0, square = 0.0;
+    modal_product(c->stretch, q, stretched);
+    for (int m = 0; m < MODES; m++) {
+        linear += c->elongation[m] * q[m];
+        square += 0.5 * stretched[m] * q[m];
+    }
+    return c->horizontal_tension + c->stiffness * (linear + c->remaining * square);
+}
+
 /* Quintic Hermite polynomials between the start (q, v, a) and the end of a step h, at the fraction x of it. */
 static void between(const double *start[3], const double *end[3], double h, double x, double *q, double *v)
 {
@@ -346,11 +357,12 @@ static int judge(const gallop_model *model, double t, double tension, const benc
 }
 
 int gallop_condensed_run(const gallop_model *model, const gallop_condensed *c, double *q, double *v, int64_t first,
-                         int64_t steps, int64_t every, int64_t within, double *history, int64_t *records,
-                         gallop_report *report)
+                         int64_t steps, int64_t every, int64_t within, double *history, double *tension_history,
+                         int64_t *records, gallop_report *report)
 {
     const size_t bytes = MODES * sizeof(double);
     double f[MODES], a[MODES] = {0.0}, before[3][MODES];
+    const double *start[3] = {before[0], before[1], before[2]}, *end[3] = {q, v, a};
     propagator half, whole;
     bench work;
     *records = 0;
@@ -371,12 +383,16 @@ int gallop_condensed_run(const gallop_model *model, const gallop_condensed *c, d
         report->steps++;
         outcome = judge(model, t, tension, &work, report);
         if (outcome || k % every) continue;
-        for (int64_t j = 1; j < within; j++, history += 2 * MODES)
-            between((const double *[]){before[0], before[1], before[2]}, (const double *[]){q, v, a}, c->time_step,
-                    (double)j / (double)within, history, history + MODES);
-        memcpy(history, q, bytes);
-        memcpy(history + MODES, v, bytes);
-        history += 2 * MODES;
+        for (int64_t j = 1; j <= within; j++, history += 2 * MODES, tension_history++) {
+            double *q_then = history, *v_then = history + MODES;
+            if (j < within) {
+                between(start, end, c->time_step, (double)j / (double)within, q_then, v_then);
+            } else {
+                memcpy(q_then, q, bytes);
+                memcpy(v_then, v, bytes);
+            }
+            *tension_history = horizontal_tension(c, q_then);
+        }
         *records += within;
     }
     return outcome;

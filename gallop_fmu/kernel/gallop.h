@@ -194,6 +194,7 @@ typedef struct {
     int32_t loads, reserved;                    /* as many as the model's scene has */
     double time_step;                           /* [s] */
     double horizontal_tension, stiffness;       /* H0 [N]; k = dH/d(elongation) [N/m] */
+    double remaining;                           /* r: part of Q left by the statically answering modes left out */
     double damping_time, share;                 /* Rayleigh b2 of translations [s]; k over that of the conductor alone */
     const double *frequency, *damping;          /* (modes) w [rad/s], d = 2 zeta w [1/s] */
     const double *coupling;                     /* (modes, modes) damping beside the diagonal [1/s] */
@@ -206,11 +207,12 @@ typedef struct {
     const double *load;                         /* (loads, modes) modal force per unit amplitude */
 } gallop_condensed;
 
-/* `steps` steps from time first * time_step.  Recorded are q, v at the end of every `every`-th step, or, if `within` > 1,
- * `within` times a step: history (records, 2, modes).  On return q and v hold the state reached. */
+/* `steps` steps from time first * time_step.  Recorded are q, v and the horizontal tension at the end of every `every`-th
+ * step, or, if `within` > 1, `within` times a step: history (records, 2, modes), tension (records).  On return q and v hold
+ * the state reached. */
 GALLOP_API int gallop_condensed_run(const gallop_model *model, const gallop_condensed *condensed, double *q, double *v,
                                     int64_t first, int64_t steps, int64_t every, int64_t within, double *history,
-                                    int64_t *records, gallop_report *report);
+                                    double *tension, int64_t *records, gallop_report *report);
 /* f(time, q, v) beyond the linear left side, and the accelerations q'' that go with it. */
 GALLOP_API void gallop_condensed_forces(const gallop_model *model, const gallop_condensed *condensed, double time,
                                         const double *q, const double *v, double *a, double *forces);
