@@ -2,10 +2,10 @@
 
 Usage: python benchmarks/condensed.py [SEED] > benchmarks/condensed.md (some minutes on one core).
 
-First the paper's examples, then galloping scenes drawn by the generator of `screening_table.py`. Both models run from
-the same start to the same time, the element on the scene's mesh with a step of 0.02 s; amplitudes are half peak-to-peak at
-mid-span over the last 200 s. CPU times are those of the process, the two models taking turns, and of whole calls: from
-the scene to the labelled result.
+First the paper's examples, then galloping scenes drawn by the generator of `screening_table.py`. Both models run
+from the same start to the same time, the element on the scene's mesh with a step of 0.02 s; amplitudes are half
+peak-to-peak at mid-span over the last 200 s. CPU times are those of the process, the two models taking turns, and of
+whole calls: from the scene to the labelled result.
 """
 
 from __future__ import annotations

@@ -107,11 +107,13 @@ def test_the_linear_part_is_exact_at_any_step():
 
 
 def test_the_integration_is_of_order_four():
-    scene = gf.load_scene("example3").with_values({"initial.seed_vertical": -0.3})
+    """Without ice: its accelerations, estimated once, leave an error of 3e-5 at any usual step."""
+    centred = {"ice.first_moment_x2": 0.0, "ice.first_moment_x3": 0.0}
+    scene = gf.load_scene("example3").with_values({"initial.seed_vertical": -0.3, **centred})
     runs = [gf.simulate_condensed(scene, 24.0, time_step=step, record_every=8) for step in (0.08, 0.04, 0.005)]
     coarse, fine, right = (run.midspan().u2.values for run in runs)
     order = math.log2(relative(coarse, right) / relative(fine, right))
-    assert 3.8 < order < 4.5  # observed ORDER
+    assert 3.8 < order < 4.5  # observed 4.22
 
 
 def test_records_within_a_step_lie_on_the_motion():

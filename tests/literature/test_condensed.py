@@ -1,4 +1,4 @@
-"""The condensed span against the galloping of the paper's examples, as the element and an independent prototype give it."""
+"""The condensed span gallops as the paper's examples do in the element and an independent prototype."""
 
 import pytest
 
