@@ -100,9 +100,8 @@ def main() -> None:
     for name, scene in fixed_scenes() + [(f"drawn {number}", drawn_scene(draw)) for number in range(1, DRAWN + 1)]:
         print(row(name, scene), flush=True)
     refused = condensation.DEEPEST_SAG
-    print(
-        f"\nExample 3 strung with other sags, or between supports of different height, in 7 m/s; sags above {refused:g} are refused\notherwise:\n\n{head}"
-    )
+    print("\nExample 3 strung with other sags, or between supports of different height, in 7 m/s;")
+    print(f"sags above {refused:g} are refused otherwise:\n\n{head}")
     condensation.DEEPEST_SAG = 1.0  # to show what is refused otherwise
     base = gf.load_scene("example3").with_values({"wind.speed": 7.0})
     length = base.span.length
