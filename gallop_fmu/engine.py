@@ -10,6 +10,7 @@ import ctypes as c
 import enum
 import math
 import sys
+from collections.abc import Mapping
 from contextlib import suppress
 from dataclasses import dataclass
 from importlib.metadata import PackageNotFoundError, distribution
@@ -22,7 +23,19 @@ from numpy.typing import ArrayLike, NDArray
 from gallop_fmu.channels import NODE_CHANNELS, SPAN_CHANNELS
 from gallop_fmu.outcome import Outcome, Report, SimulationError
 from gallop_fmu.scene import Scene
-from gallop_fmu.structures import CHECKED, CDerived, CInputs, CReport, CScene, Packed, Three, double_pointer
+from gallop_fmu.structures import (
+    CHECKED,
+    CONDENSED_ARRAYS,
+    CONDENSED_NUMBERS,
+    CCondensed,
+    CDerived,
+    CInputs,
+    CReport,
+    CScene,
+    Packed,
+    Three,
+    double_pointer,
+)
 
 Array = NDArray[np.float64]
 DOFS = 4
@@ -84,6 +97,11 @@ def _load() -> c.CDLL:
             c.c_int,
             (pointer, pointer, double, inputs, *[doubles] * 3, double, double, double, doubles),
         ),
+        "gallop_condensed_run": (
+            c.c_int,
+            (pointer, c.POINTER(CCondensed), *[doubles] * 2, *[whole] * 4, *[doubles] * 2, c.POINTER(whole), report),
+        ),
+        "gallop_condensed_forces": (None, (pointer, c.POINTER(CCondensed), double, *[doubles] * 4)),
     }
     for name, (result, arguments) in signatures.items():
         function = getattr(library, name)
@@ -466,3 +484,52 @@ def nan_free(inputs: Inputs) -> bool:
     """Whether all values of the inputs are finite."""
     values = [inputs.wind_speed, inputs.attack_angle, inputs.wind_speed_rate, inputs.attack_angle_rate]
     return all(map(math.isfinite, values)) and bool(np.all(np.isfinite(inputs.support)))
+
+
+CONDENSED_MODES, CONDENSED_SECTIONS = 16, 8
+"""Modes of a condensed span, and sections along it."""
+
+
+class Condensed:
+    """The kernel's form of a condensed span, see `gallop_fmu.condensed`.
+
+    Parameters
+    ----------
+    model
+        The model whose coefficient curve, ice and laws are taken.
+    values
+        Numbers and arrays of ``gallop_condensed`` in ``gallop.h``, by name.
+    """
+
+    def __init__(self, model: Model, values: Mapping[str, float | Array]) -> None:
+        self.model = model
+        self._arrays = {name: np.ascontiguousarray(values[name]) for name in CONDENSED_ARRAYS}
+        self._packed = CCondensed(len(self._arrays["load"]), 0, *(float(values[name]) for name in CONDENSED_NUMBERS))
+        for name, array in self._arrays.items():
+            setattr(self._packed, name, double_pointer(array))
+
+    def forces(self, q: Array, v: Array, time: float = 0.0) -> tuple[Array, Array]:
+        """Modal forces (mode,) beyond the linear ones, and accelerations (mode,)."""
+        motion = [np.ascontiguousarray(y, dtype=np.float64) for y in (q, v)]
+        a, f = np.zeros(CONDENSED_MODES), np.empty(CONDENSED_MODES)
+        pointers = [double_pointer(y) for y in (*motion, a, f)]
+        _kernel.gallop_condensed_forces(self.model.handle, c.byref(self._packed), time, *pointers)
+        return f, a
+
+    def run(
+        self, q: Array, v: Array, first: int, steps: int, every: int, within: int, before: Report
+    ) -> tuple[Array, Array, Report]:
+        """Advance `q` and `v` by `steps` steps from step `first`: histories (record, 2, mode), (record,), and report.
+
+        The second is the horizontal tension [N].
+
+        Recorded is the end of each `every`-th step, or `within` instants of each step. `before` is the report so far.
+        """
+        count = steps // every * within
+        history, tension = np.empty((count, 2, CONDENSED_MODES)), np.empty(count)
+        records, raw = c.c_int64(), CReport(element=-1, lowest_tension=before.lowest_tension, steps=before.steps)
+        _kernel.gallop_condensed_run(
+            self.model.handle, c.byref(self._packed), double_pointer(q), double_pointer(v), first, steps, every, within,
+            double_pointer(history), double_pointer(tension), c.byref(records), c.byref(raw),
+        )  # fmt: skip
+        return history[: records.value], tension[: records.value], _report(raw)

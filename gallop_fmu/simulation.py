@@ -78,10 +78,10 @@ def simulate(
     """
     stop_time = scene.run.stop_time if stop_time is None else stop_time
     every = scene.run.record_every if record_every is None else record_every
-    _check_arguments(stop_time, every, channels, on_failure)
+    check_arguments(stop_time, every, channels, on_failure)
     started = clock.perf_counter()
     model = Model(scene, inputs=False)
-    nodes = _nodes(record_nodes, model)
+    nodes = chosen_nodes(record_nodes, model.elements)
     state = model.start()
     interval = every * scene.numerics.time_step
     records = max(1, math.ceil(stop_time / interval - 1e-9))
@@ -182,7 +182,8 @@ def _dataset(
     return dataset
 
 
-def _check_arguments(stop_time: float, every: int, channels: Sequence[str], on_failure: str) -> None:
+def check_arguments(stop_time: float, every: int, channels: Sequence[str], on_failure: str) -> None:
+    """Raise SceneError on arguments of a run that are not allowed."""
     if not (math.isfinite(stop_time) and stop_time > 0.0):
         raise SceneError(f"stop_time = {stop_time}: must be a positive number of seconds")
     if isinstance(every, bool) or not isinstance(every, int) or every < 1:
@@ -194,12 +195,14 @@ def _check_arguments(stop_time: float, every: int, channels: Sequence[str], on_f
         raise SceneError(f'on_failure = {on_failure!r}: must be "raise" or "return"')
 
 
-def _nodes(wanted: Literal["midspan", "all"] | Sequence[int], model: Model) -> NDArray[np.int32]:
+def chosen_nodes(wanted: Literal["midspan", "all"] | Sequence[int], elements: int) -> NDArray[np.int32]:
+    """Numbers of the nodes to record on a mesh of so many elements."""
+    last = 2 * elements
     if isinstance(wanted, str):
         if wanted not in ("midspan", "all"):
             raise SceneError(f'record_nodes = {wanted!r}: must be "midspan", "all" or node numbers')
-        return np.array([model.middle] if wanted == "midspan" else range(model.nodes), dtype=np.int32)
+        return np.array([elements] if wanted == "midspan" else range(last + 1), dtype=np.int32)
     nodes = np.array(wanted, dtype=np.int32)
-    if nodes.ndim != 1 or not len(nodes) or np.any((nodes < 0) | (nodes >= model.nodes)):
-        raise SceneError(f"record_nodes = {list(wanted)}: must be node numbers from 0 to {model.nodes - 1}")
+    if nodes.ndim != 1 or not len(nodes) or np.any((nodes < 0) | (nodes > last)):
+        raise SceneError(f"record_nodes = {list(wanted)}: must be node numbers from 0 to {last}")
     return nodes
