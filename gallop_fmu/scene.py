@@ -137,6 +137,9 @@ class Numerics(Section):
     """Discretisation and tolerances."""
 
     elements: WholeNumber = quantity(15, "1", "number of three-node elements", ge=2, le=5000)
+    integrator: Literal["newmark", "gauss6"] = setting(
+        "newmark", "Newmark (order 2), or Gauss collocation (order 6) for larger steps or smaller errors"
+    )
     time_step: Number = quantity(0.01, "s", "time step", gt=0, le=1)
     newton_tolerance: Number = quantity(1e-9, "m", "change that ends Newton's iteration", ge=1e-14, le=1e-3)
     max_newton_iterations: WholeNumber = quantity(20, "1", "iterations before a step is halved", ge=2, le=200)

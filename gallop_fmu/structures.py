@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from gallop_fmu.integrators import INTEGRATORS
 from gallop_fmu.laws import Constant, Law, TimeTable
 from gallop_fmu.loads import Load
 from gallop_fmu.scene import Scene
@@ -126,7 +127,7 @@ class CScene(c.Structure):
         ("start_in_mean_wind", c.c_int32),
         ("max_newton_iterations", c.c_int32),
         ("max_halvings", c.c_int32),
-        ("reserved", c.c_int32),
+        ("integrator", c.c_int32),
         ("time_step", c.c_double),
         ("newton_tolerance", c.c_double),
     )
@@ -212,6 +213,7 @@ class Packed:
         )
         self.scene.start_in_mean_wind = scene.initial.wind == "mean_wind_equilibrium"
         self._copy(scene.numerics, self.scene, "numerics", dict.fromkeys(NUMERICS))
+        self.scene.integrator = INTEGRATORS[scene.numerics.integrator].code
 
     def _copy(self, section: Any, target: c.Structure, path: str, fields: Mapping[str, str | None]) -> None:
         """Copy the named values of a section; a field maps to its name in the structure where that differs."""

@@ -87,6 +87,9 @@ typedef struct { double low_ratio, low_frequency, high_ratio, high_frequency; } 
 
 typedef enum { GALLOP_OUTSIDE_ERROR = 0, GALLOP_OUTSIDE_HOLD = 1, GALLOP_OUTSIDE_PERIODIC = 2 } gallop_outside;
 
+/* Time integration: Newmark (beta 1/4, gamma 1/2) or Gauss collocation with three stages (order 6). */
+typedef enum { GALLOP_NEWMARK = 0, GALLOP_GAUSS6 = 1 } gallop_integrator;
+
 typedef struct {
     /* span */
     double length, height_difference, sag, horizontal_tension, gravity;   /* sag or tension 0: not given */
@@ -108,7 +111,7 @@ typedef struct {
     double seed_vertical, seed_horizontal, seed_twist;   /* amplitude of cos(pi x1 / L) [m], [m], [rad] */
     int32_t start_in_mean_wind;                          /* 1: static equilibrium under the wind at t = 0 */
     /* numerics */
-    int32_t max_newton_iterations, max_halvings, reserved;
+    int32_t max_newton_iterations, max_halvings, integrator;
     double time_step, newton_tolerance;                  /* [s], [m] */
 } gallop_scene;
 

@@ -82,18 +82,26 @@ typedef struct {
     double corner_inverse[16], next_previous[16], previous_next[16];
 } factor;
 
+/* The same with complex blocks, by columns: see pair_solver.c. */
+typedef struct { double re[16], im[16]; } pair_block;
+typedef struct {
+    pair_block middle_inverse, left_middle, right_middle, corner_inverse, next_previous, previous_next;
+} pair_factor;
+
+#define GAUSS_STAGES 3
+
 struct gallop_state {
     uint64_t magic, size;
     double time;
     double factored_step;      /* step size of the stored factorisation, 0: none */
-    double step_before;        /* size of the sub-step before, for extrapolation */
+    double step_before;        /* size of the sub-step before, for extrapolation; infinite: there is none */
     double rate;               /* last observed convergence rate of the stored factorisation */
     double sharpness;          /* factor on the Newton tolerance */
     double lowest_tension;
     int64_t steps, substeps, iterations, refactorisations, halvings;
     int64_t last_iterations, last_substeps;
     instant now;
-    double values[];           /* u v a a_before factors | scratch: see state_layout */
+    double values[];           /* u v a a_before stage_before factors pair_factors | scratch: see state_layout */
 };
 
 /* Section forces along the span, structure of arrays: one entry a three-point Gauss abscissa, 3 e + point. */
@@ -109,10 +117,14 @@ typedef struct {
 /* Pointers into a state; made afresh by every call. */
 typedef struct {
     double *u, *v, *a, *a_before;      /* (nodes, 4) */
+    double *stage_before;              /* (stages, nodes, 4) Gauss: accelerations of the sub-step before */
     factor *factors;                   /* (elements), and the last corner */
+    pair_factor *pair_factors;         /* the same for the complex pair of Gauss's stages */
     double *u0, *v0, *a0;              /* scratch: start of the sub-step, */
     double *residual;                  /* out-of-balance forces, then the correction, */
     double *first;                     /* u v a a_before at the start of the whole step */
+    double *stage_u, *stage_v, *stage_a, *stage_residual;   /* (stages, nodes, 4) */
+    double *pair_residual;             /* (nodes, 8) */
     sections sections;
     char *saved;                       /* the state at the start of gallop_advance */
 } layout;
@@ -148,13 +160,29 @@ bool solver_factor(const gallop_model *model, const instant *now, const sections
                    const bool fixed[2][4], factor *factors);
 void solver_solve(const gallop_model *model, const factor *factors, const bool fixed[2][4], double *rhs);
 
+/* pair_solver.c: mix[0] and mix[1] are real and imaginary part of the blend */
+bool pair_factor_span(const gallop_model *model, const instant *now, const sections *at, const double *u,
+                      const blend mix[2], pair_factor *factors);
+void pair_solve(const gallop_model *model, const pair_factor *factors, double *rhs);
+
 /* static.c */
 int initial_equilibrium(gallop_model *model, gallop_report *report);
 int static_equilibrium(const gallop_model *model, double t, const instant *target, layout *at, gallop_report *report);
 
-/* step.c */
+/* newton.c: what all integrators share in solving for a step */
+typedef enum { NEWTON_GOES_ON, NEWTON_RENEWS, NEWTON_CONVERGED, NEWTON_DIVERGED } newton_course;
 void add_springs(const gallop_model *model, const instant *now, const double *u, double *residual);
 double correction_size(const gallop_model *model, const double *du);
+newton_course newton_judge(gallop_state *state, double size, double before, bool fresh, double slow, double tolerance);
+int newton_accept(const gallop_model *model, gallop_state *state, const watch *seen, double t, gallop_report *report);
+int angle_failure(const gallop_model *model, const watch *seen, double t, gallop_report *report);
+
+/* newmark.c, gauss.c: one step from u0 v0 a0 at t - h to u v a at t */
+int newmark(const gallop_model *model, gallop_state *state, layout *at, const gallop_inputs *inputs, double t, double h,
+            gallop_report *report);
+int gauss(const gallop_model *model, gallop_state *state, layout *at, const gallop_inputs *inputs, double t, double h,
+          gallop_report *report);
+static inline bool by_gauss(const gallop_model *model) { return model->scene.integrator == GALLOP_GAUSS6; }
 
 /* shared */
 int fail(gallop_report *report, int outcome, int element, double time, double value, double limit);

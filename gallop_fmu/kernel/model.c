@@ -124,6 +124,8 @@ static int check(const gallop_scene *s, gallop_report *report)
     if (!(fabs(s->height_difference) < s->length)) return invalid(report, "height difference", s->height_difference, s->length);
     if (s->elements < 2 || s->elements > 1000000) return invalid(report, "number of elements", s->elements, 2.0);
     if (s->max_halvings < 0 || s->max_halvings > 30) return invalid(report, "number of halvings", s->max_halvings, 30.0);
+    if (s->integrator != GALLOP_NEWMARK && s->integrator != GALLOP_GAUSS6)
+        return invalid(report, "number of the integrator", s->integrator, GALLOP_GAUSS6);
     if (s->max_newton_iterations < 1) return invalid(report, "number of Newton iterations", s->max_newton_iterations, 1.0);
     if (s->pieces < 0) return invalid(report, "number of pieces of the aerodynamic curve", s->pieces, 0.0);
     if (s->load_count < 0) return invalid(report, "number of loads", s->load_count, 0.0);
@@ -239,8 +241,11 @@ int gallop_model_create(const gallop_scene *scene, gallop_model **out, gallop_re
         m->fixed[end][1] = m->fixed[end][3] = true;
     }
     size_t values = 4 * nodes;
-    m->saved_size = offsetof(gallop_state, values) + 4 * values * sizeof(double) + (elements + 1) * sizeof(factor);
-    m->state_size = 2 * m->saved_size + (8 * values + 3 * SECTION_ARRAYS * elements) * sizeof(double);
+    size_t stages = by_gauss(m) ? GAUSS_STAGES : 0;
+    m->saved_size = offsetof(gallop_state, values) + (4 + stages) * values * sizeof(double) +
+                    (elements + 1) * (sizeof(factor) + (stages ? sizeof(pair_factor) : 0));
+    m->state_size = 2 * m->saved_size +
+                    (8 * values + (stages ? 4 * stages + 2 : 0) * values + 3 * SECTION_ARRAYS * elements) * sizeof(double);
 
     outcome = initial_equilibrium(m, report);
     if (outcome) {
@@ -275,14 +280,23 @@ layout state_layout(const gallop_model *model, gallop_state *state)
     at.v = p + values;
     at.a = p + 2 * values;
     at.a_before = p + 3 * values;
-    at.factors = (factor *)(p + 4 * values);
-    p = (double *)(at.factors + model->elements + 1);
+    const size_t stages = by_gauss(model) ? GAUSS_STAGES : 0;
+    at.stage_before = p + 4 * values;
+    at.factors = (factor *)(p + (4 + stages) * values);
+    at.pair_factors = (pair_factor *)(at.factors + model->elements + 1);
+    p = (double *)(at.pair_factors + (stages ? model->elements + 1 : 0));
     at.u0 = p;
     at.v0 = p + values;
     at.a0 = p + 2 * values;
     at.residual = p + 3 * values;
     at.first = p + 4 * values;
     p = at.first + 4 * values;
+    at.stage_u = p;
+    at.stage_v = p + stages * values;
+    at.stage_a = p + 2 * stages * values;
+    at.stage_residual = p + 3 * stages * values;
+    at.pair_residual = p + 4 * stages * values;
+    p = at.pair_residual + (stages ? 2 * values : 0);
     double **array[] = {&at.sections.theta, &at.sections.omega, &at.sections.omega_rate, &at.sections.v2, &at.sections.v3,
                         &at.sections.a2, &at.sections.a3, &at.sections.c2, &at.sections.c3, &at.sections.angle,
                         &at.sections.excess};
@@ -321,6 +335,7 @@ int gallop_state_check(const gallop_model *model, const gallop_state *state)
     bool ok = isfinite(state->time) && state->factored_step >= 0.0 && state->step_before > 0.0 &&
               state->rate >= 0.0 && state->sharpness > 0.0 && state->sharpness <= 1.0 &&
               !isnan(state->lowest_tension) && possible_instant(&state->now);
-    for (int i = 0; i < 16 * model->nodes; i++) ok = ok && isfinite(state->values[i]);   /* u v a a_before */
+    const int arrays = 4 + (by_gauss(model) ? GAUSS_STAGES : 0);   /* u v a a_before stage_before */
+    for (int i = 0; i < 4 * arrays * model->nodes; i++) ok = ok && isfinite(state->values[i]);
     return ok ? GALLOP_COMPLETED : GALLOP_BAD_CALL;
 }

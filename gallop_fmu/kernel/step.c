@@ -1,122 +1,7 @@
-/* Time integration: Newmark (beta 1/4, gamma 1/2) with Newton-Raphson (Liu et al. 2009, section 2.5).  The factorised
- * tangent is reused while it converges well; a step that fails is halved. */
+/* March in time: whole steps, halved where they do not converge, to the times that are asked for; initial states. */
 #include "internal.h"
 
-#define BETA 0.25
-#define GAMMA 0.5
-
 #define MOST_STEPS 1e12   /* in one call: more would not end */
-
-/* A factorisation is renewed when the observed convergence rate is worse than this. */
-#define SLOW_RATE 0.3
-
-/* A better rate than this is not relied on: it was measured on other steps, or on components that converge faster. */
-#define TRUSTED_RATE 0.1
-
-void add_springs(const gallop_model *model, const instant *now, const double *u, double *residual)
-{
-    for (int end = 0; end < 2; end++) {
-        const size_t node = end ? 4 * (size_t)(model->nodes - 1) : 0;
-        for (int i = 0; i < 3; i++)
-            residual[node + i] += model->stiffness[end][i] * (u[node + i] - now->position[end][i]);
-    }
-}
-
-/* Largest correction, in m and rad alike: a twist of 1 rad matters to the wind load as much as a motion of metres. */
-double correction_size(const gallop_model *model, const double *du)
-{
-    double largest[4] = {0.0}, sum[4] = {0.0};   /* by unknown, so that the four need not wait for each other */
-    for (int n = 0; n < model->nodes; n++, du += 4)
-        for (int i = 0; i < 4; i++) {
-            double size = fabs(du[i]);
-            largest[i] = size > largest[i] ? size : largest[i];
-            sum[i] += du[i];   /* the maximum lets NaN pass */
-        }
-    double all = sum[0] + sum[1] + sum[2] + sum[3];
-    return isfinite(all) ? fmax(fmax(largest[0], largest[1]), fmax(largest[2], largest[3])) : NAN;
-}
-
-/* The acceleration is extrapolated from the last two; the ends follow their prescribed motion. */
-static void predict(const gallop_model *model, layout *at, const instant *now, double h, double h_before)
-{
-    const int values = 4 * model->nodes;
-    const double ahead = h / h_before;
-    for (int i = 0; i < values; i++) {
-        double guess = at->a0[i] + ahead * (at->a0[i] - at->a_before[i]);
-        at->u[i] = at->u0[i] + h * at->v0[i] + h * h * ((0.5 - BETA) * at->a0[i] + BETA * guess);
-        at->v[i] = at->v0[i] + h * ((1.0 - GAMMA) * at->a0[i] + GAMMA * guess);
-        at->a[i] = guess;
-    }
-    for (int end = 0; end < 2; end++) {
-        const int node = end ? 4 * (model->nodes - 1) : 0;
-        for (int i = 0; i < 4; i++) {
-            if (!model->fixed[end][i]) continue;
-            at->u[node + i] = i < 3 ? now->position[end][i] : 0.0;
-            at->v[node + i] = i < 3 ? now->velocity[end][i] : 0.0;
-            at->a[node + i] = i < 3 ? now->acceleration[end][i] : 0.0;
-        }
-    }
-}
-
-/* One Newmark step from u0 v0 a0 at t - h to u v a at t. */
-static int newmark(const gallop_model *model, gallop_state *state, layout *at, const gallop_inputs *inputs, double t,
-                   double h, gallop_report *report)
-{
-    const int values = 4 * model->nodes;
-    const double tolerance = model->scene.newton_tolerance * state->sharpness;
-    const blend mix = {1.0, GAMMA / (BETA * h), 1.0 / (BETA * h * h)};
-    bool renew = state->factored_step != h, fresh = false;
-    double before = 0.0;
-    watch seen;
-    instant_at(model, t, inputs, &state->now);
-    predict(model, at, &state->now, h, state->step_before);
-    for (int iteration = 1; iteration <= model->scene.max_newton_iterations; iteration++) {
-        watch_start(&seen);
-        span_residual(model, t, &state->now, &at->sections, at->u, at->v, at->a, renew, at->residual, &seen);
-        add_springs(model, &state->now, at->u, at->residual);
-        if (renew) {
-            state->factored_step = 0.0;
-            if (!solver_factor(model, &state->now, &at->sections, at->u, mix, model->fixed, at->factors))
-                return fail(report, GALLOP_NEWTON_STALLED, seen.slack_element, t, NAN, tolerance);
-            state->factored_step = h;
-            state->rate = 1.0;
-            state->refactorisations++;
-            renew = false;
-            fresh = true;
-            before = 0.0;
-        }
-        solver_solve(model, at->factors, model->fixed, at->residual);
-        for (int i = 0; i < values; i++) {
-            double du = -at->residual[i];
-            at->u[i] += du;
-            at->v[i] += mix.c * du;
-            at->a[i] += mix.m * du;
-        }
-        state->iterations++;
-        state->last_iterations++;
-        double size = correction_size(model, at->residual);
-        if (!isfinite(size)) return fail(report, GALLOP_NON_FINITE, -1, t, size, 0.0);
-        if (before > 0.0) {
-            double rate = size / before;
-            state->rate = fmax(TRUSTED_RATE, fmax(rate, 0.3 * state->rate));
-            if (rate > 2.0 && fresh) return fail(report, GALLOP_NEWTON_STALLED, seen.slack_element, t, size, tolerance);
-        }
-        /* what is left of the error after this correction, were it to shrink at the observed rate */
-        double left = state->rate < 0.9 ? size * state->rate / (1.0 - state->rate) : size;
-        if (left < tolerance || size < 1e-3 * tolerance) {
-            if (seen.worst_excess > 0.0 && model->scene.outside == GALLOP_OUTSIDE_ERROR)
-                return fail(report, GALLOP_ANGLE_OUT_OF_RANGE, seen.angle_element, t, seen.worst_angle,
-                            seen.worst_angle > model->curve_centre ? model->curve_last : model->curve_first);
-            if (seen.lowest_tension < state->lowest_tension) state->lowest_tension = seen.lowest_tension;
-            if (seen.lowest_tension < 0.0)
-                return fail(report, GALLOP_SLACK, seen.slack_element, t, seen.lowest_tension, 0.0);
-            return GALLOP_COMPLETED;
-        }
-        renew = before > 0.0 && state->rate > SLOW_RATE && !fresh;
-        before = size;
-    }
-    return fail(report, GALLOP_NEWTON_STALLED, seen.slack_element, t, before, tolerance);
-}
 
 static bool may_halve(int outcome) { return outcome == GALLOP_NEWTON_STALLED || outcome == GALLOP_NON_FINITE; }
 
@@ -137,7 +22,8 @@ static int whole_step(const gallop_model *model, gallop_state *state, layout *at
         double part = h / (double)((uint64_t)1 << level);
         double t = state->time + h * (double)(done + unit) / (double)whole;
         memcpy(at->u0, at->u, 3 * bytes);
-        int outcome = newmark(model, state, at, inputs, t, part, report);
+        int outcome = by_gauss(model) ? gauss(model, state, at, inputs, t, part, report)
+                                      : newmark(model, state, at, inputs, t, part, report);
         if (outcome == GALLOP_COMPLETED) {
             done += unit;
             state->last_substeps++;
@@ -253,8 +139,7 @@ static int consistent_acceleration(const gallop_model *model, gallop_state *stat
     state->factored_step = 0.0;
     state->rate = 1.0;
     if (seen.worst_excess > 0.0 && model->scene.outside == GALLOP_OUTSIDE_ERROR)
-        return fail(report, GALLOP_ANGLE_OUT_OF_RANGE, seen.angle_element, state->time, seen.worst_angle,
-                    seen.worst_angle > model->curve_centre ? model->curve_last : model->curve_first);
+        return angle_failure(model, &seen, state->time, report);
     state->lowest_tension = seen.lowest_tension;
     if (seen.lowest_tension < 0.0)
         return fail(report, GALLOP_SLACK, seen.slack_element, state->time, seen.lowest_tension, 0.0);

@@ -7,16 +7,18 @@ import pytest
 
 from gallop_fmu.channels import NODE_CHANNELS, NODE_INDEX, SPAN_CHANNELS, SPAN_INDEX
 from gallop_fmu.engine import Inputs, Model, State
+from gallop_fmu.integrators import INTEGRATORS
 from gallop_fmu.scene import load_scene
 
 ALL = np.arange(len(NODE_CHANNELS), dtype=np.int32)
 NO_NODES = np.zeros(0, np.int32)
 
 
-@pytest.fixture(scope="module")
-def model():
+@pytest.fixture(scope="module", params=INTEGRATORS)
+def model(request):
     """Wind, eccentric ice, damping and springs: everything that a state depends on."""
-    return Model(load_scene("example2").with_values({"numerics.elements": 6, "wind.speed": 7.0}))
+    values = {"numerics.elements": 6, "numerics.integrator": request.param, "wind.speed": 7.0}
+    return Model(load_scene("example2").with_values(values))
 
 
 def everything(state, count=80, every=1):
