@@ -178,6 +178,7 @@ def _report(raw: CReport) -> Report:
         iterations=raw.iterations,
         refactorisations=raw.refactorisations,
         halvings=raw.halvings,
+        rejections=raw.rejections,
     )
 
 
@@ -367,7 +368,7 @@ class State:
         c.memmove(self._pointer, saved, size)
 
     def advance(self, until: float, inputs: Inputs | None = None) -> Report:
-        """Step to `until` [s] in equal steps no longer than the scene's; on failure the state is what it was.
+        """Step to `until` [s] in equal steps no longer than the scene's, or by its tolerance; on failure the state is what it was.
 
         Raises
         ------

@@ -161,7 +161,7 @@ def _dataset(
         title=model.scene.title,
         source=f"gallop-fmu {version('gallop-fmu')}",
         kernel=build(),
-        integrator=INTEGRATORS[model.scene.numerics.integrator].description,
+        integrator=INTEGRATORS[model.scene.numerics.method].description,
         scene=model.scene.to_toml(),
         outcome=report.outcome.name.lower(),
         message=str(report),
@@ -174,6 +174,7 @@ def _dataset(
         iterations=report.iterations,
         refactorisations=report.refactorisations,
         halvings=report.halvings,
+        rejections=report.rejections,
         lowest_tension=report.lowest_tension,
     )
     return dataset

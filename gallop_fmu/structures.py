@@ -34,7 +34,7 @@ ICE_FIELDS: dict[str, str | None] = {
 }
 SEEDS = ("seed_vertical", "seed_horizontal", "seed_twist")
 FREQUENCY_PAIR = ("low_ratio", "low_frequency", "high_ratio", "high_frequency")
-NUMERICS = ("elements", "time_step", "newton_tolerance", "max_newton_iterations", "max_halvings")
+NUMERICS = ("elements", "time_step", "tolerance", "newton_tolerance", "max_newton_iterations", "max_halvings")
 LAW_FIELDS: dict[str, dict[str, str | None]] = {
     "constant": {"value": "initial"},
     "ramp": {"initial": None, "final": "peak", "start": None, "duration": "rise"},
@@ -130,6 +130,7 @@ class CScene(c.Structure):
         ("integrator", c.c_int32),
         ("time_step", c.c_double),
         ("newton_tolerance", c.c_double),
+        ("tolerance", c.c_double),
     )
 
 
@@ -142,7 +143,7 @@ class CReport(c.Structure):
         *((name, c.c_double) for name in ("time", "value", "limit")),
         ("field", c.c_char_p),
         ("lowest_tension", c.c_double),
-        *((name, c.c_int64) for name in ("steps", "substeps", "iterations", "refactorisations", "halvings")),
+        *((name, c.c_int64) for name in ("steps", "substeps", "iterations", "refactorisations", "halvings", "rejections")),
     )
 
 
@@ -213,7 +214,7 @@ class Packed:
         )
         self.scene.start_in_mean_wind = scene.initial.wind == "mean_wind_equilibrium"
         self._copy(scene.numerics, self.scene, "numerics", dict.fromkeys(NUMERICS))
-        self.scene.integrator = INTEGRATORS[scene.numerics.integrator].code
+        self.scene.integrator = INTEGRATORS[scene.numerics.method].code
 
     def _copy(self, section: Any, target: c.Structure, path: str, fields: Mapping[str, str | None]) -> None:
         """Copy the named values of a section; a field maps to its name in the structure where that differs."""

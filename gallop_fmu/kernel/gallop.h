@@ -45,7 +45,7 @@ typedef struct {
     double value, limit;      /* the offending value and what is allowed */
     const char *field;        /* which number of an invalid scene, a constant text; else NULL */
     double lowest_tension;    /* [N] since the start of the state */
-    int64_t steps, substeps, iterations, refactorisations, halvings;   /* since the start of the state */
+    int64_t steps, substeps, iterations, refactorisations, halvings, rejections;   /* since the start of the state */
 } gallop_report;
 
 /* A quantity in time. */
@@ -113,6 +113,7 @@ typedef struct {
     /* numerics */
     int32_t max_newton_iterations, max_halvings, integrator;
     double time_step, newton_tolerance;                  /* [s], [m] */
+    double tolerance;   /* 0: equal steps; else relative error that the steps are chosen for, Gauss only */
 } gallop_scene;
 
 /* Inputs that a co-simulation host sets instead of the scene's laws: value + rate * (t - time). */
@@ -167,7 +168,8 @@ GALLOP_API double gallop_state_time(const gallop_state *state);
 /* GALLOP_BAD_CALL unless the first gallop_saved_size bytes can be a state of this model: for bytes from elsewhere. */
 GALLOP_API int gallop_state_check(const gallop_model *model, const gallop_state *state);
 
-/* Steps to `until` in equal steps no longer than the scene's; on failure the state is what it was before. */
+/* Steps to `until` in equal steps no longer than the scene's, or by its tolerance; on failure the state is what it was
+ * before. */
 GALLOP_API int gallop_advance(const gallop_model *model, gallop_state *state, const gallop_inputs *inputs,
                               double until, gallop_report *report);
 
@@ -175,7 +177,9 @@ GALLOP_API int gallop_advance(const gallop_model *model, gallop_state *state, co
  * tightens the Newton tolerance from here on, for differences of two runs. */
 GALLOP_API void gallop_rewind(const gallop_model *model, gallop_state *state, double sharpness);
 
-/* `records` times: advance by `every` steps of the scene and observe.  Times are (first + i + 1) * every * time_step.
+/* `records` times: advance by `every` time steps of the scene and observe.  Times are (first + i + 1) * every * time_step.
+ * Under a tolerance the steps end where they like, the records are read within them, and the state is left at or after the
+ * last record.
  * node_values (records, channels, nodes), span_values (records, GALLOP_SPAN_CHANNELS); *done counts what is filled. */
 GALLOP_API int gallop_run(const gallop_model *model, gallop_state *state, int64_t first, int64_t records, int64_t every,
                           const int32_t *channel, int32_t channels, const int32_t *node, int32_t nodes,

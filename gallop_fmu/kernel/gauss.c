@@ -168,7 +168,7 @@ int gauss(const gallop_model *model, gallop_state *state, layout *at, const gall
           gallop_report *report)
 {
     const int values = 4 * model->nodes;
-    const double tolerance = model->scene.newton_tolerance * state->sharpness;
+    const double tolerance = newton_tolerance(model, state);
     bool renew = state->factored_step != h, fresh = false;
     double before = 0.0, time[STAGES];
     instant now[STAGES];
@@ -215,7 +215,6 @@ int gauss(const gallop_model *model, gallop_state *state, layout *at, const gall
             integrate(at, at->stage_a, values, h, 1.0, at->u, at->v);
             accelerate(at->stage_a, values, 1.0, at->a);
             place_ends(model, &state->now, at->u, at->v, at->a);
-            memcpy(at->stage_before, at->stage_a, STAGES * (size_t)values * sizeof(double));
             return GALLOP_COMPLETED;
         }
         case NEWTON_DIVERGED: return fail(report, GALLOP_NEWTON_STALLED, seen.slack_element, t, size, tolerance);
@@ -225,4 +224,64 @@ int gauss(const gallop_model *model, gallop_state *state, layout *at, const gall
         before = size;
     }
     return fail(report, GALLOP_NEWTON_STALLED, seen.slack_element, t, before, tolerance);
+}
+
+/* The step just found is the one before from now on. */
+void gauss_commit(const gallop_model *model, gallop_state *state, layout *at, double h)
+{
+    const size_t bytes = 4 * (size_t)model->nodes * sizeof(double);
+    memcpy(at->stage_before, at->stage_a, STAGES * bytes);
+    memcpy(at->begin, at->u0, 2 * bytes);
+    state->step_before = state->last_step = h;
+}
+
+/* The cubic part c of h^2 a = ... + c x^3 over the step just found, from the difference at its last stage between the
+ * displacement and what the parabola of the step before makes of it; without a step before, the quadratic part. */
+void gauss_cubic_part(const gallop_model *model, const gallop_state *state, const layout *at, double h, double *part)
+{
+    const int values = 4 * model->nodes;
+    const double *now = at->stage_a, *old = at->stage_before;
+    double after[STAGES], before[STAGES] = {0.0};
+    if (isfinite(state->step_before)) {
+        const weights reach = weights_at(node[STAGES - 1]);
+        const double ahead = h / state->step_before;
+        double unit = 0.0;   /* what the difference would be for x^3 */
+        for (int j = 0; j < STAGES; j++) {
+            const weights continued = weights_at(1.0 + node[j] * ahead);
+            after[j] = reach.u[j];
+            for (int k = 0; k < STAGES; k++) before[k] -= reach.u[j] * continued.a[k];
+        }
+        for (int j = 0; j < STAGES; j++)
+            unit += after[j] * pow(node[j], 3.0) + before[j] * pow((node[j] - 1.0) / ahead, 3.0);
+        for (int j = 0; j < STAGES; j++) {
+            after[j] *= h * h / unit;
+            before[j] *= h * h / unit;
+        }
+    } else {
+        for (int j = 0; j < STAGES; j++) after[j] = h * h * lagrange[j][2];
+    }
+    for (int n = 0; n < values; n++)
+        part[n] = after[0] * now[n] + after[1] * now[values + n] + after[2] * now[2 * values + n] + before[0] * old[n] +
+                  before[1] * old[values + n] + before[2] * old[2 * values + n];
+}
+
+/* u v a at a time within the last step: the quintic through u, v, a at its ends. */
+void gauss_read(const gallop_model *model, const gallop_state *state, layout *at, double t)
+{
+    const int values = 4 * model->nodes;
+    const double h = state->last_step, x = 1.0 + (t - state->time) / h, *k = at->stage_before;
+    const double *u0 = at->begin, *v0 = at->begin + values;
+    const weights start = weights_at(0.0), end = weights_at(1.0);
+    for (int n = 0; n < values; n++) {
+        const double a0 = start.a[0] * k[n] + start.a[1] * k[values + n] + start.a[2] * k[2 * values + n];
+        const double a1 = end.a[0] * k[n] + end.a[1] * k[values + n] + end.a[2] * k[2 * values + n];
+        /* u = u0 + x (h v0 + x (h^2 a0 / 2 + x (c3 + x (c4 + x c5)))) */
+        const double p = at->u[n] - u0[n] - h * (v0[n] + 0.5 * h * a0), q = h * (at->v[n] - v0[n] - h * a0);
+        const double r = h * h * (a1 - a0);
+        const double c3 = 10.0 * p - 4.0 * q + 0.5 * r, c4 = -15.0 * p + 7.0 * q - r, c5 = 6.0 * p - 3.0 * q + 0.5 * r;
+        at->u[n] = u0[n] + x * (h * v0[n] + x * (0.5 * h * h * a0 + x * (c3 + x * (c4 + x * c5))));
+        at->v[n] = v0[n] + x * (h * a0 + x * (3.0 * c3 + x * (4.0 * c4 + x * 5.0 * c5)) / h);
+        at->a[n] = a0 + x * (6.0 * c3 + x * (12.0 * c4 + x * 20.0 * c5)) / (h * h);
+    }
+    place_ends(model, &state->now, at->u, at->v, at->a);
 }

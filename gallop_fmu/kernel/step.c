@@ -3,8 +3,6 @@
 
 #define MOST_STEPS 1e12   /* in one call: more would not end */
 
-static bool may_halve(int outcome) { return outcome == GALLOP_NEWTON_STALLED || outcome == GALLOP_NON_FINITE; }
-
 /* One step of size h from the state's time, halved where it does not converge.  On failure the motion is what it was. */
 static int whole_step(const gallop_model *model, gallop_state *state, layout *at, const gallop_inputs *inputs, double h,
                       gallop_report *report)
@@ -29,6 +27,7 @@ static int whole_step(const gallop_model *model, gallop_state *state, layout *at
             state->last_substeps++;
             memcpy(at->a_before, at->a0, bytes);
             state->step_before = part;
+            if (by_gauss(model)) gauss_commit(model, state, at, part);
             if (level > 0 && done % (whole >> (level - 1)) == 0) level--;
             continue;
         }
@@ -55,6 +54,17 @@ static void sum_up(const gallop_state *state, gallop_report *report)
     report->iterations = state->iterations;
     report->refactorisations = state->refactorisations;
     report->halvings = state->halvings;
+    report->rejections = state->rejections;
+}
+
+/* By tolerance, to `until` or not before it. */
+static int march_freely(const gallop_model *model, gallop_state *state, const gallop_inputs *inputs, double until,
+                        bool exactly, gallop_report *report)
+{
+    const int outcome = controlled_march(model, state, inputs, until, exactly, report);
+    if (!outcome) fail(report, GALLOP_COMPLETED, -1, fmin(state->time, until), 0.0, 0.0);
+    sum_up(state, report);
+    return outcome;
 }
 
 /* `count` steps of size h; time is counted from `origin` so that round-off does not add up. */
@@ -87,7 +97,8 @@ int gallop_advance(const gallop_model *model, gallop_state *state, const gallop_
     if (fabs(h - dt) < 1e-9 * dt) h = dt;   /* round-off in the host's clock must not cost a factorisation */
     layout at = state_layout(model, state);
     memcpy(at.saved, state, model->saved_size);
-    int outcome = march(model, state, inputs, origin, h, count, report);
+    int outcome = by_tolerance(model) ? march_freely(model, state, inputs, until, true, report)
+                                      : march(model, state, inputs, origin, h, count, report);
     if (outcome == GALLOP_COMPLETED) state->time = until;
     else memcpy(state, at.saved, model->saved_size);
     return outcome;
@@ -98,17 +109,24 @@ int gallop_run(const gallop_model *model, gallop_state *state, int64_t first, in
                double *span_values, int64_t *done, gallop_report *report)
 {
     const double dt = model->scene.time_step, start = state->time - (double)(first * every) * dt;
+    const bool free = by_tolerance(model);
+    layout at = state_layout(model, state);
     *done = 0;
+    if (free && first == 0) state->run_origin = state->time;
     for (int64_t r = 0; r < records; r++) {
-        double origin = start + (double)((first + r) * every) * dt;
-        int outcome = march(model, state, NULL, origin, dt, every, report);
+        const double origin = start + (double)((first + r) * every) * dt;
+        const double when = state->run_origin + (double)((first + r + 1) * every) * dt;
+        const int outcome = free ? march_freely(model, state, NULL, when, false, report)
+                                 : march(model, state, NULL, origin, dt, every, report);
         if (outcome) return outcome;
+        if (free) control_look(model, state, &at, when);
         for (int32_t n = 0; n < nodes; n++) {
             double values[GALLOP_NODE_CHANNELS];
             gallop_observe_node(model, state, node[n], values);
             for (int32_t c = 0; c < channels; c++) node_values[((size_t)r * channels + c) * nodes + n] = values[channel[c]];
         }
         gallop_observe_span(model, state, span_values + (size_t)r * GALLOP_SPAN_CHANNELS);
+        if (free) control_return(model, state, &at);
         *done = r + 1;
     }
     return GALLOP_COMPLETED;
@@ -167,6 +185,7 @@ int gallop_equilibrium(const gallop_model *model, gallop_state *state, double ti
     clear(model, state, time, inputs, report);
     layout at = state_layout(model, state);
     int outcome = static_equilibrium(model, time, &state->now, &at, report);
+    control_start(model, state, at.u);
     return outcome ? outcome : consistent_acceleration(model, state, &at, report);
 }
 
@@ -192,6 +211,7 @@ int gallop_state_init(const gallop_model *model, gallop_state *state, double sta
         at.u[4 * n + 2] += s->seed_horizontal * shape;
         at.u[4 * n + 3] += s->seed_twist * shape;
     }
+    control_start(model, state, at.u);
     return consistent_acceleration(model, state, &at, report);
 }
 

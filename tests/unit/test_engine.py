@@ -14,11 +14,11 @@ ALL = np.arange(len(NODE_CHANNELS), dtype=np.int32)
 NO_NODES = np.zeros(0, np.int32)
 
 
-@pytest.fixture(scope="module", params=INTEGRATORS)
+@pytest.fixture(scope="module", params=[*({"numerics.integrator": name} for name in INTEGRATORS), {"numerics.tolerance": 1e-4}])
 def model(request):
     """Wind, eccentric ice, damping and springs: everything that a state depends on."""
-    values = {"numerics.elements": 6, "numerics.integrator": request.param, "wind.speed": 7.0}
-    return Model(load_scene("example2").with_values(values))
+    values = {"numerics.elements": 6, "wind.speed": 7.0}
+    return Model(load_scene("example2").with_values(values | request.param))
 
 
 def everything(state, count=80, every=1):
