@@ -14,6 +14,7 @@
 #define NEWTON_SHARE 0.01   /* of the tolerance, left to Newton's iteration */
 #define FINEST_NEWTON 1e-13 /* [m], above round-off */
 
+#define FEW_STEPS 8.0       /* to a limit */
 #define SHORTEST 1e-10      /* step [s], and part of the time, that is still a step */
 
 /* Motion smaller than this is not resolved to the tolerance: in diameters, and in rad. */
@@ -90,6 +91,15 @@ static bool judge(const gallop_model *model, gallop_state *state, layout *at, do
     return true;
 }
 
+/* Size of the next step where `left` remains to a limit: few steps to it are equal, as then one tangent serves for all
+ * and, with a host's steady steps, for those that follow.  Round-off in the host's clock does not count. */
+static double next_size(const gallop_state *state, double left)
+{
+    double h = state->wanted_step;
+    if (left < FEW_STEPS * h) h = left / ceil(left / h - 1e-6);
+    return fabs(h - state->factored_step) < 1e-9 * h ? state->factored_step : h;
+}
+
 /* One step, as long as the tolerance allows, but not beyond `limit`.  On failure the motion is what it was. */
 static int controlled_step(const gallop_model *model, gallop_state *state, layout *at, const gallop_inputs *inputs,
                            double limit, gallop_report *report)
@@ -100,9 +110,7 @@ static int controlled_step(const gallop_model *model, gallop_state *state, layou
     state->last_iterations = state->last_substeps = 0;
     memcpy(at->u0, at->u, 3 * bytes);
     for (;;) {
-        double h = state->wanted_step;
-        if (2.0 * h > left) h = h * (1.0 + 1e-9) > left ? left : 0.5 * left;   /* two equal steps rather than a stub */
-        const double t = h == left ? limit : state->time + h;
+        const double h = next_size(state, left), t = h > left * (1.0 - 1e-8) ? limit : state->time + h;
         state->last_substeps++;
         const int outcome = gauss(model, state, at, inputs, t, h, report);
         if (outcome && (!may_halve(outcome) || failures++ == model->scene.max_halvings)) {
@@ -123,13 +131,15 @@ static int controlled_step(const gallop_model *model, gallop_state *state, layou
     }
 }
 
-/* Next time after t at which a law has a kink or a jump; infinite: none. */
-static double next_kink(const gallop_model *model, double t)
+/* Next time after t at which a law has a kink or a jump; infinite: none.  A host's inputs replace all but the loads. */
+static double next_kink(const gallop_model *model, const gallop_inputs *inputs, double t)
 {
     const gallop_scene *s = &model->scene;
     const double after = t + 1e-12 * (1.0 + fabs(t));
-    double next = law_next_kink(&s->wind, after);
+    double next = INFINITY;
     for (int l = 0; l < s->load_count; l++) next = fmin(next, law_next_kink(&s->load[l].law, after));
+    if (inputs) return next;
+    next = fmin(next, law_next_kink(&s->wind, after));
     for (int end = 0; end < 2; end++)
         for (int i = 0; i < 3; i++) next = fmin(next, law_next_kink(&s->support[end].motion[i], after));
     return next;
@@ -157,7 +167,7 @@ int controlled_march(const gallop_model *model, gallop_state *state, const gallo
         if (inputs_jump(&state->now, &now)) forget_before(state);
     }
     while (state->time < until) {
-        const double kink = inputs ? INFINITY : next_kink(model, state->time);
+        const double kink = next_kink(model, inputs, state->time);
         const int outcome = controlled_step(model, state, &at, inputs, exactly ? fmin(kink, until) : kink, report);
         if (outcome) return outcome;
         if (state->time == kink) forget_before(state);
