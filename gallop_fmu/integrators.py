@@ -1,5 +1,11 @@
-"""The time integrators: what each is, its order and its stability.  The one table that scene, command line, provenance,
-documentation and tests read."""
+"""The time integrators: what each is, its order and its stability.
+
+The one table that packing, provenance and tests read.  Measured on example 3 (15 elements): Newmark is the cheaper one
+down to errors of about 0.3 %, Gauss below that, and on fine meshes that move much, where Newmark's iteration stumbles
+over axial modes that no step resolves.  Methods that were tried and are not here, as one of these two is as good or
+better everywhere: Gauss with 2 stages, Lobatto IIIA of orders 4 and 6, Radau IIA of order 5; and explicit central
+differences, whose steps the axial wave would bound to the millisecond.
+"""
 
 from __future__ import annotations
 

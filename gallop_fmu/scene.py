@@ -142,9 +142,15 @@ class Numerics(Section):
     )
     time_step: Number = quantity(0.01, "s", "time step; with a tolerance only the unit of run.record_every", gt=0, le=1)
     tolerance: Number | None = quantity(
-        None, "1", "relative error of the motion for which step sizes are chosen, in place of time_step", ge=1e-8, le=0.1
+        None,
+        "1",
+        "relative error of the motion for which step sizes are chosen, in place of time_step",
+        ge=1e-8,
+        le=0.1,
     )
-    newton_tolerance: Number = quantity(1e-9, "m", "change that ends Newton's iteration; a tolerance sets its own", ge=1e-14, le=1e-3)
+    newton_tolerance: Number = quantity(
+        1e-9, "m", "change that ends Newton's iteration; a tolerance sets its own", ge=1e-14, le=1e-3
+    )
     max_newton_iterations: WholeNumber = quantity(20, "1", "iterations before a step is halved", ge=2, le=200)
     max_halvings: WholeNumber = quantity(8, "1", "times that a step may be halved before the run fails", ge=0, le=20)
 

@@ -28,7 +28,7 @@ def history(integrator, step, until=6.0, every=0.1):
 
 @pytest.mark.parametrize("integrator", INTEGRATORS.values(), ids=INTEGRATORS)
 def test_order_of_nonlinear_motion(integrator):
-    """The kinks of the pulse's third derivative stand at ends of steps; axial modes stay unresolved, which costs some."""
+    """The kinks of the pulse's third derivative stand at ends of steps; axial modes are not resolved."""
     reference = history("gauss6", 0.005)
     errors = [np.abs(history(integrator.name, step) - reference).max(axis=0) for step in STEPS[integrator.name]]
     orders = np.log2(errors[0] / errors[1])
@@ -48,7 +48,7 @@ def frequency(integrator, step):
 
 @pytest.mark.parametrize("integrator", INTEGRATORS.values(), ids=INTEGRATORS)
 def test_order_of_the_frequency(integrator):
-    """Against the same mesh at a step of 2.5 ms, which is 5 Hz; test_newmark_order.py holds that to sqrt(GJ/I) / (2 L)."""
+    """Against the same mesh at 2.5 ms; test_newmark_order.py holds the shaft to sqrt(GJ/I) / (2 L) = 5 Hz."""
     exact = frequency("gauss6", 0.0025)
     errors = [abs(frequency(integrator.name, step) / exact - 1.0) for step in RESOLVING[integrator.name]]
     assert abs(np.log2(errors[0] / errors[1]) - integrator.order) < 0.1  # observed 1.939 and 5.929
