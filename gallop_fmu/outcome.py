@@ -17,7 +17,7 @@ class Outcome(Enum):
     NEWTON_STALLED = (
         1,
         "the Newton iteration did not converge, although the time step was halved as often as allowed",
-        'reduce numerics.time_step, raise numerics.max_halvings, choose numerics.integrator = "gauss6" on a fine mesh, or check the scene for a sudden jump in load or wind',
+        "reduce numerics.time_step, raise numerics.max_halvings, or check the scene for a sudden jump in load or wind",
     )
     NON_FINITE = (
         2,

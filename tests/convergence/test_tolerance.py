@@ -69,15 +69,15 @@ def test_the_time_before_the_pulse_takes_few_steps():
 
 
 def test_communication_steps_end_where_asked_and_jumps_of_the_wind_are_followed():
-    """Against equal steps of 5 ms; the wind jumps every 0.8 s."""
-    tolerance, times = 1e-4, 0.8 * np.arange(1, 26)
+    """Against equal steps of 5 ms; the wind jumps every 0.8 s, the host asks every 0.1 s."""
+    tolerance, times = 1e-4, 0.1 * np.arange(1, 201)
     values = {"initial.seed_vertical": 0.2}
     loose = Model(load_scene("example2").with_values(values | {"numerics.tolerance": tolerance})).start()
     fine = {"numerics.integrator": "gauss6", "numerics.time_step": 0.005, "numerics.newton_tolerance": 1e-12}
     exact = Model(load_scene("example2").with_values(values | fine)).start()
     seen = []
     for i, until in enumerate(times):
-        wind = Inputs(until - 0.8, 4.0 + 2.0 * (i % 3), np.radians(10.0), np.zeros((2, 3)))
+        wind = Inputs(until - 0.1, 4.0 + 2.0 * (i // 8 % 3), np.radians(10.0), np.zeros((2, 3)))
         report = loose.advance(until, wind)
         exact.advance(until, wind)
         assert loose.time == until
