@@ -197,6 +197,7 @@ def _report(raw: CReport) -> Report:
         iterations=raw.iterations,
         refactorisations=raw.refactorisations,
         halvings=raw.halvings,
+        rejections=raw.rejections,
     )
 
 
@@ -427,7 +428,9 @@ class State:
         c.memmove(self._pointer, saved, size)
 
     def advance(self, until: float, inputs: Inputs | None = None) -> Report:
-        """Step to `until` [s] in equal steps no longer than the scene's; on failure the state is what it was.
+        """Step to `until` [s], in equal steps no longer than the scene's or by its tolerance.
+
+        On failure the state is what it was.
 
         Raises
         ------

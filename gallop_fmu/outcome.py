@@ -73,7 +73,7 @@ class Report:
         Which number of an invalid scene.
     lowest_tension
         Lowest tension [N] at any Gauss point since the start.
-    steps, substeps, iterations, refactorisations, halvings
+    steps, substeps, iterations, refactorisations, halvings, rejections
         Work done since the start.
     """
 
@@ -89,6 +89,7 @@ class Report:
     iterations: int = 0
     refactorisations: int = 0
     halvings: int = 0
+    rejections: int = 0
 
     def __str__(self) -> str:
         if self.outcome is Outcome.COMPLETED:

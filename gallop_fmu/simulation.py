@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from gallop_fmu.channels import NODE_CHANNELS, NODE_INDEX, SPAN_CHANNELS
 from gallop_fmu.engine import Model, Part, Run, State, build
 from gallop_fmu.errors import SceneError
+from gallop_fmu.integrators import INTEGRATORS
 from gallop_fmu.outcome import Outcome, Report, SimulationError
 from gallop_fmu.result import Result
 from gallop_fmu.scene import Scene
@@ -24,8 +25,6 @@ if TYPE_CHECKING:
 
 USUAL_CHANNELS = ("u1", "u2", "u3", "theta", "v1", "v2", "v3", "omega", "tension", "angle_of_attack")
 """Node channels recorded unless others are asked for."""
-
-INTEGRATOR = "Newmark (beta 1/4, gamma 1/2), Newton-Raphson with reused tangent"
 
 Progress = Callable[[float, float], object]
 """Called with the time reached and the stop time [s]; returning False stops the run."""
@@ -162,7 +161,7 @@ def _dataset(
         title=model.scene.title,
         source=f"gallop-fmu {version('gallop-fmu')}",
         kernel=build(),
-        integrator=INTEGRATOR,
+        integrator=INTEGRATORS[model.scene.numerics.method].description,
         unknowns=" ".join(model.unknowns),
         left_out=", ".join(str(part.name).lower().replace("_", " ") for part in Part if part not in model.parts),
         scene=model.scene.to_toml(),
@@ -177,6 +176,7 @@ def _dataset(
         iterations=report.iterations,
         refactorisations=report.refactorisations,
         halvings=report.halvings,
+        rejections=report.rejections,
         lowest_tension=report.lowest_tension,
     )
     return dataset

@@ -45,7 +45,7 @@ typedef struct {
     double value, limit;      /* the offending value and what is allowed */
     const char *field;        /* which number of an invalid scene, a constant text; else NULL */
     double lowest_tension;    /* [N] since the start of the state */
-    int64_t steps, substeps, iterations, refactorisations, halvings;   /* since the start of the state */
+    int64_t steps, substeps, iterations, refactorisations, halvings, rejections;   /* since the start of the state */
 } gallop_report;
 
 /* A quantity in time. */
@@ -87,6 +87,9 @@ typedef struct { double low_ratio, low_frequency, high_ratio, high_frequency; } 
 
 typedef enum { GALLOP_OUTSIDE_ERROR = 0, GALLOP_OUTSIDE_HOLD = 1, GALLOP_OUTSIDE_PERIODIC = 2 } gallop_outside;
 
+/* Time integration: Newmark (beta 1/4, gamma 1/2) or Gauss collocation with three stages (order 6). */
+typedef enum { GALLOP_NEWMARK = 0, GALLOP_GAUSS6 = 1 } gallop_integrator;
+
 typedef struct {
     /* span */
     double length, height_difference, sag, horizontal_tension, gravity;   /* sag or tension 0: not given */
@@ -108,8 +111,9 @@ typedef struct {
     double seed_vertical, seed_horizontal, seed_twist;   /* amplitude of cos(pi x1 / L) [m], [m], [rad] */
     int32_t start_in_mean_wind;                          /* 1: static equilibrium under the wind at t = 0 */
     /* numerics */
-    int32_t max_newton_iterations, max_halvings, reserved;
+    int32_t max_newton_iterations, max_halvings, integrator;
     double time_step, newton_tolerance;                  /* [s], [m] */
+    double tolerance;   /* 0: equal steps; else relative error that the steps are chosen for, Gauss only */
     int32_t laws_only;   /* 1: no call will bring gallop_inputs, so what the laws leave at rest need not be computed */
 } gallop_scene;
 
@@ -174,7 +178,8 @@ GALLOP_API double gallop_state_time(const gallop_state *state);
 /* GALLOP_BAD_CALL unless the first gallop_saved_size bytes can be a state of this model: for bytes from elsewhere. */
 GALLOP_API int gallop_state_check(const gallop_model *model, const gallop_state *state);
 
-/* Steps to `until` in equal steps no longer than the scene's; on failure the state is what it was before. */
+/* Steps to `until` in equal steps no longer than the scene's, or by its tolerance; on failure the state is what it was
+ * before. */
 GALLOP_API int gallop_advance(const gallop_model *model, gallop_state *state, const gallop_inputs *inputs,
                               double until, gallop_report *report);
 
@@ -182,7 +187,9 @@ GALLOP_API int gallop_advance(const gallop_model *model, gallop_state *state, co
  * tightens the Newton tolerance from here on, for differences of two runs. */
 GALLOP_API void gallop_rewind(const gallop_model *model, gallop_state *state, double sharpness);
 
-/* `records` times: advance by `every` steps of the scene and observe.  Times are (first + i + 1) * every * time_step.
+/* `records` times: advance by `every` time steps of the scene and observe.  Times are (first + i + 1) * every * time_step.
+ * Under a tolerance the steps end where they like, the records are read within them, and the state is left at or after the
+ * last record.
  * node_values (records, channels, nodes), span_values (records, GALLOP_SPAN_CHANNELS); *done counts what is filled. */
 GALLOP_API int gallop_run(const gallop_model *model, gallop_state *state, int64_t first, int64_t records, int64_t every,
                           const int32_t *channel, int32_t channels, const int32_t *node, int32_t nodes,

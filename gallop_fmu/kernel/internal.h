@@ -90,18 +90,31 @@ static inline size_t factor_count(int elements) { return (size_t)elements + 2; }
 /* Bins of equal width over an aerodynamic curve of several pieces: where the search for a piece begins. */
 #define PIECE_BINS 256
 
+/* The same with complex blocks, by columns: see pair_solver.c. */
+typedef struct { double re[16], im[16]; } pair_block;
+typedef struct {
+    pair_block middle_inverse, left_middle, right_middle, corner_inverse, next_previous, previous_next;
+} pair_factor;
+
+#define GAUSS_STAGES 3
+#define GAUSS_ARRAYS (GAUSS_STAGES + 2)   /* kept from step to step: stages_before, begin */
+
 struct gallop_state {
     uint64_t magic, size;
     double time;
     double factored_step;      /* step size of the stored factorisation, 0: none */
-    double step_before;        /* size of the sub-step before, for extrapolation */
+    double step_before;        /* size of the sub-step before, for extrapolation; infinite: there is none */
+    double last_step;          /* of the last step under a tolerance; what the state can be read within */
+    double wanted_step;        /* under a tolerance: the step size to try next */
+    double run_origin;         /* time from which the records of gallop_run count */
+    double largest[4];         /* largest motion so far, root mean square over the nodes: u1 u2 u3 theta */
     double rate;               /* last observed convergence rate of the stored factorisation */
     double sharpness;          /* factor on the Newton tolerance */
     double lowest_tension;
-    int64_t steps, substeps, iterations, refactorisations, halvings;
+    int64_t steps, substeps, iterations, refactorisations, halvings, rejections;
     int64_t last_iterations, last_substeps;
-    instant now;
-    double values[];           /* u v a a_before factors | scratch: see state_layout */
+    instant now, looked_from;  /* of the motion; and where to return to from a look into the last step */
+    double values[];           /* u v a a_before stages_before begin factors pair_factors | scratch: see state_layout */
 };
 
 /* Section forces along the span, structure of arrays: one entry a three-point Gauss abscissa, in the order strip, point,
@@ -118,10 +131,15 @@ typedef struct {
 /* Pointers into a state; made afresh by every call. */
 typedef struct {
     double *u, *v, *a, *a_before;      /* (nodes, 4) */
+    double *stage_before;              /* (stages, nodes, 4) Gauss: accelerations of the sub-step before, */
+    double *begin;                     /* (2, nodes, 4) and u v at its begin */
     factor *factors;                   /* (factor_count) */
+    pair_factor *pair_factors;         /* (elements), and the last corner: for the complex pair of Gauss's stages */
     double *u0, *v0, *a0;              /* scratch: start of the sub-step, */
     double *residual;                  /* out-of-balance forces, then the correction, */
     double *first;                     /* u v a a_before at the start of the whole step */
+    double *stage_u, *stage_v, *stage_a, *stage_residual;   /* (stages, nodes, 4) */
+    double *pair_residual;             /* (nodes, 8) */
     sections sections;
     char *saved;                       /* the state at the start of gallop_advance */
 } layout;
@@ -132,6 +150,7 @@ layout state_layout(const gallop_model *model, gallop_state *state);
 double law_value(const gallop_law *law, double t);
 double law_rate(const gallop_law *law, double t);
 double law_second(const gallop_law *law, double t);
+double law_next_kink(const gallop_law *law, double t);
 void instant_at(const gallop_model *model, double t, const gallop_inputs *inputs, instant *now);
 
 /* aero.c */
@@ -160,13 +179,42 @@ bool solver_factor(const gallop_model *model, const instant *now, const sections
                    const bool fixed[2][4], factor *factors);
 void solver_solve(const gallop_model *model, const factor *factors, const bool fixed[2][4], double *rhs);
 
+/* pair_solver.c: mix[0] and mix[1] are real and imaginary part of the blend */
+bool pair_factor_span(const gallop_model *model, const instant *now, const sections *at, const double *u,
+                      const blend mix[2], pair_factor *factors);
+void pair_solve(const gallop_model *model, const pair_factor *factors, double *rhs);
+
 /* static.c */
 int initial_equilibrium(gallop_model *model, gallop_report *report);
 int static_equilibrium(const gallop_model *model, double t, const instant *target, layout *at, gallop_report *report);
 
-/* step.c */
+/* newton.c: what all integrators share in solving for a step */
+typedef enum { NEWTON_GOES_ON, NEWTON_RENEWS, NEWTON_CONVERGED, NEWTON_DIVERGED } newton_course;
 void add_springs(const gallop_model *model, const instant *now, const double *u, double *residual);
 double correction_size(const gallop_model *model, const double *du);
+newton_course newton_judge(gallop_state *state, double size, double before, bool fresh, double slow, double tolerance);
+int newton_accept(const gallop_model *model, gallop_state *state, const watch *seen, double t, gallop_report *report);
+int angle_failure(const gallop_model *model, const watch *seen, double t, gallop_report *report);
+
+/* newmark.c, gauss.c: one step from u0 v0 a0 at t - h to u v a at t */
+int newmark(const gallop_model *model, gallop_state *state, layout *at, const gallop_inputs *inputs, double t, double h,
+            gallop_report *report);
+int gauss(const gallop_model *model, gallop_state *state, layout *at, const gallop_inputs *inputs, double t, double h,
+          gallop_report *report);
+void gauss_commit(const gallop_model *model, gallop_state *state, layout *at, double h);
+void gauss_cubic_part(const gallop_model *model, const gallop_state *state, const layout *at, double h, double *part);
+void gauss_read(const gallop_model *model, const gallop_state *state, layout *at, double t);
+static inline bool by_gauss(const gallop_model *model) { return model->scene.integrator == GALLOP_GAUSS6; }
+
+/* control.c */
+static inline bool by_tolerance(const gallop_model *model) { return model->scene.tolerance > 0.0; }
+static inline bool may_halve(int outcome) { return outcome == GALLOP_NEWTON_STALLED || outcome == GALLOP_NON_FINITE; }
+double newton_tolerance(const gallop_model *model, const gallop_state *state);
+void control_start(const gallop_model *model, gallop_state *state, const double *u);
+int controlled_march(const gallop_model *model, gallop_state *state, const gallop_inputs *inputs, double until,
+                     bool exactly, gallop_report *report);
+void control_look(const gallop_model *model, gallop_state *state, layout *at, double t);
+void control_return(const gallop_model *model, gallop_state *state, layout *at);
 
 /* shared */
 int fail(gallop_report *report, int outcome, int element, double time, double value, double limit);

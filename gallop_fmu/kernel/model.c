@@ -125,6 +125,10 @@ static int check(const gallop_scene *s, gallop_report *report)
     if (!(fabs(s->height_difference) < s->length)) return invalid(report, "height difference", s->height_difference, s->length);
     if (s->elements < 2 || s->elements > 1000000) return invalid(report, "number of elements", s->elements, 2.0);
     if (s->max_halvings < 0 || s->max_halvings > 30) return invalid(report, "number of halvings", s->max_halvings, 30.0);
+    if (s->integrator != GALLOP_NEWMARK && s->integrator != GALLOP_GAUSS6)
+        return invalid(report, "number of the integrator", s->integrator, GALLOP_GAUSS6);
+    if (!(s->tolerance >= 0.0) || (s->tolerance > 0.0 && s->integrator != GALLOP_GAUSS6))
+        return invalid(report, "tolerance, which Gauss's method alone can keep", s->tolerance, 0.0);
     if (s->max_newton_iterations < 1) return invalid(report, "number of Newton iterations", s->max_newton_iterations, 1.0);
     if (s->pieces < 0) return invalid(report, "number of pieces of the aerodynamic curve", s->pieces, 0.0);
     if (s->load_count < 0) return invalid(report, "number of loads", s->load_count, 0.0);
@@ -303,8 +307,11 @@ int gallop_model_create(const gallop_scene *scene, gallop_model **out, gallop_re
         m->fixed[end][1] = m->fixed[end][3] = true;
     }
     size_t values = 4 * nodes;
-    m->saved_size = offsetof(gallop_state, values) + 4 * values * sizeof(double) + factor_count(m->elements) * sizeof(factor);
-    m->state_size = 2 * m->saved_size + (8 * values + 3 * SECTION_ARRAYS * LANES * strips) * sizeof(double);
+    const size_t stages = by_gauss(m) ? GAUSS_STAGES : 0;
+    m->saved_size = offsetof(gallop_state, values) + (4 + (stages ? GAUSS_ARRAYS : 0)) * values * sizeof(double) +
+                    factor_count(m->elements) * sizeof(factor) + (stages ? elements + 1 : 0) * sizeof(pair_factor);
+    m->state_size = 2 * m->saved_size + (8 * values + (stages ? 4 * stages + 2 : 0) * values +
+                                         3 * SECTION_ARRAYS * LANES * strips) * sizeof(double);
 
     outcome = initial_equilibrium(m, report);
     if (outcome) {
@@ -339,14 +346,24 @@ layout state_layout(const gallop_model *model, gallop_state *state)
     at.v = p + values;
     at.a = p + 2 * values;
     at.a_before = p + 3 * values;
-    at.factors = (factor *)(p + 4 * values);
-    p = (double *)(at.factors + factor_count(model->elements));
+    const size_t stages = by_gauss(model) ? GAUSS_STAGES : 0;
+    at.stage_before = p + 4 * values;
+    at.begin = at.stage_before + stages * values;
+    at.factors = (factor *)(at.begin + (stages ? 2 * values : 0));
+    at.pair_factors = (pair_factor *)(at.factors + factor_count(model->elements));
+    p = (double *)(at.pair_factors + (stages ? model->elements + 1 : 0));
     at.u0 = p;
     at.v0 = p + values;
     at.a0 = p + 2 * values;
     at.residual = p + 3 * values;
     at.first = p + 4 * values;
     p = at.first + 4 * values;
+    at.stage_u = p;
+    at.stage_v = p + stages * values;
+    at.stage_a = p + 2 * stages * values;
+    at.stage_residual = p + 3 * stages * values;
+    at.pair_residual = p + 4 * stages * values;
+    p = at.pair_residual + (stages ? 2 * values : 0);
     double **array[] = {&at.sections.theta, &at.sections.omega, &at.sections.omega_rate, &at.sections.v2, &at.sections.v3,
                         &at.sections.a2, &at.sections.a3, &at.sections.c2, &at.sections.c3, &at.sections.angle,
                         &at.sections.excess};
@@ -378,14 +395,18 @@ int gallop_state_check(const gallop_model *model, const gallop_state *state)
 {
     const int64_t most = (int64_t)1 << 53;   /* counts are observed as doubles, and go on from here */
     const int64_t count[] = {state->steps, state->substeps, state->iterations, state->refactorisations,
-                             state->halvings, state->last_iterations, state->last_substeps};
+                             state->halvings, state->rejections, state->last_iterations, state->last_substeps};
     if (state->magic != STATE_MAGIC || state->size != model->saved_size) return GALLOP_BAD_CALL;
     for (size_t i = 0; i < sizeof count / sizeof *count; i++)
         if (count[i] < 0 || count[i] > most) return GALLOP_BAD_CALL;
     bool ok = isfinite(state->time) && state->factored_step >= 0.0 && state->step_before > 0.0 &&
               state->rate >= 0.0 && state->sharpness > 0.0 && state->sharpness <= 1.0 &&
               !isnan(state->lowest_tension) && possible_instant(&state->now);
-    for (int i = 0; i < 16 * model->nodes; i++)   /* u v a a_before */
+    ok = ok && isfinite(state->last_step) && isfinite(state->wanted_step) && state->wanted_step > 0.0 &&
+         isfinite(state->run_origin);
+    for (int i = 0; i < 4; i++) ok = ok && isfinite(state->largest[i]) && state->largest[i] >= 0.0;
+    const int arrays = 4 + (by_gauss(model) ? GAUSS_ARRAYS : 0);
+    for (int i = 0; i < 4 * arrays * model->nodes; i++)
         ok = ok && isfinite(state->values[i]) && (i % 4 < model->unknowns || state->values[i] == 0.0);
     return ok ? GALLOP_COMPLETED : GALLOP_BAD_CALL;
 }
