@@ -1,0 +1,150 @@
+"""One run of a random scene, and what is checked of it."""
+
+from __future__ import annotations
+
+import math
+import time as clock
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gallop_fmu import Model, Outcome, Scene, SceneError, SimulationError
+from gallop_fmu.channels import NODE_CHANNELS, NODE_INDEX
+from gallop_fmu.energy import account
+from gallop_fmu.engine import Run
+from stress.scenes import Stress
+
+Array = NDArray[np.float64]
+
+ALL = np.arange(len(NODE_CHANNELS), dtype=np.int32)
+MOTION = slice(0, 12)
+GAUSS = 1.0 / math.sqrt(3.0)
+
+
+@dataclass
+class Verdict:
+    """How a run ended, and what its checks found.
+
+    Attributes
+    ----------
+    name
+        Seed and number of the scene.
+    outcome
+        Name of the outcome; "scene refused" if the scene was not valid.
+    steps, halvings, iterations
+        Work done.
+    imbalance
+        Worst energy imbalance over the turnover.
+    tension_error
+        Largest difference of a mid-side node's tension from Hooke's law, over the largest tension.
+    amplitude
+        Largest displacement over the span's length.
+    seconds
+        Processor time [s].
+    faults
+        What must not be: one text each.
+    """
+
+    name: str
+    outcome: str
+    message: str = ""
+    steps: int = 0
+    halvings: int = 0
+    iterations: int = 0
+    imbalance: float = 0.0
+    tension_error: float = 0.0
+    amplitude: float = 0.0
+    seconds: float = 0.0
+    faults: list[str] = field(default_factory=list)
+
+
+def judge(stress: Stress) -> Verdict:
+    """Run a random scene and check it."""
+    began = clock.process_time()
+    verdict = Verdict(stress.name, "completed")
+    try:
+        _run(stress, verdict)
+    except SceneError as refused:
+        verdict.outcome, verdict.message = "scene refused", str(refused)
+    except SimulationError as failed:
+        verdict.outcome, verdict.message = failed.report.outcome.name.lower(), str(failed)
+    verdict.seconds = clock.process_time() - began
+    return verdict
+
+
+def _run(stress: Stress, verdict: Verdict) -> None:
+    scene = Scene.from_dict(stress.data)
+    model = Model(scene)
+    run, first = _records(stress, model)
+    report = run.report
+    verdict.outcome, verdict.message = report.outcome.name.lower(), str(report)
+    verdict.steps, verdict.halvings, verdict.iterations = len(run.span_values), report.halvings, report.iterations
+    nodes = np.concatenate([first.node_values, run.node_values]).transpose(0, 2, 1)
+    span = np.concatenate([first.span_values, run.span_values])
+    if not (np.isfinite(nodes).all() and np.isfinite(span).all()):
+        verdict.faults.append("a recorded value is not finite")
+        return
+    verdict.amplitude = float(np.abs(nodes[..., :3]).max()) / scene.span.length
+    if verdict.amplitude > 1.0:
+        verdict.faults.append(f"amplitude of {verdict.amplitude:.3g} spans")
+    if not np.all(nodes[..., NODE_INDEX["tension"]][:, 1::2] >= 0.0):
+        verdict.faults.append("recorded tension is below zero")
+    verdict.tension_error = tension_error(model, nodes)
+    time = stress.step * np.arange(len(span))
+    inputs = stress.inputs if stress.reversal else None
+    verdict.imbalance = account(model, time, nodes[..., MOTION], span, inputs).worst
+
+
+def _records(stress: Stress, model: Model) -> tuple[Run, Run]:
+    """All channels at all nodes after each step, and at the start."""
+    nodes = np.arange(model.nodes, dtype=np.int32)
+    inputs = stress.inputs if stress.reversal else None
+    state = model.start(0.0, inputs(0.0) if inputs else None)
+
+    def now() -> tuple[Array, Array]:
+        return np.array([state.observe_node(int(node)) for node in nodes]).T, state.observe_span()
+
+    start = now()
+    report = None
+    if inputs is None:
+        run = state.run(stress.steps, 1, ALL, nodes)
+        report = run.report
+    else:
+        rows = []
+        try:
+            for i in range(stress.steps):
+                report = state.advance((i + 1) * stress.step, inputs(i * stress.step))
+                rows.append(now())
+        except SimulationError as failed:
+            report = failed.report
+        assert report is not None
+        run = Run(
+            np.array([row[0] for row in rows]).reshape(-1, len(ALL), len(nodes)),
+            np.array([row[1] for row in rows]).reshape(-1, len(start[1])),
+            report,
+        )
+    assert report.outcome is not Outcome.STOPPED_BY_USER
+    return run, Run(start[0][np.newaxis], start[1][np.newaxis], report)
+
+
+def tension_error(model: Model, nodes: Array) -> float:
+    """Largest difference between recorded tensions and Hooke's law on the recorded elongations, over the largest.
+
+    At mid-side nodes, where the recorded tension is the mean of both Gauss points; nodes (time, node, channel).
+    """
+    stiffness, equilibrium = model.scene.conductor.axial_stiffness, model.equilibrium()
+    reference = _slopes(equilibrium.x[np.newaxis])[0]
+    stretch0 = np.linalg.norm(reference, axis=-1)
+    moved = _slopes(equilibrium.x + nodes[..., :3])
+    stretch = np.linalg.norm(moved, axis=-1) / stretch0
+    initial = equilibrium.horizontal_tension * stretch0 / reference[..., 0]
+    force = (initial + stiffness * 0.5 * (stretch**2 - 1.0)) * stretch
+    recorded = nodes[:, 1::2, NODE_INDEX["tension"]]
+    return float(np.abs(force.mean(axis=-1) - recorded).max() / np.abs(recorded).max())
+
+
+def _slopes(x: Array) -> Array:
+    """dx/dxi at both Gauss points of each element, (time, element, point, 3), from nodes (time, node, 3)."""
+    left, middle, right = x[:, :-2:2], x[:, 1::2], x[:, 2::2]
+    return np.stack([(xi - 0.5) * left - 2.0 * xi * middle + (xi + 0.5) * right for xi in (-GAUSS, GAUSS)], axis=2)
