@@ -21,6 +21,12 @@ ALL = np.arange(len(NODE_CHANNELS), dtype=np.int32)
 MOTION = slice(0, 12)
 GAUSS = 1.0 / math.sqrt(3.0)
 
+CLOSED = 0.05
+"""Energy imbalance over the turnover that a completed run may have without a warning in its report."""
+
+AGREEMENT = 1e-6
+"""Relative difference of tensions and elongations; the horizontal tension of a mesh is known to no less."""
+
 
 @dataclass
 class Verdict:
@@ -34,6 +40,10 @@ class Verdict:
         Name of the outcome; "scene refused" if the scene was not valid.
     steps, halvings, iterations
         Work done.
+    doubtful
+        Whether the report warns of halved steps.
+    axial
+        Time step over the period of the first axial mode.
     imbalance
         Worst energy imbalance over the turnover.
     tension_error
@@ -51,7 +61,9 @@ class Verdict:
     message: str = ""
     steps: int = 0
     halvings: int = 0
+    doubtful: bool = False
     iterations: int = 0
+    axial: float = 0.0
     imbalance: float = 0.0
     tension_error: float = 0.0
     amplitude: float = 0.0
@@ -80,6 +92,10 @@ def _run(stress: Stress, verdict: Verdict) -> None:
     report = run.report
     verdict.outcome, verdict.message = report.outcome.name.lower(), str(report)
     verdict.steps, verdict.halvings, verdict.iterations = len(run.span_values), report.halvings, report.iterations
+    verdict.doubtful = report.doubtful
+    mass = scene.conductor.mass_per_length + scene.ice.mass_per_length
+    wave = math.sqrt(scene.conductor.axial_stiffness / mass)
+    verdict.axial = stress.step * wave / (2.0 * model.equilibrium().length)
     nodes = np.concatenate([first.node_values, run.node_values]).transpose(0, 2, 1)
     span = np.concatenate([first.span_values, run.span_values])
     if not (np.isfinite(nodes).all() and np.isfinite(span).all()):
@@ -91,9 +107,13 @@ def _run(stress: Stress, verdict: Verdict) -> None:
     if not np.all(nodes[..., NODE_INDEX["tension"]][:, 1::2] >= 0.0):
         verdict.faults.append("recorded tension is below zero")
     verdict.tension_error = tension_error(model, nodes)
+    if verdict.tension_error > AGREEMENT:
+        verdict.faults.append(f"tension and elongation differ by {verdict.tension_error:.3g}")
     time = stress.step * np.arange(len(span))
     inputs = stress.inputs if stress.reversal else None
     verdict.imbalance = account(model, time, nodes[..., MOTION], span, inputs).worst
+    if report.outcome is Outcome.COMPLETED and verdict.imbalance > CLOSED and not report.doubtful:
+        verdict.faults.append(f"energy is out of balance by {verdict.imbalance:.3g}, and no warning")
 
 
 def _records(stress: Stress, model: Model) -> tuple[Run, Run]:

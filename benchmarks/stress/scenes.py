@@ -20,7 +20,7 @@ from gallop_fmu import Inputs
 BLOCK = 500
 """Scenes of one Latin hypercube; more runs take further hypercubes."""
 
-WORK, FEWEST, MOST = 8000, 40, 240
+WORK, FEWEST, MOST = 6000, 40, 200
 """Elements times steps of a run, and the fewest and most steps."""
 
 GRAVITY = 9.81
@@ -263,7 +263,7 @@ def _loads(x: Point, rng: Generator, line: Line, duration: float) -> list[Data]:
     if x["load"] > 0.8:
         law = {"kind": "harmonic", "amplitude": 1.0, "frequency_hz": float(rng.uniform(1.0, 8.0)) / duration}
     else:
-        law = {"kind": "pulse", "peak": 1.0, "rise": 0.3 * duration, "fall_start": 0.5 * duration, "fall": 0.0}
+        law = {"kind": "pulse", "peak": 1.0, "rise": 0.3 * duration, "fall_start": 0.503 * duration, "fall": 0.0}
     place = {"position": float(rng.uniform(0.02, 0.98))} if points == 1 else {"evenly_spaced": points}
     torque = size * line.diameter * rng.uniform(-1.0, 1.0)
     return [{"force": list(size * rng.uniform(-1.0, 1.0, 3)), "torque": torque, "law": law, **place}]
