@@ -42,6 +42,8 @@ class EnergyBalance:
         Support springs belong to the span; their static preload does no work.
     dissipated
         Energy [J] lost to structural damping since the first record.
+    round_off
+        Energy [J] that says nothing: rounding of tension times length.
     """
 
     time: Array
@@ -51,6 +53,7 @@ class EnergyBalance:
     loads: Array
     supports: Array
     dissipated: Array
+    round_off: float
 
     @property
     def imbalance(self) -> Array:
@@ -66,8 +69,8 @@ class EnergyBalance:
 
     @property
     def worst(self) -> float:
-        """Largest imbalance over the `turnover`; 0 where nothing moves."""
-        return float(np.abs(self.imbalance).max()) / self.turnover if self.turnover > 0.0 else 0.0
+        """Largest imbalance over the `turnover`."""
+        return float(np.abs(self.imbalance).max()) / (self.turnover + self.round_off)
 
 
 def energy_balance(result: Result) -> EnergyBalance:
@@ -129,7 +132,8 @@ def account(
         if model.scene.loads:
             loads[i] = -model.residual(still, still, still, time=t, inputs=calm)
     place = np.array([_tower_points(model, float(t), inputs) for t in time])
-    pull = model.equilibrium().support_force.ravel() - span[:, FORCES]  # on the cable, without the static force
+    rest = model.equilibrium()
+    pull = rest.support_force.ravel() - span[:, FORCES]  # on the cable, without the static force
     return EnergyBalance(
         time=np.asarray(time),
         kinetic=span[:, SPAN_INDEX["kinetic_energy"]],
@@ -138,6 +142,7 @@ def account(
         loads=_work(loads, u),
         supports=_work(pull, place),
         dissipated=_work(damping, u),
+        round_off=float(np.finfo(np.float64).eps) * rest.horizontal_tension * rest.length,
     )
 
 

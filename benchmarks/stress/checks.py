@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import math
 import time as clock
+from collections.abc import Callable
 from dataclasses import dataclass, field
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,8 +14,8 @@ from numpy.typing import NDArray
 from gallop_fmu import Model, Outcome, Scene, SceneError, SimulationError
 from gallop_fmu.channels import NODE_CHANNELS, NODE_INDEX
 from gallop_fmu.energy import account
-from gallop_fmu.engine import Run
-from stress.scenes import Stress
+from gallop_fmu.engine import Run, State
+from stress.scenes import Stress, stress_scene
 
 Array = NDArray[np.float64]
 
@@ -23,6 +25,9 @@ GAUSS = 1.0 / math.sqrt(3.0)
 
 CLOSED = 0.05
 """Energy imbalance over the turnover that a completed run may have without a warning in its report."""
+
+PATIENCE, PORTION = 100_000, 5
+"""Elements times Newton iterations after which a run is cut short, and steps between two looks at that."""
 
 AGREEMENT = 1e-6
 """Relative difference of tensions and elongations; the horizontal tension of a mesh is known to no less."""
@@ -69,6 +74,11 @@ class Verdict:
     amplitude: float = 0.0
     seconds: float = 0.0
     faults: list[str] = field(default_factory=list)
+
+
+def judge_scene(task: tuple[int, int, dict[str, Any]]) -> Verdict:
+    """Judge the scene of a seed and a number, with some values of its numerics replaced."""
+    return judge(stress_scene(*task))
 
 
 def judge(stress: Stress) -> Verdict:
@@ -125,27 +135,37 @@ def _records(stress: Stress, model: Model) -> tuple[Run, Run]:
     def now() -> tuple[Array, Array]:
         return np.array([state.observe_node(int(node)) for node in nodes]).T, state.observe_span()
 
-    start = now()
-    report = None
-    if inputs is None:
-        run = state.run(stress.steps, 1, ALL, nodes)
-        report = run.report
-    else:
-        rows = []
+    start, done = now(), 0
+    parts: list[Run] = []
+    while done < stress.steps and (not parts or parts[-1].report.outcome is Outcome.COMPLETED):
+        count = min(PORTION, stress.steps - done)
+        if inputs:
+            parts.append(_driven(stress, state, done, count, now))
+        else:
+            parts.append(state.run(count, 1, ALL, nodes, first=done))
+        done += count
+        if parts[-1].report.iterations * model.elements > PATIENCE:
+            break
+    run = Run(
+        np.concatenate([part.node_values for part in parts]),
+        np.concatenate([part.span_values for part in parts]),
+        parts[-1].report,
+    )
+    return run, Run(start[0][np.newaxis], start[1][np.newaxis], run.report)
+
+
+def _driven(stress: Stress, state: State, done: int, count: int, now: Callable[[], tuple[Array, Array]]) -> Run:
+    """Steps driven by inputs, as `State.run` gives them."""
+    rows: list[tuple[Array, Array]] = []
+    for i in range(done, done + count):
         try:
-            for i in range(stress.steps):
-                report = state.advance((i + 1) * stress.step, inputs(i * stress.step))
-                rows.append(now())
+            report = state.advance((i + 1) * stress.step, stress.inputs(i * stress.step))
         except SimulationError as failed:
             report = failed.report
-        assert report is not None
-        run = Run(
-            np.array([row[0] for row in rows]).reshape(-1, len(ALL), len(nodes)),
-            np.array([row[1] for row in rows]).reshape(-1, len(start[1])),
-            report,
-        )
-    assert report.outcome is not Outcome.STOPPED_BY_USER
-    return run, Run(start[0][np.newaxis], start[1][np.newaxis], report)
+            break
+        rows.append(now())
+    nodes, span = (np.array([row[k] for row in rows]).reshape(len(rows), *now()[k].shape) for k in range(2))
+    return Run(nodes, span, report)
 
 
 def tension_error(model: Model, nodes: Array) -> float:

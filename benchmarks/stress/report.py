@@ -12,7 +12,9 @@ from matplotlib.axes import Axes
 from matplotlib.colors import LogNorm
 
 from stress.checks import AGREEMENT, CLOSED
-from stress.stability import CYCLES, LONGEST, MESHES, START, STEPS, WINDS, WINDOW, Cycle, error, largest_step
+from stress.scenes import FEWEST
+from stress.scenes import MOST as MOST_STEPS
+from stress.stability import CYCLE_STEPS, CYCLES, LONGEST, MESHES, MOST, START, STEPS, WINDS, WINDOW, Cycle, error, largest_step
 
 Data = dict[str, Any]
 
@@ -95,7 +97,7 @@ def _cycles(cycles: list[Cycle], folder: Path) -> str:
     ]  # fmt: skip
     return f"""## Time step and limit cycle
 
-Steady amplitude over the last {WINDOW:g} s of galloping, against that of steps of 2.5 ms; the horizontal one counts where
+Steady amplitude over the last {WINDOW:g} s of galloping, against that of steps of {CYCLE_STEPS[0] * 1e3:g} ms; the horizontal one counts where
 it is more than a twentieth of the vertical one. "Within" means at this step and at every shorter one tried.
 
 {table(head, rows)}
@@ -135,7 +137,7 @@ def _map(cells: list[Data], folder: Path) -> str:
 
 A hard start: example 3 (125.88 m, 15 kN) is let go at rest from {START["initial.seed_vertical"]} m up,
 {START["initial.seed_horizontal"]} m across and {START["initial.seed_twist"]} rad, with the wind on it at once, for
-{LONGEST:g} s or 2,000 steps. Letting go out of equilibrium starts axial waves, which long steps cannot follow. In the
+{LONGEST:g} s or {MOST:,} steps. Letting go out of equilibrium starts axial waves, which long steps cannot follow. In the
 picture a dot means that some steps were halved, a circled dot that more than a tenth were, a cross that the run gave up;
 the colour is the energy imbalance. "Up to" is the longest step of those tried at which it holds at every wind speed.
 
@@ -150,7 +152,7 @@ def _longest(cells: list[Data], holds: Any) -> str:
         if not all(holds(cell) for cell in cells if cell["step"] == step):
             break
         kept = step
-    return "below 1 ms" if kept is None else _step(kept)
+    return f"below {_step(STEPS[0])}" if kept is None else _step(kept)
 
 
 def _panel(axis: Axes, cells: list[Data]) -> Any:
@@ -197,7 +199,7 @@ def _scenes(found: Data) -> str:
 {len(runs) + len(lost)} spans by Latin hypercube (seed {found["seed"]}): length 20-1,500 m, sag 0.2-12 %, level or up to 1 in 2,
 wind 0-60 m/s (constant, jumps, gusts, waves, tables, and turning round through calm), ice up to three times the metal, at
 any side, any attack angle, tables and cubics, damping 0-10 %, ends rigid, sprung from 1 kN/m to 1 GN/m, or adjacent spans,
-moving towers, loads, 2-200 elements, steps 0.1-200 ms, starts from rest out of equilibrium. Each is run for 40 to 200
+moving towers, loads, 2-200 elements, steps 0.1-200 ms, starts from rest out of equilibrium. Each is run for {FEWEST} to {MOST_STEPS}
 steps in a process that may crash or hang without taking the others along.
 
 {table(["Outcome", "Runs"], outcomes)}

@@ -24,7 +24,7 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 from gallop_fmu import Model, Scene, SceneError, SimulationError  # noqa: E402
 from gallop_fmu.engine import build  # noqa: E402
 from stress import conservation, report, stability  # noqa: E402
-from stress.checks import judge  # noqa: E402
+from stress.checks import judge_scene  # noqa: E402
 from stress.scenes import stress_scene  # noqa: E402
 from stress.workers import Answer, answers  # noqa: E402
 
@@ -38,10 +38,8 @@ SAME_BITS = 40
 """Random scenes that are run again, recorded rarely, and in threads."""
 
 
-def random_scene(task: tuple[int, int, str]) -> dict[str, Any]:
-    seed, number, integrator = task
-    chosen = {name.split(".")[1]: value for name, value in stability.integrators()[integrator].items()}
-    return asdict(judge(stress_scene(seed, number, chosen)))
+def random_scene(task: tuple[int, int, dict[str, Any]]) -> dict[str, Any]:
+    return asdict(judge_scene(task))
 
 
 def map_cell(task: tuple[str, float, float, int]) -> dict[str, Any]:
@@ -107,7 +105,8 @@ def main() -> None:
     data["machine"] = f"{platform.system()} {platform.machine()}, Python {platform.python_version()}, {build()}"
     names = list(stability.integrators())
     if "scenes" in arguments.parts:
-        tasks = [(arguments.seed, number, name) for number in range(arguments.runs) for name in names]
+        chosen = [{key.split(".")[1]: value for key, value in each.items()} for each in stability.integrators().values()]
+        tasks = [(arguments.seed, number, values) for number in range(arguments.runs) for values in chosen]
         data["scenes"] = {"seed": arguments.seed, **carried_out(random_scene, tasks, arguments, RUN_LIMIT)}
     if "map" in arguments.parts:
         places = [

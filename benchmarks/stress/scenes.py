@@ -20,7 +20,7 @@ from gallop_fmu import Inputs
 BLOCK = 500
 """Scenes of one Latin hypercube; more runs take further hypercubes."""
 
-WORK, FEWEST, MOST = 6000, 40, 200
+WORK, FEWEST, MOST = 4000, 30, 120
 """Elements times steps of a run, and the fewest and most steps."""
 
 GRAVITY = 9.81

@@ -6,6 +6,7 @@ import multiprocessing as mp
 import resource
 import time
 from collections.abc import Callable, Iterable, Iterator
+from contextlib import suppress
 from dataclasses import dataclass
 from multiprocessing.connection import Connection, wait
 from multiprocessing.process import BaseProcess
@@ -42,12 +43,14 @@ def resident() -> float:
 
 
 def _serve(pipe: Connection, work: Callable[[Any], Any]) -> None:
-    while (task := pipe.recv()) is not None:
-        try:
-            value, lost = work(task), ""
-        except Exception as error:  # what is not a typed outcome
-            value, lost = None, f"exception {type(error).__name__}: {error}"
-        pipe.send((value, lost, resident()))
+    with suppress(EOFError, BrokenPipeError):  # the master is gone
+        pipe.send("ready")
+        while (task := pipe.recv()) is not None:
+            try:
+                value, lost = work(task), ""
+            except Exception as error:  # what is not a typed outcome
+                value, lost = None, f"exception {type(error).__name__}: {error}"
+            pipe.send((value, lost, resident()))
 
 
 def answers(work: Callable[[Any], Any], tasks: Iterable[Any], processes: int, limit: float) -> Iterator[Answer]:
@@ -68,6 +71,7 @@ def answers(work: Callable[[Any], Any], tasks: Iterable[Any], processes: int, li
         process = _CONTEXT.Process(target=_serve, args=(theirs, work), daemon=True)
         process.start()
         theirs.close()
+        ours.recv()  # the time limit does not count what Python takes to start
         give(process, ours)
 
     for _ in range(processes):
