@@ -84,11 +84,13 @@ def way_back(state: State, steps: int) -> float:
 
 
 def fingerprint(scene: gf.Scene, steps: int, every: int) -> str:
-    """Digest of all bits of the last record of a run, or of what came before its failure."""
+    """Digest of all bits of the last record of a run; of a run that fails, of how and when it does."""
     step = scene.numerics.time_step
     result = gf.simulate(
         scene, stop_time=steps * step, record_every=every, record_nodes="all", on_failure="return"
     )
+    if result.outcome is not gf.Outcome.COMPLETED:
+        return str(result.report)
     last = result.dataset.isel(time=-1)
     names = sorted(str(name) for name in last.data_vars)
     return hashlib.sha256(b"".join(last[name].values.tobytes() for name in names)).hexdigest()

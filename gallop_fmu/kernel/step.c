@@ -171,9 +171,10 @@ static void sum_up(const gallop_state *state, gallop_report *report)
     report->halvings = state->halvings;
 }
 
-/* `count` steps of size h; time is counted from `origin` so that round-off does not add up. */
-static int march(const gallop_model *model, gallop_state *state, const gallop_inputs *inputs, double origin, double h,
-                 int64_t count, gallop_report *report)
+/* `count` steps of size h, the first being number `before` + 1 since `origin`: times are products, so that round-off neither
+ * adds up nor depends on where a run is interrupted to record. */
+static int march(const gallop_model *model, gallop_state *state, const gallop_inputs *inputs, double origin, int64_t before,
+                 double h, int64_t count, gallop_report *report)
 {
     layout at = state_layout(model, state);
     for (int64_t i = 1; i <= count; i++) {
@@ -182,7 +183,7 @@ static int march(const gallop_model *model, gallop_state *state, const gallop_in
             sum_up(state, report);
             return outcome;
         }
-        state->time = origin + h * (double)i;
+        state->time = origin + h * (double)(before + i);
     }
     fail(report, GALLOP_COMPLETED, -1, state->time, 0.0, 0.0);   /* forget sub-steps that failed on the way */
     sum_up(state, report);
@@ -201,7 +202,7 @@ int gallop_advance(const gallop_model *model, gallop_state *state, const gallop_
     if (fabs(h - dt) < 1e-9 * dt) h = dt;   /* round-off in the host's clock must not cost a factorisation */
     layout at = state_layout(model, state);
     memcpy(at.saved, state, model->saved_size);
-    int outcome = march(model, state, inputs, origin, h, count, report);
+    int outcome = march(model, state, inputs, origin, 0, h, count, report);
     if (outcome == GALLOP_COMPLETED) state->time = until;
     else memcpy(state, at.saved, model->saved_size);
     return outcome;
@@ -214,8 +215,7 @@ int gallop_run(const gallop_model *model, gallop_state *state, int64_t first, in
     const double dt = model->scene.time_step, start = state->time - (double)(first * every) * dt;
     *done = 0;
     for (int64_t r = 0; r < records; r++) {
-        double origin = start + (double)((first + r) * every) * dt;
-        int outcome = march(model, state, NULL, origin, dt, every, report);
+        int outcome = march(model, state, NULL, start, (first + r) * every, dt, every, report);
         if (outcome) return outcome;
         for (int32_t n = 0; n < nodes; n++) {
             double values[GALLOP_NODE_CHANNELS];
