@@ -1,9 +1,9 @@
-"""Where the energy of a span comes from and where it goes: work of wind, loads and supports, dissipation, what is stored.
+"""Where the energy of a span comes from and where it goes: work of wind, loads and towers, damping, what is stored.
 
-An average-acceleration step (Newmark, beta 1/4, gamma 1/2) moves each unknown by the mean of its velocities, so that the
-mean of two inertia forces times the displacement between them is exactly the change of kinetic energy. Work is therefore
+An average-acceleration step (Newmark, beta 1/4, gamma 1/2) moves each unknown by the mean of its velocities. So the
+mean of two inertia forces times the displacement between them is exactly the change of kinetic energy, and work is
 summed as ``(F_n + F_n+1) / 2 . (u_n+1 - u_n)``. What the balance then leaves is the error of the step in the elastic
-forces and in the rotation of the eccentric ice, of second order in the step, and the steps between records.
+forces and in the rotation of the eccentric ice, of second order in the step, and whatever lies between records.
 """
 
 from __future__ import annotations
@@ -59,7 +59,7 @@ class EnergyBalance:
     def imbalance(self) -> Array:
         """Energy gained since the first record that no work accounts for [J]."""
         stored = self.kinetic + self.potential
-        return stored - stored[0] - (self.wind + self.loads + self.supports - self.dissipated)
+        return np.asarray(stored - stored[0] - (self.wind + self.loads + self.supports - self.dissipated))
 
     @property
     def turnover(self) -> float:

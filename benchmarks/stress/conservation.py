@@ -86,9 +86,7 @@ def way_back(state: State, steps: int) -> float:
 def fingerprint(scene: gf.Scene, steps: int, every: int) -> str:
     """Digest of all bits of the last record of a run; of a run that fails, of how and when it does."""
     step = scene.numerics.time_step
-    result = gf.simulate(
-        scene, stop_time=steps * step, record_every=every, record_nodes="all", on_failure="return"
-    )
+    result = gf.simulate(scene, stop_time=steps * step, record_every=every, record_nodes="all", on_failure="return")
     if result.outcome is not gf.Outcome.COMPLETED:
         return str(result.report)
     last = result.dataset.isel(time=-1)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
+from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
@@ -11,10 +12,9 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.colors import LogNorm
 
+from stress import scenes, stability
 from stress.checks import AGREEMENT, CLOSED
-from stress.scenes import FEWEST
-from stress.scenes import MOST as MOST_STEPS
-from stress.stability import CYCLE_STEPS, CYCLES, LONGEST, MESHES, MOST, START, STEPS, WINDS, WINDOW, Cycle, error, largest_step
+from stress.stability import CYCLES, MESHES, STEPS, WINDS, Cycle, error, largest_step
 
 Data = dict[str, Any]
 
@@ -70,20 +70,22 @@ def _step(seconds: float) -> str:
 
 def _cycles(cycles: list[Cycle], folder: Path) -> str:
     rows, kinds = [], list(dict.fromkeys(found.integrator for found in cycles))
-    figure, axes = plt.subplots(1, len(kinds), figsize=(5.0 + 3.5 * len(kinds), 4.6), squeeze=False, layout="constrained")
+    figure, axes = plt.subplots(1, len(kinds), figsize=(4.0 + 4.5 * len(kinds), 4.6), squeeze=False)
     for axis, kind in zip(axes[0], kinds, strict=True):
         for name in CYCLES:
             own = sorted((c for c in cycles if (c.integrator, c.name) == (kind, name)), key=lambda c: c.step)
             reference = own[0]
             ended = [c for c in own if c.outcome != "completed"]
+            halved = [c for c in own if c.halvings]
             steps = [largest_step(own, bound) for bound in (0.01, 0.05)]
             rows.append([
                 kind, name, f"{reference.vertical:.3f} / {reference.horizontal:.3f} m", f"{reference.frequency:.3f} Hz",
                 *(f"{_step(step)} ({1.0 / (reference.frequency * step):.0f} a period)" for step in steps),
-                _step(min((c.step for c in own if c.halvings), default=np.nan)) if any(c.halvings for c in own) else "none",
+                _step(halved[0].step) if halved else "none",
                 f"{_step(ended[0].step)}: {ended[0].outcome.replace('_', ' ')}" if ended else "none",
             ])  # fmt: skip
-            axis.loglog([c.step for c in own[1:]], [100.0 * error(c, reference) for c in own[1:]], "o-", ms=4, label=name)
+            errors = [100.0 * error(c, reference) for c in own[1:]]
+            axis.loglog([c.step for c in own[1:]], errors, "o-", ms=4, label=name)
         for bound in (1.0, 5.0):
             axis.axhline(bound, color="0.6", lw=0.8, ls="--")
         axis.set(title=kind, xlabel="time step [s]", ylabel="error of the steady amplitude [%]", ylim=(1e-3, 200.0))
@@ -97,8 +99,10 @@ def _cycles(cycles: list[Cycle], folder: Path) -> str:
     ]  # fmt: skip
     return f"""## Time step and limit cycle
 
-Steady amplitude over the last {WINDOW:g} s of galloping, against that of steps of {CYCLE_STEPS[0] * 1e3:g} ms; the horizontal one counts where
-it is more than a twentieth of the vertical one. "Within" means at this step and at every shorter one tried.
+Steady amplitude over the last {stability.WINDOW:g} s of galloping with {stability.CYCLE_ELEMENTS} elements, against
+that of steps of {1e3 * stability.CYCLE_STEPS[0]:g} ms; the horizontal one counts where it is more than
+{stability.PARTNER:.0%} of the vertical one. "Within" means at this step and at every shorter one tried, up to
+{stability.CYCLE_STEPS[-1]:g} s.
 
 {table(head, rows)}
 
@@ -128,18 +132,20 @@ def _map(cells: list[Data], folder: Path) -> str:
             closed = _longest(here, lambda cell: cell["outcome"] == "completed" and cell["imbalance"] < CLOSED)
             ended = _longest(here, lambda cell: cell["outcome"] == "completed")
             early = Counter(cell["outcome"].replace("_", " ") for cell in here if cell["outcome"] != "completed")
-            rows.append([kind, str(mesh), whole, closed, ended, ", ".join(f"{v} {k}" for k, v in early.items()) or "none"])
+            said = ", ".join(f"{count} {name}" for name, count in early.items()) or "none"
+            rows.append([kind, str(mesh), whole, closed, ended, said])
+    start = list(stability.START.values())
     head = [
         "Integrator", "Elements", "No step halved up to", f"Energy within {CLOSED:.0%} up to", "All runs end up to",
         f"Early ends of {len(STEPS) * len(WINDS)}",
     ]  # fmt: skip
     return f"""## Time step, wind and mesh
 
-A hard start: example 3 (125.88 m, 15 kN) is let go at rest from {START["initial.seed_vertical"]} m up,
-{START["initial.seed_horizontal"]} m across and {START["initial.seed_twist"]} rad, with the wind on it at once, for
-{LONGEST:g} s or {MOST:,} steps. Letting go out of equilibrium starts axial waves, which long steps cannot follow. In the
-picture a dot means that some steps were halved, a circled dot that more than a tenth were, a cross that the run gave up;
-the colour is the energy imbalance. "Up to" is the longest step of those tried at which it holds at every wind speed.
+A hard start: example 3 (125.88 m, 15 kN) is let go at rest from {start[0]} m up, {start[1]} m across and {start[2]}
+rad, with the wind on it at once, for {stability.LONGEST:g} s or {stability.MOST:,} steps. Letting go out of
+equilibrium starts axial waves, which long steps cannot follow. In the picture a dot means that some steps were
+halved, a circled dot that more than a tenth were, a cross that the run gave up; the colour is the energy imbalance.
+"Up to" is the longest step of those tried at which it holds at every wind speed.
 
 {table(head, rows)}
 
@@ -172,8 +178,8 @@ def _panel(axis: Axes, cells: list[Data]) -> Any:
     return image
 
 
-def _scenes(found: Data) -> str:
-    runs, lost = found["values"], found["lost"]
+def _scenes(data: Data) -> str:
+    runs, lost = data["values"], data["lost"]
     counts = Counter(run["outcome"].replace("_", " ") for run in runs)
     counts.update(text.split(": ", 1)[1].split(",")[0].split(" ")[0] for text in lost)
     outcomes = [[name, str(count)] for name, count in counts.most_common()]
@@ -181,26 +187,27 @@ def _scenes(found: Data) -> str:
     moved = [run for run in runs if run["steps"] > 0]
     faults = [f"- {run['name']}: {text}" for run in runs for text in run["faults"]] + [f"- {text}" for text in lost]
     rows = []
-    for low, high in zip(AXIAL[:-1], AXIAL[1:], strict=True):
+    for low, high in pairwise(AXIAL):
         row = [f"{low:g} to {high:g}"]
         for doubtful in (False, True):
             values = [r["imbalance"] for r in completed if low <= r["axial"] < high and r["doubtful"] == doubtful]
-            row += [str(len(values))]
-            row += [f"{np.median(values):.1e} / {np.quantile(values, 0.9):.1e} / {max(values):.1e}"] if values else ["-"]
+            found = np.quantile(values, [0.5, 0.9, 1.0]) if values else []
+            row += [str(len(values)), " / ".join(f"{value:.1e}" for value in found) or "-"]
         rows.append(row)
     head = ["Step over axial period", "Runs without warning", "Imbalance: half / nine tenths / all below"]
     head += ["Runs with warning", "Imbalance"]
     worst = max(moved, key=lambda run: run["tension_error"])
-    memory = found["memory"]
+    memory = data["memory"]
     growth = np.median(memory[-len(memory) // 10 :]) - np.median(memory[len(memory) // 10 : 2 * len(memory) // 10])
     spoken = {True: "none", False: "\n" + "\n".join(faults[:40])}[not faults]
     return f"""## Random spans
 
-{len(runs) + len(lost)} spans by Latin hypercube (seed {found["seed"]}): length 20-1,500 m, sag 0.2-12 %, level or up to 1 in 2,
-wind 0-60 m/s (constant, jumps, gusts, waves, tables, and turning round through calm), ice up to three times the metal, at
-any side, any attack angle, tables and cubics, damping 0-10 %, ends rigid, sprung from 1 kN/m to 1 GN/m, or adjacent spans,
-moving towers, loads, 2-200 elements, steps 0.1-200 ms, starts from rest out of equilibrium. Each is run for {FEWEST} to {MOST_STEPS}
-steps in a process that may crash or hang without taking the others along.
+{len(runs) + len(lost):,} spans by Latin hypercube (seed {data["seed"]}): length 20-1,500 m, sag 0.2-12 %, level or up
+to 1 in 2, wind 0-60 m/s (constant, jumps, gusts, waves, tables, and turning round through calm), ice up to three
+times the metal, at any side, any attack angle, tables and cubics, damping 0-10 %, ends rigid, sprung from 1 kN/m to 1
+GN/m, or adjacent spans, moving towers, loads, 2-200 elements, steps 0.1-200 ms, starts from rest out of equilibrium.
+Each is run for {scenes.FEWEST} to {scenes.MOST} steps, less where many steps are halved, in a process that may crash
+or hang without taking the others along.
 
 {table(["Outcome", "Runs"], outcomes)}
 
@@ -212,9 +219,9 @@ halved steps. Violations: {spoken}.
 
 {table(head, rows)}
 
-Memory of a worker process grew by {growth:.2f} MiB between the first and the last tenth of the runs. The longest run took
-{max(run["seconds"] for run in runs):.1f} s, all together {sum(run["seconds"] for run in runs) / 60.0:.1f} minutes of
-processor time."""
+Memory of a worker process grew by {growth:.2f} MiB between the second and the last tenth of the runs. The longest run
+took {max(run["seconds"] for run in runs):.1f} s, all together {sum(run["seconds"] for run in runs) / 60.0:.1f}
+minutes of processor time."""
 
 
 def _conservation(runs: list[Data], bits: Data) -> str:
@@ -232,8 +239,8 @@ def _conservation(runs: list[Data], bits: Data) -> str:
     said = ", ".join(f"{name}: {'the same bits' if same else 'OTHER BITS'}" for name, same in bits.items())
     return f"""## What is conserved
 
-Example 3 without wind and damping, at its own step of 10 ms: relative error of the energy over the run, its linear trend
-over the whole, and the scatter about it. "Smooth": loads let go within half a second; "rough": let go at rest out of
+Example 3 without wind and damping, at its own step of 10 ms: relative error of the energy over the run, its trend over
+the whole, and the scatter about it. "Smooth": loads let go within half a second; "rough": let go at rest out of
 equilibrium, so that axial waves run. "Way back": distance from the start after 20,000 steps of the smooth motion and as
 many with the velocities turned round, over the distance gone.
 

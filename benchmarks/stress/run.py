@@ -21,12 +21,12 @@ from typing import Any
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 
-from gallop_fmu import Model, Scene, SceneError, SimulationError  # noqa: E402
-from gallop_fmu.engine import build  # noqa: E402
-from stress import conservation, report, stability  # noqa: E402
-from stress.checks import judge_scene  # noqa: E402
-from stress.scenes import stress_scene  # noqa: E402
-from stress.workers import Answer, answers  # noqa: E402
+from gallop_fmu import Model, Scene, SceneError, SimulationError
+from gallop_fmu.engine import build
+from stress import conservation, report, stability
+from stress.checks import judge_scene
+from stress.scenes import stress_scene
+from stress.workers import Answer, answers
 
 PARTS = ("scenes", "map", "cycles", "conservation")
 DOCS = Path(__file__).resolve().parents[2] / "docs"
@@ -105,8 +105,11 @@ def main() -> None:
     data["machine"] = f"{platform.system()} {platform.machine()}, Python {platform.python_version()}, {build()}"
     names = list(stability.integrators())
     if "scenes" in arguments.parts:
-        chosen = [{key.split(".")[1]: value for key, value in each.items()} for each in stability.integrators().values()]
-        tasks = [(arguments.seed, number, values) for number in range(arguments.runs) for values in chosen]
+        tasks = [
+            (arguments.seed, number, {key.split(".")[1]: value for key, value in chosen.items()})
+            for number in range(arguments.runs)
+            for chosen in stability.integrators().values()
+        ]
         data["scenes"] = {"seed": arguments.seed, **carried_out(random_scene, tasks, arguments, RUN_LIMIT)}
     if "map" in arguments.parts:
         places = [

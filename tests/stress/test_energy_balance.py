@@ -37,7 +37,7 @@ def test_the_balance_closes_with_the_square_of_the_step(case):
 
 
 def test_each_part_counts():
-    """Leaving one of the parts out, or the wind's work in a damped run, opens the balance by far more than the bound."""
+    """Leaving one of the parts out opens the balance by far more than the bound."""
     balance = balanced("example3", RISING, 0.01)
     for part in (balance.wind, balance.dissipated):
         assert np.abs(part).max() > 1e3 * np.abs(balance.imbalance).max()

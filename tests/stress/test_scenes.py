@@ -1,5 +1,7 @@
-"""Random spans far from comfort: every run ends in a typed outcome, and what completes is physics. In processes of their
-own, so that a crash or a hang is a failed test; the long run is benchmarks/stress/run.py."""
+"""Random spans far from comfort: every run ends in a typed outcome, and what completes is physics.
+
+In processes of their own, so that a crash or a hang is a failed test; the long run is benchmarks/stress/run.py.
+"""
 
 import math
 import signal

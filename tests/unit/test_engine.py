@@ -91,7 +91,7 @@ def test_a_run_in_pieces_has_the_same_bits(model):
 
 
 def test_recording_does_not_move_the_instants_at_which_laws_are_read(model):
-    """Times of steps are the same products, however often a run is interrupted; the wind would differ in its last bit."""
+    """Times are the same products however often a run is interrupted; else the wind differs in its last bit."""
     gusts = {"kind": "harmonic", "mean": 7.0, "amplitude": 2.0, "frequency_hz": 0.71}
     gusty = Model(model.scene.with_values({"wind.speed": None, "wind.history": gusts, "numerics.time_step": 0.0123}))
     whole, portions = gusty.start(), gusty.start()
