@@ -99,8 +99,8 @@ class Report:
     def doubtful(self) -> bool:
         """Whether so many steps had to be halved that the energy of the motion need not be right.
 
-        Of thousands of random runs whose steps were not halved none was out of balance by more than a few per cent of
-        its energy; of those with many halved steps some were by several times of it (docs/stability.md).
+        A cheap sign: of random runs without it one in thousands was out of balance by more than a few per cent of its
+        energy, of those with it two in five (docs/stability.md). `gallop_fmu.energy.energy_balance` is the sure test.
         """
         return self.halvings > DOUBTFUL_SHARE * self.steps
 

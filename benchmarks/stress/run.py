@@ -1,6 +1,6 @@
 """Runs what is too long for the tests, and writes docs/stability.md with its pictures, and a JSON file of all numbers.
 
-Usage: python benchmarks/stress/run.py --runs 10000 --seed 1 (about half an hour on two cores)
+Usage: python benchmarks/stress/run.py --runs 10000 --seed 1 (about ten minutes on two idle cores)
 
 `--parts` chooses among random scenes (scenes), the map of step, wind and mesh (map), limit cycles (cycles) and
 conservation (conservation); what is not run again is kept from the JSON file.
@@ -69,7 +69,7 @@ def bits(seed: int) -> dict[str, Any]:
         stress = stress_scene(seed, number)
         try:
             scene = Scene.from_dict(stress.data)
-            Model(scene)
+            Model(scene).start()
         except (SceneError, SimulationError):
             continue
         scenes.append(scene)
@@ -104,6 +104,10 @@ def main() -> None:
     data = json.loads(arguments.json.read_text(encoding="utf-8")) if arguments.json.exists() else {}
     data["machine"] = f"{platform.system()} {platform.machine()}, Python {platform.python_version()}, {build()}"
     names = list(stability.integrators())
+
+    def keep() -> None:
+        arguments.json.write_text(json.dumps(data), encoding="utf-8")
+
     if "scenes" in arguments.parts:
         tasks = [
             (arguments.seed, number, {key.split(".")[1]: value for key, value in chosen.items()})
@@ -111,19 +115,22 @@ def main() -> None:
             for chosen in stability.integrators().values()
         ]
         data["scenes"] = {"seed": arguments.seed, **carried_out(random_scene, tasks, arguments, RUN_LIMIT)}
+        keep()
     if "map" in arguments.parts:
         places = [
             (n, h, w, e) for n in names for e in stability.MESHES for w in stability.WINDS for h in stability.STEPS
         ]
         data["map"] = carried_out(map_cell, places, arguments, LONG_LIMIT)
+        keep()
     if "cycles" in arguments.parts:
         runs = [(n, c, h) for n in names for h in stability.CYCLE_STEPS for c in stability.CYCLES]
         data["cycles"] = carried_out(limit_cycle, runs, arguments, LONG_LIMIT)
+        keep()
     if "conservation" in arguments.parts:
         starts = [(name, start) for name in names for start in ("smooth", "rough")]
         data["conservation"] = carried_out(conserved, starts, arguments, LONG_LIMIT)
         data["bits"] = bits(arguments.seed)
-    arguments.json.write_text(json.dumps(data), encoding="utf-8")
+        keep()
     report.write(data, arguments.out)
 
 

@@ -13,11 +13,11 @@ CALM = {"initial.seed_vertical": 0.0, "initial.seed_horizontal": 0.0, "numerics.
 RISING = {"wind.speed": None, "wind.history": {"kind": "ramp", "initial": 0.0, "final": 6.0, "duration": 3.0}}
 SWAYING = {"wind.speed": 0.0, "supports.left.motion": {"x1": SWAY, "x2": SWAY, "x3": SWAY}}
 CASES = {
-    "wind on springs": ("example2", RISING, "wind", 2.93),
-    "wind between rigid ends": ("example3", RISING, "wind", 1.18),
-    "loads": ("example1", {}, "loads", 8.07),
-    "moving tower, springs": ("example2", SWAYING, "supports", 5.30),
-    "moving tower, rigid": ("example3", SWAYING, "supports", None),
+    "wind on springs": ("example2", RISING, "wind"),
+    "wind between rigid ends": ("example3", RISING, "wind"),
+    "loads": ("example1", {}, "loads"),
+    "moving tower, springs": ("example2", SWAYING, "supports"),
+    "moving tower, rigid": ("example3", SWAYING, "supports"),
 }
 
 
@@ -29,11 +29,11 @@ def balanced(name, values, step):
 
 @pytest.mark.parametrize("case", CASES)
 def test_the_balance_closes_with_the_square_of_the_step(case):
-    name, values, work, _ = CASES[case]
+    name, values, work = CASES[case]
     coarse, fine = balanced(name, values, 0.02), balanced(name, values, 0.01)
     assert np.abs(getattr(fine, work)).max() > 0.3
-    assert fine.worst < 1e-5
-    assert coarse.worst / fine.worst == pytest.approx(4.0, rel=0.1)
+    assert fine.worst < 5e-6  # observed 3e-8 to 1.5e-6
+    assert coarse.worst / fine.worst == pytest.approx(4.0, rel=0.05)  # observed 3.99 to 4.09
 
 
 def test_each_part_counts():
@@ -67,12 +67,12 @@ def test_memory_order_of_a_motion_does_not_matter():
 
 
 def test_a_run_of_halved_steps_says_that_it_is_doubtful():
-    """Let go out of equilibrium, with steps of several axial periods: it ends, and its energy is wrong by half."""
+    """Let go out of equilibrium, with steps of several axial periods: it ends, and its energy is wrong."""
     rough = {"initial.seed_vertical": 0.3, "initial.seed_horizontal": 0.1, "initial.seed_twist": 0.2}
     scene = gf.load_scene("example3").with_values({**rough, "numerics.time_step": 0.2, "aerodynamics.outside": "hold"})
     result = gf.simulate(scene, stop_time=20.0, record_nodes="all", record_every=1, channels=MOTION_CHANNELS)
     assert result.outcome is Outcome.COMPLETED
-    assert energy_balance(result).worst > 0.05  # observed
+    assert energy_balance(result).worst > 0.05  # observed 0.072; 1e-4 with steps of 10 ms
     assert result.report.doubtful
     assert "reduce numerics.time_step" in str(result.report)
     assert "halved" in result.dataset.attrs["message"]

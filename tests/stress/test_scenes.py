@@ -20,7 +20,7 @@ from gallop_fmu.channels import NODE_INDEX
 FOLDER = Path(__file__).resolve().parents[2] / "benchmarks"
 sys.path[:0] = [str(FOLDER)]
 
-from stress.checks import ALL, CLOSED, judge_scene, tension_error  # noqa: E402
+from stress.checks import ALL, judge_scene, tension_error  # noqa: E402
 from stress.scenes import AXES, BLOCK, _hypercube, stress_scene  # noqa: E402
 from stress.workers import answers  # noqa: E402
 
@@ -37,7 +37,7 @@ def test_every_run_ends_in_a_typed_outcome(verdicts):
     assert [answer.lost for answer in verdicts if answer.lost] == []
     found = Counter(answer.value.outcome for answer in verdicts)
     assert set(found) <= TYPED
-    assert found["completed"] >= COUNT // 3  # observed 20
+    assert found["completed"] >= COUNT // 3  # observed 24
 
 
 def test_no_run_is_a_silent_fantasy(verdicts):
@@ -48,8 +48,8 @@ def test_energy_of_unhalved_runs_is_accounted_for(verdicts):
     """An imbalance is a small one as a rule, and the bound is no more than a bound."""
     whole = [v.value.imbalance for v in verdicts if v.value.outcome == "completed" and not v.value.halvings]
     assert len(whole) >= 10
-    assert np.median(whole) < 1e-4  # observed
-    assert max(whole) < CLOSED  # observed
+    assert np.median(whole) < 1e-5  # observed 1.4e-6
+    assert max(whole) < 5e-3  # observed 8e-4
 
 
 def test_scenes_are_named_by_seed_and_number():
