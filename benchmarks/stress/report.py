@@ -200,7 +200,7 @@ def _scenes(data: Data) -> str:
     worst = max(moved, key=lambda run: run["tension_error"])
     memory = data["memory"]
     growth = np.median(memory[-len(memory) // 10 :]) - np.median(memory[len(memory) // 10 : 2 * len(memory) // 10])
-    spoken = {True: "none", False: "\n" + "\n".join(faults[:40])}[not faults]
+    spoken = "\n\n" + "\n".join(faults[:40]) if faults else " none"
     return f"""## Random spans
 
 {len(runs) + len(lost):,} spans by Latin hypercube (seed {data["seed"]}): length 20-1,500 m, sag 0.2-12 %, level or up
@@ -216,7 +216,7 @@ Checked of each run: all values finite; no recorded tension below zero; no ampli
 {max(run["amplitude"] for run in moved):.2f} spans); tensions agree with Hooke's law on the recorded elongations to
 {AGREEMENT:g} (worst: {worst["tension_error"]:.1e}); and the energy balance, work of wind, loads and towers against
 dissipation and change of stored energy, closes within {CLOSED:.0%} of the energy turned over unless the report warns of
-halved steps. Violations: {spoken}.
+halved steps. Violations:{spoken}
 
 {table(head, rows)}
 
