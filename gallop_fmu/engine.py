@@ -7,6 +7,7 @@ kernel works, so several states may run in several threads on one model.
 from __future__ import annotations
 
 import ctypes as c
+import enum
 import math
 import sys
 from contextlib import suppress
@@ -185,6 +186,15 @@ def _inputs_pointer(inputs: Inputs | None) -> Any:
     return None if inputs is None else c.byref(inputs.packed())
 
 
+class Part(enum.IntFlag):
+    """What a scene may not need; a model computes a part if anything can wake it."""
+
+    AERODYNAMICS = 1
+    ECCENTRIC_ICE = 2
+    TWIST = 4
+    LATERAL_MOTION = 8
+
+
 class Model:
     """A span ready to compute: mesh, initial equilibrium, aerodynamic curve.
 
@@ -192,6 +202,15 @@ class Model:
     ----------
     scene
         The scene to compute.
+    inputs
+        Whether `Inputs` may replace the scene's laws, as in an FMU.  False: they may not, and what the laws alone leave
+        at rest is left out: wind that never blows, and lateral motion that nothing wakes.  Twist that neither ice nor
+        an aerodynamic moment nor a torque wakes is left out in any case, since no input can wake it.
+
+    Attributes
+    ----------
+    parts : Part
+        What is computed.
 
     Raises
     ------
@@ -199,8 +218,9 @@ class Model:
         If no initial equilibrium exists.
     """
 
-    def __init__(self, scene: Scene) -> None:
+    def __init__(self, scene: Scene, *, inputs: bool = True) -> None:
         packed, raw, handle = Packed(scene), CReport(), c.c_void_p()
+        packed.scene.laws_only = not inputs
         self._handle: c.c_void_p | None = None
         if _kernel.gallop_model_create(c.byref(packed.scene), c.byref(handle), c.byref(raw)):
             raise SimulationError(_report(raw))
@@ -210,6 +230,10 @@ class Model:
         self.nodes = 2 * self.elements + 1
         self.state_size = int(_kernel.gallop_state_size(handle))
         self.saved_size = int(_kernel.gallop_saved_size(handle))
+        self._takes_inputs = inputs
+        derived = CDerived()
+        _kernel.gallop_model_derived(handle, c.byref(derived))
+        self.parts = Part(derived.parts)
 
     def __del__(self) -> None:
         if getattr(self, "_handle", None) is not None:
@@ -221,6 +245,24 @@ class Model:
         """Pointer to the kernel's model."""
         assert self._handle is not None
         return self._handle
+
+    @property
+    def unknowns(self) -> tuple[str, ...]:
+        """The unknowns of a node that are computed; the others stay zero."""
+        lateral = ("u3",) if Part.LATERAL_MOTION in self.parts else ()
+        return ("u1", "u2", *lateral, *(("theta",) if Part.TWIST in self.parts else ()))
+
+    def accept(self, inputs: Inputs | None) -> Any:
+        """Pointer to the inputs for the kernel.
+
+        Raises
+        ------
+        ValueError
+            If the model was made without inputs.
+        """
+        if inputs is not None and not self._takes_inputs:
+            raise ValueError("this model leaves out what inputs could wake; make it with Model(scene, inputs=True)")
+        return _inputs_pointer(inputs)
 
     @property
     def middle(self) -> int:
@@ -320,13 +362,13 @@ class Model:
             If the attack angle is out of range, or no equilibrium under wind or support displacement exists.
         """
         state = State(self)
-        state._call(_kernel.gallop_state_init, time, _inputs_pointer(inputs))
+        state._call(_kernel.gallop_state_init, time, self.accept(inputs))
         return state
 
     def rest(self, time: float = 0.0, inputs: Inputs | None = None) -> State:
         """Static equilibrium under wind, loads and support displacement at `time`, found by load stepping."""
         state = State(self)
-        state._call(_kernel.gallop_equilibrium, time, _inputs_pointer(inputs))
+        state._call(_kernel.gallop_equilibrium, time, self.accept(inputs))
         return state
 
 
@@ -376,7 +418,7 @@ class State:
         SimulationError
             If a step cannot be carried out.
         """
-        return self._call(_kernel.gallop_advance, _inputs_pointer(inputs), until)
+        return self._call(_kernel.gallop_advance, self.model.accept(inputs), until)
 
     def run(
         self, records: int, every: int, channels: NDArray[np.int32], nodes: NDArray[np.int32], first: int = 0

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 from dataclasses import dataclass
+from importlib.util import find_spec
 from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
 
@@ -15,6 +16,7 @@ from gallop_fmu.outcome import Outcome, Report
 from gallop_fmu.scene import Scene
 
 if TYPE_CHECKING:
+    import pandas as pd
     import xarray as xr
 
 Array = NDArray[np.float64]
@@ -121,27 +123,39 @@ class Result:
         return {str(name): oscillation(part[name].values, interval) for name in part.data_vars}
 
     def save(self, path: Path | str) -> Path:
-        """Write everything as NetCDF (``.nc``), or the mid-span histories as CSV (``.csv``).
+        """Write everything as NetCDF (``.nc``), or the mid-span histories as CSV or Parquet (``.csv``, ``.parquet``).
+
+        Parquet needs the extra ``parquet``; units and provenance stand in the table's attributes.
 
         Raises
         ------
         SceneError
-            If the suffix is another one.
+            If the suffix is another one, or pyarrow is missing.
         """
         path = Path(path)
         if path.suffix == ".nc":
             self.dataset.to_netcdf(path, engine="h5netcdf")
         elif path.suffix == ".csv":
-            frame = self.midspan().drop_vars(["node", "x1"]).to_dataframe()
-            units = {str(name): self.dataset[name].attrs["units"] for name in frame.columns}
+            frame, units = self._table()
             header = ",".join(["time [s]", *(f"{name} [{unit}]" for name, unit in units.items())])
             table = np.column_stack([frame.index.to_numpy(), frame.to_numpy()])
             np.savetxt(path, table, delimiter=",", header=header, comments="", fmt="%.12g")
+        elif path.suffix == ".parquet":
+            if find_spec("pyarrow") is None:
+                raise SceneError(f'{path}: Parquet needs pyarrow; install it with pip install "gallop-fmu[parquet]"')
+            frame, units = self._table()
+            frame.attrs = {"units": {"time": "s", **units}, **self.dataset.attrs}
+            frame.to_parquet(path, engine="pyarrow")
         else:
             raise SceneError(
-                f"{path}: results are written as .nc (NetCDF) or .csv, not as {path.suffix or 'no suffix'}"
+                f"{path}: results are written as .nc (NetCDF), .csv or .parquet, not as {path.suffix or 'no suffix'}"
             )
         return path
+
+    def _table(self) -> tuple[pd.DataFrame, dict[str, str]]:
+        """The mid-span histories by time, and the unit of each column."""
+        frame = self.midspan().drop_vars(["node", "x1"]).to_dataframe()
+        return frame, {str(name): self.dataset[name].attrs["units"] for name in frame.columns}
 
 
 def summary(result: Result) -> dict[str, object]:

@@ -10,7 +10,6 @@ import difflib
 import math
 import tomllib
 from collections.abc import Mapping
-from importlib import resources
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
@@ -21,11 +20,12 @@ from gallop_fmu.aerodynamics import Aerodynamics
 from gallop_fmu.damping import Damping
 from gallop_fmu.errors import SceneError
 from gallop_fmu.laws import Law
+from gallop_fmu.lines import scene_data
 from gallop_fmu.loads import Load
 from gallop_fmu.paths import Leaf, explain, leaves, replace_values, unknown_key
 from gallop_fmu.sections import Number, Section, WholeNumber, quantity, setting
 from gallop_fmu.supports import Supports
-from gallop_fmu.textfiles import read_text
+from gallop_fmu.textfiles import packaged_names, packaged_text, read_text
 
 SAG_TENSION_AGREEMENT = 0.05
 """Largest relative difference between a given sag and m g L^2/(8 H); published pairs differ by 1 to 2 %."""
@@ -191,7 +191,7 @@ class Scene(Section):
         Parameters
         ----------
         data
-            The content of a scene file.
+            The content of a scene file, with a table ``line`` or without (see `gallop_fmu.lines.Line`).
         folder
             Where relative names of CSV files start.
 
@@ -200,6 +200,8 @@ class Scene(Section):
         SceneError
             One line per problem.
         """
+        if "line" in data:
+            data = scene_data(data, Path(folder))
         try:
             return cls.model_validate(data, context={"folder": Path(folder)})
         except ValidationError as error:
@@ -335,8 +337,7 @@ def load_scene(name_or_path: str | Path) -> Scene:
 
 
 def _packaged() -> dict[str, str]:
-    files = sorted(resources.files("gallop_fmu").joinpath("scenes").iterdir(), key=lambda file: file.name)
-    return {file.name.removesuffix(".toml"): file.read_text("utf-8") for file in files if file.name.endswith(".toml")}
+    return {name: packaged_text("scenes", f"{name}.toml") for name in packaged_names("scenes", ".toml")}
 
 
 def _parse(text: str, name: str, folder: Path) -> Scene:
@@ -344,8 +345,8 @@ def _parse(text: str, name: str, folder: Path) -> Scene:
         data = tomllib.loads(text)
     except (tomllib.TOMLDecodeError, RecursionError) as problem:
         raise SceneError(f"{name}: not a TOML file ({problem})") from None
-    if not {"span", "conductor"} & data.keys():
-        raise SceneError(f"{name}: not a scene file; it has neither [span] nor [conductor]")
+    if not {"line", "span", "conductor"} & data.keys():
+        raise SceneError(f"{name}: not a scene file; it has neither [line] nor [span] nor [conductor]")
     try:
         return Scene.from_dict(data, folder)
     except SceneError as problem:

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gallop_fmu.channels import NODE_CHANNELS, NODE_INDEX, SPAN_CHANNELS
-from gallop_fmu.engine import Model, Run, State, build
+from gallop_fmu.engine import Model, Part, Run, State, build
 from gallop_fmu.errors import SceneError
 from gallop_fmu.outcome import Outcome, Report, SimulationError
 from gallop_fmu.result import Result
@@ -80,7 +80,7 @@ def simulate(
     every = scene.run.record_every if record_every is None else record_every
     _check_arguments(stop_time, every, channels, on_failure)
     started = clock.perf_counter()
-    model = Model(scene)
+    model = Model(scene, inputs=False)
     nodes = _nodes(record_nodes, model)
     state = model.start()
     interval = every * scene.numerics.time_step
@@ -163,6 +163,8 @@ def _dataset(
         source=f"gallop-fmu {version('gallop-fmu')}",
         kernel=build(),
         integrator=INTEGRATOR,
+        unknowns=" ".join(model.unknowns),
+        left_out=", ".join(str(part.name).lower().replace("_", " ") for part in Part if part not in model.parts),
         scene=model.scene.to_toml(),
         outcome=report.outcome.name.lower(),
         message=str(report),

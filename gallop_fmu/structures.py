@@ -129,6 +129,7 @@ class CScene(c.Structure):
         ("reserved", c.c_int32),
         ("time_step", c.c_double),
         ("newton_tolerance", c.c_double),
+        ("laws_only", c.c_int32),
     )
 
 
@@ -166,6 +167,8 @@ class CDerived(c.Structure):
         ("translation_damping", Two),
         ("twist_damping", Two),
         ("imbalance", c.c_double),
+        ("parts", c.c_int32),
+        ("reserved", c.c_int32),
     )
 
 

@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import csv
 import math
+import tomllib
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from importlib import resources
 from pathlib import Path
 from typing import Any
 
@@ -45,6 +47,28 @@ def read_text(path: Path) -> str:
     return text
 
 
+def read_value(text: str) -> Any:
+    """A value as users write it in a cell or behind ``--set``: as in TOML, ``none`` for None, else the text."""
+    if text == "none":
+        return None
+    try:
+        parsed = tomllib.loads(f"value = {text}")
+    except (tomllib.TOMLDecodeError, RecursionError):
+        return text
+    return parsed["value"] if len(parsed) == 1 else text
+
+
+def packaged_names(folder: str, suffix: str) -> list[str]:
+    """Sorted names, without suffix, of the files of a kind that come with the package."""
+    names = [file.name for file in resources.files("gallop_fmu").joinpath(folder).iterdir()]
+    return sorted(name.removesuffix(suffix) for name in names if name.endswith(suffix))
+
+
+def packaged_text(folder: str, name: str) -> str:
+    """Text of a file that comes with the package."""
+    return resources.files("gallop_fmu").joinpath(folder, name).read_text("utf-8")
+
+
 @dataclass(frozen=True)
 class Table:
     """Columns of numbers from a file, and the row that each entry came from (the header is row 1)."""
@@ -52,6 +76,18 @@ class Table:
     file: str
     columns: Mapping[str, tuple[float, ...]]
     rows: Sequence[int]
+
+
+def read_header(path: Path) -> list[str]:
+    """Names in the first line of a CSV file, as `read_table` counts lines; empty for an empty file.
+
+    Raises
+    ------
+    SceneError
+        Unreadable file.
+    """
+    lines = _filled_lines(path)
+    return lines[0][1] if lines else []
 
 
 def read_table(path: Path, header: Sequence[str]) -> Table:
@@ -62,9 +98,7 @@ def read_table(path: Path, header: Sequence[str]) -> Table:
     SceneError
         Unreadable file, other header, or a cell that is not a finite number; the message names the row.
     """
-    lines = list(enumerate(csv.reader(read_text(path).splitlines()), start=1))
-    filled = [(row, [cell.strip() for cell in cells]) for row, cells in lines if any(cell.strip() for cell in cells)]
-    filled = [(row, cells) for row, cells in filled if not cells[0].startswith("#")]
+    filled = _filled_lines(path)
     if not filled or filled[0][1] != list(header):
         found = ",".join(filled[0][1])[:80] if filled else "an empty file"
         raise SceneError(f"{path.name}: the first line must be {','.join(header)}, found {found}")
@@ -75,6 +109,12 @@ def read_table(path: Path, header: Sequence[str]) -> Table:
         numbers.append([_number(path, row, name, cell) for name, cell in zip(header, cells, strict=True)])
         rows.append(row)
     return Table(path.name, {name: tuple(line[k] for line in numbers) for k, name in enumerate(header)}, rows)
+
+
+def _filled_lines(path: Path) -> list[tuple[int, list[str]]]:
+    lines = list(enumerate(csv.reader(read_text(path).splitlines()), start=1))
+    filled = [(row, [cell.strip() for cell in cells]) for row, cells in lines if any(cell.strip() for cell in cells)]
+    return [(row, cells) for row, cells in filled if not cells[0].startswith("#")]
 
 
 def _number(path: Path, row: int, name: str, cell: str) -> float:

@@ -110,6 +110,7 @@ typedef struct {
     /* numerics */
     int32_t max_newton_iterations, max_halvings, reserved;
     double time_step, newton_tolerance;                  /* [s], [m] */
+    int32_t laws_only;   /* 1: no call will bring gallop_inputs, so what the laws leave at rest need not be computed */
 } gallop_scene;
 
 /* Inputs that a co-simulation host sets instead of the scene's laws: value + rate * (t - time). */
@@ -119,6 +120,14 @@ typedef struct {
     double wind_speed_rate, attack_angle_rate, support_rate[2][3];
 } gallop_inputs;
 
+/* What a scene may not need.  A model computes a part if anything in the scene, or a host's inputs, can wake it. */
+typedef enum {
+    GALLOP_AERODYNAMICS = 1,     /* wind on a coefficient curve */
+    GALLOP_ECCENTRIC_ICE = 2,
+    GALLOP_TWIST = 4,            /* the unknown theta */
+    GALLOP_LATERAL = 8           /* the unknown u3 */
+} gallop_part;
+
 /* Numbers that the model derived from the scene. */
 typedef struct {
     double sag, horizontal_tension, length;        /* of the initial equilibrium: [m], [N], [m] along the conductor */
@@ -126,6 +135,7 @@ typedef struct {
     double support_stiffness[2][2];                /* x1, x3; 0 where rigid [N/m] */
     double translation_damping[2], twist_damping[2];   /* Rayleigh b1 [1/s], b2 [s] */
     double imbalance;                              /* largest nodal force that holds a 'held' initial state [N] */
+    int32_t parts, reserved;                       /* gallop_part flags of what is computed */
 } gallop_derived;
 
 typedef struct gallop_model gallop_model;

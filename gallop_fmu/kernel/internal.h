@@ -3,6 +3,7 @@
 #define GALLOP_INTERNAL_H
 
 #include "gallop.h"
+#include "strip.h"
 
 #include <math.h>
 #include <stdbool.h>
@@ -40,7 +41,9 @@ typedef struct { int load, element; double shape[3]; } load_place;
 struct gallop_model {
     gallop_scene scene;        /* its pointers lead into this block */
     gallop_derived derived;
-    int elements, nodes;
+    int elements, nodes, strips;
+    /* what the scene needs; the rest is not computed (see choose_parts) */
+    int unknowns;                                       /* leading ones of each node that can move: 4, 3 or 2 */
     bool eccentric, aerodynamic;
     double mass, inertia, c2, c3;                       /* mu, I with ice; first moments at theta = 0 */
     double radius;                                      /* r of the relative wind */
@@ -49,9 +52,11 @@ struct gallop_model {
     double static_force[2][3];                          /* of the support on the cable, in equilibrium */
     double curve_centre, curve_first, curve_last;       /* validity range of the aerodynamic curve [rad] */
     size_t saved_size, state_size;   /* what must be copied to save a state, and with scratch memory */
-    geometry *geometry;        /* (elements) */
+    geometry *geometry;        /* (elements), */
+    strip *strip;              /* (strips) and once more side by side */
     double *x;                 /* (nodes, 3) initial positions */
     double *constant_force;    /* (nodes, 4) balances the initial state */
+    int *piece_near;           /* (PIECE_BINS) piece at the start of each bin of the aerodynamic curve */
     load_place *place;         /* (load_count) */
     int load_count;            /* loaded points */
 };
@@ -76,11 +81,14 @@ typedef struct { double k, c, m; } blend;
  * although the block itself need not be symmetric. */
 enum { LEFT_LEFT, LEFT_MIDDLE, LEFT_RIGHT, MIDDLE_MIDDLE, MIDDLE_RIGHT, RIGHT_RIGHT };
 
-/* The factorised effective tangent of one element and the corner node to its left. */
-typedef struct {
-    double middle_inverse[16], left_middle[16], right_middle[16];
-    double corner_inverse[16], next_previous[16], previous_next[16];
-} factor;
+/* Room for the factorised effective tangent of an element and its left corner; solver.c arranges it. */
+typedef struct { double value[96]; } factor;
+
+/* One for each element, and the last corner and the lanes beyond the last element. */
+static inline size_t factor_count(int elements) { return (size_t)elements + 2; }
+
+/* Bins of equal width over an aerodynamic curve of several pieces: where the search for a piece begins. */
+#define PIECE_BINS 256
 
 struct gallop_state {
     uint64_t magic, size;
@@ -96,7 +104,8 @@ struct gallop_state {
     double values[];           /* u v a a_before factors | scratch: see state_layout */
 };
 
-/* Section forces along the span, structure of arrays: one entry a three-point Gauss abscissa, 3 e + point. */
+/* Section forces along the span, structure of arrays: one entry a three-point Gauss abscissa, in the order strip, point,
+ * lane.  With slopes the arrays hold the whole span; without, the elements just at work, from the start of the arrays. */
 typedef struct {
     double *theta, *omega, *omega_rate, *v2, *v3, *a2, *a3;   /* motion of the section */
     double *c2, *c3;                                          /* turned first mass moments */
@@ -109,7 +118,7 @@ typedef struct {
 /* Pointers into a state; made afresh by every call. */
 typedef struct {
     double *u, *v, *a, *a_before;      /* (nodes, 4) */
-    factor *factors;                   /* (elements), and the last corner */
+    factor *factors;                   /* (factor_count) */
     double *u0, *v0, *a0;              /* scratch: start of the sub-step, */
     double *residual;                  /* out-of-balance forces, then the correction, */
     double *first;                     /* u v a a_before at the start of the whole step */
@@ -132,16 +141,19 @@ void aero_loads(const gallop_model *model, const instant *now, const sections *a
 /* element.c */
 static inline bool windy(const gallop_model *model, const instant *now) { return model->aerodynamic && now->wind != 0.0; }
 void geometry_from_nodes(geometry *g, const double x[9], const double tension[2]);
+void lay_side_by_side(gallop_model *model);   /* after every change of the geometry */
 void element_tension(const gallop_model *model, int e, const double u[12], double tension[2]);
-void evaluate_sections(const gallop_model *model, const instant *now, const double *u, const double *v, const double *a,
-                       const sections *at, int first, int count, bool slopes);
-void element_residual(const gallop_model *model, int e, const instant *now, const sections *at, const double u[12],
-                      const double v[12], const double a[12], double r[12], watch *seen);
-void element_tangent(const gallop_model *model, int e, const instant *now, const sections *at, const double u[12],
-                     blend mix, double tangent[6][16]);
+void element_residual(const gallop_model *model, int e, const instant *now, const sections *at, const double *u,
+                      const double *v, const double *a, double r[12]);
 void span_residual(const gallop_model *model, double t, const instant *now, const sections *at, const double *u,
                    const double *v, const double *a, bool slopes, double *residual, watch *seen);
 void watch_start(watch *seen);
+
+/* tangent.c */
+void element_tangent(const gallop_model *model, int e, const instant *now, const sections *at, const double u[12],
+                     blend mix, double tangent[6][16]);
+void strip_tangent(const gallop_model *model, int index, const instant *now, const sections *at, const double *u, blend mix,
+                   lanes block[6][16]);
 
 /* solver.c */
 bool solver_factor(const gallop_model *model, const instant *now, const sections *at, const double *u, blend mix,

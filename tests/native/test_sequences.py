@@ -23,10 +23,7 @@ FIXED = settings(max_examples=BATCHES, derandomize=True, deadline=None, phases=[
 def driver(compiled, kernel_sources, tmp_path_factory, small):
     folder = tmp_path_factory.mktemp("sequence")
     sources = [Path(__file__).with_name("sequence.c"), *sorted(kernel_sources.glob("*.c"))]
-    try:
-        program = compiled(folder / "sequence", *sources, flags=[*FLAGS, f"-I{kernel_sources}"])
-    except subprocess.CalledProcessError:
-        pytest.skip("the compiler has no sanitizers")
+    program = compiled(folder / "sequence", *sources, flags=[*FLAGS, f"-I{kernel_sources}"])
 
     def run(seed, *forgeries):
         chance = random.Random(seed)

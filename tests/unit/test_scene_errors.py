@@ -259,7 +259,7 @@ def test_unknown_name_lists_the_packaged_scenes():
         (b"PK\x03\x04\x00\x00", "a binary file"),
         (b"<html>", "not a TOML file"),
         (b"a = " + b"[" * 100_000, "not a TOML file"),
-        (b'[project]\nname = "other"\n', r"not a scene file; it has neither \[span\] nor \[conductor\]"),
+        (b'[project]\nname = "other"\n', r"not a scene file; it has neither \[line\] nor \[span\] nor \[conductor\]"),
         (b"", "not a scene file"),
         (b"#" * 10_000_001, "has 10000001 bytes; at most 10000000"),
     ],

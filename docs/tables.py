@@ -1,0 +1,99 @@
+"""Fills the pages that are tables of the program itself, so that they cannot fall behind it. A hook of MkDocs."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Any, get_args, get_origin
+
+import typer
+from pydantic.fields import FieldInfo
+from pydantic_core import PydanticUndefined
+from typer.testing import CliRunner
+
+import gallop_fmu as gf
+from gallop_fmu.cli import app as gallop
+from gallop_fmu.fmu.variables import variable_table
+from gallop_fmu.lines import Line
+from gallop_fmu.paths import BOUNDS, section_classes
+from gallop_fmu.sections import Section, unit_of_field
+from modal.cli import app as toolkit
+
+
+def on_page_markdown(markdown: str, **_: Any) -> str:
+    """Put the tables in their places."""
+    marks = {"scene": scene_tables, "line": line_table, "fmu": fmu_table, "commands": command_help}
+    for mark, table in ((f"{{{{ {name} }}}}", table) for name, table in marks.items()):
+        if mark in markdown:
+            markdown = markdown.replace(mark, "\n".join(table()))
+    return markdown
+
+
+def scene_tables() -> Iterator[str]:
+    """One heading and table for each section of a scene, in order of declaration."""
+    yield from _section("", gf.Scene)
+
+
+def line_table() -> Iterator[str]:
+    """The familiar numbers that a scene can follow from."""
+    yield from _section("line", Line)
+
+
+def _section(path: str, section: type[Section]) -> Iterator[str]:
+    below: list[tuple[str, type[Section]]] = []
+    rows = []
+    for name, field in section.model_fields.items():
+        inside = section_classes(field.annotation)
+        item = "[]" if inside and get_origin(field.annotation) is tuple else ""
+        below += [(f"{path}.{name}{item}".lstrip("."), found) for found in inside]
+        unit = unit_of_field(field)
+        if not inside or unit:
+            rows.append(f"| `{name}` | {unit} | {_default(field)} | {_range(field)} | {_cell(field.description)} |")
+    if rows:
+        kind = section.model_fields["kind"].default if "kind" in section.model_fields else None
+        yield f"\n## {f'`{path}`' if path else 'The scene itself'}{f', kind = `{kind}`' if kind else ''}\n"
+        yield f"{(section.__doc__ or '').strip().splitlines()[0]}\n"
+        yield from ("| Name | Unit | Default | Range | Meaning |", "| --- | --- | --- | --- | --- |", *rows)
+    for name, found in below:
+        yield from _section(name, found)
+
+
+def _default(field: FieldInfo) -> str:
+    if field.default is PydanticUndefined:
+        return "**needed**"
+    return "" if field.default in (None, "", (), {}) else f"`{field.default}`"
+
+
+def _range(field: FieldInfo) -> str:
+    choices = get_args(field.annotation)
+    if choices and all(isinstance(choice, str) for choice in choices):
+        return ", ".join(f"`{choice}`" for choice in choices)
+    return ", ".join(
+        f"{word} {getattr(rule, name):g}"
+        for rule in field.metadata
+        for name, word in BOUNDS.items()
+        if hasattr(rule, name)
+    )
+
+
+def fmu_table() -> Iterator[str]:
+    """The variables of example3's FMU."""
+    yield "| Name | Causality | Type | Unit | Start | Description |\n| --- | --- | --- | --- | --- | --- |"
+    for row in variable_table(gf.load_scene("example3")):
+        start = _cell(row["start"])
+        yield (
+            f"| `{row['name']}` | {row['causality']} | {row['type']} | {row['unit']} | {start} | "
+            f"{_cell(row['description'])} |"
+        )
+
+
+def command_help() -> Iterator[str]:
+    """What `--help` of every command of both programs prints."""
+    plain = CliRunner(env={"COLUMNS": "100", "TERM": "dumb", "NO_COLOR": "1"})
+    for program, app in (("gallop-fmu", gallop), ("gallop-modal", toolkit)):
+        for name in sorted(typer.main.get_command(app).commands):
+            shown = plain.invoke(app, [name, "--help"], prog_name=program, catch_exceptions=False)
+            yield f"\n## {program} {name}\n\n```text\n{shown.stdout.strip()}\n```"
+
+
+def _cell(text: str | None) -> str:
+    return (text or "").replace("|", "\\|").replace("\n", " ")

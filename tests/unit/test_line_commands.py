@@ -1,0 +1,73 @@
+"""The commands that start from a line: `conductors`, `new`, and `run --inputs`."""
+
+import json
+
+import numpy as np
+import pytest
+from typer.testing import CliRunner
+
+import gallop_fmu as gf
+from gallop_fmu.cli import app
+from gallop_fmu.conductors import conductors
+from gallop_fmu.line_commands import NEW_EXAMPLE
+from gallop_fmu.lines import Line
+
+
+@pytest.fixture
+def invoke(tmp_path, monkeypatch):
+    """Run a command in an empty folder."""
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setenv("COLUMNS", "200")
+    return lambda *words: CliRunner().invoke(app, [str(word) for word in words])
+
+
+def test_conductors_are_listed(invoke):
+    shown = invoke("conductors").stdout
+    assert all(name in shown for name in conductors())
+    (drake,) = (row for row in json.loads(invoke("conductors", "--json").stdout) if row["code_word"] == "Drake")
+    assert drake["rated_strength"] == 140120.0
+    assert "ASTM B232" in drake["source"]
+
+
+def test_the_example_of_the_help_writes_a_scene_that_runs(invoke, tmp_path):
+    done = invoke(*NEW_EXAMPLE.split()[1:])
+    assert (done.exit_code, done.stderr) == (0, "")
+    line = {"conductor": "Drake", "span": 300.0, "stringing_percent": 20.0, "ice_thickness": 0.012}
+    line |= {"attack_angle_deg": 180.0, "wind_speed": 6.0, "coefficients": "example3"}
+    assert gf.load_scene(tmp_path / "mine.toml") == gf.Scene.from_dict({"line": line})
+    assert invoke("run", "mine.toml", "--until", "1").exit_code == 0
+
+
+def test_every_field_of_a_line_is_an_option(invoke):
+    shown = invoke("new", "--help").stdout
+    assert all(f"--{name.replace('_', '-')}" in shown for name in Line.model_fields)
+    assert f"Example: {NEW_EXAMPLE}" in shown
+
+
+@pytest.mark.parametrize(
+    ("words", "fragment"),
+    [
+        (("a.toml", "--conductor", "Drak", "--stringing-tension", 2e4), "line.conductor: 'Drak' is not a code word"),
+        (("a.toml", "--conductor", "Drake"), "line: give exactly one of stringing_tension [N] and stringing_percent"),
+        (("a.json", "--conductor", "Drake"), "a.json: must end in .toml"),
+        (("here.toml", "--conductor", "Drake"), "here.toml: exists already"),
+    ],
+)
+def test_new_refuses(invoke, tmp_path, words, fragment):
+    (tmp_path / "here.toml").write_text("mine")
+    done = invoke("new", *words, "--span", 300)
+    assert (done.exit_code, done.stdout) == (2, "")
+    assert fragment in done.stderr
+    assert [path.name for path in tmp_path.iterdir()] == ["here.toml"]
+
+
+def test_run_is_driven_by_inputs(invoke, tmp_path):
+    (tmp_path / "in.csv").write_text("time,wind_speed\n0,1\n1,3\n")
+    done = invoke("run", "example3", "--until", 1, "--inputs", "in.csv", "--out", "run.csv")
+    assert done.exit_code == 0
+    rows = np.genfromtxt(tmp_path / "run.csv", delimiter=",", names=True, deletechars="")
+    assert rows["wind_speed_[m/s]"][-1] == pytest.approx(3.0)
+    assert np.ptp(rows["wind_speed_[m/s]"]) == pytest.approx(2.0)
+    refused = invoke("run", "example3", "--inputs", "no.csv")
+    assert (refused.exit_code, refused.stdout) == (2, "")
+    assert "no.csv: no such file" in refused.stderr

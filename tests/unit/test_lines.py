@@ -1,0 +1,180 @@
+"""The [line] table: what follows from it, what stands beside it, and what it refuses."""
+
+import math
+import re
+import tomllib
+
+import pytest
+
+import gallop_fmu as gf
+from gallop_fmu.annotated import annotated_toml
+from gallop_fmu.conductors import conductors, find_conductor
+from gallop_fmu.icing import ice_section
+from gallop_fmu.paths import leaves
+from gallop_fmu.sag_tension import changed_tension
+
+LINE = {
+    "conductor": "Drake",
+    "span": 300.0,
+    "ruling_span": 250.0,
+    "stringing_percent": 20.0,
+    "stringing_temperature": 20.0,
+    "temperature": -5.0,
+    "ice_thickness": 0.012,
+    "attack_angle_deg": 190.0,
+    "wind_speed": 6.0,
+    "coefficients": "example3",
+    "insulator_length": 2.0,
+    "insulator_weight": 600.0,
+}
+
+
+def line_scene(beside=None, **changes):
+    line = {key: value for key, value in {**LINE, **changes}.items() if value is not None}
+    return gf.Scene.from_dict({"line": line, **(beside or {})})
+
+
+def test_the_scene_holds_what_follows_from_the_line():
+    scene, drake = line_scene(), find_conductor("Drake")
+    ice = ice_section("crescent", drake.diameter, 0.012, 900.0)
+    assert scene.conductor.mass_per_length == drake.mass_per_length
+    assert scene.ice.mass_per_length == ice.mass_per_length
+    assert scene.ice.first_moment_x2 == pytest.approx(ice.first_moment * math.sin(math.radians(190.0)))
+    assert scene.ice.first_moment_x3 == pytest.approx(-ice.first_moment * math.cos(math.radians(190.0)))
+    tension = changed_tension(
+        0.2 * drake.rated_strength,
+        span=250.0,
+        weight=drake.mass_per_length * 9.81,
+        new_weight=(drake.mass_per_length + ice.mass_per_length) * 9.81,
+        axial_stiffness=drake.axial_stiffness,
+        temperature_change=-25.0,
+        expansion=drake.thermal_expansion,
+    )
+    assert scene.span.horizontal_tension == pytest.approx(tension, rel=1e-12)
+    assert scene.supports.right.adjacent_span == 250.0
+    assert scene.supports.left.adjacent_tension == scene.span.horizontal_tension
+    assert scene.aerodynamics == gf.load_scene("example3").aerodynamics
+    assert scene.wind.air_density == pytest.approx(1.2929 * 273.15 / 268.15, rel=1e-3)  # observed: 5e-4
+
+
+def test_every_value_has_a_source():
+    scene = line_scene()
+    untold = [
+        leaf.path
+        for leaf in leaves(scene)
+        if leaf.path not in ("title", "description", "sources", "loads")
+        and leaf.value is not None
+        and not any(leaf.path == source or leaf.path.startswith(source + ".") for source in scene.sources)
+    ]
+    assert untold == []
+
+
+def test_the_scene_is_plain_numbers_and_survives_saving(tmp_path):
+    scene = line_scene()
+    scene.save(tmp_path / "plain.toml")
+    assert "line" not in tomllib.loads((tmp_path / "plain.toml").read_text())
+    assert gf.load_scene(tmp_path / "plain.toml") == scene
+    (tmp_path / "noted.toml").write_text(annotated_toml(scene))
+    assert gf.load_scene(tmp_path / "noted.toml") == scene
+
+
+def test_every_number_of_an_annotated_file_has_its_unit_beside_it():
+    scene = line_scene()
+    text = annotated_toml(scene)
+    assert "length = 300.0  # horizontal distance between the supports [m]\n" in text
+    assert "# lift polynomial, ascending powers of radians [1]\nlift = [\n" in text
+    numbers = re.findall(r"^\w+ = [-\d].*$", text, re.MULTILINE)
+    assert len(numbers) > 40
+    assert all(re.search(r"  # .+ \[.+\]$", row) for row in numbers)
+
+
+def test_what_stands_beside_the_line_wins():
+    history = {"kind": "constant", "value": 3.0}
+    scene = line_scene(
+        {
+            "title": "mine",
+            "conductor": {"torsional_stiffness": 160.0},
+            "wind": {"history": history},
+            "run": {"stop_time": 30.0},
+            "sources": {"conductor.torsional_stiffness": "measured"},
+        }
+    )
+    assert scene.title == "mine"
+    assert scene.conductor.torsional_stiffness == 160.0
+    assert scene.conductor.diameter == 0.02813
+    assert scene.sources["conductor.torsional_stiffness"] == "measured"
+    assert (scene.wind.speed, scene.wind.mean_speed) == (None, 3.0)
+    assert (scene.run.stop_time, scene.sources["run.stop_time"]) == (30.0, "set by the user")
+    assert "wind.speed" not in scene.sources
+    with pytest.raises(gf.SceneError, match=r"speed = 5.0 m/s and history are both given"):
+        line_scene({"wind": {"speed": 5.0, "history": history}})
+
+
+def test_a_curve_beside_the_line_replaces_the_whole_curve():
+    flat = {"kind": "table", "angle_deg": [0.0, 360.0], "lift": [0.0, 0.0], "drag": [1.0, 1.0], "moment": [0.0, 0.0]}
+    scene = line_scene({"aerodynamics": flat, "supports": {"left": {"kind": "rigid"}}})
+    assert (scene.aerodynamics.kind, scene.sources["aerodynamics"]) == ("table", "set by the user")
+    assert (scene.supports.left.kind, scene.supports.right.kind) == ("rigid", "adjacent_span")
+    assert scene.sources["supports.left"] == "set by the user"
+
+
+def test_a_bare_dead_ended_line_needs_three_numbers():
+    scene = gf.Scene.from_dict({"line": {"conductor": "zebra", "span": 300.0, "stringing_tension": 20e3}})
+    assert scene.supports.left.kind == "rigid"
+    assert scene.ice.mass_per_length == 0.0
+    assert scene.wind.speed == 0.0
+    assert scene.span.horizontal_tension > 20e3  # strung at 15 degrees, hangs at 0
+
+
+def test_no_thickness_is_no_ice_for_a_d_too():
+    ice = line_scene(ice_shape="d_shape", ice_thickness=0.0).ice
+    assert (ice.mass_per_length, ice.torsional_inertia, ice.first_moment_x3) == (0.0, 0.0, 0.0)
+
+
+@pytest.mark.parametrize("name", conductors())
+def test_every_conductor_hangs(name):
+    line = {"conductor": name, "span": 250.0, "stringing_tension": 100.0 * find_conductor(name).mass_per_length * 150.0}
+    scene = gf.Scene.from_dict({"line": {**line, "ice_thickness": 0.01}, "numerics": {"elements": 4}})
+    assert gf.Model(scene).equilibrium().sag > 1.0
+
+
+def test_a_csv_of_a_whole_turn_closes(tmp_path):
+    rows = ["angle_deg,lift,drag,moment", "0,0,1,0", "90,0.5,1.1,0.1", "270,-0.5,1.1,-0.1", "360,0,1,0"]
+    (tmp_path / "ice.csv").write_text("\n".join(rows))
+    line = {**LINE, "coefficients": "ice.csv"}
+    scene = gf.Scene.from_dict({"line": line}, folder=tmp_path)
+    assert scene.aerodynamics.outside == "periodic"
+    assert scene.aerodynamics.angle_deg == (0.0, 90.0, 270.0, 360.0)
+    (tmp_path / "ice.csv").write_text("\n".join(rows[:-1]))
+    assert gf.Scene.from_dict({"line": line}, folder=tmp_path).aerodynamics.outside == "error"
+
+
+@pytest.mark.parametrize(
+    ("changes", "message"),
+    [
+        ({"conductor": "Drak"}, r"line.conductor: 'Drak' is not a code word.*closest: Drake"),
+        ({"span": -1.0}, r"line.span = -1.0: must be greater than 0 and at most 10000 \[m\]"),
+        ({"spam": 1.0}, r"line.spam: unknown key; the closest valid one is line.span"),
+        ({"stringing_percent": None}, r"line: give exactly one of stringing_tension.*neither given"),
+        ({"stringing_tension": 28e3}, r"line: give exactly one of stringing_tension.*both given"),
+        ({"conductor": "Araucaria"}, r"line.stringing_percent = 20.0: no confirmed rated strength of Araucaria"),
+        ({"coefficients": None}, r"line: wind_speed = 6.0 m/s needs coefficients"),
+        ({"coefficients": "exampl"}, r"line.coefficients = 'exampl': neither a CSV file nor.*closest: example"),
+        ({"coefficients": "no.csv"}, r"no.csv: no such file"),
+        ({"insulator_weight": None}, r"line: give both insulator_length"),
+        (
+            {"insulator_length": None, "insulator_weight": None, "adjacent_span": 9.0},
+            r"acts through suspension strings",
+        ),
+        ({"stringing_percent": None, "stringing_tension": 200e3}, r"more than the rated strength of Drake, 140120 N"),
+        (
+            {"ice_thickness": 0.1, "ice_shape": "radial"},
+            r"line: the iced conductor would hang at .* more than the rated strength",
+        ),
+        ({"ice_shape": "star"}, r"line.ice_shape = 'star': must be 'radial', 'crescent'"),
+        ({"attack_angle_deg": 0.0}, r"ice.attack_angle_deg = 0.0 lies outside the coefficient curve"),
+    ],
+)
+def test_a_bad_line_names_the_field_and_the_cure(changes, message):
+    with pytest.raises(gf.SceneError, match=message):
+        line_scene(**changes)
