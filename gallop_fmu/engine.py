@@ -307,7 +307,9 @@ class Model:
 
     def _motion(self, u: ArrayLike | None, v: ArrayLike | None, a: ArrayLike | None) -> list[Array]:
         shape = (self.nodes, DOFS)
-        return [np.zeros(shape) if y is None else np.array(y, dtype=np.float64).reshape(shape) for y in (u, v, a)]
+        return [
+            np.zeros(shape) if y is None else np.array(y, dtype=np.float64, order="C").reshape(shape) for y in (u, v, a)
+        ]
 
     def residual(
         self,

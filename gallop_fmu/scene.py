@@ -65,7 +65,7 @@ class Conductor(Section):
     """The conductor, without ice unless the scene's sources say that a value includes it."""
 
     diameter: Number = quantity(..., "m", "diameter of the bare conductor, reference of the coefficients", gt=0, le=1)
-    mass_per_length: Number = quantity(..., "kg/m", "mass per unit length", gt=0)
+    mass_per_length: Number = quantity(..., "kg/m", "mass per unit length of the hanging conductor", gt=0)
     axial_stiffness: Number = quantity(..., "N", "axial stiffness EA", gt=0)
     torsional_stiffness: Number = quantity(..., "N m2/rad", "torsional stiffness GJ", gt=0)
     torsional_inertia: Number = quantity(..., "kg m", "mass moment of inertia per unit length about x1", gt=0)

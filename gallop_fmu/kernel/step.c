@@ -67,9 +67,10 @@ static int march_freely(const gallop_model *model, gallop_state *state, const ga
     return outcome;
 }
 
-/* `count` steps of size h; time is counted from `origin` so that round-off does not add up. */
-static int march(const gallop_model *model, gallop_state *state, const gallop_inputs *inputs, double origin, double h,
-                 int64_t count, gallop_report *report)
+/* `count` steps of size h, the first being number `before` + 1 since `origin`: times are products, so that round-off neither
+ * adds up nor depends on where a run is interrupted to record. */
+static int march(const gallop_model *model, gallop_state *state, const gallop_inputs *inputs, double origin, int64_t before,
+                 double h, int64_t count, gallop_report *report)
 {
     layout at = state_layout(model, state);
     for (int64_t i = 1; i <= count; i++) {
@@ -78,7 +79,7 @@ static int march(const gallop_model *model, gallop_state *state, const gallop_in
             sum_up(state, report);
             return outcome;
         }
-        state->time = origin + h * (double)i;
+        state->time = origin + h * (double)(before + i);
     }
     fail(report, GALLOP_COMPLETED, -1, state->time, 0.0, 0.0);   /* forget sub-steps that failed on the way */
     sum_up(state, report);
@@ -98,7 +99,7 @@ int gallop_advance(const gallop_model *model, gallop_state *state, const gallop_
     layout at = state_layout(model, state);
     memcpy(at.saved, state, model->saved_size);
     int outcome = by_tolerance(model) ? march_freely(model, state, inputs, until, true, report)
-                                      : march(model, state, inputs, origin, h, count, report);
+                                      : march(model, state, inputs, origin, 0, h, count, report);
     if (outcome == GALLOP_COMPLETED) state->time = until;
     else memcpy(state, at.saved, model->saved_size);
     return outcome;
@@ -114,10 +115,9 @@ int gallop_run(const gallop_model *model, gallop_state *state, int64_t first, in
     *done = 0;
     if (free && first == 0) state->run_origin = state->time;
     for (int64_t r = 0; r < records; r++) {
-        const double origin = start + (double)((first + r) * every) * dt;
         const double when = state->run_origin + (double)((first + r + 1) * every) * dt;
         const int outcome = free ? march_freely(model, state, NULL, when, false, report)
-                                 : march(model, state, NULL, origin, dt, every, report);
+                                 : march(model, state, NULL, start, (first + r) * every, dt, every, report);
         if (outcome) return outcome;
         if (free) control_look(model, state, &at, when);
         for (int32_t n = 0; n < nodes; n++) {
