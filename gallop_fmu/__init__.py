@@ -20,6 +20,7 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
+    from gallop_fmu.condensed import simulate_condensed
     from gallop_fmu.conductors import find_conductor
     from gallop_fmu.engine import Equilibrium, Inputs, Model, State
     from gallop_fmu.errors import SceneError
@@ -27,12 +28,16 @@ if TYPE_CHECKING:
     from gallop_fmu.inputs import with_inputs
     from gallop_fmu.outcome import Outcome, Report, SimulationError
     from gallop_fmu.result import Oscillation, Result
+    from gallop_fmu.runs import Runs, RunsStoppedError, read_runs
     from gallop_fmu.scene import Scene, load_scene, packaged_scenes
     from gallop_fmu.simulation import simulate
+    from gallop_fmu.spans import read_spans
+    from gallop_fmu.sweeping import sweep
 
 # Where each public name lives.  A module is loaded when its name is first used, so that `gallop-fmu --help` does not
 # wait for numpy, nor a simulation for fmpy.
 _HOMES = {
+    "condensed": ("simulate_condensed",),
     "conductors": ("find_conductor",),
     "engine": ("Equilibrium", "Inputs", "Model", "State"),
     "errors": ("SceneError",),
@@ -40,8 +45,11 @@ _HOMES = {
     "inputs": ("with_inputs",),
     "outcome": ("Outcome", "Report", "SimulationError"),
     "result": ("Oscillation", "Result"),
+    "runs": ("Runs", "RunsStoppedError", "read_runs"),
     "scene": ("Scene", "load_scene", "packaged_scenes"),
     "simulation": ("simulate",),
+    "spans": ("read_spans",),
+    "sweeping": ("sweep",),
 }
 
 __all__ = [
@@ -52,6 +60,8 @@ __all__ = [
     "Outcome",
     "Report",
     "Result",
+    "Runs",
+    "RunsStoppedError",
     "Scene",
     "SceneError",
     "SimulationError",
@@ -61,7 +71,11 @@ __all__ = [
     "find_conductor",
     "load_scene",
     "packaged_scenes",
+    "read_runs",
+    "read_spans",
     "simulate",
+    "simulate_condensed",
+    "sweep",
     "with_inputs",
 ]
 

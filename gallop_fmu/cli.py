@@ -14,6 +14,7 @@ from gallop_fmu.line_commands import NEW_EXAMPLE, conductors, new
 from gallop_fmu.terminal import (
     EPILOGUE,
     PICTURE_SUFFIXES,
+    AnyScene,
     AsJson,
     Changes,
     Commands,
@@ -27,9 +28,12 @@ from gallop_fmu.terminal import (
     new_console,
     new_table,
 )
+from gallop_fmu.terminal_runs import ClusterAddress, Over, RunsOut, SpanTable, WorkerCount, carry_out, grid_of
 
 if TYPE_CHECKING:
     from gallop_fmu.result import Result
+    from gallop_fmu.runs import Progress as RunsProgress
+    from gallop_fmu.runs import Runs
     from gallop_fmu.simulation import Progress
 
 
@@ -92,6 +96,10 @@ def run(
         int | None, typer.Option(metavar="N", help="Time steps from one record to the next; else the scene's.")
     ] = None,
     nodes: Annotated[Literal["midspan", "all"], typer.Option(help="Nodes to record.")] = "midspan",
+    model: Annotated[
+        Literal["element", "condensed"],
+        typer.Option(help="The cable element, or a few modes of it: about ten times as fast, for screening."),
+    ] = "element",
     out: Annotated[
         Path | None,
         typer.Option(metavar="FILE", help="Write the histories: .nc (NetCDF), or mid-span .csv, .parquet."),
@@ -107,6 +115,7 @@ def run(
     as_json: AsJson = False,
 ) -> None:
     """Compute the motion of a span and print what happened at mid-span."""
+    from gallop_fmu.condensed import simulate_condensed
     from gallop_fmu.inputs import with_inputs
     from gallop_fmu.outcome import Outcome
     from gallop_fmu.result import summary
@@ -118,7 +127,8 @@ def run(
     check_output(out, RESULT_SUFFIXES)
     check_output(plot, PICTURE_SUFFIXES)
     with _progress(chosen.title, silent=as_json) as shown:
-        result = simulate(
+        compute = simulate if model == "element" else simulate_condensed
+        result = compute(
             chosen,
             until,
             record_every=every,
@@ -137,6 +147,48 @@ def run(
         )
         complain(f"{result.report} The run ended early; {kept}.")
         raise typer.Exit(Exit.ENDED_EARLY)
+
+
+@app.command(epilog=example("gallop-fmu sweep example3 --over wind.speed=4:7:0.5 --until 900 -o winds.parquet"))
+def sweep(
+    scene: AnyScene = None,
+    changes: Changes = None,
+    over: Over = None,
+    table: SpanTable = None,
+    until: Annotated[float | None, typer.Option(metavar="S", help="Simulated time \\[s]; else the scene's.")] = None,
+    window: Annotated[
+        float, typer.Option(metavar="S", help="Time \\[s] at the end over which the motion is taken as steady.")
+    ] = 100.0,
+    out: RunsOut = None,
+    workers: WorkerCount = None,
+    cluster: ClusterAddress = None,
+    as_json: AsJson = False,
+) -> None:
+    """Simulate a scene over values of its parameters, every span of a table, or both.
+
+    One row a run: amplitudes, frequencies, extremes, clearance, and how it ended. Runs that fail are rows too.
+
+    A sweep that was stopped, or killed, goes on where it was when the same command is given again.
+    """
+    from gallop_fmu.sweeping import sweep as sweep_scenes
+
+    base = chosen_scene(scene, changes) if scene else None
+    columns = ("outcome", "u2_amplitude", "u2_frequency_hz", "u3_amplitude", "beyond_cigre_322")
+
+    def compute(progress: RunsProgress | None) -> Runs:
+        return sweep_scenes(
+            base,
+            grid_of(over),
+            table=table,
+            stop_time=until,
+            window=window,
+            out=out,
+            workers=workers,
+            cluster=cluster,
+            progress=progress,
+        )
+
+    carry_out("gallop-fmu", compute, columns, out, as_json=as_json)
 
 
 @app.command(epilog=example("gallop-fmu export example3 -o example3.fmu --set numerics.time_step=0.005"))
@@ -291,5 +343,9 @@ def _print_summary(numbers: dict[str, Any], result: Result, written: list[Path])
         f"{numbers['steps']} steps, {numbers['iterations']} Newton iterations, {numbers['seconds']:.2f} s: "
         f"{numbers['real_time_factor']:.0f} times real time; lowest tension {numbers['lowest_tension'] / 1000:.3f} kN"
     )
+    if attrs["left_out"]:
+        console.print(
+            f"left out, since nothing in the scene wakes it: {attrs['left_out']}", style="dim", soft_wrap=True
+        )
     for path in written:
         console.print(f"wrote {path}", soft_wrap=True)

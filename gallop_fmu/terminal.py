@@ -6,7 +6,6 @@ Whatever a command needs is imported inside it, so that ``--help`` answers at on
 from __future__ import annotations
 
 import json
-import tomllib
 from enum import IntEnum
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
@@ -66,6 +65,10 @@ PICTURE_SUFFIXES = (".png", ".svg", ".pdf")
 SceneName = Annotated[
     str, typer.Argument(metavar="SCENE", help="Name of a packaged scene, or path of a scene file (TOML).")
 ]
+AnyScene = Annotated[
+    str | None,
+    typer.Argument(metavar="SCENE", help="Name or path of a scene; not needed if the rows of a table name theirs."),
+]
 Changes = Annotated[
     list[str] | None,
     typer.Option(
@@ -93,17 +96,12 @@ def chosen_scene(name: str, changes: list[str] | None) -> Scene:
 def _change(text: str) -> tuple[str, Any]:
     """Key and value of ``key=value``; what is not TOML is taken as text, for the scene to accept or refuse."""
     from gallop_fmu.errors import SceneError
+    from gallop_fmu.textfiles import read_value
 
     key, equals, value = (part.strip() for part in text.partition("="))
     if not (key and equals and value):
         raise SceneError(f"--set {text}: must be KEY=VALUE, such as --set wind.speed=6.0")
-    if value == "none":
-        return key, None
-    try:
-        parsed = tomllib.loads(f"value = {value}")
-    except tomllib.TOMLDecodeError:
-        return key, value
-    return key, parsed["value"] if len(parsed) == 1 else value
+    return key, read_value(value)
 
 
 def check_output(path: Path | None, suffixes: tuple[str, ...]) -> None:

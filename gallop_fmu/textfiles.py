@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import csv
 import math
+import tomllib
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from importlib import resources
@@ -44,6 +45,17 @@ def read_text(path: Path) -> str:
     if "\0" in text:
         raise SceneError(f"{path}: a binary file, not a text file")
     return text
+
+
+def read_value(text: str) -> Any:
+    """A value as users write it in a cell or behind ``--set``: as in TOML, ``none`` for None, else the text."""
+    if text == "none":
+        return None
+    try:
+        parsed = tomllib.loads(f"value = {text}")
+    except (tomllib.TOMLDecodeError, RecursionError):
+        return text
+    return parsed["value"] if len(parsed) == 1 else text
 
 
 def packaged_names(folder: str, suffix: str) -> list[str]:

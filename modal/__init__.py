@@ -18,6 +18,7 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from modal.analytic import ShallowCable, shallow_cable
     from modal.comparison import Comparison, LinearMode, Parting, compare
+    from modal.corridor import screen_spans
     from modal.criteria import Criterion, coupled, den_hartog, nigol, stability_criteria
     from modal.linear import linear_model, root_locus
     from modal.modes import Mode, natural_modes
@@ -35,6 +36,7 @@ if TYPE_CHECKING:
 _HOMES = {
     "analytic": ("ShallowCable", "shallow_cable"),
     "comparison": ("Comparison", "LinearMode", "Parting", "compare"),
+    "corridor": ("screen_spans",),
     "criteria": ("Criterion", "coupled", "den_hartog", "nigol", "stability_criteria"),
     "linear": ("linear_model", "root_locus"),
     "modes": ("Mode", "natural_modes"),
@@ -77,6 +79,7 @@ __all__ = [
     "ratio_map",
     "root_locus",
     "screen",
+    "screen_spans",
     "shallow_cable",
     "stability_criteria",
     "track_modes",

@@ -9,6 +9,7 @@ import typer
 
 from gallop_fmu.terminal import (
     PICTURE_SUFFIXES,
+    AnyScene,
     AsJson,
     Changes,
     Commands,
@@ -21,8 +22,19 @@ from gallop_fmu.terminal import (
     new_console,
     new_table,
 )
+from gallop_fmu.terminal_runs import (
+    ClusterAddress,
+    Over,
+    RunsOut,
+    SpanTable,
+    WorkerCount,
+    carry_out,
+    grid_of,
+    values_of,
+)
 
 if TYPE_CHECKING:
+    from gallop_fmu.runs import Progress, Runs
     from gallop_fmu.scene import Scene
 
 app = typer.Typer(
@@ -56,7 +68,15 @@ def _root(
     """Modes, resonance and stability of an iced span, without simulating it."""
 
 
-@app.command(epilog=example("gallop-modal modes example3 --wind mean --plot modes.png"))
+RANGE = "KEY[=FIRST:LAST]"
+Followed = Annotated[
+    str | None,
+    typer.Option("--over", metavar=RANGE, help="Follow the modes over this number; else 0.7 to 1.3 times what it is."),
+]
+Points = Annotated[int, typer.Option("--points", metavar="N", min=2, help="Number of values.")]
+
+
+@app.command(epilog=example("gallop-modal modes example3 --over span.horizontal_tension --plot veering.png"))
 def modes(
     scene: SceneName,
     changes: Changes = None,
@@ -64,13 +84,18 @@ def modes(
     wind: Annotated[
         Literal["still", "mean"], typer.Option(help="About still air, or about equilibrium in the scene's mean wind.")
     ] = "still",
+    over: Followed = None,
+    points: Points = 25,
     plot: Plot = None,
     as_json: AsJson = False,
 ) -> None:
-    """Print the lowest natural modes: frequency, damping, family and loops."""
+    """Print the lowest natural modes: frequency, damping, family and loops; or follow them while a number changes."""
     from modal.modes import natural_modes
 
     chosen = _scene(scene, changes, plot)
+    if over is not None:
+        _follow_modes(chosen, count, wind, *_varied(chosen, over, points), plot, as_json)
+        return
     found = natural_modes(chosen, count, wind)
     rows = [
         {
@@ -103,39 +128,90 @@ def modes(
     _tell({"title": chosen.title, "wind": wind, "modes": rows}, [chosen.title, table], figure, plot, as_json)
 
 
-@app.command(
-    epilog=example("gallop-modal ratio example3 --over span.horizontal_tension --from 10e3 --to 20e3 --plot map.png")
-)
+def _follow_modes(
+    scene: Scene,
+    count: int,
+    wind: Literal["still", "mean"],
+    over: str,
+    values: list[float],
+    plot: Path | None,
+    as_json: bool,
+) -> None:
+    """Tell how frequencies and families change while a number does."""
+    from modal.tracking import track_modes
+
+    data = track_modes(scene, over, values, count, wind)
+    frequency, shares = data.frequency_hz.values, data.share.values
+    families = data.family.values[shares.argmax(axis=2)]
+    unit = data[over].attrs["units"]
+    rows = [
+        {
+            "frequency_hz": frequency[k].tolist(),
+            "damping_ratio": data.damping_ratio.values[k].tolist(),
+            "family": families[k].tolist(),
+            "shares": {name: shares[k, :, f].tolist() for f, name in enumerate(data.family.values.tolist())},
+            "likeness": data.likeness.values[k].tolist(),
+        }
+        for k in range(len(frequency))
+    ]
+    ends = [f"at {value:g} {unit}" for value in (values[0], values[-1])]
+    table = new_table("mode", f"{ends[0]} [Hz]", "family", f"{ends[1]} [Hz]", "family")
+    for k, (wave, family) in enumerate(zip(frequency, families, strict=True)):
+        table.add_row(str(k + 1), f"{wave[0]:.4f}", family[0], f"{wave[-1]:.4f}", family[-1])
+
+    def figure() -> Any:
+        from modal.plots import tracking_figure
+
+        return tracking_figure(data)
+
+    told = {"title": scene.title, "wind": wind, "over": over, "unit": unit, "values": values, "modes": rows}
+    _tell(told, [scene.title, table], figure, plot, as_json)
+
+
+def _varied(scene: Scene, option: str, points: int) -> tuple[str, list[float]]:
+    """The number that an option names, and the values that it asks for: by default around what the number is now."""
+    import numpy as np
+
+    from gallop_fmu.errors import SceneError
+    from modal.resonance import number_of
+
+    path, given, text = (part.strip() for part in option.partition("="))
+    if not given:
+        now = number_of(scene, path)
+        return path, np.linspace(0.7 * now, 1.3 * now, points).tolist()
+    if text.count(":") != 1:
+        return path, values_of(option, text)
+    try:
+        first, last = map(float, text.split(":"))
+    except ValueError:
+        raise SceneError(f"{option}: a range is FIRST:LAST, such as span.sag=1.5:3") from None
+    return path, np.linspace(first, last, points).tolist()
+
+
+@app.command(epilog=example("gallop-modal ratio example3 --over span.horizontal_tension=10e3:20e3 --plot map.png"))
 def ratio(
     scene: SceneName,
     changes: Changes = None,
     over: Annotated[
         str,
         typer.Option(
-            metavar="KEY",
+            metavar=RANGE,
             help="Number to vary: a value of the scene, temperature_change \\[K], or supports.stiffness_x1 (both).",
         ),
     ] = "span.horizontal_tension",
-    start: Annotated[
-        float | None, typer.Option("--from", metavar="X", help="Its first value; else 0.7 of now.")
-    ] = None,
-    stop: Annotated[float | None, typer.Option("--to", metavar="X", help="Its last value; else 1.3 of now.")] = None,
-    points: Annotated[int, typer.Option(metavar="N", min=2, help="Number of values.")] = 25,
+    points: Points = 25,
+    against: Annotated[str | None, typer.Option(metavar=RANGE, help="A second number, for a map over both.")] = None,
     plot: Plot = None,
     as_json: AsJson = False,
 ) -> None:
-    """Print the 2:1 frequency ratio, what changes it, and where it is 2."""
-    import numpy as np
-
-    from modal.resonance import crossings, frequency_ratio, number_of, ratio_map, unit_of, way_out
+    """Print the 2:1 frequency ratio, what changes it, and where it is 2; over one number or two."""
+    from modal.resonance import crossings, frequency_ratio, ratio_map, unit_of, way_out
 
     chosen = _scene(scene, changes, plot)
     here = frequency_ratio(chosen)
-    now = number_of(chosen, over)
-    first, last = (0.7 * now if start is None else start), (1.3 * now if stop is None else stop)
-    values = list(np.linspace(first, last, points))
-    at_two, ways = crossings(chosen, over, values), way_out(chosen)
-    told = {
+    (over, values), ways = _varied(chosen, over, points), way_out(chosen)
+    unit, first, last = unit_of(chosen, over), values[0], values[-1]
+    told: dict[str, Any] = {
         "title": chosen.title,
         "vertical_hz": here.vertical_hz,
         "horizontal_hz": here.horizontal_hz,
@@ -143,25 +219,38 @@ def ratio(
         "detuning": here.detuning,
         "one_to_one_detuning": here.one_to_one_detuning,
         "over": over,
-        "crossings": at_two,
         "ways_out": [way.sentence for way in ways],
     }
-    unit = unit_of(chosen, over)
-    crossed = ", ".join(f"{value:.5g} {unit}" for value in at_two) or f"nowhere from {first:g} to {last:g} {unit}"
     lines = [
         chosen.title,
         f"first symmetric vertical {here.vertical_hz:.4f} Hz, horizontal {here.horizontal_hz:.4f} Hz",
         f"ratio {here.ratio:.4f}: {abs(here.detuning):.1%} {'above' if here.detuning > 0 else 'below'} 2:1",
-        f"{over}: the ratio is 2 at {crossed}",
-        *(way.sentence for way in ways),
     ]
+    if against is None:
+        at_two = crossings(chosen, over, values)
+        crossed = ", ".join(f"{value:.5g} {unit}" for value in at_two) or f"nowhere from {first:g} to {last:g} {unit}"
+        lines.append(f"{over}: the ratio is 2 at {crossed}")
+        told["crossings"] = at_two
 
-    def figure() -> Any:
-        from modal.plots import ratio_figure
+        def figure() -> Any:
+            from modal.plots import ratio_figure
 
-        return ratio_figure(ratio_map(chosen, over, values))
+            return ratio_figure(ratio_map(chosen, over, values))
+    else:
+        against, others = _varied(chosen, against, points)
+        data = ratio_map(chosen, over, values, against=(against, others))
+        told |= {"values": values, "against": against, "against_values": others}
+        told["ratios"] = [[None if r != r else r for r in row] for row in data.ratio.values.tolist()]  # NaN is no JSON
+        lines.append(
+            f"ratio from {data.ratio.min().item():.4f} to {data.ratio.max().item():.4f} over {over} and {against}"
+        )
 
-    _tell(told, lines, figure, plot, as_json)
+        def figure() -> Any:
+            from modal.plots import ratio_figure
+
+            return ratio_figure(data)
+
+    _tell(told, [*lines, *(way.sentence for way in ways)], figure, plot, as_json)
 
 
 @app.command(epilog=example("gallop-modal linear example3 --highest 10 --plot locus.png"))
@@ -228,21 +317,41 @@ def linear(
     _tell(told, [*lines, table, *{onset.remark for onset in onsets if onset.remark}], figure, plot, as_json)
 
 
-@app.command(name="screen", epilog=example("gallop-modal screen example3 --set wind.speed=5.0"))
+@app.command(name="screen", epilog=example("gallop-modal screen example3 --table corridor.csv -o risk.parquet"))
 def screen_span(
-    scene: SceneName,
+    scene: AnyScene = None,
     changes: Changes = None,
+    over: Over = None,
+    table: SpanTable = None,
     highest: Annotated[
         float | None, typer.Option(metavar="U", help="Highest wind speed \\[m/s]; else 1.5 times the scene's.")
     ] = None,
+    out: RunsOut = None,
+    workers: WorkerCount = None,
+    cluster: ClusterAddress = None,
     plot: Plot = None,
     as_json: AsJson = False,
 ) -> None:
-    """Tell whether galloping will start the horizontal swing by 2:1 internal resonance, and from which wind on."""
+    """Tell whether galloping will start the horizontal swing by 2:1 internal resonance, and from which wind on.
+
+    Of one scene, or of many: over values of its parameters, every span of a table, or both.
+    """
     from dataclasses import asdict
 
+    from gallop_fmu.errors import SceneError
     from modal.screening import screen
 
+    if over or table:
+        if plot:
+            raise SceneError("--plot draws one span; leave it out, or leave out --over and --table")
+        _screen_many(
+            chosen_scene(scene, changes) if scene else None, over, table, highest, out, workers, cluster, as_json
+        )
+        return
+    if out or workers or cluster:
+        raise SceneError("--out, --workers and --cluster are for many spans; give --over or --table")
+    if scene is None:
+        raise SceneError("no scene: give SCENE, or spans to screen with --table")
     chosen = _scene(scene, changes, plot)
     found = screen(chosen, highest)
 
@@ -251,15 +360,43 @@ def screen_span(
 
         return screening_figure(found)
 
-    table = new_table("", "wind [m/s]", "vertical [m]", "horizontal [m]", "frequency [Hz]")
+    cycles = new_table("", "wind [m/s]", "vertical [m]", "horizontal [m]", "frequency [Hz]")
     for name, cycle in (("without swing", found.galloping), ("with swing", found.saturated)):
         if cycle is not None:
             numbers = (cycle.wind_speed, cycle.vertical, cycle.horizontal, cycle.frequency_hz)
-            table.add_row(name, *(f"{number:.4g}" for number in numbers))
-    lines = [chosen.title, f"risk of a 2:1 swing: {found.risk}", found.reason, *([table] if found.galloping else [])]
+            cycles.add_row(name, *(f"{number:.4g}" for number in numbers))
+    lines = [chosen.title, f"risk of a 2:1 swing: {found.risk}", found.reason, *([cycles] if found.galloping else [])]
     ratios = {"ratio": found.frequencies.ratio, "detuning": found.frequencies.detuning}
     told = {"title": chosen.title, **asdict(found), **ratios, "growth_per_cycle": found.growth_per_cycle}
     _tell(told, lines, figure, plot, as_json)
+
+
+def _screen_many(
+    base: Scene | None,
+    over: list[str] | None,
+    table: Path | None,
+    highest: float | None,
+    out: Path | None,
+    workers: int | None,
+    cluster: str | None,
+    as_json: bool,
+) -> None:
+    from modal.corridor import screen_spans
+
+    def compute(progress: Progress | None) -> Runs:
+        return screen_spans(
+            base,
+            grid_of(over),
+            table=table,
+            highest_wind=highest,
+            out=out,
+            workers=workers,
+            cluster=cluster,
+            progress=progress,
+        )
+
+    columns = ("outcome", "risk", "ratio", "galloping_from", "onset_wind_speed")
+    carry_out("gallop-modal", compute, columns, out, as_json=as_json)
 
 
 @app.command(name="compare", epilog=example("gallop-modal compare example3 --until 900 --plot compare.png"))

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
 
-from modal.limit_cycle import SWING, Balance, Orbit, derivative, doubled, fourier
+from modal.limit_cycle import SWING, Orbit, derivative, doubled, fourier, fourier_matrices
 from modal.reduced import ReducedModel, lopsided_model
 
 Array = NDArray[np.float64]
@@ -42,14 +43,12 @@ def monodromy(stiffness: Array, damping: Array, mass: Array, period: float) -> A
     h = period / steps
     # midpoint rule: x1 = x0 + h v, with v the mean velocity; M (v1 - v0)/h + C v + K (x0 + x1)/2 = 0
     left = mass + 0.5 * h * damping + 0.25 * h * h * stiffness
-    by_x = np.linalg.solve(left, -0.5 * h * stiffness)
-    by_v = np.linalg.solve(left, mass)
-    total = np.eye(2 * n)
-    for change_x, change_v in zip(by_x, by_v, strict=True):
-        x, v = total[:n], total[n:]
-        mean = change_x @ x + change_v @ v
-        total = np.concatenate([x + h * mean, 2.0 * mean - v])
-    return total
+    mean = np.linalg.solve(left, np.concatenate([-0.5 * h * stiffness, mass], axis=2))
+    total = np.concatenate([h * mean, 2.0 * mean], axis=1) + np.diag(np.repeat([1.0, -1.0], n))
+    while len(total) > 1:  # neighbours first: few large products instead of many small ones
+        pairs = total[1::2] @ total[: len(total) - 1 : 2]
+        total = pairs if len(total) % 2 == 0 else np.concatenate([pairs, total[-1:]])
+    return np.asarray(total[0])
 
 
 LEAST_SHARE = 0.2
@@ -105,9 +104,7 @@ def lopsided_multiplier(model: ReducedModel, orbit: Orbit, periods_per_orbit: in
 def _monodromy(model: ReducedModel, orbit: Orbit, periods_per_orbit: int) -> Array:
     instants, steps = INSTANTS * periods_per_orbit, STEPS * periods_per_orbit
     forces = model.forces(*orbit.at(instants), orbit.wind_speed)
-    spectrum = Balance((instants - 1) // 2, instants).value
-    phase = 2.0 * np.pi * (np.arange(steps) + 0.5) / steps
-    between = fourier(phase, (instants - 1) // 2)[0] @ np.linalg.pinv(spectrum)
+    between = _interpolation(instants, steps)
     period = 2.0 * np.pi / orbit.omega
     n = model.size
 
@@ -115,6 +112,14 @@ def _monodromy(model: ReducedModel, orbit: Orbit, periods_per_orbit: int) -> Arr
         return (between @ matrix.reshape(instants, -1)).reshape(steps, n, n)
 
     return monodromy(fine(forces.stiffness), fine(forces.damping), fine(forces.mass), period)
+
+
+@lru_cache(maxsize=4)
+def _interpolation(instants: int, steps: int) -> Array:
+    """From values at the instants of a period to those at the middle of its steps, by their spectrum."""
+    harmonics = (instants - 1) // 2
+    phase = 2.0 * np.pi * (np.arange(steps) + 0.5) / steps
+    return np.asarray(fourier(phase, harmonics)[0] @ np.linalg.pinv(fourier_matrices(harmonics, instants).value))
 
 
 def _odd() -> NDArray[np.intp]:
@@ -132,10 +137,10 @@ def _flip_matrix(model: ReducedModel, orbit: Orbit) -> Array:
     return derivative(SWING, twice.omega, forces, test, odd).reshape(len(odd) * model.size, -1)
 
 
-def flip_determinant(model: ReducedModel, orbit: Orbit) -> float:
-    """A smooth function that changes sign where a Floquet multiplier passes -1 (Hill's determinant, scaled)."""
+def flip_determinant(model: ReducedModel, orbit: Orbit) -> tuple[float, float]:
+    """Sign of Hill's determinant, which changes where a Floquet multiplier passes -1, and the logarithm of its size."""
     sign, logarithm = np.linalg.slogdet(_flip_matrix(model, orbit))
-    return float(sign * np.exp(logarithm / (len(_odd()) * model.size)))
+    return float(sign), float(logarithm)
 
 
 def flip_shape(model: ReducedModel, orbit: Orbit) -> tuple[Array, float]:

@@ -1,14 +1,15 @@
 """Periodic motions of a galloping span by harmonic balance, followed over the wind speed.
 
 A motion of period ``2 pi / omega`` is a Fourier series whose coefficients balance the forces of `modal.reduced` at
-equally spaced instants. A family of such motions is followed by pseudo-arclength continuation in the plane of amplitude
-and wind speed, so that it may start from rest, turn back or jump.
+equally spaced instants. A family of such motions is followed by pseudo-arclength continuation, so that it may start
+from rest, turn back or jump.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
+from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
@@ -22,8 +23,16 @@ FINE_HARMONICS, FINE_INSTANTS = 6, 26
 SWING_HARMONICS, SWING_INSTANTS = 6, 26
 """Harmonics kept and instants of balance. Four harmonics are enough unless a higher mode resonates with one of them."""
 
-TOLERANCE = 1e-7
-"""Newton's iteration ends at this relative change of the coefficients."""
+RESOLVED = 0.003
+"""Part of the highest harmonic kept, relative to the whole motion, from which more are needed: four are then off by
+0.3 % of the amplitude."""
+
+TOLERANCE = 1e-5
+"""Newton's iteration ends at this relative change of the coefficients; what is left is of the order of its square."""
+
+
+SHORTEST = 1e-3
+"""Step along a family, in parts of its scales, below which no next orbit is looked for."""
 
 
 class NotConvergedError(ArithmeticError):
@@ -59,6 +68,9 @@ def fourier(phase: Array, harmonics: int) -> tuple[Array, Array]:
     return np.stack(value, axis=1), np.stack(rate, axis=1)
 
 
+fourier_matrices = lru_cache(maxsize=32)(Balance)
+"""The same for whoever needs them again."""
+
 GALLOP = Balance(GALLOP_HARMONICS, GALLOP_INSTANTS)
 FINE = Balance(FINE_HARMONICS, FINE_INSTANTS)
 SWING = Balance(SWING_HARMONICS, SWING_INSTANTS)
@@ -84,7 +96,7 @@ class Orbit:
 
     def at(self, instants: int) -> tuple[Array, Array, Array]:
         """Coordinates, velocities and accelerations at instants of one period, (instant, mode) each."""
-        balance = Balance(len(self.coefficients) // 2, instants)
+        balance = fourier_matrices(len(self.coefficients) // 2, instants)
         return tuple(  # type: ignore[return-value]
             self.omega**order * basis @ self.coefficients
             for order, basis in enumerate((balance.value, balance.rate, balance.curvature))
@@ -98,6 +110,18 @@ class Orbit:
             turned[2 * k - 1] = c * np.cos(k * phase) + s * np.sin(k * phase)
             turned[2 * k] = s * np.cos(k * phase) - c * np.sin(k * phase)
         return Orbit(self.wind_speed, self.omega, turned)
+
+    def widened(self, harmonics: int) -> Orbit:
+        """The same motion with room for more harmonics."""
+        coefficients = np.zeros((2 * harmonics + 1, self.coefficients.shape[1]))
+        coefficients[: len(self.coefficients)] = self.coefficients
+        return Orbit(self.wind_speed, self.omega, coefficients)
+
+    @property
+    def is_resolved(self) -> bool:
+        """Whether the highest harmonic kept is small."""
+        highest = np.linalg.norm(self.coefficients[-2:])
+        return bool(highest <= RESOLVED * np.linalg.norm(self.coefficients[1:]))
 
     def packed(self) -> Array:
         """Coefficients, omega, wind speed in one array."""
@@ -216,68 +240,74 @@ class Track:
         rows[1] = condition
         return rows
 
-    def of_size(self, start: Array, size: float) -> tuple[Orbit, Array, int]:
-        """Orbit with the cosine part `size`, whatever the wind."""
-        condition = np.zeros_like(start)
-        condition[self.cosine] = 1.0
-        return solve(self.model, self.balance, start, self.rows(condition), np.array([0.0, size]))
+    @property
+    def growing(self) -> Array:
+        """Direction of the unknowns towards larger size."""
+        direction = np.zeros((2 * self.balance.harmonics + 1) * self.model.size + 2)
+        direction[self.cosine] = 1.0
+        return direction
 
-    def between(self, low: Array, high: Array) -> Orbit:
-        """Orbit half-way between two neighbours of the family."""
-        condition = self._measure(low) * (high - low)
-        guess = 0.5 * (low + high)
-        return solve(self.model, self.balance, guess, self.rows(condition), np.array([0.0, condition @ guess]))[0]
-
-    def _measure(self, like: Array) -> Array:
-        """Weights of the unknowns in the length of a family of orbits."""
-        weights = np.zeros_like(like)
-        weights[self.cosine] = 1.0 / self.size_scale**2
+    @property
+    def measure(self) -> Array:
+        """Weights of the unknowns in the length of a family of orbits: of all that oscillates, and of the wind."""
+        weights = np.full((2 * self.balance.harmonics + 1) * self.model.size + 2, 1.0 / self.size_scale**2)
+        weights[: self.model.size] = weights[-2] = 0.0
         weights[-1] = 1.0 / self.wind_scale**2
         return weights
 
+    def size(self, orbit: Orbit) -> float:
+        """First harmonic of the mode followed; negative where a family has passed through rest or half its period."""
+        return float(orbit.coefficients[1, self.mode])
+
+    def near(self, guess: Array, direction: Array, iterations: int = 12) -> tuple[Orbit, Array, int]:
+        """Orbit beside a guess, in the plane across a direction."""
+        row = self.measure * direction
+        return solve(self.model, self.balance, guess, self.rows(row), np.array([0.0, row @ guess]), iterations)
+
+    def of_size(self, start: Array, size: float) -> tuple[Orbit, Array, int]:
+        """Orbit with the cosine part `size`, whatever the wind."""
+        guess = start.copy()
+        guess[self.cosine] = size
+        return self.near(guess, self.growing)
+
+    def between(self, low: Array, high: Array, part: float = 0.5) -> Orbit:
+        """Orbit between two neighbours of the family, at a part of the way."""
+        return self.near(low + part * (high - low), high - low)[0]
+
     def at_wind(self, start: Array, wind_speed: float) -> tuple[Orbit, Array, int]:
         """Orbit at a wind speed."""
-        condition = np.zeros_like(start)
-        condition[-1] = 1.0 / self.wind_scale
-        start = start.copy()
-        start[-1] = wind_speed
-        return solve(
-            self.model, self.balance, start, self.rows(condition), np.array([0.0, wind_speed / self.wind_scale])
-        )
+        guess, direction = start.copy(), np.zeros_like(start)
+        guess[-1], direction[-1] = wind_speed, 1.0
+        return self.near(guess, direction)
 
     def follow(
         self,
         first: Orbit,
         matrix: Array,
+        direction: Array,
         stop: Callable[[Orbit], bool],
         step: float = 0.05,
         longest: float = 0.25,
-        most: int = 60,
+        most: int = 32,
     ) -> Iterator[Orbit]:
-        """Orbits from `first` on, at first towards larger size, until `stop` or where Newton finds no more."""
+        """Orbits from `first` on, at first towards `direction`, until `stop` or where Newton finds no more."""
         yield first
-        y = first.packed()
-        before = np.zeros_like(y)
-        before[self.cosine] = 1.0 / self.size_scale
+        y, measure = first.packed(), self.measure
         for _ in range(most):
-            condition = self._measure(y)
-            tangent = np.linalg.solve(np.vstack([matrix[:-1], before]), np.concatenate([np.zeros(len(y) - 1), [1.0]]))
-            tangent /= np.sqrt(tangent @ (condition * tangent))
+            ahead = np.vstack([matrix[:-1], measure * direction])
+            direction = np.linalg.solve(ahead, np.concatenate([np.zeros(len(y) - 1), [1.0]]))
+            direction /= np.sqrt(direction @ (measure * direction))
             while True:
-                guess = y + step * tangent
                 try:
-                    row = condition * tangent
-                    orbit, found, iterations = solve(
-                        self.model, self.balance, guess, self.rows(row), np.array([0.0, row @ guess]), iterations=7
-                    )
+                    orbit, matrix, iterations = self.near(y + step * direction, direction, iterations=6)
                     break
                 except (NotConvergedError, np.linalg.LinAlgError):
                     step *= 0.5
-                    if step < 1e-3:
+                    if step < SHORTEST:
                         return
             yield orbit
             if stop(orbit):
                 return
-            y, matrix, before = orbit.packed(), found, condition * tangent
-            if iterations <= 4:
+            y = orbit.packed()
+            if iterations <= 3:
                 step = min(1.5 * step, longest)

@@ -20,6 +20,16 @@ HIGHEST_WIND = 30.0
 WIND_STEP = 1.0
 """Wind speeds between which a change of stability is looked for [m/s]."""
 
+FINEST = 1.0 / 64.0
+"""Narrowest interval [m/s] that is still halved to look for a mode that grows only inside it."""
+
+NEAR = 0.5
+"""Part of a mode's damping in still air below which every interval is looked into."""
+
+BEND = 1.0
+"""Either half is looked into as well while the damping at one of its ends is below so many times the deviation of the
+damping in the middle from a straight line. In a half, a parabola dips below its lower end by a quarter of that."""
+
 HALVINGS = 3
 """Times that a step is halved to follow a mode past another; in wind, modes of all families veer a little."""
 
@@ -60,8 +70,9 @@ def critical_wind_speed(scene: Scene, count: int = 6, highest: float = HIGHEST_W
     """Lowest wind speed at which each mode begins to grow.
 
     The modes are followed from still air in steps of 1 m/s, each about the static equilibrium under its own wind, twist
-    and sideways swing included; where a damping ratio changes sign, bisection finds the speed to 1e-6 m/s. A mode that
-    grows only within less than a step can be missed. Beside it stands the speed that Den Hartog's criterion gives.
+    and sideways swing included; where a damping ratio changes sign, bisection finds the speed to 1e-6 m/s. A mode whose
+    damping is low, or bends within a step far enough to pass zero, is looked for inside the step too, down to 1/64 m/s.
+    Beside it stands the speed that Den Hartog's criterion gives.
 
     Parameters
     ----------
@@ -109,10 +120,13 @@ def critical_wind_speed(scene: Scene, count: int = 6, highest: float = HIGHEST_W
         except SceneError as problem:
             remark = f"not beyond {reached:g} m/s: {problem}"
             break
-        for k, right in enumerate(there):
-            if found[k] is None and at(high).modes[right].damping_ratio < 0.0:
-                branch = _Branch(at, float(low), chosen, k)
-                speed = float(brentq(lambda u, b=branch: b(u).damping_ratio, low, high, xtol=TOLERANCE))
+        for k in range(len(there)):
+            if found[k] is not None:
+                continue
+            branch = _Branch(at, float(low), chosen, k)
+            growing = _growing(branch, float(low), float(high), NEAR * still[k].damping_ratio)
+            if growing is not None:
+                speed = float(brentq(lambda u, b=branch: b(u).damping_ratio, growing[0], growing[1], xtol=TOLERANCE))
                 found[k] = speed, branch(speed).frequency_hz
         chosen, reached = there, float(high)
     return [
@@ -142,6 +156,18 @@ def den_hartog_speed(scene: Scene, mode: Mode) -> float | None:
     mass = scene.conductor.mass_per_length + scene.ice.mass_per_length
     omega = 2.0 * np.pi * mode.frequency_hz
     return 4.0 * mass * omega * mode.damping_ratio / (scene.wind.air_density * scene.conductor.diameter * -slope)
+
+
+def _growing(branch: _Branch, low: float, high: float, suspicious: float) -> tuple[float, float] | None:
+    """The first interval found at whose end a mode grows that is damped at its beginning; None if there is none."""
+    ends = branch(low).damping_ratio, branch(high).damping_ratio
+    if ends[1] < 0.0:
+        return low, high
+    if high - low <= FINEST or min(ends) >= suspicious:
+        return None
+    middle = 0.5 * (low + high)
+    bend = BEND * abs(0.5 * sum(ends) - branch(middle).damping_ratio)
+    return _growing(branch, low, middle, bend) or _growing(branch, middle, high, bend)
 
 
 class _Branch:

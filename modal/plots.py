@@ -1,4 +1,4 @@
-"""Figures of the modal toolkit: mode shapes, ratio map, criteria over the attack angle, root locus, screening.
+"""Figures of the modal toolkit: mode shapes, modes followed, ratio map, criteria, root locus, screening.
 
 Every function returns a `matplotlib.figure.Figure` and leaves pyplot's global state alone.
 """
@@ -6,11 +6,16 @@ Every function returns a `matplotlib.figure.Figure` and leaves pyplot's global s
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Literal
 
 import matplotlib
 import numpy as np
+from matplotlib.collections import LineCollection
+from matplotlib.colors import to_rgb
 from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+from matplotlib.ticker import MaxNLocator
+from numpy.typing import NDArray
 
 from modal.criteria import Criterion
 from modal.modes import Mode
@@ -20,10 +25,18 @@ if TYPE_CHECKING:
 
     from modal.screening import Screening
 
+Array = NDArray[np.float64]
+
 COLOURS = {"vertical": "#0072B2", "horizontal": "#D55E00", "torsional": "#009E73", "longitudinal": "#CC79A7"}
 """Okabe and Ito's palette, which readers with any colour vision tell apart."""
 
 UNSTABLE, NEUTRAL = "#E69F00", "#404040"
+MARKED = "#D00000"
+"""Lines on a map of colours."""
+
+SEEN = 0.15
+"""Part of the kinetic energy above which the colour of a family can be seen in a mixture."""
+
 WIDTH = 7.1
 """Width of a figure over both columns of a journal page [inch]."""
 
@@ -69,14 +82,74 @@ def mode_shapes(modes: Sequence[Mode], title: str = "") -> Figure:
     return figure
 
 
+def tracking_figure(data: xr.Dataset) -> Figure:
+    """Frequencies of modes over what was varied, each followed by its shape.
+
+    The colour is that of the families, mixed by their share of the kinetic energy; width and the number at both ends
+    tell the mode: two that cross keep theirs and change places, two that veer keep their places and exchange their
+    colours.
+
+    Parameters
+    ----------
+    data
+        From `modal.track_modes`.
+    """
+    path = data.frequency_hz.dims[1]
+    values, frequency = data[path].values, data.frequency_hz.values
+    palette = np.array([to_rgb(COLOURS[family]) for family in data.family.values.tolist()])
+    with matplotlib.rc_context(STYLE):
+        figure = Figure(figsize=(WIDTH, 5.0), layout="constrained")
+        axes = figure.subplots()
+        for mode, (wave, share) in enumerate(zip(frequency, data.share.values, strict=True)):
+            points = np.stack([values, wave], axis=1)
+            mixed = 0.5 * (share[1:] + share[:-1]) @ palette
+            pieces = np.stack([points[:-1], points[1:]], axis=1)
+            under = mode % 2 == 0  # neighbours often lie on each other: one is drawn broad below, one thin above
+            lines = LineCollection(
+                list(pieces),
+                colors=np.clip(mixed, 0.0, 1.0),
+                linewidths=3.4 if under else 1.2,
+                zorder=2 if under else 3,
+            )
+            axes.add_collection(lines)
+        axes.autoscale()
+        span = values[-1] - values[0]
+        axes.set_xlim(values[0] - 0.04 * span, values[-1] + 0.04 * span)
+        low, high = frequency.min(), frequency.max()
+        axes.set_ylim(low - 0.05 * (high - low), high + 0.05 * (high - low))
+        for column, side in ((0, -1), (-1, 1)):
+            order = np.argsort(frequency[:, column], kind="stable")
+            heights = _spread(frequency[order, column], 0.03 * (high - low))
+            for mode, height in zip(order, heights, strict=True):
+                place = values[column] + side * 0.012 * span, height
+                axes.text(*place, str(mode + 1), ha="left" if side > 0 else "right", va="center", fontsize=7.0)
+        seen = [k for k in range(len(palette)) if data.share.values[:, :, k].max() > SEEN]
+        families = data.family.values.tolist()
+        handles = [Line2D([], [], color=COLOURS[families[k]], linewidth=1.6, label=families[k]) for k in seen]
+        figure.legend(handles=handles, frameon=False, loc="outside upper center", ncols=len(handles))
+        axes.set_ylabel("frequency [Hz]")
+        axes.set_xlabel(f"{path} [{data[path].attrs['units']}]")
+    return figure
+
+
+def _spread(wanted: Array, least: float) -> Array:
+    """Ascending places as near as can be to the wanted ones, no two nearer than the least distance."""
+    lifted = wanted - least * np.arange(len(wanted))
+    upper = np.maximum.accumulate(lifted)
+    lower = np.minimum.accumulate(lifted[::-1])[::-1]
+    return np.asarray(0.5 * (upper + lower) + least * np.arange(len(wanted)))
+
+
 def ratio_figure(data: xr.Dataset) -> Figure:
-    """Frequencies and their ratio over what was varied, the neighbourhood of 2:1 shaded.
+    """Frequencies and their ratio over what was varied, the neighbourhood of 2:1 shaded; a map over two numbers.
 
     Parameters
     ----------
     data
         From `modal.ratio_map`.
     """
+    if data.ratio.ndim == 2:
+        return _ratio_contours(data)
     (path,) = data.ratio.dims
     values, unit = data[path].values, data[path].attrs["units"]
     with matplotlib.rc_context(STYLE):
@@ -96,6 +169,34 @@ def ratio_figure(data: xr.Dataset) -> Figure:
         below.set_title(f"shaded: within {NEAR:.0%} of 2:1", loc="left")
         below.set_xlabel(f"{path} [{unit}]")
         below.margins(x=0.0)
+    return figure
+
+
+def _ratio_contours(data: xr.Dataset) -> Figure:
+    """The frequency ratio over two numbers, 2:1 and 1:1 marked; white where there is none."""
+    down, across = data.ratio.dims
+    x, y, ratio = data[across].values, data[down].values, data.ratio.values
+    with matplotlib.rc_context(STYLE):
+        figure = Figure(figsize=(WIDTH, 4.4), layout="constrained")
+        axes = figure.subplots()
+        filled = axes.contourf(x, y, ratio, levels=np.linspace(np.nanmin(ratio), np.nanmax(ratio), 25), cmap="cividis")
+        bar = figure.colorbar(filled, ax=axes, ticks=MaxNLocator(8))
+        bar.set_label("frequency ratio [1]")
+        handles = []
+        marks: tuple[tuple[float, Literal["-", "--"], str], ...] = ((2.0, "-", "2:1"), (1.0, "--", "1:1"))
+        for value, style, name in marks:
+            if np.nanmin(ratio) < value < np.nanmax(ratio):
+                axes.contour(x, y, ratio, levels=[value], colors=MARKED, linewidths=1.8, linestyles=style)
+                bar.ax.axhline(value, color=MARKED, linewidth=1.8, linestyle=style)
+                handles.append(Line2D([], [], color=MARKED, linewidth=1.8, linestyle=style, label=name))
+        if np.nanmin(ratio) < 2.0 + 2.0 * NEAR and np.nanmax(ratio) > 2.0 - 2.0 * NEAR:
+            edges = [2.0 - 2.0 * NEAR, 2.0 + 2.0 * NEAR]
+            axes.contour(x, y, ratio, levels=edges, colors=MARKED, linewidths=0.8, linestyles=":")
+            handles.append(Line2D([], [], color=MARKED, linewidth=0.8, linestyle=":", label=f"{NEAR:.0%} from 2:1"))
+        if handles:
+            figure.legend(handles=handles, frameon=False, loc="outside upper center", ncols=len(handles))
+        axes.set_xlabel(f"{across} [{data[across].attrs['units']}]")
+        axes.set_ylabel(f"{down} [{data[down].attrs['units']}]")
     return figure
 
 

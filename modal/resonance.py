@@ -4,9 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import product
 from typing import TYPE_CHECKING
 
 import numpy as np
+from numpy.typing import NDArray
 
 from gallop_fmu import Model, Scene, SceneError, SimulationError
 from modal.modes import FAMILIES, Family, Mode, natural_modes
@@ -27,6 +29,12 @@ CLEAR_SYMMETRY = 0.8
 
 TEMPERATURE = "temperature_change"
 """Not a number of the scene: the rise of temperature from the scene's state [K]."""
+
+ICE_MASS = "ice.mass_per_length"
+"""Ice on the strung conductor, which sags further under it."""
+
+CABLE = ("span.", "conductor.", "ice.", "supports.")
+"""Numbers with which sag and tension change."""
 
 BOTH_ENDS = "supports"
 """``supports.stiffness_x1`` and ``supports.stiffness_x3`` stand for both ends at once."""
@@ -118,8 +126,14 @@ def frequency_ratio(scene: Scene) -> FrequencyRatio:
     )
 
 
-def ratio_map(scene: Scene, path: str, values: Sequence[float], expansion: float = ACSR_EXPANSION) -> xr.Dataset:
-    """Frequency ratio and detuning while one number of a span changes.
+def ratio_map(
+    scene: Scene,
+    path: str,
+    values: Sequence[float],
+    expansion: float = ACSR_EXPANSION,
+    against: tuple[str, Sequence[float]] | None = None,
+) -> xr.Dataset:
+    """Frequency ratio and detuning while one number of a span changes, or two at once.
 
     Parameters
     ----------
@@ -136,41 +150,56 @@ def ratio_map(scene: Scene, path: str, values: Sequence[float], expansion: float
         Values of the number in its unit.
     expansion
         Coefficient of linear expansion [1/K] for ``temperature_change``; the default is for ACSR 26/7.
+    against
+        Path and values of a second number, for a map over both. Temperature and ice change the state of the span that
+        the other number describes.
 
     Returns
     -------
     xarray.Dataset
-        Over `path`: ``vertical_hz``, ``horizontal_hz`` [Hz], ``ratio``, ``detuning`` (from 2:1),
-        ``one_to_one_detuning``, and ``problem``: empty, or why there is no ratio, which is then NaN.
+        Over `path`, and over the second one if given: ``vertical_hz``, ``horizontal_hz`` [Hz], ``ratio``, ``detuning``
+        (from 2:1), ``one_to_one_detuning``, and ``problem``: empty, or why there is no ratio, which is then NaN.
 
     Raises
     ------
     SceneError
-        If the path is unknown, or no value is given.
+        If a path is unknown, no value is given, or the two numbers determine each other.
     """
     import xarray as xr
 
-    if len(values) == 0:
-        raise SceneError(f"values of {path}: at least one is needed")
-    unit = unit_of(scene, path)
+    over = [(path, values), *([against] if against else [])]
+    for name, numbers in over:
+        if len(numbers) == 0:
+            raise SceneError(f"values of {name}: at least one is needed")
+    paths = [name for name, _ in over]
+    units = [unit_of(scene, name) for name in paths]
+    if len(set(paths)) < len(paths) or set(paths) == {"span.sag", "span.horizontal_tension"}:
+        raise SceneError(f"{paths[0]} and {paths[1]}: one follows from the other, so there is no map over both")
+    last_first = sorted(range(len(paths)), key=lambda k: paths[k] in (TEMPERATURE, ICE_MASS))
     found: list[FrequencyRatio | str] = []
-    for value in values:
+    for point in product(*(numbers for _, numbers in over)):
         try:
-            found.append(frequency_ratio(with_number(scene, path, value, expansion)))
+            changed = scene
+            for k in last_first:
+                changed = with_number(changed, paths[k], point[k], expansion)
+            found.append(frequency_ratio(changed))
         except (SceneError, SimulationError) as problem:
             found.append(str(problem))
+    shape = [len(numbers) for _, numbers in over]
 
-    def column(name: str) -> list[float]:
-        return [getattr(row, name) if isinstance(row, FrequencyRatio) else np.nan for row in found]
+    def column(name: str) -> NDArray[np.float64]:
+        return np.reshape([getattr(row, name) if isinstance(row, FrequencyRatio) else np.nan for row in found], shape)
 
-    names = ("vertical_hz", "horizontal_hz", "ratio", "detuning", "one_to_one_detuning")
-    units = ("Hz", "Hz", "1", "1", "1")
+    columns = {"vertical_hz": "Hz", "horizontal_hz": "Hz", "ratio": "1", "detuning": "1", "one_to_one_detuning": "1"}
     return xr.Dataset(
         {
-            **{name: (path, column(name), {"units": u}) for name, u in zip(names, units, strict=True)},
-            "problem": (path, [row if isinstance(row, str) else "" for row in found]),
+            **{name: (paths, column(name), {"units": unit}) for name, unit in columns.items()},
+            "problem": (paths, np.reshape([row if isinstance(row, str) else "" for row in found], shape)),
         },
-        coords={path: (path, np.asarray(values, dtype=np.float64), {"units": unit})},
+        coords={
+            name: (name, np.asarray(numbers, dtype=np.float64), {"units": unit})
+            for (name, numbers), unit in zip(over, units, strict=True)
+        },
         attrs={"title": scene.title},
     )
 
@@ -257,7 +286,7 @@ def with_number(scene: Scene, path: str, value: float, expansion: float = ACSR_E
     """The scene with one number changed, as `ratio_map` understands it."""
     if path == TEMPERATURE:
         return change_of_state(scene, temperature_change=value, expansion=expansion)
-    if path == "ice.mass_per_length":
+    if path == ICE_MASS:
         return change_of_state(scene, ice_mass=value)
     if path in _BOTH:
         name = path.split(".")[1]
@@ -266,7 +295,7 @@ def with_number(scene: Scene, path: str, value: float, expansion: float = ACSR_E
         return scene.with_values({path: value, "span.horizontal_tension": None})
     if path == "span.horizontal_tension":
         return scene.with_values({path: value, "span.sag": None})
-    return _freed(scene).with_values({path: value})
+    return (_freed(scene) if path.startswith(CABLE) else scene).with_values({path: value})
 
 
 def number_of(scene: Scene, path: str) -> float:

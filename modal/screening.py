@@ -30,10 +30,6 @@ LEAST_DAMPING = 1e-4
 """Damping ratio of the pair below which there is no threshold to speak of; twist damping alone may give 1e-5."""
 
 
-STILL = 1e-6
-"""Amplitude [m] below which a limit cycle is the still span: galloping can end at a higher wind than it began."""
-
-
 @dataclass(frozen=True)
 class Screening:
     """What vertical galloping does to the horizontal swing.
@@ -53,8 +49,8 @@ class Screening:
         Natural frequencies of the pair, their ratio and its detuning from 2.
     coupling : float
         Relative change of the swing's stiffness per metre of vertical mid-span displacement [1/m].
-    galloping_from : float or None
-        Wind speed [m/s] at which galloping begins.
+    galloping_from, galloping_until : float or None
+        Wind speed [m/s] at which galloping begins, and that at which it has died out again, if below `highest_wind`.
     limit_cycle : tuple of Cycle
         Vertical galloping without swing over the wind speed, in the order of continuation.
     galloping : Cycle or None
@@ -82,6 +78,7 @@ class Screening:
     frequencies: FrequencyRatio
     coupling: float
     galloping_from: float | None
+    galloping_until: float | None
     limit_cycle: tuple[Cycle, ...] = field(repr=False)
     galloping: Cycle | None
     onset_wind_speed: float | None
@@ -156,6 +153,7 @@ def screen(scene: Scene, highest_wind: float | None = None) -> Screening:
         frequencies=frequencies,
         coupling=rough.coupling.modulation,
         galloping_from=None,
+        galloping_until=None,
         limit_cycle=(),
         galloping=None,
         onset_wind_speed=None,
@@ -196,7 +194,12 @@ def _judged(blank: Screening, search: Search) -> Screening:
     wind = blank.wind_speed
     side = "above" if blank.frequencies.detuning > 0.0 else "below"
     tuned = f"f_v/f_h = {blank.frequencies.ratio:.3f}, {abs(blank.frequencies.detuning):.1%} {side} 2:1"
-    found = replace(blank, galloping_from=search.galloping_from, limit_cycle=search.table())
+    found = replace(
+        blank,
+        galloping_from=search.galloping_from,
+        galloping_until=search.galloping_until,
+        limit_cycle=search.table(),
+    )
     if search.galloping_from is None:
         reached = f"; {search.limit}" if search.limit else ""
         return replace(
@@ -205,8 +208,7 @@ def _judged(blank: Screening, search: Search) -> Screening:
         )
     galloping = search.at_wind(search.orbits, search.track)
     cycle = None if galloping is None else search.cycle(galloping, abs(multipliers(search.model, galloping).swing))
-    ended = cycle is not None and cycle.vertical < STILL
-    cycle = None if ended else cycle
+    ended = search.galloping_until is not None and wind > search.galloping_until
     found = replace(found, galloping=cycle)
     limits = search.limits()
     start = next((orbit for orbit, starts in limits if starts), None)
@@ -238,7 +240,7 @@ def _judged(blank: Screening, search: Search) -> Screening:
 def _no_swing(found: Screening, limit: str | None, ended: bool) -> str:
     gallops = f"it begins to gallop at {found.galloping_from:.4g} m/s"
     if ended:
-        gallops += f" and no longer gallops at {found.wind_speed:.4g} m/s"
+        gallops += f" and has died out at {found.galloping_until:.4g} m/s, below the scene's {found.wind_speed:.4g} m/s"
     if found.galloping is not None:
         gallops = f"it gallops at {found.galloping.vertical:.3g} m"
     caveat = f" ({limit})" if limit else ""

@@ -6,15 +6,21 @@ from dataclasses import dataclass, replace
 from itertools import pairwise
 
 import numpy as np
+from numpy.typing import NDArray
 
-from gallop_fmu import Outcome, SceneError, simulate
+from gallop_fmu import Model, Outcome, SceneError
 from modal.floquet import flip_determinant, flip_shape, lopsided_multiplier, multipliers
-from modal.limit_cycle import FINE, GALLOP, SWING, NotConvergedError, Orbit, Track, amplitudes, doubled
-from modal.reduced import ReducedModel, mean_state
+from modal.limit_cycle import FINE, GALLOP, SWING, Balance, NotConvergedError, Orbit, Track, amplitudes, doubled
+from modal.reduced import MeanState, ReducedModel, mean_state
 from modal.rest import mirrored
 
+Array = NDArray[np.float64]
+
 WINDS = 12
-"""Wind speeds at which the mean state is examined before its stability limit is bisected."""
+"""Wind speeds at which the mean state is examined before its stability limit is narrowed down."""
+
+LEAST_WIND, ACCURATE = 0.01, 1e-4
+"""Lowest wind looked at, in parts of the highest, and relative accuracy of the wind at which galloping begins."""
 
 SPEED_RATIO = 0.3
 """Vertical speed over wind speed by which amplitudes are scaled: galloping settles at about 0.5."""
@@ -22,11 +28,18 @@ SPEED_RATIO = 0.3
 FIRST_SIZE = 0.05
 """Size of the first orbit beside the mean state, in that scale."""
 
-BEAT_ELEMENTS, BEAT_STEP, BEAT_CYCLES = 6, 0.02, 400
-"""Elements, time step and duration (both in vertical cycles) of the simulation of a swing that comes and goes."""
+LAST_SIZE = 0.01
+"""Size at which galloping that dies out at a higher wind is taken to have ended, in that scale."""
+
+BEAT_ELEMENTS, BEAT_STEPS, BEAT_RECORDS, BEAT_CYCLES, BEAT_SETTLING = 6, 80, 16, 500, 0.4
+"""The simulation of a swing that comes and goes: elements, steps and records in a vertical cycle, cycles, and the part
+of them that is left out while it settles."""
 
 HALVINGS = 9
-"""Halvings of the interval that holds a stability limit: to a thousandth of the distance of two orbits."""
+"""Halvings of the interval that holds an orbit at the scene's wind."""
+
+LIMIT = 1e-3
+"""Accuracy of a stability limit, in parts of the distance of two orbits."""
 
 
 @dataclass(frozen=True)
@@ -61,43 +74,47 @@ class Search:
         self.model, self.wind, self.highest = model, wind, highest
         self.size_scale = SPEED_RATIO * wind / model.frequencies[0] / abs(model.middle[model.vertical, 1])
         self.limit: str | None = None  # why the limit cycle could not be followed up to the highest wind
+        self.galloping_until: float | None = None
         self.galloping_from, start = self._stability_limit()
+        self.track = self._track(GALLOP)
         self.orbits: list[Orbit] = []
-        for balance in (GALLOP, FINE):
-            self.track = Track(model, balance, model.vertical, wind, self.size_scale)
-            if start is None:
-                break
-            self.limit = None
-            if not self._follow(start):
-                break
+        if start is not None:
+            self._follow(start)
         self.growth = [multipliers(model, orbit) for orbit in self.orbits]
+
+    def _track(self, balance: Balance) -> Track:
+        return Track(self.model, balance, self.model.vertical, self.wind, self.size_scale)
 
     def _stability_limit(self) -> tuple[float | None, Orbit | None]:
         """Lowest wind at which the mean state gallops, and the first orbit there."""
-        calm = 0.0
-        winds = np.union1d(self.highest * np.arange(1, WINDS + 1) / WINDS, [self.wind])
-        found = None
-        for wind in winds:
+        from scipy.optimize import brentq  # slow to import
+
+        states: dict[float, MeanState] = {}
+
+        def growth(wind: float) -> float:
+            if wind not in states:
+                states[wind] = mean_state(self.model, wind)
+            return states[wind].vertical.real
+
+        growth(self.wind)  # refuses a span that the wind in question turns over, however early it gallops
+        calm, galloping = LEAST_WIND * self.highest, None
+        for wind in np.union1d(self.highest * np.arange(1, WINDS + 1) / WINDS, [self.wind]).tolist():
             try:
-                found = mean_state(self.model, float(wind))
+                rate = growth(wind)
             except SceneError as error:
-                if wind <= self.wind:
+                if wind < self.wind:
                     raise
                 self.limit = str(error)
                 return None, None
-            if found.vertical.real > 0.0:
+            if rate > 0.0:
+                galloping = wind
                 break
-            calm = float(wind)
-        if found is None or found.vertical.real <= 0.0:
+            calm = wind
+        if galloping is None:
             return None, None
-        galloping = float(wind)
-        for _ in range(HALVINGS):
-            middle = 0.5 * (calm + galloping)
-            state = mean_state(self.model, middle)
-            if state.vertical.real > 0.0:
-                galloping, found = middle, state
-            else:
-                calm = middle
+        galloping = float(brentq(growth, calm, galloping, rtol=ACCURATE)) if growth(calm) < 0.0 else calm
+        growth(galloping)
+        found = states[galloping]
         size = FIRST_SIZE * self.size_scale
         shape = found.shape / found.shape[self.model.vertical]
         coefficients = np.zeros((3, self.model.size))
@@ -105,31 +122,70 @@ class Search:
         coefficients[1], coefficients[2] = size * shape.real, -size * shape.imag
         return galloping, Orbit(galloping, float(found.vertical.imag), coefficients)
 
-    def _follow(self, start: Orbit) -> bool:
-        """Follow the limit cycle up to the highest wind or the end of the curve; true if it was lost before."""
-        spectrum = np.zeros((2 * self.track.balance.harmonics + 1, self.model.size))
-        spectrum[:3] = start.coefficients
-        guess = Orbit(start.wind_speed, start.omega, spectrum)
+    def _follow(self, start: Orbit) -> None:
+        """Follow the limit cycle up to the highest wind, its own end or the end of the curve."""
+        guess = start.widened(self.track.balance.harmonics).packed()
         try:
-            first, matrix, _ = self.track.of_size(guess.packed(), FIRST_SIZE * self.size_scale)
+            first, matrix, _ = self.track.of_size(guess, FIRST_SIZE * self.size_scale)
         except NotConvergedError:
             raise SceneError(
                 f"no limit cycle was found beside the mean state at {start.wind_speed:.4g} m/s, where galloping "
                 "begins; look at simulate(scene)"
             ) from None
-        self.orbits = []
-        for orbit in self.track.follow(first, matrix, lambda orbit: orbit.wind_speed > self.highest):
+        if self._follow_on(first, matrix, self.track.growing):
+            return
+        # from where four harmonics no longer do
+        self.track = self._track(FINE)
+        self.orbits = [orbit.widened(self.track.balance.harmonics) for orbit in self.orbits]
+        last = self.orbits.pop().packed()
+        direction = last - self.orbits[-1].packed() if self.orbits else self.track.growing
+        try:
+            first, matrix, _ = self.track.near(last, direction)
+        except NotConvergedError:
+            self.limit = f"it could not be followed beyond {last[-1]:.4g} m/s"
+            return
+        self._follow_on(first, matrix, direction)
+
+    def _follow_on(self, first: Orbit, matrix: Array, direction: Array) -> bool:
+        """Follow the limit cycle from one orbit on; false if it was lost, or is not resolved, with so few harmonics."""
+        fine, least = self.track.balance is FINE, LAST_SIZE * self.size_scale
+
+        def ends(orbit: Orbit) -> bool:
+            done = orbit.wind_speed > self.highest or self.track.size(orbit) < least
+            return done or not (fine or orbit.is_resolved)
+
+        self.limit = None
+        for orbit in self.track.follow(first, matrix, direction, ends):
             if self._leaves_curve(orbit):
                 self.limit = (
                     f"at {orbit.wind_speed:.4g} m/s its attack angles leave the coefficient curve, which is valid from "
                     "{:g} to {:g} deg".format(*self.model.scene.aerodynamics.range_deg)  # type: ignore[union-attr]
                 )
-                return False
+                return True
+            if self.track.size(orbit) < least:
+                self._end(orbit, least)
+                return True
             self.orbits.append(orbit)
-        lost = self.orbits[-1].wind_speed < self.highest
-        if lost:
-            self.limit = f"it could not be followed beyond {self.orbits[-1].wind_speed:.4g} m/s"
-        return lost
+        last = self.orbits[-1]
+        if last.wind_speed > self.highest:
+            return True
+        self.limit = f"it could not be followed beyond {last.wind_speed:.4g} m/s"
+        return False
+
+    def _end(self, beyond: Orbit, least: float) -> None:
+        """How a family ends that has lost its first harmonic: at rest, or in a motion of half its period."""
+        low, high = self.orbits[-1], beyond
+        part = (self.track.size(low) - least) / (self.track.size(low) - self.track.size(high))
+        try:
+            last = self.track.of_size((1.0 - part) * low.packed() + part * high.packed(), least)[0]
+        except NotConvergedError:
+            self.limit = f"it could not be followed beyond {low.wind_speed:.4g} m/s"
+            return
+        self.orbits.append(last)
+        if np.linalg.norm(last.coefficients[1:]) < FIRST_SIZE * self.size_scale:
+            self.galloping_until = last.wind_speed
+        else:
+            self.limit = f"at {last.wind_speed:.4g} m/s a higher mode takes over, at twice its frequency"
 
     def _leaves_curve(self, orbit: Orbit) -> bool:
         curve = self.model.scene.aerodynamics
@@ -172,21 +228,20 @@ class Search:
 
     def _limit_between(self, low: Orbit, high: Orbit) -> Orbit:
         """Orbit at which the swing is neither damped nor driven."""
+        from scipy.optimize import brentq  # slow to import
+
         ends = [flip_determinant(self.model, one) for one in (low, high)]
-        by_flip = ends[0] * ends[1] < 0.0
-
-        def level(orbit: Orbit) -> float:
-            return flip_determinant(self.model, orbit) if by_flip else abs(multipliers(self.model, orbit).swing) - 1.0
-
-        first = level(low)
+        by_flip, size = ends[0][0] != ends[1][0], ends[0][1]
         a, b = low.packed(), high.packed()
-        for _ in range(HALVINGS):
-            orbit = self.track.between(a, b)
-            if level(orbit) * first > 0.0:
-                a = orbit.packed()
-            else:
-                b = orbit.packed()
-        return self.track.between(a, b)
+
+        def level(part: float) -> float:
+            orbit = self.track.between(a, b, part) if 0.0 < part < 1.0 else (low, high)[int(part)]
+            if not by_flip:
+                return abs(multipliers(self.model, orbit).swing) - 1.0
+            sign, logarithm = flip_determinant(self.model, orbit)
+            return sign * float(np.exp(logarithm - size))
+
+        return self.track.between(a, b, float(brentq(level, 0.0, 1.0, xtol=LIMIT)))
 
     def swing_branch(self, onset: Orbit) -> tuple[list[Orbit], Track]:
         """Motions with swing, from its onset to the scene's wind."""
@@ -202,7 +257,11 @@ class Search:
         except NotConvergedError:
             return [], track
         low, high = 0.7 * min(self.wind, onset.wind_speed), max(self.wind, 1.1 * onset.wind_speed)
-        return list(track.follow(first, matrix, lambda orbit: not low < orbit.wind_speed < high)), track
+
+        def ends(orbit: Orbit) -> bool:
+            return not low < orbit.wind_speed < high or track.size(orbit) <= 0.0
+
+        return list(track.follow(first, matrix, track.growing, ends)), track
 
     def lopsided(self, orbit: Orbit, cycles: int) -> float | None:
         """Growth in one vertical cycle of what breaks the mirror symmetry; None without such symmetry."""
@@ -212,20 +271,23 @@ class Search:
 
     def beating(self, unsteady: Cycle) -> Cycle:
         """Amplitudes of a swing that comes and goes, from a short simulation that starts near its unstable cycle."""
+        scene = self.model.scene
         coarse = {
-            "numerics.elements": min(BEAT_ELEMENTS, self.model.scene.numerics.elements),
-            "numerics.time_step": BEAT_STEP / unsteady.frequency_hz,
+            "numerics.elements": min(BEAT_ELEMENTS, scene.numerics.elements),
+            "numerics.time_step": 1.0 / (BEAT_STEPS * unsteady.frequency_hz),
             "initial": {"seed_vertical": -unsteady.vertical, "seed_horizontal": unsteady.horizontal},
-        }
-        cycles = BEAT_CYCLES / unsteady.frequency_hz
-        result = simulate(
-            self.model.scene.with_values(coarse), stop_time=cycles, record_every=4, channels=("u2", "u3", "theta"),
-            on_failure="return",
-        )  # fmt: skip
-        if result.outcome is not Outcome.COMPLETED:
+            "wind": {"speed": self.wind, "air_density": scene.wind.air_density},
+            "loads": [], "supports.left.motion": None, "supports.right.motion": None,
+        }  # fmt: skip
+        model = Model(scene.with_values(coarse))
+        every = BEAT_STEPS // BEAT_RECORDS
+        run = model.start().run(
+            BEAT_CYCLES * BEAT_RECORDS, every, np.array([1, 2, 3], np.int32), np.array([model.middle], np.int32)
+        )
+        if run.report.outcome is not Outcome.COMPLETED:
             return unsteady
-        steady = result.steady(0.6 * cycles)
-        vertical, horizontal, twist = (steady[name].amplitude for name in ("u2", "u3", "theta"))
+        late = run.node_values[int(BEAT_SETTLING * len(run.node_values)) :, :, 0]
+        vertical, horizontal, twist = (0.5 * float(size) for size in np.ptp(late, axis=0))
         return replace(unsteady, vertical=vertical, horizontal=horizontal, twist=twist)
 
     def cycle(self, orbit: Orbit, multiplier: float, cycles: int = 1) -> Cycle:

@@ -12,7 +12,8 @@ from gallop_fmu.supports import AdjacentSpanSupport
 
 ACSR_EXPANSION = 18.9e-6
 """Coefficient of linear expansion [1/K] of ACSR with 26 aluminium and 7 steel wires: 23e-6 and 11.5e-6 1/K weighted by
-E A, with 60 and 200 GPa and 6.1 times as much aluminium as steel. Plain aluminium has 23e-6, plain steel 11.5e-6."""
+E A, the usual mean (IEC TR 61597:1995), with 60 and 200 GPa and 6.1 times as much aluminium as steel. Other strandings
+have 18e-6 to 21e-6, plain aluminium 23e-6, plain steel 11.5e-6."""
 
 
 def change_of_state(

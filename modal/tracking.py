@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from gallop_fmu import Scene, SceneError
 from modal.linearised import SmallMotion, WindState
 from modal.modes import FAMILIES, Mode, modes_of
+from modal.resonance import unit_of, with_number
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -68,7 +69,7 @@ def track_modes(
     scene
         The span.
     path
-        Dotted path of the number, such as ``"span.horizontal_tension"``.
+        Dotted path of the number, such as ``"span.horizontal_tension"``, understood as `modal.ratio_map` does.
     values
         Its values, in the order in which they are gone through.
     count
@@ -93,7 +94,7 @@ def track_modes(
         raise SceneError(f"values of {path}: at least one is needed")
 
     def at(value: float) -> Snapshot:
-        changed = scene.with_values({path: value})
+        changed = with_number(scene, path, value)
         return Snapshot.of(SmallMotion(changed), count + SPARE, changed.wind.mean_speed if wind == "mean" else None)
 
     if wind not in ("still", "mean"):
@@ -117,7 +118,7 @@ def track_modes(
             "likeness": (("mode", path), np.array(likeness).T),
         },
         coords={
-            path: (path, np.asarray(values, dtype=np.float64), {"units": scene.unit_of(path)}),
+            path: (path, np.asarray(values, dtype=np.float64), {"units": unit_of(scene, path)}),
             "family": list(FAMILIES),
         },
         attrs={"title": scene.title, "wind": wind},

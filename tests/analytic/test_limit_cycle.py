@@ -12,14 +12,33 @@ class VanDerPol:
 
     size = 1
 
+    def feed(self, q, wind):
+        """What drives the motion, and its derivatives by displacement and wind."""
+        return wind - q**2, -2.0 * q, 1.0
+
     def forces(self, q, v, a, wind):
+        feed, by_q, by_wind = self.feed(q, wind)
         return Forces(
-            a - (wind - q**2) * v + q,
-            (1.0 + 2.0 * q * v)[:, :, None],
-            (q**2 - wind)[:, :, None],
+            a - feed * v + q,
+            (1.0 - by_q * v)[:, :, None],
+            -feed[:, :, None],
             np.ones((len(q), 1, 1)),
-            -v,
+            -by_wind * v,
         )
+
+
+class DyingOut(VanDerPol):
+    """Fed by 0.4 U (1 - U) instead of U: the amplitude is 2 sqrt(0.4 U (1 - U)), and again zero at U = 1."""
+
+    def feed(self, q, wind):
+        return 0.4 * wind * (1.0 - wind) - q**2, -2.0 * q, 0.4 - 0.8 * wind
+
+
+class Folded(VanDerPol):
+    """Fed by U - 0.2 + 0.4 (x^2 - x^4)."""
+
+    def feed(self, q, wind):
+        return wind - 0.2 + 0.4 * (q**2 - q**4), 0.4 * (2.0 * q - 4.0 * q**3), 1.0
 
 
 @pytest.fixture
@@ -27,8 +46,8 @@ def track():
     return Track(VanDerPol(), Balance(7, 32), mode=0, wind_scale=1.0, size_scale=2.0)
 
 
-def start(size, wind):
-    coefficients = np.zeros((15, 1))
+def start(size, wind, harmonics=7):
+    coefficients = np.zeros((2 * harmonics + 1, 1))
     coefficients[1] = size
     return Orbit(wind, 1.0, coefficients).packed()
 
@@ -47,13 +66,45 @@ def test_amplitude_and_frequency_of_van_der_pol(track):
 def test_a_family_starts_at_rest_and_is_followed_over_the_parameter(track):
     first, matrix, _ = track.of_size(start(0.1, 0.01), 0.1)
     assert first.wind_speed == pytest.approx(0.0025, rel=1e-6)  # observed 1e-7
-    family = list(track.follow(first, matrix, lambda orbit: orbit.wind_speed > 0.5))
+    family = list(track.follow(first, matrix, track.growing, lambda orbit: orbit.wind_speed > 0.5))
     assert len(family) > 5
     assert family[-1].wind_speed > 0.5 > family[-2].wind_speed
     for orbit in family:
         assert amplitude(orbit) == pytest.approx(
             2.0 * np.sqrt(orbit.wind_speed), rel=2e-3
         )  # observed 1.4e-3 at the end
+
+
+def test_a_family_that_dies_out_passes_through_rest():
+    track = Track(DyingOut(), Balance(7, 32), mode=0, wind_scale=1.0, size_scale=0.5)
+    first, matrix, _ = track.of_size(start(0.1, 0.01), 0.1)
+    family = list(track.follow(first, matrix, track.growing, lambda orbit: track.size(orbit) < 0.0))
+    for orbit in family:
+        u = orbit.wind_speed
+        assert track.size(orbit) ** 2 == pytest.approx(1.6 * u * (1.0 - u), abs=1e-3)  # observed 5e-4
+    assert track.size(family[-1]) < 0.0 < track.size(family[-2])
+    ending = track.of_size(start(0.01, 0.99), 0.01)[0]
+    assert ending.wind_speed == pytest.approx(1.0 - 0.01**2 / 1.6, rel=1e-6)  # observed 4e-9
+
+
+def test_a_family_is_followed_round_a_fold():
+    """Fed by U - 0.2 + 0.4 (x^2 - x^4): the balance of energy gives U = 0.2 - 0.1 r^2 + 0.05 r^4, least at r = 1."""
+    track = Track(Folded(), Balance(7, 48), mode=0, wind_scale=1.0, size_scale=1.0)
+    first, matrix, _ = track.of_size(start(0.1, 0.2), 0.1)
+    family = list(track.follow(first, matrix, track.growing, lambda orbit: orbit.wind_speed > 0.3))
+    winds = [orbit.wind_speed for orbit in family]
+    assert np.diff(np.sign(np.diff(winds))).tolist().count(2) == 1
+    for orbit in family:
+        r = track.size(orbit)
+        assert orbit.wind_speed == pytest.approx(0.2 - 0.1 * r**2 + 0.05 * r**4, abs=6e-3)  # observed 4.9e-3 at the end
+
+
+def test_more_harmonics_do_not_change_the_motion(track):
+    orbit, _, _ = track.at_wind(start(1.0, 0.3), 0.3)
+    assert orbit.widened(9).at(64)[0] == pytest.approx(orbit.at(64)[0], abs=1e-15)
+    assert orbit.is_resolved
+    steep, _, _ = Track(VanDerPol(), Balance(3, 16), 0, 1.0, 2.0).at_wind(start(1.8, 0.8, harmonics=3), 0.8)
+    assert not steep.is_resolved  # the third harmonic of van der Pol's is U/8 of the first
 
 
 def test_the_orbit_half_way_lies_between(track):

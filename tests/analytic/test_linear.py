@@ -160,6 +160,17 @@ def test_the_locus_crosses_at_the_critical_wind_speed():
     assert abs(branch[2].imag) == pytest.approx(2 * np.pi * vertical.frequency_hz, rel=1e-4)
 
 
+def test_step_response_and_bode_are_python_controls(scene):
+    calm = modal.linear_model(scene.with_values({"wind.speed": 2.0}), modes=6)["midspan_u3", "wind_speed"]
+    step = control.step_response(calm, np.linspace(0.0, 300.0, 3001)).outputs
+    assert step[-1] == pytest.approx(calm.dcgain(), rel=1e-3)
+    omega = np.array([0.5, 2.0, 4.0])
+    response = control.frequency_response(calm, omega)
+    assert response.complex == pytest.approx(calm(1j * omega), rel=1e-12)
+    poles = control.pole_zero_map(calm).poles
+    assert np.sort_complex(poles) == pytest.approx(np.sort_complex(calm.poles()))
+
+
 def test_a_coarse_mesh_is_refused(scene):
     with pytest.raises(gf.SceneError, match=r"numerics\.elements = 4: .* take 8 or more"):
         modal.linear_model(scene.with_values({"numerics.elements": 4}))

@@ -154,3 +154,25 @@ def test_a_number_that_is_not_there_is_named(scene, path):
 def test_no_values_are_refused(scene):
     with pytest.raises(gf.SceneError, match="at least one"):
         modal.ratio_map(scene, "span.sag", [])
+
+
+def test_a_map_over_two_numbers_is_made_of_maps_over_one(scene):
+    tensions, warmer = [12e3, 15e3, 18e3], [-20.0, 0.0, 30.0]
+    data = modal.ratio_map(scene, "span.horizontal_tension", tensions, against=("temperature_change", warmer))
+    assert data.ratio.dims == ("span.horizontal_tension", "temperature_change")
+    assert data.temperature_change.attrs["units"] == "K"
+    alone = modal.ratio_map(scene, "span.horizontal_tension", tensions).ratio.values
+    assert data.ratio.values[:, 1] == pytest.approx(alone, rel=1e-9)
+    for row, tension in zip(data.ratio.values, tensions, strict=True):
+        strung = scene.with_values({"span.sag": None, "span.horizontal_tension": tension})
+        assert row == pytest.approx(modal.ratio_map(strung, "temperature_change", warmer).ratio.values, rel=1e-9)
+    turned = modal.ratio_map(scene, "temperature_change", warmer, against=("span.horizontal_tension", tensions))
+    assert turned.ratio.values.T == pytest.approx(data.ratio.values, rel=1e-12)
+
+
+@pytest.mark.parametrize("second", ["span.sag", "span.horizontal_tension"])
+def test_no_map_over_numbers_that_determine_each_other(scene, second):
+    with pytest.raises(gf.SceneError, match="one follows from the other"):
+        modal.ratio_map(scene, "span.horizontal_tension", [15e3], against=(second, [2.0]))
+    with pytest.raises(gf.SceneError, match=r"values of ice\.mass_per_length: at least one"):
+        modal.ratio_map(scene, "span.horizontal_tension", [15e3], against=("ice.mass_per_length", []))

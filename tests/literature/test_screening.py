@@ -55,7 +55,7 @@ def test_example_3_swings_and_saturates_as_in_the_paper(screened):
     assert screened.saturated.twist == pytest.approx(0.1842, rel=3e-3)  # observed 0.18420
     assert screened.saturated.multiplier < 1.0
     # the vertical-only plateau, which the simulation leaves before it has quite settled
-    assert screened.galloping.vertical == pytest.approx(0.577, rel=0.02)  # observed 0.5824
+    assert screened.galloping.vertical == pytest.approx(0.577, rel=0.02)  # observed 0.5847
     assert "2:1" in screened.reason
     assert "0.405 m" in screened.reason
 
@@ -108,7 +108,7 @@ def test_the_analytic_estimate_is_near(screened):
     assert estimate.swings
     assert estimate.onset_wind_speed == pytest.approx(screened.onset_wind_speed, rel=0.01)  # observed 0.3 %
     assert estimate.threshold_amplitude == pytest.approx(screened.threshold_amplitude, rel=0.1)  # observed 8 %
-    assert estimate.vertical_amplitude == pytest.approx(screened.galloping.vertical, rel=0.1)  # observed 6.5 %
+    assert estimate.vertical_amplitude == pytest.approx(screened.galloping.vertical, rel=0.1)  # observed 6.9 %
     second = modal.two_mode_estimate(gf.load_scene("example2"))
     assert second.vertical_amplitude == pytest.approx(1.548, rel=0.015)  # observed 1.561
     assert not second.swings
@@ -138,6 +138,10 @@ def test_what_cannot_be_screened_is_refused(third):
         "without wind": ({"wind.speed": 0.0}, r"wind.speed = 0 m/s.*set wind.speed"),
         "without curve": ({"wind.speed": 0.0, "aerodynamics": None}, "aerodynamics is not given"),
         "turned out of the curve": ({"ice.attack_angle_deg": 250.0, "aerodynamics.moment": [3.0]}, "turned out of the"),
+        "divergence": (
+            {"aerodynamics.moment": [0.0, 12.0]},
+            r"statically unstable in a wind of 5.5 m/s \(divergence\)",
+        ),
         "no pair": ({"ice.first_moment_x2": 0.0098}, "unstable"),
     }
     for values, message in refused.values():
@@ -147,6 +151,20 @@ def test_what_cannot_be_screened_is_refused(third):
         modal.screen(third, highest_wind=5.0)
     with pytest.raises(gf.SceneError, match=r"wind_speed = 0.0 m/s: must be positive"):
         modal.two_mode_estimate(third, wind_speed=0.0)
+
+
+def test_divergence_begins_where_the_wind_overcomes_the_twist(third):
+    """A shaft of length L that the moment q d^2 CM' theta twists gives way at q d^2 CM' = GJ (pi/L)^2."""
+    slope = 12.0
+    calm = third.with_values(
+        {"aerodynamics.moment": [0.0, slope], "ice.first_moment_x2": 0.0, "ice.first_moment_x3": 0.0}
+    )
+    arc = gf.Model(calm).equilibrium().length
+    pressure = 153.0 * (np.pi / arc) ** 2 / (0.0235**2 * slope)
+    speed = float(np.sqrt(2.0 * pressure / 1.2929))
+    with pytest.raises(gf.SceneError, match="divergence"):
+        modal.screen(calm.with_values({"wind.speed": 1.001 * speed}))
+    modal.screen(calm.with_values({"wind.speed": 0.999 * speed}))
 
 
 @pytest.fixture(scope="module")
@@ -166,19 +184,20 @@ def drawn(table, number, seed=None):
     return [table.drawn_scene(draw) for _ in range(number)][-1]
 
 
-@pytest.mark.parametrize("number", [11, 12])
-def test_drawn_scenes_settle_where_screening_says(table, number):
-    """11 swings strongly; in 12 the third vertical mode takes part and the limit cycle jumps, without swing."""
-    scene = drawn(table, number)
+@pytest.mark.parametrize(("seed", "number"), [(2009, 11), (20261122, 14)])
+def test_drawn_scenes_settle_where_screening_says(table, seed, number):
+    """The first swings strongly; in the other the third vertical mode takes part and the limit cycle jumps, twice."""
+    scene = drawn(table, number, seed)
     found, motion = modal.screen(scene), table.simulated(scene, scene.wind.mean_speed, table.LONG)
     assert found.swings == motion.swings == (number == 11)
     cycle = found.saturated if found.swings else found.galloping
-    assert cycle.vertical == pytest.approx(motion.vertical, rel=0.006)  # observed -0.1 % and -0.3 %
-    assert cycle.horizontal == pytest.approx(motion.horizontal, rel=0.03)  # observed 1.5 % and 0.3 %
+    assert cycle.vertical == pytest.approx(motion.vertical, rel=0.006)  # observed -0.1 % and -0.2 %
+    assert cycle.horizontal == pytest.approx(motion.horizontal, rel=0.03)  # observed 1.5 % and -0.9 %
 
 
 def test_galloping_that_has_ended_below_the_scenes_wind_is_no_cycle_of_zero_amplitude(table):
     """Of the blind draw: it gallops from 9.5 m/s, but no longer at its 19.6 m/s."""
     found = modal.screen(drawn(table, 8, seed=20261122))
     assert (found.risk, found.galloping) == ("detuned", None)
-    assert "no longer gallops at 19.63 m/s" in found.reason
+    assert found.galloping_until == pytest.approx(18.175, abs=0.005)
+    assert "has died out at 18.18 m/s, below the scene's 19.63 m/s" in found.reason

@@ -1,0 +1,316 @@
+"""Many runs, wherever they are computed: handed out in groups, kept as they come, resumed where they stopped."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import time as clock
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from threading import Event
+from typing import TYPE_CHECKING, Any, Protocol
+
+import numpy as np
+
+from gallop_fmu.errors import SceneError
+from gallop_fmu.outcome import Outcome, SimulationError
+from gallop_fmu.spans import Case, Cases
+from gallop_fmu.store import ATTRIBUTE, ERROR, Row, Store, journal_of, read
+from gallop_fmu.workers import Kind, Workers, WorkersLostError, package, workers
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+    from gallop_fmu.scene import Scene
+
+LARGEST_GROUP = 8
+"""Runs that a worker takes at a time, at most."""
+GROUPS_EACH = 8
+"""Groups that each worker should get at least, so that all end at about the same time."""
+
+COMPLETED = Outcome.COMPLETED.name.lower()
+STOPPED = Outcome.STOPPED_BY_USER.name.lower()
+INVALID = Outcome.INVALID_SCENE.name.lower()
+
+COLUMNS = {
+    "run": ("", "number of the run"),
+    "outcome": ("", "how the run ended"),
+    "message": ("", "the same in words, with what to do"),
+    "seconds": ("s", "wall-clock time that the run took"),
+}
+
+CarryOn = Callable[[], bool]
+"""Whether the work shall go on; asked during it."""
+Progress = Callable[[int, int, int], object]
+"""Called with the numbers of runs that are done, that did not complete, and that there are."""
+
+
+class Task(Protocol):
+    """What is computed of each scene.
+
+    Attributes
+    ----------
+    columns
+        Column to unit and meaning, of the rows it returns.
+    kind
+        Whether it wants threads or processes.
+    """
+
+    @property
+    def columns(self) -> Mapping[str, tuple[str, str]]:
+        """Column to unit and meaning."""
+
+    @property
+    def kind(self) -> Kind:
+        """Threads, if the work releases the interpreter lock."""
+
+    def __call__(self, scenes: Sequence[Scene], carry_on: CarryOn) -> list[Row]:
+        """One row a scene, each with outcome, message and seconds."""
+
+    def __str__(self) -> str:
+        """What it computes, in words by which a resumed sweep knows its own."""
+
+
+@dataclass(frozen=True)
+class Runs:
+    """The results of many runs.
+
+    Attributes
+    ----------
+    dataset : xarray.Dataset
+        One row a run that is done, over the dimension ``run``: what was varied, ``outcome`` and ``message``,
+        ``seconds``, and what was computed, with ``units`` and ``long_name``. Missing numbers are NaN.
+    """
+
+    dataset: xr.Dataset
+
+    @property
+    def total(self) -> int:
+        """How many runs there are in all, done or not."""
+        return int(self._header["runs"])
+
+    @property
+    def done(self) -> int:
+        """How many are done."""
+        return int(self.dataset.sizes["run"])
+
+    @property
+    def varied(self) -> list[str]:
+        """What tells the runs apart: the name of a span, and the parameters of the grid."""
+        return list(self._header["grid"])
+
+    @property
+    def failed(self) -> xr.Dataset:
+        """The rows of runs that did not complete."""
+        return self.dataset.isel(run=self.dataset.outcome.values != COMPLETED)
+
+    def grid(self) -> xr.Dataset:
+        """The same over one dimension for each parameter, and ``name`` for the spans of a table.
+
+        Runs that are not done are NaN, or an empty text.
+        """
+        import xarray as xr
+
+        axes: dict[str, list[Any]] = self._header["grid"]
+        shape = tuple(map(len, axes.values()))
+        place = self.dataset.run.values
+        gridded = xr.Dataset(
+            coords={
+                name: [json.dumps(v) if isinstance(v, list) else v for v in values] for name, values in axes.items()
+            }
+        )
+        for name, column in self.dataset.data_vars.items():
+            if name in axes:
+                gridded[name].attrs = column.attrs
+                continue
+            text = column.dtype == object
+            values = np.full(int(np.prod(shape)), "" if text else np.nan, dtype=object if text else np.float64)
+            values[place] = column.values
+            gridded[name] = (tuple(axes), values.reshape(shape), column.attrs)
+        return gridded
+
+    @property
+    def _header(self) -> dict[str, Any]:
+        return dict(json.loads(self.dataset.attrs[ATTRIBUTE]))
+
+
+def read_runs(path: Path | str) -> Runs:
+    """The results of a sweep or screening from their file, also while it is under way or after it was killed.
+
+    Raises
+    ------
+    SceneError
+        If there is no such file, or it holds something else.
+    """
+    return Runs(read(path))
+
+
+class RunsStoppedError(RuntimeError):
+    """Many runs that ended early; ``result`` holds those that are done."""
+
+    def __init__(self, message: str, result: Runs) -> None:
+        super().__init__(message)
+        self.result = result
+
+
+def compute(
+    cases: Cases,
+    task: Task,
+    *,
+    out: Path | str | None = None,
+    count: int | None = None,
+    cluster: str | None = None,
+    progress: Progress | None = None,
+) -> Runs:
+    """Compute every case that has no row yet.
+
+    Parameters
+    ----------
+    cases
+        What to compute, see `gallop_fmu.spans.cases`.
+    task
+        What is computed of each.
+    out
+        File of results, ``.parquet`` or ``.nc``; if it is there already, its rows are taken over.
+    count, cluster
+        Number of workers here, or address of a Dask scheduler.
+    progress
+        Called at the start and after each group of runs.
+
+    Raises
+    ------
+    SceneError
+        If `out` belongs to something else, or the cluster cannot be used.
+    RunsStoppedError
+        On Ctrl-C, a disk that is full, or lost workers; what is done is kept.
+    """
+    header = {
+        "package": f"{package()} (kernel {_kernel_fingerprint()})",
+        "task": str(task),
+        "scenes": cases.fingerprint(),
+        "runs": len(cases.every),
+        "grid": cases.grid,
+        "columns": {**COLUMNS, **{key: (_unit(cases, key), "varied") for key in _varied(cases)}, **task.columns},
+    }
+    store = Store(out, header)
+    left = [case for case in cases.every if case.run not in store.rows]
+    failed = sum(row["outcome"] != COMPLETED for row in store.rows.values())
+    stop = Event()
+    try:
+        if progress:
+            progress(len(store.rows), failed, len(cases.every))
+        if left:
+            with workers(task.kind, count, cluster) as team:
+                try:
+                    for rows in _rows(team, task, left, stop):
+                        store.add(rows)
+                        failed += sum(row["outcome"] != COMPLETED for row in rows)
+                        if progress:
+                            progress(len(store.rows), failed, len(cases.every))
+                finally:
+                    stop.set()
+        store.close()
+    except KeyboardInterrupt:
+        raise _stopped("stopped on request", store) from None
+    except WorkersLostError as problem:
+        raise _stopped(str(problem), store) from None
+    except OSError as problem:
+        raise _stopped(f"{out} cannot be written ({problem.strerror or problem})", store) from None
+    finally:
+        store.release()
+    return Runs(store.dataset())
+
+
+def _rows(team: Workers, task: Task, left: list[Case], stop: Event) -> Any:
+    """The rows of each group, as they come."""
+    size = max(1, min(LARGEST_GROUP, len(left) // (GROUPS_EACH * team.count)))
+    groups = [left[k : k + size] for k in range(0, len(left), size)]
+    call = _Group(task, stop if team.here else None)
+    for group, answer in team.answers(call, groups):
+        if isinstance(answer, Exception):
+            answer = [{**case.columns(), **_failure(answer, 0.0)} for case in group]
+        yield [row for row in answer if row["outcome"] != STOPPED]
+
+
+@dataclass(frozen=True)
+class _Group:
+    """Computes a group of cases; travels to other processes and machines, where nothing tells it to stop."""
+
+    task: Task
+    stop: Event | None
+
+    def __call__(self, group: list[Case]) -> list[Row]:
+        """One row a case."""
+        rows: dict[int, Row] = {}
+        scenes: dict[int, Scene] = {}
+        for case in group:
+            try:
+                scenes[case.run] = case.scene()
+            except SceneError as problem:
+                rows[case.run] = _failure(problem, 0.0)
+        rows |= zip(scenes, self.task(list(scenes.values()), self._carry_on), strict=True)
+        return [{**case.columns(), **rows[case.run]} for case in group]
+
+    def _carry_on(self) -> bool:
+        return self.stop is None or not self.stop.is_set()
+
+
+def one_by_one(function: Callable[[Scene], Row], scenes: Sequence[Scene], carry_on: CarryOn) -> list[Row]:
+    """Rows of a function of one scene: with outcome, message and seconds, whatever it raises."""
+    rows = []
+    for scene in scenes:
+        began = clock.perf_counter()
+        if not carry_on():
+            rows.append({"outcome": STOPPED})
+            continue
+        try:
+            row = {"outcome": COMPLETED, "message": "", "seconds": 0.0, **function(scene)}
+            row["seconds"] = clock.perf_counter() - began
+        except Exception as problem:
+            row = _failure(problem, clock.perf_counter() - began)
+        rows.append(row)
+    return rows
+
+
+def _failure(problem: Exception, seconds: float) -> Row:
+    """The row of a run that has no result."""
+    if isinstance(problem, SimulationError):
+        outcome, message = problem.report.outcome.name.lower(), str(problem)
+    elif isinstance(problem, SceneError):
+        outcome, message = INVALID, str(problem)
+    else:
+        outcome, message = ERROR, f"{type(problem).__name__}: {problem}"
+    return {"outcome": outcome, "message": message, "seconds": seconds}
+
+
+def _stopped(why: str, store: Store) -> RunsStoppedError:
+    """The error that ends an interrupted sweep, once its file is up to date, if that can be."""
+    result = Runs(store.dataset())
+    if store.path is None:
+        kept, where, again = result.done, "in the result of this error, since no file was named (out)", ""
+    else:
+        again = " The same call again computes the rest."
+        try:
+            store.close()
+            kept, where = result.done, f"in {store.path}"
+        except OSError:
+            kept, where = store.on_disk(), f"in {journal_of(store.path)}"
+    return RunsStoppedError(f"{why}. {kept} of {result.total} runs are done and kept {where}.{again}", result)
+
+
+def _varied(cases: Cases) -> list[str]:
+    return list(dict.fromkeys(key for case in cases.every for key in case.changes))
+
+
+def _unit(cases: Cases, key: str) -> str:
+    try:
+        return cases.every[0].base.unit_of(key)
+    except SceneError:
+        return ""  # a section as a whole, or an item of a list that this scene does not have
+
+
+def _kernel_fingerprint() -> str:
+    from gallop_fmu.engine import library_path
+
+    return hashlib.sha256(library_path().read_bytes()).hexdigest()[:12]

@@ -1,0 +1,194 @@
+"""sweep(scene, over): simulate many scenes, and keep of each what a table can hold."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from contextlib import suppress
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from gallop_fmu.clearance import cigre_322_single_loop, davison_single_loop
+from gallop_fmu.errors import SceneError
+from gallop_fmu.outcome import Outcome
+from gallop_fmu.result import Result
+from gallop_fmu.runs import CarryOn, Progress, Runs, compute, one_by_one
+from gallop_fmu.scene import Scene
+from gallop_fmu.simulation import simulate
+from gallop_fmu.spans import cases
+from gallop_fmu.store import Row
+from gallop_fmu.workers import Kind
+
+Summary = Callable[[Result], Mapping[str, Any]]
+"""From a result to the numbers that are kept of it."""
+
+WINDOW = 100.0
+"""Time [s] at the end of a run over which its motion is taken as steady."""
+
+CHANNELS = ("u2", "u3", "theta", "tension")
+
+_MOTIONS = {"u2": ("m", "vertical"), "u3": ("m", "horizontal"), "theta": ("rad", "twist"), "tension": ("N", "tension")}
+SUMMARY_COLUMNS: dict[str, tuple[str, str]] = {
+    "sag": ("m", "sag of the initial equilibrium"),
+    "horizontal_tension": ("N", "horizontal tension of the initial equilibrium"),
+    "time": ("s", "simulated time"),
+}
+for _name, (_unit, _meaning) in _MOTIONS.items():
+    SUMMARY_COLUMNS |= {
+        f"{_name}_amplitude": (_unit, f"{_meaning} at mid-span, half peak-to-peak of the steady motion"),
+        f"{_name}_mean": (_unit, f"{_meaning} at mid-span, mean of the steady motion"),
+        f"{_name}_frequency_hz": ("Hz", f"{_meaning} at mid-span, dominant frequency of the steady motion"),
+        f"{_name}_lowest": (_unit, f"{_meaning} at mid-span, least of the whole run"),
+        f"{_name}_highest": (_unit, f"{_meaning} at mid-span, greatest of the whole run"),
+    }
+SUMMARY_COLUMNS |= {
+    "lowest_tension": ("N", "lowest tension anywhere along the span in the whole run"),
+    "support_force_highest": ("N", "greatest force on a support in the whole run"),
+    "beyond_cigre_322": ("m", "how far the steady motion leaves the ellipse of CIGRE 322; negative within"),
+    "beyond_davison": ("m", "how far the steady motion leaves the upright ellipse of Davison; negative within"),
+}
+
+
+def steady_motion(result: Result, window: float = WINDOW) -> Row:
+    """What `sweep` keeps of a result: the columns of `SUMMARY_COLUMNS`.
+
+    Amplitude, mean and frequency over the last `window` seconds (or the whole of a shorter run) and the distances from
+    the ellipses only of a run that completed; extremes over all that was computed.
+    """
+    dataset, middle, report = result.dataset, result.midspan(), result.report
+    attrs = dataset.attrs
+    row: Row = {
+        "sag": float(attrs["sag"]),
+        "horizontal_tension": float(attrs["horizontal_tension"]),
+        "time": float(dataset.time[-1]),
+    }
+    for name in CHANNELS:
+        values = middle[name].values
+        row |= {f"{name}_lowest": float(np.min(values)), f"{name}_highest": float(np.max(values))}
+    forces = [np.sqrt(sum(dataset[f"{end}_f{axis}"].values ** 2 for axis in (1, 2, 3))) for end in ("left", "right")]
+    row |= {"lowest_tension": report.lowest_tension, "support_force_highest": float(np.max(forces))}
+    if report.outcome is Outcome.COMPLETED:
+        row |= _steady_columns(result, min(window, row["time"]), float(attrs["sag"]))
+    return {name: row.get(name) for name in SUMMARY_COLUMNS}
+
+
+def _steady_columns(result: Result, window: float, sag: float) -> Row:
+    row: Row = {}
+    steady = result.steady(window)
+    for name in CHANNELS:
+        motion = steady[name]
+        row |= {f"{name}_amplitude": motion.amplitude, f"{name}_mean": motion.mean}
+        row[f"{name}_frequency_hz"] = motion.frequency_hz
+    last = result.midspan().sel(time=slice(float(result.dataset.time[-1]) - window - 1e-9, None))
+    ellipses = {"beyond_davison": davison_single_loop(sag)}
+    with suppress(ValueError):  # so little sag that the rule has no ellipse
+        ellipses["beyond_cigre_322"] = cigre_322_single_loop(sag, result.scene.conductor.diameter)
+    beyond = {key: float(np.max(ellipse.distance(last.u3, last.u2))) for key, ellipse in ellipses.items()}
+    return {**row, **beyond}
+
+
+@dataclass(frozen=True)
+class Simulation:
+    """The task of a sweep."""
+
+    stop_time: float | None
+    window: float
+    summary: Summary | None
+
+    kind: Kind = "threads"
+
+    @property
+    def columns(self) -> Mapping[str, tuple[str, str]]:
+        """Column to unit and meaning."""
+        return SUMMARY_COLUMNS if self.summary is None else {}
+
+    def __str__(self) -> str:
+        name = "steady_motion" if self.summary is None else f"{self.summary.__module__}.{self.summary.__qualname__}"
+        return f"simulate to {self.stop_time or 'its own'} s, {name} over {self.window:g} s"
+
+    def __call__(self, scenes: Sequence[Scene], carry_on: CarryOn) -> list[Row]:
+        """Compute a group of scenes, each by itself."""
+
+        def run(scene: Scene) -> Row:
+            result = simulate(
+                scene,
+                self.stop_time,
+                channels=CHANNELS,
+                progress=lambda time, stop_time: carry_on(),
+                on_failure="return",
+            )
+            row = steady_motion(result, self.window) if self.summary is None else dict(self.summary(result))
+            if result.outcome is not Outcome.COMPLETED:
+                row |= {"outcome": result.outcome.name.lower(), "message": str(result.report)}
+            return row
+
+        return one_by_one(run, scenes, carry_on)
+
+
+def sweep(
+    scene: Scene | str | Path | None = None,
+    over: Mapping[str, Sequence[Any]] | None = None,
+    *,
+    table: Path | str | Sequence[Mapping[str, Any]] | None = None,
+    stop_time: float | None = None,
+    window: float = WINDOW,
+    summary: Summary | None = None,
+    out: Path | str | None = None,
+    workers: int | None = None,
+    cluster: str | None = None,
+    progress: Progress | None = None,
+) -> Runs:
+    """Simulate a scene over values of its parameters, or every span of a table, or both.
+
+    Parameters
+    ----------
+    scene
+        Scene, packaged name or path; may be None if each row of the table names its own.
+    over
+        Dotted path to the values it takes, such as ``{"wind.speed": [4.0, 5.0]}``; all combinations are computed.
+    table
+        CSV or GeoJSON file of spans, or rows in memory, see `gallop_fmu.spans.read_spans`.
+    stop_time
+        Simulated time [s]; None takes each scene's.
+    window
+        Time [s] at the end over which the motion is taken as steady.
+    summary
+        From a `Result` to what is kept of it, in place of `steady_motion`.
+    out
+        File to write, ``.parquet`` (needs the extra ``parquet``) or ``.nc``. Rows reach the disk as they come; if the
+        file, or what an interrupted sweep left of it, is there already, only what is missing is computed.
+    workers
+        Number of threads; None takes one for each core.
+    cluster
+        Address of a Dask scheduler such as ``tcp://host:8786`` (needs the extra ``cluster``), in place of threads here.
+    progress
+        Called with the numbers of runs done, not completed, and in all, after each group of runs.
+
+    Returns
+    -------
+    Runs
+        One row a run, also for those that did not complete: ``outcome`` and ``message`` tell. ``runs.grid()`` has one
+        dimension for each parameter.
+
+    Raises
+    ------
+    SceneError
+        An argument is not allowed, the table cannot be read, or `out` holds the results of something else.
+    RunsStoppedError
+        On Ctrl-C, when the file cannot be written, or the workers are lost; its ``result`` has what was done.
+
+    Examples
+    --------
+    >>> import gallop_fmu as gf
+    >>> runs = gf.sweep("example3", {"wind.speed": [5.0, 5.5]}, stop_time=2.0)
+    >>> runs.grid().u2_amplitude.dims
+    ('wind.speed',)
+    """
+    if not window > 0.0:
+        raise SceneError(f"window = {window} s: must be positive")
+    if stop_time is not None and not 0.0 < stop_time < np.inf:
+        raise SceneError(f"stop_time = {stop_time}: must be a positive number of seconds")
+    task = Simulation(stop_time, window, summary)
+    return compute(cases(scene, over, table), task, out=out, count=workers, cluster=cluster, progress=progress)

@@ -1,0 +1,212 @@
+"""What ``gallop-fmu sweep`` and ``gallop-modal screen --table`` share: options, progress, and telling of many runs."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from gallop_fmu.terminal import Exit, complain, echo_json, new_console, new_table
+
+if TYPE_CHECKING:
+    from gallop_fmu.runs import Progress, Runs
+
+SHOWN = 20
+"""Rows of results that a terminal shows."""
+LISTED = 10
+"""Failures that a terminal lists."""
+
+Over = Annotated[
+    list[str] | None,
+    typer.Option(
+        "--over",
+        metavar="KEY=VALUES",
+        help="Vary a value of the scene, as often as needed; all combinations are computed. "
+        "VALUES: 4,5,5.5 or FIRST:LAST:STEP, both ends included.",
+    ),
+]
+SpanTable = Annotated[
+    Path | None,
+    typer.Option(
+        "--table",
+        metavar="FILE",
+        help="Spans to compute: .csv, or .geojson whose properties are the columns. Columns are values of a scene "
+        "(span.length), name, scene (a packaged name or a path), and label.ANYTHING to carry along.",
+    ),
+]
+RunsOut = Annotated[
+    Path | None,
+    typer.Option(
+        "--out",
+        "-o",
+        metavar="FILE",
+        help="Write the results as they come: .parquet or .nc. Where it is there already, only what is missing "
+        "is computed.",
+    ),
+]
+ClusterAddress = Annotated[
+    str | None,
+    typer.Option(
+        "--cluster", metavar="ADDRESS", help="Compute on the Dask cluster of this scheduler (tcp://host:8786)."
+    ),
+]
+WorkerCount = Annotated[
+    int | None, typer.Option("--workers", metavar="N", min=1, help="Runs at a time; else one for each core.")
+]
+
+
+def grid_of(over: Sequence[str] | None) -> dict[str, list[Any]] | None:
+    """The grid that ``--over`` asks for.
+
+    Raises
+    ------
+    SceneError
+        If it is not ``KEY=VALUES``, or a key is given twice.
+    """
+    from gallop_fmu.errors import SceneError
+
+    grid: dict[str, list[Any]] = {}
+    for text in over or ():
+        key, equals, values = (part.strip() for part in text.partition("="))
+        if not (key and equals and values):
+            raise SceneError(
+                f"--over {text}: must be KEY=VALUES, such as --over wind.speed=4,5,6 or wind.speed=4:6:0.5"
+            )
+        if key in grid:
+            raise SceneError(f"--over {text}: {key} is given twice")
+        grid[key] = values_of(text, values)
+    return grid or None
+
+
+def values_of(option: str, text: str) -> list[Any]:
+    """What ``4,5,5.5`` or ``4:6:0.5`` stands for.
+
+    Raises
+    ------
+    SceneError
+        If it is neither; the message quotes the whole `option`.
+    """
+    from gallop_fmu.errors import SceneError
+    from gallop_fmu.textfiles import read_value
+
+    if ":" not in text:
+        return [read_value(value.strip()) for value in text.split(",")]
+    try:
+        first, last, step = map(float, text.split(":"))
+        steps = (last - first) / step
+    except (ValueError, ZeroDivisionError):
+        raise SceneError(f"--over {option}: a range is FIRST:LAST:STEP, such as 4:6:0.5") from None
+    if not 0.0 <= steps < 1e6 or abs(steps - round(steps)) > 1e-6:
+        raise SceneError(f"--over {option}: steps of {step:g} do not lead from {first:g} to {last:g}")
+    # Rounded so that 4.2, 4.3 and 4.4 are what they look like.
+    return [float(f"{first + k * step:.12g}") for k in range(round(steps) + 1)]
+
+
+def carry_out(
+    program: str,
+    compute: Callable[[Progress | None], Runs],
+    columns: Sequence[str],
+    out: Path | None,
+    *,
+    as_json: bool,
+) -> None:
+    """Run, show progress, tell what came out, and end with the exit code that belongs to it."""
+    from gallop_fmu.runs import RunsStoppedError
+
+    stopped = None
+    try:
+        with _bar(silent=as_json) as progress:
+            runs = compute(progress)
+    except RunsStoppedError as problem:
+        stopped, runs = problem, problem.result
+    failed = _rows(runs.failed)
+    if as_json:
+        files = [str(out)] if out and out.exists() else []
+        told = {"runs": runs.total, "done": runs.done, "failed": failed, "files": files}
+        echo_json(told if out else {**told, "rows": _rows(runs.dataset)})
+    else:
+        _show(runs, columns, out)
+    if failed:
+        complain(f"{len(failed)} of {runs.done} runs did not complete:", program)
+        for row in failed[:LISTED]:
+            told = row["message"].replace("\n", "\n    ")
+            typer.echo(f"  {_place(runs, row)}: {told}", err=True)
+        if len(failed) > LISTED:
+            typer.echo(f"  and {len(failed) - LISTED} more{f'; all are in {out}' if out else ''}", err=True)
+    if stopped:
+        complain(str(stopped), program)
+    if stopped or failed:
+        raise typer.Exit(Exit.ENDED_EARLY)
+
+
+@contextmanager
+def _bar(*, silent: bool) -> Iterator[Progress | None]:
+    """Runs done, failures and time left on standard error, if somebody is there to watch."""
+    if silent or not sys.stderr.isatty():
+        yield None
+        return
+    from rich.progress import (
+        BarColumn,
+        MofNCompleteColumn,
+        Progress,
+        TextColumn,
+        TimeElapsedColumn,
+        TimeRemainingColumn,
+    )
+
+    columns = (
+        BarColumn(),
+        MofNCompleteColumn(),
+        TextColumn("{task.description}"),
+        TimeElapsedColumn(),
+        TextColumn("left"),
+        TimeRemainingColumn(),
+    )
+    # The time left follows from the last minutes, not from the last seconds: runs come in bursts, one from each worker.
+    with Progress(*columns, console=new_console(stderr=True), transient=True, speed_estimate_period=300.0) as bar:
+        task = None
+
+        def show(done: int, failed: int, total: int) -> None:
+            nonlocal task
+            told = f"{failed} failed" if failed else ""
+            if task is None:
+                task = bar.add_task(told, total=total, completed=done)
+            else:
+                bar.update(task, completed=done, description=told)
+
+        yield show
+
+
+def _show(runs: Runs, columns: Sequence[str], out: Path | None) -> None:
+    console, dataset = new_console(), runs.dataset
+    keys = [key for key in (*runs.varied, *columns) if key in dataset]
+    table = new_table(*(f"{key}\n[{unit}]" if (unit := dataset[key].attrs.get("units")) else key for key in keys))
+    rows = _rows(dataset)
+    for row in rows[:SHOWN]:
+        table.add_row(*(_cell(row.get(key)) for key in keys))
+    console.print(table)
+    if len(rows) > SHOWN:
+        console.print(
+            f"and {len(rows) - SHOWN} more{f' in {out}' if out else '; name a file (--out) to have them all'}"
+        )
+    if out and out.exists():
+        console.print(f"wrote {out}: {runs.done} of {runs.total} runs", soft_wrap=True)
+
+
+def _rows(dataset: Any) -> list[dict[str, Any]]:
+    from gallop_fmu.store import rows_of
+
+    return rows_of(dataset)
+
+
+def _cell(value: Any) -> str:
+    return "-" if value in (None, "") else f"{value:.5g}" if isinstance(value, float) else str(value)
+
+
+def _place(runs: Runs, row: dict[str, Any]) -> str:
+    """Which run it was: ``north 4, wind.speed 5.5``."""
+    return ", ".join(row[key] if key == "name" else f"{key} {_cell(row.get(key))}" for key in runs.varied)

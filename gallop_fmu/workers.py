@@ -1,0 +1,197 @@
+"""Where many runs are computed: threads or processes of this machine, or a Dask cluster, all behind one interface."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable, Iterable, Iterator
+from concurrent.futures import (
+    FIRST_COMPLETED,
+    BrokenExecutor,
+    CancelledError,
+    Executor,
+    Future,
+    ThreadPoolExecutor,
+    wait,
+)
+from contextlib import contextmanager
+from dataclasses import dataclass
+from importlib.metadata import version
+from typing import Any, Literal, TypeVar
+
+from gallop_fmu.errors import SceneError
+
+Kind = Literal["threads", "processes"]
+"""Threads for work that releases the interpreter lock, processes for work that holds it."""
+
+AHEAD = 2
+"""Groups handed over for each worker: one that it computes, and the next."""
+CONNECTION_TIME = 20.0
+"""Time [s] after which a cluster that does not answer is given up."""
+ONE_THREAD = {name: "1" for name in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")}
+"""Environment of a worker process: the processes share the cores, each needs no more than one."""
+
+Item = TypeVar("Item")
+Answer = TypeVar("Answer")
+
+
+class WorkersLostError(RuntimeError):
+    """The worker processes or the cluster are gone; what they had answered is kept."""
+
+
+@dataclass(frozen=True)
+class Workers:
+    """Some workers, ready.
+
+    Attributes
+    ----------
+    executor : concurrent.futures.Executor
+        Takes the work.
+    count : int
+        How many there are.
+    here : bool
+        Whether they share this program's memory, and so can be told to stop.
+    """
+
+    executor: Executor
+    count: int
+    here: bool
+
+    def answers(
+        self, function: Callable[[Item], Answer], items: Iterable[Item]
+    ) -> Iterator[tuple[Item, Answer | Exception]]:
+        """Each item with its answer, or with what the function raised, as they come.
+
+        Raises
+        ------
+        WorkersLostError
+            If the workers are gone.
+        """
+        waiting: dict[Future[Answer], Item] = {}
+        to_come = iter(items)
+        try:
+            while True:
+                for item in to_come:
+                    waiting[self.executor.submit(function, item)] = item
+                    if len(waiting) >= AHEAD * self.count:
+                        break
+                if not waiting:
+                    return
+                # Waiting without a limit does not hear Ctrl-C on Windows.
+                for future in wait(waiting, timeout=0.5, return_when=FIRST_COMPLETED).done:
+                    item = waiting.pop(future)
+                    yield item, _answer(future)
+        except BrokenExecutor:
+            raise WorkersLostError("a worker process ended by itself; is there enough memory?") from None
+        except CancelledError:
+            raise WorkersLostError("the connection to the cluster was lost") from None
+        finally:
+            for future in waiting:
+                future.cancel()
+
+
+def _answer(future: Future[Any]) -> Any:
+    """What the function returned or raised; what befell the workers themselves is raised here."""
+    try:
+        return future.result()
+    except (BrokenExecutor, CancelledError):
+        raise
+    except Exception as problem:
+        return problem
+
+
+@contextmanager
+def workers(kind: Kind, count: int | None = None, cluster: str | None = None) -> Iterator[Workers]:
+    """Start workers, or connect to a cluster; they end, or are left, with the context.
+
+    Parameters
+    ----------
+    kind
+        What to start on this machine.
+    count
+        How many; None takes one for each core.
+    cluster
+        Address of a Dask scheduler such as ``tcp://host:8786``, in place of workers here.
+
+    Raises
+    ------
+    SceneError
+        `count` below 1, or given together with `cluster`; a cluster that does not answer, has no workers, or runs
+        another version of this package.
+    """
+    if count is not None and (isinstance(count, bool) or count < 1):
+        raise SceneError(f"workers = {count}: must be a whole number, 1 or more")
+    if cluster is not None:
+        if count is not None:
+            raise SceneError(f"workers = {count} and cluster = {cluster!r}: a cluster has its own workers; give one")
+        with _cluster(cluster) as found:
+            yield found
+        return
+    count = count or cores()
+    if kind == "threads":
+        with ThreadPoolExecutor(count, "sweep") as executor:
+            yield Workers(executor, count, here=True)
+    else:
+        with _processes(count) as executor:
+            yield Workers(executor, count, here=False)
+
+
+def cores() -> int:
+    """Number of cores that this program may use."""
+    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+
+
+@contextmanager
+def _processes(count: int) -> Iterator[Executor]:
+    # loky's processes, unlike the standard library's, do not run the user's script a second time.
+    from loky import ProcessPoolExecutor
+
+    executor = ProcessPoolExecutor(count, env=ONE_THREAD, initializer=_ignore_interrupt)
+    try:
+        yield executor
+    except BaseException:
+        executor.shutdown(kill_workers=True)
+        raise
+    executor.shutdown()
+
+
+def _ignore_interrupt() -> None:
+    """Ctrl-C reaches every process of a terminal; the one that started the others deals with it."""
+    import signal
+
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+
+
+@contextmanager
+def _cluster(address: str) -> Iterator[Workers]:
+    try:
+        from distributed import Client
+    except ImportError:
+        raise SceneError(
+            f'cluster = {address!r}: needs Dask; pip install "gallop-fmu[cluster]" here and on the workers'
+        ) from None
+    try:
+        client = Client(address, timeout=CONNECTION_TIME, set_as_default=False)
+    except (OSError, ValueError) as problem:
+        raise SceneError(f"cluster = {address!r}: no Dask scheduler answers there ({problem})") from None
+    with client:
+        try:
+            client.wait_for_workers(1, timeout=CONNECTION_TIME)
+        except TimeoutError:
+            raise SceneError(
+                f"cluster = {address!r}: the scheduler has no workers; start dask worker {address}"
+            ) from None
+        here = package()
+        for worker, there in client.run(package, on_error="return").items():
+            if there != here:
+                raise SceneError(f"cluster = {address!r}: {here} here, but {there} on the worker {worker}")
+        count = sum(client.nthreads().values())
+        executor = client.get_executor(pure=False)
+        try:
+            yield Workers(executor, count, here=False)
+        finally:
+            executor.shutdown(wait=False)  # cancels what has not begun
+
+
+def package() -> str:
+    """Name and version of this package."""
+    return f"gallop-fmu {version('gallop-fmu')}"

@@ -1,0 +1,122 @@
+"""Screening many spans: every span of a table, or a scene over values of its parameters."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from gallop_fmu import Runs, Scene
+from gallop_fmu.runs import CarryOn, Progress, compute, one_by_one
+from gallop_fmu.spans import cases
+from gallop_fmu.store import Row
+from gallop_fmu.workers import Kind
+from modal.screening import Screening, screen
+
+SCREENING_COLUMNS = {
+    "risk": ("", "whether galloping starts the horizontal swing: none, detuned, possible, certain, undetermined"),
+    "reason": ("", "why, in words"),
+    "wind_speed": ("m/s", "the scene's wind"),
+    "highest_wind": ("m/s", "up to where was looked"),
+    "vertical_hz": ("Hz", "first symmetric vertical natural frequency"),
+    "horizontal_hz": ("Hz", "first horizontal natural frequency"),
+    "ratio": ("1", "vertical over horizontal natural frequency"),
+    "detuning": ("1", "relative distance of the ratio from 2"),
+    "galloping_from": ("m/s", "wind at which galloping begins"),
+    "onset_wind_speed": ("m/s", "wind at which the swing starts"),
+    "until_wind_speed": ("m/s", "wind at which it no longer starts"),
+    "threshold_amplitude": ("m", "vertical amplitude at which the swing starts"),
+    "galloping_vertical": ("m", "vertical amplitude of galloping without swing at the scene's wind"),
+    "growth_per_cycle": ("1", "growth of a small swing in a vertical cycle at the scene's wind"),
+    "saturated_vertical": ("m", "vertical amplitude that galloping and swing settle at"),
+    "saturated_horizontal": ("m", "horizontal amplitude that they settle at"),
+}
+
+
+@dataclass(frozen=True)
+class ScreeningTask:
+    """The task of `screen_spans`."""
+
+    highest_wind: float | None
+    kind: Kind = "processes"  # NumPy in small pieces holds the interpreter lock
+
+    @property
+    def columns(self) -> Mapping[str, tuple[str, str]]:
+        """Column to unit and meaning."""
+        return SCREENING_COLUMNS
+
+    def __str__(self) -> str:
+        reach = "1.5 times the wind" if self.highest_wind is None else f"{self.highest_wind:g} m/s"
+        return f"screen to {reach}"
+
+    def __call__(self, scenes: Sequence[Scene], carry_on: CarryOn) -> list[Row]:
+        """Screen a group of scenes, each by itself."""
+        return one_by_one(lambda scene: row_of(screen(scene, self.highest_wind)), scenes, carry_on)
+
+
+def row_of(found: Screening) -> Row:
+    """What is kept of a screening: the columns of `SCREENING_COLUMNS`."""
+    pair, galloping, saturated = found.frequencies, found.galloping, found.saturated
+    return {
+        "risk": found.risk,
+        "reason": found.reason,
+        "wind_speed": found.wind_speed,
+        "highest_wind": found.highest_wind,
+        "vertical_hz": pair.vertical_hz,
+        "horizontal_hz": pair.horizontal_hz,
+        "ratio": pair.ratio,
+        "detuning": pair.detuning,
+        "galloping_from": found.galloping_from,
+        "onset_wind_speed": found.onset_wind_speed,
+        "until_wind_speed": found.until_wind_speed,
+        "threshold_amplitude": found.threshold_amplitude,
+        "galloping_vertical": galloping and galloping.vertical,
+        "growth_per_cycle": found.growth_per_cycle,
+        "saturated_vertical": saturated and saturated.vertical,
+        "saturated_horizontal": saturated and saturated.horizontal,
+    }
+
+
+def screen_spans(
+    scene: Scene | str | Path | None = None,
+    over: Mapping[str, Sequence[Any]] | None = None,
+    *,
+    table: Path | str | Sequence[Mapping[str, Any]] | None = None,
+    highest_wind: float | None = None,
+    out: Path | str | None = None,
+    workers: int | None = None,
+    cluster: str | None = None,
+    progress: Progress | None = None,
+) -> Runs:
+    """`modal.screen` for a scene over values of its parameters, or every span of a table, or both.
+
+    Parameters
+    ----------
+    scene, over, table, out, cluster, progress
+        As for `gallop_fmu.sweep`.
+    highest_wind
+        Highest wind speed [m/s] looked at; None takes 1.5 times each scene's.
+    workers
+        Number of processes; None takes one for each core.
+
+    Returns
+    -------
+    Runs
+        One row a span with the columns of `SCREENING_COLUMNS`, also for those that could not be screened: ``outcome``
+        and ``message`` tell why.
+
+    Raises
+    ------
+    SceneError, RunsStoppedError
+        As for `gallop_fmu.sweep`.
+
+    Examples
+    --------
+    >>> import modal
+    >>> found = modal.screen_spans("example3", {"span.sag": [2.08, 2.12]}, highest_wind=5.6)
+    >>> found.dataset.risk.values.tolist()
+    ['certain', 'certain']
+    """
+    task = ScreeningTask(highest_wind)
+    return compute(cases(scene, over, table), task, out=out, count=workers, cluster=cluster, progress=progress)

@@ -1,0 +1,222 @@
+"""Sweeps that are stopped, killed, or run out of disk, and Dask clusters, in real processes."""
+
+import json
+import os
+import signal
+import subprocess
+import sys
+import time
+from contextlib import contextmanager
+
+import pytest
+from distributed import Client
+
+import gallop_fmu as gf
+from gallop_fmu.store import journal_of
+
+WINDS = [4.0 + 0.1 * k for k in range(16)]
+CHANGES = {"numerics.elements": 4, "numerics.time_step": 0.02, "run.record_every": 5}
+STOP_TIME = 250.0
+
+needs_posix = pytest.mark.skipif(os.name == "nt", reason="signals and limits of POSIX")
+
+
+def _scene():
+    return gf.load_scene("example3").with_values(CHANGES)
+
+
+def _command(out):
+    words = [
+        "sweep",
+        "example3",
+        "--over",
+        "wind.speed=4:5.5:0.1",
+        "--until",
+        str(STOP_TIME),
+        "--workers",
+        "1",
+        "--out",
+        str(out),
+    ]
+    for key, value in CHANGES.items():
+        words += ["--set", f"{key}={value}"]
+    return [sys.executable, "-P", "-c", "from gallop_fmu.cli import main; main()", *words]
+
+
+def _begun(out, **options):
+    """The command as a process, once it has computed three runs."""
+    process = subprocess.Popen(_command(out), stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, **options)
+    journal = journal_of(out)
+    until = time.monotonic() + 120.0
+    while not journal.exists() or journal.read_bytes().count(b"\n") < 4:
+        assert process.poll() is None, process.communicate()
+        assert time.monotonic() < until
+        time.sleep(0.02)
+    return process
+
+
+@contextmanager
+def _cluster(folder):
+    """The address of a scheduler with two workers, each a process begun by Dask's own command."""
+    place = folder / "scheduler.json"
+
+    def begin(name, *words):
+        command = [sys.executable, "-m", f"distributed.cli.dask_{name}", "--scheduler-file", str(place), *words]
+        quiet = {"stdout": subprocess.DEVNULL, "stderr": subprocess.DEVNULL}
+        return subprocess.Popen([*command, "--no-dashboard"], cwd=folder, **quiet)
+
+    started = [begin("scheduler", "--host", "127.0.0.1", "--port", "0")]
+    try:
+        started += [begin("worker", "--no-nanny", "--nthreads", "1") for _ in range(2)]
+        until = time.monotonic() + 60.0
+        while not place.exists() or not place.read_text():
+            assert time.monotonic() < until
+            time.sleep(0.05)
+        with Client(json.loads(place.read_text())["address"], set_as_default=False) as client:
+            client.wait_for_workers(2, timeout=60.0)
+        yield json.loads(place.read_text())["address"]
+    finally:
+        for process in started:
+            process.kill()
+            process.wait()
+
+
+def same(one, other):
+    """Whether two results agree in every bit, but for the time that they took."""
+    return one.dataset.drop_vars("seconds").identical(other.dataset.drop_vars("seconds"))
+
+
+@pytest.fixture(scope="module")
+def complete():
+    """The sweep as it is when nothing happens."""
+    winds = [round(wind, 12) for wind in WINDS]
+    return gf.sweep(_scene(), {"wind.speed": winds}, stop_time=STOP_TIME)
+
+
+def _resumed(out, complete):
+    """Go on, check that the result is that of a sweep that nothing happened to, and tell how many rows were there."""
+    calls = []
+    winds = complete.dataset["wind.speed"].values
+    runs = gf.sweep(_scene(), {"wind.speed": winds}, stop_time=STOP_TIME, out=out, progress=lambda *n: calls.append(n))
+    assert same(runs, complete)
+    assert same(gf.read_runs(out), complete)
+    assert not journal_of(out).exists()
+    return calls[0][0]
+
+
+@needs_posix
+def test_killed_sweep_is_readable_and_goes_on_where_it_was(tmp_path, complete):
+    out = tmp_path / "runs.parquet"
+    process = _begun(out)
+    process.kill()
+    process.communicate()
+    assert process.returncode == -signal.SIGKILL
+    kept = gf.read_runs(out)
+    assert 3 <= kept.done < kept.total == 16
+    journal_of(out).write_bytes(journal_of(out).read_bytes() + b'{"run": 23, "wind.sp')  # it may end within a line
+    assert _resumed(out, complete) == kept.done
+
+
+@needs_posix
+def test_interrupted_sweep_says_where_it_is(tmp_path, complete):
+    out = tmp_path / "runs.nc"
+    process = _begun(out)
+    process.send_signal(signal.SIGINT)
+    printed, messages = process.communicate(timeout=60)
+    assert process.returncode == 1, messages
+    kept = gf.read_runs(out)
+    assert 3 <= kept.done < 16
+    assert (
+        f"gallop-fmu: stopped on request. {kept.done} of 16 runs are done and kept in {out}. "
+        "The same call again computes the rest." in messages
+    )
+    assert "Traceback" not in messages
+    assert out.exists()
+    assert f"wrote {out}: {kept.done} of 16 runs" in printed
+    assert _resumed(out, complete) == kept.done
+
+
+@needs_posix
+def test_disk_full_loses_nothing(tmp_path, complete):
+    """No file may grow beyond a limit: the journal takes some rows and a part of one more, the results none."""
+    import resource
+
+    out = tmp_path / "runs.nc"
+    limit = 10_000
+
+    def limited():
+        resource.setrlimit(resource.RLIMIT_FSIZE, (limit, limit))
+
+    done = subprocess.run(_command(out), capture_output=True, text=True, preexec_fn=limited, timeout=120, check=False)
+    assert done.returncode == 1
+    assert journal_of(out).stat().st_size == limit
+    kept = gf.read_runs(out).done
+    assert 2 <= kept < 16
+    assert (
+        f"{out} cannot be written (File too large). {kept} of 16 runs are done and kept in {journal_of(out)}. "
+        in done.stderr
+    )
+    assert "Traceback" not in done.stderr
+    assert [file.name for file in tmp_path.iterdir()] == ["runs.nc.journal"]
+    assert _resumed(out, complete) == kept
+
+
+def test_dask_cluster_gives_the_same(tmp_path, complete):
+    """A real scheduler and two worker processes."""
+    winds = complete.dataset["wind.speed"].values
+    calls = []
+    with _cluster(tmp_path) as address:
+        runs = gf.sweep(
+            _scene(),
+            {"wind.speed": winds},
+            stop_time=STOP_TIME,
+            out=tmp_path / "runs.nc",
+            cluster=address,
+            progress=lambda *n: calls.append(n),
+        )
+        assert same(runs, complete)
+        assert calls[-1] == (16, 0, 16)
+        # Failures come back too: one scene that is not allowed, one that leaves its curve, and one summary that raises.
+        table = [{"wind.speed": -1.0}, {"aerodynamics.valid_to_deg": 180.5, "initial.seed_vertical": 0.3}]
+        failed = gf.sweep(_scene(), table=table, stop_time=20.0, cluster=address)
+        assert failed.dataset.outcome.values.tolist() == ["invalid_scene", "angle_out_of_range"]
+
+        def spoilt(result):
+            raise ZeroDivisionError("for a test")
+
+        failed = gf.sweep(_scene(), {"wind.speed": [4.0]}, stop_time=1.0, summary=spoilt, cluster=address)
+        assert failed.dataset.message.values.tolist() == ["ZeroDivisionError: for a test"]
+    assert len(runs.dataset.run) == 16
+
+
+def test_cluster_that_is_not_there(monkeypatch):
+    monkeypatch.setattr("gallop_fmu.workers.CONNECTION_TIME", 0.5)
+    with pytest.raises(gf.SceneError, match=r"cluster = 'tcp://127.0.0.1:1': no Dask scheduler answers there"):
+        gf.sweep(_scene(), {"wind.speed": [4.0]}, stop_time=1.0, cluster="tcp://127.0.0.1:1")
+
+
+def test_worker_process_that_dies(tmp_path):
+    """Its runs are not lost but missing; what the others did is kept."""
+    from gallop_fmu.runs import compute
+    from gallop_fmu.spans import cases
+
+    out = tmp_path / "runs.nc"
+    work = cases(_scene(), {"wind.speed": [4.0, 5.0]})
+    with pytest.raises(gf.RunsStoppedError, match=r"a worker process ended by itself.* 1 of 2 runs are done and kept"):
+        compute(work, _Deadly(), out=out, count=1)
+    assert gf.read_runs(out).dataset["wind.speed"].values.tolist() == [4.0]
+
+
+class _Deadly:
+    """Ends its process at the second scene."""
+
+    kind = "processes"
+
+    @property
+    def columns(self):
+        return {}
+
+    def __call__(self, scenes, carry_on):
+        if scenes[0].wind.speed == 5.0:
+            os._exit(1)
+        return [{"outcome": "completed", "message": "", "seconds": 0.0}]

@@ -1,0 +1,312 @@
+"""Sweeps: the same numbers as single runs, wherever they are computed; nothing that fails is lost."""
+
+import json
+import math
+
+import numpy as np
+import pytest
+from typer.testing import CliRunner
+
+import gallop_fmu as gf
+import modal
+from gallop_fmu import cli, terminal_runs
+from gallop_fmu.clearance import cigre_322_single_loop, davison_single_loop
+from gallop_fmu.sweeping import SUMMARY_COLUMNS
+from modal.corridor import SCREENING_COLUMNS
+
+WINDS = {"wind.speed": [4.0, 5.5], "ice.attack_angle_deg": [180.0, 300.0, 178.0]}
+"""300 deg lies outside the coefficient curve."""
+
+
+@pytest.fixture(scope="module")
+def scene():
+    return gf.load_scene("example3").with_values(
+        {"numerics.elements": 4, "numerics.time_step": 0.02, "initial.seed_vertical": 0.3}
+    )
+
+
+@pytest.fixture(scope="module")
+def runs(scene):
+    return gf.sweep(scene, WINDS, stop_time=20.0, window=10.0)
+
+
+@pytest.fixture
+def invoke(tmp_path, monkeypatch):
+    """Run a command in an empty folder."""
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setenv("COLUMNS", "160")
+    return lambda *words, app=cli.app: CliRunner().invoke(app, [str(word) for word in words])
+
+
+def same(one, other):
+    """Whether two results agree in every bit, but for the time that they took."""
+    return one.dataset.drop_vars("seconds").identical(other.dataset.drop_vars("seconds"))
+
+
+def test_rows_are_what_single_runs_give(scene, runs):
+    for row in (0, 5):
+        values = {key: runs.dataset[key].values[row] for key in WINDS}
+        result = gf.simulate(scene.with_values(values), 20.0)
+        steady, middle = result.steady(10.0), result.midspan()
+        found = {name: runs.dataset[name].values[row] for name in SUMMARY_COLUMNS}
+        for name in ("u2", "u3", "theta", "tension"):
+            amplitude, mean, frequency = steady[name]
+            assert found[f"{name}_amplitude"] == amplitude
+            assert found[f"{name}_mean"] == mean
+            assert found[f"{name}_frequency_hz"] == frequency
+            assert found[f"{name}_lowest"] == middle[name].min()
+            assert found[f"{name}_highest"] == middle[name].max()
+        right = result.dataset[["right_f1", "right_f2", "right_f3"]].to_array()
+        assert found["support_force_highest"] >= float(np.sqrt((right**2).sum("variable")).max())
+        assert found["lowest_tension"] == result.report.lowest_tension
+        assert found["horizontal_tension"] == result.dataset.attrs["horizontal_tension"]
+        assert found["time"] == 20.0
+        last = middle.sel(time=slice(10.0 - 1e-9, None))
+        for ellipse, name in (
+            (cigre_322_single_loop(2.12, 0.0235), "cigre_322"),
+            (davison_single_loop(2.12), "davison"),
+        ):
+            assert found[f"beyond_{name}"] == ellipse.distance(last.u3.values, last.u2.values).max()
+    assert runs.dataset.u2_amplitude.attrs["units"] == "m"
+    assert runs.dataset["wind.speed"].attrs["units"] == "m/s"
+
+
+def test_runs_that_fail_are_rows(scene, runs):
+    assert (runs.done, runs.total) == (6, 6)
+    assert runs.failed["run"].values.tolist() == [1, 4]
+    for outcome, message in zip(runs.failed.outcome.values, runs.failed.message.values, strict=True):
+        assert outcome == "invalid_scene"
+        assert "ice.attack_angle_deg = 300.0 lies outside" in message
+    assert np.all(np.isnan(runs.failed.u2_amplitude))
+
+
+def test_a_run_that_ends_early_keeps_what_it_had(scene):
+    runs = gf.sweep(scene, {"aerodynamics.valid_to_deg": [181.0, 260.0]}, stop_time=20.0)
+    assert runs.dataset.outcome.values.tolist() == ["angle_out_of_range", "completed"]
+    assert "the attack angle left the validity range" in runs.dataset.message.values[0]
+    assert 0.0 < runs.dataset.time.values[0] < 20.0
+    assert runs.dataset.u2_highest.values[0] >= 0.3
+    assert math.isnan(runs.dataset.u2_amplitude.values[0])
+
+
+def test_what_nobody_foresaw_is_a_row_too(scene):
+    def spoilt(result):
+        if result.scene.wind.speed == 5.0:
+            raise MemoryError("for a test")
+        return {"wind": result.scene.wind.speed, "word": "fine"}
+
+    runs = gf.sweep(scene, {"wind.speed": [4.0, 5.0, 6.0]}, stop_time=1.0, summary=spoilt)
+    assert runs.dataset.outcome.values.tolist() == ["completed", "error", "completed"]
+    assert runs.dataset.message.values[1] == "MemoryError: for a test"
+    assert runs.dataset.word.values.tolist() == ["fine", "", "fine"]
+
+
+def test_grid_has_a_dimension_for_each_parameter(runs):
+    grid = runs.grid()
+    assert dict(grid.sizes) == {"wind.speed": 2, "ice.attack_angle_deg": 3}
+    assert grid["wind.speed"].attrs["units"] == "m/s"
+    for row in range(6):
+        place = {key: runs.dataset[key].values[row] for key in WINDS}
+        assert np.array_equal(grid.u2_amplitude.sel(place), runs.dataset.u2_amplitude.values[row], equal_nan=True)
+        assert grid.outcome.sel(place) == runs.dataset.outcome.values[row]
+
+
+def test_grid_of_a_table_is_named(scene):
+    table = [{"name": "A", "span.sag": 2.12, "label.owner": "x"}, {"name": "B", "span.sag": 2.1, "label.owner": "y"}]
+    runs = gf.sweep(scene, {"wind.speed": [4.0, 5.0, 6.0]}, table=table, stop_time=0.2)
+    assert runs.grid().u2_highest.dims == ("name", "wind.speed")
+    assert runs.grid().sag.sel(name="B", **{"wind.speed": 6.0}) == pytest.approx(2.1)
+    assert runs.dataset["label.owner"].values.tolist() == ["x"] * 3 + ["y"] * 3
+
+
+@pytest.mark.parametrize("workers", [1, 3])
+def test_number_of_threads_changes_nothing(scene, runs, workers):
+    assert same(gf.sweep(scene, WINDS, stop_time=20.0, window=10.0, workers=workers), runs)
+
+
+def test_a_second_call_computes_nothing(scene, runs, tmp_path):
+    out, calls = tmp_path / "runs.parquet", []
+    arguments = {"stop_time": 20.0, "window": 10.0, "out": out}
+    first = gf.sweep(scene, WINDS, **arguments, progress=lambda *numbers: calls.append(numbers))
+    assert calls[0] == (0, 0, 6)
+    assert calls[-1] == (6, 2, 6)
+    assert len(calls) == 7
+    second = gf.sweep(scene, WINDS, **arguments, progress=lambda *numbers: calls.append(numbers))
+    assert calls[7:] == [(6, 2, 6)]
+    assert second.dataset.identical(first.dataset)
+    assert gf.read_runs(out).dataset.identical(first.dataset)
+    assert same(first, runs)
+
+
+@pytest.mark.parametrize(
+    ("change", "what"),
+    [({"stop_time": 21.0}, "task was"), ({"window": 9.0}, "task was"), ({"summary": lambda result: {}}, "task was")],
+)
+def test_another_task_is_not_mixed_in(scene, tmp_path, change, what):
+    arguments = {"stop_time": 1.0, "window": 0.5, "out": tmp_path / "runs.parquet"}
+    gf.sweep(scene, {"wind.speed": [4.0]}, **arguments)
+    with pytest.raises(gf.SceneError, match=what):
+        gf.sweep(scene, {"wind.speed": [4.0]}, **{**arguments, **change})
+    with pytest.raises(gf.SceneError, match="scenes was"):
+        gf.sweep(scene, {"wind.speed": [4.1]}, **arguments)
+
+
+def test_another_version_is_not_mixed_in(scene, tmp_path, monkeypatch):
+    arguments = {"stop_time": 1.0, "out": tmp_path / "runs.parquet"}
+    gf.sweep(scene, {"wind.speed": [4.0]}, **arguments)
+    monkeypatch.setattr("gallop_fmu.runs._kernel_fingerprint", lambda: "0123456789ab")
+    with pytest.raises(gf.SceneError, match=r"package was gallop-fmu .* is gallop-fmu .* \(kernel 0123456789ab\)"):
+        gf.sweep(scene, {"wind.speed": [4.0]}, **arguments)
+
+
+def test_a_file_that_cannot_be_written_at_the_end_loses_nothing(scene, tmp_path):
+    out = tmp_path / "runs.nc"
+    (tmp_path / "runs.nc.new").mkdir()
+    with pytest.raises(
+        gf.RunsStoppedError, match=r"runs.nc cannot be written .* 2 of 2 runs are done and kept in .*nc.journal"
+    ) as end:
+        gf.sweep(scene, {"wind.speed": [4.0, 5.0]}, stop_time=1.0, out=out)
+    assert end.value.result.done == 2
+    (tmp_path / "runs.nc.new").rmdir()
+    calls = []
+    again = gf.sweep(scene, {"wind.speed": [4.0, 5.0]}, stop_time=1.0, out=out, progress=lambda *n: calls.append(n))
+    assert calls == [(2, 0, 2)]
+    assert again.dataset.identical(end.value.result.dataset)
+    assert [file.name for file in tmp_path.iterdir()] == ["runs.nc"]
+
+
+@pytest.mark.parametrize(
+    ("arguments", "fragment"),
+    [
+        ({"workers": 0}, "workers = 0"),
+        ({"window": 0.0}, "window = 0.0 s"),
+        ({"stop_time": math.inf}, "stop_time = inf"),
+        ({"workers": 1, "cluster": "tcp://127.0.0.1:1"}, "a cluster has its own workers"),
+        ({"out": "runs.csv"}, "must end in .parquet or .nc"),
+    ],
+)
+def test_refusals(scene, arguments, fragment):
+    with pytest.raises(gf.SceneError, match=fragment):
+        gf.sweep(scene, {"wind.speed": [4.0]}, **{"stop_time": 1.0, **arguments})
+
+
+@pytest.mark.parametrize(
+    ("text", "values"),
+    [
+        ("wind.speed=4,5.5", [4, 5.5]),
+        ("wind.speed=4:5:0.5", [4.0, 4.5, 5.0]),
+        ("wind.speed=4.2:4.4:0.1", [4.2, 4.3, 4.4]),
+        ("wind.speed=5:4:-0.5", [5.0, 4.5, 4.0]),
+        ("aerodynamics.outside=hold, periodic", ["hold", "periodic"]),
+        ("span.sag=none,2.1", [None, 2.1]),
+    ],
+)
+def test_over_on_the_command_line(text, values):
+    assert terminal_runs.grid_of([text]) == {text.partition("=")[0]: values}
+
+
+@pytest.mark.parametrize(
+    "text", ["wind.speed", "=4", "wind.speed=", "a=1:2", "a=1:2:0", "a=1:2:0.3", "a=2:1:0.5", "a=b:c:d"]
+)
+def test_over_that_is_refused(text):
+    with pytest.raises(gf.SceneError, match=f"--over {text}"):
+        terminal_runs.grid_of([text])
+
+
+QUICK = ("--set", "numerics.elements=4", "--until", 1)
+
+
+def test_command_prints_a_table_and_lists_failures(invoke):
+    result = invoke("sweep", "example3", *QUICK, "--over", "wind.speed=4,5", "--over", "ice.attack_angle_deg=180,300")
+    assert result.exit_code == 1
+    assert "u2_amplitude" in result.stdout
+    assert result.stdout.count("invalid_scene") == 2
+    assert "2 of 4 runs did not complete:" in result.stderr
+    assert "  wind.speed 4, ice.attack_angle_deg 300: ice.attack_angle_deg = 300.0 lies outside" in result.stderr
+
+
+def test_command_writes_and_resumes(invoke, tmp_path):
+    (tmp_path / "spans.csv").write_text("name,span.sag,span.horizontal_tension\nnorth 4,2.0,none\nnorth 5,,\n")
+    words = ("sweep", "example3", *QUICK, "--table", "spans.csv", "--out", "runs.parquet")
+    result = invoke(*words)
+    assert result.exit_code == 0, result.output
+    assert "north 4" in result.stdout
+    assert "wrote runs.parquet: 2 of 2 runs" in result.stdout
+    assert result.stderr == ""
+    told = json.loads(invoke(*words, "--json").stdout)
+    assert told == {"runs": 2, "done": 2, "failed": [], "files": ["runs.parquet"]}
+
+
+def test_command_as_json(invoke):
+    rows = json.loads(invoke("sweep", "example3", *QUICK, "--over", "wind.speed=4,5", "--json").stdout)["rows"]
+    assert [row["wind.speed"] for row in rows] == [4, 5]
+    assert all(row["outcome"] == "completed" for row in rows)
+
+
+def test_command_shows_no_more_than_fits(invoke):
+    result = invoke("sweep", "example3", *QUICK[:2], "--until", 0.02, "--over", "wind.speed=4:7:0.1")
+    assert "and 11 more; name a file (--out) to have them all" in result.stdout
+    result = invoke("sweep", "example3", *QUICK[:2], "--until", 0.02, "--over", "ice.attack_angle_deg=290:300:1")
+    assert result.stderr.count("lies outside") == 10
+    assert "  and 1 more\n" in result.stderr
+
+
+@pytest.mark.parametrize(
+    ("words", "fragment"),
+    [
+        ((), "nothing to vary"),
+        (("--over", "wind.sped=4"), "wind.sped: unknown key"),
+        (("--table", "none.csv"), "none.csv: no such file"),
+        (("--over", "wind.speed=4", "--out", "a.csv"), "a.csv: must end in"),
+    ],
+)
+def test_command_refuses(invoke, words, fragment):
+    result = invoke("sweep", "example3", *words)
+    assert result.exit_code == 2
+    assert fragment in result.stderr
+    assert "Traceback" not in result.output
+
+
+def test_screening_many_is_screening_each(scene):
+    """In a process of its own; the second span has no structural damping."""
+    scene = scene.with_values({"numerics.elements": 8, "wind.speed": 4.8})
+    table = [{"name": "A", "span.sag": 2.1}, {"name": "B", "damping": {}}]
+    found = modal.screen_spans(scene, table=table, highest_wind=4.9, workers=1)
+    alone = modal.screen(scene.with_values({"span.sag": 2.1}), 4.9)
+    row = {name: found.dataset[name].values[0] for name in SCREENING_COLUMNS}
+    assert row["risk"] == alone.risk == "detuned"
+    assert row["reason"] == alone.reason
+    # 0 observed; the processes' linear algebra uses one thread each, and may add in another order
+    assert row["galloping_from"] == pytest.approx(alone.galloping_from, rel=1e-9)
+    assert row["galloping_vertical"] == pytest.approx(alone.galloping.vertical, rel=1e-9)
+    assert math.isnan(row["onset_wind_speed"])
+    assert row["ratio"] == pytest.approx(alone.frequencies.ratio, rel=1e-12)
+    assert found.dataset.outcome.values.tolist() == ["completed", "invalid_scene"]
+    assert "structural damping ratio" in found.dataset.message.values[1]
+
+
+@pytest.mark.parametrize(
+    ("words", "fragment"),
+    [
+        ((), "no scene"),
+        (("example3", "--out", "a.nc"), "are for many spans"),
+        (("example3", "--over", "span.sag=2.1", "--plot", "a.png"), "--plot draws one span"),
+    ],
+)
+def test_screen_command_refuses(invoke, words, fragment):
+    from modal.cli import app
+
+    result = invoke("screen", *words, app=app)
+    assert result.exit_code == 2
+    assert fragment in result.stderr
+
+
+def test_screen_command_takes_a_table(invoke, tmp_path):
+    """Spans without damping are refused at once, so this costs no screening."""
+    from modal.cli import app
+
+    (tmp_path / "spans.csv").write_text("name,damping\nA,{}\nB,{}\n")
+    result = invoke("screen", "example3", "--table", "spans.csv", "-o", "a.nc", "--workers", 1, app=app)
+    assert result.exit_code == 1
+    assert "wrote a.nc: 2 of 2 runs" in result.stdout
+    assert "  B: the structural damping ratio" in result.stderr
