@@ -19,6 +19,7 @@ from pydantic import Field, ValidationError, field_validator, model_validator
 from gallop_fmu.aerodynamics import Aerodynamics
 from gallop_fmu.damping import Damping
 from gallop_fmu.errors import SceneError
+from gallop_fmu.files import write_whole
 from gallop_fmu.laws import Law
 from gallop_fmu.lines import scene_data
 from gallop_fmu.loads import Load
@@ -213,7 +214,7 @@ class Scene(Section):
 
     def save(self, path: Path | str) -> None:
         """Write `to_toml` to a file."""
-        Path(path).write_text(self.to_toml(), encoding="utf-8", newline="\n")
+        write_whole(Path(path), self.to_toml().encode())
 
     def with_values(self, values: Mapping[str, Any]) -> Scene:
         """Copy with some values replaced, validated as a whole.

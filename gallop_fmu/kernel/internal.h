@@ -12,7 +12,11 @@
 #define PI 3.14159265358979323846
 
 /* Before a function that works along the span: it is compiled twice, for AVX2 and for any x86-64, and the loader picks.
- * Both give the same bits, as there is no fused multiply-add.  Elsewhere, and under sanitizers, once. */
+ * Both give the same bits, as there is no fused multiply-add.  Elsewhere, under sanitizers, and by clang before 18, which
+ * does not link such functions across files, once. */
+#if defined(__clang__) && __clang_major__ < 18 && !defined(GALLOP_ONE_PATH)
+#define GALLOP_ONE_PATH
+#endif
 #if defined(__GNUC__) && defined(__x86_64__) && defined(__linux__) && defined(__GLIBC__) && !defined(__SANITIZE_ADDRESS__) && \
     !defined(GALLOP_ONE_PATH)
 #define TWO_PATHS __attribute__((target_clones("avx2", "default")))
