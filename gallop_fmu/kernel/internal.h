@@ -160,7 +160,11 @@ int static_equilibrium(const gallop_model *model, double t, const instant *targe
 void add_springs(const gallop_model *model, const instant *now, const double *u, double *residual);
 double correction_size(const gallop_model *model, const double *du);
 
+/* tables.c */
+int check_tables(const gallop_scene *s, gallop_report *report);
+
 /* shared */
+int invalid(gallop_report *report, const char *field, double value, double limit);
 int fail(gallop_report *report, int outcome, int element, double time, double value, double limit);
 
 #endif
