@@ -90,8 +90,8 @@ def main(arguments: list[str]) -> int:
             shutil.copytree(ROOT / package, copy / package, ignore=shutil.ignore_patterns("__pycache__", "*.so"))
         build(copy / "gallop_fmu" / "kernel", objects)
         environment = {**os.environ, "PYTHONPATH": str(copy), "PYTHONDONTWRITEBYTECODE": "1"}
-        tests = arguments or [str(ROOT / "tests" / folder) for folder in FOLDERS]
-        done = subprocess.run([sys.executable, "-m", "pytest", "-q", *tests], env=environment, cwd=name)
+        tests = arguments or [f"tests/{folder}" for folder in FOLDERS]
+        done = subprocess.run([sys.executable, "-P", "-m", "pytest", "-q", *tests], cwd=ROOT, env=environment)
         share = show(executed(objects))
     if done.returncode:
         print("some tests failed", file=sys.stderr)
