@@ -7,8 +7,10 @@ kernel works, so several states may run in several threads on one model.
 from __future__ import annotations
 
 import ctypes as c
+import enum
 import math
 import sys
+from collections.abc import Mapping
 from contextlib import suppress
 from dataclasses import dataclass
 from importlib.metadata import PackageNotFoundError, distribution
@@ -21,7 +23,19 @@ from numpy.typing import ArrayLike, NDArray
 from gallop_fmu.channels import NODE_CHANNELS, SPAN_CHANNELS
 from gallop_fmu.outcome import Outcome, Report, SimulationError
 from gallop_fmu.scene import Scene
-from gallop_fmu.structures import CHECKED, CDerived, CInputs, CReport, CScene, Packed, Three, double_pointer
+from gallop_fmu.structures import (
+    CHECKED,
+    CONDENSED_ARRAYS,
+    CONDENSED_NUMBERS,
+    CCondensed,
+    CDerived,
+    CInputs,
+    CReport,
+    CScene,
+    Packed,
+    Three,
+    double_pointer,
+)
 
 Array = NDArray[np.float64]
 DOFS = 4
@@ -83,6 +97,11 @@ def _load() -> c.CDLL:
             c.c_int,
             (pointer, pointer, double, inputs, *[doubles] * 3, double, double, double, doubles),
         ),
+        "gallop_condensed_run": (
+            c.c_int,
+            (pointer, c.POINTER(CCondensed), *[doubles] * 2, *[whole] * 4, *[doubles] * 2, c.POINTER(whole), report),
+        ),
+        "gallop_condensed_forces": (None, (pointer, c.POINTER(CCondensed), double, *[doubles] * 4)),
     }
     for name, (result, arguments) in signatures.items():
         function = getattr(library, name)
@@ -178,11 +197,21 @@ def _report(raw: CReport) -> Report:
         iterations=raw.iterations,
         refactorisations=raw.refactorisations,
         halvings=raw.halvings,
+        rejections=raw.rejections,
     )
 
 
 def _inputs_pointer(inputs: Inputs | None) -> Any:
     return None if inputs is None else c.byref(inputs.packed())
+
+
+class Part(enum.IntFlag):
+    """What a scene may not need; a model computes a part if anything can wake it."""
+
+    AERODYNAMICS = 1
+    ECCENTRIC_ICE = 2
+    TWIST = 4
+    LATERAL_MOTION = 8
 
 
 class Model:
@@ -192,6 +221,15 @@ class Model:
     ----------
     scene
         The scene to compute.
+    inputs
+        Whether `Inputs` may replace the scene's laws, as in an FMU.  False: they may not, and what the laws alone leave
+        at rest is left out: wind that never blows, and lateral motion that nothing wakes.  Twist that neither ice nor
+        an aerodynamic moment nor a torque wakes is left out in any case, since no input can wake it.
+
+    Attributes
+    ----------
+    parts : Part
+        What is computed.
 
     Raises
     ------
@@ -199,8 +237,9 @@ class Model:
         If no initial equilibrium exists.
     """
 
-    def __init__(self, scene: Scene) -> None:
+    def __init__(self, scene: Scene, *, inputs: bool = True) -> None:
         packed, raw, handle = Packed(scene), CReport(), c.c_void_p()
+        packed.scene.laws_only = not inputs
         self._handle: c.c_void_p | None = None
         if _kernel.gallop_model_create(c.byref(packed.scene), c.byref(handle), c.byref(raw)):
             raise SimulationError(_report(raw))
@@ -210,6 +249,10 @@ class Model:
         self.nodes = 2 * self.elements + 1
         self.state_size = int(_kernel.gallop_state_size(handle))
         self.saved_size = int(_kernel.gallop_saved_size(handle))
+        self._takes_inputs = inputs
+        derived = CDerived()
+        _kernel.gallop_model_derived(handle, c.byref(derived))
+        self.parts = Part(derived.parts)
 
     def __del__(self) -> None:
         if getattr(self, "_handle", None) is not None:
@@ -221,6 +264,24 @@ class Model:
         """Pointer to the kernel's model."""
         assert self._handle is not None
         return self._handle
+
+    @property
+    def unknowns(self) -> tuple[str, ...]:
+        """The unknowns of a node that are computed; the others stay zero."""
+        lateral = ("u3",) if Part.LATERAL_MOTION in self.parts else ()
+        return ("u1", "u2", *lateral, *(("theta",) if Part.TWIST in self.parts else ()))
+
+    def accept(self, inputs: Inputs | None) -> Any:
+        """Pointer to the inputs for the kernel.
+
+        Raises
+        ------
+        ValueError
+            If the model was made without inputs.
+        """
+        if inputs is not None and not self._takes_inputs:
+            raise ValueError("this model leaves out what inputs could wake; make it with Model(scene, inputs=True)")
+        return _inputs_pointer(inputs)
 
     @property
     def middle(self) -> int:
@@ -246,7 +307,9 @@ class Model:
 
     def _motion(self, u: ArrayLike | None, v: ArrayLike | None, a: ArrayLike | None) -> list[Array]:
         shape = (self.nodes, DOFS)
-        return [np.zeros(shape) if y is None else np.array(y, dtype=np.float64).reshape(shape) for y in (u, v, a)]
+        return [
+            np.zeros(shape) if y is None else np.array(y, dtype=np.float64, order="C").reshape(shape) for y in (u, v, a)
+        ]
 
     def residual(
         self,
@@ -318,13 +381,13 @@ class Model:
             If the attack angle is out of range, or no equilibrium under wind or support displacement exists.
         """
         state = State(self)
-        state._call(_kernel.gallop_state_init, time, _inputs_pointer(inputs))
+        state._call(_kernel.gallop_state_init, time, self.accept(inputs))
         return state
 
     def rest(self, time: float = 0.0, inputs: Inputs | None = None) -> State:
         """Static equilibrium under wind, loads and support displacement at `time`, found by load stepping."""
         state = State(self)
-        state._call(_kernel.gallop_equilibrium, time, _inputs_pointer(inputs))
+        state._call(_kernel.gallop_equilibrium, time, self.accept(inputs))
         return state
 
 
@@ -367,14 +430,16 @@ class State:
         c.memmove(self._pointer, saved, size)
 
     def advance(self, until: float, inputs: Inputs | None = None) -> Report:
-        """Step to `until` [s] in equal steps no longer than the scene's; on failure the state is what it was.
+        """Step to `until` [s], in equal steps no longer than the scene's or by its tolerance.
+
+        On failure the state is what it was.
 
         Raises
         ------
         SimulationError
             If a step cannot be carried out.
         """
-        return self._call(_kernel.gallop_advance, _inputs_pointer(inputs), until)
+        return self._call(_kernel.gallop_advance, self.model.accept(inputs), until)
 
     def run(
         self, records: int, every: int, channels: NDArray[np.int32], nodes: NDArray[np.int32], first: int = 0
@@ -424,3 +489,52 @@ def nan_free(inputs: Inputs) -> bool:
     """Whether all values of the inputs are finite."""
     values = [inputs.wind_speed, inputs.attack_angle, inputs.wind_speed_rate, inputs.attack_angle_rate]
     return all(map(math.isfinite, values)) and bool(np.all(np.isfinite(inputs.support)))
+
+
+CONDENSED_MODES, CONDENSED_SECTIONS = 16, 8
+"""Modes of a condensed span, and sections along it."""
+
+
+class Condensed:
+    """The kernel's form of a condensed span, see `gallop_fmu.condensed`.
+
+    Parameters
+    ----------
+    model
+        The model whose coefficient curve, ice and laws are taken.
+    values
+        Numbers and arrays of ``gallop_condensed`` in ``gallop.h``, by name.
+    """
+
+    def __init__(self, model: Model, values: Mapping[str, float | Array]) -> None:
+        self.model = model
+        self._arrays = {name: np.ascontiguousarray(values[name]) for name in CONDENSED_ARRAYS}
+        self._packed = CCondensed(len(self._arrays["load"]), 0, *(float(values[name]) for name in CONDENSED_NUMBERS))
+        for name, array in self._arrays.items():
+            setattr(self._packed, name, double_pointer(array))
+
+    def forces(self, q: Array, v: Array, time: float = 0.0) -> tuple[Array, Array]:
+        """Modal forces (mode,) beyond the linear ones, and accelerations (mode,)."""
+        motion = [np.ascontiguousarray(y, dtype=np.float64) for y in (q, v)]
+        a, f = np.zeros(CONDENSED_MODES), np.empty(CONDENSED_MODES)
+        pointers = [double_pointer(y) for y in (*motion, a, f)]
+        _kernel.gallop_condensed_forces(self.model.handle, c.byref(self._packed), time, *pointers)
+        return f, a
+
+    def run(
+        self, q: Array, v: Array, first: int, steps: int, every: int, within: int, before: Report
+    ) -> tuple[Array, Array, Report]:
+        """Advance `q` and `v` by `steps` steps from step `first`: histories (record, 2, mode), (record,), and report.
+
+        The second is the horizontal tension [N].
+
+        Recorded is the end of each `every`-th step, or `within` instants of each step. `before` is the report so far.
+        """
+        count = steps // every * within
+        history, tension = np.empty((count, 2, CONDENSED_MODES)), np.empty(count)
+        records, raw = c.c_int64(), CReport(element=-1, lowest_tension=before.lowest_tension, steps=before.steps)
+        _kernel.gallop_condensed_run(
+            self.model.handle, c.byref(self._packed), double_pointer(q), double_pointer(v), first, steps, every, within,
+            double_pointer(history), double_pointer(tension), c.byref(records), c.byref(raw),
+        )  # fmt: skip
+        return history[: records.value], tension[: records.value], _report(raw)

@@ -66,7 +66,7 @@ class Conductor(Section):
     """The conductor, without ice unless the scene's sources say that a value includes it."""
 
     diameter: Number = quantity(..., "m", "diameter of the bare conductor, reference of the coefficients", gt=0, le=1)
-    mass_per_length: Number = quantity(..., "kg/m", "mass per unit length", gt=0)
+    mass_per_length: Number = quantity(..., "kg/m", "mass per unit length of the hanging conductor", gt=0)
     axial_stiffness: Number = quantity(..., "N", "axial stiffness EA", gt=0)
     torsional_stiffness: Number = quantity(..., "N m2/rad", "torsional stiffness GJ", gt=0)
     torsional_inertia: Number = quantity(..., "kg m", "mass moment of inertia per unit length about x1", gt=0)
@@ -138,10 +138,33 @@ class Numerics(Section):
     """Discretisation and tolerances."""
 
     elements: WholeNumber = quantity(15, "1", "number of three-node elements", ge=2, le=5000)
-    time_step: Number = quantity(0.01, "s", "time step", gt=0, le=1)
-    newton_tolerance: Number = quantity(1e-9, "m", "change that ends Newton's iteration", ge=1e-14, le=1e-3)
+    integrator: Literal["newmark", "gauss6"] | None = setting(
+        None, "method, see gallop_fmu.integrators; not given: newmark, or gauss6 with a tolerance"
+    )
+    time_step: Number = quantity(0.01, "s", "time step; with a tolerance only the unit of run.record_every", gt=0, le=1)
+    tolerance: Number | None = quantity(
+        None,
+        "1",
+        "relative error of the motion for which step sizes are chosen, in place of time_step",
+        ge=1e-8,
+        le=0.1,
+    )
+    newton_tolerance: Number = quantity(
+        1e-9, "m", "change that ends Newton's iteration; a tolerance sets its own", ge=1e-14, le=1e-3
+    )
     max_newton_iterations: WholeNumber = quantity(20, "1", "iterations before a step is halved", ge=2, le=200)
     max_halvings: WholeNumber = quantity(8, "1", "times that a step may be halved before the run fails", ge=0, le=20)
+
+    @model_validator(mode="after")
+    def _tolerance_can_be_kept(self) -> Numerics:
+        if self.tolerance is not None and self.integrator == "newmark":
+            raise SceneError(f'tolerance = {self.tolerance}: integrator = "newmark" takes equal steps; choose "gauss6"')
+        return self
+
+    @property
+    def method(self) -> Literal["newmark", "gauss6"]:
+        """The integrator, given or by default."""
+        return self.integrator or ("newmark" if self.tolerance is None else "gauss6")
 
 
 class Run(Section):

@@ -13,8 +13,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gallop_fmu.channels import NODE_CHANNELS, NODE_INDEX, SPAN_CHANNELS
-from gallop_fmu.engine import Model, Run, State, build
+from gallop_fmu.engine import Model, Part, Run, State, build
 from gallop_fmu.errors import SceneError
+from gallop_fmu.integrators import INTEGRATORS
 from gallop_fmu.outcome import Outcome, Report, SimulationError
 from gallop_fmu.result import Result
 from gallop_fmu.scene import Scene
@@ -24,8 +25,6 @@ if TYPE_CHECKING:
 
 USUAL_CHANNELS = ("u1", "u2", "u3", "theta", "v1", "v2", "v3", "omega", "tension", "angle_of_attack")
 """Node channels recorded unless others are asked for."""
-
-INTEGRATOR = "Newmark (beta 1/4, gamma 1/2), Newton-Raphson with reused tangent"
 
 Progress = Callable[[float, float], object]
 """Called with the time reached and the stop time [s]; returning False stops the run."""
@@ -78,10 +77,10 @@ def simulate(
     """
     stop_time = scene.run.stop_time if stop_time is None else stop_time
     every = scene.run.record_every if record_every is None else record_every
-    _check_arguments(stop_time, every, channels, on_failure)
+    check_arguments(stop_time, every, channels, on_failure)
     started = clock.perf_counter()
-    model = Model(scene)
-    nodes = _nodes(record_nodes, model)
+    model = Model(scene, inputs=False)
+    nodes = chosen_nodes(record_nodes, model.elements)
     state = model.start()
     interval = every * scene.numerics.time_step
     records = max(1, math.ceil(stop_time / interval - 1e-9))
@@ -162,7 +161,9 @@ def _dataset(
         title=model.scene.title,
         source=f"gallop-fmu {version('gallop-fmu')}",
         kernel=build(),
-        integrator=INTEGRATOR,
+        integrator=INTEGRATORS[model.scene.numerics.method].description,
+        unknowns=" ".join(model.unknowns),
+        left_out=", ".join(str(part.name).lower().replace("_", " ") for part in Part if part not in model.parts),
         scene=model.scene.to_toml(),
         outcome=report.outcome.name.lower(),
         message=str(report),
@@ -175,12 +176,14 @@ def _dataset(
         iterations=report.iterations,
         refactorisations=report.refactorisations,
         halvings=report.halvings,
+        rejections=report.rejections,
         lowest_tension=report.lowest_tension,
     )
     return dataset
 
 
-def _check_arguments(stop_time: float, every: int, channels: Sequence[str], on_failure: str) -> None:
+def check_arguments(stop_time: float, every: int, channels: Sequence[str], on_failure: str) -> None:
+    """Raise SceneError on arguments of a run that are not allowed."""
     if not (math.isfinite(stop_time) and stop_time > 0.0):
         raise SceneError(f"stop_time = {stop_time}: must be a positive number of seconds")
     if isinstance(every, bool) or not isinstance(every, int) or every < 1:
@@ -192,12 +195,14 @@ def _check_arguments(stop_time: float, every: int, channels: Sequence[str], on_f
         raise SceneError(f'on_failure = {on_failure!r}: must be "raise" or "return"')
 
 
-def _nodes(wanted: Literal["midspan", "all"] | Sequence[int], model: Model) -> NDArray[np.int32]:
+def chosen_nodes(wanted: Literal["midspan", "all"] | Sequence[int], elements: int) -> NDArray[np.int32]:
+    """Numbers of the nodes to record on a mesh of so many elements."""
+    last = 2 * elements
     if isinstance(wanted, str):
         if wanted not in ("midspan", "all"):
             raise SceneError(f'record_nodes = {wanted!r}: must be "midspan", "all" or node numbers')
-        return np.array([model.middle] if wanted == "midspan" else range(model.nodes), dtype=np.int32)
+        return np.array([elements] if wanted == "midspan" else range(last + 1), dtype=np.int32)
     nodes = np.array(wanted, dtype=np.int32)
-    if nodes.ndim != 1 or not len(nodes) or np.any((nodes < 0) | (nodes >= model.nodes)):
-        raise SceneError(f"record_nodes = {list(wanted)}: must be node numbers from 0 to {model.nodes - 1}")
+    if nodes.ndim != 1 or not len(nodes) or np.any((nodes < 0) | (nodes > last)):
+        raise SceneError(f"record_nodes = {list(wanted)}: must be node numbers from 0 to {last}")
     return nodes

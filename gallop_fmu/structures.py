@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from gallop_fmu.integrators import INTEGRATORS
 from gallop_fmu.laws import Constant, Law, TimeTable
 from gallop_fmu.loads import Load
 from gallop_fmu.scene import Scene
@@ -33,7 +34,7 @@ ICE_FIELDS: dict[str, str | None] = {
 }
 SEEDS = ("seed_vertical", "seed_horizontal", "seed_twist")
 FREQUENCY_PAIR = ("low_ratio", "low_frequency", "high_ratio", "high_frequency")
-NUMERICS = ("elements", "time_step", "newton_tolerance", "max_newton_iterations", "max_halvings")
+NUMERICS = ("elements", "time_step", "tolerance", "newton_tolerance", "max_newton_iterations", "max_halvings")
 LAW_FIELDS: dict[str, dict[str, str | None]] = {
     "constant": {"value": "initial"},
     "ramp": {"initial": None, "final": "peak", "start": None, "duration": "rise"},
@@ -126,9 +127,11 @@ class CScene(c.Structure):
         ("start_in_mean_wind", c.c_int32),
         ("max_newton_iterations", c.c_int32),
         ("max_halvings", c.c_int32),
-        ("reserved", c.c_int32),
+        ("integrator", c.c_int32),
         ("time_step", c.c_double),
         ("newton_tolerance", c.c_double),
+        ("tolerance", c.c_double),
+        ("laws_only", c.c_int32),
     )
 
 
@@ -141,7 +144,10 @@ class CReport(c.Structure):
         *((name, c.c_double) for name in ("time", "value", "limit")),
         ("field", c.c_char_p),
         ("lowest_tension", c.c_double),
-        *((name, c.c_int64) for name in ("steps", "substeps", "iterations", "refactorisations", "halvings")),
+        *(
+            (name, c.c_int64)
+            for name in ("steps", "substeps", "iterations", "refactorisations", "halvings", "rejections")
+        ),
     )
 
 
@@ -166,10 +172,28 @@ class CDerived(c.Structure):
         ("translation_damping", Two),
         ("twist_damping", Two),
         ("imbalance", c.c_double),
+        ("parts", c.c_int32),
+        ("reserved", c.c_int32),
     )
 
 
-CHECKED = (CScene, CLaw, CSupport, CLoad, CReport, CInputs, CDerived)
+CONDENSED_NUMBERS = ("time_step", "horizontal_tension", "stiffness", "remaining", "damping_time", "share")
+CONDENSED_ARRAYS = (
+    "frequency", "damping", "coupling", "elongation", "stretch", "shape", "weighted", "slope", "slope_weighted", "load",
+)  # fmt: skip
+
+
+class CCondensed(c.Structure):
+    """gallop_condensed."""
+
+    _fields_ = (
+        *((name, c.c_int32) for name in ("loads", "reserved")),
+        *((name, c.c_double) for name in CONDENSED_NUMBERS),
+        *((name, Pointer) for name in CONDENSED_ARRAYS),
+    )
+
+
+CHECKED = (CScene, CLaw, CSupport, CLoad, CReport, CInputs, CDerived, CCondensed)
 
 
 def double_pointer(values: NDArray[np.float64]) -> Any:
@@ -212,6 +236,7 @@ class Packed:
         )
         self.scene.start_in_mean_wind = scene.initial.wind == "mean_wind_equilibrium"
         self._copy(scene.numerics, self.scene, "numerics", dict.fromkeys(NUMERICS))
+        self.scene.integrator = INTEGRATORS[scene.numerics.method].code
 
     def _copy(self, section: Any, target: c.Structure, path: str, fields: Mapping[str, str | None]) -> None:
         """Copy the named values of a section; a field maps to its name in the structure where that differs."""

@@ -78,11 +78,18 @@ def grid_of(over: Sequence[str] | None) -> dict[str, list[Any]] | None:
             )
         if key in grid:
             raise SceneError(f"--over {text}: {key} is given twice")
-        grid[key] = _values(text, values)
+        grid[key] = values_of(text, values)
     return grid or None
 
 
-def _values(option: str, text: str) -> list[Any]:
+def values_of(option: str, text: str) -> list[Any]:
+    """What ``4,5,5.5`` or ``4:6:0.5`` stands for.
+
+    Raises
+    ------
+    SceneError
+        If it is neither; the message quotes the whole `option`.
+    """
     from gallop_fmu.errors import SceneError
     from gallop_fmu.textfiles import read_value
 

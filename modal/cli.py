@@ -22,7 +22,16 @@ from gallop_fmu.terminal import (
     new_console,
     new_table,
 )
-from gallop_fmu.terminal_runs import ClusterAddress, Over, RunsOut, SpanTable, WorkerCount, carry_out, grid_of
+from gallop_fmu.terminal_runs import (
+    ClusterAddress,
+    Over,
+    RunsOut,
+    SpanTable,
+    WorkerCount,
+    carry_out,
+    grid_of,
+    values_of,
+)
 
 if TYPE_CHECKING:
     from gallop_fmu.runs import Progress, Runs
@@ -59,9 +68,11 @@ def _root(
     """Modes, resonance and stability of an iced span, without simulating it."""
 
 
-Over = Annotated[str | None, typer.Option("--over", metavar="KEY", help="Follow the modes over this number.")]
-From = Annotated[float | None, typer.Option("--from", metavar="X", help="Its first value; else 0.7 of now.")]
-To = Annotated[float | None, typer.Option("--to", metavar="X", help="Its last value; else 1.3 of now.")]
+RANGE = "KEY[=FIRST:LAST]"
+Followed = Annotated[
+    str | None,
+    typer.Option("--over", metavar=RANGE, help="Follow the modes over this number; else 0.7 to 1.3 times what it is."),
+]
 Points = Annotated[int, typer.Option("--points", metavar="N", min=2, help="Number of values.")]
 
 
@@ -73,9 +84,7 @@ def modes(
     wind: Annotated[
         Literal["still", "mean"], typer.Option(help="About still air, or about equilibrium in the scene's mean wind.")
     ] = "still",
-    over: Over = None,
-    start: From = None,
-    stop: To = None,
+    over: Followed = None,
     points: Points = 25,
     plot: Plot = None,
     as_json: AsJson = False,
@@ -85,7 +94,7 @@ def modes(
 
     chosen = _scene(scene, changes, plot)
     if over is not None:
-        _follow_modes(chosen, count, wind, over, _range(chosen, over, start, stop, points), plot, as_json)
+        _follow_modes(chosen, count, wind, *_varied(chosen, over, points), plot, as_json)
         return
     found = natural_modes(chosen, count, wind)
     rows = [
@@ -159,41 +168,39 @@ def _follow_modes(
     _tell(told, [scene.title, table], figure, plot, as_json)
 
 
-def _range(scene: Scene, path: str, start: float | None, stop: float | None, points: int) -> list[float]:
-    """Equally spaced values of a number, by default around what it is now."""
+def _varied(scene: Scene, option: str, points: int) -> tuple[str, list[float]]:
+    """The number that an option names, and the values that it asks for: by default around what the number is now."""
     import numpy as np
 
+    from gallop_fmu.errors import SceneError
     from modal.resonance import number_of
 
-    first, last = (
-        factor * number_of(scene, path) if given is None else given for factor, given in ((0.7, start), (1.3, stop))
-    )
-    return [float(value) for value in np.linspace(first, last, points)]
+    path, given, text = (part.strip() for part in option.partition("="))
+    if not given:
+        now = number_of(scene, path)
+        return path, np.linspace(0.7 * now, 1.3 * now, points).tolist()
+    if text.count(":") != 1:
+        return path, values_of(option, text)
+    try:
+        first, last = map(float, text.split(":"))
+    except ValueError:
+        raise SceneError(f"{option}: a range is FIRST:LAST, such as span.sag=1.5:3") from None
+    return path, np.linspace(first, last, points).tolist()
 
 
-@app.command(
-    epilog=example("gallop-modal ratio example3 --over span.horizontal_tension --from 10e3 --to 20e3 --plot map.png")
-)
+@app.command(epilog=example("gallop-modal ratio example3 --over span.horizontal_tension=10e3:20e3 --plot map.png"))
 def ratio(
     scene: SceneName,
     changes: Changes = None,
     over: Annotated[
         str,
         typer.Option(
-            metavar="KEY",
+            metavar=RANGE,
             help="Number to vary: a value of the scene, temperature_change \\[K], or supports.stiffness_x1 (both).",
         ),
     ] = "span.horizontal_tension",
-    start: From = None,
-    stop: To = None,
     points: Points = 25,
-    against: Annotated[str | None, typer.Option(metavar="KEY", help="A second number, for a map over both.")] = None,
-    second_start: Annotated[
-        float | None, typer.Option("--against-from", metavar="X", help="Its first value; else 0.7 of now.")
-    ] = None,
-    second_stop: Annotated[
-        float | None, typer.Option("--against-to", metavar="X", help="Its last value; else 1.3 of now.")
-    ] = None,
+    against: Annotated[str | None, typer.Option(metavar=RANGE, help="A second number, for a map over both.")] = None,
     plot: Plot = None,
     as_json: AsJson = False,
 ) -> None:
@@ -202,7 +209,7 @@ def ratio(
 
     chosen = _scene(scene, changes, plot)
     here = frequency_ratio(chosen)
-    values, ways = _range(chosen, over, start, stop, points), way_out(chosen)
+    (over, values), ways = _varied(chosen, over, points), way_out(chosen)
     unit, first, last = unit_of(chosen, over), values[0], values[-1]
     told: dict[str, Any] = {
         "title": chosen.title,
@@ -230,7 +237,7 @@ def ratio(
 
             return ratio_figure(ratio_map(chosen, over, values))
     else:
-        others = _range(chosen, against, second_start, second_stop, points)
+        against, others = _varied(chosen, against, points)
         data = ratio_map(chosen, over, values, against=(against, others))
         told |= {"values": values, "against": against, "against_values": others}
         told["ratios"] = [[None if r != r else r for r in row] for row in data.ratio.values.tolist()]  # NaN is no JSON

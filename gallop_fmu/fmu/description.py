@@ -28,7 +28,8 @@ SEMANTICS = (
     "laws of time. wind_speed and attack_angle hold their values over a communication step, or change at the rate that "
     "the host gives where it can; the tower points move "
     "linearly to their new places, which they reach at its end. A communication step is carried out in equal steps no "
-    "longer than numerics.time_step. Outputs do not react to inputs before the next step, except while initialising."
+    "longer than numerics.time_step, or in steps that keep numerics.tolerance where it is given. Outputs do not "
+    "react to inputs before the next step, except while initialising."
 )
 
 

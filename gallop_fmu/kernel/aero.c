@@ -9,40 +9,35 @@ double aero_angle(double theta, double v2, double v3, double omega, double wind,
     return attack + theta + arctangent(w2, w3);
 }
 
-/* Attack angles, how far they are out of the curve's range, and where on the curve to read: reduced to the turn centred
- * on the range, and held at its ends.  "error" holds as well, so that a stray Newton iterate stays finite: the step is
- * judged once it has converged. */
-TWO_PATHS static void attack_angles(const gallop_model *model, const instant *now, const sections *at, int first, int last)
+/* What the loops along the span need, as numbers of their own: stores into arrays cannot change them. */
+typedef struct {
+    double wind, attack, radius, centre, half, pressure, diameter;   /* pressure: rho d / 2 */
+} air;
+
+static air air_of(const gallop_model *model, const instant *now)
 {
-    const double radius = model->radius, wind = now->wind, attack = now->attack;
-    const double centre = model->curve_centre, half = 0.5 * (model->curve_last - model->curve_first);
-    const double *theta = at->theta, *omega = at->omega, *v2 = at->v2, *v3 = at->v3;
-    double *angle = at->angle, *excess = at->excess, *read = at->by_theta[0];
-    INDEPENDENT
-    for (int i = first; i < last; i++) {
-        double w2 = -v2[i] - radius * omega[i], w3 = wind - v3[i];
-        double alpha = attack + theta[i] + arctangent(w2, w3), offset = alpha - centre;
-        offset -= 2.0 * PI * nearest(offset * (0.5 / PI));
-        double size = offset < 0.0 ? -offset : offset, over = size - half;
-        double held = offset < 0.0 ? -half : half;
-        angle[i] = alpha;
-        excess[i] = over > 0.0 ? over : 0.0;
-        read[i] = centre + (over > 0.0 ? held : offset);
-    }
+    return (air){now->wind, now->attack, model->radius, model->curve_centre, 0.5 * (model->curve_last - model->curve_first),
+                 0.5 * model->scene.air_density * model->scene.diameter, model->scene.diameter};
 }
 
-static int piece_of(const double *breakpoint, int pieces, double alpha)
+/* Attack angle of a section, how far it is out of the curve's range, and where on the curve to read: reduced to the turn
+ * centred on the range, and held at its ends.  "error" holds as well, so that a stray Newton iterate stays finite: the
+ * step is judged once it has converged. */
+INLINE double place_on_curve(const air *air, const sections *at, int i, bool twist)
 {
-    int low = 0, high = pieces;
-    while (high - low > 1) {
-        int middle = (low + high) / 2;
-        if (alpha < breakpoint[middle]) high = middle; else low = middle;
-    }
-    return low;
+    double w2 = twist ? -at->v2[i] - air->radius * at->omega[i] : -at->v2[i], w3 = air->wind - at->v3[i];
+    double alpha = (twist ? air->attack + at->theta[i] : air->attack) + arctangent(w2, w3), offset = alpha - air->centre;
+    offset -= 2.0 * PI * nearest(offset * (0.5 / PI));
+    double size = offset < 0.0 ? -offset : offset, over = size - air->half;
+    double held = offset < 0.0 ? -air->half : air->half;
+    at->angle[i] = alpha;
+    at->excess[i] = over > 0.0 ? over : 0.0;
+    return air->centre + (over > 0.0 ? held : offset);
 }
 
-/* Section i reads the cubic with coefficients k at the distance s from its origin. */
-static inline void read_section(const double *k, double s, const sections *at, int i, bool slopes)
+/* CL, CD, CM of a section into by_v2, their slopes, where asked for, into by_v3: the cubic with coefficients k at the
+ * distance s from its origin. */
+INLINE void read_section(const double *k, double s, const sections *at, int i, bool slopes)
 {
     double inside = at->excess[i] > 0.0 ? 0.0 : 1.0;
     at->by_v2[0][i] = k[0] + s * (k[1] + s * (k[2] + s * k[3]));
@@ -54,46 +49,78 @@ static inline void read_section(const double *k, double s, const sections *at, i
     at->by_v3[2][i] = inside * (k[9] + s * (2.0 * k[10] + 3.0 * s * k[11]));
 }
 
-/* CL, CD, CM into by_v2 at the angles that attack_angles left in by_theta[0]; their slopes, where asked for, into by_v3. */
-TWO_PATHS static void read_curve(const gallop_model *model, const sections *at, int first, int last, bool slopes)
+/* F2 = q (CL w3 + CD w2), F3 = q (-CL w2 + CD w3), M = q Ur d CM, q = rho d Ur / 2, taken from the section's force. */
+INLINE void subtract_load(const air *air, const sections *at, int i, bool twist)
 {
-    const double *breakpoint = model->scene.breakpoint, *origin = model->scene.origin;
-    const double *coefficient = model->scene.coefficient;
-    if (model->scene.pieces == 1) {   /* a polynomial: no search */
-        double k[12];
-        memcpy(k, coefficient, sizeof k);
-        INDEPENDENT
-        for (int i = first; i < last; i++) read_section(k, at->by_theta[0][i] - origin[0], at, i, slopes);
-        return;
-    }
+    const double lift = at->by_v2[0][i], drag = at->by_v2[1][i];
+    double w2 = twist ? -at->v2[i] - air->radius * at->omega[i] : -at->v2[i], w3 = air->wind - at->v3[i];
+    double square = w2 * w2 + w3 * w3, q = air->pressure * sqrt(square);
+    at->force[0][i] -= q * (lift * w3 + drag * w2);
+    at->force[1][i] -= q * (drag * w3 - lift * w2);
+    if (twist) at->force[2][i] -= air->pressure * air->diameter * square * at->by_v2[2][i];
+}
+
+/* A polynomial needs no search: all in one pass. */
+INLINE void polynomial_loads(const gallop_model *model, const instant *now, sections at, int first, int last, bool twist)
+{
+    const air air = air_of(model, now);
+    const double origin = model->scene.origin[0];
+    double k[12];
+    memcpy(k, model->scene.coefficient, sizeof k);
+    INDEPENDENT
     for (int i = first; i < last; i++) {
-        int piece = piece_of(breakpoint, model->scene.pieces, at->by_theta[0][i]);
-        read_section(coefficient + 12 * piece, at->by_theta[0][i] - origin[piece], at, i, slopes);
+        read_section(k, place_on_curve(&air, &at, i, twist) - origin, &at, i, false);
+        subtract_load(&air, &at, i, twist);
     }
 }
 
-/* F2 = q (CL w3 + CD w2), F3 = q (-CL w2 + CD w3), M = q Ur d CM, q = rho d Ur / 2, taken from the section forces. */
-TWO_PATHS static void subtract_loads(const gallop_model *model, const instant *now, const sections *at, int first, int last)
+/* The search begins at the piece in which the bin begins. */
+static inline int piece_at(const gallop_model *model, double alpha)
 {
-    const double radius = model->radius, d = model->scene.diameter, wind = now->wind;
-    const double k = 0.5 * model->scene.air_density * d;
-    const double *omega = at->omega, *v2 = at->v2, *v3 = at->v3;
-    const double *lift = at->by_v2[0], *drag = at->by_v2[1], *moment = at->by_v2[2];
-    double *f2 = at->force[0], *f3 = at->force[1], *twist = at->force[2];
+    const double bins = PIECE_BINS / (model->curve_last - model->curve_first), x = (alpha - model->curve_first) * bins;
+    int bin = x > 0.0 ? (x < PIECE_BINS - 1 ? (int)x : PIECE_BINS - 1) : 0, piece = model->piece_near[bin];
+    while (piece > 0 && alpha < model->scene.breakpoint[piece]) piece--;   /* round-off in x */
+    while (piece < model->scene.pieces - 1 && alpha >= model->scene.breakpoint[piece + 1]) piece++;
+    return piece;
+}
+
+INLINE void table_loads(const gallop_model *model, const instant *now, sections at, int first, int last, bool slopes,
+                        bool twist)
+{
+    const air air = air_of(model, now);
+    double *place = at.by_theta[0];
     INDEPENDENT
+    for (int i = first; i < last; i++) place[i] = place_on_curve(&air, &at, i, twist);
     for (int i = first; i < last; i++) {
-        double w2 = -v2[i] - radius * omega[i], w3 = wind - v3[i], square = w2 * w2 + w3 * w3, q = k * sqrt(square);
-        f2[i] -= q * (lift[i] * w3 + drag[i] * w2);
-        f3[i] -= q * (drag[i] * w3 - lift[i] * w2);
-        twist[i] -= k * d * square * moment[i];
+        const int piece = piece_at(model, place[i]);
+        read_section(model->scene.coefficient + 12 * piece, place[i] - model->scene.origin[piece], &at, i, slopes);
     }
+    INDEPENDENT
+    for (int i = first; i < last; i++) subtract_load(&air, &at, i, twist);
+}
+
+TWO_PATHS static void loads(const gallop_model *model, const instant *now, const sections *at, int first, int last)
+{
+    const bool polynomial = model->scene.pieces == 1;
+    if (model->unknowns == 4) {
+        if (polynomial) polynomial_loads(model, now, *at, first, last, true);
+        else table_loads(model, now, *at, first, last, false, true);
+    } else {
+        if (polynomial) polynomial_loads(model, now, *at, first, last, false);
+        else table_loads(model, now, *at, first, last, false, false);
+    }
+}
+
+TWO_PATHS static void loads_with_slopes(const gallop_model *model, const instant *now, const sections *at, int first, int last)
+{
+    table_loads(model, now, *at, first, last, true, model->unknowns == 4);
 }
 
 /* Derivatives of F2, F3, M by theta, v2 and v3 (that by omega is r times that by v2), from
  * dUr/dw2 = w2/Ur, d alpha/dw2 = w3/Ur^2, d alpha/dw3 = -w2/Ur^2, dw/dv = -1.  Replaces the coefficients. */
 TWO_PATHS static void load_slopes(const gallop_model *model, const instant *now, const sections *at, int first, int last)
 {
-    const double radius = model->radius, d = model->scene.diameter, wind = now->wind;
+    const double radius = model->unknowns == 4 ? model->radius : 0.0, d = model->scene.diameter, wind = now->wind;
     const double k = 0.5 * model->scene.air_density * d;
     INDEPENDENT
     for (int i = first; i < last; i++) {
@@ -118,8 +145,10 @@ TWO_PATHS static void load_slopes(const gallop_model *model, const instant *now,
 void aero_loads(const gallop_model *model, const instant *now, const sections *at, int first, int count, bool slopes)
 {
     const int last = first + count;
-    attack_angles(model, now, at, first, last);
-    read_curve(model, at, first, last, slopes);
-    subtract_loads(model, now, at, first, last);
-    if (slopes) load_slopes(model, now, at, first, last);
+    if (!slopes) {
+        loads(model, now, at, first, last);
+        return;
+    }
+    loads_with_slopes(model, now, at, first, last);
+    load_slopes(model, now, at, first, last);
 }

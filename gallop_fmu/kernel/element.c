@@ -7,6 +7,8 @@
 #define ROOT_3_5 0.77459666924148337704
 #define ROOT_1_3 0.57735026918962576451
 
+#define STRIPS_AT_ONCE 8   /* whose intermediate results stay in the first-level cache */
+
 const double gauss2[2] = {-ROOT_1_3, ROOT_1_3};
 static const double gauss3[3] = {-ROOT_3_5, 0.0, ROOT_3_5};
 static const double gauss3_weight[3] = {5.0 / 9.0, 8.0 / 9.0, 5.0 / 9.0};
@@ -48,52 +50,46 @@ void geometry_from_nodes(geometry *g, const double x[9], const double tension[2]
     }
 }
 
-static inline void slope_of(const double n[3], const double u[12], double out[4])
+void lay_side_by_side(gallop_model *model)
 {
-    for (int i = 0; i < 4; i++) out[i] = n[0] * u[i] + n[1] * u[4 + i] + n[2] * u[8 + i];
-}
-
-/* Green strain from the initial equilibrium: eps = X'.u' + u'.u'/2; T = T0 + EA eps */
-static inline double tension_of(const geometry *g, int q, double axial_stiffness, const double du[4])
-{
-    double strain = 0.0;
-    for (int i = 0; i < 3; i++) strain += du[i] * (g->slope[q][i] + 0.5 * du[i]);
-    return g->tension[q] + axial_stiffness * strain;
+    for (int k = 0; k < LANES * model->strips; k++) {
+        const geometry *g = &model->geometry[k < model->elements ? k : model->elements - 1];
+        strip *s = &model->strip[k / LANES];
+        const int lane = k % LANES;
+        for (int q = 0; q < 2; q++) {
+            for (int i = 0; i < 3; i++) LANE(s->slope[q][i], lane) = g->slope[q][i];
+            for (int side = 0; side < 2; side++) {
+                LANE(s->shape_slope[q][side], lane) = g->shape_slope[q][2 * side];
+                LANE(s->pull[q][side], lane) = g->stiffness_weight[q] * g->shape_slope[q][2 * side];
+            }
+            LANE(s->tension[q], lane) = g->tension[q];
+        }
+        for (int a = 0, p = 0; a < 3; a++)
+            for (int b = a; b < 3; b++, p++) LANE(s->product[p], lane) = g->shape_product[a][b];
+        for (int q = 0; q < 3; q++)
+            for (int n = 0; n < 3; n++) LANE(s->share[q][n], lane) = g->inertia_weight[q] * shape3[q][n];
+    }
 }
 
 void element_tension(const gallop_model *model, int e, const double u[12], double tension[2])
 {
     const geometry *g = &model->geometry[e];
     for (int q = 0; q < 2; q++) {
-        double du[4], square = 0.0;
-        slope_of(g->shape_slope[q], u, du);
-        for (int i = 0; i < 3; i++) square += (g->slope[q][i] + du[i]) * (g->slope[q][i] + du[i]);
+        const double *n = g->shape_slope[q];
+        double strain = 0.0, square = 0.0;
+        for (int i = 0; i < 3; i++) {
+            double du = n[0] * u[i] + n[1] * u[4 + i] + n[2] * u[8 + i];
+            strain += du * (g->slope[q][i] + 0.5 * du);
+            square += (g->slope[q][i] + du) * (g->slope[q][i] + du);
+        }
         /* T acts on p, whose length is the stretch: the force in the cable is T |p| */
-        tension[q] = tension_of(g, q, model->scene.axial_stiffness, du) * sqrt(square);
+        tension[q] = (g->tension[q] + model->scene.axial_stiffness * strain) * sqrt(square);
     }
 }
 
 void watch_start(watch *seen)
 {
     *seen = (watch){INFINITY, 0.0, 0.0, -1, -1};
-}
-
-TWO_PATHS static void gather(const double *u, const double *v, const double *a, const sections *at, int first, int count)
-{
-    for (int e = first; e < first + count; e++)
-        for (int q = 0; q < 3; q++) {
-            const double *n = shape3[q];
-            const int i = 3 * e + q, k = 8 * e;
-#define MIX(y, dof) (n[0] * (y)[k + (dof)] + n[1] * (y)[k + 4 + (dof)] + n[2] * (y)[k + 8 + (dof)])
-            at->theta[i] = MIX(u, 3);
-            at->omega[i] = MIX(v, 3);
-            at->omega_rate[i] = MIX(a, 3);
-            at->v2[i] = MIX(v, 1);
-            at->v3[i] = MIX(v, 2);
-            at->a2[i] = MIX(a, 1);
-            at->a3[i] = MIX(a, 2);
-#undef MIX
-        }
 }
 
 /* First mass moments turn with the section; the omega^2 terms, missing in the paper, conserve energy. */
@@ -116,144 +112,180 @@ TWO_PATHS static void ice_inertia(const gallop_model *model, const sections *at,
     }
 }
 
-/* Forces at the sections of `count` elements from `first`: inertia of the eccentric ice minus aerodynamics. */
-void evaluate_sections(const gallop_model *model, const instant *now, const double *u, const double *v, const double *a,
-                       const sections *at, int first, int count, bool slopes)
+/* One unknown of the nodes at the three sections of a strip; the second one lies at the middle node. */
+INLINE void interpolate(lanes y[3][4], int unknown, double *out)
 {
-    const bool wind = windy(model, now);
-    if (!model->eccentric && !wind) return;
-    gather(u, v, a, at, first, count);
-    if (model->eccentric) {
-        ice_inertia(model, at, 3 * first, 3 * (first + count));
-    } else {
-        for (int i = 0; i < 3; i++) memset(at->force[i] + 3 * first, 0, 3 * (size_t)count * sizeof(double));
-    }
-    if (wind) aero_loads(model, now, at, 3 * first, 3 * count, slopes);
+    const lanes left = y[0][unknown], middle = y[1][unknown], right = y[2][unknown];
+    for (int q = 0; q < 3; q += 2)
+        *(lanes *)(out + LANES * q) = shape3[q][0] * left + shape3[q][1] * middle + shape3[q][2] * right;
+    *(lanes *)(out + LANES) = middle;
 }
 
-/* `at` holds the section forces of the same motion (evaluate_sections). */
-TWO_PATHS void element_residual(const gallop_model *model, int e, const instant *now, const sections *at, const double u[12],
-                      const double v[12], const double a[12], double r[12], watch *seen)
+INLINE void section_motion(const gallop_model *model, const sections *at, int first, lanes u[3][4],
+                           lanes v[3][4], lanes a[3][4], int unknowns)
 {
-    const geometry *g = &model->geometry[e];
+    interpolate(v, 1, at->v2 + first);
+    interpolate(v, 2, at->v3 + first);
+    if (unknowns < 4) return;
+    interpolate(u, 3, at->theta + first);
+    interpolate(v, 3, at->omega + first);
+    if (!model->eccentric) return;
+    interpolate(a, 1, at->a2 + first);
+    interpolate(a, 2, at->a3 + first);
+    interpolate(a, 3, at->omega_rate + first);
+}
+
+/* Lowest tension so far, lane by lane, and the first element of the strip where it was. */
+typedef struct { lanes tension, where; } lowest;
+
+/* Inertia, damping and tension of the elements of a strip. */
+INLINE void strip_forces(const gallop_model *model, const strip *s, lanes u[3][4], lanes v[3][4],
+                         lanes a[3][4], int unknowns, double first_element, lanes r[3][4], lowest *low)
+{
     const double ea = model->scene.axial_stiffness, gj = model->scene.torsional_stiffness;
     const double *b = model->derived.translation_damping, *bt = model->derived.twist_damping;
-    const double mass[4] = {model->mass, model->mass, model->mass, model->inertia};
-    const double drag[4] = {b[0], b[0], b[0], bt[0]};
-
-    double rate[12];
-    for (int n = 0; n < 3; n++)
-        for (int i = 0; i < 4; i++) rate[4 * n + i] = mass[i] * (a[4 * n + i] + drag[i] * v[4 * n + i]);
-    for (int n = 0; n < 3; n++) {
-        const double *m = g->shape_product[n];
-        for (int i = 0; i < 4; i++) r[4 * n + i] = m[0] * rate[i] + m[1] * rate[4 + i] + m[2] * rate[8 + i];
+    const int axes = unknowns < 3 ? unknowns : 3;
+    for (int i = 0; i < unknowns; i++) {
+        const double mass = i < 3 ? model->mass : model->inertia, drag = i < 3 ? b[0] : bt[0];
+        lanes rate[3];
+        for (int n = 0; n < 3; n++) rate[n] = mass * (a[n][i] + drag * v[n][i]);
+        r[0][i] = s->product[0] * rate[0] + s->product[1] * rate[1] + s->product[2] * rate[2];
+        r[1][i] = s->product[1] * rate[0] + s->product[3] * rate[1] + s->product[4] * rate[2];
+        r[2][i] = s->product[2] * rate[0] + s->product[4] * rate[1] + s->product[5] * rate[2];
     }
     for (int q = 0; q < 2; q++) {
-        double du[4], dv[4], s[4];
-        slope_of(g->shape_slope[q], u, du);
-        slope_of(g->shape_slope[q], v, dv);
-        double tension = tension_of(g, q, ea, du);
-        double axial = b[1] * ea * (g->slope[q][0] * dv[0] + g->slope[q][1] * dv[1] + g->slope[q][2] * dv[2]);
-        double lateral = b[1] * g->tension[q];
-        for (int i = 0; i < 3; i++)
-            s[i] = tension * (g->slope[q][i] + du[i]) + axial * g->slope[q][i] + lateral * dv[i];
-        s[3] = gj * (du[3] + bt[1] * dv[3]);
-        for (int n = 0; n < 3; n++) {
-            double w = g->stiffness_weight[q] * g->shape_slope[q][n];
-            for (int i = 0; i < 4; i++) r[4 * n + i] += w * s[i];
+        const lanes *n = s->shape_slope[q], *p0 = s->slope[q];
+        lanes du[4], force[4], strain = {0.0};
+        for (int i = 0; i < unknowns; i++) du[i] = n[0] * (u[0][i] - u[1][i]) + n[1] * (u[2][i] - u[1][i]);
+        /* Green strain from the initial equilibrium: eps = X'.u' + u'.u'/2; T = T0 + EA eps */
+        for (int i = 0; i < axes; i++) strain += du[i] * (p0[i] + 0.5 * du[i]);
+        const lanes tension = s->tension[q] + ea * strain;
+        for (int i = 0; i < axes; i++) force[i] = tension * (p0[i] + du[i]);
+        if (unknowns == 4) force[3] = gj * du[3];
+        lanes dv[4], axial = {0.0};
+        for (int i = 0; i < unknowns; i++) dv[i] = n[0] * (v[0][i] - v[1][i]) + n[1] * (v[2][i] - v[1][i]);
+        for (int i = 0; i < axes; i++) axial += p0[i] * dv[i];
+        axial *= b[1] * ea;
+        for (int i = 0; i < axes; i++) force[i] += axial * p0[i] + b[1] * s->tension[q] * dv[i];
+        if (unknowns == 4) force[3] += gj * bt[1] * dv[3];
+        for (int i = 0; i < unknowns; i++) {
+            const lanes left = s->pull[q][0] * force[i], right = s->pull[q][1] * force[i];
+            r[0][i] += left;
+            r[1][i] -= left + right;
+            r[2][i] += right;
         }
-        if (tension < seen->lowest_tension) {
-            seen->lowest_tension = tension;
-            seen->slack_element = e;
-        }
-    }
-    const bool wind = windy(model, now);
-    if (!model->eccentric && !wind) return;
-    for (int q = 0; q < 3; q++) {
-        const int i = 3 * e + q;
-        for (int n = 0; n < 3; n++) {
-            double w = g->inertia_weight[q] * shape3[q][n];
-            for (int k = 0; k < 3; k++) r[4 * n + 1 + k] += w * at->force[k][i];
-        }
-        if (wind && at->excess[i] > seen->worst_excess) {
-            seen->worst_excess = at->excess[i];
-            seen->worst_angle = at->angle[i];
-            seen->angle_element = e;
-        }
+        low->where = PICK(tension < low->tension, first_element + (lanes){0.0}, low->where);
+        low->tension = PICK(tension < low->tension, tension, low->tension);
     }
 }
 
-/* Rows f2, f3, moment; columns 2, 3, theta of k dR/du + c dR/dv + m dR/da at section i, added to a 4 x 4 block. */
-static void section_tangent(const gallop_model *model, const sections *at, int i, bool wind, blend mix, double g[16])
+INLINE void add_section_forces(const strip *s, const sections *at, int first, int unknowns, lanes r[3][4])
 {
-    if (model->eccentric) {
-        const double c2 = at->c2[i], c3 = at->c3[i], w = at->omega[i], rate = at->omega_rate[i];
-        g[7] = mix.k * (-c2 * rate + c3 * w * w) - mix.c * 2.0 * c2 * w - mix.m * c3;
-        g[11] = mix.k * (-c3 * rate - c2 * w * w) - mix.c * 2.0 * c3 * w + mix.m * c2;
-        g[15] = mix.k * (-c2 * at->a2[i] - c3 * at->a3[i] - model->scene.gravity * c2);
-        g[13] = -mix.m * c3;
-        g[14] = mix.m * c2;
-    }
-    if (!wind) return;
-    for (int k = 0; k < 3; k++) {
-        double *row = g + 4 * (k + 1);
-        row[1] -= mix.c * at->by_v2[k][i];
-        row[2] -= mix.c * at->by_v3[k][i];
-        row[3] -= mix.k * at->by_theta[k][i] + mix.c * model->radius * at->by_v2[k][i];
+    for (int i = 1; i < unknowns; i++) {
+        const lanes *f = (const lanes *)(at->force[i - 1] + first);
+        r[0][i] += s->share[0][0] * f[0] + s->share[2][0] * f[2];
+        r[1][i] += s->share[0][1] * f[0] + s->share[1][1] * f[1] + s->share[2][1] * f[2];
+        r[2][i] += s->share[0][2] * f[0] + s->share[2][2] * f[2];
     }
 }
 
-/* tangent: the 4 x 4 blocks left-left, left-middle, ... (paper eq. 11, 14, 18 and the aerodynamic terms); `at` holds the
- * section forces of the same motion with their slopes. */
-TWO_PATHS void element_tangent(const gallop_model *model, int e, const instant *now, const sections *at, const double u[12],
-                     blend mix, double tangent[6][16])
+/* Forces at sections whose motion is known: inertia of the eccentric ice minus aerodynamics. */
+static void section_forces(const gallop_model *model, const instant *now, const sections *at, int first, int last,
+                           bool wind, bool slopes)
 {
-    static const int pair[6][2] = {{0, 0}, {0, 1}, {0, 2}, {1, 1}, {1, 2}, {2, 2}};
-    const geometry *g = &model->geometry[e];
-    const double ea = model->scene.axial_stiffness, gj = model->scene.torsional_stiffness;
-    const double *b = model->derived.translation_damping, *bt = model->derived.twist_damping;
-    const double translation = model->mass * (mix.m + mix.c * b[0]), twist = model->inertia * (mix.m + mix.c * bt[0]);
+    if (model->eccentric) ice_inertia(model, at, first, last);
+    else
+        for (int i = 0; i < 3; i++) memset(at->force[i] + first, 0, (size_t)(last - first) * sizeof(double));
+    if (wind) aero_loads(model, now, at, first, last - first, slopes);
+}
 
-    double part[5][16];   /* at two stiffness points and three sections */
-    memset(part, 0, sizeof part);
-    for (int q = 0; q < 2; q++) {
-        double du[4], now_slope[3], *s = part[q], damping = mix.c * b[1];
-        slope_of(g->shape_slope[q], u, du);
-        double tension = tension_of(g, q, ea, du), geometric = mix.k * tension + damping * g->tension[q];
-        for (int i = 0; i < 3; i++) now_slope[i] = g->slope[q][i] + du[i];
-        for (int i = 0; i < 3; i++) {
-            for (int j = 0; j < 3; j++)
-                s[4 * i + j] = ea * (mix.k * now_slope[i] * now_slope[j] + damping * g->slope[q][i] * g->slope[q][j]);
-            s[5 * i] += geometric;
-        }
-        s[15] = gj * (mix.k + mix.c * bt[1]);
-    }
-    const bool wind = windy(model, now), sectional = model->eccentric || wind;
-    for (int q = 0; q < 3 && sectional; q++) section_tangent(model, at, 3 * e + q, wind, mix, part[2 + q]);
-    for (int p = 0; p < 6; p++) {
-        const int n = pair[p][0], m = pair[p][1];
-        double *block = tangent[p], w[5], mass = g->shape_product[n][m];
-        for (int q = 0; q < 2; q++) w[q] = g->stiffness_weight[q] * g->shape_slope[q][n] * g->shape_slope[q][m];
-        for (int q = 0; q < 3; q++) w[2 + q] = g->inertia_weight[q] * shape3[q][n] * shape3[q][m];
-        for (int i = 0; i < 16; i++) block[i] = w[0] * part[0][i] + w[1] * part[1][i];
-        for (int i = 0; i < 16 && sectional; i++) block[i] += w[2] * part[2][i] + w[3] * part[3][i] + w[4] * part[4][i];
-        for (int i = 0; i < 3; i++) block[5 * i] += mass * translation;
-        block[15] += mass * twist;
+static void look_at_angles(const gallop_model *model, const sections *at, int first, int last, int first_element, watch *seen)
+{
+    lanes all = {0.0};
+    double sum = 0.0;
+    for (int i = first; i < last; i += LANES) all += *(const lanes *)(at->excess + i);
+    for (int k = 0; k < LANES; k++) sum += LANE(all, k);
+    if (!(sum > 0.0)) return;
+    for (int i = first; i < last; i++) {
+        const int e = first_element + (i - first) / (3 * LANES) * LANES + i % LANES;
+        if (!(at->excess[i] > seen->worst_excess) || e >= model->elements) continue;
+        seen->worst_excess = at->excess[i];
+        seen->worst_angle = at->angle[i];
+        seen->angle_element = e;
     }
 }
+
+/* Adds to `residual` the forces of `strips` strips from `start`, no more than STRIPS_AT_ONCE; section forces go to the
+ * arrays of `at` from `slot` on. */
+INLINE void strips_residual(const gallop_model *model, const instant *now, const sections *at, const double *u,
+                            const double *v, const double *a, int start, int strips, int slot, bool slopes, int unknowns,
+                            double *residual, lowest *low, watch *seen)
+{
+    const bool wind = windy(model, now), sectional = unknowns > 2 && (model->eccentric || wind);
+    lanes r[STRIPS_AT_ONCE][3][4];
+    for (int k = 0; k < strips; k++) {
+        const int e = LANES * (start + k), count = model->elements - e;
+        lanes ue[3][4], ve[3][4], ae[3][4];
+        for (int n = 0; n < 3; n++) {
+            read_nodes(u + 8 * e, n, count, ue[n]);
+            read_nodes(v + 8 * e, n, count, ve[n]);
+            read_nodes(a + 8 * e, n, count, ae[n]);
+        }
+        strip_forces(model, &model->strip[start + k], ue, ve, ae, unknowns, e, r[k], low);
+        if (sectional) section_motion(model, at, 3 * LANES * (slot + k), ue, ve, ae, unknowns);
+    }
+    if (sectional) {
+        const int first = 3 * LANES * slot, last = first + 3 * LANES * strips;
+        section_forces(model, now, at, first, last, wind, slopes);
+        if (wind) look_at_angles(model, at, first, last, LANES * start, seen);
+    }
+    for (int k = 0; k < strips; k++) {
+        const int e = LANES * (start + k), count = model->elements - e;
+        if (sectional) add_section_forces(&model->strip[start + k], at, 3 * LANES * (slot + k), unknowns, r[k]);
+        for (int n = 0; n < 3; n++) {
+            for (int i = unknowns; i < 4; i++) r[k][n][i] = (lanes){0.0};
+            add_to_nodes(residual + 8 * e, n, count, r[k][n]);
+        }
+    }
+}
+
+INLINE void all_strips(const gallop_model *model, const instant *now, const sections *at, const double *u, const double *v,
+                       const double *a, bool slopes, int unknowns, double *residual, watch *seen)
+{
+    lowest low;
+    for (int k = 0; k < LANES; k++) LANE(low.tension, k) = LANE(low.where, k) = INFINITY;
+    for (int start = 0; start < model->strips; start += STRIPS_AT_ONCE) {
+        const int left = model->strips - start, strips = left < STRIPS_AT_ONCE ? left : STRIPS_AT_ONCE;
+        strips_residual(model, now, at, u, v, a, start, strips, slopes ? start : 0, slopes, unknowns, residual, &low, seen);
+    }
+    for (int k = 0; k < LANES; k++)
+        if (LANE(low.tension, k) < seen->lowest_tension) {
+            const int e = (int)LANE(low.where, k) + k;
+            seen->lowest_tension = LANE(low.tension, k);
+            seen->slack_element = e < model->elements ? e : model->elements - 1;
+        }
+}
+
+#define SPAN_OF(unknowns)                                                                                             \
+    TWO_PATHS static void span_of_##unknowns(const gallop_model *model, const instant *now, const sections *at,       \
+                                             const double *u, const double *v, const double *a, bool slopes,          \
+                                             double *residual, watch *seen)                                           \
+    {                                                                                                                 \
+        all_strips(model, now, at, u, v, a, slopes, unknowns, residual, seen);                                        \
+    }
+SPAN_OF(2)
+SPAN_OF(3)
+SPAN_OF(4)
 
 /* Out-of-balance forces of the free body: internal + inertia + damping - aerodynamics - loads - constant forces. */
 void span_residual(const gallop_model *model, double t, const instant *now, const sections *at, const double *u,
                    const double *v, const double *a, bool slopes, double *residual, watch *seen)
 {
     const int values = 4 * model->nodes;
-    evaluate_sections(model, now, u, v, a, at, 0, model->elements, slopes);
     for (int i = 0; i < values; i++) residual[i] = -model->constant_force[i];
-    for (int e = 0; e < model->elements; e++) {
-        double r[12];
-        element_residual(model, e, now, at, u + 8 * e, v + 8 * e, a + 8 * e, r, seen);
-        for (int i = 0; i < 12; i++) residual[8 * e + i] += r[i];
-    }
+    if (model->unknowns == 2) span_of_2(model, now, at, u, v, a, slopes, residual, seen);
+    else if (model->unknowns == 3) span_of_3(model, now, at, u, v, a, slopes, residual, seen);
+    else span_of_4(model, now, at, u, v, a, slopes, residual, seen);
     for (int l = 0; l < model->load_count; l++) {
         const load_place *place = &model->place[l];
         const gallop_load *load = &model->scene.load[place->load];
@@ -265,4 +297,28 @@ void span_residual(const gallop_model *model, double t, const instant *now, cons
             r[3] -= w * load->torque;
         }
     }
+}
+
+/* Forces of one element alone. */
+void element_residual(const gallop_model *model, int e, const instant *now, const sections *at, const double *u,
+                      const double *v, const double *a, double r[12])
+{
+    const bool wind = windy(model, now);
+    const strip *s = &model->strip[e / LANES];
+    lanes ue[3][4], ve[3][4], ae[3][4], force[3][4];
+    lowest low;
+    for (int n = 0; n < 3; n++) {   /* in all lanes */
+        read_nodes(u + 8 * e, n, 1, ue[n]);
+        read_nodes(v + 8 * e, n, 1, ve[n]);
+        read_nodes(a + 8 * e, n, 1, ae[n]);
+    }
+    for (int k = 0; k < LANES; k++) LANE(low.tension, k) = LANE(low.where, k) = INFINITY;
+    strip_forces(model, s, ue, ve, ae, 4, e, force, &low);
+    if (model->eccentric || wind) {
+        section_motion(model, at, 0, ue, ve, ae, 4);
+        section_forces(model, now, at, 0, 3 * LANES, wind, false);
+        add_section_forces(s, at, 0, 4, force);
+    }
+    for (int n = 0; n < 3; n++)
+        for (int i = 0; i < 4; i++) r[4 * n + i] = LANE(force[n][i], e % LANES);
 }

@@ -45,7 +45,7 @@ typedef struct {
     double value, limit;      /* the offending value and what is allowed */
     const char *field;        /* which number of an invalid scene, a constant text; else NULL */
     double lowest_tension;    /* [N] since the start of the state */
-    int64_t steps, substeps, iterations, refactorisations, halvings;   /* since the start of the state */
+    int64_t steps, substeps, iterations, refactorisations, halvings, rejections;   /* since the start of the state */
 } gallop_report;
 
 /* A quantity in time. */
@@ -87,6 +87,9 @@ typedef struct { double low_ratio, low_frequency, high_ratio, high_frequency; } 
 
 typedef enum { GALLOP_OUTSIDE_ERROR = 0, GALLOP_OUTSIDE_HOLD = 1, GALLOP_OUTSIDE_PERIODIC = 2 } gallop_outside;
 
+/* Time integration: Newmark (beta 1/4, gamma 1/2) or Gauss collocation with three stages (order 6). */
+typedef enum { GALLOP_NEWMARK = 0, GALLOP_GAUSS6 = 1 } gallop_integrator;
+
 typedef struct {
     /* span */
     double length, height_difference, sag, horizontal_tension, gravity;   /* sag or tension 0: not given */
@@ -108,8 +111,10 @@ typedef struct {
     double seed_vertical, seed_horizontal, seed_twist;   /* amplitude of cos(pi x1 / L) [m], [m], [rad] */
     int32_t start_in_mean_wind;                          /* 1: static equilibrium under the wind at t = 0 */
     /* numerics */
-    int32_t max_newton_iterations, max_halvings, reserved;
+    int32_t max_newton_iterations, max_halvings, integrator;
     double time_step, newton_tolerance;                  /* [s], [m] */
+    double tolerance;   /* 0: equal steps; else relative error that the steps are chosen for, Gauss only */
+    int32_t laws_only;   /* 1: no call will bring gallop_inputs, so what the laws leave at rest need not be computed */
 } gallop_scene;
 
 /* Inputs that a co-simulation host sets instead of the scene's laws: value + rate * (t - time). */
@@ -119,6 +124,14 @@ typedef struct {
     double wind_speed_rate, attack_angle_rate, support_rate[2][3];
 } gallop_inputs;
 
+/* What a scene may not need.  A model computes a part if anything in the scene, or a host's inputs, can wake it. */
+typedef enum {
+    GALLOP_AERODYNAMICS = 1,     /* wind on a coefficient curve */
+    GALLOP_ECCENTRIC_ICE = 2,
+    GALLOP_TWIST = 4,            /* the unknown theta */
+    GALLOP_LATERAL = 8           /* the unknown u3 */
+} gallop_part;
+
 /* Numbers that the model derived from the scene. */
 typedef struct {
     double sag, horizontal_tension, length;        /* of the initial equilibrium: [m], [N], [m] along the conductor */
@@ -126,6 +139,7 @@ typedef struct {
     double support_stiffness[2][2];                /* x1, x3; 0 where rigid [N/m] */
     double translation_damping[2], twist_damping[2];   /* Rayleigh b1 [1/s], b2 [s] */
     double imbalance;                              /* largest nodal force that holds a 'held' initial state [N] */
+    int32_t parts, reserved;                       /* gallop_part flags of what is computed */
 } gallop_derived;
 
 typedef struct gallop_model gallop_model;
@@ -144,8 +158,8 @@ typedef enum {
 } gallop_span_channel;
 
 /* Sizes of the structs above as this library was compiled, for a binding to check itself:
- * scene, law, support, load, report, inputs, derived. */
-GALLOP_API void gallop_struct_sizes(size_t sizes[7]);
+ * scene, law, support, load, report, inputs, derived, condensed. */
+GALLOP_API void gallop_struct_sizes(size_t sizes[8]);
 GALLOP_API const char *gallop_build(void);   /* compiler and its version */
 
 GALLOP_API int gallop_model_create(const gallop_scene *scene, gallop_model **model, gallop_report *report);
@@ -164,7 +178,8 @@ GALLOP_API double gallop_state_time(const gallop_state *state);
 /* GALLOP_BAD_CALL unless the first gallop_saved_size bytes can be a state of this model: for bytes from elsewhere. */
 GALLOP_API int gallop_state_check(const gallop_model *model, const gallop_state *state);
 
-/* Steps to `until` in equal steps no longer than the scene's; on failure the state is what it was before. */
+/* Steps to `until` in equal steps no longer than the scene's, or by its tolerance; on failure the state is what it was
+ * before. */
 GALLOP_API int gallop_advance(const gallop_model *model, gallop_state *state, const gallop_inputs *inputs,
                               double until, gallop_report *report);
 
@@ -172,7 +187,9 @@ GALLOP_API int gallop_advance(const gallop_model *model, gallop_state *state, co
  * tightens the Newton tolerance from here on, for differences of two runs. */
 GALLOP_API void gallop_rewind(const gallop_model *model, gallop_state *state, double sharpness);
 
-/* `records` times: advance by `every` steps of the scene and observe.  Times are (first + i + 1) * every * time_step.
+/* `records` times: advance by `every` time steps of the scene and observe.  Times are (first + i + 1) * every * time_step.
+ * Under a tolerance the steps end where they like, the records are read within them, and the state is left at or after the
+ * last record.
  * node_values (records, channels, nodes), span_values (records, GALLOP_SPAN_CHANNELS); *done counts what is filled. */
 GALLOP_API int gallop_run(const gallop_model *model, gallop_state *state, int64_t first, int64_t records, int64_t every,
                           const int32_t *channel, int32_t channels, const int32_t *node, int32_t nodes,
@@ -183,6 +200,39 @@ GALLOP_API void gallop_observe_node(const gallop_model *model, const gallop_stat
 GALLOP_API void gallop_support_forces(const gallop_model *model, gallop_state *state, double force[6]);
 GALLOP_API void gallop_observe_span(const gallop_model *model, gallop_state *state,
                                     double values[GALLOP_SPAN_CHANNELS]);
+
+/* The condensed span: a few modes q with their linear part solved exactly, tension constant along the span, wind and
+ * turning ice at a few sections; condensed.c states the equation.  Coefficient curve, ice and laws are the model's;
+ * towers stand still.  Shape components: u2, u3, twist. */
+#define GALLOP_CONDENSED_MODES 16     /* always so many: what a span has less is filled up with modes without shape */
+#define GALLOP_CONDENSED_SECTIONS 8
+
+typedef struct {
+    int32_t loads, reserved;                    /* as many as the model's scene has */
+    double time_step;                           /* [s] */
+    double horizontal_tension, stiffness;       /* H0 [N]; k = dH/d(elongation) [N/m] */
+    double remaining;                           /* r: part of Q left by the statically answering modes left out */
+    double damping_time, share;                 /* Rayleigh b2 of translations [s]; k over that of the conductor alone */
+    const double *frequency, *damping;          /* (modes) w [rad/s], d = 2 zeta w [1/s] */
+    const double *coupling;                     /* (modes, modes) damping beside the diagonal [1/s] */
+    const double *elongation;                   /* (modes) e: linear elongation per unit coordinate [m] */
+    const double *stretch;                      /* (modes, modes) G: q.G q / 2 is the quadratic one [m] */
+    const double *shape;                        /* (3, modes, sections) per unit coordinate */
+    const double *weighted;                     /* (3, sections, modes) shape times length of the section [m] */
+    const double *slope;                        /* (2, modes, sections) u2'/X1', u3' per unit coordinate [1/m] */
+    const double *slope_weighted;               /* (2, sections, modes) times b2 EA length */
+    const double *load;                         /* (loads, modes) modal force per unit amplitude */
+} gallop_condensed;
+
+/* `steps` steps from time first * time_step.  Recorded are q, v and the horizontal tension at the end of every `every`-th
+ * step, or, if `within` > 1, `within` times a step: history (records, 2, modes), tension (records).  On return q and v hold
+ * the state reached. */
+GALLOP_API int gallop_condensed_run(const gallop_model *model, const gallop_condensed *condensed, double *q, double *v,
+                                    int64_t first, int64_t steps, int64_t every, int64_t within, double *history,
+                                    double *tension, int64_t *records, gallop_report *report);
+/* f(time, q, v) beyond the linear left side, and the accelerations q'' that go with it. */
+GALLOP_API void gallop_condensed_forces(const gallop_model *model, const gallop_condensed *condensed, double time,
+                                        const double *q, const double *v, double *a, double *forces);
 
 /* For tests and the modal toolkit: the free-body residual (no supports) of a motion u, v, a (4 a node), and the
  * element tangents k dR/du + c dR/dv + m dR/da as (elements, 12, 12).  Of `work` only scratch memory is used. */

@@ -3,6 +3,7 @@
 #define GALLOP_INTERNAL_H
 
 #include "gallop.h"
+#include "strip.h"
 
 #include <math.h>
 #include <stdbool.h>
@@ -44,7 +45,9 @@ typedef struct { int load, element; double shape[3]; } load_place;
 struct gallop_model {
     gallop_scene scene;        /* its pointers lead into this block */
     gallop_derived derived;
-    int elements, nodes;
+    int elements, nodes, strips;
+    /* what the scene needs; the rest is not computed (see choose_parts) */
+    int unknowns;                                       /* leading ones of each node that can move: 4, 3 or 2 */
     bool eccentric, aerodynamic;
     double mass, inertia, c2, c3;                       /* mu, I with ice; first moments at theta = 0 */
     double radius;                                      /* r of the relative wind */
@@ -53,9 +56,11 @@ struct gallop_model {
     double static_force[2][3];                          /* of the support on the cable, in equilibrium */
     double curve_centre, curve_first, curve_last;       /* validity range of the aerodynamic curve [rad] */
     size_t saved_size, state_size;   /* what must be copied to save a state, and with scratch memory */
-    geometry *geometry;        /* (elements) */
+    geometry *geometry;        /* (elements), */
+    strip *strip;              /* (strips) and once more side by side */
     double *x;                 /* (nodes, 3) initial positions */
     double *constant_force;    /* (nodes, 4) balances the initial state */
+    int *piece_near;           /* (PIECE_BINS) piece at the start of each bin of the aerodynamic curve */
     load_place *place;         /* (load_count) */
     int load_count;            /* loaded points */
 };
@@ -80,27 +85,44 @@ typedef struct { double k, c, m; } blend;
  * although the block itself need not be symmetric. */
 enum { LEFT_LEFT, LEFT_MIDDLE, LEFT_RIGHT, MIDDLE_MIDDLE, MIDDLE_RIGHT, RIGHT_RIGHT };
 
-/* The factorised effective tangent of one element and the corner node to its left. */
+/* Room for the factorised effective tangent of an element and its left corner; solver.c arranges it. */
+typedef struct { double value[96]; } factor;
+
+/* One for each element, and the last corner and the lanes beyond the last element. */
+static inline size_t factor_count(int elements) { return (size_t)elements + 2; }
+
+/* Bins of equal width over an aerodynamic curve of several pieces: where the search for a piece begins. */
+#define PIECE_BINS 256
+
+/* The same with complex blocks, by columns: see pair_solver.c. */
+typedef struct { double re[16], im[16]; } pair_block;
 typedef struct {
-    double middle_inverse[16], left_middle[16], right_middle[16];
-    double corner_inverse[16], next_previous[16], previous_next[16];
-} factor;
+    pair_block middle_inverse, left_middle, right_middle, corner_inverse, next_previous, previous_next;
+} pair_factor;
+
+#define GAUSS_STAGES 3
+#define GAUSS_ARRAYS (GAUSS_STAGES + 2)   /* kept from step to step: stages_before, begin */
 
 struct gallop_state {
     uint64_t magic, size;
     double time;
     double factored_step;      /* step size of the stored factorisation, 0: none */
-    double step_before;        /* size of the sub-step before, for extrapolation */
+    double step_before;        /* size of the sub-step before, for extrapolation; infinite: there is none */
+    double last_step;          /* of the last step under a tolerance; what the state can be read within */
+    double wanted_step;        /* under a tolerance: the step size to try next */
+    double run_origin;         /* time from which the records of gallop_run count */
+    double largest[4];         /* largest motion so far, root mean square over the nodes: u1 u2 u3 theta */
     double rate;               /* last observed convergence rate of the stored factorisation */
     double sharpness;          /* factor on the Newton tolerance */
     double lowest_tension;
-    int64_t steps, substeps, iterations, refactorisations, halvings;
+    int64_t steps, substeps, iterations, refactorisations, halvings, rejections;
     int64_t last_iterations, last_substeps;
-    instant now;
-    double values[];           /* u v a a_before factors | scratch: see state_layout */
+    instant now, looked_from;  /* of the motion; and where to return to from a look into the last step */
+    double values[];           /* u v a a_before stages_before begin factors pair_factors | scratch: see state_layout */
 };
 
-/* Section forces along the span, structure of arrays: one entry a three-point Gauss abscissa, 3 e + point. */
+/* Section forces along the span, structure of arrays: one entry a three-point Gauss abscissa, in the order strip, point,
+ * lane.  With slopes the arrays hold the whole span; without, the elements just at work, from the start of the arrays. */
 typedef struct {
     double *theta, *omega, *omega_rate, *v2, *v3, *a2, *a3;   /* motion of the section */
     double *c2, *c3;                                          /* turned first mass moments */
@@ -113,10 +135,15 @@ typedef struct {
 /* Pointers into a state; made afresh by every call. */
 typedef struct {
     double *u, *v, *a, *a_before;      /* (nodes, 4) */
-    factor *factors;                   /* (elements), and the last corner */
+    double *stage_before;              /* (stages, nodes, 4) Gauss: accelerations of the sub-step before, */
+    double *begin;                     /* (2, nodes, 4) and u v at its begin */
+    factor *factors;                   /* (factor_count) */
+    pair_factor *pair_factors;         /* (elements), and the last corner: for the complex pair of Gauss's stages */
     double *u0, *v0, *a0;              /* scratch: start of the sub-step, */
     double *residual;                  /* out-of-balance forces, then the correction, */
     double *first;                     /* u v a a_before at the start of the whole step */
+    double *stage_u, *stage_v, *stage_a, *stage_residual;   /* (stages, nodes, 4) */
+    double *pair_residual;             /* (nodes, 8) */
     sections sections;
     char *saved;                       /* the state at the start of gallop_advance */
 } layout;
@@ -127,6 +154,7 @@ layout state_layout(const gallop_model *model, gallop_state *state);
 double law_value(const gallop_law *law, double t);
 double law_rate(const gallop_law *law, double t);
 double law_second(const gallop_law *law, double t);
+double law_next_kink(const gallop_law *law, double t);
 void instant_at(const gallop_model *model, double t, const gallop_inputs *inputs, instant *now);
 
 /* aero.c */
@@ -136,29 +164,61 @@ void aero_loads(const gallop_model *model, const instant *now, const sections *a
 /* element.c */
 static inline bool windy(const gallop_model *model, const instant *now) { return model->aerodynamic && now->wind != 0.0; }
 void geometry_from_nodes(geometry *g, const double x[9], const double tension[2]);
+void lay_side_by_side(gallop_model *model);   /* after every change of the geometry */
 void element_tension(const gallop_model *model, int e, const double u[12], double tension[2]);
-void evaluate_sections(const gallop_model *model, const instant *now, const double *u, const double *v, const double *a,
-                       const sections *at, int first, int count, bool slopes);
-void element_residual(const gallop_model *model, int e, const instant *now, const sections *at, const double u[12],
-                      const double v[12], const double a[12], double r[12], watch *seen);
-void element_tangent(const gallop_model *model, int e, const instant *now, const sections *at, const double u[12],
-                     blend mix, double tangent[6][16]);
+void element_residual(const gallop_model *model, int e, const instant *now, const sections *at, const double *u,
+                      const double *v, const double *a, double r[12]);
 void span_residual(const gallop_model *model, double t, const instant *now, const sections *at, const double *u,
                    const double *v, const double *a, bool slopes, double *residual, watch *seen);
 void watch_start(watch *seen);
+
+/* tangent.c */
+void element_tangent(const gallop_model *model, int e, const instant *now, const sections *at, const double u[12],
+                     blend mix, double tangent[6][16]);
+void strip_tangent(const gallop_model *model, int index, const instant *now, const sections *at, const double *u, blend mix,
+                   lanes block[6][16]);
 
 /* solver.c */
 bool solver_factor(const gallop_model *model, const instant *now, const sections *at, const double *u, blend mix,
                    const bool fixed[2][4], factor *factors);
 void solver_solve(const gallop_model *model, const factor *factors, const bool fixed[2][4], double *rhs);
 
+/* pair_solver.c: mix[0] and mix[1] are real and imaginary part of the blend */
+bool pair_factor_span(const gallop_model *model, const instant *now, const sections *at, const double *u,
+                      const blend mix[2], pair_factor *factors);
+void pair_solve(const gallop_model *model, const pair_factor *factors, double *rhs);
+
 /* static.c */
 int initial_equilibrium(gallop_model *model, gallop_report *report);
 int static_equilibrium(const gallop_model *model, double t, const instant *target, layout *at, gallop_report *report);
 
-/* step.c */
+/* newton.c: what all integrators share in solving for a step */
+typedef enum { NEWTON_GOES_ON, NEWTON_RENEWS, NEWTON_CONVERGED, NEWTON_DIVERGED } newton_course;
 void add_springs(const gallop_model *model, const instant *now, const double *u, double *residual);
 double correction_size(const gallop_model *model, const double *du);
+newton_course newton_judge(gallop_state *state, double size, double before, bool fresh, double slow, double tolerance);
+int newton_accept(const gallop_model *model, gallop_state *state, const watch *seen, double t, gallop_report *report);
+int angle_failure(const gallop_model *model, const watch *seen, double t, gallop_report *report);
+
+/* newmark.c, gauss.c: one step from u0 v0 a0 at t - h to u v a at t */
+int newmark(const gallop_model *model, gallop_state *state, layout *at, const gallop_inputs *inputs, double t, double h,
+            gallop_report *report);
+int gauss(const gallop_model *model, gallop_state *state, layout *at, const gallop_inputs *inputs, double t, double h,
+          gallop_report *report);
+void gauss_commit(const gallop_model *model, gallop_state *state, layout *at, double h);
+void gauss_cubic_part(const gallop_model *model, const gallop_state *state, const layout *at, double h, double *part);
+void gauss_read(const gallop_model *model, const gallop_state *state, layout *at, double t);
+static inline bool by_gauss(const gallop_model *model) { return model->scene.integrator == GALLOP_GAUSS6; }
+
+/* control.c */
+static inline bool by_tolerance(const gallop_model *model) { return model->scene.tolerance > 0.0; }
+static inline bool may_halve(int outcome) { return outcome == GALLOP_NEWTON_STALLED || outcome == GALLOP_NON_FINITE; }
+double newton_tolerance(const gallop_model *model, const gallop_state *state);
+void control_start(const gallop_model *model, gallop_state *state, const double *u);
+int controlled_march(const gallop_model *model, gallop_state *state, const gallop_inputs *inputs, double until,
+                     bool exactly, gallop_report *report);
+void control_look(const gallop_model *model, gallop_state *state, layout *at, double t);
+void control_return(const gallop_model *model, gallop_state *state, layout *at);
 
 /* tables.c */
 int check_tables(const gallop_scene *s, gallop_report *report);

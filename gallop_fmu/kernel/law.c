@@ -61,6 +61,27 @@ double law_rate(const gallop_law *law, double t) { return evaluate(law, t, 1); }
 
 double law_second(const gallop_law *law, double t) { return evaluate(law, t, 2); }
 
+/* First time from t on at which the law or a derivative of it jumps; infinite: none. */
+double law_next_kink(const gallop_law *law, double t)
+{
+    double next = INFINITY;
+    if (law->kind == GALLOP_LAW_HARMONIC && law->start >= t) next = law->start;
+    if (law->kind == GALLOP_LAW_PULSE) {
+        const double kink[4] = {law->start, law->start + law->rise, law->fall_start, law->fall_start + law->fall};
+        for (int i = 0; i < 4; i++)
+            if (kink[i] >= t) next = fmin(next, kink[i]);
+    }
+    if (law->kind == GALLOP_LAW_TABLE && law->count > 0 && law->time[law->count - 1] >= t) {
+        int low = -1, high = law->count - 1;   /* time[low] < t <= time[high] */
+        while (high - low > 1) {
+            const int middle = (low + high) / 2;
+            if (law->time[middle] < t) low = middle; else high = middle;
+        }
+        next = law->time[high];
+    }
+    return next;
+}
+
 void instant_at(const gallop_model *model, double t, const gallop_inputs *inputs, instant *now)
 {
     now->load_factor = 1.0;

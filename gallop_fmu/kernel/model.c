@@ -16,7 +16,7 @@ int fail(gallop_report *report, int outcome, int element, double time, double va
     return outcome;
 }
 
-void gallop_struct_sizes(size_t sizes[7])
+void gallop_struct_sizes(size_t sizes[8])
 {
     sizes[0] = sizeof(gallop_scene);
     sizes[1] = sizeof(gallop_law);
@@ -25,6 +25,7 @@ void gallop_struct_sizes(size_t sizes[7])
     sizes[4] = sizeof(gallop_report);
     sizes[5] = sizeof(gallop_inputs);
     sizes[6] = sizeof(gallop_derived);
+    sizes[7] = sizeof(gallop_condensed);
 }
 
 const char *gallop_build(void)
@@ -125,6 +126,10 @@ static int check(const gallop_scene *s, gallop_report *report)
     if (!(fabs(s->height_difference) < s->length)) return invalid(report, "height difference", s->height_difference, s->length);
     if (s->elements < 2 || s->elements > 1000000) return invalid(report, "number of elements", s->elements, 2.0);
     if (s->max_halvings < 0 || s->max_halvings > 30) return invalid(report, "number of halvings", s->max_halvings, 30.0);
+    if (s->integrator != GALLOP_NEWMARK && s->integrator != GALLOP_GAUSS6)
+        return invalid(report, "number of the integrator", s->integrator, GALLOP_GAUSS6);
+    if (!(s->tolerance >= 0.0) || (s->tolerance > 0.0 && s->integrator != GALLOP_GAUSS6))
+        return invalid(report, "tolerance, which Gauss's method alone can keep", s->tolerance, 0.0);
     if (s->max_newton_iterations < 1) return invalid(report, "number of Newton iterations", s->max_newton_iterations, 1.0);
     double moment = s->first_moment_x2 * s->first_moment_x2 + s->first_moment_x3 * s->first_moment_x3;
     double mass = s->mass + s->ice_mass, inertia = s->torsional_inertia + s->ice_torsional_inertia;
@@ -166,6 +171,64 @@ static void keep_law(char **next, gallop_law *law)
     law->value = keep(next, law->value, (size_t)law->count);
 }
 
+static bool always_zero(const gallop_law *law)
+{
+    bool zero = law->initial == 0.0;
+    if (law->kind == GALLOP_LAW_PULSE) zero = zero && law->peak == 0.0;
+    if (law->kind == GALLOP_LAW_HARMONIC) zero = zero && law->amplitude == 0.0;
+    if (law->kind != GALLOP_LAW_TABLE) return zero;
+    for (int i = 0; i < law->count; i++)
+        if (law->value[i] != 0.0) return false;
+    return true;
+}
+
+static bool blows(const gallop_scene *s)
+{
+    return s->pieces > 0 && !(s->laws_only && always_zero(&s->wind));
+}
+
+/* Twist starts from rest between ends that do not turn: it stays at rest if there is no torque, no eccentric ice, and no
+ * aerodynamic moment. */
+static bool twists(const gallop_scene *s)
+{
+    bool moment = false, torque = s->seed_twist != 0.0 || s->first_moment_x2 != 0.0 || s->first_moment_x3 != 0.0;
+    for (int i = 0; i < s->pieces && blows(s); i++)
+        for (int k = 0; k < 4; k++) moment = moment || s->coefficient[12 * i + 8 + k] != 0.0;
+    for (int i = 0; i < s->load_count; i++) torque = torque || (s->load[i].torque != 0.0 && !always_zero(&s->load[i].law));
+    return moment || torque;
+}
+
+/* The span hangs in the vertical plane of its ends, and stays in it if nothing acts across.  Of the combinations of twist
+ * and lateral motion, twist alone is left out: a scene of that kind is a torque on a bare conductor. */
+static bool moves_sideways(const gallop_scene *s)
+{
+    bool across = !s->laws_only || blows(s) || twists(s) || s->seed_horizontal != 0.0;
+    for (int end = 0; end < 2; end++) across = across || !always_zero(&s->support[end].motion[2]);
+    for (int i = 0; i < s->load_count; i++) across = across || (s->load[i].force[2] != 0.0 && !always_zero(&s->load[i].law));
+    return across;
+}
+
+/* The one place that decides what is computed; parameters of an FMU make a new model, and so a new decision. */
+static void choose_parts(gallop_model *m)
+{
+    const gallop_scene *s = &m->scene;
+    m->aerodynamic = blows(s);
+    m->eccentric = m->c2 != 0.0 || m->c3 != 0.0;
+    m->unknowns = twists(s) ? 4 : moves_sideways(s) ? 3 : 2;
+    m->derived.parts = (m->aerodynamic ? GALLOP_AERODYNAMICS : 0) | (m->eccentric ? GALLOP_ECCENTRIC_ICE : 0) |
+                       (m->unknowns > 3 ? GALLOP_TWIST : 0) | (m->unknowns > 2 ? GALLOP_LATERAL : 0);
+}
+
+/* The piece of the aerodynamic curve at the start of each bin. */
+static void list_pieces(gallop_model *m)
+{
+    for (int bin = 0, piece = 0; bin < PIECE_BINS; bin++) {
+        const double start = m->curve_first + bin * ((m->curve_last - m->curve_first) / PIECE_BINS);
+        while (piece < m->scene.pieces - 1 && start >= m->scene.breakpoint[piece + 1]) piece++;
+        m->piece_near[bin] = piece;
+    }
+}
+
 int gallop_model_create(const gallop_scene *scene, gallop_model **out, gallop_report *report)
 {
     *out = NULL;
@@ -178,7 +241,9 @@ int gallop_model_create(const gallop_scene *scene, gallop_model **out, gallop_re
     const size_t pieces = (size_t)scene->pieces;
     size_t points = 0;
     for (size_t i = 0; i < loads; i++) points += scene->load[i].evenly_spaced > 0 ? (size_t)scene->load[i].evenly_spaced : 1;
-    size_t bytes = align(sizeof(gallop_model)) + align(elements * sizeof(geometry)) + align(3 * nodes * sizeof(double)) +
+    const size_t strips = (elements + LANES - 1) / LANES;
+    size_t bytes = align(sizeof(gallop_model)) + align(elements * sizeof(geometry)) + align(strips * sizeof(strip)) +
+                   align(PIECE_BINS * sizeof(int)) + align(3 * nodes * sizeof(double)) +
                    align(4 * nodes * sizeof(double)) + align(loads * sizeof(gallop_load)) +
                    align(points * sizeof(load_place)) + 2 * align((pieces + 1) * sizeof(double)) +
                    align(12 * pieces * sizeof(double)) + law_bytes(&scene->wind);
@@ -192,7 +257,10 @@ int gallop_model_create(const gallop_scene *scene, gallop_model **out, gallop_re
     m->scene = *scene;
     m->elements = scene->elements;
     m->nodes = (int)nodes;
+    m->strips = (int)strips;
     m->geometry = take(&next, elements * sizeof(geometry));
+    m->strip = take(&next, strips * sizeof(strip));
+    m->piece_near = take(&next, PIECE_BINS * sizeof(int));
     m->x = take(&next, 3 * nodes * sizeof(double));
     m->constant_force = take(&next, 4 * nodes * sizeof(double));
     m->place = take(&next, points * sizeof(load_place));
@@ -220,15 +288,15 @@ int gallop_model_create(const gallop_scene *scene, gallop_model **out, gallop_re
     m->radius = scene->reference_radius > 0.0 ? scene->reference_radius : 0.5 * scene->diameter;
     m->c2 = scene->first_moment_x2;
     m->c3 = scene->first_moment_x3;
-    m->eccentric = m->c2 != 0.0 || m->c3 != 0.0;
-    m->aerodynamic = pieces > 0;
     if (pieces) {
         m->curve_first = m->scene.breakpoint[0];
         m->curve_last = m->scene.breakpoint[pieces];
         m->curve_centre = 0.5 * (m->curve_first + m->curve_last);
+        list_pieces(m);
     }
     rayleigh(&scene->translation_damping, m->derived.translation_damping);
     rayleigh(&scene->twist_damping, m->derived.twist_damping);
+    choose_parts(m);
     for (int end = 0; end < 2; end++) {
         bool rigid = scene->support[end].kind == GALLOP_SUPPORT_RIGID;
         if (!rigid) support_stiffness(scene, &scene->support[end], m->derived.support_stiffness[end]);
@@ -238,8 +306,11 @@ int gallop_model_create(const gallop_scene *scene, gallop_model **out, gallop_re
         m->fixed[end][1] = m->fixed[end][3] = true;
     }
     size_t values = 4 * nodes;
-    m->saved_size = offsetof(gallop_state, values) + 4 * values * sizeof(double) + (elements + 1) * sizeof(factor);
-    m->state_size = 2 * m->saved_size + (8 * values + 3 * SECTION_ARRAYS * elements) * sizeof(double);
+    const size_t stages = by_gauss(m) ? GAUSS_STAGES : 0;
+    m->saved_size = offsetof(gallop_state, values) + (4 + (stages ? GAUSS_ARRAYS : 0)) * values * sizeof(double) +
+                    factor_count(m->elements) * sizeof(factor) + (stages ? elements + 1 : 0) * sizeof(pair_factor);
+    m->state_size = 2 * m->saved_size + (8 * values + (stages ? 4 * stages + 2 : 0) * values +
+                                         3 * SECTION_ARRAYS * LANES * strips) * sizeof(double);
 
     outcome = initial_equilibrium(m, report);
     if (outcome) {
@@ -267,31 +338,41 @@ size_t gallop_saved_size(const gallop_model *model) { return model->saved_size; 
 
 layout state_layout(const gallop_model *model, gallop_state *state)
 {
-    const size_t values = 4 * (size_t)model->nodes;
+    const size_t values = 4 * (size_t)model->nodes, all = 3 * LANES * (size_t)model->strips;
     double *p = state->values;
     layout at;
     at.u = p;
     at.v = p + values;
     at.a = p + 2 * values;
     at.a_before = p + 3 * values;
-    at.factors = (factor *)(p + 4 * values);
-    p = (double *)(at.factors + model->elements + 1);
+    const size_t stages = by_gauss(model) ? GAUSS_STAGES : 0;
+    at.stage_before = p + 4 * values;
+    at.begin = at.stage_before + stages * values;
+    at.factors = (factor *)(at.begin + (stages ? 2 * values : 0));
+    at.pair_factors = (pair_factor *)(at.factors + factor_count(model->elements));
+    p = (double *)(at.pair_factors + (stages ? model->elements + 1 : 0));
     at.u0 = p;
     at.v0 = p + values;
     at.a0 = p + 2 * values;
     at.residual = p + 3 * values;
     at.first = p + 4 * values;
     p = at.first + 4 * values;
+    at.stage_u = p;
+    at.stage_v = p + stages * values;
+    at.stage_a = p + 2 * stages * values;
+    at.stage_residual = p + 3 * stages * values;
+    at.pair_residual = p + 4 * stages * values;
+    p = at.pair_residual + (stages ? 2 * values : 0);
     double **array[] = {&at.sections.theta, &at.sections.omega, &at.sections.omega_rate, &at.sections.v2, &at.sections.v3,
                         &at.sections.a2, &at.sections.a3, &at.sections.c2, &at.sections.c3, &at.sections.angle,
                         &at.sections.excess};
-    for (size_t i = 0; i < sizeof array / sizeof *array; i++, p += 3 * model->elements) *array[i] = p;
+    for (size_t i = 0; i < sizeof array / sizeof *array; i++, p += all) *array[i] = p;
     for (int k = 0; k < 3; k++) {
         at.sections.force[k] = p;
-        at.sections.by_theta[k] = p + 3 * model->elements;
-        at.sections.by_v2[k] = p + 6 * model->elements;
-        at.sections.by_v3[k] = p + 9 * model->elements;
-        p += 12 * model->elements;
+        at.sections.by_theta[k] = p + all;
+        at.sections.by_v2[k] = p + 2 * all;
+        at.sections.by_v3[k] = p + 3 * all;
+        p += 4 * all;
     }
     at.saved = (char *)p;
     state->magic = STATE_MAGIC;
@@ -313,13 +394,18 @@ int gallop_state_check(const gallop_model *model, const gallop_state *state)
 {
     const int64_t most = (int64_t)1 << 53;   /* counts are observed as doubles, and go on from here */
     const int64_t count[] = {state->steps, state->substeps, state->iterations, state->refactorisations,
-                             state->halvings, state->last_iterations, state->last_substeps};
+                             state->halvings, state->rejections, state->last_iterations, state->last_substeps};
     if (state->magic != STATE_MAGIC || state->size != model->saved_size) return GALLOP_BAD_CALL;
     for (size_t i = 0; i < sizeof count / sizeof *count; i++)
         if (count[i] < 0 || count[i] > most) return GALLOP_BAD_CALL;
     bool ok = isfinite(state->time) && state->factored_step >= 0.0 && state->step_before > 0.0 &&
               state->rate >= 0.0 && state->sharpness > 0.0 && state->sharpness <= 1.0 &&
               !isnan(state->lowest_tension) && possible_instant(&state->now);
-    for (int i = 0; i < 16 * model->nodes; i++) ok = ok && isfinite(state->values[i]);   /* u v a a_before */
+    ok = ok && isfinite(state->last_step) && isfinite(state->wanted_step) && state->wanted_step > 0.0 &&
+         isfinite(state->run_origin);
+    for (int i = 0; i < 4; i++) ok = ok && isfinite(state->largest[i]) && state->largest[i] >= 0.0;
+    const int arrays = 4 + (by_gauss(model) ? GAUSS_ARRAYS : 0);
+    for (int i = 0; i < 4 * arrays * model->nodes; i++)
+        ok = ok && isfinite(state->values[i]) && (i % 4 < model->unknowns || state->values[i] == 0.0);
     return ok ? GALLOP_COMPLETED : GALLOP_BAD_CALL;
 }

@@ -1,4 +1,5 @@
 /* What can be seen of a state: node and span channels, and the residual and tangent for tests and the modal toolkit. */
+#include "elementary.h"
 #include "internal.h"
 
 static const double *motion(const gallop_model *model, const gallop_state *state, int which)
@@ -45,11 +46,8 @@ static void support_force(const gallop_model *model, gallop_state *state, int en
     const int node = end ? model->nodes - 1 : 0, e = end ? model->elements - 1 : 0, own = end ? 8 : 0;
     const instant *now = &state->now;
     double r[12];
-    watch seen;
-    watch_start(&seen);
     layout at = state_layout(model, state);
-    evaluate_sections(model, now, u, v, a, &at.sections, e, 1, false);
-    element_residual(model, e, now, &at.sections, u + 8 * e, v + 8 * e, a + 8 * e, r, &seen);
+    element_residual(model, e, now, &at.sections, u, v, a, r);
     for (int l = 0; l < model->load_count; l++) {
         const load_place *place = &model->place[l];
         if (place->element != e) continue;
@@ -77,11 +75,13 @@ static void energies(const gallop_model *model, const gallop_state *state, doubl
             const double *n = shape3[q];
             double velocity[4], theta = n[0] * ue[3] + n[1] * ue[7] + n[2] * ue[11];
             for (int i = 0; i < 4; i++) velocity[i] = n[0] * ve[i] + n[1] * ve[4 + i] + n[2] * ve[8 + i];
-            double sine = sin(theta), cosine = cos(theta), w = velocity[3];
+            double w = velocity[3], square = velocity[0] * velocity[0] + velocity[1] * velocity[1] + velocity[2] * velocity[2];
+            k += g->inertia_weight[q] * (0.5 * model->mass * square + 0.5 * model->inertia * w * w);
+            if (!model->eccentric) continue;
+            double sine, cosine;
+            sine_cosine(theta, &sine, &cosine);
             double c2 = model->c2 * cosine - model->c3 * sine, c3 = model->c2 * sine + model->c3 * cosine;
-            double square = velocity[0] * velocity[0] + velocity[1] * velocity[1] + velocity[2] * velocity[2];
-            k += g->inertia_weight[q] *
-                 (0.5 * model->mass * square + w * (c2 * velocity[2] - c3 * velocity[1]) + 0.5 * model->inertia * w * w);
+            k += g->inertia_weight[q] * w * (c2 * velocity[2] - c3 * velocity[1]);
             p += g->inertia_weight[q] * model->scene.gravity * (c2 - model->c2 + model->c3 * theta);
         }
         for (int q = 0; q < 2; q++) {
@@ -117,15 +117,25 @@ void gallop_observe_span(const gallop_model *model, gallop_state *state, double 
     values[GALLOP_SUBSTEPS] = (double)state->last_substeps;
 }
 
+/* Whoever brings a motion of his own may move what the scene leaves at rest. */
+static gallop_model with_everything(const gallop_model *model)
+{
+    gallop_model all = *model;
+    all.unknowns = 4;
+    all.aerodynamic = model->scene.pieces > 0;
+    return all;
+}
+
 int gallop_residual(const gallop_model *model, gallop_state *work, double time, const gallop_inputs *inputs,
                     const double *u, const double *v, const double *a, double *residual)
 {
+    const gallop_model all = with_everything(model);
     layout at = state_layout(model, work);
     instant now;
     watch seen;
     instant_at(model, time, inputs, &now);
     watch_start(&seen);
-    span_residual(model, time, &now, &at.sections, u, v, a, false, residual, &seen);
+    span_residual(&all, time, &now, &at.sections, u, v, a, false, residual, &seen);
     return GALLOP_COMPLETED;
 }
 
@@ -135,13 +145,16 @@ int gallop_tangent(const gallop_model *model, gallop_state *work, double time, c
     static const int block_of[3][3] = {{LEFT_LEFT, LEFT_MIDDLE, LEFT_RIGHT},
                                        {LEFT_MIDDLE, MIDDLE_MIDDLE, MIDDLE_RIGHT},
                                        {LEFT_RIGHT, MIDDLE_RIGHT, RIGHT_RIGHT}};
+    const gallop_model all = with_everything(model);
     layout at = state_layout(model, work);
     instant now;
+    watch seen;
     instant_at(model, time, inputs, &now);
-    evaluate_sections(model, &now, u, v, a, &at.sections, 0, model->elements, true);
+    watch_start(&seen);
+    span_residual(&all, time, &now, &at.sections, u, v, a, true, at.residual, &seen);   /* leaves the slopes */
     for (int e = 0; e < model->elements; e++) {
         double block[6][16], *out = tangent + 144 * (size_t)e;
-        element_tangent(model, e, &now, &at.sections, u + 8 * e, (blend){k, c, m}, block);
+        element_tangent(&all, e, &now, &at.sections, u + 8 * e, (blend){k, c, m}, block);
         for (int n = 0; n < 3; n++)
             for (int b = 0; b < 3; b++)
                 for (int i = 0; i < 4; i++)

@@ -50,6 +50,7 @@ static void tension_from_horizontal(gallop_model *m, double horizontal)
         geometry_from_nodes(g, m->x + 6 * e, none);
         for (int q = 0; q < 2; q++) g->tension[q] = horizontal / g->slope[q][0];
     }
+    lay_side_by_side(m);
 }
 
 static void gravity_forces(const gallop_model *m, double *force)
@@ -74,6 +75,7 @@ static void rebase(gallop_model *m, double *u)
             for (int i = 0; i < 3; i++) x[3 * n + i] = m->x[6 * e + 3 * n + i] + u[8 * e + 4 * n + i];
         geometry_from_nodes(&m->geometry[e], x, tension);
     }
+    lay_side_by_side(m);
     for (int n = 0; n < m->nodes; n++)
         for (int i = 0; i < 3; i++) m->x[3 * n + i] += u[4 * n + i];
     memset(u, 0, 4 * (size_t)m->nodes * sizeof(double));

@@ -1,124 +1,7 @@
-/* Time integration: Newmark (beta 1/4, gamma 1/2) with Newton-Raphson (Liu et al. 2009, section 2.5).  The factorised
- * tangent is reused while it converges well; a step that fails is halved. */
+/* March in time: whole steps, halved where they do not converge, to the times that are asked for; initial states. */
 #include "internal.h"
 
-#define BETA 0.25
-#define GAMMA 0.5
-
 #define MOST_STEPS 1e12   /* in one call: more would not end */
-
-/* A factorisation is renewed when the observed convergence rate is worse than this. */
-#define SLOW_RATE 0.3
-
-/* A better rate than this is not relied on: it was measured on other steps, or on components that converge faster. */
-#define TRUSTED_RATE 0.1
-
-void add_springs(const gallop_model *model, const instant *now, const double *u, double *residual)
-{
-    for (int end = 0; end < 2; end++) {
-        const size_t node = end ? 4 * (size_t)(model->nodes - 1) : 0;
-        for (int i = 0; i < 3; i++)
-            residual[node + i] += model->stiffness[end][i] * (u[node + i] - now->position[end][i]);
-    }
-}
-
-/* Largest correction, in m and rad alike: a twist of 1 rad matters to the wind load as much as a motion of metres. */
-double correction_size(const gallop_model *model, const double *du)
-{
-    double largest[4] = {0.0}, sum[4] = {0.0};   /* by unknown, so that the four need not wait for each other */
-    for (int n = 0; n < model->nodes; n++, du += 4)
-        for (int i = 0; i < 4; i++) {
-            double size = fabs(du[i]);
-            largest[i] = size > largest[i] ? size : largest[i];
-            sum[i] += du[i];   /* the maximum lets NaN pass */
-        }
-    double all = sum[0] + sum[1] + sum[2] + sum[3];
-    return isfinite(all) ? fmax(fmax(largest[0], largest[1]), fmax(largest[2], largest[3])) : NAN;
-}
-
-/* The acceleration is extrapolated from the last two; the ends follow their prescribed motion. */
-static void predict(const gallop_model *model, layout *at, const instant *now, double h, double h_before)
-{
-    const int values = 4 * model->nodes;
-    const double ahead = h / h_before;
-    for (int i = 0; i < values; i++) {
-        double guess = at->a0[i] + ahead * (at->a0[i] - at->a_before[i]);
-        at->u[i] = at->u0[i] + h * at->v0[i] + h * h * ((0.5 - BETA) * at->a0[i] + BETA * guess);
-        at->v[i] = at->v0[i] + h * ((1.0 - GAMMA) * at->a0[i] + GAMMA * guess);
-        at->a[i] = guess;
-    }
-    for (int end = 0; end < 2; end++) {
-        const int node = end ? 4 * (model->nodes - 1) : 0;
-        for (int i = 0; i < 4; i++) {
-            if (!model->fixed[end][i]) continue;
-            at->u[node + i] = i < 3 ? now->position[end][i] : 0.0;
-            at->v[node + i] = i < 3 ? now->velocity[end][i] : 0.0;
-            at->a[node + i] = i < 3 ? now->acceleration[end][i] : 0.0;
-        }
-    }
-}
-
-/* One Newmark step from u0 v0 a0 at t - h to u v a at t. */
-static int newmark(const gallop_model *model, gallop_state *state, layout *at, const gallop_inputs *inputs, double t,
-                   double h, gallop_report *report)
-{
-    const int values = 4 * model->nodes;
-    const double tolerance = model->scene.newton_tolerance * state->sharpness;
-    const blend mix = {1.0, GAMMA / (BETA * h), 1.0 / (BETA * h * h)};
-    bool renew = state->factored_step != h, fresh = false;
-    double before = 0.0;
-    watch seen;
-    instant_at(model, t, inputs, &state->now);
-    predict(model, at, &state->now, h, state->step_before);
-    for (int iteration = 1; iteration <= model->scene.max_newton_iterations; iteration++) {
-        watch_start(&seen);
-        span_residual(model, t, &state->now, &at->sections, at->u, at->v, at->a, renew, at->residual, &seen);
-        add_springs(model, &state->now, at->u, at->residual);
-        if (renew) {
-            state->factored_step = 0.0;
-            if (!solver_factor(model, &state->now, &at->sections, at->u, mix, model->fixed, at->factors))
-                return fail(report, GALLOP_NEWTON_STALLED, seen.slack_element, t, NAN, tolerance);
-            state->factored_step = h;
-            state->rate = 1.0;
-            state->refactorisations++;
-            renew = false;
-            fresh = true;
-            before = 0.0;
-        }
-        solver_solve(model, at->factors, model->fixed, at->residual);
-        for (int i = 0; i < values; i++) {
-            double du = -at->residual[i];
-            at->u[i] += du;
-            at->v[i] += mix.c * du;
-            at->a[i] += mix.m * du;
-        }
-        state->iterations++;
-        state->last_iterations++;
-        double size = correction_size(model, at->residual);
-        if (!isfinite(size)) return fail(report, GALLOP_NON_FINITE, -1, t, size, 0.0);
-        if (before > 0.0) {
-            double rate = size / before;
-            state->rate = fmax(TRUSTED_RATE, fmax(rate, 0.3 * state->rate));
-            if (rate > 2.0 && fresh) return fail(report, GALLOP_NEWTON_STALLED, seen.slack_element, t, size, tolerance);
-        }
-        /* what is left of the error after this correction, were it to shrink at the observed rate */
-        double left = state->rate < 0.9 ? size * state->rate / (1.0 - state->rate) : size;
-        if (left < tolerance || size < 1e-3 * tolerance) {
-            if (seen.worst_excess > 0.0 && model->scene.outside == GALLOP_OUTSIDE_ERROR)
-                return fail(report, GALLOP_ANGLE_OUT_OF_RANGE, seen.angle_element, t, seen.worst_angle,
-                            seen.worst_angle > model->curve_centre ? model->curve_last : model->curve_first);
-            if (seen.lowest_tension < state->lowest_tension) state->lowest_tension = seen.lowest_tension;
-            if (seen.lowest_tension < 0.0)
-                return fail(report, GALLOP_SLACK, seen.slack_element, t, seen.lowest_tension, 0.0);
-            return GALLOP_COMPLETED;
-        }
-        renew = before > 0.0 && state->rate > SLOW_RATE && !fresh;
-        before = size;
-    }
-    return fail(report, GALLOP_NEWTON_STALLED, seen.slack_element, t, before, tolerance);
-}
-
-static bool may_halve(int outcome) { return outcome == GALLOP_NEWTON_STALLED || outcome == GALLOP_NON_FINITE; }
 
 /* One step of size h from the state's time, halved where it does not converge.  On failure the motion is what it was. */
 static int whole_step(const gallop_model *model, gallop_state *state, layout *at, const gallop_inputs *inputs, double h,
@@ -137,12 +20,14 @@ static int whole_step(const gallop_model *model, gallop_state *state, layout *at
         double part = h / (double)((uint64_t)1 << level);
         double t = state->time + h * (double)(done + unit) / (double)whole;
         memcpy(at->u0, at->u, 3 * bytes);
-        int outcome = newmark(model, state, at, inputs, t, part, report);
+        int outcome = by_gauss(model) ? gauss(model, state, at, inputs, t, part, report)
+                                      : newmark(model, state, at, inputs, t, part, report);
         if (outcome == GALLOP_COMPLETED) {
             done += unit;
             state->last_substeps++;
             memcpy(at->a_before, at->a0, bytes);
             state->step_before = part;
+            if (by_gauss(model)) gauss_commit(model, state, at, part);
             if (level > 0 && done % (whole >> (level - 1)) == 0) level--;
             continue;
         }
@@ -169,11 +54,23 @@ static void sum_up(const gallop_state *state, gallop_report *report)
     report->iterations = state->iterations;
     report->refactorisations = state->refactorisations;
     report->halvings = state->halvings;
+    report->rejections = state->rejections;
 }
 
-/* `count` steps of size h; time is counted from `origin` so that round-off does not add up. */
-static int march(const gallop_model *model, gallop_state *state, const gallop_inputs *inputs, double origin, double h,
-                 int64_t count, gallop_report *report)
+/* By tolerance, to `until` or not before it. */
+static int march_freely(const gallop_model *model, gallop_state *state, const gallop_inputs *inputs, double until,
+                        bool exactly, gallop_report *report)
+{
+    const int outcome = controlled_march(model, state, inputs, until, exactly, report);
+    if (!outcome) fail(report, GALLOP_COMPLETED, -1, fmin(state->time, until), 0.0, 0.0);
+    sum_up(state, report);
+    return outcome;
+}
+
+/* `count` steps of size h, the first being number `before` + 1 since `origin`: times are products, so that round-off neither
+ * adds up nor depends on where a run is interrupted to record. */
+static int march(const gallop_model *model, gallop_state *state, const gallop_inputs *inputs, double origin, int64_t before,
+                 double h, int64_t count, gallop_report *report)
 {
     layout at = state_layout(model, state);
     for (int64_t i = 1; i <= count; i++) {
@@ -182,7 +79,7 @@ static int march(const gallop_model *model, gallop_state *state, const gallop_in
             sum_up(state, report);
             return outcome;
         }
-        state->time = origin + h * (double)i;
+        state->time = origin + h * (double)(before + i);
     }
     fail(report, GALLOP_COMPLETED, -1, state->time, 0.0, 0.0);   /* forget sub-steps that failed on the way */
     sum_up(state, report);
@@ -201,7 +98,8 @@ int gallop_advance(const gallop_model *model, gallop_state *state, const gallop_
     if (fabs(h - dt) < 1e-9 * dt) h = dt;   /* round-off in the host's clock must not cost a factorisation */
     layout at = state_layout(model, state);
     memcpy(at.saved, state, model->saved_size);
-    int outcome = march(model, state, inputs, origin, h, count, report);
+    int outcome = by_tolerance(model) ? march_freely(model, state, inputs, until, true, report)
+                                      : march(model, state, inputs, origin, 0, h, count, report);
     if (outcome == GALLOP_COMPLETED) state->time = until;
     else memcpy(state, at.saved, model->saved_size);
     return outcome;
@@ -212,17 +110,23 @@ int gallop_run(const gallop_model *model, gallop_state *state, int64_t first, in
                double *span_values, int64_t *done, gallop_report *report)
 {
     const double dt = model->scene.time_step, start = state->time - (double)(first * every) * dt;
+    const bool free = by_tolerance(model);
+    layout at = state_layout(model, state);
     *done = 0;
+    if (free && first == 0) state->run_origin = state->time;
     for (int64_t r = 0; r < records; r++) {
-        double origin = start + (double)((first + r) * every) * dt;
-        int outcome = march(model, state, NULL, origin, dt, every, report);
+        const double when = state->run_origin + (double)((first + r + 1) * every) * dt;
+        const int outcome = free ? march_freely(model, state, NULL, when, false, report)
+                                 : march(model, state, NULL, start, (first + r) * every, dt, every, report);
         if (outcome) return outcome;
+        if (free) control_look(model, state, &at, when);
         for (int32_t n = 0; n < nodes; n++) {
             double values[GALLOP_NODE_CHANNELS];
             gallop_observe_node(model, state, node[n], values);
             for (int32_t c = 0; c < channels; c++) node_values[((size_t)r * channels + c) * nodes + n] = values[channel[c]];
         }
         gallop_observe_span(model, state, span_values + (size_t)r * GALLOP_SPAN_CHANNELS);
+        if (free) control_return(model, state, &at);
         *done = r + 1;
     }
     return GALLOP_COMPLETED;
@@ -253,8 +157,7 @@ static int consistent_acceleration(const gallop_model *model, gallop_state *stat
     state->factored_step = 0.0;
     state->rate = 1.0;
     if (seen.worst_excess > 0.0 && model->scene.outside == GALLOP_OUTSIDE_ERROR)
-        return fail(report, GALLOP_ANGLE_OUT_OF_RANGE, seen.angle_element, state->time, seen.worst_angle,
-                    seen.worst_angle > model->curve_centre ? model->curve_last : model->curve_first);
+        return angle_failure(model, &seen, state->time, report);
     state->lowest_tension = seen.lowest_tension;
     if (seen.lowest_tension < 0.0)
         return fail(report, GALLOP_SLACK, seen.slack_element, state->time, seen.lowest_tension, 0.0);
@@ -282,6 +185,7 @@ int gallop_equilibrium(const gallop_model *model, gallop_state *state, double ti
     clear(model, state, time, inputs, report);
     layout at = state_layout(model, state);
     int outcome = static_equilibrium(model, time, &state->now, &at, report);
+    control_start(model, state, at.u);
     return outcome ? outcome : consistent_acceleration(model, state, &at, report);
 }
 
@@ -307,6 +211,7 @@ int gallop_state_init(const gallop_model *model, gallop_state *state, double sta
         at.u[4 * n + 2] += s->seed_horizontal * shape;
         at.u[4 * n + 3] += s->seed_twist * shape;
     }
+    control_start(model, state, at.u);
     return consistent_acceleration(model, state, &at, report);
 }
 

@@ -62,6 +62,16 @@ def test_scenes(invoke):
     assert all(name in listed for name in packaged_scenes())
 
 
+def test_run_takes_the_condensed_model(invoke):
+    import gallop_fmu as gf
+
+    printed = json.loads(invoke("run", "example3", "--until", 20, "--model", "condensed", "--json").stdout)
+    right = gf.simulate_condensed(gf.load_scene("example3"), 20.0).steady(20.0)
+    assert printed["midspan"]["u2"]["amplitude"] == right["u2"].amplitude
+    assert printed["steps"] == 200
+    _refused(invoke("run", "zebra", "--until", 20, "--model", "condensed"), "condensed model does not take this span")
+
+
 def test_run_prints_the_motion(invoke):
     result = invoke("run", "example1", "--until", 2)
     assert result.exit_code == 0

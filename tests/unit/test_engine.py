@@ -7,20 +7,36 @@ import pytest
 
 from gallop_fmu.channels import NODE_CHANNELS, NODE_INDEX, SPAN_CHANNELS, SPAN_INDEX
 from gallop_fmu.engine import Inputs, Model, State
+from gallop_fmu.integrators import INTEGRATORS
 from gallop_fmu.scene import load_scene
 
 ALL = np.arange(len(NODE_CHANNELS), dtype=np.int32)
 NO_NODES = np.zeros(0, np.int32)
 
 
-@pytest.fixture(scope="module")
-def model():
+def windy_model(values):
     """Wind, eccentric ice, damping and springs: everything that a state depends on."""
-    return Model(load_scene("example2").with_values({"numerics.elements": 6, "wind.speed": 7.0}))
+    return Model(load_scene("example2").with_values({"numerics.elements": 6, "wind.speed": 7.0} | values))
+
+
+@pytest.fixture(scope="module", params=INTEGRATORS)
+def stepped_model(request):
+    return windy_model({"numerics.integrator": request.param})
+
+
+@pytest.fixture(scope="module", params=[*INTEGRATORS, "tolerance"])
+def model(request):
+    key = "tolerance" if request.param == "tolerance" else "integrator"
+    return windy_model({f"numerics.{key}": 1e-4 if key == "tolerance" else request.param})
 
 
 def everything(state, count=80, every=1):
     run = state.run(count, every, ALL, np.arange(state.model.nodes, dtype=np.int32))
+    return run.node_values, run.span_values
+
+
+def everything_from(state, first, count):
+    run = state.run(count, 1, ALL, np.arange(state.model.nodes, dtype=np.int32), first=first)
     return run.node_values, run.span_values
 
 
@@ -71,6 +87,11 @@ def test_recording_does_not_change_the_motion(model):
     few = np.array([NODE_INDEX["theta"], NODE_INDEX["u2"]], np.int32)
     part = model.start().run(80, 1, few, np.array([model.middle, 0], np.int32)).node_values
     assert np.array_equal(part, full[:, few][:, :, [model.middle, 0]])
+
+
+def test_a_run_leaves_the_state_of_its_last_record(stepped_model):
+    model = stepped_model
+    full, _ = everything(model.start())
     state = model.start()
     assert not state.run(80, 1, NO_NODES, NO_NODES).node_values.size
     assert np.array_equal([state.observe_node(node) for node in range(model.nodes)], full[-1].T)
@@ -85,7 +106,20 @@ def test_a_run_in_pieces_has_the_same_bits(model):
     assert np.array_equal(np.concatenate([piece.span_values for piece in pieces]), whole[1])
 
 
-def test_advance_and_run_take_the_same_steps(model):
+def test_recording_does_not_move_the_instants_at_which_laws_are_read(model):
+    """Times are the same products however often a run is interrupted; else the wind differs in its last bit."""
+    gusts = {"kind": "harmonic", "mean": 7.0, "amplitude": 2.0, "frequency_hz": 0.71}
+    gusty = Model(model.scene.with_values({"wind.speed": None, "wind.history": gusts, "numerics.time_step": 0.0123}))
+    whole, portions = gusty.start(), gusty.start()
+    expected = everything(whole, count=1, every=120)
+    for i in range(12):
+        found = everything_from(portions, first=10 * i, count=10)
+    assert_same([values[-1:] for values in found], expected)
+    assert portions.time == whole.time
+
+
+def test_advance_and_run_take_the_same_steps(stepped_model):
+    model = stepped_model
     stepped, ran = model.start(), model.start()
     for i in range(1, 81):
         stepped.advance(i * model.scene.numerics.time_step)
@@ -134,8 +168,8 @@ def test_observed_channels_are_named_once(model):
     assert len(state.observe_node(0)) == len(NODE_CHANNELS) == len(NODE_INDEX)
 
 
-def test_work_is_counted(model):
-    state = model.start()
+def test_work_is_counted(stepped_model):
+    state = stepped_model.start()
     report = state.advance(0.2)
     span = state.observe_span()
     assert (report.steps, report.substeps, report.halvings) == (20, 20, 0)
@@ -143,5 +177,5 @@ def test_work_is_counted(model):
     assert 1 <= report.refactorisations <= report.iterations
     assert span[SPAN_INDEX["substeps"]] == 1.0
     assert 1.0 <= span[SPAN_INDEX["newton_iterations"]] <= report.iterations
-    assert report.lowest_tension < model.equilibrium().horizontal_tension * 1.1
+    assert report.lowest_tension < stepped_model.equilibrium().horizontal_tension * 1.1
     assert report.time == state.time == 0.2

@@ -63,7 +63,7 @@ def test_modes_are_those_of_the_function(invoke, scene):
 
 
 def test_ratio_tells_where_it_is_two(invoke, scene):
-    words = ("--over", "span.sag", "--from", "2.0", "--to", "2.5", "--points", "3", "--json")
+    words = ("--over", "span.sag=2.0:2.5", "--points", "3", "--json")
     printed = json.loads(invoke("ratio", "example3", *QUICK, *words).stdout)
     assert printed["ratio"] == modal.frequency_ratio(scene).ratio
     assert printed["crossings"] == modal.crossings(scene, "span.sag", [2.0, 2.25, 2.5])
@@ -71,20 +71,7 @@ def test_ratio_tells_where_it_is_two(invoke, scene):
 
 
 def test_modes_are_followed_over_a_number(invoke, scene, tmp_path):
-    words = (
-        "--over",
-        "span.sag",
-        "--from",
-        "2.0",
-        "--to",
-        "2.6",
-        "--points",
-        "7",
-        "--count",
-        "4",
-        "--plot",
-        "veer.svg",
-    )
+    words = ("--over", "span.sag=2.0:2.6", "--points", "7", "--count", "4", "--plot", "veer.svg")
     printed = json.loads(invoke("modes", "example3", *QUICK, *words, "--json").stdout)
     expected = modal.track_modes(scene, "span.sag", printed["values"], 4)
     assert printed["values"] == pytest.approx([2.0, 2.1, 2.2, 2.3, 2.4, 2.5, 2.6])
@@ -93,20 +80,16 @@ def test_modes_are_followed_over_a_number(invoke, scene, tmp_path):
     assert "span.sag [m]" in (tmp_path / "veer.svg").read_text(encoding="utf-8")
 
 
+@pytest.mark.parametrize("given", ["span.sag=2:x", "span.sag=2:3:4:5", "span.sag=3:2:0.5"])
+def test_a_range_that_is_none_is_quoted(invoke, given):
+    said = invoke("ratio", "example3", "--over", given)
+    assert said.exit_code == 2
+    assert f"{given}: " in said.stderr
+
+
 def test_a_ratio_over_two_numbers(invoke, scene, tmp_path):
-    words = (
-        "--over",
-        "span.sag",
-        "--from",
-        "2",
-        "--to",
-        "2.5",
-        "--against",
-        "temperature_change",
-        "--against-from",
-        "-20",
-    )
-    words += ("--against-to", "20", "--points", "3", "--plot", "map.svg", "--json")
+    words = ("--over", "span.sag=2,2.25,2.5", "--against", "temperature_change=-20:20", "--points", "3")
+    words += ("--plot", "map.svg", "--json")
     printed = json.loads(invoke("ratio", "example3", *QUICK, *words).stdout)
     expected = modal.ratio_map(scene, "span.sag", [2.0, 2.25, 2.5], against=("temperature_change", [-20.0, 0.0, 20.0]))
     assert printed["ratios"] == expected.ratio.values.tolist()

@@ -11,6 +11,7 @@ import pytest
 import gallop_fmu
 from gallop_fmu import engine
 from gallop_fmu.channels import NODE_INDEX
+from gallop_fmu.integrators import INTEGRATORS
 from gallop_fmu.scene import load_scene
 
 FLAGS = ["-O3", "-ffp-contract=off", "-fno-math-errno", "-fno-trapping-math", "-shared", "-fPIC", "-w"]
@@ -39,9 +40,11 @@ def motion(scene):
     return run.node_values, run.span_values
 
 
+@pytest.mark.parametrize("integrator", INTEGRATORS)
 @pytest.mark.parametrize("name", ["example1", "example2", "example3", "zebra"])
-def test_bits_do_not_depend_on_the_path(plain_kernel, monkeypatch, name):
+def test_bits_do_not_depend_on_the_path(plain_kernel, monkeypatch, name, integrator):
     values = {} if name == "example1" else {"initial.seed_vertical": 0.1, "initial.seed_horizontal": 0.1}
+    values |= {"numerics.integrator": integrator}
     scene = load_scene(name).with_values(values)
     fast = motion(scene)
     monkeypatch.setattr(engine, "_kernel", plain_kernel)

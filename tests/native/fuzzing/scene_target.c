@@ -111,6 +111,10 @@ static void scene_of(input *in, gallop_scene *s)
         .twist_damping = {0.057, 3.93, 0.057, 7.87}, .ice_mass = 0.1, .ice_torsional_inertia = 1e-5,
         .first_moment_x2 = 1e-4, .first_moment_x3 = 1e-4};
     if (byte_of(in) % 2) s->horizontal_tension = 0.0;
+    const uint8_t how = byte_of(in);   /* mostly an integrator that there is */
+    s->integrator = how < 240 ? how % 2 : how - 242;
+    s->laws_only = how / 2 % 2;
+    if (how / 4 % 4 == 3) s->tolerance = 1e-3;
     double *number[] = {
         &s->length, &s->height_difference, &s->sag, &s->horizontal_tension, &s->gravity, &s->diameter, &s->mass,
         &s->axial_stiffness, &s->torsional_stiffness, &s->torsional_inertia, &s->ice_mass, &s->ice_torsional_inertia,
@@ -118,7 +122,7 @@ static void scene_of(input *in, gallop_scene *s)
         &s->translation_damping.low_ratio, &s->translation_damping.low_frequency, &s->translation_damping.high_ratio,
         &s->translation_damping.high_frequency, &s->twist_damping.low_ratio, &s->twist_damping.low_frequency,
         &s->twist_damping.high_ratio, &s->twist_damping.high_frequency, &s->seed_vertical, &s->seed_horizontal,
-        &s->seed_twist, &s->time_step, &s->newton_tolerance};
+        &s->seed_twist, &s->time_step, &s->newton_tolerance, &s->tolerance};
     for (size_t i = 0; i < sizeof number / sizeof *number; i++) change(in, number[i]);
     aerodynamics_of(in, s);
     law_of(in, &s->wind, 0, 5.5);

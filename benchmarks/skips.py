@@ -1,0 +1,80 @@
+"""What leaving out saves; see README.md beside this file. Usage: python benchmarks/skips.py
+
+Each scene is computed as it is, and once more with a disturbance that wakes the part and moves nothing.
+"""
+
+from __future__ import annotations
+
+import statistics
+import time
+from typing import Any
+
+import numpy as np
+from speed import REPEATS, heading
+
+import gallop_fmu as gf
+from gallop_fmu.engine import Model
+
+STEPS = 4000
+NOTHING = 1e-30  # far below round-off beside a metre, and its square does not underflow, which would cost time
+BARE = {"ice.first_moment_x2": 0.0, "ice.first_moment_x3": 0.0, "aerodynamics.moment": [0.0]}
+CALM = BARE | {"wind.speed": 0.0, "initial.seed_vertical": 0.1}
+TWIST, LATERAL = {"initial.seed_twist": NOTHING}, {"initial.seed_horizontal": NOTHING}
+
+
+def example3(*changes: dict[str, Any]) -> gf.Scene:
+    values: dict[str, Any] = {"numerics.time_step": 0.02, "initial.seed_horizontal": 0.0}
+    for change in changes:
+        values |= change
+    return gf.load_scene("example3").with_values(values)
+
+
+def cases() -> dict[str, tuple[gf.Scene, gf.Scene]]:
+    """Scene with the part left out, and the same scene with it computed."""
+    windy, plane = example3(BARE), example3(CALM)
+    eccentric = example3({"wind.speed": 0.0, "initial.seed_vertical": 0.1})
+    swing = example3(CALM, {"initial.seed_horizontal": 0.1})
+    tiny_ice = {"ice.first_moment_x2": NOTHING}
+    return {
+        "wind, no moment and no eccentric ice: theta": (windy, windy.with_values(TWIST)),
+        "the same, eccentric ice as well": (windy, windy.with_values(tiny_ice)),
+        "swing without wind: theta": (swing, swing.with_values(TWIST)),
+        "in the plane: u3": (plane, plane.with_values(LATERAL)),
+        "in the plane: u3 and theta": (plane, plane.with_values(TWIST)),
+        "in the plane: u3, theta and eccentric ice": (plane, plane.with_values(tiny_ice)),
+        "eccentric ice without wind: aerodynamics": (
+            eccentric, eccentric.with_values({"wind.speed": 1e-9, "aerodynamics.outside": "hold"}),
+        ),
+    }  # fmt: skip
+
+
+def microseconds(model: Model) -> float:
+    """CPU time of a step."""
+    state, step = model.start(), model.scene.numerics.time_step
+    state.advance(1.0)
+    began = time.process_time()
+    state.advance(1.0 + STEPS * step)
+    return 1e6 * (time.process_time() - began) / STEPS
+
+
+def main() -> None:
+    heading()
+    print("| scene: left out | unknowns | us a step: least | median | greatest | gain: least | median | greatest |")
+    print("| --- | --- | ---: | ---: | ---: | ---: | ---: | ---: |")
+    models = {name: [Model(scene, inputs=False) for scene in pair] for name, pair in cases().items()}
+    spent: dict[str, list[list[float]]] = {name: [] for name in models}
+    for _ in range(REPEATS):
+        for name, pair in models.items():
+            spent[name].append([microseconds(model) for model in pair])
+    for name, pair in models.items():
+        assert pair[0].parts != pair[1].parts, name
+        times = np.array(spent[name])
+        ratios = list(times[:, 1] / times[:, 0])
+        cells = [(min(y), statistics.median(y), max(y)) for y in (list(times[:, 0]), ratios)]
+        numbers = " | ".join(f"{value:.2f}" for cell in cells for value in cell)
+        print(f"| {name} | {' '.join(pair[0].unknowns)} | {numbers} |")
+    print()
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,190 @@
+"""One run of a random scene, and what is checked of it."""
+
+from __future__ import annotations
+
+import math
+import time as clock
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gallop_fmu import Model, Outcome, Scene, SceneError, SimulationError
+from gallop_fmu.channels import NODE_CHANNELS, NODE_INDEX
+from gallop_fmu.energy import account
+from gallop_fmu.engine import Run, State
+from stress.scenes import Stress, stress_scene
+
+Array = NDArray[np.float64]
+
+ALL = np.arange(len(NODE_CHANNELS), dtype=np.int32)
+MOTION = slice(0, 12)
+GAUSS = 1.0 / math.sqrt(3.0)
+
+CLOSED = 0.05
+"""Energy imbalance over the turnover that a completed run may have without a warning in its report."""
+
+PATIENCE, PORTION = 100_000, 5
+"""Elements times Newton iterations after which a run is cut short, and steps between two looks at that."""
+
+AGREEMENT = 1e-6
+"""Relative difference of tensions and elongations; the horizontal tension of a mesh is known to no less."""
+
+
+@dataclass
+class Verdict:
+    """How a run ended, and what its checks found.
+
+    Attributes
+    ----------
+    name
+        Seed and number of the scene.
+    outcome
+        Name of the outcome; "scene refused" if the scene was not valid.
+    steps, halvings, iterations
+        Work done.
+    doubtful
+        Whether the report warns of halved steps.
+    axial
+        Time step over the period of the first axial mode.
+    imbalance
+        Worst energy imbalance over the turnover.
+    tension_error
+        Largest difference of a mid-side node's tension from Hooke's law, over the largest tension.
+    amplitude
+        Largest displacement over the span's length.
+    seconds
+        Processor time [s].
+    faults
+        What must not be: one text each.
+    """
+
+    name: str
+    outcome: str
+    message: str = ""
+    steps: int = 0
+    halvings: int = 0
+    doubtful: bool = False
+    iterations: int = 0
+    axial: float = 0.0
+    imbalance: float = 0.0
+    tension_error: float = 0.0
+    amplitude: float = 0.0
+    seconds: float = 0.0
+    faults: list[str] = field(default_factory=list)
+
+
+def judge_scene(task: tuple[int, int, dict[str, Any]]) -> Verdict:
+    """Judge the scene of a seed and a number, with some values of its numerics replaced."""
+    return judge(stress_scene(*task))
+
+
+def judge(stress: Stress) -> Verdict:
+    """Run a random scene and check it."""
+    began = clock.process_time()
+    verdict = Verdict(stress.name, "completed")
+    try:
+        _run(stress, verdict)
+    except SceneError as refused:
+        verdict.outcome, verdict.message = "scene refused", str(refused)
+    except SimulationError as failed:
+        verdict.outcome, verdict.message = failed.report.outcome.name.lower(), str(failed)
+    verdict.seconds = clock.process_time() - began
+    return verdict
+
+
+def _run(stress: Stress, verdict: Verdict) -> None:
+    scene = Scene.from_dict(stress.data)
+    model = Model(scene)
+    run, first = _records(stress, model)
+    report = run.report
+    verdict.outcome, verdict.message = report.outcome.name.lower(), str(report)
+    verdict.steps, verdict.halvings, verdict.iterations = len(run.span_values), report.halvings, report.iterations
+    verdict.doubtful = report.doubtful
+    mass = scene.conductor.mass_per_length + scene.ice.mass_per_length
+    wave = math.sqrt(scene.conductor.axial_stiffness / mass)
+    verdict.axial = stress.step * wave / (2.0 * model.equilibrium().length)
+    nodes = np.concatenate([first.node_values, run.node_values]).transpose(0, 2, 1)
+    span = np.concatenate([first.span_values, run.span_values])
+    if not (np.isfinite(nodes).all() and np.isfinite(span).all()):
+        verdict.faults.append("a recorded value is not finite")
+        return
+    verdict.amplitude = float(np.abs(nodes[..., :3]).max()) / scene.span.length
+    if verdict.amplitude > 1.0:
+        verdict.faults.append(f"amplitude of {verdict.amplitude:.3g} spans")
+    if not np.all(nodes[..., NODE_INDEX["tension"]][:, 1::2] >= 0.0):
+        verdict.faults.append("recorded tension is below zero")
+    verdict.tension_error = tension_error(model, nodes)
+    if verdict.tension_error > AGREEMENT:
+        verdict.faults.append(f"tension and elongation differ by {verdict.tension_error:.3g}")
+    time = stress.step * np.arange(len(span))
+    inputs = stress.inputs if stress.reversal else None
+    verdict.imbalance = account(model, time, nodes[..., MOTION], span, inputs).worst
+    if report.outcome is Outcome.COMPLETED and verdict.imbalance > CLOSED and not report.doubtful:
+        verdict.faults.append(f"energy is out of balance by {verdict.imbalance:.3g}, and no warning")
+
+
+def _records(stress: Stress, model: Model) -> tuple[Run, Run]:
+    """All channels at all nodes after each step, and at the start."""
+    nodes = np.arange(model.nodes, dtype=np.int32)
+    inputs = stress.inputs if stress.reversal else None
+    state = model.start(0.0, inputs(0.0) if inputs else None)
+
+    def now() -> tuple[Array, Array]:
+        return np.array([state.observe_node(int(node)) for node in nodes]).T, state.observe_span()
+
+    start, done = now(), 0
+    parts: list[Run] = []
+    while done < stress.steps and (not parts or parts[-1].report.outcome is Outcome.COMPLETED):
+        count = min(PORTION, stress.steps - done)
+        if inputs:
+            parts.append(_driven(stress, state, done, count, now))
+        else:
+            parts.append(state.run(count, 1, ALL, nodes, first=done))
+        done += count
+        if parts[-1].report.iterations * model.elements > PATIENCE:
+            break
+    run = Run(
+        np.concatenate([part.node_values for part in parts]),
+        np.concatenate([part.span_values for part in parts]),
+        parts[-1].report,
+    )
+    return run, Run(start[0][np.newaxis], start[1][np.newaxis], run.report)
+
+
+def _driven(stress: Stress, state: State, done: int, count: int, now: Callable[[], tuple[Array, Array]]) -> Run:
+    """Steps driven by inputs, as `State.run` gives them."""
+    rows: list[tuple[Array, Array]] = []
+    for i in range(done, done + count):
+        try:
+            report = state.advance((i + 1) * stress.step, stress.inputs(i * stress.step))
+        except SimulationError as failed:
+            report = failed.report
+            break
+        rows.append(now())
+    nodes, span = (np.array([row[k] for row in rows]).reshape(len(rows), *now()[k].shape) for k in range(2))
+    return Run(nodes, span, report)
+
+
+def tension_error(model: Model, nodes: Array) -> float:
+    """Largest difference between recorded tensions and Hooke's law on the recorded elongations, over the largest.
+
+    At mid-side nodes, where the recorded tension is the mean of both Gauss points; nodes (time, node, channel).
+    """
+    stiffness, equilibrium = model.scene.conductor.axial_stiffness, model.equilibrium()
+    reference = _slopes(equilibrium.x[np.newaxis])[0]
+    stretch0 = np.linalg.norm(reference, axis=-1)
+    moved = _slopes(equilibrium.x + nodes[..., :3])
+    stretch = np.linalg.norm(moved, axis=-1) / stretch0
+    initial = equilibrium.horizontal_tension * stretch0 / reference[..., 0]
+    force = (initial + stiffness * 0.5 * (stretch**2 - 1.0)) * stretch
+    recorded = nodes[:, 1::2, NODE_INDEX["tension"]]
+    return float(np.abs(force.mean(axis=-1) - recorded).max() / np.abs(recorded).max())
+
+
+def _slopes(x: Array) -> Array:
+    """dx/dxi at both Gauss points of each element, (time, element, point, 3), from nodes (time, node, 3)."""
+    left, middle, right = x[:, :-2:2], x[:, 1::2], x[:, 2::2]
+    return np.stack([(xi - 0.5) * left - 2.0 * xi * middle + (xi + 0.5) * right for xi in (-GAUSS, GAUSS)], axis=2)

@@ -1,0 +1,106 @@
+"""What an undamped span in still air keeps: its energy, its way back in time, its bits."""
+
+from __future__ import annotations
+
+import hashlib
+from concurrent.futures import ThreadPoolExecutor
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+import gallop_fmu as gf
+from gallop_fmu.channels import NODE_INDEX, SPAN_INDEX
+from gallop_fmu.engine import Model, State
+
+Array = NDArray[np.float64]
+
+MOTION = np.array([NODE_INDEX[name] for name in ("u1", "u2", "u3", "theta")], np.int32)
+ROUGH = {"initial.seed_vertical": 0.2, "initial.seed_horizontal": 0.1, "initial.seed_twist": 0.1}
+"""A start from rest out of equilibrium: the tension jumps, and axial waves run that steps of 10 ms cannot follow."""
+
+RELEASE = 0.5
+"""Time [s] in which the loads of a smooth start let go; slower than the axial waves."""
+
+
+def undamped(values: dict[str, Any] | None = None) -> gf.Scene:
+    """Example 3 without wind, damping and start."""
+    return gf.load_scene("example3").with_values({
+        "wind.speed": 0.0, "damping.translation": None, "damping.twist": None, "initial.seed_vertical": 0.0,
+        "initial.seed_horizontal": 0.0, **(values or {}),
+    })  # fmt: skip
+
+
+def released(values: dict[str, Any] | None = None) -> State:
+    """A span of the first modes and the twist in motion, after loads that held it aside have let go smoothly."""
+    law = {"kind": "ramp", "initial": 1.0, "final": 0.0, "duration": RELEASE}
+    load = {"evenly_spaced": 29, "force": [0.0, 21.0, 3.2], "torque": 0.032, "law": law}
+    state = Model(undamped({"loads": [load], **(values or {})})).rest()
+    state.advance(RELEASE)
+    return state
+
+
+def energy(span: Array) -> Array:
+    return np.asarray(span[..., SPAN_INDEX["kinetic_energy"]] + span[..., SPAN_INDEX["potential_energy"]])
+
+
+def energy_error(state: State, steps: int, every: int) -> dict[str, float]:
+    """Relative error of the energy over many steps: largest in the first and in the last tenth, trend, scatter."""
+    start = float(energy(state.observe_span()))
+    run = state.run(steps // every, every, MOTION, np.array([state.model.middle], np.int32))
+    error = energy(run.span_values) / start - 1.0
+    tenth = max(1, len(error) // 10)
+    place = np.linspace(0.0, 1.0, len(error))
+    trend = np.polyfit(place, error, 1)
+    return {
+        "steps": run.report.steps,
+        "halvings": run.report.halvings,
+        "first_tenth": float(np.abs(error[:tenth]).max()),
+        "last_tenth": float(np.abs(error[-tenth:]).max()),
+        "largest": float(np.abs(error).max()),
+        "trend": float(trend[0]),
+        "scatter": float(np.std(error - np.polyval(trend, place))),
+        "amplitude": float(np.abs(run.node_values[:, 1, 0]).max()),
+    }
+
+
+def reverse(state: State) -> None:
+    """Turn all velocities round."""
+    _, velocity, _ = state.motion()
+    state.restore(state.save().replace(velocity.tobytes(), (-velocity).tobytes()))
+
+
+def way_back(state: State, steps: int) -> float:
+    """Distance from the start after so many steps forth and back, over the distance gone, largest of all unknowns."""
+    step, start = state.model.scene.numerics.time_step, state.time
+    there, _, _ = state.motion()
+    gone = np.zeros_like(there[0])
+    for i in range(10):
+        state.advance(start + (i + 1) * steps // 10 * step)
+        gone = np.maximum(gone, np.abs(state.motion()[0] - there).max(axis=0))
+    reverse(state)
+    state.advance(start + 2 * steps * step)
+    return float((np.abs(state.motion()[0] - there).max(axis=0) / gone).max())
+
+
+def fingerprint(scene: gf.Scene, steps: int, every: int) -> str:
+    """Digest of all bits of the last record of a run; of a run that fails, of how and when it does."""
+    step = scene.numerics.time_step
+    result = gf.simulate(scene, stop_time=steps * step, record_every=every, record_nodes="all", on_failure="return")
+    if result.outcome is not gf.Outcome.COMPLETED:
+        return str(result.report)
+    last = result.dataset.isel(time=-1)
+    names = sorted(str(name) for name in last.data_vars)
+    return hashlib.sha256(b"".join(last[name].values.tobytes() for name in names)).hexdigest()
+
+
+def same_bits(scenes: list[gf.Scene], steps: int, threads: int = 2) -> dict[str, bool]:
+    """Whether all scenes end in the same bits when repeated, recorded rarely, and run at once in threads."""
+    first = [fingerprint(scene, steps, 1) for scene in scenes]
+    with ThreadPoolExecutor(threads) as pool:
+        at_once = list(pool.map(lambda scene: fingerprint(scene, steps, 1), scenes))
+    return {
+        "repeated": first == [fingerprint(scene, steps, 1) for scene in scenes],
+        "recorded rarely": first == [fingerprint(scene, steps, steps) for scene in scenes],
+        "in threads": first == at_once,
+    }

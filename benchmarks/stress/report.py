@@ -1,0 +1,250 @@
+"""The report of the long runs: Markdown, and two pictures."""
+
+from __future__ import annotations
+
+from collections import Counter
+from itertools import pairwise
+from pathlib import Path
+from typing import Any
+
+import matplotlib.pyplot as plt
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.colors import LogNorm
+
+from stress import scenes, stability
+from stress.checks import AGREEMENT, CLOSED
+from stress.stability import CYCLES, MESHES, STEPS, WINDS, Cycle, error, largest_step
+
+Data = dict[str, Any]
+
+MAP, CURVES = "stability_map.png", "stability_cycles.png"
+AXIAL = (0.0, 0.003, 0.01, 0.03, 0.1, 0.3, 1.0, np.inf)
+"""Steps over axial periods that the energy imbalance is told apart by."""
+
+
+def write(data: Data, folder: Path) -> None:
+    """Write stability.md and the pictures of what there is into a folder."""
+    folder.mkdir(exist_ok=True)
+    parts = [INTRODUCTION]
+    if "cycles" in data:
+        cycles = [Cycle(**value) for value in data["cycles"]["values"]]
+        parts.append(_cycles(cycles, folder))
+    if "map" in data:
+        parts.append(_map(data["map"]["values"], folder))
+    if "scenes" in data:
+        parts.append(_scenes(data["scenes"]))
+    if "conservation" in data:
+        parts.append(_conservation(data["conservation"]["values"], data["bits"]))
+    lost = [text for part in ("cycles", "map", "conservation") for text in data.get(part, {}).get("lost", [])]
+    parts.append("\n".join(f"- lost: {text}" for text in lost))
+    parts.append(f"Computed on {data['machine']}.")
+    (folder / "stability.md").write_text("\n\n".join(filter(None, parts)) + "\n", encoding="utf-8", newline="\n")
+
+
+INTRODUCTION = f"""# How far the computation may be trusted
+
+This page is written by `python benchmarks/stress/run.py`. It says which time step to take, what happens when it is too
+long, and what was found when thousands of random spans were run to break the program.
+
+In short:
+
+- Take 50 steps or more in a period of the galloping motion: amplitudes are then within 1 % in all cases of the first
+  table. Resonance of two modes asks for the most.
+- A run that had to halve its steps often says so in its message (`report.doubtful`). It ended, but its energy may be
+  wrong: reduce `numerics.time_step` until the message goes away.
+- `gallop_fmu.energy.energy_balance(result)` tells for a run of your own how well wind, damping and stored energy agree;
+  more than {CLOSED:.0%} of the energy turned over is too much. It is the sure test; the message is a cheap one.
+- What cannot be computed is refused with a reason: a cable that goes slack, an attack angle outside the coefficient
+  curve, an equilibrium that does not exist. The numbers up to then are kept."""
+
+
+def table(head: list[str], rows: list[list[str]]) -> str:
+    """A Markdown table."""
+    lines = [head, ["---"] * len(head), *rows]
+    return "\n".join("| " + " | ".join(line) + " |" for line in lines)
+
+
+def _step(seconds: float) -> str:
+    return f"{seconds:g} s"
+
+
+def _cycles(cycles: list[Cycle], folder: Path) -> str:
+    rows, kinds = [], list(dict.fromkeys(found.integrator for found in cycles))
+    figure, axes = plt.subplots(1, len(kinds), figsize=(4.0 + 4.5 * len(kinds), 4.6), squeeze=False)
+    for axis, kind in zip(axes[0], kinds, strict=True):
+        for name in CYCLES:
+            own = sorted((c for c in cycles if (c.integrator, c.name) == (kind, name)), key=lambda c: c.step)
+            reference = own[0]
+            ended = [c for c in own if c.outcome != "completed"]
+            halved = [c for c in own if c.halvings]
+            steps = [largest_step(own, bound) for bound in (0.01, 0.05)]
+            rows.append([
+                kind, name, f"{reference.vertical:.3f} / {reference.horizontal:.3f} m", f"{reference.frequency:.3f} Hz",
+                *(f"{_step(step)} ({1.0 / (reference.frequency * step):.0f} a period)" for step in steps),
+                _step(halved[0].step) if halved else "none",
+                f"{_step(ended[0].step)}: {ended[0].outcome.replace('_', ' ')}" if ended else "none",
+            ])  # fmt: skip
+            errors = [100.0 * error(c, reference) for c in own[1:]]
+            axis.loglog([c.step for c in own[1:]], errors, "o-", ms=4, label=name)
+        for bound in (1.0, 5.0):
+            axis.axhline(bound, color="0.6", lw=0.8, ls="--")
+        axis.set(title=kind, xlabel="time step [s]", ylabel="error of the steady amplitude [%]", ylim=(1e-3, 200.0))
+        axis.grid(alpha=0.3, which="both")
+        axis.legend(fontsize=8)
+    figure.savefig(folder / CURVES, dpi=110)
+    plt.close(figure)
+    head = [
+        "Integrator", "Limit cycle", "Vertical / horizontal amplitude", "Frequency", "Largest step within 1 %",
+        "within 5 %", "First step halved at", "First early end at",
+    ]  # fmt: skip
+    return f"""## Time step and limit cycle
+
+Steady amplitude over the last {stability.WINDOW:g} s of galloping with {stability.CYCLE_ELEMENTS} elements, against
+that of steps of {1e3 * stability.CYCLE_STEPS[0]:g} ms; the horizontal one counts where it is more than
+{stability.PARTNER:.0%} of the vertical one. "Within" means at this step and at every shorter one tried, up to
+{stability.CYCLE_STEPS[-1]:g} s.
+
+{table(head, rows)}
+
+![Error of the steady amplitude over the time step]({CURVES})"""
+
+
+def _map(cells: list[Data], folder: Path) -> str:
+    kinds = list(dict.fromkeys(cell["integrator"] for cell in cells))
+    figure, axes = plt.subplots(
+        len(kinds), len(MESHES), figsize=(3.6 * len(MESHES), 0.6 + 3.4 * len(kinds)), squeeze=False, sharey=True,
+        layout="constrained",
+    )  # fmt: skip
+    for row, kind in zip(axes, kinds, strict=True):
+        for axis, mesh in zip(row, MESHES, strict=True):
+            here = [cell for cell in cells if (cell["integrator"], cell["elements"]) == (kind, mesh)]
+            image = _panel(axis, here)
+            axis.set(title=f"{kind}, {mesh} elements", xlabel="time step [s]")
+        row[0].set_ylabel("wind speed [m/s]")
+    figure.colorbar(image, ax=axes, label="energy imbalance over turnover", shrink=0.8)
+    figure.savefig(folder / MAP, dpi=110)
+    plt.close(figure)
+    rows = []
+    for kind in kinds:
+        for mesh in MESHES:
+            here = [cell for cell in cells if (cell["integrator"], cell["elements"]) == (kind, mesh)]
+            whole = _longest(here, lambda cell: cell["outcome"] == "completed" and cell["halved"] == 0.0)
+            closed = _longest(here, lambda cell: cell["outcome"] == "completed" and cell["imbalance"] < CLOSED)
+            ended = _longest(here, lambda cell: cell["outcome"] == "completed")
+            early = Counter(cell["outcome"].replace("_", " ") for cell in here if cell["outcome"] != "completed")
+            said = ", ".join(f"{count} {name}" for name, count in early.items()) or "none"
+            rows.append([kind, str(mesh), whole, closed, ended, said])
+    start = list(stability.START.values())
+    head = [
+        "Integrator", "Elements", "No step halved up to", f"Energy within {CLOSED:.0%} up to", "All runs end up to",
+        f"Early ends of {len(STEPS) * len(WINDS)}",
+    ]  # fmt: skip
+    return f"""## Time step, wind and mesh
+
+A hard start: example 3 (125.88 m, 15 kN) is let go at rest from {start[0]} m up, {start[1]} m across and {start[2]}
+rad, with the wind on it at once, for {stability.LONGEST:g} s or {stability.MOST:,} steps. Letting go out of
+equilibrium starts axial waves, which long steps cannot follow. In the picture a dot means that some steps were
+halved, a circled dot that more than a tenth were, a cross that the run gave up; the colour is the energy imbalance.
+"Up to" is the longest step of those tried at which it holds at every wind speed.
+
+{table(head, rows)}
+
+![Outcome over time step and wind speed]({MAP})"""
+
+
+def _longest(cells: list[Data], holds: Any) -> str:
+    kept = None
+    for step in STEPS:
+        if not all(holds(cell) for cell in cells if cell["step"] == step):
+            break
+        kept = step
+    return f"below {_step(STEPS[0])}" if kept is None else _step(kept)
+
+
+def _panel(axis: Axes, cells: list[Data]) -> Any:
+    value = np.full((len(WINDS), len(STEPS)), np.nan)
+    for cell in cells:
+        row, column = WINDS.index(cell["wind"]), STEPS.index(cell["step"])
+        value[row, column] = max(cell["imbalance"], 1e-9)
+        if cell["outcome"] != "completed":
+            axis.plot(column, row, "x", color="black", ms=8)
+        elif cell["halved"] > 0.0:
+            axis.plot(column, row, ".", color="black", ms=4)
+            if cell["halved"] > 0.1:
+                axis.plot(column, row, "o", color="black", ms=8, fillstyle="none")
+    image = axis.imshow(value, origin="lower", aspect="auto", norm=LogNorm(1e-6, 1.0), cmap="YlOrRd")
+    axis.set_xticks(range(len(STEPS)), [f"{step:g}" for step in STEPS], rotation=90, fontsize=8)
+    axis.set_yticks(range(len(WINDS)), [f"{wind:g}" for wind in WINDS])
+    return image
+
+
+def _scenes(data: Data) -> str:
+    runs, lost = data["values"], data["lost"]
+    counts = Counter(run["outcome"].replace("_", " ") for run in runs)
+    counts.update(text.split(": ", 1)[1].split(",")[0].split(" ")[0] for text in lost)
+    outcomes = [[name, str(count)] for name, count in counts.most_common()]
+    completed = [run for run in runs if run["outcome"] == "completed"]
+    moved = [run for run in runs if run["steps"] > 0]
+    faults = [f"- {run['name']}: {text}" for run in runs for text in run["faults"]] + [f"- {text}" for text in lost]
+    rows = []
+    for low, high in pairwise(AXIAL):
+        row = [f"{low:g} to {high:g}"]
+        for doubtful in (False, True):
+            values = [r["imbalance"] for r in completed if low <= r["axial"] < high and r["doubtful"] == doubtful]
+            found = np.quantile(values, [0.5, 0.9, 1.0]) if values else []
+            row += [str(len(values)), " / ".join(f"{value:.1e}" for value in found) or "-"]
+        rows.append(row)
+    head = ["Step over axial period", "Runs without warning", "Imbalance: half / nine tenths / all below"]
+    head += ["Runs with warning", "Imbalance"]
+    worst = max(moved, key=lambda run: run["tension_error"])
+    memory = data["memory"]
+    growth = np.median(memory[-len(memory) // 10 :]) - np.median(memory[len(memory) // 10 : 2 * len(memory) // 10])
+    spoken = "\n\n" + "\n".join(faults[:40]) if faults else " none"
+    return f"""## Random spans
+
+{len(runs) + len(lost):,} spans by Latin hypercube (seed {data["seed"]}): length 20-1,500 m, sag 0.2-12 %, level or up
+to 1 in 2, wind 0-60 m/s (constant, jumps, gusts, waves, tables, and turning round through calm), ice up to three
+times the metal, at any side, any attack angle, tables and cubics, damping 0-10 %, ends rigid, sprung from 1 kN/m to 1
+GN/m, or adjacent spans, moving towers, loads, 2-200 elements, steps 0.1-200 ms, starts from rest out of equilibrium.
+Each is run for {scenes.FEWEST} to {scenes.MOST} steps, less where many steps are halved, in a process that may crash
+or hang without taking the others along.
+
+{table(["Outcome", "Runs"], outcomes)}
+
+Checked of each run: all values finite; no recorded tension below zero; no amplitude above the span (largest:
+{max(run["amplitude"] for run in moved):.2f} spans); tensions agree with Hooke's law on the recorded elongations to
+{AGREEMENT:g} (worst: {worst["tension_error"]:.1e}); and the energy balance, work of wind, loads and towers against
+dissipation and change of stored energy, closes within {CLOSED:.0%} of the energy turned over unless the report warns of
+halved steps. Violations:{spoken}
+
+{table(head, rows)}
+
+Memory of a worker process grew by {growth:.2f} MiB between the second and the last tenth of the runs. The longest run
+took {max(run["seconds"] for run in runs):.1f} s, all together {sum(run["seconds"] for run in runs) / 60.0:.1f}
+minutes of processor time."""
+
+
+def _conservation(runs: list[Data], bits: Data) -> str:
+    rows = [
+        [
+            run["integrator"], run["start"], f"{run['steps']:,}", f"{run['halvings']:,}", f"{run['first_tenth']:.1e}",
+            f"{run['last_tenth']:.1e}", f"{run['trend']:+.1e}", f"{run['scatter']:.1e}", f"{run['way_back']:.1e}",
+        ]
+        for run in runs
+    ]  # fmt: skip
+    head = [
+        "Integrator", "Start", "Steps", "Halvings", "Energy error, first tenth", "last tenth", "Trend", "Scatter",
+        "Way back",
+    ]  # fmt: skip
+    said = ", ".join(f"{name}: {'the same bits' if same else 'OTHER BITS'}" for name, same in bits.items())
+    return f"""## What is conserved
+
+Example 3 without wind and damping, at its own step of 10 ms: relative error of the energy over the run, its trend over
+the whole, and the scatter about it. "Smooth": loads let go within half a second; "rough": let go at rest out of
+equilibrium, so that axial waves run. "Way back": distance from the start after 20,000 steps of the smooth motion and as
+many with the velocities turned round, over the distance gone.
+
+{table(head, rows)}
+
+Random spans run again: {said}. That FMU and Python give the same bits is among the tests (tests/native)."""

@@ -1,0 +1,37 @@
+"""The explicit compiled chain: velocity Verlet and Runge-Kutta of order 4, in numba, lumped mass."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+from cases import Case
+from chain import chain, runge_kutta, velocity_verlet
+from scenes import INTERVAL, Array, Problem
+
+SCHEMES = {  # steps [s] from just below the stability limit down
+    "velocity Verlet": (velocity_verlet, (4.5e-4, 2.5e-4, 1.25e-4, 6.25e-5)),
+    "Runge-Kutta 4": (runge_kutta, (6e-4, 4e-4, 2.5e-4)),
+}
+
+
+def cases(problem: Problem) -> list[Case]:
+    return [
+        Case("numba", f"numba, {name}", f"step {1e3 * step:.3g} ms", ("chain", False), _prepare(problem, scheme, step))
+        for name, (scheme, steps) in SCHEMES.items()
+        for step in steps
+    ]
+
+
+def _prepare(problem: Problem, scheme: Callable[..., Array], step: float) -> Callable[[], Callable[[], Array]]:
+    def prepare() -> Callable[[], Array]:
+        span = chain(problem)
+        every = round(INTERVAL / step)
+        scheme(span, INTERVAL / every, every, 1)  # compiled, or read from the cache, before the clock runs
+        return lambda: scheme(span, INTERVAL / every, every, len(problem.times))
+
+    return prepare
+
+
+def converged(problem: Problem, consistent: bool) -> Array:
+    """The chain's equations by Runge-Kutta of order 4 at a step of 0.2 ms; 0.25 ms differs by less than 3e-12."""
+    return runge_kutta(chain(problem, consistent=consistent), 2e-4, 250, len(problem.times))

@@ -1,0 +1,53 @@
+"""The time integrators: what each is, its order and its stability.
+
+The one table that packing, provenance and tests read.  Measured on example 3 (15 elements): Newmark is the cheaper one
+down to errors of about 0.3 %, Gauss below that, and on fine meshes that move much, where Newmark's iteration stumbles
+over axial modes that no step resolves.  Methods that were tried and are not here, as one of these two is as good or
+better everywhere: Gauss with 2 stages, Lobatto IIIA of orders 4 and 6, Radau IIA of order 5; and explicit central
+differences, whose steps the axial wave would bound to the millisecond.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True, slots=True)
+class Integrator:
+    """One way to step in time.
+
+    Attributes
+    ----------
+    name
+        Value of ``numerics.integrator``.
+    code
+        Number by which the kernel knows it, ``gallop_integrator``.
+    order
+        Order of displacement and velocity of smooth motion.
+    acceleration_order
+        Order of accelerations, and of what inertia adds to the support forces.
+    unconditionally_stable
+        Whether linear motion stays bounded at every step size.
+    spectral_radius
+        Factor a step at which undamped linear motion grows or decays, at every step size; 1 keeps its energy.
+    description
+        One line: the method and how its equations are solved.
+    """
+
+    name: str
+    code: int
+    order: int
+    acceleration_order: int
+    unconditionally_stable: bool
+    spectral_radius: float
+    description: str
+
+
+INTEGRATORS = {
+    integrator.name: integrator
+    for integrator in (
+        Integrator("newmark", 0, 2, 2, True, 1.0, "Newmark (beta 1/4, gamma 1/2), Newton-Raphson with reused tangent"),
+        Integrator("gauss6", 1, 6, 3, True, 1.0, "Gauss collocation (3 stages), Newton-Raphson with reused tangent"),
+    )
+}
+"""By name."""

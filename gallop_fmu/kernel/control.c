@@ -1,0 +1,194 @@
+/* Steps as long as a tolerance allows.  The local error is estimated from the accelerations: what Gauss's parabolas miss is
+ * the cubic part, and that is seen in the difference between the parabola of the step before, continued, and the one
+ * found.  Step sizes are powers of sqrt(2), so that a factorised tangent serves for many steps.  Steps end where a
+ * law has a kink; between, the motion is read off a quintic. */
+#include "internal.h"
+
+/* Error of a step in units of the cubic part of h^2 a.  Calibrated so that the error of whole runs stays below the
+ * tolerance where it is 1e-3 to 1e-7 (tests/convergence/test_tolerance.py). */
+#define SHARE 0.01
+
+#define MARGIN 0.8          /* on the step size that the estimate allows */
+#define FASTEST_CHANGE 4.0  /* of the step size */
+#define MANY_ITERATIONS 6   /* a step that took so many does not grow: it would cost more than it gains */
+#define NEWTON_SHARE 0.01   /* of the tolerance, left to Newton's iteration */
+#define FINEST_NEWTON 1e-13 /* [m], above round-off */
+
+#define FEW_STEPS 8.0       /* to a limit */
+#define SHORTEST 1e-10      /* step [s], and part of the time, that is still a step */
+
+/* Motion smaller than this is not resolved to the tolerance: in diameters, and in rad. */
+#define SMALL_DISPLACEMENT 0.01
+#define SMALL_TWIST 0.01
+
+/* Root mean square of one unknown over the nodes. */
+static double mean_size(const gallop_model *model, const double *y, int unknown)
+{
+    double sum = 0.0;
+    for (int n = 0; n < model->nodes; n++) sum += y[4 * n + unknown] * y[4 * n + unknown];
+    return sqrt(sum / model->nodes);
+}
+
+static double scale_of(const gallop_model *model, const gallop_state *state, int unknown)
+{
+    return fmax(state->largest[unknown], unknown < 3 ? SMALL_DISPLACEMENT * model->scene.diameter : SMALL_TWIST);
+}
+
+static void grow_scales(const gallop_model *model, gallop_state *state, const double *u)
+{
+    for (int i = 1; i < 4; i++) state->largest[i] = fmax(state->largest[i], mean_size(model, u, i));
+}
+
+double newton_tolerance(const gallop_model *model, const gallop_state *state)
+{
+    if (!by_tolerance(model)) return model->scene.newton_tolerance * state->sharpness;
+    const double motion = fmin(scale_of(model, state, 1), scale_of(model, state, 2));
+    return fmax(NEWTON_SHARE * model->scene.tolerance * motion * state->sharpness, FINEST_NEWTON);
+}
+
+/* Error of the step just found in units of the tolerance: of the transverse displacements and the twist, each relative to
+ * its largest motion so far.  Axial displacements are small, follow the others, and are full of unresolved modes. */
+static double error_of(const gallop_model *model, const gallop_state *state, layout *at, double h)
+{
+    double largest = 0.0;
+    gauss_cubic_part(model, state, at, h, at->residual);
+    for (int i = 1; i < 4; i++) largest = fmax(largest, mean_size(model, at->residual, i) / scale_of(model, state, i));
+    return SHARE * largest / model->scene.tolerance;
+}
+
+/* The largest power of sqrt(2) not above h [s]. */
+static double notch(double h) { return exp2(0.5 * floor(2.0 * log2(h) + 1e-6)); }
+
+static double allowed_step(double h, double error)
+{
+    const double factor = MARGIN * pow(fmax(error, 1e-12), -0.2);
+    return notch(h * fmin(fmax(factor, 1.0 / FASTEST_CHANGE), FASTEST_CHANGE));
+}
+
+void control_start(const gallop_model *model, gallop_state *state, const double *u)
+{
+    memset(state->largest, 0, sizeof state->largest);
+    grow_scales(model, state, u);
+    state->wanted_step = notch(model->scene.time_step);
+}
+
+/* What follows from a step of size h that was found, or (outcome) was not: whether it stands, and the size to try next. */
+static bool judge(const gallop_model *model, gallop_state *state, layout *at, double h, int outcome)
+{
+    if (outcome) {
+        state->factored_step = 0.0;
+        state->halvings++;
+        state->wanted_step = notch(0.5 * h);
+        return false;
+    }
+    const double error = error_of(model, state, at, h), allowed = allowed_step(h, error);
+    if (!(error <= 1.0)) {
+        state->rejections++;
+        state->wanted_step = fmin(allowed, notch(0.8 * h));
+        return false;
+    }
+    if (allowed > state->wanted_step && state->last_iterations < MANY_ITERATIONS) state->wanted_step = allowed;
+    return true;
+}
+
+/* Size of the next step where `left` remains to a limit: few steps to it are equal, as then one tangent serves for all
+ * and, with a host's steady steps, for those that follow.  Round-off in the host's clock does not count. */
+static double next_size(const gallop_state *state, double left)
+{
+    double h = state->wanted_step;
+    if (left < FEW_STEPS * h) h = left / ceil(left / h - 1e-6);
+    return fabs(h - state->factored_step) < 1e-9 * h ? state->factored_step : h;
+}
+
+/* One step, as long as the tolerance allows, but not beyond `limit`.  On failure the motion is what it was. */
+static int controlled_step(const gallop_model *model, gallop_state *state, layout *at, const gallop_inputs *inputs,
+                           double limit, gallop_report *report)
+{
+    const size_t bytes = 4 * (size_t)model->nodes * sizeof(double);
+    const double left = limit - state->time;
+    int failures = 0;
+    state->last_iterations = state->last_substeps = 0;
+    memcpy(at->u0, at->u, 3 * bytes);
+    for (;;) {
+        const double h = next_size(state, left), t = h > left * (1.0 - 1e-8) ? limit : state->time + h;
+        state->last_substeps++;
+        const int outcome = gauss(model, state, at, inputs, t, h, report);
+        if (outcome && (!may_halve(outcome) || failures++ == model->scene.max_halvings)) {
+            memcpy(at->u, at->u0, 3 * bytes);
+            return outcome;
+        }
+        if (judge(model, state, at, h, outcome)) {
+            gauss_commit(model, state, at, h);
+            grow_scales(model, state, at->u);
+            state->time = t;
+            state->steps++;
+            state->substeps += state->last_substeps;
+            return GALLOP_COMPLETED;
+        }
+        memcpy(at->u, at->u0, 3 * bytes);
+        if (h < SHORTEST * fmax(1.0, fabs(state->time)))
+            return fail(report, GALLOP_NEWTON_STALLED, -1, state->time, h, model->scene.tolerance);
+    }
+}
+
+/* Next time after t at which a law has a kink or a jump; infinite: none.  A host's inputs replace all but the loads. */
+static double next_kink(const gallop_model *model, const gallop_inputs *inputs, double t)
+{
+    const gallop_scene *s = &model->scene;
+    const double after = t + 1e-12 * (1.0 + fabs(t));
+    double next = INFINITY;
+    for (int l = 0; l < s->load_count; l++) next = fmin(next, law_next_kink(&s->load[l].law, after));
+    if (inputs) return next;
+    next = fmin(next, law_next_kink(&s->wind, after));
+    for (int end = 0; end < 2; end++)
+        for (int i = 0; i < 3; i++) next = fmin(next, law_next_kink(&s->support[end].motion[i], after));
+    return next;
+}
+
+/* After a kink the accelerations before it say nothing about those that follow. */
+static void forget_before(gallop_state *state) { state->step_before = INFINITY; }
+
+static bool inputs_jump(const instant *before, const instant *now)
+{
+    bool jump = before->wind != now->wind || before->attack != now->attack;
+    for (int end = 0; end < 2; end++)
+        for (int i = 0; i < 3; i++) jump = jump || before->velocity[end][i] != now->velocity[end][i];
+    return jump;
+}
+
+/* Steps until the state's time is `until` (`exactly`), or not before it. */
+int controlled_march(const gallop_model *model, gallop_state *state, const gallop_inputs *inputs, double until,
+                     bool exactly, gallop_report *report)
+{
+    layout at = state_layout(model, state);
+    if (inputs) {
+        instant now;
+        instant_at(model, state->time, inputs, &now);
+        if (inputs_jump(&state->now, &now)) forget_before(state);
+    }
+    while (state->time < until) {
+        const double kink = next_kink(model, inputs, state->time);
+        const int outcome = controlled_step(model, state, &at, inputs, exactly ? fmin(kink, until) : kink, report);
+        if (outcome) return outcome;
+        if (state->time == kink) forget_before(state);
+    }
+    return GALLOP_COMPLETED;
+}
+
+/* The motion at a time within the last step, until control_return: a quintic through displacement, velocity and
+ * acceleration at both ends of the step. */
+void control_look(const gallop_model *model, gallop_state *state, layout *at, double t)
+{
+    const size_t bytes = 4 * (size_t)model->nodes * sizeof(double);
+    memcpy(at->first, at->u, 3 * bytes);
+    state->looked_from = state->now;
+    if (t == state->time) return;
+    instant_at(model, t, NULL, &state->now);
+    gauss_read(model, state, at, t);
+}
+
+void control_return(const gallop_model *model, gallop_state *state, layout *at)
+{
+    memcpy(at->u, at->first, 3 * 4 * (size_t)model->nodes * sizeof(double));
+    state->now = state->looked_from;
+}

@@ -1,0 +1,287 @@
+/* Gauss's collocation method with three stages: order 6, A-stable, symmetric and symplectic.  The acceleration over a step
+ * is the parabola through its values a_j at the times c_j h, and the velocity its integral; the displacement is the
+ * integral of the parabola through the velocities at these times,
+ *     v(x h) = v0 + h sum_j v_j(x) a_j,    u(x h) = u0 + x h v0 + h^2 sum_i v_i(x) sum_j v_j(c_i) a_j,
+ * and the equations of motion hold at the times c_j h.  The acceleration at the begin of a step does not enter: a jump of
+ * the load does no harm there, and the axial modes of a fine mesh, which no step resolves, do not pass it on.
+ *
+ * Newton's iteration takes one tangent for all stages.  In the eigenvectors of the matrix v_j(c_i) = T diag(l) T^-1 they
+ * separate into systems K + C / (h l) + M / (h l)^2: a real one, and one for a complex conjugate pair (E. Hairer,
+ * G. Wanner, Solving Ordinary Differential Equations II, section IV.8; c in table IV.5.2). */
+#include "internal.h"
+
+#define STAGES GAUSS_STAGES
+#define ROOT_15 3.8729833462074168852
+
+#define SLOW_RATE 0.6   /* a factorisation is renewed when the observed convergence rate is worse */
+
+static const double node[STAGES] = {0.5 - ROOT_15 / 10.0, 0.5, 0.5 + ROOT_15 / 10.0};   /* c */
+
+/* Lagrange's parabolas through the nodes, in powers of x. */
+static const double lagrange[STAGES][3] = {{(5.0 + ROOT_15) / 6.0, -(10.0 + ROOT_15) / 3.0, 10.0 / 3.0},
+                                           {-2.0 / 3.0, 20.0 / 3.0, -20.0 / 3.0},
+                                           {(5.0 - ROOT_15) / 6.0, -(10.0 - ROOT_15) / 3.0, 10.0 / 3.0}};
+
+/* Eigenvalues l, columns of T, rows of T^-1: the real one, and real and imaginary part of one of the pair. */
+static const double eigenvalue[3] = {0.21531442311611217824, 0.14234278844194391088, 0.13579992570815380307};
+static const double column[3][STAGES] = {{0.072151852055200170321, 0.11883257874127780707, 1.0},
+                                         {-0.082241230573630670649, 0.053065090742061395046, 1.0},
+                                         {-0.060120738619308501731, 0.31620505113229157322, 0.0}};
+static const double row[3][STAGES] = {{5.9916980849378007756, 1.1392142951557354446, 0.43231211378385838557},
+                                      {-2.9958490424689003878, -0.56960714757786772228, 0.28384394310807080722},
+                                      {0.62310663679311570541, -1.4627798230961568313, 0.12886760063671624617}};
+
+/* What the stages' accelerations contribute at the time x h of a step. */
+typedef struct { double u[STAGES], v[STAGES], a[STAGES]; } weights;
+
+static double integral(int j, double x)
+{
+    const double *l = lagrange[j];
+    return x * (l[0] + x * (l[1] / 2.0 + x * l[2] / 3.0));
+}
+
+static weights weights_at(double x)
+{
+    weights w;
+    for (int j = 0; j < STAGES; j++) {
+        const double *l = lagrange[j];
+        w.a[j] = l[0] + x * (l[1] + x * l[2]);
+        w.v[j] = integral(j, x);
+        w.u[j] = 0.0;
+        for (int i = 0; i < STAGES; i++) w.u[j] += integral(i, x) * integral(j, node[i]);
+    }
+    return w;
+}
+
+/* u and v at the time x h of a step that starts from u0, v0; a (3, nodes, 4) are the stages' accelerations. */
+TWO_PATHS static void integrate(const layout *at, const double *restrict a, int values, double h, double x,
+                                double *restrict u, double *restrict v)
+{
+    const weights w = weights_at(x);
+    for (int n = 0; n < values; n++) {
+        const double a0 = a[n], a1 = a[values + n], a2 = a[2 * values + n];
+        u[n] = at->u0[n] + h * (x * at->v0[n] + h * (w.u[0] * a0 + w.u[1] * a1 + w.u[2] * a2));
+        v[n] = at->v0[n] + h * (w.v[0] * a0 + w.v[1] * a1 + w.v[2] * a2);
+    }
+}
+
+/* The acceleration at the time x h of a step. */
+TWO_PATHS static void accelerate(const double *restrict a, int values, double x, double *restrict out)
+{
+    const weights w = weights_at(x);
+    for (int n = 0; n < values; n++) out[n] = w.a[0] * a[n] + w.a[1] * a[values + n] + w.a[2] * a[2 * values + n];
+}
+
+static void place_ends(const gallop_model *model, const instant *now, double *u, double *v, double *a)
+{
+    for (int end = 0; end < 2; end++) {
+        const int first = end ? 4 * (model->nodes - 1) : 0;
+        for (int i = 0; i < 4; i++) {
+            if (!model->fixed[end][i]) continue;
+            u[first + i] = i < 3 ? now->position[end][i] : 0.0;
+            v[first + i] = i < 3 ? now->velocity[end][i] : 0.0;
+            a[first + i] = i < 3 ? now->acceleration[end][i] : 0.0;
+        }
+    }
+}
+
+/* The parabola of the sub-step before is continued; the ends follow their prescribed motion. */
+static void predict(const gallop_model *model, const gallop_state *state, layout *at, const instant *now, double h)
+{
+    const int values = 4 * model->nodes;
+    for (int i = 0; i < STAGES; i++) {
+        double *a = at->stage_a + (size_t)i * values;
+        if (isfinite(state->step_before)) accelerate(at->stage_before, values, 1.0 + node[i] * h / state->step_before, a);
+        else memcpy(a, at->a0, (size_t)values * sizeof(double));
+    }
+    for (int i = 0; i < STAGES; i++) {
+        const size_t first = (size_t)i * values;
+        integrate(at, at->stage_a, values, h, node[i], at->stage_u + first, at->stage_v + first);
+        place_ends(model, &now[i], at->stage_u + first, at->stage_v + first, at->stage_a + first);
+    }
+}
+
+/* The stages' residuals in the eigenvectors: the real system's into at->residual, the pair's into at->pair_residual. */
+TWO_PATHS static void separate(const layout *at, int values)
+{
+    const double *restrict r0 = at->stage_residual, *restrict r1 = r0 + values, *restrict r2 = r1 + values;
+    double *restrict real = at->residual, *restrict pair = at->pair_residual;
+    for (int n = 0; n < values; n += 4)
+        for (int k = 0; k < 4; k++) {
+            const double x = r0[n + k], y = r1[n + k], z = r2[n + k];
+            real[n + k] = row[0][0] * x + row[0][1] * y + row[0][2] * z;
+            pair[2 * n + k] = row[1][0] * x + row[1][1] * y + row[1][2] * z;
+            pair[2 * n + 4 + k] = row[2][0] * x + row[2][1] * y + row[2][2] * z;
+        }
+}
+
+/* A complex factor: of the pair's solution only twice the real part is asked for, as its conjugate adds the same. */
+typedef struct { double re, im; } number;
+
+static number times(number a, number b) { return (number){a.re * b.re - a.im * b.im, a.re * b.im + a.im * b.re}; }
+
+/* 1 / (h l) of the pair */
+static number pair_inverse(double h)
+{
+    const double re = eigenvalue[1], im = eigenvalue[2], square = h * (re * re + im * im);
+    return (number){re / square, -im / square};
+}
+
+/* Takes the correction that the solved systems mean for stage i from its u, v, a; leaves that of u in its residual. */
+TWO_PATHS static void correct(const layout *at, int values, int i, double h)
+{
+    const double *restrict y = at->residual, *restrict pair = at->pair_residual;
+    const size_t first = (size_t)i * values;
+    double *restrict du = at->stage_residual + first, *restrict u = at->stage_u + first;
+    double *restrict v = at->stage_v + first, *restrict a = at->stage_a + first;
+    const double real = 1.0 / (h * eigenvalue[0]), to_u = column[0][i], to_v = to_u * real, to_a = to_v * real;
+    const number inverse = pair_inverse(h), p = {2.0 * column[1][i], 2.0 * column[2][i]};
+    const number q = times(p, inverse), r = times(q, inverse);
+    for (int n = 0; n < values; n += 4)
+        for (int k = 0; k < 4; k++) {
+            const double x = y[n + k], re = pair[2 * n + k], im = pair[2 * n + 4 + k];
+            du[n + k] = to_u * x + p.re * re - p.im * im;
+            u[n + k] -= du[n + k];
+            v[n + k] -= to_v * x + q.re * re - q.im * im;
+            a[n + k] -= to_a * x + r.re * re - r.im * im;
+        }
+}
+
+static bool factor_stages(const gallop_model *model, gallop_state *state, layout *at, const instant *now, const double *u,
+                          double h)
+{
+    const double real = 1.0 / (h * eigenvalue[0]);
+    const number inverse = pair_inverse(h), square = times(inverse, inverse);
+    const blend mix = {1.0, real, real * real}, pair[2] = {{1.0, inverse.re, square.re}, {0.0, inverse.im, square.im}};
+    state->factored_step = 0.0;
+    if (!solver_factor(model, now, &at->sections, u, mix, model->fixed, at->factors) ||
+        !pair_factor_span(model, now, &at->sections, u, pair, at->pair_factors))
+        return false;
+    state->factored_step = h;
+    state->rate = 1.0;
+    state->refactorisations++;
+    return true;
+}
+
+/* One step from u0 v0 at t - h to u v at t; its a is that of the parabola's end, of third order. */
+int gauss(const gallop_model *model, gallop_state *state, layout *at, const gallop_inputs *inputs, double t, double h,
+          gallop_report *report)
+{
+    const int values = 4 * model->nodes;
+    const double tolerance = newton_tolerance(model, state);
+    bool renew = state->factored_step != h, fresh = false;
+    double before = 0.0, time[STAGES];
+    instant now[STAGES];
+    watch seen;
+    for (int i = 0; i < STAGES; i++) {
+        time[i] = t - h * (1.0 - node[i]);
+        instant_at(model, time[i], inputs, &now[i]);
+    }
+    instant_at(model, t, inputs, &state->now);
+    predict(model, state, at, now, h);
+    for (int iteration = 1; iteration <= model->scene.max_newton_iterations; iteration++) {
+        static const int order[STAGES] = {0, 2, 1};   /* the tangent is that of the middle, where the sections end */
+        watch_start(&seen);
+        for (int k = 0; k < STAGES; k++) {
+            const int i = order[k];
+            const size_t first = (size_t)i * values;
+            span_residual(model, time[i], &now[i], &at->sections, at->stage_u + first, at->stage_v + first,
+                          at->stage_a + first, renew, at->stage_residual + first, &seen);
+            add_springs(model, &now[i], at->stage_u + first, at->stage_residual + first);
+        }
+        if (renew) {
+            if (!factor_stages(model, state, at, &now[1], at->stage_u + values, h))
+                return fail(report, GALLOP_NEWTON_STALLED, seen.slack_element, t, NAN, tolerance);
+            renew = false;
+            fresh = true;
+            before = 0.0;
+        }
+        separate(at, values);
+        solver_solve(model, at->factors, model->fixed, at->residual);
+        pair_solve(model, at->pair_factors, at->pair_residual);
+        double size = 0.0;
+        for (int i = 0; i < STAGES; i++) {
+            correct(at, values, i, h);
+            const double own = correction_size(model, at->stage_residual + (size_t)i * values);
+            size = own <= size ? size : own;   /* lets NaN pass */
+        }
+        state->iterations++;
+        state->last_iterations++;
+        if (!isfinite(size)) return fail(report, GALLOP_NON_FINITE, -1, t, size, 0.0);
+        switch (newton_judge(state, size, before, fresh, SLOW_RATE, tolerance)) {
+        case NEWTON_CONVERGED: {
+            const int outcome = newton_accept(model, state, &seen, t, report);
+            if (outcome) return outcome;
+            integrate(at, at->stage_a, values, h, 1.0, at->u, at->v);
+            accelerate(at->stage_a, values, 1.0, at->a);
+            place_ends(model, &state->now, at->u, at->v, at->a);
+            return GALLOP_COMPLETED;
+        }
+        case NEWTON_DIVERGED: return fail(report, GALLOP_NEWTON_STALLED, seen.slack_element, t, size, tolerance);
+        case NEWTON_RENEWS: renew = true; break;
+        case NEWTON_GOES_ON: break;
+        }
+        before = size;
+    }
+    return fail(report, GALLOP_NEWTON_STALLED, seen.slack_element, t, before, tolerance);
+}
+
+/* The step just found is the one before from now on. */
+void gauss_commit(const gallop_model *model, gallop_state *state, layout *at, double h)
+{
+    const size_t bytes = 4 * (size_t)model->nodes * sizeof(double);
+    memcpy(at->stage_before, at->stage_a, STAGES * bytes);
+    memcpy(at->begin, at->u0, 2 * bytes);
+    state->step_before = state->last_step = h;
+}
+
+/* The cubic part c of h^2 a = ... + c x^3 over the step just found, from the difference at its last stage between the
+ * displacement and what the parabola of the step before makes of it; without a step before, the quadratic part. */
+void gauss_cubic_part(const gallop_model *model, const gallop_state *state, const layout *at, double h, double *part)
+{
+    const int values = 4 * model->nodes;
+    const double *now = at->stage_a, *old = at->stage_before;
+    double after[STAGES], before[STAGES] = {0.0};
+    if (isfinite(state->step_before)) {
+        const weights reach = weights_at(node[STAGES - 1]);
+        const double ahead = h / state->step_before;
+        double unit = 0.0;   /* what the difference would be for x^3 */
+        for (int j = 0; j < STAGES; j++) {
+            const weights continued = weights_at(1.0 + node[j] * ahead);
+            after[j] = reach.u[j];
+            for (int k = 0; k < STAGES; k++) before[k] -= reach.u[j] * continued.a[k];
+        }
+        for (int j = 0; j < STAGES; j++)
+            unit += after[j] * pow(node[j], 3.0) + before[j] * pow((node[j] - 1.0) / ahead, 3.0);
+        for (int j = 0; j < STAGES; j++) {
+            after[j] *= h * h / unit;
+            before[j] *= h * h / unit;
+        }
+    } else {
+        for (int j = 0; j < STAGES; j++) after[j] = h * h * lagrange[j][2];
+    }
+    for (int n = 0; n < values; n++)
+        part[n] = after[0] * now[n] + after[1] * now[values + n] + after[2] * now[2 * values + n] + before[0] * old[n] +
+                  before[1] * old[values + n] + before[2] * old[2 * values + n];
+}
+
+/* u v a at a time within the last step: the quintic through u, v, a at its ends. */
+void gauss_read(const gallop_model *model, const gallop_state *state, layout *at, double t)
+{
+    const int values = 4 * model->nodes;
+    const double h = state->last_step, x = 1.0 + (t - state->time) / h, *k = at->stage_before;
+    const double *u0 = at->begin, *v0 = at->begin + values;
+    const weights start = weights_at(0.0), end = weights_at(1.0);
+    for (int n = 0; n < values; n++) {
+        const double a0 = start.a[0] * k[n] + start.a[1] * k[values + n] + start.a[2] * k[2 * values + n];
+        const double a1 = end.a[0] * k[n] + end.a[1] * k[values + n] + end.a[2] * k[2 * values + n];
+        /* u = u0 + x (h v0 + x (h^2 a0 / 2 + x (c3 + x (c4 + x c5)))) */
+        const double p = at->u[n] - u0[n] - h * (v0[n] + 0.5 * h * a0), q = h * (at->v[n] - v0[n] - h * a0);
+        const double r = h * h * (a1 - a0);
+        const double c3 = 10.0 * p - 4.0 * q + 0.5 * r, c4 = -15.0 * p + 7.0 * q - r, c5 = 6.0 * p - 3.0 * q + 0.5 * r;
+        at->u[n] = u0[n] + x * (h * v0[n] + x * (0.5 * h * h * a0 + x * (c3 + x * (c4 + x * c5))));
+        at->v[n] = v0[n] + x * (h * a0 + x * (3.0 * c3 + x * (4.0 * c4 + x * 5.0 * c5)) / h);
+        at->a[n] = a0 + x * (6.0 * c3 + x * (12.0 * c4 + x * 20.0 * c5)) / (h * h);
+    }
+    place_ends(model, &state->now, at->u, at->v, at->a);
+}

@@ -1,0 +1,96 @@
+/* A strip: LANES elements side by side, so that one instruction works on all of them.  Vectors of gcc and clang become
+ * AVX2 or pairs of SSE2 registers with the same arithmetic, so the same bits; other compilers take one element at a time.
+ * Vectors are passed by address only: what passing one by value means depends on the processor. */
+#ifndef GALLOP_STRIP_H
+#define GALLOP_STRIP_H
+
+#if defined(__GNUC__)
+#define LANES 4
+#define INLINE static inline __attribute__((always_inline))
+typedef double lanes __attribute__((vector_size(32), aligned(8), may_alias));
+#else
+#define LANES 1
+#define INLINE static inline
+typedef double lanes;
+#endif
+
+#define LANE(x, k) (((double *)&(x))[k])
+
+/* Lane by lane: a where the comparison `if_true` holds, else b. */
+#if LANES == 4
+typedef long long lane_bits __attribute__((vector_size(32)));
+#define PICK(if_true, a, b) ((lanes)(((lane_bits)(if_true) & (lane_bits)(a)) | (~(lane_bits)(if_true) & (lane_bits)(b))))
+#else
+#define PICK(if_true, a, b) ((if_true) ? (a) : (b))
+#endif
+
+/* The constants of a strip; lanes beyond the last element repeat it. */
+typedef struct strip {
+    lanes slope[2][3];          /* p0 = dX/dS at two stiffness points */
+    lanes shape_slope[2][2];    /* dN/dS of the left and the right node; the middle one has minus their sum */
+    lanes pull[2][2];           /* that times the weight of the point */
+    lanes tension[2];           /* T0 [N] */
+    lanes product[6];           /* int N_a N_b dS [m], in the order of the blocks of a tangent */
+    lanes share[3][3];          /* weight times N_a at three sections */
+} strip;
+
+/* Four unknowns of LANES nodes become LANES values of four unknowns, and back. */
+INLINE void transpose(lanes x[4])
+{
+#if LANES == 4
+#if defined(__clang__)
+#define MERGE(a, b, i, j, k, l) __builtin_shufflevector(a, b, i, j, k, l)
+#else
+#define MERGE(a, b, i, j, k, l) __builtin_shuffle(a, b, (lane_bits){i, j, k, l})
+#endif
+    lanes a = MERGE(x[0], x[1], 0, 4, 2, 6), b = MERGE(x[0], x[1], 1, 5, 3, 7);
+    lanes c = MERGE(x[2], x[3], 0, 4, 2, 6), d = MERGE(x[2], x[3], 1, 5, 3, 7);
+    x[0] = MERGE(a, c, 0, 1, 4, 5);
+    x[1] = MERGE(b, d, 0, 1, 4, 5);
+    x[2] = MERGE(a, c, 2, 3, 6, 7);
+    x[3] = MERGE(b, d, 2, 3, 6, 7);
+#undef MERGE
+#else
+    (void)x;
+#endif
+}
+
+/* The unknowns of node `n` (0 left, 1 middle, 2 right) of `count` elements whose left nodes stand at y; of the last one
+ * again in lanes beyond. */
+INLINE void read_nodes(const double *y, int n, int count, lanes out[4])
+{
+#if LANES == 4
+    for (int k = 0; k < LANES; k++) out[k] = *(const lanes *)(y + 8 * (k < count ? k : count - 1) + 4 * n);
+    transpose(out);
+#else
+    (void)count;
+    for (int i = 0; i < 4; i++) out[i] = y[4 * n + i];
+#endif
+}
+
+INLINE void write_nodes(double *y, int n, int count, lanes x[4])
+{
+#if LANES == 4
+    transpose(x);
+    for (int k = 0; k < LANES; k++)
+        if (k < count) *(lanes *)(y + 8 * k + 4 * n) = x[k];
+#else
+    (void)count;
+    for (int i = 0; i < 4; i++) y[4 * n + i] = x[i];
+#endif
+}
+
+/* As write_nodes, added to what is there. */
+INLINE void add_to_nodes(double *y, int n, int count, lanes x[4])
+{
+#if LANES == 4
+    transpose(x);
+    for (int k = 0; k < LANES; k++)
+        if (k < count) *(lanes *)(y + 8 * k + 4 * n) += x[k];
+#else
+    (void)count;
+    for (int i = 0; i < 4; i++) y[4 * n + i] += x[i];
+#endif
+}
+
+#endif

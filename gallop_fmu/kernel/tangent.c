@@ -1,0 +1,125 @@
+/* Tangent of the element (Liu et al. 2009, eq. 11, 14, 18, and the aerodynamic terms), LANES elements at once. */
+#include "internal.h"
+
+/* Rows f2, f3, moment; columns 2, 3, theta of k dR/du + c dR/dv + m dR/da at the sections `i` to i + LANES - 1. */
+INLINE void section_tangent(const gallop_model *model, const sections *at, int i, bool wind, blend mix, int unknowns,
+                            lanes g[3][3])
+{
+#define AT(array) (*(const lanes *)(at->array + i))
+    for (int row = 0; row < 3; row++)
+        for (int column = 0; column < 3; column++) g[row][column] = (lanes){0.0};
+    if (model->eccentric) {
+        const lanes c2 = AT(c2), c3 = AT(c3), w = AT(omega), rate = AT(omega_rate);
+        g[0][2] = mix.k * (c3 * w * w - c2 * rate) - mix.c * 2.0 * c2 * w - mix.m * c3;
+        g[1][2] = -mix.k * (c3 * rate + c2 * w * w) - mix.c * 2.0 * c3 * w + mix.m * c2;
+        g[2][2] = -mix.k * (c2 * AT(a2) + c3 * AT(a3) + model->scene.gravity * c2);
+        g[2][0] = -mix.m * c3;
+        g[2][1] = mix.m * c2;
+    }
+    for (int k = 0; k < unknowns - 1 && wind; k++) {
+        g[k][0] -= mix.c * AT(by_v2[k]);
+        g[k][1] -= mix.c * AT(by_v3[k]);
+        if (unknowns == 4) g[k][2] -= mix.k * AT(by_theta[k]) + mix.c * model->radius * AT(by_v2[k]);
+    }
+#undef AT
+}
+
+/* Adds the eccentric ice and the wind at the sections from `first` on to the blocks. */
+INLINE void add_sections(const gallop_model *model, const strip *s, const sections *at, int first, bool wind, blend mix,
+                         int unknowns, lanes block[6][16])
+{
+    for (int q = 0; q < 3; q++) {
+        lanes g[3][3];
+        section_tangent(model, at, first + LANES * q, wind, mix, unknowns, g);
+        for (int n = 0, p = 0; n < 3; n++)
+            for (int m = n; m < 3; m++, p++) {
+                if (q == 1 && p != MIDDLE_MIDDLE) continue;   /* the second section lies at the middle node */
+                const lanes w = s->share[q][n] * shape3[q][m];
+                for (int i = 1; i < unknowns; i++)
+                    for (int j = 1; j < unknowns; j++) block[p][unknowns * i + j] += w * g[i - 1][j - 1];
+            }
+    }
+}
+
+/* Blocks of `unknowns` rows and columns. */
+INLINE void tangent_of(const gallop_model *model, const strip *s, const sections *at, int first, bool wind,
+                       lanes u[3][4], blend mix, int unknowns, lanes block[6][16])
+{
+    const double ea = model->scene.axial_stiffness, gj = model->scene.torsional_stiffness;
+    const double *b = model->derived.translation_damping, *bt = model->derived.twist_damping;
+    const double translation = model->mass * (mix.m + mix.c * b[0]), twist = model->inertia * (mix.m + mix.c * bt[0]);
+    const double axial = ea * mix.k, damping = mix.c * b[1], damping_axial = ea * damping;
+    const int axes = unknowns < 3 ? unknowns : 3, size = unknowns * unknowns;
+    for (int p = 0; p < 6; p++)
+        for (int i = 0; i < size; i++) block[p][i] = (lanes){0.0};
+    for (int q = 0; q < 2; q++) {
+        const lanes *n = s->shape_slope[q], *p0 = s->slope[q];
+        lanes du[3], p[3], strain = {0.0};
+        for (int i = 0; i < axes; i++) {
+            du[i] = n[0] * (u[0][i] - u[1][i]) + n[1] * (u[2][i] - u[1][i]);
+            p[i] = p0[i] + du[i];
+            strain += du[i] * (p0[i] + 0.5 * du[i]);
+        }
+        const lanes geometric = mix.k * (s->tension[q] + ea * strain) + damping * s->tension[q];
+        const lanes left = s->pull[q][0] * n[0], across = s->pull[q][0] * n[1], right = s->pull[q][1] * n[1];
+        for (int i = 0; i < unknowns; i++)
+            for (int j = i; j < (i < 3 ? axes : 4); j++) {
+                lanes k = {0.0};
+                if (i < 3) k = axial * (p[i] * p[j]) + damping_axial * (p0[i] * p0[j]);
+                if (i < 3 && i == j) k += geometric;
+                if (i == 3) k += gj * (mix.k + mix.c * bt[1]);
+                block[LEFT_LEFT][unknowns * i + j] += left * k;
+                block[LEFT_RIGHT][unknowns * i + j] += across * k;
+                block[RIGHT_RIGHT][unknowns * i + j] += right * k;
+            }
+    }
+    /* the slopes of the three shape functions add up to nothing */
+    for (int i = 0; i < unknowns; i++)
+        for (int j = i; j < unknowns; j++) {
+            const int upper = unknowns * i + j, lower = unknowns * j + i;
+            block[LEFT_MIDDLE][upper] = -(block[LEFT_LEFT][upper] + block[LEFT_RIGHT][upper]);
+            block[MIDDLE_RIGHT][upper] = -(block[LEFT_RIGHT][upper] + block[RIGHT_RIGHT][upper]);
+            block[MIDDLE_MIDDLE][upper] = -(block[LEFT_MIDDLE][upper] + block[MIDDLE_RIGHT][upper]);
+            for (int k = 0; k < 6; k++) block[k][lower] = block[k][upper];
+        }
+    for (int k = 0; k < 6; k++)
+        for (int i = 0; i < unknowns; i++)
+            block[k][unknowns * i + i] += s->product[k] * (i < 3 ? translation : twist);
+    if (unknowns > 2 && (model->eccentric || wind)) add_sections(model, s, at, first, wind, mix, unknowns, block);
+}
+
+#define STRIP_OF(unknowns)                                                                                            \
+    TWO_PATHS static void strip_of_##unknowns(const gallop_model *model, const strip *s, const sections *at,          \
+                                              int first, bool wind, const double *u, int count, blend mix,            \
+                                              lanes block[6][16])                                                     \
+    {                                                                                                                 \
+        lanes nodes[3][4];                                                                                            \
+        for (int n = 0; n < 3; n++) read_nodes(u, n, count, nodes[n]);                                                \
+        tangent_of(model, s, at, first, wind, nodes, mix, unknowns, block);                                           \
+    }
+STRIP_OF(2)
+STRIP_OF(3)
+STRIP_OF(4)
+
+/* The blocks of a strip, as many rows and columns each as the model has unknowns at a node; `at` holds the section forces,
+ * with slopes, of the motion whose displacements along the span are u. */
+void strip_tangent(const gallop_model *model, int index, const instant *now, const sections *at, const double *u, blend mix,
+                   lanes block[6][16])
+{
+    const strip *s = &model->strip[index];
+    const int e = LANES * index, count = model->elements - e, first = 3 * LANES * index;
+    const bool wind = windy(model, now);
+    if (model->unknowns == 2) strip_of_2(model, s, at, first, wind, u + 8 * e, count, mix, block);
+    else if (model->unknowns == 3) strip_of_3(model, s, at, first, wind, u + 8 * e, count, mix, block);
+    else strip_of_4(model, s, at, first, wind, u + 8 * e, count, mix, block);
+}
+
+/* tangent: the 4 x 4 blocks left-left, left-middle, ... of one element, of all unknowns; u are its own displacements. */
+void element_tangent(const gallop_model *model, int e, const instant *now, const sections *at, const double u[12],
+                     blend mix, double tangent[6][16])
+{
+    lanes block[6][16];
+    strip_of_4(model, &model->strip[e / LANES], at, 3 * LANES * (e / LANES), windy(model, now), u, 1, mix, block);
+    for (int p = 0; p < 6; p++)
+        for (int i = 0; i < 16; i++) tangent[p][i] = LANE(block[p][i], e % LANES);
+}

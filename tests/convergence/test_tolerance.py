@@ -1,0 +1,97 @@
+"""Under numerics.tolerance whole runs are as exact as asked for."""
+
+import numpy as np
+import pytest
+
+from gallop_fmu.channels import NODE_INDEX
+from gallop_fmu.engine import Inputs, Model
+from gallop_fmu.scene import load_scene
+from gallop_fmu.simulation import simulate
+
+CHANNELS = np.array([NODE_INDEX[name] for name in ("u2", "u3")], np.int32)
+CLOCK = 0.005
+RUNS = {
+    "example1": (10.0, {}),
+    "example2": (40.0, {"initial.seed_vertical": 0.3, "initial.seed_horizontal": 0.05}),
+    "example3": (40.0, {"initial.seed_vertical": 0.25, "initial.seed_horizontal": 0.15}),
+    "zebra": (60.0, {}),
+}
+"""Duration [s], and changes that let something happen in it."""
+
+SHORT_PULSE = {"kind": "pulse", "peak": 1.0, "start": 3.3, "rise": 0.05, "fall_start": 3.4, "fall": 0.05}
+
+
+def midspan(name, numerics, until, values, every=10):
+    scene = load_scene(name).with_values(values | {f"numerics.{key}": value for key, value in numerics.items()})
+    model = Model(scene)
+    count = round(until / (every * scene.numerics.time_step))
+    run = model.start().run(count, every, CHANNELS, np.array([model.middle], np.int32))
+    return run.node_values[:, :, 0], run.report
+
+
+def relative(found, exact):
+    """Root mean square of the difference, relative to that of the motion, in u2 and u3."""
+    return np.sqrt(((found - exact) ** 2).mean(axis=0) / (exact**2).mean(axis=0))
+
+
+@pytest.fixture(scope="module", params=RUNS)
+def converged(request):
+    until, values = RUNS[request.param]
+    fine = {"integrator": "gauss6", "time_step": CLOCK, "newton_tolerance": 1e-13}
+    return request.param, until, values, midspan(request.param, fine, until, values)[0]
+
+
+@pytest.mark.parametrize("tolerance", [1e-3, 1e-5, 1e-7])
+def test_error_of_a_run_is_within_three_tolerances(converged, tolerance):
+    name, until, values, exact = converged
+    found, report = midspan(name, {"tolerance": tolerance, "time_step": CLOCK}, until, values)
+    errors = relative(found, exact) / tolerance
+    assert errors.max() < 3.0
+    assert errors.max() > 0.001  # nor is ten times more work done than asked for
+    assert report.steps < until / CLOCK
+
+
+@pytest.mark.parametrize("law", [SHORT_PULSE, SHORT_PULSE | {"rise": 0.0, "fall": 0.0}], ids=["smooth", "jumps"])
+def test_a_short_pulse_is_not_stepped_over(law):
+    """A span at rest would be crossed in steps of a second."""
+    load = {"evenly_spaced": 39, "force": [0.0, 1.0, 2.0], "torque": 0.0, "law": law}
+    fine = {"integrator": "gauss6", "time_step": 0.0025, "newton_tolerance": 1e-13}
+    exact, _ = midspan("example1", fine, 8.0, {"loads": [load]}, every=20)
+    found, _ = midspan("example1", {"tolerance": 1e-4, "time_step": CLOCK}, 8.0, {"loads": [load]})
+    errors = relative(found, exact) / 1e-4
+    assert errors.max() < 3.0
+
+
+def test_the_time_before_the_pulse_takes_few_steps():
+    load = {"evenly_spaced": 39, "force": [0.0, 1.0, 2.0], "torque": 0.0, "law": SHORT_PULSE}
+    _, report = midspan("example1", {"tolerance": 1e-4, "time_step": CLOCK}, 3.0, {"loads": [load]})
+    assert report.steps <= 12
+
+
+def test_communication_steps_end_where_asked_and_jumps_of_the_wind_are_followed():
+    """Against equal steps of 5 ms; the wind jumps every 0.8 s, the host asks every 0.1 s."""
+    tolerance, times = 1e-4, 0.1 * np.arange(1, 201)
+    values = {"initial.seed_vertical": 0.2}
+    loose = Model(load_scene("example2").with_values(values | {"numerics.tolerance": tolerance})).start()
+    fine = {"numerics.integrator": "gauss6", "numerics.time_step": 0.005, "numerics.newton_tolerance": 1e-12}
+    exact = Model(load_scene("example2").with_values(values | fine)).start()
+    seen = []
+    for i, until in enumerate(times):
+        wind = Inputs(until - 0.1, 4.0 + 2.0 * (i // 8 % 3), np.radians(10.0), np.zeros((2, 3)))
+        report = loose.advance(until, wind)
+        exact.advance(until, wind)
+        assert loose.time == until
+        seen.append([state.observe_node(state.model.middle)[CHANNELS] for state in (loose, exact)])
+    seen = np.array(seen)
+    errors = relative(seen[:, 0], seen[:, 1]) / tolerance
+    assert errors.max() < 3.0
+    assert report.refactorisations < report.steps / 3
+
+
+def test_provenance_counts_rejected_steps():
+    scene = load_scene("example3").with_values({"numerics.tolerance": 1e-4, "initial.seed_vertical": 0.25})
+    result = simulate(scene, 30.0)
+    attributes = result.dataset.attrs
+    assert attributes["rejections"] == result.report.rejections > 0
+    assert "Gauss" in attributes["integrator"]
+    assert attributes["substeps"] == attributes["steps"] + attributes["rejections"] + attributes["halvings"]
