@@ -36,11 +36,20 @@ def build(kernel: Path, objects: Path) -> None:
     assert found is not None
     assert found.origin is not None
     headers = Path(found.origin).parent / "c-code"
-    compile_one = ["gcc", *FLAGS, "-fPIC", "-fvisibility=hidden", f"-I{headers}", "-c"]
+    compile_one: list[str | Path] = ["gcc", *FLAGS, "-fPIC", "-fvisibility=hidden", f"-I{headers}", "-c"]
     for source in sorted(kernel.glob("*.c")):
         subprocess.run([*compile_one, source, "-o", objects / f"{source.stem}.o"], cwd=objects, check=True)
     library = kernel.parent / "gallop_kernel.so"
-    link = ["gcc", "--coverage", "-shared", "-Wl,-Bsymbolic", *sorted(objects.glob("*.o")), "-o", library, "-lm"]
+    link: list[str | Path] = [
+        "gcc",
+        "--coverage",
+        "-shared",
+        "-Wl,-Bsymbolic",
+        *sorted(objects.glob("*.o")),
+        "-o",
+        library,
+        "-lm",
+    ]
     subprocess.run(link, check=True)
 
 

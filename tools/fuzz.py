@@ -91,7 +91,7 @@ def fuzz(name: str, folder: Path, environment: dict[str, str], executions: int, 
 
 
 def keep(name: str, folder: Path, environment: dict[str, str]) -> None:
-    """Let inputs of the smallest set with the same coverage take the corpus's place, evenly chosen from short to long."""
+    """Inputs of the smallest set with the same coverage, chosen from short to long, take the corpus's place."""
     merged, place = folder / f"{name}.merged", CORPUS / name
     merged.mkdir(exist_ok=True)
     place.mkdir(parents=True, exist_ok=True)
