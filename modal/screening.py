@@ -127,8 +127,8 @@ def screen(scene: Scene, highest_wind: float | None = None) -> Screening:
     -----
     One span, one wind along it, galloping in the first symmetric vertical mode; ``loads`` and seeds of the scene are
     left out. On a span with mirror symmetry only symmetric motion is followed, and `Screening.lopsided_growth` tells
-    whether what saturates keeps its symmetry. The saturated motion told is on the branch that starts at the onset of the
-    swing. Another may exist beside it, such as a swing that comes and goes, and a strong kick may lead there.
+    whether what saturates keeps its symmetry. The saturated motion told is on the branch that starts where the swing
+    does. Another may exist beside it, such as a swing that comes and goes, and a strong kick may lead there.
 
     Examples
     --------
