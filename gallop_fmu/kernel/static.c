@@ -126,9 +126,13 @@ static void place_ends(const gallop_model *m, const instant *now, double *u)
     }
 }
 
-/* Loads, support displacement and wind pressure (so the square of the speed) grow in steps that halve on failure. */
-int static_equilibrium(const gallop_model *m, double t, const instant *target, layout *at, gallop_report *report)
+/* Loads, support displacement and wind pressure (so the square of the speed) grow in steps that halve on failure.  Nothing
+ * that has weight rests slack, so the way there is taken with the law of the taut cable, whose tangent is never empty. */
+int static_equilibrium(const gallop_model *model, double t, const instant *target, layout *at, gallop_report *report)
 {
+    gallop_model taut = *model;
+    taut.tension_only = false;
+    const gallop_model *m = &taut;
     const size_t values = 4 * (size_t)m->nodes;
     double done = 0.0, step = 1.0;
     memset(at->u, 0, values * sizeof(double));
@@ -150,6 +154,12 @@ int static_equilibrium(const gallop_model *m, double t, const instant *target, l
         if (outcome != GALLOP_EQUILIBRIUM_NOT_FOUND) return outcome;
         step *= 0.5;
         if (step < 1.0 / 1024.0) return outcome;
+    }
+    for (int e = 0; e < m->elements; e++) {   /* an arch in compression is no equilibrium of a cable */
+        double tension[2];
+        element_tension(m, e, at->u + 8 * e, tension);
+        const double lowest = fmin(tension[0], tension[1]);
+        if (lowest < 0.0) return fail(report, GALLOP_SLACK, e, t, lowest, 0.0);
     }
     return GALLOP_COMPLETED;
 }
