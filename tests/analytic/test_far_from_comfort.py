@@ -106,7 +106,7 @@ def test_modes_of_deep_and_steep_spans(span, height):
     tension = model.equilibrium().horizontal_tension
     coarse, fine = (chain_frequencies(bars, 300.0, height, tension, 1.6, 3e7) for bars in (100, 200))
     in_plane, across = ((4.0 * f - c) / 3.0 for c, f in zip(coarse, fine, strict=True))
-    modes = modal.natural_modes(model.scene, count=40)
+    modes = [mode for mode in modal.natural_modes(model.scene, count=40) if mode.family != "torsional"]
     found = [
         [
             mode.frequency_hz
