@@ -13,7 +13,11 @@
 #define PI 3.14159265358979323846
 
 /* Before a function that works along the span: it is compiled twice, for AVX2 and for any x86-64, and the loader picks.
- * Both give the same bits, as there is no fused multiply-add.  Elsewhere, and under sanitizers, once. */
+ * Both give the same bits, as there is no fused multiply-add.  Elsewhere, under sanitizers, and by clang before 18, which
+ * does not link such functions across files, once. */
+#if defined(__clang__) && __clang_major__ < 18 && !defined(GALLOP_ONE_PATH)
+#define GALLOP_ONE_PATH
+#endif
 #if defined(__GNUC__) && defined(__x86_64__) && defined(__linux__) && defined(__GLIBC__) && !defined(__SANITIZE_ADDRESS__) && \
     !defined(GALLOP_ONE_PATH)
 #define TWO_PATHS __attribute__((target_clones("avx2", "default")))
@@ -217,7 +221,11 @@ int controlled_march(const gallop_model *model, gallop_state *state, const gallo
 void control_look(const gallop_model *model, gallop_state *state, layout *at, double t);
 void control_return(const gallop_model *model, gallop_state *state, layout *at);
 
+/* tables.c */
+int check_tables(const gallop_scene *s, gallop_report *report);
+
 /* shared */
+int invalid(gallop_report *report, const char *field, double value, double limit);
 int fail(gallop_report *report, int outcome, int element, double time, double value, double limit);
 
 #endif

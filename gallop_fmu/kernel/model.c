@@ -70,7 +70,7 @@ static void support_stiffness(const gallop_scene *s, const gallop_support *suppo
 
 static bool positive(double x) { return isfinite(x) && x > 0.0; }
 
-static int invalid(gallop_report *report, const char *field, double value, double limit)
+int invalid(gallop_report *report, const char *field, double value, double limit)
 {
     fail(report, GALLOP_INVALID_SCENE, -1, 0.0, value, limit);
     report->field = field;
@@ -121,6 +121,7 @@ static int check(const gallop_scene *s, gallop_report *report)
     for (int end = 0; end < 2 && !outcome; end++) outcome = check_support(&s->support[end], report);
     if (!outcome) outcome = check_damping(&s->translation_damping, report);
     if (!outcome) outcome = check_damping(&s->twist_damping, report);
+    if (!outcome) outcome = check_tables(s, report);
     if (outcome) return outcome;
     if (!(fabs(s->height_difference) < s->length)) return invalid(report, "height difference", s->height_difference, s->length);
     if (s->elements < 2 || s->elements > 1000000) return invalid(report, "number of elements", s->elements, 2.0);
@@ -130,8 +131,6 @@ static int check(const gallop_scene *s, gallop_report *report)
     if (!(s->tolerance >= 0.0) || (s->tolerance > 0.0 && s->integrator != GALLOP_GAUSS6))
         return invalid(report, "tolerance, which Gauss's method alone can keep", s->tolerance, 0.0);
     if (s->max_newton_iterations < 1) return invalid(report, "number of Newton iterations", s->max_newton_iterations, 1.0);
-    if (s->pieces < 0) return invalid(report, "number of pieces of the aerodynamic curve", s->pieces, 0.0);
-    if (s->load_count < 0) return invalid(report, "number of loads", s->load_count, 0.0);
     double moment = s->first_moment_x2 * s->first_moment_x2 + s->first_moment_x3 * s->first_moment_x3;
     double mass = s->mass + s->ice_mass, inertia = s->torsional_inertia + s->ice_torsional_inertia;
     if (!(mass * inertia > moment)) return invalid(report, "first mass moments of the ice, squared", moment, mass * inertia);

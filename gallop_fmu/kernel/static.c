@@ -180,7 +180,7 @@ int static_equilibrium(const gallop_model *model, double t, const instant *targe
         step *= 0.5;
         if (step < 1.0 / 1024.0) return outcome;
     }
-    return GALLOP_COMPLETED;
+    return fail(report, GALLOP_COMPLETED, -1, t, 0.0, 0.0);   /* forget load steps that failed on the way */
 }
 
 /* Solve, rebase, repeat until the reference itself is the equilibrium. */
