@@ -70,6 +70,9 @@ class Conductor(Section):
     axial_stiffness: Number = quantity(..., "N", "axial stiffness EA", gt=0)
     torsional_stiffness: Number = quantity(..., "N m2/rad", "torsional stiffness GJ", gt=0)
     torsional_inertia: Number = quantity(..., "kg m", "mass moment of inertia per unit length about x1", gt=0)
+    slack: Literal["error", "tension_only"] = setting(
+        "error", "where tension would fall below zero: the run ends, or the conductor moves on without tension there"
+    )
 
 
 class Ice(Section):

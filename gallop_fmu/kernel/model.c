@@ -317,6 +317,7 @@ int gallop_model_create(const gallop_scene *scene, gallop_model **out, gallop_re
         gallop_model_free(m);
         return outcome;
     }
+    m->tension_only = scene->slack == GALLOP_SLACK_TENSION_ONLY;
     *out = m;
     return GALLOP_COMPLETED;
 }
