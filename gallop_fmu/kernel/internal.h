@@ -101,6 +101,7 @@ typedef struct {
     pair_block middle_inverse, left_middle, right_middle, corner_inverse, next_previous, previous_next;
 } pair_factor;
 
+#define NEWMARK_HISTORY 3
 #define GAUSS_STAGES 3
 #define GAUSS_ARRAYS (GAUSS_STAGES + 2)   /* kept from step to step: stages_before, begin */
 
@@ -109,6 +110,7 @@ struct gallop_state {
     double time;
     double factored_step;      /* step size of the stored factorisation, 0: none */
     double step_before;        /* size of the sub-step before, for extrapolation; infinite: there is none */
+    int64_t equal_steps;       /* Newmark: how many sub-steps before were of that size, NEWMARK_HISTORY at most */
     double last_step;          /* of the last step under a tolerance; what the state can be read within */
     double wanted_step;        /* under a tolerance: the step size to try next */
     double run_origin;         /* time from which the records of gallop_run count */
@@ -119,7 +121,7 @@ struct gallop_state {
     int64_t steps, substeps, iterations, refactorisations, halvings, rejections;
     int64_t last_iterations, last_substeps;
     instant now, looked_from;  /* of the motion; and where to return to from a look into the last step */
-    double values[];           /* u v a a_before stages_before begin factors pair_factors | scratch: see state_layout */
+    double values[];           /* u v a a_before, or stages_before begin; factors pair_factors | scratch: see state_layout */
 };
 
 /* Section forces along the span, structure of arrays: one entry a three-point Gauss abscissa, in the order strip, point,
@@ -135,14 +137,15 @@ typedef struct {
 
 /* Pointers into a state; made afresh by every call. */
 typedef struct {
-    double *u, *v, *a, *a_before;      /* (nodes, 4) */
+    double *u, *v, *a;                 /* (nodes, 4) */
+    double *a_before;                  /* (NEWMARK_HISTORY, nodes, 4) Newmark: accelerations before, the last first */
     double *stage_before;              /* (stages, nodes, 4) Gauss: accelerations of the sub-step before, */
     double *begin;                     /* (2, nodes, 4) and u v at its begin */
     factor *factors;                   /* (factor_count) */
     pair_factor *pair_factors;         /* (elements), and the last corner: for the complex pair of Gauss's stages */
     double *u0, *v0, *a0;              /* scratch: start of the sub-step, */
     double *residual;                  /* out-of-balance forces, then the correction, */
-    double *first;                     /* u v a a_before at the start of the whole step */
+    double *first;                     /* u v a a_before, or stages_before begin, at the start of a whole step that is halved */
     double *stage_u, *stage_v, *stage_a, *stage_residual;   /* (stages, nodes, 4) */
     double *pair_residual;             /* (nodes, 8) */
     sections sections;
@@ -201,9 +204,10 @@ newton_course newton_judge(gallop_state *state, double size, double before, bool
 int newton_accept(const gallop_model *model, gallop_state *state, const watch *seen, double t, gallop_report *report);
 int angle_failure(const gallop_model *model, const watch *seen, double t, gallop_report *report);
 
-/* newmark.c, gauss.c: one step from u0 v0 a0 at t - h to u v a at t */
+/* newmark.c, gauss.c: one step from u0 v0 a0 at t - h to u v a at t; commit: it is the one before from now on */
 int newmark(const gallop_model *model, gallop_state *state, layout *at, const gallop_inputs *inputs, double t, double h,
             gallop_report *report);
+void newmark_commit(const gallop_model *model, gallop_state *state, layout *at, double h);
 int gauss(const gallop_model *model, gallop_state *state, layout *at, const gallop_inputs *inputs, double t, double h,
           gallop_report *report);
 void gauss_commit(const gallop_model *model, gallop_state *state, layout *at, double h);

@@ -307,9 +307,10 @@ int gallop_model_create(const gallop_scene *scene, gallop_model **out, gallop_re
     }
     size_t values = 4 * nodes;
     const size_t stages = by_gauss(m) ? GAUSS_STAGES : 0;
-    m->saved_size = offsetof(gallop_state, values) + (4 + (stages ? GAUSS_ARRAYS : 0)) * values * sizeof(double) +
+    const size_t arrays = 3 + (stages ? GAUSS_ARRAYS : NEWMARK_HISTORY);
+    m->saved_size = offsetof(gallop_state, values) + arrays * values * sizeof(double) +
                     factor_count(m->elements) * sizeof(factor) + (stages ? elements + 1 : 0) * sizeof(pair_factor);
-    m->state_size = 2 * m->saved_size + (8 * values + (stages ? 4 * stages + 2 : 0) * values +
+    m->state_size = 2 * m->saved_size + ((4 + arrays) * values + (stages ? 4 * stages + 2 : 0) * values +
                                          3 * SECTION_ARRAYS * LANES * strips) * sizeof(double);
 
     outcome = initial_equilibrium(m, report);
@@ -345,11 +346,10 @@ layout state_layout(const gallop_model *model, gallop_state *state)
     at.u = p;
     at.v = p + values;
     at.a = p + 2 * values;
-    at.a_before = p + 3 * values;
-    const size_t stages = by_gauss(model) ? GAUSS_STAGES : 0;
-    at.stage_before = p + 4 * values;
+    const size_t stages = by_gauss(model) ? GAUSS_STAGES : 0, history = stages ? GAUSS_ARRAYS : NEWMARK_HISTORY;
+    at.a_before = at.stage_before = p + 3 * values;
     at.begin = at.stage_before + stages * values;
-    at.factors = (factor *)(at.begin + (stages ? 2 * values : 0));
+    at.factors = (factor *)(p + (3 + history) * values);
     at.pair_factors = (pair_factor *)(at.factors + factor_count(model->elements));
     p = (double *)(at.pair_factors + (stages ? model->elements + 1 : 0));
     at.u0 = p;
@@ -357,7 +357,7 @@ layout state_layout(const gallop_model *model, gallop_state *state)
     at.a0 = p + 2 * values;
     at.residual = p + 3 * values;
     at.first = p + 4 * values;
-    p = at.first + 4 * values;
+    p = at.first + (3 + history) * values;
     at.stage_u = p;
     at.stage_v = p + stages * values;
     at.stage_a = p + 2 * stages * values;
@@ -404,8 +404,9 @@ int gallop_state_check(const gallop_model *model, const gallop_state *state)
               !isnan(state->lowest_tension) && possible_instant(&state->now);
     ok = ok && isfinite(state->last_step) && isfinite(state->wanted_step) && state->wanted_step > 0.0 &&
          isfinite(state->run_origin);
+    ok = ok && state->equal_steps >= 0 && state->equal_steps <= NEWMARK_HISTORY;
     for (int i = 0; i < 4; i++) ok = ok && isfinite(state->largest[i]) && state->largest[i] >= 0.0;
-    const int arrays = 4 + (by_gauss(model) ? GAUSS_ARRAYS : 0);
+    const int arrays = 3 + (by_gauss(model) ? GAUSS_ARRAYS : NEWMARK_HISTORY);
     for (int i = 0; i < 4 * arrays * model->nodes; i++)
         ok = ok && isfinite(state->values[i]) && (i % 4 < model->unknowns || state->values[i] == 0.0);
     return ok ? GALLOP_COMPLETED : GALLOP_BAD_CALL;
