@@ -19,6 +19,7 @@ from pydantic import Field, ValidationError, field_validator, model_validator
 from gallop_fmu.aerodynamics import Aerodynamics
 from gallop_fmu.damping import Damping
 from gallop_fmu.errors import SceneError
+from gallop_fmu.integrators import SPECTRAL_RADIUS
 from gallop_fmu.files import write_whole
 from gallop_fmu.laws import Law
 from gallop_fmu.lines import scene_data
@@ -141,7 +142,7 @@ class Numerics(Section):
     """Discretisation and tolerances."""
 
     elements: WholeNumber = quantity(15, "1", "number of three-node elements", ge=2, le=5000)
-    integrator: Literal["newmark", "gauss6"] | None = setting(
+    integrator: Literal["newmark", "gauss6", "generalised_alpha"] | None = setting(
         None, "method, see gallop_fmu.integrators; not given: newmark, or gauss6 with a tolerance"
     )
     time_step: Number = quantity(0.01, "s", "time step; with a tolerance only the unit of run.record_every", gt=0, le=1)
@@ -152,6 +153,13 @@ class Numerics(Section):
         ge=1e-8,
         le=0.1,
     )
+    spectral_radius: Number | None = quantity(
+        None,
+        "1",
+        f"of generalised_alpha: factor a step on motion that no step resolves; else {SPECTRAL_RADIUS}",
+        ge=0,
+        le=1,
+    )
     newton_tolerance: Number = quantity(
         1e-9, "m", "change that ends Newton's iteration; a tolerance sets its own", ge=1e-14, le=1e-3
     )
@@ -159,13 +167,20 @@ class Numerics(Section):
     max_halvings: WholeNumber = quantity(8, "1", "times that a step may be halved before the run fails", ge=0, le=20)
 
     @model_validator(mode="after")
-    def _tolerance_can_be_kept(self) -> Numerics:
-        if self.tolerance is not None and self.integrator == "newmark":
-            raise SceneError(f'tolerance = {self.tolerance}: integrator = "newmark" takes equal steps; choose "gauss6"')
+    def _fits_the_integrator(self) -> Numerics:
+        if self.tolerance is not None and self.integrator not in (None, "gauss6"):
+            raise SceneError(
+                f'tolerance = {self.tolerance}: integrator = "{self.integrator}" takes equal steps; choose "gauss6"'
+            )
+        if self.spectral_radius is not None and self.integrator != "generalised_alpha":
+            raise SceneError(
+                f'spectral_radius = {self.spectral_radius}: only integrator = "generalised_alpha" has one; choose that, '
+                "or remove spectral_radius"
+            )
         return self
 
     @property
-    def method(self) -> Literal["newmark", "gauss6"]:
+    def method(self) -> Literal["newmark", "gauss6", "generalised_alpha"]:
         """The integrator, given or by default."""
         return self.integrator or ("newmark" if self.tolerance is None else "gauss6")
 

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from gallop_fmu.integrators import INTEGRATORS
+from gallop_fmu.integrators import INTEGRATORS, SPECTRAL_RADIUS
 from gallop_fmu.laws import Constant, Law, TimeTable
 from gallop_fmu.loads import Load
 from gallop_fmu.scene import Scene
@@ -34,7 +34,15 @@ ICE_FIELDS: dict[str, str | None] = {
 }
 SEEDS = ("seed_vertical", "seed_horizontal", "seed_twist")
 FREQUENCY_PAIR = ("low_ratio", "low_frequency", "high_ratio", "high_frequency")
-NUMERICS = ("elements", "time_step", "tolerance", "newton_tolerance", "max_newton_iterations", "max_halvings")
+NUMERICS = (
+    "elements",
+    "time_step",
+    "tolerance",
+    "spectral_radius",
+    "newton_tolerance",
+    "max_newton_iterations",
+    "max_halvings",
+)
 LAW_FIELDS: dict[str, dict[str, str | None]] = {
     "constant": {"value": "initial"},
     "ramp": {"initial": None, "final": "peak", "start": None, "duration": "rise"},
@@ -132,6 +140,7 @@ class CScene(c.Structure):
         ("time_step", c.c_double),
         ("newton_tolerance", c.c_double),
         ("tolerance", c.c_double),
+        ("spectral_radius", c.c_double),
         ("laws_only", c.c_int32),
         ("slack", c.c_int32),
     )
@@ -237,6 +246,7 @@ class Packed:
             scene.initial, self.scene, "initial", dict.fromkeys(("seed_vertical", "seed_horizontal", "seed_twist"))
         )
         self.scene.start_in_mean_wind = scene.initial.wind == "mean_wind_equilibrium"
+        self.scene.spectral_radius = SPECTRAL_RADIUS
         self._copy(scene.numerics, self.scene, "numerics", dict.fromkeys(NUMERICS))
         self.scene.integrator = INTEGRATORS[scene.numerics.method].code
 

@@ -91,7 +91,7 @@ typedef enum { GALLOP_OUTSIDE_ERROR = 0, GALLOP_OUTSIDE_HOLD = 1, GALLOP_OUTSIDE
 typedef enum { GALLOP_SLACK_ERROR = 0, GALLOP_SLACK_TENSION_ONLY = 1 } gallop_slack;
 
 /* Time integration: Newmark (beta 1/4, gamma 1/2) or Gauss collocation with three stages (order 6). */
-typedef enum { GALLOP_NEWMARK = 0, GALLOP_GAUSS6 = 1 } gallop_integrator;
+typedef enum { GALLOP_NEWMARK = 0, GALLOP_GAUSS6 = 1, GALLOP_GENERALISED_ALPHA = 2 } gallop_integrator;
 
 typedef struct {
     /* span */
@@ -117,6 +117,7 @@ typedef struct {
     int32_t max_newton_iterations, max_halvings, integrator;
     double time_step, newton_tolerance;                  /* [s], [m] */
     double tolerance;   /* 0: equal steps; else relative error that the steps are chosen for, Gauss only */
+    double spectral_radius;   /* 0 to 1, generalised alpha: factor a step on motion that no step resolves */
     int32_t laws_only;   /* 1: no call will bring gallop_inputs, so what the laws leave at rest need not be computed */
     int32_t slack;       /* a gallop_slack */
 } gallop_scene;

@@ -146,7 +146,7 @@ typedef struct {
     double *u0, *v0, *a0;              /* scratch: start of the sub-step, */
     double *residual;                  /* out-of-balance forces, then the correction, */
     double *first;                     /* u v a a_before, or stages_before begin, at the start of a whole step that is halved */
-    double *stage_u, *stage_v, *stage_a, *stage_residual;   /* (stages, nodes, 4) */
+    double *stage_u, *stage_v, *stage_a, *stage_residual;   /* (stages, nodes, 4); generalised alpha: one, no residual */
     double *pair_residual;             /* (nodes, 8) */
     sections sections;
     char *saved;                       /* the state at the start of gallop_advance */
@@ -214,6 +214,7 @@ void gauss_commit(const gallop_model *model, gallop_state *state, layout *at, do
 void gauss_cubic_part(const gallop_model *model, const gallop_state *state, const layout *at, double h, double *part);
 void gauss_read(const gallop_model *model, const gallop_state *state, layout *at, double t);
 static inline bool by_gauss(const gallop_model *model) { return model->scene.integrator == GALLOP_GAUSS6; }
+static inline bool by_alpha(const gallop_model *model) { return model->scene.integrator == GALLOP_GENERALISED_ALPHA; }
 
 /* control.c */
 static inline bool by_tolerance(const gallop_model *model) { return model->scene.tolerance > 0.0; }

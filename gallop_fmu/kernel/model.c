@@ -126,8 +126,10 @@ static int check(const gallop_scene *s, gallop_report *report)
     if (!(fabs(s->height_difference) < s->length)) return invalid(report, "height difference", s->height_difference, s->length);
     if (s->elements < 2 || s->elements > 1000000) return invalid(report, "number of elements", s->elements, 2.0);
     if (s->max_halvings < 0 || s->max_halvings > 30) return invalid(report, "number of halvings", s->max_halvings, 30.0);
-    if (s->integrator != GALLOP_NEWMARK && s->integrator != GALLOP_GAUSS6)
-        return invalid(report, "number of the integrator", s->integrator, GALLOP_GAUSS6);
+    if (s->integrator < GALLOP_NEWMARK || s->integrator > GALLOP_GENERALISED_ALPHA)
+        return invalid(report, "number of the integrator", s->integrator, GALLOP_GENERALISED_ALPHA);
+    if (s->integrator == GALLOP_GENERALISED_ALPHA && !(s->spectral_radius >= 0.0 && s->spectral_radius <= 1.0))
+        return invalid(report, "spectral radius", s->spectral_radius, 1.0);
     if (!(s->tolerance >= 0.0) || (s->tolerance > 0.0 && s->integrator != GALLOP_GAUSS6))
         return invalid(report, "tolerance, which Gauss's method alone can keep", s->tolerance, 0.0);
     if (s->max_newton_iterations < 1) return invalid(report, "number of Newton iterations", s->max_newton_iterations, 1.0);
@@ -310,7 +312,7 @@ int gallop_model_create(const gallop_scene *scene, gallop_model **out, gallop_re
     const size_t arrays = 3 + (stages ? GAUSS_ARRAYS : NEWMARK_HISTORY);
     m->saved_size = offsetof(gallop_state, values) + arrays * values * sizeof(double) +
                     factor_count(m->elements) * sizeof(factor) + (stages ? elements + 1 : 0) * sizeof(pair_factor);
-    m->state_size = 2 * m->saved_size + ((4 + arrays) * values + (stages ? 4 * stages + 2 : 0) * values +
+    m->state_size = 2 * m->saved_size + ((4 + arrays) * values + (stages ? 4 * stages + 2 : by_alpha(m) ? 3 : 0) * values +
                                          3 * SECTION_ARRAYS * LANES * strips) * sizeof(double);
 
     outcome = initial_equilibrium(m, report);
@@ -358,11 +360,12 @@ layout state_layout(const gallop_model *model, gallop_state *state)
     at.residual = p + 3 * values;
     at.first = p + 4 * values;
     p = at.first + (3 + history) * values;
+    const size_t sets = by_alpha(model) ? 1 : stages;   /* generalised alpha looks at one instant within the step */
     at.stage_u = p;
-    at.stage_v = p + stages * values;
-    at.stage_a = p + 2 * stages * values;
-    at.stage_residual = p + 3 * stages * values;
-    at.pair_residual = p + 4 * stages * values;
+    at.stage_v = p + sets * values;
+    at.stage_a = p + 2 * sets * values;
+    at.stage_residual = p + 3 * sets * values;
+    at.pair_residual = at.stage_residual + stages * values;
     p = at.pair_residual + (stages ? 2 * values : 0);
     double **array[] = {&at.sections.theta, &at.sections.omega, &at.sections.omega_rate, &at.sections.v2, &at.sections.v3,
                         &at.sections.a2, &at.sections.a3, &at.sections.c2, &at.sections.c3, &at.sections.angle,

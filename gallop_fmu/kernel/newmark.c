@@ -1,8 +1,19 @@
-/* Newmark's method (beta 1/4, gamma 1/2) with Newton-Raphson (Liu et al. 2009, section 2.5). */
+/* Newmark's method (beta 1/4, gamma 1/2) with Newton-Raphson (Liu et al. 2009, section 2.5), and its generalisation that
+ * balances forces within the step, at t - alpha_f h with accelerations of t - alpha_m h (Chung, Hulbert 1993, J. Appl.
+ * Mech. 60, 371-375): motion that no step resolves, as axial modes of fine meshes, decays instead of ringing on. */
 #include "internal.h"
 
-#define BETA 0.25
-#define GAMMA 0.5
+typedef struct { double alpha_m, alpha_f, beta, gamma; } weights;
+
+/* Chung and Hulbert's choice for a spectral radius of infinitely fast motion: second order, unconditionally stable, and the
+ * least damping of slow motion. */
+static weights weights_of(const gallop_model *model)
+{
+    if (!by_alpha(model)) return (weights){0.0, 0.0, 0.25, 0.5};
+    const double radius = model->scene.spectral_radius;
+    const double m = (2.0 * radius - 1.0) / (radius + 1.0), f = radius / (radius + 1.0), more = 1.0 - m + f;
+    return (weights){m, f, 0.25 * more * more, 0.5 - m + f};
+}
 
 #define SLOW_RATE 0.3   /* a factorisation is renewed when the observed convergence rate is worse */
 
@@ -35,7 +46,8 @@ TWO_PATHS static void choose(const layout *at, int values, double weight[NEWMARK
 
 /* The acceleration is extrapolated from the last ones.  Without enough of them by equal steps their mean must do: it is not
  * led astray by what changes sign.  The ends follow their prescribed motion. */
-TWO_PATHS static void predict(const gallop_model *model, const gallop_state *state, layout *at, const instant *now, double h)
+TWO_PATHS static void predict(const gallop_model *model, const gallop_state *state, layout *at, const instant *now, weights w,
+                              double h)
 {
     const int values = 4 * model->nodes;
     const double *restrict a0 = at->a0, *restrict a1 = isfinite(state->step_before) ? at->a_before : at->a0;
@@ -46,8 +58,8 @@ TWO_PATHS static void predict(const gallop_model *model, const gallop_state *sta
         for (int i = 0; i < 4; i++) {
             const int j = n + i;
             const double guess = weight[0][i] * a0[j] + weight[1][i] * a1[j] + weight[2][i] * a2[j];
-            at->u[j] = at->u0[j] + h * at->v0[j] + h * h * ((0.5 - BETA) * a0[j] + BETA * guess);
-            at->v[j] = at->v0[j] + h * ((1.0 - GAMMA) * a0[j] + GAMMA * guess);
+            at->u[j] = at->u0[j] + h * at->v0[j] + h * h * ((0.5 - w.beta) * a0[j] + w.beta * guess);
+            at->v[j] = at->v0[j] + h * ((1.0 - w.gamma) * a0[j] + w.gamma * guess);
             at->a[j] = guess;
         }
     for (int end = 0; end < 2; end++) {
@@ -72,25 +84,43 @@ void newmark_commit(const gallop_model *model, gallop_state *state, layout *at, 
     state->step_before = h;
 }
 
-/* One Newmark step from u0 v0 a0 at t - h to u v a at t. */
+/* The motion at which forces are balanced. */
+TWO_PATHS static void look_within(const layout *at, weights w, int values)
+{
+    for (int i = 0; i < values; i++) {
+        at->stage_u[i] = at->u[i] + w.alpha_f * (at->u0[i] - at->u[i]);
+        at->stage_v[i] = at->v[i] + w.alpha_f * (at->v0[i] - at->v[i]);
+        at->stage_a[i] = at->a[i] + w.alpha_m * (at->a0[i] - at->a[i]);
+    }
+}
+
+/* One step from u0 v0 a0 at t - h to u v a at t. */
 int newmark(const gallop_model *model, gallop_state *state, layout *at, const gallop_inputs *inputs, double t, double h,
             gallop_report *report)
 {
     const int values = 4 * model->nodes;
     const double tolerance = model->scene.newton_tolerance * state->sharpness;
-    const blend mix = {1.0, GAMMA / (BETA * h), 1.0 / (BETA * h * h)};
+    const weights w = weights_of(model);
+    const double per_v = w.gamma / (w.beta * h), per_a = 1.0 / (w.beta * h * h);
+    const blend mix = {1.0 - w.alpha_f, (1.0 - w.alpha_f) * per_v, (1.0 - w.alpha_m) * per_a};
+    const bool within = by_alpha(model);
+    const double *u = within ? at->stage_u : at->u, *v = within ? at->stage_v : at->v, *a = within ? at->stage_a : at->a;
+    const double balanced = t - w.alpha_f * h;
     bool renew = state->factored_step != h, fresh = false;
     double before = 0.0;
     watch seen;
+    instant now;
     instant_at(model, t, inputs, &state->now);
-    predict(model, state, at, &state->now, h);
+    predict(model, state, at, &state->now, w, h);
+    instant_at(model, balanced, inputs, &now);
     for (int iteration = 1; iteration <= model->scene.max_newton_iterations; iteration++) {
         watch_start(&seen);
-        span_residual(model, t, &state->now, &at->sections, at->u, at->v, at->a, renew, at->residual, &seen);
-        add_springs(model, &state->now, at->u, at->residual);
+        if (within) look_within(at, w, values);
+        span_residual(model, balanced, &now, &at->sections, u, v, a, renew, at->residual, &seen);
+        add_springs(model, &now, u, at->residual);
         if (renew) {
             state->factored_step = 0.0;
-            if (!solver_factor(model, &state->now, &at->sections, at->u, mix, model->fixed, at->factors))
+            if (!solver_factor(model, &now, &at->sections, u, mix, model->fixed, at->factors))
                 return fail(report, GALLOP_NEWTON_STALLED, seen.slack_element, t, NAN, tolerance);
             state->factored_step = h;
             state->rate = 1.0;
@@ -103,8 +133,8 @@ int newmark(const gallop_model *model, gallop_state *state, layout *at, const ga
         for (int i = 0; i < values; i++) {
             double du = -at->residual[i];
             at->u[i] += du;
-            at->v[i] += mix.c * du;
-            at->a[i] += mix.m * du;
+            at->v[i] += per_v * du;
+            at->a[i] += per_a * du;
         }
         state->iterations++;
         state->last_iterations++;

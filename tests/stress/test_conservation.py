@@ -34,9 +34,9 @@ def test_random_spans_have_the_same_bits_repeated_recorded_rarely_and_in_threads
     assert same_bits(possible(5, 5), steps=16) == {"repeated": True, "recorded rarely": True, "in threads": True}
 
 
-@pytest.mark.parametrize("values", integrators().values(), ids=integrators().keys())
-def test_a_smooth_motion_runs_back_to_where_it_came_from(values):
-    found = way_back(released({"numerics.newton_tolerance": 1e-13, **values}), steps=1000)
+@pytest.mark.parametrize("integrator", ["newmark", "gauss6"])
+def test_a_smooth_motion_runs_back_to_where_it_came_from(integrator):
+    found = way_back(released({"numerics.newton_tolerance": 1e-13, **integrators()[integrator]}), steps=1000)
     assert found < 1e-7  # observed 7e-10 after 2000 steps
 
 

@@ -21,6 +21,14 @@ def test_steps_are_not_halved_again_and_again():
     assert report.substeps < 1.1 * report.steps  # observed 1.013
 
 
+def test_generalised_alpha_does_not_halve_where_axial_modes_ring():
+    """The same start, at which Newmark's method takes four sub-steps a step."""
+    values = {"numerics.time_step": 0.02, "numerics.elements": 100, "initial.seed_vertical": 0.3}
+    values |= {"initial.seed_horizontal": 0.1, "numerics.integrator": "generalised_alpha"}
+    report = report_of(values, 4.0)
+    assert report.substeps < 1.2 * report.steps  # observed 1.04; Newmark 4.0
+
+
 @pytest.mark.parametrize("elements", [100, 1000])
 def test_newmark_step_of_growing_galloping_costs_the_same_on_a_fine_mesh(elements):
     """Extrapolated by straight lines, accelerations that change sign at every step halve all steps of 1000 elements."""

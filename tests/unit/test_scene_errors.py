@@ -278,3 +278,9 @@ def test_missing_file_and_folder(tmp_path):
         load_scene(tmp_path)
     with pytest.raises(SceneError, match=r"cannot be read|no such file"):
         load_scene("a\0.toml")
+
+
+@pytest.mark.parametrize("integrator", [None, "newmark", "gauss6"])
+def test_only_generalised_alpha_has_a_spectral_radius(integrator):
+    with pytest.raises(SceneError, match=r"spectral_radius = 0\.8: only integrator = \"generalised_alpha\" has one"):
+        load_scene("example3").with_values({"numerics.integrator": integrator, "numerics.spectral_radius": 0.8})
