@@ -85,12 +85,16 @@ def element_forces(scene, x, tension, u, v, a):
     return r
 
 
+WIDE = [[0.01, 1.0, 1.0, 0.4], [0.1, 1.0, 1.0, 3.0], [1.0, 10.0, 10.0, 50.0]]  # largest u, v, a
+QUICK = [[1e-5, 1e-4, 1e-4, 0.4], [1e-4, 2.0, 2.0, 50.0], [1.0, 10.0, 10.0, 5000.0]]  # forces of ice and wind prevail
+
+
+@pytest.mark.parametrize("scale", [WIDE, QUICK], ids=["wide", "quick"])
 @pytest.mark.parametrize("seed", range(3))
-def test_residual_of_a_random_motion(seed):
+def test_residual_of_a_random_motion(seed, scale):
     """Example 3 has it all: eccentric ice, wind, damping, twist.  Each kind of force is compared on its own scale."""
     scene, random = load_scene("example3"), np.random.default_rng(seed)
     model = Model(scene)
-    scale = [[0.01, 1.0, 1.0, 0.4], [0.1, 1.0, 1.0, 3.0], [1.0, 10.0, 10.0, 50.0]]
     u, v, a = (random.uniform(-1.0, 1.0, (model.nodes, 4)) * s for s in scale)
     x, expected = model.equilibrium().x.astype(LONG), np.zeros((model.nodes, 4), LONG)
     for e in range(model.elements):
@@ -101,4 +105,4 @@ def test_residual_of_a_random_motion(seed):
             tension.append(LONG(scene.span.horizontal_tension) * np.sqrt(along @ along) / along[0])
         expected[at] += element_forces(scene, x[at], tension, *(y[at].astype(LONG) for y in (u, v, a)))
     error = np.abs(model.residual(u, v, a) - expected).max(axis=0)
-    assert np.all(error < 2e-14 * np.abs(expected).max(axis=0))  # observed up to 7e-15
+    assert np.all(error < 3e-14 * np.abs(expected).max(axis=0))  # observed up to 9e-15
