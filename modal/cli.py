@@ -16,6 +16,7 @@ from gallop_fmu.terminal import (
     Exit,
     SceneName,
     check_output,
+    chosen_description,
     chosen_scene,
     echo_json,
     example,
@@ -34,6 +35,7 @@ from gallop_fmu.terminal_runs import (
 )
 
 if TYPE_CHECKING:
+    from gallop_fmu.descriptions import Description
     from gallop_fmu.runs import Progress, Runs
     from gallop_fmu.scene import Scene
 
@@ -345,7 +347,7 @@ def screen_span(
         if plot:
             raise SceneError("--plot draws one span; leave it out, or leave out --over and --table")
         _screen_many(
-            chosen_scene(scene, changes) if scene else None, over, table, highest, out, workers, cluster, as_json
+            chosen_description(scene, changes) if scene else None, over, table, highest, out, workers, cluster, as_json
         )
         return
     if out or workers or cluster:
@@ -372,7 +374,7 @@ def screen_span(
 
 
 def _screen_many(
-    base: Scene | None,
+    base: Description | None,
     over: list[str] | None,
     table: Path | None,
     highest: float | None,

@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from gallop_fmu import Runs, Scene
+from gallop_fmu.descriptions import Description
 from gallop_fmu.runs import CarryOn, Progress, compute, one_by_one
 from gallop_fmu.spans import cases
 from gallop_fmu.store import Row
@@ -79,7 +80,7 @@ def row_of(found: Screening) -> Row:
 
 
 def screen_spans(
-    scene: Scene | str | Path | None = None,
+    scene: Scene | Description | str | Path | None = None,
     over: Mapping[str, Sequence[Any]] | None = None,
     *,
     table: Path | str | Sequence[Mapping[str, Any]] | None = None,
