@@ -9,13 +9,14 @@ from pathlib import Path
 from typing import Any, Literal, get_args
 
 import numpy as np
+from numpy.typing import NDArray
 
 from gallop_fmu.clearance import cigre_322_single_loop, davison_single_loop
 from gallop_fmu.condensed import simulate_condensed
 from gallop_fmu.descriptions import Description
 from gallop_fmu.errors import SceneError
 from gallop_fmu.outcome import Outcome
-from gallop_fmu.result import Result
+from gallop_fmu.result import Result, oscillation
 from gallop_fmu.runs import CarryOn, Progress, Runs, compute, one_by_one
 from gallop_fmu.scene import Scene
 from gallop_fmu.simulation import simulate
@@ -62,15 +63,14 @@ def steady_motion(result: Result, window: float = WINDOW) -> Row:
     Amplitude, mean and frequency over the last `window` seconds (or the whole of a shorter run) and the distances from
     the ellipses only of a run that completed; extremes over all that was computed.
     """
-    dataset, middle, report = result.dataset, result.midspan(), result.report
+    dataset, report = result.dataset, result.report
     attrs = dataset.attrs
     row: Row = {
         "sag": float(attrs["sag"]),
         "horizontal_tension": float(attrs["horizontal_tension"]),
         "time": float(dataset.time[-1]),
     }
-    for name in CHANNELS:
-        values = middle[name].values
+    for name, values in _midspan_histories(result).items():
         row |= {f"{name}_lowest": float(np.min(values)), f"{name}_highest": float(np.max(values))}
     row["lowest_tension"] = report.lowest_tension
     if "left_f1" in dataset:  # a condensed run has none
@@ -85,17 +85,27 @@ def steady_motion(result: Result, window: float = WINDOW) -> Row:
 
 def _steady_columns(result: Result, window: float, sag: float) -> Row:
     row: Row = {}
-    steady = result.steady(window)
-    for name in CHANNELS:
-        motion = steady[name]
+    time = result.dataset.time.values
+    last = time >= time[-1] - window - 1e-9
+    interval = float(np.diff(time[last][:2])[0])
+    histories = {name: values[last] for name, values in _midspan_histories(result).items()}
+    for name, values in histories.items():
+        motion = oscillation(values, interval)
         row |= {f"{name}_amplitude": motion.amplitude, f"{name}_mean": motion.mean}
         row[f"{name}_frequency_hz"] = motion.frequency_hz
-    last = result.midspan().sel(time=slice(float(result.dataset.time[-1]) - window - 1e-9, None))
     ellipses = {"beyond_davison": davison_single_loop(sag)}
     with suppress(ValueError):  # so little sag that the rule has no ellipse
         ellipses["beyond_cigre_322"] = cigre_322_single_loop(sag, result.scene.conductor.diameter)
-    beyond = {key: float(np.max(ellipse.distance(last.u3, last.u2))) for key, ellipse in ellipses.items()}
+    beyond = {
+        key: float(np.max(ellipse.distance(histories["u3"], histories["u2"]))) for key, ellipse in ellipses.items()
+    }
     return {**row, **beyond}
+
+
+def _midspan_histories(result: Result) -> dict[str, NDArray[np.float64]]:
+    """Plain arrays, since selecting in a dataset costs more than computing some seconds."""
+    middle = result.dataset.node.values.tolist().index(result.scene.numerics.elements)
+    return {name: result.dataset[name].values[:, middle] for name in CHANNELS}
 
 
 @dataclass(frozen=True)
