@@ -330,7 +330,7 @@ def screen_span(
     ] = None,
     first_look: Annotated[
         bool,
-        typer.Option("--first-look", help="Many spans: only the estimate by hand, about twenty times as fast."),
+        typer.Option("--first-look", help="Many spans: only the estimate by hand, about thirty times as fast."),
     ] = False,
     out: RunsOut = None,
     workers: WorkerCount = None,

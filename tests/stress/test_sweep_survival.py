@@ -1,6 +1,5 @@
 """Sweeps that are stopped, killed, or run out of disk, and Dask clusters, in real processes."""
 
-import json
 import os
 import signal
 import subprocess
@@ -9,7 +8,7 @@ import time
 from contextlib import contextmanager
 
 import pytest
-from distributed import Client
+from distributed import Client, LocalCluster
 
 import gallop_fmu as gf
 from gallop_fmu.store import journal_of
@@ -58,27 +57,19 @@ def _begun(out, rows):
 @contextmanager
 def _cluster(folder):
     """The address of a scheduler with two workers, each a process begun by Dask's own command."""
-    place = folder / "scheduler.json"
-
-    def begin(name, *words):
-        command = [sys.executable, "-m", f"distributed.cli.dask_{name}", "--scheduler-file", str(place), *words]
-        quiet = {"stdout": subprocess.DEVNULL, "stderr": subprocess.DEVNULL}
-        return subprocess.Popen([*command, "--no-dashboard"], cwd=folder, **quiet)
-
-    started = [begin("scheduler", "--host", "127.0.0.1", "--port", "0")]
-    try:
-        started += [begin("worker", "--no-nanny", "--nthreads", "1") for _ in range(2)]
-        until = time.monotonic() + 60.0
-        while not place.exists() or not place.read_text():
-            assert time.monotonic() < until
-            time.sleep(0.05)
-        with Client(json.loads(place.read_text())["address"], set_as_default=False) as client:
-            client.wait_for_workers(2, timeout=60.0)
-        yield json.loads(place.read_text())["address"]
-    finally:
-        for process in started:
-            process.kill()
-            process.wait()
+    command = [sys.executable, "-m", "distributed.cli.dask_worker", "--no-nanny", "--nthreads", "1", "--no-dashboard"]
+    quiet = {"stdout": subprocess.DEVNULL, "stderr": subprocess.DEVNULL}
+    scheduler = LocalCluster(0, host="127.0.0.1", protocol="tcp", processes=False, dashboard_address=None)
+    with scheduler:
+        started = [subprocess.Popen([*command, scheduler.scheduler_address], cwd=folder, **quiet) for _ in range(2)]
+        try:
+            with Client(scheduler.scheduler_address, set_as_default=False) as client:
+                client.wait_for_workers(2, timeout=60.0)
+            yield scheduler.scheduler_address
+        finally:
+            for process in started:
+                process.kill()
+                process.wait()
 
 
 def same(one, other):
