@@ -12,10 +12,14 @@ from distributed import Client, LocalCluster
 
 import gallop_fmu as gf
 from gallop_fmu.store import journal_of
+from gallop_fmu.workers import ONE_THREAD
 
 WINDS = [4.0 + 0.1 * k for k in range(16)]
 CHANGES = {"numerics.elements": 4, "numerics.time_step": 0.02, "run.record_every": 5}
 STOP_TIME = 250.0
+
+ENVIRONMENT = {**os.environ, **ONE_THREAD}
+"""Threads of linear algebra that wait for work cost more than they do here."""
 
 needs_posix = pytest.mark.skipif(os.name == "nt", reason="signals and limits of POSIX")
 
@@ -44,7 +48,9 @@ def _command(out):
 
 def _begun(out, rows):
     """The command as a process, once so many rows are there."""
-    process = subprocess.Popen(_command(out), stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+    process = subprocess.Popen(
+        _command(out), stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, env=ENVIRONMENT
+    )
     journal = journal_of(out)
     until = time.monotonic() + 120.0
     while journal.read_bytes().count(b"\n") < 1 + rows:
@@ -58,7 +64,7 @@ def _begun(out, rows):
 def _cluster(folder):
     """The address of a scheduler with two workers, each a process begun by Dask's own command."""
     command = [sys.executable, "-m", "distributed.cli.dask_worker", "--no-nanny", "--nthreads", "1", "--no-dashboard"]
-    quiet = {"stdout": subprocess.DEVNULL, "stderr": subprocess.DEVNULL}
+    quiet = {"stdout": subprocess.DEVNULL, "stderr": subprocess.DEVNULL, "env": ENVIRONMENT}
     scheduler = LocalCluster(0, host="127.0.0.1", protocol="tcp", processes=False, dashboard_address=None)
     with scheduler:
         started = [subprocess.Popen([*command, scheduler.scheduler_address], cwd=folder, **quiet) for _ in range(2)]
@@ -108,7 +114,9 @@ def _disk_full(out):
     def limited():
         resource.setrlimit(resource.RLIMIT_FSIZE, (limit, limit))
 
-    done = subprocess.run(_command(out), capture_output=True, text=True, preexec_fn=limited, timeout=120, check=False)
+    done = subprocess.run(
+        _command(out), capture_output=True, text=True, preexec_fn=limited, timeout=120, check=False, env=ENVIRONMENT
+    )
     assert done.returncode == 1
     assert journal_of(out).stat().st_size == limit
     kept = gf.read_runs(out).done

@@ -184,7 +184,7 @@ def test_fingerprint_sees_the_line_and_its_curve(table, corridor):
     prints.append(
         cases(Description.of(corridor).with_values({"wind.speed": 3.0}), {"line.span": [300.0]}).fingerprint()
     )
-    assert len(set(prints)) == 6
+    assert len(set(prints)) == 8
 
 
 def test_every_span_of_a_table_at_every_point_of_a_grid(table):

@@ -316,9 +316,11 @@ def test_screening_a_table_is_screening_each(scene, invoke, tmp_path):
 
 
 def test_first_look_is_the_estimate(scene):
-    """Seen to swing; galloping below the threshold; and no wind at all."""
-    scenes = [gf.load_scene("example3"), scene.with_values({"span.sag": 1.2, "span.horizontal_tension": None})]
-    swings, detuned, calm = FirstLookTask(6.0)([*scenes, scene.with_values({"wind.speed": 0.0})], lambda: True)
+    """Seen to swing; with a threshold that is not reached; without one; and no wind at all."""
+    example, free = gf.load_scene("example3"), {"span.horizontal_tension": None}
+    scenes = [example, *(example.with_values({**free, "span.sag": sag}) for sag in (1.8, 1.5))]
+    calm = scene.with_values({"wind.speed": 0.0})
+    swings, below, detuned, calm = FirstLookTask(6.0)([*scenes, calm], lambda: True)
     alone = modal.two_mode_estimate(scenes[0], 5.5, 6.0)
     assert swings["suspect"] is True
     assert swings["estimated_onset"] == alone.onset_wind_speed
@@ -326,7 +328,8 @@ def test_first_look_is_the_estimate(scene):
     assert swings["estimated_vertical"] == alone.vertical_amplitude
     assert swings["ratio"] == modal.frequency_ratio(scenes[0]).ratio
     assert set(FIRST_LOOK_COLUMNS) <= set(swings)
-    assert (detuned["suspect"], detuned["estimated_onset"]) == (False, None)
+    assert (below["suspect"], below["estimated_onset"]) == (True, None)
+    assert (detuned["suspect"], detuned["estimated_threshold"]) == (False, None)
     assert calm["outcome"] == "invalid_scene"
     assert "wind.speed = 0 m/s" in calm["message"]
 
