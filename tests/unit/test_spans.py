@@ -184,6 +184,10 @@ def test_fingerprint_sees_the_line_and_its_curve(table, corridor):
     prints.append(
         cases(Description.of(corridor).with_values({"wind.speed": 3.0}), {"line.span": [300.0]}).fingerprint()
     )
+    table(LINE.replace("mine.csv", "example2"), "corridor.toml")  # the curve is named in the grid only
+    prints.append(cases(corridor, over).fingerprint())
+    table(CURVE.format(lift=-4), "mine.csv")
+    prints.append(cases(corridor, over).fingerprint())
     assert len(set(prints)) == 8
 
 
