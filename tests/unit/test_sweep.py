@@ -2,6 +2,7 @@
 
 import json
 import math
+import os
 
 import numpy as np
 import pytest
@@ -182,13 +183,14 @@ def test_another_version_is_not_mixed_in(scene, tmp_path, monkeypatch):
 
 def test_a_file_that_cannot_be_written_at_the_end_loses_nothing(scene, tmp_path):
     out = tmp_path / "runs.nc"
-    (tmp_path / "runs.nc.new").mkdir()
+    in_the_way = tmp_path / f"runs.nc.{os.getpid()}.new"
+    in_the_way.mkdir()
     with pytest.raises(
         gf.RunsStoppedError, match=r"runs.nc cannot be written .* 2 of 2 runs are done and kept in .*nc.journal"
     ) as end:
         gf.sweep(scene, {"wind.speed": [4.0, 5.0]}, stop_time=1.0, out=out)
     assert end.value.result.done == 2
-    (tmp_path / "runs.nc.new").rmdir()
+    in_the_way.rmdir()
     calls = []
     again = gf.sweep(scene, {"wind.speed": [4.0, 5.0]}, stop_time=1.0, out=out, progress=lambda *n: calls.append(n))
     assert calls == [(2, 0, 2)]
