@@ -21,6 +21,7 @@ from gallop_fmu.terminal import (
     Exit,
     SceneName,
     check_output,
+    chosen_description,
     chosen_scene,
     complain,
     echo_json,
@@ -36,6 +37,11 @@ if TYPE_CHECKING:
     from gallop_fmu.runs import Runs
     from gallop_fmu.simulation import Progress
 
+
+ModelName = Annotated[
+    Literal["element", "condensed"],
+    typer.Option(help="The cable element, or a few modes of it: about ten times as fast, for screening."),
+]
 
 RESULT_SUFFIXES = (".nc", ".csv", ".parquet")
 
@@ -96,10 +102,7 @@ def run(
         int | None, typer.Option(metavar="N", help="Time steps from one record to the next; else the scene's.")
     ] = None,
     nodes: Annotated[Literal["midspan", "all"], typer.Option(help="Nodes to record.")] = "midspan",
-    model: Annotated[
-        Literal["element", "condensed"],
-        typer.Option(help="The cable element, or a few modes of it: about ten times as fast, for screening."),
-    ] = "element",
+    model: ModelName = "element",
     out: Annotated[
         Path | None,
         typer.Option(metavar="FILE", help="Write the histories: .nc (NetCDF), or mid-span .csv, .parquet."),
@@ -164,6 +167,7 @@ def sweep(
     window: Annotated[
         float, typer.Option(metavar="S", help="Time \\[s] at the end over which the motion is taken as steady.")
     ] = 100.0,
+    model: ModelName = "element",
     out: RunsOut = None,
     workers: WorkerCount = None,
     cluster: ClusterAddress = None,
@@ -177,7 +181,7 @@ def sweep(
     """
     from gallop_fmu.sweeping import sweep as sweep_scenes
 
-    base = chosen_scene(scene, changes) if scene else None
+    base = chosen_description(scene, changes) if scene else None
     columns = ("outcome", "u2_amplitude", "u2_frequency_hz", "u3_amplitude", "beyond_cigre_322")
 
     def compute(progress: RunsProgress | None) -> Runs:
@@ -187,6 +191,7 @@ def sweep(
             table=table,
             stop_time=until,
             window=window,
+            model=model,
             out=out,
             workers=workers,
             cluster=cluster,

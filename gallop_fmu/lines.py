@@ -11,6 +11,7 @@ import difflib
 import math
 import tomllib
 from collections.abc import Mapping
+from functools import cache
 from pathlib import Path
 from typing import Any, Self
 
@@ -269,12 +270,18 @@ def _equal_ratios(ratio: float, frequency: float) -> dict[str, float]:
     }
 
 
-def _curve(name: str, folder: Path) -> tuple[dict[str, Any], str]:
-    """Coefficients of a packaged scene or of a CSV file, and their source."""
+@cache
+def _packaged_curves() -> dict[str, dict[str, Any]]:
+    """The packaged scenes that have a coefficient curve."""
     scenes = {
         scene: tomllib.loads(packaged_text("scenes", f"{scene}.toml")) for scene in packaged_names("scenes", ".toml")
     }
-    curves = {scene: content for scene, content in scenes.items() if "aerodynamics" in content}
+    return {scene: content for scene, content in scenes.items() if "aerodynamics" in content}
+
+
+def _curve(name: str, folder: Path) -> tuple[dict[str, Any], str]:
+    """Coefficients of a packaged scene or of a CSV file, and their source."""
+    curves = _packaged_curves()
     if name in curves:
         source = curves[name]["sources"]["aerodynamics"]
         return dict(curves[name]["aerodynamics"]), f"curve of the packaged scene {name}: {source}"

@@ -6,13 +6,15 @@ import hashlib
 import json
 import time as clock
 from collections.abc import Callable, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 from threading import Event
-from typing import TYPE_CHECKING, Any, Protocol
+from typing import TYPE_CHECKING, Any, NamedTuple, Protocol
 
 import numpy as np
 
+from gallop_fmu.descriptions import unit_of
 from gallop_fmu.errors import SceneError
 from gallop_fmu.outcome import Outcome, SimulationError
 from gallop_fmu.spans import Case, Cases
@@ -225,12 +227,29 @@ def compute(
 def _rows(team: Workers, task: Task, left: list[Case], stop: Event) -> Any:
     """The rows of each group, as they come."""
     size = max(1, min(LARGEST_GROUP, len(left) // (GROUPS_EACH * team.count)))
-    groups = [left[k : k + size] for k in range(0, len(left), size)]
+    groups = ([_ready(case) for case in left[k : k + size]] for k in range(0, len(left), size))
     call = _Group(task, stop if team.here else None)
     for group, answer in team.answers(call, groups):
         if isinstance(answer, Exception):
-            answer = [{**case.columns(), **_failure(answer, 0.0)} for case in group]
+            answer = [{**case.row, **_failure(answer, 0.0)} if case.scene else case.row for case in group]
         yield [row for row in answer if row["outcome"] != STOPPED]
+
+
+class _Ready(NamedTuple):
+    """A case on its way to a worker: its scene, and what its row begins with; the whole row where there is no scene.
+
+    Scenes are made before they travel, since the files that they name may be here only.
+    """
+
+    row: Row
+    scene: Scene | None
+
+
+def _ready(case: Case) -> _Ready:
+    try:
+        return _Ready(case.columns(), case.scene())
+    except Exception as problem:
+        return _Ready({**case.columns(), **_failure(problem, 0.0)}, None)
 
 
 @dataclass(frozen=True)
@@ -240,17 +259,10 @@ class _Group:
     task: Task
     stop: Event | None
 
-    def __call__(self, group: list[Case]) -> list[Row]:
+    def __call__(self, group: list[_Ready]) -> list[Row]:
         """One row a case."""
-        rows: dict[int, Row] = {}
-        scenes: dict[int, Scene] = {}
-        for case in group:
-            try:
-                scenes[case.run] = case.scene()
-            except SceneError as problem:
-                rows[case.run] = _failure(problem, 0.0)
-        rows |= zip(scenes, self.task(list(scenes.values()), self._carry_on), strict=True)
-        return [{**case.columns(), **rows[case.run]} for case in group]
+        computed = iter(self.task([case.scene for case in group if case.scene], self._carry_on))
+        return [{**case.row, **next(computed)} if case.scene else case.row for case in group]
 
     def _carry_on(self) -> bool:
         return self.stop is None or not self.stop.is_set()
@@ -304,10 +316,11 @@ def _varied(cases: Cases) -> list[str]:
 
 
 def _unit(cases: Cases, key: str) -> str:
-    try:
-        return cases.every[0].base.unit_of(key)
-    except SceneError:
-        return ""  # a section as a whole, or an item of a list that this scene does not have
+    first = cases.every[0]
+    for scene in (first.base.scene, first.scene):  # a description may be complete with its row only
+        with suppress(SceneError):
+            return unit_of(scene(), key)
+    return ""  # a section as a whole, or an item of a list that this scene does not have
 
 
 def _kernel_fingerprint() -> str:

@@ -8,16 +8,22 @@ import json
 import re
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from functools import cache
 from pathlib import Path
 from typing import Any
 
+from gallop_fmu.descriptions import LINE, Describable, Description
 from gallop_fmu.errors import SceneError
 from gallop_fmu.paths import all_keys, unknown_key
-from gallop_fmu.scene import Scene, load_scene
+from gallop_fmu.scene import Scene
 from gallop_fmu.textfiles import read_cells, read_text, read_value
 
 NAME, SCENE, LABEL = "name", "scene", "label."
 """Columns of a table that are no values of a scene: what the span is called, its scene, and what is carried along."""
+GEOMETRY = f"{LABEL}geometry"
+"""Column of the geometry of a GeoJSON feature."""
+CURVE = f"{LINE}coefficients"
+"""Column that may name a file."""
 
 
 @dataclass(frozen=True)
@@ -28,7 +34,7 @@ class Case:
     ----------
     run : int
         Number of the run, from 0.
-    base : Scene
+    base : Description
         The scene before its changes.
     changes : dict
         Dotted path to value.
@@ -37,7 +43,7 @@ class Case:
     """
 
     run: int
-    base: Scene
+    base: Description
     changes: dict[str, Any]
     labels: dict[str, Any]
 
@@ -49,7 +55,7 @@ class Case:
         SceneError
             If a value is not allowed.
         """
-        return self.base.with_values(self.changes) if self.changes else self.base
+        return self.base.scene(self.changes)
 
     def columns(self) -> dict[str, Any]:
         """What its row of results begins with; lists as JSON."""
@@ -77,13 +83,14 @@ class Cases:
         digest = hashlib.sha256()
         bases: dict[int, str] = {}
         for case in self.every:
-            base = bases.setdefault(id(case.base), case.base.to_toml())
-            digest.update(json.dumps([base, case.changes, case.labels], sort_keys=True).encode())
+            base = bases.get(id(case.base)) or bases.setdefault(id(case.base), case.base.fingerprint())
+            curve = case.base.file_fingerprint(case.changes.get(CURVE))
+            digest.update(json.dumps([base, case.changes, case.labels, curve], sort_keys=True).encode())
         return digest.hexdigest()[:16]
 
 
 def cases(
-    scene: Scene | str | Path | None,
+    scene: Scene | Description | str | Path | None,
     over: Mapping[str, Sequence[Any]] | None = None,
     table: Path | str | Sequence[Mapping[str, Any]] | None = None,
 ) -> Cases:
@@ -92,17 +99,19 @@ def cases(
     Parameters
     ----------
     scene
-        The scene, packaged name or path, that the table and the grid change; may be None if each row names its own.
+        The scene, packaged name or path, that the table and the grid change; may be None if each row names its own, or
+        all of its line.
     over
-        Dotted path to the values it takes; all combinations are computed.
+        Dotted path to the values it takes; all combinations are computed. ``line.ice_thickness`` and its like need a
+        scene given by the path of a file with a ``[line]`` table (see `gallop_fmu.lines.Line`).
     table
         A CSV file, a GeoJSON file, or rows in memory; see `read_spans`.
 
     Raises
     ------
     SceneError
-        Neither grid nor table, an unknown column, or a row without a scene. A value that is not allowed is no error
-        here: it concerns one run.
+        Neither grid nor table, an unknown column, a row without a scene, or a scene that is not allowed. A value that
+        is not allowed is no error here: it concerns one run.
     """
     if over is None and table is None:
         raise SceneError("nothing to vary: give values (over) or a table of spans (table)")
@@ -113,8 +122,9 @@ def cases(
             raise SceneError(f"over: {key} has no values")
     rows: Sequence[Mapping[str, Any]] = [{}] if table is None else _rows(table)
     folder = Path(table).parent if isinstance(table, (str, Path)) else Path()
-    base = load_scene(scene) if isinstance(scene, (str, Path)) else scene
-    loaded: dict[str, Scene] = {}
+    base = None if scene is None else Description.of(scene)
+    loaded: dict[str, Description] = {}
+    varied: dict[int, tuple[Description, set[str]]] = {}
     found: list[Case] = []
     for number, row in enumerate(rows):
         own = _scene_of(row, number, base, folder, loaded)
@@ -122,9 +132,12 @@ def cases(
         both = sorted(values.keys() & grid.keys())
         if both:
             raise SceneError(f"{both[0]} is both in the table and in over; it can be in one of them")
+        varied.setdefault(id(own), (own, set(grid)))[1].update(values)
         labels = {} if table is None else {key: value for key, value in row.items() if key not in values}
         for point in itertools.product(*grid.values()):
             found.append(Case(len(found), own, {**values, **dict(zip(grid, point, strict=True))}, labels))
+    for own, keys in varied.values():
+        own.check(keys)
     names = {} if table is None else {NAME: [row[NAME] for row in rows]}
     return Cases(tuple(found), {**names, **grid})
 
@@ -133,9 +146,10 @@ def read_spans(path: Path | str) -> list[dict[str, Any]]:
     """The rows of a table of spans.
 
     A CSV file has names in its first row; a GeoJSON file is a FeatureCollection, and the properties of its features
-    are the columns (its geometry is not used). Columns are dotted paths of a scene (``span.length``), ``scene`` (a
-    packaged name, or a path that starts from the table's folder), ``name``, and ``label.`` with anything behind it,
-    which is carried along to the results. An empty cell, or null, leaves the scene's value; ``none`` removes it.
+    are the columns. Columns are dotted paths of a scene (``span.length``) or of its line (``line.ice_thickness``, see
+    `gallop_fmu.lines.Line`), ``scene`` (a packaged name, or a path that starts from the table's folder), ``name``, and
+    ``label.`` with anything behind it, which is carried along to the results. So is the geometry of a feature, as
+    GeoJSON text in ``label.geometry``. An empty cell, or null, leaves the scene's value; ``none`` removes it.
 
     Returns
     -------
@@ -185,17 +199,20 @@ def _geojson_rows(path: Path) -> Iterator[dict[str, Any]]:
         data = json.loads(read_text(path))
         if data["type"] != "FeatureCollection":
             raise KeyError(data["type"])
-        every = [(feature.get("id"), dict(feature["properties"])) for feature in data["features"]]
+        every = [
+            (feature.get("id"), feature.get("geometry"), dict(feature["properties"])) for feature in data["features"]
+        ]
     except (ValueError, RecursionError) as problem:
         if isinstance(problem, SceneError):
             raise
         raise SceneError(f"{path}: not a GeoJSON file ({problem})") from None
     except (TypeError, KeyError, AttributeError):
         raise SceneError(f"{path}: not a GeoJSON FeatureCollection whose features have properties") from None
-    for number, (identity, properties) in enumerate(every, start=1):
+    for number, (identity, geometry, properties) in enumerate(every, start=1):
         name = f"feature {number}" if identity is None else str(identity)
+        place = {} if geometry is None else {GEOMETRY: json.dumps(geometry)}
         given = {key: value for key, value in properties.items() if value is not None}
-        yield {NAME: name, **{key: None if value == "none" else value for key, value in given.items()}}
+        yield {NAME: name, **place, **{key: None if value == "none" else value for key, value in given.items()}}
 
 
 def _checked(rows: list[dict[str, Any]], where: str) -> list[dict[str, Any]]:
@@ -221,12 +238,21 @@ def _checked(rows: list[dict[str, Any]], where: str) -> list[dict[str, Any]]:
 def _check_key(key: str) -> None:
     """Refuse what no scene has; items of lists are known by their number."""
     pattern = re.sub(r"\.\d+(?=\.)", ".0", key)
-    if re.sub(r"(\.\d+)+$", "", pattern) not in all_keys(Scene):
-        raise SceneError(unknown_key(Scene, key))
+    if re.sub(r"(\.\d+)+$", "", pattern) not in _keys():
+        raise SceneError(unknown_key(Describable, key))
 
 
-def _scene_of(row: Mapping[str, Any], number: int, base: Scene | None, folder: Path, loaded: dict[str, Scene]) -> Scene:
+@cache
+def _keys() -> frozenset[str]:
+    return frozenset(all_keys(Describable)) - {LINE.rstrip(".")}  # a line is changed value by value
+
+
+def _scene_of(
+    row: Mapping[str, Any], number: int, base: Description | None, folder: Path, loaded: dict[str, Description]
+) -> Description:
     name = row.get(SCENE)
+    if name is None and base is None and any(key.startswith(LINE) for key in row):
+        return loaded.setdefault("", Description({"line": {}}, folder))
     if name is None:
         if base is None:
             raise SceneError(
@@ -236,7 +262,7 @@ def _scene_of(row: Mapping[str, Any], number: int, base: Scene | None, folder: P
         return base
     if name not in loaded:
         beside = folder / str(name)
-        loaded[name] = load_scene(beside if beside.is_file() else str(name))
+        loaded[name] = Description.of(beside if beside.is_file() else str(name))
     return loaded[name]
 
 

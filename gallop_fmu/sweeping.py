@@ -6,20 +6,26 @@ from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal, get_args
 
 import numpy as np
+from numpy.typing import NDArray
 
 from gallop_fmu.clearance import cigre_322_single_loop, davison_single_loop
+from gallop_fmu.condensed import simulate_condensed
+from gallop_fmu.descriptions import Description
 from gallop_fmu.errors import SceneError
 from gallop_fmu.outcome import Outcome
-from gallop_fmu.result import Result
+from gallop_fmu.result import Result, oscillation
 from gallop_fmu.runs import CarryOn, Progress, Runs, compute, one_by_one
 from gallop_fmu.scene import Scene
 from gallop_fmu.simulation import simulate
 from gallop_fmu.spans import cases
 from gallop_fmu.store import Row
 from gallop_fmu.workers import Kind
+
+Model = Literal["element", "condensed"]
+"""Which model computes the runs."""
 
 Summary = Callable[[Result], Mapping[str, Any]]
 """From a result to the numbers that are kept of it."""
@@ -57,18 +63,21 @@ def steady_motion(result: Result, window: float = WINDOW) -> Row:
     Amplitude, mean and frequency over the last `window` seconds (or the whole of a shorter run) and the distances from
     the ellipses only of a run that completed; extremes over all that was computed.
     """
-    dataset, middle, report = result.dataset, result.midspan(), result.report
+    dataset, report = result.dataset, result.report
     attrs = dataset.attrs
     row: Row = {
         "sag": float(attrs["sag"]),
         "horizontal_tension": float(attrs["horizontal_tension"]),
         "time": float(dataset.time[-1]),
     }
-    for name in CHANNELS:
-        values = middle[name].values
+    for name, values in _midspan_histories(result).items():
         row |= {f"{name}_lowest": float(np.min(values)), f"{name}_highest": float(np.max(values))}
-    forces = [np.sqrt(sum(dataset[f"{end}_f{axis}"].values ** 2 for axis in (1, 2, 3))) for end in ("left", "right")]
-    row |= {"lowest_tension": report.lowest_tension, "support_force_highest": float(np.max(forces))}
+    row["lowest_tension"] = report.lowest_tension
+    if "left_f1" in dataset:  # a condensed run has none
+        forces = [
+            np.sqrt(sum(dataset[f"{end}_f{axis}"].values ** 2 for axis in (1, 2, 3))) for end in ("left", "right")
+        ]
+        row["support_force_highest"] = float(np.max(forces))
     if report.outcome is Outcome.COMPLETED:
         row |= _steady_columns(result, min(window, row["time"]), float(attrs["sag"]))
     return {name: row.get(name) for name in SUMMARY_COLUMNS}
@@ -76,17 +85,27 @@ def steady_motion(result: Result, window: float = WINDOW) -> Row:
 
 def _steady_columns(result: Result, window: float, sag: float) -> Row:
     row: Row = {}
-    steady = result.steady(window)
-    for name in CHANNELS:
-        motion = steady[name]
+    time = result.dataset.time.values
+    last = time >= time[-1] - window - 1e-9
+    interval = float(np.diff(time[last][:2])[0])
+    histories = {name: values[last] for name, values in _midspan_histories(result).items()}
+    for name, values in histories.items():
+        motion = oscillation(values, interval)
         row |= {f"{name}_amplitude": motion.amplitude, f"{name}_mean": motion.mean}
         row[f"{name}_frequency_hz"] = motion.frequency_hz
-    last = result.midspan().sel(time=slice(float(result.dataset.time[-1]) - window - 1e-9, None))
     ellipses = {"beyond_davison": davison_single_loop(sag)}
     with suppress(ValueError):  # so little sag that the rule has no ellipse
         ellipses["beyond_cigre_322"] = cigre_322_single_loop(sag, result.scene.conductor.diameter)
-    beyond = {key: float(np.max(ellipse.distance(last.u3, last.u2))) for key, ellipse in ellipses.items()}
+    beyond = {
+        key: float(np.max(ellipse.distance(histories["u3"], histories["u2"]))) for key, ellipse in ellipses.items()
+    }
     return {**row, **beyond}
+
+
+def _midspan_histories(result: Result) -> dict[str, NDArray[np.float64]]:
+    """Plain arrays, since selecting in a dataset costs more than computing some seconds."""
+    middle = result.dataset.node.values.tolist().index(result.scene.numerics.elements)
+    return {name: result.dataset[name].values[:, middle] for name in CHANNELS}
 
 
 @dataclass(frozen=True)
@@ -96,6 +115,7 @@ class Simulation:
     stop_time: float | None
     window: float
     summary: Summary | None
+    model: Model = "element"
 
     kind: Kind = "threads"
 
@@ -106,19 +126,20 @@ class Simulation:
 
     def __str__(self) -> str:
         name = "steady_motion" if self.summary is None else f"{self.summary.__module__}.{self.summary.__qualname__}"
-        return f"simulate to {self.stop_time or 'its own'} s, {name} over {self.window:g} s"
+        verb = "simulate" if self.model == "element" else "simulate_condensed"
+        return f"{verb} to {self.stop_time or 'its own'} s, {name} over {self.window:g} s"
 
     def __call__(self, scenes: Sequence[Scene], carry_on: CarryOn) -> list[Row]:
         """Compute a group of scenes, each by itself."""
 
         def run(scene: Scene) -> Row:
-            result = simulate(
-                scene,
-                self.stop_time,
-                channels=CHANNELS,
-                progress=lambda time, stop_time: carry_on(),
-                on_failure="return",
-            )
+            def going_on(time: float, stop_time: float) -> bool:
+                return carry_on()
+
+            if self.model == "element":
+                result = simulate(scene, self.stop_time, channels=CHANNELS, progress=going_on, on_failure="return")
+            else:
+                result = simulate_condensed(scene, self.stop_time, progress=going_on, on_failure="return")
             row = steady_motion(result, self.window) if self.summary is None else dict(self.summary(result))
             if result.outcome is not Outcome.COMPLETED:
                 row |= {"outcome": result.outcome.name.lower(), "message": str(result.report)}
@@ -128,12 +149,13 @@ class Simulation:
 
 
 def sweep(
-    scene: Scene | str | Path | None = None,
+    scene: Scene | Description | str | Path | None = None,
     over: Mapping[str, Sequence[Any]] | None = None,
     *,
     table: Path | str | Sequence[Mapping[str, Any]] | None = None,
     stop_time: float | None = None,
     window: float = WINDOW,
+    model: Model = "element",
     summary: Summary | None = None,
     out: Path | str | None = None,
     workers: int | None = None,
@@ -145,15 +167,21 @@ def sweep(
     Parameters
     ----------
     scene
-        Scene, packaged name or path; may be None if each row of the table names its own.
+        Scene, packaged name or path; may be None if each row of the table names its own, or all of its line.
     over
-        Dotted path to the values it takes, such as ``{"wind.speed": [4.0, 5.0]}``; all combinations are computed.
+        Dotted path to the values it takes, such as ``{"wind.speed": [4.0, 5.0]}``; all combinations are computed. The
+        familiar numbers of a line vary too, ``{"line.ice_thickness": [0.01, 0.02]}``, where `scene` is the path of a
+        file with a ``[line]`` table.
     table
         CSV or GeoJSON file of spans, or rows in memory, see `gallop_fmu.spans.read_spans`.
     stop_time
         Simulated time [s]; None takes each scene's.
     window
         Time [s] at the end over which the motion is taken as steady.
+    model
+        ``"element"`` for `gallop_fmu.simulate`, ``"condensed"`` for `gallop_fmu.simulate_condensed`: about ten times as
+        fast, for screening. It knows no forces on the supports, and its ``lowest_tension`` is the horizontal one;
+        scenes that it refuses are rows that say why.
     summary
         From a `Result` to what is kept of it, in place of `steady_motion`.
     out
@@ -190,5 +218,7 @@ def sweep(
         raise SceneError(f"window = {window} s: must be positive")
     if stop_time is not None and not 0.0 < stop_time < np.inf:
         raise SceneError(f"stop_time = {stop_time}: must be a positive number of seconds")
-    task = Simulation(stop_time, window, summary)
+    if model not in get_args(Model):
+        raise SceneError(f'model = {model!r}: must be "element" or "condensed"')
+    task = Simulation(stop_time, window, summary, model)
     return compute(cases(scene, over, table), task, out=out, count=workers, cluster=cluster, progress=progress)

@@ -16,6 +16,7 @@ from typer.core import TyperGroup
 if TYPE_CHECKING:
     from rich.console import Console
 
+    from gallop_fmu.descriptions import Description
     from gallop_fmu.scene import Scene
 
 
@@ -87,10 +88,14 @@ def example(text: str) -> str:
 
 def chosen_scene(name: str, changes: list[str] | None) -> Scene:
     """The named scene with the changes of ``--set``."""
-    from gallop_fmu.scene import load_scene
+    return chosen_description(name, changes).scene()
 
-    scene = load_scene(name)
-    return scene.with_values(dict(map(_change, changes))) if changes else scene
+
+def chosen_description(name: str, changes: list[str] | None) -> Description:
+    """The same before its line is resolved, for tables and grids to change."""
+    from gallop_fmu.descriptions import Description
+
+    return Description.of(name).with_values(dict(map(_change, changes or ())))
 
 
 def _change(text: str) -> tuple[str, Any]:

@@ -35,7 +35,8 @@ SpanTable = Annotated[
         "--table",
         metavar="FILE",
         help="Spans to compute: .csv, or .geojson whose properties are the columns. Columns are values of a scene "
-        "(span.length), name, scene (a packaged name or a path), and label.ANYTHING to carry along.",
+        "(span.length) or of its \\[line] (line.span), name, scene (a packaged name or a path), and label.ANYTHING to "
+        "carry along.",
     ),
 ]
 RunsOut = Annotated[

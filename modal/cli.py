@@ -16,6 +16,7 @@ from gallop_fmu.terminal import (
     Exit,
     SceneName,
     check_output,
+    chosen_description,
     chosen_scene,
     echo_json,
     example,
@@ -34,6 +35,7 @@ from gallop_fmu.terminal_runs import (
 )
 
 if TYPE_CHECKING:
+    from gallop_fmu.descriptions import Description
     from gallop_fmu.runs import Progress, Runs
     from gallop_fmu.scene import Scene
 
@@ -326,6 +328,10 @@ def screen_span(
     highest: Annotated[
         float | None, typer.Option(metavar="U", help="Highest wind speed \\[m/s]; else 1.5 times the scene's.")
     ] = None,
+    first_look: Annotated[
+        bool,
+        typer.Option("--first-look", help="Many spans: only the estimate by hand, about thirty times as fast."),
+    ] = False,
     out: RunsOut = None,
     workers: WorkerCount = None,
     cluster: ClusterAddress = None,
@@ -345,11 +351,19 @@ def screen_span(
         if plot:
             raise SceneError("--plot draws one span; leave it out, or leave out --over and --table")
         _screen_many(
-            chosen_scene(scene, changes) if scene else None, over, table, highest, out, workers, cluster, as_json
+            chosen_description(scene, changes) if scene else None,
+            over,
+            table,
+            highest,
+            first_look,
+            out,
+            workers,
+            cluster,
+            as_json,
         )
         return
-    if out or workers or cluster:
-        raise SceneError("--out, --workers and --cluster are for many spans; give --over or --table")
+    if first_look or out or workers or cluster:
+        raise SceneError("--first-look, --out, --workers and --cluster are for many spans; give --over or --table")
     if scene is None:
         raise SceneError("no scene: give SCENE, or spans to screen with --table")
     chosen = _scene(scene, changes, plot)
@@ -372,10 +386,11 @@ def screen_span(
 
 
 def _screen_many(
-    base: Scene | None,
+    base: Description | None,
     over: list[str] | None,
     table: Path | None,
     highest: float | None,
+    first_look: bool,
     out: Path | None,
     workers: int | None,
     cluster: str | None,
@@ -389,13 +404,14 @@ def _screen_many(
             grid_of(over),
             table=table,
             highest_wind=highest,
+            first_look=first_look,
             out=out,
             workers=workers,
             cluster=cluster,
             progress=progress,
         )
 
-    columns = ("outcome", "risk", "ratio", "galloping_from", "onset_wind_speed")
+    columns = ("outcome", "suspect", "risk", "ratio", "galloping_from", "onset_wind_speed", "estimated_onset")
     carry_out("gallop-modal", compute, columns, out, as_json=as_json)
 
 

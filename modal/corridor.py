@@ -8,11 +8,14 @@ from pathlib import Path
 from typing import Any
 
 from gallop_fmu import Runs, Scene
+from gallop_fmu.descriptions import Description
 from gallop_fmu.runs import CarryOn, Progress, compute, one_by_one
 from gallop_fmu.spans import cases
 from gallop_fmu.store import Row
 from gallop_fmu.workers import Kind
-from modal.screening import Screening, screen
+from modal.resonance import frequency_ratio
+from modal.screening import REACH, Screening, check_wind, screen
+from modal.two_mode import two_mode_estimate
 
 SCREENING_COLUMNS = {
     "risk": ("", "whether galloping starts the horizontal swing: none, detuned, possible, certain, undetermined"),
@@ -31,6 +34,19 @@ SCREENING_COLUMNS = {
     "growth_per_cycle": ("1", "growth of a small swing in a vertical cycle at the scene's wind"),
     "saturated_vertical": ("m", "vertical amplitude that galloping and swing settle at"),
     "saturated_horizontal": ("m", "horizontal amplitude that they settle at"),
+}
+
+
+NEAR = 0.1
+"""Detuning below which a span is suspect whatever the estimate says."""
+
+FIRST_LOOK_COLUMNS = {
+    "suspect": ("", "whether the estimate knows a threshold of the swing, reached or not, or the ratio is near 2"),
+    **{key: SCREENING_COLUMNS[key] for key in ("wind_speed", "highest_wind", "vertical_hz", "horizontal_hz")},
+    **{key: SCREENING_COLUMNS[key] for key in ("ratio", "detuning")},
+    "estimated_vertical": ("m", "estimate of the vertical amplitude of galloping without swing at the scene's wind"),
+    "estimated_threshold": ("m", "estimate of the vertical amplitude at which the swing starts"),
+    "estimated_onset": ("m/s", "estimate of the wind at which the swing starts"),
 }
 
 
@@ -78,12 +94,52 @@ def row_of(found: Screening) -> Row:
     }
 
 
+@dataclass(frozen=True)
+class FirstLookTask:
+    """The task of `screen_spans` that takes a first look."""
+
+    highest_wind: float | None
+    kind: Kind = "processes"
+
+    @property
+    def columns(self) -> Mapping[str, tuple[str, str]]:
+        """Column to unit and meaning."""
+        return FIRST_LOOK_COLUMNS
+
+    def __str__(self) -> str:
+        return f"first look, {ScreeningTask(self.highest_wind)}"
+
+    def __call__(self, scenes: Sequence[Scene], carry_on: CarryOn) -> list[Row]:
+        """Estimate for a group of scenes, each by itself."""
+        return one_by_one(self._look, scenes, carry_on)
+
+    def _look(self, scene: Scene) -> Row:
+        wind = scene.wind.mean_speed
+        highest = REACH * wind if self.highest_wind is None else self.highest_wind
+        check_wind(scene, wind, highest)
+        pair, found = frequency_ratio(scene), two_mode_estimate(scene, wind, highest)
+        gallops = found.vertical_amplitude > 0.0
+        return {
+            "suspect": found.threshold_amplitude is not None or abs(pair.detuning) < NEAR,
+            "wind_speed": wind,
+            "highest_wind": highest,
+            "vertical_hz": pair.vertical_hz,
+            "horizontal_hz": pair.horizontal_hz,
+            "ratio": pair.ratio,
+            "detuning": pair.detuning,
+            "estimated_vertical": found.vertical_amplitude if gallops else None,
+            "estimated_threshold": found.threshold_amplitude,
+            "estimated_onset": found.onset_wind_speed,
+        }
+
+
 def screen_spans(
-    scene: Scene | str | Path | None = None,
+    scene: Scene | Description | str | Path | None = None,
     over: Mapping[str, Sequence[Any]] | None = None,
     *,
     table: Path | str | Sequence[Mapping[str, Any]] | None = None,
     highest_wind: float | None = None,
+    first_look: bool = False,
     out: Path | str | None = None,
     workers: int | None = None,
     cluster: str | None = None,
@@ -97,14 +153,18 @@ def screen_spans(
         As for `gallop_fmu.sweep`.
     highest_wind
         Highest wind speed [m/s] looked at; None takes 1.5 times each scene's.
+    first_look
+        In place of `modal.screen` only `modal.two_mode_estimate`, about thirty times as fast: for thousands of spans,
+        of which the ``suspect`` ones are then screened. The estimate may miss an onset, mostly above 2:1; so a span is
+        suspect as soon as it has a threshold in sight (`benchmarks/corridor.py` compares).
     workers
         Number of processes; None takes one for each core.
 
     Returns
     -------
     Runs
-        One row a span with the columns of `SCREENING_COLUMNS`, also for those that could not be screened: ``outcome``
-        and ``message`` tell why.
+        One row a span with the columns of `SCREENING_COLUMNS` or `FIRST_LOOK_COLUMNS`, also for those that could not be
+        screened: ``outcome`` and ``message`` tell why.
 
     Raises
     ------
@@ -118,5 +178,5 @@ def screen_spans(
     >>> found.dataset.risk.values.tolist()
     ['certain', 'certain']
     """
-    task = ScreeningTask(highest_wind)
+    task = FirstLookTask(highest_wind) if first_look else ScreeningTask(highest_wind)
     return compute(cases(scene, over, table), task, out=out, count=workers, cluster=cluster, progress=progress)

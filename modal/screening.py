@@ -140,7 +140,7 @@ def screen(scene: Scene, highest_wind: float | None = None) -> Screening:
     began = clock.process_time()
     wind = scene.wind.mean_speed
     highest = REACH * wind if highest_wind is None else highest_wind
-    _check(scene, wind, highest)
+    check_wind(scene, wind, highest)
     frequencies = frequency_ratio(scene)
     rest = at_rest(scene)
     model = reduced_model(scene, rest)
@@ -169,7 +169,8 @@ def screen(scene: Scene, highest_wind: float | None = None) -> Screening:
     return replace(found, seconds=clock.process_time() - began)
 
 
-def _check(scene: Scene, wind: float, highest: float) -> None:
+def check_wind(scene: Scene, wind: float, highest: float) -> None:
+    """Refuse a scene that cannot be screened for want of curve or wind."""
     if scene.aerodynamics is None:
         raise SceneError("aerodynamics is not given: without a coefficient curve no wind can drive the span")
     if not wind > 0.0:

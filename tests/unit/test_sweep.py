@@ -2,6 +2,7 @@
 
 import json
 import math
+import os
 
 import numpy as np
 import pytest
@@ -12,7 +13,7 @@ import modal
 from gallop_fmu import cli, terminal_runs
 from gallop_fmu.clearance import cigre_322_single_loop, davison_single_loop
 from gallop_fmu.sweeping import SUMMARY_COLUMNS
-from modal.corridor import SCREENING_COLUMNS
+from modal.corridor import FIRST_LOOK_COLUMNS, SCREENING_COLUMNS, FirstLookTask
 
 WINDS = {"wind.speed": [4.0, 5.5], "ice.attack_angle_deg": [180.0, 300.0, 178.0]}
 """300 deg lies outside the coefficient curve."""
@@ -119,6 +120,27 @@ def test_grid_of_a_table_is_named(scene):
     assert runs.dataset["label.owner"].values.tolist() == ["x"] * 3 + ["y"] * 3
 
 
+def test_condensed_rows_are_what_condensed_runs_give(scene):
+    """But for the forces on the supports, which that model has not; scenes that it refuses say so."""
+    runs = gf.sweep(scene, {"span.sag": [2.12, 4.0]}, table=[{"span.horizontal_tension": None}], stop_time=20.0,
+                    window=10.0, model="condensed")  # fmt: skip
+    result = gf.simulate_condensed(scene.with_values({"span.horizontal_tension": None}), 20.0)
+    row = {name: runs.dataset[name].values[0] for name in SUMMARY_COLUMNS if name in runs.dataset}
+    amplitude, mean, frequency = result.steady(10.0)["u2"]
+    assert (row["u2_amplitude"], row["u2_mean"], row["u2_frequency_hz"]) == (amplitude, mean, frequency)
+    assert row["lowest_tension"] == result.report.lowest_tension
+    assert math.isnan(row["support_force_highest"])
+    assert runs.dataset.outcome.values.tolist() == ["completed", "invalid_scene"]
+    assert "sag" in runs.dataset.message.values[1]
+
+
+def test_models_are_not_mixed_in_one_file(scene, tmp_path):
+    arguments = {"stop_time": 1.0, "out": tmp_path / "runs.parquet"}
+    gf.sweep(scene, {"wind.speed": [4.0]}, **arguments)
+    with pytest.raises(gf.SceneError, match=r"task was simulate to .* is simulate_condensed to"):
+        gf.sweep(scene, {"wind.speed": [4.0]}, **arguments, model="condensed")
+
+
 @pytest.mark.parametrize("workers", [1, 3])
 def test_number_of_threads_changes_nothing(scene, runs, workers):
     assert same(gf.sweep(scene, WINDS, stop_time=20.0, window=10.0, workers=workers), runs)
@@ -161,13 +183,14 @@ def test_another_version_is_not_mixed_in(scene, tmp_path, monkeypatch):
 
 def test_a_file_that_cannot_be_written_at_the_end_loses_nothing(scene, tmp_path):
     out = tmp_path / "runs.nc"
-    (tmp_path / "runs.nc.new").mkdir()
+    in_the_way = tmp_path / f"runs.nc.{os.getpid()}.new"
+    in_the_way.mkdir()
     with pytest.raises(
         gf.RunsStoppedError, match=r"runs.nc cannot be written .* 2 of 2 runs are done and kept in .*nc.journal"
     ) as end:
         gf.sweep(scene, {"wind.speed": [4.0, 5.0]}, stop_time=1.0, out=out)
     assert end.value.result.done == 2
-    (tmp_path / "runs.nc.new").rmdir()
+    in_the_way.rmdir()
     calls = []
     again = gf.sweep(scene, {"wind.speed": [4.0, 5.0]}, stop_time=1.0, out=out, progress=lambda *n: calls.append(n))
     assert calls == [(2, 0, 2)]
@@ -180,6 +203,7 @@ def test_a_file_that_cannot_be_written_at_the_end_loses_nothing(scene, tmp_path)
     [
         ({"workers": 0}, "workers = 0"),
         ({"window": 0.0}, "window = 0.0 s"),
+        ({"model": "linear"}, "model = 'linear'"),
         ({"stop_time": math.inf}, "stop_time = inf"),
         ({"workers": 1, "cluster": "tcp://127.0.0.1:1"}, "a cluster has its own workers"),
         ({"out": "runs.csv"}, "must end in .parquet or .nc"),
@@ -267,11 +291,19 @@ def test_command_refuses(invoke, words, fragment):
     assert "Traceback" not in result.output
 
 
-def test_screening_many_is_screening_each(scene):
+def test_screening_a_table_is_screening_each(scene, invoke, tmp_path):
     """In a process of its own; the second span has no structural damping."""
+    from modal.cli import app
+
     scene = scene.with_values({"numerics.elements": 8, "wind.speed": 4.8})
-    table = [{"name": "A", "span.sag": 2.1}, {"name": "B", "damping": {}}]
-    found = modal.screen_spans(scene, table=table, highest_wind=4.9, workers=1)
+    scene.save(tmp_path / "mine.toml")
+    (tmp_path / "spans.csv").write_text("name,span.sag,damping\nA,2.1,\nB,,{}\n")
+    words = ("screen", "mine.toml", "--table", "spans.csv", "-o", "a.nc", "--highest", 4.9, "--workers", 1)
+    result = invoke(*words, app=app)
+    assert result.exit_code == 1
+    assert "wrote a.nc: 2 of 2 runs" in result.stdout
+    assert "  B: the structural damping ratio" in result.stderr
+    found = gf.read_runs(tmp_path / "a.nc")
     alone = modal.screen(scene.with_values({"span.sag": 2.1}), 4.9)
     row = {name: found.dataset[name].values[0] for name in SCREENING_COLUMNS}
     assert row["risk"] == alone.risk == "detuned"
@@ -285,11 +317,31 @@ def test_screening_many_is_screening_each(scene):
     assert "structural damping ratio" in found.dataset.message.values[1]
 
 
+def test_first_look_is_the_estimate(scene):
+    """Seen to swing; with a threshold that is not reached; without one; and no wind at all."""
+    example, free = gf.load_scene("example3"), {"span.horizontal_tension": None}
+    scenes = [example, *(example.with_values({**free, "span.sag": sag}) for sag in (1.8, 1.5))]
+    calm = scene.with_values({"wind.speed": 0.0})
+    swings, below, detuned, calm = FirstLookTask(6.0)([*scenes, calm], lambda: True)
+    alone = modal.two_mode_estimate(scenes[0], 5.5, 6.0)
+    assert swings["suspect"] is True
+    assert swings["estimated_onset"] == alone.onset_wind_speed
+    assert swings["estimated_threshold"] == alone.threshold_amplitude
+    assert swings["estimated_vertical"] == alone.vertical_amplitude
+    assert swings["ratio"] == modal.frequency_ratio(scenes[0]).ratio
+    assert set(FIRST_LOOK_COLUMNS) <= set(swings)
+    assert (below["suspect"], below["estimated_onset"]) == (True, None)
+    assert (detuned["suspect"], detuned["estimated_threshold"]) == (False, None)
+    assert calm["outcome"] == "invalid_scene"
+    assert "wind.speed = 0 m/s" in calm["message"]
+
+
 @pytest.mark.parametrize(
     ("words", "fragment"),
     [
         ((), "no scene"),
         (("example3", "--out", "a.nc"), "are for many spans"),
+        (("example3", "--first-look"), "are for many spans"),
         (("example3", "--over", "span.sag=2.1", "--plot", "a.png"), "--plot draws one span"),
     ],
 )
@@ -299,14 +351,3 @@ def test_screen_command_refuses(invoke, words, fragment):
     result = invoke("screen", *words, app=app)
     assert result.exit_code == 2
     assert fragment in result.stderr
-
-
-def test_screen_command_takes_a_table(invoke, tmp_path):
-    """Spans without damping are refused at once, so this costs no screening."""
-    from modal.cli import app
-
-    (tmp_path / "spans.csv").write_text("name,damping\nA,{}\nB,{}\n")
-    result = invoke("screen", "example3", "--table", "spans.csv", "-o", "a.nc", "--workers", 1, app=app)
-    assert result.exit_code == 1
-    assert "wrote a.nc: 2 of 2 runs" in result.stdout
-    assert "  B: the structural damping ratio" in result.stderr
