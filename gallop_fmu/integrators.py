@@ -1,10 +1,10 @@
 """The time integrators: what each is, its order and its stability.
 
 The one table that packing, provenance and tests read.  Measured on example 3 (15 elements): Newmark is the cheaper one
-down to errors of about 0.3 %, Gauss below that. Where a rough start makes axial modes ring that no step resolves, Newmark
-has to halve its steps on fine meshes; the generalised-alpha method lets them decay and goes on.  Methods that were tried
-and are not here, as one of these is as good or better everywhere: Gauss with 2 stages, Lobatto IIIA of orders 4 and 6,
-Radau IIA of order 5.
+down to errors of about 0.3 %, Gauss below that.  Where a rough start makes axial modes ring that no step resolves,
+Newmark has to halve its steps on fine meshes; the generalised-alpha method lets them decay and goes on.  Methods that
+were tried and are not here, as one of these is as good or better everywhere: Gauss with 2 stages, Lobatto IIIA of
+orders 4 and 6, Radau IIA of order 5.
 """
 
 from __future__ import annotations

@@ -19,8 +19,8 @@ from pydantic import Field, ValidationError, field_validator, model_validator
 from gallop_fmu.aerodynamics import Aerodynamics
 from gallop_fmu.damping import Damping
 from gallop_fmu.errors import SceneError
-from gallop_fmu.integrators import SPECTRAL_RADIUS
 from gallop_fmu.files import write_whole
+from gallop_fmu.integrators import SPECTRAL_RADIUS
 from gallop_fmu.laws import Law
 from gallop_fmu.lines import scene_data
 from gallop_fmu.loads import Load
@@ -174,7 +174,7 @@ class Numerics(Section):
             )
         if self.spectral_radius is not None and self.integrator != "generalised_alpha":
             raise SceneError(
-                f'spectral_radius = {self.spectral_radius}: only integrator = "generalised_alpha" has one; choose that, '
+                f'spectral_radius = {self.spectral_radius}: only integrator = "generalised_alpha" has one; choose it, '
                 "or remove spectral_radius"
             )
         return self
