@@ -157,9 +157,7 @@ class Numerics(Section):
     @model_validator(mode="after")
     def _tolerance_can_be_kept(self) -> Numerics:
         if self.tolerance is not None and self.integrator == "newmark":
-            raise SceneError(
-                f'tolerance = {self.tolerance}: integrator = "newmark" takes equal steps; choose "gauss6"'
-            )
+            raise SceneError(f'tolerance = {self.tolerance}: integrator = "newmark" takes equal steps; choose "gauss6"')
         return self
 
     @property

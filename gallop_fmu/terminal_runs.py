@@ -82,6 +82,16 @@ def grid_of(over: Sequence[str] | None) -> dict[str, list[Any]] | None:
     return grid or None
 
 
+def check_given(scene: str | None, over: Sequence[str] | None, table: Path | None) -> None:
+    """Refuse a command that names no runs."""
+    from gallop_fmu.errors import SceneError
+
+    if not over and table is None:
+        raise SceneError("nothing to vary: give --over, such as --over wind.speed=4:7:0.5, or --table")
+    if scene is None and table is None:
+        raise SceneError("no scene: give SCENE, or a --table whose column scene names one in each row")
+
+
 def values_of(option: str, text: str) -> list[Any]:
     """What ``4,5,5.5`` or ``4:6:0.5`` stands for.
 
