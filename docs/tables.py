@@ -88,7 +88,7 @@ def fmu_table() -> Iterator[str]:
 
 def command_help() -> Iterator[str]:
     """What `--help` of every command of both programs prints."""
-    plain = CliRunner(env={"COLUMNS": "100", "TERM": "dumb", "NO_COLOR": "1"})
+    plain = CliRunner(env={"COLUMNS": "84", "TERM": "dumb", "NO_COLOR": "1"})
     for program, app in (("gallop-fmu", gallop), ("gallop-modal", toolkit)):
         for name in sorted(typer.main.get_command(app).commands):
             shown = plain.invoke(app, [name, "--help"], prog_name=program, catch_exceptions=False)

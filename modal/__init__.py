@@ -23,6 +23,7 @@ if TYPE_CHECKING:
     from modal.linear import linear_model, root_locus
     from modal.modes import Mode, natural_modes
     from modal.onset import CriticalWind, critical_wind_speed
+    from modal.report.page import write_report
     from modal.resonance import DesignChange, FrequencyRatio, crossings, frequency_ratio, ratio_map, way_out
     from modal.screening import Cycle, Screening, screen
     from modal.stringing import change_of_state
@@ -40,6 +41,7 @@ _HOMES = {
     "linear": ("linear_model", "root_locus"),
     "modes": ("Mode", "natural_modes"),
     "onset": ("CriticalWind", "critical_wind_speed"),
+    "report.page": ("write_report",),
     "resonance": ("DesignChange", "FrequencyRatio", "crossings", "frequency_ratio", "ratio_map", "way_out"),
     "screening": ("Cycle", "Screening", "screen"),
     "stringing": ("change_of_state",),
@@ -83,6 +85,7 @@ __all__ = [
     "track_modes",
     "two_mode_estimate",
     "way_out",
+    "write_report",
 ]
 
 

@@ -337,7 +337,8 @@ def _freed(scene: Scene) -> Scene:
 
 
 def _sentence(path: str, unit: str, before: float, after: float, here: FrequencyRatio, there: FrequencyRatio) -> str:
-    change = f"{'raising' if after > before else 'lowering'} {path} from {before:.4g} to {after:.4g} {unit}"
+    first, last = (f"{float(f'{value:.4g}'):,.10g}" for value in (before, after))
+    change = f"{'raising' if after > before else 'lowering'} {path} from {first} to {last} {unit}"
     effect = "away from" if abs(there.detuning) > abs(here.detuning) else "nearer to"
     return (
         f"{change} takes the ratio from {here.ratio:.3f} to {there.ratio:.3f}, {effect} 2:1 "

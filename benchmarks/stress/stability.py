@@ -4,14 +4,14 @@ from __future__ import annotations
 
 import time as clock
 from dataclasses import dataclass
-from typing import Any, get_args
+from typing import Any
 
 import numpy as np
 
 import gallop_fmu as gf
 from gallop_fmu.energy import account
 from gallop_fmu.engine import Model
-from gallop_fmu.scene import Numerics
+from gallop_fmu.integrators import INTEGRATORS
 
 STEPS = (0.0025, 0.005, 0.01, 0.02, 0.04, 0.06, 0.08, 0.1, 0.15, 0.2)
 WINDS = (0.0, 5.5, 10.0, 20.0, 40.0, 60.0)
@@ -49,11 +49,8 @@ PARTNER = 0.05
 
 
 def integrators() -> dict[str, dict[str, Any]]:
-    """Name of each integrator the scene knows to the values that choose it."""
-    field = Numerics.model_fields.get("integrator")
-    if field is None:
-        return {"newmark": {}}
-    return {str(name): {"numerics.integrator": name} for name in get_args(field.annotation)}
+    """Name of each integrator to the values that choose it."""
+    return {name: {"numerics.integrator": name} for name in INTEGRATORS}
 
 
 @dataclass(frozen=True)

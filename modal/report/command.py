@@ -1,0 +1,80 @@
+"""The command ``gallop-fmu report``, which `gallop_fmu.cli` finds by its entry point."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from gallop_fmu.terminal import (
+    Changes,
+    Exit,
+    SceneName,
+    check_output,
+    chosen_scene,
+    complain,
+    example,
+    new_console,
+)
+
+if TYPE_CHECKING:
+    from modal.report.findings import Progress
+
+app = typer.Typer()
+
+
+@app.command(epilog=example("gallop-fmu report example3 -o report.html"))
+def report(
+    scene: SceneName,
+    out: Annotated[Path, typer.Option("--out", "-o", metavar="FILE", help="Page to write (.html).")],
+    until: Annotated[float | None, typer.Option(metavar="S", help="Simulated time \\[s]; else the scene's.")] = None,
+    changes: Changes = None,
+) -> None:
+    """Write all about a span as one HTML page: scene, modes, risk, critical winds, simulation, clearance.
+
+    What cannot be found out stands there with the reason. Where the simulation ends early, or cannot start, the page is
+    written all the same, and the exit code is 1.
+    """
+    chosen = chosen_scene(scene, changes)
+    check_output(out, (".html", ".htm"))
+    from modal.report.findings import Missing, examine
+    from modal.report.page import write_page
+
+    with _progress(chosen.title) as shown:
+        findings = examine(chosen, until, shown)
+        if shown:
+            shown("page", 0.0)
+        write_page(findings, out)
+    new_console().print(f"wrote {out} ({out.stat().st_size / 1e6:.2f} MB)", soft_wrap=True)
+    if not findings.completed:
+        result = findings.result
+        ended = result.reason if isinstance(result, Missing) else str(result.report)
+        complain(f"{ended} The page shows what was computed.")
+        raise typer.Exit(Exit.ENDED_EARLY)
+
+
+@contextmanager
+def _progress(title: str) -> Iterator[Progress | None]:
+    """A bar on standard error with what is being computed, if somebody is there to watch."""
+    if not sys.stderr.isatty():
+        yield None
+        return
+    from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
+
+    columns = TextColumn("{task.description}"), BarColumn(), TimeRemainingColumn()
+    with Progress(*columns, console=new_console(stderr=True), transient=True) as bar:
+        bar.console.print(title, style="dim")
+        task, current = bar.add_task("starting", total=None), ""
+
+        def show(name: str, share: float) -> None:
+            nonlocal current
+            if name != current:
+                bar.reset(task, total=None, description=name)
+                current = name
+            bar.update(task, completed=share, total=1.0 if share > 0.0 else None)
+
+        yield show

@@ -1,0 +1,221 @@
+"""Figures that only the report needs, and any figure as SVG that takes part in the page's light and dark colours."""
+
+from __future__ import annotations
+
+import re
+import textwrap
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from io import StringIO
+from typing import TYPE_CHECKING, Any, Literal
+
+import matplotlib
+import numpy as np
+from matplotlib.figure import Figure
+from numpy.typing import NDArray
+
+from gallop_fmu.clearance import Ellipse
+from gallop_fmu.plots import COLOURS, NEUTRAL, STYLE
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+    from gallop_fmu.aerodynamics import AerodynamicCurve
+    from modal.report.findings import Statics
+
+Array = NDArray[np.float64]
+
+WIDE, NARROW = 7.1, 4.1
+"""Width [inch] of a figure across the page, and on a telephone, where the lettering must stay as large."""
+
+LETTERS = 13.0
+"""Letters of a title that fit into an inch."""
+
+SIDES: tuple[Literal["left", "center"], ...] = ("left", "center")
+
+REST_STYLES: tuple[dict[str, Any], ...] = (
+    {"color": "#404040"},
+    {"color": "#0072B2", "linestyle": (0, (4, 2)), "linewidth": 1.4},
+)
+RULE_STYLES = ("-", "--")
+
+VARIABLES = {
+    "#000000": "currentColor",
+    "#404040": "currentColor",
+    "#0072b2": "var(--blue)",
+    "#d55e00": "var(--vermilion)",
+    "#009e73": "var(--green)",
+    "#cc79a7": "var(--pink)",
+    "#e69f00": "var(--amber)",
+}
+"""Colours of the figures to those of the style sheet, which differ in dark mode."""
+
+
+@dataclass(frozen=True)
+class Picture:
+    """A figure for the page as SVG, drawn twice where its lettering would be too small on a telephone."""
+
+    label: str
+    caption: str
+    wide: str
+    narrow: str
+
+
+def picture(name: str, label: str, caption: str, draw: Callable[[], Figure], *, once: bool = False) -> Picture:
+    """Draw a figure for the page.
+
+    Parameters
+    ----------
+    name
+        Distinguishes its identifiers from those of other figures of the page.
+    label, caption
+        What it shows: for those who cannot see it, and the line below it.
+    draw
+        Makes the figure.
+    once
+        Whether it is narrow enough as it is.
+    """
+    return Picture(label, caption, svg(draw(), name), "" if once else svg(draw(), f"{name}-narrow", NARROW))
+
+
+def svg(figure: Figure, name: str, width: float | None = None) -> str:
+    """A figure as an SVG element to stand in a page.
+
+    Parameters
+    ----------
+    figure
+        The figure; it is changed if a width is given.
+    name
+        Distinguishes its identifiers from those of other figures of the page.
+    width
+        Draw it with this width [inch]; titles are broken to fit.
+    """
+    if width is not None:
+        resize(figure, width, float(figure.get_size_inches()[1]))
+    text = StringIO()
+    with matplotlib.rc_context({"svg.fonttype": "none", "svg.hashsalt": name}):
+        figure.savefig(text, format="svg", transparent=True, metadata={"Date": None})
+    return _embedded(text.getvalue(), name)
+
+
+def resize(figure: Figure, width: float, height: float) -> Figure:
+    """The figure in another size [inch]: panels side by side come one below the other, titles are broken to fit."""
+    panels = figure.axes
+    grids = [axes.get_subplotspec() for axes in panels]
+    if any(grid is not None and grid.get_gridspec().ncols > 1 for grid in grids):
+        height *= len(panels)
+        below = figure.add_gridspec(len(panels), 1)
+        for row, axes in enumerate(panels):
+            axes.set_subplotspec(below[row])
+    figure.set_size_inches(width, height)
+    with matplotlib.rc_context(STYLE):
+        for axes in panels:
+            for side in SIDES:
+                if title := axes.get_title(loc=side):
+                    axes.set_title(textwrap.fill(title, int(LETTERS * width)), loc=side)
+    return figure
+
+
+def static_shape(states: Mapping[str, Statics]) -> Figure:
+    """The span at rest from the side and from above.
+
+    Parameters
+    ----------
+    states
+        Name to state, at most two.
+    """
+    with matplotlib.rc_context(STYLE):
+        figure = Figure(figsize=(WIDE, 3.6), layout="constrained")
+        side, above = figure.subplots(2, 1, sharex=True, height_ratios=(1.4, 1.0))
+        for (name, state), style in zip(states.items(), REST_STYLES, strict=False):
+            side.plot(state.x[:, 0], state.x[:, 1], label=name, **style)
+            above.plot(state.x[:, 0], state.x[:, 2], **style)
+            for axes, column in ((side, 1), (above, 2)):
+                axes.plot(state.x[[0, -1], 0], state.x[[0, -1], column], "o", color=NEUTRAL, markersize=3.0)
+        side.set_ylabel("height $x_2$ [m]")
+        side.set_title("from the side (scales differ)", loc="left")
+        above.set_ylabel("downwind $x_3$ [m]")
+        above.set_title("from above (scales differ)", loc="left")
+        above.set_xlabel("along the span $x_1$ [m]")
+        if np.ptp(above.get_ylim()) < 1e-6:
+            above.set_ylim(-1.0, 1.0)
+        side.legend(frameon=False, loc="upper center", ncols=2)
+    return figure
+
+
+def coefficient_figure(curve: AerodynamicCurve, attack_angle: float) -> Figure:
+    """Lift, drag and moment coefficient over the attack angle, the span's own [rad] marked."""
+    angle = np.linspace(curve.breakpoint[0], curve.breakpoint[-1], 361)
+    with matplotlib.rc_context(STYLE):
+        figure = Figure(figsize=(WIDE, 2.6), layout="constrained")
+        axes = figure.subplots()
+        lines = (("lift", "u2", "-"), ("drag", "u3", "--"), ("moment", "theta", "-."))
+        for name, colour, style in lines:
+            axes.plot(np.degrees(angle), getattr(curve, name)(angle), style, color=COLOURS[colour], label=name)
+        first, last = np.degrees(curve.breakpoint[[0, -1]])
+        own = np.degrees(attack_angle)
+        axes.axhline(0.0, color=NEUTRAL, linewidth=0.4)
+        axes.axvline(own - 360.0 * round((own - 0.5 * (first + last)) / 360.0), color=NEUTRAL, linewidth=0.6)
+        axes.set_title("vertical line: initial attack angle of the scene", loc="left")
+        axes.set_xlabel("attack angle [deg]")
+        axes.set_ylabel("coefficient [1]")
+        axes.margins(x=0.0)
+        axes.legend(frameon=False, ncols=3)
+    return figure
+
+
+def clearance_figure(
+    data: xr.Dataset, ellipses: Mapping[str, Ellipse], places: Mapping[str, tuple[float, float]]
+) -> Figure:
+    """Where mid-span got to, among the ellipses of design rules.
+
+    Parameters
+    ----------
+    data
+        Mid-span u2 and u3 [m] over time.
+    ellipses
+        Name of the rule to its ellipse.
+    places
+        Where the conductor rests: name to x3, x2 [m] from its place in still air.
+    """
+    x, y = np.asarray(data.u3.values), np.asarray(data.u2.values)
+    rest = list(places.values())[-1]
+    with matplotlib.rc_context(STYLE):
+        figure = Figure(figsize=(NARROW, 4.6), layout="constrained")
+        axes = figure.subplots()
+        hull = outermost(x, y)
+        axes.fill(x[hull], y[hull], color=COLOURS["u2"], alpha=0.25, linewidth=0.0)
+        axes.plot(x[[*hull, hull[0]]], y[[*hull, hull[0]]], color=COLOURS["u2"], label="reached in the run")
+        for (name, ellipse), style in zip(ellipses.items(), RULE_STYLES, strict=False):
+            across, up = ellipse.outline()
+            axes.plot(rest[0] + across, rest[1] + up, style, color=COLOURS["u3"], label=name)
+        for (name, place), mark in zip(places.items(), ("o", "s"), strict=False):
+            axes.plot(*place, mark, color=NEUTRAL, markersize=3.5, label=name)
+        axes.set_aspect("equal", adjustable="datalim")
+        axes.set_xlabel("downwind $u_3$ [m]")
+        axes.set_ylabel("vertical $u_2$ [m]")
+        figure.legend(loc="outside lower center", frameon=False, ncols=2)
+    return figure
+
+
+def outermost(x: Array, y: Array, directions: int = 360) -> list[int]:
+    """Numbers of the points that lie farthest in each direction, once round: the corners of their convex hull."""
+    angle = np.linspace(0.0, 2.0 * np.pi, directions, endpoint=False)
+    farthest = [int(np.argmax(x * np.cos(towards) + y * np.sin(towards))) for towards in angle]
+    return list(dict.fromkeys(farthest))
+
+
+def _embedded(text: str, name: str) -> str:
+    """Without what an element in a page does not need, in the page's colours, its identifiers its own."""
+    text = text[text.index("<svg") :]
+    text = re.sub(r"<metadata>.*?</metadata>", "", text, flags=re.DOTALL)
+    head, body = text.split(">", 1)
+    box = re.search(r'viewBox="[^"]*"', head)
+    assert box is not None
+    used = set(re.findall(r'(?:href="#|url\(#)([^")]+)', body))
+    body = re.sub(r' id="([^"]+)"', lambda m: f' id="{name}-{m[1]}"' if m[1] in used else "", body)
+    body = re.sub(r'xlink:href="#', f'href="#{name}-', body).replace("url(#", f"url(#{name}-")
+    body = re.sub(r"-?\d+\.\d{3,}", lambda m: f"{float(m[0]):.2f}", body)
+    for colour, variable in VARIABLES.items():
+        body = re.sub(colour, variable, body, flags=re.IGNORECASE)
+    return f'<svg {box[0]} preserveAspectRatio="xMidYMid meet" aria-hidden="true">{body.strip()}'

@@ -1,0 +1,274 @@
+"""The findings as tables of text, every number with its unit."""
+
+from __future__ import annotations
+
+import math
+import platform
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from datetime import datetime
+from importlib.metadata import version
+from typing import Any
+
+import numpy as np
+
+from gallop_fmu import Outcome, Result, Scene
+from gallop_fmu.paths import leaves
+from gallop_fmu.result import summary
+from modal.modes import Mode
+from modal.onset import CriticalWind
+from modal.report.findings import Findings, Missing, Statics
+from modal.screening import Screening
+
+FEW = 8
+"""Numbers of an array that are all printed; of a longer one only how many, the first and the last."""
+
+NOT_TEXT = ("title", "description", "sources")
+"""Leaves of a scene that do not belong into its table: the page shows them elsewhere."""
+
+NOT_STATED = "not stated"
+AS_ABOVE = "as above"
+"""Instead of a source that the row before gave in full."""
+
+SHOWN = {"u2": "vertical u2", "u3": "horizontal u3", "theta": "twist", "tension": "tension"}
+
+
+@dataclass(frozen=True)
+class Table:
+    """A table: first column a name, cells as text."""
+
+    caption: str
+    headings: tuple[str, ...]
+    rows: Sequence[tuple[str, ...]]
+
+
+@dataclass(frozen=True)
+class Card:
+    """One number of the summary on top, with the section where it comes from."""
+
+    name: str
+    value: str
+    remark: str
+    section: str
+
+
+def scene_tables(scene: Scene) -> list[Table]:
+    """Every value of a scene that is set, with unit, meaning and source, a table for each section."""
+    groups: dict[str, list[tuple[str, ...]]] = {}
+    last = ""
+    for leaf in leaves(scene):
+        if leaf.path in NOT_TEXT or leaf.value is None or leaf.value == ():
+            continue
+        section, name = leaf.path.split(".", 1)
+        rows, source = groups.setdefault(section, []), source_of(scene, leaf.path)
+        told = AS_ABOVE if rows and source == last != NOT_STATED else source
+        rows.append((name, value_text(leaf.value), "" if leaf.unit == "1" else leaf.unit, leaf.meaning, told))
+        last = source
+    return [Table(name, ("name", "value", "unit", "meaning", "source"), rows) for name, rows in groups.items()]
+
+
+def source_of(scene: Scene, path: str) -> str:
+    """What the scene says about the origin of a value: its own source, or that of the section it is in."""
+    parts = path.split(".")
+    starts = (".".join(parts[:count]) for count in range(len(parts), 0, -1))
+    return next((scene.sources[start] for start in starts if start in scene.sources), NOT_STATED)
+
+
+def value_text(value: Any) -> str:
+    """A value of a scene, exactly unless it is a long array."""
+    if isinstance(value, tuple):
+        if len(value) > FEW:
+            return f"{len(value)} values, from {value_text(value[0])} to {value_text(value[-1])}"
+        return ", ".join(map(value_text, value))
+    return f"{value:.10g}" if isinstance(value, float) else str(value)
+
+
+def static_table(findings: Findings) -> Table:
+    """Both states of rest, side by side."""
+    states = [state for state in (findings.still, findings.blown) if isinstance(state, Statics)]
+    quantities = {
+        "sag in the plane of the span [m]": [f"{state.sag:.4f}" for state in states],
+        "drop of mid-span below the chord [m]": [f"{state.lowered:.4f}" for state in states],
+        "swing out of the vertical plane [deg]": [f"{math.degrees(state.swing):z.2f}" for state in states],
+        "twist at mid-span [deg]": [f"{math.degrees(state.twist):z.2f}" for state in states],
+        "tension at mid-span [kN]": [f"{state.tension / 1e3:.3f}" for state in states],
+    }
+    for end, number in (("left", 0), ("right", 1)):
+        for axis, way in enumerate(("along the span", "upwards", "with the wind")):
+            name = f"force on the {end} tower, {way} [kN]"
+            quantities[name] = [f"{state.support_force[number, axis] / 1e3:z.3f}" for state in states]
+    headings = [wind_text(state.wind_speed) for state in states]
+    return Table("At rest", ("", *headings), [(name, *cells) for name, cells in quantities.items()])
+
+
+def wind_text(speed: float) -> str:
+    """Name of a state of rest."""
+    return f"wind of {speed:.4g} m/s" if speed > 0.0 else "still air"
+
+
+def mode_table(modes: list[Mode], caption: str) -> Table:
+    """Modes in order of frequency."""
+    rows = [
+        (
+            f"{mode.family}\N{NO-BREAK SPACE}{mode.loops}",
+            f"{mode.frequency_hz:.4f}",
+            f"{100.0 * mode.damping_ratio:.2f}",
+            f"{100.0 * mode.shares[mode.family]:.1f}",
+            "yes" if mode.symmetric else "no",
+        )
+        for mode in modes
+    ]
+    headings = ("family and loops", "frequency [Hz]", "damping ratio [%]", "share of the family [%]", "symmetric")
+    return Table(caption, headings, rows)
+
+
+def screening_table(found: Screening) -> Table:
+    """What galloping settles in at the scene's wind, without and with swing; the threshold between."""
+    rows = [
+        (
+            name,
+            f"{cycle.wind_speed:.4g}",
+            f"{cycle.vertical:.3f}",
+            f"{cycle.horizontal:.3f}",
+            f"{math.degrees(cycle.twist):.2f}",
+            f"{cycle.frequency_hz:.4f}",
+            f"{100.0 * (cycle.multiplier - 1.0):+.1f}",
+        )
+        for name, cycle in (("galloping without swing", found.galloping), ("galloping with swing", found.saturated))
+        if cycle is not None
+    ]
+    headings = ("motion", "wind [m/s]", "vertical [m]", "horizontal [m]", "twist [deg]", "frequency [Hz]")
+    return Table("Predicted limit cycles, half peak-to-peak", (*headings, "disturbance per cycle [%]"), rows)
+
+
+def onset_table(onsets: list[CriticalWind]) -> Table:
+    """Wind at which each mode begins to grow."""
+    rows = [
+        (
+            f"{onset.mode.family} {onset.mode.loops}",
+            f"{onset.mode.frequency_hz:.4f}",
+            f"none up to {onset.searched_to:g}" if onset.wind_speed is None else f"{onset.wind_speed:.3f}",
+            "-" if onset.frequency_hz is None else f"{onset.frequency_hz:.4f}",
+            "-" if onset.den_hartog is None else f"{onset.den_hartog:.3f}",
+        )
+        for onset in onsets
+    ]
+    headings = ("mode", "still air [Hz]", "critical wind [m/s]", "frequency there [Hz]", "Den Hartog's wind [m/s]")
+    return Table("Wind at which each mode begins to grow", headings, rows)
+
+
+def motion_table(result: Result) -> Table:
+    """Steady motion at mid-span, and the extremes of the whole run."""
+    numbers, data = summary(result), result.midspan()
+    midspan, window = numbers["midspan"], numbers["window"]
+    assert isinstance(midspan, dict)
+    rows = []
+    for name, row in midspan.items():
+        scale, unit = {"theta": (180.0 / math.pi, "deg"), "tension": (1e-3, "kN")}.get(name, (1.0, "m"))
+        low, high = float(data[name].min()) * scale, float(data[name].max()) * scale
+        steady = f"{row['amplitude'] * scale:.4g}", f"{row['mean'] * scale:.4g}"
+        frequency = f"{row['frequency_hz']:.4f}" if row["frequency_hz"] else "-"
+        rows.append((f"{SHOWN[name]} [{unit}]", *steady, frequency, f"{low:.4g}", f"{high:.4g}"))
+    last = f"last {window:g} s"
+    headings = ("mid-span", f"amplitude, {last}", f"mean, {last}", "frequency [Hz]", "lowest in the run", "highest")
+    return Table("Motion at mid-span; amplitudes are half peak-to-peak", headings, rows)
+
+
+def clearance_table(findings: Findings, result: Result, place: tuple[float, float]) -> Table:
+    """How far mid-span got out of each ellipse; `place` is where the conductor rests, x3 and x2 [m]."""
+    data = result.midspan()
+    x, y = np.asarray(data.u3.values) - place[0], np.asarray(data.u2.values) - place[1]
+    rows = []
+    for name, ellipse in findings.ellipses.items():
+        if isinstance(ellipse, Missing):
+            continue
+        beyond = ellipse.distance(x, y)
+        farthest = int(np.argmax(beyond))
+        rows.append(
+            (
+                name,
+                f"{ellipse.major:.3f}",
+                f"{ellipse.minor:.3f}",
+                f"{ellipse.offset:.3f}",
+                f"{math.degrees(ellipse.rotation):.2f}",
+                f"{beyond[farthest]:+.3f}",
+                f"{float(data.time[farthest]):.2f}",
+                f"{100.0 * float(np.mean(beyond > 0.0)):.1f}",
+            )
+        )
+    ellipse_headings = ("rule", "major axis [m]", "minor axis [m]", "offset [m]", "rotation [deg]")
+    headings = (*ellipse_headings, "farthest beyond the edge [m]", "at time [s]", "share of records outside [%]")
+    return Table("Mid-span and the ellipses of two design rules", headings, rows)
+
+
+def numerics_table(findings: Findings) -> Table:
+    """How it was computed, and what the numerics had to do."""
+    scene, rows = findings.scene, [("elements", f"{findings.scene.numerics.elements}")]
+    step = scene.numerics.time_step
+    rows.append(("time step", f"{step:g} s"))
+    if not isinstance(findings.frequencies, Missing):
+        steps = 1.0 / (findings.frequencies.vertical_hz * step)
+        rows.append(("steps in a period of the first vertical mode", f"{steps:.0f}"))
+    if isinstance(findings.result, Result):
+        report, attrs = findings.result.report, findings.result.dataset.attrs
+        time = findings.result.dataset.time.values
+        interval = float(time[1] - time[0]) if len(time) > 1 else step
+        rows += [
+            ("integrator", str(attrs["integrator"])),
+            ("steps, sub-steps", f"{report.steps}, {report.substeps}"),
+            ("Newton iterations per step", f"{report.iterations / max(report.steps, 1):.2f}"),
+            ("times that a step was halved", f"{report.halvings}"),
+            ("lowest tension anywhere", f"{report.lowest_tension / 1e3:.3f} kN"),
+            ("nodal force that holds sag and tension as given, largest", f"{attrs['held_imbalance']:.3g} N"),
+            ("records, and time between them", f"{len(time)}, {interval:g} s"),
+        ]
+    return Table("Numerics", ("", ""), rows)
+
+
+def provenance_table(findings: Findings) -> Table:
+    """What computed it, when and where."""
+    rows = [
+        ("program", f"gallop-fmu {version('gallop-fmu')}"),
+        ("Python, NumPy", f"{platform.python_version()}, {np.__version__}"),
+        ("machine", f"{platform.system()} {platform.machine()}"),
+        ("written", datetime.now().astimezone().isoformat(timespec="seconds")),
+        ("time that it took", ", ".join(f"{name} {seconds:.1f} s" for name, seconds in findings.seconds.items())),
+    ]
+    if isinstance(findings.result, Result):
+        rows.insert(1, ("kernel", str(findings.result.dataset.attrs["kernel"])))
+    return Table("Provenance", ("", ""), rows)
+
+
+def cards(findings: Findings) -> Iterator[Card]:
+    """The page in a few numbers; what is missing is left to its section."""
+    still, frequencies, screening, result = (
+        findings.still,
+        findings.frequencies,
+        findings.screening,
+        findings.result,
+    )
+    if isinstance(still, Statics):
+        yield Card("Sag in still air", f"{still.sag:.3f} m", f"tension {still.tension / 1e3:.2f} kN", "static")
+    if not isinstance(frequencies, Missing):
+        pair = f"{frequencies.vertical_hz:.4f} / {frequencies.horizontal_hz:.4f} Hz, vertical / horizontal"
+        yield Card("Frequency ratio", f"{frequencies.ratio:.3f}", pair, "ratio")
+    if isinstance(findings.onsets, list):
+        speeds = [onset.wind_speed for onset in findings.onsets if onset.wind_speed is not None]
+        if speeds:
+            yield Card("First mode grows from", f"{min(speeds):.2f} m/s", "linear theory", "critical")
+        else:
+            highest = f"up to {findings.onsets[0].searched_to:g} m/s"
+            yield Card("First mode grows from", "none", highest, "critical")
+    if isinstance(screening, Screening):
+        start = "no onset found" if screening.onset_wind_speed is None else f"from {screening.onset_wind_speed:.2f} m/s"
+        yield Card("Risk of a 2:1 swing", screening.risk, start, "ratio")
+    if isinstance(result, Result):
+        if result.outcome is not Outcome.COMPLETED:
+            ended = f"at {result.report.time:.4g} s"
+            yield Card("Simulation", "ended early", ended, "simulation")
+        data = result.midspan()
+        if data.sizes["time"] > 1:
+            midspan = summary(result)["midspan"]
+            assert isinstance(midspan, dict)
+            across = f"horizontal {midspan['u3']['amplitude']:.3f} m, at the end of the run"
+            yield Card("Vertical amplitude", f"{midspan['u2']['amplitude']:.3f} m", across, "simulation")
