@@ -63,6 +63,6 @@ print("wrote", save_figure(figure, Path(tempfile.mkdtemp(prefix="gallop-")) / "s
 # %% With 0.02 s the default is right to half a per cent; a tolerance of 1e-3 is much better, in a seventh of the steps.
 order = np.log2(errors["newmark"][:-1, 0] / errors["newmark"][1:, 0])
 assert np.all(np.abs(order - 2.0) < 0.06)  # 1.98 and 1.99
-assert abs(errors["newmark"][2, 0] - 0.0041) < 0.0002  # +0.41 %
+assert [f"{error:+.1%}" for error in errors["newmark"][1:, 0]] == ["+1.6%", "+0.4%", "+0.1%"]
 assert np.all(np.abs(errors["tolerance"][1]) < 1e-4)  # +0.002 % and +0.000 %
-assert runs["tolerance"][1][1] * 6 < runs["newmark"][2][1]  # 6615 against 45000
+assert abs(runs["tolerance"][1][1] - 6600) < 100  # 6615, against 45000
