@@ -27,6 +27,7 @@ from gallop_fmu.terminal import (
     new_app,
     new_console,
     new_table,
+    start,
 )
 from gallop_fmu.terminal_runs import (
     ClusterAddress,
@@ -283,7 +284,7 @@ _add_commands()
 
 def main() -> None:
     """Entry point of the command ``gallop-fmu``."""
-    app(prog_name="gallop-fmu")
+    start(app, "gallop-fmu")
 
 
 def _check_records(scene: Scene, until: float | None, every: int | None) -> None:

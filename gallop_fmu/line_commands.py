@@ -11,7 +11,7 @@ from gallop_fmu.terminal import AsJson, Exit, check_output, code_words, complain
 
 NEW_EXAMPLE = (
     "gallop-fmu new mine.toml --conductor Drake --span 300 --stringing-percent 20 --ice-thickness 0.012 "
-    "--attack-angle-deg 180 --wind-speed 6 --coefficients example3"
+    "--attack-angle-deg 180 --wind-speed 4 --coefficients example3"
 )
 
 

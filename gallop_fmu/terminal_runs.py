@@ -194,7 +194,10 @@ def _bar(*, silent: bool) -> Iterator[Progress | None]:
 def _show(runs: Runs, columns: Sequence[str], out: Path | None) -> None:
     console, dataset = new_console(), runs.dataset
     keys = [key for key in (*runs.varied, *columns) if key in dataset]
-    table = new_table(*(f"{key}\n[{unit}]" if (unit := dataset[key].attrs.get("units")) else key for key in keys))
+    # Spaces, so that a narrow terminal breaks a heading instead of cutting it; what was varied keeps its name as typed.
+    titles = [key if key in runs.varied else key.replace("_", " ") for key in keys]
+    units = [dataset[key].attrs.get("units") for key in keys]
+    table = new_table(*(f"{title}\n[{unit}]" if unit else title for title, unit in zip(titles, units, strict=True)))
     rows = _rows(dataset)
     for row in rows[:SHOWN]:
         table.add_row(*(_cell(row.get(key)) for key in keys))

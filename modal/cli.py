@@ -21,6 +21,7 @@ from gallop_fmu.terminal import (
     new_app,
     new_console,
     new_table,
+    start,
 )
 from gallop_fmu.terminal_runs import (
     ClusterAddress,
@@ -425,4 +426,4 @@ def _tell(told: dict[str, Any], lines: list[Any], figure: Any, plot: Path | None
 
 def main() -> None:
     """Entry point of the command ``gallop-modal``."""
-    app(prog_name="gallop-modal")
+    start(app, "gallop-modal")

@@ -272,7 +272,7 @@ def test_as_a_process(tmp_path):
 @pytest.mark.parametrize(
     ("typed", "offered"),
     [
-        ("gallop-fmu r", "run"),
+        ("gallop-fmu ru", "run"),
         ("gallop-fmu run ex", "example1 example2 example3"),
         ("gallop-fmu run min", "mine.toml"),
         ("gallop-fmu run lines/", "lines/north.toml"),
@@ -297,6 +297,17 @@ def test_tab_completes(tmp_path, typed, offered):
         [sys.executable, "-P", "-c", code], cwd=tmp_path, env=os.environ | asked, capture_output=True, text=True
     )
     assert done.stdout.split() == offered.split()
+
+
+@pytest.mark.parametrize(("set_before", "seen"), [({}, "1"), ({"OPENBLAS_NUM_THREADS": "3"}, "3")])
+def test_small_matrices_get_one_thread(monkeypatch, set_before, seen):
+    monkeypatch.delenv("OPENBLAS_NUM_THREADS", raising=False)
+    for name, value in set_before.items():
+        monkeypatch.setenv(name, value)
+    found = []
+    terminal.start(lambda prog_name: found.append((prog_name, os.environ["OPENBLAS_NUM_THREADS"])), "gallop-fmu")
+    monkeypatch.delenv("OPENBLAS_NUM_THREADS", raising=False)
+    assert found == [("gallop-fmu", seen)]
 
 
 @pytest.mark.skipif(os.name == "nt", reason="Windows has no pseudo-terminals of this kind")
