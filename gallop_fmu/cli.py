@@ -127,7 +127,7 @@ def run(
             progress=shown,
             on_failure="return",
         )
-    written = _write(result, out, plot)
+    written, unwritten = _write(result, out, plot)
     if as_json:
         echo_json({**summary(result), "files": list(map(str, written))})
     else:
@@ -137,6 +137,11 @@ def run(
             f"what was computed until then is in {', '.join(map(str, written))}" if written else "nothing was written"
         )
         complain(f"{result.report} The run ended early; {kept}.")
+    for problem in unwritten:
+        complain(f"{problem.filename}: cannot be written ({problem.strerror}); a file that stood there is as it was")
+    if unwritten:
+        raise typer.Exit(Exit.BAD_INPUT)
+    if result.outcome is not Outcome.COMPLETED:
         raise typer.Exit(Exit.ENDED_EARLY)
 
 
@@ -299,13 +304,21 @@ def _check_records(scene: Scene, until: float | None, every: int | None) -> None
         )
 
 
-def _write(result: Result, out: Path | None, plot: Path | None) -> list[Path]:
-    written = [result.save(out)] if out else []
+def _write(result: Result, out: Path | None, plot: Path | None) -> tuple[list[Path], list[OSError]]:
+    """What was written, and what could not be: one full disk must not cost the other file, nor the summary."""
+    written, unwritten = [], []
+    try:
+        written += [result.save(out)] if out else []
+    except OSError as problem:
+        unwritten.append(problem)
     if plot:
         from gallop_fmu.plots import overview, save_figure
 
-        written.append(save_figure(overview(result), plot))
-    return written
+        try:
+            written.append(save_figure(overview(result), plot))
+        except OSError as problem:
+            unwritten.append(problem)
+    return written, unwritten
 
 
 @contextmanager

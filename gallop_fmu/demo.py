@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 
 from gallop_fmu.channels import NODE_CHANNELS, NODE_INDEX
 from gallop_fmu.errors import SceneError
+from gallop_fmu.files import netcdf_bytes, write_whole
 from gallop_fmu.result import Oscillation, dominant_frequency, oscillation
 from gallop_fmu.scene import load_scene
 
@@ -224,7 +225,7 @@ def run_demo(
     seconds = clock.perf_counter() - started
     dataset = _dataset(records, fmu, seconds)
     transfer = find_transfer(dataset.time.values, dataset.u2.values, dataset.u3.values)
-    dataset.to_netcdf(folder / "example3.nc", engine="h5netcdf")
+    write_whole(folder / "example3.nc", netcdf_bytes(dataset))
     figure = story(
         dataset, transfer.windows, "Galloping wakes a swing at half its frequency (coefficient curve reconstructed)"
     )

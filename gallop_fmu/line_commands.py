@@ -94,6 +94,7 @@ def new(
 ) -> None:
     """Write a scene from a line's familiar numbers, every value with unit, meaning and source."""
     from gallop_fmu.annotated import annotated_toml
+    from gallop_fmu.files import write_whole
     from gallop_fmu.scene import Scene
 
     check_output(out, (".toml",))
@@ -101,5 +102,5 @@ def new(
         complain(f"{out}: exists already; choose another name, or remove it first")
         raise typer.Exit(Exit.BAD_INPUT)
     line = {name: value for name, value in context.params.items() if name != "out" and value is not None}
-    out.write_text(annotated_toml(Scene.from_dict({"line": line})), encoding="utf-8", newline="\n")
+    write_whole(out, annotated_toml(Scene.from_dict({"line": line})).encode())
     new_console().print(f"wrote {out}; gallop-fmu run {out} computes it", soft_wrap=True)

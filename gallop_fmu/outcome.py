@@ -32,7 +32,8 @@ class Outcome(Enum):
     SLACK = (
         4,
         "the tension fell below zero: the cable went slack, and a cable element cannot carry compression",
-        "raise the tension, lower the wind or the load, or let it act more gradually",
+        "raise the tension, lower the wind or the load, or let it act more gradually; "
+        'conductor.slack = "tension_only" lets the full model go slack',
     )
     EQUILIBRIUM_NOT_FOUND = (
         5,

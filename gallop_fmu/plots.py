@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import textwrap
 from collections.abc import Mapping, Sequence
+from io import BytesIO
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -18,6 +19,7 @@ from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from gallop_fmu.errors import SceneError
+from gallop_fmu.files import write_whole
 from gallop_fmu.result import Result, dominant_frequency
 
 if TYPE_CHECKING:
@@ -175,7 +177,9 @@ def save_figure(figure: Figure, path: Path | str) -> Path:
     if path.suffix not in SUFFIXES:
         raise SceneError(f"{path}: pictures are written as {', '.join(SUFFIXES)}, not as {path.suffix or 'no suffix'}")
     with matplotlib.rc_context({"svg.fonttype": "none", "pdf.fonttype": 42}):
-        figure.savefig(path, dpi=200)
+        content = BytesIO()
+        figure.savefig(content, format=path.suffix[1:], dpi=200)
+    write_whole(path, content.getvalue())
     return path
 
 

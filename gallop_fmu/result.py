@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 from dataclasses import dataclass
 from importlib.util import find_spec
+from io import StringIO
 from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
 
@@ -12,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gallop_fmu.errors import SceneError
+from gallop_fmu.files import netcdf_bytes, write_whole
 from gallop_fmu.outcome import Outcome, Report
 from gallop_fmu.scene import Scene
 
@@ -125,31 +127,37 @@ class Result:
     def save(self, path: Path | str) -> Path:
         """Write everything as NetCDF (``.nc``), or the mid-span histories as CSV or Parquet (``.csv``, ``.parquet``).
 
-        Parquet needs the extra ``parquet``; units and provenance stand in the table's attributes.
+        Parquet needs the extra ``parquet``; units and provenance stand in the table's attributes. The file is replaced
+        as a whole: if the new one cannot be written, an older one stays.
 
         Raises
         ------
         SceneError
             If the suffix is another one, or pyarrow is missing.
+        OSError
+            If the file cannot be written, such as on a full disk.
         """
         path = Path(path)
         if path.suffix == ".nc":
-            self.dataset.to_netcdf(path, engine="h5netcdf")
+            content = netcdf_bytes(self.dataset)
         elif path.suffix == ".csv":
             frame, units = self._table()
             header = ",".join(["time [s]", *(f"{name} [{unit}]" for name, unit in units.items())])
             table = np.column_stack([frame.index.to_numpy(), frame.to_numpy()])
-            np.savetxt(path, table, delimiter=",", header=header, comments="", fmt="%.12g")
+            text = StringIO()
+            np.savetxt(text, table, delimiter=",", header=header, comments="", fmt="%.12g")
+            content = text.getvalue().encode()
         elif path.suffix == ".parquet":
             if find_spec("pyarrow") is None:
                 raise SceneError(f'{path}: Parquet needs pyarrow; install it with pip install "gallop-fmu[parquet]"')
             frame, units = self._table()
             frame.attrs = {"units": {"time": "s", **units}, **self.dataset.attrs}
-            frame.to_parquet(path, engine="pyarrow")
+            content = frame.to_parquet(engine="pyarrow")
         else:
             raise SceneError(
                 f"{path}: results are written as .nc (NetCDF), .csv or .parquet, not as {path.suffix or 'no suffix'}"
             )
+        write_whole(path, content)
         return path
 
     def _table(self) -> tuple[pd.DataFrame, dict[str, str]]:

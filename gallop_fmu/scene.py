@@ -19,13 +19,14 @@ from pydantic import Field, ValidationError, field_validator, model_validator
 from gallop_fmu.aerodynamics import Aerodynamics
 from gallop_fmu.damping import Damping
 from gallop_fmu.errors import SceneError
+from gallop_fmu.files import write_whole
 from gallop_fmu.laws import Law
 from gallop_fmu.lines import scene_data
 from gallop_fmu.loads import Load
 from gallop_fmu.paths import Leaf, explain, leaves, replace_values, unknown_key
 from gallop_fmu.sections import Number, Section, WholeNumber, quantity, setting
 from gallop_fmu.supports import Supports
-from gallop_fmu.textfiles import packaged_names, packaged_text, read_text
+from gallop_fmu.textfiles import packaged_names, packaged_text, parse_toml, read_text
 
 SAG_TENSION_AGREEMENT = 0.05
 """Largest relative difference between a given sag and m g L^2/(8 H); published pairs differ by 1 to 2 %."""
@@ -69,6 +70,9 @@ class Conductor(Section):
     axial_stiffness: Number = quantity(..., "N", "axial stiffness EA", gt=0)
     torsional_stiffness: Number = quantity(..., "N m2/rad", "torsional stiffness GJ", gt=0)
     torsional_inertia: Number = quantity(..., "kg m", "mass moment of inertia per unit length about x1", gt=0)
+    slack: Literal["error", "tension_only"] = setting(
+        "error", "where tension would fall below zero: the run ends, or the conductor moves on without tension there"
+    )
 
 
 class Ice(Section):
@@ -223,12 +227,14 @@ class Scene(Section):
         SceneError
             One line per problem.
         """
-        if "line" in data:
-            data = scene_data(data, Path(folder))
         try:
+            if "line" in data:
+                data = scene_data(data, Path(folder))
             return cls.model_validate(data, context={"folder": Path(folder)})
         except ValidationError as error:
             raise SceneError(explain(error, cls)) from None
+        except RecursionError:
+            raise SceneError("the data are nested too deeply to be a scene") from None
 
     def to_toml(self) -> str:
         """The whole scene as TOML, defaults included; loading it gives an equal scene."""
@@ -236,7 +242,7 @@ class Scene(Section):
 
     def save(self, path: Path | str) -> None:
         """Write `to_toml` to a file."""
-        Path(path).write_text(self.to_toml(), encoding="utf-8", newline="\n")
+        write_whole(Path(path), self.to_toml().encode())
 
     def with_values(self, values: Mapping[str, Any]) -> Scene:
         """Copy with some values replaced, validated as a whole.
@@ -253,7 +259,10 @@ class Scene(Section):
             Unknown key, with the closest valid one, or a value that is not allowed.
         """
         data = self.model_dump(mode="json", exclude_none=True)
-        return type(self).from_dict(replace_values(type(self), data, values))
+        try:
+            return type(self).from_dict(replace_values(type(self), data, values))
+        except RecursionError:
+            raise SceneError("the values are nested too deeply to be those of a scene") from None
 
     def numbers(self) -> dict[str, tuple[float | int, str, str]]:
         """Every value that is one number and is set: dotted path to (value, unit, meaning), in order of declaration."""
@@ -365,9 +374,9 @@ def _packaged() -> dict[str, str]:
 
 def _parse(text: str, name: str, folder: Path) -> Scene:
     try:
-        data = tomllib.loads(text)
-    except (tomllib.TOMLDecodeError, RecursionError) as problem:
-        raise SceneError(f"{name}: not a TOML file ({problem})") from None
+        data = parse_toml(text)
+    except SceneError as problem:
+        raise SceneError(f"{name}: {problem}") from None
     if not {"line", "span", "conductor"} & data.keys():
         raise SceneError(f"{name}: not a scene file; it has neither [line] nor [span] nor [conductor]")
     try:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import csv
 import hashlib
 import itertools
 import json
@@ -15,7 +14,7 @@ from typing import Any
 from gallop_fmu.errors import SceneError
 from gallop_fmu.paths import all_keys, unknown_key
 from gallop_fmu.scene import Scene, load_scene
-from gallop_fmu.textfiles import read_text, read_value
+from gallop_fmu.textfiles import read_cells, read_text, read_value
 
 NAME, SCENE, LABEL = "name", "scene", "label."
 """Columns of a table that are no values of a scene: what the span is called, its scene, and what is carried along."""
@@ -166,12 +165,8 @@ def _rows(table: Path | str | Sequence[Mapping[str, Any]]) -> list[dict[str, Any
 
 
 def _csv_rows(path: Path) -> Iterator[dict[str, Any]]:
-    lines = csv.reader(read_text(path).splitlines())
     header: list[str] | None = None
-    for number, cells in enumerate(lines, start=1):
-        cells = [cell.strip() for cell in cells]
-        if not any(cells) or cells[0].startswith("#"):
-            continue
+    for number, cells in read_cells(path):
         if header is None:
             header = cells
             twice = {name for name in header if header.count(name) > 1}

@@ -22,6 +22,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gallop_fmu.errors import SceneError
+from gallop_fmu.files import netcdf_bytes, write_whole
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -210,15 +211,7 @@ def rows_of(dataset: xr.Dataset) -> list[Row]:
 
 def write(dataset: xr.Dataset, path: Path) -> None:
     """Write a file as a whole: whoever reads it finds the old one or the new one."""
-    new = path.with_name(path.name + ".new")
-    content = _as_parquet(dataset) if path.suffix == ".parquet" else _as_netcdf(dataset)
-    try:
-        new.write_bytes(content)
-        os.replace(new, path)
-    except BaseException:
-        with suppress(OSError):
-            new.unlink(missing_ok=True)
-        raise
+    write_whole(path, _as_parquet(dataset) if path.suffix == ".parquet" else netcdf_bytes(dataset))
 
 
 def _check_path(path: Path) -> None:
@@ -316,13 +309,6 @@ def _as_parquet(dataset: xr.Dataset) -> bytes:
     schema = pa.schema(fields, metadata={ATTRIBUTE: dataset.attrs[ATTRIBUTE]})
     buffer = BytesIO()
     parquet.write_table(pa.table(list(columns.values()), schema=schema), buffer)
-    return buffer.getvalue()
-
-
-def _as_netcdf(dataset: xr.Dataset) -> bytes:
-    """In memory, since HDF5 crashes the program when the disk is full."""
-    buffer = BytesIO()
-    dataset.to_netcdf(buffer, engine="h5netcdf")
     return buffer.getvalue()
 
 

@@ -56,6 +56,7 @@ SUPPORT_FIELDS: dict[str, tuple[str, ...]] = {
 LAW_KINDS = {"constant": 0, "ramp": 1, "pulse": 1, "harmonic": 2, "table": 3}
 SUPPORT_KINDS = {"rigid": 0, "springs": 1, "adjacent_span": 2}
 OUTSIDE_KINDS = {"error": 0, "hold": 1, "periodic": 2}
+SLACK_KINDS = {"error": 0, "tension_only": 1}
 
 
 class CLaw(c.Structure):
@@ -132,6 +133,7 @@ class CScene(c.Structure):
         ("newton_tolerance", c.c_double),
         ("tolerance", c.c_double),
         ("laws_only", c.c_int32),
+        ("slack", c.c_int32),
     )
 
 
@@ -256,6 +258,7 @@ class Packed:
     def _pack_span(self, scene: Scene) -> None:
         self._copy(scene.span, self.scene, "span", dict.fromkeys(SPAN_FIELDS))
         self._copy(scene.conductor, self.scene, "conductor", CONDUCTOR_FIELDS)
+        self.scene.slack = SLACK_KINDS[scene.conductor.slack]
         self._copy(scene.ice, self.scene, "ice", ICE_FIELDS)
 
     def _pack_air(self, scene: Scene) -> None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import csv
 import math
+import re
 import tomllib
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -17,6 +18,10 @@ from gallop_fmu.errors import SceneError
 
 LARGEST_FILE = 10_000_000
 """Bytes; a scene or table beyond this is taken for a mistake."""
+DEEPEST = 40
+"""Levels of nested TOML tables and arrays that are read; a scene has few."""
+# Found before parsing, which takes a time that grows with the square of the levels.
+_DEEP_KEY = re.compile(rf"""(?<![\w"'-])(?:[\w"'-]++[ \t]*+\.[ \t]*+){{{DEEPEST}}}""")
 
 
 def read_text(path: Path) -> str:
@@ -32,10 +37,11 @@ def read_text(path: Path) -> str:
             raise SceneError(f"{path}: no such file")
         if not path.is_file():
             raise SceneError(f"{path}: not a file")
-        size = path.stat().st_size
-        if size > LARGEST_FILE:
-            raise SceneError(f"{path}: has {size} bytes; at most {LARGEST_FILE} are read")
-        text = path.read_bytes().decode("utf-8-sig")
+        with path.open("rb") as file:
+            content = file.read(LARGEST_FILE + 1)
+        if len(content) > LARGEST_FILE:
+            raise SceneError(f"{path}: has {path.stat().st_size} bytes; at most {LARGEST_FILE} are read")
+        text = content.decode("utf-8-sig")
     except UnicodeDecodeError:
         raise SceneError(f"{path}: not a text file in UTF-8") from None
     except (OSError, ValueError) as problem:
@@ -47,13 +53,38 @@ def read_text(path: Path) -> str:
     return text
 
 
+def parse_toml(text: str) -> dict[str, Any]:
+    """Tables and values of TOML text.
+
+    Raises
+    ------
+    SceneError
+        It is none, or nested more than `DEEPEST` levels.
+    """
+    try:
+        if _DEEP_KEY.search(text):
+            raise RecursionError
+        parsed = tomllib.loads(text)
+        level: list[Any] = [parsed]
+        for _ in range(DEEPEST):
+            level = [item for one in level for item in (one.values() if isinstance(one, dict) else one)]
+            level = [item for item in level if isinstance(item, (dict, list))]
+        if level:
+            raise RecursionError
+    except RecursionError:
+        raise SceneError(f"not a TOML file that can be a scene (nested more than {DEEPEST} levels)") from None
+    except ValueError as problem:  # a whole number of thousands of digits is no TOMLDecodeError
+        raise SceneError(f"not a TOML file ({problem})") from None
+    return parsed
+
+
 def read_value(text: str) -> Any:
     """A value as users write it in a cell or behind ``--set``: as in TOML, ``none`` for None, else the text."""
     if text == "none":
         return None
     try:
-        parsed = tomllib.loads(f"value = {text}")
-    except (tomllib.TOMLDecodeError, RecursionError):
+        parsed = parse_toml(f"value = {text}")
+    except SceneError:
         return text
     return parsed["value"] if len(parsed) == 1 else text
 
@@ -86,7 +117,7 @@ def read_header(path: Path) -> list[str]:
     SceneError
         Unreadable file.
     """
-    lines = _filled_lines(path)
+    lines = read_cells(path)
     return lines[0][1] if lines else []
 
 
@@ -98,7 +129,7 @@ def read_table(path: Path, header: Sequence[str]) -> Table:
     SceneError
         Unreadable file, other header, or a cell that is not a finite number; the message names the row.
     """
-    filled = _filled_lines(path)
+    filled = read_cells(path)
     if not filled or filled[0][1] != list(header):
         found = ",".join(filled[0][1])[:80] if filled else "an empty file"
         raise SceneError(f"{path.name}: the first line must be {','.join(header)}, found {found}")
@@ -111,8 +142,18 @@ def read_table(path: Path, header: Sequence[str]) -> Table:
     return Table(path.name, {name: tuple(line[k] for line in numbers) for k, name in enumerate(header)}, rows)
 
 
-def _filled_lines(path: Path) -> list[tuple[int, list[str]]]:
-    lines = list(enumerate(csv.reader(read_text(path).splitlines()), start=1))
+def read_cells(path: Path) -> list[tuple[int, list[str]]]:
+    """Rows of a CSV file with their numbers; empty lines and lines that start with ``#`` are skipped.
+
+    Raises
+    ------
+    SceneError
+        Unreadable file, or a cell without end.
+    """
+    try:
+        lines = list(enumerate(csv.reader(read_text(path).splitlines()), start=1))
+    except csv.Error as problem:
+        raise SceneError(f"{path}: not a CSV file ({problem})") from None
     filled = [(row, [cell.strip() for cell in cells]) for row, cells in lines if any(cell.strip() for cell in cells)]
     return [(row, cells) for row, cells in filled if not cells[0].startswith("#")]
 

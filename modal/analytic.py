@@ -4,6 +4,26 @@ H. M. Irvine and T. K. Caughey (1974), Proc. R. Soc. A 341, 299-315; H. M. Irvin
 for inclined spans. What the theory leaves out is of the order of the squared ratio of sag to span: the change of
 tension along the span, the longitudinal inertia, and the difference between parabola and catenary. It knows no
 eccentric ice.
+
+How far the first symmetric vertical frequency is from that of the finite elements, on a span of 100 m without eccentric
+ice; a spring is 80 kN/m along and 2 kN/m across the span:
+
+============================  ========  ========  ========  ========
+ends, difference of height    sag 0.4%  sag 1 %   sag 2 %   sag 4 %
+============================  ========  ========  ========  ========
+rigid, 0 to 25 m              0.002 %   0.003 %   0.01 %    0.16 %
+rigid, 50 m                   0.001 %   0.005 %   0.13 %    0.12 %
+springs at both ends, 0       0.005 %   0.03 %    0.04 %    0.27 %
+springs at both ends, 25 m    0.08 %    0.01 %    0.02 %    0.23 %
+springs at both ends, 50 m    0.30 %    0.10 %    0.04 %    0.06 %
+spring at one end, 0          0.003 %   0.02 %    0.16 %    0.36 %
+spring at one end, 10 m       0.11 %    0.29 %    0.67 %    0.52 %
+spring at one end, 25 m       0.26 %    0.65 %    1.3 %     0.85 %
+spring at one end, 50 m       0.44 %    1.0 %     2.1 %     1.9 %
+============================  ========  ========  ========  ========
+
+On a slope an end that gives way also moves across the chord, which the theory leaves out: it is for level spans, and
+for inclined ones between rigid ends or springs that are alike. The horizontal frequency is within 0.1 % everywhere.
 """
 
 from __future__ import annotations

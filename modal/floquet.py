@@ -52,7 +52,7 @@ def monodromy(stiffness: Array, damping: Array, mass: Array, period: float) -> A
 
 
 LEAST_SHARE = 0.2
-"""Part of the first horizontal mode in a disturbance, relative to the largest, from which it counts as a swing."""
+"""Participation of the first horizontal mode in a disturbance, relative to the largest, from which it is a swing."""
 
 
 @dataclass(frozen=True)
@@ -62,8 +62,8 @@ class Multipliers:
     Attributes
     ----------
     swing : complex
-        The multiplier of the horizontal swing: of the disturbance with the largest part in the first horizontal mode.
-        Beyond -1 the swing grows at half the frequency of the orbit.
+        The multiplier of the horizontal swing: the largest of the disturbances in which the first horizontal mode
+        participates. Beyond -1 the swing grows at half the frequency of the orbit.
     others : ndarray
         All others, without the one along the orbit, which is 1; largest first.
     """
@@ -78,12 +78,15 @@ class Multipliers:
 
 
 def multipliers(model: ReducedModel, orbit: Orbit, periods_per_orbit: int = 1) -> Multipliers:
-    """Floquet multipliers of an orbit; of one that swings, over the two vertical cycles of it."""
+    """Floquet multipliers of an orbit; of one that swings, over the two vertical cycles of it.
+
+    How much a mode participates in a disturbance tell right and left vector together (Perez-Arriaga, Verghese, Schweppe
+    1982). Where multipliers of two modes meet, the right vectors alone look alike and hide the swing.
+    """
     n = model.size
     values, vectors = np.linalg.eig(_monodromy(model, orbit, periods_per_orbit))
     trivial = int(np.argmin(np.abs(values - 1.0)))
-    size = np.abs(vectors[:n]) ** 2 + np.abs(vectors[n:] / orbit.omega) ** 2
-    share = size[model.horizontal] / size.sum(axis=0)
+    share = np.abs(vectors * np.linalg.inv(vectors).T)[[model.horizontal, n + model.horizontal]].sum(axis=0)
     share[trivial] = 0.0
     candidates = np.flatnonzero(share > LEAST_SHARE * share.max())
     swing = int(candidates[np.argmax(np.abs(values[candidates]))])

@@ -290,16 +290,22 @@ class Track:
         longest: float = 0.25,
         most: int = 32,
     ) -> Iterator[Orbit]:
-        """Orbits from `first` on, at first towards `direction`, until `stop` or where Newton finds no more."""
+        """Orbits from `first` on, at first towards `direction`, until `stop` or where Newton finds no more.
+
+        Guesses are of second order (Adams and Bashforth's formula for the tangent), which saves iterations.
+        """
         yield first
         y, measure = first.packed(), self.measure
-        for _ in range(most):
+        before, last = direction, np.inf
+        for number in range(most):
             ahead = np.vstack([matrix[:-1], measure * direction])
             direction = np.linalg.solve(ahead, np.concatenate([np.zeros(len(y) - 1), [1.0]]))
             direction /= np.sqrt(direction @ (measure * direction))
+            bend = np.zeros_like(y) if number == 0 else (direction - before) / last
             while True:
                 try:
-                    orbit, matrix, iterations = self.near(y + step * direction, direction, iterations=6)
+                    guess = y + step * (direction + 0.5 * step * bend)
+                    orbit, matrix, iterations = self.near(guess, direction, iterations=6)
                     break
                 except (NotConvergedError, np.linalg.LinAlgError):
                     step *= 0.5
@@ -308,6 +314,6 @@ class Track:
             yield orbit
             if stop(orbit):
                 return
-            y = orbit.packed()
+            y, before, last = orbit.packed(), direction, step
             if iterations <= 3:
                 step = min(1.5 * step, longest)

@@ -43,6 +43,8 @@ WIDTH = 7.1
 NEAR = 0.1
 """Detuning from 2:1 that the ratio map shades."""
 
+Style = Literal["-", "--", ":", "-."]
+
 STYLE: dict[Any, Any] = {
     "font.size": 8.0,
     "axes.titlesize": 8.5,
@@ -173,7 +175,10 @@ def ratio_figure(data: xr.Dataset) -> Figure:
 
 
 def _ratio_contours(data: xr.Dataset) -> Figure:
-    """The frequency ratio over two numbers, 2:1 and 1:1 marked; white where there is none."""
+    """The frequency ratio over two numbers, 2:1 and 1:1 marked; white where there is none.
+
+    Of spans whose ends do not give way vertically the ratio hardly falls below 1, so 1:1 is seen by its neighbourhood.
+    """
     down, across = data.ratio.dims
     x, y, ratio = data[across].values, data[down].values, data.ratio.values
     with matplotlib.rc_context(STYLE):
@@ -183,21 +188,34 @@ def _ratio_contours(data: xr.Dataset) -> Figure:
         bar = figure.colorbar(filled, ax=axes, ticks=MaxNLocator(8))
         bar.set_label("frequency ratio [1]")
         handles = []
-        marks: tuple[tuple[float, Literal["-", "--"], str], ...] = ((2.0, "-", "2:1"), (1.0, "--", "1:1"))
+        marks: tuple[tuple[float, Style, str], ...] = ((2.0, "-", "2:1"), (1.0, "--", "1:1"))
         for value, style, name in marks:
             if np.nanmin(ratio) < value < np.nanmax(ratio):
                 axes.contour(x, y, ratio, levels=[value], colors=MARKED, linewidths=1.8, linestyles=style)
                 bar.ax.axhline(value, color=MARKED, linewidth=1.8, linestyle=style)
                 handles.append(Line2D([], [], color=MARKED, linewidth=1.8, linestyle=style, label=name))
-        if np.nanmin(ratio) < 2.0 + 2.0 * NEAR and np.nanmax(ratio) > 2.0 - 2.0 * NEAR:
-            edges = [2.0 - 2.0 * NEAR, 2.0 + 2.0 * NEAR]
-            axes.contour(x, y, ratio, levels=edges, colors=MARKED, linewidths=0.8, linestyles=":")
-            handles.append(Line2D([], [], color=MARKED, linewidth=0.8, linestyle=":", label=f"{NEAR:.0%} from 2:1"))
+        edges: tuple[tuple[list[float], Style, str], ...]
+        edges = ([2.0 - 2.0 * NEAR, 2.0 + 2.0 * NEAR], ":", "2:1"), ([1.0 + NEAR], "-.", "1:1")
+        for levels, style, name in edges:
+            if np.nanmin(ratio) < levels[-1] and np.nanmax(ratio) > levels[0]:
+                axes.contour(x, y, ratio, levels=levels, colors=MARKED, linewidths=0.8, linestyles=style)
+                label = f"{NEAR:.0%} from {name}"
+                handles.append(Line2D([], [], color=MARKED, linewidth=0.8, linestyle=style, label=label))
+        for values, scale in ((x, axes.set_xscale), (y, axes.set_yscale)):
+            if _geometric(values):
+                scale("log")
         if handles:
             figure.legend(handles=handles, frameon=False, loc="outside upper center", ncols=len(handles))
         axes.set_xlabel(f"{across} [{data[across].attrs['units']}]")
         axes.set_ylabel(f"{down} [{data[down].attrs['units']}]")
     return figure
+
+
+def _geometric(values: Array) -> bool:
+    """Whether numbers grow by equal factors, so that they belong on a logarithmic axis."""
+    if len(values) < 3 or values[0] <= 0.0 or np.any(np.diff(values) <= 0.0):
+        return False
+    return bool(np.ptp(np.diff(np.log(values))) < 1e-3 * np.log(values[-1] / values[0]))
 
 
 def criteria_figure(criteria: Sequence[Criterion], attack_angle: float | None = None) -> Figure:

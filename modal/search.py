@@ -218,13 +218,16 @@ class Search:
         return tuple(self.cycle(orbit, abs(one.swing)) for orbit, one in found)
 
     def limits(self) -> list[tuple[Orbit, bool]]:
-        """Orbits at which the swing starts (True) or ceases to start (False), in the order of the branch."""
+        """Orbits at which the swing starts (True) or ceases to start (False), in the order of the branch.
+
+        The last orbit may lie beyond the highest wind looked at; what happens there does not count.
+        """
         found = []
         unstable = [abs(one.swing) > 1.0 for one in self.growth]
         for k in range(len(self.orbits) - 1):
             if unstable[k] != unstable[k + 1]:
                 found.append((self._limit_between(self.orbits[k], self.orbits[k + 1]), unstable[k + 1]))
-        return found
+        return [(orbit, starts) for orbit, starts in found if orbit.wind_speed <= self.highest]
 
     def _limit_between(self, low: Orbit, high: Orbit) -> Orbit:
         """Orbit at which the swing is neither damped nor driven."""

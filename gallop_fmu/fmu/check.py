@@ -4,23 +4,16 @@ from __future__ import annotations
 
 import json
 import os
-import re
 import signal
-import stat
 import subprocess
 import sys
-import zipfile
 from dataclasses import dataclass, field
-from pathlib import Path, PurePosixPath
+from pathlib import Path
 from typing import Any, NamedTuple
 
+from gallop_fmu.fmu.archive import archive_problem
 from gallop_fmu.fmu.trial import PREFIX
 
-LARGEST_ARCHIVE = 500_000_000
-"""Bytes of all files of an archive, unpacked."""
-MOST_FILES = 10_000
-LARGEST_DESCRIPTION = 20_000_000
-"""Bytes of modelDescription.xml."""
 TRIAL_SECONDS = 300
 """Time given to the short run, loading included."""
 
@@ -70,7 +63,7 @@ def check_fmu(path: str | os.PathLike[str]) -> FmuCheck:
         not an exception.
     """
     check = FmuCheck(Path(path))
-    if not check.add("archive", _archive_problem(check.path), "a sound ZIP archive"):
+    if not check.add("archive", archive_problem(check.path), "a sound ZIP archive"):
         return check
     description = _read_description(check)
     if description is None:
@@ -82,44 +75,6 @@ def check_fmu(path: str | os.PathLike[str]) -> FmuCheck:
     if check.add("platform", _platform_problem(check.path), "has a binary for this one"):
         _try_out(check)
     return check
-
-
-def _archive_problem(path: Path) -> str:
-    if not path.exists():
-        return f"{path} does not exist"
-    if not path.is_file():
-        return f"{path} is not a file"
-    try:
-        with zipfile.ZipFile(path) as archive:
-            entries = archive.infolist()
-            size = sum(entry.file_size for entry in entries)
-            if len(entries) > MOST_FILES or size > LARGEST_ARCHIVE:
-                return f"{len(entries)} files, {size} bytes; at most {MOST_FILES} and {LARGEST_ARCHIVE} are unpacked"
-            for entry in entries:
-                if _escapes(entry):
-                    return f"the entry {entry.orig_filename!r} leads out of the archive, or is no plain file"
-            if "modelDescription.xml" not in archive.namelist():
-                return "not an FMU: it has no modelDescription.xml"
-            if archive.getinfo("modelDescription.xml").file_size > LARGEST_DESCRIPTION:
-                return f"modelDescription.xml is larger than {LARGEST_DESCRIPTION} bytes"
-            damaged = archive.testzip()
-            if damaged is not None:
-                return f"the entry {damaged!r} is damaged"
-            text = archive.read("modelDescription.xml")
-            if b"\0" in text or b"<!DOCTYPE" in text:
-                return "modelDescription.xml is not plain UTF-8 text, or contains a DOCTYPE, which can hide harm"
-    except (zipfile.BadZipFile, zipfile.LargeZipFile, NotImplementedError, RuntimeError, OSError, EOFError) as problem:
-        return f"not a ZIP archive that can be read ({problem})"
-    except Exception as problem:  # zlib.error and whatever else damaged bytes provoke
-        return f"damaged: {problem}"
-    return ""
-
-
-def _escapes(entry: zipfile.ZipInfo) -> bool:
-    name = entry.orig_filename
-    kind = stat.S_IFMT(entry.external_attr >> 16)
-    plain = kind in (0, stat.S_IFREG, stat.S_IFDIR)
-    return not plain or ".." in PurePosixPath(name).parts or bool(re.search(r"^/|[\\:\0]", name))
 
 
 def _read_description(check: FmuCheck) -> Any:

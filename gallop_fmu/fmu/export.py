@@ -16,6 +16,7 @@ from importlib import metadata, resources
 from pathlib import Path
 
 from gallop_fmu.engine import library_path
+from gallop_fmu.files import write_whole
 from gallop_fmu.fmu.cross import PLATFORMS, CompilerError, cross_library
 from gallop_fmu.fmu.description import SCENE_FILE, Identity, identify, model_description, package_version
 from gallop_fmu.fmu.native import model_bin
@@ -192,18 +193,13 @@ def _licences(*distributions: str) -> dict[str, bytes]:
 
 
 def _write(target: Path, files: dict[str, bytes]) -> None:
-    """Write the archive beside its place first, so that a failure leaves no half of an FMU."""
     memory = io.BytesIO()
     with zipfile.ZipFile(memory, "w") as archive:
         for name in sorted(files):
             entry = zipfile.ZipInfo(name)  # its time stamp is 1980
             entry.create_system, entry.external_attr = 3, 0o100644 << 16
             archive.writestr(entry, files[name])
-    part = target.with_name(f"{target.name}.{os.getpid()}.part")
     try:
-        part.write_bytes(memory.getvalue())
-        part.replace(target)
+        write_whole(target, memory.getvalue())
     except OSError as problem:
-        raise ExportError(f"{target}: cannot be written ({problem})") from None
-    finally:
-        part.unlink(missing_ok=True)
+        raise ExportError(f"{target}: cannot be written ({problem.strerror})") from None

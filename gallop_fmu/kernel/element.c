@@ -82,8 +82,9 @@ void element_tension(const gallop_model *model, int e, const double u[12], doubl
             strain += du * (g->slope[q][i] + 0.5 * du);
             square += (g->slope[q][i] + du) * (g->slope[q][i] + du);
         }
-        /* T acts on p, whose length is the stretch: the force in the cable is T |p| */
-        tension[q] = (g->tension[q] + model->scene.axial_stiffness * strain) * sqrt(square);
+        tension[q] = g->tension[q] + model->scene.axial_stiffness * strain;
+        if (model->tension_only) tension[q] = fmax(tension[q], 0.0);
+        tension[q] *= sqrt(square);   /* T acts on p, whose length is the stretch: the force in the cable is T |p| */
     }
 }
 
@@ -159,7 +160,8 @@ INLINE void strip_forces(const gallop_model *model, const strip *s, lanes u[3][4
         for (int i = 0; i < unknowns; i++) du[i] = n[0] * (u[0][i] - u[1][i]) + n[1] * (u[2][i] - u[1][i]);
         /* Green strain from the initial equilibrium: eps = X'.u' + u'.u'/2; T = T0 + EA eps */
         for (int i = 0; i < axes; i++) strain += du[i] * (p0[i] + 0.5 * du[i]);
-        const lanes tension = s->tension[q] + ea * strain;
+        lanes tension = s->tension[q] + ea * strain;
+        if (model->tension_only) tension = PICK(tension > 0.0, tension, (lanes){0.0});
         for (int i = 0; i < axes; i++) force[i] = tension * (p0[i] + du[i]);
         if (unknowns == 4) force[3] = gj * du[3];
         lanes dv[4], axial = {0.0};

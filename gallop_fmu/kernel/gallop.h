@@ -87,6 +87,9 @@ typedef struct { double low_ratio, low_frequency, high_ratio, high_frequency; } 
 
 typedef enum { GALLOP_OUTSIDE_ERROR = 0, GALLOP_OUTSIDE_HOLD = 1, GALLOP_OUTSIDE_PERIODIC = 2 } gallop_outside;
 
+/* What follows where the tension would fall below zero: the run ends, or T = max(0, T0 + EA eps). */
+typedef enum { GALLOP_SLACK_ERROR = 0, GALLOP_SLACK_TENSION_ONLY = 1 } gallop_slack;
+
 /* Time integration: Newmark (beta 1/4, gamma 1/2) or Gauss collocation with three stages (order 6). */
 typedef enum { GALLOP_NEWMARK = 0, GALLOP_GAUSS6 = 1 } gallop_integrator;
 
@@ -115,6 +118,7 @@ typedef struct {
     double time_step, newton_tolerance;                  /* [s], [m] */
     double tolerance;   /* 0: equal steps; else relative error that the steps are chosen for, Gauss only */
     int32_t laws_only;   /* 1: no call will bring gallop_inputs, so what the laws leave at rest need not be computed */
+    int32_t slack;       /* a gallop_slack */
 } gallop_scene;
 
 /* Inputs that a co-simulation host sets instead of the scene's laws: value + rate * (t - time). */

@@ -13,7 +13,11 @@
 #define PI 3.14159265358979323846
 
 /* Before a function that works along the span: it is compiled twice, for AVX2 and for any x86-64, and the loader picks.
- * Both give the same bits, as there is no fused multiply-add.  Elsewhere, and under sanitizers, once. */
+ * Both give the same bits, as there is no fused multiply-add.  Elsewhere, under sanitizers, and by clang before 18, which
+ * does not link such functions across files, once. */
+#if defined(__clang__) && __clang_major__ < 18 && !defined(GALLOP_ONE_PATH)
+#define GALLOP_ONE_PATH
+#endif
 #if defined(__GNUC__) && defined(__x86_64__) && defined(__linux__) && defined(__GLIBC__) && !defined(__SANITIZE_ADDRESS__) && \
     !defined(GALLOP_ONE_PATH)
 #define TWO_PATHS __attribute__((target_clones("avx2", "default")))
@@ -45,6 +49,7 @@ struct gallop_model {
     /* what the scene needs; the rest is not computed (see choose_parts) */
     int unknowns;                                       /* leading ones of each node that can move: 4, 3 or 2 */
     bool eccentric, aerodynamic;
+    bool tension_only;                                  /* in motion; statics have the law of the taut cable */
     double mass, inertia, c2, c3;                       /* mu, I with ice; first moments at theta = 0 */
     double radius;                                      /* r of the relative wind */
     bool fixed[2][4];                                   /* prescribed unknowns at the ends */
@@ -96,6 +101,7 @@ typedef struct {
     pair_block middle_inverse, left_middle, right_middle, corner_inverse, next_previous, previous_next;
 } pair_factor;
 
+#define NEWMARK_HISTORY 3
 #define GAUSS_STAGES 3
 #define GAUSS_ARRAYS (GAUSS_STAGES + 2)   /* kept from step to step: stages_before, begin */
 
@@ -104,6 +110,7 @@ struct gallop_state {
     double time;
     double factored_step;      /* step size of the stored factorisation, 0: none */
     double step_before;        /* size of the sub-step before, for extrapolation; infinite: there is none */
+    int64_t equal_steps;       /* Newmark: how many sub-steps before were of that size, NEWMARK_HISTORY at most */
     double last_step;          /* of the last step under a tolerance; what the state can be read within */
     double wanted_step;        /* under a tolerance: the step size to try next */
     double run_origin;         /* time from which the records of gallop_run count */
@@ -114,7 +121,7 @@ struct gallop_state {
     int64_t steps, substeps, iterations, refactorisations, halvings, rejections;
     int64_t last_iterations, last_substeps;
     instant now, looked_from;  /* of the motion; and where to return to from a look into the last step */
-    double values[];           /* u v a a_before stages_before begin factors pair_factors | scratch: see state_layout */
+    double values[];           /* u v a a_before, or stages_before begin; factors pair_factors | scratch: see state_layout */
 };
 
 /* Section forces along the span, structure of arrays: one entry a three-point Gauss abscissa, in the order strip, point,
@@ -130,14 +137,15 @@ typedef struct {
 
 /* Pointers into a state; made afresh by every call. */
 typedef struct {
-    double *u, *v, *a, *a_before;      /* (nodes, 4) */
+    double *u, *v, *a;                 /* (nodes, 4) */
+    double *a_before;                  /* (NEWMARK_HISTORY, nodes, 4) Newmark: accelerations before, the last first */
     double *stage_before;              /* (stages, nodes, 4) Gauss: accelerations of the sub-step before, */
     double *begin;                     /* (2, nodes, 4) and u v at its begin */
     factor *factors;                   /* (factor_count) */
     pair_factor *pair_factors;         /* (elements), and the last corner: for the complex pair of Gauss's stages */
     double *u0, *v0, *a0;              /* scratch: start of the sub-step, */
     double *residual;                  /* out-of-balance forces, then the correction, */
-    double *first;                     /* u v a a_before at the start of the whole step */
+    double *first;                     /* u v a a_before, or stages_before begin, at the start of a whole step that is halved */
     double *stage_u, *stage_v, *stage_a, *stage_residual;   /* (stages, nodes, 4) */
     double *pair_residual;             /* (nodes, 8) */
     sections sections;
@@ -196,9 +204,10 @@ newton_course newton_judge(gallop_state *state, double size, double before, bool
 int newton_accept(const gallop_model *model, gallop_state *state, const watch *seen, double t, gallop_report *report);
 int angle_failure(const gallop_model *model, const watch *seen, double t, gallop_report *report);
 
-/* newmark.c, gauss.c: one step from u0 v0 a0 at t - h to u v a at t */
+/* newmark.c, gauss.c: one step from u0 v0 a0 at t - h to u v a at t; commit: it is the one before from now on */
 int newmark(const gallop_model *model, gallop_state *state, layout *at, const gallop_inputs *inputs, double t, double h,
             gallop_report *report);
+void newmark_commit(const gallop_model *model, gallop_state *state, layout *at, double h);
 int gauss(const gallop_model *model, gallop_state *state, layout *at, const gallop_inputs *inputs, double t, double h,
           gallop_report *report);
 void gauss_commit(const gallop_model *model, gallop_state *state, layout *at, double h);
@@ -216,7 +225,11 @@ int controlled_march(const gallop_model *model, gallop_state *state, const gallo
 void control_look(const gallop_model *model, gallop_state *state, layout *at, double t);
 void control_return(const gallop_model *model, gallop_state *state, layout *at);
 
+/* tables.c */
+int check_tables(const gallop_scene *s, gallop_report *report);
+
 /* shared */
+int invalid(gallop_report *report, const char *field, double value, double limit);
 int fail(gallop_report *report, int outcome, int element, double time, double value, double limit);
 
 #endif

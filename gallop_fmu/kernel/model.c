@@ -70,7 +70,7 @@ static void support_stiffness(const gallop_scene *s, const gallop_support *suppo
 
 static bool positive(double x) { return isfinite(x) && x > 0.0; }
 
-static int invalid(gallop_report *report, const char *field, double value, double limit)
+int invalid(gallop_report *report, const char *field, double value, double limit)
 {
     fail(report, GALLOP_INVALID_SCENE, -1, 0.0, value, limit);
     report->field = field;
@@ -121,6 +121,7 @@ static int check(const gallop_scene *s, gallop_report *report)
     for (int end = 0; end < 2 && !outcome; end++) outcome = check_support(&s->support[end], report);
     if (!outcome) outcome = check_damping(&s->translation_damping, report);
     if (!outcome) outcome = check_damping(&s->twist_damping, report);
+    if (!outcome) outcome = check_tables(s, report);
     if (outcome) return outcome;
     if (!(fabs(s->height_difference) < s->length)) return invalid(report, "height difference", s->height_difference, s->length);
     if (s->elements < 2 || s->elements > 1000000) return invalid(report, "number of elements", s->elements, 2.0);
@@ -130,8 +131,6 @@ static int check(const gallop_scene *s, gallop_report *report)
     if (!(s->tolerance >= 0.0) || (s->tolerance > 0.0 && s->integrator != GALLOP_GAUSS6))
         return invalid(report, "tolerance, which Gauss's method alone can keep", s->tolerance, 0.0);
     if (s->max_newton_iterations < 1) return invalid(report, "number of Newton iterations", s->max_newton_iterations, 1.0);
-    if (s->pieces < 0) return invalid(report, "number of pieces of the aerodynamic curve", s->pieces, 0.0);
-    if (s->load_count < 0) return invalid(report, "number of loads", s->load_count, 0.0);
     double moment = s->first_moment_x2 * s->first_moment_x2 + s->first_moment_x3 * s->first_moment_x3;
     double mass = s->mass + s->ice_mass, inertia = s->torsional_inertia + s->ice_torsional_inertia;
     if (!(mass * inertia > moment)) return invalid(report, "first mass moments of the ice, squared", moment, mass * inertia);
@@ -308,9 +307,10 @@ int gallop_model_create(const gallop_scene *scene, gallop_model **out, gallop_re
     }
     size_t values = 4 * nodes;
     const size_t stages = by_gauss(m) ? GAUSS_STAGES : 0;
-    m->saved_size = offsetof(gallop_state, values) + (4 + (stages ? GAUSS_ARRAYS : 0)) * values * sizeof(double) +
+    const size_t arrays = 3 + (stages ? GAUSS_ARRAYS : NEWMARK_HISTORY);
+    m->saved_size = offsetof(gallop_state, values) + arrays * values * sizeof(double) +
                     factor_count(m->elements) * sizeof(factor) + (stages ? elements + 1 : 0) * sizeof(pair_factor);
-    m->state_size = 2 * m->saved_size + (8 * values + (stages ? 4 * stages + 2 : 0) * values +
+    m->state_size = 2 * m->saved_size + ((4 + arrays) * values + (stages ? 4 * stages + 2 : 0) * values +
                                          3 * SECTION_ARRAYS * LANES * strips) * sizeof(double);
 
     outcome = initial_equilibrium(m, report);
@@ -318,6 +318,7 @@ int gallop_model_create(const gallop_scene *scene, gallop_model **out, gallop_re
         gallop_model_free(m);
         return outcome;
     }
+    m->tension_only = scene->slack == GALLOP_SLACK_TENSION_ONLY;
     *out = m;
     return GALLOP_COMPLETED;
 }
@@ -345,11 +346,10 @@ layout state_layout(const gallop_model *model, gallop_state *state)
     at.u = p;
     at.v = p + values;
     at.a = p + 2 * values;
-    at.a_before = p + 3 * values;
-    const size_t stages = by_gauss(model) ? GAUSS_STAGES : 0;
-    at.stage_before = p + 4 * values;
+    const size_t stages = by_gauss(model) ? GAUSS_STAGES : 0, history = stages ? GAUSS_ARRAYS : NEWMARK_HISTORY;
+    at.a_before = at.stage_before = p + 3 * values;
     at.begin = at.stage_before + stages * values;
-    at.factors = (factor *)(at.begin + (stages ? 2 * values : 0));
+    at.factors = (factor *)(p + (3 + history) * values);
     at.pair_factors = (pair_factor *)(at.factors + factor_count(model->elements));
     p = (double *)(at.pair_factors + (stages ? model->elements + 1 : 0));
     at.u0 = p;
@@ -357,7 +357,7 @@ layout state_layout(const gallop_model *model, gallop_state *state)
     at.a0 = p + 2 * values;
     at.residual = p + 3 * values;
     at.first = p + 4 * values;
-    p = at.first + 4 * values;
+    p = at.first + (3 + history) * values;
     at.stage_u = p;
     at.stage_v = p + stages * values;
     at.stage_a = p + 2 * stages * values;
@@ -404,8 +404,9 @@ int gallop_state_check(const gallop_model *model, const gallop_state *state)
               !isnan(state->lowest_tension) && possible_instant(&state->now);
     ok = ok && isfinite(state->last_step) && isfinite(state->wanted_step) && state->wanted_step > 0.0 &&
          isfinite(state->run_origin);
+    ok = ok && state->equal_steps >= 0 && state->equal_steps <= NEWMARK_HISTORY;
     for (int i = 0; i < 4; i++) ok = ok && isfinite(state->largest[i]) && state->largest[i] >= 0.0;
-    const int arrays = 4 + (by_gauss(model) ? GAUSS_ARRAYS : 0);
+    const int arrays = 3 + (by_gauss(model) ? GAUSS_ARRAYS : NEWMARK_HISTORY);
     for (int i = 0; i < 4 * arrays * model->nodes; i++)
         ok = ok && isfinite(state->values[i]) && (i % 4 < model->unknowns || state->values[i] == 0.0);
     return ok ? GALLOP_COMPLETED : GALLOP_BAD_CALL;

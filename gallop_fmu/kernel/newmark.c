@@ -6,17 +6,50 @@
 
 #define SLOW_RATE 0.3   /* a factorisation is renewed when the observed convergence rate is worse */
 
-/* The acceleration is extrapolated from the last two; the ends follow their prescribed motion. */
-static void predict(const gallop_model *model, layout *at, const instant *now, double h, double h_before)
+/* Ways to extrapolate the acceleration by one of equal steps: factors of a0 and of those before it.  A straight line, a
+ * parabola, and a straight line on which lies a motion that changes sign at every step: that is what this method makes
+ * of axial modes that the step does not resolve, and lines or parabolas through it lead far off. */
+enum { LINE, PARABOLA, ALTERNATING, WAYS };
+static const double extrapolation[WAYS][NEWMARK_HISTORY] = {{2.0, -1.0, 0.0}, {3.0, -3.0, 1.0}, {1.0, 1.0, -1.0}};
+
+/* For each unknown that way which would have led from the steps before closest to a0. */
+TWO_PATHS static void choose(const layout *at, int values, double weight[NEWMARK_HISTORY][4])
+{
+    const double *restrict a0 = at->a0, *restrict a1 = at->a_before, *restrict a2 = a1 + values, *restrict a3 = a2 + values;
+    double missed[WAYS][4] = {{0.0}};
+    for (int n = 0; n < values; n += 4)
+        for (int i = 0; i < 4; i++) {
+            const double bend = a0[n + i] - 2.0 * a1[n + i] + a2[n + i], bend_before = a1[n + i] - 2.0 * a2[n + i] + a3[n + i];
+            const double miss = bend - bend_before, sum = bend + bend_before;
+            missed[LINE][i] += bend * bend;
+            missed[PARABOLA][i] += miss * miss;
+            missed[ALTERNATING][i] += sum * sum;
+        }
+    for (int i = 0; i < 4; i++) {
+        int best = LINE;
+        for (int way = 1; way < WAYS; way++)
+            if (missed[way][i] < missed[best][i]) best = way;
+        for (int k = 0; k < NEWMARK_HISTORY; k++) weight[k][i] = extrapolation[best][k];
+    }
+}
+
+/* The acceleration is extrapolated from the last ones.  Without enough of them by equal steps their mean must do: it is not
+ * led astray by what changes sign.  The ends follow their prescribed motion. */
+TWO_PATHS static void predict(const gallop_model *model, const gallop_state *state, layout *at, const instant *now, double h)
 {
     const int values = 4 * model->nodes;
-    const double ahead = h / h_before;
-    for (int i = 0; i < values; i++) {
-        double guess = at->a0[i] + ahead * (at->a0[i] - at->a_before[i]);
-        at->u[i] = at->u0[i] + h * at->v0[i] + h * h * ((0.5 - BETA) * at->a0[i] + BETA * guess);
-        at->v[i] = at->v0[i] + h * ((1.0 - GAMMA) * at->a0[i] + GAMMA * guess);
-        at->a[i] = guess;
-    }
+    const double *restrict a0 = at->a0, *restrict a1 = isfinite(state->step_before) ? at->a_before : at->a0;
+    const double *restrict a2 = at->a_before + values;
+    double weight[NEWMARK_HISTORY][4] = {{0.5, 0.5, 0.5, 0.5}, {0.5, 0.5, 0.5, 0.5}, {0.0}};
+    if (h == state->step_before && state->equal_steps == NEWMARK_HISTORY) choose(at, values, weight);
+    for (int n = 0; n < values; n += 4)
+        for (int i = 0; i < 4; i++) {
+            const int j = n + i;
+            const double guess = weight[0][i] * a0[j] + weight[1][i] * a1[j] + weight[2][i] * a2[j];
+            at->u[j] = at->u0[j] + h * at->v0[j] + h * h * ((0.5 - BETA) * a0[j] + BETA * guess);
+            at->v[j] = at->v0[j] + h * ((1.0 - GAMMA) * a0[j] + GAMMA * guess);
+            at->a[j] = guess;
+        }
     for (int end = 0; end < 2; end++) {
         const int node = end ? 4 * (model->nodes - 1) : 0;
         for (int i = 0; i < 4; i++) {
@@ -26,6 +59,17 @@ static void predict(const gallop_model *model, layout *at, const instant *now, d
             at->a[node + i] = i < 3 ? now->acceleration[end][i] : 0.0;
         }
     }
+}
+
+/* The step just found is the one before from now on. */
+void newmark_commit(const gallop_model *model, gallop_state *state, layout *at, double h)
+{
+    const size_t values = 4 * (size_t)model->nodes;
+    memmove(at->a_before + values, at->a_before, (NEWMARK_HISTORY - 1) * values * sizeof(double));
+    memcpy(at->a_before, at->a0, values * sizeof(double));
+    if (h != state->step_before) state->equal_steps = 0;
+    if (state->equal_steps < NEWMARK_HISTORY) state->equal_steps++;
+    state->step_before = h;
 }
 
 /* One Newmark step from u0 v0 a0 at t - h to u v a at t. */
@@ -39,7 +83,7 @@ int newmark(const gallop_model *model, gallop_state *state, layout *at, const ga
     double before = 0.0;
     watch seen;
     instant_at(model, t, inputs, &state->now);
-    predict(model, at, &state->now, h, state->step_before);
+    predict(model, state, at, &state->now, h);
     for (int iteration = 1; iteration <= model->scene.max_newton_iterations; iteration++) {
         watch_start(&seen);
         span_residual(model, t, &state->now, &at->sections, at->u, at->v, at->a, renew, at->residual, &seen);

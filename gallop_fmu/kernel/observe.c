@@ -20,7 +20,7 @@ static double node_tension(const gallop_model *model, const double *u, int node)
         sum += 0.5 * (t[0] + t[1]) + xi * (t[1] - t[0]) / (gauss2[1] - gauss2[0]);
         count++;
     }
-    return sum / count;
+    return model->tension_only ? fmax(sum / count, 0.0) : sum / count;
 }
 
 void gallop_observe_node(const gallop_model *model, const gallop_state *state, int32_t node,
@@ -89,6 +89,7 @@ static void energies(const gallop_model *model, const gallop_state *state, doubl
             double strain = 0.0, du[4];
             for (int i = 0; i < 4; i++) du[i] = n[0] * ue[i] + n[1] * ue[4 + i] + n[2] * ue[8 + i];
             for (int i = 0; i < 3; i++) strain += du[i] * (g->slope[q][i] + 0.5 * du[i]);
+            if (model->tension_only) strain = fmax(strain, -g->tension[q] / ea);   /* beyond, no more energy is released */
             p += g->stiffness_weight[q] * (strain * (g->tension[q] + 0.5 * ea * strain) + 0.5 * gj * du[3] * du[3]);
         }
     }

@@ -186,7 +186,9 @@ const char *resource_read(resource *r, const char *resource_location, const char
         long size = ftell(file);
         if (size > LARGEST_FILE || size < (long)sizeof(resource_header)) {
             wrong = "resources/model.bin is cut off, or too large to be genuine";
-        } else if (fseek(file, 0, SEEK_SET) == 0 && (r->bytes = malloc((size_t)size)) != NULL) {
+        } else if ((r->bytes = malloc((size_t)size)) == NULL) {
+            wrong = "there is not enough memory for resources/model.bin";
+        } else if (fseek(file, 0, SEEK_SET) == 0) {
             r->size = (size_t)size;
             if (fread(r->bytes, 1, r->size, file) == r->size) wrong = check(r, guid);
         }

@@ -117,18 +117,47 @@ static int newton_at_rest(const gallop_model *m, double t, const instant *now, c
     return fail(report, GALLOP_EQUILIBRIUM_NOT_FOUND, seen.slack_element, t, size, tolerance);
 }
 
-static void place_ends(const gallop_model *m, const instant *now, double *u)
+#define SMALL_MOVE 1e-6   /* [m] for the derivative of the residual along a displacement of the ends */
+
+/* The ends go to their places, and the nodes between follow by the tangent: an end that moved alone would push its element
+ * slack. */
+static void place_ends(const gallop_model *m, double t, const instant *now, layout *at)
 {
-    for (int end = 0; end < 2; end++) {
-        double *node = u + (end ? 4 * (m->nodes - 1) : 0);
+    const blend stiffness = {1.0, 0.0, 0.0};
+    const int values = 4 * m->nodes;
+    double *move = at->first + values, *before = at->first + 2 * values, largest = 0.0;
+    memset(move, 0, (size_t)values * sizeof(double));
+    for (int end = 0; end < 2; end++)
+        for (int i = 0; i < 3; i++) {
+            const int n = (end ? values - 4 : 0) + i;
+            if (m->fixed[end][i]) move[n] = now->position[end][i] - at->u[n];
+            largest = fmax(largest, fabs(move[n]));
+        }
+    if (largest == 0.0) return;
+    const double part = SMALL_MOVE / largest;
+    watch seen;
+    watch_start(&seen);
+    memset(at->v0, 0, (size_t)values * sizeof(double));
+    span_residual(m, t, now, &at->sections, at->u, at->v0, at->v0, true, before, &seen);
+    const bool solvable = solver_factor(m, now, &at->sections, at->u, stiffness, m->fixed, at->factors);
+    for (int n = 0; n < values; n++) at->u0[n] = at->u[n] + part * move[n];
+    span_residual(m, t, now, &at->sections, at->u0, at->v0, at->v0, false, at->residual, &seen);
+    for (int n = 0; n < values; n++) at->residual[n] = (at->residual[n] - before[n]) / part;
+    if (solvable) solver_solve(m, at->factors, m->fixed, at->residual);
+    for (int n = 0; n < values; n++) at->u[n] += move[n] - (solvable ? at->residual[n] : 0.0);
+    for (int end = 0; end < 2; end++)   /* exactly */
         for (int i = 0; i < 3; i++)
-            if (m->fixed[end][i]) node[i] = now->position[end][i];
-    }
+            if (m->fixed[end][i]) at->u[(end ? values - 4 : 0) + i] = now->position[end][i];
 }
 
-/* Loads, support displacement and wind pressure (so the square of the speed) grow in steps that halve on failure. */
-int static_equilibrium(const gallop_model *m, double t, const instant *target, layout *at, gallop_report *report)
+/* Loads, support displacement and wind pressure (so the square of the speed) grow in steps that halve on failure.  Nothing
+ * that has weight rests slack, so the way there is taken with the law of the taut cable, whose tangent is never empty; an
+ * arch in compression is not found, as its tangent is not positive. */
+int static_equilibrium(const gallop_model *model, double t, const instant *target, layout *at, gallop_report *report)
 {
+    gallop_model taut = *model;
+    taut.tension_only = false;
+    const gallop_model *m = &taut;
     const size_t values = 4 * (size_t)m->nodes;
     double done = 0.0, step = 1.0;
     memset(at->u, 0, values * sizeof(double));
@@ -140,7 +169,7 @@ int static_equilibrium(const gallop_model *m, double t, const instant *target, l
         for (int end = 0; end < 2; end++)
             for (int i = 0; i < 3; i++) now.position[end][i] *= part;
         memcpy(at->first, at->u, values * sizeof(double));
-        place_ends(m, &now, at->u);
+        place_ends(m, t, &now, at);
         int outcome = newton_at_rest(m, t, &now, m->fixed, at, report);
         if (outcome == GALLOP_COMPLETED) {
             done = part;
@@ -151,7 +180,7 @@ int static_equilibrium(const gallop_model *m, double t, const instant *target, l
         step *= 0.5;
         if (step < 1.0 / 1024.0) return outcome;
     }
-    return GALLOP_COMPLETED;
+    return fail(report, GALLOP_COMPLETED, -1, t, 0.0, 0.0);   /* forget load steps that failed on the way */
 }
 
 /* Solve, rebase, repeat until the reference itself is the equilibrium. */

@@ -3,18 +3,25 @@
 
 #define MOST_STEPS 1e12   /* in one call: more would not end */
 
+/* All of the motion that a step changes lies side by side: u v a and what is kept of the steps before. */
+static size_t motion_bytes(const gallop_model *model)
+{
+    const size_t arrays = 3 + (by_gauss(model) ? GAUSS_ARRAYS : NEWMARK_HISTORY);
+    return arrays * 4 * (size_t)model->nodes * sizeof(double);
+}
+
 /* One step of size h from the state's time, halved where it does not converge.  On failure the motion is what it was. */
 static int whole_step(const gallop_model *model, gallop_state *state, layout *at, const gallop_inputs *inputs, double h,
                       gallop_report *report)
 {
-    const size_t bytes = 4 * (size_t)model->nodes * sizeof(double);   /* u v a a_before lie side by side, as do u0 v0 a0 */
+    const size_t bytes = 4 * (size_t)model->nodes * sizeof(double);   /* u v a lie side by side, as do u0 v0 a0 */
     const int deepest = model->scene.max_halvings;
     const uint64_t whole = (uint64_t)1 << deepest;
     const double step_before = state->step_before;
+    const int64_t equal_steps = state->equal_steps;
     uint64_t done = 0;
     int level = 0;
     state->last_iterations = state->last_substeps = 0;
-    memcpy(at->first, at->u, 4 * bytes);
     while (done < whole) {
         uint64_t unit = whole >> level;
         double part = h / (double)((uint64_t)1 << level);
@@ -25,19 +32,21 @@ static int whole_step(const gallop_model *model, gallop_state *state, layout *at
         if (outcome == GALLOP_COMPLETED) {
             done += unit;
             state->last_substeps++;
-            memcpy(at->a_before, at->a0, bytes);
-            state->step_before = part;
             if (by_gauss(model)) gauss_commit(model, state, at, part);
+            else newmark_commit(model, state, at, part);
             if (level > 0 && done % (whole >> (level - 1)) == 0) level--;
             continue;
         }
         state->factored_step = 0.0;
         memcpy(at->u, at->u0, 3 * bytes);
         if (!may_halve(outcome) || level == deepest) {
-            memcpy(at->u, at->first, 4 * bytes);
+            if (level == 0) return outcome;
+            memcpy(at->u, at->first, motion_bytes(model));
             state->step_before = step_before;
+            state->equal_steps = equal_steps;
             return outcome;
         }
+        if (level == 0) memcpy(at->first, at->u, motion_bytes(model));
         level++;
         state->halvings++;
     }
@@ -95,7 +104,9 @@ int gallop_advance(const gallop_model *model, gallop_state *state, const gallop_
     int64_t count = (int64_t)ceil(span / dt - 1e-6);
     if (count < 1) count = 1;
     double h = span / (double)count;
-    if (fabs(h - dt) < 1e-9 * dt) h = dt;   /* round-off in the host's clock must not cost a factorisation */
+    /* round-off in the host's clock must not cost a factorisation */
+    if (fabs(h - dt) < 1e-9 * dt) h = dt;
+    else if (fabs(h - state->step_before) < 1e-9 * h) h = state->step_before;
     layout at = state_layout(model, state);
     memcpy(at.saved, state, model->saved_size);
     int outcome = by_tolerance(model) ? march_freely(model, state, inputs, until, true, report)

@@ -48,7 +48,7 @@ INLINE void tangent_of(const gallop_model *model, const strip *s, const sections
     const double ea = model->scene.axial_stiffness, gj = model->scene.torsional_stiffness;
     const double *b = model->derived.translation_damping, *bt = model->derived.twist_damping;
     const double translation = model->mass * (mix.m + mix.c * b[0]), twist = model->inertia * (mix.m + mix.c * bt[0]);
-    const double axial = ea * mix.k, damping = mix.c * b[1], damping_axial = ea * damping;
+    const double damping = mix.c * b[1], damping_axial = ea * damping;
     const int axes = unknowns < 3 ? unknowns : 3, size = unknowns * unknowns;
     for (int p = 0; p < 6; p++)
         for (int i = 0; i < size; i++) block[p][i] = (lanes){0.0};
@@ -60,7 +60,12 @@ INLINE void tangent_of(const gallop_model *model, const strip *s, const sections
             p[i] = p0[i] + du[i];
             strain += du[i] * (p0[i] + 0.5 * du[i]);
         }
-        const lanes geometric = mix.k * (s->tension[q] + ea * strain) + damping * s->tension[q];
+        lanes tension = s->tension[q] + ea * strain, axial = (lanes){0.0} + ea * mix.k;
+        if (model->tension_only) {
+            axial = PICK(tension > 0.0, axial, (lanes){0.0});
+            tension = PICK(tension > 0.0, tension, (lanes){0.0});
+        }
+        const lanes geometric = mix.k * tension + damping * s->tension[q];
         const lanes left = s->pull[q][0] * n[0], across = s->pull[q][0] * n[1], right = s->pull[q][1] * n[1];
         for (int i = 0; i < unknowns; i++)
             for (int j = i; j < (i < 3 ? axes : 4); j++) {

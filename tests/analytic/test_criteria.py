@@ -1,12 +1,14 @@
 """Criteria of galloping against hand calculation, the finite element model and the nonlinear onset."""
 
 import math
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
 import gallop_fmu as gf
 import modal
+from modal.onset import _growing
 
 
 @pytest.fixture(scope="module")
@@ -187,3 +189,15 @@ def test_the_coupled_criterion_needs_wind(scene, wind):
 def test_criteria_need_a_curve(scene):
     with pytest.raises(gf.SceneError, match="no aerodynamics"):
         modal.stability_criteria(scene.with_values({"wind.speed": 0.0, "aerodynamics": None}))
+
+
+@pytest.mark.parametrize("centre", [0.21, 0.4, 0.83])
+def test_a_narrow_window_of_galloping_is_found_inside_a_step(centre):
+    """A dip below zero that is 0.06 m/s wide."""
+
+    def branch(speed):
+        return SimpleNamespace(damping_ratio=(speed - centre) ** 2 - 0.03**2)
+
+    low, high = _growing(branch, 0.0, 1.0, np.inf)
+    assert branch(low).damping_ratio > 0.0 > branch(high).damping_ratio
+    assert low < centre < high + 0.06

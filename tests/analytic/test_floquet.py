@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from scipy.integrate import solve_ivp
 from scipy.special import mathieu_a, mathieu_b
 
 from modal.floquet import monodromy
@@ -22,6 +23,27 @@ def test_constant_coefficients_give_the_exponential():
     exact = np.exp((-decay + 1j * omega) * period)
     found = mathieu(4.0, 2.0 * decay, 0.0, 1.0)
     assert np.min(np.abs(found - exact)) < 4e-4  # observed 1.6e-4
+
+
+@pytest.mark.parametrize("steps", [400, 401, 403])
+def test_two_coupled_coordinates_without_any_symmetry_in_time(steps):
+    """Against Runge-Kutta of order eight: the order of the steps tells, and so does every one of them."""
+
+    def coefficients(t):
+        c, s = np.cos(t), np.sin(2.0 * t + 0.4)
+        return np.array([[2.0 + c, 0.5 * s], [0.3, 1.0 + 0.4 * s]]), np.array([[0.1, 0.3 * c], [-0.2 * s, 0.05]])
+
+    def rate(t, y):
+        stiffness, damping = coefficients(t)
+        q, v = y.reshape(2, 2, 4)
+        return np.concatenate([v, -damping @ v - stiffness @ q]).ravel()
+
+    period = 2.0 * np.pi
+    exact = solve_ivp(rate, (0.0, period), np.eye(4).ravel(), method="DOP853", rtol=1e-11, atol=1e-12).y[:, -1]
+    both = [coefficients(t) for t in period * (np.arange(steps) + 0.5) / steps]
+    stiffness, damping = (np.array(part) for part in zip(*both, strict=True))
+    found = monodromy(stiffness, damping, np.broadcast_to(np.eye(2), (steps, 2, 2)), period)
+    assert found == pytest.approx(exact.reshape(4, 4), abs=7e-4)  # observed 3.6e-4
 
 
 def test_the_error_shrinks_with_the_square_of_the_step():

@@ -107,6 +107,13 @@ def test_more_harmonics_do_not_change_the_motion(track):
     assert not steep.is_resolved  # the third harmonic of van der Pol's is U/8 of the first
 
 
+@pytest.mark.parametrize(("highest", "resolved"), [(0.0029, True), (0.0031, False)])
+def test_the_highest_harmonic_may_be_three_thousandths(highest, resolved):
+    coefficients = np.zeros((9, 1))
+    coefficients[0], coefficients[1], coefficients[8] = 5.0, 1.0, highest  # the mean state does not count
+    assert Orbit(1.0, 1.0, coefficients).is_resolved == resolved
+
+
 def test_the_orbit_half_way_lies_between(track):
     low, high = (track.at_wind(start(2.0 * np.sqrt(wind), wind), wind)[0] for wind in (0.2, 0.3))
     middle = track.between(low.packed(), high.packed())
@@ -122,3 +129,31 @@ def test_turning_and_doubling_keep_the_motion(track):
     assert twice.omega == 0.5 * orbit.omega
     for once, again in zip(orbit.at(64), twice.at(128), strict=True):
         assert again == pytest.approx(np.concatenate([once, once]), abs=1e-12)
+
+
+def test_every_oscillating_coefficient_counts_in_the_length_of_a_family(track):
+    """Where a higher mode takes over, the first harmonic alone stands still."""
+    count = 2 * track.balance.harmonics + 1
+    assert track.measure[1:count] == pytest.approx(1.0 / track.size_scale**2)
+    assert track.measure[[0, count]].tolist() == [0.0, 0.0]  # the mean state and the frequency only follow
+    assert track.measure[-1] == 1.0 / track.wind_scale**2
+
+
+def test_guesses_ahead_are_of_second_order(track):
+    """Their error is of third order in the step; that of the first, along the tangent alone, of second."""
+
+    class Watched(Track):
+        def near(self, guess, direction, iterations=12):
+            found = super().near(guess, direction, iterations)
+            errors.append(np.max(np.abs(found[0].packed() - guess)))
+            return found
+
+    watched = Watched(track.model, track.balance, track.mode, track.wind_scale, track.size_scale)
+    first, matrix, _ = track.of_size(start(0.6, 0.1), 0.6)
+    both = []
+    for step in (0.02, 0.01):
+        errors = []
+        list(watched.follow(first, matrix, track.growing, lambda _: False, step=step, longest=step, most=3))
+        both.append(errors)
+    assert both[0][0] / both[1][0] == pytest.approx(4.0, abs=0.3)
+    assert both[0][2] / both[1][2] == pytest.approx(8.0, abs=0.8)

@@ -58,7 +58,7 @@ def test_a_link_is_refused(tmp_path):
 
 
 def test_an_archive_that_would_fill_the_disk_is_refused(tmp_path, monkeypatch):
-    monkeypatch.setattr("gallop_fmu.fmu.check.LARGEST_ARCHIVE", 1000)
+    monkeypatch.setattr("gallop_fmu.fmu.archive.LARGEST_ARCHIVE", 1000)
     path = archive_of(tmp_path / "x.fmu", {"modelDescription.xml": "<x/>", "big": "x" * 2000})
     assert "2004 bytes; at most 10000 and 1000 are unpacked" in failed(check_fmu(path))["archive"]
 

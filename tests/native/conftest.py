@@ -238,3 +238,22 @@ def kernel_sources():
     folder = HERE.parent.parent / "gallop_fmu" / "kernel"
     assert (folder / "gallop.h").exists(), f"{folder} is missing: run the tests in a source tree"
     return folder
+
+
+SANITIZERS = ("-g", "-O1", "-ffp-contract=off", "-fsanitize=address,undefined", "-fno-sanitize-recover=all")
+
+
+@pytest.fixture(scope="session")
+def sanitized(compiled, kernel_sources, tmp_path_factory):
+    """Compile a program with the kernel under the address and undefined-behaviour sanitizers."""
+    folder, fuzzing = tmp_path_factory.mktemp("sanitized"), HERE / "fuzzing"
+    objects = []
+    for source in sorted(kernel_sources.glob("*.c")):
+        objects.append(folder / f"{source.stem}.o")
+        compiled(objects[-1], source, flags=[*SANITIZERS, "-c", f"-I{kernel_sources}"])
+
+    def build(name, *programs, flags=()):
+        includes = [f"-I{kernel_sources}", f"-I{fuzzing}"]
+        return compiled(folder / name, *programs, *objects, flags=[*SANITIZERS, *includes, *flags])
+
+    return build

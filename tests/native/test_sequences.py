@@ -13,17 +13,14 @@ import pytest
 from hypothesis import Phase, given, settings
 from hypothesis import strategies as st
 
-FLAGS = ("-g", "-O1", "-ffp-contract=off", "-fsanitize=address,undefined", "-fno-sanitize-recover=all")
 SEQUENCES = 60  # in each batch, about 150 calls each
 BATCHES = 3
 FIXED = settings(max_examples=BATCHES, derandomize=True, deadline=None, phases=[Phase.generate])
 
 
 @pytest.fixture(scope="module")
-def driver(compiled, kernel_sources, tmp_path_factory, small):
-    folder = tmp_path_factory.mktemp("sequence")
-    sources = [Path(__file__).with_name("sequence.c"), *sorted(kernel_sources.glob("*.c"))]
-    program = compiled(folder / "sequence", *sources, flags=[*FLAGS, f"-I{kernel_sources}"])
+def driver(sanitized, small):
+    program = sanitized("sequence", *sorted((Path(__file__).parent / "fuzzing").glob("sequence*.c")))
 
     def run(seed, *forgeries):
         chance = random.Random(seed)

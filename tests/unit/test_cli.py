@@ -5,7 +5,6 @@ import os
 import signal
 import subprocess
 import sys
-import time
 from pathlib import Path
 
 import h5netcdf
@@ -301,12 +300,9 @@ def test_tab_completes(tmp_path, typed, offered):
 
 @pytest.mark.parametrize(("set_before", "seen"), [({}, "1"), ({"OPENBLAS_NUM_THREADS": "3"}, "3")])
 def test_small_matrices_get_one_thread(monkeypatch, set_before, seen):
-    monkeypatch.delenv("OPENBLAS_NUM_THREADS", raising=False)
-    for name, value in set_before.items():
-        monkeypatch.setenv(name, value)
+    monkeypatch.setattr(os, "environ", dict(set_before))
     found = []
     terminal.start(lambda prog_name: found.append((prog_name, os.environ["OPENBLAS_NUM_THREADS"])), "gallop-fmu")
-    monkeypatch.delenv("OPENBLAS_NUM_THREADS", raising=False)
     assert found == [("gallop-fmu", seen)]
 
 
@@ -330,13 +326,24 @@ def test_colours_are_for_terminals_that_want_them(tmp_path, settings, coloured):
     assert "\x1b" not in piped.stdout + piped.stderr
 
 
+TELLS_WHEN_IT_STEPS = """
+from gallop_fmu.engine import State
+run = State.run
+def telling(*arguments, **named):
+    State.run = run
+    print("stepping", flush=True)
+    return run(*arguments, **named)
+State.run = telling
+"""
+
+
 @pytest.mark.skipif(os.name == "nt", reason="Ctrl-C is sent otherwise on Windows")
 def test_ctrl_c_keeps_what_was_computed(tmp_path):
-    words = ("run", "example1", "--until", "1e6", "--every", "400", "--out", "a.nc")
-    process = subprocess.Popen(
-        _command(*words), cwd=tmp_path, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
-    )
-    time.sleep(3.0)  # more than it takes to begin; the run itself would take hours
+    words = ("run", "example1", "--until", "1e6", "--every", "400", "--out", "a.nc")  # would take hours
+    command = _command(*words)
+    command[3] = TELLS_WHEN_IT_STEPS + command[3]
+    process = subprocess.Popen(command, cwd=tmp_path, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+    assert process.stdout.readline() == "stepping\n"
     process.send_signal(signal.SIGINT)
     _, messages = process.communicate(timeout=60)
     assert process.returncode == 1, messages
