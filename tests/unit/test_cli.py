@@ -328,10 +328,11 @@ def test_colours_are_for_terminals_that_want_them(tmp_path, settings, coloured):
 
 TELLS_WHEN_IT_STEPS = """
 from gallop_fmu.engine import State
-run = State.run
+run, portions = State.run, []
 def telling(*arguments, **named):
-    State.run = run
-    print("stepping", flush=True)
+    portions.append(1)
+    if len(portions) == 2:  # the first is kept by now
+        print("stepping", flush=True)
     return run(*arguments, **named)
 State.run = telling
 """
