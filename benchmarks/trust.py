@@ -1,4 +1,4 @@
-"""Prints the table "How far to trust it" of the README.  Usage: python benchmarks/trust.py (about 10 s)."""
+"""Writes the table "How far to trust it" of the README to trust.md.  Usage: python benchmarks/trust.py (about 10 s)."""
 
 from pathlib import Path
 
@@ -6,8 +6,11 @@ import numpy as np
 
 import gallop_fmu as gf
 import modal
+from gallop_fmu.sag_tension import changed_tension
 
 PEERS = Path(__file__).parents[1] / "tests" / "peers" / "data"
+POUND, FOOT = 4.4482216, 0.3048
+RECORD = Path(__file__).with_suffix(".md")
 RIGID_X3 = 1e9
 """Stiffness [N/m] of a spring that holds like a rigid support."""
 
@@ -35,33 +38,89 @@ def amplitudes(name: str, stop_time: float, **values: object) -> tuple[float, fl
     return steady["u2"].amplitude, steady["u3"].amplitude, steady["u3"].frequency_hz / steady["u2"].frequency_hz
 
 
-def main() -> None:
-    row = "| {} | {} | {} |".format
-    print(row("Compared with", "There", "Here"))
-    print("| --- | --- | --- |")
+def sag_tension() -> list[tuple[str, str, str]]:
+    """Change of state against Table 14.5 of Grigsby (ed.), and against a published stringing table in kilograms."""
+    drake = gf.find_conductor("Drake")
+    wire = {"span": 700.0 * FOOT, "weight": 1.094 * POUND / FOOT, "expansion": drake.thermal_expansion}
+    drake_rows = []
+    for fahrenheit, load, published in ((0.0, 1.094, 7301.0), (120.0, 1.094, 4330.0), (0.0, 2.509, 11318.0)):
+        changes = {"new_weight": load * POUND / FOOT, "temperature_change": (fahrenheit - 60.0) / 1.8}
+        found = changed_tension(5429.0 * POUND, axial_stiffness=drake.axial_stiffness, **wire, **changes) / POUND
+        drake_rows.append((published, found))
+    bare = {"axial_stiffness": 7700.0 * 243.0, "weight": 0.987, "new_weight": 0.987, "expansion": 18.9e-6}
+    strung = changed_tension(1762.069, span=300.0, temperature_change=80.0 - 27.0, **bare)
+    return [
+        (
+            "Drake, 213 m: tension at 0 F / 120 F / 0 F with 2.509 lb/ft, Grigsby (ed.), Table 14.5",
+            " / ".join(f"{pounds * POUND / 1e3:.2f}" for pounds, _ in drake_rows) + " kN",
+            " / ".join(f"{pounds * POUND / 1e3:.2f}" for _, pounds in drake_rows) + " kN",
+        ),
+        ("Stringing table, 300 m, strung at 27 C: tension at 80 C", "1363.5 kg", f"{strung:.1f} kg"),
+    ]
+
+
+def computed_at_once() -> list[tuple[str, str, str]]:
+    """The rows that cost next to nothing."""
     step, pulse = example1("step"), example1("pulse")
-    print(row("Example 1, step load: OpenSees (160 elements), u2 / u3 over 10 s", "",
-              f"relative RMS difference {step[0]:.1e} / {step[1]:.1e}"))  # fmt: skip
-    print(row("Example 1, pulse: the same", "", f"{pulse[0]:.1e} / {pulse[1]:.1e}"))
-    print(row("Example 1, largest twist: exact statics of 39 torques", "18.95 deg", f"{step[2]:.2f} deg"))
-    vertical, horizontal, _ = amplitudes("example2", 1500.0)
-    print(row("Example 2, galloping amplitudes: the paper (curve reconstructed)", "1.544 / 0.058 m",
-              f"{vertical:.3f} / {horizontal:.3f} m"))  # fmt: skip
     pair = modal.frequency_ratio(gf.load_scene("example3"))
-    print(row("Example 3, first vertical / horizontal frequency: the paper", "0.695 / 0.378 Hz",
-              f"{pair.vertical_hz:.4f} / {pair.horizontal_hz:.4f} Hz"))  # fmt: skip
-    vertical, horizontal, ratio = amplitudes("example3", 1200.0)
-    print(row("Example 3, 5.5 m/s: an independent prototype of the same equations", "0.442 / 0.192 m, swing at 1/2",
-              f"{vertical:.3f} / {horizontal:.3f} m, swing at {ratio:.4f}"))  # fmt: skip
-    vertical, horizontal, _ = amplitudes("example3", 1600.0, wind__speed=5.0)
-    print(row("Example 3, 5.0 m/s: the same", "0.386 / 0.011 m, no swing", f"{vertical:.3f} / {horizontal:.3f} m"))
-    spring = {"kind": "springs", "stiffness_x1": 75.97e3, "stiffness_x3": RIGID_X3}
-    vertical, horizontal, _ = amplitudes("example3", 1200.0, supports__left=spring, supports__right=spring)
-    print(row("Example 3 with springs of 75.97 kN/m: the same", "1.90 / 0.094 m, no swing",
-              f"{vertical:.3f} / {horizontal:.3f} m"))  # fmt: skip
     zebra = modal.natural_modes(gf.load_scene("zebra"), count=3)
-    print(row("Zebra line, first three frequencies: published OpenSees model", "0.1710 / 0.3403 / 0.3418 Hz",
-              " / ".join(f"{mode.frequency_hz:.4f}" for mode in zebra) + " Hz"))  # fmt: skip
+    return [
+        (
+            "Example 1, step load: OpenSees (160 elements), u2 / u3 over 10 s",
+            "",
+            f"relative RMS difference {step[0]:.1e} / {step[1]:.1e}",
+        ),
+        ("Example 1, pulse: the same", "", f"{pulse[0]:.1e} / {pulse[1]:.1e}"),
+        ("Example 1, largest twist: exact statics of 39 torques", "18.95 deg", f"{step[2]:.2f} deg"),
+        (
+            "Example 3, first vertical / horizontal frequency: the paper",
+            "0.695 / 0.378 Hz",
+            f"{pair.vertical_hz:.4f} / {pair.horizontal_hz:.4f} Hz",
+        ),
+        (
+            "Zebra line, first three frequencies: published OpenSees model",
+            "0.1710 / 0.3403 / 0.3418 Hz",
+            " / ".join(f"{mode.frequency_hz:.4f}" for mode in zebra) + " Hz",
+        ),
+        *sag_tension(),
+    ]
+
+
+def simulated() -> list[tuple[str, str, str]]:
+    """The rows for which galloping must settle."""
+    second, third = amplitudes("example2", 1500.0), amplitudes("example3", 1200.0)
+    weaker = amplitudes("example3", 1600.0, wind__speed=5.0)
+    spring = {"kind": "springs", "stiffness_x1": 75.97e3, "stiffness_x3": RIGID_X3}
+    sprung = amplitudes("example3", 1200.0, supports__left=spring, supports__right=spring)
+    return [
+        (
+            "Example 2, galloping amplitudes: the paper (curve reconstructed)",
+            "1.544 / 0.058 m",
+            f"{second[0]:.3f} / {second[1]:.3f} m",
+        ),
+        (
+            "Example 3, 5.5 m/s: an independent prototype of the same equations",
+            "0.442 / 0.192 m, swing at 1/2",
+            f"{third[0]:.3f} / {third[1]:.3f} m, swing at {third[2]:.4f}",
+        ),
+        ("Example 3, 5.0 m/s: the same", "0.386 / 0.011 m, no swing", f"{weaker[0]:.3f} / {weaker[1]:.3f} m"),
+        (
+            "Example 3 with springs of 75.97 kN/m: the same",
+            "1.90 / 0.094 m, no swing",
+            f"{sprung[0]:.3f} / {sprung[1]:.3f} m",
+        ),
+    ]
+
+
+def line(*cells: str) -> str:
+    return "| {} | {} | {} |".format(*cells)
+
+
+def main() -> None:
+    table = [line("Compared with", "There", "Here"), line("---", "---", "---")]
+    table += [line(*row) for row in (*computed_at_once(), *simulated())]
+    RECORD.write_text("\n".join(table) + "\n", encoding="utf-8")
+    print(*table, sep="\n")
 
 
 if __name__ == "__main__":

@@ -12,29 +12,40 @@ import typer
 
 from gallop_fmu.line_commands import NEW_EXAMPLE, conductors, new
 from gallop_fmu.terminal import (
-    EPILOGUE,
     PICTURE_SUFFIXES,
     AnyScene,
     AsJson,
     Changes,
-    Commands,
     Exit,
     SceneName,
+    Version,
     check_output,
     chosen_description,
     chosen_scene,
     complain,
     echo_json,
     example,
+    new_app,
     new_console,
     new_table,
+    start,
 )
-from gallop_fmu.terminal_runs import ClusterAddress, Over, RunsOut, SpanTable, WorkerCount, carry_out, grid_of
+from gallop_fmu.terminal_runs import (
+    ClusterAddress,
+    Over,
+    RunsOut,
+    SpanTable,
+    WorkerCount,
+    carry_out,
+    check_given,
+    grid_of,
+)
 
 if TYPE_CHECKING:
     from gallop_fmu.result import Result
     from gallop_fmu.runs import Progress as RunsProgress
     from gallop_fmu.runs import Runs
+    from gallop_fmu.scene import Scene
     from gallop_fmu.simulation import Progress
 
 
@@ -45,32 +56,11 @@ ModelName = Annotated[
 
 RESULT_SUFFIXES = (".nc", ".csv", ".parquet")
 
-app = typer.Typer(
-    name="gallop-fmu",
-    cls=Commands,
-    add_completion=False,
-    no_args_is_help=True,
-    pretty_exceptions_enable=False,
-    rich_markup_mode="rich",
-    epilog=EPILOGUE,
-    context_settings={"help_option_names": ["-h", "--help"]},
-)
-
-
-def _version(wanted: bool) -> None:
-    if wanted:
-        from importlib.metadata import version
-
-        typer.echo(f"gallop-fmu {version('gallop-fmu')}")
-        raise typer.Exit(Exit.FINE)
+app = new_app("gallop-fmu")
 
 
 @app.callback()
-def _root(
-    version: Annotated[
-        bool, typer.Option("--version", callback=_version, is_eager=True, help="Print the version.")
-    ] = False,
-) -> None:
+def _root(version: Version = False) -> None:
     """Galloping of iced overhead-line conductors: compute a span, or export it as an FMU."""
 
 
@@ -129,6 +119,7 @@ def run(
         chosen = with_inputs(chosen, inputs)
     check_output(out, RESULT_SUFFIXES)
     check_output(plot, PICTURE_SUFFIXES)
+    _check_records(chosen, until, every)
     with _progress(chosen.title, silent=as_json) as shown:
         compute = simulate if model == "element" else simulate_condensed
         result = compute(
@@ -181,6 +172,7 @@ def sweep(
     """
     from gallop_fmu.sweeping import sweep as sweep_scenes
 
+    check_given(scene, over, table)
     base = chosen_description(scene, changes) if scene else None
     columns = ("outcome", "u2_amplitude", "u2_frequency_hz", "u3_amplitude", "beyond_cigre_322")
 
@@ -243,7 +235,8 @@ def check(
 ) -> None:
     """Check an FMU against its standard, and that it runs."""
     if not fmu.is_file():
-        complain(f"{fmu}: {'not a file' if fmu.exists() else 'no such file'}")
+        state = "not a file" if fmu.exists() else "no such file"
+        complain(f"{fmu}: {state}; to be checked is an FMU, as gallop-fmu export SCENE -o FILE.fmu writes it")
         raise typer.Exit(Exit.BAD_INPUT)
     from gallop_fmu.fmu import check_fmu
 
@@ -272,6 +265,9 @@ def demo(
     """Run example 3 as an FMU until galloping wakes the swing, and show what happened."""
     from gallop_fmu.demo import run_demo
 
+    if out_dir.exists() and not out_dir.is_dir():
+        complain(f"{out_dir}: is a file; --out-dir takes a folder")
+        raise typer.Exit(Exit.BAD_INPUT)
     out_dir.mkdir(parents=True, exist_ok=True)
     with _progress("example 3 in an FMU", silent=False) as shown:
         story = run_demo(out_dir, progress=shown)
@@ -298,7 +294,19 @@ _add_commands()
 
 def main() -> None:
     """Entry point of the command ``gallop-fmu``."""
-    app(prog_name="gallop-fmu")
+    start(app, "gallop-fmu")
+
+
+def _check_records(scene: Scene, until: float | None, every: int | None) -> None:
+    """A run ends with a record, so that one which is far away would make it longer than was asked for."""
+    from gallop_fmu.errors import SceneError
+
+    stop_time, step = until or scene.run.stop_time, scene.numerics.time_step
+    if every and every * step > stop_time > 0.0:
+        raise SceneError(
+            f"--every {every}: the first record would come at {every * step:g} s, after the end of the run at "
+            f"{stop_time:g} s; at most {max(1, int(stop_time / step))} steps of {step:g} s fit"
+        )
 
 
 def _write(result: Result, out: Path | None, plot: Path | None) -> tuple[list[Path], list[OSError]]:

@@ -7,11 +7,11 @@ from typing import Annotated, Literal
 
 import typer
 
-from gallop_fmu.terminal import AsJson, Exit, check_output, complain, echo_json, new_console, new_table
+from gallop_fmu.terminal import AsJson, Exit, check_output, code_words, complain, echo_json, new_console, new_table
 
 NEW_EXAMPLE = (
     "gallop-fmu new mine.toml --conductor Drake --span 300 --stringing-percent 20 --ice-thickness 0.012 "
-    "--attack-angle-deg 180 --wind-speed 6 --coefficients example3"
+    "--attack-angle-deg 180 --wind-speed 4 --coefficients example3"
 )
 
 
@@ -40,7 +40,10 @@ def conductors(as_json: AsJson = False) -> None:
 def new(
     context: typer.Context,
     out: Annotated[Path, typer.Argument(metavar="FILE", help="Scene file to write (.toml).")],
-    conductor: Annotated[str, typer.Option(metavar="WORD", help="Code word; gallop-fmu conductors lists them.")],
+    conductor: Annotated[
+        str,
+        typer.Option(metavar="WORD", autocompletion=code_words, help="Code word; gallop-fmu conductors lists them."),
+    ],
     span: Annotated[float, typer.Option(metavar="M", help="Horizontal distance between the supports.")],
     height_difference: Annotated[
         float | None, typer.Option(metavar="M", help="Right support above the left; else level.")

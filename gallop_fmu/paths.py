@@ -154,7 +154,7 @@ def _line(problem: ErrorDetails, root: type[Section]) -> str:
         return f"{path}.kind: missing; must be one of {', '.join(map(repr, kinds))}"
     meaning = f"; {field.description}" if field and field.description else ""
     allowed = _allowed(problem, field)
-    return f"{path}: missing{meaning}, {allowed}" if kind == "missing" else f"{path} = {given}: {allowed}{meaning}"
+    return f"{path}: missing, {allowed}{meaning}" if kind == "missing" else f"{path} = {given}: {allowed}{meaning}"
 
 
 def _locate(loc: tuple[int | str, ...], root: type[Section]) -> tuple[str, FieldInfo | None]:
@@ -180,7 +180,7 @@ def _allowed(problem: ErrorDetails, field: FieldInfo | None) -> str:
     if kind == "literal_error":
         return f"must be {problem['ctx']['expected']}"
     if not field or not unit or kind in ("too_short", "too_long", "model_type", "tuple_type"):
-        return "needed" if kind == "missing" else problem["msg"][0].lower() + problem["msg"][1:]
+        return "but needed" if kind == "missing" else problem["msg"][0].lower() + problem["msg"][1:]
     bounds = [
         f"{word} {getattr(rule, name):g}"
         for rule in field.metadata

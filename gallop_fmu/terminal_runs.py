@@ -83,6 +83,16 @@ def grid_of(over: Sequence[str] | None) -> dict[str, list[Any]] | None:
     return grid or None
 
 
+def check_given(scene: str | None, over: Sequence[str] | None, table: Path | None) -> None:
+    """Refuse a command that names no runs."""
+    from gallop_fmu.errors import SceneError
+
+    if not over and table is None:
+        raise SceneError("nothing to vary: give --over, such as --over wind.speed=4:7:0.5, or --table")
+    if scene is None and table is None:
+        raise SceneError("no scene: give SCENE, or a --table whose column scene names one in each row")
+
+
 def values_of(option: str, text: str) -> list[Any]:
     """What ``4,5,5.5`` or ``4:6:0.5`` stands for.
 
@@ -185,7 +195,10 @@ def _bar(*, silent: bool) -> Iterator[Progress | None]:
 def _show(runs: Runs, columns: Sequence[str], out: Path | None) -> None:
     console, dataset = new_console(), runs.dataset
     keys = [key for key in (*runs.varied, *columns) if key in dataset]
-    table = new_table(*(f"{key}\n[{unit}]" if (unit := dataset[key].attrs.get("units")) else key for key in keys))
+    # Spaces, so that a narrow terminal breaks a heading instead of cutting it; what was varied keeps its name as typed.
+    titles = [key if key in runs.varied else key.replace("_", " ") for key in keys]
+    units = [dataset[key].attrs.get("units") for key in keys]
+    table = new_table(*(f"{title}\n[{unit}]" if unit else title for title, unit in zip(titles, units, strict=True)))
     rows = _rows(dataset)
     for row in rows[:SHOWN]:
         table.add_row(*(_cell(row.get(key)) for key in keys))

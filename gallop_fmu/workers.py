@@ -169,6 +169,8 @@ def _cluster(address: str) -> Iterator[Workers]:
         raise SceneError(
             f'cluster = {address!r}: needs Dask; pip install "gallop-fmu[cluster]" here and on the workers'
         ) from None
+    if not address.rpartition(":")[2].isdecimal():
+        raise SceneError(f"cluster = {address!r}: must end in the scheduler's port, such as tcp://localhost:8786")
     try:
         client = Client(address, timeout=CONNECTION_TIME, set_as_default=False)
     except (OSError, ValueError) as problem:

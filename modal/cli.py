@@ -12,16 +12,17 @@ from gallop_fmu.terminal import (
     AnyScene,
     AsJson,
     Changes,
-    Commands,
-    Exit,
     SceneName,
+    Version,
     check_output,
     chosen_description,
     chosen_scene,
     echo_json,
     example,
+    new_app,
     new_console,
     new_table,
+    start,
 )
 from gallop_fmu.terminal_runs import (
     ClusterAddress,
@@ -30,6 +31,7 @@ from gallop_fmu.terminal_runs import (
     SpanTable,
     WorkerCount,
     carry_out,
+    check_given,
     grid_of,
     values_of,
 )
@@ -39,34 +41,13 @@ if TYPE_CHECKING:
     from gallop_fmu.runs import Progress, Runs
     from gallop_fmu.scene import Scene
 
-app = typer.Typer(
-    name="gallop-modal",
-    cls=Commands,
-    add_completion=False,
-    no_args_is_help=True,
-    pretty_exceptions_enable=False,
-    rich_markup_mode="rich",
-    epilog="Exit codes: 0 all is fine; 1 there is no initial equilibrium; 2 bad input, or there is no answer.",
-    context_settings={"help_option_names": ["-h", "--help"]},
-)
-
 Plot = Annotated[Path | None, typer.Option("--plot", metavar="FILE", help="Write a picture: .png, .svg or .pdf.")]
 
-
-def _version(wanted: bool) -> None:
-    if wanted:
-        from importlib.metadata import version
-
-        typer.echo(f"gallop-modal {version('gallop-fmu')}")
-        raise typer.Exit(Exit.FINE)
+app = new_app("gallop-modal")
 
 
 @app.callback()
-def _root(
-    version: Annotated[
-        bool, typer.Option("--version", callback=_version, is_eager=True, help="Print the version.")
-    ] = False,
-) -> None:
+def _root(version: Version = False) -> None:
     """Modes, resonance and stability of an iced span, without simulating it."""
 
 
@@ -350,6 +331,7 @@ def screen_span(
     if over or table:
         if plot:
             raise SceneError("--plot draws one span; leave it out, or leave out --over and --table")
+        check_given(scene, over, table)
         _screen_many(
             chosen_description(scene, changes) if scene else None,
             over,
@@ -460,8 +442,4 @@ def _tell(told: dict[str, Any], lines: list[Any], figure: Any, plot: Path | None
 
 def main() -> None:
     """Entry point of the command ``gallop-modal``."""
-    app(prog_name="gallop-modal")
-
-
-if __name__ == "__main__":
-    main()
+    start(app, "gallop-modal")

@@ -170,7 +170,7 @@ def ratio_figure(data: xr.Dataset) -> Figure:
         below.set_ylabel("frequency ratio [1]")
         below.set_title(f"shaded: within {NEAR:.0%} of 2:1", loc="left")
         below.set_xlabel(f"{path} [{unit}]")
-        below.margins(x=0.0)
+        below.set_xlim(values.min(), values.max())
     return figure
 
 
@@ -264,9 +264,12 @@ def locus_figure(data: xr.Dataset) -> Figure:
             plane.plot(s.real, s.imag / (2.0 * np.pi), color=COLOURS[family], marker=".", markersize=2.5, label=label)
             plane.plot(s.real[0], s.imag[0] / (2.0 * np.pi), "o", color=COLOURS[family], markersize=4.0)
             ratio.plot(data.wind_speed.values, 100.0 * data.damping_ratio.values[k], color=COLOURS[family])
-        growing = max(plane.get_xlim()[1], 0.0)
-        plane.axvspan(0.0, growing + 1e-9, color=UNSTABLE, alpha=0.3, linewidth=0.0)
-        ratio.axhspan(min(ratio.get_ylim()[0], 0.0), 0.0, color=UNSTABLE, alpha=0.3, linewidth=0.0)
+        left, right = plane.get_xlim()
+        low, high = ratio.get_ylim()
+        plane.axvspan(0.0, max(right, 0.0) + 1e-9, color=UNSTABLE, alpha=0.3, linewidth=0.0)
+        ratio.axhspan(min(low, 0.0) - 1e-9, 0.0, color=UNSTABLE, alpha=0.3, linewidth=0.0)
+        plane.set_xlim(left, max(right, 0.0))
+        ratio.set_ylim(min(low, 0.0), high)
         plane.set_xlabel("growth rate, real part [1/s]")
         plane.set_ylabel("damped frequency [Hz]")
         plane.set_title("dot: lowest wind speed; shaded: growing", loc="left")
@@ -292,10 +295,11 @@ def screening_figure(found: Screening) -> Figure:
         wind = np.array([cycle.wind_speed for cycle in cycles])
         grows = np.array([cycle.multiplier for cycle in cycles])
         vertical = np.array([cycle.vertical for cycle in cycles])
-        amplitude.plot(wind, vertical, color=COLOURS["vertical"], label="vertical, without swing")
+        points: dict[str, Any] = {"marker": ".", "markersize": 3.0}  # as computed; the lines between them are no more
+        amplitude.plot(wind, vertical, color=COLOURS["vertical"], label="vertical, without swing", **points)
         unstable = np.where(grows > 1.0, vertical, np.nan)
         amplitude.plot(wind, unstable, color=UNSTABLE, linewidth=4.0, alpha=0.5, label="a swing grows on it")
-        growth.plot(wind, grows, color=NEUTRAL)
+        growth.plot(wind, grows, color=NEUTRAL, **points)
         growth.axhline(1.0, color=NEUTRAL, linewidth=0.4)
         if found.saturated is not None:
             for name in ("vertical", "horizontal"):
@@ -306,7 +310,7 @@ def screening_figure(found: Screening) -> Figure:
             for axes in (amplitude, growth):
                 axes.axvline(found.onset_wind_speed, color=NEUTRAL, linewidth=0.6, linestyle=":")
         amplitude.set_ylabel("half peak-to-peak at mid-span [m]")
-        growth.set_ylabel("growth of a small swing per cycle")
+        growth.set_ylabel("growth of a small swing per cycle [1]")
         for axes in (amplitude, growth):
             axes.set_xlabel("wind speed [m/s]")
         if cycles or found.saturated is not None:

@@ -163,6 +163,10 @@ def test_a_whole_number_does_for_a_wind_speed(invoke):
         (["example1", "--until", -1], ["stop_time = -1.0: must be a positive number"]),
         (["example1", "--until", "soon"], ["--until"]),
         (["example1", "--every", 0], ["record_every = 0: must be a whole number"]),
+        (
+            ["example1", "--until", 10, "--every", 5000],
+            ["first record would come at 12.5 s, after the end of the run at 10 s; at most 4000 steps"],
+        ),
         (["example1", "--nodes", "some"], ["--nodes", "some"]),
         (["example1", "--out", "a.txt"], ["a.txt: must end in .nc or .csv"]),
         (["example1", "--out", "none/a.nc"], ["none/a.nc: there is no folder none"]),
@@ -236,6 +240,10 @@ def test_check_shows_what_failed(invoke):
         (["export", "example1", "-o", "none/a.fmu"], ["none/a.fmu", "folder none"]),
         (["export", "example1", "-o", "a.fmu", "--runtime", "rust"], ["--runtime", "rust"]),
         (["export", "exmple1", "-o", "a.fmu"], ["closest: example1"]),
+        (["check", "example1"], ["no such file; to be checked is an FMU, as gallop-fmu export"]),
+        (["sweep", "example1"], ["nothing to vary: give --over, such as --over wind.speed=4:7:0.5, or --table"]),
+        (["sweep", "--over", "wind.speed=4,5"], ["no scene: give SCENE, or a --table"]),
+        (["sweep", "example1", "--over", "wind.speed=4", "--cluster", "here"], ["cluster = 'here'", "port"]),
         (["gallop"], ["gallop"]),
     ],
 )
@@ -246,7 +254,7 @@ def test_other_commands_refuse(invoke, words, fragments):
 
 def test_demo_into_a_file(invoke):
     Path("taken").write_text("")
-    _refused(invoke("demo", "--out-dir", "taken"), "taken")
+    _refused(invoke("demo", "--out-dir", "taken"), "taken: is a file; --out-dir takes a folder")
 
 
 def _command(*words):
@@ -260,12 +268,71 @@ def test_as_a_process(tmp_path):
     assert len(done.stderr.splitlines()) == 1
 
 
+@pytest.mark.parametrize(
+    ("typed", "offered"),
+    [
+        ("gallop-fmu ru", "run"),
+        ("gallop-fmu run ex", "example1 example2 example3"),
+        ("gallop-fmu run min", "mine.toml"),
+        ("gallop-fmu run lines/", "lines/north.toml"),
+        ("gallop-fmu sweep z", "zebra"),
+        ("gallop-fmu run nothing", ""),  # the shell then offers any path
+        ("gallop-fmu check any", ""),
+        ("gallop-fmu run example3 --in", "--inputs"),
+        ("gallop-fmu new mine.toml --conductor Dr", "Drake Drone"),
+        ("gallop-modal s", "screen"),
+        ("gallop-modal modes zeb", "zebra"),
+    ],
+)
+def test_tab_completes(tmp_path, typed, offered):
+    """As bash asks for it."""
+    (tmp_path / "lines").mkdir()
+    for name in ("mine.toml", "lines/north.toml", "lines/notes.txt", "anything.fmu"):
+        (tmp_path / name).write_text("")
+    module, variable = typed.split()[0].replace("-", "_"), typed.split()[0].replace("-", "_").upper()
+    code = f"from {'gallop_fmu' if module == 'gallop_fmu' else 'modal'}.cli import main; main()"
+    asked = {"COMP_WORDS": typed, "COMP_CWORD": str(len(typed.split()) - 1), f"_{variable}_COMPLETE": "complete_bash"}
+    done = subprocess.run(
+        [sys.executable, "-P", "-c", code], cwd=tmp_path, env=os.environ | asked, capture_output=True, text=True
+    )
+    assert done.stdout.split() == offered.split()
+
+
+@pytest.mark.parametrize(("set_before", "seen"), [({}, "1"), ({"OPENBLAS_NUM_THREADS": "3"}, "3")])
+def test_small_matrices_get_one_thread(monkeypatch, set_before, seen):
+    monkeypatch.setattr(os, "environ", dict(set_before))
+    found = []
+    terminal.start(lambda prog_name: found.append((prog_name, os.environ["OPENBLAS_NUM_THREADS"])), "gallop-fmu")
+    assert found == [("gallop-fmu", seen)]
+
+
+@pytest.mark.skipif(os.name == "nt", reason="Windows has no pseudo-terminals of this kind")
+@pytest.mark.parametrize(("settings", "coloured"), [({}, True), ({"NO_COLOR": "1"}, False)])
+def test_colours_are_for_terminals_that_want_them(tmp_path, settings, coloured):
+    import pty
+
+    (tmp_path / "a.fmu").write_text("not an archive")
+    plain = {name: value for name, value in os.environ.items() if name not in ("NO_COLOR", "FORCE_COLOR")}
+    environment = {**plain, "TERM": "xterm", **settings}
+    ours, theirs = pty.openpty()
+    with subprocess.Popen(_command("check", "a.fmu"), cwd=tmp_path, env=environment, stdout=theirs, stderr=theirs) as p:
+        assert p.wait(60) == 1
+    shown = os.read(ours, 10_000).decode()
+    os.close(ours)
+    os.close(theirs)
+    assert "FAILED" in shown
+    assert ("\x1b[31m" in shown) is coloured
+    piped = subprocess.run(_command("check", "a.fmu"), cwd=tmp_path, env=environment, capture_output=True, text=True)
+    assert "\x1b" not in piped.stdout + piped.stderr
+
+
 TELLS_WHEN_IT_STEPS = """
 from gallop_fmu.engine import State
-run = State.run
+run, portions = State.run, []
 def telling(*arguments, **named):
-    State.run = run
-    print("stepping", flush=True)
+    portions.append(1)
+    if len(portions) == 2:  # the first is kept by now
+        print("stepping", flush=True)
     return run(*arguments, **named)
 State.run = telling
 """

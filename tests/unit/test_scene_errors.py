@@ -92,7 +92,7 @@ def test_unknown_key_in_a_file_is_refused_together_with_other_problems(tmp_path)
 def test_missing_value_says_what_is_needed(minimal):
     del minimal["conductor"]["diameter"]
     with pytest.raises(
-        SceneError, match=r"conductor\.diameter: missing; diameter .* greater than 0 and at most 1 \[m\]"
+        SceneError, match=r"conductor\.diameter: missing, must be .* greater than 0 and at most 1 \[m\]; diameter"
     ):
         Scene.from_dict(minimal)
 
