@@ -220,6 +220,9 @@ int controlled_march(const gallop_model *model, gallop_state *state, const gallo
 void control_look(const gallop_model *model, gallop_state *state, layout *at, double t);
 void control_return(const gallop_model *model, gallop_state *state, layout *at);
 
+/* observe.c: the span channels whose bits are set in `asked`; the others are left alone */
+void observe_span(const gallop_model *model, gallop_state *state, uint32_t asked, double values[GALLOP_SPAN_CHANNELS]);
+
 /* shared */
 int fail(gallop_report *report, int outcome, int element, double time, double value, double limit);
 
