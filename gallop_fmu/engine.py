@@ -41,6 +41,9 @@ Array = NDArray[np.float64]
 DOFS = 4
 """Unknowns a node: u1, u2, u3, theta."""
 
+ALL_SPAN_CHANNELS = np.arange(len(SPAN_CHANNELS), dtype=np.int32)
+"""Indices of what can be recorded once per state."""
+
 STATE_MAGIC = b"GALLOP1\0"
 """First bytes of a saved state."""
 
@@ -88,7 +91,7 @@ def _load() -> c.CDLL:
         "gallop_advance": (c.c_int, (pointer, pointer, inputs, double, report)),
         "gallop_run": (
             c.c_int,
-            (pointer, pointer, *[whole] * 3, *[integers, c.c_int32] * 2, doubles, doubles, c.POINTER(whole), report),
+            (pointer, pointer, *[whole] * 3, *[integers, c.c_int32] * 3, doubles, doubles, c.POINTER(whole), report),
         ),
         "gallop_observe_node": (None, (pointer, pointer, c.c_int32, doubles)),
         "gallop_observe_span": (None, (pointer, pointer, doubles)),
@@ -442,16 +445,23 @@ class State:
         return self._call(_kernel.gallop_advance, self.model.accept(inputs), until)
 
     def run(
-        self, records: int, every: int, channels: NDArray[np.int32], nodes: NDArray[np.int32], first: int = 0
+        self,
+        records: int,
+        every: int,
+        channels: NDArray[np.int32],
+        nodes: NDArray[np.int32],
+        span_channels: NDArray[np.int32] = ALL_SPAN_CHANNELS,
+        first: int = 0,
     ) -> Run:
         """Advance `records` times by `every` steps and observe after each; `first` counts the records already made."""
         node_values = np.empty((records, len(channels), len(nodes)))
-        span_values = np.empty((records, len(SPAN_CHANNELS)))
+        span_values = np.empty((records, len(span_channels)))
         done, raw = c.c_int64(), CReport()
         integers = c.POINTER(c.c_int32)
         _kernel.gallop_run(
             self.model.handle, self._pointer, first, records, every,
             channels.ctypes.data_as(integers), len(channels), nodes.ctypes.data_as(integers), len(nodes),
+            span_channels.ctypes.data_as(integers), len(span_channels),
             double_pointer(node_values), double_pointer(span_values), c.byref(done), c.byref(raw),
         )  # fmt: skip
         return Run(node_values[: done.value], span_values[: done.value], _report(raw))

@@ -43,7 +43,7 @@ class Outcome(Enum):
     )
     INVALID_SCENE = (6, "a number of the scene is impossible", "check the scene's values")
     OUT_OF_MEMORY = (7, "there is not enough memory for the model", "use fewer elements")
-    BAD_CALL = (8, "the call is not allowed in this state", "times must be finite and increase")
+    BAD_CALL = (8, "the call is not allowed in this state", "times must be finite and increase, and a model made without inputs takes none")
     STOPPED_BY_USER = (100, "the run was stopped on request", "")
 
     def __init__(self, code: int, sentence: str, cure: str) -> None:

@@ -6,14 +6,15 @@ import math
 import time as clock
 from collections.abc import Callable, Sequence
 from dataclasses import replace
+from functools import partial
 from importlib.metadata import version
 from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
-from gallop_fmu.channels import NODE_CHANNELS, NODE_INDEX, SPAN_CHANNELS
-from gallop_fmu.engine import Model, Part, Run, State, build
+from gallop_fmu.channels import NODE_CHANNELS, NODE_INDEX, SPAN_CHANNELS, SPAN_INDEX
+from gallop_fmu.engine import Model, Part, Run, build
 from gallop_fmu.errors import SceneError
 from gallop_fmu.integrators import INTEGRATORS
 from gallop_fmu.outcome import Outcome, Report, SimulationError
@@ -40,6 +41,7 @@ def simulate(
     record_every: int | None = None,
     record_nodes: Literal["midspan", "all"] | Sequence[int] = "midspan",
     channels: Sequence[str] = USUAL_CHANNELS,
+    span_channels: Sequence[str] = tuple(SPAN_INDEX),
     progress: Progress | None = None,
     on_failure: Literal["raise", "return"] = "raise",
 ) -> Result:
@@ -57,6 +59,8 @@ def simulate(
         ``"midspan"``, ``"all"``, or node numbers from 0 (left support) to 2 elements (right support).
     channels
         Node channels to record, by name (see `gallop_fmu.channels.NODE_CHANNELS`).
+    span_channels
+        Span channels to record, by name (see `gallop_fmu.channels.SPAN_CHANNELS`); ``()`` for none, which is cheaper.
     progress
         Called about ten times a second with the time reached and the stop time [s]; returning False stops the run.
     on_failure
@@ -78,6 +82,7 @@ def simulate(
     stop_time = scene.run.stop_time if stop_time is None else stop_time
     every = scene.run.record_every if record_every is None else record_every
     check_arguments(stop_time, every, channels, on_failure)
+    check_span_channels(span_channels)
     started = clock.perf_counter()
     model = Model(scene, inputs=False)
     nodes = chosen_nodes(record_nodes, model.elements)
@@ -85,26 +90,26 @@ def simulate(
     interval = every * scene.numerics.time_step
     records = max(1, math.ceil(stop_time / interval - 1e-9))
     channel_index = np.array([NODE_INDEX[name] for name in channels], dtype=np.int32)
+    span_index = np.array([SPAN_INDEX[name] for name in span_channels], dtype=np.int32)
     first = Run(
         np.array([state.observe_node(int(node))[channel_index] for node in nodes]).T[np.newaxis],
-        state.observe_span()[np.newaxis],
+        state.observe_span()[np.newaxis, span_index],
         Report(Outcome.COMPLETED, 0.0),
     )
-    parts, report = _march(state, [first], records, every, channel_index, nodes, interval, stop_time, progress)
+    record = partial(state.run, every=every, channels=channel_index, nodes=nodes, span_channels=span_index)
+    parts, report = _march(record, [first], records, every, interval, stop_time, progress)
     seconds = clock.perf_counter() - started
-    result = Result(_dataset(model, parts, nodes, channels, interval, report, seconds), scene, report)
+    result = Result(_dataset(model, parts, nodes, channels, span_channels, interval, report, seconds), scene, report)
     if report.outcome is not Outcome.COMPLETED and on_failure == "raise":
         raise SimulationError(report, result)
     return result
 
 
 def _march(
-    state: State,
+    record: Callable[..., Run],
     parts: list[Run],
     records: int,
     every: int,
-    channels: NDArray[np.int32],
-    nodes: NDArray[np.int32],
     interval: float,
     stop_time: float,
     progress: Progress | None,
@@ -115,7 +120,7 @@ def _march(
     while done < records:
         began = clock.perf_counter()
         try:
-            part = state.run(min(portion, records - done), every, channels, nodes, first=done)
+            part = record(min(portion, records - done), first=done)
             parts.append(part)
             report = part.report
             if report.outcome is not Outcome.COMPLETED:
@@ -136,6 +141,7 @@ def _dataset(
     parts: list[Run],
     nodes: NDArray[np.int32],
     channels: Sequence[str],
+    span_channels: Sequence[str],
     interval: float,
     report: Report,
     seconds: float,
@@ -149,8 +155,8 @@ def _dataset(
     variables: dict[str, tuple[tuple[str, ...], NDArray[np.float64]]] = {}
     for index, name in enumerate(channels):
         variables[name] = (("time", "node"), np.ascontiguousarray(node_values[:, index]))
-    for index, channel in enumerate(SPAN_CHANNELS):
-        variables[channel.name] = (("time",), np.ascontiguousarray(span_values[:, index]))
+    for index, name in enumerate(span_channels):
+        variables[name] = (("time",), np.ascontiguousarray(span_values[:, index]))
     equilibrium = model.equilibrium()
     dataset = xr.Dataset(variables, {"time": time, "node": nodes, "x1": ("node", equilibrium.x[nodes, 0])})
     dataset.time.attrs.update(units="s", long_name="time")
@@ -193,6 +199,13 @@ def check_arguments(stop_time: float, every: int, channels: Sequence[str], on_fa
         raise SceneError(f"channels {unknown} do not exist; there are {', '.join(NODE_INDEX)}")
     if on_failure not in ("raise", "return"):
         raise SceneError(f'on_failure = {on_failure!r}: must be "raise" or "return"')
+
+
+def check_span_channels(names: Sequence[str]) -> None:
+    """Raise SceneError if one of them does not exist."""
+    unknown = [name for name in names if name not in SPAN_INDEX]
+    if unknown:
+        raise SceneError(f"span_channels {unknown} do not exist; there are {', '.join(SPAN_INDEX)}")
 
 
 def chosen_nodes(wanted: Literal["midspan", "all"] | Sequence[int], elements: int) -> NDArray[np.int32]:

@@ -302,7 +302,7 @@ void span_residual(const gallop_model *model, double t, const instant *now, cons
 }
 
 /* Forces of one element alone. */
-void element_residual(const gallop_model *model, int e, const instant *now, const sections *at, const double *u,
+TWO_PATHS void element_residual(const gallop_model *model, int e, const instant *now, const sections *at, const double *u,
                       const double *v, const double *a, double r[12])
 {
     const bool wind = windy(model, now);

@@ -34,7 +34,7 @@ typedef enum {
     GALLOP_EQUILIBRIUM_NOT_FOUND = 5, /* static Newton iteration failed although the load was stepped */
     GALLOP_INVALID_SCENE = 6,         /* a number of the scene is impossible; report.value holds it */
     GALLOP_OUT_OF_MEMORY = 7,
-    GALLOP_BAD_CALL = 8               /* time not increasing, foreign state, NaN input */
+    GALLOP_BAD_CALL = 8               /* time not increasing, foreign state, NaN input, inputs to a model of the laws only */
 } gallop_outcome;
 
 /* What a call has to say: filled in by every function that takes one. */
@@ -118,7 +118,7 @@ typedef struct {
     double time_step, newton_tolerance;                  /* [s], [m] */
     double tolerance;   /* 0: equal steps; else relative error that the steps are chosen for, Gauss only */
     double spectral_radius;   /* 0 to 1, generalised alpha: factor a step on motion that no step resolves */
-    int32_t laws_only;   /* 1: no call will bring gallop_inputs, so what the laws leave at rest need not be computed */
+    int32_t laws_only;   /* 1: no call brings gallop_inputs (it would be refused); what the laws leave at rest is left out */
     int32_t slack;       /* a gallop_slack */
 } gallop_scene;
 
@@ -195,10 +195,12 @@ GALLOP_API void gallop_rewind(const gallop_model *model, gallop_state *state, do
 /* `records` times: advance by `every` time steps of the scene and observe.  Times are (first + i + 1) * every * time_step.
  * Under a tolerance the steps end where they like, the records are read within them, and the state is left at or after the
  * last record.
- * node_values (records, channels, nodes), span_values (records, GALLOP_SPAN_CHANNELS); *done counts what is filled. */
+ * node_values (records, channels, nodes), span_values (records, span_channels); *done counts what is filled.  Energies and
+ * support forces are computed for records that ask for them. */
 GALLOP_API int gallop_run(const gallop_model *model, gallop_state *state, int64_t first, int64_t records, int64_t every,
                           const int32_t *channel, int32_t channels, const int32_t *node, int32_t nodes,
-                          double *node_values, double *span_values, int64_t *done, gallop_report *report);
+                          const int32_t *span_channel, int32_t span_channels, double *node_values, double *span_values,
+                          int64_t *done, gallop_report *report);
 
 GALLOP_API void gallop_observe_node(const gallop_model *model, const gallop_state *state, int32_t node,
                                     double values[GALLOP_NODE_CHANNELS]);

@@ -229,6 +229,9 @@ void control_return(const gallop_model *model, gallop_state *state, layout *at);
 /* tables.c */
 int check_tables(const gallop_scene *s, gallop_report *report);
 
+/* observe.c: the span channels whose bits are set in `asked`; the others are left alone */
+void observe_span(const gallop_model *model, gallop_state *state, uint32_t asked, double values[GALLOP_SPAN_CHANNELS]);
+
 /* shared */
 int invalid(gallop_report *report, const char *field, double value, double limit);
 int fail(gallop_report *report, int outcome, int element, double time, double value, double limit);

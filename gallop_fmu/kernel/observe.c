@@ -63,7 +63,7 @@ static void support_force(const gallop_model *model, gallop_state *state, int en
 
 /* Kinetic: mu v.v/2 + w (c2 v3 - c3 v2) + I w^2/2.  Potential: axial and torsional strain energy from the initial state,
  * gravity, the constant forces, and the springs. */
-static void energies(const gallop_model *model, const gallop_state *state, double *kinetic, double *potential)
+TWO_PATHS static void energies(const gallop_model *model, const gallop_state *state, double *kinetic, double *potential)
 {
     const double *u = motion(model, state, 0), *v = motion(model, state, 1);
     const double ea = model->scene.axial_stiffness, gj = model->scene.torsional_stiffness;
@@ -109,13 +109,21 @@ void gallop_support_forces(const gallop_model *model, gallop_state *state, doubl
     support_force(model, state, 1, force + 3);
 }
 
-void gallop_observe_span(const gallop_model *model, gallop_state *state, double values[GALLOP_SPAN_CHANNELS])
+void observe_span(const gallop_model *model, gallop_state *state, uint32_t asked, double values[GALLOP_SPAN_CHANNELS])
 {
+    const uint32_t left = 7u << GALLOP_LEFT_F1, right = 7u << GALLOP_RIGHT_F1;
     values[GALLOP_WIND_SPEED] = state->now.wind;
-    gallop_support_forces(model, state, values + GALLOP_LEFT_F1);
-    energies(model, state, &values[GALLOP_KINETIC_ENERGY], &values[GALLOP_POTENTIAL_ENERGY]);
+    if (asked & left) support_force(model, state, 0, values + GALLOP_LEFT_F1);
+    if (asked & right) support_force(model, state, 1, values + GALLOP_RIGHT_F1);
+    if (asked & (1u << GALLOP_KINETIC_ENERGY | 1u << GALLOP_POTENTIAL_ENERGY))
+        energies(model, state, &values[GALLOP_KINETIC_ENERGY], &values[GALLOP_POTENTIAL_ENERGY]);
     values[GALLOP_NEWTON_ITERATIONS] = (double)state->last_iterations;
     values[GALLOP_SUBSTEPS] = (double)state->last_substeps;
+}
+
+void gallop_observe_span(const gallop_model *model, gallop_state *state, double values[GALLOP_SPAN_CHANNELS])
+{
+    observe_span(model, state, ~0u, values);
 }
 
 /* Whoever brings a motion of his own may move what the scene leaves at rest. */

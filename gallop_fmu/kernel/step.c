@@ -95,11 +95,15 @@ static int march(const gallop_model *model, gallop_state *state, const gallop_in
     return GALLOP_COMPLETED;
 }
 
+/* A model of the laws only has left out what inputs could wake. */
+static bool unexpected(const gallop_model *model, const gallop_inputs *inputs) { return inputs && model->scene.laws_only; }
+
 int gallop_advance(const gallop_model *model, gallop_state *state, const gallop_inputs *inputs, double until,
                    gallop_report *report)
 {
     const double dt = model->scene.time_step, origin = state->time, span = until - origin;
     if (!isfinite(until) || !(span > 0.0)) return fail(report, GALLOP_BAD_CALL, -1, origin, until, origin);
+    if (unexpected(model, inputs)) return fail(report, GALLOP_BAD_CALL, -1, origin, NAN, NAN);
     if (span / dt > MOST_STEPS) return fail(report, GALLOP_BAD_CALL, -1, origin, span / dt, MOST_STEPS);
     int64_t count = (int64_t)ceil(span / dt - 1e-6);
     if (count < 1) count = 1;
@@ -117,9 +121,11 @@ int gallop_advance(const gallop_model *model, gallop_state *state, const gallop_
 }
 
 int gallop_run(const gallop_model *model, gallop_state *state, int64_t first, int64_t records, int64_t every,
-               const int32_t *channel, int32_t channels, const int32_t *node, int32_t nodes, double *node_values,
-               double *span_values, int64_t *done, gallop_report *report)
+               const int32_t *channel, int32_t channels, const int32_t *node, int32_t nodes, const int32_t *span_channel,
+               int32_t span_channels, double *node_values, double *span_values, int64_t *done, gallop_report *report)
 {
+    uint32_t asked = 0;
+    for (int32_t c = 0; c < span_channels; c++) asked |= 1u << span_channel[c];
     const double dt = model->scene.time_step, start = state->time - (double)(first * every) * dt;
     const bool free = by_tolerance(model);
     layout at = state_layout(model, state);
@@ -136,7 +142,9 @@ int gallop_run(const gallop_model *model, gallop_state *state, int64_t first, in
             gallop_observe_node(model, state, node[n], values);
             for (int32_t c = 0; c < channels; c++) node_values[((size_t)r * channels + c) * nodes + n] = values[channel[c]];
         }
-        gallop_observe_span(model, state, span_values + (size_t)r * GALLOP_SPAN_CHANNELS);
+        double values[GALLOP_SPAN_CHANNELS];
+        observe_span(model, state, asked, values);
+        for (int32_t c = 0; c < span_channels; c++) span_values[(size_t)r * span_channels + c] = values[span_channel[c]];
         if (free) control_return(model, state, &at);
         *done = r + 1;
     }
@@ -192,7 +200,7 @@ static void clear(const gallop_model *model, gallop_state *state, double time, c
 int gallop_equilibrium(const gallop_model *model, gallop_state *state, double time, const gallop_inputs *inputs,
                        gallop_report *report)
 {
-    if (!isfinite(time)) return fail(report, GALLOP_BAD_CALL, -1, time, time, 0.0);
+    if (!isfinite(time) || unexpected(model, inputs)) return fail(report, GALLOP_BAD_CALL, -1, time, time, 0.0);
     clear(model, state, time, inputs, report);
     layout at = state_layout(model, state);
     int outcome = static_equilibrium(model, time, &state->now, &at, report);
@@ -204,7 +212,7 @@ int gallop_state_init(const gallop_model *model, gallop_state *state, double sta
                       gallop_report *report)
 {
     const gallop_scene *s = &model->scene;
-    if (!isfinite(start)) return fail(report, GALLOP_BAD_CALL, -1, start, start, 0.0);
+    if (!isfinite(start) || unexpected(model, inputs)) return fail(report, GALLOP_BAD_CALL, -1, start, start, 0.0);
     clear(model, state, start, inputs, report);
     layout at = state_layout(model, state);
     bool displaced = false;

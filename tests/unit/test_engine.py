@@ -8,6 +8,7 @@ import pytest
 from gallop_fmu.channels import NODE_CHANNELS, NODE_INDEX, SPAN_CHANNELS, SPAN_INDEX
 from gallop_fmu.engine import Inputs, Model, State
 from gallop_fmu.integrators import INTEGRATORS
+from gallop_fmu.outcome import Outcome, SimulationError
 from gallop_fmu.scene import load_scene
 
 ALL = np.arange(len(NODE_CHANNELS), dtype=np.int32)
@@ -179,3 +180,26 @@ def test_work_is_counted(stepped_model):
     assert 1.0 <= span[SPAN_INDEX["newton_iterations"]] <= report.iterations
     assert report.lowest_tension < stepped_model.equilibrium().horizontal_tension * 1.1
     assert report.time == state.time == 0.2
+
+
+def test_a_run_records_the_span_channels_that_are_asked_for():
+    model, nodes = windy_model({}), np.array([6], np.int32)
+    whole = model.start().run(20, 2, ALL, nodes)
+    for names in (["right_f2", "substeps", "potential_energy"], ["left_f1"], []):
+        asked = np.array([SPAN_INDEX[name] for name in names], np.int32)
+        part = model.start().run(20, 2, ALL, nodes, asked)
+        assert np.array_equal(part.span_values, whole.span_values[:, asked])
+        assert np.array_equal(part.node_values, whole.node_values)
+
+
+def test_the_kernel_refuses_inputs_to_a_model_of_the_laws_only():
+    """As a C caller meets it: the binding's own check is told that the model takes inputs."""
+    model = Model(load_scene("example2").with_values({"wind.speed": 0.0}), inputs=False)
+    state, inputs = model.start(), Inputs(0.0, 10.0, 0.17, np.zeros((2, 3)))
+    model._takes_inputs = True
+    calls = (lambda: state.advance(0.1, inputs), lambda: model.start(inputs=inputs), lambda: model.rest(inputs=inputs))
+    for call in calls:
+        with pytest.raises(SimulationError) as refused:
+            call()
+        assert refused.value.report.outcome is Outcome.BAD_CALL
+    state.advance(0.1)
