@@ -72,6 +72,18 @@ void newmark_commit(const gallop_model *model, gallop_state *state, layout *at, 
     state->step_before = h;
 }
 
+/* Takes the solution from u, v and a. */
+TWO_PATHS static void correct(const layout *at, int values, blend mix)
+{
+    const double *restrict change = at->residual;
+    double *restrict u = at->u, *restrict v = at->v, *restrict a = at->a;
+    for (int i = 0; i < values; i++) {
+        u[i] -= change[i];
+        v[i] -= mix.c * change[i];
+        a[i] -= mix.m * change[i];
+    }
+}
+
 /* One Newmark step from u0 v0 a0 at t - h to u v a at t. */
 int newmark(const gallop_model *model, gallop_state *state, layout *at, const gallop_inputs *inputs, double t, double h,
             gallop_report *report)
@@ -100,12 +112,7 @@ int newmark(const gallop_model *model, gallop_state *state, layout *at, const ga
             before = 0.0;
         }
         solver_solve(model, at->factors, model->fixed, at->residual);
-        for (int i = 0; i < values; i++) {
-            double du = -at->residual[i];
-            at->u[i] += du;
-            at->v[i] += mix.c * du;
-            at->a[i] += mix.m * du;
-        }
+        correct(at, values, mix);
         state->iterations++;
         state->last_iterations++;
         double size = correction_size(model, at->residual);
