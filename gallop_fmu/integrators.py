@@ -6,14 +6,15 @@ Newmark has to halve its steps on fine meshes; the generalised-alpha method lets
 were tried and are not here, as one of these is as good or better everywhere: Gauss with 2 stages, Lobatto IIIA of
 orders 4 and 6, Radau IIA of order 5.
 
-Explicit central differences were estimated, not tried.  A three-node bar of length l with Lobatto's mass has the largest
-eigenvalue 24 c^2 / l^2, c = sqrt(EA/m), so steps end at 2 l / (sqrt(24) c); damping b2 in proportion to the stiffness
-shortens them by sqrt(1 + x^2) - x, x = b2 sqrt(6) c / l.  At a measured cost of 1.10 and 0.65 us of an evaluation alone,
+Explicit central differences were estimated, not tried.  A three-node bar of length l with Lobatto's mass has the
+largest eigenvalue 24 c^2 / l^2, c = sqrt(EA/m), so steps end at 2 l / (sqrt(24) c); damping b2 in proportion to the
+stiffness shortens them by sqrt(1 + x^2) - x, x = b2 sqrt(6) c / l.  At a measured cost of 1.10 and 0.65 us of an
+evaluation alone,
 
-* example 3: 0.87 ms without damping, 0.080 ms with it, so 12500 steps or 14 ms a simulated second, against some 0.2 ms by
-  Newmark within 0.5 %: no case for it;
-* example 1, undamped: 0.39 ms, so 2550 steps or 1.7 ms, against 0.6 to 1.3 ms by Gauss at errors of 5e-3 to 1e-3 after a
-  jump of the load.  Where an undamped span must be followed closely after a jump, it would hold its own.
+* example 3: 0.87 ms without damping, 0.080 ms with it, so 12500 steps or 14 ms a simulated second, against some 0.2 ms
+  by Newmark within 0.5 %: no case for it;
+* example 1, undamped: 0.39 ms, so 2550 steps or 1.7 ms, against 0.6 to 1.3 ms by Gauss at errors of 5e-3 to 1e-3 after
+  a jump of the load.  Where an undamped span must be followed closely after a jump, it would hold its own.
 """
 
 from __future__ import annotations

@@ -43,7 +43,11 @@ class Outcome(Enum):
     )
     INVALID_SCENE = (6, "a number of the scene is impossible", "check the scene's values")
     OUT_OF_MEMORY = (7, "there is not enough memory for the model", "use fewer elements")
-    BAD_CALL = (8, "the call is not allowed in this state", "times must be finite and increase, and a model made without inputs takes none")
+    BAD_CALL = (
+        8,
+        "the call is not allowed in this state",
+        "times must be finite and increase; a model of the laws only takes no inputs",
+    )
     STOPPED_BY_USER = (100, "the run was stopped on request", "")
 
     def __init__(self, code: int, sentence: str, cure: str) -> None:

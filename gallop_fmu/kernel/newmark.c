@@ -84,6 +84,7 @@ void newmark_commit(const gallop_model *model, gallop_state *state, layout *at, 
     state->step_before = h;
 }
 
+<<<<<<< HEAD
 /* The motion at which forces are balanced. */
 TWO_PATHS static void look_within(const layout *at, weights w, int values)
 {
@@ -95,6 +96,21 @@ TWO_PATHS static void look_within(const layout *at, weights w, int values)
 }
 
 /* One step from u0 v0 a0 at t - h to u v a at t. */
+=======
+/* Takes the solution from u, v and a. */
+TWO_PATHS static void correct(const layout *at, int values, blend mix)
+{
+    const double *restrict change = at->residual;
+    double *restrict u = at->u, *restrict v = at->v, *restrict a = at->a;
+    for (int i = 0; i < values; i++) {
+        u[i] -= change[i];
+        v[i] -= mix.c * change[i];
+        a[i] -= mix.m * change[i];
+    }
+}
+
+/* One Newmark step from u0 v0 a0 at t - h to u v a at t. */
+>>>>>>> 6bc7006c130210e9f48eeeb6d49afb2d28809a36
 int newmark(const gallop_model *model, gallop_state *state, layout *at, const gallop_inputs *inputs, double t, double h,
             gallop_report *report)
 {
@@ -130,12 +146,16 @@ int newmark(const gallop_model *model, gallop_state *state, layout *at, const ga
             before = 0.0;
         }
         solver_solve(model, at->factors, model->fixed, at->residual);
+<<<<<<< HEAD
         for (int i = 0; i < values; i++) {
             double du = -at->residual[i];
             at->u[i] += du;
             at->v[i] += per_v * du;
             at->a[i] += per_a * du;
         }
+=======
+        correct(at, values, mix);
+>>>>>>> 6bc7006c130210e9f48eeeb6d49afb2d28809a36
         state->iterations++;
         state->last_iterations++;
         double size = correction_size(model, at->residual);

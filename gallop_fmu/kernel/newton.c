@@ -15,14 +15,15 @@ void add_springs(const gallop_model *model, const instant *now, const double *u,
 }
 
 /* Largest correction, in m and rad alike: a twist of 1 rad matters to the wind load as much as a motion of metres. */
-double correction_size(const gallop_model *model, const double *du)
+TWO_PATHS double correction_size(const gallop_model *model, const double *du)
 {
     double largest[4] = {0.0}, sum[4] = {0.0};   /* by unknown, so that the four need not wait for each other */
-    for (int n = 0; n < model->nodes; n++, du += 4)
-        for (int i = 0; i < 4; i++) {
-            double size = fabs(du[i]);
-            largest[i] = size > largest[i] ? size : largest[i];
-            sum[i] += du[i];   /* the maximum lets NaN pass */
+    for (int n = 0; n < 4 * model->nodes; n += 4)
+        for (int i = 0; i < 4; i += LANES) {
+            const lanes x = *(const lanes *)(du + n + i), size = PICK(x < 0.0 * x, -x, x);
+            lanes *most = (lanes *)(largest + i);
+            *most = PICK(size > *most, size, *most);
+            *(lanes *)(sum + i) += x;   /* the maximum lets NaN pass */
         }
     double all = sum[0] + sum[1] + sum[2] + sum[3];
     return isfinite(all) ? fmax(fmax(largest[0], largest[1]), fmax(largest[2], largest[3])) : NAN;
