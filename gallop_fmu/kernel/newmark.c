@@ -84,7 +84,6 @@ void newmark_commit(const gallop_model *model, gallop_state *state, layout *at, 
     state->step_before = h;
 }
 
-<<<<<<< HEAD
 /* The motion at which forces are balanced. */
 TWO_PATHS static void look_within(const layout *at, weights w, int values)
 {
@@ -95,22 +94,19 @@ TWO_PATHS static void look_within(const layout *at, weights w, int values)
     }
 }
 
-/* One step from u0 v0 a0 at t - h to u v a at t. */
-=======
 /* Takes the solution from u, v and a. */
-TWO_PATHS static void correct(const layout *at, int values, blend mix)
+TWO_PATHS static void correct(const layout *at, int values, double per_v, double per_a)
 {
     const double *restrict change = at->residual;
     double *restrict u = at->u, *restrict v = at->v, *restrict a = at->a;
     for (int i = 0; i < values; i++) {
         u[i] -= change[i];
-        v[i] -= mix.c * change[i];
-        a[i] -= mix.m * change[i];
+        v[i] -= per_v * change[i];
+        a[i] -= per_a * change[i];
     }
 }
 
-/* One Newmark step from u0 v0 a0 at t - h to u v a at t. */
->>>>>>> 6bc7006c130210e9f48eeeb6d49afb2d28809a36
+/* One step from u0 v0 a0 at t - h to u v a at t. */
 int newmark(const gallop_model *model, gallop_state *state, layout *at, const gallop_inputs *inputs, double t, double h,
             gallop_report *report)
 {
@@ -128,7 +124,8 @@ int newmark(const gallop_model *model, gallop_state *state, layout *at, const ga
     instant now;
     instant_at(model, t, inputs, &state->now);
     predict(model, state, at, &state->now, w, h);
-    instant_at(model, balanced, inputs, &now);
+    if (within) instant_at(model, balanced, inputs, &now);
+    else now = state->now;
     for (int iteration = 1; iteration <= model->scene.max_newton_iterations; iteration++) {
         watch_start(&seen);
         if (within) look_within(at, w, values);
@@ -146,16 +143,7 @@ int newmark(const gallop_model *model, gallop_state *state, layout *at, const ga
             before = 0.0;
         }
         solver_solve(model, at->factors, model->fixed, at->residual);
-<<<<<<< HEAD
-        for (int i = 0; i < values; i++) {
-            double du = -at->residual[i];
-            at->u[i] += du;
-            at->v[i] += per_v * du;
-            at->a[i] += per_a * du;
-        }
-=======
-        correct(at, values, mix);
->>>>>>> 6bc7006c130210e9f48eeeb6d49afb2d28809a36
+        correct(at, values, per_v, per_a);
         state->iterations++;
         state->last_iterations++;
         double size = correction_size(model, at->residual);
