@@ -22,19 +22,28 @@ REFERENCE_STEP = 2.5e-4
 
 @dataclass(frozen=True)
 class Variant:
-    """One curve: scene values, one of which runs through a list.  `nodes` 41 shows the temporal error too."""
+    """One curve: scene values, one of which runs through a list.  `nodes` 41 shows the temporal error too.
+
+    `newton` gives the Newton tolerance [m] for a step: small beside what the step itself misses, and no smaller.
+    """
 
     family: str
     swept: str
     through: tuple[float, ...]
     values: dict[str, Any] = field(default_factory=dict)
     nodes: int = 41
+    newton: Callable[[float], float] = lambda step: max(1e-6 * (step / 0.05) ** 2, 1e-12)
 
+
+GAUSS = {"numerics.integrator": "gauss6"}
+TOLERANCES = (1e-1, 1e-2, 1e-3, 1e-4, 1e-5, 1e-6, 1e-7, 1e-8)
 
 VARIANTS = [
     Variant("Newmark", "numerics.time_step", STEPS),
     Variant("Newmark, 21 nodes", "numerics.time_step", STEPS[:6], nodes=21),
     Variant("Newmark, 81 nodes", "numerics.time_step", STEPS[2:7], nodes=81),
+    Variant("Gauss 6", "numerics.time_step", STEPS[:5], GAUSS, newton=lambda step: 1e-8 * (step / 0.05) ** 4),
+    Variant("tolerance", "numerics.tolerance", TOLERANCES, {"numerics.time_step": INTERVAL}),
 ]
 """A further integrator is a line here."""
 
@@ -46,15 +55,18 @@ def cases(problem: Problem) -> list[Case]:
             f"{OURS}, {variant.family}",
             f"{variant.swept.split('.')[-1].replace('_', ' ')} {value:g}",
             (OURS, variant.nodes) if variant.nodes == 41 else None,
-            _prepare(problem, _scene_values(variant) | {variant.swept: value}),
+            _prepare(problem, _scene_values(variant, value)),
         )
         for variant in VARIANTS
         for value in variant.through
     ]
 
 
-def _scene_values(variant: Variant) -> dict[str, Any]:
-    return {"numerics.elements": variant.nodes // 2, "numerics.newton_tolerance": 1e-11} | variant.values
+def _scene_values(variant: Variant, value: float) -> dict[str, Any]:
+    values = {"numerics.elements": variant.nodes // 2, **variant.values, variant.swept: value}
+    if variant.swept == "numerics.time_step":
+        values["numerics.newton_tolerance"] = variant.newton(value)
+    return values
 
 
 def _prepare(problem: Problem, values: dict[str, Any]) -> Callable[[], Callable[[], Array]]:
