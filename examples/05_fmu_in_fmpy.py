@@ -13,7 +13,7 @@ import numpy as np
 
 import gallop_fmu as gf
 
-scene = gf.load_scene("example3")
+scene = gf.load_scene("example3").with_values({"numerics.time_step": 0.01})
 folder = Path(tempfile.mkdtemp(prefix="gallop-"))
 fmu = gf.export_fmu(scene, folder / "example3.fmu")
 for row in gf.check_fmu(fmu).rows:

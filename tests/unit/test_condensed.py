@@ -12,7 +12,7 @@ HARMONIC = {"kind": "harmonic", "mean": 5.0, "amplitude": 1.0, "frequency_hz": 2
 
 @pytest.fixture
 def scene():
-    return gf.load_scene("example3")
+    return gf.load_scene("example3").with_values({"numerics.time_step": 0.01, "run.record_every": 5})
 
 
 def test_it_is_laid_out_like_a_simulation(scene):

@@ -23,7 +23,7 @@ NO_MOMENT = {
 
 
 def example3(*changes):
-    values = {"numerics.time_step": 0.02}
+    values = {"numerics.time_step": 0.02, "numerics.newton_tolerance": 1e-12}
     for change in changes:
         values |= change
     return gf.load_scene("example3").with_values(values)
