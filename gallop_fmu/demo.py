@@ -34,7 +34,7 @@ ATTACK_ANGLE = math.pi
 """Initial attack angle [rad] of the paper's Example 3."""
 
 STOP_TIME = 900.0
-COMMUNICATION_STEP = 0.04
+COMMUNICATION_STEP = 0.05
 OUTPUTS = {"midspan.x2": "u2", "midspan.x3": "u3", "midspan.theta": "theta", "midspan.tension": "tension"}
 """Outputs of the FMU that are recorded, and the names of the same channels in `gallop_fmu.simulate`."""
 

@@ -94,7 +94,6 @@ def test_three_equations_of_motion_of_a_taut_span():
     tension, length, radius = 150e3, 125.88, 0.5 * 0.0235
     scene = gf.load_scene("example3").with_values(
         {
-            "numerics.time_step": 0.01,
             "span.sag": None,
             "span.horizontal_tension": tension,
             "wind.speed": 8.0,

@@ -14,7 +14,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-#define STEP 0.02
+#define STEP 0.01
 #define MOST 32
 #define INSTANCES 4
 enum { WIND, ATTACK };   /* value references of the inputs */

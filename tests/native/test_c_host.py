@@ -10,7 +10,7 @@ from fmpy.validation import validate_fmu
 
 import gallop_fmu as gf
 
-STOP, STEP = 20.0, 0.02
+STOP, STEP = 20.0, 0.01
 CHANNELS = {"midspan.x2": "u2", "midspan.x3": "u3", "midspan.theta": "theta", "midspan.tension": "tension"}
 
 

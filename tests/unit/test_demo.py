@@ -60,11 +60,11 @@ def test_demo_shows_the_transfer(tmp_path):
         assert data.u2.attrs["units"] == "m"
         assert data.attrs["fmu"] == "example3.fmu"
         assert gf.Scene.from_dict(tomllib.loads(data.attrs["scene"])) == gf.load_scene("example3")
-        alone = gf.simulate(gf.load_scene("example3"), 900.0, record_every=2).midspan()
+        alone = gf.simulate(gf.load_scene("example3"), 900.0, record_every=5).midspan()
         for name in ("u2", "u3", "theta", "tension"):
             np.testing.assert_array_equal(data[name].values, alone[name].values)  # the same kernel, the same steps
         last = slice(850.0, 900.0)
-        for name, expected in (("u2", 0.4434), ("u3", 0.1918)):
+        for name, expected in (("u2", 0.442), ("u3", 0.1915)):
             assert np.ptp(data[name].sel(time=last).values) / 2.0 == pytest.approx(expected, abs=5e-4)
 
 
