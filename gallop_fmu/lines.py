@@ -193,6 +193,7 @@ def _resolve(line: Line, folder: Path) -> tuple[dict[str, Any], dict[str, str]]:
         f"({wire.aluminium_modulus / 1e9:g} GPa) and {wire.steel_wires} steel wires (190 GPa)",
         "conductor.torsional_stiffness": f"{name}: estimated, 5 GPa times pi d^4/32; uncertain by a factor of two",
         "conductor.torsional_inertia": f"{name}: derived, wires in concentric layers",
+        "conductor.slack": "chosen: a conductor that goes slack is an error",
         "ice": f"derived: {iced}, {line.ice_density:g} kg/m3, thickest ice turned by the attack angle from the wind",
         "ice.attack_angle_deg": given,
         "wind.air_density": f"dry air of the standard atmosphere's pressure at {line.temperature:g} degrees Celsius",

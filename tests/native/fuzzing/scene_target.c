@@ -112,7 +112,9 @@ static void scene_of(input *in, gallop_scene *s)
         .first_moment_x2 = 1e-4, .first_moment_x3 = 1e-4};
     if (byte_of(in) % 2) s->horizontal_tension = 0.0;
     const uint8_t how = byte_of(in);   /* mostly an integrator that there is */
-    s->integrator = how < 240 ? how % 2 : how - 242;
+    s->integrator = how < 240 ? how % 3 : how - 242;
+    s->spectral_radius = 0.8;
+    s->slack = how / 16 % 2;
     s->laws_only = how / 2 % 2;
     if (how / 4 % 4 == 3) s->tolerance = 1e-3;
     double *number[] = {
@@ -122,7 +124,8 @@ static void scene_of(input *in, gallop_scene *s)
         &s->translation_damping.low_ratio, &s->translation_damping.low_frequency, &s->translation_damping.high_ratio,
         &s->translation_damping.high_frequency, &s->twist_damping.low_ratio, &s->twist_damping.low_frequency,
         &s->twist_damping.high_ratio, &s->twist_damping.high_frequency, &s->seed_vertical, &s->seed_horizontal,
-        &s->seed_twist, &s->time_step, &s->newton_tolerance, &s->tolerance};
+        &s->seed_twist, &s->time_step, &s->newton_tolerance, &s->tolerance,
+        &s->spectral_radius};
     for (size_t i = 0; i < sizeof number / sizeof *number; i++) change(in, number[i]);
     aerodynamics_of(in, s);
     law_of(in, &s->wind, 0, 5.5);
@@ -148,13 +151,14 @@ static void run(const gallop_model *model)
     int outcome = gallop_state_init(model, state, 0.0, NULL, &report);
     REQUIRE(outcome == report.outcome && outcome >= GALLOP_COMPLETED && outcome <= GALLOP_BAD_CALL);
     if (!outcome) {
-        int32_t channel[GALLOP_NODE_CHANNELS], node = gallop_middle(model);
+        int32_t channel[GALLOP_NODE_CHANNELS], span_channel[GALLOP_SPAN_CHANNELS], node = gallop_middle(model);
         double nodes[RECORDS * GALLOP_NODE_CHANNELS], spans[RECORDS * GALLOP_SPAN_CHANNELS];
         int64_t done;
         for (int32_t i = 0; i < GALLOP_NODE_CHANNELS; i++) channel[i] = i;
+        for (int32_t i = 0; i < GALLOP_SPAN_CHANNELS; i++) span_channel[i] = i;
         REQUIRE(gallop_state_check(model, state) == GALLOP_COMPLETED);
-        outcome = gallop_run(model, state, 0, RECORDS, 1, channel, GALLOP_NODE_CHANNELS, &node, 1, nodes, spans, &done,
-                             &report);
+        outcome = gallop_run(model, state, 0, RECORDS, 1, channel, GALLOP_NODE_CHANNELS, &node, 1, span_channel,
+                             GALLOP_SPAN_CHANNELS, nodes, spans, &done, &report);
         REQUIRE(outcome == report.outcome && outcome >= GALLOP_COMPLETED && outcome <= GALLOP_BAD_CALL);
         REQUIRE(done >= 0 && done <= RECORDS && (done == RECORDS) == (outcome == GALLOP_COMPLETED));
         for (int64_t i = 0; i < done * GALLOP_NODE_CHANNELS; i++)   /* displacements and velocities */
