@@ -153,3 +153,17 @@ def test_every_number_of_the_gallery_is_asserted():
         known = [float(text) for text in re.findall(r"\d+\.?\d*(?:e-?\d+)?", last)]
         for number in stated:
             assert np.min(np.abs(np.array(known) - number)) <= 1e-9, (name, number)
+
+
+def test_the_run_times_are_those_of_the_committed_run():
+    """`benchmarks/work_precision/run.py` wrote them; only a quiet machine can measure them again."""
+    told = (ROOT / "benchmarks" / "work_precision" / "results.md").read_text(encoding="utf-8")
+    ratio = {
+        name: float(re.search(rf"than {name}: ([\d.]+) times", told)[1]) for name in ("OpenSees", "Radau", "CVODE")
+    }
+    nearest = [float(text) for text in re.findall(r"next is numba: ([\d.]+) times our cost", told)]
+    assert len(nearest) == 6
+    text = " ".join(README.split())
+    assert f"cost OpenSees {ratio['OpenSees']:.0f} times, scipy's Radau {ratio['Radau']:.0f} times" in text
+    assert f"and CVODE {ratio['CVODE']:.0f} times what it costs here" in text
+    assert f"took {min(nearest):.1f} to {max(nearest):.1f} times as long at errors from 1e-2 to 1e-7" in text
