@@ -9,6 +9,6 @@ from hypothesis import settings
 settings.register_profile("gallop", derandomize="CI" in os.environ, deadline=None, print_blob=True)
 settings.load_profile("gallop")
 
-# Started in the background, a process ignores Ctrl-C and hands that on to its children; tests that send it need it heard.
+# Started in the background, a process ignores Ctrl-C and so do its children; tests that send it need it heard.
 if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
     signal.signal(signal.SIGINT, signal.default_int_handler)

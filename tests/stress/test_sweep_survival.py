@@ -203,7 +203,7 @@ def test_worker_process_that_dies(tmp_path):
         gf.RunsStoppedError, match=r"a worker process ended by itself.* [01] of 2 runs are done and kept"
     ):
         compute(work, _Deadly(), out=out, count=1)
-    assert gf.read_runs(out).dataset["wind.speed"].values.tolist() == [4.0]
+    assert gf.read_runs(out).dataset["wind.speed"].values.tolist() in ([4.0], [])  # its result races with the end
 
 
 class _Deadly:
