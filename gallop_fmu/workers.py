@@ -13,7 +13,7 @@ from concurrent.futures import (
     ThreadPoolExecutor,
     wait,
 )
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from importlib.metadata import version
 from typing import Any, Literal, TypeVar
@@ -78,12 +78,11 @@ class Workers:
                     return
                 # Waiting without a limit does not hear Ctrl-C on Windows.
                 for future in wait(waiting, timeout=0.5, return_when=FIRST_COMPLETED).done:
-                    item = waiting.pop(future)
-                    yield item, _answer(future)
-        except BrokenExecutor:
-            raise WorkersLostError("a worker process ended by itself; is there enough memory?") from None
-        except CancelledError:
-            raise WorkersLostError("the connection to the cluster was lost") from None
+                    answer = _answer(future)
+                    yield waiting.pop(future), answer
+        except (BrokenExecutor, CancelledError) as problem:
+            yield from _answered(waiting)
+            raise WorkersLostError(_why_lost(problem)) from None
         finally:
             for future in waiting:
                 future.cancel()
@@ -97,6 +96,25 @@ def _answer(future: Future[Any]) -> Any:
         raise
     except Exception as problem:
         return problem
+
+
+def _answered(waiting: dict[Future[Answer], Item]) -> Iterator[tuple[Item, Answer | Exception]]:
+    """What was answered before the workers were lost; the loss may be seen first."""
+    for future in filter(Future.done, list(waiting)):
+        with suppress(BrokenExecutor, CancelledError):
+            answer = _answer(future)
+            yield waiting.pop(future), answer
+
+
+def _why_lost(problem: BrokenExecutor | CancelledError) -> str:
+    from loky.process_executor import TerminatedWorkerError
+
+    if isinstance(problem, CancelledError):
+        return "the connection to the cluster was lost"
+    if isinstance(problem, TerminatedWorkerError):
+        return "a worker process ended by itself; is there enough memory?"
+    cause = str(problem.__cause__ or "").strip('"\n').rpartition("\n")[2]  # of the worker's traceback
+    return f"the worker processes cannot go on: {problem}" + (f" ({cause})" if cause else "")
 
 
 @contextmanager

@@ -5,14 +5,17 @@ import signal
 import subprocess
 import sys
 import time
+from concurrent.futures import BrokenExecutor, Executor, Future
 from contextlib import contextmanager
 
 import pytest
 from distributed import Client, LocalCluster
 
 import gallop_fmu as gf
+from gallop_fmu.runs import compute
+from gallop_fmu.spans import cases
 from gallop_fmu.store import journal_of
-from gallop_fmu.workers import ONE_THREAD
+from gallop_fmu.workers import ONE_THREAD, Workers, WorkersLostError
 
 WINDS = [4.0 + 0.1 * k for k in range(16)]
 CHANGES = {"numerics.elements": 4, "numerics.time_step": 0.02, "run.record_every": 5}
@@ -194,25 +197,45 @@ def test_cluster_that_is_not_there(monkeypatch):
 
 def test_worker_process_that_dies(tmp_path):
     """Its runs are not lost but missing; what the others did is kept."""
-    from gallop_fmu.runs import compute
-    from gallop_fmu.spans import cases
+
+    class Deadly:  # local, so that it travels whole to a process that cannot import this file
+        kind = "processes"
+        columns = property(lambda self: {})
+
+        def __call__(self, scenes, carry_on):
+            if scenes[0].wind.speed == 5.0:
+                os._exit(1)
+            return [{"outcome": "completed", "message": "", "seconds": 0.0}]
 
     out = tmp_path / "runs.nc"
     work = cases(_scene(), {"wind.speed": [4.0, 5.0]})
-    with pytest.raises(gf.RunsStoppedError, match=r"a worker process ended by itself.* [01] of 2 runs are done and kept"):
-        compute(work, _Deadly(), out=out, count=1)
+    with pytest.raises(gf.RunsStoppedError, match=r"a worker process ended by itself.* 1 of 2 runs are done and kept"):
+        compute(work, Deadly(), out=out, count=1)
+    assert gf.read_runs(out).dataset["wind.speed"].values.tolist() == [4.0]
 
 
-class _Deadly:
-    """Ends its process at the second scene."""
+def test_answers_that_came_before_the_loss_was_seen():
+    class Losing(Executor):
+        def submit(self, function, item):
+            if item == 2:
+                raise BrokenExecutor
+            answer = Future()
+            answer.set_result(function(item))
+            return answer
 
-    kind = "processes"
+    answers = Workers(Losing(), 1, here=False).answers(lambda item: 10 * item, [1, 2, 3])
+    assert next(answers) == (1, 10)
+    with pytest.raises(WorkersLostError):
+        next(answers)
 
-    @property
-    def columns(self):
-        return {}
 
-    def __call__(self, scenes, carry_on):
-        if scenes[0].wind.speed == 5.0:
-            os._exit(1)
-        return [{"outcome": "completed", "message": "", "seconds": 0.0}]
+def test_task_that_a_worker_process_cannot_load():
+    class Foreign:
+        kind = "processes"
+        columns = property(lambda self: {})
+
+        def __reduce__(self):
+            return int, ("a module that is only here",)
+
+    with pytest.raises(gf.RunsStoppedError, match=r"cannot go on: A task has failed .*\(ValueError: invalid literal"):
+        compute(cases(_scene(), {"wind.speed": [4.0]}), Foreign(), count=1)
