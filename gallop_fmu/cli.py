@@ -373,5 +373,7 @@ def _print_summary(numbers: dict[str, Any], result: Result, written: list[Path])
         console.print(
             f"left out, since nothing in the scene wakes it: {attrs['left_out']}", style="dim", soft_wrap=True
         )
+    if attrs["hidden"]:
+        console.print(f"hidden, since numerics.mesh asks for half of the span: {attrs['hidden']}", soft_wrap=True)
     for path in written:
         console.print(f"wrote {path}", soft_wrap=True)

@@ -227,7 +227,8 @@ class Model:
     inputs
         Whether `Inputs` may replace the scene's laws, as in an FMU.  False: they may not, and what the laws alone leave
         at rest is left out: wind that never blows, and lateral motion that nothing wakes.  Twist that neither ice nor
-        an aerodynamic moment nor a torque wakes is left out in any case, since no input can wake it.
+        an aerodynamic moment nor a torque wakes is left out in any case, since no input can wake it.  Likewise half of
+        the span is computed only without inputs, if ``numerics.mesh`` asks for it, as they could move one tower alone.
 
     Attributes
     ----------
@@ -243,6 +244,7 @@ class Model:
     def __init__(self, scene: Scene, *, inputs: bool = True) -> None:
         packed, raw, handle = Packed(scene), CReport(), c.c_void_p()
         packed.scene.laws_only = not inputs
+        packed.scene.half_span = not inputs and scene.numerics.mesh == "half_span"
         self._handle: c.c_void_p | None = None
         if _kernel.gallop_model_create(c.byref(packed.scene), c.byref(handle), c.byref(raw)):
             raise SimulationError(_report(raw))
@@ -252,7 +254,7 @@ class Model:
         self.nodes = 2 * self.elements + 1
         self.state_size = int(_kernel.gallop_state_size(handle))
         self.saved_size = int(_kernel.gallop_saved_size(handle))
-        self._takes_inputs = inputs
+        self._takes_inputs, self._half_span = inputs, bool(packed.scene.half_span)
         derived = CDerived()
         _kernel.gallop_model_derived(handle, c.byref(derived))
         self.parts = Part(derived.parts)
@@ -309,6 +311,8 @@ class Model:
         )
 
     def _motion(self, u: ArrayLike | None, v: ArrayLike | None, a: ArrayLike | None) -> list[Array]:
+        if self._half_span:
+            raise ValueError("residual and tangent are those of the whole span; make it with Model(scene, inputs=True)")
         shape = (self.nodes, DOFS)
         return [
             np.zeros(shape) if y is None else np.array(y, dtype=np.float64, order="C").reshape(shape) for y in (u, v, a)

@@ -27,6 +27,7 @@ from gallop_fmu.loads import Load
 from gallop_fmu.paths import Leaf, explain, leaves, replace_values, unknown_key
 from gallop_fmu.sections import Number, Section, WholeNumber, quantity, setting
 from gallop_fmu.supports import Supports
+from gallop_fmu.symmetry import check_symmetric
 from gallop_fmu.textfiles import packaged_names, packaged_text, parse_toml, read_text
 
 SAG_TENSION_AGREEMENT = 0.05
@@ -142,6 +143,11 @@ class Numerics(Section):
     """Discretisation and tolerances."""
 
     elements: WholeNumber = quantity(15, "1", "number of three-node elements", ge=2, le=5000)
+    mesh: Literal["whole_span", "half_span"] = setting(
+        "whole_span",
+        "what a simulation computes: the whole span, or one half where both are alike, up to twice as fast; half_span "
+        "hides antisymmetric motion (2, 4, ... loops) and its instability",
+    )
     integrator: Literal["newmark", "gauss6", "generalised_alpha"] | None = setting(
         None, "method, see gallop_fmu.integrators; not given: newmark, or gauss6 with a tolerance"
     )
@@ -220,6 +226,8 @@ class Scene(Section):
         _check_sag_against_tension(self)
         _check_mass_matrix(self)
         _check_aerodynamics(self)
+        if self.numerics.mesh == "half_span":
+            check_symmetric(self.numerics.elements, self.span.height_difference, self.supports, self.loads)
         paths = [leaf.path for leaf in leaves(self)]
         for source in self.sources:
             if not any(path == source or path.startswith(source + ".") for path in paths):

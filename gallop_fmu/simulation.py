@@ -170,6 +170,7 @@ def _dataset(
         integrator=INTEGRATORS[model.scene.numerics.method].description,
         unknowns=" ".join(model.unknowns),
         left_out=", ".join(str(part.name).lower().replace("_", " ") for part in Part if part not in model.parts),
+        hidden="antisymmetric motion" if model.scene.numerics.mesh == "half_span" else "",
         scene=model.scene.to_toml(),
         outcome=report.outcome.name.lower(),
         message=str(report),

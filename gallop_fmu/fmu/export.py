@@ -91,8 +91,8 @@ def export_fmu(
     Raises
     ------
     ExportError
-        Unknown run-time or platform, wrong suffix, missing folder, the file cannot be written, or the kernel cannot be
-        compiled for a platform.
+        Unknown run-time or platform, a scene of which half the span is to be computed, wrong suffix, missing folder,
+        the file cannot be written, or the kernel cannot be compiled for a platform.
     SimulationError
         The scene has no initial equilibrium.
     """
@@ -110,6 +110,11 @@ def export_fmu(
         raise ExportError(f"{target}: the folder {target.parent} does not exist; create it first")
     if target.is_dir():
         raise ExportError(f"{target}: is a folder")
+    if scene.numerics.mesh == "half_span":
+        raise ExportError(
+            'numerics.mesh = "half_span": an FMU needs the whole span, since its host may move one tower alone; '
+            'set numerics.mesh = "whole_span"'
+        )
     Session(scene).start()
     _write(target, _native_files(scene, platforms) if runtime == "native" else _python_files(scene))
     return target

@@ -21,7 +21,7 @@ from gallop_fmu.outcome import Outcome
 from gallop_fmu.scene import Scene
 from gallop_fmu.structures import CLoad, CScene, Packed
 
-MAGIC = b"GALLOPM2"
+MAGIC = b"GALLOPM3"
 HEADER = struct.Struct("<8sQQ48s16s6I")
 VARIABLE = struct.Struct("<64siiIIddd")
 OUTCOME = struct.Struct("<ii128s184s")

@@ -7,7 +7,8 @@
  *
  * Rules: no globals, no allocation after create, no printing, every call returns a gallop_outcome, caller's arrays
  * are never kept.  Axes: x1 along the span, x2 up, x3 horizontal; wind blows towards +x3; twist is right-handed
- * about x1.  Four unknowns a node, interleaved: u1 u2 u3 theta.  A mesh of n elements has 2 n + 1 nodes.
+ * about x1.  Four unknowns a node, interleaved: u1 u2 u3 theta.  A mesh of n elements has 2 n + 1 nodes, of which all can be
+ * observed, though half of the span may be computed only.
  */
 #ifndef GALLOP_H
 #define GALLOP_H
@@ -120,6 +121,8 @@ typedef struct {
     double spectral_radius;   /* 0 to 1, generalised alpha: factor a step on motion that no step resolves */
     int32_t laws_only;   /* 1: no call brings gallop_inputs (it would be refused); what the laws leave at rest is left out */
     int32_t slack;       /* a gallop_slack */
+    int32_t half_span;   /* 1: a span that is symmetric about its middle is computed up to there; see half_span.c */
+    int32_t reserved;
 } gallop_scene;
 
 /* Inputs that a co-simulation host sets instead of the scene's laws: value + rate * (t - time). */
@@ -241,7 +244,7 @@ GALLOP_API int gallop_condensed_run(const gallop_model *model, const gallop_cond
 GALLOP_API void gallop_condensed_forces(const gallop_model *model, const gallop_condensed *condensed, double time,
                                         const double *q, const double *v, double *a, double *forces);
 
-/* For tests and the modal toolkit: the free-body residual (no supports) of a motion u, v, a (4 a node), and the
+/* For tests and the modal toolkit, of a whole span: the free-body residual (no supports) of a motion u, v, a (4 a node), and the
  * element tangents k dR/du + c dR/dv + m dR/da as (elements, 12, 12).  Of `work` only scratch memory is used. */
 GALLOP_API int gallop_residual(const gallop_model *model, gallop_state *work, double time, const gallop_inputs *inputs,
                                const double *u, const double *v, const double *a, double *residual);

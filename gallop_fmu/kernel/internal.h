@@ -45,7 +45,7 @@ typedef struct { int load, element; double shape[3]; } load_place;
 struct gallop_model {
     gallop_scene scene;        /* its pointers lead into this block */
     gallop_derived derived;
-    int elements, nodes, strips;
+    int elements, nodes, strips;   /* computed: of the whole span, or of its left half (see half_span.c) */
     /* what the scene needs; the rest is not computed (see choose_parts) */
     int unknowns;                                       /* leading ones of each node that can move: 4, 3 or 2 */
     bool eccentric, aerodynamic;
@@ -59,7 +59,7 @@ struct gallop_model {
     size_t saved_size, state_size;   /* what must be copied to save a state, and with scratch memory */
     geometry *geometry;        /* (elements), */
     strip *strip;              /* (strips) and once more side by side */
-    double *x;                 /* (nodes, 3) initial positions */
+    double *x;                 /* (nodes of the whole span, 3) initial positions */
     double *constant_force;    /* (nodes, 4) balances the initial state */
     int *piece_near;           /* (PIECE_BINS) piece at the start of each bin of the aerodynamic curve */
     load_place *place;         /* (load_count) */
@@ -155,6 +155,7 @@ typedef struct {
 layout state_layout(const gallop_model *model, gallop_state *state);
 
 /* law.c */
+bool law_always_zero(const gallop_law *law);
 double law_value(const gallop_law *law, double t);
 double law_rate(const gallop_law *law, double t);
 double law_second(const gallop_law *law, double t);
@@ -228,6 +229,10 @@ void control_return(const gallop_model *model, gallop_state *state, layout *at);
 
 /* tables.c */
 int check_tables(const gallop_scene *s, gallop_report *report);
+
+/* half_span.c */
+int check_half_span(const gallop_scene *s, gallop_report *report);
+void keep_left_half(gallop_model *model);
 
 /* observe.c: the span channels whose bits are set in `asked`; the others are left alone */
 void observe_span(const gallop_model *model, gallop_state *state, uint32_t asked, double values[GALLOP_SPAN_CHANNELS]);

@@ -55,6 +55,17 @@ static double evaluate(const gallop_law *law, double t, int derivative)
     }
 }
 
+bool law_always_zero(const gallop_law *law)
+{
+    bool zero = law->initial == 0.0;
+    if (law->kind == GALLOP_LAW_PULSE) zero = zero && law->peak == 0.0;
+    if (law->kind == GALLOP_LAW_HARMONIC) zero = zero && law->amplitude == 0.0;
+    if (law->kind != GALLOP_LAW_TABLE) return zero;
+    for (int i = 0; i < law->count; i++)
+        if (law->value[i] != 0.0) return false;
+    return true;
+}
+
 double law_value(const gallop_law *law, double t) { return evaluate(law, t, 0); }
 
 double law_rate(const gallop_law *law, double t) { return evaluate(law, t, 1); }

@@ -122,6 +122,7 @@ static int check(const gallop_scene *s, gallop_report *report)
     if (!outcome) outcome = check_damping(&s->translation_damping, report);
     if (!outcome) outcome = check_damping(&s->twist_damping, report);
     if (!outcome) outcome = check_tables(s, report);
+    if (!outcome) outcome = check_half_span(s, report);
     if (outcome) return outcome;
     if (!(fabs(s->height_difference) < s->length)) return invalid(report, "height difference", s->height_difference, s->length);
     if (s->elements < 2 || s->elements > 1000000) return invalid(report, "number of elements", s->elements, 2.0);
@@ -173,20 +174,9 @@ static void keep_law(char **next, gallop_law *law)
     law->value = keep(next, law->value, (size_t)law->count);
 }
 
-static bool always_zero(const gallop_law *law)
-{
-    bool zero = law->initial == 0.0;
-    if (law->kind == GALLOP_LAW_PULSE) zero = zero && law->peak == 0.0;
-    if (law->kind == GALLOP_LAW_HARMONIC) zero = zero && law->amplitude == 0.0;
-    if (law->kind != GALLOP_LAW_TABLE) return zero;
-    for (int i = 0; i < law->count; i++)
-        if (law->value[i] != 0.0) return false;
-    return true;
-}
-
 static bool blows(const gallop_scene *s)
 {
-    return s->pieces > 0 && !(s->laws_only && always_zero(&s->wind));
+    return s->pieces > 0 && !(s->laws_only && law_always_zero(&s->wind));
 }
 
 /* Twist starts from rest between ends that do not turn: it stays at rest if there is no torque, no eccentric ice, and no
@@ -196,7 +186,7 @@ static bool twists(const gallop_scene *s)
     bool moment = false, torque = s->seed_twist != 0.0 || s->first_moment_x2 != 0.0 || s->first_moment_x3 != 0.0;
     for (int i = 0; i < s->pieces && blows(s); i++)
         for (int k = 0; k < 4; k++) moment = moment || s->coefficient[12 * i + 8 + k] != 0.0;
-    for (int i = 0; i < s->load_count; i++) torque = torque || (s->load[i].torque != 0.0 && !always_zero(&s->load[i].law));
+    for (int i = 0; i < s->load_count; i++) torque = torque || (s->load[i].torque != 0.0 && !law_always_zero(&s->load[i].law));
     return moment || torque;
 }
 
@@ -205,8 +195,8 @@ static bool twists(const gallop_scene *s)
 static bool moves_sideways(const gallop_scene *s)
 {
     bool across = !s->laws_only || blows(s) || twists(s) || s->seed_horizontal != 0.0;
-    for (int end = 0; end < 2; end++) across = across || !always_zero(&s->support[end].motion[2]);
-    for (int i = 0; i < s->load_count; i++) across = across || (s->load[i].force[2] != 0.0 && !always_zero(&s->load[i].law));
+    for (int end = 0; end < 2; end++) across = across || !law_always_zero(&s->support[end].motion[2]);
+    for (int i = 0; i < s->load_count; i++) across = across || (s->load[i].force[2] != 0.0 && !law_always_zero(&s->load[i].law));
     return across;
 }
 
@@ -229,6 +219,18 @@ static void list_pieces(gallop_model *m)
         while (piece < m->scene.pieces - 1 && start >= m->scene.breakpoint[piece + 1]) piece++;
         m->piece_near[bin] = piece;
     }
+}
+
+/* Sizes of a state on the mesh as it is; state_layout says what lies in it. */
+static void measure_state(gallop_model *m)
+{
+    const size_t elements = (size_t)m->elements, strips = (size_t)m->strips, values = 4 * (size_t)m->nodes;
+    const size_t stages = by_gauss(m) ? GAUSS_STAGES : 0;
+    const size_t arrays = 3 + (stages ? GAUSS_ARRAYS : NEWMARK_HISTORY);
+    m->saved_size = offsetof(gallop_state, values) + arrays * values * sizeof(double) +
+                    factor_count(m->elements) * sizeof(factor) + (stages ? elements + 1 : 0) * sizeof(pair_factor);
+    m->state_size = 2 * m->saved_size + ((4 + arrays) * values + (stages ? 4 * stages + 2 : by_alpha(m) ? 3 : 0) * values +
+                                         3 * SECTION_ARRAYS * LANES * strips) * sizeof(double);
 }
 
 int gallop_model_create(const gallop_scene *scene, gallop_model **out, gallop_report *report)
@@ -307,18 +309,15 @@ int gallop_model_create(const gallop_scene *scene, gallop_model **out, gallop_re
         m->fixed[end][0] = m->fixed[end][2] = rigid;
         m->fixed[end][1] = m->fixed[end][3] = true;
     }
-    size_t values = 4 * nodes;
-    const size_t stages = by_gauss(m) ? GAUSS_STAGES : 0;
-    const size_t arrays = 3 + (stages ? GAUSS_ARRAYS : NEWMARK_HISTORY);
-    m->saved_size = offsetof(gallop_state, values) + arrays * values * sizeof(double) +
-                    factor_count(m->elements) * sizeof(factor) + (stages ? elements + 1 : 0) * sizeof(pair_factor);
-    m->state_size = 2 * m->saved_size + ((4 + arrays) * values + (stages ? 4 * stages + 2 : by_alpha(m) ? 3 : 0) * values +
-                                         3 * SECTION_ARRAYS * LANES * strips) * sizeof(double);
-
+    measure_state(m);
     outcome = initial_equilibrium(m, report);
     if (outcome) {
         gallop_model_free(m);
         return outcome;
+    }
+    if (scene->half_span) {
+        keep_left_half(m);
+        measure_state(m);
     }
     m->tension_only = scene->slack == GALLOP_SLACK_TENSION_ONLY;
     *out = m;
@@ -331,10 +330,10 @@ void gallop_model_derived(const gallop_model *model, gallop_derived *derived) { 
 
 void gallop_model_nodes(const gallop_model *model, double *x)
 {
-    memcpy(x, model->x, 3 * (size_t)model->nodes * sizeof(double));
+    memcpy(x, model->x, 3 * (2 * (size_t)model->scene.elements + 1) * sizeof(double));
 }
 
-int32_t gallop_middle(const gallop_model *model) { return model->nodes / 2; }
+int32_t gallop_middle(const gallop_model *model) { return model->scene.elements; }
 
 size_t gallop_state_size(const gallop_model *model) { return model->state_size; }
 

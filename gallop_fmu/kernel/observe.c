@@ -26,6 +26,8 @@ static double node_tension(const gallop_model *model, const double *u, int node)
 void gallop_observe_node(const gallop_model *model, const gallop_state *state, int32_t node,
                          double values[GALLOP_NODE_CHANNELS])
 {
+    const bool mirrored = node >= model->nodes;   /* in the right half of a span that is computed up to its middle */
+    if (mirrored) node = 2 * model->scene.elements - node;
     const double *u = motion(model, state, 0), *v = motion(model, state, 1), *a = motion(model, state, 2);
     for (int i = 0; i < 4; i++) {
         values[GALLOP_U1 + i] = u[4 * node + i];
@@ -36,12 +38,18 @@ void gallop_observe_node(const gallop_model *model, const gallop_state *state, i
     values[GALLOP_ANGLE_OF_ATTACK] =
         aero_angle(u[4 * node + 3], v[4 * node + 1], v[4 * node + 2], v[4 * node + 3], state->now.wind,
                    state->now.attack, model->radius);
+    for (int i = GALLOP_U1; mirrored && i <= GALLOP_A1; i += GALLOP_V1 - GALLOP_U1) values[i] = -values[i];   /* along the span */
 }
 
 /* Force of the cable on the tower: minus that of the support on the cable, which is the static one plus the residual of
  * the free body where the unknown is prescribed, and minus the spring's elongation where it is not. */
 static void support_force(const gallop_model *model, gallop_state *state, int end, double force[3])
 {
+    if (end && model->scene.half_span) {
+        support_force(model, state, 0, force);
+        force[0] = -force[0];
+        return;
+    }
     const double *u = motion(model, state, 0), *v = motion(model, state, 1), *a = motion(model, state, 2);
     const int node = end ? model->nodes - 1 : 0, e = end ? model->elements - 1 : 0, own = end ? 8 : 0;
     const instant *now = &state->now;
@@ -99,8 +107,9 @@ TWO_PATHS static void energies(const gallop_model *model, const gallop_state *st
             double stretch = u[(end ? 4 * (model->nodes - 1) : 0) + i] - state->now.position[end][i];
             p += 0.5 * model->stiffness[end][i] * stretch * stretch;
         }
-    *kinetic = k;
-    *potential = p;
+    const double halves = model->scene.half_span ? 2.0 : 1.0;
+    *kinetic = halves * k;
+    *potential = halves * p;
 }
 
 void gallop_support_forces(const gallop_model *model, gallop_state *state, double force[6])
@@ -138,6 +147,7 @@ static gallop_model with_everything(const gallop_model *model)
 int gallop_residual(const gallop_model *model, gallop_state *work, double time, const gallop_inputs *inputs,
                     const double *u, const double *v, const double *a, double *residual)
 {
+    if (model->scene.half_span) return GALLOP_BAD_CALL;
     const gallop_model all = with_everything(model);
     layout at = state_layout(model, work);
     instant now;
@@ -154,6 +164,7 @@ int gallop_tangent(const gallop_model *model, gallop_state *work, double time, c
     static const int block_of[3][3] = {{LEFT_LEFT, LEFT_MIDDLE, LEFT_RIGHT},
                                        {LEFT_MIDDLE, MIDDLE_MIDDLE, MIDDLE_RIGHT},
                                        {LEFT_RIGHT, MIDDLE_RIGHT, RIGHT_RIGHT}};
+    if (model->scene.half_span) return GALLOP_BAD_CALL;
     const gallop_model all = with_everything(model);
     layout at = state_layout(model, work);
     instant now;

@@ -8,7 +8,7 @@
 
 #include "gallop.h"
 
-#define RESOURCE_MAGIC "GALLOPM2"
+#define RESOURCE_MAGIC "GALLOPM3"
 
 #define RESOURCE_INPUTS 8   /* wind speed, attack angle, left x1 x2 x3, right x1 x2 x3 */
 

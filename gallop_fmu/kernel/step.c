@@ -224,7 +224,8 @@ int gallop_state_init(const gallop_model *model, gallop_state *state, double sta
         int outcome = static_equilibrium(model, start, &rest, &at, report);
         if (outcome) return outcome;
     }
-    for (int n = 1; n < model->nodes - 1; n++) {
+    const int held = s->half_span ? 1 : 2;   /* ends; mid-span is none */
+    for (int n = 1; n <= model->nodes - held; n++) {
         double shape = sin(PI * model->x[3 * n] / s->length);   /* cos(pi x1/L), x1 from mid-span */
         at.u[4 * n + 1] += s->seed_vertical * shape;
         at.u[4 * n + 2] += s->seed_horizontal * shape;
