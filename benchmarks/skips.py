@@ -1,6 +1,7 @@
 """What leaving out saves; see README.md beside this file. Usage: python benchmarks/skips.py
 
-Each scene is computed as it is, and once more with a disturbance that wakes the part and moves nothing.
+Each scene is computed as it is, and once more with a disturbance that wakes the part and moves nothing; then half and
+the whole of a symmetric span.
 """
 
 from __future__ import annotations
@@ -57,17 +58,27 @@ def microseconds(model: Model) -> float:
     return 1e6 * (time.process_time() - began) / STEPS
 
 
+def halves() -> dict[str, tuple[gf.Scene, gf.Scene]]:
+    """Half of a span that gallops and swings, and the whole."""
+    scenes = {}
+    for elements in (20, 40, 100, 200):
+        whole = example3({"numerics.elements": elements, "initial.seed_horizontal": 1e-3})
+        scenes[f"{elements} elements: half of the span"] = whole.with_values({"numerics.mesh": "half_span"}), whole
+    return scenes
+
+
 def main() -> None:
     heading()
     print("| scene: left out | unknowns | us a step: least | median | greatest | gain: least | median | greatest |")
     print("| --- | --- | ---: | ---: | ---: | ---: | ---: | ---: |")
-    models = {name: [Model(scene, inputs=False) for scene in pair] for name, pair in cases().items()}
+    pairs = cases() | halves()
+    models = {name: [Model(scene, inputs=False) for scene in pair] for name, pair in pairs.items()}
     spent: dict[str, list[list[float]]] = {name: [] for name in models}
     for _ in range(REPEATS):
         for name, pair in models.items():
             spent[name].append([microseconds(model) for model in pair])
     for name, pair in models.items():
-        assert pair[0].parts != pair[1].parts, name
+        assert pair[0].parts != pair[1].parts or pair[0].state_size < pair[1].state_size, name
         times = np.array(spent[name])
         ratios = list(times[:, 1] / times[:, 0])
         cells = [(min(y), statistics.median(y), max(y)) for y in (list(times[:, 0]), ratios)]
