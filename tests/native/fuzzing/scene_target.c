@@ -116,6 +116,7 @@ static void scene_of(input *in, gallop_scene *s)
     s->spectral_radius = 0.8;
     s->slack = how / 16 % 2;
     s->laws_only = how / 2 % 2;
+    s->half_span = s->laws_only && how / 64 == 2;
     if (how / 4 % 4 == 3) s->tolerance = 1e-3;
     double *number[] = {
         &s->length, &s->height_difference, &s->sag, &s->horizontal_tension, &s->gravity, &s->diameter, &s->mass,
@@ -131,7 +132,7 @@ static void scene_of(input *in, gallop_scene *s)
     law_of(in, &s->wind, 0, 5.5);
     for (int end = 0; end < 2; end++) support_of(in, &s->support[end], end);
     loads_of(in, s);
-    s->elements = count_of(in, 3);
+    s->elements = count_of(in, s->half_span ? MOST : 3);
     s->start_in_mean_wind = byte_of(in) > 128;
     s->max_newton_iterations = count_of(in, 20);
     s->max_halvings = count_of(in, 1);
@@ -151,18 +152,19 @@ static void run(const gallop_model *model)
     int outcome = gallop_state_init(model, state, 0.0, NULL, &report);
     REQUIRE(outcome == report.outcome && outcome >= GALLOP_COMPLETED && outcome <= GALLOP_BAD_CALL);
     if (!outcome) {
-        int32_t channel[GALLOP_NODE_CHANNELS], span_channel[GALLOP_SPAN_CHANNELS], node = gallop_middle(model);
-        double nodes[RECORDS * GALLOP_NODE_CHANNELS], spans[RECORDS * GALLOP_SPAN_CHANNELS];
+        int32_t channel[GALLOP_NODE_CHANNELS], span_channel[GALLOP_SPAN_CHANNELS];
+        const int32_t middle = gallop_middle(model), node[] = {middle, 2 * middle};
+        double nodes[2 * RECORDS * GALLOP_NODE_CHANNELS], spans[RECORDS * GALLOP_SPAN_CHANNELS];
         int64_t done;
         for (int32_t i = 0; i < GALLOP_NODE_CHANNELS; i++) channel[i] = i;
         for (int32_t i = 0; i < GALLOP_SPAN_CHANNELS; i++) span_channel[i] = i;
         REQUIRE(gallop_state_check(model, state) == GALLOP_COMPLETED);
-        outcome = gallop_run(model, state, 0, RECORDS, 1, channel, GALLOP_NODE_CHANNELS, &node, 1, span_channel,
+        outcome = gallop_run(model, state, 0, RECORDS, 1, channel, GALLOP_NODE_CHANNELS, node, 2, span_channel,
                              GALLOP_SPAN_CHANNELS, nodes, spans, &done, &report);
         REQUIRE(outcome == report.outcome && outcome >= GALLOP_COMPLETED && outcome <= GALLOP_BAD_CALL);
         REQUIRE(done >= 0 && done <= RECORDS && (done == RECORDS) == (outcome == GALLOP_COMPLETED));
-        for (int64_t i = 0; i < done * GALLOP_NODE_CHANNELS; i++)   /* displacements and velocities */
-            if (i % GALLOP_NODE_CHANNELS <= GALLOP_OMEGA) REQUIRE(isfinite(nodes[i]));
+        for (int64_t i = 0; i < 2 * done * GALLOP_NODE_CHANNELS; i++)   /* displacements and velocities */
+            if (i / 2 % GALLOP_NODE_CHANNELS <= GALLOP_OMEGA) REQUIRE(isfinite(nodes[i]));
         REQUIRE(gallop_state_check(model, state) == GALLOP_COMPLETED);
     }
     free(state);
