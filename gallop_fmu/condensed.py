@@ -14,8 +14,9 @@ from numpy.typing import NDArray
 
 from gallop_fmu.channels import NODE_CHANNELS, SPAN_CHANNELS, Channel
 from gallop_fmu.condensation import CondensedSpan, condense, interpolated
-from gallop_fmu.engine import CONDENSED_MODES, Condensed, build
+from gallop_fmu.condensed_engine import CONDENSED_MODES, CondensedModel
 from gallop_fmu.errors import SceneError
+from gallop_fmu.library import build
 from gallop_fmu.outcome import Outcome, Report, SimulationError
 from gallop_fmu.result import Result
 from gallop_fmu.scene import Scene
@@ -127,7 +128,7 @@ class _Pace:
         return cls(interval / every, every, 1)
 
 
-def _start(scene: Scene, span: CondensedSpan, kernel: Condensed) -> Array:
+def _start(scene: Scene, span: CondensedSpan, kernel: CondensedModel) -> Array:
     """Coordinates at time 0: the seed, upon the static equilibrium in the wind if the scene asks for it."""
     if scene.initial.wind == "at_once":
         return span.start.copy()
@@ -150,7 +151,7 @@ class _Run:
 
     def __init__(self, scene: Scene, span: CondensedSpan, pace: _Pace, nodes: NDArray[np.int32]) -> None:
         self.scene, self.span, self.pace, self.nodes = scene, span, pace, nodes
-        self.kernel = Condensed(span.model, {**span.values, "time_step": pace.time_step})
+        self.kernel = CondensedModel(span.model, {**span.values, "time_step": pace.time_step})
         fraction = nodes / (2.0 * scene.numerics.elements)
         left, right = (interpolated(span.model, span.shapes, fraction, side) for side in (-1e-6, 1e-6))
         self._shape = np.concatenate([left.shape[:, :, component].T for component in (1, 2, 3)], axis=1)

@@ -324,6 +324,6 @@ def _unit(cases: Cases, key: str) -> str:
 
 
 def _kernel_fingerprint() -> str:
-    from gallop_fmu.engine import library_path
+    from gallop_fmu.library import library_path
 
     return hashlib.sha256(library_path().read_bytes()).hexdigest()[:12]

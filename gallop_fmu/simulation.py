@@ -14,9 +14,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gallop_fmu.channels import NODE_CHANNELS, NODE_INDEX, SPAN_CHANNELS, SPAN_INDEX
-from gallop_fmu.engine import Model, Part, Run, build
+from gallop_fmu.engine import Model, Part, Run
 from gallop_fmu.errors import SceneError
 from gallop_fmu.integrators import INTEGRATORS
+from gallop_fmu.library import build
 from gallop_fmu.outcome import Outcome, Report, SimulationError
 from gallop_fmu.result import Result
 from gallop_fmu.scene import Scene

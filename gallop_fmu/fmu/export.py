@@ -15,13 +15,13 @@ from collections.abc import Collection, Iterator
 from importlib import metadata, resources
 from pathlib import Path
 
-from gallop_fmu.engine import library_path
 from gallop_fmu.files import write_whole
 from gallop_fmu.fmu.cross import PLATFORMS, CompilerError, cross_library
 from gallop_fmu.fmu.description import SCENE_FILE, Identity, identify, model_description, package_version
 from gallop_fmu.fmu.native import model_bin
 from gallop_fmu.fmu.session import Session
 from gallop_fmu.fmu.sources import kernel_sources
+from gallop_fmu.library import library_path
 from gallop_fmu.scene import Scene
 
 RUNTIMES = ("native", "python")
