@@ -369,7 +369,7 @@ def _print_summary(numbers: dict[str, Any], result: Result, written: list[Path])
         f"{numbers['steps']} steps, {numbers['iterations']} Newton iterations, {numbers['seconds']:.2f} s: "
         f"{numbers['real_time_factor']:.0f} times real time; lowest tension {numbers['lowest_tension'] / 1000:.3f} kN"
     )
-    if attrs["left_out"]:
+    if attrs.get("left_out"):  # a condensed run leaves out nothing that it does not refuse
         console.print(
             f"left out, since nothing in the scene wakes it: {attrs['left_out']}", style="dim", soft_wrap=True
         )

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import ctypes as c
 from collections.abc import Mapping
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -68,4 +69,4 @@ class CondensedModel:
             self.model.handle, c.byref(self._packed), double_pointer(q), double_pointer(v), first, steps, every, within,
             double_pointer(history), double_pointer(tension), c.byref(records), c.byref(raw),
         )  # fmt: skip
-        return history[: records.value], tension[: records.value], unpacked(raw)
+        return history[: records.value], tension[: records.value], replace(unpacked(raw), substeps=raw.steps)

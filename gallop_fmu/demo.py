@@ -9,7 +9,6 @@ import time as clock
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
-from importlib.metadata import version
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
@@ -19,6 +18,7 @@ from numpy.typing import NDArray
 from gallop_fmu.channels import NODE_CHANNELS, NODE_INDEX
 from gallop_fmu.errors import SceneError
 from gallop_fmu.files import netcdf_bytes, write_whole
+from gallop_fmu.release import program
 from gallop_fmu.result import Oscillation, dominant_frequency, oscillation
 from gallop_fmu.scene import load_scene
 
@@ -288,7 +288,7 @@ def _dataset(records: Any, fmu: Path, seconds: float) -> xr.Dataset:
     dataset = xr.Dataset(variables, {"time": ("time", np.array(records["time"]), {"units": "s", "long_name": "time"})})
     dataset.attrs.update(
         title=scene.title,
-        source=f"gallop-fmu {version('gallop-fmu')} as an FMU in fmpy {version('fmpy')}",
+        source=f"{program()} as an FMU in fmpy {fmpy.__version__}",
         fmu=fmu.name,
         fmu_guid=described.guid,
         generation_tool=described.generationTool or "",

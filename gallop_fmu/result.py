@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-import json
+from collections.abc import Mapping
 from dataclasses import dataclass
 from importlib.util import find_spec
 from io import StringIO
@@ -12,9 +12,13 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from gallop_fmu.channels import DESCRIBED
+from gallop_fmu.engine import Equilibrium
 from gallop_fmu.errors import SceneError
 from gallop_fmu.files import netcdf_bytes, write_whole
+from gallop_fmu.library import build
 from gallop_fmu.outcome import Outcome, Report
+from gallop_fmu.release import program
 from gallop_fmu.scene import Scene
 
 if TYPE_CHECKING:
@@ -166,6 +170,57 @@ class Result:
         return frame, {str(name): self.dataset[name].attrs["units"] for name in frame.columns}
 
 
+def histories(
+    variables: Mapping[str, tuple[tuple[str, ...], Array]],
+    time: NDArray[np.floating],
+    nodes: NDArray[np.int32],
+    x1: Array,
+    scene: Scene,
+    rest: Equilibrium,
+    report: Report,
+    seconds: float,
+    **how: object,
+) -> xr.Dataset:
+    """The dataset of a `Result`: channels with units and meanings, and their provenance.
+
+    Parameters
+    ----------
+    variables
+        Channel to its dimensions and values.
+    time : ndarray, shape (time,)
+        Times of the records [s].
+    nodes, x1 : ndarray, shape (node,)
+        Numbers of the recorded nodes, and their positions [m] along the span.
+    scene, rest, report, seconds
+        What was computed, its initial equilibrium, how the run ended, and the wall-clock time [s] that it took.
+    **how
+        What else there is to say of how it was computed.
+    """
+    import xarray as xr  # a third of a second, which `import gallop_fmu` should not cost
+
+    dataset = xr.Dataset(dict(variables), {"time": time, "node": nodes, "x1": ("node", x1)})
+    dataset.time.attrs.update(units="s", long_name="time")
+    dataset.x1.attrs.update(units="m", long_name="position of the node along the span")
+    for name in variables:
+        dataset[name].attrs.update(units=DESCRIBED[name].unit, long_name=DESCRIBED[name].meaning)
+    work = ("steps", "substeps", "iterations", "refactorisations", "halvings", "rejections", "lowest_tension")
+    dataset.attrs.update(
+        title=scene.title,
+        source=program(),
+        kernel=build(),
+        **how,
+        scene=scene.to_toml(),
+        outcome=report.outcome.name.lower(),
+        message=str(report),
+        seconds=seconds,
+        sag=rest.sag,
+        horizontal_tension=rest.horizontal_tension,
+        held_imbalance=rest.imbalance,
+        **{name: getattr(report, name) for name in work},
+    )
+    return dataset
+
+
 def summary(result: Result) -> dict[str, object]:
     """The run in a few plain numbers, for a terminal or as JSON."""
     report, time = result.report, result.dataset.time.values
@@ -186,8 +241,3 @@ def summary(result: Result) -> dict[str, object]:
         "real_time_factor": float(time[-1]) / max(float(result.dataset.attrs["seconds"]), 1e-9),
         "lowest_tension": report.lowest_tension,
     }
-
-
-def summary_json(result: Result) -> str:
-    """`summary` as JSON."""
-    return json.dumps(summary(result), indent=2)

@@ -17,9 +17,10 @@ import numpy as np
 from gallop_fmu.descriptions import unit_of
 from gallop_fmu.errors import SceneError
 from gallop_fmu.outcome import Outcome, SimulationError
+from gallop_fmu.release import program
 from gallop_fmu.spans import Case, Cases
 from gallop_fmu.store import ATTRIBUTE, ERROR, Row, Store, journal_of, read
-from gallop_fmu.workers import Kind, Workers, WorkersLostError, package, workers
+from gallop_fmu.workers import Kind, Workers, WorkersLostError, workers
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -188,7 +189,7 @@ def compute(
         On Ctrl-C, a disk that is full, or lost workers; what is done is kept.
     """
     header = {
-        "package": f"{package()} (kernel {_kernel_fingerprint()})",
+        "package": f"{program()} (kernel {_kernel_fingerprint()})",
         "task": str(task),
         "scenes": cases.fingerprint(),
         "runs": len(cases.every),

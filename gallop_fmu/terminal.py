@@ -94,9 +94,9 @@ def start(app: typer.Typer, name: str) -> None:
 
 def _show_version(context: typer.Context, wanted: bool) -> None:
     if wanted:
-        from importlib.metadata import version
+        from gallop_fmu.release import version
 
-        typer.echo(f"{context.find_root().info_name} {version('gallop-fmu')}")
+        typer.echo(f"{context.find_root().info_name} {version()}")
         raise typer.Exit(Exit.FINE)
 
 

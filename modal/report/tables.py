@@ -7,13 +7,13 @@ import platform
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from datetime import datetime
-from importlib.metadata import version
 from typing import Any
 
 import numpy as np
 
 from gallop_fmu import Outcome, Result, Scene
 from gallop_fmu.paths import leaves
+from gallop_fmu.release import program
 from gallop_fmu.result import summary
 from modal.modes import Mode
 from modal.onset import CriticalWind
@@ -228,7 +228,7 @@ def numerics_table(findings: Findings) -> Table:
 def provenance_table(findings: Findings) -> Table:
     """What computed it, when and where."""
     rows = [
-        ("program", f"gallop-fmu {version('gallop-fmu')}"),
+        ("program", program()),
         ("Python, NumPy", f"{platform.python_version()}, {np.__version__}"),
         ("machine", f"{platform.system()} {platform.machine()}"),
         ("written", datetime.now().astimezone().isoformat(timespec="seconds")),

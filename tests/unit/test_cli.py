@@ -68,6 +68,9 @@ def test_run_takes_the_condensed_model(invoke):
     right = gf.simulate_condensed(gf.load_scene("example3"), 20.0).steady(20.0)
     assert printed["midspan"]["u2"]["amplitude"] == right["u2"].amplitude
     assert printed["steps"] == 200
+    told = invoke("run", "example3", "--until", 20, "--model", "condensed")
+    assert told.exit_code == 0
+    assert "200 steps, 0 Newton iterations" in told.stdout
     _refused(invoke("run", "zebra", "--until", 20, "--model", "condensed"), "condensed model does not take this span")
 
 
