@@ -350,6 +350,8 @@ MIDSPAN_ROWS = {"u2": "vertical u2", "u3": "horizontal u3", "theta": "twist", "t
 
 
 def _print_summary(numbers: dict[str, Any], result: Result, written: list[Path]) -> None:
+    from gallop_fmu.result import frequency_text
+
     attrs, console = result.dataset.attrs, new_console()
     console.print(numbers["title"], style="bold")
     console.print(f"sag {attrs['sag']:.3f} m, horizontal tension {attrs['horizontal_tension'] / 1000:.3f} kN")
@@ -360,7 +362,7 @@ def _print_summary(numbers: dict[str, Any], result: Result, written: list[Path])
             f"{MIDSPAN_ROWS[name]} [{unit}]",
             f"{row['amplitude']:.5g}",
             f"{row['mean']:.5g}",
-            f"{row['frequency_hz']:.4f}" if row["frequency_hz"] else "-",
+            frequency_text(row["frequency_hz"]),
         )
     if numbers["midspan"]:
         console.print(table)

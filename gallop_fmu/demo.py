@@ -92,7 +92,7 @@ def find_transfer(time: Array, u2: Array, u3: Array) -> Transfer:
     interval = float(time[1] - time[0])
     last = len(time) * 3 // 4
     vertical, swing = dominant_frequency(u2[last:], interval), dominant_frequency(u3[last:], interval)
-    if not swing > 0.0 or abs(0.5 * vertical / swing - 1.0) > HALF_FREQUENCY_TOLERANCE:
+    if not abs(0.5 * vertical / swing - 1.0) <= HALF_FREQUENCY_TOLERANCE:  # nor is NaN, where one of them is still
         raise SceneError(
             f"no transfer found: the run ends with {vertical:.3f} Hz vertical and {swing:.3f} Hz horizontal, and the "
             "swing would have half the vertical frequency; simulate longer, or raise the wind speed"

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 from importlib.util import find_spec
@@ -28,8 +29,15 @@ if TYPE_CHECKING:
 Array = NDArray[np.float64]
 
 
+FEWEST_SAMPLES = 8
+"""Below it no spectral line is told from another."""
+
+
 class Oscillation(NamedTuple):
-    """A steady oscillation: half peak-to-peak, mean (both in the channel's unit) and dominant frequency [Hz]."""
+    """A steady oscillation: half peak-to-peak, mean (both in the channel's unit) and dominant frequency [Hz].
+
+    The frequency is NaN where there is none, see `dominant_frequency`.
+    """
 
     amplitude: float
     mean: float
@@ -37,7 +45,9 @@ class Oscillation(NamedTuple):
 
 
 def dominant_frequency(values: Array, interval: float) -> float:
-    """Frequency [Hz] of the largest spectral line; 0 for a constant.
+    """Frequency [Hz] of the largest spectral line; NaN where there is none.
+
+    That is so for a channel that does not move, and for fewer than `FEWEST_SAMPLES` samples.
 
     Parameters
     ----------
@@ -50,15 +60,37 @@ def dominant_frequency(values: Array, interval: float) -> float:
     -----
     Hann window, fourfold zero padding, and a parabola through the logarithms of the three largest lines.
     """
+    if len(values) < FEWEST_SAMPLES or not np.ptp(values) > 1e-12 * max(1.0, float(np.max(np.abs(values)))):
+        return math.nan
     samples = (values - np.mean(values)) * np.hanning(len(values))
-    if len(samples) < 8 or not np.ptp(values) > 1e-12 * max(1.0, float(np.max(np.abs(values)))):
-        return 0.0
     count = 4 * len(samples)
     spectrum = np.abs(np.fft.rfft(samples, count))
     peak = int(np.argmax(spectrum[1:-1])) + 1
     below, top, above = np.log(spectrum[peak - 1 : peak + 2] + 1e-300)
-    shift = 0.5 * (below - above) / (below - 2.0 * top + above)
-    return float((peak + shift) / (count * interval))
+    curvature = below - 2.0 * top + above
+    if not curvature < 0.0:  # no line stands out: what moved did so at the ends only, where the window is zero
+        return math.nan
+    return float((peak + 0.5 * (below - above) / curvature) / (count * interval))
+
+
+def frequency_text(frequency_hz: float) -> str:
+    """A dominant frequency for a table; a dash where there is none."""
+    return f"{frequency_hz:.4f}" if math.isfinite(frequency_hz) else "-"
+
+
+def slowest_frequency(data: xr.Dataset) -> float:
+    """Dominant frequency [Hz] of the slower of u2 and u3 in the second half of a run; NaN where both are still.
+
+    Parameters
+    ----------
+    data
+        Dataset with u2 and u3 over ``time`` [s] at mid-span.
+    """
+    time = np.asarray(data.time.values)
+    late = slice(len(time) // 2, None)
+    interval = float(time[1] - time[0]) if len(time) > 1 else math.nan
+    found = [dominant_frequency(np.asarray(data[name].values)[late], interval) for name in ("u2", "u3")]
+    return min((frequency for frequency in found if math.isfinite(frequency)), default=math.nan)
 
 
 def oscillation(values: Array, interval: float) -> Oscillation:

@@ -88,6 +88,8 @@ def _steady_columns(result: Result, window: float, sag: float) -> Row:
     row: Row = {}
     time = result.dataset.time.values
     last = time >= time[-1] - window - 1e-9
+    if np.count_nonzero(last) < 2:
+        raise SceneError(f"window = {window} s: holds fewer than two records, which are {time[1] - time[0]:g} s apart")
     interval = float(np.diff(time[last][:2])[0])
     histories = {name: values[last] for name, values in _midspan_histories(result).items()}
     for name, values in histories.items():

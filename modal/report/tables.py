@@ -14,7 +14,7 @@ import numpy as np
 from gallop_fmu import Outcome, Result, Scene
 from gallop_fmu.paths import leaves
 from gallop_fmu.release import program
-from gallop_fmu.result import summary
+from gallop_fmu.result import frequency_text, summary
 from modal.modes import Mode
 from modal.onset import CriticalWind
 from modal.report.findings import Findings, Missing, Statics
@@ -167,7 +167,7 @@ def motion_table(result: Result) -> Table:
         scale, unit = {"theta": (180.0 / math.pi, "deg"), "tension": (1e-3, "kN")}.get(name, (1.0, "m"))
         low, high = float(data[name].min()) * scale, float(data[name].max()) * scale
         steady = f"{row['amplitude'] * scale:.4g}", f"{row['mean'] * scale:.4g}"
-        frequency = f"{row['frequency_hz']:.4f}" if row["frequency_hz"] else "-"
+        frequency = frequency_text(row["frequency_hz"])
         rows.append((f"{SHOWN[name]} [{unit}]", *steady, frequency, f"{low:.4g}", f"{high:.4g}"))
     last = f"last {window:g} s"
     headings = ("mid-span", f"amplitude, {last}", f"mean, {last}", "frequency [Hz]", "lowest in the run", "highest")
