@@ -1,12 +1,13 @@
-/* Newmark's method (beta 1/4, gamma 1/2) with Newton-Raphson (Liu et al. 2009, section 2.5), and its generalisation that
- * balances forces within the step, at t - alpha_f h with accelerations of t - alpha_m h (Chung, Hulbert 1993, J. Appl.
- * Mech. 60, 371-375): motion that no step resolves, as axial modes of fine meshes, decays instead of ringing on. */
+/* Newmark's method (beta 1/4, gamma 1/2) with Newton-Raphson (Liu et al. 2009, section 2.5), and its generalisation
+ * that balances forces within the step, at t - alpha_f h with accelerations of t - alpha_m h (Chung, Hulbert 1993,
+ * J. Appl. Mech. 60, 371-375): motion that no step resolves, as axial modes of fine meshes, decays instead of ringing
+ * on. */
 #include "internal.h"
 
 typedef struct { double alpha_m, alpha_f, beta, gamma; } weights;
 
-/* Chung and Hulbert's choice for a spectral radius of infinitely fast motion: second order, unconditionally stable, and the
- * least damping of slow motion. */
+/* Chung and Hulbert's choice for a spectral radius of infinitely fast motion: second order, unconditionally stable, and
+ * the least damping of slow motion. */
 static weights weights_of(const gallop_model *model)
 {
     if (!by_alpha(model)) return (weights){0.0, 0.0, 0.25, 0.5};
@@ -26,11 +27,13 @@ static const double extrapolation[WAYS][NEWMARK_HISTORY] = {{2.0, -1.0, 0.0}, {3
 /* For each unknown that way which would have led from the steps before closest to a0. */
 TWO_PATHS static void choose(const layout *at, int values, double weight[NEWMARK_HISTORY][4])
 {
-    const double *restrict a0 = at->a0, *restrict a1 = at->a_before, *restrict a2 = a1 + values, *restrict a3 = a2 + values;
+    const double *restrict a0 = at->a0, *restrict a1 = at->a_before;
+    const double *restrict a2 = a1 + values, *restrict a3 = a2 + values;
     double missed[WAYS][4] = {{0.0}};
     for (int n = 0; n < values; n += 4)
         for (int i = 0; i < 4; i++) {
-            const double bend = a0[n + i] - 2.0 * a1[n + i] + a2[n + i], bend_before = a1[n + i] - 2.0 * a2[n + i] + a3[n + i];
+            const double bend = a0[n + i] - 2.0 * a1[n + i] + a2[n + i];
+            const double bend_before = a1[n + i] - 2.0 * a2[n + i] + a3[n + i];
             const double miss = bend - bend_before, sum = bend + bend_before;
             missed[LINE][i] += bend * bend;
             missed[PARABOLA][i] += miss * miss;
@@ -44,10 +47,10 @@ TWO_PATHS static void choose(const layout *at, int values, double weight[NEWMARK
     }
 }
 
-/* The acceleration is extrapolated from the last ones.  Without enough of them by equal steps their mean must do: it is not
- * led astray by what changes sign.  The ends follow their prescribed motion. */
-TWO_PATHS static void predict(const gallop_model *model, const gallop_state *state, layout *at, const instant *now, weights w,
-                              double h)
+/* The acceleration is extrapolated from the last ones.  Without enough of them by equal steps their mean must do: it is
+ * not led astray by what changes sign.  The ends follow their prescribed motion. */
+TWO_PATHS static void predict(const gallop_model *model, const gallop_state *state, layout *at, const instant *now,
+                              weights w, double h)
 {
     const int values = 4 * model->nodes;
     const double *restrict a0 = at->a0, *restrict a1 = isfinite(state->step_before) ? at->a_before : at->a0;
@@ -116,7 +119,8 @@ int newmark(const gallop_model *model, gallop_state *state, layout *at, const ga
     const double per_v = w.gamma / (w.beta * h), per_a = 1.0 / (w.beta * h * h);
     const blend mix = {1.0 - w.alpha_f, (1.0 - w.alpha_f) * per_v, (1.0 - w.alpha_m) * per_a};
     const bool within = by_alpha(model);
-    const double *u = within ? at->stage_u : at->u, *v = within ? at->stage_v : at->v, *a = within ? at->stage_a : at->a;
+    const double *u = within ? at->stage_u : at->u, *v = within ? at->stage_v : at->v;
+    const double *a = within ? at->stage_a : at->a;
     const double balanced = t - w.alpha_f * h;
     bool renew = state->factored_step != h, fresh = false;
     double before = 0.0;

@@ -1,6 +1,6 @@
 /* A strip: LANES elements side by side, so that one instruction works on all of them.  Vectors of gcc and clang become
- * AVX2 or pairs of SSE2 registers with the same arithmetic, so the same bits; other compilers take one element at a time.
- * Vectors are passed by address only: what passing one by value means depends on the processor. */
+ * AVX2 or pairs of SSE2 registers with the same arithmetic, so the same bits; other compilers take one element at a
+ * time.  Vectors are passed by address only: what passing one by value means depends on the processor. */
 #ifndef GALLOP_STRIP_H
 #define GALLOP_STRIP_H
 
@@ -19,7 +19,8 @@ typedef double lanes;
 /* Lane by lane: a where the comparison `if_true` holds, else b. */
 #if LANES == 4
 typedef long long lane_bits __attribute__((vector_size(32)));
-#define PICK(if_true, a, b) ((lanes)(((lane_bits)(if_true) & (lane_bits)(a)) | (~(lane_bits)(if_true) & (lane_bits)(b))))
+#define PICK(if_true, a, b) \
+    ((lanes)(((lane_bits)(if_true) & (lane_bits)(a)) | (~(lane_bits)(if_true) & (lane_bits)(b))))
 #else
 #define PICK(if_true, a, b) ((if_true) ? (a) : (b))
 #endif
