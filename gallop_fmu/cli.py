@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -28,6 +27,7 @@ from gallop_fmu.terminal import (
     new_app,
     new_console,
     new_table,
+    progress_bar,
     start,
 )
 from gallop_fmu.terminal_runs import (
@@ -328,15 +328,11 @@ def _write(result: Result, out: Path | None, plot: Path | None) -> tuple[list[Pa
 
 @contextmanager
 def _progress(title: str, *, silent: bool) -> Iterator[Progress | None]:
-    """A bar with the time left on standard error, if somebody is there to watch."""
-    if silent or not sys.stderr.isatty():
-        yield None
-        return
-    from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
-
-    columns = TextColumn("{task.description}"), BarColumn(), TimeRemainingColumn()
-    with Progress(*columns, console=new_console(stderr=True), transient=True) as bar:
-        bar.console.print(title, style="dim")
+    """Simulated time on a bar."""
+    with progress_bar(title, silent=silent) as bar:
+        if bar is None:
+            yield None
+            return
         task = bar.add_task("starting", total=None)
 
         def show(time: float, stop_time: float) -> bool:

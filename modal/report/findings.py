@@ -132,12 +132,8 @@ def examine(scene: Scene, stop_time: float | None = None, progress: Progress | N
 
     Parameters
     ----------
-    scene
-        The span.
-    stop_time
-        Simulated time [s]; None takes the scene's.
-    progress
-        Called with the name of what is being computed and the share of it that is done.
+    scene, stop_time, progress
+        As for `modal.write_report`.
 
     Raises
     ------
