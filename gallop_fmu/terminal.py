@@ -1,4 +1,4 @@
-"""What the commands ``gallop-fmu`` and ``gallop-modal`` share: arguments, tables, JSON, progress, and errors told.
+"""What the commands ``gallop-fmu`` and ``gallop-modal`` share: arguments, tables, JSON, progress, error messages.
 
 Whatever a command needs is imported inside it, so that ``--help`` answers at once.
 """
