@@ -52,7 +52,8 @@ static void support_force(const gallop_model *model, gallop_state *state, int en
         const load_place *place = &model->place[l];
         if (place->element != e) continue;
         double amplitude = now->load_factor * law_value(&model->scene.load[place->load].law, state->time);
-        for (int i = 0; i < 3; i++) r[own + i] -= amplitude * place->shape[end ? 2 : 0] * model->scene.load[place->load].force[i];
+        for (int i = 0; i < 3; i++)
+            r[own + i] -= amplitude * place->shape[end ? 2 : 0] * model->scene.load[place->load].force[i];
     }
     for (int i = 0; i < 3; i++) {
         double extra = model->fixed[end][i] ? r[own + i] - model->constant_force[4 * node + i]
@@ -61,8 +62,8 @@ static void support_force(const gallop_model *model, gallop_state *state, int en
     }
 }
 
-/* Kinetic: mu v.v/2 + w (c2 v3 - c3 v2) + I w^2/2.  Potential: axial and torsional strain energy from the initial state,
- * gravity, the constant forces, and the springs. */
+/* Kinetic: mu v.v/2 + w (c2 v3 - c3 v2) + I w^2/2.  Potential: axial and torsional strain energy from the initial
+ * state, gravity, the constant forces, and the springs. */
 TWO_PATHS static void energies(const gallop_model *model, const gallop_state *state, double *kinetic, double *potential)
 {
     const double *u = motion(model, state, 0), *v = motion(model, state, 1);
@@ -75,7 +76,8 @@ TWO_PATHS static void energies(const gallop_model *model, const gallop_state *st
             const double *n = shape3[q];
             double velocity[4], theta = n[0] * ue[3] + n[1] * ue[7] + n[2] * ue[11];
             for (int i = 0; i < 4; i++) velocity[i] = n[0] * ve[i] + n[1] * ve[4 + i] + n[2] * ve[8 + i];
-            double w = velocity[3], square = velocity[0] * velocity[0] + velocity[1] * velocity[1] + velocity[2] * velocity[2];
+            double w = velocity[3], square = 0.0;
+            for (int i = 0; i < 3; i++) square += velocity[i] * velocity[i];
             k += g->inertia_weight[q] * (0.5 * model->mass * square + 0.5 * model->inertia * w * w);
             if (!model->eccentric) continue;
             double sine, cosine;
@@ -89,7 +91,7 @@ TWO_PATHS static void energies(const gallop_model *model, const gallop_state *st
             double strain = 0.0, du[4];
             for (int i = 0; i < 4; i++) du[i] = n[0] * ue[i] + n[1] * ue[4 + i] + n[2] * ue[8 + i];
             for (int i = 0; i < 3; i++) strain += du[i] * (g->slope[q][i] + 0.5 * du[i]);
-            if (model->tension_only) strain = fmax(strain, -g->tension[q] / ea);   /* beyond, no more energy is released */
+            if (model->tension_only) strain = fmax(strain, -g->tension[q] / ea);   /* beyond, it releases no more */
             p += g->stiffness_weight[q] * (strain * (g->tension[q] + 0.5 * ea * strain) + 0.5 * gj * du[3] * du[3]);
         }
     }
