@@ -154,6 +154,7 @@ typedef struct {
     char *saved;                       /* the state at the start of gallop_advance */
 } layout;
 
+/* state.c */
 layout state_layout(const gallop_model *model, gallop_state *state);
 
 /* law.c */
