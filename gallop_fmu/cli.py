@@ -67,7 +67,7 @@ def _root(version: Version = False) -> None:
 @app.command(epilog=example("gallop-fmu scenes --json"))
 def scenes(as_json: AsJson = False) -> None:
     """List the scenes that come with the package."""
-    from gallop_fmu.scene import packaged_scenes
+    from gallop_fmu.scene_files import packaged_scenes
 
     found = packaged_scenes()
     if as_json:

@@ -20,7 +20,7 @@ from gallop_fmu.errors import SceneError
 from gallop_fmu.files import netcdf_bytes, write_whole
 from gallop_fmu.release import program
 from gallop_fmu.result import Oscillation, dominant_frequency, oscillation
-from gallop_fmu.scene import load_scene
+from gallop_fmu.scene_files import load_scene
 
 if TYPE_CHECKING:
     import xarray as xr

@@ -5,7 +5,7 @@ from __future__ import annotations
 import hashlib
 import json
 import time as clock
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
@@ -16,6 +16,7 @@ import numpy as np
 
 from gallop_fmu.descriptions import unit_of
 from gallop_fmu.errors import SceneError
+from gallop_fmu.library import library_path
 from gallop_fmu.outcome import Outcome, SimulationError
 from gallop_fmu.release import program
 from gallop_fmu.spans import Case, Cases
@@ -225,7 +226,7 @@ def compute(
     return Runs(store.dataset())
 
 
-def _rows(team: Workers, task: Task, left: list[Case], stop: Event) -> Any:
+def _rows(team: Workers, task: Task, left: list[Case], stop: Event) -> Iterator[list[Row]]:
     """The rows of each group, as they come."""
     size = max(1, min(LARGEST_GROUP, len(left) // (GROUPS_EACH * team.count)))
     groups = ([_ready(case) for case in left[k : k + size]] for k in range(0, len(left), size))
@@ -325,6 +326,4 @@ def _unit(cases: Cases, key: str) -> str:
 
 
 def _kernel_fingerprint() -> str:
-    from gallop_fmu.library import library_path
-
     return hashlib.sha256(library_path().read_bytes()).hexdigest()[:12]

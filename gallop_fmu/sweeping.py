@@ -119,7 +119,6 @@ class Simulation:
     window: float
     summary: Summary | None
     model: Model = "element"
-
     kind: Kind = "threads"
 
     @property

@@ -111,7 +111,7 @@ Version = Annotated[
 
 def _scene_names(incomplete: str) -> list[str]:
     """Packaged scenes and scene files that begin so; where there is none, the shell completes any path."""
-    from gallop_fmu.scene import packaged_scenes
+    from gallop_fmu.scene_files import packaged_scenes
 
     typed = Path(incomplete)
     folder = typed if incomplete.endswith(("/", "\\")) else typed.parent

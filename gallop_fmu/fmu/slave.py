@@ -23,7 +23,8 @@ from gallop_fmu.fmu.serial import from_bytes, to_bytes
 from gallop_fmu.fmu.session import RefusedError, Session
 from gallop_fmu.fmu.variables import Variable
 from gallop_fmu.outcome import Outcome, SimulationError
-from gallop_fmu.scene import Scene, load_scene
+from gallop_fmu.scene import Scene
+from gallop_fmu.scene_files import load_scene
 from gallop_fmu.textfiles import read_text
 
 RUNTIME = "python"

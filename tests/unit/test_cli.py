@@ -14,7 +14,7 @@ from typer.testing import CliRunner
 
 from gallop_fmu import terminal
 from gallop_fmu.cli import app
-from gallop_fmu.scene import packaged_scenes
+from gallop_fmu.scene_files import packaged_scenes
 
 COMMANDS = ("scenes", "conductors", "new", "run", "export", "check", "demo")
 LEAVES_THE_CURVE = ("--set", "aerodynamics.valid_to_deg=181")  # example 3 gallops out of this range at 119 s

@@ -12,7 +12,7 @@ import gallop_fmu
 from gallop_fmu import engine
 from gallop_fmu.channels import NODE_INDEX
 from gallop_fmu.integrators import INTEGRATORS
-from gallop_fmu.scene import load_scene
+from gallop_fmu.scene_files import load_scene
 
 FLAGS = ["-O3", "-ffp-contract=off", "-fno-math-errno", "-fno-trapping-math", "-shared", "-fPIC", "-w"]
 CHANNELS = np.array([NODE_INDEX[name] for name in ("u2", "u3", "theta", "tension")], np.int32)
