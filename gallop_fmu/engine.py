@@ -234,7 +234,7 @@ class Model:
         """
         motion, out = self._motion(u, v, a), np.empty((self.nodes, DOFS))
         pointers = [double_pointer(y) for y in motion]
-        work = State(self)
+        work = State(self)  # for its scratch memory alone
         kernel.gallop_residual(
             self.handle, work._pointer, time, _inputs_pointer(inputs), *pointers, double_pointer(out)
         )
@@ -262,7 +262,7 @@ class Model:
         motion, out = self._motion(u, v, a), np.empty((self.elements, 3 * DOFS, 3 * DOFS))
         pointers = [double_pointer(y) for y in motion]
         factors = (stiffness, damping, mass)
-        work = State(self)
+        work = State(self)  # for its scratch memory alone
         kernel.gallop_tangent(
             self.handle, work._pointer, time, _inputs_pointer(inputs), *pointers, *factors, double_pointer(out)
         )
