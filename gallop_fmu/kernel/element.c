@@ -205,7 +205,8 @@ static void section_forces(const gallop_model *model, const instant *now, const 
     if (wind) aero_loads(model, now, at, first, last - first, slopes);
 }
 
-static void look_at_angles(const gallop_model *model, const sections *at, int first, int last, int first_element, watch *seen)
+static void look_at_angles(const gallop_model *model, const sections *at, int first, int last, int first_element,
+                           watch *seen)
 {
     lanes all = {0.0};
     double sum = 0.0;
@@ -224,8 +225,8 @@ static void look_at_angles(const gallop_model *model, const sections *at, int fi
 /* Adds to `residual` the forces of `strips` strips from `start`, no more than STRIPS_AT_ONCE; section forces go to the
  * arrays of `at` from `slot` on. */
 INLINE void strips_residual(const gallop_model *model, const instant *now, const sections *at, const double *u,
-                            const double *v, const double *a, int start, int strips, int slot, bool slopes, int unknowns,
-                            double *residual, lowest *low, watch *seen)
+                            const double *v, const double *a, int start, int strips, int slot, bool slopes,
+                            int unknowns, double *residual, lowest *low, watch *seen)
 {
     const bool wind = windy(model, now), sectional = unknowns > 2 && (model->eccentric || wind);
     lanes r[STRIPS_AT_ONCE][3][4];
@@ -255,14 +256,15 @@ INLINE void strips_residual(const gallop_model *model, const instant *now, const
     }
 }
 
-INLINE void all_strips(const gallop_model *model, const instant *now, const sections *at, const double *u, const double *v,
-                       const double *a, bool slopes, int unknowns, double *residual, watch *seen)
+INLINE void all_strips(const gallop_model *model, const instant *now, const sections *at, const double *u,
+                       const double *v, const double *a, bool slopes, int unknowns, double *residual, watch *seen)
 {
     lowest low;
     for (int k = 0; k < LANES; k++) LANE(low.tension, k) = LANE(low.where, k) = INFINITY;
     for (int start = 0; start < model->strips; start += STRIPS_AT_ONCE) {
         const int left = model->strips - start, strips = left < STRIPS_AT_ONCE ? left : STRIPS_AT_ONCE;
-        strips_residual(model, now, at, u, v, a, start, strips, slopes ? start : 0, slopes, unknowns, residual, &low, seen);
+        const int slot = slopes ? start : 0;
+        strips_residual(model, now, at, u, v, a, start, strips, slot, slopes, unknowns, residual, &low, seen);
     }
     for (int k = 0; k < LANES; k++)
         if (LANE(low.tension, k) < seen->lowest_tension) {
@@ -306,8 +308,8 @@ void span_residual(const gallop_model *model, double t, const instant *now, cons
 }
 
 /* Forces of one element alone. */
-TWO_PATHS void element_residual(const gallop_model *model, int e, const instant *now, const sections *at, const double *u,
-                      const double *v, const double *a, double r[12])
+TWO_PATHS void element_residual(const gallop_model *model, int e, const instant *now, const sections *at,
+                                const double *u, const double *v, const double *a, double r[12])
 {
     const bool wind = windy(model, now);
     const strip *s = &model->strip[e / LANES];

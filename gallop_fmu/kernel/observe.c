@@ -52,7 +52,8 @@ static void support_force(const gallop_model *model, gallop_state *state, int en
         const load_place *place = &model->place[l];
         if (place->element != e) continue;
         double amplitude = now->load_factor * law_value(&model->scene.load[place->load].law, state->time);
-        for (int i = 0; i < 3; i++) r[own + i] -= amplitude * place->shape[end ? 2 : 0] * model->scene.load[place->load].force[i];
+        for (int i = 0; i < 3; i++)
+            r[own + i] -= amplitude * place->shape[end ? 2 : 0] * model->scene.load[place->load].force[i];
     }
     for (int i = 0; i < 3; i++) {
         double extra = model->fixed[end][i] ? r[own + i] - model->constant_force[4 * node + i]
@@ -91,12 +92,13 @@ INLINE void strip_energies(const gallop_model *model, const strip *s, lanes u[3]
         for (int i = 0; i < 3; i++) strain += du[i] * (s->slope[q][i] + 0.5 * du[i]);
         const lanes slack = s->tension[q] / -ea;   /* beyond, no more energy is released */
         if (model->tension_only) strain = PICK(strain > slack, strain, slack);
-        *potential += s->stiffness_weight[q] * (strain * (s->tension[q] + 0.5 * ea * strain) + 0.5 * gj * du[3] * du[3]);
+        const lanes axial = strain * (s->tension[q] + 0.5 * ea * strain), torsional = 0.5 * gj * du[3] * du[3];
+        *potential += s->stiffness_weight[q] * (axial + torsional);
     }
 }
 
-/* Kinetic: mu v.v/2 + w (c2 v3 - c3 v2) + I w^2/2.  Potential: axial and torsional strain energy from the initial state,
- * gravity, the constant forces, and the springs. */
+/* Kinetic: mu v.v/2 + w (c2 v3 - c3 v2) + I w^2/2.  Potential: axial and torsional strain energy from the initial
+ * state, gravity, the constant forces, and the springs. */
 TWO_PATHS static void energies(const gallop_model *model, const gallop_state *state, double *kinetic, double *potential)
 {
     const double *u = motion(model, state, 0), *v = motion(model, state, 1);

@@ -5,7 +5,7 @@ import pytest
 
 from gallop_fmu.channels import NODE_INDEX, SPAN_INDEX
 from gallop_fmu.engine import Model
-from gallop_fmu.scene import load_scene
+from gallop_fmu.scene_files import load_scene
 
 UNDAMPED = load_scene("example3").with_values({
     "wind.speed": 0.0, "damping.translation": None, "damping.twist": None,

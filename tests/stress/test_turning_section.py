@@ -10,7 +10,8 @@ from gallop_fmu.channels import NODE_CHANNELS, NODE_INDEX, SPAN_INDEX
 from gallop_fmu.energy import account
 from gallop_fmu.engine import Inputs, Model
 from gallop_fmu.outcome import Outcome
-from gallop_fmu.scene import Scene, load_scene
+from gallop_fmu.scene import Scene
+from gallop_fmu.scene_files import load_scene
 
 TURN = 2.0 * math.pi
 ALL = np.arange(len(NODE_CHANNELS), dtype=np.int32)
