@@ -146,7 +146,7 @@ class Numerics(Section):
     tolerance: Number | None = quantity(
         None,
         "1",
-        "relative error of the motion for which step sizes are chosen, in place of time_step",
+        "relative error of vertical and horizontal motion and of twist that chooses the steps, not time_step",
         ge=1e-8,
         le=0.1,
     )

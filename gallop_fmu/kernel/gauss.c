@@ -266,6 +266,15 @@ void gauss_cubic_part(const gallop_model *model, const gallop_state *state, cons
                   before[1] * old[values + n] + before[2] * old[2 * values + n];
 }
 
+/* The linear part of h^2 a over the step just found, root mean square of one unknown over the nodes. */
+double gauss_linear_part(const gallop_model *model, const layout *at, double h, int unknown)
+{
+    const double *first = at->stage_a, *last = first + 4 * (size_t)(STAGES - 1) * model->nodes;
+    double sum = 0.0;
+    for (int n = unknown; n < 4 * model->nodes; n += 4) sum += (last[n] - first[n]) * (last[n] - first[n]);
+    return h * h * sqrt(sum / model->nodes) / (node[STAGES - 1] - node[0]);
+}
+
 /* u v a at a time within the last step: the quintic through u, v, a at its ends. */
 void gauss_read(const gallop_model *model, const gallop_state *state, layout *at, double t)
 {

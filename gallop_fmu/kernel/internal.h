@@ -218,6 +218,7 @@ int gauss(const gallop_model *model, gallop_state *state, layout *at, const gall
           gallop_report *report);
 void gauss_commit(const gallop_model *model, gallop_state *state, layout *at, double h);
 void gauss_cubic_part(const gallop_model *model, const gallop_state *state, const layout *at, double h, double *part);
+double gauss_linear_part(const gallop_model *model, const layout *at, double h, int unknown);
 void gauss_read(const gallop_model *model, const gallop_state *state, layout *at, double t);
 static inline bool by_gauss(const gallop_model *model) { return model->scene.integrator == GALLOP_GAUSS6; }
 static inline bool by_alpha(const gallop_model *model) { return model->scene.integrator == GALLOP_GENERALISED_ALPHA; }
