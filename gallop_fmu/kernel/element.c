@@ -56,7 +56,9 @@ void lay_side_by_side(gallop_model *model)
         const geometry *g = &model->geometry[k < model->elements ? k : model->elements - 1];
         strip *s = &model->strip[k / LANES];
         const int lane = k % LANES;
+        const double there = k < model->elements ? 1.0 : 0.0;
         for (int q = 0; q < 2; q++) {
+            LANE(s->stiffness_weight[q], lane) = there * g->stiffness_weight[q];
             for (int i = 0; i < 3; i++) LANE(s->slope[q][i], lane) = g->slope[q][i];
             for (int side = 0; side < 2; side++) {
                 LANE(s->shape_slope[q][side], lane) = g->shape_slope[q][2 * side];
@@ -66,8 +68,10 @@ void lay_side_by_side(gallop_model *model)
         }
         for (int a = 0, p = 0; a < 3; a++)
             for (int b = a; b < 3; b++, p++) LANE(s->product[p], lane) = g->shape_product[a][b];
-        for (int q = 0; q < 3; q++)
+        for (int q = 0; q < 3; q++) {
+            LANE(s->inertia_weight[q], lane) = there * g->inertia_weight[q];
             for (int n = 0; n < 3; n++) LANE(s->share[q][n], lane) = g->inertia_weight[q] * shape3[q][n];
+        }
     }
 }
 

@@ -101,7 +101,7 @@ typedef struct {
     pair_block middle_inverse, left_middle, right_middle, corner_inverse, next_previous, previous_next;
 } pair_factor;
 
-#define NEWMARK_HISTORY 3
+#define NEWMARK_HISTORY 4
 #define GAUSS_STAGES 3
 #define GAUSS_ARRAYS (GAUSS_STAGES + 2)   /* kept from step to step: stage_before, begin */
 

@@ -19,26 +19,36 @@ static weights weights_of(const gallop_model *model)
 #define SLOW_RATE 0.3   /* a factorisation is renewed when the observed convergence rate is worse */
 
 /* Ways to extrapolate the acceleration by one of equal steps: factors of a0 and of those before it.  A straight line, a
- * parabola, and a straight line on which lies a motion that changes sign at every step: that is what this method makes
- * of axial modes that the step does not resolve, and lines or parabolas through it lead far off. */
-enum { LINE, PARABOLA, ALTERNATING, WAYS };
-static const double extrapolation[WAYS][NEWMARK_HISTORY] = {{2.0, -1.0, 0.0}, {3.0, -3.0, 1.0}, {1.0, 1.0, -1.0}};
+ * parabola, a cubic, and a straight line on which lies a motion that changes sign at every step: that is what this
+ * method makes of axial modes that the step does not resolve, and lines or parabolas through it lead far off. */
+enum { LINE, PARABOLA, CUBIC, ALTERNATING, WAYS };
+static const double extrapolation[WAYS][NEWMARK_HISTORY] = {
+    {2.0, -1.0, 0.0, 0.0}, {3.0, -3.0, 1.0, 0.0}, {4.0, -6.0, 4.0, -1.0}, {1.0, 1.0, -1.0, 0.0}};
 
 /* For each unknown that way which would have led from the steps before closest to a0. */
 TWO_PATHS static void choose(const layout *at, int values, double weight[NEWMARK_HISTORY][4])
 {
-    const double *restrict a0 = at->a0, *restrict a1 = at->a_before;
-    const double *restrict a2 = a1 + values, *restrict a3 = a2 + values;
-    double missed[WAYS][4] = {{0.0}};
-    for (int n = 0; n < values; n += 4)
-        for (int i = 0; i < 4; i++) {
-            const double bend = a0[n + i] - 2.0 * a1[n + i] + a2[n + i];
-            const double bend_before = a1[n + i] - 2.0 * a2[n + i] + a3[n + i];
-            const double miss = bend - bend_before, sum = bend + bend_before;
-            missed[LINE][i] += bend * bend;
-            missed[PARABOLA][i] += miss * miss;
-            missed[ALTERNATING][i] += sum * sum;
+    const double *a0 = at->a0, *a1 = at->a_before, *a2 = a1 + values, *a3 = a2 + values;
+    const double *a4 = a3 + values;
+    double missed[WAYS][4];
+    for (int i = 0; i < 4; i += LANES) {
+        lanes line = {0.0}, parabola = {0.0}, cubic = {0.0}, alternating = {0.0};
+        for (int j = i; j < values; j += 4) {
+            const lanes x0 = LANES_AT(a0 + j), x1 = LANES_AT(a1 + j), x2 = LANES_AT(a2 + j), x3 = LANES_AT(a3 + j);
+            const lanes x4 = LANES_AT(a4 + j);
+            const lanes bend = x0 - 2.0 * x1 + x2, bend_before = x1 - 2.0 * x2 + x3;
+            const lanes miss = bend - bend_before, sum = bend + bend_before;
+            const lanes miss_before = bend_before - (x2 - 2.0 * x3 + x4);
+            line += bend * bend;
+            parabola += miss * miss;
+            cubic += (miss - miss_before) * (miss - miss_before);
+            alternating += sum * sum;
         }
+        LANES_AT(missed[LINE] + i) = line;
+        LANES_AT(missed[PARABOLA] + i) = parabola;
+        LANES_AT(missed[CUBIC] + i) = cubic;
+        LANES_AT(missed[ALTERNATING] + i) = alternating;
+    }
     for (int i = 0; i < 4; i++) {
         int best = LINE;
         for (int way = 1; way < WAYS; way++)
@@ -53,18 +63,26 @@ TWO_PATHS static void predict(const gallop_model *model, const gallop_state *sta
                               weights w, double h)
 {
     const int values = 4 * model->nodes;
-    const double *restrict a0 = at->a0, *restrict a1 = isfinite(state->step_before) ? at->a_before : at->a0;
-    const double *restrict a2 = at->a_before + values;
+    const double *a0 = at->a0, *a1 = isfinite(state->step_before) ? at->a_before : a0;
+    const double *a2 = at->a_before + values, *a3 = a2 + values;
+    const double *u0 = at->u0, *v0 = at->v0;
+    double *u = at->u, *v = at->v, *a = at->a;
+    const double u_by_a0 = h * h * (0.5 - w.beta), u_by_a = h * h * w.beta;
+    const double v_by_a0 = h * (1.0 - w.gamma), v_by_a = h * w.gamma;
     double weight[NEWMARK_HISTORY][4] = {{0.5, 0.5, 0.5, 0.5}, {0.5, 0.5, 0.5, 0.5}, {0.0}};
     if (h == state->step_before && state->equal_steps == NEWMARK_HISTORY) choose(at, values, weight);
-    for (int n = 0; n < values; n += 4)
-        for (int i = 0; i < 4; i++) {
-            const int j = n + i;
-            const double guess = weight[0][i] * a0[j] + weight[1][i] * a1[j] + weight[2][i] * a2[j];
-            at->u[j] = at->u0[j] + h * at->v0[j] + h * h * ((0.5 - w.beta) * a0[j] + w.beta * guess);
-            at->v[j] = at->v0[j] + h * ((1.0 - w.gamma) * a0[j] + w.gamma * guess);
-            at->a[j] = guess;
+    for (int i = 0; i < 4; i += LANES) {
+        const lanes by_a0 = LANES_AT(weight[0] + i), by_a1 = LANES_AT(weight[1] + i), by_a2 = LANES_AT(weight[2] + i);
+        const lanes by_a3 = LANES_AT(weight[3] + i);
+        for (int j = i; j < values; j += 4) {
+            const lanes x0 = LANES_AT(a0 + j);
+            const lanes guess = by_a0 * x0 + by_a1 * LANES_AT(a1 + j) + by_a2 * LANES_AT(a2 + j) +
+                                by_a3 * LANES_AT(a3 + j);
+            LANES_AT(u + j) = LANES_AT(u0 + j) + h * LANES_AT(v0 + j) + u_by_a0 * x0 + u_by_a * guess;
+            LANES_AT(v + j) = LANES_AT(v0 + j) + v_by_a0 * x0 + v_by_a * guess;
+            LANES_AT(a + j) = guess;
         }
+    }
     for (int end = 0; end < 2; end++) {
         const int node = end ? 4 * (model->nodes - 1) : 0;
         for (int i = 0; i < 4; i++) {

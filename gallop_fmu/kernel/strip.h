@@ -15,6 +15,7 @@ typedef double lanes;
 #endif
 
 #define LANE(x, k) (((double *)&(x))[k])
+#define LANES_AT(p) (*(lanes *)(p))   /* LANES values that lie side by side */
 
 /* Lane by lane: a where the comparison `if_true` holds, else b. */
 #if LANES == 4
@@ -33,6 +34,7 @@ typedef struct strip {
     lanes tension[2];           /* T0 [N] */
     lanes product[6];           /* int N_a N_b dS [m], in the order of the blocks of a tangent */
     lanes share[3][3];          /* weight times N_a at three sections */
+    lanes stiffness_weight[2], inertia_weight[3];   /* lengths [m] of the points; 0 beyond the last element */
 } strip;
 
 /* Four unknowns of LANES nodes become LANES values of four unknowns, and back. */
