@@ -1,12 +1,12 @@
 /* Half of a span that is symmetric about its middle, on request.
  *
- * The mesh is cut at mid-span.  There a plane of symmetry holds the conductor along the span and lets it move up and across
- * and turn, as the middle node of the whole span does while both halves do the same.  Gravity, wind, ice and the twist
- * about x1 are the same on both sides; x1 changes its sign.  The initial equilibrium is that of the whole mesh.  What is
- * observed is of the whole span.
+ * The mesh is cut at mid-span.  There a plane of symmetry holds the conductor along the span and lets it move up and
+ * across and turn, as the middle node of the whole span does while both halves do the same.  Gravity, wind, ice and the
+ * twist about x1 are the same on both sides; x1 changes its sign.  The initial equilibrium is that of the whole mesh.
+ * What is observed is of the whole span.
  *
- * Antisymmetric motion (an even number of loops) cannot appear, and neither can its instability; only who asks for it gets
- * half a span. */
+ * Antisymmetric motion (an even number of loops) cannot appear, and neither can its instability; only who asks for it
+ * gets half a span. */
 #include "internal.h"
 
 #define AT_MIDDLE 1e-9   /* [elements] round-off in the place of a load */
@@ -23,7 +23,8 @@ int check_half_span(const gallop_scene *s, gallop_report *report)
     if (!s->laws_only) return invalid(report, "half span, which inputs could move unevenly", s->half_span, 0.0);
     if (s->elements % 2 || s->elements < 4)
         return invalid(report, "number of elements, not even or below 4, for half a span", s->elements, 4.0);
-    if (s->height_difference != 0.0) return invalid(report, "height difference on half a span", s->height_difference, 0.0);
+    if (s->height_difference != 0.0)
+        return invalid(report, "height difference on half a span", s->height_difference, 0.0);
     if (memcmp(&s->support[0], &s->support[1], offsetof(gallop_support, motion)) != 0)
         return invalid(report, "right support on half a span, unlike the left", s->support[1].kind, s->support[0].kind);
     if (!at_rest(&s->support[0]) || !at_rest(&s->support[1]))
