@@ -23,7 +23,7 @@ def test_exporting_twice_gives_the_same_bytes(gallop_scene, gallop_fmu, runtime,
 
 
 def test_another_process_gives_the_same_bytes(tmp_path):
-    script = "import sys; from gallop_fmu.fmu import export_fmu; from gallop_fmu.scene import load_scene;"
+    script = "import sys; from gallop_fmu.fmu import export_fmu; from gallop_fmu.scene_files import load_scene;"
     script += "export_fmu(load_scene('example3'), sys.argv[1])"
     files = [tmp_path / "0.fmu", tmp_path / "1.fmu"]
     for seed, file in enumerate(files):
