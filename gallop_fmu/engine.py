@@ -195,6 +195,7 @@ def _report(raw: CReport) -> Report:
         limit=raw.limit,
         field=raw.field.decode() if raw.field else None,
         lowest_tension=raw.lowest_tension,
+        largest_turn=raw.largest_turn,
         steps=raw.steps,
         substeps=raw.substeps,
         iterations=raw.iterations,

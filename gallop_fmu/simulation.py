@@ -184,6 +184,7 @@ def _dataset(
         halvings=report.halvings,
         rejections=report.rejections,
         lowest_tension=report.lowest_tension,
+        largest_turn=report.largest_turn,
     )
     return dataset
 

@@ -155,6 +155,7 @@ class CReport(c.Structure):
         *((name, c.c_double) for name in ("time", "value", "limit")),
         ("field", c.c_char_p),
         ("lowest_tension", c.c_double),
+        ("largest_turn", c.c_double),
         *(
             (name, c.c_int64)
             for name in ("steps", "substeps", "iterations", "refactorisations", "halvings", "rejections")
