@@ -11,7 +11,7 @@ import tempfile
 import time
 
 import numpy as np
-from speed import REPEATS, compile_kernel_with, example3, heading, spread
+from speed import REPEATS, compile_kernel_with, heading, spread, strict
 
 import gallop_fmu as gf
 
@@ -47,7 +47,7 @@ def main() -> None:
         library.peak_rate.restype = library.read_rate.restype = c.c_double
         library.read_rate.argtypes = (c.c_void_p, c.c_size_t, c.c_int, c.POINTER(c.c_double))
         sink = c.c_double()
-        states = {n: gf.Model(example3(time_step=0.02, elements=n), inputs=False).start() for n in ELEMENTS}
+        states = {n: gf.Model(strict(time_step=0.02, elements=n), inputs=False).start() for n in ELEMENTS}
         peak: list[float] = []
         reading: dict[int, list[float]] = {n: [] for n in ELEMENTS}
         spent: dict[int, list[float]] = {n: [] for n in ELEMENTS}

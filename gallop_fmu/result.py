@@ -235,7 +235,8 @@ def histories(
     dataset.x1.attrs.update(units="m", long_name="position of the node along the span")
     for name in variables:
         dataset[name].attrs.update(units=DESCRIBED[name].unit, long_name=DESCRIBED[name].meaning)
-    work = ("steps", "substeps", "iterations", "refactorisations", "halvings", "rejections", "lowest_tension")
+    work = ("steps", "substeps", "iterations", "refactorisations", "halvings", "rejections")
+    extremes = ("lowest_tension", "largest_turn")
     dataset.attrs.update(
         title=scene.title,
         source=program(),
@@ -248,7 +249,7 @@ def histories(
         sag=rest.sag,
         horizontal_tension=rest.horizontal_tension,
         held_imbalance=rest.imbalance,
-        **{name: getattr(report, name) for name in work},
+        **{name: getattr(report, name) for name in work + extremes},
     )
     return dataset
 

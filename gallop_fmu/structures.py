@@ -158,6 +158,7 @@ class CReport(c.Structure):
         *((name, c.c_double) for name in ("time", "value", "limit")),
         ("field", c.c_char_p),
         ("lowest_tension", c.c_double),
+        ("largest_turn", c.c_double),
         *(
             (name, c.c_int64)
             for name in ("steps", "substeps", "iterations", "refactorisations", "halvings", "rejections")
@@ -225,6 +226,7 @@ def unpacked(raw: CReport) -> Report:
         limit=raw.limit,
         field=raw.field.decode() if raw.field else None,
         lowest_tension=raw.lowest_tension,
+        largest_turn=raw.largest_turn,
         steps=raw.steps,
         substeps=raw.substeps,
         iterations=raw.iterations,

@@ -17,8 +17,8 @@
 #define FEW_STEPS 8.0       /* to a limit */
 #define SHORTEST 1e-10      /* step [s], and part of the time, that is still a step */
 
-/* An error of fast twist counts for more: where its frequency is above so many times that of the span's swing, and up to so
- * many times more.  Calibrated likewise. */
+/* An error of fast twist counts for more: where its frequency is above so many times that of the span's swing, and up
+ * to so many times more.  Calibrated likewise. */
 #define FAST_TWIST 8.0
 #define MOST_WEIGHT 30.0
 
@@ -52,9 +52,9 @@ double newton_tolerance(const gallop_model *model, const gallop_state *state)
     return fmax(NEWTON_SHARE * model->scene.tolerance * motion * state->sharpness, FINEST_NEWTON);
 }
 
-/* What an error of the twist counts for.  While a span swings once it may twist to and fro sixty times, and errors of phase
- * add up.  The frequency of the part of the motion that the step misses is seen in its fifth derivative over the third;
- * that of the swing is a taut string's. */
+/* What an error of the twist counts for.  While a span swings once it may twist to and fro sixty times, and errors of
+ * phase add up.  The frequency of the part of the motion that the step misses is seen in its fifth derivative over the
+ * third; that of the swing is a taut string's. */
 static double twist_weight(const gallop_model *model, const layout *at, double h, double cubic_part)
 {
     const double swing = PI / model->scene.length * sqrt(model->derived.horizontal_tension / model->mass);
@@ -62,8 +62,8 @@ static double twist_weight(const gallop_model *model, const layout *at, double h
     return fmin(fmax(turning / (FAST_TWIST * swing), 1.0), MOST_WEIGHT);
 }
 
-/* Error of the step just found in units of the tolerance: of the transverse displacements and the twist, each relative to
- * its largest motion so far.  Axial displacements are small, follow the others, and are full of unresolved modes. */
+/* Error of the step just found in units of the tolerance: of the transverse displacements and the twist, each relative
+ * to its largest motion so far.  Axial displacements are small, follow the others, and are full of unresolved modes. */
 static double error_of(const gallop_model *model, const gallop_state *state, layout *at, double h)
 {
     double largest = 0.0;

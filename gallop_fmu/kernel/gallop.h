@@ -46,6 +46,7 @@ typedef struct {
     double value, limit;      /* the offending value and what is allowed */
     const char *field;        /* which number of an invalid scene, a constant text; else NULL */
     double lowest_tension;    /* [N] since the start of the state */
+    double largest_turn;      /* [rad] of a node about the span within one sub-step, since the start of the state */
     int64_t steps, substeps, iterations, refactorisations, halvings, rejections;   /* since the start of the state */
 } gallop_report;
 

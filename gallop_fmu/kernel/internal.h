@@ -117,7 +117,7 @@ struct gallop_state {
     double largest[4];         /* largest motion so far, root mean square over the nodes: u1 u2 u3 theta */
     double rate;               /* last observed convergence rate of the stored factorisation */
     double sharpness;          /* factor on the Newton tolerance */
-    double lowest_tension;
+    double lowest_tension, largest_turn;
     int64_t steps, substeps, iterations, refactorisations, halvings, rejections;
     int64_t last_iterations, last_substeps;
     instant now, looked_from;  /* of the motion; and where to return to from a look into the last step */

@@ -68,6 +68,7 @@ int gallop_state_check(const gallop_model *model, const gallop_state *state)
     bool ok = isfinite(state->time) && state->factored_step >= 0.0 && state->step_before > 0.0 &&
               state->rate >= 0.0 && state->sharpness > 0.0 && state->sharpness <= 1.0 &&
               !isnan(state->lowest_tension) && possible_instant(&state->now);
+    ok = ok && isfinite(state->largest_turn) && state->largest_turn >= 0.0;
     ok = ok && isfinite(state->last_step) && isfinite(state->wanted_step) && state->wanted_step > 0.0 &&
          isfinite(state->run_origin);
     ok = ok && state->equal_steps >= 0 && state->equal_steps <= NEWMARK_HISTORY;

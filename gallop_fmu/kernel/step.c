@@ -10,6 +10,17 @@ static size_t motion_bytes(const gallop_model *model)
     return arrays * 4 * (size_t)model->nodes * sizeof(double);
 }
 
+/* The forces of wind and eccentric ice turn with a section; a sub-step in which it turns far cannot follow them. */
+static void remember_turn(const gallop_model *model, gallop_state *state, const layout *at)
+{
+    double largest = state->largest_turn;
+    for (int n = 3; n < 4 * model->nodes; n += 4) {
+        const double turn = fabs(at->u[n] - at->u0[n]);
+        if (turn > largest) largest = turn;
+    }
+    state->largest_turn = largest;
+}
+
 /* One step of size h from the state's time, halved where it does not converge; on failure the motion is as before. */
 static int whole_step(const gallop_model *model, gallop_state *state, layout *at, const gallop_inputs *inputs, double h,
                       gallop_report *report)
@@ -32,6 +43,7 @@ static int whole_step(const gallop_model *model, gallop_state *state, layout *at
         if (outcome == GALLOP_COMPLETED) {
             done += unit;
             state->last_substeps++;
+            if (model->unknowns == 4) remember_turn(model, state, at);
             if (by_gauss(model)) gauss_commit(model, state, at, part);
             else newmark_commit(model, state, at, part);
             if (level > 0 && done % (whole >> (level - 1)) == 0) level--;
@@ -58,6 +70,7 @@ static int whole_step(const gallop_model *model, gallop_state *state, layout *at
 static void sum_up(const gallop_state *state, gallop_report *report)
 {
     report->lowest_tension = state->lowest_tension;
+    report->largest_turn = state->largest_turn;
     report->steps = state->steps;
     report->substeps = state->substeps;
     report->iterations = state->iterations;
