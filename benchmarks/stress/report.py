@@ -236,7 +236,7 @@ def _conservation(runs: list[Data], bits: Data) -> str:
             f"{run['last_tenth']:.1e}", f"{run['loss']:+.1e}", f"{run['scatter']:.1e}", f"{run['way_back']:.1e}",
             f"{run['seconds']:.1f} s",
         ]
-        for run in runs
+        for run in sorted(runs, key=lambda run: (run["start"] == "rough", run["integrator"]))
     ]  # fmt: skip
     head = [
         "Integrator", "Start", "Steps", "Halvings", "Energy error, first tenth", "last tenth", "Loss a period",
