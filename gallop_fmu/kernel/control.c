@@ -1,7 +1,7 @@
-/* Steps as long as a tolerance allows.  The local error is estimated from the accelerations: what Gauss's parabolas miss is
- * the cubic part, and that is seen in the difference between the parabola of the step before, continued, and the one
- * found.  Step sizes are powers of sqrt(2), so that a factorised tangent serves for many steps.  Steps end where a
- * law has a kink; between, the motion is read off a quintic. */
+/* Steps as long as a tolerance allows.  The local error is estimated from the accelerations: what Gauss's parabolas
+ * miss is the cubic part, and that is seen in the difference between the parabola of the step before, continued, and
+ * the one found.  Step sizes are powers of sqrt(2), so that a factorised tangent serves for many steps.  Steps end
+ * where a law has a kink; between, the motion is read off a quintic. */
 #include "internal.h"
 
 /* Error of a step in units of the cubic part of h^2 a.  Calibrated so that the error of whole runs stays within three
@@ -91,7 +91,7 @@ void control_start(const gallop_model *model, gallop_state *state, const double 
     state->wanted_step = notch(model->scene.time_step);
 }
 
-/* What follows from a step of size h that was found, or (outcome) was not: whether it stands, and the size to try next. */
+/* What follows from a step of size h that was found, or (outcome) was not: whether it stands, and the next size. */
 static bool judge(const gallop_model *model, gallop_state *state, layout *at, double h, int outcome)
 {
     if (outcome) {

@@ -5,7 +5,7 @@ import pytest
 
 from gallop_fmu.channels import NODE_INDEX
 from gallop_fmu.engine import Inputs, Model
-from gallop_fmu.scene import load_scene, packaged_scenes
+from gallop_fmu.scene_files import load_scene, packaged_scenes
 from gallop_fmu.simulation import simulate
 
 CHANNELS = np.array([NODE_INDEX[name] for name in ("u2", "u3", "theta")], np.int32)
