@@ -32,7 +32,7 @@ def undamped(values: dict[str, Any] | None = None) -> gf.Scene:
     """Example 3 without wind, damping and start."""
     return gf.load_scene("example3").with_values({
         "wind.speed": 0.0, "damping.translation": None, "damping.twist": None, "initial.seed_vertical": 0.0,
-        "initial.seed_horizontal": 0.0, **(values or {}),
+        "initial.seed_horizontal": 0.0, "numerics.newton_tolerance": 1e-9, **(values or {}),
     })  # fmt: skip
 
 
