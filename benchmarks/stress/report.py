@@ -247,11 +247,11 @@ def _conservation(runs: list[Data], bits: Data) -> str:
 
 Example 3 without wind and damping, steps of 10 ms, Newton tolerance 1e-9 m: largest relative error of the energy in the
 first and in the last tenth of the run, the share of the energy lost per vertical period of
-{1.0 / VERTICAL_HZ:.2f} s (negative: gained), and the scatter about the trend. "Smooth": loads let go within half a second; "rough": let go at rest out of
-equilibrium, so that axial waves run. "Way back": distance from the start after 20,000 steps of the smooth motion and as
-many with the velocities turned round, over the distance gone. The generalised-alpha method is meant to dissipate unless
-its spectral radius is 1 ({SPECTRAL_RADIUS} where none is given): motion that a step does not resolve decays, and what
-it resolves hardly.
+{1.0 / VERTICAL_HZ:.2f} s (negative: gained), and the scatter about the trend. "Smooth": loads let go within half a
+second; "rough": let go at rest out of equilibrium, so that axial waves run. "Way back": distance from the start after
+20,000 steps of the smooth motion and as many with the velocities turned round, over the distance gone. The
+generalised-alpha method is meant to dissipate unless its spectral radius is 1 ({SPECTRAL_RADIUS} where none is given):
+motion that a step does not resolve decays, and what it resolves hardly.
 
 {table(head, rows)}
 
