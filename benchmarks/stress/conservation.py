@@ -36,10 +36,10 @@ def undamped(values: dict[str, Any] | None = None) -> gf.Scene:
     })  # fmt: skip
 
 
-def released(values: dict[str, Any] | None = None) -> State:
+def released(values: dict[str, Any] | None = None, size: float = 1.0) -> State:
     """A span of the first modes and the twist in motion, after loads that held it aside have let go smoothly."""
     law = {"kind": "ramp", "initial": 1.0, "final": 0.0, "duration": RELEASE}
-    load = {"evenly_spaced": 29, "force": [0.0, 21.0, 3.2], "torque": 0.032, "law": law}
+    load = {"evenly_spaced": 29, "force": [0.0, 21.0 * size, 3.2 * size], "torque": 0.032 * size, "law": law}
     state = Model(undamped({"loads": [load], **(values or {})})).rest()
     state.advance(RELEASE)
     return state
