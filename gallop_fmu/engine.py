@@ -104,7 +104,7 @@ def _load() -> c.CDLL:
             c.c_int,
             (pointer, c.POINTER(CCondensed), *[doubles] * 2, *[whole] * 4, *[doubles] * 2, c.POINTER(whole), report),
         ),
-        "gallop_condensed_forces": (None, (pointer, c.POINTER(CCondensed), double, *[doubles] * 4)),
+        "gallop_condensed_forces": (c.c_int, (pointer, c.POINTER(CCondensed), double, *[doubles] * 4)),
     }
     for name, (result, arguments) in signatures.items():
         function = getattr(library, name)
@@ -528,7 +528,9 @@ class Condensed:
         motion = [np.ascontiguousarray(y, dtype=np.float64) for y in (q, v)]
         a, f = np.zeros(CONDENSED_MODES), np.empty(CONDENSED_MODES)
         pointers = [double_pointer(y) for y in (*motion, a, f)]
-        _kernel.gallop_condensed_forces(self.model.handle, c.byref(self._packed), time, *pointers)
+        outcome = _kernel.gallop_condensed_forces(self.model.handle, c.byref(self._packed), time, *pointers)
+        if outcome:
+            raise SimulationError(Report(Outcome.from_code(outcome), time))
         return f, a
 
     def run(
