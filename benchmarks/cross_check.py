@@ -23,6 +23,7 @@ from fmpy import extract, read_model_description
 
 import gallop_fmu as gf
 from gallop_fmu.fmu.cross import PLATFORMS, cache_folder, cross_library
+from gallop_fmu.library import build
 
 HERE = Path(__file__).resolve().parent
 STEPS, STEP = 1000, 0.02
@@ -35,7 +36,7 @@ HEADERS = str(metadata.distribution("fmpy").locate_file("fmpy/c-code"))
 
 def main() -> None:
     folder = Path(tempfile.mkdtemp(prefix="gallop-cross-"))
-    print(f"Zig {metadata.version('ziglang')}, installed kernel: {gf.engine.build()}\n")
+    print(f"Zig {metadata.version('ziglang')}, installed kernel: {build()}\n")
     os.environ.setdefault("ZIG_GLOBAL_CACHE_DIR", str(cache_folder().parent / "zig"))
     os.environ["XDG_CACHE_HOME"] = str(folder / "cache")  # so that the kernel is compiled, though not all of Zig's own
     libraries = {}

@@ -18,7 +18,7 @@ from typing import Any
 import numpy as np
 
 import gallop_fmu as gf
-from gallop_fmu.engine import build
+from gallop_fmu.library import build
 from gallop_fmu.structures import CScene, Packed
 
 REPEATS = 7

@@ -29,7 +29,8 @@ if TYPE_CHECKING:
     from gallop_fmu.outcome import Outcome, Report, SimulationError
     from gallop_fmu.result import Oscillation, Result
     from gallop_fmu.runs import Runs, RunsStoppedError, read_runs
-    from gallop_fmu.scene import Scene, load_scene, packaged_scenes
+    from gallop_fmu.scene import Scene
+    from gallop_fmu.scene_files import load_scene, packaged_scenes
     from gallop_fmu.simulation import simulate
     from gallop_fmu.spans import read_spans
     from gallop_fmu.sweeping import sweep
@@ -46,7 +47,8 @@ _HOMES = {
     "outcome": ("Outcome", "Report", "SimulationError"),
     "result": ("Oscillation", "Result"),
     "runs": ("Runs", "RunsStoppedError", "read_runs"),
-    "scene": ("Scene", "load_scene", "packaged_scenes"),
+    "scene": ("Scene",),
+    "scene_files": ("load_scene", "packaged_scenes"),
     "simulation": ("simulate",),
     "spans": ("read_spans",),
     "sweeping": ("sweep",),

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -28,6 +27,7 @@ from gallop_fmu.terminal import (
     new_app,
     new_console,
     new_table,
+    progress_bar,
     start,
 )
 from gallop_fmu.terminal_runs import (
@@ -67,7 +67,7 @@ def _root(version: Version = False) -> None:
 @app.command(epilog=example("gallop-fmu scenes --json"))
 def scenes(as_json: AsJson = False) -> None:
     """List the scenes that come with the package."""
-    from gallop_fmu.scene import packaged_scenes
+    from gallop_fmu.scene_files import packaged_scenes
 
     found = packaged_scenes()
     if as_json:
@@ -328,15 +328,11 @@ def _write(result: Result, out: Path | None, plot: Path | None) -> tuple[list[Pa
 
 @contextmanager
 def _progress(title: str, *, silent: bool) -> Iterator[Progress | None]:
-    """A bar with the time left on standard error, if somebody is there to watch."""
-    if silent or not sys.stderr.isatty():
-        yield None
-        return
-    from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
-
-    columns = TextColumn("{task.description}"), BarColumn(), TimeRemainingColumn()
-    with Progress(*columns, console=new_console(stderr=True), transient=True) as bar:
-        bar.console.print(title, style="dim")
+    """Simulated time on a bar."""
+    with progress_bar(title, silent=silent) as bar:
+        if bar is None:
+            yield None
+            return
         task = bar.add_task("starting", total=None)
 
         def show(time: float, stop_time: float) -> bool:
@@ -350,6 +346,8 @@ MIDSPAN_ROWS = {"u2": "vertical u2", "u3": "horizontal u3", "theta": "twist", "t
 
 
 def _print_summary(numbers: dict[str, Any], result: Result, written: list[Path]) -> None:
+    from gallop_fmu.result import frequency_text
+
     attrs, console = result.dataset.attrs, new_console()
     console.print(numbers["title"], style="bold")
     console.print(f"sag {attrs['sag']:.3f} m, horizontal tension {attrs['horizontal_tension'] / 1000:.3f} kN")
@@ -360,7 +358,7 @@ def _print_summary(numbers: dict[str, Any], result: Result, written: list[Path])
             f"{MIDSPAN_ROWS[name]} [{unit}]",
             f"{row['amplitude']:.5g}",
             f"{row['mean']:.5g}",
-            f"{row['frequency_hz']:.4f}" if row["frequency_hz"] else "-",
+            frequency_text(row["frequency_hz"]),
         )
     if numbers["midspan"]:
         console.print(table)
@@ -369,7 +367,7 @@ def _print_summary(numbers: dict[str, Any], result: Result, written: list[Path])
         f"{numbers['steps']} steps, {numbers['iterations']} Newton iterations, {numbers['seconds']:.2f} s: "
         f"{numbers['real_time_factor']:.0f} times real time; lowest tension {numbers['lowest_tension'] / 1000:.3f} kN"
     )
-    if attrs["left_out"]:
+    if attrs.get("left_out"):  # a condensed run leaves out nothing that it does not refuse
         console.print(
             f"left out, since nothing in the scene wakes it: {attrs['left_out']}", style="dim", soft_wrap=True
         )

@@ -47,7 +47,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from gallop_fmu.engine import CONDENSED_MODES, CONDENSED_SECTIONS, Inputs, Model
+from gallop_fmu.condensed_engine import CONDENSED_MODES, CONDENSED_SECTIONS
+from gallop_fmu.engine import Inputs, Model
 from gallop_fmu.errors import SceneError
 from gallop_fmu.laws import Harmonic, Law
 from gallop_fmu.scene import Scene

@@ -6,20 +6,19 @@ import math
 import time as clock
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from importlib.metadata import version
 from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
-from gallop_fmu.channels import NODE_CHANNELS, SPAN_CHANNELS, Channel
 from gallop_fmu.condensation import CondensedSpan, condense, interpolated
-from gallop_fmu.engine import CONDENSED_MODES, Condensed, build
+from gallop_fmu.condensed_engine import CONDENSED_MODES, CondensedModel
 from gallop_fmu.errors import SceneError
 from gallop_fmu.outcome import Outcome, Report, SimulationError
-from gallop_fmu.result import Result
+from gallop_fmu.recording import Records, check_on_failure, chosen_nodes
+from gallop_fmu.result import Result, histories
 from gallop_fmu.scene import Scene
-from gallop_fmu.simulation import Progress, check_arguments, chosen_nodes
+from gallop_fmu.simulation import Progress
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -31,8 +30,6 @@ STEPS_PER_PERIOD = 14
 
 CHANNELS = ("u2", "u3", "theta", "v2", "v3", "omega", "tension", "angle_of_attack")
 """What a condensed run records at a node."""
-
-HORIZONTAL_TENSION = Channel("horizontal_tension", "N", "horizontal tension, the same along the span")
 
 STATIC_ITERATIONS = 50
 """Newton iterations within which an equilibrium in the wind must be found."""
@@ -90,21 +87,18 @@ def simulate_condensed(
     SimulationError
         If the run ends early (slack, attack angle out of range, motion not finite) and `on_failure` is ``"raise"``.
     """
-    stop_time = scene.run.stop_time if stop_time is None else stop_time
-    every = scene.run.record_every if record_every is None else record_every
-    check_arguments(stop_time, every, CHANNELS, on_failure)
+    records = Records.of(scene, stop_time, record_every)
+    check_on_failure(on_failure)
     if time_step is not None and not (math.isfinite(time_step) and time_step > 0.0):
         raise SceneError(f"time_step = {time_step}: must be a positive number of seconds")
     nodes = chosen_nodes(record_nodes, scene.numerics.elements)
     started = clock.perf_counter()
     span = condense(scene)
-    interval = every * scene.numerics.time_step
-    pace = _Pace.of(interval, time_step or 1.0 / (STEPS_PER_PERIOD * span.vertical_hz))
+    pace = _Pace.of(records.interval, time_step or 1.0 / (STEPS_PER_PERIOD * span.vertical_hz))
     run = _Run(scene, span, pace, nodes)
-    records = max(1, math.ceil(stop_time / interval - 1e-9))
-    report = run.march(records, stop_time, progress)
+    report = run.march(records, progress)
     seconds = clock.perf_counter() - started
-    result = Result(_dataset(run, records, interval, report, seconds), scene, report)
+    result = Result(_dataset(run, records, report, seconds), scene, report)
     if report.outcome is not Outcome.COMPLETED and on_failure == "raise":
         raise SimulationError(report, result)
     return result
@@ -127,7 +121,7 @@ class _Pace:
         return cls(interval / every, every, 1)
 
 
-def _start(scene: Scene, span: CondensedSpan, kernel: Condensed) -> Array:
+def _start(scene: Scene, span: CondensedSpan, kernel: CondensedModel) -> Array:
     """Coordinates at time 0: the seed, upon the static equilibrium in the wind if the scene asks for it."""
     if scene.initial.wind == "at_once":
         return span.start.copy()
@@ -150,7 +144,7 @@ class _Run:
 
     def __init__(self, scene: Scene, span: CondensedSpan, pace: _Pace, nodes: NDArray[np.int32]) -> None:
         self.scene, self.span, self.pace, self.nodes = scene, span, pace, nodes
-        self.kernel = Condensed(span.model, {**span.values, "time_step": pace.time_step})
+        self.kernel = CondensedModel(span.model, {**span.values, "time_step": pace.time_step})
         fraction = nodes / (2.0 * scene.numerics.elements)
         left, right = (interpolated(span.model, span.shapes, fraction, side) for side in (-1e-6, 1e-6))
         self._shape = np.concatenate([left.shape[:, :, component].T for component in (1, 2, 3)], axis=1)
@@ -163,12 +157,12 @@ class _Run:
         self._tension: list[Array] = []  # (record, node)
         self.horizontal_tension: list[Array] = []
 
-    def march(self, records: int, stop_time: float, progress: Progress | None) -> Report:
+    def march(self, records: Records, progress: Progress | None) -> Report:
         """Run in portions, so that progress is shown and Ctrl-C is heard."""
         pace, report = self.pace, Report(Outcome.COMPLETED, 0.0, lowest_tension=math.inf)
         q, v = _start(self.scene, self.span, self.kernel), np.zeros(CONDENSED_MODES)
         self._record(np.stack([q, v])[None], np.array([self.span.horizontal_tension(q)]))
-        steps = math.ceil(records / pace.within) * pace.every
+        steps = math.ceil(records.count / pace.within) * pace.every
         portion = max(1, PORTION // pace.within) * pace.every
         for first in range(0, steps, portion):
             stopped = False
@@ -179,7 +173,8 @@ class _Run:
                 self._record(history, tension)
                 if report.outcome is not Outcome.COMPLETED:
                     break
-                stopped = progress is not None and progress(min(report.time, stop_time), stop_time) is False
+                reached = min(report.time, records.stop_time)
+                stopped = progress is not None and progress(reached, records.stop_time) is False
             except KeyboardInterrupt:
                 stopped = True
             if stopped and first + portion < steps:
@@ -209,44 +204,26 @@ class _Run:
         return dict(zip(CHANNELS, (u2, u3, theta, v2, v3, omega, tension, angle), strict=True))
 
 
-def _dataset(run: _Run, records: int, interval: float, report: Report, seconds: float) -> xr.Dataset:
-    import xarray as xr  # a third of a second, which `import gallop_fmu` should not cost
-
+def _dataset(run: _Run, records: Records, report: Report, seconds: float) -> xr.Dataset:
     scene, span = run.scene, run.span
-    rest = span.model.equilibrium()
-    tension = np.concatenate(run.horizontal_tension)[: records + 1]
-    time = interval * np.arange(len(tension))
+    tension = np.concatenate(run.horizontal_tension)[: records.count + 1]
+    time = records.interval * np.arange(len(tension))
     history = scene.wind.history
     wind = np.asarray(history.at(time)) if history else np.full(len(time), scene.wind.speed or 0.0)
     values = run.node_values(time, wind)
-    described = {channel.name: channel for channel in (*NODE_CHANNELS, *SPAN_CHANNELS, HORIZONTAL_TENSION)}
     variables: dict[str, tuple[tuple[str, ...], Array]] = {name: (("time", "node"), values[name]) for name in CHANNELS}
     variables |= {"wind_speed": (("time",), wind), "horizontal_tension": (("time",), tension)}
-    x1 = interpolated(span.model, rest.x[None], run.nodes / (2.0 * scene.numerics.elements)).shape[:, 0, 0]
-    dataset = xr.Dataset(variables, {"time": time, "node": run.nodes, "x1": ("node", x1)})
-    dataset.time.attrs.update(units="s", long_name="time")
-    dataset.x1.attrs.update(units="m", long_name="position of the node along the span")
-    for name in variables:
-        dataset[name].attrs.update(units=described[name].unit, long_name=described[name].meaning)
-    dataset.attrs.update(
-        title=scene.title,
-        source=f"gallop-fmu {version('gallop-fmu')}",
-        kernel=build(),
+    rest = span.model.equilibrium()
+    return histories(
+        variables,
+        time,
+        run.nodes,
+        interpolated(span.model, rest.x[None], run.nodes / (2.0 * scene.numerics.elements)).shape[:, 0, 0],
+        scene,
+        rest,
+        report,
+        seconds,
         model=f"condensed: {len(span.frequency_hz)} modes, tension constant along the span",
         integrator="exponential Runge-Kutta of order four (Cox, Matthews 2002)",
         time_step=run.pace.time_step,
-        scene=scene.to_toml(),
-        outcome=report.outcome.name.lower(),
-        message=str(report),
-        seconds=seconds,
-        sag=rest.sag,
-        horizontal_tension=rest.horizontal_tension,
-        held_imbalance=rest.imbalance,
-        steps=report.steps,
-        substeps=report.steps,
-        iterations=0,
-        refactorisations=0,
-        halvings=0,
-        lowest_tension=report.lowest_tension,
     )
-    return dataset

@@ -9,7 +9,6 @@ import time as clock
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
-from importlib.metadata import version
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
@@ -19,8 +18,9 @@ from numpy.typing import NDArray
 from gallop_fmu.channels import NODE_CHANNELS, NODE_INDEX
 from gallop_fmu.errors import SceneError
 from gallop_fmu.files import netcdf_bytes, write_whole
+from gallop_fmu.release import program
 from gallop_fmu.result import Oscillation, dominant_frequency, oscillation
-from gallop_fmu.scene import load_scene
+from gallop_fmu.scene_files import load_scene
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -92,7 +92,7 @@ def find_transfer(time: Array, u2: Array, u3: Array) -> Transfer:
     interval = float(time[1] - time[0])
     last = len(time) * 3 // 4
     vertical, swing = dominant_frequency(u2[last:], interval), dominant_frequency(u3[last:], interval)
-    if not swing > 0.0 or abs(0.5 * vertical / swing - 1.0) > HALF_FREQUENCY_TOLERANCE:
+    if not abs(0.5 * vertical / swing - 1.0) <= HALF_FREQUENCY_TOLERANCE:  # nor is NaN, where one of them is still
         raise SceneError(
             f"no transfer found: the run ends with {vertical:.3f} Hz vertical and {swing:.3f} Hz horizontal, and the "
             "swing would have half the vertical frequency; simulate longer, or raise the wind speed"
@@ -288,7 +288,7 @@ def _dataset(records: Any, fmu: Path, seconds: float) -> xr.Dataset:
     dataset = xr.Dataset(variables, {"time": ("time", np.array(records["time"]), {"units": "s", "long_name": "time"})})
     dataset.attrs.update(
         title=scene.title,
-        source=f"gallop-fmu {version('gallop-fmu')} as an FMU in fmpy {version('fmpy')}",
+        source=f"{program()} as an FMU in fmpy {fmpy.__version__}",
         fmu=fmu.name,
         fmu_guid=described.guid,
         generation_tool=described.generationTool or "",

@@ -13,7 +13,8 @@ from typing import Any
 from gallop_fmu.errors import SceneError
 from gallop_fmu.lines import Line
 from gallop_fmu.paths import unknown_key
-from gallop_fmu.scene import Scene, read_scene_file, scene_of_file
+from gallop_fmu.scene import Scene
+from gallop_fmu.scene_files import read_scene_file, scene_of_file
 from gallop_fmu.sections import setting, unit_of_field
 
 LINE = "line."

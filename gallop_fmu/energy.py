@@ -80,7 +80,8 @@ def energy_balance(result: Result) -> EnergyBalance:
     ----------
     result
         From ``simulate(scene, record_nodes="all", record_every=1, channels=MOTION_CHANNELS)``; with longer intervals
-        between the records the sums of work are coarser.
+        between the records the sums of work are coarser.  A step that was halved hides the work within it: what is
+        damped there is missing.
 
     Raises
     ------

@@ -1,4 +1,4 @@
-"""The one binding to the compiled kernel.  Nobody else sees the shared library.
+"""Spans and their motion, computed by the compiled kernel.
 
 `Model` is a span ready to compute; `State` is its motion at one instant.  Both release the interpreter lock while the
 kernel works, so several states may run in several threads on one model.
@@ -8,34 +8,17 @@ from __future__ import annotations
 
 import ctypes as c
 import enum
-import math
-import sys
-from collections.abc import Mapping
-from contextlib import suppress
 from dataclasses import dataclass
-from importlib.metadata import PackageNotFoundError, distribution
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from gallop_fmu.channels import NODE_CHANNELS, SPAN_CHANNELS
-from gallop_fmu.outcome import Outcome, Report, SimulationError
+from gallop_fmu.library import kernel
+from gallop_fmu.outcome import Report, SimulationError
 from gallop_fmu.scene import Scene
-from gallop_fmu.structures import (
-    CHECKED,
-    CONDENSED_ARRAYS,
-    CONDENSED_NUMBERS,
-    CCondensed,
-    CDerived,
-    CInputs,
-    CReport,
-    CScene,
-    Packed,
-    Three,
-    double_pointer,
-)
+from gallop_fmu.structures import CDerived, CInputs, CReport, Packed, Three, double_pointer, unpacked
 
 Array = NDArray[np.float64]
 DOFS = 4
@@ -46,78 +29,6 @@ ALL_SPAN_CHANNELS = np.arange(len(SPAN_CHANNELS), dtype=np.int32)
 
 STATE_MAGIC = b"GALLOP1\0"
 """First bytes of a saved state."""
-
-_SUFFIX = {"win32": ".dll", "darwin": ".dylib"}.get(sys.platform, ".so")
-
-
-def library_path() -> Path:
-    """Path of the compiled kernel: beside this package, or of the installed one.
-
-    They are not the same place in an editable installation, and when Python is started in the source folder.
-    """
-    name = f"gallop_kernel{_SUFFIX}"
-    folders = [Path(folder) for folder in sys.modules["gallop_fmu"].__path__]
-    with suppress(PackageNotFoundError):
-        folders.append(Path(str(distribution("gallop-fmu").locate_file("gallop_fmu"))))
-    for folder in folders:
-        if (folder / name).is_file():
-            return folder / name
-    raise ImportError(f"{name} is neither beside the package nor installed; run `pip install .` in the source folder")
-
-
-def _load() -> c.CDLL:
-    library = c.CDLL(str(library_path()))
-    sizes = (c.c_size_t * len(CHECKED))()
-    library.gallop_struct_sizes(sizes)
-    for structure, size in zip(CHECKED, sizes, strict=True):
-        if c.sizeof(structure) != size:
-            raise ImportError(
-                f"{structure.__doc__} has {size} bytes in the library, {c.sizeof(structure)} here; reinstall"
-            )
-    pointer, double, whole = c.c_void_p, c.c_double, c.c_int64
-    doubles, report, inputs = c.POINTER(c.c_double), c.POINTER(CReport), c.POINTER(CInputs)
-    integers = c.POINTER(c.c_int32)
-    signatures: dict[str, tuple[Any, tuple[Any, ...]]] = {
-        "gallop_build": (c.c_char_p, ()),
-        "gallop_model_create": (c.c_int, (c.POINTER(CScene), c.POINTER(pointer), report)),
-        "gallop_model_free": (None, (pointer,)),
-        "gallop_model_derived": (None, (pointer, c.POINTER(CDerived))),
-        "gallop_model_nodes": (None, (pointer, doubles)),
-        "gallop_state_size": (c.c_size_t, (pointer,)),
-        "gallop_saved_size": (c.c_size_t, (pointer,)),
-        "gallop_state_init": (c.c_int, (pointer, pointer, double, inputs, report)),
-        "gallop_state_time": (double, (pointer,)),
-        "gallop_equilibrium": (c.c_int, (pointer, pointer, double, inputs, report)),
-        "gallop_advance": (c.c_int, (pointer, pointer, inputs, double, report)),
-        "gallop_run": (
-            c.c_int,
-            (pointer, pointer, *[whole] * 3, *[integers, c.c_int32] * 3, doubles, doubles, c.POINTER(whole), report),
-        ),
-        "gallop_observe_node": (None, (pointer, pointer, c.c_int32, doubles)),
-        "gallop_observe_span": (None, (pointer, pointer, doubles)),
-        "gallop_residual": (c.c_int, (pointer, pointer, double, inputs, *[doubles] * 4)),
-        "gallop_tangent": (
-            c.c_int,
-            (pointer, pointer, double, inputs, *[doubles] * 3, double, double, double, doubles),
-        ),
-        "gallop_condensed_run": (
-            c.c_int,
-            (pointer, c.POINTER(CCondensed), *[doubles] * 2, *[whole] * 4, *[doubles] * 2, c.POINTER(whole), report),
-        ),
-        "gallop_condensed_forces": (c.c_int, (pointer, c.POINTER(CCondensed), double, *[doubles] * 4)),
-    }
-    for name, (result, arguments) in signatures.items():
-        function = getattr(library, name)
-        function.restype, function.argtypes = result, arguments
-    return library
-
-
-_kernel = _load()
-
-
-def build() -> str:
-    """Compiler that built the kernel."""
-    return str(_kernel.gallop_build().decode())
 
 
 @dataclass(slots=True)
@@ -186,24 +97,6 @@ class Equilibrium:
     imbalance: float
 
 
-def _report(raw: CReport) -> Report:
-    return Report(
-        outcome=Outcome.from_code(raw.outcome),
-        time=raw.time,
-        element=None if raw.element < 0 else raw.element,
-        value=raw.value,
-        limit=raw.limit,
-        field=raw.field.decode() if raw.field else None,
-        lowest_tension=raw.lowest_tension,
-        steps=raw.steps,
-        substeps=raw.substeps,
-        iterations=raw.iterations,
-        refactorisations=raw.refactorisations,
-        halvings=raw.halvings,
-        rejections=raw.rejections,
-    )
-
-
 def _inputs_pointer(inputs: Inputs | None) -> Any:
     return None if inputs is None else c.byref(inputs.packed())
 
@@ -244,22 +137,22 @@ class Model:
         packed, raw, handle = Packed(scene), CReport(), c.c_void_p()
         packed.scene.laws_only = not inputs
         self._handle: c.c_void_p | None = None
-        if _kernel.gallop_model_create(c.byref(packed.scene), c.byref(handle), c.byref(raw)):
-            raise SimulationError(_report(raw))
+        if kernel.gallop_model_create(c.byref(packed.scene), c.byref(handle), c.byref(raw)):
+            raise SimulationError(unpacked(raw))
         self._handle = handle
         self.scene = scene
         self.elements = scene.numerics.elements
         self.nodes = 2 * self.elements + 1
-        self.state_size = int(_kernel.gallop_state_size(handle))
-        self.saved_size = int(_kernel.gallop_saved_size(handle))
+        self.state_size = int(kernel.gallop_state_size(handle))
+        self.saved_size = int(kernel.gallop_saved_size(handle))
         self._takes_inputs = inputs
         derived = CDerived()
-        _kernel.gallop_model_derived(handle, c.byref(derived))
+        kernel.gallop_model_derived(handle, c.byref(derived))
         self.parts = Part(derived.parts)
 
     def __del__(self) -> None:
         if getattr(self, "_handle", None) is not None:
-            _kernel.gallop_model_free(self._handle)
+            kernel.gallop_model_free(self._handle)
             self._handle = None
 
     @property
@@ -294,8 +187,8 @@ class Model:
     def equilibrium(self) -> Equilibrium:
         """The initial equilibrium and the numbers derived from the scene."""
         raw, x = CDerived(), np.empty((self.nodes, 3))
-        _kernel.gallop_model_derived(self.handle, c.byref(raw))
-        _kernel.gallop_model_nodes(self.handle, double_pointer(x))
+        kernel.gallop_model_derived(self.handle, c.byref(raw))
+        kernel.gallop_model_nodes(self.handle, double_pointer(x))
         return Equilibrium(
             x=x,
             sag=raw.sag,
@@ -341,8 +234,8 @@ class Model:
         """
         motion, out = self._motion(u, v, a), np.empty((self.nodes, DOFS))
         pointers = [double_pointer(y) for y in motion]
-        work = State(self)
-        _kernel.gallop_residual(
+        work = State(self)  # for its scratch memory alone
+        kernel.gallop_residual(
             self.handle, work._pointer, time, _inputs_pointer(inputs), *pointers, double_pointer(out)
         )
         return out
@@ -369,8 +262,8 @@ class Model:
         motion, out = self._motion(u, v, a), np.empty((self.elements, 3 * DOFS, 3 * DOFS))
         pointers = [double_pointer(y) for y in motion]
         factors = (stiffness, damping, mass)
-        work = State(self)
-        _kernel.gallop_tangent(
+        work = State(self)  # for its scratch memory alone
+        kernel.gallop_tangent(
             self.handle, work._pointer, time, _inputs_pointer(inputs), *pointers, *factors, double_pointer(out)
         )
         return out
@@ -384,13 +277,13 @@ class Model:
             If the attack angle is out of range, or no equilibrium under wind or support displacement exists.
         """
         state = State(self)
-        state._call(_kernel.gallop_state_init, time, self.accept(inputs))
+        state._call(kernel.gallop_state_init, time, self.accept(inputs))
         return state
 
     def rest(self, time: float = 0.0, inputs: Inputs | None = None) -> State:
         """Static equilibrium under wind, loads and support displacement at `time`, found by load stepping."""
         state = State(self)
-        state._call(_kernel.gallop_equilibrium, time, self.accept(inputs))
+        state._call(kernel.gallop_equilibrium, time, self.accept(inputs))
         return state
 
 
@@ -405,7 +298,7 @@ class State:
     def _call(self, function: Any, *arguments: Any) -> Report:
         raw = CReport()
         code = function(self.model.handle, self._pointer, *arguments, c.byref(raw))
-        report = _report(raw)
+        report = unpacked(raw)
         if code:
             raise SimulationError(report)
         return report
@@ -413,7 +306,7 @@ class State:
     @property
     def time(self) -> float:
         """Time [s]."""
-        return float(_kernel.gallop_state_time(self._pointer))
+        return float(kernel.gallop_state_time(self._pointer))
 
     def save(self) -> bytes:
         """Everything that the future of the motion depends on."""
@@ -442,7 +335,7 @@ class State:
         SimulationError
             If a step cannot be carried out.
         """
-        return self._call(_kernel.gallop_advance, self.model.accept(inputs), until)
+        return self._call(kernel.gallop_advance, self.model.accept(inputs), until)
 
     def run(
         self,
@@ -458,26 +351,26 @@ class State:
         span_values = np.empty((records, len(span_channels)))
         done, raw = c.c_int64(), CReport()
         integers = c.POINTER(c.c_int32)
-        _kernel.gallop_run(
+        kernel.gallop_run(
             self.model.handle, self._pointer, first, records, every,
             channels.ctypes.data_as(integers), len(channels), nodes.ctypes.data_as(integers), len(nodes),
             span_channels.ctypes.data_as(integers), len(span_channels),
             double_pointer(node_values), double_pointer(span_values), c.byref(done), c.byref(raw),
         )  # fmt: skip
-        return Run(node_values[: done.value], span_values[: done.value], _report(raw))
+        return Run(node_values[: done.value], span_values[: done.value], unpacked(raw))
 
     def observe_node(self, node: int) -> Array:
         """All node channels at one node, in the order of `NODE_CHANNELS`."""
         if not 0 <= node < self.model.nodes:
             raise IndexError(f"node {node} does not exist; the mesh has nodes 0 to {self.model.nodes - 1}")
         values = np.empty(len(NODE_CHANNELS))
-        _kernel.gallop_observe_node(self.model.handle, self._pointer, node, double_pointer(values))
+        kernel.gallop_observe_node(self.model.handle, self._pointer, node, double_pointer(values))
         return values
 
     def observe_span(self) -> Array:
         """All span channels, in the order of `SPAN_CHANNELS`."""
         values = np.empty(len(SPAN_CHANNELS))
-        _kernel.gallop_observe_span(self.model.handle, self._pointer, double_pointer(values))
+        kernel.gallop_observe_span(self.model.handle, self._pointer, double_pointer(values))
         return values
 
     def motion(self) -> tuple[Array, Array, Array]:
@@ -493,60 +386,3 @@ class Run:
     node_values: Array
     span_values: Array
     report: Report
-
-
-def nan_free(inputs: Inputs) -> bool:
-    """Whether all values of the inputs are finite."""
-    values = [inputs.wind_speed, inputs.attack_angle, inputs.wind_speed_rate, inputs.attack_angle_rate]
-    return all(map(math.isfinite, values)) and bool(np.all(np.isfinite(inputs.support)))
-
-
-CONDENSED_MODES, CONDENSED_SECTIONS = 16, 8
-"""Modes of a condensed span, and sections along it."""
-
-
-class Condensed:
-    """The kernel's form of a condensed span, see `gallop_fmu.condensed`.
-
-    Parameters
-    ----------
-    model
-        The model whose coefficient curve, ice and laws are taken.
-    values
-        Numbers and arrays of ``gallop_condensed`` in ``gallop.h``, by name.
-    """
-
-    def __init__(self, model: Model, values: Mapping[str, float | Array]) -> None:
-        self.model = model
-        self._arrays = {name: np.ascontiguousarray(values[name]) for name in CONDENSED_ARRAYS}
-        self._packed = CCondensed(len(self._arrays["load"]), 0, *(float(values[name]) for name in CONDENSED_NUMBERS))
-        for name, array in self._arrays.items():
-            setattr(self._packed, name, double_pointer(array))
-
-    def forces(self, q: Array, v: Array, time: float = 0.0) -> tuple[Array, Array]:
-        """Modal forces (mode,) beyond the linear ones, and accelerations (mode,)."""
-        motion = [np.ascontiguousarray(y, dtype=np.float64) for y in (q, v)]
-        a, f = np.zeros(CONDENSED_MODES), np.empty(CONDENSED_MODES)
-        pointers = [double_pointer(y) for y in (*motion, a, f)]
-        outcome = _kernel.gallop_condensed_forces(self.model.handle, c.byref(self._packed), time, *pointers)
-        if outcome:
-            raise SimulationError(Report(Outcome.from_code(outcome), time))
-        return f, a
-
-    def run(
-        self, q: Array, v: Array, first: int, steps: int, every: int, within: int, before: Report
-    ) -> tuple[Array, Array, Report]:
-        """Advance `q` and `v` by `steps` steps from step `first`: histories (record, 2, mode), (record,), and report.
-
-        The second is the horizontal tension [N].
-
-        Recorded is the end of each `every`-th step, or `within` instants of each step. `before` is the report so far.
-        """
-        count = steps // every * within
-        history, tension = np.empty((count, 2, CONDENSED_MODES)), np.empty(count)
-        records, raw = c.c_int64(), CReport(element=-1, lowest_tension=before.lowest_tension, steps=before.steps)
-        _kernel.gallop_condensed_run(
-            self.model.handle, c.byref(self._packed), double_pointer(q), double_pointer(v), first, steps, every, within,
-            double_pointer(history), double_pointer(tension), c.byref(records), c.byref(raw),
-        )  # fmt: skip
-        return history[: records.value], tension[: records.value], _report(raw)

@@ -64,6 +64,9 @@ class Outcome(Enum):
 DOUBTFUL_SHARE = 0.01
 """Divisions over steps above which a completed run is doubtful."""
 
+DOUBTFUL_TURN = 1.0
+"""Turn of a section within one step [rad] above which a completed run is doubtful: ice and wind turn with it."""
+
 
 @dataclass(frozen=True, slots=True)
 class Report:
@@ -83,6 +86,9 @@ class Report:
         Which number of an invalid scene.
     lowest_tension
         Lowest tension [N] at any Gauss point since the start.
+    largest_turn
+        Largest turn [rad] of a section about the span within one step since the start; under a tolerance, which
+        looks after it, 0.
     steps, substeps, iterations, refactorisations, halvings, rejections
         Work done since the start.
     """
@@ -94,6 +100,7 @@ class Report:
     limit: float = math.nan
     field: str | None = None
     lowest_tension: float = math.nan
+    largest_turn: float = 0.0
     steps: int = 0
     substeps: int = 0
     iterations: int = 0
@@ -103,20 +110,34 @@ class Report:
 
     @property
     def doubtful(self) -> bool:
-        """Whether so many steps had to be halved that the energy of the motion need not be right.
+        """Whether steps were so long for the motion that its energy need not be right.
 
-        A cheap sign: of random runs without it one in thousands was out of balance by more than a few per cent of its
-        energy, of those with it two in five (docs/stability.md). `gallop_fmu.energy.energy_balance` is the sure test.
+        That is where many of them had to be halved, or a section turned far within one of them. A cheap sign: of ten
+        thousand random runs none without it was out of balance by more than a few per cent of its energy
+        (docs/stability.md). `gallop_fmu.energy.energy_balance` is the sure test.
         """
+        return self._often_halved or self._turned_far
+
+    @property
+    def _often_halved(self) -> bool:
         return self.halvings > DOUBTFUL_SHARE * self.steps
+
+    @property
+    def _turned_far(self) -> bool:
+        return self.largest_turn > DOUBTFUL_TURN
 
     def __str__(self) -> str:
         if self.outcome is Outcome.COMPLETED:
+            signs = []
+            if self._often_halved:
+                signs.append(f"{self.steps} steps were halved {self.halvings} times")
+            if self._turned_far:
+                signs.append(f"the section turned by {math.degrees(self.largest_turn):.0f} deg within one step")
             warning = (
-                f", but {self.steps} steps were halved {self.halvings} times: they are too long for this motion, whose "
-                "energy may be wrong. What to do: reduce numerics.time_step."
+                f", but {' and '.join(signs)}: steps are too long for this motion, whose energy may be wrong. "
+                "What to do: reduce numerics.time_step."
             )
-            return f"completed at {self.time:g} s" + (warning if self.doubtful else "")
+            return f"completed at {self.time:g} s" + (warning if signs else "")
         place = "" if self.element is None else f" in element {self.element + 1} (counted from the left)"
         detail = ""
         if self.outcome is Outcome.ANGLE_OUT_OF_RANGE:

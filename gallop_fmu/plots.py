@@ -6,6 +6,7 @@ display, in threads and in notebooks.
 
 from __future__ import annotations
 
+import math
 import textwrap
 from collections.abc import Mapping, Sequence
 from io import BytesIO
@@ -20,7 +21,7 @@ from numpy.typing import NDArray
 
 from gallop_fmu.errors import SceneError
 from gallop_fmu.files import write_whole
-from gallop_fmu.result import Result, dominant_frequency
+from gallop_fmu.result import Result, slowest_frequency
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -196,10 +197,8 @@ def enlarged_part(data: xr.Dataset, periods: float = 6.0) -> Windows:
     time = np.asarray(data.time.values)
     half = len(time) // 2
     values = [np.asarray(data[name].values) for name in ("u2", "u3")]
-    interval = float(time[1] - time[0]) if len(time) > 1 else 1.0
-    found = [dominant_frequency(y[half:], interval) for y in values]
-    slowest = min((frequency for frequency in found if frequency > 0.0), default=0.0)
-    length = periods / slowest if slowest > 0.0 else float(time[-1])
+    slowest = slowest_frequency(data)
+    length = periods / slowest if math.isfinite(slowest) else float(time[-1])
     start = max(float(time[half]), float(time[-1]) - length)
     if all(np.ptp(y[time >= start]) < DIED_OUT * np.ptp(y) or np.ptp(y) == 0.0 for y in values):
         return {"whole run": (float(time[0]), float(time[-1]))}

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-import json
+import math
+from collections.abc import Mapping
 from dataclasses import dataclass
 from importlib.util import find_spec
 from io import StringIO
@@ -12,9 +13,13 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from gallop_fmu.channels import DESCRIBED
+from gallop_fmu.engine import Equilibrium
 from gallop_fmu.errors import SceneError
 from gallop_fmu.files import netcdf_bytes, write_whole
+from gallop_fmu.library import build
 from gallop_fmu.outcome import Outcome, Report
+from gallop_fmu.release import program
 from gallop_fmu.scene import Scene
 
 if TYPE_CHECKING:
@@ -24,8 +29,15 @@ if TYPE_CHECKING:
 Array = NDArray[np.float64]
 
 
+FEWEST_SAMPLES = 8
+"""Below it no spectral line is told from another."""
+
+
 class Oscillation(NamedTuple):
-    """A steady oscillation: half peak-to-peak, mean (both in the channel's unit) and dominant frequency [Hz]."""
+    """A steady oscillation: half peak-to-peak, mean (both in the channel's unit) and dominant frequency [Hz].
+
+    The frequency is NaN where there is none, see `dominant_frequency`.
+    """
 
     amplitude: float
     mean: float
@@ -33,7 +45,9 @@ class Oscillation(NamedTuple):
 
 
 def dominant_frequency(values: Array, interval: float) -> float:
-    """Frequency [Hz] of the largest spectral line; 0 for a constant.
+    """Frequency [Hz] of the largest spectral line; NaN where there is none.
+
+    That is so for a channel that does not move, and for fewer than `FEWEST_SAMPLES` samples.
 
     Parameters
     ----------
@@ -46,15 +60,37 @@ def dominant_frequency(values: Array, interval: float) -> float:
     -----
     Hann window, fourfold zero padding, and a parabola through the logarithms of the three largest lines.
     """
+    if len(values) < FEWEST_SAMPLES or not np.ptp(values) > 1e-12 * max(1.0, float(np.max(np.abs(values)))):
+        return math.nan
     samples = (values - np.mean(values)) * np.hanning(len(values))
-    if len(samples) < 8 or not np.ptp(values) > 1e-12 * max(1.0, float(np.max(np.abs(values)))):
-        return 0.0
     count = 4 * len(samples)
     spectrum = np.abs(np.fft.rfft(samples, count))
     peak = int(np.argmax(spectrum[1:-1])) + 1
     below, top, above = np.log(spectrum[peak - 1 : peak + 2] + 1e-300)
-    shift = 0.5 * (below - above) / (below - 2.0 * top + above)
-    return float((peak + shift) / (count * interval))
+    curvature = below - 2.0 * top + above
+    if not curvature < 0.0:  # no line stands out: what moved did so at the ends only, where the window is zero
+        return math.nan
+    return float((peak + 0.5 * (below - above) / curvature) / (count * interval))
+
+
+def frequency_text(frequency_hz: float) -> str:
+    """A dominant frequency for a table; a dash where there is none."""
+    return f"{frequency_hz:.4f}" if math.isfinite(frequency_hz) else "-"
+
+
+def slowest_frequency(data: xr.Dataset) -> float:
+    """Dominant frequency [Hz] of the slower of u2 and u3 in the second half of a run; NaN where both are still.
+
+    Parameters
+    ----------
+    data
+        Dataset with u2 and u3 over ``time`` [s] at mid-span.
+    """
+    time = np.asarray(data.time.values)
+    late = slice(len(time) // 2, None)
+    interval = float(time[1] - time[0]) if len(time) > 1 else math.nan
+    found = [dominant_frequency(np.asarray(data[name].values)[late], interval) for name in ("u2", "u3")]
+    return min((frequency for frequency in found if math.isfinite(frequency)), default=math.nan)
 
 
 def oscillation(values: Array, interval: float) -> Oscillation:
@@ -166,6 +202,58 @@ class Result:
         return frame, {str(name): self.dataset[name].attrs["units"] for name in frame.columns}
 
 
+def histories(
+    variables: Mapping[str, tuple[tuple[str, ...], Array]],
+    time: NDArray[np.floating],
+    nodes: NDArray[np.int32],
+    x1: Array,
+    scene: Scene,
+    rest: Equilibrium,
+    report: Report,
+    seconds: float,
+    **how: object,
+) -> xr.Dataset:
+    """The dataset of a `Result`: channels with units and meanings, and their provenance.
+
+    Parameters
+    ----------
+    variables
+        Channel to its dimensions and values.
+    time : ndarray, shape (time,)
+        Times of the records [s].
+    nodes, x1 : ndarray, shape (node,)
+        Numbers of the recorded nodes, and their positions [m] along the span.
+    scene, rest, report, seconds
+        What was computed, its initial equilibrium, how the run ended, and the wall-clock time [s] that it took.
+    **how
+        What else there is to say of how it was computed.
+    """
+    import xarray as xr  # a third of a second, which `import gallop_fmu` should not cost
+
+    dataset = xr.Dataset(dict(variables), {"time": time, "node": nodes, "x1": ("node", x1)})
+    dataset.time.attrs.update(units="s", long_name="time")
+    dataset.x1.attrs.update(units="m", long_name="position of the node along the span")
+    for name in variables:
+        dataset[name].attrs.update(units=DESCRIBED[name].unit, long_name=DESCRIBED[name].meaning)
+    work = ("steps", "substeps", "iterations", "refactorisations", "halvings", "rejections")
+    extremes = ("lowest_tension", "largest_turn")
+    dataset.attrs.update(
+        title=scene.title,
+        source=program(),
+        kernel=build(),
+        **how,
+        scene=scene.to_toml(),
+        outcome=report.outcome.name.lower(),
+        message=str(report),
+        seconds=seconds,
+        sag=rest.sag,
+        horizontal_tension=rest.horizontal_tension,
+        held_imbalance=rest.imbalance,
+        **{name: getattr(report, name) for name in work + extremes},
+    )
+    return dataset
+
+
 def summary(result: Result) -> dict[str, object]:
     """The run in a few plain numbers, for a terminal or as JSON."""
     report, time = result.report, result.dataset.time.values
@@ -186,8 +274,3 @@ def summary(result: Result) -> dict[str, object]:
         "real_time_factor": float(time[-1]) / max(float(result.dataset.attrs["seconds"]), 1e-9),
         "lowest_tension": report.lowest_tension,
     }
-
-
-def summary_json(result: Result) -> str:
-    """`summary` as JSON."""
-    return json.dumps(summary(result), indent=2)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import hashlib
 import json
 import time as clock
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
@@ -16,11 +16,13 @@ import numpy as np
 
 from gallop_fmu.descriptions import unit_of
 from gallop_fmu.errors import SceneError
+from gallop_fmu.library import library_path
 from gallop_fmu.outcome import Outcome, SimulationError
 from gallop_fmu.reading import HEADER
+from gallop_fmu.release import program
 from gallop_fmu.spans import Case, Cases
 from gallop_fmu.store import ERROR, Row, Store, journal_of, read
-from gallop_fmu.workers import Kind, Workers, WorkersLostError, package, workers
+from gallop_fmu.workers import Kind, Workers, WorkersLostError, workers
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -189,7 +191,7 @@ def compute(
         On Ctrl-C, a disk that is full, or lost workers; what is done is kept.
     """
     header = {
-        "package": f"{package()} (kernel {_kernel_fingerprint()})",
+        "package": f"{program()} (kernel {_kernel_fingerprint()})",
         "task": str(task),
         "scenes": cases.fingerprint(),
         "runs": len(cases.every),
@@ -225,7 +227,7 @@ def compute(
     return Runs(store.dataset())
 
 
-def _rows(team: Workers, task: Task, left: list[Case], stop: Event) -> Any:
+def _rows(team: Workers, task: Task, left: list[Case], stop: Event) -> Iterator[list[Row]]:
     """The rows of each group, as they come."""
     size = max(1, min(LARGEST_GROUP, len(left) // (GROUPS_EACH * team.count)))
     groups = ([_ready(case) for case in left[k : k + size]] for k in range(0, len(left), size))
@@ -325,6 +327,4 @@ def _unit(cases: Cases, key: str) -> str:
 
 
 def _kernel_fingerprint() -> str:
-    from gallop_fmu.engine import library_path
-
     return hashlib.sha256(library_path().read_bytes()).hexdigest()[:12]

@@ -1,4 +1,4 @@
-"""The kernel's C structures as ctypes mirrors, and the packing of a scene into them."""
+"""The kernel's C structures as ctypes mirrors: a scene packed into them, a report unpacked."""
 
 from __future__ import annotations
 
@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from gallop_fmu.integrators import INTEGRATORS, SPECTRAL_RADIUS
 from gallop_fmu.laws import Constant, Law, TimeTable
 from gallop_fmu.loads import Load
+from gallop_fmu.outcome import Outcome, Report
 from gallop_fmu.scene import Scene
 from gallop_fmu.supports import Support
 
@@ -155,6 +156,7 @@ class CReport(c.Structure):
         *((name, c.c_double) for name in ("time", "value", "limit")),
         ("field", c.c_char_p),
         ("lowest_tension", c.c_double),
+        ("largest_turn", c.c_double),
         *(
             (name, c.c_int64)
             for name in ("steps", "substeps", "iterations", "refactorisations", "halvings", "rejections")
@@ -210,6 +212,26 @@ CHECKED = (CScene, CLaw, CSupport, CLoad, CReport, CInputs, CDerived, CCondensed
 def double_pointer(values: NDArray[np.float64]) -> Any:
     """Pointer to the first value of a contiguous array."""
     return values.ctypes.data_as(Pointer)
+
+
+def unpacked(raw: CReport) -> Report:
+    """The report of a call, as Python has it."""
+    return Report(
+        outcome=Outcome.from_code(raw.outcome),
+        time=raw.time,
+        element=None if raw.element < 0 else raw.element,
+        value=raw.value,
+        limit=raw.limit,
+        field=raw.field.decode() if raw.field else None,
+        lowest_tension=raw.lowest_tension,
+        largest_turn=raw.largest_turn,
+        steps=raw.steps,
+        substeps=raw.substeps,
+        iterations=raw.iterations,
+        refactorisations=raw.refactorisations,
+        halvings=raw.halvings,
+        rejections=raw.rejections,
+    )
 
 
 class Packed:

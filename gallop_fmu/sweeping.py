@@ -16,6 +16,7 @@ from gallop_fmu.condensed import simulate_condensed
 from gallop_fmu.descriptions import Description
 from gallop_fmu.errors import SceneError
 from gallop_fmu.outcome import Outcome
+from gallop_fmu.recording import check_stop_time
 from gallop_fmu.result import Result, oscillation
 from gallop_fmu.runs import CarryOn, Progress, Runs, compute, one_by_one
 from gallop_fmu.scene import Scene
@@ -87,6 +88,8 @@ def _steady_columns(result: Result, window: float, sag: float) -> Row:
     row: Row = {}
     time = result.dataset.time.values
     last = time >= time[-1] - window - 1e-9
+    if np.count_nonzero(last) < 2:
+        raise SceneError(f"window = {window} s: holds fewer than two records, which are {time[1] - time[0]:g} s apart")
     interval = float(np.diff(time[last][:2])[0])
     histories = {name: values[last] for name, values in _midspan_histories(result).items()}
     for name, values in histories.items():
@@ -116,7 +119,6 @@ class Simulation:
     window: float
     summary: Summary | None
     model: Model = "element"
-
     kind: Kind = "threads"
 
     @property
@@ -216,8 +218,8 @@ def sweep(
     """
     if not window > 0.0:
         raise SceneError(f"window = {window} s: must be positive")
-    if stop_time is not None and not 0.0 < stop_time < np.inf:
-        raise SceneError(f"stop_time = {stop_time}: must be a positive number of seconds")
+    if stop_time is not None:
+        check_stop_time(stop_time)
     if model not in get_args(Model):
         raise SceneError(f'model = {model!r}: must be "element" or "condensed"')
     task = Simulation(stop_time, window, summary, model)

@@ -1,4 +1,4 @@
-"""What the commands ``gallop-fmu`` and ``gallop-modal`` share: arguments, tables, JSON, and errors as one message.
+"""What the commands ``gallop-fmu`` and ``gallop-modal`` share: arguments, tables, JSON, progress, error messages.
 
 Whatever a command needs is imported inside it, so that ``--help`` answers at once.
 """
@@ -7,6 +7,9 @@ from __future__ import annotations
 
 import json
 import os
+import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
 from enum import IntEnum
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
@@ -16,6 +19,7 @@ from typer.core import TyperGroup
 
 if TYPE_CHECKING:
     from rich.console import Console
+    from rich.progress import Progress
 
     from gallop_fmu.descriptions import Description
     from gallop_fmu.scene import Scene
@@ -94,9 +98,9 @@ def start(app: typer.Typer, name: str) -> None:
 
 def _show_version(context: typer.Context, wanted: bool) -> None:
     if wanted:
-        from importlib.metadata import version
+        from gallop_fmu.release import version
 
-        typer.echo(f"{context.find_root().info_name} {version('gallop-fmu')}")
+        typer.echo(f"{context.find_root().info_name} {version()}")
         raise typer.Exit(Exit.FINE)
 
 
@@ -107,7 +111,7 @@ Version = Annotated[
 
 def _scene_names(incomplete: str) -> list[str]:
     """Packaged scenes and scene files that begin so; where there is none, the shell completes any path."""
-    from gallop_fmu.scene import packaged_scenes
+    from gallop_fmu.scene_files import packaged_scenes
 
     typed = Path(incomplete)
     folder = typed if incomplete.endswith(("/", "\\")) else typed.parent
@@ -209,6 +213,20 @@ def new_console(*, stderr: bool = False) -> Console:
     from rich.console import Console
 
     return Console(stderr=stderr, highlight=False, markup=False)  # titles and paths may hold brackets
+
+
+@contextmanager
+def progress_bar(title: str, *, silent: bool = False) -> Iterator[Progress | None]:
+    """A bar with the time left on standard error, if somebody is there to watch."""
+    if silent or not sys.stderr.isatty():
+        yield None
+        return
+    from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
+
+    columns = TextColumn("{task.description}"), BarColumn(), TimeRemainingColumn()
+    with Progress(*columns, console=new_console(stderr=True), transient=True) as bar:
+        bar.console.print(title, style="dim")
+        yield bar
 
 
 def echo_json(data: Any) -> None:

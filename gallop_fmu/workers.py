@@ -15,10 +15,10 @@ from concurrent.futures import (
 )
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass
-from importlib.metadata import version
 from typing import Any, Literal, TypeVar
 
 from gallop_fmu.errors import SceneError
+from gallop_fmu.release import program
 
 Kind = Literal["threads", "processes"]
 """Threads for work that releases the interpreter lock, processes for work that holds it."""
@@ -200,8 +200,8 @@ def _cluster(address: str) -> Iterator[Workers]:
             raise SceneError(
                 f"cluster = {address!r}: the scheduler has no workers; start dask worker {address}"
             ) from None
-        here = package()
-        for worker, there in client.run(package, on_error="return").items():
+        here = program()
+        for worker, there in client.run(program, on_error="return").items():
             if there != here:
                 raise SceneError(f"cluster = {address!r}: {here} here, but {there} on the worker {worker}")
         count = sum(client.nthreads().values())
@@ -210,8 +210,3 @@ def _cluster(address: str) -> Iterator[Workers]:
             yield Workers(executor, count, here=False)
         finally:
             executor.shutdown(wait=False)  # cancels what has not begun
-
-
-def package() -> str:
-    """Name and version of this package."""
-    return f"gallop-fmu {version('gallop-fmu')}"

@@ -7,41 +7,13 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import typer
 
-from gallop_fmu.terminal import (
-    PICTURE_SUFFIXES,
-    AnyScene,
-    AsJson,
-    Changes,
-    SceneName,
-    Version,
-    check_output,
-    chosen_description,
-    chosen_scene,
-    echo_json,
-    example,
-    new_app,
-    new_console,
-    new_table,
-    start,
-)
-from gallop_fmu.terminal_runs import (
-    ClusterAddress,
-    Over,
-    RunsOut,
-    SpanTable,
-    WorkerCount,
-    carry_out,
-    check_given,
-    grid_of,
-    values_of,
-)
+from gallop_fmu.terminal import AsJson, Changes, SceneName, Version, example, new_app, new_table, start
+from gallop_fmu.terminal_runs import values_of
+from modal.screen_command import SCREEN_EXAMPLE, screen_span
+from modal.terminal import Plot, scene_to_draw, tell
 
 if TYPE_CHECKING:
-    from gallop_fmu.descriptions import Description
-    from gallop_fmu.runs import Progress, Runs
     from gallop_fmu.scene import Scene
-
-Plot = Annotated[Path | None, typer.Option("--plot", metavar="FILE", help="Write a picture: .png, .svg or .pdf.")]
 
 app = new_app("gallop-modal")
 
@@ -75,7 +47,7 @@ def modes(
     """Print the lowest natural modes: frequency, damping, family and loops; or follow them while a number changes."""
     from modal.modes import natural_modes
 
-    chosen = _scene(scene, changes, plot)
+    chosen = scene_to_draw(scene, changes, plot)
     if over is not None:
         _follow_modes(chosen, count, wind, *_varied(chosen, over, points), plot, as_json)
         return
@@ -108,7 +80,7 @@ def modes(
 
         return mode_shapes(found, chosen.title)
 
-    _tell({"title": chosen.title, "wind": wind, "modes": rows}, [chosen.title, table], figure, plot, as_json)
+    tell({"title": chosen.title, "wind": wind, "modes": rows}, [chosen.title, table], figure, plot, as_json)
 
 
 def _follow_modes(
@@ -148,7 +120,7 @@ def _follow_modes(
         return tracking_figure(data)
 
     told = {"title": scene.title, "wind": wind, "over": over, "unit": unit, "values": values, "modes": rows}
-    _tell(told, [scene.title, table], figure, plot, as_json)
+    tell(told, [scene.title, table], figure, plot, as_json)
 
 
 def _varied(scene: Scene, option: str, points: int) -> tuple[str, list[float]]:
@@ -190,7 +162,7 @@ def ratio(
     """Print the 2:1 frequency ratio, what changes it, and where it is 2; over one number or two."""
     from modal.resonance import crossings, frequency_ratio, ratio_map, unit_of, way_out
 
-    chosen = _scene(scene, changes, plot)
+    chosen = scene_to_draw(scene, changes, plot)
     here = frequency_ratio(chosen)
     (over, values), ways = _varied(chosen, over, points), way_out(chosen)
     unit, first, last = unit_of(chosen, over), values[0], values[-1]
@@ -233,7 +205,7 @@ def ratio(
 
             return ratio_figure(data)
 
-    _tell(told, [*lines, *(way.sentence for way in ways)], figure, plot, as_json)
+    tell(told, [*lines, *(way.sentence for way in ways)], figure, plot, as_json)
 
 
 @app.command(epilog=example("gallop-modal linear example3 --highest 10 --plot locus.png"))
@@ -255,7 +227,7 @@ def linear(
     from modal.criteria import stability_criteria
     from modal.onset import critical_wind_speed
 
-    chosen = _scene(scene, changes, plot)
+    chosen = scene_to_draw(scene, changes, plot)
     criteria, onsets = stability_criteria(chosen), critical_wind_speed(chosen, count, highest)
     told = {
         "title": chosen.title,
@@ -297,104 +269,10 @@ def linear(
             raise SceneError(f"no root locus: {onsets[0].remark}")
         return locus_figure(root_locus(chosen, list(np.linspace(0.0, onsets[0].searched_to, 31)), count))
 
-    _tell(told, [*lines, table, *{onset.remark for onset in onsets if onset.remark}], figure, plot, as_json)
+    tell(told, [*lines, table, *{onset.remark for onset in onsets if onset.remark}], figure, plot, as_json)
 
 
-@app.command(name="screen", epilog=example("gallop-modal screen example3 --table corridor.csv -o risk.parquet"))
-def screen_span(
-    scene: AnyScene = None,
-    changes: Changes = None,
-    over: Over = None,
-    table: SpanTable = None,
-    highest: Annotated[
-        float | None, typer.Option(metavar="U", help="Highest wind speed \\[m/s]; else 1.5 times the scene's.")
-    ] = None,
-    first_look: Annotated[
-        bool,
-        typer.Option("--first-look", help="Many spans: only the estimate by hand, about thirty times as fast."),
-    ] = False,
-    out: RunsOut = None,
-    workers: WorkerCount = None,
-    cluster: ClusterAddress = None,
-    plot: Plot = None,
-    as_json: AsJson = False,
-) -> None:
-    """Tell whether galloping will start the horizontal swing by 2:1 internal resonance, and from which wind on.
-
-    Of one scene, or of many: over values of its parameters, every span of a table, or both.
-    """
-    from dataclasses import asdict
-
-    from gallop_fmu.errors import SceneError
-    from modal.screening import screen
-
-    if over or table:
-        if plot:
-            raise SceneError("--plot draws one span; leave it out, or leave out --over and --table")
-        check_given(scene, over, table)
-        _screen_many(
-            chosen_description(scene, changes) if scene else None,
-            over,
-            table,
-            highest,
-            first_look,
-            out,
-            workers,
-            cluster,
-            as_json,
-        )
-        return
-    if first_look or out or workers or cluster:
-        raise SceneError("--first-look, --out, --workers and --cluster are for many spans; give --over or --table")
-    if scene is None:
-        raise SceneError("no scene: give SCENE, or spans to screen with --table")
-    chosen = _scene(scene, changes, plot)
-    found = screen(chosen, highest)
-
-    def figure() -> Any:
-        from modal.plots import screening_figure
-
-        return screening_figure(found)
-
-    cycles = new_table("", "wind [m/s]", "vertical [m]", "horizontal [m]", "frequency [Hz]")
-    for name, cycle in (("without swing", found.galloping), ("with swing", found.saturated)):
-        if cycle is not None:
-            numbers = (cycle.wind_speed, cycle.vertical, cycle.horizontal, cycle.frequency_hz)
-            cycles.add_row(name, *(f"{number:.4g}" for number in numbers))
-    lines = [chosen.title, f"risk of a 2:1 swing: {found.risk}", found.reason, *([cycles] if found.galloping else [])]
-    ratios = {"ratio": found.frequencies.ratio, "detuning": found.frequencies.detuning}
-    told = {"title": chosen.title, **asdict(found), **ratios, "growth_per_cycle": found.growth_per_cycle}
-    _tell(told, lines, figure, plot, as_json)
-
-
-def _screen_many(
-    base: Description | None,
-    over: list[str] | None,
-    table: Path | None,
-    highest: float | None,
-    first_look: bool,
-    out: Path | None,
-    workers: int | None,
-    cluster: str | None,
-    as_json: bool,
-) -> None:
-    from modal.corridor import screen_spans
-
-    def compute(progress: Progress | None) -> Runs:
-        return screen_spans(
-            base,
-            grid_of(over),
-            table=table,
-            highest_wind=highest,
-            first_look=first_look,
-            out=out,
-            workers=workers,
-            cluster=cluster,
-            progress=progress,
-        )
-
-    columns = ("outcome", "suspect", "risk", "ratio", "galloping_from", "onset_wind_speed", "estimated_onset")
-    carry_out("gallop-modal", compute, columns, out, as_json=as_json)
+app.command(name="screen", epilog=example(SCREEN_EXAMPLE))(screen_span)
 
 
 @app.command(name="compare", epilog=example("gallop-modal compare example3 --until 900 --plot compare.png"))
@@ -408,7 +286,7 @@ def compare_models(
     """Set the nonlinear model, mode superposition and linear theory side by side."""
     from modal.comparison import compare
 
-    chosen = _scene(scene, changes, plot)
+    chosen = scene_to_draw(scene, changes, plot)
     found = compare(chosen, until)
 
     def figure() -> Any:
@@ -416,28 +294,7 @@ def compare_models(
 
         return comparison_figure(found)
 
-    _tell(found.as_dict(), [chosen.title, str(found)], figure, plot, as_json)
-
-
-def _scene(name: str, changes: list[str] | None, plot: Path | None) -> Scene:
-    """The scene with its changes, once it is sure that the picture can be written."""
-    check_output(plot, PICTURE_SUFFIXES)
-    return chosen_scene(name, changes)
-
-
-def _tell(told: dict[str, Any], lines: list[Any], figure: Any, plot: Path | None, as_json: bool) -> None:
-    """Print as JSON or as lines and tables, and draw if asked to."""
-    if plot:
-        from gallop_fmu.plots import save_figure
-
-        save_figure(figure(), plot)
-    if as_json:
-        echo_json({**told, "files": [str(plot)] if plot else []})
-        return
-    for line in lines:
-        new_console().print(line, soft_wrap=isinstance(line, str))
-    if plot:
-        new_console().print(f"wrote {plot}", soft_wrap=True)
+    tell(found.as_dict(), [chosen.title, str(found)], figure, plot, as_json)
 
 
 def main() -> None:

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gallop_fmu import Oscillation, Result, Scene, simulate
+from gallop_fmu.result import frequency_text
 from modal.modal_span import ModalSpan
 from modal.modes import Family
 from modal.superposition import HORIZONTAL, TORSIONAL, VERTICAL, linear_motion, nonlinear_motion
@@ -136,7 +137,8 @@ class Comparison:
         for name, motions in self.amplitudes().items():
             u2, u3, theta = (motions[channel] for channel in CHANNELS)
             lines.append(
-                f"{name:14}{u2.amplitude:10.4f}{u2.frequency_hz:9.4f}{u3.amplitude:10.4f}{u3.frequency_hz:9.4f}"
+                f"{name:14}{u2.amplitude:10.4f}{frequency_text(u2.frequency_hz):>9}"
+                f"{u3.amplitude:10.4f}{frequency_text(u3.frequency_hz):>9}"
                 f"{theta.amplitude:13.4f}{self.models[name].report.time:11.1f}"
             )
         return "\n".join(lines)

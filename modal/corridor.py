@@ -36,7 +36,6 @@ SCREENING_COLUMNS = {
     "saturated_horizontal": ("m", "horizontal amplitude that they settle at"),
 }
 
-
 NEAR = 0.1
 """Detuning below which a span is suspect whatever the estimate says."""
 

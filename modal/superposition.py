@@ -9,13 +9,13 @@ from __future__ import annotations
 
 import math
 import time as clock
-from importlib.metadata import version
 
 import numpy as np
 from numpy.typing import NDArray
 
-from gallop_fmu import Outcome, Report, Result, Scene, SceneError, SimulationError
-from gallop_fmu.channels import NODE_CHANNELS, SPAN_CHANNELS
+from gallop_fmu import Outcome, Report, Result, Scene, SimulationError
+from gallop_fmu.recording import Records
+from gallop_fmu.result import histories
 from modal.modal_span import ModalSpan, wind_at
 
 Array = NDArray[np.float64]
@@ -85,9 +85,9 @@ def mode_superposition(
 def nonlinear_motion(span: ModalSpan, stop_time: float | None = None, record_every: int | None = None) -> Result:
     """Motion under the nonlinear wind load; one that ends early is returned, and its outcome tells."""
     started = clock.perf_counter()
-    every, records = _records(span.scene, stop_time, record_every)
+    records = Records.of(span.scene, stop_time, record_every)
     step, count = span.scene.numerics.time_step, len(span.modes)
-    time = step * np.arange(records * every + 1, dtype=np.float64)
+    time = step * np.arange(records.count * records.every + 1, dtype=np.float64)
     wind, applied = wind_at(span.scene, time).tolist(), span.applied(time)
     transition, constant, linear, parabolic = propagators(span.structure(), step)
     correction = 0.5 * (linear + parabolic)
@@ -96,7 +96,7 @@ def nonlinear_motion(span: ModalSpan, stop_time: float | None = None, record_eve
     load = load + applied[0]
     states, outcome = [z], _judge(span, z, angle)
     before, done = None, 0
-    while outcome is Outcome.COMPLETED and done < records * every:
+    while outcome is Outcome.COMPLETED and done < records.count * records.every:
         done += 1
         slope = np.zeros(count) if before is None else load - before  # the load goes on as it did in the last step
         z = transition @ z + constant @ load + linear @ slope
@@ -106,10 +106,10 @@ def nonlinear_motion(span: ModalSpan, stop_time: float | None = None, record_eve
         z = z + (linear if before is None else correction) @ (ahead - load - slope)
         before, load = load, ahead
         outcome = _judge(span, z, angle)
-        if done % every == 0 and outcome is Outcome.COMPLETED:
+        if done % records.every == 0 and outcome is Outcome.COMPLETED:
             states.append(z)
     report = _report(span, outcome, step * done, angle, done)
-    return _result(span, np.array(states), every * step, report, NONLINEAR, started)
+    return _result(span, np.array(states), records.interval, report, NONLINEAR, started)
 
 
 def linear_motion(
@@ -120,25 +120,25 @@ def linear_motion(
     It ends where the attack angle leaves the curve, for nothing else stops a linear instability.
     """
     started = clock.perf_counter()
-    every, records = _records(span.scene, stop_time, record_every)
+    records = Records.of(span.scene, stop_time, record_every)
     step = span.scene.numerics.time_step
     matrix, rest = span.linear_system(wind_speed)
     transition, constant, linear, _ = propagators(matrix, step)
-    applied = span.applied(step * np.arange(records * every + 1, dtype=np.float64))
+    applied = span.applied(step * np.arange(records.count * records.every + 1, dtype=np.float64))
     applied -= applied[0]  # which is part of the rest
     z = span.start() - rest
     states, outcome, done = [rest + z], Outcome.COMPLETED, 0
-    while outcome is Outcome.COMPLETED and done < records * every:
+    while outcome is Outcome.COMPLETED and done < records.count * records.every:
         z = transition @ z + constant @ applied[done] + linear @ (applied[done + 1] - applied[done])
         done += 1
-        if done % every:
+        if done % records.every:
             continue
         _, angle = span.wind_load(rest + z, wind_speed)
         outcome = _judge(span, z, angle)
         if outcome is Outcome.COMPLETED:
             states.append(rest + z)
     report = _report(span, outcome, step * done, angle, done)
-    return _result(span, np.array(states), every * step, report, "exact propagation", started, wind_speed)
+    return _result(span, np.array(states), records.interval, report, "exact propagation", started, wind_speed)
 
 
 def propagators(matrix: Array, step: float) -> tuple[Array, Array, Array, Array]:
@@ -161,17 +161,6 @@ def propagators(matrix: Array, step: float) -> tuple[Array, Array, Array, Array]
     blocks = expm(chain)[:size]
     constant, linear, parabolic = np.split(blocks[:, size:], 3, axis=1)
     return blocks[:, :size].copy(), constant.copy(), linear.copy(), 2.0 * parabolic
-
-
-def _records(scene: Scene, stop_time: float | None, record_every: int | None) -> tuple[int, int]:
-    """Steps from one record to the next, and the number of records after the first."""
-    stop = scene.run.stop_time if stop_time is None else stop_time
-    every = scene.run.record_every if record_every is None else record_every
-    if not (math.isfinite(stop) and stop > 0.0):
-        raise SceneError(f"stop_time = {stop}: must be a positive number of seconds")
-    if isinstance(every, bool) or not isinstance(every, int) or every < 1:
-        raise SceneError(f"record_every = {every}: must be a whole number of time steps, 1 or more")
-    return every, max(1, math.ceil(stop / (every * scene.numerics.time_step) - 1e-9))
 
 
 def _judge(span: ModalSpan, z: Array, angle: float) -> Outcome:
@@ -198,8 +187,6 @@ def _result(
     wind_speed: float | None = None,
 ) -> Result:
     """Histories at mid-span; a wind speed is given where the load is linear."""
-    import xarray as xr  # a third of a second, which `import modal` should not cost
-
     scene, load, middle = span.scene, span.wind_load, span.model.middle
     time = interval * np.arange(len(states), dtype=np.float64)
     wind = wind_at(scene, time) if wind_speed is None else np.full(len(time), wind_speed)
@@ -211,30 +198,22 @@ def _result(
         **dict(zip(("v1", "v2", "v3", "omega"), v.T, strict=True)),
         "angle_of_attack": load.attack_angle + u[:, 3] + relative,
     }
-    variables = {name: (("time", "node"), column[:, None]) for name, column in values.items()}
-    dataset = xr.Dataset(
-        variables | {"wind_speed": (("time",), wind)},
-        {"time": time, "node": [middle], "x1": ("node", span.model.equilibrium().x[[middle], 0])},
-    )
-    dataset.time.attrs.update(units="s", long_name="time")
-    dataset.x1.attrs.update(units="m", long_name="position of the node along the span")
-    for channel in (*NODE_CHANNELS, *SPAN_CHANNELS):
-        if channel.name in dataset:
-            dataset[channel.name].attrs.update(units=channel.unit, long_name=channel.meaning)
     families = [mode.family for mode in span.modes]
     counts = ", ".join(f"{families.count(family)} {family}" for family in dict.fromkeys(families))
     kind = "nonlinear" if wind_speed is None else "linearised"
-    dataset.attrs.update(
-        title=scene.title,
-        source=f"gallop-fmu {version('gallop-fmu')}",
+    variables: dict[str, tuple[tuple[str, ...], Array]] = {"wind_speed": (("time",), wind)}
+    variables |= {name: (("time", "node"), column[:, None]) for name, column in values.items()}
+    rest = span.model.equilibrium()
+    dataset = histories(
+        variables,
+        time,
+        np.array([middle], np.int32),
+        rest.x[[middle], 0],
+        scene,
+        rest,
+        report,
+        clock.perf_counter() - started,
         model=f"mode superposition: linear structure ({counts} modes), {kind} quasi-steady wind load",
         integrator=integrator,
-        scene=scene.to_toml(),
-        outcome=report.outcome.name.lower(),
-        message=str(report),
-        seconds=clock.perf_counter() - started,
-        steps=report.steps,
-        iterations=report.iterations,
-        refactorisations=report.refactorisations,
     )
     return Result(dataset, scene, report)

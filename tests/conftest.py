@@ -1,8 +1,11 @@
-"""Settings that every test shares."""
+"""Settings that every test shares, and processes that do not outlive theirs."""
 
 import os
 import signal
+import subprocess
+from contextlib import ExitStack
 
+import pytest
 from hypothesis import settings
 
 # In CI the same examples every time; elsewhere fresh ones. No deadline: a slow machine is not a failure.
@@ -12,3 +15,16 @@ settings.load_profile("gallop")
 # Started in the background, a process ignores Ctrl-C and so do its children; tests that send it need it heard.
 if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
     signal.signal(signal.SIGINT, signal.default_int_handler)
+
+
+@pytest.fixture
+def begin():
+    """`subprocess.Popen` of processes that are killed when the test ends, if an assertion failed before they did."""
+    with ExitStack() as begun:
+
+        def popen(*arguments, **options):
+            process = begun.enter_context(subprocess.Popen(*arguments, **options))
+            begun.callback(process.kill)
+            return process
+
+        yield popen

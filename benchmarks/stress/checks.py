@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import time as clock
-from collections.abc import Callable
+from contextlib import suppress
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -46,7 +46,7 @@ class Verdict:
     steps, halvings, iterations
         Work done.
     doubtful
-        Whether the report warns of halved steps.
+        Whether the report warns of too long steps.
     axial
         Time step over the period of the first axial mode.
     imbalance
@@ -120,10 +120,44 @@ def _run(stress: Stress, verdict: Verdict) -> None:
     if verdict.tension_error > AGREEMENT:
         verdict.faults.append(f"tension and elongation differ by {verdict.tension_error:.3g}")
     time = stress.step * np.arange(len(span))
+    if report.halvings:
+        time, nodes, span = _parts_of_steps(stress, model, len(run.span_values))
     inputs = stress.inputs if stress.reversal else None
     verdict.imbalance = account(model, time, nodes[..., MOTION], span, inputs).worst
     if report.outcome is Outcome.COMPLETED and verdict.imbalance > CLOSED and not report.doubtful:
         verdict.faults.append(f"energy is out of balance by {verdict.imbalance:.3g}, and no warning")
+
+
+def _observed(state: State) -> tuple[Array, Array]:
+    """All channels at all nodes, (channel, node), and all span channels."""
+    return np.array([state.observe_node(node) for node in range(state.model.nodes)]).T, state.observe_span()
+
+
+def _parts_of_steps(stress: Stress, model: Model, steps: int) -> tuple[Array, Array, Array]:
+    """Times, node and span channels at the start and after each step, or each part of a step that was halved.
+
+    Records at the ends of a halved step do not show the work within it: released out of equilibrium, a span may lose
+    most of its energy to damping in the first one.
+    """
+    state = model.start(0.0, stress.inputs(0.0) if stress.reversal else None)
+    times, rows = [0.0], [_observed(state)]
+
+    def carry_out(begin: float, end: float) -> None:
+        saved = state.save()
+        report = state.advance(end, stress.inputs(begin) if stress.reversal else None)
+        if report.halvings:  # a state that was restored has never had one
+            state.restore(saved)
+            middle = 0.5 * (begin + end)
+            carry_out(begin, middle)
+            carry_out(middle, end)
+        else:
+            times.append(end)
+            rows.append(_observed(state))
+
+    with suppress(SimulationError):  # how the run ended has been told
+        for i in range(steps):
+            carry_out(i * stress.step, (i + 1) * stress.step)
+    return np.array(times), np.array([row[0] for row in rows]).transpose(0, 2, 1), np.array([row[1] for row in rows])
 
 
 def _records(stress: Stress, model: Model) -> tuple[Run, Run]:
@@ -131,16 +165,12 @@ def _records(stress: Stress, model: Model) -> tuple[Run, Run]:
     nodes = np.arange(model.nodes, dtype=np.int32)
     inputs = stress.inputs if stress.reversal else None
     state = model.start(0.0, inputs(0.0) if inputs else None)
-
-    def now() -> tuple[Array, Array]:
-        return np.array([state.observe_node(int(node)) for node in nodes]).T, state.observe_span()
-
-    start, done = now(), 0
+    start, done = _observed(state), 0
     parts: list[Run] = []
     while done < stress.steps and (not parts or parts[-1].report.outcome is Outcome.COMPLETED):
         count = min(PORTION, stress.steps - done)
         if inputs:
-            parts.append(_driven(stress, state, done, count, now))
+            parts.append(_driven(stress, state, done, count))
         else:
             parts.append(state.run(count, 1, ALL, nodes, first=done))
         done += count
@@ -154,7 +184,7 @@ def _records(stress: Stress, model: Model) -> tuple[Run, Run]:
     return run, Run(start[0][np.newaxis], start[1][np.newaxis], run.report)
 
 
-def _driven(stress: Stress, state: State, done: int, count: int, now: Callable[[], tuple[Array, Array]]) -> Run:
+def _driven(stress: Stress, state: State, done: int, count: int) -> Run:
     """Steps driven by inputs, as `State.run` gives them."""
     rows: list[tuple[Array, Array]] = []
     for i in range(done, done + count):
@@ -163,8 +193,8 @@ def _driven(stress: Stress, state: State, done: int, count: int, now: Callable[[
         except SimulationError as failed:
             report = failed.report
             break
-        rows.append(now())
-    nodes, span = (np.array([row[k] for row in rows]).reshape(len(rows), *now()[k].shape) for k in range(2))
+        rows.append(_observed(state))
+    nodes, span = (np.array([row[k] for row in rows]).reshape(len(rows), *_observed(state)[k].shape) for k in range(2))
     return Run(nodes, span, report)
 
 

@@ -22,7 +22,7 @@ from typing import Any
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 
 from gallop_fmu import Model, Scene, SceneError, SimulationError
-from gallop_fmu.engine import build
+from gallop_fmu.library import build
 from stress import conservation, report, stability
 from stress.checks import judge_scene
 from stress.scenes import stress_scene
@@ -52,7 +52,7 @@ def limit_cycle(task: tuple[str, str, float]) -> dict[str, Any]:
 
 def conserved(task: tuple[str, str]) -> dict[str, Any]:
     integrator, start = task
-    chosen = stability.integrators()[integrator]
+    chosen = conservation.conserving()[integrator]
     if start == "smooth":
         state = conservation.released(chosen)
     else:
@@ -127,7 +127,7 @@ def main() -> None:
         data["cycles"] = carried_out(limit_cycle, runs, arguments, LONG_LIMIT)
         keep()
     if "conservation" in arguments.parts:
-        starts = [(name, start) for name in names for start in ("smooth", "rough")]
+        starts = [(name, start) for name in conservation.conserving() for start in ("smooth", "rough")]
         data["conservation"] = carried_out(conserved, starts, arguments, LONG_LIMIT)
         data["bits"] = bits(arguments.seed)
         keep()

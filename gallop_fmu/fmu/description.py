@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-import functools
 import hashlib
 import uuid
 from collections.abc import Iterable
 from dataclasses import dataclass
-from importlib import metadata
 from xml.etree.ElementTree import Element, SubElement, indent, tostring
 
+from gallop_fmu import release
 from gallop_fmu.fmu.sources import units_to_compile
 from gallop_fmu.fmu.units import BASE_UNITS, DISPLAY_UNITS
 from gallop_fmu.fmu.variables import Variable, fmu_variables
@@ -56,12 +55,6 @@ class Identity:
         return f"{{{uuid.UUID(self.content[:32])}}}"
 
 
-@functools.cache
-def package_version() -> str:
-    """Version of the installed distribution gallop-fmu."""
-    return metadata.version("gallop-fmu")
-
-
 def identify(scene_text: str, version: str, runtime: str) -> Identity:
     """Identity of the FMU of a scene, given as its TOML text."""
     return Identity(hashlib.sha256("\0".join([runtime, version, scene_text]).encode()).hexdigest())
@@ -82,15 +75,14 @@ def model_description(scene: Scene, identity: Identity, *, native: bool, remarks
         What the host must know besides; empty if nothing.
     """
     variables = fmu_variables(scene)
-    version = package_version()
     root = Element(
         "fmiModelDescription",
         fmiVersion="2.0",
         modelName=" ".join(scene.title.split()),
         guid=identity.guid,
         description=" ".join([*scene.description.split(), SEMANTICS, remarks]).strip(),
-        version=version,
-        generationTool=f"gallop-fmu {version}",
+        version=release.version(),
+        generationTool=release.program(),
         variableNamingConvention="structured",
     )
     _capabilities(root, identity, native)

@@ -15,13 +15,14 @@ from collections.abc import Collection, Iterator
 from importlib import metadata, resources
 from pathlib import Path
 
-from gallop_fmu.engine import library_path
+from gallop_fmu import release
 from gallop_fmu.files import write_whole
 from gallop_fmu.fmu.cross import PLATFORMS, CompilerError, cross_library
-from gallop_fmu.fmu.description import SCENE_FILE, Identity, identify, model_description, package_version
+from gallop_fmu.fmu.description import SCENE_FILE, Identity, identify, model_description
 from gallop_fmu.fmu.native import model_bin
 from gallop_fmu.fmu.session import Session
 from gallop_fmu.fmu.sources import kernel_sources
+from gallop_fmu.library import library_path
 from gallop_fmu.scene import Scene
 
 RUNTIMES = ("native", "python")
@@ -117,7 +118,7 @@ def export_fmu(
 
 def _native_files(scene: Scene, platforms: Collection[str] | None) -> dict[str, bytes]:
     """Name in the archive to content."""
-    text, version = scene.to_toml(), package_version()
+    text, version = scene.to_toml(), release.version()
     identity = identify(text, version, "native")
     files = {
         "modelDescription.xml": model_description(scene, identity, native=True, remarks=""),
@@ -152,7 +153,7 @@ def _python_files(scene: Scene) -> dict[str, bytes]:
     """Name in the archive to content."""
     from gallop_fmu.fmu.slave import RUNTIME
 
-    text, version = scene.to_toml(), package_version()
+    text, version = scene.to_toml(), release.version()
     identity = identify(text, version, RUNTIME)
     name = identity.model_identifier
     remarks = (

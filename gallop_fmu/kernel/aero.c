@@ -16,17 +16,19 @@ typedef struct {
 
 static air air_of(const gallop_model *model, const instant *now)
 {
-    return (air){now->wind, now->attack, model->radius, model->curve_centre, 0.5 * (model->curve_last - model->curve_first),
+    return (air){now->wind, now->attack, model->radius, model->curve_centre,
+                 0.5 * (model->curve_last - model->curve_first),
                  0.5 * model->scene.air_density * model->scene.diameter, model->scene.diameter};
 }
 
-/* Attack angle of a section, how far it is out of the curve's range, and where on the curve to read: reduced to the turn
- * centred on the range, and held at its ends.  "error" holds as well, so that a stray Newton iterate stays finite: the
- * step is judged once it has converged. */
+/* Attack angle of a section, how far it is out of the curve's range, and where on the curve to read: reduced to the
+ * turn centred on the range, and held at its ends.  "error" holds as well, so that a stray Newton iterate stays finite:
+ * the step is judged once it has converged. */
 INLINE double place_on_curve(const air *air, const sections *at, int i, bool twist)
 {
     double w2 = twist ? -at->v2[i] - air->radius * at->omega[i] : -at->v2[i], w3 = air->wind - at->v3[i];
-    double alpha = (twist ? air->attack + at->theta[i] : air->attack) + arctangent(w2, w3), offset = alpha - air->centre;
+    double alpha = (twist ? air->attack + at->theta[i] : air->attack) + arctangent(w2, w3);
+    double offset = alpha - air->centre;
     offset -= 2.0 * PI * nearest(offset * (0.5 / PI));
     double size = offset < 0.0 ? -offset : offset, over = size - air->half;
     double held = offset < 0.0 ? -air->half : air->half;
@@ -61,7 +63,8 @@ INLINE void subtract_load(const air *air, const sections *at, int i, bool twist)
 }
 
 /* A polynomial needs no search: all in one pass. */
-INLINE void polynomial_loads(const gallop_model *model, const instant *now, sections at, int first, int last, bool twist)
+INLINE void polynomial_loads(const gallop_model *model, const instant *now, sections at, int first, int last,
+                             bool twist)
 {
     const air air = air_of(model, now);
     const double origin = model->scene.origin[0];
@@ -111,14 +114,16 @@ TWO_PATHS static void loads(const gallop_model *model, const instant *now, const
     }
 }
 
-TWO_PATHS static void loads_with_slopes(const gallop_model *model, const instant *now, const sections *at, int first, int last)
+TWO_PATHS static void loads_with_slopes(const gallop_model *model, const instant *now, const sections *at, int first,
+                                        int last)
 {
     table_loads(model, now, *at, first, last, true, model->unknowns == 4);
 }
 
 /* Derivatives of F2, F3, M by theta, v2 and v3 (that by omega is r times that by v2), from
  * dUr/dw2 = w2/Ur, d alpha/dw2 = w3/Ur^2, d alpha/dw3 = -w2/Ur^2, dw/dv = -1.  Replaces the coefficients. */
-TWO_PATHS static void load_slopes(const gallop_model *model, const instant *now, const sections *at, int first, int last)
+TWO_PATHS static void load_slopes(const gallop_model *model, const instant *now, const sections *at, int first,
+                                  int last)
 {
     const double radius = model->unknowns == 4 ? model->radius : 0.0, d = model->scene.diameter, wind = now->wind;
     const double k = 0.5 * model->scene.air_density * d;

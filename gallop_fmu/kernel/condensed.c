@@ -7,8 +7,8 @@
  *         - damping of the stretching beyond its linear part, and between modes
  *         + wind - turning ice beyond its linear part, integrated over the sections, + loads.
  *
- * The left side is solved exactly and f by a Runge-Kutta scheme of order four (Cox, Matthews 2002, J. Comput. Phys. 176,
- * 430-455, eq. 26-29), so that a step is bounded by how fast f changes, not by the highest mode. */
+ * The left side is solved exactly and f by a Runge-Kutta scheme of order four (Cox, Matthews 2002, J. Comput. Phys.
+ * 176, 430-455, eq. 26-29), so that a step is bounded by how fast f changes, not by the highest mode. */
 #include "elementary.h"
 #include "internal.h"
 
@@ -41,8 +41,8 @@ static void prepare(bench *work)
     for (int i = 0; i < SECTION_ARRAYS; i++) *name[i] = work->array[i];
 }
 
-/* Products of a matrix with one or more vectors.  In all of them the outer loop becomes vector code, for which compilers
- * want known lengths, arrays that they know to be apart, and sums that need not wait for each other. */
+/* Products of a matrix with one or more vectors.  In all of them the outer loop becomes vector code, for which
+ * compilers want known lengths, arrays that they know to be apart, and sums that need not wait for each other. */
 
 /* out = shapes y at the sections; `shapes` (MODES, SECTIONS). */
 TWO_PATHS static void at_sections(const double *restrict shapes, const double *restrict y, double *restrict out)
@@ -88,7 +88,8 @@ TWO_PATHS static void project(const double *restrict weighted, const double *res
 }
 
 /* The same for stresses on the slopes; `weighted` (2, SECTIONS, MODES), `stress` (2, SECTIONS). */
-TWO_PATHS static void project_stress(const double *restrict weighted, const double *restrict stress, double *restrict force)
+TWO_PATHS static void project_stress(const double *restrict weighted, const double *restrict stress,
+                                     double *restrict force)
 {
     enum { PART = SECTIONS * MODES };
     for (int m = 0; m < MODES; m++) {
@@ -129,7 +130,8 @@ static inline void accelerated_ice(const sections *at)
     }
 }
 
-static inline void accelerations(const gallop_condensed *c, const double *q, const double *v, const double *f, double *a)
+static inline void accelerations(const gallop_condensed *c, const double *q, const double *v, const double *f,
+                                 double *a)
 {
     for (int m = 0; m < MODES; m++) a[m] = f[m] - c->damping[m] * v[m] - c->frequency[m] * c->frequency[m] * q[m];
 }
@@ -180,7 +182,8 @@ TWO_PATHS static double evaluate(const gallop_model *model, const gallop_condens
         square += 0.5 * stretched[m] * q[m];
     }
     for (int m = 0; m < MODES; m++)
-        f[m] = -c->stiffness * (square * c->elongation[m] + (linear + c->remaining * square) * stretched[m]) - work->coupled[m];
+        f[m] = -c->stiffness * (square * c->elongation[m] + (linear + c->remaining * square) * stretched[m]) -
+               work->coupled[m];
     if (c->damping_time > 0.0) stretching_damping(c, q, v, f, work);
     for (int l = 0; l < c->loads; l++) {
         double factor = law_value(&model->scene.load[l].law, t);
@@ -333,8 +336,10 @@ static void between(const double *start[3], const double *end[3], double h, doub
 {
     const double x2 = x * x, x3 = x2 * x, y = 1.0 - x;
     const double to_end = x3 * (10.0 - 15.0 * x + 6.0 * x2), rate = 30.0 * x2 * y * y / h;
-    const double v0 = h * (x - 6.0 * x3 + 8.0 * x3 * x - 3.0 * x3 * x2), v1 = h * (-4.0 * x3 + 7.0 * x3 * x - 3.0 * x3 * x2);
-    const double v0_rate = 1.0 - 18.0 * x2 + 32.0 * x3 - 15.0 * x2 * x2, v1_rate = -12.0 * x2 + 28.0 * x3 - 15.0 * x2 * x2;
+    const double v0 = h * (x - 6.0 * x3 + 8.0 * x3 * x - 3.0 * x3 * x2);
+    const double v1 = h * (-4.0 * x3 + 7.0 * x3 * x - 3.0 * x3 * x2);
+    const double v0_rate = 1.0 - 18.0 * x2 + 32.0 * x3 - 15.0 * x2 * x2;
+    const double v1_rate = -12.0 * x2 + 28.0 * x3 - 15.0 * x2 * x2;
     const double a0 = 0.5 * h * h * x2 * y * y * y, a1 = 0.5 * h * h * x3 * y * y;
     const double a0_rate = 0.5 * h * x * y * y * (2.0 - 5.0 * x), a1_rate = 0.5 * h * x2 * y * (3.0 - 5.0 * x);
     for (int m = 0; m < MODES; m++) {

@@ -1,11 +1,11 @@
-/* Steps as long as a tolerance allows.  The local error is estimated from the accelerations: what Gauss's parabolas miss is
- * the cubic part, and that is seen in the difference between the parabola of the step before, continued, and the one
- * found.  Step sizes are powers of sqrt(2), so that a factorised tangent serves for many steps.  Steps end where a
- * law has a kink; between, the motion is read off a quintic. */
+/* Steps as long as a tolerance allows.  The local error is estimated from the accelerations: what Gauss's parabolas
+ * miss is the cubic part, and that is seen in the difference between the parabola of the step before, continued, and
+ * the one found.  Step sizes are powers of sqrt(2), so that a factorised tangent serves for many steps.  Steps end
+ * where a law has a kink; between, the motion is read off a quintic. */
 #include "internal.h"
 
-/* Error of a step in units of the cubic part of h^2 a.  Calibrated so that the error of whole runs stays below the
- * tolerance where it is 1e-3 to 1e-7 (tests/convergence/test_tolerance.py). */
+/* Error of a step in units of the cubic part of h^2 a.  Calibrated so that the error of whole runs stays within three
+ * tolerances where these are 1e-3 to 1e-7 (tests/convergence/test_tolerance.py). */
 #define SHARE 0.01
 
 #define MARGIN 0.8          /* on the step size that the estimate allows */
@@ -16,6 +16,11 @@
 
 #define FEW_STEPS 8.0       /* to a limit */
 #define SHORTEST 1e-10      /* step [s], and part of the time, that is still a step */
+
+/* An error of fast twist counts for more: where its frequency is above so many times that of the span's swing, and up to so
+ * many times more.  Calibrated likewise. */
+#define FAST_TWIST 8.0
+#define MOST_WEIGHT 30.0
 
 /* Motion smaller than this is not resolved to the tolerance: in diameters, and in rad. */
 #define SMALL_DISPLACEMENT 0.01
@@ -42,8 +47,19 @@ static void grow_scales(const gallop_model *model, gallop_state *state, const do
 double newton_tolerance(const gallop_model *model, const gallop_state *state)
 {
     if (!by_tolerance(model)) return model->scene.newton_tolerance * state->sharpness;
-    const double motion = fmin(scale_of(model, state, 1), scale_of(model, state, 2));
+    double motion = INFINITY;
+    for (int i = 1; i < model->unknowns; i++) motion = fmin(motion, scale_of(model, state, i));
     return fmax(NEWTON_SHARE * model->scene.tolerance * motion * state->sharpness, FINEST_NEWTON);
+}
+
+/* What an error of the twist counts for.  While a span swings once it may twist to and fro sixty times, and errors of phase
+ * add up.  The frequency of the part of the motion that the step misses is seen in its fifth derivative over the third;
+ * that of the swing is a taut string's. */
+static double twist_weight(const gallop_model *model, const layout *at, double h, double cubic_part)
+{
+    const double swing = PI / model->scene.length * sqrt(model->derived.horizontal_tension / model->mass);
+    const double turning = sqrt(6.0 * cubic_part / gauss_linear_part(model, at, h, 3)) / h;
+    return fmin(fmax(turning / (FAST_TWIST * swing), 1.0), MOST_WEIGHT);
 }
 
 /* Error of the step just found in units of the tolerance: of the transverse displacements and the twist, each relative to
@@ -52,7 +68,10 @@ static double error_of(const gallop_model *model, const gallop_state *state, lay
 {
     double largest = 0.0;
     gauss_cubic_part(model, state, at, h, at->residual);
-    for (int i = 1; i < 4; i++) largest = fmax(largest, mean_size(model, at->residual, i) / scale_of(model, state, i));
+    for (int i = 1; i < model->unknowns; i++) {
+        const double size = mean_size(model, at->residual, i), weight = i == 3 ? twist_weight(model, at, h, size) : 1.0;
+        largest = fmax(largest, weight * size / scale_of(model, state, i));
+    }
     return SHARE * largest / model->scene.tolerance;
 }
 
@@ -72,7 +91,7 @@ void control_start(const gallop_model *model, gallop_state *state, const double 
     state->wanted_step = notch(model->scene.time_step);
 }
 
-/* What follows from a step of size h that was found, or (outcome) was not: whether it stands, and the size to try next. */
+/* What follows from a step of size h that was found, or (outcome) was not: whether it stands, and the next size. */
 static bool judge(const gallop_model *model, gallop_state *state, layout *at, double h, int outcome)
 {
     if (outcome) {

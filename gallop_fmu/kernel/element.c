@@ -56,7 +56,9 @@ void lay_side_by_side(gallop_model *model)
         const geometry *g = &model->geometry[k < model->elements ? k : model->elements - 1];
         strip *s = &model->strip[k / LANES];
         const int lane = k % LANES;
+        const double there = k < model->elements ? 1.0 : 0.0;
         for (int q = 0; q < 2; q++) {
+            LANE(s->stiffness_weight[q], lane) = there * g->stiffness_weight[q];
             for (int i = 0; i < 3; i++) LANE(s->slope[q][i], lane) = g->slope[q][i];
             for (int side = 0; side < 2; side++) {
                 LANE(s->shape_slope[q][side], lane) = g->shape_slope[q][2 * side];
@@ -66,8 +68,10 @@ void lay_side_by_side(gallop_model *model)
         }
         for (int a = 0, p = 0; a < 3; a++)
             for (int b = a; b < 3; b++, p++) LANE(s->product[p], lane) = g->shape_product[a][b];
-        for (int q = 0; q < 3; q++)
+        for (int q = 0; q < 3; q++) {
+            LANE(s->inertia_weight[q], lane) = there * g->inertia_weight[q];
             for (int n = 0; n < 3; n++) LANE(s->share[q][n], lane) = g->inertia_weight[q] * shape3[q][n];
+        }
     }
 }
 
@@ -201,7 +205,8 @@ static void section_forces(const gallop_model *model, const instant *now, const 
     if (wind) aero_loads(model, now, at, first, last - first, slopes);
 }
 
-static void look_at_angles(const gallop_model *model, const sections *at, int first, int last, int first_element, watch *seen)
+static void look_at_angles(const gallop_model *model, const sections *at, int first, int last, int first_element,
+                           watch *seen)
 {
     lanes all = {0.0};
     double sum = 0.0;
@@ -220,8 +225,8 @@ static void look_at_angles(const gallop_model *model, const sections *at, int fi
 /* Adds to `residual` the forces of `strips` strips from `start`, no more than STRIPS_AT_ONCE; section forces go to the
  * arrays of `at` from `slot` on. */
 INLINE void strips_residual(const gallop_model *model, const instant *now, const sections *at, const double *u,
-                            const double *v, const double *a, int start, int strips, int slot, bool slopes, int unknowns,
-                            double *residual, lowest *low, watch *seen)
+                            const double *v, const double *a, int start, int strips, int slot, bool slopes,
+                            int unknowns, double *residual, lowest *low, watch *seen)
 {
     const bool wind = windy(model, now), sectional = unknowns > 2 && (model->eccentric || wind);
     lanes r[STRIPS_AT_ONCE][3][4];
@@ -251,14 +256,15 @@ INLINE void strips_residual(const gallop_model *model, const instant *now, const
     }
 }
 
-INLINE void all_strips(const gallop_model *model, const instant *now, const sections *at, const double *u, const double *v,
-                       const double *a, bool slopes, int unknowns, double *residual, watch *seen)
+INLINE void all_strips(const gallop_model *model, const instant *now, const sections *at, const double *u,
+                       const double *v, const double *a, bool slopes, int unknowns, double *residual, watch *seen)
 {
     lowest low;
     for (int k = 0; k < LANES; k++) LANE(low.tension, k) = LANE(low.where, k) = INFINITY;
     for (int start = 0; start < model->strips; start += STRIPS_AT_ONCE) {
         const int left = model->strips - start, strips = left < STRIPS_AT_ONCE ? left : STRIPS_AT_ONCE;
-        strips_residual(model, now, at, u, v, a, start, strips, slopes ? start : 0, slopes, unknowns, residual, &low, seen);
+        const int slot = slopes ? start : 0;
+        strips_residual(model, now, at, u, v, a, start, strips, slot, slopes, unknowns, residual, &low, seen);
     }
     for (int k = 0; k < LANES; k++)
         if (LANE(low.tension, k) < seen->lowest_tension) {
@@ -302,8 +308,8 @@ void span_residual(const gallop_model *model, double t, const instant *now, cons
 }
 
 /* Forces of one element alone. */
-TWO_PATHS void element_residual(const gallop_model *model, int e, const instant *now, const sections *at, const double *u,
-                      const double *v, const double *a, double r[12])
+TWO_PATHS void element_residual(const gallop_model *model, int e, const instant *now, const sections *at,
+                                const double *u, const double *v, const double *a, double r[12])
 {
     const bool wind = windy(model, now);
     const strip *s = &model->strip[e / LANES];

@@ -19,13 +19,15 @@ static inline double nearest(double x)
     return (x + shift) - shift;
 }
 
-/* x = k pi/2 + r with |r| <= pi/4 (pi/2 in three parts), then polynomials in r (Sun Microsystems, fdlibm k_sin, k_cos). */
+/* x = k pi/2 + r with |r| <= pi/4 (pi/2 in three parts), then polynomials in r: those of k_sin and k_cos in
+ * fdlibm (Sun Microsystems). */
 static inline void sine_cosine(double x, double *sine, double *cosine)
 {
     double k = nearest(x * 0.63661977236758134308);
     double r = ((x - k * 1.57079632673412561417) - k * 6.07710050630396597660e-11) - k * 2.02226624879595063154e-21;
     double z = r * r;
-    double s = r + r * z * (-1.66666666666666324348e-01 + z * (8.33333333332248946124e-03 + z * (-1.98412698298579493134e-04 +
+    double s = r + r * z * (-1.66666666666666324348e-01 + z * (8.33333333332248946124e-03 +
+               z * (-1.98412698298579493134e-04 +
                z * (2.75573137070700676789e-06 + z * (-2.50507602534068634195e-08 + z * 1.58969099521155010221e-10)))));
     double c = 1.0 - 0.5 * z + z * z * (4.16666666666666019037e-02 + z * (-1.38888888888741095749e-03 +
                z * (2.48015872894767294178e-05 + z * (-2.75573143513906633035e-07 + z * (2.08757232129817482790e-09 +

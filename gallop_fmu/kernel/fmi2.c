@@ -56,8 +56,8 @@ fmi2Status tell(instance *c, const char *what, const gallop_report *report)
     char place[48] = "";
     if (report->element >= 0) snprintf(place, sizeof place, " in element %d", report->element + 1);
     const char *field = report->field ? report->field : "", *colon = report->field ? ": " : "";
-    return say(c, fmi2Error, "%s: at %.6g s%s %s%s%s (value %.6g, limit %.6g). What to do: %s.", what, report->time, place,
-               sentence, colon, field, report->value, report->limit, cure);
+    return say(c, fmi2Error, "%s: at %.6g s%s %s%s%s (value %.6g, limit %.6g). What to do: %s.", what, report->time,
+               place, sentence, colon, field, report->value, report->limit, cure);
 }
 
 static bool copy_text(char **to, const char *from)

@@ -34,7 +34,7 @@ typedef enum {
     GALLOP_EQUILIBRIUM_NOT_FOUND = 5, /* static Newton iteration failed although the load was stepped */
     GALLOP_INVALID_SCENE = 6,         /* a number of the scene is impossible; report.value holds it */
     GALLOP_OUT_OF_MEMORY = 7,
-    GALLOP_BAD_CALL = 8               /* time not increasing, foreign state, NaN input, inputs to a model of the laws only */
+    GALLOP_BAD_CALL = 8               /* time not increasing, foreign state, NaN, inputs to a model of the laws only */
 } gallop_outcome;
 
 /* What a call has to say: filled in by every function that takes one. */
@@ -45,6 +45,7 @@ typedef struct {
     double value, limit;      /* the offending value and what is allowed */
     const char *field;        /* which number of an invalid scene, a constant text; else NULL */
     double lowest_tension;    /* [N] since the start of the state */
+    double largest_turn;      /* of a node about the span within one of equal sub-steps [rad], since the start of the state */
     int64_t steps, substeps, iterations, refactorisations, halvings, rejections;   /* since the start of the state */
 } gallop_report;
 
@@ -65,13 +66,17 @@ typedef struct {
     const double *time, *value;             /* count points each */
 } gallop_law;
 
-typedef enum { GALLOP_SUPPORT_RIGID = 0, GALLOP_SUPPORT_SPRINGS = 1, GALLOP_SUPPORT_ADJACENT_SPAN = 2 } gallop_support_kind;
+typedef enum {
+    GALLOP_SUPPORT_RIGID = 0,
+    GALLOP_SUPPORT_SPRINGS = 1,
+    GALLOP_SUPPORT_ADJACENT_SPAN = 2
+} gallop_support_kind;
 
 typedef struct {
     int32_t kind, reserved;
     double stiffness_x1, stiffness_x3;               /* springs [N/m] */
-    double adjacent_span, adjacent_tension;          /* adjacent span [m], [N]: paper eq. (23) */
-    double insulator_length, insulator_weight;       /* [m], [N]: paper eq. (24) */
+    double adjacent_span, adjacent_tension;          /* adjacent span [m], [N]: Liu et al. (2009) eq. (23) */
+    double insulator_length, insulator_weight;       /* [m], [N]: eq. (24) */
     gallop_law motion[3];                            /* displacement of the tower point along x1, x2, x3 [m] */
 } gallop_support;
 
@@ -90,7 +95,8 @@ typedef enum { GALLOP_OUTSIDE_ERROR = 0, GALLOP_OUTSIDE_HOLD = 1, GALLOP_OUTSIDE
 /* What follows where the tension would fall below zero: the run ends, or T = max(0, T0 + EA eps). */
 typedef enum { GALLOP_SLACK_ERROR = 0, GALLOP_SLACK_TENSION_ONLY = 1 } gallop_slack;
 
-/* Time integration: Newmark (beta 1/4, gamma 1/2) or Gauss collocation with three stages (order 6). */
+/* Time integration: Newmark (beta 1/4, gamma 1/2), Gauss collocation with three stages (order 6), or the generalised
+ * alpha method (Chung, Hulbert 1993). */
 typedef enum { GALLOP_NEWMARK = 0, GALLOP_GAUSS6 = 1, GALLOP_GENERALISED_ALPHA = 2 } gallop_integrator;
 
 typedef struct {
@@ -98,7 +104,7 @@ typedef struct {
     double length, height_difference, sag, horizontal_tension, gravity;   /* sag or tension 0: not given */
     double diameter, mass, axial_stiffness, torsional_stiffness, torsional_inertia;   /* conductor */
     double ice_mass, ice_torsional_inertia;    /* added to the conductor's */
-    double first_moment_x2, first_moment_x3;   /* int rho x2 dA (paper's S_x3), int rho x3 dA (S_x2) [kg] */
+    double first_moment_x2, first_moment_x3;   /* int rho x2 dA (S_x3 of Liu et al.), int rho x3 dA (S_x2) [kg] */
     /* aerodynamics: cubics on [breakpoint[i], breakpoint[i+1]] in powers of (alpha - origin[i]);
      * coefficient[12 i + 4 c + k]: piece i, c = 0 lift 1 drag 2 moment, power k */
     double air_density, attack_angle, reference_radius;   /* radius 0: half the diameter */
@@ -118,7 +124,7 @@ typedef struct {
     double time_step, newton_tolerance;                  /* [s], [m] */
     double tolerance;   /* 0: equal steps; else relative error that the steps are chosen for, Gauss only */
     double spectral_radius;   /* 0 to 1, generalised alpha: factor a step on motion that no step resolves */
-    int32_t laws_only;   /* 1: no call brings gallop_inputs (it would be refused); what the laws leave at rest is left out */
+    int32_t laws_only;   /* 1: a call with gallop_inputs is refused, and what the laws leave at rest is left out */
     int32_t slack;       /* a gallop_slack */
 } gallop_scene;
 
@@ -174,9 +180,10 @@ GALLOP_API void gallop_model_nodes(const gallop_model *model, double *x);   /* (
 
 GALLOP_API int32_t gallop_middle(const gallop_model *model);                /* index of the mid-span node */
 
-/* The state at t = start: equilibrium, seed, consistent accelerations.  inputs NULL: the scene's laws. */
 GALLOP_API size_t gallop_state_size(const gallop_model *model);   /* bytes that the caller provides */
-GALLOP_API size_t gallop_saved_size(const gallop_model *model);
+GALLOP_API size_t gallop_saved_size(const gallop_model *model);   /* of them, those that save a state */
+
+/* The state at t = start: equilibrium, seed, consistent accelerations.  inputs NULL: the scene's laws. */
 GALLOP_API int gallop_state_init(const gallop_model *model, gallop_state *state, double start,
                                  const gallop_inputs *inputs, gallop_report *report);
 GALLOP_API double gallop_state_time(const gallop_state *state);
@@ -192,11 +199,11 @@ GALLOP_API int gallop_advance(const gallop_model *model, gallop_state *state, co
  * tightens the Newton tolerance from here on, for differences of two runs. */
 GALLOP_API void gallop_rewind(const gallop_model *model, gallop_state *state, double sharpness);
 
-/* `records` times: advance by `every` time steps of the scene and observe.  Times are (first + i + 1) * every * time_step.
- * Under a tolerance the steps end where they like, the records are read within them, and the state is left at or after the
- * last record.
- * node_values (records, channels, nodes), span_values (records, span_channels); *done counts what is filled.  Energies and
- * support forces are computed for records that ask for them. */
+/* `records` times: advance by `every` time steps of the scene and observe, at (first + i + 1) * every * time_step.
+ * Under a tolerance the steps end where they like, the records are read within them, and the state is left at or after
+ * the last record.
+ * node_values (records, channels, nodes), span_values (records, span_channels); *done counts what is filled.  Energies
+ * and support forces are computed for records that ask for them. */
 GALLOP_API int gallop_run(const gallop_model *model, gallop_state *state, int64_t first, int64_t records, int64_t every,
                           const int32_t *channel, int32_t channels, const int32_t *node, int32_t nodes,
                           const int32_t *span_channel, int32_t span_channels, double *node_values, double *span_values,
@@ -204,6 +211,7 @@ GALLOP_API int gallop_run(const gallop_model *model, gallop_state *state, int64_
 
 GALLOP_API void gallop_observe_node(const gallop_model *model, const gallop_state *state, int32_t node,
                                     double values[GALLOP_NODE_CHANNELS]);
+/* Force of the cable on the left tower along x1, x2, x3, then on the right one [N]. */
 GALLOP_API void gallop_support_forces(const gallop_model *model, gallop_state *state, double force[6]);
 GALLOP_API void gallop_observe_span(const gallop_model *model, gallop_state *state,
                                     double values[GALLOP_SPAN_CHANNELS]);
@@ -219,7 +227,7 @@ typedef struct {
     double time_step;                           /* [s] */
     double horizontal_tension, stiffness;       /* H0 [N]; k = dH/d(elongation) [N/m] */
     double remaining;                           /* r: part of Q left by the statically answering modes left out */
-    double damping_time, share;                 /* Rayleigh b2 of translations [s]; k over that of the conductor alone */
+    double damping_time, share;                 /* Rayleigh b2 of translations [s]; k over the conductor's own */
     const double *frequency, *damping;          /* (modes) w [rad/s], d = 2 zeta w [1/s] */
     const double *coupling;                     /* (modes, modes) damping beside the diagonal [1/s] */
     const double *elongation;                   /* (modes) e: linear elongation per unit coordinate [m] */
@@ -231,9 +239,9 @@ typedef struct {
     const double *load;                         /* (loads, modes) modal force per unit amplitude */
 } gallop_condensed;
 
-/* `steps` steps from time first * time_step.  Recorded are q, v and the horizontal tension at the end of every `every`-th
- * step, or, if `within` > 1, `within` times a step: history (records, 2, modes), tension (records).  On return q and v hold
- * the state reached. */
+/* `steps` steps from time first * time_step.  Recorded are q, v and the horizontal tension at the end of every
+ * `every`-th step, or, if `within` > 1, `within` times a step: history (records, 2, modes), tension (records).  On
+ * return q and v hold the state reached. */
 GALLOP_API int gallop_condensed_run(const gallop_model *model, const gallop_condensed *condensed, double *q, double *v,
                                     int64_t first, int64_t steps, int64_t every, int64_t within, double *history,
                                     double *tension, int64_t *records, gallop_report *report);

@@ -1,12 +1,12 @@
-/* Gauss's collocation method with three stages: order 6, A-stable, symmetric and symplectic.  The acceleration over a step
- * is the parabola through its values a_j at the times c_j h, and the velocity its integral; the displacement is the
- * integral of the parabola through the velocities at these times,
+/* Gauss's collocation method with three stages: order 6, A-stable, symmetric and symplectic.  The acceleration over a
+ * step is the parabola through its values a_j at the times c_j h, and the velocity its integral; the displacement is
+ * the integral of the parabola through the velocities at these times,
  *     v(x h) = v0 + h sum_j v_j(x) a_j,    u(x h) = u0 + x h v0 + h^2 sum_i v_i(x) sum_j v_j(c_i) a_j,
- * and the equations of motion hold at the times c_j h.  The acceleration at the begin of a step does not enter: a jump of
- * the load does no harm there, and the axial modes of a fine mesh, which no step resolves, do not pass it on.
+ * and the equations of motion hold at the times c_j h.  The acceleration at the begin of a step does not enter: a jump
+ * of the load does no harm there, and the axial modes of a fine mesh, which no step resolves, do not pass it on.
  *
- * Newton's iteration takes one tangent for all stages.  In the eigenvectors of the matrix v_j(c_i) = T diag(l) T^-1 they
- * separate into systems K + C / (h l) + M / (h l)^2: a real one, and one for a complex conjugate pair (E. Hairer,
+ * Newton's iteration takes one tangent for all stages.  In the eigenvectors of the matrix v_j(c_i) = T diag(l) T^-1
+ * they separate into systems K + C / (h l) + M / (h l)^2: a real one, and one for a complex conjugate pair (E. Hairer,
  * G. Wanner, Solving Ordinary Differential Equations II, section IV.8; c in table IV.5.2). */
 #include "internal.h"
 
@@ -91,7 +91,8 @@ static void predict(const gallop_model *model, const gallop_state *state, layout
     const int values = 4 * model->nodes;
     for (int i = 0; i < STAGES; i++) {
         double *a = at->stage_a + (size_t)i * values;
-        if (isfinite(state->step_before)) accelerate(at->stage_before, values, 1.0 + node[i] * h / state->step_before, a);
+        if (isfinite(state->step_before))
+            accelerate(at->stage_before, values, 1.0 + node[i] * h / state->step_before, a);
         else memcpy(a, at->a0, (size_t)values * sizeof(double));
     }
     for (int i = 0; i < STAGES; i++) {
@@ -147,8 +148,8 @@ TWO_PATHS static void correct(const layout *at, int values, int i, double h)
         }
 }
 
-static bool factor_stages(const gallop_model *model, gallop_state *state, layout *at, const instant *now, const double *u,
-                          double h)
+static bool factor_stages(const gallop_model *model, gallop_state *state, layout *at, const instant *now,
+                          const double *u, double h)
 {
     const double real = 1.0 / (h * eigenvalue[0]);
     const number inverse = pair_inverse(h), square = times(inverse, inverse);
@@ -263,6 +264,15 @@ void gauss_cubic_part(const gallop_model *model, const gallop_state *state, cons
     for (int n = 0; n < values; n++)
         part[n] = after[0] * now[n] + after[1] * now[values + n] + after[2] * now[2 * values + n] + before[0] * old[n] +
                   before[1] * old[values + n] + before[2] * old[2 * values + n];
+}
+
+/* The linear part of h^2 a over the step just found, root mean square of one unknown over the nodes. */
+double gauss_linear_part(const gallop_model *model, const layout *at, double h, int unknown)
+{
+    const double *first = at->stage_a, *last = first + 4 * (size_t)(STAGES - 1) * model->nodes;
+    double sum = 0.0;
+    for (int n = unknown; n < 4 * model->nodes; n += 4) sum += (last[n] - first[n]) * (last[n] - first[n]);
+    return h * h * sqrt(sum / model->nodes) / (node[STAGES - 1] - node[0]);
 }
 
 /* u v a at a time within the last step: the quintic through u, v, a at its ends. */

@@ -14,13 +14,13 @@
 #define MOST_STEPS 1e12   /* in one call: more would not end */
 
 /* Before a function that works along the span: it is compiled twice, for AVX2 and for any x86-64, and the loader picks.
- * Both give the same bits, as there is no fused multiply-add.  Elsewhere, under sanitizers, and by clang before 18, which
- * does not link such functions across files, once. */
+ * Both give the same bits, as there is no fused multiply-add.  Elsewhere, under sanitizers, and by clang before 18,
+ * which does not link such functions across files, once. */
 #if defined(__clang__) && __clang_major__ < 18 && !defined(GALLOP_ONE_PATH)
 #define GALLOP_ONE_PATH
 #endif
-#if defined(__GNUC__) && defined(__x86_64__) && defined(__linux__) && defined(__GLIBC__) && !defined(__SANITIZE_ADDRESS__) && \
-    !defined(GALLOP_ONE_PATH)
+#if defined(__GNUC__) && defined(__x86_64__) && defined(__linux__) && defined(__GLIBC__) && \
+    !defined(__SANITIZE_ADDRESS__) && !defined(GALLOP_ONE_PATH)
 #define TWO_PATHS __attribute__((target_clones("avx2", "default")))
 #else
 #define TWO_PATHS
@@ -102,9 +102,9 @@ typedef struct {
     pair_block middle_inverse, left_middle, right_middle, corner_inverse, next_previous, previous_next;
 } pair_factor;
 
-#define NEWMARK_HISTORY 3
+#define NEWMARK_HISTORY 4
 #define GAUSS_STAGES 3
-#define GAUSS_ARRAYS (GAUSS_STAGES + 2)   /* kept from step to step: stages_before, begin */
+#define GAUSS_ARRAYS (GAUSS_STAGES + 2)   /* kept from step to step: stage_before, begin */
 
 struct gallop_state {
     uint64_t magic, size;
@@ -118,15 +118,16 @@ struct gallop_state {
     double largest[4];         /* largest motion so far, root mean square over the nodes: u1 u2 u3 theta */
     double rate;               /* last observed convergence rate of the stored factorisation */
     double sharpness;          /* factor on the Newton tolerance */
-    double lowest_tension;
+    double lowest_tension, largest_turn;
     int64_t steps, substeps, iterations, refactorisations, halvings, rejections;
     int64_t last_iterations, last_substeps;
     instant now, looked_from;  /* of the motion; and where to return to from a look into the last step */
-    double values[];           /* u v a a_before, or stages_before begin; factors pair_factors | scratch: see state_layout */
+    double values[];           /* u v a a_before, or stage_before begin; factors pair_factors | scratch: see layout */
 };
 
-/* Section forces along the span, structure of arrays: one entry a three-point Gauss abscissa, in the order strip, point,
- * lane.  With slopes the arrays hold the whole span; without, the elements just at work, from the start of the arrays. */
+/* Section forces along the span, structure of arrays: one entry a three-point Gauss abscissa, in the order strip,
+ * point, lane.  With slopes the arrays hold the whole span; without, the elements just at work, from the start of the
+ * arrays. */
 typedef struct {
     double *theta, *omega, *omega_rate, *v2, *v3, *a2, *a3;   /* motion of the section */
     double *c2, *c3;                                          /* turned first mass moments */
@@ -146,13 +147,15 @@ typedef struct {
     pair_factor *pair_factors;         /* (elements), and the last corner: for the complex pair of Gauss's stages */
     double *u0, *v0, *a0;              /* scratch: start of the sub-step, */
     double *residual;                  /* out-of-balance forces, then the correction, */
-    double *first;                     /* u v a a_before, or stages_before begin, at the start of a whole step that is halved */
-    double *stage_u, *stage_v, *stage_a, *stage_residual;   /* (stages, nodes, 4); generalised alpha: one, no residual */
+    double *first;                     /* u v a a_before, or stage_before begin, at the start of a halved whole step */
+    double *stage_u, *stage_v, *stage_a;   /* (stages, nodes, 4); generalised alpha: one, within the step */
+    double *stage_residual;            /* (stages, nodes, 4) */
     double *pair_residual;             /* (nodes, 8) */
     sections sections;
     char *saved;                       /* the state at the start of gallop_advance */
 } layout;
 
+/* state.c */
 layout state_layout(const gallop_model *model, gallop_state *state);
 
 /* law.c */
@@ -167,7 +170,10 @@ double aero_angle(double theta, double v2, double v3, double omega, double wind,
 void aero_loads(const gallop_model *model, const instant *now, const sections *at, int first, int count, bool slopes);
 
 /* element.c */
-static inline bool windy(const gallop_model *model, const instant *now) { return model->aerodynamic && now->wind != 0.0; }
+static inline bool windy(const gallop_model *model, const instant *now)
+{
+    return model->aerodynamic && now->wind != 0.0;
+}
 void geometry_from_nodes(geometry *g, const double x[9], const double tension[2]);
 void lay_side_by_side(gallop_model *model);   /* after every change of the geometry */
 void element_tension(const gallop_model *model, int e, const double u[12], double tension[2]);
@@ -180,8 +186,8 @@ void watch_start(watch *seen);
 /* tangent.c */
 void element_tangent(const gallop_model *model, int e, const instant *now, const sections *at, const double u[12],
                      blend mix, double tangent[6][16]);
-void strip_tangent(const gallop_model *model, int index, const instant *now, const sections *at, const double *u, blend mix,
-                   lanes block[6][16]);
+void strip_tangent(const gallop_model *model, int index, const instant *now, const sections *at, const double *u,
+                   blend mix, lanes block[6][16]);
 
 /* solver.c */
 bool solver_factor(const gallop_model *model, const instant *now, const sections *at, const double *u, blend mix,
@@ -213,6 +219,7 @@ int gauss(const gallop_model *model, gallop_state *state, layout *at, const gall
           gallop_report *report);
 void gauss_commit(const gallop_model *model, gallop_state *state, layout *at, double h);
 void gauss_cubic_part(const gallop_model *model, const gallop_state *state, const layout *at, double h, double *part);
+double gauss_linear_part(const gallop_model *model, const layout *at, double h, int unknown);
 void gauss_read(const gallop_model *model, const gallop_state *state, layout *at, double t);
 static inline bool by_gauss(const gallop_model *model) { return model->scene.integrator == GALLOP_GAUSS6; }
 static inline bool by_alpha(const gallop_model *model) { return model->scene.integrator == GALLOP_GENERALISED_ALPHA; }

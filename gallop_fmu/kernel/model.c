@@ -1,8 +1,6 @@
 /* Creation of a model: checks, copies into one block, formulas that turn the scene into numbers. */
 #include "internal.h"
 
-#define STATE_MAGIC 0x0031504f4c4c4147ULL   /* "GALLOP1" */
-
 int fail(gallop_report *report, int outcome, int element, double time, double value, double limit)
 {
     if (report) {
@@ -86,7 +84,8 @@ static int check_positive(const gallop_scene *s, gallop_report *report)
         {"Newton tolerance", s->newton_tolerance}};
     for (size_t i = 0; i < sizeof number / sizeof *number; i++)
         if (!positive(number[i].value)) return invalid(report, number[i].name, number[i].value, 0.0);
-    if (!(s->sag > 0.0) && !(s->horizontal_tension > 0.0)) return invalid(report, "sag or horizontal tension", s->sag, 0.0);
+    if (!(s->sag > 0.0) && !(s->horizontal_tension > 0.0))
+        return invalid(report, "sag or horizontal tension", s->sag, 0.0);
     if (!(s->ice_mass >= 0.0)) return invalid(report, "mass of ice", s->ice_mass, 0.0);
     if (!(s->ice_torsional_inertia >= 0.0)) return invalid(report, "inertia of ice", s->ice_torsional_inertia, 0.0);
     return GALLOP_COMPLETED;
@@ -94,12 +93,15 @@ static int check_positive(const gallop_scene *s, gallop_report *report)
 
 static int check_support(const gallop_support *support, gallop_report *report)
 {
-    if (support->kind == GALLOP_SUPPORT_SPRINGS && !(positive(support->stiffness_x1) && positive(support->stiffness_x3)))
+    const bool springs = support->kind == GALLOP_SUPPORT_SPRINGS;
+    if (springs && !(positive(support->stiffness_x1) && positive(support->stiffness_x3)))
         return invalid(report, "stiffness of a support", fmin(support->stiffness_x1, support->stiffness_x3), 0.0);
     if (support->kind != GALLOP_SUPPORT_ADJACENT_SPAN) return GALLOP_COMPLETED;
     if (!positive(support->adjacent_span)) return invalid(report, "adjacent span", support->adjacent_span, 0.0);
-    if (!positive(support->adjacent_tension)) return invalid(report, "adjacent tension", support->adjacent_tension, 0.0);
-    if (!positive(support->insulator_length)) return invalid(report, "insulator length", support->insulator_length, 0.0);
+    if (!positive(support->adjacent_tension))
+        return invalid(report, "adjacent tension", support->adjacent_tension, 0.0);
+    if (!positive(support->insulator_length))
+        return invalid(report, "insulator length", support->insulator_length, 0.0);
     if (!(support->insulator_weight >= 0.0)) return invalid(report, "insulator weight", support->insulator_weight, 0.0);
     return GALLOP_COMPLETED;
 }
@@ -123,19 +125,23 @@ static int check(const gallop_scene *s, gallop_report *report)
     if (!outcome) outcome = check_damping(&s->twist_damping, report);
     if (!outcome) outcome = check_tables(s, report);
     if (outcome) return outcome;
-    if (!(fabs(s->height_difference) < s->length)) return invalid(report, "height difference", s->height_difference, s->length);
+    if (!(fabs(s->height_difference) < s->length))
+        return invalid(report, "height difference", s->height_difference, s->length);
     if (s->elements < 2 || s->elements > 1000000) return invalid(report, "number of elements", s->elements, 2.0);
-    if (s->max_halvings < 0 || s->max_halvings > 30) return invalid(report, "number of halvings", s->max_halvings, 30.0);
+    if (s->max_halvings < 0 || s->max_halvings > 30)
+        return invalid(report, "number of halvings", s->max_halvings, 30.0);
     if (s->integrator < GALLOP_NEWMARK || s->integrator > GALLOP_GENERALISED_ALPHA)
         return invalid(report, "number of the integrator", s->integrator, GALLOP_GENERALISED_ALPHA);
     if (s->integrator == GALLOP_GENERALISED_ALPHA && !(s->spectral_radius >= 0.0 && s->spectral_radius <= 1.0))
         return invalid(report, "spectral radius", s->spectral_radius, 1.0);
     if (!(s->tolerance >= 0.0) || (s->tolerance > 0.0 && s->integrator != GALLOP_GAUSS6))
         return invalid(report, "tolerance, which Gauss's method alone can keep", s->tolerance, 0.0);
-    if (s->max_newton_iterations < 1) return invalid(report, "number of Newton iterations", s->max_newton_iterations, 1.0);
+    if (s->max_newton_iterations < 1)
+        return invalid(report, "number of Newton iterations", s->max_newton_iterations, 1.0);
     double moment = s->first_moment_x2 * s->first_moment_x2 + s->first_moment_x3 * s->first_moment_x3;
     double mass = s->mass + s->ice_mass, inertia = s->torsional_inertia + s->ice_torsional_inertia;
-    if (!(mass * inertia > moment)) return invalid(report, "first mass moments of the ice, squared", moment, mass * inertia);
+    if (!(mass * inertia > moment))
+        return invalid(report, "first mass moments of the ice, squared", moment, mass * inertia);
     if (s->sag > 0.0 && s->horizontal_tension > 0.0) {   /* m g L^2 / 8H, along the chord */
         double chord = hypot(s->length, s->height_difference);
         double parabola = mass * s->gravity * s->length * chord / (8.0 * s->horizontal_tension);
@@ -189,8 +195,8 @@ static bool blows(const gallop_scene *s)
     return s->pieces > 0 && !(s->laws_only && always_zero(&s->wind));
 }
 
-/* Twist starts from rest between ends that do not turn: it stays at rest if there is no torque, no eccentric ice, and no
- * aerodynamic moment. */
+/* Twist starts from rest between ends that do not turn: it stays at rest if there is no torque, no eccentric ice, and
+ * no aerodynamic moment. */
 static bool twists(const gallop_scene *s)
 {
     bool moment = false, torque = s->seed_twist != 0.0 || s->first_moment_x2 != 0.0 || s->first_moment_x3 != 0.0;
@@ -200,8 +206,8 @@ static bool twists(const gallop_scene *s)
     return moment || torque;
 }
 
-/* The span hangs in the vertical plane of its ends, and stays in it if nothing acts across.  Of the combinations of twist
- * and lateral motion, twist alone is left out: a scene of that kind is a torque on a bare conductor. */
+/* The span hangs in the vertical plane of its ends, and stays in it if nothing acts across.  Of the combinations of
+ * twist and lateral motion, twist alone is left out: a scene of that kind is a torque on a bare conductor. */
 static bool moves_sideways(const gallop_scene *s)
 {
     bool across = !s->laws_only || blows(s) || twists(s) || s->seed_horizontal != 0.0;
@@ -242,7 +248,8 @@ int gallop_model_create(const gallop_scene *scene, gallop_model **out, gallop_re
     const size_t elements = (size_t)scene->elements, nodes = 2 * elements + 1, loads = (size_t)scene->load_count;
     const size_t pieces = (size_t)scene->pieces;
     size_t points = 0;
-    for (size_t i = 0; i < loads; i++) points += scene->load[i].evenly_spaced > 0 ? (size_t)scene->load[i].evenly_spaced : 1;
+    for (size_t i = 0; i < loads; i++)
+        points += scene->load[i].evenly_spaced > 0 ? (size_t)scene->load[i].evenly_spaced : 1;
     const size_t strips = (elements + LANES - 1) / LANES;
     size_t bytes = align(sizeof(gallop_model)) + align(elements * sizeof(geometry)) + align(strips * sizeof(strip)) +
                    align(PIECE_BINS * sizeof(int)) + align(3 * nodes * sizeof(double)) +
@@ -339,78 +346,3 @@ int32_t gallop_middle(const gallop_model *model) { return model->nodes / 2; }
 size_t gallop_state_size(const gallop_model *model) { return model->state_size; }
 
 size_t gallop_saved_size(const gallop_model *model) { return model->saved_size; }
-
-layout state_layout(const gallop_model *model, gallop_state *state)
-{
-    const size_t values = 4 * (size_t)model->nodes, all = 3 * LANES * (size_t)model->strips;
-    double *p = state->values;
-    layout at;
-    at.u = p;
-    at.v = p + values;
-    at.a = p + 2 * values;
-    const size_t stages = by_gauss(model) ? GAUSS_STAGES : 0, history = stages ? GAUSS_ARRAYS : NEWMARK_HISTORY;
-    at.a_before = at.stage_before = p + 3 * values;
-    at.begin = at.stage_before + stages * values;
-    at.factors = (factor *)(p + (3 + history) * values);
-    at.pair_factors = (pair_factor *)(at.factors + factor_count(model->elements));
-    p = (double *)(at.pair_factors + (stages ? model->elements + 1 : 0));
-    at.u0 = p;
-    at.v0 = p + values;
-    at.a0 = p + 2 * values;
-    at.residual = p + 3 * values;
-    at.first = p + 4 * values;
-    p = at.first + (3 + history) * values;
-    const size_t sets = by_alpha(model) ? 1 : stages;   /* generalised alpha looks at one instant within the step */
-    at.stage_u = p;
-    at.stage_v = p + sets * values;
-    at.stage_a = p + 2 * sets * values;
-    at.stage_residual = p + 3 * sets * values;
-    at.pair_residual = at.stage_residual + stages * values;
-    p = at.pair_residual + (stages ? 2 * values : 0);
-    double **array[] = {&at.sections.theta, &at.sections.omega, &at.sections.omega_rate, &at.sections.v2, &at.sections.v3,
-                        &at.sections.a2, &at.sections.a3, &at.sections.c2, &at.sections.c3, &at.sections.angle,
-                        &at.sections.excess};
-    for (size_t i = 0; i < sizeof array / sizeof *array; i++, p += all) *array[i] = p;
-    for (int k = 0; k < 3; k++) {
-        at.sections.force[k] = p;
-        at.sections.by_theta[k] = p + all;
-        at.sections.by_v2[k] = p + 2 * all;
-        at.sections.by_v3[k] = p + 3 * all;
-        p += 4 * all;
-    }
-    at.saved = (char *)p;
-    state->magic = STATE_MAGIC;
-    state->size = model->saved_size;
-    return at;
-}
-
-static bool possible_instant(const instant *now)
-{
-    bool ok = isfinite(now->wind) && isfinite(now->attack) && isfinite(now->load_factor);
-    for (int end = 0; end < 2; end++)
-        for (int i = 0; i < 3; i++)
-            ok = ok && isfinite(now->position[end][i]) && isfinite(now->velocity[end][i]) &&
-                 isfinite(now->acceleration[end][i]);
-    return ok;
-}
-
-int gallop_state_check(const gallop_model *model, const gallop_state *state)
-{
-    const int64_t most = (int64_t)1 << 53;   /* counts are observed as doubles, and go on from here */
-    const int64_t count[] = {state->steps, state->substeps, state->iterations, state->refactorisations,
-                             state->halvings, state->rejections, state->last_iterations, state->last_substeps};
-    if (state->magic != STATE_MAGIC || state->size != model->saved_size) return GALLOP_BAD_CALL;
-    for (size_t i = 0; i < sizeof count / sizeof *count; i++)
-        if (count[i] < 0 || count[i] > most) return GALLOP_BAD_CALL;
-    bool ok = isfinite(state->time) && state->factored_step >= 0.0 && state->step_before > 0.0 &&
-              state->rate >= 0.0 && state->sharpness > 0.0 && state->sharpness <= 1.0 &&
-              !isnan(state->lowest_tension) && possible_instant(&state->now);
-    ok = ok && isfinite(state->last_step) && isfinite(state->wanted_step) && state->wanted_step > 0.0 &&
-         isfinite(state->run_origin);
-    ok = ok && state->equal_steps >= 0 && state->equal_steps <= NEWMARK_HISTORY;
-    for (int i = 0; i < 4; i++) ok = ok && isfinite(state->largest[i]) && state->largest[i] >= 0.0;
-    const int arrays = 3 + (by_gauss(model) ? GAUSS_ARRAYS : NEWMARK_HISTORY);
-    for (int i = 0; i < 4 * arrays * model->nodes; i++)
-        ok = ok && isfinite(state->values[i]) && (i % 4 < model->unknowns || state->values[i] == 0.0);
-    return ok ? GALLOP_COMPLETED : GALLOP_BAD_CALL;
-}

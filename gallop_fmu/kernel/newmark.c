@@ -1,12 +1,13 @@
-/* Newmark's method (beta 1/4, gamma 1/2) with Newton-Raphson (Liu et al. 2009, section 2.5), and its generalisation that
- * balances forces within the step, at t - alpha_f h with accelerations of t - alpha_m h (Chung, Hulbert 1993, J. Appl.
- * Mech. 60, 371-375): motion that no step resolves, as axial modes of fine meshes, decays instead of ringing on. */
+/* Newmark's method (beta 1/4, gamma 1/2) with Newton-Raphson (Liu et al. 2009, section 2.5), and its generalisation
+ * that balances forces within the step, at t - alpha_f h with accelerations of t - alpha_m h (Chung, Hulbert 1993,
+ * J. Appl. Mech. 60, 371-375): motion that no step resolves, as axial modes of fine meshes, decays instead of ringing
+ * on. */
 #include "internal.h"
 
 typedef struct { double alpha_m, alpha_f, beta, gamma; } weights;
 
-/* Chung and Hulbert's choice for a spectral radius of infinitely fast motion: second order, unconditionally stable, and the
- * least damping of slow motion. */
+/* Chung and Hulbert's choice for a spectral radius of infinitely fast motion: second order, unconditionally stable, and
+ * the least damping of slow motion. */
 static weights weights_of(const gallop_model *model)
 {
     if (!by_alpha(model)) return (weights){0.0, 0.0, 0.25, 0.5};
@@ -18,24 +19,36 @@ static weights weights_of(const gallop_model *model)
 #define SLOW_RATE 0.3   /* a factorisation is renewed when the observed convergence rate is worse */
 
 /* Ways to extrapolate the acceleration by one of equal steps: factors of a0 and of those before it.  A straight line, a
- * parabola, and a straight line on which lies a motion that changes sign at every step: that is what this method makes
- * of axial modes that the step does not resolve, and lines or parabolas through it lead far off. */
-enum { LINE, PARABOLA, ALTERNATING, WAYS };
-static const double extrapolation[WAYS][NEWMARK_HISTORY] = {{2.0, -1.0, 0.0}, {3.0, -3.0, 1.0}, {1.0, 1.0, -1.0}};
+ * parabola, a cubic, and a straight line on which lies a motion that changes sign at every step: that is what this
+ * method makes of axial modes that the step does not resolve, and smooth curves through it lead far off. */
+enum { LINE, PARABOLA, CUBIC, ALTERNATING, WAYS };
+static const double extrapolation[WAYS][NEWMARK_HISTORY] = {
+    {2.0, -1.0, 0.0, 0.0}, {3.0, -3.0, 1.0, 0.0}, {4.0, -6.0, 4.0, -1.0}, {1.0, 1.0, -1.0, 0.0}};
 
 /* For each unknown that way which would have led from the steps before closest to a0. */
 TWO_PATHS static void choose(const layout *at, int values, double weight[NEWMARK_HISTORY][4])
 {
-    const double *restrict a0 = at->a0, *restrict a1 = at->a_before, *restrict a2 = a1 + values, *restrict a3 = a2 + values;
-    double missed[WAYS][4] = {{0.0}};
-    for (int n = 0; n < values; n += 4)
-        for (int i = 0; i < 4; i++) {
-            const double bend = a0[n + i] - 2.0 * a1[n + i] + a2[n + i], bend_before = a1[n + i] - 2.0 * a2[n + i] + a3[n + i];
-            const double miss = bend - bend_before, sum = bend + bend_before;
-            missed[LINE][i] += bend * bend;
-            missed[PARABOLA][i] += miss * miss;
-            missed[ALTERNATING][i] += sum * sum;
+    const double *a0 = at->a0, *a1 = at->a_before, *a2 = a1 + values;
+    const double *a3 = a2 + values, *a4 = a3 + values;
+    double missed[WAYS][4];
+    for (int i = 0; i < 4; i += LANES) {
+        lanes line = {0.0}, parabola = {0.0}, cubic = {0.0}, alternating = {0.0};
+        for (int j = i; j < values; j += 4) {
+            const lanes x0 = LANES_AT(a0 + j), x1 = LANES_AT(a1 + j), x2 = LANES_AT(a2 + j), x3 = LANES_AT(a3 + j);
+            const lanes x4 = LANES_AT(a4 + j);
+            const lanes bend = x0 - 2.0 * x1 + x2, bend_before = x1 - 2.0 * x2 + x3;
+            const lanes miss = bend - bend_before, sum = bend + bend_before;
+            const lanes miss_before = bend_before - (x2 - 2.0 * x3 + x4);
+            line += bend * bend;
+            parabola += miss * miss;
+            cubic += (miss - miss_before) * (miss - miss_before);
+            alternating += sum * sum;
         }
+        LANES_AT(missed[LINE] + i) = line;
+        LANES_AT(missed[PARABOLA] + i) = parabola;
+        LANES_AT(missed[CUBIC] + i) = cubic;
+        LANES_AT(missed[ALTERNATING] + i) = alternating;
+    }
     for (int i = 0; i < 4; i++) {
         int best = LINE;
         for (int way = 1; way < WAYS; way++)
@@ -44,24 +57,31 @@ TWO_PATHS static void choose(const layout *at, int values, double weight[NEWMARK
     }
 }
 
-/* The acceleration is extrapolated from the last ones.  Without enough of them by equal steps their mean must do: it is not
- * led astray by what changes sign.  The ends follow their prescribed motion. */
-TWO_PATHS static void predict(const gallop_model *model, const gallop_state *state, layout *at, const instant *now, weights w,
-                              double h)
+/* The acceleration is extrapolated from the last ones.  Without enough of them by equal steps their mean must do: it is
+ * not led astray by what changes sign.  The ends follow their prescribed motion. */
+TWO_PATHS static void predict(const gallop_model *model, const gallop_state *state, layout *at, const instant *now,
+                              weights w, double h)
 {
     const int values = 4 * model->nodes;
-    const double *restrict a0 = at->a0, *restrict a1 = isfinite(state->step_before) ? at->a_before : at->a0;
-    const double *restrict a2 = at->a_before + values;
+    const double *u0 = at->u0, *v0 = at->v0, *a0 = at->a0, *a1 = isfinite(state->step_before) ? at->a_before : a0;
+    const double *a2 = at->a_before + values, *a3 = a2 + values;
+    double *u = at->u, *v = at->v, *a = at->a;
+    const double u_by_a0 = h * h * (0.5 - w.beta), u_by_a = h * h * w.beta;
+    const double v_by_a0 = h * (1.0 - w.gamma), v_by_a = h * w.gamma;
     double weight[NEWMARK_HISTORY][4] = {{0.5, 0.5, 0.5, 0.5}, {0.5, 0.5, 0.5, 0.5}, {0.0}};
     if (h == state->step_before && state->equal_steps == NEWMARK_HISTORY) choose(at, values, weight);
-    for (int n = 0; n < values; n += 4)
-        for (int i = 0; i < 4; i++) {
-            const int j = n + i;
-            const double guess = weight[0][i] * a0[j] + weight[1][i] * a1[j] + weight[2][i] * a2[j];
-            at->u[j] = at->u0[j] + h * at->v0[j] + h * h * ((0.5 - w.beta) * a0[j] + w.beta * guess);
-            at->v[j] = at->v0[j] + h * ((1.0 - w.gamma) * a0[j] + w.gamma * guess);
-            at->a[j] = guess;
+    for (int i = 0; i < 4; i += LANES) {
+        const lanes by_a0 = LANES_AT(weight[0] + i), by_a1 = LANES_AT(weight[1] + i);
+        const lanes by_a2 = LANES_AT(weight[2] + i), by_a3 = LANES_AT(weight[3] + i);
+        for (int j = i; j < values; j += 4) {
+            const lanes x0 = LANES_AT(a0 + j);
+            const lanes x1 = LANES_AT(a1 + j), x2 = LANES_AT(a2 + j), x3 = LANES_AT(a3 + j);
+            const lanes guess = by_a0 * x0 + by_a1 * x1 + by_a2 * x2 + by_a3 * x3;
+            LANES_AT(u + j) = LANES_AT(u0 + j) + h * LANES_AT(v0 + j) + u_by_a0 * x0 + u_by_a * guess;
+            LANES_AT(v + j) = LANES_AT(v0 + j) + v_by_a0 * x0 + v_by_a * guess;
+            LANES_AT(a + j) = guess;
         }
+    }
     for (int end = 0; end < 2; end++) {
         const int node = end ? 4 * (model->nodes - 1) : 0;
         for (int i = 0; i < 4; i++) {
@@ -116,7 +136,8 @@ int newmark(const gallop_model *model, gallop_state *state, layout *at, const ga
     const double per_v = w.gamma / (w.beta * h), per_a = 1.0 / (w.beta * h * h);
     const blend mix = {1.0 - w.alpha_f, (1.0 - w.alpha_f) * per_v, (1.0 - w.alpha_m) * per_a};
     const bool within = by_alpha(model);
-    const double *u = within ? at->stage_u : at->u, *v = within ? at->stage_v : at->v, *a = within ? at->stage_a : at->a;
+    const double *u = within ? at->stage_u : at->u, *v = within ? at->stage_v : at->v;
+    const double *a = within ? at->stage_a : at->a;
     const double balanced = t - w.alpha_f * h;
     bool renew = state->factored_step != h, fresh = false;
     double before = 0.0;

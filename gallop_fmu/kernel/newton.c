@@ -1,5 +1,5 @@
-/* Newton's iteration as all integrators use it: how large a correction is, whether to go on, and whether a converged step
- * can be accepted.  The factorised tangent is reused while it converges well. */
+/* Newton's iteration as all integrators use it: how large a correction is, whether to go on, and whether a converged
+ * step can be accepted.  The factorised tangent is reused while it converges well. */
 #include "internal.h"
 
 /* A better rate than this is not relied on: it was measured on other steps, or on components that converge faster. */
@@ -56,6 +56,7 @@ int newton_accept(const gallop_model *model, gallop_state *state, const watch *s
     if (seen->worst_excess > 0.0 && model->scene.outside == GALLOP_OUTSIDE_ERROR)
         return angle_failure(model, seen, t, report);
     if (seen->lowest_tension < state->lowest_tension) state->lowest_tension = seen->lowest_tension;
-    if (seen->lowest_tension < 0.0) return fail(report, GALLOP_SLACK, seen->slack_element, t, seen->lowest_tension, 0.0);
+    if (seen->lowest_tension < 0.0)
+        return fail(report, GALLOP_SLACK, seen->slack_element, t, seen->lowest_tension, 0.0);
     return GALLOP_COMPLETED;
 }

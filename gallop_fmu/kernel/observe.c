@@ -52,7 +52,8 @@ static void support_force(const gallop_model *model, gallop_state *state, int en
         const load_place *place = &model->place[l];
         if (place->element != e) continue;
         double amplitude = now->load_factor * law_value(&model->scene.load[place->load].law, state->time);
-        for (int i = 0; i < 3; i++) r[own + i] -= amplitude * place->shape[end ? 2 : 0] * model->scene.load[place->load].force[i];
+        for (int i = 0; i < 3; i++)
+            r[own + i] -= amplitude * place->shape[end ? 2 : 0] * model->scene.load[place->load].force[i];
     }
     for (int i = 0; i < 3; i++) {
         double extra = model->fixed[end][i] ? r[own + i] - model->constant_force[4 * node + i]
@@ -61,37 +62,60 @@ static void support_force(const gallop_model *model, gallop_state *state, int en
     }
 }
 
-/* Kinetic: mu v.v/2 + w (c2 v3 - c3 v2) + I w^2/2.  Potential: axial and torsional strain energy from the initial state,
- * gravity, the constant forces, and the springs. */
+/* Kinetic and potential energy of the elements of a strip: see energies. */
+INLINE void strip_energies(const gallop_model *model, const strip *s, lanes u[3][4], lanes v[3][4], lanes *kinetic,
+                           lanes *potential)
+{
+    const double ea = model->scene.axial_stiffness, gj = model->scene.torsional_stiffness;
+    double theta[3 * LANES], sine[3 * LANES], cosine[3 * LANES];
+    for (int q = 0; q < 3; q++)
+        LANES_AT(theta + LANES * q) = shape3[q][0] * u[0][3] + shape3[q][1] * u[1][3] + shape3[q][2] * u[2][3];
+    if (model->eccentric)
+        for (int i = 0; i < 3 * LANES; i++) sine_cosine(theta[i], sine + i, cosine + i);
+    for (int q = 0; q < 3; q++) {
+        const double *n = shape3[q];
+        lanes velocity[4];
+        for (int i = 0; i < 4; i++) velocity[i] = n[0] * v[0][i] + n[1] * v[1][i] + n[2] * v[2][i];
+        const lanes square = velocity[0] * velocity[0] + velocity[1] * velocity[1] + velocity[2] * velocity[2];
+        const lanes w = velocity[3], weight = s->inertia_weight[q];
+        *kinetic += weight * (0.5 * model->mass * square + 0.5 * model->inertia * w * w);
+        if (!model->eccentric) continue;
+        const lanes sin_q = LANES_AT(sine + LANES * q), cos_q = LANES_AT(cosine + LANES * q);
+        const lanes c2 = model->c2 * cos_q - model->c3 * sin_q, c3 = model->c2 * sin_q + model->c3 * cos_q;
+        *kinetic += weight * w * (c2 * velocity[2] - c3 * velocity[1]);
+        *potential += weight * model->scene.gravity * (c2 - model->c2 + model->c3 * LANES_AT(theta + LANES * q));
+    }
+    for (int q = 0; q < 2; q++) {
+        const lanes *n = s->shape_slope[q];
+        lanes strain = {0.0}, du[4];
+        for (int i = 0; i < 4; i++) du[i] = n[0] * (u[0][i] - u[1][i]) + n[1] * (u[2][i] - u[1][i]);
+        for (int i = 0; i < 3; i++) strain += du[i] * (s->slope[q][i] + 0.5 * du[i]);
+        const lanes slack = s->tension[q] / -ea;   /* beyond, no more energy is released */
+        if (model->tension_only) strain = PICK(strain > slack, strain, slack);
+        const lanes axial = strain * (s->tension[q] + 0.5 * ea * strain), torsional = 0.5 * gj * du[3] * du[3];
+        *potential += s->stiffness_weight[q] * (axial + torsional);
+    }
+}
+
+/* Kinetic: mu v.v/2 + w (c2 v3 - c3 v2) + I w^2/2.  Potential: axial and torsional strain energy from the initial
+ * state, gravity, the constant forces, and the springs. */
 TWO_PATHS static void energies(const gallop_model *model, const gallop_state *state, double *kinetic, double *potential)
 {
     const double *u = motion(model, state, 0), *v = motion(model, state, 1);
-    const double ea = model->scene.axial_stiffness, gj = model->scene.torsional_stiffness;
+    lanes kinetic_of = {0.0}, potential_of = {0.0};
     double k = 0.0, p = 0.0;
-    for (int e = 0; e < model->elements; e++) {
-        const geometry *g = &model->geometry[e];
-        const double *ue = u + 8 * e, *ve = v + 8 * e;
-        for (int q = 0; q < 3; q++) {
-            const double *n = shape3[q];
-            double velocity[4], theta = n[0] * ue[3] + n[1] * ue[7] + n[2] * ue[11];
-            for (int i = 0; i < 4; i++) velocity[i] = n[0] * ve[i] + n[1] * ve[4 + i] + n[2] * ve[8 + i];
-            double w = velocity[3], square = velocity[0] * velocity[0] + velocity[1] * velocity[1] + velocity[2] * velocity[2];
-            k += g->inertia_weight[q] * (0.5 * model->mass * square + 0.5 * model->inertia * w * w);
-            if (!model->eccentric) continue;
-            double sine, cosine;
-            sine_cosine(theta, &sine, &cosine);
-            double c2 = model->c2 * cosine - model->c3 * sine, c3 = model->c2 * sine + model->c3 * cosine;
-            k += g->inertia_weight[q] * w * (c2 * velocity[2] - c3 * velocity[1]);
-            p += g->inertia_weight[q] * model->scene.gravity * (c2 - model->c2 + model->c3 * theta);
+    for (int index = 0; index < model->strips; index++) {
+        const int e = LANES * index, count = model->elements - e;
+        lanes ue[3][4], ve[3][4];
+        for (int n = 0; n < 3; n++) {
+            read_nodes(u + 8 * e, n, count, ue[n]);
+            read_nodes(v + 8 * e, n, count, ve[n]);
         }
-        for (int q = 0; q < 2; q++) {
-            const double *n = g->shape_slope[q];
-            double strain = 0.0, du[4];
-            for (int i = 0; i < 4; i++) du[i] = n[0] * ue[i] + n[1] * ue[4 + i] + n[2] * ue[8 + i];
-            for (int i = 0; i < 3; i++) strain += du[i] * (g->slope[q][i] + 0.5 * du[i]);
-            if (model->tension_only) strain = fmax(strain, -g->tension[q] / ea);   /* beyond, no more energy is released */
-            p += g->stiffness_weight[q] * (strain * (g->tension[q] + 0.5 * ea * strain) + 0.5 * gj * du[3] * du[3]);
-        }
+        strip_energies(model, &model->strip[index], ue, ve, &kinetic_of, &potential_of);
+    }
+    for (int lane = 0; lane < LANES; lane++) {
+        k += LANE(kinetic_of, lane);
+        p += LANE(potential_of, lane);
     }
     for (int i = 0; i < 4 * model->nodes; i++) p -= model->constant_force[i] * u[i];
     for (int end = 0; end < 2; end++)

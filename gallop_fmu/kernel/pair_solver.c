@@ -53,8 +53,8 @@ static inline void subtract_apply(const block *restrict a, const double *restric
     TOGETHER for (int i = 0; i < 4; i++) out[4 + i] -= IMAGINARY_PART(a, i, x, x + 4);
 }
 
-/* Gauss-Jordan; `turn` (cosine, sine) brings the pivots to the right half plane, which they leave only where the tangent
- * is not positive definite any more. */
+/* Gauss-Jordan; `turn` (cosine, sine) brings the pivots to the right half plane, which they leave only where the
+ * tangent is not positive definite any more. */
 static bool invert(block *a, const double turn[2])
 {
     for (int k = 0; k < 4; k++) {

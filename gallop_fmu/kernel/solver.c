@@ -1,12 +1,13 @@
 /* Direct solver for the chain: the middle node of each element is condensed, LANES elements at a time; what remains is
- * block tridiagonal in the corner nodes, and is eliminated from both ends towards the middle: two recursions that do not
- * wait for each other.  Work and memory grow linearly with the number of elements.  Everything is compiled for blocks of
- * 4, 3 and 2 unknowns: the leading ones, the others stay as they are. */
+ * block tridiagonal in the corner nodes, and is eliminated from both ends towards the middle: two recursions that do
+ * not wait for each other.  Work and memory grow linearly with the number of elements.  Everything is compiled for
+ * blocks of 4, 3 and 2 unknowns: the leading ones, the others stay as they are. */
 #include "internal.h"
 
 /* Where a factorisation lies in its block of memory.  Of a strip: the inverse of its middle blocks and the couplings of
- * the middle with the left and the right node, LANES values of each entry side by side.  Of a corner, by columns: inverse; carry, which takes its right-hand side to the neighbour towards
- * the middle of the span; back, which takes the neighbour's solution back to it. */
+ * the middle with the left and the right node, LANES values of each entry side by side.  Of a corner, by columns:
+ * inverse; carry, which takes its right-hand side to the neighbour towards the middle of the span; back, which takes
+ * the neighbour's solution back to it. */
 enum { MIDDLE_INVERSE, COUPLED_LEFT, COUPLED_RIGHT };
 enum { INVERSE, CARRY, BACK };
 
@@ -146,7 +147,7 @@ INLINE bool condense(const gallop_model *model, int index, lanes block[6][16], i
     multiply_lanes(inverse, block[MIDDLE_RIGHT], n, to_right);
     for (int i = 0; i < size; i++) back_coupling[i] = block[LEFT_RIGHT][i];
     subtract_lanes(block[LEFT_MIDDLE], to_left, n, block[LEFT_LEFT]);
-    subtract_lanes(block[LEFT_MIDDLE], to_right, n, block[LEFT_RIGHT]);     /* row of the left node, column of the right */
+    subtract_lanes(block[LEFT_MIDDLE], to_right, n, block[LEFT_RIGHT]);   /* row: left node, column: right */
     subtract_lanes(block[MIDDLE_RIGHT], to_left, n, back_coupling);         /* the other way round */
     subtract_lanes(block[MIDDLE_RIGHT], to_right, n, block[RIGHT_RIGHT]);
     for (int i = 0; i < size; i++) {
@@ -203,7 +204,8 @@ static void fix_rows(const bool fixed[4], double *corner, int n)
 INLINE bool factor_all(const gallop_model *model, const instant *now, const sections *at, const double *u, blend mix,
                        const bool fixed[2][4], int n, double *store)
 {
-    const int elements = model->elements, meeting = elements / 2, size = n * STRIDE(n), corners = 3 * size * (elements + 1);
+    const int elements = model->elements, meeting = elements / 2;
+    const int size = n * STRIDE(n), corners = 3 * size * (elements + 1);
     double *first = store + corner_part(model->strips, 0, n);
     double *last = store + corner_part(model->strips, elements, n);
     for (int i = 0; i < corners; i++) first[i] = 0.0;
@@ -300,12 +302,12 @@ INLINE void solve_all(const gallop_model *model, const double *store, const bool
     TWO_PATHS static bool factor_##unknowns(const gallop_model *model, const instant *now, const sections *at,        \
                                             const double *u, blend mix, const bool fixed[2][4], factor *factors)      \
     {                                                                                                                 \
-        return factor_all(model, now, at, u, mix, fixed, unknowns, factors->value);                                         \
+        return factor_all(model, now, at, u, mix, fixed, unknowns, factors->value);                                   \
     }                                                                                                                 \
     TWO_PATHS static void solve_##unknowns(const gallop_model *model, const factor *factors, const bool fixed[2][4],  \
                                            double *rhs)                                                               \
     {                                                                                                                 \
-        solve_all(model, factors->value, fixed, unknowns, rhs);                                                             \
+        solve_all(model, factors->value, fixed, unknowns, rhs);                                                       \
     }
 SOLVER_OF(2)
 SOLVER_OF(3)

@@ -119,8 +119,8 @@ static int newton_at_rest(const gallop_model *m, double t, const instant *now, c
 
 #define SMALL_MOVE 1e-6   /* [m] for the derivative of the residual along a displacement of the ends */
 
-/* The ends go to their places, and the nodes between follow by the tangent: an end that moved alone would push its element
- * slack. */
+/* The ends go to their places, and the nodes between follow by the tangent: an end that moved alone would push its
+ * element slack. */
 static void place_ends(const gallop_model *m, double t, const instant *now, layout *at)
 {
     const blend stiffness = {1.0, 0.0, 0.0};
@@ -150,9 +150,9 @@ static void place_ends(const gallop_model *m, double t, const instant *now, layo
             if (m->fixed[end][i]) at->u[(end ? values - 4 : 0) + i] = now->position[end][i];
 }
 
-/* Loads, support displacement and wind pressure (so the square of the speed) grow in steps that halve on failure.  Nothing
- * that has weight rests slack, so the way there is taken with the law of the taut cable, whose tangent is never empty; an
- * arch in compression is not found, as its tangent is not positive. */
+/* Loads, support displacement and wind pressure (so the square of the speed) grow in steps that halve on failure.
+ * Nothing that has weight rests slack, so the way there is taken with the law of the taut cable, whose tangent is never
+ * empty; an arch in compression is not found, as its tangent is not positive. */
 int static_equilibrium(const gallop_model *model, double t, const instant *target, layout *at, gallop_report *report)
 {
     gallop_model taut = *model;
@@ -240,7 +240,8 @@ static int solve_for_target(gallop_model *m, layout *at, gallop_report *report)
     const double weight = m->mass * s->gravity;
     const bool by_sag = s->sag > 0.0;
     const double target = by_sag ? s->sag : s->horizontal_tension;
-    double c = by_sag ? s->length * hypot(s->length, s->height_difference) / (8.0 * s->sag) : s->horizontal_tension / weight;
+    double c = by_sag ? s->length * hypot(s->length, s->height_difference) / (8.0 * s->sag)
+                      : s->horizontal_tension / weight;
     for (int i = 0; by_sag && i < 60; i++) {
         catenary k = catenary_of(s->length, s->height_difference, c);
         c *= catenary_sag(&k, s->length, s->height_difference) / target;
@@ -264,7 +265,8 @@ static int solve_for_target(gallop_model *m, layout *at, gallop_report *report)
 static double partial_length(const double x[9], double xi)
 {
     double length = 0.0;   /* from -1 to xi, three-point Gauss */
-    const double point[3] = {-0.77459666924148337704, 0.0, 0.77459666924148337704}, weight[3] = {5.0 / 9.0, 8.0 / 9.0, 5.0 / 9.0};
+    const double point[3] = {-0.77459666924148337704, 0.0, 0.77459666924148337704};
+    const double weight[3] = {5.0 / 9.0, 8.0 / 9.0, 5.0 / 9.0};
     for (int q = 0; q < 3; q++) {
         double at = -1.0 + 0.5 * (xi + 1.0) * (1.0 + point[q]), square = 0.0;
         for (int i = 0; i < 3; i++) {
@@ -315,7 +317,8 @@ int initial_equilibrium(gallop_model *m, gallop_report *report)
         gallop_derived *d = &m->derived;
         gravity_forces(m, at.residual);
         internal_forces(m, m->constant_force);
-        for (int i = 4; i < 4 * last; i++) d->imbalance = fmax(d->imbalance, fabs(m->constant_force[i] - at.residual[i]));
+        for (int i = 4; i < 4 * last; i++)
+            d->imbalance = fmax(d->imbalance, fabs(m->constant_force[i] - at.residual[i]));
         for (int i = 0; i < 3; i++) {
             m->static_force[0][i] = m->constant_force[i] - at.residual[i];
             m->static_force[1][i] = m->constant_force[4 * last + i] - at.residual[4 * last + i];
@@ -324,8 +327,10 @@ int initial_equilibrium(gallop_model *m, gallop_report *report)
         }
         d->sag = mesh_sag(m);
         d->horizontal_tension = held ? s->horizontal_tension : fabs(m->static_force[0][0]);
-        for (int e = 0; e < m->elements; e++)
-            d->length += m->geometry[e].inertia_weight[0] + m->geometry[e].inertia_weight[1] + m->geometry[e].inertia_weight[2];
+        for (int e = 0; e < m->elements; e++) {
+            const double *part = m->geometry[e].inertia_weight;
+            d->length += part[0] + part[1] + part[2];
+        }
         place_loads(m);
     }
     free(work);

@@ -8,7 +8,18 @@ static size_t motion_bytes(const gallop_model *model)
     return arrays * 4 * (size_t)model->nodes * sizeof(double);
 }
 
-/* One step of size h from the state's time, halved where it does not converge.  On failure the motion is what it was. */
+/* The forces of wind and eccentric ice turn with a section; a sub-step in which it turns far cannot follow them. */
+static void remember_turn(const gallop_model *model, gallop_state *state, const layout *at)
+{
+    double largest = state->largest_turn;
+    for (int n = 3; n < 4 * model->nodes; n += 4) {
+        const double turn = fabs(at->u[n] - at->u0[n]);
+        if (turn > largest) largest = turn;
+    }
+    state->largest_turn = largest;
+}
+
+/* One step of size h from the state's time, halved where it does not converge; on failure the motion is as before. */
 static int whole_step(const gallop_model *model, gallop_state *state, layout *at, const gallop_inputs *inputs, double h,
                       gallop_report *report)
 {
@@ -30,6 +41,7 @@ static int whole_step(const gallop_model *model, gallop_state *state, layout *at
         if (outcome == GALLOP_COMPLETED) {
             done += unit;
             state->last_substeps++;
+            if (model->unknowns == 4) remember_turn(model, state, at);
             if (by_gauss(model)) gauss_commit(model, state, at, part);
             else newmark_commit(model, state, at, part);
             if (level > 0 && done % (whole >> (level - 1)) == 0) level--;
@@ -56,6 +68,7 @@ static int whole_step(const gallop_model *model, gallop_state *state, layout *at
 static void sum_up(const gallop_state *state, gallop_report *report)
 {
     report->lowest_tension = state->lowest_tension;
+    report->largest_turn = state->largest_turn;
     report->steps = state->steps;
     report->substeps = state->substeps;
     report->iterations = state->iterations;
@@ -74,10 +87,10 @@ static int march_freely(const gallop_model *model, gallop_state *state, const ga
     return outcome;
 }
 
-/* `count` steps of size h, the first being number `before` + 1 since `origin`: times are products, so that round-off neither
- * adds up nor depends on where a run is interrupted to record. */
-static int march(const gallop_model *model, gallop_state *state, const gallop_inputs *inputs, double origin, int64_t before,
-                 double h, int64_t count, gallop_report *report)
+/* `count` steps of size h, the first being number `before` + 1 since `origin`: times are products, so that round-off
+ * neither adds up nor depends on where a run is interrupted to record. */
+static int march(const gallop_model *model, gallop_state *state, const gallop_inputs *inputs, double origin,
+                 int64_t before, double h, int64_t count, gallop_report *report)
 {
     layout at = state_layout(model, state);
     for (int64_t i = 1; i <= count; i++) {
@@ -94,7 +107,10 @@ static int march(const gallop_model *model, gallop_state *state, const gallop_in
 }
 
 /* A model of the laws only has left out what inputs could wake. */
-static bool unexpected(const gallop_model *model, const gallop_inputs *inputs) { return inputs && model->scene.laws_only; }
+static bool unexpected(const gallop_model *model, const gallop_inputs *inputs)
+{
+    return inputs && model->scene.laws_only;
+}
 
 int gallop_advance(const gallop_model *model, gallop_state *state, const gallop_inputs *inputs, double until,
                    gallop_report *report)
@@ -119,8 +135,9 @@ int gallop_advance(const gallop_model *model, gallop_state *state, const gallop_
 }
 
 int gallop_run(const gallop_model *model, gallop_state *state, int64_t first, int64_t records, int64_t every,
-               const int32_t *channel, int32_t channels, const int32_t *node, int32_t nodes, const int32_t *span_channel,
-               int32_t span_channels, double *node_values, double *span_values, int64_t *done, gallop_report *report)
+               const int32_t *channel, int32_t channels, const int32_t *node, int32_t nodes,
+               const int32_t *span_channel, int32_t span_channels, double *node_values, double *span_values,
+               int64_t *done, gallop_report *report)
 {
     uint32_t asked = 0;
     for (int32_t c = 0; c < span_channels; c++) asked |= 1u << span_channel[c];
@@ -138,11 +155,13 @@ int gallop_run(const gallop_model *model, gallop_state *state, int64_t first, in
         for (int32_t n = 0; n < nodes; n++) {
             double values[GALLOP_NODE_CHANNELS];
             gallop_observe_node(model, state, node[n], values);
-            for (int32_t c = 0; c < channels; c++) node_values[((size_t)r * channels + c) * nodes + n] = values[channel[c]];
+            for (int32_t c = 0; c < channels; c++)
+                node_values[((size_t)r * channels + c) * nodes + n] = values[channel[c]];
         }
         double values[GALLOP_SPAN_CHANNELS];
         observe_span(model, state, asked, values);
-        for (int32_t c = 0; c < span_channels; c++) span_values[(size_t)r * span_channels + c] = values[span_channel[c]];
+        for (int32_t c = 0; c < span_channels; c++)
+            span_values[(size_t)r * span_channels + c] = values[span_channel[c]];
         if (free) control_return(model, state, &at);
         *done = r + 1;
     }

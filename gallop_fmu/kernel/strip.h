@@ -1,6 +1,6 @@
 /* A strip: LANES elements side by side, so that one instruction works on all of them.  Vectors of gcc and clang become
- * AVX2 or pairs of SSE2 registers with the same arithmetic, so the same bits; other compilers take one element at a time.
- * Vectors are passed by address only: what passing one by value means depends on the processor. */
+ * AVX2 or pairs of SSE2 registers with the same arithmetic, so the same bits; other compilers take one element at a
+ * time.  Vectors are passed by address only: what passing one by value means depends on the processor. */
 #ifndef GALLOP_STRIP_H
 #define GALLOP_STRIP_H
 
@@ -15,11 +15,13 @@ typedef double lanes;
 #endif
 
 #define LANE(x, k) (((double *)&(x))[k])
+#define LANES_AT(p) (*(lanes *)(p))   /* LANES values that lie side by side */
 
 /* Lane by lane: a where the comparison `if_true` holds, else b. */
 #if LANES == 4
 typedef long long lane_bits __attribute__((vector_size(32)));
-#define PICK(if_true, a, b) ((lanes)(((lane_bits)(if_true) & (lane_bits)(a)) | (~(lane_bits)(if_true) & (lane_bits)(b))))
+#define PICK(if_true, a, b) \
+    ((lanes)(((lane_bits)(if_true) & (lane_bits)(a)) | (~(lane_bits)(if_true) & (lane_bits)(b))))
 #else
 #define PICK(if_true, a, b) ((if_true) ? (a) : (b))
 #endif
@@ -32,6 +34,7 @@ typedef struct strip {
     lanes tension[2];           /* T0 [N] */
     lanes product[6];           /* int N_a N_b dS [m], in the order of the blocks of a tangent */
     lanes share[3][3];          /* weight times N_a at three sections */
+    lanes stiffness_weight[2], inertia_weight[3];   /* lengths [m] of the points; 0 beyond the last element */
 } strip;
 
 /* Four unknowns of LANES nodes become LANES values of four unknowns, and back. */

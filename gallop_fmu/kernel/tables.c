@@ -23,7 +23,8 @@ static int check_numbers(const gallop_scene *s, gallop_report *report)
         {"damping ratio", s->translation_damping.low_ratio}, {"damping ratio", s->translation_damping.high_ratio},
         {"frequency of damping", s->translation_damping.high_frequency}, {"damping ratio", s->twist_damping.low_ratio},
         {"damping ratio", s->twist_damping.high_ratio}, {"frequency of damping", s->twist_damping.high_frequency},
-        {"vertical seed", s->seed_vertical}, {"horizontal seed", s->seed_horizontal}, {"seed of the twist", s->seed_twist}};
+        {"vertical seed", s->seed_vertical}, {"horizontal seed", s->seed_horizontal},
+        {"seed of the twist", s->seed_twist}};
     return ALL_FINITE(number, report);
 }
 
@@ -56,7 +57,8 @@ static int check_curve(const gallop_scene *s, gallop_report *report)
         return invalid(report, "number of pieces of the aerodynamic curve", s->pieces, 0.0);
     if (s->pieces == 0) return GALLOP_COMPLETED;
     int outcome = check_array(s->breakpoint, s->pieces + 1, true, "breakpoint of the aerodynamic curve", report);
-    if (!outcome && s->origin) outcome = check_array(s->origin, s->pieces, false, "origin of an aerodynamic piece", report);
+    if (!outcome && s->origin)
+        outcome = check_array(s->origin, s->pieces, false, "origin of an aerodynamic piece", report);
     return outcome ? outcome : check_array(s->coefficient, 12 * s->pieces, false, "aerodynamic coefficient", report);
 }
 
@@ -80,7 +82,8 @@ static int check_loads(const gallop_scene *s, gallop_report *report)
         if (outcome) return outcome;
         points += s->load[i].evenly_spaced > 0 ? s->load[i].evenly_spaced : 1;
     }
-    if (points > MOST_LOADED_POINTS) return invalid(report, "number of loaded points", (double)points, MOST_LOADED_POINTS);
+    if (points > MOST_LOADED_POINTS)
+        return invalid(report, "number of loaded points", (double)points, MOST_LOADED_POINTS);
     return GALLOP_COMPLETED;
 }
 

@@ -106,10 +106,10 @@ STRIP_OF(2)
 STRIP_OF(3)
 STRIP_OF(4)
 
-/* The blocks of a strip, as many rows and columns each as the model has unknowns at a node; `at` holds the section forces,
- * with slopes, of the motion whose displacements along the span are u. */
-void strip_tangent(const gallop_model *model, int index, const instant *now, const sections *at, const double *u, blend mix,
-                   lanes block[6][16])
+/* The blocks of a strip, as many rows and columns each as the model has unknowns at a node; `at` holds the section
+ * forces, with slopes, of the motion whose displacements along the span are u. */
+void strip_tangent(const gallop_model *model, int index, const instant *now, const sections *at, const double *u,
+                   blend mix, lanes block[6][16])
 {
     const strip *s = &model->strip[index];
     const int e = LANES * index, count = model->elements - e, first = 3 * LANES * index;
@@ -119,7 +119,8 @@ void strip_tangent(const gallop_model *model, int index, const instant *now, con
     else strip_of_4(model, s, at, first, wind, u + 8 * e, count, mix, block);
 }
 
-/* tangent: the 4 x 4 blocks left-left, left-middle, ... of one element, of all unknowns; u are its own displacements. */
+/* tangent: the 4 x 4 blocks left-left, left-middle, ... of one element, of all unknowns; u are its own
+ * displacements. */
 void element_tangent(const gallop_model *model, int e, const instant *now, const sections *at, const double u[12],
                      blend mix, double tangent[6][16])
 {

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from typing import Any
 
@@ -10,7 +11,7 @@ from numpy.typing import NDArray
 
 from gallop_fmu import Model, Result
 from gallop_fmu.plots import DIED_OUT
-from gallop_fmu.result import dominant_frequency
+from gallop_fmu.result import slowest_frequency
 
 Array = NDArray[np.float64]
 
@@ -79,12 +80,9 @@ def _window(result: Result) -> tuple[str, NDArray[np.intp]]:
     """Name of the part of the run that is shown, and its records."""
     data = result.midspan()
     time = np.asarray(data.time.values)
-    half = len(time) // 2
-    interval = float(time[1] - time[0]) if len(time) > 1 else 1.0
     swings = [np.asarray(data[name].values) for name in ("u2", "u3")]
-    frequencies = [dominant_frequency(y[half:], interval) for y in swings]
-    slowest = min((frequency for frequency in frequencies if frequency > 0.0), default=0.0)
-    length = PERIODS / slowest if slowest > 0.0 else STEADY
+    slowest = slowest_frequency(data)
+    length = PERIODS / slowest if math.isfinite(slowest) else STEADY
     late = time >= time[-1] - length
     if all(np.ptp(y[late]) <= DIED_OUT * np.ptp(y) for y in swings):
         return "the beginning; the motion dies out later", np.flatnonzero(time <= length)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -19,6 +18,7 @@ from gallop_fmu.terminal import (
     complain,
     example,
     new_console,
+    progress_bar,
 )
 
 if TYPE_CHECKING:
@@ -59,15 +59,11 @@ def report(
 
 @contextmanager
 def _progress(title: str) -> Iterator[Progress | None]:
-    """A bar on standard error with what is being computed, if somebody is there to watch."""
-    if not sys.stderr.isatty():
-        yield None
-        return
-    from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
-
-    columns = TextColumn("{task.description}"), BarColumn(), TimeRemainingColumn()
-    with Progress(*columns, console=new_console(stderr=True), transient=True) as bar:
-        bar.console.print(title, style="dim")
+    """What is being computed, and the share of it that is done, on a bar."""
+    with progress_bar(title) as bar:
+        if bar is None:
+            yield None
+            return
         task, current = bar.add_task("starting", total=None), ""
 
         def show(name: str, share: float) -> None:

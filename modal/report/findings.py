@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from gallop_fmu import Inputs, Model, Outcome, Result, Scene, SceneError, SimulationError, simulate
 from gallop_fmu.channels import NODE_INDEX, SPAN_INDEX
 from gallop_fmu.clearance import Ellipse, cigre_322_single_loop, davison_single_loop
+from gallop_fmu.recording import check_stop_time
 from modal.analytic import ShallowCable, shallow_cable
 from modal.criteria import Criterion, stability_criteria
 from modal.modes import Mode, natural_modes
@@ -131,12 +132,8 @@ def examine(scene: Scene, stop_time: float | None = None, progress: Progress | N
 
     Parameters
     ----------
-    scene
-        The span.
-    stop_time
-        Simulated time [s]; None takes the scene's.
-    progress
-        Called with the name of what is being computed and the share of it that is done.
+    scene, stop_time, progress
+        As for `modal.write_report`.
 
     Raises
     ------
@@ -144,8 +141,7 @@ def examine(scene: Scene, stop_time: float | None = None, progress: Progress | N
         If `stop_time` is not allowed. What else cannot be found out is `Missing` in the findings.
     """
     stop_time = scene.run.stop_time if stop_time is None else stop_time
-    if not (math.isfinite(stop_time) and stop_time > 0.0):
-        raise SceneError(f"stop_time = {stop_time}: must be a positive number of seconds")
+    check_stop_time(stop_time)
     tell = progress or (lambda name, share: None)
     seconds: dict[str, float] = {}
 

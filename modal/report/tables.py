@@ -7,14 +7,14 @@ import platform
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from datetime import datetime
-from importlib.metadata import version
 from typing import Any
 
 import numpy as np
 
 from gallop_fmu import Outcome, Result, Scene
 from gallop_fmu.paths import leaves
-from gallop_fmu.result import summary
+from gallop_fmu.release import program
+from gallop_fmu.result import frequency_text, summary
 from modal.modes import Mode
 from modal.onset import CriticalWind
 from modal.report.findings import Findings, Missing, Statics
@@ -167,7 +167,7 @@ def motion_table(result: Result) -> Table:
         scale, unit = {"theta": (180.0 / math.pi, "deg"), "tension": (1e-3, "kN")}.get(name, (1.0, "m"))
         low, high = float(data[name].min()) * scale, float(data[name].max()) * scale
         steady = f"{row['amplitude'] * scale:.4g}", f"{row['mean'] * scale:.4g}"
-        frequency = f"{row['frequency_hz']:.4f}" if row["frequency_hz"] else "-"
+        frequency = frequency_text(row["frequency_hz"])
         rows.append((f"{SHOWN[name]} [{unit}]", *steady, frequency, f"{low:.4g}", f"{high:.4g}"))
     last = f"last {window:g} s"
     headings = ("mid-span", f"amplitude, {last}", f"mean, {last}", "frequency [Hz]", "lowest in the run", "highest")
@@ -228,7 +228,7 @@ def numerics_table(findings: Findings) -> Table:
 def provenance_table(findings: Findings) -> Table:
     """What computed it, when and where."""
     rows = [
-        ("program", f"gallop-fmu {version('gallop-fmu')}"),
+        ("program", program()),
         ("Python, NumPy", f"{platform.python_version()}, {np.__version__}"),
         ("machine", f"{platform.system()} {platform.machine()}"),
         ("written", datetime.now().astimezone().isoformat(timespec="seconds")),

@@ -9,7 +9,7 @@ from scipy.optimize import brentq
 import gallop_fmu as gf
 import modal
 from gallop_fmu.condensation import condense
-from gallop_fmu.engine import Condensed
+from gallop_fmu.condensed_engine import CondensedModel
 
 
 def still(scene, **changes):
@@ -60,7 +60,7 @@ def test_wind_and_turning_ice_balance_in_the_element():
     size = np.abs(span.shapes[:, :, 1:]).max(axis=(1, 2))[:count]
     q[:count] = np.where(twisting[:count], 0.12, 0.0) * draw.standard_normal(count) / size
     v[:count] = np.where(twisting[:count], 0.5, 0.4) * draw.standard_normal(count) / size
-    kernel = Condensed(span.model, {**span.values, "time_step": 0.01})
+    kernel = CondensedModel(span.model, {**span.values, "time_step": 0.01})
     _, a = kernel.forces(q, v)
     u, du, ddu = (np.einsum("k,kni->ni", y, span.shapes) for y in (q, v, a))
     u[:, 0] = du[:, 0] = 0.0  # a linear strain rate along the span is none of the section's forces

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from gallop_fmu.engine import Model
-from gallop_fmu.scene import load_scene
+from gallop_fmu.scene_files import load_scene
 
 LONG = np.longdouble
 ROOT = np.sqrt(LONG(3) / 5)

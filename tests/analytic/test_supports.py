@@ -5,7 +5,8 @@ import pytest
 
 from gallop_fmu.channels import NODE_INDEX, SPAN_INDEX
 from gallop_fmu.engine import Inputs, Model
-from gallop_fmu.scene import Scene, load_scene
+from gallop_fmu.scene import Scene
+from gallop_fmu.scene_files import load_scene
 
 FORCES = [SPAN_INDEX[f"{end}_f{axis}"] for end in ("left", "right") for axis in (1, 2, 3)]
 

@@ -1,15 +1,16 @@
-"""Under numerics.tolerance whole runs are as exact as asked for."""
+"""Under numerics.tolerance whole runs are as exact as asked for, in all that moves across the span and in the twist."""
 
 import numpy as np
 import pytest
 
 from gallop_fmu.channels import NODE_INDEX
 from gallop_fmu.engine import Inputs, Model
-from gallop_fmu.scene import load_scene
+from gallop_fmu.scene_files import load_scene, packaged_scenes
 from gallop_fmu.simulation import simulate
 
-CHANNELS = np.array([NODE_INDEX[name] for name in ("u2", "u3")], np.int32)
+CHANNELS = np.array([NODE_INDEX[name] for name in ("u2", "u3", "theta")], np.int32)
 CLOCK = 0.005
+FINE = 0.0025
 RUNS = {
     "example1": (10.0, {}),
     "example2": (40.0, {"initial.seed_vertical": 0.3, "initial.seed_horizontal": 0.05}),
@@ -21,50 +22,53 @@ RUNS = {
 SHORT_PULSE = {"kind": "pulse", "peak": 1.0, "start": 3.3, "rise": 0.05, "fall_start": 3.4, "fall": 0.05}
 
 
-def midspan(name, numerics, until, values, every=10):
+def motion(name, numerics, until, values):
+    """Motion of all nodes every 0.05 s, (time, channel, node)."""
     scene = load_scene(name).with_values(values | {f"numerics.{key}": value for key, value in numerics.items()})
-    model = Model(scene)
-    count = round(until / (every * scene.numerics.time_step))
-    run = model.start().run(count, every, CHANNELS, np.array([model.middle], np.int32))
-    return run.node_values[:, :, 0], run.report
+    model, every = Model(scene), round(0.05 / scene.numerics.time_step)
+    run = model.start().run(round(until / 0.05), every, CHANNELS, np.arange(model.nodes, dtype=np.int32))
+    return run.node_values, run.report
 
 
 def relative(found, exact):
-    """Root mean square of the difference, relative to that of the motion, in u2 and u3."""
-    return np.sqrt(((found - exact) ** 2).mean(axis=0) / (exact**2).mean(axis=0))
+    """Root mean square of the difference, relative to that of the motion, in each channel that moves."""
+    error, size = (np.sqrt((values**2).mean(axis=(0, 2))) for values in (found - exact, exact))
+    assert np.all(error[size == 0.0] == 0.0)
+    return error[size > 0.0] / size[size > 0.0]
 
 
-@pytest.fixture(scope="module", params=RUNS)
+@pytest.fixture(scope="module", params=packaged_scenes())
 def converged(request):
     until, values = RUNS[request.param]
-    fine = {"integrator": "gauss6", "time_step": CLOCK, "newton_tolerance": 1e-13}
-    return request.param, until, values, midspan(request.param, fine, until, values)[0]
+    fine = {"integrator": "gauss6", "time_step": FINE, "newton_tolerance": 1e-13}
+    return request.param, until, values, motion(request.param, fine, until, values)[0]
 
 
-@pytest.mark.parametrize("tolerance", [1e-3, 1e-5, 1e-7])
+@pytest.mark.parametrize("tolerance", [1e-3, 1e-4, 1e-5, 1e-6, 1e-7])
 def test_error_of_a_run_is_within_three_tolerances(converged, tolerance):
     name, until, values, exact = converged
-    found, report = midspan(name, {"tolerance": tolerance, "time_step": CLOCK}, until, values)
+    found, report = motion(name, {"tolerance": tolerance, "time_step": CLOCK}, until, values)
     errors = relative(found, exact) / tolerance
-    assert errors.max() < 3.0
+    assert len(errors) == (2 if name == "zebra" else 3)  # a bare conductor does not twist
+    assert errors.max() < 3.0  # observed up to 2.01 in the twist of example 1, 0.42 elsewhere
     assert errors.max() > 0.001  # nor is ten times more work done than asked for
-    assert report.steps < until / CLOCK
+    assert report.steps < until / FINE
 
 
 @pytest.mark.parametrize("law", [SHORT_PULSE, SHORT_PULSE | {"rise": 0.0, "fall": 0.0}], ids=["smooth", "jumps"])
 def test_a_short_pulse_is_not_stepped_over(law):
     """A span at rest would be crossed in steps of a second."""
     load = {"evenly_spaced": 39, "force": [0.0, 1.0, 2.0], "torque": 0.0, "law": law}
-    fine = {"integrator": "gauss6", "time_step": 0.0025, "newton_tolerance": 1e-13}
-    exact, _ = midspan("example1", fine, 8.0, {"loads": [load]}, every=20)
-    found, _ = midspan("example1", {"tolerance": 1e-4, "time_step": CLOCK}, 8.0, {"loads": [load]})
+    fine = {"integrator": "gauss6", "time_step": FINE, "newton_tolerance": 1e-13}
+    exact, _ = motion("example1", fine, 8.0, {"loads": [load]})
+    found, _ = motion("example1", {"tolerance": 1e-4, "time_step": CLOCK}, 8.0, {"loads": [load]})
     errors = relative(found, exact) / 1e-4
     assert errors.max() < 3.0
 
 
 def test_the_time_before_the_pulse_takes_few_steps():
     load = {"evenly_spaced": 39, "force": [0.0, 1.0, 2.0], "torque": 0.0, "law": SHORT_PULSE}
-    _, report = midspan("example1", {"tolerance": 1e-4, "time_step": CLOCK}, 3.0, {"loads": [load]})
+    _, report = motion("example1", {"tolerance": 1e-4, "time_step": CLOCK}, 3.0, {"loads": [load]})
     assert report.steps <= 12
 
 
@@ -82,7 +86,7 @@ def test_communication_steps_end_where_asked_and_jumps_of_the_wind_are_followed(
         exact.advance(until, wind)
         assert loose.time == until
         seen.append([state.observe_node(state.model.middle)[CHANNELS] for state in (loose, exact)])
-    seen = np.array(seen)
+    seen = np.array(seen)[..., np.newaxis]
     errors = relative(seen[:, 0], seen[:, 1]) / tolerance
     assert errors.max() < 3.0
     assert report.refactorisations < report.steps / 3

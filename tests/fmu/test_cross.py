@@ -14,9 +14,9 @@ from fmpy import supported_platforms
 from typer.testing import CliRunner
 
 from gallop_fmu.cli import app
-from gallop_fmu.engine import library_path
 from gallop_fmu.fmu import ExportError, cross, export_fmu
 from gallop_fmu.fmu.cross import PLATFORMS, CompilerError, arguments, cache_key, cross_library, universal_library
+from gallop_fmu.library import library_path
 
 ROOT = Path(__file__).resolve().parents[2]
 X86_64, ARM64 = (0x01000007, 3), (0x0100000C, 0)

@@ -11,7 +11,7 @@ from gallop_fmu.fmu import export_fmu, variable_table
 from gallop_fmu.fmu.units import BASE_UNITS
 from gallop_fmu.fmu.variables import Origin, fmu_variables
 from gallop_fmu.laws import Ramp
-from gallop_fmu.scene import load_scene, packaged_scenes
+from gallop_fmu.scene_files import load_scene, packaged_scenes
 
 SI = {
     "N": (1, 1, -2, 0, 1.0),

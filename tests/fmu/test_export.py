@@ -7,11 +7,12 @@ import zipfile
 import pytest
 from fmpy import read_model_description
 
-from gallop_fmu.engine import library_path
 from gallop_fmu.fmu import ExportError, export_fmu
 from gallop_fmu.fmu.export import platform
+from gallop_fmu.library import library_path
 from gallop_fmu.outcome import SimulationError
-from gallop_fmu.scene import Scene, load_scene
+from gallop_fmu.scene import Scene
+from gallop_fmu.scene_files import load_scene
 
 
 def test_exporting_twice_gives_the_same_bytes(gallop_scene, gallop_fmu, runtime, tmp_path):

@@ -177,7 +177,7 @@ def test_a_fault_of_the_package_fails_the_step_and_not_the_host(gallop_fmu, host
 
 def test_no_wind_without_a_curve(host, tmp_path):
     from gallop_fmu.fmu import export_fmu
-    from gallop_fmu.scene import load_scene
+    from gallop_fmu.scene_files import load_scene
 
     scene = load_scene("example1").with_values({"numerics.elements": 4})
     fmu = host(export_fmu(scene, tmp_path / "x.fmu", runtime="python")).start()

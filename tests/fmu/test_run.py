@@ -8,7 +8,7 @@ from gallop_fmu.channels import NODE_CHANNELS, NODE_INDEX, SPAN_INDEX
 from gallop_fmu.engine import Inputs, Model
 from gallop_fmu.fmu import export_fmu
 from gallop_fmu.fmu.variables import Origin, fmu_variables
-from gallop_fmu.scene import load_scene
+from gallop_fmu.scene_files import load_scene
 
 STOP = 2.0
 STILL = np.zeros((2, 3))

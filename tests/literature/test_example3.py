@@ -16,7 +16,9 @@ TABLE_1_SPRING = 75.97e3
 
 def gallop(values, stop_time=1000.0):
     """Run example 3 with some values replaced, recorded every 0.02 s."""
-    scene = gf.load_scene("example3").with_values({"numerics.time_step": 0.02} | values)
+    scene = gf.load_scene("example3").with_values(
+        {"numerics.time_step": 0.02, "numerics.newton_tolerance": 1e-9} | values
+    )
     return gf.simulate(scene, stop_time=stop_time, record_every=round(0.02 / scene.numerics.time_step))
 
 
@@ -74,6 +76,13 @@ def test_steady_state_of_the_prototype(fine, amplitudes):
 
 def test_steady_state_of_the_prototype_with_the_same_coarse_step(coarse, amplitudes):
     assert amplitudes(coarse)[:2] == pytest.approx([0.4434, 0.1918], rel=5e-4)  # observed 3e-5, 2.3e-4
+
+
+def test_the_packaged_tolerance_leaves_the_steady_state_where_it_is(usual, amplitudes):
+    scene = gf.load_scene("example3")
+    assert scene.numerics.newton_tolerance > 1e-9
+    # observed 2e-6, 5e-6, 7e-5
+    assert amplitudes(gf.simulate(scene, stop_time=1000.0)) == pytest.approx(amplitudes(usual), rel=2e-4)
 
 
 def test_the_swing_has_half_the_vertical_frequency(usual):

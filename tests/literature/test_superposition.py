@@ -22,7 +22,9 @@ def galloping():
 
 @pytest.fixture(scope="module")
 def resonance():
-    scene = gf.load_scene("example3").with_values({"numerics.time_step": 0.02, "run.record_every": 2})
+    scene = gf.load_scene("example3").with_values({
+        "numerics.time_step": 0.02, "numerics.newton_tolerance": 1e-9, "run.record_every": 2,
+    })  # fmt: skip
     return modal.compare(scene, 900.0)
 
 

@@ -1,12 +1,22 @@
-"""Work of wind, loads and towers against dissipation and change of stored energy, and what the report says of runs of
-many halved steps."""
+"""Work of wind, loads and towers against dissipation and change of stored energy, and what the report says of runs
+whose steps were too long."""
+
+import re
+import sys
+from pathlib import Path
 
 import numpy as np
 import pytest
 
 import gallop_fmu as gf
 from gallop_fmu.energy import MOTION_CHANNELS, energy_balance
-from gallop_fmu.outcome import Outcome, Report
+from gallop_fmu.outcome import DOUBTFUL_TURN, Outcome, Report
+
+FOLDER = Path(__file__).resolve().parents[2] / "benchmarks"
+sys.path[:0] = [str(FOLDER)]
+
+from stress.checks import CLOSED, judge  # noqa: E402
+from stress.scenes import stress_scene  # noqa: E402
 
 SWAY = {"kind": "pulse", "rise": 2.0, "fall_start": 3.0, "fall": 2.0, "peak": 0.02}
 CALM = {"initial.seed_vertical": 0.0, "initial.seed_horizontal": 0.0, "numerics.newton_tolerance": 1e-12}
@@ -76,6 +86,40 @@ def test_a_run_of_halved_steps_says_that_it_is_doubtful():
     assert result.report.doubtful
     assert "reduce numerics.time_step" in str(result.report)
     assert "halved" in result.dataset.attrs["message"]
+
+
+def test_a_section_that_whirls_through_its_steps_says_so():
+    """Two elements of 457 m in a wind that waxes and wanes turn by a turn and a half within a step of 70 ms."""
+    verdict = judge(stress_scene(1, 9862))
+    assert verdict.outcome == "completed"
+    assert verdict.halvings == 0
+    assert verdict.imbalance > CLOSED  # observed 0.23
+    assert verdict.faults == []
+    assert verdict.doubtful
+    assert re.search(r"turned by \d{3} deg within one step", verdict.message)  # observed 583
+    assert "reduce numerics.time_step" in verdict.message
+
+
+@pytest.mark.parametrize("number", [5581, 7472, 7118])
+def test_a_halved_start_is_balanced_in_its_parts(number):
+    """Released out of equilibrium, these lose up to half of their energy to damping in the first step."""
+    verdict = judge(stress_scene(1, number))
+    assert verdict.halvings == 1
+    assert verdict.faults == []
+    assert verdict.imbalance < 0.01  # observed 8e-4 to 5e-3; 0.29 to 0.33 by records at ends of whole steps
+
+
+def test_galloping_turns_little_in_a_step():
+    result = gf.simulate(gf.load_scene("example3").with_values({"initial.seed_vertical": 0.3}), stop_time=20.0)
+    omega = np.abs(result.midspan()["omega"].values).max() * result.scene.numerics.time_step
+    assert 0.8 * omega < result.report.largest_turn < 1.5 * omega
+    assert result.report.largest_turn < 0.1 * DOUBTFUL_TURN
+    assert not result.report.doubtful
+
+
+@pytest.mark.parametrize(("turn", "doubtful"), [(1.0, False), (1.001, True)])
+def test_a_turn_of_a_radian_in_a_step_is_too_much(turn, doubtful):
+    assert Report(Outcome.COMPLETED, 1.0, steps=1000, largest_turn=turn).doubtful is doubtful
 
 
 @pytest.mark.parametrize(("steps", "halvings", "doubtful"), [(1000, 0, False), (1000, 10, False), (1000, 11, True)])

@@ -49,11 +49,9 @@ def _command(out):
     return [sys.executable, "-P", "-c", "from gallop_fmu.cli import main; main()", *words]
 
 
-def _begun(out, rows):
+def _begun(begin, out, rows):
     """The command as a process, once so many rows are there."""
-    process = subprocess.Popen(
-        _command(out), stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, env=ENVIRONMENT
-    )
+    process = begin(_command(out), stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, env=ENVIRONMENT)
     journal = journal_of(out)
     until = time.monotonic() + 120.0
     while journal.read_bytes().count(b"\n") < 1 + rows:
@@ -94,12 +92,12 @@ def complete():
 
 
 @needs_posix
-def test_sweep_that_is_stopped_in_every_way_goes_on_where_it_was(tmp_path, complete):
+def test_sweep_that_is_stopped_in_every_way_goes_on_where_it_was(tmp_path, begin, complete):
     """A full disk, then a kill, then Ctrl-C, each a process of its own that takes over what the one before left."""
     out = tmp_path / "runs.nc"
     kept = _disk_full(out)
-    kept = _killed(out, kept)
-    kept = _interrupted(out, kept)
+    kept = _killed(begin, out, kept)
+    kept = _interrupted(begin, out, kept)
     calls, winds = [], complete.dataset["wind.speed"].values
     runs = gf.sweep(_scene(), {"wind.speed": winds}, stop_time=STOP_TIME, out=out, progress=lambda *n: calls.append(n))
     assert calls[0] == (kept, 0, 16)
@@ -133,8 +131,8 @@ def _disk_full(out):
     return kept
 
 
-def _killed(out, before):
-    process = _begun(out, before + 2)
+def _killed(begin, out, before):
+    process = _begun(begin, out, before + 2)
     process.kill()
     process.communicate()
     assert process.returncode == -signal.SIGKILL
@@ -144,8 +142,8 @@ def _killed(out, before):
     return kept
 
 
-def _interrupted(out, before):
-    process = _begun(out, before + 2)
+def _interrupted(begin, out, before):
+    process = _begun(begin, out, before + 2)
     process.send_signal(signal.SIGINT)
     printed, messages = process.communicate(timeout=60)
     assert process.returncode == 1, messages

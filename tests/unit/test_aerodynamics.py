@@ -5,7 +5,7 @@ import pytest
 
 from gallop_fmu.aerodynamics import PolynomialCoefficients, TableCoefficients
 from gallop_fmu.errors import SceneError
-from gallop_fmu.scene import load_scene
+from gallop_fmu.scene_files import load_scene
 
 COEFFICIENTS = ("lift", "drag", "moment")
 

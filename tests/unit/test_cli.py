@@ -14,7 +14,7 @@ from typer.testing import CliRunner
 
 from gallop_fmu import terminal
 from gallop_fmu.cli import app
-from gallop_fmu.scene import packaged_scenes
+from gallop_fmu.scene_files import packaged_scenes
 
 COMMANDS = ("scenes", "conductors", "new", "run", "export", "check", "demo")
 LEAVES_THE_CURVE = ("--set", "aerodynamics.valid_to_deg=181")  # example 3 gallops out of this range at 119 s
@@ -68,6 +68,9 @@ def test_run_takes_the_condensed_model(invoke):
     right = gf.simulate_condensed(gf.load_scene("example3"), 20.0).steady(20.0)
     assert printed["midspan"]["u2"]["amplitude"] == right["u2"].amplitude
     assert printed["steps"] == 200
+    told = invoke("run", "example3", "--until", 20, "--model", "condensed")
+    assert told.exit_code == 0
+    assert "200 steps, 0 Newton iterations" in told.stdout
     _refused(invoke("run", "zebra", "--until", 20, "--model", "condensed"), "condensed model does not take this span")
 
 
@@ -308,15 +311,14 @@ def test_small_matrices_get_one_thread(monkeypatch, set_before, seen):
 
 @pytest.mark.skipif(os.name == "nt", reason="Windows has no pseudo-terminals of this kind")
 @pytest.mark.parametrize(("settings", "coloured"), [({}, True), ({"NO_COLOR": "1"}, False)])
-def test_colours_are_for_terminals_that_want_them(tmp_path, settings, coloured):
+def test_colours_are_for_terminals_that_want_them(tmp_path, begin, settings, coloured):
     import pty
 
     (tmp_path / "a.fmu").write_text("not an archive")
     plain = {name: value for name, value in os.environ.items() if name not in ("NO_COLOR", "FORCE_COLOR")}
     environment = {**plain, "TERM": "xterm", **settings}
     ours, theirs = pty.openpty()
-    with subprocess.Popen(_command("check", "a.fmu"), cwd=tmp_path, env=environment, stdout=theirs, stderr=theirs) as p:
-        assert p.wait(60) == 1
+    assert begin(_command("check", "a.fmu"), cwd=tmp_path, env=environment, stdout=theirs, stderr=theirs).wait(60) == 1
     shown = os.read(ours, 10_000).decode()
     os.close(ours)
     os.close(theirs)
@@ -339,11 +341,11 @@ State.run = telling
 
 
 @pytest.mark.skipif(os.name == "nt", reason="Ctrl-C is sent otherwise on Windows")
-def test_ctrl_c_keeps_what_was_computed(tmp_path):
+def test_ctrl_c_keeps_what_was_computed(tmp_path, begin):
     words = ("run", "example1", "--until", "1e6", "--every", "400", "--out", "a.nc")  # would take hours
     command = _command(*words)
     command[3] = TELLS_WHEN_IT_STEPS + command[3]
-    process = subprocess.Popen(command, cwd=tmp_path, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+    process = begin(command, cwd=tmp_path, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
     assert process.stdout.readline() == "stepping\n"
     process.send_signal(signal.SIGINT)
     _, messages = process.communicate(timeout=60)

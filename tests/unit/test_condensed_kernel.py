@@ -7,7 +7,7 @@ import pytest
 
 import gallop_fmu as gf
 from gallop_fmu.condensation import condense
-from gallop_fmu.engine import CONDENSED_MODES, Condensed
+from gallop_fmu.condensed_engine import CONDENSED_MODES, CondensedModel
 from gallop_fmu.outcome import Outcome, Report
 
 STEP = 0.05
@@ -21,7 +21,7 @@ def span():
 
 
 def kernel(span, **values):
-    return Condensed(span.model, {**span.values, "time_step": STEP, **values})
+    return CondensedModel(span.model, {**span.values, "time_step": STEP, **values})
 
 
 def without(span, mode):

@@ -9,7 +9,7 @@ from gallop_fmu.channels import NODE_CHANNELS, NODE_INDEX, SPAN_CHANNELS, SPAN_I
 from gallop_fmu.engine import Inputs, Model, State
 from gallop_fmu.integrators import INTEGRATORS
 from gallop_fmu.outcome import Outcome, SimulationError
-from gallop_fmu.scene import load_scene
+from gallop_fmu.scene_files import load_scene
 
 ALL = np.arange(len(NODE_CHANNELS), dtype=np.int32)
 NO_NODES = np.zeros(0, np.int32)

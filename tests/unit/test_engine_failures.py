@@ -8,7 +8,8 @@ import pytest
 from gallop_fmu.channels import NODE_CHANNELS, NODE_INDEX
 from gallop_fmu.engine import Inputs, Model, State
 from gallop_fmu.outcome import Outcome, SimulationError
-from gallop_fmu.scene import Scene, load_scene
+from gallop_fmu.scene import Scene
+from gallop_fmu.scene_files import load_scene
 
 ALL = np.arange(len(NODE_CHANNELS), dtype=np.int32)
 

@@ -6,7 +6,7 @@ import math
 import pytest
 
 import gallop_fmu as gf
-from gallop_fmu.engine import _kernel
+from gallop_fmu.library import kernel
 from gallop_fmu.outcome import Outcome
 from gallop_fmu.structures import CLoad, CReport, Packed
 
@@ -15,11 +15,11 @@ def outcome_of(change):
     """Outcome and field of a model of example 3 that was changed after it was validated."""
     packed, report, handle = Packed(gf.load_scene("example3")), CReport(), c.c_void_p()
     kept = change(packed.scene)
-    code = _kernel.gallop_model_create(c.byref(packed.scene), c.byref(handle), c.byref(report))
+    code = kernel.gallop_model_create(c.byref(packed.scene), c.byref(handle), c.byref(report))
     assert code == report.outcome
     assert (handle.value is None) == (code != 0), kept
     if handle.value is not None:
-        _kernel.gallop_model_free(handle)
+        kernel.gallop_model_free(handle)
     return Outcome.from_code(code), (report.field or b"").decode()
 
 

@@ -10,7 +10,8 @@ from hypothesis import strategies as st
 from gallop_fmu.errors import SceneError
 from gallop_fmu.laws import Constant, Harmonic, Pulse, Ramp, TimeTable
 from gallop_fmu.paths import leaves
-from gallop_fmu.scene import Scene, load_scene, packaged_scenes
+from gallop_fmu.scene import Scene
+from gallop_fmu.scene_files import load_scene, packaged_scenes
 from gallop_fmu.supports import RigidSupport
 
 PACKAGED = ["example1", "example2", "example3", "zebra"]

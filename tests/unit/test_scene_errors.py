@@ -6,7 +6,8 @@ import re
 import pytest
 
 from gallop_fmu.errors import SceneError
-from gallop_fmu.scene import Scene, load_scene
+from gallop_fmu.scene import Scene
+from gallop_fmu.scene_files import load_scene
 
 POSITIVE = [
     ("span.length", "m"),

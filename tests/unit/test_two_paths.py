@@ -12,7 +12,7 @@ import gallop_fmu
 from gallop_fmu import engine
 from gallop_fmu.channels import NODE_INDEX
 from gallop_fmu.integrators import INTEGRATORS
-from gallop_fmu.scene import load_scene
+from gallop_fmu.scene_files import load_scene
 
 FLAGS = ["-O3", "-ffp-contract=off", "-fno-math-errno", "-fno-trapping-math", "-shared", "-fPIC", "-w"]
 CHANNELS = np.array([NODE_INDEX[name] for name in ("u2", "u3", "theta", "tension")], np.int32)
@@ -27,9 +27,9 @@ def plain_kernel(tmp_path_factory):
     command = ["cc", "-std=c11", *FLAGS, "-DGALLOP_ONE_PATH", f"-I{headers}", *map(str, sources)]
     subprocess.run([*command, "-o", str(library), "-lm"], check=True)
     loaded = c.CDLL(str(library))
-    for name in dir(engine._kernel):
+    for name in dir(engine.kernel):
         if name.startswith("gallop_"):
-            known = getattr(engine._kernel, name)
+            known = getattr(engine.kernel, name)
             getattr(loaded, name).restype, getattr(loaded, name).argtypes = known.restype, known.argtypes
     return loaded
 
@@ -47,7 +47,7 @@ def test_bits_do_not_depend_on_the_path(plain_kernel, monkeypatch, name, integra
     values |= {"numerics.integrator": integrator}
     scene = load_scene(name).with_values(values)
     fast = motion(scene)
-    monkeypatch.setattr(engine, "_kernel", plain_kernel)
+    monkeypatch.setattr(engine, "kernel", plain_kernel)
     plain = motion(scene)
     assert np.abs(plain[0][:, 0]).max() > 1e-3
     for one, other in zip(fast, plain, strict=True):

@@ -1,0 +1,95 @@
+"""What is asked of a run: how long it takes, and what is recorded of it how often."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gallop_fmu.channels import NODE_INDEX, SPAN_INDEX
+from gallop_fmu.errors import SceneError
+from gallop_fmu.scene import Scene
+
+
+@dataclass(frozen=True)
+class Records:
+    """How many records a run makes, and when.
+
+    Attributes
+    ----------
+    stop_time : float
+        Simulated time [s]; the run ends at the first record at or after it.
+    every : int
+        Time steps of the scene from one record to the next.
+    interval : float
+        The same in seconds.
+    count : int
+        Number of records after the one at time 0.
+    """
+
+    stop_time: float
+    every: int
+    interval: float
+    count: int
+
+    @classmethod
+    def of(cls, scene: Scene, stop_time: float | None, every: int | None) -> Records:
+        """Those that a caller asks for, or the scene where it does not.
+
+        Raises
+        ------
+        SceneError
+            If a number is not allowed.
+        """
+        stop_time = scene.run.stop_time if stop_time is None else stop_time
+        every = scene.run.record_every if every is None else every
+        check_stop_time(stop_time)
+        if isinstance(every, bool) or not isinstance(every, int) or every < 1:
+            raise SceneError(f"record_every = {every}: must be a whole number of time steps, 1 or more")
+        interval = every * scene.numerics.time_step
+        return cls(stop_time, every, interval, max(1, math.ceil(stop_time / interval - 1e-9)))
+
+
+def check_stop_time(stop_time: float) -> None:
+    """Raise SceneError if a run cannot end there."""
+    if not (math.isfinite(stop_time) and stop_time > 0.0):
+        raise SceneError(f"stop_time = {stop_time}: must be a positive number of seconds")
+
+
+def check_channels(node: Sequence[str], span: Iterable[str]) -> None:
+    """Raise SceneError if a node or span channel does not exist, or there is no node channel."""
+    unknown = [name for name in node if name not in NODE_INDEX]
+    if unknown or not node:
+        raise SceneError(f"channels {unknown} do not exist; there are {', '.join(NODE_INDEX)}")
+    unknown = [name for name in span if name not in SPAN_INDEX]
+    if unknown:
+        raise SceneError(f"span_channels {unknown} do not exist; there are {', '.join(SPAN_INDEX)}")
+
+
+def check_on_failure(on_failure: str) -> None:
+    """Raise SceneError if it is neither of the two."""
+    if on_failure not in ("raise", "return"):
+        raise SceneError(f'on_failure = {on_failure!r}: must be "raise" or "return"')
+
+
+def chosen_nodes(wanted: Literal["midspan", "all"] | Sequence[int], elements: int) -> NDArray[np.int32]:
+    """Numbers of the nodes to record on a mesh of so many elements.
+
+    Raises
+    ------
+    SceneError
+        If a node does not exist.
+    """
+    last = 2 * elements
+    if isinstance(wanted, str):
+        if wanted not in ("midspan", "all"):
+            raise SceneError(f'record_nodes = {wanted!r}: must be "midspan", "all" or node numbers')
+        return np.array([elements] if wanted == "midspan" else range(last + 1), dtype=np.int32)
+    nodes = np.array(wanted, dtype=np.int32)
+    if nodes.ndim != 1 or not len(nodes) or np.any((nodes < 0) | (nodes > last)):
+        raise SceneError(f"record_nodes = {list(wanted)}: must be node numbers from 0 to {last}")
+    return nodes

@@ -1,0 +1,17 @@
+"""Which release of this package runs."""
+
+from __future__ import annotations
+
+import functools
+from importlib import metadata
+
+
+@functools.cache
+def version() -> str:
+    """Version of the installed distribution gallop-fmu; looked up once, since it is read from a file."""
+    return metadata.version("gallop-fmu")
+
+
+def program() -> str:
+    """Name and version, as they stand in results."""
+    return f"gallop-fmu {version()}"
