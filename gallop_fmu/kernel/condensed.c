@@ -381,7 +381,8 @@ int gallop_condensed_run(const gallop_model *model, const gallop_condensed *c, d
     propagator half, whole;
     bench work;
     *records = 0;
-    if (c->loads != model->scene.load_count) return fail(report, GALLOP_BAD_CALL, -1, 0.0, c->loads, model->scene.load_count);
+    if (c->loads != model->scene.load_count)
+        return fail(report, GALLOP_BAD_CALL, -1, 0.0, c->loads, model->scene.load_count);
     if (every < 1 || within < 1 || steps < 0 || steps > MOST_STEPS || first < 0 || first > INT64_MAX - steps)
         return fail(report, GALLOP_BAD_CALL, -1, 0.0, (double)steps, MOST_STEPS);
     if (!(c->time_step > 0.0) || !isfinite((double)(first + steps) * c->time_step) || !isfinite(c->time_step))

@@ -1,8 +1,10 @@
-/* Fuzzing target: the condensed model on a scene from the input, with hostile numbers, arrays, starts and lengths.  Arrays
- * are no longer than gallop.h asks for, so that the sanitizers see every access beyond.  Every run must end in a typed
- * outcome; what it recorded, and where a completed one ended, must be finite, and no recorded tension below the lowest
- * one that it reports. */
+/* Fuzzing target: the condensed model on a scene from the input, with hostile numbers, arrays, starts and lengths.
+ * Arrays are no longer than gallop.h asks for, so that the sanitizers see every access beyond.  Every run must end in a
+ * typed outcome; what it recorded, and where a completed one ended, must be finite, and no recorded tension below the
+ * lowest one that it reports. */
 #include "scene.h"
+
+#include <stdbool.h>
 
 #define MODES GALLOP_CONDENSED_MODES
 #define SECTIONS GALLOP_CONDENSED_SECTIONS
@@ -73,11 +75,13 @@ static void run(const gallop_model *model, const gallop_condensed *c, double *q,
     const int64_t ends = steps > 0 && every > 0 ? steps / every : 0;
     if (steps > 200 && steps < (int64_t)1 << 50) return;
     if (ends > 0 && steps <= 200 && within > MOST_RECORDS / ends) return;
-    const size_t room = ends > 0 && within > 0 && within <= MOST_RECORDS ? (size_t)((steps <= 200 ? ends : 0) * within) : 0;
+    const bool fits = ends > 0 && steps <= 200 && within > 0 && within <= MOST_RECORDS;
+    const size_t room = fits ? (size_t)(ends * within) : 0;
     double *history = malloc(room * 2 * MODES * sizeof *history), *tension = malloc(room * sizeof *tension);
     gallop_report report = {.element = -1, .lowest_tension = INFINITY};
     int64_t records = -1;
-    const int outcome = gallop_condensed_run(model, c, q, v, first, steps, every, within, history, tension, &records, &report);
+    const int outcome =
+        gallop_condensed_run(model, c, q, v, first, steps, every, within, history, tension, &records, &report);
     REQUIRE(outcome == report.outcome && outcome >= GALLOP_COMPLETED && outcome <= GALLOP_BAD_CALL);
     REQUIRE(records >= 0 && (size_t)records <= room);
     if (outcome == GALLOP_COMPLETED) {

@@ -97,7 +97,8 @@ static inline void loads_of(input *in, gallop_scene *s)
         load[i].evenly_spaced = count_of(in, 3);
         load[i].position = 0.5;
         load[i].force[1] = 10.0;
-        double *number[] = {&load[i].position, &load[i].force[0], &load[i].force[1], &load[i].force[2], &load[i].torque};
+        double *number[] = {&load[i].position, &load[i].force[0], &load[i].force[1], &load[i].force[2],
+                            &load[i].torque};
         for (size_t k = 0; k < sizeof number / sizeof *number; k++) change(in, number[k]);
         law_of(in, &load[i].law, 7 + i % 2, 1.0);
     }

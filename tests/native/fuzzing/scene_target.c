@@ -1,6 +1,6 @@
-/* Fuzzing target: gallop_model_create and a few steps on a scene from the input, by every integrator; then the saved state,
- * changed as the input says, checked and stepped on from.  Every call must end in a typed outcome, and a completed one in
- * finite numbers. */
+/* Fuzzing target: gallop_model_create and a few steps on a scene from the input, by every integrator; then the saved
+ * state, changed as the input says, checked and stepped on from.  Every call must end in a typed outcome, and a
+ * completed one in finite numbers. */
 #include "scene.h"
 
 #include <stdbool.h>
@@ -34,7 +34,8 @@ static void go_on_from_elsewhere(const gallop_model *model, gallop_state *state,
     if (gallop_state_check(model, state) != GALLOP_COMPLETED) return;
     char *before = malloc(size);
     memcpy(before, state, size);
-    const int outcome = gallop_advance(model, state, hosted ? &inputs : NULL, gallop_state_time(state) + 2.0 * step, &report);
+    const double until = gallop_state_time(state) + 2.0 * step;
+    const int outcome = gallop_advance(model, state, hosted ? &inputs : NULL, until, &report);
     REQUIRE(outcome == report.outcome && outcome >= GALLOP_COMPLETED && outcome <= GALLOP_BAD_CALL);
     if (outcome) REQUIRE(memcmp(before, state, size) == 0);
     else REQUIRE(gallop_state_check(model, state) == GALLOP_COMPLETED);
