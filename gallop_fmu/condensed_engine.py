@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from gallop_fmu.engine import Model
 from gallop_fmu.library import kernel
-from gallop_fmu.outcome import Report
+from gallop_fmu.outcome import Outcome, Report, SimulationError
 from gallop_fmu.structures import (
     CONDENSED_ARRAYS,
     CONDENSED_NUMBERS,
@@ -50,7 +50,9 @@ class CondensedModel:
         motion = [np.ascontiguousarray(y, dtype=np.float64) for y in (q, v)]
         a, f = np.zeros(CONDENSED_MODES), np.empty(CONDENSED_MODES)
         pointers = [double_pointer(y) for y in (*motion, a, f)]
-        kernel.gallop_condensed_forces(self.model.handle, c.byref(self._packed), time, *pointers)
+        outcome = kernel.gallop_condensed_forces(self.model.handle, c.byref(self._packed), time, *pointers)
+        if outcome:
+            raise SimulationError(Report(Outcome.from_code(outcome), time))
         return f, a
 
     def run(

@@ -68,7 +68,7 @@ def _load() -> c.CDLL:
             c.c_int,
             (pointer, c.POINTER(CCondensed), *[doubles] * 2, *[whole] * 4, *[doubles] * 2, c.POINTER(whole), report),
         ),
-        "gallop_condensed_forces": (None, (pointer, c.POINTER(CCondensed), double, *[doubles] * 4)),
+        "gallop_condensed_forces": (c.c_int, (pointer, c.POINTER(CCondensed), double, *[doubles] * 4)),
     }
     for name, (result, arguments) in signatures.items():
         function = getattr(library, name)

@@ -18,9 +18,10 @@ from gallop_fmu.descriptions import unit_of
 from gallop_fmu.errors import SceneError
 from gallop_fmu.library import library_path
 from gallop_fmu.outcome import Outcome, SimulationError
+from gallop_fmu.reading import HEADER
 from gallop_fmu.release import program
 from gallop_fmu.spans import Case, Cases
-from gallop_fmu.store import ATTRIBUTE, ERROR, Row, Store, journal_of, read
+from gallop_fmu.store import ERROR, Row, Store, journal_of, read
 from gallop_fmu.workers import Kind, Workers, WorkersLostError, workers
 
 if TYPE_CHECKING:
@@ -136,7 +137,7 @@ class Runs:
 
     @property
     def _header(self) -> dict[str, Any]:
-        return dict(json.loads(self.dataset.attrs[ATTRIBUTE]))
+        return dict(json.loads(self.dataset.attrs[HEADER]))
 
 
 def read_runs(path: Path | str) -> Runs:

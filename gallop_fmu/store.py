@@ -1,9 +1,9 @@
 """Rows of results on disk: nothing that was computed is lost, whatever ends the program.
 
-Beside the file of results stands a journal, ``FILE.journal``: a header, then one line of JSON a row, written as soon as
-the row is there. The file itself is rewritten as a whole from time to time, under another name that then takes its
-place. So after an interruption at any instant there is a readable file, and a journal with every row but those under
-way. The journal goes when all rows are in the file.
+Beside the file of results stands a journal, ``FILE.journal``: a header, then one line of JSON a row, each with its
+checksum, written as soon as the row is there. The file itself is rewritten as a whole from time to time, under another
+name that then takes its place. So after an interruption at any instant there is a readable file, and a journal with
+every row but those under way. The journal goes when all rows are in the file.
 """
 
 from __future__ import annotations
@@ -23,6 +23,7 @@ from numpy.typing import NDArray
 
 from gallop_fmu.errors import SceneError
 from gallop_fmu.files import netcdf_bytes, write_whole
+from gallop_fmu.reading import DIGEST, HEADER, LARGEST, UnreadableError, as_line, content_of, digest_of, lines_of
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -36,9 +37,7 @@ RENEWAL = 20.0
 RENEWAL_SHARE = 0.05
 """Largest share of the time that goes into rewriting."""
 
-FORMAT = "gallop-fmu runs 1"
-ATTRIBUTE = "gallop_fmu"
-"""Under which name the header stands in a file."""
+FORMAT = "gallop-fmu runs 2"
 
 ERROR = "error"
 """Outcome of a run that ended in something unforeseen, such as lack of memory: a resumed sweep tries it again."""
@@ -90,7 +89,7 @@ class Store:
             return
         if self._journal is None:
             self._open(journal_of(self.path))
-        self._append("".join(map(_line, rows)))
+        self._append(b"".join(map(as_line, rows)))
         now = clock.monotonic()
         if now - self._renewed > max(RENEWAL, self._cost / RENEWAL_SHARE):
             os.fsync(self._journal.fileno())
@@ -148,10 +147,10 @@ class Store:
         self._journal = journal.open("ab", buffering=0)  # no row waits in a buffer
         self._journal.truncate(self._length)  # without what a killed program wrote of its last line
         if not self._length:
-            self._append(json.dumps(self.header) + "\n")
+            self._append(as_line(self.header))
 
-    def _append(self, text: str) -> None:
-        data = memoryview(text.encode())
+    def _append(self, lines: bytes) -> None:
+        data = memoryview(lines)
         while data:  # a disk that fills takes a part first, and refuses the next
             data = data[self._journal.write(data) :]
 
@@ -195,7 +194,7 @@ def as_dataset(rows: list[Row], header: dict[str, Any]) -> xr.Dataset:
 
     columns = dict.fromkeys(("run", *(key for row in rows for key in row)))
     variables = {name: ("run", _array([row.get(name) for row in rows])) for name in columns}
-    dataset = xr.Dataset(variables, attrs={ATTRIBUTE: json.dumps(header)})
+    dataset = xr.Dataset(variables, attrs={HEADER: json.dumps(header)})
     for name, (unit, meaning) in header["columns"].items():
         if name in dataset:
             dataset[name].attrs = {"long_name": meaning, **({"units": unit} if unit else {})}
@@ -211,7 +210,9 @@ def rows_of(dataset: xr.Dataset) -> list[Row]:
 
 def write(dataset: xr.Dataset, path: Path) -> None:
     """Write a file as a whole: whoever reads it finds the old one or the new one."""
-    write_whole(path, _as_parquet(dataset) if path.suffix == ".parquet" else netcdf_bytes(dataset))
+    columns = {str(name): values.values for name, values in dataset.variables.items()}
+    sealed = dataset.assign_attrs({DIGEST: digest_of(dataset.attrs[HEADER], columns)})
+    write_whole(path, _as_parquet(sealed) if path.suffix == ".parquet" else netcdf_bytes(sealed))
 
 
 def _check_path(path: Path) -> None:
@@ -228,13 +229,6 @@ def _check_path(path: Path) -> None:
             raise SceneError(
                 f'{path}: Parquet needs pyarrow; pip install "gallop-fmu[parquet]", or give a name that ends in .nc'
             ) from None
-
-
-def _line(row: Row) -> str:
-    plain = {
-        key: None if isinstance(value, float) and not math.isfinite(value) else value for key, value in row.items()
-    }
-    return json.dumps(plain) + "\n"
 
 
 class _Found(NamedTuple):
@@ -257,31 +251,76 @@ def _read_file(path: Path) -> _Found | None:
     if not path.exists():
         return None
     try:
-        dataset = _read_parquet(path) if path.suffix == ".parquet" else _read_netcdf(path)
-        header = json.loads(dataset.attrs[ATTRIBUTE])
-        ours = header["format"] == FORMAT
-    except (OSError, ValueError, KeyError, TypeError):
-        ours = False
-    if not ours:
-        raise SceneError(f"{path}: exists, but does not hold the results of a sweep; give another name")
-    return _Found(header, {row["run"]: row for row in rows_of(dataset)}, 0)
+        return _found(lines_of(path))
+    except UnreadableError:
+        raise SceneError(
+            f"{path}: exists, but does not hold the results of a sweep, or is damaged; give another name, or remove it "
+            "to begin anew"
+        ) from None
+    except OSError as problem:
+        raise SceneError(f"{path}: cannot be read ({problem.strerror})") from None
 
 
 def _read_journal(journal: Path) -> _Found | None:
     if not journal.exists():
         return None
-    data = journal.read_bytes()
-    length = data.rfind(b"\n") + 1  # a killed program may leave half a line
-    if not length:
-        return None
     try:
-        header, *rows = [json.loads(line) for line in data[:length].splitlines()]
-        ours = header["format"] == FORMAT and all(isinstance(row["run"], int) for row in rows)
-    except (ValueError, KeyError, TypeError):
-        ours = False
-    if not ours:
-        raise SceneError(f"{journal}: is not the journal of a sweep, or damaged; remove it to begin anew")
-    return _Found(header, {row["run"]: row for row in rows}, length)
+        if not journal.is_file() or journal.stat().st_size > LARGEST:
+            raise UnreadableError
+        data = journal.read_bytes()
+        whole = data[: data.rfind(b"\n") + 1]  # a killed program may leave half a line
+        return _found(whole) if whole else None
+    except UnreadableError:
+        raise SceneError(f"{journal}: is not the journal of a sweep, or damaged; remove it to begin anew") from None
+    except OSError as problem:
+        raise SceneError(f"{journal}: cannot be read ({problem.strerror})") from None
+
+
+def _found(lines: bytes) -> _Found:
+    """What lines mean, each of which must be as this module writes it.
+
+    Raises
+    ------
+    UnreadableError
+        If one is not.
+    """
+    header, *rows = [content_of(line) for line in lines.split(b"\n")[:-1]] or [None]
+    if not (_is_header(header) and all(_is_row(row, header) for row in rows)):
+        raise UnreadableError
+    return _Found(header, {row["run"]: row for row in rows}, len(lines))
+
+
+def _is_header(header: Any) -> bool:
+    return (
+        isinstance(header, dict)
+        and header.get("format") == FORMAT
+        and all(isinstance(header.get(key), str) for key in ("package", "task", "scenes"))
+        and _is_whole(header.get("runs"))
+        and isinstance(header.get("grid"), dict)
+        and all(isinstance(values, list) for values in header["grid"].values())
+        and math.prod(map(len, header["grid"].values())) == header["runs"]
+        and isinstance(header.get("columns"), dict)
+        and all(
+            isinstance(told, list) and len(told) == 2 and all(isinstance(text, str) for text in told)
+            for told in header["columns"].values()
+        )
+    )
+
+
+def _is_row(row: Any, header: Mapping[str, Any]) -> bool:
+    return (
+        isinstance(row, dict)
+        and _is_whole(row.get("run"))
+        and 0 <= row["run"] < header["runs"]
+        and all(isinstance(row.get(key), str) for key in ("outcome", "message"))
+        and header["grid"].keys() <= row.keys()
+        and all(value is None or isinstance(value, (str, float, bool)) or _is_whole(value) for value in row.values())
+    )
+
+
+def _is_whole(value: Any) -> bool:
+    """Whether it is a whole number that an array can hold."""
+    return isinstance(value, int) and not isinstance(value, bool) and -(2**63) <= value < 2**63
 
 
 def _array(values: list[Any]) -> NDArray[Any]:
@@ -306,35 +345,7 @@ def _as_parquet(dataset: xr.Dataset) -> bytes:
 
     columns = {str(name): pa.array(values.values) for name, values in dataset.variables.items()}
     fields = [pa.field(name, column.type, metadata=dataset[name].attrs) for name, column in columns.items()]
-    schema = pa.schema(fields, metadata={ATTRIBUTE: dataset.attrs[ATTRIBUTE]})
+    schema = pa.schema(fields, metadata={name: dataset.attrs[name] for name in (HEADER, DIGEST)})
     buffer = BytesIO()
     parquet.write_table(pa.table(list(columns.values()), schema=schema), buffer)
     return buffer.getvalue()
-
-
-def _read_parquet(path: Path) -> xr.Dataset:
-    import xarray as xr
-    from pyarrow import parquet
-
-    table = parquet.read_table(path)
-    variables = {
-        field.name: (
-            "run",
-            table[field.name].to_numpy(),
-            {
-                key.decode(): value.decode()
-                for key, value in (field.metadata or {}).items()
-                if key != b"PARQUET:field_id"
-            },
-        )
-        for field in table.schema
-    }
-    metadata = table.schema.metadata or {}
-    return xr.Dataset(variables, attrs={ATTRIBUTE: metadata[ATTRIBUTE.encode()].decode()})
-
-
-def _read_netcdf(path: Path) -> xr.Dataset:
-    import xarray as xr
-
-    with xr.open_dataset(path, engine="h5netcdf") as dataset:
-        return dataset.load()

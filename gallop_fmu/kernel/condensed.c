@@ -300,12 +300,14 @@ TWO_PATHS static void step(const gallop_model *model, const gallop_condensed *c,
     }
 }
 
-void gallop_condensed_forces(const gallop_model *model, const gallop_condensed *c, double time, const double *q,
+int gallop_condensed_forces(const gallop_model *model, const gallop_condensed *c, double time, const double *q,
                             const double *v, double *a, double *f)
 {
     bench work;
+    if (c->loads != model->scene.load_count) return GALLOP_BAD_CALL;
     prepare(&work);
     for (int round = 0; round < 3; round++) evaluate(model, c, time, q, v, a, f, &work);
+    return GALLOP_COMPLETED;
 }
 
 /* The worst section, if an attack angle left the curve's range at the last evaluation. */
@@ -347,15 +349,23 @@ static void between(const double *start[3], const double *end[3], double h, doub
     }
 }
 
-/* What a state must satisfy, `tension` and work->at being those of its evaluation. */
-static int judge(const gallop_model *model, double t, double tension, const bench *work, gallop_report *report)
+/* What a motion must satisfy whose horizontal tension is `tension`: where a coordinate is not finite, nor is that. */
+static int judge_motion(double t, double tension, const double *v, gallop_report *report)
 {
-    int worst = outside(model, &work->at);
+    double none = 0.0;
+    for (int m = 0; m < MODES; m++) none += 0.0 * v[m];   /* not a number if one is not finite */
     report->time = t;
-    if (!isfinite(tension)) return fail(report, GALLOP_NON_FINITE, -1, t, tension, 0.0);
+    if (!isfinite(tension) || isnan(none)) return fail(report, GALLOP_NON_FINITE, -1, t, tension, 0.0);
     if (tension < report->lowest_tension) report->lowest_tension = tension;
-    if (tension < 0.0) return fail(report, GALLOP_SLACK, -1, t, tension, 0.0);
-    if (worst < 0) return GALLOP_COMPLETED;
+    return tension < 0.0 ? fail(report, GALLOP_SLACK, -1, t, tension, 0.0) : GALLOP_COMPLETED;
+}
+
+/* The same and what else a state must satisfy, `tension` and work->at being those of its evaluation. */
+static int judge(const gallop_model *model, double t, double tension, const double *v, const bench *work,
+                 gallop_report *report)
+{
+    const int outcome = judge_motion(t, tension, v, report), worst = outside(model, &work->at);
+    if (outcome || worst < 0) return outcome;
     double angle = work->at.angle[worst];
     return fail(report, GALLOP_ANGLE_OUT_OF_RANGE, -1, t, angle,
                 angle > model->curve_centre ? model->curve_last : model->curve_first);
@@ -371,13 +381,18 @@ int gallop_condensed_run(const gallop_model *model, const gallop_condensed *c, d
     propagator half, whole;
     bench work;
     *records = 0;
-    if (every < 1 || within < 1 || steps < 0) return fail(report, GALLOP_BAD_CALL, -1, 0.0, 0.0, 0.0);
+    if (c->loads != model->scene.load_count)
+        return fail(report, GALLOP_BAD_CALL, -1, 0.0, c->loads, model->scene.load_count);
+    if (every < 1 || within < 1 || steps < 0 || steps > MOST_STEPS || first < 0 || first > INT64_MAX - steps)
+        return fail(report, GALLOP_BAD_CALL, -1, 0.0, (double)steps, MOST_STEPS);
+    if (!(c->time_step > 0.0) || !isfinite((double)(first + steps) * c->time_step) || !isfinite(c->time_step))
+        return fail(report, GALLOP_BAD_CALL, -1, 0.0, c->time_step, 0.0);
     prepare(&work);
     make_propagator(c, 0.5 * c->time_step, &half);
     make_propagator(c, c->time_step, &whole);
     double t = (double)first * c->time_step, tension = 0.0;
     for (int round = 0; round < 2; round++) tension = evaluate(model, c, t, q, v, a, f, &work);   /* finds a as well */
-    int outcome = judge(model, t, tension, &work, report);
+    int outcome = judge(model, t, tension, v, &work, report);
     for (int64_t k = 1; k <= steps && !outcome; k++) {
         memcpy(before[0], q, bytes);
         memcpy(before[1], v, bytes);
@@ -386,9 +401,9 @@ int gallop_condensed_run(const gallop_model *model, const gallop_condensed *c, d
         t = (double)(first + k) * c->time_step;
         tension = evaluate(model, c, t, q, v, a, f, &work);
         report->steps++;
-        outcome = judge(model, t, tension, &work, report);
+        outcome = judge(model, t, tension, v, &work, report);
         if (outcome || k % every) continue;
-        for (int64_t j = 1; j <= within; j++, history += 2 * MODES, tension_history++) {
+        for (int64_t j = 1; j <= within && !outcome; j++, history += 2 * MODES, tension_history++) {
             double *q_then = history, *v_then = history + MODES;
             if (j < within) {
                 between(start, end, c->time_step, (double)j / (double)within, q_then, v_then);
@@ -397,8 +412,10 @@ int gallop_condensed_run(const gallop_model *model, const gallop_condensed *c, d
                 memcpy(v_then, v, bytes);
             }
             *tension_history = horizontal_tension(c, q_then);
+            const double then = t - (double)(within - j) / (double)within * c->time_step;
+            outcome = judge_motion(then, *tension_history, v_then, report);
+            if (!outcome) ++*records;
         }
-        *records += within;
     }
     return outcome;
 }

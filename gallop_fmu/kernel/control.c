@@ -115,7 +115,7 @@ static bool judge(const gallop_model *model, gallop_state *state, layout *at, do
 static double next_size(const gallop_state *state, double left)
 {
     double h = state->wanted_step;
-    if (left < FEW_STEPS * h) h = left / ceil(left / h - 1e-6);
+    if (left < FEW_STEPS * h) h = left / fmax(1.0, ceil(left / h - 1e-6));
     return fabs(h - state->factored_step) < 1e-9 * h ? state->factored_step : h;
 }
 

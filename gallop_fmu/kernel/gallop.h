@@ -249,8 +249,8 @@ GALLOP_API int gallop_condensed_run(const gallop_model *model, const gallop_cond
                                     int64_t first, int64_t steps, int64_t every, int64_t within, double *history,
                                     double *tension, int64_t *records, gallop_report *report);
 /* f(time, q, v) beyond the linear left side, and the accelerations q'' that go with it. */
-GALLOP_API void gallop_condensed_forces(const gallop_model *model, const gallop_condensed *condensed, double time,
-                                        const double *q, const double *v, double *a, double *forces);
+GALLOP_API int gallop_condensed_forces(const gallop_model *model, const gallop_condensed *condensed, double time,
+                                       const double *q, const double *v, double *a, double *forces);
 
 /* For tests and the modal toolkit, of a whole span: the free-body residual (no supports) of a motion u, v, a (4 a
  * node), and the element tangents k dR/du + c dR/dv + m dR/da as (elements, 12, 12).  Of `work` only scratch memory is

@@ -11,6 +11,7 @@
 #include <string.h>
 
 #define PI 3.14159265358979323846
+#define MOST_STEPS 1e12   /* in one call: more would not end */
 
 /* Before a function that works along the span: it is compiled twice, for AVX2 and for any x86-64, and the loader picks.
  * Both give the same bits, as there is no fused multiply-add.  Elsewhere, under sanitizers, and by clang before 18,

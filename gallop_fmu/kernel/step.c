@@ -1,8 +1,6 @@
 /* March in time: whole steps, halved where they do not converge, to the times that are asked for; initial states. */
 #include "internal.h"
 
-#define MOST_STEPS 1e12   /* in one call: more would not end */
-
 /* All of the motion that a step changes lies side by side: u v a and what is kept of the steps before. */
 static size_t motion_bytes(const gallop_model *model)
 {

@@ -4,6 +4,7 @@ import ctypes as c
 import math
 import struct
 import subprocess
+from functools import partial
 
 import numpy as np
 import pytest
@@ -349,3 +350,26 @@ def test_a_state_that_cannot_be_built_leaves_the_instance_as_it_is(stepping):
     assert status == 0
     refused(stepping, lambda: stepping.restore(state), "do not make a span")
     stepping.step(H)
+
+
+@pytest.mark.parametrize("kind", ["Boolean", "String"])
+def test_there_are_no_variables_of_other_types(fmu, kind):
+    """None of them can be asked for; none at all is asked for without harm."""
+    references, values = (c.c_uint * 1)(0), (c.c_void_p * 1)()
+    for access in ("Get", "Set"):
+        assert fmu.call(f"{access}{kind}", references, c.c_size_t(0), values) == 0
+        call = partial(fmu.call, f"{access}{kind}", references, c.c_size_t(1), values)
+        refused(fmu, call, f"fmi2{access}{kind}: this FMU has no variable of that type")
+
+
+def test_logging_knows_its_categories_and_the_library_its_version(fmu):
+    names = (c.c_char_p * 2)(b"logStatusError", b"logStatusDiscard")
+    assert fmu.call("SetDebugLogging", 1, c.c_size_t(2), names) == 0
+    for wrong in (b"logAll", None):
+        names[1] = wrong
+        refused(fmu, lambda: fmu.call("SetDebugLogging", 1, c.c_size_t(2), names), "the log category is unknown")
+    refused(fmu, lambda: fmu.call("SetDebugLogging", 1, c.c_size_t(2), None), "the log category is unknown")
+    for name, answer in (("GetVersion", b"2.0"), ("GetTypesPlatform", b"default")):
+        function = getattr(fmu.library, f"fmi2{name}")
+        function.restype = c.c_char_p
+        assert function() == answer

@@ -174,3 +174,20 @@ def test_a_state_recovers_after_a_failure():
     state.advance(0.5)
     other.advance(0.5)
     assert state.save() == other.save()
+
+
+def test_a_step_of_the_host_far_below_that_of_the_tolerance():
+    """A ten-millionth of it; both limits of the rounding that forgives a host's clock."""
+    scene = load_scene("example3").with_values({"numerics.tolerance": 1e-3, "numerics.elements": 4})
+    state = Model(scene).start()
+    state.advance(1e-9, Inputs(time=0.0, wind_speed=5.5, attack_angle=math.pi, support=np.zeros((2, 3))))
+    assert state.time == 1e-9
+    assert abs(state.observe_node(4)[NODE_INDEX["u2"]] - 1e-3) < 1e-9  # the seed
+
+
+def test_a_tolerance_that_newtons_iteration_cannot_keep():
+    """Steps are halved as often as allowed, and then the run ends."""
+    hard = {"numerics.tolerance": 1e-6, "numerics.max_newton_iterations": 2, "numerics.max_halvings": 3}
+    scene = load_scene("example3").with_values({**hard, "numerics.elements": 4, "initial.seed_twist": 0.5})
+    report = fails(Model(scene).start(), 1.0)
+    assert (report.outcome, report.halvings, report.steps) == (Outcome.NEWTON_STALLED, 3, 0)

@@ -2,6 +2,7 @@
 
 import json
 import math
+from zlib import crc32
 
 import numpy as np
 import pytest
@@ -16,14 +17,15 @@ HEADER = {
     "task": "t",
     "scenes": "s",
     "runs": 3,
-    "grid": {},
+    "grid": {"wind.speed": [4.0, 5.0, 6.0]},
     "columns": {"sag": ["m", "sag"], "outcome": ["", "how it ended"]},
 }
 ROWS = [
-    {"run": 0, "outcome": "completed", "sag": 0.1 + 0.2, "note": "ice, \u00fc\u201c\n", "steps": 10, "swings": True},
-    {"run": 1, "outcome": "slack", "sag": math.nan, "note": None, "steps": 12, "swings": False},
-    {"run": 2, "outcome": "completed", "sag": -1e-308, "note": "x", "steps": 2**53 + 1, "swings": True},
+    {"outcome": "completed", "sag": 0.1 + 0.2, "note": "ice, \u00fc\u201c\n", "steps": 10, "swings": True},
+    {"outcome": "slack", "sag": math.nan, "note": None, "steps": 12, "swings": False},
+    {"outcome": "completed", "sag": -1e-308, "note": "x", "steps": 2**53 + 1, "swings": True},
 ]
+ROWS = [{"run": run, "wind.speed": 4.0 + run, "message": "", **row} for run, row in enumerate(ROWS)]
 
 
 @pytest.fixture
@@ -74,7 +76,10 @@ def test_rows_are_readable_before_the_file_is_written(path):
     _filled(path, ROWS[:2]).release()
     assert not path.exists()
     assert read(path).identical(as_dataset(ROWS[:2], HEADER))
-    assert all(json.loads(line, parse_constant=pytest.fail) for line in journal_of(path).read_text().splitlines())
+    for line in journal_of(path).read_text().splitlines():
+        content, checksum = line.split("\t")
+        assert json.loads(content, parse_constant=pytest.fail)
+        assert int(checksum, 16) == crc32(content.encode())
 
 
 def test_a_journal_cut_anywhere_loses_only_the_row_that_was_cut(path):
@@ -116,7 +121,7 @@ def test_rows_of_the_file_count_where_the_journal_is_shorter(path):
 
 
 def test_what_ended_in_something_unforeseen_is_tried_again(path):
-    store = _filled(path, [*ROWS[:2], {"run": 2, "outcome": ERROR}])
+    store = _filled(path, [*ROWS[:2], {**ROWS[2], "outcome": ERROR}])
     store.close()
     assert read(path).run.values.tolist() == [0, 1, 2]
     again = Store(path, HEADER)
