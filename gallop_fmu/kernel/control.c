@@ -75,8 +75,8 @@ static double error_of(const gallop_model *model, const gallop_state *state, lay
     return SHARE * largest / model->scene.tolerance;
 }
 
-/* The largest power of sqrt(2) not above h [s]. */
-static double notch(double h) { return exp2(0.5 * floor(2.0 * log2(h) + 1e-6)); }
+/* The largest power of sqrt(2) not above h [s]; above zero, however close a limit or a host's step may be. */
+static double notch(double h) { return exp2(0.5 * floor(2.0 * log2(fmax(h, SHORTEST * SHORTEST)) + 1e-6)); }
 
 static double allowed_step(double h, double error)
 {
