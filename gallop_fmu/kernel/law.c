@@ -11,9 +11,12 @@ static double smooth_step(double x, int derivative)
     return 60.0 * x * (1.0 + x * (-3.0 + 2.0 * x));
 }
 
+/* A flank that takes less is a jump: derivatives of it are none that a span could follow, and could overflow. */
+#define SHORTEST_FLANK 1e-9   /* [s] */
+
 static double flank(double t, double start, double duration, int derivative)
 {
-    if (duration <= 0.0) return derivative == 0 && t >= start ? 1.0 : 0.0;
+    if (duration < SHORTEST_FLANK) return derivative == 0 && t >= start ? 1.0 : 0.0;
     double scale = derivative == 0 ? 1.0 : derivative == 1 ? 1.0 / duration : 1.0 / (duration * duration);
     return scale * smooth_step((t - start) / duration, derivative);
 }

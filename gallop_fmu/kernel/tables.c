@@ -40,6 +40,7 @@ static int check_law(const gallop_law *law, const char *name, gallop_report *rep
 {
     const named number[] = {{name, law->initial}, {name, law->peak}, {name, law->amplitude}, {name, law->start},
                             {name, law->rise}, {name, law->fall}, {name, law->frequency}, {name, law->phase},
+                            {name, 40.0 * law->frequency * law->frequency * law->amplitude},   /* second derivative */
                             {name, isnan(law->fall_start) ? NAN : 0.0}};   /* infinite: it stays at the peak */
     if (law->kind < GALLOP_LAW_CONSTANT || law->kind > GALLOP_LAW_TABLE)
         return invalid(report, name, law->kind, GALLOP_LAW_TABLE);
