@@ -80,7 +80,9 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
     REQUIRE(scene.elements <= MOST);
     gallop_model_nodes(model, x);
     require_finite(x, 3 * (2 * (size_t)scene.elements + 1));
-    if (byte_of(&in) < 64) run(model, scene.time_step, &in);
+    /* Nobody waits for records longer apart than a scene may ask for, where steps are as short as a tolerance wants. */
+    const bool endless = scene.tolerance > 0.0 && scene.time_step > 1.0;
+    if (byte_of(&in) < 64 && !endless) run(model, scene.time_step, &in);
     gallop_model_free(model);
     return 0;
 }
