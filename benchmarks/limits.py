@@ -11,9 +11,10 @@ import tempfile
 import time
 
 import numpy as np
-from speed import REPEATS, compile_kernel_with, heading, spread, strict
+from speed import REPEATS, SETTLED, Parts, compile_kernel_with, compile_parts, heading, spread, strict
 
 import gallop_fmu as gf
+from gallop_fmu.structures import Packed
 
 UNKNOWNS = 4
 INERTIA = UNKNOWNS * (3 * 3 + 15)  # a + b v in three nodes, and three rows of three products
@@ -27,17 +28,45 @@ AIR = 3 * (33 + 51)  # arctangent; relative wind, place on the curve, three cubi
 SOLUTION = 6 * 28 + 2 * 8 + 3 * 28 + 2 * UNKNOWNS  # condensed node, chain
 UPDATE = 8 * 6 + 8 * 2  # u, v, a, and the largest correction
 ITERATION = FORCES + SECTIONS + ICE + AIR + SOLUTION + UPDATE
-PREDICTION = 8 * 13
+PREDICTION = 8 * (21 + 17)  # which way would have led closest; u, v, a by it
 
 FACTORS, GEOMETRY, MOTION = 96 * 8, 31 * 8, 8 * 8 * (3 + 1)
 BYTES = FACTORS + GEOMETRY + 2 * MOTION
 """Bytes of an element that an iteration reads and writes: factors, constants, and twice u, v, a and the residual."""
 
-MODEL = 224 + GEOMETRY + 2 * (3 + 4) * 8
-"""Bytes of an element in a model: its geometry, twice, and position and constant forces of two nodes."""
+MODEL = 224 + 36 * 8 + 2 * (3 + 4) * 8
+"""Bytes of an element in a model: its geometry, alone and side by side with others, and two nodes."""
 
 ELEMENTS = (15, 100, 1000)
 STEPS = 20_000
+
+LANES = {
+    "one element at a time": ("-DGALLOP_ONE_LANE", "-fno-tree-vectorize", "-fno-tree-slp-vectorize"),
+    "the same, vectorised by the compiler": ("-DGALLOP_ONE_LANE",),
+    "four elements side by side": (),
+}
+"""How the kernel is compiled, as the flags that make it so."""
+
+
+def side_by_side() -> None:
+    """What the lanes of a vector give within one scene, and with it what is left for scenes side by side."""
+    packed = Packed(strict(time_step=0.02))
+    spent: dict[str, list[float]] = {name: [] for name in LANES}
+    with tempfile.TemporaryDirectory() as folder:
+        functions = {name: compile_parts(folder, *flags) for name, flags in LANES.items()}
+        for _ in range(REPEATS):
+            for name, function in functions.items():
+                parts = Parts()
+                if function(c.byref(packed.scene), SETTLED, 20000, 20000, c.byref(parts)):
+                    raise RuntimeError("the benchmark scene failed")
+                spent[name].append(parts.step)
+    single = spent["one element at a time"]
+    print("| example3, step 0.02 s | us a step: least | median | greatest | times as fast | 4 lanes could still give |")
+    print("| --- | ---: | ---: | ---: | ---: | ---: |")
+    for name, values in spent.items():
+        gain = float(np.median(np.array(single) / values))
+        print(f"| {name} | {spread(values)} | {gain:.2f} | {4.0 / gain:.2f} |")
+    print()
 
 
 def main() -> None:
@@ -81,6 +110,7 @@ def main() -> None:
         shares = f"{operations:.2f} | {operations / max(peak):.0%} | {rate:.1f} | {rate / max(reading[n]):.0%}"
         print(f"| {n} | {1e6 * least:.2f} | {count:.2f} | {shares} | {memory:.0f} |")
     print()
+    side_by_side()
 
 
 if __name__ == "__main__":

@@ -67,23 +67,23 @@ def heading() -> None:
     print(f"{datetime.now(UTC):%Y-%m-%d}, {name}, {os.cpu_count()} cores{load}; kernel: {build()}\n")
 
 
-def compile_kernel_with(source: str, folder: str) -> c.CDLL:
+def compile_kernel_with(source: str, folder: str, *flags: str) -> c.CDLL:
     """The kernel and a file of this folder in one library, built with the system's compiler."""
     fmpy = importlib.util.find_spec("fmpy")
     assert fmpy is not None
     assert fmpy.origin is not None
     headers = Path(fmpy.origin).parent / "c-code"
     sources = [Path(__file__).with_name(source), *sorted(KERNEL.glob("*.c"))]
-    library = Path(folder) / "benchmark.so"
+    library = Path(folder) / f"benchmark{''.join(flags)}.so"
     compiler = os.environ.get("CC", "cc")
-    command = [compiler, *FLAGS, f"-I{KERNEL}", f"-I{headers}", *map(str, sources), "-o", str(library), "-lm"]
+    command = [compiler, *FLAGS, *flags, f"-I{KERNEL}", f"-I{headers}", *map(str, sources), "-o", str(library), "-lm"]
     subprocess.run(command, check=True)
     return c.CDLL(str(library))
 
 
-def compile_parts(folder: str) -> Callable[..., int]:
+def compile_parts(folder: str, *flags: str) -> Callable[..., int]:
     """The function `kernel_parts`."""
-    function = compile_kernel_with("kernel_parts.c", folder).kernel_parts
+    function = compile_kernel_with("kernel_parts.c", folder, *flags).kernel_parts
     function.argtypes = (c.POINTER(CScene), c.c_double, c.c_int, c.c_int, c.POINTER(Parts))
     return function
 

@@ -4,7 +4,7 @@
 #ifndef GALLOP_STRIP_H
 #define GALLOP_STRIP_H
 
-#if defined(__GNUC__)
+#if defined(__GNUC__) && !defined(GALLOP_ONE_LANE)   /* to measure what lanes give */
 #define LANES 4
 #define INLINE static inline __attribute__((always_inline))
 typedef double lanes __attribute__((vector_size(32), aligned(8), may_alias));
