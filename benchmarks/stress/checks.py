@@ -5,7 +5,8 @@ from __future__ import annotations
 import math
 import time as clock
 from contextlib import suppress
-from dataclasses import dataclass, field
+from copy import deepcopy
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
@@ -13,7 +14,7 @@ from numpy.typing import NDArray
 
 from gallop_fmu import Model, Outcome, Scene, SceneError, SimulationError
 from gallop_fmu.channels import NODE_CHANNELS, NODE_INDEX
-from gallop_fmu.energy import account
+from gallop_fmu.energy import EnergyBalance, account
 from gallop_fmu.engine import Run, State
 from stress.scenes import Stress, stress_scene
 
@@ -25,6 +26,9 @@ GAUSS = 1.0 / math.sqrt(3.0)
 
 CLOSED = 0.05
 """Energy imbalance over the turnover that a completed run may have without a warning in its report."""
+
+SHORTER = 8
+"""How many times as many steps a suspect is run again with."""
 
 PATIENCE, PORTION = 100_000, 5
 """Elements times Newton iterations after which a run is cut short, and steps between two looks at that."""
@@ -41,6 +45,8 @@ class Verdict:
     ----------
     name
         Seed and number of the scene.
+    integrator
+        By which it was run.
     outcome
         Name of the outcome; "scene refused" if the scene was not valid.
     steps, halvings, iterations
@@ -62,6 +68,7 @@ class Verdict:
     """
 
     name: str
+    integrator: str
     outcome: str
     message: str = ""
     steps: int = 0
@@ -84,7 +91,7 @@ def judge_scene(task: tuple[int, int, dict[str, Any]]) -> Verdict:
 def judge(stress: Stress) -> Verdict:
     """Run a random scene and check it."""
     began = clock.process_time()
-    verdict = Verdict(stress.name, "completed")
+    verdict = Verdict(stress.name, stress.data["numerics"].get("integrator", "newmark"), "completed")
     try:
         _run(stress, verdict)
     except SceneError as refused:
@@ -123,9 +130,31 @@ def _run(stress: Stress, verdict: Verdict) -> None:
     if report.halvings:
         time, nodes, span = _parts_of_steps(stress, model, len(run.span_values))
     inputs = stress.inputs if stress.reversal else None
-    verdict.imbalance = account(model, time, nodes[..., MOTION], span, inputs).worst
+    balance = account(model, time, nodes[..., MOTION], span, inputs)
+    verdict.imbalance = balance.worst
     if report.outcome is Outcome.COMPLETED and verdict.imbalance > CLOSED and not report.doubtful:
-        verdict.faults.append(f"energy is out of balance by {verdict.imbalance:.3g}, and no warning")
+        if not _stored_as_with_short_steps(balance, stress):
+            verdict.faults.append(f"energy is out of balance by {verdict.imbalance:.3g}, and no warning")
+
+
+def _stored_as_with_short_steps(balance: EnergyBalance, stress: Stress) -> bool:
+    """Whether shorter steps, whose account closes, store the same energy.
+
+    Then it is the account that does not see, from the ends of long steps, what wind and damping do within them.
+    """
+    finer = replace(stress, data=deepcopy(stress.data), steps=SHORTER * stress.steps)
+    finer.data["numerics"]["time_step"] = stress.step / SHORTER
+    model = Model(Scene.from_dict(finer.data))
+    run, first = _records(finer, model)
+    nodes = np.concatenate([first.node_values, run.node_values]).transpose(0, 2, 1)
+    span = np.concatenate([first.span_values, run.span_values])
+    inputs = finer.inputs if finer.reversal else None
+    other = account(model, finer.step * np.arange(len(span)), nodes[..., MOTION], span, inputs)
+    stored, fine = (both.kinetic + both.potential for both in (balance, other))
+    if other.worst > CLOSED or len(fine[::SHORTER]) != len(stored):
+        return False
+    difference = np.abs((stored - stored[0]) - (fine[::SHORTER] - fine[0])).max()
+    return bool(difference <= CLOSED * (other.turnover + other.round_off))
 
 
 def _observed(state: State) -> tuple[Array, Array]:

@@ -92,6 +92,19 @@ void element_tension(const gallop_model *model, int e, const double u[12], doubl
     }
 }
 
+/* Tensions at u, where forces were balanced elsewhere. */
+void watch_tensions(const gallop_model *model, const double *u, watch *seen)
+{
+    for (int e = 0; e < model->elements; e++) {
+        double tension[2];
+        element_tension(model, e, u + 8 * e, tension);
+        const double lowest = fmin(tension[0], tension[1]);
+        if (!(lowest < seen->lowest_tension)) continue;
+        seen->lowest_tension = lowest;
+        seen->slack_element = e;
+    }
+}
+
 void watch_start(watch *seen)
 {
     *seen = (watch){INFINITY, 0.0, 0.0, -1, -1};

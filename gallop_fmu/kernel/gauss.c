@@ -210,14 +210,12 @@ int gauss(const gallop_model *model, gallop_state *state, layout *at, const gall
         state->last_iterations++;
         if (!isfinite(size)) return fail(report, GALLOP_NON_FINITE, -1, t, size, 0.0);
         switch (newton_judge(state, size, before, fresh, SLOW_RATE, tolerance)) {
-        case NEWTON_CONVERGED: {
-            const int outcome = newton_accept(model, state, &seen, t, report);
-            if (outcome) return outcome;
+        case NEWTON_CONVERGED:
             integrate(at, at->stage_a, values, h, 1.0, at->u, at->v);
             accelerate(at->stage_a, values, 1.0, at->a);
             place_ends(model, &state->now, at->u, at->v, at->a);
-            return GALLOP_COMPLETED;
-        }
+            watch_tensions(model, at->u, &seen);
+            return newton_accept(model, state, &seen, t, report);
         case NEWTON_DIVERGED: return fail(report, GALLOP_NEWTON_STALLED, seen.slack_element, t, size, tolerance);
         case NEWTON_RENEWS: renew = true; break;
         case NEWTON_GOES_ON: break;

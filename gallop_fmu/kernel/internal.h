@@ -183,6 +183,7 @@ void element_residual(const gallop_model *model, int e, const instant *now, cons
 void span_residual(const gallop_model *model, double t, const instant *now, const sections *at, const double *u,
                    const double *v, const double *a, bool slopes, double *residual, watch *seen);
 void watch_start(watch *seen);
+void watch_tensions(const gallop_model *model, const double *u, watch *seen);
 
 /* tangent.c */
 void element_tangent(const gallop_model *model, int e, const instant *now, const sections *at, const double u[12],

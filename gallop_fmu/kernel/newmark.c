@@ -170,7 +170,9 @@ int newmark(const gallop_model *model, gallop_state *state, layout *at, const ga
         double size = correction_size(model, at->residual);
         if (!isfinite(size)) return fail(report, GALLOP_NON_FINITE, -1, t, size, 0.0);
         switch (newton_judge(state, size, before, fresh, SLOW_RATE, tolerance)) {
-        case NEWTON_CONVERGED: return newton_accept(model, state, &seen, t, report);
+        case NEWTON_CONVERGED:
+            if (within) watch_tensions(model, at->u, &seen);
+            return newton_accept(model, state, &seen, t, report);
         case NEWTON_DIVERGED: return fail(report, GALLOP_NEWTON_STALLED, seen.slack_element, t, size, tolerance);
         case NEWTON_RENEWS: renew = true; break;
         case NEWTON_GOES_ON: break;
