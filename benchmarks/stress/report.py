@@ -192,9 +192,8 @@ def _scenes(data: Data) -> str:
     outcomes += [["lost (crash or hang)", str(len(lost)), *[""] * (len(kinds) - 1)]] if lost else []
     completed = [run for run in runs if run["outcome"] == "completed"]
     moved = [run for run in runs if run["steps"] > 0]
-    faults = [f"- {run['name']}, {run['integrator']}: {text}" for run in runs for text in run["faults"]] + [
-        f"- {text}" for text in lost
-    ]
+    faults = [f"- {run['name']}, {run['integrator']}: {text}" for run in runs for text in run["faults"]]
+    faults += [f"- {text}" for text in lost]
     rows = []
     for kind, (low, high) in product(kinds, pairwise(AXIAL)):
         row = [kind, f"{low:g} to {high:g}"]
@@ -226,8 +225,8 @@ Checked of each run: all values finite; no recorded tension below zero; no ampli
 {AGREEMENT:g} (worst: {worst["tension_error"]:.1e}); and the energy balance, work of wind, loads and towers against
 dissipation and change of stored energy over the steps as they were carried out, in parts where they were halved, closes
 within {CLOSED:.0%} of the energy turned over unless the report warns of too long steps. Where it does not, the run was
-repeated with steps of an eighth: if their account closes and as much energy is stored, it was the account of the long
-steps that missed what wind and damping did within them. The generalised-alpha method dissipates by itself what a step
+repeated with steps of an eighth, then of a sixty-fourth: if their account closes and as much energy is stored, it was
+the account of the long steps that missed what wind and damping did within them. The generalised-alpha method dissipates by itself what a step
 does not resolve, and that is in no account. Violations:{spoken}
 
 {table(head, rows)}
