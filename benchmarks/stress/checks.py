@@ -153,8 +153,8 @@ def _stored_as_with_short_steps(balance: EnergyBalance, stress: Stress) -> bool:
         other = account(model, finer.step * np.arange(len(span)), nodes[..., MOTION], span, inputs)
         if other.worst <= CLOSED:
             stored, fine = (both.kinetic + both.potential for both in (balance, other))
-            common = min(len(stored), len(fine[::shorter]))  # a run that is cut short for its work
-            difference = (stored - stored[0])[:common] - (fine[::shorter] - fine[0])[:common]
+            common = balance.time <= other.time[-1]  # a run that is cut short for its work
+            difference = (stored - stored[0] - np.interp(balance.time, other.time, fine - fine[0]))[common]
             return bool(np.abs(difference).max() <= CLOSED * (other.turnover + other.round_off))
     return False
 
