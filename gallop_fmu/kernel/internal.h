@@ -111,6 +111,7 @@ struct gallop_state {
     double time;
     double factored_step;      /* step size of the stored factorisation, 0: none */
     double step_before;        /* size of the sub-step before, for extrapolation; infinite: there is none */
+    int64_t newest;            /* Newmark: place of the acceleration before in the ring of those that are kept */
     int64_t equal_steps;       /* Newmark: how many sub-steps before were of that size, NEWMARK_HISTORY at most */
     double last_step;          /* of the last step under a tolerance; what the state can be read within */
     double wanted_step;        /* under a tolerance: the step size to try next */
@@ -140,7 +141,7 @@ typedef struct {
 /* Pointers into a state; made afresh by every call. */
 typedef struct {
     double *u, *v, *a;                 /* (nodes, 4) */
-    double *a_before;                  /* (NEWMARK_HISTORY, nodes, 4) Newmark: accelerations before, the last first */
+    double *a_before;                  /* (NEWMARK_HISTORY, nodes, 4) Newmark: accelerations before, in a ring */
     double *stage_before;              /* (stages, nodes, 4) Gauss: accelerations of the sub-step before, */
     double *begin;                     /* (2, nodes, 4) and u v at its begin */
     factor *factors;                   /* (factor_count) */

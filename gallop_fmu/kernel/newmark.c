@@ -25,11 +25,16 @@ enum { LINE, PARABOLA, CUBIC, ALTERNATING, WAYS };
 static const double extrapolation[WAYS][NEWMARK_HISTORY] = {
     {2.0, -1.0, 0.0, 0.0}, {3.0, -3.0, 1.0, 0.0}, {4.0, -6.0, 4.0, -1.0}, {1.0, 1.0, -1.0, 0.0}};
 
-/* For each unknown that way which would have led from the steps before closest to a0. */
-TWO_PATHS static void choose(const layout *at, int values, double weight[NEWMARK_HISTORY][4])
+/* The acceleration of so many steps before the last; they follow each other in a ring. */
+static double *before(const gallop_model *model, const gallop_state *state, const layout *at, int steps)
 {
-    const double *a0 = at->a0, *a1 = at->a_before, *a2 = a1 + values;
-    const double *a3 = a2 + values, *a4 = a3 + values;
+    return at->a_before + (size_t)((state->newest + steps - 1) % NEWMARK_HISTORY) * 4 * (size_t)model->nodes;
+}
+
+/* For each unknown that way which would have led from the steps before closest to a0. */
+TWO_PATHS static void choose(const double *const a[NEWMARK_HISTORY + 1], int values, double weight[NEWMARK_HISTORY][4])
+{
+    const double *a0 = a[0], *a1 = a[1], *a2 = a[2], *a3 = a[3], *a4 = a[4];
     double missed[WAYS][4];
     for (int i = 0; i < 4; i += LANES) {
         lanes line = {0.0}, parabola = {0.0}, cubic = {0.0}, alternating = {0.0};
@@ -63,13 +68,15 @@ TWO_PATHS static void predict(const gallop_model *model, const gallop_state *sta
                               weights w, double h)
 {
     const int values = 4 * model->nodes;
-    const double *u0 = at->u0, *v0 = at->v0, *a0 = at->a0, *a1 = isfinite(state->step_before) ? at->a_before : a0;
-    const double *a2 = at->a_before + values, *a3 = a2 + values;
+    const double *u0 = at->u0, *v0 = at->v0, *past[NEWMARK_HISTORY + 1] = {at->a0};
+    for (int k = 1; k <= NEWMARK_HISTORY; k++) past[k] = before(model, state, at, k);
+    if (!isfinite(state->step_before)) past[1] = at->a0;
+    const double *a0 = past[0], *a1 = past[1], *a2 = past[2], *a3 = past[3];
     double *u = at->u, *v = at->v, *a = at->a;
     const double u_by_a0 = h * h * (0.5 - w.beta), u_by_a = h * h * w.beta;
     const double v_by_a0 = h * (1.0 - w.gamma), v_by_a = h * w.gamma;
     double weight[NEWMARK_HISTORY][4] = {{0.5, 0.5, 0.5, 0.5}, {0.5, 0.5, 0.5, 0.5}, {0.0}};
-    if (h == state->step_before && state->equal_steps == NEWMARK_HISTORY) choose(at, values, weight);
+    if (h == state->step_before && state->equal_steps == NEWMARK_HISTORY) choose(past, values, weight);
     for (int i = 0; i < 4; i += LANES) {
         const lanes by_a0 = LANES_AT(weight[0] + i), by_a1 = LANES_AT(weight[1] + i);
         const lanes by_a2 = LANES_AT(weight[2] + i), by_a3 = LANES_AT(weight[3] + i);
@@ -96,9 +103,8 @@ TWO_PATHS static void predict(const gallop_model *model, const gallop_state *sta
 /* The step just found is the one before from now on. */
 void newmark_commit(const gallop_model *model, gallop_state *state, layout *at, double h)
 {
-    const size_t values = 4 * (size_t)model->nodes;
-    memmove(at->a_before + values, at->a_before, (NEWMARK_HISTORY - 1) * values * sizeof(double));
-    memcpy(at->a_before, at->a0, values * sizeof(double));
+    state->newest = (state->newest + NEWMARK_HISTORY - 1) % NEWMARK_HISTORY;
+    memcpy(before(model, state, at, 1), at->a0, 4 * (size_t)model->nodes * sizeof(double));
     if (h != state->step_before) state->equal_steps = 0;
     if (state->equal_steps < NEWMARK_HISTORY) state->equal_steps++;
     state->step_before = h;
@@ -140,7 +146,7 @@ int newmark(const gallop_model *model, gallop_state *state, layout *at, const ga
     const double *a = within ? at->stage_a : at->a;
     const double balanced = t - w.alpha_f * h;
     bool renew = state->factored_step != h, fresh = false;
-    double before = 0.0;
+    double size_before = 0.0;
     watch seen;
     instant now;
     instant_at(model, t, inputs, &state->now);
@@ -161,7 +167,7 @@ int newmark(const gallop_model *model, gallop_state *state, layout *at, const ga
             state->refactorisations++;
             renew = false;
             fresh = true;
-            before = 0.0;
+            size_before = 0.0;
         }
         solver_solve(model, at->factors, model->fixed, at->residual);
         correct(at, values, per_v, per_a);
@@ -169,7 +175,7 @@ int newmark(const gallop_model *model, gallop_state *state, layout *at, const ga
         state->last_iterations++;
         double size = correction_size(model, at->residual);
         if (!isfinite(size)) return fail(report, GALLOP_NON_FINITE, -1, t, size, 0.0);
-        switch (newton_judge(state, size, before, fresh, SLOW_RATE, tolerance)) {
+        switch (newton_judge(state, size, size_before, fresh, SLOW_RATE, tolerance)) {
         case NEWTON_CONVERGED:
             if (within) watch_tensions(model, at->u, &seen);
             return newton_accept(model, state, &seen, t, report);
@@ -177,7 +183,7 @@ int newmark(const gallop_model *model, gallop_state *state, layout *at, const ga
         case NEWTON_RENEWS: renew = true; break;
         case NEWTON_GOES_ON: break;
         }
-        before = size;
+        size_before = size;
     }
-    return fail(report, GALLOP_NEWTON_STALLED, seen.slack_element, t, before, tolerance);
+    return fail(report, GALLOP_NEWTON_STALLED, seen.slack_element, t, size_before, tolerance);
 }

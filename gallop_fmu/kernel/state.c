@@ -71,6 +71,7 @@ int gallop_state_check(const gallop_model *model, const gallop_state *state)
     ok = ok && isfinite(state->largest_turn) && state->largest_turn >= 0.0;
     ok = ok && isfinite(state->last_step) && isfinite(state->wanted_step) && state->wanted_step > 0.0 &&
          isfinite(state->run_origin);
+    ok = ok && state->newest >= 0 && state->newest < NEWMARK_HISTORY;
     ok = ok && state->equal_steps >= 0 && state->equal_steps <= NEWMARK_HISTORY;
     for (int i = 0; i < 4; i++) ok = ok && isfinite(state->largest[i]) && state->largest[i] >= 0.0;
     const int arrays = 3 + (by_gauss(model) ? GAUSS_ARRAYS : NEWMARK_HISTORY);

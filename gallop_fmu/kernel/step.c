@@ -27,7 +27,7 @@ static int whole_step(const gallop_model *model, gallop_state *state, layout *at
     const int deepest = model->scene.max_halvings;
     const uint64_t whole = (uint64_t)1 << deepest;
     const double step_before = state->step_before;
-    const int64_t equal_steps = state->equal_steps;
+    const int64_t equal_steps = state->equal_steps, newest = state->newest;
     uint64_t done = 0;
     int level = 0;
     state->last_iterations = state->last_substeps = 0;
@@ -54,6 +54,7 @@ static int whole_step(const gallop_model *model, gallop_state *state, layout *at
             memcpy(at->u, at->first, motion_bytes(model));
             state->step_before = step_before;
             state->equal_steps = equal_steps;
+            state->newest = newest;
             return outcome;
         }
         if (level == 0) memcpy(at->first, at->u, motion_bytes(model));
