@@ -14,7 +14,7 @@ import modal
 
 REPEATS = 5
 RUNS = 24
-STOP_TIME = 300.0
+STOP_TIME = 1000.0
 SPANS = 12
 
 

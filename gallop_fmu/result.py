@@ -230,11 +230,13 @@ def histories(
     """
     import xarray as xr  # a third of a second, which `import gallop_fmu` should not cost
 
-    dataset = xr.Dataset(dict(variables), {"time": time, "node": nodes, "x1": ("node", x1)})
-    dataset.time.attrs.update(units="s", long_name="time")
-    dataset.x1.attrs.update(units="m", long_name="position of the node along the span")
-    for name in variables:
-        dataset[name].attrs.update(units=DESCRIBED[name].unit, long_name=DESCRIBED[name].meaning)
+    described = {
+        name: (*content, {"units": DESCRIBED[name].unit, "long_name": DESCRIBED[name].meaning})
+        for name, content in variables.items()
+    }
+    times = ("time", time, {"units": "s", "long_name": "time"})
+    places = ("node", x1, {"units": "m", "long_name": "position of the node along the span"})
+    dataset = xr.Dataset(described, {"time": times, "node": nodes, "x1": places})
     work = ("steps", "substeps", "iterations", "refactorisations", "halvings", "rejections")
     extremes = ("lowest_tension", "largest_turn")
     dataset.attrs.update(
