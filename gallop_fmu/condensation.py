@@ -27,10 +27,11 @@ rest is small for rigid ends, but takes a tenth off the amplitude of large gallo
 Wind and ice.  The full quasi-steady load with the scene's coefficient curve, and the turned ice's inertia and weight,
 at eight Gauss sections of the span.
 
-Error.  Against the element (`benchmarks/condensed.py`), steady amplitudes of Examples 2 and 3 of Liu et al. (2009)
+Error.  Against the element (`benchmarks/condensed.md`), steady amplitudes of Examples 2 and 3 of Liu et al. (2009)
 differ by less than 1 %, the swing at half the frequency included; of ten drawn scenes that gallop, the vertical
-amplitude by at most 2 % in nine, the horizontal one by at most 2.5 % in five of seven that exceed 5 mm.  The exceptions
-are a swing that comes and goes (15 % and 21 %) and galloping of 4 m (horizontal 13 %).  With a sag above 0.024 of the
+amplitude by at most 2 % in eight and 4 % in all, the horizontal one by at most 4 % in six of seven that exceed 5 mm; in
+galloping of 4 m it is 13 % off.  Where a swing comes and goes for ever, as in Example 3 with sags of 0.019 to 0.021 of
+the span in 7 m/s, the amplitudes of one stretch of time say nothing of the other's.  With a sag above 0.024 of the
 span the modes left out take part: 10 to 30 %, and such spans are refused.  The ends of the curve's range are watched at
 the sections, of which none is at mid-span, so that a growing motion leaves it some seconds later than in the element.
 
