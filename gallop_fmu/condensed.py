@@ -54,7 +54,8 @@ def simulate_condensed(
     tension constant along the span, all of the aerodynamic curve, turning ice and the element's damping; the derivation
     stands in `gallop_fmu.condensation`. Steady amplitudes of the packaged Examples 2 and 3 are within 1 % of the
     element's, swing included; of ten drawn galloping scenes eight are within 2 % vertically and all within 4 %
-    (`benchmarks/condensed.md`). Of a swing that comes and goes for ever it has the size, not the course. For a sweep or a first look; confirm what matters with `simulate`.
+    (`benchmarks/condensed.md`). Of a swing that comes and goes for ever it has the size, not the course. For a sweep or
+    a first look; confirm what matters with `simulate`.
 
     Parameters
     ----------

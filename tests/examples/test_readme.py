@@ -167,3 +167,7 @@ def test_the_run_times_are_those_of_the_committed_run():
     assert f"cost OpenSees {ratio['OpenSees']:.0f} times, scipy's Radau {ratio['Radau']:.0f} times" in text
     assert f"and CVODE {ratio['CVODE']:.0f} times what it costs here" in text
     assert f"took {min(nearest):.1f} to {max(nearest):.1f} times as long at errors from 1e-2 to 1e-7" in text
+    speed = (ROOT / "benchmarks" / "README.md").read_text(encoding="utf-8")
+    median = float(re.search(r"as packaged \| \d+ \| (\d+) \|", speed)[1])
+    assert f"runs some {round(median, -2):.0f} times faster than real time" in text
+    assert re.search(r"\| 0\.01 \| [\d.]+ \| \+0\.10% \|", speed)
