@@ -96,8 +96,8 @@ def test_errors_of_time_steps_are_those_that_the_example_asserts():
     told = re.findall(r"\| `time_step` [\d.]+ s \| \d+ \| (\+[\d.]+) % \|", README)
     example = (ROOT / "examples" / "14_choosing_a_time_step.py").read_text(encoding="utf-8")
     assert f"== {[f'{error}%' for error in told]}".replace("'", '"') in example
-    assert "| about 6600 | less than 0.01 % |" in README
-    assert "- 6600) < 100" in example
+    assert "| about 6900 | less than 0.01 % |" in README
+    assert "- 6900) < 100" in example
     assert 'errors["tolerance"][1]) < 1e-4' in example
     assert "Take 50 steps or more in a period" in (ROOT / "docs" / "stability.md").read_text(encoding="utf-8")
 
