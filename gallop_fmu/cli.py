@@ -367,11 +367,11 @@ def _print_summary(numbers: dict[str, Any], result: Result, written: list[Path])
         f"{numbers['steps']} steps, {numbers['iterations']} Newton iterations, {numbers['seconds']:.2f} s: "
         f"{numbers['real_time_factor']:.0f} times real time; lowest tension {numbers['lowest_tension'] / 1000:.3f} kN"
     )
-    if attrs.get("left_out"):  # a condensed run leaves out nothing that it does not refuse
+    if attrs.get("left_out"):  # a condensed run leaves out and hides nothing that it does not refuse
         console.print(
             f"left out, since nothing in the scene wakes it: {attrs['left_out']}", style="dim", soft_wrap=True
         )
-    if attrs["hidden"]:
+    if attrs.get("hidden"):
         console.print(f"hidden, since numerics.mesh asks for half of the span: {attrs['hidden']}", soft_wrap=True)
     for path in written:
         console.print(f"wrote {path}", soft_wrap=True)
