@@ -75,7 +75,7 @@ def _step(seconds: float) -> str:
 
 def _cycles(cycles: list[Cycle], folder: Path) -> str:
     rows, kinds = [], list(dict.fromkeys(found.integrator for found in cycles))
-    figure, axes = plt.subplots(1, len(kinds), figsize=(4.0 + 4.5 * len(kinds), 4.6), squeeze=False)
+    figure, axes = plt.subplots(1, len(kinds), figsize=(4.6 * len(kinds), 4.6), squeeze=False, layout="constrained")
     for axis, kind in zip(axes[0], kinds, strict=True):
         for name in CYCLES:
             own = sorted((c for c in cycles if (c.integrator, c.name) == (kind, name)), key=lambda c: c.step)
@@ -207,7 +207,7 @@ def _scenes(data: Data) -> str:
     head += ["Runs with warning", "Imbalance"]
     worst = max(moved, key=lambda run: run["tension_error"])
     memory = data["memory"]
-    growth = np.median(memory[-len(memory) // 10 :]) - np.median(memory[len(memory) // 10 : 2 * len(memory) // 10])
+    tenths = [np.median(part) for part in np.array_split(np.array(memory), 10)]
     spoken = "\n\n" + "\n".join(faults[:40]) if faults else " none"
     return f"""## Random spans
 
@@ -231,7 +231,8 @@ by itself what a step does not resolve, and that is in no account. Violations:{s
 
 {table(head, rows)}
 
-Memory of a worker process grew by {growth:.2f} MiB between the second and the last tenth of the runs. The longest run
+Memory of a worker process, median in the first, second, fifth and last tenth of the runs:
+{tenths[0]:.0f}, {tenths[1]:.0f}, {tenths[4]:.0f}, {tenths[-1]:.0f} MiB. The longest run
 took {max(run["seconds"] for run in runs):.1f} s, all together {sum(run["seconds"] for run in runs) / 60.0:.1f}
 minutes of processor time."""
 
