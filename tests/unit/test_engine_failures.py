@@ -122,6 +122,19 @@ def test_halving_gets_through_a_jump(minimal):
     assert np.abs(found - expected).max() < 0.15 * np.abs(expected).max()  # observed 0.05
 
 
+@pytest.mark.parametrize("integrator", ["newmark", "gauss6"])
+def test_a_run_that_fails_in_half_a_step_ends_where_the_step_began(minimal, integrator):
+    model = jumped(minimal, time_step=0.5, max_halvings=1, max_newton_iterations=4, integrator=integrator)
+    state, whole = model.start(), model.start()
+    whole.advance(0.5)
+    run = state.run(3, 1, ALL, np.array([model.middle], np.int32))
+    assert (run.report.outcome, run.report.halvings, len(run.node_values)) == (Outcome.NEWTON_STALLED, 1, 1)
+    assert run.report.time == 1.0  # in the second half, after the jump
+    assert state.time == 0.5
+    for kept, right in zip(state.motion(), whole.motion(), strict=True):
+        assert np.array_equal(kept, right)
+
+
 @pytest.mark.parametrize("until", [0.5, 0.4, math.nan, math.inf, -math.inf])
 def test_time_must_be_finite_and_grow(minimal, until):
     state = Model(Scene.from_dict(minimal)).start()
