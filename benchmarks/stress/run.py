@@ -1,6 +1,6 @@
 """Runs what is too long for the tests, and writes docs/stability.md with its pictures, and a JSON file of all numbers.
 
-Usage: python benchmarks/stress/run.py --runs 10000 --seed 1 (about ten minutes on two idle cores)
+Usage: python benchmarks/stress/run.py --runs 4000 --seed 1 (about ten minutes on two idle cores)
 
 `--parts` chooses among random scenes (scenes), the map of step, wind and mesh (map), limit cycles (cycles) and
 conservation (conservation); what is not run again is kept from the JSON file.
@@ -94,7 +94,7 @@ def carried_out(work: Callable[[Any], Any], tasks: Iterable[Any], arguments: arg
 
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--runs", type=int, default=10_000)
+    parser.add_argument("--runs", type=int, default=4_000, help="random spans, each run by every integrator")
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--parts", nargs="+", choices=PARTS, default=PARTS)
     parser.add_argument("--processes", type=int, default=os.cpu_count() or 1)
