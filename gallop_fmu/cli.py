@@ -27,6 +27,7 @@ from gallop_fmu.terminal import (
     new_app,
     new_console,
     new_table,
+    print_warnings,
     progress_bar,
     start,
 )
@@ -373,5 +374,6 @@ def _print_summary(numbers: dict[str, Any], result: Result, written: list[Path])
         )
     if attrs.get("hidden"):
         console.print(f"hidden, since numerics.mesh asks for half of the span: {attrs['hidden']}", soft_wrap=True)
+    print_warnings(result.warnings)
     for path in written:
         console.print(f"wrote {path}", soft_wrap=True)

@@ -126,18 +126,24 @@ class Report:
     def _turned_far(self) -> bool:
         return self.largest_turn > DOUBTFUL_TURN
 
+    @property
+    def warnings(self) -> tuple[str, ...]:
+        """Sentences on what limits the trust in the numbers: each states a fact, then the remedy."""
+        signs = []
+        if self._often_halved:
+            signs.append(f"{self.steps} steps were halved {self.halvings} times")
+        if self._turned_far:
+            signs.append(f"the section turned by {math.degrees(self.largest_turn):.0f} deg within one step")
+        if not signs:
+            return ()
+        return (
+            f"The time step is too long for this motion, whose energy may be wrong: {' and '.join(signs)}. "
+            "Reduce numerics.time_step.",
+        )
+
     def __str__(self) -> str:
         if self.outcome is Outcome.COMPLETED:
-            signs = []
-            if self._often_halved:
-                signs.append(f"{self.steps} steps were halved {self.halvings} times")
-            if self._turned_far:
-                signs.append(f"the section turned by {math.degrees(self.largest_turn):.0f} deg within one step")
-            warning = (
-                f", but {' and '.join(signs)}: steps are too long for this motion, whose energy may be wrong. "
-                "What to do: reduce numerics.time_step."
-            )
-            return f"completed at {self.time:g} s" + (warning if signs else "")
+            return f"completed at {self.time:g} s"
         place = "" if self.element is None else f" in element {self.element + 1} (counted from the left)"
         detail = ""
         if self.outcome is Outcome.ANGLE_OUT_OF_RANGE:

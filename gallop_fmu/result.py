@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import cached_property
 from importlib.util import find_spec
 from io import StringIO
 from pathlib import Path
@@ -20,6 +21,7 @@ from gallop_fmu.files import netcdf_bytes, write_whole
 from gallop_fmu.library import build
 from gallop_fmu.outcome import Outcome, Report
 from gallop_fmu.release import program
+from gallop_fmu.run_warnings import run_warnings
 from gallop_fmu.scene import Scene
 
 if TYPE_CHECKING:
@@ -124,6 +126,16 @@ class Result:
         """How the run ended."""
         return self.report.outcome
 
+    @cached_property
+    def warnings(self) -> tuple[str, ...]:
+        """Sentences on what limits the trust in the numbers; empty if nothing does."""
+        return run_warnings(self.dataset, self.scene, self.report)
+
+    def __repr__(self) -> str:
+        times = self.dataset.time.values
+        lines = [f"Result of {self.scene.title!r}: {self.report}", f"{len(times)} records to {times[-1]:g} s"]
+        return "\n".join([*lines, *(f"warning: {sentence}" for sentence in self.warnings)])
+
     def midspan(self) -> xr.Dataset:
         """The histories at the mid-span node alone.
 
@@ -175,7 +187,7 @@ class Result:
         """
         path = Path(path)
         if path.suffix == ".nc":
-            content = netcdf_bytes(self.dataset)
+            content = netcdf_bytes(self.dataset.assign_attrs(self._verdict()))
         elif path.suffix == ".csv":
             frame, units = self._table()
             header = ",".join(["time [s]", *(f"{name} [{unit}]" for name, unit in units.items())])
@@ -187,7 +199,7 @@ class Result:
             if find_spec("pyarrow") is None:
                 raise SceneError(f'{path}: Parquet needs pyarrow; install it with pip install "gallop-fmu[parquet]"')
             frame, units = self._table()
-            frame.attrs = {"units": {"time": "s", **units}, **self.dataset.attrs}
+            frame.attrs = {"units": {"time": "s", **units}, **self.dataset.attrs, **self._verdict()}
             content = frame.to_parquet(engine="pyarrow")
         else:
             raise SceneError(
@@ -195,6 +207,10 @@ class Result:
             )
         write_whole(path, content)
         return path
+
+    def _verdict(self) -> dict[str, str]:
+        """What a file says about the motion, beside the histories."""
+        return {"warnings": " ".join(self.warnings)}
 
     def _table(self) -> tuple[pd.DataFrame, dict[str, str]]:
         """The mid-span histories by time, and the unit of each column."""
@@ -265,6 +281,7 @@ def summary(result: Result) -> dict[str, object]:
         "title": result.scene.title,
         "outcome": report.outcome.name.lower(),
         "message": str(report),
+        "warnings": list(result.warnings),
         "time": report.time,
         "window": last,
         "midspan": {

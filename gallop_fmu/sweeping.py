@@ -55,6 +55,7 @@ SUMMARY_COLUMNS |= {
     "support_force_highest": ("N", "greatest force on a support in the whole run"),
     "beyond_cigre_322": ("m", "how far the steady motion leaves the ellipse of CIGRE 322; negative within"),
     "beyond_davison": ("m", "how far the steady motion leaves the upright ellipse of Davison; negative within"),
+    "warnings": ("", "what limits the trust in the numbers"),
 }
 
 
@@ -73,7 +74,7 @@ def steady_motion(result: Result, window: float = WINDOW) -> Row:
     }
     for name, values in _midspan_histories(result).items():
         row |= {f"{name}_lowest": float(np.min(values)), f"{name}_highest": float(np.max(values))}
-    row["lowest_tension"] = report.lowest_tension
+    row |= {"lowest_tension": report.lowest_tension, "warnings": " ".join(result.warnings)}
     if "left_f1" in dataset:  # a condensed run has none
         forces = [
             np.sqrt(sum(dataset[f"{end}_f{axis}"].values ** 2 for axis in (1, 2, 3))) for end in ("left", "right")

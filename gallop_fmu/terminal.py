@@ -8,7 +8,7 @@ from __future__ import annotations
 import json
 import os
 import sys
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 from enum import IntEnum
 from pathlib import Path
@@ -213,6 +213,13 @@ def new_console(*, stderr: bool = False) -> Console:
     from rich.console import Console
 
     return Console(stderr=stderr, highlight=False, markup=False)  # titles and paths may hold brackets
+
+
+def print_warnings(sentences: Iterable[str]) -> None:
+    """Print the warnings of a result below its numbers, where they reach every reader of these."""
+    console = new_console()
+    for sentence in sentences:
+        console.print(f"warning: {sentence}", style="yellow", soft_wrap=True)
 
 
 @contextmanager

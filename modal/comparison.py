@@ -122,6 +122,7 @@ class Comparison:
                 name: {
                     "outcome": self.models[name].outcome.name.lower(),
                     "message": str(self.models[name].report),
+                    "warnings": list(self.models[name].warnings),
                     "stop_time": self.models[name].report.time,
                     "midspan": {channel: motion._asdict() for channel, motion in motions.items()},
                 }
@@ -141,6 +142,9 @@ class Comparison:
                 f"{u3.amplitude:10.4f}{frequency_text(u3.frequency_hz):>9}"
                 f"{theta.amplitude:13.4f}{self.models[name].report.time:11.1f}"
             )
+        lines += [
+            f"warning ({name}): {sentence}" for name, result in self.models.items() for sentence in result.warnings
+        ]
         return "\n".join(lines)
 
 

@@ -107,7 +107,7 @@ def _run(stress: Stress, verdict: Verdict) -> None:
     model = Model(scene)
     run, first = _records(stress, model)
     report = run.report
-    verdict.outcome, verdict.message = report.outcome.name.lower(), str(report)
+    verdict.outcome, verdict.message = report.outcome.name.lower(), " ".join([str(report), *report.warnings])
     verdict.steps, verdict.halvings, verdict.iterations = len(run.span_values), report.halvings, report.iterations
     verdict.doubtful = report.doubtful
     mass = scene.conductor.mass_per_length + scene.ice.mass_per_length

@@ -54,11 +54,11 @@ In short:
 
 - Take 50 steps or more in a period of the galloping motion: amplitudes are then within 1 % in all cases of the first
   table. Resonance of two modes asks for the most.
-- A run whose steps were too long says so in its message (`report.doubtful`): more than one in a hundred had to be
-  halved, or a section turned by more than {DOUBTFUL_TURN:g} rad within one. It ended, but its energy may be wrong:
-  reduce `numerics.time_step` until the message goes away.
+- A run whose steps were too long says so among its warnings (`result.warnings`, `report.doubtful`): more
+  than one in a hundred had to be halved, or a section turned by more than {DOUBTFUL_TURN:g} rad within one. It ended,
+  but its energy may be wrong: reduce `numerics.time_step` until the warning goes away.
 - `gallop_fmu.energy.energy_balance(result)` tells for a run of your own how well wind, damping and stored energy agree;
-  more than {CLOSED:.0%} of the energy turned over is too much. It is the sure test; the message is a cheap one.
+  more than {CLOSED:.0%} of the energy turned over is too much. It is the sure test; the warning is a cheap one.
 - What cannot be computed is refused with a reason: a cable that goes slack, an attack angle outside the coefficient
   curve, an equilibrium that does not exist. The numbers up to then are kept."""
 

@@ -82,6 +82,22 @@ def test_run_prints_the_motion(invoke):
     assert result.stderr == ""
 
 
+def test_every_printer_shows_the_warnings_of_a_run(invoke):
+    """A rough start with steps of several axial periods, which are halved often."""
+    rough = {"initial.seed_vertical": 0.3, "initial.seed_twist": 0.2, "numerics.time_step": 0.2}
+    words = ["example3", "--set", "aerodynamics.outside=hold"]
+    for key, value in rough.items():
+        words += ["--set", f"{key}={value}"]
+    shown = invoke("run", *words, "--until", 20)
+    assert shown.exit_code == 0
+    assert "warning: The time step is too long for this motion" in shown.stdout
+    printed = json.loads(invoke("run", *words, "--until", 20, "--json").stdout)
+    assert any("halved" in sentence for sentence in printed["warnings"])
+    assert printed["message"] == "completed at 20 s"
+    swept = invoke("sweep", *words, "--over", "wind.speed=5", "--until", 20, "--json")
+    assert "halved" in json.loads(swept.stdout)["rows"][0]["warnings"]
+
+
 def test_run_as_json(invoke):
     result = invoke("run", "example1", "--until", 2, "--json")
     numbers = json.loads(result.stdout)
