@@ -29,11 +29,11 @@ for inclined ones between rigid ends or springs that are alike. The horizontal f
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
 from dataclasses import dataclass
 
 from gallop_fmu import Scene, SceneError
 from gallop_fmu.supports import RigidSupport, SpringSupport, Support
+from modal.roots import bracketed_root
 
 CROSSOVER = 4.0 * math.pi**2
 """lambda^2 at which the first symmetric in-plane mode is as fast as the first antisymmetric one. Between rigid ends
@@ -152,7 +152,7 @@ def lambda_squared_for(ratio: float) -> float:
         If no lambda^2 gives this ratio.
     """
     x = 0.5 * math.pi * ratio
-    most = _root(lambda y: math.sin(y) - y * math.cos(y), math.pi, 1.5 * math.pi) / (0.5 * math.pi)
+    most = bracketed_root(lambda y: math.sin(y) - y * math.cos(y), math.pi, 1.5 * math.pi) / (0.5 * math.pi)
     if not 1.0 < ratio < most:
         raise SceneError(f"ratio = {ratio}: between rigid ends it lies between 1 and {most:.4f}")
     return 4.0 * x**3 * math.cos(x) / (x * math.cos(x) - math.sin(x))
@@ -177,7 +177,7 @@ def _symmetric(lambda_squared: float) -> float:
     def closed(x: float) -> float:
         return lambda_squared * (x * math.cos(x) - math.sin(x)) - 4.0 * x**3 * math.cos(x)
 
-    return _root(closed, 0.5 * math.pi, 1.5 * math.pi)
+    return bracketed_root(closed, 0.5 * math.pi, 1.5 * math.pi)
 
 
 def _string(tension: float, length: float, left: float, right: float) -> float:
@@ -186,10 +186,4 @@ def _string(tension: float, length: float, left: float, right: float) -> float:
     def phase(b: float) -> float:
         return b * length + math.atan(tension * b / left) + math.atan(tension * b / right) - math.pi
 
-    return _root(phase, 0.0, math.pi / length)
-
-
-def _root(function: Callable[[float], float], low: float, high: float) -> float:
-    from scipy.optimize import brentq  # slow to import
-
-    return float(brentq(function, low, high, xtol=1e-14, rtol=1e-14))
+    return bracketed_root(phase, 0.0, math.pi / length)

@@ -7,6 +7,7 @@ import pytest
 import gallop_fmu as gf
 import modal
 from modal.analytic import CROSSOVER, lambda_squared_for
+from modal.roots import bracketed_root
 
 SPRINGS = {"kind": "springs", "stiffness_x1": 80e3, "stiffness_x3": 2000.0}
 SOFT = {"kind": "springs", "stiffness_x1": 30e3, "stiffness_x3": 900.0}
@@ -110,3 +111,23 @@ def test_a_taut_string_has_the_ratio_one():
     scene = span(**{"span": {"length": 100.0, "sag": 0.005}, "conductor.axial_stiffness": 1e4})
     assert modal.shallow_cable(scene).ratio == pytest.approx(1.0, abs=1e-6)
     assert math.isclose(modal.shallow_cable(scene).lambda_squared, 0.0, abs_tol=1e-4)
+
+
+@pytest.mark.parametrize("rise", [0.0, 0.3, 0.6, 0.9])
+def test_no_span_between_rigid_ends_is_lost_to_round_off(rise):
+    # pi/l l - pi is negative in doubles for 49 of the whole spans up to 1000 m: 75, 175, 300, 315, ...
+    scene = gf.load_scene("example3").with_values({"span.sag": None, "numerics.elements": 4})
+    for length in (75.0, 175.0, 300.0, 315.0, 345.0, 350.0, 600.0, *map(float, range(20, 680, 60))):
+        numbers = scene.span.model_copy(update={"length": length, "height_difference": rise * length})
+        found = modal.shallow_cable(scene.model_copy(update={"span": numbers}))
+        chord = math.hypot(1.0, rise) * length
+        mass = scene.conductor.mass_per_length + scene.ice.mass_per_length
+        speed = math.sqrt(scene.span.horizontal_tension * math.hypot(1.0, rise) / mass)
+        assert found.horizontal_hz == pytest.approx(speed / (2.0 * chord), rel=1e-12)  # a string between rigid ends
+
+
+def test_a_bracket_without_a_root_is_an_error_and_no_answer():
+    assert bracketed_root(lambda x: x - 1.0, 0.0, 1.0 - 1e-12) == 1.0 - 1e-12
+    assert bracketed_root(lambda x: 1.0 - x, 1.0 + 1e-12, 5.0) == 1.0 + 1e-12
+    with pytest.raises(ValueError, match="no change of sign between 0.0"):
+        bracketed_root(lambda x: x + 1.0, 0.0, 1.0)
