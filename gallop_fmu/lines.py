@@ -22,7 +22,7 @@ from gallop_fmu.conductors import StrandedConductor, find_conductor
 from gallop_fmu.errors import SceneError
 from gallop_fmu.icing import IceShape, ice_section
 from gallop_fmu.paths import SET_BY_USER, explain
-from gallop_fmu.sag_tension import changed_tension
+from gallop_fmu.sag_tension import changed_tension, check_tension
 from gallop_fmu.sections import Number, Section, quantity, setting
 from gallop_fmu.textfiles import packaged_names, packaged_text, read_table
 
@@ -225,8 +225,11 @@ def _tension(line: Line, wire: StrandedConductor, ice_mass: float) -> tuple[floa
     """Horizontal tension of the iced conductor [N], and how it follows."""
     if line.stringing_tension is not None:
         strung = line.stringing_tension
+        given, question = f"line.stringing_tension = {strung:g} N", "is it in kN?"
     elif wire.rated_strength is not None and line.stringing_percent is not None:
         strung = 0.01 * line.stringing_percent * wire.rated_strength
+        given = f"line.stringing_percent = {line.stringing_percent:g} % of the rated strength, {strung:.4g} N,"
+        question = f"is it a fraction (then {100.0 * line.stringing_percent:g} %)?"
     else:
         raise SceneError(
             f"line.stringing_percent = {line.stringing_percent}: no confirmed rated strength of {wire.code_word} is in "
@@ -237,12 +240,14 @@ def _tension(line: Line, wire: StrandedConductor, ice_mass: float) -> tuple[floa
             f"line.stringing_tension = {strung} N is more than the rated strength of {wire.code_word}, "
             f"{wire.rated_strength:.6g} N; check the unit (N)"
         )
-    ruling = line.ruling_span or line.span
+    ruling, weight = line.ruling_span or line.span, wire.mass_per_length * GRAVITY
+    check_tension(given, strung, weight, ruling, question)
     try:
         tension = changed_tension(
             strung,
             span=ruling,
-            weight=wire.mass_per_length * GRAVITY,
+            height_difference=0.0 if line.ruling_span else line.height_difference,
+            weight=weight,
             new_weight=(wire.mass_per_length + ice_mass) * GRAVITY,
             axial_stiffness=wire.axial_stiffness,
             temperature_change=line.temperature - line.stringing_temperature,
@@ -255,8 +260,9 @@ def _tension(line: Line, wire: StrandedConductor, ice_mass: float) -> tuple[floa
             f"line: the iced conductor would hang at {tension:.4g} N, more than the rated strength of "
             f"{wire.code_word}, {wire.rated_strength:.6g} N; check stringing_tension, ruling_span and ice_thickness [m]"
         )
+    where = f"a ruling span of {ruling:g} m, taken as level," if line.ruling_span else "the span itself"
     return tension, (
-        f"derived: change of state in a ruling span of {ruling:g} m from {strung:.6g} N, bare, at "
+        f"derived: change of state in {where} from {strung:.6g} N, bare, at "
         f"{line.stringing_temperature:g} degrees Celsius to {line.temperature:g} degrees with ice; E A and expansion "
         f"{wire.thermal_expansion:.3g} 1/K from the wires, no creep"
     )

@@ -13,6 +13,12 @@ from collections.abc import Sequence
 
 from gallop_fmu.errors import SceneError
 
+LEAST_TENSION = 0.1
+"""Least horizontal tension of a line, in parts of the weight of the span: there the sag is seven times the span."""
+
+LARGEST_STRAIN = 0.02
+"""Strain that no conductor bears."""
+
 
 def ruling_span(spans: Sequence[float]) -> float:
     """Span [m] whose tension changes like that of a section of several spans [m]: sqrt(sum L^3 / sum L)."""
@@ -51,6 +57,35 @@ def unstretched_length(
     return length - integral / axial_stiffness
 
 
+def check_tension(name: str, tension: float, weight: float, span: float, question: str = "is it in kN?") -> None:
+    """Refuse a tension under which no line hangs, before a catenary is computed from it.
+
+    Parameters
+    ----------
+    name
+        Name and value of the tension in the message, such as "stringing_tension = 5 N".
+    tension
+        Horizontal tension [N].
+    weight
+        Weight per unit length [N/m].
+    span
+        Horizontal distance between the supports [m].
+    question
+        Probable mistake, as a question.
+
+    Raises
+    ------
+    SceneError
+        If the tension is less than `LEAST_TENSION` times the weight of the span.
+    """
+    total = weight * span
+    if tension >= LEAST_TENSION * total:
+        return
+    parts = {1e-3: "a thousandth", 1e-2: "a hundredth", LEAST_TENSION: "a tenth"}
+    part = next(text for part, text in parts.items() if tension < part * total)
+    raise SceneError(f"{name} is less than {part} of the weight of the span ({total:.4g} N); {question}")
+
+
 def changed_tension(
     tension: float,
     *,
@@ -80,20 +115,27 @@ def changed_tension(
     Raises
     ------
     SceneError
-        If no tension fits, which a strong cooling or wrong units can cause.
+        If the tension is far too small for the span, or no tension fits, which a strong cooling or wrong units can
+        cause.
     """
     from scipy.optimize import brentq  # slow to import
 
     if not (math.isfinite(temperature_change) and math.isfinite(expansion)):
         raise SceneError(f"temperature_change = {temperature_change} K, expansion = {expansion} 1/K: must be finite")
+    check_tension(f"tension = {tension:g} N", tension, weight, span)
+    if not tension < LARGEST_STRAIN * axial_stiffness:
+        raise SceneError(
+            f"tension = {tension:g} N is more than {LARGEST_STRAIN:.0%} of axial_stiffness = {axial_stiffness:g} N, "
+            "which no conductor bears; check the units (both in N)"
+        )
     before = unstretched_length(span, weight, tension, axial_stiffness, height_difference)
     wanted = before * math.exp(expansion * temperature_change)
 
     def excess(guess: float) -> float:
         return unstretched_length(span, new_weight, guess, axial_stiffness, height_difference) - wanted
 
-    # slacker than any line, where the conductor is almost twice as long as the span; tighter than it can bear
-    low, high = 0.25 * new_weight * span, 0.02 * axial_stiffness
+    # slacker than any line, where the sag is a thousand times the span; tighter than the conductor bears
+    low, high = 0.5 * LEAST_TENSION * new_weight * span, LARGEST_STRAIN * axial_stiffness
     if not excess(low) > 0.0 > excess(high):
         raise SceneError(
             f"no tension fits a temperature change of {temperature_change} K and a weight of {new_weight:.6g} N/m: the "

@@ -23,12 +23,16 @@ from gallop_fmu.laws import Law
 from gallop_fmu.lines import scene_data
 from gallop_fmu.loads import Load
 from gallop_fmu.paths import Leaf, explain, leaves, replace_values, unknown_key
+from gallop_fmu.sag_tension import check_tension
 from gallop_fmu.sections import Number, Section, WholeNumber, quantity, setting
 from gallop_fmu.supports import Supports
 from gallop_fmu.symmetry import check_symmetric
 
 SAG_TENSION_AGREEMENT = 0.05
 """Largest relative difference between a given sag and m g L^2/(8 H); published pairs differ by 1 to 2 %."""
+
+DEEPEST_SAG = 5.0
+"""Largest sag accepted, in parts of the span; a line has 0.1 at most."""
 
 FASTEST_WIND = 150.0
 """Highest wind speed accepted [m/s]."""
@@ -220,6 +224,7 @@ class Scene(Section):
 
     @model_validator(mode="after")
     def _consistent(self) -> Scene:
+        _check_size_of_sag_and_tension(self)
         _check_sag_against_tension(self)
         _check_mass_matrix(self)
         _check_aerodynamics(self)
@@ -318,6 +323,19 @@ def _flat(nested: Mapping[str, Any], start: str = "") -> dict[str, Any]:
     for key, value in nested.items():
         flat |= _flat(value, f"{start}{key}.") if isinstance(value, dict) else {start + key: value}
     return flat
+
+
+def _check_size_of_sag_and_tension(scene: Scene) -> None:
+    span = scene.span
+    if span.horizontal_tension is not None:
+        weight = (scene.conductor.mass_per_length + scene.ice.mass_per_length) * span.gravity
+        given = f"span.horizontal_tension = {span.horizontal_tension:g} N"
+        check_tension(given, span.horizontal_tension, weight, span.length)
+    if span.sag is not None and span.sag > DEEPEST_SAG * span.length:
+        raise SceneError(
+            f"span.sag = {span.sag:g} m is more than {DEEPEST_SAG:g} times span.length = {span.length:g} m; is it in "
+            "cm or mm?"
+        )
 
 
 def _check_sag_against_tension(scene: Scene) -> None:

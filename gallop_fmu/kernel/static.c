@@ -18,6 +18,17 @@ static double catenary_sag(const catenary *k, double length, double height)
     return 0.5 * height - y;
 }
 
+/* p in sag ~ c^-p near c: 1 on the parabola, about length/(2 c) where the conductor hangs deep */
+static double sag_exponent(const gallop_scene *s, double c)
+{
+    const double step = 1e-4;
+    catenary less = catenary_of(s->length, s->height_difference, c * (1.0 - step));
+    catenary more = catenary_of(s->length, s->height_difference, c * (1.0 + step));
+    double p = log(catenary_sag(&less, s->length, s->height_difference) /
+                   catenary_sag(&more, s->length, s->height_difference)) / (2.0 * step);
+    return p > 1.5 ? p : 1.0;
+}
+
 static void place_on_catenary(gallop_model *m, double c)
 {
     const gallop_scene *s = &m->scene;
@@ -244,7 +255,7 @@ static int solve_for_target(gallop_model *m, layout *at, gallop_report *report)
                       : s->horizontal_tension / weight;
     for (int i = 0; by_sag && i < 60; i++) {
         catenary k = catenary_of(s->length, s->height_difference, c);
-        c *= catenary_sag(&k, s->length, s->height_difference) / target;
+        c *= pow(catenary_sag(&k, s->length, s->height_difference) / target, 1.0 / sag_exponent(s, c));
     }
     /* the catenary's parameter that gives the mesh its target: the two differ only by the mesh error */
     for (int round = 0; round < 12; round++) {
@@ -256,7 +267,7 @@ static int solve_for_target(gallop_model *m, layout *at, gallop_report *report)
         double ratio = by_sag ? mesh_sag(m) / target : target / fabs(at->residual[0]);
         if (!isfinite(ratio) || !(ratio > 0.0)) break;
         if (fabs(ratio - 1.0) < 1e-12) return GALLOP_COMPLETED;
-        c *= ratio;
+        c *= by_sag ? pow(ratio, 1.0 / sag_exponent(s, c)) : ratio;
         if (round > 6 && fabs(ratio - 1.0) < 1e-9) return GALLOP_COMPLETED;
     }
     return fail(report, GALLOP_EQUILIBRIUM_NOT_FOUND, -1, 0.0, c * weight, target);

@@ -37,6 +37,22 @@ def test_horizontal_tension_from_sag(span, exact_cable, height):
     assert found.horizontal_tension == pytest.approx(exact.horizontal_tension, rel=SAG_ERROR[height])
 
 
+@pytest.mark.parametrize("rise", [0.0, 0.4])
+@pytest.mark.parametrize("part", [0.3, 0.7, 1.0, 2.0, 5.0])
+def test_a_deep_sag_has_the_tension_of_the_catenary(span, part, rise):
+    deep = {"length": 300.0, "height_difference": 300.0 * rise, "sag": 300.0 * part}
+    scene = Scene.from_dict(span | {"span": deep, "numerics": {"elements": 120}})
+    found = Model(scene).equilibrium()
+
+    def depth(c):  # below the chord at mid-span of a catenary of parameter c, over a rise
+        lowest = 150.0 - c * np.arcsinh(150.0 * rise / (c * np.sinh(150.0 / c)))
+        return 150.0 * rise - c * (np.cosh((150.0 - lowest) / c) - np.cosh(lowest / c))
+
+    c = brentq(lambda c: depth(c) - deep["sag"], 20.0, 3000.0, rtol=1e-13)
+    assert found.sag == pytest.approx(deep["sag"], rel=1e-8)
+    assert found.horizontal_tension == pytest.approx(1.6 * 9.81 * c, rel=1e-4)  # observed 8e-5 at 5 L, 2e-7 at 1 L
+
+
 def test_shape_is_the_catenary(span, exact_cable, height):
     scene, found = solved(span, height, {"horizontal_tension": 20000.0})
     _, _, exact = exact_cable(scene).solve(at=tuple(np.linspace(0.0, 1.0, len(found.x))))

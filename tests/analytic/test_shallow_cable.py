@@ -129,5 +129,5 @@ def test_no_span_between_rigid_ends_is_lost_to_round_off(rise):
 def test_a_bracket_without_a_root_is_an_error_and_no_answer():
     assert bracketed_root(lambda x: x - 1.0, 0.0, 1.0 - 1e-12) == 1.0 - 1e-12
     assert bracketed_root(lambda x: 1.0 - x, 1.0 + 1e-12, 5.0) == 1.0 + 1e-12
-    with pytest.raises(ValueError, match="no change of sign between 0.0"):
+    with pytest.raises(ValueError, match=r"no change of sign between 0\.0"):
         bracketed_root(lambda x: x + 1.0, 0.0, 1.0)

@@ -5,6 +5,8 @@ import re
 import tomllib
 
 import pytest
+from scipy.integrate import quad
+from scipy.optimize import brentq
 
 import gallop_fmu as gf
 from gallop_fmu.annotated import annotated_toml
@@ -55,6 +57,80 @@ def test_the_scene_holds_what_follows_from_the_line():
     assert scene.supports.left.adjacent_tension == scene.span.horizontal_tension
     assert scene.aerodynamics == gf.load_scene("example3").aerodynamics
     assert scene.wind.air_density == pytest.approx(1.2929 * 273.15 / 268.15, rel=1e-3)  # observed: 5e-4
+
+
+def tension_by_integration(*, span, height, tension, weight, new_weight, stiffness, expansion, temperature_change):
+    """Change of state with ds0 = ds/(1 + T/EA), integrated over the catenary by quadrature."""
+
+    def rest_length(horizontal, per_length):
+        c = horizontal / per_length
+        middle = math.asinh(0.5 * height / (c * math.sinh(0.5 * span / c)))
+
+        def rest(x):  # ds/dx = cosh, T = H cosh
+            slope = math.cosh(x / c + middle)
+            return slope / (1.0 + horizontal * slope / stiffness)
+
+        return quad(rest, -0.5 * span, 0.5 * span, epsabs=1e-10, epsrel=1e-12)[0]
+
+    wanted = rest_length(tension, weight) * math.exp(expansion * temperature_change)
+    return brentq(lambda guess: rest_length(guess, new_weight) - wanted, 1e3, 2e5)
+
+
+@pytest.mark.parametrize(
+    ("span", "height", "thickness", "cooling", "expected"),
+    [
+        (300.0, 200.0, 0.012, 20.0, 35130.0),
+        (300.0, 200.0, 0.030, 15.0, 37476.0),
+        (300.0, 200.0, 0.050, 15.0, 41258.0),
+        (100.0, 65.0, 0.050, 15.0, 37684.0),
+        (300.0, 90.0, 0.030, 15.0, 38080.0),
+    ],
+)
+def test_the_change_of_state_is_that_of_the_slope(span, height, thickness, cooling, expected):
+    sloping = {"conductor": "Drake", "span": span, "height_difference": height, "stringing_percent": 20.0}
+    line = {**sloping, "ice_thickness": thickness, "temperature": 15.0 - cooling}
+    scene, drake = gf.Scene.from_dict({"line": line}), find_conductor("Drake")
+    known = tension_by_integration(
+        span=span,
+        height=height,
+        tension=0.2 * drake.rated_strength,
+        weight=9.81 * drake.mass_per_length,
+        new_weight=9.81 * (drake.mass_per_length + scene.ice.mass_per_length),
+        stiffness=drake.axial_stiffness,
+        expansion=drake.thermal_expansion,
+        temperature_change=-cooling,
+    )
+    assert scene.span.horizontal_tension == pytest.approx(known, rel=1e-3)  # observed at most 5e-4: stretch T/EA
+    assert scene.span.horizontal_tension == pytest.approx(expected, rel=2e-5)
+    assert "in the span itself from" in scene.sources["span.horizontal_tension"]
+    level = gf.Scene.from_dict({"line": {**line, "height_difference": 0.0}}).span.horizontal_tension
+    ruled = gf.Scene.from_dict({"line": {**line, "ruling_span": span}})
+    assert ruled.span.horizontal_tension == level  # the custom with a ruling span
+    assert "taken as level" in ruled.sources["span.horizontal_tension"]
+
+
+@pytest.mark.parametrize(
+    ("tension", "part"),
+    [(1e-300, "thousandth"), (0.1, "thousandth"), (5.0, "hundredth"), (28.0, "hundredth"), (300.0, "tenth")],
+)
+def test_a_tension_in_kilonewtons_is_asked_about(tension, part):
+    message = (
+        rf"^line.stringing_tension = {tension:g} N is less than a {part} of the weight of the span \(4790 N\); is it"
+    )
+    with pytest.raises(gf.SceneError, match=message + " in kN"):
+        gf.Scene.from_dict({"line": {"conductor": "Drake", "span": 300.0, "stringing_tension": tension}})
+
+
+def test_a_fraction_of_the_strength_is_asked_about():
+    message = r"0.2 % of the rated strength, 280.2 N, is less than a tenth of .* is it a fraction \(then 20 %\)\?"
+    with pytest.raises(gf.SceneError, match=message):
+        gf.Scene.from_dict({"line": {"conductor": "Drake", "span": 300.0, "stringing_percent": 0.2}})
+
+
+@pytest.mark.parametrize("tension", [480.0, 600.0, 1200.0, 28e3])
+def test_every_other_tension_has_a_change_of_state(tension):
+    line = {"conductor": "Drake", "span": 300.0, "stringing_tension": tension, "ice_thickness": 0.05}
+    assert gf.Scene.from_dict({"line": line}).span.horizontal_tension > 480.0
 
 
 def test_every_value_has_a_source():

@@ -245,7 +245,7 @@ winds = st.one_of(
     st.fixed_dictionaries({"history": laws}), st.fixed_dictionaries({}, optional={"speed": numbers(0, 150)})
 )
 spans = st.fixed_dictionaries(
-    {"length": numbers(10, 1e4), "sag": positive}, optional={"height_difference": numbers(-9, 9)}
+    {"length": numbers(10, 1e4), "sag": numbers(1e-6, 50)}, optional={"height_difference": numbers(-9, 9)}
 )
 scenes = st.fixed_dictionaries(
     {

@@ -107,6 +107,26 @@ def test_sag_and_tension_that_contradict_each_other(minimal):
         Scene.from_dict(minimal)
 
 
+@pytest.mark.parametrize(("tension", "part"), [(1.0, "thousandth"), (14.0, "hundredth"), (140.0, "tenth")])
+def test_a_tension_that_no_span_has_is_refused_before_a_catenary_is_computed(minimal, tension, part):
+    minimal["span"] = {"length": 100.0, "horizontal_tension": tension}
+    message = rf"^span.horizontal_tension = {tension:g} N is less than a {part} of the weight of the span \(1472 N\)"
+    with pytest.raises(SceneError, match=message + "; is it in kN"):
+        Scene.from_dict(minimal)
+    minimal["span"]["sag"] = 4.0
+    with pytest.raises(SceneError, match=message):
+        Scene.from_dict(minimal)
+    del minimal["span"]["horizontal_tension"]
+    with pytest.raises(SceneError, match=message):
+        Scene.from_dict(minimal).with_values({"span.horizontal_tension": tension, "span.sag": None})
+
+
+def test_a_sag_in_centimetres_is_asked_about(minimal):
+    minimal["span"]["sag"] = 501.0
+    with pytest.raises(SceneError, match=r"^span.sag = 501 m is more than 5 times span.length = 100 m; is it in cm"):
+        Scene.from_dict(minimal)
+
+
 def test_sag_of_an_inclined_span_is_measured_from_the_chord(minimal):
     # Slope 3/4: the same tension sags 1/cos = 1.25 times as much.
     minimal["span"] = {"length": 100.0, "height_difference": 75.0, "sag": 5.0, "horizontal_tension": 4598.4}
