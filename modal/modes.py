@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Literal, cast
+from typing import TYPE_CHECKING, Any, Literal, cast
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,7 +20,8 @@ ComplexArray = NDArray[np.complex128]
 Family = Literal["longitudinal", "vertical", "horizontal", "torsional"]
 
 FAMILIES: tuple[Family, ...] = ("longitudinal", "vertical", "horizontal", "torsional")
-"""The family of the modes in which u1, u2, u3 or theta has the largest part, in the order of the unknowns of a node."""
+"""The family of the modes that move mostly along the chord, across it in the vertical plane, along x3, or that twist.
+On a level span these are u1, u2, u3 and theta, the unknowns of a node; see `by_family`."""
 
 NODAL_LINE = 1e-3
 """Displacements below this part of the largest one have no sign when the half-waves of a mode are counted."""
@@ -41,8 +43,9 @@ class Mode:
     family : str
         ``"vertical"``, ``"horizontal"``, ``"torsional"`` or ``"longitudinal"``: the largest of `shares`.
     shares : dict of str to float
-        Kinetic energy of each family as a part of their sum. The coupling through eccentric ice belongs to no family
-        and is left out.
+        Kinetic energy of each family as a part of their sum. ``"longitudinal"`` and ``"vertical"`` are the motion in
+        the vertical plane along the chord and across it. The coupling through eccentric ice belongs to no family and
+        is left out.
     symmetric : bool
         Whether the motion is rather its own mirror image about mid-span than the opposite of it.
     loops : int
@@ -58,6 +61,8 @@ class Mode:
         its first half-wave from the left is positive.
     quadrature : ndarray, shape (node, 4)
         What moves a quarter of a period ahead of `shape`; zero in still air.
+    wave : ndarray, shape (node,)
+        Displacement of the family in `shape`: along the chord, across it, along x3, or twist.
     """
 
     frequency_hz: float
@@ -70,6 +75,30 @@ class Mode:
     eigenvalue: complex
     shape: Array = field(repr=False)
     quadrature: Array = field(repr=False)
+    wave: Array = field(repr=False)
+
+    @property
+    def own_image(self) -> float:
+        """Part of the squared `wave` that is symmetric about mid-span."""
+        return 0.5 + 0.5 * float(self.wave @ self.wave[::-1]) / float(self.wave @ self.wave)
+
+
+def by_family(scene: Scene, shape: NDArray[Any]) -> NDArray[Any]:
+    """Displacements along the chord, across it in the vertical plane, along x3, and twist, in the order of `FAMILIES`.
+
+    Parameters
+    ----------
+    scene
+        The span, whose chord counts.
+    shape : ndarray, shape (..., 4)
+        u1, u2, u3 and theta.
+    """
+    chord = math.hypot(scene.span.length, scene.span.height_difference)
+    cosine, sine = scene.span.length / chord, scene.span.height_difference / chord
+    turned = np.array(shape)
+    turned[..., 0] = cosine * shape[..., 0] + sine * shape[..., 1]
+    turned[..., 1] = cosine * shape[..., 1] - sine * shape[..., 0]
+    return turned
 
 
 def natural_modes(scene: Scene, count: int = 12, wind: WindState = "still") -> list[Mode]:
@@ -234,12 +263,11 @@ def _describe(equations: Linearised, scene: Scene, value: complex, vector: Compl
     free = equations.free
     full = np.zeros(free.size, dtype=np.complex128)
     full[free.ravel()] = vector
-    parts = np.zeros((4, free.size), dtype=np.complex128)
-    parts[np.arange(free.size) % 4, np.arange(free.size)] = full
-    energy = np.einsum("fi,if->f", parts.conj(), equations.mass @ parts.T).real
+    turned = by_family(scene, full.reshape(free.shape))
+    energy = family_energies(turned, equations.mass)
     share = energy / energy.sum()
     dominant = int(np.argmax(share))
-    wave = full.reshape(free.shape).real[:, dominant]
+    wave = turned[:, dominant].real
     mirrored = -wave[::-1] if FAMILIES[dominant] == "longitudinal" else wave[::-1]
     signs = np.sign(wave[np.abs(wave) > NODAL_LINE * np.max(np.abs(wave))])
     full = full * signs[0]
@@ -258,7 +286,19 @@ def _describe(equations: Linearised, scene: Scene, value: complex, vector: Compl
         eigenvalue=value,
         shape=full.real.reshape(free.shape),
         quadrature=full.imag.reshape(free.shape),
+        wave=wave * signs[0],
     )
+
+
+def family_energies(turned: NDArray[Any], mass: Any) -> Array:
+    """Twice the kinetic energy of each family at unit frequency, of a motion `by_family`.
+
+    The mass of a section is the same in every direction, so that the mass matrix of u1 and u2 is that of the motion
+    along the chord and across it.
+    """
+    parts = np.zeros((4, turned.size), dtype=turned.dtype)
+    parts[np.arange(turned.size) % 4, np.arange(turned.size)] = turned.ravel()
+    return np.asarray(np.einsum("fi,if->f", parts.conj(), mass @ parts.T).real)
 
 
 def _participation(equations: Linearised, shape: Array, column: int) -> float:

@@ -71,7 +71,7 @@ def mode_shapes(modes: Sequence[Mode], title: str = "") -> Figure:
         figure = Figure(figsize=(WIDTH, 0.5 + 1.15 * rows), layout="constrained")
         panels = figure.subplots(rows, 3, sharex=True, squeeze=False)
         for axes, mode in zip(panels.flat, modes, strict=False):
-            wave = mode.shape[:, list(mode.shares).index(mode.family)]
+            wave = mode.wave
             axes.axhline(0.0, color=NEUTRAL, linewidth=0.4)
             axes.plot(np.linspace(0.0, 1.0, len(wave)), wave / np.abs(wave).max(), color=COLOURS[mode.family])
             axes.set_title(f"{mode.family} {mode.loops}: {mode.frequency_hz:.4g} Hz, {mode.damping_ratio:.2%}")

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gallop_fmu import Model, Scene, SceneError, SimulationError
-from modal.modes import FAMILIES, Family, Mode, natural_modes
+from modal.modes import Family, Mode, natural_modes
 from modal.stringing import ACSR_EXPANSION, change_of_state
 
 if TYPE_CHECKING:
@@ -361,12 +361,10 @@ def _first_symmetric(modes: list[Mode], family: Family) -> Mode:
             "frequency ratio means nothing; the eccentric ice or the supports couple the families, see "
             "natural_modes(scene)"
         )
-    wave = first.shape[:, FAMILIES.index(family)]
-    own_image = 0.5 + 0.5 * float(wave @ wave[::-1]) / float(wave @ wave)
-    if own_image < CLEAR_SYMMETRY:
+    if first.own_image < CLEAR_SYMMETRY:
         raise SceneError(
             f"the first symmetric {family} mode at {first.frequency_hz:.4g} Hz cannot be told from an "
-            f"antisymmetric one: only {own_image:.0%} of it is symmetric, because two modes cross or veer here, so the "
-            "frequency ratio means nothing; see natural_modes(scene) and track_modes(scene, ...)"
+            f"antisymmetric one: only {first.own_image:.0%} of it is symmetric, because two modes cross or veer here, "
+            "so the frequency ratio means nothing; see natural_modes(scene) and track_modes(scene, ...)"
         )
     return first

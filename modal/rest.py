@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gallop_fmu import Inputs, Model, Scene, SceneError
-from modal.modes import FAMILIES, Family
+from modal.modes import FAMILIES, Family, by_family
 
 Array = NDArray[np.float64]
 
@@ -86,14 +86,15 @@ def at_rest(scene: Scene, elements: int = ELEMENTS) -> Rest:
     shapes = np.zeros((len(squares), 4 * model.nodes))
     shapes[:, kept] = vectors.T
     parts = shapes.reshape(len(squares), model.nodes, 4)
+    turned = by_family(scene, parts)
     masses = mass.reshape(model.nodes, 4, model.nodes, 4)
     energy = np.stack(
-        [np.einsum("mi,ij,mj->m", parts[:, :, f], masses[:, f, :, f], parts[:, :, f]) for f in range(4)], axis=1
+        [np.einsum("mi,ij,mj->m", turned[:, :, f], masses[:, f, :, f], turned[:, :, f]) for f in range(4)], axis=1
     )
     dominant = np.argmax(energy, axis=1)
-    mirror = parts[:, ::-1] * np.array([-1.0, 1.0, 1.0, 1.0])
-    middle = np.sum(parts * mirror, axis=(1, 2))
-    sign = np.sign(parts[np.arange(len(parts)), parts.shape[1] // 2, dominant] + 1e-12)
+    mirror = turned[:, ::-1] * np.array([-1.0, 1.0, 1.0, 1.0])
+    middle = np.sum(turned * mirror, axis=(1, 2))
+    sign = np.sign(turned[np.arange(len(parts)), parts.shape[1] // 2, dominant] + 1e-12)
     return Rest(
         model, np.sqrt(squares), parts * sign[:, None, None], [FAMILIES[i] for i in dominant], middle > 0.0,
         mass, damping, stiffness, free.ravel(),

@@ -230,8 +230,7 @@ def _simulated(findings: Findings, result: Result) -> dict[str, Any]:
 
 
 def _shape(mode: Mode) -> Shape:
-    wave = mode.shape[:, list(mode.shares).index(mode.family)]
-    wave = wave / np.abs(wave).max()
+    wave = mode.wave / np.abs(mode.wave).max()
     across, up = np.linspace(-SHAPE_BOX[0], SHAPE_BOX[0], len(wave)), -SHAPE_BOX[1] * wave
     points = " ".join(f"{x:.1f},{y:.1f}" for x, y in zip(across, up, strict=True))
     return Shape(f"{mode.family} {mode.loops}", f"{mode.frequency_hz:.4f} Hz", mode.family, points)

@@ -4,6 +4,7 @@ import math
 
 import numpy as np
 import pytest
+from scipy.linalg import eigh
 
 import gallop_fmu as gf
 import modal
@@ -126,3 +127,60 @@ def test_no_ratio_where_torsional_modes_bury_the_others():
     bare = {"conductor.torsional_stiffness": 0.002, "ice.first_moment_x2": 0.0, "ice.first_moment_x3": 0.0}
     with pytest.raises(gf.SceneError, match="no symmetric vertical mode among the lowest 24"):
         modal.frequency_ratio(gf.load_scene("example3").with_values(bare))
+
+
+def bars_on_a_catenary(scene, elements=400):
+    """Frequencies of straight two-node bars with lumped masses on the catenary of a span: (in plane, out of plane).
+
+    An own finite-element model: stiffness EA/l along each bar and T/l across it. In plane, each frequency stands with
+    the part of its motion across the chord that is symmetric, and with the part of its energy along the chord.
+    """
+    span, mass = scene.span, scene.conductor.mass_per_length
+    c = span.horizontal_tension / (mass * span.gravity)
+    lowest = 0.5 * span.length - c * np.arcsinh(span.height_difference / (2 * c * np.sinh(span.length / (2 * c))))
+    left, right = (c * np.sinh((end - lowest) / c) for end in (0.0, span.length))
+    x = lowest + c * np.arcsinh(np.linspace(left, right, elements + 1) / c)
+    y = c * np.cosh((x - lowest) / c)
+    step = np.diff(np.stack([x, y]))
+    size = np.hypot(*step)
+    tension = mass * span.gravity * 0.5 * (y[1:] + y[:-1])
+    lump = 0.5 * mass * (size[1:] + size[:-1])
+    t, n = step / size, np.stack([-step[1], step[0]]) / size
+    both = scene.conductor.axial_stiffness / size * t[:, None] * t + tension / size * n[:, None] * n  # (2, 2, bar)
+    inner = elements - 1
+    plane, across = np.zeros((inner, 2, inner, 2)), np.zeros((inner, inner))
+    for k in range(inner):
+        plane[k, :, k] += both[..., k] + both[..., k + 1]
+        across[k, k] += tension[k] / size[k] + tension[k + 1] / size[k + 1]
+        if k:
+            plane[k, :, k - 1] = plane[k - 1, :, k] = -both[..., k]
+            across[k, k - 1] = across[k - 1, k] = -tension[k] / size[k]
+    weight = 1.0 / np.sqrt(lump)
+    scaled = (plane * weight[:, None, None, None] * weight[None, None, :, None]).reshape(2 * inner, 2 * inner)
+    squares, vectors = eigh(scaled, subset_by_index=(0, 7))
+    out = eigh(across * weight[:, None] * weight, eigvals_only=True, subset_by_index=(0, 0))
+    chord = np.array([span.length, span.height_difference]) / np.hypot(span.length, span.height_difference)
+    found = []
+    for square, vector in zip(squares, vectors.T, strict=True):
+        moved = vector.reshape(inner, 2)
+        along, up = moved @ chord, moved @ np.array([-chord[1], chord[0]])
+        found.append((np.sqrt(square) / (2 * np.pi), up @ up[::-1] / (up @ up), along @ along))
+    return found, float(np.sqrt(out[0])) / (2 * np.pi)
+
+
+@pytest.mark.parametrize(("rise", "ratio"), [(0.0, None), (300.0, 2.296), (0.99 * 322.8, None)])
+def test_the_ratio_of_a_steep_span_is_that_of_an_own_model(rise, ratio):
+    scene = gf.load_scene("zebra").with_values({"span.height_difference": rise})
+    found = modal.frequency_ratio(scene)
+    plane, horizontal = bars_on_a_catenary(scene)
+    vertical, _, along = next(row for row in plane if row[1] > 0.5)
+    assert along < 0.02
+    assert found.vertical_hz == pytest.approx(vertical, rel=3e-4)  # observed at most 1.7e-4
+    assert found.horizontal_hz == pytest.approx(horizontal, rel=2e-5)  # observed at most 6e-6
+    if ratio:
+        assert found.ratio == pytest.approx(ratio, abs=5e-4)
+    theory = modal.shallow_cable(scene)
+    assert theory.ratio == pytest.approx(found.ratio, rel=1e-2)  # observed 9e-3 at 0.99 L
+    families = [(mode.family, mode.shares[mode.family]) for mode in modal.natural_modes(scene, 6)]
+    assert {family for family, _ in families} == {"vertical", "horizontal"}
+    assert min(share for _, share in families) > 0.98
