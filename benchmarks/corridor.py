@@ -92,18 +92,15 @@ def main() -> None:
     )
 
     for suffix in (".parquet", ".nc"):
-        for model in ("element", "condensed"):
-            out = folder / f"{model}{suffix}"
+        out = folder / f"runs{suffix}"
 
-            def simulated(model: Any = model, out: Path = out) -> gf.Runs:
-                return gf.sweep(scene, table=rows[:SIMULATED], stop_time=5.0, window=4.0, model=model, out=out)
+        def simulated(out: Path = out) -> gf.Runs:
+            return gf.sweep(scene, table=rows[:SIMULATED], stop_time=5.0, window=4.0, out=out)
 
-            runs = measured(f"sweep of 5 s, {model}, {suffix}", SIMULATED, simulated)
-            measured("the same again, all there", SIMULATED, simulated)
-            computed = float(np.nansum(runs.dataset.seconds)) / SIMULATED
-            print(
-                f"{out.name}: {out.stat().st_size / 1e3:.0f} kB; {1e3 * computed:.2f} ms wall-clock a run in its thread"
-            )
+        runs = measured(f"sweep of 5 s, {suffix}", SIMULATED, simulated)
+        measured("the same again, all there", SIMULATED, simulated)
+        computed = float(np.nansum(runs.dataset.seconds)) / SIMULATED
+        print(f"{out.name}: {out.stat().st_size / 1e3:.0f} kB; {1e3 * computed:.2f} ms wall-clock a run in its thread")
     compare(scene, rows, found)
     threads()
 

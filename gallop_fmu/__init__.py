@@ -20,7 +20,6 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from gallop_fmu.condensed import simulate_condensed
     from gallop_fmu.conductors import find_conductor
     from gallop_fmu.engine import Equilibrium, Inputs, Model, State
     from gallop_fmu.errors import SceneError
@@ -38,7 +37,6 @@ if TYPE_CHECKING:
 # Where each public name lives.  A module is loaded when its name is first used, so that `gallop-fmu --help` does not
 # wait for numpy, nor a simulation for fmpy.
 _HOMES = {
-    "condensed": ("simulate_condensed",),
     "conductors": ("find_conductor",),
     "engine": ("Equilibrium", "Inputs", "Model", "State"),
     "errors": ("SceneError",),
@@ -76,7 +74,6 @@ __all__ = [
     "read_runs",
     "read_spans",
     "simulate",
-    "simulate_condensed",
     "sweep",
     "with_inputs",
 ]

@@ -44,10 +44,7 @@ SPAN_CHANNELS = (
     Channel("substeps", "1", "sub-steps that the last step was divided into"),
 )
 
-HORIZONTAL_TENSION = Channel("horizontal_tension", "N", "horizontal tension, the same along the span")
-"""Recorded of a condensed span; the kernel's enumerations do not have it."""
-
-DESCRIBED = {channel.name: channel for channel in (*NODE_CHANNELS, *SPAN_CHANNELS, HORIZONTAL_TENSION)}
+DESCRIBED = {channel.name: channel for channel in (*NODE_CHANNELS, *SPAN_CHANNELS)}
 """Every channel by its name."""
 
 NODE_INDEX = {channel.name: index for index, channel in enumerate(NODE_CHANNELS)}

@@ -51,8 +51,8 @@ if TYPE_CHECKING:
 
 
 ModelName = Annotated[
-    Literal["element", "condensed"],
-    typer.Option(help="The cable element, or a few modes of it: about ten times as fast, for screening."),
+    str,
+    typer.Option(hidden=True, help="Of 0.1.0, which had a second model; the next release drops it."),
 ]
 
 RESULT_SUFFIXES = (".nc", ".csv", ".parquet")
@@ -109,12 +109,13 @@ def run(
     as_json: AsJson = False,
 ) -> None:
     """Compute the motion of a span and print what happened at mid-span."""
-    from gallop_fmu.condensed import simulate_condensed
     from gallop_fmu.inputs import with_inputs
     from gallop_fmu.outcome import Outcome
+    from gallop_fmu.recording import check_model
     from gallop_fmu.result import summary
     from gallop_fmu.simulation import simulate
 
+    check_model(model)
     chosen = chosen_scene(scene, changes)
     if inputs:
         chosen = with_inputs(chosen, inputs)
@@ -122,8 +123,7 @@ def run(
     check_output(plot, PICTURE_SUFFIXES)
     _check_records(chosen, until, every)
     with _progress(chosen.title, silent=as_json) as shown:
-        compute = simulate if model == "element" else simulate_condensed
-        result = compute(
+        result = simulate(
             chosen,
             until,
             record_every=every,
@@ -368,11 +368,11 @@ def _print_summary(numbers: dict[str, Any], result: Result, written: list[Path])
         f"{numbers['steps']} steps, {numbers['iterations']} Newton iterations, {numbers['seconds']:.2f} s: "
         f"{numbers['real_time_factor']:.0f} times real time; lowest tension {numbers['lowest_tension'] / 1000:.3f} kN"
     )
-    if attrs.get("left_out"):  # a condensed run leaves out and hides nothing that it does not refuse
+    if attrs["left_out"]:
         console.print(
             f"left out, since nothing in the scene wakes it: {attrs['left_out']}", style="dim", soft_wrap=True
         )
-    if attrs.get("hidden"):
+    if attrs["hidden"]:
         console.print(f"hidden, since numerics.mesh asks for half of the span: {attrs['hidden']}", soft_wrap=True)
     print_warnings(result.warnings)
     for path in written:

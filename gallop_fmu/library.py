@@ -9,7 +9,7 @@ from importlib.metadata import PackageNotFoundError, distribution
 from pathlib import Path
 from typing import Any
 
-from gallop_fmu.structures import CHECKED, CCondensed, CDerived, CInputs, CReport, CScene
+from gallop_fmu.structures import CHECKED, CDerived, CInputs, CReport, CScene
 
 _SUFFIX = {"win32": ".dll", "darwin": ".dylib"}.get(sys.platform, ".so")
 
@@ -64,11 +64,6 @@ def _load() -> c.CDLL:
             c.c_int,
             (pointer, pointer, double, inputs, *[doubles] * 3, double, double, double, doubles),
         ),
-        "gallop_condensed_run": (
-            c.c_int,
-            (pointer, c.POINTER(CCondensed), *[doubles] * 2, *[whole] * 4, *[doubles] * 2, c.POINTER(whole), report),
-        ),
-        "gallop_condensed_forces": (c.c_int, (pointer, c.POINTER(CCondensed), double, *[doubles] * 4)),
     }
     for name, (result, arguments) in signatures.items():
         function = getattr(library, name)

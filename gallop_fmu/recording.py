@@ -76,6 +76,18 @@ def check_on_failure(on_failure: str) -> None:
         raise SceneError(f'on_failure = {on_failure!r}: must be "raise" or "return"')
 
 
+def check_model(model: str) -> None:
+    """Raise SceneError if it is not the model that there is; 0.1.0 had another."""
+    if model == "condensed":
+        raise SceneError(
+            'model = "condensed": the condensed model was removed in 0.2.0, because on spans drawn at random its '
+            "amplitudes were wrong without a warning; leave the model out: the cable element computes the run. "
+            "For a first look at many spans use modal.screen_spans (gallop-modal screen --table ... --first-look)"
+        )
+    if model != "element":
+        raise SceneError(f'model = {model!r}: must be "element"')
+
+
 def chosen_nodes(wanted: Literal["midspan", "all"] | Sequence[int], elements: int) -> NDArray[np.int32]:
     """Numbers of the nodes to record on a mesh of so many elements.
 

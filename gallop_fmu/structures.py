@@ -192,23 +192,7 @@ class CDerived(c.Structure):
     )
 
 
-CONDENSED_NUMBERS = ("time_step", "horizontal_tension", "stiffness", "remaining", "damping_time", "share")
-CONDENSED_ARRAYS = (
-    "frequency", "damping", "coupling", "elongation", "stretch", "shape", "weighted", "slope", "slope_weighted", "load",
-)  # fmt: skip
-
-
-class CCondensed(c.Structure):
-    """gallop_condensed."""
-
-    _fields_ = (
-        *((name, c.c_int32) for name in ("loads", "reserved")),
-        *((name, c.c_double) for name in CONDENSED_NUMBERS),
-        *((name, Pointer) for name in CONDENSED_ARRAYS),
-    )
-
-
-CHECKED = (CScene, CLaw, CSupport, CLoad, CReport, CInputs, CDerived, CCondensed)
+CHECKED = (CScene, CLaw, CSupport, CLoad, CReport, CInputs, CDerived)
 
 
 def double_pointer(values: NDArray[np.float64]) -> Any:

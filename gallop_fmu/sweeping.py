@@ -6,17 +6,16 @@ from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Literal, get_args
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from gallop_fmu.clearance import cigre_322_single_loop, davison_single_loop
-from gallop_fmu.condensed import simulate_condensed
 from gallop_fmu.descriptions import Description
 from gallop_fmu.errors import SceneError
 from gallop_fmu.outcome import Outcome
-from gallop_fmu.recording import check_stop_time
+from gallop_fmu.recording import check_model, check_stop_time
 from gallop_fmu.result import Result, oscillation
 from gallop_fmu.runs import CarryOn, Progress, Runs, compute, one_by_one
 from gallop_fmu.scene import Scene
@@ -24,9 +23,6 @@ from gallop_fmu.simulation import simulate
 from gallop_fmu.spans import cases
 from gallop_fmu.store import Row
 from gallop_fmu.workers import Kind
-
-Model = Literal["element", "condensed"]
-"""Which model computes the runs."""
 
 Summary = Callable[[Result], Mapping[str, Any]]
 """From a result to the numbers that are kept of it."""
@@ -75,7 +71,7 @@ def steady_motion(result: Result, window: float = WINDOW) -> Row:
     for name, values in _midspan_histories(result).items():
         row |= {f"{name}_lowest": float(np.min(values)), f"{name}_highest": float(np.max(values))}
     row |= {"lowest_tension": report.lowest_tension, "warnings": " ".join(result.warnings)}
-    if "left_f1" in dataset:  # a condensed run has none
+    if "left_f1" in dataset:
         forces = [
             np.sqrt(sum(dataset[f"{end}_f{axis}"].values ** 2 for axis in (1, 2, 3))) for end in ("left", "right")
         ]
@@ -119,7 +115,6 @@ class Simulation:
     stop_time: float | None
     window: float
     summary: Summary | None
-    model: Model = "element"
     kind: Kind = "threads"
 
     @property
@@ -129,8 +124,7 @@ class Simulation:
 
     def __str__(self) -> str:
         name = "steady_motion" if self.summary is None else f"{self.summary.__module__}.{self.summary.__qualname__}"
-        verb = "simulate" if self.model == "element" else "simulate_condensed"
-        return f"{verb} to {self.stop_time or 'its own'} s, {name} over {self.window:g} s"
+        return f"simulate to {self.stop_time or 'its own'} s, {name} over {self.window:g} s"
 
     def __call__(self, scenes: Sequence[Scene], carry_on: CarryOn) -> list[Row]:
         """Compute a group of scenes, each by itself."""
@@ -139,10 +133,7 @@ class Simulation:
             def going_on(time: float, stop_time: float) -> bool:
                 return carry_on()
 
-            if self.model == "element":
-                result = simulate(scene, self.stop_time, channels=CHANNELS, progress=going_on, on_failure="return")
-            else:
-                result = simulate_condensed(scene, self.stop_time, progress=going_on, on_failure="return")
+            result = simulate(scene, self.stop_time, channels=CHANNELS, progress=going_on, on_failure="return")
             row = steady_motion(result, self.window) if self.summary is None else dict(self.summary(result))
             if result.outcome is not Outcome.COMPLETED:
                 row |= {"outcome": result.outcome.name.lower(), "message": str(result.report)}
@@ -158,7 +149,7 @@ def sweep(
     table: Path | str | Sequence[Mapping[str, Any]] | None = None,
     stop_time: float | None = None,
     window: float = WINDOW,
-    model: Model = "element",
+    model: str = "element",
     summary: Summary | None = None,
     out: Path | str | None = None,
     workers: int | None = None,
@@ -182,9 +173,7 @@ def sweep(
     window
         Time [s] at the end over which the motion is taken as steady.
     model
-        ``"element"`` for `gallop_fmu.simulate`, ``"condensed"`` for `gallop_fmu.simulate_condensed`: about ten times as
-        fast, for screening. It knows no forces on the supports, and its ``lowest_tension`` is the horizontal one;
-        scenes that it refuses are rows that say why.
+        ``"element"``, the only one: kept for callers of 0.1.0, which had another. The next release drops it.
     summary
         From a `Result` to what is kept of it, in place of `steady_motion`.
     out
@@ -221,7 +210,6 @@ def sweep(
         raise SceneError(f"window = {window} s: must be positive")
     if stop_time is not None:
         check_stop_time(stop_time)
-    if model not in get_args(Model):
-        raise SceneError(f'model = {model!r}: must be "element" or "condensed"')
-    task = Simulation(stop_time, window, summary, model)
+    check_model(model)
+    task = Simulation(stop_time, window, summary)
     return compute(cases(scene, over, table), task, out=out, count=workers, cluster=cluster, progress=progress)

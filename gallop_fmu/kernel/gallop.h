@@ -172,8 +172,8 @@ typedef enum {
 } gallop_span_channel;
 
 /* Sizes of the structs above as this library was compiled, for a binding to check itself:
- * scene, law, support, load, report, inputs, derived, condensed. */
-GALLOP_API void gallop_struct_sizes(size_t sizes[8]);
+ * scene, law, support, load, report, inputs, derived. */
+GALLOP_API void gallop_struct_sizes(size_t sizes[7]);
 GALLOP_API const char *gallop_build(void);   /* compiler and its version */
 
 GALLOP_API int gallop_model_create(const gallop_scene *scene, gallop_model **model, gallop_report *report);
@@ -218,39 +218,6 @@ GALLOP_API void gallop_observe_node(const gallop_model *model, const gallop_stat
 GALLOP_API void gallop_support_forces(const gallop_model *model, gallop_state *state, double force[6]);
 GALLOP_API void gallop_observe_span(const gallop_model *model, gallop_state *state,
                                     double values[GALLOP_SPAN_CHANNELS]);
-
-/* The condensed span: a few modes q with their linear part solved exactly, tension constant along the span, wind and
- * turning ice at a few sections; condensed.c states the equation.  Coefficient curve, ice and laws are the model's;
- * towers stand still.  Shape components: u2, u3, twist. */
-#define GALLOP_CONDENSED_MODES 16     /* always so many: what a span has less is filled up with modes without shape */
-#define GALLOP_CONDENSED_SECTIONS 8
-
-typedef struct {
-    int32_t loads, reserved;                    /* as many as the model's scene has */
-    double time_step;                           /* [s] */
-    double horizontal_tension, stiffness;       /* H0 [N]; k = dH/d(elongation) [N/m] */
-    double remaining;                           /* r: part of Q left by the statically answering modes left out */
-    double damping_time, share;                 /* Rayleigh b2 of translations [s]; k over the conductor's own */
-    const double *frequency, *damping;          /* (modes) w [rad/s], d = 2 zeta w [1/s] */
-    const double *coupling;                     /* (modes, modes) damping beside the diagonal [1/s] */
-    const double *elongation;                   /* (modes) e: linear elongation per unit coordinate [m] */
-    const double *stretch;                      /* (modes, modes) G: q.G q / 2 is the quadratic one [m] */
-    const double *shape;                        /* (3, modes, sections) per unit coordinate */
-    const double *weighted;                     /* (3, sections, modes) shape times length of the section [m] */
-    const double *slope;                        /* (2, modes, sections) u2'/X1', u3' per unit coordinate [1/m] */
-    const double *slope_weighted;               /* (2, sections, modes) times b2 EA length */
-    const double *load;                         /* (loads, modes) modal force per unit amplitude */
-} gallop_condensed;
-
-/* `steps` steps from time first * time_step.  Recorded are q, v and the horizontal tension at the end of every
- * `every`-th step, or, if `within` > 1, `within` times a step: history (records, 2, modes), tension (records).  On
- * return q and v hold the state reached. */
-GALLOP_API int gallop_condensed_run(const gallop_model *model, const gallop_condensed *condensed, double *q, double *v,
-                                    int64_t first, int64_t steps, int64_t every, int64_t within, double *history,
-                                    double *tension, int64_t *records, gallop_report *report);
-/* f(time, q, v) beyond the linear left side, and the accelerations q'' that go with it. */
-GALLOP_API int gallop_condensed_forces(const gallop_model *model, const gallop_condensed *condensed, double time,
-                                       const double *q, const double *v, double *a, double *forces);
 
 /* For tests and the modal toolkit, of a whole span: the free-body residual (no supports) of a motion u, v, a (4 a
  * node), and the element tangents k dR/du + c dR/dv + m dR/da as (elements, 12, 12).  Of `work` only scratch memory is

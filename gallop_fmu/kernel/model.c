@@ -14,7 +14,7 @@ int fail(gallop_report *report, int outcome, int element, double time, double va
     return outcome;
 }
 
-void gallop_struct_sizes(size_t sizes[8])
+void gallop_struct_sizes(size_t sizes[7])
 {
     sizes[0] = sizeof(gallop_scene);
     sizes[1] = sizeof(gallop_law);
@@ -23,7 +23,6 @@ void gallop_struct_sizes(size_t sizes[8])
     sizes[4] = sizeof(gallop_report);
     sizes[5] = sizeof(gallop_inputs);
     sizes[6] = sizeof(gallop_derived);
-    sizes[7] = sizeof(gallop_condensed);
 }
 
 const char *gallop_build(void)

@@ -61,17 +61,11 @@ def test_scenes(invoke):
     assert all(name in listed for name in packaged_scenes())
 
 
-def test_run_takes_the_condensed_model(invoke):
-    import gallop_fmu as gf
-
-    printed = json.loads(invoke("run", "example3", "--until", 20, "--model", "condensed", "--json").stdout)
-    right = gf.simulate_condensed(gf.load_scene("example3"), 20.0).steady(20.0)
-    assert printed["midspan"]["u2"]["amplitude"] == right["u2"].amplitude
-    assert printed["steps"] == 200
-    told = invoke("run", "example3", "--until", 20, "--model", "condensed")
-    assert told.exit_code == 0
-    assert "200 steps, 0 Newton iterations" in told.stdout
-    _refused(invoke("run", "zebra", "--until", 20, "--model", "condensed"), "condensed model does not take this span")
+@pytest.mark.parametrize("command", [["run", "example3"], ["sweep", "example3", "--over", "wind.speed=4:5:1"]])
+def test_the_model_that_was_removed_is_refused(invoke, command):
+    _refused(invoke(*command, "--model", "condensed", "--until", 1), "removed in 0.2.0", "leave the model out")
+    _refused(invoke(*command, "--model", "other", "--until", 1), "model = 'other': must be \"element\"")
+    assert invoke(*command, "--model", "element", "--until", 1).exit_code == 0
 
 
 def test_run_prints_the_motion(invoke):

@@ -120,25 +120,13 @@ def test_grid_of_a_table_is_named(scene):
     assert runs.dataset["label.owner"].values.tolist() == ["x"] * 3 + ["y"] * 3
 
 
-def test_condensed_rows_are_what_condensed_runs_give(scene):
-    """But for the forces on the supports, which that model has not; scenes that it refuses say so."""
-    runs = gf.sweep(scene, {"span.sag": [2.12, 4.0]}, table=[{"span.horizontal_tension": None}], stop_time=20.0,
-                    window=10.0, model="condensed")  # fmt: skip
-    result = gf.simulate_condensed(scene.with_values({"span.horizontal_tension": None}), 20.0)
-    row = {name: runs.dataset[name].values[0] for name in SUMMARY_COLUMNS if name in runs.dataset}
-    amplitude, mean, frequency = result.steady(10.0)["u2"]
-    assert (row["u2_amplitude"], row["u2_mean"], row["u2_frequency_hz"]) == (amplitude, mean, frequency)
-    assert row["lowest_tension"] == result.report.lowest_tension
-    assert math.isnan(row["support_force_highest"])
-    assert runs.dataset.outcome.values.tolist() == ["completed", "invalid_scene"]
-    assert "sag" in runs.dataset.message.values[1]
-
-
-def test_models_are_not_mixed_in_one_file(scene, tmp_path):
-    arguments = {"stop_time": 1.0, "out": tmp_path / "runs.parquet"}
-    gf.sweep(scene, {"wind.speed": [4.0]}, **arguments)
-    with pytest.raises(gf.SceneError, match=r"task was simulate to .* is simulate_condensed to"):
-        gf.sweep(scene, {"wind.speed": [4.0]}, **arguments, model="condensed")
+def test_model_is_the_element_alone(scene, tmp_path):
+    runs = gf.sweep(scene, {"wind.speed": [4.0]}, stop_time=1.0, model="element")
+    assert runs.dataset.outcome.values.tolist() == ["completed"]
+    out = tmp_path / "runs.parquet"
+    with pytest.raises(gf.SceneError, match=r"condensed model was removed in 0\.2\.0"):
+        gf.sweep(scene, {"wind.speed": [4.0]}, stop_time=1.0, out=out, model="condensed")
+    assert not out.exists()
 
 
 @pytest.mark.parametrize("workers", [1, 3])
