@@ -1,6 +1,7 @@
 """Random spans by Latin hypercube: 20 m to 1,500 m, taut to deep sag, calm to 60 m/s, bare to heavily iced.
 
-A seed names a series of hypercubes of `BLOCK` scenes each; seed and number name one scene for ever.
+A seed names a series of hypercubes of `BLOCK` scenes each; seed and number name one scene until what is drawn changes.
+A scene that a test is about is therefore kept as data in tests/stress/data.
 """
 
 from __future__ import annotations
@@ -24,6 +25,9 @@ WORK, FEWEST, MOST = 4000, 30, 120
 """Elements times steps of a run, and the fewest and most steps."""
 
 GRAVITY = 9.81
+
+STEEPEST = 0.8
+"""Largest height difference over the span's length."""
 
 AXES = (
     "length", "sag", "height", "given", "diameter", "density", "modulus", "torsion", "gyration", "ice", "eccentricity",
@@ -138,7 +142,7 @@ def signed(x: float) -> float:
 
 def _span(x: Point) -> tuple[Data, Line]:
     length = logarithmic(x["length"], 20.0, 1500.0)
-    height = 0.5 * length * signed(rest_of(x["height"], 0.4)) if x["height"] > 0.4 else 0.0
+    height = STEEPEST * length * signed(rest_of(x["height"], 0.4)) if x["height"] > 0.4 else 0.0
     sag, diameter = logarithmic(x["sag"], 0.002, 0.12) * length, logarithmic(x["diameter"], 0.008, 0.05)
     area = 0.75 * math.pi / 4.0 * diameter**2  # three quarters of a stranded conductor are metal
     metal = area * (2700.0 + 5100.0 * x["density"])  # aluminium to steel
@@ -176,7 +180,7 @@ def _section(x: Point, line: Line, attack: float) -> Data:
 
 def _wind(x: Point, rng: Generator, duration: float) -> tuple[Data, float]:
     """Wind section, and the speed that is reversed by inputs."""
-    speed, kind = 60.0 * x["speed"], math.floor(7.0 * x["wind"])
+    speed, kind = 60.0 * x["speed"], math.floor(9.0 * x["wind"])
     start, other = float(rng.uniform(0.1, 0.6) * duration), float(rng.uniform(0.0, 60.0))
     if kind == 0:
         return {"speed": 0.0}, 0.0
@@ -194,6 +198,15 @@ def _wind(x: Point, rng: Generator, duration: float) -> tuple[Data, float]:
     if kind == 5:
         time = np.linspace(0.0, duration, 12)
         return {"history": {"kind": "table", "time": list(time), "value": list(rng.uniform(0.0, speed, 12))}}, 0.0
+    if kind == 6:
+        ends = (0.0, speed) if rng.random() < 0.5 else (speed, 0.0)
+        rise = {"kind": "ramp", "initial": ends[0], "final": ends[1], "start": 0.3 * start, "duration": 0.5 * duration}
+        return {"history": rise}, 0.0
+    if kind == 7:
+        time, value = np.linspace(0.0, duration, 12), rng.uniform(0.0, speed, 12)
+        value[[0, -1]] = 0.0
+        value[5:7] *= rng.random() < 0.5  # half of them are calm for a while
+        return {"history": {"kind": "table", "time": list(time), "value": list(value)}}, 0.0
     return {"speed": 0.0}, speed
 
 

@@ -16,7 +16,6 @@ FOLDER = Path(__file__).resolve().parents[2] / "benchmarks"
 sys.path[:0] = [str(FOLDER)]
 
 from stress.checks import CLOSED, judge  # noqa: E402
-from stress.scenes import stress_scene  # noqa: E402
 
 SWAY = {"kind": "pulse", "rise": 2.0, "fall_start": 3.0, "fall": 2.0, "peak": 0.02}
 CALM = {"initial.seed_vertical": 0.0, "initial.seed_horizontal": 0.0, "numerics.newton_tolerance": 1e-12}
@@ -87,9 +86,9 @@ def test_a_run_of_halved_steps_says_that_it_is_doubtful():
     assert any("halved" in told and "Reduce numerics.time_step" in told for told in result.warnings)
 
 
-def test_a_section_that_whirls_through_its_steps_says_so():
+def test_a_section_that_whirls_through_its_steps_says_so(kept_scene):
     """Two elements of 457 m in a wind that waxes and wanes turn by a turn and a half within a step of 70 ms."""
-    verdict = judge(stress_scene(1, 9862))
+    verdict = judge(kept_scene("1-9862"))
     assert verdict.outcome == "completed"
     assert verdict.halvings == 0
     assert verdict.imbalance > CLOSED  # observed 0.23
@@ -99,10 +98,10 @@ def test_a_section_that_whirls_through_its_steps_says_so():
     assert "Reduce numerics.time_step" in verdict.message
 
 
-@pytest.mark.parametrize("number", [5581, 7472, 7118])
-def test_a_halved_start_is_balanced_in_its_parts(number):
+@pytest.mark.parametrize("name", ["1-5581", "1-7472", "1-7118"])
+def test_a_halved_start_is_balanced_in_its_parts(name, kept_scene):
     """Released out of equilibrium, these lose up to half of their energy to damping in the first step."""
-    verdict = judge(stress_scene(1, number))
+    verdict = judge(kept_scene(name))
     assert verdict.halvings == 1
     assert verdict.faults == []
     assert verdict.imbalance < 0.01  # observed 8e-4 to 5e-3; 0.29 to 0.33 by records at ends of whole steps
