@@ -25,6 +25,12 @@ TURN = 2.0 * np.pi
 WRAPPED_POINTS = 3
 """A PCHIP slope depends on the two neighbours; one more keeps the end formula away from the seam."""
 
+WIDEST_STEP = 45.0
+"""Widest step [deg] of a table that is taken as measured over a whole turn."""
+
+SAME_END = 0.05, 0.01
+"""Difference of the two ends of a whole turn that is taken as noise: a part of the coefficient's range, or this."""
+
 OUTSIDE_MEANING = "attack angle outside the validity range: an error, the end value held, or the curve repeated"
 RADIUS_MEANING = "radius r of the relative wind's twist part r omega; half the diameter if not given"
 
@@ -121,6 +127,15 @@ class PolynomialCoefficients(Section):
     outside: Outside = setting("error", OUTSIDE_MEANING)
     reference_radius: Number | None = quantity(None, "m", RADIUS_MEANING, gt=0)
 
+    @property
+    def beyond(self) -> Outside:
+        """Rule outside the validity range."""
+        return self.outside
+
+    def warnings(self) -> list[str]:
+        """Sentences on what was made of doubtful values: none."""
+        return []
+
     @model_validator(mode="after")
     def _range_is_usable(self) -> PolynomialCoefficients:
         check_range("valid_from_deg", self.valid_from_deg, "valid_to_deg", self.valid_to_deg, self.outside)
@@ -148,6 +163,10 @@ class PolynomialCoefficients(Section):
 class TableCoefficients(Section):
     """Measured coefficients, joined by monotone cubics (PCHIP), which do not overshoot between points.
 
+    A table over a whole turn repeats, unless `outside` says otherwise: one of 360 deg, whose two ends are the same
+    angle, and one that ends a step before, such as 0, 10, ... 350 deg. Ends of 360 deg that differ a little, as
+    measured ones do, get their mean.
+
     Given as four arrays, or as a CSV file with header ``angle_deg,lift,drag,moment``, which is read into the arrays
     on loading.
     """
@@ -160,7 +179,9 @@ class TableCoefficients(Section):
     lift: Coefficients = quantity(..., "1", "lift coefficient at each angle")
     drag: Coefficients = quantity(..., "1", "drag coefficient at each angle")
     moment: Coefficients = quantity(..., "1", "moment coefficient at each angle")
-    outside: Outside = setting("error", OUTSIDE_MEANING)
+    outside: Outside | None = setting(
+        None, f"{OUTSIDE_MEANING}; not given: repeated if the angles cover a whole turn, else an error"
+    )
     reference_radius: Number | None = quantity(None, "m", RADIUS_MEANING, gt=0)
 
     @model_validator(mode="before")
@@ -171,32 +192,77 @@ class TableCoefficients(Section):
     @model_validator(mode="after")
     def _points_in_order(self) -> TableCoefficients:
         check_table("", "angle_deg", {name: getattr(self, name) for name in ("angle_deg", *COEFFICIENTS)})
-        check_range("first angle_deg", self.angle_deg[0], "last angle_deg", self.angle_deg[-1], self.outside)
-        if self.outside == "periodic":
-            for name in COEFFICIENTS:
-                check_closed(name, getattr(self, name)[0], getattr(self, name)[-1])
+        first, last = self.range_deg
+        check_range("first angle_deg", first, "last angle_deg", last, self.beyond)
+        if self.beyond == "periodic":
+            for name, (start, end) in self._unequal_ends().items():
+                values = getattr(self, name)
+                if abs(end - start) > max(SAME_END[0] * (max(values) - min(values)), SAME_END[1]):
+                    raise SceneError(
+                        f"{name} is {start:g} at {first:g} deg and {end:g} at {last:g} deg, the same angle; make them "
+                        'equal, or set outside = "error" or "hold" to use the table as it is'
+                    )
         return self
 
     @property
+    def beyond(self) -> Outside:
+        """Rule outside the validity range: `outside`, or what follows from the angles."""
+        return self.outside or ("periodic" if self._is_whole_turn or self._is_one_step_short else "error")
+
+    @property
+    def _is_whole_turn(self) -> bool:
+        return self.angle_deg[-1] - self.angle_deg[0] == 360.0
+
+    @property
+    def _is_one_step_short(self) -> bool:
+        """Check that the gap to the whole turn is no wider than a step."""
+        widest = float(np.max(np.diff(self.angle_deg)))
+        gap = 360.0 - (self.angle_deg[-1] - self.angle_deg[0])
+        return len(self.angle_deg) > 2 and 0.0 < gap <= (1.0 + 1e-6) * widest and widest <= WIDEST_STEP
+
+    def _unequal_ends(self) -> dict[str, tuple[float, float]]:
+        """First and last value of each coefficient of 360 deg that does not end as it starts."""
+        if self.beyond != "periodic" or not self._is_whole_turn:
+            return {}
+        ends = {name: (getattr(self, name)[0], getattr(self, name)[-1]) for name in COEFFICIENTS}
+        return {name: (start, end) for name, (start, end) in ends.items() if start != end}
+
+    def warnings(self) -> list[str]:
+        """Sentences on what was made of doubtful values."""
+        return [
+            f"aerodynamics.{name} is {start:g} at {self.angle_deg[0]:g} deg and {end:g} at {self.angle_deg[-1]:g} deg, "
+            "the same angle: the mean of both is used"
+            for name, (start, end) in self._unequal_ends().items()
+        ]
+
+    @property
     def range_deg(self) -> tuple[float, float]:
-        """Validity range [deg]."""
-        return self.angle_deg[0], self.angle_deg[-1]
+        """Validity range [deg], with the step that closes a turn."""
+        first, last = self.angle_deg[0], self.angle_deg[-1]
+        return (first, first + 360.0) if self.beyond == "periodic" and self._is_one_step_short else (first, last)
 
     def curve(self) -> AerodynamicCurve:
         """One piece between neighbouring points, through every point; a closed curve has no kink at its seam."""
         from scipy.interpolate import PchipInterpolator  # slow to import, and polynomials do not need it
 
-        angle = np.radians(self.angle_deg)
+        angle_deg = self.angle_deg
+        short = self.range_deg[1] > angle_deg[-1]
+        angle = np.radians([*angle_deg, self.range_deg[1]] if short else angle_deg)
+        unequal = self._unequal_ends()
         pieces = len(angle) - 1
-        wrap = min(WRAPPED_POINTS, pieces) if self.outside == "periodic" else 0
+        wrap = min(WRAPPED_POINTS, pieces) if self.beyond == "periodic" else 0
         wrapped = np.concatenate([angle[pieces - wrap : pieces] - TURN, angle, angle[1 : 1 + wrap] + TURN])
         coefficient = np.empty((pieces, 3, 4))
         for c, name in enumerate(COEFFICIENTS):
             y = np.array(getattr(self, name))
+            if short:
+                y = np.append(y, y[0])
+            if name in unequal:
+                y[0] = y[-1] = 0.5 * (y[0] + y[-1])
             y = np.concatenate([y[pieces - wrap : pieces], y, y[1 : 1 + wrap]])
             highest_first = PchipInterpolator(wrapped, y).c[:, wrap : wrap + pieces]
             coefficient[:, c, :] = highest_first[::-1].T
-        return AerodynamicCurve(angle, angle[:-1], coefficient, self.outside)
+        return AerodynamicCurve(angle, angle[:-1], coefficient, self.beyond)
 
 
 Aerodynamics = Annotated[PolynomialCoefficients | TableCoefficients, Field(discriminator="kind")]
@@ -211,8 +277,8 @@ def check_range(first_name: str, first: float, last_name: str, last: float, outs
         raise SceneError(f"{first_name} = {first} to {last_name} = {last} is more than a turn; at most 360 deg")
     if outside == "periodic" and last - first != 360.0:
         raise SceneError(
-            f"outside = 'periodic' needs a range of exactly 360 deg; {first_name} = {first} to {last_name} = {last} "
-            f"covers {last - first} deg"
+            "outside = 'periodic' needs a range of exactly 360 deg, or of one step less (0, 10, ... 350); "
+            f"{first_name} = {first} to {last_name} = {last} covers {last - first} deg"
         )
 
 

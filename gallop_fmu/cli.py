@@ -22,6 +22,7 @@ from gallop_fmu.terminal import (
     chosen_description,
     chosen_scene,
     complain,
+    complain_of,
     echo_json,
     example,
     new_app,
@@ -219,7 +220,9 @@ def export(
 
     try:
         names = platforms.split(",") if platforms else None
-        path = export_fmu(chosen_scene(scene, changes), out, runtime=runtime, platforms=names)
+        chosen = chosen_scene(scene, changes)
+        complain_of(chosen)
+        path = export_fmu(chosen, out, runtime=runtime, platforms=names)
     except ExportError as problem:
         raise SceneError(str(problem)) from None
     size = path.stat().st_size

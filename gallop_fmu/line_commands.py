@@ -7,7 +7,17 @@ from typing import Annotated, Literal
 
 import typer
 
-from gallop_fmu.terminal import AsJson, Exit, check_output, code_words, complain, echo_json, new_console, new_table
+from gallop_fmu.terminal import (
+    AsJson,
+    Exit,
+    check_output,
+    code_words,
+    complain,
+    echo_json,
+    new_console,
+    new_table,
+    print_warnings,
+)
 
 NEW_EXAMPLE = (
     "gallop-fmu new mine.toml --conductor Drake --span 300 --stringing-percent 20 --ice-thickness 0.012 "
@@ -102,5 +112,7 @@ def new(
         complain(f"{out}: exists already; choose another name, or remove it first")
         raise typer.Exit(Exit.BAD_INPUT)
     line = {name: value for name, value in context.params.items() if name != "out" and value is not None}
-    write_whole(out, annotated_toml(Scene.from_dict({"line": line})).encode())
+    scene = Scene.from_dict({"line": line})
+    write_whole(out, annotated_toml(scene).encode())
     new_console().print(f"wrote {out}; gallop-fmu run {out} computes it", soft_wrap=True)
+    print_warnings(scene.warnings)

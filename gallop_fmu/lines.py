@@ -2,7 +2,9 @@
 
 A scene file may hold a ``[line]`` table instead of its ``[span]``, ``[conductor]``, ``[ice]`` and so on. What follows
 from it is filled in when the file is read, each value with its source; values in sections beside ``[line]`` replace
-those that follow, without changing others: the tension, for one, stays that of the conductor in the table.
+those that follow, without changing others: the tension, for one, stays that of the conductor in the table. A section
+beside it that gives a ``kind`` replaces the whole section, while ``[aerodynamics] outside = "hold"`` changes that value
+alone.
 """
 
 from __future__ import annotations
@@ -22,13 +24,19 @@ from gallop_fmu.conductors import StrandedConductor, find_conductor
 from gallop_fmu.errors import SceneError
 from gallop_fmu.icing import IceShape, ice_section
 from gallop_fmu.paths import SET_BY_USER, explain
+from gallop_fmu.plausibility import check_possible, unusual
 from gallop_fmu.sag_tension import changed_tension, check_tension
-from gallop_fmu.sections import Number, Section, quantity, setting
+from gallop_fmu.sections import Number, Section, quantity, setting, unit_of_field
 from gallop_fmu.textfiles import packaged_names, packaged_text, read_table
 
 GRAVITY = 9.81
 DRY_AIR = 101325.0 / 287.05
 """Pressure of the standard atmosphere over the gas constant of dry air [kg K/m3]."""
+
+ONLY_IN_LINE = tuple(
+    f"line.{name}" for name in ("ruling_span", "stringing_percent", "ice_thickness", "ice_density", "temperature")
+)
+"""Numbers of a line that a scene does not hold, so that it cannot judge them itself."""
 
 ZERO_CELSIUS = 273.15
 
@@ -104,7 +112,8 @@ def scene_data(data: Mapping[str, Any], folder: Path) -> dict[str, Any]:
     Parameters
     ----------
     data
-        Content of a scene file with a table ``line``; its other sections win, value by value.
+        Content of a scene file with a table ``line``; its other sections win, value by value, or as a whole where they
+        give a ``kind``.
     folder
         Where relative names of CSV files start.
 
@@ -118,21 +127,38 @@ def scene_data(data: Mapping[str, Any], folder: Path) -> dict[str, Any]:
         line = _LineTable.model_validate({"line": data["line"]}).line
     except ValidationError as error:
         raise SceneError(explain(error, _LineTable)) from None
+    numbers = _numbers(line)
+    check_possible(numbers)
     followed, sources = _resolve(line, folder)
+    followed["notes"] = unusual({path: value for path, value in numbers.items() if path in ONLY_IN_LINE})
     for key, value in given.items():
         if key == "sources":
             continue
-        if isinstance(value, dict) and key != "aerodynamics":
-            followed[key] = {**followed.get(key, {}), **value}
-            sources |= {f"{key}.{name}": SET_BY_USER for name in value}
-        else:
-            followed[key] = value
+        merged = _merged(followed.get(key), value)
+        if merged is value:
             sources |= {} if key in ("title", "description") else {key: SET_BY_USER}
+        else:
+            sources |= {f"{key}.{name}": SET_BY_USER for name in value}
+        followed[key] = merged
     wind = given.get("wind", {})
     if "history" in wind and "speed" not in wind and line.wind_speed is not None:
         del followed["wind"]["speed"], sources["wind.speed"]
     followed["sources"] = {**sources, **given.get("sources", {})}
     return followed
+
+
+def _numbers(line: Line) -> dict[str, tuple[float, str]]:
+    """Numbers that are given, with their units."""
+    fields = Line.model_fields.items()
+    given = {name: (getattr(line, name), unit_of_field(about)) for name, about in fields}
+    return {f"line.{name}": (value, unit) for name, (value, unit) in given.items() if isinstance(value, float)}
+
+
+def _merged(followed: Any, given: Any) -> Any:
+    """What follows from the line with given values in their place; a given ``kind`` replaces the whole section."""
+    if not isinstance(followed, dict) or not isinstance(given, dict) or "kind" in given:
+        return given
+    return {**followed, **{name: _merged(followed.get(name), value) for name, value in given.items()}}
 
 
 def _resolve(line: Line, folder: Path) -> tuple[dict[str, Any], dict[str, str]]:
@@ -229,7 +255,7 @@ def _tension(line: Line, wire: StrandedConductor, ice_mass: float) -> tuple[floa
     elif wire.rated_strength is not None and line.stringing_percent is not None:
         strung = 0.01 * line.stringing_percent * wire.rated_strength
         given = f"line.stringing_percent = {line.stringing_percent:g} % of the rated strength, {strung:.4g} N,"
-        question = f"is it a fraction (then {100.0 * line.stringing_percent:g} %)?"
+        question = "check stringing_percent"
     else:
         raise SceneError(
             f"line.stringing_percent = {line.stringing_percent}: no confirmed rated strength of {wire.code_word} is in "
@@ -300,13 +326,7 @@ def _curve(name: str, folder: Path) -> tuple[dict[str, Any], str]:
             f"{', '.join(curves)}); closest: {closest}"
         )
     table = read_table(path, ("angle_deg", *COEFFICIENTS))
-    angles = table.columns["angle_deg"] or (0.0,)
-    whole_turn = angles[-1] - angles[0] == 360.0
-    return {
-        "kind": "table",
-        **table.columns,
-        "outside": "periodic" if whole_turn else "error",
-    }, f"given with the line: {path.name}"
+    return {"kind": "table", **table.columns}, f"given with the line: {path.name}"
 
 
 def _supports(line: Line, tension: float) -> tuple[dict[str, Any], str]:

@@ -14,10 +14,13 @@ from pydantic.fields import FieldInfo
 from pydantic_core import ErrorDetails
 
 from gallop_fmu.errors import SceneError
+from gallop_fmu.plausibility import question
 from gallop_fmu.sections import DRIVEN, Section, unit_of_field
 
 SET_BY_USER = "set by the user"
 BOUNDS = {"gt": "greater than", "ge": "at least", "lt": "less than", "le": "at most"}
+
+OUT_OF_BOUNDS = ("greater_than", "greater_than_equal", "less_than", "less_than_equal")
 
 
 @dataclass(frozen=True)
@@ -154,7 +157,10 @@ def _line(problem: ErrorDetails, root: type[Section]) -> str:
         return f"{path}.kind: missing; must be one of {', '.join(map(repr, kinds))}"
     meaning = f"; {field.description}" if field and field.description else ""
     allowed = _allowed(problem, field)
-    return f"{path}: missing, {allowed}{meaning}" if kind == "missing" else f"{path} = {given}: {allowed}{meaning}"
+    if kind == "missing":
+        return f"{path}: missing, {allowed}{meaning}"
+    asked = question(path, problem["input"], unit_of_field(field)) if field and kind in OUT_OF_BOUNDS else ""
+    return f"{path} = {given}: {allowed}{meaning}{f'; {asked}' if asked else ''}"
 
 
 def _locate(loc: tuple[int | str, ...], root: type[Section]) -> tuple[str, FieldInfo | None]:

@@ -25,4 +25,4 @@ def run_warnings(dataset: xr.Dataset, scene: Scene, report: Report) -> tuple[str
     report
         How the run ended.
     """
-    return report.warnings
+    return (*scene.warnings, *report.warnings)

@@ -11,6 +11,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
+import numpy as np
 import tomli_w
 from pydantic import Field, ValidationError, field_validator, model_validator
 
@@ -23,7 +24,8 @@ from gallop_fmu.laws import Law
 from gallop_fmu.lines import scene_data
 from gallop_fmu.loads import Load
 from gallop_fmu.paths import Leaf, explain, leaves, replace_values, unknown_key
-from gallop_fmu.sag_tension import check_tension
+from gallop_fmu.plausibility import unusual
+from gallop_fmu.sag_tension import LARGEST_STRAIN, check_tension
 from gallop_fmu.sections import Number, Section, WholeNumber, quantity, setting
 from gallop_fmu.supports import Supports
 from gallop_fmu.symmetry import check_symmetric
@@ -33,6 +35,12 @@ SAG_TENSION_AGREEMENT = 0.05
 
 DEEPEST_SAG = 5.0
 """Largest sag accepted, in parts of the span; a line has 0.1 at most."""
+
+SHALLOWEST_SAG, DEEP_SAG = 5e-4, 0.25
+"""Sags between which nothing is unusual, in parts of the span."""
+
+LEAST_LIFT, LIFT_POINTS = 0.01, 73
+"""Lift coefficient above which a section is not round, and angles at which it is looked for."""
 
 FASTEST_WIND = 150.0
 """Highest wind speed accepted [m/s]."""
@@ -204,6 +212,9 @@ class Scene(Section):
 
     title: str = setting(..., "one line that names the scene")
     description: str = setting("", "what the scene shows, assumptions, known gaps")
+    notes: Annotated[tuple[str, ...], Field(strict=False)] = setting(
+        (), "doubts about the line data that the scene was made from; shown among its warnings"
+    )
     span: Span = setting(..., "geometry and initial state")
     conductor: Conductor = setting(..., "conductor")
     ice: Ice = setting(Ice(), "ice")
@@ -303,6 +314,13 @@ class Scene(Section):
             if isinstance(leaf.value, (int, float))
         }
 
+    @property
+    def warnings(self) -> tuple[str, ...]:
+        """Sentences on values that are unusual for a line, or that contradict each other; empty if there are none."""
+        unusual_values = unusual({path: (value, unit) for path, (value, unit, _) in self.numbers().items()})
+        doubts = [] if self.aerodynamics is None else self.aerodynamics.warnings()
+        return (*self.notes, *unusual_values, *_doubts_of_sag(self), *doubts, *_doubts_of_ice(self))
+
     def unit_of(self, path: str) -> str:
         """Unit of the value at a dotted path, set or not; empty for texts and choices.
 
@@ -336,6 +354,43 @@ def _check_size_of_sag_and_tension(scene: Scene) -> None:
             f"span.sag = {span.sag:g} m is more than {DEEPEST_SAG:g} times span.length = {span.length:g} m; is it in "
             "cm or mm?"
         )
+
+
+def _doubts_of_sag(scene: Scene) -> list[str]:
+    span, found = scene.span, []
+    weight = (scene.conductor.mass_per_length + scene.ice.mass_per_length) * span.gravity * span.length
+    if span.sag is not None and not SHALLOWEST_SAG < span.sag / span.length < DEEP_SAG:
+        found.append(
+            f"span.sag = {span.sag:g} m is {span.sag / span.length:.3g} of span.length; usual are "
+            f"{SHALLOWEST_SAG:g} to {DEEP_SAG:g}; check the units"
+        )
+    elif span.horizontal_tension is not None and 8.0 * DEEP_SAG * span.horizontal_tension < weight:
+        found.append(
+            f"span.horizontal_tension = {span.horizontal_tension:g} N is small for a weight of the span of "
+            f"{weight:.4g} N: the sag is more than {DEEP_SAG:g} of span.length; check the units"
+        )
+    if (span.horizontal_tension or 0.0) > LARGEST_STRAIN * scene.conductor.axial_stiffness:
+        found.append(
+            f"span.horizontal_tension = {span.horizontal_tension:g} N is more than {LARGEST_STRAIN:.0%} of "
+            f"conductor.axial_stiffness = {scene.conductor.axial_stiffness:g} N, which no conductor bears; check the "
+            "units (both in N)"
+        )
+    return found
+
+
+def _doubts_of_ice(scene: Scene) -> list[str]:
+    """A section whose ice is round has no lift."""
+    if scene.aerodynamics is None or scene.ice.first_moment_x2 != 0.0 or scene.ice.first_moment_x3 != 0.0:
+        return []
+    curve = scene.aerodynamics.curve()
+    lift = float(abs(curve.lift(np.linspace(curve.breakpoint[0], curve.breakpoint[-1], LIFT_POINTS))).max())
+    if lift < LEAST_LIFT:
+        return []
+    return [
+        "the first moments of the ice are 0, as of round ice or none, but the coefficient curve has lift up to "
+        f"{lift:.3g}, which a round section has not; give the ice the shape of the curve ([line] ice_shape and "
+        "ice_thickness, or [ice] first moments), or the curve of a round section"
+    ]
 
 
 def _check_sag_against_tension(scene: Scene) -> None:
@@ -374,7 +429,7 @@ def _check_aerodynamics(scene: Scene) -> None:
         raise SceneError("wind is given but aerodynamics is not: a coefficient curve is needed to turn wind into force")
     first, last = curve.range_deg
     reduced = angle - 360.0 * round((angle - 0.5 * (first + last)) / 360.0)
-    if curve.outside == "error" and not first <= reduced <= last:
+    if curve.beyond == "error" and not first <= reduced <= last:
         raise SceneError(
             f"ice.attack_angle_deg = {angle} lies outside the coefficient curve, which is valid from {first} to {last} "
             "deg; choose an angle inside, or set aerodynamics.outside"

@@ -242,6 +242,12 @@ def echo_json(data: Any) -> None:
     typer.echo(json.dumps(finite, indent=2))
 
 
+def complain_of(scene: Scene, program: str | None = None) -> None:
+    """Print the warnings of a scene on standard error."""
+    for sentence in scene.warnings:
+        complain(f"warning: {sentence}", program)
+
+
 def complain(message: str, program: str | None = None) -> None:
     """Print a message on standard error, after the name of the command."""
     typer.echo(f"{program or 'gallop-fmu'}: {message}", err=True)

@@ -272,7 +272,7 @@ def mean_state(model: ReducedModel, wind: float) -> MeanState:
         raise SceneError(f"the span finds no static equilibrium in a wind of {wind:.4g} m/s; lower wind.speed")
     stiffness, damping, mass = forces.stiffness[0], forces.damping[0], forces.mass[0]
     curve = model.scene.aerodynamics
-    if curve is not None and curve.outside == "error" and model.angle_excess(q, still, wind) > 0.0:
+    if curve is not None and curve.beyond == "error" and model.angle_excess(q, still, wind) > 0.0:
         first, last = curve.range_deg
         raise SceneError(
             f"in a wind of {wind:.4g} m/s the span is turned out of the coefficient curve, which is valid from "

@@ -189,7 +189,7 @@ class Search:
 
     def _leaves_curve(self, orbit: Orbit) -> bool:
         curve = self.model.scene.aerodynamics
-        if curve is None or curve.outside != "error":
+        if curve is None or curve.beyond != "error":
             return False
         q, v, _ = orbit.at(64)
         return self.model.angle_excess(q, v, orbit.wind_speed) > 0.0

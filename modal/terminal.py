@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from gallop_fmu.terminal import PICTURE_SUFFIXES, check_output, chosen_scene, echo_json, new_console
+from gallop_fmu.terminal import PICTURE_SUFFIXES, check_output, chosen_scene, complain_of, echo_json, new_console
 
 if TYPE_CHECKING:
     from gallop_fmu.scene import Scene
@@ -16,9 +16,11 @@ Plot = Annotated[Path | None, typer.Option("--plot", metavar="FILE", help="Write
 
 
 def scene_to_draw(name: str, changes: list[str] | None, plot: Path | None) -> Scene:
-    """The scene with its changes, once it is sure that the picture can be written."""
+    """The scene with its changes, once it is sure that the picture can be written; its warnings are printed."""
     check_output(plot, PICTURE_SUFFIXES)
-    return chosen_scene(name, changes)
+    chosen = chosen_scene(name, changes)
+    complain_of(chosen, "gallop-modal")
+    return chosen
 
 
 def tell(told: dict[str, Any], lines: list[Any], figure: Any, plot: Path | None, as_json: bool) -> None:

@@ -16,6 +16,7 @@ from gallop_fmu.terminal import (
     check_output,
     chosen_scene,
     complain,
+    complain_of,
     example,
     new_console,
     progress_bar,
@@ -40,6 +41,7 @@ def report(
     written all the same, and the exit code is 1.
     """
     chosen = chosen_scene(scene, changes)
+    complain_of(chosen)
     check_output(out, (".html", ".htm"))
     from modal.report.findings import Missing, examine
     from modal.report.page import write_page

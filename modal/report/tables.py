@@ -23,7 +23,7 @@ from modal.screening import Screening
 FEW = 8
 """Numbers of an array that are all printed; of a longer one only how many, the first and the last."""
 
-NOT_TEXT = ("title", "description", "sources")
+NOT_TEXT = ("title", "description", "notes", "sources")
 """Leaves of a scene that do not belong into its table: the page shows them elsewhere."""
 
 NOT_STATED = "not stated"

@@ -120,3 +120,57 @@ def test_periodic_polynomial_must_close():
     PolynomialCoefficients(**ends, lift=[0.5])
     with pytest.raises(ValueError, match="equal end values; lift"):
         PolynomialCoefficients(**ends, lift=[0.5, 0.1])
+
+
+def every_ten_degrees(**changes):
+    """A table over 0, 10, ... 360 deg, whose row of 360 deg repeats that of 0 deg."""
+    return table(count=37, angle_deg=[10.0 * k for k in range(37)], **changes)
+
+
+def test_a_turn_that_ends_one_step_before_it_closes_is_the_closed_one():
+    closed = every_ten_degrees()
+    short = TableCoefficients(**{name: getattr(closed, name)[:-1] for name in ("angle_deg", *COEFFICIENTS)})
+    assert (short.beyond, short.range_deg, len(short.angle_deg)) == ("periodic", (0.0, 360.0), 36)
+    np.testing.assert_array_equal(short.curve().coefficient, closed.curve().coefficient)
+    np.testing.assert_array_equal(short.curve().breakpoint, closed.curve().breakpoint)
+    assert short.curve().lift(np.radians(355.0)) == closed.curve().lift(np.radians(-5.0))
+    for outside in ("error", "hold"):
+        assert TableCoefficients(**{**short.model_dump(), "outside": outside}).range_deg == (0.0, 350.0)
+
+
+@pytest.mark.parametrize(
+    ("angles", "beyond"),
+    [
+        (range(-170, 171, 20), "periodic"),
+        (range(-180, 181, 10), "periodic"),
+        ([0, 5, *range(10, 351, 10)], "periodic"),  # finer where it was measured more closely
+        (range(0, 341, 10), "error"),  # two steps are missing
+        (range(-90, 91, 10), "error"),
+        ([0, 120, 240], "error"),  # too few to be a turn
+    ],
+)
+def test_what_counts_as_a_whole_turn(angles, beyond):
+    count = len(angles)
+    flat = TableCoefficients(angle_deg=list(angles), lift=[0] * count, drag=[1] * count, moment=[0] * count)
+    assert flat.beyond == beyond
+
+
+def test_ends_of_a_turn_that_differ_by_noise_get_their_mean_and_are_told_of():
+    closed = every_ten_degrees()
+    ends = (closed.lift[0] + 0.01, *closed.lift[1:-1], closed.lift[0] - 0.01)
+    noisy = every_ten_degrees(lift=ends)
+    assert noisy.curve().lift(0.0) == pytest.approx(closed.lift[0], abs=1e-15)
+    np.testing.assert_allclose(noisy.curve().coefficient, closed.curve().coefficient, atol=1e-12)
+    assert noisy.warnings() == [
+        "aerodynamics.lift is -0.29 at 0 deg and -0.31 at 360 deg, the same angle: the mean of both is used"
+    ]
+    assert closed.warnings() == []
+    assert every_ten_degrees(lift=ends, outside="hold").curve().lift(0.0) == ends[0]
+
+
+def test_the_seam_of_a_plain_table_from_minus_180_has_no_one_sided_slope():
+    curve = table(count=37).curve()
+    step = 1e-6
+    assert curve.lift_slope(-np.pi) == pytest.approx(curve.lift_slope(np.pi), abs=1e-9)
+    central = (curve.lift(np.pi + step) - curve.lift(np.pi - step)) / (2.0 * step)
+    assert curve.lift_slope(np.pi) == pytest.approx(central, abs=1e-5)

@@ -38,6 +38,17 @@ def test_the_example_of_the_help_writes_a_scene_that_runs(invoke, tmp_path):
     assert invoke("run", "mine.toml", "--until", "1").exit_code == 0
 
 
+def test_a_scene_that_contradicts_itself_is_warned_of_by_new_and_run(invoke):
+    done = invoke(*NEW_EXAMPLE.split()[1:], "--ice-shape", "radial")
+    assert "warning: the first moments of the ice are 0" in done.stdout
+    ran = invoke("run", "mine.toml", "--until", "1")
+    assert (ran.exit_code, ran.stdout.count("warning: the first moments of the ice are 0")) == (0, 1)
+    numbers = json.loads(invoke("run", "mine.toml", "--until", "1", "--json").stdout)
+    assert numbers["warnings"][0].startswith("the first moments of the ice are 0")
+    exported = invoke("export", "mine.toml", "-o", "mine.fmu", "--runtime", "python")
+    assert exported.stderr.count("warning: the first moments of the ice are 0") == 1
+
+
 def test_every_field_of_a_line_is_an_option(invoke):
     shown = invoke("new", "--help").stdout
     assert all(f"--{name.replace('_', '-')}" in shown for name in Line.model_fields)

@@ -121,10 +121,85 @@ def test_a_tension_in_kilonewtons_is_asked_about(tension, part):
         gf.Scene.from_dict({"line": {"conductor": "Drake", "span": 300.0, "stringing_tension": tension}})
 
 
-def test_a_fraction_of_the_strength_is_asked_about():
-    message = r"0.2 % of the rated strength, 280.2 N, is less than a tenth of .* is it a fraction \(then 20 %\)\?"
+def test_a_percentage_of_the_strength_that_bears_no_span_is_refused():
+    message = (
+        r"= 1.1 % of the rated strength, 1541 N, is less than a tenth of the weight of the span \(1.597e\+04 N\); check"
+    )
     with pytest.raises(gf.SceneError, match=message):
-        gf.Scene.from_dict({"line": {"conductor": "Drake", "span": 300.0, "stringing_percent": 0.2}})
+        gf.Scene.from_dict({"line": {"conductor": "Drake", "span": 1000.0, "stringing_percent": 1.1}})
+
+
+@pytest.mark.parametrize(
+    ("changes", "message"),
+    [
+        (
+            {"ice_density": 0.9},
+            r"ice_density = 0.9 kg/m3: no line has less than 50 .* is it in g/cm3 \(then 900 kg/m3\)\?$",
+        ),
+        (
+            {"ice_thickness": 12.0},
+            r"ice_thickness = 12.0: must be .* at most 1 \[m\].* is it in mm \(then 0.012 m\)\?$",
+        ),
+        (
+            {"ice_thickness": 0.6},
+            r"ice_thickness = 0.6 m: no line has .* more than 0.5 m; is it in cm \(then 0.006 m\)\?$",
+        ),
+        ({"stringing_percent": 0.2}, r"stringing_percent = 0.2 %: no line has .*; is it a fraction \(then 20 %\)\?$"),
+        ({"span": 0.3, "ruling_span": None}, r"span = 0.3 m: no line has .*; is it in km \(then 300 m\)\?$"),
+        ({"temperature": 268.15}, r"temperature = 268.15: must be .*; is it in K \(then -5 degC\)\?$"),
+        ({"insulator_length": 2100.0}, r"insulator_length = 2100 m: no line .*; is it in mm \(then 2.1 m\)\?$"),
+        ({"insulator_weight": 0.6}, r"insulator_weight = 0.6 N: no line .*; is it in kN \(then 600 N\)\?$"),
+    ],
+)
+def test_an_impossible_value_is_asked_about(changes, message):
+    with pytest.raises(gf.SceneError, match="^line." + message):
+        line_scene(**changes)
+
+
+def test_an_unusual_value_is_warned_of_and_the_warning_survives_saving():
+    scene = line_scene(ice_thickness=0.15)
+    (warning,) = scene.warnings
+    assert warning.startswith("line.ice_thickness = 0.15 m is outside the usual 0.001 to 0.08 m; ")
+    assert gf.Scene.from_dict(tomllib.loads(scene.to_toml())).warnings == scene.warnings
+    assert line_scene().warnings == ()
+
+
+@pytest.mark.parametrize("changes", [{"ice_shape": "radial"}, {"ice_thickness": 0.0}])
+def test_a_round_section_with_a_curve_that_has_lift_is_warned_of(changes):
+    (warning,) = line_scene(**changes).warnings
+    assert warning.startswith("the first moments of the ice are 0, as of round ice or none")
+    assert "the coefficient curve has lift up to 2.12, which a round section has not" in warning
+    level = {"kind": "polynomial", "valid_from_deg": 0.0, "valid_to_deg": 360.0, "lift": [0.0], "drag": [1.0]}
+    assert line_scene({"aerodynamics": {**level, "moment": [0.0]}}, **changes).warnings == ()
+
+
+def test_sections_beside_the_line_are_merged(tmp_path):
+    beside = {"aerodynamics": {"outside": "hold"}, "damping": {"translation": {"low_ratio": 0.004}}}
+    scene, plain = line_scene(beside), line_scene()
+    assert scene.aerodynamics == plain.aerodynamics.model_copy(update={"outside": "hold"})
+    assert scene.sources["aerodynamics.outside"] == "set by the user"
+    assert scene.sources["aerodynamics"] == plain.sources["aerodynamics"]
+    assert scene.damping.translation.low_ratio == 0.004
+    assert scene.damping.translation.high_ratio == plain.damping.translation.high_ratio
+    moved = line_scene({"supports": {"right": {"insulator_length": 3.0}}})
+    assert moved.supports.left == plain.supports.left
+    assert moved.supports.right == plain.supports.right.model_copy(update={"insulator_length": 3.0})
+
+
+def test_a_table_of_a_turn_needs_no_word_on_what_lies_outside(tmp_path):
+    rows = [f"{10 * k},{-0.5 * math.sin(math.radians(10 * k))},1,0" for k in range(36)]
+    (tmp_path / "ice.csv").write_text("\n".join(["angle_deg,lift,drag,moment", *rows]))
+    line = {**LINE, "coefficients": "ice.csv", "attack_angle_deg": 355.0}
+    scene = gf.Scene.from_dict({"line": line}, folder=tmp_path)
+    assert (scene.aerodynamics.beyond, scene.aerodynamics.range_deg) == ("periodic", (0.0, 360.0))
+    (tmp_path / "ice.csv").write_text("\n".join(["angle_deg,lift,drag,moment", *rows, "360,0.02,1,0"]))
+    noisy = gf.Scene.from_dict({"line": line}, folder=tmp_path)
+    assert noisy.warnings == (
+        "aerodynamics.lift is -0 at 0 deg and 0.02 at 360 deg, the same angle: the mean of both is used",
+    )
+    turning = scene.with_values({"ice.attack_angle_deg": 0.0, "numerics.elements": 4})
+    result = gf.simulate(turning, 5.0)
+    assert result.midspan().theta.min() < 0.0 < result.midspan().theta.max()  # across the seam, both ways
 
 
 @pytest.mark.parametrize("tension", [480.0, 600.0, 1200.0, 28e3])
@@ -138,7 +213,7 @@ def test_every_value_has_a_source():
     untold = [
         leaf.path
         for leaf in leaves(scene)
-        if leaf.path not in ("title", "description", "sources", "loads")
+        if leaf.path not in ("title", "description", "notes", "sources", "loads")
         and leaf.value is not None
         and not any(leaf.path == source or leaf.path.startswith(source + ".") for source in scene.sources)
     ]
@@ -219,10 +294,10 @@ def test_a_csv_of_a_whole_turn_closes(tmp_path):
     (tmp_path / "ice.csv").write_text("\n".join(rows))
     line = {**LINE, "coefficients": "ice.csv"}
     scene = gf.Scene.from_dict({"line": line}, folder=tmp_path)
-    assert scene.aerodynamics.outside == "periodic"
+    assert scene.aerodynamics.beyond == "periodic"
     assert scene.aerodynamics.angle_deg == (0.0, 90.0, 270.0, 360.0)
     (tmp_path / "ice.csv").write_text("\n".join(rows[:-1]))
-    assert gf.Scene.from_dict({"line": line}, folder=tmp_path).aerodynamics.outside == "error"
+    assert gf.Scene.from_dict({"line": line}, folder=tmp_path).aerodynamics.beyond == "error"  # steps of 180 deg
 
 
 @pytest.mark.parametrize(

@@ -62,6 +62,13 @@ def test_modes_are_those_of_the_function(invoke, scene):
         assert [row["damping_ratio"] for row in printed["modes"]] == [mode.damping_ratio for mode in expected]
 
 
+def test_the_warnings_of_a_scene_are_printed(invoke):
+    round_ice = ("--set", "ice.first_moment_x2=0.0", "--set", "ice.first_moment_x3=0.0")
+    done = invoke("modes", "example3", *round_ice, "--json")
+    assert done.stderr.startswith("gallop-modal: warning: the first moments of the ice are 0, as of round ice or none")
+    assert invoke("modes", "example3").stderr == ""
+
+
 def test_ratio_tells_where_it_is_two(invoke, scene):
     words = ("--over", "span.sag=2.0:2.5", "--points", "3", "--json")
     printed = json.loads(invoke("ratio", "example3", *QUICK, *words).stdout)

@@ -33,7 +33,7 @@ def test_packaged_scene_survives_saving_and_loading(name, tmp_path):
 def test_every_value_of_a_packaged_scene_has_a_source(name):
     scene = load_scene(name)
     given_values = [leaf.path for leaf in leaves(scene) if was_given(scene, leaf.path)]
-    texts = ("title", "description", "sources")
+    texts = ("title", "description", "notes", "sources")
     bare = [
         path
         for path in given_values

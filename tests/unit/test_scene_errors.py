@@ -202,10 +202,10 @@ CURVE = {"angle_deg": [0, 90, 180], "lift": [0, 1, 0], "drag": [1, 2, 1], "momen
         ({key: value[:1] for key, value in CURVE.items()}, "angle_deg has 1 point; a table needs at least two"),
         ({"drag": [1, 2]}, "drag has 2 values but angle_deg has 3"),
         ({"angle_deg": [0, 90, 361]}, "more than a turn; at most 360 deg"),
-        ({"outside": "periodic"}, r"range of exactly 360 deg; .* covers 180\.0 deg"),
+        ({"outside": "periodic"}, r"range of exactly 360 deg, or of one step less .* covers 180\.0 deg"),
         (
-            {"angle_deg": [0, 90, 360], "lift": [0, 1, 1e-8], "outside": "periodic"},
-            r"equal end values; lift starts at 0\.0 and ends at 1e-08",
+            {"angle_deg": [0, 90, 360], "lift": [0, 1, 0.06]},
+            r"lift is 0 at 0 deg and 0.06 at 360 deg, the same angle; make them equal, or set outside = \"error\"",
         ),
         ({"file": "ice.csv"}, "'ice.csv' and angle_deg, lift, drag, moment are both given"),
     ],
