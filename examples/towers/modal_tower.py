@@ -6,8 +6,10 @@ iterates a step to convergence gets a result of second order. Under a force that
 exact solution, so the tower adds no error of its own.
 """
 
+import atexit
 import ctypes
 import math
+from pathlib import Path
 from xml.etree.ElementTree import Element, SubElement
 
 from pythonfmu import DefaultExperiment, Fmi2Causality, Fmi2Initial, Fmi2Slave, Fmi2Variability, Real
@@ -63,6 +65,9 @@ class ModalTower(Fmi2Slave):
 
     def __init__(self, **settings):
         super().__init__(**settings)
+        # pythonfmu's library for Linux uses freed memory at exit, unless its Python state is released before.
+        for library in Path(self.resources).parent.glob("binaries/linux64/*.so"):
+            atexit.register(ctypes.CDLL(str(library)).finalizePythonInterpreter)
         self.modes = {axis: [Mode(*numbers) for numbers in MODES[axis]] for axis in MODES}
         self.force, self.reached, self.preload = ({"f1": 0.0, "f3": 0.0} for _ in range(3))
         self.default_experiment = DefaultExperiment(start_time=0.0, stop_time=20.0, step_size=0.005)

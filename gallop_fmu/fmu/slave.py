@@ -8,6 +8,8 @@ slave exists: what is refused is kept out, logged, and makes the next steps fail
 
 from __future__ import annotations
 
+import atexit
+import ctypes
 import math
 import sys
 from collections.abc import Callable, Sequence
@@ -43,6 +45,7 @@ class SpanSlave(Fmi2Slave):  # type: ignore[misc]
     def __init__(self, **settings: Any) -> None:
         super().__init__(**settings)
         _leave_search_path(self.resources)
+        _release_before_exit(Path(self.resources).parent, type(self).__name__)
         try:
             self._session = Session(self._scene_of(Path(self.resources)), self.content)
         except ValueError as problem:
@@ -182,3 +185,15 @@ def _leave_search_path(folder: str) -> None:
     """Undo that pythonfmu puts the folder of every instance in front of Python's search path, for good."""
     if folder in sys.path:
         sys.path.remove(folder)
+
+
+def _release_before_exit(folder: Path, name: str) -> None:
+    """Make pythonfmu's library in an unpacked FMU release its Python state while Python still runs.
+
+    On Linux its static shared pointer is destroyed at exit, and its unloading function then assigns to it once more:
+    freed memory is used, and the program aborts or not, as the memory happens to lie. Once the state is released, the
+    library finds none. The reference to the library keeps it loaded until then.
+    """
+    library = folder / "binaries" / "linux64" / f"{name}.so"
+    if sys.platform == "linux" and library.is_file():
+        atexit.register(ctypes.CDLL(str(library)).finalizePythonInterpreter)

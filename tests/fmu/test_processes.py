@@ -6,6 +6,7 @@ import subprocess
 import sys
 import zipfile
 from importlib.metadata import version
+from pathlib import Path
 
 import pytest
 
@@ -39,6 +40,15 @@ def test_two_fmus_in_one_process_do_not_mix(gallop_fmu, rigid_fmu, tmp_path):
     found = json.loads(run(both, gallop_fmu, rigid_fmu, cwd=tmp_path))
     assert found == [alone[0], alone[1], alone[0]]
     assert alone[0] != alone[1]
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="a fault of pythonfmu's library for Linux")
+def test_pythonfmu_uses_no_freed_memory_at_exit(gallop_fmu, tmp_path):
+    """Without our finaliser this ends with SIGSEGV each time; with an ordinary allocator it may abort or not."""
+    source = Path(__file__).with_name("reuse_after_free.c")
+    subprocess.run([os.environ.get("CC", "cc"), "-shared", "-fPIC", "-o", tmp_path / "guard.so", source], check=True)
+    code = SIMULATE + f"first = {HOLD.format(i=0)}; print(first == {HOLD.format(i=0)})"
+    assert run(code, gallop_fmu, environment={"LD_PRELOAD": str(tmp_path / "guard.so")}).strip() == "True"
 
 
 def test_two_fmus_alive_at_once_in_two_threads(gallop_scene, rigid_scene, gallop_fmu, rigid_fmu):
