@@ -90,7 +90,9 @@ def command_help() -> Iterator[str]:
     """What `--help` of every command of both programs prints."""
     plain = CliRunner(env={"COLUMNS": "84", "TERM": "dumb", "NO_COLOR": "1"})
     for program, app in (("gallop-fmu", gallop), ("gallop-modal", toolkit)):
-        for name in sorted(typer.main.get_command(app).commands):
+        for name, command in sorted(typer.main.get_command(app).commands.items()):
+            if command.hidden:
+                continue
             shown = plain.invoke(app, [name, "--help"], prog_name=program, catch_exceptions=False)
             yield f"\n## {program} {name}\n\n```text\n{shown.stdout.strip()}\n```"
 

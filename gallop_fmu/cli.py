@@ -170,7 +170,7 @@ def sweep(
 
     One row a run: amplitudes, frequencies, extremes, clearance, and how it ended. Runs that fail are rows too.
 
-    A sweep that was stopped, or killed, goes on where it was when the same command is given again.
+    The same command again continues a sweep that was stopped or killed, from the journal FILE.journal.
     """
     from gallop_fmu.sweeping import sweep as sweep_scenes
 
@@ -278,22 +278,13 @@ def demo(
     new_console().print(story.text(), soft_wrap=True)
 
 
-def _add_commands() -> None:
-    """Add the commands that this distribution names as entry points, since nothing here may import ``modal``.
+@app.command(hidden=True, context_settings={"ignore_unknown_options": True, "help_option_names": []})
+def report(words: Annotated[list[str] | None, typer.Argument()] = None) -> None:
+    """Say where the command is that was here in 0.1.0."""
+    from shlex import join
 
-    Where another distribution's ``modal`` stands in the way, the other commands work all the same. Only our own entry
-    points are read: to search all installed distributions costs every start 40 ms.
-    """
-    from importlib.metadata import distribution
-
-    for found in distribution("gallop-fmu").entry_points.select(group="gallop_fmu.commands"):
-        try:
-            app.add_typer(found.load())
-        except (ImportError, AttributeError):
-            continue
-
-
-_add_commands()
+    complain(f"report is a command of gallop-modal now: {join(['gallop-modal', 'report', *(words or ())])}")
+    raise typer.Exit(Exit.BAD_INPUT)
 
 
 def main() -> None:

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from gallop_fmu.channels import NODE_CHANNELS, NODE_INDEX
 from gallop_fmu.errors import SceneError
-from gallop_fmu.files import netcdf_bytes, write_whole
+from gallop_fmu.files import check_target, netcdf_bytes, write_whole
 from gallop_fmu.release import program
 from gallop_fmu.result import Oscillation, dominant_frequency, oscillation
 from gallop_fmu.scene_files import load_scene
@@ -218,6 +218,8 @@ def run_demo(
     from gallop_fmu.plots import save_figure, story
 
     folder = Path(folder)
+    for suffix in (".nc", ".png"):
+        check_target(folder / f"example3{suffix}")
     scene = load_scene("example3")
     fmu = export_fmu(scene, folder / "example3.fmu", runtime=runtime)
     started = clock.perf_counter()

@@ -18,10 +18,9 @@ from gallop_fmu.descriptions import unit_of
 from gallop_fmu.errors import SceneError
 from gallop_fmu.library import library_path
 from gallop_fmu.outcome import Outcome, SimulationError
-from gallop_fmu.reading import HEADER
 from gallop_fmu.release import program
 from gallop_fmu.spans import Case, Cases
-from gallop_fmu.store import ERROR, Row, Store, journal_of, read
+from gallop_fmu.store import ERROR, HEADER, VARIED, Row, Store, as_cell, journal_of, read, row_problem
 from gallop_fmu.workers import Kind, Workers, WorkersLostError, workers
 
 if TYPE_CHECKING:
@@ -120,11 +119,7 @@ class Runs:
         axes: dict[str, list[Any]] = self._header["grid"]
         shape = tuple(map(len, axes.values()))
         place = self.dataset.run.values
-        gridded = xr.Dataset(
-            coords={
-                name: [json.dumps(v) if isinstance(v, list) else v for v in values] for name, values in axes.items()
-            }
-        )
+        gridded = xr.Dataset(coords={name: [as_cell(value) for value in values] for name, values in axes.items()})
         for name, column in self.dataset.data_vars.items():
             if name in axes:
                 gridded[name].attrs = column.attrs
@@ -141,12 +136,18 @@ class Runs:
 
 
 def read_runs(path: Path | str) -> Runs:
-    """The results of a sweep or screening from their file, also while it is under way or after it was killed.
+    """The results of a sweep or screening, also while it is under way or after it was killed.
+
+    Parameters
+    ----------
+    path
+        The file that the sweep wrote, or was to write. Its journal ``FILE.journal`` is read if it is there, otherwise
+        the file itself.
 
     Raises
     ------
     SceneError
-        If there is no such file, or it holds something else.
+        If there is neither, or it holds something else.
     """
     return Runs(read(path))
 
@@ -177,7 +178,7 @@ def compute(
     task
         What is computed of each.
     out
-        File of results, ``.parquet`` or ``.nc``; if it is there already, its rows are taken over.
+        File of results, ``.parquet`` or ``.nc``; the rows of its journal are taken over.
     count, cluster
         Number of workers here, or address of a Dask scheduler.
     progress
@@ -196,9 +197,9 @@ def compute(
         "scenes": cases.fingerprint(),
         "runs": len(cases.every),
         "grid": cases.grid,
-        "columns": {**COLUMNS, **{key: (_unit(cases, key), "varied") for key in _varied(cases)}, **task.columns},
+        "columns": {**COLUMNS, **{key: (_unit(cases, key), VARIED) for key in _varied(cases)}, **task.columns},
     }
-    store = Store(out, header)
+    store = Store(out, header, lambda run: cases.every[run].columns())
     left = [case for case in cases.every if case.run not in store.rows]
     failed = sum(row["outcome"] != COMPLETED for row in store.rows.values())
     stop = Event()
@@ -280,12 +281,26 @@ def one_by_one(function: Callable[[Scene], Row], scenes: Sequence[Scene], carry_
             rows.append({"outcome": STOPPED})
             continue
         try:
-            row = {"outcome": COMPLETED, "message": "", "seconds": 0.0, **function(scene)}
+            row = {"outcome": COMPLETED, "message": "", "seconds": 0.0, **_plain(function(scene))}
             row["seconds"] = clock.perf_counter() - began
         except Exception as problem:
             row = _failure(problem, clock.perf_counter() - began)
         rows.append(row)
     return rows
+
+
+def _plain(row: Row) -> Row:
+    """A row of plain numbers and texts.
+
+    Raises
+    ------
+    ValueError
+        If no file of results can hold it.
+    """
+    row = {key: value.item() if isinstance(value, np.generic) else value for key, value in row.items()}
+    if problem := row_problem(row):
+        raise ValueError(problem)
+    return row
 
 
 def _failure(problem: Exception, seconds: float) -> Row:
@@ -296,12 +311,15 @@ def _failure(problem: Exception, seconds: float) -> Row:
         outcome, message = INVALID, str(problem)
     else:
         outcome, message = ERROR, f"{type(problem).__name__}: {problem}"
-    return {"outcome": outcome, "message": message, "seconds": seconds}
+    printable = message.encode("utf-8", "backslashreplace").decode().replace("\0", "\\0")  # as a file can hold it
+    return {"outcome": outcome, "message": printable, "seconds": seconds}
 
 
 def _stopped(why: str, store: Store) -> RunsStoppedError:
     """The error that ends an interrupted sweep, once its file is up to date, if that can be."""
     result = Runs(store.dataset())
+    if not result.done:
+        return RunsStoppedError(f"{why}. None of {result.total} runs is done, and nothing was written", result)
     if store.path is None:
         kept, where, again = result.done, "in the result of this error, since no file was named (out)", ""
     else:

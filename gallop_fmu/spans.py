@@ -16,6 +16,7 @@ from gallop_fmu.descriptions import LINE, Describable, Description
 from gallop_fmu.errors import SceneError
 from gallop_fmu.paths import all_keys, unknown_key
 from gallop_fmu.scene import Scene
+from gallop_fmu.store import as_cell
 from gallop_fmu.textfiles import read_cells, read_text, read_value
 
 NAME, SCENE, LABEL = "name", "scene", "label."
@@ -58,9 +59,8 @@ class Case:
         return self.base.scene(self.changes)
 
     def columns(self) -> dict[str, Any]:
-        """What its row of results begins with; lists as JSON."""
-        values = {key: json.dumps(value) if isinstance(value, list) else value for key, value in self.changes.items()}
-        return {"run": self.run, **self.labels, **values}
+        """Columns that its row of results begins with; lists and tables as JSON."""
+        return {"run": self.run, **self.labels, **{key: as_cell(value) for key, value in self.changes.items()}}
 
 
 @dataclass(frozen=True)

@@ -1,29 +1,29 @@
 """Rows of results on disk: nothing that was computed is lost, whatever ends the program.
 
-Beside the file of results stands a journal, ``FILE.journal``: a header, then one line of JSON a row, each with its
-checksum, written as soon as the row is there. The file itself is rewritten as a whole from time to time, under another
-name that then takes its place. So after an interruption at any instant there is a readable file, and a journal with
-every row but those under way. The journal goes when all rows are in the file.
+Beside the file of results, ``FILE``, is its journal, ``FILE.journal``: a header, then one line of JSON a row, each with
+a seal, written as soon as the row is there. A sweep takes rows over from its journal and from nothing else; one sweep
+at a time can have it. ``FILE`` is an export for other programs: it is rewritten as a whole from time to time and at the
+end. The journal stays, so that the same sweep can be repeated, or completed, later.
 """
 
 from __future__ import annotations
 
+import hashlib
 import json
 import math
 import os
 import time as clock
-from collections.abc import Iterable, Mapping
-from contextlib import suppress
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from contextlib import contextmanager, suppress
 from io import BytesIO
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any, BinaryIO, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from gallop_fmu.errors import SceneError
-from gallop_fmu.files import netcdf_bytes, write_whole
-from gallop_fmu.reading import DIGEST, HEADER, LARGEST, UnreadableError, as_line, content_of, digest_of, lines_of
+from gallop_fmu.files import check_target, netcdf_bytes, open_exclusive, write_whole
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -31,45 +31,69 @@ if TYPE_CHECKING:
 Row = dict[str, Any]
 """Column to number, truth, text or None (not there)."""
 
+HEADER = "gallop_fmu"
+"""Attribute of a dataset and of its file that holds the header as JSON."""
 SUFFIXES = (".parquet", ".nc")
 RENEWAL = 20.0
 """Wall-clock time [s] between two rewritings of the file, about; longer where it takes long."""
 RENEWAL_SHARE = 0.05
 """Largest share of the time that goes into rewriting."""
+LARGEST = 2**32
+"""Size [bytes] beyond which a journal is taken for a mistake."""
 
-FORMAT = "gallop-fmu runs 2"
+FORMAT = "gallop-fmu runs 3"
 
 ERROR = "error"
 """Outcome of a run that ended in something unforeseen, such as lack of memory: a resumed sweep tries it again."""
+VARIED = "varied"
+"""Meaning of a column that is an input of the runs."""
+TEXTS = ("outcome", "message")
+"""Columns that are text in every row."""
+
+
+class UnreadableError(ValueError):
+    """A journal that holds something else, or is damaged."""
 
 
 class Store:
-    """The rows of one sweep, and their file, if there is one.
+    """The rows of one sweep, and their files, if there are any.
 
     Parameters
     ----------
     path
         File to write, ``.parquet`` or ``.nc``; None keeps the rows in memory only.
     header
-        What the rows belong to: texts by which a resumed sweep knows its own file (``package``, ``task``, ``scenes``),
-        and ``runs``, ``grid`` and ``columns``.
+        What the rows belong to: texts by which a resumed sweep recognises its own rows (``package``, ``task``,
+        ``scenes``), and ``runs``, ``grid`` and ``columns``.
+    begin
+        From the number of a run to the columns and values that its row begins with; rows that are taken over must
+        begin so.
 
     Raises
     ------
     SceneError
-        If the file cannot be a file of results, or belongs to something else.
+        If the file cannot be written, another sweep is writing it, or the journal belongs to something else.
     """
 
-    def __init__(self, path: Path | str | None, header: dict[str, Any]) -> None:
+    def __init__(
+        self, path: Path | str | None, header: dict[str, Any], begin: Callable[[int], Row] = lambda run: {"run": run}
+    ) -> None:
         self.path = None if path is None else Path(path)
-        self.header = {"format": FORMAT, **header}
+        self.header: dict[str, Any] = json.loads(json.dumps({"format": FORMAT, **header}))
         self.rows: dict[int, Row] = {}
-        self._journal: Any = None
-        self._length = 0  # of what an earlier sweep left in the journal
+        self._begin, self._seal = begin, seal_of(self.header)
+        self._journal: BinaryIO | None = None
+        self._length = 0  # of the journal
+        self._exported = True
         self._renewed, self._cost = clock.monotonic(), 0.0
         if self.path is not None:
-            _check_path(self.path)
-            self._resume(self.path)
+            check_results(self.path)
+            self._journal = _open_journal(self.path)
+            try:
+                self._resume(self.path, self._journal)
+            except BaseException:
+                self.release()
+                raise
 
     def dataset(self) -> xr.Dataset:
         """All rows so far, in the order of their runs."""
@@ -85,20 +109,21 @@ class Store:
         """
         rows = list(rows)
         self.rows.update((row["run"], row) for row in rows)
-        if self.path is None:
+        if self._journal is None or not rows:
             return
-        if self._journal is None:
-            self._open(journal_of(self.path))
-        self._append(b"".join(map(as_line, rows)))
+        self._exported = False
+        if not self._length:
+            self._append(as_line(self.header))
+        self._append(b"".join(as_line(row, self._seal) for row in rows))
         now = clock.monotonic()
         if now - self._renewed > max(RENEWAL, self._cost / RENEWAL_SHARE):
             os.fsync(self._journal.fileno())
             with suppress(OSError):  # open elsewhere, on Windows; the journal has the rows, and `close` will complain
-                self.renew()
+                self.export()
             self._renewed = clock.monotonic()
             self._cost = self._renewed - now
 
-    def renew(self) -> None:
+    def export(self) -> None:
         """Rewrite the file with all rows so far.
 
         Raises
@@ -108,51 +133,68 @@ class Store:
         """
         if self.path is not None:
             write(self.dataset(), self.path)
+            self._exported = True
 
     def close(self) -> None:
-        """Write the file, and remove the journal if every run has its row.
+        """Write the file if a row came since it was written last, and let the journal go.
 
         Raises
         ------
         OSError
             If the file cannot be written; the journal is kept.
         """
-        if self.path is None or not journal_of(self.path).exists():
-            return
-        self.release()
-        self.renew()
-        if len(self.rows) == self.header["runs"]:
-            journal_of(self.path).unlink()
+        try:
+            if not self._exported:
+                self.export()
+        finally:
+            self.release()
 
     def on_disk(self) -> int:
-        """How many rows would be found by whoever reads the disk."""
-        found = None if self.path is None else _load(self.path)
+        """Number of rows that are in the journal."""
+        found = None if self.path is None else _load(journal_of(self.path))
         return 0 if found is None else len(found.rows)
 
     def release(self) -> None:
-        """Close the journal as it is."""
-        if self._journal is not None:
-            self._journal.close()
-            self._journal = None
+        """Let the journal go as it is, for other sweeps; one without a row is removed."""
+        if self._journal is None or self.path is None:
+            return
+        with self._journal as journal:
+            if not os.fstat(journal.fileno()).st_size:
+                with suppress(OSError):
+                    journal_of(self.path).unlink()
+        self._journal = None
 
-    def _resume(self, path: Path) -> None:
-        """Take over what an earlier sweep left."""
-        found = _load(path)
-        if found is not None:
-            self._compare(found.header)
-            self.rows = {run: row for run, row in found.rows.items() if row["outcome"] != ERROR}
-            self._length = found.length
+    def _resume(self, path: Path, journal: BinaryIO) -> None:
+        """Take over the rows that an earlier sweep left."""
+        with _reading(journal_of(path)):
+            journal.seek(0)
+            data = _whole_lines(journal)
+            if data:
+                self.rows = self._own_rows(_found(data))
+        if not data and path.exists():
+            raise SceneError(
+                f"{path}: exists already, and a sweep cannot continue it without its journal {journal_of(path).name}; "
+                "give another name, or remove the file"
+            )
+        self._length = len(data)
+        self._exported = path.exists() or not self.rows
+        journal.truncate(self._length)  # without what a killed program wrote of its last line
 
-    def _open(self, journal: Path) -> None:
-        self._journal = journal.open("ab", buffering=0)  # no row waits in a buffer
-        self._journal.truncate(self._length)  # without what a killed program wrote of its last line
-        if not self._length:
-            self._append(as_line(self.header))
+    def _own_rows(self, found: _Found) -> dict[int, Row]:
+        """The rows of this very sweep; those that ended in something unforeseen are computed again."""
+        self._compare(found.header)
+        for run, row in found.rows.items():
+            begin = self._begin(run)
+            if not _begins(row, begin) or any("/" in name for name in row.keys() - begin.keys()):
+                raise UnreadableError
+        return {run: row for run, row in found.rows.items() if row["outcome"] != ERROR}
 
     def _append(self, lines: bytes) -> None:
         data = memoryview(lines)
-        while data:  # a disk that fills takes a part first, and refuses the next
-            data = data[self._journal.write(data) :]
+        while data and self._journal:  # a disk that fills takes a part first, and refuses the next
+            written = self._journal.write(data)
+            self._length += written
+            data = data[written:]
 
     def _compare(self, found: Mapping[str, Any]) -> None:
         differences = [
@@ -163,37 +205,54 @@ class Store:
         if differences:
             raise SceneError(
                 f"{self.path} holds the results of something else: {'; '.join(differences)}. Give another file, or "
-                f"remove this one and {journal_of(Path(str(self.path))).name} to begin anew"
+                f"remove this one and {journal_of(Path(str(self.path))).name} to compute all of it"
             )
+        if seal_of(found) != self._seal:
+            raise UnreadableError
 
 
 def journal_of(path: Path) -> Path:
-    """Where the rows of a sweep under way stand."""
-    return path.with_name(path.name + ".journal")
+    """The journal of a file of results; that of its target, where the file is a link."""
+    place = Path(os.path.realpath(path)) if path.is_symlink() else path
+    return place.with_name(place.name + ".journal")
 
 
 def read(path: Path | str) -> xr.Dataset:
-    """The rows of a file of results, complete or not; the journal is taken where there is one.
+    """The rows of a sweep, complete or not: from its journal, or from the file if it has none.
 
     Raises
     ------
     SceneError
-        If it is none.
+        If there is neither, or it holds something else.
     """
     path = Path(path)
-    _check_path(path)
-    found = _load(path)
-    if found is None:
+    _check_format(path)
+    found = _load(journal_of(path))
+    if found is not None:
+        return as_dataset([found.rows[run] for run in sorted(found.rows)], found.header)
+    if not path.exists():
         raise SceneError(f"{path}: no such file")
-    return as_dataset([found.rows[run] for run in sorted(found.rows)], found.header)
+    try:
+        if not path.is_file():
+            raise UnreadableError
+        return _read_parquet(path) if path.suffix == ".parquet" else _read_netcdf(path)
+    except SceneError:
+        raise
+    except Exception as problem:  # as many kinds as there are ways to damage a file
+        raise SceneError(f"{path}: does not hold the results of a sweep ({type(problem).__name__})") from None
 
 
 def as_dataset(rows: list[Row], header: dict[str, Any]) -> xr.Dataset:
-    """One array a column over the dimension ``run``; what is missing is NaN, or an empty text."""
+    """One array a column over the dimension ``run``; what is missing is NaN, or an empty text.
+
+    Columns that the header declares are there also without a row.
+    """
     import xarray as xr
 
     columns = dict.fromkeys(("run", *(key for row in rows for key in row)))
-    variables = {name: ("run", _array([row.get(name) for row in rows])) for name in columns}
+    if not rows:
+        columns = dict.fromkeys(("run", *header["grid"], *header["columns"]))
+    variables = {name: ("run", _array([row.get(name) for row in rows], name in TEXTS)) for name in columns}
     dataset = xr.Dataset(variables, attrs={HEADER: json.dumps(header)})
     for name, (unit, meaning) in header["columns"].items():
         if name in dataset:
@@ -210,18 +269,60 @@ def rows_of(dataset: xr.Dataset) -> list[Row]:
 
 def write(dataset: xr.Dataset, path: Path) -> None:
     """Write a file as a whole: whoever reads it finds the old one or the new one."""
-    columns = {str(name): values.values for name, values in dataset.variables.items()}
-    sealed = dataset.assign_attrs({DIGEST: digest_of(dataset.attrs[HEADER], columns)})
-    write_whole(path, _as_parquet(sealed) if path.suffix == ".parquet" else netcdf_bytes(sealed))
+    write_whole(path, _as_parquet(dataset) if path.suffix == ".parquet" else netcdf_bytes(dataset))
 
 
-def _check_path(path: Path) -> None:
+def check_results(path: Path) -> None:
+    """Refuse, before anything is computed, a file of results that could not be written.
+
+    Raises
+    ------
+    SceneError
+        As `gallop_fmu.files.check_target`, for the file and for its journal.
+    """
+    _check_format(path)
+    check_target(path)
+    check_target(journal_of(path))
+
+
+def as_line(content: Mapping[str, Any], seal: bytes = b"") -> bytes:
+    """A header or row as JSON, a tab, and a checksum that `seal` changes; numbers that are not finite become null."""
+    plain = {
+        key: None if isinstance(value, float) and not math.isfinite(value) else value for key, value in content.items()
+    }
+    text = json.dumps(plain).encode()
+    return b"%b\t%b\n" % (text, _checksum(text, seal))
+
+
+def seal_of(header: Mapping[str, Any]) -> bytes:
+    """Digest of a header; in the checksum of each row it binds the row to its sweep."""
+    return hashlib.sha256(json.dumps(header, sort_keys=True).encode()).digest()
+
+
+def _checksum(text: bytes, seal: bytes) -> bytes:
+    return hashlib.blake2b(text, digest_size=8, key=seal).hexdigest().encode()
+
+
+def _content_of(line: bytes, seal: bytes) -> Any:
+    """The content that `as_line` was given.
+
+    Raises
+    ------
+    UnreadableError
+        If it is something else, or has another seal.
+    """
+    text, _, checksum = line.rpartition(b"\t")
+    if checksum != _checksum(text, seal):
+        raise UnreadableError
+    try:
+        return json.loads(text)
+    except (ValueError, RecursionError):
+        raise UnreadableError from None
+
+
+def _check_format(path: Path) -> None:
     if path.suffix not in SUFFIXES:
         raise SceneError(f"{path}: must end in {' or '.join(SUFFIXES)}, which decides the format")
-    if path.is_dir():
-        raise SceneError(f"{path}: is a folder; give the name of a file")
-    if not path.parent.is_dir():
-        raise SceneError(f"{path}: there is no folder {path.parent}; make it first")
     if path.suffix == ".parquet":
         try:
             import pyarrow  # noqa: F401
@@ -231,63 +332,76 @@ def _check_path(path: Path) -> None:
             ) from None
 
 
+def _open_journal(path: Path) -> BinaryIO:
+    journal = journal_of(path)
+    try:
+        return open_exclusive(journal)
+    except BlockingIOError:
+        raise SceneError(
+            f"{path}: another sweep writes this file ({journal} is locked); wait until it has ended, or give another "
+            "name"
+        ) from None
+    except OSError as problem:
+        raise SceneError(f"{journal}: cannot be opened ({problem.strerror or problem})") from None
+
+
 class _Found(NamedTuple):
-    """What stands on disk: the header, the rows by run, and the length of the journal in whole lines."""
+    """Content of a journal: the header, and the rows by run."""
 
     header: dict[str, Any]
     rows: dict[int, Row]
-    length: int
 
 
-def _load(path: Path) -> _Found | None:
-    """The rows of the file and of its journal, which has the later ones; None where there is neither."""
-    file, journal = _read_file(path), _read_journal(journal_of(path))
-    if file is None or journal is None:
-        return file or journal
-    return journal if file.header != journal.header else journal._replace(rows={**file.rows, **journal.rows})
-
-
-def _read_file(path: Path) -> _Found | None:
-    if not path.exists():
-        return None
-    try:
-        return _found(lines_of(path))
-    except UnreadableError:
-        raise SceneError(
-            f"{path}: exists, but does not hold the results of a sweep, or is damaged; give another name, or remove it "
-            "to begin anew"
-        ) from None
-    except OSError as problem:
-        raise SceneError(f"{path}: cannot be read ({problem.strerror})") from None
-
-
-def _read_journal(journal: Path) -> _Found | None:
+def _load(journal: Path) -> _Found | None:
+    """Header and rows of a journal; None where there is none, or nothing in it."""
     if not journal.exists():
         return None
-    try:
-        if not journal.is_file() or journal.stat().st_size > LARGEST:
+    with _reading(journal):
+        if not journal.is_file():
             raise UnreadableError
-        data = journal.read_bytes()
-        whole = data[: data.rfind(b"\n") + 1]  # a killed program may leave half a line
-        return _found(whole) if whole else None
+        with journal.open("rb") as file:
+            data = _whole_lines(file)
+        return _found(data) if data else None
+
+
+def _whole_lines(file: BinaryIO) -> bytes:
+    """All lines but the last, if a killed program left half of it."""
+    if os.fstat(file.fileno()).st_size > LARGEST:
+        raise UnreadableError
+    data = file.read()
+    return data[: data.rfind(b"\n") + 1]
+
+
+@contextmanager
+def _reading(journal: Path) -> Iterator[None]:
+    """Report a journal that cannot be read."""
+    try:
+        yield
     except UnreadableError:
-        raise SceneError(f"{journal}: is not the journal of a sweep, or damaged; remove it to begin anew") from None
+        raise SceneError(
+            f"{journal}: is not the journal of a sweep, or damaged; remove it to compute all of it again"
+        ) from None
     except OSError as problem:
         raise SceneError(f"{journal}: cannot be read ({problem.strerror})") from None
 
 
 def _found(lines: bytes) -> _Found:
-    """What lines mean, each of which must be as this module writes it.
+    """Meaning of lines, each of which must be as this module writes it.
 
     Raises
     ------
     UnreadableError
         If one is not.
     """
-    header, *rows = [content_of(line) for line in lines.split(b"\n")[:-1]] or [None]
-    if not (_is_header(header) and all(_is_row(row, header) for row in rows)):
+    first, *others = lines.split(b"\n")[:-1]
+    header = _content_of(first, b"")
+    if not _is_header(header):
         raise UnreadableError
-    return _Found(header, {row["run"]: row for row in rows}, len(lines))
+    seal = seal_of(header)
+    rows = [_content_of(line, seal) for line in others]
+    if not all(_is_row(row, header) for row in rows):
+        raise UnreadableError
+    return _Found(header, {row["run"]: row for row in rows})
 
 
 def _is_header(header: Any) -> bool:
@@ -301,21 +415,45 @@ def _is_header(header: Any) -> bool:
         and math.prod(map(len, header["grid"].values())) == header["runs"]
         and isinstance(header.get("columns"), dict)
         and all(
-            isinstance(told, list) and len(told) == 2 and all(isinstance(text, str) for text in told)
-            for told in header["columns"].values()
+            isinstance(said, list) and len(said) == 2 and all(isinstance(text, str) for text in said)
+            for said in header["columns"].values()
         )
+        and all(map(_is_name, (*header["grid"], *header["columns"])))
     )
 
 
 def _is_row(row: Any, header: Mapping[str, Any]) -> bool:
+    """Whether a row can be one of this header: names, values, and its place in the grid."""
     return (
         isinstance(row, dict)
         and _is_whole(row.get("run"))
         and 0 <= row["run"] < header["runs"]
-        and all(isinstance(row.get(key), str) for key in ("outcome", "message"))
-        and header["grid"].keys() <= row.keys()
-        and all(value is None or isinstance(value, (str, float, bool)) or _is_whole(value) for value in row.values())
+        and all(isinstance(row.get(key), str) for key in TEXTS)
+        and not row_problem(row)
+        and _begins(row, _point(header["grid"], row["run"]))
+        and not any(
+            isinstance(row.get(key), str)
+            for key, (unit, meaning) in header["columns"].items()
+            if unit and meaning != VARIED
+        )
     )
+
+
+def row_problem(row: Mapping[str, Any]) -> str:
+    """Reason why a row cannot be written to a file of results, or an empty text."""
+    for name, value in row.items():
+        if not _is_name(name):
+            return f"{name!r}: a column needs a name of printable characters"
+        if isinstance(value, str):
+            if "\0" in value or any("\ud800" <= letter <= "\udfff" for letter in value):
+                return f"{name}: a text must not hold NUL or half of a surrogate pair"
+        elif not (value is None or isinstance(value, (float, bool)) or _is_whole(value)):
+            return f"{name}: must be a number of at most 64 bits, a truth value, a text or None, not {value!r:.40}"
+    return ""
+
+
+def _is_name(name: Any) -> bool:
+    return isinstance(name, str) and bool(name) and name.isprintable()
 
 
 def _is_whole(value: Any) -> bool:
@@ -323,14 +461,37 @@ def _is_whole(value: Any) -> bool:
     return isinstance(value, int) and not isinstance(value, bool) and -(2**63) <= value < 2**63
 
 
-def _array(values: list[Any]) -> NDArray[Any]:
+def as_cell(value: Any) -> Any:
+    """A value of a scene as a row holds it: lists and tables as JSON."""
+    return json.dumps(value) if isinstance(value, (list, dict)) else value
+
+
+def _point(grid: Mapping[str, list[Any]], run: int) -> Row:
+    """Values of the grid in a run; the last parameter changes fastest."""
+    point: Row = {}
+    for name, values in reversed(list(grid.items())):
+        run, place = divmod(run, len(values))
+        point[name] = as_cell(values[place])
+    return point
+
+
+def _begins(row: Mapping[str, Any], begin: Mapping[str, Any]) -> bool:
+    """Whether a row has these columns with these values, of the same types."""
+    return all(key in row and _as_json(row[key]) == _as_json(value) for key, value in begin.items())
+
+
+def _as_json(value: Any) -> str:
+    return json.dumps(None if isinstance(value, float) and not math.isfinite(value) else value)
+
+
+def _array(values: list[Any], text: bool = False) -> NDArray[Any]:
     there = [value for value in values if value is not None]
     whole = len(there) == len(values)
     if whole and there and all(isinstance(value, bool) for value in there):
         return np.array(values, dtype=np.bool_)
     if whole and there and all(isinstance(value, int) for value in there):
         return np.array(values, dtype=np.int64)
-    if all(isinstance(value, (bool, int, float)) for value in there):
+    if not text and all(isinstance(value, (bool, int, float)) for value in there):
         return np.array([math.nan if value is None else value for value in values], dtype=np.float64)
     return np.array(["" if value is None else str(value) for value in values], dtype=object)
 
@@ -345,7 +506,35 @@ def _as_parquet(dataset: xr.Dataset) -> bytes:
 
     columns = {str(name): pa.array(values.values) for name, values in dataset.variables.items()}
     fields = [pa.field(name, column.type, metadata=dataset[name].attrs) for name, column in columns.items()]
-    schema = pa.schema(fields, metadata={name: dataset.attrs[name] for name in (HEADER, DIGEST)})
+    schema = pa.schema(fields, metadata={HEADER: dataset.attrs[HEADER]})
     buffer = BytesIO()
     parquet.write_table(pa.table(list(columns.values()), schema=schema), buffer)
     return buffer.getvalue()
+
+
+def _read_parquet(path: Path) -> xr.Dataset:
+    import xarray as xr
+    from pyarrow import parquet
+
+    table = parquet.read_table(path)
+    header = table.schema.metadata[HEADER.encode()].decode()
+    variables = {}
+    for field in table.schema:
+        attributes = {key.decode(): value.decode() for key, value in (field.metadata or {}).items()}
+        described = {key: value for key, value in attributes.items() if key in ("long_name", "units")}
+        variables[field.name] = ("run", table[field.name].to_numpy(), described)
+    return _checked(xr.Dataset(variables, attrs={HEADER: header}))
+
+
+def _read_netcdf(path: Path) -> xr.Dataset:
+    import xarray as xr
+
+    return _checked(xr.load_dataset(path, engine="h5netcdf"))
+
+
+def _checked(dataset: xr.Dataset) -> xr.Dataset:
+    """A dataset whose header is one of a sweep, of this version or an older one."""
+    header = json.loads(dataset.attrs[HEADER])
+    if not _is_header({**header, "format": FORMAT}) or not {"run", *TEXTS} <= set(map(str, dataset.variables)):
+        raise UnreadableError
+    return dataset

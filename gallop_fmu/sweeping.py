@@ -177,8 +177,9 @@ def sweep(
     summary
         From a `Result` to what is kept of it, in place of `steady_motion`.
     out
-        File to write, ``.parquet`` (needs the extra ``parquet``) or ``.nc``. Rows reach the disk as they come; if the
-        file, or what an interrupted sweep left of it, is there already, only what is missing is computed.
+        File to write, ``.parquet`` (needs the extra ``parquet``) or ``.nc``. Each row is written at once into the
+        journal ``FILE.journal``, which stays beside the file: the same call again computes only the rows that are
+        missing there. One sweep at a time can write a file. A file without its journal is not overwritten.
     workers
         Number of threads; None takes one for each core.
     cluster

@@ -185,16 +185,10 @@ def _change(text: str) -> tuple[str, Any]:
 
 def check_output(path: Path | None, suffixes: tuple[str, ...]) -> None:
     """Find out before a long run, not after it, that its results cannot be written."""
-    from gallop_fmu.errors import SceneError
+    from gallop_fmu.files import check_target
 
-    if path is None:
-        return
-    if path.suffix not in suffixes:
-        raise SceneError(f"{path}: must end in {' or '.join(suffixes)}, which decides the format")
-    if path.is_dir():
-        raise SceneError(f"{path}: is a folder; give the name of a file")
-    if not path.parent.is_dir():
-        raise SceneError(f"{path}: there is no folder {path.parent}; make it first")
+    if path is not None:
+        check_target(path, suffixes)
 
 
 def new_table(*headings: str) -> Any:

@@ -45,8 +45,8 @@ RunsOut = Annotated[
         "--out",
         "-o",
         metavar="FILE",
-        help="Write the results as they come: .parquet or .nc. Where it is there already, only what is missing "
-        "is computed.",
+        help="Write the results: .parquet or .nc. Each row goes at once into FILE.journal, which stays; the same "
+        "command again computes only the rows that are missing there.",
     ),
 ]
 ClusterAddress = Annotated[
@@ -202,7 +202,8 @@ def _show(runs: Runs, columns: Sequence[str], out: Path | None) -> None:
     rows = _rows(dataset)
     for row in rows[:SHOWN]:
         table.add_row(*(_cell(row.get(key)) for key in keys))
-    console.print(table)
+    if rows:
+        console.print(table)
     if len(rows) > SHOWN:
         console.print(
             f"and {len(rows) - SHOWN} more{f' in {out}' if out else '; name a file (--out) to have them all'}"

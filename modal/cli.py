@@ -9,6 +9,7 @@ import typer
 
 from gallop_fmu.terminal import AsJson, Changes, SceneName, Version, example, new_app, new_table, start
 from gallop_fmu.terminal_runs import values_of
+from modal.report.command import REPORT_EXAMPLE, report
 from modal.screen_command import SCREEN_EXAMPLE, screen_span
 from modal.terminal import Plot, scene_to_draw, tell
 
@@ -273,6 +274,7 @@ def linear(
 
 
 app.command(name="screen", epilog=example(SCREEN_EXAMPLE))(screen_span)
+app.command(epilog=example(REPORT_EXAMPLE))(report)
 
 
 @app.command(name="compare", epilog=example("gallop-modal compare example3 --until 900 --plot compare.png"))

@@ -22,6 +22,7 @@ from dataclasses import dataclass
 from importlib import metadata
 from pathlib import Path
 
+from gallop_fmu.files import write_whole
 from gallop_fmu.fmu.sources import kernel_sources, units_to_compile
 
 FLAGS = (
@@ -104,9 +105,7 @@ def cross_library(platform: str) -> bytes:
         folder.mkdir(parents=True, exist_ok=True)
         with tempfile.TemporaryDirectory(dir=folder) as work:
             library = _compile(PLATFORMS[platform], Path(work))
-            finished = Path(work) / "finished"
-            finished.write_bytes(library)
-            finished.replace(kept)
+        write_whole(kept, library)
     except OSError as problem:
         raise CompilerError(f"the cache folder {folder} cannot be used ({problem})") from None
     return library

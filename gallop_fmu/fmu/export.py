@@ -16,7 +16,8 @@ from importlib import metadata, resources
 from pathlib import Path
 
 from gallop_fmu import release
-from gallop_fmu.files import write_whole
+from gallop_fmu.errors import SceneError
+from gallop_fmu.files import check_target, write_whole
 from gallop_fmu.fmu.cross import PLATFORMS, CompilerError, cross_library
 from gallop_fmu.fmu.description import SCENE_FILE, Identity, identify, model_description
 from gallop_fmu.fmu.native import model_bin
@@ -105,12 +106,10 @@ def export_fmu(
             raise ExportError(f"platforms: {name!r} is unknown; there are {', '.join(PLATFORMS)}")
     if platforms and runtime != "native":
         raise ExportError('platforms: only for runtime "native"; leave them away')
-    if target.suffix != ".fmu":
-        raise ExportError(f"{target}: the name of an FMU must end in .fmu")
-    if not target.parent.is_dir():
-        raise ExportError(f"{target}: the folder {target.parent} does not exist; create it first")
-    if target.is_dir():
-        raise ExportError(f"{target}: is a folder")
+    try:
+        check_target(target, (".fmu",))
+    except SceneError as problem:
+        raise ExportError(str(problem)) from None
     if scene.numerics.mesh == "half_span":
         raise ExportError(
             'numerics.mesh = "half_span": an FMU needs the whole span, since its host may move one tower alone; '

@@ -1,4 +1,4 @@
-"""The command ``gallop-fmu report``, which `gallop_fmu.cli` finds by its entry point."""
+"""The command ``gallop-modal report``."""
 
 from __future__ import annotations
 
@@ -17,7 +17,6 @@ from gallop_fmu.terminal import (
     chosen_scene,
     complain,
     complain_of,
-    example,
     new_console,
     progress_bar,
 )
@@ -25,10 +24,9 @@ from gallop_fmu.terminal import (
 if TYPE_CHECKING:
     from modal.report.findings import Progress
 
-app = typer.Typer()
+REPORT_EXAMPLE = "gallop-modal report example3 -o report.html"
 
 
-@app.command(epilog=example("gallop-fmu report example3 -o report.html"))
 def report(
     scene: SceneName,
     out: Annotated[Path, typer.Option("--out", "-o", metavar="FILE", help="Page to write (.html).")],
@@ -40,12 +38,12 @@ def report(
     What cannot be found out stands there with the reason. Where the simulation ends early, or cannot start, the page is
     written all the same, and the exit code is 1.
     """
+    from modal.report.findings import Missing, examine
+    from modal.report.page import SUFFIXES, write_page
+
     chosen = chosen_scene(scene, changes)
     complain_of(chosen)
-    check_output(out, (".html", ".htm"))
-    from modal.report.findings import Missing, examine
-    from modal.report.page import write_page
-
+    check_output(out, SUFFIXES)
     with _progress(chosen.title) as shown:
         findings = examine(chosen, until, shown)
         if shown:
@@ -55,7 +53,7 @@ def report(
     if not findings.completed:
         result = findings.result
         ended = result.reason if isinstance(result, Missing) else str(result.report)
-        complain(f"{ended} The page shows what was computed.")
+        complain(f"{ended} The page shows what was computed.", "gallop-modal")
         raise typer.Exit(Exit.ENDED_EARLY)
 
 

@@ -9,7 +9,8 @@ from typing import Any
 
 import numpy as np
 
-from gallop_fmu import Result, Scene, SceneError
+from gallop_fmu import Result, Scene
+from gallop_fmu.files import check_target, write_whole
 from modal.modes import Mode
 from modal.report import tables
 from modal.report.animation import Animation, animation
@@ -59,27 +60,14 @@ def write_report(
     SceneError
         If the suffix or the simulated time is not allowed.
     """
-    path = check_suffix(path)
-    return write_page(examine(scene, stop_time, progress), path)
-
-
-def check_suffix(path: Path | str) -> Path:
-    """The path of a page.
-
-    Raises
-    ------
-    SceneError
-        If the suffix is another one.
-    """
     path = Path(path)
-    if path.suffix not in SUFFIXES:
-        raise SceneError(f"{path}: a report is written as {' or '.join(SUFFIXES)}, not as {path.suffix or 'no suffix'}")
-    return path
+    check_target(path, SUFFIXES)
+    return write_page(examine(scene, stop_time, progress), path)
 
 
 def write_page(findings: Findings, path: Path) -> Path:
     """Write findings as a page."""
-    path.write_text(page(findings), encoding="utf-8", newline="\n")
+    write_whole(path, page(findings).encode())
     return path
 
 

@@ -6,7 +6,6 @@ import subprocess
 import sys
 from dataclasses import replace
 from html.parser import HTMLParser
-from importlib.metadata import entry_points
 
 import numpy as np
 import pytest
@@ -14,7 +13,8 @@ from typer.testing import CliRunner
 
 import gallop_fmu as gf
 import modal
-from gallop_fmu.cli import app
+from gallop_fmu.cli import app as fmu_app
+from modal.cli import app
 from modal.report.findings import Missing, at_rest_in, examine
 from modal.report.page import page
 from modal.report.plots import outermost
@@ -199,24 +199,32 @@ def test_a_span_that_cannot_start_has_a_page_all_the_same(tmp_path, unpainted):
     assert "At rest" in shown
 
 
-def test_command_is_an_entry_point():
-    assert [(found.name, found.value) for found in entry_points(group="gallop_fmu.commands")] == [
-        ("report", "modal.report.command:app")
-    ]
+def test_the_command_of_0_1_0_says_where_it_is_now():
+    said = CliRunner().invoke(fmu_app, ["report", "example3", "-o", "my page.html", "--until", "5", "--help"])
+    assert said.exit_code == 2
+    assert said.stderr == (
+        "gallop-fmu: report is a command of gallop-modal now: "
+        "gallop-modal report example3 -o 'my page.html' --until 5 --help\n"
+    )
 
 
-def test_other_commands_work_where_another_modal_is_installed(tmp_path):
-    """The import name is also that of a cloud provider's client."""
-    (tmp_path / "modal.py").write_text("", "utf-8")
-    program = f"import sys; sys.path.insert(0, {str(tmp_path)!r}); from gallop_fmu.cli import app; app()"
-    told = subprocess.run([sys.executable, "-c", program, "--help"], capture_output=True, text=True, check=True)
-    assert "demo" in told.stdout
-    assert "report" not in told.stdout
+def test_gallop_fmu_works_where_another_modal_is_installed():
+    """The import name is also that of a cloud provider's client. Where the report cannot be imported, it says so."""
+    other = "import sys, types; sys.modules['modal'] = types.ModuleType('modal'); "
+    for program, words in (("gallop_fmu", ["--help"]), ("modal", ["report", "--help"])):
+        command = [sys.executable, "-P", "-c", f"{other}from {program}.cli import main; main()", *words]
+        done = subprocess.run(command, capture_output=True, text=True)
+        if program == "gallop_fmu":
+            assert done.returncode == 0, done.stderr
+            assert "demo" in done.stdout
+        else:
+            assert done.returncode == 1
+            assert "ModuleNotFoundError: No module named 'modal.cli'" in done.stderr
 
 
 @pytest.mark.parametrize("name", ["report.pdf", "report"])
 def test_refuses_another_format(tmp_path, name):
-    with pytest.raises(gf.SceneError, match=r"written as \.html"):
+    with pytest.raises(gf.SceneError, match=r"must end in \.html or \.htm"):
         modal.write_report(gf.load_scene("zebra"), tmp_path / name)
     assert CliRunner().invoke(app, ["report", "zebra", "-o", str(tmp_path / name)]).exit_code == 2
 

@@ -2,7 +2,6 @@
 
 import json
 import math
-import os
 
 import numpy as np
 import pytest
@@ -169,21 +168,24 @@ def test_another_version_is_not_mixed_in(scene, tmp_path, monkeypatch):
         gf.sweep(scene, {"wind.speed": [4.0]}, **arguments)
 
 
-def test_a_file_that_cannot_be_written_at_the_end_loses_nothing(scene, tmp_path):
+def test_a_file_that_cannot_be_written_at_the_end_loses_nothing(scene, tmp_path, monkeypatch):
     out = tmp_path / "runs.nc"
-    in_the_way = tmp_path / f"runs.nc.{os.getpid()}.new"
-    in_the_way.mkdir()
+
+    def full(descriptor):
+        raise OSError(28, "No space left on device")
+
+    monkeypatch.setattr("os.fsync", full)
     with pytest.raises(
         gf.RunsStoppedError, match=r"runs.nc cannot be written .* 2 of 2 runs are done and kept in .*nc.journal"
     ) as end:
         gf.sweep(scene, {"wind.speed": [4.0, 5.0]}, stop_time=1.0, out=out)
     assert end.value.result.done == 2
-    in_the_way.rmdir()
+    monkeypatch.undo()
     calls = []
     again = gf.sweep(scene, {"wind.speed": [4.0, 5.0]}, stop_time=1.0, out=out, progress=lambda *n: calls.append(n))
     assert calls == [(2, 0, 2)]
     assert again.dataset.identical(end.value.result.dataset)
-    assert [file.name for file in tmp_path.iterdir()] == ["runs.nc"]
+    assert sorted(file.name for file in tmp_path.iterdir()) == ["runs.nc", "runs.nc.journal"]
 
 
 @pytest.mark.parametrize(
@@ -339,3 +341,22 @@ def test_screen_command_refuses(invoke, words, fragment):
     result = invoke("screen", *words, app=app)
     assert result.exit_code == 2
     assert fragment in result.stderr
+
+
+@pytest.mark.parametrize("out", [(), ("-o", "a.nc")])
+@pytest.mark.parametrize("form", [(), ("--json",)])
+def test_stopped_before_the_first_run_is_done(invoke, monkeypatch, tmp_path, out, form):
+    """Ctrl-C within the first half second."""
+
+    def interrupted(*_):
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr("gallop_fmu.runs._rows", interrupted)
+    result = invoke("sweep", "example3", "--over", "wind.speed=3:6:0.1", *out, *form)
+    assert result.exit_code == 1
+    assert "stopped on request. None of 31 runs is done, and nothing was written" in result.stderr
+    assert "Traceback" not in result.output
+    if form:
+        said = json.loads(result.stdout)
+        assert (said["runs"], said["done"], said["failed"], said["files"]) == (31, 0, [], [])
+    assert list(tmp_path.iterdir()) == []
