@@ -42,7 +42,7 @@ def report(
     from modal.report.page import SUFFIXES, write_page
 
     chosen = chosen_scene(scene, changes)
-    complain_of(chosen)
+    complain_of(chosen, "gallop-modal")
     check_output(out, SUFFIXES)
     with _progress(chosen.title) as shown:
         findings = examine(chosen, until, shown)
