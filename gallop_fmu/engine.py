@@ -8,15 +8,17 @@ from __future__ import annotations
 
 import ctypes as c
 import enum
+import threading
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from gallop_fmu.arguments import finite, indices, number, numbers, whole
 from gallop_fmu.channels import NODE_CHANNELS, SPAN_CHANNELS
 from gallop_fmu.library import kernel
-from gallop_fmu.outcome import Report, SimulationError
+from gallop_fmu.outcome import Outcome, Report, SimulationError
 from gallop_fmu.scene import Scene
 from gallop_fmu.structures import CDerived, CInputs, CReport, Packed, Three, double_pointer, unpacked
 
@@ -27,8 +29,8 @@ DOFS = 4
 ALL_SPAN_CHANNELS = np.arange(len(SPAN_CHANNELS), dtype=np.int32)
 """Indices of what can be recorded once per state."""
 
-STATE_MAGIC = b"GALLOP1\0"
-"""First bytes of a saved state."""
+MOST_STEPS = 10**12
+"""Most time steps of one call."""
 
 
 @dataclass(slots=True)
@@ -56,14 +58,25 @@ class Inputs:
     support_rate: Array | None = None
 
     def packed(self) -> CInputs:
-        """The kernel's form of the inputs."""
-        packed = CInputs(self.time, self.wind_speed, self.attack_angle)
-        packed.wind_speed_rate, packed.attack_angle_rate = self.wind_speed_rate, self.attack_angle_rate
-        for end in range(2):
-            packed.support[end] = Three(*self.support[end])
-            if self.support_rate is not None:
-                packed.support_rate[end] = Three(*self.support_rate[end])
+        """The kernel's form of the inputs.
+
+        Raises
+        ------
+        TypeError, ValueError
+            If a field is not a finite number, or `support` or `support_rate` does not have the shape (2, 3).
+        """
+        packed = CInputs(*(finite(f"inputs.{name}", getattr(self, name)) for name in _INPUT_VALUES))
+        for name in _INPUT_RATES:
+            setattr(packed, name, finite(f"inputs.{name}", getattr(self, name)))
+        for name in ("support", "support_rate"):
+            if name == "support" or self.support_rate is not None:
+                rows = numbers(f"inputs.{name}", getattr(self, name), (2, 3)).tolist()
+                setattr(packed, name, _Towers(*(Three(*row) for row in rows)))
         return packed
+
+
+_INPUT_VALUES, _INPUT_RATES = ("time", "wind_speed", "attack_angle"), ("wind_speed_rate", "attack_angle_rate")
+_Towers = Three * 2
 
 
 @dataclass(frozen=True, slots=True)
@@ -98,7 +111,17 @@ class Equilibrium:
 
 
 def _inputs_pointer(inputs: Inputs | None) -> Any:
-    return None if inputs is None else c.byref(inputs.packed())
+    if inputs is None:
+        return None
+    if not isinstance(inputs, Inputs):
+        raise TypeError(f"inputs must be Inputs or None, not {inputs!r:.60}")
+    return c.byref(inputs.packed())
+
+
+def _insist(outcome: int, time: float = 0.0) -> None:
+    """Raise where a function without a report was refused."""
+    if outcome:
+        raise SimulationError(Report(Outcome.from_code(outcome), time))
 
 
 class Part(enum.IntFlag):
@@ -112,6 +135,8 @@ class Part(enum.IntFlag):
 
 class Model:
     """A span ready to compute: mesh, initial equilibrium, aerodynamic curve.
+
+    It does not change: copies are the model itself, and an unpickled one is made again from its scene.
 
     Parameters
     ----------
@@ -135,6 +160,8 @@ class Model:
     """
 
     def __init__(self, scene: Scene, *, inputs: bool = True) -> None:
+        if not isinstance(scene, Scene):
+            raise TypeError(f"scene must be a Scene, not {scene!r:.60}; load_scene and Scene.from_dict make one")
         packed, raw, handle = Packed(scene), CReport(), c.c_void_p()
         packed.scene.laws_only = not inputs
         packed.scene.half_span = not inputs and scene.numerics.mesh == "half_span"
@@ -149,13 +176,22 @@ class Model:
         self.saved_size = int(kernel.gallop_saved_size(handle))
         self._takes_inputs, self._half_span = inputs, bool(packed.scene.half_span)
         derived = CDerived()
-        kernel.gallop_model_derived(handle, c.byref(derived))
+        _insist(kernel.gallop_model_derived(handle, c.byref(derived)))
         self.parts = Part(derived.parts)
 
     def __del__(self) -> None:
         if getattr(self, "_handle", None) is not None:
             kernel.gallop_model_free(self._handle)
             self._handle = None
+
+    def __copy__(self) -> Model:
+        return self
+
+    def __deepcopy__(self, memo: dict[int, Any]) -> Model:
+        return self
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return _model_of, (self.scene, self._takes_inputs)
 
     @property
     def handle(self) -> c.c_void_p:
@@ -189,8 +225,8 @@ class Model:
     def equilibrium(self) -> Equilibrium:
         """The initial equilibrium and the numbers derived from the scene."""
         raw, x = CDerived(), np.empty((self.nodes, 3))
-        kernel.gallop_model_derived(self.handle, c.byref(raw))
-        kernel.gallop_model_nodes(self.handle, double_pointer(x))
+        _insist(kernel.gallop_model_derived(self.handle, c.byref(raw)))
+        _insist(kernel.gallop_model_nodes(self.handle, double_pointer(x)))
         return Equilibrium(
             x=x,
             sag=raw.sag,
@@ -208,7 +244,7 @@ class Model:
             raise ValueError("residual and tangent are those of the whole span; make it with Model(scene, inputs=True)")
         shape = (self.nodes, DOFS)
         return [
-            np.zeros(shape) if y is None else np.array(y, dtype=np.float64, order="C").reshape(shape) for y in (u, v, a)
+            np.zeros(shape) if y is None else numbers(name, y, shape) for name, y in zip("uva", (u, v, a), strict=True)
         ]
 
     def residual(
@@ -235,12 +271,25 @@ class Model:
         -------
         ndarray, shape (node, 4)
             Internal + inertia + damping - aerodynamic - applied forces [N, N m].
+
+        Raises
+        ------
+        TypeError, ValueError
+            If an argument is not made of finite numbers, or has another shape.
         """
         motion, out = self._motion(u, v, a), np.empty((self.nodes, DOFS))
         pointers = [double_pointer(y) for y in motion]
         work = State(self)  # for its scratch memory alone
-        kernel.gallop_residual(
-            self.handle, work._pointer, time, _inputs_pointer(inputs), *pointers, double_pointer(out)
+        _insist(
+            kernel.gallop_residual(
+                self.handle,
+                work._pointer,
+                finite("time", time),
+                self.accept(inputs),
+                *pointers,
+                double_pointer(out),
+            ),
+            time,
         )
         return out
 
@@ -265,10 +314,20 @@ class Model:
         """
         motion, out = self._motion(u, v, a), np.empty((self.elements, 3 * DOFS, 3 * DOFS))
         pointers = [double_pointer(y) for y in motion]
-        factors = (stiffness, damping, mass)
+        given = {"stiffness": stiffness, "damping": damping, "mass": mass}
+        factors = [finite(name, factor) for name, factor in given.items()]
         work = State(self)  # for its scratch memory alone
-        kernel.gallop_tangent(
-            self.handle, work._pointer, time, _inputs_pointer(inputs), *pointers, *factors, double_pointer(out)
+        _insist(
+            kernel.gallop_tangent(
+                self.handle,
+                work._pointer,
+                finite("time", time),
+                self.accept(inputs),
+                *pointers,
+                *factors,
+                double_pointer(out),
+            ),
+            time,
         )
         return out
 
@@ -281,27 +340,62 @@ class Model:
             If the attack angle is out of range, or no equilibrium under wind or support displacement exists.
         """
         state = State(self)
-        state._call(kernel.gallop_state_init, time, self.accept(inputs))
+        state._call(kernel.gallop_state_init, number("time", time), self.accept(inputs))
         return state
 
     def rest(self, time: float = 0.0, inputs: Inputs | None = None) -> State:
         """Static equilibrium under wind, loads and support displacement at `time`, found by load stepping."""
         state = State(self)
-        state._call(kernel.gallop_equilibrium, time, self.accept(inputs))
+        state._call(kernel.gallop_equilibrium, number("time", time), self.accept(inputs))
         return state
 
 
+def _model_of(scene: Scene, inputs: bool) -> Model:
+    return Model(scene, inputs=inputs)
+
+
+class _OneThread:
+    """Guard of a state, which one thread at a time may use; unlike a lock it does not wait."""
+
+    def __init__(self) -> None:
+        self._lock = threading.Lock()
+
+    def __enter__(self) -> None:
+        if not self._lock.acquire(blocking=False):
+            raise RuntimeError("this State is in use by another thread; give each thread a State of its own")
+
+    def __exit__(self, *_: object) -> None:
+        self._lock.release()
+
+
 class State:
-    """The motion of a model at one instant: one flat block of memory, which can be saved and restored bit for bit."""
+    """The motion of a model at one instant: one flat block of memory, which can be saved and restored bit for bit.
+
+    `Model.start` and `Model.rest` make one; one that was only constructed must be restored before it is used. It can be
+    copied and pickled. Only one thread at a time may use it; another gets a RuntimeError.
+    """
 
     def __init__(self, model: Model) -> None:
+        if not isinstance(model, Model):
+            raise TypeError(f"model must be a Model, not {model!r:.60}")
         self.model = model
         self._block = np.zeros(model.state_size // 8 + 1)
         self._pointer = self._block.ctypes.data_as(c.c_void_p)
+        self._alone = _OneThread()
+
+    def __copy__(self) -> State:
+        return _state_of(self.model, self.save())
+
+    def __deepcopy__(self, memo: dict[int, Any]) -> State:
+        return self.__copy__()
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return _state_of, (self.model, self.save())
 
     def _call(self, function: Any, *arguments: Any) -> Report:
         raw = CReport()
-        code = function(self.model.handle, self._pointer, *arguments, c.byref(raw))
+        with self._alone:
+            code = function(self.model.handle, self._pointer, *arguments, c.byref(raw))
         report = unpacked(raw)
         if code:
             raise SimulationError(report)
@@ -309,12 +403,14 @@ class State:
 
     @property
     def time(self) -> float:
-        """Time [s]."""
-        return float(kernel.gallop_state_time(self._pointer))
+        """Time [s]; NaN where the state was only constructed."""
+        with self._alone:
+            return float(kernel.gallop_state_time(self._pointer))
 
     def save(self) -> bytes:
         """Everything that the future of the motion depends on."""
-        return c.string_at(self._pointer, self.model.saved_size)
+        with self._alone:
+            return c.string_at(self._pointer, self.model.saved_size)
 
     def restore(self, saved: bytes) -> None:
         """Return to a saved state of the same model, bit for bit.
@@ -322,12 +418,18 @@ class State:
         Raises
         ------
         ValueError
-            If the bytes are not a saved state of this model.
+            If the bytes are not a saved state of this model, or are damaged.
         """
         size = self.model.saved_size
-        if len(saved) != size or saved[:8] != STATE_MAGIC:
-            raise ValueError(f"not a saved state of this model: {len(saved)} bytes given, {size} expected")
-        c.memmove(self._pointer, saved, size)
+        content = memoryview(saved).tobytes()
+        wrong = f"not a saved state of this model: {len(content)} bytes given, {size} expected"
+        if len(content) != size:
+            raise ValueError(wrong)
+        block = np.frombuffer(content.ljust(-(-size // 8) * 8, b"\0"), dtype=np.float64).copy()
+        if kernel.gallop_state_check(self.model.handle, block.ctypes.data_as(c.c_void_p)):
+            raise ValueError(f"{wrong}, but they belong to another model or are damaged")
+        with self._alone:
+            c.memmove(self._pointer, content, size)
 
     def advance(self, until: float, inputs: Inputs | None = None) -> Report:
         """Step to `until` [s], in equal steps no longer than the scene's or by its tolerance.
@@ -339,48 +441,87 @@ class State:
         SimulationError
             If a step cannot be carried out.
         """
-        return self._call(kernel.gallop_advance, self.model.accept(inputs), until)
+        return self._call(kernel.gallop_advance, self.model.accept(inputs), number("until", until))
 
     def run(
         self,
         records: int,
         every: int,
-        channels: NDArray[np.int32],
-        nodes: NDArray[np.int32],
-        span_channels: NDArray[np.int32] = ALL_SPAN_CHANNELS,
+        channels: ArrayLike,
+        nodes: ArrayLike,
+        span_channels: ArrayLike = ALL_SPAN_CHANNELS,
         first: int = 0,
     ) -> Run:
-        """Advance `records` times by `every` steps and observe after each; `first` counts the records already made."""
-        node_values = np.empty((records, len(channels), len(nodes)))
-        span_values = np.empty((records, len(span_channels)))
+        """Advance `records` times by `every` steps and observe after each; `first` counts the records already made.
+
+        Parameters
+        ----------
+        records, every, first
+            Whole numbers.
+        channels, nodes, span_channels
+            Indices into `NODE_CHANNELS`, of nodes, and into `SPAN_CHANNELS`.
+
+        Raises
+        ------
+        TypeError, ValueError, IndexError
+            If an argument is not made of whole numbers, or out of range.
+        SimulationError
+            If the state was only constructed. A step that cannot be carried out ends the run and is reported.
+        """
+        every = whole("every", every, 1, MOST_STEPS)
+        first = whole("first", first, 0, MOST_STEPS // every)
+        records = whole("records", records, 0, MOST_STEPS // every - first)
+        asked = indices("channels", channels, len(NODE_CHANNELS))
+        places = indices("nodes", nodes, self.model.nodes)
+        of_span = indices("span_channels", span_channels, len(SPAN_CHANNELS))
+        node_values = np.empty((records, len(asked), len(places)))
+        span_values = np.empty((records, len(of_span)))
         done, raw = c.c_int64(), CReport()
-        integers = c.POINTER(c.c_int32)
-        kernel.gallop_run(
-            self.model.handle, self._pointer, first, records, every,
-            channels.ctypes.data_as(integers), len(channels), nodes.ctypes.data_as(integers), len(nodes),
-            span_channels.ctypes.data_as(integers), len(span_channels),
-            double_pointer(node_values), double_pointer(span_values), c.byref(done), c.byref(raw),
-        )  # fmt: skip
-        return Run(node_values[: done.value], span_values[: done.value], unpacked(raw))
+        counted = [part for array in (asked, places, of_span) for part in (array.ctypes.data_as(_Integers), len(array))]
+        with self._alone:
+            kernel.gallop_run(
+                self.model.handle, self._pointer, first, records, every, *counted,
+                double_pointer(node_values), double_pointer(span_values), c.byref(done), c.byref(raw),
+            )  # fmt: skip
+        report = unpacked(raw)
+        if report.outcome is Outcome.BAD_CALL:
+            raise SimulationError(report)
+        return Run(node_values[: done.value], span_values[: done.value], report)
 
     def observe_node(self, node: int) -> Array:
         """All node channels at one node, in the order of `NODE_CHANNELS`."""
         if not 0 <= node < self.model.nodes:
             raise IndexError(f"node {node} does not exist; the mesh has nodes 0 to {self.model.nodes - 1}")
+        with self._alone:
+            return self._observe_node(whole("node", node, 0, self.model.nodes - 1))
+
+    def _observe_node(self, node: int) -> Array:
         values = np.empty(len(NODE_CHANNELS))
-        kernel.gallop_observe_node(self.model.handle, self._pointer, node, double_pointer(values))
+        _insist(kernel.gallop_observe_node(self.model.handle, self._pointer, node, double_pointer(values)))
         return values
 
     def observe_span(self) -> Array:
         """All span channels, in the order of `SPAN_CHANNELS`."""
         values = np.empty(len(SPAN_CHANNELS))
-        kernel.gallop_observe_span(self.model.handle, self._pointer, double_pointer(values))
+        with self._alone:
+            _insist(kernel.gallop_observe_span(self.model.handle, self._pointer, double_pointer(values)))
         return values
 
     def motion(self) -> tuple[Array, Array, Array]:
         """Displacement, velocity and acceleration, each of shape (node, 4)."""
-        values = np.array([self.observe_node(node)[: 3 * DOFS] for node in range(self.model.nodes)])
+        with self._alone:
+            values = np.array([self._observe_node(node)[: 3 * DOFS] for node in range(self.model.nodes)])
         return values[:, :DOFS], values[:, DOFS : 2 * DOFS], values[:, 2 * DOFS :]
+
+
+def _state_of(model: Model, saved: bytes) -> State:
+    state = State(model)
+    if any(saved):
+        state.restore(saved)
+    return state
+
+
+_Integers = c.POINTER(c.c_int32)
 
 
 @dataclass(frozen=True, slots=True)

@@ -43,22 +43,24 @@ def _load() -> c.CDLL:
     integers = c.POINTER(c.c_int32)
     signatures: dict[str, tuple[Any, tuple[Any, ...]]] = {
         "gallop_build": (c.c_char_p, ()),
+        "gallop_arithmetic_fault": (c.c_char_p, ()),
         "gallop_model_create": (c.c_int, (c.POINTER(CScene), c.POINTER(pointer), report)),
         "gallop_model_free": (None, (pointer,)),
-        "gallop_model_derived": (None, (pointer, c.POINTER(CDerived))),
-        "gallop_model_nodes": (None, (pointer, doubles)),
+        "gallop_model_derived": (c.c_int, (pointer, c.POINTER(CDerived))),
+        "gallop_model_nodes": (c.c_int, (pointer, doubles)),
         "gallop_state_size": (c.c_size_t, (pointer,)),
         "gallop_saved_size": (c.c_size_t, (pointer,)),
         "gallop_state_init": (c.c_int, (pointer, pointer, double, inputs, report)),
         "gallop_state_time": (double, (pointer,)),
+        "gallop_state_check": (c.c_int, (pointer, pointer)),
         "gallop_equilibrium": (c.c_int, (pointer, pointer, double, inputs, report)),
         "gallop_advance": (c.c_int, (pointer, pointer, inputs, double, report)),
         "gallop_run": (
             c.c_int,
             (pointer, pointer, *[whole] * 3, *[integers, c.c_int32] * 3, doubles, doubles, c.POINTER(whole), report),
         ),
-        "gallop_observe_node": (None, (pointer, pointer, c.c_int32, doubles)),
-        "gallop_observe_span": (None, (pointer, pointer, doubles)),
+        "gallop_observe_node": (c.c_int, (pointer, pointer, c.c_int32, doubles)),
+        "gallop_observe_span": (c.c_int, (pointer, pointer, doubles)),
         "gallop_residual": (c.c_int, (pointer, pointer, double, inputs, *[doubles] * 4)),
         "gallop_tangent": (
             c.c_int,
@@ -68,6 +70,9 @@ def _load() -> c.CDLL:
     for name, (result, arguments) in signatures.items():
         function = getattr(library, name)
         function.restype, function.argtypes = result, arguments
+    fault = library.gallop_arithmetic_fault()
+    if fault:
+        raise ImportError(f"the compiled kernel cannot compute; check {fault.decode()}")
     return library
 
 

@@ -45,8 +45,8 @@ class Outcome(Enum):
     OUT_OF_MEMORY = (7, "there is not enough memory for the model", "use fewer elements")
     BAD_CALL = (
         8,
-        "the call is not allowed in this state",
-        "times must be finite and increase; a model of the laws only takes no inputs",
+        "the call is not allowed",
+        "correct the argument; times must be finite and increase, and a state belongs to one model",
     )
     STOPPED_BY_USER = (100, "the run was stopped on request", "")
 
@@ -57,8 +57,17 @@ class Outcome(Enum):
 
     @classmethod
     def from_code(cls, code: int) -> Outcome:
-        """Return the member with the kernel's code."""
-        return next(member for member in cls if member.code == code)
+        """Return the member with the kernel's code.
+
+        Raises
+        ------
+        ValueError
+            If there is none.
+        """
+        for member in cls:
+            if member.code == code:
+                return member
+        raise ValueError(f"there is no outcome with the code {code!r}")
 
 
 DOUBTFUL_SHARE = 0.01
@@ -81,9 +90,10 @@ class Report:
     element
         0-based element of the failure, None where it has no place.
     value, limit
-        The offending value and what is allowed; their meaning follows from the outcome.
+        The offending value and what is allowed; their meaning follows from the outcome. An attack angle is given
+        within the turn centred on the curve's range: below the limit, the lower end was left.
     field
-        Which number of an invalid scene.
+        Which number of an invalid scene, or which argument of a call that is not allowed.
     lowest_tension
         Lowest tension [N] at any Gauss point since the start.
     largest_turn
@@ -145,17 +155,24 @@ class Report:
         if self.outcome is Outcome.COMPLETED:
             return f"completed at {self.time:g} s"
         place = "" if self.element is None else f" in element {self.element + 1} (counted from the left)"
-        detail = ""
-        if self.outcome is Outcome.ANGLE_OUT_OF_RANGE:
-            detail = f": {math.degrees(self.value):.2f} deg, allowed up to {math.degrees(self.limit):.2f} deg"
-        elif self.outcome is Outcome.SLACK:
-            detail = f": {self.value:.4g} N"
-        elif self.field is not None:
-            detail = f": {self.field} (value {self.value:.4g}, limit {self.limit:.4g})"
-        elif self.outcome is not Outcome.STOPPED_BY_USER and math.isfinite(self.value):
-            detail = f" (value {self.value:.4g}, limit {self.limit:.4g})"
         cure = f" What to do: {self.outcome.cure}." if self.outcome.cure else ""
-        return f"At {self.time:.6g} s{place} {self.outcome.sentence}{detail}.{cure}"
+        return f"At {self.time:.6g} s{place} {self.outcome.sentence}{self._detail}.{cure}"
+
+    @property
+    def _detail(self) -> str:
+        """The numbers of a failure; `detail_of` in kernel/fmi2.c writes the same."""
+        field = "" if self.field is None else f": {self.field}"
+        if self.outcome is Outcome.ANGLE_OUT_OF_RANGE:
+            value, limit = math.degrees(self.value), math.degrees(self.limit)
+            end = "below the curve's lower" if value < limit else "above the curve's upper"
+            return f": {value:.6g} deg, {abs(value - limit):.2g} deg {end} limit of {limit:.6g} deg"
+        if self.outcome is Outcome.SLACK:
+            return f": {self.value:.4g} N"
+        if self.outcome is Outcome.STOPPED_BY_USER or (self.field is None and not math.isfinite(self.value)):
+            return ""
+        given = {"value": self.value, "limit": self.limit}
+        numbers = ", ".join(f"{name} {number:.4g}" for name, number in given.items() if not math.isnan(number))
+        return field + (f" ({numbers})" if numbers else "")
 
 
 class SimulationError(RuntimeError):
@@ -165,3 +182,6 @@ class SimulationError(RuntimeError):
         super().__init__(str(report))
         self.report = report
         self.result = result
+
+    def __reduce__(self) -> tuple[type[SimulationError], tuple[Report, object]]:
+        return type(self), (self.report, self.result)

@@ -21,7 +21,7 @@ from gallop_fmu.outcome import Outcome
 from gallop_fmu.scene import Scene
 from gallop_fmu.structures import CLoad, CScene, Packed
 
-MAGIC = b"GALLOPM3"
+MAGIC = b"GALLOPM4"
 HEADER = struct.Struct("<8sQQ48s16s6I")
 VARIABLE = struct.Struct("<64siiIIddd")
 OUTCOME = struct.Struct("<ii128s184s")
@@ -140,12 +140,9 @@ def _variable(variable: Variable, memory: _Memory) -> bytes:
             place = SPAN_INDEX[variable.key]
     low = -math.inf if variable.minimum is None else float(variable.minimum)
     high = math.inf if variable.maximum is None else float(variable.maximum)
-    if variable.minimum_excluded:
-        low = math.nextafter(low, math.inf)
-    if variable.maximum_excluded:
-        high = math.nextafter(high, -math.inf)
+    excluded = variable.minimum_excluded + 2 * variable.maximum_excluded
     whole = variable.type == "Integer"
-    return VARIABLE.pack(_text(variable.name, 64), ORIGINS[variable.origin], whole, place, 0, factor, low, high)
+    return VARIABLE.pack(_text(variable.name, 64), ORIGINS[variable.origin], whole, place, excluded, factor, low, high)
 
 
 def _outcome(outcome: Outcome) -> bytes:

@@ -187,17 +187,14 @@ class Session:
         return self._parameters.get(variable.key, start)
 
     def _why_not(self, variable: Variable, value: float | int) -> str:
-        low, high = variable.minimum, variable.maximum
         if variable.causality == "output":
             return "it is an output"
         if not math.isfinite(value):
             return "it is not a finite number"
-        if (low is not None and value < low) or (high is not None and value > high):
-            bounds = {"at least": low, "at most": high}
-            allowed = " and ".join(f"{word} {bound:g}" for word, bound in bounds.items() if bound is not None)
+        if not variable.allows(value):
             calm = variable.name == "wind_speed" and self.scene.aerodynamics is None
             cause = "; the scene has no aerodynamic curve" if calm else ""
-            return f"it must be {allowed} [{variable.unit or 1}]{cause}"
+            return f"it must be {variable.allowed} [{variable.unit or 1}]{cause}"
         fixed = self.phase in (Phase.STEPPING, Phase.TERMINATED) and variable.origin is Origin.PARAMETER
         if fixed and value != self._parameter(variable):
             return f"the parameter stays {self._parameter(variable)!r} after initialisation; reset the FMU to change it"

@@ -87,6 +87,21 @@ class Variable:
     maximum_excluded: bool = False
     nominal: float | None = None
 
+    def allows(self, value: float) -> bool:
+        """Whether the bounds include a value."""
+        low = -math.inf if self.minimum is None else self.minimum
+        high = math.inf if self.maximum is None else self.maximum
+        above = value > low if self.minimum_excluded else value >= low
+        return above and (value < high if self.maximum_excluded else value <= high)
+
+    @property
+    def allowed(self) -> str:
+        """The bounds in words, which `bounds_of` in kernel/fmi2_values.c writes too; empty where there are none."""
+        low = "greater than" if self.minimum_excluded else "at least"
+        high = "less than" if self.maximum_excluded else "at most"
+        bounds = ((low, self.minimum), (high, self.maximum))
+        return " and ".join(f"{word} {bound:.6g}" for word, bound in bounds if bound is not None)
+
 
 def fmu_variables(scene: Scene) -> tuple[Variable, ...]:
     """All variables of a scene's FMU; inputs and outputs come first and have the same references in every FMU."""
@@ -210,13 +225,20 @@ def _parameters(scene: Scene) -> Iterator[dict[str, Any]]:
             "initial": "exact",
             "type": "Integer" if whole else "Real",
             "unit": "" if whole else unit,
-            "description": meaning,
+            "description": meaning + _exclusive(bounds),
             "start": value,
             "minimum": bounds.get("ge", bounds.get("gt")),
             "maximum": bounds.get("le", bounds.get("lt")),
             "minimum_excluded": "gt" in bounds,
             "maximum_excluded": "lt" in bounds,
         }
+
+
+def _exclusive(bounds: dict[str, float]) -> str:
+    """Remark on bounds that are not allowed themselves; those of FMI's model description always are."""
+    words = {"gt": "greater than", "lt": "less than"}
+    remarks = " and ".join(f"{word} {bounds[kind]:.6g}" for kind, word in words.items() if kind in bounds)
+    return f"; must be {remarks}" if remarks else ""
 
 
 def _declared(scene: Scene, path: str) -> tuple[bool, dict[str, float]]:

@@ -6,8 +6,24 @@
  * fmi2Error and leaves the state as it was.  fmi2Fatal is never returned. */
 #include "fmi2_instance.h"
 
+#include <ctype.h>
 #include <stdarg.h>
 #include <stdio.h>
+
+/* A number as %g writes it, with a decimal point whatever the host's locale. */
+numeral numeral_of(int digits, double value)
+{
+    numeral out;
+    char *to = out.text;
+    snprintf(out.text, sizeof out.text, "%.*g", digits, value);
+    for (const char *from = out.text; *from; from++) {
+        const bool plain = *from > 0 && (isalnum(*from) || *from == '-' || *from == '+');
+        if (plain) *to++ = *from;
+        else if (to == out.text || to[-1] != '.') *to++ = '.';   /* one or more bytes of a locale's decimal sign */
+    }
+    *to = '\0';
+    return out;
+}
 
 /* The logger takes a format of printf, but some hosts show it as it is: so the whole text is the format, % doubled. */
 fmi2Status say(instance *c, fmi2Status status, const char *format, ...)
@@ -42,6 +58,27 @@ bool allowed(instance *c, int modes, const char *function)
     return false;
 }
 
+/* The numbers of a failure; Report._detail in gallop_fmu/outcome.py writes the same. */
+static phrase detail_of(const gallop_report *report)
+{
+    phrase out = {""};
+    const double degrees = 180.0 / 3.14159265358979323846, over = report->value - report->limit;
+    const numeral value = numeral_of(4, report->value), limit = numeral_of(4, report->limit);
+    const bool valued = !isnan(report->value), limited = !isnan(report->limit), any = valued || limited;
+    if (report->outcome == GALLOP_ANGLE_OUT_OF_RANGE)
+        snprintf(out.text, sizeof out.text, ": %s deg, %s deg %s limit of %s deg",
+                 numeral_of(6, degrees * report->value).text, numeral_of(2, degrees * fabs(over)).text,
+                 over < 0.0 ? "below the curve's lower" : "above the curve's upper",
+                 numeral_of(6, degrees * report->limit).text);
+    else if (report->outcome == GALLOP_SLACK)
+        snprintf(out.text, sizeof out.text, ": %s N", value.text);
+    else if (report->field || isfinite(report->value))
+        snprintf(out.text, sizeof out.text, "%s%.160s%s%s%s%s%s%s%s", report->field ? ": " : "",
+                 report->field ? report->field : "", any ? " (" : "", valued ? "value " : "", valued ? value.text : "",
+                 valued && limited ? ", " : "", limited ? "limit " : "", limited ? limit.text : "", any ? ")" : "");
+    return out;
+}
+
 /* One sentence with time, element and cure. */
 fmi2Status tell(instance *c, const char *what, const gallop_report *report)
 {
@@ -53,11 +90,11 @@ fmi2Status tell(instance *c, const char *what, const gallop_report *report)
             sentence = o[i].sentence;
             cure = o[i].cure;
         }
-    char place[48] = "";
-    if (report->element >= 0) snprintf(place, sizeof place, " in element %d", report->element + 1);
-    const char *field = report->field ? report->field : "", *colon = report->field ? ": " : "";
-    return say(c, fmi2Error, "%s: at %.6g s%s %s%s%s (value %.6g, limit %.6g). What to do: %s.", what, report->time,
-               place, sentence, colon, field, report->value, report->limit, cure);
+    char place[64] = "";
+    if (report->element >= 0)
+        snprintf(place, sizeof place, " in element %d (counted from the left)", report->element + 1);
+    return say(c, fmi2Error, "%s: at %s s%s %s%s. What to do: %s.", what, numeral_of(6, report->time).text, place, sentence,
+               detail_of(report).text, cure);
 }
 
 static bool copy_text(char **to, const char *from)
@@ -180,19 +217,21 @@ fmi2Component fmi2Instantiate(fmi2String name, fmi2Type type, fmi2String guid, f
     if (!c) return NULL;
     if (functions) c->call = *functions;
     const char *wrong = NULL;
+    const char *fault = gallop_arithmetic_fault();
     if (!copy_text(&c->name, name ? name : "")) wrong = "there is not enough memory";
     else if (!name || !*name) wrong = "an instance needs a name";
     else if (type != fmi2CoSimulation) wrong = "this FMU is for co-simulation only";
     else if (!guid) wrong = "no GUID was given";
-    else wrong = resource_read(&c->parameters, location, guid);
-    if (!wrong) {
+    else if (!fault) wrong = resource_read(&c->parameters, location, guid);
+    if (!wrong && !fault) {
         c->parameter_count = count_parameters(&c->parameters);
         c->original = malloc(c->parameters.size);
         c->stored = malloc(c->parameter_count * sizeof *c->stored + 1);
         if (!c->original || !c->stored) wrong = "there is not enough memory";
     }
-    if (wrong) {
-        if (c->name) say(c, fmi2Error, "%s", wrong);
+    if (wrong || fault) {
+        if (wrong && c->name) say(c, fmi2Error, "%s", wrong);
+        else if (c->name) say(c, fmi2Error, "this FMU cannot compute; check %s", fault);
         release(c);
         return NULL;
     }
@@ -230,7 +269,8 @@ fmi2Status fmi2SetupExperiment(fmi2Component component, fmi2Boolean tolerance_de
     ALLOW(INSTANTIATED);
     if (!isfinite(start)) return say(c, fmi2Error, "the start time must be a number");
     if (stop_defined && !(stop > start))
-        return say(c, fmi2Error, "the stop time %g s must lie after the start time %g s", stop, start);
+        return say(c, fmi2Error, "the stop time %s s must lie after the start time %s s", numeral_of(6, stop).text,
+                   numeral_of(6, start).text);
     c->now.start = c->now.time = start;
     c->now.stop = stop_defined ? stop : INFINITY;
     c->started = false;

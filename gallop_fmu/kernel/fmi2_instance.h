@@ -58,7 +58,12 @@ typedef struct {
     history before;
 } instance;
 
+/* Parts of a message, by value: they last as long as the call that they are arguments of. */
+typedef struct { char text[32]; } numeral;
+typedef struct { char text[320]; } phrase;
+
 /* fmi2.c */
+numeral numeral_of(int digits, double value);
 fmi2Status say(instance *c, fmi2Status status, const char *format, ...);
 fmi2Status tell(instance *c, const char *what, const gallop_report *report);   /* a failure of the kernel */
 bool allowed(instance *c, int modes, const char *function);
@@ -71,8 +76,9 @@ void forget_observations(instance *c);
 
 /* fmi2_values.c */
 const resource_variable *find(instance *c, fmi2ValueReference reference, bool whole, const char *function);
-double observed(instance *c, const resource_variable *v);
-double observed_in(const instance *c, gallop_state *state, const resource_variable *v);
+int observed(instance *c, const resource_variable *v, double *value);
+int observed_in(const instance *c, gallop_state *state, const resource_variable *v, double *value);
+fmi2Status cannot_observe(instance *c, const resource_variable *v, const char *function);
 double parameter_stored(const instance *c, const resource_variable *v);
 void store_parameter(instance *c, const resource_variable *v, double stored);
 void list_parameters(instance *c);   /* after the last of several store_parameter */

@@ -30,8 +30,8 @@ static bool possible_parameters(const instance *c, const double *from)
     for (uint32_t i = 0; i < resource_head(&c->parameters)->variable_count; i++) {
         if (v[i].origin != ORIGIN_PARAMETER) continue;
         const double stored = *from++;
-        if (!isfinite(stored) || stored < v[i].factor * v[i].minimum || stored > v[i].factor * v[i].maximum ||
-            (v[i].whole && fabs(stored) > INT32_MAX))
+        if (!isfinite(stored) || !resource_allows(&v[i], stored, v[i].factor) ||
+            (v[i].whole && !(fabs(stored) <= INT32_MAX)))
             return false;
     }
     return true;

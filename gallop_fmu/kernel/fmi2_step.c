@@ -27,17 +27,19 @@ static fmi2Status check_step(instance *c, double time, double h)
 {
     const double clock = CLOCK_OF_STEP * h + CLOCK_OF_TIME * fabs(time);
     if (!isfinite(time) || !isfinite(h) || !(h > 0.0))
-        return say(c, fmi2Error, "fmi2DoStep: the step size %g s must be positive", h);
+        return say(c, fmi2Error, "fmi2DoStep: the step size %s s must be positive", numeral_of(6, h).text);
     if (h > LONGEST_STEP)
-        return say(c, fmi2Error, "fmi2DoStep: a step of %g s is too long; at most %g s", h, LONGEST_STEP);
+        return say(c, fmi2Error, "fmi2DoStep: a step of %s s is too long; at most %s s", numeral_of(6, h).text,
+                   numeral_of(6, LONGEST_STEP).text);
     if (fabs(time - c->now.time) > clock)
-        return say(c, fmi2Error, "fmi2DoStep: the step starts at %.12g s, but the FMU is at %.12g s", time,
-                   c->now.time);
+        return say(c, fmi2Error, "fmi2DoStep: the step starts at %s s, but the FMU is at %s s",
+                   numeral_of(12, time).text, numeral_of(12, c->now.time).text);
     if (!(time + h > c->now.time) || !isfinite(time + h))
-        return say(c, fmi2Error, "fmi2DoStep: at %.12g s a step of %g s is lost in round-off", time, h);
+        return say(c, fmi2Error, "fmi2DoStep: at %s s a step of %s s is lost in round-off", numeral_of(12, time).text,
+                   numeral_of(6, h).text);
     if (time + h > c->now.stop + clock)
-        return say(c, fmi2Error, "fmi2DoStep: the step ends at %.12g s, after the stop time %.12g s", time + h,
-                   c->now.stop);
+        return say(c, fmi2Error, "fmi2DoStep: the step ends at %s s, after the stop time %s s",
+                   numeral_of(12, time + h).text, numeral_of(12, c->now.stop).text);
     return fmi2OK;
 }
 
@@ -185,7 +187,8 @@ fmi2Status fmi2GetRealOutputDerivatives(fmi2Component component, const fmi2Value
         const int channel = rate_channel(v);
         if (channel >= 0) {
             double node[GALLOP_NODE_CHANNELS];
-            gallop_observe_node(c->span.model, c->span.state, gallop_middle(c->span.model), node);
+            if (gallop_observe_node(c->span.model, c->span.state, gallop_middle(c->span.model), node))
+                return cannot_observe(c, v, __func__);
             value[i] = node[channel];
             continue;
         }
@@ -194,10 +197,12 @@ fmi2Status fmi2GetRealOutputDerivatives(fmi2Component component, const fmi2Value
         if (c->before.kind == BEGINNING) continue;
         if (!rewound) {
             copy_to_work(c);
-            gallop_rewind(c->span.model, c->span.work, 1.0);
+            if (gallop_rewind(c->span.model, c->span.work, 1.0)) return cannot_observe(c, v, __func__);
             rewound = true;
         }
-        value[i] = (observed(c, v) - observed_in(c, c->span.work, v)) / c->before.step;
+        double now, then;
+        if (observed(c, v, &now) || observed_in(c, c->span.work, v, &then)) return cannot_observe(c, v, __func__);
+        value[i] = (now - then) / c->before.step;
     }
     return fmi2OK;
 }
@@ -209,7 +214,8 @@ static int once_more(instance *c, const double input[INPUTS], gallop_report *rep
     gallop_inputs in;
     if (c->before.kind == LAST_STEP) {
         copy_to_work(c);
-        gallop_rewind(model, c->span.work, DERIVATIVE_SHARPNESS);
+        const int outcome = gallop_rewind(model, c->span.work, DERIVATIVE_SHARPNESS);
+        if (outcome) return outcome;
         const double start = gallop_state_time(c->span.work);
         step_inputs(input, c->before.rate, c->before.reached, start, c->before.step, &in);
         return gallop_advance(model, c->span.work, &in, c->now.time, report);
@@ -255,7 +261,9 @@ fmi2Status fmi2GetDirectionalDerivative(fmi2Component component, const fmi2Value
         if (once_more(c, input, &report)) return tell(c, "the directional derivative could not be taken", &report);
         for (size_t i = 0; i < unknowns; i++) {
             const resource_variable *v = &resource_table(&c->parameters)[unknown[i]];
-            derivative[i] += sign * observed_in(c, c->span.work, v) / (2.0 * DERIVATIVE_STEP) * largest;
+            double value;
+            if (observed_in(c, c->span.work, v, &value)) return cannot_observe(c, v, __func__);
+            derivative[i] += sign * value / (2.0 * DERIVATIVE_STEP) * largest;
         }
     }
     return fmi2OK;

@@ -45,35 +45,43 @@ static double unscaled(double stored, double factor)
     return factor * typed == stored ? typed : quotient;
 }
 
-double observed_in(const instance *c, gallop_state *state, const resource_variable *v)
+/* An output in any state of the span. */
+int observed_in(const instance *c, gallop_state *state, const resource_variable *v, double *value)
 {
     double node[GALLOP_NODE_CHANNELS], forces[6], all[GALLOP_SPAN_CHANNELS];
-    if (v->origin == ORIGIN_NODE) {
-        gallop_observe_node(c->span.model, state, gallop_middle(c->span.model), node);
-        return node[v->place];
-    }
-    if (v->place >= GALLOP_LEFT_F1 && v->place <= GALLOP_RIGHT_F3) {
-        gallop_support_forces(c->span.model, state, forces);
-        return forces[v->place - GALLOP_LEFT_F1];
-    }
-    gallop_observe_span(c->span.model, state, all);
-    return all[v->place];
+    const gallop_model *model = c->span.model;
+    const bool at_node = v->origin == ORIGIN_NODE, force = v->place >= GALLOP_LEFT_F1 && v->place <= GALLOP_RIGHT_F3;
+    const int outcome = at_node ? gallop_observe_node(model, state, gallop_middle(model), node)
+                        : force ? gallop_support_forces(model, state, forces)
+                                : gallop_observe_span(model, state, all);
+    if (!outcome) *value = at_node ? node[v->place] : force ? forces[v->place - GALLOP_LEFT_F1] : all[v->place];
+    return outcome;
 }
 
-/* Hosts read one output after the other: what was calculated for one serves the next. */
-double observed(instance *c, const resource_variable *v)
+/* The same in the present state.  Hosts read one output after the other: what was calculated for one serves the next. */
+int observed(instance *c, const resource_variable *v, double *value)
 {
+    const gallop_model *model = c->span.model;
+    int outcome = GALLOP_COMPLETED;
     if (v->origin == ORIGIN_NODE) {
-        if (!c->node_known) gallop_observe_node(c->span.model, c->span.state, gallop_middle(c->span.model), c->node);
-        c->node_known = true;
-        return c->node[v->place];
+        if (!c->node_known) outcome = gallop_observe_node(model, c->span.state, gallop_middle(model), c->node);
+        c->node_known = !outcome;
+        if (!outcome) *value = c->node[v->place];
+        return outcome;
     }
     if (v->place >= GALLOP_LEFT_F1 && v->place <= GALLOP_RIGHT_F3) {
-        if (!c->forces_known) gallop_support_forces(c->span.model, c->span.state, c->forces);
-        c->forces_known = true;
-        return c->forces[v->place - GALLOP_LEFT_F1];
+        if (!c->forces_known) outcome = gallop_support_forces(model, c->span.state, c->forces);
+        c->forces_known = !outcome;
+        if (!outcome) *value = c->forces[v->place - GALLOP_LEFT_F1];
+        return outcome;
     }
-    return observed_in(c, c->span.state, v);
+    return observed_in(c, c->span.state, v, value);
+}
+
+fmi2Status cannot_observe(instance *c, const resource_variable *v, const char *function)
+{
+    const char *fault = gallop_arithmetic_fault();
+    return say(c, fmi2Error, "%s: %s cannot be computed; check %s", function, v->name, fault ? fault : "the state");
 }
 
 static fmi2Status get_one(instance *c, const resource_variable *v, double *value, const char *function)
@@ -93,9 +101,21 @@ static fmi2Status get_one(instance *c, const resource_variable *v, double *value
             return fmi2OK;
         }
         if (c->now.mode == INITIALIZING && make_current(c) != fmi2OK) return fmi2Error;
-        *value = observed(c, v);
-        return fmi2OK;
+        return observed(c, v, value) ? cannot_observe(c, v, function) : fmi2OK;
     }
+}
+
+/* What is allowed, in the words of Variable.allowed in gallop_fmu/fmu/variables.py. */
+static phrase bounds_of(const resource_variable *v)
+{
+    phrase out = {""};
+    const bool low = isfinite(v->minimum), high = isfinite(v->maximum);
+    snprintf(out.text, sizeof out.text, "%s%s%s%s%s",
+             !low ? "" : v->excluded & MINIMUM_EXCLUDED ? "greater than " : "at least ",
+             low ? numeral_of(6, v->minimum).text : "", low && high ? " and " : "",
+             !high ? "" : v->excluded & MAXIMUM_EXCLUDED ? "less than " : "at most ",
+             high ? numeral_of(6, v->maximum).text : "");
+    return out;
 }
 
 /* Checks a value without taking it. */
@@ -107,9 +127,9 @@ static fmi2Status check_one(instance *c, const resource_variable *v, double valu
         return say(c, fmi2Error, "%s: %s is a fixed parameter; it can be set until initialization ends", function,
                    v->name);
     if (!isfinite(value)) return say(c, fmi2Error, "%s: %s must be a finite number", function, v->name);
-    if (value < v->minimum || value > v->maximum)
-        return say(c, fmi2Error, "%s: %s = %g is not allowed; it must lie between %g and %g", function, v->name, value,
-                   v->minimum, v->maximum);
+    if (!resource_allows(v, value, 1.0))
+        return say(c, fmi2Error, "%s: %s = %s is refused: it must be %s", function, v->name, numeral_of(6, value).text,
+                   bounds_of(v).text);
     return fmi2OK;
 }
 

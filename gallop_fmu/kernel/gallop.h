@@ -2,11 +2,15 @@
  *
  * A span is described by one gallop_scene (plain numbers, SI, radians).  gallop_model_create turns it into an
  * immutable model (mesh, initial equilibrium, aerodynamic curve); any number of states can run on one model, from
- * any number of threads.  A state is one flat block without pointers: copying its first gallop_saved_size bytes saves
- * it, copying them back restores it, bit for bit; the rest is scratch memory.
+ * any number of threads, each state by one thread at a time.  A state is one flat block without pointers: copying its
+ * first gallop_saved_size bytes saves it, copying them back restores it, bit for bit; the rest is scratch memory.
  *
- * Rules: no globals, no allocation after create, no printing, every call returns a gallop_outcome, caller's arrays
- * are never kept.  Axes: x1 along the span, x2 up, x3 horizontal; wind blows towards +x3; twist is right-handed
+ * Rules: no globals, no allocation after create, no printing, caller's arrays are never kept.  Every call checks its
+ * arguments and returns a gallop_outcome: GALLOP_BAD_CALL, and nothing is changed, for a pointer that is null or not
+ * aligned (a model, a state, structures and numbers: to 8 bytes), an index or count out of range, a number that is not
+ * finite, a state that was not started or belongs to another model.  Only lengths of arrays cannot be checked.  A report
+ * is filled in whatever the outcome.  The processor must round to nearest, its default.
+ *   Axes: x1 along the span, x2 up, x3 horizontal; wind blows towards +x3; twist is right-handed
  * about x1.  Four unknowns a node, interleaved: u1 u2 u3 theta.  A mesh of n elements has 2 n + 1 nodes; all can be
  * observed where only half of the span is computed, too.
  */
@@ -35,7 +39,7 @@ typedef enum {
     GALLOP_EQUILIBRIUM_NOT_FOUND = 5, /* static Newton iteration failed although the load was stepped */
     GALLOP_INVALID_SCENE = 6,         /* a number of the scene is impossible; report.value holds it */
     GALLOP_OUT_OF_MEMORY = 7,
-    GALLOP_BAD_CALL = 8               /* time not increasing, foreign state, NaN, inputs to a model of the laws only */
+    GALLOP_BAD_CALL = 8               /* an argument cannot be used; report.field says which one and why */
 } gallop_outcome;
 
 /* What a call has to say: filled in by every function that takes one. */
@@ -44,8 +48,8 @@ typedef struct {
     int32_t element;          /* 0-based, -1 where none */
     double time;              /* [s] */
     double value, limit;      /* the offending value and what is allowed */
-    const char *field;        /* which number of an invalid scene, a constant text; else NULL */
-    double lowest_tension;    /* [N] since the start of the state */
+    const char *field;        /* which number of an invalid scene or argument of a bad call, a constant text; else NULL */
+    double lowest_tension;    /* [N] since the start of the state; NaN where there is no state */
     double largest_turn;      /* [rad] of a node about the span within one sub-step, since the start of the state */
     int64_t steps, substeps, iterations, refactorisations, halvings, rejections;   /* since the start of the state */
 } gallop_report;
@@ -175,21 +179,23 @@ typedef enum {
  * scene, law, support, load, report, inputs, derived. */
 GALLOP_API void gallop_struct_sizes(size_t sizes[7]);
 GALLOP_API const char *gallop_build(void);   /* compiler and its version */
+/* Why floating-point numbers do not work as the formulas need: a constant text; NULL: they do. */
+GALLOP_API const char *gallop_arithmetic_fault(void);
 
 GALLOP_API int gallop_model_create(const gallop_scene *scene, gallop_model **model, gallop_report *report);
 GALLOP_API void gallop_model_free(gallop_model *model);
-GALLOP_API void gallop_model_derived(const gallop_model *model, gallop_derived *derived);
-GALLOP_API void gallop_model_nodes(const gallop_model *model, double *x);   /* (nodes, 3) initial positions [m] */
+GALLOP_API int gallop_model_derived(const gallop_model *model, gallop_derived *derived);
+GALLOP_API int gallop_model_nodes(const gallop_model *model, double *x);   /* (nodes, 3) initial positions [m] */
 
-GALLOP_API int32_t gallop_middle(const gallop_model *model);                /* index of the mid-span node */
-
+/* -1 or 0 where the model is none. */
+GALLOP_API int32_t gallop_middle(const gallop_model *model);      /* index of the mid-span node */
 GALLOP_API size_t gallop_state_size(const gallop_model *model);   /* bytes that the caller provides */
 GALLOP_API size_t gallop_saved_size(const gallop_model *model);   /* of them, those that save a state */
 
 /* The state at t = start: equilibrium, seed, consistent accelerations.  inputs NULL: the scene's laws. */
 GALLOP_API int gallop_state_init(const gallop_model *model, gallop_state *state, double start,
                                  const gallop_inputs *inputs, gallop_report *report);
-GALLOP_API double gallop_state_time(const gallop_state *state);
+GALLOP_API double gallop_state_time(const gallop_state *state);   /* NaN where the state was not started */
 /* GALLOP_BAD_CALL unless the first gallop_saved_size bytes can be a state of this model: for bytes from elsewhere. */
 GALLOP_API int gallop_state_check(const gallop_model *model, const gallop_state *state);
 
@@ -198,9 +204,10 @@ GALLOP_API int gallop_state_check(const gallop_model *model, const gallop_state 
 GALLOP_API int gallop_advance(const gallop_model *model, gallop_state *state, const gallop_inputs *inputs,
                               double until, gallop_report *report);
 
-/* The motion at the start of the last gallop_advance, if nothing else has happened to the state since.  `sharpness` < 1
- * tightens the Newton tolerance from here on, for differences of two runs. */
-GALLOP_API void gallop_rewind(const gallop_model *model, gallop_state *state, double sharpness);
+/* The motion at the start of the last gallop_advance, which must have been completed; GALLOP_BAD_CALL if none was since
+ * the state was started or gallop_run went on with it.  A `sharpness` below 1 (and above 0) tightens the Newton tolerance
+ * from here on, for differences of two runs. */
+GALLOP_API int gallop_rewind(const gallop_model *model, gallop_state *state, double sharpness);
 
 /* `records` times: advance by `every` time steps of the scene and observe, at (first + i + 1) * every * time_step.
  * Under a tolerance the steps end where they like, the records are read within them, and the state is left at or after
@@ -212,12 +219,12 @@ GALLOP_API int gallop_run(const gallop_model *model, gallop_state *state, int64_
                           const int32_t *span_channel, int32_t span_channels, double *node_values, double *span_values,
                           int64_t *done, gallop_report *report);
 
-GALLOP_API void gallop_observe_node(const gallop_model *model, const gallop_state *state, int32_t node,
-                                    double values[GALLOP_NODE_CHANNELS]);
+GALLOP_API int gallop_observe_node(const gallop_model *model, const gallop_state *state, int32_t node,
+                                   double values[GALLOP_NODE_CHANNELS]);
 /* Force of the cable on the left tower along x1, x2, x3, then on the right one [N]. */
-GALLOP_API void gallop_support_forces(const gallop_model *model, gallop_state *state, double force[6]);
-GALLOP_API void gallop_observe_span(const gallop_model *model, gallop_state *state,
-                                    double values[GALLOP_SPAN_CHANNELS]);
+GALLOP_API int gallop_support_forces(const gallop_model *model, gallop_state *state, double force[6]);
+GALLOP_API int gallop_observe_span(const gallop_model *model, gallop_state *state,
+                                   double values[GALLOP_SPAN_CHANNELS]);
 
 /* For tests and the modal toolkit, of a whole span: the free-body residual (no supports) of a motion u, v, a (4 a
  * node), and the element tangents k dR/du + c dR/dv + m dR/da as (elements, 12, 12).  Of `work` only scratch memory is

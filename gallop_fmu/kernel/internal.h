@@ -44,6 +44,7 @@ extern const double shape3[3][3];       /* N_a at the three-point Gauss abscissa
 typedef struct { int load, element; double shape[3]; } load_place;
 
 struct gallop_model {
+    uint64_t magic, identity;  /* identity: models of the same scene share it */
     gallop_scene scene;        /* its pointers lead into this block */
     gallop_derived derived;
     int elements, nodes, strips;   /* computed: of the whole span, or of its left half (see half_span.c) */
@@ -107,7 +108,7 @@ typedef struct {
 #define GAUSS_ARRAYS (GAUSS_STAGES + 2)   /* kept from step to step: stage_before, begin */
 
 struct gallop_state {
-    uint64_t magic, size;
+    uint64_t magic, size, identity;   /* identity: the model's */
     double time;
     double factored_step;      /* step size of the stored factorisation, 0: none */
     double step_before;        /* size of the sub-step before, for extrapolation; infinite: there is none */
@@ -156,8 +157,27 @@ typedef struct {
     char *saved;                       /* the state at the start of gallop_advance */
 } layout;
 
+/* check.c */
+#define WORD 8   /* [bytes] alignment of all that exported functions are given, but for arrays of int32_t */
+#define NOT_USABLE(pointer) #pointer ", a pointer that is null or not aligned to its type"
+bool usable(const void *pointer, size_t alignment);
+bool finite_numbers(const double *values, size_t count);
+void mark_model(gallop_model *model);
+void mark_state(const gallop_model *model, gallop_state *state);
+bool is_model(const gallop_model *model);
+bool is_started(const gallop_state *state);
+bool is_state_of(const gallop_model *model, const gallop_state *state);
+bool report_start(gallop_report *report, double time);
+void report_work(const gallop_state *state, gallop_report *report);
+int refuse(gallop_report *report, const char *field, double value, double limit);
+int check_room(const gallop_model *model, const gallop_state *state, double time, gallop_report *report);
+int check_state(const gallop_model *model, const gallop_state *state, gallop_report *report);
+int check_inputs(const gallop_model *model, const gallop_inputs *inputs, double until, gallop_report *report);
+int check_indices(const int32_t *index, int32_t count, int32_t end, const char *const field[3], gallop_report *report);
+
 /* state.c */
 layout state_layout(const gallop_model *model, gallop_state *state);
+bool finite_instant(const instant *now);
 
 /* law.c */
 bool law_always_zero(const gallop_law *law);
@@ -212,7 +232,7 @@ void add_springs(const gallop_model *model, const instant *now, const double *u,
 double correction_size(const gallop_model *model, const double *du);
 newton_course newton_judge(gallop_state *state, double size, double before, bool fresh, double slow, double tolerance);
 int newton_accept(const gallop_model *model, gallop_state *state, const watch *seen, double t, gallop_report *report);
-int angle_failure(const gallop_model *model, const watch *seen, double t, gallop_report *report);
+int angle_failure(const gallop_model *model, int element, double angle, double t, gallop_report *report);
 
 /* newmark.c, gauss.c: one step from u0 v0 a0 at t - h to u v a at t; commit: it is the one before from now on */
 int newmark(const gallop_model *model, gallop_state *state, layout *at, const gallop_inputs *inputs, double t, double h,
@@ -244,7 +264,9 @@ int check_tables(const gallop_scene *s, gallop_report *report);
 int check_half_span(const gallop_scene *s, gallop_report *report);
 void keep_left_half(gallop_model *model);
 
-/* observe.c: the span channels whose bits are set in `asked`; the others are left alone */
+/* observe.c: one node; the span channels whose bits are set in `asked`, the others are left alone */
+void observe_node(const gallop_model *model, const gallop_state *state, int32_t node,
+                  double values[GALLOP_NODE_CHANNELS]);
 void observe_span(const gallop_model *model, gallop_state *state, uint32_t asked, double values[GALLOP_SPAN_CHANNELS]);
 
 /* shared */

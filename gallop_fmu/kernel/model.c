@@ -16,6 +16,7 @@ int fail(gallop_report *report, int outcome, int element, double time, double va
 
 void gallop_struct_sizes(size_t sizes[7])
 {
+    if (!usable(sizes, WORD)) return;
     sizes[0] = sizeof(gallop_scene);
     sizes[1] = sizeof(gallop_law);
     sizes[2] = sizeof(gallop_support);
@@ -243,9 +244,12 @@ static void measure_state(gallop_model *m)
 
 int gallop_model_create(const gallop_scene *scene, gallop_model **out, gallop_report *report)
 {
+    if (!report_start(report, 0.0)) return GALLOP_BAD_CALL;
+    if (!usable(out, WORD)) return refuse(report, NOT_USABLE(model), NAN, NAN);
     *out = NULL;
-    memset(report, 0, sizeof *report);
-    report->element = -1;
+    const char *fault = gallop_arithmetic_fault();
+    if (fault) return refuse(report, fault, NAN, NAN);
+    if (!usable(scene, WORD)) return refuse(report, NOT_USABLE(scene), NAN, NAN);
     int outcome = check(scene, report);
     if (outcome) return outcome;
 
@@ -329,21 +333,29 @@ int gallop_model_create(const gallop_scene *scene, gallop_model **out, gallop_re
         measure_state(m);
     }
     m->tension_only = scene->slack == GALLOP_SLACK_TENSION_ONLY;
+    mark_model(m);
     *out = m;
     return GALLOP_COMPLETED;
 }
 
 void gallop_model_free(gallop_model *model) { free(model); }
 
-void gallop_model_derived(const gallop_model *model, gallop_derived *derived) { *derived = model->derived; }
-
-void gallop_model_nodes(const gallop_model *model, double *x)
+int gallop_model_derived(const gallop_model *model, gallop_derived *derived)
 {
-    memcpy(x, model->x, 3 * (2 * (size_t)model->scene.elements + 1) * sizeof(double));
+    if (!is_model(model) || !usable(derived, WORD)) return GALLOP_BAD_CALL;
+    *derived = model->derived;
+    return GALLOP_COMPLETED;
 }
 
-int32_t gallop_middle(const gallop_model *model) { return model->scene.elements; }
+int gallop_model_nodes(const gallop_model *model, double *x)
+{
+    if (!is_model(model) || !usable(x, WORD)) return GALLOP_BAD_CALL;
+    memcpy(x, model->x, 3 * (2 * (size_t)model->scene.elements + 1) * sizeof(double));
+    return GALLOP_COMPLETED;
+}
 
-size_t gallop_state_size(const gallop_model *model) { return model->state_size; }
+int32_t gallop_middle(const gallop_model *model) { return is_model(model) ? model->scene.elements : -1; }
 
-size_t gallop_saved_size(const gallop_model *model) { return model->saved_size; }
+size_t gallop_state_size(const gallop_model *model) { return is_model(model) ? model->state_size : 0; }
+
+size_t gallop_saved_size(const gallop_model *model) { return is_model(model) ? model->saved_size : 0; }

@@ -1,5 +1,6 @@
 /* Newton's iteration as all integrators use it: how large a correction is, whether to go on, and whether a converged
  * step can be accepted.  The factorised tangent is reused while it converges well. */
+#include "elementary.h"
 #include "internal.h"
 
 /* A better rate than this is not relied on: it was measured on other steps, or on components that converge faster. */
@@ -44,17 +45,20 @@ newton_course newton_judge(gallop_state *state, double size, double before, bool
     return before > 0.0 && state->rate > slow && !fresh ? NEWTON_RENEWS : NEWTON_GOES_ON;
 }
 
-int angle_failure(const gallop_model *model, const watch *seen, double t, gallop_report *report)
+/* The angle is reported within the turn centred on the curve's range, so that it lies beyond the end that it left. */
+int angle_failure(const gallop_model *model, int element, double angle, double t, gallop_report *report)
 {
-    return fail(report, GALLOP_ANGLE_OUT_OF_RANGE, seen->angle_element, t, seen->worst_angle,
-                seen->worst_angle > model->curve_centre ? model->curve_last : model->curve_first);
+    double offset = angle - model->curve_centre;
+    offset -= 2.0 * PI * nearest(offset * (0.5 / PI));
+    return fail(report, GALLOP_ANGLE_OUT_OF_RANGE, element, t, model->curve_centre + offset,
+                offset > 0.0 ? model->curve_last : model->curve_first);
 }
 
 /* A converged step is refused where its motion is impossible. */
 int newton_accept(const gallop_model *model, gallop_state *state, const watch *seen, double t, gallop_report *report)
 {
     if (seen->worst_excess > 0.0 && model->scene.outside == GALLOP_OUTSIDE_ERROR)
-        return angle_failure(model, seen, t, report);
+        return angle_failure(model, seen->angle_element, seen->worst_angle, t, report);
     if (seen->lowest_tension < state->lowest_tension) state->lowest_tension = seen->lowest_tension;
     if (seen->lowest_tension < 0.0)
         return fail(report, GALLOP_SLACK, seen->slack_element, t, seen->lowest_tension, 0.0);

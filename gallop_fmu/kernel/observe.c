@@ -23,8 +23,8 @@ static double node_tension(const gallop_model *model, const double *u, int node)
     return model->tension_only ? fmax(sum / count, 0.0) : sum / count;
 }
 
-void gallop_observe_node(const gallop_model *model, const gallop_state *state, int32_t node,
-                         double values[GALLOP_NODE_CHANNELS])
+void observe_node(const gallop_model *model, const gallop_state *state, int32_t node,
+                  double values[GALLOP_NODE_CHANNELS])
 {
     const bool mirrored = node >= model->nodes;   /* in the right half of a span that is computed up to its middle */
     if (mirrored) node = 2 * model->scene.elements - node;
@@ -137,10 +137,28 @@ TWO_PATHS static void energies(const gallop_model *model, const gallop_state *st
     *potential = halves * p;
 }
 
-void gallop_support_forces(const gallop_model *model, gallop_state *state, double force[6])
+/* Whether the arguments of an observation can be used; who observes gets no report. */
+static bool observable(const gallop_model *model, const gallop_state *state, const double *values)
 {
+    gallop_report report;
+    return check_state(model, state, &report) == GALLOP_COMPLETED && usable(values, WORD);
+}
+
+int gallop_observe_node(const gallop_model *model, const gallop_state *state, int32_t node,
+                        double values[GALLOP_NODE_CHANNELS])
+{
+    if (!observable(model, state, values)) return GALLOP_BAD_CALL;
+    if (node < 0 || node > 2 * model->scene.elements) return GALLOP_BAD_CALL;
+    observe_node(model, state, node, values);
+    return GALLOP_COMPLETED;
+}
+
+int gallop_support_forces(const gallop_model *model, gallop_state *state, double force[6])
+{
+    if (!observable(model, state, force)) return GALLOP_BAD_CALL;
     support_force(model, state, 0, force);
     support_force(model, state, 1, force + 3);
+    return GALLOP_COMPLETED;
 }
 
 void observe_span(const gallop_model *model, gallop_state *state, uint32_t asked, double values[GALLOP_SPAN_CHANNELS])
@@ -155,9 +173,11 @@ void observe_span(const gallop_model *model, gallop_state *state, uint32_t asked
     values[GALLOP_SUBSTEPS] = (double)state->last_substeps;
 }
 
-void gallop_observe_span(const gallop_model *model, gallop_state *state, double values[GALLOP_SPAN_CHANNELS])
+int gallop_observe_span(const gallop_model *model, gallop_state *state, double values[GALLOP_SPAN_CHANNELS])
 {
+    if (!observable(model, state, values)) return GALLOP_BAD_CALL;
     observe_span(model, state, ~0u, values);
+    return GALLOP_COMPLETED;
 }
 
 /* Whoever brings a motion of his own may move what the scene leaves at rest. */
@@ -169,10 +189,22 @@ static gallop_model with_everything(const gallop_model *model)
     return all;
 }
 
+/* Whether residual and tangent of this motion can be taken: of a whole span, of finite numbers. */
+static bool computable(const gallop_model *model, const gallop_state *work, double time, const gallop_inputs *inputs,
+                       const double *const motion[3], const double *out)
+{
+    gallop_report report;
+    if (check_room(model, work, time, &report) || model->scene.half_span || !usable(out, WORD)) return false;
+    for (int i = 0; i < 3; i++)
+        if (!usable(motion[i], WORD) || !finite_numbers(motion[i], 4 * (size_t)model->nodes)) return false;
+    return check_inputs(model, inputs, time, &report) == GALLOP_COMPLETED;
+}
+
 int gallop_residual(const gallop_model *model, gallop_state *work, double time, const gallop_inputs *inputs,
                     const double *u, const double *v, const double *a, double *residual)
 {
-    if (model->scene.half_span) return GALLOP_BAD_CALL;
+    const double *const motion[3] = {u, v, a};
+    if (!computable(model, work, time, inputs, motion, residual)) return GALLOP_BAD_CALL;
     const gallop_model all = with_everything(model);
     layout at = state_layout(model, work);
     instant now;
@@ -189,7 +221,9 @@ int gallop_tangent(const gallop_model *model, gallop_state *work, double time, c
     static const int block_of[3][3] = {{LEFT_LEFT, LEFT_MIDDLE, LEFT_RIGHT},
                                        {LEFT_MIDDLE, MIDDLE_MIDDLE, MIDDLE_RIGHT},
                                        {LEFT_RIGHT, MIDDLE_RIGHT, RIGHT_RIGHT}};
-    if (model->scene.half_span) return GALLOP_BAD_CALL;
+    const double *const motion[3] = {u, v, a};
+    if (!computable(model, work, time, inputs, motion, tangent)) return GALLOP_BAD_CALL;
+    if (!isfinite(k) || !isfinite(c) || !isfinite(m)) return GALLOP_BAD_CALL;
     const gallop_model all = with_everything(model);
     layout at = state_layout(model, work);
     instant now;

@@ -9,6 +9,7 @@
 #include <windows.h>
 #define DRIVES true
 #else
+#include <sys/stat.h>
 #define DRIVES false
 #endif
 
@@ -98,7 +99,8 @@ static FILE *open_file(const char *path)
     if (!MultiByteToWideChar(CP_UTF8, 0, path, -1, wide, 4096)) return NULL;
     return _wfopen(wide, L"rb");
 #else
-    return fopen(path, "rb");
+    struct stat about;   /* a pipe would be waited for */
+    return stat(path, &about) == 0 && S_ISREG(about.st_mode) ? fopen(path, "rb") : NULL;
 #endif
 }
 
@@ -123,6 +125,8 @@ static const char *check_variable(const resource_header *head, const resource_va
 {
     const char *unknown = "resources/model.bin is damaged: a variable is unknown";
     const size_t width = v->whole ? sizeof(int32_t) : sizeof(double);
+    if (v->whole && v->factor != 1.0) return unknown;   /* what a host sets must fit into an int32_t */
+    if (v->excluded > (MINIMUM_EXCLUDED | MAXIMUM_EXCLUDED)) return unknown;
     if (!terminated(v->name, sizeof v->name) || isnan(v->minimum) || isnan(v->maximum)) return unknown;
     switch (v->origin) {
     case ORIGIN_PARAMETER:
@@ -138,6 +142,13 @@ static const char *check_variable(const resource_header *head, const resource_va
     default:
         return v->origin == ORIGIN_STATUS ? NULL : unknown;
     }
+}
+
+bool resource_allows(const resource_variable *v, double number, double scale)
+{
+    const double low = scale * v->minimum, high = scale * v->maximum;
+    return (v->excluded & MINIMUM_EXCLUDED ? number > low : number >= low) &&
+           (v->excluded & MAXIMUM_EXCLUDED ? number < high : number <= high);
 }
 
 static const char *check(const resource *r, const char *guid)
@@ -180,7 +191,7 @@ const char *resource_read(resource *r, const char *resource_location, const char
     if (!path) return "there is not enough memory";
     FILE *file = open_file(path);
     free(path);
-    if (!file) return "resources/model.bin cannot be opened";
+    if (!file) return "resources/model.bin cannot be opened, or is not a regular file";
     const char *wrong = "resources/model.bin cannot be read";
     if (fseek(file, 0, SEEK_END) == 0) {
         long size = ftell(file);

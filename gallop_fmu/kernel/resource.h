@@ -8,7 +8,9 @@
 
 #include "gallop.h"
 
-#define RESOURCE_MAGIC "GALLOPM3"
+#include <stdbool.h>
+
+#define RESOURCE_MAGIC "GALLOPM4"
 
 #define RESOURCE_INPUTS 8   /* wind speed, attack angle, left x1 x2 x3, right x1 x2 x3 */
 
@@ -23,12 +25,16 @@ typedef struct {
     uint32_t scene, variables, variable_count, outcomes, outcome_count, reserved;
 } resource_header;
 
+#define MINIMUM_EXCLUDED 1u
+#define MAXIMUM_EXCLUDED 2u
+
 /* Index in the table = value reference. */
 typedef struct {
     char name[64];
     int32_t origin, whole;            /* whole: an Integer, else a Real */
-    uint32_t place, reserved;         /* parameter: offset in the file; else the number of the input or channel */
-    double factor, minimum, maximum;  /* stored = factor * value; inclusive bounds of the value */
+    uint32_t place;                   /* parameter: offset in the file; else the number of the input or channel */
+    uint32_t excluded;                /* bounds that are not allowed themselves: MINIMUM_EXCLUDED, MAXIMUM_EXCLUDED */
+    double factor, minimum, maximum;  /* stored = factor * value; bounds of the value */
 } resource_variable;
 
 typedef struct { int32_t code, reserved; char sentence[128], cure[184]; } resource_outcome;
@@ -48,6 +54,9 @@ static inline const resource_variable *resource_table(const resource *r)
 {
     return (const resource_variable *)(r->bytes + resource_head(r)->variables);
 }
+
+/* Whether `scale` times the bounds of a variable include a number; none includes NaN. */
+bool resource_allows(const resource_variable *v, double number, double scale);
 
 /* The scene with its pointers leading into the resource.  `load` is the caller's copy of the loads, who frees it
  * whatever is returned: NULL, or what is wrong. */

@@ -1,8 +1,6 @@
 /* What lies where in the flat block of a state, and whether bytes from elsewhere can be one. */
 #include "internal.h"
 
-#define STATE_MAGIC 0x0031504f4c4c4147ULL   /* "GALLOP1" */
-
 layout state_layout(const gallop_model *model, gallop_state *state)
 {
     const size_t values = 4 * (size_t)model->nodes, all = 3 * LANES * (size_t)model->strips;
@@ -42,12 +40,10 @@ layout state_layout(const gallop_model *model, gallop_state *state)
         p += 4 * all;
     }
     at.saved = (char *)p;
-    state->magic = STATE_MAGIC;
-    state->size = model->saved_size;
     return at;
 }
 
-static bool possible_instant(const instant *now)
+bool finite_instant(const instant *now)
 {
     bool ok = isfinite(now->wind) && isfinite(now->attack) && isfinite(now->load_factor);
     for (int end = 0; end < 2; end++)
@@ -59,15 +55,15 @@ static bool possible_instant(const instant *now)
 
 int gallop_state_check(const gallop_model *model, const gallop_state *state)
 {
+    if (!is_model(model) || !is_state_of(model, state)) return GALLOP_BAD_CALL;
     const int64_t most = (int64_t)1 << 53;   /* counts are observed as doubles, and go on from here */
     const int64_t count[] = {state->steps, state->substeps, state->iterations, state->refactorisations,
                              state->halvings, state->rejections, state->last_iterations, state->last_substeps};
-    if (state->magic != STATE_MAGIC || state->size != model->saved_size) return GALLOP_BAD_CALL;
     for (size_t i = 0; i < sizeof count / sizeof *count; i++)
         if (count[i] < 0 || count[i] > most) return GALLOP_BAD_CALL;
     bool ok = isfinite(state->time) && state->factored_step >= 0.0 && state->step_before > 0.0 &&
               state->rate >= 0.0 && state->sharpness > 0.0 && state->sharpness <= 1.0 &&
-              !isnan(state->lowest_tension) && possible_instant(&state->now);
+              !isnan(state->lowest_tension) && finite_instant(&state->now);
     ok = ok && isfinite(state->largest_turn) && state->largest_turn >= 0.0;
     ok = ok && isfinite(state->last_step) && isfinite(state->wanted_step) && state->wanted_step > 0.0 &&
          isfinite(state->run_origin);

@@ -117,8 +117,7 @@ static int newton_at_rest(const gallop_model *m, double t, const instant *now, c
         if (size < tolerance || (size < 10.0 * m->scene.newton_tolerance && size > 0.5 * before)) {
             if (seen.worst_excess > 0.0 && m->scene.outside == GALLOP_OUTSIDE_ERROR) {
                 memcpy(at->u, at->u0, values * sizeof(double));
-                return fail(report, GALLOP_ANGLE_OUT_OF_RANGE, seen.angle_element, t, seen.worst_angle,
-                            seen.worst_angle > m->curve_last ? m->curve_last : m->curve_first);
+                return angle_failure(m, seen.angle_element, seen.worst_angle, t, report);
             }
             return GALLOP_COMPLETED;
         }

@@ -66,25 +66,13 @@ static int whole_step(const gallop_model *model, gallop_state *state, layout *at
     return GALLOP_COMPLETED;
 }
 
-static void sum_up(const gallop_state *state, gallop_report *report)
-{
-    report->lowest_tension = state->lowest_tension;
-    report->largest_turn = state->largest_turn;
-    report->steps = state->steps;
-    report->substeps = state->substeps;
-    report->iterations = state->iterations;
-    report->refactorisations = state->refactorisations;
-    report->halvings = state->halvings;
-    report->rejections = state->rejections;
-}
-
 /* By tolerance, to `until` or not before it. */
 static int march_freely(const gallop_model *model, gallop_state *state, const gallop_inputs *inputs, double until,
                         bool exactly, gallop_report *report)
 {
     const int outcome = controlled_march(model, state, inputs, until, exactly, report);
     if (!outcome) fail(report, GALLOP_COMPLETED, -1, fmin(state->time, until), 0.0, 0.0);
-    sum_up(state, report);
+    report_work(state, report);
     return outcome;
 }
 
@@ -97,29 +85,29 @@ static int march(const gallop_model *model, gallop_state *state, const gallop_in
     for (int64_t i = 1; i <= count; i++) {
         int outcome = whole_step(model, state, &at, inputs, h, report);
         if (outcome) {
-            sum_up(state, report);
+            report_work(state, report);
             return outcome;
         }
         state->time = origin + h * (double)(before + i);
     }
     fail(report, GALLOP_COMPLETED, -1, state->time, 0.0, 0.0);   /* forget sub-steps that failed on the way */
-    sum_up(state, report);
+    report_work(state, report);
     return GALLOP_COMPLETED;
 }
 
-/* A model of the laws only has left out what inputs could wake. */
-static bool unexpected(const gallop_model *model, const gallop_inputs *inputs)
-{
-    return inputs && model->scene.laws_only;
-}
+/* gallop_rewind returns to what gallop_advance saved, unless the state has gone on otherwise. */
+static void forget_saved(const layout *at) { memset(at->saved, 0, sizeof(gallop_state)); }
 
 int gallop_advance(const gallop_model *model, gallop_state *state, const gallop_inputs *inputs, double until,
                    gallop_report *report)
 {
+    int outcome = check_state(model, state, report);
+    if (!outcome) outcome = check_inputs(model, inputs, until, report);
+    if (outcome) return outcome;
     const double dt = model->scene.time_step, origin = state->time, span = until - origin;
-    if (!isfinite(until) || !(span > 0.0)) return fail(report, GALLOP_BAD_CALL, -1, origin, until, origin);
-    if (unexpected(model, inputs)) return fail(report, GALLOP_BAD_CALL, -1, origin, NAN, NAN);
-    if (span / dt > MOST_STEPS) return fail(report, GALLOP_BAD_CALL, -1, origin, span / dt, MOST_STEPS);
+    if (!isfinite(until) || !(span > 0.0))
+        return refuse(report, "time, which must be finite and after the state's", until, origin);
+    if (span / dt > MOST_STEPS) return refuse(report, "number of steps", span / dt, MOST_STEPS);
     int64_t count = (int64_t)ceil(span / dt - 1e-6);
     if (count < 1) count = 1;
     double h = span / (double)count;
@@ -128,11 +116,45 @@ int gallop_advance(const gallop_model *model, gallop_state *state, const gallop_
     else if (fabs(h - state->step_before) < 1e-9 * h) h = state->step_before;
     layout at = state_layout(model, state);
     memcpy(at.saved, state, model->saved_size);
-    int outcome = by_tolerance(model) ? march_freely(model, state, inputs, until, true, report)
-                                      : march(model, state, inputs, origin, 0, h, count, report);
-    if (outcome == GALLOP_COMPLETED) state->time = until;
-    else memcpy(state, at.saved, model->saved_size);
+    outcome = by_tolerance(model) ? march_freely(model, state, inputs, until, true, report)
+                                  : march(model, state, inputs, origin, 0, h, count, report);
+    if (outcome == GALLOP_COMPLETED) {
+        state->time = until;
+    } else {
+        memcpy(state, at.saved, model->saved_size);
+        forget_saved(&at);
+    }
     return outcome;
+}
+
+static int check_run(const gallop_model *model, const gallop_state *state, int64_t first, int64_t records, int64_t every,
+                     const int32_t *channel, int32_t channels, const int32_t *node, int32_t nodes,
+                     const int32_t *span_channel, int32_t span_channels, const double *node_values,
+                     const double *span_values, int64_t *done, gallop_report *report)
+{
+    static const char *const of_channels[] = {"number of channels", NOT_USABLE(channel), "channel"};
+    static const char *const of_nodes[] = {"number of nodes", NOT_USABLE(node), "node"};
+    static const char *const of_span[] = {"number of span channels", NOT_USABLE(span_channel), "span channel"};
+    int outcome = check_state(model, state, report);
+    if (outcome) return outcome;
+    if (!usable(done, WORD)) return refuse(report, NOT_USABLE(done), NAN, NAN);
+    *done = 0;
+    if (every < 1) return refuse(report, "every, which must be positive", (double)every, 1.0);
+    if (first < 0) return refuse(report, "first, which must not be negative", (double)first, 0.0);
+    if (records < 0) return refuse(report, "number of records", (double)records, 0.0);
+    const int64_t most = (int64_t)MOST_STEPS / every;
+    if (first > most || records > most - first)
+        return refuse(report, "number of steps", ((double)first + (double)records) * (double)every, MOST_STEPS);
+    if (!(state->time + model->scene.time_step > state->time))
+        return refuse(report, "time step, which is lost in the round-off of the time", model->scene.time_step, NAN);
+    outcome = check_indices(channel, channels, GALLOP_NODE_CHANNELS, of_channels, report);
+    if (!outcome) outcome = check_indices(node, nodes, 2 * model->scene.elements + 1, of_nodes, report);
+    if (!outcome) outcome = check_indices(span_channel, span_channels, GALLOP_SPAN_CHANNELS, of_span, report);
+    if (outcome || records == 0) return outcome;
+    if (channels > 0 && nodes > 0 && !usable(node_values, WORD))
+        return refuse(report, NOT_USABLE(node_values), NAN, NAN);
+    if (span_channels > 0 && !usable(span_values, WORD)) return refuse(report, NOT_USABLE(span_values), NAN, NAN);
+    return GALLOP_COMPLETED;
 }
 
 int gallop_run(const gallop_model *model, gallop_state *state, int64_t first, int64_t records, int64_t every,
@@ -140,12 +162,15 @@ int gallop_run(const gallop_model *model, gallop_state *state, int64_t first, in
                const int32_t *span_channel, int32_t span_channels, double *node_values, double *span_values,
                int64_t *done, gallop_report *report)
 {
+    const int refused = check_run(model, state, first, records, every, channel, channels, node, nodes, span_channel,
+                                  span_channels, node_values, span_values, done, report);
+    if (refused) return refused;
     uint32_t asked = 0;
     for (int32_t c = 0; c < span_channels; c++) asked |= 1u << span_channel[c];
     const double dt = model->scene.time_step, start = state->time - (double)(first * every) * dt;
     const bool free = by_tolerance(model);
     layout at = state_layout(model, state);
-    *done = 0;
+    forget_saved(&at);
     if (free && first == 0) state->run_origin = state->time;
     for (int64_t r = 0; r < records; r++) {
         const double when = state->run_origin + (double)((first + r + 1) * every) * dt;
@@ -155,7 +180,7 @@ int gallop_run(const gallop_model *model, gallop_state *state, int64_t first, in
         if (free) control_look(model, state, &at, when);
         for (int32_t n = 0; n < nodes; n++) {
             double values[GALLOP_NODE_CHANNELS];
-            gallop_observe_node(model, state, node[n], values);
+            observe_node(model, state, node[n], values);
             for (int32_t c = 0; c < channels; c++)
                 node_values[((size_t)r * channels + c) * nodes + n] = values[channel[c]];
         }
@@ -188,13 +213,13 @@ static int consistent_acceleration(const gallop_model *model, gallop_state *stat
     span_residual(model, state->time, now, &at->sections, at->u, at->v, at->a, true, at->residual, &seen);
     add_springs(model, now, at->u, at->residual);
     if (!solver_factor(model, now, &at->sections, at->u, inertia, model->fixed, at->factors))
-        return fail(report, GALLOP_INVALID_SCENE, -1, state->time, model->inertia, 0.0);
+        return fail(report, GALLOP_NON_FINITE, -1, state->time, model->inertia, 0.0);
     solver_solve(model, at->factors, model->fixed, at->residual);
     for (int i = 0; i < 4 * model->nodes; i++) at->a[i] -= at->residual[i];
     state->factored_step = 0.0;
     state->rate = 1.0;
     if (seen.worst_excess > 0.0 && model->scene.outside == GALLOP_OUTSIDE_ERROR)
-        return angle_failure(model, &seen, state->time, report);
+        return angle_failure(model, seen.angle_element, seen.worst_angle, state->time, report);
     state->lowest_tension = seen.lowest_tension;
     if (seen.lowest_tension < 0.0)
         return fail(report, GALLOP_SLACK, seen.slack_element, state->time, seen.lowest_tension, 0.0);
@@ -202,36 +227,47 @@ static int consistent_acceleration(const gallop_model *model, gallop_state *stat
                                                    : fail(report, GALLOP_NON_FINITE, -1, state->time, NAN, 0.0);
 }
 
-static void clear(const gallop_model *model, gallop_state *state, double time, const gallop_inputs *inputs,
-                  gallop_report *report)
+static void clear(const gallop_model *model, gallop_state *state, double time, const gallop_inputs *inputs)
 {
     memset(state, 0, model->state_size);
-    memset(report, 0, sizeof *report);
-    report->element = -1;
-    state->time = report->time = time;
+    state->time = time;
     state->last_substeps = 1;
     state->sharpness = 1.0;
     state->step_before = INFINITY;   /* no acceleration before the first to extrapolate from */
     instant_at(model, time, inputs, &state->now);
 }
 
+/* A block that holds an initial state is a state of the model from now on; after a failure it is none. */
+static int started(const gallop_model *model, gallop_state *state, int outcome, gallop_report *report)
+{
+    if (outcome) return outcome;
+    mark_state(model, state);
+    report_work(state, report);
+    return GALLOP_COMPLETED;
+}
+
 int gallop_equilibrium(const gallop_model *model, gallop_state *state, double time, const gallop_inputs *inputs,
                        gallop_report *report)
 {
-    if (!isfinite(time) || unexpected(model, inputs)) return fail(report, GALLOP_BAD_CALL, -1, time, time, 0.0);
-    clear(model, state, time, inputs, report);
+    int outcome = check_room(model, state, time, report);
+    if (!outcome) outcome = check_inputs(model, inputs, time, report);
+    if (outcome) return outcome;
+    clear(model, state, time, inputs);
     layout at = state_layout(model, state);
-    int outcome = static_equilibrium(model, time, &state->now, &at, report);
+    outcome = static_equilibrium(model, time, &state->now, &at, report);
     control_start(model, state, at.u);
-    return outcome ? outcome : consistent_acceleration(model, state, &at, report);
+    if (!outcome) outcome = consistent_acceleration(model, state, &at, report);
+    return started(model, state, outcome, report);
 }
 
 int gallop_state_init(const gallop_model *model, gallop_state *state, double start, const gallop_inputs *inputs,
                       gallop_report *report)
 {
+    int outcome = check_room(model, state, start, report);
+    if (!outcome) outcome = check_inputs(model, inputs, start, report);
+    if (outcome) return outcome;
     const gallop_scene *s = &model->scene;
-    if (!isfinite(start) || unexpected(model, inputs)) return fail(report, GALLOP_BAD_CALL, -1, start, start, 0.0);
-    clear(model, state, start, inputs, report);
+    clear(model, state, start, inputs);
     layout at = state_layout(model, state);
     bool displaced = false;
     for (int end = 0; end < 2; end++)
@@ -239,7 +275,7 @@ int gallop_state_init(const gallop_model *model, gallop_state *state, double sta
     if (s->start_in_mean_wind || displaced) {
         instant rest = state->now;
         if (!s->start_in_mean_wind) rest.wind = rest.load_factor = 0.0;
-        int outcome = static_equilibrium(model, start, &rest, &at, report);
+        outcome = static_equilibrium(model, start, &rest, &at, report);
         if (outcome) return outcome;
     }
     const int held = s->half_span ? 1 : 2;   /* ends; mid-span is none */
@@ -250,14 +286,20 @@ int gallop_state_init(const gallop_model *model, gallop_state *state, double sta
         at.u[4 * n + 3] += s->seed_twist * shape;
     }
     control_start(model, state, at.u);
-    return consistent_acceleration(model, state, &at, report);
+    outcome = consistent_acceleration(model, state, &at, report);
+    return started(model, state, outcome, report);
 }
 
-void gallop_rewind(const gallop_model *model, gallop_state *state, double sharpness)
+int gallop_rewind(const gallop_model *model, gallop_state *state, double sharpness)
 {
-    layout at = state_layout(model, state);
+    gallop_report report;
+    const int outcome = check_state(model, state, &report);
+    if (outcome || !(sharpness > 0.0 && sharpness <= 1.0)) return GALLOP_BAD_CALL;
+    const layout at = state_layout(model, state);
+    if (!is_state_of(model, (const gallop_state *)at.saved)) return GALLOP_BAD_CALL;
     memcpy(state, at.saved, model->saved_size);
     state->sharpness = sharpness;
+    return GALLOP_COMPLETED;
 }
 
-double gallop_state_time(const gallop_state *state) { return state->time; }
+double gallop_state_time(const gallop_state *state) { return is_started(state) ? state->time : NAN; }

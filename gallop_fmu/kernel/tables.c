@@ -45,7 +45,9 @@ static int check_law(const gallop_law *law, const char *name, gallop_report *rep
     if (law->kind < GALLOP_LAW_CONSTANT || law->kind > GALLOP_LAW_TABLE)
         return invalid(report, name, law->kind, GALLOP_LAW_TABLE);
     if (law->kind != GALLOP_LAW_TABLE) return ALL_FINITE(number, report);
-    if (law->count < 1 || !law->time || !law->value) return invalid(report, name, law->count, 1.0);
+    if (law->count < 1) return invalid(report, name, law->count, 1.0);
+    if (!usable(law->time, WORD)) return refuse(report, NOT_USABLE(law.time), NAN, NAN);
+    if (!usable(law->value, WORD)) return refuse(report, NOT_USABLE(law.value), NAN, NAN);
     const int outcome = check_array(law->time, law->count, true, name, report);
     return outcome ? outcome : check_array(law->value, law->count, false, name, report);
 }
@@ -57,6 +59,9 @@ static int check_curve(const gallop_scene *s, gallop_report *report)
     if (s->pieces < 0 || s->pieces > INT32_MAX / 12)
         return invalid(report, "number of pieces of the aerodynamic curve", s->pieces, 0.0);
     if (s->pieces == 0) return GALLOP_COMPLETED;
+    if (!usable(s->breakpoint, WORD)) return refuse(report, NOT_USABLE(scene.breakpoint), NAN, NAN);
+    if (s->origin && !usable(s->origin, WORD)) return refuse(report, NOT_USABLE(scene.origin), NAN, NAN);
+    if (!usable(s->coefficient, WORD)) return refuse(report, NOT_USABLE(scene.coefficient), NAN, NAN);
     int outcome = check_array(s->breakpoint, s->pieces + 1, true, "breakpoint of the aerodynamic curve", report);
     if (!outcome && s->origin)
         outcome = check_array(s->origin, s->pieces, false, "origin of an aerodynamic piece", report);
@@ -78,6 +83,7 @@ static int check_loads(const gallop_scene *s, gallop_report *report)
 {
     int64_t points = 0;
     if (s->load_count < 0) return invalid(report, "number of loads", s->load_count, 0.0);
+    if (s->load_count > 0 && !usable(s->load, WORD)) return refuse(report, NOT_USABLE(scene.load), NAN, NAN);
     for (int32_t i = 0; i < s->load_count; i++) {
         const int outcome = check_load(&s->load[i], report);
         if (outcome) return outcome;

@@ -1,0 +1,186 @@
+/* Checks of the arguments of exported functions, before they compute anything; none is in a loop over time. */
+#include "elementary.h"
+#include "internal.h"
+
+#define MODEL_MAGIC 0x4c45444f4d4c4147ULL   /* "GALMODEL" */
+#define STATE_MAGIC 0x0032504f4c4c4147ULL   /* "GALLOP2" */
+#define FNV_START 1469598103934665603ULL
+#define FNV_FACTOR 1099511628211ULL
+
+bool usable(const void *pointer, size_t alignment)
+{
+    return pointer && (uintptr_t)pointer % alignment == 0;
+}
+
+/* The formulas round by adding a large number, and test for NaN and infinity: compilers and hosts can spoil both. */
+const char *gallop_arithmetic_fault(void)
+{
+    static const double number[4] = {0.75, 0.25, -0.75, -0.25}, rounded[4] = {1.0, 0.0, -1.0, 0.0};
+    volatile double infinite = INFINITY;
+    const double difference = infinite - infinite;
+    for (int i = 0; i < 4; i++) {
+        volatile double x = number[i];
+        if (nearest(x) != rounded[i])
+            return "the processor's rounding mode, which must be to nearest (or the library was compiled with "
+                   "-ffast-math or for an x87 processor)";
+    }
+    if (isfinite(infinite) || !isnan(difference))
+        return "the library, which was compiled with -ffinite-math-only: compile it without";
+    return NULL;
+}
+
+/* FNV-1a, over eight bytes at a time. */
+static uint64_t mixed_with(uint64_t hash, const void *bytes, size_t size)
+{
+    for (size_t i = 0; i + sizeof hash <= size; i += sizeof hash) {
+        uint64_t word;
+        memcpy(&word, (const char *)bytes + i, sizeof word);
+        hash = (hash ^ word) * FNV_FACTOR;
+        hash ^= hash >> 32;
+    }
+    return hash;
+}
+
+static uint64_t mixed_with_law(uint64_t hash, const gallop_law *law)
+{
+    const size_t points = law->kind == GALLOP_LAW_TABLE ? (size_t)law->count * sizeof(double) : 0;
+    hash = mixed_with(hash, law, offsetof(gallop_law, time));
+    return mixed_with(mixed_with(hash, law->time, points), law->value, points);
+}
+
+/* A number that models of the same scene share, wherever they were made: the scene without its pointers, and what they
+ * lead to. */
+static uint64_t identity_of(const gallop_scene *s)
+{
+    const size_t pieces = (size_t)s->pieces;
+    gallop_scene bare = *s;
+    bare.breakpoint = bare.origin = bare.coefficient = NULL;
+    bare.load = NULL;
+    uint64_t hash = mixed_with_law(FNV_START, &s->wind);
+    bare.wind.time = bare.wind.value = NULL;
+    for (int end = 0; end < 2; end++)
+        for (int i = 0; i < 3; i++) {
+            hash = mixed_with_law(hash, &s->support[end].motion[i]);
+            bare.support[end].motion[i].time = bare.support[end].motion[i].value = NULL;
+        }
+    for (int32_t i = 0; i < s->load_count; i++)
+        hash = mixed_with_law(mixed_with(hash, &s->load[i], offsetof(gallop_load, law)), &s->load[i].law);
+    if (pieces) {
+        hash = mixed_with(hash, s->breakpoint, (pieces + 1) * sizeof(double));
+        hash = mixed_with(hash, s->origin, pieces * sizeof(double));
+        hash = mixed_with(hash, s->coefficient, 12 * pieces * sizeof(double));
+    }
+    return mixed_with(hash, &bare, sizeof bare);
+}
+
+void mark_model(gallop_model *model)
+{
+    model->magic = MODEL_MAGIC;
+    model->identity = identity_of(&model->scene);
+}
+
+void mark_state(const gallop_model *model, gallop_state *state)
+{
+    state->magic = STATE_MAGIC;
+    state->size = model->saved_size;
+    state->identity = model->identity;
+}
+
+bool is_model(const gallop_model *model) { return usable(model, WORD) && model->magic == MODEL_MAGIC; }
+
+bool is_state_of(const gallop_model *model, const gallop_state *state)
+{
+    return usable(state, WORD) && state->magic == STATE_MAGIC && state->size == model->saved_size &&
+           state->identity == model->identity;
+}
+
+bool is_started(const gallop_state *state) { return usable(state, WORD) && state->magic == STATE_MAGIC; }
+
+bool finite_numbers(const double *values, size_t count)
+{
+    bool ok = true;
+    for (size_t i = 0; i < count; i++) ok = ok && isfinite(values[i]);
+    return ok;
+}
+
+int refuse(gallop_report *report, const char *field, double value, double limit)
+{
+    fail(report, GALLOP_BAD_CALL, -1, report->time, value, limit);
+    report->field = field;
+    return GALLOP_BAD_CALL;
+}
+
+bool report_start(gallop_report *report, double time)
+{
+    if (!usable(report, WORD)) return false;
+    *report = (gallop_report){.element = -1, .time = time, .lowest_tension = NAN};
+    return true;
+}
+
+void report_work(const gallop_state *state, gallop_report *report)
+{
+    report->lowest_tension = state->lowest_tension;
+    report->largest_turn = state->largest_turn;
+    report->steps = state->steps;
+    report->substeps = state->substeps;
+    report->iterations = state->iterations;
+    report->refactorisations = state->refactorisations;
+    report->halvings = state->halvings;
+    report->rejections = state->rejections;
+}
+
+/* Model and room for a state, whatever is in it. */
+int check_room(const gallop_model *model, const gallop_state *state, double time, gallop_report *report)
+{
+    if (!report_start(report, time)) return GALLOP_BAD_CALL;
+    if (!is_model(model)) return refuse(report, NOT_USABLE(model), NAN, NAN);
+    if (!usable(state, WORD)) return refuse(report, NOT_USABLE(state), NAN, NAN);
+    const char *fault = gallop_arithmetic_fault();
+    if (fault) return refuse(report, fault, NAN, NAN);
+    if (!isfinite(time)) return refuse(report, "time, which must be finite", time, NAN);
+    return GALLOP_COMPLETED;
+}
+
+/* A model and a state of it that was started; the report says what the state has behind it. */
+int check_state(const gallop_model *model, const gallop_state *state, gallop_report *report)
+{
+    const int outcome = check_room(model, state, 0.0, report);
+    if (outcome) return outcome;
+    if (!is_state_of(model, state))
+        return refuse(report, "state, which was not started or belongs to another model", NAN, NAN);
+    report->time = state->time;
+    report_work(state, report);
+    return GALLOP_COMPLETED;
+}
+
+/* Inputs are finite from the time that they belong to until `until`. */
+int check_inputs(const gallop_model *model, const gallop_inputs *inputs, double until, gallop_report *report)
+{
+    static const struct { size_t last; const char *name; } field[] = {
+        {0, "inputs.time, which must be finite"}, {1, "inputs.wind_speed, which must be finite"},
+        {2, "inputs.attack_angle, which must be finite"}, {8, "inputs.support, which must be finite"},
+        {9, "inputs.wind_speed_rate, which must be finite"}, {10, "inputs.attack_angle_rate, which must be finite"},
+        {16, "inputs.support_rate, which must be finite"}};
+    if (!inputs) return GALLOP_COMPLETED;
+    if (model->scene.laws_only)
+        return refuse(report, "inputs, which a model of the laws only does not take", NAN, NAN);
+    if (!usable(inputs, WORD)) return refuse(report, NOT_USABLE(inputs), NAN, NAN);
+    const double *number = (const double *)inputs;   /* the structure holds nothing else */
+    for (size_t i = 0, f = 0; i < sizeof *inputs / sizeof *number; i++) {
+        f += i > field[f].last;
+        if (!isfinite(number[i])) return refuse(report, field[f].name, number[i], NAN);
+    }
+    instant now;
+    instant_at(model, until, inputs, &now);
+    if (!finite_instant(&now)) return refuse(report, "inputs, whose rates lead to infinity", NAN, NAN);
+    return GALLOP_COMPLETED;
+}
+
+int check_indices(const int32_t *index, int32_t count, int32_t end, const char *const field[3], gallop_report *report)
+{
+    if (count < 0) return refuse(report, field[0], count, 0.0);
+    if (count > 0 && !usable(index, sizeof *index)) return refuse(report, field[1], NAN, NAN);
+    for (int32_t i = 0; i < count; i++)
+        if (index[i] < 0 || index[i] >= end) return refuse(report, field[2], index[i], end - 1);
+    return GALLOP_COMPLETED;
+}

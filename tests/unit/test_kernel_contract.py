@@ -1,0 +1,421 @@
+"""The contract of the kernel's exported functions, as a C caller meets it: what is refused, and what it leaves alone.
+
+Every call that cannot be carried out answers GALLOP_BAD_CALL, names the argument, fills in its report and changes
+nothing.
+"""
+
+import ctypes as c
+import math
+
+import numpy as np
+import pytest
+
+import gallop_fmu as gf
+from gallop_fmu.channels import NODE_CHANNELS, SPAN_CHANNELS
+from gallop_fmu.engine import Model
+from gallop_fmu.library import library_path
+from gallop_fmu.outcome import Outcome
+from gallop_fmu.structures import CDerived, CInputs, CReport, Packed
+
+BAD_CALL = Outcome.BAD_CALL.code
+UNTOUCHED = -12345.5
+UP, DOWN, TOWARDS_ZERO = 0x800, 0x400, 0xC00  # of fesetround on x86
+
+kernel = c.CDLL(str(library_path()))  # without the types of gallop_fmu.library, which would refuse some arguments
+for name in ("gallop_state_size", "gallop_saved_size"):
+    getattr(kernel, name).restype = c.c_size_t
+kernel.gallop_state_time.restype = c.c_double
+kernel.gallop_arithmetic_fault.restype = c.c_char_p
+
+
+class Span:
+    """A model with a state in it, and everything that a call wants, ready to be replaced by something wrong."""
+
+    def __init__(self, scene, *, inputs=True):
+        self.model = Model(scene, inputs=inputs)
+        self.handle = self.model.handle
+        self.block = np.zeros(self.model.state_size // 8 + 2)
+        self.state = c.c_void_p(self.block.ctypes.data)
+        self.inputs = CInputs(0.0, 5.0, math.pi)
+        self.report = CReport()
+        self.values = np.full(4 * self.model.nodes, UNTOUCHED)
+        self.motion = [np.zeros(4 * self.model.nodes) for _ in range(3)]
+        self.out = np.full(144 * self.model.elements, UNTOUCHED)
+
+    def started(self):
+        assert self.init() == 0
+        return self
+
+    def init(self, **change):
+        return self.call("gallop_state_init", ("model", "state", "time", "inputs", "report"), change)
+
+    def call(self, name, wanted, change):
+        given = {
+            "model": self.handle,
+            "state": self.state,
+            "time": c.c_double(0.0),
+            "until": c.c_double(0.1),
+            "inputs": c.byref(self.inputs),
+            "report": c.byref(self.report),
+            "node": c.c_int32(4),
+            "values": c.c_void_p(self.values.ctypes.data),
+            "u": c.c_void_p(self.motion[0].ctypes.data),
+            "v": c.c_void_p(self.motion[1].ctypes.data),
+            "a": c.c_void_p(self.motion[2].ctypes.data),
+            "k": c.c_double(1.0),
+            "c": c.c_double(0.0),
+            "m": c.c_double(0.0),
+            "out": c.c_void_p(self.out.ctypes.data),
+            "sharpness": c.c_double(1.0),
+        } | change
+        self.report = CReport(outcome=77, element=77, steps=-77) if "report" not in change else self.report
+        if "report" in wanted and "report" not in change:
+            given["report"] = c.byref(self.report)
+        return getattr(kernel, name)(*(given[argument] for argument in wanted))
+
+    def run(self, **change):
+        """gallop_run with two records of two nodes; ``done`` and the report are kept."""
+        self.integers = {key: np.array(values, np.int32) for key, values in
+                         {"channel": [0, 1], "node": [3, 4], "span_channel": [0]}.items()}  # fmt: skip
+        self.node_values, self.span_values = np.full((2, 2, 2), UNTOUCHED), np.full((2, 1), UNTOUCHED)
+        self.done, self.report = c.c_int64(-7), CReport(outcome=77, element=77, steps=-77)
+        given = {"first": c.c_int64(0), "records": c.c_int64(2), "every": c.c_int64(1)}
+        for key, array in self.integers.items():
+            given |= {key: c.c_void_p(array.ctypes.data), f"{key}s": c.c_int32(len(array))}
+        given |= {
+            "node_values": c.c_void_p(self.node_values.ctypes.data),
+            "span_values": c.c_void_p(self.span_values.ctypes.data),
+            "done": c.byref(self.done),
+            "report": c.byref(self.report),
+        } | change
+        return kernel.gallop_run(self.handle, self.state, *given.values())
+
+    @property
+    def saved(self):
+        return self.block.tobytes()
+
+
+@pytest.fixture(scope="module")
+def scene():
+    return gf.load_scene("example3").with_values({"numerics.elements": 4})
+
+
+@pytest.fixture(scope="module")
+def other(scene):
+    """A started span with a state of the same size."""
+    return Span(scene.with_values({"wind.speed": 6.0})).started()
+
+
+@pytest.fixture
+def span(scene):
+    return Span(scene).started()
+
+
+def assert_filled(report, span=None):
+    """The whole report, with the work of the state or none."""
+    assert report.outcome == BAD_CALL
+    assert report.element == -1
+    assert report.field
+    assert report.steps >= 0
+    if span is None:
+        assert math.isnan(report.lowest_tension)
+        assert report.steps == report.substeps == report.iterations == 0
+
+
+NULL = {key: None for key in ("model", "state", "report")}
+ADVANCE = ("model", "state", "inputs", "until", "report")
+START = ("model", "state", "time", "inputs", "report")
+FUNCTIONS = {
+    "gallop_state_init": START,
+    "gallop_equilibrium": START,
+    "gallop_advance": ADVANCE,
+    "gallop_rewind": ("model", "state", "sharpness"),
+    "gallop_state_check": ("model", "state"),
+    "gallop_observe_node": ("model", "state", "node", "values"),
+    "gallop_observe_span": ("model", "state", "values"),
+    "gallop_support_forces": ("model", "state", "values"),
+    "gallop_residual": ("model", "state", "time", "inputs", "u", "v", "a", "out"),
+    "gallop_tangent": ("model", "state", "time", "inputs", "u", "v", "a", "k", "c", "m", "out"),
+    "gallop_model_derived": ("model", "values"),
+    "gallop_model_nodes": ("model", "values"),
+}
+POINTERS = [
+    (name, argument)
+    for name, arguments in FUNCTIONS.items()
+    for argument in arguments
+    if argument in ("model", "state", "report", "values", "u", "v", "a", "out")
+]
+
+
+@pytest.mark.parametrize(("name", "argument"), POINTERS)
+def test_null_pointers_are_refused(span, name, argument):
+    before = span.saved
+    assert span.call(name, FUNCTIONS[name], {argument: None}) == BAD_CALL
+    assert span.saved == before
+    assert (span.values == UNTOUCHED).all()
+    assert (span.out == UNTOUCHED).all()
+    if "report" in FUNCTIONS[name] and argument != "report":
+        assert_filled(span.report)
+
+
+@pytest.mark.parametrize(("name", "argument"), POINTERS)
+@pytest.mark.parametrize("shift", [1, 4])
+def test_pointers_that_are_not_aligned_are_refused(span, name, argument, shift):
+    place = {
+        "model": span.handle.value,
+        "state": span.state.value,
+        "report": c.addressof(span.report),
+        "values": span.values.ctypes.data,
+        "out": span.out.ctypes.data,
+    }.get(argument, span.motion[0].ctypes.data)
+    before = span.saved
+    assert span.call(name, FUNCTIONS[name], {argument: c.c_void_p(place + shift)}) == BAD_CALL
+    assert span.saved == before
+
+
+@pytest.mark.parametrize("name", [name for name, arguments in FUNCTIONS.items() if "state" in arguments])
+def test_a_state_of_another_model_is_refused(span, other, scene, name):
+    """One of another size, and one of the same size of another scene; residual and tangent use scratch memory alone."""
+    small = Span(scene.with_values({"numerics.elements": 2})).started()
+    blank = np.zeros(len(span.block) + 1)
+    for foreign in (small.state, other.state, c.c_void_p(blank.ctypes.data)):
+        if name in ("gallop_state_init", "gallop_equilibrium", "gallop_residual", "gallop_tangent"):
+            continue
+        assert span.call(name, FUNCTIONS[name], {"state": foreign}) == BAD_CALL
+        if "report" in FUNCTIONS[name]:
+            assert_filled(span.report)
+            assert b"another model" in span.report.field
+
+
+def test_models_of_the_same_scene_share_their_states(span, scene):
+    twin = Span(scene)
+    twin.block[:] = span.block
+    assert twin.call("gallop_advance", ADVANCE, {}) == 0
+
+
+@pytest.mark.parametrize("change", [
+    {"wind.speed": 5.6}, {"aerodynamics.lift": [0.0, 1.0]}, {"aerodynamics.centre_deg": 181.0},
+    {"aerodynamics.valid_to_deg": 261.0}, {"numerics.time_step": 0.02}, {"wind.speed": None,
+     "wind.history": {"kind": "table", "time": [0.0, 1.0], "value": [5.5, 5.5]}},
+    {"loads": [{"position": 0.5, "force": [0.0, 1.0, 0.0], "law": {"kind": "constant", "value": 1.0}}]},
+])  # fmt: skip
+def test_a_state_belongs_to_all_that_the_scene_says(span, scene, change):
+    changed = Span(scene.with_values(change))
+    assert len(changed.block) == len(span.block)
+    changed.block[:] = span.block
+    assert changed.call("gallop_advance", ADVANCE, {}) == BAD_CALL
+
+
+INPUT_FIELDS = [name for name, _ in CInputs._fields_]
+
+
+@pytest.mark.parametrize("field", INPUT_FIELDS)
+@pytest.mark.parametrize("value", [math.nan, math.inf, -math.inf])
+def test_inputs_that_are_not_finite_are_refused_by_their_name(span, field, value):
+    """Wind of NaN was INVALID_SCENE before: "a number of the scene is impossible (value 0.000156, limit 0)"."""
+    if field.startswith("support"):
+        getattr(span.inputs, field)[1][2] = value
+    else:
+        setattr(span.inputs, field, value)
+    before = span.saved
+    for name in ("gallop_advance", "gallop_state_init", "gallop_equilibrium"):
+        assert span.call(name, FUNCTIONS[name], {}) == BAD_CALL
+        assert_filled(span.report, span)
+        assert span.report.field.decode() == f"inputs.{field}, which must be finite"
+    assert span.call("gallop_residual", FUNCTIONS["gallop_residual"], {}) == BAD_CALL
+    assert span.saved == before
+
+
+def test_inputs_that_overflow_on_the_way_are_refused(span):
+    span.inputs.wind_speed_rate = 1e308
+    assert span.call("gallop_advance", ADVANCE, {"until": c.c_double(100.0)}) == BAD_CALL
+    assert span.report.field == b"inputs, whose rates lead to infinity"
+
+
+@pytest.mark.parametrize("until", [0.0, -1.0, math.nan, math.inf, 1e300])
+def test_times_that_cannot_be_reached_are_refused(span, until):
+    before = span.saved
+    assert span.call("gallop_advance", ADVANCE, {"until": c.c_double(until)}) == BAD_CALL
+    assert_filled(span.report, span)
+    assert span.saved == before
+
+
+@pytest.mark.parametrize("time", [math.nan, math.inf])
+def test_starts_that_are_not_finite_are_refused(span, time):
+    for name in ("gallop_state_init", "gallop_equilibrium"):
+        assert span.call(name, FUNCTIONS[name], {"time": c.c_double(time)}) == BAD_CALL
+        assert span.report.field == b"time, which must be finite"
+
+
+@pytest.mark.parametrize("node", [-1, -40, 9, 99999, 2**31 - 1])
+def test_nodes_that_do_not_exist_are_not_observed(span, node):
+    assert span.call("gallop_observe_node", FUNCTIONS["gallop_observe_node"], {"node": c.c_int32(node)}) == BAD_CALL
+    assert (span.values == UNTOUCHED).all()
+
+
+RUNS = {
+    "channel": ({"channels": 2, "channel": [0, 99]}, "channel", 99),
+    "negative channel": ({"channels": 2, "channel": [-1, 0]}, "channel", -1),
+    "node": ({"nodes": 2, "node": [-40, 0]}, "node", -40),
+    "node beyond the last": ({"nodes": 2, "node": [0, 9]}, "node", 9),
+    "span channel": ({"span_channels": 1, "span_channel": [40]}, "span channel", 40),
+    "number of channels": ({"channels": -1}, "number of channels", -1),
+    "number of nodes": ({"nodes": -2}, "number of nodes", -2),
+    "number of span channels": ({"span_channels": -3}, "number of span channels", -3),
+    "records": ({"records": -1}, "number of records", -1),
+    "first": ({"first": -1}, "first, which must not be negative", -1),
+    "every": ({"every": 0}, "every, which must be positive", 0),
+    "overflow": ({"first": 3, "every": 2**62}, "number of steps", 5.0 * 2.0**62),
+    "steps": ({"records": 10**13}, "number of steps", 1e13),
+}
+POINTERS_OF_RUN = ("channel", "node", "span_channel", "node_values", "span_values", "done", "report")
+
+
+@pytest.mark.parametrize("name", RUNS)
+def test_a_run_refuses_counts_and_indices_that_are_out_of_range(span, name):
+    change, field, value = RUNS[name]
+    arrays = {key: np.array(v, np.int32) for key, v in change.items() if isinstance(v, list)}
+    wide = ("first", "records", "every")
+    given = {key: (c.c_int64 if key in wide else c.c_int32)(v) for key, v in change.items() if key not in arrays}
+    given |= {key: c.c_void_p(array.ctypes.data) for key, array in arrays.items()}
+    before = span.saved
+    assert span.run(**given) == BAD_CALL
+    assert_filled(span.report, span)
+    assert (span.report.field.decode(), span.report.value) == (field, value)
+    assert span.done.value == 0
+    assert (span.node_values == UNTOUCHED).all()
+    assert span.saved == before
+
+
+@pytest.mark.parametrize("pointer", POINTERS_OF_RUN)
+def test_a_run_refuses_pointers_that_are_null(span, pointer):
+    before = span.saved
+    assert span.run(**{pointer: None}) == BAD_CALL
+    assert span.saved == before
+    if pointer != "report":
+        assert_filled(span.report, span)
+        assert span.report.field.decode().startswith(f"{pointer}, a pointer")
+
+
+def test_a_run_of_no_records_fills_in_its_report(span):
+    assert span.run(records=c.c_int64(0)) == 0
+    assert (span.report.outcome, span.report.element, span.done.value, span.report.steps) == (0, -1, 0, 0)
+    assert span.report.lowest_tension > 1e4  # the tension of the equilibrium
+
+
+def test_a_run_whose_steps_are_lost_in_round_off_is_refused(scene):
+    span = Span(scene)
+    assert span.init(time=c.c_double(1e15)) == 0
+    assert span.run() == BAD_CALL
+    assert b"round-off" in span.report.field
+
+
+def test_a_state_is_started_only_by_an_initial_state(scene):
+    """After a start that failed the block is no state."""
+    span = Span(scene)
+    assert math.isnan(kernel.gallop_state_time(span.state))
+    span.inputs.attack_angle = 0.0
+    assert span.init() == Outcome.ANGLE_OUT_OF_RANGE.code
+    assert math.isnan(kernel.gallop_state_time(span.state))
+    assert span.call("gallop_advance", ADVANCE, {}) == BAD_CALL
+    span.inputs.attack_angle = math.pi
+    assert span.started().call("gallop_advance", ADVANCE, {}) == 0
+
+
+REWIND = FUNCTIONS["gallop_rewind"]
+
+
+def test_a_rewind_needs_a_completed_advance(span):
+    """Before, it restored zeros."""
+    before = span.saved
+    assert span.call("gallop_rewind", REWIND, {}) == BAD_CALL
+    assert span.saved == before
+    saved = span.model.saved_size
+    assert span.call("gallop_advance", ADVANCE, {}) == 0
+    assert span.call("gallop_rewind", REWIND, {}) == 0
+    assert span.saved[:saved] == before[:saved]
+    assert span.call("gallop_advance", ADVANCE, {}) == 0
+    assert span.run() == 0
+    assert span.call("gallop_rewind", REWIND, {}) == BAD_CALL
+    for until, sharpness in ((0.2, 0.0), (0.3, -1.0), (0.4, 2.0), (0.5, math.nan)):
+        assert span.call("gallop_advance", ADVANCE, {"until": c.c_double(until)}) == 0
+        assert span.call("gallop_rewind", REWIND, {"sharpness": c.c_double(sharpness)}) == BAD_CALL
+
+
+@pytest.mark.parametrize("factor", ["k", "c", "m"])
+def test_residual_and_tangent_want_finite_numbers(span, factor):
+    tangent = FUNCTIONS["gallop_tangent"]
+    assert span.call("gallop_tangent", tangent, {}) == 0
+    assert span.call("gallop_tangent", tangent, {factor: c.c_double(math.nan)}) == BAD_CALL
+    span.motion[1][5] = math.inf
+    assert span.call("gallop_tangent", tangent, {}) == BAD_CALL
+    assert span.call("gallop_residual", FUNCTIONS["gallop_residual"], {}) == BAD_CALL
+
+
+def test_a_model_that_is_none_has_no_size():
+    junk = np.zeros(4096)
+    for pointer in (None, c.c_void_p(junk.ctypes.data)):
+        assert kernel.gallop_state_size(pointer) == kernel.gallop_saved_size(pointer) == 0
+        assert kernel.gallop_middle(pointer) == -1
+        assert kernel.gallop_model_derived(pointer, c.byref(CDerived())) == BAD_CALL
+    kernel.gallop_struct_sizes(None)
+    kernel.gallop_model_free(None)
+
+
+CREATE = {
+    "scene.breakpoint": lambda scene: setattr(scene, "breakpoint", None),
+    "scene.coefficient": lambda scene: setattr(scene, "coefficient", None),
+    "scene.load": lambda scene: (setattr(scene, "load", None), setattr(scene, "load_count", 1)),
+    "law.time": lambda scene: (setattr(scene.wind, "kind", 3), setattr(scene.wind, "count", 2)),
+    "law.value": lambda scene: (
+        setattr(scene.wind, "kind", 3),
+        setattr(scene.wind, "count", 1),
+        setattr(scene.wind, "time", scene.breakpoint),
+    ),
+}
+
+
+@pytest.mark.parametrize("pointer", CREATE)
+def test_a_scene_with_null_pointers_is_refused(scene, pointer):
+    packed, report, handle = Packed(scene), CReport(), c.c_void_p(1)
+    CREATE[pointer](packed.scene)
+    assert kernel.gallop_model_create(c.byref(packed.scene), c.byref(handle), c.byref(report)) == BAD_CALL
+    assert_filled(report)
+    assert report.field.decode().startswith(f"{pointer}, a pointer")
+    assert handle.value is None
+
+
+@pytest.mark.parametrize("argument", ["scene", "model", "report"])
+def test_creation_with_null_pointers_is_refused(scene, argument):
+    packed, report, handle = Packed(scene), CReport(), c.c_void_p()
+    given = {"scene": c.byref(packed.scene), "model": c.byref(handle), "report": c.byref(report)} | {argument: None}
+    assert kernel.gallop_model_create(*given.values()) == BAD_CALL
+    assert handle.value is None
+
+
+def test_indices_are_right_up_to_their_ends(span):
+    last = {"channel": len(NODE_CHANNELS) - 1, "node": span.model.nodes - 1, "span_channel": len(SPAN_CHANNELS) - 1}
+    arrays = {key: np.array([value], np.int32) for key, value in last.items()}
+    counts = dict.fromkeys(("channels", "nodes", "span_channels"), c.c_int32(1))
+    assert span.run(**{key: c.c_void_p(array.ctypes.data) for key, array in arrays.items()}, **counts) == 0
+    assert span.done.value == 2
+
+
+@pytest.mark.parametrize("mode", [UP, DOWN, TOWARDS_ZERO])
+def test_other_rounding_modes_are_refused_by_their_name(span, mode):
+    """Before: "the attack angle left the validity range (value 3.14175, limit 4.53786)"."""
+    libm = c.CDLL(None)
+    before = span.saved
+    assert kernel.gallop_arithmetic_fault() is None
+    try:
+        assert libm.fesetround(mode) == 0
+        outcomes = [span.call(name, FUNCTIONS[name], {}) for name in FUNCTIONS if "state" in FUNCTIONS[name][1:2]]
+        fault = kernel.gallop_arithmetic_fault()
+        advanced = span.call("gallop_advance", ADVANCE, {})
+        field = span.report.field
+    finally:
+        libm.fesetround(0)
+    assert b"rounding mode" in fault
+    assert (advanced, field) == (BAD_CALL, fault)
+    assert set(outcomes) <= {BAD_CALL, 0}  # 0: gallop_state_check, which computes nothing
+    assert span.saved == before
