@@ -31,6 +31,7 @@ TARGETS = {
     "resource": ["resource_target.c"],
     "state": ["state_target.c"],
     "scene": ["scene_target.c"],
+    "face": ["face_target.c"],
     "sequence": [file.name for file in sorted(FUZZING.glob("sequence*.c"))],
 }
 FLAGS = ("-std=c11", "-D_DEFAULT_SOURCE", "-g", "-O2", "-ffp-contract=off", "-Wno-pass-failed")

@@ -13,12 +13,19 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from gallop_fmu.arguments import finite, numbers, whole
 from gallop_fmu.channels import NODE_INDEX, SPAN_INDEX
 from gallop_fmu.engine import Inputs, Model, State
 from gallop_fmu.errors import SceneError
 from gallop_fmu.fmu.variables import SUPPORT_INPUTS, Origin, Variable, fmu_variables
 from gallop_fmu.outcome import Outcome, SimulationError
 from gallop_fmu.scene import Scene
+
+INT32 = (-(2**31), 2**31 - 1)
+"""Range of FMI's Integer."""
+
+SAVED_PARTS = {"content", "phase", "status", "start_time", "inputs", "parameters", "refused", "tower", "motion"}
+"""What `Session.save` gives."""
 
 TIME_TOLERANCE = 1e-6
 """Difference between the host's time and the session's that is put down to round-off, as a fraction of the step."""
@@ -139,7 +146,7 @@ class Session:
             case Origin.PARAMETER:
                 return self._parameter(variable)
             case Origin.STATUS:
-                return self.status.code
+                return Outcome.BAD_CALL.code if self._refused else self.status.code
         if self._state is None:
             return math.nan if variable.type == "Real" else 0
         if self._observed is None:
@@ -268,20 +275,48 @@ class Session:
         Raises
         ------
         RefusedError
-            The data are of another FMU.
+            The data are of another FMU, or cannot be those of a session; it stays as it was.
         """
         if saved.get("content") != self.content:
             raise self.refuse_state("it belongs to another FMU")
-        model, state = self._model, None
-        if saved["motion"]:
-            if model is None or saved["parameters"] != self._parameters:
-                model = self._build(saved["parameters"])
-            state = State(model)
-            state.restore(saved["motion"])
-        elif saved["parameters"] != self._parameters:
-            model = None
+        try:
+            found = self._checked(saved)
+            model, state = self._model, None
+            if saved["motion"]:
+                if model is None or found["parameters"] != self._parameters:
+                    model = self._build(found["parameters"])
+                state = State(model)
+                state.restore(saved["motion"])
+            elif found["parameters"] != self._parameters:
+                model = None
+        except (AttributeError, KeyError, TypeError, ValueError) as problem:
+            raise self.refuse_state(f"it is damaged: {problem}") from None
         self._model, self._state, self._observed, self._no_start = model, state, None, None
         self.phase, self.status = Phase(saved["phase"]), Outcome.from_code(saved["status"])
-        self._start_time, self._tower = saved["start_time"], np.array(saved["tower"])
-        self._inputs, self._parameters = dict(saved["inputs"]), dict(saved["parameters"])
+        self._start_time, self._tower = found["start_time"], found["tower"]
+        self._inputs, self._parameters = found["inputs"], found["parameters"]
         self._refused = dict(saved["refused"])
+
+    def _checked(self, saved: dict[str, Any]) -> dict[str, Any]:
+        """Values of a saved session; an error where one is missing or impossible."""
+        if set(saved) != SAVED_PARTS:
+            raise ValueError(f"it has the parts {', '.join(sorted(map(str, saved)))}")
+        Phase(saved["phase"])
+        Outcome.from_code(saved["status"])
+        known = {(v.origin, v.key): v for v in self.variables}
+        found: dict[str, Any] = {
+            "start_time": finite("start_time", saved["start_time"]),
+            "tower": numbers("tower", saved["tower"], (2, 3)),
+        }
+        if set(saved["inputs"]) != set(self._inputs):
+            raise ValueError("its inputs are not those of this FMU")
+        for part, origin in (("inputs", Origin.INPUT), ("parameters", Origin.PARAMETER)):
+            found[part] = {}
+            for key, value in saved[part].items():
+                variable = known[origin, key]
+                if not variable.allows(finite(key, value)):
+                    raise ValueError(f"{key} = {value!r} is not {variable.allowed}")
+                found[part][key] = whole(key, value, *INT32) if variable.type == "Integer" else float(value)
+        if not all(isinstance(text, str) for pair in saved["refused"].items() for text in pair):
+            raise ValueError("its reasons of refusal are no texts")
+        return found

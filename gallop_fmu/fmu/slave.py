@@ -2,8 +2,8 @@
 
 An exception that leaves a method becomes fmi2Fatal, after which the host may call no instance any more, and pythonfmu
 then releases its objects twice. A setter can report neither an error nor a warning. So nothing is raised once the
-slave exists: what is refused is kept out, logged, and makes the next steps fail; a step that fails returns False
-(fmi2Discard) and leaves the state untouched.
+slave exists: what is refused is kept out, logged, printed to stderr (hosts show the log only where they were asked to),
+and makes the next steps fail; a step that fails returns False (fmi2Discard) and leaves the state untouched.
 """
 
 from __future__ import annotations
@@ -46,10 +46,11 @@ class SpanSlave(Fmi2Slave):  # type: ignore[misc]
         super().__init__(**settings)
         _leave_search_path(self.resources)
         _release_before_exit(Path(self.resources).parent, type(self).__name__)
+        self._printed = ""
         try:
             self._session = Session(self._scene_of(Path(self.resources)), self.content)
         except ValueError as problem:
-            print(f"gallop-fmu: {problem}", file=sys.stderr)  # the log is silent unless the host asked for it
+            self._print(str(problem))
             raise
         self._by_reference = {variable.reference: variable for variable in self._session.variables}
 
@@ -152,7 +153,14 @@ class SpanSlave(Fmi2Slave):  # type: ignore[misc]
             return True
         return False
 
+    def _print(self, message: str) -> None:
+        """Show a message on stderr; not twice in a row, as hosts may repeat a call many times."""
+        if message != self._printed:
+            print(f"gallop-fmu: {message}", file=sys.stderr, flush=True)
+        self._printed = message
+
     def _log(self, message: str, category: str) -> None:
+        self._print(message)
         status = Fmi2Status.discard if category == "logStatusDiscard" else Fmi2Status.error
         text = message.replace("%", " percent")  # hosts read the message as a format of printf
         self.log(text, status, category)

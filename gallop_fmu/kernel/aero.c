@@ -147,6 +147,18 @@ TWO_PATHS static void load_slopes(const gallop_model *model, const instant *now,
     }
 }
 
+/* Whether the wind on a section can matter: rho d Ur^2 / 2, the force per metre of a coefficient of one, exceeds that part
+ * of the weight.  In nearly still air the section's own creeping motion turns the relative wind by any angle. */
+#define WEAK_WIND 1e-6
+
+bool wind_matters(const gallop_model *model, const instant *now, const sections *at, int i)
+{
+    const double turning = model->unknowns == 4 ? model->radius * at->omega[i] : 0.0;
+    const double w2 = -at->v2[i] - turning, w3 = now->wind - at->v3[i];
+    const double force = 0.5 * model->scene.air_density * model->scene.diameter * (w2 * w2 + w3 * w3);
+    return force > WEAK_WIND * model->mass * model->scene.gravity;
+}
+
 void aero_loads(const gallop_model *model, const instant *now, const sections *at, int first, int count, bool slopes)
 {
     const int last = first + count;

@@ -218,9 +218,11 @@ static void section_forces(const gallop_model *model, const instant *now, const 
     if (wind) aero_loads(model, now, at, first, last - first, slopes);
 }
 
-static void look_at_angles(const gallop_model *model, const sections *at, int first, int last, int first_element,
-                           watch *seen)
+/* The worst angle outside the curve's range, of the sections on which the wind matters. */
+static void look_at_angles(const gallop_model *model, const instant *now, const sections *at, int first, int last,
+                           int first_element, watch *seen)
 {
+    if (model->scene.outside != GALLOP_OUTSIDE_ERROR) return;
     lanes all = {0.0};
     double sum = 0.0;
     for (int i = first; i < last; i += LANES) all += *(const lanes *)(at->excess + i);
@@ -229,6 +231,7 @@ static void look_at_angles(const gallop_model *model, const sections *at, int fi
     for (int i = first; i < last; i++) {
         const int e = first_element + (i - first) / (3 * LANES) * LANES + i % LANES;
         if (!(at->excess[i] > seen->worst_excess) || e >= model->elements) continue;
+        if (!wind_matters(model, now, at, i)) continue;
         seen->worst_excess = at->excess[i];
         seen->worst_angle = at->angle[i];
         seen->angle_element = e;
@@ -257,7 +260,7 @@ INLINE void strips_residual(const gallop_model *model, const instant *now, const
     if (sectional) {
         const int first = 3 * LANES * slot, last = first + 3 * LANES * strips;
         section_forces(model, now, at, first, last, wind, slopes);
-        if (wind) look_at_angles(model, at, first, last, LANES * start, seen);
+        if (wind) look_at_angles(model, now, at, first, last, LANES * start, seen);
     }
     for (int k = 0; k < strips; k++) {
         const int e = LANES * (start + k), count = model->elements - e;

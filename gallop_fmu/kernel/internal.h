@@ -190,6 +190,7 @@ void instant_at(const gallop_model *model, double t, const gallop_inputs *inputs
 /* aero.c */
 double aero_angle(double theta, double v2, double v3, double omega, double wind, double attack, double radius);
 void aero_loads(const gallop_model *model, const instant *now, const sections *at, int first, int count, bool slopes);
+bool wind_matters(const gallop_model *model, const instant *now, const sections *at, int i);
 
 /* element.c */
 static inline bool windy(const gallop_model *model, const instant *now)

@@ -57,7 +57,7 @@ int angle_failure(const gallop_model *model, int element, double angle, double t
 /* A converged step is refused where its motion is impossible. */
 int newton_accept(const gallop_model *model, gallop_state *state, const watch *seen, double t, gallop_report *report)
 {
-    if (seen->worst_excess > 0.0 && model->scene.outside == GALLOP_OUTSIDE_ERROR)
+    if (seen->worst_excess > 0.0)
         return angle_failure(model, seen->angle_element, seen->worst_angle, t, report);
     if (seen->lowest_tension < state->lowest_tension) state->lowest_tension = seen->lowest_tension;
     if (seen->lowest_tension < 0.0)

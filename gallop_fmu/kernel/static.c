@@ -115,7 +115,7 @@ static int newton_at_rest(const gallop_model *m, double t, const instant *now, c
         for (size_t i = 0; i < values; i++) at->u[i] -= scale * at->residual[i];
         /* quadratic convergence ends in round-off: accept when it no longer improves */
         if (size < tolerance || (size < 10.0 * m->scene.newton_tolerance && size > 0.5 * before)) {
-            if (seen.worst_excess > 0.0 && m->scene.outside == GALLOP_OUTSIDE_ERROR) {
+            if (seen.worst_excess > 0.0) {
                 memcpy(at->u, at->u0, values * sizeof(double));
                 return angle_failure(m, seen.angle_element, seen.worst_angle, t, report);
             }

@@ -83,7 +83,10 @@ def test_many_failing_instances_end_cleanly(gallop_fmu):
         "    result = simulate_fmu(paths[0], stop_time=5.0, output_interval=0.05, start_values={'wind_speed': 140.0})\n"
         "print(0.0 < result['time'][-1] < 5.0, result['status'][-1])"
     )
-    stopped, status = run(code, gallop_fmu).split()
+    done = attempt(code, gallop_fmu)
+    assert done.returncode == 0
+    assert {line[:14] for line in done.stderr.splitlines()} == {"gallop-fmu: At"}  # why the steps failed
+    stopped, status = done.stdout.split()
     assert stopped == "True"
     assert int(status) > 0
 

@@ -1,0 +1,265 @@
+/* Fuzzing target: every exported function of gallop.h, with models, states, reports, arrays, indices, counts and numbers
+ * that are right or wrong, as the input says.  Lengths of arrays alone are always right: no callee can check them.
+ *
+ * Every call ends in a typed outcome and fills in its report; one that is refused changes no state; what is computed is
+ * finite. */
+#include "input.h"
+#include "scene.h"
+
+#include <stdbool.h>
+
+#define MODELS 4
+#define STATES 5
+#define INDICES 8    /* of an array of indices */
+#define RECORDS 3
+#define WORDS 16384  /* room of a state, and of any output */
+
+static gallop_model *model[MODELS];
+static gallop_state *state[STATES];   /* as many models have one, and one is blank */
+static double room[WORDS], motion[3][WORDS];
+
+static void clean_up(void)
+{
+    for (int i = 0; i < MODELS; i++) gallop_model_free(model[i]);
+    for (int i = 0; i < STATES; i++) free(state[i]);
+}
+
+/* Models that differ in size, in a number, in what they compute, and in how they step. */
+static void set_up(void)
+{
+    for (int i = 0; i < MODELS; i++) {
+        gallop_scene scene;
+        input nothing = {NULL, NULL};
+        gallop_report report;
+        scene_of(&nothing, &scene);
+        scene.elements = i == 0 ? 2 : 4;
+        scene.horizontal_tension = 0.0;
+        scene.laws_only = scene.half_span = i == 2;
+        scene.integrator = i == 3 ? GALLOP_GAUSS6 : GALLOP_NEWMARK;
+        scene.tolerance = i == 3 ? 1e-3 : 0.0;
+        REQUIRE(gallop_model_create(&scene, &model[i], &report) == GALLOP_COMPLETED);
+        REQUIRE(gallop_state_size(model[i]) <= WORDS * sizeof(double));
+    }
+    for (int i = 0; i < STATES; i++) state[i] = calloc(WORDS, sizeof(double));
+    atexit(clean_up);
+}
+
+/* One of several pointers, or one that is wrong. */
+static void *pointer_of(input *in, void *right)
+{
+    const uint8_t b = byte_of(in);
+    if (b < 200) return right;
+    return b < 220 ? NULL : (char *)right + (b % 2 ? 1 : 4);
+}
+
+static const gallop_model *model_from(input *in)
+{
+    static double junk[512];
+    const uint8_t b = byte_of(in);
+    return pointer_of(in, b < 240 ? (void *)model[b % MODELS] : junk);
+}
+
+static gallop_state *state_from(input *in) { return pointer_of(in, state[byte_of(in) % STATES]); }
+
+static int32_t count_from(input *in)
+{
+    static const int32_t count[] = {0, 1, 2, INDICES, -1, INT32_MIN};
+    return count[byte_of(in) % 6];
+}
+
+static int32_t index_from(input *in)
+{
+    static const int32_t odd[] = {-1, INT32_MIN, INT32_MAX, 9, 40, 99};
+    const uint8_t b = byte_of(in);
+    return b < 200 ? b % 9 : odd[b % 6];
+}
+
+static int64_t whole_from(input *in)
+{
+    static const int64_t whole[] = {0, 1, 2, RECORDS, -1, INT64_MIN, INT64_MAX, INT64_MAX / 2, 10000000000000};
+    return whole[byte_of(in) % 9];
+}
+
+static gallop_inputs inputs_from(input *in)
+{
+    gallop_inputs inputs = {.wind_speed = 5.5, .attack_angle = 3.14159};
+    double *number = (double *)&inputs;
+    for (uint8_t left = byte_of(in) % 4; left; left--) number[byte_of(in) % 17] = number_of(in);
+    return inputs;
+}
+
+/* A time that is soon reached from the state's, or one that must be refused. */
+static double time_from(input *in, double now)
+{
+    const uint8_t b = byte_of(in);
+    if (b < 160) return now + b / 2000.0;
+    const double time = number_of(in);
+    return isfinite(time) && fabs(time - now) < 1e11 ? now - 1.0 : time;
+}
+
+typedef struct { gallop_report report, *given; char *before; gallop_state *state; } call;
+
+/* Fills the report with what no call leaves in it, and remembers the state. */
+static call begin(input *in, gallop_state *of)
+{
+    call c = {.state = of};
+    memset(&c.report, 0xa5, sizeof c.report);
+    c.before = malloc(WORDS * sizeof(double));
+    for (int i = 0; i < STATES; i++)
+        if (of == state[i]) memcpy(c.before, of, WORDS * sizeof(double));
+    (void)in;
+    return c;
+}
+
+static void end(call *c, const void *given, int outcome)
+{
+    const gallop_report *r = &c->report;
+    REQUIRE(outcome >= GALLOP_COMPLETED && outcome <= GALLOP_BAD_CALL);
+    if (given == r) {
+        REQUIRE(r->outcome == outcome && r->element >= -1 && r->element < 4);
+        REQUIRE(r->steps >= 0 && r->substeps >= 0 && r->iterations >= 0 && r->refactorisations >= 0);
+        REQUIRE(r->halvings >= 0 && r->rejections >= 0 && !(r->largest_turn < 0.0));
+        REQUIRE(outcome == GALLOP_BAD_CALL ? r->field != NULL : r->field == NULL);
+    }
+    for (int i = 0; i < STATES && outcome == GALLOP_BAD_CALL; i++)
+        if (c->state == state[i]) REQUIRE(memcmp(c->before, c->state, WORDS * sizeof(double)) == 0);
+    free(c->before);
+}
+
+static void start(input *in)
+{
+    const gallop_model *m = model_from(in);
+    gallop_state *s = state_from(in);
+    const gallop_inputs inputs = inputs_from(in);
+    const void *at = byte_of(in) < 128 ? NULL : pointer_of(in, (void *)&inputs);
+    const uint8_t which = byte_of(in);
+    const double time = which < 200 ? 0.0 : number_of(in);
+    call c = begin(in, s);
+    gallop_report *report = pointer_of(in, &c.report);
+    end(&c, report, which % 2 ? gallop_state_init(m, s, time, at, report) : gallop_equilibrium(m, s, time, at, report));
+}
+
+static void advance(input *in)
+{
+    const gallop_model *m = model_from(in);
+    gallop_state *s = state_from(in);
+    const gallop_inputs inputs = inputs_from(in);
+    const void *at = byte_of(in) < 128 ? NULL : pointer_of(in, (void *)&inputs);
+    const double now = gallop_state_time(s), until = time_from(in, isnan(now) ? 0.0 : now);
+    call c = begin(in, s);
+    gallop_report *report = pointer_of(in, &c.report);
+    end(&c, report, gallop_advance(m, s, at, until, report));
+}
+
+static void run(input *in)
+{
+    int32_t index[3][INDICES];
+    for (int k = 0; k < 3; k++)
+        for (int i = 0; i < INDICES; i++) index[k][i] = index_from(in);
+    const gallop_model *m = model_from(in);
+    gallop_state *s = state_from(in);
+    const int64_t first = whole_from(in), records = whole_from(in), every = whole_from(in);
+    const int32_t channels = count_from(in), nodes = count_from(in), spans = count_from(in);
+    const int32_t *channel = pointer_of(in, index[0]), *node = pointer_of(in, index[1]);
+    const int32_t *span = pointer_of(in, index[2]);
+    double *values = pointer_of(in, room), *of_span = pointer_of(in, motion[0]);
+    int64_t made = -1, *done = pointer_of(in, &made);
+    call c = begin(in, s);
+    gallop_report *report = pointer_of(in, &c.report);
+    const int outcome = gallop_run(m, s, first, records, every, channel, channels, node, nodes, span, spans, values,
+                                   of_span, done, report);
+    if (outcome == GALLOP_COMPLETED) REQUIRE(made == records && records <= RECORDS);
+    if (outcome == GALLOP_BAD_CALL) REQUIRE(made == -1 || made == 0);
+    for (int64_t i = 0; outcome == GALLOP_COMPLETED && i < records * channels * nodes; i++) REQUIRE(isfinite(values[i]));
+    end(&c, report, outcome);
+}
+
+static void observe(input *in)
+{
+    const gallop_model *m = model_from(in);
+    gallop_state *s = state_from(in);
+    const uint8_t which = byte_of(in);
+    const int32_t node = index_from(in);
+    double *values = pointer_of(in, room);
+    const double sharpness = which < 100 ? 1.0 : number_of(in);
+    call c = begin(in, s);
+    int outcome = GALLOP_BAD_CALL;
+    switch (which % 6) {
+    case 0: outcome = gallop_observe_node(m, s, node, values); break;
+    case 1: outcome = gallop_observe_span(m, s, values); break;
+    case 2: outcome = gallop_support_forces(m, s, values); break;
+    case 3: outcome = gallop_rewind(m, s, sharpness); break;
+    case 4: outcome = gallop_state_check(m, s); break;
+    default: gallop_state_time(s); break;
+    }
+    end(&c, NULL, outcome);
+}
+
+static void evaluate(input *in)
+{
+    const gallop_model *m = model_from(in);
+    gallop_state *s = state_from(in);
+    const gallop_inputs inputs = inputs_from(in);
+    const void *at = byte_of(in) < 128 ? NULL : pointer_of(in, (void *)&inputs);
+    for (int i = 0; i < 3; i++) {
+        memset(motion[i], 0, 512);
+        if (byte_of(in) > 128) motion[i][byte_of(in) % 64] = number_of(in);
+    }
+    const double *u = pointer_of(in, motion[0]), *v = pointer_of(in, motion[1]), *a = pointer_of(in, motion[2]);
+    double *out = pointer_of(in, room);
+    const uint8_t which = byte_of(in);
+    const double time = which < 128 ? 0.0 : number_of(in), k = which % 3 ? 1.0 : number_of(in);
+    call c = begin(in, s);
+    end(&c, NULL, which % 2 ? gallop_residual(m, s, time, at, u, v, a, out)
+                            : gallop_tangent(m, s, time, at, u, v, a, k, 1.0, 1.0, out));
+}
+
+static void ask(input *in)
+{
+    const gallop_model *m = model_from(in);
+    const bool right = m == model[0] || m == model[1] || m == model[2] || m == model[3];
+    REQUIRE((gallop_state_size(m) > 0) == right && (gallop_saved_size(m) > 0) == right);
+    REQUIRE((gallop_middle(m) > 0) == right);
+    void *out = pointer_of(in, room);
+    const int derived = gallop_model_derived(m, out), nodes = gallop_model_nodes(m, out);
+    REQUIRE(derived == (right && out == room ? GALLOP_COMPLETED : GALLOP_BAD_CALL) && nodes == derived);
+    gallop_struct_sizes(pointer_of(in, room));
+}
+
+static void create(input *in)
+{
+    gallop_scene scene;
+    input nothing = {NULL, NULL};
+    gallop_model *made = NULL;
+    scene_of(&nothing, &scene);
+    scene.horizontal_tension = 0.0;
+    scene.load_count = byte_of(in) % 2;
+    scene.load = pointer_of(in, load);
+    scene.breakpoint = pointer_of(in, breakpoint);
+    scene.origin = pointer_of(in, origin);
+    scene.coefficient = pointer_of(in, coefficient);
+    call c = begin(in, NULL);
+    gallop_report *report = pointer_of(in, &c.report);
+    gallop_model **to = pointer_of(in, &made);
+    const int outcome = gallop_model_create(pointer_of(in, &scene), to, report);
+    REQUIRE((outcome == GALLOP_COMPLETED) == (made != NULL));
+    if (outcome != GALLOP_INVALID_SCENE) end(&c, report, outcome);
+    else free(c.before);
+    gallop_model_free(made);
+}
+
+int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
+{
+    if (!model[0]) set_up();
+    input in = {data, data + size};
+    for (int i = 0; i < STATES; i++) memset(state[i], 0, WORDS * sizeof(double));
+    for (int i = 0; i < MODELS; i++) {
+        gallop_report report;
+        REQUIRE(gallop_state_init(model[i], state[i], 0.0, NULL, &report) == GALLOP_COMPLETED);
+    }
+    for (int calls = 0; calls < 40 && in.next < in.last; calls++) {
+        static void (*const act[])(input *) = {start, advance, advance, run, run, observe, observe, evaluate, ask, create};
+        act[byte_of(&in) % 10](&in);
+    }
+    return 0;
+}
