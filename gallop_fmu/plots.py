@@ -9,11 +9,12 @@ from __future__ import annotations
 import math
 import textwrap
 from collections.abc import Mapping, Sequence
+from contextlib import AbstractContextManager
 from io import BytesIO
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-import matplotlib
+import matplotlib.style
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
@@ -68,6 +69,14 @@ STYLE: dict[Any, Any] = {
 }
 
 
+def drawing(style: Mapping[str, Any]) -> AbstractContextManager[None]:
+    """Settings under which a figure is made or saved: matplotlib's own defaults, then `style`.
+
+    A user's ``matplotlibrc`` has no part in them: it may ask for LaTeX or fonts that are not installed.
+    """
+    return matplotlib.style.context(["default", dict(style)])
+
+
 def histories(source: Result | xr.Dataset, channels: Sequence[str] = ("u2", "u3")) -> Figure:
     """Mid-span histories, one above the other.
 
@@ -84,7 +93,7 @@ def histories(source: Result | xr.Dataset, channels: Sequence[str] = ("u2", "u3"
         If a channel or the mid-span node was not recorded.
     """
     data = _midspan(source, channels)
-    with matplotlib.rc_context(STYLE):
+    with drawing(STYLE):
         figure = _page(1.0 + 1.25 * len(channels))
         axes = figure.subplots(len(channels), 1, sharex=True, squeeze=False)[:, 0]
         _draw_histories(list(axes), data, channels)
@@ -108,7 +117,7 @@ def trace(source: Result | xr.Dataset, windows: Windows | None = None) -> Figure
     """
     data = _midspan(source, ("u2", "u3"))
     windows = windows or enlarged_part(data)
-    with matplotlib.rc_context(STYLE):
+    with drawing(STYLE):
         figure = _page(2.9)
         panels = figure.subplots(1, len(windows), sharex=True, sharey=True, squeeze=False)[0]
         _draw_traces(list(panels), data, windows)
@@ -128,7 +137,7 @@ def story(source: Result | xr.Dataset, windows: Windows, title: str = "") -> Fig
         One line above the figure.
     """
     data = _midspan(source, ("u2", "u3"))
-    with matplotlib.rc_context(STYLE):
+    with drawing(STYLE):
         figure = _page(6.0)
         top, bottom = figure.subfigures(2, 1, squeeze=False, height_ratios=(1.15, 1.0))[:, 0]
         upper = list(top.subplots(2, 1, sharex=True))
@@ -153,7 +162,7 @@ def overview(result: Result) -> Figure:
     channels = ("u2", "u3", "theta", "tension")
     data = _midspan(result, channels)
     part = enlarged_part(data)
-    with matplotlib.rc_context(STYLE):
+    with drawing(STYLE):
         figure = _page(5.6)
         left, right = figure.subfigures(1, 2, squeeze=False, width_ratios=(1.45, 1.0))[0]
         column = list(left.subplots(4, 1, sharex=True))
@@ -177,7 +186,7 @@ def save_figure(figure: Figure, path: Path | str) -> Path:
     path = Path(path)
     if path.suffix not in SUFFIXES:
         raise SceneError(f"{path}: pictures are written as {', '.join(SUFFIXES)}, not as {path.suffix or 'no suffix'}")
-    with matplotlib.rc_context({"svg.fonttype": "none", "pdf.fonttype": 42}):
+    with drawing({"svg.fonttype": "none", "pdf.fonttype": 42}):
         content = BytesIO()
         figure.savefig(content, format=path.suffix[1:], dpi=200)
     write_whole(path, content.getvalue())

@@ -5,6 +5,7 @@ Whatever a command needs is imported inside it, so that ``--help`` answers at on
 
 from __future__ import annotations
 
+import io
 import json
 import os
 import sys
@@ -93,7 +94,24 @@ def start(app: typer.Typer, name: str) -> None:
     machine with two cores they made a screening take four times its processor time.
     """
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # read when numpy and scipy are loaded, which is later
+    os.environ["MPLBACKEND"] = "Agg"  # figures go to files; Jupyter names a backend that may not be installed here
+    _repair_streams()
     app(prog_name=name)
+
+
+def _repair_streams() -> None:
+    """Give a program without output, such as a service, a place for it; escape what it cannot encode."""
+    for descriptor in range(3):  # else the next file that is opened would take the number, and the output of libraries
+        try:
+            os.fstat(descriptor)
+        except OSError:
+            os.set_inheritable(os.open(os.devnull, os.O_RDWR), True)
+    for name in ("stdout", "stderr"):
+        stream = getattr(sys, name)
+        if stream is None:
+            setattr(sys, name, open(os.devnull, "w", encoding="utf-8"))
+        elif isinstance(stream, io.TextIOWrapper):
+            stream.reconfigure(errors="backslashreplace")
 
 
 def _show_version(context: typer.Context, wanted: bool) -> None:

@@ -4,14 +4,13 @@ from __future__ import annotations
 
 from typing import Any
 
-import matplotlib
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from gallop_fmu import Outcome, Result
-from gallop_fmu.plots import STYLE, TEXT_WIDTH, enlarged_part
+from gallop_fmu.plots import STYLE, TEXT_WIDTH, drawing, enlarged_part
 from modal.comparison import Comparison
 
 NAMES = {
@@ -33,7 +32,7 @@ def comparison_figure(comparison: Comparison) -> Figure:
     All rows share one scale, that of the two models that stay bounded; linear theory runs out of it.  A dotted line
     marks where the amplitude of a simpler model has parted from the simulation's by a fifth.
     """
-    with matplotlib.rc_context(STYLE):
+    with drawing(STYLE):
         figure = Figure(figsize=(TEXT_WIDTH, 6.6), layout="constrained")
         top, bottom = figure.subfigures(2, 1, squeeze=False, height_ratios=(1.5, 1.0))[:, 0]
         _draw_histories(top.subplots(3, 2, sharex=True, sharey="col"), comparison)

@@ -8,7 +8,6 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any, Literal
 
-import matplotlib
 import numpy as np
 from matplotlib.collections import LineCollection
 from matplotlib.colors import to_rgb
@@ -17,6 +16,7 @@ from matplotlib.lines import Line2D
 from matplotlib.ticker import MaxNLocator
 from numpy.typing import NDArray
 
+from gallop_fmu.plots import drawing
 from modal.criteria import Criterion
 from modal.modes import Mode
 
@@ -66,7 +66,7 @@ def mode_shapes(modes: Sequence[Mode], title: str = "") -> Figure:
     title
         One line above the figure.
     """
-    with matplotlib.rc_context(STYLE):
+    with drawing(STYLE):
         rows = -(-len(modes) // 3)
         figure = Figure(figsize=(WIDTH, 0.5 + 1.15 * rows), layout="constrained")
         panels = figure.subplots(rows, 3, sharex=True, squeeze=False)
@@ -99,7 +99,7 @@ def tracking_figure(data: xr.Dataset) -> Figure:
     path = data.frequency_hz.dims[1]
     values, frequency = data[path].values, data.frequency_hz.values
     palette = np.array([to_rgb(COLOURS[family]) for family in data.family.values.tolist()])
-    with matplotlib.rc_context(STYLE):
+    with drawing(STYLE):
         figure = Figure(figsize=(WIDTH, 5.0), layout="constrained")
         axes = figure.subplots()
         for mode, (wave, share) in enumerate(zip(frequency, data.share.values, strict=True)):
@@ -154,7 +154,7 @@ def ratio_figure(data: xr.Dataset) -> Figure:
         return _ratio_contours(data)
     (path,) = data.ratio.dims
     values, unit = data[path].values, data[path].attrs["units"]
-    with matplotlib.rc_context(STYLE):
+    with drawing(STYLE):
         figure = Figure(figsize=(WIDTH, 4.4), layout="constrained")
         above, below = figure.subplots(2, 1, sharex=True)
         for family in ("vertical", "horizontal"):
@@ -181,7 +181,7 @@ def _ratio_contours(data: xr.Dataset) -> Figure:
     """
     down, across = data.ratio.dims
     x, y, ratio = data[across].values, data[down].values, data.ratio.values
-    with matplotlib.rc_context(STYLE):
+    with drawing(STYLE):
         figure = Figure(figsize=(WIDTH, 4.4), layout="constrained")
         axes = figure.subplots()
         filled = axes.contourf(x, y, ratio, levels=np.linspace(np.nanmin(ratio), np.nanmax(ratio), 25), cmap="cividis")
@@ -228,7 +228,7 @@ def criteria_figure(criteria: Sequence[Criterion], attack_angle: float | None = 
     attack_angle
         The span's own [rad], marked if given.
     """
-    with matplotlib.rc_context(STYLE):
+    with drawing(STYLE):
         figure = Figure(figsize=(WIDTH, 0.6 + 1.5 * len(criteria)), layout="constrained")
         rows = figure.subplots(len(criteria), 1, sharex=True, squeeze=False)[:, 0]
         for axes, criterion in zip(rows, criteria, strict=True):
@@ -253,7 +253,7 @@ def locus_figure(data: xr.Dataset) -> Figure:
     data
         From `modal.root_locus`.
     """
-    with matplotlib.rc_context(STYLE):
+    with drawing(STYLE):
         figure = Figure(figsize=(WIDTH, 3.4), layout="constrained")
         plane, ratio = figure.subplots(1, 2)
         shown: set[str] = set()
@@ -288,7 +288,7 @@ def screening_figure(found: Screening) -> Figure:
     found
         From `modal.screen`.
     """
-    with matplotlib.rc_context(STYLE):
+    with drawing(STYLE):
         figure = Figure(figsize=(WIDTH, 3.0), layout="constrained")
         amplitude, growth = figure.subplots(1, 2, sharex=True)
         cycles = found.limit_cycle

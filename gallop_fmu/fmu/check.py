@@ -7,15 +7,20 @@ import os
 import signal
 import subprocess
 import sys
+import tempfile
+from contextlib import suppress
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any, NamedTuple
+from threading import Thread
+from typing import IO, Any, NamedTuple
 
 from gallop_fmu.fmu.archive import archive_problem
-from gallop_fmu.fmu.trial import PREFIX
+from gallop_fmu.fmu.trial import FINDINGS
 
 TRIAL_SECONDS = 300
 """Time given to the short run, loading included."""
+MOST_OUTPUT = 65_536
+"""Bytes that are kept of what the short run says."""
 
 
 class CheckRow(NamedTuple):
@@ -108,19 +113,46 @@ def _platform_problem(path: Path) -> str:
 
 
 def _try_out(check: FmuCheck) -> None:
-    """A short run in a process of its own, which tells its findings as lines of JSON."""
-    command = [sys.executable, "-P", "-m", "gallop_fmu.fmu.trial", str(check.path.resolve())]
-    try:
-        done = subprocess.run(command, capture_output=True, encoding="utf-8", errors="replace", timeout=TRIAL_SECONDS)
-    except subprocess.TimeoutExpired:
+    """A short run in a process of its own, which leaves its findings in a file as lines of JSON."""
+    with tempfile.TemporaryDirectory(prefix="fmu_", ignore_cleanup_errors=True) as folder:
+        code, said = _run_trial(check.path, folder)
+        with suppress(FileNotFoundError), Path(folder, FINDINGS).open(encoding="utf-8", errors="replace") as file:
+            for line in file.read(MOST_OUTPUT).splitlines():
+                with suppress(ValueError, TypeError):  # the FMU, too, can write into the file
+                    check.add(*map(str, json.loads(line)))
+    if code is None:
         check.add("run", f"not finished after {TRIAL_SECONDS} s", "")
         return
-    for line in done.stdout.splitlines():
-        if line.startswith(PREFIX):
-            check.add(*json.loads(line.removeprefix(PREFIX)))
-    last = done.stderr.strip().splitlines()[-1:]
-    if done.returncode < 0:
-        ending = f"stopped by {signal.Signals(-done.returncode).name}"
-    else:
-        ending = f"ended with code {done.returncode}"
-    check.add("process", " ".join([ending, *last]) if done.returncode else "", "ended cleanly")
+    if code == 0 and all(row.name != "run" for row in check.rows):
+        check.add("run", "the FMU ended the process before its steps were made", "")
+    ending = f"stopped by {signal.Signals(-code).name}" if code < 0 else f"ended with code {code}"
+    check.add("process", " ".join([ending, *said.splitlines()[-1:]]) if code else "", "ended cleanly")
+
+
+def _run_trial(path: Path, folder: str) -> tuple[int | None, str]:
+    """Exit code, None if the time is over, and the end of what was said on the error stream.
+
+    An FMU may print without end: its output is not kept, and of its error stream only the last `MOST_OUTPUT` bytes are.
+    """
+    code = "import sys; from gallop_fmu.fmu.trial import main; main(*sys.argv[1:])"
+    command = [sys.executable, "-P", "-c", code, str(path.resolve()), folder]
+    # A user who makes warnings errors does not mean those of the packages that the trial imports.
+    environment = {name: value for name, value in os.environ.items() if name != "PYTHONWARNINGS"}
+    end = bytearray()
+
+    def keep_the_end(stream: IO[bytes]) -> None:
+        while chunk := stream.read1(MOST_OUTPUT):  # type: ignore[attr-defined]
+            end.extend(chunk)
+            del end[:-MOST_OUTPUT]
+
+    with subprocess.Popen(command, env=environment, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE) as process:
+        reader = Thread(target=keep_the_end, args=(process.stderr,), daemon=True)
+        reader.start()
+        try:
+            exit_code = process.wait(TRIAL_SECONDS)
+        except subprocess.TimeoutExpired:
+            exit_code = None
+        finally:
+            process.kill()
+            reader.join(5.0)  # a process that the FMU started may hold the stream open
+    return exit_code, end.decode(errors="replace").strip()

@@ -1,15 +1,13 @@
-"""A short run of an FMU with FMPy: ``python -m gallop_fmu.fmu.trial FMU`` prints one line a check.
+"""A short run of an FMU with FMPy, which writes one line a check into the file `FINDINGS`.
 
-After `PREFIX` stands a JSON list: name of the check, the problem (empty if there is none), what is said otherwise.
+Each line is a JSON list: name of the check, the problem (empty if there is none), the words for a pass.
 """
 
 from __future__ import annotations
 
 import json
 import math
-import shutil
-import sys
-import tempfile
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 from urllib.parse import quote
@@ -17,34 +15,34 @@ from urllib.parse import quote
 STEPS = 20
 """Communication steps of the run."""
 
-PREFIX = "trial: "
-"""Start of a line that holds a finding; an FMU may print other lines."""
+FINDINGS = "findings"
+"""Name of the file with the findings; what an FMU prints goes elsewhere."""
+
+Say = Callable[[str, str, str], None]
+"""Called with the three items of a finding."""
 
 DEFAULT_STEP = 0.01
 """Communication step [s] where the FMU names none."""
 
 
-def main(path: str) -> None:
-    """Run the FMU and print what was found."""
-    folder = tempfile.mkdtemp(prefix="fmu_")
-    try:
-        _run(path, folder)
-    finally:
-        shutil.rmtree(folder, ignore_errors=True)
+def main(path: str, folder: str) -> None:
+    """Run the FMU, unpacked into a folder, and write the findings there."""
+    with Path(folder, FINDINGS).open("w", encoding="utf-8") as file:
+
+        def say(name: str, problem: str, good: str) -> None:
+            print(json.dumps([name, problem, good]), file=file, flush=True)
+
+        _run(path, str(Path(folder, "unpacked")), say)
 
 
-def _say(name: str, problem: str, good: str) -> None:
-    print(PREFIX + json.dumps([name, problem, good]), flush=True)
-
-
-def _run(path: str, folder: str) -> None:
+def _run(path: str, folder: str, say: Say) -> None:
     from fmpy import extract, read_model_description
     from fmpy.fmi2 import FMU2Slave
 
     description = read_model_description(path, validate=False)
     extract(path, unzipdir=folder)
     if (Path(folder) / "resources" / "slavemodule.txt").exists() and not readable_by_pythonfmu(folder):
-        _say("run", f"pythonfmu cannot read the temporary folder {folder!r}; set TMPDIR to a path in plain ASCII", "")
+        say("run", f"pythonfmu cannot read the temporary folder {folder!r}; set TMPDIR to a path in plain ASCII", "")
         return
     messages: list[str] = []
     fmu = FMU2Slave(
@@ -60,15 +58,15 @@ def _run(path: str, folder: str) -> None:
         for k in range(STEPS):
             fmu.doStep(k * step, step)
     except Exception as problem:
-        _say("run", "; ".join([str(problem), *messages[-2:]]), "")
+        say("run", "; ".join([str(problem), *messages[-2:]]), "")
         return
-    _say("run", "", f"{STEPS} steps of {step:g} s")
+    say("run", "", f"{STEPS} steps of {step:g} s")
     wild = [name for name, value in outputs.read().items() if not math.isfinite(value)]
-    _say("finite", f"not finite: {', '.join(wild)}" if wild else "", f"all {len(outputs.names)} outputs")
+    say("finite", f"not finite: {', '.join(wild)}" if wild else "", f"all {len(outputs.names)} outputs")
     if description.coSimulation.canGetAndSetFMUstate:
-        _roll_back(fmu, outputs, step, description.coSimulation.canSerializeFMUstate)
+        _roll_back(say, fmu, outputs, step, description.coSimulation.canSerializeFMUstate)
     else:
-        _say("rollback", "the FMU offers no fmi2GetFMUstate", "")
+        say("rollback", "the FMU offers no fmi2GetFMUstate", "")
     fmu.terminate()
     fmu.freeInstance()
 
@@ -117,7 +115,7 @@ class _Outputs:
         return dict(zip(self.names, values, strict=True))
 
 
-def _roll_back(fmu: Any, outputs: _Outputs, step: float, serialises: bool) -> None:
+def _roll_back(say: Say, fmu: Any, outputs: _Outputs, step: float, serialises: bool) -> None:
     """Make a step twice from one state, then once more from that state as bytes."""
     now = STEPS * step
     state = fmu.getFMUstate()
@@ -125,12 +123,12 @@ def _roll_back(fmu: Any, outputs: _Outputs, step: float, serialises: bool) -> No
     first = outputs.read()
     fmu.setFMUstate(state)
     fmu.doStep(now, step)
-    _say("rollback", _difference(first, outputs.read()), "a repeated step gives the same bits")
+    say("rollback", _difference(first, outputs.read()), "a repeated step gives the same bits")
     if serialises:
         again = fmu.deSerializeFMUstate(fmu.serializeFMUstate(state))
         fmu.setFMUstate(again)
         fmu.doStep(now, step)
-        _say("serialised state", _difference(first, outputs.read()), "a step from it gives the same bits")
+        say("serialised state", _difference(first, outputs.read()), "a step from it gives the same bits")
         fmu.freeFMUstate(again)
     fmu.freeFMUstate(state)
 
@@ -138,7 +136,3 @@ def _roll_back(fmu: Any, outputs: _Outputs, step: float, serialises: bool) -> No
 def _difference(first: dict[str, float], second: dict[str, float]) -> str:
     different = [name for name, value in first.items() if float(value).hex() != float(second[name]).hex()]
     return f"a repeated step differs in {', '.join(different)}" if different else ""
-
-
-if __name__ == "__main__":
-    main(sys.argv[1])

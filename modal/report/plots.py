@@ -9,13 +9,12 @@ from dataclasses import dataclass
 from io import StringIO
 from typing import TYPE_CHECKING, Any, Literal
 
-import matplotlib
 import numpy as np
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from gallop_fmu.clearance import Ellipse
-from gallop_fmu.plots import COLOURS, NEUTRAL, STYLE
+from gallop_fmu.plots import COLOURS, NEUTRAL, STYLE, drawing
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -93,7 +92,7 @@ def svg(figure: Figure, name: str, width: float | None = None) -> str:
     if width is not None:
         resize(figure, width, float(figure.get_size_inches()[1]))
     text = StringIO()
-    with matplotlib.rc_context({"svg.fonttype": "none", "svg.hashsalt": name}):
+    with drawing({"svg.fonttype": "none", "svg.hashsalt": name}):
         figure.savefig(text, format="svg", transparent=True, metadata={"Date": None})
     return _embedded(text.getvalue(), name)
 
@@ -108,7 +107,7 @@ def resize(figure: Figure, width: float, height: float) -> Figure:
         for row, axes in enumerate(panels):
             axes.set_subplotspec(below[row])
     figure.set_size_inches(width, height)
-    with matplotlib.rc_context(STYLE):
+    with drawing(STYLE):
         for axes in panels:
             for side in SIDES:
                 if title := axes.get_title(loc=side):
@@ -124,7 +123,7 @@ def static_shape(states: Mapping[str, Statics]) -> Figure:
     states
         Name to state, at most two.
     """
-    with matplotlib.rc_context(STYLE):
+    with drawing(STYLE):
         figure = Figure(figsize=(WIDE, 3.6), layout="constrained")
         side, above = figure.subplots(2, 1, sharex=True, height_ratios=(1.4, 1.0))
         for (name, state), style in zip(states.items(), REST_STYLES, strict=False):
@@ -146,7 +145,7 @@ def static_shape(states: Mapping[str, Statics]) -> Figure:
 def coefficient_figure(curve: AerodynamicCurve, attack_angle: float) -> Figure:
     """Lift, drag and moment coefficient over the attack angle, the span's own [rad] marked."""
     angle = np.linspace(curve.breakpoint[0], curve.breakpoint[-1], 361)
-    with matplotlib.rc_context(STYLE):
+    with drawing(STYLE):
         figure = Figure(figsize=(WIDE, 2.6), layout="constrained")
         axes = figure.subplots()
         lines = (("lift", "u2", "-"), ("drag", "u3", "--"), ("moment", "theta", "-."))
@@ -180,7 +179,7 @@ def clearance_figure(
     """
     x, y = np.asarray(data.u3.values), np.asarray(data.u2.values)
     rest = list(places.values())[-1]
-    with matplotlib.rc_context(STYLE):
+    with drawing(STYLE):
         figure = Figure(figsize=(NARROW, 4.6), layout="constrained")
         axes = figure.subplots()
         hull = outermost(x, y)

@@ -7,6 +7,7 @@ import zipfile
 import pytest
 
 from gallop_fmu.fmu import check_fmu
+from gallop_fmu.fmu.check import MOST_OUTPUT, _run_trial
 from gallop_fmu.fmu.trial import readable_by_pythonfmu
 
 BOMB = '<?xml version="1.0"?><!DOCTYPE x [<!ENTITY a "aaaa">]><fmiModelDescription fmiVersion="2.0"/>'
@@ -16,7 +17,9 @@ def failed(check):
     return {row.name: row.detail for row in check.rows if not row.ok}
 
 
-def test_an_exported_fmu_passes(gallop_fmu):
+def test_an_exported_fmu_passes(gallop_fmu, monkeypatch):
+    """Also where the user makes warnings errors."""
+    monkeypatch.setenv("PYTHONWARNINGS", "error")
     check = check_fmu(gallop_fmu)
     assert failed(check) == {}
     assert check.ok
@@ -107,6 +110,28 @@ def test_a_binary_that_is_none_is_a_finding_and_no_crash(gallop_fmu, tmp_path):
 def test_a_broken_slave_is_a_finding_with_its_message(gallop_fmu, tmp_path):
     path = copy_with(gallop_fmu, tmp_path / "x.fmu", lambda n, d: b"import nothing_here" if n.endswith(".py") else d)
     assert "nothing_here" in failed(check_fmu(path))["run"]
+
+
+@pytest.mark.parametrize("runtime", ["python"], indirect=True, scope="session")
+def test_an_fmu_that_ends_the_process_is_no_sound_one(gallop_fmu, tmp_path):
+    path = copy_with(gallop_fmu, tmp_path / "x.fmu", lambda n, d: b"import os; os._exit(0)" if n.endswith(".py") else d)
+    assert "ended the process" in failed(check_fmu(path))["run"]
+
+
+@pytest.mark.parametrize("runtime", ["python"], indirect=True, scope="session")
+def test_output_without_end_is_not_kept(gallop_fmu, tmp_path):
+    """25 MB on each stream; what the FMU prints is no finding."""
+    flood = (
+        b"import os\nfor _ in range(400): os.write(1, b'trial: [1' * 7000) and os.write(2, b'x' * 63000)\n"
+        b"os.write(2, b'\\nthe last words\\n')\nimport nothing_here\n"
+    )
+    path = copy_with(gallop_fmu, tmp_path / "x.fmu", lambda n, d: flood if n.endswith(".py") else d)
+    code, said = _run_trial(path, str(tmp_path))
+    assert code == 0
+    assert len(said) <= MOST_OUTPUT
+    assert "the last words" in said
+    (finding,) = (tmp_path / "findings").read_text().splitlines()
+    assert "nothing_here" in finding
 
 
 def test_another_platform_only(gallop_fmu, tmp_path):

@@ -10,8 +10,10 @@ from pathlib import Path
 import h5netcdf
 import numpy as np
 import pytest
+import xarray as xr
 from typer.testing import CliRunner
 
+import gallop_fmu as gf
 from gallop_fmu import terminal
 from gallop_fmu.cli import app
 from gallop_fmu.scene_files import packaged_scenes
@@ -279,6 +281,30 @@ def test_as_a_process(tmp_path):
     assert (done.returncode, done.stdout) == (2, "")
     assert done.stderr.startswith("gallop-fmu: exmple1: no packaged scene has this name")
     assert len(done.stderr.splitlines()) == 1
+
+
+def test_foreign_settings_do_not_matter(tmp_path):
+    """A backend of Jupyter's that is not here, LaTeX in the user's matplotlibrc, a stream of Windows' code page."""
+    scene = gf.load_scene("example3").with_values({"title": "\u2126 \N{GRINNING FACE}"})
+    scene.save(tmp_path / "a.toml")
+    (tmp_path / "matplotlibrc").write_text("text.usetex: True\nfont.family: no such font\n")
+    foreign = {"MPLBACKEND": "module://matplotlib_inline.backend_inline", "PYTHONIOENCODING": "cp1252"}
+    command = _command("run", "a.toml", "--until", "0.1", "--plot", "a.png")
+    done = subprocess.run(command, cwd=tmp_path, env={**os.environ, **foreign}, capture_output=True, timeout=60)
+    assert (done.returncode, done.stderr) == (0, b"")
+    assert done.stdout.startswith(rb"\u2126 \U0001f600")
+    assert (tmp_path / "a.png").stat().st_size > 1000
+
+
+@pytest.mark.skipif(os.name == "nt", reason="closed streams of POSIX")
+@pytest.mark.parametrize("words", [("run",), ("sweep", "--over", "wind.speed=4,5", "--window", "0.05")])
+def test_streams_may_be_closed(tmp_path, words):
+    """As those of a service or of pythonw; what is opened next must not take their place."""
+    command = _command(*words, "example3", "--until", "0.1", "--out", "a.nc")
+    closed = ["sh", "-c", 'exec "$@" <&- >&- 2>&-', "sh", *command]
+    assert subprocess.run(closed, cwd=tmp_path, timeout=60).returncode == 0
+    with xr.open_dataset(tmp_path / "a.nc", engine="h5netcdf") as written:
+        assert written.sizes
 
 
 @pytest.mark.parametrize(
