@@ -7,6 +7,7 @@ along +x3), drag along it, the moment in the sense of the twist.
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Annotated, Any, Literal
 
@@ -15,12 +16,16 @@ from numpy.typing import ArrayLike, NDArray
 from pydantic import Field, ValidationInfo, model_validator
 
 from gallop_fmu.errors import SceneError
-from gallop_fmu.sections import Number, Section, quantity, setting
+from gallop_fmu.sections import Number, Section, Text, quantity, setting
 from gallop_fmu.textfiles import check_table, take_in_file
 
 Values = NDArray[np.float64]
 Outside = Literal["error", "hold", "periodic"]
 COEFFICIENTS = ("lift", "drag", "moment")
+CURVE_COLUMNS = {"angle_deg": "deg", **dict.fromkeys(COEFFICIENTS, "1")}
+"""Columns of a coefficient file, and their units."""
+LARGEST_COEFFICIENT = 10.0
+"""Measured coefficients of iced conductors stay below 3; beyond this a column or a unit is mistaken."""
 TURN = 2.0 * np.pi
 WRAPPED_POINTS = 3
 """A PCHIP slope depends on the two neighbours; one more keeps the end formula away from the seam."""
@@ -172,7 +177,7 @@ class TableCoefficients(Section):
     """
 
     kind: Literal["table"] = setting("table", "kind of coefficient curve")
-    file: str | None = setting(
+    file: Text | None = setting(
         None, "CSV file with header angle_deg,lift,drag,moment; read into the arrays on loading, then empty"
     )
     angle_deg: Coefficients = quantity(..., "deg", "attack angles, strictly increasing, over at most 360 deg")
@@ -187,11 +192,12 @@ class TableCoefficients(Section):
     @model_validator(mode="before")
     @classmethod
     def _read_file(cls, data: Any, info: ValidationInfo) -> Any:
-        return take_in_file(data, info, "angle_deg", ("angle_deg", *COEFFICIENTS))[0]
+        return take_in_file(data, info, "angle_deg", CURVE_COLUMNS)[0]
 
     @model_validator(mode="after")
     def _points_in_order(self) -> TableCoefficients:
-        check_table("", "angle_deg", {name: getattr(self, name) for name in ("angle_deg", *COEFFICIENTS)})
+        check_table("", "angle_deg", {name: getattr(self, name) for name in CURVE_COLUMNS})
+        check_coefficients(self.angle_deg, {name: getattr(self, name) for name in COEFFICIENTS})
         first, last = self.range_deg
         check_range("first angle_deg", first, "last angle_deg", last, self.beyond)
         if self.beyond == "periodic":
@@ -280,6 +286,22 @@ def check_range(first_name: str, first: float, last_name: str, last: float, outs
             "outside = 'periodic' needs a range of exactly 360 deg, or of one step less (0, 10, ... 350); "
             f"{first_name} = {first} to {last_name} = {last} covers {last - first} deg"
         )
+
+
+def check_coefficients(angle_deg: Sequence[float], columns: Mapping[str, Sequence[float]]) -> None:
+    """Refuse measured coefficients that are not those of a conductor: negative drag, or absurd magnitudes."""
+    for name, values in columns.items():
+        for angle, value in zip(angle_deg, values, strict=True):
+            if abs(value) > LARGEST_COEFFICIENT:
+                raise SceneError(
+                    f"{name} = {value} at {angle} deg: a coefficient is at most {LARGEST_COEFFICIENT:g} either way; "
+                    "check the order of the columns and that forces are divided by rho v^2 d/2"
+                )
+            if name == "drag" and value < 0.0:
+                raise SceneError(
+                    f"drag = {value} at {angle} deg: drag acts along the wind and is never negative; check the sign "
+                    "and the order of the columns"
+                )
 
 
 def check_closed(name: str, first: float, last: float) -> None:

@@ -30,7 +30,9 @@ from gallop_fmu.terminal import (
     new_table,
     print_warnings,
     progress_bar,
+    real,
     start,
+    whole,
 )
 from gallop_fmu.terminal_runs import (
     ClusterAddress,
@@ -47,7 +49,6 @@ if TYPE_CHECKING:
     from gallop_fmu.result import Result
     from gallop_fmu.runs import Progress as RunsProgress
     from gallop_fmu.runs import Runs
-    from gallop_fmu.scene import Scene
     from gallop_fmu.simulation import Progress
 
 
@@ -88,10 +89,13 @@ app.command(epilog=example(NEW_EXAMPLE))(new)
 @app.command(epilog=example("gallop-fmu run example3 --until 900 --set wind.speed=5.5 --out swing.nc --plot swing.png"))
 def run(
     scene: SceneName,
-    until: Annotated[float | None, typer.Option(metavar="S", help="Simulated time \\[s]; else the scene's.")] = None,
+    until: Annotated[
+        float | None, typer.Option(metavar="S", parser=real, help="Simulated time \\[s]; else the scene's.")
+    ] = None,
     changes: Changes = None,
     every: Annotated[
-        int | None, typer.Option(metavar="N", help="Time steps from one record to the next; else the scene's.")
+        int | None,
+        typer.Option(metavar="N", parser=whole(), help="Time steps from one record to the next; else the scene's."),
     ] = None,
     nodes: Annotated[Literal["midspan", "all"], typer.Option(help="Nodes to record.")] = "midspan",
     model: ModelName = "element",
@@ -122,7 +126,6 @@ def run(
         chosen = with_inputs(chosen, inputs)
     check_output(out, RESULT_SUFFIXES)
     check_output(plot, PICTURE_SUFFIXES)
-    _check_records(chosen, until, every)
     with _progress(chosen.title, silent=as_json) as shown:
         result = simulate(
             chosen,
@@ -156,9 +159,12 @@ def sweep(
     changes: Changes = None,
     over: Over = None,
     table: SpanTable = None,
-    until: Annotated[float | None, typer.Option(metavar="S", help="Simulated time \\[s]; else the scene's.")] = None,
+    until: Annotated[
+        float | None, typer.Option(metavar="S", parser=real, help="Simulated time \\[s]; else the scene's.")
+    ] = None,
     window: Annotated[
-        float, typer.Option(metavar="S", help="Time \\[s] at the end over which the motion is taken as steady.")
+        float,
+        typer.Option(metavar="S", parser=real, help="Time \\[s] at the end over which the motion is taken as steady."),
     ] = 100.0,
     model: ModelName = "element",
     out: RunsOut = None,
@@ -290,18 +296,6 @@ def report(words: Annotated[list[str] | None, typer.Argument()] = None) -> None:
 def main() -> None:
     """Entry point of the command ``gallop-fmu``."""
     start(app, "gallop-fmu")
-
-
-def _check_records(scene: Scene, until: float | None, every: int | None) -> None:
-    """A run ends with a record, so that one which is far away would make it longer than was asked for."""
-    from gallop_fmu.errors import SceneError
-
-    stop_time, step = until or scene.run.stop_time, scene.numerics.time_step
-    if every and every * step > stop_time > 0.0:
-        raise SceneError(
-            f"--every {every}: the first record would come at {every * step:g} s, after the end of the run at "
-            f"{stop_time:g} s; at most {max(1, int(stop_time / step))} steps of {step:g} s fit"
-        )
 
 
 def _write(result: Result, out: Path | None, plot: Path | None) -> tuple[list[Path], list[OSError]]:

@@ -68,7 +68,7 @@ def check_target(path: Path, suffixes: Sequence[str] = ()) -> None:
         Another suffix, a missing folder, a name that is too long, a folder, device, pipe or read-only file in its
         place, or a folder that takes no new file.
     """
-    if suffixes and path.suffix not in suffixes:
+    if suffixes and path.suffix.lower() not in suffixes:
         raise SceneError(f"{path}: must end in {' or '.join(suffixes)}, which decides the format")
     try:
         if path.is_dir():

@@ -5,6 +5,8 @@ The kernel evaluates the same laws while it computes; `at` here is for plots, te
 
 from __future__ import annotations
 
+import math
+from collections.abc import Sequence
 from typing import Annotated, Any, Literal
 
 import numpy as np
@@ -12,7 +14,7 @@ from numpy.typing import ArrayLike, NDArray
 from pydantic import Field, ValidationInfo, model_validator
 
 from gallop_fmu.errors import SceneError
-from gallop_fmu.sections import DRIVEN, Number, Section, quantity, setting
+from gallop_fmu.sections import DRIVEN, Number, Section, Text, quantity, setting
 from gallop_fmu.textfiles import Table, check_table, take_in_file
 
 Values = NDArray[np.float64]
@@ -141,23 +143,28 @@ class Harmonic(Section):
 class TimeTable(Section):
     """Values at given times, linear between them, held before the first and after the last.
 
-    Given as two arrays, or as a CSV file with header ``time,value``, which is read into the arrays on loading.
+    Given as two arrays, or as a CSV file with header ``time,value``, which is read into the arrays on loading. Two
+    values at one time are a jump there.
     A hole in a measurement would silently be bridged by a straight line, so a spacing above `max_gap` is refused.
     """
 
     kind: Literal["table"] = setting("table", "kind of law")
-    file: str | None = setting(None, "CSV file with header time,value; read into the arrays on loading, then empty")
-    time: Annotated[tuple[Number, ...], Field(strict=False)] = quantity(..., "s", "times, strictly increasing")
+    file: Text | None = setting(None, "CSV file with header time,value; read into the arrays on loading, then empty")
+    time: Annotated[tuple[Number, ...], Field(strict=False)] = quantity(
+        ..., "s", "times, increasing; the same time twice is a jump"
+    )
     value: Annotated[tuple[Number, ...], Field(strict=False)] = quantity(..., DRIVEN, "value at each time")
     max_gap: Number | None = quantity(None, "s", "longest spacing accepted; ten times the median if not given", gt=0)
 
     @model_validator(mode="before")
     @classmethod
     def _read_file(cls, data: Any, info: ValidationInfo) -> Any:
-        data, table = take_in_file(data, info, "time", ("time", "value"))
+        data, table = take_in_file(data, info, "time", {"time": "s", "value": ""}, jumps=True)
         if table is not None:
             gap = data.get("max_gap")
             _check_gaps(table, gap if isinstance(gap, (int, float)) else None, f"{table.file}: ")
+        if isinstance(data, dict) and isinstance(data.get("time"), (list, tuple)):
+            data = {**data, "time": _spread_jumps(data["time"])}
         return data
 
     @model_validator(mode="after")
@@ -182,10 +189,25 @@ class TimeTable(Section):
         return min(self.value), max(self.value)
 
 
+JUMP = 1e-12
+"""Time [s] that a jump takes; the kernel differentiates no jump."""
+
+
+def _spread_jumps(times: Sequence[Any]) -> tuple[Any, ...]:
+    """Times of which the second of two equal ones comes `JUMP` later, so that all increase."""
+    if not all(isinstance(time, (int, float)) and math.isfinite(time) for time in times):
+        return tuple(times)
+    spread = list(times)
+    for i in range(1, len(times)):
+        if times[i] == times[i - 1] and (i == 1 or times[i - 2] < times[i]):
+            spread[i] = math.nextafter(times[i] + JUMP, math.inf)
+    return tuple(spread)
+
+
 def _check_gaps(table: Table, max_gap: float | None, where: str) -> None:
     spacing = np.diff(table.columns["time"])
     longest = int(np.argmax(spacing))
-    allowed = 10.0 * float(np.median(spacing)) if max_gap is None else max_gap
+    allowed = 10.0 * float(np.median(spacing[spacing > 1e3 * JUMP])) if max_gap is None else max_gap
     if spacing[longest] > allowed:
         before, after = table.columns["time"][longest : longest + 2]
         raise SceneError(

@@ -17,6 +17,7 @@ from gallop_fmu.terminal import (
     new_console,
     new_table,
     print_warnings,
+    real,
 )
 
 NEW_EXAMPLE = (
@@ -54,52 +55,59 @@ def new(
         str,
         typer.Option(metavar="WORD", autocompletion=code_words, help="Code word; gallop-fmu conductors lists them."),
     ],
-    span: Annotated[float, typer.Option(metavar="M", help="Horizontal distance between the supports.")],
+    span: Annotated[float, typer.Option(metavar="M", parser=real, help="Horizontal distance between the supports.")],
     height_difference: Annotated[
-        float | None, typer.Option(metavar="M", help="Right support above the left; else level.")
+        float | None, typer.Option(metavar="M", parser=real, help="Right support above the left; else level.")
     ] = None,
-    ruling_span: Annotated[float | None, typer.Option(metavar="M", help="Ruling span; else the span.")] = None,
+    ruling_span: Annotated[
+        float | None, typer.Option(metavar="M", parser=real, help="Ruling span; else the span.")
+    ] = None,
     stringing_tension: Annotated[
-        float | None, typer.Option(metavar="N", help="Horizontal tension of the bare conductor when strung.")
+        float | None,
+        typer.Option(metavar="N", parser=real, help="Horizontal tension of the bare conductor when strung."),
     ] = None,
     stringing_percent: Annotated[
-        float | None, typer.Option(metavar="%", help="The same in percent of the rated strength.")
+        float | None, typer.Option(metavar="%", parser=real, help="The same in percent of the rated strength.")
     ] = None,
     stringing_temperature: Annotated[
-        float | None, typer.Option(metavar="C", help="Temperature when strung; else 15.")
+        float | None, typer.Option(metavar="C", parser=real, help="Temperature when strung; else 15.")
     ] = None,
     temperature: Annotated[
-        float | None, typer.Option(metavar="C", help="Temperature of iced conductor and air; else 0.")
+        float | None, typer.Option(metavar="C", parser=real, help="Temperature of iced conductor and air; else 0.")
     ] = None,
     ice_shape: Annotated[
         Literal["radial", "crescent", "eccentric_circle", "d_shape"] | None,
         typer.Option(help="Shape of the ice; else crescent."),
     ] = None,
     ice_thickness: Annotated[
-        float | None, typer.Option(metavar="M", help="Greatest thickness of the ice; else bare.")
+        float | None, typer.Option(metavar="M", parser=real, help="Greatest thickness of the ice; else bare.")
     ] = None,
     ice_density: Annotated[
-        float | None, typer.Option(metavar="KG/M3", help="Density of the ice; else 900, glaze.")
+        float | None, typer.Option(metavar="KG/M3", parser=real, help="Density of the ice; else 900, glaze.")
     ] = None,
     attack_angle_deg: Annotated[
-        float | None, typer.Option(metavar="DEG", help="Attack angle, 0: wind onto the thickest ice.")
+        float | None, typer.Option(metavar="DEG", parser=real, help="Attack angle, 0: wind onto the thickest ice.")
     ] = None,
-    wind_speed: Annotated[float | None, typer.Option(metavar="M/S", help="Constant wind speed; else calm.")] = None,
+    wind_speed: Annotated[
+        float | None, typer.Option(metavar="M/S", parser=real, help="Constant wind speed; else calm.")
+    ] = None,
     coefficients: Annotated[
         str | None, typer.Option(metavar="NAME", help="Coefficient curve: a CSV file, or a packaged scene.")
     ] = None,
     insulator_length: Annotated[
-        float | None, typer.Option(metavar="M", help="Length of suspension strings; else dead ends.")
+        float | None, typer.Option(metavar="M", parser=real, help="Length of suspension strings; else dead ends.")
     ] = None,
-    insulator_weight: Annotated[float | None, typer.Option(metavar="N", help="Weight of one string.")] = None,
+    insulator_weight: Annotated[
+        float | None, typer.Option(metavar="N", parser=real, help="Weight of one string.")
+    ] = None,
     adjacent_span: Annotated[
-        float | None, typer.Option(metavar="M", help="Spans beyond the strings; else the ruling span.")
+        float | None, typer.Option(metavar="M", parser=real, help="Spans beyond the strings; else the ruling span.")
     ] = None,
     damping_percent: Annotated[
-        float | None, typer.Option(metavar="%", help="Damping ratio of translations; else 0.5.")
+        float | None, typer.Option(metavar="%", parser=real, help="Damping ratio of translations; else 0.5.")
     ] = None,
     twist_damping_percent: Annotated[
-        float | None, typer.Option(metavar="%", help="Damping ratio of twist; else 4.")
+        float | None, typer.Option(metavar="%", parser=real, help="Damping ratio of twist; else 4.")
     ] = None,
 ) -> None:
     """Write a scene from a line's familiar numbers, every value with unit, meaning and source."""

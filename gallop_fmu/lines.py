@@ -19,14 +19,14 @@ from typing import Any, Self
 
 from pydantic import ValidationError, model_validator
 
-from gallop_fmu.aerodynamics import COEFFICIENTS
+from gallop_fmu.aerodynamics import CURVE_COLUMNS
 from gallop_fmu.conductors import StrandedConductor, find_conductor
 from gallop_fmu.errors import SceneError
 from gallop_fmu.icing import IceShape, ice_section
 from gallop_fmu.paths import SET_BY_USER, explain
 from gallop_fmu.plausibility import check_possible, unusual
 from gallop_fmu.sag_tension import changed_tension, check_tension
-from gallop_fmu.sections import Number, Section, quantity, setting, unit_of_field
+from gallop_fmu.sections import Number, Section, Text, quantity, setting, unit_of_field
 from gallop_fmu.textfiles import packaged_names, packaged_text, read_table
 
 GRAVITY = 9.81
@@ -48,7 +48,7 @@ class Line(Section):
     `temperature`. The tension changes as in the `ruling_span` of the section, without creep.
     """
 
-    conductor: str = setting(..., "code word of the conductor, such as Drake")
+    conductor: Text = setting(..., "code word of the conductor, such as Drake")
     span: Number = quantity(..., "m", "horizontal distance between the supports", gt=0, le=10000)
     height_difference: Number = quantity(0.0, "m", "height of the right support above the left")
     ruling_span: Number | None = quantity(None, "m", "ruling span of the section; the span itself if not given", gt=0)
@@ -65,7 +65,7 @@ class Line(Section):
         0.0, "deg", "attack angle of the wind on the ice, from the wind onto the thickest ice", ge=-360, le=360
     )
     wind_speed: Number | None = quantity(None, "m/s", "constant wind speed", ge=0)
-    coefficients: str | None = setting(
+    coefficients: Text | None = setting(
         None, "coefficient curve: CSV file with header angle_deg,lift,drag,moment, or a packaged scene to take it from"
     )
     insulator_length: Number | None = quantity(
@@ -319,13 +319,13 @@ def _curve(name: str, folder: Path) -> tuple[dict[str, Any], str]:
         source = curves[name]["sources"]["aerodynamics"]
         return dict(curves[name]["aerodynamics"]), f"curve of the packaged scene {name}: {source}"
     path = folder / name
-    if path.suffix != ".csv" and not path.exists():
+    if path.suffix.lower() != ".csv" and not path.exists():
         closest = difflib.get_close_matches(name, curves, n=1, cutoff=0.0)[0]
         raise SceneError(
             f"line.coefficients = {name!r}: neither a CSV file nor a packaged scene with a curve (there are "
             f"{', '.join(curves)}); closest: {closest}"
         )
-    table = read_table(path, ("angle_deg", *COEFFICIENTS))
+    table = read_table(path, CURVE_COLUMNS)
     return {"kind": "table", **table.columns}, f"given with the line: {path.name}"
 
 

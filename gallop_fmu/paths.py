@@ -6,9 +6,9 @@ import difflib
 import types
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
-from typing import Annotated, Any, Union, get_args, get_origin
+from functools import cache
+from typing import Annotated, Any, Literal, Union, get_args, get_origin
 
-import numpy as np
 from pydantic import ValidationError
 from pydantic.fields import FieldInfo
 from pydantic_core import ErrorDetails
@@ -16,8 +16,11 @@ from pydantic_core import ErrorDetails
 from gallop_fmu.errors import SceneError
 from gallop_fmu.plausibility import question
 from gallop_fmu.sections import DRIVEN, Section, unit_of_field
+from gallop_fmu.words import number_remedy, plain
 
 SET_BY_USER = "set by the user"
+MOST_LINES = 20
+"""Problems that one message lists; to find the closest of all keys takes 5 ms for each unknown one."""
 BOUNDS = {"gt": "greater than", "ge": "at least", "lt": "less than", "le": "at most"}
 
 OUT_OF_BOUNDS = ("greater_than", "greater_than_equal", "less_than", "less_than_equal")
@@ -70,6 +73,24 @@ def all_keys(section: type[Section], start: str = "") -> list[str]:
     return list(keys)
 
 
+@cache
+def takes_text(root: type[Section], path: str) -> bool:
+    """Whether the field at a dotted path is a text or a choice, never a number, an array or a table."""
+    classes, fields = [root], list[FieldInfo]()
+    for part in path.split("."):
+        fields = [found.model_fields[part] for found in classes if part in found.model_fields]
+        classes = [found for field in fields for found in section_classes(field.annotation)]
+    return bool(fields) and all(_is_text(field.annotation) for field in fields)
+
+
+def _is_text(annotation: Any) -> bool:
+    if get_origin(annotation) is Annotated:
+        return _is_text(get_args(annotation)[0])
+    if get_origin(annotation) in (Union, types.UnionType):
+        return all(_is_text(argument) for argument in get_args(annotation) if argument is not types.NoneType)
+    return annotation is str or get_origin(annotation) is Literal
+
+
 def unknown_key(root: type[Section], path: str, key: str | None = None) -> str:
     """One line for a key that does not exist, with the closest that does.
 
@@ -105,7 +126,10 @@ def replace_values(root: type[Section], data: dict[str, Any], values: Mapping[st
                 node = node[int(parent)]
             else:
                 raise SceneError(unknown_key(root, path))
-        new = _plain(value)
+        try:
+            new = plain(value)
+        except SceneError as problem:
+            raise SceneError(f"{path[:80]}: {problem}") from None
         changed = path
         if isinstance(node, list) and last.isdecimal() and int(last) < len(node):
             old, node[int(last)] = node[int(last)], new
@@ -121,17 +145,6 @@ def replace_values(root: type[Section], data: dict[str, Any], values: Mapping[st
     return data
 
 
-def _plain(value: Any) -> Any:
-    """Sections, tuples and NumPy values as the plain data that a TOML file gives."""
-    if isinstance(value, Section):
-        return value.model_dump(mode="json", exclude_none=True)
-    if isinstance(value, (np.generic, np.ndarray)):
-        return value.tolist()
-    if isinstance(value, (list, tuple)):
-        return [_plain(item) for item in value]
-    return value
-
-
 def _sources_after_change(sources: dict[str, str], path: str) -> dict[str, str]:
     covered = any(path == source or path.startswith(source + ".") for source in sources)
     kept = {source: text for source, text in sources.items() if source != path and not source.startswith(path + ".")}
@@ -139,8 +152,11 @@ def _sources_after_change(sources: dict[str, str], path: str) -> dict[str, str]:
 
 
 def explain(error: ValidationError, root: type[Section]) -> str:
-    """One line per problem: field path, given value, what is allowed, and the field's meaning."""
-    return "\n".join(_line(problem, root) for problem in error.errors(include_url=False))
+    """One line per problem: field path, given value, what is allowed, and the field's meaning; at most `MOST_LINES`."""
+    problems = error.errors(include_url=False)
+    lines = [_line(problem, root) for problem in problems[:MOST_LINES]]
+    more = len(problems) - len(lines)
+    return "\n".join([*lines, f"and {more} more problems"] if more else lines)
 
 
 def _line(problem: ErrorDetails, root: type[Section]) -> str:
@@ -188,14 +204,15 @@ def _allowed(problem: ErrorDetails, field: FieldInfo | None) -> str:
     if not field or not unit or kind in ("too_short", "too_long", "model_type", "tuple_type"):
         return "but needed" if kind == "missing" else problem["msg"][0].lower() + problem["msg"][1:]
     bounds = [
-        f"{word} {getattr(rule, name):g}"
+        f"{word} {getattr(rule, name):.10g}"
         for rule in field.metadata
         for name, word in BOUNDS.items()
         if hasattr(rule, name)
     ]
     whole = int in (field.annotation, *get_args(field.annotation))
     noun = [] if bounds and kind.startswith(("greater", "less")) else ["a whole number" if whole else "a finite number"]
-    return f"must be {' '.join([*noun, ' and '.join(bounds)]).rstrip()} [{unit}]"
+    remedy = number_remedy(problem["input"]) if isinstance(problem["input"], str) else ""
+    return f"must be {' '.join([*noun, ' and '.join(bounds)]).rstrip()} [{unit}]{f' ({remedy})' if remedy else ''}"
 
 
 def _short(value: Any) -> str:

@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING, Any
 import matplotlib.style
 import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.figure import Figure
+from matplotlib.figure import Figure, FigureBase
 from numpy.typing import NDArray
 
 from gallop_fmu.errors import SceneError
@@ -147,7 +147,7 @@ def story(source: Result | xr.Dataset, windows: Windows, title: str = "") -> Fig
                 axes.axvspan(start, stop, color=colour, alpha=0.25, linewidth=0.0, zorder=0)
         _draw_traces(list(bottom.subplots(1, len(windows), sharex=True, sharey=True, squeeze=False)[0]), data, windows)
         if title:
-            top.suptitle(title, fontsize=9.0)
+            add_title(top, title)
     return figure
 
 
@@ -171,8 +171,13 @@ def overview(result: Result) -> Figure:
         _draw_traces([path], data, part)
         _draw_close(close, data, next(iter(part.values())))
         left.align_ylabels(column)
-        figure.suptitle(textwrap.fill(result.scene.title, 110), fontsize=9.0)
+        add_title(figure, textwrap.fill(result.scene.title, 110))
     return figure
+
+
+def add_title(figure: FigureBase, title: str) -> None:
+    """Put a user's text above a figure, as it is: a dollar sign begins no mathematics."""
+    figure.suptitle(title, fontsize=9.0).set_parse_math(False)
 
 
 def save_figure(figure: Figure, path: Path | str) -> Path:
@@ -184,11 +189,11 @@ def save_figure(figure: Figure, path: Path | str) -> Path:
         If the suffix is not .png, .svg or .pdf.
     """
     path = Path(path)
-    if path.suffix not in SUFFIXES:
+    if path.suffix.lower() not in SUFFIXES:
         raise SceneError(f"{path}: pictures are written as {', '.join(SUFFIXES)}, not as {path.suffix or 'no suffix'}")
     with drawing({"svg.fonttype": "none", "pdf.fonttype": 42}):
         content = BytesIO()
-        figure.savefig(content, format=path.suffix[1:], dpi=200)
+        figure.savefig(content, format=path.suffix[1:].lower(), dpi=200)
     write_whole(path, content.getvalue())
     return path
 
@@ -262,7 +267,7 @@ def _draw_traces(panels: list[Axes], data: xr.Dataset, windows: Windows) -> None
         ranges.append((float(np.ptp(part.u3.values)), float(np.ptp(part.u2.values))))
         axes.plot(part.u3.values, part.u2.values, color=NEUTRAL if len(windows) == 1 else colour, linewidth=0.5)
         digits = 0 if stop - start > 5.0 else 2
-        axes.set_title(f"{name}, {start:.{digits}f} to {stop:.{digits}f} s")
+        axes.set_title(f"{name}, {start:.{digits}f} to {stop:.{digits}f} s").set_parse_math(False)
         axes.set_xlabel(_label("u3", data))
         axes.locator_params(nbins=4)
     panels[0].set_ylabel(_label("u2", data))

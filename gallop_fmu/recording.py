@@ -14,6 +14,11 @@ from gallop_fmu.channels import NODE_INDEX, SPAN_INDEX
 from gallop_fmu.errors import SceneError
 from gallop_fmu.scene import Scene
 
+MOST_STEPS = 1e8
+"""Time steps of one run, 11 days of motion in steps of 0.01 s; more is taken for a mistake in the unit."""
+MOST_STEPS_APART = 1_000_000
+"""Time steps from one record to the next."""
+
 
 @dataclass(frozen=True)
 class Records:
@@ -48,10 +53,26 @@ class Records:
         stop_time = scene.run.stop_time if stop_time is None else stop_time
         every = scene.run.record_every if every is None else every
         check_stop_time(stop_time)
-        if isinstance(every, bool) or not isinstance(every, int) or every < 1:
-            raise SceneError(f"record_every = {every}: must be a whole number of time steps, 1 or more")
-        interval = every * scene.numerics.time_step
+        check_record_every(every)
+        step = scene.numerics.time_step
+        interval = every * step
+        if interval > stop_time * (1.0 + 1e-9) and every > 1:
+            raise SceneError(
+                f"record_every = {every}: the first record would come at {interval:g} s, after the end of the run at "
+                f"{stop_time:g} s; at most {max(1, int(stop_time / step + 1e-9))} steps of {step:g} s fit"
+            )
+        if stop_time / step > MOST_STEPS:
+            raise SceneError(
+                f"stop_time = {stop_time:g} s is {stop_time / step:.3g} time steps of {step:g} s; a run has at most "
+                f"{MOST_STEPS:.0e}: give a shorter time, or a longer numerics.time_step"
+            )
         return cls(stop_time, every, interval, max(1, math.ceil(stop_time / interval - 1e-9)))
+
+
+def check_record_every(every: int) -> None:
+    """Raise SceneError if records cannot be so many steps apart."""
+    if isinstance(every, bool) or not isinstance(every, int) or not 1 <= every <= MOST_STEPS_APART:
+        raise SceneError(f"record_every = {every}: must be a whole number of time steps, from 1 to {MOST_STEPS_APART}")
 
 
 def check_stop_time(stop_time: float) -> None:

@@ -186,16 +186,17 @@ class Result:
             If the file cannot be written, such as on a full disk.
         """
         path = Path(path)
-        if path.suffix == ".nc":
+        suffix = path.suffix.lower()
+        if suffix == ".nc":
             content = netcdf_bytes(self.dataset.assign_attrs(self._verdict()))
-        elif path.suffix == ".csv":
+        elif suffix == ".csv":
             frame, units = self._table()
             header = ",".join(["time [s]", *(f"{name} [{unit}]" for name, unit in units.items())])
             table = np.column_stack([frame.index.to_numpy(), frame.to_numpy()])
             text = StringIO()
             np.savetxt(text, table, delimiter=",", header=header, comments="", fmt="%.12g")
             content = text.getvalue().encode()
-        elif path.suffix == ".parquet":
+        elif suffix == ".parquet":
             if find_spec("pyarrow") is None:
                 raise SceneError(f'{path}: Parquet needs pyarrow; install it with pip install "gallop-fmu[parquet]"')
             frame, units = self._table()

@@ -20,7 +20,7 @@ from gallop_fmu.library import library_path
 from gallop_fmu.outcome import Outcome, SimulationError
 from gallop_fmu.release import program
 from gallop_fmu.spans import Case, Cases
-from gallop_fmu.store import ERROR, HEADER, VARIED, Row, Store, as_cell, journal_of, read, row_problem
+from gallop_fmu.store import ERROR, HEADER, VARIED, Row, Store, as_cell, check_columns, journal_of, read, row_problem
 from gallop_fmu.workers import Kind, Workers, WorkersLostError, workers
 
 if TYPE_CHECKING:
@@ -199,6 +199,7 @@ def compute(
         "grid": cases.grid,
         "columns": {**COLUMNS, **{key: (_unit(cases, key), VARIED) for key in _varied(cases)}, **task.columns},
     }
+    check_columns(out, cases.columns)
     store = Store(out, header, lambda run: cases.every[run].columns())
     left = [case for case in cases.every if case.run not in store.rows]
     failed = sum(row["outcome"] != COMPLETED for row in store.rows.values())

@@ -26,7 +26,7 @@ from gallop_fmu.loads import Load
 from gallop_fmu.paths import Leaf, explain, leaves, replace_values, unknown_key
 from gallop_fmu.plausibility import unusual
 from gallop_fmu.sag_tension import LARGEST_STRAIN, check_tension
-from gallop_fmu.sections import Number, Section, WholeNumber, quantity, setting
+from gallop_fmu.sections import Number, Section, Text, WholeNumber, quantity, setting
 from gallop_fmu.supports import Supports
 from gallop_fmu.symmetry import check_symmetric
 
@@ -204,15 +204,15 @@ class Run(Section):
     """How long to simulate and what to keep."""
 
     stop_time: Number = quantity(60.0, "s", "simulated time", gt=0)
-    record_every: WholeNumber = quantity(1, "1", "time steps from one recorded state to the next", ge=1)
+    record_every: WholeNumber = quantity(1, "1", "time steps from one recorded state to the next", ge=1, le=1_000_000)
 
 
 class Scene(Section):
     """One span: what it is, what acts on it, how it is computed, and where each number comes from."""
 
-    title: str = setting(..., "one line that names the scene")
-    description: str = setting("", "what the scene shows, assumptions, known gaps")
-    notes: Annotated[tuple[str, ...], Field(strict=False)] = setting(
+    title: Text = setting(..., "one line that names the scene")
+    description: Text = setting("", "what the scene shows, assumptions, known gaps")
+    notes: Annotated[tuple[Text, ...], Field(strict=False)] = setting(
         (), "doubts about the line data that the scene was made from; shown among its warnings"
     )
     span: Span = setting(..., "geometry and initial state")
@@ -226,7 +226,7 @@ class Scene(Section):
     initial: Initial = setting(Initial(), "start of the motion")
     numerics: Numerics = setting(Numerics(), "discretisation and tolerances")
     run: Run = setting(Run(), "duration and recording")
-    sources: dict[str, str] = setting({}, "source of each value: dotted path, or the start of one, to text")
+    sources: dict[Text, Text] = setting({}, "source of each value: dotted path, or the start of one, to text")
 
     @field_validator("sources", mode="before")
     @classmethod

@@ -2,15 +2,26 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import Annotated, Any
 
-from pydantic import BaseModel, ConfigDict, Field, StrictFloat, StrictInt
+from pydantic import AfterValidator, BaseModel, BeforeValidator, ConfigDict, Field, StrictFloat, StrictInt
 from pydantic.fields import FieldInfo
+
+from gallop_fmu.words import clean_text
 
 Number = StrictFloat
 """A finite number; text and true/false are refused instead of converted."""
 
-WholeNumber = StrictInt
+
+def _whole(value: Any) -> Any:
+    return int(value) if isinstance(value, float) and value.is_integer() else value
+
+
+WholeNumber = Annotated[StrictInt, BeforeValidator(_whole)]
+"""A whole number; 15.0 is one too, since tables with empty cells hold whole numbers so."""
+
+Text = Annotated[str, AfterValidator(clean_text)]
+"""A text that every file type and terminal can show, see `gallop_fmu.words`."""
 
 DRIVEN = "of the driven quantity"
 """Unit of a law's values: that of whatever field holds the law, such as m/s for ``wind.history``."""

@@ -5,8 +5,9 @@ from __future__ import annotations
 import hashlib
 import itertools
 import json
+import math
 import re
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
@@ -14,10 +15,11 @@ from typing import Any
 
 from gallop_fmu.descriptions import LINE, Describable, Description
 from gallop_fmu.errors import SceneError
-from gallop_fmu.paths import all_keys, unknown_key
+from gallop_fmu.paths import all_keys, takes_text, unknown_key
 from gallop_fmu.scene import Scene
 from gallop_fmu.store import as_cell
-from gallop_fmu.textfiles import read_cells, read_text, read_value
+from gallop_fmu.textfiles import parse_value, read_cells, read_text
+from gallop_fmu.words import clean_text, plain
 
 NAME, SCENE, LABEL = "name", "scene", "label."
 """Columns of a table that are no values of a scene: what the span is called, its scene, and what is carried along."""
@@ -25,6 +27,10 @@ GEOMETRY = f"{LABEL}geometry"
 """Column of the geometry of a GeoJSON feature."""
 CURVE = f"{LINE}coefficients"
 """Column that may name a file."""
+MOST_RUNS = 1_000_000
+
+SpanTable = Path | str | Sequence[Mapping[str, Any]] | Any
+"""File, rows in memory, or a data frame of pandas or polars."""
 
 
 @dataclass(frozen=True)
@@ -78,6 +84,11 @@ class Cases:
     every: tuple[Case, ...]
     grid: dict[str, list[Any]]
 
+    @property
+    def columns(self) -> tuple[str, ...]:
+        """Names of the columns with which the rows of results begin."""
+        return tuple(dict.fromkeys(key for case in self.every for key in ("run", *case.labels, *case.changes)))
+
     def fingerprint(self) -> str:
         """A number that changes with anything in any of the scenes."""
         digest = hashlib.sha256()
@@ -92,7 +103,7 @@ class Cases:
 def cases(
     scene: Scene | Description | str | Path | None,
     over: Mapping[str, Sequence[Any]] | None = None,
-    table: Path | str | Sequence[Mapping[str, Any]] | None = None,
+    table: SpanTable | None = None,
 ) -> Cases:
     """Every span of a table at every point of a grid.
 
@@ -105,22 +116,30 @@ def cases(
         Dotted path to the values it takes; all combinations are computed. ``line.ice_thickness`` and its like need a
         scene given by the path of a file with a ``[line]`` table (see `gallop_fmu.lines.Line`).
     table
-        A CSV file, a GeoJSON file, or rows in memory; see `read_spans`.
+        A CSV file, a GeoJSON file, a data frame of pandas or polars, or rows in memory; see `read_spans`.
 
     Raises
     ------
     SceneError
-        Neither grid nor table, an unknown column, a row without a scene, or a scene that is not allowed. A value that
+        Neither grid nor table, an unknown column, a row without a scene, a scene that is not allowed, or more than
+        `MOST_RUNS` runs. A value that
         is not allowed is no error here: it concerns one run.
     """
     if over is None and table is None:
         raise SceneError("nothing to vary: give values (over) or a table of spans (table)")
-    grid = {key: [_plain(value) for value in values] for key, values in (over or {}).items()}
-    for key, points in grid.items():
+    grid: dict[str, list[Any]] = {}
+    for key, points in (over or {}).items():
         _check_key(key)
-        if not points:
+        grid[key] = [_value(key, point, "over") for point in points]
+        if not grid[key]:
             raise SceneError(f"over: {key} has no values")
     rows: Sequence[Mapping[str, Any]] = [{}] if table is None else _rows(table)
+    count = len(rows) * math.prod(map(len, grid.values()))
+    if count > MOST_RUNS:
+        raise SceneError(
+            f"{count} runs are asked for; at most {MOST_RUNS} are computed at a time: give fewer values, or several "
+            "sweeps"
+        )
     folder = Path(table).parent if isinstance(table, (str, Path)) else Path()
     base = None if scene is None else Description.of(scene)
     loaded: dict[str, Description] = {}
@@ -149,7 +168,11 @@ def read_spans(path: Path | str) -> list[dict[str, Any]]:
     are the columns. Columns are dotted paths of a scene (``span.length``) or of its line (``line.ice_thickness``, see
     `gallop_fmu.lines.Line`), ``scene`` (a packaged name, or a path that starts from the table's folder), ``name``, and
     ``label.`` with anything behind it, which is carried along to the results. So is the geometry of a feature, as
-    GeoJSON text in ``label.geometry``. An empty cell, or null, leaves the scene's value; ``none`` removes it.
+    GeoJSON text in ``label.geometry``. An empty cell leaves the scene's value, and so does null, and in memory None or
+    NaN; ``none`` removes it.
+
+    Names and labels are texts, which come back as they were (in Unicode's normal form C, see `gallop_fmu.words`);
+    labels of another type come back as JSON text.
 
     Returns
     -------
@@ -162,41 +185,52 @@ def read_spans(path: Path | str) -> list[dict[str, Any]]:
         Unreadable file, unknown column, a row of another length, two spans of one name.
     """
     path = Path(path)
-    if path.suffix == ".csv":
-        rows = list(_csv_rows(path))
-    elif path.suffix in (".geojson", ".json"):
-        rows = list(_geojson_rows(path))
+    suffix = path.suffix.lower()
+    if suffix == ".csv":
+        rows = _csv_rows(path)
+    elif suffix in (".geojson", ".json"):
+        rows = _geojson_rows(path)
     else:
         raise SceneError(f"{path}: a table of spans is a .csv or a .geojson file")
     return _checked(rows, str(path))
 
 
-def _rows(table: Path | str | Sequence[Mapping[str, Any]]) -> list[dict[str, Any]]:
+def _rows(table: SpanTable) -> list[dict[str, Any]]:
     if isinstance(table, (str, Path)):
         return read_spans(table)
-    rows = [{key: _plain(value) for key, value in row.items()} for row in table]
-    return _checked([{NAME: f"row {number}", **row} for number, row in enumerate(rows, start=1)], "table")
+    frame: Any = table
+    rows: list[Any] = []
+    if hasattr(table, "columns"):  # a data frame of pandas or polars
+        twice = [name for name in frame.columns if list(frame.columns).count(name) > 1]
+        if twice:
+            raise SceneError(f"table: column {twice[0]!r} is there twice")
+        rows = frame.to_dicts() if hasattr(frame, "to_dicts") else frame.to_dict("records")
+    elif isinstance(frame, Iterable):
+        rows = list(frame)
+    if not all(isinstance(row, Mapping) for row in rows) or not isinstance(frame, Iterable):
+        raise SceneError("table: must be the path of a file, a data frame, or a list of rows that are dictionaries")
+    return _checked(((f"row {number}", row) for number, row in enumerate(rows, start=1)), "table")
 
 
-def _csv_rows(path: Path) -> Iterator[dict[str, Any]]:
+def _csv_rows(path: Path) -> Iterator[tuple[str, Mapping[str, Any]]]:
+    """Default name and cells of each row."""
     header: list[str] | None = None
     for number, cells in read_cells(path):
         if header is None:
-            header = cells
+            header = [cell.strip() for cell in cells]
             twice = {name for name in header if header.count(name) > 1}
             if twice:
                 raise SceneError(f"{path}: column {min(twice)!r} is there twice")
             continue
         if len(cells) != len(header):
             raise SceneError(f"{path}: row {number} has {len(cells)} cells, the first row has {len(header)}")
-        filled = {key: cell for key, cell in zip(header, cells, strict=True) if cell}
-        texts = {key: cell for key, cell in filled.items() if key in (NAME, SCENE)}
-        yield {NAME: f"row {number}", **{key: read_value(cell) for key, cell in filled.items()}, **texts}
+        yield f"row {number}", {key: cell for key, cell in zip(header, cells, strict=True) if cell}
 
 
-def _geojson_rows(path: Path) -> Iterator[dict[str, Any]]:
+def _geojson_rows(path: Path) -> Iterator[tuple[str, Mapping[str, Any]]]:
+    """Default name and properties of each feature."""
     try:
-        data = json.loads(read_text(path))
+        data = json.loads(read_text(path), object_pairs_hook=_without_repetition)
         if data["type"] != "FeatureCollection":
             raise KeyError(data["type"])
         every = [
@@ -209,30 +243,97 @@ def _geojson_rows(path: Path) -> Iterator[dict[str, Any]]:
     except (TypeError, KeyError, AttributeError):
         raise SceneError(f"{path}: not a GeoJSON FeatureCollection whose features have properties") from None
     for number, (identity, geometry, properties) in enumerate(every, start=1):
-        name = f"feature {number}" if identity is None else str(identity)
-        place = {} if geometry is None else {GEOMETRY: json.dumps(geometry)}
-        given = {key: value for key, value in properties.items() if value is not None}
-        yield {NAME: name, **place, **{key: None if value == "none" else value for key, value in given.items()}}
+        name = f"feature {number}" if identity is None else as_label(identity)
+        yield name, {GEOMETRY: geometry, **properties}
 
 
-def _checked(rows: list[dict[str, Any]], where: str) -> list[dict[str, Any]]:
-    if not rows:
-        raise SceneError(f"{where}: has no spans")
-    for key in dict.fromkeys(key for row in rows for key in row):
-        if key not in (NAME, SCENE) and not key.startswith(LABEL):
-            try:
-                _check_key(key)
-            except SceneError as problem:
-                raise SceneError(
-                    f"{where}: {problem}; what is only to be carried along must be called {LABEL}{key}"
-                ) from None
+def _without_repetition(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
+    found = dict(pairs)
+    if len(found) < len(pairs):
+        keys = [key for key, _ in pairs]
+        raise ValueError(f"{max(keys, key=keys.count)!r} is there twice in one object")
+    return found
+
+
+def _checked(rows: Iterable[tuple[str, Mapping[str, Any]]], where: str) -> list[dict[str, Any]]:
+    """Rows with known columns, typed values and a name of their own each."""
+    found: list[dict[str, Any]] = []
+    spelled: dict[Any, str] = {}
     seen: dict[str, int] = {}
-    for number, row in enumerate(rows, start=1):
-        row[NAME] = str(row[NAME])
+    for number, (default, given) in enumerate(rows, start=1):
+        row = {NAME: default}
+        taken: set[str] = set()
+        for column, value in given.items():
+            if column not in spelled:
+                spelled[column] = _column(column, where)
+            key = spelled[column]
+            if key in taken:
+                raise SceneError(f"{where}: column {key!r} is there twice")
+            taken.add(key)
+            if not _is_missing(key, value):
+                row[key] = _value(key, value, f"{where}: span {number}")
         if row[NAME] in seen:
             raise SceneError(f"{where}: spans {seen[row[NAME]]} and {number} are both called {row[NAME]!r}")
         seen[row[NAME]] = number
-    return rows
+        found.append(row)
+    if not found:
+        raise SceneError(f"{where}: has no spans")
+    return found
+
+
+def _column(column: Any, where: str) -> str:
+    """A column as the program spells it: keys of scenes are in lower case, labels as they are."""
+    if not isinstance(column, str):
+        raise SceneError(f"{where}: column {column!r} is no text")
+    try:
+        key = clean_text(column)
+    except SceneError as problem:
+        raise SceneError(f"{where}: column {problem}") from None
+    if key.lower().startswith(LABEL):
+        return LABEL + key[len(LABEL) :]
+    key = key.lower()
+    if key not in (NAME, SCENE):
+        try:
+            _check_key(key)
+        except SceneError as problem:
+            raise SceneError(
+                f"{where}: {problem}; what is only to be carried along must be called {LABEL}{key}"
+            ) from None
+    return key
+
+
+def _value(key: str, value: Any, where: str) -> Any:
+    """A cell as its column means it: a label, a name, or a value of the scene."""
+    try:
+        if key == NAME or key.startswith(LABEL):
+            return as_label(value)
+        if isinstance(value, str):
+            return parse_value(value, as_text=key == SCENE or takes_text(Describable, key))
+        return plain(value)
+    except SceneError as problem:
+        raise SceneError(f"{where}: {key}: {problem}") from None
+
+
+def as_label(value: Any) -> str:
+    """A label: texts and dates as they are, anything else as JSON."""
+    if isinstance(value, str):
+        return clean_text(value)
+    value = value.item() if hasattr(value, "item") else value
+    try:
+        return clean_text(json.dumps(value, ensure_ascii=False))
+    except TypeError:
+        return clean_text(str(value))
+    except (ValueError, RecursionError) as problem:
+        raise SceneError(f"cannot be written as text ({problem})") from None
+
+
+def _is_missing(key: str, value: Any) -> bool:
+    """Whether a cell is empty: blank, None, NaN, or a missing value of pandas."""
+    if isinstance(value, str):
+        return not (value if key.startswith(LABEL) else value.strip())
+    if value is None or type(value).__name__ in ("NAType", "NaTType"):
+        return True
+    return isinstance(value, float) and math.isnan(value)
 
 
 def _check_key(key: str) -> None:
@@ -251,6 +352,8 @@ def _scene_of(
     row: Mapping[str, Any], number: int, base: Description | None, folder: Path, loaded: dict[str, Description]
 ) -> Description:
     name = row.get(SCENE)
+    if name is not None and not isinstance(name, str):
+        raise SceneError(f"span {row[NAME]!r}: scene = {name!r}: must be a packaged name, or the path of a scene file")
     if name is None and base is None and any(key.startswith(LINE) for key in row):
         return loaded.setdefault("", Description({"line": {}}, folder))
     if name is None:
@@ -261,12 +364,6 @@ def _scene_of(
             )
         return base
     if name not in loaded:
-        beside = folder / str(name)
-        loaded[name] = Description.of(beside if beside.is_file() else str(name))
+        beside = folder / name
+        loaded[name] = Description.of(beside if beside.is_file() else name)
     return loaded[name]
-
-
-def _plain(value: Any) -> Any:
-    """Numbers and arrays of NumPy as Python's own."""
-    value = value.tolist() if hasattr(value, "tolist") else value
-    return list(value) if isinstance(value, tuple) else value

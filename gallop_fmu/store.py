@@ -235,7 +235,7 @@ def read(path: Path | str) -> xr.Dataset:
     try:
         if not path.is_file():
             raise UnreadableError
-        return _read_parquet(path) if path.suffix == ".parquet" else _read_netcdf(path)
+        return _read_parquet(path) if path.suffix.lower() == ".parquet" else _read_netcdf(path)
     except SceneError:
         raise
     except Exception as problem:  # as many kinds as there are ways to damage a file
@@ -269,7 +269,7 @@ def rows_of(dataset: xr.Dataset) -> list[Row]:
 
 def write(dataset: xr.Dataset, path: Path) -> None:
     """Write a file as a whole: whoever reads it finds the old one or the new one."""
-    write_whole(path, _as_parquet(dataset) if path.suffix == ".parquet" else netcdf_bytes(dataset))
+    write_whole(path, _as_parquet(dataset) if path.suffix.lower() == ".parquet" else netcdf_bytes(dataset))
 
 
 def check_results(path: Path) -> None:
@@ -283,6 +283,22 @@ def check_results(path: Path) -> None:
     _check_format(path)
     check_target(path)
     check_target(journal_of(path))
+
+
+def check_columns(path: Path | str | None, columns: Iterable[str]) -> None:
+    """Refuse, before anything is computed, names of columns that the type of the file cannot hold.
+
+    Raises
+    ------
+    SceneError
+        If there is one.
+    """
+    slashed = [name for name in columns if "/" in name]
+    if path is not None and Path(path).suffix.lower() == ".nc" and slashed:
+        raise SceneError(
+            f"{path}: NetCDF allows no slash in the name of a column, as in {slashed[0]!r}; call it "
+            f"{slashed[0].replace('/', '_')!r}, or give a file name that ends in .parquet"
+        )
 
 
 def as_line(content: Mapping[str, Any], seal: bytes = b"") -> bytes:
@@ -321,9 +337,9 @@ def _content_of(line: bytes, seal: bytes) -> Any:
 
 
 def _check_format(path: Path) -> None:
-    if path.suffix not in SUFFIXES:
+    if path.suffix.lower() not in SUFFIXES:
         raise SceneError(f"{path}: must end in {' or '.join(SUFFIXES)}, which decides the format")
-    if path.suffix == ".parquet":
+    if path.suffix.lower() == ".parquet":
         try:
             import pyarrow  # noqa: F401
         except ImportError:
@@ -491,7 +507,9 @@ def _array(values: list[Any], text: bool = False) -> NDArray[Any]:
         return np.array(values, dtype=np.bool_)
     if whole and there and all(isinstance(value, int) for value in there):
         return np.array(values, dtype=np.int64)
-    if not text and all(isinstance(value, (bool, int, float)) for value in there):
+    truths = [isinstance(value, bool) for value in there]
+    numbers = all(isinstance(value, (int, float)) for value in there)
+    if not text and numbers and (all(truths) or not any(truths)):  # a truth among numbers is no 1
         return np.array([math.nan if value is None else value for value in values], dtype=np.float64)
     return np.array(["" if value is None else str(value) for value in values], dtype=object)
 

@@ -9,7 +9,7 @@ import io
 import json
 import os
 import sys
-from collections.abc import Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
 from enum import IntEnum
 from pathlib import Path
@@ -60,6 +60,29 @@ class Commands(TyperGroup):
         except KeyboardInterrupt:
             complain("stopped on request", program)
             raise typer.Exit(Exit.ENDED_EARLY) from None
+
+
+def real(text: str | float) -> float:
+    """Number of an option, by the rule that holds for files and tables too; a default is a number already."""
+    from gallop_fmu.words import number_remedy, read_number
+
+    number = read_number(text) if isinstance(text, str) else text
+    if number is None:
+        remedy = number_remedy(str(text))
+        raise typer.BadParameter(f"{text!r} is no number{f'; {remedy}' if remedy else ''}")
+    return float(number)
+
+
+def whole(lowest: int = 0, highest: int = 1_000_000) -> Callable[[str | int], int]:
+    """Parser of an option that is a whole number between bounds."""
+
+    def parse(text: str | int) -> int:
+        number = real(text)
+        if not (number.is_integer() and lowest <= number <= highest):
+            raise typer.BadParameter(f"{text} is not a whole number from {lowest} to {highest}")
+        return int(number)
+
+    return parse
 
 
 EXIT_CODES = (
@@ -192,13 +215,18 @@ def chosen_description(name: str, changes: list[str] | None) -> Description:
 
 def _change(text: str) -> tuple[str, Any]:
     """Key and value of ``key=value``; what is not TOML is taken as text, for the scene to accept or refuse."""
+    from gallop_fmu.descriptions import Describable
     from gallop_fmu.errors import SceneError
-    from gallop_fmu.textfiles import read_value
+    from gallop_fmu.paths import takes_text
+    from gallop_fmu.textfiles import parse_value
 
     key, equals, value = (part.strip() for part in text.partition("="))
     if not (key and equals and value):
         raise SceneError(f"--set {text}: must be KEY=VALUE, such as --set wind.speed=6.0")
-    return key, read_value(value)
+    try:
+        return key, parse_value(value, as_text=takes_text(Describable, key))
+    except SceneError as problem:
+        raise SceneError(f"--set {key}: {problem}") from None
 
 
 def check_output(path: Path | None, suffixes: tuple[str, ...]) -> None:
@@ -221,10 +249,19 @@ def new_table(*headings: str) -> Any:
 
 
 def new_console(*, stderr: bool = False) -> Console:
-    """Where text for people goes."""
+    """Console for text for people: it prints a user's text as it is, and control characters as escape sequences."""
     from rich.console import Console
 
-    return Console(stderr=stderr, highlight=False, markup=False)  # titles and paths may hold brackets
+    from gallop_fmu.words import printable
+
+    class PlainConsole(Console):
+        """Console that sends no control sequence which comes from a text."""
+
+        def render_str(self, text: str, **options: Any) -> Any:
+            """Render a text or a cell of a table."""
+            return super().render_str(printable(text), **options)
+
+    return PlainConsole(stderr=stderr, highlight=False, markup=False, emoji=False)
 
 
 def print_warnings(sentences: Iterable[str]) -> None:
@@ -242,7 +279,7 @@ def progress_bar(title: str, *, silent: bool = False) -> Iterator[Progress | Non
         return
     from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
 
-    columns = TextColumn("{task.description}"), BarColumn(), TimeRemainingColumn()
+    columns = TextColumn("{task.description}", markup=False), BarColumn(), TimeRemainingColumn()
     with Progress(*columns, console=new_console(stderr=True), transient=True) as bar:
         bar.console.print(title, style="dim")
         yield bar
@@ -262,4 +299,11 @@ def complain_of(scene: Scene, program: str | None = None) -> None:
 
 def complain(message: str, program: str | None = None) -> None:
     """Print a message on standard error, after the name of the command."""
-    typer.echo(f"{program or 'gallop-fmu'}: {message}", err=True)
+    complain_more(f"{program or 'gallop-fmu'}: {message}")
+
+
+def complain_more(line: str) -> None:
+    """Print one more line on standard error."""
+    from gallop_fmu.words import printable
+
+    typer.echo(printable(line), err=True)

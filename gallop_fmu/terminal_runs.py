@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import sys
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
@@ -10,7 +11,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from gallop_fmu.terminal import Exit, complain, echo_json, new_console, new_table
+from gallop_fmu.terminal import Exit, complain, complain_more, echo_json, new_console, new_table, whole
 
 if TYPE_CHECKING:
     from gallop_fmu.runs import Progress, Runs
@@ -19,6 +20,8 @@ SHOWN = 20
 """Rows of results that a terminal shows."""
 LISTED = 10
 """Failures that a terminal lists."""
+MOST_POINTS = 1_000_000
+"""Values that one range can have."""
 
 Over = Annotated[
     list[str] | None,
@@ -56,7 +59,8 @@ ClusterAddress = Annotated[
     ),
 ]
 WorkerCount = Annotated[
-    int | None, typer.Option("--workers", metavar="N", min=1, help="Runs at a time; else one for each core.")
+    int | None,
+    typer.Option("--workers", metavar="N", parser=whole(1, 1000), help="Runs at a time; else one for each core."),
 ]
 
 
@@ -79,7 +83,7 @@ def grid_of(over: Sequence[str] | None) -> dict[str, list[Any]] | None:
             )
         if key in grid:
             raise SceneError(f"--over {text}: {key} is given twice")
-        grid[key] = values_of(text, values)
+        grid[key] = values_of(key, values)
     return grid or None
 
 
@@ -93,28 +97,47 @@ def check_given(scene: str | None, over: Sequence[str] | None, table: Path | Non
         raise SceneError("no scene: give SCENE, or a --table whose column scene names one in each row")
 
 
-def values_of(option: str, text: str) -> list[Any]:
-    """What ``4,5,5.5`` or ``4:6:0.5`` stands for.
+def values_of(key: str, text: str) -> list[Any]:
+    """Values of a key that ``4,5,5.5`` or ``4:6:0.5`` stands for.
 
     Raises
     ------
     SceneError
-        If it is neither; the message quotes the whole `option`.
+        The text is neither, or a range has more than `MOST_POINTS` values.
     """
+    from gallop_fmu.descriptions import Describable
     from gallop_fmu.errors import SceneError
-    from gallop_fmu.textfiles import read_value
+    from gallop_fmu.paths import takes_text
+    from gallop_fmu.textfiles import parse_value
 
-    if ":" not in text:
-        return [read_value(value.strip()) for value in text.split(",")]
-    try:
-        first, last, step = map(float, text.split(":"))
-        steps = (last - first) / step
-    except (ValueError, ZeroDivisionError):
-        raise SceneError(f"--over {option}: a range is FIRST:LAST:STEP, such as 4:6:0.5") from None
-    if not 0.0 <= steps < 1e6 or abs(steps - round(steps)) > 1e-6:
-        raise SceneError(f"--over {option}: steps of {step:g} do not lead from {first:g} to {last:g}")
+    as_text = takes_text(Describable, key)
+    if as_text or ":" not in text:
+        return [parse_value(value, as_text=as_text) for value in text.split(",")]
+    first, last, step = range_of(key, text, ("FIRST", "LAST", "STEP"), "4:6:0.5")
+    steps = (last - first) / step if step else math.nan
+    if not 0.0 <= steps < MOST_POINTS or abs(steps - round(steps)) > 1e-6:
+        raise SceneError(
+            f"--over {key}={text}: steps of {step:g} do not lead from {first:g} to {last:g} in at most {MOST_POINTS}"
+        )
     # Rounded so that 4.2, 4.3 and 4.4 are what they look like.
     return [float(f"{first + k * step:.12g}") for k in range(round(steps) + 1)]
+
+
+def range_of(key: str, text: str, parts: tuple[str, ...], example: str) -> tuple[float, ...]:
+    """Numbers of a range such as ``FIRST:LAST``.
+
+    Raises
+    ------
+    SceneError
+        The text has another number of parts, or one is no number.
+    """
+    from gallop_fmu.errors import SceneError
+    from gallop_fmu.words import read_number
+
+    found = [number for part in text.split(":") if (number := read_number(part)) is not None and math.isfinite(number)]
+    if len(found) != len(parts) or text.count(":") != len(parts) - 1:
+        raise SceneError(f"--over {key}={text}: a range is {':'.join(parts)}, such as {example}")
+    return tuple(map(float, found))
 
 
 def carry_out(
@@ -145,9 +168,9 @@ def carry_out(
         complain(f"{len(failed)} of {runs.done} runs did not complete:", program)
         for row in failed[:LISTED]:
             told = row["message"].replace("\n", "\n    ")
-            typer.echo(f"  {_place(runs, row)}: {told}", err=True)
+            complain_more(f"  {_place(runs, row)}: {told}")
         if len(failed) > LISTED:
-            typer.echo(f"  and {len(failed) - LISTED} more{f'; all are in {out}' if out else ''}", err=True)
+            complain_more(f"  and {len(failed) - LISTED} more{f'; all are in {out}' if out else ''}")
     if stopped:
         complain(str(stopped), program)
     if stopped or failed:
@@ -172,7 +195,7 @@ def _bar(*, silent: bool) -> Iterator[Progress | None]:
     columns = (
         BarColumn(),
         MofNCompleteColumn(),
-        TextColumn("{task.description}"),
+        TextColumn("{task.description}", markup=False),
         TimeElapsedColumn(),
         TextColumn("left"),
         TimeRemainingColumn(),

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import codecs
 import csv
+import io
 import math
 import re
 import tomllib
@@ -15,6 +17,7 @@ from typing import Any
 from pydantic import ValidationInfo
 
 from gallop_fmu.errors import SceneError
+from gallop_fmu.words import clean_text, number_remedy, plain, read_number
 
 LARGEST_FILE = 10_000_000
 """Bytes; a scene or table beyond this is taken for a mistake."""
@@ -25,12 +28,13 @@ _DEEP_KEY = re.compile(rf"""(?<![\w"'-])(?:[\w"'-]++[ \t]*+\.[ \t]*+){{{DEEPEST}
 
 
 def read_text(path: Path) -> str:
-    """Text of a UTF-8 file of at most `LARGEST_FILE` bytes.
+    """Text of a file of at most `LARGEST_FILE` bytes, in UTF-8, or in UTF-16 with a byte order mark.
 
     Raises
     ------
     SceneError
-        The file does not exist, is a folder or a device, is too large, is not readable or is not UTF-8 text.
+        The file does not exist, is a folder or a device, is too large, is not readable, is not text, or holds a
+        character that `clean_text` refuses.
     """
     try:
         if not path.exists():
@@ -41,16 +45,27 @@ def read_text(path: Path) -> str:
             content = file.read(LARGEST_FILE + 1)
         if len(content) > LARGEST_FILE:
             raise SceneError(f"{path}: has {path.stat().st_size} bytes; at most {LARGEST_FILE} are read")
-        text = content.decode("utf-8-sig")
+        utf16 = content.startswith((codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE))
+        text = content.decode("utf-16" if utf16 else "utf-8-sig")
     except UnicodeDecodeError:
-        raise SceneError(f"{path}: not a text file in UTF-8") from None
+        raise SceneError(
+            f"{path}: not a text file in UTF-8; save it as UTF-8 (in Excel: CSV UTF-8), not as an older encoding"
+        ) from None
     except (OSError, ValueError) as problem:
         if isinstance(problem, SceneError):
             raise
         raise SceneError(f"{path}: cannot be read ({problem})") from None
     if "\0" in text:
-        raise SceneError(f"{path}: a binary file, not a text file")
-    return text
+        raise SceneError(f"{path}: a binary file, not a text file; a text file in UTF-16 needs a byte order mark")
+    try:
+        return clean_text(text)
+    except SceneError:
+        for number, line in enumerate(text.split("\n"), start=1):
+            try:
+                clean_text(line)
+            except SceneError as problem:
+                raise SceneError(f"{path}: line {number}: {problem}") from None
+        raise
 
 
 def parse_toml(text: str) -> dict[str, Any]:
@@ -78,15 +93,35 @@ def parse_toml(text: str) -> dict[str, Any]:
     return parsed
 
 
-def read_value(text: str) -> Any:
-    """A value as users write it in a cell or behind ``--set``: as in TOML, ``none`` for None, else the text."""
+def parse_value(text: str, *, as_text: bool = False) -> Any:
+    """Value of a cell, or of a value that follows ``--set KEY=`` or ``--over KEY=``.
+
+    ``none`` is None, a number is one by `read_number`, what begins like an array, a table or a quoted text is read as
+    TOML. Anything else is a text, which the scene accepts or refuses.
+
+    Parameters
+    ----------
+    as_text
+        The key takes a text: a text that looks like a number stays as it is.
+
+    Raises
+    ------
+    SceneError
+        The text is refused, see `clean_text`.
+    """
+    text = clean_text(text).strip()
     if text == "none":
         return None
-    try:
-        parsed = parse_toml(f"value = {text}")
-    except SceneError:
-        return text
-    return parsed["value"] if len(parsed) == 1 else text
+    number = None if as_text else read_number(text)
+    if number is not None:
+        return number
+    if text.startswith(('"', "'") if as_text else ('"', "'", "[", "{")):
+        try:
+            parsed = parse_toml(f"value = {text}")
+        except SceneError:
+            return text
+        return plain(parsed["value"]) if len(parsed) == 1 else text
+    return text
 
 
 def packaged_names(folder: str, suffix: str) -> list[str]:
@@ -102,39 +137,38 @@ def packaged_text(folder: str, name: str) -> str:
 
 @dataclass(frozen=True)
 class Table:
-    """Columns of numbers from a file, and the row that each entry came from (the header is row 1)."""
+    """Columns of numbers from a file, and the row that each entry came from (the first line of the file is row 1)."""
 
     file: str
     columns: Mapping[str, tuple[float, ...]]
     rows: Sequence[int]
 
 
-def read_header(path: Path) -> list[str]:
-    """Names in the first line of a CSV file, as `read_table` counts lines; empty for an empty file.
+def read_table(path: Path, units: Mapping[str, str], *, first: str = "") -> Table:
+    """Read a CSV file of numbers; empty lines and lines that start with ``#`` are skipped.
+
+    Names of columns may be in capitals, in any order, and followed by their unit in brackets.
+
+    Parameters
+    ----------
+    units
+        Name to unit of the columns that the file must have; no unit, where it is not known.
+    first
+        Where this is one of the names, it is the first column whatever the file calls it, and the file must have at
+        least one of the others.
 
     Raises
     ------
     SceneError
-        Unreadable file.
+        Unreadable file, missing, unknown or repeated column, another unit, or a cell that is not a finite number; the
+        message names the row.
     """
     lines = read_cells(path)
-    return lines[0][1] if lines else []
-
-
-def read_table(path: Path, header: Sequence[str]) -> Table:
-    """Read a CSV file with exactly this header; empty lines and lines that start with ``#`` are skipped.
-
-    Raises
-    ------
-    SceneError
-        Unreadable file, other header, or a cell that is not a finite number; the message names the row.
-    """
-    filled = read_cells(path)
-    if not filled or filled[0][1] != list(header):
-        found = ",".join(filled[0][1])[:80] if filled else "an empty file"
-        raise SceneError(f"{path.name}: the first line must be {','.join(header)}, found {found}")
+    header = _column_names(path, lines[0][1] if lines else [], units, first)
     rows, numbers = [], []
-    for row, cells in filled[1:]:
+    for row, cells in lines[1:]:
+        if cells[0].lstrip().startswith("#"):
+            continue
         if len(cells) != len(header):
             raise SceneError(f"{path.name}: row {row} has {len(cells)} cells, {len(header)} are needed")
         numbers.append([_number(path, row, name, cell) for name, cell in zip(header, cells, strict=True)])
@@ -142,34 +176,121 @@ def read_table(path: Path, header: Sequence[str]) -> Table:
     return Table(path.name, {name: tuple(line[k] for line in numbers) for k, name in enumerate(header)}, rows)
 
 
+_NAME_AND_UNIT = re.compile(r"(.*?)\s*(?:[\[(]\s*(.*?)\s*[\])])?")
+_SAME_UNIT = {"-": "1", "sec": "s", "seconds": "s", "°": "deg", "degree": "deg", "degrees": "deg"}
+
+
+def _column_names(path: Path, cells: Sequence[str], units: Mapping[str, str], first: str) -> list[str]:
+    """Names of the columns, as `units` spells them."""
+    others = ", ".join(name for name in units if name != first)
+    wanted = f"{first}, the first column, and any of {others}" if first else ",".join(units)
+    wrong = f"{path.name}: the first line must name {wanted}"
+    header: list[str] = []
+    if not cells:
+        raise SceneError(f"{wrong}; the file is empty")
+    for position, cell in enumerate(cells):
+        found = _NAME_AND_UNIT.fullmatch(cell.strip().replace("\n", " "))
+        name, unit = (found[1].lower(), found[2]) if found else (cell, None)
+        if first and position == 0 and name not in (known for known in units if known != first):
+            name = first
+        if name not in units:
+            raise SceneError(f"{wrong}; it has {cell.strip()[:80]!r}{_foreign(','.join(cells))}")
+        if unit and units[name] and _SAME_UNIT.get(unit, unit) != units[name]:
+            raise SceneError(f"{path.name}: column {cell.strip()!r} must be in {units[name]}; convert it")
+        if name in header:
+            raise SceneError(f"{path.name}: column {name!r} is there twice; remove one of them")
+        header.append(name)
+    missing = [name for name in units if name not in header]
+    if first and (not header or header[0] != first or len(header) < 2):
+        raise SceneError(f"{wrong}; it is {','.join(cells)[:80]!r}")
+    if missing and not first:
+        raise SceneError(f"{wrong}; it has no {missing[0]}: {','.join(cells)[:80]!r}{_foreign(','.join(cells))}")
+    return header
+
+
+def _foreign(header: str) -> str:
+    """What to do with a file of another program, as far as its first line tells."""
+    if header.lstrip().startswith("<"):
+        return ". This is an XML or HTML file; export the numbers as CSV"
+    if "," not in header and len(header.split()) > 1:
+        return (
+            ". Its columns are not separated by commas, semicolons or tabs; save it as CSV with one line of names, and "
+            "put # before lines of text above it"
+        )
+    return ". Rename the columns, remove those that are not needed, and put # before lines of text above the names"
+
+
+SEPARATORS = ",;\t"
+_QUOTED = re.compile(r'"[^"]*"')
+
+
 def read_cells(path: Path) -> list[tuple[int, list[str]]]:
-    """Rows of a CSV file with their numbers; empty lines and lines that start with ``#`` are skipped.
+    """Rows of a CSV file, each with the number of its first line.
+
+    Cells are separated by commas, semicolons or tabs, whichever the first row has most of. Empty lines are skipped, and
+    so are lines that start with ``#`` above the first row; columns without a name and without any cell are left out.
 
     Raises
     ------
     SceneError
-        Unreadable file, or a cell without end.
+        Unreadable file, or a quotation mark that is not closed.
     """
-    try:
-        lines = list(enumerate(csv.reader(read_text(path).splitlines()), start=1))
-    except csv.Error as problem:
-        raise SceneError(f"{path}: not a CSV file ({problem})") from None
-    filled = [(row, [cell.strip() for cell in cells]) for row, cells in lines if any(cell.strip() for cell in cells)]
-    return [(row, cells) for row, cells in filled if not cells[0].startswith("#")]
+    lines = read_text(path).split("\n")
+    skipped, separator = 0, ""
+    for line in lines:
+        if line.startswith("sep=") and len(line) == 5 and line[4] in SEPARATORS:  # Excel's own line
+            separator = line[4]
+        elif line.strip(SEPARATORS + " ") and not line.lstrip().startswith("#"):
+            break
+        skipped += 1
+    text = "\n".join(lines[skipped:])
+    names = _QUOTED.sub("", lines[skipped]) if text else ""
+    separator = separator or max(SEPARATORS, key=names.count)
+    reader = csv.reader(io.StringIO(text, newline=""), delimiter=separator, strict=True)
+    rows: list[tuple[int, list[str]]] = []
+    while True:
+        row = skipped + reader.line_num + 1
+        try:
+            cells = next(reader)
+        except StopIteration:
+            break
+        except csv.Error as problem:
+            raise SceneError(
+                f"{path}: not a CSV file in row {row} ({problem}); close each quotation mark that opens a cell, "
+                "and double those inside"
+            ) from None
+        if any(cell.strip() for cell in cells):
+            rows.append((row, cells))
+    if not rows:
+        return []
+    width = len(rows[0][1])
+    while width and not any(cells[width - 1].strip() for _, cells in rows if len(cells) >= width):
+        width -= 1
+    return [(row, cells[:width] + _not_blank(cells[width:])) for row, cells in rows]
+
+
+def _not_blank(cells: list[str]) -> list[str]:
+    return cells if any(cell.strip() for cell in cells) else []
 
 
 def _number(path: Path, row: int, name: str, cell: str) -> float:
-    try:
-        value = float(cell)
-    except ValueError:
-        value = math.nan
-    if not math.isfinite(value):
-        raise SceneError(f"{path.name}: {name} in row {row} is {cell[:40]!r}, must be a finite number")
-    return value
+    value = read_number(cell)
+    if value is None or not math.isfinite(value):
+        remedy = number_remedy(cell)
+        raise SceneError(
+            f"{path.name}: {name} in row {row} is {cell.strip()[:40]!r}, must be a finite number"
+            f"{f'; {remedy}' if remedy else ''}"
+        )
+    return float(value)
 
 
 def check_table(
-    where: str, key: str, columns: Mapping[str, Sequence[float]], rows: Sequence[int] | None = None
+    where: str,
+    key: str,
+    columns: Mapping[str, Sequence[float]],
+    rows: Sequence[int] | None = None,
+    *,
+    jumps: bool = False,
 ) -> None:
     """Refuse columns of unequal length, fewer than two points, and a `key` column that does not strictly increase.
 
@@ -179,6 +300,8 @@ def check_table(
         Start of the message: the file name, or empty for arrays of the scene itself.
     rows
         What to call each entry in the message; counted from 1 without it.
+    jumps
+        Two entries of one key are allowed: the columns jump there.
     """
     start = f"{where}: " if where else ""
     count = len(columns[key])
@@ -189,12 +312,14 @@ def check_table(
         raise SceneError(f"{start}{key} has {count} point{'s' * (count != 1)}; a table needs at least two")
     for i in range(1, count):
         before, here = columns[key][i - 1], columns[key][i]
-        if not here > before:
+        if not here > before and not (jumps and here == before and (i == 1 or columns[key][i - 2] < before)):
             row = rows[i] if rows else i + 1
             raise SceneError(f"{start}{key} must increase; row {row} has {here} after {before}")
 
 
-def take_in_file(data: Any, info: ValidationInfo, key: str, header: Sequence[str]) -> tuple[Any, Table | None]:
+def take_in_file(
+    data: Any, info: ValidationInfo, key: str, units: Mapping[str, str], *, jumps: bool = False
+) -> tuple[Any, Table | None]:
     """Replace the entry ``file`` of a raw section by the columns of the CSV file it names.
 
     A relative name starts from the folder of the scene file, which the loader passes as validation context.
@@ -208,11 +333,11 @@ def take_in_file(data: Any, info: ValidationInfo, key: str, header: Sequence[str
         return data, None
     file = data["file"]
     if not isinstance(file, str):
-        raise SceneError(f"file = {file!r}: must be the name of a CSV file with header {','.join(header)}")
-    both = [name for name in header if data.get(name)]
+        raise SceneError(f"file = {file!r}: must be the name of a CSV file with header {','.join(units)}")
+    both = [name for name in units if data.get(name)]
     if both:
         raise SceneError(f"file = {file!r} and {', '.join(both)} are both given; give the file or the arrays")
-    table = read_table(Path((info.context or {}).get("folder", ".")) / file, header)
-    check_table(table.file, key, table.columns, table.rows)
+    table = read_table(Path((info.context or {}).get("folder", ".")) / file, units)
+    check_table(table.file, key, table.columns, table.rows, jumps=jumps)
     others = {name: value for name, value in data.items() if name != "file"}
     return {**others, **table.columns}, table

@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import typer
 
-from gallop_fmu.terminal import AsJson, Changes, SceneName, Version, example, new_app, new_table, start
-from gallop_fmu.terminal_runs import values_of
+from gallop_fmu.terminal import AsJson, Changes, SceneName, Version, example, new_app, new_table, real, start, whole
+from gallop_fmu.terminal_runs import range_of, values_of
 from modal.report.command import REPORT_EXAMPLE, report
 from modal.screen_command import SCREEN_EXAMPLE, screen_span
 from modal.terminal import Plot, scene_to_draw, tell
@@ -29,14 +29,14 @@ Followed = Annotated[
     str | None,
     typer.Option("--over", metavar=RANGE, help="Follow the modes over this number; else 0.7 to 1.3 times what it is."),
 ]
-Points = Annotated[int, typer.Option("--points", metavar="N", min=2, help="Number of values.")]
+Points = Annotated[int, typer.Option("--points", metavar="N", parser=whole(2, 10000), help="Number of values.")]
 
 
 @app.command(epilog=example("gallop-modal modes example3 --over span.horizontal_tension --plot veering.png"))
 def modes(
     scene: SceneName,
     changes: Changes = None,
-    count: Annotated[int, typer.Option(metavar="N", help="Number of modes.")] = 12,
+    count: Annotated[int, typer.Option(metavar="N", parser=whole(0, 10000), help="Number of modes.")] = 12,
     wind: Annotated[
         Literal["still", "mean"], typer.Option(help="About still air, or about equilibrium in the scene's mean wind.")
     ] = "still",
@@ -128,7 +128,6 @@ def _varied(scene: Scene, option: str, points: int) -> tuple[str, list[float]]:
     """The number that an option names, and the values that it asks for: by default around what the number is now."""
     import numpy as np
 
-    from gallop_fmu.errors import SceneError
     from modal.resonance import number_of
 
     path, given, text = (part.strip() for part in option.partition("="))
@@ -136,12 +135,19 @@ def _varied(scene: Scene, option: str, points: int) -> tuple[str, list[float]]:
         now = number_of(scene, path)
         return path, np.linspace(0.7 * now, 1.3 * now, points).tolist()
     if text.count(":") != 1:
-        return path, values_of(option, text)
-    try:
-        first, last = map(float, text.split(":"))
-    except ValueError:
-        raise SceneError(f"{option}: a range is FIRST:LAST, such as span.sag=1.5:3") from None
+        return path, _numbers(path, text)
+    first, last = range_of(path, text, ("FIRST", "LAST"), "span.sag=1.5:3")
     return path, np.linspace(first, last, points).tolist()
+
+
+def _numbers(path: str, text: str) -> list[float]:
+    from gallop_fmu.errors import SceneError
+
+    values = values_of(path, text)
+    wrong = [value for value in values if isinstance(value, bool) or not isinstance(value, (int, float))]
+    if wrong:
+        raise SceneError(f"--over {path}={text}: {wrong[0]!r} is no number")
+    return [float(value) for value in values]
 
 
 @app.command(epilog=example("gallop-modal ratio example3 --over span.horizontal_tension=10e3:20e3 --plot map.png"))
@@ -213,9 +219,9 @@ def ratio(
 def linear(
     scene: SceneName,
     changes: Changes = None,
-    count: Annotated[int, typer.Option(metavar="N", min=1, help="Number of modes.")] = 6,
+    count: Annotated[int, typer.Option(metavar="N", parser=whole(1, 10000), help="Number of modes.")] = 6,
     highest: Annotated[
-        float, typer.Option(metavar="U", help="Wind speed \\[m/s] up to which onsets are looked for.")
+        float, typer.Option(metavar="U", parser=real, help="Wind speed \\[m/s] up to which onsets are looked for.")
     ] = 15.0,
     what: Annotated[Literal["locus", "criteria"], typer.Option("--show", help="What --plot draws.")] = "locus",
     plot: Plot = None,
@@ -281,7 +287,9 @@ app.command(epilog=example(REPORT_EXAMPLE))(report)
 def compare_models(
     scene: SceneName,
     changes: Changes = None,
-    until: Annotated[float | None, typer.Option(metavar="S", help="Simulated time \\[s]; else the scene's.")] = None,
+    until: Annotated[
+        float | None, typer.Option(metavar="S", parser=real, help="Simulated time \\[s]; else the scene's.")
+    ] = None,
     plot: Plot = None,
     as_json: AsJson = False,
 ) -> None:

@@ -16,7 +16,7 @@ from matplotlib.lines import Line2D
 from matplotlib.ticker import MaxNLocator
 from numpy.typing import NDArray
 
-from gallop_fmu.plots import drawing
+from gallop_fmu.plots import add_title, drawing
 from modal.criteria import Criterion
 from modal.modes import Mode
 
@@ -80,7 +80,7 @@ def mode_shapes(modes: Sequence[Mode], title: str = "") -> Figure:
         for axes in panels.flat[len(modes) :]:
             axes.set_axis_off()
         figure.supxlabel("position along the span / span [1]", fontsize=8.0)
-        figure.suptitle(title, fontsize=9.0)
+        add_title(figure, title)
     return figure
 
 

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from gallop_fmu.terminal import AnyScene, AsJson, Changes, chosen_description, new_table
+from gallop_fmu.terminal import AnyScene, AsJson, Changes, chosen_description, new_table, real
 from gallop_fmu.terminal_runs import (
     ClusterAddress,
     Over,
@@ -33,7 +33,8 @@ def screen_span(
     over: Over = None,
     table: SpanTable = None,
     highest: Annotated[
-        float | None, typer.Option(metavar="U", help="Highest wind speed \\[m/s]; else 1.5 times the scene's.")
+        float | None,
+        typer.Option(metavar="U", parser=real, help="Highest wind speed \\[m/s]; else 1.5 times the scene's."),
     ] = None,
     first_look: Annotated[
         bool,

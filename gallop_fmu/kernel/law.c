@@ -31,8 +31,9 @@ static double table(const gallop_law *law, double t, int derivative)
         int middle = (low + high) / 2;
         if (t < x[middle]) high = middle; else low = middle;
     }
-    double slope = (y[high] - y[low]) / (x[high] - x[low]);
-    return derivative == 0 ? y[low] + slope * (t - x[low]) : derivative == 1 ? slope : 0.0;
+    double gap = x[high] - x[low], slope = (y[high] - y[low]) / gap;
+    if (derivative == 0) return y[low] + slope * (t - x[low]);
+    return derivative == 1 && gap >= SHORTEST_FLANK ? slope : 0.0;
 }
 
 /* The law (derivative 0) or its first or second time derivative. */

@@ -19,6 +19,7 @@ from gallop_fmu.terminal import (
     complain_of,
     new_console,
     progress_bar,
+    real,
 )
 
 if TYPE_CHECKING:
@@ -30,7 +31,9 @@ REPORT_EXAMPLE = "gallop-modal report example3 -o report.html"
 def report(
     scene: SceneName,
     out: Annotated[Path, typer.Option("--out", "-o", metavar="FILE", help="Page to write (.html).")],
-    until: Annotated[float | None, typer.Option(metavar="S", help="Simulated time \\[s]; else the scene's.")] = None,
+    until: Annotated[
+        float | None, typer.Option(metavar="S", parser=real, help="Simulated time \\[s]; else the scene's.")
+    ] = None,
     changes: Changes = None,
 ) -> None:
     """Write all about a span as one HTML page: scene, modes, risk, critical winds, simulation, clearance.

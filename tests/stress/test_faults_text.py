@@ -7,7 +7,7 @@ import pytest
 
 import gallop_fmu as gf
 from gallop_fmu.spans import read_spans
-from gallop_fmu.textfiles import LARGEST_FILE, read_table, read_value
+from gallop_fmu.textfiles import LARGEST_FILE, parse_value, read_table
 
 DEEP = 20_000
 LONG = 1_000_000
@@ -63,14 +63,14 @@ def test_a_description_may_have_many_full_stops():
 
 @pytest.mark.parametrize("value", ["1" * 5000, "[" * DEEP, "{a" + ".a" * DEEP + " = 1}"])
 def test_values_of_cells_that_are_no_toml_stay_text(value):
-    assert read_value(value) == value
+    assert parse_value(value) == value
 
 
-@pytest.mark.parametrize("read", [read_spans, lambda path: read_table(path, ["span.length"])])
+@pytest.mark.parametrize("read", [read_spans, lambda path: read_table(path, {"span.length": "m"})])
 def test_a_cell_without_end(tmp_path, read):
     path = tmp_path / "spans.csv"
     path.write_text("span.length\n" + "2" * 200_000)
-    refused(lambda: read(path), "not a CSV file .*field larger")
+    refused(lambda: read(path), "not a CSV file in row 2 .*field larger")
 
 
 @pytest.mark.parametrize(

@@ -1,0 +1,314 @@
+"""One rule for every text and every number, wherever a user gives it: files, tables, options, Python."""
+
+import json
+import typing
+import xml.etree.ElementTree as ElementTree
+
+import numpy as np
+import pandas as pd
+import pytest
+from matplotlib.figure import Figure
+from typer.testing import CliRunner
+
+import gallop_fmu as gf
+import modal.cli
+from gallop_fmu.cli import app
+from gallop_fmu.descriptions import Describable
+from gallop_fmu.fmu.description import Identity, model_description
+from gallop_fmu.paths import section_classes
+from gallop_fmu.sections import Text
+from gallop_fmu.spans import cases, read_spans
+from gallop_fmu.terminal import new_console
+from gallop_fmu.textfiles import read_table
+from gallop_fmu.words import clean_text, plain, printable, read_number
+
+ACCEPTED = {".5": 0.5, "2.": 2.0, "05": 5.0, "1e-3": 0.001, "+3": 3.0, "7": 7.0, "2.50E+0": 2.5}
+REFUSED = ["1_00", "１２", "2024-01-01", "07:30", "0x1F", "1d2", "2,1", "1e400", "five", "inf", "--1", "1 2", "1e"]
+BAD_CHARACTERS = ["\0", "\x1b", "\x85", "\x0b", "\x1c", "\x7f", "\ud800", "\ufdd0", "\ufffe", "\U0010ffff"]
+
+
+@pytest.fixture
+def invoke(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setenv("COLUMNS", "200")
+    return lambda *words, app=app: CliRunner().invoke(app, [str(word) for word in words])
+
+
+def in_coefficient_file(word, folder):
+    (folder / "c.csv").write_text(f"angle_deg,lift,drag,moment\n-9,{word},1,0\n9,0,1,0\n", "utf-8")
+    table = {"kind": "table", "file": str(folder / "c.csv")}
+    scene = gf.load_scene("example3").with_values({"wind.speed": 0.0, "ice.attack_angle_deg": 0.0})
+    return scene.with_values({"aerodynamics": table}).aerodynamics.lift[0]
+
+
+def in_input_file(word, folder):
+    (folder / "i.csv").write_text(f'time,wind_speed\n0,"{word}"\n1,5\n', "utf-8")
+    return gf.with_inputs(gf.load_scene("example3"), folder / "i.csv").wind.history.value[0]
+
+
+def in_span_csv(word, folder):
+    (folder / "s.csv").write_text(f'name,wind.speed\nA,"{word}"\n', "utf-8")
+    return cases("example3", table=folder / "s.csv").every[0].scene().wind.speed
+
+
+def in_geojson(word, folder):
+    feature = {"properties": {"wind.speed": word}}
+    (folder / "s.geojson").write_text(json.dumps({"type": "FeatureCollection", "features": [feature]}), "utf-8")
+    return cases("example3", table=folder / "s.geojson").every[0].scene().wind.speed
+
+
+def in_data_frame(word, folder):
+    return cases("example3", table=pd.DataFrame({"wind.speed": [word]})).every[0].scene().wind.speed
+
+
+def in_over(word, folder):
+    from gallop_fmu.terminal_runs import grid_of
+
+    return cases("example3", grid_of([f"wind.speed={word}"])).every[0].scene().wind.speed
+
+
+def in_set(word, folder):
+    from gallop_fmu.terminal import chosen_scene
+
+    return chosen_scene("example3", [f"wind.speed={word}"]).wind.speed
+
+
+PLACES = [in_coefficient_file, in_input_file, in_span_csv, in_geojson, in_data_frame, in_over, in_set]
+
+
+@pytest.mark.parametrize("place", PLACES)
+def test_the_same_words_are_numbers_everywhere(place, tmp_path):
+    assert {word: place(word, tmp_path) for word in ACCEPTED} == ACCEPTED
+
+
+@pytest.mark.parametrize("place", PLACES)
+@pytest.mark.parametrize("word", REFUSED)
+def test_the_same_words_are_refused_everywhere(place, word, tmp_path):
+    if "," in word and place in (in_coefficient_file, in_over):
+        pytest.skip("a comma separates two numbers there")
+    with pytest.raises(gf.SceneError, match=r"finite number|a range is"):
+        place(word, tmp_path)
+
+
+@pytest.mark.parametrize("word", ["1_0", "１", "0x1", "2024-01-01"])
+def test_options_take_the_same_words(invoke, word):
+    commands = (
+        ("run", "example3", "--until", word),
+        ("run", "example3", "--every", word),
+        ("sweep", "example3", "--over", "wind.speed=5", "--workers", word),
+        ("new", "m.toml", "--conductor", "Drake", "--span", word, "--stringing-percent", "20"),
+    )
+    for command in commands:
+        result = invoke(*command)
+        assert result.exit_code == 2
+        assert "is no number" in result.stderr
+    assert "is no number" in invoke("linear", "example3", "--highest", word, app=modal.cli.app).stderr
+
+
+def test_options_accept_numbers_as_other_programs_write_them(invoke):
+    assert invoke("run", "example1", "--until", "0.5", "--every", "+05").exit_code == 0
+    assert invoke("run", "example1", "--until", ".5").exit_code == 0
+    assert "not a whole number" in invoke("run", "example1", "--until", "1", "--every", "1.5").stderr
+
+
+def test_what_is_a_number():
+    assert read_number("9223372036854775807") == 2**63 - 1
+    assert read_number("9223372036854775808") == 2.0**63  # too large for an array of integers
+    assert isinstance(read_number("05"), int)
+    assert read_number("nan") is read_number("") is read_number("1e400") is None
+
+
+@pytest.mark.parametrize(
+    ("word", "remedy"),
+    [
+        ("2024-01-01T00:00:00", "convert times to seconds"),
+        ("07:30:00", "convert times to seconds"),
+        ("2,1", "write 2.1, with a decimal point"),
+        ("1_00", "the digits 0 to 9 only"),
+        ("１２", "the digits 0 to 9 only"),
+        ("0x1F", "the digits 0 to 9 only"),
+        ("1e400", "too large"),
+        ("NaN", "leave the cell of a table of spans empty"),
+    ],
+)
+def test_a_word_that_is_no_number_gets_a_remedy(word, remedy, tmp_path):
+    for place in (in_input_file, in_span_csv, in_set):
+        with pytest.raises(gf.SceneError, match=remedy):
+            place(word, tmp_path)
+
+
+@pytest.mark.parametrize("character", BAD_CHARACTERS)
+def test_characters_that_no_file_can_hold_are_refused_everywhere(character, tmp_path):
+    """NUL and lone surrogates crash NetCDF after computing; controls, FFFE make an XML that no host reads."""
+    text, scene = f"a{character}b", gf.load_scene("example3")
+    message = f"U\\+{ord(character):04X}"
+    for key in ("title", "description", "sources"):
+        with pytest.raises(gf.SceneError, match=rf"^{key}.*{message}"):
+            scene.with_values({key: {"span.sag": text} if key == "sources" else text})
+    with pytest.raises(gf.SceneError, match=rf"^title: .*{message}"):
+        gf.Scene.from_dict({**scene.model_dump(mode="json", exclude_none=True), "title": text})
+    for row in ({"name": text}, {"label.note": text}, {f"label.{text}": "x"}, {"aerodynamics.outside": text}):
+        with pytest.raises(gf.SceneError, match=message):
+            cases("example3", table=[row])
+        feature = json.dumps({"type": "FeatureCollection", "features": [{"properties": row}]})
+        (tmp_path / "s.geojson").write_text(feature, "utf-8")
+        with pytest.raises(gf.SceneError, match=message):
+            read_spans(tmp_path / "s.geojson")
+    with pytest.raises(gf.SceneError, match=message):
+        cases("example3", {"aerodynamics.outside": [text]})
+    if character == "\0" or "\ud800" <= character <= "\udfff":
+        return  # these make no text file
+    for suffix, content in ((".csv", f"name,span.sag\nA,2.1\n{text},2.1\n"), (".toml", f"[span]\n\n# {text}\n")):
+        path = tmp_path / f"s{suffix}"
+        path.write_text(content, "utf-8")
+        with pytest.raises(gf.SceneError, match=rf"line 3: .*{message}"):
+            (read_spans if suffix == ".csv" else gf.load_scene)(path)
+
+
+def test_text_comes_back_in_normal_form():
+    assert clean_text("e\u0301\r\nline\ttwo\u2028\U0001f600 '$x_{$'") == "é\nline\ttwo\u2028\U0001f600 '$x_{$'"
+
+
+def parts(annotation):
+    """Types within an annotation, but for those of the checked text."""
+    if annotation != Text:
+        yield annotation
+        for argument in typing.get_args(annotation):
+            yield from parts(argument)
+
+
+def test_every_text_of_a_scene_follows_the_rule():
+    """Each field of type str in any section is the checked type, so that no new field escapes."""
+    seen, left = set(), [Describable]
+    while left:
+        section = left.pop()
+        if section in seen:
+            continue
+        seen.add(section)
+        for name, field in section.model_fields.items():
+            annotation = typing.get_type_hints(section, include_extras=True)[name]
+            assert str not in list(parts(annotation)), (section, name)
+            left += section_classes(field.annotation)
+    assert len(seen) > 20
+
+
+def test_the_xml_of_an_fmu_can_be_read_whatever_the_title():
+    every = [chr(code) for code in range(0x20, 0x11000)] + ["\t", "\n", "\U0001f600", "\U000e0041", "\U0010fffd"]
+    title = ""
+    for character in every:
+        try:
+            title += clean_text(character)
+        except gf.SceneError:
+            continue
+    assert len(title) > 60_000
+    scene = gf.load_scene("example3").with_values({"title": title, "description": title})
+    xml = model_description(scene, Identity("0" * 64), native=True, remarks="")
+    assert ElementTree.fromstring(xml).get("modelName") == " ".join(scene.title.split())
+
+
+def test_terminals_get_no_control_sequences(capsys):
+    console = new_console()
+    console.print("\x1b]0;OWNED\x07\x1b[2J :warning: [bold]x")
+    from gallop_fmu.terminal import complain, new_table
+
+    table = new_table("\x1b[2J")
+    table.add_row("\x9b31m")
+    console.print(table)
+    complain("no file \x1b[2J")
+    shown = "".join(capsys.readouterr())
+    assert not {"\x1b", "\x07", "\x9b"} & set(shown)
+    assert r"\x1b]0;OWNED\x07\x1b[2J :warning: [bold]x" in shown
+    assert printable("Ω é \U0001f600\n") == "Ω é \U0001f600\n"
+
+
+@pytest.mark.parametrize("title", [r"tower $x_{$", r"$\frac{$", "cost: 3 $ to 5 $"])
+def test_a_dollar_sign_in_a_title_is_no_mathematics(title, tmp_path):
+    from gallop_fmu.plots import overview, save_figure
+    from modal import natural_modes
+    from modal.plots import mode_shapes
+
+    scene = gf.load_scene("example1").with_values({"title": title})
+    figures = [overview(gf.simulate(scene, 0.5)), mode_shapes(natural_modes(scene, 2), title)]
+    for figure in figures:
+        assert isinstance(figure, Figure)
+        assert title.split("$")[-1] in save_figure(figure, tmp_path / "a.SVG").read_text("utf-8")
+
+
+def test_values_in_memory_become_plain_data():
+    import datetime
+    import decimal
+
+    assert plain({"a": (np.float64(1.5), np.int32(2), np.array([1, 2]))}) == {"a": [1.5, 2, [1, 2]]}
+    assert plain(decimal.Decimal("1.5")) == 1.5
+    assert plain(10**400) == np.inf
+    assert plain(2**63) == 2.0**63
+    assert plain(datetime.date(2024, 1, 1)) == "2024-01-01"
+
+
+def test_tables_of_numbers_may_be_written_in_many_ways(tmp_path):
+    path, units = tmp_path / "t.CSV", {"time": "s", "wind_speed": "m/s"}
+    texts = [
+        "time,wind_speed\n0,5\n1,6\n",
+        "Time [s],Wind_Speed (m/s)\n0,5\n1,6\n",
+        "time;wind_speed\n0;5\n1;6\n",
+        "sep=;\ntime;wind_speed\n0;5\n1;6\n",
+        "time\twind_speed\n0\t5\n1\t6\n",
+        "# of 2024, by hand\n\nwind_speed,time\n5,0\n# a gust\n6,1\n",
+        '"time","wind_speed",,\r\n0,5,,\r\n\r\n1,6,,\r\n,,,\r\n',
+        "time,wind_speed\r0,5\r1,6\r",
+    ]
+    for text in texts:
+        for encoding in ("utf-8", "utf-8-sig", "utf-16"):
+            path.write_bytes(text.encode(encoding))
+            assert dict(read_table(path, units).columns) == {"time": (0.0, 1.0), "wind_speed": (5.0, 6.0)}
+
+
+XFOIL = """
+       XFOIL         Version 6.99
+
+ Calculated polar for: NACA 0012
+
+   alpha    CL        CD       CDp       CM
+  ------ -------- --------- --------- --------
+  -5.000  -0.5421   0.00935   0.00363   0.0019
+"""
+
+
+@pytest.mark.parametrize(
+    ("content", "message"),
+    [
+        (XFOIL, "not separated by commas, semicolons or tabs; save it as CSV"),
+        ("Xfoil polar. Reynolds number fixed.\nAlpha,Cl,Cd\n", "put # before lines of text above"),
+        ("Alpha,Cl,Cd,Cdp,Cm\n-5,0,0,0,0\n", "it has 'Alpha'. Rename the columns, remove those that are not needed"),
+        ("! AeroDyn airfoil data\n  1  ReRef\n", "not separated by commas"),
+        ('<?xml version="1.0"?>\n<gpx></gpx>\n', "XML or HTML file; export the numbers as CSV"),
+        ("time,wind_speed\n2024-01-01T00:00:00Z,5\n", "convert times to seconds from the start of the run"),
+        ("time;wind_speed\n0;5,5\n", "write 5.5, with a decimal point"),
+        ("time [ms],wind_speed\n0,5\n", "column 'time \\[ms\\]' must be in s; convert it"),
+        ("time,wind_speed\n0,5\n1\n", "row 3 has 1 cells, 2 are needed"),
+        ("time,wind_speed,Wind_Speed\n0,4,9\n", "column 'wind_speed' is there twice"),
+        (b"\xff\xfe\x00", "not a text file in UTF-8"),
+        ("Höhe,1\n".encode("cp1252"), "save it as UTF-8"),
+        ("time,wind_speed\n0,5\n".encode("utf-16-le"), "a text file in UTF-16 needs a byte order mark"),
+        ('time,wind_speed\n0,"5\n1,6\n', "not a CSV file in row 2 .*close each quotation mark"),
+    ],
+)
+def test_foreign_files_get_a_remedy(content, message, tmp_path):
+    path = tmp_path / "t.csv"
+    path.write_bytes(content if isinstance(content, bytes) else content.encode())
+    with pytest.raises(gf.SceneError, match=message):
+        read_table(path, {"time": "s", "wind_speed": "m/s"})
+
+
+@pytest.mark.parametrize(
+    ("row", "message"),
+    [
+        ("0,-1,-0.1,0", "drag = -0.1 at 0.0 deg: drag acts along the wind and is never negative"),
+        ("0,0,1e300,0", "drag = 1e\\+300 at 0.0 deg: a coefficient is at most 10 either way"),
+        ("0,30,1,0", "lift = 30.0 at 0.0 deg: a coefficient is at most 10"),
+    ],
+)
+def test_coefficients_of_no_conductor_are_refused(row, message, tmp_path):
+    (tmp_path / "c.csv").write_text(f"angle_deg,lift,drag,moment\n{row}\n9,0,1,0\n")
+    with pytest.raises(gf.SceneError, match=message):
+        gf.load_scene("example3").with_values({"aerodynamics": {"kind": "table", "file": str(tmp_path / "c.csv")}})
