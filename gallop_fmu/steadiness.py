@@ -1,0 +1,293 @@
+"""The one judgement of a motion: steady, still growing, decaying, beating, irregular, at rest, or turned over.
+
+A channel is cut into cycles of its dominant frequency. The half peak-to-peak of each cycle, refined by a parabola
+through its extremes, is the envelope; everything follows from how the envelope changes over the window. The bounds:
+
+`STEADY` (2 %)
+    Range of the amplitude, about its mean, within which a motion is steady. It is what is left to decide on when
+    amplitudes are printed with two to three digits. Cycles may differ as long as the largest of every four does not,
+    so that a motion that repeats itself after two, three or four cycles is steady.
+`FLAT` (0.2 %)
+    Change of the mean amplitude from one third of the window to the next that counts as none. It is ten times the
+    error of an envelope of 20 samples a cycle. Growth slower than that (0.4 % a minute in a window of 100 s) is
+    taken as steady.
+`LEFT` (1 %)
+    Change that is still to come, by which a motion that approaches a limit cycle is already steady. It is extrapolated
+    from the three thirds of the window, whose differences fall by one factor on such an approach. A factor above
+    `UNBOUNDED` (0.9) tells nothing of the limit: the amplitude may grow many times over, as it does from a small
+    disturbance, however slowly.
+`HIDDEN` (0.1 %)
+    Size, per amplitude, of a part of the motion that does not repeat itself from cycle to cycle, from which on it is
+    judged too. If it grows by more than `FASTER` (10 %) from third to third, then the motion is not steady though its
+    amplitude does not show it yet. So grows a swing on top of vertical galloping before the transfer of energy.
+    Interpolation between samples leaves less than 0.03 %.
+`TREND` (0.5) and `REGULAR` (0.9)
+    Share of the variance of an envelope that a parabola in time must explain for a trend, and a line of the spectrum
+    with its double for beats.
+`CYCLES` (9)
+    Fewest cycles in a window that are judged: three in each third.
+`TURNED_OVER` (180 deg)
+    Change of the twist since the first record from which on the section has turned over: the ice is on the other side.
+`SMALL` (0.1 mm, 0.06 deg)
+    Amplitude of displacement and twist below which a motion that does not grow is at rest; `NOTHING` is rounding.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+
+Kind = Literal["steady", "still growing", "decaying", "beating", "irregular", "at rest", "turned over", "undetermined"]
+
+STEADY = 0.02
+FLAT = 0.002
+LEFT = 0.01
+UNBOUNDED = 0.9
+HIDDEN = 0.001
+FASTER = 1.1
+TREND = 0.7
+REGULAR = 0.9
+CYCLES = 9
+BLOCKS = 18
+TURNED_OVER = math.pi
+SMALL = 1e-4
+NOTHING = 1e-9
+LEVER = 0.1
+"""Length [m] by which a twist is set against a displacement."""
+
+LONGEST_WINDOW = 100.0
+"""Time [s] at the end of a long run over which its motion is judged, unless another is asked for."""
+
+SAMPLES = 64
+"""Samples in a cycle from which on a parabola finds its peak."""
+SIXTH_ORDER = np.array([3.0, -25.0, 150.0, 150.0, -25.0, 3.0]) / 256.0
+"""Weights of six samples for the value in their middle."""
+
+FEWEST_SAMPLES = 8
+"""Below it no spectral line is told from another."""
+
+
+@dataclass(frozen=True, slots=True)
+class Motion:
+    """What a motion does over a window.
+
+    Attributes
+    ----------
+    kind : str
+        ``"steady"``, ``"still growing"``, ``"decaying"``, ``"beating"``, ``"irregular"``, ``"at rest"``,
+        ``"turned over"`` (the section, at some time of the run), or ``"undetermined"`` (the window is too short).
+    detail : str
+        The same in numbers, such as ``"12 %/min"``; empty where there is nothing to add.
+    rate : float
+        Rate [1/s] at which the amplitude, or the part of it that grows, does so; NaN where it does not.
+    """
+
+    kind: Kind
+    detail: str = ""
+    rate: float = math.nan
+
+    @property
+    def is_steady(self) -> bool:
+        """Whether an amplitude stands for this motion without a further word: steady, or at rest."""
+        return self.kind in ("steady", "at rest")
+
+    def __str__(self) -> str:
+        if self.kind == "turned over":
+            return f"the section turned over {self.detail}"
+        return f"{self.kind} ({self.detail})" if self.detail else self.kind
+
+
+def dominant_frequency(values: Array, interval: float) -> float:
+    """Frequency [Hz] of the largest spectral line; NaN where there is none.
+
+    That is so for a channel that does not move, and for fewer than `FEWEST_SAMPLES` samples.
+
+    Parameters
+    ----------
+    values : ndarray, shape (time,)
+        Samples.
+    interval
+        Time [s] between them.
+
+    Notes
+    -----
+    Hann window, fourfold zero padding, and a parabola through the logarithms of the three largest lines.
+    """
+    if len(values) < FEWEST_SAMPLES or not np.ptp(values) > 1e-12 * max(1.0, float(np.max(np.abs(values)))):
+        return math.nan
+    samples = (values - np.mean(values)) * np.hanning(len(values))
+    count = 4 * len(samples)
+    spectrum = np.abs(np.fft.rfft(samples, count))
+    peak = int(np.argmax(spectrum[1:-1])) + 1
+    below, top, above = np.log(spectrum[peak - 1 : peak + 2] + 1e-300)
+    curvature = below - 2.0 * top + above
+    if not curvature < 0.0:  # no line stands out: what moved did so at the ends only, where the window is zero
+        return math.nan
+    return float((peak + 0.5 * (below - above) / curvature) / (count * interval))
+
+
+def judge(values: Array, interval: float, floor: float = SMALL) -> Motion:
+    """Judge one channel over a window.
+
+    Parameters
+    ----------
+    values : ndarray, shape (time,)
+        Equally spaced samples over the window.
+    interval
+        Time [s] between them.
+    floor
+        Amplitude below which a motion that does not grow is at rest, in the unit of the values.
+    """
+    values = np.asarray(values, dtype=np.float64)
+    size, length = 0.5 * float(np.ptp(values)), (len(values) - 1) * interval
+    if not size > NOTHING:
+        return Motion("at rest")
+    frequency = dominant_frequency(values, interval)
+    if frequency * length >= CYCLES:
+        finer, period = _finer(values, 1.0 / (frequency * interval))
+        motion = _judge_cycles(finer, period, length, size)
+        if size >= floor or motion.kind == "still growing":
+            return motion
+    if size < floor:
+        return Motion("at rest")
+    counted = f"{frequency * length:.1f} cycles" if math.isfinite(frequency) else "no cycle"
+    return Motion("undetermined", f"{counted} in {length:.3g} s; {CYCLES} are needed")
+
+
+def _judge_cycles(values: Array, period: float, length: float, size: float) -> Motion:
+    """Judge a channel that oscillates; its period in samples, the length of its window [s], and half its range."""
+    cycles = min(max(int(len(values) / (BLOCKS * period)), 1), 4)
+    logs = np.log(np.maximum(_envelope(values, period, cycles), 1e-300))
+    first, second, third = _means_of_thirds(logs)
+    mean_time = _means_of_thirds(np.arange(len(logs)) * cycles * period * length / (len(values) - 1))
+    before, after = second - first, third - second
+    if max(abs(before), abs(after)) > FLAT and _share_of_parabola(logs) >= TREND:
+        if _settles(before, after) and abs(math.log(size) - third) <= STEADY:
+            return Motion("steady")
+        start, then, now = mean_time
+        rate = after / (now - then) if after * (third - first) > 0.0 else (third - first) / (now - start)
+        return Motion("still growing" if rate > 0.0 else "decaying", _percent(rate), rate)
+    if _is_even(values, period):
+        return _hidden_growth(values, period, length, size) or Motion("steady")
+    envelope = _envelope(values, period)
+    fall = 1.0 - float(np.min(envelope) / np.max(envelope))
+    if _share_of_beats(envelope) >= REGULAR:
+        return Motion("beating", f"cycles differ by {fall:.0%}")
+    first, last = (0.5 * float(np.ptp(half)) for half in np.array_split(values, 2))
+    halves = 1.0 - min(first, last) / max(first, last)
+    return Motion("irregular", f"cycles differ by {fall:.0%}, the halves of the window by {halves:.0%}")
+
+
+def _finer(values: Array, period: float) -> tuple[Array, float]:
+    """The same motion and its period in samples, at `SAMPLES` a cycle or more: halves of intervals by six samples."""
+    while period < SAMPLES and len(values) > FEWEST_SAMPLES:
+        middle = np.convolve(values, SIXTH_ORDER, "valid")
+        values = np.stack([values[2:-3], middle], axis=1).ravel()
+        period *= 2.0
+    return values, period
+
+
+def _envelope(values: Array, period: float, cycles: int = 1) -> Array:
+    """Half peak-to-peak of each `cycles` cycles, overlapping by a quarter of one so that none misses its peak."""
+    size = math.ceil((cycles + 0.25) * period) + 1
+    starts = np.arange(0.0, len(values) - size + 0.5, cycles * period).astype(int)
+    blocks = values[starts[:, None] + np.arange(size)]
+    return 0.5 * (_peaks(blocks) + _peaks(-blocks))
+
+
+def _peaks(blocks: Array) -> Array:
+    """Greatest value of each row, by a parabola through its neighbours."""
+    at = np.clip(blocks.argmax(axis=1), 1, blocks.shape[1] - 2)
+    below, top, above = (blocks[np.arange(len(blocks)), at + k] for k in (-1, 0, 1))
+    bend, slope = below - 2.0 * top + above, 0.5 * (above - below)
+    inside = (bend < 0.0) & (np.abs(slope) <= -bend)
+    lift = np.where(inside, -0.5 * slope**2 / np.where(inside, bend, 1.0), 0.0)
+    return np.maximum(blocks.max(axis=1), top + lift)
+
+
+def _means_of_thirds(values: Array) -> list[float]:
+    return [float(np.mean(part)) for part in np.array_split(values, 3)]
+
+
+def _share_of_parabola(values: Array) -> float:
+    """Share of the variance that a parabola explains."""
+    place = np.linspace(-1.0, 1.0, len(values))
+    left = values - np.polynomial.Polynomial.fit(place, values, 2)(place)
+    return 1.0 - float(np.var(left) / np.var(values))
+
+
+def _settles(before: float, after: float) -> bool:
+    """Whether the mean amplitude ends within `LEFT` of where it is, by the differences of the thirds' logarithms."""
+    if before * after <= 0.0:
+        return abs(after) <= min(LEFT, abs(before))
+    factor = after / before
+    return factor < UNBOUNDED and abs(after) * factor / (1.0 - factor) <= LEFT
+
+
+def _is_even(values: Array, period: float) -> bool:
+    """Whether the greatest of one, two, three or four cycles is the same over the window."""
+    for cycles in range(1, 5):
+        if len(values) < (3.0 * cycles + 0.25) * period + 2.0:
+            break  # fewer than three
+        envelope = _envelope(values, period, cycles)
+        if np.ptp(envelope) <= STEADY * np.mean(envelope):
+            return True
+    return False
+
+
+def _hidden_growth(values: Array, period: float, length: float, size: float) -> Motion | None:
+    """A part that does not repeat itself from cycle to cycle, and grows."""
+    whole = int(period)
+    share, count = period - whole, len(values) - whole - 3
+    before, here, after, beyond = (values[whole + k : whole + k + count] for k in range(4))
+    # A cubic through four samples, at `share` of the way from the second to the third.
+    later = here + 0.5 * share * (
+        after
+        - before
+        + share * (2.0 * before - 5.0 * here + 4.0 * after - beyond + share * (3.0 * (here - after) + beyond - before))
+    )
+    parts = np.array_split(later - values[1 : count + 1], 3)
+    hidden = [math.sqrt(0.5 * float(np.mean(part**2))) for part in parts]
+    if hidden[2] < HIDDEN * size or not hidden[0] * FASTER < hidden[1] < hidden[2] / FASTER:
+        return None
+    rate = math.log(hidden[2] / hidden[1]) / (length / 3.0)
+    return Motion("still growing", f"a part, now {hidden[2] / size:.2g} of the amplitude, by {_percent(rate)}", rate)
+
+
+def _share_of_beats(envelope: Array) -> float:
+    """Share of the variance of an envelope that a line of the spectrum and its double explain, less what chance does.
+
+    The line lies between one and a half beats in the window and a third of the number of cycles.
+    """
+    count, unknowns = len(envelope), 5
+    if count <= unknowns + 1:
+        return 0.0
+    centred, place = envelope - np.mean(envelope), np.arange(count) / count
+    beats = np.arange(1.5, max(count / 3.0, 1.6), 0.25)
+    turns = np.exp(2j * np.pi * beats[:, None] * place)
+    strongest = beats[np.argsort(np.abs(turns @ (centred * np.hanning(count))))[-3:]]
+    best = 0.0
+    for line in (strongest[:, None] * [0.5, 0.97, 1.0, 1.03]).ravel():
+        if line < 1.5:
+            continue
+        angle = 2.0 * np.pi * line * place[:, None]
+        waves = np.hstack([np.ones_like(angle), *(f(k * angle) for k in (1, 2) for f in (np.cos, np.sin))])
+        left = centred - waves @ np.linalg.lstsq(waves, centred, rcond=None)[0]
+        best = max(best, 1.0 - float(np.var(left) / np.var(centred)))
+    return 1.0 - (1.0 - best) * (count - 1) / (count - unknowns - 1)
+
+
+def _percent(rate: float) -> str:
+    """A rate of growth [1/s] in words."""
+    if 60.0 * rate >= math.log(2.0):
+        return f"doubling in {math.log(2.0) / rate:.2g} s"
+    if 60.0 * rate <= -math.log(2.0):
+        return f"halving in {-math.log(2.0) / rate:.2g} s"
+    return f"{100.0 * math.expm1(60.0 * rate):+.2g} %/min"
