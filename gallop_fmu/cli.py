@@ -163,9 +163,13 @@ def sweep(
         float | None, typer.Option(metavar="S", parser=real, help="Simulated time \\[s]; else the scene's.")
     ] = None,
     window: Annotated[
-        float,
-        typer.Option(metavar="S", parser=real, help="Time \\[s] at the end over which the motion is taken as steady."),
-    ] = 100.0,
+        float | None,
+        typer.Option(
+            metavar="S",
+            parser=real,
+            help="Time in s at the end over which amplitudes are taken (default: 100, at most half of the run).",
+        ),
+    ] = None,
     model: ModelName = "element",
     out: RunsOut = None,
     workers: WorkerCount = None,
@@ -182,7 +186,7 @@ def sweep(
 
     check_given(scene, over, table)
     base = chosen_description(scene, changes) if scene else None
-    columns = ("outcome", "u2_amplitude", "u2_frequency_hz", "u3_amplitude", "beyond_cigre_322")
+    columns = ("outcome", "motion", "u2_amplitude", "u2_frequency_hz", "u3_amplitude", "beyond_cigre_322")
 
     def compute(progress: RunsProgress | None) -> Runs:
         return sweep_scenes(
@@ -340,14 +344,18 @@ def _print_summary(numbers: dict[str, Any], result: Result, written: list[Path])
     attrs, console = result.dataset.attrs, new_console()
     console.print(numbers["title"], style="bold")
     console.print(f"sag {attrs['sag']:.3f} m, horizontal tension {attrs['horizontal_tension'] / 1000:.3f} kN")
-    table = new_table(f"mid-span, last {numbers['window']:g} s", "amplitude", "mean", "frequency [Hz]")
+    console.print(f"motion: {numbers['motion']}", soft_wrap=True)
+    headings = ("amplitude", "mean", "frequency [Hz]", "motion", "range in the run")
+    table = new_table(f"mid-span, last {numbers['window']:g} s", *headings)
     for name, row in numbers["midspan"].items():
         unit = result.dataset[name].attrs["units"]
         table.add_row(
             f"{MIDSPAN_ROWS[name]} [{unit}]",
-            f"{row['amplitude']:.5g}",
-            f"{row['mean']:.5g}",
+            f"{row['amplitude']:.4g}",
+            f"{row['mean']:.4g}",
             frequency_text(row["frequency_hz"]),
+            row["motion"].partition(" (")[0],
+            f"{row['lowest']:.4g} to {row['highest']:.4g}",
         )
     if numbers["midspan"]:
         console.print(table)

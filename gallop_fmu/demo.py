@@ -19,8 +19,10 @@ from gallop_fmu.channels import NODE_CHANNELS, NODE_INDEX
 from gallop_fmu.errors import SceneError
 from gallop_fmu.files import check_target, netcdf_bytes, write_whole
 from gallop_fmu.release import program
-from gallop_fmu.result import Oscillation, dominant_frequency, oscillation
+from gallop_fmu.result import MOVES, Oscillation, oscillation
+from gallop_fmu.run_warnings import fastest_motion, step_warnings
 from gallop_fmu.scene_files import load_scene
+from gallop_fmu.steadiness import dominant_frequency, judge_span
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -35,7 +37,14 @@ ATTACK_ANGLE = math.pi
 
 STOP_TIME = 900.0
 COMMUNICATION_STEP = 0.05
-OUTPUTS = {"midspan.x2": "u2", "midspan.x3": "u3", "midspan.theta": "theta", "midspan.tension": "tension"}
+OUTPUTS = {
+    "midspan.x2": "u2",
+    "midspan.x3": "u3",
+    "midspan.theta": "theta",
+    "midspan.v2": "v2",
+    "midspan.v3": "v3",
+    "midspan.tension": "tension",
+}
 """Outputs of the FMU that are recorded, and the names of the same channels in `gallop_fmu.simulate`."""
 
 PERIODS_PER_BLOCK = 3.0
@@ -129,7 +138,7 @@ class Demonstration:
     Attributes
     ----------
     dataset : xarray.Dataset
-        Mid-span histories u2, u3 [m], theta [rad] and tension [N] over time [s], with provenance.
+        Mid-span histories u2, u3 [m], theta [rad], v2, v3 [m/s] and tension [N] over time [s], with provenance.
     transfer : Transfer
         When the energy passed to the swing.
     seconds : float
@@ -152,7 +161,7 @@ class Demonstration:
         """Amplitude, mean and frequency of a channel before, during or after the transfer."""
         start, stop = self.transfer.windows[part]
         cut = self.dataset[channel].sel(time=slice(start - 1e-9, stop + 1e-9))
-        return oscillation(cut.values, COMMUNICATION_STEP)
+        return oscillation(cut.values, COMMUNICATION_STEP, cut.attrs["units"])
 
     def text(self) -> str:
         """What happened, in a few lines."""
@@ -166,6 +175,8 @@ class Demonstration:
                 f"at {self.transfer.time:.0f} s the swing wakes and takes energy from the vertical motion",
                 self._line("after"),
                 f"frequency ratio, vertical to horizontal, after the transfer: {self.frequency_ratio:.3f}",
+                f"motion at the end: {self.dataset.attrs['motion']}",
+                *(f"warning: {sentence}" for sentence in self.warnings),
                 "amplitudes are half peak-to-peak at mid-span",
                 "",
                 CAVEAT,
@@ -175,6 +186,13 @@ class Demonstration:
         )
 
     @property
+    def warnings(self) -> tuple[str, ...]:
+        """Sentences on what limits the trust in the numbers."""
+        moves = [[self.dataset[name].values for name in names] for names in (("u2", "u3"), ("v2", "v3"))]
+        fastest = fastest_motion(COMMUNICATION_STEP, *moves)
+        return step_warnings(load_scene("example3"), fastest, COMMUNICATION_STEP)
+
+    @property
     def frequency_ratio(self) -> float:
         """Vertical frequency per horizontal frequency after the transfer."""
         return self.oscillation("u2", "after").frequency_hz / self.oscillation("u3", "after").frequency_hz
@@ -182,7 +200,7 @@ class Demonstration:
     def _line(self, part: Literal["before", "after"]) -> str:
         start, stop = self.transfer.windows[part]
         motions = [
-            f"{name} {found.amplitude:.3f} m at {found.frequency_hz:.4f} Hz"
+            f"{name} {found.text('m')} at {found.frequency_hz:.4f} Hz"
             for name, channel in (("vertical", "u2"), ("horizontal", "u3"))
             for found in [self.oscillation(channel, part)]
         ]
@@ -288,8 +306,10 @@ def _dataset(records: Any, fmu: Path, seconds: float) -> xr.Dataset:
         attrs = {"units": channel.unit, "long_name": f"{channel.meaning}; at mid-span", "fmu_variable": output}
         variables[name] = ("time", np.array(records[output]), attrs)
     dataset = xr.Dataset(variables, {"time": ("time", np.array(records["time"]), {"units": "s", "long_name": "time"})})
+    histories = {title: dataset[name].values for name, title in MOVES.items()}
     dataset.attrs.update(
         title=scene.title,
+        motion=str(judge_span(dataset.time.values, histories)),
         source=f"{program()} as an FMU in fmpy {fmpy.__version__}",
         fmu=fmu.name,
         fmu_guid=described.guid,

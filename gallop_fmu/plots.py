@@ -172,6 +172,8 @@ def overview(result: Result) -> Figure:
         _draw_close(close, data, next(iter(part.values())))
         left.align_ylabels(column)
         add_title(figure, textwrap.fill(result.scene.title, 110))
+        notes = [f"Motion: {result.motion}.", *(f"Warning: {sentence}" for sentence in result.warnings)]
+        figure.supxlabel("\n".join(textwrap.fill(note, 140) for note in notes), fontsize=7.0).set_parse_math(False)
     return figure
 
 

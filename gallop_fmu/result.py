@@ -23,6 +23,16 @@ from gallop_fmu.outcome import Outcome, Report
 from gallop_fmu.release import program
 from gallop_fmu.run_warnings import run_warnings
 from gallop_fmu.scene import Scene
+from gallop_fmu.steadiness import (
+    FEWEST_SAMPLES,
+    LEVER,
+    SMALL,
+    Motion,
+    default_window,
+    dominant_frequency,
+    judge,
+    judge_span,
+)
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -31,48 +41,73 @@ if TYPE_CHECKING:
 Array = NDArray[np.float64]
 
 
-FEWEST_SAMPLES = 8
-"""Below it no spectral line is told from another."""
+MOVES = {"u2": "vertical", "u3": "horizontal", "theta": "twist"}
+"""What the motion of a span is judged by, and its names in words."""
+
+SMALL_OF = {
+    "m": SMALL,
+    "m/s": SMALL,
+    "m/s2": SMALL,
+    "rad": SMALL / LEVER,
+    "rad/s": SMALL / LEVER,
+    "rad/s2": SMALL / LEVER,
+}
+"""Amplitude below which a channel of this unit is at rest; of another unit, `SMALL` of its greatest value."""
 
 
 class Oscillation(NamedTuple):
-    """A steady oscillation: half peak-to-peak, mean (both in the channel's unit) and dominant frequency [Hz].
+    """Motion of one channel over a window.
 
-    The frequency is NaN where there is none, see `dominant_frequency`.
+    Attributes
+    ----------
+    amplitude, mean
+        Half peak-to-peak, and mean, in the channel's unit.
+    frequency_hz
+        Dominant frequency [Hz]; NaN where there is none, see `gallop_fmu.steadiness.dominant_frequency`.
+    motion
+        Whether it is steady, and what it does if it is not. Only of a steady motion do the numbers hold for longer
+        than the window.
     """
 
     amplitude: float
     mean: float
     frequency_hz: float
+    motion: Motion
+
+    @property
+    def is_steady(self) -> bool:
+        """Whether the motion is steady, or at rest."""
+        return self.motion.is_steady
+
+    def as_dict(self) -> dict[str, float | str]:
+        """The same as plain numbers and text, for JSON."""
+        return {**self._asdict(), "motion": str(self.motion)}
+
+    def text(self, unit: str, scale: float = 1.0, digits: str = ".3f") -> str:
+        """The amplitude with its unit, and what the motion does unless it is steady: ``0.026 m, still growing``."""
+        size = f"{self.amplitude * scale:{digits}} {unit}"
+        return size if self.motion.kind == "steady" else f"{size}, {self.motion}"
 
 
-def dominant_frequency(values: Array, interval: float) -> float:
-    """Frequency [Hz] of the largest spectral line; NaN where there is none.
+class Oscillations(dict[str, Oscillation]):
+    """Oscillation of each mid-span channel by name.
 
-    That is so for a channel that does not move, and for fewer than `FEWEST_SAMPLES` samples.
-
-    Parameters
+    Attributes
     ----------
-    values : ndarray, shape (time,)
-        Samples.
-    interval
-        Time [s] between them.
-
-    Notes
-    -----
-    Hann window, fourfold zero padding, and a parabola through the logarithms of the three largest lines.
+    start, stop : float
+        Window [s] that the oscillations are of.
     """
-    if len(values) < FEWEST_SAMPLES or not np.ptp(values) > 1e-12 * max(1.0, float(np.max(np.abs(values)))):
-        return math.nan
-    samples = (values - np.mean(values)) * np.hanning(len(values))
-    count = 4 * len(samples)
-    spectrum = np.abs(np.fft.rfft(samples, count))
-    peak = int(np.argmax(spectrum[1:-1])) + 1
-    below, top, above = np.log(spectrum[peak - 1 : peak + 2] + 1e-300)
-    curvature = below - 2.0 * top + above
-    if not curvature < 0.0:  # no line stands out: what moved did so at the ends only, where the window is zero
-        return math.nan
-    return float((peak + 0.5 * (below - above) / curvature) / (count * interval))
+
+    def __init__(self, channels: Mapping[str, Oscillation], start: float, stop: float) -> None:
+        super().__init__(channels)
+        self.start, self.stop = start, stop
+
+    def __repr__(self) -> str:
+        rows = [
+            f"  {name}: {each.amplitude:.5g} at {frequency_text(each.frequency_hz)} Hz, {each.motion}"
+            for name, each in self.items()
+        ]
+        return "\n".join([f"Oscillations from {self.start:g} to {self.stop:g} s (half peak-to-peak)", *rows])
 
 
 def frequency_text(frequency_hz: float) -> str:
@@ -95,10 +130,13 @@ def slowest_frequency(data: xr.Dataset) -> float:
     return min((frequency for frequency in found if math.isfinite(frequency)), default=math.nan)
 
 
-def oscillation(values: Array, interval: float) -> Oscillation:
-    """Amplitude, mean and frequency of equally spaced samples."""
+def oscillation(values: Array, interval: float, unit: str = "m") -> Oscillation:
+    """Amplitude, mean, frequency and judgement of equally spaced samples of a unit."""
     low, high = float(np.min(values)), float(np.max(values))
-    return Oscillation(0.5 * (high - low), float(np.mean(values)), dominant_frequency(values, interval))
+    floor = SMALL_OF.get(unit, SMALL * max(abs(low), abs(high)))
+    frequency = dominant_frequency(values, interval)
+    motion = judge(values, interval, floor, frequency)
+    return Oscillation(0.5 * (high - low), float(np.mean(values)), frequency, motion)
 
 
 @dataclass(frozen=True)
@@ -133,7 +171,10 @@ class Result:
 
     def __repr__(self) -> str:
         times = self.dataset.time.values
-        lines = [f"Result of {self.scene.title!r}: {self.report}", f"{len(times)} records to {times[-1]:g} s"]
+        lines = [
+            f"Result of {self.scene.title!r}: {self.report}",
+            f"{len(times)} records to {times[-1]:g} s; motion: {self.motion}",
+        ]
         return "\n".join([*lines, *(f"warning: {sentence}" for sentence in self.warnings)])
 
     def midspan(self) -> xr.Dataset:
@@ -149,28 +190,75 @@ class Result:
             raise SceneError(f'the mid-span node {middle} was not recorded; ask for record_nodes="midspan" or "all"')
         return self.dataset.sel(node=middle)
 
-    def steady(self, window: float = 100.0) -> dict[str, Oscillation]:
-        """Oscillation of each mid-span channel over the last `window` seconds.
+    @cached_property
+    def motion(self) -> Motion:
+        """What the span does at the end of the run, from mid-span and, if recorded, its quarter points.
+
+        See `gallop_fmu.steadiness` for the kinds and their bounds.
+        """
+        return self.judged()
+
+    def judged(self, window: float | None = None) -> Motion:
+        """Judge the motion of the span over the last `window` seconds; None takes 100 s, at most half of the run."""
+        elements, nodes = self.scene.numerics.elements, self.dataset.node.values.tolist()
+        if elements not in nodes:
+            return Motion("undetermined", "mid-span was not recorded")
+        places = {elements: "", round(0.5 * elements): " at a quarter", round(1.5 * elements): " at three quarters"}
+        histories = {
+            f"{title}{place}": self.dataset[name].values[:, nodes.index(node)]
+            for node, place in places.items()
+            if node in nodes
+            for name, title in MOVES.items()
+            if name in self.dataset
+        }
+        if not histories:
+            return Motion("undetermined", "no displacement was recorded")
+        return judge_span(self.dataset.time.values, histories, window)
+
+    def window(self, wanted: float | None = None) -> tuple[float, float]:
+        """Start and stop [s] of the last `wanted` seconds; None takes 100 s, at most half of the run.
 
         Raises
         ------
         SceneError
-            If the run is shorter than the window.
+            If the run is shorter.
         """
-        time = self.dataset.time.values
-        if not 0.0 < window <= time[-1] - time[0]:
-            raise SceneError(
-                f"window = {window} s must be positive and no longer than the run of {time[-1] - time[0]} s"
-            )
-        return self.between(float(time[-1]) - window, float(time[-1]))
+        first, last = (float(self.dataset.time.values[k]) for k in (0, -1))
+        length = wanted
+        if length is None:
+            length = default_window(last - first) if len(self.dataset.time) >= FEWEST_SAMPLES else last - first
+        if not 0.0 < length <= last - first:
+            asked = "" if wanted is None else f"window = {wanted} s must be positive and no longer than the run: "
+            raise SceneError(f"{asked}the run has {len(self.dataset.time)} records over {last - first:g} s")
+        return last - length, last
 
-    def between(self, start: float, stop: float) -> dict[str, Oscillation]:
+    def steady(self, window: float | None = None) -> Oscillations:
+        """Oscillation of each mid-span channel at the end of the run.
+
+        Each has its ``motion``: whether it is steady, still growing, and so on.
+
+        Parameters
+        ----------
+        window
+            Length [s] of the window; None takes 100 s, at most half of the run. ``start`` and ``stop`` of what is
+            returned say which it was.
+
+        Raises
+        ------
+        SceneError
+            If the run is shorter than the window, or holds too few records.
+        """
+        return self.between(*self.window(window))
+
+    def between(self, start: float, stop: float) -> Oscillations:
         """Oscillation of each mid-span channel from `start` to `stop` [s]."""
         part = self.midspan().sel(time=slice(start - 1e-9, stop + 1e-9))
         if part.sizes["time"] < 2:
             raise SceneError(f"fewer than two records lie between {start} s and {stop} s")
         interval = float(part.time[1] - part.time[0])
-        return {str(name): oscillation(part[name].values, interval) for name in part.data_vars}
+        units = {str(name): str(part[name].attrs.get("units", "")) for name in part.data_vars}
+        found = {name: oscillation(part[name].values, interval, unit) for name, unit in units.items()}
+        return Oscillations(found, start, stop)
 
     def save(self, path: Path | str) -> Path:
         """Write everything as NetCDF (``.nc``), or the mid-span histories as CSV or Parquet (``.csv``, ``.parquet``).
@@ -211,7 +299,7 @@ class Result:
 
     def _verdict(self) -> dict[str, str]:
         """What a file says about the motion, beside the histories."""
-        return {"warnings": " ".join(self.warnings)}
+        return {"motion": str(self.motion), "warnings": " ".join(self.warnings)}
 
     def _table(self) -> tuple[pd.DataFrame, dict[str, str]]:
         """The mid-span histories by time, and the unit of each column."""
@@ -274,19 +362,23 @@ def histories(
 
 
 def summary(result: Result) -> dict[str, object]:
-    """The run in a few plain numbers, for a terminal or as JSON."""
+    """The run in a few plain numbers and words, for a terminal or as JSON."""
     report, time = result.report, result.dataset.time.values
-    last = min(100.0, float(time[-1] - time[0]))
-    steady = result.steady(last) if last > 0.0 and "u2" in result.dataset else {}
+    steady = result.steady() if len(time) > 1 and "u2" in result.dataset else Oscillations({}, 0.0, float(time[-1]))
     return {
         "title": result.scene.title,
         "outcome": report.outcome.name.lower(),
         "message": str(report),
         "warnings": list(result.warnings),
         "time": report.time,
-        "window": last,
+        "motion": str(result.motion),
+        "window": steady.stop - steady.start,
         "midspan": {
-            name: {"amplitude": o.amplitude, "mean": o.mean, "frequency_hz": o.frequency_hz}
+            name: {
+                **o.as_dict(),
+                "lowest": float(result.midspan()[name].min()),
+                "highest": float(result.midspan()[name].max()),
+            }
             for name, o in steady.items()
             if name in ("u2", "u3", "theta", "tension")
         },

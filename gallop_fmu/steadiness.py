@@ -1,50 +1,48 @@
 """The one judgement of a motion: steady, still growing, decaying, beating, irregular, at rest, or turned over.
 
-A channel is cut into cycles of its dominant frequency. The half peak-to-peak of each cycle, refined by a parabola
-through its extremes, is the envelope; everything follows from how the envelope changes over the window. The bounds:
+A channel is cut into cycles of its dominant frequency. Half of the range of each cycle, with its extremes refined by a
+parabola, is the envelope; the judgement follows from how the envelope changes over the window. The bounds:
 
 `STEADY` (2 %)
-    Range of the amplitude, about its mean, within which a motion is steady. It is what is left to decide on when
-    amplitudes are printed with two to three digits. Cycles may differ as long as the largest of every four does not,
-    so that a motion that repeats itself after two, three or four cycles is steady.
+    Range of the envelope, per mean, within which a motion is steady: an amplitude is then sure to two digits. Cycles
+    may differ if the greatest of every two, three or four does not: such a motion repeats itself less often.
 `FLAT` (0.2 %)
-    Change of the mean amplitude from one third of the window to the next that counts as none. It is ten times the
-    error of an envelope of 20 samples a cycle. Growth slower than that (0.4 % a minute in a window of 100 s) is
-    taken as steady.
+    Change of the mean envelope from one third of the window to the next that counts as none: some ten times the error
+    of the envelope. Growth below 0.4 % a minute, in a window of 100 s, is therefore taken as steady.
 `LEFT` (1 %)
-    Change that is still to come, by which a motion that approaches a limit cycle is already steady. It is extrapolated
-    from the three thirds of the window, whose differences fall by one factor on such an approach. A factor above
-    `UNBOUNDED` (0.9) tells nothing of the limit: the amplitude may grow many times over, as it does from a small
-    disturbance, however slowly.
-`HIDDEN` (0.1 %)
-    Size, per amplitude, of a part of the motion that does not repeat itself from cycle to cycle, from which on it is
-    judged too. If it grows by more than `FASTER` (10 %) from third to third, then the motion is not steady though its
-    amplitude does not show it yet. So grows a swing on top of vertical galloping before the transfer of energy.
-    Interpolation between samples leaves less than 0.03 %.
-`TREND` (0.5) and `REGULAR` (0.9)
-    Share of the variance of an envelope that a parabola in time must explain for a trend, and a line of the spectrum
-    with its double for beats.
-`CYCLES` (9)
-    Fewest cycles in a window that are judged: three in each third.
+    Change still to come by which a motion that approaches a limit cycle is steady. It is extrapolated from the thirds:
+    on such an approach their differences fall by a constant factor. A factor above `UNBOUNDED` (0.9) does not bound
+    the limit: growth from a small disturbance goes on to many times the amplitude, however slow it is.
+`HIDDEN` (0.1 %) and `FASTER` (1.1)
+    A part that does not repeat itself from cycle to cycle makes a motion "still growing" if it has this share of the
+    amplitude and grows by this factor from third to third. So a swing grows below steady vertical galloping before
+    the transfer of energy. The interpolation between samples leaves less than 0.03 %.
+`TREND` (0.7) and `REGULAR` (0.9)
+    Share of the envelope's variance that a parabola in time must explain for a trend, and a spectral line with its
+    double for beats. Narrow-band noise and chaos rarely reach them.
+`CYCLES` (9) and `FEWEST_RECORDS` (5.5)
+    Fewest cycles in the window, three in each third, and fewest records in a cycle: with five, the peaks of a motion
+    with harmonics are missed by 10 %. With fewer than twenty a hidden part must be some 1 % to be seen.
 `TURNED_OVER` (180 deg)
-    Change of the twist since the first record from which on the section has turned over: the ice is on the other side.
-`SMALL` (0.1 mm, 0.06 deg)
-    Amplitude of displacement and twist below which a motion that does not grow is at rest; `NOTHING` is rounding.
+    Change of the twist since the start from which on the section has turned over: the ice is on the other side.
+`SMALL` (0.1 mm)
+    Amplitude below which a motion that does not grow is at rest; of a twist, which counts with a lever of 0.1 m,
+    0.06 deg. `NOTHING` (1e-9 m) is rounding.
 """
 
 from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass
-from typing import Literal
+from dataclasses import dataclass, replace
+from typing import Literal, get_args
 
 import numpy as np
 from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
 
-Kind = Literal["steady", "still growing", "decaying", "beating", "irregular", "at rest", "turned over", "undetermined"]
+Kind = Literal["turned over", "still growing", "irregular", "undetermined", "beating", "decaying", "steady", "at rest"]
 
 STEADY = 0.02
 FLAT = 0.002
@@ -55,20 +53,25 @@ FASTER = 1.1
 TREND = 0.7
 REGULAR = 0.9
 CYCLES = 9
-BLOCKS = 18
+FEWEST_RECORDS = 5.5
 TURNED_OVER = math.pi
 SMALL = 1e-4
 NOTHING = 1e-9
 LEVER = 0.1
-"""Length [m] by which a twist is set against a displacement."""
+
+KINDS: tuple[Kind, ...] = get_args(Kind)
+"""The kind of a span is the first of those of its channels."""
+
+BLOCKS = 18
+"""Blocks of the window from which a trend is found, each of one to four cycles."""
 
 LONGEST_WINDOW = 100.0
-"""Time [s] at the end of a long run over which its motion is judged, unless another is asked for."""
+"""Length [s] of the window at the end of a run, at most half of the run, where no other is asked for."""
 
 SAMPLES = 64
-"""Samples in a cycle from which on a parabola finds its peak."""
+"""Samples in a cycle with which a parabola finds its extremes."""
 SIXTH_ORDER = np.array([3.0, -25.0, 150.0, 150.0, -25.0, 3.0]) / 256.0
-"""Weights of six samples for the value in their middle."""
+"""Weights of six samples for the value half-way between the third and the fourth."""
 
 FEWEST_SAMPLES = 8
 """Below it no spectral line is told from another."""
@@ -82,9 +85,9 @@ class Motion:
     ----------
     kind : str
         ``"steady"``, ``"still growing"``, ``"decaying"``, ``"beating"``, ``"irregular"``, ``"at rest"``,
-        ``"turned over"`` (the section, at some time of the run), or ``"undetermined"`` (the window is too short).
+        ``"turned over"`` (the section, at some time of the run), or ``"undetermined"`` (too few cycles).
     detail : str
-        The same in numbers, such as ``"12 %/min"``; empty where there is nothing to add.
+        The numbers behind it, such as ``"vertical +12 %/min"``; empty where there are none.
     rate : float
         Rate [1/s] at which the amplitude, or the part of it that grows, does so; NaN where it does not.
     """
@@ -100,7 +103,7 @@ class Motion:
 
     def __str__(self) -> str:
         if self.kind == "turned over":
-            return f"the section turned over {self.detail}"
+            return f"turned over {self.detail}"
         return f"{self.kind} ({self.detail})" if self.detail else self.kind
 
 
@@ -133,7 +136,60 @@ def dominant_frequency(values: Array, interval: float) -> float:
     return float((peak + 0.5 * (below - above) / curvature) / (count * interval))
 
 
-def judge(values: Array, interval: float, floor: float = SMALL) -> Motion:
+def default_window(length: float) -> float:
+    """Length [s] of the window at the end of a run of so many seconds."""
+    return min(LONGEST_WINDOW, 0.5 * length)
+
+
+def judge_span(time: Array, histories: Mapping[str, Array], window: float | None = None) -> Motion:
+    """Judge the motion of a span.
+
+    Parameters
+    ----------
+    time : ndarray, shape (time,)
+        Equally spaced times [s] of the whole run.
+    histories
+        Displacements [m] by name over the whole run, of which ``"twist"`` [rad] shows whether the section turned over.
+    window
+        Length [s] of the window at the end of the run; None takes `default_window`.
+    """
+    if len(time) < 2:
+        return Motion("undetermined", "one record")
+    interval = float(time[1] - time[0])
+    window = default_window(float(time[-1] - time[0])) if window is None else window
+    last = slice(max(0, len(time) - 1 - round(window / interval)), None)
+    motions, sizes = dict[str, Motion](), dict[str, float]()
+    for name, values in histories.items():
+        lever = LEVER if name == "twist" else 1.0
+        motions[name] = judge(values[last], interval, SMALL / lever)
+        sizes[name] = lever * float(np.ptp(values[last]))
+    counted = [
+        name
+        for name, motion in motions.items()
+        if motion.kind == "still growing" or sizes[name] >= STEADY * max(sizes.values())
+    ]
+    found = Motion("at rest")
+    if counted:
+        name = min(counted, key=lambda name: (KINDS.index(motions[name].kind), -sizes[name]))
+        found = motions[name]
+        if found.detail:
+            found = replace(found, detail=f"{name} {found.detail}")
+    return _turned_over(time, histories["twist"], last, found) if "twist" in histories else found
+
+
+def _turned_over(time: Array, twist: Array, last: slice, then: Motion) -> Motion:
+    """The same motion, or that the section has turned over before it."""
+    turn = np.abs(twist - twist[0])
+    if not np.max(turn) > TURNED_OVER:
+        return then
+    after, mean = float(time[int(np.argmax(turn > TURNED_OVER))]), float(abs(np.mean(twist[last]) - twist[0]))
+    angle = f"by {math.degrees(mean):.0f} deg"
+    if mean < TURNED_OVER:
+        angle = f"by up to {math.degrees(float(np.max(turn))):.0f} deg"
+    return Motion("turned over", f"{angle} after {after:.3g} s, then {then}", then.rate)
+
+
+def judge(values: Array, interval: float, floor: float = SMALL, frequency_hz: float | None = None) -> Motion:
     """Judge one channel over a window.
 
     Parameters
@@ -144,19 +200,26 @@ def judge(values: Array, interval: float, floor: float = SMALL) -> Motion:
         Time [s] between them.
     floor
         Amplitude below which a motion that does not grow is at rest, in the unit of the values.
+    frequency_hz
+        `dominant_frequency` of the values, where it is known already.
     """
     values = np.asarray(values, dtype=np.float64)
     size, length = 0.5 * float(np.ptp(values)), (len(values) - 1) * interval
-    if not size > NOTHING:
+    if not math.isfinite(size):
+        return Motion("undetermined", "not finite")
+    if size <= NOTHING:
         return Motion("at rest")
-    frequency = dominant_frequency(values, interval)
-    if frequency * length >= CYCLES:
+    frequency = dominant_frequency(values, interval) if frequency_hz is None else frequency_hz
+    sparse = frequency * interval * FEWEST_RECORDS > 1.0
+    if frequency * length >= CYCLES and not sparse:
         finer, period = _finer(values, 1.0 / (frequency * interval))
         motion = _judge_cycles(finer, period, length, size)
         if size >= floor or motion.kind == "still growing":
             return motion
     if size < floor:
         return Motion("at rest")
+    if sparse:
+        return Motion("undetermined", f"{1.0 / (frequency * interval):.1f} records in a cycle")
     counted = f"{frequency * length:.1f} cycles" if math.isfinite(frequency) else "no cycle"
     return Motion("undetermined", f"{counted} in {length:.3g} s; {CYCLES} are needed")
 
@@ -173,7 +236,7 @@ def _judge_cycles(values: Array, period: float, length: float, size: float) -> M
             return Motion("steady")
         start, then, now = mean_time
         rate = after / (now - then) if after * (third - first) > 0.0 else (third - first) / (now - start)
-        return Motion("still growing" if rate > 0.0 else "decaying", _percent(rate), rate)
+        return Motion("still growing" if rate > 0.0 else "decaying", _rate_text(rate), rate)
     if _is_even(values, period):
         return _hidden_growth(values, period, length, size) or Motion("steady")
     envelope = _envelope(values, period)
@@ -209,7 +272,7 @@ def _peaks(blocks: Array) -> Array:
     bend, slope = below - 2.0 * top + above, 0.5 * (above - below)
     inside = (bend < 0.0) & (np.abs(slope) <= -bend)
     lift = np.where(inside, -0.5 * slope**2 / np.where(inside, bend, 1.0), 0.0)
-    return np.maximum(blocks.max(axis=1), top + lift)
+    return np.asarray(np.maximum(blocks.max(axis=1), top + lift))
 
 
 def _means_of_thirds(values: Array) -> list[float]:
@@ -258,7 +321,7 @@ def _hidden_growth(values: Array, period: float, length: float, size: float) -> 
     if hidden[2] < HIDDEN * size or not hidden[0] * FASTER < hidden[1] < hidden[2] / FASTER:
         return None
     rate = math.log(hidden[2] / hidden[1]) / (length / 3.0)
-    return Motion("still growing", f"a part, now {hidden[2] / size:.2g} of the amplitude, by {_percent(rate)}", rate)
+    return Motion("still growing", f"a part, now {hidden[2] / size:.2g} of the amplitude, by {_rate_text(rate)}", rate)
 
 
 def _share_of_beats(envelope: Array) -> float:
@@ -284,7 +347,7 @@ def _share_of_beats(envelope: Array) -> float:
     return 1.0 - (1.0 - best) * (count - 1) / (count - unknowns - 1)
 
 
-def _percent(rate: float) -> str:
+def _rate_text(rate: float) -> str:
     """A rate of growth [1/s] in words."""
     if 60.0 * rate >= math.log(2.0):
         return f"doubling in {math.log(2.0) / rate:.2g} s"

@@ -27,9 +27,6 @@ from gallop_fmu.workers import Kind
 Summary = Callable[[Result], Mapping[str, Any]]
 """From a result to the numbers that are kept of it."""
 
-WINDOW = 100.0
-"""Time [s] at the end of a run over which its motion is taken as steady."""
-
 CHANNELS = ("u2", "u3", "theta", "tension")
 
 _MOTIONS = {"u2": ("m", "vertical"), "u3": ("m", "horizontal"), "theta": ("rad", "twist"), "tension": ("N", "tension")}
@@ -37,29 +34,31 @@ SUMMARY_COLUMNS: dict[str, tuple[str, str]] = {
     "sag": ("m", "sag of the initial equilibrium"),
     "horizontal_tension": ("N", "horizontal tension of the initial equilibrium"),
     "time": ("s", "simulated time"),
+    "motion": ("", "what the span does over the window at the end: steady, still growing, turned over, ..."),
 }
 for _name, (_unit, _meaning) in _MOTIONS.items():
     SUMMARY_COLUMNS |= {
-        f"{_name}_amplitude": (_unit, f"{_meaning} at mid-span, half peak-to-peak of the steady motion"),
-        f"{_name}_mean": (_unit, f"{_meaning} at mid-span, mean of the steady motion"),
-        f"{_name}_frequency_hz": ("Hz", f"{_meaning} at mid-span, dominant frequency of the steady motion"),
+        f"{_name}_amplitude": (_unit, f"{_meaning} at mid-span, half peak-to-peak of the motion in the window"),
+        f"{_name}_mean": (_unit, f"{_meaning} at mid-span, mean of the motion in the window"),
+        f"{_name}_frequency_hz": ("Hz", f"{_meaning} at mid-span, dominant frequency of the motion in the window"),
         f"{_name}_lowest": (_unit, f"{_meaning} at mid-span, least of the whole run"),
         f"{_name}_highest": (_unit, f"{_meaning} at mid-span, greatest of the whole run"),
     }
 SUMMARY_COLUMNS |= {
     "lowest_tension": ("N", "lowest tension anywhere along the span in the whole run"),
     "support_force_highest": ("N", "greatest force on a support in the whole run"),
-    "beyond_cigre_322": ("m", "how far the steady motion leaves the ellipse of CIGRE 322; negative within"),
-    "beyond_davison": ("m", "how far the steady motion leaves the upright ellipse of Davison; negative within"),
+    "beyond_cigre_322": ("m", "how far the motion in the window leaves the ellipse of CIGRE 322; negative within"),
+    "beyond_davison": ("m", "how far the motion in the window leaves the upright ellipse of Davison; negative within"),
     "warnings": ("", "what limits the trust in the numbers"),
 }
 
 
-def steady_motion(result: Result, window: float = WINDOW) -> Row:
+def steady_motion(result: Result, window: float | None = None) -> Row:
     """What `sweep` keeps of a result: the columns of `SUMMARY_COLUMNS`.
 
-    Amplitude, mean and frequency over the last `window` seconds (or the whole of a shorter run) and the distances from
-    the ellipses only of a run that completed; extremes over all that was computed.
+    Amplitude, mean and frequency over the last `window` seconds (or the whole of a shorter run; None: 100 s, at most
+    half of the run) and the distances from the ellipses only of a run that completed; extremes over all that was
+    computed. Whether amplitudes hold for longer than the window is what ``motion`` says.
     """
     dataset, report = result.dataset, result.report
     attrs = dataset.attrs
@@ -68,6 +67,8 @@ def steady_motion(result: Result, window: float = WINDOW) -> Row:
         "horizontal_tension": float(attrs["horizontal_tension"]),
         "time": float(dataset.time[-1]),
     }
+    length = None if window is None else min(window, row["time"])
+    row["motion"] = str(result.motion if length is None else result.judged(length))
     for name, values in _midspan_histories(result).items():
         row |= {f"{name}_lowest": float(np.min(values)), f"{name}_highest": float(np.max(values))}
     row |= {"lowest_tension": report.lowest_tension, "warnings": " ".join(result.warnings)}
@@ -77,20 +78,23 @@ def steady_motion(result: Result, window: float = WINDOW) -> Row:
         ]
         row["support_force_highest"] = float(np.max(forces))
     if report.outcome is Outcome.COMPLETED:
-        row |= _steady_columns(result, min(window, row["time"]), float(attrs["sag"]))
+        row |= _steady_columns(result, length, float(attrs["sag"]))
     return {name: row.get(name) for name in SUMMARY_COLUMNS}
 
 
-def _steady_columns(result: Result, window: float, sag: float) -> Row:
+def _steady_columns(result: Result, window: float | None, sag: float) -> Row:
     row: Row = {}
     time = result.dataset.time.values
-    last = time >= time[-1] - window - 1e-9
+    start, stop = result.window(window)
+    last = time >= start - 1e-9
     if np.count_nonzero(last) < 2:
-        raise SceneError(f"window = {window} s: holds fewer than two records, which are {time[1] - time[0]:g} s apart")
+        raise SceneError(
+            f"window = {stop - start} s: holds fewer than two records, which are {time[1] - time[0]:g} s apart"
+        )
     interval = float(np.diff(time[last][:2])[0])
     histories = {name: values[last] for name, values in _midspan_histories(result).items()}
     for name, values in histories.items():
-        motion = oscillation(values, interval)
+        motion = oscillation(values, interval, _MOTIONS[name][0])
         row |= {f"{name}_amplitude": motion.amplitude, f"{name}_mean": motion.mean}
         row[f"{name}_frequency_hz"] = motion.frequency_hz
     ellipses = {"beyond_davison": davison_single_loop(sag)}
@@ -113,7 +117,7 @@ class Simulation:
     """The task of a sweep."""
 
     stop_time: float | None
-    window: float
+    window: float | None
     summary: Summary | None
     kind: Kind = "threads"
 
@@ -124,7 +128,8 @@ class Simulation:
 
     def __str__(self) -> str:
         name = "steady_motion" if self.summary is None else f"{self.summary.__module__}.{self.summary.__qualname__}"
-        return f"simulate to {self.stop_time or 'its own'} s, {name} over {self.window:g} s"
+        window = "its end" if self.window is None else f"{self.window:g} s"
+        return f"simulate to {self.stop_time or 'its own'} s, {name} over {window}"
 
     def __call__(self, scenes: Sequence[Scene], carry_on: CarryOn) -> list[Row]:
         """Compute a group of scenes, each by itself."""
@@ -148,7 +153,7 @@ def sweep(
     *,
     table: Path | str | Sequence[Mapping[str, Any]] | None = None,
     stop_time: float | None = None,
-    window: float = WINDOW,
+    window: float | None = None,
     model: str = "element",
     summary: Summary | None = None,
     out: Path | str | None = None,
@@ -171,7 +176,8 @@ def sweep(
     stop_time
         Simulated time [s]; None takes each scene's.
     window
-        Time [s] at the end over which the motion is taken as steady.
+        Time [s] at the end over which amplitudes are taken and the motion is judged; None takes 100 s, at most half of
+        the run.
     model
         ``"element"``, the only one: kept for callers of 0.1.0, which had another. The next release drops it.
     summary
@@ -207,7 +213,7 @@ def sweep(
     >>> runs.grid().u2_amplitude.dims
     ('wind.speed',)
     """
-    if not window > 0.0:
+    if window is not None and not window > 0.0:
         raise SceneError(f"window = {window} s: must be positive")
     if stop_time is not None:
         check_stop_time(stop_time)

@@ -244,7 +244,7 @@ def new_table(*headings: str) -> Any:
 
     made = Table(box=SIMPLE_HEAD, pad_edge=False)
     for heading in headings:
-        made.add_column(heading)
+        made.add_column(heading, overflow="fold")  # a narrow terminal breaks a value, and cuts none
     return made
 
 

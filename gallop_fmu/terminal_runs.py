@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 import sys
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
@@ -11,7 +12,16 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from gallop_fmu.terminal import Exit, complain, complain_more, echo_json, new_console, new_table, whole
+from gallop_fmu.terminal import (
+    Exit,
+    complain,
+    complain_more,
+    echo_json,
+    new_console,
+    new_table,
+    print_warnings,
+    whole,
+)
 
 if TYPE_CHECKING:
     from gallop_fmu.runs import Progress, Runs
@@ -231,6 +241,14 @@ def _show(runs: Runs, columns: Sequence[str], out: Path | None) -> None:
         console.print(
             f"and {len(rows) - SHOWN} more{f' in {out}' if out else '; name a file (--out) to have them all'}"
         )
+    warned: dict[str, list[dict[str, Any]]] = {}  # by what is said, whatever its numbers
+    for row in rows:
+        if row.get("warnings"):
+            warned.setdefault(re.sub(r"[\d.]+", "", row["warnings"]), []).append(row)
+    print_warnings(
+        f"{_place(runs, first)}{f' and {len(others)} more runs' if others else ''}: {first['warnings']}"
+        for first, *others in warned.values()
+    )
     if out and out.exists():
         console.print(f"wrote {out}: {runs.done} of {runs.total} runs", soft_wrap=True)
 

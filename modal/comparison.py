@@ -22,12 +22,6 @@ CHANNELS = {"u2": "m", "u3": "m", "theta": "rad"}
 LEVELS = (0.05, 0.2)
 """Differences, as parts of the nonlinear model's running amplitude, at which two models are said to part."""
 
-WINDOW = 100.0
-"""Longest part of a run [s], from its end backwards, over which amplitudes are taken; at most a quarter of the run."""
-
-SHORT = 40
-"""A run of fewer records is taken as a whole."""
-
 
 @dataclass(frozen=True)
 class LinearMode:
@@ -107,7 +101,11 @@ class Comparison:
 
     def amplitudes(self) -> dict[str, dict[str, Oscillation]]:
         """Oscillation of u2 [m], u3 [m] and theta [rad] at mid-span towards the end of each run, by model."""
-        return {name: _at_the_end(result) for name, result in self.models.items()}
+        found = {}
+        for name, result in self.models.items():
+            motions = result.steady()
+            found[name] = {channel: motions[channel] for channel in CHANNELS}
+        return found
 
     def parting(self, model: str, channel: str, level: float) -> Parting:
         """One of `partings`."""
@@ -123,8 +121,9 @@ class Comparison:
                     "outcome": self.models[name].outcome.name.lower(),
                     "message": str(self.models[name].report),
                     "warnings": list(self.models[name].warnings),
+                    "motion": str(self.models[name].motion),
                     "stop_time": self.models[name].report.time,
-                    "midspan": {channel: motion._asdict() for channel, motion in motions.items()},
+                    "midspan": {channel: motion.as_dict() for channel, motion in motions.items()},
                 }
                 for name, motions in self.amplitudes().items()
             },
@@ -134,13 +133,15 @@ class Comparison:
 
     def __str__(self) -> str:
         """Table of amplitudes."""
-        lines = [f"{'':14}{'u2 [m]':>10}{'[Hz]':>9}{'u3 [m]':>10}{'[Hz]':>9}{'theta [rad]':>13}{'up to [s]':>11}"]
+        lines = [
+            f"{'':14}{'u2 [m]':>10}{'[Hz]':>9}{'u3 [m]':>10}{'[Hz]':>9}{'theta [rad]':>13}{'up to [s]':>11}  motion"
+        ]
         for name, motions in self.amplitudes().items():
             u2, u3, theta = (motions[channel] for channel in CHANNELS)
             lines.append(
                 f"{name:14}{u2.amplitude:10.4f}{frequency_text(u2.frequency_hz):>9}"
                 f"{u3.amplitude:10.4f}{frequency_text(u3.frequency_hz):>9}"
-                f"{theta.amplitude:13.4f}{self.models[name].report.time:11.1f}"
+                f"{theta.amplitude:13.4f}{self.models[name].report.time:11.1f}  {self.models[name].motion}"
             )
         lines += [
             f"warning ({name}): {sentence}" for name, result in self.models.items() for sentence in result.warnings
@@ -192,13 +193,6 @@ def _linear_modes(span: ModalSpan) -> tuple[LinearMode, ...]:
         frequency = float(values[k].imag) / (2.0 * np.pi)
         found.append(LinearMode(max(parts, key=parts.__getitem__), frequency, float(values[k].real)))
     return tuple(sorted(found, key=lambda mode: -mode.growth_rate))
-
-
-def _at_the_end(result: Result) -> dict[str, Oscillation]:
-    last = float(result.dataset.time[-1])
-    window = min(WINDOW, last / 4.0) if result.dataset.sizes["time"] > SHORT else last
-    motions = result.between(last - window, last)
-    return {channel: motions[channel] for channel in CHANNELS}
 
 
 def _parting(nonlinear: Result, other: Result, model: str, channel: str, level: float, period: float) -> Parting:

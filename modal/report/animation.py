@@ -11,14 +11,24 @@ from numpy.typing import NDArray
 
 from gallop_fmu import Model, Result
 from gallop_fmu.plots import DIED_OUT
-from gallop_fmu.result import slowest_frequency
+from gallop_fmu.steadiness import FEWEST_SAMPLES, default_window, dominant_frequency
 
 Array = NDArray[np.float64]
 
-PERIODS = 10.0
+PERIODS, OTHER_PERIODS = 10.0, 5.0
+"""Periods shown of a steady motion, and of another one."""
+
 FRAMES = 500
-STEADY = 10.0
+"""Most positions that a page holds; the script draws a cubic in time through them."""
+
+STILL = 10.0
 """Time shown [s] where nothing oscillates."""
+
+LONGEST = 60.0
+"""Longest time shown [s]."""
+
+PART = 0.05
+"""Range of a channel, per range of the largest, from which on its period is one to be shown."""
 
 DIGITS = 4
 """Digits after the point of a position [m]: a tenth of a millimetre."""
@@ -63,11 +73,11 @@ class Animation:
 
 
 def animation(result: Result) -> Animation:
-    """The last periods of a run, or the first ones where the motion has died out by then."""
+    """Show the last periods of a run, or those of its largest motion where that has died out by then."""
     data = result.dataset
     time = np.asarray(data.time.values)
     part, chosen = _window(result)
-    frames = chosen[np.linspace(0, len(chosen) - 1, min(FRAMES, len(chosen))).round().astype(int)]
+    frames = chosen[:: math.ceil(len(chosen) / FRAMES)]
     nodes = np.asarray(data.node.values)
     at_rest = Model(result.scene).equilibrium().x[nodes]
     along, height, across = (at_rest[:, k] + data[name].values[frames] for k, name in enumerate(("u1", "u2", "u3")))
@@ -81,9 +91,24 @@ def _window(result: Result) -> tuple[str, NDArray[np.intp]]:
     data = result.midspan()
     time = np.asarray(data.time.values)
     swings = [np.asarray(data[name].values) for name in ("u2", "u3")]
-    slowest = slowest_frequency(data)
-    length = PERIODS / slowest if math.isfinite(slowest) else STEADY
-    late = time >= time[-1] - length
-    if all(np.ptp(y[late]) <= DIED_OUT * np.ptp(y) for y in swings):
-        return "the beginning; the motion dies out later", np.flatnonzero(time <= length)
-    return "the end of the run", np.flatnonzero(late)
+    last = float(time[-1])
+    seen = time >= last - default_window(last)
+    part, centre = "the end of the run", None
+    if all(np.ptp(y[seen]) <= DIED_OUT * np.ptp(y) for y in swings):
+        largest = max(swings, key=np.ptp)
+        centre = float(time[np.argmax(np.abs(largest - largest[-1]))])
+        seen = np.abs(time - centre) <= 0.5 * default_window(last)
+        part = "the largest motion of the run, which dies out later"
+    length = min(_period(time[seen], [y[seen] for y in swings], result.motion.kind == "steady"), LONGEST)
+    start = max(0.0, last - length if centre is None else centre - 0.5 * length)
+    return part, np.flatnonzero((time >= start - 1e-9) & (time <= start + length + 1e-9))
+
+
+def _period(time: Array, swings: list[Array], steady: bool) -> float:
+    """Time [s] that shows some periods of the slowest of the channels that move much."""
+    if len(time) < FEWEST_SAMPLES:
+        return STILL
+    interval, large = float(time[1] - time[0]), PART * max(float(np.ptp(y)) for y in swings)
+    found = [dominant_frequency(y, interval) for y in swings if np.ptp(y) >= large]
+    cycles = [frequency for frequency in found if frequency * (time[-1] - time[0]) >= 1.0]
+    return (PERIODS if steady else OTHER_PERIODS) / min(cycles) if cycles else STILL

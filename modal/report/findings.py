@@ -32,7 +32,7 @@ MODES = 12
 NODES = 41
 """Most nodes recorded: as many as an animation of the span needs."""
 
-CHANNELS = ("u1", "u2", "u3", "theta", "tension", "angle_of_attack")
+CHANNELS = ("u1", "u2", "u3", "theta", "v2", "v3", "tension", "angle_of_attack")
 MOST_RECORDS = 100_000
 """Records of a run above which only every second, third, ... is kept, so that a long run fits into memory."""
 

@@ -26,6 +26,9 @@ FEW = 8
 NOT_TEXT = ("title", "description", "notes", "sources")
 """Leaves of a scene that do not belong into its table: the page shows them elsewhere."""
 
+OVER = 0.05
+"""Amplitude at the end of a run, per range of the whole run, below which the motion is over."""
+
 NOT_STATED = "not stated"
 AS_ABOVE = "as above"
 """Instead of a source that the row before gave in full."""
@@ -158,19 +161,19 @@ def onset_table(onsets: list[CriticalWind]) -> Table:
 
 
 def motion_table(result: Result) -> Table:
-    """Steady motion at mid-span, and the extremes of the whole run."""
-    numbers, data = summary(result), result.midspan()
+    """Motion at mid-span at the end of the run, whether it is steady, and the extremes of the whole run."""
+    numbers = summary(result)
     midspan, window = numbers["midspan"], numbers["window"]
     assert isinstance(midspan, dict)
     rows = []
     for name, row in midspan.items():
         scale, unit = {"theta": (180.0 / math.pi, "deg"), "tension": (1e-3, "kN")}.get(name, (1.0, "m"))
-        low, high = float(data[name].min()) * scale, float(data[name].max()) * scale
-        steady = f"{row['amplitude'] * scale:.4g}", f"{row['mean'] * scale:.4g}"
+        sizes = [f"{row[key] * scale:.4g}" for key in ("amplitude", "mean", "lowest", "highest")]
         frequency = frequency_text(row["frequency_hz"])
-        rows.append((f"{SHOWN[name]} [{unit}]", *steady, frequency, f"{low:.4g}", f"{high:.4g}"))
+        rows.append((f"{SHOWN[name]} [{unit}]", *sizes[:2], frequency, row["motion"], *sizes[2:]))
     last = f"last {window:g} s"
-    headings = ("mid-span", f"amplitude, {last}", f"mean, {last}", "frequency [Hz]", "lowest in the run", "highest")
+    sizes = [f"amplitude, {last}", f"mean, {last}"]
+    headings = ("mid-span", *sizes, "frequency [Hz]", "motion", "lowest in the run", "highest")
     return Table("Motion at mid-span; amplitudes are half peak-to-peak", headings, rows)
 
 
@@ -270,9 +273,18 @@ def cards(findings: Findings) -> Iterator[Card]:
         if result.outcome is not Outcome.COMPLETED:
             ended = f"at {result.report.time:.4g} s"
             yield Card("Simulation", "ended early", ended, "simulation")
-        data = result.midspan()
-        if data.sizes["time"] > 1:
-            midspan = summary(result)["midspan"]
-            assert isinstance(midspan, dict)
-            across = f"horizontal {midspan['u3']['amplitude']:.3f} m, at the end of the run"
-            yield Card("Vertical amplitude", f"{midspan['u2']['amplitude']:.3f} m", across, "simulation")
+        if result.dataset.sizes["time"] > 1:
+            yield _motion_card(result)
+
+
+def _motion_card(result: Result) -> Card:
+    """How far mid-span moves: the amplitude that it has in the end, or its range where the motion is over by then."""
+    midspan, motion = summary(result)["midspan"], result.motion
+    assert isinstance(midspan, dict)
+    vertical, low, high = midspan["u2"]["amplitude"], midspan["u2"]["lowest"], midspan["u2"]["highest"]
+    if motion.kind == "turned over" or vertical < OVER * (high - low):
+        remark = f"peak to peak over the whole run, from {low:.2f} to {high:.2f} m; {motion}"
+        return Card("Vertical range", f"{high - low:.3f} m", remark, "simulation")
+    end = "at the end of the run" if motion.is_steady else f"at the end of the run: {motion}"
+    remark = f"{'steady; ' if motion.kind == 'steady' else ''}horizontal {midspan['u3']['amplitude']:.3f} m, {end}"
+    return Card("Vertical amplitude", f"{vertical:.3f} m", remark, "simulation")

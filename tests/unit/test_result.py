@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 
 import gallop_fmu as gf
-from gallop_fmu.result import dominant_frequency, frequency_text, oscillation
+from gallop_fmu.result import frequency_text, oscillation
+from gallop_fmu.steadiness import dominant_frequency
 
 TIME = 0.05 * np.arange(2001)
 

@@ -58,8 +58,14 @@
     next = next < 0 ? time.length - 1 : Math.max(next, Math.min(1, time.length - 1));
     const before = Math.max(next - 1, 0), gap = time[next] - time[before];
     const share = gap > 0 ? Math.min(Math.max((now - time[before]) / gap, 0), 1) : 0;
-    const mix = (rows) => rows[next].map((value, node) => rows[before][node] + share * (value - rows[before][node]));
-    const up = mix(height), out = mix(across), angle = twist[before] + share * (twist[next] - twist[before]);
+    /* A cubic through four positions (Catmull-Rom), so that motion between records is smooth. */
+    const four = [Math.max(before - 1, 0), before, next, Math.min(next + 1, time.length - 1)];
+    const s = share, weights = [
+      ((2 - s) * s - 1) * s / 2, ((3 * s - 5) * s * s + 2) / 2, ((4 - 3 * s) * s + 1) * s / 2, (s - 1) * s * s / 2,
+    ];
+    const blend = (pick) => four.reduce((sum, row, k) => sum + weights[k] * pick(row), 0);
+    const mix = (rows) => along.map((_, node) => blend((row) => rows[row][node]));
+    const up = mix(height), out = mix(across), angle = blend((row) => twist[row]);
     shapes[0].setAttribute("points", points(flat, up.map(side.y)));
     shapes[1].setAttribute("points", points(out.map(end.x), up.map(end.y)));
     const place = [end.x(out[middle]), end.y(up[middle])], reach = [18 * Math.cos(angle), 18 * Math.sin(angle)];
