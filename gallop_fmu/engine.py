@@ -57,6 +57,11 @@ class Inputs:
     attack_angle_rate: float = 0.0
     support_rate: Array | None = None
 
+    @classmethod
+    def still(cls, scene: Scene) -> Inputs:
+        """No wind and towers at rest; the ice at the scene's attack angle."""
+        return cls(0.0, 0.0, float(np.radians(scene.ice.attack_angle_deg)), np.zeros((2, 3)))
+
     def packed(self) -> CInputs:
         """The kernel's form of the inputs.
 

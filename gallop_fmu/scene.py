@@ -13,6 +13,7 @@ from typing import Annotated, Any, Literal
 
 import numpy as np
 import tomli_w
+from numpy.typing import ArrayLike
 from pydantic import Field, ValidationError, field_validator, model_validator
 
 from gallop_fmu.aerodynamics import Aerodynamics
@@ -93,7 +94,45 @@ class Ice(Section):
     torsional_inertia: Number = quantity(0.0, "kg m", "moment of inertia of ice per unit length about x1", ge=0)
     first_moment_x2: Number = quantity(0.0, "kg", "first moment, integral of rho x2 dA (S_x3 of Liu et al. 2009)")
     first_moment_x3: Number = quantity(0.0, "kg", "first moment, integral of rho x3 dA (S_x2 of Liu et al. 2009)")
-    attack_angle_deg: Number = quantity(0.0, "deg", "initial attack angle of the wind on the ice", ge=-360, le=360)
+    attack_angle_deg: Number = quantity(
+        0.0, "deg", "initial attack angle of the wind on the ice; turns the first moments too", ge=-360, le=360
+    )
+    first_moment_angle_deg: Number | None = quantity(
+        None,
+        "deg",
+        "attack angle at which the first moments are given (default: attack_angle_deg of the same file)",
+        ge=-360,
+        le=360,
+    )
+
+    @model_validator(mode="before")
+    @classmethod
+    def _keep_angle_of_moments(cls, data: Any) -> Any:
+        """Keep the attack angle that came with the first moments: a later change of it turns them."""
+        if not isinstance(data, dict) or data.get("first_moment_angle_deg") is not None:
+            return data
+        if not (data.get("first_moment_x2") or data.get("first_moment_x3")):
+            return data
+        return {**data, "first_moment_angle_deg": data.get("attack_angle_deg", 0.0)}
+
+    def first_moments(self, attack_angle: ArrayLike | None = None) -> tuple[Any, Any]:
+        """First mass moments of the ice turned to an attack angle [rad]; by default to the initial one.
+
+        Returns
+        -------
+        tuple
+            Integrals of rho x2 dA and of rho x3 dA [kg], of the shape of `attack_angle`. An attack angle that is
+            larger by an angle turns the section by that angle, as a twist does.
+        """
+        given = np.radians(
+            self.attack_angle_deg if self.first_moment_angle_deg is None else self.first_moment_angle_deg
+        )
+        turn = (np.radians(self.attack_angle_deg) if attack_angle is None else np.asarray(attack_angle)) - given
+        sine, cosine = np.sin(turn), np.cos(turn)
+        return (
+            self.first_moment_x2 * cosine - self.first_moment_x3 * sine,
+            self.first_moment_x2 * sine + self.first_moment_x3 * cosine,
+        )
 
 
 class Wind(Section):
@@ -300,6 +339,8 @@ class Scene(Section):
                 f"{resolved[0]}: a scene holds plain numbers, its line is resolved already; change the scene file, or "
                 "vary this value with sweep, or with --set on the command line"
             )
+        if {"ice.first_moment_x2", "ice.first_moment_x3"} & values.keys():  # given at the angle that the copy has
+            values = {"ice.first_moment_angle_deg": None, **values}
         data = self.model_dump(mode="json", exclude_none=True)
         try:
             return type(self).from_dict(replace_values(type(self), data, values))

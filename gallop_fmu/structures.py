@@ -31,6 +31,7 @@ ICE_FIELDS: dict[str, str | None] = {
     "torsional_inertia": "ice_torsional_inertia",
     "first_moment_x2": None,
     "first_moment_x3": None,
+    "first_moment_angle_deg": "first_moment_angle",
     "attack_angle_deg": "attack_angle",
 }
 SEEDS = ("seed_vertical", "seed_horizontal", "seed_twist")
@@ -119,7 +120,7 @@ class CScene(c.Structure):
         *((name, c.c_double) for name in SPAN_FIELDS),
         *((name, c.c_double) for name in ("diameter", "mass", "axial_stiffness", "torsional_stiffness")),
         *((name, c.c_double) for name in ("torsional_inertia", "ice_mass", "ice_torsional_inertia")),
-        *((name, c.c_double) for name in ("first_moment_x2", "first_moment_x3")),
+        *((name, c.c_double) for name in ("first_moment_x2", "first_moment_x3", "first_moment_angle")),
         *((name, c.c_double) for name in ("air_density", "attack_angle", "reference_radius")),
         ("pieces", c.c_int32),
         ("outside", c.c_int32),

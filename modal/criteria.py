@@ -15,6 +15,7 @@ per radian, and r > 0 the distance of the windward point whose velocity makes th
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from dataclasses import dataclass, field
 
@@ -24,6 +25,7 @@ from numpy.typing import NDArray
 from gallop_fmu import Scene, SceneError
 from gallop_fmu.aerodynamics import AerodynamicCurve
 from gallop_fmu.damping import RayleighPair
+from gallop_fmu.scene import Ice
 from modal.analytic import shallow_cable
 from modal.resonance import frequency_ratio
 
@@ -143,11 +145,16 @@ def slopes(curve: AerodynamicCurve, angle: Array) -> Array:
 
 @dataclass(frozen=True)
 class _Section:
-    """A section of unit length: matrices of u2, u3, theta without wind, and what the load needs."""
+    """A section of unit length: matrices of u2, u3, theta without wind and eccentricity, and what the load needs.
+
+    On a slope u2 is the motion normal to the chord, and `gravity` the component against it.
+    """
 
     mass: Array
     damping: Array
     stiffness: Array
+    ice: Ice
+    gravity: float
     air_density: float
     diameter: float
     radius: float
@@ -160,19 +167,16 @@ class _Section:
         hertz = np.array([pair.vertical_hz, pair.horizontal_hz, shallow_cable(scene).torsional_hz])
         rayleigh = [scene.damping.translation, scene.damping.translation, scene.damping.twist]
         diagonal = np.array([mass, mass, inertia])
-        matrix = np.diag(diagonal)
-        matrix[0, 2] = matrix[2, 0] = -ice.first_moment_x3
-        matrix[1, 2] = matrix[2, 1] = ice.first_moment_x2
         omega = 2.0 * np.pi * hertz
-        stiffness = np.diag(diagonal * omega**2)
-        stiffness[2, 2] -= scene.span.gravity * ice.first_moment_x2
         ratio = np.array([rayleigh_ratio(pair, f) for pair, f in zip(rayleigh, hertz, strict=True)])
         assert scene.aerodynamics is not None  # asked for by every criterion
         radius = scene.aerodynamics.reference_radius or 0.5 * conductor.diameter
         return cls(
-            matrix,
+            np.diag(diagonal),
             np.diag(2.0 * diagonal * omega * ratio),
-            stiffness,
+            np.diag(diagonal * omega**2),
+            ice,
+            scene.span.gravity / math.hypot(1.0, scene.span.height_difference / scene.span.length),
             scene.wind.air_density,
             conductor.diameter,
             radius,
@@ -189,11 +193,17 @@ class _Section:
         damping, stiffness = np.empty((angle.size, 3, 3)), np.empty((angle.size, 3, 3))
         damping[:] = self.damping
         stiffness[:] = self.stiffness
+        mass = np.empty((angle.size, 3, 3))
+        mass[:] = self.mass
+        m2, m3 = self.ice.first_moments(angle)  # the ice turns with the attack angle
+        mass[:, 0, 2] = mass[:, 2, 0] = -m3
+        mass[:, 1, 2] = mass[:, 2, 1] = m2
+        stiffness[:, 2, 2] -= self.gravity * m2
         damping -= np.stack([by_v2, by_v3, r * by_v2], axis=-1).transpose(1, 0, 2)
         stiffness[:, :, 2] -= by_theta.T
         state = np.zeros((angle.size, 6, 6))
         state[:, :3, 3:] = np.eye(3)
-        inverse = np.linalg.inv(self.mass)
+        inverse = np.linalg.inv(mass)
         state[:, 3:, :3] = -inverse @ stiffness
         state[:, 3:, 3:] = -inverse @ damping
         return np.asarray(np.linalg.eigvals(state).real.max(axis=1))

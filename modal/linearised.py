@@ -6,7 +6,10 @@ wind and on the attack angle only through w3 = U - v3 and alpha = alpha0 + theta
 tangents exactly:
 
 - by the wind speed, minus the aerodynamic damping matrix times a uniform unit velocity v3;
-- by the attack angle, the aerodynamic stiffness matrix times a uniform unit twist.
+- by the attack angle, the aerodynamic stiffness matrix times a uniform unit twist, plus the change of the torque of the
+  ice's weight, since the ice turns with the attack angle.
+
+Every matrix is taken at the equilibrium itself: eccentric ice that has turned there changes the mass matrix too.
 """
 
 from __future__ import annotations
@@ -89,7 +92,6 @@ class SmallMotion:
         self._free = np.ones((self.model.nodes, 4), dtype=np.bool_)
         self._free[[0, -1], :3] = self._spring > 0.0
         self._free[[0, -1], 3] = False
-        self._mass = self._assembled(self.model.tangent(mass=1.0, inputs=self._inputs(0.0)))
 
     def in_still_air(self) -> Linearised:
         """About the initial equilibrium, without wind."""
@@ -130,7 +132,7 @@ class SmallMotion:
         stiffness = self._assembled(self.model.tangent(u, stiffness=1.0, inputs=calm), springs=True)
         damping = self._assembled(self.model.tangent(u, damping=1.0, inputs=calm))
         still = Linearised(
-            mass=self._mass,
+            mass=self._assembled(self.model.tangent(u, mass=1.0, inputs=calm)),
             damping=damping,
             stiffness=stiffness,
             free=self._free,
@@ -145,12 +147,14 @@ class SmallMotion:
             return still
         in_wind = self._assembled(self.model.tangent(u, stiffness=1.0, inputs=windy), springs=True)
         damped = self._assembled(self.model.tangent(u, damping=1.0, inputs=windy))
+        untwisted = u * [1.0, 1.0, 1.0, 0.0]
+        without_turn = self._assembled(self.model.tangent(untwisted, stiffness=1.0, inputs=calm), springs=True)
         return replace(
             still,
             damping=damped,
             stiffness=in_wind,
             by_wind=(damped - damping) @ uniform(u.shape, 2),
-            by_attack_angle=-((in_wind - stiffness) @ uniform(u.shape, 3)),
+            by_attack_angle=-((in_wind - without_turn) @ uniform(u.shape, 3)),
         )
 
     def _assembled(self, elements: Array, springs: bool = False) -> csc_array:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,15 +11,10 @@ from numpy.typing import NDArray
 from gallop_fmu import Inputs, Model, Outcome, Report, Scene, SceneError, SimulationError
 from gallop_fmu.aerodynamics import PolynomialCoefficients
 from gallop_fmu.laws import Constant
+from modal.element import Sections
 from modal.modes import Family, Mode, natural_modes
 
 Array = NDArray[np.float64]
-
-GAUSS = np.sqrt(0.6) * np.array([-1.0, 0.0, 1.0])
-GAUSS_WEIGHT = np.array([5.0, 8.0, 5.0]) / 9.0
-SHAPE = np.stack([GAUSS * (GAUSS - 1.0) / 2.0, 1.0 - GAUSS**2, GAUSS * (GAUSS + 1.0) / 2.0], axis=1)
-SLOPE = np.stack([GAUSS - 0.5, -2.0 * GAUSS, GAUSS + 0.5], axis=1)
-"""The simulation's three-node element at the three points where it evaluates the wind load, (point, node)."""
 
 CALM = PolynomialCoefficients(
     valid_from_deg=-180.0, valid_to_deg=180.0, lift=(0.0,), drag=(0.0,), moment=(0.0,), outside="hold"
@@ -35,14 +30,15 @@ EQUILIBRIUM_ITERATIONS = 30
 class WindLoad:
     """Quasi-steady wind load on the modes of a span (Liu, Yan, Zhang, Zhou 2009, equations 20 and 21).
 
-    It is evaluated in the relative wind (-v2 - r omega, U - v3) at the attack angle alpha0 + theta + its direction.
+    It is evaluated in the relative wind (-v2 - r omega, U - v3) at the attack angle alpha0 + theta + its direction, in
+    the plane of each section: v2 is the velocity along the conductor's normal n2 (see `modal.element.Sections`).
 
     Attributes
     ----------
     motion : ndarray, shape (3 point, 2 mode)
         From the state (q, q') to theta, v2 + r omega and v3 at the points along the span.
     collect : ndarray, shape (mode, 3 point)
-        From the load per unit length (upwards, with the wind, twisting) at the points to the modes.
+        From the load per unit length (along n2, with the wind, twisting) at the points to the modes.
     attack_angle : float
         Initial angle alpha0 of the ice [rad].
     radius : float
@@ -73,11 +69,9 @@ class WindLoad:
     @classmethod
     def of(cls, scene: Scene, x: Array, shapes: Array) -> WindLoad:
         """The scene's wind load on modes with the given nodal shapes (node, 4, mode); x are the nodes' places."""
-        elements, count = scene.numerics.elements, shapes.shape[2]
-        node = 2 * np.arange(elements)[:, None] + np.arange(3)
-        stretch = np.linalg.norm(np.einsum("qn,enk->eqk", SLOPE, x[node]), axis=2)  # dS/dxi
-        _, u2, u3, theta = np.einsum("qn,enim->ieqm", SHAPE, shapes[node]).reshape(4, -1, count)
-        length = (GAUSS_WEIGHT * stretch).reshape(-1, 1)
+        sections = Sections.of(x)
+        u2, u3, theta = sections.motion(shapes)
+        length = sections.length[:, None]
         aerodynamics = CALM if scene.aerodynamics is None else scene.aerodynamics
         curve, given = aerodynamics.curve(), aerodynamics.reference_radius
         radius = 0.5 * scene.conductor.diameter if given is None else given
@@ -176,7 +170,7 @@ class ModalSpan:
         x, shapes = model.equilibrium().x, np.stack([mode.shape for mode in modes], axis=2)
         seed, wave = np.zeros((model.nodes, 4)), np.sin(np.pi * x[1:-1, 0] / scene.span.length)
         seed[1:-1, 1:] = wave[:, None] * [initial.seed_vertical, initial.seed_horizontal, initial.seed_twist]
-        still, parts = calm(), _by_element(shapes)
+        still, parts = Inputs.still(scene), _by_element(shapes)
         mass = model.tangent(mass=1.0, inputs=still)
         return cls(
             scene=scene,
@@ -195,7 +189,8 @@ class ModalSpan:
         for load in self.scene.loads:
             unit = load.model_copy(update={"law": Constant(value=1.0)})
             with_unit, without = (Model(self.scene.model_copy(update={"loads": loads})) for loads in ((unit,), ()))
-            force = without.residual(inputs=calm()) - with_unit.residual(inputs=calm())
+            still = Inputs.still(self.scene)
+            force = without.residual(inputs=still) - with_unit.residual(inputs=still)
             total += np.outer(load.law.at(time), np.einsum("nim,ni->m", self.shapes, force))
         return total
 
@@ -220,7 +215,8 @@ class ModalSpan:
     def wind_slopes(self, q: Array, wind_speed: float) -> tuple[Array, Array]:
         """Derivatives of the modal wind load by q and by q', at rest at q, from the simulation's own tangents."""
         u, parts = self.shapes @ q, _by_element(self.shapes)
-        still, blowing = calm(), Inputs(0.0, wind_speed, self.wind_load.attack_angle, np.zeros((2, 3)))
+        still = Inputs.still(self.scene)
+        blowing = replace(still, wind_speed=wind_speed)
 
         def slope(stiffness: float, damping: float) -> Array:
             without, within = (
@@ -255,11 +251,6 @@ def wind_at(scene: Scene, time: Array) -> Array:
     """Wind speed [m/s] at each time [s]."""
     history = scene.wind.history
     return np.full(len(time), scene.wind.mean_speed) if history is None else np.asarray(history.at(time))
-
-
-def calm() -> Inputs:
-    """Inputs without wind."""
-    return Inputs(time=0.0, wind_speed=0.0, attack_angle=0.0, support=np.zeros((2, 3)))
 
 
 def _check_towers(scene: Scene) -> None:

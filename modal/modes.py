@@ -148,8 +148,9 @@ def modes_of(equations: Linearised, scene: Scene, count: int) -> list[Mode]:
     if equations.wind_speed > 0.0:
         values, vectors = _complex_modes(equations, scene, count, every=unstable)
     elif unstable:
+        moment = scene.ice.first_moments()[0]
         raise SceneError(
-            f"the initial equilibrium is unstable: with ice.first_moment_x2 = {scene.ice.first_moment_x2} kg the "
+            f"the initial equilibrium is unstable: with ice.first_moment_x2 = {moment:.6g} kg at the attack angle the "
             "weight of the ice turns the conductor over, whose conductor.torsional_stiffness is "
             f"{scene.conductor.torsional_stiffness} N m2/rad; lower the first or raise the second, and check the units"
         )

@@ -15,16 +15,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gallop_fmu import Scene, SceneError
+from modal.element import GAUSS2, Sections, nodes_of, slope
 from modal.rest import Rest, choose, mirrored, with_stretching
 
 Array = NDArray[np.float64]
 
 STATIC_ITERATIONS = 30
 """Newton iterations within which an equilibrium in the wind must be found."""
-
-GAUSS2 = np.array([-1.0, 1.0]) / np.sqrt(3.0)
-GAUSS3 = np.array([-1.0, 0.0, 1.0]) * np.sqrt(0.6)
-GAUSS3_WEIGHT = np.array([5.0, 8.0, 5.0]) / 9.0
 
 
 class Forces(NamedTuple):
@@ -84,25 +81,21 @@ class ReducedModel:
 
     def _geometry(self) -> None:
         x = self.rest.model.equilibrium().x
-        element = 2 * np.arange(self.rest.model.elements)[:, None] + np.arange(3)
+        element = nodes_of(self.rest.model.elements)
         nodes, moves = x[element], self.shapes[:, element]  # (e, 3, 3), (mode, e, 3, 4)
-
-        def slopes(at: Array) -> tuple[Array, Array]:
-            by_xi = np.stack([at - 0.5, -2.0 * at, at + 0.5], axis=1)  # (point, node)
-            stretch = np.linalg.norm(np.einsum("pn,eni->epi", by_xi, nodes), axis=2)
-            return by_xi[None] / stretch[:, :, None], stretch
-
-        by_s, stretch = slopes(GAUSS2)
+        by_xi = slope(GAUSS2)
+        stretch = np.linalg.norm(np.einsum("pn,eni->epi", by_xi, nodes), axis=2)
+        by_s = by_xi[None] / stretch[:, :, None]
         tangent = np.einsum("epn,eni->epi", by_s, nodes).reshape(-1, 3)
         self._slope = np.einsum("epn,meni->epim", by_s, moves)[:, :, :3].reshape(-1, 3, self.size)
         self._pull = np.einsum("gi,gim->gm", tangent, self._slope)
         self._axial = self.scene.conductor.axial_stiffness * stretch.ravel()
         self._pairs = np.einsum("gim,gin->gmn", self._slope, self._slope)
-        at = GAUSS3
-        shape = np.stack([0.5 * at * (at - 1.0), 1.0 - at**2, 0.5 * at * (at + 1.0)], axis=1)
-        section = np.einsum("pn,meni->iepm", shape, moves)[1:].reshape(3, -1, self.size)
+        sections = Sections.of(x)
+        section = sections.motion(np.moveaxis(self.shapes, 0, -1))
+        self._gravity = self.scene.span.gravity * sections.normal[:, 1]
         self._section = section.transpose(0, 2, 1).copy()  # (component, mode, section)
-        self._weighted = section * (GAUSS3_WEIGHT * slopes(GAUSS3)[1]).reshape(-1, 1)
+        self._weighted = section * sections.length[:, None]
         products = np.einsum("ipm,jpn->ijpmn", self._weighted, section)
         self._by_all = products.reshape(9, -1)
         self._by_twist = products[:, 2].copy()
@@ -111,7 +104,7 @@ class ReducedModel:
 
     def forces(self, q: Array, v: Array, a: Array, wind: float | Array) -> Forces:
         """Forces and derivatives at instants whose coordinates, velocities and accelerations are (instant, mode)."""
-        u, du, ddu = (y @ self._section for y in (q, v, a))  # (component, instant, section): u2, u3, theta
+        u, du, ddu = (y @ self._section for y in (q, v, a))  # (component, instant, section): along n2, x3, theta
         load, by_u, by_v, by_a, by_wind = self._sections(u, du, ddu, wind)
         stretching, stiffness = self.stretching(q)
         return Forces(
@@ -157,8 +150,8 @@ class ReducedModel:
         By the twist (row, ...), by the velocities (row and column, ...), by the accelerations: the factors of twist in
         u2 and u3, which are those of u2 and u3 in twist (2, ...), and by the wind speed (row, ...).
         """
-        scene = self.scene
-        m2, m3, gravity = scene.ice.first_moment_x2, scene.ice.first_moment_x3, scene.span.gravity
+        m2, m3 = self.scene.ice.first_moments()
+        gravity = self._gravity
         theta, omega, rate, a2, a3 = u[2], v[2], a[2], a[0], a[1]
         sine, cosine = np.sin(theta), np.cos(theta)
         c2, c3 = m2 * cosine - m3 * sine, m2 * sine + m3 * cosine

@@ -48,11 +48,6 @@ class Rest:
         raise SceneError(f"the span has no symmetric {family} mode on a mesh of {self.model.elements} elements")
 
 
-def still_air() -> Inputs:
-    """No wind, towers at rest."""
-    return Inputs(time=0.0, wind_speed=0.0, attack_angle=0.0, support=np.zeros((2, 3)))
-
-
 def assemble(elements: Array) -> Array:
     """Dense matrix (4 nodes, 4 nodes) of element matrices (element, 12, 12)."""
     size = 8 * len(elements) + 4
@@ -70,7 +65,7 @@ def at_rest(scene: Scene, elements: int = ELEMENTS) -> Rest:
         coarse = scene.numerics.model_copy(update={"elements": elements})
         scene = scene.model_copy(update={"numerics": coarse})  # a valid number: the check of a whole scene takes 10 ms
     model = Model(scene)
-    air = still_air()
+    air = Inputs.still(scene)
     springs = np.zeros((model.nodes, 4))
     free = np.ones((model.nodes, 4), dtype=np.bool_)
     for end, stiffness in zip((0, -1), model.equilibrium().support_stiffness, strict=True):
@@ -104,7 +99,7 @@ def at_rest(scene: Scene, elements: int = ELEMENTS) -> Rest:
 def tension_derivative(rest: Rest, along: int) -> Array:
     """Derivative of the stiffness (4 nodes, 4 nodes) along a mode, from the kernel's tangent."""
     step = PROBE * rest.shapes[along]
-    air = still_air()
+    air = Inputs.still(rest.model.scene)
     ahead, back = (rest.model.tangent(u, stiffness=1.0, inputs=air) for u in (step, -step))
     return assemble((ahead - back) / (2.0 * PROBE))
 

@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from gallop_fmu import Outcome, Report, Result, Scene, SimulationError
 from gallop_fmu.recording import Records
 from gallop_fmu.result import histories
+from modal.element import node_normal
 from modal.modal_span import ModalSpan, wind_at
 
 Array = NDArray[np.float64]
@@ -192,7 +193,8 @@ def _result(
     wind = wind_at(scene, time) if wind_speed is None else np.full(len(time), wind_speed)
     q, rate = np.split(states, 2, axis=1)
     u, v = q @ span.shapes[middle].T, rate @ span.shapes[middle].T
-    relative = np.arctan2(-v[:, 1] - load.radius * v[:, 3], wind - v[:, 2])
+    normal = node_normal(span.model.equilibrium().x, middle)
+    relative = np.arctan2(-v[:, :2] @ normal - load.radius * v[:, 3], wind - v[:, 2])
     values = {
         **dict(zip(("u1", "u2", "u3", "theta"), u.T, strict=True)),
         **dict(zip(("v1", "v2", "v3", "omega"), v.T, strict=True)),

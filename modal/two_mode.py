@@ -15,9 +15,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from gallop_fmu import Scene, SceneError
+from gallop_fmu import Inputs, Scene, SceneError
 from modal.reduced import ReducedModel
-from modal.rest import PROBE, Rest, assemble, at_rest, still_air, tension_derivative
+from modal.rest import PROBE, Rest, assemble, at_rest, tension_derivative
 
 Array = NDArray[np.float64]
 
@@ -97,6 +97,7 @@ class TwoMode:
 def quadratic_coupling(scene: Scene, rest: Rest | None = None) -> Coupling:
     """Quadratic coupling of the first symmetric vertical and horizontal mode, from the kernel's tangent."""
     rest = at_rest(scene) if rest is None else rest
+    still = Inputs.still(scene)
     v, h = rest.first("vertical"), rest.first("horizontal")
     free = np.flatnonzero(rest.free)
     block = np.ix_(free, free)
@@ -105,7 +106,7 @@ def quadratic_coupling(scene: Scene, rest: Rest | None = None) -> Coupling:
     vertical, horizontal = rest.frequencies[v] ** 2, rest.frequencies[h] ** 2
     first = tension_derivative(rest, v)[block]
     stretched, straight = (
-        assemble(rest.model.tangent(u, stiffness=1.0, inputs=still_air()))[block]
+        assemble(rest.model.tangent(u, stiffness=1.0, inputs=still))[block]
         for u in (rest.shapes[v] * 1e3 * PROBE, None)
     )
     second = 2.0 * (stretched - straight - 1e3 * PROBE * first) / (1e3 * PROBE) ** 2
@@ -123,8 +124,8 @@ def quadratic_coupling(scene: Scene, rest: Rest | None = None) -> Coupling:
     mean, double = -answer(bend, 0.0), -answer(bend, 4.0 * vertical)
     vertical_curve = up @ first @ (0.5 * mean + 0.25 * double) + up @ second @ up / 8.0
     change = assemble(
-        rest.model.tangent(_spread(mean, free, rest) * PROBE, stiffness=1.0, inputs=still_air())
-        - rest.model.tangent(_spread(mean, free, rest) * -PROBE, stiffness=1.0, inputs=still_air())
+        rest.model.tangent(_spread(mean, free, rest) * PROBE, stiffness=1.0, inputs=still)
+        - rest.model.tangent(_spread(mean, free, rest) * -PROBE, stiffness=1.0, inputs=still)
     )[block] / (2.0 * PROBE)
     swing_curve = 0.5 * across @ change @ across + 0.25 * across @ second @ across
     swing_curve -= 0.25 * push @ (answer(push, 2.25 * vertical) + answer(push, 0.25 * vertical, without=h))

@@ -1,8 +1,13 @@
-/* Quasi-steady aerodynamic load along the span (Liu et al. 2009, eq. 20-21), and its derivatives. */
+/* Quasi-steady aerodynamic load along the span (Liu et al. 2009, eq. 20-21), and its derivatives.
+ *
+ * The load acts in the plane of the section, normal to the conductor's tangent t in the initial equilibrium: the part
+ * of the relative wind along t exerts no force.  n3 = e3 is horizontal, n2 = n3 x t points upwards; on a level conductor
+ * n2 = e2.  Velocities v2 and forces F2 of a section are components along n2, and v3, F3 along n3. */
 #include "elementary.h"
 #include "internal.h"
 
-/* alpha = alpha0 + theta + atan2(w2, w3) with the relative wind w2 = -v2 - r omega, w3 = U - v3. */
+/* alpha = alpha0 + theta + atan2(w2, w3) with the relative wind w2 = -v2 - r omega, w3 = U - v3; v2 and v3 lie in the
+ * section's plane, along n2 and n3. */
 double aero_angle(double theta, double v2, double v3, double omega, double wind, double attack, double radius)
 {
     double w2 = -v2 - radius * omega, w3 = wind - v3;

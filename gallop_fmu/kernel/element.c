@@ -34,6 +34,28 @@ static double tangent_at(const double x[9], double xi, double shape_slope[3], do
     return stretch;
 }
 
+/* n2 = e3 x t of a conductor that hangs in the plane of x1 and x2: its components along x1 and x2. */
+static void normal_to(const double tangent[3], double normal[2])
+{
+    const double length = hypot(tangent[0], tangent[1]);
+    normal[0] = -tangent[1] / length;
+    normal[1] = tangent[0] / length;
+}
+
+/* Normals at the nodes; where two elements meet, of their mean direction. */
+void normals_at_nodes(gallop_model *model)
+{
+    for (int n = 0; n < model->nodes; n++) {
+        const int first = n % 2 || n == 0 ? n / 2 : n / 2 - 1, last = n / 2 < model->elements ? n / 2 : first;
+        double sum[3] = {0.0}, slope[3], direction[3];
+        for (int e = first; e <= last; e++) {
+            tangent_at(model->x + 6 * e, n - 2 * e - 1, slope, direction);
+            for (int i = 0; i < 3; i++) sum[i] += direction[i];
+        }
+        normal_to(sum, model->normal + 2 * n);
+    }
+}
+
 void geometry_from_nodes(geometry *g, const double x[9], const double tension[2])
 {
     double slope[3], direction[3];
@@ -45,6 +67,7 @@ void geometry_from_nodes(geometry *g, const double x[9], const double tension[2]
     for (int q = 0; q < 3; q++) {
         double w = gauss3_weight[q] * tangent_at(x, gauss3[q], slope, direction);
         g->inertia_weight[q] = w;
+        normal_to(direction, g->normal[q]);
         for (int a = 0; a < 3; a++)
             for (int b = 0; b < 3; b++) g->shape_product[a][b] += w * shape3[q][a] * shape3[q][b];
     }
@@ -71,6 +94,7 @@ void lay_side_by_side(gallop_model *model)
         for (int q = 0; q < 3; q++) {
             LANE(s->inertia_weight[q], lane) = there * g->inertia_weight[q];
             for (int n = 0; n < 3; n++) LANE(s->share[q][n], lane) = g->inertia_weight[q] * shape3[q][n];
+            for (int i = 0; i < 2; i++) LANE(s->normal[q][i], lane) = g->normal[q][i];
         }
     }
 }
@@ -110,11 +134,11 @@ void watch_start(watch *seen)
     *seen = (watch){INFINITY, 0.0, 0.0, -1, -1};
 }
 
-/* First mass moments turn with the section; the omega^2 terms, missing in the paper, conserve energy. */
-TWO_PATHS static void ice_inertia(const gallop_model *model, const sections *at, int first, int last)
+/* First mass moments turn with the section, in its plane; the omega^2 terms, missing in the paper, conserve energy. */
+TWO_PATHS static void ice_inertia(const instant *now, const sections *at, int first, int last)
 {
-    const double m2 = model->c2, m3 = model->c3, gravity = model->scene.gravity;
-    const double *theta = at->theta, *omega = at->omega, *omega_rate = at->omega_rate;
+    const double m2 = now->c2, m3 = now->c3;
+    const double *theta = at->theta, *omega = at->omega, *omega_rate = at->omega_rate, *gravity = at->gravity;
     const double *a2 = at->a2, *a3 = at->a3;
     double *c2 = at->c2, *c3 = at->c3;
     double *f2 = at->force[0], *f3 = at->force[1], *twist = at->force[2];
@@ -126,7 +150,7 @@ TWO_PATHS static void ice_inertia(const gallop_model *model, const sections *at,
         c3[i] = m2 * sine + m3 * cosine;
         f2[i] = -c3[i] * omega_rate[i] - c2[i] * square;
         f3[i] = c2[i] * omega_rate[i] - c3[i] * square;
-        twist[i] = c2[i] * a3[i] - c3[i] * a2[i] - gravity * (c3[i] - m3);
+        twist[i] = c2[i] * a3[i] - c3[i] * a2[i] - gravity[i] * (c3[i] - m3);
     }
 }
 
@@ -139,18 +163,29 @@ INLINE void interpolate(lanes y[3][4], int unknown, double *out)
     *(lanes *)(out + LANES) = middle;
 }
 
-INLINE void section_motion(const gallop_model *model, const sections *at, int first, lanes u[3][4],
+/* The component along n2 at the three sections of a strip. */
+INLINE void along_normal(const strip *s, lanes y[3][4], double *out)
+{
+    double along[2][3 * LANES];
+    for (int i = 0; i < 2; i++) interpolate(y, i, along[i]);
+    for (int q = 0; q < 3; q++)
+        *(lanes *)(out + LANES * q) = s->normal[q][0] * LANES_AT(along[0] + LANES * q) +
+                                      s->normal[q][1] * LANES_AT(along[1] + LANES * q);
+}
+
+INLINE void section_motion(const gallop_model *model, const strip *s, const sections *at, int first, lanes u[3][4],
                            lanes v[3][4], lanes a[3][4], int unknowns)
 {
-    interpolate(v, 1, at->v2 + first);
+    along_normal(s, v, at->v2 + first);
     interpolate(v, 2, at->v3 + first);
     if (unknowns < 4) return;
     interpolate(u, 3, at->theta + first);
     interpolate(v, 3, at->omega + first);
     if (!model->eccentric) return;
-    interpolate(a, 1, at->a2 + first);
+    along_normal(s, a, at->a2 + first);
     interpolate(a, 2, at->a3 + first);
     interpolate(a, 3, at->omega_rate + first);
+    for (int q = 0; q < 3; q++) *(lanes *)(at->gravity + first + LANES * q) = model->scene.gravity * s->normal[q][1];
 }
 
 /* Lowest tension so far, lane by lane, and the first element of the strip where it was. */
@@ -200,8 +235,12 @@ INLINE void strip_forces(const gallop_model *model, const strip *s, lanes u[3][4
 
 INLINE void add_section_forces(const strip *s, const sections *at, int first, int unknowns, lanes r[3][4])
 {
-    for (int i = 1; i < unknowns; i++) {
-        const lanes *f = (const lanes *)(at->force[i - 1] + first);
+    for (int i = 0; i < unknowns; i++) {
+        lanes f[3];
+        for (int q = 0; q < 3; q++) {
+            f[q] = *(const lanes *)(at->force[i < 2 ? 0 : i - 1] + first + LANES * q);
+            if (i < 2) f[q] *= s->normal[q][i];
+        }
         r[0][i] += s->share[0][0] * f[0] + s->share[2][0] * f[2];
         r[1][i] += s->share[0][1] * f[0] + s->share[1][1] * f[1] + s->share[2][1] * f[2];
         r[2][i] += s->share[0][2] * f[0] + s->share[2][2] * f[2];
@@ -212,7 +251,7 @@ INLINE void add_section_forces(const strip *s, const sections *at, int first, in
 static void section_forces(const gallop_model *model, const instant *now, const sections *at, int first, int last,
                            bool wind, bool slopes)
 {
-    if (model->eccentric) ice_inertia(model, at, first, last);
+    if (model->eccentric) ice_inertia(now, at, first, last);
     else
         for (int i = 0; i < 3; i++) memset(at->force[i] + first, 0, (size_t)(last - first) * sizeof(double));
     if (wind) aero_loads(model, now, at, first, last - first, slopes);
@@ -255,7 +294,8 @@ INLINE void strips_residual(const gallop_model *model, const instant *now, const
             read_nodes(a + 8 * e, n, count, ae[n]);
         }
         strip_forces(model, &model->strip[start + k], ue, ve, ae, unknowns, e, r[k], low);
-        if (sectional) section_motion(model, at, 3 * LANES * (slot + k), ue, ve, ae, unknowns);
+        if (sectional)
+            section_motion(model, &model->strip[start + k], at, 3 * LANES * (slot + k), ue, ve, ae, unknowns);
     }
     if (sectional) {
         const int first = 3 * LANES * slot, last = first + 3 * LANES * strips;
@@ -339,7 +379,7 @@ TWO_PATHS void element_residual(const gallop_model *model, int e, const instant 
     for (int k = 0; k < LANES; k++) LANE(low.tension, k) = LANE(low.where, k) = INFINITY;
     strip_forces(model, s, ue, ve, ae, 4, e, force, &low);
     if (model->eccentric || wind) {
-        section_motion(model, at, 0, ue, ve, ae, 4);
+        section_motion(model, s, at, 0, ue, ve, ae, 4);
         section_forces(model, now, at, 0, 3 * LANES, wind, false);
         add_section_forces(s, at, 0, 4, force);
     }

@@ -110,6 +110,7 @@ typedef struct {
     double diameter, mass, axial_stiffness, torsional_stiffness, torsional_inertia;   /* conductor */
     double ice_mass, ice_torsional_inertia;    /* added to the conductor's */
     double first_moment_x2, first_moment_x3;   /* int rho x2 dA (S_x3 of Liu et al.), int rho x3 dA (S_x2) [kg] */
+    double first_moment_angle;                 /* attack angle at which they are given; they turn with the ice [rad] */
     /* aerodynamics: cubics on [breakpoint[i], breakpoint[i+1]] in powers of (alpha - origin[i]);
      * coefficient[12 i + 4 c + k]: piece i, c = 0 lift 1 drag 2 moment, power k */
     double air_density, attack_angle, reference_radius;   /* radius 0: half the diameter */

@@ -34,6 +34,7 @@ typedef struct {
     double stiffness_weight[2];
     double tension[2];         /* T0 [N] */
     double inertia_weight[3];
+    double normal[3][2];       /* n2 of the section's plane, along x1 and x2, where inertia is integrated */
     double shape_product[3][3];   /* int N_a N_b dS [m] */
 } geometry;
 
@@ -52,7 +53,7 @@ struct gallop_model {
     int unknowns;                                       /* leading ones of each node that can move: 4, 3 or 2 */
     bool eccentric, aerodynamic;
     bool tension_only;                                  /* in motion; statics have the law of the taut cable */
-    double mass, inertia, c2, c3;                       /* mu, I with ice; first moments at theta = 0 */
+    double mass, inertia, c2, c3;                       /* mu, I with ice; first moments at the scene's attack angle */
     double radius;                                      /* r of the relative wind */
     bool fixed[2][4];                                   /* prescribed unknowns at the ends */
     double stiffness[2][4];                             /* support springs */
@@ -62,6 +63,7 @@ struct gallop_model {
     geometry *geometry;        /* (elements), */
     strip *strip;              /* (strips) and once more side by side */
     double *x;                 /* (nodes of the whole span, 3) initial positions */
+    double *normal;            /* (nodes of the whole span, 2) n2 of the section's plane, along x1 and x2 */
     double *constant_force;    /* (nodes, 4) balances the initial state */
     int *piece_near;           /* (PIECE_BINS) piece at the start of each bin of the aerodynamic curve */
     load_place *place;         /* (load_count) */
@@ -71,6 +73,7 @@ struct gallop_model {
 /* The inputs at one instant. */
 typedef struct {
     double wind, attack;
+    double c2, c3;             /* first mass moments of the ice at theta = 0, turned to the attack angle */
     double load_factor;        /* 1 but while a static load is stepped up */
     double position[2][3], velocity[2][3], acceleration[2][3];
 } instant;
@@ -131,13 +134,14 @@ struct gallop_state {
  * point, lane.  With slopes the arrays hold the whole span; without, the elements just at work, from the start of the
  * arrays. */
 typedef struct {
-    double *theta, *omega, *omega_rate, *v2, *v3, *a2, *a3;   /* motion of the section */
+    double *theta, *omega, *omega_rate, *v2, *v3, *a2, *a3;   /* motion of the section: along n2 and n3, see aero.c */
+    double *gravity;                                          /* component against n2 */
     double *c2, *c3;                                          /* turned first mass moments */
     double *angle, *excess;                                   /* attack angle, and by how much it is out of range */
-    double *force[3];                                         /* f2, f3, moment: inertia of the ice - aerodynamics */
+    double *force[3];                      /* f2, f3 along n2 and n3, moment: inertia of the ice - aerodynamics */
     double *by_theta[3], *by_v2[3], *by_v3[3];                /* derivatives of the aerodynamic load */
 } sections;
-#define SECTION_ARRAYS 23
+#define SECTION_ARRAYS 24
 
 /* Pointers into a state; made afresh by every call. */
 typedef struct {
@@ -186,6 +190,7 @@ double law_rate(const gallop_law *law, double t);
 double law_second(const gallop_law *law, double t);
 double law_next_kink(const gallop_law *law, double t);
 void instant_at(const gallop_model *model, double t, const gallop_inputs *inputs, instant *now);
+void turn_moments(const gallop_scene *scene, double attack, double *c2, double *c3);
 
 /* aero.c */
 double aero_angle(double theta, double v2, double v3, double omega, double wind, double attack, double radius);
@@ -199,6 +204,7 @@ static inline bool windy(const gallop_model *model, const instant *now)
 }
 void geometry_from_nodes(geometry *g, const double x[9], const double tension[2]);
 void lay_side_by_side(gallop_model *model);   /* after every change of the geometry */
+void normals_at_nodes(gallop_model *model);
 void element_tension(const gallop_model *model, int e, const double u[12], double tension[2]);
 void element_residual(const gallop_model *model, int e, const instant *now, const sections *at, const double *u,
                       const double *v, const double *a, double r[12]);

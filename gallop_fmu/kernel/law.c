@@ -1,4 +1,5 @@
 /* Quantities in time: value and first two derivatives of a law, and the inputs at one instant. */
+#include "elementary.h"
 #include "internal.h"
 
 /* s(x) = x^3 (10 - 15 x + 6 x^2) clamped to [0, 1], with zero slope and curvature at both ends. */
@@ -97,6 +98,15 @@ double law_next_kink(const gallop_law *law, double t)
     return next;
 }
 
+/* The first mass moments turn with the ice; the scene gives them at first_moment_angle. */
+void turn_moments(const gallop_scene *scene, double attack, double *c2, double *c3)
+{
+    double sine, cosine;
+    sine_cosine(attack - scene->first_moment_angle, &sine, &cosine);
+    *c2 = scene->first_moment_x2 * cosine - scene->first_moment_x3 * sine;
+    *c3 = scene->first_moment_x2 * sine + scene->first_moment_x3 * cosine;
+}
+
 void instant_at(const gallop_model *model, double t, const gallop_inputs *inputs, instant *now)
 {
     now->load_factor = 1.0;
@@ -104,6 +114,7 @@ void instant_at(const gallop_model *model, double t, const gallop_inputs *inputs
         double dt = t - inputs->time;
         now->wind = inputs->wind_speed + inputs->wind_speed_rate * dt;
         now->attack = inputs->attack_angle + inputs->attack_angle_rate * dt;
+        turn_moments(&model->scene, now->attack, &now->c2, &now->c3);
         for (int end = 0; end < 2; end++)
             for (int i = 0; i < 3; i++) {
                 now->position[end][i] = inputs->support[end][i] + inputs->support_rate[end][i] * dt;
@@ -114,6 +125,8 @@ void instant_at(const gallop_model *model, double t, const gallop_inputs *inputs
     }
     now->wind = law_value(&model->scene.wind, t);
     now->attack = model->scene.attack_angle;
+    now->c2 = model->c2;
+    now->c3 = model->c3;
     for (int end = 0; end < 2; end++)
         for (int i = 0; i < 3; i++) {
             const gallop_law *motion = &model->scene.support[end].motion[i];

@@ -213,7 +213,7 @@ static void choose_parts(gallop_model *m)
 {
     const gallop_scene *s = &m->scene;
     m->aerodynamic = blows(s);
-    m->eccentric = m->c2 != 0.0 || m->c3 != 0.0;
+    m->eccentric = s->first_moment_x2 != 0.0 || s->first_moment_x3 != 0.0;
     m->unknowns = twists(s) ? 4 : moves_sideways(s) ? 3 : 2;
     m->derived.parts = (m->aerodynamic ? GALLOP_AERODYNAMICS : 0) | (m->eccentric ? GALLOP_ECCENTRIC_ICE : 0) |
                        (m->unknowns > 3 ? GALLOP_TWIST : 0) | (m->unknowns > 2 ? GALLOP_LATERAL : 0);
@@ -260,7 +260,7 @@ int gallop_model_create(const gallop_scene *scene, gallop_model **out, gallop_re
         points += scene->load[i].evenly_spaced > 0 ? (size_t)scene->load[i].evenly_spaced : 1;
     const size_t strips = (elements + LANES - 1) / LANES;
     size_t bytes = align(sizeof(gallop_model)) + align(elements * sizeof(geometry)) + align(strips * sizeof(strip)) +
-                   align(PIECE_BINS * sizeof(int)) + align(3 * nodes * sizeof(double)) +
+                   align(PIECE_BINS * sizeof(int)) + align(3 * nodes * sizeof(double)) + align(2 * nodes * sizeof(double)) +
                    align(4 * nodes * sizeof(double)) + align(loads * sizeof(gallop_load)) +
                    align(points * sizeof(load_place)) + 2 * align((pieces + 1) * sizeof(double)) +
                    align(12 * pieces * sizeof(double)) + law_bytes(&scene->wind);
@@ -279,6 +279,7 @@ int gallop_model_create(const gallop_scene *scene, gallop_model **out, gallop_re
     m->strip = take(&next, strips * sizeof(strip));
     m->piece_near = take(&next, PIECE_BINS * sizeof(int));
     m->x = take(&next, 3 * nodes * sizeof(double));
+    m->normal = take(&next, 2 * nodes * sizeof(double));
     m->constant_force = take(&next, 4 * nodes * sizeof(double));
     m->place = take(&next, points * sizeof(load_place));
     gallop_load *load = take(&next, loads * sizeof(gallop_load));
@@ -303,8 +304,7 @@ int gallop_model_create(const gallop_scene *scene, gallop_model **out, gallop_re
     m->mass = scene->mass + scene->ice_mass;
     m->inertia = scene->torsional_inertia + scene->ice_torsional_inertia;
     m->radius = scene->reference_radius > 0.0 ? scene->reference_radius : 0.5 * scene->diameter;
-    m->c2 = scene->first_moment_x2;
-    m->c3 = scene->first_moment_x3;
+    turn_moments(scene, scene->attack_angle, &m->c2, &m->c3);
     if (pieces) {
         m->curve_first = m->scene.breakpoint[0];
         m->curve_last = m->scene.breakpoint[pieces];

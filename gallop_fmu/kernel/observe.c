@@ -29,6 +29,7 @@ void observe_node(const gallop_model *model, const gallop_state *state, int32_t 
     const bool mirrored = node >= model->nodes;   /* in the right half of a span that is computed up to its middle */
     if (mirrored) node = 2 * model->scene.elements - node;
     const double *u = motion(model, state, 0), *v = motion(model, state, 1), *a = motion(model, state, 2);
+    const double *n2 = model->normal + 2 * node;
     for (int i = 0; i < 4; i++) {
         values[GALLOP_U1 + i] = u[4 * node + i];
         values[GALLOP_V1 + i] = v[4 * node + i];
@@ -36,8 +37,8 @@ void observe_node(const gallop_model *model, const gallop_state *state, int32_t 
     }
     values[GALLOP_TENSION] = node_tension(model, u, node);
     values[GALLOP_ANGLE_OF_ATTACK] =
-        aero_angle(u[4 * node + 3], v[4 * node + 1], v[4 * node + 2], v[4 * node + 3], state->now.wind,
-                   state->now.attack, model->radius);
+        aero_angle(u[4 * node + 3], n2[0] * v[4 * node] + n2[1] * v[4 * node + 1], v[4 * node + 2], v[4 * node + 3],
+                   state->now.wind, state->now.attack, model->radius);
     for (int i = GALLOP_U1; mirrored && i <= GALLOP_A1; i += GALLOP_V1 - GALLOP_U1)   /* along the span */
         values[i] = -values[i];
 }
@@ -72,8 +73,8 @@ static void support_force(const gallop_model *model, gallop_state *state, int en
 }
 
 /* Kinetic and potential energy of the elements of a strip: see energies. */
-INLINE void strip_energies(const gallop_model *model, const strip *s, lanes u[3][4], lanes v[3][4], lanes *kinetic,
-                           lanes *potential)
+INLINE void strip_energies(const gallop_model *model, const instant *now, const strip *s, lanes u[3][4], lanes v[3][4],
+                           lanes *kinetic, lanes *potential)
 {
     const double ea = model->scene.axial_stiffness, gj = model->scene.torsional_stiffness;
     double theta[3 * LANES], sine[3 * LANES], cosine[3 * LANES];
@@ -90,9 +91,11 @@ INLINE void strip_energies(const gallop_model *model, const strip *s, lanes u[3]
         *kinetic += weight * (0.5 * model->mass * square + 0.5 * model->inertia * w * w);
         if (!model->eccentric) continue;
         const lanes sin_q = LANES_AT(sine + LANES * q), cos_q = LANES_AT(cosine + LANES * q);
-        const lanes c2 = model->c2 * cos_q - model->c3 * sin_q, c3 = model->c2 * sin_q + model->c3 * cos_q;
-        *kinetic += weight * w * (c2 * velocity[2] - c3 * velocity[1]);
-        *potential += weight * model->scene.gravity * (c2 - model->c2 + model->c3 * LANES_AT(theta + LANES * q));
+        const lanes c2 = now->c2 * cos_q - now->c3 * sin_q, c3 = now->c2 * sin_q + now->c3 * cos_q;
+        const lanes v2 = s->normal[q][0] * velocity[0] + s->normal[q][1] * velocity[1];
+        *kinetic += weight * w * (c2 * velocity[2] - c3 * v2);
+        *potential += weight * model->scene.gravity * s->normal[q][1] *
+                      (c2 - now->c2 + now->c3 * LANES_AT(theta + LANES * q));
     }
     for (int q = 0; q < 2; q++) {
         const lanes *n = s->shape_slope[q];
@@ -106,7 +109,7 @@ INLINE void strip_energies(const gallop_model *model, const strip *s, lanes u[3]
     }
 }
 
-/* Kinetic: mu v.v/2 + w (c2 v3 - c3 v2) + I w^2/2.  Potential: axial and torsional strain energy from the initial
+/* Kinetic: mu v.v/2 + w (c2 v3 - c3 v2) + I w^2/2, with v2 and v3 in the section's plane.  Potential: axial and torsional strain energy from the initial
  * state, gravity, the constant forces, and the springs. */
 TWO_PATHS static void energies(const gallop_model *model, const gallop_state *state, double *kinetic, double *potential)
 {
@@ -120,7 +123,7 @@ TWO_PATHS static void energies(const gallop_model *model, const gallop_state *st
             read_nodes(u + 8 * e, n, count, ue[n]);
             read_nodes(v + 8 * e, n, count, ve[n]);
         }
-        strip_energies(model, &model->strip[index], ue, ve, &kinetic_of, &potential_of);
+        strip_energies(model, &state->now, &model->strip[index], ue, ve, &kinetic_of, &potential_of);
     }
     for (int lane = 0; lane < LANES; lane++) {
         k += LANE(kinetic_of, lane);

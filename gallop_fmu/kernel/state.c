@@ -29,8 +29,8 @@ layout state_layout(const gallop_model *model, gallop_state *state)
     at.pair_residual = at.stage_residual + stages * values;
     p = at.pair_residual + (stages ? 2 * values : 0);
     double **array[] = {&at.sections.theta, &at.sections.omega, &at.sections.omega_rate, &at.sections.v2,
-                        &at.sections.v3, &at.sections.a2, &at.sections.a3, &at.sections.c2, &at.sections.c3,
-                        &at.sections.angle, &at.sections.excess};
+                        &at.sections.v3, &at.sections.a2, &at.sections.a3, &at.sections.gravity, &at.sections.c2,
+                        &at.sections.c3, &at.sections.angle, &at.sections.excess};
     for (size_t i = 0; i < sizeof array / sizeof *array; i++, p += all) *array[i] = p;
     for (int k = 0; k < 3; k++) {
         at.sections.force[k] = p;
@@ -45,7 +45,8 @@ layout state_layout(const gallop_model *model, gallop_state *state)
 
 bool finite_instant(const instant *now)
 {
-    bool ok = isfinite(now->wind) && isfinite(now->attack) && isfinite(now->load_factor);
+    bool ok = isfinite(now->wind) && isfinite(now->attack) && isfinite(now->load_factor) && isfinite(now->c2) &&
+              isfinite(now->c3);
     for (int end = 0; end < 2; end++)
         for (int i = 0; i < 3; i++)
             ok = ok && isfinite(now->position[end][i]) && isfinite(now->velocity[end][i]) &&

@@ -200,6 +200,8 @@ static int settle(gallop_model *m, layout *at, gallop_report *report)
     instant calm;
     memset(&calm, 0, sizeof calm);
     calm.load_factor = 0.0;
+    calm.c2 = m->c2;
+    calm.c3 = m->c3;
     for (int round = 0; round < 6; round++) {
         gravity_forces(m, m->constant_force);
         memset(at->u, 0, 4 * (size_t)m->nodes * sizeof(double));
@@ -342,6 +344,7 @@ int initial_equilibrium(gallop_model *m, gallop_report *report)
             d->length += part[0] + part[1] + part[2];
         }
         place_loads(m);
+        normals_at_nodes(m);
     }
     free(work);
     return outcome;

@@ -34,6 +34,7 @@ typedef struct strip {
     lanes tension[2];           /* T0 [N] */
     lanes product[6];           /* int N_a N_b dS [m], in the order of the blocks of a tangent */
     lanes share[3][3];          /* weight times N_a at three sections */
+    lanes normal[3][2];         /* n2 of the sections' planes, along x1 and x2 */
     lanes stiffness_weight[2], inertia_weight[3];   /* lengths [m] of the points; 0 beyond the last element */
 } strip;
 

@@ -19,7 +19,7 @@ static int check_numbers(const gallop_scene *s, gallop_report *report)
         {"sag", s->sag}, {"horizontal tension", s->horizontal_tension}, {"mass of ice", s->ice_mass},
         {"inertia of ice", s->ice_torsional_inertia}, {"first mass moment of the ice", s->first_moment_x2},
         {"first mass moment of the ice", s->first_moment_x3}, {"density of air", s->air_density},
-        {"attack angle", s->attack_angle}, {"tolerance", s->tolerance}, {"reference radius", s->reference_radius},
+        {"attack angle", s->attack_angle}, {"angle of the first moments", s->first_moment_angle}, {"tolerance", s->tolerance}, {"reference radius", s->reference_radius},
         {"damping ratio", s->translation_damping.low_ratio}, {"damping ratio", s->translation_damping.high_ratio},
         {"frequency of damping", s->translation_damping.high_frequency}, {"damping ratio", s->twist_damping.low_ratio},
         {"damping ratio", s->twist_damping.high_ratio}, {"frequency of damping", s->twist_damping.high_frequency},

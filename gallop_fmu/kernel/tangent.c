@@ -1,7 +1,7 @@
 /* Tangent of the element (Liu et al. 2009, eq. 11, 14, 18, and the aerodynamic terms), LANES elements at once. */
 #include "internal.h"
 
-/* Rows f2, f3, moment; columns 2, 3, theta of k dR/du + c dR/dv + m dR/da at the sections `i` to i + LANES - 1. */
+/* Rows f2, f3, moment; columns n2, n3, theta of k dR/du + c dR/dv + m dR/da at the sections `i` to i + LANES - 1. */
 INLINE void section_tangent(const gallop_model *model, const sections *at, int i, bool wind, blend mix, int unknowns,
                             lanes g[3][3])
 {
@@ -12,7 +12,7 @@ INLINE void section_tangent(const gallop_model *model, const sections *at, int i
         const lanes c2 = AT(c2), c3 = AT(c3), w = AT(omega), rate = AT(omega_rate);
         g[0][2] = mix.k * (c3 * w * w - c2 * rate) - mix.c * 2.0 * c2 * w - mix.m * c3;
         g[1][2] = -mix.k * (c3 * rate + c2 * w * w) - mix.c * 2.0 * c3 * w + mix.m * c2;
-        g[2][2] = -mix.k * (c2 * AT(a2) + c3 * AT(a3) + model->scene.gravity * c2);
+        g[2][2] = -mix.k * (c2 * AT(a2) + c3 * AT(a3) + AT(gravity) * c2);
         g[2][0] = -mix.m * c3;
         g[2][1] = mix.m * c2;
     }
@@ -24,19 +24,31 @@ INLINE void section_tangent(const gallop_model *model, const sections *at, int i
 #undef AT
 }
 
+/* Rows and columns n2, n3, theta become u1, u2, u3, theta: n2 has parts along x1 and x2. */
+INLINE void turn_to_axes(const lanes normal[2], int unknowns, lanes g[3][3], lanes along[4][4])
+{
+    for (int i = 0; i < unknowns; i++)
+        for (int j = 0; j < unknowns; j++) {
+            along[i][j] = g[i < 2 ? 0 : i - 1][j < 2 ? 0 : j - 1];
+            if (i < 2) along[i][j] *= normal[i];
+            if (j < 2) along[i][j] *= normal[j];
+        }
+}
+
 /* Adds the eccentric ice and the wind at the sections from `first` on to the blocks. */
 INLINE void add_sections(const gallop_model *model, const strip *s, const sections *at, int first, bool wind, blend mix,
                          int unknowns, lanes block[6][16])
 {
     for (int q = 0; q < 3; q++) {
-        lanes g[3][3];
+        lanes g[3][3], along[4][4];
         section_tangent(model, at, first + LANES * q, wind, mix, unknowns, g);
+        turn_to_axes(s->normal[q], unknowns, g, along);
         for (int n = 0, p = 0; n < 3; n++)
             for (int m = n; m < 3; m++, p++) {
                 if (q == 1 && p != MIDDLE_MIDDLE) continue;   /* the second section lies at the middle node */
                 const lanes w = s->share[q][n] * shape3[q][m];
-                for (int i = 1; i < unknowns; i++)
-                    for (int j = 1; j < unknowns; j++) block[p][unknowns * i + j] += w * g[i - 1][j - 1];
+                for (int i = 0; i < unknowns; i++)
+                    for (int j = 0; j < unknowns; j++) block[p][unknowns * i + j] += w * along[i][j];
             }
     }
 }

@@ -154,7 +154,7 @@ def test_an_impossible_highest_wind_is_named(scene, highest):
 
 def test_a_mode_that_grows_only_between_two_steps_is_found(scene):
     # a moment turns the ice with the wind and out of Den Hartog's range again; damping leaves half a metre a second
-    ratio = 0.02903
+    ratio = 0.0294
     damping = {"low_ratio": ratio, "low_frequency": 0.378, "high_ratio": ratio, "high_frequency": 0.695}
     values = {"numerics.elements": 8, "aerodynamics.moment": [0.55], "damping.translation": damping}
     windy = scene.with_values(values)
@@ -165,7 +165,7 @@ def test_a_mode_that_grows_only_between_two_steps_is_found(scene):
 
     assert damped(10.0) > 0.0 < damped(11.0)
     onset = next(c for c in modal.critical_wind_speed(windy, 2, 14.0) if c.mode.family == "vertical").wind_speed
-    assert onset == pytest.approx(10.0699, abs=1e-3)
+    assert onset == pytest.approx(10.1751, abs=1e-3)
     assert damped(onset - 0.01) > 0.0 > damped(onset + 0.01)
 
 

@@ -123,10 +123,14 @@ def test_one_mode_in_each_direction_against_a_solver_of_ordinary_differential_eq
     shape = np.stack([points * (points - 1) / 2, 1 - points**2, points * (points + 1) / 2], axis=1)
     slope = np.stack([points - 0.5, -2 * points, points + 0.5], axis=1)
     nodes = 2 * np.arange(model.elements)[:, None] + np.arange(3)
-    length = (weights * np.linalg.norm(np.einsum("qn,enk->eqk", slope, equilibrium.x[nodes]), axis=2)).ravel()
-    y, z, t = (
+    tangent = np.einsum("qn,enk->eqk", slope, equilibrium.x[nodes]).reshape(-1, 3)
+    length = np.tile(weights, model.elements) * np.linalg.norm(tangent, axis=1)
+    normal = tangent[:, :2][:, ::-1] * [-1.0, 1.0] / np.linalg.norm(tangent, axis=1)[:, None]
+    x, y = (np.einsum("qn,en->eq", shape, shapes["vertical"].shape[nodes, k]).ravel() for k in (0, 1))
+    y = normal[:, 0] * x + normal[:, 1] * y  # across the conductor
+    z, t = (
         np.einsum("qn,en->eq", shape, shapes[family].shape[nodes, k]).ravel()
-        for k, family in enumerate(shapes, start=1)
+        for k, family in ((2, "horizontal"), (3, "torsional"))
     )
     squares = np.array([(2 * np.pi * mode.frequency_hz) ** 2 for mode in shapes.values()])
     (b1, b2), (t1, t2) = equilibrium.translation_damping, equilibrium.twist_damping

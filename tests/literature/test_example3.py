@@ -75,7 +75,8 @@ def test_steady_state_of_the_prototype(fine, amplitudes):
 
 
 def test_steady_state_of_the_prototype_with_the_same_coarse_step(coarse, amplitudes):
-    assert amplitudes(coarse)[:2] == pytest.approx([0.4434, 0.1918], rel=5e-4)  # observed 3e-5, 2.3e-4
+    # The prototype lets lift act vertically, where the conductor slopes too: observed 3e-4, 5.2e-4.
+    assert amplitudes(coarse)[:2] == pytest.approx([0.4434, 0.1918], rel=1e-3)
 
 
 def test_the_packaged_tolerance_leaves_the_steady_state_where_it_is(usual, amplitudes):

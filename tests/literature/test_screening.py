@@ -225,15 +225,15 @@ def test_galloping_that_has_ended_below_the_scenes_wind_is_no_cycle_of_zero_ampl
     """Of the blind draw: it gallops from 9.5 m/s, but no longer at its 19.6 m/s."""
     found = modal.screen(drawn(table, 8, seed=20261122))
     assert (found.risk, found.galloping) == ("detuned", None)
-    assert found.galloping_until == pytest.approx(18.175, abs=0.005)
-    assert "has died out at 18.18 m/s, below the scene's 19.63 m/s" in found.reason
+    assert found.galloping_until == pytest.approx(18.185, abs=0.005)
+    assert "has died out at 18.19 m/s, below the scene's 19.63 m/s" in found.reason
 
 
 def test_a_swing_that_comes_and_goes_does_so_in_the_nonlinear_model(table):
     """Simulated for 6000 s with ten elements and its mirror symmetry restored every second: 0.312 and 0.180 m at last,
     still falling by 0.3 % in 300 s."""
     found = modal.screen(drawn(table, 20, seed=20261122))
-    assert found.saturated.multiplier == pytest.approx(1.0022, abs=2e-4)
+    assert found.saturated.multiplier == pytest.approx(1.0027, abs=2e-4)
     assert "both come and go, up to" in found.reason
     assert found.saturated.vertical == pytest.approx(0.312, rel=0.025)  # observed -1.4 %
     assert found.saturated.horizontal == pytest.approx(0.1795, rel=0.04)  # observed -2.9 %

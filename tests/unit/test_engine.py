@@ -158,8 +158,10 @@ def test_inputs_change_linearly_in_time(model):
     assert state.observe_span()[SPAN_INDEX["wind_speed"]] == pytest.approx(4.5, rel=1e-14)
     assert left[NODE_INDEX["u2"]] == pytest.approx(0.0025, rel=1e-14)
     assert left[NODE_INDEX["v2"]] == 0.01
-    # a fixed end moves at v2 = 0.01 m/s without twist: alpha0 + atan2(-v2, U - v3)
-    angle = 0.1 + 0.3 * 0.25 + np.arctan2(-left[NODE_INDEX["v2"]], 4.5 - left[NODE_INDEX["v3"]])
+    # An end without twist: alpha0 + atan2(-vn, U - v3), vn normal to the parabola, which falls by 4 sag / length there.
+    slope = 4.0 * 1.38 / 125.88
+    normal = (left[NODE_INDEX["v2"]] + slope * left[NODE_INDEX["v1"]]) / np.hypot(1.0, slope)
+    angle = 0.1 + 0.3 * 0.25 + np.arctan2(-normal, 4.5 - left[NODE_INDEX["v3"]])
     assert left[NODE_INDEX["angle_of_attack"]] == pytest.approx(angle, rel=1e-13)
 
 
