@@ -261,7 +261,7 @@ def _not_yet(found: Screening) -> str:
 def _swings(found: Screening, galloping: Cycle) -> str:
     outcome = "no steady motion with swing was found"
     if found.saturated is not None:
-        end = "come and go, up to" if found.saturated.multiplier > 1.0 else "settle at"
+        end = "beat about an unstable motion with" if found.saturated.multiplier > 1.0 else "settle at"
         outcome = (
             f"both {end} {found.saturated.vertical:.3g} m vertical and {found.saturated.horizontal:.3g} m horizontal"
         )
