@@ -8,7 +8,7 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
-from gallop_fmu import Model, Outcome, SceneError
+from gallop_fmu import Model, Outcome, SceneError, SimulationError
 from modal.floquet import flip_determinant, flip_shape, lopsided_multiplier, multipliers
 from modal.limit_cycle import FINE, GALLOP, SWING, Balance, NotConvergedError, Orbit, Track, amplitudes, doubled
 from modal.reduced import MeanState, ReducedModel, mean_state
@@ -284,7 +284,11 @@ class Search:
         }  # fmt: skip
         model = Model(scene.with_values(coarse))
         every = BEAT_STEPS // BEAT_RECORDS
-        run = model.start().run(
+        try:
+            start = model.start()
+        except SimulationError:  # the conductor would be slack in so large a motion
+            return unsteady
+        run = start.run(
             BEAT_CYCLES * BEAT_RECORDS, every, np.array([1, 2, 3], np.int32), np.array([model.middle], np.int32)
         )
         if run.report.outcome is not Outcome.COMPLETED:

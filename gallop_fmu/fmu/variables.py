@@ -155,7 +155,7 @@ def _inputs(scene: Scene) -> Iterator[dict[str, Any]]:
         "name": "attack_angle",
         "key": "attack_angle",
         "unit": "rad",
-        "description": "initial attack angle of the wind on the ice, held over a communication step",
+        "description": "initial attack angle of the wind on the ice; turns the ice, held over a communication step",
         "start": math.radians(scene.ice.attack_angle_deg),
         "minimum": -2.0 * math.pi,
         "maximum": 2.0 * math.pi,
