@@ -24,6 +24,10 @@ Array = NDArray[np.float64]
 MOTION_CHANNELS = tuple(channel.name for channel in NODE_CHANNELS[: 3 * DOFS])
 """Node channels that an energy balance needs: displacements, velocities, accelerations."""
 
+_ABSCISSAE, _WEIGHTS = np.polynomial.legendre.leggauss(16)
+PLACES, WEIGHTS = 0.5 * (1.0 + _ABSCISSAE), 0.5 * _WEIGHTS
+"""Of an integral from 0 to 1, the way to a motion: exact enough for ice that turns twice."""
+
 FORCES = [SPAN_INDEX[f"{end}_f{axis}"] for end in ("left", "right") for axis in (1, 2, 3)]
 
 
@@ -40,6 +44,8 @@ class EnergyBalance:
     wind, loads, supports
         Work [J] done on the span since the first record by the wind, by the concentrated loads, and by moving towers.
         Support springs belong to the span; their static preload does no work.
+    turning
+        Work [J] of an attack angle that inputs change: it turns the ice, whose weight and inertia then differ.
     dissipated
         Energy [J] lost to structural damping since the first record.
     round_off
@@ -52,6 +58,7 @@ class EnergyBalance:
     wind: Array
     loads: Array
     supports: Array
+    turning: Array
     dissipated: Array
     round_off: float
 
@@ -59,12 +66,14 @@ class EnergyBalance:
     def imbalance(self) -> Array:
         """Energy gained since the first record that no work accounts for [J]."""
         stored = self.kinetic + self.potential
-        return np.asarray(stored - stored[0] - (self.wind + self.loads + self.supports - self.dissipated))
+        return np.asarray(
+            stored - stored[0] - (self.wind + self.loads + self.supports + self.turning - self.dissipated)
+        )
 
     @property
     def turnover(self) -> float:
         """Energy that an imbalance is measured by [J]: the largest kinetic energy and the largest of each work."""
-        works = (self.kinetic, self.wind, self.loads, self.supports, self.dissipated)
+        works = (self.kinetic, self.wind, self.loads, self.supports, self.turning, self.dissipated)
         return float(sum(np.abs(work).max() for work in works))
 
     @property
@@ -142,9 +151,33 @@ def account(
         wind=_work(wind, u),
         loads=_work(loads, u),
         supports=_work(pull, place),
+        turning=_turning(model, time, u, v, inputs),
         dissipated=_work(damping, u),
         round_off=float(np.finfo(np.float64).eps) * rest.horizontal_tension * rest.length,
     )
+
+
+def _turning(model: Model, time: Array, u: Array, v: Array, inputs: Callable[[float], Inputs] | None) -> Array:
+    """Work since the first record: what the stored energy gains as the ice turns and the motion stays."""
+    work = np.zeros(len(time))
+    attack = [inputs(float(t)).attack_angle for t in time] if inputs else []
+    for i in range(1, len(attack)):
+        if attack[i] != attack[i - 1]:
+            work[i] = sum(
+                0.5 * side * _stored(model, u[k], v[k], angle)
+                for k in (i - 1, i)
+                for side, angle in ((1.0, attack[i]), (-1.0, attack[i - 1]))
+            )
+    return np.cumsum(work)
+
+
+def _stored(model: Model, u: Array, v: Array, attack: float) -> float:
+    """Energy [J] of a motion, by the forces that hold it and its inertia; loads of the scene count as potential."""
+    still, at = np.zeros_like(u), Inputs(0.0, 0.0, attack, np.zeros((2, 3)))
+    held = model.residual(u, still, still, inputs=at)
+    kinetic = 0.5 * np.vdot(v, model.residual(u, still, v, inputs=at) - held)
+    path = sum(w * model.residual(x * u, still, still, inputs=at) for x, w in zip(PLACES, WEIGHTS, strict=True))
+    return float(kinetic + np.vdot(u, path))
 
 
 def _tower_points(model: Model, time: float, inputs: Callable[[float], Inputs] | None) -> Array:

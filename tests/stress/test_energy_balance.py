@@ -3,6 +3,7 @@ whose steps were too long."""
 
 import re
 import sys
+import tomllib
 from pathlib import Path
 
 import numpy as np
@@ -16,6 +17,7 @@ FOLDER = Path(__file__).resolve().parents[2] / "benchmarks"
 sys.path[:0] = [str(FOLDER)]
 
 from stress.checks import CLOSED, judge  # noqa: E402
+from stress.scenes import Stress  # noqa: E402
 
 SWAY = {"kind": "pulse", "rise": 2.0, "fall_start": 3.0, "fall": 2.0, "peak": 0.02}
 CALM = {"initial.seed_vertical": 0.0, "initial.seed_horizontal": 0.0, "numerics.newton_tolerance": 1e-12}
@@ -73,6 +75,16 @@ def test_memory_order_of_a_motion_does_not_matter():
     assert np.array_equal(found, model.residual(u, u, u))
     tangent = model.tangent(np.asfortranarray(u), stiffness=1.0)
     assert np.array_equal(tangent, model.tangent(u, stiffness=1.0))
+
+
+@pytest.mark.parametrize("wind", [1e-3, 6.0])
+def test_turning_the_ice_by_an_input_is_work(wind):
+    """The attack angle goes from 0 to 3 rad, in next to no wind and while the wind turns round."""
+    changes = {"numerics.elements": 4, "initial.seed_twist": 0.4, "aerodynamics.outside": "hold"}
+    data = tomllib.loads(gf.load_scene("example3").with_values(changes).to_toml())
+    verdict = judge(Stress("turning", data, 100, reversal=wind, turn=3.0))
+    assert (verdict.outcome, verdict.faults) == ("completed", [])
+    assert verdict.imbalance < 2e-3  # observed 9e-4 and 5e-4; 0.034 and 0.018 without the work of turning
 
 
 def test_a_run_of_halved_steps_says_that_it_is_doubtful():
