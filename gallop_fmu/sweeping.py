@@ -190,6 +190,7 @@ def sweep(
         Number of threads; None takes one for each core.
     cluster
         Address of a Dask scheduler such as ``tcp://host:8786`` (needs the extra ``cluster``), in place of threads here.
+        A cluster that has had no workers for a minute is given up; what it computed is kept.
     progress
         Called with the numbers of runs done, not completed, and in all, after each group of runs.
 

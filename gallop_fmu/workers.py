@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import time as clock
 from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import (
     FIRST_COMPLETED,
@@ -15,6 +16,7 @@ from concurrent.futures import (
 )
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass
+from multiprocessing import current_process
 from typing import Any, Literal, TypeVar
 
 from gallop_fmu.errors import SceneError
@@ -27,6 +29,10 @@ AHEAD = 2
 """Groups handed over for each worker: one that it computes, and the next."""
 CONNECTION_TIME = 20.0
 """Time [s] after which a cluster that does not answer is given up."""
+LOST_TIME = 60.0
+"""Time [s] after which a cluster without workers is given up."""
+PROTOCOLS = ("tcp", "tls", "ws", "wss")
+"""Protocols over which a Dask scheduler of another process can be reached."""
 ONE_THREAD = {name: "1" for name in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")}
 """Environment of a worker process: the processes share the cores, each needs no more than one."""
 
@@ -50,11 +56,14 @@ class Workers:
         How many there are.
     here : bool
         Whether they share this program's memory, and so can be told to stop.
+    lost : callable
+        Asked while no answer comes: the reason why none can come any more, or an empty text.
     """
 
     executor: Executor
     count: int
     here: bool
+    lost: Callable[[], str] = str
 
     def answers(
         self, function: Callable[[Item], Answer], items: Iterable[Item]
@@ -77,9 +86,12 @@ class Workers:
                 if not waiting:
                     return
                 # Waiting without a limit does not hear Ctrl-C on Windows.
-                for future in wait(waiting, timeout=0.5, return_when=FIRST_COMPLETED).done:
+                done = wait(waiting, timeout=0.5, return_when=FIRST_COMPLETED).done
+                for future in done:
                     answer = _answer(future)
                     yield waiting.pop(future), answer
+                if not done and (reason := self.lost()):
+                    raise WorkersLostError(reason)
         except (BrokenExecutor, CancelledError) as problem:
             yield from _answered(waiting)
             raise WorkersLostError(_why_lost(problem)) from None
@@ -124,7 +136,9 @@ def workers(kind: Kind, count: int | None = None, cluster: str | None = None) ->
     Parameters
     ----------
     kind
-        What to start on this machine.
+        What to start on this machine. Processes are replaced by one thread of this process for a `count` of 1, and
+        where none can be started: in a daemonic process, such as a worker of Celery or of ``multiprocessing.Pool``, and
+        on a system without the means for it.
     count
         How many; None takes one for each core.
     cluster
@@ -145,12 +159,14 @@ def workers(kind: Kind, count: int | None = None, cluster: str | None = None) ->
             yield found
         return
     count = count or cores()
-    if kind == "threads":
-        with ThreadPoolExecutor(count, "sweep") as executor:
-            yield Workers(executor, count, here=True)
-    else:
-        with _processes(count) as executor:
+    pool = _started(count) if kind == "processes" and count > 1 else None
+    if pool is not None:
+        with _ended(pool) as executor:
             yield Workers(executor, count, here=False)
+        return
+    count = count if kind == "threads" else 1
+    with ThreadPoolExecutor(count, "sweep") as executor:
+        yield Workers(executor, count, here=True)
 
 
 def cores() -> int:
@@ -158,12 +174,24 @@ def cores() -> int:
     return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
 
 
-@contextmanager
-def _processes(count: int) -> Iterator[Executor]:
+def _started(count: int) -> Executor | None:
+    """Processes, or None where they cannot be started."""
     # loky's processes, unlike the standard library's, do not run the user's script a second time.
     from loky import ProcessPoolExecutor
 
-    executor = ProcessPoolExecutor(count, env=ONE_THREAD, initializer=_ignore_interrupt)
+    if current_process().daemon:
+        return None
+    try:
+        executor: Executor = ProcessPoolExecutor(count, env=ONE_THREAD, initializer=_ignore_interrupt)
+        executor.submit(int)
+    except (OSError, NotImplementedError):  # no semaphores, no shared memory, no more processes
+        return None
+    return executor
+
+
+@contextmanager
+def _ended(executor: Any) -> Iterator[Executor]:
+    """Processes, which end with the context."""
     try:
         yield executor
     except BaseException:
@@ -187,8 +215,7 @@ def _cluster(address: str) -> Iterator[Workers]:
         raise SceneError(
             f'cluster = {address!r}: needs Dask; pip install "gallop-fmu[cluster]" here and on the workers'
         ) from None
-    if not address.rpartition(":")[2].isdecimal():
-        raise SceneError(f"cluster = {address!r}: must end in the scheduler's port, such as tcp://localhost:8786")
+    _check_address(address)
     try:
         client = Client(address, timeout=CONNECTION_TIME, set_as_default=False)
     except (OSError, ValueError) as problem:
@@ -207,6 +234,47 @@ def _cluster(address: str) -> Iterator[Workers]:
         count = sum(client.nthreads().values())
         executor = client.get_executor(pure=False)
         try:
-            yield Workers(executor, count, here=False)
+            yield Workers(executor, count, here=False, lost=_without_workers(client, address))
         finally:
             executor.shutdown(wait=False)  # cancels what has not begun
+
+
+def _check_address(address: str) -> None:
+    """Refuse an address on which Dask itself would wait, or end in an error that says nothing.
+
+    Raises
+    ------
+    SceneError
+        No port, another protocol, or a protocol that needs certificates which Dask does not know.
+    """
+    from distributed.security import Security
+
+    protocol, _, place = address.rpartition("://")
+    host, _, port = place.rpartition(":")
+    if not (host and port.isdecimal() and 0 < int(port) < 65536 and protocol in ("", *PROTOCOLS)):
+        raise SceneError(
+            f"cluster = {address!r}: must be the address of a Dask scheduler with its port, such as "
+            f"tcp://localhost:8786; protocols: {', '.join(PROTOCOLS)}"
+        )
+    if protocol in ("tls", "wss") and Security().get_connection_args("client").get("ssl_context") is None:
+        raise SceneError(
+            f"cluster = {address!r}: {protocol} needs certificates; name them in Dask's configuration "
+            "(distributed.comm.tls), or use tcp"
+        )
+
+
+def _without_workers(client: Any, address: str) -> Callable[[], str]:
+    """Whether a cluster has been without workers for too long."""
+    last = clock.monotonic()
+
+    def lost() -> str:
+        nonlocal last
+        now = clock.monotonic()
+        # A client without its scheduler gives up by itself, which cancels what was handed over.
+        if client.status != "running" or client.nthreads():
+            last = now
+        if now - last < LOST_TIME:
+            return ""
+        return f"the cluster has had no workers for {LOST_TIME:g} s; start dask worker {address}"
+
+    return lost

@@ -157,7 +157,8 @@ def screen_spans(
         of which the ``suspect`` ones are then screened. The estimate may miss an onset, mostly above 2:1; so a span is
         suspect as soon as it has a threshold in sight (`benchmarks/corridor.py` compares).
     workers
-        Number of processes; None takes one for each core.
+        Number of processes; None takes one for each core. With 1, and where no process can be started, all is computed
+        in this one.
 
     Returns
     -------

@@ -63,16 +63,16 @@ def _begun(begin, out, rows):
 
 @contextmanager
 def _cluster(folder):
-    """The address of a scheduler with two workers, each a process begun by Dask's own command."""
+    """The address of a scheduler, and its two workers, each a process begun by Dask's own command."""
     command = [sys.executable, "-m", "distributed.cli.dask_worker", "--no-nanny", "--nthreads", "1", "--no-dashboard"]
     quiet = {"stdout": subprocess.DEVNULL, "stderr": subprocess.DEVNULL, "env": ENVIRONMENT}
-    scheduler = LocalCluster(0, host="127.0.0.1", protocol="tcp", processes=False, dashboard_address=None)
+    scheduler = LocalCluster(n_workers=0, host="127.0.0.1", protocol="tcp", processes=False, dashboard_address=None)
     with scheduler:
         started = [subprocess.Popen([*command, scheduler.scheduler_address], cwd=folder, **quiet) for _ in range(2)]
         try:
             with Client(scheduler.scheduler_address, set_as_default=False) as client:
                 client.wait_for_workers(2, timeout=60.0)
-            yield scheduler.scheduler_address
+            yield scheduler.scheduler_address, started
         finally:
             for process in started:
                 process.kill()
@@ -159,11 +159,11 @@ def _interrupted(begin, out, before):
     return kept
 
 
-def test_dask_cluster_gives_the_same(tmp_path, complete):
-    """A real scheduler and two worker processes."""
+def test_dask_cluster_gives_the_same(tmp_path, complete, monkeypatch):
+    """A real scheduler and two worker processes, which are killed at the end."""
     winds = complete.dataset["wind.speed"].values
     calls = []
-    with _cluster(tmp_path) as address:
+    with _cluster(tmp_path) as (address, started):
         runs = gf.sweep(
             _scene(),
             {"wind.speed": winds},
@@ -184,7 +184,40 @@ def test_dask_cluster_gives_the_same(tmp_path, complete):
 
         failed = gf.sweep(_scene(), {"wind.speed": [4.0]}, stop_time=1.0, summary=spoilt, cluster=address)
         assert failed.dataset.message.values.tolist() == ["ZeroDivisionError: for a test"]
+
+        # A scheduler without workers would let its clients wait for ever.
+        monkeypatch.setattr("gallop_fmu.workers.LOST_TIME", 0.2)
+
+        def kill(done, *_):
+            for process in started if done else ():
+                process.kill()
+
+        lost = (
+            rf"the cluster has had no workers for 0.2 s; start dask worker {address}. \d+ of 16 runs are done and kept"
+        )
+        with pytest.raises(gf.RunsStoppedError, match=lost):
+            gf.sweep(_scene(), {"wind.speed": winds}, stop_time=1.0, cluster=address, progress=kill)
     assert len(runs.dataset.run) == 16
+
+
+@pytest.mark.parametrize(
+    ("address", "fragment"),
+    [
+        ("tls://localhost:8786", r"tls needs certificates; name them in Dask's configuration \(distributed.comm.tls\)"),
+        (
+            "http://localhost:8786",
+            "must be the address of a Dask scheduler with its port, such as tcp://localhost:8786",
+        ),
+        ("inproc://1/2/3:8786", "must be the address"),
+        ("tcp://localhost:99999", "must be the address"),
+        ("tcp://:8786", "must be the address"),
+        ("localhost", "must be the address"),
+    ],
+)
+def test_addresses_of_no_cluster(address, fragment):
+    """On some of these Dask waits for two minutes and then raises an error of its own."""
+    with pytest.raises(gf.SceneError, match=fragment):
+        gf.sweep(_scene(), {"wind.speed": [4.0]}, stop_time=1.0, cluster=address)
 
 
 def test_cluster_that_is_not_there(monkeypatch):
@@ -202,13 +235,16 @@ def test_worker_process_that_dies(tmp_path):
 
         def __call__(self, scenes, carry_on):
             if scenes[0].wind.speed == 5.0:
+                while journal.read_bytes().count(b"\n") < 2:  # header, and the other row
+                    time.sleep(0.02)
                 os._exit(1)
             return [{"outcome": "completed", "message": "", "seconds": 0.0}]
 
     out = tmp_path / "runs.nc"
+    journal = journal_of(out)
     work = cases(_scene(), {"wind.speed": [4.0, 5.0]})
     with pytest.raises(gf.RunsStoppedError, match=r"a worker process ended by itself.* 1 of 2 runs are done and kept"):
-        compute(work, Deadly(), out=out, count=1)
+        compute(work, Deadly(), out=out, count=2)
     assert gf.read_runs(out).dataset["wind.speed"].values.tolist() == [4.0]
 
 
@@ -236,4 +272,4 @@ def test_task_that_a_worker_process_cannot_load():
             return int, ("a module that is only here",)
 
     with pytest.raises(gf.RunsStoppedError, match=r"cannot go on: A task has failed .*\(ValueError: invalid literal"):
-        compute(cases(_scene(), {"wind.speed": [4.0]}), Foreign(), count=1)
+        compute(cases(_scene(), {"wind.speed": [4.0]}), Foreign(), count=2)

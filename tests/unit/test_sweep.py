@@ -2,6 +2,7 @@
 
 import json
 import math
+import multiprocessing
 
 import numpy as np
 import pytest
@@ -288,7 +289,7 @@ def test_screening_a_table_is_screening_each(scene, invoke, tmp_path):
     scene = scene.with_values({"numerics.elements": 8, "wind.speed": 4.8})
     scene.save(tmp_path / "mine.toml")
     (tmp_path / "spans.csv").write_text("name,span.sag,damping\nA,2.1,\nB,,{}\n")
-    words = ("screen", "mine.toml", "--table", "spans.csv", "-o", "a.nc", "--highest", 4.9, "--workers", 1)
+    words = ("screen", "mine.toml", "--table", "spans.csv", "-o", "a.nc", "--highest", 4.9, "--workers", 2)
     result = invoke(*words, app=app)
     assert result.exit_code == 1
     assert "wrote a.nc: 2 of 2 runs" in result.stdout
@@ -305,6 +306,28 @@ def test_screening_a_table_is_screening_each(scene, invoke, tmp_path):
     assert row["ratio"] == pytest.approx(alone.frequencies.ratio, rel=1e-12)
     assert found.dataset.outcome.values.tolist() == ["completed", "invalid_scene"]
     assert "structural damping ratio" in found.dataset.message.values[1]
+
+
+@pytest.mark.parametrize("workers", [1, 2])
+def test_screening_where_no_process_can_be_started(scene, monkeypatch, workers):
+    """A worker of Celery or of multiprocessing.Pool is a daemon; one worker needs no process in any case."""
+    if workers == 1:
+        monkeypatch.setattr("loky.ProcessPoolExecutor.submit", lambda *_: pytest.fail("a process was started"))
+    else:
+        monkeypatch.setitem(multiprocessing.current_process()._config, "daemon", True)
+    found = modal.screen_spans(scene, {"wind.speed": [5.0, 5.1]}, first_look=True, workers=workers)
+    assert found.dataset.outcome.values.tolist() == ["completed", "completed"]
+
+
+def test_screening_where_the_system_refuses_processes(scene, monkeypatch):
+    """Such as a container at its limit of processes, or one without shared memory."""
+
+    def refused(*_, **__):
+        raise OSError(11, "Resource temporarily unavailable")
+
+    monkeypatch.setattr("loky.backend.popen_loky_posix.Popen._launch", refused)
+    found = modal.screen_spans(scene, {"wind.speed": [5.0]}, first_look=True, workers=2)
+    assert found.dataset.outcome.values.tolist() == ["completed"]
 
 
 def test_first_look_is_the_estimate(scene):
