@@ -115,7 +115,7 @@ def run(
 ) -> None:
     """Compute the motion of a span and print what happened at mid-span."""
     from gallop_fmu.inputs import with_inputs
-    from gallop_fmu.outcome import Outcome
+    from gallop_fmu.outcome import Outcome, SimulationError
     from gallop_fmu.recording import check_model
     from gallop_fmu.result import summary
     from gallop_fmu.simulation import simulate
@@ -135,6 +135,8 @@ def run(
             progress=shown,
             on_failure="return",
         )
+    if not result.started:
+        raise SimulationError(result.report, result)
     written, unwritten = _write(result, out, plot)
     if as_json:
         echo_json({**summary(result), "files": list(map(str, written))})

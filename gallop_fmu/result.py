@@ -164,6 +164,12 @@ class Result:
         """How the run ended."""
         return self.report.outcome
 
+    @property
+    def started(self) -> bool:
+        """Whether an initial state exists. If not, the only record, at 0 s, is NaN."""
+        values = next(iter(self.dataset.data_vars.values())).values
+        return len(self.dataset.time) > 1 or bool(np.isfinite(values).all())
+
     @cached_property
     def warnings(self) -> tuple[str, ...]:
         """Sentences on what limits the trust in the numbers; empty if nothing does."""
@@ -313,7 +319,7 @@ def histories(
     nodes: NDArray[np.int32],
     x1: Array,
     scene: Scene,
-    rest: Equilibrium,
+    rest: Equilibrium | None,
     report: Report,
     seconds: float,
     **how: object,
@@ -329,7 +335,8 @@ def histories(
     nodes, x1 : ndarray, shape (node,)
         Numbers of the recorded nodes, and their positions [m] along the span.
     scene, rest, report, seconds
-        What was computed, its initial equilibrium, how the run ended, and the wall-clock time [s] that it took.
+        What was computed, its initial equilibrium (None: it has none), how the run ended, and the wall-clock time [s]
+        that it took.
     **how
         What else there is to say of how it was computed.
     """
@@ -353,9 +360,9 @@ def histories(
         outcome=report.outcome.name.lower(),
         message=str(report),
         seconds=seconds,
-        sag=rest.sag,
-        horizontal_tension=rest.horizontal_tension,
-        held_imbalance=rest.imbalance,
+        sag=math.nan if rest is None else rest.sag,
+        horizontal_tension=math.nan if rest is None else rest.horizontal_tension,
+        held_imbalance=math.nan if rest is None else rest.imbalance,
         **{name: getattr(report, name) for name in work + extremes},
     )
     return dataset

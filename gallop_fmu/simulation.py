@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import time as clock
 from collections.abc import Callable, Sequence
 from dataclasses import replace
@@ -65,8 +66,9 @@ def simulate(
     progress
         Called about ten times a second with the time reached and the stop time [s]; returning False stops the run.
     on_failure
-        ``"raise"``: a run that ends early raises, with what was computed in the error's ``result``;
-        ``"return"``: it is returned, and ``result.outcome`` tells.
+        ``"raise"``: a run that ends early, or cannot start, raises, with what was computed in the error's ``result``;
+        ``"return"``: it is returned, and ``result.outcome`` says how it ended. Where it could not start,
+        ``result.started`` is False and the only record is NaN.
 
     Returns
     -------
@@ -78,15 +80,23 @@ def simulate(
     SceneError
         If an argument is not allowed.
     SimulationError
-        If no initial equilibrium exists, or the run ends early and `on_failure` is ``"raise"``.
+        If the run cannot start or ends early, and `on_failure` is ``"raise"``.
     """
     records = Records.of(scene, stop_time, record_every)
     check_channels(channels, span_channels)
     check_on_failure(on_failure)
     started = clock.perf_counter()
-    model = Model(scene, inputs=False)
-    nodes = chosen_nodes(record_nodes, model.elements)
-    state = model.start()
+    nodes = chosen_nodes(record_nodes, scene.numerics.elements)
+    model = None
+    try:
+        model = Model(scene, inputs=False)
+        state = model.start()
+    except SimulationError as problem:
+        seconds = clock.perf_counter() - started
+        result = _not_started(scene, model, nodes, (channels, span_channels), problem.report, seconds)
+        if on_failure == "raise":
+            raise SimulationError(problem.report, result) from None
+        return result
     channel_index = np.array([NODE_INDEX[name] for name in channels], dtype=np.int32)
     span_index = np.array([SPAN_INDEX[name] for name in span_channels], dtype=np.int32)
     first = Run(
@@ -102,6 +112,36 @@ def simulate(
     if report.outcome is not Outcome.COMPLETED and on_failure == "raise":
         raise SimulationError(report, result)
     return result
+
+
+def _not_started(
+    scene: Scene,
+    model: Model | None,
+    nodes: NDArray[np.int32],
+    channels: tuple[Sequence[str], Sequence[str]],
+    report: Report,
+    seconds: float,
+) -> Result:
+    """A result without an initial state: one record at 0 s, all of it NaN; the equilibrium if the model has one."""
+    variables: dict[str, tuple[tuple[str, ...], NDArray[np.float64]]] = {
+        name: (("time", "node"), np.full((1, len(nodes)), math.nan)) for name in channels[0]
+    }
+    variables |= {name: (("time",), np.full(1, math.nan)) for name in channels[1]}
+    rest = None if model is None else model.equilibrium()
+    x1 = np.full(len(nodes), math.nan) if rest is None else rest.x[nodes, 0]
+    how = _provenance(scene, model)
+    return Result(histories(variables, np.zeros(1), nodes, x1, scene, rest, report, seconds, **how), scene, report)
+
+
+def _provenance(scene: Scene, model: Model | None) -> dict[str, str]:
+    """How a scene is computed; what a model leaves out only where there is one."""
+    left_out = [] if model is None else [part for part in Part if part not in model.parts]
+    return {
+        "integrator": INTEGRATORS[scene.numerics.method].description,
+        "unknowns": "" if model is None else " ".join(model.unknowns),
+        "left_out": ", ".join(str(part.name).lower().replace("_", " ") for part in left_out),
+        "hidden": "antisymmetric motion" if scene.numerics.mesh == "half_span" else "",
+    }
 
 
 def _march(
@@ -159,8 +199,5 @@ def _dataset(
         rest,
         report,
         seconds,
-        integrator=INTEGRATORS[model.scene.numerics.method].description,
-        unknowns=" ".join(model.unknowns),
-        left_out=", ".join(str(part.name).lower().replace("_", " ") for part in Part if part not in model.parts),
-        hidden="antisymmetric motion" if model.scene.numerics.mesh == "half_span" else "",
+        **_provenance(model.scene, model),
     )

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from gallop_fmu.clearance import cigre_322_single_loop, davison_single_loop
 from gallop_fmu.descriptions import Description
 from gallop_fmu.errors import SceneError
-from gallop_fmu.outcome import Outcome
+from gallop_fmu.outcome import Outcome, SimulationError
 from gallop_fmu.recording import check_model, check_stop_time
 from gallop_fmu.result import Result, oscillation
 from gallop_fmu.runs import CarryOn, Progress, Runs, compute, one_by_one
@@ -28,6 +28,7 @@ Summary = Callable[[Result], Mapping[str, Any]]
 """From a result to the numbers that are kept of it."""
 
 CHANNELS = ("u2", "u3", "theta", "tension")
+RECORDED = (*CHANNELS, "v2", "v3")
 
 _MOTIONS = {"u2": ("m", "vertical"), "u3": ("m", "horizontal"), "theta": ("rad", "twist"), "tension": ("N", "tension")}
 SUMMARY_COLUMNS: dict[str, tuple[str, str]] = {
@@ -138,7 +139,9 @@ class Simulation:
             def going_on(time: float, stop_time: float) -> bool:
                 return carry_on()
 
-            result = simulate(scene, self.stop_time, channels=CHANNELS, progress=going_on, on_failure="return")
+            result = simulate(scene, self.stop_time, channels=RECORDED, progress=going_on, on_failure="return")
+            if not result.started:
+                raise SimulationError(result.report, result)
             row = steady_motion(result, self.window) if self.summary is None else dict(self.summary(result))
             if result.outcome is not Outcome.COMPLETED:
                 row |= {"outcome": result.outcome.name.lower(), "message": str(result.report)}

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from gallop_fmu import Oscillation, Result, Scene, simulate
+from gallop_fmu import Oscillation, Result, Scene, SimulationError, simulate
 from gallop_fmu.result import frequency_text
 from modal.modal_span import ModalSpan
 from modal.modes import Family
@@ -167,12 +167,14 @@ def compare(scene: Scene, stop_time: float | None = None) -> Comparison:
     SceneError
         If an argument is not allowed, the mesh has too few modes, or a tower moves.
     SimulationError
-        If no equilibrium exists.  A run that ends early raises nothing: its outcome tells.
+        If the simulation cannot start.  A run that ends early raises nothing: its outcome tells.
     """
     span = ModalSpan.of(scene, vertical=VERTICAL, horizontal=HORIZONTAL, torsional=TORSIONAL)
     linear = linear_motion(span, scene.wind.mean_speed, stop_time)
     superposition = nonlinear_motion(span, stop_time)
     nonlinear = simulate(scene, stop_time, on_failure="return")
+    if not nonlinear.started:
+        raise SimulationError(nonlinear.report, nonlinear)
     slowest = 1.0 / min(mode.frequency_hz for mode in span.modes)
     partings = [
         _parting(nonlinear, other, name, channel, level, slowest)

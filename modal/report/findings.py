@@ -213,7 +213,7 @@ def _simulated(scene: Scene, stop_time: float, tell: Progress) -> Result:
     last, middle = 2 * scene.numerics.elements, scene.numerics.elements
     nodes = np.unique(np.linspace(0, last, min(NODES, last + 1)).round().astype(int)).tolist()
     records = stop_time / (scene.numerics.time_step * scene.run.record_every)
-    return simulate(
+    result = simulate(
         scene,
         stop_time,
         record_every=scene.run.record_every * max(1, math.ceil(records / MOST_RECORDS)),
@@ -222,6 +222,9 @@ def _simulated(scene: Scene, stop_time: float, tell: Progress) -> Result:
         progress=lambda time, stop: tell("simulation", time / stop),
         on_failure="return",
     )
+    if not result.started:
+        raise SimulationError(result.report, result)
+    return result
 
 
 def _ellipse(function: Callable[[], Ellipse]) -> Ellipse | Missing:
