@@ -59,7 +59,8 @@ class Records:
         if interval > stop_time * (1.0 + 1e-9) and every > 1:
             raise SceneError(
                 f"record_every = {every}: the first record would come at {interval:g} s, after the end of the run at "
-                f"{stop_time:g} s; at most {max(1, int(stop_time / step + 1e-9))} steps of {step:g} s fit"
+                f"{stop_time:g} s; at most {max(1, int(stop_time / step + 1e-9))} steps of {step:g} s fit: give a "
+                "smaller record_every (--every)"
             )
         if stop_time / step > MOST_STEPS:
             raise SceneError(

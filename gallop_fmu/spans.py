@@ -191,7 +191,7 @@ def read_spans(path: Path | str) -> list[dict[str, Any]]:
     elif suffix in (".geojson", ".json"):
         rows = _geojson_rows(path)
     else:
-        raise SceneError(f"{path}: a table of spans is a .csv or a .geojson file")
+        raise SceneError(f"{path}: a table of spans is a .csv or a .geojson file; save it as one of them")
     return _checked(rows, str(path))
 
 

@@ -209,8 +209,14 @@ def chosen_scene(name: str, changes: list[str] | None) -> Scene:
 def chosen_description(name: str, changes: list[str] | None) -> Description:
     """The same before its line is resolved, for tables and grids to change."""
     from gallop_fmu.descriptions import Description
+    from gallop_fmu.errors import SceneError
 
-    return Description.of(name).with_values(dict(map(_change, changes or ())))
+    values: dict[str, Any] = {}
+    for key, value in map(_change, changes or ()):
+        if key in values:
+            raise SceneError(f"--set {key}: is given twice; give one value")
+        values[key] = value
+    return Description.of(name).with_values(values)
 
 
 def _change(text: str) -> tuple[str, Any]:

@@ -169,6 +169,9 @@ def test_a_whole_number_does_for_a_wind_speed(invoke):
         (["example3", "--set", "wind.speed=nan"], ["wind.speed = 'nan': must be a finite number"]),
         (["example3", "--set", "wind.speed"], ["--set wind.speed: must be KEY=VALUE"]),
         (["example3", "--set", "=6"], ["must be KEY=VALUE"]),
+        (["example3", "--set", "wind.speed=6", "--set", "wind.speed=7"], ["--set wind.speed: is given twice"]),
+        (["example3", "--set", "wind.speed=2024-01-01"], ["wind.speed = '2024-01-01'", "convert times to seconds"]),
+        (["example3", "--until", "1e12"], ["stop_time = 1e+12 s is 1e+14 time steps of 0.01 s; a run has at most"]),
         (["example3", "--set", "numerics.elements=15.5"], ["numerics.elements = 15.5: must be a whole number"]),
         (
             ["example3", "--set", "ice.attack_angle_deg=20"],
