@@ -72,6 +72,10 @@ def driven(file, text):
     return gf.with_inputs(gf.load_scene("example3"), file)
 
 
+def not_covered(scene, stop_time):
+    return [sentence for sentence in gf.simulate(scene, stop_time).warnings if " covers " in sentence]
+
+
 def test_two_rows_of_one_time_are_a_jump(file):
     """As in FMPy, whose inputs keep the value before the jump at its instant."""
     scene = driven(file, "time,wind_speed\n0,5\n5,5\n5,6\n20,6\n")
@@ -100,7 +104,7 @@ def test_a_single_row_is_constant(file):
     scene = driven(file, "time,wind_speed,support.left.x1\n0,5,0.1\n")
     assert scene.wind.history.at([0.0, 9.0]).tolist() == [5.0, 5.0]
     assert scene.supports.left.motion.x1.at([9.0]).tolist() == [0.1]
-    assert gf.simulate(scene, 0.1).warnings == ()
+    assert not_covered(scene, 0.1) == []
 
 
 @pytest.mark.parametrize("name", ["Time", "time [s]", "t", "TIMESTAMP (s)"])
@@ -129,10 +133,10 @@ def test_columns_that_fmpy_would_not_take_so(file, text, message):
 )
 def test_a_history_that_is_not_of_the_run_is_told(file, times, covered):
     scene = driven(file, f"time,wind_speed,support.right.x2\n{times[0]},5,0\n{times[1]},5,0\n")
-    told = gf.simulate(scene, 1.0).warnings
+    told = not_covered(scene, 1.0)
     assert told[0].startswith(f"wind.history covers {covered} s of the 1 s, from ")
     assert told[1].startswith(f"supports.right.motion.x2 covers {covered} s of the 1 s")
-    assert gf.simulate(driven(file, "time,wind_speed\n0,5\n1,5\n"), 1.0).warnings == ()
+    assert not_covered(driven(file, "time,wind_speed\n0,5\n1,5\n"), 1.0) == []
 
 
 @pytest.mark.parametrize(
