@@ -21,6 +21,8 @@ from gallop_fmu.words import clean_text, number_remedy, plain, read_number
 
 LARGEST_FILE = 10_000_000
 """Bytes; a scene or table beyond this is taken for a mistake."""
+TABLE_SUFFIXES = (".csv", ".txt", ".dat", ".tsv")
+"""Names of files whose content messages may quote."""
 DEEPEST = 40
 """Levels of nested TOML tables and arrays that are read; a scene has few."""
 # Found before parsing, which takes a time that grows with the square of the levels.
@@ -194,7 +196,7 @@ def _column_names(path: Path, cells: Sequence[str], units: Mapping[str, str], fi
         if first and position == 0 and name not in (known for known in units if known != first):
             name = first
         if name not in units:
-            raise SceneError(f"{wrong}; it has {cell.strip()[:80]!r}{_foreign(','.join(cells))}")
+            raise SceneError(f"{wrong}; it has {_quoted(path, cell)}{_foreign(','.join(cells))}")
         if unit and units[name] and _SAME_UNIT.get(unit, unit) != units[name]:
             raise SceneError(f"{path.name}: column {cell.strip()!r} must be in {units[name]}; convert it")
         if name in header:
@@ -202,10 +204,17 @@ def _column_names(path: Path, cells: Sequence[str], units: Mapping[str, str], fi
         header.append(name)
     missing = [name for name in units if name not in header]
     if first and (not header or header[0] != first or len(header) < 2):
-        raise SceneError(f"{wrong}; it is {','.join(cells)[:80]!r}")
+        raise SceneError(f"{wrong}; it is {_quoted(path, ','.join(cells))}")
     if missing and not first:
-        raise SceneError(f"{wrong}; it has no {missing[0]}: {','.join(cells)[:80]!r}{_foreign(','.join(cells))}")
+        raise SceneError(
+            f"{wrong}; it has no {missing[0]}: {_quoted(path, ','.join(cells))}{_foreign(','.join(cells))}"
+        )
     return header
+
+
+def _quoted(path: Path, text: str) -> str:
+    """Content of a file for a message, if the file is a table by its name: a scene of others may name any file."""
+    return repr(text.strip()[:80]) if path.suffix.lower() in TABLE_SUFFIXES else "something else"
 
 
 def _foreign(header: str) -> str:
@@ -278,7 +287,7 @@ def _number(path: Path, row: int, name: str, cell: str) -> float:
     if value is None or not math.isfinite(value):
         remedy = number_remedy(cell)
         raise SceneError(
-            f"{path.name}: {name} in row {row} is {cell.strip()[:40]!r}, must be a finite number"
+            f"{path.name}: {name} in row {row} is {_quoted(path, cell)}, must be a finite number"
             f"{f'; {remedy}' if remedy else ''}"
         )
     return float(value)

@@ -14,6 +14,7 @@ import gallop_fmu as gf
 from gallop_fmu.files import write_whole
 from gallop_fmu.fmu import ExportError, export_fmu
 from gallop_fmu.plots import overview, save_figure
+from modal.report.page import write_page
 
 LIMIT = 2000
 """Bytes that a file may have, in place of a full disk."""
@@ -51,6 +52,16 @@ def test_an_older_file_survives(tmp_path, result, name):
     failure = pytest.raises((OSError, ExportError), match=f"{name}.*(large|space)|(large|space).*{name}")
     with failure, little_room():
         WRITERS[name](result, path)
+    assert path.read_bytes() == b"the older one"
+    assert list(tmp_path.iterdir()) == [path]
+
+
+def test_a_page_that_does_not_fit_leaves_the_older_one(tmp_path, monkeypatch):
+    path = tmp_path / "run.html"
+    path.write_bytes(b"the older one")
+    monkeypatch.setattr("modal.report.page.page", lambda findings: 4 * LIMIT * "x")
+    with pytest.raises(OSError, match=r"large.*run.html"), little_room():
+        write_page(None, path)
     assert path.read_bytes() == b"the older one"
     assert list(tmp_path.iterdir()) == [path]
 

@@ -308,3 +308,14 @@ def test_missing_file_and_folder(tmp_path):
 def test_only_generalised_alpha_has_a_spectral_radius(integrator):
     with pytest.raises(SceneError, match=r"spectral_radius = 0\.8: only integrator = \"generalised_alpha\" has one"):
         load_scene("example3").with_values({"numerics.integrator": integrator, "numerics.spectral_radius": 0.8})
+
+
+@pytest.mark.parametrize("content", ["hunter2\n", "root:x:0:0:root:/root:/bin/bash\n", "time,value\nhunter2,1\n"])
+def test_a_file_that_is_no_table_is_not_quoted(tmp_path, content):
+    """A scene from others may name any file of the user who runs it."""
+    (tmp_path / "password").write_text(content)
+    history = {"kind": "table", "file": str(tmp_path / "password")}
+    with pytest.raises(SceneError, match=r"password: .* something else") as refusal:
+        load_scene("example3").with_values({"wind.speed": None, "wind.history": history})
+    assert "hunter2" not in str(refusal.value)
+    assert "root" not in str(refusal.value).replace(str(tmp_path), "")
