@@ -18,7 +18,10 @@ from modal.screening import REACH, Screening, check_wind, screen
 from modal.two_mode import two_mode_estimate
 
 SCREENING_COLUMNS = {
-    "risk": ("", "whether galloping starts the horizontal swing: none, detuned, possible, certain, undetermined"),
+    "risk": (
+        "",
+        "whether galloping starts the swing: none, other, detuned, possible, certain, undetermined",
+    ),
     "reason": ("", "why, in words"),
     "wind_speed": ("m/s", "the scene's wind"),
     "highest_wind": ("m/s", "up to where was looked"),
@@ -27,6 +30,7 @@ SCREENING_COLUMNS = {
     "ratio": ("1", "vertical over horizontal natural frequency"),
     "detuning": ("1", "relative distance of the ratio from 2"),
     "galloping_from": ("m/s", "wind at which galloping begins"),
+    "other_galloping_from": ("m/s", "wind at which another mode than the first symmetric vertical one gallops"),
     "onset_wind_speed": ("m/s", "wind at which the swing starts"),
     "until_wind_speed": ("m/s", "wind at which it no longer starts"),
     "threshold_amplitude": ("m", "vertical amplitude at which the swing starts"),
@@ -34,6 +38,7 @@ SCREENING_COLUMNS = {
     "growth_per_cycle": ("1", "growth of a small swing in a vertical cycle at the scene's wind"),
     "saturated_vertical": ("m", "vertical amplitude that galloping and swing settle at"),
     "saturated_horizontal": ("m", "horizontal amplitude that they settle at"),
+    "warnings": ("", "what is unusual about the span, or contradicts itself"),
 }
 
 NEAR = 0.1
@@ -83,6 +88,7 @@ def row_of(found: Screening) -> Row:
         "ratio": pair.ratio,
         "detuning": pair.detuning,
         "galloping_from": found.galloping_from,
+        "other_galloping_from": found.other_mode and found.other_mode.wind_speed,
         "onset_wind_speed": found.onset_wind_speed,
         "until_wind_speed": found.until_wind_speed,
         "threshold_amplitude": found.threshold_amplitude,
@@ -90,6 +96,7 @@ def row_of(found: Screening) -> Row:
         "growth_per_cycle": found.growth_per_cycle,
         "saturated_vertical": saturated and saturated.vertical,
         "saturated_horizontal": saturated and saturated.horizontal,
+        "warnings": " ".join(found.warnings),
     }
 
 

@@ -31,6 +31,10 @@ TOLERANCE = 1e-5
 """Newton's iteration ends at this relative change of the coefficients; what is left is of the order of its square."""
 
 
+STRAIGHT, SHORT = 0.8, 0.02
+"""A step along a family must go in the direction of its tangent, this cosine at least, or be as short as this: a longer
+one that turns may have jumped over a fold."""
+
 SHORTEST = 1e-3
 """Step along a family, in parts of its scales, below which no next orbit is looked for."""
 
@@ -305,7 +309,11 @@ class Track:
             while True:
                 try:
                     guess = y + step * (direction + 0.5 * step * bend)
-                    orbit, matrix, iterations = self.near(guess, direction, iterations=6)
+                    orbit, found, iterations = self.near(guess, direction, iterations=6)
+                    moved = orbit.packed() - y
+                    if step > SHORT and direction @ (measure * moved) < STRAIGHT * np.sqrt(moved @ (measure * moved)):
+                        raise NotConvergedError
+                    matrix = found
                     break
                 except (NotConvergedError, np.linalg.LinAlgError):
                     step *= 0.5

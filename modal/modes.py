@@ -270,8 +270,8 @@ def _describe(equations: Linearised, scene: Scene, value: complex, vector: Compl
     dominant = int(np.argmax(share))
     wave = turned[:, dominant].real
     mirrored = -wave[::-1] if FAMILIES[dominant] == "longitudinal" else wave[::-1]
-    signs = np.sign(wave[np.abs(wave) > NODAL_LINE * np.max(np.abs(wave))])
-    full = full * signs[0]
+    sign = signs_along(wave)[0]
+    full = full * sign
     per_length = scene.conductor.mass_per_length + scene.ice.mass_per_length
     return Mode(
         frequency_hz=abs(value) / (2.0 * np.pi),
@@ -279,7 +279,7 @@ def _describe(equations: Linearised, scene: Scene, value: complex, vector: Compl
         family=FAMILIES[dominant],
         shares=cast(dict[Family, float], dict(zip(FAMILIES, share.tolist(), strict=True))),
         symmetric=bool(wave @ mirrored > 0.0),
-        loops=1 + int(np.count_nonzero(np.diff(signs))),
+        loops=half_waves(wave),
         participation={
             "vertical": _participation(equations, full.real, 1) / per_length,
             "horizontal": _participation(equations, full.real, 2) / per_length,
@@ -287,8 +287,18 @@ def _describe(equations: Linearised, scene: Scene, value: complex, vector: Compl
         eigenvalue=value,
         shape=full.real.reshape(free.shape),
         quadrature=full.imag.reshape(free.shape),
-        wave=wave * signs[0],
+        wave=wave * sign,
     )
+
+
+def signs_along(wave: Array) -> Array:
+    """Signs of a displacement along the span where it has one."""
+    return np.asarray(np.sign(wave[np.abs(wave) > NODAL_LINE * np.max(np.abs(wave))]))
+
+
+def half_waves(wave: Array) -> int:
+    """Number of half-waves of a displacement along the span."""
+    return 1 + int(np.count_nonzero(np.diff(signs_along(wave))))
 
 
 def family_energies(turned: NDArray[Any], mass: Any) -> Array:

@@ -120,5 +120,8 @@ def _screen_many(
             progress=progress,
         )
 
-    columns = ("outcome", "suspect", "risk", "ratio", "galloping_from", "onset_wind_speed", "estimated_onset")
+    columns = (
+        "outcome", "suspect", "risk", "ratio", "galloping_from", "other_galloping_from", "onset_wind_speed",
+        "estimated_onset",
+    )  # fmt: skip
     carry_out("gallop-modal", compute, columns, out, as_json=as_json)

@@ -10,6 +10,7 @@ import numpy as np
 
 from gallop_fmu import Scene, SceneError
 from modal.floquet import multipliers
+from modal.other_modes import OtherMode, first_other_mode
 from modal.reduced import ReducedModel, reduced_model
 from modal.resonance import FrequencyRatio, frequency_ratio
 from modal.rest import at_rest
@@ -18,7 +19,7 @@ from modal.two_mode import TwoMode, estimate
 
 __all__ = ["Cycle", "Screening", "screen"]
 
-Risk = Literal["none", "detuned", "possible", "certain", "undetermined"]
+Risk = Literal["none", "other", "detuned", "possible", "certain", "undetermined"]
 
 REACH = 1.5
 """Highest wind speed looked at, as a multiple of the scene's, unless one is given."""
@@ -36,11 +37,12 @@ class Screening:
 
     Attributes
     ----------
-    risk : {"none", "detuned", "possible", "certain", "undetermined"}
-        ``"none"``: the first symmetric vertical mode does not gallop up to `highest_wind`; ``"detuned"``: it does, but
+    risk : {"none", "other", "detuned", "possible", "certain", "undetermined"}
+        ``"none"``: no mode gallops up to `highest_wind`; ``"other"``: the first symmetric vertical mode does not, so
+        that no 2:1 swing starts, but another mode does; ``"detuned"``: the first symmetric vertical mode gallops, but
         starts no swing up to there; ``"possible"``: not at the scene's wind, but at a higher one, or only if kicked;
         ``"certain"``: at the scene's wind galloping starts the swing; ``"undetermined"``: it gallops there, but no
-        periodic motion was found or it leaves the coefficient curve.
+        periodic motion was found, the one that was found is unresolved, or it leaves the coefficient curve.
     reason : str
         Why, in words.
     wind_speed, highest_wind : float
@@ -65,6 +67,10 @@ class Screening:
     lopsided_growth : float or None
         By how much what breaks the mirror symmetry of the saturated motion, such as two-loop galloping, grows (above 1)
         in one vertical cycle; None without swing or on a span without mirror symmetry.
+    other_mode : OtherMode or None
+        The mode that gallops at the lowest wind up to `highest_wind`, the first symmetric vertical one apart.
+    warnings : tuple of str
+        Warnings of the scene.
     estimate : TwoMode
         The analytic two-mode estimate of the same, for comparison.
     seconds : float
@@ -86,6 +92,8 @@ class Screening:
     until_wind_speed: float | None
     saturated: Cycle | None
     lopsided_growth: float | None
+    other_mode: OtherMode | None
+    warnings: tuple[str, ...]
     estimate: TwoMode = field(repr=False)
     seconds: float
 
@@ -162,10 +170,12 @@ def screen(scene: Scene, highest_wind: float | None = None) -> Screening:
         until_wind_speed=None,
         saturated=None,
         lopsided_growth=None,
+        other_mode=first_other_mode(model, highest),
+        warnings=scene.warnings,
         estimate=rough,
         seconds=0.0,
     )
-    found = _judged(blank, Search(model, wind, highest))
+    found = _with_other_mode(_judged(blank, Search(model, wind, highest)))
     return replace(found, seconds=clock.process_time() - began)
 
 
@@ -208,8 +218,8 @@ def _judged(blank: Screening, search: Search) -> Screening:
             found,
             reason=f"the first symmetric vertical mode does not gallop up to {found.highest_wind:.4g} m/s{reached}",
         )
-    galloping = search.at_wind(search.orbits, search.track)
-    cycle = None if galloping is None else search.cycle(galloping, abs(multipliers(search.model, galloping).swing))
+    galloping = search.galloping()
+    cycle = None if galloping is None else search.cycle(galloping[0], abs(galloping[1].swing))
     ended = search.galloping_until is not None and wind > search.galloping_until
     found = replace(found, galloping=cycle)
     limits = search.limits()
@@ -223,6 +233,8 @@ def _judged(blank: Screening, search: Search) -> Screening:
         tuned += f": vertical galloping passes the threshold of {onset.vertical:.3g} m at {onset.wind_speed:.4g} m/s"
     if cycle is None and not ended and wind > search.galloping_from:
         lost = f"no periodic motion was found at the scene's {wind:.4g} m/s ({search.limit or 'none reaches it'})"
+        if search.unresolved:
+            lost = f"{search.limit}; that is below the scene's {wind:.4g} m/s"
         return replace(found, risk="undetermined", reason=f"{tuned}, but {lost}; see simulate(scene)")
     if start is None:
         return replace(found, risk="detuned", reason=f"{tuned}: {_no_swing(found, search.limit, ended)}")
@@ -237,6 +249,17 @@ def _judged(blank: Screening, search: Search) -> Screening:
     if settled is not None:
         found = replace(found, lopsided_growth=search.lopsided(settled, 2))
     return replace(found, risk="certain", reason=f"{tuned}{_swings(found, cycle)}")
+
+
+def _with_other_mode(found: Screening) -> Screening:
+    """The screening with the other mode that gallops in its reason, and in the risk if there is no other."""
+    if found.other_mode is None:
+        return found
+    if found.risk == "none":
+        return replace(
+            found, risk="other", reason=f"the 2:1 pair is not at risk ({found.reason}), but {found.other_mode}"
+        )
+    return replace(found, reason=f"{found.reason}; also, {found.other_mode}")
 
 
 def _no_swing(found: Screening, limit: str | None, ended: bool) -> str:

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gallop_fmu import Model, Outcome, SceneError, SimulationError
-from modal.floquet import flip_determinant, flip_shape, lopsided_multiplier, multipliers
+from modal.floquet import Multipliers, flip_determinant, flip_shape, lopsided_multiplier, multipliers
 from modal.limit_cycle import FINE, GALLOP, SWING, Balance, NotConvergedError, Orbit, Track, amplitudes, doubled
 from modal.reduced import MeanState, ReducedModel, mean_state
 from modal.rest import mirrored
@@ -37,6 +37,12 @@ of them that is left out while it settles."""
 
 HALVINGS = 9
 """Halvings of the interval that holds an orbit at the scene's wind."""
+
+LARGEST_GROWTH = 10.0
+"""Growth of a swing in a vertical cycle above which the limit cycle is not believed; near 2:1 it is below 3."""
+
+LEAVING = 1.05
+"""Growth in a vertical cycle of another disturbance than the swing above which no motion stays near the limit cycle."""
 
 LIMIT = 1e-3
 """Accuracy of a stability limit, in parts of the distance of two orbits."""
@@ -74,13 +80,16 @@ class Search:
         self.model, self.wind, self.highest = model, wind, highest
         self.size_scale = SPEED_RATIO * wind / model.frequencies[0] / abs(model.middle[model.vertical, 1])
         self.limit: str | None = None  # why the limit cycle could not be followed up to the highest wind
+        self.unresolved = False  # whether the limit cycle goes on, but says nothing about the motion
+        self.ended = False  # whether the limit cycle was followed to its end
         self.galloping_until: float | None = None
         self.galloping_from, start = self._stability_limit()
         self.track = self._track(GALLOP)
         self.orbits: list[Orbit] = []
+        self.growth: list[Multipliers] = []
         if start is not None:
             self._follow(start)
-        self.growth = [multipliers(model, orbit) for orbit in self.orbits]
+            self._trim()
 
     def _track(self, balance: Balance) -> Track:
         return Track(self.model, balance, self.model.vertical, self.wind, self.size_scale)
@@ -138,6 +147,7 @@ class Search:
         self.track = self._track(FINE)
         self.orbits = [orbit.widened(self.track.balance.harmonics) for orbit in self.orbits]
         last = self.orbits.pop().packed()
+        self.growth.pop()
         direction = last - self.orbits[-1].packed() if self.orbits else self.track.growing
         try:
             first, matrix, _ = self.track.near(last, direction)
@@ -165,12 +175,28 @@ class Search:
             if self.track.size(orbit) < least:
                 self._end(orbit, least)
                 return True
+            growth = multipliers(self.model, orbit)
             self.orbits.append(orbit)
+            self.growth.append(growth)
+            if max(abs(growth.swing), float(np.abs(growth.others[0]))) > LARGEST_GROWTH:
+                return True  # what lies beyond is no answer, whatever it costs to follow it
         last = self.orbits[-1]
         if last.wind_speed > self.highest:
             return True
         self.limit = f"it could not be followed beyond {last.wind_speed:.4g} m/s"
         return False
+
+    def _trim(self) -> None:
+        """Remove what follows the last orbit that a motion can stay near; between folds the limit cycle may lose it."""
+        trusted = max((k for k, growth in enumerate(self.growth) if not doubt_of(growth)), default=0)
+        if self.ended or trusted == len(self.orbits) - 1:
+            return
+        self.unresolved = True
+        self.limit = (
+            f"the limit cycle is unresolved beyond {self.orbits[trusted].wind_speed:.4g} m/s, as "
+            f"{doubt_of(self.growth[trusted + 1])}"
+        )
+        self.orbits, self.growth = self.orbits[: trusted + 1], self.growth[: trusted + 1]
 
     def _end(self, beyond: Orbit, least: float) -> None:
         """How a family ends that has lost its first harmonic: at rest, or in a motion of half its period."""
@@ -182,6 +208,8 @@ class Search:
             self.limit = f"it could not be followed beyond {low.wind_speed:.4g} m/s"
             return
         self.orbits.append(last)
+        self.growth.append(multipliers(self.model, last))
+        self.ended = True
         if np.linalg.norm(last.coefficients[1:]) < FIRST_SIZE * self.size_scale:
             self.galloping_until = last.wind_speed
         else:
@@ -193,6 +221,15 @@ class Search:
             return False
         q, v, _ = orbit.at(64)
         return self.model.angle_excess(q, v, orbit.wind_speed) > 0.0
+
+    def galloping(self) -> tuple[Orbit, Multipliers] | None:
+        """The first orbit without swing at the scene's wind that a motion can stay near, and its multipliers."""
+        trusted = [not doubt_of(growth) for growth in self.growth]
+        for k, pair in enumerate(pairwise(self.orbits)):
+            orbit = self.at_wind(list(pair), self.track) if trusted[k] and trusted[k + 1] else None
+            if orbit is not None:
+                return orbit, multipliers(self.model, orbit)
+        return None
 
     def at_wind(self, orbits: list[Orbit], track: Track) -> Orbit | None:
         """The first orbit of a branch that reaches the scene's wind from below; None if none does."""
@@ -224,8 +261,9 @@ class Search:
         """
         found = []
         unstable = [abs(one.swing) > 1.0 for one in self.growth]
+        doubted = [bool(doubt_of(one)) for one in self.growth]
         for k in range(len(self.orbits) - 1):
-            if unstable[k] != unstable[k + 1]:
+            if unstable[k] != unstable[k + 1] and not (doubted[k] or doubted[k + 1]):
                 found.append((self._limit_between(self.orbits[k], self.orbits[k + 1]), unstable[k + 1]))
         return [(orbit, starts) for orbit, starts in found if orbit.wind_speed <= self.highest]
 
@@ -302,3 +340,13 @@ class Search:
         _, vertical, horizontal, twist = (float(size) for size in amplitudes(self.model, orbit))
         frequency = cycles * orbit.omega / (2.0 * np.pi)
         return Cycle(orbit.wind_speed, vertical, horizontal, twist, frequency, multiplier)
+
+
+def doubt_of(growth: Multipliers) -> str:
+    """Reason why no motion stays near an orbit, or why it is not believed; empty if there is none."""
+    swing, other = abs(growth.swing), float(np.abs(growth.others[0]))
+    if swing > LARGEST_GROWTH:
+        return f"a swing would grow {swing:.3g} times in a cycle"
+    if other > LEAVING and other > (1.0 + LIMIT) * swing:
+        return f"a disturbance other than the swing grows by {other - 1.0:.0%} in a cycle and leads away from it"
+    return ""

@@ -1,6 +1,7 @@
 """Screening for 2:1 internal resonance against the nonlinear model and Liu, Yan, Zhang, Zhou (2009), Example 3."""
 
 import importlib.util
+import json
 import sys
 from pathlib import Path
 
@@ -254,3 +255,40 @@ def test_a_family_that_ends_in_a_motion_of_half_its_period_is_not_said_to_die_ou
     assert "at 6.097 m/s a higher mode takes over, at twice its frequency" in found.reason
     assert found.galloping_until is None
     assert found.limit_cycle[-1].vertical > 0.1  # observed 0.41 m
+
+
+DATA = Path(__file__).parent / "data"
+
+
+def test_the_pair_that_is_not_at_risk_does_not_hide_two_loops_that_gallop():
+    """A drawn span beyond the crossover (Drake, 299 m, 12 mm of ice), whose first symmetric vertical mode is calm."""
+    scene = gf.Scene.from_dict(json.loads((DATA / "two_loops_only.json").read_text()))
+    found = modal.screen(scene)
+    assert (found.risk, found.galloping_from) == ("other", None)
+    assert "the 2:1 pair is not at risk" in found.reason
+    assert "but two loops gallop from 2.91 m/s" in found.reason
+    assert (found.other_mode.family, found.other_mode.loops) == ("vertical", 2)
+    two_loops = modal.critical_wind_speed(scene, count=2, highest=3.0)[1]
+    assert found.other_mode.wind_speed == pytest.approx(two_loops.wind_speed, rel=1e-3)  # observed 1e-4
+    assert found.other_mode.frequency_hz == pytest.approx(two_loops.frequency_hz, rel=1e-3)
+    calm = modal.screen(scene.with_values({"wind.speed": 1.9}))  # up to 2.85 m/s
+    assert (calm.risk, calm.other_mode) == ("none", None)
+
+
+def test_the_other_mode_is_said_beside_a_swing_that_starts(screened):
+    assert screened.other_mode.wind_speed == pytest.approx(4.930, rel=1e-3)  # of critical_wind_speed(example3)
+    assert screened.reason.endswith("; also, two loops gallop from 4.93 m/s")
+
+
+@pytest.mark.parametrize("wind", [8.0, 10.0])
+def test_a_limit_cycle_that_no_motion_stays_near_gives_no_onset(wind):
+    """A made-up curve over the full circle. Simulated at 4 to 10 m/s the section turns over, whatever the seed; release
+    0.1.0 told onsets of 6.1 to 9.9 m/s, as the scene's wind was, from a branch with a growth of 1000 in a cycle."""
+    found = modal.screen(gf.load_scene(DATA / "full_circle_350m.toml").with_values({"wind.speed": wind}))
+    assert found.risk == "undetermined"
+    assert (found.onset_wind_speed, found.galloping) == (None, None)
+    assert found.galloping_from == pytest.approx(1.8648, abs=2e-4)  # at each of 6, 8, 10 m/s
+    assert "the limit cycle is unresolved beyond 2.4" in found.reason
+    assert "as a disturbance other than the swing grows by" in found.reason
+    assert "that is below the scene's" in found.reason
+    assert max(cycle.wind_speed for cycle in found.limit_cycle) < 2.5

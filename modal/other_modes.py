@@ -1,0 +1,122 @@
+"""Galloping of the modes beside the first symmetric vertical one, which the search for a 2:1 swing does not follow."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gallop_fmu import SceneError
+from modal.modes import FAMILIES, Family, by_family, half_waves
+from modal.reduced import MeanState, ReducedModel, lopsided_model, mean_state
+from modal.rest import mirrored
+
+Array = NDArray[np.float64]
+
+WINDS = 24
+"""Wind speeds up to the highest at which the modes are examined before the lowest onset is narrowed down."""
+
+HALVINGS = 20
+"""Halvings of the interval that holds the lowest onset."""
+
+NUMBERS = ("no", "one", "two", "three", "four", "five", "six")
+
+
+@dataclass(frozen=True)
+class OtherMode:
+    """A mode that grows in the wind.
+
+    Attributes
+    ----------
+    family : str
+        As in `modal.Mode`.
+    loops : int
+        Half-waves along the span.
+    wind_speed : float
+        Lowest wind speed [m/s] at which it grows.
+    frequency_hz : float
+        Its frequency [Hz] there.
+    """
+
+    family: Family
+    loops: int
+    wind_speed: float
+    frequency_hz: float
+
+    def __str__(self) -> str:
+        number = NUMBERS[self.loops] if self.loops < len(NUMBERS) else str(self.loops)
+        loops = f"{number} loop{'' if self.loops == 1 else 's'}"
+        what = f"{loops} gallop{'s' if self.loops == 1 else ''}"
+        if self.family != "vertical":
+            what = f"a {self.family} mode of {loops} grows"
+        return f"{what} from {self.wind_speed:.3g} m/s"
+
+
+def first_other_mode(model: ReducedModel, highest: float) -> OtherMode | None:
+    """The mode that grows at the lowest wind, the first symmetric vertical one apart; None if there is none.
+
+    Linear theory in the reduced coordinates: the lowest modes of each family and both symmetries about the equilibrium
+    in each wind. Winds in which the span has no stable equilibrium end the search.
+
+    Parameters
+    ----------
+    model
+        The reduced span.
+    highest
+        Highest wind speed [m/s] looked at.
+    """
+    wide = lopsided_model(model) if mirrored(model.scene) else model
+    low = 0.0
+    for high in (highest * np.arange(1, WINDS + 1) / WINDS).tolist():
+        try:
+            found = _fastest(model, wide, high)
+        except SceneError:
+            return None
+        if found[0].real > 0.0:
+            break
+        low = high
+    else:
+        return None
+    for _ in range(HALVINGS):
+        middle = 0.5 * (low + high)
+        try:
+            there = _fastest(model, wide, middle)
+        except SceneError:
+            break
+        if there[0].real > 0.0:
+            high, found = middle, there
+        else:
+            low = middle
+    rate, vector = found
+    wave, family = _wave(wide, vector)
+    return OtherMode(family, half_waves(wave), high, abs(rate.imag) / (2.0 * np.pi))
+
+
+def _fastest(model: ReducedModel, wide: ReducedModel, wind: float) -> tuple[complex, NDArray[np.complex128]]:
+    """Eigenvalue [1/s] with the largest real part beside that of the first vertical mode, and its vector."""
+    state: MeanState = mean_state(model, wind)
+    n = wide.size
+    q = np.zeros((1, n))
+    q[0, : model.size] = state.displacement
+    forces = wide.forces(q, np.zeros_like(q), np.zeros_like(q), wind)
+    mass, damping, stiffness = forces.mass[0], forces.damping[0], forces.stiffness[0]
+    lower = -np.linalg.solve(mass, np.hstack([stiffness, damping]))
+    rates, vectors = np.linalg.eig(np.vstack([np.eye(n, 2 * n, n), lower]))
+    oscillating = np.flatnonzero(rates.imag > 0.0)
+    own = oscillating[int(np.argmin(np.abs(rates[oscillating] - state.vertical)))]
+    others = oscillating[oscillating != own]
+    best = others[int(np.argmax(rates[others].real))]
+    return complex(rates[best]), vectors[:n, best]
+
+
+def _wave(wide: ReducedModel, vector: NDArray[np.complex128]) -> tuple[Array, Family]:
+    """Displacement along the span, in the family that moves most, at the instant at which it moves most."""
+    shape = by_family(wide.scene, np.einsum("m,mni->ni", vector, wide.shapes))
+    inertia = wide.scene.conductor.torsional_inertia + wide.scene.ice.torsional_inertia
+    mass = wide.scene.conductor.mass_per_length + wide.scene.ice.mass_per_length
+    energy = np.sum(np.abs(shape) ** 2, axis=0) * np.array([mass, mass, mass, inertia])
+    dominant = int(np.argmax(energy))
+    wave = shape[:, dominant]
+    phase = np.exp(-0.5j * np.angle(np.sum(wave**2)))
+    return (wave * phase).real, FAMILIES[dominant]
