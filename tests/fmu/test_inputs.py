@@ -31,3 +31,25 @@ def test_one_file_drives_the_fmu_and_the_simulation(tmp_path):
     # wind is held over a communication step, so they differ in the first order of it
     assert fine.max() < 0.01  # observed: 0.0079
     assert coarse / fine == pytest.approx([2.0, 2.0], abs=0.002)  # observed: 2.0004, 2.0000
+
+
+@pytest.mark.parametrize(("step", "lag"), [(0.05, 0.0447), (0.01, 0.0090)])
+def test_tower_motion_through_fmpy_is_one_communication_step_late(tmp_path, step, lag):
+    """FMPy sets at the start of a step what the FMU reaches at its end; the size that `gallop_fmu.inputs` states."""
+    time = np.arange(0.0, 10.0 + 0.5 * step, 0.05)
+    motion = 0.01 + 0.02 * np.sin(2.0 * np.pi * 0.3 * time)
+    path = tmp_path / "tower.csv"
+    rows = [f"{t:.2f},5.5,{x!r}" for t, x in zip(time, motion.tolist(), strict=True)]
+    path.write_text("\n".join(['"time","wind_speed","support.right.x1"', *rows]) + "\n")
+    scene = gf.load_scene("example3")
+    ours = gf.simulate(gf.with_inputs(scene, path), stop_time=10.0, record_every=round(step / 0.01)).midspan()
+    theirs = fmpy.simulate_fmu(
+        str(gf.export_fmu(scene, tmp_path / "cable.fmu")),
+        stop_time=10.0,
+        output_interval=step,
+        input=read_csv(str(path)),
+        output=["midspan.x2"],
+    )
+    difference = np.abs(theirs["midspan.x2"] - ours["u2"].values)
+    assert difference.max() == pytest.approx(lag, rel=0.03)
+    assert np.ptp(ours["u2"].values) > 0.3
