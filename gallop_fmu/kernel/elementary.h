@@ -3,12 +3,7 @@
 #ifndef GALLOP_ELEMENTARY_H
 #define GALLOP_ELEMENTARY_H
 
-#if defined(__FAST_MATH__) || defined(_M_FP_FAST) || (defined(__FINITE_MATH_ONLY__) && __FINITE_MATH_ONLY__)
-#error "results would be wrong: compile without -ffast-math, -Ofast, -ffinite-math-only, /fp:fast (or with -fno-fast-math)"
-#endif
-#if defined(__FLT_EVAL_METHOD__) && __FLT_EVAL_METHOD__ != 0 && __FLT_EVAL_METHOD__ != 16
-#error "double must not be computed in a longer format, as x87 does: compile with -msse2 -mfpmath=sse"
-#endif
+#include "arithmetic.h"
 
 /* Before a loop whose iterations are independent although its arrays come through a structure. */
 #if defined(__clang__)

@@ -4,6 +4,8 @@
 #ifndef GALLOP_STRIP_H
 #define GALLOP_STRIP_H
 
+#include "arithmetic.h"
+
 #if defined(__GNUC__) && !defined(GALLOP_ONE_LANE)   /* to measure what lanes give */
 #define LANES 4
 #define INLINE static inline __attribute__((always_inline))

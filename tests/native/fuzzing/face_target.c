@@ -12,10 +12,11 @@
 #define STATES 5
 #define INDICES 8    /* of an array of indices */
 #define RECORDS 3
-#define WORDS 16384  /* room of a state, and of any output */
+#define WORDS 16384  /* room of any output */
 
 static gallop_model *model[MODELS];
-static gallop_state *state[STATES];   /* as many models have one, and one is blank */
+static gallop_state *state[STATES];   /* as many models have one, no longer than it needs, and one is blank */
+static size_t size_of[STATES];        /* [bytes] */
 static double room[WORDS], motion[3][WORDS];
 
 static void clean_up(void)
@@ -38,9 +39,10 @@ static void set_up(void)
         scene.integrator = i == 3 ? GALLOP_GAUSS6 : GALLOP_NEWMARK;
         scene.tolerance = i == 3 ? 1e-3 : 0.0;
         REQUIRE(gallop_model_create(&scene, &model[i], &report) == GALLOP_COMPLETED);
-        REQUIRE(gallop_state_size(model[i]) <= WORDS * sizeof(double));
+        size_of[i] = gallop_state_size(model[i]);
     }
-    for (int i = 0; i < STATES; i++) state[i] = calloc(WORDS, sizeof(double));
+    size_of[STATES - 1] = size_of[1];
+    for (int i = 0; i < STATES; i++) state[i] = malloc(size_of[i]);
     atexit(clean_up);
 }
 
@@ -48,8 +50,8 @@ static void set_up(void)
 static void *pointer_of(input *in, void *right)
 {
     const uint8_t b = byte_of(in);
-    if (b < 200) return right;
-    return b < 220 ? NULL : (char *)right + (b % 2 ? 1 : 4);
+    if (b < 246) return right;
+    return b < 250 ? NULL : (char *)right + (b % 2 ? 1 : 4);
 }
 
 static const gallop_model *model_from(input *in)
@@ -60,6 +62,14 @@ static const gallop_model *model_from(input *in)
 }
 
 static gallop_state *state_from(input *in) { return pointer_of(in, state[byte_of(in) % STATES]); }
+
+/* A block that has room for a state of the model, whatever is in it. */
+static gallop_state *room_from(input *in, const gallop_model *of)
+{
+    int i = byte_of(in) % STATES;
+    while (size_of[i] < gallop_state_size(of)) i = (i + 1) % STATES;
+    return pointer_of(in, state[i]);
+}
 
 static int32_t count_from(input *in)
 {
@@ -100,14 +110,12 @@ static double time_from(input *in, double now)
 typedef struct { gallop_report report, *given; char *before; gallop_state *state; } call;
 
 /* Fills the report with what no call leaves in it, and remembers the state. */
-static call begin(input *in, gallop_state *of)
+static call begin(gallop_state *of)
 {
     call c = {.state = of};
     memset(&c.report, 0xa5, sizeof c.report);
-    c.before = malloc(WORDS * sizeof(double));
     for (int i = 0; i < STATES; i++)
-        if (of == state[i]) memcpy(c.before, of, WORDS * sizeof(double));
-    (void)in;
+        if (of == state[i]) c.before = memcpy(malloc(size_of[i]), of, size_of[i]);
     return c;
 }
 
@@ -122,19 +130,19 @@ static void end(call *c, const void *given, int outcome)
         REQUIRE(outcome == GALLOP_BAD_CALL ? r->field != NULL : r->field == NULL);
     }
     for (int i = 0; i < STATES && outcome == GALLOP_BAD_CALL; i++)
-        if (c->state == state[i]) REQUIRE(memcmp(c->before, c->state, WORDS * sizeof(double)) == 0);
+        if (c->state == state[i]) REQUIRE(memcmp(c->before, c->state, size_of[i]) == 0);
     free(c->before);
 }
 
 static void start(input *in)
 {
     const gallop_model *m = model_from(in);
-    gallop_state *s = state_from(in);
+    gallop_state *s = room_from(in, m);
     const gallop_inputs inputs = inputs_from(in);
     const void *at = byte_of(in) < 128 ? NULL : pointer_of(in, (void *)&inputs);
     const uint8_t which = byte_of(in);
     const double time = which < 200 ? 0.0 : number_of(in);
-    call c = begin(in, s);
+    call c = begin(s);
     gallop_report *report = pointer_of(in, &c.report);
     end(&c, report, which % 2 ? gallop_state_init(m, s, time, at, report) : gallop_equilibrium(m, s, time, at, report));
 }
@@ -146,7 +154,7 @@ static void advance(input *in)
     const gallop_inputs inputs = inputs_from(in);
     const void *at = byte_of(in) < 128 ? NULL : pointer_of(in, (void *)&inputs);
     const double now = gallop_state_time(s), until = time_from(in, isnan(now) ? 0.0 : now);
-    call c = begin(in, s);
+    call c = begin(s);
     gallop_report *report = pointer_of(in, &c.report);
     end(&c, report, gallop_advance(m, s, at, until, report));
 }
@@ -164,7 +172,7 @@ static void run(input *in)
     const int32_t *span = pointer_of(in, index[2]);
     double *values = pointer_of(in, room), *of_span = pointer_of(in, motion[0]);
     int64_t made = -1, *done = pointer_of(in, &made);
-    call c = begin(in, s);
+    call c = begin(s);
     gallop_report *report = pointer_of(in, &c.report);
     const int outcome = gallop_run(m, s, first, records, every, channel, channels, node, nodes, span, spans, values,
                                    of_span, done, report);
@@ -182,7 +190,7 @@ static void observe(input *in)
     const int32_t node = index_from(in);
     double *values = pointer_of(in, room);
     const double sharpness = which < 100 ? 1.0 : number_of(in);
-    call c = begin(in, s);
+    call c = begin(s);
     int outcome = GALLOP_BAD_CALL;
     switch (which % 6) {
     case 0: outcome = gallop_observe_node(m, s, node, values); break;
@@ -198,7 +206,7 @@ static void observe(input *in)
 static void evaluate(input *in)
 {
     const gallop_model *m = model_from(in);
-    gallop_state *s = state_from(in);
+    gallop_state *s = room_from(in, m);
     const gallop_inputs inputs = inputs_from(in);
     const void *at = byte_of(in) < 128 ? NULL : pointer_of(in, (void *)&inputs);
     for (int i = 0; i < 3; i++) {
@@ -209,7 +217,7 @@ static void evaluate(input *in)
     double *out = pointer_of(in, room);
     const uint8_t which = byte_of(in);
     const double time = which < 128 ? 0.0 : number_of(in), k = which % 3 ? 1.0 : number_of(in);
-    call c = begin(in, s);
+    call c = begin(s);
     end(&c, NULL, which % 2 ? gallop_residual(m, s, time, at, u, v, a, out)
                             : gallop_tangent(m, s, time, at, u, v, a, k, 1.0, 1.0, out));
 }
@@ -238,13 +246,12 @@ static void create(input *in)
     scene.breakpoint = pointer_of(in, breakpoint);
     scene.origin = pointer_of(in, origin);
     scene.coefficient = pointer_of(in, coefficient);
-    call c = begin(in, NULL);
+    call c = begin(NULL);
     gallop_report *report = pointer_of(in, &c.report);
     gallop_model **to = pointer_of(in, &made);
     const int outcome = gallop_model_create(pointer_of(in, &scene), to, report);
     REQUIRE((outcome == GALLOP_COMPLETED) == (made != NULL));
     if (outcome != GALLOP_INVALID_SCENE) end(&c, report, outcome);
-    else free(c.before);
     gallop_model_free(made);
 }
 
@@ -252,7 +259,7 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
 {
     if (!model[0]) set_up();
     input in = {data, data + size};
-    for (int i = 0; i < STATES; i++) memset(state[i], 0, WORDS * sizeof(double));
+    for (int i = 0; i < STATES; i++) memset(state[i], 0, size_of[i]);
     for (int i = 0; i < MODELS; i++) {
         gallop_report report;
         REQUIRE(gallop_state_init(model[i], state[i], 0.0, NULL, &report) == GALLOP_COMPLETED);
