@@ -10,7 +10,8 @@
  * aligned (a model, a state, structures and numbers: to 8 bytes), an index or count out of range, a number that is not
  * finite, a state that was not started or belongs to another model.  Only lengths of arrays cannot be checked.  A report
  * is filled in whatever the outcome.  The processor must round to nearest, its default.
- *   Axes: x1 along the span, x2 up, x3 horizontal; wind blows towards +x3; twist is right-handed
+ *
+ * Axes: x1 along the span, x2 up, x3 horizontal; wind blows towards +x3; twist is right-handed
  * about x1.  Four unknowns a node, interleaved: u1 u2 u3 theta.  A mesh of n elements has 2 n + 1 nodes; all can be
  * observed where only half of the span is computed, too.
  */

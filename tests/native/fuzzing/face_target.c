@@ -161,9 +161,9 @@ static void advance(input *in)
 
 static void run(input *in)
 {
-    int32_t index[3][INDICES];
+    int32_t index[3][INDICES + 1];   /* one more, as a shift of four bytes is allowed */
     for (int k = 0; k < 3; k++)
-        for (int i = 0; i < INDICES; i++) index[k][i] = index_from(in);
+        for (int i = 0; i <= INDICES; i++) index[k][i] = index_from(in);
     const gallop_model *m = model_from(in);
     gallop_state *s = state_from(in);
     const int64_t first = whole_from(in), records = whole_from(in), every = whole_from(in);
