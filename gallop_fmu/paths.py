@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import difflib
+import re
 import types
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
@@ -102,10 +103,45 @@ def unknown_key(root: type[Section], path: str, key: str | None = None) -> str:
         What to compare with the valid keys; `path` if not given.
     """
     key = key or path
-    valid = all_keys(root)
+    valid = [other for other in all_keys(root) if other != key or "." in key]
+    if re.sub(r"\.\d+(?=\.|$)", ".0", key) in valid:
+        return f"{path}: {_where(root, key)}"
     same_name = [other for other in valid if other.rpartition(".")[2] == key.rpartition(".")[2]]
     closest = same_name[:1] or difflib.get_close_matches(key, valid, n=1, cutoff=0.0)
     return f"{path}: unknown key; the closest valid one is {closest[0]}"
+
+
+def _owners(root: type[Section], parents: list[str]) -> list[type[Section]]:
+    """Sections that may be at the end of a path, one for each kind."""
+    owners = [root]
+    for parent in parents:
+        if not parent.isdecimal():
+            fields = [owner.model_fields[parent] for owner in owners if parent in owner.model_fields]
+            owners = [found for field in fields for found in section_classes(field.annotation)]
+    return list(dict.fromkeys(owners))
+
+
+def _where(root: type[Section], key: str) -> str:
+    """Condition under which a scene has a key that exists."""
+    *parents, last = key.split(".")
+    owners, place = _owners(root, parents), ".".join(parents)
+    with_it = [found for found in owners if last in found.model_fields]
+    kinds = [repr(found.model_fields["kind"].default) for found in with_it if "kind" in found.model_fields]
+    if kinds and len(with_it) < len(owners):
+        return f"only {place}.kind = {' or '.join(kinds)} has this value; set the kind too, or remove this value"
+    return f"{place} is not given in this scene; give the whole section"
+
+
+def _of_kind(root: type[Section], data: Mapping[str, Any], parents: list[str], kind: Any) -> dict[str, Any]:
+    """Values that a section keeps when it becomes another kind: those that this kind has, too."""
+    of_kind = [
+        owner
+        for owner in _owners(root, parents)
+        if "kind" in owner.model_fields and owner.model_fields["kind"].default == kind
+    ]
+    if not of_kind:
+        return dict(data)  # validation names the kinds that exist
+    return {name: value for name, value in data.items() if any(name in owner.model_fields for owner in of_kind)}
 
 
 def replace_values(root: type[Section], data: dict[str, Any], values: Mapping[str, Any]) -> dict[str, Any]:
@@ -136,6 +172,11 @@ def replace_values(root: type[Section], data: dict[str, Any], values: Mapping[st
             changed = path if isinstance(new, dict) else ".".join(parents)  # sources speak of arrays as a whole
         elif isinstance(node, dict):
             old = node.pop(last, None)
+            if last == "kind" and new is not None and new != old:
+                kept = _of_kind(root, node, parents, new)
+                node.clear()
+                node.update(kept)
+                changed = ".".join(parents) or path
             if new is not None:
                 node[last] = new
         else:

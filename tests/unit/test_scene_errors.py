@@ -8,6 +8,7 @@ import pytest
 from gallop_fmu.errors import SceneError
 from gallop_fmu.scene import Scene
 from gallop_fmu.scene_files import load_scene
+from gallop_fmu.supports import RigidSupport
 
 POSITIVE = [
     ("span.length", "m"),
@@ -66,7 +67,6 @@ def test_what_has_a_range(path, value, allowed):
         ("wind.lenght", "span.length"),
         ("time_step", "numerics.time_step"),
         ("span.length.x", "span.length"),
-        ("loads.7.torque", "loads.0.torque"),
         ("supports.left.stiffnes_x1", "supports.left.stiffness_x1"),
     ],
 )
@@ -319,3 +319,45 @@ def test_a_file_that_is_no_table_is_not_quoted(tmp_path, content):
         load_scene("example3").with_values({"wind.speed": None, "wind.history": history})
     assert "hunter2" not in str(refusal.value)
     assert "root" not in str(refusal.value).replace(str(tmp_path), "")
+
+
+ADJACENT = {
+    "kind": "adjacent_span",
+    "adjacent_span": 120.0,
+    "adjacent_tension": 20e3,
+    "insulator_length": 2.0,
+    "insulator_weight": 500.0,
+    "motion": {"x1": {"kind": "constant", "value": 0.1}},
+}
+
+
+def test_a_kind_can_be_set_by_its_path(minimal):
+    scene = Scene.from_dict({**minimal, "supports": {"left": ADJACENT, "right": ADJACENT}})
+    dead_end = scene.with_values({"supports.left.kind": "rigid"})
+    assert dead_end.supports.left == RigidSupport(motion=scene.supports.left.motion)
+    assert dead_end.supports.right == scene.supports.right
+    stiffness = {"supports.left.stiffness_x1": 1e5, "supports.left.stiffness_x3": 1e4}
+    kind = {"supports.left.kind": "springs"}
+    assert scene.with_values({**stiffness, **kind}) == scene.with_values({**kind, **stiffness})
+    assert scene.with_values({**kind, **stiffness}).supports.left.stiffness_x3 == 1e4
+    with pytest.raises(SceneError, match=r"^supports.left.stiffness_x1: missing, .*\nsupports.left.stiffness_x3"):
+        scene.with_values(kind)
+    assert scene.with_values({"supports.left.kind": "adjacent_span"}) == scene
+    with pytest.raises(SceneError, match=r"supports.left.kind = 'rope': must be one of 'rigid', 'springs', 'adj"):
+        scene.with_values({"supports.left.kind": "rope"})
+
+
+@pytest.mark.parametrize(
+    ("path", "message"),
+    [
+        ("supports.left.stiffness_x1", "only supports.left.kind = 'springs' has this value; set the kind too, or"),
+        ("supports.left.adjacent_span", "only supports.left.kind = 'adjacent_span' has this value; set the kind too"),
+        ("loads.3.law.peak", "only loads.3.law.kind = 'pulse' has this value"),
+        ("loads.0.torque", "loads.0 is not given in this scene; give the whole section"),
+    ],
+)
+def test_a_key_that_exists_is_never_called_unknown(minimal, path, message):
+    scene = Scene.from_dict(minimal)
+    for refused in (lambda: scene.with_values({path: 1.0}), lambda: scene.unit_of(path)):
+        with pytest.raises(SceneError, match=f"^{path}: {message}"):
+            refused()
