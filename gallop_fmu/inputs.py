@@ -1,8 +1,8 @@
 """Wind and tower motion from a CSV file as FMPy reads it for an FMU: ``time`` and the names of input variables.
 
-So the same file drives the FMU (``fmpy simulate --input-file``) and `gallop_fmu.simulate`. FMPy sets the inputs at the start of
-a communication step and the FMU reaches them at its end, so it follows the file one step later: an error of first order
-in the step (`tests/fmu/test_inputs.py` measures 0.045 m of 0.40 m at a step of 0.05 s and 0.009 m at 0.01 s).
+So the same file drives the FMU (``fmpy simulate --input-file``) and `gallop_fmu.simulate`. FMPy sets the inputs at the
+start of a communication step and the FMU reaches them at its end, so it follows the file one step later: an error of
+first order in the step (`tests/fmu/test_inputs.py` measures 0.045 m of 0.40 m at a step of 0.05 s, 0.009 m at 0.01 s).
 """
 
 from __future__ import annotations
