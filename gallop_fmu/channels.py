@@ -39,7 +39,12 @@ SPAN_CHANNELS = (
     Channel("right_f2", "N", "force of the cable on the right tower, upwards"),
     Channel("right_f3", "N", "force of the cable on the right tower, with the wind"),
     Channel("kinetic_energy", "J", "kinetic energy, with that of the rotating eccentric ice"),
-    Channel("potential_energy", "J", "strain energy and energy of position, from the initial equilibrium"),
+    Channel(
+        "potential_energy",
+        "J",
+        "strain energy and energy of position, from the initial equilibrium; where towers move, without the work of "
+        "the static reactions on them",
+    ),
     Channel("newton_iterations", "1", "Newton iterations of the last step"),
     Channel("substeps", "1", "sub-steps that the last step was divided into"),
 )

@@ -3,7 +3,12 @@
 An average-acceleration step (Newmark, beta 1/4, gamma 1/2) moves each unknown by the mean of its velocities. So the
 mean of two inertia forces times the displacement between them is exactly the change of kinetic energy, and work is
 summed as ``(F_n + F_n+1) / 2 . (u_n+1 - u_n)``. What the balance then leaves is the error of the step in the elastic
-forces and in the rotation of the eccentric ice, of second order in the step, and whatever lies between records.
+forces and in the rotation of the eccentric ice, and whatever lies between records.
+
+That error is of second order in the step only for motion that the steps resolve. A start out of equilibrium, such as a
+seed of 0.1 m with the wind on the span at once, releases axial waves with periods of a few hundredths of a second. With
+steps of 0.01 s they leave an imbalance of some per cent of the turnover, which shorter steps may first increase. Start
+in equilibrium, or damp the waves, where the balance is to be small.
 """
 
 from __future__ import annotations
@@ -40,10 +45,13 @@ class EnergyBalance:
     time
         Times [s] of the records.
     kinetic, potential
-        Stored energy [J], as the channels of the same names.
+        Stored energy [J], as the channels of the same names. Where towers move, the energy of position of the span as a
+        whole also contains the work of the static reactions R0 on them, R0 . u, which is left out here and in
+        `supports` alike.
     wind, loads, supports
-        Work [J] done on the span since the first record by the wind, by the concentrated loads, and by moving towers.
-        Support springs belong to the span; their static preload does no work.
+        Work [J] done on the span since the first record by the wind, by the concentrated loads, and by moving towers,
+        of the latter without the work of the static reactions. Support springs belong to the span; their static
+        preload does no work.
     turning
         Work [J] of an attack angle that inputs change: it turns the ice, whose weight and inertia then differ.
     dissipated

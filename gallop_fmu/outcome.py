@@ -124,7 +124,9 @@ class Report:
 
         That is where many of them had to be halved, or a section turned far within one of them. A cheap sign: of ten
         thousand random runs none without it was out of balance by more than a few per cent of its energy
-        (docs/stability.md). `gallop_fmu.energy.energy_balance` is the sure test.
+        (docs/stability.md). It counts the share of steps that were halved, whatever their length. Steps that are just
+        short enough to converge leave it silent about axial waves that they do not resolve;
+        `gallop_fmu.energy.energy_balance` is the sure test.
         """
         return self._often_halved or self._turned_far
 

@@ -145,7 +145,8 @@ def story(source: Result | xr.Dataset, windows: Windows, title: str = "") -> Fig
         for (start, stop), colour in zip(windows.values(), _cycle(len(windows)), strict=True):
             for axes in upper:
                 axes.axvspan(start, stop, color=colour, alpha=0.25, linewidth=0.0, zorder=0)
-        _draw_traces(list(bottom.subplots(1, len(windows), sharex=True, sharey=True, squeeze=False)[0]), data, windows)
+        panels = list(bottom.subplots(1, len(windows), sharex=True, sharey=True, squeeze=False)[0])
+        _draw_traces(panels, data, windows, times=False)  # the bands above show them
         if title:
             add_title(top, title)
     return figure
@@ -259,7 +260,7 @@ def _draw_histories(rows: list[Axes], data: xr.Dataset, channels: Sequence[str])
     rows[-1].set_xlabel("time [s]")
 
 
-def _draw_traces(panels: list[Axes], data: xr.Dataset, windows: Windows) -> None:
+def _draw_traces(panels: list[Axes], data: xr.Dataset, windows: Windows, *, times: bool = True) -> None:
     """Horizontal against vertical displacement; equal scales unless the path is too thin to be seen with them."""
     ranges = []
     for axes, (name, (start, stop)), colour in zip(panels, windows.items(), _cycle(len(windows)), strict=True):
@@ -269,7 +270,8 @@ def _draw_traces(panels: list[Axes], data: xr.Dataset, windows: Windows) -> None
         ranges.append((float(np.ptp(part.u3.values)), float(np.ptp(part.u2.values))))
         axes.plot(part.u3.values, part.u2.values, color=NEUTRAL if len(windows) == 1 else colour, linewidth=0.5)
         digits = 0 if stop - start > 5.0 else 2
-        axes.set_title(f"{name}, {start:.{digits}f} to {stop:.{digits}f} s").set_parse_math(False)
+        told = f"{name}, {start:.{digits}f} to {stop:.{digits}f} s" if times else name
+        axes.set_title(told).set_parse_math(False)
         axes.set_xlabel(_label("u3", data))
         axes.locator_params(nbins=4)
     panels[0].set_ylabel(_label("u2", data))

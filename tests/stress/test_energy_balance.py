@@ -119,6 +119,17 @@ def test_a_halved_start_is_balanced_in_its_parts(name, kept_scene):
     assert verdict.imbalance < 0.01  # observed 8e-4 to 5e-3; 0.29 to 0.33 by records at ends of whole steps
 
 
+def test_undamped_axial_waves_on_springs_are_doubtful():
+    """A span of 69 m let go from 0.1 m up: every step of 10 ms is halved, and the share counts, not the step."""
+    springs = {"kind": "springs", "stiffness_x1": 76986.4, "stiffness_x3": 1361.6}
+    values = {"span.length": 69.0, "span.sag": None, "initial.seed_vertical": 0.1, "aerodynamics.outside": "hold"}
+    values |= {"damping.translation": None, "damping.twist": None, "supports.left": springs, "supports.right": springs}
+    result = gf.simulate(gf.load_scene("example3").with_values(values), stop_time=5.0)
+    assert result.report.halvings > result.report.steps  # observed 549 of 500
+    assert result.report.doubtful
+    assert any("steps were halved" in sentence for sentence in result.warnings)
+
+
 def test_galloping_turns_little_in_a_step():
     result = gf.simulate(gf.load_scene("example3").with_values({"initial.seed_vertical": 0.3}), stop_time=20.0)
     omega = np.abs(result.midspan()["omega"].values).max() * result.scene.numerics.time_step
