@@ -267,7 +267,7 @@ class _Group:
     def __call__(self, group: list[_Ready]) -> list[Row]:
         """One row a case."""
         computed = iter(self.task([case.scene for case in group if case.scene], self._carry_on))
-        return [{**case.row, **next(computed)} if case.scene else case.row for case in group]
+        return [_joined(case.row, next(computed)) if case.scene else case.row for case in group]
 
     def _carry_on(self) -> bool:
         return self.stop is None or not self.stop.is_set()
@@ -298,10 +298,19 @@ def _plain(row: Row) -> Row:
     ValueError
         If no file of results can hold it.
     """
-    row = {key: value.item() if isinstance(value, np.generic) else value for key, value in row.items()}
-    if problem := row_problem(row):
+    row = {key: value.item() if hasattr(value, "item") and np.ndim(value) == 0 else value for key, value in row.items()}
+    slashed = next((key for key in row if "/" in str(key)), None)
+    if problem := row_problem(row) or (slashed and f"{slashed}: the name of a column must have no slash"):
         raise ValueError(problem)
     return row
+
+
+def _joined(begin: Row, computed: Row) -> Row:
+    """A whole row; what it begins with says which run it is, and is not to be replaced."""
+    twice = sorted(begin.keys() & computed.keys())
+    if twice:
+        computed = _failure(ValueError(f"{twice[0]}: is a column of the inputs; give the result another name"), 0.0)
+    return {**begin, **computed}
 
 
 def _failure(problem: Exception, seconds: float) -> Row:

@@ -444,7 +444,7 @@ def _is_row(row: Any, header: Mapping[str, Any]) -> bool:
         isinstance(row, dict)
         and _is_whole(row.get("run"))
         and 0 <= row["run"] < header["runs"]
-        and all(isinstance(row.get(key), str) for key in TEXTS)
+        and row.keys() >= set(TEXTS)
         and not row_problem(row)
         and _begins(row, _point(header["grid"], row["run"]))
         and not any(
@@ -460,6 +460,8 @@ def row_problem(row: Mapping[str, Any]) -> str:
     for name, value in row.items():
         if not _is_name(name):
             return f"{name!r}: a column needs a name of printable characters"
+        if name in TEXTS and not isinstance(value, str):
+            return f"{name}: must be a text, not {value!r:.40}"
         if isinstance(value, str):
             if "\0" in value or any("\ud800" <= letter <= "\udfff" for letter in value):
                 return f"{name}: a text must not hold NUL or half of a surrogate pair"

@@ -366,6 +366,33 @@ def test_screen_command_refuses(invoke, words, fragment):
     assert fragment in result.stderr
 
 
+@pytest.mark.parametrize(
+    ("kept", "message"),
+    [
+        ({"a/b": 1.0}, "a/b: the name of a column must have no slash"),
+        ({"": 1.0}, "'': a column needs a name of printable characters"),
+        ({5: 1.0}, "5: a column needs a name"),
+        ({"x": [1.0]}, "x: must be a number of at most 64 bits, a truth value, a text or None, not [1.0]"),
+        ({"x": 10**30}, "x: must be a number of at most 64 bits"),
+        ({"x": "a\0b"}, "x: a text must not hold NUL"),
+        ({"outcome": 3}, "outcome: must be a text, not 3"),
+        ({"run": 5}, "run: is a column of the inputs; give the result another name"),
+        ({"wind.speed": 9.0}, "wind.speed: is a column of the inputs"),
+        ({"x": np.int64(3), "y": np.array(2.5), "z": np.bool_(True), "t": "text"}, ""),
+    ],
+)
+def test_a_summary_that_no_file_can_hold_is_a_failed_run(scene, tmp_path, kept, message):
+    """Not the end of the sweep, and no journal that is called damaged the next time."""
+    arguments = {"stop_time": 0.1, "summary": lambda result: kept, "out": tmp_path / "a.nc"}
+    for _ in range(2):
+        dataset = gf.sweep(scene, {"wind.speed": [4.0]}, **arguments).dataset
+        assert dataset.run.values.tolist() == [0]
+        assert dataset["wind.speed"].values.tolist() == [4.0]
+        assert message in dataset.message.values[0]
+        assert dataset.outcome.values[0] == ("error" if message else "completed")
+        assert (tmp_path / "a.nc").exists()
+
+
 @pytest.mark.parametrize("out", [(), ("-o", "a.nc")])
 @pytest.mark.parametrize("form", [(), ("--json",)])
 def test_stopped_before_the_first_run_is_done(invoke, monkeypatch, tmp_path, out, form):
