@@ -32,12 +32,12 @@ NODE_CHANNELS = (
 
 SPAN_CHANNELS = (
     Channel("wind_speed", "m/s", "wind speed"),
-    Channel("left_f1", "N", "force of the cable on the left tower along the span"),
-    Channel("left_f2", "N", "force of the cable on the left tower, upwards"),
-    Channel("left_f3", "N", "force of the cable on the left tower, with the wind"),
-    Channel("right_f1", "N", "force of the cable on the right tower along the span"),
-    Channel("right_f2", "N", "force of the cable on the right tower, upwards"),
-    Channel("right_f3", "N", "force of the cable on the right tower, with the wind"),
+    Channel("left_f1", "N", "force of the cable on the left end along the span"),
+    Channel("left_f2", "N", "force of the cable on the left end, upwards"),
+    Channel("left_f3", "N", "force of the cable on the left end, with the wind"),
+    Channel("right_f1", "N", "force of the cable on the right end along the span"),
+    Channel("right_f2", "N", "force of the cable on the right end, upwards"),
+    Channel("right_f3", "N", "force of the cable on the right end, with the wind"),
     Channel("kinetic_energy", "J", "kinetic energy, with that of the rotating eccentric ice"),
     Channel(
         "potential_energy",
@@ -48,6 +48,9 @@ SPAN_CHANNELS = (
     Channel("newton_iterations", "1", "Newton iterations of the last step"),
     Channel("substeps", "1", "sub-steps that the last step was divided into"),
 )
+
+END_FORCES = tuple(f"{end}_f{axis}" for end in ("left", "right") for axis in (1, 2, 3))
+"""Span channels that hold a force on an end."""
 
 DESCRIBED = {channel.name: channel for channel in (*NODE_CHANNELS, *SPAN_CHANNELS)}
 """Every channel by its name."""

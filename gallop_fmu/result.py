@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from gallop_fmu.channels import DESCRIBED
+from gallop_fmu.channels import DESCRIBED, END_FORCES
 from gallop_fmu.engine import Equilibrium
 from gallop_fmu.errors import SceneError
 from gallop_fmu.files import netcdf_bytes, write_whole
@@ -342,8 +342,12 @@ def histories(
     """
     import xarray as xr  # a third of a second, which `import gallop_fmu` should not cost
 
+    def meaning(name: str) -> str:
+        remark = scene.supports.remark_on_force(name.partition("_")[0]) if name in END_FORCES else ""
+        return f"{DESCRIBED[name].meaning}; {remark}" if remark else DESCRIBED[name].meaning
+
     described = {
-        name: (*content, {"units": DESCRIBED[name].unit, "long_name": DESCRIBED[name].meaning})
+        name: (*content, {"units": DESCRIBED[name].unit, "long_name": meaning(name)})
         for name, content in variables.items()
     }
     times = ("time", time, {"units": "s", "long_name": "time"})

@@ -12,6 +12,12 @@ from pydantic import Field
 from gallop_fmu.laws import Law
 from gallop_fmu.sections import Number, Section, quantity, setting
 
+ONE_SPAN_ONLY = (
+    "the whole pull of this span on its end; the adjacent span balances most of it, so it is not the load on the "
+    "suspension tower"
+)
+"""Remark on the force on an end that is held by an insulator and an adjacent span."""
+
 
 class SupportMotion(Section):
     """Displacement of the point on the tower that the conductor hangs from, along each axis."""
@@ -48,6 +54,10 @@ class AdjacentSpanSupport(Section):
 
     with Lx `adjacent_span`, H `adjacent_tension`, Ll `insulator_length`, W `insulator_weight`, L the length of the
     analysed span, AE its axial stiffness and py its weight per unit length with ice.
+
+    The force that results and the FMU give for this end is the whole pull of the analysed span. A suspension tower
+    carries the insulator's force only: K_l1 times the displacement of the conductor's end along and across the span,
+    and downwards the vertical forces of both spans (twice this one if they are alike) and the insulator's weight.
     """
 
     kind: Literal["adjacent_span"] = setting("adjacent_span", "kind of support")
@@ -67,3 +77,7 @@ class Supports(Section):
 
     left: Support = setting(RigidSupport(), "support at x1 = 0")
     right: Support = setting(RigidSupport(), "support at the far end, x1 = length")
+
+    def remark_on_force(self, end: str) -> str:
+        """Remark on the force of the span on its ``"left"`` or ``"right"`` end; empty where the tower carries it."""
+        return ONE_SPAN_ONLY if isinstance(getattr(self, end), AdjacentSpanSupport) else ""

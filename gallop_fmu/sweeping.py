@@ -47,7 +47,10 @@ for _name, (_unit, _meaning) in _MOTIONS.items():
     }
 SUMMARY_COLUMNS |= {
     "lowest_tension": ("N", "lowest tension anywhere along the span in the whole run"),
-    "support_force_highest": ("N", "greatest force on a support in the whole run"),
+    "support_force_highest": (
+        "N",
+        "greatest pull on an end in the whole run (adjacent_span: not the load on the tower)",
+    ),
     "beyond_cigre_322": ("m", "how far the motion in the window leaves the ellipse of CIGRE 322; negative within"),
     "beyond_davison": ("m", "how far the motion in the window leaves the upright ellipse of Davison; negative within"),
     "warnings": ("", "what limits the trust in the numbers"),

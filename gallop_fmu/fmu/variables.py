@@ -192,12 +192,13 @@ def _outputs(scene: Scene) -> Iterator[dict[str, Any]]:
     for end in ENDS:
         for axis in (1, 2, 3):
             channel = SPAN_CHANNELS[SPAN_INDEX[f"{end}_f{axis}"]]
+            remark = scene.supports.remark_on_force(end)
             yield common | {
                 "name": f"support.{end}.f{axis}",
                 "origin": Origin.SPAN,
                 "key": channel.name,
                 "unit": channel.unit,
-                "description": channel.meaning,
+                "description": f"{channel.meaning}; {remark}" if remark else channel.meaning,
                 "nominal": tension,
             }
     yield whole | {

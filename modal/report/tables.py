@@ -98,7 +98,8 @@ def static_table(findings: Findings) -> Table:
     }
     for end, number in (("left", 0), ("right", 1)):
         for axis, way in enumerate(("along the span", "upwards", "with the wind")):
-            name = f"force on the {end} tower, {way} [kN]"
+            whole = " (whole pull of the span)" if findings.scene.supports.remark_on_force(end) else ""
+            name = f"force on the {end} end, {way}{whole} [kN]"
             quantities[name] = [f"{state.support_force[number, axis] / 1e3:z.3f}" for state in states]
     headings = [wind_text(state.wind_speed) for state in states]
     return Table("At rest", ("", *headings), [(name, *cells) for name, cells in quantities.items()])

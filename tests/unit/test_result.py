@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 import gallop_fmu as gf
+from gallop_fmu.fmu.variables import fmu_variables
 from gallop_fmu.result import frequency_text, oscillation
 from gallop_fmu.steadiness import dominant_frequency
 
@@ -50,3 +51,16 @@ def test_a_window_between_two_records_is_refused():
     runs = gf.sweep("example1", {"wind.speed": [0.0]}, stop_time=0.5, window=0.001)
     assert runs.dataset.outcome.values.tolist() == ["invalid_scene"]
     assert "holds fewer than two records" in runs.dataset.message.item()
+
+
+def test_the_force_at_an_adjacent_span_is_said_to_be_no_load_on_the_tower():
+    beside = {"kind": "adjacent_span", "adjacent_span": 130.0, "adjacent_tension": 15e3}
+    string = {"insulator_length": 2.0, "insulator_weight": 500.0}
+    scene = gf.load_scene("example3").with_values({"supports.right": {**beside, **string}, "numerics.elements": 4})
+    data = gf.simulate(scene, 0.05).dataset
+    for axis in (1, 2, 3):
+        assert "not the load on the suspension tower" not in data[f"left_f{axis}"].attrs["long_name"]
+        assert data[f"right_f{axis}"].attrs["long_name"].endswith("so it is not the load on the suspension tower")
+    told = {variable.name: variable.description for variable in fmu_variables(scene)}
+    assert "whole pull of this span" in told["support.right.f1"]
+    assert "whole pull of this span" not in told["support.left.f1"]
