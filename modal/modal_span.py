@@ -22,6 +22,9 @@ CALM = PolynomialCoefficients(
 """Stands for the coefficients of a scene that has none, because no wind blows."""
 
 TURN = 2.0 * np.pi
+WEAK_WIND = 1e-6
+"""Wind whose force is a smaller part of the weight has no attack angle to judge, as in the kernel (aero.c)."""
+
 EQUILIBRIUM_TOLERANCE = 1e-12
 EQUILIBRIUM_ITERATIONS = 30
 
@@ -49,6 +52,8 @@ class WindLoad:
         Middle and half width of the curve's validity range [rad].
     limited : bool
         Whether an angle outside the range is an error; else the coefficient there is the one at the end of the range.
+    weak : float
+        Force per length [N/m] of a coefficient of one, up to which the wind on a section cannot matter.
     inner, origin, coefficient
         The curve: inner breakpoints, and origins and coefficients (power, coefficient, piece) of its cubics.
     """
@@ -62,6 +67,7 @@ class WindLoad:
     centre: float
     half_range: float
     limited: bool
+    weak: float
     inner: Array
     origin: Array
     coefficient: Array
@@ -87,13 +93,17 @@ class WindLoad:
             centre=0.5 * (first + last),
             half_range=0.5 * (last - first),
             limited=curve.outside == "error",
+            weak=WEAK_WIND * (scene.conductor.mass_per_length + scene.ice.mass_per_length) * scene.span.gravity,
             inner=curve.breakpoint[1:-1],
             origin=curve.origin,
             coefficient=np.ascontiguousarray(curve.coefficient.transpose(2, 1, 0)),
         )
 
     def __call__(self, state: Array, wind_speed: float) -> tuple[Array, float]:
-        """Modal load at the state (q, q'), and the attack angle [rad] that is farthest from the middle of the curve."""
+        """Modal load at the state (q, q'), and the attack angle [rad] that is farthest from the middle of the curve.
+
+        The angle is that of the sections on which the wind matters; without any it is the middle of the curve.
+        """
         if wind_speed == 0.0:  # as in the simulation, still air exerts no force
             return np.zeros(len(self.collect)), self.centre
         theta, rise, drift = (self.motion @ state).reshape(3, -1)
@@ -113,7 +123,8 @@ class WindLoad:
                 self.half_density_diameter * self.diameter * square * moment,
             ]
         )
-        return self.collect @ load, self.centre + float(offset[np.abs(offset).argmax()])
+        judged = np.where(self.half_density_diameter * square > self.weak, offset, 0.0)
+        return self.collect @ load, self.centre + float(judged[np.abs(judged).argmax()])
 
     def leaves_curve(self, angle: float) -> bool:
         """Whether the simulation would refuse this attack angle [rad]."""

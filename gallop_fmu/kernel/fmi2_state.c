@@ -13,6 +13,12 @@ typedef struct {
     uint64_t foreign;             /* 1: came as bytes, and its content is not believed */
 } saved;
 
+/* What a host gives back to the functions below; no more can be told of a pointer. */
+static bool is_saved(const saved *s)
+{
+    return s && (uintptr_t)s % sizeof(uint64_t) == 0 && memcmp(s->magic, STATE_MAGIC, sizeof s->magic) == 0;
+}
+
 static const double *parameters_in(const saved *s) { return (const double *)(s + 1); }
 
 static const char *state_in(const saved *s) { return (const char *)(parameters_in(s) + s->parameters); }
@@ -140,7 +146,7 @@ fmi2Status fmi2SetFMUstate(fmi2Component component, fmi2FMUstate state)
 {
     ALLOW(ANY);
     const saved *s = state;
-    if (!s || memcmp(s->magic, STATE_MAGIC, sizeof s->magic) != 0 || !of_this_fmu(c, s))
+    if (!is_saved(s) || !of_this_fmu(c, s))
         return say(c, fmi2Error, "%s: this is not a state of this FMU", __func__);
     const bool same = memcmp(parameters_in(s), c->stored, parameter_bytes(c)) == 0;
     const fmi2Status result = same ? restore(c, s) : restore_with_parameters(c, s);
@@ -164,7 +170,8 @@ fmi2Status fmi2FreeFMUstate(fmi2Component component, fmi2FMUstate *state)
 fmi2Status fmi2SerializedFMUstateSize(fmi2Component component, fmi2FMUstate state, size_t *size)
 {
     ALLOW(ANY);
-    if (!state || !size) return say(c, fmi2Error, "%s: no state, or no place for its size, was given", __func__);
+    if (!is_saved(state) || !size)
+        return say(c, fmi2Error, "%s: no state, or no place for its size, was given", __func__);
     *size = ((const saved *)state)->size;
     return fmi2OK;
 }
@@ -178,7 +185,7 @@ fmi2Status fmi2SerializeFMUstate(fmi2Component component, fmi2FMUstate state, fm
 {
     ALLOW(ANY);
     const saved *s = state;
-    if (!s || !bytes) return say(c, fmi2Error, "%s: no state, or no place for it, was given", __func__);
+    if (!is_saved(s) || !bytes) return say(c, fmi2Error, "%s: no state, or no place for it, was given", __func__);
     if (size < s->size)
         return say(c, fmi2Error, "%s: the state needs %lu bytes, not %lu", __func__, (unsigned long)s->size,
                    (unsigned long)size);

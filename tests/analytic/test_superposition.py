@@ -53,6 +53,19 @@ def test_the_wind_load_is_that_of_the_simulation(curve):
     assert span.wind_load(np.concatenate([q, rate]), 0.0)[0] == pytest.approx(0.0, abs=0.0)  # still air
 
 
+def test_the_attack_angle_in_weak_wind_is_not_judged():
+    """A ramp from calm ended at once: the span's own motion turned a wind of nothing out of the curve."""
+    ramp = {"kind": "ramp", "initial": 0.0, "final": 5.5, "duration": 5.0}
+    runs = [
+        nonlinear_motion(
+            some_modes(example3(wind__speed=None, wind__history=ramp, aerodynamics__outside=outside)), stop_time=6.0
+        )
+        for outside in ("error", "hold")
+    ]
+    assert all(run.report.outcome is gf.Outcome.COMPLETED for run in runs)
+    assert np.array_equal(*(run.dataset["u2"].values for run in runs))
+
+
 def test_the_slopes_are_derivatives_of_the_wind_load():
     span = some_modes(example3())
     count = len(span.modes)

@@ -373,3 +373,13 @@ def test_logging_knows_its_categories_and_the_library_its_version(fmu):
         function = getattr(fmu.library, f"fmi2{name}")
         function.restype = c.c_char_p
         assert function() == answer
+
+
+@pytest.mark.parametrize("call", ["SetFMUstate", "SerializedFMUstateSize", "SerializeFMUstate"])
+def test_what_is_no_saved_state_is_refused(stepping, call):
+    """A null pointer, memory of something else, and one that is not aligned: their size was believed before."""
+    junk, room, size = c.create_string_buffer(4096), c.create_string_buffer(64), c.c_size_t()
+    more = {"SetFMUstate": (), "SerializedFMUstateSize": (c.byref(size),), "SerializeFMUstate": (room, c.c_size_t(64))}
+    good = stepping.save()
+    for pointer in (None, c.c_void_p(c.addressof(junk)), c.c_void_p(good.value + 4)):
+        refused(stepping, lambda state=pointer: stepping.call(call, state, *more[call]), f"fmi2{call}: ")
