@@ -239,6 +239,7 @@ def linear(
     told = {
         "title": chosen.title,
         "unstable_attack_angles_deg": {criterion.name: criterion.unstable_deg for criterion in criteria},
+        "causes": {criterion.name: criterion.causes for criterion in criteria if criterion.causes},
         "critical_winds": [
             {
                 "family": onset.mode.family,
@@ -265,6 +266,7 @@ def linear(
     for criterion in criteria:
         ranges = ", ".join(f"{first:.1f} to {last:.1f}" for first, last in criterion.unstable_deg)
         lines.append(f"{criterion.name}: unstable at {ranges} deg" if ranges else f"{criterion.name}: stable")
+        lines += [f"  {line}" for line in criterion.explained]
 
     def figure() -> Any:
         from modal.linear import root_locus

@@ -17,7 +17,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -38,6 +38,10 @@ SLOPE_STEP = 1e-6
 """Step of the difference that gives the slopes of drag and moment [rad]; the curve is cubic between breakpoints."""
 
 
+REAL = 1e-6
+"""Imaginary part of an eigenvalue, in parts of its modulus, below which the motion does not oscillate."""
+
+
 @dataclass(frozen=True)
 class Criterion:
     """A criterion of stability over the attack angle.
@@ -52,6 +56,8 @@ class Criterion:
         Negative: unstable.
     unstable : list of tuple of float
         Ranges of the attack angle [rad] in which it is negative.
+    causes : list of str
+        Kind of the instability in each of these ranges where it grows fastest; empty for criteria of one kind.
     """
 
     name: str
@@ -60,11 +66,18 @@ class Criterion:
     attack_angle: Array = field(repr=False)
     value: Array = field(repr=False)
     unstable: list[tuple[float, float]]
+    causes: list[str] = field(default_factory=list)
 
     @property
     def unstable_deg(self) -> list[tuple[float, float]]:
         """The unstable ranges in degrees."""
         return [(float(np.degrees(first)), float(np.degrees(last))) for first, last in self.unstable]
+
+    @property
+    def explained(self) -> list[str]:
+        """Sentence on each unstable range whose cause is known."""
+        ranges = zip(self.unstable_deg, self.causes, strict=False)
+        return [f"{first:.1f} to {last:.1f} deg: {cause}" for (first, last), cause in ranges]
 
 
 def den_hartog(scene: Scene) -> Criterion:
@@ -106,7 +119,9 @@ def coupled(scene: Scene, wind_speed: float | None = None) -> Criterion:
     Eigenvalues of the three equations of a section in vertical, horizontal and torsional motion, with eccentric ice,
     structural damping, the span's first symmetric vertical and horizontal frequencies, the first torsional one, and the
     linearised load above. The value is minus the largest real part. That the three motions have the same shape
-    along the span is an assumption; `critical_wind_speed` needs none.
+    along the span is an assumption; `critical_wind_speed` needs none. Unlike Den Hartog's and Nigol's criteria it knows
+    static divergence, where the wind's moment grows faster with the twist than the section resists, and coupled
+    flutter, so that it may be unstable where these two are stable; see `Criterion.causes`.
 
     Parameters
     ----------
@@ -126,7 +141,13 @@ def coupled(scene: Scene, wind_speed: float | None = None) -> Criterion:
         raise SceneError(f"wind speed = {speed} m/s: the coupled criterion needs a positive one; set wind.speed")
     section = _Section.of(scene)
     name = f"coupled, vertical-horizontal-torsional, {speed:g} m/s"
-    return _criterion(name, "-max Re(s)", "1/s", curve, lambda angle: -section.growth(curve, angle, speed))
+    found = _criterion(name, "-max Re(s)", "1/s", curve, lambda angle: -section.fastest(curve, angle, speed).real)
+    causes = []
+    for first, last in found.unstable:
+        within = (found.attack_angle >= first) & (found.attack_angle <= last)
+        worst = found.attack_angle[within][np.argmin(found.value[within])] if np.any(within) else 0.5 * (first + last)
+        causes.append(section.cause(complex(section.fastest(curve, np.array([worst]), speed)[0])))
+    return replace(found, causes=causes)
 
 
 def stability_criteria(scene: Scene) -> list[Criterion]:
@@ -136,9 +157,11 @@ def stability_criteria(scene: Scene) -> list[Criterion]:
 
 
 def slopes(curve: AerodynamicCurve, angle: Array) -> Array:
-    """Slopes of lift, drag and moment per radian, shape (3, angle); one-sided at the ends of the curve."""
-    first, last = (curve.breakpoint[0], curve.breakpoint[-1]) if curve.outside == "error" else (-np.inf, np.inf)
-    low, high = np.maximum(angle - SLOPE_STEP, first), np.minimum(angle + SLOPE_STEP, last)
+    """Slopes of lift, drag and moment per radian, shape (3, angle); one-sided at the ends of a curve that has ends."""
+    first, last = curve.breakpoint[0], curve.breakpoint[-1]
+    within = (angle >= first) & (angle <= last) & (curve.outside != "periodic")
+    low = np.where(within, np.maximum(angle - SLOPE_STEP, first), angle - SLOPE_STEP)
+    high = np.where(within, np.minimum(angle + SLOPE_STEP, last), angle + SLOPE_STEP)
     of = (curve.lift, curve.drag, curve.moment)
     return np.array([(coefficient(high) - coefficient(low)) / (high - low) for coefficient in of])
 
@@ -150,6 +173,7 @@ class _Section:
     On a slope u2 is the motion normal to the chord, and `gravity` the component against it.
     """
 
+    hertz: dict[str, float]
     mass: Array
     damping: Array
     stiffness: Array
@@ -172,6 +196,7 @@ class _Section:
         assert scene.aerodynamics is not None  # asked for by every criterion
         radius = scene.aerodynamics.reference_radius or 0.5 * conductor.diameter
         return cls(
+            dict(zip(("vertical", "horizontal", "torsional"), hertz.tolist(), strict=True)),
             np.diag(diagonal),
             np.diag(2.0 * diagonal * omega * ratio),
             np.diag(diagonal * omega**2),
@@ -182,8 +207,16 @@ class _Section:
             radius,
         )
 
-    def growth(self, curve: AerodynamicCurve, angle: Array, speed: float) -> Array:
-        """Largest real part [1/s] of the eigenvalues at each angle."""
+    def cause(self, fastest: complex) -> str:
+        """Kind of motion that grows with an eigenvalue [1/s]."""
+        if abs(fastest.imag) < REAL * abs(fastest):
+            return "static divergence of the twist"
+        frequency = abs(fastest.imag) / (2.0 * np.pi)
+        name = min(self.hertz, key=lambda family: abs(np.log(frequency / self.hertz[family])))
+        return f"growth at {frequency:.3g} Hz, near the {name} frequency of {self.hertz[name]:.3g} Hz"
+
+    def fastest(self, curve: AerodynamicCurve, angle: Array, speed: float) -> NDArray[np.complex128]:
+        """Eigenvalue [1/s] with the largest real part at each angle."""
         cl, cd, cm = curve.lift(angle), curve.drag(angle), curve.moment(angle)
         sl, sd, sm = slopes(curve, angle)
         k, d, r = 0.5 * self.air_density * self.diameter * speed, self.diameter, self.radius
@@ -206,7 +239,8 @@ class _Section:
         inverse = np.linalg.inv(mass)
         state[:, 3:, :3] = -inverse @ stiffness
         state[:, 3:, 3:] = -inverse @ damping
-        return np.asarray(np.linalg.eigvals(state).real.max(axis=1))
+        values = np.linalg.eigvals(state)
+        return np.asarray(np.take_along_axis(values, values.real.argmax(axis=1)[:, None], axis=1)[:, 0])
 
 
 def rayleigh_ratio(pair: RayleighPair | None, frequency_hz: float) -> float:

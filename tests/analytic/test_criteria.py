@@ -201,3 +201,31 @@ def test_a_narrow_window_of_galloping_is_found_inside_a_step(centre):
     low, high = _growing(branch, 0.0, 1.0, np.inf)
     assert branch(low).damping_ratio > 0.0 > branch(high).damping_ratio
     assert low < centre < high + 0.06
+
+
+@pytest.mark.parametrize("name", ["den_hartog", "nigol", "coupled"])
+def test_a_criterion_does_not_depend_on_what_lies_outside_the_curve(name):
+    scene = gf.load_scene("example3")
+    inside, held = (getattr(modal, name)(scene.with_values({"aerodynamics.outside": how})) for how in ("error", "hold"))
+    np.testing.assert_array_equal(held.value, inside.value)  # 0.1.0 halved the slopes at both ends with "hold"
+    assert abs(held.value[0] - held.value[1]) < 0.05 * abs(held.value[1])  # no jump at the end
+
+
+def test_divergence_and_growth_are_told_apart():
+    """A shaft of length S that the moment q d^2 CM' theta twists gives way at q d^2 CM' = GJ (pi/S)^2."""
+    slope = 12.0
+    no_ice = {"ice.first_moment_x2": 0.0, "ice.first_moment_x3": 0.0}
+    scene = gf.load_scene("example3").with_values(
+        {**no_ice, "aerodynamics.moment": [0.0, slope], "aerodynamics.lift": [0.0], "aerodynamics.drag": [1.0]}
+    )
+    arc = gf.Model(scene).equilibrium().length
+    pressure = 153.0 * (np.pi / arc) ** 2 / (0.0235**2 * slope)
+    speed = float(np.sqrt(2.0 * pressure / 1.2929))
+    assert modal.coupled(scene, 0.999 * speed).unstable == []
+    beyond = modal.coupled(scene, 1.001 * speed)
+    assert (len(beyond.unstable), beyond.causes) == (1, ["static divergence of the twist"])
+    assert modal.den_hartog(scene).unstable == modal.nigol(scene).unstable == []
+    galloping = modal.coupled(gf.load_scene("example3"))
+    assert galloping.explained == [
+        "166.5 to 194.4 deg: growth at 0.684 Hz, near the vertical frequency of 0.695 Hz",
+    ]
