@@ -387,3 +387,11 @@ def test_journals_that_are_no_files(path):
     journal_of(path).mkdir()
     with pytest.raises(gf.SceneError, match="is a folder"):
         Store(path, HEADER)
+
+
+def test_a_truth_among_numbers_is_not_one():
+    header = {"grid": {}, "columns": {}}
+    rows = [{"run": 0, "a": True, "b": True}, {"run": 1, "a": 3, "b": False}, {"run": 2, "a": 2.5, "b": None}]
+    found = as_dataset(rows, header)
+    assert found.a.values.tolist() == ["True", "3", "2.5"]
+    assert found.b.values.tolist()[:2] == [1.0, 0.0]

@@ -312,3 +312,14 @@ def test_coefficients_of_no_conductor_are_refused(row, message, tmp_path):
     (tmp_path / "c.csv").write_text(f"angle_deg,lift,drag,moment\n{row}\n9,0,1,0\n")
     with pytest.raises(gf.SceneError, match=message):
         gf.load_scene("example3").with_values({"aerodynamics": {"kind": "table", "file": str(tmp_path / "c.csv")}})
+
+
+def test_a_text_that_looks_like_a_number_stays_a_text(tmp_path):
+    from gallop_fmu.terminal import chosen_scene
+    from gallop_fmu.terminal_runs import grid_of
+
+    assert chosen_scene("example3", ["title=1.10"]).title == "1.10"
+    assert chosen_scene("example3", ['title="a, b"']).title == "a, b"
+    assert cases("example3", grid_of(["title=07:30,1e3"])).grid == {"title": ["07:30", "1e3"]}
+    (tmp_path / "s.csv").write_text("title,aerodynamics.outside\n1_0,hold\n")
+    assert cases("example3", table=tmp_path / "s.csv").every[0].scene().title == "1_0"
