@@ -65,8 +65,8 @@ def _not_covered(scene: Scene, stop_time: float) -> tuple[str, ...]:
         covered = max(0.0, min(law.time[-1], stop_time) - max(law.time[0], 0.0))
         if covered < stop_time * (1.0 - 1e-9):
             found.append(
-                f"{name} covers {covered:.6g} s of the {stop_time:.6g} s, from {law.time[0]:.6g} to "
-                f"{law.time[-1]:.6g} s; its first and last values are held outside. Give a history of the whole run, "
+                f"{name} covers {covered:.6g} s of the {stop_time:.6g} s, from {law.time[0]:.10g} to "
+                f"{law.time[-1]:.10g} s; its first and last values are held outside. Give a history of the whole run, "
                 "with times in seconds from its start."
             )
     return tuple(found)

@@ -17,7 +17,7 @@ from typing import Any
 from pydantic import ValidationInfo
 
 from gallop_fmu.errors import SceneError
-from gallop_fmu.words import clean_text, number_remedy, plain, read_number
+from gallop_fmu.words import clean_text, is_number, number_remedy, plain, read_number, toml_spelling
 
 LARGEST_FILE = 10_000_000
 """Bytes; a scene or table beyond this is taken for a mistake."""
@@ -27,6 +27,15 @@ DEEPEST = 40
 """Levels of nested TOML tables and arrays that are read; a scene has few."""
 # Found before parsing, which takes a time that grows with the square of the levels.
 _DEEP_KEY = re.compile(rf"""(?<![\w"'-])(?:[\w"'-]++[ \t]*+\.[ \t]*+){{{DEEPEST}}}""")
+
+
+# Texts and comments, which are passed over also where they do not end, and words that stand as values.
+_TOML_PART = re.compile(
+    r'''"""(?:[^"\\]|\\.|"(?!""))*+(?:"""|\Z)|"(?:[^"\\\n]|\\[^\n])*+"?'''
+    r"""|'''(?:[^']|'(?!''))*+(?:'''|\Z)|'[^'\n]*+'?|\#[^\n]*+"""
+    r"""|(?<![\w.+\-])(?P<word>[+-]?\.?[0-9][\w.+\-:]*+)(?=[ \t]*(?:[,\]}\#\n]|\Z))""",
+    re.DOTALL,
+)
 
 
 def read_text(path: Path) -> str:
@@ -71,17 +80,17 @@ def read_text(path: Path) -> str:
 
 
 def parse_toml(text: str) -> dict[str, Any]:
-    """Tables and values of TOML text.
+    """Tables and values of TOML text, in which numbers are those of `gallop_fmu.words.read_number`.
 
     Raises
     ------
     SceneError
-        It is none, or nested more than `DEEPEST` levels.
+        It is none, a number is written in another way, or it is nested more than `DEEPEST` levels.
     """
     try:
         if _DEEP_KEY.search(text):
             raise RecursionError
-        parsed = tomllib.loads(text)
+        parsed = tomllib.loads(_TOML_PART.sub(_toml_number, text))
         level: list[Any] = [parsed]
         for _ in range(DEEPEST):
             level = [item for one in level for item in (one.values() if isinstance(one, dict) else one)]
@@ -90,9 +99,24 @@ def parse_toml(text: str) -> dict[str, Any]:
             raise RecursionError
     except RecursionError:
         raise SceneError(f"not a TOML file that can be a scene (nested more than {DEEPEST} levels)") from None
+    except SceneError:
+        raise
     except ValueError as problem:  # a whole number of thousands of digits is no TOMLDecodeError
         raise SceneError(f"not a TOML file ({problem})") from None
     return parsed
+
+
+def _toml_number(part: re.Match[str]) -> str:
+    """A part of TOML text, its numbers in the spelling of TOML."""
+    word = part["word"]
+    if word is None:
+        return part[0]
+    if is_number(word):
+        return toml_spelling(word)
+    if "_" in word or word.lstrip("+-")[:2].lower() in ("0x", "0o", "0b"):
+        line = part.string.count("\n", 0, part.start()) + 1
+        raise SceneError(f"line {line}: {word[:40]} is no number; {number_remedy(word)}")
+    return word
 
 
 def parse_value(text: str, *, as_text: bool = False) -> Any:

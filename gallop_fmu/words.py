@@ -21,10 +21,11 @@ LARGEST_WHOLE = 2**63
 """Whole numbers from here on are kept as floating-point numbers; no file type has integers for them."""
 
 _NUMBER = re.compile(r"[+-]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][+-]?[0-9]+)?")
+_TOML_NUMBER = re.compile(r"[+-]?(?:0|[1-9][0-9]*)(?:\.[0-9]+)?(?:[eE][+-]?[0-9]+)?")
 _WHOLE = re.compile(r"[+-]?[0-9]{1,19}")
 _DECIMAL_COMMA = re.compile(r"[+-]?[0-9]+,[0-9]+(?:[eE][+-]?[0-9]+)?")
 _DATE_OR_TIME = re.compile(r"[0-9]{1,4}[-/.][0-9]{1,2}[-/.][0-9]{1,4}|[0-9]{1,2}:[0-9]{2}")
-_ODD_NUMBER = re.compile(r"[+-]?(?:0[xXoObB][0-9a-fA-F]+|\w*_\w*|[0-9.]+[dD][+-]?[0-9]+)")
+_ODD_NUMBER = re.compile(r"[+-]?(?:0[xXoObB][0-9a-fA-F]+|[\w.]*_[\w.]*|[0-9.]+[dD][+-]?[0-9]+)")
 # Controls except tab and line feed, surrogates, and the code points that Unicode reserves as non-characters.
 _REFUSED = re.compile(
     "[\x00-\x08\x0b-\x1f\x7f-\x9f\ud800-\udfff\ufdd0-\ufdef"
@@ -60,16 +61,31 @@ def printable(text: str) -> str:
 def read_number(text: str) -> int | float | None:
     """Return the finite number that a text is, else None; a whole number as an int, if an array can hold it."""
     text = text.strip()
-    if not _NUMBER.fullmatch(text):
+    if not is_number(text):
         return None
     if _WHOLE.fullmatch(text) and -LARGEST_WHOLE <= int(text) < LARGEST_WHOLE:
         return int(text)
     return value if math.isfinite(value := float(text)) else None
 
 
+def is_number(text: str) -> bool:
+    """Whether a text is written as a number, however large."""
+    return _NUMBER.fullmatch(text) is not None
+
+
+def toml_spelling(number: str) -> str:
+    """Return a number as TOML spells it: with digits on both sides of a point, and without zeros before others."""
+    if _TOML_NUMBER.fullmatch(number):
+        return number
+    mantissa, mark, exponent = number.lower().partition("e")
+    sign = mantissa[0] if mantissa[0] in "+-" else ""
+    whole, point, decimals = mantissa.removeprefix(sign).partition(".")
+    return f"{sign}{whole.lstrip('0') or '0'}{point}{(decimals or '0') if point else ''}{mark}{exponent}"
+
+
 def number_remedy(text: str) -> str:
     """Return what to write in place of a text that was meant as a number; empty if nothing is known."""
-    if _NUMBER.fullmatch(text.strip()):
+    if is_number(text.strip()):
         return "it is too large"
     given, text = text.strip(), unicodedata.normalize("NFKC", text.strip())
     if _DECIMAL_COMMA.fullmatch(text):

@@ -1,6 +1,9 @@
 """One rule for every text and every number, wherever a user gives it: files, tables, options, Python."""
 
 import json
+import re
+import time
+import tomllib
 import typing
 import xml.etree.ElementTree as ElementTree
 
@@ -19,7 +22,7 @@ from gallop_fmu.paths import section_classes
 from gallop_fmu.sections import Text
 from gallop_fmu.spans import cases, read_spans
 from gallop_fmu.terminal import new_console
-from gallop_fmu.textfiles import read_table
+from gallop_fmu.textfiles import parse_toml, read_table
 from gallop_fmu.words import clean_text, plain, printable, read_number
 
 ACCEPTED = {".5": 0.5, "2.": 2.0, "05": 5.0, "1e-3": 0.001, "+3": 3.0, "7": 7.0, "2.50E+0": 2.5}
@@ -61,6 +64,12 @@ def in_data_frame(word, folder):
     return cases("example3", table=pd.DataFrame({"wind.speed": [word]})).every[0].scene().wind.speed
 
 
+def in_scene_file(word, folder):
+    text = gf.load_scene("example3").to_toml()
+    (folder / "s.toml").write_text(re.sub(r"(?m)^speed = .*$", f"speed = {word}  # m/s", text), "utf-8")
+    return gf.load_scene(folder / "s.toml").wind.speed
+
+
 def in_over(word, folder):
     from gallop_fmu.terminal_runs import grid_of
 
@@ -73,7 +82,7 @@ def in_set(word, folder):
     return chosen_scene("example3", [f"wind.speed={word}"]).wind.speed
 
 
-PLACES = [in_coefficient_file, in_input_file, in_span_csv, in_geojson, in_data_frame, in_over, in_set]
+PLACES = [in_coefficient_file, in_input_file, in_span_csv, in_geojson, in_data_frame, in_scene_file, in_over, in_set]
 
 
 @pytest.mark.parametrize("place", PLACES)
@@ -86,7 +95,7 @@ def test_the_same_words_are_numbers_everywhere(place, tmp_path):
 def test_the_same_words_are_refused_everywhere(place, word, tmp_path):
     if "," in word and place in (in_coefficient_file, in_over):
         pytest.skip("a comma separates two numbers there")
-    with pytest.raises(gf.SceneError, match=r"finite number|a range is"):
+    with pytest.raises(gf.SceneError, match=r"finite number|a range is|not a TOML file|is no number"):
         place(word, tmp_path)
 
 
@@ -323,3 +332,35 @@ def test_a_text_that_looks_like_a_number_stays_a_text(tmp_path):
     assert cases("example3", grid_of(["title=07:30,1e3"])).grid == {"title": ["07:30", "1e3"]}
     (tmp_path / "s.csv").write_text("title,aerodynamics.outside\n1_0,hold\n")
     assert cases("example3", table=tmp_path / "s.csv").every[0].scene().title == "1_0"
+
+
+def test_only_values_of_a_scene_file_are_respelled():
+    text = '''a."0.5" = ".5, 05" # 1_0 is .5
+b = [ .5, 2., [05, -.5e3], {x = +007.}, "1_0", 'its .5', 1979-05-27 07:32:00, 07:30:00 ]
+c = """one ".5"
+1_0
+\\""" 05"""
+d = \'\'\'x = .5
+\'\'\'
+12 = 0 # "
+1_0 = 2024-01-01
+[e.05]
+f = nan'''
+    found = parse_toml(text)
+    plain_toml = text.replace("[ .5, 2., [05, -.5e3], {x = +007.}", "[ 0.5, 2.0, [5, -0.5e3], {x = 7.0}")
+    expected = tomllib.loads(plain_toml)
+    assert {**found, "e": None} == {**expected, "e": None}
+    assert type(found["b"][2][0]) is int
+    for wrong in ("x = 1_0", "x = [1, 0x1F]", "x = {y = 0b1}", "x = -1_0.5"):
+        with pytest.raises(gf.SceneError, match=r"line 2: .* is no number; write the digits 0 to 9 only"):
+            parse_toml(f"a = 1\n{wrong} # why")
+
+
+@pytest.mark.parametrize(
+    "text", ['"\\"' * 500_000, "'" * 999_999, '"""' + '"' * 999_999, "1" * 999_999, "=.1," * 99_999]
+)
+def test_respelling_takes_no_long_time(text):
+    began = time.perf_counter()
+    with pytest.raises(gf.SceneError):
+        parse_toml("a = " + text)
+    assert time.perf_counter() - began < 5.0  # observed: 0.2
