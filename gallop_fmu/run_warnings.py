@@ -73,10 +73,10 @@ def _not_covered(scene: Scene, stop_time: float) -> tuple[str, ...]:
 
 
 def _step_warnings(dataset: xr.Dataset, scene: Scene) -> tuple[str, ...]:
-    """Warnings of a run by `gallop_fmu.simulate`; other models, which `model` names, have integrators of their own."""
+    """Warnings on the distance of steps and records."""
     middle, time = scene.numerics.elements, dataset.time.values
     nodes = dataset.node.values.tolist()
-    if "model" in dataset.attrs or middle not in nodes or len(time) < 2:
+    if middle not in nodes or len(time) < 2:
         return ()
     at = nodes.index(middle)
     place, rate = (

@@ -16,6 +16,7 @@ from gallop_fmu import Model, Outcome, Scene, SceneError, SimulationError
 from gallop_fmu.channels import NODE_CHANNELS, NODE_INDEX
 from gallop_fmu.energy import EnergyBalance, account
 from gallop_fmu.engine import Run, State
+from gallop_fmu.run_warnings import fastest_motion, step_warnings
 from stress.scenes import Stress, stress_scene
 
 Array = NDArray[np.float64]
@@ -124,6 +125,7 @@ def _run(stress: Stress, verdict: Verdict) -> None:
     if not np.all(nodes[..., NODE_INDEX["tension"]][:, 1::2] >= 0.0):
         verdict.faults.append("recorded tension is below zero")
     verdict.tension_error = tension_error(model, nodes)
+    warned = report.doubtful or bool(_step_warnings(scene, nodes[:, scene.numerics.elements]))
     if verdict.tension_error > AGREEMENT:
         verdict.faults.append(f"tension and elongation differ by {verdict.tension_error:.3g}")
     time = stress.step * np.arange(len(span))
@@ -132,9 +134,16 @@ def _run(stress: Stress, verdict: Verdict) -> None:
     inputs = stress.inputs if stress.reversal else None
     balance = account(model, time, nodes[..., MOTION], span, inputs)
     verdict.imbalance = balance.worst
-    if report.outcome is Outcome.COMPLETED and verdict.imbalance > CLOSED and not report.doubtful:
+    if report.outcome is Outcome.COMPLETED and verdict.imbalance > CLOSED and not warned:
         if not _stored_as_with_short_steps(balance, stress):
             verdict.faults.append(f"energy is out of balance by {verdict.imbalance:.3g}, and no warning")
+
+
+def _step_warnings(scene: Scene, motion: Array) -> tuple[str, ...]:
+    """What `simulate` says of the step, from the channels at mid-span, (time, channel), after each step."""
+    step = scene.numerics.time_step
+    moves, rates = ([motion[:, NODE_INDEX[name]] for name in names] for names in (("u2", "u3"), ("v2", "v3")))
+    return step_warnings(scene, fastest_motion(step, moves, rates), step)
 
 
 def _stored_as_with_short_steps(balance: EnergyBalance, stress: Stress) -> bool:

@@ -226,7 +226,7 @@ Checked of each run: all values finite; no recorded tension below zero; no ampli
 {max(run["amplitude"] for run in moved):.2f} spans); tensions agree with Hooke's law on the recorded elongations to
 {AGREEMENT:g} (worst: {worst["tension_error"]:.1e}); and the energy balance, work of wind, loads and towers against
 dissipation and change of stored energy over the steps as they were carried out, in parts where they were halved, closes
-within {CLOSED:.0%} of the energy turned over unless the report warns of too long steps. Where it does not, the run was
+within {CLOSED:.0%} of the energy turned over unless the run warns of too long steps. Where it does not, the run was
 repeated with steps of an eighth, then of a sixty-fourth: if their account closes and as much energy is stored, it was
 the account of the long steps that missed what wind and damping did within them. The generalised-alpha method dissipates
 by itself what a step does not resolve, and that is in no account. Violations:{spoken}

@@ -15,5 +15,5 @@ DATA = Path(__file__).parent / "data"
 
 @pytest.fixture
 def kept_scene():
-    """A scene of `data` by its name: the seed and the number with which the suite of 0.1.0 drew it."""
+    """A scene of `data` by its name: the seed and the number with which the suite once drew it."""
     return lambda name: Stress(**json.loads((DATA / f"{name}.json").read_text("utf-8")))
