@@ -32,6 +32,7 @@ if TYPE_CHECKING:
     from gallop_fmu.scene_files import load_scene, packaged_scenes
     from gallop_fmu.simulation import simulate
     from gallop_fmu.spans import read_spans
+    from gallop_fmu.steadiness import Motion
     from gallop_fmu.sweeping import sweep
 
 # Where each public name lives.  A module is loaded when its name is first used, so that `gallop-fmu --help` does not
@@ -49,6 +50,7 @@ _HOMES = {
     "scene_files": ("load_scene", "packaged_scenes"),
     "simulation": ("simulate",),
     "spans": ("read_spans",),
+    "steadiness": ("Motion",),
     "sweeping": ("sweep",),
 }
 
@@ -56,6 +58,7 @@ __all__ = [
     "Equilibrium",
     "Inputs",
     "Model",
+    "Motion",
     "Oscillation",
     "Outcome",
     "Report",

@@ -132,11 +132,14 @@ def slowest_frequency(data: xr.Dataset) -> float:
 
 def oscillation(values: Array, interval: float, unit: str = "m") -> Oscillation:
     """Amplitude, mean, frequency and judgement of equally spaced samples of a unit."""
-    low, high = float(np.min(values)), float(np.max(values))
-    floor = SMALL_OF.get(unit, SMALL * max(abs(low), abs(high)))
-    frequency = dominant_frequency(values, interval)
-    motion = judge(values, interval, floor, frequency)
-    return Oscillation(0.5 * (high - low), float(np.mean(values)), frequency, motion)
+    amplitude, mean, frequency = measure(values, interval)
+    floor = SMALL_OF.get(unit, SMALL * (abs(mean) + amplitude))
+    return Oscillation(amplitude, mean, frequency, judge(values, interval, floor, frequency))
+
+
+def measure(values: Array, interval: float) -> tuple[float, float, float]:
+    """Half peak-to-peak, mean and dominant frequency [Hz] of equally spaced samples, whatever their motion."""
+    return 0.5 * float(np.ptp(values)), float(np.mean(values)), dominant_frequency(values, interval)
 
 
 @dataclass(frozen=True)

@@ -16,7 +16,7 @@ from gallop_fmu.descriptions import Description
 from gallop_fmu.errors import SceneError
 from gallop_fmu.outcome import Outcome, SimulationError
 from gallop_fmu.recording import check_model, check_stop_time
-from gallop_fmu.result import Result, oscillation
+from gallop_fmu.result import Result, measure
 from gallop_fmu.runs import CarryOn, Progress, Runs, compute, one_by_one
 from gallop_fmu.scene import Scene
 from gallop_fmu.simulation import simulate
@@ -98,9 +98,8 @@ def _steady_columns(result: Result, window: float | None, sag: float) -> Row:
     interval = float(np.diff(time[last][:2])[0])
     histories = {name: values[last] for name, values in _midspan_histories(result).items()}
     for name, values in histories.items():
-        motion = oscillation(values, interval, _MOTIONS[name][0])
-        row |= {f"{name}_amplitude": motion.amplitude, f"{name}_mean": motion.mean}
-        row[f"{name}_frequency_hz"] = motion.frequency_hz
+        keys = (f"{name}_amplitude", f"{name}_mean", f"{name}_frequency_hz")
+        row |= dict(zip(keys, measure(values, interval), strict=True))
     ellipses = {"beyond_davison": davison_single_loop(sag)}
     with suppress(ValueError):  # so little sag that the rule has no ellipse
         ellipses["beyond_cigre_322"] = cigre_322_single_loop(sag, result.scene.conductor.diameter)

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from gallop_fmu import Model, Result
 from gallop_fmu.plots import DIED_OUT
-from gallop_fmu.steadiness import FEWEST_SAMPLES, default_window, dominant_frequency
+from gallop_fmu.steadiness import FEWEST_SAMPLES, TURNED_OVER, default_window, dominant_frequency
 
 Array = NDArray[np.float64]
 
@@ -94,11 +94,15 @@ def _window(result: Result) -> tuple[str, NDArray[np.intp]]:
     last = float(time[-1])
     seen = time >= last - default_window(last)
     part, centre = "the end of the run", None
-    if all(np.ptp(y[seen]) <= DIED_OUT * np.ptp(y) for y in swings):
+    if result.motion.kind == "turned over":
+        turn = np.abs(data.theta.values - data.theta.values[0])
+        part, centre = "the section turns over", float(time[np.argmax(turn > TURNED_OVER)])
+        seen = (time <= centre) & (time >= centre - default_window(last))
+    elif all(np.ptp(y[seen]) <= DIED_OUT * np.ptp(y) for y in swings):
         largest = max(swings, key=np.ptp)
         centre = float(time[np.argmax(np.abs(largest - largest[-1]))])
-        seen = np.abs(time - centre) <= 0.5 * default_window(last)
         part = "the largest motion of the run, which dies out later"
+        seen = np.abs(time - centre) <= 0.5 * default_window(last)
     length = min(_period(time[seen], [y[seen] for y in swings], result.motion.kind == "steady"), LONGEST)
     start = max(0.0, last - length if centre is None else centre - 0.5 * length)
     return part, np.flatnonzero((time >= start - 1e-9) & (time <= start + length + 1e-9))

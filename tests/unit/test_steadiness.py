@@ -266,21 +266,70 @@ def full_circle():
     )
 
 
-def test_a_span_that_rolls_over_does_not_read_as_calm():
-    """It moves by metres before the section turns over, and rests afterwards: W9 of the list of faults."""
-    from modal.report.tables import _motion_card
+@pytest.fixture(scope="module")
+def rolled():
+    return gf.simulate(full_circle(), record_nodes="all")
 
-    result = gf.simulate(full_circle())
-    assert result.motion.kind == "turned over"
-    assert "turned over by 2" in str(result.motion)
-    steady = result.steady()
-    assert steady["u2"].amplitude < 1e-3
-    card = _motion_card(result)
+
+def test_a_span_that_rolls_over_does_not_read_as_calm(rolled):
+    """It moves by a metre before the section turns over, and rests afterwards."""
+    from modal.report.tables import cards
+
+    assert rolled.motion.kind == "turned over"
+    assert "turned over by 2" in str(rolled.motion)  # 244 deg after 57 s
+    assert rolled.steady()["u2"].amplitude < 1e-3
+    card = list(cards(findings_of(rolled)))[-1]
     assert card.name == "Vertical range"
-    assert float(card.value.split()[0]) > 0.5
+    assert float(card.value.split()[0]) > 0.5  # observed 0.875 m
     assert "turned over by 2" in card.remark
-    warnings = [sentence for sentence in result.warnings if "time steps" in sentence]
-    assert warnings == []
+    assert not [sentence for sentence in rolled.warnings if "time steps" in sentence]
+
+
+def findings_of(result):
+    """Findings of nothing but a run."""
+    from modal.report.findings import Findings, Missing
+
+    absent = {field.name: Missing("") for field in dataclasses.fields(Findings)}
+    return Findings(**{**absent, "scene": result.scene, "result": result, "ellipses": {}, "seconds": {}})
+
+
+def test_headline_of_a_motion_that_grows_says_so(swing):
+    from modal.report.tables import cards
+
+    (card,) = cards(findings_of(_until(swing, 300.0)))
+    assert card.name == "Vertical amplitude"
+    assert "still growing (vertical doubling in" in card.remark
+    (card,) = cards(findings_of(swing))
+    assert (card.value, card.remark) == ("0.442 m", "steady; horizontal 0.191 m, at the end of the run")
+
+
+def test_an_animation_shows_a_few_periods(rolled, swing):
+    """Five periods of 4.5 s about the time at which the section turns over, or the last ones."""
+    from modal.report.animation import animation
+
+    shown = animation(rolled)
+    assert shown.part == "the section turns over"
+    assert shown.time[0] < 57.0 < shown.time[-1]  # where the section turns over
+    assert 15.0 < np.ptp(shown.time) < 30.0  # observed 22 s
+    assert np.diff(shown.time) == pytest.approx(np.diff(shown.time)[0])
+    assert np.diff(shown.time)[0] < 4.5 / 20.0
+    growing = animation(gf.simulate(swing.scene, 150.0, record_nodes="all"))
+    assert growing.part == "the end of the run"
+    assert np.ptp(growing.time) == pytest.approx(5.0 / 0.684, abs=0.1)
+
+
+def test_the_script_moves_along_a_cubic():
+    """Its weights take each position at its time, and follow a parabola through four of them."""
+    import re
+    from importlib.resources import files
+
+    script = files("modal.report").joinpath("templates/animation.js").read_text("utf-8")
+    weights = re.search(r"weights = \[(.*?),?\s*\];", script, re.DOTALL)[1]
+    for s in (0.0, 0.3, 0.7, 1.0):
+        found = np.array(eval(f"[{weights}]", {"s": s}))
+        assert found @ [1.0, 1.0, 1.0, 1.0] == pytest.approx(1.0)
+        assert found @ [-1.0, 0.0, 1.0, 2.0] == pytest.approx(s)
+        assert found @ [1.0, 0.0, 1.0, 4.0] == pytest.approx(s * s)
 
 
 @pytest.mark.parametrize("frequencies", [(0.67,), (0.67, 0.33), (0.67, 4.0)])
