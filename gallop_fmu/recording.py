@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Sequence
+from contextlib import suppress
 from dataclasses import dataclass
-from typing import Literal
+from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
+from gallop_fmu.arguments import finite, indices, whole
 from gallop_fmu.channels import NODE_INDEX, SPAN_INDEX
 from gallop_fmu.errors import SceneError
 from gallop_fmu.scene import Scene
@@ -52,8 +54,7 @@ class Records:
         """
         stop_time = scene.run.stop_time if stop_time is None else stop_time
         every = scene.run.record_every if every is None else every
-        check_stop_time(stop_time)
-        check_record_every(every)
+        stop_time, every = check_stop_time(stop_time), check_record_every(every)
         step = scene.numerics.time_step
         interval = every * step
         if interval > stop_time * (1.0 + 1e-9) and every > 1:
@@ -70,22 +71,29 @@ class Records:
         return cls(stop_time, every, interval, max(1, math.ceil(stop_time / interval - 1e-9)))
 
 
-def check_record_every(every: int) -> None:
-    """Raise SceneError if records cannot be so many steps apart."""
-    if isinstance(every, bool) or not isinstance(every, int) or not 1 <= every <= MOST_STEPS_APART:
-        raise SceneError(f"record_every = {every}: must be a whole number of time steps, from 1 to {MOST_STEPS_APART}")
+def check_record_every(every: Any) -> int:
+    """Return the whole number of steps between records; raise SceneError if it is none that is allowed."""
+    try:
+        return whole("record_every", None if isinstance(every, bool) else every, 1, MOST_STEPS_APART)
+    except (TypeError, ValueError):
+        raise SceneError(
+            f"record_every = {every!r:.60}: must be a whole number of time steps, from 1 to {MOST_STEPS_APART}"
+        ) from None
 
 
-def check_stop_time(stop_time: float) -> None:
-    """Raise SceneError if a run cannot end there."""
-    if not (math.isfinite(stop_time) and stop_time > 0.0):
-        raise SceneError(f"stop_time = {stop_time}: must be a positive number of seconds")
+def check_stop_time(stop_time: Any) -> float:
+    """Return the time in seconds; raise SceneError if a run cannot end there."""
+    with suppress(TypeError, ValueError):
+        seconds = finite("stop_time", stop_time)
+        if seconds > 0.0:
+            return seconds
+    raise SceneError(f"stop_time = {stop_time!r:.60}: must be a positive number of seconds")
 
 
 def check_channels(node: Sequence[str], span: Iterable[str]) -> None:
     """Raise SceneError if a node or span channel does not exist, or there is no node channel."""
     unknown = [name for name in node if name not in NODE_INDEX]
-    if unknown or not node:
+    if unknown or not len(node):
         raise SceneError(f"channels {unknown} do not exist; there are {', '.join(NODE_INDEX)}")
     unknown = [name for name in span if name not in SPAN_INDEX]
     if unknown:
@@ -123,7 +131,8 @@ def chosen_nodes(wanted: Literal["midspan", "all"] | Sequence[int], elements: in
         if wanted not in ("midspan", "all"):
             raise SceneError(f'record_nodes = {wanted!r}: must be "midspan", "all" or node numbers')
         return np.array([elements] if wanted == "midspan" else range(last + 1), dtype=np.int32)
-    nodes = np.array(wanted, dtype=np.int32)
-    if nodes.ndim != 1 or not len(nodes) or np.any((nodes < 0) | (nodes > last)):
-        raise SceneError(f"record_nodes = {list(wanted)}: must be node numbers from 0 to {last}")
-    return nodes
+    with suppress(TypeError, ValueError, IndexError):
+        nodes = indices("record_nodes", wanted, last + 1)
+        if len(nodes):
+            return nodes
+    raise SceneError(f"record_nodes = {wanted!r:.60}: must be node numbers from 0 to {last}")

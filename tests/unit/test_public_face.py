@@ -269,6 +269,43 @@ def test_any_motion(model, laws_only, u, v, a, factors, time, inputs):
         allowed(one.tangent, u, v, a, stiffness=stiffness, damping=damping, mass=mass, time=time, inputs=inputs)
 
 
+WRONG_SIMULATIONS = [
+    ({"record_nodes": [1.7]}, r"record_nodes = \[1.7\]: must be node numbers from 0 to 8"),  # was node 1
+    ({"record_nodes": [2**40]}, r"record_nodes = \[1099511627776\]: must be node numbers"),  # was OverflowError
+    ({"record_nodes": []}, r"record_nodes = \[\]: must be node numbers"),
+    ({"record_nodes": 4}, r"record_nodes = 4: must be node numbers"),
+    ({"record_every": 1.5}, r"record_every = 1.5: must be a whole number of time steps"),
+    ({"record_every": True}, r"record_every = True: must be a whole number"),
+    ({"stop_time": "1"}, r"stop_time = '1': must be a positive number of seconds"),
+    ({"stop_time": math.nan}, r"stop_time = nan: must be a positive number"),
+]
+
+
+@pytest.mark.parametrize(("change", "match"), WRONG_SIMULATIONS)
+def test_wrong_arguments_of_a_simulation_are_named(model, change, match):
+    with pytest.raises(gf.SceneError, match=match):
+        gf.simulate(model.scene, **{"stop_time": 0.1} | change)
+
+
+def test_whole_numbers_of_numpy_are_whole(model):
+    found, expected = (
+        gf.simulate(model.scene, stop, record_every=every, record_nodes=nodes).dataset
+        for stop, every, nodes in ((np.float32(0.5), np.int64(5), np.array([3, 4])), (0.5, 5, [3, 4]))
+    )
+    assert np.array_equal(found["u2"].values, expected["u2"].values)
+
+
+@settings(FACE, max_examples=15)
+@given(stop=scalars, every=small, nodes=scalars, channels=scalars, failure=scalars)
+def test_any_arguments_of_a_simulation(model, stop, every, nodes, channels, failure):
+    if isinstance(stop, int | float) and stop > 10:
+        return
+    usual = {"stop_time": 0.1, "record_every": 1, "record_nodes": "all", "channels": ["u2"], "on_failure": "raise"}
+    for name, value in zip(usual, (stop, every, nodes, channels, failure), strict=True):
+        result = allowed(gf.simulate, model.scene, **usual | {name: value})
+        assert result is None or result.outcome is Outcome.COMPLETED
+
+
 @FACE
 @given(value=scalars)
 def test_any_other_argument(model, laws_only, value):
