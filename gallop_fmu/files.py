@@ -95,7 +95,7 @@ def open_exclusive(path: Path) -> BinaryIO:
     Parameters
     ----------
     path
-        The file, which is made if it does not exist. A link is not followed.
+        The file, created if it does not exist. A link is not followed.
 
     Returns
     -------
@@ -134,7 +134,7 @@ def netcdf_bytes(dataset: xr.Dataset) -> bytes:
 
 
 class _Temporary:
-    """A new file in the folder of another, removed at the end if it still has its name."""
+    """A new file in the folder of another, removed at the end unless it was renamed."""
 
     def __init__(self, place: Path, mode: int) -> None:
         self.path = place.with_name(f".gallop-{secrets.token_hex(8)}.new")
@@ -212,5 +212,5 @@ def _lock(descriptor: int) -> None:
         try:
             fcntl.flock(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
         except OSError as problem:
-            if problem.errno not in (errno.ENOLCK, errno.ENOTSUP, errno.ENOSYS):
+            if problem.errno not in (errno.ENOLCK, errno.ENOTSUP, errno.EOPNOTSUPP, errno.ENOSYS):
                 raise

@@ -1,9 +1,9 @@
 """Rows of results on disk: nothing that was computed is lost, whatever ends the program.
 
 Beside the file of results, ``FILE``, is its journal, ``FILE.journal``: a header, then one line of JSON a row, each with
-a seal, written as soon as the row is there. A sweep takes rows over from its journal and from nothing else; one sweep
-at a time can have it. ``FILE`` is an export for other programs: it is rewritten as a whole from time to time and at the
-end. The journal stays, so that the same sweep can be repeated, or completed, later.
+a seal, written as soon as the row is there. A sweep takes rows over from its journal and from nothing else, and only
+one sweep at a time can write it. ``FILE`` is an export for other programs: it is rewritten as a whole from time to time
+and at the end. The journal stays, so that the same sweep can be repeated, or completed, later.
 """
 
 from __future__ import annotations
@@ -15,6 +15,7 @@ import os
 import time as clock
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import contextmanager, suppress
+from functools import lru_cache
 from io import BytesIO
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, BinaryIO, NamedTuple
@@ -136,7 +137,7 @@ class Store:
             self._exported = True
 
     def close(self) -> None:
-        """Write the file if a row came since it was written last, and let the journal go.
+        """Write the file if rows were added since it was written last, and close the journal.
 
         Raises
         ------
@@ -155,7 +156,7 @@ class Store:
         return 0 if found is None else len(found.rows)
 
     def release(self) -> None:
-        """Let the journal go as it is, for other sweeps; one without a row is removed."""
+        """Close the journal, which unlocks it; remove it if it has no row."""
         if self._journal is None or self.path is None:
             return
         with self._journal as journal:
@@ -268,7 +269,7 @@ def rows_of(dataset: xr.Dataset) -> list[Row]:
 
 
 def write(dataset: xr.Dataset, path: Path) -> None:
-    """Write a file as a whole: whoever reads it finds the old one or the new one."""
+    """Write a file as a whole: a reader finds the old one or the new one."""
     write_whole(path, _as_parquet(dataset) if path.suffix.lower() == ".parquet" else netcdf_bytes(dataset))
 
 
@@ -415,7 +416,8 @@ def _found(lines: bytes) -> _Found:
         raise UnreadableError
     seal = seal_of(header)
     rows = [_content_of(line, seal) for line in others]
-    if not all(_is_row(row, header) for row in rows):
+    numbers = [key for key, (unit, meaning) in header["columns"].items() if unit and meaning != VARIED]
+    if not all(_is_row(row, header, numbers) for row in rows):
         raise UnreadableError
     return _Found(header, {row["run"]: row for row in rows})
 
@@ -434,12 +436,12 @@ def _is_header(header: Any) -> bool:
             isinstance(said, list) and len(said) == 2 and all(isinstance(text, str) for text in said)
             for said in header["columns"].values()
         )
-        and all(map(_is_name, (*header["grid"], *header["columns"])))
+        and not _not_names((*header["grid"], *header["columns"]))
     )
 
 
-def _is_row(row: Any, header: Mapping[str, Any]) -> bool:
-    """Whether a row can be one of this header: names, values, and its place in the grid."""
+def _is_row(row: Any, header: Mapping[str, Any], numbers: Iterable[str]) -> bool:
+    """Whether a row can be one of this header: names, values, columns of numbers, and its place in the grid."""
     return (
         isinstance(row, dict)
         and _is_whole(row.get("run"))
@@ -447,21 +449,18 @@ def _is_row(row: Any, header: Mapping[str, Any]) -> bool:
         and row.keys() >= set(TEXTS)
         and not row_problem(row)
         and _begins(row, _point(header["grid"], row["run"]))
-        and not any(
-            isinstance(row.get(key), str)
-            for key, (unit, meaning) in header["columns"].items()
-            if unit and meaning != VARIED
-        )
+        and str not in {type(row.get(key)) for key in numbers}
     )
 
 
 def row_problem(row: Mapping[str, Any]) -> str:
     """Reason why a row cannot be written to a file of results, or an empty text."""
+    if unnamed := _not_names(tuple(row)):
+        return f"{unnamed[0]!r}: a column needs a name of printable characters"
+    for name in TEXTS:
+        if not isinstance(row.get(name, ""), str):
+            return f"{name}: must be a text, not {row[name]!r:.40}"
     for name, value in row.items():
-        if not _is_name(name):
-            return f"{name!r}: a column needs a name of printable characters"
-        if name in TEXTS and not isinstance(value, str):
-            return f"{name}: must be a text, not {value!r:.40}"
         if isinstance(value, str):
             if "\0" in value or any("\ud800" <= letter <= "\udfff" for letter in value):
                 return f"{name}: a text must not hold NUL or half of a surrogate pair"
@@ -470,8 +469,10 @@ def row_problem(row: Mapping[str, Any]) -> str:
     return ""
 
 
-def _is_name(name: Any) -> bool:
-    return isinstance(name, str) and bool(name) and name.isprintable()
+@lru_cache
+def _not_names(names: tuple[Any, ...]) -> list[Any]:
+    """Those that no column can have; many rows have the same columns."""
+    return [name for name in names if not (isinstance(name, str) and name and name.isprintable())]
 
 
 def _is_whole(value: Any) -> bool:

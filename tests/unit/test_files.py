@@ -1,9 +1,11 @@
 """The one rule for writing files: whole, with its mode, over regular files only, and refused before computing."""
 
+import ast
 import os
 import re
 import stat
 import sys
+from pathlib import Path
 
 import pytest
 
@@ -153,6 +155,22 @@ def test_nothing_is_computed_for_a_file_that_cannot_be_written(tmp_path, monkeyp
         path.chmod(0o444)
     with pytest.raises(ValueError, match=r"File name too long|the file is read-only"):
         WRITERS[name](path)
+
+
+def test_no_module_writes_files_in_another_way():
+    """But for the sources and findings in temporary folders of a compilation and of a trial."""
+    found = set()
+    for package in (gf, modal):
+        folder = Path(package.__file__).parent
+        for file in folder.rglob("*.py"):
+            for node in ast.walk(ast.parse(file.read_text("utf-8"))):
+                if isinstance(node, ast.Attribute) and node.attr in ("write_text", "write_bytes", "NamedTemporaryFile"):
+                    found.add(file.relative_to(folder.parent).as_posix())
+                if isinstance(node, ast.Call) and "open" in (getattr(node.func, n, "") for n in ("id", "attr")):
+                    modes = [c.value for c in ast.walk(node) if isinstance(c, ast.Constant)]
+                    if {"w", "wb", "a", "ab"} & {mode for mode in modes if isinstance(mode, str)}:
+                        found.add(file.relative_to(folder.parent).as_posix())
+    assert found == {"gallop_fmu/fmu/cross.py", "gallop_fmu/fmu/trial.py", "gallop_fmu/terminal.py"}
 
 
 def test_a_lock_is_for_one_and_ends_with_its_file(tmp_path):
