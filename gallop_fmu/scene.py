@@ -28,7 +28,7 @@ from gallop_fmu.paths import Leaf, explain, leaves, replace_values, unknown_key
 from gallop_fmu.plausibility import unusual
 from gallop_fmu.sag_tension import LARGEST_STRAIN, check_tension
 from gallop_fmu.sections import Number, Section, Text, WholeNumber, quantity, setting
-from gallop_fmu.supports import Supports
+from gallop_fmu.supports import AdjacentSpanSupport, Supports
 from gallop_fmu.symmetry import check_symmetric
 
 SAG_TENSION_AGREEMENT = 0.05
@@ -386,8 +386,12 @@ def _flat(nested: Mapping[str, Any], start: str = "") -> dict[str, Any]:
 
 def _check_size_of_sag_and_tension(scene: Scene) -> None:
     span = scene.span
+    weight = (scene.conductor.mass_per_length + scene.ice.mass_per_length) * span.gravity
+    for end, support in (("left", scene.supports.left), ("right", scene.supports.right)):
+        if isinstance(support, AdjacentSpanSupport):
+            given = f"supports.{end}.adjacent_tension = {support.adjacent_tension:g} N"
+            check_tension(given, support.adjacent_tension, weight, support.adjacent_span)
     if span.horizontal_tension is not None:
-        weight = (scene.conductor.mass_per_length + scene.ice.mass_per_length) * span.gravity
         given = f"span.horizontal_tension = {span.horizontal_tension:g} N"
         check_tension(given, span.horizontal_tension, weight, span.length)
     if span.sag is not None and span.sag > DEEPEST_SAG * span.length:

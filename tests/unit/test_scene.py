@@ -223,7 +223,9 @@ supports = st.one_of(
     st.fixed_dictionaries(
         {
             "kind": st.just("adjacent_span"),
-            **{key: positive for key in ("adjacent_span", "adjacent_tension", "insulator_length", "insulator_weight")},
+            "adjacent_span": numbers(1e-300, 1e3),
+            "adjacent_tension": numbers(1e12, 1e15),  # bears every mass drawn below
+            **{key: positive for key in ("insulator_length", "insulator_weight")},
         }
     ),
 )

@@ -121,6 +121,14 @@ def test_a_tension_that_no_span_has_is_refused_before_a_catenary_is_computed(min
         Scene.from_dict(minimal).with_values({"span.horizontal_tension": tension, "span.sag": None})
 
 
+def test_a_tension_of_an_adjacent_span_in_kilonewtons_is_asked_about(minimal):
+    beside = {"kind": "adjacent_span", "adjacent_span": 100.0, "adjacent_tension": 5.0}
+    minimal["supports"] = {"left": {**beside, "insulator_length": 2.0, "insulator_weight": 500.0}}
+    message = r"^supports.left.adjacent_tension = 5 N is less than a hundredth of the weight of the span \(1472 N\); is"
+    with pytest.raises(SceneError, match=message):
+        Scene.from_dict(minimal)
+
+
 def test_a_sag_in_centimetres_is_asked_about(minimal):
     minimal["span"]["sag"] = 501.0
     with pytest.raises(SceneError, match=r"^span.sag = 501 m is more than 5 times span.length = 100 m; is it in cm"):
