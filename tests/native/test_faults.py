@@ -29,7 +29,7 @@ def test_every_allocation_fails_once(sanitized, small):
     }  # fmt: skip
 
 
-@pytest.mark.parametrize("name", ["resource", "state", "scene"])
+@pytest.mark.parametrize("name", ["resource", "state", "scene", "face"])
 def test_inputs_that_fuzzing_has_found(sanitized, small, name):
     program = sanitized(name, FUZZING / f"{name}_target.c", FUZZING / "replay.c")
     assert len(CORPORA[name]) >= 20
