@@ -21,6 +21,7 @@ from gallop_fmu.outcome import Outcome, SimulationError
 from gallop_fmu.release import program
 from gallop_fmu.spans import Case, Cases
 from gallop_fmu.store import ERROR, HEADER, VARIED, Row, Store, as_cell, check_columns, journal_of, read, row_problem
+from gallop_fmu.words import printable
 from gallop_fmu.workers import Kind, Workers, WorkersLostError, workers
 
 if TYPE_CHECKING:
@@ -321,8 +322,7 @@ def _failure(problem: Exception, seconds: float) -> Row:
         outcome, message = INVALID, str(problem)
     else:
         outcome, message = ERROR, f"{type(problem).__name__}: {problem}"
-    printable = message.encode("utf-8", "backslashreplace").decode().replace("\0", "\\0")  # as a file can hold it
-    return {"outcome": outcome, "message": printable, "seconds": seconds}
+    return {"outcome": outcome, "message": printable(message), "seconds": seconds}
 
 
 def _stopped(why: str, store: Store) -> RunsStoppedError:

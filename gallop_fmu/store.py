@@ -25,6 +25,7 @@ from numpy.typing import NDArray
 
 from gallop_fmu.errors import SceneError
 from gallop_fmu.files import check_target, netcdf_bytes, open_exclusive, write_whole
+from gallop_fmu.words import is_printable
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -462,8 +463,8 @@ def row_problem(row: Mapping[str, Any]) -> str:
             return f"{name}: must be a text, not {row[name]!r:.40}"
     for name, value in row.items():
         if isinstance(value, str):
-            if "\0" in value or any("\ud800" <= letter <= "\udfff" for letter in value):
-                return f"{name}: a text must not hold NUL or half of a surrogate pair"
+            if not is_printable(value):
+                return f"{name}: a text must not hold control characters, surrogates or non-characters"
         elif not (value is None or isinstance(value, (float, bool)) or _is_whole(value)):
             return f"{name}: must be a number of at most 64 bits, a truth value, a text or None, not {value!r:.40}"
     return ""
@@ -472,7 +473,7 @@ def row_problem(row: Mapping[str, Any]) -> str:
 @lru_cache
 def _not_names(names: tuple[Any, ...]) -> list[Any]:
     """Those that no column can have; many rows have the same columns."""
-    return [name for name in names if not (isinstance(name, str) and name and name.isprintable())]
+    return [name for name in names if not (isinstance(name, str) and name and is_printable(name))]
 
 
 def _is_whole(value: Any) -> bool:

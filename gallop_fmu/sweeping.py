@@ -20,7 +20,7 @@ from gallop_fmu.result import Result, measure
 from gallop_fmu.runs import CarryOn, Progress, Runs, compute, one_by_one
 from gallop_fmu.scene import Scene
 from gallop_fmu.simulation import simulate
-from gallop_fmu.spans import cases
+from gallop_fmu.spans import SpanTable, cases
 from gallop_fmu.store import Row
 from gallop_fmu.workers import Kind
 
@@ -156,7 +156,7 @@ def sweep(
     scene: Scene | Description | str | Path | None = None,
     over: Mapping[str, Sequence[Any]] | None = None,
     *,
-    table: Path | str | Sequence[Mapping[str, Any]] | None = None,
+    table: SpanTable | None = None,
     stop_time: float | None = None,
     window: float | None = None,
     model: str = "element",
@@ -177,7 +177,8 @@ def sweep(
         familiar numbers of a line vary too, ``{"line.ice_thickness": [0.01, 0.02]}``, where `scene` is the path of a
         file with a ``[line]`` table.
     table
-        CSV or GeoJSON file of spans, or rows in memory, see `gallop_fmu.spans.read_spans`.
+        CSV or GeoJSON file of spans, a data frame of pandas or polars, or rows in memory; see
+        `gallop_fmu.spans.read_spans`.
     stop_time
         Simulated time [s]; None takes each scene's.
     window

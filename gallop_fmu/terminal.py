@@ -190,7 +190,8 @@ Changes = Annotated[
     typer.Option(
         "--set",
         metavar="KEY=VALUE",
-        help="Change a value of the scene, as often as needed; values as in TOML, [bold]none[/bold] removes one.",
+        help="Change a value of the scene, as often as needed: a number, a text, or an array or table as in TOML; "
+        "[bold]none[/bold] removes one.",
     ),
 ]
 AsJson = Annotated[bool, typer.Option("--json", help="Print JSON instead of a table, and show no progress.")]

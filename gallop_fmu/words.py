@@ -53,6 +53,11 @@ def clean_text(text: str) -> str:
     return unicodedata.normalize("NFC", text)
 
 
+def is_printable(text: str) -> bool:
+    """Whether a text has no character that `clean_text` refuses."""
+    return _REFUSED.search(text) is None
+
+
 def printable(text: str) -> str:
     """Return a text that is safe on a terminal: what `clean_text` refuses is written as an escape sequence."""
     return _REFUSED.sub(lambda found: found[0].encode("unicode_escape").decode(), text)

@@ -10,7 +10,7 @@ from typing import Any
 from gallop_fmu import Runs, Scene
 from gallop_fmu.descriptions import Description
 from gallop_fmu.runs import CarryOn, Progress, compute, one_by_one
-from gallop_fmu.spans import cases
+from gallop_fmu.spans import SpanTable, cases
 from gallop_fmu.store import Row
 from gallop_fmu.workers import Kind
 from modal.resonance import frequency_ratio
@@ -143,7 +143,7 @@ def screen_spans(
     scene: Scene | Description | str | Path | None = None,
     over: Mapping[str, Sequence[Any]] | None = None,
     *,
-    table: Path | str | Sequence[Mapping[str, Any]] | None = None,
+    table: SpanTable | None = None,
     highest_wind: float | None = None,
     first_look: bool = False,
     out: Path | str | None = None,

@@ -16,7 +16,7 @@ import modal
 from gallop_fmu.words import read_number
 
 SEED, ROWS = 11, 400
-LABELS = ("label.id", "label.Größe e\u0301", "label.geo.x")
+LABELS = ("label.id", "label.Größe e\u0301", "label.\U0001f469\u200d\U0001f527\nb")
 VALUES = ("span.sag", "wind.speed")
 # fmt: off
 WORDS = [

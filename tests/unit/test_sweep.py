@@ -374,7 +374,7 @@ def test_screen_command_refuses(invoke, words, fragment):
         ({5: 1.0}, "5: a column needs a name"),
         ({"x": [1.0]}, "x: must be a number of at most 64 bits, a truth value, a text or None, not [1.0]"),
         ({"x": 10**30}, "x: must be a number of at most 64 bits"),
-        ({"x": "a\0b"}, "x: a text must not hold NUL"),
+        ({"x": "a\0b"}, "x: a text must not hold control characters"),
         ({"outcome": 3}, "outcome: must be a text, not 3"),
         ({"run": 5}, "run: is a column of the inputs; give the result another name"),
         ({"wind.speed": 9.0}, "wind.speed: is a column of the inputs"),
