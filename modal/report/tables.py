@@ -271,7 +271,7 @@ def cards(findings: Findings) -> Iterator[Card]:
         start = "no onset found" if screening.onset_wind_speed is None else f"from {screening.onset_wind_speed:.2f} m/s"
         if screening.risk == "other" and screening.other_mode is not None:
             start = f"but {screening.other_mode}"
-        yield Card("Risk of a 2:1 swing", "none" if screening.risk == "other" else screening.risk, start, "ratio")
+        yield Card("Risk of a 2:1 swing", screening.risk, start, "ratio")
     if isinstance(result, Result):
         if result.outcome is not Outcome.COMPLETED:
             ended = f"at {result.report.time:.4g} s"
