@@ -167,6 +167,7 @@ def ratio(
     as_json: AsJson = False,
 ) -> None:
     """Print the 2:1 frequency ratio, what changes it, and where it is 2; over one number or two."""
+    from gallop_fmu.errors import SceneError
     from modal.resonance import crossings, frequency_ratio, ratio_map, unit_of, way_out
 
     chosen = scene_to_draw(scene, changes, plot)
@@ -189,10 +190,16 @@ def ratio(
         f"ratio {here.ratio:.4f}: {abs(here.detuning):.1%} {'above' if here.detuning > 0 else 'below'} 2:1",
     ]
     if against is None:
-        at_two = crossings(chosen, over, values)
-        crossed = ", ".join(f"{value:.5g} {unit}" for value in at_two) or f"nowhere from {first:g} to {last:g} {unit}"
-        lines.append(f"{over}: the ratio is 2 at {crossed}")
-        told["crossings"] = at_two
+        try:
+            at_two = crossings(chosen, over, values)
+        except SceneError as problem:  # on a slope modes veer near 2:1; the ratio of the scene itself is known
+            lines.append(f"{over}: values at which the ratio is 2 cannot be listed: {problem}")
+            told |= {"crossings": None, "crossings_problem": str(problem)}
+        else:
+            nowhere = f"nowhere from {first:g} to {last:g} {unit}"
+            crossed = ", ".join(f"{value:.5g} {unit}" for value in at_two) or nowhere
+            lines.append(f"{over}: the ratio is 2 at {crossed}")
+            told["crossings"] = at_two
 
         def figure() -> Any:
             from modal.plots import ratio_figure

@@ -156,3 +156,14 @@ def test_screen_tells_the_risk_and_where_it_begins(invoke, scene):
 def test_compare_sets_three_models_side_by_side(invoke):
     printed = json.loads(invoke("compare", "example3", *QUICK, "--until", "10", "--json").stdout)
     assert list(printed["models"]) == ["nonlinear", "superposition", "linear"]
+
+
+def test_the_ratio_of_a_steep_span_is_printed_though_it_is_not_known_at_every_tension(invoke):
+    steep = ("ratio", "zebra", "--set", "span.height_difference=300", "--set", "numerics.elements=12")
+    done = invoke(*steep)
+    assert done.exit_code == 0, done.output
+    assert "14.8% above 2:1" in done.stdout
+    assert "values at which the ratio is 2 cannot be listed: at span.horizontal_tension = " in done.stdout
+    numbers = json.loads(invoke(*steep, "--json").stdout)
+    assert numbers["ratio"] == pytest.approx(2.296, abs=1e-3)  # see tests/analytic/test_modes.py
+    assert numbers["crossings"] is None
