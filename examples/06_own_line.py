@@ -32,7 +32,7 @@ print(f"H = {equilibrium.horizontal_tension / 1e3:.2f} kN, sag {equilibrium.sag:
 
 # %% Does it gallop?
 steady = gf.simulate(scene).steady()
-print(f"vertical {steady['u2'].amplitude:.2f} m at {steady['u2'].frequency_hz:.3f} Hz")
+print(f"vertical {steady['u2'].text('m')} at {steady['u2'].frequency_hz:.3f} Hz")
 
 # %%
 assert abs(equilibrium.sag / parabola - 1.0) < 0.005

@@ -26,7 +26,7 @@ print(f"Den Hartog's condition holds from {unstable[0]:.1f} to {unstable[-1]:.1f
 
 # %%
 steady = gf.simulate(scene).steady()
-print(f"vertical amplitude {steady['u2'].amplitude:.3f} m at {steady['u2'].frequency_hz:.3f} Hz")
+print(f"vertical amplitude {steady['u2'].text('m')} at {steady['u2'].frequency_hz:.3f} Hz")
 
 # %%
 # The made-up formulas behind the file give 60 and 120 deg; points 10 deg apart, rounded, give 61.1 and 118.9.

@@ -24,6 +24,9 @@ FEWEST_STEPS = 40
 """Steps in a period below which Newmark's method, whose amplitudes are then off by up to 1.4 %, gets a warning; other
 methods get it at the same error."""
 
+HUGE = 1e100
+"""Displacement [m] or velocity [m/s] that nothing is found out about."""
+
 CARRIED = 0.1
 """Share of the kinetic energy above the frequency of the fastest motion that counts."""
 
@@ -101,7 +104,7 @@ def fastest_motion(interval: float, displacements: Sequence[Array], velocities: 
     displacements, velocities
         Histories [m, m/s] of the same points, in the same order, over the whole run.
     """
-    if not displacements or not all(np.isfinite(values).all() for values in displacements):
+    if not displacements or not all(np.abs(values).max() < HUGE for values in (*displacements, *velocities)):
         return math.nan
     count = len(displacements[0])
     length = max(2, round(default_window(interval * (count - 1)) / interval) + 1)

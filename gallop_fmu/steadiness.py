@@ -155,6 +155,8 @@ def judge_span(time: Array, histories: Mapping[str, Array], window: float | None
     """
     if len(time) < 2:
         return Motion("undetermined", "one record")
+    if not all(np.isfinite(values).all() for values in histories.values()):
+        return Motion("undetermined", "not finite")
     interval = float(time[1] - time[0])
     window = default_window(float(time[-1] - time[0])) if window is None else window
     last = slice(max(0, len(time) - 1 - round(window / interval)), None)
@@ -204,7 +206,8 @@ def judge(values: Array, interval: float, floor: float = SMALL, frequency_hz: fl
         `dominant_frequency` of the values, where it is known already.
     """
     values = np.asarray(values, dtype=np.float64)
-    size, length = 0.5 * float(np.ptp(values)), (len(values) - 1) * interval
+    low, high, length = float(np.min(values)), float(np.max(values)), (len(values) - 1) * interval
+    size = 0.5 * (high - low)
     if not math.isfinite(size):
         return Motion("undetermined", "not finite")
     if size <= NOTHING:
@@ -212,8 +215,8 @@ def judge(values: Array, interval: float, floor: float = SMALL, frequency_hz: fl
     frequency = dominant_frequency(values, interval) if frequency_hz is None else frequency_hz
     sparse = frequency * interval * FEWEST_RECORDS > 1.0
     if frequency * length >= CYCLES and not sparse:
-        finer, period = _finer(values, 1.0 / (frequency * interval))
-        motion = _judge_cycles(finer, period, length, size)
+        finer, period = _finer((values - 0.5 * (low + high)) / size, 1.0 / (frequency * interval))
+        motion = _judge_cycles(finer, period, length)
         if size >= floor or motion.kind == "still growing":
             return motion
     if size < floor:
@@ -224,21 +227,21 @@ def judge(values: Array, interval: float, floor: float = SMALL, frequency_hz: fl
     return Motion("undetermined", f"{counted} in {length:.3g} s; {CYCLES} are needed")
 
 
-def _judge_cycles(values: Array, period: float, length: float, size: float) -> Motion:
-    """Judge a channel that oscillates; its period in samples, the length of its window [s], and half its range."""
+def _judge_cycles(values: Array, period: float, length: float) -> Motion:
+    """Judge an oscillation between -1 and 1, with its period in samples and the length of its window [s]."""
     cycles = min(max(int(len(values) / (BLOCKS * period)), 1), 4)
     logs = np.log(np.maximum(_envelope(values, period, cycles), 1e-300))
     first, second, third = _means_of_thirds(logs)
     mean_time = _means_of_thirds(np.arange(len(logs)) * cycles * period * length / (len(values) - 1))
     before, after = second - first, third - second
     if max(abs(before), abs(after)) > FLAT and _share_of_parabola(logs) >= TREND:
-        if _settles(before, after) and abs(math.log(size) - third) <= STEADY:
+        if _settles(before, after) and abs(third) <= STEADY:
             return Motion("steady")
         start, then, now = mean_time
         rate = after / (now - then) if after * (third - first) > 0.0 else (third - first) / (now - start)
         return Motion("still growing" if rate > 0.0 else "decaying", _rate_text(rate), rate)
     if _is_even(values, period):
-        return _hidden_growth(values, period, length, size) or Motion("steady")
+        return _hidden_growth(values, period, length) or Motion("steady")
     envelope = _envelope(values, period)
     fall = 1.0 - float(np.min(envelope) / np.max(envelope))
     if _share_of_beats(envelope) >= REGULAR:
@@ -305,7 +308,7 @@ def _is_even(values: Array, period: float) -> bool:
     return False
 
 
-def _hidden_growth(values: Array, period: float, length: float, size: float) -> Motion | None:
+def _hidden_growth(values: Array, period: float, length: float) -> Motion | None:
     """A part that does not repeat itself from cycle to cycle, and grows."""
     whole = int(period)
     share, count = period - whole, len(values) - whole - 3
@@ -318,10 +321,10 @@ def _hidden_growth(values: Array, period: float, length: float, size: float) -> 
     )
     parts = np.array_split(later - values[1 : count + 1], 3)
     hidden = [math.sqrt(0.5 * float(np.mean(part**2))) for part in parts]
-    if hidden[2] < HIDDEN * size or not hidden[0] * FASTER < hidden[1] < hidden[2] / FASTER:
+    if hidden[2] < HIDDEN or not hidden[0] * FASTER < hidden[1] < hidden[2] / FASTER:
         return None
     rate = math.log(hidden[2] / hidden[1]) / (length / 3.0)
-    return Motion("still growing", f"a part, now {hidden[2] / size:.2g} of the amplitude, by {_rate_text(rate)}", rate)
+    return Motion("still growing", f"a part, now {hidden[2]:.2g} of the amplitude, by {_rate_text(rate)}", rate)
 
 
 def _share_of_beats(envelope: Array) -> float:

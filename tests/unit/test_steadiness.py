@@ -175,6 +175,29 @@ def test_what_cannot_be_judged_says_why():
     assert judge_span(time[:1], {"vertical": time[:1]}).kind == "undetermined"
 
 
+@pytest.mark.parametrize("seed", range(8))
+def test_any_history_is_judged(seed):
+    """Noise, walks, jumps, overflow, one sample, what is not finite: an answer, and no warning of NumPy."""
+    rng = np.random.default_rng(seed)
+    for _ in range(40):
+        count, interval = int(_log_uniform(rng, 1.0, 3000.0)), _log_uniform(rng, 1e-4, 10.0)
+        time = interval * np.arange(count)
+        shapes = [
+            rng.standard_normal(count) * _log_uniform(rng, 1e-320, 1e150),
+            np.cumsum(rng.standard_normal(count)),
+            np.sin(_log_uniform(rng, 1e-3, 1e2) * time),
+            np.exp(np.minimum(time, 600.0)),
+            np.full(count, _log_uniform(rng, 1e-300, 1e300)),
+            np.sign(np.sin(time)),
+            np.where(np.arange(count) == rng.integers(count), rng.choice([1.0, math.nan, math.inf]), 0.0),
+        ]
+        values = shapes[rng.integers(len(shapes))]
+        assert str(judge(values, interval))
+        assert str(judge_span(time, {"vertical": values, "twist": values[::-1]}))
+        rates = [[values], []][rng.integers(2)]
+        step_warnings(gf.load_scene("example3"), fastest_motion(interval, [values], rates), interval)
+
+
 def test_a_turn_is_told_with_its_time():
     time = np.arange(0.0, 600.0, 0.05)
     still = 1e-7 * np.cos(time)
@@ -301,6 +324,9 @@ def test_headline_of_a_motion_that_grows_says_so(swing):
     assert "still growing (vertical doubling in" in card.remark
     (card,) = cards(findings_of(swing))
     assert (card.value, card.remark) == ("0.442 m", "steady; horizontal 0.191 m, at the end of the run")
+    (card,) = cards(findings_of(gf.simulate(gf.load_scene("zebra"), 300.0)))  # dies out from 0.2 m
+    assert card.name == "Vertical range"
+    assert card.remark.endswith("m; at rest")
 
 
 def test_an_animation_shows_a_few_periods(rolled, swing):
