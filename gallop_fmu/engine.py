@@ -123,10 +123,12 @@ def _inputs_pointer(inputs: Inputs | None) -> Any:
     return c.byref(inputs.packed())
 
 
-def _insist(outcome: int, time: float = 0.0) -> None:
-    """Raise where a function without a report was refused."""
+def _insist(outcome: int) -> None:
+    """Raise where a function without a report was refused; the state alone was not checked before."""
     if outcome:
-        raise SimulationError(Report(Outcome.from_code(outcome), time))
+        fault = kernel.gallop_arithmetic_fault()
+        field = fault.decode() if fault else "state, which was not started; Model.start and Model.rest start one"
+        raise SimulationError(Report(Outcome.from_code(outcome), 0.0, field=field))
 
 
 class Part(enum.IntFlag):
@@ -293,8 +295,7 @@ class Model:
                 self.accept(inputs),
                 *pointers,
                 double_pointer(out),
-            ),
-            time,
+            )
         )
         return out
 
@@ -331,8 +332,7 @@ class Model:
                 *pointers,
                 *factors,
                 double_pointer(out),
-            ),
-            time,
+            )
         )
         return out
 

@@ -131,8 +131,8 @@ WRONG_CALLS = [
     (lambda m: m.start().restore("saved"), TypeError, r"bytes"),
     (lambda m: State(m).advance(1.0), SimulationError, r"state, which was not started or belongs to another model"),
     (lambda m: State(m).run(1, 1, [0], [0]), SimulationError, r"state, which was not started"),
-    (lambda m: State(m).observe_span(), SimulationError, r"the call is not allowed"),
-    (lambda m: State(m).motion(), SimulationError, r"the call is not allowed"),
+    (lambda m: State(m).observe_span(), SimulationError, r"state, which was not started; Model.start"),
+    (lambda m: State(m).motion(), SimulationError, r"state, which was not started; Model.start"),
 ]
 
 
