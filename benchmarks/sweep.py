@@ -70,7 +70,7 @@ def sweeps() -> None:
 def screenings() -> None:
     """A plain loop over `screen`, against `screen_spans`."""
     table = [
-        {"span.sag": sag, "span.horizontal_tension": None, "span.length": length}
+        {"span.sag": sag, "span.horizontal_tension": "none", "span.length": length}
         for sag, length in zip(np.linspace(1.8, 2.6, SPANS), np.linspace(115.0, 140.0, SPANS), strict=True)
     ]
     base = gf.load_scene("example3")

@@ -27,6 +27,8 @@ GEOMETRY = f"{LABEL}geometry"
 """Column of the geometry of a GeoJSON feature."""
 CURVE = f"{LINE}coefficients"
 """Column that may name a file."""
+REMOVED = "none"
+"""Cell that removes a value of the scene."""
 MOST_RUNS = 1_000_000
 
 SpanTable = Path | str | Sequence[Mapping[str, Any]] | Any
@@ -177,14 +179,18 @@ def read_spans(path: Path | str) -> list[dict[str, Any]]:
     Returns
     -------
     list of dict
-        Column to value. Every row has a ``name``: its own, the feature's id, or ``row N`` as counted in the file.
+        Column to value, ``"none"`` for one to remove, as `gallop_fmu.sweep` takes them. Every row has a ``name``: its
+        own, the feature's id, or ``row N`` as counted in the file.
 
     Raises
     ------
     SceneError
         Unreadable file, unknown column, a row of another length, two spans of one name.
     """
-    path = Path(path)
+    return [{key: REMOVED if value is None else value for key, value in row.items()} for row in _file_rows(Path(path))]
+
+
+def _file_rows(path: Path) -> list[dict[str, Any]]:
     suffix = path.suffix.lower()
     if suffix == ".csv":
         rows = _csv_rows(path)
@@ -197,7 +203,7 @@ def read_spans(path: Path | str) -> list[dict[str, Any]]:
 
 def _rows(table: SpanTable) -> list[dict[str, Any]]:
     if isinstance(table, (str, Path)):
-        return read_spans(table)
+        return _file_rows(Path(table))
     frame: Any = table
     rows: list[Any] = []
     if hasattr(table, "columns"):  # a data frame of pandas or polars

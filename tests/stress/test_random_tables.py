@@ -128,8 +128,10 @@ def test_screening_reads_the_same_tables(form, base, tmp_path):
     found = modal.screen_spans(base, table=rows, first_look=True, workers=1, out=tmp_path / "o.parquet").dataset
     assert found["label.id"].values.tolist() == [expected(row["label.id"]) for row in rows]
     assert set(found.outcome.values) <= {"completed", "invalid_scene", "no_equilibrium"}
-    whole = [case.labels["name"] for case in gf.spans.cases(base, table=table).every]
-    assert whole == [expected(name) for name in columns["name"]]
+    whole = gf.spans.cases(base, table=table)
+    assert [case.labels["name"] for case in whole.every] == [expected(name) for name in columns["name"]]
+    if form is not as_frame:
+        assert gf.spans.cases(base, table=gf.read_spans(table)).fingerprint() == whole.fingerprint()
 
 
 @pytest.mark.parametrize("form", FORMS)

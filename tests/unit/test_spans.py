@@ -53,7 +53,7 @@ def test_csv_cells_become_values(table):
         "name": "A",
         "label.line": "north, 2",
         "span.sag": 2.0,
-        "span.horizontal_tension": None,
+        "span.horizontal_tension": "none",
         "aerodynamics.outside": "hold",
         "aerodynamics.lift": [0.0, -4.0],
     }
@@ -76,7 +76,7 @@ def test_geojson_properties_are_the_columns(geojson):
     )
     assert gf.read_spans(path) == [
         {"name": "17", "label.geometry": json.dumps(line), "span.sag": 2.0},
-        {"name": "B", "span.horizontal_tension": None},
+        {"name": "B", "span.horizontal_tension": "none"},
         {"name": "feature 3", "wind.speed": 6},
     ]
 
