@@ -374,6 +374,19 @@ def test_labels_that_are_no_texts_come_back_as_json(geojson):
     assert [row["label.v"] for row in rows] == [v if v == "x" else json.dumps(v) for v in values]
 
 
+def test_a_data_frame_of_polars_is_its_rows():
+    class Frame:
+        columns = ("name", "span.sag")
+
+        def to_dicts(self):
+            return [{"name": "A", "span.sag": 2.1}]
+
+        def __iter__(self):
+            return iter(self.columns)
+
+    assert cases("example3", table=Frame()).every[0].columns() == {"run": 0, "name": "A", "span.sag": 2.1}
+
+
 @pytest.mark.parametrize("scene", [["example3"], {"a": 1}, 3, True])
 def test_a_scene_that_is_no_text_is_refused(geojson, scene):
     path = geojson({"properties": {"span.sag": 2.1, "scene": scene}})

@@ -364,3 +364,15 @@ def test_respelling_takes_no_long_time(text):
     with pytest.raises(gf.SceneError):
         parse_toml("a = " + text)
     assert time.perf_counter() - began < 5.0  # observed: 0.2
+
+
+def test_suffixes_may_be_in_capitals(tmp_path):
+    scene = gf.load_scene("example1")
+    result = gf.simulate(scene, 0.5)
+    for suffix in (".NC", ".Csv", ".PARQUET"):
+        assert result.save(tmp_path / f"r{suffix}").stat().st_size > 1000
+    assert gf.export_fmu(scene, tmp_path / "s.FMU").stat().st_size > 1000
+    curve = "angle_deg,lift,drag,moment\n0,0,1,0\n10,-1,1,0\n"
+    (tmp_path / "C.CSV").write_text(curve)
+    line = {"conductor": "Drake", "span": 300.0, "stringing_percent": 20.0, "coefficients": "C.CSV"}
+    assert gf.Scene.from_dict({"line": line}, tmp_path).aerodynamics.lift == (0.0, -1.0)
