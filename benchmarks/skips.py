@@ -58,20 +58,11 @@ def microseconds(model: Model) -> float:
     return 1e6 * (time.process_time() - began) / STEPS
 
 
-def halves() -> dict[str, tuple[gf.Scene, gf.Scene]]:
-    """Half of a span that gallops and swings, and the whole."""
-    scenes = {}
-    for elements in (20, 40, 100, 200):
-        whole = example3({"numerics.elements": elements, "initial.seed_horizontal": 1e-3})
-        scenes[f"{elements} elements: half of the span"] = whole.with_values({"numerics.mesh": "half_span"}), whole
-    return scenes
-
-
 def main() -> None:
     heading()
     print("| scene: left out | unknowns | us a step: least | median | greatest | gain: least | median | greatest |")
     print("| --- | --- | ---: | ---: | ---: | ---: | ---: | ---: |")
-    pairs = cases() | halves()
+    pairs = cases()
     models = {name: [Model(scene, inputs=False) for scene in pair] for name, pair in pairs.items()}
     spent: dict[str, list[list[float]]] = {name: [] for name in models}
     for _ in range(REPEATS):

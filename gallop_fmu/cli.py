@@ -367,11 +367,7 @@ def _print_summary(numbers: dict[str, Any], result: Result, written: list[Path])
         f"{numbers['real_time_factor']:.0f} times real time; lowest tension {numbers['lowest_tension'] / 1000:.3f} kN"
     )
     if attrs["left_out"]:
-        console.print(
-            f"left out, since nothing in the scene wakes it: {attrs['left_out']}", style="dim", soft_wrap=True
-        )
-    if attrs["hidden"]:
-        console.print(f"hidden, since numerics.mesh asks for half of the span: {attrs['hidden']}", soft_wrap=True)
+        console.print(f"inactive terms (no effect in this scene): {attrs['left_out']}", style="dim", soft_wrap=True)
     print_warnings(result.warnings)
     for path in written:
         console.print(f"wrote {path}", soft_wrap=True)

@@ -171,7 +171,6 @@ class Model:
             raise TypeError(f"scene must be a Scene, not {scene!r:.60}; load_scene and Scene.from_dict make one")
         packed, raw, handle = Packed(scene), CReport(), c.c_void_p()
         packed.scene.laws_only = not inputs
-        packed.scene.half_span = not inputs and scene.numerics.mesh == "half_span"
         self._handle: c.c_void_p | None = None
         if kernel.gallop_model_create(c.byref(packed.scene), c.byref(handle), c.byref(raw)):
             raise SimulationError(unpacked(raw))
@@ -181,7 +180,7 @@ class Model:
         self.nodes = 2 * self.elements + 1
         self.state_size = int(kernel.gallop_state_size(handle))
         self.saved_size = int(kernel.gallop_saved_size(handle))
-        self._takes_inputs, self._half_span = inputs, bool(packed.scene.half_span)
+        self._takes_inputs = inputs
         derived = CDerived()
         _insist(kernel.gallop_model_derived(handle, c.byref(derived)))
         self.parts = Part(derived.parts)
@@ -247,8 +246,6 @@ class Model:
         )
 
     def _motion(self, u: ArrayLike | None, v: ArrayLike | None, a: ArrayLike | None) -> list[Array]:
-        if self._half_span:
-            raise ValueError("residual and tangent are those of the whole span; make it with Model(scene, inputs=True)")
         shape = (self.nodes, DOFS)
         return [
             np.zeros(shape) if y is None else numbers(name, y, shape) for name, y in zip("uva", (u, v, a), strict=True)

@@ -29,7 +29,6 @@ from gallop_fmu.plausibility import unusual
 from gallop_fmu.sag_tension import LARGEST_STRAIN, check_tension
 from gallop_fmu.sections import Number, Section, Text, WholeNumber, quantity, setting
 from gallop_fmu.supports import AdjacentSpanSupport, Supports
-from gallop_fmu.symmetry import check_symmetric
 
 SAG_TENSION_AGREEMENT = 0.05
 """Largest relative difference between a given sag and m g L^2/(8 H); published pairs differ by 1 to 2 %."""
@@ -191,11 +190,6 @@ class Numerics(Section):
     """Discretisation and tolerances."""
 
     elements: WholeNumber = quantity(15, "1", "number of three-node elements", ge=2, le=5000)
-    mesh: Literal["whole_span", "half_span"] = setting(
-        "whole_span",
-        "what a simulation computes: the whole span, or one half where both are alike, up to twice as fast; half_span "
-        "hides antisymmetric motion (2, 4, ... loops) and its instability",
-    )
     integrator: Literal["newmark", "gauss6", "generalised_alpha"] | None = setting(
         None, "method, see gallop_fmu.integrators; not given: newmark, or gauss6 with a tolerance"
     )
@@ -219,6 +213,19 @@ class Numerics(Section):
     )
     max_newton_iterations: WholeNumber = quantity(20, "1", "iterations before a step is halved", ge=2, le=200)
     max_halvings: WholeNumber = quantity(8, "1", "times that a step may be halved before the run fails", ge=0, le=20)
+
+    @model_validator(mode="before")
+    @classmethod
+    def _whole_span(cls, data: Any) -> Any:
+        """Accept the `mesh` of files of release 0.1.0, which could ask for half of a span."""
+        if not isinstance(data, dict) or "mesh" not in data:
+            return data
+        if data["mesh"] != "whole_span":
+            raise SceneError(
+                f"mesh = {data['mesh']!r}: only whole spans are computed, since half a span hides motion in 2, 4, ... "
+                "loops; remove mesh"
+            )
+        return {key: value for key, value in data.items() if key != "mesh"}
 
     @model_validator(mode="after")
     def _fits_the_integrator(self) -> Numerics:
@@ -278,8 +285,6 @@ class Scene(Section):
         _check_sag_against_tension(self)
         _check_mass_matrix(self)
         _check_aerodynamics(self)
-        if self.numerics.mesh == "half_span":
-            check_symmetric(self.numerics.elements, self.span.height_difference, self.supports, self.loads)
         paths = [leaf.path for leaf in leaves(self)]
         for source in self.sources:
             if not any(path == source or path.startswith(source + ".") for path in paths):

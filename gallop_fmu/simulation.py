@@ -140,7 +140,6 @@ def _provenance(scene: Scene, model: Model | None) -> dict[str, str]:
         "integrator": INTEGRATORS[scene.numerics.method].description,
         "unknowns": "" if model is None else " ".join(model.unknowns),
         "left_out": ", ".join(str(part.name).lower().replace("_", " ") for part in left_out),
-        "hidden": "antisymmetric motion" if scene.numerics.mesh == "half_span" else "",
     }
 
 

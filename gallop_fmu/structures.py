@@ -145,8 +145,6 @@ class CScene(c.Structure):
         ("spectral_radius", c.c_double),
         ("laws_only", c.c_int32),
         ("slack", c.c_int32),
-        ("half_span", c.c_int32),
-        ("reserved", c.c_int32),
     )
 
 

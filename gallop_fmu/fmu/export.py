@@ -110,11 +110,6 @@ def export_fmu(
         check_target(target, (".fmu",))
     except SceneError as problem:
         raise ExportError(str(problem)) from None
-    if scene.numerics.mesh == "half_span":
-        raise ExportError(
-            'numerics.mesh = "half_span": an FMU needs the whole span, since its host may move one tower alone; '
-            'set numerics.mesh = "whole_span"'
-        )
     Session(scene).start()
     _write(target, _native_files(scene, platforms) if runtime == "native" else _python_files(scene))
     return target

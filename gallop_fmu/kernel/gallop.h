@@ -133,8 +133,6 @@ typedef struct {
     double spectral_radius;   /* 0 to 1, generalised alpha: factor a step on motion that no step resolves */
     int32_t laws_only;   /* 1: a call with gallop_inputs is refused, and what the laws leave at rest is left out */
     int32_t slack;       /* a gallop_slack */
-    int32_t half_span;   /* 1: a span that is symmetric about its middle is computed up to there; see half_span.c */
-    int32_t reserved;
 } gallop_scene;
 
 /* Inputs that a co-simulation host sets instead of the scene's laws: value + rate * (t - time). */

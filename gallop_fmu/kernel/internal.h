@@ -48,7 +48,7 @@ struct gallop_model {
     uint64_t magic, identity;  /* identity: models of the same scene share it */
     gallop_scene scene;        /* its pointers lead into this block */
     gallop_derived derived;
-    int elements, nodes, strips;   /* computed: of the whole span, or of its left half (see half_span.c) */
+    int elements, nodes, strips;
     /* what the scene needs; the rest is not computed (see choose_parts) */
     int unknowns;                                       /* leading ones of each node that can move: 4, 3 or 2 */
     bool eccentric, aerodynamic;
@@ -62,8 +62,8 @@ struct gallop_model {
     size_t saved_size, state_size;   /* what must be copied to save a state, and with scratch memory */
     geometry *geometry;        /* (elements), */
     strip *strip;              /* (strips) and once more side by side */
-    double *x;                 /* (nodes of the whole span, 3) initial positions */
-    double *normal;            /* (nodes of the whole span, 2) n2 of the section's plane, along x1 and x2 */
+    double *x;                 /* (nodes, 3) initial positions */
+    double *normal;            /* (nodes, 2) n2 of the section's plane, along x1 and x2 */
     double *constant_force;    /* (nodes, 4) balances the initial state */
     int *piece_near;           /* (PIECE_BINS) piece at the start of each bin of the aerodynamic curve */
     load_place *place;         /* (load_count) */
@@ -266,10 +266,6 @@ void control_return(const gallop_model *model, gallop_state *state, layout *at);
 
 /* tables.c */
 int check_tables(const gallop_scene *s, gallop_report *report);
-
-/* half_span.c */
-int check_half_span(const gallop_scene *s, gallop_report *report);
-void keep_left_half(gallop_model *model);
 
 /* observe.c: one node; the span channels whose bits are set in `asked`, the others are left alone */
 void observe_node(const gallop_model *model, const gallop_state *state, int32_t node,

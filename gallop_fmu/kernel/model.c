@@ -124,7 +124,6 @@ static int check(const gallop_scene *s, gallop_report *report)
     if (!outcome) outcome = check_damping(&s->translation_damping, report);
     if (!outcome) outcome = check_damping(&s->twist_damping, report);
     if (!outcome) outcome = check_tables(s, report);
-    if (!outcome) outcome = check_half_span(s, report);
     if (outcome) return outcome;
     if (!(fabs(s->height_difference) < s->length))
         return invalid(report, "height difference", s->height_difference, s->length);
@@ -328,10 +327,6 @@ int gallop_model_create(const gallop_scene *scene, gallop_model **out, gallop_re
         gallop_model_free(m);
         return outcome;
     }
-    if (scene->half_span) {
-        keep_left_half(m);
-        measure_state(m);
-    }
     m->tension_only = scene->slack == GALLOP_SLACK_TENSION_ONLY;
     mark_model(m);
     *out = m;
@@ -350,11 +345,11 @@ int gallop_model_derived(const gallop_model *model, gallop_derived *derived)
 int gallop_model_nodes(const gallop_model *model, double *x)
 {
     if (!is_model(model) || !usable(x, WORD)) return GALLOP_BAD_CALL;
-    memcpy(x, model->x, 3 * (2 * (size_t)model->scene.elements + 1) * sizeof(double));
+    memcpy(x, model->x, 3 * (size_t)model->nodes * sizeof(double));
     return GALLOP_COMPLETED;
 }
 
-int32_t gallop_middle(const gallop_model *model) { return is_model(model) ? model->scene.elements : -1; }
+int32_t gallop_middle(const gallop_model *model) { return is_model(model) ? model->elements : -1; }
 
 size_t gallop_state_size(const gallop_model *model) { return is_model(model) ? model->state_size : 0; }
 

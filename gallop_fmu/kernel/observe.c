@@ -26,8 +26,6 @@ static double node_tension(const gallop_model *model, const double *u, int node)
 void observe_node(const gallop_model *model, const gallop_state *state, int32_t node,
                   double values[GALLOP_NODE_CHANNELS])
 {
-    const bool mirrored = node >= model->nodes;   /* in the right half of a span that is computed up to its middle */
-    if (mirrored) node = 2 * model->scene.elements - node;
     const double *u = motion(model, state, 0), *v = motion(model, state, 1), *a = motion(model, state, 2);
     const double *n2 = model->normal + 2 * node;
     for (int i = 0; i < 4; i++) {
@@ -39,19 +37,12 @@ void observe_node(const gallop_model *model, const gallop_state *state, int32_t 
     values[GALLOP_ANGLE_OF_ATTACK] =
         aero_angle(u[4 * node + 3], n2[0] * v[4 * node] + n2[1] * v[4 * node + 1], v[4 * node + 2], v[4 * node + 3],
                    state->now.wind, state->now.attack, model->radius);
-    for (int i = GALLOP_U1; mirrored && i <= GALLOP_A1; i += GALLOP_V1 - GALLOP_U1)   /* along the span */
-        values[i] = -values[i];
 }
 
 /* Force of the cable on the tower: minus that of the support on the cable, which is the static one plus the residual of
  * the free body where the unknown is prescribed, and minus the spring's elongation where it is not. */
 static void support_force(const gallop_model *model, gallop_state *state, int end, double force[3])
 {
-    if (end && model->scene.half_span) {
-        support_force(model, state, 0, force);
-        force[0] = -force[0];
-        return;
-    }
     const double *u = motion(model, state, 0), *v = motion(model, state, 1), *a = motion(model, state, 2);
     const int node = end ? model->nodes - 1 : 0, e = end ? model->elements - 1 : 0, own = end ? 8 : 0;
     const instant *now = &state->now;
@@ -135,9 +126,8 @@ TWO_PATHS static void energies(const gallop_model *model, const gallop_state *st
             double stretch = u[(end ? 4 * (model->nodes - 1) : 0) + i] - state->now.position[end][i];
             p += 0.5 * model->stiffness[end][i] * stretch * stretch;
         }
-    const double halves = model->scene.half_span ? 2.0 : 1.0;
-    *kinetic = halves * k;
-    *potential = halves * p;
+    *kinetic = k;
+    *potential = p;
 }
 
 /* Whether the arguments of an observation can be used; who observes gets no report. */
@@ -151,7 +141,7 @@ int gallop_observe_node(const gallop_model *model, const gallop_state *state, in
                         double values[GALLOP_NODE_CHANNELS])
 {
     if (!observable(model, state, values)) return GALLOP_BAD_CALL;
-    if (node < 0 || node > 2 * model->scene.elements) return GALLOP_BAD_CALL;
+    if (node < 0 || node >= model->nodes) return GALLOP_BAD_CALL;
     observe_node(model, state, node, values);
     return GALLOP_COMPLETED;
 }
@@ -192,12 +182,12 @@ static gallop_model with_everything(const gallop_model *model)
     return all;
 }
 
-/* Whether residual and tangent of this motion can be taken: of a whole span, of finite numbers. */
+/* Whether residual and tangent of this motion can be taken: of finite numbers. */
 static bool computable(const gallop_model *model, const gallop_state *work, double time, const gallop_inputs *inputs,
                        const double *const motion[3], const double *out)
 {
     gallop_report report;
-    if (check_room(model, work, time, &report) || model->scene.half_span || !usable(out, WORD)) return false;
+    if (check_room(model, work, time, &report) || !usable(out, WORD)) return false;
     for (int i = 0; i < 3; i++)
         if (!usable(motion[i], WORD) || !finite_numbers(motion[i], 4 * (size_t)model->nodes)) return false;
     return check_inputs(model, inputs, time, &report) == GALLOP_COMPLETED;

@@ -148,7 +148,7 @@ static int check_run(const gallop_model *model, const gallop_state *state, int64
     if (!(state->time + model->scene.time_step > state->time))
         return refuse(report, "time step, which is lost in the round-off of the time", model->scene.time_step, NAN);
     outcome = check_indices(channel, channels, GALLOP_NODE_CHANNELS, of_channels, report);
-    if (!outcome) outcome = check_indices(node, nodes, 2 * model->scene.elements + 1, of_nodes, report);
+    if (!outcome) outcome = check_indices(node, nodes, model->nodes, of_nodes, report);
     if (!outcome) outcome = check_indices(span_channel, span_channels, GALLOP_SPAN_CHANNELS, of_span, report);
     if (outcome || records == 0) return outcome;
     if (channels > 0 && nodes > 0 && !usable(node_values, WORD))
@@ -278,8 +278,7 @@ int gallop_state_init(const gallop_model *model, gallop_state *state, double sta
         outcome = static_equilibrium(model, start, &rest, &at, report);
         if (outcome) return outcome;
     }
-    const int held = s->half_span ? 1 : 2;   /* ends; mid-span is none */
-    for (int n = 1; n <= model->nodes - held; n++) {
+    for (int n = 1; n <= model->nodes - 2; n++) {
         double shape = sin(PI * model->x[3 * n] / s->length);   /* cos(pi x1/L), x1 from mid-span */
         at.u[4 * n + 1] += s->seed_vertical * shape;
         at.u[4 * n + 2] += s->seed_horizontal * shape;

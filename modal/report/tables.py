@@ -208,10 +208,6 @@ def clearance_table(findings: Findings, result: Result, place: tuple[float, floa
 def numerics_table(findings: Findings) -> Table:
     """How it was computed, and what the numerics had to do."""
     scene, rows = findings.scene, [("elements", f"{findings.scene.numerics.elements}")]
-    if scene.numerics.mesh == "half_span":
-        rows.append(
-            ("computed by the simulation", "half of the span, which hides antisymmetric motion (2, 4, ... loops)")
-        )
     step = scene.numerics.time_step
     rows.append(("time step", f"{step:g} s"))
     if not isinstance(findings.frequencies, Missing):

@@ -32,7 +32,7 @@ def model():
 
 @pytest.fixture(scope="module")
 def laws_only():
-    scene = gf.load_scene("example3").with_values({"numerics.elements": 4, "numerics.mesh": "half_span"})
+    scene = gf.load_scene("example3").with_values({"numerics.elements": 4})
     return Model(scene, inputs=False)
 
 

@@ -369,3 +369,12 @@ def test_a_key_that_exists_is_never_called_unknown(minimal, path, message):
     for refused in (lambda: scene.with_values({path: 1.0}), lambda: scene.unit_of(path)):
         with pytest.raises(SceneError, match=f"^{path}: {message}"):
             refused()
+
+
+def test_files_that_name_the_mesh_of_release_0_1_0_load_and_half_a_span_is_refused():
+    data = load_scene("example3").model_dump(mode="json", exclude_none=True)
+    data["numerics"]["mesh"] = "whole_span"
+    assert Scene.from_dict(data) == load_scene("example3")
+    data["numerics"]["mesh"] = "half_span"
+    with pytest.raises(SceneError, match="only whole spans are computed"):
+        Scene.from_dict(data)

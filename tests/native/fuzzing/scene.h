@@ -119,7 +119,6 @@ static inline void scene_of(input *in, gallop_scene *s)
     s->spectral_radius = 0.8;
     s->slack = how / 16 % 2;
     s->laws_only = how / 2 % 2;
-    s->half_span = s->laws_only && how / 64 == 2;
     if (how / 4 % 4 == 3) s->tolerance = 1e-3;
     double *number[] = {
         &s->length, &s->height_difference, &s->sag, &s->horizontal_tension, &s->gravity, &s->diameter, &s->mass,
@@ -135,7 +134,7 @@ static inline void scene_of(input *in, gallop_scene *s)
     law_of(in, &s->wind, 0, 5.5);
     for (int end = 0; end < 2; end++) support_of(in, &s->support[end], end);
     loads_of(in, s);
-    s->elements = count_of(in, s->half_span ? MOST : 3);
+    s->elements = count_of(in, 3);
     s->start_in_mean_wind = byte_of(in) > 128;
     s->max_newton_iterations = count_of(in, 20);
     s->max_halvings = count_of(in, 1);
