@@ -243,8 +243,6 @@ def _quoted(path: Path, text: str) -> str:
 
 def _foreign(header: str) -> str:
     """What to do with a file of another program, as far as its first line tells."""
-    if header.lstrip().startswith("<"):
-        return ". This is an XML or HTML file; export the numbers as CSV"
     if "," not in header and len(header.split()) > 1:
         return (
             ". Its columns are not separated by commas, semicolons or tabs; save it as CSV with one line of names, and "
@@ -269,6 +267,8 @@ def read_cells(path: Path) -> list[tuple[int, list[str]]]:
         Unreadable file, or a quotation mark that is not closed.
     """
     lines = read_text(path).split("\n")
+    if lines[0].lstrip().startswith("<"):
+        raise SceneError(f"{path}: an XML or HTML file; export the table as CSV")
     skipped, separator = 0, ""
     for line in lines:
         if line.startswith("sep=") and len(line) == 5 and line[4] in SEPARATORS:  # Excel's own line

@@ -231,6 +231,7 @@ def test_a_value_that_is_not_allowed_concerns_its_own_run_only():
             "sag: unknown key; the closest valid one is span.sag; what is only to be carried along must",
         ),
         ("name,wind.sped\nA,2\n", "wind.sped: unknown key; the closest valid one is wind.speed"),
+        ("<gpx>\n</gpx>\n", "an XML or HTML file; export the table as CSV"),
         ("span.sag,span.sag\n2,2\n", "column 'span.sag' is there twice"),
         ("name,span.sag\nA,2\nB\n", "row 3 has 1 cells, the first row has 2"),
         ("name,span.sag\nA,2\nB,2\nA,3\n", "spans 1 and 3 are both called 'A'"),

@@ -290,7 +290,7 @@ XFOIL = """
         ("Xfoil polar. Reynolds number fixed.\nAlpha,Cl,Cd\n", "put # before lines of text above"),
         ("Alpha,Cl,Cd,Cdp,Cm\n-5,0,0,0,0\n", "it has 'Alpha'. Rename the columns, remove those that are not needed"),
         ("! AeroDyn airfoil data\n  1  ReRef\n", "not separated by commas"),
-        ('<?xml version="1.0"?>\n<gpx></gpx>\n', "XML or HTML file; export the numbers as CSV"),
+        ('<?xml version="1.0"?>\n<gpx></gpx>\n', "an XML or HTML file; export the table as CSV"),
         ("time,wind_speed\n2024-01-01T00:00:00Z,5\n", "convert times to seconds from the start of the run"),
         ("time;wind_speed\n0;5,5\n", "write 5.5, with a decimal point"),
         ("time [ms],wind_speed\n0,5\n", "column 'time \\[ms\\]' must be in s; convert it"),
