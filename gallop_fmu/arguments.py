@@ -69,7 +69,8 @@ def numbers(name: str, values: Any, shape: tuple[int, ...]) -> Array:
     array = _real(name, values)
     if array.shape not in (shape, (int(np.prod(shape)),)):
         raise ValueError(f"{name} has the shape {array.shape}; it must have {shape}")
-    array = np.ascontiguousarray(array.reshape(shape), dtype=np.float64)
+    with np.errstate(over="ignore"):  # what overflows is refused below
+        array = np.ascontiguousarray(array.reshape(shape), dtype=np.float64)
     if not np.isfinite(array).all():
         place = tuple(int(i) for i in np.argwhere(~np.isfinite(array))[0])
         raise ValueError(f"{name} must be finite; {name}{list(place)} is {array[place]}")

@@ -492,10 +492,11 @@ class State:
 
     def observe_node(self, node: int) -> Array:
         """All node channels at one node, in the order of `NODE_CHANNELS`."""
-        if not 0 <= node < self.model.nodes:
-            raise IndexError(f"node {node} does not exist; the mesh has nodes 0 to {self.model.nodes - 1}")
+        place = whole("node", node, -(2**63), 2**63 - 1)
+        if not 0 <= place < self.model.nodes:
+            raise IndexError(f"node {place} does not exist; the mesh has nodes 0 to {self.model.nodes - 1}")
         with self._alone:
-            return self._observe_node(whole("node", node, 0, self.model.nodes - 1))
+            return self._observe_node(place)
 
     def _observe_node(self, node: int) -> Array:
         values = np.empty(len(NODE_CHANNELS))
