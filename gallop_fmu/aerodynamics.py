@@ -24,6 +24,9 @@ Outside = Literal["error", "hold", "periodic"]
 COEFFICIENTS = ("lift", "drag", "moment")
 CURVE_COLUMNS = {"angle_deg": "deg", **dict.fromkeys(COEFFICIENTS, "1")}
 """Columns of a coefficient file, and their units."""
+POINTS_OF_POLYNOMIAL = 361
+"""Angles over its validity range at which a polynomial is looked at."""
+
 LARGEST_COEFFICIENT = 10.0
 """Measured coefficients of iced conductors stay below 3; beyond this a column or a unit is mistaken."""
 TURN = 2.0 * np.pi
@@ -138,8 +141,25 @@ class PolynomialCoefficients(Section):
         return self.outside
 
     def warnings(self) -> list[str]:
-        """Sentences on what was made of doubtful values: none."""
-        return []
+        """Sentences on values that no conductor has: negative drag, or a coefficient above `LARGEST_COEFFICIENT`."""
+        curve, found = self.curve(), []
+        angle = np.linspace(*curve.breakpoint[[0, -1]], POINTS_OF_POLYNOMIAL)
+        for name in COEFFICIENTS:
+            values = np.asarray(getattr(curve, name)(angle))
+            worst = int(np.argmax(np.abs(values)))
+            if abs(values[worst]) > LARGEST_COEFFICIENT:
+                found.append(
+                    f"aerodynamics.{name} reaches {values[worst]:.3g} at {np.degrees(angle[worst]):.0f} deg; coefficients "
+                    f"are at most {LARGEST_COEFFICIENT:g} either way: check it, or narrow the validity range"
+                )
+        drag = np.asarray(curve.drag(angle))
+        least = int(np.argmin(drag))
+        if drag[least] < 0.0:
+            found.append(
+                f"aerodynamics.drag is {drag[least]:.3g} at {np.degrees(angle[least]):.0f} deg; drag acts along the "
+                "wind and is never negative: check the sign, or narrow the validity range"
+            )
+        return found
 
     @model_validator(mode="after")
     def _range_is_usable(self) -> PolynomialCoefficients:

@@ -174,3 +174,16 @@ def test_the_seam_of_a_plain_table_from_minus_180_has_no_one_sided_slope():
     assert curve.lift_slope(-np.pi) == pytest.approx(curve.lift_slope(np.pi), abs=1e-9)
     central = (curve.lift(np.pi + step) - curve.lift(np.pi - step)) / (2.0 * step)
     assert curve.lift_slope(np.pi) == pytest.approx(central, abs=1e-5)
+
+
+@pytest.mark.parametrize(
+    ("changes", "words"),
+    [
+        ({"aerodynamics.drag": [1.0, 0.0, -1.0]}, "aerodynamics.drag is -0.95 at 260 deg; drag acts along"),
+        ({"aerodynamics.lift": [0.0, -4.5, 0.0, 10.0]}, "aerodynamics.lift reaches 20.9 at 260 deg; coefficients are"),
+        ({}, None),
+    ],
+)
+def test_polynomials_that_no_conductor_has_are_warned_of(changes, words):
+    found = load_scene("example3").with_values(changes).warnings
+    assert (found == ()) if words is None else any(words in warning for warning in found)
