@@ -28,6 +28,7 @@ static int whole_step(const gallop_model *model, gallop_state *state, layout *at
     const uint64_t whole = (uint64_t)1 << deepest;
     const double step_before = state->step_before;
     const int64_t equal_steps = state->equal_steps, newest = state->newest;
+    const instant now = state->now;
     uint64_t done = 0;
     int level = 0;
     state->last_iterations = state->last_substeps = 0;
@@ -50,6 +51,7 @@ static int whole_step(const gallop_model *model, gallop_state *state, layout *at
         state->factored_step = 0.0;
         memcpy(at->u, at->u0, 3 * bytes);
         if (!may_halve(outcome) || level == deepest) {
+            state->now = now;
             if (level == 0) return outcome;
             memcpy(at->u, at->first, motion_bytes(model));
             state->step_before = step_before;

@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from gallop_fmu.channels import NODE_CHANNELS, NODE_INDEX
+from gallop_fmu.channels import NODE_CHANNELS, NODE_INDEX, SPAN_INDEX
 from gallop_fmu.engine import Inputs, Model, State
 from gallop_fmu.outcome import Outcome, SimulationError
 from gallop_fmu.scene import Scene
@@ -135,6 +135,22 @@ def test_a_run_that_fails_in_half_a_step_ends_where_the_step_began(minimal, inte
         assert np.array_equal(kept, right)
 
 
+@pytest.mark.parametrize("values", [{}, {"integrator": "gauss6"}, {"tolerance": 1e-4}])
+def test_a_run_that_fails_leaves_the_wind_of_its_state(values):
+    """Motion and time were those before the failed step, wind and tower motion those in it."""
+    gale = {"kind": "ramp", "initial": 5.5, "final": 140.0, "duration": 20.0}
+    narrow = {"aerodynamics.valid_from_deg": 179.99, "aerodynamics.valid_to_deg": 180.01}
+    changes = {"wind.speed": None, "wind.history": gale, "numerics.elements": 8, **narrow}
+    scene = load_scene("example3").with_values(changes | {f"numerics.{name}": value for name, value in values.items()})
+    state = Model(scene).start()
+    assert state.run(2000, 1, ALL, [8]).report.outcome is not Outcome.COMPLETED
+    assert state.time > 0.0
+    wind = state.observe_span()[SPAN_INDEX["wind_speed"]]
+    assert wind == pytest.approx(float(scene.wind.history.at(state.time)), rel=1e-14)
+    other = State(state.model)
+    other.restore(state.save())
+
+
 @pytest.mark.parametrize("until", [0.5, 0.4, math.nan, math.inf, -math.inf])
 def test_time_must_be_finite_and_grow(minimal, until):
     state = Model(Scene.from_dict(minimal)).start()
@@ -200,7 +216,7 @@ def test_a_step_of_the_host_far_below_that_of_the_tolerance():
 
 def test_a_tolerance_that_newtons_iteration_cannot_keep():
     """Steps are halved as often as allowed, and then the run ends."""
-    hard = {"numerics.tolerance": 1e-6, "numerics.max_newton_iterations": 2, "numerics.max_halvings": 3}
+    hard = {"numerics.tolerance": 1e-7, "numerics.max_newton_iterations": 2, "numerics.max_halvings": 3}
     far = {"numerics.elements": 4, "initial.seed_vertical": 0.3, "initial.seed_twist": 0.5}
     report = fails(Model(load_scene("example3").with_values({**hard, **far})).start(), 1.0)
     assert (report.outcome, report.halvings, report.steps) == (Outcome.NEWTON_STALLED, 3, 0)
