@@ -19,7 +19,7 @@ static bool settable(const slot *s, const resource_variable *v, double value)
     bool parameter = v->origin == ORIGIN_PARAMETER, input = v->origin == ORIGIN_INPUT;
     const int modes = input ? SETTABLE : parameter ? INSTANTIATED | INITIALIZING : 0;
     if (!(s->is.mode & modes)) return false;
-    return isfinite(value) && value >= v->minimum && value <= v->maximum;
+    return isfinite(value) && resource_allows(v, value, 1.0);
 }
 
 void set_values(slot *s, bool whole)
