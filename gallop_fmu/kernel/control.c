@@ -125,7 +125,6 @@ static int controlled_step(const gallop_model *model, gallop_state *state, layou
 {
     const size_t bytes = 4 * (size_t)model->nodes * sizeof(double);
     const double left = limit - state->time;
-    const instant now = state->now;
     int failures = 0;
     state->last_iterations = state->last_substeps = 0;
     memcpy(at->u0, at->u, 3 * bytes);
@@ -134,7 +133,6 @@ static int controlled_step(const gallop_model *model, gallop_state *state, layou
         state->last_substeps++;
         const int outcome = gauss(model, state, at, inputs, t, h, report);
         if (outcome && (!may_halve(outcome) || failures++ == model->scene.max_halvings)) {
-            state->now = now;
             memcpy(at->u, at->u0, 3 * bytes);
             return outcome;
         }
@@ -147,10 +145,8 @@ static int controlled_step(const gallop_model *model, gallop_state *state, layou
             return GALLOP_COMPLETED;
         }
         memcpy(at->u, at->u0, 3 * bytes);
-        if (h < SHORTEST * fmax(1.0, fabs(state->time))) {
-            state->now = now;
+        if (h < SHORTEST * fmax(1.0, fabs(state->time)))
             return fail(report, GALLOP_NEWTON_STALLED, -1, state->time, h, model->scene.tolerance);
-        }
     }
 }
 

@@ -28,7 +28,6 @@ static int whole_step(const gallop_model *model, gallop_state *state, layout *at
     const uint64_t whole = (uint64_t)1 << deepest;
     const double step_before = state->step_before;
     const int64_t equal_steps = state->equal_steps, newest = state->newest;
-    const instant now = state->now;
     uint64_t done = 0;
     int level = 0;
     state->last_iterations = state->last_substeps = 0;
@@ -51,7 +50,6 @@ static int whole_step(const gallop_model *model, gallop_state *state, layout *at
         state->factored_step = 0.0;
         memcpy(at->u, at->u0, 3 * bytes);
         if (!may_halve(outcome) || level == deepest) {
-            state->now = now;
             if (level == 0) return outcome;
             memcpy(at->u, at->first, motion_bytes(model));
             state->step_before = step_before;
@@ -171,6 +169,8 @@ int gallop_run(const gallop_model *model, gallop_state *state, int64_t first, in
     for (int32_t c = 0; c < span_channels; c++) asked |= 1u << span_channel[c];
     const double dt = model->scene.time_step, start = state->time - (double)(first * every) * dt;
     const bool free = by_tolerance(model);
+    const instant at_start = state->now;
+    const double began = state->time;
     layout at = state_layout(model, state);
     forget_saved(&at);
     if (free && first == 0) state->run_origin = state->time;
@@ -178,7 +178,11 @@ int gallop_run(const gallop_model *model, gallop_state *state, int64_t first, in
         const double when = state->run_origin + (double)((first + r + 1) * every) * dt;
         const int outcome = free ? march_freely(model, state, NULL, when, false, report)
                                  : march(model, state, NULL, start, (first + r) * every, dt, every, report);
-        if (outcome) return outcome;
+        if (outcome) {   /* the failed step has left its own wind and tower motion */
+            if (state->time == began) state->now = at_start;
+            else instant_at(model, state->time, NULL, &state->now);
+            return outcome;
+        }
         if (free) control_look(model, state, &at, when);
         for (int32_t n = 0; n < nodes; n++) {
             double values[GALLOP_NODE_CHANNELS];
