@@ -149,8 +149,8 @@ class PolynomialCoefficients(Section):
             worst = int(np.argmax(np.abs(values)))
             if abs(values[worst]) > LARGEST_COEFFICIENT:
                 found.append(
-                    f"aerodynamics.{name} reaches {values[worst]:.3g} at {np.degrees(angle[worst]):.0f} deg; coefficients "
-                    f"are at most {LARGEST_COEFFICIENT:g} either way: check it, or narrow the validity range"
+                    f"aerodynamics.{name} reaches {values[worst]:.3g} at {np.degrees(angle[worst]):.0f} deg; "
+                    f"coefficients are at most {LARGEST_COEFFICIENT:g} either way: check it, or narrow the range"
                 )
         drag = np.asarray(curve.drag(angle))
         least = int(np.argmin(drag))
