@@ -143,7 +143,7 @@ class PolynomialCoefficients(Section):
     def warnings(self) -> list[str]:
         """Sentences on values that no conductor has: negative drag, or a coefficient above `LARGEST_COEFFICIENT`."""
         curve, found = self.curve(), []
-        angle = np.linspace(*curve.breakpoint[[0, -1]], POINTS_OF_POLYNOMIAL)
+        angle = np.linspace(curve.breakpoint[0], curve.breakpoint[-1], POINTS_OF_POLYNOMIAL)
         for name in COEFFICIENTS:
             values = np.asarray(getattr(curve, name)(angle))
             worst = int(np.argmax(np.abs(values)))
