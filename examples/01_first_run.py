@@ -3,7 +3,7 @@
 #
 # Example 3 of Liu, Yan, Zhang and Zhou (2009): an iced span in a wind of 5.5 m/s begins to gallop vertically; later the
 # horizontal swing wakes at half the frequency. The curve of aerodynamic coefficients is a reconstruction, because the
-# paper's figure is lost.
+# paper's figure is not available to us.
 
 # %%
 import tempfile

@@ -2,8 +2,8 @@
 # # Forced motion: example 1 of the paper
 #
 # A bare span of 100 m without wind and damping. A load pulse of 1.5 s pushes it up, sideways and around at 39 points.
-# The history of the load is a reconstruction of a lost figure. The values compared with at the end were computed with
-# OpenSees for the same load (160 corotational elements), and by statics for the twist.
+# The history of the load is a reconstruction of a figure that is not available to us. The values compared with at the
+# end were computed with OpenSees for the same load (160 corotational elements), and by statics for the twist.
 
 # %%
 import math
