@@ -57,8 +57,8 @@ HALF_FREQUENCY_TOLERANCE = 0.02
 
 CAVEAT = (
     "Read with care: the paper's figure of the aerodynamic coefficients is not available to us. The curve used here is "
-    "a reconstruction, chosen within that figure's axes to reproduce the printed course of events, so the amplitudes are "
-    "no independent check of the paper. That the swing has half the vertical frequency follows from the mechanics."
+    "a reconstruction, chosen within that figure's axes to reproduce the printed course of events, so the amplitudes "
+    "are no independent check of the paper. That the swing has half the vertical frequency follows from the mechanics."
 )
 
 
