@@ -59,6 +59,34 @@ def sag_tension() -> list[tuple[str, str, str]]:
     ]
 
 
+def critical_winds_on_slopes() -> tuple[str, str, str]:
+    """Vertical galloping of spans without eccentric ice and twist: 4 m w xi / (rho d |CD + dCL/dalpha|)."""
+    rises, right, here = (0.0, 0.3, 0.7), [], []
+    for rise in rises:
+        scene = gf.load_scene("example3").with_values(
+            {
+                "span.height_difference": rise * 125.88,
+                "span.sag": None,
+                "ice.first_moment_x2": 0.0,
+                "ice.first_moment_x3": 0.0,
+                "conductor.torsional_stiffness": 15300.0,
+                "aerodynamics.moment": [0.0],
+                "aerodynamics.lift": [0.0, -4.5],
+                "aerodynamics.drag": [1.0],
+            }
+        )
+        onset = next(c for c in modal.critical_wind_speed(scene, 2, highest=6.0) if c.mode.family == "vertical")
+        mass = scene.conductor.mass_per_length + scene.ice.mass_per_length
+        damping = 4.0 * mass * 2.0 * np.pi * onset.mode.frequency_hz * onset.mode.damping_ratio
+        right.append(damping / (scene.wind.air_density * scene.conductor.diameter * 3.5))
+        here.append(onset.wind_speed)
+    return (
+        "Critical wind at rises of 0 / 0.3 / 0.7 of the span, stiff in twist: Den Hartog's closed form",
+        " / ".join(f"{speed:.3f}" for speed in right) + " m/s",
+        " / ".join(f"{speed:.3f}" for speed in here) + " m/s",
+    )
+
+
 def computed_at_once() -> list[tuple[str, str, str]]:
     """The rows that cost next to nothing."""
     step, pulse = example1("step"), example1("pulse")
@@ -83,6 +111,7 @@ def computed_at_once() -> list[tuple[str, str, str]]:
             " / ".join(f"{mode.frequency_hz:.4f}" for mode in zebra) + " Hz",
         ),
         *sag_tension(),
+        critical_winds_on_slopes(),
     ]
 
 
