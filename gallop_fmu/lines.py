@@ -131,6 +131,9 @@ def scene_data(data: Mapping[str, Any], folder: Path) -> dict[str, Any]:
     check_possible(numbers)
     followed, sources = _resolve(line, folder)
     followed["notes"] = unusual({path: value for path, value in numbers.items() if path in ONLY_IN_LINE})
+    beside = given.get("ice")
+    if isinstance(beside, dict) and {"first_moment_x2", "first_moment_x3"} & beside.keys():
+        del followed["ice"]["first_moment_angle_deg"]  # moments beside the line are given at the angle beside it
     for key, value in given.items():
         if key == "sources":
             continue
@@ -196,6 +199,7 @@ def _resolve(line: Line, folder: Path) -> tuple[dict[str, Any], dict[str, str]]:
             "first_moment_x2": moments[0],
             "first_moment_x3": moments[1],
             "attack_angle_deg": line.attack_angle_deg,
+            "first_moment_angle_deg": line.attack_angle_deg,
         },
         "wind": {"air_density": DRY_AIR / (ZERO_CELSIUS + line.temperature)},
         "damping": {

@@ -58,6 +58,16 @@ def test_a_line_built_at_an_angle_is_a_line_turned_to_it(angle):
     assert turned.ice.first_moments() == pytest.approx(built.ice.first_moments(), rel=1e-12)
 
 
+def test_an_attack_angle_beside_a_line_turns_the_ice_of_the_line():
+    """The line's moments are those of its own angle; moments given beside the line are those of the angle beside it."""
+    line = {**LINE, "attack_angle_deg": 180.0}
+    beside = gf.Scene.from_dict({"line": line, "ice": {"attack_angle_deg": 150.0}})
+    built = gf.Scene.from_dict({"line": {**LINE, "attack_angle_deg": 150.0}})
+    assert beside.ice.first_moments() == pytest.approx(built.ice.first_moments(), rel=1e-12)
+    own = {"attack_angle_deg": 150.0, "first_moment_x2": 1e-3, "first_moment_x3": 2e-3}
+    assert gf.Scene.from_dict({"line": line, "ice": own}).ice.first_moments() == (1e-3, 2e-3)
+
+
 def test_a_host_that_sets_the_angle_turns_the_ice_too():
     """Bit for bit as a scene of that angle, and between as the residual of the scene with that angle."""
     scene, other = example3(), example3(ice__attack_angle_deg=165.0)
