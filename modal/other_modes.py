@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,6 +11,7 @@ from gallop_fmu import SceneError
 from modal.modes import FAMILIES, Family, by_family, half_waves
 from modal.reduced import MeanState, ReducedModel, lopsided_model, mean_state
 from modal.rest import mirrored
+from modal.tracking import ALIKE
 
 Array = NDArray[np.float64]
 
@@ -19,6 +20,9 @@ WINDS = 24
 
 HALVINGS = 20
 """Halvings of the interval that holds the lowest onset."""
+
+FOLLOWED = 3
+"""Times that a step is halved to follow the first vertical mode past another."""
 
 NUMBERS = ("no", "one", "two", "three", "four", "five", "six")
 
@@ -67,34 +71,60 @@ def first_other_mode(model: ReducedModel, highest: float) -> OtherMode | None:
         Highest wind speed [m/s] looked at.
     """
     wide = lopsided_model(model) if mirrored(model.scene) else model
-    low = 0.0
+    low, before = 0.0, _modes(model, wide, 0.0)
     for high in (highest * np.arange(1, WINDS + 1) / WINDS).tolist():
         try:
-            found = _fastest(model, wide, high)
+            found = _followed(model, wide, before, low, high)
         except SceneError:
             return None
-        if found[0].real > 0.0:
+        if found.growth() > 0.0:
             break
-        low = high
+        low, before = high, found
     else:
         return None
     for _ in range(HALVINGS):
         middle = 0.5 * (low + high)
         try:
-            there = _fastest(model, wide, middle)
+            between = _followed(model, wide, before, low, middle)
         except SceneError:
             break
-        if there[0].real > 0.0:
-            high, found = middle, there
+        if between.growth() > 0.0:
+            high, found = middle, between
         else:
-            low = middle
-    rate, vector = found
-    wave, family = _wave(wide, vector)
-    return OtherMode(family, half_waves(wave), high, abs(rate.imag) / (2.0 * np.pi))
+            low, before = middle, between
+    best = found.fastest_other()
+    wave, family = _wave(wide, found.vectors[:, best])
+    return OtherMode(family, half_waves(wave), high, abs(float(found.rates[best].imag)) / (2.0 * np.pi))
 
 
-def _fastest(model: ReducedModel, wide: ReducedModel, wind: float) -> tuple[complex, NDArray[np.complex128]]:
-    """Eigenvalue [1/s] with the largest real part beside that of the first vertical mode, and its vector."""
+@dataclass(frozen=True)
+class _Modes:
+    """The oscillating modes in one wind: eigenvalues [1/s], vectors in columns, and the place of the first vertical."""
+
+    rates: NDArray[np.complex128]
+    vectors: NDArray[np.complex128]
+    mass: Array
+    own: int
+
+    def fastest_other(self) -> int:
+        """Place of the mode that grows fastest beside the first vertical one."""
+        growth = self.rates.real.copy()
+        growth[self.own] = -np.inf
+        return int(np.argmax(growth))
+
+    def growth(self) -> float:
+        """Its rate of growth [1/s]."""
+        return float(self.rates[self.fastest_other()].real)
+
+    def likeness(self, other: _Modes) -> Array:
+        """Modal assurance criterion of the first vertical mode here with every mode there."""
+        here, there = self.vectors[:, self.own], other.vectors
+        weighed = other.mass @ there
+        sizes = np.vdot(here, other.mass @ here).real * np.einsum("im,im->m", there.conj(), weighed).real
+        return np.asarray(np.abs(here.conj() @ weighed) ** 2 / sizes)
+
+
+def _modes(model: ReducedModel, wide: ReducedModel, wind: float) -> _Modes:
     state: MeanState = mean_state(model, wind)
     n = wide.size
     q = np.zeros((1, n))
@@ -103,11 +133,21 @@ def _fastest(model: ReducedModel, wide: ReducedModel, wind: float) -> tuple[comp
     mass, damping, stiffness = forces.mass[0], forces.damping[0], forces.stiffness[0]
     lower = -np.linalg.solve(mass, np.hstack([stiffness, damping]))
     rates, vectors = np.linalg.eig(np.vstack([np.eye(n, 2 * n, n), lower]))
-    oscillating = np.flatnonzero(rates.imag > 0.0)
-    own = oscillating[int(np.argmin(np.abs(rates[oscillating] - state.vertical)))]
-    others = oscillating[oscillating != own]
-    best = others[int(np.argmax(rates[others].real))]
-    return complex(rates[best]), vectors[:n, best]
+    kept = rates.imag > 0.0
+    return _Modes(rates[kept], vectors[:n, kept], mass, int(np.argmin(np.abs(rates[kept] - state.vertical))))
+
+
+def _followed(
+    model: ReducedModel, wide: ReducedModel, before: _Modes, low: float, high: float, halvings: int = FOLLOWED
+) -> _Modes:
+    """The modes in a wind, with the first vertical one followed from a lower wind: its shape becomes another's."""
+    found = _modes(model, wide, high)
+    likeness = before.likeness(found)
+    if likeness.max() < ALIKE and halvings > 0:
+        middle = 0.5 * (low + high)
+        between = _followed(model, wide, before, low, middle, halvings - 1)
+        return _followed(model, wide, between, middle, high, halvings - 1)
+    return replace(found, own=int(np.argmax(likeness)))
 
 
 def _wave(wide: ReducedModel, vector: NDArray[np.complex128]) -> tuple[Array, Family]:

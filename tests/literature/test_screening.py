@@ -10,6 +10,7 @@ import pytest
 
 import gallop_fmu as gf
 import modal
+from modal.other_modes import first_other_mode
 from modal.reduced import reduced_model
 from modal.rest import at_rest
 from modal.search import Search
@@ -278,6 +279,17 @@ def test_the_pair_that_is_not_at_risk_does_not_hide_two_loops_that_gallop():
 def test_the_other_mode_is_said_beside_a_swing_that_starts(screened):
     assert screened.other_mode.wind_speed == pytest.approx(4.930, rel=1e-3)  # of critical_wind_speed(example3)
     assert screened.reason.endswith("; also, two loops gallop from 4.93 m/s")
+
+
+def test_a_mode_that_passes_another_is_not_called_another_mode():
+    """A steep span with turned ice: from 6 m/s on the swing has more of the vertical shape than the vertical mode."""
+    scene = gf.Scene.from_dict(json.loads((DATA / "veering_in_wind.json").read_text()))
+    others = [mode for mode in modal.critical_wind_speed(scene, count=4, highest=12.0) if mode.mode.loops != 1]
+    onset = min(mode.wind_speed for mode in others if mode.wind_speed is not None)
+    rest = at_rest(scene)
+    assert first_other_mode(reduced_model(scene, rest), 11.5) is None  # before: one loop from 6.18 m/s
+    found = first_other_mode(reduced_model(scene, rest), 12.0)
+    assert found.wind_speed == pytest.approx(onset, rel=2e-3)
 
 
 @pytest.mark.parametrize("wind", [8.0, 10.0])
