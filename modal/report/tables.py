@@ -281,9 +281,10 @@ def _motion_card(result: Result) -> Card:
     midspan, motion = summary(result)["midspan"], result.motion
     assert isinstance(midspan, dict)
     vertical, low, high = midspan["u2"]["amplitude"], midspan["u2"]["lowest"], midspan["u2"]["highest"]
+    warned = "; with warnings" if result.warnings else ""
     if motion.kind == "turned over" or vertical < OVER * (high - low):
-        remark = f"peak to peak over the whole run, from {low:.2f} to {high:.2f} m; {motion}"
+        remark = f"peak to peak over the whole run, from {low:.2f} to {high:.2f} m; {motion}{warned}"
         return Card("Vertical range", f"{high - low:.3f} m", remark, "simulation")
     end = "at the end of the run" if motion.is_steady else f"at the end of the run: {motion}"
-    remark = f"{'steady; ' if motion.kind == 'steady' else ''}horizontal {midspan['u3']['amplitude']:.3f} m, {end}"
+    remark = f"{'steady; ' if motion.kind == 'steady' else ''}horizontal {midspan['u3']['amplitude']:.3f} m, {end}{warned}"
     return Card("Vertical amplitude", f"{vertical:.3f} m", remark, "simulation")

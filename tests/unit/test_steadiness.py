@@ -329,6 +329,22 @@ def test_headline_of_a_motion_that_grows_says_so(swing):
     assert card.remark.endswith("m; at rest")
 
 
+def test_a_report_says_beside_the_clearance_what_the_run_is_worth(swing):
+    """Its headline and its clearance hold for a run that still grows, and whose steps are too long."""
+    from gallop_fmu.clearance import davison_single_loop
+    from modal.report.page import page
+    from modal.report.tables import cards
+
+    scene = gf.load_scene("example3").with_values({"numerics.time_step": 0.1, "run.record_every": 1})
+    growing = findings_of(gf.simulate(scene, 100.0))
+    (card,) = cards(growing)
+    assert card.remark.endswith("; with warnings")
+    growing = dataclasses.replace(growing, ellipses={"Davison": davison_single_loop(2.12)})
+    clearance = page(growing).split('<section id="clearance">')[1].split("</section>")[0]
+    assert "The run is compared as far as it goes; its motion is still growing (vertical" in clearance
+    assert "The warnings of the simulation hold here, too." in clearance
+
+
 def test_an_animation_shows_a_few_periods(rolled, swing):
     """Five periods of 4.5 s about the time at which the section turns over, or the last ones."""
     from modal.report.animation import animation
