@@ -81,7 +81,8 @@ def modes(
 
         return mode_shapes(found, chosen.title)
 
-    tell({"title": chosen.title, "wind": wind, "modes": rows}, [chosen.title, table], figure, plot, as_json)
+    told = {"title": chosen.title, "warnings": list(chosen.warnings), "wind": wind, "modes": rows}
+    tell(told, [chosen.title, table], figure, plot, as_json)
 
 
 def _follow_modes(
@@ -120,7 +121,8 @@ def _follow_modes(
 
         return tracking_figure(data)
 
-    told = {"title": scene.title, "wind": wind, "over": over, "unit": unit, "values": values, "modes": rows}
+    told = {"title": scene.title, "warnings": list(scene.warnings), "wind": wind, "over": over, "unit": unit}
+    told |= {"values": values, "modes": rows}
     tell(told, [scene.title, table], figure, plot, as_json)
 
 
@@ -176,6 +178,7 @@ def ratio(
     unit, first, last = unit_of(chosen, over), values[0], values[-1]
     told: dict[str, Any] = {
         "title": chosen.title,
+        "warnings": list(chosen.warnings),
         "vertical_hz": here.vertical_hz,
         "horizontal_hz": here.horizontal_hz,
         "ratio": here.ratio,
@@ -245,6 +248,7 @@ def linear(
     criteria, onsets = stability_criteria(chosen), critical_wind_speed(chosen, count, highest)
     told = {
         "title": chosen.title,
+        "warnings": list(chosen.warnings),
         "unstable_attack_angles_deg": {criterion.name: criterion.unstable_deg for criterion in criteria},
         "causes": {criterion.name: criterion.causes for criterion in criteria if criterion.causes},
         "critical_winds": [

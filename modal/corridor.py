@@ -51,6 +51,7 @@ FIRST_LOOK_COLUMNS = {
     "estimated_vertical": ("m", "estimate of the vertical amplitude of galloping without swing at the scene's wind"),
     "estimated_threshold": ("m", "estimate of the vertical amplitude at which the swing starts"),
     "estimated_onset": ("m/s", "estimate of the wind at which the swing starts"),
+    "warnings": SCREENING_COLUMNS["warnings"],
 }
 
 
@@ -136,6 +137,7 @@ class FirstLookTask:
             "estimated_vertical": found.vertical_amplitude if gallops else None,
             "estimated_threshold": found.threshold_amplitude,
             "estimated_onset": found.onset_wind_speed,
+            "warnings": " ".join(scene.warnings),
         }
 
 

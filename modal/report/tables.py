@@ -286,5 +286,7 @@ def _motion_card(result: Result) -> Card:
         remark = f"peak to peak over the whole run, from {low:.2f} to {high:.2f} m; {motion}{warned}"
         return Card("Vertical range", f"{high - low:.3f} m", remark, "simulation")
     end = "at the end of the run" if motion.is_steady else f"at the end of the run: {motion}"
-    remark = f"{'steady; ' if motion.kind == 'steady' else ''}horizontal {midspan['u3']['amplitude']:.3f} m, {end}{warned}"
+    remark = (
+        f"{'steady; ' if motion.kind == 'steady' else ''}horizontal {midspan['u3']['amplitude']:.3f} m, {end}{warned}"
+    )
     return Card("Vertical amplitude", f"{vertical:.3f} m", remark, "simulation")

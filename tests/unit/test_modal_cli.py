@@ -69,6 +69,15 @@ def test_the_warnings_of_a_scene_are_printed(invoke):
     assert invoke("modes", "example3").stderr == ""
 
 
+@pytest.mark.parametrize("command", ["modes", "ratio", "linear"])
+def test_the_warnings_of_a_scene_are_in_the_json_too(invoke, command):
+    """A program that reads the JSON does not see standard error."""
+    round_ice = ("--set", "ice.first_moment_x2=0", "--set", "ice.first_moment_x3=0")
+    told = json.loads(invoke(command, "example3", "--json", *QUICK, *round_ice, *COMMANDS[command]).stdout)
+    (sentence,) = told["warnings"]
+    assert sentence.startswith("the first moments of the ice are 0")
+
+
 def test_ratio_tells_where_it_is_two(invoke, scene):
     words = ("--over", "span.sag=2.0:2.5", "--points", "3", "--json")
     printed = json.loads(invoke("ratio", "example3", *QUICK, *words).stdout)

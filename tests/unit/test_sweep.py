@@ -343,6 +343,10 @@ def test_first_look_is_the_estimate(scene):
     assert swings["estimated_vertical"] == alone.vertical_amplitude
     assert swings["ratio"] == modal.frequency_ratio(scenes[0]).ratio
     assert set(FIRST_LOOK_COLUMNS) <= set(swings)
+    round_ice = example.with_values({"ice.first_moment_x2": 0.0, "ice.first_moment_x3": 0.0})
+    (warned,) = FirstLookTask(6.0)([round_ice], lambda: True)
+    assert (swings["warnings"], warned["warnings"]) == ("", " ".join(round_ice.warnings))
+    assert "round section" in warned["warnings"]
     assert (below["suspect"], below["estimated_onset"]) == (True, None)
     assert (detuned["suspect"], detuned["estimated_threshold"]) == (False, None)
     assert calm["outcome"] == "invalid_scene"
