@@ -254,11 +254,12 @@ class TableCoefficients(Section):
         return {name: (start, end) for name, (start, end) in ends.items() if start != end}
 
     def warnings(self) -> list[str]:
-        """Sentences on what was made of doubtful values."""
+        """Sentences on what was made of doubtful values; round-off at the seam is none."""
         return [
             f"aerodynamics.{name} is {start:g} at {self.angle_deg[0]:g} deg and {end:g} at {self.angle_deg[-1]:g} deg, "
             "the same angle: the mean of both is used"
             for name, (start, end) in self._unequal_ends().items()
+            if abs(end - start) > 1e-9
         ]
 
     @property

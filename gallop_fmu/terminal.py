@@ -8,8 +8,9 @@ from __future__ import annotations
 import io
 import json
 import os
+import re
 import sys
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from enum import IntEnum
 from pathlib import Path
@@ -249,10 +250,55 @@ def new_table(*headings: str) -> Any:
     from rich.box import SIMPLE_HEAD
     from rich.table import Table
 
-    made = Table(box=SIMPLE_HEAD, pad_edge=False)
+    class WordTable(Table):
+        """Table that breaks lines between words, as long as the longest words fit beside each other."""
+
+        def __rich_console__(self, console: Any, options: Any) -> Any:
+            """Give each column the width of its longest word, and what is left to those that need little more."""
+            room = options.max_width - 3 * len(self.columns) + 1
+            columns: list[Any] = self.columns
+            for change in (str, _with_breaks):  # names of the program break after a dot or underscore if they must
+                texts = [[change(str(cell)) for cell in (column.header, *column.cells)] for column in columns]
+                if widths := _column_widths(texts, room):
+                    for column, width in zip(columns, widths, strict=True):
+                        column.width = width
+                        column.header, *column._cells = (
+                            change(cell) if isinstance(cell, str) else cell  # styled text stays as it is
+                            for cell in (column.header, *column.cells)
+                        )
+                    break
+            yield from super().__rich_console__(console, options)
+
+    made = WordTable(box=SIMPLE_HEAD, pad_edge=False)
     for heading in headings:
-        made.add_column(heading, overflow="fold")  # a narrow terminal breaks a value, and cuts none
+        made.add_column(heading, overflow="fold")  # a terminal narrower than the words breaks a value, and cuts none
     return made
+
+
+def _with_breaks(text: str) -> str:
+    return re.sub(r"(?<=[a-z])[._](?=[a-z])", r"\g<0>\n", text)
+
+
+def _column_widths(texts: Sequence[Sequence[str]], room: int) -> list[int] | None:
+    """Widths that keep the words of each column (heading, cells) whole; None where there is no room for them."""
+    from rich.cells import cell_len
+
+    def longest(parts: Iterable[str]) -> int:
+        return max(map(cell_len, parts), default=0)
+
+    widths = [longest(word for text in column for word in text.split()) for column in texts]
+    room -= sum(widths)
+    if room < 0:
+        return None
+    for part in slice(1, None), slice(0, 1):  # cells stay on one line rather than headings
+        lacking = [
+            max(0, longest(line for text in column[part] for line in text.splitlines()) - width)
+            for column, width in zip(texts, widths, strict=True)
+        ]
+        for k in sorted(range(len(texts)), key=lacking.__getitem__):
+            more = min(room, lacking[k])
+            widths[k], room = widths[k] + more, room - more
+    return widths
 
 
 def new_console(*, stderr: bool = False) -> Console:

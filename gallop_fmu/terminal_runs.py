@@ -228,27 +228,25 @@ def _bar(*, silent: bool) -> Iterator[Progress | None]:
 def _show(runs: Runs, columns: Sequence[str], out: Path | None) -> None:
     console, dataset = new_console(), runs.dataset
     keys = [key for key in (*runs.varied, *columns) if key in dataset]
+    if "motion" in keys and "outcome" in columns:
+        keys.remove("outcome")  # one column: what a run that completed does, or how another one ended
     # Spaces, so that a narrow terminal breaks a heading instead of cutting it; what was varied keeps its name as typed.
     titles = [key if key in runs.varied else key.replace("_", " ") for key in keys]
     units = [dataset[key].attrs.get("units") for key in keys]
     table = new_table(*(f"{title}\n[{unit}]" if unit else title for title, unit in zip(titles, units, strict=True)))
     rows = _rows(dataset)
     for row in rows[:SHOWN]:
-        table.add_row(*(_cell(row.get(key)) for key in keys))
+        table.add_row(*(_motion(row) if key == "motion" else _cell(row.get(key)) for key in keys))
     if rows:
         console.print(table)
     if len(rows) > SHOWN:
         console.print(
             f"and {len(rows) - SHOWN} more{f' in {out}' if out else '; name a file (--out) to have them all'}"
         )
-    warned: dict[str, list[dict[str, Any]]] = {}  # by what is said, whatever its numbers
-    for row in rows:
-        if row.get("warnings"):
-            warned.setdefault(re.sub(r"[\d.]+", "", row["warnings"]), []).append(row)
-    print_warnings(
-        f"{_place(runs, first)}{f' and {len(others)} more runs' if others else ''}: {first['warnings']}"
-        for first, *others in warned.values()
-    )
+    for told in _grouped(runs, rows, "motion"):
+        if told.endswith(")"):  # with more than the table says
+            console.print(told, style="dim", soft_wrap=True)
+    print_warnings(_grouped(runs, rows, "warnings"))
     if out and out.exists():
         console.print(f"wrote {out}: {runs.done} of {runs.total} runs", soft_wrap=True)
 
@@ -257,6 +255,26 @@ def _rows(dataset: Any) -> list[dict[str, Any]]:
     from gallop_fmu.store import rows_of
 
     return rows_of(dataset)
+
+
+def _grouped(runs: Runs, rows: Sequence[dict[str, Any]], key: str) -> list[str]:
+    """Each text of a column once, whatever its numbers, with the first of its runs and how many more there are."""
+    groups: dict[str, list[dict[str, Any]]] = {}
+    for row in rows:
+        if row.get(key):
+            groups.setdefault(re.sub(r"[\d.]+", "", row[key]), []).append(row)
+    told = []
+    for first, *others in groups.values():
+        more = f" and {len(others)} more runs" if others else ""
+        if any(row[key] != first[key] for row in others):
+            more += ", with the numbers of the first"
+        told.append(f"{_place(runs, first)}{more}: {first[key]}")
+    return told
+
+
+def _motion(row: dict[str, Any]) -> str:
+    """Word on a run: its motion without the details, or its outcome where it did not complete."""
+    return str(row["motion"]).partition(" (")[0] if row["outcome"] == "completed" else str(row["outcome"])
 
 
 def _cell(value: Any) -> str:

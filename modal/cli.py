@@ -7,7 +7,21 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import typer
 
-from gallop_fmu.terminal import AsJson, Changes, SceneName, Version, example, new_app, new_table, real, start, whole
+from gallop_fmu.terminal import (
+    PICTURE_SUFFIXES,
+    AsJson,
+    Changes,
+    SceneName,
+    Version,
+    check_output,
+    chosen_scene,
+    example,
+    new_app,
+    new_table,
+    real,
+    start,
+    whole,
+)
 from gallop_fmu.terminal_runs import range_of, values_of
 from modal.report.command import REPORT_EXAMPLE, report
 from modal.screen_command import SCREEN_EXAMPLE, screen_span
@@ -309,7 +323,8 @@ def compare_models(
     """Set the nonlinear model, mode superposition and linear theory side by side."""
     from modal.comparison import compare
 
-    chosen = scene_to_draw(scene, changes, plot)
+    check_output(plot, PICTURE_SUFFIXES)
+    chosen = chosen_scene(scene, changes)  # the comparison tells its warnings
     found = compare(chosen, until)
 
     def figure() -> Any:

@@ -132,7 +132,7 @@ class Comparison:
         }
 
     def __str__(self) -> str:
-        """Table of amplitudes."""
+        """Table of amplitudes, and each warning once with the models that it is about, if not about all."""
         lines = [
             f"{'':14}{'u2 [m]':>10}{'[Hz]':>9}{'u3 [m]':>10}{'[Hz]':>9}{'theta [rad]':>13}{'up to [s]':>11}  motion"
         ]
@@ -143,9 +143,13 @@ class Comparison:
                 f"{u3.amplitude:10.4f}{frequency_text(u3.frequency_hz):>9}"
                 f"{theta.amplitude:13.4f}{self.models[name].report.time:11.1f}  {self.models[name].motion}"
             )
-        lines += [
-            f"warning ({name}): {sentence}" for name, result in self.models.items() for sentence in result.warnings
-        ]
+        warned: dict[str, list[str]] = {}  # names of models by what they warn of
+        for name, result in self.models.items():
+            for sentence in result.warnings:
+                warned.setdefault(sentence, []).append(name)
+        for sentence, names in warned.items():
+            about = "" if len(names) == len(self.models) else f" ({', '.join(names)})"
+            lines.append(f"warning{about}: {sentence}")
         return "\n".join(lines)
 
 

@@ -167,6 +167,16 @@ def test_compare_sets_three_models_side_by_side(invoke):
     assert list(printed["models"]) == ["nonlinear", "superposition", "linear"]
 
 
+def test_compare_prints_each_warning_once(invoke):
+    scene = ("compare", "example3", *QUICK, "--set", "span.sag=none", "--set", "span.horizontal_tension=400")
+    done = invoke(*scene, "--until", "10")
+    assert done.exit_code == 0, done.output
+    lines = (done.stdout + done.stderr).splitlines()
+    warned = [line.partition(": ")[2] for line in lines if "warning" in line.partition(": ")[0]]
+    assert any("span.horizontal_tension = 400 N is small" in sentence for sentence in warned)
+    assert len(set(warned)) == len(warned)
+
+
 def test_the_ratio_of_a_steep_span_is_printed_though_it_is_not_known_at_every_tension(invoke):
     steep = ("ratio", "zebra", "--set", "span.height_difference=300", "--set", "numerics.elements=12")
     done = invoke(*steep)

@@ -3,6 +3,7 @@
 import json
 import math
 import multiprocessing
+import re
 
 import numpy as np
 import pytest
@@ -238,6 +239,19 @@ def test_command_prints_a_table_and_lists_failures(invoke):
     assert result.stdout.count("invalid_scene") == 2
     assert "2 of 4 runs did not complete:" in result.stderr
     assert "  wind.speed 4, ice.attack_angle_deg 300: ice.attack_angle_deg = 300.0 lies outside" in result.stderr
+
+
+def test_tables_break_no_word_at_80_columns(invoke, monkeypatch):
+    monkeypatch.setenv("COLUMNS", "80")
+    angles = ("--over", "ice.attack_angle_deg=180,300")
+    shown = invoke("sweep", "example3", *QUICK, "--over", "wind.speed=4,5", *angles).stdout
+    table = shown.partition("undetermined (")[0]
+    assert table.count(" undetermined ") == 2
+    for words in ("amplitude", "frequency", "attack_", "invalid_"):  # names break after a dot or underscore
+        assert re.search(rf"\s{words}\s", table)
+    assert max(map(len, shown.splitlines()[:12])) <= 80
+    assert "wind.speed 4, ice.attack_angle_deg 180 and 1 more runs: undetermined (" in shown
+    assert " undetermined " in invoke("run", "example3", *QUICK).stdout
 
 
 def test_command_writes_and_resumes(invoke, tmp_path):
