@@ -173,9 +173,13 @@ def overview(result: Result) -> Figure:
         _draw_close(close, data, next(iter(part.values())))
         left.align_ylabels(column)
         add_title(figure, textwrap.fill(result.scene.title, 110))
-        notes = [f"Motion: {result.motion}.", *(f"Warning: {sentence}" for sentence in result.warnings)]
-        figure.supxlabel("\n".join(textwrap.fill(note, 140) for note in notes), fontsize=7.0).set_parse_math(False)
+        add_notes(figure, [f"Motion: {result.motion}.", *(f"Warning: {sentence}" for sentence in result.warnings)])
     return figure
+
+
+def add_notes(figure: Figure, notes: Sequence[str]) -> None:
+    """Put sentences below a figure, each on lines of its own."""
+    figure.supxlabel("\n".join(textwrap.fill(note, 140) for note in notes), fontsize=7.0).set_parse_math(False)
 
 
 def add_title(figure: FigureBase, title: str) -> None:

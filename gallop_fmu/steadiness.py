@@ -356,4 +356,5 @@ def _rate_text(rate: float) -> str:
         return f"doubling in {math.log(2.0) / rate:.2g} s"
     if 60.0 * rate <= -math.log(2.0):
         return f"halving in {-math.log(2.0) / rate:.2g} s"
-    return f"{100.0 * math.expm1(60.0 * rate):+.2g} %/min"
+    percent = 100.0 * math.expm1(60.0 * rate)
+    return f"{percent:+.0f} %/min" if abs(percent) >= 9.5 else f"{percent:+.2g} %/min"

@@ -10,7 +10,7 @@ from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from gallop_fmu import Outcome, Result
-from gallop_fmu.plots import STYLE, TEXT_WIDTH, drawing, enlarged_part
+from gallop_fmu.plots import STYLE, TEXT_WIDTH, add_notes, drawing, enlarged_part
 from modal.comparison import Comparison
 
 NAMES = {
@@ -22,6 +22,9 @@ COLOURS = {"nonlinear": "#0072B2", "superposition": "#E69F00", "linear": "#40404
 LABELS = {"u2": "vertical $u_2$ [m]", "u3": "horizontal $u_3$ [m]"}
 ENDS = {Outcome.ANGLE_OUT_OF_RANGE: "attack angle\noff the curve"}
 MARGIN = 1.08
+NOTE_HEIGHT = 0.25
+"""Height [in] that a warning below the figure takes."""
+
 LEVEL = 0.2
 """Part of the running amplitude at which a parting of amplitudes is marked."""
 
@@ -32,11 +35,14 @@ def comparison_figure(comparison: Comparison) -> Figure:
     All rows share one scale, that of the two models that stay bounded; linear theory runs out of it.  A dotted line
     marks where the amplitude of a simpler model has parted from the simulation's by a fifth.
     """
+    motions = [f"{NAMES[name]}: {result.motion}" for name, result in comparison.models.items()]
+    warnings = dict.fromkeys(f"Warning: {text}" for result in comparison.models.values() for text in result.warnings)
     with drawing(STYLE):
-        figure = Figure(figsize=(TEXT_WIDTH, 6.6), layout="constrained")
+        figure = Figure(figsize=(TEXT_WIDTH, 6.6 + NOTE_HEIGHT * len(warnings)), layout="constrained")
         top, bottom = figure.subfigures(2, 1, squeeze=False, height_ratios=(1.5, 1.0))[:, 0]
         _draw_histories(top.subplots(3, 2, sharex=True, sharey="col"), comparison)
         _draw_paths(list(bottom.subplots(1, 3, sharex=True, sharey=True)), comparison)
+        add_notes(figure, [f"Motion in the {'; '.join(motions)}.", *warnings])
     return figure
 
 

@@ -85,6 +85,9 @@ def test_the_figure_of_a_comparison(resonance, tmp_path):
     from modal.comparison_plots import comparison_figure
 
     figure = comparison_figure(resonance)
+    assert "nonlinear simulation: " + str(resonance.nonlinear.motion) in figure.get_supxlabel().replace("\n", " ")
+    for sentence in resonance.linear.warnings:
+        assert f"Warning: {sentence}" in figure.get_supxlabel().replace("\n", " ")
     panels = [axes for part in figure.subfigs for axes in part.axes]
     assert len(panels) == 9
     assert all(axes.lines for axes in panels)

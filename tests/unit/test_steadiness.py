@@ -9,7 +9,7 @@ import pytest
 
 import gallop_fmu as gf
 from gallop_fmu.run_warnings import fastest_motion, step_warnings
-from gallop_fmu.steadiness import judge, judge_span
+from gallop_fmu.steadiness import _rate_text, judge, judge_span
 
 DRAWS = 40
 
@@ -343,6 +343,10 @@ def test_a_report_says_beside_the_clearance_what_the_run_is_worth(swing):
     clearance = page(growing).split('<section id="clearance">')[1].split("</section>")[0]
     assert "The run is compared as far as it goes; its motion is still growing (vertical" in clearance
     assert "The warnings of the simulation hold here, too." in clearance
+
+
+def test_a_rate_has_no_power_of_ten():
+    assert [_rate_text(rate) for rate in (0.01155, 0.0015, 0.00018)] == ["+100 %/min", "+9.4 %/min", "+1.1 %/min"]
 
 
 def test_an_animation_shows_a_few_periods(rolled, swing):
