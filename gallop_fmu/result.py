@@ -238,7 +238,10 @@ class Result:
             length = default_window(last - first) if len(self.dataset.time) >= FEWEST_SAMPLES else last - first
         if not 0.0 < length <= last - first:
             asked = "" if wanted is None else f"window = {wanted} s must be positive and no longer than the run: "
-            raise SceneError(f"{asked}the run has {len(self.dataset.time)} records over {last - first:g} s")
+            records = len(self.dataset.time)
+            has = f"{records} records over {last - first:g} s" if records > 1 else f"one record, at {first:g} s"
+            why = "" if self.outcome is Outcome.COMPLETED else f". {self.report}"
+            raise SceneError(f"{asked}the run has {has}{why}")
         return last - length, last
 
     def steady(self, window: float | None = None) -> Oscillations:
