@@ -100,7 +100,7 @@ def number_remedy(text: str) -> str:
     if _ODD_NUMBER.fullmatch(text) or (given != text and _NUMBER.fullmatch(text)):
         return "write the digits 0 to 9 only, such as 100, 0.5 or 1e-3"
     if text.lower() in ("nan", "na", "n/a", "null", "-"):
-        return "leave the cell of a table of spans empty to keep the scene's value"
+        return "give a number; only in a table of spans may a cell be empty, which keeps the scene's value"
     return ""
 
 

@@ -137,7 +137,7 @@ def test_what_is_a_number():
         ("１２", "the digits 0 to 9 only"),
         ("0x1F", "the digits 0 to 9 only"),
         ("1e400", "too large"),
-        ("NaN", "leave the cell of a table of spans empty"),
+        ("NaN", "only in a table of spans may a cell be empty"),
     ],
 )
 def test_a_word_that_is_no_number_gets_a_remedy(word, remedy, tmp_path):
