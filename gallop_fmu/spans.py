@@ -207,6 +207,8 @@ def _rows(table: SpanTable) -> list[dict[str, Any]]:
     frame: Any = table
     rows: list[Any] = []
     if hasattr(table, "columns"):  # a data frame of pandas or polars
+        if any(name is not None for name in getattr(getattr(frame, "index", None), "names", ())):
+            frame = frame.reset_index(allow_duplicates=True)  # a named index, such as the spans' names, is a column
         twice = [name for name in frame.columns if list(frame.columns).count(name) > 1]
         if twice:
             raise SceneError(f"table: column {twice[0]!r} is there twice")

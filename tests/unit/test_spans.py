@@ -296,6 +296,20 @@ IDS = [
 ]
 
 
+def test_a_named_index_of_a_data_frame_is_a_column():
+    frame = pd.DataFrame({"name": ["north 4", "north 5"], "span.sag": [2.0, 2.1]})
+    found = cases("example3", table=frame.set_index("name"))
+    assert [case.labels["name"] for case in found.every] == ["north 4", "north 5"]  # were "row 1", "row 2"
+    with pytest.raises(gf.SceneError, match="column 'name' is there twice"):
+        cases("example3", table=frame.set_index("name", drop=False))
+
+
+def test_labels_of_other_types_come_back_as_json(geojson):
+    labels = {"label.list": ["a", "b"], "label.object": {"x": 1}, "label.truth": True}
+    (row,) = gf.read_spans(geojson({"properties": {"span.sag": 2.1, **labels}}))
+    assert {key: row[key] for key in labels} == {key: json.dumps(value) for key, value in labels.items()}
+
+
 def test_labels_and_names_come_back_as_they_were(table, geojson):
     """They are texts: no TOML, no numbers, no dates (e\\u0301 is the letter é in two characters)."""
     names = [f"{text}e\u0301" for text in IDS]
