@@ -22,8 +22,8 @@ from binaries import exports, newest_glibc, slices
 from fmpy import extract, read_model_description
 
 import gallop_fmu as gf
-from gallop_fmu.fmu.cross import PLATFORMS, cache_folder, cross_library
-from gallop_fmu.library import build
+from gallop_fmu.engine.library import build
+from gallop_fmu.fmu.cross_compile import PLATFORMS, cache_folder, cross_library
 
 HERE = Path(__file__).resolve().parent
 STEPS, STEP = 1000, 0.02

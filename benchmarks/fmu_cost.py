@@ -21,7 +21,7 @@ from pathlib import Path
 from fmpy import extract, read_model_description
 
 import gallop_fmu as gf
-from gallop_fmu.structures import CScene, Packed
+from gallop_fmu.engine.ctypes_structs import CScene, Packed
 
 REPEATS = 9
 HERE = Path(__file__).resolve().parent

@@ -22,7 +22,7 @@ import numpy as np
 
 import gallop_fmu as gf
 import modal
-from gallop_fmu.result import dominant_frequency
+from gallop_fmu.simulation.result import dominant_frequency
 
 Found = TypeVar("Found")
 

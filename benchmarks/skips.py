@@ -14,7 +14,7 @@ import numpy as np
 from speed import REPEATS, heading
 
 import gallop_fmu as gf
-from gallop_fmu.engine import Model
+from gallop_fmu.engine.model import Model
 
 STEPS = 4000
 NOTHING = 1e-30  # far below round-off beside a metre, and its square does not underflow, which would cost time

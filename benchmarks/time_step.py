@@ -2,14 +2,14 @@
 
     python benchmarks/time_step.py
 
-Prints a table in Markdown. Its greatest constants stand in `gallop_fmu.integrators` (`amplitude_error`), from which the
-warning of a run whose steps are too long estimates the error. Takes about a minute.
+Prints a table in Markdown. Its greatest constants are in `gallop_fmu.foundation.integrators` (`amplitude_error`), from
+which the warning of a run whose steps are too long estimates the error. Takes about a minute.
 """
 
 from __future__ import annotations
 
 import gallop_fmu as gf
-from gallop_fmu.integrators import INTEGRATORS
+from gallop_fmu.foundation.integrators import INTEGRATORS
 
 STOP, WINDOW, RECORD = 1600.0, 200.0, 0.05
 REFERENCE, STEPS = 0.005, (0.02, 0.04, 0.06, 0.1, 0.15, 0.2, 0.25)

@@ -6,7 +6,7 @@ import numpy as np
 
 import gallop_fmu as gf
 import modal
-from gallop_fmu.sag_tension import changed_tension
+from gallop_fmu.scene.sag_tension import changed_tension
 
 PEERS = Path(__file__).parents[1] / "tests" / "peers" / "data"
 POUND, FOOT = 4.4482216, 0.3048

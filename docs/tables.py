@@ -11,11 +11,11 @@ from pydantic_core import PydanticUndefined
 from typer.testing import CliRunner
 
 import gallop_fmu as gf
-from gallop_fmu.cli import app as gallop
+from gallop_fmu.cli.main import app as gallop
 from gallop_fmu.fmu.variables import variable_table
-from gallop_fmu.lines import Line
-from gallop_fmu.paths import BOUNDS, section_classes
-from gallop_fmu.sections import Section, unit_of_field
+from gallop_fmu.line.line_table import Line
+from gallop_fmu.scene.dotted_paths import BOUNDS, section_classes
+from gallop_fmu.scene.fields import Section, unit_of_field
 from modal.cli import app as toolkit
 
 

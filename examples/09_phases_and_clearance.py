@@ -18,7 +18,7 @@ import numpy as np
 from matplotlib.figure import Figure
 
 import gallop_fmu as gf
-from gallop_fmu.clearance import cigre_322_single_loop, davison_single_loop
+from gallop_fmu.line.clearance import cigre_322_single_loop, davison_single_loop
 
 STOP = 400.0
 PLACE = {"top": (0.0, 6.4), "middle": (0.6, 3.2), "bottom": (0.0, 0.0)}  # at rest, mid-span: x3, x2 [m]

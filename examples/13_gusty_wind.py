@@ -16,7 +16,7 @@ from matplotlib.figure import Figure
 
 import gallop_fmu as gf
 from gallop_fmu.plots import save_figure
-from gallop_fmu.result import dominant_frequency
+from gallop_fmu.simulation.result import dominant_frequency
 
 MEAN, INTENSITY, LENGTH = 5.5, 0.1, 42.0  # [m/s], [1], [m]
 STOP, STEP = 1200.0, 0.05

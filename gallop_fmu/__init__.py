@@ -20,38 +20,38 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from gallop_fmu.conductors import find_conductor
-    from gallop_fmu.engine import Equilibrium, Inputs, Model, State
-    from gallop_fmu.errors import SceneError
+    from gallop_fmu.engine.model import Equilibrium, Inputs, Model, State
     from gallop_fmu.fmu import check_fmu, export_fmu
-    from gallop_fmu.inputs import with_inputs
-    from gallop_fmu.outcome import Outcome, Report, SimulationError
-    from gallop_fmu.result import Oscillation, Result
-    from gallop_fmu.runs import Runs, RunsStoppedError, read_runs
-    from gallop_fmu.scene import Scene
-    from gallop_fmu.scene_files import load_scene, packaged_scenes
-    from gallop_fmu.simulation import simulate
-    from gallop_fmu.spans import read_spans
-    from gallop_fmu.steadiness import Motion
-    from gallop_fmu.sweeping import sweep
+    from gallop_fmu.foundation.errors import SceneError
+    from gallop_fmu.foundation.outcome import Outcome, Report, SimulationError
+    from gallop_fmu.input.input_csv import with_inputs
+    from gallop_fmu.input.scene_files import load_scene, packaged_scenes
+    from gallop_fmu.line.conductors import find_conductor
+    from gallop_fmu.scene.scene import Scene
+    from gallop_fmu.simulation.result import Oscillation, Result
+    from gallop_fmu.simulation.simulate import simulate
+    from gallop_fmu.simulation.steadiness import Motion
+    from gallop_fmu.sweeps.cases import read_spans
+    from gallop_fmu.sweeps.runner import Runs, RunsStoppedError, read_runs
+    from gallop_fmu.sweeps.sweep import sweep
 
 # Where each public name lives.  A module is loaded when its name is first used, so that `gallop-fmu --help` does not
 # wait for numpy, nor a simulation for fmpy.
 _HOMES = {
-    "conductors": ("find_conductor",),
-    "engine": ("Equilibrium", "Inputs", "Model", "State"),
-    "errors": ("SceneError",),
+    "line.conductors": ("find_conductor",),
+    "engine.model": ("Equilibrium", "Inputs", "Model", "State"),
+    "foundation.errors": ("SceneError",),
     "fmu": ("check_fmu", "export_fmu"),
-    "inputs": ("with_inputs",),
-    "outcome": ("Outcome", "Report", "SimulationError"),
-    "result": ("Oscillation", "Result"),
-    "runs": ("Runs", "RunsStoppedError", "read_runs"),
-    "scene": ("Scene",),
-    "scene_files": ("load_scene", "packaged_scenes"),
-    "simulation": ("simulate",),
-    "spans": ("read_spans",),
-    "steadiness": ("Motion",),
-    "sweeping": ("sweep",),
+    "input.input_csv": ("with_inputs",),
+    "foundation.outcome": ("Outcome", "Report", "SimulationError"),
+    "simulation.result": ("Oscillation", "Result"),
+    "sweeps.runner": ("Runs", "RunsStoppedError", "read_runs"),
+    "scene.scene": ("Scene",),
+    "input.scene_files": ("load_scene", "packaged_scenes"),
+    "simulation.simulate": ("simulate",),
+    "sweeps.cases": ("read_spans",),
+    "simulation.steadiness": ("Motion",),
+    "sweeps.sweep": ("sweep",),
 }
 
 __all__ = [

@@ -20,9 +20,9 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure, FigureBase
 from numpy.typing import NDArray
 
-from gallop_fmu.errors import SceneError
-from gallop_fmu.files import write_whole
-from gallop_fmu.result import Result, slowest_frequency
+from gallop_fmu.foundation.atomic_write import write_whole
+from gallop_fmu.foundation.errors import SceneError
+from gallop_fmu.simulation.result import Result, slowest_frequency
 
 if TYPE_CHECKING:
     import xarray as xr

@@ -32,7 +32,7 @@ import math
 from dataclasses import dataclass
 
 from gallop_fmu import Scene, SceneError
-from gallop_fmu.supports import RigidSupport, SpringSupport, Support
+from gallop_fmu.scene.supports import RigidSupport, SpringSupport, Support
 from modal.roots import bracketed_root
 
 CROSSOVER = 4.0 * math.pi**2

@@ -7,7 +7,8 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import typer
 
-from gallop_fmu.terminal import (
+from gallop_fmu.cli.sweep_options import range_of, values_of
+from gallop_fmu.cli.terminal import (
     PICTURE_SUFFIXES,
     AsJson,
     Changes,
@@ -22,13 +23,12 @@ from gallop_fmu.terminal import (
     start,
     whole,
 )
-from gallop_fmu.terminal_runs import range_of, values_of
 from modal.report.command import REPORT_EXAMPLE, report
 from modal.screen_command import SCREEN_EXAMPLE, screen_span
 from modal.terminal import Plot, scene_to_draw, tell
 
 if TYPE_CHECKING:
-    from gallop_fmu.scene import Scene
+    from gallop_fmu.scene.scene import Scene
 
 app = new_app("gallop-modal")
 
@@ -157,7 +157,7 @@ def _varied(scene: Scene, option: str, points: int) -> tuple[str, list[float]]:
 
 
 def _numbers(path: str, text: str) -> list[float]:
-    from gallop_fmu.errors import SceneError
+    from gallop_fmu.foundation.errors import SceneError
 
     values = values_of(path, text)
     wrong = [value for value in values if isinstance(value, bool) or not isinstance(value, (int, float))]
@@ -183,7 +183,7 @@ def ratio(
     as_json: AsJson = False,
 ) -> None:
     """Print the 2:1 frequency ratio, what changes it, and where it is 2; over one number or two."""
-    from gallop_fmu.errors import SceneError
+    from gallop_fmu.foundation.errors import SceneError
     from modal.resonance import crossings, frequency_ratio, ratio_map, unit_of, way_out
 
     chosen = scene_to_draw(scene, changes, plot)
@@ -254,7 +254,7 @@ def linear(
     """Print what linear theory says: unstable attack angles, and the wind speed at which each mode begins to grow."""
     import numpy as np
 
-    from gallop_fmu.errors import SceneError
+    from gallop_fmu.foundation.errors import SceneError
     from modal.criteria import stability_criteria
     from modal.onset import critical_wind_speed
 

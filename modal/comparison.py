@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gallop_fmu import Oscillation, Result, Scene, SimulationError, simulate
-from gallop_fmu.result import frequency_text
+from gallop_fmu.simulation.result import frequency_text
 from modal.modal_span import ModalSpan
 from modal.modes import Family
 from modal.superposition import HORIZONTAL, TORSIONAL, VERTICAL, linear_motion, nonlinear_motion

@@ -8,11 +8,11 @@ from pathlib import Path
 from typing import Any
 
 from gallop_fmu import Runs, Scene
-from gallop_fmu.descriptions import Description
-from gallop_fmu.runs import CarryOn, Progress, compute, one_by_one
-from gallop_fmu.spans import SpanTable, cases
-from gallop_fmu.store import Row
-from gallop_fmu.workers import Kind
+from gallop_fmu.input.scene_spec import Description
+from gallop_fmu.sweeps.cases import SpanTable, cases
+from gallop_fmu.sweeps.pool import Kind
+from gallop_fmu.sweeps.row_store import Row
+from gallop_fmu.sweeps.runner import CarryOn, Progress, compute, one_by_one
 from modal.resonance import frequency_ratio
 from modal.screening import REACH, Screening, check_wind, screen
 from modal.two_mode import two_mode_estimate

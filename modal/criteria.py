@@ -23,9 +23,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gallop_fmu import Scene, SceneError
-from gallop_fmu.aerodynamics import AerodynamicCurve
-from gallop_fmu.damping import RayleighPair
-from gallop_fmu.scene import Ice
+from gallop_fmu.scene.aerodynamics import AerodynamicCurve
+from gallop_fmu.scene.damping import RayleighPair
+from gallop_fmu.scene.scene import Ice
 from modal.analytic import shallow_cable
 from modal.resonance import frequency_ratio
 

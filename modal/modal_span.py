@@ -9,8 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gallop_fmu import Inputs, Model, Outcome, Report, Scene, SceneError, SimulationError
-from gallop_fmu.aerodynamics import PolynomialCoefficients
-from gallop_fmu.laws import Constant
+from gallop_fmu.scene.aerodynamics import PolynomialCoefficients
+from gallop_fmu.scene.time_functions import Constant
 from modal.element import Sections
 from modal.modes import Family, Mode, natural_modes
 

@@ -7,8 +7,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from gallop_fmu.terminal import AnyScene, AsJson, Changes, chosen_description, new_table, real
-from gallop_fmu.terminal_runs import (
+from gallop_fmu.cli.sweep_options import (
     ClusterAddress,
     Over,
     RunsOut,
@@ -18,11 +17,12 @@ from gallop_fmu.terminal_runs import (
     check_given,
     grid_of,
 )
+from gallop_fmu.cli.terminal import AnyScene, AsJson, Changes, chosen_description, new_table, real
 from modal.terminal import Plot, scene_to_draw, tell
 
 if TYPE_CHECKING:
-    from gallop_fmu.descriptions import Description
-    from gallop_fmu.runs import Progress, Runs
+    from gallop_fmu.input.scene_spec import Description
+    from gallop_fmu.sweeps.runner import Progress, Runs
 
 SCREEN_EXAMPLE = "gallop-modal screen example3 --table corridor.csv -o risk.parquet"
 
@@ -52,7 +52,7 @@ def screen_span(
     """
     from dataclasses import asdict
 
-    from gallop_fmu.errors import SceneError
+    from gallop_fmu.foundation.errors import SceneError
     from modal.screening import screen
 
     if over or table:

@@ -1,14 +1,14 @@
 """How the tension of a strung conductor changes with temperature and with the mass of ice on it.
 
-The change of state of `gallop_fmu.sag_tension`, for a scene. Spans on both sides are taken to change alike, so that
-insulators stay upright and towers still.
+The change of state of `gallop_fmu.scene.sag_tension`, for a scene. Spans on both sides are taken to change alike, so
+that insulators stay upright and towers still.
 """
 
 from __future__ import annotations
 
 from gallop_fmu import Model, Scene
-from gallop_fmu.sag_tension import changed_tension
-from gallop_fmu.supports import AdjacentSpanSupport
+from gallop_fmu.scene.sag_tension import changed_tension
+from gallop_fmu.scene.supports import AdjacentSpanSupport
 
 ACSR_EXPANSION = 18.9e-6
 """Coefficient of linear expansion [1/K] of ACSR with 26 aluminium and 7 steel wires: 23e-6 and 11.5e-6 1/K weighted by

@@ -14,8 +14,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gallop_fmu import Outcome, Report, Result, Scene, SimulationError
-from gallop_fmu.recording import Records
-from gallop_fmu.result import histories
+from gallop_fmu.simulation.result import histories
+from gallop_fmu.simulation.run_options import Records
 from modal.element import node_normal
 from modal.modal_span import ModalSpan, wind_at
 

@@ -7,10 +7,10 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from gallop_fmu.terminal import PICTURE_SUFFIXES, check_output, chosen_scene, complain_of, echo_json, new_console
+from gallop_fmu.cli.terminal import PICTURE_SUFFIXES, check_output, chosen_scene, complain_of, echo_json, new_console
 
 if TYPE_CHECKING:
-    from gallop_fmu.scene import Scene
+    from gallop_fmu.scene.scene import Scene
 
 Plot = Annotated[Path | None, typer.Option("--plot", metavar="FILE", help="Write a picture: .png, .svg or .pdf.")]
 

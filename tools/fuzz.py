@@ -21,8 +21,8 @@ import zipfile
 from pathlib import Path
 
 import gallop_fmu as gf
-from gallop_fmu import release
 from gallop_fmu.fmu.description import identify
+from gallop_fmu.foundation.version import version
 
 ROOT = Path(__file__).resolve().parent.parent
 KERNEL, FUZZING = ROOT / "gallop_fmu" / "kernel", ROOT / "tests" / "native" / "fuzzing"
@@ -72,7 +72,7 @@ def resources(folder: Path) -> dict[str, str]:
     scene = gf.load_scene("example3").with_values({"numerics.elements": 2})
     with zipfile.ZipFile(gf.export_fmu(scene, folder / "span.fmu")) as archive:
         archive.extract("resources/model.bin", folder)
-    guid = identify(scene.to_toml(), release.version(), "native").guid
+    guid = identify(scene.to_toml(), version(), "native").guid
     return {**os.environ, "RESOURCES": (folder / "resources").as_uri(), "GUID": guid}
 
 

@@ -16,7 +16,7 @@ import tempfile
 import venv
 from pathlib import Path
 
-from gallop_fmu.fmu.cross import PLATFORMS, cross_library
+from gallop_fmu.fmu.cross_compile import PLATFORMS, cross_library
 
 ROOT = Path(__file__).parent.parent
 TAGS = {"win64": "win_amd64", "darwin64": "macosx_11_0_universal2"}

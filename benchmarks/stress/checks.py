@@ -13,10 +13,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gallop_fmu import Model, Outcome, Scene, SceneError, SimulationError
-from gallop_fmu.channels import NODE_CHANNELS, NODE_INDEX
-from gallop_fmu.energy import EnergyBalance, account
-from gallop_fmu.engine import Run, State
-from gallop_fmu.run_warnings import fastest_motion, step_warnings
+from gallop_fmu.engine.model import Run, State
+from gallop_fmu.foundation.channels import NODE_CHANNELS, NODE_INDEX
+from gallop_fmu.simulation.energy_balance import EnergyBalance, account
+from gallop_fmu.simulation.run_warnings import fastest_motion, step_warnings
 from stress.scenes import Stress, stress_scene
 
 Array = NDArray[np.float64]

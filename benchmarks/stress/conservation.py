@@ -11,8 +11,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 import gallop_fmu as gf
-from gallop_fmu.channels import NODE_INDEX, SPAN_INDEX
-from gallop_fmu.engine import Model, State
+from gallop_fmu.engine.model import Model, State
+from gallop_fmu.foundation.channels import NODE_INDEX, SPAN_INDEX
 from stress.stability import integrators
 
 Array = NDArray[np.float64]

@@ -22,7 +22,7 @@ from typing import Any
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 
 from gallop_fmu import Model, Scene, SceneError, SimulationError
-from gallop_fmu.library import build
+from gallop_fmu.engine.library import build
 from stress import conservation, report, stability
 from stress.checks import judge_scene
 from stress.scenes import stress_scene

@@ -9,9 +9,9 @@ from typing import Any
 import numpy as np
 
 import gallop_fmu as gf
-from gallop_fmu.energy import account
-from gallop_fmu.engine import Model
-from gallop_fmu.integrators import INTEGRATORS
+from gallop_fmu.engine.model import Model
+from gallop_fmu.foundation.integrators import INTEGRATORS
+from gallop_fmu.simulation.energy_balance import account
 
 STEPS = (0.0025, 0.005, 0.01, 0.02, 0.04, 0.06, 0.08, 0.1, 0.15, 0.2)
 WINDS = (0.0, 5.5, 10.0, 20.0, 40.0, 60.0)

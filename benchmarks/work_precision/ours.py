@@ -10,9 +10,9 @@ import numpy as np
 from cases import OURS, Case, NotReachedError
 from scenes import INTERVAL, Array, Problem
 
-from gallop_fmu.channels import NODE_INDEX
-from gallop_fmu.engine import DOFS, Model
-from gallop_fmu.outcome import Outcome
+from gallop_fmu.engine.model import DOFS, Model
+from gallop_fmu.foundation.channels import NODE_INDEX
+from gallop_fmu.foundation.outcome import Outcome
 
 STEPS = (0.05, 0.025, 0.0125, 0.01, 0.005, 0.0025, 0.00125, 0.0005, 0.00025, 0.0001)
 

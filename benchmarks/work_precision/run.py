@@ -37,7 +37,7 @@ from cases import Case, NotReachedError
 from picture import draw
 from scenes import Array, Problem, example1, galloping, opensees_reference
 
-import gallop_fmu.library
+import gallop_fmu.engine.library
 
 REPEATS = 5
 ENOUGH = 3.0
@@ -126,7 +126,7 @@ def machine() -> dict[str, Any]:
         "processor": name,
         "load_average": load,
         "python": platform.python_version(),
-        "kernel": gallop_fmu.library.build(),
+        "kernel": gallop_fmu.engine.library.build(),
         "versions": {package: version(package) for package in PACKAGES},
     }
 

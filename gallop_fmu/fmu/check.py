@@ -14,8 +14,8 @@ from pathlib import Path
 from threading import Thread
 from typing import IO, Any, NamedTuple
 
-from gallop_fmu.fmu.archive import archive_problem
-from gallop_fmu.fmu.trial import FINDINGS
+from gallop_fmu.fmu.archive_safety import archive_problem
+from gallop_fmu.fmu.smoke_test import FINDINGS
 
 TRIAL_SECONDS = 300
 """Time given to the short run, loading included."""
@@ -134,7 +134,7 @@ def _run_trial(path: Path, folder: str) -> tuple[int | None, str]:
 
     An FMU may print without end: its output is not kept, and of its error stream only the last `MOST_OUTPUT` bytes are.
     """
-    code = "import sys; from gallop_fmu.fmu.trial import main; main(*sys.argv[1:])"
+    code = "import sys; from gallop_fmu.fmu.smoke_test import main; main(*sys.argv[1:])"
     command = [sys.executable, "-P", "-c", code, str(path.resolve()), folder]
     # A user who makes warnings errors does not mean those of the packages that the trial imports.
     environment = {name: value for name, value in os.environ.items() if name != "PYTHONWARNINGS"}

@@ -8,11 +8,11 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 from xml.etree.ElementTree import Element, SubElement, indent, tostring
 
-from gallop_fmu import release
 from gallop_fmu.fmu.sources import units_to_compile
 from gallop_fmu.fmu.units import BASE_UNITS, DISPLAY_UNITS
 from gallop_fmu.fmu.variables import Variable, fmu_variables
-from gallop_fmu.scene import Scene
+from gallop_fmu.foundation.version import program, version
+from gallop_fmu.scene.scene import Scene
 
 SCENE_FILE = "scene.toml"
 """The scene in the FMU's resources."""
@@ -81,8 +81,8 @@ def model_description(scene: Scene, identity: Identity, *, native: bool, remarks
         modelName=" ".join(scene.title.split()),
         guid=identity.guid,
         description=" ".join([*scene.description.split(), SEMANTICS, remarks]).strip(),
-        version=release.version(),
-        generationTool=release.program(),
+        version=version(),
+        generationTool=program(),
         variableNamingConvention="structured",
     )
     _capabilities(root, identity, native)

@@ -15,16 +15,16 @@ from collections.abc import Collection, Iterator
 from importlib import metadata, resources
 from pathlib import Path
 
-from gallop_fmu import release
-from gallop_fmu.errors import SceneError
-from gallop_fmu.files import check_target, write_whole
-from gallop_fmu.fmu.cross import PLATFORMS, CompilerError, cross_library
+from gallop_fmu.engine.library import library_path
+from gallop_fmu.fmu.cross_compile import PLATFORMS, CompilerError, cross_library
 from gallop_fmu.fmu.description import SCENE_FILE, Identity, identify, model_description
-from gallop_fmu.fmu.native import model_bin
+from gallop_fmu.fmu.model_bin import model_bin
 from gallop_fmu.fmu.session import Session
 from gallop_fmu.fmu.sources import kernel_sources
-from gallop_fmu.library import library_path
-from gallop_fmu.scene import Scene
+from gallop_fmu.foundation.atomic_write import check_target, write_whole
+from gallop_fmu.foundation.errors import SceneError
+from gallop_fmu.foundation.version import version
+from gallop_fmu.scene.scene import Scene
 
 RUNTIMES = ("native", "python")
 SLAVE_SCRIPT = '''\
@@ -117,11 +117,11 @@ def export_fmu(
 
 def _native_files(scene: Scene, platforms: Collection[str] | None) -> dict[str, bytes]:
     """Name in the archive to content."""
-    text, version = scene.to_toml(), release.version()
-    identity = identify(text, version, "native")
+    text, release = scene.to_toml(), version()
+    identity = identify(text, release, "native")
     files = {
         "modelDescription.xml": model_description(scene, identity, native=True, remarks=""),
-        "resources/model.bin": model_bin(scene, identity.guid, version),
+        "resources/model.bin": model_bin(scene, identity.guid, release),
         f"resources/{SCENE_FILE}": text.encode(),
     }
     for folder, suffix, library in _libraries(platforms):
@@ -152,21 +152,21 @@ def _python_files(scene: Scene) -> dict[str, bytes]:
     """Name in the archive to content."""
     from gallop_fmu.fmu.slave import RUNTIME
 
-    text, version = scene.to_toml(), release.version()
-    identity = identify(text, version, RUNTIME)
+    text, release = scene.to_toml(), version()
+    identity = identify(text, release, RUNTIME)
     name = identity.model_identifier
     remarks = (
         "A refused value is kept out and makes the next steps fail until it is set right. Needs a Python with "
-        f"gallop-fmu {version} in the host (pythonfmu 0.7), and an unpacking path in plain ASCII."
+        f"gallop-fmu {release} in the host (pythonfmu 0.7), and an unpacking path in plain ASCII."
     )
     description = model_description(scene, identity, native=False, remarks=remarks)
-    script = SLAVE_SCRIPT.format(version=version, name=name, content=identity.content)
+    script = SLAVE_SCRIPT.format(version=release, name=name, content=identity.content)
     files = {
         "modelDescription.xml": description,
         f"resources/{SCENE_FILE}": text.encode(),
         f"resources/{name}.py": script.encode(),
         "resources/slavemodule.txt": name.encode(),
-        "resources/requirements.txt": f"gallop-fmu=={version}\n".encode(),
+        "resources/requirements.txt": f"gallop-fmu=={release}\n".encode(),
     }
     return files | _pythonfmu_binaries(identity) | _licences("gallop-fmu", "pythonfmu")
 

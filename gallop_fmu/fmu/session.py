@@ -13,13 +13,13 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from gallop_fmu.arguments import finite, numbers, whole
-from gallop_fmu.channels import NODE_INDEX, SPAN_INDEX
-from gallop_fmu.engine import Inputs, Model, State
-from gallop_fmu.errors import SceneError
+from gallop_fmu.engine.model import Inputs, Model, State
 from gallop_fmu.fmu.variables import SUPPORT_INPUTS, Origin, Variable, fmu_variables
-from gallop_fmu.outcome import Outcome, SimulationError
-from gallop_fmu.scene import Scene
+from gallop_fmu.foundation.argument_checks import finite, numbers, whole
+from gallop_fmu.foundation.channels import NODE_INDEX, SPAN_INDEX
+from gallop_fmu.foundation.errors import SceneError
+from gallop_fmu.foundation.outcome import Outcome, SimulationError
+from gallop_fmu.scene.scene import Scene
 
 INT32 = (-(2**31), 2**31 - 1)
 """Range of FMI's Integer."""

@@ -19,15 +19,15 @@ from typing import Any, ClassVar
 from pythonfmu import Fmi2Slave
 from pythonfmu.enums import Fmi2Status
 
-from gallop_fmu import release
 from gallop_fmu.fmu.description import SCENE_FILE, identify
-from gallop_fmu.fmu.serial import from_bytes, to_bytes
 from gallop_fmu.fmu.session import RefusedError, Session
+from gallop_fmu.fmu.state_bytes import from_bytes, to_bytes
 from gallop_fmu.fmu.variables import Variable
-from gallop_fmu.outcome import Outcome, SimulationError
-from gallop_fmu.scene import Scene
-from gallop_fmu.scene_files import load_scene
-from gallop_fmu.textfiles import read_text
+from gallop_fmu.foundation.outcome import Outcome, SimulationError
+from gallop_fmu.foundation.text_files import read_text
+from gallop_fmu.foundation.version import version
+from gallop_fmu.input.scene_files import load_scene
+from gallop_fmu.scene.scene import Scene
 
 RUNTIME = "python"
 UNREADABLE = "unreadable"
@@ -59,7 +59,7 @@ class SpanSlave(Fmi2Slave):  # type: ignore[misc]
         """The scene, read by the first instance: a later one may find that its host removed the unpacked files."""
         if cls._scene is None:
             file = resources / SCENE_FILE
-            if identify(read_text(file), release.version(), RUNTIME).content != cls.content:
+            if identify(read_text(file), version(), RUNTIME).content != cls.content:
                 raise ValueError(f"{SCENE_FILE} was changed after the export; change the scene and export it again")
             cls._scene = load_scene(file)
         return cls._scene
@@ -178,13 +178,13 @@ class SpanSlave(Fmi2Slave):  # type: ignore[misc]
 
     @staticmethod
     def _fmu_state_to_bytes(state: dict[str, Any]) -> bytes:
-        return to_bytes(state, release.version())
+        return to_bytes(state, version())
 
     @staticmethod
     def _fmu_state_from_bytes(state: bytes) -> dict[str, Any]:
         """The state; one that cannot be read is refused, with the reason, when it is set."""
         try:
-            return from_bytes(state, release.version())
+            return from_bytes(state, version())
         except ValueError as problem:
             return {UNREADABLE: str(problem)}
 

@@ -19,9 +19,9 @@ from dataclasses import dataclass
 from enum import Enum
 from typing import Any, Literal, get_args
 
-from gallop_fmu.channels import NODE_CHANNELS, NODE_INDEX, SPAN_CHANNELS, SPAN_INDEX
-from gallop_fmu.scene import FASTEST_WIND, Scene
-from gallop_fmu.sections import WholeNumber
+from gallop_fmu.foundation.channels import NODE_CHANNELS, NODE_INDEX, SPAN_CHANNELS, SPAN_INDEX
+from gallop_fmu.scene.fields import WholeNumber
+from gallop_fmu.scene.scene import FASTEST_WIND, Scene
 
 AXES = ("x1", "x2", "x3")
 ENDS = ("left", "right")

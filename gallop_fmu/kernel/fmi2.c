@@ -58,7 +58,7 @@ bool allowed(instance *c, int modes, const char *function)
     return false;
 }
 
-/* The numbers of a failure; Report._detail in gallop_fmu/outcome.py writes the same. */
+/* The numbers of a failure; Report._detail in gallop_fmu/foundation/outcome.py writes the same. */
 static phrase detail_of(const gallop_report *report)
 {
     phrase out = {""};

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from gallop_fmu import Model, Result
 from gallop_fmu.plots import DIED_OUT
-from gallop_fmu.steadiness import FEWEST_SAMPLES, TURNED_OVER, default_window, dominant_frequency
+from gallop_fmu.simulation.steadiness import FEWEST_SAMPLES, TURNED_OVER, default_window, dominant_frequency
 
 Array = NDArray[np.float64]
 

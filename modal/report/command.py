@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from gallop_fmu.terminal import (
+from gallop_fmu.cli.terminal import (
     Changes,
     Exit,
     SceneName,

@@ -12,9 +12,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gallop_fmu import Inputs, Model, Outcome, Result, Scene, SceneError, SimulationError, simulate
-from gallop_fmu.channels import NODE_INDEX, SPAN_INDEX
-from gallop_fmu.clearance import Ellipse, cigre_322_single_loop, davison_single_loop
-from gallop_fmu.recording import check_stop_time
+from gallop_fmu.foundation.channels import NODE_INDEX, SPAN_INDEX
+from gallop_fmu.line.clearance import Ellipse, cigre_322_single_loop, davison_single_loop
+from gallop_fmu.simulation.run_options import check_stop_time
 from modal.analytic import ShallowCable, shallow_cable
 from modal.criteria import Criterion, stability_criteria
 from modal.modes import Mode, natural_modes

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from gallop_fmu import Result, Scene
-from gallop_fmu.files import check_target, write_whole
+from gallop_fmu.foundation.atomic_write import check_target, write_whole
 from modal.modes import Mode
 from modal.report import tables
 from modal.report.animation import Animation, animation

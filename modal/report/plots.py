@@ -13,13 +13,13 @@ import numpy as np
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
-from gallop_fmu.clearance import Ellipse
+from gallop_fmu.line.clearance import Ellipse
 from gallop_fmu.plots import COLOURS, NEUTRAL, STYLE, drawing
 
 if TYPE_CHECKING:
     import xarray as xr
 
-    from gallop_fmu.aerodynamics import AerodynamicCurve
+    from gallop_fmu.scene.aerodynamics import AerodynamicCurve
     from modal.report.findings import Statics
 
 Array = NDArray[np.float64]

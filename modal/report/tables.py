@@ -12,9 +12,9 @@ from typing import Any
 import numpy as np
 
 from gallop_fmu import Outcome, Result, Scene
-from gallop_fmu.paths import leaves
-from gallop_fmu.release import program
-from gallop_fmu.result import frequency_text, summary
+from gallop_fmu.foundation.version import program
+from gallop_fmu.scene.dotted_paths import leaves
+from gallop_fmu.simulation.result import frequency_text, summary
 from modal.modes import Mode
 from modal.onset import CriticalWind
 from modal.report.findings import Findings, Missing, Statics

@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
-from gallop_fmu.channels import NODE_INDEX, SPAN_INDEX
-from gallop_fmu.engine import Inputs, Model
-from gallop_fmu.scene_files import load_scene
+from gallop_fmu.engine.model import Inputs, Model
+from gallop_fmu.foundation.channels import NODE_INDEX, SPAN_INDEX
+from gallop_fmu.input.scene_files import load_scene
 
 UNDAMPED = load_scene("example3").with_values({
     "wind.speed": 0.0, "damping.translation": None, "damping.twist": None,

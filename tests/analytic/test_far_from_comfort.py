@@ -9,9 +9,9 @@ from scipy.linalg import eigh
 from scipy.optimize import fsolve
 
 import modal
-from gallop_fmu.channels import NODE_INDEX, SPAN_INDEX
-from gallop_fmu.engine import Inputs, Model
-from gallop_fmu.scene import Scene
+from gallop_fmu.engine.model import Inputs, Model
+from gallop_fmu.foundation.channels import NODE_INDEX, SPAN_INDEX
+from gallop_fmu.scene.scene import Scene
 
 DRAG = {
     "kind": "polynomial", "valid_from_deg": -180.0, "valid_to_deg": 180.0, "outside": "periodic",

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 from scipy.optimize import brentq
 
-from gallop_fmu.engine import Model
-from gallop_fmu.scene import Scene
+from gallop_fmu.engine.model import Model
+from gallop_fmu.scene.scene import Scene
 
 HEIGHTS = (0.0, 40.0, -90.0)
 SAG_ERROR = {0.0: 1e-8, 40.0: 1e-6, -90.0: 4e-6}

@@ -6,8 +6,8 @@ Element by element, in numpy's longdouble: 64 bits of mantissa on x86, where the
 import numpy as np
 import pytest
 
-from gallop_fmu.engine import Model
-from gallop_fmu.scene_files import load_scene
+from gallop_fmu.engine.model import Model
+from gallop_fmu.input.scene_files import load_scene
 
 LONG = np.longdouble
 ROOT = np.sqrt(LONG(3) / 5)

@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
-from gallop_fmu.channels import NODE_INDEX, SPAN_INDEX
-from gallop_fmu.engine import Model
-from gallop_fmu.scene import Scene
+from gallop_fmu.engine.model import Model
+from gallop_fmu.foundation.channels import NODE_INDEX, SPAN_INDEX
+from gallop_fmu.scene.scene import Scene
 
 FORCES = [SPAN_INDEX[f"{end}_f{axis}"] for end in ("left", "right") for axis in (1, 2, 3)]
 DRAG_ONLY = {

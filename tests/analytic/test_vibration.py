@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
-from gallop_fmu.channels import NODE_INDEX
-from gallop_fmu.engine import Model
-from gallop_fmu.scene import Scene
+from gallop_fmu.engine.model import Model
+from gallop_fmu.foundation.channels import NODE_INDEX
+from gallop_fmu.scene.scene import Scene
 
 STEP = 0.01
 NODE = np.array([NODE_INDEX["u3"], NODE_INDEX["theta"]], np.int32)

@@ -12,6 +12,7 @@ from scipy.optimize import brentq
 
 import gallop_fmu as gf
 import modal
+from gallop_fmu.foundation.channels import SPAN_INDEX
 from modal.reduced import mean_state, reduced_model
 from modal.rest import at_rest
 
@@ -146,7 +147,7 @@ def test_energy_is_kept_on_a_slope():
     state = model.rest()
     state.advance(0.5)
     run = state.run(400, 10, nodes=np.array([model.middle], np.int32), channels=np.array([3], np.int32))
-    names = gf.channels.SPAN_INDEX
+    names = SPAN_INDEX
     energy = run.span_values[:, names["kinetic_energy"]] + run.span_values[:, names["potential_energy"]]
     assert np.ptp(run.node_values) > 0.15  # rad: the ice turns
     assert np.ptp(energy) / energy.mean() < 1e-6

@@ -3,8 +3,8 @@
 import numpy as np
 from scipy.optimize import brentq
 
-from gallop_fmu.engine import Model
-from gallop_fmu.scene import Scene
+from gallop_fmu.engine.model import Model
+from gallop_fmu.scene.scene import Scene
 
 ELEMENTS = (4, 8, 16, 32)  # at 64 round-off begins to show
 CONDUCTOR = {

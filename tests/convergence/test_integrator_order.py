@@ -3,11 +3,11 @@
 import numpy as np
 import pytest
 
-from gallop_fmu.channels import NODE_INDEX, SPAN_INDEX
-from gallop_fmu.engine import Model
-from gallop_fmu.integrators import INTEGRATORS
-from gallop_fmu.scene import Scene
-from gallop_fmu.scene_files import load_scene
+from gallop_fmu.engine.model import Model
+from gallop_fmu.foundation.channels import NODE_INDEX, SPAN_INDEX
+from gallop_fmu.foundation.integrators import INTEGRATORS
+from gallop_fmu.input.scene_files import load_scene
+from gallop_fmu.scene.scene import Scene
 
 CHANNELS = np.array([NODE_INDEX[name] for name in ("u2", "u3", "theta")], np.int32)
 LAW = {"kind": "pulse", "peak": 1.0, "rise": 2.0, "fall_start": 2.0, "fall": 2.0}

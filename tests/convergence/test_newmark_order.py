@@ -2,10 +2,10 @@
 
 import numpy as np
 
-from gallop_fmu.channels import NODE_INDEX
-from gallop_fmu.engine import Model
-from gallop_fmu.scene import Scene
-from gallop_fmu.scene_files import load_scene
+from gallop_fmu.engine.model import Model
+from gallop_fmu.foundation.channels import NODE_INDEX
+from gallop_fmu.input.scene_files import load_scene
+from gallop_fmu.scene.scene import Scene
 
 CHANNELS = np.array([NODE_INDEX[name] for name in ("u2", "u3", "theta")], np.int32)
 SCENE = load_scene("example1").with_values({"numerics.elements": 10, "numerics.newton_tolerance": 1e-13})

@@ -3,10 +3,10 @@
 import numpy as np
 import pytest
 
-from gallop_fmu.channels import NODE_INDEX
-from gallop_fmu.engine import Inputs, Model
-from gallop_fmu.scene_files import load_scene, packaged_scenes
-from gallop_fmu.simulation import simulate
+from gallop_fmu.engine.model import Inputs, Model
+from gallop_fmu.foundation.channels import NODE_INDEX
+from gallop_fmu.input.scene_files import load_scene, packaged_scenes
+from gallop_fmu.simulation.simulate import simulate
 
 CHANNELS = np.array([NODE_INDEX[name] for name in ("u2", "u3", "theta")], np.int32)
 CLOCK = 0.005

@@ -11,10 +11,10 @@ import pytest
 import typer
 
 import modal
-from gallop_fmu import cli as simulation_cli
+from gallop_fmu.cli import main as simulation_cli
+from gallop_fmu.cli.line_commands import NEW_EXAMPLE
 from gallop_fmu.fmu.variables import fmu_variables
-from gallop_fmu.line_commands import NEW_EXAMPLE
-from gallop_fmu.scene_files import load_scene
+from gallop_fmu.input.scene_files import load_scene
 from modal import cli as modal_cli
 
 ROOT = Path(__file__).parents[2]

@@ -8,7 +8,7 @@ from fmpy import extract, read_model_description
 from fmpy.fmi2 import FMU2Slave, defaultCallbacks, fmi2CallbackFunctions, fmi2CallbackLoggerTYPE
 
 from gallop_fmu.fmu import export_fmu
-from gallop_fmu.scene_files import load_scene
+from gallop_fmu.input.scene_files import load_scene
 
 
 class Host:

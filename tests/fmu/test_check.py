@@ -8,7 +8,7 @@ import pytest
 
 from gallop_fmu.fmu import check_fmu
 from gallop_fmu.fmu.check import MOST_OUTPUT, _run_trial
-from gallop_fmu.fmu.trial import readable_by_pythonfmu
+from gallop_fmu.fmu.smoke_test import readable_by_pythonfmu
 
 BOMB = '<?xml version="1.0"?><!DOCTYPE x [<!ENTITY a "aaaa">]><fmiModelDescription fmiVersion="2.0"/>'
 
@@ -61,7 +61,7 @@ def test_a_link_is_refused(tmp_path):
 
 
 def test_an_archive_that_would_fill_the_disk_is_refused(tmp_path, monkeypatch):
-    monkeypatch.setattr("gallop_fmu.fmu.archive.LARGEST_ARCHIVE", 1000)
+    monkeypatch.setattr("gallop_fmu.fmu.archive_safety.LARGEST_ARCHIVE", 1000)
     path = archive_of(tmp_path / "x.fmu", {"modelDescription.xml": "<x/>", "big": "x" * 2000})
     assert "2004 bytes; at most 10000 and 1000 are unpacked" in failed(check_fmu(path))["archive"]
 

@@ -13,10 +13,17 @@ import pytest
 from fmpy import supported_platforms
 from typer.testing import CliRunner
 
-from gallop_fmu.cli import app
-from gallop_fmu.fmu import ExportError, cross, export_fmu
-from gallop_fmu.fmu.cross import PLATFORMS, CompilerError, arguments, cache_key, cross_library, universal_library
-from gallop_fmu.library import library_path
+from gallop_fmu.cli.main import app
+from gallop_fmu.engine.library import library_path
+from gallop_fmu.fmu import ExportError, cross_compile, export_fmu
+from gallop_fmu.fmu.cross_compile import (
+    PLATFORMS,
+    CompilerError,
+    arguments,
+    cache_key,
+    cross_library,
+    universal_library,
+)
 
 ROOT = Path(__file__).resolve().parents[2]
 X86_64, ARM64 = (0x01000007, 3), (0x0100000C, 0)
@@ -41,9 +48,9 @@ def zig(monkeypatch, tmp_path):
         assert sorted(file for file in command if file.endswith(".c")) == sorted(f.name for f in Path(cwd).glob("*.c"))
         return subprocess.CompletedProcess(command, 0, "", "")
 
-    monkeypatch.setattr(cross, "zig_version", lambda: "1.2.3")
-    monkeypatch.setattr(cross, "cache_folder", lambda: tmp_path / "cache" / "gallop-fmu")
-    monkeypatch.setattr(cross.subprocess, "run", run)
+    monkeypatch.setattr(cross_compile, "zig_version", lambda: "1.2.3")
+    monkeypatch.setattr(cross_compile, "cache_folder", lambda: tmp_path / "cache" / "gallop-fmu")
+    monkeypatch.setattr(cross_compile.subprocess, "run", run)
     return calls
 
 
@@ -76,7 +83,7 @@ def test_flags_are_those_of_the_installed_library():
     release = text[text.index("$<$<CONFIG:Release>") : text.index("-Wall")]
     wanted = set(re.findall(r"-[fO][\w=-]+", release))
     assert len(wanted) == 4
-    given = set(cross.FLAGS)
+    given = set(cross_compile.FLAGS)
     assert wanted < given
     assert {"-std=c11", "-fvisibility=hidden", "-fno-sanitize=undefined"} < given
     assert not any(flag.startswith(("-march", "-mcpu", "-ffast")) for flag in given)
@@ -146,10 +153,10 @@ def test_the_command_line_takes_names_with_commas(zig, tmp_path, monkeypatch):
 def test_the_key_depends_on_all_that_is_compiled(monkeypatch):
     keys = {cache_key(name, "1.2.3") for name in PLATFORMS} | {cache_key("win64", "1.2.4")}
     assert cache_key("win64", "1.2.3") in keys
-    sources = cross.kernel_sources()
-    monkeypatch.setattr(cross, "kernel_sources", lambda: sources | {"gallop.h": sources["gallop.h"] + b"\n"})
+    sources = cross_compile.kernel_sources()
+    monkeypatch.setattr(cross_compile, "kernel_sources", lambda: sources | {"gallop.h": sources["gallop.h"] + b"\n"})
     keys.add(cache_key("win64", "1.2.3"))
-    monkeypatch.setattr(cross, "FLAGS", (*cross.FLAGS, "-g"))
+    monkeypatch.setattr(cross_compile, "FLAGS", (*cross_compile.FLAGS, "-g"))
     keys.add(cache_key("win64", "1.2.3"))
     assert len(keys) == 6
 
@@ -161,7 +168,7 @@ def test_a_library_is_compiled_once(zig, tmp_path):
 
 
 def test_two_at_once_do_not_disturb_each_other(zig, tmp_path, monkeypatch):
-    both, compile_one = threading.Barrier(2, timeout=30), cross._compile
+    both, compile_one = threading.Barrier(2, timeout=30), cross_compile._compile
 
     def compile_together(*given):
         both.wait()
@@ -169,7 +176,7 @@ def test_two_at_once_do_not_disturb_each_other(zig, tmp_path, monkeypatch):
         both.wait()
         return library
 
-    monkeypatch.setattr(cross, "_compile", compile_together)
+    monkeypatch.setattr(cross_compile, "_compile", compile_together)
     with ThreadPoolExecutor(2) as pool:
         assert list(pool.map(cross_library, ["linux64"] * 2)) == [b"x86_64-linux-gnu.2.17"] * 2
     assert len(zig) == 2
@@ -178,7 +185,7 @@ def test_two_at_once_do_not_disturb_each_other(zig, tmp_path, monkeypatch):
 
 def test_what_the_compiler_says_is_told_and_nothing_is_kept(zig, tmp_path, monkeypatch):
     failed = subprocess.CompletedProcess([], 1, "", "step.c:3:1: error: no such thing\n")
-    monkeypatch.setattr(cross.subprocess, "run", lambda *_, **__: failed)
+    monkeypatch.setattr(cross_compile.subprocess, "run", lambda *_, **__: failed)
     with pytest.raises(CompilerError, match=r"for x86_64-windows-gnu:\nstep.c:3:1: error: no such thing"):
         cross_library("win64")
     assert kept(tmp_path) == []
@@ -205,9 +212,9 @@ def test_the_cache_is_the_user_s(monkeypatch, tmp_path, system, variable, wanted
         monkeypatch.delenv(name, raising=False)
     if variable:
         monkeypatch.setenv(variable, str(tmp_path / "V"))
-    monkeypatch.setattr(cross.sys, "platform", system)
+    monkeypatch.setattr(cross_compile.sys, "platform", system)
     monkeypatch.setattr(Path, "home", lambda: tmp_path / "H")
-    assert cross.cache_folder() == tmp_path / wanted / "gallop-fmu"
+    assert cross_compile.cache_folder() == tmp_path / wanted / "gallop-fmu"
 
 
 def test_without_zig_the_extra_is_named(gallop_scene, tmp_path, monkeypatch):

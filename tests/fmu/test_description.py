@@ -10,8 +10,8 @@ from fmpy.validation import validate_fmu
 from gallop_fmu.fmu import export_fmu, variable_table
 from gallop_fmu.fmu.units import BASE_UNITS
 from gallop_fmu.fmu.variables import Origin, fmu_variables
-from gallop_fmu.laws import Ramp
-from gallop_fmu.scene_files import load_scene, packaged_scenes
+from gallop_fmu.input.scene_files import load_scene, packaged_scenes
+from gallop_fmu.scene.time_functions import Ramp
 
 SI = {
     "N": (1, 1, -2, 0, 1.0),

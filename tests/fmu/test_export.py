@@ -7,12 +7,12 @@ import zipfile
 import pytest
 from fmpy import read_model_description
 
+from gallop_fmu.engine.library import library_path
 from gallop_fmu.fmu import ExportError, export_fmu
 from gallop_fmu.fmu.export import platform
-from gallop_fmu.library import library_path
-from gallop_fmu.outcome import SimulationError
-from gallop_fmu.scene import Scene
-from gallop_fmu.scene_files import load_scene
+from gallop_fmu.foundation.outcome import SimulationError
+from gallop_fmu.input.scene_files import load_scene
+from gallop_fmu.scene.scene import Scene
 
 
 def test_exporting_twice_gives_the_same_bytes(gallop_scene, gallop_fmu, runtime, tmp_path):
@@ -23,7 +23,7 @@ def test_exporting_twice_gives_the_same_bytes(gallop_scene, gallop_fmu, runtime,
 
 
 def test_another_process_gives_the_same_bytes(tmp_path):
-    script = "import sys; from gallop_fmu.fmu import export_fmu; from gallop_fmu.scene_files import load_scene;"
+    script = "import sys; from gallop_fmu.fmu import export_fmu; from gallop_fmu.input.scene_files import load_scene;"
     script += "export_fmu(load_scene('example3'), sys.argv[1])"
     files = [tmp_path / "0.fmu", tmp_path / "1.fmu"]
     for seed, file in enumerate(files):

@@ -93,7 +93,7 @@ def test_two_entries_of_one_name(tmp_path):
 
 
 def test_a_description_without_end(tmp_path, monkeypatch):
-    monkeypatch.setattr("gallop_fmu.fmu.archive.LARGEST_XML", 1000)
+    monkeypatch.setattr("gallop_fmu.fmu.archive_safety.LARGEST_XML", 1000)
     path = written(tmp_path / "x.fmu", [("modelDescription.xml", b"<x/>" + b" " * 1000)])
     assert "modelDescription.xml is larger than 1000 bytes" in refusal(path)
 

@@ -10,7 +10,7 @@ from pathlib import Path
 
 import pytest
 
-from gallop_fmu.engine import Model
+from gallop_fmu.engine.model import Model
 from gallop_fmu.fmu import export_fmu
 
 pytestmark = [

@@ -6,7 +6,7 @@ import pytest
 from fmpy import simulate_fmu
 from fmpy.fmi1 import FMICallException
 
-from gallop_fmu.outcome import Outcome
+from gallop_fmu.foundation.outcome import Outcome
 
 pytestmark = [
     pytest.mark.usefixtures("runtime"),
@@ -180,7 +180,7 @@ def test_a_fault_of_the_package_fails_the_step_and_not_the_host(gallop_fmu, host
 
 def test_no_wind_without_a_curve(host, tmp_path):
     from gallop_fmu.fmu import export_fmu
-    from gallop_fmu.scene_files import load_scene
+    from gallop_fmu.input.scene_files import load_scene
 
     scene = load_scene("example1").with_values({"numerics.elements": 4})
     fmu = host(export_fmu(scene, tmp_path / "x.fmu", runtime="python")).start()

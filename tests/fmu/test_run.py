@@ -4,11 +4,11 @@ import numpy as np
 import pytest
 from fmpy import simulate_fmu
 
-from gallop_fmu.channels import NODE_CHANNELS, NODE_INDEX, SPAN_INDEX
-from gallop_fmu.engine import Inputs, Model
+from gallop_fmu.engine.model import Inputs, Model
 from gallop_fmu.fmu import export_fmu
 from gallop_fmu.fmu.variables import Origin, fmu_variables
-from gallop_fmu.scene_files import load_scene
+from gallop_fmu.foundation.channels import NODE_CHANNELS, NODE_INDEX, SPAN_INDEX
+from gallop_fmu.input.scene_files import load_scene
 
 STOP = 2.0
 STILL = np.zeros((2, 3))

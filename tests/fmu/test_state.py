@@ -7,10 +7,10 @@ import shutil
 import numpy as np
 import pytest
 
-from gallop_fmu.fmu.serial import from_bytes, to_bytes
 from gallop_fmu.fmu.session import RefusedError, Session
-from gallop_fmu.outcome import Outcome
-from gallop_fmu.scene_files import load_scene
+from gallop_fmu.fmu.state_bytes import from_bytes, to_bytes
+from gallop_fmu.foundation.outcome import Outcome
+from gallop_fmu.input.scene_files import load_scene
 
 
 def bits(values):

@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
-from gallop_fmu.channels import NODE_INDEX
-from gallop_fmu.engine import Inputs, Model
+from gallop_fmu.engine.model import Inputs, Model
 from gallop_fmu.fmu import export_fmu
+from gallop_fmu.foundation.channels import NODE_INDEX
 
 FORCES = [f"support.{end}.f{axis}" for end in ("left", "right") for axis in (1, 2, 3)]
 

@@ -7,8 +7,8 @@ import pytest
 from scipy.optimize import brentq
 
 import gallop_fmu as gf
-from gallop_fmu.conductors import find_conductor
-from gallop_fmu.sag_tension import changed_tension, ruling_span, unstretched_length
+from gallop_fmu.line.conductors import find_conductor
+from gallop_fmu.scene.sag_tension import changed_tension, ruling_span, unstretched_length
 
 POUND, FOOT, G = 4.4482216, 0.3048, 9.80665
 

@@ -11,7 +11,7 @@ import pytest
 from fmpy import extract, read_model_description
 
 from gallop_fmu.fmu import export_fmu
-from gallop_fmu.scene_files import load_scene
+from gallop_fmu.input.scene_files import load_scene
 
 HERE = Path(__file__).parent
 HEADERS = Path(importlib.util.find_spec("fmpy").origin).parent / "c-code"

@@ -10,9 +10,9 @@ import threading
 import pytest
 
 import gallop_fmu as gf
-from gallop_fmu.engine import Inputs, Model
+from gallop_fmu.engine.model import Inputs, Model
 from gallop_fmu.fmu.variables import fmu_variables
-from gallop_fmu.outcome import Outcome, SimulationError
+from gallop_fmu.foundation.outcome import Outcome, SimulationError
 
 H = 0.02
 ERROR = 3

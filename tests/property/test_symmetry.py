@@ -5,10 +5,10 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from gallop_fmu.channels import NODE_CHANNELS, NODE_INDEX, SPAN_INDEX
-from gallop_fmu.engine import Model
-from gallop_fmu.integrators import INTEGRATORS
-from gallop_fmu.scene_files import load_scene
+from gallop_fmu.engine.model import Model
+from gallop_fmu.foundation.channels import NODE_CHANNELS, NODE_INDEX, SPAN_INDEX
+from gallop_fmu.foundation.integrators import INTEGRATORS
+from gallop_fmu.input.scene_files import load_scene
 
 CALM = load_scene("example3").with_values({"wind.speed": 0.0, "numerics.elements": 6})
 FEW = settings(max_examples=5)

@@ -5,8 +5,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from gallop_fmu.engine import Inputs, Model
-from gallop_fmu.scene_files import load_scene
+from gallop_fmu.engine.model import Inputs, Model
+from gallop_fmu.input.scene_files import load_scene
 
 SCENES = {
     "example1": load_scene("example1"),

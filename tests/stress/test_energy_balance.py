@@ -10,8 +10,8 @@ import numpy as np
 import pytest
 
 import gallop_fmu as gf
-from gallop_fmu.energy import MOTION_CHANNELS, energy_balance
-from gallop_fmu.outcome import DOUBTFUL_TURN, Outcome, Report
+from gallop_fmu.foundation.outcome import DOUBTFUL_TURN, Outcome, Report
+from gallop_fmu.simulation.energy_balance import MOTION_CHANNELS, energy_balance
 
 FOLDER = Path(__file__).resolve().parents[2] / "benchmarks"
 sys.path[:0] = [str(FOLDER)]

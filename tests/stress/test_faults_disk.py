@@ -11,8 +11,8 @@ import pytest
 import xarray as xr
 
 import gallop_fmu as gf
-from gallop_fmu.files import write_whole
 from gallop_fmu.fmu import ExportError, export_fmu
+from gallop_fmu.foundation.atomic_write import write_whole
 from gallop_fmu.plots import overview, save_figure
 from modal.report.page import write_page
 
@@ -74,7 +74,7 @@ def test_a_run_tells_what_could_not_be_written_and_keeps_the_rest(tmp_path):
         resource.setrlimit(resource.RLIMIT_FSIZE, (10_000, 10_000))
 
     words = ["run", "example1", "--until", "1", "--every", "20", "--out", "run.nc", "--plot", "run.png"]
-    command = [sys.executable, "-P", "-c", "from gallop_fmu.cli import main; main()", *words]
+    command = [sys.executable, "-P", "-c", "from gallop_fmu.cli.main import main; main()", *words]
     done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, preexec_fn=limited, timeout=120)
     assert done.returncode == 2, done.stderr or signal.Signals(-done.returncode)
     for name in ("run.nc", "run.png"):

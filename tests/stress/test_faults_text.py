@@ -6,8 +6,8 @@ from pathlib import Path
 import pytest
 
 import gallop_fmu as gf
-from gallop_fmu.spans import read_spans
-from gallop_fmu.textfiles import LARGEST_FILE, parse_value, read_table
+from gallop_fmu.foundation.text_files import LARGEST_FILE, parse_value, read_table
+from gallop_fmu.sweeps.cases import read_spans
 
 DEEP = 20_000
 LONG = 1_000_000

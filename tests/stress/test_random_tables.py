@@ -13,7 +13,8 @@ import pytest
 
 import gallop_fmu as gf
 import modal
-from gallop_fmu.words import read_number
+from gallop_fmu.foundation.text_rules import read_number
+from gallop_fmu.sweeps.cases import cases
 
 SEED, ROWS = 11, 400
 LABELS = ("label.id", "label.Größe e\u0301", "label.\U0001f469\u200d\U0001f527\nb")
@@ -128,10 +129,10 @@ def test_screening_reads_the_same_tables(form, base, tmp_path):
     found = modal.screen_spans(base, table=rows, first_look=True, workers=1, out=tmp_path / "o.parquet").dataset
     assert found["label.id"].values.tolist() == [expected(row["label.id"]) for row in rows]
     assert set(found.outcome.values) <= {"completed", "invalid_scene", "no_equilibrium"}
-    whole = gf.spans.cases(base, table=table)
+    whole = cases(base, table=table)
     assert [case.labels["name"] for case in whole.every] == [expected(name) for name in columns["name"]]
     if form is not as_frame:
-        assert gf.spans.cases(base, table=gf.read_spans(table)).fingerprint() == whole.fingerprint()
+        assert cases(base, table=gf.read_spans(table)).fingerprint() == whole.fingerprint()
 
 
 @pytest.mark.parametrize("form", FORMS)

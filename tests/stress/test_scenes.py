@@ -15,7 +15,7 @@ import numpy as np
 import pytest
 
 from gallop_fmu import Model, Scene
-from gallop_fmu.channels import NODE_INDEX
+from gallop_fmu.foundation.channels import NODE_INDEX
 
 FOLDER = Path(__file__).resolve().parents[2] / "benchmarks"
 sys.path[:0] = [str(FOLDER)]

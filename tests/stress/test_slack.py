@@ -13,11 +13,11 @@ import pytest
 from scipy.optimize import brentq
 
 import gallop_fmu as gf
-from gallop_fmu.channels import NODE_CHANNELS, NODE_INDEX, SPAN_INDEX
-from gallop_fmu.engine import Model
-from gallop_fmu.outcome import Outcome, SimulationError
-from gallop_fmu.scene import Scene
-from gallop_fmu.scene_files import load_scene
+from gallop_fmu.engine.model import Model
+from gallop_fmu.foundation.channels import NODE_CHANNELS, NODE_INDEX, SPAN_INDEX
+from gallop_fmu.foundation.outcome import Outcome, SimulationError
+from gallop_fmu.input.scene_files import load_scene
+from gallop_fmu.scene.scene import Scene
 
 SPAN, TENSION, MASS, STIFFNESS, GRAVITY = 100.0, 4600.0, 1.5, 4e6, 9.81
 LOADS, LIFT, LET_GO = 39, 6.0, 0.5  # points that carry together 6 times the weight, upwards, for half a second

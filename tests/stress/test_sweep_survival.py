@@ -12,10 +12,10 @@ import pytest
 from distributed import Client, LocalCluster
 
 import gallop_fmu as gf
-from gallop_fmu.runs import compute
-from gallop_fmu.spans import cases
-from gallop_fmu.store import journal_of
-from gallop_fmu.workers import ONE_THREAD, Workers, WorkersLostError
+from gallop_fmu.sweeps.cases import cases
+from gallop_fmu.sweeps.pool import ONE_THREAD, Workers, WorkersLostError
+from gallop_fmu.sweeps.row_store import journal_of
+from gallop_fmu.sweeps.runner import compute
 
 WINDS = [4.0 + 0.1 * k for k in range(16)]
 CHANGES = {"numerics.elements": 4, "numerics.time_step": 0.02, "run.record_every": 5}
@@ -46,7 +46,7 @@ def _command(out):
     ]
     for key, value in CHANGES.items():
         words += ["--set", f"{key}={value}"]
-    return [sys.executable, "-P", "-c", "from gallop_fmu.cli import main; main()", *words]
+    return [sys.executable, "-P", "-c", "from gallop_fmu.cli.main import main; main()", *words]
 
 
 def _begun(begin, out, rows):
@@ -186,7 +186,7 @@ def test_dask_cluster_gives_the_same(tmp_path, complete, monkeypatch):
         assert failed.dataset.message.values.tolist() == ["ZeroDivisionError: for a test"]
 
         # A scheduler without workers would let its clients wait for ever.
-        monkeypatch.setattr("gallop_fmu.workers.LOST_TIME", 0.2)
+        monkeypatch.setattr("gallop_fmu.sweeps.pool.LOST_TIME", 0.2)
 
         def kill(done, *_):
             for process in started if done else ():
@@ -221,7 +221,7 @@ def test_addresses_of_no_cluster(address, fragment):
 
 
 def test_cluster_that_is_not_there(monkeypatch):
-    monkeypatch.setattr("gallop_fmu.workers.CONNECTION_TIME", 0.5)
+    monkeypatch.setattr("gallop_fmu.sweeps.pool.CONNECTION_TIME", 0.5)
     with pytest.raises(gf.SceneError, match=r"cluster = 'tcp://127.0.0.1:1': no Dask scheduler answers there"):
         gf.sweep(_scene(), {"wind.speed": [4.0]}, stop_time=1.0, cluster="tcp://127.0.0.1:1")
 

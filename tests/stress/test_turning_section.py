@@ -6,12 +6,12 @@ import numpy as np
 import pytest
 
 import gallop_fmu as gf
-from gallop_fmu.channels import NODE_CHANNELS, NODE_INDEX, SPAN_INDEX
-from gallop_fmu.energy import account
-from gallop_fmu.engine import Inputs, Model
-from gallop_fmu.outcome import Outcome
-from gallop_fmu.scene import Scene
-from gallop_fmu.scene_files import load_scene
+from gallop_fmu.engine.model import Inputs, Model
+from gallop_fmu.foundation.channels import NODE_CHANNELS, NODE_INDEX, SPAN_INDEX
+from gallop_fmu.foundation.outcome import Outcome
+from gallop_fmu.input.scene_files import load_scene
+from gallop_fmu.scene.scene import Scene
+from gallop_fmu.simulation.energy_balance import account
 
 TURN = 2.0 * math.pi
 ALL = np.arange(len(NODE_CHANNELS), dtype=np.int32)

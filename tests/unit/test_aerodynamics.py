@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
-from gallop_fmu.aerodynamics import PolynomialCoefficients, TableCoefficients
-from gallop_fmu.errors import SceneError
-from gallop_fmu.scene_files import load_scene
+from gallop_fmu.foundation.errors import SceneError
+from gallop_fmu.input.scene_files import load_scene
+from gallop_fmu.scene.aerodynamics import PolynomialCoefficients, TableCoefficients
 
 COEFFICIENTS = ("lift", "drag", "moment")
 

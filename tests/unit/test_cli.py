@@ -14,9 +14,9 @@ import xarray as xr
 from typer.testing import CliRunner
 
 import gallop_fmu as gf
-from gallop_fmu import terminal
-from gallop_fmu.cli import app
-from gallop_fmu.scene_files import packaged_scenes
+from gallop_fmu.cli import terminal
+from gallop_fmu.cli.main import app
+from gallop_fmu.input.scene_files import packaged_scenes
 
 COMMANDS = ("scenes", "conductors", "new", "run", "export", "check", "demo")
 LEAVES_THE_CURVE = ("--set", "aerodynamics.valid_to_deg=181")  # example 3 gallops out of this range at 119 s
@@ -276,7 +276,7 @@ def test_demo_into_a_file(invoke):
 
 
 def _command(*words):
-    return [sys.executable, "-P", "-c", "from gallop_fmu.cli import main; main()", *words]
+    return [sys.executable, "-P", "-c", "from gallop_fmu.cli.main import main; main()", *words]
 
 
 def test_as_a_process(tmp_path):
@@ -368,7 +368,7 @@ def test_colours_are_for_terminals_that_want_them(tmp_path, begin, settings, col
 
 
 TELLS_WHEN_IT_STEPS = """
-from gallop_fmu.engine import State
+from gallop_fmu.engine.model import State
 run, portions = State.run, []
 def telling(*arguments, **named):
     portions.append(1)

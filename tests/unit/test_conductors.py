@@ -4,8 +4,8 @@ import math
 
 import pytest
 
-from gallop_fmu.conductors import ALUMINIUM_DENSITY, SOURCES, STEEL_DENSITY, conductors, find_conductor
-from gallop_fmu.errors import SceneError
+from gallop_fmu.foundation.errors import SceneError
+from gallop_fmu.line.conductors import ALUMINIUM_DENSITY, SOURCES, STEEL_DENSITY, conductors, find_conductor
 
 ALL = list(conductors().values())
 EACH = pytest.mark.parametrize("wire", ALL, ids=lambda wire: wire.code_word)

@@ -9,9 +9,9 @@ import xarray as xr
 from typer.testing import CliRunner
 
 import gallop_fmu as gf
-from gallop_fmu.cli import app
-from gallop_fmu.demo import find_transfer
-from gallop_fmu.errors import SceneError
+from gallop_fmu.cli.demo import find_transfer
+from gallop_fmu.cli.main import app
+from gallop_fmu.foundation.errors import SceneError
 
 TIME = np.arange(0.0, 600.0, 0.05)
 
@@ -70,7 +70,7 @@ def test_demo_shows_the_transfer(tmp_path):
 
 def test_demo_writes_only_where_it_is_told(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
-    monkeypatch.setattr("gallop_fmu.demo._run_fmu", lambda *_: (_ for _ in ()).throw(SceneError("stop here")))
+    monkeypatch.setattr("gallop_fmu.cli.demo._run_fmu", lambda *_: (_ for _ in ()).throw(SceneError("stop here")))
     result = CliRunner().invoke(app, ["demo", "--out-dir", "there"])
     assert result.exit_code == 2
     assert result.stderr == "gallop-fmu: stop here\n"

@@ -5,11 +5,11 @@ from concurrent.futures import ThreadPoolExecutor
 import numpy as np
 import pytest
 
-from gallop_fmu.channels import NODE_CHANNELS, NODE_INDEX, SPAN_CHANNELS, SPAN_INDEX
-from gallop_fmu.engine import Inputs, Model, State
-from gallop_fmu.integrators import INTEGRATORS
-from gallop_fmu.outcome import Outcome, SimulationError
-from gallop_fmu.scene_files import load_scene
+from gallop_fmu.engine.model import Inputs, Model, State
+from gallop_fmu.foundation.channels import NODE_CHANNELS, NODE_INDEX, SPAN_CHANNELS, SPAN_INDEX
+from gallop_fmu.foundation.integrators import INTEGRATORS
+from gallop_fmu.foundation.outcome import Outcome, SimulationError
+from gallop_fmu.input.scene_files import load_scene
 
 ALL = np.arange(len(NODE_CHANNELS), dtype=np.int32)
 NO_NODES = np.zeros(0, np.int32)

@@ -5,11 +5,11 @@ import math
 import numpy as np
 import pytest
 
-from gallop_fmu.channels import NODE_CHANNELS, NODE_INDEX, SPAN_INDEX
-from gallop_fmu.engine import Inputs, Model, State
-from gallop_fmu.outcome import Outcome, SimulationError
-from gallop_fmu.scene import Scene
-from gallop_fmu.scene_files import load_scene
+from gallop_fmu.engine.model import Inputs, Model, State
+from gallop_fmu.foundation.channels import NODE_CHANNELS, NODE_INDEX, SPAN_INDEX
+from gallop_fmu.foundation.outcome import Outcome, SimulationError
+from gallop_fmu.input.scene_files import load_scene
+from gallop_fmu.scene.scene import Scene
 
 ALL = np.arange(len(NODE_CHANNELS), dtype=np.int32)
 

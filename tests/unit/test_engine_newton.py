@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from gallop_fmu.engine import Model
-from gallop_fmu.scene_files import load_scene
+from gallop_fmu.engine.model import Model
+from gallop_fmu.input.scene_files import load_scene
 
 PULSE = {"kind": "pulse", "peak": 1.0, "rise": 0.5, "fall_start": 0.5, "fall": 0.5}
 

@@ -11,9 +11,9 @@ import pytest
 
 import gallop_fmu as gf
 import modal
-from gallop_fmu.demo import run_demo
-from gallop_fmu.files import check_target, open_exclusive, write_whole
-from gallop_fmu.store import journal_of
+from gallop_fmu.cli.demo import run_demo
+from gallop_fmu.foundation.atomic_write import check_target, open_exclusive, write_whole
+from gallop_fmu.sweeps.row_store import journal_of
 
 pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="modes, links and devices of POSIX")
 
@@ -103,7 +103,7 @@ def test_links_are_followed_and_stay(tmp_path):
 
 def test_a_planted_link_is_not_followed(tmp_path, monkeypatch):
     """The temporary name cannot be foreseen; if it could, the file would not be opened."""
-    monkeypatch.setattr("gallop_fmu.files.secrets.token_hex", lambda count: "0" * 16)
+    monkeypatch.setattr("gallop_fmu.foundation.atomic_write.secrets.token_hex", lambda count: "0" * 16)
     victim = tmp_path / "victim"
     victim.write_bytes(b"precious")
     planted = tmp_path / f".gallop-{'0' * 16}.new"
@@ -148,7 +148,7 @@ def test_nothing_is_computed_for_a_file_that_cannot_be_written(tmp_path, monkeyp
     def started(*_, **__):
         raise AssertionError("it was computed")
 
-    monkeypatch.setattr("gallop_fmu.engine.Model.__init__", started)
+    monkeypatch.setattr("gallop_fmu.engine.model.Model.__init__", started)
     path = tmp_path / name
     if not name.startswith(LONG):
         path.write_bytes(b"old")
@@ -170,7 +170,7 @@ def test_no_module_writes_files_in_another_way():
                     modes = [c.value for c in ast.walk(node) if isinstance(c, ast.Constant)]
                     if {"w", "wb", "a", "ab"} & {mode for mode in modes if isinstance(mode, str)}:
                         found.add(file.relative_to(folder.parent).as_posix())
-    assert found == {"gallop_fmu/fmu/cross.py", "gallop_fmu/fmu/trial.py", "gallop_fmu/terminal.py"}
+    assert found == {"gallop_fmu/fmu/cross_compile.py", "gallop_fmu/fmu/smoke_test.py", "gallop_fmu/cli/terminal.py"}
 
 
 def test_a_lock_is_for_one_and_ends_with_its_file(tmp_path):
@@ -202,7 +202,7 @@ def test_a_file_that_was_removed_before_it_was_locked_is_made_again(tmp_path, mo
             path.unlink()
         lock.append(descriptor)
 
-    monkeypatch.setattr("gallop_fmu.files._lock", late)
+    monkeypatch.setattr("gallop_fmu.foundation.atomic_write._lock", late)
     with open_exclusive(path) as file:
         assert os.path.samestat(os.fstat(file.fileno()), path.stat())
     assert len(lock) == 2

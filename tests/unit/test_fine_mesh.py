@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from gallop_fmu.engine import Model
-from gallop_fmu.scene_files import load_scene
+from gallop_fmu.engine.model import Model
+from gallop_fmu.input.scene_files import load_scene
 
 NOTHING = np.zeros(0, np.int32)
 

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from gallop_fmu.icing import ice_section
+from gallop_fmu.line.ice_shapes import ice_section
 
 D, T, RHO = 0.02813, 0.012, 900.0
 R = 0.5 * D

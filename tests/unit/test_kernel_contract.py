@@ -11,17 +11,17 @@ import numpy as np
 import pytest
 
 import gallop_fmu as gf
-from gallop_fmu.channels import NODE_CHANNELS, SPAN_CHANNELS
-from gallop_fmu.engine import Model
-from gallop_fmu.library import library_path
-from gallop_fmu.outcome import Outcome
-from gallop_fmu.structures import CDerived, CInputs, CReport, Packed
+from gallop_fmu.engine.ctypes_structs import CDerived, CInputs, CReport, Packed
+from gallop_fmu.engine.library import library_path
+from gallop_fmu.engine.model import Model
+from gallop_fmu.foundation.channels import NODE_CHANNELS, SPAN_CHANNELS
+from gallop_fmu.foundation.outcome import Outcome
 
 BAD_CALL = Outcome.BAD_CALL.code
 UNTOUCHED = -12345.5
 UP, DOWN, TOWARDS_ZERO = 0x800, 0x400, 0xC00  # of fesetround on x86
 
-kernel = c.CDLL(str(library_path()))  # without the types of gallop_fmu.library, which would refuse some arguments
+kernel = c.CDLL(str(library_path()))  # without the types of engine.library, which would refuse some arguments
 for name in ("gallop_state_size", "gallop_saved_size"):
     getattr(kernel, name).restype = c.c_size_t
 kernel.gallop_state_time.restype = c.c_double

@@ -6,9 +6,9 @@ import math
 import pytest
 
 import gallop_fmu as gf
-from gallop_fmu.library import kernel
-from gallop_fmu.outcome import Outcome
-from gallop_fmu.structures import CLoad, CReport, Packed
+from gallop_fmu.engine.ctypes_structs import CLoad, CReport, Packed
+from gallop_fmu.engine.library import kernel
+from gallop_fmu.foundation.outcome import Outcome
 
 
 def outcome_of(change):

@@ -3,10 +3,10 @@
 import numpy as np
 import pytest
 
-from gallop_fmu.channels import NODE_INDEX, SPAN_INDEX
-from gallop_fmu.engine import Model
-from gallop_fmu.laws import Harmonic, Pulse, Ramp
-from gallop_fmu.scene import Scene
+from gallop_fmu.engine.model import Model
+from gallop_fmu.foundation.channels import NODE_INDEX, SPAN_INDEX
+from gallop_fmu.scene.scene import Scene
+from gallop_fmu.scene.time_functions import Harmonic, Pulse, Ramp
 
 LAWS = {
     "constant": {"kind": "constant", "value": 3.7},

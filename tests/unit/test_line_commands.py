@@ -7,10 +7,10 @@ import pytest
 from typer.testing import CliRunner
 
 import gallop_fmu as gf
-from gallop_fmu.cli import app
-from gallop_fmu.conductors import conductors
-from gallop_fmu.line_commands import NEW_EXAMPLE
-from gallop_fmu.lines import Line
+from gallop_fmu.cli.line_commands import NEW_EXAMPLE
+from gallop_fmu.cli.main import app
+from gallop_fmu.line.conductors import conductors
+from gallop_fmu.line.line_table import Line
 
 
 @pytest.fixture

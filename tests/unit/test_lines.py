@@ -9,11 +9,11 @@ from scipy.integrate import quad
 from scipy.optimize import brentq
 
 import gallop_fmu as gf
-from gallop_fmu.annotated import annotated_toml
-from gallop_fmu.conductors import conductors, find_conductor
-from gallop_fmu.icing import ice_section
-from gallop_fmu.paths import leaves
-from gallop_fmu.sag_tension import changed_tension
+from gallop_fmu.input.annotated_toml import annotated_toml
+from gallop_fmu.line.conductors import conductors, find_conductor
+from gallop_fmu.line.ice_shapes import ice_section
+from gallop_fmu.scene.dotted_paths import leaves
+from gallop_fmu.scene.sag_tension import changed_tension
 
 LINE = {
     "conductor": "Drake",

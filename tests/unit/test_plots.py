@@ -11,7 +11,7 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 
 import gallop_fmu as gf
 from gallop_fmu import plots
-from gallop_fmu.errors import SceneError
+from gallop_fmu.foundation.errors import SceneError
 
 
 @pytest.fixture(scope="module")

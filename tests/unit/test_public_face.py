@@ -15,9 +15,9 @@ from hypothesis import strategies as st
 from hypothesis.extra.numpy import array_shapes, arrays, scalar_dtypes
 
 import gallop_fmu as gf
-from gallop_fmu.channels import NODE_CHANNELS, NODE_INDEX, SPAN_CHANNELS
-from gallop_fmu.engine import Inputs, Model, State
-from gallop_fmu.outcome import Outcome, Report, SimulationError
+from gallop_fmu.engine.model import Inputs, Model, State
+from gallop_fmu.foundation.channels import NODE_CHANNELS, NODE_INDEX, SPAN_CHANNELS
+from gallop_fmu.foundation.outcome import Outcome, Report, SimulationError
 
 U2 = NODE_INDEX["u2"]
 TOWERS = np.zeros((2, 3))

@@ -13,7 +13,7 @@ from typer.testing import CliRunner
 
 import gallop_fmu as gf
 import modal
-from gallop_fmu.cli import app as fmu_app
+from gallop_fmu.cli.main import app as fmu_app
 from modal.cli import app
 from modal.report.findings import Missing, at_rest_in, examine
 from modal.report.page import page

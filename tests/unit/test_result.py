@@ -5,8 +5,8 @@ import pytest
 
 import gallop_fmu as gf
 from gallop_fmu.fmu.variables import fmu_variables
-from gallop_fmu.result import frequency_text, oscillation
-from gallop_fmu.steadiness import dominant_frequency
+from gallop_fmu.simulation.result import frequency_text, oscillation
+from gallop_fmu.simulation.steadiness import dominant_frequency
 
 TIME = 0.05 * np.arange(2001)
 

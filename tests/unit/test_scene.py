@@ -8,12 +8,12 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from gallop_fmu.errors import SceneError
-from gallop_fmu.laws import Constant, Harmonic, Pulse, Ramp, TimeTable
-from gallop_fmu.paths import leaves
-from gallop_fmu.scene import Scene
-from gallop_fmu.scene_files import load_scene, packaged_scenes
-from gallop_fmu.supports import RigidSupport
+from gallop_fmu.foundation.errors import SceneError
+from gallop_fmu.input.scene_files import load_scene, packaged_scenes
+from gallop_fmu.scene.dotted_paths import leaves
+from gallop_fmu.scene.scene import Scene
+from gallop_fmu.scene.supports import RigidSupport
+from gallop_fmu.scene.time_functions import Constant, Harmonic, Pulse, Ramp, TimeTable
 
 PACKAGED = ["example1", "example2", "example3", "zebra"]
 

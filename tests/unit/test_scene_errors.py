@@ -5,10 +5,10 @@ import re
 
 import pytest
 
-from gallop_fmu.errors import SceneError
-from gallop_fmu.scene import Scene
-from gallop_fmu.scene_files import load_scene
-from gallop_fmu.supports import RigidSupport
+from gallop_fmu.foundation.errors import SceneError
+from gallop_fmu.input.scene_files import load_scene
+from gallop_fmu.scene.scene import Scene
+from gallop_fmu.scene.supports import RigidSupport
 
 POSITIVE = [
     ("span.length", "m"),

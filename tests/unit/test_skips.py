@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 import gallop_fmu as gf
-from gallop_fmu.channels import NODE_CHANNELS, NODE_INDEX
-from gallop_fmu.engine import Inputs, Model, Part
-from gallop_fmu.loads import Load
+from gallop_fmu.engine.model import Inputs, Model, Part
+from gallop_fmu.foundation.channels import NODE_CHANNELS, NODE_INDEX
+from gallop_fmu.scene.loads import Load
 
 EVERYTHING = Part.AERODYNAMICS | Part.ECCENTRIC_ICE | Part.TWIST | Part.LATERAL_MOTION
 NOTHING = 1e-200

@@ -9,9 +9,9 @@ import pandas as pd
 import pytest
 
 import gallop_fmu as gf
-from gallop_fmu.descriptions import Description
-from gallop_fmu.scene import Scene
-from gallop_fmu.spans import cases
+from gallop_fmu.input.scene_spec import Description
+from gallop_fmu.scene.scene import Scene
+from gallop_fmu.sweeps.cases import cases
 
 
 @pytest.fixture

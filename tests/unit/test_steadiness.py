@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 import gallop_fmu as gf
-from gallop_fmu.run_warnings import fastest_motion, step_warnings
-from gallop_fmu.steadiness import _rate_text, judge, judge_span
+from gallop_fmu.simulation.run_warnings import fastest_motion, step_warnings
+from gallop_fmu.simulation.steadiness import _rate_text, judge, judge_span
 
 DRAWS = 40
 
@@ -331,7 +331,7 @@ def test_headline_of_a_motion_that_grows_says_so(swing):
 
 def test_a_report_says_beside_the_clearance_what_the_run_is_worth(swing):
     """Its headline and its clearance hold for a run that still grows, and whose steps are too long."""
-    from gallop_fmu.clearance import davison_single_loop
+    from gallop_fmu.line.clearance import davison_single_loop
     from modal.report.page import page
     from modal.report.tables import cards
 

@@ -12,7 +12,7 @@ import pytest
 import xarray as xr
 
 import gallop_fmu as gf
-from gallop_fmu.store import ERROR, FORMAT, Store, as_dataset, as_line, journal_of, read, rows_of, seal_of
+from gallop_fmu.sweeps.row_store import ERROR, FORMAT, Store, as_dataset, as_line, journal_of, read, rows_of, seal_of
 
 HEADER = {
     "format": FORMAT,
@@ -216,7 +216,7 @@ def test_a_file_is_replaced_as_a_whole(path, monkeypatch):
 
 
 def test_the_file_follows_the_journal_from_time_to_time(path, monkeypatch):
-    monkeypatch.setattr("gallop_fmu.store.RENEWAL", 0.0)
+    monkeypatch.setattr("gallop_fmu.sweeps.row_store.RENEWAL", 0.0)
     store = _filled(path, ROWS[:1])
     assert path.exists()
     journal_of(path).rename(path.with_name("aside"))
@@ -240,7 +240,7 @@ def test_one_sweep_at_a_time_has_a_file(path):
     first = _filled(path, ROWS[:1])
     link = path.with_name("link.parquet")
     link.symlink_to(path.name)
-    elsewhere = f"from gallop_fmu.store import Store; Store({str(path)!r}, {HEADER!r})"
+    elsewhere = f"from gallop_fmu.sweeps.row_store import Store; Store({str(path)!r}, {HEADER!r})"
     for other in (path, link):
         with pytest.raises(
             gf.SceneError, match=r"another sweep writes this file \(.*runs.parquet.journal is locked\); "

@@ -11,9 +11,10 @@ from typer.testing import CliRunner
 
 import gallop_fmu as gf
 import modal
-from gallop_fmu import cli, terminal_runs
-from gallop_fmu.clearance import cigre_322_single_loop, davison_single_loop
-from gallop_fmu.sweeping import SUMMARY_COLUMNS
+from gallop_fmu.cli import main as cli
+from gallop_fmu.cli import sweep_options
+from gallop_fmu.line.clearance import cigre_322_single_loop, davison_single_loop
+from gallop_fmu.sweeps.sweep import SUMMARY_COLUMNS
 from modal.corridor import FIRST_LOOK_COLUMNS, SCREENING_COLUMNS, FirstLookTask
 
 WINDS = {"wind.speed": [4.0, 5.5], "ice.attack_angle_deg": [180.0, 300.0, 178.0]}
@@ -165,7 +166,7 @@ def test_another_task_is_not_mixed_in(scene, tmp_path, change, what):
 def test_another_version_is_not_mixed_in(scene, tmp_path, monkeypatch):
     arguments = {"stop_time": 1.0, "out": tmp_path / "runs.parquet"}
     gf.sweep(scene, {"wind.speed": [4.0]}, **arguments)
-    monkeypatch.setattr("gallop_fmu.runs._kernel_fingerprint", lambda: "0123456789ab")
+    monkeypatch.setattr("gallop_fmu.sweeps.runner._kernel_fingerprint", lambda: "0123456789ab")
     with pytest.raises(gf.SceneError, match=r"package was gallop-fmu .* is gallop-fmu .* \(kernel 0123456789ab\)"):
         gf.sweep(scene, {"wind.speed": [4.0]}, **arguments)
 
@@ -218,7 +219,7 @@ def test_refusals(scene, arguments, fragment):
     ],
 )
 def test_over_on_the_command_line(text, values):
-    assert terminal_runs.grid_of([text]) == {text.partition("=")[0]: values}
+    assert sweep_options.grid_of([text]) == {text.partition("=")[0]: values}
 
 
 @pytest.mark.parametrize(
@@ -226,7 +227,7 @@ def test_over_on_the_command_line(text, values):
 )
 def test_over_that_is_refused(text):
     with pytest.raises(gf.SceneError, match=f"--over {text}"):
-        terminal_runs.grid_of([text])
+        sweep_options.grid_of([text])
 
 
 QUICK = ("--set", "numerics.elements=4", "--until", 1)
@@ -419,7 +420,7 @@ def test_stopped_before_the_first_run_is_done(invoke, monkeypatch, tmp_path, out
     def interrupted(*_):
         raise KeyboardInterrupt
 
-    monkeypatch.setattr("gallop_fmu.runs._rows", interrupted)
+    monkeypatch.setattr("gallop_fmu.sweeps.runner._rows", interrupted)
     result = invoke("sweep", "example3", "--over", "wind.speed=3:6:0.1", *out, *form)
     assert result.exit_code == 1
     assert "stopped on request. None of 31 runs is done, and nothing was written" in result.stderr

@@ -9,10 +9,10 @@ import numpy as np
 import pytest
 
 import gallop_fmu
-from gallop_fmu import engine
-from gallop_fmu.channels import NODE_INDEX
-from gallop_fmu.integrators import INTEGRATORS
-from gallop_fmu.scene_files import load_scene
+from gallop_fmu.engine import model as engine
+from gallop_fmu.foundation.channels import NODE_INDEX
+from gallop_fmu.foundation.integrators import INTEGRATORS
+from gallop_fmu.input.scene_files import load_scene
 
 FLAGS = ["-O3", "-ffp-contract=off", "-fno-math-errno", "-fno-trapping-math", "-shared", "-fPIC", "-w"]
 CHANNELS = np.array([NODE_INDEX[name] for name in ("u2", "u3", "theta", "tension")], np.int32)

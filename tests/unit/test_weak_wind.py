@@ -7,9 +7,9 @@ import numpy as np
 import pytest
 
 import gallop_fmu as gf
-from gallop_fmu.channels import NODE_CHANNELS
-from gallop_fmu.engine import Inputs, Model
-from gallop_fmu.outcome import Outcome
+from gallop_fmu.engine.model import Inputs, Model
+from gallop_fmu.foundation.channels import NODE_CHANNELS
+from gallop_fmu.foundation.outcome import Outcome
 
 RISE = {"kind": "ramp", "initial": 0.0, "final": 5.5, "duration": 10.0}
 CALM = {"kind": "constant", "value": 0.0}

@@ -15,15 +15,15 @@ from typer.testing import CliRunner
 
 import gallop_fmu as gf
 import modal.cli
-from gallop_fmu.cli import app
-from gallop_fmu.descriptions import Describable
+from gallop_fmu.cli.main import app
+from gallop_fmu.cli.terminal import new_console
 from gallop_fmu.fmu.description import Identity, model_description
-from gallop_fmu.paths import section_classes
-from gallop_fmu.sections import Text
-from gallop_fmu.spans import cases, read_spans
-from gallop_fmu.terminal import new_console
-from gallop_fmu.textfiles import parse_toml, read_table
-from gallop_fmu.words import clean_text, plain, printable, read_number
+from gallop_fmu.foundation.text_files import parse_toml, read_table
+from gallop_fmu.foundation.text_rules import clean_text, plain, printable, read_number
+from gallop_fmu.input.scene_spec import Describable
+from gallop_fmu.scene.dotted_paths import section_classes
+from gallop_fmu.scene.fields import Text
+from gallop_fmu.sweeps.cases import cases, read_spans
 
 ACCEPTED = {".5": 0.5, "2.": 2.0, "05": 5.0, "1e-3": 0.001, "+3": 3.0, "7": 7.0, "2.50E+0": 2.5}
 REFUSED = ["1_00", "１２", "2024-01-01", "07:30", "0x1F", "1d2", "2,1", "1e400", "five", "inf", "--1", "1 2", "1e"]
@@ -71,13 +71,13 @@ def in_scene_file(word, folder):
 
 
 def in_over(word, folder):
-    from gallop_fmu.terminal_runs import grid_of
+    from gallop_fmu.cli.sweep_options import grid_of
 
     return cases("example3", grid_of([f"wind.speed={word}"])).every[0].scene().wind.speed
 
 
 def in_set(word, folder):
-    from gallop_fmu.terminal import chosen_scene
+    from gallop_fmu.cli.terminal import chosen_scene
 
     return chosen_scene("example3", [f"wind.speed={word}"]).wind.speed
 
@@ -218,7 +218,7 @@ def test_the_xml_of_an_fmu_can_be_read_whatever_the_title():
 def test_terminals_get_no_control_sequences(capsys):
     console = new_console()
     console.print("\x1b]0;OWNED\x07\x1b[2J :warning: [bold]x")
-    from gallop_fmu.terminal import complain, new_table
+    from gallop_fmu.cli.terminal import complain, new_table
 
     table = new_table("\x1b[2J")
     table.add_row("\x9b31m")
@@ -324,8 +324,8 @@ def test_coefficients_of_no_conductor_are_refused(row, message, tmp_path):
 
 
 def test_a_text_that_looks_like_a_number_stays_a_text(tmp_path):
-    from gallop_fmu.terminal import chosen_scene
-    from gallop_fmu.terminal_runs import grid_of
+    from gallop_fmu.cli.sweep_options import grid_of
+    from gallop_fmu.cli.terminal import chosen_scene
 
     assert chosen_scene("example3", ["title=1.10"]).title == "1.10"
     assert chosen_scene("example3", ['title="a, b"']).title == "a, b"

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 import gallop_fmu as gf
-from gallop_fmu.engine import Model
+from gallop_fmu.engine.model import Model
 
 EXAMPLE3 = gf.load_scene("example3").with_values({"numerics.elements": 8})
 SWAY = {"kind": "harmonic", "mean": 0.0, "amplitude": 1.0, "frequency_hz": 0.7}

@@ -1,0 +1,1 @@
+"""The command ``gallop-fmu``, and what ``gallop-modal`` shares with it."""

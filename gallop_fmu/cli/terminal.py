@@ -1,0 +1,362 @@
+"""What the commands ``gallop-fmu`` and ``gallop-modal`` share: arguments, tables, JSON, progress, error messages.
+
+Whatever a command needs is imported inside it, so that ``--help`` answers at once.
+"""
+
+from __future__ import annotations
+
+import io
+import json
+import os
+import re
+import sys
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from contextlib import contextmanager
+from enum import IntEnum
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+from typer.core import TyperGroup
+
+if TYPE_CHECKING:
+    from rich.console import Console
+    from rich.progress import Progress
+
+    from gallop_fmu.input.scene_spec import Description
+    from gallop_fmu.scene.scene import Scene
+
+
+class Exit(IntEnum):
+    """Exit codes, as told in ``--help``."""
+
+    FINE = 0
+    ENDED_EARLY = 1
+    BAD_INPUT = 2
+
+
+class Commands(TyperGroup):
+    """The group of commands: turns what a user can cure into one message on standard error and an exit code."""
+
+    def invoke(self, ctx: Any) -> Any:
+        """Run a command."""
+        from gallop_fmu.foundation.errors import SceneError
+        from gallop_fmu.foundation.outcome import SimulationError
+
+        program = ctx.find_root().info_name
+        try:
+            return super().invoke(ctx)
+        except SimulationError as problem:
+            complain(str(problem), program)
+            raise typer.Exit(Exit.ENDED_EARLY) from None
+        except SceneError as problem:
+            complain(str(problem), program)
+            raise typer.Exit(Exit.BAD_INPUT) from None
+        except BrokenPipeError:  # `gallop-fmu scenes | head` is no error; typer ends quietly
+            raise
+        except OSError as problem:
+            place = f"{problem.filename}: " if problem.filename else ""
+            complain(f"{place}{problem.strerror or problem}", program)
+            raise typer.Exit(Exit.BAD_INPUT) from None
+        except KeyboardInterrupt:
+            complain("stopped on request", program)
+            raise typer.Exit(Exit.ENDED_EARLY) from None
+
+
+def real(text: str | float) -> float:
+    """Number of an option, by the rule that holds for files and tables too; a default is a number already."""
+    from gallop_fmu.foundation.text_rules import number_remedy, read_number
+
+    number = read_number(text) if isinstance(text, str) else text
+    if number is None:
+        remedy = number_remedy(str(text))
+        raise typer.BadParameter(f"{text!r} is no number{f'; {remedy}' if remedy else ''}")
+    return float(number)
+
+
+def whole(lowest: int = 0, highest: int = 1_000_000) -> Callable[[str | int], int]:
+    """Parser of an option that is a whole number between bounds."""
+
+    def parse(text: str | int) -> int:
+        number = real(text)
+        if not (number.is_integer() and lowest <= number <= highest):
+            raise typer.BadParameter(f"{text} is not a whole number from {lowest} to {highest}")
+        return int(number)
+
+    return parse
+
+
+EXIT_CODES = (
+    "Exit codes: 0 all is fine; 1 the calculation ended early or was stopped with Ctrl-C (what was computed is still "
+    "written), or a check failed; 2 bad input, no answer to it, or a file that cannot be read or written."
+)
+
+
+def new_app(name: str) -> typer.Typer:
+    """A command line with ``--version``, tab completion, and the exit codes below its help.
+
+    Parameters
+    ----------
+    name
+        What is typed; the help begins with the docstring of the application's own callback.
+    """
+    return typer.Typer(
+        name=name,
+        cls=Commands,
+        no_args_is_help=True,
+        pretty_exceptions_enable=False,
+        rich_markup_mode="rich",
+        epilog=EXIT_CODES,
+        context_settings={"help_option_names": ["-h", "--help"]},
+    )
+
+
+def start(app: typer.Typer, name: str) -> None:
+    """Run a command line.
+
+    The matrices of one span are so small that more threads for each product only wait for each other: on a busy
+    machine with two cores they made a screening take four times its processor time.
+    """
+    os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # read when numpy and scipy are loaded, which is later
+    os.environ["MPLBACKEND"] = "Agg"  # figures go to files; Jupyter names a backend that may not be installed here
+    _repair_streams()
+    app(prog_name=name)
+
+
+def _repair_streams() -> None:
+    """Give a program without output, such as a service, a place for it; escape what it cannot encode."""
+    for descriptor in range(3):  # else the next file that is opened would take the number, and the output of libraries
+        try:
+            os.fstat(descriptor)
+        except OSError:
+            os.set_inheritable(os.open(os.devnull, os.O_RDWR), True)
+    for name in ("stdout", "stderr"):
+        stream = getattr(sys, name)
+        if stream is None:
+            setattr(sys, name, open(os.devnull, "w", encoding="utf-8"))
+        elif isinstance(stream, io.TextIOWrapper):
+            stream.reconfigure(errors="backslashreplace")
+
+
+def _show_version(context: typer.Context, wanted: bool) -> None:
+    if wanted:
+        from gallop_fmu.foundation.version import version
+
+        typer.echo(f"{context.find_root().info_name} {version()}")
+        raise typer.Exit(Exit.FINE)
+
+
+Version = Annotated[
+    bool, typer.Option("--version", callback=_show_version, is_eager=True, help="Print the version and end.")
+]
+
+
+def _scene_names(incomplete: str) -> list[str]:
+    """Packaged scenes and scene files that begin so; where there is none, the shell completes any path."""
+    from gallop_fmu.input.scene_files import packaged_scenes
+
+    typed = Path(incomplete)
+    folder = typed if incomplete.endswith(("/", "\\")) else typed.parent
+    files = sorted(map(str, folder.glob("*.toml"))) if folder.is_dir() else []
+    return [name for name in [*packaged_scenes(), *files] if name.startswith(incomplete)]
+
+
+def code_words(incomplete: str) -> list[str]:
+    """Code words of conductors that begin so."""
+    from gallop_fmu.line.conductors import conductors
+
+    return [wire.code_word for wire in conductors().values() if wire.code_word.startswith(incomplete)]
+
+
+PICTURE_SUFFIXES = (".png", ".svg", ".pdf")
+
+SceneName = Annotated[
+    str,
+    typer.Argument(
+        metavar="SCENE",
+        autocompletion=_scene_names,
+        help="Name of a packaged scene, or path of a scene file (TOML).",
+    ),
+]
+AnyScene = Annotated[
+    str | None,
+    typer.Argument(
+        metavar="SCENE",
+        autocompletion=_scene_names,
+        help="Name or path of a scene; not needed if the rows of a table name theirs.",
+    ),
+]
+Changes = Annotated[
+    list[str] | None,
+    typer.Option(
+        "--set",
+        metavar="KEY=VALUE",
+        help="Change a value of the scene, as often as needed: a number, a text, or an array or table as in TOML; "
+        "[bold]none[/bold] removes one.",
+    ),
+]
+AsJson = Annotated[bool, typer.Option("--json", help="Print JSON instead of a table, and show no progress.")]
+
+
+def example(text: str) -> str:
+    """The line below a command's help."""
+    return f"[dim]Example:[/dim] [bold]{text}[/bold]"
+
+
+def chosen_scene(name: str, changes: list[str] | None) -> Scene:
+    """The named scene with the changes of ``--set``."""
+    return chosen_description(name, changes).scene()
+
+
+def chosen_description(name: str, changes: list[str] | None) -> Description:
+    """The same before its line is resolved, for tables and grids to change."""
+    from gallop_fmu.foundation.errors import SceneError
+    from gallop_fmu.input.scene_spec import Description
+
+    values: dict[str, Any] = {}
+    for key, value in map(_change, changes or ()):
+        if key in values:
+            raise SceneError(f"--set {key}: is given twice; give one value")
+        values[key] = value
+    return Description.of(name).with_values(values)
+
+
+def _change(text: str) -> tuple[str, Any]:
+    """Key and value of ``key=value``; what is not TOML is taken as text, for the scene to accept or refuse."""
+    from gallop_fmu.foundation.errors import SceneError
+    from gallop_fmu.foundation.text_files import parse_value
+    from gallop_fmu.input.scene_spec import Describable
+    from gallop_fmu.scene.dotted_paths import takes_text
+
+    key, equals, value = (part.strip() for part in text.partition("="))
+    if not (key and equals and value):
+        raise SceneError(f"--set {text}: must be KEY=VALUE, such as --set wind.speed=6.0")
+    try:
+        return key, parse_value(value, as_text=takes_text(Describable, key))
+    except SceneError as problem:
+        raise SceneError(f"--set {key}: {problem}") from None
+
+
+def check_output(path: Path | None, suffixes: tuple[str, ...]) -> None:
+    """Find out before a long run, not after it, that its results cannot be written."""
+    from gallop_fmu.foundation.atomic_write import check_target
+
+    if path is not None:
+        check_target(path, suffixes)
+
+
+def new_table(*headings: str) -> Any:
+    """A plain table with these columns."""
+    from rich.box import SIMPLE_HEAD
+    from rich.table import Table
+
+    class WordTable(Table):
+        """Table that breaks lines between words, as long as the longest words fit beside each other."""
+
+        def __rich_console__(self, console: Any, options: Any) -> Any:
+            """Give each column the width of its longest word, and what is left to those that need little more."""
+            room = options.max_width - 3 * len(self.columns) + 1
+            columns: list[Any] = self.columns
+            for change in (str, _with_breaks):  # names of the program break after a dot or underscore if they must
+                texts = [[change(str(cell)) for cell in (column.header, *column.cells)] for column in columns]
+                if widths := _column_widths(texts, room):
+                    for column, width in zip(columns, widths, strict=True):
+                        column.width = width
+                        column.header, *column._cells = (
+                            change(cell) if isinstance(cell, str) else cell  # styled text stays as it is
+                            for cell in (column.header, *column.cells)
+                        )
+                    break
+            yield from super().__rich_console__(console, options)
+
+    made = WordTable(box=SIMPLE_HEAD, pad_edge=False)
+    for heading in headings:
+        made.add_column(heading, overflow="fold")  # a terminal narrower than the words breaks a value, and cuts none
+    return made
+
+
+def _with_breaks(text: str) -> str:
+    return re.sub(r"(?<=[a-z])[._](?=[a-z])", r"\g<0>\n", text)
+
+
+def _column_widths(texts: Sequence[Sequence[str]], room: int) -> list[int] | None:
+    """Widths that keep the words of each column (heading, cells) whole; None where there is no room for them."""
+    from rich.cells import cell_len
+
+    def longest(parts: Iterable[str]) -> int:
+        return max(map(cell_len, parts), default=0)
+
+    widths = [longest(word for text in column for word in text.split()) for column in texts]
+    room -= sum(widths)
+    if room < 0:
+        return None
+    for part in slice(1, None), slice(0, 1):  # cells stay on one line rather than headings
+        lacking = [
+            max(0, longest(line for text in column[part] for line in text.splitlines()) - width)
+            for column, width in zip(texts, widths, strict=True)
+        ]
+        for k in sorted(range(len(texts)), key=lacking.__getitem__):
+            more = min(room, lacking[k])
+            widths[k], room = widths[k] + more, room - more
+    return widths
+
+
+def new_console(*, stderr: bool = False) -> Console:
+    """Console for text for people: it prints a user's text as it is, and control characters as escape sequences."""
+    from rich.console import Console
+
+    from gallop_fmu.foundation.text_rules import printable
+
+    class PlainConsole(Console):
+        """Console that sends no control sequence which comes from a text."""
+
+        def render_str(self, text: str, **options: Any) -> Any:
+            """Render a text or a cell of a table."""
+            return super().render_str(printable(text), **options)
+
+    return PlainConsole(stderr=stderr, highlight=False, markup=False, emoji=False)
+
+
+def print_warnings(sentences: Iterable[str]) -> None:
+    """Print the warnings of a result below its numbers, where they reach every reader of these."""
+    console = new_console()
+    for sentence in sentences:
+        console.print(f"warning: {sentence}", style="yellow", soft_wrap=True)
+
+
+@contextmanager
+def progress_bar(title: str, *, silent: bool = False) -> Iterator[Progress | None]:
+    """A bar with the time left on standard error, if somebody is there to watch."""
+    if silent or not sys.stderr.isatty():
+        yield None
+        return
+    from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
+
+    columns = TextColumn("{task.description}", markup=False), BarColumn(), TimeRemainingColumn()
+    with Progress(*columns, console=new_console(stderr=True), transient=True) as bar:
+        bar.console.print(title, style="dim")
+        yield bar
+
+
+def echo_json(data: Any) -> None:
+    """Print JSON; what is not finite becomes null, since JSON has no NaN."""
+    finite = json.loads(json.dumps(data), parse_constant=lambda _: None)
+    typer.echo(json.dumps(finite, indent=2))
+
+
+def complain_of(scene: Scene, program: str | None = None) -> None:
+    """Print the warnings of a scene on standard error."""
+    for sentence in scene.warnings:
+        complain(f"warning: {sentence}", program)
+
+
+def complain(message: str, program: str | None = None) -> None:
+    """Print a message on standard error, after the name of the command."""
+    complain_more(f"{program or 'gallop-fmu'}: {message}")
+
+
+def complain_more(line: str) -> None:
+    """Print one more line on standard error."""
+    from gallop_fmu.foundation.text_rules import printable
+
+    typer.echo(printable(line), err=True)

@@ -1,0 +1,85 @@
+"""The compiled kernel as a shared library: where it lies, and the types of its functions."""
+
+from __future__ import annotations
+
+import ctypes as c
+import sys
+from contextlib import suppress
+from importlib.metadata import PackageNotFoundError, distribution
+from pathlib import Path
+from typing import Any
+
+from gallop_fmu.engine.ctypes_structs import CHECKED, CDerived, CInputs, CReport, CScene
+
+_SUFFIX = {"win32": ".dll", "darwin": ".dylib"}.get(sys.platform, ".so")
+
+
+def library_path() -> Path:
+    """Path of the compiled kernel: beside this package, or of the installed one.
+
+    They are not the same place in an editable installation, and when Python is started in the source folder.
+    """
+    name = f"gallop_kernel{_SUFFIX}"
+    folders = [Path(folder) for folder in sys.modules["gallop_fmu"].__path__]
+    with suppress(PackageNotFoundError):
+        folders.append(Path(str(distribution("gallop-fmu").locate_file("gallop_fmu"))))
+    for folder in folders:
+        if (folder / name).is_file():
+            return folder / name
+    raise ImportError(f"{name} is neither beside the package nor installed; run `pip install .` in the source folder")
+
+
+def _load() -> c.CDLL:
+    library = c.CDLL(str(library_path()))
+    sizes = (c.c_size_t * len(CHECKED))()
+    library.gallop_struct_sizes(sizes)
+    for structure, size in zip(CHECKED, sizes, strict=True):
+        if c.sizeof(structure) != size:
+            raise ImportError(
+                f"{structure.__doc__} has {size} bytes in the library, {c.sizeof(structure)} here; reinstall"
+            )
+    pointer, double, whole = c.c_void_p, c.c_double, c.c_int64
+    doubles, report, inputs = c.POINTER(c.c_double), c.POINTER(CReport), c.POINTER(CInputs)
+    integers = c.POINTER(c.c_int32)
+    signatures: dict[str, tuple[Any, tuple[Any, ...]]] = {
+        "gallop_build": (c.c_char_p, ()),
+        "gallop_arithmetic_fault": (c.c_char_p, ()),
+        "gallop_model_create": (c.c_int, (c.POINTER(CScene), c.POINTER(pointer), report)),
+        "gallop_model_free": (None, (pointer,)),
+        "gallop_model_derived": (c.c_int, (pointer, c.POINTER(CDerived))),
+        "gallop_model_nodes": (c.c_int, (pointer, doubles)),
+        "gallop_state_size": (c.c_size_t, (pointer,)),
+        "gallop_saved_size": (c.c_size_t, (pointer,)),
+        "gallop_state_init": (c.c_int, (pointer, pointer, double, inputs, report)),
+        "gallop_state_time": (double, (pointer,)),
+        "gallop_state_check": (c.c_int, (pointer, pointer)),
+        "gallop_equilibrium": (c.c_int, (pointer, pointer, double, inputs, report)),
+        "gallop_advance": (c.c_int, (pointer, pointer, inputs, double, report)),
+        "gallop_run": (
+            c.c_int,
+            (pointer, pointer, *[whole] * 3, *[integers, c.c_int32] * 3, doubles, doubles, c.POINTER(whole), report),
+        ),
+        "gallop_observe_node": (c.c_int, (pointer, pointer, c.c_int32, doubles)),
+        "gallop_observe_span": (c.c_int, (pointer, pointer, doubles)),
+        "gallop_residual": (c.c_int, (pointer, pointer, double, inputs, *[doubles] * 4)),
+        "gallop_tangent": (
+            c.c_int,
+            (pointer, pointer, double, inputs, *[doubles] * 3, double, double, double, doubles),
+        ),
+    }
+    for name, (result, arguments) in signatures.items():
+        function = getattr(library, name)
+        function.restype, function.argtypes = result, arguments
+    fault = library.gallop_arithmetic_fault()
+    if fault:
+        raise ImportError(f"the compiled kernel cannot compute; check {fault.decode()}")
+    return library
+
+
+kernel = _load()
+"""The library, with the types of its functions."""
+
+
+def build() -> str:
+    """Compiler that built the kernel."""
+    return str(kernel.gallop_build().decode())

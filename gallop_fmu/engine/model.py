@@ -1,0 +1,536 @@
+"""Spans and their motion, computed by the compiled kernel.
+
+`Model` is a span ready to compute; `State` is its motion at one instant.  Both release the interpreter lock while the
+kernel works, so several states may run in several threads on one model.
+"""
+
+from __future__ import annotations
+
+import ctypes as c
+import enum
+import threading
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from gallop_fmu.engine.ctypes_structs import CDerived, CInputs, CReport, Packed, Three, double_pointer, unpacked
+from gallop_fmu.engine.library import kernel
+from gallop_fmu.foundation.argument_checks import finite, indices, number, numbers, whole
+from gallop_fmu.foundation.channels import NODE_CHANNELS, SPAN_CHANNELS
+from gallop_fmu.foundation.outcome import Outcome, Report, SimulationError
+from gallop_fmu.scene.scene import Scene
+
+Array = NDArray[np.float64]
+DOFS = 4
+"""Unknowns a node: u1, u2, u3, theta."""
+
+ALL_SPAN_CHANNELS = np.arange(len(SPAN_CHANNELS), dtype=np.int32)
+"""Indices of what can be recorded once per state."""
+
+MOST_STEPS = 10**12
+"""Most time steps of one call."""
+
+
+@dataclass(slots=True)
+class Inputs:
+    """What a co-simulation host sets instead of the scene's laws; each changes linearly in time from `time` on.
+
+    Attributes
+    ----------
+    time : float
+        Time [s] to which the values belong.
+    wind_speed, attack_angle : float
+        Wind speed [m/s] and initial angle of the ice [rad].
+    support : ndarray, shape (2, 3)
+        Displacement [m] of the left and right tower point along x1, x2, x3.
+    wind_speed_rate, attack_angle_rate, support_rate
+        Their rates [unit/s].
+    """
+
+    time: float
+    wind_speed: float
+    attack_angle: float
+    support: Array
+    wind_speed_rate: float = 0.0
+    attack_angle_rate: float = 0.0
+    support_rate: Array | None = None
+
+    @classmethod
+    def still(cls, scene: Scene) -> Inputs:
+        """No wind and towers at rest; the ice at the scene's attack angle."""
+        return cls(0.0, 0.0, float(np.radians(scene.ice.attack_angle_deg)), np.zeros((2, 3)))
+
+    def packed(self) -> CInputs:
+        """The kernel's form of the inputs.
+
+        Raises
+        ------
+        TypeError, ValueError
+            If a field is not a finite number, or `support` or `support_rate` does not have the shape (2, 3).
+        """
+        packed = CInputs(*(finite(f"inputs.{name}", getattr(self, name)) for name in _INPUT_VALUES))
+        for name in _INPUT_RATES:
+            setattr(packed, name, finite(f"inputs.{name}", getattr(self, name)))
+        for name in ("support", "support_rate"):
+            if name == "support" or self.support_rate is not None:
+                rows = numbers(f"inputs.{name}", getattr(self, name), (2, 3)).tolist()
+                setattr(packed, name, _Towers(*(Three(*row) for row in rows)))
+        return packed
+
+
+_INPUT_VALUES, _INPUT_RATES = ("time", "wind_speed", "attack_angle"), ("wind_speed_rate", "attack_angle_rate")
+_Towers = Three * 2
+
+
+@dataclass(frozen=True, slots=True)
+class Equilibrium:
+    """The initial equilibrium and the numbers derived from the scene.
+
+    Attributes
+    ----------
+    x : ndarray, shape (node, 3)
+        Positions [m] of the nodes.
+    sag, horizontal_tension, length : float
+        Sag [m] below the chord, horizontal tension [N], length [m] of the conductor.
+    support_force : ndarray, shape (2, 3)
+        Static force [N] of the cable on the left and right tower.
+    support_stiffness : ndarray, shape (2, 2)
+        Spring stiffness [N/m] along x1 and x3; 0 where the support is rigid.
+    translation_damping, twist_damping : tuple of float
+        Rayleigh b1 [1/s] and b2 [s].
+    imbalance : float
+        Largest nodal force [N] that holds an initial state of which both sag and tension were given.
+    """
+
+    x: Array
+    sag: float
+    horizontal_tension: float
+    length: float
+    support_force: Array
+    support_stiffness: Array
+    translation_damping: tuple[float, float]
+    twist_damping: tuple[float, float]
+    imbalance: float
+
+
+def _inputs_pointer(inputs: Inputs | None) -> Any:
+    if inputs is None:
+        return None
+    if not isinstance(inputs, Inputs):
+        raise TypeError(f"inputs must be Inputs or None, not {inputs!r:.60}")
+    return c.byref(inputs.packed())
+
+
+def _insist(outcome: int) -> None:
+    """Raise where a function without a report was refused; the state alone was not checked before."""
+    if outcome:
+        fault = kernel.gallop_arithmetic_fault()
+        field = fault.decode() if fault else "state, which was not started; Model.start and Model.rest start one"
+        raise SimulationError(Report(Outcome.from_code(outcome), 0.0, field=field))
+
+
+class Part(enum.IntFlag):
+    """What a scene may not need; a model computes a part if anything can wake it."""
+
+    AERODYNAMICS = 1
+    ECCENTRIC_ICE = 2
+    TWIST = 4
+    LATERAL_MOTION = 8
+
+
+class Model:
+    """A span ready to compute: mesh, initial equilibrium, aerodynamic curve.
+
+    It does not change: copies are the model itself, and an unpickled one is made again from its scene.
+
+    Parameters
+    ----------
+    scene
+        The scene to compute.
+    inputs
+        Whether `Inputs` may replace the scene's laws, as in an FMU.  False: they may not, and what the laws alone leave
+        at rest is left out: wind that never blows, and lateral motion that nothing wakes.  Twist that neither ice nor
+        an aerodynamic moment nor a torque wakes is left out in any case, since no input can wake it.  Likewise half of
+        the span is computed only without inputs, if ``numerics.mesh`` asks for it, as they could move one tower alone.
+
+    Attributes
+    ----------
+    parts : Part
+        What is computed.
+
+    Raises
+    ------
+    SimulationError
+        If no initial equilibrium exists.
+    """
+
+    def __init__(self, scene: Scene, *, inputs: bool = True) -> None:
+        if not isinstance(scene, Scene):
+            raise TypeError(f"scene must be a Scene, not {scene!r:.60}; load_scene and Scene.from_dict make one")
+        packed, raw, handle = Packed(scene), CReport(), c.c_void_p()
+        packed.scene.laws_only = not inputs
+        self._handle: c.c_void_p | None = None
+        if kernel.gallop_model_create(c.byref(packed.scene), c.byref(handle), c.byref(raw)):
+            raise SimulationError(unpacked(raw))
+        self._handle = handle
+        self.scene = scene
+        self.elements = scene.numerics.elements
+        self.nodes = 2 * self.elements + 1
+        self.state_size = int(kernel.gallop_state_size(handle))
+        self.saved_size = int(kernel.gallop_saved_size(handle))
+        self._takes_inputs = inputs
+        derived = CDerived()
+        _insist(kernel.gallop_model_derived(handle, c.byref(derived)))
+        self.parts = Part(derived.parts)
+
+    def __del__(self) -> None:
+        if getattr(self, "_handle", None) is not None:
+            kernel.gallop_model_free(self._handle)
+            self._handle = None
+
+    def __copy__(self) -> Model:
+        return self
+
+    def __deepcopy__(self, memo: dict[int, Any]) -> Model:
+        return self
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return _model_of, (self.scene, self._takes_inputs)
+
+    @property
+    def handle(self) -> c.c_void_p:
+        """Pointer to the kernel's model."""
+        assert self._handle is not None
+        return self._handle
+
+    @property
+    def unknowns(self) -> tuple[str, ...]:
+        """The unknowns of a node that are computed; the others stay zero."""
+        lateral = ("u3",) if Part.LATERAL_MOTION in self.parts else ()
+        return ("u1", "u2", *lateral, *(("theta",) if Part.TWIST in self.parts else ()))
+
+    def accept(self, inputs: Inputs | None) -> Any:
+        """Pointer to the inputs for the kernel.
+
+        Raises
+        ------
+        ValueError
+            If the model was made without inputs.
+        """
+        if inputs is not None and not self._takes_inputs:
+            raise ValueError("this model leaves out what inputs could wake; make it with Model(scene, inputs=True)")
+        return _inputs_pointer(inputs)
+
+    @property
+    def middle(self) -> int:
+        """Index of the mid-span node."""
+        return self.nodes // 2
+
+    def equilibrium(self) -> Equilibrium:
+        """The initial equilibrium and the numbers derived from the scene."""
+        raw, x = CDerived(), np.empty((self.nodes, 3))
+        _insist(kernel.gallop_model_derived(self.handle, c.byref(raw)))
+        _insist(kernel.gallop_model_nodes(self.handle, double_pointer(x)))
+        return Equilibrium(
+            x=x,
+            sag=raw.sag,
+            horizontal_tension=raw.horizontal_tension,
+            length=raw.length,
+            support_force=np.array([list(row) for row in raw.support_force]),
+            support_stiffness=np.array([list(row) for row in raw.support_stiffness]),
+            translation_damping=(raw.translation_damping[0], raw.translation_damping[1]),
+            twist_damping=(raw.twist_damping[0], raw.twist_damping[1]),
+            imbalance=raw.imbalance,
+        )
+
+    def _motion(self, u: ArrayLike | None, v: ArrayLike | None, a: ArrayLike | None) -> list[Array]:
+        shape = (self.nodes, DOFS)
+        return [
+            np.zeros(shape) if y is None else numbers(name, y, shape) for name, y in zip("uva", (u, v, a), strict=True)
+        ]
+
+    def residual(
+        self,
+        u: ArrayLike | None = None,
+        v: ArrayLike | None = None,
+        a: ArrayLike | None = None,
+        *,
+        time: float = 0.0,
+        inputs: Inputs | None = None,
+    ) -> Array:
+        """Out-of-balance forces of the free body (without support springs).
+
+        Parameters
+        ----------
+        u, v, a : array_like, shape (node, 4)
+            Displacement, velocity and acceleration [m, rad, s]; None is zero.
+        time
+            Time [s] at which the scene's laws are read.
+        inputs
+            Values that replace the scene's laws.
+
+        Returns
+        -------
+        ndarray, shape (node, 4)
+            Internal + inertia + damping - aerodynamic - applied forces [N, N m].
+
+        Raises
+        ------
+        TypeError, ValueError
+            If an argument is not made of finite numbers, or has another shape.
+        """
+        motion, out = self._motion(u, v, a), np.empty((self.nodes, DOFS))
+        pointers = [double_pointer(y) for y in motion]
+        work = State(self)  # for its scratch memory alone
+        _insist(
+            kernel.gallop_residual(
+                self.handle,
+                work._pointer,
+                finite("time", time),
+                self.accept(inputs),
+                *pointers,
+                double_pointer(out),
+            )
+        )
+        return out
+
+    def tangent(
+        self,
+        u: ArrayLike | None = None,
+        v: ArrayLike | None = None,
+        a: ArrayLike | None = None,
+        *,
+        stiffness: float = 0.0,
+        damping: float = 0.0,
+        mass: float = 0.0,
+        time: float = 0.0,
+        inputs: Inputs | None = None,
+    ) -> Array:
+        """Element matrices ``stiffness dR/du + damping dR/dv + mass dR/da`` of `residual`.
+
+        Returns
+        -------
+        ndarray, shape (element, 12, 12)
+            Rows and columns: left, middle, right node, each u1 u2 u3 theta.
+        """
+        motion, out = self._motion(u, v, a), np.empty((self.elements, 3 * DOFS, 3 * DOFS))
+        pointers = [double_pointer(y) for y in motion]
+        given = {"stiffness": stiffness, "damping": damping, "mass": mass}
+        factors = [finite(name, factor) for name, factor in given.items()]
+        work = State(self)  # for its scratch memory alone
+        _insist(
+            kernel.gallop_tangent(
+                self.handle,
+                work._pointer,
+                finite("time", time),
+                self.accept(inputs),
+                *pointers,
+                *factors,
+                double_pointer(out),
+            )
+        )
+        return out
+
+    def start(self, time: float = 0.0, inputs: Inputs | None = None) -> State:
+        """The scene's initial state: equilibrium, seed, consistent accelerations.
+
+        Raises
+        ------
+        SimulationError
+            If the attack angle is out of range, or no equilibrium under wind or support displacement exists.
+        """
+        state = State(self)
+        state._call(kernel.gallop_state_init, number("time", time), self.accept(inputs))
+        return state
+
+    def rest(self, time: float = 0.0, inputs: Inputs | None = None) -> State:
+        """Static equilibrium under wind, loads and support displacement at `time`, found by load stepping."""
+        state = State(self)
+        state._call(kernel.gallop_equilibrium, number("time", time), self.accept(inputs))
+        return state
+
+
+def _model_of(scene: Scene, inputs: bool) -> Model:
+    return Model(scene, inputs=inputs)
+
+
+class _OneThread:
+    """Guard of a state, which one thread at a time may use; unlike a lock it does not wait."""
+
+    def __init__(self) -> None:
+        self._lock = threading.Lock()
+
+    def __enter__(self) -> None:
+        if not self._lock.acquire(blocking=False):
+            raise RuntimeError("this State is in use by another thread; give each thread a State of its own")
+
+    def __exit__(self, *_: object) -> None:
+        self._lock.release()
+
+
+class State:
+    """The motion of a model at one instant: one flat block of memory, which can be saved and restored bit for bit.
+
+    `Model.start` and `Model.rest` make one; one that was only constructed must be restored before it is used. It can be
+    copied and pickled. Only one thread at a time may use it; another gets a RuntimeError.
+    """
+
+    def __init__(self, model: Model) -> None:
+        if not isinstance(model, Model):
+            raise TypeError(f"model must be a Model, not {model!r:.60}")
+        self.model = model
+        self._block = np.zeros(model.state_size // 8 + 1)
+        self._pointer = self._block.ctypes.data_as(c.c_void_p)
+        self._alone = _OneThread()
+
+    def __copy__(self) -> State:
+        return _state_of(self.model, self.save())
+
+    def __deepcopy__(self, memo: dict[int, Any]) -> State:
+        return self.__copy__()
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return _state_of, (self.model, self.save())
+
+    def _call(self, function: Any, *arguments: Any) -> Report:
+        raw = CReport()
+        with self._alone:
+            code = function(self.model.handle, self._pointer, *arguments, c.byref(raw))
+        report = unpacked(raw)
+        if code:
+            raise SimulationError(report)
+        return report
+
+    @property
+    def time(self) -> float:
+        """Time [s]; NaN where the state was only constructed."""
+        with self._alone:
+            return float(kernel.gallop_state_time(self._pointer))
+
+    def save(self) -> bytes:
+        """Everything that the future of the motion depends on."""
+        with self._alone:
+            return c.string_at(self._pointer, self.model.saved_size)
+
+    def restore(self, saved: bytes) -> None:
+        """Return to a saved state of the same model, bit for bit.
+
+        Raises
+        ------
+        ValueError
+            If the bytes are not a saved state of this model, or are damaged.
+        """
+        size = self.model.saved_size
+        content = memoryview(saved).tobytes()
+        wrong = f"not a saved state of this model: {len(content)} bytes given, {size} expected"
+        if len(content) != size:
+            raise ValueError(wrong)
+        block = np.frombuffer(content.ljust(-(-size // 8) * 8, b"\0"), dtype=np.float64).copy()
+        if kernel.gallop_state_check(self.model.handle, block.ctypes.data_as(c.c_void_p)):
+            raise ValueError(f"{wrong}, but they belong to another model or are damaged")
+        with self._alone:
+            c.memmove(self._pointer, content, size)
+
+    def advance(self, until: float, inputs: Inputs | None = None) -> Report:
+        """Step to `until` [s], in equal steps no longer than the scene's or by its tolerance.
+
+        On failure the state is what it was.
+
+        Raises
+        ------
+        SimulationError
+            If a step cannot be carried out.
+        """
+        return self._call(kernel.gallop_advance, self.model.accept(inputs), number("until", until))
+
+    def run(
+        self,
+        records: int,
+        every: int,
+        channels: ArrayLike,
+        nodes: ArrayLike,
+        span_channels: ArrayLike = ALL_SPAN_CHANNELS,
+        first: int = 0,
+    ) -> Run:
+        """Advance `records` times by `every` steps and observe after each; `first` counts the records already made.
+
+        Parameters
+        ----------
+        records, every, first
+            Whole numbers.
+        channels, nodes, span_channels
+            Indices into `NODE_CHANNELS`, of nodes, and into `SPAN_CHANNELS`.
+
+        Raises
+        ------
+        TypeError, ValueError, IndexError
+            If an argument is not made of whole numbers, or out of range.
+        SimulationError
+            If the state was only constructed. A step that cannot be carried out ends the run and is reported.
+        """
+        every = whole("every", every, 1, MOST_STEPS)
+        first = whole("first", first, 0, MOST_STEPS // every)
+        records = whole("records", records, 0, MOST_STEPS // every - first)
+        asked = indices("channels", channels, len(NODE_CHANNELS))
+        places = indices("nodes", nodes, self.model.nodes)
+        of_span = indices("span_channels", span_channels, len(SPAN_CHANNELS))
+        node_values = np.empty((records, len(asked), len(places)))
+        span_values = np.empty((records, len(of_span)))
+        done, raw = c.c_int64(), CReport()
+        counted = [part for array in (asked, places, of_span) for part in (array.ctypes.data_as(_Integers), len(array))]
+        with self._alone:
+            kernel.gallop_run(
+                self.model.handle, self._pointer, first, records, every, *counted,
+                double_pointer(node_values), double_pointer(span_values), c.byref(done), c.byref(raw),
+            )  # fmt: skip
+        report = unpacked(raw)
+        if report.outcome is Outcome.BAD_CALL:
+            raise SimulationError(report)
+        return Run(node_values[: done.value], span_values[: done.value], report)
+
+    def observe_node(self, node: int) -> Array:
+        """All node channels at one node, in the order of `NODE_CHANNELS`."""
+        place = whole("node", node, -(2**63), 2**63 - 1)
+        if not 0 <= place < self.model.nodes:
+            raise IndexError(f"node {place} does not exist; the mesh has nodes 0 to {self.model.nodes - 1}")
+        with self._alone:
+            return self._observe_node(place)
+
+    def _observe_node(self, node: int) -> Array:
+        values = np.empty(len(NODE_CHANNELS))
+        _insist(kernel.gallop_observe_node(self.model.handle, self._pointer, node, double_pointer(values)))
+        return values
+
+    def observe_span(self) -> Array:
+        """All span channels, in the order of `SPAN_CHANNELS`."""
+        values = np.empty(len(SPAN_CHANNELS))
+        with self._alone:
+            _insist(kernel.gallop_observe_span(self.model.handle, self._pointer, double_pointer(values)))
+        return values
+
+    def motion(self) -> tuple[Array, Array, Array]:
+        """Displacement, velocity and acceleration, each of shape (node, 4)."""
+        with self._alone:
+            values = np.array([self._observe_node(node)[: 3 * DOFS] for node in range(self.model.nodes)])
+        return values[:, :DOFS], values[:, DOFS : 2 * DOFS], values[:, 2 * DOFS :]
+
+
+def _state_of(model: Model, saved: bytes) -> State:
+    state = State(model)
+    if any(saved):
+        state.restore(saved)
+    return state
+
+
+_Integers = c.POINTER(c.c_int32)
+
+
+@dataclass(frozen=True, slots=True)
+class Run:
+    """Records of `State.run`: node values (record, channel, node), span values (record, channel), and the report."""
+
+    node_values: Array
+    span_values: Array
+    report: Report

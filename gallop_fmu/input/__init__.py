@@ -1,0 +1,1 @@
+"""Scenes from files and tables, and scenes written to files."""

@@ -1,0 +1,83 @@
+"""What holds the ends of the conductor.
+
+The kernel turns these numbers into stiffnesses; the formulas are stated here so that a reader sees what they mean.
+"""
+
+from __future__ import annotations
+
+from typing import Annotated, Literal
+
+from pydantic import Field
+
+from gallop_fmu.scene.fields import Number, Section, quantity, setting
+from gallop_fmu.scene.time_functions import Law
+
+ONE_SPAN_ONLY = (
+    "the whole pull of this span on its end; the adjacent span balances most of it, so it is not the load on the "
+    "suspension tower"
+)
+"""Remark on the force on an end that is held by an insulator and an adjacent span."""
+
+
+class SupportMotion(Section):
+    """Displacement of the point on the tower that the conductor hangs from, along each axis."""
+
+    x1: Law | None = quantity(None, "m", "displacement along the span")
+    x2: Law | None = quantity(None, "m", "displacement upwards")
+    x3: Law | None = quantity(None, "m", "displacement across the span, downwind")
+
+
+class RigidSupport(Section):
+    """The end follows the tower point in all directions and cannot twist."""
+
+    kind: Literal["rigid"] = setting("rigid", "kind of support")
+    motion: SupportMotion | None = setting(None, "motion of the tower point; none: fixed")
+
+
+class SpringSupport(Section):
+    """Springs along and across the span; up, down and twist are fixed. Preloaded by the initial reaction."""
+
+    kind: Literal["springs"] = setting("springs", "kind of support")
+    stiffness_x1: Number = quantity(..., "N/m", "stiffness along the span", gt=0)
+    stiffness_x3: Number = quantity(..., "N/m", "stiffness across the span", gt=0)
+    motion: SupportMotion | None = setting(None, "motion of the tower point; none: fixed")
+
+
+class AdjacentSpanSupport(Section):
+    """A suspension insulator that an adjacent span pulls on; up, down and twist are fixed.
+
+    The stiffnesses follow equations (23) and (24) of Liu, Yan, Zhang, Zhou (2009),
+
+    - 1/K_ST = Lx/(AE) + py^2 Lx^3 / (12 H^3), the adjacent span along x1,
+    - K_l1 = (py L + W/2) / Ll, the insulator as a pendulum,
+    - K_x1 = K_ST + K_l1 along the span and K_x3 = K_l1 + 2 H / Lx across it,
+
+    with Lx `adjacent_span`, H `adjacent_tension`, Ll `insulator_length`, W `insulator_weight`, L the length of the
+    analysed span, AE its axial stiffness and py its weight per unit length with ice.
+
+    The force that results and the FMU give for this end is the whole pull of the analysed span. A suspension tower
+    carries the insulator's force only: K_l1 times the displacement of the conductor's end along and across the span,
+    and downwards the vertical forces of both spans (twice this one if they are alike) and the insulator's weight.
+    """
+
+    kind: Literal["adjacent_span"] = setting("adjacent_span", "kind of support")
+    adjacent_span: Number = quantity(..., "m", "length of the adjacent span", gt=0)
+    adjacent_tension: Number = quantity(..., "N", "horizontal tension of the adjacent span", gt=0)
+    insulator_length: Number = quantity(..., "m", "length of the insulator string", gt=0)
+    insulator_weight: Number = quantity(..., "N", "weight of the insulator string", ge=0)
+    motion: SupportMotion | None = setting(None, "motion of the tower point; none: fixed")
+
+
+Support = Annotated[RigidSupport | SpringSupport | AdjacentSpanSupport, Field(discriminator="kind")]
+"""Any of the supports; in a scene file ``kind`` tells which."""
+
+
+class Supports(Section):
+    """Both ends of the span."""
+
+    left: Support = setting(RigidSupport(), "support at x1 = 0")
+    right: Support = setting(RigidSupport(), "support at the far end, x1 = length")
+
+    def remark_on_force(self, end: str) -> str:
+        """Remark on the force of the span on its ``"left"`` or ``"right"`` end; empty where the tower carries it."""
+        return ONE_SPAN_ONLY if isinstance(getattr(self, end), AdjacentSpanSupport) else ""

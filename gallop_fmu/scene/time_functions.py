@@ -1,0 +1,220 @@
+"""Quantities that vary in time: wind speed, support motion, load amplitude.
+
+The kernel evaluates the same laws while it computes; `at` here is for plots, tests and checks.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from typing import Annotated, Any, Literal
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+from pydantic import Field, ValidationInfo, model_validator
+
+from gallop_fmu.foundation.errors import SceneError
+from gallop_fmu.foundation.text_files import Table, check_table, take_in_file
+from gallop_fmu.scene.fields import DRIVEN, Number, Section, Text, quantity, setting
+
+Values = NDArray[np.float64]
+
+
+def smooth_step(time: ArrayLike, start: float, duration: float) -> Values:
+    """Rise from 0 to 1 over [start, start + duration] as s(x) = x^3 (10 - 15 x + 6 x^2); a jump where duration is 0.
+
+    First and second derivatives vanish at both ends, so a motion that follows it has continuous acceleration.
+    """
+    since = np.asarray(time, dtype=np.float64) - start
+    if duration == 0.0:
+        return np.where(since >= 0.0, 1.0, 0.0)
+    x = np.clip(since / duration, 0.0, 1.0)
+    return np.asarray(x**3 * (10.0 - 15.0 * x + 6.0 * x**2))
+
+
+class Constant(Section):
+    """The same value at all times."""
+
+    kind: Literal["constant"] = setting("constant", "kind of law")
+    value: Number = quantity(..., DRIVEN, "value at all times")
+
+    def at(self, time: ArrayLike) -> Values:
+        """Value at each time [s]."""
+        return np.full(np.shape(time), self.value)
+
+    @property
+    def mean_value(self) -> float:
+        """The value itself."""
+        return self.value
+
+    @property
+    def extremes(self) -> tuple[float, float]:
+        """Lowest and highest value at any time."""
+        return self.value, self.value
+
+
+class Ramp(Section):
+    """From `initial` to `final` along the smooth step of `smooth_step`, then constant."""
+
+    kind: Literal["ramp"] = setting("ramp", "kind of law")
+    initial: Number = quantity(..., DRIVEN, "value before the ramp")
+    final: Number = quantity(..., DRIVEN, "value after the ramp")
+    start: Number = quantity(0.0, "s", "time at which the ramp begins")
+    duration: Number = quantity(..., "s", "duration of the ramp; 0 is a jump", ge=0)
+
+    def at(self, time: ArrayLike) -> Values:
+        """Value at each time [s]."""
+        return self.initial + (self.final - self.initial) * smooth_step(time, self.start, self.duration)
+
+    @property
+    def mean_value(self) -> float:
+        """The final value, which holds for all times after the ramp."""
+        return self.final
+
+    @property
+    def extremes(self) -> tuple[float, float]:
+        """Lowest and highest value at any time."""
+        return min(self.initial, self.final), max(self.initial, self.final)
+
+
+class Pulse(Section):
+    """From `initial` to `peak` and back, both along the smooth step of `smooth_step`."""
+
+    kind: Literal["pulse"] = setting("pulse", "kind of law")
+    initial: Number = quantity(0.0, DRIVEN, "value before and after the pulse")
+    peak: Number = quantity(..., DRIVEN, "value between rise and fall")
+    start: Number = quantity(0.0, "s", "time at which the rise begins")
+    rise: Number = quantity(..., "s", "duration of the rise; 0 is a jump", ge=0)
+    fall_start: Number = quantity(..., "s", "time at which the fall begins, not before the rise has ended")
+    fall: Number = quantity(..., "s", "duration of the fall; 0 is a jump", ge=0)
+
+    @model_validator(mode="after")
+    def _rise_ends_before_fall(self) -> Pulse:
+        if self.fall_start < self.start + self.rise:
+            raise SceneError(
+                f"fall_start = {self.fall_start} s lies before the end of the rise at {self.start + self.rise} s; "
+                "it must be at least start + rise"
+            )
+        return self
+
+    def at(self, time: ArrayLike) -> Values:
+        """Value at each time [s]."""
+        up, down = smooth_step(time, self.start, self.rise), smooth_step(time, self.fall_start, self.fall)
+        return self.initial + (self.peak - self.initial) * (up - down)
+
+    @property
+    def mean_value(self) -> float:
+        """The value before and after the pulse, which is also the final one."""
+        return self.initial
+
+    @property
+    def extremes(self) -> tuple[float, float]:
+        """Lowest and highest value at any time."""
+        return min(self.initial, self.peak), max(self.initial, self.peak)
+
+
+class Harmonic(Section):
+    """mean + amplitude sin(2 pi frequency_hz (t - start) + phase) from `start` on; the mean before."""
+
+    kind: Literal["harmonic"] = setting("harmonic", "kind of law")
+    mean: Number = quantity(0.0, DRIVEN, "mean value, also the value before the start")
+    amplitude: Number = quantity(..., DRIVEN, "amplitude, half of peak to peak")
+    frequency_hz: Number = quantity(..., "Hz", "frequency", gt=0)
+    phase_deg: Number = quantity(0.0, "deg", "phase at the start", ge=-360, le=360)
+    start: Number = quantity(0.0, "s", "time at which the oscillation begins")
+
+    def at(self, time: ArrayLike) -> Values:
+        """Value at each time [s]."""
+        since = np.asarray(time, dtype=np.float64) - self.start
+        wave = np.sin(2.0 * np.pi * self.frequency_hz * since + np.radians(self.phase_deg))
+        return self.mean + self.amplitude * np.where(since >= 0.0, wave, 0.0)
+
+    @property
+    def mean_value(self) -> float:
+        """The mean over whole periods."""
+        return self.mean
+
+    @property
+    def extremes(self) -> tuple[float, float]:
+        """Lowest and highest value at any time."""
+        return self.mean - abs(self.amplitude), self.mean + abs(self.amplitude)
+
+
+class TimeTable(Section):
+    """Values at given times, linear between them, held before the first and after the last.
+
+    Given as two arrays, or as a CSV file with header ``time,value``, which is read into the arrays on loading. Two
+    values at one time are a jump there.
+    A hole in a measurement would silently be bridged by a straight line, so a spacing above `max_gap` is refused.
+    """
+
+    kind: Literal["table"] = setting("table", "kind of law")
+    file: Text | None = setting(None, "CSV file with header time,value; read into the arrays on loading, then empty")
+    time: Annotated[tuple[Number, ...], Field(strict=False)] = quantity(
+        ..., "s", "times, increasing; the same time twice is a jump"
+    )
+    value: Annotated[tuple[Number, ...], Field(strict=False)] = quantity(..., DRIVEN, "value at each time")
+    max_gap: Number | None = quantity(None, "s", "longest spacing accepted; ten times the median if not given", gt=0)
+
+    @model_validator(mode="before")
+    @classmethod
+    def _read_file(cls, data: Any, info: ValidationInfo) -> Any:
+        data, table = take_in_file(data, info, "time", {"time": "s", "value": ""}, jumps=True)
+        if table is not None:
+            gap = data.get("max_gap")
+            _check_gaps(table, gap if isinstance(gap, (int, float)) else None, f"{table.file}: ")
+        if isinstance(data, dict) and isinstance(data.get("time"), (list, tuple)):
+            data = {**data, "time": _spread_jumps(data["time"])}
+        return data
+
+    @model_validator(mode="after")
+    def _points_in_order(self) -> TimeTable:
+        columns = {"time": self.time, "value": self.value}
+        check_table("", "time", columns)
+        _check_gaps(Table("", columns, range(1, len(self.time) + 1)), self.max_gap, "")
+        return self
+
+    def at(self, time: ArrayLike) -> Values:
+        """Value at each time [s]."""
+        return np.asarray(np.interp(np.asarray(time, dtype=np.float64), self.time, self.value))
+
+    @property
+    def mean_value(self) -> float:
+        """The mean over the time the table covers."""
+        return float(np.trapezoid(self.value, self.time) / (self.time[-1] - self.time[0]))
+
+    @property
+    def extremes(self) -> tuple[float, float]:
+        """Lowest and highest value at any time."""
+        return min(self.value), max(self.value)
+
+
+JUMP = 1e-12
+"""Time [s] that a jump takes; the kernel differentiates no jump."""
+
+
+def _spread_jumps(times: Sequence[Any]) -> tuple[Any, ...]:
+    """Times of which the second of two equal ones comes `JUMP` later, so that all increase."""
+    if not all(isinstance(time, (int, float)) and math.isfinite(time) for time in times):
+        return tuple(times)
+    spread = list(times)
+    for i in range(1, len(times)):
+        if times[i] == times[i - 1] and (i == 1 or times[i - 2] < times[i]):
+            spread[i] = math.nextafter(times[i] + JUMP, math.inf)
+    return tuple(spread)
+
+
+def _check_gaps(table: Table, max_gap: float | None, where: str) -> None:
+    spacing = np.diff(table.columns["time"])
+    longest = int(np.argmax(spacing))
+    allowed = 10.0 * float(np.median(spacing[spacing > 1e3 * JUMP])) if max_gap is None else max_gap
+    if spacing[longest] > allowed:
+        before, after = table.columns["time"][longest : longest + 2]
+        raise SceneError(
+            f"{where}gap of {after - before:g} s in time before row {table.rows[longest + 1]} (from {before:g} to "
+            f"{after:g} s); at most {allowed:g} s are bridged: fill it, or raise max_gap if a straight line is meant"
+        )
+
+
+Law = Annotated[Constant | Ramp | Pulse | Harmonic | TimeTable, Field(discriminator="kind")]
+"""Any of the laws; in a scene file ``kind`` tells which."""

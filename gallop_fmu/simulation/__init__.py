@@ -1,0 +1,1 @@
+"""Simulation of one scene: options, result, energy balance, steadiness, warnings."""

@@ -1,0 +1,138 @@
+"""What is asked of a run: how long it takes, and what is recorded of it how often."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Sequence
+from contextlib import suppress
+from dataclasses import dataclass
+from typing import Any, Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gallop_fmu.foundation.argument_checks import finite, indices, whole
+from gallop_fmu.foundation.channels import NODE_INDEX, SPAN_INDEX
+from gallop_fmu.foundation.errors import SceneError
+from gallop_fmu.scene.scene import Scene
+
+MOST_STEPS = 1e8
+"""Time steps of one run, 11 days of motion in steps of 0.01 s; more is taken for a mistake in the unit."""
+MOST_STEPS_APART = 1_000_000
+"""Time steps from one record to the next."""
+
+
+@dataclass(frozen=True)
+class Records:
+    """How many records a run makes, and when.
+
+    Attributes
+    ----------
+    stop_time : float
+        Simulated time [s]; the run ends at the first record at or after it.
+    every : int
+        Time steps of the scene from one record to the next.
+    interval : float
+        The same in seconds.
+    count : int
+        Number of records after the one at time 0.
+    """
+
+    stop_time: float
+    every: int
+    interval: float
+    count: int
+
+    @classmethod
+    def of(cls, scene: Scene, stop_time: float | None, every: int | None) -> Records:
+        """Those that a caller asks for, or the scene where it does not.
+
+        Raises
+        ------
+        SceneError
+            If a number is not allowed.
+        """
+        stop_time = scene.run.stop_time if stop_time is None else stop_time
+        every = scene.run.record_every if every is None else every
+        stop_time, every = check_stop_time(stop_time), check_record_every(every)
+        step = scene.numerics.time_step
+        interval = every * step
+        if interval > stop_time * (1.0 + 1e-9) and every > 1:
+            raise SceneError(
+                f"record_every = {every}: the first record would come at {interval:g} s, after the end of the run at "
+                f"{stop_time:g} s; at most {max(1, int(stop_time / step + 1e-9))} steps of {step:g} s fit: give a "
+                "smaller record_every (--every)"
+            )
+        if stop_time / step > MOST_STEPS:
+            raise SceneError(
+                f"stop_time = {stop_time:g} s is {stop_time / step:.3g} time steps of {step:g} s; a run has at most "
+                f"{MOST_STEPS:.0e}: give a shorter time, or a longer numerics.time_step"
+            )
+        return cls(stop_time, every, interval, max(1, math.ceil(stop_time / interval - 1e-9)))
+
+
+def check_record_every(every: Any) -> int:
+    """Return the whole number of steps between records; raise SceneError if it is none that is allowed."""
+    try:
+        return whole("record_every", None if isinstance(every, bool) else every, 1, MOST_STEPS_APART)
+    except (TypeError, ValueError):
+        raise SceneError(
+            f"record_every = {every!r:.60}: must be a whole number of time steps, from 1 to {MOST_STEPS_APART}"
+        ) from None
+
+
+def check_stop_time(stop_time: Any) -> float:
+    """Return the time in seconds; raise SceneError if a run cannot end there."""
+    with suppress(TypeError, ValueError):
+        seconds = finite("stop_time", stop_time)
+        if seconds > 0.0:
+            return seconds
+    raise SceneError(f"stop_time = {stop_time!r:.60}: must be a positive number of seconds")
+
+
+def check_channels(node: Sequence[str], span: Iterable[str]) -> None:
+    """Raise SceneError if a node or span channel does not exist, or there is no node channel."""
+    unknown = [name for name in node if name not in NODE_INDEX]
+    if unknown or not len(node):
+        raise SceneError(f"channels {unknown} do not exist; there are {', '.join(NODE_INDEX)}")
+    unknown = [name for name in span if name not in SPAN_INDEX]
+    if unknown:
+        raise SceneError(f"span_channels {unknown} do not exist; there are {', '.join(SPAN_INDEX)}")
+
+
+def check_on_failure(on_failure: str) -> None:
+    """Raise SceneError if it is neither of the two."""
+    if on_failure not in ("raise", "return"):
+        raise SceneError(f'on_failure = {on_failure!r}: must be "raise" or "return"')
+
+
+def check_model(model: str) -> None:
+    """Raise SceneError if it is not the model that there is; 0.1.0 had another."""
+    if model == "condensed":
+        raise SceneError(
+            'model = "condensed": the condensed model was removed in 0.2.0, because on spans drawn at random its '
+            "amplitudes were wrong without a warning; leave the model out: the cable element computes the run. "
+            "For a first look at many spans use modal.screen_spans (gallop-modal screen --table ... --first-look)"
+        )
+    if model != "element":
+        raise SceneError(f'model = {model!r}: must be "element"')
+
+
+def chosen_nodes(wanted: Literal["midspan", "all"] | Sequence[int], elements: int) -> NDArray[np.int32]:
+    """Numbers of the nodes to record on a mesh of so many elements.
+
+    Raises
+    ------
+    SceneError
+        If a node does not exist.
+    """
+    last = 2 * elements
+    if isinstance(wanted, str):
+        if wanted not in ("midspan", "all"):
+            raise SceneError(f'record_nodes = {wanted!r}: must be "midspan", "all" or node numbers')
+        return np.array([elements] if wanted == "midspan" else range(last + 1), dtype=np.int32)
+    with suppress(TypeError, ValueError, IndexError):
+        nodes = indices("record_nodes", wanted, last + 1)
+        if len(nodes):
+            return nodes
+    raise SceneError(f"record_nodes = {wanted!r:.60}: must be node numbers from 0 to {last}")
