@@ -11,7 +11,7 @@ from matplotlib.figure import Figure
 import gallop_fmu as gf
 import modal
 from gallop_fmu.plots import save_figure
-from modal.plots import STYLE, ratio_figure
+from modal.plots.span_figures import STYLE, ratio_figure
 
 DOCS = Path(__file__).parents[1] / "docs"
 SAGS = np.linspace(0.6, 4.2, 25)

@@ -16,7 +16,7 @@ from gallop_fmu.fmu.variables import variable_table
 from gallop_fmu.line.line_table import Line
 from gallop_fmu.scene.dotted_paths import BOUNDS, section_classes
 from gallop_fmu.scene.fields import Section, unit_of_field
-from modal.cli import app as toolkit
+from modal.cli.main import app as toolkit
 
 
 def on_page_markdown(markdown: str, **_: Any) -> str:

@@ -16,38 +16,52 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from modal.analytic import ShallowCable, shallow_cable
-    from modal.comparison import Comparison, LinearMode, Parting, compare
-    from modal.corridor import screen_spans
-    from modal.criteria import Criterion, coupled, den_hartog, nigol, stability_criteria
-    from modal.linear import linear_model, root_locus
-    from modal.modes import Mode, natural_modes
-    from modal.onset import CriticalWind, critical_wind_speed
+    from modal.foundation.change_of_state import change_of_state
+    from modal.linear.mode_tracking import track_modes
+    from modal.linear.modes import Mode, natural_modes
+    from modal.linear.shallow_cable import ShallowCable, shallow_cable
+    from modal.linear.state_space import linear_model, root_locus
     from modal.report.page import write_report
-    from modal.resonance import DesignChange, FrequencyRatio, crossings, frequency_ratio, ratio_map, way_out
-    from modal.screening import Cycle, Screening, screen
-    from modal.stringing import change_of_state
-    from modal.superposition import mode_superposition
-    from modal.tracking import track_modes
-    from modal.two_mode import Coupling, TwoMode, quadratic_coupling, two_mode_estimate
+    from modal.screening.many_spans import screen_spans
+    from modal.screening.screen import Cycle, Screening, screen
+    from modal.screening.two_mode_estimate import Coupling, TwoMode, quadratic_coupling, two_mode_estimate
+    from modal.stability.criteria import Criterion, coupled, den_hartog, nigol, stability_criteria
+    from modal.stability.critical_wind import CriticalWind, critical_wind_speed
+    from modal.stability.frequency_ratio import (
+        DesignChange,
+        FrequencyRatio,
+        crossings,
+        frequency_ratio,
+        ratio_map,
+        way_out,
+    )
+    from modal.superposition.comparison import Comparison, LinearMode, Parting, compare
+    from modal.superposition.mode_superposition import mode_superposition
 
 # Where each public name lives.  A module is loaded when its name is first used, so that nobody waits for python-control
 # who did not ask for it.
 _HOMES = {
-    "analytic": ("ShallowCable", "shallow_cable"),
-    "comparison": ("Comparison", "LinearMode", "Parting", "compare"),
-    "corridor": ("screen_spans",),
-    "criteria": ("Criterion", "coupled", "den_hartog", "nigol", "stability_criteria"),
-    "linear": ("linear_model", "root_locus"),
-    "modes": ("Mode", "natural_modes"),
-    "onset": ("CriticalWind", "critical_wind_speed"),
+    "linear.shallow_cable": ("ShallowCable", "shallow_cable"),
+    "superposition.comparison": ("Comparison", "LinearMode", "Parting", "compare"),
+    "screening.many_spans": ("screen_spans",),
+    "stability.criteria": ("Criterion", "coupled", "den_hartog", "nigol", "stability_criteria"),
+    "linear.state_space": ("linear_model", "root_locus"),
+    "linear.modes": ("Mode", "natural_modes"),
+    "stability.critical_wind": ("CriticalWind", "critical_wind_speed"),
     "report.page": ("write_report",),
-    "resonance": ("DesignChange", "FrequencyRatio", "crossings", "frequency_ratio", "ratio_map", "way_out"),
-    "screening": ("Cycle", "Screening", "screen"),
-    "stringing": ("change_of_state",),
-    "superposition": ("mode_superposition",),
-    "tracking": ("track_modes",),
-    "two_mode": ("Coupling", "TwoMode", "quadratic_coupling", "two_mode_estimate"),
+    "stability.frequency_ratio": (
+        "DesignChange",
+        "FrequencyRatio",
+        "crossings",
+        "frequency_ratio",
+        "ratio_map",
+        "way_out",
+    ),
+    "screening.screen": ("Cycle", "Screening", "screen"),
+    "foundation.change_of_state": ("change_of_state",),
+    "superposition.mode_superposition": ("mode_superposition",),
+    "linear.mode_tracking": ("track_modes",),
+    "screening.two_mode_estimate": ("Coupling", "TwoMode", "quadratic_coupling", "two_mode_estimate"),
 }
 
 __all__ = [

@@ -169,9 +169,9 @@ def read_spans(path: Path | str) -> list[dict[str, Any]]:
     A CSV file has names in its first row; a GeoJSON file is a FeatureCollection, and the properties of its features
     are the columns. Columns are dotted paths of a scene (``span.length``) or of its line (``line.ice_thickness``, see
     `gallop_fmu.line.line_table.Line`), ``scene`` (a packaged name, or a path that starts from the table's folder),
-    ``name``, and ``label.`` with anything behind it, which is carried along to the results. So is the geometry of a feature, as
-    GeoJSON text in ``label.geometry``. An empty cell leaves the scene's value, and so does null, and in memory None or
-    NaN; ``none`` removes it.
+    ``name``, and ``label.`` with anything behind it, which is carried along to the results. So is the geometry of a
+    feature, as GeoJSON text in ``label.geometry``. An empty cell leaves the scene's value, and so does null, and in
+    memory None or NaN; ``none`` removes it.
 
     Names and labels are texts, which come back as they were (in Unicode's normal form C, see
     `gallop_fmu.foundation.text_rules`); labels of another type come back as JSON text.

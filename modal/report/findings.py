@@ -15,12 +15,12 @@ from gallop_fmu import Inputs, Model, Outcome, Result, Scene, SceneError, Simula
 from gallop_fmu.foundation.channels import NODE_INDEX, SPAN_INDEX
 from gallop_fmu.line.clearance import Ellipse, cigre_322_single_loop, davison_single_loop
 from gallop_fmu.simulation.run_options import check_stop_time
-from modal.analytic import ShallowCable, shallow_cable
-from modal.criteria import Criterion, stability_criteria
-from modal.modes import Mode, natural_modes
-from modal.onset import CriticalWind, critical_wind_speed
-from modal.resonance import DesignChange, FrequencyRatio, frequency_ratio, way_out
-from modal.screening import Screening, screen
+from modal.linear.modes import Mode, natural_modes
+from modal.linear.shallow_cable import ShallowCable, shallow_cable
+from modal.screening.screen import Screening, screen
+from modal.stability.criteria import Criterion, stability_criteria
+from modal.stability.critical_wind import CriticalWind, critical_wind_speed
+from modal.stability.frequency_ratio import DesignChange, FrequencyRatio, frequency_ratio, way_out
 
 Array = NDArray[np.float64]
 T = TypeVar("T")

@@ -11,11 +11,11 @@ import numpy as np
 
 from gallop_fmu import Result, Scene
 from gallop_fmu.foundation.atomic_write import check_target, write_whole
-from modal.modes import Mode
+from modal.linear.modes import Mode
 from modal.report import tables
 from modal.report.animation import Animation, animation
 from modal.report.findings import Findings, Missing, Progress, Statics, examine
-from modal.screening import Screening
+from modal.screening.screen import Screening
 
 SUFFIXES = (".html", ".htm")
 STILL = 1e-9
@@ -133,7 +133,7 @@ def content(findings: Findings) -> dict[str, Any]:
             lambda: coefficient_figure(curve, float(angle)),
         )
     if isinstance(findings.criteria, list):
-        from modal.plots import criteria_figure
+        from modal.plots.span_figures import criteria_figure
 
         criteria, angle = findings.criteria, np.radians(scene.ice.attack_angle_deg)
         filled["criteria_figure"] = picture(
@@ -157,7 +157,7 @@ def _mode_tables(findings: Findings) -> list[Any]:
 
 
 def _screened(found: Screening) -> dict[str, Any]:
-    from modal.plots import screening_figure
+    from modal.plots.span_figures import screening_figure
     from modal.report.plots import picture
 
     if not (found.limit_cycle or found.saturated):

@@ -15,10 +15,10 @@ from gallop_fmu import Outcome, Result, Scene
 from gallop_fmu.foundation.version import program
 from gallop_fmu.scene.dotted_paths import leaves
 from gallop_fmu.simulation.result import frequency_text, summary
-from modal.modes import Mode
-from modal.onset import CriticalWind
+from modal.linear.modes import Mode
 from modal.report.findings import Findings, Missing, Statics
-from modal.screening import Screening
+from modal.screening.screen import Screening
+from modal.stability.critical_wind import CriticalWind
 
 FEW = 8
 """Numbers of an array that are all printed; of a longer one only how many, the first and the last."""

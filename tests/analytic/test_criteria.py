@@ -8,7 +8,7 @@ import pytest
 
 import gallop_fmu as gf
 import modal
-from modal.onset import _growing
+from modal.stability.critical_wind import _growing
 
 
 @pytest.fixture(scope="module")

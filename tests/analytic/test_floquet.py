@@ -5,7 +5,7 @@ import pytest
 from scipy.integrate import solve_ivp
 from scipy.special import mathieu_a, mathieu_b
 
-from modal.floquet import monodromy
+from modal.screening.floquet import monodromy
 
 STEPS = 400
 

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from modal.limit_cycle import Balance, Orbit, Track, doubled
-from modal.reduced import Forces
+from modal.screening.harmonic_balance import Balance, Orbit, Track, doubled
+from modal.screening.reduced_model import Forces
 
 
 class VanDerPol:

@@ -8,7 +8,7 @@ import scipy.linalg
 
 import gallop_fmu as gf
 import modal
-from modal.linear import INPUTS, OUTPUTS
+from modal.linear.state_space import INPUTS, OUTPUTS
 
 SPRINGS = {"kind": "springs", "stiffness_x1": 76e3, "stiffness_x3": 1400.0}
 U2, U3, THETA = 1, 2, 3

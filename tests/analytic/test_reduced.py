@@ -6,8 +6,8 @@ import pytest
 import gallop_fmu as gf
 import modal
 from gallop_fmu import Inputs, Model
-from modal.reduced import mean_state, reduced_model
-from modal.rest import assemble, at_rest
+from modal.linear.mode_basis import assemble, at_rest
+from modal.screening.reduced_model import mean_state, reduced_model
 
 SPRINGS = {"kind": "springs", "stiffness_x1": 76e3, "stiffness_x3": 1400.0}
 TABLE = {

@@ -6,8 +6,8 @@ import pytest
 
 import gallop_fmu as gf
 import modal
-from modal.analytic import CROSSOVER, lambda_squared_for
-from modal.roots import bracketed_root
+from modal.foundation.root_finding import bracketed_root
+from modal.linear.shallow_cable import CROSSOVER, lambda_squared_for
 
 SPRINGS = {"kind": "springs", "stiffness_x1": 80e3, "stiffness_x3": 2000.0}
 SOFT = {"kind": "springs", "stiffness_x1": 30e3, "stiffness_x3": 900.0}

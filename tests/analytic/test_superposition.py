@@ -8,9 +8,9 @@ from scipy.integrate import solve_ivp
 
 import gallop_fmu as gf
 import modal
-from modal.comparison import running_amplitude
-from modal.modal_span import ModalSpan
-from modal.superposition import linear_motion, nonlinear_motion, propagators
+from modal.superposition.comparison import running_amplitude
+from modal.superposition.modal_span import ModalSpan
+from modal.superposition.mode_superposition import linear_motion, nonlinear_motion, propagators
 
 TABLE = {
     "kind": "table",

@@ -97,7 +97,7 @@ def test_the_coupled_criterion_turns_the_ice_over_the_curve():
 
 def test_slopes_by_the_attack_angle_against_differences():
     """Of the linear model about the equilibrium in wind, where eccentric ice has turned."""
-    from modal.linearised import SmallMotion
+    from modal.linear.linearise import SmallMotion
 
     scene = example3(ice__attack_angle_deg=160.0, wind__speed=12.0, numerics__newton_tolerance=1e-12)
     motion = SmallMotion(scene)

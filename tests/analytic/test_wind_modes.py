@@ -8,8 +8,8 @@ import pytest
 
 import gallop_fmu as gf
 import modal
-from modal.linearised import linearised
-from modal.modes import modes_of
+from modal.linear.linearise import linearised
+from modal.linear.modes import modes_of
 
 
 @pytest.fixture(scope="module")

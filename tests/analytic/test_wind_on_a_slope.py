@@ -13,8 +13,8 @@ from scipy.optimize import brentq
 import gallop_fmu as gf
 import modal
 from gallop_fmu.foundation.channels import SPAN_INDEX
-from modal.reduced import mean_state, reduced_model
-from modal.rest import at_rest
+from modal.linear.mode_basis import at_rest
+from modal.screening.reduced_model import mean_state, reduced_model
 
 SLOPE_OF_LIFT, DRAG, LENGTH = -4.5, 1.0, 125.88
 

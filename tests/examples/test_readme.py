@@ -15,7 +15,7 @@ from gallop_fmu.cli import main as simulation_cli
 from gallop_fmu.cli.line_commands import NEW_EXAMPLE
 from gallop_fmu.fmu.variables import fmu_variables
 from gallop_fmu.input.scene_files import load_scene
-from modal import cli as modal_cli
+from modal.cli import main as modal_cli
 
 ROOT = Path(__file__).parents[2]
 README = (ROOT / "README.md").read_text(encoding="utf-8")

@@ -10,10 +10,10 @@ import pytest
 
 import gallop_fmu as gf
 import modal
-from modal.other_modes import first_other_mode
-from modal.reduced import reduced_model
-from modal.rest import at_rest
-from modal.search import Search
+from modal.linear.mode_basis import at_rest
+from modal.screening.continuation import Search
+from modal.screening.other_modes import first_other_mode
+from modal.screening.reduced_model import reduced_model
 
 SPRING = {"kind": "springs", "stiffness_x1": 75.97e3, "stiffness_x3": 1e9}
 KICKED = 700.0

@@ -82,7 +82,7 @@ def test_a_comparison_is_plain_numbers(resonance):
 
 def test_the_figure_of_a_comparison(resonance, tmp_path):
     from gallop_fmu.plots import save_figure
-    from modal.comparison_plots import comparison_figure
+    from modal.plots.comparison_figure import comparison_figure
 
     figure = comparison_figure(resonance)
     assert "nonlinear simulation: " + str(resonance.nonlinear.motion) in figure.get_supxlabel().replace("\n", " ")

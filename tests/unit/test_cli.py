@@ -332,7 +332,7 @@ def test_tab_completes(tmp_path, typed, offered):
     for name in ("mine.toml", "lines/north.toml", "lines/notes.txt", "anything.fmu"):
         (tmp_path / name).write_text("")
     module, variable = typed.split()[0].replace("-", "_"), typed.split()[0].replace("-", "_").upper()
-    code = f"from {'gallop_fmu' if module == 'gallop_fmu' else 'modal'}.cli import main; main()"
+    code = f"from {'gallop_fmu' if module == 'gallop_fmu' else 'modal'}.cli.main import main; main()"
     asked = {"COMP_WORDS": typed, "COMP_CWORD": str(len(typed.split()) - 1), f"_{variable}_COMPLETE": "complete_bash"}
     done = subprocess.run(
         [sys.executable, "-P", "-c", code], cwd=tmp_path, env=os.environ | asked, capture_output=True, text=True

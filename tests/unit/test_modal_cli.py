@@ -9,7 +9,7 @@ from typer.testing import CliRunner
 
 import gallop_fmu as gf
 import modal
-from modal.cli import app
+from modal.cli.main import app
 
 COMMANDS = {
     "modes": (),
@@ -149,7 +149,7 @@ def test_mistakes_end_in_one_message(invoke, words, message):
 
 def test_heavy_packages_wait_until_they_are_needed():
     heavy = "control", "matplotlib", "scipy", "xarray"
-    code = f"import sys, modal.cli; print([name for name in {heavy} if name in sys.modules])"
+    code = f"import sys, modal.cli.main; print([name for name in {heavy} if name in sys.modules])"
     found = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert found.stdout.strip() == "[]"
 

@@ -8,7 +8,7 @@ from matplotlib.colors import to_rgb
 
 import gallop_fmu as gf
 import modal
-from modal.plots import COLOURS, _spread, ratio_figure, tracking_figure
+from modal.plots.span_figures import COLOURS, _spread, ratio_figure, tracking_figure
 
 
 def test_labels_keep_their_distance_and_their_place():

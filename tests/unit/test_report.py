@@ -14,7 +14,7 @@ from typer.testing import CliRunner
 import gallop_fmu as gf
 import modal
 from gallop_fmu.cli.main import app as fmu_app
-from modal.cli import app
+from modal.cli.main import app
 from modal.report.findings import Missing, at_rest_in, examine
 from modal.report.page import page
 from modal.report.plots import outermost
@@ -212,7 +212,7 @@ def test_gallop_fmu_works_where_another_modal_is_installed():
     """The import name is also that of a cloud provider's client. Where the report cannot be imported, it says so."""
     other = "import sys, types; sys.modules['modal'] = types.ModuleType('modal'); "
     for program, words in (("gallop_fmu", ["--help"]), ("modal", ["report", "--help"])):
-        command = [sys.executable, "-P", "-c", f"{other}from {program}.cli import main; main()", *words]
+        command = [sys.executable, "-P", "-c", f"{other}from {program}.cli.main import main; main()", *words]
         done = subprocess.run(command, capture_output=True, text=True)
         if program == "gallop_fmu":
             assert done.returncode == 0, done.stderr

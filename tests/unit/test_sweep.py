@@ -15,7 +15,7 @@ from gallop_fmu.cli import main as cli
 from gallop_fmu.cli import sweep_options
 from gallop_fmu.line.clearance import cigre_322_single_loop, davison_single_loop
 from gallop_fmu.sweeps.sweep import SUMMARY_COLUMNS
-from modal.corridor import FIRST_LOOK_COLUMNS, SCREENING_COLUMNS, FirstLookTask
+from modal.screening.many_spans import FIRST_LOOK_COLUMNS, SCREENING_COLUMNS, FirstLookTask
 
 WINDS = {"wind.speed": [4.0, 5.5], "ice.attack_angle_deg": [180.0, 300.0, 178.0]}
 """300 deg lies outside the coefficient curve."""
@@ -299,7 +299,7 @@ def test_command_refuses(invoke, words, fragment):
 
 def test_screening_a_table_is_screening_each(scene, invoke, tmp_path):
     """In a process of its own; the second span has no structural damping."""
-    from modal.cli import app
+    from modal.cli.main import app
 
     scene = scene.with_values({"numerics.elements": 8, "wind.speed": 4.8})
     scene.save(tmp_path / "mine.toml")
@@ -378,7 +378,7 @@ def test_first_look_is_the_estimate(scene):
     ],
 )
 def test_screen_command_refuses(invoke, words, fragment):
-    from modal.cli import app
+    from modal.cli.main import app
 
     result = invoke("screen", *words, app=app)
     assert result.exit_code == 2

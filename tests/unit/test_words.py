@@ -14,7 +14,7 @@ from matplotlib.figure import Figure
 from typer.testing import CliRunner
 
 import gallop_fmu as gf
-import modal.cli
+import modal.cli.main
 from gallop_fmu.cli.main import app
 from gallop_fmu.cli.terminal import new_console
 from gallop_fmu.fmu.description import Identity, model_description
@@ -111,7 +111,7 @@ def test_options_take_the_same_words(invoke, word):
         result = invoke(*command)
         assert result.exit_code == 2
         assert "is no number" in result.stderr
-    assert "is no number" in invoke("linear", "example3", "--highest", word, app=modal.cli.app).stderr
+    assert "is no number" in invoke("linear", "example3", "--highest", word, app=modal.cli.main.app).stderr
 
 
 def test_options_accept_numbers_as_other_programs_write_them(invoke):
@@ -234,7 +234,7 @@ def test_terminals_get_no_control_sequences(capsys):
 def test_a_dollar_sign_in_a_title_is_no_mathematics(title, tmp_path):
     from gallop_fmu.plots import overview, save_figure
     from modal import natural_modes
-    from modal.plots import mode_shapes
+    from modal.plots.span_figures import mode_shapes
 
     scene = gf.load_scene("example1").with_values({"title": title})
     figures = [overview(gf.simulate(scene, 0.5)), mode_shapes(natural_modes(scene, 2), title)]

@@ -23,9 +23,9 @@ from gallop_fmu.cli.terminal import (
     start,
     whole,
 )
+from modal.cli.output import Plot, scene_to_draw, tell
+from modal.cli.screen_command import SCREEN_EXAMPLE, screen_span
 from modal.report.command import REPORT_EXAMPLE, report
-from modal.screen_command import SCREEN_EXAMPLE, screen_span
-from modal.terminal import Plot, scene_to_draw, tell
 
 if TYPE_CHECKING:
     from gallop_fmu.scene.scene import Scene
@@ -60,7 +60,7 @@ def modes(
     as_json: AsJson = False,
 ) -> None:
     """Print the lowest natural modes: frequency, damping, family and loops; or follow them while a number changes."""
-    from modal.modes import natural_modes
+    from modal.linear.modes import natural_modes
 
     chosen = scene_to_draw(scene, changes, plot)
     if over is not None:
@@ -91,7 +91,7 @@ def modes(
         )
 
     def figure() -> Any:
-        from modal.plots import mode_shapes
+        from modal.plots.span_figures import mode_shapes
 
         return mode_shapes(found, chosen.title)
 
@@ -109,7 +109,7 @@ def _follow_modes(
     as_json: bool,
 ) -> None:
     """Tell how frequencies and families change while a number does."""
-    from modal.tracking import track_modes
+    from modal.linear.mode_tracking import track_modes
 
     data = track_modes(scene, over, values, count, wind)
     frequency, shares = data.frequency_hz.values, data.share.values
@@ -131,7 +131,7 @@ def _follow_modes(
         table.add_row(str(k + 1), f"{wave[0]:.4f}", family[0], f"{wave[-1]:.4f}", family[-1])
 
     def figure() -> Any:
-        from modal.plots import tracking_figure
+        from modal.plots.span_figures import tracking_figure
 
         return tracking_figure(data)
 
@@ -144,7 +144,7 @@ def _varied(scene: Scene, option: str, points: int) -> tuple[str, list[float]]:
     """The number that an option names, and the values that it asks for: by default around what the number is now."""
     import numpy as np
 
-    from modal.resonance import number_of
+    from modal.stability.frequency_ratio import number_of
 
     path, given, text = (part.strip() for part in option.partition("="))
     if not given:
@@ -184,7 +184,7 @@ def ratio(
 ) -> None:
     """Print the 2:1 frequency ratio, what changes it, and where it is 2; over one number or two."""
     from gallop_fmu.foundation.errors import SceneError
-    from modal.resonance import crossings, frequency_ratio, ratio_map, unit_of, way_out
+    from modal.stability.frequency_ratio import crossings, frequency_ratio, ratio_map, unit_of, way_out
 
     chosen = scene_to_draw(scene, changes, plot)
     here = frequency_ratio(chosen)
@@ -219,7 +219,7 @@ def ratio(
             told["crossings"] = at_two
 
         def figure() -> Any:
-            from modal.plots import ratio_figure
+            from modal.plots.span_figures import ratio_figure
 
             return ratio_figure(ratio_map(chosen, over, values))
     else:
@@ -232,7 +232,7 @@ def ratio(
         )
 
         def figure() -> Any:
-            from modal.plots import ratio_figure
+            from modal.plots.span_figures import ratio_figure
 
             return ratio_figure(data)
 
@@ -255,8 +255,8 @@ def linear(
     import numpy as np
 
     from gallop_fmu.foundation.errors import SceneError
-    from modal.criteria import stability_criteria
-    from modal.onset import critical_wind_speed
+    from modal.stability.criteria import stability_criteria
+    from modal.stability.critical_wind import critical_wind_speed
 
     chosen = scene_to_draw(scene, changes, plot)
     criteria, onsets = stability_criteria(chosen), critical_wind_speed(chosen, count, highest)
@@ -294,8 +294,8 @@ def linear(
         lines += [f"  {line}" for line in criterion.explained]
 
     def figure() -> Any:
-        from modal.linear import root_locus
-        from modal.plots import criteria_figure, locus_figure
+        from modal.linear.state_space import root_locus
+        from modal.plots.span_figures import criteria_figure, locus_figure
 
         if what == "criteria":
             return criteria_figure(criteria, float(np.radians(chosen.ice.attack_angle_deg)))
@@ -321,14 +321,14 @@ def compare_models(
     as_json: AsJson = False,
 ) -> None:
     """Set the nonlinear model, mode superposition and linear theory side by side."""
-    from modal.comparison import compare
+    from modal.superposition.comparison import compare
 
     check_output(plot, PICTURE_SUFFIXES)
     chosen = chosen_scene(scene, changes)  # the comparison tells its warnings
     found = compare(chosen, until)
 
     def figure() -> Any:
-        from modal.comparison_plots import comparison_figure
+        from modal.plots.comparison_figure import comparison_figure
 
         return comparison_figure(found)
 

@@ -34,9 +34,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gallop_fmu import Scene, SceneError
-from modal.linearised import Linearised, SmallMotion, linearised
-from modal.modes import AT_REST, modes_of, state_matrix
-from modal.tracking import SPARE, Snapshot, follow
+from modal.linear.linearise import Linearised, SmallMotion, linearised
+from modal.linear.mode_tracking import SPARE, Snapshot, follow
+from modal.linear.modes import AT_REST, modes_of, state_matrix
 
 if TYPE_CHECKING:
     import xarray as xr

@@ -16,8 +16,8 @@ from numpy.typing import NDArray
 from gallop_fmu import Outcome, Report, Result, Scene, SimulationError
 from gallop_fmu.simulation.result import histories
 from gallop_fmu.simulation.run_options import Records
-from modal.element import node_normal
-from modal.modal_span import ModalSpan, wind_at
+from modal.foundation.shape_functions import node_normal
+from modal.superposition.modal_span import ModalSpan, wind_at
 
 Array = NDArray[np.float64]
 

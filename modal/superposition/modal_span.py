@@ -11,8 +11,8 @@ from numpy.typing import NDArray
 from gallop_fmu import Inputs, Model, Outcome, Report, Scene, SceneError, SimulationError
 from gallop_fmu.scene.aerodynamics import PolynomialCoefficients
 from gallop_fmu.scene.time_functions import Constant
-from modal.element import Sections
-from modal.modes import Family, Mode, natural_modes
+from modal.foundation.shape_functions import Sections
+from modal.linear.modes import Family, Mode, natural_modes
 
 Array = NDArray[np.float64]
 
@@ -34,7 +34,8 @@ class WindLoad:
     """Quasi-steady wind load on the modes of a span (Liu, Yan, Zhang, Zhou 2009, equations 20 and 21).
 
     It is evaluated in the relative wind (-v2 - r omega, U - v3) at the attack angle alpha0 + theta + its direction, in
-    the plane of each section: v2 is the velocity along the conductor's normal n2 (see `modal.element.Sections`).
+    the plane of each section: v2 is the velocity along the conductor's normal n2 (see
+    `modal.foundation.shape_functions.Sections`).
 
     Attributes
     ----------

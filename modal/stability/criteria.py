@@ -26,8 +26,8 @@ from gallop_fmu import Scene, SceneError
 from gallop_fmu.scene.aerodynamics import AerodynamicCurve
 from gallop_fmu.scene.damping import RayleighPair
 from gallop_fmu.scene.scene import Ice
-from modal.analytic import shallow_cable
-from modal.resonance import frequency_ratio
+from modal.linear.shallow_cable import shallow_cable
+from modal.stability.frequency_ratio import frequency_ratio
 
 Array = NDArray[np.float64]
 

@@ -13,9 +13,9 @@ from gallop_fmu.sweeps.cases import SpanTable, cases
 from gallop_fmu.sweeps.pool import Kind
 from gallop_fmu.sweeps.row_store import Row
 from gallop_fmu.sweeps.runner import CarryOn, Progress, compute, one_by_one
-from modal.resonance import frequency_ratio
-from modal.screening import REACH, Screening, check_wind, screen
-from modal.two_mode import two_mode_estimate
+from modal.screening.screen import REACH, Screening, check_wind, screen
+from modal.screening.two_mode_estimate import two_mode_estimate
+from modal.stability.frequency_ratio import frequency_ratio
 
 SCREENING_COLUMNS = {
     "risk": (

@@ -1,7 +1,7 @@
 """Periodic motions of a galloping span by harmonic balance, followed over the wind speed.
 
-A motion of period ``2 pi / omega`` is a Fourier series whose coefficients balance the forces of `modal.reduced` at
-equally spaced instants. A family of such motions is followed by pseudo-arclength continuation, so that it may start
+A motion of period ``2 pi / omega`` is a Fourier series whose coefficients balance the forces of
+`modal.screening.reduced_model` at equally spaced instants. A family of such motions is followed by pseudo-arclength continuation, so that it may start
 from rest, turn back or jump.
 """
 
@@ -14,7 +14,7 @@ from functools import lru_cache
 import numpy as np
 from numpy.typing import NDArray
 
-from modal.reduced import Forces, ReducedModel
+from modal.screening.reduced_model import Forces, ReducedModel
 
 Array = NDArray[np.float64]
 

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gallop_fmu import Inputs, Model, Scene, SceneError
-from modal.modes import FAMILIES, Family, by_family
+from modal.linear.modes import FAMILIES, Family, by_family
 
 Array = NDArray[np.float64]
 

@@ -8,8 +8,8 @@ from functools import lru_cache
 import numpy as np
 from numpy.typing import NDArray
 
-from modal.limit_cycle import SWING, Orbit, derivative, doubled, fourier, fourier_matrices
-from modal.reduced import ReducedModel, lopsided_model
+from modal.screening.harmonic_balance import SWING, Orbit, derivative, doubled, fourier, fourier_matrices
+from modal.screening.reduced_model import ReducedModel, lopsided_model
 
 Array = NDArray[np.float64]
 

@@ -11,8 +11,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gallop_fmu import Model, Scene, SceneError, SimulationError
-from modal.modes import Family, Mode, natural_modes
-from modal.stringing import ACSR_EXPANSION, change_of_state
+from modal.foundation.change_of_state import ACSR_EXPANSION, change_of_state
+from modal.linear.modes import Family, Mode, natural_modes
 
 if TYPE_CHECKING:
     import xarray as xr

@@ -10,9 +10,9 @@ from numpy.typing import NDArray
 
 from gallop_fmu import Oscillation, Result, Scene, SimulationError, simulate
 from gallop_fmu.simulation.result import frequency_text
-from modal.modal_span import ModalSpan
-from modal.modes import Family
-from modal.superposition import HORIZONTAL, TORSIONAL, VERTICAL, linear_motion, nonlinear_motion
+from modal.linear.modes import Family
+from modal.superposition.modal_span import ModalSpan
+from modal.superposition.mode_superposition import HORIZONTAL, TORSIONAL, VERTICAL, linear_motion, nonlinear_motion
 
 Array = NDArray[np.float64]
 

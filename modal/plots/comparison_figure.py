@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from gallop_fmu import Outcome, Result
 from gallop_fmu.plots import STYLE, TEXT_WIDTH, add_notes, drawing, enlarged_part
-from modal.comparison import Comparison
+from modal.superposition.comparison import Comparison
 
 NAMES = {
     "nonlinear": "nonlinear simulation",

@@ -9,10 +9,20 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gallop_fmu import Model, Outcome, SceneError, SimulationError
-from modal.floquet import Multipliers, flip_determinant, flip_shape, lopsided_multiplier, multipliers
-from modal.limit_cycle import FINE, GALLOP, SWING, Balance, NotConvergedError, Orbit, Track, amplitudes, doubled
-from modal.reduced import MeanState, ReducedModel, mean_state
-from modal.rest import mirrored
+from modal.linear.mode_basis import mirrored
+from modal.screening.floquet import Multipliers, flip_determinant, flip_shape, lopsided_multiplier, multipliers
+from modal.screening.harmonic_balance import (
+    FINE,
+    GALLOP,
+    SWING,
+    Balance,
+    NotConvergedError,
+    Orbit,
+    Track,
+    amplitudes,
+    doubled,
+)
+from modal.screening.reduced_model import MeanState, ReducedModel, mean_state
 
 Array = NDArray[np.float64]
 

@@ -9,13 +9,13 @@ from typing import Literal
 import numpy as np
 
 from gallop_fmu import Scene, SceneError
-from modal.floquet import multipliers
-from modal.other_modes import OtherMode, first_other_mode
-from modal.reduced import ReducedModel, reduced_model
-from modal.resonance import FrequencyRatio, frequency_ratio
-from modal.rest import at_rest
-from modal.search import Cycle, Search
-from modal.two_mode import TwoMode, estimate
+from modal.linear.mode_basis import at_rest
+from modal.screening.continuation import Cycle, Search
+from modal.screening.floquet import multipliers
+from modal.screening.other_modes import OtherMode, first_other_mode
+from modal.screening.reduced_model import ReducedModel, reduced_model
+from modal.screening.two_mode_estimate import TwoMode, estimate
+from modal.stability.frequency_ratio import FrequencyRatio, frequency_ratio
 
 __all__ = ["Cycle", "Screening", "screen"]
 
@@ -111,10 +111,10 @@ class Screening:
 def screen(scene: Scene, highest_wind: float | None = None) -> Screening:
     """Whether vertical galloping starts the horizontal swing by 2:1 internal resonance, and from which wind on.
 
-    The span is reduced to its lowest modes with all its nonlinearity (`modal.reduced`). Its vertical limit cycle
-    without swing is followed over the wind speed by harmonic balance (`modal.limit_cycle`); where a Floquet multiplier
-    of the swing passes -1 (`modal.floquet`), the swing starts, and the branch of motions with swing is followed from
-    there to the scene's wind.
+    The span is reduced to its lowest modes with all its nonlinearity (`modal.screening.reduced_model`). Its vertical
+    limit cycle without swing is followed over the wind speed by harmonic balance (`modal.screening.harmonic_balance`);
+    where a Floquet multiplier of the swing passes -1 (`modal.screening.floquet`), the swing starts, and the branch of
+    motions with swing is followed from there to the scene's wind.
 
     Parameters
     ----------

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gallop_fmu import Scene, SceneError
-from modal.linearised import Linearised, WindState, linearised, uniform
+from modal.linear.linearise import Linearised, WindState, linearised, uniform
 
 if TYPE_CHECKING:
     from scipy.sparse import csc_array

@@ -16,8 +16,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gallop_fmu import Inputs, Scene, SceneError
-from modal.reduced import ReducedModel
-from modal.rest import PROBE, Rest, assemble, at_rest, tension_derivative
+from modal.linear.mode_basis import PROBE, Rest, assemble, at_rest, tension_derivative
+from modal.screening.reduced_model import ReducedModel
 
 Array = NDArray[np.float64]
 

@@ -10,9 +10,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gallop_fmu import Scene, SceneError
-from modal.linearised import SmallMotion
-from modal.modes import Mode
-from modal.tracking import SPARE, Snapshot, follow
+from modal.linear.linearise import SmallMotion
+from modal.linear.mode_tracking import SPARE, Snapshot, follow
+from modal.linear.modes import Mode
 
 HIGHEST_WIND = 30.0
 """Wind speed [m/s] up to which an onset is looked for unless told otherwise: iced lines gallop below."""

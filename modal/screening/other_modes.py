@@ -8,10 +8,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gallop_fmu import SceneError
-from modal.modes import FAMILIES, Family, by_family, half_waves
-from modal.reduced import MeanState, ReducedModel, lopsided_model, mean_state
-from modal.rest import mirrored
-from modal.tracking import ALIKE
+from modal.linear.mode_basis import mirrored
+from modal.linear.mode_tracking import ALIKE
+from modal.linear.modes import FAMILIES, Family, by_family, half_waves
+from modal.screening.reduced_model import MeanState, ReducedModel, lopsided_model, mean_state
 
 Array = NDArray[np.float64]
 

@@ -18,7 +18,7 @@ from gallop_fmu.cli.sweep_options import (
     grid_of,
 )
 from gallop_fmu.cli.terminal import AnyScene, AsJson, Changes, chosen_description, new_table, real
-from modal.terminal import Plot, scene_to_draw, tell
+from modal.cli.output import Plot, scene_to_draw, tell
 
 if TYPE_CHECKING:
     from gallop_fmu.input.scene_spec import Description
@@ -53,7 +53,7 @@ def screen_span(
     from dataclasses import asdict
 
     from gallop_fmu.foundation.errors import SceneError
-    from modal.screening import screen
+    from modal.screening.screen import screen
 
     if over or table:
         if plot:
@@ -79,7 +79,7 @@ def screen_span(
     found = screen(chosen, highest)
 
     def figure() -> Any:
-        from modal.plots import screening_figure
+        from modal.plots.span_figures import screening_figure
 
         return screening_figure(found)
 
@@ -105,7 +105,7 @@ def _screen_many(
     cluster: str | None,
     as_json: bool,
 ) -> None:
-    from modal.corridor import screen_spans
+    from modal.screening.many_spans import screen_spans
 
     def compute(progress: Progress | None) -> Runs:
         return screen_spans(

@@ -33,7 +33,7 @@ from dataclasses import dataclass
 
 from gallop_fmu import Scene, SceneError
 from gallop_fmu.scene.supports import RigidSupport, SpringSupport, Support
-from modal.roots import bracketed_root
+from modal.foundation.root_finding import bracketed_root
 
 CROSSOVER = 4.0 * math.pi**2
 """lambda^2 at which the first symmetric in-plane mode is as fast as the first antisymmetric one. Between rigid ends

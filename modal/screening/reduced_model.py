@@ -15,8 +15,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gallop_fmu import Scene, SceneError
-from modal.element import GAUSS2, Sections, nodes_of, slope
-from modal.rest import Rest, choose, mirrored, with_stretching
+from modal.foundation.shape_functions import GAUSS2, Sections, nodes_of, slope
+from modal.linear.mode_basis import Rest, choose, mirrored, with_stretching
 
 Array = NDArray[np.float64]
 

@@ -17,13 +17,13 @@ from matplotlib.ticker import MaxNLocator
 from numpy.typing import NDArray
 
 from gallop_fmu.plots import add_title, drawing
-from modal.criteria import Criterion
-from modal.modes import Mode
+from modal.linear.modes import Mode
+from modal.stability.criteria import Criterion
 
 if TYPE_CHECKING:
     import xarray as xr
 
-    from modal.screening import Screening
+    from modal.screening.screen import Screening
 
 Array = NDArray[np.float64]
 

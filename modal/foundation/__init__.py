@@ -1,0 +1,1 @@
+"""What every layer uses: shape functions, root finding, change of state."""

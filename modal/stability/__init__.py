@@ -1,0 +1,1 @@
+"""Design indicators of galloping: frequency ratio, stability criteria, critical wind speed."""

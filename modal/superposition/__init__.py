@@ -1,0 +1,1 @@
+"""Mode superposition, and its comparison with the nonlinear simulation."""
