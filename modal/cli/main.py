@@ -144,7 +144,7 @@ def _varied(scene: Scene, option: str, points: int) -> tuple[str, list[float]]:
     """The number that an option names, and the values that it asks for: by default around what the number is now."""
     import numpy as np
 
-    from modal.stability.frequency_ratio import number_of
+    from modal.foundation.scene_variation import number_of
 
     path, given, text = (part.strip() for part in option.partition("="))
     if not given:
@@ -184,7 +184,8 @@ def ratio(
 ) -> None:
     """Print the 2:1 frequency ratio, what changes it, and where it is 2; over one number or two."""
     from gallop_fmu.foundation.errors import SceneError
-    from modal.stability.frequency_ratio import crossings, frequency_ratio, ratio_map, unit_of, way_out
+    from modal.foundation.scene_variation import unit_of
+    from modal.stability.frequency_ratio import crossings, frequency_ratio, ratio_map, way_out
 
     chosen = scene_to_draw(scene, changes, plot)
     here = frequency_ratio(chosen)

@@ -11,9 +11,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gallop_fmu import Scene, SceneError
+from modal.foundation.scene_variation import unit_of, with_number
 from modal.linear.linearise import SmallMotion, WindState
 from modal.linear.modes import FAMILIES, Mode, modes_of
-from modal.stability.frequency_ratio import unit_of, with_number
 
 if TYPE_CHECKING:
     import xarray as xr

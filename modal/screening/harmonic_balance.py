@@ -1,8 +1,8 @@
 """Periodic motions of a galloping span by harmonic balance, followed over the wind speed.
 
 A motion of period ``2 pi / omega`` is a Fourier series whose coefficients balance the forces of
-`modal.screening.reduced_model` at equally spaced instants. A family of such motions is followed by pseudo-arclength continuation, so that it may start
-from rest, turn back or jump.
+`modal.screening.reduced_model` at equally spaced instants. A family of such motions is followed by pseudo-arclength
+continuation, so that it may start from rest, turn back or jump.
 """
 
 from __future__ import annotations
