@@ -16,8 +16,12 @@ Examples
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from importlib import import_module
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
+
+from gallop_fmu.scene.front_ends import FRONT_ENDS
 
 if TYPE_CHECKING:
     from gallop_fmu.engine.model import Equilibrium, Inputs, Model, State
@@ -80,6 +84,15 @@ __all__ = [
     "sweep",
     "with_inputs",
 ]
+
+
+def _resolve_line(data: Mapping[str, Any], folder: Path) -> Mapping[str, Any]:
+    from gallop_fmu.line.line_table import scene_data
+
+    return scene_data(data, folder)
+
+
+FRONT_ENDS["line"] = _resolve_line
 
 
 def __getattr__(name: str) -> Any:

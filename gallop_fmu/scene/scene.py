@@ -19,11 +19,11 @@ from pydantic import Field, ValidationError, field_validator, model_validator
 from gallop_fmu.foundation.atomic_write import write_whole
 from gallop_fmu.foundation.errors import SceneError
 from gallop_fmu.foundation.integrators import SPECTRAL_RADIUS
-from gallop_fmu.line.line_table import scene_data
 from gallop_fmu.scene.aerodynamics import Aerodynamics
 from gallop_fmu.scene.damping import Damping
 from gallop_fmu.scene.dotted_paths import Leaf, explain, leaves, replace_values, unknown_key
 from gallop_fmu.scene.fields import Number, Section, Text, WholeNumber, quantity, setting
+from gallop_fmu.scene.front_ends import resolved
 from gallop_fmu.scene.loads import Load
 from gallop_fmu.scene.plausibility import unusual
 from gallop_fmu.scene.sag_tension import LARGEST_STRAIN, check_tension
@@ -308,9 +308,7 @@ class Scene(Section):
             One line per problem.
         """
         try:
-            if "line" in data:
-                data = scene_data(data, Path(folder))
-            return cls.model_validate(data, context={"folder": Path(folder)})
+            return cls.model_validate(resolved(data, Path(folder)), context={"folder": Path(folder)})
         except ValidationError as error:
             raise SceneError(explain(error, cls)) from None
         except RecursionError:
