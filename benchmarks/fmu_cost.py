@@ -21,7 +21,8 @@ from pathlib import Path
 from fmpy import extract, read_model_description
 
 import gallop_fmu as gf
-from gallop_fmu.engine.ctypes_structs import CScene, Packed
+from gallop_fmu.engine.ctypes_structs import CScene
+from gallop_fmu.engine.pack import Packed
 
 REPEATS = 9
 HERE = Path(__file__).resolve().parent

@@ -14,7 +14,7 @@ import numpy as np
 from speed import REPEATS, SETTLED, Parts, compile_kernel_with, compile_parts, heading, spread, strict
 
 import gallop_fmu as gf
-from gallop_fmu.engine.ctypes_structs import Packed
+from gallop_fmu.engine.pack import Packed
 
 UNKNOWNS = 4
 INERTIA = UNKNOWNS * (3 * 3 + 15)  # a + b v in three nodes, and three rows of three products

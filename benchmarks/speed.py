@@ -18,8 +18,9 @@ from typing import Any
 import numpy as np
 
 import gallop_fmu as gf
-from gallop_fmu.engine.ctypes_structs import CScene, Packed
+from gallop_fmu.engine.ctypes_structs import CScene
 from gallop_fmu.engine.library import build
+from gallop_fmu.engine.pack import Packed
 
 REPEATS = 7
 KERNEL = Path(__file__).resolve().parent.parent / "gallop_fmu" / "kernel"

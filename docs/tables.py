@@ -14,8 +14,9 @@ import gallop_fmu as gf
 from gallop_fmu.cli.main import app as gallop
 from gallop_fmu.fmu.variables import variable_table
 from gallop_fmu.line.line_table import Line
-from gallop_fmu.scene.dotted_paths import BOUNDS, section_classes
+from gallop_fmu.scene.dotted_paths import section_classes
 from gallop_fmu.scene.fields import Section, unit_of_field
+from gallop_fmu.scene.validation_messages import BOUNDS
 from modal.cli.main import app as toolkit
 
 

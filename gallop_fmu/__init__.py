@@ -36,7 +36,7 @@ if TYPE_CHECKING:
     from gallop_fmu.simulation.simulate import simulate
     from gallop_fmu.simulation.steadiness import Motion
     from gallop_fmu.sweeps.cases import read_spans
-    from gallop_fmu.sweeps.runner import Runs, RunsStoppedError, read_runs
+    from gallop_fmu.sweeps.runs import Runs, RunsStoppedError, read_runs
     from gallop_fmu.sweeps.sweep import sweep
 
 # Where each public name lives.  A module is loaded when its name is first used, so that `gallop-fmu --help` does not
@@ -49,7 +49,7 @@ _HOMES = {
     "input.input_csv": ("with_inputs",),
     "foundation.outcome": ("Outcome", "Report", "SimulationError"),
     "simulation.result": ("Oscillation", "Result"),
-    "sweeps.runner": ("Runs", "RunsStoppedError", "read_runs"),
+    "sweeps.runs": ("Runs", "RunsStoppedError", "read_runs"),
     "scene.scene": ("Scene",),
     "input.scene_files": ("load_scene", "packaged_scenes"),
     "simulation.simulate": ("simulate",),

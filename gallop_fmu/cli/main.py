@@ -29,8 +29,8 @@ from gallop_fmu.cli.terminal import (
     SceneName,
     Version,
     check_output,
-    chosen_description,
     chosen_scene,
+    chosen_spec,
     complain,
     complain_of,
     echo_json,
@@ -49,7 +49,7 @@ if TYPE_CHECKING:
     from gallop_fmu.simulation.result import Result
     from gallop_fmu.simulation.simulate import Progress
     from gallop_fmu.sweeps.runner import Progress as RunsProgress
-    from gallop_fmu.sweeps.runner import Runs
+    from gallop_fmu.sweeps.runs import Runs
 
 
 ModelName = Annotated[
@@ -187,7 +187,7 @@ def sweep(
     from gallop_fmu.sweeps.sweep import sweep as sweep_scenes
 
     check_given(scene, over, table)
-    base = chosen_description(scene, changes) if scene else None
+    base = chosen_spec(scene, changes) if scene else None
     columns = ("outcome", "motion", "u2_amplitude", "u2_frequency_hz", "u3_amplitude", "beyond_cigre_322")
 
     def compute(progress: RunsProgress | None) -> Runs:

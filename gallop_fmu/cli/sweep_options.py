@@ -24,7 +24,8 @@ from gallop_fmu.cli.terminal import (
 )
 
 if TYPE_CHECKING:
-    from gallop_fmu.sweeps.runner import Progress, Runs
+    from gallop_fmu.sweeps.runner import Progress
+    from gallop_fmu.sweeps.runs import Runs
 
 SHOWN = 20
 """Rows of results that a terminal shows."""
@@ -117,10 +118,10 @@ def values_of(key: str, text: str) -> list[Any]:
     """
     from gallop_fmu.foundation.errors import SceneError
     from gallop_fmu.foundation.text_files import parse_value
-    from gallop_fmu.input.scene_spec import Describable
+    from gallop_fmu.input.scene_spec import SceneWithLine
     from gallop_fmu.scene.dotted_paths import takes_text
 
-    as_text = takes_text(Describable, key)
+    as_text = takes_text(SceneWithLine, key)
     if as_text or ":" not in text:
         return [parse_value(value, as_text=as_text) for value in text.split(",")]
     first, last, step = range_of(key, text, ("FIRST", "LAST", "STEP"), "4:6:0.5")
@@ -159,7 +160,7 @@ def carry_out(
     as_json: bool,
 ) -> None:
     """Run, show progress, tell what came out, and end with the exit code that belongs to it."""
-    from gallop_fmu.sweeps.runner import RunsStoppedError
+    from gallop_fmu.sweeps.runs import RunsStoppedError
 
     stopped = None
     try:

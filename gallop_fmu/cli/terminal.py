@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from rich.console import Console
     from rich.progress import Progress
 
-    from gallop_fmu.input.scene_spec import Description
+    from gallop_fmu.input.scene_spec import SceneSpec
     from gallop_fmu.scene.scene import Scene
 
 
@@ -205,34 +205,34 @@ def example(text: str) -> str:
 
 def chosen_scene(name: str, changes: list[str] | None) -> Scene:
     """The named scene with the changes of ``--set``."""
-    return chosen_description(name, changes).scene()
+    return chosen_spec(name, changes).scene()
 
 
-def chosen_description(name: str, changes: list[str] | None) -> Description:
+def chosen_spec(name: str, changes: list[str] | None) -> SceneSpec:
     """The same before its line is resolved, for tables and grids to change."""
     from gallop_fmu.foundation.errors import SceneError
-    from gallop_fmu.input.scene_spec import Description
+    from gallop_fmu.input.scene_spec import SceneSpec
 
     values: dict[str, Any] = {}
     for key, value in map(_change, changes or ()):
         if key in values:
             raise SceneError(f"--set {key}: is given twice; give one value")
         values[key] = value
-    return Description.of(name).with_values(values)
+    return SceneSpec.of(name).with_values(values)
 
 
 def _change(text: str) -> tuple[str, Any]:
     """Key and value of ``key=value``; what is not TOML is taken as text, for the scene to accept or refuse."""
     from gallop_fmu.foundation.errors import SceneError
     from gallop_fmu.foundation.text_files import parse_value
-    from gallop_fmu.input.scene_spec import Describable
+    from gallop_fmu.input.scene_spec import SceneWithLine
     from gallop_fmu.scene.dotted_paths import takes_text
 
     key, equals, value = (part.strip() for part in text.partition("="))
     if not (key and equals and value):
         raise SceneError(f"--set {text}: must be KEY=VALUE, such as --set wind.speed=6.0")
     try:
-        return key, parse_value(value, as_text=takes_text(Describable, key))
+        return key, parse_value(value, as_text=takes_text(SceneWithLine, key))
     except SceneError as problem:
         raise SceneError(f"--set {key}: {problem}") from None
 

@@ -15,8 +15,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from gallop_fmu.engine.ctypes_structs import CDerived, CInputs, CReport, Packed, Three, double_pointer, unpacked
+from gallop_fmu.engine.ctypes_structs import CDerived, CInputs, CReport, Three
 from gallop_fmu.engine.library import kernel
+from gallop_fmu.engine.pack import Packed, double_pointer, unpacked
 from gallop_fmu.foundation.argument_checks import finite, indices, number, numbers, whole
 from gallop_fmu.foundation.channels import NODE_CHANNELS, SPAN_CHANNELS
 from gallop_fmu.foundation.outcome import Outcome, Report, SimulationError

@@ -15,7 +15,8 @@ from typing import Any
 
 import numpy as np
 
-from gallop_fmu.engine.ctypes_structs import CLoad, CScene, Packed
+from gallop_fmu.engine.ctypes_structs import CLoad, CScene
+from gallop_fmu.engine.pack import Packed
 from gallop_fmu.fmu.variables import SUPPORT_INPUTS, Origin, Variable, fmu_variables
 from gallop_fmu.foundation.channels import NODE_INDEX, SPAN_INDEX
 from gallop_fmu.foundation.outcome import Outcome

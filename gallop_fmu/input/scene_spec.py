@@ -21,14 +21,14 @@ LINE = "line."
 """Start of the dotted paths of a line's familiar numbers."""
 
 
-class Describable(Scene):
-    """Every key that a description can have; nothing is ever made of it."""
+class SceneWithLine(Scene):
+    """Schema that only lists the valid keys of a specification, those of [line] among them."""
 
     line: Line | None = setting(None, "a line in familiar numbers")
 
 
 @dataclass(frozen=True)
-class Description:
+class SceneSpec:
     """A scene as it was given, and values changed upon it.
 
     Attributes
@@ -49,15 +49,15 @@ class Description:
     values: Mapping[str, Any] = field(default_factory=dict)
 
     @classmethod
-    def of(cls, scene: Scene | Description | str | Path) -> Description:
-        """The description that a scene, a packaged name or a path stands for.
+    def of(cls, scene: Scene | SceneSpec | str | Path) -> SceneSpec:
+        """The specification of a scene, of a packaged name or of a path.
 
         Raises
         ------
         SceneError
             If there is no such scene, or its file cannot be read.
         """
-        if isinstance(scene, Description):
+        if isinstance(scene, SceneSpec):
             return scene
         if isinstance(scene, Scene):
             return cls(scene.model_dump(mode="json", exclude_none=True))
@@ -68,7 +68,7 @@ class Description:
         """Whether there is a ``[line]`` table whose values can be changed."""
         return "line" in self.data
 
-    def with_values(self, values: Mapping[str, Any]) -> Description:
+    def with_values(self, values: Mapping[str, Any]) -> SceneSpec:
         """The same with some more values changed; not looked at before `scene`."""
         return replace(self, values={**self.values, **values})
 
@@ -104,7 +104,7 @@ class Description:
         line = self._line(on_line[0])
         for key in line:
             if key not in Line.model_fields:
-                raise SceneError(self._named(unknown_key(Describable, LINE + key)))
+                raise SceneError(self._named(unknown_key(SceneWithLine, LINE + key)))
         given = {*line, *(key.removeprefix(LINE) for key in (*self.values, *on_line))}
         for name, about in Line.model_fields.items():
             if about.is_required() and name not in given:
@@ -165,7 +165,7 @@ def unit_of(scene: Scene, key: str) -> str:
 
 
 def _file_names(data: Any) -> Iterator[str]:
-    """What stands where a description can name a file."""
+    """Values at the places where a specification can name a file."""
     if isinstance(data, list):
         for item in data:
             yield from _file_names(item)

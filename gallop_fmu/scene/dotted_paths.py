@@ -1,4 +1,4 @@
-"""Dotted paths such as ``wind.speed`` or ``loads.0.torque``: walking a scene by them, and naming them in errors."""
+"""Dotted paths such as ``wind.speed`` or ``loads.0.torque``: walking a scene by them."""
 
 from __future__ import annotations
 
@@ -10,21 +10,13 @@ from dataclasses import dataclass
 from functools import cache
 from typing import Annotated, Any, Literal, Union, get_args, get_origin
 
-from pydantic import ValidationError
 from pydantic.fields import FieldInfo
-from pydantic_core import ErrorDetails
 
 from gallop_fmu.foundation.errors import SceneError
-from gallop_fmu.foundation.text_rules import number_remedy, plain
+from gallop_fmu.foundation.text_rules import plain
 from gallop_fmu.scene.fields import DRIVEN, Section, unit_of_field
-from gallop_fmu.scene.plausibility import question
 
 SET_BY_USER = "set by the user"
-MOST_LINES = 20
-"""Problems that one message lists; to find the closest of all keys takes 5 ms for each unknown one."""
-BOUNDS = {"gt": "greater than", "ge": "at least", "lt": "less than", "le": "at most"}
-
-OUT_OF_BOUNDS = ("greater_than", "greater_than_equal", "less_than", "less_than_equal")
 
 
 @dataclass(frozen=True)
@@ -190,72 +182,3 @@ def _sources_after_change(sources: dict[str, str], path: str) -> dict[str, str]:
     covered = any(path == source or path.startswith(source + ".") for source in sources)
     kept = {source: text for source, text in sources.items() if source != path and not source.startswith(path + ".")}
     return {**kept, path: SET_BY_USER} if covered or len(kept) < len(sources) else kept
-
-
-def explain(error: ValidationError, root: type[Section]) -> str:
-    """One line per problem: field path, given value, what is allowed, and the field's meaning; at most `MOST_LINES`."""
-    problems = error.errors(include_url=False)
-    lines = [_line(problem, root) for problem in problems[:MOST_LINES]]
-    more = len(problems) - len(lines)
-    return "\n".join([*lines, f"and {more} more problems"] if more else lines)
-
-
-def _line(problem: ErrorDetails, root: type[Section]) -> str:
-    path, field = _locate(problem["loc"], root)
-    kind, given = problem["type"], _short(problem["input"])
-    if kind == "extra_forbidden":
-        return unknown_key(root, path)
-    if kind == "value_error":
-        return f"{path}: {problem['ctx']['error']}" if path else str(problem["ctx"]["error"])
-    if kind == "union_tag_invalid":
-        return f"{path}.kind = {problem['ctx']['tag']!r}: must be one of {problem['ctx']['expected_tags']}"
-    if kind == "union_tag_not_found":
-        kinds = [found.model_fields["kind"].default for found in section_classes(field.annotation if field else None)]
-        return f"{path}.kind: missing; must be one of {', '.join(map(repr, kinds))}"
-    meaning = f"; {field.description}" if field and field.description else ""
-    allowed = _allowed(problem, field)
-    if kind == "missing":
-        return f"{path}: missing, {allowed}{meaning}"
-    asked = question(path, problem["input"], unit_of_field(field)) if field and kind in OUT_OF_BOUNDS else ""
-    return f"{path} = {given}: {allowed}{meaning}{f'; {asked}' if asked else ''}"
-
-
-def _locate(loc: tuple[int | str, ...], root: type[Section]) -> tuple[str, FieldInfo | None]:
-    """Dotted path and field of a pydantic location, which also holds the kind chosen in each union."""
-    classes, field, path = [root], None, []
-    for part in loc:
-        chosen = [found for found in classes if len(classes) > 1 and found.model_fields["kind"].default == part]
-        if chosen:
-            classes = chosen
-            continue
-        path.append(str(part))
-        owner = classes[0] if classes else None
-        if isinstance(part, str) and owner and part in owner.model_fields:
-            field = owner.model_fields[part]
-            classes = section_classes(field.annotation)
-    return ".".join(path), field
-
-
-def _allowed(problem: ErrorDetails, field: FieldInfo | None) -> str:
-    """What the field accepts, from its declared bounds; pydantic's own words for anything but numbers."""
-    kind = problem["type"]
-    unit = unit_of_field(field) if field else ""
-    if kind == "literal_error":
-        return f"must be {problem['ctx']['expected']}"
-    if not field or not unit or kind in ("too_short", "too_long", "model_type", "tuple_type"):
-        return "but needed" if kind == "missing" else problem["msg"][0].lower() + problem["msg"][1:]
-    bounds = [
-        f"{word} {getattr(rule, name):.10g}"
-        for rule in field.metadata
-        for name, word in BOUNDS.items()
-        if hasattr(rule, name)
-    ]
-    whole = int in (field.annotation, *get_args(field.annotation))
-    noun = [] if bounds and kind.startswith(("greater", "less")) else ["a whole number" if whole else "a finite number"]
-    remedy = number_remedy(problem["input"]) if isinstance(problem["input"], str) else ""
-    return f"must be {' '.join([*noun, ' and '.join(bounds)]).rstrip()} [{unit}]{f' ({remedy})' if remedy else ''}"
-
-
-def _short(value: Any) -> str:
-    text = repr(value)
-    return text if len(text) <= 60 else text[:57] + "..."

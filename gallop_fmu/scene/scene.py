@@ -21,7 +21,7 @@ from gallop_fmu.foundation.errors import SceneError
 from gallop_fmu.foundation.integrators import SPECTRAL_RADIUS
 from gallop_fmu.scene.aerodynamics import Aerodynamics
 from gallop_fmu.scene.damping import Damping
-from gallop_fmu.scene.dotted_paths import Leaf, explain, leaves, replace_values, unknown_key
+from gallop_fmu.scene.dotted_paths import Leaf, leaves, replace_values, unknown_key
 from gallop_fmu.scene.fields import Number, Section, Text, WholeNumber, quantity, setting
 from gallop_fmu.scene.front_ends import resolved
 from gallop_fmu.scene.loads import Load
@@ -29,6 +29,7 @@ from gallop_fmu.scene.plausibility import unusual
 from gallop_fmu.scene.sag_tension import LARGEST_STRAIN, check_tension
 from gallop_fmu.scene.supports import AdjacentSpanSupport, Supports
 from gallop_fmu.scene.time_functions import Law
+from gallop_fmu.scene.validation_messages import explain
 
 SAG_TENSION_AGREEMENT = 0.05
 """Largest relative difference between a given sag and m g L^2/(8 H); published pairs differ by 1 to 2 %."""

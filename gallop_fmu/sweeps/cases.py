@@ -16,7 +16,7 @@ from typing import Any
 from gallop_fmu.foundation.errors import SceneError
 from gallop_fmu.foundation.text_files import parse_value, read_cells, read_text
 from gallop_fmu.foundation.text_rules import clean_text, plain
-from gallop_fmu.input.scene_spec import LINE, Describable, Description
+from gallop_fmu.input.scene_spec import LINE, SceneSpec, SceneWithLine
 from gallop_fmu.scene.dotted_paths import all_keys, takes_text, unknown_key
 from gallop_fmu.scene.scene import Scene
 from gallop_fmu.sweeps.row_store import as_cell
@@ -43,7 +43,7 @@ class Case:
     ----------
     run : int
         Number of the run, from 0.
-    base : Description
+    base : SceneSpec
         The scene before its changes.
     changes : dict
         Dotted path to value.
@@ -52,7 +52,7 @@ class Case:
     """
 
     run: int
-    base: Description
+    base: SceneSpec
     changes: dict[str, Any]
     labels: dict[str, Any]
 
@@ -103,7 +103,7 @@ class Cases:
 
 
 def cases(
-    scene: Scene | Description | str | Path | None,
+    scene: Scene | SceneSpec | str | Path | None,
     over: Mapping[str, Sequence[Any]] | None = None,
     table: SpanTable | None = None,
 ) -> Cases:
@@ -143,9 +143,9 @@ def cases(
             "sweeps"
         )
     folder = Path(table).parent if isinstance(table, (str, Path)) else Path()
-    base = None if scene is None else Description.of(scene)
-    loaded: dict[str, Description] = {}
-    varied: dict[int, tuple[Description, set[str]]] = {}
+    base = None if scene is None else SceneSpec.of(scene)
+    loaded: dict[str, SceneSpec] = {}
+    varied: dict[int, tuple[SceneSpec, set[str]]] = {}
     found: list[Case] = []
     for number, row in enumerate(rows):
         own = _scene_of(row, number, base, folder, loaded)
@@ -316,7 +316,7 @@ def _value(key: str, value: Any, where: str) -> Any:
         if key == NAME or key.startswith(LABEL):
             return as_label(value)
         if isinstance(value, str):
-            return parse_value(value, as_text=key == SCENE or takes_text(Describable, key))
+            return parse_value(value, as_text=key == SCENE or takes_text(SceneWithLine, key))
         return plain(value)
     except SceneError as problem:
         raise SceneError(f"{where}: {key}: {problem}") from None
@@ -348,22 +348,22 @@ def _check_key(key: str) -> None:
     """Refuse what no scene has; items of lists are known by their number."""
     pattern = re.sub(r"\.\d+(?=\.)", ".0", key)
     if re.sub(r"(\.\d+)+$", "", pattern) not in _keys():
-        raise SceneError(unknown_key(Describable, key))
+        raise SceneError(unknown_key(SceneWithLine, key))
 
 
 @cache
 def _keys() -> frozenset[str]:
-    return frozenset(all_keys(Describable)) - {LINE.rstrip(".")}  # a line is changed value by value
+    return frozenset(all_keys(SceneWithLine)) - {LINE.rstrip(".")}  # a line is changed value by value
 
 
 def _scene_of(
-    row: Mapping[str, Any], number: int, base: Description | None, folder: Path, loaded: dict[str, Description]
-) -> Description:
+    row: Mapping[str, Any], number: int, base: SceneSpec | None, folder: Path, loaded: dict[str, SceneSpec]
+) -> SceneSpec:
     name = row.get(SCENE)
     if name is not None and not isinstance(name, str):
         raise SceneError(f"span {row[NAME]!r}: scene = {name!r}: must be a packaged name, or the path of a scene file")
     if name is None and base is None and any(key.startswith(LINE) for key in row):
-        return loaded.setdefault("", Description({"line": {}}, folder))
+        return loaded.setdefault("", SceneSpec({"line": {}}, folder))
     if name is None:
         if base is None:
             raise SceneError(
@@ -373,5 +373,5 @@ def _scene_of(
         return base
     if name not in loaded:
         beside = folder / name
-        loaded[name] = Description.of(beside if beside.is_file() else name)
+        loaded[name] = SceneSpec.of(beside if beside.is_file() else name)
     return loaded[name]

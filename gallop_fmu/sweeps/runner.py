@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 import hashlib
-import json
 import time as clock
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 from threading import Event
-from typing import TYPE_CHECKING, Any, NamedTuple, Protocol
+from typing import TYPE_CHECKING, NamedTuple, Protocol
 
 import numpy as np
 
@@ -24,20 +23,16 @@ from gallop_fmu.sweeps.cases import Case, Cases
 from gallop_fmu.sweeps.pool import Kind, Workers, WorkersLostError, workers
 from gallop_fmu.sweeps.row_store import (
     ERROR,
-    HEADER,
     VARIED,
     Row,
     Store,
-    as_cell,
     check_columns,
     journal_of,
-    read,
     row_problem,
 )
+from gallop_fmu.sweeps.runs import COMPLETED, Runs, RunsStoppedError
 
 if TYPE_CHECKING:
-    import xarray as xr
-
     from gallop_fmu.scene.scene import Scene
 
 LARGEST_GROUP = 8
@@ -45,7 +40,6 @@ LARGEST_GROUP = 8
 GROUPS_EACH = 8
 """Groups that each worker should get at least, so that all end at about the same time."""
 
-COMPLETED = Outcome.COMPLETED.name.lower()
 STOPPED = Outcome.STOPPED_BY_USER.name.lower()
 INVALID = Outcome.INVALID_SCENE.name.lower()
 
@@ -86,90 +80,6 @@ class Task(Protocol):
 
     def __str__(self) -> str:
         """What it computes, in words by which a resumed sweep knows its own."""
-
-
-@dataclass(frozen=True)
-class Runs:
-    """The results of many runs.
-
-    Attributes
-    ----------
-    dataset : xarray.Dataset
-        One row a run that is done, over the dimension ``run``: what was varied, ``outcome`` and ``message``,
-        ``seconds``, and what was computed, with ``units`` and ``long_name``. Missing numbers are NaN.
-    """
-
-    dataset: xr.Dataset
-
-    @property
-    def total(self) -> int:
-        """How many runs there are in all, done or not."""
-        return int(self._header["runs"])
-
-    @property
-    def done(self) -> int:
-        """How many are done."""
-        return int(self.dataset.sizes["run"])
-
-    @property
-    def varied(self) -> list[str]:
-        """What tells the runs apart: the name of a span, and the parameters of the grid."""
-        return list(self._header["grid"])
-
-    @property
-    def failed(self) -> xr.Dataset:
-        """The rows of runs that did not complete."""
-        return self.dataset.isel(run=self.dataset.outcome.values != COMPLETED)
-
-    def grid(self) -> xr.Dataset:
-        """The same over one dimension for each parameter, and ``name`` for the spans of a table.
-
-        Runs that are not done are NaN, or an empty text.
-        """
-        import xarray as xr
-
-        axes: dict[str, list[Any]] = self._header["grid"]
-        shape = tuple(map(len, axes.values()))
-        place = self.dataset.run.values
-        gridded = xr.Dataset(coords={name: [as_cell(value) for value in values] for name, values in axes.items()})
-        for name, column in self.dataset.data_vars.items():
-            if name in axes:
-                gridded[name].attrs = column.attrs
-                continue
-            text = column.dtype == object
-            values = np.full(int(np.prod(shape)), "" if text else np.nan, dtype=object if text else np.float64)
-            values[place] = column.values
-            gridded[name] = (tuple(axes), values.reshape(shape), column.attrs)
-        return gridded
-
-    @property
-    def _header(self) -> dict[str, Any]:
-        return dict(json.loads(self.dataset.attrs[HEADER]))
-
-
-def read_runs(path: Path | str) -> Runs:
-    """The results of a sweep or screening, also while it is under way or after it was killed.
-
-    Parameters
-    ----------
-    path
-        The file that the sweep wrote, or was to write. Its journal ``FILE.journal`` is read if it is there, otherwise
-        the file itself.
-
-    Raises
-    ------
-    SceneError
-        If there is neither, or it holds something else.
-    """
-    return Runs(read(path))
-
-
-class RunsStoppedError(RuntimeError):
-    """Many runs that ended early; ``result`` holds those that are done."""
-
-    def __init__(self, message: str, result: Runs) -> None:
-        super().__init__(message)
-        self.result = result
 
 
 def compute(
@@ -359,7 +269,7 @@ def _varied(cases: Cases) -> list[str]:
 
 def _unit(cases: Cases, key: str) -> str:
     first = cases.every[0]
-    for scene in (first.base.scene, first.scene):  # a description may be complete with its row only
+    for scene in (first.base.scene, first.scene):  # a specification may be complete with its row only
         with suppress(SceneError):
             return unit_of(scene(), key)
     return ""  # a section as a whole, or an item of a list that this scene does not have

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from gallop_fmu.foundation.errors import SceneError
 from gallop_fmu.foundation.outcome import Outcome, SimulationError
-from gallop_fmu.input.scene_spec import Description
+from gallop_fmu.input.scene_spec import SceneSpec
 from gallop_fmu.line.clearance import cigre_322_single_loop, davison_single_loop
 from gallop_fmu.scene.scene import Scene
 from gallop_fmu.simulation.result import Result, measure
@@ -22,7 +22,8 @@ from gallop_fmu.simulation.simulate import simulate
 from gallop_fmu.sweeps.cases import SpanTable, cases
 from gallop_fmu.sweeps.pool import Kind
 from gallop_fmu.sweeps.row_store import Row
-from gallop_fmu.sweeps.runner import CarryOn, Progress, Runs, compute, one_by_one
+from gallop_fmu.sweeps.runner import CarryOn, Progress, compute, one_by_one
+from gallop_fmu.sweeps.runs import Runs
 
 Summary = Callable[[Result], Mapping[str, Any]]
 """From a result to the numbers that are kept of it."""
@@ -153,7 +154,7 @@ class Simulation:
 
 
 def sweep(
-    scene: Scene | Description | str | Path | None = None,
+    scene: Scene | SceneSpec | str | Path | None = None,
     over: Mapping[str, Sequence[Any]] | None = None,
     *,
     table: SpanTable | None = None,

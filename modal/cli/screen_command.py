@@ -17,12 +17,13 @@ from gallop_fmu.cli.sweep_options import (
     check_given,
     grid_of,
 )
-from gallop_fmu.cli.terminal import AnyScene, AsJson, Changes, chosen_description, new_table, real
+from gallop_fmu.cli.terminal import AnyScene, AsJson, Changes, chosen_spec, new_table, real
 from modal.cli.output import Plot, scene_to_draw, tell
 
 if TYPE_CHECKING:
-    from gallop_fmu.input.scene_spec import Description
-    from gallop_fmu.sweeps.runner import Progress, Runs
+    from gallop_fmu.input.scene_spec import SceneSpec
+    from gallop_fmu.sweeps.runner import Progress
+    from gallop_fmu.sweeps.runs import Runs
 
 SCREEN_EXAMPLE = "gallop-modal screen example3 --table corridor.csv -o risk.parquet"
 
@@ -60,7 +61,7 @@ def screen_span(
             raise SceneError("--plot draws one span; leave it out, or leave out --over and --table")
         check_given(scene, over, table)
         _screen_many(
-            chosen_description(scene, changes) if scene else None,
+            chosen_spec(scene, changes) if scene else None,
             over,
             table,
             highest,
@@ -95,7 +96,7 @@ def screen_span(
 
 
 def _screen_many(
-    base: Description | None,
+    base: SceneSpec | None,
     over: list[str] | None,
     table: Path | None,
     highest: float | None,

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from gallop_fmu import Runs, Scene
-from gallop_fmu.input.scene_spec import Description
+from gallop_fmu.input.scene_spec import SceneSpec
 from gallop_fmu.sweeps.cases import SpanTable, cases
 from gallop_fmu.sweeps.pool import Kind
 from gallop_fmu.sweeps.row_store import Row
@@ -142,7 +142,7 @@ class FirstLookTask:
 
 
 def screen_spans(
-    scene: Scene | Description | str | Path | None = None,
+    scene: Scene | SceneSpec | str | Path | None = None,
     over: Mapping[str, Sequence[Any]] | None = None,
     *,
     table: SpanTable | None = None,

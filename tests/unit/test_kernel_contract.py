@@ -11,9 +11,10 @@ import numpy as np
 import pytest
 
 import gallop_fmu as gf
-from gallop_fmu.engine.ctypes_structs import CDerived, CInputs, CReport, Packed
+from gallop_fmu.engine.ctypes_structs import CDerived, CInputs, CReport
 from gallop_fmu.engine.library import library_path
 from gallop_fmu.engine.model import Model
+from gallop_fmu.engine.pack import Packed
 from gallop_fmu.foundation.channels import NODE_CHANNELS, SPAN_CHANNELS
 from gallop_fmu.foundation.outcome import Outcome
 

@@ -6,8 +6,9 @@ import math
 import pytest
 
 import gallop_fmu as gf
-from gallop_fmu.engine.ctypes_structs import CLoad, CReport, Packed
+from gallop_fmu.engine.ctypes_structs import CLoad, CReport
 from gallop_fmu.engine.library import kernel
+from gallop_fmu.engine.pack import Packed
 from gallop_fmu.foundation.outcome import Outcome
 
 

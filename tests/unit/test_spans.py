@@ -9,7 +9,7 @@ import pandas as pd
 import pytest
 
 import gallop_fmu as gf
-from gallop_fmu.input.scene_spec import Description
+from gallop_fmu.input.scene_spec import SceneSpec
 from gallop_fmu.scene.scene import Scene
 from gallop_fmu.sweeps.cases import cases
 
@@ -183,9 +183,7 @@ def test_fingerprint_sees_the_line_and_its_curve(table, corridor):
     prints.append(cases(corridor, {"line.span": [300.0]}).fingerprint())
     table(CURVE.format(lift=-3), "mine.csv")
     prints.append(cases(corridor, {"line.span": [300.0]}).fingerprint())
-    prints.append(
-        cases(Description.of(corridor).with_values({"wind.speed": 3.0}), {"line.span": [300.0]}).fingerprint()
-    )
+    prints.append(cases(SceneSpec.of(corridor).with_values({"wind.speed": 3.0}), {"line.span": [300.0]}).fingerprint())
     table(LINE.replace("mine.csv", "example2"), "corridor.toml")  # the curve is named in the grid only
     prints.append(cases(corridor, over).fingerprint())
     table(CURVE.format(lift=-4), "mine.csv")

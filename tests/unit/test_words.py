@@ -20,7 +20,7 @@ from gallop_fmu.cli.terminal import new_console
 from gallop_fmu.fmu.description import Identity, model_description
 from gallop_fmu.foundation.text_files import parse_toml, read_table
 from gallop_fmu.foundation.text_rules import clean_text, plain, printable, read_number
-from gallop_fmu.input.scene_spec import Describable
+from gallop_fmu.input.scene_spec import SceneWithLine
 from gallop_fmu.scene.dotted_paths import section_classes
 from gallop_fmu.scene.fields import Text
 from gallop_fmu.sweeps.cases import cases, read_spans
@@ -188,7 +188,7 @@ def parts(annotation):
 
 def test_every_text_of_a_scene_follows_the_rule():
     """Each field of type str in any section is the checked type, so that no new field escapes."""
-    seen, left = set(), [Describable]
+    seen, left = set(), [SceneWithLine]
     while left:
         section = left.pop()
         if section in seen:
