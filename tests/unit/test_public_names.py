@@ -28,3 +28,10 @@ def test_public_names_are_the_same_for_all(name):
     assert all(getattr(package, public).__name__ == public for public in package.__all__)
     with pytest.raises(AttributeError, match=f"module '{name}' has no attribute 'gallop'"):
         package.gallop  # noqa: B018
+
+
+@pytest.mark.parametrize("name", ["gallop_fmu", "modal"])
+def test_no_folder_hides_a_public_name(name):
+    """Python sets `package.sweep` to a module of that name as soon as it is imported."""
+    package = importlib.import_module(name)
+    assert not {path.stem for path in Path(package.__file__).parent.iterdir()} & set(package.__all__)
