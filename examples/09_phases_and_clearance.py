@@ -18,7 +18,6 @@ import numpy as np
 from matplotlib.figure import Figure
 
 import gallop_fmu as gf
-from gallop_fmu.line.clearance import cigre_322_single_loop, davison_single_loop
 
 STOP = 400.0
 PLACE = {"top": (0.0, 6.4), "middle": (0.6, 3.2), "bottom": (0.0, 0.0)}  # at rest, mid-span: x3, x2 [m]
@@ -58,8 +57,8 @@ for (one, other), gap in clearance.items():
 # %% How far outside its ellipse each conductor gets; within, the distance is negative. At such wind the span hardly
 # swings out (1.5 degrees), so Davison's ellipse stands upright too.
 rules = {
-    "CIGRE 322": {phase: cigre_322_single_loop(sag, diameter=0.0188) for phase, sag in SAG.items()},
-    "Davison": {phase: davison_single_loop(sag) for phase, sag in SAG.items()},
+    "CIGRE 322": {phase: gf.cigre_322_single_loop(sag, diameter=0.0188) for phase, sag in SAG.items()},
+    "Davison": {phase: gf.davison_single_loop(sag) for phase, sag in SAG.items()},
 }
 print("\nphase   peak to peak [m]   " + "   ".join(f"{rule}: axis [m]  beyond [m]" for rule in rules))
 beyond = {}

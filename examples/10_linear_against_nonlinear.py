@@ -13,7 +13,7 @@ from pathlib import Path
 import gallop_fmu as gf
 import modal
 from gallop_fmu.plots import save_figure
-from modal.plots.comparison_figure import comparison_figure
+from modal.plots import comparison_figure
 
 scene = gf.load_scene("example3").with_values({"numerics.time_step": 0.02, "run.record_every": 2})
 comparison = modal.compare(scene, stop_time=900.0)

@@ -15,7 +15,7 @@ import numpy as np
 import gallop_fmu as gf
 import modal
 from gallop_fmu.plots import save_figure
-from modal.plots.span_figures import ratio_figure, screening_figure, tracking_figure
+from modal.plots import ratio_figure, screening_figure, tracking_figure
 
 folder = Path(tempfile.mkdtemp(prefix="gallop-"))
 scene = gf.load_scene("example3")

@@ -16,7 +16,6 @@ from matplotlib.figure import Figure
 
 import gallop_fmu as gf
 from gallop_fmu.plots import save_figure
-from gallop_fmu.simulation.result import dominant_frequency
 
 MEAN, INTENSITY, LENGTH = 5.5, 0.1, 42.0  # [m/s], [1], [m]
 STOP, STEP = 1200.0, 0.05
@@ -48,7 +47,7 @@ late = time >= STOP - 400.0
 spread = {}
 for name, run in runs.items():
     motion = {axis: run[f"midspan.{axis}"][late] for axis in ("x2", "x3")}
-    waves = {axis: dominant_frequency(values - values.mean(), STEP) for axis, values in motion.items()}
+    waves = {axis: gf.dominant_frequency(values - values.mean(), STEP) for axis, values in motion.items()}
     spread[name] = {axis: float(np.std(values)) for axis, values in motion.items()}
     print(
         f"{name:7} vertical {spread[name]['x2']:.3f} m (RMS) at {waves['x2']:.3f} Hz, "

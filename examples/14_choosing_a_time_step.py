@@ -49,7 +49,7 @@ for name, found in runs.items():
         print(f"{name:10} {setting:7g} {steps:7}   {error[0]:+8.3%}    {error[1]:+8.3%}")
 
 # %% A period is 1.5 s, so 0.02 s is 75 steps of it. Where steps are too long for the axial waves of a rough start, the
-# run says so, and `gallop_fmu.simulation.energy_balance.energy_balance` tells how much energy was lost.
+# run says so, and `gallop_fmu.energy_balance` tells how much energy was lost.
 figure = Figure(figsize=(4.5, 3.2), layout="constrained")
 axes = figure.subplots()
 for name, marker, colour in (("newmark", "o", "#0072B2"), ("gauss6", "s", "#D55E00"), ("tolerance", "^", "#009E73")):

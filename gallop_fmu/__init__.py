@@ -30,11 +30,13 @@ if TYPE_CHECKING:
     from gallop_fmu.foundation.outcome import Outcome, Report, SimulationError
     from gallop_fmu.input.input_csv import with_inputs
     from gallop_fmu.input.scene_files import load_scene, packaged_scenes
+    from gallop_fmu.line.clearance import cigre_322_single_loop, davison_single_loop
     from gallop_fmu.line.conductors import find_conductor
     from gallop_fmu.scene.scene import Scene
+    from gallop_fmu.simulation.energy_balance import EnergyBalance, energy_balance
     from gallop_fmu.simulation.result import Oscillation, Result
     from gallop_fmu.simulation.simulate import simulate
-    from gallop_fmu.simulation.steadiness import Motion
+    from gallop_fmu.simulation.steadiness import Motion, dominant_frequency
     from gallop_fmu.sweeps.cases import read_spans
     from gallop_fmu.sweeps.runs import Runs, RunsStoppedError, read_runs
     from gallop_fmu.sweeps.sweep import sweep
@@ -42,23 +44,26 @@ if TYPE_CHECKING:
 # Where each public name lives.  A module is loaded when its name is first used, so that `gallop-fmu --help` does not
 # wait for numpy, nor a simulation for fmpy.
 _HOMES = {
+    "line.clearance": ("cigre_322_single_loop", "davison_single_loop"),
     "line.conductors": ("find_conductor",),
     "engine.model": ("Equilibrium", "Inputs", "Model", "State"),
     "foundation.errors": ("SceneError",),
     "fmu": ("check_fmu", "export_fmu"),
     "input.input_csv": ("with_inputs",),
     "foundation.outcome": ("Outcome", "Report", "SimulationError"),
+    "simulation.energy_balance": ("EnergyBalance", "energy_balance"),
     "simulation.result": ("Oscillation", "Result"),
     "sweeps.runs": ("Runs", "RunsStoppedError", "read_runs"),
     "scene.scene": ("Scene",),
     "input.scene_files": ("load_scene", "packaged_scenes"),
     "simulation.simulate": ("simulate",),
     "sweeps.cases": ("read_spans",),
-    "simulation.steadiness": ("Motion",),
+    "simulation.steadiness": ("Motion", "dominant_frequency"),
     "sweeps.sweep": ("sweep",),
 }
 
 __all__ = [
+    "EnergyBalance",
     "Equilibrium",
     "Inputs",
     "Model",
@@ -74,6 +79,10 @@ __all__ = [
     "SimulationError",
     "State",
     "check_fmu",
+    "cigre_322_single_loop",
+    "davison_single_loop",
+    "dominant_frequency",
+    "energy_balance",
     "export_fmu",
     "find_conductor",
     "load_scene",

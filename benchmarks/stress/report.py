@@ -57,7 +57,7 @@ In short:
 - A run whose steps were too long says so among its warnings (`result.warnings`, `report.doubtful`): more
   than one in a hundred had to be halved, or a section turned by more than {DOUBTFUL_TURN:g} rad within one. It ended,
   but its energy may be wrong: reduce `numerics.time_step` until the warning goes away.
-- `gallop_fmu.simulation.energy_balance.energy_balance(result)` tells for a run of your own how well wind, damping and
+- `gallop_fmu.energy_balance(result)` tells for a run of your own how well wind, damping and
   stored energy agree; more than {CLOSED:.0%} of the energy turned over is too much. It is the sure test; the warning
   is a cheap one.
 - What cannot be computed is refused with a reason: a cable that goes slack, an attack angle outside the coefficient

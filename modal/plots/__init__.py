@@ -1,1 +1,21 @@
 """Figures of the modal toolkit."""
+
+from modal.plots.comparison_figure import comparison_figure
+from modal.plots.span_figures import (
+    criteria_figure,
+    locus_figure,
+    mode_shapes,
+    ratio_figure,
+    screening_figure,
+    tracking_figure,
+)
+
+__all__ = [
+    "comparison_figure",
+    "criteria_figure",
+    "locus_figure",
+    "mode_shapes",
+    "ratio_figure",
+    "screening_figure",
+    "tracking_figure",
+]
