@@ -347,7 +347,8 @@ def check_table(
         before, here = columns[key][i - 1], columns[key][i]
         if not here > before and not (jumps and here == before and (i == 1 or columns[key][i - 2] < before)):
             row = rows[i] if rows else i + 1
-            raise SceneError(f"{start}{key} must increase; row {row} has {here} after {before}")
+            allowed = "; two rows of one are a jump, three are not" if jumps and here == before else ""
+            raise SceneError(f"{start}{key} must increase; row {row} has {here} after {before}{allowed}")
 
 
 def take_in_file(

@@ -58,10 +58,13 @@ class Records:
         step = scene.numerics.time_step
         interval = every * step
         if interval > stop_time * (1.0 + 1e-9) and every > 1:
+            fits = int(stop_time / step + 1e-9)
+            cure = f"at most {fits} steps of {step:g} s fit: give a smaller record_every (--every)"
+            if fits < 1:
+                cure = f"not one step of {step:g} s fits: give a longer stop time (--until)"
             raise SceneError(
                 f"record_every = {every}: the first record would come at {interval:g} s, after the end of the run at "
-                f"{stop_time:g} s; at most {max(1, int(stop_time / step + 1e-9))} steps of {step:g} s fit: give a "
-                "smaller record_every (--every)"
+                f"{stop_time:g} s; {cure}"
             )
         if stop_time / step > MOST_STEPS:
             raise SceneError(

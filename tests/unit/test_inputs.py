@@ -38,7 +38,7 @@ def test_columns_become_laws(file):
         ("wind_speed\n5\n5\n", r"in.csv: the first line must name time, the first column, .*; it is 'wind_speed'"),
         ("time\n0\n1\n", r"in.csv: the first line must name time, .*; it is 'time'"),
         ("time,wind_speed\n0,5\n1,6\n0,6\n", r"in.csv: time must increase; row 4 has 0.0 after 1.0"),
-        ("time,wind_speed\n0,5\n0,6\n0,7\n", r"in.csv: time must increase; row 4 has 0.0 after 0.0"),
+        ("time,wind_speed\n0,5\n0,6\n0,7\n", r"in.csv: time must increase; row 4 has .* two rows of one are a jump"),
         ("time,attack_angle\n0,3.0\n1,3.1\n", r"attack_angle changes from 3.0; in a scene it is constant"),
         ("time,wind_speed\n0,5\n1,five\n", r"wind_speed in row 3 is 'five'"),
         ("", r"in.csv: .*; the file is empty"),
