@@ -12,6 +12,17 @@ bool usable(const void *pointer, size_t alignment)
     return pointer && (uintptr_t)pointer % alignment == 0;
 }
 
+bool finite_instant(const instant *now)
+{
+    bool ok = isfinite(now->wind) && isfinite(now->attack) && isfinite(now->load_factor) && isfinite(now->c2) &&
+              isfinite(now->c3);
+    for (int end = 0; end < 2; end++)
+        for (int i = 0; i < 3; i++)
+            ok = ok && isfinite(now->position[end][i]) && isfinite(now->velocity[end][i]) &&
+                 isfinite(now->acceleration[end][i]);
+    return ok;
+}
+
 /* The formulas round by adding a large number, and test for NaN and infinity: compilers and hosts can spoil both. */
 const char *gallop_arithmetic_fault(void)
 {

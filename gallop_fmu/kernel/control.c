@@ -131,7 +131,7 @@ static int controlled_step(const gallop_model *model, gallop_state *state, layou
     for (;;) {
         const double h = next_size(state, left), t = h > left * (1.0 - 1e-8) ? limit : state->time + h;
         state->last_substeps++;
-        const int outcome = gauss(model, state, at, inputs, t, h, report);
+        const int outcome = gauss(model, state, at, inputs, t, h, newton_tolerance(model, state), report);
         if (outcome && (!may_halve(outcome) || failures++ == model->scene.max_halvings)) {
             memcpy(at->u, at->u0, 3 * bytes);
             return outcome;

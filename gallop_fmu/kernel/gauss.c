@@ -166,10 +166,9 @@ static bool factor_stages(const gallop_model *model, gallop_state *state, layout
 
 /* One step from u0 v0 at t - h to u v at t; its a is that of the parabola's end, of third order. */
 int gauss(const gallop_model *model, gallop_state *state, layout *at, const gallop_inputs *inputs, double t, double h,
-          gallop_report *report)
+          double tolerance, gallop_report *report)
 {
     const int values = 4 * model->nodes;
-    const double tolerance = newton_tolerance(model, state);
     bool renew = state->factored_step != h, fresh = false;
     double before = 0.0, time[STAGES];
     instant now[STAGES];

@@ -162,6 +162,7 @@ typedef struct {
 } layout;
 
 /* check.c */
+bool finite_instant(const instant *now);
 #define WORD 8   /* [bytes] alignment of all that exported functions are given, but for arrays of int32_t */
 #define NOT_USABLE(pointer) #pointer ", a pointer that is null or not aligned to its type"
 bool usable(const void *pointer, size_t alignment);
@@ -181,7 +182,6 @@ int check_indices(const int32_t *index, int32_t count, int32_t end, const char *
 
 /* state.c */
 layout state_layout(const gallop_model *model, gallop_state *state);
-bool finite_instant(const instant *now);
 
 /* law.c */
 bool law_always_zero(const gallop_law *law);
@@ -243,10 +243,10 @@ int angle_failure(const gallop_model *model, int element, double angle, double t
 
 /* newmark.c, gauss.c: one step from u0 v0 a0 at t - h to u v a at t; commit: it is the one before from now on */
 int newmark(const gallop_model *model, gallop_state *state, layout *at, const gallop_inputs *inputs, double t, double h,
-            gallop_report *report);
+            double tolerance, gallop_report *report);
 void newmark_commit(const gallop_model *model, gallop_state *state, layout *at, double h);
 int gauss(const gallop_model *model, gallop_state *state, layout *at, const gallop_inputs *inputs, double t, double h,
-          gallop_report *report);
+          double tolerance, gallop_report *report);
 void gauss_commit(const gallop_model *model, gallop_state *state, layout *at, double h);
 void gauss_cubic_part(const gallop_model *model, const gallop_state *state, const layout *at, double h, double *part);
 double gauss_linear_part(const gallop_model *model, const layout *at, double h, int unknown);
@@ -272,7 +272,7 @@ void observe_node(const gallop_model *model, const gallop_state *state, int32_t 
                   double values[GALLOP_NODE_CHANNELS]);
 void observe_span(const gallop_model *model, gallop_state *state, uint32_t asked, double values[GALLOP_SPAN_CHANNELS]);
 
-/* shared */
+/* failure.c */
 int invalid(gallop_report *report, const char *field, double value, double limit);
 int fail(gallop_report *report, int outcome, int element, double time, double value, double limit);
 

@@ -1,19 +1,6 @@
 /* Creation of a model: checks, copies into one block, formulas that turn the scene into numbers. */
 #include "internal.h"
 
-int fail(gallop_report *report, int outcome, int element, double time, double value, double limit)
-{
-    if (report) {
-        report->outcome = outcome;
-        report->element = element;
-        report->time = time;
-        report->value = value;
-        report->limit = limit;
-        report->field = NULL;
-    }
-    return outcome;
-}
-
 void gallop_struct_sizes(size_t sizes[7])
 {
     if (!usable(sizes, WORD)) return;
@@ -67,13 +54,6 @@ static void support_stiffness(const gallop_scene *s, const gallop_support *suppo
 #define SAG_TENSION_AGREEMENT 0.05   /* largest relative difference of a sag and a tension that are both held */
 
 static bool positive(double x) { return isfinite(x) && x > 0.0; }
-
-int invalid(gallop_report *report, const char *field, double value, double limit)
-{
-    fail(report, GALLOP_INVALID_SCENE, -1, 0.0, value, limit);
-    report->field = field;
-    return GALLOP_INVALID_SCENE;
-}
 
 static int check_positive(const gallop_scene *s, gallop_report *report)
 {

@@ -134,10 +134,9 @@ TWO_PATHS static void correct(const layout *at, int values, double per_v, double
 
 /* One step from u0 v0 a0 at t - h to u v a at t. */
 int newmark(const gallop_model *model, gallop_state *state, layout *at, const gallop_inputs *inputs, double t, double h,
-            gallop_report *report)
+            double tolerance, gallop_report *report)
 {
     const int values = 4 * model->nodes;
-    const double tolerance = model->scene.newton_tolerance * state->sharpness;
     const weights w = weights_of(model);
     const double per_v = w.gamma / (w.beta * h), per_a = 1.0 / (w.beta * h * h);
     const blend mix = {1.0 - w.alpha_f, (1.0 - w.alpha_f) * per_v, (1.0 - w.alpha_m) * per_a};

@@ -43,17 +43,6 @@ layout state_layout(const gallop_model *model, gallop_state *state)
     return at;
 }
 
-bool finite_instant(const instant *now)
-{
-    bool ok = isfinite(now->wind) && isfinite(now->attack) && isfinite(now->load_factor) && isfinite(now->c2) &&
-              isfinite(now->c3);
-    for (int end = 0; end < 2; end++)
-        for (int i = 0; i < 3; i++)
-            ok = ok && isfinite(now->position[end][i]) && isfinite(now->velocity[end][i]) &&
-                 isfinite(now->acceleration[end][i]);
-    return ok;
-}
-
 int gallop_state_check(const gallop_model *model, const gallop_state *state)
 {
     if (!is_model(model) || !is_state_of(model, state)) return GALLOP_BAD_CALL;

@@ -36,8 +36,9 @@ static int whole_step(const gallop_model *model, gallop_state *state, layout *at
         double part = h / (double)((uint64_t)1 << level);
         double t = state->time + h * (double)(done + unit) / (double)whole;
         memcpy(at->u0, at->u, 3 * bytes);
-        int outcome = by_gauss(model) ? gauss(model, state, at, inputs, t, part, report)
-                                      : newmark(model, state, at, inputs, t, part, report);
+        const double tolerance = newton_tolerance(model, state);
+        int outcome = by_gauss(model) ? gauss(model, state, at, inputs, t, part, tolerance, report)
+                                      : newmark(model, state, at, inputs, t, part, tolerance, report);
         if (outcome == GALLOP_COMPLETED) {
             done += unit;
             state->last_substeps++;
