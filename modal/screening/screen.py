@@ -12,6 +12,7 @@ from gallop_fmu import Scene, SceneError
 from modal.linear.mode_basis import at_rest
 from modal.screening.continuation import Cycle, Search
 from modal.screening.floquet import multipliers
+from modal.screening.harmonic_balance import NotConvergedError
 from modal.screening.other_modes import OtherMode, first_other_mode
 from modal.screening.reduced_model import ReducedModel, reduced_model
 from modal.screening.two_mode_estimate import TwoMode, estimate
@@ -175,8 +176,12 @@ def screen(scene: Scene, highest_wind: float | None = None) -> Screening:
         estimate=rough,
         seconds=0.0,
     )
-    found = _with_other_mode(_judged(blank, Search(model, wind, highest)))
-    return replace(found, seconds=clock.process_time() - began)
+    search = Search(model, wind, highest)
+    try:
+        found = _judged(blank, search)
+    except NotConvergedError:
+        found = _unresolved(blank, search)
+    return replace(_with_other_mode(found), seconds=clock.process_time() - began)
 
 
 def check_wind(scene: Scene, wind: float, highest: float) -> None:
@@ -199,6 +204,19 @@ def _check_damping(model: ReducedModel) -> None:
                 f"the structural damping ratio of the first {name} mode is {ratio:.2g}; without damping galloping has "
                 f"no critical wind and the swing no threshold: give damping.translation (at least {LEAST_DAMPING:g})"
             )
+
+
+def _unresolved(blank: Screening, search: Search) -> Screening:
+    """The screening where Newton's iteration fails between two orbits of the branch: no onset can be told."""
+    return replace(
+        blank,
+        risk="undetermined",
+        galloping_from=search.galloping_from,
+        galloping_until=search.galloping_until,
+        limit_cycle=search.table(),
+        reason=f"f_v/f_h = {blank.frequencies.ratio:.3f}, but the limit cycle is unresolved: no motion was found "
+        "between two that it passes through; see simulate(scene)",
+    )
 
 
 def _judged(blank: Screening, search: Search) -> Screening:

@@ -304,3 +304,22 @@ def test_a_limit_cycle_that_no_motion_stays_near_gives_no_onset(wind):
     assert "as a disturbance other than the swing grows by" in found.reason
     assert "that is below the scene's" in found.reason
     assert max(cycle.wind_speed for cycle in found.limit_cycle) < 2.5
+
+
+def test_a_branch_on_which_newtons_iteration_fails_is_unresolved():
+    """A steep span on which it fails between two orbits, where the swing would start; found by random reports."""
+    line = {
+        "conductor": "Drake",
+        "span": 399.0,
+        "height_difference": 199.5,
+        "stringing_percent": 20.0,
+        "ice_thickness": 0.012,
+        "attack_angle_deg": 180.0,
+        "wind_speed": 4.0,
+        "coefficients": "example3",
+    }
+    scene = gf.Scene.from_dict({"line": line}).with_values({"numerics.elements": 8})
+    found = modal.screen(scene)
+    assert (found.risk, found.onset_wind_speed, found.saturated) == ("undetermined", None, None)
+    assert "the limit cycle is unresolved" in found.reason
+    assert found.galloping_from == pytest.approx(modal.critical_wind_speed(scene, 4, 2.0)[1].wind_speed, rel=0.05)
