@@ -74,7 +74,7 @@ def test_critical_wind_of_the_full_model(rise, right):
     rates = [growth(sloping(rise, wind__speed=float(wind), **common), 50.0, 250.0) for wind in winds]
     assert rates[0] < 0.0 < rates[1]
     zero = winds[0] - rates[0] * (winds[1] - winds[0]) / (rates[1] - rates[0])
-    assert zero == pytest.approx(right, rel=0.004)  # observed below 0.2 %
+    assert zero == pytest.approx(right, rel=1.5e-3)  # observed 3e-4 to 6e-4
 
 
 def test_the_screen_finds_the_same_critical_wind():
@@ -112,11 +112,16 @@ def test_motion_along_the_conductor_meets_no_wind():
     undamped = gf.Model(scene.with_values({"damping.translation": None, "damping.twist": None}))
     still, calm = gf.Inputs.still(scene), np.zeros_like(sliding)
     blowing = gf.Inputs(0.0, 8.0, still.attack_angle, still.support)
-    loads = [undamped.residual(v=v, inputs=still) - undamped.residual(v=v, inputs=blowing) for v in (calm, sliding)]
+    rising = np.zeros_like(sliding)
+    rising[:, 1] = 1.0
+    loads = [
+        undamped.residual(v=v, inputs=still) - undamped.residual(v=v, inputs=blowing) for v in (calm, sliding, rising)
+    ]
     force = np.abs(loads[0][1:-1, 1:3]).max()
-    assert np.abs(loads[1] - loads[0]).max() < 2e-3 * force  # the rest of the sag; observed 5e-4
-    along = loads[0][:, :2] @ tangent
-    assert np.abs(along).max() < 1e-3 * force
+    assert np.abs(loads[1] - loads[0]).max() < 1e-3 * force  # the rest of the sag; observed 4e-4
+    across, along = (np.abs(loads[2][:, :2] @ way).max() for way in ([-tangent[1], tangent[0]], tangent))
+    assert across > 0.1 * force
+    assert along < 1e-3 * across  # observed 4e-4; a force straight up would give 0.6
 
 
 def test_energy_is_kept_on_a_slope():
@@ -150,7 +155,7 @@ def test_energy_is_kept_on_a_slope():
     names = SPAN_INDEX
     energy = run.span_values[:, names["kinetic_energy"]] + run.span_values[:, names["potential_energy"]]
     assert np.ptp(run.node_values) > 0.15  # rad: the ice turns
-    assert np.ptp(energy) / energy.mean() < 1e-6
+    assert np.ptp(energy) / energy.mean() < 2e-9  # observed 4e-10
 
 
 def test_the_fmu_is_the_simulation(tmp_path):
