@@ -19,19 +19,27 @@ def exports(library: bytes) -> set[str]:
 def slices(library: bytes) -> dict[str, bytes]:
     """Processor to Mach-O file, of a universal library."""
     magic, count = struct.unpack_from(">II", library)
-    assert magic == 0xCAFEBABE, f"starts with {magic:#x}; a universal library starts with 0xcafebabe"
+    assert magic == 0xCAFEBABE, (
+        f"starts with {magic:#x}; a universal library starts with 0xcafebabe"
+    )
     found = {}
     for index in range(count):
-        processor, _, offset, size, alignment = struct.unpack_from(">iiIII", library, 8 + 20 * index)
+        processor, _, offset, size, alignment = struct.unpack_from(
+            ">iiIII", library, 8 + 20 * index
+        )
         assert offset % 2**alignment == 0, f"slice {index} is not aligned"
         found[MACH_O_NAMES[processor]] = library[offset : offset + size]
-        assert struct.unpack_from("<Ii", library, offset) == (0xFEEDFACF, processor), f"slice {index} is another file"
+        assert struct.unpack_from("<Ii", library, offset) == (0xFEEDFACF, processor), (
+            f"slice {index} is another file"
+        )
     return found
 
 
 def newest_glibc(library: bytes) -> tuple[int, int]:
     """Largest version of glibc that an ELF library asks for."""
-    return max((int(major), int(minor)) for major, minor in re.findall(rb"GLIBC_(\d+)\.(\d+)", library))
+    return max(
+        (int(major), int(minor)) for major, minor in re.findall(rb"GLIBC_(\d+)\.(\d+)", library)
+    )
 
 
 def _text(library: bytes, at: int) -> str:
@@ -41,7 +49,9 @@ def _text(library: bytes, at: int) -> str:
 def _elf_exports(library: bytes) -> Iterator[str]:
     (first,) = struct.unpack_from("<Q", library, 0x28)
     size, count = struct.unpack_from("<HH", library, 0x3A)
-    headers = [struct.unpack_from("<IIQQQQIIQQ", library, first + size * index) for index in range(count)]
+    headers = [
+        struct.unpack_from("<IIQQQQIIQQ", library, first + size * index) for index in range(count)
+    ]
     for _, kind, _, _, offset, length, link, _, _, entry in headers:
         if kind == 11:  # dynamic symbols
             for at in range(offset, offset + length, entry):
@@ -53,10 +63,17 @@ def _elf_exports(library: bytes) -> Iterator[str]:
 def _pe_exports(library: bytes) -> Iterator[str]:
     (header,) = struct.unpack_from("<I", library, 0x3C)
     sections, optional = struct.unpack_from("<H12xH", library, header + 6)
-    table = [struct.unpack_from("<8xIIII", library, header + 24 + optional + 40 * index) for index in range(sections)]
+    table = [
+        struct.unpack_from("<8xIIII", library, header + 24 + optional + 40 * index)
+        for index in range(sections)
+    ]
 
     def place(address: int) -> int:
-        return next(offset + address - start for size, start, _, offset in table if 0 <= address - start < size)
+        return next(
+            offset + address - start
+            for size, start, _, offset in table
+            if 0 <= address - start < size
+        )
 
     (directory,) = struct.unpack_from("<I", library, header + 24 + 112)
     (count,) = struct.unpack_from("<I", library, place(directory) + 24)

@@ -56,7 +56,10 @@ def measured(name: str, count: int, work: Callable[[], Any]) -> Any:
     after, wall = os.times(), time.perf_counter() - began
     cpu = sum(after[:4]) - sum(before[:4])
     grown = (resident() - memory) / 1e6
-    print(f"| {name} | {count} | {cpu:.1f} | {1e3 * cpu / count:.2f} | {wall:.1f} | {grown:+.0f} |", flush=True)
+    print(
+        f"| {name} | {count} | {cpu:.1f} | {1e3 * cpu / count:.2f} | {wall:.1f} | {grown:+.0f} |",
+        flush=True,
+    )
     return result
 
 
@@ -73,22 +76,33 @@ def main() -> None:
     scene, table = folder / "corridor.toml", folder / "spans.csv"
     scene.write_text(LINE)
     write_table(table)
-    print(f"{table.name}: {table.stat().st_size / 1e3:.0f} kB, {table.stat().st_size / SPANS:.0f} bytes a span\n")
+    print(
+        f"{table.name}: {table.stat().st_size / 1e3:.0f} kB, {table.stat().st_size / SPANS:.0f}"
+        " bytes a span\n"
+    )
     print("| work | spans or runs | CPU s | CPU ms each | wall-clock s | memory MB |")
     print("| --- " + "| ---: " * 5 + "|")
-    gf.sweep(scene, {"line.span": [100.0], "line.conductor": ["Drake"]}, stop_time=1.0, out=folder / "imports.parquet")
+    gf.sweep(
+        scene,
+        {"line.span": [100.0], "line.conductor": ["Drake"]},
+        stop_time=1.0,
+        out=folder / "imports.parquet",
+    )
     rows = measured("read the table", SPANS, lambda: gf.read_spans(table))
     risk = folder / "first.parquet"
 
     def look() -> gf.Runs:
-        return modal.screen_spans(scene, table=table, highest_wind=HIGHEST_WIND, first_look=True, out=risk)
+        return modal.screen_spans(
+            scene, table=table, highest_wind=HIGHEST_WIND, first_look=True, out=risk
+        )
 
     found = measured("first look", SPANS, look).dataset
     measured("the same again, all there", SPANS, look)
     print(f"\n{risk.name}: {risk.stat().st_size / 1e3:.0f} kB")
     told = found.suspect.values == 1.0
     print(
-        f"{found.sizes['run']} rows, {int(told.sum())} suspect, {int((found.outcome.values != 'completed').sum())} not"
+        f"{found.sizes['run']} rows, {int(told.sum())} suspect,"
+        f" {int((found.outcome.values != 'completed').sum())} not"
     )
 
     for suffix in (".parquet", ".nc"):
@@ -100,7 +114,10 @@ def main() -> None:
         runs = measured(f"sweep of 5 s, {suffix}", SIMULATED, simulated)
         measured("the same again, all there", SIMULATED, simulated)
         computed = float(np.nansum(runs.dataset.seconds)) / SIMULATED
-        print(f"{out.name}: {out.stat().st_size / 1e3:.0f} kB; {1e3 * computed:.2f} ms wall-clock a run in its thread")
+        print(
+            f"{out.name}: {out.stat().st_size / 1e3:.0f} kB; {1e3 * computed:.2f} ms wall-clock a"
+            " run in its thread"
+        )
     compare(scene, rows, found)
     threads()
 
@@ -109,12 +126,17 @@ def compare(scene: Path, rows: list[dict[str, Any]], found: Any) -> None:
     """What the first look calls suspect against the full screening, on some of the spans."""
     part = rows[:COMPARED]
     full = measured(
-        "full screening", COMPARED, lambda: modal.screen_spans(scene, table=part, highest_wind=HIGHEST_WIND)
+        "full screening",
+        COMPARED,
+        lambda: modal.screen_spans(scene, table=part, highest_wind=HIGHEST_WIND),
     ).dataset
     swings = np.isfinite(full.onset_wind_speed.values)
     suspect = found.suspect.values[:COMPARED] == 1.0
     print(f"\nof {COMPARED}: {int(swings.sum())} swing, {int(suspect.sum())} suspect,")
-    print(f"{int((swings & ~suspect).sum())} swing unsuspected, {int((suspect & ~swings).sum())} suspected in vain")
+    print(
+        f"{int((swings & ~suspect).sum())} swing unsuspected, {int((suspect & ~swings).sum())}"
+        " suspected in vain"
+    )
     for risk in sorted(set(full.risk.values)):
         print(risk or "not screened", int((full.risk.values == risk).sum()))
 
@@ -143,8 +165,8 @@ def threads() -> None:
     other.join()
     within = [cpu for at, cpu in ended if began < at < finished]
     print(
-        f"\none call of the kernel: {finished - began:.2f} s, {spent:.2f} s of CPU; meanwhile another thread ended "
-        f"{len(within)} calls in {within[-1] - within[0]:.2f} s of CPU"
+        f"\none call of the kernel: {finished - began:.2f} s, {spent:.2f} s of CPU; meanwhile"
+        f" another thread ended {len(within)} calls in {within[-1] - within[0]:.2f} s of CPU"
     )
 
 

@@ -3,8 +3,9 @@
     pip install ".[cross]"
     python benchmarks/cross_check.py
 
-Linux on x86-64 only. The first run takes some minutes, most of them for the run-time library of Windows. If `wine` is
-installed (Debian: `apt-get install --no-install-recommends wine64 wine`), the library for Windows runs in it.
+Linux on x86-64 only. The first run takes some minutes, most of them for the run-time library of
+Windows. If `wine` is installed (Debian: `apt-get install --no-install-recommends wine64 wine`), the
+library for Windows runs in it.
 """
 
 import os
@@ -38,12 +39,17 @@ def main() -> None:
     folder = Path(tempfile.mkdtemp(prefix="gallop-cross-"))
     print(f"Zig {metadata.version('ziglang')}, installed kernel: {build()}\n")
     os.environ.setdefault("ZIG_GLOBAL_CACHE_DIR", str(cache_folder().parent / "zig"))
-    os.environ["XDG_CACHE_HOME"] = str(folder / "cache")  # so that the kernel is compiled, though not all of Zig's own
+    os.environ["XDG_CACHE_HOME"] = str(
+        folder / "cache"
+    )  # so that the kernel is compiled, though not all of Zig's own
     libraries = {}
     for name in PLATFORMS:
         begin = time.perf_counter()
         libraries[name] = cross_library(name)
-        print(f"{name:9} {len(libraries[name]):7} bytes, compiled in {time.perf_counter() - begin:.1f} s")
+        print(
+            f"{name:9} {len(libraries[name]):7} bytes, compiled in"
+            f" {time.perf_counter() - begin:.1f} s"
+        )
     print()
     look(libraries)
     scene = gf.load_scene("example3")
@@ -63,15 +69,25 @@ def look(libraries: dict[str, bytes]) -> None:
     for name, library in parts.items():
         found = exports(library)
         fmi = {function for function in found if function.startswith("fmi2")}
-        assert len(fmi) == FMI_FUNCTIONS, f"{name}: {len(fmi)} FMI functions, {FMI_FUNCTIONS} are needed"
+        assert len(fmi) == FMI_FUNCTIONS, (
+            f"{name}: {len(fmi)} FMI functions, {FMI_FUNCTIONS} are needed"
+        )
         added = found & ADDED_BY_LINKER if "darwin" in name else set()
-        assert found - fmi - added == ours, f"{name}: {sorted((found - fmi - added) ^ ours)} on one side only"
+        assert found - fmi - added == ours, (
+            f"{name}: {sorted((found - fmi - added) ^ ours)} on one side only"
+        )
         besides = " and ".join(sorted(added)) or "nothing else"
-        print(f"{name:15} exports {len(fmi)} FMI functions, the {len(ours)} of gallop.h, and {besides}")
+        print(
+            f"{name:15} exports {len(fmi)} FMI functions, the {len(ours)} of gallop.h, and"
+            f" {besides}"
+        )
     major, minor = newest_glibc(libraries["linux64"])
     assert (major, minor) <= (2, 17)
     print(f"{'linux64':15} asks for glibc {major}.{minor}")
-    print(f"{'darwin64':15} has two slices of the right processor; NOT run: there is no such machine here\n")
+    print(
+        f"{'darwin64':15} has two slices of the right processor; NOT run: there is no such machine"
+        " here\n"
+    )
 
 
 def run(installed: Path, crossed: Path, folder: Path) -> None:
@@ -90,17 +106,29 @@ def run(installed: Path, crossed: Path, folder: Path) -> None:
     ]
     subprocess.run([*build, "-o", str(program)], check=True)
     names, wanted = _outputs([str(program)], installed, "linux64", ".so", folder)
-    print(f"{STEPS} steps of {STEP} s of example 3, {len(names)} outputs, against the installed library:")
-    _compare("linux64", names, wanted, _outputs([str(program)], crossed, "linux64", ".so", folder)[1])
+    print(
+        f"{STEPS} steps of {STEP} s of example 3, {len(names)} outputs, against the installed"
+        " library:"
+    )
+    _compare(
+        "linux64", names, wanted, _outputs([str(program)], crossed, "linux64", ".so", folder)[1]
+    )
     if shutil.which("wine") is None:
         print("win64    not run: there is no wine here")
         return
     windows = folder / "cross_host.exe"
     subprocess.run([*build, "-target", "x86_64-windows-gnu", "-o", str(windows)], check=True)
-    _compare("win64", names, wanted, _outputs(["wine", str(windows)], crossed, "win64", ".dll", folder)[1])
+    _compare(
+        "win64",
+        names,
+        wanted,
+        _outputs(["wine", str(windows)], crossed, "win64", ".dll", folder)[1],
+    )
 
 
-def _outputs(host: list[str], fmu: Path, platform: str, suffix: str, folder: Path) -> tuple[list[str], np.ndarray]:
+def _outputs(
+    host: list[str], fmu: Path, platform: str, suffix: str, folder: Path
+) -> tuple[list[str], np.ndarray]:
     """Names of the Reals, and a row for each step."""
     unpacked = folder / fmu.stem
     extract(str(fmu), unzipdir=str(unpacked))
@@ -108,10 +136,26 @@ def _outputs(host: list[str], fmu: Path, platform: str, suffix: str, folder: Pat
     reals = [v for v in description.modelVariables if v.causality == "output" and v.type == "Real"]
     drive = "Z:" if host[0] == "wine" else ""
     library = next((unpacked / "binaries" / platform).glob(f"*{suffix}"))
-    resources = f"file:///{drive}{unpacked / 'resources'}" if drive else (unpacked / "resources").as_uri()
-    words = [f"{drive}{library}", resources, description.guid, STEPS, STEP, *(v.valueReference for v in reals)]
-    environment = {**os.environ, "WINEPREFIX": str(folder / "wine"), "WINEDEBUG": "-all", "HOME": str(folder)}
-    done = subprocess.run([*host, *map(str, words)], env=environment, capture_output=True, text=True, timeout=600)
+    resources = (
+        f"file:///{drive}{unpacked / 'resources'}" if drive else (unpacked / "resources").as_uri()
+    )
+    words = [
+        f"{drive}{library}",
+        resources,
+        description.guid,
+        STEPS,
+        STEP,
+        *(v.valueReference for v in reals),
+    ]
+    environment = {
+        **os.environ,
+        "WINEPREFIX": str(folder / "wine"),
+        "WINEDEBUG": "-all",
+        "HOME": str(folder),
+    }
+    done = subprocess.run(
+        [*host, *map(str, words)], env=environment, capture_output=True, text=True, timeout=600
+    )
     assert done.returncode == 0, f"{platform}: {done.stderr}"
     rows = [[float.fromhex(word) for word in line.split()] for line in done.stdout.splitlines()]
     return [v.name for v in reals], np.array(rows)
@@ -123,13 +167,16 @@ def _compare(platform: str, names: list[str], wanted: np.ndarray, found: np.ndar
         print(f"{platform:8} runs: every bit is the same")
         return
     size = np.max(np.abs(wanted), axis=0)
-    for kind in {_kind(name) for name in names}:  # some values are nought but for rounding, such as x1 at mid-span
+    for kind in {
+        _kind(name) for name in names
+    }:  # some values are nought but for rounding, such as x1 at mid-span
         alike = [_kind(name) == kind for name in names]
         size[alike] = np.max(size[alike])
     share = np.max(np.abs(found - wanted), axis=0) / size
     worst = int(np.argmax(share))
     print(
-        f"{platform:8} runs: largest difference {share[worst]:.1e} of the largest value of its kind, in {names[worst]}"
+        f"{platform:8} runs: largest difference {share[worst]:.1e} of the largest value of its"
+        f" kind, in {names[worst]}"
     )
     assert share[worst] < 1e-9
 

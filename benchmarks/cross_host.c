@@ -25,12 +25,12 @@ static void check(int ok, const char *what)
     exit(1);
 }
 #define OK(call) check((call) == fmi2OK, #call)
-#define FUNCTION(name) \
-    fmi2##name##TYPE *name = (fmi2##name##TYPE *)FIND(library, "fmi2" #name); \
+#define FUNCTION(name)                                                                             \
+    fmi2##name##TYPE *name = (fmi2##name##TYPE *)FIND(library, "fmi2" #name);                      \
     check(name != NULL, #name)
 
-static void to_stderr(void *environment, fmi2String instance, fmi2Status status, fmi2String category, fmi2String format,
-                      ...)
+static void to_stderr(void *environment, fmi2String instance, fmi2Status status,
+                      fmi2String category, fmi2String format, ...)
 {
     (void)environment;
     fprintf(stderr, "%s %d %s: %s\n", instance, status, category, format);
@@ -50,7 +50,8 @@ int main(int count, char **word)
     FUNCTION(Terminate);
     FUNCTION(FreeInstance);
     const fmi2CallbackFunctions callbacks = {to_stderr, calloc, free, NULL, NULL};
-    fmi2Component c = Instantiate("span", fmi2CoSimulation, word[3], word[2], &callbacks, fmi2False, fmi2True);
+    fmi2Component c =
+        Instantiate("span", fmi2CoSimulation, word[3], word[2], &callbacks, fmi2False, fmi2True);
     check(c != NULL, "Instantiate");
     OK(SetupExperiment(c, fmi2False, 0.0, 0.0, fmi2False, 0.0));
     OK(EnterInitializationMode(c));

@@ -2,10 +2,11 @@
 
 Usage: python benchmarks/fmu_cost.py
 
-Needs the package installed, this source folder and a C compiler (`cc`, or the one named by the environment variable
-CC). fmu_host.c loads the library of an exported FMU and calls its FMI functions and the kernel's own, by turns. All
-times are wall-clock times; on a shared machine the least is nearest to the cost of the work itself, and the speed-up by
-a second thread means little without that of mere arithmetic, which stands below it.
+Needs the package installed, this source folder and a C compiler (`cc`, or the one named by the
+environment variable CC). fmu_host.c loads the library of an exported FMU and calls its FMI
+functions and the kernel's own, by turns. All times are wall-clock times; on a shared machine the
+least is nearest to the cost of the work itself, and the speed-up by a second thread means little
+without that of mere arithmetic, which stands below it.
 """
 
 from __future__ import annotations
@@ -48,17 +49,34 @@ def compile_host(folder: Path) -> c.CDLL:
     assert fmpy.origin is not None
     headers, library = Path(fmpy.origin).parent / "c-code", folder / "fmu_host.so"
     flags = ["-std=gnu11", "-O2", "-fPIC", "-shared", f"-I{headers}", f"-I{KERNEL}"]
-    command = [os.environ.get("CC", "cc"), *flags, HERE / "fmu_host.c", "-o", library, "-ldl", "-pthread"]
+    command = [
+        os.environ.get("CC", "cc"),
+        *flags,
+        HERE / "fmu_host.c",
+        "-o",
+        library,
+        "-ldl",
+        "-pthread",
+    ]
     subprocess.run(command, check=True)
     host = c.CDLL(str(library))
-    host.fmu_costs.argtypes = (c.c_char_p, c.c_char_p, c.c_char_p, c.POINTER(CScene), c.POINTER(Costs))
+    host.fmu_costs.argtypes = (
+        c.c_char_p,
+        c.c_char_p,
+        c.c_char_p,
+        c.POINTER(CScene),
+        c.POINTER(Costs),
+    )
     return host
 
 
 def measure(folder: Path) -> list[Costs]:
     """All repeats."""
     scene = gf.load_scene("example3")
-    path, unpacked = gf.export_fmu(scene, folder / "span.fmu", runtime="native"), folder / "unpacked"
+    path, unpacked = (
+        gf.export_fmu(scene, folder / "span.fmu", runtime="native"),
+        folder / "unpacked",
+    )
     extract(str(path), unzipdir=str(unpacked))
     guid = read_model_description(str(path)).guid
     library = next((unpacked / "binaries").glob("*64/*"))
@@ -82,18 +100,33 @@ def main() -> None:
         least, middle, most = min(values), statistics.median(values), max(values)
         print(f"| {name} | {least:.3g} | {middle:.3g} | {most:.3g} | {aim} |")
 
-    print(f"example3, 15 elements, steps of 0.01 s, {REPEATS} repeats, {os.cpu_count()} cores; ", end="")
+    print(
+        f"example3, 15 elements, steps of 0.01 s, {REPEATS} repeats, {os.cpu_count()} cores; ",
+        end="",
+    )
     print(f"kernel state {repeats[0].state_bytes:.0f} bytes\n")
     print("| | least | median | greatest | aim |\n| --- | ---: | ---: | ---: | --- |")
     row("gallop_advance [us]", [r.advance for r in repeats], "")
     row("fmi2DoStep [us]", [r.step for r in repeats], "")
-    row("fmi2DoStep more than gallop_advance [us]", [r.step - r.advance for r in repeats], "0.5, or 3 %")
+    row(
+        "fmi2DoStep more than gallop_advance [us]",
+        [r.step - r.advance for r in repeats],
+        "0.5, or 3 %",
+    )
     row("fmi2DoStep / gallop_advance", [r.step / r.advance for r in repeats], "1.03, or 0.5 us")
     row("save and restore [us]", [r.save_restore for r in repeats], "1")
     row("two plain copies of the kernel's state [us]", [r.copy for r in repeats], "")
     row("instantiate to first step [ms]", [r.first_step for r in repeats], "5")
-    row("speed-up of four instances on two threads", [r.one_thread / r.two_threads for r in repeats], "1.6")
-    row("speed-up that the machine gave to mere arithmetic", [r.one_counter / r.two_counters for r in repeats], "")
+    row(
+        "speed-up of four instances on two threads",
+        [r.one_thread / r.two_threads for r in repeats],
+        "1.6",
+    )
+    row(
+        "speed-up that the machine gave to mere arithmetic",
+        [r.one_counter / r.two_counters for r in repeats],
+        "",
+    )
 
 
 if __name__ == "__main__":

@@ -1,5 +1,5 @@
-/* What the FMI layer costs: times the functions of a native FMU's library beside the kernel's own in the same library.
- * Compiled and called by fmu_cost.py. */
+/* What the FMI layer costs: times the functions of a native FMU's library beside the kernel's own
+ * in the same library. Compiled and called by fmu_cost.py. */
 #include <dlfcn.h>
 #include <fmi2FunctionTypes.h>
 #include <gallop.h>
@@ -9,22 +9,23 @@
 #include <time.h>
 
 #define STEP 0.01
-#define SETTLE 2000   /* steps before the clock is read */
+#define SETTLE 2000 /* steps before the clock is read */
 #define STEPS 4000
 #define SAVES 20000
 #define INSTANCES 4
 
 typedef struct {
-    double advance, step, save_restore, copy;   /* [us]; copy: two copies of the kernel's state by memcpy */
-    double first_step;                          /* [ms] from fmi2Instantiate to the end of the first step */
-    double one_thread, two_threads;             /* [ms] for the same instances */
-    double one_counter, two_counters;           /* [ms] for mere arithmetic: what the machine has to give */
+    double advance, step, save_restore,
+        copy;                         /* [us]; copy: two copies of the kernel's state by memcpy */
+    double first_step;                /* [ms] from fmi2Instantiate to the end of the first step */
+    double one_thread, two_threads;   /* [ms] for the same instances */
+    double one_counter, two_counters; /* [ms] for mere arithmetic: what the machine has to give */
     double state_bytes;
 } costs;
 
-#define FUNCTIONS(of) \
-    of(Instantiate) of(FreeInstance) of(SetupExperiment) of(EnterInitializationMode) of(ExitInitializationMode) \
-    of(DoStep) of(GetFMUstate) of(SetFMUstate) of(FreeFMUstate)
+#define FUNCTIONS(of)                                                                              \
+    of(Instantiate) of(FreeInstance) of(SetupExperiment) of(EnterInitializationMode)               \
+        of(ExitInitializationMode) of(DoStep) of(GetFMUstate) of(SetFMUstate) of(FreeFMUstate)
 #define DECLARE(name) static fmi2##name##TYPE *name;
 FUNCTIONS(DECLARE)
 
@@ -40,7 +41,8 @@ static double now(void)
 static fmi2Component start(void)
 {
     static const fmi2CallbackFunctions call = {NULL, calloc, free, NULL, NULL};
-    fmi2Component c = Instantiate("span", fmi2CoSimulation, guid, resources, &call, fmi2False, fmi2False);
+    fmi2Component c =
+        Instantiate("span", fmi2CoSimulation, guid, resources, &call, fmi2False, fmi2False);
     if (!c) return NULL;
     SetupExperiment(c, fmi2False, 0.0, 0.0, fmi2False, 0.0);
     EnterInitializationMode(c);
@@ -51,7 +53,8 @@ static fmi2Component start(void)
 static int run(fmi2Component c, int first, int count)
 {
     int failed = 0;
-    for (int k = first; k < first + count; k++) failed |= DoStep(c, k * STEP, STEP, fmi2True) != fmi2OK;
+    for (int k = first; k < first + count; k++)
+        failed |= DoStep(c, k * STEP, STEP, fmi2True) != fmi2OK;
     return failed;
 }
 
@@ -70,8 +73,10 @@ static void time_threads(costs *r)
         double began = now();
         if (threads == 2) pthread_create(&other, NULL, half, c + INSTANCES / 2);
         half(c);
-        if (threads == 2) pthread_join(other, NULL);
-        else half(c + INSTANCES / 2);
+        if (threads == 2)
+            pthread_join(other, NULL);
+        else
+            half(c + INSTANCES / 2);
         *(threads == 1 ? &r->one_thread : &r->two_threads) = 1e3 * (now() - began);
         for (int i = 0; i < INSTANCES; i++) FreeInstance(c[i]);
     }
@@ -79,7 +84,7 @@ static void time_threads(costs *r)
 
 static void *count(void *given)
 {
-    volatile double *x = given;   /* volatile, or the compiler leaves the work out */
+    volatile double *x = given; /* volatile, or the compiler leaves the work out */
     for (int i = 0; i < 5000000; i++) *x = *x * 0.999999 + 1e-6;
     return NULL;
 }
@@ -89,7 +94,7 @@ static void time_machine(costs *r)
     pthread_t other;
     static double sum[64];
     double began = now();
-    count(&sum[0]), count(&sum[32]);   /* apart, in lines of the cache of their own */
+    count(&sum[0]), count(&sum[32]); /* apart, in lines of the cache of their own */
     r->one_counter = 1e3 * (now() - began);
     began = now();
     pthread_create(&other, NULL, count, &sum[0]);
@@ -99,12 +104,13 @@ static void time_machine(costs *r)
 }
 
 /* Returns 0, or the number of what failed. */
-int fmu_costs(const char *library_path, const char *resource_location, const char *id, const gallop_scene *scene,
-              costs *r)
+int fmu_costs(const char *library_path, const char *resource_location, const char *id,
+              const gallop_scene *scene, costs *r)
 {
     void *library = dlopen(library_path, RTLD_NOW | RTLD_LOCAL);
     if (!library) return 1;
-#define LOAD(name) if (!(*(void **)&name = dlsym(library, "fmi2" #name))) return 2;
+#define LOAD(name)                                                                                 \
+    if (!(*(void **)&name = dlsym(library, "fmi2" #name))) return 2;
     FUNCTIONS(LOAD)
     __typeof__(gallop_model_create) *create;
     __typeof__(gallop_advance) *advance;
@@ -134,7 +140,7 @@ int fmu_costs(const char *library_path, const char *resource_location, const cha
     for (int k = 0; k < SETTLE; k++) advance(model, state, &in, (k + 1) * STEP, &report);
     if (run(c, 1, SETTLE - 1)) return 6;
     r->step = r->advance = 0.0;
-    for (int part = 0; part < 40; part++) {   /* by turns, so that both see the same machine */
+    for (int part = 0; part < 40; part++) { /* by turns, so that both see the same machine */
         const int first = SETTLE + part * STEPS / 40, count = STEPS / 40;
         began = now();
         for (int k = first; k < first + count; k++) {

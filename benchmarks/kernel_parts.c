@@ -13,22 +13,26 @@ static double cpu_seconds(void)
 }
 
 /* Mean CPU time [us] of one execution of the statement. */
-#define TIME(microseconds, calls, statement)                                \
-    do {                                                                    \
-        const double began = cpu_seconds();                                 \
-        for (int call = 0; call < (calls); call++) { statement; }           \
-        (microseconds) = 1e6 * (cpu_seconds() - began) / (calls);           \
+#define TIME(microseconds, calls, statement)                                                       \
+    do {                                                                                           \
+        const double began = cpu_seconds();                                                        \
+        for (int call = 0; call < (calls); call++) {                                               \
+            statement;                                                                             \
+        }                                                                                          \
+        (microseconds) = 1e6 * (cpu_seconds() - began) / (calls);                                  \
     } while (0)
 
 /* What speed.py reads, in this order. */
 typedef struct {
-    double forces, ice, aerodynamics, tangent, solution;   /* [us] a call */
-    double step;                                           /* [us] a time step */
-    double iterations, refactorisations;                   /* a step */
+    double forces, ice, aerodynamics, tangent, solution; /* [us] a call */
+    double step;                                         /* [us] a time step */
+    double iterations, refactorisations;                 /* a step */
 } parts;
 
-/* Runs until `settled` [s], then times `calls` of each part in that motion, and `steps` whole steps. */
-GALLOP_API int kernel_parts(const gallop_scene *scene, double settled, int calls, int steps, parts *out)
+/* Runs until `settled` [s], then times `calls` of each part in that motion, and `steps` whole
+ * steps. */
+GALLOP_API int kernel_parts(const gallop_scene *scene, double settled, int calls, int steps,
+                            parts *out)
 {
     gallop_model *model;
     gallop_report report;
@@ -39,13 +43,14 @@ GALLOP_API int kernel_parts(const gallop_scene *scene, double settled, int calls
     if (!failed) {
         const layout at = state_layout(model, state);
         const double h = scene->time_step;
-        const blend mix = {1.0, 2.0 / h, 4.0 / (h * h)};   /* Newmark, beta 1/4, gamma 1/2 */
+        const blend mix = {1.0, 2.0 / h, 4.0 / (h * h)}; /* Newmark, beta 1/4, gamma 1/2 */
         const instant windy_now = state->now;
         instant calm = windy_now;
         watch seen;
         watch_start(&seen);
         calm.wind = 0.0;
-#define RESIDUAL(now, slopes) span_residual(model, settled, now, &at.sections, at.u, at.v, at.a, slopes, at.residual, &seen)
+#define RESIDUAL(now, slopes)                                                                      \
+    span_residual(model, settled, now, &at.sections, at.u, at.v, at.a, slopes, at.residual, &seen)
         double all, without_wind, without_ice;
         TIME(all, calls, RESIDUAL(&windy_now, false));
         TIME(without_wind, calls, RESIDUAL(&calm, false));
@@ -55,8 +60,9 @@ GALLOP_API int kernel_parts(const gallop_scene *scene, double settled, int calls
         out->forces = without_ice;
         out->ice = without_wind - without_ice;
         out->aerodynamics = all - without_wind;
-        RESIDUAL(&windy_now, true);   /* leaves the slopes that the tangent needs */
-        TIME(out->tangent, calls, solver_factor(model, &windy_now, &at.sections, at.u, mix, model->fixed, at.factors));
+        RESIDUAL(&windy_now, true); /* leaves the slopes that the tangent needs */
+        TIME(out->tangent, calls,
+             solver_factor(model, &windy_now, &at.sections, at.u, mix, model->fixed, at.factors));
         TIME(out->solution, calls, solver_solve(model, at.factors, model->fixed, at.residual));
 
         const int64_t iterations = state->iterations, refactorisations = state->refactorisations;

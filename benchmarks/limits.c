@@ -1,10 +1,13 @@
-/* What one core can do: multiplications and additions without memory, and reading memory of a given size. */
+/* What one core can do: multiplications and additions without memory, and reading memory of a given
+ * size. */
 #define _POSIX_C_SOURCE 199309L
 #include "internal.h"
 
 #include <time.h>
 
-#define CHAINS 14   /* of both kinds together: more than latency times units, and with two constants sixteen registers */
+#define CHAINS                                                                                     \
+    14 /* of both kinds together: more than latency times units, and with two constants sixteen    \
+          registers */
 
 static double cpu_seconds(void)
 {
@@ -13,8 +16,9 @@ static double cpu_seconds(void)
     return (double)now.tv_sec + 1e-9 * (double)now.tv_nsec;
 }
 
-/* Floating-point operations a second, half of them additions, half multiplications; fused ones are not used here, as they
- * are not in the kernel.  `sink` keeps the compiler from leaving the work out. */
+/* Floating-point operations a second, half of them additions, half multiplications; fused ones are
+ * not used here, as they are not in the kernel.  `sink` keeps the compiler from leaving the work
+ * out. */
 GALLOP_API TWO_PATHS double peak_rate(int rounds, double *sink)
 {
     lanes sum[CHAINS / 2], product[CHAINS / 2], tiny = {0.0}, one = {0.0};

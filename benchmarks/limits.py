@@ -1,7 +1,8 @@
 """How near a step comes to what the core can do; see README.md beside this file. Usage: python benchmarks/limits.py
 
-The floating-point operations of an element are counted by hand from the formulas of element.c, aero.c, elementary.h and
-solver.c; an addition, multiplication, division or square root counts as one, a choice as none.
+The floating-point operations of an element are counted by hand from the formulas of element.c,
+aero.c, elementary.h and solver.c; an addition, multiplication, division or square root counts as
+one, a choice as none.
 """
 
 from __future__ import annotations
@@ -11,7 +12,16 @@ import tempfile
 import time
 
 import numpy as np
-from speed import REPEATS, SETTLED, Parts, compile_kernel_with, compile_parts, heading, spread, strict
+from speed import (
+    REPEATS,
+    SETTLED,
+    Parts,
+    compile_kernel_with,
+    compile_parts,
+    heading,
+    spread,
+    strict,
+)
 
 import gallop_fmu as gf
 from gallop_fmu.engine.pack import Packed
@@ -19,10 +29,14 @@ from gallop_fmu.engine.pack import Packed
 UNKNOWNS = 4
 INERTIA = UNKNOWNS * (3 * 3 + 15)  # a + b v in three nodes, and three rows of three products
 SLOPES = UNKNOWNS * 2 * 5  # of u and v
-TENSION = 3 * 4 + 2 + 3 * 2 + 1 + 7 + 3 * 5 + 2  # strain, tension, its force, and the damping of both kinds
+TENSION = (
+    3 * 4 + 2 + 3 * 2 + 1 + 7 + 3 * 5 + 2
+)  # strain, tension, its force, and the damping of both kinds
 NODAL = UNKNOWNS * 6
 FORCES = INERTIA + 2 * (SLOPES + TENSION + NODAL)
-SECTIONS = 7 * 2 * 5 + 3 * 14 + 20  # motion at three sections, forces to the nodes, and sums at the nodes
+SECTIONS = (
+    7 * 2 * 5 + 3 * 14 + 20
+)  # motion at three sections, forces to the nodes, and sums at the nodes
 ICE = 3 * (50 + 20)  # sine and cosine, forces
 AIR = 3 * (33 + 51)  # arctangent; relative wind, place on the curve, three cubics, loads
 SOLUTION = 6 * 28 + 2 * 8 + 3 * 28 + 2 * UNKNOWNS  # condensed node, chain
@@ -41,7 +55,11 @@ ELEMENTS = (15, 100, 1000)
 STEPS = 20_000
 
 LANES = {
-    "one element at a time": ("-DGALLOP_ONE_LANE", "-fno-tree-vectorize", "-fno-tree-slp-vectorize"),
+    "one element at a time": (
+        "-DGALLOP_ONE_LANE",
+        "-fno-tree-vectorize",
+        "-fno-tree-slp-vectorize",
+    ),
     "the same, vectorised by the compiler": ("-DGALLOP_ONE_LANE",),
     "four elements side by side": (),
 }
@@ -61,7 +79,10 @@ def side_by_side() -> None:
                     raise RuntimeError("the benchmark scene failed")
                 spent[name].append(parts.step)
     single = spent["one element at a time"]
-    print("| example3, step 0.02 s | us a step: least | median | greatest | times as fast | 4 lanes could still give |")
+    print(
+        "| example3, step 0.02 s | us a step: least | median | greatest | times as fast | 4 lanes"
+        " could still give |"
+    )
     print("| --- | ---: | ---: | ---: | ---: | ---: |")
     for name, values in spent.items():
         gain = float(np.median(np.array(single) / values))
@@ -76,7 +97,9 @@ def main() -> None:
         library.peak_rate.restype = library.read_rate.restype = c.c_double
         library.read_rate.argtypes = (c.c_void_p, c.c_size_t, c.c_int, c.POINTER(c.c_double))
         sink = c.c_double()
-        states = {n: gf.Model(strict(time_step=0.02, elements=n), inputs=False).start() for n in ELEMENTS}
+        states = {
+            n: gf.Model(strict(time_step=0.02, elements=n), inputs=False).start() for n in ELEMENTS
+        }
         peak: list[float] = []
         reading: dict[int, list[float]] = {n: [] for n in ELEMENTS}
         spent: dict[int, list[float]] = {n: [] for n in ELEMENTS}
@@ -88,7 +111,9 @@ def main() -> None:
             for n, state in states.items():
                 values = np.ones(BYTES * n // 8)
                 rounds = max(1, 200_000_000 // values.nbytes)
-                reading[n].append(library.read_rate(values.ctypes.data, len(values), rounds, c.byref(sink)) / 1e9)
+                reading[n].append(
+                    library.read_rate(values.ctypes.data, len(values), rounds, c.byref(sink)) / 1e9
+                )
                 saved = state.save()
                 before = state.advance(state.time + 0.02)
                 steps = max(20, STEPS // n)
@@ -97,9 +122,18 @@ def main() -> None:
                 spent[n].append((time.process_time() - began) / steps)
                 iterations[n] = (after.iterations - before.iterations) / steps
                 state.restore(saved)
-    print(f"Additions and multiplications of the core without memory, 10^9 a second: {spread(peak)}\n")
+    print(
+        f"Additions and multiplications of the core without memory, 10^9 a second: {spread(peak)}\n"
+    )
     print(f"An iteration needs {ITERATION} operations and {BYTES} bytes an element.\n")
-    columns = ("elements", "us a step: least", "iterations", "10^9 operations a second", "of the peak", "GB/s")
+    columns = (
+        "elements",
+        "us a step: least",
+        "iterations",
+        "10^9 operations a second",
+        "of the peak",
+        "GB/s",
+    )
     print(f"| {' | '.join(columns)} | of reading as much | bytes an element |")
     print(f"| {' | '.join(['---:'] * 8)} |")
     for n in ELEMENTS:
@@ -107,7 +141,10 @@ def main() -> None:
         operations = n * (count * ITERATION + PREDICTION) / least / 1e9
         rate = n * count * BYTES / least / 1e9
         memory = states[n].model.state_size / n + MODEL
-        shares = f"{operations:.2f} | {operations / max(peak):.0%} | {rate:.1f} | {rate / max(reading[n]):.0%}"
+        shares = (
+            f"{operations:.2f} | {operations / max(peak):.0%} | {rate:.1f} |"
+            f" {rate / max(reading[n]):.0%}"
+        )
         print(f"| {n} | {1e6 * least:.2f} | {count:.2f} | {shares} | {memory:.0f} |")
     print()
     side_by_side()

@@ -2,8 +2,9 @@
 
 Usage: python benchmarks/masters.py SCENE FMU [STOP_TIME]
 
-SCENE is the packaged name or file that the FMU was exported from. ECOS and libcosim pin packages that differ, so each
-master may have an environment of its own; one without gallop-fmu prints the last values only.
+SCENE is the packaged name or file that the FMU was exported from. ECOS and libcosim pin packages
+that differ, so each master may have an environment of its own; one without gallop-fmu prints the
+last values only.
 """
 
 from __future__ import annotations
@@ -33,7 +34,9 @@ def references(fmu: Path) -> dict[str, int]:
 def in_fmpy(fmu: Path, outputs: dict[str, int], steps: int) -> list[float]:
     from fmpy import simulate_fmu
 
-    found = simulate_fmu(str(fmu), stop_time=steps * STEP, output_interval=STEP, output=list(outputs))
+    found = simulate_fmu(
+        str(fmu), stop_time=steps * STEP, output_interval=STEP, output=list(outputs)
+    )
     return [float(found[name][-1]) for name in outputs]
 
 
@@ -87,7 +90,9 @@ def main(scene: str, fmu: Path, stop_time: float = 20.0) -> None:
         found = master(fmu, outputs, steps)
         spent = 1e6 * (time.perf_counter() - began) / steps
         for index, output in enumerate(outputs):
-            difference = "" if wanted is None else f", from simulate(): {found[index] - wanted[index]:.3g}"
+            difference = (
+                "" if wanted is None else f", from simulate(): {found[index] - wanted[index]:.3g}"
+            )
             print(f"{name}: {output} = {found[index]!r}{difference}")
         print(f"{name}: {spent:.1f} us a step, all told")
 

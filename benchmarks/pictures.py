@@ -28,12 +28,16 @@ def spans() -> dict[str, gf.Scene]:
     """Example 3, its tension left to follow from the sag, between rigid ends and between the springs of Table 1."""
     scene = gf.load_scene("example3").with_values({"span.horizontal_tension": None})
     ends = zip(COLOURS, (RIGID, SPRING), strict=True)
-    return {name: scene.with_values({"supports.left": end, "supports.right": end}) for name, end in ends}
+    return {
+        name: scene.with_values({"supports.left": end, "supports.right": end}) for name, end in ends
+    }
 
 
 def irvine(scene: gf.Scene) -> np.ndarray:
     """Ratio by Irvine's theory at each of `SAGS`."""
-    return np.array([modal.shallow_cable(scene.with_values({"span.sag": float(sag)})).ratio for sag in SAGS])
+    return np.array(
+        [modal.shallow_cable(scene.with_values({"span.sag": float(sag)})).ratio for sag in SAGS]
+    )
 
 
 def draw(found: dict[str, xr.Dataset], scenes: dict[str, gf.Scene]) -> Figure:
@@ -45,7 +49,16 @@ def draw(found: dict[str, xr.Dataset], scenes: dict[str, gf.Scene]) -> Figure:
               marker=".", markersize=3.0, label="ends on springs of 76 kN/m")  # fmt: skip
     for name, scene in scenes.items():
         label = "Irvine's theory" if name == "rigid ends" else None
-        axes.plot(SAGS, irvine(scene), ":", color="#009E73", linewidth=2.2, alpha=0.9, zorder=1, label=label)
+        axes.plot(
+            SAGS,
+            irvine(scene),
+            ":",
+            color="#009E73",
+            linewidth=2.2,
+            alpha=0.9,
+            zorder=1,
+            label=label,
+        )
     held = gf.load_scene("example3")
     axes.plot(held.span.sag, modal.frequency_ratio(held).ratio, "D", color="#D55E00", markersize=4.0,
               label="the paper's example 3")  # fmt: skip
@@ -55,7 +68,9 @@ def draw(found: dict[str, xr.Dataset], scenes: dict[str, gf.Scene]) -> Figure:
     weight = (held.conductor.mass_per_length + held.ice.mass_per_length) * held.span.gravity
     strength = weight * held.span.length**2 / 8000.0  # sag [m] times tension [kN], by the parabola
 
-    def other(value: np.ndarray) -> np.ndarray:  # of sag and tension, which are inversely proportional
+    def other(
+        value: np.ndarray,
+    ) -> np.ndarray:  # of sag and tension, which are inversely proportional
         return strength / np.maximum(value, 1e-9)
 
     top = figure.axes[0].secondary_xaxis("top", functions=(other, other))
@@ -66,14 +81,22 @@ def draw(found: dict[str, xr.Dataset], scenes: dict[str, gf.Scene]) -> Figure:
 
 def main() -> None:
     scenes = spans()
-    found = {name: modal.ratio_map(scene, "span.sag", SAGS.tolist()) for name, scene in scenes.items()}
+    found = {
+        name: modal.ratio_map(scene, "span.sag", SAGS.tolist()) for name, scene in scenes.items()
+    }
     with matplotlib.rc_context({**STYLE, "svg.hashsalt": "ratio"}):
         print("wrote", save_figure(draw(found, scenes), DOCS / "ratio.svg"))
     (resonant,) = modal.crossings(scenes["rigid ends"], "span.sag", [SAGS[0], SAGS[-1]])
     print(f"rigid ends: the ratio is 2 at a sag of {resonant:.2f} m")
     for name, scene in scenes.items():
-        print(f"{name}: within {np.max(np.abs(irvine(scene) / found[name].ratio.values - 1.0)):.1%} of Irvine's theory")
-    print(f"ends on springs: the ratio is {found['ends on springs of 76 kN/m'].ratio.values.max():.2f} at most")
+        print(
+            f"{name}: within {np.max(np.abs(irvine(scene) / found[name].ratio.values - 1.0)):.1%}"
+            " of Irvine's theory"
+        )
+    print(
+        "ends on springs: the ratio is"
+        f" {found['ends on springs of 76 kN/m'].ratio.values.max():.2f} at most"
+    )
 
 
 if __name__ == "__main__":

@@ -1,11 +1,13 @@
 """Compares `modal.screen` with the nonlinear model on drawn scenes; prints a Markdown table.
 
-Usage: OPENBLAS_NUM_THREADS=1 python benchmarks/screening_table.py [SEED] > benchmarks/screening_table.md (a few minutes
-on two cores; with one thread for linear algebra the CPU times are those of one core).
+Usage: OPENBLAS_NUM_THREADS=1 python benchmarks/screening_table.py [SEED] >
+benchmarks/screening_table.md (a few minutes on two cores; with one thread for linear algebra the
+CPU times are those of one core).
 
-The scenes are not picked: a seeded generator varies length, sag, mass, ends, damping, coefficient curve, attack angle
-and wind around the second and third example of Liu, Yan, Zhang, Zhou (2009); both of these, example 3 below its onset
-and its sprung control come first. The nonlinear model knows nothing of the prediction but where to begin its bisection.
+The scenes are not picked: a seeded generator varies length, sag, mass, ends, damping, coefficient
+curve, attack angle and wind around the second and third example of Liu, Yan, Zhang, Zhou (2009);
+both of these, example 3 below its onset and its sprung control come first. The nonlinear model
+knows nothing of the prediction but where to begin its bisection.
 """
 
 from __future__ import annotations
@@ -32,7 +34,8 @@ ELEMENTS, TIME_STEP = 10, 0.02
 
 BRIEF, PATIENT, LONG, LONGER = (1000.0, 350.0), (2500.0, 350.0), (400.0, 1200.0), (400.0, 4600.0)
 """Simulated time [s] for galloping to settle before the swing is kicked, and after the kick: of the runs of the
-bisection, of those again that have not settled, and of the run at the scene's wind, which shows what both settle in;
+bisection, of those again that have not settled, and of the run at the scene's wind, which shows
+what both settle in;
 again longer where the swing comes and goes and has not settled."""
 
 SETTLED = 0.01
@@ -77,7 +80,10 @@ def fixed_scenes() -> list[tuple[str, gf.Scene]]:
     return [
         ("example 3", third),
         ("example 3, 5.0 m/s", third.with_values({"wind.speed": 5.0})),
-        ("example 3, springs", third.with_values({"supports.left": spring, "supports.right": spring})),
+        (
+            "example 3, springs",
+            third.with_values({"supports.left": spring, "supports.right": spring}),
+        ),
         ("example 2", gf.load_scene("example2")),
     ]
 
@@ -98,7 +104,8 @@ def drawn_scene(draw: np.random.Generator) -> gf.Scene:
     end: dict[str, object] = {"kind": "rigid"}
     if draw.random() < 0.4:
         end = sprung(float(10.0 ** draw.uniform(4.7, 6.7)), float(10.0 ** draw.uniform(3.0, 6.0)))
-    # Den Hartog's critical wind of one vertical degree of freedom at a frequency of 0.6 Hz, times a factor
+    # Den Hartog's critical wind of one vertical degree of freedom at a frequency of 0.6 Hz, times a
+    # factor
     feed = -(lift + drag) * 1.2929 * like.conductor.diameter / (8.0 * math.pi * 0.6 * mass)
     wind = draw.uniform(0.9, 2.2) * ratio / feed
     return like.with_values(
@@ -123,8 +130,8 @@ def drawn_scene(draw: np.random.Generator) -> gf.Scene:
 class Motion:
     """What a run ends in.
 
-    Amplitudes [m] at mid-span, whether it swings, whether it comes and goes, whether it is dying out, and when [s] it
-    lost its mirror symmetry.
+    Amplitudes [m] at mid-span, whether it swings, whether it comes and goes, whether it is dying
+    out, and when [s] it lost its mirror symmetry.
     """
 
     vertical: float
@@ -138,25 +145,41 @@ class Motion:
 def swing_part(t: np.ndarray, u2: np.ndarray, u3: np.ndarray) -> float:
     """Largest spectral line [m] of u3 around half the vertical frequency."""
     interval = float(t[1] - t[0])
-    window = np.blackman(len(t))  # its side lobes fall fast: the vertical frequency is a hundred times stronger
+    window = np.blackman(
+        len(t)
+    )  # its side lobes fall fast: the vertical frequency is a hundred times stronger
     frequency = np.fft.rfftfreq(8 * len(t), interval)
     vertical = dominant_frequency(u2, interval)
-    spectrum = np.abs(np.fft.rfft((u3 - u3 @ window / window.sum()) * window, 8 * len(t))) * 2.0 / window.sum()
-    return float(np.max(spectrum[(frequency > 0.4 * vertical) & (frequency < 0.6 * vertical)], initial=0.0))
+    spectrum = (
+        np.abs(np.fft.rfft((u3 - u3 @ window / window.sum()) * window, 8 * len(t)))
+        * 2.0
+        / window.sum()
+    )
+    return float(
+        np.max(spectrum[(frequency > 0.4 * vertical) & (frequency < 0.6 * vertical)], initial=0.0)
+    )
 
 
 def simulated(scene: gf.Scene, wind: float, times: tuple[float, float]) -> Motion:
     """The nonlinear model at a wind speed.
 
-    Galloping settles, the swing is kicked and either grows or dies out. In the bisection the amplitudes are those
-    before the kick, in the long run those that both settle in. Round-off lets some symmetric motions turn lopsided
-    after a long time, which is no 2:1 resonance any more: amplitudes are read before that.
+    Galloping settles, the swing is kicked and either grows or dies out. In the bisection the
+    amplitudes are those before the kick, in the long run those that both settle in. Round-off lets
+    some symmetric motions turn lopsided after a long time, which is no 2:1 resonance any more:
+    amplitudes are read before that.
     """
     given = scene
     calm, watched = times
     brief = times not in (LONG, LONGER)
     vertical = modal.frequency_ratio(scene).vertical_hz
-    law = {"kind": "pulse", "peak": 1.0, "start": calm, "rise": 0.25, "fall_start": calm + 0.25, "fall": 0.25}
+    law = {
+        "kind": "pulse",
+        "peak": 1.0,
+        "start": calm,
+        "rise": 0.25,
+        "fall_start": calm + 0.25,
+        "fall": 0.25,
+    }
     push = {"force": [0.0, 0.0, KICK], "position": 0.5, "law": law}
     scene = scene.with_values(
         {
@@ -177,14 +200,20 @@ def simulated(scene: gf.Scene, wind: float, times: tuple[float, float]) -> Motio
     swing = np.array([swing_part(t[window], u2[window], u3[window]) for window in windows] or [0.0])
     grows = swing[-1] > 1.2 * swing[0] and swing[-1] > LEAST_GROWN
     starts_swing = bool(grows or swing.max() > LEAST_SWING)
-    beats = len(swing) > 6 and bool(np.ptp(swing[-6:]) > 0.1 * swing[-1] and swing.max() > LEAST_SWING)
+    beats = len(swing) > 6 and bool(
+        np.ptp(swing[-6:]) > 0.1 * swing[-1] and swing.max() > LEAST_SWING
+    )
     end = calm if brief else until
     length = 60.0 if brief else BEAT if beats else 100.0
     steady = (t > end - length) & (t <= end)
     earlier = (
-        (t > end - length - 100.0) & (t <= end - 100.0) if brief else (t > end - 2.0 * length) & (t <= end - length)
+        (t > end - length - 100.0) & (t <= end - 100.0)
+        if brief
+        else (t > end - 2.0 * length) & (t <= end - length)
     )
-    vertical, before = (0.5 * float(np.ptp(u2[window])) if window.any() else 0.0 for window in (steady, earlier))
+    vertical, before = (
+        0.5 * float(np.ptp(u2[window])) if window.any() else 0.0 for window in (steady, earlier)
+    )
     unsettled = abs(vertical - before) > SETTLED * before and before > LEAST_SWING
     if unsettled and (times == BRIEF or (times == LONG and beats and not lopsided.any())):
         patient = simulated(given, wind, PATIENT if times == BRIEF else LONGER)
@@ -192,14 +221,20 @@ def simulated(scene: gf.Scene, wind: float, times: tuple[float, float]) -> Motio
             return patient
     dying = vertical < max(DYING * before, 1e-3)
     return Motion(
-        vertical, 0.5 * float(np.ptp(u3[steady])), starts_swing, beats, dying, until if lopsided.any() else None
+        vertical,
+        0.5 * float(np.ptp(u3[steady])),
+        starts_swing,
+        beats,
+        dying,
+        until if lopsided.any() else None,
     )
 
 
 def bisected(scene: gf.Scene, guess: float, highest: float) -> tuple[float, float] | None:
     """Onset wind speed [m/s] of the swing in the nonlinear model, and vertical amplitude [m] there.
 
-    Between the winds without swing the square of the amplitude is close to linear, as behind any onset of galloping.
+    Between the winds without swing the square of the amplitude is close to linear, as behind any
+    onset of galloping.
     """
     calm: dict[float, float] = {}
     low, high = 0.96 * guess, 1.04 * guess
@@ -270,10 +305,15 @@ def compared(name: str, scene: gf.Scene) -> Row:
         if found.onset_wind_speed is not None:
             onset = bisected(scene, found.onset_wind_speed, 1.5 * wind)
     except gf.SimulationError as error:
-        return Row(name, (*start, *[""] * 5, took, f"no reference: {error}"), "no reference", seconds)
-    verdict = {(True, True): "right", (False, False): "right", (False, True): "miss", (True, False): "false alarm"}[
-        found.swings, motion.swings
-    ]
+        return Row(
+            name, (*start, *[""] * 5, took, f"no reference: {error}"), "no reference", seconds
+        )
+    verdict = {
+        (True, True): "right",
+        (False, False): "right",
+        (False, True): "miss",
+        (True, False): "false alarm",
+    }[found.swings, motion.swings]
     galloping = found.saturated if found.swings else found.galloping
     vertical, horizontal = (galloping.vertical, galloping.horizontal) if galloping else (0.0, 0.0)
 
@@ -348,7 +388,9 @@ def main() -> None:
     began = time.perf_counter()
     seed = int(sys.argv[1]) if len(sys.argv) > 1 else SEED
     draw = np.random.default_rng(seed)
-    scenes = fixed_scenes() + [(f"drawn {number}", drawn_scene(draw)) for number in range(1, DRAWN + 1)]
+    scenes = fixed_scenes() + [
+        (f"drawn {number}", drawn_scene(draw)) for number in range(1, DRAWN + 1)
+    ]
     modal.screen(scenes[0][1])  # imports take their time once
     with ThreadPoolExecutor(2) as pool:
         rows = list(pool.map(lambda item: reported(compared(*item)), scenes))
@@ -382,7 +424,10 @@ def summarise(rows: list[Row]) -> None:
     print(f"- no galloping foretold: {len(calm)}, of which {told} die out in the nonlinear model")
     for name, index in (("screening", 0), ("two-mode estimate", 1)):
         times = [1e3 * row.seconds[index] for row in rows]
-        print(f"- CPU time of the {name}: at most {max(times):.0f} ms, median {np.median(times):.0f} ms")
+        print(
+            f"- CPU time of the {name}: at most {max(times):.0f} ms, median"
+            f" {np.median(times):.0f} ms"
+        )
 
 
 if __name__ == "__main__":

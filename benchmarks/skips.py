@@ -1,7 +1,7 @@
 """What leaving out saves; see README.md beside this file. Usage: python benchmarks/skips.py
 
-Each scene is computed as it is, and once more with a disturbance that wakes the part and moves nothing; then half and
-the whole of a symmetric span.
+Each scene is computed as it is, and once more with a disturbance that wakes the part and moves
+nothing; then half and the whole of a symmetric span.
 """
 
 from __future__ import annotations
@@ -17,7 +17,8 @@ import gallop_fmu as gf
 from gallop_fmu.engine.model import Model
 
 STEPS = 4000
-NOTHING = 1e-30  # far below round-off beside a metre, and its square does not underflow, which would cost time
+# far below round-off beside a metre, and its square does not underflow, which would cost time
+NOTHING = 1e-30
 BARE = {"ice.first_moment_x2": 0.0, "ice.first_moment_x3": 0.0, "aerodynamics.moment": [0.0]}
 CALM = BARE | {"wind.speed": 0.0, "initial.seed_vertical": 0.1}
 TWIST, LATERAL = {"initial.seed_twist": NOTHING}, {"initial.seed_horizontal": NOTHING}
@@ -60,7 +61,10 @@ def microseconds(model: Model) -> float:
 
 def main() -> None:
     heading()
-    print("| scene: left out | unknowns | us a step: least | median | greatest | gain: least | median | greatest |")
+    print(
+        "| scene: left out | unknowns | us a step: least | median | greatest | gain: least | median"
+        " | greatest |"
+    )
     print("| --- | --- | ---: | ---: | ---: | ---: | ---: | ---: |")
     pairs = cases()
     models = {name: [Model(scene, inputs=False) for scene in pair] for name, pair in pairs.items()}

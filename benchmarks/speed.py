@@ -24,7 +24,15 @@ from gallop_fmu.engine.pack import Packed
 
 REPEATS = 7
 KERNEL = Path(__file__).resolve().parent.parent / "gallop_fmu" / "kernel"
-FLAGS = ("-std=c11", "-O3", "-ffp-contract=off", "-fno-math-errno", "-fno-trapping-math", "-fPIC", "-shared")
+FLAGS = (
+    "-std=c11",
+    "-O3",
+    "-ffp-contract=off",
+    "-fno-math-errno",
+    "-fno-trapping-math",
+    "-fPIC",
+    "-shared",
+)
 """Those of CMakeLists.txt."""
 
 SETTLED = 900.0
@@ -46,7 +54,9 @@ class Parts(c.Structure):
 
 
 def example3(**numerics: float) -> gf.Scene:
-    return gf.load_scene("example3").with_values({f"numerics.{name}": value for name, value in numerics.items()})
+    return gf.load_scene("example3").with_values(
+        {f"numerics.{name}": value for name, value in numerics.items()}
+    )
 
 
 def strict(**numerics: float) -> gf.Scene:
@@ -56,7 +66,9 @@ def strict(**numerics: float) -> gf.Scene:
 
 def spread(values: list[float]) -> str:
     """Least, median and greatest."""
-    return " | ".join(f"{value:.4g}" for value in (min(values), statistics.median(values), max(values)))
+    return " | ".join(
+        f"{value:.4g}" for value in (min(values), statistics.median(values), max(values))
+    )
 
 
 def heading() -> None:
@@ -65,7 +77,9 @@ def heading() -> None:
         lines = Path("/proc/cpuinfo").read_text().splitlines()
         name = next((line.split(": ")[1] for line in lines if line.startswith("model name")), name)
     load = f", load average {os.getloadavg()[0]:.1f}" if hasattr(os, "getloadavg") else ""
-    print(f"{datetime.now(UTC):%Y-%m-%d}, {name}, {os.cpu_count()} cores{load}; kernel: {build()}\n")
+    print(
+        f"{datetime.now(UTC):%Y-%m-%d}, {name}, {os.cpu_count()} cores{load}; kernel: {build()}\n"
+    )
 
 
 def compile_kernel_with(source: str, folder: str, *flags: str) -> c.CDLL:
@@ -77,7 +91,17 @@ def compile_kernel_with(source: str, folder: str, *flags: str) -> c.CDLL:
     sources = [Path(__file__).with_name(source), *sorted(KERNEL.glob("*.c"))]
     library = Path(folder) / f"benchmark{''.join(flags)}.so"
     compiler = os.environ.get("CC", "cc")
-    command = [compiler, *FLAGS, *flags, f"-I{KERNEL}", f"-I{headers}", *map(str, sources), "-o", str(library), "-lm"]
+    command = [
+        compiler,
+        *FLAGS,
+        *flags,
+        f"-I{KERNEL}",
+        f"-I{headers}",
+        *map(str, sources),
+        "-o",
+        str(library),
+        "-lm",
+    ]
     subprocess.run(command, check=True)
     return c.CDLL(str(library))
 
@@ -103,7 +127,9 @@ def real_time() -> None:
             began = time.process_time()
             gf.simulate(example3(), 1000.0, **arguments)
             factors[name].append(1000.0 / (time.process_time() - began))
-    print("| simulate(example3), 1000 s | least | median | greatest |\n| --- | ---: | ---: | ---: |")
+    print(
+        "| simulate(example3), 1000 s | least | median | greatest |\n| --- | ---: | ---: | ---: |"
+    )
     for name, values in factors.items():
         print(f"| real-time factor, {name} | {spread(values)} |")
     print()
@@ -120,7 +146,10 @@ def shares() -> None:
             if function(c.byref(packed.scene), SETTLED, 20000, 20000, c.byref(parts)):
                 raise RuntimeError("the benchmark scene failed")
             runs.append(parts)
-    middle = {field[0]: statistics.median(getattr(run, field[0]) for run in runs) for field in Parts._fields_}
+    middle = {
+        field[0]: statistics.median(getattr(run, field[0]) for run in runs)
+        for field in Parts._fields_
+    }
     steps = [run.step for run in runs]
     each, renewals, whole = middle["iterations"], middle["refactorisations"], middle["step"]
     rows = [
@@ -130,10 +159,16 @@ def shares() -> None:
         ("tangent and factorisation", middle["tangent"], renewals),
         ("solution", middle["solution"], each),
     ]
-    print("| part of a step, 15 elements, step 0.02 s | us a call | calls a step | us a step | share |")
+    print(
+        "| part of a step, 15 elements, step 0.02 s | us a call | calls a step | us a step |"
+        " share |"
+    )
     print("| --- | ---: | ---: | ---: | ---: |")
     for name, cost, calls in rows:
-        print(f"| {name} | {cost:.3f} | {calls:.4g} | {cost * calls:.3f} | {cost * calls / whole:.0%} |")
+        print(
+            f"| {name} | {cost:.3f} | {calls:.4g} | {cost * calls:.3f} |"
+            f" {cost * calls / whole:.0%} |"
+        )
     rest = whole - sum(cost * calls for _, cost, calls in rows)
     print(f"| the rest: prediction, update, convergence | | | {rest:.3f} | {rest / whole:.0%} |")
     print(f"| whole step | | | {whole:.3f} ({min(steps):.3f} to {max(steps):.3f}) | 100% |\n")
@@ -141,7 +176,9 @@ def shares() -> None:
 
 def growth_with_elements() -> None:
     """CPU time of a step against the number of elements, over the same 200 steps of the growing oscillation."""
-    models = {elements: gf.Model(strict(time_step=0.02, elements=elements)) for elements in ELEMENTS}
+    models = {
+        elements: gf.Model(strict(time_step=0.02, elements=elements)) for elements in ELEMENTS
+    }
     spent: dict[int, list[float]] = {elements: [] for elements in ELEMENTS}
     work: dict[int, tuple[float, float, float]] = {}
     for _ in range(REPEATS):
@@ -157,7 +194,10 @@ def growth_with_elements() -> None:
                 (after.refactorisations - before.refactorisations) / steps,
                 (after.halvings - before.halvings) / steps,
             )
-    print("| elements | us a step: least | median | greatest | iterations | refactorisations | halvings | exponent |")
+    print(
+        "| elements | us a step: least | median | greatest | iterations | refactorisations |"
+        " halvings | exponent |"
+    )
     print("| ---: | ---: | ---: | ---: | ---: | ---: | ---: | ---: |")
     least = [min(spent[elements]) for elements in ELEMENTS]
     exponents = ["", *(f"{e:.2f}" for e in np.diff(np.log(least)) / np.diff(np.log(ELEMENTS)))]
@@ -184,7 +224,9 @@ def error_against_step() -> None:
     print("| ---: | ---: | ---: | ---: | ---: | ---: | ---: | ---: |")
     for step in TIME_STEPS:
         errors = amplitudes[step] / reference - 1.0
-        cells = " | ".join(f"{a:.5f} | {e:+.2%}" for a, e in zip(amplitudes[step], errors, strict=True))
+        cells = " | ".join(
+            f"{a:.5f} | {e:+.2%}" for a, e in zip(amplitudes[step], errors, strict=True)
+        )
         print(f"| {step} | {cells} | {factors[step]:.0f} |")
 
 

@@ -29,7 +29,9 @@ def timed(work: Callable[[], object]) -> tuple[float, float]:
 
 def spread(values: list[float]) -> str:
     """Least, median and greatest."""
-    return " | ".join(f"{value:.3g}" for value in (min(values), statistics.median(values), max(values)))
+    return " | ".join(
+        f"{value:.3g}" for value in (min(values), statistics.median(values), max(values))
+    )
 
 
 def compare(ways: dict[str, Callable[[], object]], runs: int, unit: str) -> None:
@@ -40,22 +42,28 @@ def compare(ways: dict[str, Callable[[], object]], runs: int, unit: str) -> None
             spent[name].append(timed(work))
     first = next(iter(ways))
     print(
-        f"| {unit} | CPU s a {unit}: least | median | greatest | {unit}s a wall-clock second, median "
-        f"| wall-clock, times the first: least | median | greatest | cores kept busy, median |"
+        f"| {unit} | CPU s a {unit}: least | median | greatest | {unit}s a wall-clock second,"
+        " median | wall-clock, times the first: least | median | greatest | cores kept busy,"
+        " median |"
     )
     print("| --- " + "| ---: " * 8 + "|")
     for name, values in spent.items():
         gain = [one[0] / other[0] for one, other in zip(spent[first], values, strict=True)]
         rate = statistics.median(runs / wall for wall, _ in values)
         busy = statistics.median(cpu / wall for wall, cpu in values)
-        print(f"| {name} | {spread([cpu / runs for _, cpu in values])} | {rate:.3g} | {spread(gain)} | {busy:.2f} |")
+        print(
+            f"| {name} | {spread([cpu / runs for _, cpu in values])} | {rate:.3g} | {spread(gain)}"
+            f" | {busy:.2f} |"
+        )
     print()
 
 
 def sweeps() -> None:
     """A plain loop over `simulate`, against `sweep`."""
     winds = list(np.linspace(4.0, 6.0, RUNS))
-    base = gf.load_scene("example3").with_values({"numerics.time_step": 0.02, "run.record_every": 3})
+    base = gf.load_scene("example3").with_values(
+        {"numerics.time_step": 0.02, "run.record_every": 3}
+    )
 
     def loop() -> None:
         for wind in winds:
@@ -64,14 +72,18 @@ def sweeps() -> None:
     def swept(workers: int) -> Callable[[], object]:
         return lambda: gf.sweep(base, {"wind.speed": winds}, stop_time=STOP_TIME, workers=workers)
 
-    compare({"plain loop": loop, "sweep, 1 thread": swept(1), "sweep, 2 threads": swept(2)}, RUNS, "run")
+    compare(
+        {"plain loop": loop, "sweep, 1 thread": swept(1), "sweep, 2 threads": swept(2)}, RUNS, "run"
+    )
 
 
 def screenings() -> None:
     """A plain loop over `screen`, against `screen_spans`."""
     table = [
         {"span.sag": sag, "span.horizontal_tension": "none", "span.length": length}
-        for sag, length in zip(np.linspace(1.8, 2.6, SPANS), np.linspace(115.0, 140.0, SPANS), strict=True)
+        for sag, length in zip(
+            np.linspace(1.8, 2.6, SPANS), np.linspace(115.0, 140.0, SPANS), strict=True
+        )
     ]
     base = gf.load_scene("example3")
 
@@ -82,13 +94,19 @@ def screenings() -> None:
     def screened(workers: int) -> Callable[[], object]:
         return lambda: modal.screen_spans(base, table=table, highest_wind=6.5, workers=workers)
 
-    ways = {"plain loop": loop, "screen_spans, 1 process": screened(1), "screen_spans, 2 processes": screened(2)}
+    ways = {
+        "plain loop": loop,
+        "screen_spans, 1 process": screened(1),
+        "screen_spans, 2 processes": screened(2),
+    }
     compare(ways, SPANS, "span")
 
 
 def overhead() -> None:
     """What a thousand runs cost beside their computing: journal, file, table."""
-    base = gf.load_scene("example3").with_values({"numerics.elements": 2, "numerics.time_step": 0.02})
+    base = gf.load_scene("example3").with_values(
+        {"numerics.elements": 2, "numerics.time_step": 0.02}
+    )
     winds = list(np.linspace(4.0, 6.0, 1000))
 
     def loop() -> None:
@@ -98,7 +116,9 @@ def overhead() -> None:
     compare(
         {
             "plain loop": loop,
-            "sweep, 1 thread": lambda: gf.sweep(base, {"wind.speed": winds}, stop_time=1.0, workers=1),
+            "sweep, 1 thread": lambda: gf.sweep(
+                base, {"wind.speed": winds}, stop_time=1.0, workers=1
+            ),
         },
         1000,
         "run",

@@ -28,34 +28,70 @@ def example1(law: str) -> tuple[float, float, float]:
         scene = scene.with_values({"loads": [load]})
     motion = gf.simulate(scene, stop_time=10.0, record_every=4).midspan()
     peer = np.genfromtxt(PEERS / f"example1_{law}_opensees.csv", delimiter=",", skip_header=1)
-    u2, u3 = (relative_rms(motion[name].values, peer[:, 1 + i]) for i, name in enumerate(("u2", "u3")))
+    u2, u3 = (
+        relative_rms(motion[name].values, peer[:, 1 + i]) for i, name in enumerate(("u2", "u3"))
+    )
     return u2, u3, float(np.degrees(motion.theta.max()))
 
 
 def amplitudes(name: str, stop_time: float, **values: object) -> tuple[float, float, float]:
-    scene = gf.load_scene(name).with_values({key.replace("__", "."): value for key, value in values.items()})
+    scene = gf.load_scene(name).with_values(
+        {key.replace("__", "."): value for key, value in values.items()}
+    )
     steady = gf.simulate(scene, stop_time=stop_time).steady(100.0)
-    return steady["u2"].amplitude, steady["u3"].amplitude, steady["u3"].frequency_hz / steady["u2"].frequency_hz
+    return (
+        steady["u2"].amplitude,
+        steady["u3"].amplitude,
+        steady["u3"].frequency_hz / steady["u2"].frequency_hz,
+    )
 
 
 def sag_tension() -> list[tuple[str, str, str]]:
     """Change of state against Table 14.5 of Grigsby (ed.), and against a published stringing table in kilograms."""
     drake = gf.find_conductor("Drake")
-    wire = {"span": 700.0 * FOOT, "weight": 1.094 * POUND / FOOT, "expansion": drake.thermal_expansion}
+    wire = {
+        "span": 700.0 * FOOT,
+        "weight": 1.094 * POUND / FOOT,
+        "expansion": drake.thermal_expansion,
+    }
     drake_rows = []
-    for fahrenheit, load, published in ((0.0, 1.094, 7301.0), (120.0, 1.094, 4330.0), (0.0, 2.509, 11318.0)):
-        changes = {"new_weight": load * POUND / FOOT, "temperature_change": (fahrenheit - 60.0) / 1.8}
-        found = changed_tension(5429.0 * POUND, axial_stiffness=drake.axial_stiffness, **wire, **changes) / POUND
+    for fahrenheit, load, published in (
+        (0.0, 1.094, 7301.0),
+        (120.0, 1.094, 4330.0),
+        (0.0, 2.509, 11318.0),
+    ):
+        changes = {
+            "new_weight": load * POUND / FOOT,
+            "temperature_change": (fahrenheit - 60.0) / 1.8,
+        }
+        found = (
+            changed_tension(
+                5429.0 * POUND, axial_stiffness=drake.axial_stiffness, **wire, **changes
+            )
+            / POUND
+        )
         drake_rows.append((published, found))
-    bare = {"axial_stiffness": 7700.0 * 243.0, "weight": 0.987, "new_weight": 0.987, "expansion": 18.9e-6}
+    bare = {
+        "axial_stiffness": 7700.0 * 243.0,
+        "weight": 0.987,
+        "new_weight": 0.987,
+        "expansion": 18.9e-6,
+    }
     strung = changed_tension(1762.069, span=300.0, temperature_change=80.0 - 27.0, **bare)
     return [
         (
-            "Drake, 213 m: tension at 0 F / 120 F / 0 F with 2.509 lb/ft, Grigsby (ed.), Table 14.5",
+            (
+                "Drake, 213 m: tension at 0 F / 120 F / 0 F with 2.509 lb/ft, Grigsby (ed.), Table"
+                " 14.5"
+            ),
             " / ".join(f"{pounds * POUND / 1e3:.2f}" for pounds, _ in drake_rows) + " kN",
             " / ".join(f"{pounds * POUND / 1e3:.2f}" for _, pounds in drake_rows) + " kN",
         ),
-        ("Stringing table, 300 m, strung at 27 C: tension at 80 C", "1363.5 kg", f"{strung:.1f} kg"),
+        (
+            "Stringing table, 300 m, strung at 27 C: tension at 80 C",
+            "1363.5 kg",
+            f"{strung:.1f} kg",
+        ),
     ]
 
 
@@ -75,13 +111,20 @@ def critical_winds_on_slopes() -> tuple[str, str, str]:
                 "aerodynamics.drag": [1.0],
             }
         )
-        onset = next(c for c in modal.critical_wind_speed(scene, 2, highest=6.0) if c.mode.family == "vertical")
+        onset = next(
+            c
+            for c in modal.critical_wind_speed(scene, 2, highest=6.0)
+            if c.mode.family == "vertical"
+        )
         mass = scene.conductor.mass_per_length + scene.ice.mass_per_length
         damping = 4.0 * mass * 2.0 * np.pi * onset.mode.frequency_hz * onset.mode.damping_ratio
         right.append(damping / (scene.wind.air_density * scene.conductor.diameter * 3.5))
         here.append(onset.wind_speed)
     return (
-        "Critical wind at rises of 0 / 0.3 / 0.7 of the span, stiff in twist: Den Hartog's closed form",
+        (
+            "Critical wind at rises of 0 / 0.3 / 0.7 of the span, stiff in twist: Den Hartog's"
+            " closed form"
+        ),
         " / ".join(f"{speed:.3f}" for speed in right) + " m/s",
         " / ".join(f"{speed:.3f}" for speed in here) + " m/s",
     )
@@ -99,7 +142,11 @@ def computed_at_once() -> list[tuple[str, str, str]]:
             f"relative RMS difference {step[0]:.1e} / {step[1]:.1e}",
         ),
         ("Example 1, pulse: the same", "", f"{pulse[0]:.1e} / {pulse[1]:.1e}"),
-        ("Example 1, largest twist: exact statics of 39 torques", "18.95 deg", f"{step[2]:.2f} deg"),
+        (
+            "Example 1, largest twist: exact statics of 39 torques",
+            "18.95 deg",
+            f"{step[2]:.2f} deg",
+        ),
         (
             "Example 3, first vertical / horizontal frequency: the paper",
             "0.695 / 0.378 Hz",
@@ -132,7 +179,11 @@ def simulated() -> list[tuple[str, str, str]]:
             "0.442 / 0.192 m, swing at 1/2",
             f"{third[0]:.3f} / {third[1]:.3f} m, swing at {third[2]:.4f}",
         ),
-        ("Example 3, 5.0 m/s: the same", "0.386 / 0.011 m, no swing", f"{weaker[0]:.3f} / {weaker[1]:.3f} m"),
+        (
+            "Example 3, 5.0 m/s: the same",
+            "0.386 / 0.011 m, no swing",
+            f"{weaker[0]:.3f} / {weaker[1]:.3f} m",
+        ),
         (
             "Example 3 with springs of 75.97 kN/m: the same",
             "1.90 / 0.094 m, no swing",

@@ -48,12 +48,22 @@ def _section(path: str, section: type[Section]) -> Iterator[str]:
         below += [(f"{path}.{name}{item}".lstrip("."), found) for found in inside]
         unit = unit_of_field(field)
         if not inside or unit:
-            rows.append(f"| `{name}` | {unit} | {_default(field)} | {_range(field)} | {_cell(field.description)} |")
+            rows.append(
+                f"| `{name}` | {unit} | {_default(field)} | {_range(field)} |"
+                f" {_cell(field.description)} |"
+            )
     if rows:
         kind = section.model_fields["kind"].default if "kind" in section.model_fields else None
-        yield f"\n## {f'`{path}`' if path else 'The scene itself'}{f', kind = `{kind}`' if kind else ''}\n"
+        yield (
+            "\n##"
+            f" {f'`{path}`' if path else 'The scene itself'}{f', kind = `{kind}`' if kind else ''}\n"
+        )
         yield f"{(section.__doc__ or '').strip().splitlines()[0]}\n"
-        yield from ("| Name | Unit | Default | Range | Meaning |", "| --- | --- | --- | --- | --- |", *rows)
+        yield from (
+            "| Name | Unit | Default | Range | Meaning |",
+            "| --- | --- | --- | --- | --- |",
+            *rows,
+        )
     for name, found in below:
         yield from _section(name, found)
 
@@ -78,7 +88,10 @@ def _range(field: FieldInfo) -> str:
 
 def fmu_table() -> Iterator[str]:
     """The variables of example3's FMU."""
-    yield "| Name | Causality | Type | Unit | Start | Description |\n| --- | --- | --- | --- | --- | --- |"
+    yield (
+        "| Name | Causality | Type | Unit | Start | Description |\n| --- | --- | --- | --- | --- |"
+        " --- |"
+    )
     for row in variable_table(gf.load_scene("example3")):
         start = _cell(row["start"])
         yield (

@@ -1,9 +1,9 @@
 # %% [markdown]
 # # A first run
 #
-# Example 3 of Liu, Yan, Zhang and Zhou (2009): an iced span in a wind of 5.5 m/s begins to gallop vertically; later the
-# horizontal swing wakes at half the frequency. The curve of aerodynamic coefficients is a reconstruction, because the
-# paper's figure is not available to us.
+# Example 3 of Liu, Yan, Zhang and Zhou (2009): an iced span in a wind of 5.5 m/s begins to gallop
+# vertically; later the horizontal swing wakes at half the frequency. The curve of aerodynamic
+# coefficients is a reconstruction, because the paper's figure is not available to us.
 
 # %%
 import tempfile
@@ -27,7 +27,11 @@ for name in ("u2", "u3", "theta", "tension"):
 
 # %% One picture of the run, and everything in one NetCDF file.
 folder = Path(tempfile.mkdtemp(prefix="gallop-"))
-print("wrote", save_figure(overview(result), folder / "first_run.png"), result.save(folder / "first_run.nc"))
+print(
+    "wrote",
+    save_figure(overview(result), folder / "first_run.png"),
+    result.save(folder / "first_run.nc"),
+)
 
 # %%
 assert abs(steady["u2"].amplitude - 0.442) < 0.002  # 0.4420 m

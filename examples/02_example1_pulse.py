@@ -1,9 +1,10 @@
 # %% [markdown]
 # # Forced motion: example 1 of the paper
 #
-# A bare span of 100 m without wind and damping. A load pulse of 1.5 s pushes it up, sideways and around at 39 points.
-# The history of the load is a reconstruction of a figure that is not available to us. The values compared with at the
-# end were computed with OpenSees for the same load (160 corotational elements), and by statics for the twist.
+# A bare span of 100 m without wind and damping. A load pulse of 1.5 s pushes it up, sideways and
+# around at 39 points. The history of the load is a reconstruction of a figure that is not available
+# to us. The values compared with at the end were computed with OpenSees for the same load (160
+# corotational elements), and by statics for the twist.
 
 # %%
 import math
@@ -27,9 +28,12 @@ left, right = midspan.u3.min().item(), midspan.u3.max().item()
 print(f"u2 in [{lowest:.2f}, {highest:.2f}] mm, OpenSees [-3.29, 11.37] mm")
 print(f"u3 in [{left:.4f}, {right:.4f}] m, OpenSees [-0.2758, 0.2759] m")
 
-# %% The twist follows the load: under constant torque t per metre it would be t L^2 / (8 GJ) at mid-span.
+# %% The twist follows the load: under constant torque t per metre it would be t L^2 / (8 GJ) at
+# mid-span.
 torque_per_length = pulse.torque * (pulse.evenly_spaced + 1) / scene.span.length
-static = math.degrees(torque_per_length * scene.span.length**2 / (8.0 * scene.conductor.torsional_stiffness))
+static = math.degrees(
+    torque_per_length * scene.span.length**2 / (8.0 * scene.conductor.torsional_stiffness)
+)
 twist = np.degrees(midspan.theta.max().item())
 print(f"largest twist {twist:.2f} deg, static {static:.2f} deg")
 
@@ -40,4 +44,6 @@ print("wrote", save_figure(histories(result, ("u2", "u3", "theta")), folder / "p
 # %%
 assert np.allclose([lowest, highest], [-3.29, 11.37], atol=0.02)  # -3.289, 11.366 mm
 assert np.allclose([left, right], [-0.2758, 0.2759], atol=2e-4)  # -0.2757, 0.2758 m
-assert abs(twist - static) < 0.1  # 18.95 deg, a little above 18.87 deg: the load does not rise infinitely slowly
+assert (
+    abs(twist - static) < 0.1
+)  # 18.95 deg, a little above 18.87 deg: the load does not rise infinitely slowly

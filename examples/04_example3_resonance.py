@@ -1,9 +1,10 @@
 # %% [markdown]
 # # The 2:1 internal resonance: example 3 of the paper
 #
-# The swing wakes only if the vertical mode has about twice its frequency and gallops strongly enough. Three runs tell:
-# a weaker wind (too little amplitude), the paper's wind (swing), and the paper's wind on soft supports, which lower the
-# vertical frequency and leave no 2:1 ratio. The curve of coefficients is a reconstruction in all three.
+# The swing wakes only if the vertical mode has about twice its frequency and gallops strongly
+# enough. Three runs tell: a weaker wind (too little amplitude), the paper's wind (swing), and the
+# paper's wind on soft supports, which lower the vertical frequency and leave no 2:1 ratio. The
+# curve of coefficients is a reconstruction in all three.
 
 # %%
 import tempfile
@@ -13,11 +14,18 @@ import gallop_fmu as gf
 from gallop_fmu.plots import save_figure, trace
 
 rigid = gf.load_scene("example3")
-springs = {"kind": "springs", "stiffness_x1": 75.97e3, "stiffness_x3": 1e9}  # soft along the span only
+springs = {
+    "kind": "springs",
+    "stiffness_x1": 75.97e3,
+    "stiffness_x3": 1e9,
+}  # soft along the span only
 runs = {
     "5.0 m/s": (rigid.with_values({"wind.speed": 5.0}), 1500.0),
     "5.5 m/s": (rigid.with_values({"wind.speed": 5.5}), 900.0),
-    "5.5 m/s, springs": (rigid.with_values({"supports.left": springs, "supports.right": springs}), 900.0),
+    "5.5 m/s, springs": (
+        rigid.with_values({"supports.left": springs, "supports.right": springs}),
+        900.0,
+    ),
 }
 results = {name: gf.simulate(scene, stop_time) for name, (scene, stop_time) in runs.items()}
 
@@ -34,8 +42,11 @@ for name, motion in steady.items():
 figure = trace(results["5.5 m/s"], {"before": (470.0, 510.0), "after": (860.0, 900.0)})
 print("wrote", save_figure(figure, Path(tempfile.mkdtemp(prefix="gallop-")) / "trace.png"))
 
-# %% Frequency of the horizontal motion per frequency of the vertical motion: a half where the swing wakes, else one.
-ratio = {name: motion["u3"].frequency_hz / motion["u2"].frequency_hz for name, motion in steady.items()}
+# %% Frequency of the horizontal motion per frequency of the vertical motion: a half where the swing
+# wakes, else one.
+ratio = {
+    name: motion["u3"].frequency_hz / motion["u2"].frequency_hz for name, motion in steady.items()
+}
 assert abs(ratio["5.5 m/s"] - 0.5) < 1e-4
 assert abs(ratio["5.0 m/s"] - 1.0) < 1e-3
 assert abs(ratio["5.5 m/s, springs"] - 1.0) < 1e-3

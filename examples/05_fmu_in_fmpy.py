@@ -1,8 +1,8 @@
 # %% [markdown]
 # # The span as an FMU, with a gust as input
 #
-# Any FMI 2.0 tool can run the FMU; here it is fmpy. The wind comes from a table of the host: 4 m/s, a gust up to 9 m/s,
-# and 4 m/s again. The FMU holds the wind over each communication step.
+# Any FMI 2.0 tool can run the FMU; here it is fmpy. The wind comes from a table of the host: 4 m/s,
+# a gust up to 9 m/s, and 4 m/s again. The FMU holds the wind over each communication step.
 
 # %%
 import tempfile
@@ -19,7 +19,8 @@ fmu = gf.export_fmu(scene, folder / "example3.fmu")
 for row in gf.check_fmu(fmu).rows:
     print("passed" if row.ok else "FAILED", row.name, "-", row.detail)
 
-# %% The gust, and the run. fmpy warns of the inputs that the table does not hold: they keep their start values.
+# %% The gust, and the run. fmpy warns of the inputs that the table does not hold: they keep their
+# start values.
 time = np.array([0.0, 10.0, 12.0, 16.0, 20.0, 60.0])
 speed = np.array([4.0, 4.0, 9.0, 9.0, 4.0, 4.0])
 gust = np.rec.fromarrays([time, speed], names=["time", "wind_speed"])
@@ -28,12 +29,21 @@ recorded = fmpy.simulate_fmu(
     stop_time=60.0,
     output_interval=0.02,
     input=gust,
-    output=["wind_speed", "midspan.x2", "midspan.x3", "midspan.tension", "support.left.f1", "status"],
+    output=[
+        "wind_speed",
+        "midspan.x2",
+        "midspan.x3",
+        "midspan.tension",
+        "support.left.f1",
+        "status",
+    ],
 )
 
 # %% The same gust as part of a scene. It differs in that the wind varies within a step.
 history = {"kind": "table", "time": time.tolist(), "value": speed.tolist()}
-alone = gf.simulate(scene.with_values({"wind.speed": None, "wind.history": history}), 60.0, record_every=2)
+alone = gf.simulate(
+    scene.with_values({"wind.speed": None, "wind.history": history}), 60.0, record_every=2
+)
 difference = np.max(np.abs(recorded["midspan.x3"] - alone.midspan().u3.values))
 blown = float(np.max(recorded["midspan.x3"]))
 print(f"blown out by {blown:.4f} m; largest difference from gallop_fmu.simulate {difference:.5f} m")

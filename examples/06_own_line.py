@@ -1,8 +1,9 @@
 # %% [markdown]
 # # A line of your own
 #
-# `06_own_line.toml` holds what an engineer knows of a line: code word, span, stringing tension, ice, wind. The scene
-# follows when the file is read, each number with its source. `gallop-fmu new` writes the same from the command line.
+# `06_own_line.toml` holds what an engineer knows of a line: code word, span, stringing tension,
+# ice, wind. The scene follows when the file is read, each number with its source. `gallop-fmu new`
+# writes the same from the command line.
 
 # %%
 from pathlib import Path
@@ -16,7 +17,9 @@ for path, source in scene.sources.items():
 
 # %% The conductor by itself, from the table.
 drake = gf.find_conductor("Drake")
-print(f"EA {drake.axial_stiffness / 1e6:.2f} MN, rated strength {drake.rated_strength / 1e3:.1f} kN")
+print(
+    f"EA {drake.axial_stiffness / 1e6:.2f} MN, rated strength {drake.rated_strength / 1e3:.1f} kN"
+)
 
 # %% A mistake is told.
 try:
@@ -24,11 +27,15 @@ try:
 except gf.SceneError as problem:
     print(problem)
 
-# %% The iced span at rest, compared with the parabola: sag = m g L^2 / (8 H), longer by the slope of the chord.
+# %% The iced span at rest, compared with the parabola: sag = m g L^2 / (8 H), longer by the slope
+# of the chord.
 equilibrium = gf.Model(scene).equilibrium()
 mass = scene.conductor.mass_per_length + scene.ice.mass_per_length
 parabola = mass * 9.81 * 300.0**2 / (8.0 * equilibrium.horizontal_tension)
-print(f"H = {equilibrium.horizontal_tension / 1e3:.2f} kN, sag {equilibrium.sag:.2f} m, parabola {parabola:.2f} m")
+print(
+    f"H = {equilibrium.horizontal_tension / 1e3:.2f} kN, sag {equilibrium.sag:.2f} m, parabola"
+    f" {parabola:.2f} m"
+)
 
 # %% Does it gallop?
 steady = gf.simulate(scene).steady()

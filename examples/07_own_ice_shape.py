@@ -2,9 +2,9 @@
 # # Coefficients of your own ice shape
 #
 # Wind tunnels give lift, drag and moment at certain attack angles. A CSV file with the header
-# `angle_deg,lift,drag,moment` is all that is needed; monotone cubics join the points, and a whole turn closes. The ice
-# itself, its mass and its eccentricity, follows from shape, thickness and density in the TOML file. The coefficients
-# here are made up.
+# `angle_deg,lift,drag,moment` is all that is needed; monotone cubics join the points, and a whole
+# turn closes. The ice itself, its mass and its eccentricity, follows from shape, thickness and
+# density in the TOML file. The coefficients here are made up.
 
 # %%
 from pathlib import Path
@@ -16,19 +16,25 @@ import gallop_fmu as gf
 scene = gf.load_scene(Path(__file__).with_name("07_own_ice_shape.toml"))
 print(scene.title)
 ice = scene.ice
-print(f"ice: {ice.mass_per_length:.3f} kg/m, its centre {1e3 * ice.first_moment_x2 / ice.mass_per_length:.1f} mm up")
+print(
+    f"ice: {ice.mass_per_length:.3f} kg/m, its centre"
+    f" {1e3 * ice.first_moment_x2 / ice.mass_per_length:.1f} mm up"
+)
 
 # %% Den Hartog: attack angles with dCL/dalpha + CD < 0 can gallop.
 curve = scene.aerodynamics.curve()
 fine = np.arange(0.0, 180.0, 0.1)
 unstable = fine[curve.den_hartog(np.radians(fine)) < 0.0]
-print(f"Den Hartog's condition holds from {unstable[0]:.1f} to {unstable[-1]:.1f} deg (and 180 deg further on)")
+print(
+    f"Den Hartog's condition holds from {unstable[0]:.1f} to {unstable[-1]:.1f} deg (and 180 deg"
+    " further on)"
+)
 
 # %%
 steady = gf.simulate(scene).steady()
 print(f"vertical amplitude {steady['u2'].text('m')} at {steady['u2'].frequency_hz:.3f} Hz")
 
-# %%
-# The made-up formulas behind the file give 60 and 120 deg; points 10 deg apart, rounded, give 61.1 and 118.9.
+# %% The made-up formulas behind the file give 60 and 120 deg; points 10 deg apart, rounded, give
+# 61.1 and 118.9.
 assert np.allclose([unstable[0], unstable[-1]], [60.0, 120.0], atol=1.5)
 assert abs(steady["u2"].amplitude - 1.902) < 0.005  # 1.9024 m

@@ -1,10 +1,11 @@
 # %% [markdown]
 # # Three phases in a gust: clearance between them, and to the ellipses of two design rules
 #
-# The three phases of a circuit hang one above the other, the middle one a little further out. They carry the ice and
-# the line of example 2, but no two conductors are alike: sags differ by 5 cm, and the ice stands at slightly different
-# angles. So they gallop at slightly different frequencies and drift in and out of step. Each is an FMU, run by
-# FMPy's own command line with the wind from a file.
+# The three phases of a circuit hang one above the other, the middle one a little further out. They
+# carry the ice and the line of example 2, but no two conductors are alike: sags differ by 5 cm, and
+# the ice stands at slightly different angles. So they gallop at slightly different frequencies and
+# drift in and out of step. Each is an FMU, run by FMPy's own command line with the wind from a
+# file.
 
 # %%
 import csv
@@ -20,23 +21,48 @@ from matplotlib.figure import Figure
 import gallop_fmu as gf
 
 STOP = 400.0
-PLACE = {"top": (0.0, 6.4), "middle": (0.6, 3.2), "bottom": (0.0, 0.0)}  # at rest, mid-span: x3, x2 [m]
+PLACE = {
+    "top": (0.0, 6.4),
+    "middle": (0.6, 3.2),
+    "bottom": (0.0, 0.0),
+}  # at rest, mid-span: x3, x2 [m]
 SAG = {"top": 1.33, "middle": 1.38, "bottom": 1.43}  # [m]
 ICE = {"top": 12.0, "middle": 10.0, "bottom": 8.0}  # attack angle [deg]
 folder = Path(tempfile.mkdtemp(prefix="gallop-"))
 
-# %% The wind: 4.1 m/s, and a gust of 6 m/s for twenty seconds. Names in the first row, then the points.
+# %% The wind: 4.1 m/s, and a gust of 6 m/s for twenty seconds. Names in the first row, then the
+# points.
 gust = [(0.0, 4.1), (100.0, 4.1), (105.0, 6.0), (125.0, 6.0), (130.0, 4.1), (STOP, 4.1)]
 with (folder / "gust.csv").open("w", newline="") as file:
     csv.writer(file).writerows([("time", "wind_speed"), *gust])
 
-# %% An FMU for each phase, and its run. They start with 0.1 m in the mode of one loop, to save the time of growing.
+# %% An FMU for each phase, and its run. They start with 0.1 m in the mode of one loop, to save the
+# time of growing.
 runs = {}
 for phase in PLACE:
-    values = {"span.sag": SAG[phase], "ice.attack_angle_deg": ICE[phase], "initial.seed_vertical": 0.1}
+    values = {
+        "span.sag": SAG[phase],
+        "ice.attack_angle_deg": ICE[phase],
+        "initial.seed_vertical": 0.1,
+    }
     fmu = gf.export_fmu(gf.load_scene("example2").with_values(values), folder / f"{phase}.fmu")
-    command = [sys.executable, "-m", "fmpy", "simulate", str(fmu), "--input-file", str(folder / "gust.csv")]
-    command += ["--stop-time", str(STOP), "--output-interval", "0.05", "--output-file", str(folder / f"{phase}.csv")]
+    command = [
+        sys.executable,
+        "-m",
+        "fmpy",
+        "simulate",
+        str(fmu),
+        "--input-file",
+        str(folder / "gust.csv"),
+    ]
+    command += [
+        "--stop-time",
+        str(STOP),
+        "--output-interval",
+        "0.05",
+        "--output-file",
+        str(folder / f"{phase}.csv"),
+    ]
     command += ["--output-variables", "midspan.x2", "midspan.x3", "status"]
     subprocess.run(command, check=True, capture_output=True)
     runs[phase] = np.genfromtxt(folder / f"{phase}.csv", delimiter=",", names=True, deletechars="")
@@ -44,7 +70,10 @@ for phase in PLACE:
 time = runs["top"]["time"]
 
 # %% Clearance between conductors, at each instant.
-paths = {phase: (x + runs[phase]["midspan.x3"], y + runs[phase]["midspan.x2"]) for phase, (x, y) in PLACE.items()}
+paths = {
+    phase: (x + runs[phase]["midspan.x3"], y + runs[phase]["midspan.x2"])
+    for phase, (x, y) in PLACE.items()
+}
 clearance = {
     (one, other): np.hypot(paths[one][0] - paths[other][0], paths[one][1] - paths[other][1])
     for one, other in combinations(PLACE, 2)
@@ -54,22 +83,30 @@ for (one, other), gap in clearance.items():
     rest = np.hypot(*np.subtract(PLACE[one], PLACE[other]))
     print(f"{one + ' - ' + other:17}  {rest:11.2f}  {gap.min():19.2f}  {time[gap.argmin()]:6.1f}")
 
-# %% How far outside its ellipse each conductor gets; within, the distance is negative. At such wind the span hardly
-# swings out (1.5 degrees), so Davison's ellipse stands upright too.
+# %% How far outside its ellipse each conductor gets; within, the distance is negative. At such wind
+# the span hardly swings out (1.5 degrees), so Davison's ellipse stands upright too.
 rules = {
-    "CIGRE 322": {phase: gf.cigre_322_single_loop(sag, diameter=0.0188) for phase, sag in SAG.items()},
+    "CIGRE 322": {
+        phase: gf.cigre_322_single_loop(sag, diameter=0.0188) for phase, sag in SAG.items()
+    },
     "Davison": {phase: gf.davison_single_loop(sag) for phase, sag in SAG.items()},
 }
-print("\nphase   peak to peak [m]   " + "   ".join(f"{rule}: axis [m]  beyond [m]" for rule in rules))
+print(
+    "\nphase   peak to peak [m]   " + "   ".join(f"{rule}: axis [m]  beyond [m]" for rule in rules)
+)
 beyond = {}
 for phase in PLACE:
     x, y = runs[phase]["midspan.x3"], runs[phase]["midspan.x2"]
     for rule, ellipses in rules.items():
         beyond[rule, phase] = ellipses[phase].distance(x, y)
-    cells = [f"{rules[rule][phase].major:{len(rule) + 10}.2f}  {beyond[rule, phase].max():10.2f}" for rule in rules]
+    cells = [
+        f"{rules[rule][phase].major:{len(rule) + 10}.2f}  {beyond[rule, phase].max():10.2f}"
+        for rule in rules
+    ]
     print(f"{phase:6}  {np.ptp(y):16.2f}   " + "   ".join(cells))
 
-# %% The picture: paths with their ellipses, and what is worst within each four seconds, two periods or so.
+# %% The picture: paths with their ellipses, and what is worst within each four seconds, two periods
+# or so.
 colours = {"top": "#0072B2", "middle": "#D55E00", "bottom": "#009E73"}
 styles = {"CIGRE 322": "-", "Davison": "--"}
 blocks = slice(0, time.size // 80 * 80)  # of 80 times 0.05 s
@@ -83,13 +120,35 @@ for phase, (x, y) in PLACE.items():
     section.text(-1.9, y, phase, va="center", fontsize=8)
     for rule, style in styles.items():
         across, up = rules[rule][phase].outline()
-        section.plot(x + across, y + up, style, color="black", linewidth=0.9, label=rule if phase == "top" else None)
+        section.plot(
+            x + across,
+            y + up,
+            style,
+            color="black",
+            linewidth=0.9,
+            label=rule if phase == "top" else None,
+        )
         worst = beyond[rule, phase][blocks].reshape(-1, 80).max(axis=1)
-        edges.plot(block_times, worst, style, color=colours[phase], linewidth=1.2, label=f"{phase}, {rule}")
+        edges.plot(
+            block_times, worst, style, color=colours[phase], linewidth=1.2, label=f"{phase}, {rule}"
+        )
 for pair, colour in ((("top", "middle"), "#0072B2"), (("middle", "bottom"), "#009E73")):
-    gaps.plot(block_times, clearance[pair][blocks].reshape(-1, 80).min(axis=1), color=colour, label=" - ".join(pair))
-section.set(xlabel="downwind [m]", ylabel="height [m]", title="Paths at mid-span", aspect="equal", xlim=(-2.0, 1.6))
-gaps.set(ylabel="least clearance [m]", title="Between neighbours", xlim=(0.0, STOP), ylim=(0.0, None))
+    gaps.plot(
+        block_times,
+        clearance[pair][blocks].reshape(-1, 80).min(axis=1),
+        color=colour,
+        label=" - ".join(pair),
+    )
+section.set(
+    xlabel="downwind [m]",
+    ylabel="height [m]",
+    title="Paths at mid-span",
+    aspect="equal",
+    xlim=(-2.0, 1.6),
+)
+gaps.set(
+    ylabel="least clearance [m]", title="Between neighbours", xlim=(0.0, STOP), ylim=(0.0, None)
+)
 edges.set(xlabel="time [s]", ylabel="beyond the edge [m]", ylim=(-1.2, None))
 edges.set_title("Out of the ellipses (negative: within)")
 edges.axhline(0.0, color="0.3", linewidth=0.6)
@@ -97,11 +156,18 @@ for axes in (gaps, edges):
     axes.axvspan(100.0, 130.0, color="0.9", zorder=0, label="gust" if axes is gaps else None)
 gaps.legend(fontsize=8, frameon=False)
 edges.legend(fontsize=8, frameon=False, ncols=3, loc="lower right")
-left.legend(*section.get_legend_handles_labels(), loc="outside lower center", fontsize=8, frameon=False, ncols=2)
+left.legend(
+    *section.get_legend_handles_labels(),
+    loc="outside lower center",
+    fontsize=8,
+    frameon=False,
+    ncols=2,
+)
 figure.savefig(folder / "clearance.png", dpi=150)
 print(f"\npicture: {folder / 'clearance.png'}")
 
-# %% The conductors come within 0.6 m of each other, a fifth of their distance at rest, and leave both ellipses below.
+# %% The conductors come within 0.6 m of each other, a fifth of their distance at rest, and leave
+# both ellipses below.
 least = min(gap.min() for gap in clearance.values())
 print(f"least clearance {least:.3f} m")
 assert abs(least - 0.587) < 0.005  # 0.587 m

@@ -1,10 +1,11 @@
 # %% [markdown]
 # # What simpler models say of example 3
 #
-# Three models of one span, started alike. Linear theory says that it gallops, and at which frequency, but not how far.
-# Mode superposition (Desai et al. 1995) keeps the nonlinear wind load on a linear structure: the galloping saturates.
-# Only the simulation has a structure whose tension changes with the motion, and only there does the horizontal swing
-# of half the frequency wake. The curve of coefficients is a reconstruction in all three.
+# Three models of one span, started alike. Linear theory says that it gallops, and at which
+# frequency, but not how far. Mode superposition (Desai et al. 1995) keeps the nonlinear wind load
+# on a linear structure: the galloping saturates. Only the simulation has a structure whose tension
+# changes with the motion, and only there does the horizontal swing of half the frequency wake. The
+# curve of coefficients is a reconstruction in all three.
 
 # %%
 import tempfile
@@ -25,14 +26,22 @@ for mode in comparison.linear_modes[:3]:
 
 # %% When the vertical amplitudes have parted by a fifth, for good.
 for model in ("linear", "superposition"):
-    print(f"{model:14} parts from the simulation at {comparison.parting(model, 'u2', 0.2).amplitude:.0f} s")
+    print(
+        f"{model:14} parts from the simulation at"
+        f" {comparison.parting(model, 'u2', 0.2).amplitude:.0f} s"
+    )
 
 # %% The same three directions with one mode each: the model of Yu et al. (1993).
 three = modal.mode_superposition(scene, 900.0, vertical=1, horizontal=1, torsional=1)
 print(f"one mode in each direction: vertical {three.steady()['u2'].amplitude:.3f} m")
 
 # %%
-print("wrote", save_figure(comparison_figure(comparison), Path(tempfile.mkdtemp(prefix="gallop-")) / "models.png"))
+print(
+    "wrote",
+    save_figure(
+        comparison_figure(comparison), Path(tempfile.mkdtemp(prefix="gallop-")) / "models.png"
+    ),
+)
 
 # %% The swing exists only in the nonlinear model.
 swing = {name: motion["u3"].amplitude for name, motion in comparison.amplitudes().items()}

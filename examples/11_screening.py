@@ -1,9 +1,9 @@
 # %% [markdown]
 # # Screening a span, and what to do about it
 #
-# Will galloping of example 3 wake the horizontal swing, from which wind on, and which change of design helps? Then the
-# linear view of the same span by python-control's own functions: poles over the wind, step response, Bode. The curve of
-# coefficients is a reconstruction.
+# Will galloping of example 3 wake the horizontal swing, from which wind on, and which change of
+# design helps? Then the linear view of the same span by python-control's own functions: poles over
+# the wind, step response, Bode. The curve of coefficients is a reconstruction.
 
 # %%
 import tempfile
@@ -21,20 +21,30 @@ folder = Path(tempfile.mkdtemp(prefix="gallop-"))
 scene = gf.load_scene("example3")
 found = modal.screen(scene)
 print(f"{found.risk}: {found.reason}")
-print(f"by hand: from {found.estimate.onset_wind_speed:.2f} m/s, at {found.estimate.threshold_amplitude:.2f} m")
+print(
+    f"by hand: from {found.estimate.onset_wind_speed:.2f} m/s, at"
+    f" {found.estimate.threshold_amplitude:.2f} m"
+)
 print("wrote", save_figure(screening_figure(found), folder / "screening.png"))
 
 # %% The ratio over tension and temperature, and the tension at which it is 2.
 tensions, warmer = np.linspace(10e3, 24e3, 8), np.linspace(-30.0, 40.0, 8)
-plane = modal.ratio_map(scene, "span.horizontal_tension", tensions, against=("temperature_change", warmer))
+plane = modal.ratio_map(
+    scene, "span.horizontal_tension", tensions, against=("temperature_change", warmer)
+)
 print("wrote", save_figure(ratio_figure(plane), folder / "ratio.png"))
 (resonant,) = modal.crossings(scene, "span.horizontal_tension", [10e3, 24e3])
 print(f"f_v/f_h is 2 at {resonant:.0f} N")
 print(modal.way_out(scene)[0].sentence)
 
-# %% On an inclined span the first two vertical modes do not cross: they veer, and no ratio is given between.
-inclined = scene.with_values({"span.sag": None, "span.height_difference": 40.0, "numerics.elements": 10})
-modes = modal.track_modes(inclined, "span.horizontal_tension", list(np.linspace(11e3, 16e3, 21)), count=4)
+# %% On an inclined span the first two vertical modes do not cross: they veer, and no ratio is given
+# between.
+inclined = scene.with_values(
+    {"span.sag": None, "span.height_difference": 40.0, "numerics.elements": 10}
+)
+modes = modal.track_modes(
+    inclined, "span.horizontal_tension", list(np.linspace(11e3, 16e3, 21)), count=4
+)
 print("wrote", save_figure(tracking_figure(modes), folder / "veering.png"))
 
 # %% A tenth more tension: the same wind no longer starts the swing.
@@ -47,8 +57,13 @@ for wind in (4.0, 5.5):
     print(f"{wind} m/s:", ", ".join(f"{pole:.3f}" for pole in poles if pole.imag > 0.0))
 calm = modal.linear_model(scene.with_values({"wind.speed": 2.0}), modes=6)
 push = control.step_response(calm["midspan_u3", "wind_speed"], np.linspace(0.0, 120.0, 1201))
-magnitude, _, _ = control.frequency_response(calm["midspan_u3", "wind_speed"], 2.0 * np.pi * np.array([0.01, 0.3775]))
-print(f"a gust of 1 m/s moves mid-span by {push.outputs[-1]:.4f} m in the end, {magnitude[1]:.4f} m at resonance")
+magnitude, _, _ = control.frequency_response(
+    calm["midspan_u3", "wind_speed"], 2.0 * np.pi * np.array([0.01, 0.3775])
+)
+print(
+    f"a gust of 1 m/s moves mid-span by {push.outputs[-1]:.4f} m in the end, {magnitude[1]:.4f} m"
+    " at resonance"
+)
 
 # %%
 assert found.risk == "certain"

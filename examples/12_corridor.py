@@ -1,10 +1,11 @@
 # %% [markdown]
 # # Screening a corridor
 #
-# A table of spans, one a row, as it comes out of a line's records: conductor, span, ice. What all spans share stands in
-# the `[line]` of a scene file; its coefficient curve is that of example 3, a reconstruction. All are screened for the
-# 2:1 swing first. That takes a second each; thousands are best given a first look (`first_look=True`), thirty times as
-# fast, and only the suspect ones screened. Those that are at risk are then simulated, over some wind speeds.
+# A table of spans, one a row, as it comes out of a line's records: conductor, span, ice. What all
+# spans share stands in the `[line]` of a scene file; its coefficient curve is that of example 3, a
+# reconstruction. All are screened for the 2:1 swing first. That takes a second each; thousands are
+# best given a first look (`first_look=True`), thirty times as fast, and only the suspect ones
+# screened. Those that are at risk are then simulated, over some wind speeds.
 
 # %%
 import tempfile
@@ -36,18 +37,24 @@ A3-A4,forest,,310,-4,
 A4-A5,lake,,29500,,
 """)
 
-# %% A first look at all, in a process for each core; what cannot be computed is a row that says why.
-look = modal.screen_spans(base, table=table, highest_wind=5.0, first_look=True, out=folder / "look.nc")
+# %% A first look at all, in a process for each core; what cannot be computed is a row that says
+# why.
+look = modal.screen_spans(
+    base, table=table, highest_wind=5.0, first_look=True, out=folder / "look.nc"
+)
 print(look.dataset[["name", "ratio", "suspect", "outcome"]].to_dataframe().to_string(index=False))
 for name, message in zip(look.failed.name.values, look.failed.message.values, strict=True):
     print(f"\n{name}: {message}")
 
-# %% Screening of the suspect ones. The same call again after Ctrl-C, or worse, would compute what is missing.
+# %% Screening of the suspect ones. The same call again after Ctrl-C, or worse, would compute what
+# is missing.
 suspect = look.dataset.name.values[look.dataset.suspect.values == 1.0]
 rows = [row for row in gf.read_spans(table) if row["name"] in suspect]
 found = modal.screen_spans(base, table=rows, highest_wind=5.0, out=folder / "risk.nc")
 print(
-    found.dataset[["name", "label.ground", "ratio", "risk", "onset_wind_speed"]].to_dataframe().to_string(index=False)
+    found.dataset[["name", "label.ground", "ratio", "risk", "onset_wind_speed"]]
+    .to_dataframe()
+    .to_string(index=False)
 )
 
 # %% Simulation of those at risk, in a thread for each core: every one at every wind speed.

@@ -1,10 +1,10 @@
 # %% [markdown]
 # # Gusty wind through the FMU
 #
-# Wind is never steady. Here a gusty wind drives the FMU of example 3 in FMPy: a mean of 5.5 m/s, a turbulence of 10 %
-# with the spectrum of Kaimal (IEC 61400-1, gusts 42 m long), made of cosines with random phases. Does the swing of half
-# the frequency wake all the same? The whole span feels the same gust at once, which is the worst case; the curve of
-# coefficients is a reconstruction.
+# Wind is never steady. Here a gusty wind drives the FMU of example 3 in FMPy: a mean of 5.5 m/s, a
+# turbulence of 10 % with the spectrum of Kaimal (IEC 61400-1, gusts 42 m long), made of cosines
+# with random phases. Does the swing of half the frequency wake all the same? The whole span feels
+# the same gust at once, which is the worst case; the curve of coefficients is a reconstruction.
 
 # %%
 import tempfile
@@ -20,17 +20,25 @@ from gallop_fmu.plots import save_figure
 MEAN, INTENSITY, LENGTH = 5.5, 0.1, 42.0  # [m/s], [1], [m]
 STOP, STEP = 1200.0, 0.05
 
-# %% The wind. Its period is longer than the run, and it is slow against the step of 0.05 s at which the host gives it.
+# %% The wind. Its period is longer than the run, and it is slow against the step of 0.05 s at which
+# the host gives it.
 frequency = np.arange(1, 1500) / 1500.0  # up to 1 Hz
 spectrum = 4.0 * LENGTH / MEAN / (1.0 + 6.0 * frequency * LENGTH / MEAN) ** (5.0 / 3.0)
 amplitude = np.sqrt(spectrum / spectrum.sum()) * np.sqrt(2.0) * INTENSITY * MEAN
 phase = np.random.default_rng(1).uniform(0.0, 2.0 * np.pi, frequency.size)
 time = np.arange(0.0, STOP + 1e-9, STEP)
-gusts = sum(a * np.cos(2.0 * np.pi * f * time + p) for a, f, p in zip(amplitude, frequency, phase, strict=True))
+gusts = sum(
+    a * np.cos(2.0 * np.pi * f * time + p)
+    for a, f, p in zip(amplitude, frequency, phase, strict=True)
+)
 wind = {"steady": np.full_like(time, MEAN), "gusty": MEAN + gusts}
-print(f"gusty wind: mean {wind['gusty'].mean():.2f} m/s, {wind['gusty'].min():.2f} to {wind['gusty'].max():.2f} m/s")
+print(
+    f"gusty wind: mean {wind['gusty'].mean():.2f} m/s, {wind['gusty'].min():.2f} to"
+    f" {wind['gusty'].max():.2f} m/s"
+)
 
-# %% One FMU, two runs. FMPy warns of the inputs that the table does not hold: they keep their start values.
+# %% One FMU, two runs. FMPy warns of the inputs that the table does not hold: they keep their start
+# values.
 folder = Path(tempfile.mkdtemp(prefix="gallop-"))
 scene = gf.load_scene("example3").with_values({"numerics.time_step": 0.025})
 fmu = gf.export_fmu(scene, folder / "example3.fmu")
@@ -38,7 +46,11 @@ runs = {}
 for name, speed in wind.items():
     table = np.rec.fromarrays([time, speed], names=["time", "wind_speed"])
     runs[name] = fmpy.simulate_fmu(
-        str(fmu), stop_time=STOP, output_interval=STEP, input=table, output=["midspan.x2", "midspan.x3", "status"]
+        str(fmu),
+        stop_time=STOP,
+        output_interval=STEP,
+        input=table,
+        output=["midspan.x2", "midspan.x3", "status"],
     )
     assert np.all(runs[name]["status"] == 0)
 
@@ -47,7 +59,9 @@ late = time >= STOP - 400.0
 spread = {}
 for name, run in runs.items():
     motion = {axis: run[f"midspan.{axis}"][late] for axis in ("x2", "x3")}
-    waves = {axis: gf.dominant_frequency(values - values.mean(), STEP) for axis, values in motion.items()}
+    waves = {
+        axis: gf.dominant_frequency(values - values.mean(), STEP) for axis, values in motion.items()
+    }
     spread[name] = {axis: float(np.std(values)) for axis, values in motion.items()}
     print(
         f"{name:7} vertical {spread[name]['x2']:.3f} m (RMS) at {waves['x2']:.3f} Hz, "
@@ -71,10 +85,11 @@ rows[0].legend(loc="lower right", ncols=2, frameon=False)
 rows[2].set(xlabel="time [s]", xlim=(0.0, STOP))
 print("wrote", save_figure(figure, folder / "gusty.png"))
 
-# %%
-# It wakes, and its amplitude comes and goes with the gusts, up to nearly three times that of the steady wind.
+# %% It wakes, and its amplitude comes and goes with the gusts, up to nearly three times that of the
+# steady wind.
 largest = {
-    name: float(np.abs(run["midspan.x3"][late] - run["midspan.x3"][late].mean()).max()) for name, run in runs.items()
+    name: float(np.abs(run["midspan.x3"][late] - run["midspan.x3"][late].mean()).max())
+    for name, run in runs.items()
 }
 print(f"largest swing {largest['gusty']:.3f} m, in steady wind {largest['steady']:.3f} m")
 assert abs(spread["steady"]["x3"] - 0.1396) < 0.001

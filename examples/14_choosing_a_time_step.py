@@ -1,9 +1,9 @@
 # %% [markdown]
 # # Choosing a time step, or a tolerance
 #
-# Example 3 settles in a swing whose amplitude is what one wants to know. How long may the steps be? Newmark's method,
-# the default, takes equal steps, and its error falls with their square. Gauss's method of order six takes longer ones;
-# with a tolerance it chooses them itself.
+# Example 3 settles in a swing whose amplitude is what one wants to know. How long may the steps be?
+# Newmark's method, the default, takes equal steps, and its error falls with their square. Gauss's
+# method of order six takes longer ones; with a tolerance it chooses them itself.
 
 # %%
 import tempfile
@@ -22,7 +22,10 @@ scene = gf.load_scene("example3")
 def swing(time_step=RECORD, **numerics):
     """Amplitudes at mid-span [m], vertical and horizontal, and the number of steps."""
     values = {f"numerics.{name}": value for name, value in numerics.items()}
-    values |= {"numerics.time_step": time_step, "run.record_every": round(max(RECORD, time_step) / time_step)}
+    values |= {
+        "numerics.time_step": time_step,
+        "run.record_every": round(max(RECORD, time_step) / time_step),
+    }
     result = gf.simulate(scene.with_values(values), STOP)
     steady = result.steady(WINDOW)
     return np.array([steady["u2"].amplitude, steady["u3"].amplitude]), result.dataset.attrs["steps"]
@@ -42,25 +45,43 @@ runs = {
     "tolerance": [swing(tolerance=tolerance) for tolerance in TOLERANCES],
 }
 settings = {"newmark": STEPS, "gauss6": STEPS[:2], "tolerance": TOLERANCES}
-errors = {name: np.array([amplitudes / right - 1.0 for amplitudes, _ in found]) for name, found in runs.items()}
+errors = {
+    name: np.array([amplitudes / right - 1.0 for amplitudes, _ in found])
+    for name, found in runs.items()
+}
 print("                     steps   vertical  horizontal")
 for name, found in runs.items():
     for setting, (_, steps), error in zip(settings[name], found, errors[name], strict=True):
         print(f"{name:10} {setting:7g} {steps:7}   {error[0]:+8.3%}    {error[1]:+8.3%}")
 
-# %% A period is 1.5 s, so 0.02 s is 75 steps of it. Where steps are too long for the axial waves of a rough start, the
-# run says so, and `gallop_fmu.energy_balance` tells how much energy was lost.
+# %% A period is 1.5 s, so 0.02 s is 75 steps of it. Where steps are too long for the axial waves of
+# a rough start, the run says so, and `gallop_fmu.energy_balance` tells how much energy was lost.
 figure = Figure(figsize=(4.5, 3.2), layout="constrained")
 axes = figure.subplots()
-for name, marker, colour in (("newmark", "o", "#0072B2"), ("gauss6", "s", "#D55E00"), ("tolerance", "^", "#009E73")):
+for name, marker, colour in (
+    ("newmark", "o", "#0072B2"),
+    ("gauss6", "s", "#D55E00"),
+    ("tolerance", "^", "#009E73"),
+):
     steps = [steps for _, steps in runs[name]]
-    axes.loglog(steps, np.maximum(np.abs(errors[name][:, 0]), RESOLVED), marker=marker, color=colour, label=name)
+    axes.loglog(
+        steps,
+        np.maximum(np.abs(errors[name][:, 0]), RESOLVED),
+        marker=marker,
+        color=colour,
+        label=name,
+    )
 axes.axhspan(1e-7, RESOLVED, color="0.9", label="not resolved")
-axes.set(ylim=(RESOLVED / 3.0, 0.1), xlabel="steps in 900 s", ylabel="error of the vertical amplitude [1]")
+axes.set(
+    ylim=(RESOLVED / 3.0, 0.1),
+    xlabel="steps in 900 s",
+    ylabel="error of the vertical amplitude [1]",
+)
 axes.legend(frameon=False)
 print("wrote", save_figure(figure, Path(tempfile.mkdtemp(prefix="gallop-")) / "steps.png"))
 
-# %% With 0.02 s the default is right to half a per cent; a tolerance of 1e-3 is much better, in a seventh of the steps.
+# %% With 0.02 s the default is right to half a per cent; a tolerance of 1e-3 is much better, in a
+# seventh of the steps.
 order = np.log2(errors["newmark"][:-1, 0] / errors["newmark"][1:, 0])
 assert np.all(np.abs(order - 2.0) < 0.06)  # 1.98 and 1.99
 assert [f"{error:+.1%}" for error in errors["newmark"][1:, 0]] == ["+1.6%", "+0.4%", "+0.1%"]

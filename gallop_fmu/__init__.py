@@ -1,7 +1,8 @@
 """Galloping of iced overhead-line conductors: a nonlinear cable model, and its FMI 2.0 co-simulation FMU.
 
-Axes: x1 along the span (left to right), x2 up, x3 horizontal; wind blows towards +x3.  Twist is right-handed about x1,
-so the windward edge rises for positive twist.  SI units and radians; degrees only in names that end in ``_deg``.
+Axes: x1 along the span (left to right), x2 up, x3 horizontal; wind blows towards +x3.  Twist is
+right-handed about x1, so the windward edge rises for positive twist.  SI units and radians; degrees
+only in names that end in ``_deg``.
 
 The model is that of Liu, Yan, Zhang and Zhou (2009), Appl. Math. Mech. 30(4) 489-501.
 
@@ -41,8 +42,8 @@ if TYPE_CHECKING:
     from gallop_fmu.sweeps.runs import Runs, RunsStoppedError, read_runs
     from gallop_fmu.sweeps.sweep import sweep
 
-# Where each public name lives.  A module is loaded when its name is first used, so that `gallop-fmu --help` does not
-# wait for numpy, nor a simulation for fmpy.
+# Where each public name lives.  A module is loaded when its name is first used, so that `gallop-fmu
+# --help` does not wait for numpy, nor a simulation for fmpy.
 _HOMES = {
     "line.clearance": ("cigre_322_single_loop", "davison_single_loop"),
     "line.conductors": ("find_conductor",),

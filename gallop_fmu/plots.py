@@ -1,7 +1,7 @@
 """Figures of a run: histories, the path of the mid-span point, and both on one page.
 
-Every function returns a `matplotlib.figure.Figure` and leaves pyplot's global state alone, so it works without a
-display, in threads and in notebooks.
+Every function returns a `matplotlib.figure.Figure` and leaves pyplot's global state alone, so it
+works without a display, in threads and in notebooks.
 """
 
 from __future__ import annotations
@@ -72,7 +72,8 @@ STYLE: dict[Any, Any] = {
 def drawing(style: Mapping[str, Any]) -> AbstractContextManager[None]:
     """Settings under which a figure is made or saved: matplotlib's own defaults, then `style`.
 
-    A user's ``matplotlibrc`` has no part in them: it may ask for LaTeX or fonts that are not installed.
+    A user's ``matplotlibrc`` has no part in them: it may ask for LaTeX or fonts that are not
+    installed.
     """
     return matplotlib.style.context(["default", dict(style)])
 
@@ -108,7 +109,8 @@ def trace(source: Result | xr.Dataset, windows: Windows | None = None) -> Figure
     source
         A result, or a dataset with u2 and u3 [m] over ``time`` [s] at mid-span.
     windows
-        Parts of the run; the last few periods if not given, or the whole run where the motion has died out by then.
+        Parts of the run; the last few periods if not given, or the whole run where the motion has
+        died out by then.
 
     Raises
     ------
@@ -173,13 +175,21 @@ def overview(result: Result) -> Figure:
         _draw_close(close, data, next(iter(part.values())))
         left.align_ylabels(column)
         add_title(figure, textwrap.fill(result.scene.title, 110))
-        add_notes(figure, [f"Motion: {result.motion}.", *(f"Warning: {sentence}" for sentence in result.warnings)])
+        add_notes(
+            figure,
+            [
+                f"Motion: {result.motion}.",
+                *(f"Warning: {sentence}" for sentence in result.warnings),
+            ],
+        )
     return figure
 
 
 def add_notes(figure: Figure, notes: Sequence[str]) -> None:
     """Put sentences below a figure, each on lines of its own."""
-    figure.supxlabel("\n".join(textwrap.fill(note, 140) for note in notes), fontsize=7.0).set_parse_math(False)
+    figure.supxlabel(
+        "\n".join(textwrap.fill(note, 140) for note in notes), fontsize=7.0
+    ).set_parse_math(False)
 
 
 def add_title(figure: FigureBase, title: str) -> None:
@@ -197,7 +207,10 @@ def save_figure(figure: Figure, path: Path | str) -> Path:
     """
     path = Path(path)
     if path.suffix.lower() not in SUFFIXES:
-        raise SceneError(f"{path}: pictures are written as {', '.join(SUFFIXES)}, not as {path.suffix or 'no suffix'}")
+        raise SceneError(
+            f"{path}: pictures are written as {', '.join(SUFFIXES)}, not as"
+            f" {path.suffix or 'no suffix'}"
+        )
     with drawing({"svg.fonttype": "none", "pdf.fonttype": 42}):
         content = BytesIO()
         figure.savefig(content, format=path.suffix[1:].lower(), dpi=200)
@@ -251,28 +264,43 @@ def _label(name: str, data: xr.Dataset) -> str:
 def _shown(name: str, data: xr.Dataset) -> Array:
     """Values in the unit of `_label`."""
     values = np.asarray(data[name].values, dtype=np.float64)
-    return np.degrees(values) if name == "theta" else values / 1000.0 if name == "tension" else values
+    return (
+        np.degrees(values) if name == "theta" else values / 1000.0 if name == "tension" else values
+    )
 
 
 def _draw_histories(rows: list[Axes], data: xr.Dataset, channels: Sequence[str]) -> None:
     time = np.asarray(data.time.values)
     for axes, name in zip(rows, channels, strict=True):
-        axes.plot(*_thinned(time, _shown(name, data)), color=COLOURS.get(name, NEUTRAL), linewidth=0.5)
+        axes.plot(
+            *_thinned(time, _shown(name, data)), color=COLOURS.get(name, NEUTRAL), linewidth=0.5
+        )
         axes.set_ylabel(_label(name, data))
-        axes.set_title(f"mid-span {AXIS_LABELS[name][0] if name in AXIS_LABELS else name}", loc="left", pad=2.0)
+        axes.set_title(
+            f"mid-span {AXIS_LABELS[name][0] if name in AXIS_LABELS else name}", loc="left", pad=2.0
+        )
         axes.margins(x=0.0)
     rows[-1].set_xlabel("time [s]")
 
 
-def _draw_traces(panels: list[Axes], data: xr.Dataset, windows: Windows, *, times: bool = True) -> None:
+def _draw_traces(
+    panels: list[Axes], data: xr.Dataset, windows: Windows, *, times: bool = True
+) -> None:
     """Horizontal against vertical displacement; equal scales unless the path is too thin to be seen with them."""
     ranges = []
-    for axes, (name, (start, stop)), colour in zip(panels, windows.items(), _cycle(len(windows)), strict=True):
+    for axes, (name, (start, stop)), colour in zip(
+        panels, windows.items(), _cycle(len(windows)), strict=True
+    ):
         part = data.sel(time=slice(start - 1e-9, stop + 1e-9))
         if not part.sizes["time"]:
             raise SceneError(f"no record lies in the window {name} from {start:g} s to {stop:g} s")
         ranges.append((float(np.ptp(part.u3.values)), float(np.ptp(part.u2.values))))
-        axes.plot(part.u3.values, part.u2.values, color=NEUTRAL if len(windows) == 1 else colour, linewidth=0.5)
+        axes.plot(
+            part.u3.values,
+            part.u2.values,
+            color=NEUTRAL if len(windows) == 1 else colour,
+            linewidth=0.5,
+        )
         digits = 0 if stop - start > 5.0 else 2
         told = f"{name}, {start:.{digits}f} to {stop:.{digits}f} s" if times else name
         axes.set_title(told).set_parse_math(False)
@@ -292,12 +320,19 @@ def _draw_close(axes: Axes, data: xr.Dataset, window: tuple[float, float]) -> No
     part = data.sel(time=slice(*window))
     for name in ("u2", "u3"):
         values = part[name].values
-        axes.plot(part.time.values, values - np.mean(values), color=COLOURS[name], label=AXIS_LABELS[name][1])
+        axes.plot(
+            part.time.values,
+            values - np.mean(values),
+            color=COLOURS[name],
+            label=AXIS_LABELS[name][1],
+        )
     axes.set_xlabel("time [s]")
     axes.set_ylabel("about the mean [m]")
     axes.margins(x=0.0)
     axes.locator_params(nbins=5)
-    axes.legend(loc="lower center", bbox_to_anchor=(0.5, 1.0), ncols=2, frameon=False, borderaxespad=0.1)
+    axes.legend(
+        loc="lower center", bbox_to_anchor=(0.5, 1.0), ncols=2, frameon=False, borderaxespad=0.1
+    )
 
 
 def _thinned(time: Array, values: Array) -> tuple[Array, Array]:

@@ -24,7 +24,12 @@ if TYPE_CHECKING:
     from modal.report.page import write_report
     from modal.screening.many_spans import screen_spans
     from modal.screening.screen import Cycle, Screening, screen
-    from modal.screening.two_mode_estimate import Coupling, TwoMode, quadratic_coupling, two_mode_estimate
+    from modal.screening.two_mode_estimate import (
+        Coupling,
+        TwoMode,
+        quadratic_coupling,
+        two_mode_estimate,
+    )
     from modal.stability.criteria import Criterion, coupled, den_hartog, nigol, stability_criteria
     from modal.stability.critical_wind import CriticalWind, critical_wind_speed
     from modal.stability.frequency_ratio import (
@@ -38,8 +43,8 @@ if TYPE_CHECKING:
     from modal.superposition.comparison import Comparison, LinearMode, Parting, compare
     from modal.superposition.mode_superposition import mode_superposition
 
-# Where each public name lives.  A module is loaded when its name is first used, so that nobody waits for python-control
-# who did not ask for it.
+# Where each public name lives.  A module is loaded when its name is first used, so that nobody
+# waits for python-control who did not ask for it.
 _HOMES = {
     "linear.shallow_cable": ("ShallowCable", "shallow_cable"),
     "superposition.comparison": ("Comparison", "LinearMode", "Parting", "compare"),
@@ -61,7 +66,12 @@ _HOMES = {
     "foundation.change_of_state": ("change_of_state",),
     "superposition.mode_superposition": ("mode_superposition",),
     "linear.mode_tracking": ("track_modes",),
-    "screening.two_mode_estimate": ("Coupling", "TwoMode", "quadratic_coupling", "two_mode_estimate"),
+    "screening.two_mode_estimate": (
+        "Coupling",
+        "TwoMode",
+        "quadratic_coupling",
+        "two_mode_estimate",
+    ),
 }
 
 __all__ = [

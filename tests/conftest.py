@@ -8,11 +8,13 @@ from contextlib import ExitStack
 import pytest
 from hypothesis import settings
 
-# In CI the same examples every time; elsewhere fresh ones. No deadline: a slow machine is not a failure.
+# In CI the same examples every time; elsewhere fresh ones. No deadline: a slow machine is not a
+# failure.
 settings.register_profile("gallop", derandomize="CI" in os.environ, deadline=None, print_blob=True)
 settings.load_profile("gallop")
 
-# Started in the background, a process ignores Ctrl-C and so do its children; tests that send it need it heard.
+# Started in the background, a process ignores Ctrl-C and so do its children; tests that send it
+# need it heard.
 if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
     signal.signal(signal.SIGINT, signal.default_int_handler)
 

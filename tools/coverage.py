@@ -3,9 +3,9 @@
     python tools/coverage.py                    # the quick folders of the tests
     python tools/coverage.py tests/unit -k laws # any arguments of pytest
 
-A copy of the packages, with that kernel beside them, stands in front of the installed ones. So the tests load it the
-usual way, in their own process, in those they start, and inside the FMUs they export. Programs that tests compile
-themselves (sanitizers, fuzzing targets) are not counted.
+A copy of the packages, with that kernel beside them, stands in front of the installed ones. So the
+tests load it the usual way, in their own process, in those they start, and inside the FMUs they
+export. Programs that tests compile themselves (sanitizers, fuzzing targets) are not counted.
 """
 
 from __future__ import annotations
@@ -22,7 +22,15 @@ from pathlib import Path
 
 ROOT = Path(__file__).resolve().parent.parent
 FOLDERS = ("unit", "property", "native", "fmu", "convergence", "analytic")
-FLAGS = ("-std=c11", "-O1", "-g", "--coverage", "-fprofile-update=atomic", "-ffp-contract=off", "-DGALLOP_ONE_PATH")
+FLAGS = (
+    "-std=c11",
+    "-O1",
+    "-g",
+    "--coverage",
+    "-fprofile-update=atomic",
+    "-ffp-contract=off",
+    "-DGALLOP_ONE_PATH",
+)
 WANTED = 95.0
 """Percent of lines that a kernel is expected to have covered."""
 
@@ -36,9 +44,18 @@ def build(kernel: Path, objects: Path) -> None:
     assert found is not None
     assert found.origin is not None
     headers = Path(found.origin).parent / "c-code"
-    compile_one: list[str | Path] = ["gcc", *FLAGS, "-fPIC", "-fvisibility=hidden", f"-I{headers}", "-c"]
+    compile_one: list[str | Path] = [
+        "gcc",
+        *FLAGS,
+        "-fPIC",
+        "-fvisibility=hidden",
+        f"-I{headers}",
+        "-c",
+    ]
     for source in sorted(kernel.glob("*.c")):
-        subprocess.run([*compile_one, source, "-o", objects / f"{source.stem}.o"], cwd=objects, check=True)
+        subprocess.run(
+            [*compile_one, source, "-o", objects / f"{source.stem}.o"], cwd=objects, check=True
+        )
     library = kernel.parent / "gallop_kernel.so"
     link: list[str | Path] = [
         "gcc",
@@ -57,7 +74,12 @@ def executed(objects: Path) -> Lines:
     """What gcov counted."""
     lines: Lines = defaultdict(lambda: defaultdict(int))
     for data in sorted(objects.glob("*.gcda")):
-        told = subprocess.run(["gcov", "--json-format", "--stdout", data], cwd=objects, capture_output=True, check=True)
+        told = subprocess.run(
+            ["gcov", "--json-format", "--stdout", data],
+            cwd=objects,
+            capture_output=True,
+            check=True,
+        )
         for report in told.stdout.splitlines():
             for file in json.loads(report)["files"]:
                 for line in file["lines"]:
@@ -84,7 +106,10 @@ def show(lines: Lines) -> float:
         missed = sorted(number for number, count in counts.items() if not count)
         total, covered = total + len(counts), covered + len(counts) - len(missed)
         share = 100.0 * (1.0 - len(missed) / len(counts))
-        print(f"{name:16s} {len(counts):6d} {len(counts) - len(missed):6d} {share:6.1f}  {ranges(missed)}")
+        print(
+            f"{name:16s} {len(counts):6d} {len(counts) - len(missed):6d} {share:6.1f} "
+            f" {ranges(missed)}"
+        )
     share = 100.0 * covered / total
     print(f"{'all':16s} {total:6d} {covered:6d} {share:6.1f}")
     return share
@@ -96,11 +121,15 @@ def main(arguments: list[str]) -> int:
         copy, objects = Path(name) / "packages", Path(name) / "objects"
         objects.mkdir()
         for package in ("gallop_fmu", "modal"):
-            shutil.copytree(ROOT / package, copy / package, ignore=shutil.ignore_patterns("__pycache__", "*.so"))
+            shutil.copytree(
+                ROOT / package, copy / package, ignore=shutil.ignore_patterns("__pycache__", "*.so")
+            )
         build(copy / "gallop_fmu" / "kernel", objects)
         environment = {**os.environ, "PYTHONPATH": str(copy), "PYTHONDONTWRITEBYTECODE": "1"}
         tests = arguments or [f"tests/{folder}" for folder in FOLDERS]
-        done = subprocess.run([sys.executable, "-P", "-m", "pytest", "-q", *tests], cwd=ROOT, env=environment)
+        done = subprocess.run(
+            [sys.executable, "-P", "-m", "pytest", "-q", *tests], cwd=ROOT, env=environment
+        )
         share = show(executed(objects))
     if done.returncode:
         print("some tests failed", file=sys.stderr)

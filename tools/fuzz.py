@@ -4,8 +4,8 @@
     python tools/fuzz.py --target state --seconds 3600
     python tools/fuzz.py --executions 1000 --keep       # and renew the corpus that the tests replay
 
-Targets: what the files in tests/native/fuzzing say. Each starts from its corpus there. An input that breaks something
-is named at the end and stays in the working folder. The exit code is 1 then.
+Targets: what the files in tests/native/fuzzing say. Each starts from its corpus there. An input
+that breaks something is named at the end and stays in the working folder. The exit code is 1 then.
 """
 
 from __future__ import annotations
@@ -47,7 +47,10 @@ def find_clang() -> str:
     names = ["clang", *(f"clang-{version}" for version in range(30, 13, -1))]
     found = next(filter(None, map(shutil.which, names)), None)
     if not found:
-        sys.exit("fuzz: no clang; apt-get install clang libclang-rt-14-dev, or what it is called on your system")
+        sys.exit(
+            "fuzz: no clang; apt-get install clang libclang-rt-14-dev, or what it is called on your"
+            " system"
+        )
     return found
 
 
@@ -57,13 +60,29 @@ def compile_targets(names: list[str], folder: Path) -> None:
     found = importlib.util.find_spec("fmpy")
     assert found is not None
     assert found.origin is not None
-    flags: list[str] = [*FLAGS, *SANITIZERS, f"-I{KERNEL}", f"-I{FUZZING}", f"-I{Path(found.origin).parent / 'c-code'}"]
+    flags: list[str] = [
+        *FLAGS,
+        *SANITIZERS,
+        f"-I{KERNEL}",
+        f"-I{FUZZING}",
+        f"-I{Path(found.origin).parent / 'c-code'}",
+    ]
     for source in sorted(KERNEL.glob("*.c")):
         objects.append(folder / f"{source.stem}.o")
-        subprocess.run([clang, *flags, "-fsanitize=fuzzer-no-link", "-c", source, "-o", objects[-1]], check=True)
+        subprocess.run(
+            [clang, *flags, "-fsanitize=fuzzer-no-link", "-c", source, "-o", objects[-1]],
+            check=True,
+        )
     for name in names:
         sources = [FUZZING / file for file in TARGETS[name]]
-        command: list[str | Path] = [clang, *flags, "-DLIBFUZZER", "-fsanitize=fuzzer", *sources, *objects]
+        command: list[str | Path] = [
+            clang,
+            *flags,
+            "-DLIBFUZZER",
+            "-fsanitize=fuzzer",
+            *sources,
+            *objects,
+        ]
         subprocess.run([*command, "-o", folder / name, "-lm"], check=True)
 
 
@@ -76,13 +95,20 @@ def resources(folder: Path) -> dict[str, str]:
     return {**os.environ, "RESOURCES": (folder / "resources").as_uri(), "GUID": guid}
 
 
-def fuzz(name: str, folder: Path, environment: dict[str, str], executions: int, seconds: int) -> tuple[int, bool]:
+def fuzz(
+    name: str, folder: Path, environment: dict[str, str], executions: int, seconds: int
+) -> tuple[int, bool]:
     """Run one target; executions done, and whether nothing broke."""
     grown = folder / f"{name}.corpus"
     grown.mkdir(exist_ok=True)
     seeds = [CORPUS / name] if (CORPUS / name).is_dir() else []
     length = LONGEST * (10 if name == "sequence" else 1)
-    options = [f"-max_len={length}", "-timeout=60", "-print_final_stats=1", f"-artifact_prefix={folder / name}-"]
+    options = [
+        f"-max_len={length}",
+        "-timeout=60",
+        "-print_final_stats=1",
+        f"-artifact_prefix={folder / name}-",
+    ]
     limits = [f"-runs={executions}" if executions else "-runs=-1", f"-max_total_time={seconds}"]
     command: list[str | Path] = [folder / name, grown, *seeds, *options, *limits]
     done = subprocess.run(command, env=environment, stderr=subprocess.PIPE, text=True)
@@ -97,7 +123,13 @@ def keep(name: str, folder: Path, environment: dict[str, str]) -> None:
     merged, place = folder / f"{name}.merged", CORPUS / name
     merged.mkdir(exist_ok=True)
     place.mkdir(parents=True, exist_ok=True)
-    command: list[str | Path] = [folder / name, "-merge=1", merged, place, folder / f"{name}.corpus"]
+    command: list[str | Path] = [
+        folder / name,
+        "-merge=1",
+        merged,
+        place,
+        folder / f"{name}.corpus",
+    ]
     subprocess.run(command, env=environment, stderr=subprocess.DEVNULL, check=True)
     for file in place.iterdir():
         file.unlink()
@@ -110,22 +142,33 @@ def keep(name: str, folder: Path, environment: dict[str, str]) -> None:
 def main() -> int:
     """Build, run, and write the tally."""
     parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
-    parser.add_argument("--target", choices=TARGETS, action="append", help="as often as needed; else all")
-    parser.add_argument("--executions", type=int, default=0, help="of each target; else until its time is over")
+    parser.add_argument(
+        "--target", choices=TARGETS, action="append", help="as often as needed; else all"
+    )
+    parser.add_argument(
+        "--executions", type=int, default=0, help="of each target; else until its time is over"
+    )
     parser.add_argument("--seconds", type=int, default=600, help="at most, for each target")
-    parser.add_argument("--folder", type=Path, default=Path("fuzzing"), help="for programs, inputs and findings")
+    parser.add_argument(
+        "--folder", type=Path, default=Path("fuzzing"), help="for programs, inputs and findings"
+    )
     parser.add_argument("--keep", action="store_true", help="renew the corpus in the repository")
     asked = parser.parse_args()
     names, folder = asked.target or list(TARGETS), asked.folder.resolve()
     folder.mkdir(parents=True, exist_ok=True)
     environment = resources(folder)
     compile_targets(names, folder)
-    tally = {name: fuzz(name, folder, environment, asked.executions, asked.seconds) for name in names}
+    tally = {
+        name: fuzz(name, folder, environment, asked.executions, asked.seconds) for name in names
+    }
     if asked.keep:
         for name in names:
             keep(name, folder, environment)
     for name, (executions, sound) in tally.items():
-        print(f"{name:10s} {executions:10d} executions  {'nothing found' if sound else f'BROKEN: see {folder}'}")
+        print(
+            f"{name:10s} {executions:10d} executions "
+            f" {'nothing found' if sound else f'BROKEN: see {folder}'}"
+        )
     print(f"{'all':10s} {sum(executions for executions, _ in tally.values()):10d} executions")
     return int(not all(sound for _, sound in tally.values()))
 

@@ -3,9 +3,10 @@
     pip install ".[cross,wheels]"
     python tools/wheels.py dist
 
-The kernel knows nothing of Python, so a wheel is tagged py3-none and serves every Python 3. That of this platform is
-built by its own compiler; on Linux, auditwheel finds the oldest glibc that it runs with. The others are the same wheel
-with the library that Zig compiles, as for `gallop-fmu export --platforms`; they are not run here.
+The kernel knows nothing of Python, so a wheel is tagged py3-none and serves every Python 3. That of
+this platform is built by its own compiler; on Linux, auditwheel finds the oldest glibc that it runs
+with. The others are the same wheel with the library that Zig compiles, as for `gallop-fmu export
+--platforms`; they are not run here.
 """
 
 from __future__ import annotations
@@ -45,11 +46,31 @@ def main() -> None:
 
 def own_wheel(work: Path, target: Path) -> Path:
     """The wheel of this platform."""
-    run(sys.executable, "-m", "pip", "wheel", "--quiet", "--no-deps", "--wheel-dir", str(work / "built"), str(ROOT))
+    run(
+        sys.executable,
+        "-m",
+        "pip",
+        "wheel",
+        "--quiet",
+        "--no-deps",
+        "--wheel-dir",
+        str(work / "built"),
+        str(ROOT),
+    )
     (built,) = (work / "built").glob("*-py3-none-*.whl")
     if HERE != "linux64":
         return built.replace(target / built.name)
-    run(sys.executable, "-m", "auditwheel", "repair", "--plat", "auto", "--wheel-dir", str(work / "linux"), str(built))
+    run(
+        sys.executable,
+        "-m",
+        "auditwheel",
+        "repair",
+        "--plat",
+        "auto",
+        "--wheel-dir",
+        str(work / "linux"),
+        str(built),
+    )
     (repaired,) = (work / "linux").glob("*-py3-none-manylinux*.whl")
     return repaired.replace(target / repaired.name)
 
@@ -59,9 +80,19 @@ def other_wheel(own: Path, platform: str, tag: str, work: Path, target: Path) ->
     run(sys.executable, "-m", "wheel", "unpack", "--dest", str(work / platform), str(own))
     (content,) = (work / platform).iterdir()
     (content / "gallop_fmu" / f"gallop_kernel{PLATFORMS[HERE].suffix}").unlink()
-    (content / "gallop_fmu" / f"gallop_kernel{PLATFORMS[platform].suffix}").write_bytes(cross_library(platform))
+    (content / "gallop_fmu" / f"gallop_kernel{PLATFORMS[platform].suffix}").write_bytes(
+        cross_library(platform)
+    )
     (work / f"{platform}-packed").mkdir()
-    run(sys.executable, "-m", "wheel", "pack", "--dest-dir", str(work / f"{platform}-packed"), str(content))
+    run(
+        sys.executable,
+        "-m",
+        "wheel",
+        "pack",
+        "--dest-dir",
+        str(work / f"{platform}-packed"),
+        str(content),
+    )
     (packed,) = (work / f"{platform}-packed").iterdir()
     run(sys.executable, "-m", "wheel", "tags", "--remove", "--platform-tag", tag, str(packed))
     (tagged,) = (work / f"{platform}-packed").iterdir()
@@ -75,7 +106,9 @@ def try_out(wheel: Path, work: Path) -> None:
     run(str(scripts / "pip"), "install", "--quiet", str(wheel))
     print(run(str(scripts / "python"), "-c", TRIAL, folder=work).strip())
     run(str(scripts / "gallop-fmu"), "export", "example3", "-o", "tried.fmu", folder=work)
-    print(run(str(scripts / "gallop-fmu"), "check", "tried.fmu", folder=work).strip().splitlines()[-1])
+    print(
+        run(str(scripts / "gallop-fmu"), "check", "tried.fmu", folder=work).strip().splitlines()[-1]
+    )
 
 
 def run(*command: str, folder: Path | None = None) -> str:

@@ -92,7 +92,9 @@ def judge_scene(task: tuple[int, int, dict[str, Any]]) -> Verdict:
 def judge(stress: Stress) -> Verdict:
     """Run a random scene and check it."""
     began = clock.process_time()
-    verdict = Verdict(stress.name, stress.data["numerics"].get("integrator", "newmark"), "completed")
+    verdict = Verdict(
+        stress.name, stress.data["numerics"].get("integrator", "newmark"), "completed"
+    )
     try:
         _run(stress, verdict)
     except SceneError as refused:
@@ -108,8 +110,15 @@ def _run(stress: Stress, verdict: Verdict) -> None:
     model = Model(scene)
     run, first = _records(stress, model)
     report = run.report
-    verdict.outcome, verdict.message = report.outcome.name.lower(), " ".join([str(report), *report.warnings])
-    verdict.steps, verdict.halvings, verdict.iterations = len(run.span_values), report.halvings, report.iterations
+    verdict.outcome, verdict.message = (
+        report.outcome.name.lower(),
+        " ".join([str(report), *report.warnings]),
+    )
+    verdict.steps, verdict.halvings, verdict.iterations = (
+        len(run.span_values),
+        report.halvings,
+        report.iterations,
+    )
     verdict.doubtful = report.doubtful
     mass = scene.conductor.mass_per_length + scene.ice.mass_per_length
     wave = math.sqrt(scene.conductor.axial_stiffness / mass)
@@ -136,20 +145,25 @@ def _run(stress: Stress, verdict: Verdict) -> None:
     verdict.imbalance = balance.worst
     if report.outcome is Outcome.COMPLETED and verdict.imbalance > CLOSED and not warned:
         if not _stored_as_with_short_steps(balance, stress):
-            verdict.faults.append(f"energy is out of balance by {verdict.imbalance:.3g}, and no warning")
+            verdict.faults.append(
+                f"energy is out of balance by {verdict.imbalance:.3g}, and no warning"
+            )
 
 
 def _step_warnings(scene: Scene, motion: Array) -> tuple[str, ...]:
     """What `simulate` says of the step, from the channels at mid-span, (time, channel), after each step."""
     step = scene.numerics.time_step
-    moves, rates = ([motion[:, NODE_INDEX[name]] for name in names] for names in (("u2", "u3"), ("v2", "v3")))
+    moves, rates = (
+        [motion[:, NODE_INDEX[name]] for name in names] for names in (("u2", "u3"), ("v2", "v3"))
+    )
     return step_warnings(scene, fastest_motion(step, moves, rates), step)
 
 
 def _stored_as_with_short_steps(balance: EnergyBalance, stress: Stress) -> bool:
     """Whether shorter steps, whose account closes, store the same energy.
 
-    Then it is the account that does not see, from the ends of long steps, what wind and damping do within them.
+    Then it is the account that does not see, from the ends of long steps, what wind and damping do
+    within them.
     """
     for shorter in SHORTER:
         finer = replace(stress, data=deepcopy(stress.data), steps=shorter * stress.steps)
@@ -163,21 +177,26 @@ def _stored_as_with_short_steps(balance: EnergyBalance, stress: Stress) -> bool:
         if other.worst <= CLOSED:
             stored, fine = (both.kinetic + both.potential for both in (balance, other))
             common = balance.time <= other.time[-1]  # a run that is cut short for its work
-            difference = (stored - stored[0] - np.interp(balance.time, other.time, fine - fine[0]))[common]
+            difference = (stored - stored[0] - np.interp(balance.time, other.time, fine - fine[0]))[
+                common
+            ]
             return bool(np.abs(difference).max() <= CLOSED * (other.turnover + other.round_off))
     return False
 
 
 def _observed(state: State) -> tuple[Array, Array]:
     """All channels at all nodes, (channel, node), and all span channels."""
-    return np.array([state.observe_node(node) for node in range(state.model.nodes)]).T, state.observe_span()
+    return (
+        np.array([state.observe_node(node) for node in range(state.model.nodes)]).T,
+        state.observe_span(),
+    )
 
 
 def _parts_of_steps(stress: Stress, model: Model, steps: int) -> tuple[Array, Array, Array]:
     """Times, node and span channels at the start and after each step, or each part of a step that was halved.
 
-    Records at the ends of a halved step do not show the work within it: released out of equilibrium, a span may lose
-    most of its energy to damping in the first one.
+    Records at the ends of a halved step do not show the work within it: released out of
+    equilibrium, a span may lose most of its energy to damping in the first one.
     """
     state = model.start(0.0, stress.inputs(0.0) if stress.reversal else None)
     times, rows = [0.0], [_observed(state)]
@@ -197,7 +216,11 @@ def _parts_of_steps(stress: Stress, model: Model, steps: int) -> tuple[Array, Ar
     with suppress(SimulationError):  # how the run ended has been told
         for i in range(steps):
             carry_out(i * stress.step, (i + 1) * stress.step)
-    return np.array(times), np.array([row[0] for row in rows]).transpose(0, 2, 1), np.array([row[1] for row in rows])
+    return (
+        np.array(times),
+        np.array([row[0] for row in rows]).transpose(0, 2, 1),
+        np.array([row[1] for row in rows]),
+    )
 
 
 def _records(stress: Stress, model: Model) -> tuple[Run, Run]:
@@ -234,14 +257,18 @@ def _driven(stress: Stress, state: State, done: int, count: int) -> Run:
             report = failed.report
             break
         rows.append(_observed(state))
-    nodes, span = (np.array([row[k] for row in rows]).reshape(len(rows), *_observed(state)[k].shape) for k in range(2))
+    nodes, span = (
+        np.array([row[k] for row in rows]).reshape(len(rows), *_observed(state)[k].shape)
+        for k in range(2)
+    )
     return Run(nodes, span, report)
 
 
 def tension_error(model: Model, nodes: Array) -> float:
     """Largest difference between recorded tensions and Hooke's law on the recorded elongations, over the largest.
 
-    At mid-side nodes, where the recorded tension is the mean of both Gauss points; nodes (time, node, channel).
+    At mid-side nodes, where the recorded tension is the mean of both Gauss points; nodes (time,
+    node, channel).
     """
     stiffness, equilibrium = model.scene.conductor.axial_stiffness, model.equilibrium()
     reference = _slopes(equilibrium.x[np.newaxis])[0]
@@ -257,4 +284,7 @@ def tension_error(model: Model, nodes: Array) -> float:
 def _slopes(x: Array) -> Array:
     """dx/dxi at both Gauss points of each element, (time, element, point, 3), from nodes (time, node, 3)."""
     left, middle, right = x[:, :-2:2], x[:, 1::2], x[:, 2::2]
-    return np.stack([(xi - 0.5) * left - 2.0 * xi * middle + (xi + 0.5) * right for xi in (-GAUSS, GAUSS)], axis=2)
+    return np.stack(
+        [(xi - 0.5) * left - 2.0 * xi * middle + (xi + 0.5) * right for xi in (-GAUSS, GAUSS)],
+        axis=2,
+    )

@@ -39,7 +39,12 @@ def undamped(values: dict[str, Any] | None = None) -> gf.Scene:
 def released(values: dict[str, Any] | None = None, size: float = 1.0) -> State:
     """A span of the first modes and the twist in motion, after loads that held it aside have let go smoothly."""
     law = {"kind": "ramp", "initial": 1.0, "final": 0.0, "duration": RELEASE}
-    load = {"evenly_spaced": 29, "force": [0.0, 21.0 * size, 3.2 * size], "torque": 0.032 * size, "law": law}
+    load = {
+        "evenly_spaced": 29,
+        "force": [0.0, 21.0 * size, 3.2 * size],
+        "torque": 0.032 * size,
+        "law": law,
+    }
     state = Model(undamped({"loads": [load], **(values or {})})).rest()
     state.advance(RELEASE)
     return state
@@ -52,7 +57,9 @@ def conserving() -> dict[str, dict[str, Any]]:
 
 
 def energy(span: Array) -> Array:
-    return np.asarray(span[..., SPAN_INDEX["kinetic_energy"]] + span[..., SPAN_INDEX["potential_energy"]])
+    return np.asarray(
+        span[..., SPAN_INDEX["kinetic_energy"]] + span[..., SPAN_INDEX["potential_energy"]]
+    )
 
 
 def energy_error(state: State, steps: int, every: int) -> dict[str, float]:
@@ -75,7 +82,10 @@ def energy_error(state: State, steps: int, every: int) -> dict[str, float]:
         "last_tenth": float(np.abs(error[-tenth:]).max()),
         "largest": float(np.abs(error).max()),
         "trend": float(trend[0]),
-        "loss": 1.0 - float((1.0 + error[-tenth:].mean()) / (1.0 + error[:tenth].mean())) ** (1.0 / periods),
+        "loss": (
+            1.0
+            - float((1.0 + error[-tenth:].mean()) / (1.0 + error[:tenth].mean())) ** (1.0 / periods)
+        ),
         "scatter": float(np.std(error - np.polyval(trend, place))),
         "amplitude": float(np.abs(run.node_values[:, 1, 0]).max()),
         "seconds": clock.process_time() - began,
@@ -104,7 +114,9 @@ def way_back(state: State, steps: int) -> float:
 def fingerprint(scene: gf.Scene, steps: int, every: int) -> str:
     """Digest of all bits of the last record of a run; of a run that fails, of how and when it does."""
     step = scene.numerics.time_step
-    result = gf.simulate(scene, stop_time=steps * step, record_every=every, record_nodes="all", on_failure="return")
+    result = gf.simulate(
+        scene, stop_time=steps * step, record_every=every, record_nodes="all", on_failure="return"
+    )
     if result.outcome is not gf.Outcome.COMPLETED:
         return str(result.report)
     last = result.dataset.isel(time=-1)

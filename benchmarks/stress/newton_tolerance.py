@@ -42,9 +42,14 @@ def main() -> None:
         for step in STEPS:
             found = [drift(tolerance, step, size) for size in SIZES]
             row.append(f"{max(abs(change) for change, _ in found):.0e}")
-            row.append(f"{min(count for _, count in found):.1f} to {max(count for _, count in found):.1f}")
+            row.append(
+                f"{min(count for _, count in found):.1f} to {max(count for _, count in found):.1f}"
+            )
         rows.append(row)
-    head = ["newton_tolerance [m]", *(f"{what} at {step:g} s" for step in STEPS for what in ("drift", "iterations"))]
+    head = [
+        "newton_tolerance [m]",
+        *(f"{what} at {step:g} s" for step in STEPS for what in ("drift", "iterations")),
+    ]
     print(table(head, rows))
 
 

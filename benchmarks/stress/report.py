@@ -39,10 +39,16 @@ def write(data: Data, folder: Path) -> None:
         parts.append(_scenes(data["scenes"]))
     if "conservation" in data:
         parts.append(_conservation(data["conservation"]["values"], data["bits"]))
-    lost = [text for part in ("cycles", "map", "conservation") for text in data.get(part, {}).get("lost", [])]
+    lost = [
+        text
+        for part in ("cycles", "map", "conservation")
+        for text in data.get(part, {}).get("lost", [])
+    ]
     parts.append("\n".join(f"- lost: {text}" for text in lost))
     parts.append(f"Computed on {data['machine']}.")
-    (folder / "stability.md").write_text("\n\n".join(filter(None, parts)) + "\n", encoding="utf-8", newline="\n")
+    (folder / "stability.md").write_text(
+        "\n\n".join(filter(None, parts)) + "\n", encoding="utf-8", newline="\n"
+    )
 
 
 INTRODUCTION = f"""# How far the computation may be trusted
@@ -76,10 +82,14 @@ def _step(seconds: float) -> str:
 
 def _cycles(cycles: list[Cycle], folder: Path) -> str:
     rows, kinds = [], list(dict.fromkeys(found.integrator for found in cycles))
-    figure, axes = plt.subplots(1, len(kinds), figsize=(4.6 * len(kinds), 4.6), squeeze=False, layout="constrained")
+    figure, axes = plt.subplots(
+        1, len(kinds), figsize=(4.6 * len(kinds), 4.6), squeeze=False, layout="constrained"
+    )
     for axis, kind in zip(axes[0], kinds, strict=True):
         for name in CYCLES:
-            own = sorted((c for c in cycles if (c.integrator, c.name) == (kind, name)), key=lambda c: c.step)
+            own = sorted(
+                (c for c in cycles if (c.integrator, c.name) == (kind, name)), key=lambda c: c.step
+            )
             reference = own[0]
             ended = [c for c in own if c.outcome != "completed"]
             halved = [c for c in own if c.halvings]
@@ -94,7 +104,12 @@ def _cycles(cycles: list[Cycle], folder: Path) -> str:
             axis.loglog([c.step for c in own[1:]], errors, "o-", ms=4, label=name)
         for bound in (1.0, 5.0):
             axis.axhline(bound, color="0.6", lw=0.8, ls="--")
-        axis.set(title=kind, xlabel="time step [s]", ylabel="error of the steady amplitude [%]", ylim=(1e-3, 200.0))
+        axis.set(
+            title=kind,
+            xlabel="time step [s]",
+            ylabel="error of the steady amplitude [%]",
+            ylim=(1e-3, 200.0),
+        )
         axis.grid(alpha=0.3, which="both")
         axis.legend(fontsize=8)
     figure.savefig(folder / CURVES, dpi=110)
@@ -123,7 +138,9 @@ def _map(cells: list[Data], folder: Path) -> str:
     )  # fmt: skip
     for row, kind in zip(axes, kinds, strict=True):
         for axis, mesh in zip(row, MESHES, strict=True):
-            here = [cell for cell in cells if (cell["integrator"], cell["elements"]) == (kind, mesh)]
+            here = [
+                cell for cell in cells if (cell["integrator"], cell["elements"]) == (kind, mesh)
+            ]
             image = _panel(axis, here)
             axis.set(title=f"{kind}, {mesh} elements", xlabel="time step [s]")
         row[0].set_ylabel("wind speed [m/s]")
@@ -133,11 +150,19 @@ def _map(cells: list[Data], folder: Path) -> str:
     rows = []
     for kind in kinds:
         for mesh in MESHES:
-            here = [cell for cell in cells if (cell["integrator"], cell["elements"]) == (kind, mesh)]
-            whole = _longest(here, lambda cell: cell["outcome"] == "completed" and cell["halved"] == 0.0)
-            closed = _longest(here, lambda cell: cell["outcome"] == "completed" and cell["imbalance"] < CLOSED)
+            here = [
+                cell for cell in cells if (cell["integrator"], cell["elements"]) == (kind, mesh)
+            ]
+            whole = _longest(
+                here, lambda cell: cell["outcome"] == "completed" and cell["halved"] == 0.0
+            )
+            closed = _longest(
+                here, lambda cell: cell["outcome"] == "completed" and cell["imbalance"] < CLOSED
+            )
             ended = _longest(here, lambda cell: cell["outcome"] == "completed")
-            early = Counter(cell["outcome"].replace("_", " ") for cell in here if cell["outcome"] != "completed")
+            early = Counter(
+                cell["outcome"].replace("_", " ") for cell in here if cell["outcome"] != "completed"
+            )
             said = ", ".join(f"{count} {name}" for name, count in early.items()) or "none"
             rows.append([kind, str(mesh), whole, closed, ended, said])
     start = list(stability.START.values())
@@ -178,7 +203,9 @@ def _panel(axis: Axes, cells: list[Data]) -> Any:
             axis.plot(column, row, ".", color="black", ms=4)
             if cell["halved"] > 0.1:
                 axis.plot(column, row, "o", color="black", ms=8, fillstyle="none")
-    image = axis.imshow(value, origin="lower", aspect="auto", norm=LogNorm(1e-6, 1.0), cmap="YlOrRd")
+    image = axis.imshow(
+        value, origin="lower", aspect="auto", norm=LogNorm(1e-6, 1.0), cmap="YlOrRd"
+    )
     axis.set_xticks(range(len(STEPS)), [f"{step:g}" for step in STEPS], rotation=90, fontsize=8)
     axis.set_yticks(range(len(WINDS)), [f"{wind:g}" for wind in WINDS])
     return image
@@ -188,12 +215,16 @@ def _scenes(data: Data) -> str:
     runs, lost = data["values"], data["lost"]
     kinds = list(dict.fromkeys(run["integrator"] for run in runs))
     counts = Counter((run["outcome"].replace("_", " "), run["integrator"]) for run in runs)
-    names = [name for name, _ in Counter(run["outcome"].replace("_", " ") for run in runs).most_common()]
+    names = [
+        name for name, _ in Counter(run["outcome"].replace("_", " ") for run in runs).most_common()
+    ]
     outcomes = [[name, *(str(counts[name, kind]) for kind in kinds)] for name in names]
     outcomes += [["lost (crash or hang)", str(len(lost)), *[""] * (len(kinds) - 1)]] if lost else []
     completed = [run for run in runs if run["outcome"] == "completed"]
     moved = [run for run in runs if run["steps"] > 0]
-    faults = [f"- {run['name']}, {run['integrator']}: {text}" for run in runs for text in run["faults"]]
+    faults = [
+        f"- {run['name']}, {run['integrator']}: {text}" for run in runs for text in run["faults"]
+    ]
     faults += [f"- {text}" for text in lost]
     rows = []
     for kind, (low, high) in product(kinds, pairwise(AXIAL)):
@@ -204,7 +235,12 @@ def _scenes(data: Data) -> str:
             found = np.quantile(values, [0.5, 0.9, 1.0]) if values else []
             row += [str(len(values)), " / ".join(f"{value:.1e}" for value in found) or "-"]
         rows.append(row)
-    head = ["Integrator", "Step over axial period", "Runs without warning", "Imbalance: half / nine tenths / all below"]
+    head = [
+        "Integrator",
+        "Step over axial period",
+        "Runs without warning",
+        "Imbalance: half / nine tenths / all below",
+    ]
     head += ["Runs with warning", "Imbalance"]
     worst = max(moved, key=lambda run: run["tension_error"])
     memory = data["memory"]
@@ -253,7 +289,9 @@ def _conservation(runs: list[Data], bits: Data) -> str:
         "Integrator", "Start", "Steps", "Halvings", "Energy error, first tenth", "last tenth", "Loss a period",
         "Scatter", "Way back", "Processor time",
     ]  # fmt: skip
-    said = ", ".join(f"{name}: {'the same bits' if same else 'OTHER BITS'}" for name, same in bits.items())
+    said = ", ".join(
+        f"{name}: {'the same bits' if same else 'OTHER BITS'}" for name, same in bits.items()
+    )
     return f"""## What is conserved
 
 Example 3 without wind and damping, steps of 10 ms, Newton tolerance 1e-9 m: largest relative error of the energy in the

@@ -2,8 +2,8 @@
 
 Usage: python benchmarks/stress/run.py --runs 4000 --seed 1 (about ten minutes on two idle cores)
 
-`--parts` chooses among random scenes (scenes), the map of step, wind and mesh (map), limit cycles (cycles) and
-conservation (conservation); what is not run again is kept from the JSON file.
+`--parts` chooses among random scenes (scenes), the map of step, wind and mesh (map), limit cycles
+(cycles) and conservation (conservation); what is not run again is kept from the JSON file.
 """
 
 from __future__ import annotations
@@ -76,7 +76,9 @@ def bits(seed: int) -> dict[str, Any]:
     return conservation.same_bits(scenes[:SAME_BITS], 40)
 
 
-def carried_out(work: Callable[[Any], Any], tasks: Iterable[Any], arguments: argparse.Namespace, limit: float) -> Any:
+def carried_out(
+    work: Callable[[Any], Any], tasks: Iterable[Any], arguments: argparse.Namespace, limit: float
+) -> Any:
     """Values and losses of all tasks, and what they took."""
     found: list[Answer] = []
     began, shown = time.monotonic(), time.monotonic()
@@ -93,16 +95,26 @@ def carried_out(work: Callable[[Any], Any], tasks: Iterable[Any], arguments: arg
 
 
 def main() -> None:
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--runs", type=int, default=4_000, help="random spans, each run by every integrator")
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
+    parser.add_argument(
+        "--runs", type=int, default=4_000, help="random spans, each run by every integrator"
+    )
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--parts", nargs="+", choices=PARTS, default=PARTS)
     parser.add_argument("--processes", type=int, default=os.cpu_count() or 1)
-    parser.add_argument("--out", type=Path, default=DOCS, help="folder of stability.md and its pictures")
-    parser.add_argument("--json", type=Path, default=Path("stress.json"), help="file of all numbers")
+    parser.add_argument(
+        "--out", type=Path, default=DOCS, help="folder of stability.md and its pictures"
+    )
+    parser.add_argument(
+        "--json", type=Path, default=Path("stress.json"), help="file of all numbers"
+    )
     arguments = parser.parse_args()
     data = json.loads(arguments.json.read_text(encoding="utf-8")) if arguments.json.exists() else {}
-    data["machine"] = f"{platform.system()} {platform.machine()}, Python {platform.python_version()}, {build()}"
+    data["machine"] = (
+        f"{platform.system()} {platform.machine()}, Python {platform.python_version()}, {build()}"
+    )
     names = list(stability.integrators())
 
     def keep() -> None:
@@ -114,11 +126,18 @@ def main() -> None:
             for number in range(arguments.runs)
             for chosen in stability.integrators().values()
         ]
-        data["scenes"] = {"seed": arguments.seed, **carried_out(random_scene, tasks, arguments, RUN_LIMIT)}
+        data["scenes"] = {
+            "seed": arguments.seed,
+            **carried_out(random_scene, tasks, arguments, RUN_LIMIT),
+        }
         keep()
     if "map" in arguments.parts:
         places = [
-            (n, h, w, e) for n in names for e in stability.MESHES for w in stability.WINDS for h in stability.STEPS
+            (n, h, w, e)
+            for n in names
+            for e in stability.MESHES
+            for w in stability.WINDS
+            for h in stability.STEPS
         ]
         data["map"] = carried_out(map_cell, places, arguments, LONG_LIMIT)
         keep()
@@ -127,7 +146,9 @@ def main() -> None:
         data["cycles"] = carried_out(limit_cycle, runs, arguments, LONG_LIMIT)
         keep()
     if "conservation" in arguments.parts:
-        starts = [(name, start) for name in conservation.conserving() for start in ("smooth", "rough")]
+        starts = [
+            (name, start) for name in conservation.conserving() for start in ("smooth", "rough")
+        ]
         data["conservation"] = carried_out(conserved, starts, arguments, LONG_LIMIT)
         data["bits"] = bits(arguments.seed)
         keep()

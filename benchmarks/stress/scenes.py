@@ -1,7 +1,7 @@
 """Random spans by Latin hypercube: 20 m to 1,500 m, taut to deep sag, calm to 60 m/s, bare to heavily iced.
 
-A seed names a series of hypercubes of `BLOCK` scenes each; seed and number name one scene until what is drawn changes.
-A scene that a test is about is therefore kept as data in tests/stress/data.
+A seed names a series of hypercubes of `BLOCK` scenes each; seed and number name one scene until
+what is drawn changes. A scene that a test is about is therefore kept as data in tests/stress/data.
 """
 
 from __future__ import annotations
@@ -45,8 +45,9 @@ Data = dict[str, Any]
 class Stress:
     """A scene as plain data, how many steps to take, and what drives it besides the scene's own laws.
 
-    A wind that turns round has no place in a scene, whose speeds are not negative. It is driven by inputs instead: the
-    speed falls steadily from `reversal` to minus that over the run, and the ice turns by `turn` [rad] meanwhile.
+    A wind that turns round has no place in a scene, whose speeds are not negative. It is driven by
+    inputs instead: the speed falls steadily from `reversal` to minus that over the run, and the ice
+    turns by `turn` [rad] meanwhile.
     """
 
     name: str
@@ -105,7 +106,10 @@ def stress_scene(seed: int, number: int, numerics: Data | None = None) -> Stress
     """Scene `number` of a seed, with some values of its numerics replaced."""
     x = dict(zip(AXES, map(float, _hypercube(seed, number // BLOCK)[number % BLOCK]), strict=True))
     rng = np.random.default_rng([seed, number, 1])
-    elements, step = math.floor(logarithmic(x["elements"], 2.0, 201.0)), logarithmic(x["step"], 1e-4, 0.2)
+    elements, step = (
+        math.floor(logarithmic(x["elements"], 2.0, 201.0)),
+        logarithmic(x["step"], 1e-4, 0.2),
+    )
     steps = max(FEWEST, min(MOST, WORK // elements))
     span, line = _span(x)
     wind, reversal = _wind(x, rng, steps * step)
@@ -122,7 +126,13 @@ def stress_scene(seed: int, number: int, numerics: Data | None = None) -> Stress
         "initial": _initial(x, line),
         "numerics": {"elements": elements, "time_step": step} | (numerics or {}),
     }
-    return Stress(f"{seed}-{number}", data, steps, reversal, rng.uniform(-3.0, 3.0) * math.pi if reversal else 0.0)
+    return Stress(
+        f"{seed}-{number}",
+        data,
+        steps,
+        reversal,
+        rng.uniform(-3.0, 3.0) * math.pi if reversal else 0.0,
+    )
 
 
 def logarithmic(x: float, low: float, high: float) -> float:
@@ -143,7 +153,10 @@ def signed(x: float) -> float:
 def _span(x: Point) -> tuple[Data, Line]:
     length = logarithmic(x["length"], 20.0, 1500.0)
     height = STEEPEST * length * signed(rest_of(x["height"], 0.4)) if x["height"] > 0.4 else 0.0
-    sag, diameter = logarithmic(x["sag"], 0.002, 0.12) * length, logarithmic(x["diameter"], 0.008, 0.05)
+    sag, diameter = (
+        logarithmic(x["sag"], 0.002, 0.12) * length,
+        logarithmic(x["diameter"], 0.008, 0.05),
+    )
     area = 0.75 * math.pi / 4.0 * diameter**2  # three quarters of a stranded conductor are metal
     metal = area * (2700.0 + 5100.0 * x["density"])  # aluminium to steel
     ice = 3.0 * rest_of(x["ice"], 0.15) * metal
@@ -165,7 +178,9 @@ def _section(x: Point, line: Line, attack: float) -> Data:
             "diameter": line.diameter,
             "mass_per_length": line.metal,
             "axial_stiffness": line.axial_stiffness,
-            "torsional_stiffness": logarithmic(x["torsion"], 0.003, 0.048) * line.axial_stiffness * square,  # to solid
+            "torsional_stiffness": (
+                logarithmic(x["torsion"], 0.003, 0.048) * line.axial_stiffness * square
+            ),  # to solid
             "torsional_inertia": (0.09 + 0.06 * x["gyration"]) * line.metal * square,
         },
         "ice": {
@@ -187,20 +202,56 @@ def _wind(x: Point, rng: Generator, duration: float) -> tuple[Data, float]:
     if kind == 1:
         return {"speed": speed}, 0.0
     if kind == 2:
-        return {"history": {"kind": "ramp", "initial": other, "final": speed, "start": start, "duration": 0.0}}, 0.0
+        return {
+            "history": {
+                "kind": "ramp",
+                "initial": other,
+                "final": speed,
+                "start": start,
+                "duration": 0.0,
+            }
+        }, 0.0
     if kind == 3:
-        gust = {"start": start, "rise": 0.1 * duration, "fall_start": start + 0.15 * duration, "fall": 0.1 * duration}
-        return {"history": {"kind": "pulse", "initial": min(speed, other), "peak": max(speed, other), **gust}}, 0.0
+        gust = {
+            "start": start,
+            "rise": 0.1 * duration,
+            "fall_start": start + 0.15 * duration,
+            "fall": 0.1 * duration,
+        }
+        return {
+            "history": {
+                "kind": "pulse",
+                "initial": min(speed, other),
+                "peak": max(speed, other),
+                **gust,
+            }
+        }, 0.0
     if kind == 4:
-        wave = {"mean": 0.5 * speed, "amplitude": 0.5 * speed, "frequency_hz": logarithmic(x["speed"], 0.5, 50.0)}
+        wave = {
+            "mean": 0.5 * speed,
+            "amplitude": 0.5 * speed,
+            "frequency_hz": logarithmic(x["speed"], 0.5, 50.0),
+        }
         wave["frequency_hz"] /= duration
         return {"history": {"kind": "harmonic", **wave}}, 0.0
     if kind == 5:
         time = np.linspace(0.0, duration, 12)
-        return {"history": {"kind": "table", "time": list(time), "value": list(rng.uniform(0.0, speed, 12))}}, 0.0
+        return {
+            "history": {
+                "kind": "table",
+                "time": list(time),
+                "value": list(rng.uniform(0.0, speed, 12)),
+            }
+        }, 0.0
     if kind == 6:
         ends = (0.0, speed) if rng.random() < 0.5 else (speed, 0.0)
-        rise = {"kind": "ramp", "initial": ends[0], "final": ends[1], "start": 0.3 * start, "duration": 0.5 * duration}
+        rise = {
+            "kind": "ramp",
+            "initial": ends[0],
+            "final": ends[1],
+            "start": 0.3 * start,
+            "duration": 0.5 * duration,
+        }
         return {"history": rise}, 0.0
     if kind == 7:
         time, value = np.linspace(0.0, duration, 12), rng.uniform(0.0, speed, 12)
@@ -217,7 +268,9 @@ def _curve(x: Point, rng: Generator, attack: float) -> Data:
         first, last = (-180.0, 180.0) if kind == 0 else (attack - 90.0, attack + 70.0)
         angle = np.linspace(first, last, 37)
         harmonics = np.radians(np.outer(angle, [1.0, 2.0, 3.0]))
-        lift, moment = (np.sin(harmonics) @ rng.normal(0.0, size) for size in ([0.8, 0.8, 0.4], [0.2, 0.2, 0.1]))
+        lift, moment = (
+            np.sin(harmonics) @ rng.normal(0.0, size) for size in ([0.8, 0.8, 0.4], [0.2, 0.2, 0.1])
+        )
         drag = 1.2 + np.cos(harmonics) @ rng.uniform(-0.3, 0.3, 3)
         values = {"lift": lift, "drag": drag, "moment": moment}
         if kind == 0:
@@ -251,15 +304,25 @@ def _support(x: Point, rng: Generator, end: str, line: Line, duration: float) ->
         }  # fmt: skip
     if x["motion"] > 0.8:  # within what an elastic wire can follow
         give = line.tension / line.axial_stiffness * line.length
-        sway = {"kind": "pulse", "rise": 0.4 * duration, "fall_start": 0.5 * duration, "fall": 0.4 * duration}
-        support["motion"] = {f"x{i}": {**sway, "peak": 0.2 * give * rng.uniform(-1.0, 1.0)} for i in (1, 2, 3)}
+        sway = {
+            "kind": "pulse",
+            "rise": 0.4 * duration,
+            "fall_start": 0.5 * duration,
+            "fall": 0.4 * duration,
+        }
+        support["motion"] = {
+            f"x{i}": {**sway, "peak": 0.2 * give * rng.uniform(-1.0, 1.0)} for i in (1, 2, 3)
+        }
     return support
 
 
 def _damping(x: Point, line: Line) -> Data:
     first = line.wave_speed / (2.0 * line.length)
     pairs = {}
-    for name, draw, frequency in (("translation", "damping", first), ("twist", "twist_damping", 10.0 * first)):
+    for name, draw, frequency in (
+        ("translation", "damping", first),
+        ("twist", "twist_damping", 10.0 * first),
+    ):
         ratio = 0.1 * rest_of(x[draw], 0.2)
         if ratio > 0.0:
             pair = {"low_frequency": frequency, "high_frequency": 2.0 * frequency}
@@ -274,12 +337,26 @@ def _loads(x: Point, rng: Generator, line: Line, duration: float) -> list[Data]:
     points = int(rng.integers(1, 20))
     size = 0.2 * (line.metal + line.ice) * GRAVITY * line.length / points
     if x["load"] > 0.8:
-        law = {"kind": "harmonic", "amplitude": 1.0, "frequency_hz": float(rng.uniform(1.0, 8.0)) / duration}
+        law = {
+            "kind": "harmonic",
+            "amplitude": 1.0,
+            "frequency_hz": float(rng.uniform(1.0, 8.0)) / duration,
+        }
     else:
-        law = {"kind": "pulse", "peak": 1.0, "rise": 0.3 * duration, "fall_start": 0.503 * duration, "fall": 0.0}
-    place = {"position": float(rng.uniform(0.02, 0.98))} if points == 1 else {"evenly_spaced": points}
+        law = {
+            "kind": "pulse",
+            "peak": 1.0,
+            "rise": 0.3 * duration,
+            "fall_start": 0.503 * duration,
+            "fall": 0.0,
+        }
+    place = (
+        {"position": float(rng.uniform(0.02, 0.98))} if points == 1 else {"evenly_spaced": points}
+    )
     torque = size * line.diameter * rng.uniform(-1.0, 1.0)
-    return [{"force": list(size * rng.uniform(-1.0, 1.0, 3)), "torque": torque, "law": law, **place}]
+    return [
+        {"force": list(size * rng.uniform(-1.0, 1.0, 3)), "torque": torque, "law": law, **place}
+    ]
 
 
 def _initial(x: Point, line: Line) -> Data:

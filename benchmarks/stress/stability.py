@@ -60,7 +60,8 @@ def integrators() -> dict[str, dict[str, Any]]:
 class Cell:
     """One place of the map, with how its run ended.
 
-    `halved` is the share of steps that were divided, `imbalance` the worst energy imbalance over the turnover.
+    `halved` is the share of steps that were divided, `imbalance` the worst energy imbalance over
+    the turnover.
     """
 
     integrator: str
@@ -90,7 +91,9 @@ def cell(place: tuple[str, float, float, int]) -> Cell:
     span = state.observe_span()
     run = state.run(min(MOST, round(LONGEST / step)), 1, channels, nodes)
     motion = np.concatenate([start[np.newaxis], run.node_values.transpose(0, 2, 1)])
-    balance = account(model, step * np.arange(len(motion)), motion, np.concatenate([[span], run.span_values]))
+    balance = account(
+        model, step * np.arange(len(motion)), motion, np.concatenate([[span], run.span_values])
+    )
     taken = max(1, len(run.span_values))
     divided = float(np.mean(run.span_values[:, -1] > 1.0)) if len(run.span_values) else 1.0
     return Cell(
@@ -121,10 +124,16 @@ def cycle(place: tuple[str, str, float]) -> Cycle:
     packaged, duration, values = CYCLES[name]
     began = clock.process_time()
     numerics = {"time_step": step, "elements": CYCLE_ELEMENTS, "newton_tolerance": NEWTON}
-    changed = {**{f"numerics.{key}": value for key, value in numerics.items()}, **values, **integrators()[integrator]}
+    changed = {
+        **{f"numerics.{key}": value for key, value in numerics.items()},
+        **values,
+        **integrators()[integrator],
+    }
     scene = gf.load_scene(packaged).with_values(changed)
     every = max(1, round(0.02 / step))
-    result = gf.simulate(scene, stop_time=duration, record_every=every, on_failure="return", channels=("u2", "u3"))
+    result = gf.simulate(
+        scene, stop_time=duration, record_every=every, on_failure="return", channels=("u2", "u3")
+    )
     report = result.report
     steady = result.steady(WINDOW) if report.outcome is gf.Outcome.COMPLETED else None
     return Cycle(

@@ -53,7 +53,9 @@ def _serve(pipe: Connection, work: Callable[[Any], Any]) -> None:
             pipe.send((value, lost, resident()))
 
 
-def answers(work: Callable[[Any], Any], tasks: Iterable[Any], processes: int, limit: float) -> Iterator[Answer]:
+def answers(
+    work: Callable[[Any], Any], tasks: Iterable[Any], processes: int, limit: float
+) -> Iterator[Answer]:
     """Answers in the order in which they come; `limit` is the time [s] after which a task counts as hanging."""
     waiting = iter(tasks)
     workers: list[_Worker] = []

@@ -76,22 +76,32 @@ def cost_table(rows: list[Row]) -> str:
 def case_table(rows: list[Row]) -> str:
     """Markdown: every case."""
     lines = [
-        "| curve | setting | CPU ms per simulated s | greatest / least "
-        "| temporal error u2 | u3 | total error u2 | u3 |",
+        (
+            "| curve | setting | CPU ms per simulated s | greatest / least "
+            "| temporal error u2 | u3 | total error u2 | u3 |"
+        ),
         "| --- | --- | ---: | ---: | ---: | ---: | ---: | ---: |",
     ]
     for row in rows:
         errors = [*(row["temporal"] or ("", "")), *(row["total"] or ("", ""))]
         cells = [f"{error:.1e}" if error != "" else "" for error in errors]
-        cost = "" if row["cost"] is None else f"{1e3 * row['cost']:.3g} | {max(row['all']) / min(row['all']):.2f}"
-        lines.append(f"| {row['family']} | {row['setting']} | {cost or row['failure'] + ' | '} | {' | '.join(cells)} |")
+        cost = (
+            ""
+            if row["cost"] is None
+            else f"{1e3 * row['cost']:.3g} | {max(row['all']) / min(row['all']):.2f}"
+        )
+        lines.append(
+            f"| {row['family']} | {row['setting']} | {cost or row['failure'] + ' | '} |"
+            f" {' | '.join(cells)} |"
+        )
     return "\n".join(lines)
 
 
 def claims(rows: list[Row]) -> str:
     """Each claim about example 1 at 41 nodes, with the ratio that decides it.
 
-    Where a peer does not reach an error, its cost is at least that of its finest setting, so the claim holds there.
+    Where a peer does not reach an error, its cost is at least that of its finest setting, so the
+    claim holds there.
     """
     lines = []
     for error in ERRORS:
@@ -99,11 +109,18 @@ def claims(rows: list[Row]) -> str:
         peers = {code: best(rows, code, error) for code in codes(rows) if code != OURS}
         code = min(peers, key=peers.__getitem__)
         ratio = peers[code] / ours if math.isfinite(ours) else math.nan
-        text = f"at {error:.0e} cheaper than every peer (next is {code}: {ratio:.2f} times our cost)"
+        text = (
+            f"at {error:.0e} cheaper than every peer (next is {code}: {ratio:.2f} times our cost)"
+        )
         lines.append((ratio > 1.0, text))
     for code, least in (("OpenSees", 30.0), ("CVODE", 3.0), ("Radau", 3.0)):
         ratio = best(rows, code, 1e-3) / best(rows, OURS, 1e-3)
-        lines.append((ratio >= least, f"at 1e-03 at least {least:g} times cheaper than {code}: {ratio:.2f} times"))
+        lines.append(
+            (
+                ratio >= least,
+                f"at 1e-03 at least {least:g} times cheaper than {code}: {ratio:.2f} times",
+            )
+        )
     return "\n".join(f"- {'holds' if holds else 'FAILS'}: {text}" for holds, text in lines)
 
 

@@ -21,12 +21,14 @@ class Case:
     Attributes
     ----------
     code, family, setting
-        For example ``OpenSees``, ``OpenSees, Newmark, consistent mass`` and ``step 0.01 s``; a family is one curve.
+        For example ``OpenSees``, ``OpenSees, Newmark, consistent mass`` and ``step 0.01 s``; a
+        family is one curve.
     model
-        What the case shares with its converged solution: mesh and mass; None if only the total error is wanted.
+        What the case shares with its converged solution: mesh and mass; None if only the total
+        error is wanted.
     prepare
-        Builds the model and returns the function that is timed: the time loop, giving u2 and u3 at mid-span as
-        (output times, 2) [m].
+        Builds the model and returns the function that is timed: the time loop, giving u2 and u3 at
+        mid-span as (output times, 2) [m].
     """
 
     code: str

@@ -1,7 +1,8 @@
 """The span as a chain of two-node elements, compiled by numba: the model that the peers share.
 
-Engineering strain on equal rest lengths, chosen so that the sag of the mesh is the scene's.  Arrays of nodes are
-(3, nodes), so that loops over them vectorise.  Mass is lumped at the nodes, or consistent with linear shape functions.
+Engineering strain on equal rest lengths, chosen so that the sag of the mesh is the scene's.  Arrays
+of nodes are (3, nodes), so that loops over them vectorise.  Mass is lumped at the nodes, or
+consistent with linear shape functions.
 """
 
 from __future__ import annotations
@@ -39,10 +40,17 @@ def equilibrium(problem: Problem, elements: int) -> tuple[Array, float, float]:
         dx, dy = pieces(unknown)
         mass = problem.mass * np.hypot(dx, dy).sum() / elements
         drop = -dy[: elements // 2].sum()
-        return np.array([dx.sum() / problem.length, drop / problem.sag, mass / (unknown[2] * scale[2])]) - 1.0
+        return (
+            np.array(
+                [dx.sum() / problem.length, drop / problem.sag, mass / (unknown[2] * scale[2])]
+            )
+            - 1.0
+        )
 
     parabola = problem.mass * problem.gravity * problem.length**2 / (8.0 * problem.sag)
-    scale = np.array([parabola, problem.length / elements, problem.mass * problem.length / elements])
+    scale = np.array(
+        [parabola, problem.length / elements, problem.mass * problem.length / elements]
+    )
     found = root(gap, np.ones(3), tol=1e-14)
     assert np.abs(gap(found.x)).max() < 1e-12, found.message
     x = np.concatenate([np.zeros((2, 1)), np.cumsum(pieces(found.x), axis=1)], axis=1)
@@ -164,7 +172,12 @@ def velocity_verlet(c, step, every, records):
     """Velocity Verlet (explicit, order 2); forces that depend on velocity use its prediction.  Mid-span u2, u3."""
     nodes = c.position.shape[1]
     middle = nodes // 2
-    u, v, a, guess = np.zeros((3, nodes)), np.zeros((3, nodes)), np.zeros((3, nodes)), np.zeros((3, nodes))
+    u, v, a, guess = (
+        np.zeros((3, nodes)),
+        np.zeros((3, nodes)),
+        np.zeros((3, nodes)),
+        np.zeros((3, nodes)),
+    )
     force, out = np.empty((3, nodes - 1)), np.empty((records, 2))
     accelerate(0.0, u, v, c, a, force)
     moving_air = c.wind > 0.0 or c.damping > 0.0
@@ -199,11 +212,23 @@ def runge_kutta(c, step, every, records):
             t = (record * every + k) * step
             for j in range(3):
                 for i in range(1, nodes - 1):
-                    at_u[j, i], at_v[j, i], sum_u[j, i], sum_v[j, i] = u[j, i], v[j, i], u[j, i], v[j, i]
+                    at_u[j, i], at_v[j, i], sum_u[j, i], sum_v[j, i] = (
+                        u[j, i],
+                        v[j, i],
+                        u[j, i],
+                        v[j, i],
+                    )
             for stage in range(4):
                 ahead = 1.0 if stage == 2 else 0.5
                 share = step / 6.0 if stage == 0 or stage == 3 else step / 3.0
-                accelerate(t + (0.0 if stage == 0 else 1.0 if stage == 3 else 0.5) * step, at_u, at_v, c, a, force)
+                accelerate(
+                    t + (0.0 if stage == 0 else 1.0 if stage == 3 else 0.5) * step,
+                    at_u,
+                    at_v,
+                    c,
+                    a,
+                    force,
+                )
                 for j in range(3):
                     for i in range(1, nodes - 1):
                         sum_u[j, i] += share * at_v[j, i]
@@ -264,7 +289,9 @@ def jacobian(y, c, rows, columns, values):
                         count += 1
                     values[count] = -c.damping if j == k else 0.0
                     if c.wind > 0.0 and j > 0 and k > 0:
-                        values[count] += _section_slope(y, node, j, k, c) * c.tributary[node + 1] * inverse
+                        values[count] += (
+                            _section_slope(y, node, j, k, c) * c.tributary[node + 1] * inverse
+                        )
                     count += 1
         left[:] = right
     return count

@@ -16,17 +16,27 @@ SCHEMES = {  # steps [s] from just below the stability limit down
 
 def cases(problem: Problem) -> list[Case]:
     return [
-        Case("numba", f"numba, {name}", f"step {1e3 * step:.3g} ms", ("chain", False), _prepare(problem, scheme, step))
+        Case(
+            "numba",
+            f"numba, {name}",
+            f"step {1e3 * step:.3g} ms",
+            ("chain", False),
+            _prepare(problem, scheme, step),
+        )
         for name, (scheme, steps) in SCHEMES.items()
         for step in steps
     ]
 
 
-def _prepare(problem: Problem, scheme: Callable[..., Array], step: float) -> Callable[[], Callable[[], Array]]:
+def _prepare(
+    problem: Problem, scheme: Callable[..., Array], step: float
+) -> Callable[[], Callable[[], Array]]:
     def prepare() -> Callable[[], Array]:
         span = chain(problem)
         every = round(INTERVAL / step)
-        scheme(span, INTERVAL / every, every, 1)  # compiled, or read from the cache, before the clock runs
+        scheme(
+            span, INTERVAL / every, every, 1
+        )  # compiled, or read from the cache, before the clock runs
         return lambda: scheme(span, INTERVAL / every, every, len(problem.times))
 
     return prepare

@@ -1,7 +1,8 @@
 """General solvers of ordinary differential equations on the compiled chain: scipy's Radau and SUNDIALS' CVODE.
 
-Right-hand side and analytic Jacobian are compiled by numba; lumped mass; six unknowns a node interleaved, so that the
-Jacobian has a band of 11 below and 5 above.  Radau takes it as a sparse matrix, CVODE as a band.
+Right-hand side and analytic Jacobian are compiled by numba; lumped mass; six unknowns a node
+interleaved, so that the Jacobian has a band of 11 below and 5 above.  Radau takes it as a sparse
+matrix, CVODE as a band.
 """
 
 from __future__ import annotations
@@ -46,7 +47,9 @@ class FirstOrder:
         self.none = np.empty(0, np.int64)
         self.count = jacobian(np.zeros(self.size), span, rows, columns, self._values)
         self.rows, self.columns = rows[: self.count], columns[: self.count]
-        self._sparse = csc_matrix((np.arange(self.count), (self.rows, self.columns)), (self.size, self.size))
+        self._sparse = csc_matrix(
+            (np.arange(self.count), (self.rows, self.columns)), (self.size, self.size)
+        )
         self._order = self._sparse.data.copy()
         # compiled, or read from the cache, before the clock runs
         self.into(0.0, np.zeros(self.size), np.empty(self.size))
@@ -62,14 +65,19 @@ class FirstOrder:
 
     def sparse(self, y: Array) -> csc_matrix:
         jacobian(y, self.chain, self.none, self.none, self._values)
-        return csc_matrix((self._values[self._order], self._sparse.indices, self._sparse.indptr), self._sparse.shape)
+        return csc_matrix(
+            (self._values[self._order], self._sparse.indices, self._sparse.indptr),
+            self._sparse.shape,
+        )
 
     def band(self, y: Array, out: Array) -> None:
         _fill(y, self.chain, self.rows, self.columns, self.none, self._values, out)
 
 
 @compiled
-def _fill(y: Array, c: Chain, rows: Array, columns: Array, none: Array, values: Array, out: Array) -> None:
+def _fill(
+    y: Array, c: Chain, rows: Array, columns: Array, none: Array, values: Array, out: Array
+) -> None:
     jacobian(y, c, none, none, values)
     for k in range(rows.shape[0]):
         out[rows[k], columns[k]] = values[k]
@@ -77,11 +85,19 @@ def _fill(y: Array, c: Chain, rows: Array, columns: Array, none: Array, values: 
 
 def cases(problem: Problem) -> list[Case]:
     radau = [
-        Case("Radau", "scipy, Radau", f"tolerance {rtol:g}", ("chain", False), _radau(problem, rtol))
+        Case(
+            "Radau", "scipy, Radau", f"tolerance {rtol:g}", ("chain", False), _radau(problem, rtol)
+        )
         for rtol in TOLERANCES
     ]
     cvode = [
-        Case("CVODE", f"CVODE, {name}", f"tolerance {rtol:g}", ("chain", False), _cvode(problem, rtol, options))
+        Case(
+            "CVODE",
+            f"CVODE, {name}",
+            f"tolerance {rtol:g}",
+            ("chain", False),
+            _cvode(problem, rtol, options),
+        )
         for name, (options, tolerances) in CVODE_METHODS.items()
         for rtol in tolerances
     ]
@@ -112,7 +128,9 @@ def _radau(problem: Problem, rtol: float) -> Callable[[], Callable[[], Array]]:
     return prepare
 
 
-def _cvode(problem: Problem, rtol: float, options: dict[str, Any]) -> Callable[[], Callable[[], Array]]:
+def _cvode(
+    problem: Problem, rtol: float, options: dict[str, Any]
+) -> Callable[[], Callable[[], Array]]:
     def prepare() -> Callable[[], Array]:
         system = FirstOrder(problem)
         solver = CVODE(

@@ -1,9 +1,10 @@
 """MoorDyn: one line of 40 segments in an empty sea.  Example 1 only: MoorDyn has drag, but no lift and no angle of ice.
 
-It takes no loads that change in time.  All nodes weigh the same and carry the same load, so accelerating both supports
-against the load is exactly the same problem, seen from the supports.  MoorDyn's own stationary solver finds the shape
-once, to 0.04 mm of sag; every run starts from that state, and temporal errors are against MoorDyn's finest run from it.
-Scheme: MoorDyn's Runge-Kutta 4.  Its others diverge without internal damping, or need a smaller step.
+It takes no loads that change in time.  All nodes weigh the same and carry the same load, so
+accelerating both supports against the load is exactly the same problem, seen from the supports.
+MoorDyn's own stationary solver finds the shape once, to 0.04 mm of sag; every run starts from that
+state, and temporal errors are against MoorDyn's finest run from it. Scheme: MoorDyn's Runge-Kutta
+4.  Its others diverge without internal damping, or need a smaller step.
 """
 
 from __future__ import annotations
@@ -112,7 +113,9 @@ def _supports(problem: Problem) -> Array:
     return np.array([0.0, 0.0, DEPTH, problem.length, 0.0, DEPTH])
 
 
-_folder = tempfile.TemporaryDirectory()  # MoorDyn writes its outputs beside the deck until it is closed
+_folder = (
+    tempfile.TemporaryDirectory()
+)  # MoorDyn writes its outputs beside the deck until it is closed
 _rest_states: dict[str, bytes] = {}
 
 
@@ -133,7 +136,11 @@ def _prepare(problem: Problem, step: float, coupling: float) -> Callable[[], Arr
         system = _create(problem, step)
         moordyn.Init_NoIC(system, _supports(problem), np.zeros(6))
         moordyn.Deserialize(system, start)
-    line, middle, every = moordyn.GetLine(system, 1), span.position.shape[1] // 2, round(INTERVAL / coupling)
+    line, middle, every = (
+        moordyn.GetLine(system, 1),
+        span.position.shape[1] // 2,
+        round(INTERVAL / coupling),
+    )
     origin = np.array(moordyn.GetLineNodePos(line, middle))
     travel = _twice_integrated(coupling, len(problem.times) * every)
     along, up = -problem.load[2] / span.node_mass, -problem.load[1] / span.node_mass

@@ -1,8 +1,9 @@
 """OpenSees: corotational trusses through OpenSeesPy, with Newmark, or central differences on the lumped mass.
 
-Initial strains hold the hanging shape; each truss has the modulus that gives engineering strain on its rest length.
-OpenSees has no aerodynamic load: in the galloping scene Python computes it at the nodes from their velocities, before
-every step, extrapolated linearly to its end (a load that lags a step behind would make the scheme of first order).
+Initial strains hold the hanging shape; each truss has the modulus that gives engineering strain on
+its rest length. OpenSees has no aerodynamic load: in the galloping scene Python computes it at the
+nodes from their velocities, before every step, extrapolated linearly to its end (a load that lags a
+step behind would make the scheme of first order).
 """
 
 from __future__ import annotations
@@ -40,7 +41,13 @@ ops = _opensees()
 def cases(problem: Problem) -> list[Case]:
     windy = problem.wind is not None
     found = [
-        Case("OpenSees", family, f"step {step:g} s", ("chain", consistent), _prepare(problem, step, consistent, False))
+        Case(
+            "OpenSees",
+            family,
+            f"step {step:g} s",
+            ("chain", consistent),
+            _prepare(problem, step, consistent, False),
+        )
         for family, consistent in (
             ("OpenSees, Newmark, consistent mass", True),
             ("OpenSees, Newmark, lumped mass", False),
@@ -48,14 +55,24 @@ def cases(problem: Problem) -> list[Case]:
         for step in (STEPS[:5] if windy else STEPS)
     ]
     family = "OpenSees, central differences, lumped mass"
-    for step in () if windy else EXPLICIT_STEPS:  # 20 s of CPU time a run with aerodynamic loads in Python
+    for step in (
+        () if windy else EXPLICIT_STEPS
+    ):  # 20 s of CPU time a run with aerodynamic loads in Python
         found.append(
-            Case("OpenSees", family, f"step {step:g} s", ("chain", False), _prepare(problem, step, False, True))
+            Case(
+                "OpenSees",
+                family,
+                f"step {step:g} s",
+                ("chain", False),
+                _prepare(problem, step, False, True),
+            )
         )
     return found
 
 
-def _prepare(problem: Problem, step: float, consistent: bool, explicit: bool) -> Callable[[], Callable[[], Array]]:
+def _prepare(
+    problem: Problem, step: float, consistent: bool, explicit: bool
+) -> Callable[[], Callable[[], Array]]:
     every = round(INTERVAL / step)
     step = INTERVAL / every
 
@@ -108,7 +125,8 @@ def _analysis(step: float, explicit: bool) -> None:
         ops.integrator("CentralDifference")
     else:
         ops.system("BandSPD")
-        # 1e-6 m is enough for large steps and saves an iteration; small ones need more to show their order
+        # 1e-6 m is enough for large steps and saves an iteration; small ones need more to show
+        # their order
         ops.test("NormDispIncr", 1e-6 if step >= 0.005 else 1e-8 if step >= 0.001 else 1e-10, 25)
         ops.algorithm("Newton")
         ops.integrator("Newmark", 0.5, 0.25)
@@ -124,7 +142,9 @@ def _still_air(problem: Problem, step: float, every: int, middle: int) -> Array:
     return out
 
 
-def _wind(problem: Problem, step: float, every: int, middle: int, consistent: bool) -> Callable[[], Array]:
+def _wind(
+    problem: Problem, step: float, every: int, middle: int, consistent: bool
+) -> Callable[[], Array]:
     span = chain(problem)
     inner = range(2, span.position.shape[1])
     shares = span.tributary.tolist()
@@ -138,7 +158,9 @@ def _wind(problem: Problem, step: float, every: int, middle: int, consistent: bo
         return found
 
     now = forces()
-    for i, start in zip(inner, _accelerations(np.array(now), span.node_mass, consistent), strict=True):
+    for i, start in zip(
+        inner, _accelerations(np.array(now), span.node_mass, consistent), strict=True
+    ):
         for direction in (2, 3):  # OpenSees itself would start without acceleration
             ops.setNodeAccel(i, direction, float(start[direction - 2]), "-commit")
 

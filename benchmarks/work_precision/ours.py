@@ -24,7 +24,8 @@ REFERENCE_STEP = 2.5e-4
 class Variant:
     """One curve: scene values, one of which runs through a list.  `nodes` 41 shows the temporal error too.
 
-    `newton` gives the Newton tolerance [m] for a step: small beside what the step itself misses, and no smaller.
+    `newton` gives the Newton tolerance [m] for a step: small beside what the step itself misses,
+    and no smaller.
     """
 
     family: str
@@ -42,7 +43,13 @@ VARIANTS = [
     Variant("Newmark", "numerics.time_step", STEPS),
     Variant("Newmark, 21 nodes", "numerics.time_step", STEPS[:6], nodes=21),
     Variant("Newmark, 81 nodes", "numerics.time_step", STEPS[2:7], nodes=81),
-    Variant("Gauss 6", "numerics.time_step", STEPS[:5], GAUSS, newton=lambda step: 1e-8 * (step / 0.05) ** 4),
+    Variant(
+        "Gauss 6",
+        "numerics.time_step",
+        STEPS[:5],
+        GAUSS,
+        newton=lambda step: 1e-8 * (step / 0.05) ** 4,
+    ),
     Variant("tolerance", "numerics.tolerance", TOLERANCES, {"numerics.time_step": INTERVAL}),
 ]
 """A further integrator is a line here."""
@@ -92,7 +99,8 @@ def _prepare(problem: Problem, values: dict[str, Any]) -> Callable[[], Callable[
 def converged(problem: Problem) -> Array:
     """The equations of the 41-node mesh, solved without our integrators: Runge-Kutta of order 4 just below its limit.
 
-    The kernel gives residual and mass matrix; with neither ice nor twist the mass matrix is constant.
+    The kernel gives residual and mass matrix; with neither ice nor twist the mass matrix is
+    constant.
     """
     model = Model(problem.scene.with_values({"numerics.elements": 20}))
     size, inner = DOFS * model.nodes, slice(DOFS, DOFS * (model.nodes - 1))

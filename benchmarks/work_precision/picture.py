@@ -40,8 +40,12 @@ def draw(results: dict[str, Any], path: Path) -> None:
             _dress(axis, name, kind)
     for row_of_axes in axes:
         row_of_axes[0].set_ylabel("CPU seconds per simulated second")
-    figure.subplots_adjust(left=0.07, right=0.985, top=0.965, bottom=0.225, hspace=0.24, wspace=0.09)
-    handles = dict(sorted(handles.items(), key=lambda item: list(COLOURS.values()).index(item[1].get_color())))
+    figure.subplots_adjust(
+        left=0.07, right=0.985, top=0.965, bottom=0.225, hspace=0.24, wspace=0.09
+    )
+    handles = dict(
+        sorted(handles.items(), key=lambda item: list(COLOURS.values()).index(item[1].get_color()))
+    )
     figure.legend(
         handles.values(), handles.keys(), loc="upper center", bbox_to_anchor=(0.52, 0.18), ncols=3, frameon=False,
         handlelength=3.2,
@@ -80,21 +84,34 @@ def _dress(axis: Any, name: str, kind: str) -> None:
         axis.set_xlabel("relative RMS against the same mesh converged in time [-]")
         axis.set_xlim(1e-13, 1.0)
     else:
-        against = {"example1": "160 OpenSees elements", "galloping": "160 and 320 chain elements, extrapolated"}[name]
+        against = {
+            "example1": "160 OpenSees elements",
+            "galloping": "160 and 320 chain elements, extrapolated",
+        }[name]
         axis.set_title(f"{scene}: total error", loc="left")
         axis.set_xlabel(f"relative RMS against {against} [-]")
         axis.set_xlim(1e-4, 1.0)
         axis.axvspan(1e-4, REFERENCE_FLOOR[name], color="0.9", zorder=0)
-        axis.text(1.12e-4, 0.97, "reference no better", transform=axis.get_xaxis_transform(), va="top", rotation=90)
+        axis.text(
+            1.12e-4,
+            0.97,
+            "reference no better",
+            transform=axis.get_xaxis_transform(),
+            va="top",
+            rotation=90,
+        )
     axis.grid(True, which="major", color="0.85", linewidth=0.6)
 
 
 def _caption(about: dict[str, Any]) -> str:
     versions = ", ".join(f"{name} {number}" for name, number in about["versions"].items())
-    load = f", load average {about['load_average']:.1f}" if about["load_average"] is not None else ""
+    load = (
+        f", load average {about['load_average']:.1f}" if about["load_average"] is not None else ""
+    )
     text = (
-        "Lower left is better. Error: the larger of those of u2 and u3. Process CPU time of the time loop on one core, "
-        f"least of interleaved repeats; start of Python, compilation and model building excluded. {about['date']}, "
-        f"{about['processor']}{load}, Python {about['python']}, kernel {about['kernel']}; {versions}."
+        "Lower left is better. Error: the larger of those of u2 and u3. Process CPU time of the"
+        " time loop on one core, least of interleaved repeats; start of Python, compilation and"
+        f" model building excluded. {about['date']}, {about['processor']}{load}, Python"
+        f" {about['python']}, kernel {about['kernel']}; {versions}."
     )
     return "\n".join(textwrap.wrap(text, 165))

@@ -76,7 +76,11 @@ def measure(problem: Problem, quick: bool) -> list[Row]:
     """All codes on one scene; repeats of different cases take turns, and the least CPU time counts."""
     print(f"{problem.title}: converged solutions", file=sys.stderr)
     converged = references(problem)
-    total = opensees_reference(problem) if problem.wind is None else chain.extrapolated(problem, 160, 1e-4)
+    total = (
+        opensees_reference(problem)
+        if problem.wind is None
+        else chain.extrapolated(problem, 160, 1e-4)
+    )
     sources = (ours, opensees, moordyn_line, general_solvers, explicit)
     measured = [Measured(case) for source in sources for case in source.cases(problem)]
     limit = QUICK_ENOUGH if quick else ENOUGH
@@ -109,7 +113,9 @@ def _row(one: Measured, converged: dict[Hashable, Array], total: Array, stop_tim
         "setting": case.setting,
         "cost": min(one.seconds) / stop_time if reached else None,
         "all": [seconds / stop_time for seconds in one.seconds],
-        "temporal": relative_rms(one.history, converged[case.model]) if reached and case.model else None,
+        "temporal": (
+            relative_rms(one.history, converged[case.model]) if reached and case.model else None
+        ),
         "total": relative_rms(one.history, total) if reached else None,
         "failure": one.failure,
     }
@@ -136,16 +142,24 @@ def report(results: dict[str, Any], folder: Path) -> None:
     about = results["machine"]
     versions = ", ".join(f"{name} {number}" for name, number in about["versions"].items())
     text = [
-        f"{about['date']}, {about['processor']}, load average {about['load_average']:.1f}, Python {about['python']}, "
-        f"kernel {about['kernel']}; {versions}.",
-        "CPU ms per simulated second of the time loop alone, one core; in brackets the multiple of ours.",
+        (
+            f"{about['date']}, {about['processor']}, load average {about['load_average']:.1f},"
+            f" Python {about['python']}, kernel {about['kernel']}; {versions}."
+        ),
+        (
+            "CPU ms per simulated second of the time loop alone, one core; in brackets the multiple"
+            " of ours."
+        ),
     ]
     for name, scene in results["scenes"].items():
         text += [f"## {scene['title']}", cost_table(scene["rows"])]
         if name == "example1":
             text += ["Claims for example 1, 41 nodes, in this run:", claims(scene["rows"])]
     print("\n\n".join(text))
-    text += [f"## Every case: {scene['title']}\n\n{case_table(scene['rows'])}" for scene in results["scenes"].values()]
+    text += [
+        f"## Every case: {scene['title']}\n\n{case_table(scene['rows'])}"
+        for scene in results["scenes"].values()
+    ]
     folder.joinpath("results.md").write_text(
         "# Error against run time\n\n" + "\n\n".join(text) + "\n", encoding="utf-8"
     )
@@ -153,17 +167,24 @@ def report(results: dict[str, Any], folder: Path) -> None:
 
 
 def main() -> None:
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
     parser.add_argument("--quick", action="store_true", help="a check that everything runs")
     parser.add_argument("--redraw", action="store_true", help="use the stored results.json")
-    parser.add_argument("--folder", type=Path, default=Path(__file__).parent / "results", help="for the results")
+    parser.add_argument(
+        "--folder", type=Path, default=Path(__file__).parent / "results", help="for the results"
+    )
     options = parser.parse_args()
     options.folder.mkdir(parents=True, exist_ok=True)
     stored = options.folder / "results.json"
     if not options.redraw:
         results: dict[str, Any] = {"machine": machine(), "scenes": {}}
         for problem in (example1(), galloping()):
-            results["scenes"][problem.name] = {"title": problem.title, "rows": measure(problem, options.quick)}
+            results["scenes"][problem.name] = {
+                "title": problem.title,
+                "rows": measure(problem, options.quick),
+            }
             stored.write_text(json.dumps(results, indent=1), encoding="utf-8")
     report(json.loads(stored.read_text(encoding="utf-8")), options.folder)
 

@@ -22,7 +22,9 @@ LOADED_POINTS = 39
 NEVER = 1e9
 """Start [s] of a fall that does not happen."""
 
-REFERENCE = Path(__file__).resolve().parents[2] / "tests" / "peers" / "data" / "example1_step_opensees.csv"
+REFERENCE = (
+    Path(__file__).resolve().parents[2] / "tests" / "peers" / "data" / "example1_step_opensees.csv"
+)
 
 
 @dataclass(frozen=True)
@@ -38,13 +40,24 @@ class Law:
             np.clip((np.asarray(time) - start) / duration, 0.0, 1.0)
             for start, duration in ((0.0, self.rise), (self.fall_start, self.fall))
         )
-        return np.asarray(sum(sign * x**3 * (10.0 - 15.0 * x + 6.0 * x**2) for sign, x in ((1.0, up), (-1.0, down))))
+        return np.asarray(
+            sum(
+                sign * x**3 * (10.0 - 15.0 * x + 6.0 * x**2)
+                for sign, x in ((1.0, up), (-1.0, down))
+            )
+        )
 
     def section(self) -> dict[str, object]:
         """As it stands in a scene file."""
         if self.fall_start == NEVER:
             return {"kind": "ramp", "initial": 0.0, "final": 1.0, "duration": self.rise}
-        return {"kind": "pulse", "peak": 1.0, "rise": self.rise, "fall_start": self.fall_start, "fall": self.fall}
+        return {
+            "kind": "pulse",
+            "peak": 1.0,
+            "rise": self.rise,
+            "fall_start": self.fall_start,
+            "fall": self.fall,
+        }
 
 
 @dataclass(frozen=True)
@@ -96,8 +109,9 @@ def example1() -> Problem:
 def galloping() -> Problem:
     """Example 3 as far as peers can express it: translations, drag and lift; from rest, pushed by a short pulse.
 
-    No ice eccentricity and no aerodynamic moment, so nothing twists.  The sag alone fixes the initial state.  Damping
-    is proportional to mass, with the scene's ratio at the first horizontal frequency.
+    No ice eccentricity and no aerodynamic moment, so nothing twists.  The sag alone fixes the
+    initial state.  Damping is proportional to mass, with the scene's ratio at the first horizontal
+    frequency.
     """
     law, load = Law(rise=0.5, fall_start=0.5, fall=0.5), (0.0, 8.0, 4.0)
     points = {"evenly_spaced": LOADED_POINTS, "force": load, "law": law.section()}
@@ -109,7 +123,9 @@ def galloping() -> Problem:
             "ice.first_moment_x2": 0.0,
             "ice.first_moment_x3": 0.0,
             "aerodynamics.moment": [0.0],
-            "damping.translation.high_ratio": damping.low_ratio * damping.low_frequency / damping.high_frequency,
+            "damping.translation.high_ratio": (
+                damping.low_ratio * damping.low_frequency / damping.high_frequency
+            ),
             "initial.seed_vertical": 0.0,
             "initial.seed_horizontal": 0.0,
             "loads": [points],

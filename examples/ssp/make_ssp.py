@@ -2,8 +2,9 @@
 
     python make_ssp.py [folder]
 
-SSP 1.0: three components of two FMUs, their connections, and the towers' preload as parameters. There are no
-connectors of the system itself, which some masters refuse; the annotation gives OMSimulator its master and step.
+SSP 1.0: three components of two FMUs, their connections, and the towers' preload as parameters.
+There are no connectors of the system itself, which some masters refuse; the annotation gives
+OMSimulator its master and step.
 """
 
 import sys
@@ -51,19 +52,28 @@ def _component(elements: Element, name: str, fmu: Path) -> Element:
     connectors = SubElement(component, f"{{{SSD}}}Connectors")
     for variable in fmpy.read_model_description(str(fmu)).modelVariables:
         if variable.causality in ("input", "output") and variable.type == "Real":
-            connector = SubElement(connectors, f"{{{SSD}}}Connector", name=variable.name, kind=variable.causality)
+            connector = SubElement(
+                connectors, f"{{{SSD}}}Connector", name=variable.name, kind=variable.causality
+            )
             SubElement(connector, f"{{{SSC}}}Real", unit=variable.unit)
     return component
 
 
 def _parameters(component: Element, values: dict[str, float]) -> None:
-    binding = SubElement(SubElement(component, f"{{{SSD}}}ParameterBindings"), f"{{{SSD}}}ParameterBinding")
+    binding = SubElement(
+        SubElement(component, f"{{{SSD}}}ParameterBindings"), f"{{{SSD}}}ParameterBinding"
+    )
     inside = SubElement(binding, f"{{{SSD}}}ParameterValues")
     parameters = SubElement(
-        SubElement(inside, f"{{{SSV}}}ParameterSet", version="1.0", name=PARAMETER_SET), f"{{{SSV}}}Parameters"
+        SubElement(inside, f"{{{SSV}}}ParameterSet", version="1.0", name=PARAMETER_SET),
+        f"{{{SSV}}}Parameters",
     )
     for parameter, value in values.items():
-        SubElement(SubElement(parameters, f"{{{SSV}}}Parameter", name=parameter), f"{{{SSV}}}Real", value=repr(value))
+        SubElement(
+            SubElement(parameters, f"{{{SSV}}}Parameter", name=parameter),
+            f"{{{SSV}}}Real",
+            value=repr(value),
+        )
 
 
 def structure(cable: Path, tower: Path, scene: gf.Scene) -> bytes:
@@ -75,7 +85,9 @@ def structure(cable: Path, tower: Path, scene: gf.Scene) -> bytes:
     elements = SubElement(whole, f"{{{SSD}}}Elements")
     _component(elements, "cable", cable)
     for end, (f1, f3) in zip(("left", "right"), preload(scene).reshape(2, 2).tolist(), strict=True):
-        _parameters(_component(elements, f"{end}_tower", tower), {"preload.f1": f1, "preload.f3": f3})
+        _parameters(
+            _component(elements, f"{end}_tower", tower), {"preload.f1": f1, "preload.f3": f3}
+        )
     links = SubElement(whole, f"{{{SSD}}}Connections")
     for source, output, target, into in connections():
         SubElement(
@@ -86,10 +98,23 @@ def structure(cable: Path, tower: Path, scene: gf.Scene) -> bytes:
             endElement=target,
             endConnector=into,
         )
-    annotation = SubElement(SubElement(whole, f"{{{SSD}}}Annotations"), f"{{{SSC}}}Annotation", type="org.openmodelica")
-    information = SubElement(SubElement(annotation, f"{{{OMS}}}Annotations"), f"{{{OMS}}}SimulationInformation")
-    tolerances = {"absoluteTolerance": "1e-4", "relativeTolerance": "1e-4"}  # asked for, though the step is fixed
-    SubElement(information, f"{{{OMS}}}FixedStepMaster", description="oms-ma", stepSize=repr(STEP), **tolerances)
+    annotation = SubElement(
+        SubElement(whole, f"{{{SSD}}}Annotations"), f"{{{SSC}}}Annotation", type="org.openmodelica"
+    )
+    information = SubElement(
+        SubElement(annotation, f"{{{OMS}}}Annotations"), f"{{{OMS}}}SimulationInformation"
+    )
+    tolerances = {
+        "absoluteTolerance": "1e-4",
+        "relativeTolerance": "1e-4",
+    }  # asked for, though the step is fixed
+    SubElement(
+        information,
+        f"{{{OMS}}}FixedStepMaster",
+        description="oms-ma",
+        stepSize=repr(STEP),
+        **tolerances,
+    )
     SubElement(root, f"{{{SSD}}}DefaultExperiment", startTime="0.0", stopTime=repr(STOP))
     ElementTree.indent(root)
     return bytes(ElementTree.tostring(root, encoding="UTF-8", xml_declaration=True)) + b"\n"

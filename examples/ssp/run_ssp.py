@@ -2,8 +2,8 @@
 
     python run_ssp.py [tower-cable.ssp]
 
-Ecos is no dependency of gallop-fmu: `pip install ecospy`; on Debian it also needs the package libtbb12. The towers
-are Python FMUs, so run this with a Python that has pythonfmu.
+Ecos is no dependency of gallop-fmu: `pip install ecospy`; on Debian it also needs the package
+libtbb12. The towers are Python FMUs, so run this with a Python that has pythonfmu.
 """
 
 import sys
@@ -18,7 +18,9 @@ try:
 except ImportError:
     sys.exit("ecospy is not installed: `pip install ecospy`")
 except OSError as problem:
-    sys.exit(f"the library of ecospy cannot be loaded ({problem}); on Debian, `apt-get install libtbb12`")
+    sys.exit(
+        f"the library of ecospy cannot be loaded ({problem}); on Debian, `apt-get install libtbb12`"
+    )
 
 sys.path.append(str(Path(__file__).resolve().parents[1]))
 
@@ -48,12 +50,19 @@ def main() -> None:
     with zipfile.ZipFile(ssp) as archive:
         archive.extractall(folder / "parts")
     fmus = [folder / "parts" / "resources" / name for name in ("cable.fmu", "tower.fmu")]
-    ours = np.array(couple(*fmus, "Jacobi", STEP, STOP, STEP, preload(galloping_span(CABLE_STEP))).values)
+    ours = np.array(
+        couple(*fmus, "Jacobi", STEP, STOP, STEP, preload(galloping_span(CABLE_STEP))).values
+    )
     theirs = run_ecos(ssp, round(STOP / STEP))
-    print(f"Ecos {EcosLib.version()} and the Jacobi loop, {len(ours) - 1} steps of {1000 * STEP:g} ms")
+    print(
+        f"Ecos {EcosLib.version()} and the Jacobi loop, {len(ours) - 1} steps of {1000 * STEP:g} ms"
+    )
     for column, name in enumerate(OBSERVED):
         difference = np.max(np.abs(ours[:, column] - theirs[:, column]))
-        print(f"{name:18} largest {np.max(np.abs(ours[:, column])):.6f} m, largest difference {difference:.1e} m")
+        print(
+            f"{name:18} largest {np.max(np.abs(ours[:, column])):.6f} m, largest difference"
+            f" {difference:.1e} m"
+        )
 
 
 if __name__ == "__main__":

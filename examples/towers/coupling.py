@@ -1,7 +1,7 @@
 """A span between two towers, and three ways of stepping them in plain Python with FMPy's FMU2Slave.
 
-All inputs are values reached at the end of a communication step, which nobody knows at its beginning. The three masters
-differ in what they take instead.
+All inputs are values reached at the end of a communication step, which nobody knows at its
+beginning. The three masters differ in what they take instead.
 """
 
 import ctypes
@@ -33,7 +33,11 @@ MOST_ITERATIONS = 50
 def galloping_span(cable_step: float) -> gf.Scene:
     """The span of example 3 with a seed so large that it gallops from the beginning, stepping by `cable_step` [s]."""
     return gf.load_scene("example3").with_values(
-        {"initial.seed_vertical": 0.1, "initial.seed_horizontal": 0.1, "numerics.time_step": cable_step}
+        {
+            "initial.seed_vertical": 0.1,
+            "initial.seed_horizontal": 0.1,
+            "numerics.time_step": cable_step,
+        }
     )
 
 
@@ -59,7 +63,9 @@ class Log:
     def __init__(self) -> None:
         self.messages: list[str] = []
         self.callbacks = fmi2CallbackFunctions()
-        self.callbacks.logger = fmi2CallbackLoggerTYPE(lambda *call: self.messages.append(call[-1].decode()))
+        self.callbacks.logger = fmi2CallbackLoggerTYPE(
+            lambda *call: self.messages.append(call[-1].decode())
+        )
         self.callbacks.allocateMemory = defaultCallbacks.allocateMemory
         self.callbacks.freeMemory = defaultCallbacks.freeMemory
         addLoggerProxy(ctypes.byref(self.callbacks))  # puts numbers and names into the messages
@@ -70,7 +76,9 @@ class Component:
 
     def __init__(self, fmu: Path, name: str, log: Log) -> None:
         description = fmpy.read_model_description(str(fmu))
-        self._reference = {variable.name: variable.valueReference for variable in description.modelVariables}
+        self._reference = {
+            variable.name: variable.valueReference for variable in description.modelVariables
+        }
         self._folder = tempfile.TemporaryDirectory(prefix="fmu-")
         fmpy.extract(str(fmu), unzipdir=self._folder.name)
         self.fmu = FMU2Slave(
@@ -83,7 +91,9 @@ class Component:
         self.fmu.setupExperiment(startTime=0.0)
 
     def set(self, names: list[str], values: Array) -> None:
-        self.fmu.setReal([self._reference[name] for name in names], [float(value) for value in values])
+        self.fmu.setReal(
+            [self._reference[name] for name in names], [float(value) for value in values]
+        )
 
     def get(self, names: list[str]) -> Array:
         return np.array(self.fmu.getReal([self._reference[name] for name in names]))
@@ -190,7 +200,9 @@ def gauss_seidel(line: Line, time: float, h: float) -> int:
 def iterated(line: Line, time: float, h: float) -> int:
     """The cable and then the towers, again and again from the saved states, until the towers stay in place."""
     line.save()
-    guess = line.displacements() + h * np.concatenate([tower.get(["v1", "v3"]) for tower in line.towers])
+    guess = line.displacements() + h * np.concatenate(
+        [tower.get(["v1", "v3"]) for tower in line.towers]
+    )
     for iteration in range(1, MOST_ITERATIONS + 1):
         line.move_ends(guess)
         line.step([line.cable], time, h)
@@ -208,7 +220,9 @@ def iterated(line: Line, time: float, h: float) -> int:
 SCHEMES = {"Jacobi": jacobi, "Gauss-Seidel": gauss_seidel, "iterated": iterated}
 
 
-def couple(cable: Path, tower: Path, scheme: str, h: float, stop_time: float, every: float, static: Array) -> History:
+def couple(
+    cable: Path, tower: Path, scheme: str, h: float, stop_time: float, every: float, static: Array
+) -> History:
     """Run the line with one of `SCHEMES` in communication steps of `h` [s], and record `every` so many seconds.
 
     Raises

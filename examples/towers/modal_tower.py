@@ -1,9 +1,10 @@
 """A tower as an FMU: what its cable attachment does under the cable's force, from a few modes along x1 and x3.
 
-Built with pythonfmu's FmuBuilder, see `coupling.build_tower`. As in the cable's FMU, an input is the value reached at
-the end of a communication step, linearly from that of the last one; so both sides treat a step alike, and a master that
-iterates a step to convergence gets a result of second order. Under a force that is linear in time each mode has an
-exact solution, so the tower adds no error of its own.
+Built with pythonfmu's FmuBuilder, see `coupling.build_tower`. As in the cable's FMU, an input is
+the value reached at the end of a communication step, linearly from that of the last one; so both
+sides treat a step alike, and a master that iterates a step to convergence gets a result of second
+order. Under a force that is linear in time each mode has an exact solution, so the tower adds no
+error of its own.
 """
 
 import atexit
@@ -12,10 +13,18 @@ import math
 from pathlib import Path
 from xml.etree.ElementTree import Element, SubElement
 
-from pythonfmu import DefaultExperiment, Fmi2Causality, Fmi2Initial, Fmi2Slave, Fmi2Variability, Real
+from pythonfmu import (
+    DefaultExperiment,
+    Fmi2Causality,
+    Fmi2Initial,
+    Fmi2Slave,
+    Fmi2Variability,
+    Real,
+)
 
-# For every instance, pythonfmu 0.7.0 runs this text in the module's namespace, and then gives up a reference to the
-# namespace that it never owned. Without one to give up, the namespace is freed and the host crashes a little later.
+# For every instance, pythonfmu 0.7.0 runs this text in the module's namespace, and then gives up a
+# reference to the namespace that it never owned. Without one to give up, the namespace is freed and
+# the host crashes a little later.
 ctypes.pythonapi.Py_IncRef(ctypes.py_object(globals()))
 
 MODES = {
@@ -39,7 +48,12 @@ class Mode:
     """One damped oscillator, at rest as long as the force on the tower is its preload."""
 
     def __init__(self, mass: float, frequency: float, damping_ratio: float, shape: float) -> None:
-        self.mass, self.frequency, self.damping_ratio, self.shape = mass, frequency, damping_ratio, shape
+        self.mass, self.frequency, self.damping_ratio, self.shape = (
+            mass,
+            frequency,
+            damping_ratio,
+            shape,
+        )
         self.q = self.rate = 0.0
 
     def advance(self, begin: float, end: float, h: float) -> None:
@@ -49,8 +63,15 @@ class Mode:
         turning = math.sqrt(omega**2 - decay**2)
         slope = self.shape * (end - begin) / (h * self.mass * omega**2)
         level = self.shape * begin / (self.mass * omega**2) - 2.0 * decay * slope / omega**2
-        q, rate = self.q - level, self.rate - slope  # apart from the particular solution level + slope t
-        shrink, cosine, sine = math.exp(-decay * h), math.cos(turning * h), math.sin(turning * h) / turning
+        q, rate = (
+            self.q - level,
+            self.rate - slope,
+        )  # apart from the particular solution level + slope t
+        shrink, cosine, sine = (
+            math.exp(-decay * h),
+            math.cos(turning * h),
+            math.sin(turning * h) / turning,
+        )
         self.q = level + slope * h + shrink * (q * cosine + (rate + decay * q) * sine)
         self.rate = slope + shrink * (rate * cosine - (omega**2 * q + decay * rate) * sine)
 
@@ -59,13 +80,15 @@ class ModalTower(Fmi2Slave):
     """Two modes along the span and two across it; the tower point does not move vertically."""
 
     description = (
-        "A tower of a few modes. The forces reach their values linearly at the end of a communication step. The tower "
-        "is at rest under preload.f1 and preload.f3: give it the static forces of the cable."
+        "A tower of a few modes. The forces reach their values linearly at the end of a"
+        " communication step. The tower is at rest under preload.f1 and preload.f3: give it the"
+        " static forces of the cable."
     )
 
     def __init__(self, **settings):
         super().__init__(**settings)
-        # pythonfmu's library for Linux uses freed memory at exit, unless its Python state is released before.
+        # pythonfmu's library for Linux uses freed memory at exit, unless its Python state is
+        # released before.
         for library in Path(self.resources).parent.glob("binaries/linux64/*.so"):
             atexit.register(ctypes.CDLL(str(library)).finalizePythonInterpreter)
         self.modes = {axis: [Mode(*numbers) for numbers in MODES[axis]] for axis in MODES}
@@ -74,13 +97,42 @@ class ModalTower(Fmi2Slave):
         self.units: dict[str, str] = {}
         for n, direction in (("1", "along the span"), ("3", "across the span, downwind")):
             force, axis = f"f{n}", f"x{n}"
-            self._entry(self.force, force, force, "N", "input", f"force of the cable on the tower {direction}")
-            self._entry(self.preload, force, f"preload.{force}", "N", "parameter", f"force at rest {direction}")
-            self._output(axis, "m", f"displacement of the tower point {direction}", lambda m: m.shape * m.q)
-            self._output(f"v{n}", "m/s", f"velocity of the tower point {direction}", lambda m: m.shape * m.rate)
+            self._entry(
+                self.force,
+                force,
+                force,
+                "N",
+                "input",
+                f"force of the cable on the tower {direction}",
+            )
+            self._entry(
+                self.preload,
+                force,
+                f"preload.{force}",
+                "N",
+                "parameter",
+                f"force at rest {direction}",
+            )
+            self._output(
+                axis, "m", f"displacement of the tower point {direction}", lambda m: m.shape * m.q
+            )
+            self._output(
+                f"v{n}",
+                "m/s",
+                f"velocity of the tower point {direction}",
+                lambda m: m.shape * m.rate,
+            )
             for k, mode in enumerate(self.modes[axis], start=1):
-                for field, unit in (("mass", "kg"), ("frequency", "Hz"), ("damping_ratio", "1"), ("shape", "1")):
-                    name, what = f"{axis}_mode[{k}].{field}", f"{field.replace('_', ' ')} of mode {k} {direction}"
+                for field, unit in (
+                    ("mass", "kg"),
+                    ("frequency", "Hz"),
+                    ("damping_ratio", "1"),
+                    ("shape", "1"),
+                ):
+                    name, what = (
+                        f"{axis}_mode[{k}].{field}",
+                        f"{field.replace('_', ' ')} of mode {k} {direction}",
+                    )
                     self._entry(vars(mode), field, name, unit, "parameter", what)
 
     def _entry(self, owner, key, name, unit, causality, description):
@@ -117,7 +169,10 @@ class ModalTower(Fmi2Slave):
     def do_step(self, current_time, step_size):
         for axis, modes in self.modes.items():
             name = f"f{axis[-1]}"
-            begin, end = self.reached[name] - self.preload[name], self.force[name] - self.preload[name]
+            begin, end = (
+                self.reached[name] - self.preload[name],
+                self.force[name] - self.preload[name],
+            )
             for mode in modes:
                 mode.advance(begin, end, step_size)
         self.reached = dict(self.force)
@@ -139,7 +194,9 @@ class ModalTower(Fmi2Slave):
     def to_xml(self, model_options=None) -> Element:
         """What pythonfmu writes, with units, and with what FMI 2.0 wants to know about the outputs."""
         root = super().to_xml(model_options or {})
-        root.set("generationDateAndTime", root.get("generationDateAndTime", "").replace("+00:00", "Z"))
+        root.set(
+            "generationDateAndTime", root.get("generationDateAndTime", "").replace("+00:00", "Z")
+        )
         definitions = Element("UnitDefinitions")
         for name, base in UNITS.items():
             SubElement(SubElement(definitions, "Unit", name=name), "BaseUnit", base)

@@ -1,9 +1,10 @@
 """Cable and towers as one system of equations, solved together: what co-simulation is compared with.
 
-The ends of the cable are no unknowns of their own: they move by the towers' modes, ``u = T y`` with ``y`` the inner
-unknowns of the cable and the modal coordinates. Virtual work gives ``T' R(T y) + m (q'' + 2 zeta omega q' + omega^2 q)
-= 0``, with R the residual that the kernel offers for tests; the forces between cable and towers drop out. Newmark
-(beta 1/4, gamma 1/2) and Newton act on all unknowns at once, so there is no communication step and nothing lags.
+The ends of the cable are no unknowns of their own: they move by the towers' modes, ``u = T y`` with
+``y`` the inner unknowns of the cable and the modal coordinates. Virtual work gives ``T' R(T y) + m
+(q'' + 2 zeta omega q' + omega^2 q) = 0``, with R the residual that the kernel offers for tests; the
+forces between cable and towers drop out. Newmark (beta 1/4, gamma 1/2) and Newton act on all
+unknowns at once, so there is no communication step and nothing lags.
 """
 
 from collections.abc import Mapping, Sequence
@@ -30,16 +31,21 @@ class Monolith:
     scene
         The cable; what it says about supports is replaced by the towers.
     modes
-        Of a tower, by axis x1 and x3: modal mass [kg], frequency [Hz], damping ratio, value of the mode at the cable.
+        Of a tower, by axis x1 and x3: modal mass [kg], frequency [Hz], damping ratio, value of the
+        mode at the cable.
     step
         Time step [s].
     """
 
-    def __init__(self, scene: gf.Scene, modes: Mapping[str, Sequence[tuple[float, ...]]], step: float) -> None:
+    def __init__(
+        self, scene: gf.Scene, modes: Mapping[str, Sequence[tuple[float, ...]]], step: float
+    ) -> None:
         self.model, self.step = gf.Model(scene), step
         unknowns, inner = DOFS * self.model.nodes, DOFS * (self.model.nodes - 2)
         rows = [(int(axis[1]), *numbers) for axis, of_axis in modes.items() for numbers in of_axis]
-        direction, mass, frequency, ratio, shape = (np.array(2 * column) for column in zip(*rows, strict=True))
+        direction, mass, frequency, ratio, shape = (
+            np.array(2 * column) for column in zip(*rows, strict=True)
+        )
         omega = 2.0 * np.pi * frequency
         self.mass, self.damping, self.stiffness = mass, 2.0 * ratio * omega * mass, omega**2 * mass
         self.inner = inner
@@ -51,12 +57,16 @@ class Monolith:
         self._factors: Any = None
 
     def _residual(self, y: Array, v: Array, a: Array, time: float) -> Array:
-        r: Array = self.T.T @ self.model.residual(self.T @ y, self.T @ v, self.T @ a, time=time).ravel()
+        r: Array = (
+            self.T.T @ self.model.residual(self.T @ y, self.T @ v, self.T @ a, time=time).ravel()
+        )
         q, rate, second = y[self.inner :], v[self.inner :], a[self.inner :]
         r[self.inner :] += self.mass * second + self.damping * rate + self.stiffness * q
         return r
 
-    def _factorise(self, y: Array, v: Array, a: Array, time: float, k: float, c: float, m: float) -> None:
+    def _factorise(
+        self, y: Array, v: Array, a: Array, time: float, k: float, c: float, m: float
+    ) -> None:
         """Factors of k dR/dy + c dR/dv + m dR/da."""
         motion = self.T @ y, self.T @ v, self.T @ a
         blocks = self.model.tangent(*motion, stiffness=k, damping=c, mass=m, time=time)
@@ -65,7 +75,9 @@ class Monolith:
             at = slice(2 * DOFS * element, 2 * DOFS * element + 3 * DOFS)
             whole[at, at] += block
         matrix = self.T.T @ whole @ self.T
-        matrix[self.inner :, self.inner :] += np.diag(k * self.stiffness + c * self.damping + m * self.mass)
+        matrix[self.inner :, self.inner :] += np.diag(
+            k * self.stiffness + c * self.damping + m * self.mass
+        )
         self._factors = lu_factor(matrix)
 
     def run(self, stop_time: float, every: int) -> Array:

@@ -56,9 +56,10 @@ this share of theirs."""
 HALF_FREQUENCY_TOLERANCE = 0.02
 
 CAVEAT = (
-    "Read with care: the paper's figure of the aerodynamic coefficients is not available to us. The curve used here is "
-    "a reconstruction, chosen within that figure's axes to reproduce the printed course of events, so the amplitudes "
-    "are no independent check of the paper. That the swing has half the vertical frequency follows from the mechanics."
+    "Read with care: the paper's figure of the aerodynamic coefficients is not available to us. The"
+    " curve used here is a reconstruction, chosen within that figure's axes to reproduce the"
+    " printed course of events, so the amplitudes are no independent check of the paper. That the"
+    " swing has half the vertical frequency follows from the mechanics."
 )
 
 
@@ -71,7 +72,8 @@ class Transfer:
     time
         Time [s] at which the swing reaches half of its final amplitude.
     before, during, after
-        Start and end [s] of the vertical-only plateau, of the transfer, and of the new steady motion.
+        Start and end [s] of the vertical-only plateau, of the transfer, and of the new steady
+        motion.
     """
 
     time: float
@@ -100,19 +102,29 @@ def find_transfer(time: Array, u2: Array, u3: Array) -> Transfer:
     """
     interval = float(time[1] - time[0])
     last = len(time) * 3 // 4
-    vertical, swing = dominant_frequency(u2[last:], interval), dominant_frequency(u3[last:], interval)
-    if not abs(0.5 * vertical / swing - 1.0) <= HALF_FREQUENCY_TOLERANCE:  # nor is NaN, where one of them is still
+    vertical, swing = (
+        dominant_frequency(u2[last:], interval),
+        dominant_frequency(u3[last:], interval),
+    )
+    if (
+        not abs(0.5 * vertical / swing - 1.0) <= HALF_FREQUENCY_TOLERANCE
+    ):  # nor is NaN, where one of them is still
         raise SceneError(
-            f"no transfer found: the run ends with {vertical:.3f} Hz vertical and {swing:.3f} Hz horizontal, and the "
-            "swing would have half the vertical frequency; simulate longer, or raise the wind speed"
+            f"no transfer found: the run ends with {vertical:.3f} Hz vertical and {swing:.3f} Hz"
+            " horizontal, and the swing would have half the vertical frequency; simulate longer,"
+            " or raise the wind speed"
         )
     size = round(PERIODS_PER_BLOCK / (swing * interval))
     starts, high, wide = _envelopes(time, u2, u3, size)
     asleep = np.flatnonzero(wide < AWAKE * wide[-1])
     if not BLOCKS_SHOWN < len(asleep) or asleep[-1] + 2 * BLOCKS_SHOWN > len(wide):
-        raise SceneError("no transfer found: the run has no part before or after it; simulate longer")
+        raise SceneError(
+            "no transfer found: the run has no part before or after it; simulate longer"
+        )
     begin = int(asleep[-1]) + 1
-    unsettled = (np.abs(wide / wide[-1] - 1.0) > SETTLED) | (np.abs(high / high[-1] - 1.0) > SETTLED)
+    unsettled = (np.abs(wide / wide[-1] - 1.0) > SETTLED) | (
+        np.abs(high / high[-1] - 1.0) > SETTLED
+    )
     end = int(np.flatnonzero(unsettled)[-1]) + 1
     half = begin + int(np.argmax(wide[begin:] >= 0.5 * wide[-1]))
     length = size * interval
@@ -138,7 +150,8 @@ class Demonstration:
     Attributes
     ----------
     dataset : xarray.Dataset
-        Mid-span histories u2, u3 [m], theta [rad], v2, v3 [m/s] and tension [N] over time [s], with provenance.
+        Mid-span histories u2, u3 [m], theta [rad], v2, v3 [m/s] and tension [N] over time [s], with
+        provenance.
     transfer : Transfer
         When the energy passed to the swing.
     seconds : float
@@ -168,13 +181,21 @@ class Demonstration:
         return "\n".join(
             [
                 self.dataset.attrs["title"],
-                f"an FMU in fmpy: {float(self.dataset.time[-1]):.0f} s in {self.seconds:.1f} s, "
-                f"{self.real_time_factor:.0f} times real time",
+                (
+                    f"an FMU in fmpy: {float(self.dataset.time[-1]):.0f} s in {self.seconds:.1f} s,"
+                    f" {self.real_time_factor:.0f} times real time"
+                ),
                 "",
                 self._line("before"),
-                f"at {self.transfer.time:.0f} s the swing wakes and takes energy from the vertical motion",
+                (
+                    f"at {self.transfer.time:.0f} s the swing wakes and takes energy from the"
+                    " vertical motion"
+                ),
                 self._line("after"),
-                f"frequency ratio, vertical to horizontal, after the transfer: {self.frequency_ratio:.3f}",
+                (
+                    "frequency ratio, vertical to horizontal, after the transfer:"
+                    f" {self.frequency_ratio:.3f}"
+                ),
                 f"motion at the end: {self.dataset.attrs['motion']}",
                 *(f"warning: {sentence}" for sentence in self.warnings),
                 "amplitudes are half peak-to-peak at mid-span",
@@ -188,14 +209,19 @@ class Demonstration:
     @property
     def warnings(self) -> tuple[str, ...]:
         """Sentences on what limits the trust in the numbers."""
-        moves = [[self.dataset[name].values for name in names] for names in (("u2", "u3"), ("v2", "v3"))]
+        moves = [
+            [self.dataset[name].values for name in names] for names in (("u2", "u3"), ("v2", "v3"))
+        ]
         fastest = fastest_motion(COMMUNICATION_STEP, *moves)
         return step_warnings(load_scene("example3"), fastest, COMMUNICATION_STEP)
 
     @property
     def frequency_ratio(self) -> float:
         """Vertical frequency per horizontal frequency after the transfer."""
-        return self.oscillation("u2", "after").frequency_hz / self.oscillation("u3", "after").frequency_hz
+        return (
+            self.oscillation("u2", "after").frequency_hz
+            / self.oscillation("u3", "after").frequency_hz
+        )
 
     def _line(self, part: Literal["before", "after"]) -> str:
         start, stop = self.transfer.windows[part]
@@ -247,9 +273,15 @@ def run_demo(
     transfer = find_transfer(dataset.time.values, dataset.u2.values, dataset.u3.values)
     write_whole(folder / "example3.nc", netcdf_bytes(dataset))
     figure = story(
-        dataset, transfer.windows, "Galloping wakes a swing at half its frequency (coefficient curve reconstructed)"
+        dataset,
+        transfer.windows,
+        "Galloping wakes a swing at half its frequency (coefficient curve reconstructed)",
     )
-    files = {"fmu": fmu, "histories": folder / "example3.nc", "picture": save_figure(figure, folder / "example3.png")}
+    files = {
+        "fmu": fmu,
+        "histories": folder / "example3.nc",
+        "picture": save_figure(figure, folder / "example3.png"),
+    }
     return Demonstration(dataset, transfer, seconds, files)
 
 
@@ -271,7 +303,9 @@ def _run_fmu(fmu: Path, stop_time: float, progress: Callable[[float, float], obj
                 output=list(OUTPUTS),
                 step_finished=step_finished,
             )
-        except Exception as problem:  # fmpy raises plain exceptions for all that can go wrong with an FMU
+        except (
+            Exception
+        ) as problem:  # fmpy raises plain exceptions for all that can go wrong with an FMU
             raise SceneError(
                 f"{fmu}: fmpy could not run it ({problem}); see what `gallop-fmu check` finds"
             ) from problem
@@ -303,9 +337,16 @@ def _dataset(records: Any, fmu: Path, seconds: float) -> xr.Dataset:
     variables = {}
     for output, name in OUTPUTS.items():
         channel = NODE_CHANNELS[NODE_INDEX[name]]
-        attrs = {"units": channel.unit, "long_name": f"{channel.meaning}; at mid-span", "fmu_variable": output}
+        attrs = {
+            "units": channel.unit,
+            "long_name": f"{channel.meaning}; at mid-span",
+            "fmu_variable": output,
+        }
         variables[name] = ("time", np.array(records[output]), attrs)
-    dataset = xr.Dataset(variables, {"time": ("time", np.array(records["time"]), {"units": "s", "long_name": "time"})})
+    dataset = xr.Dataset(
+        variables,
+        {"time": ("time", np.array(records["time"]), {"units": "s", "long_name": "time"})},
+    )
     histories = {title: dataset[name].values for name, title in MOVES.items()}
     dataset.attrs.update(
         title=scene.title,

@@ -54,7 +54,9 @@ if TYPE_CHECKING:
 
 ModelName = Annotated[
     str,
-    typer.Option(hidden=True, help="Of 0.1.0, which had a second model; the next release drops it."),
+    typer.Option(
+        hidden=True, help="Of 0.1.0, which had a second model; the next release drops it."
+    ),
 ]
 
 RESULT_SUFFIXES = (".nc", ".csv", ".parquet")
@@ -86,29 +88,45 @@ app.command(epilog=example("gallop-fmu conductors"))(conductors)
 app.command(epilog=example(NEW_EXAMPLE))(new)
 
 
-@app.command(epilog=example("gallop-fmu run example3 --until 900 --set wind.speed=5.5 --out swing.nc --plot swing.png"))
+@app.command(
+    epilog=example(
+        "gallop-fmu run example3 --until 900 --set wind.speed=5.5 --out swing.nc --plot swing.png"
+    )
+)
 def run(
     scene: SceneName,
     until: Annotated[
-        float | None, typer.Option(metavar="S", parser=real, help="Simulated time \\[s]; else the scene's.")
+        float | None,
+        typer.Option(metavar="S", parser=real, help="Simulated time \\[s]; else the scene's."),
     ] = None,
     changes: Changes = None,
     every: Annotated[
         int | None,
-        typer.Option(metavar="N", parser=whole(), help="Time steps from one record to the next; else the scene's."),
+        typer.Option(
+            metavar="N",
+            parser=whole(),
+            help="Time steps from one record to the next; else the scene's.",
+        ),
     ] = None,
     nodes: Annotated[Literal["midspan", "all"], typer.Option(help="Nodes to record.")] = "midspan",
     model: ModelName = "element",
     out: Annotated[
         Path | None,
-        typer.Option(metavar="FILE", help="Write the histories: .nc (NetCDF), or mid-span .csv, .parquet."),
+        typer.Option(
+            metavar="FILE", help="Write the histories: .nc (NetCDF), or mid-span .csv, .parquet."
+        ),
     ] = None,
-    plot: Annotated[Path | None, typer.Option(metavar="FILE", help="Write a picture: .png, .svg or .pdf.")] = None,
+    plot: Annotated[
+        Path | None, typer.Option(metavar="FILE", help="Write a picture: .png, .svg or .pdf.")
+    ] = None,
     inputs: Annotated[
         Path | None,
         typer.Option(
             metavar="FILE",
-            help="Drive wind and tower points by a CSV file as FMPy reads it: time and names of the FMU's inputs.",
+            help=(
+                "Drive wind and tower points by a CSV file as FMPy reads it: time and names of the"
+                " FMU's inputs."
+            ),
         ),
     ] = None,
     as_json: AsJson = False,
@@ -144,32 +162,45 @@ def run(
         _print_summary(summary(result), result, written)
     if result.outcome is not Outcome.COMPLETED:
         kept = (
-            f"what was computed until then is in {', '.join(map(str, written))}" if written else "nothing was written"
+            f"what was computed until then is in {', '.join(map(str, written))}"
+            if written
+            else "nothing was written"
         )
         complain(f"{result.report} The run ended early; {kept}.")
     for problem in unwritten:
-        complain(f"{problem.filename}: cannot be written ({problem.strerror}); a file that stood there is as it was")
+        complain(
+            f"{problem.filename}: cannot be written ({problem.strerror}); a file that stood there"
+            " is as it was"
+        )
     if unwritten:
         raise typer.Exit(Exit.BAD_INPUT)
     if result.outcome is not Outcome.COMPLETED:
         raise typer.Exit(Exit.ENDED_EARLY)
 
 
-@app.command(epilog=example("gallop-fmu sweep example3 --over wind.speed=4:7:0.5 --until 900 -o winds.parquet"))
+@app.command(
+    epilog=example(
+        "gallop-fmu sweep example3 --over wind.speed=4:7:0.5 --until 900 -o winds.parquet"
+    )
+)
 def sweep(
     scene: AnyScene = None,
     changes: Changes = None,
     over: Over = None,
     table: SpanTable = None,
     until: Annotated[
-        float | None, typer.Option(metavar="S", parser=real, help="Simulated time \\[s]; else the scene's.")
+        float | None,
+        typer.Option(metavar="S", parser=real, help="Simulated time \\[s]; else the scene's."),
     ] = None,
     window: Annotated[
         float | None,
         typer.Option(
             metavar="S",
             parser=real,
-            help="Time in s at the end over which amplitudes are taken (default: 100, at most half of the run).",
+            help=(
+                "Time in s at the end over which amplitudes are taken (default: 100, at most half"
+                " of the run)."
+            ),
         ),
     ] = None,
     model: ModelName = "element",
@@ -180,15 +211,24 @@ def sweep(
 ) -> None:
     """Simulate a scene over values of its parameters, every span of a table, or both.
 
-    One row a run: amplitudes, frequencies, extremes, clearance, and how it ended. Runs that fail are rows too.
+    One row a run: amplitudes, frequencies, extremes, clearance, and how it ended. Runs that fail
+    are rows too.
 
-    The same command again continues a sweep that was stopped or killed, from the journal FILE.journal.
+    The same command again continues a sweep that was stopped or killed, from the journal
+    FILE.journal.
     """
     from gallop_fmu.sweeps.sweep import sweep as sweep_scenes
 
     check_given(scene, over, table)
     base = chosen_spec(scene, changes) if scene else None
-    columns = ("outcome", "motion", "u2_amplitude", "u2_frequency_hz", "u3_amplitude", "beyond_cigre_322")
+    columns = (
+        "outcome",
+        "motion",
+        "u2_amplitude",
+        "u2_frequency_hz",
+        "u3_amplitude",
+        "beyond_cigre_322",
+    )
 
     def compute(progress: RunsProgress | None) -> Runs:
         return sweep_scenes(
@@ -207,21 +247,31 @@ def sweep(
     carry_out("gallop-fmu", compute, columns, out, as_json=as_json)
 
 
-@app.command(epilog=example("gallop-fmu export example3 -o example3.fmu --set numerics.time_step=0.005"))
+@app.command(
+    epilog=example("gallop-fmu export example3 -o example3.fmu --set numerics.time_step=0.005")
+)
 def export(
     scene: SceneName,
     out: Annotated[Path, typer.Option("--out", "-o", metavar="FILE", help="FMU to write.")],
     changes: Changes = None,
     runtime: Annotated[
         Literal["native", "python"],
-        typer.Option(help="What runs inside the FMU: the compiled kernel, or Python, which the host then needs."),
+        typer.Option(
+            help=(
+                "What runs inside the FMU: the compiled kernel, or Python, which the host then"
+                " needs."
+            )
+        ),
     ] = "native",
     platforms: Annotated[
         str | None,
         typer.Option(
             metavar="NAMES",
-            help="Platforms to compile for, of linux64,win64,darwin64, with commas; needs the extra cross, and minutes "
-            "the first time. Else the FMU is for this one.",
+            help=(
+                "Platforms to compile for, of linux64,win64,darwin64, with commas; needs the extra"
+                " cross, and minutes "
+                "the first time. Else the FMU is for this one."
+            ),
         ),
     ] = None,
     as_json: AsJson = False,
@@ -252,7 +302,10 @@ def check(
     """Check an FMU against its standard, and that it runs."""
     if not fmu.is_file():
         state = "not a file" if fmu.exists() else "no such file"
-        complain(f"{fmu}: {state}; to be checked is an FMU, as gallop-fmu export SCENE -o FILE.fmu writes it")
+        complain(
+            f"{fmu}: {state}; to be checked is an FMU, as gallop-fmu export SCENE -o FILE.fmu"
+            " writes it"
+        )
         raise typer.Exit(Exit.BAD_INPUT)
     from gallop_fmu.fmu import check_fmu
 
@@ -275,7 +328,10 @@ def check(
 @app.command(epilog=example("gallop-fmu demo --out-dir demo"))
 def demo(
     out_dir: Annotated[
-        Path, typer.Option(metavar="DIR", help="Folder for FMU, histories and picture; made if it does not exist.")
+        Path,
+        typer.Option(
+            metavar="DIR", help="Folder for FMU, histories and picture; made if it does not exist."
+        ),
     ] = Path("gallop-demo"),
 ) -> None:
     """Run example 3 as an FMU until galloping wakes the swing, and show what happened."""
@@ -290,12 +346,17 @@ def demo(
     new_console().print(story.text(), soft_wrap=True)
 
 
-@app.command(hidden=True, context_settings={"ignore_unknown_options": True, "help_option_names": []})
+@app.command(
+    hidden=True, context_settings={"ignore_unknown_options": True, "help_option_names": []}
+)
 def report(words: Annotated[list[str] | None, typer.Argument()] = None) -> None:
     """Say where the command is that was here in 0.1.0."""
     from shlex import join
 
-    complain(f"report is a command of gallop-modal now: {join(['gallop-modal', 'report', *(words or ())])}")
+    complain(
+        "report is a command of gallop-modal now:"
+        f" {join(['gallop-modal', 'report', *(words or ())])}"
+    )
     raise typer.Exit(Exit.BAD_INPUT)
 
 
@@ -331,7 +392,12 @@ def _progress(title: str, *, silent: bool) -> Iterator[Progress | None]:
         task = bar.add_task("starting", total=None)
 
         def show(time: float, stop_time: float) -> bool:
-            bar.update(task, completed=time, total=stop_time, description=f"{time:.0f} of {stop_time:.0f} s")
+            bar.update(
+                task,
+                completed=time,
+                total=stop_time,
+                description=f"{time:.0f} of {stop_time:.0f} s",
+            )
             return True
 
         yield show
@@ -345,7 +411,9 @@ def _print_summary(numbers: dict[str, Any], result: Result, written: list[Path])
 
     attrs, console = result.dataset.attrs, new_console()
     console.print(numbers["title"], style="bold")
-    console.print(f"sag {attrs['sag']:.3f} m, horizontal tension {attrs['horizontal_tension'] / 1000:.3f} kN")
+    console.print(
+        f"sag {attrs['sag']:.3f} m, horizontal tension {attrs['horizontal_tension'] / 1000:.3f} kN"
+    )
     console.print(f"motion: {numbers['motion']}", soft_wrap=True)
     headings = ("amplitude", "mean", "frequency [Hz]", "motion", "range in the run")
     table = new_table(f"mid-span, last {numbers['window']:g} s", *headings)
@@ -363,11 +431,16 @@ def _print_summary(numbers: dict[str, Any], result: Result, written: list[Path])
         console.print(table)
         console.print("amplitude: half peak-to-peak", style="dim")
     console.print(
-        f"{numbers['steps']} steps, {numbers['iterations']} Newton iterations, {numbers['seconds']:.2f} s: "
-        f"{numbers['real_time_factor']:.0f} times real time; lowest tension {numbers['lowest_tension'] / 1000:.3f} kN"
+        f"{numbers['steps']} steps, {numbers['iterations']} Newton iterations,"
+        f" {numbers['seconds']:.2f} s: {numbers['real_time_factor']:.0f} times real time; lowest"
+        f" tension {numbers['lowest_tension'] / 1000:.3f} kN"
     )
     if attrs["left_out"]:
-        console.print(f"inactive terms (no effect in this scene): {attrs['left_out']}", style="dim", soft_wrap=True)
+        console.print(
+            f"inactive terms (no effect in this scene): {attrs['left_out']}",
+            style="dim",
+            soft_wrap=True,
+        )
     print_warnings(result.warnings)
     for path in written:
         console.print(f"wrote {path}", soft_wrap=True)

@@ -39,8 +39,10 @@ Over = Annotated[
     typer.Option(
         "--over",
         metavar="KEY=VALUES",
-        help="Vary a value of the scene, as often as needed; all combinations are computed. "
-        "VALUES: 4,5,5.5 or FIRST:LAST:STEP, both ends included.",
+        help=(
+            "Vary a value of the scene, as often as needed; all combinations are computed. "
+            "VALUES: 4,5,5.5 or FIRST:LAST:STEP, both ends included."
+        ),
     ),
 ]
 SpanTable = Annotated[
@@ -48,9 +50,11 @@ SpanTable = Annotated[
     typer.Option(
         "--table",
         metavar="FILE",
-        help="Spans to compute: .csv, or .geojson whose properties are the columns. Columns are values of a scene "
-        "(span.length) or of its \\[line] (line.span), name, scene (a packaged name or a path), and label.ANYTHING to "
-        "carry along.",
+        help=(
+            "Spans to compute: .csv, or .geojson whose properties are the columns. Columns are"
+            " values of a scene (span.length) or of its \\[line] (line.span), name, scene (a"
+            " packaged name or a path), and label.ANYTHING to carry along."
+        ),
     ),
 ]
 RunsOut = Annotated[
@@ -59,19 +63,28 @@ RunsOut = Annotated[
         "--out",
         "-o",
         metavar="FILE",
-        help="Write the results: .parquet or .nc. Each row goes at once into FILE.journal, which stays; the same "
-        "command again computes only the rows that are missing there.",
+        help=(
+            "Write the results: .parquet or .nc. Each row goes at once into FILE.journal, which"
+            " stays; the same command again computes only the rows that are missing there."
+        ),
     ),
 ]
 ClusterAddress = Annotated[
     str | None,
     typer.Option(
-        "--cluster", metavar="ADDRESS", help="Compute on the Dask cluster of this scheduler (tcp://host:8786)."
+        "--cluster",
+        metavar="ADDRESS",
+        help="Compute on the Dask cluster of this scheduler (tcp://host:8786).",
     ),
 ]
 WorkerCount = Annotated[
     int | None,
-    typer.Option("--workers", metavar="N", parser=whole(1, 1000), help="Runs at a time; else one for each core."),
+    typer.Option(
+        "--workers",
+        metavar="N",
+        parser=whole(1, 1000),
+        help="Runs at a time; else one for each core.",
+    ),
 ]
 
 
@@ -90,7 +103,8 @@ def grid_of(over: Sequence[str] | None) -> dict[str, list[Any]] | None:
         key, equals, values = (part.strip() for part in text.partition("="))
         if not (key and equals and values):
             raise SceneError(
-                f"--over {text}: must be KEY=VALUES, such as --over wind.speed=4,5,6 or wind.speed=4:6:0.5"
+                f"--over {text}: must be KEY=VALUES, such as --over wind.speed=4,5,6 or"
+                " wind.speed=4:6:0.5"
             )
         if key in grid:
             raise SceneError(f"--over {text}: {key} is given twice")
@@ -103,9 +117,13 @@ def check_given(scene: str | None, over: Sequence[str] | None, table: Path | Non
     from gallop_fmu.foundation.errors import SceneError
 
     if not over and table is None:
-        raise SceneError("nothing to vary: give --over, such as --over wind.speed=4:7:0.5, or --table")
+        raise SceneError(
+            "nothing to vary: give --over, such as --over wind.speed=4:7:0.5, or --table"
+        )
     if scene is None and table is None:
-        raise SceneError("no scene: give SCENE, or a --table whose column scene names one in each row")
+        raise SceneError(
+            "no scene: give SCENE, or a --table whose column scene names one in each row"
+        )
 
 
 def values_of(key: str, text: str) -> list[Any]:
@@ -128,7 +146,8 @@ def values_of(key: str, text: str) -> list[Any]:
     steps = (last - first) / step if step else math.nan
     if not 0.0 <= steps < MOST_POINTS or abs(steps - round(steps)) > 1e-6:
         raise SceneError(
-            f"--over {key}={text}: steps of {step:g} do not lead from {first:g} to {last:g} in at most {MOST_POINTS}"
+            f"--over {key}={text}: steps of {step:g} do not lead from {first:g} to {last:g} in at"
+            f" most {MOST_POINTS}"
         )
     # Rounded so that 4.2, 4.3 and 4.4 are what they look like.
     return [float(f"{first + k * step:.12g}") for k in range(round(steps) + 1)]
@@ -145,7 +164,11 @@ def range_of(key: str, text: str, parts: tuple[str, ...], example: str) -> tuple
     from gallop_fmu.foundation.errors import SceneError
     from gallop_fmu.foundation.text_rules import read_number
 
-    found = [number for part in text.split(":") if (number := read_number(part)) is not None and math.isfinite(number)]
+    found = [
+        number
+        for part in text.split(":")
+        if (number := read_number(part)) is not None and math.isfinite(number)
+    ]
     if len(found) != len(parts) or text.count(":") != len(parts) - 1:
         raise SceneError(f"--over {key}={text}: a range is {':'.join(parts)}, such as {example}")
     return tuple(map(float, found))
@@ -181,7 +204,9 @@ def carry_out(
             told = row["message"].replace("\n", "\n    ")
             complain_more(f"  {_place(runs, row)}: {told}")
         if len(failed) > LISTED:
-            complain_more(f"  and {len(failed) - LISTED} more{f'; all are in {out}' if out else ''}")
+            complain_more(
+                f"  and {len(failed) - LISTED} more{f'; all are in {out}' if out else ''}"
+            )
     if stopped:
         complain(str(stopped), program)
     if stopped or failed:
@@ -211,8 +236,11 @@ def _bar(*, silent: bool) -> Iterator[Progress | None]:
         TextColumn("left"),
         TimeRemainingColumn(),
     )
-    # The time left follows from the last minutes, not from the last seconds: runs come in bursts, one from each worker.
-    with Progress(*columns, console=new_console(stderr=True), transient=True, speed_estimate_period=300.0) as bar:
+    # The time left follows from the last minutes, not from the last seconds: runs come in bursts,
+    # one from each worker.
+    with Progress(
+        *columns, console=new_console(stderr=True), transient=True, speed_estimate_period=300.0
+    ) as bar:
         task = None
 
         def show(done: int, failed: int, total: int) -> None:
@@ -230,11 +258,19 @@ def _show(runs: Runs, columns: Sequence[str], out: Path | None) -> None:
     console, dataset = new_console(), runs.dataset
     keys = [key for key in (*runs.varied, *columns) if key in dataset]
     if "motion" in keys and "outcome" in columns:
-        keys.remove("outcome")  # one column: what a run that completed does, or how another one ended
-    # Spaces, so that a narrow terminal breaks a heading instead of cutting it; what was varied keeps its name as typed.
+        keys.remove(
+            "outcome"
+        )  # one column: what a run that completed does, or how another one ended
+    # Spaces, so that a narrow terminal breaks a heading instead of cutting it; what was varied
+    # keeps its name as typed.
     titles = [key if key in runs.varied else key.replace("_", " ") for key in keys]
     units = [dataset[key].attrs.get("units") for key in keys]
-    table = new_table(*(f"{title}\n[{unit}]" if unit else title for title, unit in zip(titles, units, strict=True)))
+    table = new_table(
+        *(
+            f"{title}\n[{unit}]" if unit else title
+            for title, unit in zip(titles, units, strict=True)
+        )
+    )
     rows = _rows(dataset)
     for row in rows[:SHOWN]:
         table.add_row(*(_motion(row) if key == "motion" else _cell(row.get(key)) for key in keys))
@@ -242,7 +278,8 @@ def _show(runs: Runs, columns: Sequence[str], out: Path | None) -> None:
         console.print(table)
     if len(rows) > SHOWN:
         console.print(
-            f"and {len(rows) - SHOWN} more{f' in {out}' if out else '; name a file (--out) to have them all'}"
+            f"and {len(rows) - SHOWN}"
+            f" more{f' in {out}' if out else '; name a file (--out) to have them all'}"
         )
     for told in _grouped(runs, rows, "motion"):
         if told.endswith(")"):  # with more than the table says
@@ -275,13 +312,21 @@ def _grouped(runs: Runs, rows: Sequence[dict[str, Any]], key: str) -> list[str]:
 
 def _motion(row: dict[str, Any]) -> str:
     """Word on a run: its motion without the details, or its outcome where it did not complete."""
-    return str(row["motion"]).partition(" (")[0] if row["outcome"] == "completed" else str(row["outcome"])
+    return (
+        str(row["motion"]).partition(" (")[0]
+        if row["outcome"] == "completed"
+        else str(row["outcome"])
+    )
 
 
 def _cell(value: Any) -> str:
-    return "-" if value in (None, "") else f"{value:.5g}" if isinstance(value, float) else str(value)
+    return (
+        "-" if value in (None, "") else f"{value:.5g}" if isinstance(value, float) else str(value)
+    )
 
 
 def _place(runs: Runs, row: dict[str, Any]) -> str:
     """Which run it was: ``north 4, wind.speed 5.5``."""
-    return ", ".join(row[key] if key == "name" else f"{key} {_cell(row.get(key))}" for key in runs.varied)
+    return ", ".join(
+        row[key] if key == "name" else f"{key} {_cell(row.get(key))}" for key in runs.varied
+    )

@@ -87,8 +87,9 @@ def whole(lowest: int = 0, highest: int = 1_000_000) -> Callable[[str | int], in
 
 
 EXIT_CODES = (
-    "Exit codes: 0 all is fine; 1 the calculation ended early or was stopped with Ctrl-C (what was computed is still "
-    "written), or a check failed; 2 bad input, no answer to it, or a file that cannot be read or written."
+    "Exit codes: 0 all is fine; 1 the calculation ended early or was stopped with Ctrl-C (what was"
+    " computed is still written), or a check failed; 2 bad input, no answer to it, or a file that"
+    " cannot be read or written."
 )
 
 
@@ -114,18 +115,25 @@ def new_app(name: str) -> typer.Typer:
 def start(app: typer.Typer, name: str) -> None:
     """Run a command line.
 
-    The matrices of one span are so small that more threads for each product only wait for each other: on a busy
-    machine with two cores they made a screening take four times its processor time.
+    The matrices of one span are so small that more threads for each product only wait for each
+    other: on a busy machine with two cores they made a screening take four times its processor
+    time.
     """
-    os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # read when numpy and scipy are loaded, which is later
-    os.environ["MPLBACKEND"] = "Agg"  # figures go to files; Jupyter names a backend that may not be installed here
+    os.environ.setdefault(
+        "OPENBLAS_NUM_THREADS", "1"
+    )  # read when numpy and scipy are loaded, which is later
+    os.environ["MPLBACKEND"] = (
+        "Agg"  # figures go to files; Jupyter names a backend that may not be installed here
+    )
     _repair_streams()
     app(prog_name=name)
 
 
 def _repair_streams() -> None:
     """Give a program without output, such as a service, a place for it; escape what it cannot encode."""
-    for descriptor in range(3):  # else the next file that is opened would take the number, and the output of libraries
+    for descriptor in range(
+        3
+    ):  # else the next file that is opened would take the number, and the output of libraries
         try:
             os.fstat(descriptor)
         except OSError:
@@ -147,7 +155,10 @@ def _show_version(context: typer.Context, wanted: bool) -> None:
 
 
 Version = Annotated[
-    bool, typer.Option("--version", callback=_show_version, is_eager=True, help="Print the version and end.")
+    bool,
+    typer.Option(
+        "--version", callback=_show_version, is_eager=True, help="Print the version and end."
+    ),
 ]
 
 
@@ -165,7 +176,9 @@ def code_words(incomplete: str) -> list[str]:
     """Code words of conductors that begin so."""
     from gallop_fmu.line.conductors import conductors
 
-    return [wire.code_word for wire in conductors().values() if wire.code_word.startswith(incomplete)]
+    return [
+        wire.code_word for wire in conductors().values() if wire.code_word.startswith(incomplete)
+    ]
 
 
 PICTURE_SUFFIXES = (".png", ".svg", ".pdf")
@@ -191,11 +204,15 @@ Changes = Annotated[
     typer.Option(
         "--set",
         metavar="KEY=VALUE",
-        help="Change a value of the scene, as often as needed: a number, a text, or an array or table as in TOML; "
-        "[bold]none[/bold] removes one.",
+        help=(
+            "Change a value of the scene, as often as needed: a number, a text, or an array or"
+            " table as in TOML; [bold]none[/bold] removes one."
+        ),
     ),
 ]
-AsJson = Annotated[bool, typer.Option("--json", help="Print JSON instead of a table, and show no progress.")]
+AsJson = Annotated[
+    bool, typer.Option("--json", help="Print JSON instead of a table, and show no progress.")
+]
 
 
 def example(text: str) -> str:
@@ -257,13 +274,21 @@ def new_table(*headings: str) -> Any:
             """Give each column the width of its longest word, and what is left to those that need little more."""
             room = options.max_width - 3 * len(self.columns) + 1
             columns: list[Any] = self.columns
-            for change in (str, _with_breaks):  # names of the program break after a dot or underscore if they must
-                texts = [[change(str(cell)) for cell in (column.header, *column.cells)] for column in columns]
+            for change in (
+                str,
+                _with_breaks,
+            ):  # names of the program break after a dot or underscore if they must
+                texts = [
+                    [change(str(cell)) for cell in (column.header, *column.cells)]
+                    for column in columns
+                ]
                 if widths := _column_widths(texts, room):
                     for column, width in zip(columns, widths, strict=True):
                         column.width = width
                         column.header, *column._cells = (
-                            change(cell) if isinstance(cell, str) else cell  # styled text stays as it is
+                            (
+                                change(cell) if isinstance(cell, str) else cell
+                            )  # styled text stays as it is
                             for cell in (column.header, *column.cells)
                         )
                     break
@@ -271,7 +296,9 @@ def new_table(*headings: str) -> Any:
 
     made = WordTable(box=SIMPLE_HEAD, pad_edge=False)
     for heading in headings:
-        made.add_column(heading, overflow="fold")  # a terminal narrower than the words breaks a value, and cuts none
+        made.add_column(
+            heading, overflow="fold"
+        )  # a terminal narrower than the words breaks a value, and cuts none
     return made
 
 

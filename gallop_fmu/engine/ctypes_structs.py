@@ -19,7 +19,10 @@ class CLaw(c.Structure):
     _fields_ = (
         ("kind", c.c_int32),
         ("count", c.c_int32),
-        *((name, c.c_double) for name in ("initial", "peak", "amplitude", "start", "rise", "fall_start", "fall")),
+        *(
+            (name, c.c_double)
+            for name in ("initial", "peak", "amplitude", "start", "rise", "fall_start", "fall")
+        ),
         *((name, c.c_double) for name in ("frequency", "phase")),
         ("time", Pointer),
         ("value", Pointer),
@@ -32,7 +35,10 @@ class CSupport(c.Structure):
     _fields_ = (
         ("kind", c.c_int32),
         ("reserved", c.c_int32),
-        *((name, c.c_double) for name in ("stiffness_x1", "stiffness_x3", "adjacent_span", "adjacent_tension")),
+        *(
+            (name, c.c_double)
+            for name in ("stiffness_x1", "stiffness_x3", "adjacent_span", "adjacent_tension")
+        ),
         *((name, c.c_double) for name in ("insulator_length", "insulator_weight")),
         ("motion", CLaw * 3),
     )
@@ -62,9 +68,18 @@ class CScene(c.Structure):
 
     _fields_ = (
         *((name, c.c_double) for name in SPAN_FIELDS),
-        *((name, c.c_double) for name in ("diameter", "mass", "axial_stiffness", "torsional_stiffness")),
-        *((name, c.c_double) for name in ("torsional_inertia", "ice_mass", "ice_torsional_inertia")),
-        *((name, c.c_double) for name in ("first_moment_x2", "first_moment_x3", "first_moment_angle")),
+        *(
+            (name, c.c_double)
+            for name in ("diameter", "mass", "axial_stiffness", "torsional_stiffness")
+        ),
+        *(
+            (name, c.c_double)
+            for name in ("torsional_inertia", "ice_mass", "ice_torsional_inertia")
+        ),
+        *(
+            (name, c.c_double)
+            for name in ("first_moment_x2", "first_moment_x3", "first_moment_angle")
+        ),
         *((name, c.c_double) for name in ("air_density", "attack_angle", "reference_radius")),
         ("pieces", c.c_int32),
         ("outside", c.c_int32),
@@ -104,7 +119,14 @@ class CReport(c.Structure):
         ("largest_turn", c.c_double),
         *(
             (name, c.c_int64)
-            for name in ("steps", "substeps", "iterations", "refactorisations", "halvings", "rejections")
+            for name in (
+                "steps",
+                "substeps",
+                "iterations",
+                "refactorisations",
+                "halvings",
+                "rejections",
+            )
         ),
     )
 

@@ -17,7 +17,8 @@ _SUFFIX = {"win32": ".dll", "darwin": ".dylib"}.get(sys.platform, ".so")
 def library_path() -> Path:
     """Path of the compiled kernel: beside this package, or of the installed one.
 
-    They are not the same place in an editable installation, and when Python is started in the source folder.
+    They are not the same place in an editable installation, and when Python is started in the
+    source folder.
     """
     name = f"gallop_kernel{_SUFFIX}"
     folders = [Path(folder) for folder in sys.modules["gallop_fmu"].__path__]
@@ -26,7 +27,10 @@ def library_path() -> Path:
     for folder in folders:
         if (folder / name).is_file():
             return folder / name
-    raise ImportError(f"{name} is neither beside the package nor installed; run `pip install .` in the source folder")
+    raise ImportError(
+        f"{name} is neither beside the package nor installed; run `pip install .` in the source"
+        " folder"
+    )
 
 
 def _load() -> c.CDLL:
@@ -36,7 +40,8 @@ def _load() -> c.CDLL:
     for structure, size in zip(CHECKED, sizes, strict=True):
         if c.sizeof(structure) != size:
             raise ImportError(
-                f"{structure.__doc__} has {size} bytes in the library, {c.sizeof(structure)} here; reinstall"
+                f"{structure.__doc__} has {size} bytes in the library, {c.sizeof(structure)} here;"
+                " reinstall"
             )
     pointer, double, whole = c.c_void_p, c.c_double, c.c_int64
     doubles, report, inputs = c.POINTER(c.c_double), c.POINTER(CReport), c.POINTER(CInputs)
@@ -57,7 +62,16 @@ def _load() -> c.CDLL:
         "gallop_advance": (c.c_int, (pointer, pointer, inputs, double, report)),
         "gallop_run": (
             c.c_int,
-            (pointer, pointer, *[whole] * 3, *[integers, c.c_int32] * 3, doubles, doubles, c.POINTER(whole), report),
+            (
+                pointer,
+                pointer,
+                *[whole] * 3,
+                *[integers, c.c_int32] * 3,
+                doubles,
+                doubles,
+                c.POINTER(whole),
+                report,
+            ),
         ),
         "gallop_observe_node": (c.c_int, (pointer, pointer, c.c_int32, doubles)),
         "gallop_observe_span": (c.c_int, (pointer, pointer, doubles)),

@@ -1,7 +1,7 @@
 """Spans and their motion, computed by the compiled kernel.
 
-`Model` is a span ready to compute; `State` is its motion at one instant.  Both release the interpreter lock while the
-kernel works, so several states may run in several threads on one model.
+`Model` is a span ready to compute; `State` is its motion at one instant.  Both release the
+interpreter lock while the kernel works, so several states may run in several threads on one model.
 """
 
 from __future__ import annotations
@@ -69,7 +69,8 @@ class Inputs:
         Raises
         ------
         TypeError, ValueError
-            If a field is not a finite number, or `support` or `support_rate` does not have the shape (2, 3).
+            If a field is not a finite number, or `support` or `support_rate` does not have the
+            shape (2, 3).
         """
         packed = CInputs(*(finite(f"inputs.{name}", getattr(self, name)) for name in _INPUT_VALUES))
         for name in _INPUT_RATES:
@@ -81,7 +82,10 @@ class Inputs:
         return packed
 
 
-_INPUT_VALUES, _INPUT_RATES = ("time", "wind_speed", "attack_angle"), ("wind_speed_rate", "attack_angle_rate")
+_INPUT_VALUES, _INPUT_RATES = (
+    ("time", "wind_speed", "attack_angle"),
+    ("wind_speed_rate", "attack_angle_rate"),
+)
 _Towers = Three * 2
 
 
@@ -102,7 +106,8 @@ class Equilibrium:
     translation_damping, twist_damping : tuple of float
         Rayleigh b1 [1/s] and b2 [s].
     imbalance : float
-        Largest nodal force [N] that holds an initial state of which both sag and tension were given.
+        Largest nodal force [N] that holds an initial state of which both sag and tension were
+        given.
     """
 
     x: Array
@@ -128,7 +133,11 @@ def _insist(outcome: int) -> None:
     """Raise where a function without a report was refused; the state alone was not checked before."""
     if outcome:
         fault = kernel.gallop_arithmetic_fault()
-        field = fault.decode() if fault else "state, which was not started; Model.start and Model.rest start one"
+        field = (
+            fault.decode()
+            if fault
+            else "state, which was not started; Model.start and Model.rest start one"
+        )
         raise SimulationError(Report(Outcome.from_code(outcome), 0.0, field=field))
 
 
@@ -144,17 +153,19 @@ class Part(enum.IntFlag):
 class Model:
     """A span ready to compute: mesh, initial equilibrium, aerodynamic curve.
 
-    It does not change: copies are the model itself, and an unpickled one is made again from its scene.
+    It does not change: copies are the model itself, and an unpickled one is made again from its
+    scene.
 
     Parameters
     ----------
     scene
         The scene to compute.
     inputs
-        Whether `Inputs` may replace the scene's laws, as in an FMU.  False: they may not, and what the laws alone leave
-        at rest is left out: wind that never blows, and lateral motion that nothing wakes.  Twist that neither ice nor
-        an aerodynamic moment nor a torque wakes is left out in any case, since no input can wake it.  Likewise half of
-        the span is computed only without inputs, if ``numerics.mesh`` asks for it, as they could move one tower alone.
+        Whether `Inputs` may replace the scene's laws, as in an FMU.  False: they may not, and what
+        the laws alone leave at rest is left out: wind that never blows, and lateral motion that
+        nothing wakes.  Twist that neither ice nor an aerodynamic moment nor a torque wakes is left
+        out in any case, since no input can wake it.  Likewise half of the span is computed only
+        without inputs, if ``numerics.mesh`` asks for it, as they could move one tower alone.
 
     Attributes
     ----------
@@ -169,7 +180,9 @@ class Model:
 
     def __init__(self, scene: Scene, *, inputs: bool = True) -> None:
         if not isinstance(scene, Scene):
-            raise TypeError(f"scene must be a Scene, not {scene!r:.60}; load_scene and Scene.from_dict make one")
+            raise TypeError(
+                f"scene must be a Scene, not {scene!r:.60}; load_scene and Scene.from_dict make one"
+            )
         packed, raw, handle = Packed(scene), CReport(), c.c_void_p()
         packed.scene.laws_only = not inputs
         self._handle: c.c_void_p | None = None
@@ -221,7 +234,10 @@ class Model:
             If the model was made without inputs.
         """
         if inputs is not None and not self._takes_inputs:
-            raise ValueError("this model leaves out what inputs could wake; make it with Model(scene, inputs=True)")
+            raise ValueError(
+                "this model leaves out what inputs could wake; make it with Model(scene,"
+                " inputs=True)"
+            )
         return _inputs_pointer(inputs)
 
     @property
@@ -249,7 +265,8 @@ class Model:
     def _motion(self, u: ArrayLike | None, v: ArrayLike | None, a: ArrayLike | None) -> list[Array]:
         shape = (self.nodes, DOFS)
         return [
-            np.zeros(shape) if y is None else numbers(name, y, shape) for name, y in zip("uva", (u, v, a), strict=True)
+            np.zeros(shape) if y is None else numbers(name, y, shape)
+            for name, y in zip("uva", (u, v, a), strict=True)
         ]
 
     def residual(
@@ -340,7 +357,8 @@ class Model:
         Raises
         ------
         SimulationError
-            If the attack angle is out of range, or no equilibrium under wind or support displacement exists.
+            If the attack angle is out of range, or no equilibrium under wind or support
+            displacement exists.
         """
         state = State(self)
         state._call(kernel.gallop_state_init, number("time", time), self.accept(inputs))
@@ -365,7 +383,9 @@ class _OneThread:
 
     def __enter__(self) -> None:
         if not self._lock.acquire(blocking=False):
-            raise RuntimeError("this State is in use by another thread; give each thread a State of its own")
+            raise RuntimeError(
+                "this State is in use by another thread; give each thread a State of its own"
+            )
 
     def __exit__(self, *_: object) -> None:
         self._lock.release()
@@ -374,8 +394,9 @@ class _OneThread:
 class State:
     """The motion of a model at one instant: one flat block of memory, which can be saved and restored bit for bit.
 
-    `Model.start` and `Model.rest` make one; one that was only constructed must be restored before it is used. It can be
-    copied and pickled. Only one thread at a time may use it; another gets a RuntimeError.
+    `Model.start` and `Model.rest` make one; one that was only constructed must be restored before
+    it is used. It can be copied and pickled. Only one thread at a time may use it; another gets a
+    RuntimeError.
     """
 
     def __init__(self, model: Model) -> None:
@@ -469,7 +490,8 @@ class State:
         TypeError, ValueError, IndexError
             If an argument is not made of whole numbers, or out of range.
         SimulationError
-            If the state was only constructed. A step that cannot be carried out ends the run and is reported.
+            If the state was only constructed. A step that cannot be carried out ends the run and is
+            reported.
         """
         every = whole("every", every, 1, MOST_STEPS)
         first = whole("first", first, 0, MOST_STEPS // every)
@@ -480,7 +502,11 @@ class State:
         node_values = np.empty((records, len(asked), len(places)))
         span_values = np.empty((records, len(of_span)))
         done, raw = c.c_int64(), CReport()
-        counted = [part for array in (asked, places, of_span) for part in (array.ctypes.data_as(_Integers), len(array))]
+        counted = [
+            part
+            for array in (asked, places, of_span)
+            for part in (array.ctypes.data_as(_Integers), len(array))
+        ]
         with self._alone:
             kernel.gallop_run(
                 self.model.handle, self._pointer, first, records, every, *counted,
@@ -495,26 +521,36 @@ class State:
         """All node channels at one node, in the order of `NODE_CHANNELS`."""
         place = whole("node", node, -(2**63), 2**63 - 1)
         if not 0 <= place < self.model.nodes:
-            raise IndexError(f"node {place} does not exist; the mesh has nodes 0 to {self.model.nodes - 1}")
+            raise IndexError(
+                f"node {place} does not exist; the mesh has nodes 0 to {self.model.nodes - 1}"
+            )
         with self._alone:
             return self._observe_node(place)
 
     def _observe_node(self, node: int) -> Array:
         values = np.empty(len(NODE_CHANNELS))
-        _insist(kernel.gallop_observe_node(self.model.handle, self._pointer, node, double_pointer(values)))
+        _insist(
+            kernel.gallop_observe_node(
+                self.model.handle, self._pointer, node, double_pointer(values)
+            )
+        )
         return values
 
     def observe_span(self) -> Array:
         """All span channels, in the order of `SPAN_CHANNELS`."""
         values = np.empty(len(SPAN_CHANNELS))
         with self._alone:
-            _insist(kernel.gallop_observe_span(self.model.handle, self._pointer, double_pointer(values)))
+            _insist(
+                kernel.gallop_observe_span(self.model.handle, self._pointer, double_pointer(values))
+            )
         return values
 
     def motion(self) -> tuple[Array, Array, Array]:
         """Displacement, velocity and acceleration, each of shape (node, 4)."""
         with self._alone:
-            values = np.array([self._observe_node(node)[: 3 * DOFS] for node in range(self.model.nodes)])
+            values = np.array(
+                [self._observe_node(node)[: 3 * DOFS] for node in range(self.model.nodes)]
+            )
         return values[:, :DOFS], values[:, DOFS : 2 * DOFS], values[:, 2 * DOFS :]
 
 

@@ -106,8 +106,8 @@ class Packed:
     scene : CScene
         The packed scene.
     places : dict
-        Dotted path of a scene value to (structure or array, field or index, factor): where the value lies, and by what
-        it is multiplied on the way.
+        Dotted path of a scene value to (structure or array, field or index, factor): where the
+        value lies, and by what it is multiplied on the way.
     """
 
     def __init__(self, scene: Scene) -> None:
@@ -117,7 +117,9 @@ class Packed:
         self.loads = (CLoad * len(scene.loads))()
         self._pack_span(scene)
         self._pack_air(scene)
-        for end, (name, support) in enumerate((("left", scene.supports.left), ("right", scene.supports.right))):
+        for end, (name, support) in enumerate(
+            (("left", scene.supports.left), ("right", scene.supports.right))
+        ):
             self._pack_support(self.scene.support[end], support, f"supports.{name}")
         for name in ("translation", "twist"):
             pair = getattr(scene.damping, name)
@@ -127,16 +129,24 @@ class Packed:
         for index, load in enumerate(scene.loads):
             self._pack_load(self.loads[index], load, f"loads.{index}")
         if scene.loads:
-            self.scene.load, self.scene.load_count = c.cast(self.loads, c.POINTER(CLoad)), len(scene.loads)
+            self.scene.load, self.scene.load_count = (
+                c.cast(self.loads, c.POINTER(CLoad)),
+                len(scene.loads),
+            )
         self._copy(
-            scene.initial, self.scene, "initial", dict.fromkeys(("seed_vertical", "seed_horizontal", "seed_twist"))
+            scene.initial,
+            self.scene,
+            "initial",
+            dict.fromkeys(("seed_vertical", "seed_horizontal", "seed_twist")),
         )
         self.scene.start_in_mean_wind = scene.initial.wind == "mean_wind_equilibrium"
         self.scene.spectral_radius = SPECTRAL_RADIUS
         self._copy(scene.numerics, self.scene, "numerics", dict.fromkeys(NUMERICS))
         self.scene.integrator = INTEGRATORS[scene.numerics.method].code
 
-    def _copy(self, section: Any, target: c.Structure, path: str, fields: Mapping[str, str | None]) -> None:
+    def _copy(
+        self, section: Any, target: c.Structure, path: str, fields: Mapping[str, str | None]
+    ) -> None:
         """Copy the named values of a section; a field maps to its name in the structure where that differs."""
         for name, other in fields.items():
             value = getattr(section, name)
@@ -186,7 +196,9 @@ class Packed:
         self._copy(support, target, path, dict.fromkeys(SUPPORT_FIELDS[support.kind]))
         for axis, name in enumerate(("x1", "x2", "x3")):
             motion = getattr(support.motion, name) if support.motion is not None else None
-            self._pack_law(target.motion[axis], motion or Constant(value=0.0), f"{path}.motion.{name}")
+            self._pack_law(
+                target.motion[axis], motion or Constant(value=0.0), f"{path}.motion.{name}"
+            )
 
     def _pack_load(self, target: CLoad, load: Load, path: str) -> None:
         target.force = Three(*load.force)

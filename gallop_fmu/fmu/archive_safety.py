@@ -28,7 +28,9 @@ def archive_problem(path: Path) -> str:
         return f"{path} is not a file"
     try:
         with zipfile.ZipFile(path) as archive:
-            return _entries_problem(archive.infolist(), path.stat().st_size) or _content_problem(archive)
+            return _entries_problem(archive.infolist(), path.stat().st_size) or _content_problem(
+                archive
+            )
     except Exception as problem:  # zipfile's own, zlib's, and whatever else damaged bytes provoke
         return f"not a ZIP archive that can be read ({problem})"
 
@@ -37,17 +39,32 @@ def _entries_problem(entries: list[zipfile.ZipInfo], packed: int) -> str:
     """What the table of contents tells."""
     size = sum(entry.file_size for entry in entries)
     if len(entries) > MOST_FILES or size > LARGEST_ARCHIVE:
-        return f"{len(entries)} files, {size} bytes; at most {MOST_FILES} and {LARGEST_ARCHIVE} are unpacked"
+        return (
+            f"{len(entries)} files, {size} bytes; at most {MOST_FILES} and {LARGEST_ARCHIVE} are"
+            " unpacked"
+        )
     if size > SMALL_ARCHIVE and size > MOST_EXPANSION * packed:
-        return f"{size} bytes packed into {packed}; at most {MOST_EXPANSION} times the archive's size is unpacked"
+        return (
+            f"{size} bytes packed into {packed}; at most {MOST_EXPANSION} times the archive's size"
+            " is unpacked"
+        )
     for entry in entries:
         if _escapes(entry):
-            return f"the entry {entry.orig_filename!r} leads out of the archive, or is no plain file"
+            return (
+                f"the entry {entry.orig_filename!r} leads out of the archive, or is no plain file"
+            )
         if entry.compress_type not in METHODS:
-            return f"the entry {entry.filename!r} is compressed otherwise than FMI allows (stored or deflated)"
+            return (
+                f"the entry {entry.filename!r} is compressed otherwise than FMI allows (stored or"
+                " deflated)"
+            )
         if entry.filename.lower().endswith(".xml") and entry.file_size > LARGEST_XML:
             return f"{entry.filename} is larger than {LARGEST_XML} bytes"
-    name, times = Counter(entry.filename.lower() for entry in entries).most_common(1)[0] if entries else ("", 0)
+    name, times = (
+        Counter(entry.filename.lower() for entry in entries).most_common(1)[0]
+        if entries
+        else ("", 0)
+    )
     if times > 1:  # tools differ in which one they take
         return f"the entry {name!r} is there {times} times"
     if "modelDescription.xml" not in {entry.filename for entry in entries}:

@@ -52,9 +52,10 @@ class FmuCheck:
 def check_fmu(path: str | os.PathLike[str]) -> FmuCheck:
     """Check an FMU without trusting it.
 
-    The archive is looked at before anything is unpacked, the description is validated with FMPy, every Real must have
-    a unit, and a short run looks for finite outputs and for a rollback that repeats a step bit for bit. The run
-    executes the FMU's code, in a process of its own, so a crash is a result like any other.
+    The archive is looked at before anything is unpacked, the description is validated with FMPy,
+    every Real must have a unit, and a short run looks for finite outputs and for a rollback that
+    repeats a step bit for bit. The run executes the FMU's code, in a process of its own, so a crash
+    is a result like any other.
 
     Parameters
     ----------
@@ -64,8 +65,8 @@ def check_fmu(path: str | os.PathLike[str]) -> FmuCheck:
     Returns
     -------
     FmuCheck
-        The checks made; those that a failed one makes pointless are missing. A file that is no FMU is a failed check,
-        not an exception.
+        The checks made; those that a failed one makes pointless are missing. A file that is no FMU
+        is a failed check, not an exception.
     """
     check = FmuCheck(Path(path))
     if not check.add("archive", archive_problem(check.path), "a sound ZIP archive"):
@@ -94,14 +95,22 @@ def _read_description(check: FmuCheck) -> Any:
     except Exception as problem:
         check.add("kind", f"the description cannot be read ({problem})", "")
         return None
-    found = f"FMI {description.fmiVersion}" + ("" if description.coSimulation else ", not for co-simulation")
+    found = f"FMI {description.fmiVersion}" + (
+        "" if description.coSimulation else ", not for co-simulation"
+    )
     wrong = description.fmiVersion != "2.0" or description.coSimulation is None
-    check.add("kind", f"{found}; FMI 2.0 for co-simulation is needed" if wrong else "", "FMI 2.0 for co-simulation")
+    check.add(
+        "kind",
+        f"{found}; FMI 2.0 for co-simulation is needed" if wrong else "",
+        "FMI 2.0 for co-simulation",
+    )
     return None if wrong else description
 
 
 def _declared_unit(variable: Any) -> str | None:
-    unit = variable.unit or (variable.declaredType.unit if variable.declaredType is not None else None)
+    unit = variable.unit or (
+        variable.declaredType.unit if variable.declaredType is not None else None
+    )
     return None if unit is None else str(unit)
 
 
@@ -109,14 +118,21 @@ def _platform_problem(path: Path) -> str:
     from fmpy import platform, supported_platforms
 
     platforms = supported_platforms(str(path))
-    return "" if platform in platforms else f"no binary for {platform}; there are {', '.join(platforms) or 'none'}"
+    return (
+        ""
+        if platform in platforms
+        else f"no binary for {platform}; there are {', '.join(platforms) or 'none'}"
+    )
 
 
 def _try_out(check: FmuCheck) -> None:
     """A short run in a process of its own, which leaves its findings in a file as lines of JSON."""
     with tempfile.TemporaryDirectory(prefix="fmu_", ignore_cleanup_errors=True) as folder:
         code, said = _run_trial(check.path, folder)
-        with suppress(FileNotFoundError), Path(folder, FINDINGS).open(encoding="utf-8", errors="replace") as file:
+        with (
+            suppress(FileNotFoundError),
+            Path(folder, FINDINGS).open(encoding="utf-8", errors="replace") as file,
+        ):
             for line in file.read(MOST_OUTPUT).splitlines():
                 with suppress(ValueError, TypeError):  # the FMU, too, can write into the file
                     check.add(*map(str, json.loads(line)))
@@ -126,13 +142,16 @@ def _try_out(check: FmuCheck) -> None:
     if code == 0 and all(row.name != "run" for row in check.rows):
         check.add("run", "the FMU ended the process before its steps were made", "")
     ending = f"stopped by {signal.Signals(-code).name}" if code < 0 else f"ended with code {code}"
-    check.add("process", " ".join([ending, *said.splitlines()[-1:]]) if code else "", "ended cleanly")
+    check.add(
+        "process", " ".join([ending, *said.splitlines()[-1:]]) if code else "", "ended cleanly"
+    )
 
 
 def _run_trial(path: Path, folder: str) -> tuple[int | None, str]:
     """Exit code, None if the time is over, and the end of what was said on the error stream.
 
-    An FMU may print without end: its output is not kept, and of its error stream only the last `MOST_OUTPUT` bytes are.
+    An FMU may print without end: its output is not kept, and of its error stream only the last
+    `MOST_OUTPUT` bytes are.
     """
     code = "import sys; from gallop_fmu.fmu.smoke_test import main; main(*sys.argv[1:])"
     command = [sys.executable, "-P", "-c", code, str(path.resolve()), folder]
@@ -145,7 +164,9 @@ def _run_trial(path: Path, folder: str) -> tuple[int | None, str]:
             end.extend(chunk)
             del end[:-MOST_OUTPUT]
 
-    with subprocess.Popen(command, env=environment, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE) as process:
+    with subprocess.Popen(
+        command, env=environment, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE
+    ) as process:
         reader = Thread(target=keep_the_end, args=(process.stderr,), daemon=True)
         reader.start()
         try:

@@ -1,12 +1,14 @@
 r"""Compiling the kernel for other platforms, with the C compiler of Zig.
 
-Zig, from the extra ``cross``, brings headers and libraries of each system, so one machine compiles for all. The first
-library for a platform takes up to some minutes, in which Zig compiles the system's own; later ones take seconds.
+Zig, from the extra ``cross``, brings headers and libraries of each system, so one machine compiles
+for all. The first library for a platform takes up to some minutes, in which Zig compiles the
+system's own; later ones take seconds.
 
-Libraries are kept in the user's cache folder, under a name made from sources, flags and the version of Zig:
-``$XDG_CACHE_HOME/gallop-fmu`` (or ``~/.cache/gallop-fmu``), ``~/Library/Caches/gallop-fmu`` on macOS,
-``%LOCALAPPDATA%\gallop-fmu`` on Windows. The folder may be deleted at any time. Several processes may compile at once:
-each works in a folder of its own, and a finished library takes its place in one move.
+Libraries are kept in the user's cache folder, under a name made from sources, flags and the version
+of Zig: ``$XDG_CACHE_HOME/gallop-fmu`` (or ``~/.cache/gallop-fmu``), ``~/Library/Caches/gallop-fmu``
+on macOS, ``%LOCALAPPDATA%\gallop-fmu`` on Windows. The folder may be deleted at any time. Several
+processes may compile at once: each works in a folder of its own, and a finished library takes its
+place in one move.
 """
 
 from __future__ import annotations
@@ -69,9 +71,12 @@ class Platform:
 
 
 PLATFORMS = {
-    # glibc 2.17 is that of 2012, so the library runs on whatever is newer. Choosing between two paths for vectors would
-    # need Zig's own run-time library, whose sine is not glibc's: the last bits would differ from the installed kernel.
-    "linux64": Platform(".so", ("x86_64-linux-gnu.2.17",), ("-fPIC", "-DGALLOP_ONE_PATH", "-Wl,-Bsymbolic", "-lm")),
+    # glibc 2.17 is that of 2012, so the library runs on whatever is newer. Choosing between two
+    # paths for vectors would need Zig's own run-time library, whose sine is not glibc's: the last
+    # bits would differ from the installed kernel.
+    "linux64": Platform(
+        ".so", ("x86_64-linux-gnu.2.17",), ("-fPIC", "-DGALLOP_ONE_PATH", "-Wl,-Bsymbolic", "-lm")
+    ),
     "win64": Platform(".dll", ("x86_64-windows-gnu",), ()),
     "darwin64": Platform(".dylib", ("x86_64-macos.11.0", "aarch64-macos.11.0"), ("-fPIC",)),
 }
@@ -117,8 +122,9 @@ def zig_version() -> str:
         return metadata.version("ziglang")
     except metadata.PackageNotFoundError:
         raise CompilerError(
-            "compiling for other platforms needs the package ziglang, which is missing; run "
-            '`pip install "gallop-fmu[cross]"`, or name no platforms: the FMU then brings the library of this one'
+            "compiling for other platforms needs the package ziglang, which is missing; run `pip"
+            ' install "gallop-fmu[cross]"`, or name no platforms: the FMU then brings the library'
+            " of this one"
         ) from None
 
 
@@ -158,7 +164,17 @@ def arguments(platform: Platform, target: str, headers: str, output: str) -> lis
         Library to write.
     """
     sources = units_to_compile()
-    return ["cc", "-target", target, *FLAGS, f"-I{headers}", *sources, "-o", output, *platform.options]
+    return [
+        "cc",
+        "-target",
+        target,
+        *FLAGS,
+        f"-I{headers}",
+        *sources,
+        "-o",
+        output,
+        *platform.options,
+    ]
 
 
 def _compile(platform: Platform, folder: Path) -> bytes:
@@ -167,8 +183,15 @@ def _compile(platform: Platform, folder: Path) -> bytes:
     slices = []
     for target in platform.targets:
         output = f"gallop_kernel{platform.suffix}"
-        command = [sys.executable, "-m", "ziglang", *arguments(platform, target, _fmi_headers(), output)]
-        done = subprocess.run(command, cwd=folder, capture_output=True, encoding="utf-8", errors="replace")
+        command = [
+            sys.executable,
+            "-m",
+            "ziglang",
+            *arguments(platform, target, _fmi_headers(), output),
+        ]
+        done = subprocess.run(
+            command, cwd=folder, capture_output=True, encoding="utf-8", errors="replace"
+        )
         if done.returncode:
             said = "\n".join(done.stderr.strip().splitlines()[:20])
             raise CompilerError(f"Zig could not compile the kernel for {target}:\n{said}")
@@ -192,15 +215,17 @@ def universal_library(slices: Sequence[bytes]) -> bytes:
     Returns
     -------
     bytes
-        A header that says where each slice stands, then the slices, each at the start of a page. All numbers of the
-        header are big-endian (Apple, ``mach-o/fat.h``).
+        A header that says where each slice stands, then the slices, each at the start of a page.
+        All numbers of the header are big-endian (Apple, ``mach-o/fat.h``).
     """
     table, body = UNIVERSAL_HEADER.pack(0xCAFEBABE, len(slices)), b""
     start = -(-(UNIVERSAL_HEADER.size + len(slices) * UNIVERSAL_SLICE.size) // 2**PAGE) * 2**PAGE
     for content in slices:
         magic, processor, variant = MACH_O_HEADER.unpack_from(content)
         if magic != 0xFEEDFACF:
-            raise ValueError(f"a slice starts with {magic:#x}; a Mach-O file of 64 bits starts with 0xfeedfacf")
+            raise ValueError(
+                f"a slice starts with {magic:#x}; a Mach-O file of 64 bits starts with 0xfeedfacf"
+            )
         table += UNIVERSAL_SLICE.pack(processor, variant, start + len(body), len(content), PAGE)
         body += content + bytes(-len(content) % 2**PAGE)
     return table.ljust(start, b"\0") + body

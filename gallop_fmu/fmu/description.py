@@ -19,16 +19,19 @@ SCENE_FILE = "scene.toml"
 
 LOG_CATEGORIES = {
     "logStatusError": "values and calls that were refused",
-    "logStatusDiscard": "steps that the Python run-time could not carry out, and questions without an answer",
+    "logStatusDiscard": (
+        "steps that the Python run-time could not carry out, and questions without an answer"
+    ),
 }
 
 SEMANTICS = (
-    "The inputs of the host replace the scene's wind, attack angle and support motion; concentrated loads keep their "
-    "laws of time. wind_speed and attack_angle hold their values over a communication step, or change at the rate that "
-    "the host gives where it can; the tower points move "
-    "linearly to their new places, which they reach at its end. A communication step is carried out in equal steps no "
-    "longer than numerics.time_step, or in steps that keep numerics.tolerance where it is given. Outputs do not "
-    "react to inputs before the next step, except while initialising."
+    "The inputs of the host replace the scene's wind, attack angle and support motion; concentrated"
+    " loads keep their laws of time. wind_speed and attack_angle hold their values over a"
+    " communication step, or change at the rate that the host gives where it can; the tower points"
+    " move linearly to their new places, which they reach at its end. A communication step is"
+    " carried out in equal steps no longer than numerics.time_step, or in steps that keep"
+    " numerics.tolerance where it is given. Outputs do not react to inputs before the next step,"
+    " except while initialising."
 )
 
 
@@ -122,7 +125,9 @@ def _capabilities(root: Element, identity: Identity, native: bool) -> None:
         "canSerializeFMUstate": True,
         "providesDirectionalDerivative": native,
     }
-    attributes = {"modelIdentifier": identity.model_identifier} | {name: _text(value) for name, value in flags.items()}
+    attributes = {"modelIdentifier": identity.model_identifier} | {
+        name: _text(value) for name, value in flags.items()
+    }
     simulation = SubElement(root, "CoSimulation", attributes)
     if native:
         files = SubElement(simulation, "SourceFiles")
@@ -134,7 +139,9 @@ def _units(root: Element, variables: Iterable[Variable]) -> None:
     definitions = SubElement(root, "UnitDefinitions")
     for name in sorted({variable.unit for variable in variables} - {""}):
         unit = SubElement(definitions, "Unit", name=name)
-        SubElement(unit, "BaseUnit", {base: _text(power) for base, power in BASE_UNITS[name].items()})
+        SubElement(
+            unit, "BaseUnit", {base: _text(power) for base, power in BASE_UNITS[name].items()}
+        )
         if name in DISPLAY_UNITS:
             display, factor = DISPLAY_UNITS[name]
             SubElement(unit, "DisplayUnit", name=display, factor=_text(factor))
@@ -156,7 +163,12 @@ def _scalar_variable(table: Element, variable: Variable) -> None:
         typed.set("unit", variable.unit)
     if variable.unit in DISPLAY_UNITS:
         typed.set("displayUnit", DISPLAY_UNITS[variable.unit][0])
-    numbers = {"min": variable.minimum, "max": variable.maximum, "nominal": variable.nominal, "start": variable.start}
+    numbers = {
+        "min": variable.minimum,
+        "max": variable.maximum,
+        "nominal": variable.nominal,
+        "start": variable.start,
+    }
     for name, number in numbers.items():
         if number is not None:
             typed.set(name, _text(number if variable.type == "Integer" else float(number)))

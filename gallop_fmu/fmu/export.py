@@ -1,8 +1,8 @@
 """Writing a scene as an FMU.
 
-Equal scenes give equal files, byte for byte, on any machine with the same packages: entries in order, without time
-stamps, uncompressed. The Python module in an FMU is named after its content, because one process may hold several
-FMUs and Python knows modules by name only.
+Equal scenes give equal files, byte for byte, on any machine with the same packages: entries in
+order, without time stamps, uncompressed. The Python module in an FMU is named after its content,
+because one process may hold several FMUs and Python knows modules by name only.
 """
 
 from __future__ import annotations
@@ -77,13 +77,15 @@ def export_fmu(
     path
         File to write, with suffix ``.fmu``; an existing file is replaced.
     runtime
-        What runs the FMU. "native": the kernel's own library, for the platform of this installation; the host needs
-        nothing. "python": pythonfmu 0.7 (Linux and Windows, 64 bit), for hosts that bring a Python in which this
-        version of gallop-fmu is installed, that unpack the FMU under a path of plain letters, digits and spaces, and
-        that instantiate from one thread at a time (a fault of pythonfmu; steps may run in several).
+        What runs the FMU. "native": the kernel's own library, for the platform of this
+        installation; the host needs nothing. "python": pythonfmu 0.7 (Linux and Windows, 64 bit),
+        for hosts that bring a Python in which this version of gallop-fmu is installed, that unpack
+        the FMU under a path of plain letters, digits and spaces, and that instantiate from one
+        thread at a time (a fault of pythonfmu; steps may run in several).
     platforms
-        Platforms whose libraries a native FMU brings, compiled here with the extra ``cross``: "linux64" (glibc 2.17 or
-        later), "win64", "darwin64" (Intel and Apple silicon). None or empty: the installed library, for this one.
+        Platforms whose libraries a native FMU brings, compiled here with the extra ``cross``:
+        "linux64" (glibc 2.17 or later), "win64", "darwin64" (Intel and Apple silicon). None or
+        empty: the installed library, for this one.
 
     Returns
     -------
@@ -93,8 +95,9 @@ def export_fmu(
     Raises
     ------
     ExportError
-        Unknown run-time or platform, a scene of which half the span is to be computed, wrong suffix, missing folder,
-        the file cannot be written, or the kernel cannot be compiled for a platform.
+        Unknown run-time or platform, a scene of which half the span is to be computed, wrong
+        suffix, missing folder, the file cannot be written, or the kernel cannot be compiled for a
+        platform.
     SimulationError
         The scene has no initial equilibrium.
     """
@@ -156,8 +159,9 @@ def _python_files(scene: Scene) -> dict[str, bytes]:
     identity = identify(text, release, RUNTIME)
     name = identity.model_identifier
     remarks = (
-        "A refused value is kept out and makes the next steps fail until it is set right. Needs a Python with "
-        f"gallop-fmu {release} in the host (pythonfmu 0.7), and an unpacking path in plain ASCII."
+        "A refused value is kept out and makes the next steps fail until it is set right. Needs a"
+        f" Python with gallop-fmu {release} in the host (pythonfmu 0.7), and an unpacking path in"
+        " plain ASCII."
     )
     description = model_description(scene, identity, native=False, remarks=remarks)
     script = SLAVE_SCRIPT.format(version=release, name=name, content=identity.content)
@@ -178,7 +182,9 @@ def _pythonfmu_binaries(identity: Identity) -> dict[str, bytes]:
         for library in platform.iterdir() if platform.is_dir() else ():
             suffix = Path(library.name).suffix
             if suffix in (".so", ".dll", ".dylib"):
-                files[f"binaries/{platform.name}/{identity.model_identifier}{suffix}"] = library.read_bytes()
+                files[f"binaries/{platform.name}/{identity.model_identifier}{suffix}"] = (
+                    library.read_bytes()
+                )
     return files
 
 

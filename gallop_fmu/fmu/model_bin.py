@@ -1,8 +1,9 @@
 """Contents of a native FMU: the kernel's own library, and ``resources/model.bin`` with the scene's numbers.
 
-The library holds the FMI functions too, so that the FMU needs no Python on the host and its export no compiler.
-``model.bin`` is the memory of the packed scene, its pointers replaced by offsets in the file, followed by the table of
-variables and the words for outcomes; the layouts are those of ``kernel/resource.h``.
+The library holds the FMI functions too, so that the FMU needs no Python on the host and its export
+no compiler. ``model.bin`` is the memory of the packed scene, its pointers replaced by offsets in
+the file, followed by the table of variables and the words for outcomes; the layouts are those of
+``kernel/resource.h``.
 """
 
 from __future__ import annotations
@@ -30,7 +31,13 @@ COVERED_FROM = struct.calcsize("<8sQQ")
 """The checksum covers what follows it."""
 
 INPUTS = ("wind_speed", "attack_angle", *SUPPORT_INPUTS)
-ORIGINS = {Origin.PARAMETER: 0, Origin.INPUT: 1, Origin.MIDSPAN: 2, Origin.SPAN: 3, Origin.STATUS: 4}
+ORIGINS = {
+    Origin.PARAMETER: 0,
+    Origin.INPUT: 1,
+    Origin.MIDSPAN: 2,
+    Origin.SPAN: 3,
+    Origin.STATUS: 4,
+}
 
 
 def model_bin(scene: Scene, guid: str, version: str) -> bytes:
@@ -143,11 +150,22 @@ def _variable(variable: Variable, memory: _Memory) -> bytes:
     high = math.inf if variable.maximum is None else float(variable.maximum)
     excluded = variable.minimum_excluded + 2 * variable.maximum_excluded
     whole = variable.type == "Integer"
-    return VARIABLE.pack(_text(variable.name, 64), ORIGINS[variable.origin], whole, place, excluded, factor, low, high)
+    return VARIABLE.pack(
+        _text(variable.name, 64),
+        ORIGINS[variable.origin],
+        whole,
+        place,
+        excluded,
+        factor,
+        low,
+        high,
+    )
 
 
 def _outcome(outcome: Outcome) -> bytes:
-    return OUTCOME.pack(outcome.code, 0, _text(outcome.sentence, 128), _text(outcome.cure or "nothing", 184))
+    return OUTCOME.pack(
+        outcome.code, 0, _text(outcome.sentence, 128), _text(outcome.cure or "nothing", 184)
+    )
 
 
 def _text(text: str, room: int) -> bytes:

@@ -1,7 +1,7 @@
 """What an FMU of a span does, whatever tool runs it: phases, values in and out, steps, saved states.
 
-A session raises `RefusedError` for a value or call that is not allowed, and `SimulationError` for a step that cannot be
-carried out; in both cases it stays as it was.
+A session raises `RefusedError` for a value or call that is not allowed, and `SimulationError` for a
+step that cannot be carried out; in both cases it stays as it was.
 """
 
 from __future__ import annotations
@@ -24,7 +24,17 @@ from gallop_fmu.scene.scene import Scene
 INT32 = (-(2**31), 2**31 - 1)
 """Range of FMI's Integer."""
 
-SAVED_PARTS = {"content", "phase", "status", "start_time", "inputs", "parameters", "refused", "tower", "motion"}
+SAVED_PARTS = {
+    "content",
+    "phase",
+    "status",
+    "start_time",
+    "inputs",
+    "parameters",
+    "refused",
+    "tower",
+    "motion",
+}
 """What `Session.save` gives."""
 
 TIME_TOLERANCE = 1e-6
@@ -63,7 +73,9 @@ class Session:
         self.status = Outcome.COMPLETED
         self._start_time = 0.0
         self._by_name = {variable.name: variable for variable in self.variables}
-        self._inputs = {v.name: float(v.start or 0.0) for v in self.variables if v.origin is Origin.INPUT}
+        self._inputs = {
+            v.name: float(v.start or 0.0) for v in self.variables if v.origin is Origin.INPUT
+        }
         self._parameters: dict[str, float | int] = {}
         self._refused: dict[str, str] = {}
         self._tower = np.zeros((2, 3))
@@ -77,7 +89,9 @@ class Session:
         if self.phase is not Phase.INSTANTIATED:
             raise RefusedError(f"the start time cannot be set while {self.phase.value}")
         if not math.isfinite(start_time):
-            raise self._refuse("the start time", f"the start time {start_time} is not a finite number")
+            raise self._refuse(
+                "the start time", f"the start time {start_time} is not a finite number"
+            )
         self._refused.pop("the start time", None)
         self._start_time = start_time
         self._state = self._no_start = None
@@ -116,10 +130,16 @@ class Session:
         try:
             model = self._model or self._build(self._parameters)
             tower = self._tower_targets()
-            at_rest = Inputs(self._start_time, self._inputs["wind_speed"], self._inputs["attack_angle"], tower)
+            at_rest = Inputs(
+                self._start_time, self._inputs["wind_speed"], self._inputs["attack_angle"], tower
+            )
             state = model.start(self._start_time, at_rest)
         except (RefusedError, SimulationError) as error:
-            self.status = error.report.outcome if isinstance(error, SimulationError) else Outcome.INVALID_SCENE
+            self.status = (
+                error.report.outcome
+                if isinstance(error, SimulationError)
+                else Outcome.INVALID_SCENE
+            )
             self._no_start = error
             raise
         self._model, self._state, self._tower, self._observed = model, state, tower, None
@@ -150,7 +170,10 @@ class Session:
         if self._state is None:
             return math.nan if variable.type == "Real" else 0
         if self._observed is None:
-            self._observed = self._state.observe_node(self._state.model.middle), self._state.observe_span()
+            self._observed = (
+                self._state.observe_node(self._state.model.middle),
+                self._state.observe_span(),
+            )
         node, span = self._observed
         if variable.origin is Origin.MIDSPAN:
             return float(node[NODE_INDEX[variable.key]])
@@ -163,8 +186,8 @@ class Session:
         Raises
         ------
         RefusedError
-            An output, a parameter after initialisation, a value that is not finite or out of range. The value is kept
-            out, and steps fail until the variable is given one that is allowed.
+            An output, a parameter after initialisation, a value that is not finite or out of range.
+            The value is kept out, and steps fail until the variable is given one that is allowed.
         """
         reason = self._why_not(variable, value)
         if reason:
@@ -183,7 +206,9 @@ class Session:
 
     def refuse_reference(self, reference: int, kind: str) -> RefusedError:
         """The error for a value reference that no variable of this type has; steps fail from now on."""
-        return self._refuse(f"#{reference}", f"there is no {kind} variable with value reference {reference}")
+        return self._refuse(
+            f"#{reference}", f"there is no {kind} variable with value reference {reference}"
+        )
 
     def refuse_state(self, reason: str) -> RefusedError:
         """The error for a saved state that cannot be used; steps fail until one that can is restored."""
@@ -202,9 +227,14 @@ class Session:
             calm = variable.name == "wind_speed" and self.scene.aerodynamics is None
             cause = "; the scene has no aerodynamic curve" if calm else ""
             return f"it must be {variable.allowed} [{variable.unit or 1}]{cause}"
-        fixed = self.phase in (Phase.STEPPING, Phase.TERMINATED) and variable.origin is Origin.PARAMETER
+        fixed = (
+            self.phase in (Phase.STEPPING, Phase.TERMINATED) and variable.origin is Origin.PARAMETER
+        )
         if fixed and value != self._parameter(variable):
-            return f"the parameter stays {self._parameter(variable)!r} after initialisation; reset the FMU to change it"
+            return (
+                f"the parameter stays {self._parameter(variable)!r} after initialisation; reset the"
+                " FMU to change it"
+            )
         return ""
 
     def _refuse(self, what: str, message: str) -> RefusedError:
@@ -243,16 +273,26 @@ class Session:
         if self.phase is not Phase.STEPPING:
             raise RefusedError(f"no step can be made while {self.phase.value}")
         if self._refused:
-            raise RefusedError(f"no step is made while there are refused values: {'; '.join(self._refused.values())}")
+            raise RefusedError(
+                "no step is made while there are refused values:"
+                f" {'; '.join(self._refused.values())}"
+            )
         self.start()  # fails again, and says why, where no initial state was found
         state = self._state
         assert state is not None
         if not (math.isfinite(size) and size > 0.0):
-            raise RefusedError(f"the communication step {size!r} s is refused: it must be a positive number")
+            raise RefusedError(
+                f"the communication step {size!r} s is refused: it must be a positive number"
+            )
         if not abs(time - state.time) <= TIME_TOLERANCE * size + 4.0 * math.ulp(state.time):
-            raise RefusedError(f"a step from {time!r} s is refused: the FMU stands at {state.time!r} s")
+            raise RefusedError(
+                f"a step from {time!r} s is refused: the FMU stands at {state.time!r} s"
+            )
         if not time + size > state.time:
-            raise RefusedError(f"the communication step {size!r} s is refused: it is lost in round-off at {time!r} s")
+            raise RefusedError(
+                f"the communication step {size!r} s is refused: it is lost in round-off at"
+                f" {time!r} s"
+            )
         return state
 
     def save(self) -> dict[str, Any]:
@@ -316,7 +356,9 @@ class Session:
                 variable = known[origin, key]
                 if not variable.allows(finite(key, value)):
                     raise ValueError(f"{key} = {value!r} is not {variable.allowed}")
-                found[part][key] = whole(key, value, *INT32) if variable.type == "Integer" else float(value)
+                found[part][key] = (
+                    whole(key, value, *INT32) if variable.type == "Integer" else float(value)
+                )
         if not all(isinstance(text, str) for pair in saved["refused"].items() for text in pair):
             raise ValueError("its reasons of refusal are no texts")
         return found

@@ -1,9 +1,10 @@
 """The span as a slave of pythonfmu 0.7, which calls these methods from its binary.
 
-An exception that leaves a method becomes fmi2Fatal, after which the host may call no instance any more, and pythonfmu
-then releases its objects twice. A setter can report neither an error nor a warning. So nothing is raised once the
-slave exists: what is refused is kept out, logged, printed to stderr (hosts show the log only where they were asked to),
-and makes the next steps fail; a step that fails returns False (fmi2Discard) and leaves the state untouched.
+An exception that leaves a method becomes fmi2Fatal, after which the host may call no instance any
+more, and pythonfmu then releases its objects twice. A setter can report neither an error nor a
+warning. So nothing is raised once the slave exists: what is refused is kept out, logged, printed to
+stderr (hosts show the log only where they were asked to), and makes the next steps fail; a step
+that fails returns False (fmi2Discard) and leaves the state untouched.
 """
 
 from __future__ import annotations
@@ -60,11 +61,16 @@ class SpanSlave(Fmi2Slave):  # type: ignore[misc]
         if cls._scene is None:
             file = resources / SCENE_FILE
             if identify(read_text(file), version(), RUNTIME).content != cls.content:
-                raise ValueError(f"{SCENE_FILE} was changed after the export; change the scene and export it again")
+                raise ValueError(
+                    f"{SCENE_FILE} was changed after the export; change the scene and export it"
+                    " again"
+                )
             cls._scene = load_scene(file)
         return cls._scene
 
-    def setup_experiment(self, start_time: float, stop_time: float | None, tolerance: float | None) -> None:
+    def setup_experiment(
+        self, start_time: float, stop_time: float | None, tolerance: float | None
+    ) -> None:
         """Take the start time; the stop time does not matter, and the tolerance is the scene's."""
         self._guard(self._session.set_up, start_time)
 
@@ -86,7 +92,9 @@ class SpanSlave(Fmi2Slave):  # type: ignore[misc]
 
     def get_real(self, references: Sequence[int]) -> list[float]:
         """Values of Reals; NaN where there is none."""
-        return [math.nan if value is None else float(value) for value in self._read(references, "Real")]
+        return [
+            math.nan if value is None else float(value) for value in self._read(references, "Real")
+        ]
 
     def get_integer(self, references: Sequence[int]) -> list[int]:
         """Values of Integers; 0 where there is none."""
@@ -140,7 +148,9 @@ class SpanSlave(Fmi2Slave):  # type: ignore[misc]
     def _write_one(self, reference: int, kind: str, value: Any) -> None:
         self._session.set(self._variable(reference, kind), value)
 
-    def _guard(self, call: Callable[..., None], *arguments: Any, category: str = "logStatusError") -> bool:
+    def _guard(
+        self, call: Callable[..., None], *arguments: Any, category: str = "logStatusError"
+    ) -> bool:
         """Whether a call went well; if not, the log says why."""
         try:
             call(*arguments)
@@ -198,9 +208,10 @@ def _leave_search_path(folder: str) -> None:
 def _release_before_exit(folder: Path, name: str) -> None:
     """Make pythonfmu's library in an unpacked FMU release its Python state while Python still runs.
 
-    On Linux its static shared pointer is destroyed at exit, and its unloading function then assigns to it once more:
-    freed memory is used, and the program aborts or not, as the memory happens to lie. Once the state is released, the
-    library finds none. The reference to the library keeps it loaded until then.
+    On Linux its static shared pointer is destroyed at exit, and its unloading function then assigns
+    to it once more: freed memory is used, and the program aborts or not, as the memory happens to
+    lie. Once the state is released, the library finds none. The reference to the library keeps it
+    loaded until then.
     """
     library = folder / "binaries" / "linux64" / f"{name}.so"
     if sys.platform == "linux" and library.is_file():

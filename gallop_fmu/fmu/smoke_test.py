@@ -1,6 +1,7 @@
 """A short run of an FMU with FMPy, which writes one line a check into the file `FINDINGS`.
 
-Each line is a JSON list: name of the check, the problem (empty if there is none), the words for a pass.
+Each line is a JSON list: name of the check, the problem (empty if there is none), the words for a
+pass.
 """
 
 from __future__ import annotations
@@ -41,8 +42,15 @@ def _run(path: str, folder: str, say: Say) -> None:
 
     description = read_model_description(path, validate=False)
     extract(path, unzipdir=folder)
-    if (Path(folder) / "resources" / "slavemodule.txt").exists() and not readable_by_pythonfmu(folder):
-        say("run", f"pythonfmu cannot read the temporary folder {folder!r}; set TMPDIR to a path in plain ASCII", "")
+    if (Path(folder) / "resources" / "slavemodule.txt").exists() and not readable_by_pythonfmu(
+        folder
+    ):
+        say(
+            "run",
+            f"pythonfmu cannot read the temporary folder {folder!r}; set TMPDIR to a path in plain"
+            " ASCII",
+            "",
+        )
         return
     messages: list[str] = []
     fmu = FMU2Slave(
@@ -62,7 +70,11 @@ def _run(path: str, folder: str, say: Say) -> None:
         return
     say("run", "", f"{STEPS} steps of {step:g} s")
     wild = [name for name, value in outputs.read().items() if not math.isfinite(value)]
-    say("finite", f"not finite: {', '.join(wild)}" if wild else "", f"all {len(outputs.names)} outputs")
+    say(
+        "finite",
+        f"not finite: {', '.join(wild)}" if wild else "",
+        f"all {len(outputs.names)} outputs",
+    )
     if description.coSimulation.canGetAndSetFMUstate:
         _roll_back(say, fmu, outputs, step, description.coSimulation.canSerializeFMUstate)
     else:
@@ -79,13 +91,19 @@ def readable_by_pythonfmu(folder: str) -> bool:
 
 def _step_size(description: Any) -> float:
     experiment = description.defaultExperiment
-    return float(experiment.stepSize) if experiment is not None and experiment.stepSize else DEFAULT_STEP
+    return (
+        float(experiment.stepSize)
+        if experiment is not None and experiment.stepSize
+        else DEFAULT_STEP
+    )
 
 
 def _initialise(fmu: Any, description: Any, messages: list[str]) -> None:
     from fmpy.fmi2 import defaultCallbacks, fmi2CallbackFunctions, fmi2CallbackLoggerTYPE
 
-    def keep(_environment: Any, _name: bytes, _status: int, _category: bytes, message: bytes) -> None:
+    def keep(
+        _environment: Any, _name: bytes, _status: int, _category: bytes, message: bytes
+    ) -> None:
         messages.append(message.decode(errors="replace"))
 
     callbacks = fmi2CallbackFunctions()
@@ -103,15 +121,25 @@ class _Outputs:
     """Reads the numeric outputs of an FMU."""
 
     def __init__(self, fmu: Any, description: Any) -> None:
-        outputs = [variable for variable in description.modelVariables if variable.causality == "output"]
+        outputs = [
+            variable for variable in description.modelVariables if variable.causality == "output"
+        ]
         self.fmu = fmu
         self.reals = [variable for variable in outputs if variable.type == "Real"]
         self.integers = [variable for variable in outputs if variable.type == "Integer"]
         self.names = [variable.name for variable in self.reals + self.integers]
 
     def read(self) -> dict[str, float]:
-        values = self.fmu.getReal([variable.valueReference for variable in self.reals]) if self.reals else []
-        values += self.fmu.getInteger([variable.valueReference for variable in self.integers]) if self.integers else []
+        values = (
+            self.fmu.getReal([variable.valueReference for variable in self.reals])
+            if self.reals
+            else []
+        )
+        values += (
+            self.fmu.getInteger([variable.valueReference for variable in self.integers])
+            if self.integers
+            else []
+        )
         return dict(zip(self.names, values, strict=True))
 
 
@@ -128,11 +156,17 @@ def _roll_back(say: Say, fmu: Any, outputs: _Outputs, step: float, serialises: b
         again = fmu.deSerializeFMUstate(fmu.serializeFMUstate(state))
         fmu.setFMUstate(again)
         fmu.doStep(now, step)
-        say("serialised state", _difference(first, outputs.read()), "a step from it gives the same bits")
+        say(
+            "serialised state",
+            _difference(first, outputs.read()),
+            "a step from it gives the same bits",
+        )
         fmu.freeFMUstate(again)
     fmu.freeFMUstate(state)
 
 
 def _difference(first: dict[str, float], second: dict[str, float]) -> str:
-    different = [name for name, value in first.items() if float(value).hex() != float(second[name]).hex()]
+    different = [
+        name for name, value in first.items() if float(value).hex() != float(second[name]).hex()
+    ]
     return f"a repeated step differs in {', '.join(different)}" if different else ""

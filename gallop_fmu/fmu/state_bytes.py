@@ -15,7 +15,9 @@ CHECKSUM_SIZE = hashlib.sha256().digest_size
 
 def to_bytes(saved: dict[str, Any], version: str) -> bytes:
     """Bytes of what `Session.save` gave; `version` is that of the package."""
-    plain = {name: value for name, value in saved.items() if name != "motion"} | {"version": version}
+    plain = {name: value for name, value in saved.items() if name != "motion"} | {
+        "version": version
+    }
     text = json.dumps(plain, sort_keys=True, allow_nan=False).encode()
     motion: bytes = saved["motion"]
     body = HEADER.pack(MAGIC, len(text), len(motion)) + text + motion
@@ -35,7 +37,9 @@ def from_bytes(data: bytes, version: str) -> dict[str, Any]:
     _, text_size, motion_size = HEADER.unpack_from(data)
     expected = HEADER.size + text_size + motion_size + CHECKSUM_SIZE
     if len(data) != expected:
-        raise ValueError(f"the state has {len(data)} bytes, {expected} are needed: it is cut short or damaged")
+        raise ValueError(
+            f"the state has {len(data)} bytes, {expected} are needed: it is cut short or damaged"
+        )
     body, checksum = data[:-CHECKSUM_SIZE], data[-CHECKSUM_SIZE:]
     if hashlib.sha256(body).digest() != checksum:
         raise ValueError("the state is damaged: its checksum does not match")

@@ -4,10 +4,12 @@ The host's inputs take the place of what the scene says about wind, attack angle
 
 - ``wind_speed`` replaces ``wind.speed`` and ``wind.history``,
 - ``attack_angle`` replaces ``ice.attack_angle_deg``,
-- ``support.left.x1`` to ``support.right.x3`` replace ``supports.left.motion`` and ``supports.right.motion``.
+- ``support.left.x1`` to ``support.right.x3`` replace ``supports.left.motion`` and
+  ``supports.right.motion``.
 
-Every other value of the scene that is one number is a fixed parameter under its dotted path, but for ``run``, which
-is the host's business. In names, the index of a load stands in brackets, as FMI demands: ``loads[0].torque``.
+Every other value of the scene that is one number is a fixed parameter under its dotted path, but
+for ``run``, which is the host's business. In names, the index of a load stands in brackets, as FMI
+demands: ``loads[0].torque``.
 """
 
 from __future__ import annotations
@@ -28,7 +30,9 @@ ENDS = ("left", "right")
 SUPPORT_INPUTS = tuple(f"support.{end}.{axis}" for end in ENDS for axis in AXES)
 """Names of the six displacements of the tower points, left before right."""
 
-REPLACED_BY_INPUTS = re.compile(r"wind\.(speed|history)\b|ice\.attack_angle_deg$|supports\.\w+\.motion\.|run\.")
+REPLACED_BY_INPUTS = re.compile(
+    r"wind\.(speed|history)\b|ice\.attack_angle_deg$|supports\.\w+\.motion\.|run\."
+)
 """Paths of a scene that are no parameters, because the host has its say there."""
 
 DIRECTIONS = ("along the span", "upwards", "across the span, downwind")
@@ -53,11 +57,13 @@ class Variable:
     name, reference
         Name and value reference; a reference is not used twice, whatever the type.
     origin, key
-        Where the value comes from: the name of an input, the dotted path of a parameter, the name of a channel.
+        Where the value comes from: the name of an input, the dotted path of a parameter, the name
+        of a channel.
     causality, variability, initial, type
         As in FMI 2.0; `initial` is empty where the standard forbids it.
     unit
-        Unit of a Real, one of `gallop_fmu.fmu.units.BASE_UNITS`; "1" for pure numbers, empty for an Integer.
+        Unit of a Real, one of `gallop_fmu.fmu.units.BASE_UNITS`; "1" for pure numbers, empty for an
+        Integer.
     description
         One phrase.
     start
@@ -128,7 +134,11 @@ def variable_table(scene: Scene) -> list[dict[str, str]]:
 
 def wind_speed_at_start(scene: Scene) -> float:
     """Wind speed [m/s] of the scene at t = 0."""
-    return float(scene.wind.history.at(0.0)) if scene.wind.history is not None else scene.wind.speed or 0.0
+    return (
+        float(scene.wind.history.at(0.0))
+        if scene.wind.history is not None
+        else scene.wind.speed or 0.0
+    )
 
 
 def typical_tension(scene: Scene) -> float:
@@ -141,7 +151,13 @@ def typical_tension(scene: Scene) -> float:
 
 
 def _inputs(scene: Scene) -> Iterator[dict[str, Any]]:
-    common = {"origin": Origin.INPUT, "causality": "input", "variability": "continuous", "initial": "", "type": "Real"}
+    common = {
+        "origin": Origin.INPUT,
+        "causality": "input",
+        "variability": "continuous",
+        "initial": "",
+        "type": "Real",
+    }
     yield common | {
         "name": "wind_speed",
         "key": "wind_speed",
@@ -155,7 +171,10 @@ def _inputs(scene: Scene) -> Iterator[dict[str, Any]]:
         "name": "attack_angle",
         "key": "attack_angle",
         "unit": "rad",
-        "description": "initial attack angle of the wind on the ice; turns the ice, held over a communication step",
+        "description": (
+            "initial attack angle of the wind on the ice; turns the ice, held over a communication"
+            " step"
+        ),
         "start": math.radians(scene.ice.attack_angle_deg),
         "minimum": -2.0 * math.pi,
         "maximum": 2.0 * math.pi,
@@ -166,14 +185,21 @@ def _inputs(scene: Scene) -> Iterator[dict[str, Any]]:
                 "name": f"support.{end}.{axis}",
                 "key": f"support.{end}.{axis}",
                 "unit": "m",
-                "description": f"displacement of the {end} tower point {direction}, reached at the end of a "
-                "communication step",
+                "description": (
+                    f"displacement of the {end} tower point {direction}, reached at the end of a "
+                    "communication step"
+                ),
                 "start": 0.0,
             }
 
 
 def _outputs(scene: Scene) -> Iterator[dict[str, Any]]:
-    common = {"causality": "output", "variability": "continuous", "initial": "calculated", "type": "Real"}
+    common = {
+        "causality": "output",
+        "variability": "continuous",
+        "initial": "calculated",
+        "type": "Real",
+    }
     whole = common | {"variability": "discrete", "type": "Integer", "unit": ""}
     tension = typical_tension(scene)
     at_midspan = {f"midspan.x{i}": f"u{i}" for i in (1, 2, 3)} | {"midspan.theta": "theta"}
@@ -238,7 +264,9 @@ def _parameters(scene: Scene) -> Iterator[dict[str, Any]]:
 def _exclusive(bounds: dict[str, float]) -> str:
     """Remark on bounds that are not allowed themselves; those of FMI's model description always are."""
     words = {"gt": "greater than", "lt": "less than"}
-    remarks = " and ".join(f"{word} {bounds[kind]:.6g}" for kind, word in words.items() if kind in bounds)
+    remarks = " and ".join(
+        f"{word} {bounds[kind]:.6g}" for kind, word in words.items() if kind in bounds
+    )
     return f"; must be {remarks}" if remarks else ""
 
 
@@ -250,6 +278,13 @@ def _declared(scene: Scene, path: str) -> tuple[bool, dict[str, float]]:
         section = section[int(parent)] if parent.isdecimal() else getattr(section, parent)
     field = type(section).model_fields[name]
     kinds = ("gt", "ge", "lt", "le")
-    bounds = {kind: getattr(rule, kind) for rule in field.metadata for kind in kinds if hasattr(rule, kind)}
-    whole = any(kind in (int, WholeNumber) for kind in (field.annotation, *get_args(field.annotation)))
+    bounds = {
+        kind: getattr(rule, kind)
+        for rule in field.metadata
+        for kind in kinds
+        if hasattr(rule, kind)
+    }
+    whole = any(
+        kind in (int, WholeNumber) for kind in (field.annotation, *get_args(field.annotation))
+    )
     return whole, bounds

@@ -93,7 +93,9 @@ def indices(name: str, values: Any, count: int) -> NDArray[np.int32]:
     wrong = np.flatnonzero((array < 0) | (array >= count)) if array.size else array
     if wrong.size:
         place = int(wrong[0])
-        raise IndexError(f"{name}[{place}] = {array[place]} does not exist; there are 0 to {count - 1}")
+        raise IndexError(
+            f"{name}[{place}] = {array[place]} does not exist; there are 0 to {count - 1}"
+        )
     return np.ascontiguousarray(array, dtype=np.int32)
 
 

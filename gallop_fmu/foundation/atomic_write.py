@@ -1,8 +1,9 @@
 """Writing files: one rule for every file that the package writes.
 
-A file is written under an unpredictable name in the same folder, then renamed: readers find the old file or the new
-one, whatever happens meanwhile. Links are followed, mode and owner of an older file are kept, and only regular files
-that may be written are replaced. `check_target` applies the same rule before a long computation.
+A file is written under an unpredictable name in the same folder, then renamed: readers find the old
+file or the new one, whatever happens meanwhile. Links are followed, mode and owner of an older file
+are kept, and only regular files that may be written are replaced. `check_target` applies the same
+rule before a long computation.
 """
 
 from __future__ import annotations
@@ -32,7 +33,8 @@ def write_whole(path: Path, content: bytes) -> None:
     Parameters
     ----------
     path
-        The file. A new one gets the usual mode, an older one keeps its mode and, where possible, its owner.
+        The file. A new one gets the usual mode, an older one keeps its mode and, where possible,
+        its owner.
     content
         All of it.
 
@@ -65,8 +67,8 @@ def check_target(path: Path, suffixes: Sequence[str] = ()) -> None:
     Raises
     ------
     SceneError
-        Another suffix, a missing folder, a name that is too long, a folder, device, pipe or read-only file in its
-        place, or a folder that takes no new file.
+        Another suffix, a missing folder, a name that is too long, a folder, device, pipe or
+        read-only file in its place, or a folder that takes no new file.
     """
     if suffixes and path.suffix.lower() not in suffixes:
         raise SceneError(f"{path}: must end in {' or '.join(suffixes)}, which decides the format")
@@ -89,8 +91,8 @@ def check_target(path: Path, suffixes: Sequence[str] = ()) -> None:
 def open_exclusive(path: Path) -> BinaryIO:
     """Open a file to read and append, locked against every other program that opens it by this function.
 
-    The lock ends when the file is closed, also by the end of the program. Some network file systems have no locks;
-    there the file is open without one.
+    The lock ends when the file is closed, also by the end of the program. Some network file systems
+    have no locks; there the file is open without one.
 
     Parameters
     ----------
@@ -167,13 +169,18 @@ def _place(path: Path) -> tuple[Path, os.stat_result | None]:
         return place, None
     _check_regular(older)
     if not stat.S_IMODE(older.st_mode) & 0o222 or not os.access(place, os.W_OK):
-        raise PermissionError(errno.EACCES, "the file is read-only; choose another name, or allow writing")
+        raise PermissionError(
+            errno.EACCES, "the file is read-only; choose another name, or allow writing"
+        )
     return place, older
 
 
 def _check_regular(found: os.stat_result) -> None:
     if not stat.S_ISREG(found.st_mode):
-        raise OSError(errno.EINVAL, "a folder, a device or a pipe, not a regular file; give the name of a file")
+        raise OSError(
+            errno.EINVAL,
+            "a folder, a device or a pipe, not a regular file; give the name of a file",
+        )
 
 
 def _is_same(path: Path, found: os.stat_result) -> bool:
@@ -201,7 +208,9 @@ def _lock(descriptor: int) -> None:
     if sys.platform == "win32":
         import msvcrt
 
-        os.lseek(descriptor, 2**62, os.SEEK_SET)  # beyond all content, which others may go on reading
+        os.lseek(
+            descriptor, 2**62, os.SEEK_SET
+        )  # beyond all content, which others may go on reading
         try:
             msvcrt.locking(descriptor, msvcrt.LK_NBLCK, 1)
         except OSError as problem:

@@ -27,7 +27,11 @@ NODE_CHANNELS = (
     Channel("a3", "m/s2", "horizontal acceleration, with the wind"),
     Channel("omega_rate", "rad/s2", "twist acceleration"),
     Channel("tension", "N", "tension"),
-    Channel("angle_of_attack", "rad", "attack angle: ice angle, twist and direction of the relative wind"),
+    Channel(
+        "angle_of_attack",
+        "rad",
+        "attack angle: ice angle, twist and direction of the relative wind",
+    ),
 )
 
 SPAN_CHANNELS = (
@@ -42,8 +46,8 @@ SPAN_CHANNELS = (
     Channel(
         "potential_energy",
         "J",
-        "strain energy and energy of position, from the initial equilibrium; where towers move, without the work of "
-        "the static reactions on them",
+        "strain energy and energy of position, from the initial equilibrium; where towers move,"
+        " without the work of the static reactions on them",
     ),
     Channel("newton_iterations", "1", "Newton iterations of the last step"),
     Channel("substeps", "1", "sub-steps that the last step was divided into"),

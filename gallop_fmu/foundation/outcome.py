@@ -16,13 +16,22 @@ class Outcome(Enum):
     COMPLETED = (0, "the calculation was completed", "")
     NEWTON_STALLED = (
         1,
-        "the Newton iteration did not converge, although the time step was halved as often as allowed",
-        "reduce numerics.time_step, raise numerics.max_halvings, or check the scene for a sudden jump in load or wind",
+        (
+            "the Newton iteration did not converge, although the time step was halved as often as"
+            " allowed"
+        ),
+        (
+            "reduce numerics.time_step, raise numerics.max_halvings, or check the scene for a"
+            " sudden jump in load or wind"
+        ),
     )
     NON_FINITE = (
         2,
         "the motion became infinite or not a number",
-        "reduce numerics.time_step and check stiffness, mass and the aerodynamic coefficients of the scene",
+        (
+            "reduce numerics.time_step and check stiffness, mass and the aerodynamic coefficients"
+            " of the scene"
+        ),
     )
     ANGLE_OUT_OF_RANGE = (
         3,
@@ -31,15 +40,23 @@ class Outcome(Enum):
     )
     SLACK = (
         4,
-        "the tension fell below zero: the cable went slack, and a cable element cannot carry compression",
-        "raise the tension, lower the wind or the load, or let it act more gradually; "
-        'conductor.slack = "tension_only" lets the full model go slack',
+        (
+            "the tension fell below zero: the cable went slack, and a cable element cannot carry"
+            " compression"
+        ),
+        (
+            "raise the tension, lower the wind or the load, or let it act more gradually; "
+            'conductor.slack = "tension_only" lets the full model go slack'
+        ),
     )
     EQUILIBRIUM_NOT_FOUND = (
         5,
         "no static equilibrium was found, although the load was applied in steps",
-        "check sag, tension, wind and support displacement; there may be none (twist divergence, or ice above the "
-        "conductor that rolls it over: ice.first_moment_x2 g L^2 > pi^2 GJ)",
+        (
+            "check sag, tension, wind and support displacement; there may be none (twist"
+            " divergence, or ice above the conductor that rolls it over: ice.first_moment_x2 g L^2"
+            " > pi^2 GJ)"
+        ),
     )
     INVALID_SCENE = (6, "a number of the scene is impossible", "check the scene's values")
     OUT_OF_MEMORY = (7, "there is not enough memory for the model", "use fewer elements")
@@ -90,15 +107,16 @@ class Report:
     element
         0-based element of the failure, None where it has no place.
     value, limit
-        The offending value and what is allowed; their meaning follows from the outcome. An attack angle is given
-        within the turn centred on the curve's range: below the limit, the lower end was left.
+        The offending value and what is allowed; their meaning follows from the outcome. An attack
+        angle is given within the turn centred on the curve's range: below the limit, the lower end
+        was left.
     field
         Which number of an invalid scene, or which argument of a call that is not allowed.
     lowest_tension
         Lowest tension [N] at any Gauss point since the start.
     largest_turn
-        Largest turn [rad] of a section about the span within one step since the start; under a tolerance, which
-        looks after it, 0.
+        Largest turn [rad] of a section about the span within one step since the start; under a
+        tolerance, which looks after it, 0.
     steps, substeps, iterations, refactorisations, halvings, rejections
         Work done since the start.
     """
@@ -122,10 +140,11 @@ class Report:
     def doubtful(self) -> bool:
         """Whether steps were so long for the motion that its energy need not be right.
 
-        That is where many of them had to be halved, or a section turned far within one of them. A cheap sign: of ten
-        thousand random runs none without it was out of balance by more than a few per cent of its energy
-        (docs/stability.md). It counts the share of steps that were halved, whatever their length. Steps that are just
-        short enough to converge leave it silent about axial waves that they do not resolve;
+        That is where many of them had to be halved, or a section turned far within one of them. A
+        cheap sign: of ten thousand random runs none without it was out of balance by more than a
+        few per cent of its energy (docs/stability.md). It counts the share of steps that were
+        halved, whatever their length. Steps that are just short enough to converge leave it silent
+        about axial waves that they do not resolve;
         `gallop_fmu.simulation.energy_balance.energy_balance` is the sure test.
         """
         return self._often_halved or self._turned_far
@@ -145,18 +164,26 @@ class Report:
         if self._often_halved:
             signs.append(f"{self.steps} steps were halved {self.halvings} times")
         if self._turned_far:
-            signs.append(f"the section turned by {math.degrees(self.largest_turn):.0f} deg within one step")
+            signs.append(
+                f"the section turned by {math.degrees(self.largest_turn):.0f} deg within one step"
+            )
         if not signs:
             return ()
         return (
-            f"The time step is too long for this motion, whose energy may be wrong: {' and '.join(signs)}. "
-            "Reduce numerics.time_step.",
+            (
+                "The time step is too long for this motion, whose energy may be wrong:"
+                f" {' and '.join(signs)}. Reduce numerics.time_step."
+            ),
         )
 
     def __str__(self) -> str:
         if self.outcome is Outcome.COMPLETED:
             return f"completed at {self.time:g} s"
-        place = "" if self.element is None else f" in element {self.element + 1} (counted from the left)"
+        place = (
+            ""
+            if self.element is None
+            else f" in element {self.element + 1} (counted from the left)"
+        )
         cure = f" What to do: {self.outcome.cure}." if self.outcome.cure else ""
         return f"At {self.time:.6g} s{place} {self.outcome.sentence}{self._detail}.{cure}"
 
@@ -170,10 +197,14 @@ class Report:
             return f": {value:.6g} deg, {abs(value - limit):.2g} deg {end} limit of {limit:.6g} deg"
         if self.outcome is Outcome.SLACK:
             return f": {self.value:.4g} N"
-        if self.outcome is Outcome.STOPPED_BY_USER or (self.field is None and not math.isfinite(self.value)):
+        if self.outcome is Outcome.STOPPED_BY_USER or (
+            self.field is None and not math.isfinite(self.value)
+        ):
             return ""
         given = {"value": self.value, "limit": self.limit}
-        numbers = ", ".join(f"{name} {number:.4g}" for name, number in given.items() if not math.isnan(number))
+        numbers = ", ".join(
+            f"{name} {number:.4g}" for name, number in given.items() if not math.isnan(number)
+        )
         return field + (f" ({numbers})" if numbers else "")
 
 

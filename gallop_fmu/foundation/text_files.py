@@ -17,7 +17,14 @@ from typing import Any
 from pydantic import ValidationInfo
 
 from gallop_fmu.foundation.errors import SceneError
-from gallop_fmu.foundation.text_rules import clean_text, is_number, number_remedy, plain, read_number, toml_spelling
+from gallop_fmu.foundation.text_rules import (
+    clean_text,
+    is_number,
+    number_remedy,
+    plain,
+    read_number,
+    toml_spelling,
+)
 
 LARGEST_FILE = 10_000_000
 """Bytes; a scene or table beyond this is taken for a mistake."""
@@ -29,7 +36,8 @@ DEEPEST = 40
 _DEEP_KEY = re.compile(rf"""(?<![\w"'-])(?:[\w"'-]++[ \t]*+\.[ \t]*+){{{DEEPEST}}}""")
 
 
-# Texts and comments, which are passed over also where they do not end, and words that stand as values.
+# Texts and comments, which are passed over also where they do not end, and words that stand as
+# values.
 _TOML_PART = re.compile(
     r'''"""(?:[^"\\]|\\.|"(?!""))*+(?:"""|\Z)|"(?:[^"\\\n]|\\[^\n])*+"?'''
     r"""|'''(?:[^']|'(?!''))*+(?:'''|\Z)|'[^'\n]*+'?|\#[^\n]*+"""
@@ -44,8 +52,8 @@ def read_text(path: Path) -> str:
     Raises
     ------
     SceneError
-        The file does not exist, is a folder or a device, is too large, is not readable, is not text, or holds a
-        character that `clean_text` refuses.
+        The file does not exist, is a folder or a device, is too large, is not readable, is not
+        text, or holds a character that `clean_text` refuses.
     """
     try:
         if not path.exists():
@@ -55,19 +63,24 @@ def read_text(path: Path) -> str:
         with path.open("rb") as file:
             content = file.read(LARGEST_FILE + 1)
         if len(content) > LARGEST_FILE:
-            raise SceneError(f"{path}: has {path.stat().st_size} bytes; at most {LARGEST_FILE} are read")
+            raise SceneError(
+                f"{path}: has {path.stat().st_size} bytes; at most {LARGEST_FILE} are read"
+            )
         utf16 = content.startswith((codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE))
         text = content.decode("utf-16" if utf16 else "utf-8-sig")
     except UnicodeDecodeError:
         raise SceneError(
-            f"{path}: not a text file in UTF-8; save it as UTF-8 (in Excel: CSV UTF-8), not as an older encoding"
+            f"{path}: not a text file in UTF-8; save it as UTF-8 (in Excel: CSV UTF-8), not as an"
+            " older encoding"
         ) from None
     except (OSError, ValueError) as problem:
         if isinstance(problem, SceneError):
             raise
         raise SceneError(f"{path}: cannot be read ({problem})") from None
     if "\0" in text:
-        raise SceneError(f"{path}: a binary file, not a text file; a text file in UTF-16 needs a byte order mark")
+        raise SceneError(
+            f"{path}: a binary file, not a text file; a text file in UTF-16 needs a byte order mark"
+        )
     try:
         return clean_text(text)
     except SceneError:
@@ -93,12 +106,16 @@ def parse_toml(text: str) -> dict[str, Any]:
         parsed = tomllib.loads(_TOML_PART.sub(_toml_number, text))
         level: list[Any] = [parsed]
         for _ in range(DEEPEST):
-            level = [item for one in level for item in (one.values() if isinstance(one, dict) else one)]
+            level = [
+                item for one in level for item in (one.values() if isinstance(one, dict) else one)
+            ]
             level = [item for item in level if isinstance(item, (dict, list))]
         if level:
             raise RecursionError
     except RecursionError:
-        raise SceneError(f"not a TOML file that can be a scene (nested more than {DEEPEST} levels)") from None
+        raise SceneError(
+            f"not a TOML file that can be a scene (nested more than {DEEPEST} levels)"
+        ) from None
     except SceneError:
         raise
     except ValueError as problem:  # a whole number of thousands of digits is no TOMLDecodeError
@@ -122,8 +139,8 @@ def _toml_number(part: re.Match[str]) -> str:
 def parse_value(text: str, *, as_text: bool = False) -> Any:
     """Value of a cell, or of a value that follows ``--set KEY=`` or ``--over KEY=``.
 
-    ``none`` is None, a number is one by `read_number`, what begins like an array, a table or a quoted text is read as
-    TOML. Anything else is a text, which the scene accepts or refuses.
+    ``none`` is None, a number is one by `read_number`, what begins like an array, a table or a
+    quoted text is read as TOML. Anything else is a text, which the scene accepts or refuses.
 
     Parameters
     ----------
@@ -180,14 +197,14 @@ def read_table(path: Path, units: Mapping[str, str], *, first: str = "") -> Tabl
     units
         Name to unit of the columns that the file must have; no unit, where it is not known.
     first
-        Where this is one of the names, it is the first column whatever the file calls it, and the file must have at
-        least one of the others.
+        Where this is one of the names, it is the first column whatever the file calls it, and the
+        file must have at least one of the others.
 
     Raises
     ------
     SceneError
-        Unreadable file, missing, unknown or repeated column, another unit, or a cell that is not a finite number; the
-        message names the row.
+        Unreadable file, missing, unknown or repeated column, another unit, or a cell that is not a
+        finite number; the message names the row.
     """
     lines = read_cells(path)
     header = _column_names(path, lines[0][1] if lines else [], units, first)
@@ -196,17 +213,25 @@ def read_table(path: Path, units: Mapping[str, str], *, first: str = "") -> Tabl
         if cells[0].lstrip().startswith("#"):
             continue
         if len(cells) != len(header):
-            raise SceneError(f"{path.name}: row {row} has {len(cells)} cells, {len(header)} are needed")
-        numbers.append([_number(path, row, name, cell) for name, cell in zip(header, cells, strict=True)])
+            raise SceneError(
+                f"{path.name}: row {row} has {len(cells)} cells, {len(header)} are needed"
+            )
+        numbers.append(
+            [_number(path, row, name, cell) for name, cell in zip(header, cells, strict=True)]
+        )
         rows.append(row)
-    return Table(path.name, {name: tuple(line[k] for line in numbers) for k, name in enumerate(header)}, rows)
+    return Table(
+        path.name, {name: tuple(line[k] for line in numbers) for k, name in enumerate(header)}, rows
+    )
 
 
 _NAME_AND_UNIT = re.compile(r"(.*?)\s*(?:[\[(]\s*(.*?)\s*[\])])?")
 _SAME_UNIT = {"-": "1", "sec": "s", "seconds": "s", "°": "deg", "degree": "deg", "degrees": "deg"}
 
 
-def _column_names(path: Path, cells: Sequence[str], units: Mapping[str, str], first: str) -> list[str]:
+def _column_names(
+    path: Path, cells: Sequence[str], units: Mapping[str, str], first: str
+) -> list[str]:
     """Names of the columns, as `units` spells them."""
     others = ", ".join(name for name in units if name != first)
     wanted = f"{first}, the first column, and any of {others}" if first else ",".join(units)
@@ -222,7 +247,9 @@ def _column_names(path: Path, cells: Sequence[str], units: Mapping[str, str], fi
         if name not in units:
             raise SceneError(f"{wrong}; it has {_quoted(path, cell)}{_foreign(','.join(cells))}")
         if unit and units[name] and _SAME_UNIT.get(unit, unit) != units[name]:
-            raise SceneError(f"{path.name}: column {cell.strip()!r} must be in {units[name]}; convert it")
+            raise SceneError(
+                f"{path.name}: column {cell.strip()!r} must be in {units[name]}; convert it"
+            )
         if name in header:
             raise SceneError(f"{path.name}: column {name!r} is there twice; remove one of them")
         header.append(name)
@@ -231,7 +258,8 @@ def _column_names(path: Path, cells: Sequence[str], units: Mapping[str, str], fi
         raise SceneError(f"{wrong}; it is {_quoted(path, ','.join(cells))}")
     if missing and not first:
         raise SceneError(
-            f"{wrong}; it has no {missing[0]}: {_quoted(path, ','.join(cells))}{_foreign(','.join(cells))}"
+            f"{wrong}; it has no {missing[0]}:"
+            f" {_quoted(path, ','.join(cells))}{_foreign(','.join(cells))}"
         )
     return header
 
@@ -245,10 +273,13 @@ def _foreign(header: str) -> str:
     """What to do with a file of another program, as far as its first line tells."""
     if "," not in header and len(header.split()) > 1:
         return (
-            ". Its columns are not separated by commas, semicolons or tabs; save it as CSV with one line of names, and "
-            "put # before lines of text above it"
+            ". Its columns are not separated by commas, semicolons or tabs; save it as CSV with one"
+            " line of names, and put # before lines of text above it"
         )
-    return ". Rename the columns, remove those that are not needed, and put # before lines of text above the names"
+    return (
+        ". Rename the columns, remove those that are not needed, and put # before lines of text"
+        " above the names"
+    )
 
 
 SEPARATORS = ",;\t"
@@ -258,8 +289,9 @@ _QUOTED = re.compile(r'"[^"]*"')
 def read_cells(path: Path) -> list[tuple[int, list[str]]]:
     """Rows of a CSV file, each with the number of its first line.
 
-    Cells are separated by commas, semicolons or tabs, whichever the first row has most of. Empty lines are skipped, and
-    so are lines that start with ``#`` above the first row; columns without a name and without any cell are left out.
+    Cells are separated by commas, semicolons or tabs, whichever the first row has most of. Empty
+    lines are skipped, and so are lines that start with ``#`` above the first row; columns without a
+    name and without any cell are left out.
 
     Raises
     ------
@@ -289,8 +321,8 @@ def read_cells(path: Path) -> list[tuple[int, list[str]]]:
             break
         except csv.Error as problem:
             raise SceneError(
-                f"{path}: not a CSV file in row {row} ({problem}); close each quotation mark that opens a cell, "
-                "and double those inside"
+                f"{path}: not a CSV file in row {row} ({problem}); close each quotation mark that"
+                " opens a cell, and double those inside"
             ) from None
         if any(cell.strip() for cell in cells):
             rows.append((row, cells))
@@ -340,15 +372,25 @@ def check_table(
     count = len(columns[key])
     for name, column in columns.items():
         if len(column) != count:
-            raise SceneError(f"{start}{name} has {len(column)} values but {key} has {count}; give one for each")
+            raise SceneError(
+                f"{start}{name} has {len(column)} values but {key} has {count}; give one for each"
+            )
     if count < 2:
-        raise SceneError(f"{start}{key} has {count} point{'s' * (count != 1)}; a table needs at least two")
+        raise SceneError(
+            f"{start}{key} has {count} point{'s' * (count != 1)}; a table needs at least two"
+        )
     for i in range(1, count):
         before, here = columns[key][i - 1], columns[key][i]
-        if not here > before and not (jumps and here == before and (i == 1 or columns[key][i - 2] < before)):
+        if not here > before and not (
+            jumps and here == before and (i == 1 or columns[key][i - 2] < before)
+        ):
             row = rows[i] if rows else i + 1
-            allowed = "; two rows of one are a jump, three are not" if jumps and here == before else ""
-            raise SceneError(f"{start}{key} must increase; row {row} has {here} after {before}{allowed}")
+            allowed = (
+                "; two rows of one are a jump, three are not" if jumps and here == before else ""
+            )
+            raise SceneError(
+                f"{start}{key} must increase; row {row} has {here} after {before}{allowed}"
+            )
 
 
 def take_in_file(
@@ -356,21 +398,27 @@ def take_in_file(
 ) -> tuple[Any, Table | None]:
     """Replace the entry ``file`` of a raw section by the columns of the CSV file it names.
 
-    A relative name starts from the folder of the scene file, which the loader passes as validation context.
+    A relative name starts from the folder of the scene file, which the loader passes as validation
+    context.
 
     Returns
     -------
     data, table
-        The section with arrays in place of the file, and the table that was read; None where no file was named.
+        The section with arrays in place of the file, and the table that was read; None where no
+        file was named.
     """
     if not isinstance(data, dict) or data.get("file") is None:
         return data, None
     file = data["file"]
     if not isinstance(file, str):
-        raise SceneError(f"file = {file!r}: must be the name of a CSV file with header {','.join(units)}")
+        raise SceneError(
+            f"file = {file!r}: must be the name of a CSV file with header {','.join(units)}"
+        )
     both = [name for name in units if data.get(name)]
     if both:
-        raise SceneError(f"file = {file!r} and {', '.join(both)} are both given; give the file or the arrays")
+        raise SceneError(
+            f"file = {file!r} and {', '.join(both)} are both given; give the file or the arrays"
+        )
     table = read_table(Path((info.context or {}).get("folder", ".")) / file, units)
     check_table(table.file, key, table.columns, table.rows, jumps=jumps)
     others = {name: value for name, value in data.items() if name != "file"}

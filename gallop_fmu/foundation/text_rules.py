@@ -1,8 +1,9 @@
 r"""One rule for every text that a user gives, and one for every number written as text.
 
-A text is kept as it was, in Unicode's normal form C, with line breaks as ``\n``. A text that holds a control
-character, a surrogate or a non-character is refused: NetCDF, XML and terminals cannot show it. A number is written
-as in most programs: ``.5``, ``2.``, ``05``, ``+3`` and ``1e-3``, in ASCII digits with a decimal point.
+A text is kept as it was, in Unicode's normal form C, with line breaks as ``\n``. A text that holds
+a control character, a surrogate or a non-character is refused: NetCDF, XML and terminals cannot
+show it. A number is written as in most programs: ``.5``, ``2.``, ``05``, ``+3`` and ``1e-3``, in
+ASCII digits with a decimal point.
 """
 
 from __future__ import annotations
@@ -26,7 +27,8 @@ _WHOLE = re.compile(r"[+-]?[0-9]{1,19}")
 _DECIMAL_COMMA = re.compile(r"[+-]?[0-9]+,[0-9]+(?:[eE][+-]?[0-9]+)?")
 _DATE_OR_TIME = re.compile(r"[0-9]{1,4}[-/.][0-9]{1,2}[-/.][0-9]{1,4}|[0-9]{1,2}:[0-9]{2}")
 _ODD_NUMBER = re.compile(r"[+-]?(?:0[xXoObB][0-9a-fA-F]+|[\w.]*_[\w.]*|[0-9.]+[dD][+-]?[0-9]+)")
-# Controls except tab and line feed, surrogates, and the code points that Unicode reserves as non-characters.
+# Controls except tab and line feed, surrogates, and the code points that Unicode reserves as
+# non-characters.
 _REFUSED = re.compile(
     "[\x00-\x08\x0b-\x1f\x7f-\x9f\ud800-\udfff\ufdd0-\ufdef"
     + "".join(chr(plane << 16 | 0xFFFE) + chr(plane << 16 | 0xFFFF) for plane in range(17))
@@ -47,8 +49,8 @@ def clean_text(text: str) -> str:
     text = text.replace("\r\n", "\n").replace("\r", "\n")
     if found := _REFUSED.search(text):
         raise SceneError(
-            f'"{printable(text[:40])}" holds the character U+{ord(found[0]):04X} ({_kind(found[0])}), which files and '
-            "terminals cannot show; remove it"
+            f'"{printable(text[:40])}" holds the character U+{ord(found[0]):04X}'
+            f" ({_kind(found[0])}), which files and terminals cannot show; remove it"
         )
     return unicodedata.normalize("NFC", text)
 
@@ -100,15 +102,18 @@ def number_remedy(text: str) -> str:
     if _ODD_NUMBER.fullmatch(text) or (given != text and _NUMBER.fullmatch(text)):
         return "write the digits 0 to 9 only, such as 100, 0.5 or 1e-3"
     if text.lower() in ("nan", "na", "n/a", "null", "-"):
-        return "give a number; only in a table of spans may a cell be empty, which keeps the scene's value"
+        return (
+            "give a number; only in a table of spans may a cell be empty, which keeps the scene's"
+            " value"
+        )
     return ""
 
 
 def plain(value: Any) -> Any:
     """Return a value as the plain data of a TOML file: numbers, texts, lists and tables.
 
-    NumPy values and sections are converted. What plain data do not have, such as a date, becomes text, which no number
-    field accepts.
+    NumPy values and sections are converted. What plain data do not have, such as a date, becomes
+    text, which no number field accepts.
 
     Raises
     ------

@@ -17,13 +17,20 @@ HEADER = """\
 
 def annotated_toml(scene: Scene) -> str:
     """The whole scene as `Scene.to_toml` writes it, with comments; loading it gives an equal scene."""
-    notes = {leaf.path: f"{leaf.meaning} [{leaf.unit}]" if leaf.unit else leaf.meaning for leaf in leaves(scene)}
+    notes = {
+        leaf.path: f"{leaf.meaning} [{leaf.unit}]" if leaf.unit else leaf.meaning
+        for leaf in leaves(scene)
+    }
     lines, table = [], ""
     for line in scene.to_toml().splitlines():
         heading = re.fullmatch(r"\[+([^\]\"]+)\]+", line)
         table = f"{heading[1]}." if heading else table
         key = re.match(r"(\w+) = ", line)
-        note = notes.get(table + key[1]) if key and table != "sources." and not line.endswith('"""') else None
+        note = (
+            notes.get(table + key[1])
+            if key and table != "sources." and not line.endswith('"""')
+            else None
+        )
         if note and line.endswith("["):
             lines.append(f"# {note}")
         lines.append(f"{line}  # {note}" if note and table and not line.endswith("[") else line)

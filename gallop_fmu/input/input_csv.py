@@ -1,8 +1,9 @@
 """Wind and tower motion from a CSV file as FMPy reads it for an FMU: ``time`` and the names of input variables.
 
-So the same file drives the FMU (``fmpy simulate --input-file``) and `gallop_fmu.simulate`. FMPy sets the inputs at the
-start of a communication step and the FMU reaches them at its end, so it follows the file one step later: an error of
-first order in the step (`tests/fmu/test_inputs.py` measures 0.045 m of 0.40 m at a step of 0.05 s, 0.009 m at 0.01 s).
+So the same file drives the FMU (``fmpy simulate --input-file``) and `gallop_fmu.simulate`. FMPy
+sets the inputs at the start of a communication step and the FMU reaches them at its end, so it
+follows the file one step later: an error of first order in the step (`tests/fmu/test_inputs.py`
+measures 0.045 m of 0.40 m at a step of 0.05 s, 0.009 m at 0.01 s).
 """
 
 from __future__ import annotations
@@ -16,7 +17,9 @@ from gallop_fmu.foundation.text_files import check_table, read_table
 from gallop_fmu.scene.scene import Scene
 
 MOTIONS = {
-    f"support.{end}.{axis}": f"supports.{end}.motion.{axis}" for end in ("left", "right") for axis in ("x1", "x2", "x3")
+    f"support.{end}.{axis}": f"supports.{end}.motion.{axis}"
+    for end in ("left", "right")
+    for axis in ("x1", "x2", "x3")
 }
 """Input variables for the tower points, and where a scene holds their laws."""
 
@@ -35,14 +38,15 @@ def with_inputs(scene: Scene, path: Path | str) -> Scene:
     scene
         What to drive.
     path
-        File whose first column is the time [s], whatever its name, and whose others are any of ``wind_speed`` [m/s],
-        ``attack_angle`` [rad] and ``support.left.x1`` ... ``support.right.x3`` [m].
+        File whose first column is the time [s], whatever its name, and whose others are any of
+        ``wind_speed`` [m/s], ``attack_angle`` [rad] and ``support.left.x1`` ...
+        ``support.right.x3`` [m].
 
     Raises
     ------
     SceneError
-        Unreadable file, unknown or repeated column, times that do not increase, or an attack angle that changes: a
-        scene holds one angle, only the FMU can vary it.
+        Unreadable file, unknown or repeated column, times that do not increase, or an attack angle
+        that changes: a scene holds one angle, only the FMU can vary it.
     """
     path = Path(path)
     table = read_table(path, COLUMNS, first="time")

@@ -29,7 +29,8 @@ def load_scene(name_or_path: str | Path) -> Scene:
     Raises
     ------
     SceneError
-        Unknown name, unreadable or foreign file, or invalid content; the message names all problems.
+        Unknown name, unreadable or foreign file, or invalid content; the message names all
+        problems.
     """
     return scene_of_file(*read_scene_file(name_or_path))
 
@@ -49,8 +50,8 @@ def read_scene_file(name_or_path: str | Path) -> tuple[dict[str, Any], Path, str
     if not path.suffix and len(path.parts) == 1 and not path.exists():
         closest = difflib.get_close_matches(str(path), packaged, n=1, cutoff=0.0)
         raise SceneError(
-            f"{path}: no packaged scene has this name (there are {', '.join(packaged)}) and there is no such file; "
-            f"closest: {closest[0]}"
+            f"{path}: no packaged scene has this name (there are {', '.join(packaged)}) and there"
+            f" is no such file; closest: {closest[0]}"
         )
     return _parse(read_text(path), str(path)), path.parent, str(path)
 
@@ -69,11 +70,16 @@ def scene_of_file(data: Mapping[str, Any], folder: Path, name: str) -> Scene:
         if not name:
             raise
         lines = str(problem).splitlines()
-        raise SceneError(f"{name}: {lines[0]}" if len(lines) == 1 else "\n  ".join([f"{name}:", *lines])) from None
+        raise SceneError(
+            f"{name}: {lines[0]}" if len(lines) == 1 else "\n  ".join([f"{name}:", *lines])
+        ) from None
 
 
 def _packaged() -> dict[str, str]:
-    return {name: packaged_text("scene/packaged", f"{name}.toml") for name in packaged_names("scene/packaged", ".toml")}
+    return {
+        name: packaged_text("scene/packaged", f"{name}.toml")
+        for name in packaged_names("scene/packaged", ".toml")
+    }
 
 
 def _parse(text: str, name: str) -> dict[str, Any]:
@@ -82,5 +88,7 @@ def _parse(text: str, name: str) -> dict[str, Any]:
     except SceneError as problem:
         raise SceneError(f"{name}: {problem}") from None
     if not {"line", "span", "conductor"} & data.keys():
-        raise SceneError(f"{name}: not a scene file; it has neither [line] nor [span] nor [conductor]")
+        raise SceneError(
+            f"{name}: not a scene file; it has neither [line] nor [span] nor [conductor]"
+        )
     return data

@@ -75,7 +75,8 @@ class SceneSpec:
     def scene(self, values: Mapping[str, Any] | None = None) -> Scene:
         """The scene with its values, and with those given here.
 
-        Values of the line are changed first, and the line resolved; then the others, on what follows from it.
+        Values of the line are changed first, and the line resolved; then the others, on what
+        follows from it.
 
         Raises
         ------
@@ -83,7 +84,9 @@ class SceneSpec:
             A value is not allowed, or there is no line where one is to be changed.
         """
         every = {**self.values, **(values or {})}
-        on_line = {key.removeprefix(LINE): value for key, value in every.items() if key.startswith(LINE)}
+        on_line = {
+            key.removeprefix(LINE): value for key, value in every.items() if key.startswith(LINE)
+        }
         others = {key: value for key, value in every.items() if not key.startswith(LINE)}
         scene = self._with_line(on_line) if on_line else self._unchanged
         return scene.with_values(others) if others else scene
@@ -94,8 +97,8 @@ class SceneSpec:
         Raises
         ------
         SceneError
-            Values of a line are to come, but there is no line; its table has an unknown key, or lacks one that does not
-            come; or without a line, the scene is not allowed as it is.
+            Values of a line are to come, but there is no line; its table has an unknown key, or
+            lacks one that does not come; or without a line, the scene is not allowed as it is.
         """
         on_line = sorted(key for key in to_come if key.startswith(LINE))
         if not on_line:
@@ -110,8 +113,8 @@ class SceneSpec:
             if about.is_required() and name not in given:
                 raise SceneError(
                     self._named(
-                        f"{LINE}{name}: missing; {about.description}; give it in the scene's [line], or as a column "
-                        f"{LINE}{name} of the table"
+                        f"{LINE}{name}: missing; {about.description}; give it in the scene's"
+                        f" [line], or as a column {LINE}{name} of the table"
                     )
                 )
 
@@ -120,7 +123,9 @@ class SceneSpec:
         if not self.has_line:
             return self.scene().to_toml()
         content = json.dumps([self.data, self.values], sort_keys=True, default=str)
-        return content + "".join(self.file_fingerprint(name) for name in _file_names([self.data, self.values]))
+        return content + "".join(
+            self.file_fingerprint(name) for name in _file_names([self.data, self.values])
+        )
 
     def file_fingerprint(self, name: Any) -> str:
         """A number that changes with the content of a file; empty if there is none of this name."""
@@ -140,8 +145,9 @@ class SceneSpec:
         if not self.has_line:
             raise SceneError(
                 self._named(
-                    f"{wanted}: there is no [line] table whose values could be changed; give a scene file that has "
-                    "one, by its path (a scene once loaded holds plain numbers only)"
+                    f"{wanted}: there is no [line] table whose values could be changed; give a"
+                    " scene file that has one, by its path (a scene once loaded holds plain"
+                    " numbers only)"
                 )
             )
         line = self.data["line"]
@@ -161,7 +167,11 @@ def unit_of(scene: Scene, key: str) -> str:
     SceneError
         No value has this path.
     """
-    return unit_of_field(Line.model_fields[key.removeprefix(LINE)]) if key.startswith(LINE) else scene.unit_of(key)
+    return (
+        unit_of_field(Line.model_fields[key.removeprefix(LINE)])
+        if key.startswith(LINE)
+        else scene.unit_of(key)
+    )
 
 
 def _file_names(data: Any) -> Iterator[str]:

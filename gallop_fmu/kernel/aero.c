@@ -1,37 +1,45 @@
 /* Quasi-steady aerodynamic load along the span (Liu et al. 2009, eq. 20-21), and its derivatives.
  *
- * The load acts in the plane of the section, normal to the conductor's tangent t in the initial equilibrium: the part
- * of the relative wind along t exerts no force.  n3 = e3 is horizontal, n2 = n3 x t points upwards; on a level conductor
- * n2 = e2.  Velocities v2 and forces F2 of a section are components along n2, and v3, F3 along n3. */
+ * The load acts in the plane of the section, normal to the conductor's tangent t in the initial
+ * equilibrium: the part of the relative wind along t exerts no force.  n3 = e3 is horizontal, n2 =
+ * n3 x t points upwards; on a level conductor n2 = e2.  Velocities v2 and forces F2 of a section
+ * are components along n2, and v3, F3 along n3. */
 #include "elementary.h"
 #include "internal.h"
 
-/* alpha = alpha0 + theta + atan2(w2, w3) with the relative wind w2 = -v2 - r omega, w3 = U - v3; v2 and v3 lie in the
- * section's plane, along n2 and n3. */
-double aero_angle(double theta, double v2, double v3, double omega, double wind, double attack, double radius)
+/* alpha = alpha0 + theta + atan2(w2, w3) with the relative wind w2 = -v2 - r omega, w3 = U - v3; v2
+ * and v3 lie in the section's plane, along n2 and n3. */
+double aero_angle(double theta, double v2, double v3, double omega, double wind, double attack,
+                  double radius)
 {
     double w2 = -v2 - radius * omega, w3 = wind - v3;
     return attack + theta + arctangent(w2, w3);
 }
 
-/* What the loops along the span need, as numbers of their own: stores into arrays cannot change them. */
+/* What the loops along the span need, as numbers of their own: stores into arrays cannot change
+ * them. */
 typedef struct {
-    double wind, attack, radius, centre, half, pressure, diameter;   /* pressure: rho d / 2 */
+    double wind, attack, radius, centre, half, pressure, diameter; /* pressure: rho d / 2 */
 } air;
 
 static air air_of(const gallop_model *model, const instant *now)
 {
-    return (air){now->wind, now->attack, model->radius, model->curve_centre,
+    return (air){now->wind,
+                 now->attack,
+                 model->radius,
+                 model->curve_centre,
                  0.5 * (model->curve_last - model->curve_first),
-                 0.5 * model->scene.air_density * model->scene.diameter, model->scene.diameter};
+                 0.5 * model->scene.air_density * model->scene.diameter,
+                 model->scene.diameter};
 }
 
-/* Attack angle of a section, how far it is out of the curve's range, and where on the curve to read: reduced to the
- * turn centred on the range, and held at its ends.  "error" holds as well, so that a stray Newton iterate stays finite:
- * the step is judged once it has converged. */
+/* Attack angle of a section, how far it is out of the curve's range, and where on the curve to
+ * read: reduced to the turn centred on the range, and held at its ends.  "error" holds as well, so
+ * that a stray Newton iterate stays finite: the step is judged once it has converged. */
 INLINE double place_on_curve(const air *air, const sections *at, int i, bool twist)
 {
-    double w2 = twist ? -at->v2[i] - air->radius * at->omega[i] : -at->v2[i], w3 = air->wind - at->v3[i];
+    double w2 = twist ? -at->v2[i] - air->radius * at->omega[i] : -at->v2[i],
+           w3 = air->wind - at->v3[i];
     double alpha = (twist ? air->attack + at->theta[i] : air->attack) + arctangent(w2, w3);
     double offset = alpha - air->centre;
     offset -= 2.0 * PI * nearest(offset * (0.5 / PI));
@@ -42,8 +50,8 @@ INLINE double place_on_curve(const air *air, const sections *at, int i, bool twi
     return air->centre + (over > 0.0 ? held : offset);
 }
 
-/* CL, CD, CM of a section into by_v2, their slopes, where asked for, into by_v3: the cubic with coefficients k at the
- * distance s from its origin. */
+/* CL, CD, CM of a section into by_v2, their slopes, where asked for, into by_v3: the cubic with
+ * coefficients k at the distance s from its origin. */
 INLINE void read_section(const double *k, double s, const sections *at, int i, bool slopes)
 {
     double inside = at->excess[i] > 0.0 ? 0.0 : 1.0;
@@ -56,11 +64,13 @@ INLINE void read_section(const double *k, double s, const sections *at, int i, b
     at->by_v3[2][i] = inside * (k[9] + s * (2.0 * k[10] + 3.0 * s * k[11]));
 }
 
-/* F2 = q (CL w3 + CD w2), F3 = q (-CL w2 + CD w3), M = q Ur d CM, q = rho d Ur / 2, taken from the section's force. */
+/* F2 = q (CL w3 + CD w2), F3 = q (-CL w2 + CD w3), M = q Ur d CM, q = rho d Ur / 2, taken from the
+ * section's force. */
 INLINE void subtract_load(const air *air, const sections *at, int i, bool twist)
 {
     const double lift = at->by_v2[0][i], drag = at->by_v2[1][i];
-    double w2 = twist ? -at->v2[i] - air->radius * at->omega[i] : -at->v2[i], w3 = air->wind - at->v3[i];
+    double w2 = twist ? -at->v2[i] - air->radius * at->omega[i] : -at->v2[i],
+           w3 = air->wind - at->v3[i];
     double square = w2 * w2 + w3 * w3, q = air->pressure * sqrt(square);
     at->force[0][i] -= q * (lift * w3 + drag * w2);
     at->force[1][i] -= q * (drag * w3 - lift * w2);
@@ -68,8 +78,8 @@ INLINE void subtract_load(const air *air, const sections *at, int i, bool twist)
 }
 
 /* A polynomial needs no search: all in one pass. */
-INLINE void polynomial_loads(const gallop_model *model, const instant *now, sections at, int first, int last,
-                             bool twist)
+INLINE void polynomial_loads(const gallop_model *model, const instant *now, sections at, int first,
+                             int last, bool twist)
 {
     const air air = air_of(model, now);
     const double origin = model->scene.origin[0];
@@ -85,15 +95,17 @@ INLINE void polynomial_loads(const gallop_model *model, const instant *now, sect
 /* The search begins at the piece in which the bin begins. */
 static inline int piece_at(const gallop_model *model, double alpha)
 {
-    const double bins = PIECE_BINS / (model->curve_last - model->curve_first), x = (alpha - model->curve_first) * bins;
-    int bin = x > 0.0 ? (x < PIECE_BINS - 1 ? (int)x : PIECE_BINS - 1) : 0, piece = model->piece_near[bin];
-    while (piece > 0 && alpha < model->scene.breakpoint[piece]) piece--;   /* round-off in x */
+    const double bins = PIECE_BINS / (model->curve_last - model->curve_first),
+                 x = (alpha - model->curve_first) * bins;
+    int bin = x > 0.0 ? (x < PIECE_BINS - 1 ? (int)x : PIECE_BINS - 1) : 0,
+        piece = model->piece_near[bin];
+    while (piece > 0 && alpha < model->scene.breakpoint[piece]) piece--; /* round-off in x */
     while (piece < model->scene.pieces - 1 && alpha >= model->scene.breakpoint[piece + 1]) piece++;
     return piece;
 }
 
-INLINE void table_loads(const gallop_model *model, const instant *now, sections at, int first, int last, bool slopes,
-                        bool twist)
+INLINE void table_loads(const gallop_model *model, const instant *now, sections at, int first,
+                        int last, bool slopes, bool twist)
 {
     const air air = air_of(model, now);
     double *place = at.by_theta[0];
@@ -101,41 +113,50 @@ INLINE void table_loads(const gallop_model *model, const instant *now, sections 
     for (int i = first; i < last; i++) place[i] = place_on_curve(&air, &at, i, twist);
     for (int i = first; i < last; i++) {
         const int piece = piece_at(model, place[i]);
-        read_section(model->scene.coefficient + 12 * piece, place[i] - model->scene.origin[piece], &at, i, slopes);
+        read_section(model->scene.coefficient + 12 * piece, place[i] - model->scene.origin[piece],
+                     &at, i, slopes);
     }
     INDEPENDENT
     for (int i = first; i < last; i++) subtract_load(&air, &at, i, twist);
 }
 
-TWO_PATHS static void loads(const gallop_model *model, const instant *now, const sections *at, int first, int last)
+TWO_PATHS static void loads(const gallop_model *model, const instant *now, const sections *at,
+                            int first, int last)
 {
     const bool polynomial = model->scene.pieces == 1;
     if (model->unknowns == 4) {
-        if (polynomial) polynomial_loads(model, now, *at, first, last, true);
-        else table_loads(model, now, *at, first, last, false, true);
+        if (polynomial)
+            polynomial_loads(model, now, *at, first, last, true);
+        else
+            table_loads(model, now, *at, first, last, false, true);
     } else {
-        if (polynomial) polynomial_loads(model, now, *at, first, last, false);
-        else table_loads(model, now, *at, first, last, false, false);
+        if (polynomial)
+            polynomial_loads(model, now, *at, first, last, false);
+        else
+            table_loads(model, now, *at, first, last, false, false);
     }
 }
 
-TWO_PATHS static void loads_with_slopes(const gallop_model *model, const instant *now, const sections *at, int first,
-                                        int last)
+TWO_PATHS static void loads_with_slopes(const gallop_model *model, const instant *now,
+                                        const sections *at, int first, int last)
 {
     table_loads(model, now, *at, first, last, true, model->unknowns == 4);
 }
 
 /* Derivatives of F2, F3, M by theta, v2 and v3 (that by omega is r times that by v2), from
- * dUr/dw2 = w2/Ur, d alpha/dw2 = w3/Ur^2, d alpha/dw3 = -w2/Ur^2, dw/dv = -1.  Replaces the coefficients. */
-TWO_PATHS static void load_slopes(const gallop_model *model, const instant *now, const sections *at, int first,
-                                  int last)
+ * dUr/dw2 = w2/Ur, d alpha/dw2 = w3/Ur^2, d alpha/dw3 = -w2/Ur^2, dw/dv = -1.  Replaces the
+ * coefficients. */
+TWO_PATHS static void load_slopes(const gallop_model *model, const instant *now, const sections *at,
+                                  int first, int last)
 {
-    const double radius = model->unknowns == 4 ? model->radius : 0.0, d = model->scene.diameter, wind = now->wind;
+    const double radius = model->unknowns == 4 ? model->radius : 0.0, d = model->scene.diameter,
+                 wind = now->wind;
     const double k = 0.5 * model->scene.air_density * d;
     INDEPENDENT
     for (int i = first; i < last; i++) {
-        double w2 = -at->v2[i] - radius * at->omega[i], w3 = wind - at->v3[i], ur = sqrt(w2 * w2 + w3 * w3);
-        double per = 1.0 / (ur + 1e-300);   /* no relative wind: no load */
+        double w2 = -at->v2[i] - radius * at->omega[i], w3 = wind - at->v3[i],
+               ur = sqrt(w2 * w2 + w3 * w3);
+        double per = 1.0 / (ur + 1e-300); /* no relative wind: no load */
         double cl = at->by_v2[0][i], cd = at->by_v2[1][i], cm = at->by_v2[2][i];
         double cl_slope = at->by_v3[0][i], cd_slope = at->by_v3[1][i], cm_slope = at->by_v3[2][i];
         double a2 = cl * w3 + cd * w2, a3 = cd * w3 - cl * w2;
@@ -152,19 +173,22 @@ TWO_PATHS static void load_slopes(const gallop_model *model, const instant *now,
     }
 }
 
-/* Whether the wind on a section can matter: rho d Ur^2 / 2, the force per metre of a coefficient of one, exceeds that part
- * of the weight.  In nearly still air the section's own creeping motion turns the relative wind by any angle. */
+/* Whether the wind on a section can matter: rho d Ur^2 / 2, the force per metre of a coefficient of
+ * one, exceeds that part of the weight.  In nearly still air the section's own creeping motion
+ * turns the relative wind by any angle. */
 #define WEAK_WIND 1e-6
 
 bool wind_matters(const gallop_model *model, const instant *now, const sections *at, int i)
 {
     const double turning = model->unknowns == 4 ? model->radius * at->omega[i] : 0.0;
     const double w2 = -at->v2[i] - turning, w3 = now->wind - at->v3[i];
-    const double force = 0.5 * model->scene.air_density * model->scene.diameter * (w2 * w2 + w3 * w3);
+    const double force =
+        0.5 * model->scene.air_density * model->scene.diameter * (w2 * w2 + w3 * w3);
     return force > WEAK_WIND * model->mass * model->scene.gravity;
 }
 
-void aero_loads(const gallop_model *model, const instant *now, const sections *at, int first, int count, bool slopes)
+void aero_loads(const gallop_model *model, const instant *now, const sections *at, int first,
+                int count, bool slopes)
 {
     const int last = first + count;
     if (!slopes) {

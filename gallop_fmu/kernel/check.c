@@ -1,9 +1,10 @@
-/* Checks of the arguments of exported functions, before they compute anything; none is in a loop over time. */
+/* Checks of the arguments of exported functions, before they compute anything; none is in a loop
+ * over time. */
 #include "elementary.h"
 #include "internal.h"
 
-#define MODEL_MAGIC 0x4c45444f4d4c4147ULL   /* "GALMODEL" */
-#define STATE_MAGIC 0x0032504f4c4c4147ULL   /* "GALLOP2" */
+#define MODEL_MAGIC 0x4c45444f4d4c4147ULL /* "GALMODEL" */
+#define STATE_MAGIC 0x0032504f4c4c4147ULL /* "GALLOP2" */
 #define FNV_START 1469598103934665603ULL
 #define FNV_FACTOR 1099511628211ULL
 
@@ -14,8 +15,8 @@ bool usable(const void *pointer, size_t alignment)
 
 bool finite_instant(const instant *now)
 {
-    bool ok = isfinite(now->wind) && isfinite(now->attack) && isfinite(now->load_factor) && isfinite(now->c2) &&
-              isfinite(now->c3);
+    bool ok = isfinite(now->wind) && isfinite(now->attack) && isfinite(now->load_factor) &&
+              isfinite(now->c2) && isfinite(now->c3);
     for (int end = 0; end < 2; end++)
         for (int i = 0; i < 3; i++)
             ok = ok && isfinite(now->position[end][i]) && isfinite(now->velocity[end][i]) &&
@@ -23,7 +24,8 @@ bool finite_instant(const instant *now)
     return ok;
 }
 
-/* The formulas round by adding a large number, and test for NaN and infinity: compilers and hosts can spoil both. */
+/* The formulas round by adding a large number, and test for NaN and infinity: compilers and hosts
+ * can spoil both. */
 const char *gallop_arithmetic_fault(void)
 {
     static const double number[4] = {0.75, 0.25, -0.75, -0.25}, rounded[4] = {1.0, 0.0, -1.0, 0.0};
@@ -32,7 +34,8 @@ const char *gallop_arithmetic_fault(void)
     for (int i = 0; i < 4; i++) {
         volatile double x = number[i];
         if (nearest(x) != rounded[i])
-            return "the processor's rounding mode, which must be to nearest (or the library was compiled with "
+            return "the processor's rounding mode, which must be to nearest (or the library was "
+                   "compiled with "
                    "-ffast-math or for an x87 processor)";
     }
     if (isfinite(infinite) || !isnan(difference))
@@ -59,8 +62,8 @@ static uint64_t mixed_with_law(uint64_t hash, const gallop_law *law)
     return mixed_with(mixed_with(hash, law->time, points), law->value, points);
 }
 
-/* A number that models of the same scene share, wherever they were made: the scene without its pointers, and what they
- * lead to. */
+/* A number that models of the same scene share, wherever they were made: the scene without its
+ * pointers, and what they lead to. */
 static uint64_t identity_of(const gallop_scene *s)
 {
     const size_t pieces = (size_t)s->pieces;
@@ -75,7 +78,8 @@ static uint64_t identity_of(const gallop_scene *s)
             bare.support[end].motion[i].time = bare.support[end].motion[i].value = NULL;
         }
     for (int32_t i = 0; i < s->load_count; i++)
-        hash = mixed_with_law(mixed_with(hash, &s->load[i], offsetof(gallop_load, law)), &s->load[i].law);
+        hash = mixed_with_law(mixed_with(hash, &s->load[i], offsetof(gallop_load, law)),
+                              &s->load[i].law);
     if (pieces) {
         hash = mixed_with(hash, s->breakpoint, (pieces + 1) * sizeof(double));
         hash = mixed_with(hash, s->origin, pieces * sizeof(double));
@@ -97,7 +101,10 @@ void mark_state(const gallop_model *model, gallop_state *state)
     state->identity = model->identity;
 }
 
-bool is_model(const gallop_model *model) { return usable(model, WORD) && model->magic == MODEL_MAGIC; }
+bool is_model(const gallop_model *model)
+{
+    return usable(model, WORD) && model->magic == MODEL_MAGIC;
+}
 
 bool is_state_of(const gallop_model *model, const gallop_state *state)
 {
@@ -105,7 +112,10 @@ bool is_state_of(const gallop_model *model, const gallop_state *state)
            state->identity == model->identity;
 }
 
-bool is_started(const gallop_state *state) { return usable(state, WORD) && state->magic == STATE_MAGIC; }
+bool is_started(const gallop_state *state)
+{
+    return usable(state, WORD) && state->magic == STATE_MAGIC;
+}
 
 bool finite_numbers(const double *values, size_t count)
 {
@@ -141,7 +151,8 @@ void report_work(const gallop_state *state, gallop_report *report)
 }
 
 /* Model and room for a state, whatever is in it. */
-int check_room(const gallop_model *model, const gallop_state *state, double time, gallop_report *report)
+int check_room(const gallop_model *model, const gallop_state *state, double time,
+               gallop_report *report)
 {
     if (!report_start(report, time)) return GALLOP_BAD_CALL;
     if (!is_model(model)) return refuse(report, NOT_USABLE(model), NAN, NAN);
@@ -165,29 +176,37 @@ int check_state(const gallop_model *model, const gallop_state *state, gallop_rep
 }
 
 /* Inputs are finite from the time that they belong to until `until`. */
-int check_inputs(const gallop_model *model, const gallop_inputs *inputs, double until, gallop_report *report)
+int check_inputs(const gallop_model *model, const gallop_inputs *inputs, double until,
+                 gallop_report *report)
 {
-    static const struct { size_t last; const char *name; } field[] = {
-        {0, "inputs.time, which must be finite"}, {1, "inputs.wind_speed, which must be finite"},
-        {2, "inputs.attack_angle, which must be finite"}, {8, "inputs.support, which must be finite"},
-        {9, "inputs.wind_speed_rate, which must be finite"}, {10, "inputs.attack_angle_rate, which must be finite"},
-        {16, "inputs.support_rate, which must be finite"}};
+    static const struct {
+        size_t last;
+        const char *name;
+    } field[] = {{0, "inputs.time, which must be finite"},
+                 {1, "inputs.wind_speed, which must be finite"},
+                 {2, "inputs.attack_angle, which must be finite"},
+                 {8, "inputs.support, which must be finite"},
+                 {9, "inputs.wind_speed_rate, which must be finite"},
+                 {10, "inputs.attack_angle_rate, which must be finite"},
+                 {16, "inputs.support_rate, which must be finite"}};
     if (!inputs) return GALLOP_COMPLETED;
     if (model->scene.laws_only)
         return refuse(report, "inputs, which a model of the laws only does not take", NAN, NAN);
     if (!usable(inputs, WORD)) return refuse(report, NOT_USABLE(inputs), NAN, NAN);
-    const double *number = (const double *)inputs;   /* the structure holds nothing else */
+    const double *number = (const double *)inputs; /* the structure holds nothing else */
     for (size_t i = 0, f = 0; i < sizeof *inputs / sizeof *number; i++) {
         f += i > field[f].last;
         if (!isfinite(number[i])) return refuse(report, field[f].name, number[i], NAN);
     }
     instant now;
     instant_at(model, until, inputs, &now);
-    if (!finite_instant(&now)) return refuse(report, "inputs, whose rates lead to infinity", NAN, NAN);
+    if (!finite_instant(&now))
+        return refuse(report, "inputs, whose rates lead to infinity", NAN, NAN);
     return GALLOP_COMPLETED;
 }
 
-int check_indices(const int32_t *index, int32_t count, int32_t end, const char *const field[3], gallop_report *report)
+int check_indices(const int32_t *index, int32_t count, int32_t end, const char *const field[3],
+                  gallop_report *report)
 {
     if (count < 0) return refuse(report, field[0], count, 0.0);
     if (count > 0 && !usable(index, sizeof *index)) return refuse(report, field[1], NAN, NAN);

@@ -1,24 +1,27 @@
-/* Steps as long as a tolerance allows.  The local error is estimated from the accelerations: what Gauss's parabolas
- * miss is the cubic part, and that is seen in the difference between the parabola of the step before, continued, and
- * the one found.  Step sizes are powers of sqrt(2), so that a factorised tangent serves for many steps.  Steps end
- * where a law has a kink; between, the motion is read off a quintic. */
+/* Steps as long as a tolerance allows.  The local error is estimated from the accelerations: what
+ * Gauss's parabolas miss is the cubic part, and that is seen in the difference between the parabola
+ * of the step before, continued, and the one found.  Step sizes are powers of sqrt(2), so that a
+ * factorised tangent serves for many steps.  Steps end where a law has a kink; between, the motion
+ * is read off a quintic. */
 #include "internal.h"
 
-/* Error of a step in units of the cubic part of h^2 a.  Calibrated so that the error of whole runs stays within three
- * tolerances where these are 1e-3 to 1e-7 (tests/convergence/test_tolerance.py). */
+/* Error of a step in units of the cubic part of h^2 a.  Calibrated so that the error of whole runs
+ * stays within three tolerances where these are 1e-3 to 1e-7 (tests/convergence/test_tolerance.py).
+ */
 #define SHARE 0.01
 
-#define MARGIN 0.8          /* on the step size that the estimate allows */
-#define FASTEST_CHANGE 4.0  /* of the step size */
-#define MANY_ITERATIONS 6   /* a step that took so many does not grow: it would cost more than it gains */
+#define MARGIN 0.8         /* on the step size that the estimate allows */
+#define FASTEST_CHANGE 4.0 /* of the step size */
+#define MANY_ITERATIONS                                                                            \
+    6 /* a step that took so many does not grow: it would cost more than it gains */
 #define NEWTON_SHARE 0.01   /* of the tolerance, left to Newton's iteration */
 #define FINEST_NEWTON 1e-13 /* [m], above round-off */
 
-#define FEW_STEPS 8.0       /* to a limit */
-#define SHORTEST 1e-10      /* step [s], and part of the time, that is still a step */
+#define FEW_STEPS 8.0  /* to a limit */
+#define SHORTEST 1e-10 /* step [s], and part of the time, that is still a step */
 
-/* An error of fast twist counts for more: where its frequency is above so many times that of the span's swing, and up
- * to so many times more.  Calibrated likewise. */
+/* An error of fast twist counts for more: where its frequency is above so many times that of the
+ * span's swing, and up to so many times more.  Calibrated likewise. */
 #define FAST_TWIST 8.0
 #define MOST_WEIGHT 30.0
 
@@ -36,7 +39,8 @@ static double mean_size(const gallop_model *model, const double *y, int unknown)
 
 static double scale_of(const gallop_model *model, const gallop_state *state, int unknown)
 {
-    return fmax(state->largest[unknown], unknown < 3 ? SMALL_DISPLACEMENT * model->scene.diameter : SMALL_TWIST);
+    return fmax(state->largest[unknown],
+                unknown < 3 ? SMALL_DISPLACEMENT * model->scene.diameter : SMALL_TWIST);
 }
 
 static void grow_scales(const gallop_model *model, gallop_state *state, const double *u)
@@ -52,31 +56,38 @@ double newton_tolerance(const gallop_model *model, const gallop_state *state)
     return fmax(NEWTON_SHARE * model->scene.tolerance * motion * state->sharpness, FINEST_NEWTON);
 }
 
-/* What an error of the twist counts for.  While a span swings once it may twist to and fro sixty times, and errors of
- * phase add up.  The frequency of the part of the motion that the step misses is seen in its fifth derivative over the
- * third; that of the swing is a taut string's. */
+/* What an error of the twist counts for.  While a span swings once it may twist to and fro sixty
+ * times, and errors of phase add up.  The frequency of the part of the motion that the step misses
+ * is seen in its fifth derivative over the third; that of the swing is a taut string's. */
 static double twist_weight(const gallop_model *model, const layout *at, double h, double cubic_part)
 {
-    const double swing = PI / model->scene.length * sqrt(model->derived.horizontal_tension / model->mass);
+    const double swing =
+        PI / model->scene.length * sqrt(model->derived.horizontal_tension / model->mass);
     const double turning = sqrt(6.0 * cubic_part / gauss_linear_part(model, at, h, 3)) / h;
     return fmin(fmax(turning / (FAST_TWIST * swing), 1.0), MOST_WEIGHT);
 }
 
-/* Error of the step just found in units of the tolerance: of the transverse displacements and the twist, each relative
- * to its largest motion so far.  Axial displacements are small, follow the others, and are full of unresolved modes. */
+/* Error of the step just found in units of the tolerance: of the transverse displacements and the
+ * twist, each relative to its largest motion so far.  Axial displacements are small, follow the
+ * others, and are full of unresolved modes. */
 static double error_of(const gallop_model *model, const gallop_state *state, layout *at, double h)
 {
     double largest = 0.0;
     gauss_cubic_part(model, state, at, h, at->residual);
     for (int i = 1; i < model->unknowns; i++) {
-        const double size = mean_size(model, at->residual, i), weight = i == 3 ? twist_weight(model, at, h, size) : 1.0;
+        const double size = mean_size(model, at->residual, i),
+                     weight = i == 3 ? twist_weight(model, at, h, size) : 1.0;
         largest = fmax(largest, weight * size / scale_of(model, state, i));
     }
     return SHARE * largest / model->scene.tolerance;
 }
 
-/* The largest power of sqrt(2) not above h [s]; above zero, however close a limit or a host's step may be. */
-static double notch(double h) { return exp2(0.5 * floor(2.0 * log2(fmax(h, SHORTEST * SHORTEST)) + 1e-6)); }
+/* The largest power of sqrt(2) not above h [s]; above zero, however close a limit or a host's step
+ * may be. */
+static double notch(double h)
+{
+    return exp2(0.5 * floor(2.0 * log2(fmax(h, SHORTEST * SHORTEST)) + 1e-6));
+}
 
 static double allowed_step(double h, double error)
 {
@@ -91,7 +102,8 @@ void control_start(const gallop_model *model, gallop_state *state, const double 
     state->wanted_step = notch(model->scene.time_step);
 }
 
-/* What follows from a step of size h that was found, or (outcome) was not: whether it stands, and the next size. */
+/* What follows from a step of size h that was found, or (outcome) was not: whether it stands, and
+ * the next size. */
 static bool judge(const gallop_model *model, gallop_state *state, layout *at, double h, int outcome)
 {
     if (outcome) {
@@ -106,12 +118,14 @@ static bool judge(const gallop_model *model, gallop_state *state, layout *at, do
         state->wanted_step = fmin(allowed, notch(0.8 * h));
         return false;
     }
-    if (allowed > state->wanted_step && state->last_iterations < MANY_ITERATIONS) state->wanted_step = allowed;
+    if (allowed > state->wanted_step && state->last_iterations < MANY_ITERATIONS)
+        state->wanted_step = allowed;
     return true;
 }
 
-/* Size of the next step where `left` remains to a limit: few steps to it are equal, as then one tangent serves for all
- * and, with a host's steady steps, for those that follow.  Round-off in the host's clock does not count. */
+/* Size of the next step where `left` remains to a limit: few steps to it are equal, as then one
+ * tangent serves for all and, with a host's steady steps, for those that follow.  Round-off in the
+ * host's clock does not count. */
 static double next_size(const gallop_state *state, double left)
 {
     double h = state->wanted_step;
@@ -119,9 +133,10 @@ static double next_size(const gallop_state *state, double left)
     return fabs(h - state->factored_step) < 1e-9 * h ? state->factored_step : h;
 }
 
-/* One step, as long as the tolerance allows, but not beyond `limit`.  On failure the motion is what it was. */
-static int controlled_step(const gallop_model *model, gallop_state *state, layout *at, const gallop_inputs *inputs,
-                           double limit, gallop_report *report)
+/* One step, as long as the tolerance allows, but not beyond `limit`.  On failure the motion is what
+ * it was. */
+static int controlled_step(const gallop_model *model, gallop_state *state, layout *at,
+                           const gallop_inputs *inputs, double limit, gallop_report *report)
 {
     const size_t bytes = 4 * (size_t)model->nodes * sizeof(double);
     const double left = limit - state->time;
@@ -129,9 +144,11 @@ static int controlled_step(const gallop_model *model, gallop_state *state, layou
     state->last_iterations = state->last_substeps = 0;
     memcpy(at->u0, at->u, 3 * bytes);
     for (;;) {
-        const double h = next_size(state, left), t = h > left * (1.0 - 1e-8) ? limit : state->time + h;
+        const double h = next_size(state, left),
+                     t = h > left * (1.0 - 1e-8) ? limit : state->time + h;
         state->last_substeps++;
-        const int outcome = gauss(model, state, at, inputs, t, h, newton_tolerance(model, state), report);
+        const int outcome =
+            gauss(model, state, at, inputs, t, h, newton_tolerance(model, state), report);
         if (outcome && (!may_halve(outcome) || failures++ == model->scene.max_halvings)) {
             memcpy(at->u, at->u0, 3 * bytes);
             return outcome;
@@ -150,34 +167,41 @@ static int controlled_step(const gallop_model *model, gallop_state *state, layou
     }
 }
 
-/* Next time after t at which a law has a kink or a jump; infinite: none.  A host's inputs replace all but the loads. */
+/* Next time after t at which a law has a kink or a jump; infinite: none.  A host's inputs replace
+ * all but the loads. */
 static double next_kink(const gallop_model *model, const gallop_inputs *inputs, double t)
 {
     const gallop_scene *s = &model->scene;
     const double after = t + 1e-12 * (1.0 + fabs(t));
     double next = INFINITY;
-    for (int l = 0; l < s->load_count; l++) next = fmin(next, law_next_kink(&s->load[l].law, after));
+    for (int l = 0; l < s->load_count; l++)
+        next = fmin(next, law_next_kink(&s->load[l].law, after));
     if (inputs) return next;
     next = fmin(next, law_next_kink(&s->wind, after));
     for (int end = 0; end < 2; end++)
-        for (int i = 0; i < 3; i++) next = fmin(next, law_next_kink(&s->support[end].motion[i], after));
+        for (int i = 0; i < 3; i++)
+            next = fmin(next, law_next_kink(&s->support[end].motion[i], after));
     return next;
 }
 
 /* After a kink the accelerations before it say nothing about those that follow. */
-static void forget_before(gallop_state *state) { state->step_before = INFINITY; }
+static void forget_before(gallop_state *state)
+{
+    state->step_before = INFINITY;
+}
 
 static bool inputs_jump(const instant *before, const instant *now)
 {
     bool jump = before->wind != now->wind || before->attack != now->attack;
     for (int end = 0; end < 2; end++)
-        for (int i = 0; i < 3; i++) jump = jump || before->velocity[end][i] != now->velocity[end][i];
+        for (int i = 0; i < 3; i++)
+            jump = jump || before->velocity[end][i] != now->velocity[end][i];
     return jump;
 }
 
 /* Steps until the state's time is `until` (`exactly`), or not before it. */
-int controlled_march(const gallop_model *model, gallop_state *state, const gallop_inputs *inputs, double until,
-                     bool exactly, gallop_report *report)
+int controlled_march(const gallop_model *model, gallop_state *state, const gallop_inputs *inputs,
+                     double until, bool exactly, gallop_report *report)
 {
     layout at = state_layout(model, state);
     if (inputs) {
@@ -187,15 +211,16 @@ int controlled_march(const gallop_model *model, gallop_state *state, const gallo
     }
     while (state->time < until) {
         const double kink = next_kink(model, inputs, state->time);
-        const int outcome = controlled_step(model, state, &at, inputs, exactly ? fmin(kink, until) : kink, report);
+        const int outcome =
+            controlled_step(model, state, &at, inputs, exactly ? fmin(kink, until) : kink, report);
         if (outcome) return outcome;
         if (state->time == kink) forget_before(state);
     }
     return GALLOP_COMPLETED;
 }
 
-/* The motion at a time within the last step, until control_return: a quintic through displacement, velocity and
- * acceleration at both ends of the step. */
+/* The motion at a time within the last step, until control_return: a quintic through displacement,
+ * velocity and acceleration at both ends of the step. */
 void control_look(const gallop_model *model, gallop_state *state, layout *at, double t)
 {
     const size_t bytes = 4 * (size_t)model->nodes * sizeof(double);

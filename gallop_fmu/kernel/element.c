@@ -1,19 +1,20 @@
-/* Three-node cable element with twist and eccentric ice (Liu et al. 2009, eq. 5-18), updated Lagrangian: everything is
- * evaluated on the current configuration x = X + u; the tension carries the total axial Green strain from the initial
- * equilibrium, so it cannot drift. */
+/* Three-node cable element with twist and eccentric ice (Liu et al. 2009, eq. 5-18), updated
+ * Lagrangian: everything is evaluated on the current configuration x = X + u; the tension carries
+ * the total axial Green strain from the initial equilibrium, so it cannot drift. */
 #include "elementary.h"
 #include "internal.h"
 
 #define ROOT_3_5 0.77459666924148337704
 #define ROOT_1_3 0.57735026918962576451
 
-#define STRIPS_AT_ONCE 8   /* whose intermediate results stay in the first-level cache */
+#define STRIPS_AT_ONCE 8 /* whose intermediate results stay in the first-level cache */
 
 const double gauss2[2] = {-ROOT_1_3, ROOT_1_3};
 static const double gauss3[3] = {-ROOT_3_5, 0.0, ROOT_3_5};
 static const double gauss3_weight[3] = {5.0 / 9.0, 8.0 / 9.0, 5.0 / 9.0};
 
-/* N = (xi (xi - 1) / 2, 1 - xi^2, xi (xi + 1) / 2), paper eq. (5), at the three-point Gauss abscissae */
+/* N = (xi (xi - 1) / 2, 1 - xi^2, xi (xi + 1) / 2), paper eq. (5), at the three-point Gauss
+ * abscissae */
 const double shape3[3][3] = {{0.5 * (0.6 + ROOT_3_5), 0.4, 0.5 * (0.6 - ROOT_3_5)},
                              {0.0, 1.0, 0.0},
                              {0.5 * (0.6 - ROOT_3_5), 0.4, 0.5 * (0.6 + ROOT_3_5)}};
@@ -26,7 +27,7 @@ static double tangent_at(const double x[9], double xi, double shape_slope[3], do
         direction[i] = slope[0] * x[i] + slope[1] * x[3 + i] + slope[2] * x[6 + i];
         square += direction[i] * direction[i];
     }
-    double stretch = sqrt(square);   /* dS/dxi */
+    double stretch = sqrt(square); /* dS/dxi */
     for (int i = 0; i < 3; i++) {
         shape_slope[i] = slope[i] / stretch;
         direction[i] /= stretch;
@@ -34,7 +35,8 @@ static double tangent_at(const double x[9], double xi, double shape_slope[3], do
     return stretch;
 }
 
-/* n2 = e3 x t of a conductor that hangs in the plane of x1 and x2: its components along x1 and x2. */
+/* n2 = e3 x t of a conductor that hangs in the plane of x1 and x2: its components along x1 and x2.
+ */
 static void normal_to(const double tangent[3], double normal[2])
 {
     const double length = hypot(tangent[0], tangent[1]);
@@ -46,7 +48,8 @@ static void normal_to(const double tangent[3], double normal[2])
 void normals_at_nodes(gallop_model *model)
 {
     for (int n = 0; n < model->nodes; n++) {
-        const int first = n % 2 || n == 0 ? n / 2 : n / 2 - 1, last = n / 2 < model->elements ? n / 2 : first;
+        const int first = n % 2 || n == 0 ? n / 2 : n / 2 - 1,
+                  last = n / 2 < model->elements ? n / 2 : first;
         double sum[3] = {0.0}, slope[3], direction[3];
         for (int e = first; e <= last; e++) {
             tangent_at(model->x + 6 * e, n - 2 * e - 1, slope, direction);
@@ -93,7 +96,8 @@ void lay_side_by_side(gallop_model *model)
             for (int b = a; b < 3; b++, p++) LANE(s->product[p], lane) = g->shape_product[a][b];
         for (int q = 0; q < 3; q++) {
             LANE(s->inertia_weight[q], lane) = there * g->inertia_weight[q];
-            for (int n = 0; n < 3; n++) LANE(s->share[q][n], lane) = g->inertia_weight[q] * shape3[q][n];
+            for (int n = 0; n < 3; n++)
+                LANE(s->share[q][n], lane) = g->inertia_weight[q] * shape3[q][n];
             for (int i = 0; i < 2; i++) LANE(s->normal[q][i], lane) = g->normal[q][i];
         }
     }
@@ -112,7 +116,8 @@ void element_tension(const gallop_model *model, int e, const double u[12], doubl
         }
         tension[q] = g->tension[q] + model->scene.axial_stiffness * strain;
         if (model->tension_only) tension[q] = fmax(tension[q], 0.0);
-        tension[q] *= sqrt(square);   /* T acts on p, whose length is the stretch: the force in the cable is T |p| */
+        tension[q] *= sqrt(
+            square); /* T acts on p, whose length is the stretch: the force in the cable is T |p| */
     }
 }
 
@@ -134,11 +139,13 @@ void watch_start(watch *seen)
     *seen = (watch){INFINITY, 0.0, 0.0, -1, -1};
 }
 
-/* First mass moments turn with the section, in its plane; the omega^2 terms, missing in the paper, conserve energy. */
+/* First mass moments turn with the section, in its plane; the omega^2 terms, missing in the paper,
+ * conserve energy. */
 TWO_PATHS static void ice_inertia(const instant *now, const sections *at, int first, int last)
 {
     const double m2 = now->c2, m3 = now->c3;
-    const double *theta = at->theta, *omega = at->omega, *omega_rate = at->omega_rate, *gravity = at->gravity;
+    const double *theta = at->theta, *omega = at->omega, *omega_rate = at->omega_rate,
+                 *gravity = at->gravity;
     const double *a2 = at->a2, *a3 = at->a3;
     double *c2 = at->c2, *c3 = at->c3;
     double *f2 = at->force[0], *f3 = at->force[1], *twist = at->force[2];
@@ -154,12 +161,14 @@ TWO_PATHS static void ice_inertia(const instant *now, const sections *at, int fi
     }
 }
 
-/* One unknown of the nodes at the three sections of a strip; the second one lies at the middle node. */
+/* One unknown of the nodes at the three sections of a strip; the second one lies at the middle
+ * node. */
 INLINE void interpolate(lanes y[3][4], int unknown, double *out)
 {
     const lanes left = y[0][unknown], middle = y[1][unknown], right = y[2][unknown];
     for (int q = 0; q < 3; q += 2)
-        *(lanes *)(out + LANES * q) = shape3[q][0] * left + shape3[q][1] * middle + shape3[q][2] * right;
+        *(lanes *)(out + LANES * q) =
+            shape3[q][0] * left + shape3[q][1] * middle + shape3[q][2] * right;
     *(lanes *)(out + LANES) = middle;
 }
 
@@ -173,8 +182,8 @@ INLINE void along_normal(const strip *s, lanes y[3][4], double *out)
                                       s->normal[q][1] * LANES_AT(along[1] + LANES * q);
 }
 
-INLINE void section_motion(const gallop_model *model, const strip *s, const sections *at, int first, lanes u[3][4],
-                           lanes v[3][4], lanes a[3][4], int unknowns)
+INLINE void section_motion(const gallop_model *model, const strip *s, const sections *at, int first,
+                           lanes u[3][4], lanes v[3][4], lanes a[3][4], int unknowns)
 {
     along_normal(s, v, at->v2 + first);
     interpolate(v, 2, at->v3 + first);
@@ -185,15 +194,19 @@ INLINE void section_motion(const gallop_model *model, const strip *s, const sect
     along_normal(s, a, at->a2 + first);
     interpolate(a, 2, at->a3 + first);
     interpolate(a, 3, at->omega_rate + first);
-    for (int q = 0; q < 3; q++) *(lanes *)(at->gravity + first + LANES * q) = model->scene.gravity * s->normal[q][1];
+    for (int q = 0; q < 3; q++)
+        *(lanes *)(at->gravity + first + LANES * q) = model->scene.gravity * s->normal[q][1];
 }
 
 /* Lowest tension so far, lane by lane, and the first element of the strip where it was. */
-typedef struct { lanes tension, where; } lowest;
+typedef struct {
+    lanes tension, where;
+} lowest;
 
 /* Inertia, damping and tension of the elements of a strip. */
 INLINE void strip_forces(const gallop_model *model, const strip *s, lanes u[3][4], lanes v[3][4],
-                         lanes a[3][4], int unknowns, double first_element, lanes r[3][4], lowest *low)
+                         lanes a[3][4], int unknowns, double first_element, lanes r[3][4],
+                         lowest *low)
 {
     const double ea = model->scene.axial_stiffness, gj = model->scene.torsional_stiffness;
     const double *b = model->derived.translation_damping, *bt = model->derived.twist_damping;
@@ -209,7 +222,8 @@ INLINE void strip_forces(const gallop_model *model, const strip *s, lanes u[3][4
     for (int q = 0; q < 2; q++) {
         const lanes *n = s->shape_slope[q], *p0 = s->slope[q];
         lanes du[4], force[4], strain = {0.0};
-        for (int i = 0; i < unknowns; i++) du[i] = n[0] * (u[0][i] - u[1][i]) + n[1] * (u[2][i] - u[1][i]);
+        for (int i = 0; i < unknowns; i++)
+            du[i] = n[0] * (u[0][i] - u[1][i]) + n[1] * (u[2][i] - u[1][i]);
         /* Green strain from the initial equilibrium: eps = X'.u' + u'.u'/2; T = T0 + EA eps */
         for (int i = 0; i < axes; i++) strain += du[i] * (p0[i] + 0.5 * du[i]);
         lanes tension = s->tension[q] + ea * strain;
@@ -217,7 +231,8 @@ INLINE void strip_forces(const gallop_model *model, const strip *s, lanes u[3][4
         for (int i = 0; i < axes; i++) force[i] = tension * (p0[i] + du[i]);
         if (unknowns == 4) force[3] = gj * du[3];
         lanes dv[4], axial = {0.0};
-        for (int i = 0; i < unknowns; i++) dv[i] = n[0] * (v[0][i] - v[1][i]) + n[1] * (v[2][i] - v[1][i]);
+        for (int i = 0; i < unknowns; i++)
+            dv[i] = n[0] * (v[0][i] - v[1][i]) + n[1] * (v[2][i] - v[1][i]);
         for (int i = 0; i < axes; i++) axial += p0[i] * dv[i];
         axial *= b[1] * ea;
         for (int i = 0; i < axes; i++) force[i] += axial * p0[i] + b[1] * s->tension[q] * dv[i];
@@ -233,7 +248,8 @@ INLINE void strip_forces(const gallop_model *model, const strip *s, lanes u[3][4
     }
 }
 
-INLINE void add_section_forces(const strip *s, const sections *at, int first, int unknowns, lanes r[3][4])
+INLINE void add_section_forces(const strip *s, const sections *at, int first, int unknowns,
+                               lanes r[3][4])
 {
     for (int i = 0; i < unknowns; i++) {
         lanes f[3];
@@ -248,18 +264,20 @@ INLINE void add_section_forces(const strip *s, const sections *at, int first, in
 }
 
 /* Forces at sections whose motion is known: inertia of the eccentric ice minus aerodynamics. */
-static void section_forces(const gallop_model *model, const instant *now, const sections *at, int first, int last,
-                           bool wind, bool slopes)
+static void section_forces(const gallop_model *model, const instant *now, const sections *at,
+                           int first, int last, bool wind, bool slopes)
 {
-    if (model->eccentric) ice_inertia(now, at, first, last);
+    if (model->eccentric)
+        ice_inertia(now, at, first, last);
     else
-        for (int i = 0; i < 3; i++) memset(at->force[i] + first, 0, (size_t)(last - first) * sizeof(double));
+        for (int i = 0; i < 3; i++)
+            memset(at->force[i] + first, 0, (size_t)(last - first) * sizeof(double));
     if (wind) aero_loads(model, now, at, first, last - first, slopes);
 }
 
 /* The worst angle outside the curve's range, of the sections on which the wind matters. */
-static void look_at_angles(const gallop_model *model, const instant *now, const sections *at, int first, int last,
-                           int first_element, watch *seen)
+static void look_at_angles(const gallop_model *model, const instant *now, const sections *at,
+                           int first, int last, int first_element, watch *seen)
 {
     if (model->scene.outside != GALLOP_OUTSIDE_ERROR) return;
     lanes all = {0.0};
@@ -277,11 +295,12 @@ static void look_at_angles(const gallop_model *model, const instant *now, const 
     }
 }
 
-/* Adds to `residual` the forces of `strips` strips from `start`, no more than STRIPS_AT_ONCE; section forces go to the
- * arrays of `at` from `slot` on. */
-INLINE void strips_residual(const gallop_model *model, const instant *now, const sections *at, const double *u,
-                            const double *v, const double *a, int start, int strips, int slot, bool slopes,
-                            int unknowns, double *residual, lowest *low, watch *seen)
+/* Adds to `residual` the forces of `strips` strips from `start`, no more than STRIPS_AT_ONCE;
+ * section forces go to the arrays of `at` from `slot` on. */
+INLINE void strips_residual(const gallop_model *model, const instant *now, const sections *at,
+                            const double *u, const double *v, const double *a, int start,
+                            int strips, int slot, bool slopes, int unknowns, double *residual,
+                            lowest *low, watch *seen)
 {
     const bool wind = windy(model, now), sectional = unknowns > 2 && (model->eccentric || wind);
     lanes r[STRIPS_AT_ONCE][3][4];
@@ -295,7 +314,8 @@ INLINE void strips_residual(const gallop_model *model, const instant *now, const
         }
         strip_forces(model, &model->strip[start + k], ue, ve, ae, unknowns, e, r[k], low);
         if (sectional)
-            section_motion(model, &model->strip[start + k], at, 3 * LANES * (slot + k), ue, ve, ae, unknowns);
+            section_motion(model, &model->strip[start + k], at, 3 * LANES * (slot + k), ue, ve, ae,
+                           unknowns);
     }
     if (sectional) {
         const int first = 3 * LANES * slot, last = first + 3 * LANES * strips;
@@ -304,7 +324,9 @@ INLINE void strips_residual(const gallop_model *model, const instant *now, const
     }
     for (int k = 0; k < strips; k++) {
         const int e = LANES * (start + k), count = model->elements - e;
-        if (sectional) add_section_forces(&model->strip[start + k], at, 3 * LANES * (slot + k), unknowns, r[k]);
+        if (sectional)
+            add_section_forces(&model->strip[start + k], at, 3 * LANES * (slot + k), unknowns,
+                               r[k]);
         for (int n = 0; n < 3; n++) {
             for (int i = unknowns; i < 4; i++) r[k][n][i] = (lanes){0.0};
             add_to_nodes(residual + 8 * e, n, count, r[k][n]);
@@ -312,15 +334,18 @@ INLINE void strips_residual(const gallop_model *model, const instant *now, const
     }
 }
 
-INLINE void all_strips(const gallop_model *model, const instant *now, const sections *at, const double *u,
-                       const double *v, const double *a, bool slopes, int unknowns, double *residual, watch *seen)
+INLINE void all_strips(const gallop_model *model, const instant *now, const sections *at,
+                       const double *u, const double *v, const double *a, bool slopes, int unknowns,
+                       double *residual, watch *seen)
 {
     lowest low;
     for (int k = 0; k < LANES; k++) LANE(low.tension, k) = LANE(low.where, k) = INFINITY;
     for (int start = 0; start < model->strips; start += STRIPS_AT_ONCE) {
-        const int left = model->strips - start, strips = left < STRIPS_AT_ONCE ? left : STRIPS_AT_ONCE;
+        const int left = model->strips - start,
+                  strips = left < STRIPS_AT_ONCE ? left : STRIPS_AT_ONCE;
         const int slot = slopes ? start : 0;
-        strips_residual(model, now, at, u, v, a, start, strips, slot, slopes, unknowns, residual, &low, seen);
+        strips_residual(model, now, at, u, v, a, start, strips, slot, slopes, unknowns, residual,
+                        &low, seen);
     }
     for (int k = 0; k < LANES; k++)
         if (LANE(low.tension, k) < seen->lowest_tension) {
@@ -330,26 +355,31 @@ INLINE void all_strips(const gallop_model *model, const instant *now, const sect
         }
 }
 
-#define SPAN_OF(unknowns)                                                                                             \
-    TWO_PATHS static void span_of_##unknowns(const gallop_model *model, const instant *now, const sections *at,       \
-                                             const double *u, const double *v, const double *a, bool slopes,          \
-                                             double *residual, watch *seen)                                           \
-    {                                                                                                                 \
-        all_strips(model, now, at, u, v, a, slopes, unknowns, residual, seen);                                        \
+#define SPAN_OF(unknowns)                                                                          \
+    TWO_PATHS static void span_of_##unknowns(                                                      \
+        const gallop_model *model, const instant *now, const sections *at, const double *u,        \
+        const double *v, const double *a, bool slopes, double *residual, watch *seen)              \
+    {                                                                                              \
+        all_strips(model, now, at, u, v, a, slopes, unknowns, residual, seen);                     \
     }
 SPAN_OF(2)
 SPAN_OF(3)
 SPAN_OF(4)
 
-/* Out-of-balance forces of the free body: internal + inertia + damping - aerodynamics - loads - constant forces. */
-void span_residual(const gallop_model *model, double t, const instant *now, const sections *at, const double *u,
-                   const double *v, const double *a, bool slopes, double *residual, watch *seen)
+/* Out-of-balance forces of the free body: internal + inertia + damping - aerodynamics - loads -
+ * constant forces. */
+void span_residual(const gallop_model *model, double t, const instant *now, const sections *at,
+                   const double *u, const double *v, const double *a, bool slopes, double *residual,
+                   watch *seen)
 {
     const int values = 4 * model->nodes;
     for (int i = 0; i < values; i++) residual[i] = -model->constant_force[i];
-    if (model->unknowns == 2) span_of_2(model, now, at, u, v, a, slopes, residual, seen);
-    else if (model->unknowns == 3) span_of_3(model, now, at, u, v, a, slopes, residual, seen);
-    else span_of_4(model, now, at, u, v, a, slopes, residual, seen);
+    if (model->unknowns == 2)
+        span_of_2(model, now, at, u, v, a, slopes, residual, seen);
+    else if (model->unknowns == 3)
+        span_of_3(model, now, at, u, v, a, slopes, residual, seen);
+    else
+        span_of_4(model, now, at, u, v, a, slopes, residual, seen);
     for (int l = 0; l < model->load_count; l++) {
         const load_place *place = &model->place[l];
         const gallop_load *load = &model->scene.load[place->load];
@@ -364,14 +394,15 @@ void span_residual(const gallop_model *model, double t, const instant *now, cons
 }
 
 /* Forces of one element alone. */
-TWO_PATHS void element_residual(const gallop_model *model, int e, const instant *now, const sections *at,
-                                const double *u, const double *v, const double *a, double r[12])
+TWO_PATHS void element_residual(const gallop_model *model, int e, const instant *now,
+                                const sections *at, const double *u, const double *v,
+                                const double *a, double r[12])
 {
     const bool wind = windy(model, now);
     const strip *s = &model->strip[e / LANES];
     lanes ue[3][4], ve[3][4], ae[3][4], force[3][4];
     lowest low;
-    for (int n = 0; n < 3; n++) {   /* in all lanes */
+    for (int n = 0; n < 3; n++) { /* in all lanes */
         read_nodes(u + 8 * e, n, 1, ue[n]);
         read_nodes(v + 8 * e, n, 1, ve[n]);
         read_nodes(a + 8 * e, n, 1, ae[n]);

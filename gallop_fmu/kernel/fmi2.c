@@ -1,9 +1,11 @@
-/* The FMI 2.0 co-simulation functions.  No physics here: they move numbers between the host and the kernel.
+/* The FMI 2.0 co-simulation functions.  No physics here: they move numbers between the host and the
+ * kernel.
  *
- * wind_speed and attack_angle hold their value over a communication step, or change at the rate that
- * fmi2SetRealInputDerivatives gives; the tower points move linearly to their new places, which they reach at its end.
- * A call that is not allowed is refused with a message and changes nothing; a step that cannot be carried out returns
- * fmi2Error and leaves the state as it was.  fmi2Fatal is never returned. */
+ * wind_speed and attack_angle hold their value over a communication step, or change at the rate
+ * that fmi2SetRealInputDerivatives gives; the tower points move linearly to their new places, which
+ * they reach at its end. A call that is not allowed is refused with a message and changes nothing;
+ * a step that cannot be carried out returns fmi2Error and leaves the state as it was.  fmi2Fatal is
+ * never returned. */
 #include "fmi2_instance.h"
 
 #include <ctype.h>
@@ -18,14 +20,17 @@ numeral numeral_of(int digits, double value)
     snprintf(out.text, sizeof out.text, "%.*g", digits, value);
     for (const char *from = out.text; *from; from++) {
         const bool plain = *from > 0 && (isalnum(*from) || *from == '-' || *from == '+');
-        if (plain) *to++ = *from;
-        else if (to == out.text || to[-1] != '.') *to++ = '.';   /* one or more bytes of a locale's decimal sign */
+        if (plain)
+            *to++ = *from;
+        else if (to == out.text || to[-1] != '.')
+            *to++ = '.'; /* one or more bytes of a locale's decimal sign */
     }
     *to = '\0';
     return out;
 }
 
-/* The logger takes a format of printf, but some hosts show it as it is: so the whole text is the format, % doubled. */
+/* The logger takes a format of printf, but some hosts show it as it is: so the whole text is the
+ * format, % doubled. */
 fmi2Status say(instance *c, fmi2Status status, const char *format, ...)
 {
     char text[1024], escaped[2 * sizeof text], *to = escaped;
@@ -49,10 +54,10 @@ bool allowed(instance *c, int modes, const char *function)
 {
     if (c && (c->now.mode & modes)) return true;
     if (c) {
-        const char *where = c->now.mode == INSTANTIATED   ? "before initialization"
-                            : c->now.mode == INITIALIZING ? "in initialization mode"
-                            : c->now.mode == STEPPING     ? "while stepping"
-                                                          : "after termination";
+        const char *where = c->now.mode == INSTANTIATED ? "before initialization"
+                          : c->now.mode == INITIALIZING ? "in initialization mode"
+                          : c->now.mode == STEPPING     ? "while stepping"
+                                                        : "after termination";
         say(c, fmi2Error, "%s is not allowed %s", function, where);
     }
     return false;
@@ -64,18 +69,21 @@ static phrase detail_of(const gallop_report *report)
     phrase out = {""};
     const double degrees = 180.0 / 3.14159265358979323846, over = report->value - report->limit;
     const numeral value = numeral_of(4, report->value), limit = numeral_of(4, report->limit);
-    const bool valued = !isnan(report->value), limited = !isnan(report->limit), any = valued || limited;
+    const bool valued = !isnan(report->value), limited = !isnan(report->limit),
+               any = valued || limited;
     if (report->outcome == GALLOP_ANGLE_OUT_OF_RANGE)
         snprintf(out.text, sizeof out.text, ": %s deg, %s deg %s limit of %s deg",
-                 numeral_of(6, degrees * report->value).text, numeral_of(2, degrees * fabs(over)).text,
+                 numeral_of(6, degrees * report->value).text,
+                 numeral_of(2, degrees * fabs(over)).text,
                  over < 0.0 ? "below the curve's lower" : "above the curve's upper",
                  numeral_of(6, degrees * report->limit).text);
     else if (report->outcome == GALLOP_SLACK)
         snprintf(out.text, sizeof out.text, ": %s N", value.text);
     else if (report->field || isfinite(report->value))
         snprintf(out.text, sizeof out.text, "%s%.160s%s%s%s%s%s%s%s", report->field ? ": " : "",
-                 report->field ? report->field : "", any ? " (" : "", valued ? "value " : "", valued ? value.text : "",
-                 valued && limited ? ", " : "", limited ? "limit " : "", limited ? limit.text : "", any ? ")" : "");
+                 report->field ? report->field : "", any ? " (" : "", valued ? "value " : "",
+                 valued ? value.text : "", valued && limited ? ", " : "", limited ? "limit " : "",
+                 limited ? limit.text : "", any ? ")" : "");
     return out;
 }
 
@@ -92,9 +100,10 @@ fmi2Status tell(instance *c, const char *what, const gallop_report *report)
         }
     char place[64] = "";
     if (report->element >= 0)
-        snprintf(place, sizeof place, " in element %d (counted from the left)", report->element + 1);
-    return say(c, fmi2Error, "%s: at %s s%s %s%s. What to do: %s.", what, numeral_of(6, report->time).text, place, sentence,
-               detail_of(report).text, cure);
+        snprintf(place, sizeof place, " in element %d (counted from the left)",
+                 report->element + 1);
+    return say(c, fmi2Error, "%s: at %s s%s %s%s. What to do: %s.", what,
+               numeral_of(6, report->time).text, place, sentence, detail_of(report).text, cure);
 }
 
 static bool copy_text(char **to, const char *from)
@@ -113,7 +122,10 @@ void span_free(span *s)
     memset(s, 0, sizeof *s);
 }
 
-void forget_observations(instance *c) { c->node_known = c->forces_known = false; }
+void forget_observations(instance *c)
+{
+    c->node_known = c->forces_known = false;
+}
 
 void drop_span(instance *c)
 {
@@ -139,7 +151,8 @@ fmi2Status build_span(instance *c, span *s)
     s->work = calloc(1, size);
     if (s->state && s->work) return fmi2OK;
     span_free(s);
-    return say(c, fmi2Error, "there is not enough memory for the state: %lu bytes", (unsigned long)size);
+    return say(c, fmi2Error, "there is not enough memory for the state: %lu bytes",
+               (unsigned long)size);
 }
 
 void held_inputs(const double input[INPUTS], double time, gallop_inputs *in)
@@ -173,9 +186,15 @@ fmi2Status make_current(instance *c)
     return fmi2OK;
 }
 
-const char *fmi2GetTypesPlatform(void) { return fmi2TypesPlatform; }
+const char *fmi2GetTypesPlatform(void)
+{
+    return fmi2TypesPlatform;
+}
 
-const char *fmi2GetVersion(void) { return fmi2Version; }
+const char *fmi2GetVersion(void)
+{
+    return fmi2Version;
+}
 
 /* As it is when the host gets it: the parameters and inputs of the scene, and no state. */
 static void begin(instance *c)
@@ -209,20 +228,26 @@ static void release(instance *c)
 }
 
 fmi2Component fmi2Instantiate(fmi2String name, fmi2Type type, fmi2String guid, fmi2String location,
-                              const fmi2CallbackFunctions *functions, fmi2Boolean visible, fmi2Boolean logging)
+                              const fmi2CallbackFunctions *functions, fmi2Boolean visible,
+                              fmi2Boolean logging)
 {
     (void)visible;
-    (void)logging;   /* errors are always told, and there is nothing else to tell */
+    (void)logging; /* errors are always told, and there is nothing else to tell */
     instance *c = calloc(1, sizeof *c);
     if (!c) return NULL;
     if (functions) c->call = *functions;
     const char *wrong = NULL;
     const char *fault = gallop_arithmetic_fault();
-    if (!copy_text(&c->name, name ? name : "")) wrong = "there is not enough memory";
-    else if (!name || !*name) wrong = "an instance needs a name";
-    else if (type != fmi2CoSimulation) wrong = "this FMU is for co-simulation only";
-    else if (!guid) wrong = "no GUID was given";
-    else if (!fault) wrong = resource_read(&c->parameters, location, guid);
+    if (!copy_text(&c->name, name ? name : ""))
+        wrong = "there is not enough memory";
+    else if (!name || !*name)
+        wrong = "an instance needs a name";
+    else if (type != fmi2CoSimulation)
+        wrong = "this FMU is for co-simulation only";
+    else if (!guid)
+        wrong = "no GUID was given";
+    else if (!fault)
+        wrong = resource_read(&c->parameters, location, guid);
     if (!wrong && !fault) {
         c->parameter_count = count_parameters(&c->parameters);
         c->original = malloc(c->parameters.size);
@@ -230,8 +255,10 @@ fmi2Component fmi2Instantiate(fmi2String name, fmi2Type type, fmi2String guid, f
         if (!c->original || !c->stored) wrong = "there is not enough memory";
     }
     if (wrong || fault) {
-        if (wrong && c->name) say(c, fmi2Error, "%s", wrong);
-        else if (c->name) say(c, fmi2Error, "this FMU cannot compute; check %s", fault);
+        if (wrong && c->name)
+            say(c, fmi2Error, "%s", wrong);
+        else if (c->name)
+            say(c, fmi2Error, "this FMU cannot compute; check %s", fault);
         release(c);
         return NULL;
     }
@@ -247,7 +274,8 @@ void fmi2FreeInstance(fmi2Component component)
 
 static bool known_category(const char *category)
 {
-    return category && (strcmp(category, "logStatusError") == 0 || strcmp(category, "logStatusDiscard") == 0);
+    return category &&
+           (strcmp(category, "logStatusError") == 0 || strcmp(category, "logStatusDiscard") == 0);
 }
 
 fmi2Status fmi2SetDebugLogging(fmi2Component component, fmi2Boolean logging, size_t count,
@@ -257,20 +285,23 @@ fmi2Status fmi2SetDebugLogging(fmi2Component component, fmi2Boolean logging, siz
     ALLOW(ANY);
     for (size_t i = 0; i < count; i++)
         if (!categories || !known_category(categories[i]))
-            return say(c, fmi2Error, "the log category is unknown; there are logStatusError and logStatusDiscard");
+            return say(
+                c, fmi2Error,
+                "the log category is unknown; there are logStatusError and logStatusDiscard");
     return fmi2OK;
 }
 
-fmi2Status fmi2SetupExperiment(fmi2Component component, fmi2Boolean tolerance_defined, fmi2Real tolerance,
-                               fmi2Real start, fmi2Boolean stop_defined, fmi2Real stop)
+fmi2Status fmi2SetupExperiment(fmi2Component component, fmi2Boolean tolerance_defined,
+                               fmi2Real tolerance, fmi2Real start, fmi2Boolean stop_defined,
+                               fmi2Real stop)
 {
     (void)tolerance_defined;
     (void)tolerance;
     ALLOW(INSTANTIATED);
     if (!isfinite(start)) return say(c, fmi2Error, "the start time must be a number");
     if (stop_defined && !(stop > start))
-        return say(c, fmi2Error, "the stop time %s s must lie after the start time %s s", numeral_of(6, stop).text,
-                   numeral_of(6, start).text);
+        return say(c, fmi2Error, "the stop time %s s must lie after the start time %s s",
+                   numeral_of(6, stop).text, numeral_of(6, start).text);
     c->now.start = c->now.time = start;
     c->now.stop = stop_defined ? stop : INFINITY;
     c->started = false;

@@ -6,29 +6,39 @@
 /* Followed by the parameters, as stored in the scene, and by the kernel's state. */
 typedef struct {
     char magic[8];
-    uint64_t size, checksum;      /* of everything; FNV-1a of all that follows this field, in bytes */
+    uint64_t size, checksum; /* of everything; FNV-1a of all that follows this field, in bytes */
     char guid[48];
     kept now;
-    uint64_t parameters, state;   /* how many numbers, how many bytes */
-    uint64_t foreign;             /* 1: came as bytes, and its content is not believed */
+    uint64_t parameters, state; /* how many numbers, how many bytes */
+    uint64_t foreign;           /* 1: came as bytes, and its content is not believed */
 } saved;
 
 /* What a host gives back to the functions below; no more can be told of a pointer. */
 static bool is_saved(const saved *s)
 {
-    return s && (uintptr_t)s % sizeof(uint64_t) == 0 && memcmp(s->magic, STATE_MAGIC, sizeof s->magic) == 0;
+    return s && (uintptr_t)s % sizeof(uint64_t) == 0 &&
+           memcmp(s->magic, STATE_MAGIC, sizeof s->magic) == 0;
 }
 
-static const double *parameters_in(const saved *s) { return (const double *)(s + 1); }
+static const double *parameters_in(const saved *s)
+{
+    return (const double *)(s + 1);
+}
 
-static const char *state_in(const saved *s) { return (const char *)(parameters_in(s) + s->parameters); }
+static const char *state_in(const saved *s)
+{
+    return (const char *)(parameters_in(s) + s->parameters);
+}
 
 static size_t saved_size(uint64_t parameters, uint64_t state)
 {
     return sizeof(saved) + (size_t)parameters * sizeof(double) + (size_t)state;
 }
 
-static size_t parameter_bytes(const instance *c) { return c->parameter_count * sizeof(double); }
+static size_t parameter_bytes(const instance *c)
+{
+    return c->parameter_count * sizeof(double);
+}
 
 static bool possible_parameters(const instance *c, const double *from)
 {
@@ -62,8 +72,9 @@ static bool possible(const kept *k, bool has_state)
 {
     const bool before = k->mode == INSTANTIATED || k->mode == INITIALIZING;
     if (!before && k->mode != STEPPING && k->mode != TERMINATED) return false;
-    return (before || has_state) && all_finite(&k->time, 1) && all_finite(&k->start, 1) && !isnan(k->stop) &&
-           all_finite(k->input, INPUTS) && all_finite(k->rate, INPUTS) && all_finite(k->reached, 6);
+    return (before || has_state) && all_finite(&k->time, 1) && all_finite(&k->start, 1) &&
+           !isnan(k->stop) && all_finite(k->input, INPUTS) && all_finite(k->rate, INPUTS) &&
+           all_finite(k->reached, 6);
 }
 
 fmi2Status fmi2GetFMUstate(fmi2Component component, fmi2FMUstate *state)
@@ -75,7 +86,9 @@ fmi2Status fmi2GetFMUstate(fmi2Component component, fmi2FMUstate *state)
     saved *s = *state;
     if (!s || s->size != size) {
         s = malloc(size);
-        if (!s) return say(c, fmi2Error, "%s: there is not enough memory: %lu bytes", __func__, (unsigned long)size);
+        if (!s)
+            return say(c, fmi2Error, "%s: there is not enough memory: %lu bytes", __func__,
+                       (unsigned long)size);
         free(*state);
         *state = s;
     }
@@ -116,7 +129,8 @@ static fmi2Status restore_with_parameters(instance *c, const saved *s)
     take_parameters(c, parameters_in(s));
     fmi2Status result = s->state ? build_span(c, &other) : fmi2OK;
     if (result == fmi2OK && !take_state(&other, s))
-        result = say(c, fmi2Error, "fmi2SetFMUstate: the state does not fit the parameters saved with it");
+        result = say(c, fmi2Error,
+                     "fmi2SetFMUstate: the state does not fit the parameters saved with it");
     if (result == fmi2OK) {
         drop_span(c);
         c->span = other;
@@ -153,7 +167,7 @@ fmi2Status fmi2SetFMUstate(fmi2Component component, fmi2FMUstate state)
     if (result != fmi2OK) return result;
     c->now = s->now;
     c->started = s->state > 0;
-    c->before.kind = NOTHING;   /* the step before is not part of a state */
+    c->before.kind = NOTHING; /* the step before is not part of a state */
     forget_observations(c);
     return fmi2OK;
 }
@@ -178,17 +192,20 @@ fmi2Status fmi2SerializedFMUstateSize(fmi2Component component, fmi2FMUstate stat
 
 static uint64_t checksum_of(const fmi2Byte bytes[], size_t size)
 {
-    return resource_checksum((const char *)bytes + offsetof(saved, guid), size - offsetof(saved, guid));
+    return resource_checksum((const char *)bytes + offsetof(saved, guid),
+                             size - offsetof(saved, guid));
 }
 
-fmi2Status fmi2SerializeFMUstate(fmi2Component component, fmi2FMUstate state, fmi2Byte bytes[], size_t size)
+fmi2Status fmi2SerializeFMUstate(fmi2Component component, fmi2FMUstate state, fmi2Byte bytes[],
+                                 size_t size)
 {
     ALLOW(ANY);
     const saved *s = state;
-    if (!is_saved(s) || !bytes) return say(c, fmi2Error, "%s: no state, or no place for it, was given", __func__);
+    if (!is_saved(s) || !bytes)
+        return say(c, fmi2Error, "%s: no state, or no place for it, was given", __func__);
     if (size < s->size)
-        return say(c, fmi2Error, "%s: the state needs %lu bytes, not %lu", __func__, (unsigned long)s->size,
-                   (unsigned long)size);
+        return say(c, fmi2Error, "%s: the state needs %lu bytes, not %lu", __func__,
+                   (unsigned long)s->size, (unsigned long)size);
     saved head = *s;
     memcpy(bytes, s, s->size);
     head.foreign = 0;
@@ -209,23 +226,29 @@ static const char *check_bytes(const instance *c, const fmi2Byte bytes[], size_t
     if (!of_this_fmu(c, &head)) return "the bytes are a state of another FMU";
     if (head.size != size || head.state > size || saved_size(head.parameters, head.state) != size)
         return "the bytes are cut off, or have grown";
-    if (head.checksum != checksum_of(bytes, size)) return "the bytes are damaged, their checksum is wrong";
-    return possible(&head.now, head.state > 0) ? NULL : "the bytes are damaged: no such state is possible";
+    if (head.checksum != checksum_of(bytes, size))
+        return "the bytes are damaged, their checksum is wrong";
+    return possible(&head.now, head.state > 0) ? NULL
+                                               : "the bytes are damaged: no such state is possible";
 }
 
-fmi2Status fmi2DeSerializeFMUstate(fmi2Component component, const fmi2Byte bytes[], size_t size, fmi2FMUstate *state)
+fmi2Status fmi2DeSerializeFMUstate(fmi2Component component, const fmi2Byte bytes[], size_t size,
+                                   fmi2FMUstate *state)
 {
     ALLOW(ANY);
     if (!state) return say(c, fmi2Error, "%s: no place for the state was given", __func__);
     const char *wrong = check_bytes(c, bytes, size);
     if (wrong) return say(c, fmi2Error, "%s: %s", __func__, wrong);
     saved *copy = malloc(size);
-    if (!copy) return say(c, fmi2Error, "%s: there is not enough memory: %lu bytes", __func__, (unsigned long)size);
+    if (!copy)
+        return say(c, fmi2Error, "%s: there is not enough memory: %lu bytes", __func__,
+                   (unsigned long)size);
     memcpy(copy, bytes, size);
     copy->foreign = 1;
     if (!possible_parameters(c, parameters_in(copy))) {
         free(copy);
-        return say(c, fmi2Error, "%s: the bytes are damaged: a parameter is out of its bounds", __func__);
+        return say(c, fmi2Error, "%s: the bytes are damaged: a parameter is out of its bounds",
+                   __func__);
     }
     *state = copy;
     return fmi2OK;

@@ -1,19 +1,21 @@
 /* The whole public C face of the galloping kernel.
  *
- * A span is described by one gallop_scene (plain numbers, SI, radians).  gallop_model_create turns it into an
- * immutable model (mesh, initial equilibrium, aerodynamic curve); any number of states can run on one model, from
- * any number of threads, each state by one thread at a time.  A state is one flat block without pointers: copying its
- * first gallop_saved_size bytes saves it, copying them back restores it, bit for bit; the rest is scratch memory.
+ * A span is described by one gallop_scene (plain numbers, SI, radians).  gallop_model_create turns
+ * it into an immutable model (mesh, initial equilibrium, aerodynamic curve); any number of states
+ * can run on one model, from any number of threads, each state by one thread at a time.  A state is
+ * one flat block without pointers: copying its first gallop_saved_size bytes saves it, copying them
+ * back restores it, bit for bit; the rest is scratch memory.
  *
- * Rules: no globals, no allocation after create, no printing, caller's arrays are never kept.  Every call checks its
- * arguments and returns a gallop_outcome: GALLOP_BAD_CALL, and nothing is changed, for a pointer that is null or not
- * aligned (a model, a state, structures and numbers: to 8 bytes), an index or count out of range, a number that is not
- * finite, a state that was not started or belongs to another model.  Only lengths of arrays cannot be checked.  A report
- * is filled in whatever the outcome.  The processor must round to nearest, its default.
+ * Rules: no globals, no allocation after create, no printing, caller's arrays are never kept. Every
+ * call checks its arguments and returns a gallop_outcome: GALLOP_BAD_CALL, and nothing is changed,
+ * for a pointer that is null or not aligned (a model, a state, structures and numbers: to 8 bytes),
+ * an index or count out of range, a number that is not finite, a state that was not started or
+ * belongs to another model.  Only lengths of arrays cannot be checked.  A report is filled in
+ * whatever the outcome.  The processor must round to nearest, its default.
  *
  * Axes: x1 along the span, x2 up, x3 horizontal; wind blows towards +x3; twist is right-handed
- * about x1.  Four unknowns a node, interleaved: u1 u2 u3 theta.  A mesh of n elements has 2 n + 1 nodes; all can be
- * observed where only half of the span is computed, too.
+ * about x1.  Four unknowns a node, interleaved: u1 u2 u3 theta.  A mesh of n elements has 2 n + 1
+ * nodes; all can be observed where only half of the span is computed, too.
  */
 #ifndef GALLOP_H
 #define GALLOP_H
@@ -33,43 +35,50 @@ extern "C" {
 
 typedef enum {
     GALLOP_COMPLETED = 0,
-    GALLOP_NEWTON_STALLED = 1,        /* no convergence although the step was halved as often as allowed */
-    GALLOP_NON_FINITE = 2,            /* a displacement became infinite or not a number */
-    GALLOP_ANGLE_OUT_OF_RANGE = 3,    /* attack angle left the validity range of the aerodynamic curve */
-    GALLOP_SLACK = 4,                 /* a cable cannot carry compression: tension fell below zero */
-    GALLOP_EQUILIBRIUM_NOT_FOUND = 5, /* static Newton iteration failed although the load was stepped */
-    GALLOP_INVALID_SCENE = 6,         /* a number of the scene is impossible; report.value holds it */
+    GALLOP_NEWTON_STALLED = 1, /* no convergence although the step was halved as often as allowed */
+    GALLOP_NON_FINITE = 2,     /* a displacement became infinite or not a number */
+    GALLOP_ANGLE_OUT_OF_RANGE =
+        3,            /* attack angle left the validity range of the aerodynamic curve */
+    GALLOP_SLACK = 4, /* a cable cannot carry compression: tension fell below zero */
+    GALLOP_EQUILIBRIUM_NOT_FOUND =
+        5,                    /* static Newton iteration failed although the load was stepped */
+    GALLOP_INVALID_SCENE = 6, /* a number of the scene is impossible; report.value holds it */
     GALLOP_OUT_OF_MEMORY = 7,
-    GALLOP_BAD_CALL = 8               /* an argument cannot be used; report.field says which one and why */
+    GALLOP_BAD_CALL = 8 /* an argument cannot be used; report.field says which one and why */
 } gallop_outcome;
 
 /* What a call has to say: filled in by every function that takes one. */
 typedef struct {
     int32_t outcome;
-    int32_t element;          /* 0-based, -1 where none */
-    double time;              /* [s] */
-    double value, limit;      /* the offending value and what is allowed */
-    const char *field;        /* which number of an invalid scene or argument of a bad call, a constant text; else NULL */
-    double lowest_tension;    /* [N] since the start of the state; NaN where there is no state */
-    double largest_turn;      /* [rad] of a node about the span within one sub-step, since the start of the state */
-    int64_t steps, substeps, iterations, refactorisations, halvings, rejections;   /* since the start of the state */
+    int32_t element;       /* 0-based, -1 where none */
+    double time;           /* [s] */
+    double value, limit;   /* the offending value and what is allowed */
+    const char *field;     /* which number of an invalid scene or argument of a bad call, a constant
+                              text; else NULL */
+    double lowest_tension; /* [N] since the start of the state; NaN where there is no state */
+    double largest_turn;   /* [rad] of a node about the span within one sub-step, since the start of
+                              the state */
+    int64_t steps, substeps, iterations, refactorisations, halvings,
+        rejections; /* since the start of the state */
 } gallop_report;
 
 /* A quantity in time. */
 typedef enum {
-    GALLOP_LAW_CONSTANT = 0,   /* initial */
-    GALLOP_LAW_PULSE = 1,      /* initial to peak by a smooth step over [start, start + rise], back over
-                                  [fall_start, fall_start + fall]; fall_start infinite: stays at the peak */
-    GALLOP_LAW_HARMONIC = 2,   /* initial + amplitude sin(2 pi frequency (t - start) + phase), initial before start */
-    GALLOP_LAW_TABLE = 3       /* linear between points, held outside */
+    GALLOP_LAW_CONSTANT = 0, /* initial */
+    GALLOP_LAW_PULSE =
+        1, /* initial to peak by a smooth step over [start, start + rise], back over
+              [fall_start, fall_start + fall]; fall_start infinite: stays at the peak */
+    GALLOP_LAW_HARMONIC =
+        2, /* initial + amplitude sin(2 pi frequency (t - start) + phase), initial before start */
+    GALLOP_LAW_TABLE = 3 /* linear between points, held outside */
 } gallop_law_kind;
 
 typedef struct {
     int32_t kind, count;
     double initial, peak, amplitude;
-    double start, rise, fall_start, fall;   /* [s]; rise or fall 0: a jump */
-    double frequency, phase;                /* [Hz], [rad] */
-    const double *time, *value;             /* count points each */
+    double start, rise, fall_start, fall; /* [s]; rise or fall 0: a jump */
+    double frequency, phase;              /* [Hz], [rad] */
+    const double *time, *value;           /* count points each */
 } gallop_law;
 
 typedef enum {
@@ -80,59 +89,78 @@ typedef enum {
 
 typedef struct {
     int32_t kind, reserved;
-    double stiffness_x1, stiffness_x3;               /* springs [N/m] */
-    double adjacent_span, adjacent_tension;          /* adjacent span [m], [N]: Liu et al. (2009) eq. (23) */
-    double insulator_length, insulator_weight;       /* [m], [N]: eq. (24) */
-    gallop_law motion[3];                            /* displacement of the tower point along x1, x2, x3 [m] */
+    double stiffness_x1, stiffness_x3;      /* springs [N/m] */
+    double adjacent_span, adjacent_tension; /* adjacent span [m], [N]: Liu et al. (2009) eq. (23) */
+    double insulator_length, insulator_weight; /* [m], [N]: eq. (24) */
+    gallop_law motion[3]; /* displacement of the tower point along x1, x2, x3 [m] */
 } gallop_support;
 
 typedef struct {
-    int32_t evenly_spaced, reserved;   /* n points at k / (n + 1) of the conductor's length, or 0: one at `position` */
-    double position;                   /* fraction of the conductor's length, 0 to 1 */
-    double force[3], torque;    /* [N], [N m] */
-    gallop_law law;             /* amplitude factor */
+    int32_t evenly_spaced,
+        reserved; /* n points at k / (n + 1) of the conductor's length, or 0: one at `position` */
+    double position;         /* fraction of the conductor's length, 0 to 1 */
+    double force[3], torque; /* [N], [N m] */
+    gallop_law law;          /* amplitude factor */
 } gallop_load;
 
 /* Two damping ratios at two frequencies; frequencies 0: undamped. */
-typedef struct { double low_ratio, low_frequency, high_ratio, high_frequency; } gallop_damping;
+typedef struct {
+    double low_ratio, low_frequency, high_ratio, high_frequency;
+} gallop_damping;
 
-typedef enum { GALLOP_OUTSIDE_ERROR = 0, GALLOP_OUTSIDE_HOLD = 1, GALLOP_OUTSIDE_PERIODIC = 2 } gallop_outside;
+typedef enum {
+    GALLOP_OUTSIDE_ERROR = 0,
+    GALLOP_OUTSIDE_HOLD = 1,
+    GALLOP_OUTSIDE_PERIODIC = 2
+} gallop_outside;
 
-/* What follows where the tension would fall below zero: the run ends, or T = max(0, T0 + EA eps). */
+/* What follows where the tension would fall below zero: the run ends, or T = max(0, T0 + EA eps).
+ */
 typedef enum { GALLOP_SLACK_ERROR = 0, GALLOP_SLACK_TENSION_ONLY = 1 } gallop_slack;
 
-/* Time integration: Newmark (beta 1/4, gamma 1/2), Gauss collocation with three stages (order 6), or the generalised
- * alpha method (Chung, Hulbert 1993). */
-typedef enum { GALLOP_NEWMARK = 0, GALLOP_GAUSS6 = 1, GALLOP_GENERALISED_ALPHA = 2 } gallop_integrator;
+/* Time integration: Newmark (beta 1/4, gamma 1/2), Gauss collocation with three stages (order 6),
+ * or the generalised alpha method (Chung, Hulbert 1993). */
+typedef enum {
+    GALLOP_NEWMARK = 0,
+    GALLOP_GAUSS6 = 1,
+    GALLOP_GENERALISED_ALPHA = 2
+} gallop_integrator;
 
 typedef struct {
     /* span */
-    double length, height_difference, sag, horizontal_tension, gravity;   /* sag or tension 0: not given */
-    double diameter, mass, axial_stiffness, torsional_stiffness, torsional_inertia;   /* conductor */
-    double ice_mass, ice_torsional_inertia;    /* added to the conductor's */
-    double first_moment_x2, first_moment_x3;   /* int rho x2 dA (S_x3 of Liu et al.), int rho x3 dA (S_x2) [kg] */
-    double first_moment_angle;                 /* attack angle at which they are given; they turn with the ice [rad] */
+    double length, height_difference, sag, horizontal_tension,
+        gravity; /* sag or tension 0: not given */
+    double diameter, mass, axial_stiffness, torsional_stiffness, torsional_inertia; /* conductor */
+    double ice_mass, ice_torsional_inertia; /* added to the conductor's */
+    double first_moment_x2,
+        first_moment_x3; /* int rho x2 dA (S_x3 of Liu et al.), int rho x3 dA (S_x2) [kg] */
+    double
+        first_moment_angle; /* attack angle at which they are given; they turn with the ice [rad] */
     /* aerodynamics: cubics on [breakpoint[i], breakpoint[i+1]] in powers of (alpha - origin[i]);
      * coefficient[12 i + 4 c + k]: piece i, c = 0 lift 1 drag 2 moment, power k */
-    double air_density, attack_angle, reference_radius;   /* radius 0: half the diameter */
+    double air_density, attack_angle, reference_radius; /* radius 0: half the diameter */
     int32_t pieces, outside;
     const double *breakpoint, *origin, *coefficient;
-    gallop_law wind;                           /* speed towards +x3 [m/s] */
-    gallop_support support[2];                 /* left, right */
+    gallop_law wind;           /* speed towards +x3 [m/s] */
+    gallop_support support[2]; /* left, right */
     gallop_damping translation_damping, twist_damping;
     const gallop_load *load;
     int32_t load_count;
     int32_t elements;
     /* initial state */
-    double seed_vertical, seed_horizontal, seed_twist;   /* amplitude of cos(pi x1 / L) [m], [m], [rad] */
-    int32_t start_in_mean_wind;                          /* 1: static equilibrium under the wind at t = 0 */
+    double seed_vertical, seed_horizontal,
+        seed_twist;             /* amplitude of cos(pi x1 / L) [m], [m], [rad] */
+    int32_t start_in_mean_wind; /* 1: static equilibrium under the wind at t = 0 */
     /* numerics */
     int32_t max_newton_iterations, max_halvings, integrator;
-    double time_step, newton_tolerance;                  /* [s], [m] */
-    double tolerance;   /* 0: equal steps; else relative error that the steps are chosen for, Gauss only */
-    double spectral_radius;   /* 0 to 1, generalised alpha: factor a step on motion that no step resolves */
-    int32_t laws_only;   /* 1: a call with gallop_inputs is refused, and what the laws leave at rest is left out */
-    int32_t slack;       /* a gallop_slack */
+    double time_step, newton_tolerance; /* [s], [m] */
+    double tolerance; /* 0: equal steps; else relative error that the steps are chosen for, Gauss
+                         only */
+    double spectral_radius; /* 0 to 1, generalised alpha: factor a step on motion that no step
+                               resolves */
+    int32_t laws_only; /* 1: a call with gallop_inputs is refused, and what the laws leave at rest
+                          is left out */
+    int32_t slack;     /* a gallop_slack */
 } gallop_scene;
 
 /* Inputs that a co-simulation host sets instead of the scene's laws: value + rate * (t - time). */
@@ -142,99 +170,135 @@ typedef struct {
     double wind_speed_rate, attack_angle_rate, support_rate[2][3];
 } gallop_inputs;
 
-/* What a scene may not need.  A model computes a part if anything in the scene, or a host's inputs, can wake it. */
+/* What a scene may not need.  A model computes a part if anything in the scene, or a host's inputs,
+ * can wake it. */
 typedef enum {
-    GALLOP_AERODYNAMICS = 1,     /* wind on a coefficient curve */
+    GALLOP_AERODYNAMICS = 1, /* wind on a coefficient curve */
     GALLOP_ECCENTRIC_ICE = 2,
-    GALLOP_TWIST = 4,            /* the unknown theta */
-    GALLOP_LATERAL = 8           /* the unknown u3 */
+    GALLOP_TWIST = 4,  /* the unknown theta */
+    GALLOP_LATERAL = 8 /* the unknown u3 */
 } gallop_part;
 
 /* Numbers that the model derived from the scene. */
 typedef struct {
-    double sag, horizontal_tension, length;        /* of the initial equilibrium: [m], [N], [m] along the conductor */
-    double support_force[2][3];                    /* static force of the cable on the tower [N] */
-    double support_stiffness[2][2];                /* x1, x3; 0 where rigid [N/m] */
-    double translation_damping[2], twist_damping[2];   /* Rayleigh b1 [1/s], b2 [s] */
-    double imbalance;                              /* largest nodal force that holds a 'held' initial state [N] */
-    int32_t parts, reserved;                       /* gallop_part flags of what is computed */
+    double sag, horizontal_tension,
+        length;                 /* of the initial equilibrium: [m], [N], [m] along the conductor */
+    double support_force[2][3]; /* static force of the cable on the tower [N] */
+    double support_stiffness[2][2];                  /* x1, x3; 0 where rigid [N/m] */
+    double translation_damping[2], twist_damping[2]; /* Rayleigh b1 [1/s], b2 [s] */
+    double imbalance;        /* largest nodal force that holds a 'held' initial state [N] */
+    int32_t parts, reserved; /* gallop_part flags of what is computed */
 } gallop_derived;
 
 typedef struct gallop_model gallop_model;
 typedef struct gallop_state gallop_state;
 
-/* What can be observed at a node, and once per state.  The order is the contract with the binding. */
+/* What can be observed at a node, and once per state.  The order is the contract with the binding.
+ */
 typedef enum {
-    GALLOP_U1, GALLOP_U2, GALLOP_U3, GALLOP_THETA, GALLOP_V1, GALLOP_V2, GALLOP_V3, GALLOP_OMEGA,
-    GALLOP_A1, GALLOP_A2, GALLOP_A3, GALLOP_OMEGA_RATE, GALLOP_TENSION, GALLOP_ANGLE_OF_ATTACK, GALLOP_NODE_CHANNELS
+    GALLOP_U1,
+    GALLOP_U2,
+    GALLOP_U3,
+    GALLOP_THETA,
+    GALLOP_V1,
+    GALLOP_V2,
+    GALLOP_V3,
+    GALLOP_OMEGA,
+    GALLOP_A1,
+    GALLOP_A2,
+    GALLOP_A3,
+    GALLOP_OMEGA_RATE,
+    GALLOP_TENSION,
+    GALLOP_ANGLE_OF_ATTACK,
+    GALLOP_NODE_CHANNELS
 } gallop_node_channel;
 
 typedef enum {
-    GALLOP_WIND_SPEED, GALLOP_LEFT_F1, GALLOP_LEFT_F2, GALLOP_LEFT_F3, GALLOP_RIGHT_F1, GALLOP_RIGHT_F2,
-    GALLOP_RIGHT_F3, GALLOP_KINETIC_ENERGY, GALLOP_POTENTIAL_ENERGY, GALLOP_NEWTON_ITERATIONS, GALLOP_SUBSTEPS,
+    GALLOP_WIND_SPEED,
+    GALLOP_LEFT_F1,
+    GALLOP_LEFT_F2,
+    GALLOP_LEFT_F3,
+    GALLOP_RIGHT_F1,
+    GALLOP_RIGHT_F2,
+    GALLOP_RIGHT_F3,
+    GALLOP_KINETIC_ENERGY,
+    GALLOP_POTENTIAL_ENERGY,
+    GALLOP_NEWTON_ITERATIONS,
+    GALLOP_SUBSTEPS,
     GALLOP_SPAN_CHANNELS
 } gallop_span_channel;
 
 /* Sizes of the structs above as this library was compiled, for a binding to check itself:
  * scene, law, support, load, report, inputs, derived. */
 GALLOP_API void gallop_struct_sizes(size_t sizes[7]);
-GALLOP_API const char *gallop_build(void);   /* compiler and its version */
+GALLOP_API const char *gallop_build(void); /* compiler and its version */
 /* Why floating-point numbers do not work as the formulas need: a constant text; NULL: they do. */
 GALLOP_API const char *gallop_arithmetic_fault(void);
 
-GALLOP_API int gallop_model_create(const gallop_scene *scene, gallop_model **model, gallop_report *report);
+GALLOP_API int gallop_model_create(const gallop_scene *scene, gallop_model **model,
+                                   gallop_report *report);
 GALLOP_API void gallop_model_free(gallop_model *model);
 GALLOP_API int gallop_model_derived(const gallop_model *model, gallop_derived *derived);
-GALLOP_API int gallop_model_nodes(const gallop_model *model, double *x);   /* (nodes, 3) initial positions [m] */
+GALLOP_API int gallop_model_nodes(const gallop_model *model,
+                                  double *x); /* (nodes, 3) initial positions [m] */
 
 /* -1 or 0 where the model is none. */
-GALLOP_API int32_t gallop_middle(const gallop_model *model);      /* index of the mid-span node */
-GALLOP_API size_t gallop_state_size(const gallop_model *model);   /* bytes that the caller provides */
-GALLOP_API size_t gallop_saved_size(const gallop_model *model);   /* of them, those that save a state */
+GALLOP_API int32_t gallop_middle(const gallop_model *model);    /* index of the mid-span node */
+GALLOP_API size_t gallop_state_size(const gallop_model *model); /* bytes that the caller provides */
+GALLOP_API size_t
+gallop_saved_size(const gallop_model *model); /* of them, those that save a state */
 
-/* The state at t = start: equilibrium, seed, consistent accelerations.  inputs NULL: the scene's laws. */
+/* The state at t = start: equilibrium, seed, consistent accelerations.  inputs NULL: the scene's
+ * laws. */
 GALLOP_API int gallop_state_init(const gallop_model *model, gallop_state *state, double start,
                                  const gallop_inputs *inputs, gallop_report *report);
-GALLOP_API double gallop_state_time(const gallop_state *state);   /* NaN where the state was not started */
-/* GALLOP_BAD_CALL unless the first gallop_saved_size bytes can be a state of this model: for bytes from elsewhere. */
+GALLOP_API double
+gallop_state_time(const gallop_state *state); /* NaN where the state was not started */
+/* GALLOP_BAD_CALL unless the first gallop_saved_size bytes can be a state of this model: for bytes
+ * from elsewhere. */
 GALLOP_API int gallop_state_check(const gallop_model *model, const gallop_state *state);
 
-/* Steps to `until` in equal steps no longer than the scene's, or by its tolerance; on failure the state is what it was
- * before. */
-GALLOP_API int gallop_advance(const gallop_model *model, gallop_state *state, const gallop_inputs *inputs,
-                              double until, gallop_report *report);
+/* Steps to `until` in equal steps no longer than the scene's, or by its tolerance; on failure the
+ * state is what it was before. */
+GALLOP_API int gallop_advance(const gallop_model *model, gallop_state *state,
+                              const gallop_inputs *inputs, double until, gallop_report *report);
 
-/* The motion at the start of the last gallop_advance, which must have been completed; GALLOP_BAD_CALL if none was since
- * the state was started or gallop_run went on with it.  A `sharpness` below 1 (and above 0) tightens the Newton tolerance
- * from here on, for differences of two runs. */
+/* The motion at the start of the last gallop_advance, which must have been completed;
+ * GALLOP_BAD_CALL if none was since the state was started or gallop_run went on with it.  A
+ * `sharpness` below 1 (and above 0) tightens the Newton tolerance from here on, for differences of
+ * two runs. */
 GALLOP_API int gallop_rewind(const gallop_model *model, gallop_state *state, double sharpness);
 
-/* `records` times: advance by `every` time steps of the scene and observe, at (first + i + 1) * every * time_step.
- * Under a tolerance the steps end where they like, the records are read within them, and the state is left at or after
- * the last record.
- * node_values (records, channels, nodes), span_values (records, span_channels); *done counts what is filled.  Energies
- * and support forces are computed for records that ask for them. */
-GALLOP_API int gallop_run(const gallop_model *model, gallop_state *state, int64_t first, int64_t records, int64_t every,
-                          const int32_t *channel, int32_t channels, const int32_t *node, int32_t nodes,
-                          const int32_t *span_channel, int32_t span_channels, double *node_values, double *span_values,
+/* `records` times: advance by `every` time steps of the scene and observe, at (first + i + 1) *
+ * every * time_step. Under a tolerance the steps end where they like, the records are read within
+ * them, and the state is left at or after the last record. node_values (records, channels, nodes),
+ * span_values (records, span_channels); *done counts what is filled.  Energies and support forces
+ * are computed for records that ask for them. */
+GALLOP_API int gallop_run(const gallop_model *model, gallop_state *state, int64_t first,
+                          int64_t records, int64_t every, const int32_t *channel, int32_t channels,
+                          const int32_t *node, int32_t nodes, const int32_t *span_channel,
+                          int32_t span_channels, double *node_values, double *span_values,
                           int64_t *done, gallop_report *report);
 
-GALLOP_API int gallop_observe_node(const gallop_model *model, const gallop_state *state, int32_t node,
-                                   double values[GALLOP_NODE_CHANNELS]);
+GALLOP_API int gallop_observe_node(const gallop_model *model, const gallop_state *state,
+                                   int32_t node, double values[GALLOP_NODE_CHANNELS]);
 /* Force of the cable on the left tower along x1, x2, x3, then on the right one [N]. */
-GALLOP_API int gallop_support_forces(const gallop_model *model, gallop_state *state, double force[6]);
+GALLOP_API int gallop_support_forces(const gallop_model *model, gallop_state *state,
+                                     double force[6]);
 GALLOP_API int gallop_observe_span(const gallop_model *model, gallop_state *state,
                                    double values[GALLOP_SPAN_CHANNELS]);
 
-/* For tests and the modal toolkit, of a whole span: the free-body residual (no supports) of a motion u, v, a (4 a
- * node), and the element tangents k dR/du + c dR/dv + m dR/da as (elements, 12, 12).  Of `work` only scratch memory is
- * used. */
-GALLOP_API int gallop_residual(const gallop_model *model, gallop_state *work, double time, const gallop_inputs *inputs,
-                               const double *u, const double *v, const double *a, double *residual);
-GALLOP_API int gallop_tangent(const gallop_model *model, gallop_state *work, double time, const gallop_inputs *inputs,
-                              const double *u, const double *v, const double *a, double k, double c, double m,
-                              double *tangent);
-/* Puts the state at rest into static equilibrium under the inputs at `time`, found by load stepping. */
+/* For tests and the modal toolkit, of a whole span: the free-body residual (no supports) of a
+ * motion u, v, a (4 a node), and the element tangents k dR/du + c dR/dv + m dR/da as (elements, 12,
+ * 12).  Of `work` only scratch memory is used. */
+GALLOP_API int gallop_residual(const gallop_model *model, gallop_state *work, double time,
+                               const gallop_inputs *inputs, const double *u, const double *v,
+                               const double *a, double *residual);
+GALLOP_API int gallop_tangent(const gallop_model *model, gallop_state *work, double time,
+                              const gallop_inputs *inputs, const double *u, const double *v,
+                              const double *a, double k, double c, double m, double *tangent);
+/* Puts the state at rest into static equilibrium under the inputs at `time`, found by load
+ * stepping. */
 GALLOP_API int gallop_equilibrium(const gallop_model *model, gallop_state *state, double time,
                                   const gallop_inputs *inputs, gallop_report *report);
 

@@ -1,38 +1,46 @@
-/* Gauss's collocation method with three stages: order 6, A-stable, symmetric and symplectic.  The acceleration over a
- * step is the parabola through its values a_j at the times c_j h, and the velocity its integral; the displacement is
- * the integral of the parabola through the velocities at these times,
- *     v(x h) = v0 + h sum_j v_j(x) a_j,    u(x h) = u0 + x h v0 + h^2 sum_i v_i(x) sum_j v_j(c_i) a_j,
- * and the equations of motion hold at the times c_j h.  The acceleration at the begin of a step does not enter: a jump
- * of the load does no harm there, and the axial modes of a fine mesh, which no step resolves, do not pass it on.
+/* Gauss's collocation method with three stages: order 6, A-stable, symmetric and symplectic.  The
+ * acceleration over a step is the parabola through its values a_j at the times c_j h, and the
+ * velocity its integral; the displacement is the integral of the parabola through the velocities at
+ * these times, v(x h) = v0 + h sum_j v_j(x) a_j,    u(x h) = u0 + x h v0 + h^2 sum_i v_i(x) sum_j
+ * v_j(c_i) a_j, and the equations of motion hold at the times c_j h.  The acceleration at the begin
+ * of a step does not enter: a jump of the load does no harm there, and the axial modes of a fine
+ * mesh, which no step resolves, do not pass it on.
  *
- * Newton's iteration takes one tangent for all stages.  In the eigenvectors of the matrix v_j(c_i) = T diag(l) T^-1
- * they separate into systems K + C / (h l) + M / (h l)^2: a real one, and one for a complex conjugate pair (E. Hairer,
- * G. Wanner, Solving Ordinary Differential Equations II, section IV.8; c in table IV.5.2). */
+ * Newton's iteration takes one tangent for all stages.  In the eigenvectors of the matrix v_j(c_i)
+ * = T diag(l) T^-1 they separate into systems K + C / (h l) + M / (h l)^2: a real one, and one for
+ * a complex conjugate pair (E. Hairer, G. Wanner, Solving Ordinary Differential Equations II,
+ * section IV.8; c in table IV.5.2). */
 #include "internal.h"
 
 #define STAGES GAUSS_STAGES
 #define ROOT_15 3.8729833462074168852
 
-#define SLOW_RATE 0.6   /* a factorisation is renewed when the observed convergence rate is worse */
+#define SLOW_RATE 0.6 /* a factorisation is renewed when the observed convergence rate is worse */
 
-static const double node[STAGES] = {0.5 - ROOT_15 / 10.0, 0.5, 0.5 + ROOT_15 / 10.0};   /* c */
+static const double node[STAGES] = {0.5 - ROOT_15 / 10.0, 0.5, 0.5 + ROOT_15 / 10.0}; /* c */
 
 /* Lagrange's parabolas through the nodes, in powers of x. */
-static const double lagrange[STAGES][3] = {{(5.0 + ROOT_15) / 6.0, -(10.0 + ROOT_15) / 3.0, 10.0 / 3.0},
-                                           {-2.0 / 3.0, 20.0 / 3.0, -20.0 / 3.0},
-                                           {(5.0 - ROOT_15) / 6.0, -(10.0 - ROOT_15) / 3.0, 10.0 / 3.0}};
+static const double lagrange[STAGES][3] = {
+    {(5.0 + ROOT_15) / 6.0, -(10.0 + ROOT_15) / 3.0, 10.0 / 3.0},
+    {-2.0 / 3.0, 20.0 / 3.0, -20.0 / 3.0},
+    {(5.0 - ROOT_15) / 6.0, -(10.0 - ROOT_15) / 3.0, 10.0 / 3.0}};
 
-/* Eigenvalues l, columns of T, rows of T^-1: the real one, and real and imaginary part of one of the pair. */
-static const double eigenvalue[3] = {0.21531442311611217824, 0.14234278844194391088, 0.13579992570815380307};
+/* Eigenvalues l, columns of T, rows of T^-1: the real one, and real and imaginary part of one of
+ * the pair. */
+static const double eigenvalue[3] = {0.21531442311611217824, 0.14234278844194391088,
+                                     0.13579992570815380307};
 static const double column[3][STAGES] = {{0.072151852055200170321, 0.11883257874127780707, 1.0},
                                          {-0.082241230573630670649, 0.053065090742061395046, 1.0},
                                          {-0.060120738619308501731, 0.31620505113229157322, 0.0}};
-static const double row[3][STAGES] = {{5.9916980849378007756, 1.1392142951557354446, 0.43231211378385838557},
-                                      {-2.9958490424689003878, -0.56960714757786772228, 0.28384394310807080722},
-                                      {0.62310663679311570541, -1.4627798230961568313, 0.12886760063671624617}};
+static const double row[3][STAGES] = {
+    {5.9916980849378007756, 1.1392142951557354446, 0.43231211378385838557},
+    {-2.9958490424689003878, -0.56960714757786772228, 0.28384394310807080722},
+    {0.62310663679311570541, -1.4627798230961568313, 0.12886760063671624617}};
 
 /* What the stages' accelerations contribute at the time x h of a step. */
-typedef struct { double u[STAGES], v[STAGES], a[STAGES]; } weights;
+typedef struct {
+    double u[STAGES], v[STAGES], a[STAGES];
+} weights;
 
 static double integral(int j, double x)
 {
@@ -53,9 +61,10 @@ static weights weights_at(double x)
     return w;
 }
 
-/* u and v at the time x h of a step that starts from u0, v0; a (3, nodes, 4) are the stages' accelerations. */
-TWO_PATHS static void integrate(const layout *at, const double *restrict a, int values, double h, double x,
-                                double *restrict u, double *restrict v)
+/* u and v at the time x h of a step that starts from u0, v0; a (3, nodes, 4) are the stages'
+ * accelerations. */
+TWO_PATHS static void integrate(const layout *at, const double *restrict a, int values, double h,
+                                double x, double *restrict u, double *restrict v)
 {
     const weights w = weights_at(x);
     for (int n = 0; n < values; n++) {
@@ -66,13 +75,16 @@ TWO_PATHS static void integrate(const layout *at, const double *restrict a, int 
 }
 
 /* The acceleration at the time x h of a step. */
-TWO_PATHS static void accelerate(const double *restrict a, int values, double x, double *restrict out)
+TWO_PATHS static void accelerate(const double *restrict a, int values, double x,
+                                 double *restrict out)
 {
     const weights w = weights_at(x);
-    for (int n = 0; n < values; n++) out[n] = w.a[0] * a[n] + w.a[1] * a[values + n] + w.a[2] * a[2 * values + n];
+    for (int n = 0; n < values; n++)
+        out[n] = w.a[0] * a[n] + w.a[1] * a[values + n] + w.a[2] * a[2 * values + n];
 }
 
-static void place_ends(const gallop_model *model, const instant *now, double *u, double *v, double *a)
+static void place_ends(const gallop_model *model, const instant *now, double *u, double *v,
+                       double *a)
 {
     for (int end = 0; end < 2; end++) {
         const int first = end ? 4 * (model->nodes - 1) : 0;
@@ -86,14 +98,16 @@ static void place_ends(const gallop_model *model, const instant *now, double *u,
 }
 
 /* The parabola of the sub-step before is continued; the ends follow their prescribed motion. */
-static void predict(const gallop_model *model, const gallop_state *state, layout *at, const instant *now, double h)
+static void predict(const gallop_model *model, const gallop_state *state, layout *at,
+                    const instant *now, double h)
 {
     const int values = 4 * model->nodes;
     for (int i = 0; i < STAGES; i++) {
         double *a = at->stage_a + (size_t)i * values;
         if (isfinite(state->step_before))
             accelerate(at->stage_before, values, 1.0 + node[i] * h / state->step_before, a);
-        else memcpy(a, at->a0, (size_t)values * sizeof(double));
+        else
+            memcpy(a, at->a0, (size_t)values * sizeof(double));
     }
     for (int i = 0; i < STAGES; i++) {
         const size_t first = (size_t)i * values;
@@ -102,10 +116,12 @@ static void predict(const gallop_model *model, const gallop_state *state, layout
     }
 }
 
-/* The stages' residuals in the eigenvectors: the real system's into at->residual, the pair's into at->pair_residual. */
+/* The stages' residuals in the eigenvectors: the real system's into at->residual, the pair's into
+ * at->pair_residual. */
 TWO_PATHS static void separate(const layout *at, int values)
 {
-    const double *restrict r0 = at->stage_residual, *restrict r1 = r0 + values, *restrict r2 = r1 + values;
+    const double *restrict r0 = at->stage_residual, *restrict r1 = r0 + values,
+                           *restrict r2 = r1 + values;
     double *restrict real = at->residual, *restrict pair = at->pair_residual;
     for (int n = 0; n < values; n += 4)
         for (int k = 0; k < 4; k++) {
@@ -116,10 +132,16 @@ TWO_PATHS static void separate(const layout *at, int values)
         }
 }
 
-/* A complex factor: of the pair's solution only twice the real part is asked for, as its conjugate adds the same. */
-typedef struct { double re, im; } number;
+/* A complex factor: of the pair's solution only twice the real part is asked for, as its conjugate
+ * adds the same. */
+typedef struct {
+    double re, im;
+} number;
 
-static number times(number a, number b) { return (number){a.re * b.re - a.im * b.im, a.re * b.im + a.im * b.re}; }
+static number times(number a, number b)
+{
+    return (number){a.re * b.re - a.im * b.im, a.re * b.im + a.im * b.re};
+}
 
 /* 1 / (h l) of the pair */
 static number pair_inverse(double h)
@@ -128,14 +150,16 @@ static number pair_inverse(double h)
     return (number){re / square, -im / square};
 }
 
-/* Takes the correction that the solved systems mean for stage i from its u, v, a; leaves that of u in its residual. */
+/* Takes the correction that the solved systems mean for stage i from its u, v, a; leaves that of u
+ * in its residual. */
 TWO_PATHS static void correct(const layout *at, int values, int i, double h)
 {
     const double *restrict y = at->residual, *restrict pair = at->pair_residual;
     const size_t first = (size_t)i * values;
     double *restrict du = at->stage_residual + first, *restrict u = at->stage_u + first;
     double *restrict v = at->stage_v + first, *restrict a = at->stage_a + first;
-    const double real = 1.0 / (h * eigenvalue[0]), to_u = column[0][i], to_v = to_u * real, to_a = to_v * real;
+    const double real = 1.0 / (h * eigenvalue[0]), to_u = column[0][i], to_v = to_u * real,
+                 to_a = to_v * real;
     const number inverse = pair_inverse(h), p = {2.0 * column[1][i], 2.0 * column[2][i]};
     const number q = times(p, inverse), r = times(q, inverse);
     for (int n = 0; n < values; n += 4)
@@ -148,12 +172,13 @@ TWO_PATHS static void correct(const layout *at, int values, int i, double h)
         }
 }
 
-static bool factor_stages(const gallop_model *model, gallop_state *state, layout *at, const instant *now,
-                          const double *u, double h)
+static bool factor_stages(const gallop_model *model, gallop_state *state, layout *at,
+                          const instant *now, const double *u, double h)
 {
     const double real = 1.0 / (h * eigenvalue[0]);
     const number inverse = pair_inverse(h), square = times(inverse, inverse);
-    const blend mix = {1.0, real, real * real}, pair[2] = {{1.0, inverse.re, square.re}, {0.0, inverse.im, square.im}};
+    const blend mix = {1.0, real, real * real},
+                pair[2] = {{1.0, inverse.re, square.re}, {0.0, inverse.im, square.im}};
     state->factored_step = 0.0;
     if (!solver_factor(model, now, &at->sections, u, mix, model->fixed, at->factors) ||
         !pair_factor_span(model, now, &at->sections, u, pair, at->pair_factors))
@@ -165,8 +190,8 @@ static bool factor_stages(const gallop_model *model, gallop_state *state, layout
 }
 
 /* One step from u0 v0 at t - h to u v at t; its a is that of the parabola's end, of third order. */
-int gauss(const gallop_model *model, gallop_state *state, layout *at, const gallop_inputs *inputs, double t, double h,
-          double tolerance, gallop_report *report)
+int gauss(const gallop_model *model, gallop_state *state, layout *at, const gallop_inputs *inputs,
+          double t, double h, double tolerance, gallop_report *report)
 {
     const int values = 4 * model->nodes;
     bool renew = state->factored_step != h, fresh = false;
@@ -180,13 +205,15 @@ int gauss(const gallop_model *model, gallop_state *state, layout *at, const gall
     instant_at(model, t, inputs, &state->now);
     predict(model, state, at, now, h);
     for (int iteration = 1; iteration <= model->scene.max_newton_iterations; iteration++) {
-        static const int order[STAGES] = {0, 2, 1};   /* the tangent is that of the middle, where the sections end */
+        static const int order[STAGES] = {
+            0, 2, 1}; /* the tangent is that of the middle, where the sections end */
         watch_start(&seen);
         for (int k = 0; k < STAGES; k++) {
             const int i = order[k];
             const size_t first = (size_t)i * values;
-            span_residual(model, time[i], &now[i], &at->sections, at->stage_u + first, at->stage_v + first,
-                          at->stage_a + first, renew, at->stage_residual + first, &seen);
+            span_residual(model, time[i], &now[i], &at->sections, at->stage_u + first,
+                          at->stage_v + first, at->stage_a + first, renew,
+                          at->stage_residual + first, &seen);
             add_springs(model, &now[i], at->stage_u + first, at->stage_residual + first);
         }
         if (renew) {
@@ -203,7 +230,7 @@ int gauss(const gallop_model *model, gallop_state *state, layout *at, const gall
         for (int i = 0; i < STAGES; i++) {
             correct(at, values, i, h);
             const double own = correction_size(model, at->stage_residual + (size_t)i * values);
-            size = own <= size ? size : own;   /* lets NaN pass */
+            size = own <= size ? size : own; /* lets NaN pass */
         }
         state->iterations++;
         state->last_iterations++;
@@ -215,7 +242,8 @@ int gauss(const gallop_model *model, gallop_state *state, layout *at, const gall
             place_ends(model, &state->now, at->u, at->v, at->a);
             watch_tensions(model, at->u, &seen);
             return newton_accept(model, state, &seen, t, report);
-        case NEWTON_DIVERGED: return fail(report, GALLOP_NEWTON_STALLED, seen.slack_element, t, size, tolerance);
+        case NEWTON_DIVERGED:
+            return fail(report, GALLOP_NEWTON_STALLED, seen.slack_element, t, size, tolerance);
         case NEWTON_RENEWS: renew = true; break;
         case NEWTON_GOES_ON: break;
         }
@@ -233,9 +261,11 @@ void gauss_commit(const gallop_model *model, gallop_state *state, layout *at, do
     state->step_before = state->last_step = h;
 }
 
-/* The cubic part c of h^2 a = ... + c x^3 over the step just found, from the difference at its last stage between the
- * displacement and what the parabola of the step before makes of it; without a step before, the quadratic part. */
-void gauss_cubic_part(const gallop_model *model, const gallop_state *state, const layout *at, double h, double *part)
+/* The cubic part c of h^2 a = ... + c x^3 over the step just found, from the difference at its last
+ * stage between the displacement and what the parabola of the step before makes of it; without a
+ * step before, the quadratic part. */
+void gauss_cubic_part(const gallop_model *model, const gallop_state *state, const layout *at,
+                      double h, double *part)
 {
     const int values = 4 * model->nodes;
     const double *now = at->stage_a, *old = at->stage_before;
@@ -243,7 +273,7 @@ void gauss_cubic_part(const gallop_model *model, const gallop_state *state, cons
     if (isfinite(state->step_before)) {
         const weights reach = weights_at(node[STAGES - 1]);
         const double ahead = h / state->step_before;
-        double unit = 0.0;   /* what the difference would be for x^3 */
+        double unit = 0.0; /* what the difference would be for x^3 */
         for (int j = 0; j < STAGES; j++) {
             const weights continued = weights_at(1.0 + node[j] * ahead);
             after[j] = reach.u[j];
@@ -259,16 +289,19 @@ void gauss_cubic_part(const gallop_model *model, const gallop_state *state, cons
         for (int j = 0; j < STAGES; j++) after[j] = h * h * lagrange[j][2];
     }
     for (int n = 0; n < values; n++)
-        part[n] = after[0] * now[n] + after[1] * now[values + n] + after[2] * now[2 * values + n] + before[0] * old[n] +
-                  before[1] * old[values + n] + before[2] * old[2 * values + n];
+        part[n] = after[0] * now[n] + after[1] * now[values + n] + after[2] * now[2 * values + n] +
+                  before[0] * old[n] + before[1] * old[values + n] +
+                  before[2] * old[2 * values + n];
 }
 
-/* The linear part of h^2 a over the step just found, root mean square of one unknown over the nodes. */
+/* The linear part of h^2 a over the step just found, root mean square of one unknown over the
+ * nodes. */
 double gauss_linear_part(const gallop_model *model, const layout *at, double h, int unknown)
 {
     const double *first = at->stage_a, *last = first + 4 * (size_t)(STAGES - 1) * model->nodes;
     double sum = 0.0;
-    for (int n = unknown; n < 4 * model->nodes; n += 4) sum += (last[n] - first[n]) * (last[n] - first[n]);
+    for (int n = unknown; n < 4 * model->nodes; n += 4)
+        sum += (last[n] - first[n]) * (last[n] - first[n]);
     return h * h * sqrt(sum / model->nodes) / (node[STAGES - 1] - node[0]);
 }
 
@@ -280,12 +313,15 @@ void gauss_read(const gallop_model *model, const gallop_state *state, layout *at
     const double *u0 = at->begin, *v0 = at->begin + values;
     const weights start = weights_at(0.0), end = weights_at(1.0);
     for (int n = 0; n < values; n++) {
-        const double a0 = start.a[0] * k[n] + start.a[1] * k[values + n] + start.a[2] * k[2 * values + n];
+        const double a0 =
+            start.a[0] * k[n] + start.a[1] * k[values + n] + start.a[2] * k[2 * values + n];
         const double a1 = end.a[0] * k[n] + end.a[1] * k[values + n] + end.a[2] * k[2 * values + n];
         /* u = u0 + x (h v0 + x (h^2 a0 / 2 + x (c3 + x (c4 + x c5)))) */
-        const double p = at->u[n] - u0[n] - h * (v0[n] + 0.5 * h * a0), q = h * (at->v[n] - v0[n] - h * a0);
+        const double p = at->u[n] - u0[n] - h * (v0[n] + 0.5 * h * a0),
+                     q = h * (at->v[n] - v0[n] - h * a0);
         const double r = h * h * (a1 - a0);
-        const double c3 = 10.0 * p - 4.0 * q + 0.5 * r, c4 = -15.0 * p + 7.0 * q - r, c5 = 6.0 * p - 3.0 * q + 0.5 * r;
+        const double c3 = 10.0 * p - 4.0 * q + 0.5 * r, c4 = -15.0 * p + 7.0 * q - r,
+                     c5 = 6.0 * p - 3.0 * q + 0.5 * r;
         at->u[n] = u0[n] + x * (h * v0[n] + x * (0.5 * h * h * a0 + x * (c3 + x * (c4 + x * c5))));
         at->v[n] = v0[n] + x * (h * a0 + x * (3.0 * c3 + x * (4.0 * c4 + x * 5.0 * c5)) / h);
         at->a[n] = a0 + x * (6.0 * c3 + x * (12.0 * c4 + x * 20.0 * c5)) / (h * h);

@@ -12,13 +12,16 @@ static double smooth_step(double x, int derivative)
     return 60.0 * x * (1.0 + x * (-3.0 + 2.0 * x));
 }
 
-/* A flank that takes less is a jump: derivatives of it are none that a span could follow, and could overflow. */
-#define SHORTEST_FLANK 1e-9   /* [s] */
+/* A flank that takes less is a jump: derivatives of it are none that a span could follow, and could
+ * overflow. */
+#define SHORTEST_FLANK 1e-9 /* [s] */
 
 static double flank(double t, double start, double duration, int derivative)
 {
     if (duration < SHORTEST_FLANK) return derivative == 0 && t >= start ? 1.0 : 0.0;
-    double scale = derivative == 0 ? 1.0 : derivative == 1 ? 1.0 / duration : 1.0 / (duration * duration);
+    double scale = derivative == 0 ? 1.0
+                 : derivative == 1 ? 1.0 / duration
+                                   : 1.0 / (duration * duration);
     return scale * smooth_step((t - start) / duration, derivative);
 }
 
@@ -30,7 +33,10 @@ static double table(const gallop_law *law, double t, int derivative)
     if (t >= x[high]) return derivative == 0 ? y[high] : 0.0;
     while (high - low > 1) {
         int middle = (low + high) / 2;
-        if (t < x[middle]) high = middle; else low = middle;
+        if (t < x[middle])
+            high = middle;
+        else
+            low = middle;
     }
     double gap = x[high] - x[low], slope = (y[high] - y[low]) / gap;
     if (derivative == 0) return y[low] + slope * (t - x[low]);
@@ -50,13 +56,13 @@ static double evaluate(const gallop_law *law, double t, int derivative)
     case GALLOP_LAW_HARMONIC: {
         double omega = 2.0 * PI * law->frequency, angle = omega * (t - law->start) + law->phase;
         if (t < law->start) return initial;
-        double wave = derivative == 0 ? sin(angle) : derivative == 1 ? omega * cos(angle) : -omega * omega * sin(angle);
+        double wave = derivative == 0 ? sin(angle)
+                    : derivative == 1 ? omega * cos(angle)
+                                      : -omega * omega * sin(angle);
         return initial + law->amplitude * wave;
     }
-    case GALLOP_LAW_TABLE:
-        return table(law, t, derivative);
-    default:
-        return initial;
+    case GALLOP_LAW_TABLE: return table(law, t, derivative);
+    default: return initial;
     }
 }
 
@@ -71,11 +77,20 @@ bool law_always_zero(const gallop_law *law)
     return true;
 }
 
-double law_value(const gallop_law *law, double t) { return evaluate(law, t, 0); }
+double law_value(const gallop_law *law, double t)
+{
+    return evaluate(law, t, 0);
+}
 
-double law_rate(const gallop_law *law, double t) { return evaluate(law, t, 1); }
+double law_rate(const gallop_law *law, double t)
+{
+    return evaluate(law, t, 1);
+}
 
-double law_second(const gallop_law *law, double t) { return evaluate(law, t, 2); }
+double law_second(const gallop_law *law, double t)
+{
+    return evaluate(law, t, 2);
+}
 
 /* First time from t on at which the law or a derivative of it jumps; infinite: none. */
 double law_next_kink(const gallop_law *law, double t)
@@ -83,15 +98,19 @@ double law_next_kink(const gallop_law *law, double t)
     double next = INFINITY;
     if (law->kind == GALLOP_LAW_HARMONIC && law->start >= t) next = law->start;
     if (law->kind == GALLOP_LAW_PULSE) {
-        const double kink[4] = {law->start, law->start + law->rise, law->fall_start, law->fall_start + law->fall};
+        const double kink[4] = {law->start, law->start + law->rise, law->fall_start,
+                                law->fall_start + law->fall};
         for (int i = 0; i < 4; i++)
             if (kink[i] >= t) next = fmin(next, kink[i]);
     }
     if (law->kind == GALLOP_LAW_TABLE && law->count > 0 && law->time[law->count - 1] >= t) {
-        int low = -1, high = law->count - 1;   /* time[low] < t <= time[high] */
+        int low = -1, high = law->count - 1; /* time[low] < t <= time[high] */
         while (high - low > 1) {
             const int middle = (low + high) / 2;
-            if (law->time[middle] < t) low = middle; else high = middle;
+            if (law->time[middle] < t)
+                low = middle;
+            else
+                high = middle;
         }
         next = law->time[high];
     }

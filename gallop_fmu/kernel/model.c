@@ -44,30 +44,46 @@ static void support_stiffness(const gallop_scene *s, const gallop_support *suppo
     k[0] = support->stiffness_x1;
     k[1] = support->stiffness_x3;
     if (support->kind != GALLOP_SUPPORT_ADJACENT_SPAN) return;
-    double lx = support->adjacent_span, h = support->adjacent_tension, weight = (s->mass + s->ice_mass) * s->gravity;
-    double span = 1.0 / (lx / s->axial_stiffness + weight * weight * lx * lx * lx / (12.0 * h * h * h));
-    double string = (weight * s->length + 0.5 * support->insulator_weight) / support->insulator_length;
+    double lx = support->adjacent_span, h = support->adjacent_tension,
+           weight = (s->mass + s->ice_mass) * s->gravity;
+    double span =
+        1.0 / (lx / s->axial_stiffness + weight * weight * lx * lx * lx / (12.0 * h * h * h));
+    double string =
+        (weight * s->length + 0.5 * support->insulator_weight) / support->insulator_length;
     k[0] = span + string;
     k[1] = string + 2.0 * h / lx;
 }
 
-#define SAG_TENSION_AGREEMENT 0.05   /* largest relative difference of a sag and a tension that are both held */
+#define SAG_TENSION_AGREEMENT                                                                      \
+    0.05 /* largest relative difference of a sag and a tension that are both held */
 
-static bool positive(double x) { return isfinite(x) && x > 0.0; }
+static bool positive(double x)
+{
+    return isfinite(x) && x > 0.0;
+}
 
 static int check_positive(const gallop_scene *s, gallop_report *report)
 {
-    const struct { const char *name; double value; } number[] = {
-        {"length of the span", s->length}, {"diameter", s->diameter}, {"mass", s->mass},
-        {"axial stiffness", s->axial_stiffness}, {"torsional stiffness", s->torsional_stiffness},
-        {"torsional inertia", s->torsional_inertia}, {"gravity", s->gravity}, {"time step", s->time_step},
-        {"Newton tolerance", s->newton_tolerance}};
+    const struct {
+        const char *name;
+        double value;
+    } number[] = {{"length of the span", s->length},
+                  {"diameter", s->diameter},
+                  {"mass", s->mass},
+                  {"axial stiffness", s->axial_stiffness},
+                  {"torsional stiffness", s->torsional_stiffness},
+                  {"torsional inertia", s->torsional_inertia},
+                  {"gravity", s->gravity},
+                  {"time step", s->time_step},
+                  {"Newton tolerance", s->newton_tolerance}};
     for (size_t i = 0; i < sizeof number / sizeof *number; i++)
-        if (!positive(number[i].value)) return invalid(report, number[i].name, number[i].value, 0.0);
+        if (!positive(number[i].value))
+            return invalid(report, number[i].name, number[i].value, 0.0);
     if (!(s->sag > 0.0) && !(s->horizontal_tension > 0.0))
         return invalid(report, "sag or horizontal tension", s->sag, 0.0);
     if (!(s->ice_mass >= 0.0)) return invalid(report, "mass of ice", s->ice_mass, 0.0);
-    if (!(s->ice_torsional_inertia >= 0.0)) return invalid(report, "inertia of ice", s->ice_torsional_inertia, 0.0);
+    if (!(s->ice_torsional_inertia >= 0.0))
+        return invalid(report, "inertia of ice", s->ice_torsional_inertia, 0.0);
     return GALLOP_COMPLETED;
 }
 
@@ -75,28 +91,34 @@ static int check_support(const gallop_support *support, gallop_report *report)
 {
     const bool springs = support->kind == GALLOP_SUPPORT_SPRINGS;
     if (springs && !(positive(support->stiffness_x1) && positive(support->stiffness_x3)))
-        return invalid(report, "stiffness of a support", fmin(support->stiffness_x1, support->stiffness_x3), 0.0);
+        return invalid(report, "stiffness of a support",
+                       fmin(support->stiffness_x1, support->stiffness_x3), 0.0);
     if (support->kind != GALLOP_SUPPORT_ADJACENT_SPAN) return GALLOP_COMPLETED;
-    if (!positive(support->adjacent_span)) return invalid(report, "adjacent span", support->adjacent_span, 0.0);
+    if (!positive(support->adjacent_span))
+        return invalid(report, "adjacent span", support->adjacent_span, 0.0);
     if (!positive(support->adjacent_tension))
         return invalid(report, "adjacent tension", support->adjacent_tension, 0.0);
     if (!positive(support->insulator_length))
         return invalid(report, "insulator length", support->insulator_length, 0.0);
-    if (!(support->insulator_weight >= 0.0)) return invalid(report, "insulator weight", support->insulator_weight, 0.0);
+    if (!(support->insulator_weight >= 0.0))
+        return invalid(report, "insulator weight", support->insulator_weight, 0.0);
     return GALLOP_COMPLETED;
 }
 
 static int check_damping(const gallop_damping *pair, gallop_report *report)
 {
-    if (pair->low_frequency == 0.0 && pair->high_frequency == 0.0) return GALLOP_COMPLETED;   /* undamped */
-    if (!positive(pair->low_frequency)) return invalid(report, "low frequency of damping", pair->low_frequency, 0.0);
+    if (pair->low_frequency == 0.0 && pair->high_frequency == 0.0)
+        return GALLOP_COMPLETED; /* undamped */
+    if (!positive(pair->low_frequency))
+        return invalid(report, "low frequency of damping", pair->low_frequency, 0.0);
     if (!(pair->high_frequency > pair->low_frequency))
-        return invalid(report, "high frequency of damping", pair->high_frequency, pair->low_frequency);
+        return invalid(report, "high frequency of damping", pair->high_frequency,
+                       pair->low_frequency);
     return GALLOP_COMPLETED;
 }
 
-/* The binding refuses bad numbers field by field; this guards the kernel against any other caller, and against
- * parameters of an FMU that do not go together. */
+/* The binding refuses bad numbers field by field; this guards the kernel against any other caller,
+ * and against parameters of an FMU that do not go together. */
 static int check(const gallop_scene *s, gallop_report *report)
 {
     int outcome = check_positive(s, report);
@@ -107,31 +129,38 @@ static int check(const gallop_scene *s, gallop_report *report)
     if (outcome) return outcome;
     if (!(fabs(s->height_difference) < s->length))
         return invalid(report, "height difference", s->height_difference, s->length);
-    if (s->elements < 2 || s->elements > 1000000) return invalid(report, "number of elements", s->elements, 2.0);
+    if (s->elements < 2 || s->elements > 1000000)
+        return invalid(report, "number of elements", s->elements, 2.0);
     if (s->max_halvings < 0 || s->max_halvings > 30)
         return invalid(report, "number of halvings", s->max_halvings, 30.0);
     if (s->integrator < GALLOP_NEWMARK || s->integrator > GALLOP_GENERALISED_ALPHA)
         return invalid(report, "number of the integrator", s->integrator, GALLOP_GENERALISED_ALPHA);
-    if (s->integrator == GALLOP_GENERALISED_ALPHA && !(s->spectral_radius >= 0.0 && s->spectral_radius <= 1.0))
+    if (s->integrator == GALLOP_GENERALISED_ALPHA &&
+        !(s->spectral_radius >= 0.0 && s->spectral_radius <= 1.0))
         return invalid(report, "spectral radius", s->spectral_radius, 1.0);
     if (!(s->tolerance >= 0.0) || (s->tolerance > 0.0 && s->integrator != GALLOP_GAUSS6))
         return invalid(report, "tolerance, which Gauss's method alone can keep", s->tolerance, 0.0);
     if (s->max_newton_iterations < 1)
         return invalid(report, "number of Newton iterations", s->max_newton_iterations, 1.0);
-    double moment = s->first_moment_x2 * s->first_moment_x2 + s->first_moment_x3 * s->first_moment_x3;
+    double moment =
+        s->first_moment_x2 * s->first_moment_x2 + s->first_moment_x3 * s->first_moment_x3;
     double mass = s->mass + s->ice_mass, inertia = s->torsional_inertia + s->ice_torsional_inertia;
     if (!(mass * inertia > moment))
         return invalid(report, "first mass moments of the ice, squared", moment, mass * inertia);
-    if (s->sag > 0.0 && s->horizontal_tension > 0.0) {   /* m g L^2 / 8H, along the chord */
+    if (s->sag > 0.0 && s->horizontal_tension > 0.0) { /* m g L^2 / 8H, along the chord */
         double chord = hypot(s->length, s->height_difference);
         double parabola = mass * s->gravity * s->length * chord / (8.0 * s->horizontal_tension);
         if (fabs(s->sag - parabola) > SAG_TENSION_AGREEMENT * parabola)
-            return invalid(report, "sag, which contradicts the horizontal tension", s->sag, parabola);
+            return invalid(report, "sag, which contradicts the horizontal tension", s->sag,
+                           parabola);
     }
     return GALLOP_COMPLETED;
 }
 
-static size_t align(size_t bytes) { return (bytes + 15) & ~(size_t)15; }
+static size_t align(size_t bytes)
+{
+    return (bytes + 15) & ~(size_t)15;
+}
 
 static void *take(char **next, size_t bytes)
 {
@@ -164,11 +193,12 @@ static bool blows(const gallop_scene *s)
     return s->pieces > 0 && !(s->laws_only && law_always_zero(&s->wind));
 }
 
-/* Twist starts from rest between ends that do not turn: it stays at rest if there is no torque, no eccentric ice, and
- * no aerodynamic moment. */
+/* Twist starts from rest between ends that do not turn: it stays at rest if there is no torque, no
+ * eccentric ice, and no aerodynamic moment. */
 static bool twists(const gallop_scene *s)
 {
-    bool moment = false, torque = s->seed_twist != 0.0 || s->first_moment_x2 != 0.0 || s->first_moment_x3 != 0.0;
+    bool moment = false,
+         torque = s->seed_twist != 0.0 || s->first_moment_x2 != 0.0 || s->first_moment_x3 != 0.0;
     for (int i = 0; i < s->pieces && blows(s); i++)
         for (int k = 0; k < 4; k++) moment = moment || s->coefficient[12 * i + 8 + k] != 0.0;
     for (int i = 0; i < s->load_count; i++)
@@ -176,26 +206,30 @@ static bool twists(const gallop_scene *s)
     return moment || torque;
 }
 
-/* The span hangs in the vertical plane of its ends, and stays in it if nothing acts across.  Of the combinations of
- * twist and lateral motion, twist alone is left out: a scene of that kind is a torque on a bare conductor. */
+/* The span hangs in the vertical plane of its ends, and stays in it if nothing acts across.  Of the
+ * combinations of twist and lateral motion, twist alone is left out: a scene of that kind is a
+ * torque on a bare conductor. */
 static bool moves_sideways(const gallop_scene *s)
 {
     bool across = !s->laws_only || blows(s) || twists(s) || s->seed_horizontal != 0.0;
-    for (int end = 0; end < 2; end++) across = across || !law_always_zero(&s->support[end].motion[2]);
+    for (int end = 0; end < 2; end++)
+        across = across || !law_always_zero(&s->support[end].motion[2]);
     for (int i = 0; i < s->load_count; i++)
         across = across || (s->load[i].force[2] != 0.0 && !law_always_zero(&s->load[i].law));
     return across;
 }
 
-/* The one place that decides what is computed; parameters of an FMU make a new model, and so a new decision. */
+/* The one place that decides what is computed; parameters of an FMU make a new model, and so a new
+ * decision. */
 static void choose_parts(gallop_model *m)
 {
     const gallop_scene *s = &m->scene;
     m->aerodynamic = blows(s);
     m->eccentric = s->first_moment_x2 != 0.0 || s->first_moment_x3 != 0.0;
     m->unknowns = twists(s) ? 4 : moves_sideways(s) ? 3 : 2;
-    m->derived.parts = (m->aerodynamic ? GALLOP_AERODYNAMICS : 0) | (m->eccentric ? GALLOP_ECCENTRIC_ICE : 0) |
-                       (m->unknowns > 3 ? GALLOP_TWIST : 0) | (m->unknowns > 2 ? GALLOP_LATERAL : 0);
+    m->derived.parts =
+        (m->aerodynamic ? GALLOP_AERODYNAMICS : 0) | (m->eccentric ? GALLOP_ECCENTRIC_ICE : 0) |
+        (m->unknowns > 3 ? GALLOP_TWIST : 0) | (m->unknowns > 2 ? GALLOP_LATERAL : 0);
 }
 
 /* The piece of the aerodynamic curve at the start of each bin. */
@@ -211,12 +245,18 @@ static void list_pieces(gallop_model *m)
 /* Sizes of a state on the mesh as it is; state_layout says what lies in it. */
 static void measure_state(gallop_model *m)
 {
-    const size_t elements = (size_t)m->elements, strips = (size_t)m->strips, values = 4 * (size_t)m->nodes;
+    const size_t elements = (size_t)m->elements, strips = (size_t)m->strips,
+                 values = 4 * (size_t)m->nodes;
     const size_t stages = by_gauss(m) ? GAUSS_STAGES : 0;
     const size_t arrays = 3 + (stages ? GAUSS_ARRAYS : NEWMARK_HISTORY);
     m->saved_size = offsetof(gallop_state, values) + arrays * values * sizeof(double) +
-                    factor_count(m->elements) * sizeof(factor) + (stages ? elements + 1 : 0) * sizeof(pair_factor);
-    const size_t scratch = (4 + arrays) * values + (stages ? 4 * stages + 2 : by_alpha(m) ? 3 : 0) * values +
+                    factor_count(m->elements) * sizeof(factor) +
+                    (stages ? elements + 1 : 0) * sizeof(pair_factor);
+    const size_t scratch = (4 + arrays) * values +
+                           (stages        ? 4 * stages + 2
+                            : by_alpha(m) ? 3
+                                          : 0) *
+                               values +
                            3 * SECTION_ARRAYS * LANES * strips;
     m->state_size = 2 * m->saved_size + scratch * sizeof(double);
 }
@@ -232,14 +272,16 @@ int gallop_model_create(const gallop_scene *scene, gallop_model **out, gallop_re
     int outcome = check(scene, report);
     if (outcome) return outcome;
 
-    const size_t elements = (size_t)scene->elements, nodes = 2 * elements + 1, loads = (size_t)scene->load_count;
+    const size_t elements = (size_t)scene->elements, nodes = 2 * elements + 1,
+                 loads = (size_t)scene->load_count;
     const size_t pieces = (size_t)scene->pieces;
     size_t points = 0;
     for (size_t i = 0; i < loads; i++)
         points += scene->load[i].evenly_spaced > 0 ? (size_t)scene->load[i].evenly_spaced : 1;
     const size_t strips = (elements + LANES - 1) / LANES;
-    size_t bytes = align(sizeof(gallop_model)) + align(elements * sizeof(geometry)) + align(strips * sizeof(strip)) +
-                   align(PIECE_BINS * sizeof(int)) + align(3 * nodes * sizeof(double)) + align(2 * nodes * sizeof(double)) +
+    size_t bytes = align(sizeof(gallop_model)) + align(elements * sizeof(geometry)) +
+                   align(strips * sizeof(strip)) + align(PIECE_BINS * sizeof(int)) +
+                   align(3 * nodes * sizeof(double)) + align(2 * nodes * sizeof(double)) +
                    align(4 * nodes * sizeof(double)) + align(loads * sizeof(gallop_load)) +
                    align(points * sizeof(load_place)) + 2 * align((pieces + 1) * sizeof(double)) +
                    align(12 * pieces * sizeof(double)) + law_bytes(&scene->wind);
@@ -272,12 +314,14 @@ int gallop_model_create(const gallop_scene *scene, gallop_model **out, gallop_re
     for (int end = 0; end < 2; end++)
         for (int i = 0; i < 3; i++) keep_law(&next, &m->scene.support[end].motion[i]);
 
-    for (size_t i = 0; i < loads; i++) {   /* place_loads turns the fraction of the length into an element */
+    for (size_t i = 0; i < loads;
+         i++) { /* place_loads turns the fraction of the length into an element */
         int count = load[i].evenly_spaced > 0 ? load[i].evenly_spaced : 1;
         for (int k = 1; k <= count; k++) {
             load_place *place = &m->place[m->load_count++];
             place->load = (int)i;
-            place->shape[0] = load[i].evenly_spaced > 0 ? (double)k / (count + 1) : load[i].position;
+            place->shape[0] =
+                load[i].evenly_spaced > 0 ? (double)k / (count + 1) : load[i].position;
         }
     }
     m->mass = scene->mass + scene->ice_mass;
@@ -295,7 +339,8 @@ int gallop_model_create(const gallop_scene *scene, gallop_model **out, gallop_re
     choose_parts(m);
     for (int end = 0; end < 2; end++) {
         bool rigid = scene->support[end].kind == GALLOP_SUPPORT_RIGID;
-        if (!rigid) support_stiffness(scene, &scene->support[end], m->derived.support_stiffness[end]);
+        if (!rigid)
+            support_stiffness(scene, &scene->support[end], m->derived.support_stiffness[end]);
         m->stiffness[end][0] = m->derived.support_stiffness[end][0];
         m->stiffness[end][2] = m->derived.support_stiffness[end][1];
         m->fixed[end][0] = m->fixed[end][2] = rigid;
@@ -313,7 +358,10 @@ int gallop_model_create(const gallop_scene *scene, gallop_model **out, gallop_re
     return GALLOP_COMPLETED;
 }
 
-void gallop_model_free(gallop_model *model) { free(model); }
+void gallop_model_free(gallop_model *model)
+{
+    free(model);
+}
 
 int gallop_model_derived(const gallop_model *model, gallop_derived *derived)
 {
@@ -329,8 +377,17 @@ int gallop_model_nodes(const gallop_model *model, double *x)
     return GALLOP_COMPLETED;
 }
 
-int32_t gallop_middle(const gallop_model *model) { return is_model(model) ? model->elements : -1; }
+int32_t gallop_middle(const gallop_model *model)
+{
+    return is_model(model) ? model->elements : -1;
+}
 
-size_t gallop_state_size(const gallop_model *model) { return is_model(model) ? model->state_size : 0; }
+size_t gallop_state_size(const gallop_model *model)
+{
+    return is_model(model) ? model->state_size : 0;
+}
 
-size_t gallop_saved_size(const gallop_model *model) { return is_model(model) ? model->saved_size : 0; }
+size_t gallop_saved_size(const gallop_model *model)
+{
+    return is_model(model) ? model->saved_size : 0;
+}

@@ -1,45 +1,53 @@
-/* Newmark's method (beta 1/4, gamma 1/2) with Newton-Raphson (Liu et al. 2009, section 2.5), and its generalisation
- * that balances forces within the step, at t - alpha_f h with accelerations of t - alpha_m h (Chung, Hulbert 1993,
- * J. Appl. Mech. 60, 371-375): motion that no step resolves, as axial modes of fine meshes, decays instead of ringing
- * on. */
+/* Newmark's method (beta 1/4, gamma 1/2) with Newton-Raphson (Liu et al. 2009, section 2.5), and
+ * its generalisation that balances forces within the step, at t - alpha_f h with accelerations of t
+ * - alpha_m h (Chung, Hulbert 1993, J. Appl. Mech. 60, 371-375): motion that no step resolves, as
+ * axial modes of fine meshes, decays instead of ringing on. */
 #include "internal.h"
 
-typedef struct { double alpha_m, alpha_f, beta, gamma; } weights;
+typedef struct {
+    double alpha_m, alpha_f, beta, gamma;
+} weights;
 
-/* Chung and Hulbert's choice for a spectral radius of infinitely fast motion: second order, unconditionally stable, and
- * the least damping of slow motion. */
+/* Chung and Hulbert's choice for a spectral radius of infinitely fast motion: second order,
+ * unconditionally stable, and the least damping of slow motion. */
 static weights weights_of(const gallop_model *model)
 {
     if (!by_alpha(model)) return (weights){0.0, 0.0, 0.25, 0.5};
     const double radius = model->scene.spectral_radius;
-    const double m = (2.0 * radius - 1.0) / (radius + 1.0), f = radius / (radius + 1.0), more = 1.0 - m + f;
+    const double m = (2.0 * radius - 1.0) / (radius + 1.0), f = radius / (radius + 1.0),
+                 more = 1.0 - m + f;
     return (weights){m, f, 0.25 * more * more, 0.5 - m + f};
 }
 
-#define SLOW_RATE 0.3   /* a factorisation is renewed when the observed convergence rate is worse */
+#define SLOW_RATE 0.3 /* a factorisation is renewed when the observed convergence rate is worse */
 
-/* Ways to extrapolate the acceleration by one of equal steps: factors of a0 and of those before it.  A straight line, a
- * parabola, a cubic, and a straight line on which lies a motion that changes sign at every step: that is what this
- * method makes of axial modes that the step does not resolve, and smooth curves through it lead far off. */
+/* Ways to extrapolate the acceleration by one of equal steps: factors of a0 and of those before it.
+ * A straight line, a parabola, a cubic, and a straight line on which lies a motion that changes
+ * sign at every step: that is what this method makes of axial modes that the step does not resolve,
+ * and smooth curves through it lead far off. */
 enum { LINE, PARABOLA, CUBIC, ALTERNATING, WAYS };
 static const double extrapolation[WAYS][NEWMARK_HISTORY] = {
     {2.0, -1.0, 0.0, 0.0}, {3.0, -3.0, 1.0, 0.0}, {4.0, -6.0, 4.0, -1.0}, {1.0, 1.0, -1.0, 0.0}};
 
 /* The acceleration of so many steps before the last; they follow each other in a ring. */
-static double *before(const gallop_model *model, const gallop_state *state, const layout *at, int steps)
+static double *before(const gallop_model *model, const gallop_state *state, const layout *at,
+                      int steps)
 {
-    return at->a_before + (size_t)((state->newest + steps - 1) % NEWMARK_HISTORY) * 4 * (size_t)model->nodes;
+    return at->a_before +
+           (size_t)((state->newest + steps - 1) % NEWMARK_HISTORY) * 4 * (size_t)model->nodes;
 }
 
 /* For each unknown that way which would have led from the steps before closest to a0. */
-TWO_PATHS static void choose(const double *const a[NEWMARK_HISTORY + 1], int values, double weight[NEWMARK_HISTORY][4])
+TWO_PATHS static void choose(const double *const a[NEWMARK_HISTORY + 1], int values,
+                             double weight[NEWMARK_HISTORY][4])
 {
     const double *a0 = a[0], *a1 = a[1], *a2 = a[2], *a3 = a[3], *a4 = a[4];
     double missed[WAYS][4];
     for (int i = 0; i < 4; i += LANES) {
         lanes line = {0.0}, parabola = {0.0}, cubic = {0.0}, alternating = {0.0};
         for (int j = i; j < values; j += 4) {
-            const lanes x0 = LANES_AT(a0 + j), x1 = LANES_AT(a1 + j), x2 = LANES_AT(a2 + j), x3 = LANES_AT(a3 + j);
+            const lanes x0 = LANES_AT(a0 + j), x1 = LANES_AT(a1 + j), x2 = LANES_AT(a2 + j),
+                        x3 = LANES_AT(a3 + j);
             const lanes x4 = LANES_AT(a4 + j);
             const lanes bend = x0 - 2.0 * x1 + x2, bend_before = x1 - 2.0 * x2 + x3;
             const lanes miss = bend - bend_before, sum = bend + bend_before;
@@ -62,10 +70,11 @@ TWO_PATHS static void choose(const double *const a[NEWMARK_HISTORY + 1], int val
     }
 }
 
-/* The acceleration is extrapolated from the last ones.  Without enough of them by equal steps their mean must do: it is
- * not led astray by what changes sign.  The ends follow their prescribed motion. */
-TWO_PATHS static void predict(const gallop_model *model, const gallop_state *state, layout *at, const instant *now,
-                              weights w, double h)
+/* The acceleration is extrapolated from the last ones.  Without enough of them by equal steps their
+ * mean must do: it is not led astray by what changes sign.  The ends follow their prescribed
+ * motion. */
+TWO_PATHS static void predict(const gallop_model *model, const gallop_state *state, layout *at,
+                              const instant *now, weights w, double h)
 {
     const int values = 4 * model->nodes;
     const double *u0 = at->u0, *v0 = at->v0, *past[NEWMARK_HISTORY + 1] = {at->a0};
@@ -76,7 +85,8 @@ TWO_PATHS static void predict(const gallop_model *model, const gallop_state *sta
     const double u_by_a0 = h * h * (0.5 - w.beta), u_by_a = h * h * w.beta;
     const double v_by_a0 = h * (1.0 - w.gamma), v_by_a = h * w.gamma;
     double weight[NEWMARK_HISTORY][4] = {{0.5, 0.5, 0.5, 0.5}, {0.5, 0.5, 0.5, 0.5}, {0.0}};
-    if (h == state->step_before && state->equal_steps == NEWMARK_HISTORY) choose(past, values, weight);
+    if (h == state->step_before && state->equal_steps == NEWMARK_HISTORY)
+        choose(past, values, weight);
     for (int i = 0; i < 4; i += LANES) {
         const lanes by_a0 = LANES_AT(weight[0] + i), by_a1 = LANES_AT(weight[1] + i);
         const lanes by_a2 = LANES_AT(weight[2] + i), by_a3 = LANES_AT(weight[3] + i);
@@ -84,7 +94,8 @@ TWO_PATHS static void predict(const gallop_model *model, const gallop_state *sta
             const lanes x0 = LANES_AT(a0 + j);
             const lanes x1 = LANES_AT(a1 + j), x2 = LANES_AT(a2 + j), x3 = LANES_AT(a3 + j);
             const lanes guess = by_a0 * x0 + by_a1 * x1 + by_a2 * x2 + by_a3 * x3;
-            LANES_AT(u + j) = LANES_AT(u0 + j) + h * LANES_AT(v0 + j) + u_by_a0 * x0 + u_by_a * guess;
+            LANES_AT(u + j) =
+                LANES_AT(u0 + j) + h * LANES_AT(v0 + j) + u_by_a0 * x0 + u_by_a * guess;
             LANES_AT(v + j) = LANES_AT(v0 + j) + v_by_a0 * x0 + v_by_a * guess;
             LANES_AT(a + j) = guess;
         }
@@ -133,8 +144,8 @@ TWO_PATHS static void correct(const layout *at, int values, double per_v, double
 }
 
 /* One step from u0 v0 a0 at t - h to u v a at t. */
-int newmark(const gallop_model *model, gallop_state *state, layout *at, const gallop_inputs *inputs, double t, double h,
-            double tolerance, gallop_report *report)
+int newmark(const gallop_model *model, gallop_state *state, layout *at, const gallop_inputs *inputs,
+            double t, double h, double tolerance, gallop_report *report)
 {
     const int values = 4 * model->nodes;
     const weights w = weights_of(model);
@@ -150,8 +161,10 @@ int newmark(const gallop_model *model, gallop_state *state, layout *at, const ga
     instant now;
     instant_at(model, t, inputs, &state->now);
     predict(model, state, at, &state->now, w, h);
-    if (within) instant_at(model, balanced, inputs, &now);
-    else now = state->now;
+    if (within)
+        instant_at(model, balanced, inputs, &now);
+    else
+        now = state->now;
     for (int iteration = 1; iteration <= model->scene.max_newton_iterations; iteration++) {
         watch_start(&seen);
         if (within) look_within(at, w, values);
@@ -178,7 +191,8 @@ int newmark(const gallop_model *model, gallop_state *state, layout *at, const ga
         case NEWTON_CONVERGED:
             if (within) watch_tensions(model, at->u, &seen);
             return newton_accept(model, state, &seen, t, report);
-        case NEWTON_DIVERGED: return fail(report, GALLOP_NEWTON_STALLED, seen.slack_element, t, size, tolerance);
+        case NEWTON_DIVERGED:
+            return fail(report, GALLOP_NEWTON_STALLED, seen.slack_element, t, size, tolerance);
         case NEWTON_RENEWS: renew = true; break;
         case NEWTON_GOES_ON: break;
         }

@@ -1,9 +1,11 @@
-/* Newton's iteration as all integrators use it: how large a correction is, whether to go on, and whether a converged
- * step can be accepted.  The factorised tangent is reused while it converges well. */
+/* Newton's iteration as all integrators use it: how large a correction is, whether to go on, and
+ * whether a converged step can be accepted.  The factorised tangent is reused while it converges
+ * well. */
 #include "elementary.h"
 #include "internal.h"
 
-/* A better rate than this is not relied on: it was measured on other steps, or on components that converge faster. */
+/* A better rate than this is not relied on: it was measured on other steps, or on components that
+ * converge faster. */
 #define TRUSTED_RATE 0.1
 
 void add_springs(const gallop_model *model, const instant *now, const double *u, double *residual)
@@ -15,24 +17,28 @@ void add_springs(const gallop_model *model, const instant *now, const double *u,
     }
 }
 
-/* Largest correction, in m and rad alike: a twist of 1 rad matters to the wind load as much as a motion of metres. */
+/* Largest correction, in m and rad alike: a twist of 1 rad matters to the wind load as much as a
+ * motion of metres. */
 TWO_PATHS double correction_size(const gallop_model *model, const double *du)
 {
-    double largest[4] = {0.0}, sum[4] = {0.0};   /* by unknown, so that the four need not wait for each other */
+    double largest[4] = {0.0},
+           sum[4] = {0.0}; /* by unknown, so that the four need not wait for each other */
     for (int n = 0; n < 4 * model->nodes; n += 4)
         for (int i = 0; i < 4; i += LANES) {
             const lanes x = *(const lanes *)(du + n + i), size = PICK(x < 0.0 * x, -x, x);
             lanes *most = (lanes *)(largest + i);
             *most = PICK(size > *most, size, *most);
-            *(lanes *)(sum + i) += x;   /* the maximum lets NaN pass */
+            *(lanes *)(sum + i) += x; /* the maximum lets NaN pass */
         }
     double all = sum[0] + sum[1] + sum[2] + sum[3];
     return isfinite(all) ? fmax(fmax(largest[0], largest[1]), fmax(largest[2], largest[3])) : NAN;
 }
 
-/* After a correction of `size`, `before` the one before it (0: none) with the same tangent.  The rate of convergence is
- * remembered from step to step; where it is worse than `slow`, a new factorisation costs less than more iterations. */
-newton_course newton_judge(gallop_state *state, double size, double before, bool fresh, double slow, double tolerance)
+/* After a correction of `size`, `before` the one before it (0: none) with the same tangent.  The
+ * rate of convergence is remembered from step to step; where it is worse than `slow`, a new
+ * factorisation costs less than more iterations. */
+newton_course newton_judge(gallop_state *state, double size, double before, bool fresh, double slow,
+                           double tolerance)
 {
     if (before > 0.0) {
         double rate = size / before;
@@ -45,8 +51,10 @@ newton_course newton_judge(gallop_state *state, double size, double before, bool
     return before > 0.0 && state->rate > slow && !fresh ? NEWTON_RENEWS : NEWTON_GOES_ON;
 }
 
-/* The angle is reported within the turn centred on the curve's range, so that it lies beyond the end that it left. */
-int angle_failure(const gallop_model *model, int element, double angle, double t, gallop_report *report)
+/* The angle is reported within the turn centred on the curve's range, so that it lies beyond the
+ * end that it left. */
+int angle_failure(const gallop_model *model, int element, double angle, double t,
+                  gallop_report *report)
 {
     double offset = angle - model->curve_centre;
     offset -= 2.0 * PI * nearest(offset * (0.5 / PI));
@@ -55,7 +63,8 @@ int angle_failure(const gallop_model *model, int element, double angle, double t
 }
 
 /* A converged step is refused where its motion is impossible. */
-int newton_accept(const gallop_model *model, gallop_state *state, const watch *seen, double t, gallop_report *report)
+int newton_accept(const gallop_model *model, gallop_state *state, const watch *seen, double t,
+                  gallop_report *report)
 {
     if (seen->worst_excess > 0.0)
         return angle_failure(model, seen->angle_element, seen->worst_angle, t, report);

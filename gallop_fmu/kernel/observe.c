@@ -1,4 +1,5 @@
-/* What can be seen of a state: node and span channels, and the residual and tangent for tests and the modal toolkit. */
+/* What can be seen of a state: node and span channels, and the residual and tangent for tests and
+ * the modal toolkit. */
 #include "elementary.h"
 #include "internal.h"
 
@@ -7,7 +8,8 @@ static const double *motion(const gallop_model *model, const gallop_state *state
     return state->values + (size_t)which * 4 * (size_t)model->nodes;
 }
 
-/* Linear through the two Gauss points (xi = +-1/sqrt 3), which are the accurate ones; averaged at corner nodes. */
+/* Linear through the two Gauss points (xi = +-1/sqrt 3), which are the accurate ones; averaged at
+ * corner nodes. */
 static double node_tension(const gallop_model *model, const double *u, int node)
 {
     double sum = 0.0;
@@ -26,7 +28,8 @@ static double node_tension(const gallop_model *model, const double *u, int node)
 void observe_node(const gallop_model *model, const gallop_state *state, int32_t node,
                   double values[GALLOP_NODE_CHANNELS])
 {
-    const double *u = motion(model, state, 0), *v = motion(model, state, 1), *a = motion(model, state, 2);
+    const double *u = motion(model, state, 0), *v = motion(model, state, 1),
+                 *a = motion(model, state, 2);
     const double *n2 = model->normal + 2 * node;
     for (int i = 0; i < 4; i++) {
         values[GALLOP_U1 + i] = u[4 * node + i];
@@ -35,16 +38,19 @@ void observe_node(const gallop_model *model, const gallop_state *state, int32_t 
     }
     values[GALLOP_TENSION] = node_tension(model, u, node);
     values[GALLOP_ANGLE_OF_ATTACK] =
-        aero_angle(u[4 * node + 3], n2[0] * v[4 * node] + n2[1] * v[4 * node + 1], v[4 * node + 2], v[4 * node + 3],
-                   state->now.wind, state->now.attack, model->radius);
+        aero_angle(u[4 * node + 3], n2[0] * v[4 * node] + n2[1] * v[4 * node + 1], v[4 * node + 2],
+                   v[4 * node + 3], state->now.wind, state->now.attack, model->radius);
 }
 
-/* Force of the cable on the tower: minus that of the support on the cable, which is the static one plus the residual of
- * the free body where the unknown is prescribed, and minus the spring's elongation where it is not. */
+/* Force of the cable on the tower: minus that of the support on the cable, which is the static one
+ * plus the residual of the free body where the unknown is prescribed, and minus the spring's
+ * elongation where it is not. */
 static void support_force(const gallop_model *model, gallop_state *state, int end, double force[3])
 {
-    const double *u = motion(model, state, 0), *v = motion(model, state, 1), *a = motion(model, state, 2);
-    const int node = end ? model->nodes - 1 : 0, e = end ? model->elements - 1 : 0, own = end ? 8 : 0;
+    const double *u = motion(model, state, 0), *v = motion(model, state, 1),
+                 *a = motion(model, state, 2);
+    const int node = end ? model->nodes - 1 : 0, e = end ? model->elements - 1 : 0,
+              own = end ? 8 : 0;
     const instant *now = &state->now;
     double r[12];
     layout at = state_layout(model, state);
@@ -52,32 +58,37 @@ static void support_force(const gallop_model *model, gallop_state *state, int en
     for (int l = 0; l < model->load_count; l++) {
         const load_place *place = &model->place[l];
         if (place->element != e) continue;
-        double amplitude = now->load_factor * law_value(&model->scene.load[place->load].law, state->time);
+        double amplitude =
+            now->load_factor * law_value(&model->scene.load[place->load].law, state->time);
         for (int i = 0; i < 3; i++)
-            r[own + i] -= amplitude * place->shape[end ? 2 : 0] * model->scene.load[place->load].force[i];
+            r[own + i] -=
+                amplitude * place->shape[end ? 2 : 0] * model->scene.load[place->load].force[i];
     }
     for (int i = 0; i < 3; i++) {
-        double extra = model->fixed[end][i] ? r[own + i] - model->constant_force[4 * node + i]
-                                            : -model->stiffness[end][i] * (u[4 * node + i] - now->position[end][i]);
+        double extra = model->fixed[end][i]
+                         ? r[own + i] - model->constant_force[4 * node + i]
+                         : -model->stiffness[end][i] * (u[4 * node + i] - now->position[end][i]);
         force[i] = -(model->static_force[end][i] + extra);
     }
 }
 
 /* Kinetic and potential energy of the elements of a strip: see energies. */
-INLINE void strip_energies(const gallop_model *model, const instant *now, const strip *s, lanes u[3][4], lanes v[3][4],
-                           lanes *kinetic, lanes *potential)
+INLINE void strip_energies(const gallop_model *model, const instant *now, const strip *s,
+                           lanes u[3][4], lanes v[3][4], lanes *kinetic, lanes *potential)
 {
     const double ea = model->scene.axial_stiffness, gj = model->scene.torsional_stiffness;
     double theta[3 * LANES], sine[3 * LANES], cosine[3 * LANES];
     for (int q = 0; q < 3; q++)
-        LANES_AT(theta + LANES * q) = shape3[q][0] * u[0][3] + shape3[q][1] * u[1][3] + shape3[q][2] * u[2][3];
+        LANES_AT(theta + LANES * q) =
+            shape3[q][0] * u[0][3] + shape3[q][1] * u[1][3] + shape3[q][2] * u[2][3];
     if (model->eccentric)
         for (int i = 0; i < 3 * LANES; i++) sine_cosine(theta[i], sine + i, cosine + i);
     for (int q = 0; q < 3; q++) {
         const double *n = shape3[q];
         lanes velocity[4];
         for (int i = 0; i < 4; i++) velocity[i] = n[0] * v[0][i] + n[1] * v[1][i] + n[2] * v[2][i];
-        const lanes square = velocity[0] * velocity[0] + velocity[1] * velocity[1] + velocity[2] * velocity[2];
+        const lanes square =
+            velocity[0] * velocity[0] + velocity[1] * velocity[1] + velocity[2] * velocity[2];
         const lanes w = velocity[3], weight = s->inertia_weight[q];
         *kinetic += weight * (0.5 * model->mass * square + 0.5 * model->inertia * w * w);
         if (!model->eccentric) continue;
@@ -93,16 +104,19 @@ INLINE void strip_energies(const gallop_model *model, const instant *now, const 
         lanes strain = {0.0}, du[4];
         for (int i = 0; i < 4; i++) du[i] = n[0] * (u[0][i] - u[1][i]) + n[1] * (u[2][i] - u[1][i]);
         for (int i = 0; i < 3; i++) strain += du[i] * (s->slope[q][i] + 0.5 * du[i]);
-        const lanes slack = s->tension[q] / -ea;   /* beyond, no more energy is released */
+        const lanes slack = s->tension[q] / -ea; /* beyond, no more energy is released */
         if (model->tension_only) strain = PICK(strain > slack, strain, slack);
-        const lanes axial = strain * (s->tension[q] + 0.5 * ea * strain), torsional = 0.5 * gj * du[3] * du[3];
+        const lanes axial = strain * (s->tension[q] + 0.5 * ea * strain),
+                    torsional = 0.5 * gj * du[3] * du[3];
         *potential += s->stiffness_weight[q] * (axial + torsional);
     }
 }
 
-/* Kinetic: mu v.v/2 + w (c2 v3 - c3 v2) + I w^2/2, with v2 and v3 in the section's plane.  Potential: axial and torsional strain energy from the initial
- * state, gravity, the constant forces, and the springs. */
-TWO_PATHS static void energies(const gallop_model *model, const gallop_state *state, double *kinetic, double *potential)
+/* Kinetic: mu v.v/2 + w (c2 v3 - c3 v2) + I w^2/2, with v2 and v3 in the section's plane.
+ * Potential: axial and torsional strain energy from the initial state, gravity, the constant
+ * forces, and the springs. */
+TWO_PATHS static void energies(const gallop_model *model, const gallop_state *state,
+                               double *kinetic, double *potential)
 {
     const double *u = motion(model, state, 0), *v = motion(model, state, 1);
     lanes kinetic_of = {0.0}, potential_of = {0.0};
@@ -114,7 +128,8 @@ TWO_PATHS static void energies(const gallop_model *model, const gallop_state *st
             read_nodes(u + 8 * e, n, count, ue[n]);
             read_nodes(v + 8 * e, n, count, ve[n]);
         }
-        strip_energies(model, &state->now, &model->strip[index], ue, ve, &kinetic_of, &potential_of);
+        strip_energies(model, &state->now, &model->strip[index], ue, ve, &kinetic_of,
+                       &potential_of);
     }
     for (int lane = 0; lane < LANES; lane++) {
         k += LANE(kinetic_of, lane);
@@ -123,7 +138,8 @@ TWO_PATHS static void energies(const gallop_model *model, const gallop_state *st
     for (int i = 0; i < 4 * model->nodes; i++) p -= model->constant_force[i] * u[i];
     for (int end = 0; end < 2; end++)
         for (int i = 0; i < 3; i++) {
-            double stretch = u[(end ? 4 * (model->nodes - 1) : 0) + i] - state->now.position[end][i];
+            double stretch =
+                u[(end ? 4 * (model->nodes - 1) : 0) + i] - state->now.position[end][i];
             p += 0.5 * model->stiffness[end][i] * stretch * stretch;
         }
     *kinetic = k;
@@ -154,7 +170,8 @@ int gallop_support_forces(const gallop_model *model, gallop_state *state, double
     return GALLOP_COMPLETED;
 }
 
-void observe_span(const gallop_model *model, gallop_state *state, uint32_t asked, double values[GALLOP_SPAN_CHANNELS])
+void observe_span(const gallop_model *model, gallop_state *state, uint32_t asked,
+                  double values[GALLOP_SPAN_CHANNELS])
 {
     const uint32_t left = 7u << GALLOP_LEFT_F1, right = 7u << GALLOP_RIGHT_F1;
     values[GALLOP_WIND_SPEED] = state->now.wind;
@@ -166,7 +183,8 @@ void observe_span(const gallop_model *model, gallop_state *state, uint32_t asked
     values[GALLOP_SUBSTEPS] = (double)state->last_substeps;
 }
 
-int gallop_observe_span(const gallop_model *model, gallop_state *state, double values[GALLOP_SPAN_CHANNELS])
+int gallop_observe_span(const gallop_model *model, gallop_state *state,
+                        double values[GALLOP_SPAN_CHANNELS])
 {
     if (!observable(model, state, values)) return GALLOP_BAD_CALL;
     observe_span(model, state, ~0u, values);
@@ -183,18 +201,21 @@ static gallop_model with_everything(const gallop_model *model)
 }
 
 /* Whether residual and tangent of this motion can be taken: of finite numbers. */
-static bool computable(const gallop_model *model, const gallop_state *work, double time, const gallop_inputs *inputs,
-                       const double *const motion[3], const double *out)
+static bool computable(const gallop_model *model, const gallop_state *work, double time,
+                       const gallop_inputs *inputs, const double *const motion[3],
+                       const double *out)
 {
     gallop_report report;
     if (check_room(model, work, time, &report) || !usable(out, WORD)) return false;
     for (int i = 0; i < 3; i++)
-        if (!usable(motion[i], WORD) || !finite_numbers(motion[i], 4 * (size_t)model->nodes)) return false;
+        if (!usable(motion[i], WORD) || !finite_numbers(motion[i], 4 * (size_t)model->nodes))
+            return false;
     return check_inputs(model, inputs, time, &report) == GALLOP_COMPLETED;
 }
 
-int gallop_residual(const gallop_model *model, gallop_state *work, double time, const gallop_inputs *inputs,
-                    const double *u, const double *v, const double *a, double *residual)
+int gallop_residual(const gallop_model *model, gallop_state *work, double time,
+                    const gallop_inputs *inputs, const double *u, const double *v, const double *a,
+                    double *residual)
 {
     const double *const motion[3] = {u, v, a};
     if (!computable(model, work, time, inputs, motion, residual)) return GALLOP_BAD_CALL;
@@ -208,8 +229,9 @@ int gallop_residual(const gallop_model *model, gallop_state *work, double time, 
     return GALLOP_COMPLETED;
 }
 
-int gallop_tangent(const gallop_model *model, gallop_state *work, double time, const gallop_inputs *inputs,
-                   const double *u, const double *v, const double *a, double k, double c, double m, double *tangent)
+int gallop_tangent(const gallop_model *model, gallop_state *work, double time,
+                   const gallop_inputs *inputs, const double *u, const double *v, const double *a,
+                   double k, double c, double m, double *tangent)
 {
     static const int block_of[3][3] = {{LEFT_LEFT, LEFT_MIDDLE, LEFT_RIGHT},
                                        {LEFT_MIDDLE, MIDDLE_MIDDLE, MIDDLE_RIGHT},
@@ -223,14 +245,16 @@ int gallop_tangent(const gallop_model *model, gallop_state *work, double time, c
     watch seen;
     instant_at(model, time, inputs, &now);
     watch_start(&seen);
-    span_residual(&all, time, &now, &at.sections, u, v, a, true, at.residual, &seen);   /* leaves the slopes */
+    span_residual(&all, time, &now, &at.sections, u, v, a, true, at.residual,
+                  &seen); /* leaves the slopes */
     for (int e = 0; e < model->elements; e++) {
         double block[6][16], *out = tangent + 144 * (size_t)e;
         element_tangent(&all, e, &now, &at.sections, u + 8 * e, (blend){k, c, m}, block);
         for (int n = 0; n < 3; n++)
             for (int b = 0; b < 3; b++)
                 for (int i = 0; i < 4; i++)
-                    for (int j = 0; j < 4; j++) out[12 * (4 * n + i) + 4 * b + j] = block[block_of[n][b]][4 * i + j];
+                    for (int j = 0; j < 4; j++)
+                        out[12 * (4 * n + i) + 4 * b + j] = block[block_of[n][b]][4 * i + j];
     }
     return GALLOP_COMPLETED;
 }

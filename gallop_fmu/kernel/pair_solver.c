@@ -1,10 +1,11 @@
-/* The chain's direct solver of solver.c once more, for a complex blend of the matrices: two of a collocation method's
- * stages have one complex conjugate pair of eigenvalues between them.  Real and imaginary parts stand apart and blocks
- * are stored by columns, so that four rows make one vector; C's own complex type would be neither vector code nor known
- * to every compiler.
+/* The chain's direct solver of solver.c once more, for a complex blend of the matrices: two of a
+ * collocation method's stages have one complex conjugate pair of eigenvalues between them.  Real
+ * and imaginary parts stand apart and blocks are stored by columns, so that four rows make one
+ * vector; C's own complex type would be neither vector code nor known to every compiler.
  *
- * Without row exchange: for the methods here k, c and m of the blend lie within a right angle of each other, so that
- * turned by half of it the symmetric part of the matrix is positive definite, as in solver.c. */
+ * Without row exchange: for the methods here k, c and m of the blend lie within a right angle of
+ * each other, so that turned by half of it the symmetric part of the matrix is positive definite,
+ * as in solver.c. */
 #include "internal.h"
 
 typedef pair_block block;
@@ -17,44 +18,56 @@ typedef pair_block block;
 #endif
 
 /* Entry i of the product of a with a column: real parts x, imaginary parts y. */
-#define REAL_PART(a, i, x, y)                                                                                       \
-    ((a)->re[i] * (x)[0] - (a)->im[i] * (y)[0] + (a)->re[4 + (i)] * (x)[1] - (a)->im[4 + (i)] * (y)[1] +            \
-     (a)->re[8 + (i)] * (x)[2] - (a)->im[8 + (i)] * (y)[2] + (a)->re[12 + (i)] * (x)[3] - (a)->im[12 + (i)] * (y)[3])
-#define IMAGINARY_PART(a, i, x, y)                                                                                  \
-    ((a)->re[i] * (y)[0] + (a)->im[i] * (x)[0] + (a)->re[4 + (i)] * (y)[1] + (a)->im[4 + (i)] * (x)[1] +            \
-     (a)->re[8 + (i)] * (y)[2] + (a)->im[8 + (i)] * (x)[2] + (a)->re[12 + (i)] * (y)[3] + (a)->im[12 + (i)] * (x)[3])
+#define REAL_PART(a, i, x, y)                                                                      \
+    ((a)->re[i] * (x)[0] - (a)->im[i] * (y)[0] + (a)->re[4 + (i)] * (x)[1] -                       \
+     (a)->im[4 + (i)] * (y)[1] + (a)->re[8 + (i)] * (x)[2] - (a)->im[8 + (i)] * (y)[2] +           \
+     (a)->re[12 + (i)] * (x)[3] - (a)->im[12 + (i)] * (y)[3])
+#define IMAGINARY_PART(a, i, x, y)                                                                 \
+    ((a)->re[i] * (y)[0] + (a)->im[i] * (x)[0] + (a)->re[4 + (i)] * (y)[1] +                       \
+     (a)->im[4 + (i)] * (x)[1] + (a)->re[8 + (i)] * (y)[2] + (a)->im[8 + (i)] * (x)[2] +           \
+     (a)->re[12 + (i)] * (y)[3] + (a)->im[12 + (i)] * (x)[3])
 
 static inline void multiply(const block *restrict a, const block *restrict b, block *restrict out)
 {
     for (int j = 0; j < 16; j += 4) {
-        TOGETHER for (int i = 0; i < 4; i++) out->re[j + i] = REAL_PART(a, i, b->re + j, b->im + j);
-        TOGETHER for (int i = 0; i < 4; i++) out->im[j + i] = IMAGINARY_PART(a, i, b->re + j, b->im + j);
+        TOGETHER
+        for (int i = 0; i < 4; i++) out->re[j + i] = REAL_PART(a, i, b->re + j, b->im + j);
+        TOGETHER
+        for (int i = 0; i < 4; i++) out->im[j + i] = IMAGINARY_PART(a, i, b->re + j, b->im + j);
     }
 }
 
-static inline void subtract_product(const block *restrict a, const block *restrict b, block *restrict out)
+static inline void subtract_product(const block *restrict a, const block *restrict b,
+                                    block *restrict out)
 {
     for (int j = 0; j < 16; j += 4) {
-        TOGETHER for (int i = 0; i < 4; i++) out->re[j + i] -= REAL_PART(a, i, b->re + j, b->im + j);
-        TOGETHER for (int i = 0; i < 4; i++) out->im[j + i] -= IMAGINARY_PART(a, i, b->re + j, b->im + j);
+        TOGETHER
+        for (int i = 0; i < 4; i++) out->re[j + i] -= REAL_PART(a, i, b->re + j, b->im + j);
+        TOGETHER
+        for (int i = 0; i < 4; i++) out->im[j + i] -= IMAGINARY_PART(a, i, b->re + j, b->im + j);
     }
 }
 
 /* x and out: four real parts, then four imaginary ones. */
 static inline void apply(const block *restrict a, const double *restrict x, double *restrict out)
 {
-    TOGETHER for (int i = 0; i < 4; i++) out[i] = REAL_PART(a, i, x, x + 4);
-    TOGETHER for (int i = 0; i < 4; i++) out[4 + i] = IMAGINARY_PART(a, i, x, x + 4);
+    TOGETHER
+    for (int i = 0; i < 4; i++) out[i] = REAL_PART(a, i, x, x + 4);
+    TOGETHER
+    for (int i = 0; i < 4; i++) out[4 + i] = IMAGINARY_PART(a, i, x, x + 4);
 }
 
-static inline void subtract_apply(const block *restrict a, const double *restrict x, double *restrict out)
+static inline void subtract_apply(const block *restrict a, const double *restrict x,
+                                  double *restrict out)
 {
-    TOGETHER for (int i = 0; i < 4; i++) out[i] -= REAL_PART(a, i, x, x + 4);
-    TOGETHER for (int i = 0; i < 4; i++) out[4 + i] -= IMAGINARY_PART(a, i, x, x + 4);
+    TOGETHER
+    for (int i = 0; i < 4; i++) out[i] -= REAL_PART(a, i, x, x + 4);
+    TOGETHER
+    for (int i = 0; i < 4; i++) out[4 + i] -= IMAGINARY_PART(a, i, x, x + 4);
 }
 
-/* Gauss-Jordan; `turn` (cosine, sine) brings the pivots to the right half plane, which they leave only where the
- * tangent is not positive definite any more. */
+/* Gauss-Jordan; `turn` (cosine, sine) brings the pivots to the right half plane, which they leave
+ * only where the tangent is not positive definite any more. */
 static bool invert(block *a, const double turn[2])
 {
     for (int k = 0; k < 4; k++) {
@@ -71,8 +84,10 @@ static bool invert(block *a, const double turn[2])
         column[k] = column[4 + k] = 0.0;
         for (int j = 0; j < 4; j++) {
             const double x = a->re[4 * j + k], y = a->im[4 * j + k];
-            const double row[2] = {x * inverse[0] - y * inverse[1], x * inverse[1] + y * inverse[0]};
-            TOGETHER for (int i = 0; i < 4; i++) {
+            const double row[2] = {x * inverse[0] - y * inverse[1],
+                                   x * inverse[1] + y * inverse[0]};
+            TOGETHER
+            for (int i = 0; i < 4; i++) {
                 a->re[4 * j + i] -= column[i] * row[0] - column[4 + i] * row[1];
                 a->im[4 * j + i] -= column[i] * row[1] + column[4 + i] * row[0];
             }
@@ -95,8 +110,8 @@ static void fix_rows(const bool fixed[4], block *corner, block *coupling)
     }
 }
 
-static void pair_tangent(const gallop_model *model, int e, const instant *now, const sections *at, const double *u,
-                         const blend mix[2], block out[6])
+static void pair_tangent(const gallop_model *model, int e, const instant *now, const sections *at,
+                         const double *u, const blend mix[2], block out[6])
 {
     double re[6][16], im[6][16];
     element_tangent(model, e, now, at, u, mix[0], re);
@@ -109,7 +124,8 @@ static void pair_tangent(const gallop_model *model, int e, const instant *now, c
             }
 }
 
-/* Argument of the number that turns k, c and m of the blend (k real) to either side of the real axis. */
+/* Argument of the number that turns k, c and m of the blend (k real) to either side of the real
+ * axis. */
 static void half_turn(const blend mix[2], double turn[2])
 {
     const double angle = -0.5 * atan2(mix[1].m, mix[0].m);
@@ -117,8 +133,8 @@ static void half_turn(const blend mix[2], double turn[2])
     turn[1] = sin(angle);
 }
 
-TWO_PATHS bool pair_factor_span(const gallop_model *model, const instant *now, const sections *at, const double *u,
-                                const blend mix[2], pair_factor *factors)
+TWO_PATHS bool pair_factor_span(const gallop_model *model, const instant *now, const sections *at,
+                                const double *u, const blend mix[2], pair_factor *factors)
 {
     double turn[2];
     half_turn(mix, turn);

@@ -1,7 +1,8 @@
-/* Reads resources/model.bin: nothing in it is believed before it is checked, whatever its checksum. */
+/* Reads resources/model.bin: nothing in it is believed before it is checked, whatever its checksum.
+ */
 #include "resource.h"
 
-#include "internal.h"   /* law_value */
+#include "internal.h" /* law_value */
 
 #include <stdio.h>
 
@@ -16,7 +17,7 @@
 #define LARGEST_FILE (64l << 20)
 #define MOST_PIECES 1000000
 #define MOST_LOADS 1000000
-#define MOST_LOADED_POINTS 10000000   /* of all loads together */
+#define MOST_LOADED_POINTS 10000000 /* of all loads together */
 
 uint64_t resource_checksum(const char *bytes, size_t size)
 {
@@ -33,10 +34,16 @@ static int hexadecimal(char c)
     return -1;
 }
 
-static bool letter(char c) { return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z'); }
+static bool letter(char c)
+{
+    return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z');
+}
 
 /* C: or C| at the start */
-static bool drive(const char *text) { return letter(text[0]) && (text[1] == ':' || text[1] == '|'); }
+static bool drive(const char *text)
+{
+    return letter(text[0]) && (text[1] == ':' || text[1] == '|');
+}
 
 static bool is_uri(const char *location)
 {
@@ -51,7 +58,8 @@ static void decode(char *text)
 {
     char *to = text;
     for (const char *from = text; *from; to++) {
-        int high = *from == '%' ? hexadecimal(from[1]) : -1, low = high >= 0 ? hexadecimal(from[2]) : -1;
+        int high = *from == '%' ? hexadecimal(from[1]) : -1,
+            low = high >= 0 ? hexadecimal(from[2]) : -1;
         bool encoded = low >= 0 && 16 * high + low > 0;
         *to = encoded ? (char)(16 * high + low) : *from;
         from += encoded ? 3 : 1;
@@ -59,21 +67,25 @@ static void decode(char *text)
     *to = '\0';
 }
 
-/* What follows file: and names a file: file:///x, file://localhost/x, file:/x; with drives file:///C:/x, file:///C|/x,
- * and the faulty file://C:/x.  With drives a host is a server, whose path begins with //. */
+/* What follows file: and names a file: file:///x, file://localhost/x, file:/x; with drives
+ * file:///C:/x, file:///C|/x, and the faulty file://C:/x.  With drives a host is a server, whose
+ * path begins with //. */
 static const char *file_part(const char *from, bool drives)
 {
     if (strncmp(from, "//", 2) == 0) {
         const char *host = from + 2, *end = host;
         while (*end && *end != '/') end++;
         const bool here = end == host || (end - host == 9 && strncmp(host, "localhost", 9) == 0);
-        if (drives && drive(host)) from = host;
-        else if (here || !drives) from = end;
+        if (drives && drive(host))
+            from = host;
+        else if (here || !drives)
+            from = end;
     }
     return drives && from[0] == '/' && drive(from + 1) ? from + 1 : from;
 }
 
-/* The path of a file in the folder that a URI (percent-encoded UTF-8) or a plain path gives.  The caller frees it. */
+/* The path of a file in the folder that a URI (percent-encoded UTF-8) or a plain path gives.  The
+ * caller frees it. */
 static char *path_of(const char *location, const char *name, bool drives)
 {
     const bool uri = is_uri(location);
@@ -99,7 +111,7 @@ static FILE *open_file(const char *path)
     if (!MultiByteToWideChar(CP_UTF8, 0, path, -1, wide, 4096)) return NULL;
     return _wfopen(wide, L"rb");
 #else
-    struct stat about;   /* a pipe would be waited for */
+    struct stat about; /* a pipe would be waited for */
     return stat(path, &about) == 0 && S_ISREG(about.st_mode) ? fopen(path, "rb") : NULL;
 #endif
 }
@@ -110,37 +122,40 @@ static bool inside(uint64_t first, uint64_t end, uint64_t offset, uint64_t count
     return offset % 8 == 0 && offset >= first && offset <= end && count <= (end - offset) / item;
 }
 
-static bool terminated(const char *text, size_t room) { return memchr(text, 0, room) != NULL; }
+static bool terminated(const char *text, size_t room)
+{
+    return memchr(text, 0, room) != NULL;
+}
 
-/* The parts follow one another: header, scene with its arrays, variables, outcomes.  So no parameter can reach into the
- * tables that say what may be reached. */
+/* The parts follow one another: header, scene with its arrays, variables, outcomes.  So no
+ * parameter can reach into the tables that say what may be reached. */
 static bool parts_fit(const resource_header *head, size_t size)
 {
     return inside(sizeof *head, head->variables, head->scene, 1, sizeof(gallop_scene)) &&
-           inside(sizeof *head, head->outcomes, head->variables, head->variable_count, sizeof(resource_variable)) &&
-           inside(sizeof *head, size, head->outcomes, head->outcome_count, sizeof(resource_outcome));
+           inside(sizeof *head, head->outcomes, head->variables, head->variable_count,
+                  sizeof(resource_variable)) &&
+           inside(sizeof *head, size, head->outcomes, head->outcome_count,
+                  sizeof(resource_outcome));
 }
 
 static const char *check_variable(const resource_header *head, const resource_variable *v)
 {
     const char *unknown = "resources/model.bin is damaged: a variable is unknown";
     const size_t width = v->whole ? sizeof(int32_t) : sizeof(double);
-    if (v->whole && v->factor != 1.0) return unknown;   /* what a host sets must fit into an int32_t */
+    if (v->whole && v->factor != 1.0)
+        return unknown; /* what a host sets must fit into an int32_t */
     if (v->excluded > (MINIMUM_EXCLUDED | MAXIMUM_EXCLUDED)) return unknown;
-    if (!terminated(v->name, sizeof v->name) || isnan(v->minimum) || isnan(v->maximum)) return unknown;
+    if (!terminated(v->name, sizeof v->name) || isnan(v->minimum) || isnan(v->maximum))
+        return unknown;
     switch (v->origin) {
     case ORIGIN_PARAMETER:
         if (v->place % width || v->place < head->scene || v->place > head->variables - width)
             return "resources/model.bin is damaged: a parameter lies outside";
         return isfinite(v->factor) && v->factor > 0.0 ? NULL : unknown;
-    case ORIGIN_INPUT:
-        return v->place < RESOURCE_INPUTS ? NULL : unknown;
-    case ORIGIN_NODE:
-        return v->place < GALLOP_NODE_CHANNELS ? NULL : unknown;
-    case ORIGIN_SPAN:
-        return v->place < GALLOP_SPAN_CHANNELS ? NULL : unknown;
-    default:
-        return v->origin == ORIGIN_STATUS ? NULL : unknown;
+    case ORIGIN_INPUT: return v->place < RESOURCE_INPUTS ? NULL : unknown;
+    case ORIGIN_NODE: return v->place < GALLOP_NODE_CHANNELS ? NULL : unknown;
+    case ORIGIN_SPAN: return v->place < GALLOP_SPAN_CHANNELS ? NULL : unknown;
+    default: return v->origin == ORIGIN_STATUS ? NULL : unknown;
     }
 }
 
@@ -161,10 +176,12 @@ static const char *check(const resource *r, const char *guid)
     if (head->size != r->size) return "resources/model.bin is cut off or has grown";
     if (head->checksum != resource_checksum(r->bytes + covered, r->size - covered))
         return "resources/model.bin is damaged: its checksum is wrong";
-    if (!terminated(head->guid, sizeof head->guid) || !terminated(head->version, sizeof head->version))
+    if (!terminated(head->guid, sizeof head->guid) ||
+        !terminated(head->version, sizeof head->version))
         return "resources/model.bin is damaged: its header is not text";
     if (strcmp(guid, head->guid) != 0)
-        return "the GUID of modelDescription.xml is not that of resources/model.bin: the FMU was put together from two";
+        return "the GUID of modelDescription.xml is not that of resources/model.bin: the FMU was "
+               "put together from two";
     if (!parts_fit(head, r->size)) return "resources/model.bin is damaged: its parts do not fit";
     const resource_variable *v = resource_table(r);
     for (uint32_t i = 0; i < head->variable_count; i++) {
@@ -173,7 +190,8 @@ static const char *check(const resource *r, const char *guid)
     }
     const resource_outcome *o = (const resource_outcome *)(r->bytes + head->outcomes);
     for (uint32_t i = 0; i < head->outcome_count; i++)
-        if (!terminated(o[i].sentence, sizeof o[i].sentence) || !terminated(o[i].cure, sizeof o[i].cure))
+        if (!terminated(o[i].sentence, sizeof o[i].sentence) ||
+            !terminated(o[i].cure, sizeof o[i].cure))
             return "resources/model.bin is damaged: an outcome is not text";
     gallop_scene scene;
     gallop_load *load;
@@ -230,7 +248,8 @@ static bool lead(const resource *r, const double **pointer, int64_t count, bool 
     if (count <= 0 || !in_scene(r, offset, (uint64_t)count, sizeof(double))) return false;
     const double *number = *pointer = (const double *)(r->bytes + offset);
     for (int64_t i = 0; i < count; i++)
-        if (!isfinite(number[i]) || (increasing && i > 0 && !(number[i] > number[i - 1]))) return false;
+        if (!isfinite(number[i]) || (increasing && i > 0 && !(number[i] > number[i - 1])))
+            return false;
     return true;
 }
 
@@ -253,13 +272,17 @@ static bool lead_loads(const resource *r, gallop_load *load, int count)
 
 const char *resource_scene(const resource *r, gallop_scene *scene, gallop_load **load)
 {
-    const char *damaged = "resources/model.bin is damaged, or parameters contradict each other: a table does not fit";
+    const char *damaged =
+        "resources/model.bin is damaged, or parameters contradict each other: a table does not fit";
     *load = NULL;
     memcpy(scene, r->bytes + resource_head(r)->scene, sizeof *scene);
     const int64_t pieces = scene->pieces;
-    if (pieces < 0 || pieces > MOST_PIECES || scene->load_count < 0 || scene->load_count > MOST_LOADS) return damaged;
-    if (pieces > 0 && !(lead(r, &scene->breakpoint, pieces + 1, true) && lead(r, &scene->origin, pieces, false) &&
-                        lead(r, &scene->coefficient, 12 * pieces, false)))
+    if (pieces < 0 || pieces > MOST_PIECES || scene->load_count < 0 ||
+        scene->load_count > MOST_LOADS)
+        return damaged;
+    if (pieces > 0 &&
+        !(lead(r, &scene->breakpoint, pieces + 1, true) && lead(r, &scene->origin, pieces, false) &&
+          lead(r, &scene->coefficient, 12 * pieces, false)))
         return damaged;
     if (!lead_law(r, &scene->wind)) return damaged;
     for (int end = 0; end < 2; end++)
@@ -283,7 +306,7 @@ void resource_start_inputs(const resource *r, double input[RESOURCE_INPUTS])
     gallop_scene scene;
     memcpy(&scene, r->bytes + resource_head(r)->scene, sizeof scene);
     memset(input, 0, RESOURCE_INPUTS * sizeof *input);
-    lead_law(r, &scene.wind);   /* was checked when the file was read, and is no parameter */
+    lead_law(r, &scene.wind); /* was checked when the file was read, and is no parameter */
     input[0] = law_value(&scene.wind, 0.0);
     input[1] = scene.attack_angle;
 }

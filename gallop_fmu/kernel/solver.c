@@ -1,13 +1,15 @@
-/* Direct solver for the chain: the middle node of each element is condensed, LANES elements at a time; what remains is
- * block tridiagonal in the corner nodes, and is eliminated from both ends towards the middle: two recursions that do
- * not wait for each other.  Work and memory grow linearly with the number of elements.  Everything is compiled for
- * blocks of 4, 3 and 2 unknowns: the leading ones, the others stay as they are. */
+/* Direct solver for the chain: the middle node of each element is condensed, LANES elements at a
+ * time; what remains is block tridiagonal in the corner nodes, and is eliminated from both ends
+ * towards the middle: two recursions that do not wait for each other.  Work and memory grow
+ * linearly with the number of elements.  Everything is compiled for blocks of 4, 3 and 2 unknowns:
+ * the leading ones, the others stay as they are. */
 #include "internal.h"
 
-/* Where a factorisation lies in its block of memory.  Of a strip: the inverse of its middle blocks and the couplings of
- * the middle with the left and the right node, LANES values of each entry side by side.  Of a corner, by columns:
- * inverse; carry, which takes its right-hand side to the neighbour towards the middle of the span; back, which takes
- * the neighbour's solution back to it. */
+/* Where a factorisation lies in its block of memory.  Of a strip: the inverse of its middle blocks
+ * and the couplings of the middle with the left and the right node, LANES values of each entry side
+ * by side.  Of a corner, by columns: inverse; carry, which takes its right-hand side to the
+ * neighbour towards the middle of the span; back, which takes the neighbour's solution back to it.
+ */
 enum { MIDDLE_INVERSE, COUPLED_LEFT, COUPLED_RIGHT };
 enum { INVERSE, CARRY, BACK };
 
@@ -30,8 +32,8 @@ INLINE size_t corner_part(int strips, int corner, int n)
     return (size_t)3 * (LANES * strips * n + corner * STRIDE(n)) * n;
 }
 
-/* Gauss-Jordan without row exchange: the blocks are dominated by their symmetric positive part, and a pivot that is not
- * a positive finite number means the tangent has lost it. */
+/* Gauss-Jordan without row exchange: the blocks are dominated by their symmetric positive part, and
+ * a pivot that is not a positive finite number means the tangent has lost it. */
 INLINE bool invert(double *a, int n)
 {
     const int wide = STRIDE(n);
@@ -44,7 +46,8 @@ INLINE bool invert(double *a, int n)
         for (int j = 0; j < wide; j++) row[j] = (j == k ? 1.0 : a[wide * k + j]) * inverse;
         for (int i = 0; i < n; i++) {
             a[wide * i + k] = 0.0;
-            if (VECTOR(n)) *(lanes *)(a + wide * i) -= column[i] * *(lanes *)row;
+            if (VECTOR(n))
+                *(lanes *)(a + wide * i) -= column[i] * *(lanes *)row;
             else
                 for (int j = 0; j < n; j++) a[wide * i + j] -= column[i] * row[j];
         }
@@ -55,7 +58,7 @@ INLINE bool invert(double *a, int n)
 
 INLINE bool invert_lanes(lanes *a, int n)
 {
-    lanes doubt = {0.0};   /* not a number in lanes with a pivot that is no positive finite number */
+    lanes doubt = {0.0}; /* not a number in lanes with a pivot that is no positive finite number */
     for (int k = 0; k < n; k++) {
         const lanes pivot = a[n * k + k], inverse = 1.0 / pivot;
         lanes column[4];
@@ -124,7 +127,8 @@ INLINE void subtract_apply(const double *a, const double *x, int n, double *y)
 {
     double change[4];
     product(a, x, n, change);
-    if (VECTOR(n)) *(lanes *)y -= *(lanes *)change;
+    if (VECTOR(n))
+        *(lanes *)y -= *(lanes *)change;
     else
         for (int i = 0; i < n; i++) y[i] -= change[i];
 }
@@ -139,7 +143,8 @@ INLINE void apply(const double *a, double *x, int n)
 /* Condenses the middle nodes of a strip: what is left goes to the places of its corners, raw. */
 INLINE bool condense(const gallop_model *model, int index, lanes block[6][16], int n, double *store)
 {
-    const int e = LANES * index, left_over = model->elements - e, count = left_over < LANES ? left_over : LANES;
+    const int e = LANES * index, left_over = model->elements - e,
+              count = left_over < LANES ? left_over : LANES;
     const int meeting = model->elements / 2, size = n * n, wide = STRIDE(n), room = n * wide;
     lanes *inverse = block[MIDDLE_MIDDLE], to_left[16], to_right[16], back_coupling[16];
     if (!invert_lanes(inverse, n)) return false;
@@ -147,8 +152,9 @@ INLINE bool condense(const gallop_model *model, int index, lanes block[6][16], i
     multiply_lanes(inverse, block[MIDDLE_RIGHT], n, to_right);
     for (int i = 0; i < size; i++) back_coupling[i] = block[LEFT_RIGHT][i];
     subtract_lanes(block[LEFT_MIDDLE], to_left, n, block[LEFT_LEFT]);
-    subtract_lanes(block[LEFT_MIDDLE], to_right, n, block[LEFT_RIGHT]);   /* row: left node, column: right */
-    subtract_lanes(block[MIDDLE_RIGHT], to_left, n, back_coupling);         /* the other way round */
+    subtract_lanes(block[LEFT_MIDDLE], to_right, n,
+                   block[LEFT_RIGHT]); /* row: left node, column: right */
+    subtract_lanes(block[MIDDLE_RIGHT], to_left, n, back_coupling); /* the other way round */
     subtract_lanes(block[MIDDLE_RIGHT], to_right, n, block[RIGHT_RIGHT]);
     for (int i = 0; i < size; i++) {
         strip_part(store, index, MIDDLE_INVERSE, size)[i] = inverse[i];
@@ -186,7 +192,8 @@ INLINE bool eliminate(double *corner, double *neighbour, int n)
     }
     multiply(inverse, raw[1], n, back);
     multiply(raw[0], inverse, n, carry);
-    for (int j = 0; j < n; j++) subtract_apply(raw[0], back + STRIDE(n) * j, n, neighbour + STRIDE(n) * j);
+    for (int j = 0; j < n; j++)
+        subtract_apply(raw[0], back + STRIDE(n) * j, n, neighbour + STRIDE(n) * j);
     return true;
 }
 
@@ -201,8 +208,8 @@ static void fix_rows(const bool fixed[4], double *corner, int n)
     }
 }
 
-INLINE bool factor_all(const gallop_model *model, const instant *now, const sections *at, const double *u, blend mix,
-                       const bool fixed[2][4], int n, double *store)
+INLINE bool factor_all(const gallop_model *model, const instant *now, const sections *at,
+                       const double *u, blend mix, const bool fixed[2][4], int n, double *store)
 {
     const int elements = model->elements, meeting = elements / 2;
     const int size = n * STRIDE(n), corners = 3 * size * (elements + 1);
@@ -245,7 +252,8 @@ INLINE void solve_middles(const double *store, int e, int count, int n, double *
     read_nodes(rhs + 8 * e, 1, count, middle);
     apply_lanes(strip_part_read(store, e / LANES, MIDDLE_INVERSE, size), middle, n, own);
     for (int side = 0; side < 2; side++) {
-        apply_lanes(strip_part_read(store, e / LANES, side ? COUPLED_RIGHT : COUPLED_LEFT, size), own, n, corner);
+        apply_lanes(strip_part_read(store, e / LANES, side ? COUPLED_RIGHT : COUPLED_LEFT, size),
+                    own, n, corner);
         for (int i = 0; i < n; i++) corner[i] = -corner[i];
         for (int i = n; i < 4; i++) corner[i] = (lanes){0.0};
         add_to_nodes(rhs + 8 * e, 2 * side, count, corner);
@@ -269,7 +277,8 @@ INLINE void correct_middles(const double *store, int e, int count, int n, double
     add_to_nodes(rhs + 8 * e, 1, count, change);
 }
 
-INLINE void solve_all(const gallop_model *model, const double *store, const bool fixed[2][4], int n, double *rhs)
+INLINE void solve_all(const gallop_model *model, const double *store, const bool fixed[2][4], int n,
+                      double *rhs)
 {
     const int elements = model->elements, meeting = elements / 2, size = n * STRIDE(n);
     const double *first = store + corner_part(model->strips, 0, n);
@@ -298,24 +307,25 @@ INLINE void solve_all(const gallop_model *model, const double *store, const bool
     for (int e = 0; e < elements; e += LANES) correct_middles(store, e, elements - e, n, rhs);
 }
 
-#define SOLVER_OF(unknowns)                                                                                           \
-    TWO_PATHS static bool factor_##unknowns(const gallop_model *model, const instant *now, const sections *at,        \
-                                            const double *u, blend mix, const bool fixed[2][4], factor *factors)      \
-    {                                                                                                                 \
-        return factor_all(model, now, at, u, mix, fixed, unknowns, factors->value);                                   \
-    }                                                                                                                 \
-    TWO_PATHS static void solve_##unknowns(const gallop_model *model, const factor *factors, const bool fixed[2][4],  \
-                                           double *rhs)                                                               \
-    {                                                                                                                 \
-        solve_all(model, factors->value, fixed, unknowns, rhs);                                                       \
+#define SOLVER_OF(unknowns)                                                                        \
+    TWO_PATHS static bool factor_##unknowns(const gallop_model *model, const instant *now,         \
+                                            const sections *at, const double *u, blend mix,        \
+                                            const bool fixed[2][4], factor *factors)               \
+    {                                                                                              \
+        return factor_all(model, now, at, u, mix, fixed, unknowns, factors->value);                \
+    }                                                                                              \
+    TWO_PATHS static void solve_##unknowns(const gallop_model *model, const factor *factors,       \
+                                           const bool fixed[2][4], double *rhs)                    \
+    {                                                                                              \
+        solve_all(model, factors->value, fixed, unknowns, rhs);                                    \
     }
 SOLVER_OF(2)
 SOLVER_OF(3)
 SOLVER_OF(4)
 
 /* `at` holds the section forces, with slopes, of the motion whose displacements are u. */
-bool solver_factor(const gallop_model *model, const instant *now, const sections *at, const double *u, blend mix,
-                   const bool fixed[2][4], factor *factors)
+bool solver_factor(const gallop_model *model, const instant *now, const sections *at,
+                   const double *u, blend mix, const bool fixed[2][4], factor *factors)
 {
     if (model->unknowns == 2) return factor_2(model, now, at, u, mix, fixed, factors);
     if (model->unknowns == 3) return factor_3(model, now, at, u, mix, fixed, factors);
@@ -323,9 +333,13 @@ bool solver_factor(const gallop_model *model, const instant *now, const sections
 }
 
 /* rhs (nodes, 4) becomes the solution; entries of fixed unknowns become zero. */
-void solver_solve(const gallop_model *model, const factor *factors, const bool fixed[2][4], double *rhs)
+void solver_solve(const gallop_model *model, const factor *factors, const bool fixed[2][4],
+                  double *rhs)
 {
-    if (model->unknowns == 2) solve_2(model, factors, fixed, rhs);
-    else if (model->unknowns == 3) solve_3(model, factors, fixed, rhs);
-    else solve_4(model, factors, fixed, rhs);
+    if (model->unknowns == 2)
+        solve_2(model, factors, fixed, rhs);
+    else if (model->unknowns == 3)
+        solve_3(model, factors, fixed, rhs);
+    else
+        solve_4(model, factors, fixed, rhs);
 }

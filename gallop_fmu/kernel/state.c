@@ -9,7 +9,8 @@ layout state_layout(const gallop_model *model, gallop_state *state)
     at.u = p;
     at.v = p + values;
     at.a = p + 2 * values;
-    const size_t stages = by_gauss(model) ? GAUSS_STAGES : 0, history = stages ? GAUSS_ARRAYS : NEWMARK_HISTORY;
+    const size_t stages = by_gauss(model) ? GAUSS_STAGES : 0,
+                 history = stages ? GAUSS_ARRAYS : NEWMARK_HISTORY;
     at.a_before = at.stage_before = p + 3 * values;
     at.begin = at.stage_before + stages * values;
     at.factors = (factor *)(p + (3 + history) * values);
@@ -21,16 +22,18 @@ layout state_layout(const gallop_model *model, gallop_state *state)
     at.residual = p + 3 * values;
     at.first = p + 4 * values;
     p = at.first + (3 + history) * values;
-    const size_t sets = by_alpha(model) ? 1 : stages;   /* generalised alpha looks at one instant within the step */
+    const size_t sets =
+        by_alpha(model) ? 1 : stages; /* generalised alpha looks at one instant within the step */
     at.stage_u = p;
     at.stage_v = p + sets * values;
     at.stage_a = p + 2 * sets * values;
     at.stage_residual = p + 3 * sets * values;
     at.pair_residual = at.stage_residual + stages * values;
     p = at.pair_residual + (stages ? 2 * values : 0);
-    double **array[] = {&at.sections.theta, &at.sections.omega, &at.sections.omega_rate, &at.sections.v2,
-                        &at.sections.v3, &at.sections.a2, &at.sections.a3, &at.sections.gravity, &at.sections.c2,
-                        &at.sections.c3, &at.sections.angle, &at.sections.excess};
+    double **array[] = {&at.sections.theta, &at.sections.omega,   &at.sections.omega_rate,
+                        &at.sections.v2,    &at.sections.v3,      &at.sections.a2,
+                        &at.sections.a3,    &at.sections.gravity, &at.sections.c2,
+                        &at.sections.c3,    &at.sections.angle,   &at.sections.excess};
     for (size_t i = 0; i < sizeof array / sizeof *array; i++, p += all) *array[i] = p;
     for (int k = 0; k < 3; k++) {
         at.sections.force[k] = p;
@@ -46,22 +49,24 @@ layout state_layout(const gallop_model *model, gallop_state *state)
 int gallop_state_check(const gallop_model *model, const gallop_state *state)
 {
     if (!is_model(model) || !is_state_of(model, state)) return GALLOP_BAD_CALL;
-    const int64_t most = (int64_t)1 << 53;   /* counts are observed as doubles, and go on from here */
-    const int64_t count[] = {state->steps, state->substeps, state->iterations, state->refactorisations,
-                             state->halvings, state->rejections, state->last_iterations, state->last_substeps};
+    const int64_t most = (int64_t)1 << 53; /* counts are observed as doubles, and go on from here */
+    const int64_t count[] = {
+        state->steps,    state->substeps,   state->iterations,      state->refactorisations,
+        state->halvings, state->rejections, state->last_iterations, state->last_substeps};
     for (size_t i = 0; i < sizeof count / sizeof *count; i++)
         if (count[i] < 0 || count[i] > most) return GALLOP_BAD_CALL;
     bool ok = isfinite(state->time) && state->factored_step >= 0.0 && state->step_before > 0.0 &&
               state->rate >= 0.0 && state->sharpness > 0.0 && state->sharpness <= 1.0 &&
               !isnan(state->lowest_tension) && finite_instant(&state->now);
     ok = ok && isfinite(state->largest_turn) && state->largest_turn >= 0.0;
-    ok = ok && isfinite(state->last_step) && isfinite(state->wanted_step) && state->wanted_step > 0.0 &&
-         isfinite(state->run_origin);
+    ok = ok && isfinite(state->last_step) && isfinite(state->wanted_step) &&
+         state->wanted_step > 0.0 && isfinite(state->run_origin);
     ok = ok && state->newest >= 0 && state->newest < NEWMARK_HISTORY;
     ok = ok && state->equal_steps >= 0 && state->equal_steps <= NEWMARK_HISTORY;
     for (int i = 0; i < 4; i++) ok = ok && isfinite(state->largest[i]) && state->largest[i] >= 0.0;
     const int arrays = 3 + (by_gauss(model) ? GAUSS_ARRAYS : NEWMARK_HISTORY);
     for (int i = 0; i < 4 * arrays * model->nodes; i++)
-        ok = ok && isfinite(state->values[i]) && (i % 4 < model->unknowns || state->values[i] == 0.0);
+        ok = ok && isfinite(state->values[i]) &&
+             (i % 4 < model->unknowns || state->values[i] == 0.0);
     return ok ? GALLOP_COMPLETED : GALLOP_BAD_CALL;
 }

@@ -1,8 +1,11 @@
-/* Statics: the initial equilibrium under gravity (from sag, from horizontal tension, or both held), and equilibrium
- * under wind, loads and support displacement by Newton-Raphson with load stepping. */
+/* Statics: the initial equilibrium under gravity (from sag, from horizontal tension, or both held),
+ * and equilibrium under wind, loads and support displacement by Newton-Raphson with load stepping.
+ */
 #include "internal.h"
 
-typedef struct { double scale, lowest, total, shift; } catenary;   /* c = H/w, x1 of the lowest point, length */
+typedef struct {
+    double scale, lowest, total, shift;
+} catenary; /* c = H/w, x1 of the lowest point, length */
 
 /* y = c (cosh((x - x0)/c) - cosh(x0/c)) through (0, 0) and (length, height) */
 static catenary catenary_of(double length, double height, double c)
@@ -14,7 +17,8 @@ static catenary catenary_of(double length, double height, double c)
 
 static double catenary_sag(const catenary *k, double length, double height)
 {
-    double y = k->scale * (cosh((0.5 * length - k->lowest) / k->scale) - cosh(k->lowest / k->scale));
+    double y =
+        k->scale * (cosh((0.5 * length - k->lowest) / k->scale) - cosh(k->lowest / k->scale));
     return 0.5 * height - y;
 }
 
@@ -25,7 +29,8 @@ static double sag_exponent(const gallop_scene *s, double c)
     catenary less = catenary_of(s->length, s->height_difference, c * (1.0 - step));
     catenary more = catenary_of(s->length, s->height_difference, c * (1.0 + step));
     double p = log(catenary_sag(&less, s->length, s->height_difference) /
-                   catenary_sag(&more, s->length, s->height_difference)) / (2.0 * step);
+                   catenary_sag(&more, s->length, s->height_difference)) /
+               (2.0 * step);
     return p > 1.5 ? p : 1.0;
 }
 
@@ -33,7 +38,7 @@ static void place_on_catenary(gallop_model *m, double c)
 {
     const gallop_scene *s = &m->scene;
     catenary k = catenary_of(s->length, s->height_difference, c);
-    for (int n = 0; n < m->nodes; n++) {   /* nodes equally spaced along the conductor */
+    for (int n = 0; n < m->nodes; n++) { /* nodes equally spaced along the conductor */
         double arc = k.total * n / (m->nodes - 1), x = k.lowest + c * asinh(arc / c - k.shift);
         m->x[3 * n] = x;
         m->x[3 * n + 1] = c * (cosh((x - k.lowest) / c) - cosh(k.lowest / c));
@@ -44,7 +49,7 @@ static void place_on_catenary(gallop_model *m, double c)
 static void place_on_parabola(gallop_model *m)
 {
     const gallop_scene *s = &m->scene;
-    for (int n = 0; n < m->nodes; n++) {   /* nodes equally spaced in x1 */
+    for (int n = 0; n < m->nodes; n++) { /* nodes equally spaced in x1 */
         double f = (double)n / (m->nodes - 1);
         m->x[3 * n] = f * s->length;
         m->x[3 * n + 1] = f * s->height_difference - 4.0 * s->sag * f * (1.0 - f);
@@ -70,20 +75,22 @@ static void gravity_forces(const gallop_model *m, double *force)
     for (int e = 0; e < m->elements; e++) {
         const geometry *g = &m->geometry[e];
         for (int n = 0; n < 3; n++) {
-            const double *row = g->shape_product[n];   /* sum over b of int N_a N_b dS = int N_a dS */
+            const double *row = g->shape_product[n]; /* sum over b of int N_a N_b dS = int N_a dS */
             force[8 * e + 4 * n + 1] -= m->mass * m->scene.gravity * (row[0] + row[1] + row[2]);
         }
     }
 }
 
-/* The current position becomes the reference; the second Piola-Kirchhoff tension T on p becomes T |p| on p / |p|. */
+/* The current position becomes the reference; the second Piola-Kirchhoff tension T on p becomes T
+ * |p| on p / |p|. */
 static void rebase(gallop_model *m, double *u)
 {
     for (int e = 0; e < m->elements; e++) {
         double tension[2], x[9];
         element_tension(m, e, u + 8 * e, tension);
         for (int n = 0; n < 3; n++)
-            for (int i = 0; i < 3; i++) x[3 * n + i] = m->x[6 * e + 3 * n + i] + u[8 * e + 4 * n + i];
+            for (int i = 0; i < 3; i++)
+                x[3 * n + i] = m->x[6 * e + 3 * n + i] + u[8 * e + 4 * n + i];
         geometry_from_nodes(&m->geometry[e], x, tension);
     }
     lay_side_by_side(m);
@@ -93,8 +100,8 @@ static void rebase(gallop_model *m, double *u)
 }
 
 /* Newton-Raphson at rest.  Returns 0, or an outcome with u as it was. */
-static int newton_at_rest(const gallop_model *m, double t, const instant *now, const bool fixed[2][4], layout *at,
-                          gallop_report *report)
+static int newton_at_rest(const gallop_model *m, double t, const instant *now,
+                          const bool fixed[2][4], layout *at, gallop_report *report)
 {
     const size_t values = 4 * (size_t)m->nodes;
     const double tolerance = 1e-3 * m->scene.newton_tolerance, longest = 0.05 * m->scene.length;
@@ -127,10 +134,11 @@ static int newton_at_rest(const gallop_model *m, double t, const instant *now, c
     return fail(report, GALLOP_EQUILIBRIUM_NOT_FOUND, seen.slack_element, t, size, tolerance);
 }
 
-#define SMALL_MOVE 1e-6   /* [m] for the derivative of the residual along a displacement of the ends */
+#define SMALL_MOVE                                                                                 \
+    1e-6 /* [m] for the derivative of the residual along a displacement of the ends */
 
-/* The ends go to their places, and the nodes between follow by the tangent: an end that moved alone would push its
- * element slack. */
+/* The ends go to their places, and the nodes between follow by the tangent: an end that moved alone
+ * would push its element slack. */
 static void place_ends(const gallop_model *m, double t, const instant *now, layout *at)
 {
     const blend stiffness = {1.0, 0.0, 0.0};
@@ -149,21 +157,24 @@ static void place_ends(const gallop_model *m, double t, const instant *now, layo
     watch_start(&seen);
     memset(at->v0, 0, (size_t)values * sizeof(double));
     span_residual(m, t, now, &at->sections, at->u, at->v0, at->v0, true, before, &seen);
-    const bool solvable = solver_factor(m, now, &at->sections, at->u, stiffness, m->fixed, at->factors);
+    const bool solvable =
+        solver_factor(m, now, &at->sections, at->u, stiffness, m->fixed, at->factors);
     for (int n = 0; n < values; n++) at->u0[n] = at->u[n] + part * move[n];
     span_residual(m, t, now, &at->sections, at->u0, at->v0, at->v0, false, at->residual, &seen);
     for (int n = 0; n < values; n++) at->residual[n] = (at->residual[n] - before[n]) / part;
     if (solvable) solver_solve(m, at->factors, m->fixed, at->residual);
     for (int n = 0; n < values; n++) at->u[n] += move[n] - (solvable ? at->residual[n] : 0.0);
-    for (int end = 0; end < 2; end++)   /* exactly */
+    for (int end = 0; end < 2; end++) /* exactly */
         for (int i = 0; i < 3; i++)
             if (m->fixed[end][i]) at->u[(end ? values - 4 : 0) + i] = now->position[end][i];
 }
 
-/* Loads, support displacement and wind pressure (so the square of the speed) grow in steps that halve on failure.
- * Nothing that has weight rests slack, so the way there is taken with the law of the taut cable, whose tangent is never
- * empty; an arch in compression is not found, as its tangent is not positive. */
-int static_equilibrium(const gallop_model *model, double t, const instant *target, layout *at, gallop_report *report)
+/* Loads, support displacement and wind pressure (so the square of the speed) grow in steps that
+ * halve on failure. Nothing that has weight rests slack, so the way there is taken with the law of
+ * the taut cable, whose tangent is never empty; an arch in compression is not found, as its tangent
+ * is not positive. */
+int static_equilibrium(const gallop_model *model, double t, const instant *target, layout *at,
+                       gallop_report *report)
 {
     gallop_model taut = *model;
     taut.tension_only = false;
@@ -190,7 +201,8 @@ int static_equilibrium(const gallop_model *model, double t, const instant *targe
         step *= 0.5;
         if (step < 1.0 / 1024.0) return outcome;
     }
-    return fail(report, GALLOP_COMPLETED, -1, t, 0.0, 0.0);   /* forget load steps that failed on the way */
+    return fail(report, GALLOP_COMPLETED, -1, t, 0.0,
+                0.0); /* forget load steps that failed on the way */
 }
 
 /* Solve, rebase, repeat until the reference itself is the equilibrium. */
@@ -238,8 +250,12 @@ static double mesh_sag(const gallop_model *m)
     double low = -1.0, high = 1.0;
     for (int i = 0; i < 60; i++) {
         double xi = 0.5 * (low + high);
-        double at = 0.5 * xi * (xi - 1.0) * x[0] + (1.0 - xi * xi) * x[3] + 0.5 * xi * (xi + 1.0) * x[6];
-        if (at < wanted) low = xi; else high = xi;
+        double at =
+            0.5 * xi * (xi - 1.0) * x[0] + (1.0 - xi * xi) * x[3] + 0.5 * xi * (xi + 1.0) * x[6];
+        if (at < wanted)
+            low = xi;
+        else
+            high = xi;
     }
     double xi = 0.5 * (low + high);
     return 0.5 * m->scene.height_difference -
@@ -256,9 +272,11 @@ static int solve_for_target(gallop_model *m, layout *at, gallop_report *report)
                       : s->horizontal_tension / weight;
     for (int i = 0; by_sag && i < 60; i++) {
         catenary k = catenary_of(s->length, s->height_difference, c);
-        c *= pow(catenary_sag(&k, s->length, s->height_difference) / target, 1.0 / sag_exponent(s, c));
+        c *= pow(catenary_sag(&k, s->length, s->height_difference) / target,
+                 1.0 / sag_exponent(s, c));
     }
-    /* the catenary's parameter that gives the mesh its target: the two differ only by the mesh error */
+    /* the catenary's parameter that gives the mesh its target: the two differ only by the mesh
+     * error */
     for (int round = 0; round < 12; round++) {
         place_on_catenary(m, c);
         tension_from_horizontal(m, c * weight);
@@ -276,7 +294,7 @@ static int solve_for_target(gallop_model *m, layout *at, gallop_report *report)
 
 static double partial_length(const double x[9], double xi)
 {
-    double length = 0.0;   /* from -1 to xi, three-point Gauss */
+    double length = 0.0; /* from -1 to xi, three-point Gauss */
     const double point[3] = {-0.77459666924148337704, 0.0, 0.77459666924148337704};
     const double weight[3] = {5.0 / 9.0, 8.0 / 9.0, 5.0 / 9.0};
     for (int q = 0; q < 3; q++) {
@@ -293,7 +311,8 @@ static double partial_length(const double x[9], double xi)
 static void place_loads(gallop_model *m)
 {
     for (int l = 0; l < m->load_count; l++) {
-        double wanted = m->place[l].shape[0] * m->derived.length, passed = 0.0;   /* fraction left by model.c */
+        double wanted = m->place[l].shape[0] * m->derived.length,
+               passed = 0.0; /* fraction left by model.c */
         int e = 0;
         for (; e < m->elements - 1; e++) {
             double own = partial_length(m->x + 6 * e, 1.0);
@@ -303,10 +322,14 @@ static void place_loads(gallop_model *m)
         double low = -1.0, high = 1.0;
         for (int i = 0; i < 60; i++) {
             double middle = 0.5 * (low + high);
-            if (passed + partial_length(m->x + 6 * e, middle) < wanted) low = middle; else high = middle;
+            if (passed + partial_length(m->x + 6 * e, middle) < wanted)
+                low = middle;
+            else
+                high = middle;
         }
         double xi = 0.5 * (low + high);
-        m->place[l] = (load_place){m->place[l].load, e, {0.5 * xi * (xi - 1.0), 1.0 - xi * xi, 0.5 * xi * (xi + 1.0)}};
+        m->place[l] = (load_place){
+            m->place[l].load, e, {0.5 * xi * (xi - 1.0), 1.0 - xi * xi, 0.5 * xi * (xi + 1.0)}};
     }
 }
 
@@ -315,7 +338,7 @@ int initial_equilibrium(gallop_model *m, gallop_report *report)
     const gallop_scene *s = &m->scene;
     const bool held = s->sag > 0.0 && s->horizontal_tension > 0.0;
     const int last = m->nodes - 1;
-    gallop_state *work = calloc(1, m->state_size);   /* still within create */
+    gallop_state *work = calloc(1, m->state_size); /* still within create */
     if (!work) return fail(report, GALLOP_OUT_OF_MEMORY, -1, 0.0, (double)m->state_size, 0.0);
     layout at = state_layout(m, work);
     int outcome = GALLOP_COMPLETED;

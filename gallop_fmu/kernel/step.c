@@ -1,14 +1,17 @@
-/* March in time: whole steps, halved where they do not converge, to the times that are asked for; initial states. */
+/* March in time: whole steps, halved where they do not converge, to the times that are asked for;
+ * initial states. */
 #include "internal.h"
 
-/* All of the motion that a step changes lies side by side: u v a and what is kept of the steps before. */
+/* All of the motion that a step changes lies side by side: u v a and what is kept of the steps
+ * before. */
 static size_t motion_bytes(const gallop_model *model)
 {
     const size_t arrays = 3 + (by_gauss(model) ? GAUSS_ARRAYS : NEWMARK_HISTORY);
     return arrays * 4 * (size_t)model->nodes * sizeof(double);
 }
 
-/* The forces of wind and eccentric ice turn with a section; a sub-step in which it turns far cannot follow them. */
+/* The forces of wind and eccentric ice turn with a section; a sub-step in which it turns far cannot
+ * follow them. */
 static void remember_turn(const gallop_model *model, gallop_state *state, const layout *at)
 {
     double largest = state->largest_turn;
@@ -19,11 +22,13 @@ static void remember_turn(const gallop_model *model, gallop_state *state, const 
     state->largest_turn = largest;
 }
 
-/* One step of size h from the state's time, halved where it does not converge; on failure the motion is as before. */
-static int whole_step(const gallop_model *model, gallop_state *state, layout *at, const gallop_inputs *inputs, double h,
-                      gallop_report *report)
+/* One step of size h from the state's time, halved where it does not converge; on failure the
+ * motion is as before. */
+static int whole_step(const gallop_model *model, gallop_state *state, layout *at,
+                      const gallop_inputs *inputs, double h, gallop_report *report)
 {
-    const size_t bytes = 4 * (size_t)model->nodes * sizeof(double);   /* u v a lie side by side, as do u0 v0 a0 */
+    const size_t bytes =
+        4 * (size_t)model->nodes * sizeof(double); /* u v a lie side by side, as do u0 v0 a0 */
     const int deepest = model->scene.max_halvings;
     const uint64_t whole = (uint64_t)1 << deepest;
     const double step_before = state->step_before;
@@ -37,14 +42,17 @@ static int whole_step(const gallop_model *model, gallop_state *state, layout *at
         double t = state->time + h * (double)(done + unit) / (double)whole;
         memcpy(at->u0, at->u, 3 * bytes);
         const double tolerance = newton_tolerance(model, state);
-        int outcome = by_gauss(model) ? gauss(model, state, at, inputs, t, part, tolerance, report)
-                                      : newmark(model, state, at, inputs, t, part, tolerance, report);
+        int outcome = by_gauss(model)
+                        ? gauss(model, state, at, inputs, t, part, tolerance, report)
+                        : newmark(model, state, at, inputs, t, part, tolerance, report);
         if (outcome == GALLOP_COMPLETED) {
             done += unit;
             state->last_substeps++;
             if (model->unknowns == 4) remember_turn(model, state, at);
-            if (by_gauss(model)) gauss_commit(model, state, at, part);
-            else newmark_commit(model, state, at, part);
+            if (by_gauss(model))
+                gauss_commit(model, state, at, part);
+            else
+                newmark_commit(model, state, at, part);
             if (level > 0 && done % (whole >> (level - 1)) == 0) level--;
             continue;
         }
@@ -68,8 +76,8 @@ static int whole_step(const gallop_model *model, gallop_state *state, layout *at
 }
 
 /* By tolerance, to `until` or not before it. */
-static int march_freely(const gallop_model *model, gallop_state *state, const gallop_inputs *inputs, double until,
-                        bool exactly, gallop_report *report)
+static int march_freely(const gallop_model *model, gallop_state *state, const gallop_inputs *inputs,
+                        double until, bool exactly, gallop_report *report)
 {
     const int outcome = controlled_march(model, state, inputs, until, exactly, report);
     if (!outcome) fail(report, GALLOP_COMPLETED, -1, fmin(state->time, until), 0.0, 0.0);
@@ -77,10 +85,10 @@ static int march_freely(const gallop_model *model, gallop_state *state, const ga
     return outcome;
 }
 
-/* `count` steps of size h, the first being number `before` + 1 since `origin`: times are products, so that round-off
- * neither adds up nor depends on where a run is interrupted to record. */
-static int march(const gallop_model *model, gallop_state *state, const gallop_inputs *inputs, double origin,
-                 int64_t before, double h, int64_t count, gallop_report *report)
+/* `count` steps of size h, the first being number `before` + 1 since `origin`: times are products,
+ * so that round-off neither adds up nor depends on where a run is interrupted to record. */
+static int march(const gallop_model *model, gallop_state *state, const gallop_inputs *inputs,
+                 double origin, int64_t before, double h, int64_t count, gallop_report *report)
 {
     layout at = state_layout(model, state);
     for (int64_t i = 1; i <= count; i++) {
@@ -91,16 +99,20 @@ static int march(const gallop_model *model, gallop_state *state, const gallop_in
         }
         state->time = origin + h * (double)(before + i);
     }
-    fail(report, GALLOP_COMPLETED, -1, state->time, 0.0, 0.0);   /* forget sub-steps that failed on the way */
+    fail(report, GALLOP_COMPLETED, -1, state->time, 0.0,
+         0.0); /* forget sub-steps that failed on the way */
     report_work(state, report);
     return GALLOP_COMPLETED;
 }
 
 /* gallop_rewind returns to what gallop_advance saved, unless the state has gone on otherwise. */
-static void forget_saved(const layout *at) { memset(at->saved, 0, sizeof(gallop_state)); }
+static void forget_saved(const layout *at)
+{
+    memset(at->saved, 0, sizeof(gallop_state));
+}
 
-int gallop_advance(const gallop_model *model, gallop_state *state, const gallop_inputs *inputs, double until,
-                   gallop_report *report)
+int gallop_advance(const gallop_model *model, gallop_state *state, const gallop_inputs *inputs,
+                   double until, gallop_report *report)
 {
     int outcome = check_state(model, state, report);
     if (!outcome) outcome = check_inputs(model, inputs, until, report);
@@ -113,8 +125,10 @@ int gallop_advance(const gallop_model *model, gallop_state *state, const gallop_
     if (count < 1) count = 1;
     double h = span / (double)count;
     /* round-off in the host's clock must not cost a factorisation */
-    if (fabs(h - dt) < 1e-9 * dt) h = dt;
-    else if (fabs(h - state->step_before) < 1e-9 * h) h = state->step_before;
+    if (fabs(h - dt) < 1e-9 * dt)
+        h = dt;
+    else if (fabs(h - state->step_before) < 1e-9 * h)
+        h = state->step_before;
     layout at = state_layout(model, state);
     memcpy(at.saved, state, model->saved_size);
     outcome = by_tolerance(model) ? march_freely(model, state, inputs, until, true, report)
@@ -128,14 +142,16 @@ int gallop_advance(const gallop_model *model, gallop_state *state, const gallop_
     return outcome;
 }
 
-static int check_run(const gallop_model *model, const gallop_state *state, int64_t first, int64_t records, int64_t every,
-                     const int32_t *channel, int32_t channels, const int32_t *node, int32_t nodes,
-                     const int32_t *span_channel, int32_t span_channels, const double *node_values,
-                     const double *span_values, int64_t *done, gallop_report *report)
+static int check_run(const gallop_model *model, const gallop_state *state, int64_t first,
+                     int64_t records, int64_t every, const int32_t *channel, int32_t channels,
+                     const int32_t *node, int32_t nodes, const int32_t *span_channel,
+                     int32_t span_channels, const double *node_values, const double *span_values,
+                     int64_t *done, gallop_report *report)
 {
     static const char *const of_channels[] = {"number of channels", NOT_USABLE(channel), "channel"};
     static const char *const of_nodes[] = {"number of nodes", NOT_USABLE(node), "node"};
-    static const char *const of_span[] = {"number of span channels", NOT_USABLE(span_channel), "span channel"};
+    static const char *const of_span[] = {"number of span channels", NOT_USABLE(span_channel),
+                                          "span channel"};
     int outcome = check_state(model, state, report);
     if (outcome) return outcome;
     if (!usable(done, WORD)) return refuse(report, NOT_USABLE(done), NAN, NAN);
@@ -145,26 +161,31 @@ static int check_run(const gallop_model *model, const gallop_state *state, int64
     if (records < 0) return refuse(report, "number of records", (double)records, 0.0);
     const int64_t most = (int64_t)MOST_STEPS / every;
     if (first > most || records > most - first)
-        return refuse(report, "number of steps", ((double)first + (double)records) * (double)every, MOST_STEPS);
+        return refuse(report, "number of steps", ((double)first + (double)records) * (double)every,
+                      MOST_STEPS);
     if (!(state->time + model->scene.time_step > state->time))
-        return refuse(report, "time step, which is lost in the round-off of the time", model->scene.time_step, NAN);
+        return refuse(report, "time step, which is lost in the round-off of the time",
+                      model->scene.time_step, NAN);
     outcome = check_indices(channel, channels, GALLOP_NODE_CHANNELS, of_channels, report);
     if (!outcome) outcome = check_indices(node, nodes, model->nodes, of_nodes, report);
-    if (!outcome) outcome = check_indices(span_channel, span_channels, GALLOP_SPAN_CHANNELS, of_span, report);
+    if (!outcome)
+        outcome = check_indices(span_channel, span_channels, GALLOP_SPAN_CHANNELS, of_span, report);
     if (outcome || records == 0) return outcome;
     if (channels > 0 && nodes > 0 && !usable(node_values, WORD))
         return refuse(report, NOT_USABLE(node_values), NAN, NAN);
-    if (span_channels > 0 && !usable(span_values, WORD)) return refuse(report, NOT_USABLE(span_values), NAN, NAN);
+    if (span_channels > 0 && !usable(span_values, WORD))
+        return refuse(report, NOT_USABLE(span_values), NAN, NAN);
     return GALLOP_COMPLETED;
 }
 
-int gallop_run(const gallop_model *model, gallop_state *state, int64_t first, int64_t records, int64_t every,
-               const int32_t *channel, int32_t channels, const int32_t *node, int32_t nodes,
-               const int32_t *span_channel, int32_t span_channels, double *node_values, double *span_values,
-               int64_t *done, gallop_report *report)
+int gallop_run(const gallop_model *model, gallop_state *state, int64_t first, int64_t records,
+               int64_t every, const int32_t *channel, int32_t channels, const int32_t *node,
+               int32_t nodes, const int32_t *span_channel, int32_t span_channels,
+               double *node_values, double *span_values, int64_t *done, gallop_report *report)
 {
-    const int refused = check_run(model, state, first, records, every, channel, channels, node, nodes, span_channel,
-                                  span_channels, node_values, span_values, done, report);
+    const int refused =
+        check_run(model, state, first, records, every, channel, channels, node, nodes, span_channel,
+                  span_channels, node_values, span_values, done, report);
     if (refused) return refused;
     uint32_t asked = 0;
     for (int32_t c = 0; c < span_channels; c++) asked |= 1u << span_channel[c];
@@ -177,11 +198,14 @@ int gallop_run(const gallop_model *model, gallop_state *state, int64_t first, in
     if (free && first == 0) state->run_origin = state->time;
     for (int64_t r = 0; r < records; r++) {
         const double when = state->run_origin + (double)((first + r + 1) * every) * dt;
-        const int outcome = free ? march_freely(model, state, NULL, when, false, report)
-                                 : march(model, state, NULL, start, (first + r) * every, dt, every, report);
-        if (outcome) {   /* the failed step has left its own wind and tower motion */
-            if (state->time == began) state->now = at_start;
-            else instant_at(model, state->time, NULL, &state->now);
+        const int outcome =
+            free ? march_freely(model, state, NULL, when, false, report)
+                 : march(model, state, NULL, start, (first + r) * every, dt, every, report);
+        if (outcome) { /* the failed step has left its own wind and tower motion */
+            if (state->time == began)
+                state->now = at_start;
+            else
+                instant_at(model, state->time, NULL, &state->now);
             return outcome;
         }
         if (free) control_look(model, state, &at, when);
@@ -201,7 +225,8 @@ int gallop_run(const gallop_model *model, gallop_state *state, int64_t first, in
     return GALLOP_COMPLETED;
 }
 
-static int consistent_acceleration(const gallop_model *model, gallop_state *state, layout *at, gallop_report *report)
+static int consistent_acceleration(const gallop_model *model, gallop_state *state, layout *at,
+                                   gallop_report *report)
 {
     const size_t bytes = 4 * (size_t)model->nodes * sizeof(double);
     const blend inertia = {0.0, 0.0, 1.0};
@@ -217,7 +242,8 @@ static int consistent_acceleration(const gallop_model *model, gallop_state *stat
                 at->v[node + i] = now->velocity[end][i];
                 at->a[node + i] = now->acceleration[end][i];
             }
-    span_residual(model, state->time, now, &at->sections, at->u, at->v, at->a, true, at->residual, &seen);
+    span_residual(model, state->time, now, &at->sections, at->u, at->v, at->a, true, at->residual,
+                  &seen);
     add_springs(model, now, at->u, at->residual);
     if (!solver_factor(model, now, &at->sections, at->u, inertia, model->fixed, at->factors))
         return fail(report, GALLOP_NON_FINITE, -1, state->time, model->inertia, 0.0);
@@ -229,23 +255,28 @@ static int consistent_acceleration(const gallop_model *model, gallop_state *stat
         return angle_failure(model, seen.angle_element, seen.worst_angle, state->time, report);
     state->lowest_tension = seen.lowest_tension;
     if (seen.lowest_tension < 0.0)
-        return fail(report, GALLOP_SLACK, seen.slack_element, state->time, seen.lowest_tension, 0.0);
-    return isfinite(correction_size(model, at->a)) ? GALLOP_COMPLETED
-                                                   : fail(report, GALLOP_NON_FINITE, -1, state->time, NAN, 0.0);
+        return fail(report, GALLOP_SLACK, seen.slack_element, state->time, seen.lowest_tension,
+                    0.0);
+    return isfinite(correction_size(model, at->a))
+             ? GALLOP_COMPLETED
+             : fail(report, GALLOP_NON_FINITE, -1, state->time, NAN, 0.0);
 }
 
-static void clear(const gallop_model *model, gallop_state *state, double time, const gallop_inputs *inputs)
+static void clear(const gallop_model *model, gallop_state *state, double time,
+                  const gallop_inputs *inputs)
 {
     memset(state, 0, model->state_size);
     state->time = time;
     state->last_substeps = 1;
     state->sharpness = 1.0;
-    state->step_before = INFINITY;   /* no acceleration before the first to extrapolate from */
+    state->step_before = INFINITY; /* no acceleration before the first to extrapolate from */
     instant_at(model, time, inputs, &state->now);
 }
 
-/* A block that holds an initial state is a state of the model from now on; after a failure it is none. */
-static int started(const gallop_model *model, gallop_state *state, int outcome, gallop_report *report)
+/* A block that holds an initial state is a state of the model from now on; after a failure it is
+ * none. */
+static int started(const gallop_model *model, gallop_state *state, int outcome,
+                   gallop_report *report)
 {
     if (outcome) return outcome;
     mark_state(model, state);
@@ -253,8 +284,8 @@ static int started(const gallop_model *model, gallop_state *state, int outcome, 
     return GALLOP_COMPLETED;
 }
 
-int gallop_equilibrium(const gallop_model *model, gallop_state *state, double time, const gallop_inputs *inputs,
-                       gallop_report *report)
+int gallop_equilibrium(const gallop_model *model, gallop_state *state, double time,
+                       const gallop_inputs *inputs, gallop_report *report)
 {
     int outcome = check_room(model, state, time, report);
     if (!outcome) outcome = check_inputs(model, inputs, time, report);
@@ -267,8 +298,8 @@ int gallop_equilibrium(const gallop_model *model, gallop_state *state, double ti
     return started(model, state, outcome, report);
 }
 
-int gallop_state_init(const gallop_model *model, gallop_state *state, double start, const gallop_inputs *inputs,
-                      gallop_report *report)
+int gallop_state_init(const gallop_model *model, gallop_state *state, double start,
+                      const gallop_inputs *inputs, gallop_report *report)
 {
     int outcome = check_room(model, state, start, report);
     if (!outcome) outcome = check_inputs(model, inputs, start, report);
@@ -286,7 +317,7 @@ int gallop_state_init(const gallop_model *model, gallop_state *state, double sta
         if (outcome) return outcome;
     }
     for (int n = 1; n <= model->nodes - 2; n++) {
-        double shape = sin(PI * model->x[3 * n] / s->length);   /* cos(pi x1/L), x1 from mid-span */
+        double shape = sin(PI * model->x[3 * n] / s->length); /* cos(pi x1/L), x1 from mid-span */
         at.u[4 * n + 1] += s->seed_vertical * shape;
         at.u[4 * n + 2] += s->seed_horizontal * shape;
         at.u[4 * n + 3] += s->seed_twist * shape;
@@ -308,4 +339,7 @@ int gallop_rewind(const gallop_model *model, gallop_state *state, double sharpne
     return GALLOP_COMPLETED;
 }
 
-double gallop_state_time(const gallop_state *state) { return is_started(state) ? state->time : NAN; }
+double gallop_state_time(const gallop_state *state)
+{
+    return is_started(state) ? state->time : NAN;
+}

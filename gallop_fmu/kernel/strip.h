@@ -1,12 +1,13 @@
-/* A strip: LANES elements side by side, so that one instruction works on all of them.  Vectors of gcc and clang become
- * AVX2 or pairs of SSE2 registers with the same arithmetic, so the same bits; other compilers take one element at a
- * time.  Vectors are passed by address only: what passing one by value means depends on the processor. */
+/* A strip: LANES elements side by side, so that one instruction works on all of them.  Vectors of
+ * gcc and clang become AVX2 or pairs of SSE2 registers with the same arithmetic, so the same bits;
+ * other compilers take one element at a time.  Vectors are passed by address only: what passing one
+ * by value means depends on the processor. */
 #ifndef GALLOP_STRIP_H
 #define GALLOP_STRIP_H
 
 #include "arithmetic.h"
 
-#if defined(__GNUC__) && !defined(GALLOP_ONE_LANE)   /* to measure what lanes give */
+#if defined(__GNUC__) && !defined(GALLOP_ONE_LANE) /* to measure what lanes give */
 #define LANES 4
 #define INLINE static inline __attribute__((always_inline))
 typedef double lanes __attribute__((vector_size(32), aligned(8), may_alias));
@@ -17,12 +18,12 @@ typedef double lanes;
 #endif
 
 #define LANE(x, k) (((double *)&(x))[k])
-#define LANES_AT(p) (*(lanes *)(p))   /* LANES values that lie side by side */
+#define LANES_AT(p) (*(lanes *)(p)) /* LANES values that lie side by side */
 
 /* Lane by lane: a where the comparison `if_true` holds, else b. */
 #if LANES == 4
 typedef long long lane_bits __attribute__((vector_size(32)));
-#define PICK(if_true, a, b) \
+#define PICK(if_true, a, b)                                                                        \
     ((lanes)(((lane_bits)(if_true) & (lane_bits)(a)) | (~(lane_bits)(if_true) & (lane_bits)(b))))
 #else
 #define PICK(if_true, a, b) ((if_true) ? (a) : (b))
@@ -30,14 +31,16 @@ typedef long long lane_bits __attribute__((vector_size(32)));
 
 /* The constants of a strip; lanes beyond the last element repeat it. */
 typedef struct strip {
-    lanes slope[2][3];          /* p0 = dX/dS at two stiffness points */
-    lanes shape_slope[2][2];    /* dN/dS of the left and the right node; the middle one has minus their sum */
-    lanes pull[2][2];           /* that times the weight of the point */
-    lanes tension[2];           /* T0 [N] */
-    lanes product[6];           /* int N_a N_b dS [m], in the order of the blocks of a tangent */
-    lanes share[3][3];          /* weight times N_a at three sections */
-    lanes normal[3][2];         /* n2 of the sections' planes, along x1 and x2 */
-    lanes stiffness_weight[2], inertia_weight[3];   /* lengths [m] of the points; 0 beyond the last element */
+    lanes slope[2][3];       /* p0 = dX/dS at two stiffness points */
+    lanes shape_slope[2][2]; /* dN/dS of the left and the right node; the middle one has minus their
+                                sum */
+    lanes pull[2][2];        /* that times the weight of the point */
+    lanes tension[2];        /* T0 [N] */
+    lanes product[6];        /* int N_a N_b dS [m], in the order of the blocks of a tangent */
+    lanes share[3][3];       /* weight times N_a at three sections */
+    lanes normal[3][2];      /* n2 of the sections' planes, along x1 and x2 */
+    lanes stiffness_weight[2],
+        inertia_weight[3]; /* lengths [m] of the points; 0 beyond the last element */
 } strip;
 
 /* Four unknowns of LANES nodes become LANES values of four unknowns, and back. */
@@ -61,12 +64,13 @@ INLINE void transpose(lanes x[4])
 #endif
 }
 
-/* The unknowns of node `n` (0 left, 1 middle, 2 right) of `count` elements whose left nodes stand at y; of the last one
- * again in lanes beyond. */
+/* The unknowns of node `n` (0 left, 1 middle, 2 right) of `count` elements whose left nodes stand
+ * at y; of the last one again in lanes beyond. */
 INLINE void read_nodes(const double *y, int n, int count, lanes out[4])
 {
 #if LANES == 4
-    for (int k = 0; k < LANES; k++) out[k] = *(const lanes *)(y + 8 * (k < count ? k : count - 1) + 4 * n);
+    for (int k = 0; k < LANES; k++)
+        out[k] = *(const lanes *)(y + 8 * (k < count ? k : count - 1) + 4 * n);
     transpose(out);
 #else
     (void)count;

@@ -1,34 +1,50 @@
-/* Whether a scene's numbers are finite and its laws, curve and loads can be read: before a model copies them. */
+/* Whether a scene's numbers are finite and its laws, curve and loads can be read: before a model
+ * copies them. */
 #include "internal.h"
 
-#define MOST_LOADED_POINTS 10000000   /* of all loads together */
+#define MOST_LOADED_POINTS 10000000 /* of all loads together */
 
-typedef struct { const char *name; double value; } named;
+typedef struct {
+    const char *name;
+    double value;
+} named;
 
 static int all_finite(const named *number, size_t count, gallop_report *report)
 {
     for (size_t i = 0; i < count; i++)
-        if (!isfinite(number[i].value)) return invalid(report, number[i].name, number[i].value, 0.0);
+        if (!isfinite(number[i].value))
+            return invalid(report, number[i].name, number[i].value, 0.0);
     return GALLOP_COMPLETED;
 }
 #define ALL_FINITE(numbers, report) all_finite(numbers, sizeof(numbers) / sizeof *(numbers), report)
 
 static int check_numbers(const gallop_scene *s, gallop_report *report)
 {
-    const named number[] = {
-        {"sag", s->sag}, {"horizontal tension", s->horizontal_tension}, {"mass of ice", s->ice_mass},
-        {"inertia of ice", s->ice_torsional_inertia}, {"first mass moment of the ice", s->first_moment_x2},
-        {"first mass moment of the ice", s->first_moment_x3}, {"density of air", s->air_density},
-        {"attack angle", s->attack_angle}, {"angle of the first moments", s->first_moment_angle}, {"tolerance", s->tolerance}, {"reference radius", s->reference_radius},
-        {"damping ratio", s->translation_damping.low_ratio}, {"damping ratio", s->translation_damping.high_ratio},
-        {"frequency of damping", s->translation_damping.high_frequency}, {"damping ratio", s->twist_damping.low_ratio},
-        {"damping ratio", s->twist_damping.high_ratio}, {"frequency of damping", s->twist_damping.high_frequency},
-        {"vertical seed", s->seed_vertical}, {"horizontal seed", s->seed_horizontal},
-        {"seed of the twist", s->seed_twist}};
+    const named number[] = {{"sag", s->sag},
+                            {"horizontal tension", s->horizontal_tension},
+                            {"mass of ice", s->ice_mass},
+                            {"inertia of ice", s->ice_torsional_inertia},
+                            {"first mass moment of the ice", s->first_moment_x2},
+                            {"first mass moment of the ice", s->first_moment_x3},
+                            {"density of air", s->air_density},
+                            {"attack angle", s->attack_angle},
+                            {"angle of the first moments", s->first_moment_angle},
+                            {"tolerance", s->tolerance},
+                            {"reference radius", s->reference_radius},
+                            {"damping ratio", s->translation_damping.low_ratio},
+                            {"damping ratio", s->translation_damping.high_ratio},
+                            {"frequency of damping", s->translation_damping.high_frequency},
+                            {"damping ratio", s->twist_damping.low_ratio},
+                            {"damping ratio", s->twist_damping.high_ratio},
+                            {"frequency of damping", s->twist_damping.high_frequency},
+                            {"vertical seed", s->seed_vertical},
+                            {"horizontal seed", s->seed_horizontal},
+                            {"seed of the twist", s->seed_twist}};
     return ALL_FINITE(number, report);
 }
 
-static int check_array(const double *values, int32_t count, bool increasing, const char *name, gallop_report *report)
+static int check_array(const double *values, int32_t count, bool increasing, const char *name,
+                       gallop_report *report)
 {
     for (int32_t i = 0; i < count; i++)
         if (!isfinite(values[i]) || (increasing && i > 0 && !(values[i] > values[i - 1])))
@@ -38,10 +54,17 @@ static int check_array(const double *values, int32_t count, bool increasing, con
 
 static int check_law(const gallop_law *law, const char *name, gallop_report *report)
 {
-    const named number[] = {{name, law->initial}, {name, law->peak}, {name, law->amplitude}, {name, law->start},
-                            {name, law->rise}, {name, law->fall}, {name, law->frequency}, {name, law->phase},
-                            {name, 40.0 * law->frequency * law->frequency * law->amplitude},   /* second derivative */
-                            {name, isnan(law->fall_start) ? NAN : 0.0}};   /* infinite: it stays at the peak */
+    const named number[] = {
+        {name, law->initial},
+        {name, law->peak},
+        {name, law->amplitude},
+        {name, law->start},
+        {name, law->rise},
+        {name, law->fall},
+        {name, law->frequency},
+        {name, law->phase},
+        {name, 40.0 * law->frequency * law->frequency * law->amplitude}, /* second derivative */
+        {name, isnan(law->fall_start) ? NAN : 0.0}}; /* infinite: it stays at the peak */
     if (law->kind < GALLOP_LAW_CONSTANT || law->kind > GALLOP_LAW_TABLE)
         return invalid(report, name, law->kind, GALLOP_LAW_TABLE);
     if (law->kind != GALLOP_LAW_TABLE) return ALL_FINITE(number, report);
@@ -55,24 +78,34 @@ static int check_law(const gallop_law *law, const char *name, gallop_report *rep
 static int check_curve(const gallop_scene *s, gallop_report *report)
 {
     if (s->outside < GALLOP_OUTSIDE_ERROR || s->outside > GALLOP_OUTSIDE_PERIODIC)
-        return invalid(report, "what holds outside the aerodynamic curve", s->outside, GALLOP_OUTSIDE_PERIODIC);
+        return invalid(report, "what holds outside the aerodynamic curve", s->outside,
+                       GALLOP_OUTSIDE_PERIODIC);
     if (s->pieces < 0 || s->pieces > INT32_MAX / 12)
         return invalid(report, "number of pieces of the aerodynamic curve", s->pieces, 0.0);
     if (s->pieces == 0) return GALLOP_COMPLETED;
     if (!usable(s->breakpoint, WORD)) return refuse(report, NOT_USABLE(scene.breakpoint), NAN, NAN);
-    if (s->origin && !usable(s->origin, WORD)) return refuse(report, NOT_USABLE(scene.origin), NAN, NAN);
-    if (!usable(s->coefficient, WORD)) return refuse(report, NOT_USABLE(scene.coefficient), NAN, NAN);
-    int outcome = check_array(s->breakpoint, s->pieces + 1, true, "breakpoint of the aerodynamic curve", report);
+    if (s->origin && !usable(s->origin, WORD))
+        return refuse(report, NOT_USABLE(scene.origin), NAN, NAN);
+    if (!usable(s->coefficient, WORD))
+        return refuse(report, NOT_USABLE(scene.coefficient), NAN, NAN);
+    int outcome = check_array(s->breakpoint, s->pieces + 1, true,
+                              "breakpoint of the aerodynamic curve", report);
     if (!outcome && s->origin)
-        outcome = check_array(s->origin, s->pieces, false, "origin of an aerodynamic piece", report);
-    return outcome ? outcome : check_array(s->coefficient, 12 * s->pieces, false, "aerodynamic coefficient", report);
+        outcome =
+            check_array(s->origin, s->pieces, false, "origin of an aerodynamic piece", report);
+    return outcome ? outcome
+                   : check_array(s->coefficient, 12 * s->pieces, false, "aerodynamic coefficient",
+                                 report);
 }
 
 static int check_load(const gallop_load *load, gallop_report *report)
 {
-    const named number[] = {{"force of a load", load->force[0]}, {"force of a load", load->force[1]},
-                            {"force of a load", load->force[2]}, {"torque of a load", load->torque}};
-    if (load->evenly_spaced < 0) return invalid(report, "number of evenly spaced loads", load->evenly_spaced, 0.0);
+    const named number[] = {{"force of a load", load->force[0]},
+                            {"force of a load", load->force[1]},
+                            {"force of a load", load->force[2]},
+                            {"torque of a load", load->torque}};
+    if (load->evenly_spaced < 0)
+        return invalid(report, "number of evenly spaced loads", load->evenly_spaced, 0.0);
     if (load->evenly_spaced == 0 && !(load->position >= 0.0 && load->position <= 1.0))
         return invalid(report, "position of a load", load->position, 1.0);
     const int outcome = ALL_FINITE(number, report);
@@ -83,7 +116,8 @@ static int check_loads(const gallop_scene *s, gallop_report *report)
 {
     int64_t points = 0;
     if (s->load_count < 0) return invalid(report, "number of loads", s->load_count, 0.0);
-    if (s->load_count > 0 && !usable(s->load, WORD)) return refuse(report, NOT_USABLE(scene.load), NAN, NAN);
+    if (s->load_count > 0 && !usable(s->load, WORD))
+        return refuse(report, NOT_USABLE(scene.load), NAN, NAN);
     for (int32_t i = 0; i < s->load_count; i++) {
         const int outcome = check_load(&s->load[i], report);
         if (outcome) return outcome;

@@ -1,9 +1,11 @@
-/* Tangent of the element (Liu et al. 2009, eq. 11, 14, 18, and the aerodynamic terms), LANES elements at once. */
+/* Tangent of the element (Liu et al. 2009, eq. 11, 14, 18, and the aerodynamic terms), LANES
+ * elements at once. */
 #include "internal.h"
 
-/* Rows f2, f3, moment; columns n2, n3, theta of k dR/du + c dR/dv + m dR/da at the sections `i` to i + LANES - 1. */
-INLINE void section_tangent(const gallop_model *model, const sections *at, int i, bool wind, blend mix, int unknowns,
-                            lanes g[3][3])
+/* Rows f2, f3, moment; columns n2, n3, theta of k dR/du + c dR/dv + m dR/da at the sections `i` to
+ * i + LANES - 1. */
+INLINE void section_tangent(const gallop_model *model, const sections *at, int i, bool wind,
+                            blend mix, int unknowns, lanes g[3][3])
 {
 #define AT(array) (*(const lanes *)(at->array + i))
     for (int row = 0; row < 3; row++)
@@ -19,7 +21,8 @@ INLINE void section_tangent(const gallop_model *model, const sections *at, int i
     for (int k = 0; k < unknowns - 1 && wind; k++) {
         g[k][0] -= mix.c * AT(by_v2[k]);
         g[k][1] -= mix.c * AT(by_v3[k]);
-        if (unknowns == 4) g[k][2] -= mix.k * AT(by_theta[k]) + mix.c * model->radius * AT(by_v2[k]);
+        if (unknowns == 4)
+            g[k][2] -= mix.k * AT(by_theta[k]) + mix.c * model->radius * AT(by_v2[k]);
     }
 #undef AT
 }
@@ -36,8 +39,8 @@ INLINE void turn_to_axes(const lanes normal[2], int unknowns, lanes g[3][3], lan
 }
 
 /* Adds the eccentric ice and the wind at the sections from `first` on to the blocks. */
-INLINE void add_sections(const gallop_model *model, const strip *s, const sections *at, int first, bool wind, blend mix,
-                         int unknowns, lanes block[6][16])
+INLINE void add_sections(const gallop_model *model, const strip *s, const sections *at, int first,
+                         bool wind, blend mix, int unknowns, lanes block[6][16])
 {
     for (int q = 0; q < 3; q++) {
         lanes g[3][3], along[4][4];
@@ -45,21 +48,24 @@ INLINE void add_sections(const gallop_model *model, const strip *s, const sectio
         turn_to_axes(s->normal[q], unknowns, g, along);
         for (int n = 0, p = 0; n < 3; n++)
             for (int m = n; m < 3; m++, p++) {
-                if (q == 1 && p != MIDDLE_MIDDLE) continue;   /* the second section lies at the middle node */
+                if (q == 1 && p != MIDDLE_MIDDLE)
+                    continue; /* the second section lies at the middle node */
                 const lanes w = s->share[q][n] * shape3[q][m];
                 for (int i = 0; i < unknowns; i++)
-                    for (int j = 0; j < unknowns; j++) block[p][unknowns * i + j] += w * along[i][j];
+                    for (int j = 0; j < unknowns; j++)
+                        block[p][unknowns * i + j] += w * along[i][j];
             }
     }
 }
 
 /* Blocks of `unknowns` rows and columns. */
-INLINE void tangent_of(const gallop_model *model, const strip *s, const sections *at, int first, bool wind,
-                       lanes u[3][4], blend mix, int unknowns, lanes block[6][16])
+INLINE void tangent_of(const gallop_model *model, const strip *s, const sections *at, int first,
+                       bool wind, lanes u[3][4], blend mix, int unknowns, lanes block[6][16])
 {
     const double ea = model->scene.axial_stiffness, gj = model->scene.torsional_stiffness;
     const double *b = model->derived.translation_damping, *bt = model->derived.twist_damping;
-    const double translation = model->mass * (mix.m + mix.c * b[0]), twist = model->inertia * (mix.m + mix.c * bt[0]);
+    const double translation = model->mass * (mix.m + mix.c * b[0]),
+                 twist = model->inertia * (mix.m + mix.c * bt[0]);
     const double damping = mix.c * b[1], damping_axial = ea * damping;
     const int axes = unknowns < 3 ? unknowns : 3, size = unknowns * unknowns;
     for (int p = 0; p < 6; p++)
@@ -78,7 +84,8 @@ INLINE void tangent_of(const gallop_model *model, const strip *s, const sections
             tension = PICK(tension > 0.0, tension, (lanes){0.0});
         }
         const lanes geometric = mix.k * tension + damping * s->tension[q];
-        const lanes left = s->pull[q][0] * n[0], across = s->pull[q][0] * n[1], right = s->pull[q][1] * n[1];
+        const lanes left = s->pull[q][0] * n[0], across = s->pull[q][0] * n[1],
+                    right = s->pull[q][1] * n[1];
         for (int i = 0; i < unknowns; i++)
             for (int j = i; j < (i < 3 ? axes : 4); j++) {
                 lanes k = {0.0};
@@ -102,42 +109,47 @@ INLINE void tangent_of(const gallop_model *model, const strip *s, const sections
     for (int k = 0; k < 6; k++)
         for (int i = 0; i < unknowns; i++)
             block[k][unknowns * i + i] += s->product[k] * (i < 3 ? translation : twist);
-    if (unknowns > 2 && (model->eccentric || wind)) add_sections(model, s, at, first, wind, mix, unknowns, block);
+    if (unknowns > 2 && (model->eccentric || wind))
+        add_sections(model, s, at, first, wind, mix, unknowns, block);
 }
 
-#define STRIP_OF(unknowns)                                                                                            \
-    TWO_PATHS static void strip_of_##unknowns(const gallop_model *model, const strip *s, const sections *at,          \
-                                              int first, bool wind, const double *u, int count, blend mix,            \
-                                              lanes block[6][16])                                                     \
-    {                                                                                                                 \
-        lanes nodes[3][4];                                                                                            \
-        for (int n = 0; n < 3; n++) read_nodes(u, n, count, nodes[n]);                                                \
-        tangent_of(model, s, at, first, wind, nodes, mix, unknowns, block);                                           \
+#define STRIP_OF(unknowns)                                                                         \
+    TWO_PATHS static void strip_of_##unknowns(                                                     \
+        const gallop_model *model, const strip *s, const sections *at, int first, bool wind,       \
+        const double *u, int count, blend mix, lanes block[6][16])                                 \
+    {                                                                                              \
+        lanes nodes[3][4];                                                                         \
+        for (int n = 0; n < 3; n++) read_nodes(u, n, count, nodes[n]);                             \
+        tangent_of(model, s, at, first, wind, nodes, mix, unknowns, block);                        \
     }
 STRIP_OF(2)
 STRIP_OF(3)
 STRIP_OF(4)
 
-/* The blocks of a strip, as many rows and columns each as the model has unknowns at a node; `at` holds the section
- * forces, with slopes, of the motion whose displacements along the span are u. */
-void strip_tangent(const gallop_model *model, int index, const instant *now, const sections *at, const double *u,
-                   blend mix, lanes block[6][16])
+/* The blocks of a strip, as many rows and columns each as the model has unknowns at a node; `at`
+ * holds the section forces, with slopes, of the motion whose displacements along the span are u. */
+void strip_tangent(const gallop_model *model, int index, const instant *now, const sections *at,
+                   const double *u, blend mix, lanes block[6][16])
 {
     const strip *s = &model->strip[index];
     const int e = LANES * index, count = model->elements - e, first = 3 * LANES * index;
     const bool wind = windy(model, now);
-    if (model->unknowns == 2) strip_of_2(model, s, at, first, wind, u + 8 * e, count, mix, block);
-    else if (model->unknowns == 3) strip_of_3(model, s, at, first, wind, u + 8 * e, count, mix, block);
-    else strip_of_4(model, s, at, first, wind, u + 8 * e, count, mix, block);
+    if (model->unknowns == 2)
+        strip_of_2(model, s, at, first, wind, u + 8 * e, count, mix, block);
+    else if (model->unknowns == 3)
+        strip_of_3(model, s, at, first, wind, u + 8 * e, count, mix, block);
+    else
+        strip_of_4(model, s, at, first, wind, u + 8 * e, count, mix, block);
 }
 
-/* tangent: the 4 x 4 blocks left-left, left-middle, ... of one element, of all unknowns; u are its own
- * displacements. */
-void element_tangent(const gallop_model *model, int e, const instant *now, const sections *at, const double u[12],
-                     blend mix, double tangent[6][16])
+/* tangent: the 4 x 4 blocks left-left, left-middle, ... of one element, of all unknowns; u are its
+ * own displacements. */
+void element_tangent(const gallop_model *model, int e, const instant *now, const sections *at,
+                     const double u[12], blend mix, double tangent[6][16])
 {
     lanes block[6][16];
-    strip_of_4(model, &model->strip[e / LANES], at, 3 * LANES * (e / LANES), windy(model, now), u, 1, mix, block);
+    strip_of_4(model, &model->strip[e / LANES], at, 3 * LANES * (e / LANES), windy(model, now), u,
+               1, mix, block);
     for (int p = 0; p < 6; p++)
         for (int i = 0; i < 16; i++) tangent[p][i] = LANE(block[p][i], e % LANES);
 }

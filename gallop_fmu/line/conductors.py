@@ -1,7 +1,7 @@
 """Stranded conductors by code word, such as Drake or Zebra.
 
-The table ``conductors.csv`` holds strands, diameter, mass and rated strength, each row with its source; areas and
-stiffnesses follow from the strands by the formulas of `StrandedConductor`.
+The table ``conductors.csv`` holds strands, diameter, mass and rated strength, each row with its
+source; areas and stiffnesses follow from the strands by the formulas of `StrandedConductor`.
 """
 
 from __future__ import annotations
@@ -29,23 +29,35 @@ ALUMINIUM_EXPANSION, STEEL_EXPANSION = 23.0e-6, 11.5e-6
 
 EFFECTIVE_SHEAR_MODULUS = 5e9
 """Torsional stiffness over that of a full circle's pi d^4/32 [Pa]. Strands slide, so it is far below the 26 GPa of
-aluminium, and uncertain by a factor of two: Table 1 of Liu, Yan, Zhang, Zhou (2009) gives 8.2 and 5.1 GPa, a published
+aluminium, and uncertain by a factor of two: Table 1 of Liu, Yan, Zhang, Zhou (2009) gives 8.2 and
+5.1 GPa, a published
 Zebra line 4.3 GPa (github.com/Baiyu-Eplur/Pylon1)."""
 
 SOURCES = {
-    "A": "area, weight and rated strength: REFA conductor database (Lawrence Berkeley National Laboratory); strands: "
-    "the ASTM B232 design of that size whose area and mass agree with them",
-    "B": "strands and diameter: ASTM B232, as in Grigsby (ed.), Electric Power Generation, Transmission, and "
-    "Distribution (2nd ed. 2007), Tables 13.2 and 14.5; weight and rated strength: REFA conductor database (Lawrence "
-    "Berkeley National Laboratory)",
-    "C": "strands, diameter and mass: ASTM B232/B232M-11, Table 1; rated strength: REFA conductor database (Lawrence "
-    "Berkeley National Laboratory)",
-    "D": "BS EN 50182:2001, Annex F, conductors used in the United Kingdom, from a public transcription whose areas, "
-    "diameters and masses agree with the wires",
+    "A": (
+        "area, weight and rated strength: REFA conductor database (Lawrence Berkeley National"
+        " Laboratory); strands: the ASTM B232 design of that size whose area and mass agree with"
+        " them"
+    ),
+    "B": (
+        "strands and diameter: ASTM B232, as in Grigsby (ed.), Electric Power Generation,"
+        " Transmission, and Distribution (2nd ed. 2007), Tables 13.2 and 14.5; weight and rated"
+        " strength: REFA conductor database (Lawrence Berkeley National Laboratory)"
+    ),
+    "C": (
+        "strands, diameter and mass: ASTM B232/B232M-11, Table 1; rated strength: REFA conductor"
+        " database (Lawrence Berkeley National Laboratory)"
+    ),
+    "D": (
+        "BS EN 50182:2001, Annex F, conductors used in the United Kingdom, from a public"
+        " transcription whose areas, diameters and masses agree with the wires"
+    ),
     "E": "conductors to BS EN 50182 in the catalogue of Zar Cable (en.zarcable.com)",
-    "F": "diameter as published, which is that of whole layers of equal wires; mass derived: 2700 kg/m3 times the "
-    "area, plus 2.03 % (37 wires) or 2.37 % (61 wires) for stranding as in the tables of EN 50182; rated strength not "
-    "confirmed, so left out",
+    "F": (
+        "diameter as published, which is that of whole layers of equal wires; mass derived: 2700"
+        " kg/m3 times the area, plus 2.03 % (37 wires) or 2.37 % (61 wires) for stranding as in the"
+        " tables of EN 50182; rated strength not confirmed, so left out"
+    ),
 }
 """Where the numbers of a row come from, by the letter in its last column."""
 
@@ -99,7 +111,8 @@ class StrandedConductor:
     def aluminium_modulus(self) -> float:
         """Final modulus of the stranded aluminium [Pa]: 60 GPa to 7 wires, 57 GPa to 37, 55 GPa beyond.
 
-        Values of the Austrian tables to EN 50182 for all-aluminium conductors; more layers give a softer strand.
+        Values of the Austrian tables to EN 50182 for all-aluminium conductors; more layers give a
+        softer strand.
         """
         return 60e9 if self.aluminium_wires <= 7 else 57e9 if self.aluminium_wires <= 37 else 55e9
 
@@ -111,7 +124,10 @@ class StrandedConductor:
     @property
     def thermal_expansion(self) -> float:
         """Coefficient of linear expansion [1/K]: of aluminium and steel, weighted by E A."""
-        aluminium, steel = self.aluminium_modulus * self.aluminium_area, STEEL_MODULUS * self.steel_area
+        aluminium, steel = (
+            self.aluminium_modulus * self.aluminium_area,
+            STEEL_MODULUS * self.steel_area,
+        )
         return (ALUMINIUM_EXPANSION * aluminium + STEEL_EXPANSION * steel) / (aluminium + steel)
 
     @property
@@ -126,7 +142,11 @@ class StrandedConductor:
             (count * density * wire**2, radius**2 + wire**2 / 8.0)
             for count, density, wire, radius in (*self._steel_layers(), *self._aluminium_layers())
         ]
-        return self.mass_per_length * sum(mass * square for mass, square in layers) / sum(mass for mass, _ in layers)
+        return (
+            self.mass_per_length
+            * sum(mass * square for mass, square in layers)
+            / sum(mass for mass, _ in layers)
+        )
 
     def _steel_layers(self) -> list[tuple[int, float, float, float]]:
         counts = {0: (), 1: (1,), 7: (1, 6), 19: (1, 6, 12)}[self.steel_wires]
@@ -142,7 +162,8 @@ class StrandedConductor:
         around = self.aluminium_wires - (0 if core else 1)
         outermost = around // layers + 3 * (layers - 1)
         rings = [
-            (outermost - 6 * k, ALUMINIUM_DENSITY, wire, 0.5 * (self.diameter - wire) - k * wire) for k in range(layers)
+            (outermost - 6 * k, ALUMINIUM_DENSITY, wire, 0.5 * (self.diameter - wire) - k * wire)
+            for k in range(layers)
         ]
         return rings if core else [*rings, (1, ALUMINIUM_DENSITY, wire, 0.0)]
 
@@ -167,8 +188,9 @@ def find_conductor(code_word: str) -> StrandedConductor:
         closest = difflib.get_close_matches(code_word.lower(), known, n=3, cutoff=0.0)
         names = ", ".join(known[name].code_word for name in closest)
         raise SceneError(
-            f"{code_word!r} is not a code word of the table; closest: {names} (`gallop-fmu conductors` lists all). For "
-            "another conductor give its own numbers in the scene's conductor section"
+            f"{code_word!r} is not a code word of the table; closest: {names} (`gallop-fmu"
+            " conductors` lists all). For another conductor give its own numbers in the scene's"
+            " conductor section"
         )
     return known[code_word.lower()]
 

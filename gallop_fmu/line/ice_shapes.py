@@ -1,13 +1,14 @@
 """Mass, eccentricity and inertia of ice from its thickness, density and a stated shape.
 
-All shapes are symmetric about the line from the conductor's centre to the thickest ice. With r the conductor's radius
-and t the thickness there:
+All shapes are symmetric about the line from the conductor's centre to the thickest ice. With r the
+conductor's radius and t the thickness there:
 
 - ``radial``: a ring of thickness t all around; no eccentricity.
-- ``crescent``: the windward half of an ellipse with semi-axes r + t (to the nose) and r, less the half conductor; it
-  thins to nothing at top and bottom.
+- ``crescent``: the windward half of an ellipse with semi-axes r + t (to the nose) and r, less the
+  half conductor; it thins to nothing at top and bottom.
 - ``eccentric_circle``: a circle of radius r + t/2 that touches the conductor on the lee side.
-- ``d_shape``: a flat face as wide as the conductor, at r + t from its centre, with sides that are tangents to it.
+- ``d_shape``: a flat face as wide as the conductor, at r + t from its centre, with sides that are
+  tangents to it.
 
 The integrals below are those of rectangles, circles and half ellipses about the conductor's centre.
 """
@@ -40,10 +41,12 @@ class IceSection(NamedTuple):
     def first_moments(self, attack_angle: float) -> tuple[float, float]:
         """First moments along x2 and x3 [kg] of ice that the wind meets at an attack angle [rad].
 
-        At angle zero the wind, which blows towards +x3, meets the thickest ice; a positive angle lifts the windward
-        edge, as a positive twist does.
+        At angle zero the wind, which blows towards +x3, meets the thickest ice; a positive angle
+        lifts the windward edge, as a positive twist does.
         """
-        return self.first_moment * math.sin(attack_angle), -self.first_moment * math.cos(attack_angle)
+        return self.first_moment * math.sin(attack_angle), -self.first_moment * math.cos(
+            attack_angle
+        )
 
 
 def ice_section(shape: IceShape, diameter: float, thickness: float, density: float) -> IceSection:
@@ -58,7 +61,8 @@ def ice_section(shape: IceShape, diameter: float, thickness: float, density: flo
     thickness
         Greatest thickness of the ice [m].
     density
-        Density of the ice [kg/m3]: glaze 900, hard rime 600 to 900, wet snow 300 to 600 (ISO 12494).
+        Density of the ice [kg/m3]: glaze 900, hard rime 600 to 900, wet snow 300 to 600 (ISO
+        12494).
     """
     r, t = 0.5 * diameter, thickness
     nose = r + t

@@ -1,10 +1,10 @@
 """A line as an engineer knows it: code word, span, stringing tension, ice, wind. Turned into the numbers of a scene.
 
-A scene file may hold a ``[line]`` table instead of its ``[span]``, ``[conductor]``, ``[ice]`` and so on. What follows
-from it is filled in when the file is read, each value with its source; values in sections beside ``[line]`` replace
-those that follow, without changing others: the tension, for one, stays that of the conductor in the table. A section
-beside it that gives a ``kind`` replaces the whole section, while ``[aerodynamics] outside = "hold"`` changes that value
-alone.
+A scene file may hold a ``[line]`` table instead of its ``[span]``, ``[conductor]``, ``[ice]`` and
+so on. What follows from it is filled in when the file is read, each value with its source; values
+in sections beside ``[line]`` replace those that follow, without changing others: the tension, for
+one, stays that of the conductor in the table. A section beside it that gives a ``kind`` replaces
+the whole section, while ``[aerodynamics] outside = "hold"`` changes that value alone.
 """
 
 from __future__ import annotations
@@ -35,7 +35,8 @@ DRY_AIR = 101325.0 / 287.05
 """Pressure of the standard atmosphere over the gas constant of dry air [kg K/m3]."""
 
 ONLY_IN_LINE = tuple(
-    f"line.{name}" for name in ("ruling_span", "stringing_percent", "ice_thickness", "ice_density", "temperature")
+    f"line.{name}"
+    for name in ("ruling_span", "stringing_percent", "ice_thickness", "ice_density", "temperature")
 )
 """Numbers of a line that a scene does not hold, so that it cannot judge them itself."""
 
@@ -45,58 +46,92 @@ ZERO_CELSIUS = 273.15
 class Line(Section):
     """One span of a line in familiar numbers.
 
-    The conductor is strung bare, at `stringing_tension` and `stringing_temperature`; the ice then comes at
-    `temperature`. The tension changes as in the `ruling_span` of the section, without creep.
+    The conductor is strung bare, at `stringing_tension` and `stringing_temperature`; the ice then
+    comes at `temperature`. The tension changes as in the `ruling_span` of the section, without
+    creep.
     """
 
     conductor: Text = setting(..., "code word of the conductor, such as Drake")
     span: Number = quantity(..., "m", "horizontal distance between the supports", gt=0, le=10000)
     height_difference: Number = quantity(0.0, "m", "height of the right support above the left")
-    ruling_span: Number | None = quantity(None, "m", "ruling span of the section; the span itself if not given", gt=0)
-    stringing_tension: Number | None = quantity(None, "N", "horizontal tension of the bare conductor when strung", gt=0)
-    stringing_percent: Number | None = quantity(
-        None, "%", "the same in percent of the rated strength, in place of stringing_tension", gt=0, lt=100
+    ruling_span: Number | None = quantity(
+        None, "m", "ruling span of the section; the span itself if not given", gt=0
     )
-    stringing_temperature: Number = quantity(15.0, "degC", "temperature when strung", ge=-80, le=100)
-    temperature: Number = quantity(0.0, "degC", "temperature of iced conductor and air", ge=-80, le=100)
-    ice_shape: IceShape = setting("crescent", "shape of the ice, as drawn in gallop_fmu.line.ice_shapes")
+    stringing_tension: Number | None = quantity(
+        None, "N", "horizontal tension of the bare conductor when strung", gt=0
+    )
+    stringing_percent: Number | None = quantity(
+        None,
+        "%",
+        "the same in percent of the rated strength, in place of stringing_tension",
+        gt=0,
+        lt=100,
+    )
+    stringing_temperature: Number = quantity(
+        15.0, "degC", "temperature when strung", ge=-80, le=100
+    )
+    temperature: Number = quantity(
+        0.0, "degC", "temperature of iced conductor and air", ge=-80, le=100
+    )
+    ice_shape: IceShape = setting(
+        "crescent", "shape of the ice, as drawn in gallop_fmu.line.ice_shapes"
+    )
     ice_thickness: Number = quantity(0.0, "m", "greatest thickness of the ice", ge=0, le=1)
     ice_density: Number = quantity(900.0, "kg/m3", "density of the ice", gt=0, le=1000)
     attack_angle_deg: Number = quantity(
-        0.0, "deg", "attack angle of the wind on the ice, from the wind onto the thickest ice", ge=-360, le=360
+        0.0,
+        "deg",
+        "attack angle of the wind on the ice, from the wind onto the thickest ice",
+        ge=-360,
+        le=360,
     )
     wind_speed: Number | None = quantity(None, "m/s", "constant wind speed", ge=0)
     coefficients: Text | None = setting(
-        None, "coefficient curve: CSV file with header angle_deg,lift,drag,moment, or a packaged scene to take it from"
+        None,
+        "coefficient curve: CSV file with header angle_deg,lift,drag,moment, or a packaged scene to"
+        " take it from",
     )
     insulator_length: Number | None = quantity(
-        None, "m", "length of the suspension strings at both ends; none: the conductor is dead-ended", gt=0
+        None,
+        "m",
+        "length of the suspension strings at both ends; none: the conductor is dead-ended",
+        gt=0,
     )
-    insulator_weight: Number | None = quantity(None, "N", "weight of one string; needed with insulator_length", ge=0)
+    insulator_weight: Number | None = quantity(
+        None, "N", "weight of one string; needed with insulator_length", ge=0
+    )
     adjacent_span: Number | None = quantity(
         None, "m", "length of the spans beyond the strings; the ruling span if not given", gt=0
     )
-    damping_percent: Number = quantity(0.5, "%", "damping ratio of translations, of critical", ge=0, lt=100)
-    twist_damping_percent: Number = quantity(4.0, "%", "damping ratio of twist, of critical", ge=0, lt=100)
+    damping_percent: Number = quantity(
+        0.5, "%", "damping ratio of translations, of critical", ge=0, lt=100
+    )
+    twist_damping_percent: Number = quantity(
+        4.0, "%", "damping ratio of twist, of critical", ge=0, lt=100
+    )
 
     @model_validator(mode="after")
     def _complete(self) -> Self:
         if (self.stringing_tension is None) == (self.stringing_percent is None):
             given = "neither" if self.stringing_tension is None else "both"
             raise SceneError(
-                f"give exactly one of stringing_tension [N] and stringing_percent [% of rated strength]; {given} given"
+                "give exactly one of stringing_tension [N] and stringing_percent [% of rated"
+                f" strength]; {given} given"
             )
         if self.wind_speed and self.coefficients is None:
             raise SceneError(
-                f"wind_speed = {self.wind_speed} m/s needs coefficients, the curve that turns wind into force: a CSV "
-                "file with header angle_deg,lift,drag,moment, or the name of a packaged scene to take its curve"
+                f"wind_speed = {self.wind_speed} m/s needs coefficients, the curve that turns wind"
+                " into force: a CSV file with header angle_deg,lift,drag,moment, or the name of a"
+                " packaged scene to take its curve"
             )
         if (self.insulator_length is None) != (self.insulator_weight is None):
-            raise SceneError("give both insulator_length [m] and insulator_weight [N], or neither for dead ends")
+            raise SceneError(
+                "give both insulator_length [m] and insulator_weight [N], or neither for dead ends"
+            )
         if self.insulator_length is None and self.adjacent_span is not None:
             raise SceneError(
-                f"adjacent_span = {self.adjacent_span} m acts through suspension strings; give insulator_length and "
-                "insulator_weight too"
+                f"adjacent_span = {self.adjacent_span} m acts through suspension strings; give"
+                " insulator_length and insulator_weight too"
             )
         return self
 
@@ -113,8 +148,8 @@ def scene_data(data: Mapping[str, Any], folder: Path) -> dict[str, Any]:
     Parameters
     ----------
     data
-        Content of a scene file with a table ``line``; its other sections win, value by value, or as a whole where they
-        give a ``kind``.
+        Content of a scene file with a table ``line``; its other sections win, value by value, or as
+        a whole where they give a ``kind``.
     folder
         Where relative names of CSV files start.
 
@@ -131,10 +166,14 @@ def scene_data(data: Mapping[str, Any], folder: Path) -> dict[str, Any]:
     numbers = _numbers(line)
     check_possible(numbers)
     followed, sources = _resolve(line, folder)
-    followed["notes"] = unusual({path: value for path, value in numbers.items() if path in ONLY_IN_LINE})
+    followed["notes"] = unusual(
+        {path: value for path, value in numbers.items() if path in ONLY_IN_LINE}
+    )
     beside = given.get("ice")
     if isinstance(beside, dict) and {"first_moment_x2", "first_moment_x3"} & beside.keys():
-        del followed["ice"]["first_moment_angle_deg"]  # moments beside the line are given at the angle beside it
+        del followed["ice"][
+            "first_moment_angle_deg"
+        ]  # moments beside the line are given at the angle beside it
     for key, value in given.items():
         if key == "sources":
             continue
@@ -155,14 +194,21 @@ def _numbers(line: Line) -> dict[str, tuple[float, str]]:
     """Numbers that are given, with their units."""
     fields = Line.model_fields.items()
     given = {name: (getattr(line, name), unit_of_field(about)) for name, about in fields}
-    return {f"line.{name}": (value, unit) for name, (value, unit) in given.items() if isinstance(value, float)}
+    return {
+        f"line.{name}": (value, unit)
+        for name, (value, unit) in given.items()
+        if isinstance(value, float)
+    }
 
 
 def _merged(followed: Any, given: Any) -> Any:
     """What follows from the line with given values in their place; a given ``kind`` replaces the whole section."""
     if not isinstance(followed, dict) or not isinstance(given, dict) or "kind" in given:
         return given
-    return {**followed, **{name: _merged(followed.get(name), value) for name, value in given.items()}}
+    return {
+        **followed,
+        **{name: _merged(followed.get(name), value) for name, value in given.items()},
+    }
 
 
 def _resolve(line: Line, folder: Path) -> tuple[dict[str, Any], dict[str, str]]:
@@ -177,10 +223,15 @@ def _resolve(line: Line, folder: Path) -> tuple[dict[str, Any], dict[str, str]]:
     inertia = wire.torsional_inertia + ice.torsional_inertia
     swing = math.sqrt(tension / mass) / (2.0 * line.span)
     twist = math.sqrt(wire.torsional_stiffness / inertia) / (2.0 * line.span)
-    iced = f"{1e3 * line.ice_thickness:g} mm of {line.ice_shape} ice" if line.ice_thickness else "bare"
+    iced = (
+        f"{1e3 * line.ice_thickness:g} mm of {line.ice_shape} ice" if line.ice_thickness else "bare"
+    )
     data: dict[str, Any] = {
         "title": f"{wire.code_word}, span of {line.span:g} m, {iced}",
-        "description": "Made from a line's familiar numbers; the sources say what was given, tabulated and assumed.",
+        "description": (
+            "Made from a line's familiar numbers; the sources say what was given, tabulated and"
+            " assumed."
+        ),
         "span": {
             "length": line.span,
             "height_difference": line.height_difference,
@@ -220,18 +271,31 @@ def _resolve(line: Line, folder: Path) -> tuple[dict[str, Any], dict[str, str]]:
         "span.gravity": "standard value, rounded",
         "conductor.diameter": f"{name}: {wire.source}",
         "conductor.mass_per_length": f"{name}: {wire.source}",
-        "conductor.axial_stiffness": f"{name}: derived, E A of {wire.aluminium_wires} aluminium wires "
-        f"({wire.aluminium_modulus / 1e9:g} GPa) and {wire.steel_wires} steel wires (190 GPa)",
-        "conductor.torsional_stiffness": f"{name}: estimated, 5 GPa times pi d^4/32; uncertain by a factor of two",
+        "conductor.axial_stiffness": (
+            f"{name}: derived, E A of {wire.aluminium_wires} aluminium wires "
+            f"({wire.aluminium_modulus / 1e9:g} GPa) and {wire.steel_wires} steel wires (190 GPa)"
+        ),
+        "conductor.torsional_stiffness": (
+            f"{name}: estimated, 5 GPa times pi d^4/32; uncertain by a factor of two"
+        ),
         "conductor.torsional_inertia": f"{name}: derived, wires in concentric layers",
         "conductor.slack": "chosen: a conductor that goes slack is an error",
-        "ice": f"derived: {iced}, {line.ice_density:g} kg/m3, thickest ice turned by the attack angle from the wind",
+        "ice": (
+            f"derived: {iced}, {line.ice_density:g} kg/m3, thickest ice turned by the attack angle"
+            " from the wind"
+        ),
         "ice.attack_angle_deg": given,
-        "wind.air_density": f"dry air of the standard atmosphere's pressure at {line.temperature:g} degrees Celsius",
-        "damping.translation": f"assumed ratio, {line.damping_percent:g} %, at the first swing frequency, "
-        "sqrt(H/m)/(2 L), and twice that",
-        "damping.twist": f"assumed ratio, {line.twist_damping_percent:g} %, at the first torsional frequency, "
-        "sqrt(GJ/I)/(2 L), and twice that",
+        "wind.air_density": (
+            f"dry air of the standard atmosphere's pressure at {line.temperature:g} degrees Celsius"
+        ),
+        "damping.translation": (
+            f"assumed ratio, {line.damping_percent:g} %, at the first swing frequency, "
+            "sqrt(H/m)/(2 L), and twice that"
+        ),
+        "damping.twist": (
+            f"assumed ratio, {line.twist_damping_percent:g} %, at the first torsional frequency, "
+            "sqrt(GJ/I)/(2 L), and twice that"
+        ),
         "initial": "chosen: a small disturbance to grow from",
         "numerics": "chosen: elements of at most 20 m, and at least 15",
         "run": "chosen",
@@ -259,17 +323,20 @@ def _tension(line: Line, wire: StrandedConductor, ice_mass: float) -> tuple[floa
         given, question = f"line.stringing_tension = {strung:g} N", "is it in kN?"
     elif wire.rated_strength is not None and line.stringing_percent is not None:
         strung = 0.01 * line.stringing_percent * wire.rated_strength
-        given = f"line.stringing_percent = {line.stringing_percent:g} % of the rated strength, {strung:.4g} N,"
+        given = (
+            f"line.stringing_percent = {line.stringing_percent:g} % of the rated strength,"
+            f" {strung:.4g} N,"
+        )
         question = "check stringing_percent"
     else:
         raise SceneError(
-            f"line.stringing_percent = {line.stringing_percent}: no confirmed rated strength of {wire.code_word} is in "
-            "the table; give stringing_tension [N] instead"
+            f"line.stringing_percent = {line.stringing_percent}: no confirmed rated strength of"
+            f" {wire.code_word} is in the table; give stringing_tension [N] instead"
         )
     if wire.rated_strength is not None and strung > wire.rated_strength:
         raise SceneError(
-            f"line.stringing_tension = {strung} N is more than the rated strength of {wire.code_word}, "
-            f"{wire.rated_strength:.6g} N; check the unit (N)"
+            f"line.stringing_tension = {strung} N is more than the rated strength of"
+            f" {wire.code_word}, {wire.rated_strength:.6g} N; check the unit (N)"
         )
     ruling, weight = line.ruling_span or line.span, wire.mass_per_length * GRAVITY
     check_tension(given, strung, weight, ruling, question)
@@ -288,14 +355,20 @@ def _tension(line: Line, wire: StrandedConductor, ice_mass: float) -> tuple[floa
         raise SceneError(f"line: {problem}") from None
     if wire.rated_strength is not None and tension > wire.rated_strength:
         raise SceneError(
-            f"line: the iced conductor would hang at {tension:.4g} N, more than the rated strength of "
-            f"{wire.code_word}, {wire.rated_strength:.6g} N; check stringing_tension, ruling_span and ice_thickness [m]"
+            f"line: the iced conductor would hang at {tension:.4g} N, more than the rated strength"
+            f" of {wire.code_word}, {wire.rated_strength:.6g} N; check stringing_tension,"
+            " ruling_span and ice_thickness [m]"
         )
-    where = f"a ruling span of {ruling:g} m, taken as level," if line.ruling_span else "the span itself"
-    return tension, (
-        f"derived: change of state in {where} from {strung:.6g} N, bare, at "
-        f"{line.stringing_temperature:g} degrees Celsius to {line.temperature:g} degrees with ice; E A and expansion "
-        f"{wire.thermal_expansion:.3g} 1/K from the wires, no creep"
+    where = (
+        f"a ruling span of {ruling:g} m, taken as level," if line.ruling_span else "the span itself"
+    )
+    return (
+        tension,
+        (
+            f"derived: change of state in {where} from {strung:.6g} N, bare, at"
+            f" {line.stringing_temperature:g} degrees Celsius to {line.temperature:g} degrees with"
+            f" ice; E A and expansion {wire.thermal_expansion:.3g} 1/K from the wires, no creep"
+        ),
     )
 
 
@@ -312,7 +385,10 @@ def _equal_ratios(ratio: float, frequency: float) -> dict[str, float]:
 def _packaged_curves() -> dict[str, dict[str, Any]]:
     """The packaged scenes that have a coefficient curve."""
     folder = "scene/packaged"
-    scenes = {scene: tomllib.loads(packaged_text(folder, f"{scene}.toml")) for scene in packaged_names(folder, ".toml")}
+    scenes = {
+        scene: tomllib.loads(packaged_text(folder, f"{scene}.toml"))
+        for scene in packaged_names(folder, ".toml")
+    }
     return {scene: content for scene, content in scenes.items() if "aerodynamics" in content}
 
 
@@ -326,8 +402,8 @@ def _curve(name: str, folder: Path) -> tuple[dict[str, Any], str]:
     if path.suffix.lower() != ".csv" and not path.exists():
         closest = difflib.get_close_matches(name, curves, n=1, cutoff=0.0)[0]
         raise SceneError(
-            f"line.coefficients = {name!r}: neither a CSV file nor a packaged scene with a curve (there are "
-            f"{', '.join(curves)}); closest: {closest}"
+            f"line.coefficients = {name!r}: neither a CSV file nor a packaged scene with a curve"
+            f" (there are {', '.join(curves)}); closest: {closest}"
         )
     table = read_table(path, CURVE_COLUMNS)
     return {"kind": "table", **table.columns}, f"given with the line: {path.name}"
@@ -335,7 +411,9 @@ def _curve(name: str, folder: Path) -> tuple[dict[str, Any], str]:
 
 def _supports(line: Line, tension: float) -> tuple[dict[str, Any], str]:
     if line.insulator_length is None:
-        return {end: {"kind": "rigid"} for end in ("left", "right")}, "given with the line: dead ends, taken as rigid"
+        return {
+            end: {"kind": "rigid"} for end in ("left", "right")
+        }, "given with the line: dead ends, taken as rigid"
     beside = {
         "kind": "adjacent_span",
         "adjacent_span": line.adjacent_span or line.ruling_span or line.span,
@@ -343,6 +421,10 @@ def _supports(line: Line, tension: float) -> tuple[dict[str, Any], str]:
         "insulator_length": line.insulator_length,
         "insulator_weight": line.insulator_weight,
     }
-    return {"left": dict(beside), "right": dict(beside)}, (
-        "given with the line: suspension strings, and spans beyond them under the tension of this one"
+    return (
+        {"left": dict(beside), "right": dict(beside)},
+        (
+            "given with the line: suspension strings, and spans beyond them under the tension of"
+            " this one"
+        ),
     )

@@ -1,8 +1,9 @@
 """Lift, drag and moment coefficients over the attack angle, as one piecewise-cubic curve.
 
-Coefficients refer to the bare conductor's diameter: forces per unit length are q d CL and q d CD, the moment q d^2 CM,
-with q the dynamic pressure of the relative wind. Lift acts normal to the relative wind (up when the wind blows
-along +x3), drag along it, the moment in the sense of the twist.
+Coefficients refer to the bare conductor's diameter: forces per unit length are q d CL and q d CD,
+the moment q d^2 CM, with q the dynamic pressure of the relative wind. Lift acts normal to the
+relative wind (up when the wind blows along +x3), drag along it, the moment in the sense of the
+twist.
 """
 
 from __future__ import annotations
@@ -39,8 +40,12 @@ WIDEST_STEP = 45.0
 SAME_END = 0.05, 0.01
 """Difference of the two ends of a whole turn that is taken as noise: a part of the coefficient's range, or this."""
 
-OUTSIDE_MEANING = "attack angle outside the validity range: an error, the end value held, or the curve repeated"
-RADIUS_MEANING = "radius r of the relative wind's twist part r omega; half the diameter if not given"
+OUTSIDE_MEANING = (
+    "attack angle outside the validity range: an error, the end value held, or the curve repeated"
+)
+RADIUS_MEANING = (
+    "radius r of the relative wind's twist part r omega; half the diameter if not given"
+)
 
 
 @dataclass(frozen=True)
@@ -109,11 +114,13 @@ class AerodynamicCurve:
         if self.outside == "error" and not np.all((angle >= first) & (angle <= last)):
             worst = angle[~((angle >= first) & (angle <= last))].flat[0]
             raise SceneError(
-                f"attack angle {np.degrees(worst):g} deg lies outside the coefficient curve, which is valid from "
-                f"{np.degrees(first):g} to {np.degrees(last):g} deg"
+                f"attack angle {np.degrees(worst):g} deg lies outside the coefficient curve, which"
+                f" is valid from {np.degrees(first):g} to {np.degrees(last):g} deg"
             )
         inside = np.clip(angle, first, last)
-        piece = np.clip(np.searchsorted(self.breakpoint, inside, side="right") - 1, 0, len(self.coefficient) - 1)
+        piece = np.clip(
+            np.searchsorted(self.breakpoint, inside, side="right") - 1, 0, len(self.coefficient) - 1
+        )
         return angle, piece, inside - self.origin[piece]
 
 
@@ -126,9 +133,15 @@ class PolynomialCoefficients(Section):
     kind: Literal["polynomial"] = setting("polynomial", "kind of coefficient curve")
     centre_deg: Number = quantity(0.0, "deg", "attack angle the powers count from", ge=-720, le=720)
     valid_from_deg: Number = quantity(..., "deg", "start of the validity range", ge=-720, le=720)
-    valid_to_deg: Number = quantity(..., "deg", "end of the validity range, at most 360 deg on", ge=-720, le=720)
-    lift: Coefficients = quantity(..., "1", "lift polynomial, ascending powers of radians", min_length=1, max_length=4)
-    drag: Coefficients = quantity(..., "1", "drag polynomial, ascending powers of radians", min_length=1, max_length=4)
+    valid_to_deg: Number = quantity(
+        ..., "deg", "end of the validity range, at most 360 deg on", ge=-720, le=720
+    )
+    lift: Coefficients = quantity(
+        ..., "1", "lift polynomial, ascending powers of radians", min_length=1, max_length=4
+    )
+    drag: Coefficients = quantity(
+        ..., "1", "drag polynomial, ascending powers of radians", min_length=1, max_length=4
+    )
     moment: Coefficients = quantity(
         ..., "1", "moment polynomial, ascending powers of radians", min_length=1, max_length=4
     )
@@ -149,21 +162,25 @@ class PolynomialCoefficients(Section):
             worst = int(np.argmax(np.abs(values)))
             if abs(values[worst]) > LARGEST_COEFFICIENT:
                 found.append(
-                    f"aerodynamics.{name} reaches {values[worst]:.3g} at {np.degrees(angle[worst]):.0f} deg; "
-                    f"coefficients are at most {LARGEST_COEFFICIENT:g} either way: check it, or narrow the range"
+                    f"aerodynamics.{name} reaches {values[worst]:.3g} at"
+                    f" {np.degrees(angle[worst]):.0f} deg; coefficients are at most"
+                    f" {LARGEST_COEFFICIENT:g} either way: check it, or narrow the range"
                 )
         drag = np.asarray(curve.drag(angle))
         least = int(np.argmin(drag))
         if drag[least] < 0.0:
             found.append(
-                f"aerodynamics.drag is {drag[least]:.3g} at {np.degrees(angle[least]):.0f} deg; drag acts along the "
-                "wind and is never negative: check the sign, or narrow the validity range"
+                f"aerodynamics.drag is {drag[least]:.3g} at {np.degrees(angle[least]):.0f} deg;"
+                " drag acts along the wind and is never negative: check the sign, or narrow the"
+                " validity range"
             )
         return found
 
     @model_validator(mode="after")
     def _range_is_usable(self) -> PolynomialCoefficients:
-        check_range("valid_from_deg", self.valid_from_deg, "valid_to_deg", self.valid_to_deg, self.outside)
+        check_range(
+            "valid_from_deg", self.valid_from_deg, "valid_to_deg", self.valid_to_deg, self.outside
+        )
         if self.outside == "periodic":
             curve = self.curve()
             ends = curve.breakpoint - curve.origin[0]
@@ -182,30 +199,37 @@ class PolynomialCoefficients(Section):
         for c, name in enumerate(COEFFICIENTS):
             powers = getattr(self, name)
             coefficient[0, c, : len(powers)] = powers
-        return AerodynamicCurve(np.radians(self.range_deg), np.radians([self.centre_deg]), coefficient, self.outside)
+        return AerodynamicCurve(
+            np.radians(self.range_deg), np.radians([self.centre_deg]), coefficient, self.outside
+        )
 
 
 class TableCoefficients(Section):
     """Measured coefficients, joined by monotone cubics (PCHIP), which do not overshoot between points.
 
-    A table over a whole turn repeats, unless `outside` says otherwise: one of 360 deg, whose two ends are the same
-    angle, and one that ends a step before, such as 0, 10, ... 350 deg. Ends of 360 deg that differ a little, as
-    measured ones do, get their mean.
+    A table over a whole turn repeats, unless `outside` says otherwise: one of 360 deg, whose two
+    ends are the same angle, and one that ends a step before, such as 0, 10, ... 350 deg. Ends of
+    360 deg that differ a little, as measured ones do, get their mean.
 
-    Given as four arrays, or as a CSV file with header ``angle_deg,lift,drag,moment``, which is read into the arrays
-    on loading.
+    Given as four arrays, or as a CSV file with header ``angle_deg,lift,drag,moment``, which is read
+    into the arrays on loading.
     """
 
     kind: Literal["table"] = setting("table", "kind of coefficient curve")
     file: Text | None = setting(
-        None, "CSV file with header angle_deg,lift,drag,moment; read into the arrays on loading, then empty"
+        None,
+        "CSV file with header angle_deg,lift,drag,moment; read into the arrays on loading, then"
+        " empty",
     )
-    angle_deg: Coefficients = quantity(..., "deg", "attack angles, strictly increasing, over at most 360 deg")
+    angle_deg: Coefficients = quantity(
+        ..., "deg", "attack angles, strictly increasing, over at most 360 deg"
+    )
     lift: Coefficients = quantity(..., "1", "lift coefficient at each angle")
     drag: Coefficients = quantity(..., "1", "drag coefficient at each angle")
     moment: Coefficients = quantity(..., "1", "moment coefficient at each angle")
     outside: Outside | None = setting(
-        None, f"{OUTSIDE_MEANING}; not given: repeated if the angles cover a whole turn, else an error"
+        None,
+        f"{OUTSIDE_MEANING}; not given: repeated if the angles cover a whole turn, else an error",
     )
     reference_radius: Number | None = quantity(None, "m", RADIUS_MEANING, gt=0)
 
@@ -225,15 +249,18 @@ class TableCoefficients(Section):
                 values = getattr(self, name)
                 if abs(end - start) > max(SAME_END[0] * (max(values) - min(values)), SAME_END[1]):
                     raise SceneError(
-                        f"{name} is {start:g} at {first:g} deg and {end:g} at {last:g} deg, the same angle; make them "
-                        'equal, or set outside = "error" or "hold" to use the table as it is'
+                        f"{name} is {start:g} at {first:g} deg and {end:g} at {last:g} deg, the"
+                        ' same angle; make them equal, or set outside = "error" or "hold" to use'
+                        " the table as it is"
                     )
         return self
 
     @property
     def beyond(self) -> Outside:
         """Rule outside the validity range: `outside`, or what follows from the angles."""
-        return self.outside or ("periodic" if self._is_whole_turn or self._is_one_step_short else "error")
+        return self.outside or (
+            "periodic" if self._is_whole_turn or self._is_one_step_short else "error"
+        )
 
     @property
     def _is_whole_turn(self) -> bool:
@@ -244,7 +271,9 @@ class TableCoefficients(Section):
         """Check that the gap to the whole turn is no wider than a step."""
         widest = float(np.max(np.diff(self.angle_deg)))
         gap = 360.0 - (self.angle_deg[-1] - self.angle_deg[0])
-        return len(self.angle_deg) > 2 and 0.0 < gap <= (1.0 + 1e-6) * widest and widest <= WIDEST_STEP
+        return (
+            len(self.angle_deg) > 2 and 0.0 < gap <= (1.0 + 1e-6) * widest and widest <= WIDEST_STEP
+        )
 
     def _unequal_ends(self) -> dict[str, tuple[float, float]]:
         """First and last value of each coefficient of 360 deg that does not end as it starts."""
@@ -256,8 +285,8 @@ class TableCoefficients(Section):
     def warnings(self) -> list[str]:
         """Sentences on what was made of doubtful values; round-off at the seam is none."""
         return [
-            f"aerodynamics.{name} is {start:g} at {self.angle_deg[0]:g} deg and {end:g} at {self.angle_deg[-1]:g} deg, "
-            "the same angle: the mean of both is used"
+            f"aerodynamics.{name} is {start:g} at {self.angle_deg[0]:g} deg and {end:g} at"
+            f" {self.angle_deg[-1]:g} deg, the same angle: the mean of both is used"
             for name, (start, end) in self._unequal_ends().items()
             if abs(end - start) > 1e-9
         ]
@@ -266,11 +295,17 @@ class TableCoefficients(Section):
     def range_deg(self) -> tuple[float, float]:
         """Validity range [deg], with the step that closes a turn."""
         first, last = self.angle_deg[0], self.angle_deg[-1]
-        return (first, first + 360.0) if self.beyond == "periodic" and self._is_one_step_short else (first, last)
+        return (
+            (first, first + 360.0)
+            if self.beyond == "periodic" and self._is_one_step_short
+            else (first, last)
+        )
 
     def curve(self) -> AerodynamicCurve:
         """One piece between neighbouring points, through every point; a closed curve has no kink at its seam."""
-        from scipy.interpolate import PchipInterpolator  # slow to import, and polynomials do not need it
+        from scipy.interpolate import (
+            PchipInterpolator,
+        )  # slow to import, and polynomials do not need it
 
         angle_deg = self.angle_deg
         short = self.range_deg[1] > angle_deg[-1]
@@ -278,7 +313,9 @@ class TableCoefficients(Section):
         unequal = self._unequal_ends()
         pieces = len(angle) - 1
         wrap = min(WRAPPED_POINTS, pieces) if self.beyond == "periodic" else 0
-        wrapped = np.concatenate([angle[pieces - wrap : pieces] - TURN, angle, angle[1 : 1 + wrap] + TURN])
+        wrapped = np.concatenate(
+            [angle[pieces - wrap : pieces] - TURN, angle, angle[1 : 1 + wrap] + TURN]
+        )
         coefficient = np.empty((pieces, 3, 4))
         for c, name in enumerate(COEFFICIENTS):
             y = np.array(getattr(self, name))
@@ -296,16 +333,20 @@ Aerodynamics = Annotated[PolynomialCoefficients | TableCoefficients, Field(discr
 """Either form of coefficient curve; in a scene file ``kind`` tells which."""
 
 
-def check_range(first_name: str, first: float, last_name: str, last: float, outside: Outside) -> None:
+def check_range(
+    first_name: str, first: float, last_name: str, last: float, outside: Outside
+) -> None:
     """Refuse an empty range, one of more than a turn, and a periodic one that is not exactly a turn."""
     if not first < last:
         raise SceneError(f"{first_name} = {first} must be less than {last_name} = {last} deg")
     if last - first > 360.0:
-        raise SceneError(f"{first_name} = {first} to {last_name} = {last} is more than a turn; at most 360 deg")
+        raise SceneError(
+            f"{first_name} = {first} to {last_name} = {last} is more than a turn; at most 360 deg"
+        )
     if outside == "periodic" and last - first != 360.0:
         raise SceneError(
-            "outside = 'periodic' needs a range of exactly 360 deg, or of one step less (0, 10, ... 350); "
-            f"{first_name} = {first} to {last_name} = {last} covers {last - first} deg"
+            "outside = 'periodic' needs a range of exactly 360 deg, or of one step less (0, 10,"
+            f" ... 350); {first_name} = {first} to {last_name} = {last} covers {last - first} deg"
         )
 
 
@@ -315,17 +356,21 @@ def check_coefficients(angle_deg: Sequence[float], columns: Mapping[str, Sequenc
         for angle, value in zip(angle_deg, values, strict=True):
             if abs(value) > LARGEST_COEFFICIENT:
                 raise SceneError(
-                    f"{name} = {value} at {angle} deg: a coefficient is at most {LARGEST_COEFFICIENT:g} either way; "
-                    "check the order of the columns and that forces are divided by rho v^2 d/2"
+                    f"{name} = {value} at {angle} deg: a coefficient is at most"
+                    f" {LARGEST_COEFFICIENT:g} either way; check the order of the columns and that"
+                    " forces are divided by rho v^2 d/2"
                 )
             if name == "drag" and value < 0.0:
                 raise SceneError(
-                    f"drag = {value} at {angle} deg: drag acts along the wind and is never negative; check the sign "
-                    "and the order of the columns"
+                    f"drag = {value} at {angle} deg: drag acts along the wind and is never"
+                    " negative; check the sign and the order of the columns"
                 )
 
 
 def check_closed(name: str, first: float, last: float) -> None:
     """Refuse a periodic coefficient that jumps where the turn closes."""
     if abs(last - first) > 1e-9:
-        raise SceneError(f"outside = 'periodic' needs equal end values; {name} starts at {first} and ends at {last}")
+        raise SceneError(
+            f"outside = 'periodic' needs equal end values; {name} starts at {first} and ends at"
+            f" {last}"
+        )

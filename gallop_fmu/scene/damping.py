@@ -16,8 +16,9 @@ class RayleighPair(Section):
     - b1 = 2 w1 w2 (x1 w2 - x2 w1) / (w2^2 - w1^2),
     - b2 = 2 (x2 w2 - x1 w1) / (w2^2 - w1^2).
 
-    Equation (28) of Liu, Yan, Zhang, Zhou (2009) prints a b1 that holds for equal ratios only. A negative b2 would
-    feed energy into every high mode and is refused; a negative b1 acts below `low_frequency` only and is accepted.
+    Equation (28) of Liu, Yan, Zhang, Zhou (2009) prints a b1 that holds for equal ratios only. A
+    negative b2 would feed energy into every high mode and is refused; a negative b1 acts below
+    `low_frequency` only and is accepted.
     """
 
     low_ratio: Number = quantity(..., "1", "damping ratio at the low frequency", ge=0, lt=1)
@@ -29,13 +30,14 @@ class RayleighPair(Section):
     def _damps_high_modes(self) -> RayleighPair:
         if not self.low_frequency < self.high_frequency:
             raise SceneError(
-                f"low_frequency = {self.low_frequency} Hz must be less than high_frequency = {self.high_frequency} Hz"
+                f"low_frequency = {self.low_frequency} Hz must be less than high_frequency ="
+                f" {self.high_frequency} Hz"
             )
         lowest = self.low_ratio * self.low_frequency / self.high_frequency
         if self.high_ratio * self.high_frequency < self.low_ratio * self.low_frequency:
             raise SceneError(
-                f"high_ratio = {self.high_ratio} would excite the modes above {self.high_frequency} Hz "
-                f"(stiffness-proportional damping negative); it must be at least {lowest:.6g}"
+                f"high_ratio = {self.high_ratio} would excite the modes above {self.high_frequency}"
+                f" Hz (stiffness-proportional damping negative); it must be at least {lowest:.6g}"
             )
         return self
 
@@ -43,5 +45,7 @@ class RayleighPair(Section):
 class Damping(Section):
     """Damping of translations and of twist, built once from the initial state; none: undamped."""
 
-    translation: RayleighPair | None = setting(None, "damping of vertical, horizontal and longitudinal motion")
+    translation: RayleighPair | None = setting(
+        None, "damping of vertical, horizontal and longitudinal motion"
+    )
     twist: RayleighPair | None = setting(None, "damping of twist")

@@ -80,7 +80,11 @@ def _is_text(annotation: Any) -> bool:
     if get_origin(annotation) is Annotated:
         return _is_text(get_args(annotation)[0])
     if get_origin(annotation) in (Union, types.UnionType):
-        return all(_is_text(argument) for argument in get_args(annotation) if argument is not types.NoneType)
+        return all(
+            _is_text(argument)
+            for argument in get_args(annotation)
+            if argument is not types.NoneType
+        )
     return annotation is str or get_origin(annotation) is Literal
 
 
@@ -108,7 +112,9 @@ def _owners(root: type[Section], parents: list[str]) -> list[type[Section]]:
     owners = [root]
     for parent in parents:
         if not parent.isdecimal():
-            fields = [owner.model_fields[parent] for owner in owners if parent in owner.model_fields]
+            fields = [
+                owner.model_fields[parent] for owner in owners if parent in owner.model_fields
+            ]
             owners = [found for field in fields for found in section_classes(field.annotation)]
     return list(dict.fromkeys(owners))
 
@@ -118,13 +124,22 @@ def _where(root: type[Section], key: str) -> str:
     *parents, last = key.split(".")
     owners, place = _owners(root, parents), ".".join(parents)
     with_it = [found for found in owners if last in found.model_fields]
-    kinds = [repr(found.model_fields["kind"].default) for found in with_it if "kind" in found.model_fields]
+    kinds = [
+        repr(found.model_fields["kind"].default)
+        for found in with_it
+        if "kind" in found.model_fields
+    ]
     if kinds and len(with_it) < len(owners):
-        return f"only {place}.kind = {' or '.join(kinds)} has this value; set the kind too, or remove this value"
+        return (
+            f"only {place}.kind = {' or '.join(kinds)} has this value; set the kind too, or remove"
+            " this value"
+        )
     return f"{place} is not given in this scene; give the whole section"
 
 
-def _of_kind(root: type[Section], data: Mapping[str, Any], parents: list[str], kind: Any) -> dict[str, Any]:
+def _of_kind(
+    root: type[Section], data: Mapping[str, Any], parents: list[str], kind: Any
+) -> dict[str, Any]:
     """Values that a section keeps when it becomes another kind: those that this kind has, too."""
     of_kind = [
         owner
@@ -133,10 +148,16 @@ def _of_kind(root: type[Section], data: Mapping[str, Any], parents: list[str], k
     ]
     if not of_kind:
         return dict(data)  # validation names the kinds that exist
-    return {name: value for name, value in data.items() if any(name in owner.model_fields for owner in of_kind)}
+    return {
+        name: value
+        for name, value in data.items()
+        if any(name in owner.model_fields for owner in of_kind)
+    }
 
 
-def replace_values(root: type[Section], data: dict[str, Any], values: Mapping[str, Any]) -> dict[str, Any]:
+def replace_values(
+    root: type[Section], data: dict[str, Any], values: Mapping[str, Any]
+) -> dict[str, Any]:
     """Put values into nested plain data (which is changed), and mark the sources of what they change.
 
     Raises
@@ -161,7 +182,9 @@ def replace_values(root: type[Section], data: dict[str, Any], values: Mapping[st
         changed = path
         if isinstance(node, list) and last.isdecimal() and int(last) < len(node):
             old, node[int(last)] = node[int(last)], new
-            changed = path if isinstance(new, dict) else ".".join(parents)  # sources speak of arrays as a whole
+            changed = (
+                path if isinstance(new, dict) else ".".join(parents)
+            )  # sources speak of arrays as a whole
         elif isinstance(node, dict):
             old = node.pop(last, None)
             if last == "kind" and new is not None and new != old:
@@ -180,5 +203,9 @@ def replace_values(root: type[Section], data: dict[str, Any], values: Mapping[st
 
 def _sources_after_change(sources: dict[str, str], path: str) -> dict[str, str]:
     covered = any(path == source or path.startswith(source + ".") for source in sources)
-    kept = {source: text for source, text in sources.items() if source != path and not source.startswith(path + ".")}
+    kept = {
+        source: text
+        for source, text in sources.items()
+        if source != path and not source.startswith(path + ".")
+    }
     return {**kept, path: SET_BY_USER} if covered or len(kept) < len(sources) else kept

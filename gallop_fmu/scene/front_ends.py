@@ -1,6 +1,7 @@
 """Tables of a scene file that are not sections of a scene: the layers above resolve them before a scene is validated.
 
-`gallop_fmu` names the function for ``[line]`` when it is imported, so that a scene needs no import of the line.
+`gallop_fmu` names the function for ``[line]`` when it is imported, so that a scene needs no import
+of the line.
 """
 
 from __future__ import annotations

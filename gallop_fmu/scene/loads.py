@@ -17,10 +17,18 @@ class Load(Section):
     force: Annotated[tuple[Number, Number, Number], Field(strict=False)] = quantity(
         ..., "N", "force along x1 (span), x2 (up) and x3 (downwind) at each point"
     )
-    torque: Number = quantity(0.0, "N m", "torque about x1 at each point, positive in the sense of the twist")
-    position: Number | None = quantity(None, "1", "loaded point as a fraction of the conductor's length", ge=0, le=1)
+    torque: Number = quantity(
+        0.0, "N m", "torque about x1 at each point, positive in the sense of the twist"
+    )
+    position: Number | None = quantity(
+        None, "1", "loaded point as a fraction of the conductor's length", ge=0, le=1
+    )
     evenly_spaced: WholeNumber | None = quantity(
-        None, "1", "number n of loaded points, at k/(n+1) of the conductor's length, k = 1..n", ge=1, le=10000
+        None,
+        "1",
+        "number n of loaded points, at k/(n+1) of the conductor's length, k = 1..n",
+        ge=1,
+        le=10000,
     )
     law: Law = quantity(Constant(value=1.0), "1", "amplitude factor in time")
 

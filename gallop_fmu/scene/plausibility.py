@@ -1,7 +1,7 @@
 """Usual and possible values of an overhead line, and the unit that a value outside them may have been given in.
 
-One table for all: a value that no line has is refused, an unusual one is warned of, and where the value would be usual
-in another unit, the message asks for it.
+One table for all: a value that no line has is refused, an unusual one is warned of, and where the
+value would be usual in another unit, the message asks for it.
 """
 
 from __future__ import annotations
@@ -61,7 +61,9 @@ PLAUSIBLE: dict[str, Plausible] = {
     "wind.speed": Plausible((0.0, 40.0), units=SPEED),
     "supports.*.adjacent_span": SPAN._replace(possible=(-math.inf, math.inf)),
     "supports.*.insulator_length": Plausible((0.2, 10.0), units=SMALL_LENGTH),
-    "supports.*.stiffness_x?": Plausible((1.0, 1e12), units={"kN/m": (1e3, 0.0), "MN/m": (1e6, 0.0)}),
+    "supports.*.stiffness_x?": Plausible(
+        (1.0, 1e12), units={"kN/m": (1e3, 0.0), "MN/m": (1e6, 0.0)}
+    ),
     "damping.translation.*_ratio": Plausible((1e-6, 0.2), units={"%": (1e-2, 0.0)}),
     "damping.twist.*_ratio": Plausible((1e-6, 0.5), units={"%": (1e-2, 0.0)}),
 }
@@ -70,7 +72,9 @@ PLAUSIBLE: dict[str, Plausible] = {
 
 def plausible(path: str) -> Plausible | None:
     """Row of the table for a dotted path, if there is one."""
-    return next((row for pattern, row in PLAUSIBLE.items() if fnmatch.fnmatchcase(path, pattern)), None)
+    return next(
+        (row for pattern, row in PLAUSIBLE.items() if fnmatch.fnmatchcase(path, pattern)), None
+    )
 
 
 def question(path: str, value: float, unit: str) -> str:
@@ -81,7 +85,10 @@ def question(path: str, value: float, unit: str) -> str:
     for name, (factor, offset) in row.units.items():
         there = factor * value + offset
         if row.usual[0] <= there <= row.usual[1]:
-            return f"is it {name if name.startswith('a ') else f'in {name}'} (then {there:.4g} {unit})?"
+            return (
+                f"is it {name if name.startswith('a ') else f'in {name}'} (then {there:.4g}"
+                f" {unit})?"
+            )
     return ""
 
 
@@ -99,8 +106,8 @@ def check_possible(numbers: Mapping[str, tuple[float, str]]) -> None:
         A line for each such value.
     """
     problems = [
-        f"{path} = {value:g} {unit}: no line has less than {row.possible[0]:g} or more than {row.possible[1]:g} "
-        f"{unit}; {question(path, value, unit) or 'check the unit'}"
+        f"{path} = {value:g} {unit}: no line has less than {row.possible[0]:g} or more than"
+        f" {row.possible[1]:g} {unit}; {question(path, value, unit) or 'check the unit'}"
         for path, value, unit, row in _rows(numbers)
         if not row.possible[0] <= value <= row.possible[1]
     ]
@@ -111,8 +118,8 @@ def check_possible(numbers: Mapping[str, tuple[float, str]]) -> None:
 def unusual(numbers: Mapping[str, tuple[float, str]]) -> list[str]:
     """Sentences on values that are unusual for a line; `numbers` as in `check_possible`."""
     return [
-        f"{path} = {value:g} {unit} is outside the usual {row.usual[0]:g} to {row.usual[1]:g} {unit}; "
-        f"{question(path, value, unit) or 'check the unit'}"
+        f"{path} = {value:g} {unit} is outside the usual {row.usual[0]:g} to {row.usual[1]:g}"
+        f" {unit}; {question(path, value, unit) or 'check the unit'}"
         for path, value, unit, row in _rows(numbers)
         if not row.usual[0] <= value <= row.usual[1]
     ]

@@ -1,9 +1,10 @@
 """Sag and tension of a strung conductor at another temperature or with another load: the change of state.
 
-The conductor keeps its unstretched length but for thermal expansion, here on the elastic catenary; its textbook form on
-the parabola is the cubic H^2 (H - H0 + EA w0^2 L^2/(24 H0^2) + EA a dT) = EA w^2 L^2/24. In a section of several spans
-with upright insulators the horizontal tension is the same in all and follows that of the `ruling_span`. Creep, and the
-slackening of the aluminium of a hot ACSR, are left out.
+The conductor keeps its unstretched length but for thermal expansion, here on the elastic catenary;
+its textbook form on the parabola is the cubic H^2 (H - H0 + EA w0^2 L^2/(24 H0^2) + EA a dT) = EA
+w^2 L^2/24. In a section of several spans with upright insulators the horizontal tension is the same
+in all and follows that of the `ruling_span`. Creep, and the slackening of the aluminium of a hot
+ACSR, are left out.
 """
 
 from __future__ import annotations
@@ -26,7 +27,11 @@ def ruling_span(spans: Sequence[float]) -> float:
 
 
 def unstretched_length(
-    span: float, weight: float, tension: float, axial_stiffness: float, height_difference: float = 0.0
+    span: float,
+    weight: float,
+    tension: float,
+    axial_stiffness: float,
+    height_difference: float = 0.0,
 ) -> float:
     """Length [m] that a hanging conductor would have without tension.
 
@@ -53,11 +58,15 @@ def unstretched_length(
     ends = middle - half, middle + half
     length = c * (math.sinh(ends[1]) - math.sinh(ends[0]))
     # T = H cosh(x/c) and ds = cosh(x/c) dx
-    integral = 0.5 * tension * (span + 0.5 * c * (math.sinh(2.0 * ends[1]) - math.sinh(2.0 * ends[0])))
+    integral = (
+        0.5 * tension * (span + 0.5 * c * (math.sinh(2.0 * ends[1]) - math.sinh(2.0 * ends[0])))
+    )
     return length - integral / axial_stiffness
 
 
-def check_tension(name: str, tension: float, weight: float, span: float, question: str = "is it in kN?") -> None:
+def check_tension(
+    name: str, tension: float, weight: float, span: float, question: str = "is it in kN?"
+) -> None:
     """Refuse a tension under which no line hangs, before a catenary is computed from it.
 
     Parameters
@@ -83,7 +92,9 @@ def check_tension(name: str, tension: float, weight: float, span: float, questio
         return
     parts = {1e-3: "a thousandth", 1e-2: "a hundredth", LEAST_TENSION: "a tenth"}
     part = next(text for part, text in parts.items() if tension < part * total)
-    raise SceneError(f"{name} is less than {part} of the weight of the span ({total:.4g} N); {question}")
+    raise SceneError(
+        f"{name} is less than {part} of the weight of the span ({total:.4g} N); {question}"
+    )
 
 
 def changed_tension(
@@ -99,8 +110,9 @@ def changed_tension(
 ) -> float:
     """Horizontal tension [N] after a change of temperature or load.
 
-    The weight counts per length of the hanging, stretched cable in both states. A cable whose mass stays with its rest
-    length has a tension that differs by up to 0.13 % (200 drawn level spans of 60 to 600 m).
+    The weight counts per length of the hanging, stretched cable in both states. A cable whose mass
+    stays with its rest length has a tension that differs by up to 0.13 % (200 drawn level spans of
+    60 to 600 m).
 
     Parameters
     ----------
@@ -118,30 +130,37 @@ def changed_tension(
     Raises
     ------
     SceneError
-        If the tension is far too small for the span, or no tension fits, which a strong cooling or wrong units can
-        cause.
+        If the tension is far too small for the span, or no tension fits, which a strong cooling or
+        wrong units can cause.
     """
     from scipy.optimize import brentq  # slow to import
 
     if not (math.isfinite(temperature_change) and math.isfinite(expansion)):
-        raise SceneError(f"temperature_change = {temperature_change} K, expansion = {expansion} 1/K: must be finite")
+        raise SceneError(
+            f"temperature_change = {temperature_change} K, expansion = {expansion} 1/K: must be"
+            " finite"
+        )
     check_tension(f"tension = {tension:g} N", tension, weight, span)
     if not tension < LARGEST_STRAIN * axial_stiffness:
         raise SceneError(
-            f"tension = {tension:g} N is more than {LARGEST_STRAIN:.0%} of axial_stiffness = {axial_stiffness:g} N, "
-            "which no conductor bears; check the units (both in N)"
+            f"tension = {tension:g} N is more than {LARGEST_STRAIN:.0%} of axial_stiffness ="
+            f" {axial_stiffness:g} N, which no conductor bears; check the units (both in N)"
         )
     before = unstretched_length(span, weight, tension, axial_stiffness, height_difference)
     wanted = before * math.exp(expansion * temperature_change)
 
     def excess(guess: float) -> float:
-        return unstretched_length(span, new_weight, guess, axial_stiffness, height_difference) - wanted
+        return (
+            unstretched_length(span, new_weight, guess, axial_stiffness, height_difference) - wanted
+        )
 
-    # slacker than any line, where the sag is a thousand times the span; tighter than the conductor bears
+    # slacker than any line, where the sag is a thousand times the span; tighter than the conductor
+    # bears
     low, high = 0.5 * LEAST_TENSION * new_weight * span, LARGEST_STRAIN * axial_stiffness
     if not excess(low) > 0.0 > excess(high):
         raise SceneError(
-            f"no tension fits a temperature change of {temperature_change} K and a weight of {new_weight:.6g} N/m: the "
-            f"unstretched length would be {wanted:.6g} m in a span of {span} m; check the units"
+            f"no tension fits a temperature change of {temperature_change} K and a weight of"
+            f" {new_weight:.6g} N/m: the unstretched length would be {wanted:.6g} m in a span of"
+            f" {span} m; check the units"
         )
     return float(brentq(excess, low, high, rtol=1e-14))

@@ -1,7 +1,8 @@
 """The validated description of one iced span of an overhead line.
 
-Nothing is computed here beyond checks: the kernel does the mechanics. Lengths in m, forces in N, times in s; angles in
-degrees where the name ends in ``_deg``. Axes: x1 along the span, x2 up, x3 across it in the direction of the wind.
+Nothing is computed here beyond checks: the kernel does the mechanics. Lengths in m, forces in N,
+times in s; angles in degrees where the name ends in ``_deg``. Axes: x1 along the span, x2 up, x3
+across it in the direction of the wind.
 """
 
 from __future__ import annotations
@@ -52,17 +53,25 @@ class Span(Section):
 
     length: Number = quantity(..., "m", "horizontal distance between the supports", gt=0, le=10000)
     height_difference: Number = quantity(0.0, "m", "height of the right support above the left")
-    sag: Number | None = quantity(None, "m", "sag at mid-span, measured vertically from the chord", gt=0)
-    horizontal_tension: Number | None = quantity(None, "N", "horizontal tension of the initial state", gt=0)
+    sag: Number | None = quantity(
+        None, "m", "sag at mid-span, measured vertically from the chord", gt=0
+    )
+    horizontal_tension: Number | None = quantity(
+        None, "N", "horizontal tension of the initial state", gt=0
+    )
     gravity: Number = quantity(9.81, "m/s2", "acceleration of gravity", gt=0, le=100)
 
     @model_validator(mode="after")
     def _determined(self) -> Span:
         if self.sag is None and self.horizontal_tension is None:
-            raise SceneError("give sag [m] or horizontal_tension [N]; without either the initial state is unknown")
+            raise SceneError(
+                "give sag [m] or horizontal_tension [N]; without either the initial state is"
+                " unknown"
+            )
         if abs(self.height_difference) >= self.length:
             raise SceneError(
-                f"height_difference = {self.height_difference} must be less than length = {self.length} m either way"
+                f"height_difference = {self.height_difference} must be less than length ="
+                f" {self.length} m either way"
             )
         return self
 
@@ -77,13 +86,21 @@ class Span(Section):
 class Conductor(Section):
     """The conductor, without ice unless the scene's sources say that a value includes it."""
 
-    diameter: Number = quantity(..., "m", "diameter of the bare conductor, reference of the coefficients", gt=0, le=1)
-    mass_per_length: Number = quantity(..., "kg/m", "mass per unit length of the hanging conductor", gt=0)
+    diameter: Number = quantity(
+        ..., "m", "diameter of the bare conductor, reference of the coefficients", gt=0, le=1
+    )
+    mass_per_length: Number = quantity(
+        ..., "kg/m", "mass per unit length of the hanging conductor", gt=0
+    )
     axial_stiffness: Number = quantity(..., "N", "axial stiffness EA", gt=0)
     torsional_stiffness: Number = quantity(..., "N m2/rad", "torsional stiffness GJ", gt=0)
-    torsional_inertia: Number = quantity(..., "kg m", "mass moment of inertia per unit length about x1", gt=0)
+    torsional_inertia: Number = quantity(
+        ..., "kg m", "mass moment of inertia per unit length about x1", gt=0
+    )
     slack: Literal["error", "tension_only"] = setting(
-        "error", "where tension would fall below zero: the run ends, or the conductor moves on without tension there"
+        "error",
+        "where tension would fall below zero: the run ends, or the conductor moves on without"
+        " tension there",
     )
 
 
@@ -91,16 +108,27 @@ class Ice(Section):
     """Ice on the conductor: what it adds to the section, and how it is turned."""
 
     mass_per_length: Number = quantity(0.0, "kg/m", "mass of ice per unit length", ge=0)
-    torsional_inertia: Number = quantity(0.0, "kg m", "moment of inertia of ice per unit length about x1", ge=0)
-    first_moment_x2: Number = quantity(0.0, "kg", "first moment, integral of rho x2 dA (S_x3 of Liu et al. 2009)")
-    first_moment_x3: Number = quantity(0.0, "kg", "first moment, integral of rho x3 dA (S_x2 of Liu et al. 2009)")
+    torsional_inertia: Number = quantity(
+        0.0, "kg m", "moment of inertia of ice per unit length about x1", ge=0
+    )
+    first_moment_x2: Number = quantity(
+        0.0, "kg", "first moment, integral of rho x2 dA (S_x3 of Liu et al. 2009)"
+    )
+    first_moment_x3: Number = quantity(
+        0.0, "kg", "first moment, integral of rho x3 dA (S_x2 of Liu et al. 2009)"
+    )
     attack_angle_deg: Number = quantity(
-        0.0, "deg", "initial attack angle of the wind on the ice; turns the first moments too", ge=-360, le=360
+        0.0,
+        "deg",
+        "initial attack angle of the wind on the ice; turns the first moments too",
+        ge=-360,
+        le=360,
     )
     first_moment_angle_deg: Number | None = quantity(
         None,
         "deg",
-        "attack angle at which the first moments are given (default: attack_angle_deg of the same file)",
+        "attack angle at which the first moments are given (default: attack_angle_deg of the same"
+        " file)",
         ge=-360,
         le=360,
     )
@@ -121,13 +149,17 @@ class Ice(Section):
         Returns
         -------
         tuple
-            Integrals of rho x2 dA and of rho x3 dA [kg], of the shape of `attack_angle`. An attack angle that is
-            larger by an angle turns the section by that angle, as a twist does.
+            Integrals of rho x2 dA and of rho x3 dA [kg], of the shape of `attack_angle`. An attack
+            angle that is larger by an angle turns the section by that angle, as a twist does.
         """
         given = np.radians(
-            self.attack_angle_deg if self.first_moment_angle_deg is None else self.first_moment_angle_deg
+            self.attack_angle_deg
+            if self.first_moment_angle_deg is None
+            else self.first_moment_angle_deg
         )
-        turn = (np.radians(self.attack_angle_deg) if attack_angle is None else np.asarray(attack_angle)) - given
+        turn = (
+            np.radians(self.attack_angle_deg) if attack_angle is None else np.asarray(attack_angle)
+        ) - given
         sine, cosine = np.sin(turn), np.cos(turn)
         return (
             self.first_moment_x2 * cosine - self.first_moment_x3 * sine,
@@ -155,18 +187,23 @@ class Wind(Section):
             return self
         if self.speed is not None:
             raise SceneError(
-                f"speed = {self.speed} m/s and history are both given; give one of them (None removes the other)"
+                f"speed = {self.speed} m/s and history are both given; give one of them (None"
+                " removes the other)"
             )
         for extreme in self.history.extremes:
             if not 0.0 <= extreme <= FASTEST_WIND:
-                raise SceneError(f"history reaches {extreme} m/s; the speed must stay within 0 to {FASTEST_WIND} m/s")
+                raise SceneError(
+                    f"history reaches {extreme} m/s; the speed must stay within 0 to"
+                    f" {FASTEST_WIND} m/s"
+                )
         return self
 
     @property
     def mean_speed(self) -> float:
         """The constant speed, or the `mean_value` of the history [m/s].
 
-        That is the final value of a ramp, the value around a pulse, the mean of a harmonic and of a table.
+        That is the final value of a ramp, the value around a pulse, the mean of a harmonic and of a
+        table.
         """
         return self.history.mean_value if self.history is not None else self.speed or 0.0
 
@@ -179,11 +216,19 @@ class Wind(Section):
 class Initial(Section):
     """Start of the motion: a small first-mode seed, and whether the wind is already in equilibrium."""
 
-    seed_vertical: Number = quantity(0.0, "m", "amplitude a of u2 = a cos(pi x1/L), x1 from mid-span")
-    seed_horizontal: Number = quantity(0.0, "m", "amplitude a of u3 = a cos(pi x1/L), x1 from mid-span")
-    seed_twist: Number = quantity(0.0, "rad", "amplitude a of the twist a cos(pi x1/L), x1 from mid-span")
+    seed_vertical: Number = quantity(
+        0.0, "m", "amplitude a of u2 = a cos(pi x1/L), x1 from mid-span"
+    )
+    seed_horizontal: Number = quantity(
+        0.0, "m", "amplitude a of u3 = a cos(pi x1/L), x1 from mid-span"
+    )
+    seed_twist: Number = quantity(
+        0.0, "rad", "amplitude a of the twist a cos(pi x1/L), x1 from mid-span"
+    )
     wind: Literal["at_once", "mean_wind_equilibrium"] = setting(
-        "at_once", "wind at the start: applied at once to the still conductor, or in static equilibrium with it"
+        "at_once",
+        "wind at the start: applied at once to the still conductor, or in static equilibrium"
+        " with it",
     )
 
 
@@ -192,28 +237,42 @@ class Numerics(Section):
 
     elements: WholeNumber = quantity(15, "1", "number of three-node elements", ge=2, le=5000)
     integrator: Literal["newmark", "gauss6", "generalised_alpha"] | None = setting(
-        None, "method, see gallop_fmu.foundation.integrators; not given: newmark, or gauss6 with a tolerance"
+        None,
+        "method, see gallop_fmu.foundation.integrators; not given: newmark, or gauss6 with a"
+        " tolerance",
     )
-    time_step: Number = quantity(0.01, "s", "time step; with a tolerance only the unit of run.record_every", gt=0, le=1)
+    time_step: Number = quantity(
+        0.01, "s", "time step; with a tolerance only the unit of run.record_every", gt=0, le=1
+    )
     tolerance: Number | None = quantity(
         None,
         "1",
-        "relative error of vertical and horizontal motion and of twist that chooses the steps, not time_step",
+        "relative error of vertical and horizontal motion and of twist that chooses the steps, not"
+        " time_step",
         ge=1e-8,
         le=0.1,
     )
     spectral_radius: Number | None = quantity(
         None,
         "1",
-        f"of generalised_alpha: factor a step on motion that no step resolves; else {SPECTRAL_RADIUS}",
+        "of generalised_alpha: factor a step on motion that no step resolves; else"
+        f" {SPECTRAL_RADIUS}",
         ge=0,
         le=1,
     )
     newton_tolerance: Number = quantity(
-        1e-9, "m", "change that ends Newton's iteration; a tolerance sets its own", ge=1e-14, le=1e-3
+        1e-9,
+        "m",
+        "change that ends Newton's iteration; a tolerance sets its own",
+        ge=1e-14,
+        le=1e-3,
     )
-    max_newton_iterations: WholeNumber = quantity(20, "1", "iterations before a step is halved", ge=2, le=200)
-    max_halvings: WholeNumber = quantity(8, "1", "times that a step may be halved before the run fails", ge=0, le=20)
+    max_newton_iterations: WholeNumber = quantity(
+        20, "1", "iterations before a step is halved", ge=2, le=200
+    )
+    max_halvings: WholeNumber = quantity(
+        8, "1", "times that a step may be halved before the run fails", ge=0, le=20
+    )
 
     @model_validator(mode="before")
     @classmethod
@@ -223,8 +282,8 @@ class Numerics(Section):
             return data
         if data["mesh"] != "whole_span":
             raise SceneError(
-                f"mesh = {data['mesh']!r}: only whole spans are computed, since half a span hides motion in 2, 4, ... "
-                "loops; remove mesh"
+                f"mesh = {data['mesh']!r}: only whole spans are computed, since half a span hides"
+                " motion in 2, 4, ... loops; remove mesh"
             )
         return {key: value for key, value in data.items() if key != "mesh"}
 
@@ -232,12 +291,13 @@ class Numerics(Section):
     def _fits_the_integrator(self) -> Numerics:
         if self.tolerance is not None and self.integrator not in (None, "gauss6"):
             raise SceneError(
-                f'tolerance = {self.tolerance}: integrator = "{self.integrator}" takes equal steps; choose "gauss6"'
+                f'tolerance = {self.tolerance}: integrator = "{self.integrator}" takes equal steps;'
+                ' choose "gauss6"'
             )
         if self.spectral_radius is not None and self.integrator != "generalised_alpha":
             raise SceneError(
-                f'spectral_radius = {self.spectral_radius}: only integrator = "generalised_alpha" has one; choose it, '
-                "or remove spectral_radius"
+                f'spectral_radius = {self.spectral_radius}: only integrator = "generalised_alpha"'
+                " has one; choose it, or remove spectral_radius"
             )
         return self
 
@@ -251,7 +311,9 @@ class Run(Section):
     """How long to simulate and what to keep."""
 
     stop_time: Number = quantity(60.0, "s", "simulated time", gt=0)
-    record_every: WholeNumber = quantity(1, "1", "time steps from one recorded state to the next", ge=1, le=1_000_000)
+    record_every: WholeNumber = quantity(
+        1, "1", "time steps from one recorded state to the next", ge=1, le=1_000_000
+    )
 
 
 class Scene(Section):
@@ -266,14 +328,18 @@ class Scene(Section):
     conductor: Conductor = setting(..., "conductor")
     ice: Ice = setting(Ice(), "ice")
     wind: Wind = setting(Wind(speed=0.0), "wind")
-    aerodynamics: Aerodynamics | None = setting(None, "coefficient curve; needed as soon as wind blows")
+    aerodynamics: Aerodynamics | None = setting(
+        None, "coefficient curve; needed as soon as wind blows"
+    )
     supports: Supports = setting(Supports(), "supports")
     damping: Damping = setting(Damping(), "structural damping")
     loads: Annotated[tuple[Load, ...], Field(strict=False)] = setting((), "concentrated loads")
     initial: Initial = setting(Initial(), "start of the motion")
     numerics: Numerics = setting(Numerics(), "discretisation and tolerances")
     run: Run = setting(Run(), "duration and recording")
-    sources: dict[Text, Text] = setting({}, "source of each value: dotted path, or the start of one, to text")
+    sources: dict[Text, Text] = setting(
+        {}, "source of each value: dotted path, or the start of one, to text"
+    )
 
     @field_validator("sources", mode="before")
     @classmethod
@@ -299,7 +365,8 @@ class Scene(Section):
         Parameters
         ----------
         data
-            The content of a scene file, with a table ``line`` or without (see `gallop_fmu.line.line_table.Line`).
+            The content of a scene file, with a table ``line`` or without (see
+            `gallop_fmu.line.line_table.Line`).
         folder
             Where relative names of CSV files start.
 
@@ -309,7 +376,9 @@ class Scene(Section):
             One line per problem.
         """
         try:
-            return cls.model_validate(resolved(data, Path(folder)), context={"folder": Path(folder)})
+            return cls.model_validate(
+                resolved(data, Path(folder)), context={"folder": Path(folder)}
+            )
         except ValidationError as error:
             raise SceneError(explain(error, cls)) from None
         except RecursionError:
@@ -329,8 +398,9 @@ class Scene(Section):
         Parameters
         ----------
         values
-            Dotted path to new value, such as ``{"wind.speed": 6.0}``; a whole section as nested data or as a section;
-            None removes what is optional. A changed value loses its source, if it had one, to "set by the user".
+            Dotted path to new value, such as ``{"wind.speed": 6.0}``; a whole section as nested
+            data or as a section; None removes what is optional. A changed value loses its source,
+            if it had one, to "set by the user".
 
         Raises
         ------
@@ -340,10 +410,13 @@ class Scene(Section):
         resolved = [key for key in values if key.startswith("line.")]
         if resolved:
             raise SceneError(
-                f"{resolved[0]}: a scene holds plain numbers, its line is resolved already; change the scene file, or "
-                "vary this value with sweep, or with --set on the command line"
+                f"{resolved[0]}: a scene holds plain numbers, its line is resolved already; change"
+                " the scene file, or vary this value with sweep, or with --set on the command line"
             )
-        if {"ice.first_moment_x2", "ice.first_moment_x3"} & values.keys():  # given at the angle that the copy has
+        if {
+            "ice.first_moment_x2",
+            "ice.first_moment_x3",
+        } & values.keys():  # given at the angle that the copy has
             values = {"ice.first_moment_angle_deg": None, **values}
         data = self.model_dump(mode="json", exclude_none=True)
         try:
@@ -362,7 +435,9 @@ class Scene(Section):
     @property
     def warnings(self) -> tuple[str, ...]:
         """Sentences on values that are unusual for a line, or that contradict each other; empty if there are none."""
-        unusual_values = unusual({path: (value, unit) for path, (value, unit, _) in self.numbers().items()})
+        unusual_values = unusual(
+            {path: (value, unit) for path, (value, unit, _) in self.numbers().items()}
+        )
         doubts = [] if self.aerodynamics is None else self.aerodynamics.warnings()
         return (*self.notes, *unusual_values, *_doubts_of_sag(self), *doubts, *_doubts_of_ice(self))
 
@@ -400,14 +475,16 @@ def _check_size_of_sag_and_tension(scene: Scene) -> None:
         check_tension(given, span.horizontal_tension, weight, span.length)
     if span.sag is not None and span.sag > DEEPEST_SAG * span.length:
         raise SceneError(
-            f"span.sag = {span.sag:g} m is more than {DEEPEST_SAG:g} times span.length = {span.length:g} m; is it in "
-            "cm or mm?"
+            f"span.sag = {span.sag:g} m is more than {DEEPEST_SAG:g} times span.length ="
+            f" {span.length:g} m; is it in cm or mm?"
         )
 
 
 def _doubts_of_sag(scene: Scene) -> list[str]:
     span, found = scene.span, []
-    weight = (scene.conductor.mass_per_length + scene.ice.mass_per_length) * span.gravity * span.length
+    weight = (
+        (scene.conductor.mass_per_length + scene.ice.mass_per_length) * span.gravity * span.length
+    )
     if span.sag is not None and not SHALLOWEST_SAG < span.sag / span.length < DEEP_SAG:
         found.append(
             f"span.sag = {span.sag:g} m is {span.sag / span.length:.3g} of span.length; usual are "
@@ -415,30 +492,39 @@ def _doubts_of_sag(scene: Scene) -> list[str]:
         )
     elif span.horizontal_tension is not None and 8.0 * DEEP_SAG * span.horizontal_tension < weight:
         found.append(
-            f"span.horizontal_tension = {span.horizontal_tension:g} N is small for a weight of the span of "
-            f"{weight:.4g} N: the sag is more than {DEEP_SAG:g} of span.length; check the units"
+            f"span.horizontal_tension = {span.horizontal_tension:g} N is small for a weight of the"
+            f" span of {weight:.4g} N: the sag is more than {DEEP_SAG:g} of span.length; check the"
+            " units"
         )
     if (span.horizontal_tension or 0.0) > LARGEST_STRAIN * scene.conductor.axial_stiffness:
         found.append(
-            f"span.horizontal_tension = {span.horizontal_tension:g} N is more than {LARGEST_STRAIN:.0%} of "
-            f"conductor.axial_stiffness = {scene.conductor.axial_stiffness:g} N, which no conductor bears; check the "
-            "units (both in N)"
+            f"span.horizontal_tension = {span.horizontal_tension:g} N is more than"
+            f" {LARGEST_STRAIN:.0%} of conductor.axial_stiffness ="
+            f" {scene.conductor.axial_stiffness:g} N, which no conductor bears; check the units"
+            " (both in N)"
         )
     return found
 
 
 def _doubts_of_ice(scene: Scene) -> list[str]:
     """A section whose ice is round has no lift."""
-    if scene.aerodynamics is None or scene.ice.first_moment_x2 != 0.0 or scene.ice.first_moment_x3 != 0.0:
+    if (
+        scene.aerodynamics is None
+        or scene.ice.first_moment_x2 != 0.0
+        or scene.ice.first_moment_x3 != 0.0
+    ):
         return []
     curve = scene.aerodynamics.curve()
-    lift = float(abs(curve.lift(np.linspace(curve.breakpoint[0], curve.breakpoint[-1], LIFT_POINTS))).max())
+    lift = float(
+        abs(curve.lift(np.linspace(curve.breakpoint[0], curve.breakpoint[-1], LIFT_POINTS))).max()
+    )
     if lift < LEAST_LIFT:
         return []
     return [
-        "the first moments of the ice are 0, as of round ice or none, but the coefficient curve has lift up to "
-        f"{lift:.3g}, which a round section has not; give the ice the shape of the curve ([line] ice_shape and "
-        "ice_thickness, or [ice] first moments), or the curve of a round section"
+        "the first moments of the ice are 0, as of round ice or none, but the coefficient curve"
+        f" has lift up to {lift:.3g}, which a round section has not; give the ice the shape of the"
+        " curve ([line] ice_shape and ice_thickness, or [ice] first moments), or the curve of a"
+        " round section"
     ]
 
 
@@ -451,9 +537,10 @@ def _check_sag_against_tension(scene: Scene) -> None:
     parabola = mass * span.gravity * span.length**2 / (8.0 * span.horizontal_tension) * slope
     if abs(span.sag - parabola) > SAG_TENSION_AGREEMENT * parabola:
         raise SceneError(
-            f"span.sag = {span.sag} m and span.horizontal_tension = {span.horizontal_tension} N contradict each other: "
-            f"m g L^2/(8 H) gives a sag of {parabola:.4g} m, and at most {SAG_TENSION_AGREEMENT:.0%} difference is "
-            "accepted; correct one, or give only one and let the other follow"
+            f"span.sag = {span.sag} m and span.horizontal_tension = {span.horizontal_tension} N"
+            f" contradict each other: m g L^2/(8 H) gives a sag of {parabola:.4g} m, and at most"
+            f" {SAG_TENSION_AGREEMENT:.0%} difference is accepted; correct one, or give only one"
+            " and let the other follow"
         )
 
 
@@ -464,9 +551,10 @@ def _check_mass_matrix(scene: Scene) -> None:
     moments = ice.first_moment_x2**2 + ice.first_moment_x3**2
     if not inertia * mass > moments:
         raise SceneError(
-            f"ice.first_moment_x2 = {ice.first_moment_x2} and ice.first_moment_x3 = {ice.first_moment_x3} kg are too "
-            f"large: the sum of their squares, {moments:.4g}, must be less than inertia times mass, "
-            f"{inertia * mass:.4g} kg2 (else the mass matrix is not positive definite); check the units"
+            f"ice.first_moment_x2 = {ice.first_moment_x2} and ice.first_moment_x3 ="
+            f" {ice.first_moment_x3} kg are too large: the sum of their squares, {moments:.4g},"
+            f" must be less than inertia times mass, {inertia * mass:.4g} kg2 (else the mass matrix"
+            " is not positive definite); check the units"
         )
 
 
@@ -475,11 +563,14 @@ def _check_aerodynamics(scene: Scene) -> None:
         return
     curve, angle = scene.aerodynamics, scene.ice.attack_angle_deg
     if curve is None:
-        raise SceneError("wind is given but aerodynamics is not: a coefficient curve is needed to turn wind into force")
+        raise SceneError(
+            "wind is given but aerodynamics is not: a coefficient curve is needed to turn wind into"
+            " force"
+        )
     first, last = curve.range_deg
     reduced = angle - 360.0 * round((angle - 0.5 * (first + last)) / 360.0)
     if curve.beyond == "error" and not first <= reduced <= last:
         raise SceneError(
-            f"ice.attack_angle_deg = {angle} lies outside the coefficient curve, which is valid from {first} to {last} "
-            "deg; choose an angle inside, or set aerodynamics.outside"
+            f"ice.attack_angle_deg = {angle} lies outside the coefficient curve, which is valid"
+            f" from {first} to {last} deg; choose an angle inside, or set aerodynamics.outside"
         )

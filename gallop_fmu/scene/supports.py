@@ -1,6 +1,7 @@
 """What holds the ends of the conductor.
 
-The kernel turns these numbers into stiffnesses; the formulas are stated here so that a reader sees what they mean.
+The kernel turns these numbers into stiffnesses; the formulas are stated here so that a reader sees
+what they mean.
 """
 
 from __future__ import annotations
@@ -13,8 +14,8 @@ from gallop_fmu.scene.fields import Number, Section, quantity, setting
 from gallop_fmu.scene.time_functions import Law
 
 ONE_SPAN_ONLY = (
-    "the whole pull of this span on its end; the adjacent span balances most of it, so it is not the load on the "
-    "suspension tower"
+    "the whole pull of this span on its end; the adjacent span balances most of it, so it is not"
+    " the load on the suspension tower"
 )
 """Remark on the force on an end that is held by an insulator and an adjacent span."""
 
@@ -52,12 +53,14 @@ class AdjacentSpanSupport(Section):
     - K_l1 = (py L + W/2) / Ll, the insulator as a pendulum,
     - K_x1 = K_ST + K_l1 along the span and K_x3 = K_l1 + 2 H / Lx across it,
 
-    with Lx `adjacent_span`, H `adjacent_tension`, Ll `insulator_length`, W `insulator_weight`, L the length of the
-    analysed span, AE its axial stiffness and py its weight per unit length with ice.
+    with Lx `adjacent_span`, H `adjacent_tension`, Ll `insulator_length`, W `insulator_weight`, L
+    the length of the analysed span, AE its axial stiffness and py its weight per unit length with
+    ice.
 
-    The force that results and the FMU give for this end is the whole pull of the analysed span. A suspension tower
-    carries the insulator's force only: K_l1 times the displacement of the conductor's end along and across the span,
-    and downwards the vertical forces of both spans (twice this one if they are alike) and the insulator's weight.
+    The force that results and the FMU give for this end is the whole pull of the analysed span. A
+    suspension tower carries the insulator's force only: K_l1 times the displacement of the
+    conductor's end along and across the span, and downwards the vertical forces of both spans
+    (twice this one if they are alike) and the insulator's weight.
     """
 
     kind: Literal["adjacent_span"] = setting("adjacent_span", "kind of support")

@@ -23,7 +23,8 @@ Values = NDArray[np.float64]
 def smooth_step(time: ArrayLike, start: float, duration: float) -> Values:
     """Rise from 0 to 1 over [start, start + duration] as s(x) = x^3 (10 - 15 x + 6 x^2); a jump where duration is 0.
 
-    First and second derivatives vanish at both ends, so a motion that follows it has continuous acceleration.
+    First and second derivatives vanish at both ends, so a motion that follows it has continuous
+    acceleration.
     """
     since = np.asarray(time, dtype=np.float64) - start
     if duration == 0.0:
@@ -64,7 +65,9 @@ class Ramp(Section):
 
     def at(self, time: ArrayLike) -> Values:
         """Value at each time [s]."""
-        return self.initial + (self.final - self.initial) * smooth_step(time, self.start, self.duration)
+        return self.initial + (self.final - self.initial) * smooth_step(
+            time, self.start, self.duration
+        )
 
     @property
     def mean_value(self) -> float:
@@ -85,21 +88,26 @@ class Pulse(Section):
     peak: Number = quantity(..., DRIVEN, "value between rise and fall")
     start: Number = quantity(0.0, "s", "time at which the rise begins")
     rise: Number = quantity(..., "s", "duration of the rise; 0 is a jump", ge=0)
-    fall_start: Number = quantity(..., "s", "time at which the fall begins, not before the rise has ended")
+    fall_start: Number = quantity(
+        ..., "s", "time at which the fall begins, not before the rise has ended"
+    )
     fall: Number = quantity(..., "s", "duration of the fall; 0 is a jump", ge=0)
 
     @model_validator(mode="after")
     def _rise_ends_before_fall(self) -> Pulse:
         if self.fall_start < self.start + self.rise:
             raise SceneError(
-                f"fall_start = {self.fall_start} s lies before the end of the rise at {self.start + self.rise} s; "
-                "it must be at least start + rise"
+                f"fall_start = {self.fall_start} s lies before the end of the rise at"
+                f" {self.start + self.rise} s; it must be at least start + rise"
             )
         return self
 
     def at(self, time: ArrayLike) -> Values:
         """Value at each time [s]."""
-        up, down = smooth_step(time, self.start, self.rise), smooth_step(time, self.fall_start, self.fall)
+        up, down = (
+            smooth_step(time, self.start, self.rise),
+            smooth_step(time, self.fall_start, self.fall),
+        )
         return self.initial + (self.peak - self.initial) * (up - down)
 
     @property
@@ -143,18 +151,24 @@ class Harmonic(Section):
 class TimeTable(Section):
     """Values at given times, linear between them, held before the first and after the last.
 
-    Given as two arrays, or as a CSV file with header ``time,value``, which is read into the arrays on loading. Two
-    values at one time are a jump there.
-    A hole in a measurement would silently be bridged by a straight line, so a spacing above `max_gap` is refused.
+    Given as two arrays, or as a CSV file with header ``time,value``, which is read into the arrays
+    on loading. Two values at one time are a jump there. A hole in a measurement would silently be
+    bridged by a straight line, so a spacing above `max_gap` is refused.
     """
 
     kind: Literal["table"] = setting("table", "kind of law")
-    file: Text | None = setting(None, "CSV file with header time,value; read into the arrays on loading, then empty")
+    file: Text | None = setting(
+        None, "CSV file with header time,value; read into the arrays on loading, then empty"
+    )
     time: Annotated[tuple[Number, ...], Field(strict=False)] = quantity(
         ..., "s", "times, increasing; the same time twice is a jump"
     )
-    value: Annotated[tuple[Number, ...], Field(strict=False)] = quantity(..., DRIVEN, "value at each time")
-    max_gap: Number | None = quantity(None, "s", "longest spacing accepted; ten times the median if not given", gt=0)
+    value: Annotated[tuple[Number, ...], Field(strict=False)] = quantity(
+        ..., DRIVEN, "value at each time"
+    )
+    max_gap: Number | None = quantity(
+        None, "s", "longest spacing accepted; ten times the median if not given", gt=0
+    )
 
     @model_validator(mode="before")
     @classmethod
@@ -211,8 +225,9 @@ def _check_gaps(table: Table, max_gap: float | None, where: str) -> None:
     if spacing[longest] > allowed:
         before, after = table.columns["time"][longest : longest + 2]
         raise SceneError(
-            f"{where}gap of {after - before:g} s in time before row {table.rows[longest + 1]} (from {before:g} to "
-            f"{after:g} s); at most {allowed:g} s are bridged: fill it, or raise max_gap if a straight line is meant"
+            f"{where}gap of {after - before:g} s in time before row {table.rows[longest + 1]} (from"
+            f" {before:g} to {after:g} s); at most {allowed:g} s are bridged: fill it, or raise"
+            " max_gap if a straight line is meant"
         )
 
 

@@ -36,15 +36,25 @@ def _line(problem: ErrorDetails, root: type[Section]) -> str:
     if kind == "value_error":
         return f"{path}: {problem['ctx']['error']}" if path else str(problem["ctx"]["error"])
     if kind == "union_tag_invalid":
-        return f"{path}.kind = {problem['ctx']['tag']!r}: must be one of {problem['ctx']['expected_tags']}"
+        return (
+            f"{path}.kind = {problem['ctx']['tag']!r}: must be one of"
+            f" {problem['ctx']['expected_tags']}"
+        )
     if kind == "union_tag_not_found":
-        kinds = [found.model_fields["kind"].default for found in section_classes(field.annotation if field else None)]
+        kinds = [
+            found.model_fields["kind"].default
+            for found in section_classes(field.annotation if field else None)
+        ]
         return f"{path}.kind: missing; must be one of {', '.join(map(repr, kinds))}"
     meaning = f"; {field.description}" if field and field.description else ""
     allowed = _allowed(problem, field)
     if kind == "missing":
         return f"{path}: missing, {allowed}{meaning}"
-    asked = question(path, problem["input"], unit_of_field(field)) if field and kind in OUT_OF_BOUNDS else ""
+    asked = (
+        question(path, problem["input"], unit_of_field(field))
+        if field and kind in OUT_OF_BOUNDS
+        else ""
+    )
     return f"{path} = {given}: {allowed}{meaning}{f'; {asked}' if asked else ''}"
 
 
@@ -52,7 +62,11 @@ def _locate(loc: tuple[int | str, ...], root: type[Section]) -> tuple[str, Field
     """Dotted path and field of a pydantic location, which also holds the kind chosen in each union."""
     classes, field, path = [root], None, []
     for part in loc:
-        chosen = [found for found in classes if len(classes) > 1 and found.model_fields["kind"].default == part]
+        chosen = [
+            found
+            for found in classes
+            if len(classes) > 1 and found.model_fields["kind"].default == part
+        ]
         if chosen:
             classes = chosen
             continue
@@ -79,9 +93,16 @@ def _allowed(problem: ErrorDetails, field: FieldInfo | None) -> str:
         if hasattr(rule, name)
     ]
     whole = int in (field.annotation, *get_args(field.annotation))
-    noun = [] if bounds and kind.startswith(("greater", "less")) else ["a whole number" if whole else "a finite number"]
+    noun = (
+        []
+        if bounds and kind.startswith(("greater", "less"))
+        else ["a whole number" if whole else "a finite number"]
+    )
     remedy = number_remedy(problem["input"]) if isinstance(problem["input"], str) else ""
-    return f"must be {' '.join([*noun, ' and '.join(bounds)]).rstrip()} [{unit}]{f' ({remedy})' if remedy else ''}"
+    return (
+        f"must be {' '.join([*noun, ' and '.join(bounds)]).rstrip()}"
+        f" [{unit}]{f' ({remedy})' if remedy else ''}"
+    )
 
 
 def _short(value: Any) -> str:

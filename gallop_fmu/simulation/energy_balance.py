@@ -1,14 +1,16 @@
 """Where the energy of a span comes from and where it goes: work of wind, loads and towers, damping, what is stored.
 
-An average-acceleration step (Newmark, beta 1/4, gamma 1/2) moves each unknown by the mean of its velocities. So the
-mean of two inertia forces times the displacement between them is exactly the change of kinetic energy, and work is
-summed as ``(F_n + F_n+1) / 2 . (u_n+1 - u_n)``. What the balance then leaves is the error of the step in the elastic
-forces and in the rotation of the eccentric ice, and whatever lies between records.
+An average-acceleration step (Newmark, beta 1/4, gamma 1/2) moves each unknown by the mean of its
+velocities. So the mean of two inertia forces times the displacement between them is exactly the
+change of kinetic energy, and work is summed as ``(F_n + F_n+1) / 2 . (u_n+1 - u_n)``. What the
+balance then leaves is the error of the step in the elastic forces and in the rotation of the
+eccentric ice, and whatever lies between records.
 
-That error is of second order in the step only for motion that the steps resolve. A start out of equilibrium, such as a
-seed of 0.1 m with the wind on the span at once, releases axial waves with periods of a few hundredths of a second. With
-steps of 0.01 s they leave an imbalance of some per cent of the turnover, which shorter steps may first increase. Start
-in equilibrium, or damp the waves, where the balance is to be small.
+That error is of second order in the step only for motion that the steps resolve. A start out of
+equilibrium, such as a seed of 0.1 m with the wind on the span at once, releases axial waves with
+periods of a few hundredths of a second. With steps of 0.01 s they leave an imbalance of some per
+cent of the turnover, which shorter steps may first increase. Start in equilibrium, or damp the
+waves, where the balance is to be small.
 """
 
 from __future__ import annotations
@@ -45,15 +47,16 @@ class EnergyBalance:
     time
         Times [s] of the records.
     kinetic, potential
-        Stored energy [J], as the channels of the same names. Where towers move, the energy of position of the span as a
-        whole also contains the work of the static reactions R0 on them, R0 . u, which is left out here and in
-        `supports` alike.
+        Stored energy [J], as the channels of the same names. Where towers move, the energy of
+        position of the span as a whole also contains the work of the static reactions R0 on them,
+        R0 . u, which is left out here and in `supports` alike.
     wind, loads, supports
-        Work [J] done on the span since the first record by the wind, by the concentrated loads, and by moving towers,
-        of the latter without the work of the static reactions. Support springs belong to the span; their static
-        preload does no work.
+        Work [J] done on the span since the first record by the wind, by the concentrated loads, and
+        by moving towers, of the latter without the work of the static reactions. Support springs
+        belong to the span; their static preload does no work.
     turning
-        Work [J] of an attack angle that inputs change: it turns the ice, whose weight and inertia then differ.
+        Work [J] of an attack angle that inputs change: it turns the ice, whose weight and inertia
+        then differ.
     dissipated
         Energy [J] lost to structural damping since the first record.
     round_off
@@ -75,7 +78,9 @@ class EnergyBalance:
         """Energy gained since the first record that no work accounts for [J]."""
         stored = self.kinetic + self.potential
         return np.asarray(
-            stored - stored[0] - (self.wind + self.loads + self.supports + self.turning - self.dissipated)
+            stored
+            - stored[0]
+            - (self.wind + self.loads + self.supports + self.turning - self.dissipated)
         )
 
     @property
@@ -96,9 +101,9 @@ def energy_balance(result: Result) -> EnergyBalance:
     Parameters
     ----------
     result
-        From ``simulate(scene, record_nodes="all", record_every=1, channels=MOTION_CHANNELS)``; with longer intervals
-        between the records the sums of work are coarser.  A step that was halved hides the work within it: what is
-        damped there is missing.
+        From ``simulate(scene, record_nodes="all", record_every=1, channels=MOTION_CHANNELS)``; with
+        longer intervals between the records the sums of work are coarser.  A step that was halved
+        hides the work within it: what is damped there is missing.
 
     Raises
     ------
@@ -109,8 +114,10 @@ def energy_balance(result: Result) -> EnergyBalance:
     missing = [name for name in MOTION_CHANNELS if name not in data]
     if missing or data.sizes["node"] != 2 * result.scene.numerics.elements + 1:
         raise SceneError(
-            'an energy balance needs the motion of all nodes: simulate with record_nodes="all" and channels='
-            f"gallop_fmu.simulation.energy_balance.MOTION_CHANNELS ({', '.join(missing) or 'nodes'} not recorded)"
+            'an energy balance needs the motion of all nodes: simulate with record_nodes="all" and'
+            " channels="
+            f"gallop_fmu.simulation.energy_balance.MOTION_CHANNELS ({', '.join(missing) or 'nodes'}"
+            " not recorded)"
         )
     motion = np.stack([data[name].values for name in MOTION_CHANNELS], axis=-1)
     span = np.stack([data[name].values for name in SPAN_INDEX], axis=-1)
@@ -118,7 +125,11 @@ def energy_balance(result: Result) -> EnergyBalance:
 
 
 def account(
-    model: Model, time: Array, motion: Array, span: Array, inputs: Callable[[float], Inputs] | None = None
+    model: Model,
+    time: Array,
+    motion: Array,
+    span: Array,
+    inputs: Callable[[float], Inputs] | None = None,
 ) -> EnergyBalance:
     """Energy balance of recorded motion.
 
@@ -165,7 +176,9 @@ def account(
     )
 
 
-def _turning(model: Model, time: Array, u: Array, v: Array, inputs: Callable[[float], Inputs] | None) -> Array:
+def _turning(
+    model: Model, time: Array, u: Array, v: Array, inputs: Callable[[float], Inputs] | None
+) -> Array:
     """Work since the first record: what the stored energy gains as the ice turns and the motion stays."""
     work = np.zeros(len(time))
     attack = [inputs(float(t)).attack_angle for t in time] if inputs else []
@@ -184,7 +197,10 @@ def _stored(model: Model, u: Array, v: Array, attack: float) -> float:
     still, at = np.zeros_like(u), Inputs(0.0, 0.0, attack, np.zeros((2, 3)))
     held = model.residual(u, still, still, inputs=at)
     kinetic = 0.5 * np.vdot(v, model.residual(u, still, v, inputs=at) - held)
-    path = sum(w * model.residual(x * u, still, still, inputs=at) for x, w in zip(PLACES, WEIGHTS, strict=True))
+    path = sum(
+        w * model.residual(x * u, still, still, inputs=at)
+        for x, w in zip(PLACES, WEIGHTS, strict=True)
+    )
     return float(kinetic + np.vdot(u, path))
 
 

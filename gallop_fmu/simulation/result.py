@@ -63,10 +63,11 @@ class Oscillation(NamedTuple):
     amplitude, mean
         Half peak-to-peak, and mean, in the channel's unit.
     frequency_hz
-        Dominant frequency [Hz]; NaN where there is none, see `gallop_fmu.simulation.steadiness.dominant_frequency`.
+        Dominant frequency [Hz]; NaN where there is none, see
+        `gallop_fmu.simulation.steadiness.dominant_frequency`.
     motion
-        Whether it is steady, and what it does if it is not. Only of a steady motion do the numbers hold for longer
-        than the window.
+        Whether it is steady, and what it does if it is not. Only of a steady motion do the numbers
+        hold for longer than the window.
     """
 
     amplitude: float
@@ -104,10 +105,13 @@ class Oscillations(dict[str, Oscillation]):
 
     def __repr__(self) -> str:
         rows = [
-            f"  {name}: {each.amplitude:.5g} at {frequency_text(each.frequency_hz)} Hz, {each.motion}"
+            f"  {name}: {each.amplitude:.5g} at {frequency_text(each.frequency_hz)} Hz,"
+            f" {each.motion}"
             for name, each in self.items()
         ]
-        return "\n".join([f"Oscillations from {self.start:g} to {self.stop:g} s (half peak-to-peak)", *rows])
+        return "\n".join(
+            [f"Oscillations from {self.start:g} to {self.stop:g} s (half peak-to-peak)", *rows]
+        )
 
 
 def frequency_text(frequency_hz: float) -> str:
@@ -126,7 +130,9 @@ def slowest_frequency(data: xr.Dataset) -> float:
     time = np.asarray(data.time.values)
     late = slice(len(time) // 2, None)
     interval = float(time[1] - time[0]) if len(time) > 1 else math.nan
-    found = [dominant_frequency(np.asarray(data[name].values)[late], interval) for name in ("u2", "u3")]
+    found = [
+        dominant_frequency(np.asarray(data[name].values)[late], interval) for name in ("u2", "u3")
+    ]
     return min((frequency for frequency in found if math.isfinite(frequency)), default=math.nan)
 
 
@@ -149,9 +155,9 @@ class Result:
     Attributes
     ----------
     dataset : xarray.Dataset
-        Dimensions ``time`` [s] and ``node``; node channels (u1, u2, u3, theta, tension, ...) over both, span channels
-        (wind_speed, support forces, energies, ...) over time.  Each variable has ``units`` and ``long_name``;
-        ``dataset.attrs`` holds the provenance.
+        Dimensions ``time`` [s] and ``node``; node channels (u1, u2, u3, theta, tension, ...) over
+        both, span channels (wind_speed, support forces, energies, ...) over time.  Each variable
+        has ``units`` and ``long_name``; ``dataset.attrs`` holds the provenance.
     scene : Scene
         What was computed.
     report : Report
@@ -196,7 +202,10 @@ class Result:
         """
         middle = self.scene.numerics.elements
         if middle not in self.dataset.node:
-            raise SceneError(f'the mid-span node {middle} was not recorded; ask for record_nodes="midspan" or "all"')
+            raise SceneError(
+                f'the mid-span node {middle} was not recorded; ask for record_nodes="midspan" or'
+                ' "all"'
+            )
         return self.dataset.sel(node=middle)
 
     @cached_property
@@ -212,7 +221,11 @@ class Result:
         elements, nodes = self.scene.numerics.elements, self.dataset.node.values.tolist()
         if elements not in nodes:
             return Motion("undetermined", "mid-span was not recorded")
-        places = {elements: "", round(0.5 * elements): " at a quarter", round(1.5 * elements): " at three quarters"}
+        places = {
+            elements: "",
+            round(0.5 * elements): " at a quarter",
+            round(1.5 * elements): " at three quarters",
+        }
         histories = {
             f"{title}{place}": self.dataset[name].values[:, nodes.index(node)]
             for node, place in places.items()
@@ -235,11 +248,23 @@ class Result:
         first, last = (float(self.dataset.time.values[k]) for k in (0, -1))
         length = wanted
         if length is None:
-            length = default_window(last - first) if len(self.dataset.time) >= FEWEST_SAMPLES else last - first
+            length = (
+                default_window(last - first)
+                if len(self.dataset.time) >= FEWEST_SAMPLES
+                else last - first
+            )
         if not 0.0 < length <= last - first:
-            asked = "" if wanted is None else f"window = {wanted} s must be positive and no longer than the run: "
+            asked = (
+                ""
+                if wanted is None
+                else f"window = {wanted} s must be positive and no longer than the run: "
+            )
             records = len(self.dataset.time)
-            has = f"{records} records over {last - first:g} s" if records > 1 else f"one record, at {first:g} s"
+            has = (
+                f"{records} records over {last - first:g} s"
+                if records > 1
+                else f"one record, at {first:g} s"
+            )
             why = "" if self.outcome is Outcome.COMPLETED else f". {self.report}"
             raise SceneError(f"{asked}the run has {has}{why}")
         return last - length, last
@@ -252,8 +277,8 @@ class Result:
         Parameters
         ----------
         window
-            Length [s] of the window; None takes 100 s, at most half of the run. ``start`` and ``stop`` of what is
-            returned say which it was.
+            Length [s] of the window; None takes 100 s, at most half of the run. ``start`` and
+            ``stop`` of what is returned say which it was.
 
         Raises
         ------
@@ -269,14 +294,16 @@ class Result:
             raise SceneError(f"fewer than two records lie between {start} s and {stop} s")
         interval = float(part.time[1] - part.time[0])
         units = {str(name): str(part[name].attrs.get("units", "")) for name in part.data_vars}
-        found = {name: oscillation(part[name].values, interval, unit) for name, unit in units.items()}
+        found = {
+            name: oscillation(part[name].values, interval, unit) for name, unit in units.items()
+        }
         return Oscillations(found, start, stop)
 
     def save(self, path: Path | str) -> Path:
         """Write everything as NetCDF (``.nc``), or the mid-span histories as CSV or Parquet (``.csv``, ``.parquet``).
 
-        Parquet needs the extra ``parquet``; units and provenance stand in the table's attributes. The file is replaced
-        as a whole: if the new one cannot be written, an older one stays.
+        Parquet needs the extra ``parquet``; units and provenance stand in the table's attributes.
+        The file is replaced as a whole: if the new one cannot be written, an older one stays.
 
         Raises
         ------
@@ -298,13 +325,17 @@ class Result:
             content = text.getvalue().encode()
         elif suffix == ".parquet":
             if find_spec("pyarrow") is None:
-                raise SceneError(f'{path}: Parquet needs pyarrow; install it with pip install "gallop-fmu[parquet]"')
+                raise SceneError(
+                    f"{path}: Parquet needs pyarrow; install it with pip install"
+                    ' "gallop-fmu[parquet]"'
+                )
             frame, units = self._table()
             frame.attrs = {"units": {"time": "s", **units}, **self.dataset.attrs, **self._verdict()}
             content = frame.to_parquet(engine="pyarrow")
         else:
             raise SceneError(
-                f"{path}: results are written as .nc (NetCDF), .csv or .parquet, not as {path.suffix or 'no suffix'}"
+                f"{path}: results are written as .nc (NetCDF), .csv or .parquet, not as"
+                f" {path.suffix or 'no suffix'}"
             )
         write_whole(path, content)
         return path
@@ -341,15 +372,17 @@ def histories(
     nodes, x1 : ndarray, shape (node,)
         Numbers of the recorded nodes, and their positions [m] along the span.
     scene, rest, report, seconds
-        What was computed, its initial equilibrium (None: it has none), how the run ended, and the wall-clock time [s]
-        that it took.
+        What was computed, its initial equilibrium (None: it has none), how the run ended, and the
+        wall-clock time [s] that it took.
     **how
         What else there is to say of how it was computed.
     """
     import xarray as xr  # a third of a second, which `import gallop_fmu` should not cost
 
     def meaning(name: str) -> str:
-        remark = scene.supports.remark_on_force(name.partition("_")[0]) if name in END_FORCES else ""
+        remark = (
+            scene.supports.remark_on_force(name.partition("_")[0]) if name in END_FORCES else ""
+        )
         return f"{DESCRIBED[name].meaning}; {remark}" if remark else DESCRIBED[name].meaning
 
     described = {
@@ -381,7 +414,11 @@ def histories(
 def summary(result: Result) -> dict[str, object]:
     """The run in a few plain numbers and words, for a terminal or as JSON."""
     report, time = result.report, result.dataset.time.values
-    steady = result.steady() if len(time) > 1 and "u2" in result.dataset else Oscillations({}, 0.0, float(time[-1]))
+    steady = (
+        result.steady()
+        if len(time) > 1 and "u2" in result.dataset
+        else Oscillations({}, 0.0, float(time[-1]))
+    )
     return {
         "title": result.scene.title,
         "outcome": report.outcome.name.lower(),
@@ -399,7 +436,10 @@ def summary(result: Result) -> dict[str, object]:
             for name, o in steady.items()
             if name in ("u2", "u3", "theta", "tension")
         },
-        **{key: result.dataset.attrs[key] for key in ("steps", "iterations", "refactorisations", "seconds")},
+        **{
+            key: result.dataset.attrs[key]
+            for key in ("steps", "iterations", "refactorisations", "seconds")
+        },
         "real_time_factor": float(time[-1]) / max(float(result.dataset.attrs["seconds"]), 1e-9),
         "lowest_tension": report.lowest_tension,
     }

@@ -63,13 +63,14 @@ class Records:
             if fits < 1:
                 cure = f"not one step of {step:g} s fits: give a longer stop time (--until)"
             raise SceneError(
-                f"record_every = {every}: the first record would come at {interval:g} s, after the end of the run at "
-                f"{stop_time:g} s; {cure}"
+                f"record_every = {every}: the first record would come at {interval:g} s, after the"
+                f" end of the run at {stop_time:g} s; {cure}"
             )
         if stop_time / step > MOST_STEPS:
             raise SceneError(
-                f"stop_time = {stop_time:g} s is {stop_time / step:.3g} time steps of {step:g} s; a run has at most "
-                f"{MOST_STEPS:.0e}: give a shorter time, or a longer numerics.time_step"
+                f"stop_time = {stop_time:g} s is {stop_time / step:.3g} time steps of {step:g} s; a"
+                f" run has at most {MOST_STEPS:.0e}: give a shorter time, or a longer"
+                " numerics.time_step"
             )
         return cls(stop_time, every, interval, max(1, math.ceil(stop_time / interval - 1e-9)))
 
@@ -77,10 +78,13 @@ class Records:
 def check_record_every(every: Any) -> int:
     """Return the whole number of steps between records; raise SceneError if it is none that is allowed."""
     try:
-        return whole("record_every", None if isinstance(every, bool) else every, 1, MOST_STEPS_APART)
+        return whole(
+            "record_every", None if isinstance(every, bool) else every, 1, MOST_STEPS_APART
+        )
     except (TypeError, ValueError):
         raise SceneError(
-            f"record_every = {every!r:.60}: must be a whole number of time steps, from 1 to {MOST_STEPS_APART}"
+            f"record_every = {every!r:.60}: must be a whole number of time steps, from 1 to"
+            f" {MOST_STEPS_APART}"
         ) from None
 
 
@@ -113,15 +117,18 @@ def check_model(model: str) -> None:
     """Raise SceneError if it is not the model that there is; 0.1.0 had another."""
     if model == "condensed":
         raise SceneError(
-            'model = "condensed": the condensed model was removed in 0.2.0, because on spans drawn at random its '
-            "amplitudes were wrong without a warning; leave the model out: the cable element computes the run. "
-            "For a first look at many spans use modal.screen_spans (gallop-modal screen --table ... --first-look)"
+            'model = "condensed": the condensed model was removed in 0.2.0, because on spans drawn'
+            " at random its amplitudes were wrong without a warning; leave the model out: the cable"
+            " element computes the run. For a first look at many spans use modal.screen_spans"
+            " (gallop-modal screen --table ... --first-look)"
         )
     if model != "element":
         raise SceneError(f'model = {model!r}: must be "element"')
 
 
-def chosen_nodes(wanted: Literal["midspan", "all"] | Sequence[int], elements: int) -> NDArray[np.int32]:
+def chosen_nodes(
+    wanted: Literal["midspan", "all"] | Sequence[int], elements: int
+) -> NDArray[np.int32]:
     """Numbers of the nodes to record on a mesh of so many elements.
 
     Raises

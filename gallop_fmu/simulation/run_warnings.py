@@ -60,7 +60,10 @@ def _not_covered(scene: Scene, stop_time: float) -> tuple[str, ...]:
     for end in ("left", "right"):
         motion = getattr(scene.supports, end).motion
         if motion is not None:
-            laws |= {f"supports.{end}.motion.{axis}": getattr(motion, axis) for axis in ("x1", "x2", "x3")}
+            laws |= {
+                f"supports.{end}.motion.{axis}": getattr(motion, axis)
+                for axis in ("x1", "x2", "x3")
+            }
     found = []
     for name, law in laws.items():
         if not isinstance(law, TimeTable):
@@ -68,9 +71,9 @@ def _not_covered(scene: Scene, stop_time: float) -> tuple[str, ...]:
         covered = max(0.0, min(law.time[-1], stop_time) - max(law.time[0], 0.0))
         if covered < stop_time * (1.0 - 1e-9):
             found.append(
-                f"{name} covers {covered:.6g} s of the {stop_time:.6g} s, from {law.time[0]:.10g} to "
-                f"{law.time[-1]:.10g} s; its first and last values are held outside. Give a history of the whole run, "
-                "with times in seconds from its start."
+                f"{name} covers {covered:.6g} s of the {stop_time:.6g} s, from {law.time[0]:.10g}"
+                f" to {law.time[-1]:.10g} s; its first and last values are held outside. Give a"
+                " history of the whole run, with times in seconds from its start."
             )
     return tuple(found)
 
@@ -83,19 +86,23 @@ def _step_warnings(dataset: xr.Dataset, scene: Scene) -> tuple[str, ...]:
         return ()
     at = nodes.index(middle)
     place, rate = (
-        [dataset[name].values[:, at] for name in names if name in dataset] for names in (("u2", "u3"), ("v2", "v3"))
+        [dataset[name].values[:, at] for name in names if name in dataset]
+        for names in (("u2", "u3"), ("v2", "v3"))
     )
     interval = float(time[1] - time[0])
     return step_warnings(scene, fastest_motion(interval, place, rate), interval)
 
 
-def fastest_motion(interval: float, displacements: Sequence[Array], velocities: Sequence[Array] = ()) -> float:
+def fastest_motion(
+    interval: float, displacements: Sequence[Array], velocities: Sequence[Array] = ()
+) -> float:
     """Frequency [Hz] of the highest mode that carries motion; NaN where nothing moves.
 
-    It is the frequency above which a tenth of the kinetic energy lies, from the spectra of the displacements at the end
-    of the run, or where they are largest if they have died out by then. Velocities, if there are any, show what lies
-    above half of the sampling frequency, where the spectra are another motion's: the frequency is at least the one that
-    the ratio of velocity to displacement tells.
+    It is the frequency above which a tenth of the kinetic energy lies, from the spectra of the
+    displacements at the end of the run, or where they are largest if they have died out by then.
+    Velocities, if there are any, show what lies above half of the sampling frequency, where the
+    spectra are another motion's: the frequency is at least the one that the ratio of velocity to
+    displacement tells.
 
     Parameters
     ----------
@@ -104,7 +111,9 @@ def fastest_motion(interval: float, displacements: Sequence[Array], velocities: 
     displacements, velocities
         Histories [m, m/s] of the same points, in the same order, over the whole run.
     """
-    if not displacements or not all(np.abs(values).max() < HUGE for values in (*displacements, *velocities)):
+    if not displacements or not all(
+        np.abs(values).max() < HUGE for values in (*displacements, *velocities)
+    ):
         return math.nan
     count = len(displacements[0])
     length = max(2, round(default_window(interval * (count - 1)) / interval) + 1)
@@ -121,7 +130,10 @@ def fastest_motion(interval: float, displacements: Sequence[Array], velocities: 
     if not variance > 0.5 * SMALL**2:
         return math.nan
     frequency = np.fft.rfftfreq(len(motions[0]), interval)
-    energy = sum(np.abs(np.fft.rfft(motion * np.hanning(len(motion)))) ** 2 for motion in motions) * frequency**2
+    energy = (
+        sum(np.abs(np.fft.rfft(motion * np.hanning(len(motion)))) ** 2 for motion in motions)
+        * frequency**2
+    )
     above = np.cumsum(energy[::-1])[::-1]
     found = float(frequency[np.flatnonzero(above >= CARRIED * above[0])[-1]])
     if len(velocities) != len(displacements):
@@ -148,11 +160,14 @@ def step_warnings(scene: Scene, frequency_hz: float, interval: float) -> tuple[s
     method, steps = INTEGRATORS[numerics.method], 1.0 / (frequency_hz * numerics.time_step)
     error = method.amplitude_error / steps**method.order
     newmark = INTEGRATORS["newmark"]
-    period = f"a period of {1.0 / frequency_hz:.3g} s, the fastest that carries a tenth of the recorded motion's energy"
+    period = (
+        f"a period of {1.0 / frequency_hz:.3g} s, the fastest that carries a tenth of the recorded"
+        " motion's energy"
+    )
     if numerics.tolerance is None and error > newmark.amplitude_error / FEWEST_STEPS**newmark.order:
-        shortest = (method.amplitude_error / newmark.amplitude_error * FEWEST_STEPS**newmark.order) ** (
-            1 / method.order
-        )
+        shortest = (
+            method.amplitude_error / newmark.amplitude_error * FEWEST_STEPS**newmark.order
+        ) ** (1 / method.order)
         found.append(
             f"There are {steps:.1f} time steps in {period}; by the error law of examples 2 "
             f"and 3 amplitudes may be off by {_percent_text(error)}. Reduce numerics.time_step to "
@@ -162,8 +177,8 @@ def step_warnings(scene: Scene, frequency_hz: float, interval: float) -> tuple[s
     if records < FEWEST_RECORDS:
         every = max(1, int(interval / numerics.time_step * records / (2.0 * FEWEST_RECORDS)))
         found.append(
-            f"There are {records:.1f} records in {period}; amplitudes, and below two the frequencies, are not those of "
-            f"the motion. Reduce run.record_every to {every}."
+            f"There are {records:.1f} records in {period}; amplitudes, and below two the"
+            f" frequencies, are not those of the motion. Reduce run.record_every to {every}."
         )
     return tuple(found)
 

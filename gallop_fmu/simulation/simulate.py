@@ -18,12 +18,28 @@ from gallop_fmu.foundation.integrators import INTEGRATORS
 from gallop_fmu.foundation.outcome import Outcome, Report, SimulationError
 from gallop_fmu.scene.scene import Scene
 from gallop_fmu.simulation.result import Result, histories
-from gallop_fmu.simulation.run_options import Records, check_channels, check_on_failure, chosen_nodes
+from gallop_fmu.simulation.run_options import (
+    Records,
+    check_channels,
+    check_on_failure,
+    chosen_nodes,
+)
 
 if TYPE_CHECKING:
     import xarray as xr
 
-USUAL_CHANNELS = ("u1", "u2", "u3", "theta", "v1", "v2", "v3", "omega", "tension", "angle_of_attack")
+USUAL_CHANNELS = (
+    "u1",
+    "u2",
+    "u3",
+    "theta",
+    "v1",
+    "v2",
+    "v3",
+    "omega",
+    "tension",
+    "angle_of_attack",
+)
 """Node channels recorded unless others are asked for."""
 
 Progress = Callable[[float, float], object]
@@ -54,22 +70,25 @@ def simulate(
     scene
         What to compute, see `gallop_fmu.load_scene`.
     stop_time
-        Simulated time [s]; None takes the scene's.  The run ends at the first record at or after it.
+        Simulated time [s]; None takes the scene's.  The run ends at the first record at or after
+        it.
     record_every
         Time steps from one record to the next; None takes the scene's.
     record_nodes
-        ``"midspan"``, ``"all"``, or node numbers from 0 (left support) to 2 elements (right support).
+        ``"midspan"``, ``"all"``, or node numbers from 0 (left support) to 2 elements (right
+        support).
     channels
         Node channels to record, by name (see `gallop_fmu.foundation.channels.NODE_CHANNELS`).
     span_channels
-        Span channels to record, by name (see `gallop_fmu.foundation.channels.SPAN_CHANNELS`); ``()`` for none, which
-        is cheaper.
+        Span channels to record, by name (see `gallop_fmu.foundation.channels.SPAN_CHANNELS`);
+        ``()`` for none, which is cheaper.
     progress
-        Called about ten times a second with the time reached and the stop time [s]; returning False stops the run.
+        Called about ten times a second with the time reached and the stop time [s]; returning False
+        stops the run.
     on_failure
-        ``"raise"``: a run that ends early, or cannot start, raises, with what was computed in the error's ``result``;
-        ``"return"``: it is returned, and ``result.outcome`` says how it ended. Where it could not start,
-        ``result.started`` is False and the only record is NaN.
+        ``"raise"``: a run that ends early, or cannot start, raises, with what was computed in the
+        error's ``result``; ``"return"``: it is returned, and ``result.outcome`` says how it ended.
+        Where it could not start, ``result.started`` is False and the only record is NaN.
 
     Returns
     -------
@@ -94,7 +113,9 @@ def simulate(
         state = model.start()
     except SimulationError as problem:
         seconds = clock.perf_counter() - started
-        result = _not_started(scene, model, nodes, (channels, span_channels), problem.report, seconds)
+        result = _not_started(
+            scene, model, nodes, (channels, span_channels), problem.report, seconds
+        )
         if on_failure == "raise":
             raise SimulationError(problem.report, result) from None
         return result
@@ -105,10 +126,18 @@ def simulate(
         state.observe_span()[np.newaxis, span_index],
         Report(Outcome.COMPLETED, 0.0),
     )
-    record = partial(state.run, every=records.every, channels=channel_index, nodes=nodes, span_channels=span_index)
+    record = partial(
+        state.run,
+        every=records.every,
+        channels=channel_index,
+        nodes=nodes,
+        span_channels=span_index,
+    )
     parts, report = _march(record, [first], records, progress)
     seconds = clock.perf_counter() - started
-    dataset = _dataset(model, parts, nodes, channels, span_channels, records.interval, report, seconds)
+    dataset = _dataset(
+        model, parts, nodes, channels, span_channels, records.interval, report, seconds
+    )
     result = Result(dataset, scene, report)
     if report.outcome is not Outcome.COMPLETED and on_failure == "raise":
         raise SimulationError(report, result)
@@ -131,7 +160,11 @@ def _not_started(
     rest = None if model is None else model.equilibrium()
     x1 = np.full(len(nodes), math.nan) if rest is None else rest.x[nodes, 0]
     how = _provenance(scene, model)
-    return Result(histories(variables, np.zeros(1), nodes, x1, scene, rest, report, seconds, **how), scene, report)
+    return Result(
+        histories(variables, np.zeros(1), nodes, x1, scene, rest, report, seconds, **how),
+        scene,
+        report,
+    )
 
 
 def _provenance(scene: Scene, model: Model | None) -> dict[str, str]:
@@ -162,11 +195,16 @@ def _march(
             if report.outcome is not Outcome.COMPLETED:
                 break
             done += len(part.node_values)
-            stopped = progress is not None and progress(done * records.interval, records.stop_time) is False
+            stopped = (
+                progress is not None
+                and progress(done * records.interval, records.stop_time) is False
+            )
         except KeyboardInterrupt:
             stopped = True
         if stopped and done < records.count:
-            return parts, replace(report, outcome=Outcome.STOPPED_BY_USER, time=done * records.interval)
+            return parts, replace(
+                report, outcome=Outcome.STOPPED_BY_USER, time=done * records.interval
+            )
         pace = (clock.perf_counter() - began) / BETWEEN_CALLS
         portion = max(1, min(int(portion / max(pace, 1e-3)), 10 * portion))
     return parts, report

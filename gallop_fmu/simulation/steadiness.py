@@ -1,33 +1,40 @@
 """The one judgement of a motion: steady, still growing, decaying, beating, irregular, at rest, or turned over.
 
-A channel is cut into cycles of its dominant frequency. Half of the range of each cycle, with its extremes refined by a
-parabola, is the envelope; the judgement follows from how the envelope changes over the window. The bounds:
+A channel is cut into cycles of its dominant frequency. Half of the range of each cycle, with its
+extremes refined by a parabola, is the envelope; the judgement follows from how the envelope changes
+over the window. The bounds:
 
 `STEADY` (2 %)
-    Range of the envelope, per mean, within which a motion is steady: an amplitude is then sure to two digits. Cycles
-    may differ if the greatest of every two, three or four does not: such a motion repeats itself less often.
+    Range of the envelope, per mean, within which a motion is steady: an amplitude is then sure to
+    two digits. Cycles may differ if the greatest of every two, three or four does not: such a
+    motion repeats itself less often.
 `FLAT` (0.2 %)
-    Change of the mean envelope from one third of the window to the next that counts as none: some ten times the error
-    of the envelope. Growth below 0.4 % a minute, in a window of 100 s, is therefore taken as steady.
+    Change of the mean envelope from one third of the window to the next that counts as none: some
+    ten times the error of the envelope. Growth below 0.4 % a minute, in a window of 100 s, is
+    therefore taken as steady.
 `LEFT` (1 %)
-    Change still to come by which a motion that approaches a limit cycle is steady. It is extrapolated from the thirds:
-    on such an approach their differences fall by a constant factor. A factor above `UNBOUNDED` (0.9) does not bound
-    the limit: growth from a small disturbance goes on to many times the amplitude, however slow it is.
+    Change still to come by which a motion that approaches a limit cycle is steady. It is
+    extrapolated from the thirds: on such an approach their differences fall by a constant factor. A
+    factor above `UNBOUNDED` (0.9) does not bound the limit: growth from a small disturbance goes on
+    to many times the amplitude, however slow it is.
 `HIDDEN` (0.1 %) and `FASTER` (1.1)
-    A part that does not repeat itself from cycle to cycle makes a motion "still growing" if it has this share of the
-    amplitude and grows by this factor from third to third. So a swing grows below steady vertical galloping before
-    the transfer of energy. The interpolation between samples leaves less than 0.03 %.
+    A part that does not repeat itself from cycle to cycle makes a motion "still growing" if it has
+    this share of the amplitude and grows by this factor from third to third. So a swing grows below
+    steady vertical galloping before the transfer of energy. The interpolation between samples
+    leaves less than 0.03 %.
 `TREND` (0.7) and `REGULAR` (0.9)
-    Share of the envelope's variance that a parabola in time must explain for a trend, and a spectral line with its
-    double for beats. Narrow-band noise and chaos rarely reach them.
+    Share of the envelope's variance that a parabola in time must explain for a trend, and a
+    spectral line with its double for beats. Narrow-band noise and chaos rarely reach them.
 `CYCLES` (9) and `FEWEST_RECORDS` (5.5)
-    Fewest cycles in the window, three in each third, and fewest records in a cycle: with five, the peaks of a motion
-    with harmonics are missed by 10 %. With fewer than twenty a hidden part must be some 1 % to be seen.
+    Fewest cycles in the window, three in each third, and fewest records in a cycle: with five, the
+    peaks of a motion with harmonics are missed by 10 %. With fewer than twenty a hidden part must
+    be some 1 % to be seen.
 `TURNED_OVER` (180 deg)
-    Change of the twist since the start from which on the section has turned over: the ice is on the other side.
+    Change of the twist since the start from which on the section has turned over: the ice is on the
+    other side.
 `SMALL` (0.1 mm)
-    Amplitude below which a motion that does not grow is at rest; of a twist, which counts with a lever of 0.1 m,
-    0.06 deg. `NOTHING` (1e-9 m) is rounding.
+    Amplitude below which a motion that does not grow is at rest; of a twist, which counts with a
+    lever of 0.1 m, 0.06 deg. `NOTHING` (1e-9 m) is rounding.
 """
 
 from __future__ import annotations
@@ -42,7 +49,16 @@ from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
 
-Kind = Literal["turned over", "still growing", "irregular", "undetermined", "beating", "decaying", "steady", "at rest"]
+Kind = Literal[
+    "turned over",
+    "still growing",
+    "irregular",
+    "undetermined",
+    "beating",
+    "decaying",
+    "steady",
+    "at rest",
+]
 
 STEADY = 0.02
 FLAT = 0.002
@@ -84,12 +100,14 @@ class Motion:
     Attributes
     ----------
     kind : str
-        ``"steady"``, ``"still growing"``, ``"decaying"``, ``"beating"``, ``"irregular"``, ``"at rest"``,
-        ``"turned over"`` (the section, at some time of the run), or ``"undetermined"`` (too few cycles).
+        ``"steady"``, ``"still growing"``, ``"decaying"``, ``"beating"``, ``"irregular"``, ``"at
+        rest"``, ``"turned over"`` (the section, at some time of the run), or ``"undetermined"``
+        (too few cycles).
     detail : str
         The numbers behind it, such as ``"vertical +12 %/min"``; empty where there are none.
     rate : float
-        Rate [1/s] at which the amplitude, or the part of it that grows, does so; NaN where it does not.
+        Rate [1/s] at which the amplitude, or the part of it that grows, does so; NaN where it does
+        not.
     """
 
     kind: Kind
@@ -121,9 +139,12 @@ def dominant_frequency(values: Array, interval: float) -> float:
 
     Notes
     -----
-    Hann window, fourfold zero padding, and a parabola through the logarithms of the three largest lines.
+    Hann window, fourfold zero padding, and a parabola through the logarithms of the three largest
+    lines.
     """
-    if len(values) < FEWEST_SAMPLES or not np.ptp(values) > 1e-12 * max(1.0, float(np.max(np.abs(values)))):
+    if len(values) < FEWEST_SAMPLES or not np.ptp(values) > 1e-12 * max(
+        1.0, float(np.max(np.abs(values)))
+    ):
         return math.nan
     samples = (values - np.mean(values)) * np.hanning(len(values))
     count = 4 * len(samples)
@@ -131,7 +152,9 @@ def dominant_frequency(values: Array, interval: float) -> float:
     peak = int(np.argmax(spectrum[1:-1])) + 1
     below, top, above = np.log(spectrum[peak - 1 : peak + 2] + 1e-300)
     curvature = below - 2.0 * top + above
-    if not curvature < 0.0:  # no line stands out: what moved did so at the ends only, where the window is zero
+    if (
+        not curvature < 0.0
+    ):  # no line stands out: what moved did so at the ends only, where the window is zero
         return math.nan
     return float((peak + 0.5 * (below - above) / curvature) / (count * interval))
 
@@ -149,7 +172,8 @@ def judge_span(time: Array, histories: Mapping[str, Array], window: float | None
     time : ndarray, shape (time,)
         Equally spaced times [s] of the whole run.
     histories
-        Displacements [m] by name over the whole run, of which ``"twist"`` [rad] shows whether the section turned over.
+        Displacements [m] by name over the whole run, of which ``"twist"`` [rad] shows whether the
+        section turned over.
     window
         Length [s] of the window at the end of the run; None takes `default_window`.
     """
@@ -184,14 +208,19 @@ def _turned_over(time: Array, twist: Array, last: slice, then: Motion) -> Motion
     turn = np.abs(twist - twist[0])
     if not np.max(turn) > TURNED_OVER:
         return then
-    after, mean = float(time[int(np.argmax(turn > TURNED_OVER))]), float(abs(np.mean(twist[last]) - twist[0]))
+    after, mean = (
+        float(time[int(np.argmax(turn > TURNED_OVER))]),
+        float(abs(np.mean(twist[last]) - twist[0])),
+    )
     angle = f"by {math.degrees(mean):.0f} deg"
     if mean < TURNED_OVER:
         angle = f"by up to {math.degrees(float(np.max(turn))):.0f} deg"
     return Motion("turned over", f"{angle} after {after:.3g} s, then {then}", then.rate)
 
 
-def judge(values: Array, interval: float, floor: float = SMALL, frequency_hz: float | None = None) -> Motion:
+def judge(
+    values: Array, interval: float, floor: float = SMALL, frequency_hz: float | None = None
+) -> Motion:
     """Judge one channel over a window.
 
     Parameters
@@ -232,13 +261,19 @@ def _judge_cycles(values: Array, period: float, length: float) -> Motion:
     cycles = min(max(int(len(values) / (BLOCKS * period)), 1), 4)
     logs = np.log(np.maximum(_envelope(values, period, cycles), 1e-300))
     first, second, third = _means_of_thirds(logs)
-    mean_time = _means_of_thirds(np.arange(len(logs)) * cycles * period * length / (len(values) - 1))
+    mean_time = _means_of_thirds(
+        np.arange(len(logs)) * cycles * period * length / (len(values) - 1)
+    )
     before, after = second - first, third - second
     if max(abs(before), abs(after)) > FLAT and _share_of_parabola(logs) >= TREND:
         if _settles(before, after) and abs(third) <= STEADY:
             return Motion("steady")
         start, then, now = mean_time
-        rate = after / (now - then) if after * (third - first) > 0.0 else (third - first) / (now - start)
+        rate = (
+            after / (now - then)
+            if after * (third - first) > 0.0
+            else (third - first) / (now - start)
+        )
         return Motion("still growing" if rate > 0.0 else "decaying", _rate_text(rate), rate)
     if _is_even(values, period):
         return _hidden_growth(values, period, length) or Motion("steady")
@@ -248,7 +283,9 @@ def _judge_cycles(values: Array, period: float, length: float) -> Motion:
         return Motion("beating", f"cycles differ by {fall:.0%}")
     first, last = (0.5 * float(np.ptp(half)) for half in np.array_split(values, 2))
     halves = 1.0 - min(first, last) / max(first, last)
-    return Motion("irregular", f"cycles differ by {fall:.0%}, the halves of the window by {halves:.0%}")
+    return Motion(
+        "irregular", f"cycles differ by {fall:.0%}, the halves of the window by {halves:.0%}"
+    )
 
 
 def _finer(values: Array, period: float) -> tuple[Array, float]:
@@ -317,14 +354,25 @@ def _hidden_growth(values: Array, period: float, length: float) -> Motion | None
     later = here + 0.5 * share * (
         after
         - before
-        + share * (2.0 * before - 5.0 * here + 4.0 * after - beyond + share * (3.0 * (here - after) + beyond - before))
+        + share
+        * (
+            2.0 * before
+            - 5.0 * here
+            + 4.0 * after
+            - beyond
+            + share * (3.0 * (here - after) + beyond - before)
+        )
     )
     parts = np.array_split(later - values[1 : count + 1], 3)
     hidden = [math.sqrt(0.5 * float(np.mean(part**2))) for part in parts]
     if hidden[2] < HIDDEN or not hidden[0] * FASTER < hidden[1] < hidden[2] / FASTER:
         return None
     rate = math.log(hidden[2] / hidden[1]) / (length / 3.0)
-    return Motion("still growing", f"a part, now {hidden[2]:.2g} of the amplitude, by {_rate_text(rate)}", rate)
+    return Motion(
+        "still growing",
+        f"a part, now {hidden[2]:.2g} of the amplitude, by {_rate_text(rate)}",
+        rate,
+    )
 
 
 def _share_of_beats(envelope: Array) -> float:
@@ -344,7 +392,9 @@ def _share_of_beats(envelope: Array) -> float:
         if line < 1.5:
             continue
         angle = 2.0 * np.pi * line * place[:, None]
-        waves = np.hstack([np.ones_like(angle), *(f(k * angle) for k in (1, 2) for f in (np.cos, np.sin))])
+        waves = np.hstack(
+            [np.ones_like(angle), *(f(k * angle) for k in (1, 2) for f in (np.cos, np.sin))]
+        )
         left = centred - waves @ np.linalg.lstsq(waves, centred, rcond=None)[0]
         best = max(best, 1.0 - float(np.var(left) / np.var(centred)))
     return 1.0 - (1.0 - best) * (count - 1) / (count - unknowns - 1)

@@ -68,7 +68,11 @@ class Case:
 
     def columns(self) -> dict[str, Any]:
         """Columns that its row of results begins with; lists and tables as JSON."""
-        return {"run": self.run, **self.labels, **{key: as_cell(value) for key, value in self.changes.items()}}
+        return {
+            "run": self.run,
+            **self.labels,
+            **{key: as_cell(value) for key, value in self.changes.items()},
+        }
 
 
 @dataclass(frozen=True)
@@ -80,7 +84,8 @@ class Cases:
     every : tuple of Case
         The runs, the last parameter of the grid changing fastest.
     grid : dict
-        Dimension to values: the names of the spans, where there is a table, and each parameter of the grid.
+        Dimension to values: the names of the spans, where there is a table, and each parameter of
+        the grid.
     """
 
     every: tuple[Case, ...]
@@ -89,16 +94,24 @@ class Cases:
     @property
     def columns(self) -> tuple[str, ...]:
         """Names of the columns with which the rows of results begin."""
-        return tuple(dict.fromkeys(key for case in self.every for key in ("run", *case.labels, *case.changes)))
+        return tuple(
+            dict.fromkeys(
+                key for case in self.every for key in ("run", *case.labels, *case.changes)
+            )
+        )
 
     def fingerprint(self) -> str:
         """A number that changes with anything in any of the scenes."""
         digest = hashlib.sha256()
         bases: dict[int, str] = {}
         for case in self.every:
-            base = bases.get(id(case.base)) or bases.setdefault(id(case.base), case.base.fingerprint())
+            base = bases.get(id(case.base)) or bases.setdefault(
+                id(case.base), case.base.fingerprint()
+            )
             curve = case.base.file_fingerprint(case.changes.get(CURVE))
-            digest.update(json.dumps([base, case.changes, case.labels, curve], sort_keys=True).encode())
+            digest.update(
+                json.dumps([base, case.changes, case.labels, curve], sort_keys=True).encode()
+            )
         return digest.hexdigest()[:16]
 
 
@@ -112,20 +125,22 @@ def cases(
     Parameters
     ----------
     scene
-        The scene, packaged name or path, that the table and the grid change; may be None if each row names its own, or
-        all of its line.
+        The scene, packaged name or path, that the table and the grid change; may be None if each
+        row names its own, or all of its line.
     over
-        Dotted path to the values it takes; all combinations are computed. ``line.ice_thickness`` and its like need a
-        scene given by the path of a file with a ``[line]`` table (see `gallop_fmu.line.line_table.Line`).
+        Dotted path to the values it takes; all combinations are computed. ``line.ice_thickness``
+        and its like need a scene given by the path of a file with a ``[line]`` table (see
+        `gallop_fmu.line.line_table.Line`).
     table
-        A CSV file, a GeoJSON file, a data frame of pandas or polars, or rows in memory; see `read_spans`.
+        A CSV file, a GeoJSON file, a data frame of pandas or polars, or rows in memory; see
+        `read_spans`.
 
     Raises
     ------
     SceneError
-        Neither grid nor table, an unknown column, a row without a scene, a scene that is not allowed, or more than
-        `MOST_RUNS` runs. A value that
-        is not allowed is no error here: it concerns one run.
+        Neither grid nor table, an unknown column, a row without a scene, a scene that is not
+        allowed, or more than `MOST_RUNS` runs. A value that is not allowed is no error here: it
+        concerns one run.
     """
     if over is None and table is None:
         raise SceneError("nothing to vary: give values (over) or a table of spans (table)")
@@ -139,8 +154,8 @@ def cases(
     count = len(rows) * math.prod(map(len, grid.values()))
     if count > MOST_RUNS:
         raise SceneError(
-            f"{count} runs are asked for; at most {MOST_RUNS} are computed at a time: give fewer values, or several "
-            "sweeps"
+            f"{count} runs are asked for; at most {MOST_RUNS} are computed at a time: give fewer"
+            " values, or several sweeps"
         )
     folder = Path(table).parent if isinstance(table, (str, Path)) else Path()
     base = None if scene is None else SceneSpec.of(scene)
@@ -149,14 +164,24 @@ def cases(
     found: list[Case] = []
     for number, row in enumerate(rows):
         own = _scene_of(row, number, base, folder, loaded)
-        values = {key: value for key, value in row.items() if key not in (NAME, SCENE) and not key.startswith(LABEL)}
+        values = {
+            key: value
+            for key, value in row.items()
+            if key not in (NAME, SCENE) and not key.startswith(LABEL)
+        }
         both = sorted(values.keys() & grid.keys())
         if both:
-            raise SceneError(f"{both[0]} is both in the table and in over; it can be in one of them")
+            raise SceneError(
+                f"{both[0]} is both in the table and in over; it can be in one of them"
+            )
         varied.setdefault(id(own), (own, set(grid)))[1].update(values)
-        labels = {} if table is None else {key: value for key, value in row.items() if key not in values}
+        labels = (
+            {} if table is None else {key: value for key, value in row.items() if key not in values}
+        )
         for point in itertools.product(*grid.values()):
-            found.append(Case(len(found), own, {**values, **dict(zip(grid, point, strict=True))}, labels))
+            found.append(
+                Case(len(found), own, {**values, **dict(zip(grid, point, strict=True))}, labels)
+            )
     for own, keys in varied.values():
         own.check(keys)
     names = {} if table is None else {NAME: [row[NAME] for row in rows]}
@@ -166,11 +191,12 @@ def cases(
 def read_spans(path: Path | str) -> list[dict[str, Any]]:
     """The rows of a table of spans.
 
-    A CSV file has names in its first row; a GeoJSON file is a FeatureCollection, and the properties of its features
-    are the columns. Columns are dotted paths of a scene (``span.length``) or of its line (``line.ice_thickness``, see
-    `gallop_fmu.line.line_table.Line`), ``scene`` (a packaged name, or a path that starts from the table's folder),
-    ``name``, and ``label.`` with anything behind it, which is carried along to the results. So is the geometry of a
-    feature, as GeoJSON text in ``label.geometry``. An empty cell leaves the scene's value, and so does null, and in
+    A CSV file has names in its first row; a GeoJSON file is a FeatureCollection, and the properties
+    of its features are the columns. Columns are dotted paths of a scene (``span.length``) or of its
+    line (``line.ice_thickness``, see `gallop_fmu.line.line_table.Line`), ``scene`` (a packaged
+    name, or a path that starts from the table's folder), ``name``, and ``label.`` with anything
+    behind it, which is carried along to the results. So is the geometry of a feature, as GeoJSON
+    text in ``label.geometry``. An empty cell leaves the scene's value, and so does null, and in
     memory None or NaN; ``none`` removes it.
 
     Names and labels are texts, which come back as they were (in Unicode's normal form C, see
@@ -179,15 +205,18 @@ def read_spans(path: Path | str) -> list[dict[str, Any]]:
     Returns
     -------
     list of dict
-        Column to value, ``"none"`` for one to remove, as `gallop_fmu.sweep` takes them. Every row has a ``name``: its
-        own, the feature's id, or ``row N`` as counted in the file.
+        Column to value, ``"none"`` for one to remove, as `gallop_fmu.sweep` takes them. Every row
+        has a ``name``: its own, the feature's id, or ``row N`` as counted in the file.
 
     Raises
     ------
     SceneError
         Unreadable file, unknown column, a row of another length, two spans of one name.
     """
-    return [{key: REMOVED if value is None else value for key, value in row.items()} for row in _file_rows(Path(path))]
+    return [
+        {key: REMOVED if value is None else value for key, value in row.items()}
+        for row in _file_rows(Path(path))
+    ]
 
 
 def _file_rows(path: Path) -> list[dict[str, Any]]:
@@ -197,7 +226,9 @@ def _file_rows(path: Path) -> list[dict[str, Any]]:
     elif suffix in (".geojson", ".json"):
         rows = _geojson_rows(path)
     else:
-        raise SceneError(f"{path}: a table of spans is a .csv or a .geojson file; save it as one of them")
+        raise SceneError(
+            f"{path}: a table of spans is a .csv or a .geojson file; save it as one of them"
+        )
     return _checked(rows, str(path))
 
 
@@ -208,7 +239,9 @@ def _rows(table: SpanTable) -> list[dict[str, Any]]:
     rows: list[Any] = []
     if hasattr(table, "columns"):  # a data frame of pandas or polars
         if any(name is not None for name in getattr(getattr(frame, "index", None), "names", ())):
-            frame = frame.reset_index(allow_duplicates=True)  # a named index, such as the spans' names, is a column
+            frame = frame.reset_index(
+                allow_duplicates=True
+            )  # a named index, such as the spans' names, is a column
         twice = [name for name in frame.columns if list(frame.columns).count(name) > 1]
         if twice:
             raise SceneError(f"table: column {twice[0]!r} is there twice")
@@ -216,7 +249,10 @@ def _rows(table: SpanTable) -> list[dict[str, Any]]:
     elif isinstance(frame, Iterable):
         rows = list(frame)
     if not all(isinstance(row, Mapping) for row in rows) or not isinstance(frame, Iterable):
-        raise SceneError("table: must be the path of a file, a data frame, or a list of rows that are dictionaries")
+        raise SceneError(
+            "table: must be the path of a file, a data frame, or a list of rows that are"
+            " dictionaries"
+        )
     return _checked(((f"row {number}", row) for number, row in enumerate(rows, start=1)), "table")
 
 
@@ -231,7 +267,9 @@ def _csv_rows(path: Path) -> Iterator[tuple[str, Mapping[str, Any]]]:
                 raise SceneError(f"{path}: column {min(twice)!r} is there twice")
             continue
         if len(cells) != len(header):
-            raise SceneError(f"{path}: row {number} has {len(cells)} cells, the first row has {len(header)}")
+            raise SceneError(
+                f"{path}: row {number} has {len(cells)} cells, the first row has {len(header)}"
+            )
         yield f"row {number}", {key: cell for key, cell in zip(header, cells, strict=True) if cell}
 
 
@@ -242,14 +280,17 @@ def _geojson_rows(path: Path) -> Iterator[tuple[str, Mapping[str, Any]]]:
         if data["type"] != "FeatureCollection":
             raise KeyError(data["type"])
         every = [
-            (feature.get("id"), feature.get("geometry"), dict(feature["properties"])) for feature in data["features"]
+            (feature.get("id"), feature.get("geometry"), dict(feature["properties"]))
+            for feature in data["features"]
         ]
     except (ValueError, RecursionError) as problem:
         if isinstance(problem, SceneError):
             raise
         raise SceneError(f"{path}: not a GeoJSON file ({problem})") from None
     except (TypeError, KeyError, AttributeError):
-        raise SceneError(f"{path}: not a GeoJSON FeatureCollection whose features have properties") from None
+        raise SceneError(
+            f"{path}: not a GeoJSON FeatureCollection whose features have properties"
+        ) from None
     for number, (identity, geometry, properties) in enumerate(every, start=1):
         name = f"feature {number}" if identity is None else as_label(identity)
         yield name, {GEOMETRY: geometry, **properties}
@@ -281,7 +322,9 @@ def _checked(rows: Iterable[tuple[str, Mapping[str, Any]]], where: str) -> list[
             if not _is_missing(key, value):
                 row[key] = _value(key, value, f"{where}: span {number}")
         if row[NAME] in seen:
-            raise SceneError(f"{where}: spans {seen[row[NAME]]} and {number} are both called {row[NAME]!r}")
+            raise SceneError(
+                f"{where}: spans {seen[row[NAME]]} and {number} are both called {row[NAME]!r}"
+            )
         seen[row[NAME]] = number
         found.append(row)
     if not found:
@@ -353,22 +396,31 @@ def _check_key(key: str) -> None:
 
 @cache
 def _keys() -> frozenset[str]:
-    return frozenset(all_keys(SceneWithLine)) - {LINE.rstrip(".")}  # a line is changed value by value
+    return frozenset(all_keys(SceneWithLine)) - {
+        LINE.rstrip(".")
+    }  # a line is changed value by value
 
 
 def _scene_of(
-    row: Mapping[str, Any], number: int, base: SceneSpec | None, folder: Path, loaded: dict[str, SceneSpec]
+    row: Mapping[str, Any],
+    number: int,
+    base: SceneSpec | None,
+    folder: Path,
+    loaded: dict[str, SceneSpec],
 ) -> SceneSpec:
     name = row.get(SCENE)
     if name is not None and not isinstance(name, str):
-        raise SceneError(f"span {row[NAME]!r}: scene = {name!r}: must be a packaged name, or the path of a scene file")
+        raise SceneError(
+            f"span {row[NAME]!r}: scene = {name!r}: must be a packaged name, or the path of a scene"
+            " file"
+        )
     if name is None and base is None and any(key.startswith(LINE) for key in row):
         return loaded.setdefault("", SceneSpec({"line": {}}, folder))
     if name is None:
         if base is None:
             raise SceneError(
-                f"span {row.get(NAME, number)!r} has no scene: give one for all, or a column {SCENE} with a packaged "
-                "name or a path"
+                f"span {row.get(NAME, number)!r} has no scene: give one for all, or a column"
+                f" {SCENE} with a packaged name or a path"
             )
         return base
     if name not in loaded:

@@ -125,7 +125,9 @@ def _why_lost(problem: BrokenExecutor | CancelledError) -> str:
         return "the connection to the cluster was lost"
     if isinstance(problem, TerminatedWorkerError):
         return "a worker process ended by itself; is there enough memory?"
-    cause = str(problem.__cause__ or "").strip('"\n').rpartition("\n")[2]  # of the worker's traceback
+    cause = (
+        str(problem.__cause__ or "").strip('"\n').rpartition("\n")[2]
+    )  # of the worker's traceback
     return f"the worker processes cannot go on: {problem}" + (f" ({cause})" if cause else "")
 
 
@@ -136,9 +138,9 @@ def workers(kind: Kind, count: int | None = None, cluster: str | None = None) ->
     Parameters
     ----------
     kind
-        What to start on this machine. Processes are replaced by one thread of this process for a `count` of 1, and
-        where none can be started: in a daemonic process, such as a worker of Celery or of ``multiprocessing.Pool``, and
-        on a system without the means for it.
+        What to start on this machine. Processes are replaced by one thread of this process for a
+        `count` of 1, and where none can be started: in a daemonic process, such as a worker of
+        Celery or of ``multiprocessing.Pool``, and on a system without the means for it.
     count
         How many; None takes one for each core.
     cluster
@@ -147,14 +149,17 @@ def workers(kind: Kind, count: int | None = None, cluster: str | None = None) ->
     Raises
     ------
     SceneError
-        `count` below 1, or given together with `cluster`; a cluster that does not answer, has no workers, or runs
-        another version of this package.
+        `count` below 1, or given together with `cluster`; a cluster that does not answer, has no
+        workers, or runs another version of this package.
     """
     if count is not None and (isinstance(count, bool) or count < 1):
         raise SceneError(f"workers = {count}: must be a whole number, 1 or more")
     if cluster is not None:
         if count is not None:
-            raise SceneError(f"workers = {count} and cluster = {cluster!r}: a cluster has its own workers; give one")
+            raise SceneError(
+                f"workers = {count} and cluster = {cluster!r}: a cluster has its own workers;"
+                " give one"
+            )
         with _cluster(cluster) as found:
             yield found
         return
@@ -182,7 +187,9 @@ def _started(count: int) -> Executor | None:
     if current_process().daemon:
         return None
     try:
-        executor: Executor = ProcessPoolExecutor(count, env=ONE_THREAD, initializer=_ignore_interrupt)
+        executor: Executor = ProcessPoolExecutor(
+            count, env=ONE_THREAD, initializer=_ignore_interrupt
+        )
         executor.submit(int)
     except (OSError, NotImplementedError):  # no semaphores, no shared memory, no more processes
         return None
@@ -213,13 +220,16 @@ def _cluster(address: str) -> Iterator[Workers]:
         from distributed import Client
     except ImportError:
         raise SceneError(
-            f'cluster = {address!r}: needs Dask; pip install "gallop-fmu[cluster]" here and on the workers'
+            f'cluster = {address!r}: needs Dask; pip install "gallop-fmu[cluster]" here and on the'
+            " workers"
         ) from None
     _check_address(address)
     try:
         client = Client(address, timeout=CONNECTION_TIME, set_as_default=False)
     except (OSError, ValueError) as problem:
-        raise SceneError(f"cluster = {address!r}: no Dask scheduler answers there ({problem})") from None
+        raise SceneError(
+            f"cluster = {address!r}: no Dask scheduler answers there ({problem})"
+        ) from None
     with client:
         try:
             client.wait_for_workers(1, timeout=CONNECTION_TIME)
@@ -230,7 +240,9 @@ def _cluster(address: str) -> Iterator[Workers]:
         here = program()
         for worker, there in client.run(program, on_error="return").items():
             if there != here:
-                raise SceneError(f"cluster = {address!r}: {here} here, but {there} on the worker {worker}")
+                raise SceneError(
+                    f"cluster = {address!r}: {here} here, but {there} on the worker {worker}"
+                )
         count = sum(client.nthreads().values())
         executor = client.get_executor(pure=False)
         try:
@@ -253,13 +265,16 @@ def _check_address(address: str) -> None:
     host, _, port = place.rpartition(":")
     if not (host and port.isdecimal() and 0 < int(port) < 65536 and protocol in ("", *PROTOCOLS)):
         raise SceneError(
-            f"cluster = {address!r}: must be the address of a Dask scheduler with its port, such as "
-            f"tcp://localhost:8786; protocols: {', '.join(PROTOCOLS)}"
+            f"cluster = {address!r}: must be the address of a Dask scheduler with its port, such as"
+            f" tcp://localhost:8786; protocols: {', '.join(PROTOCOLS)}"
         )
-    if protocol in ("tls", "wss") and Security().get_connection_args("client").get("ssl_context") is None:
+    if (
+        protocol in ("tls", "wss")
+        and Security().get_connection_args("client").get("ssl_context") is None
+    ):
         raise SceneError(
-            f"cluster = {address!r}: {protocol} needs certificates; name them in Dask's configuration "
-            "(distributed.comm.tls), or use tcp"
+            f"cluster = {address!r}: {protocol} needs certificates; name them in Dask's"
+            " configuration (distributed.comm.tls), or use tcp"
         )
 
 

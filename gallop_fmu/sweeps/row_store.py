@@ -1,9 +1,10 @@
 """Rows of results on disk: nothing that was computed is lost, whatever ends the program.
 
-Beside the file of results, ``FILE``, is its journal, ``FILE.journal``: a header, then one line of JSON a row, each with
-a seal, written as soon as the row is there. A sweep takes rows over from its journal and from nothing else, and only
-one sweep at a time can write it. ``FILE`` is an export for other programs: it is rewritten as a whole from time to time
-and at the end. The journal stays, so that the same sweep can be repeated, or completed, later.
+Beside the file of results, ``FILE``, is its journal, ``FILE.journal``: a header, then one line of
+JSON a row, each with a seal, written as soon as the row is there. A sweep takes rows over from its
+journal and from nothing else, and only one sweep at a time can write it. ``FILE`` is an export for
+other programs: it is rewritten as a whole from time to time and at the end. The journal stays, so
+that the same sweep can be repeated, or completed, later.
 """
 
 from __future__ import annotations
@@ -23,7 +24,12 @@ from typing import TYPE_CHECKING, Any, BinaryIO, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from gallop_fmu.foundation.atomic_write import check_target, netcdf_bytes, open_exclusive, write_whole
+from gallop_fmu.foundation.atomic_write import (
+    check_target,
+    netcdf_bytes,
+    open_exclusive,
+    write_whole,
+)
 from gallop_fmu.foundation.errors import SceneError
 from gallop_fmu.foundation.text_rules import is_printable
 
@@ -65,20 +71,24 @@ class Store:
     path
         File to write, ``.parquet`` or ``.nc``; None keeps the rows in memory only.
     header
-        What the rows belong to: texts by which a resumed sweep recognises its own rows (``package``, ``task``,
-        ``scenes``), and ``runs``, ``grid`` and ``columns``.
+        What the rows belong to: texts by which a resumed sweep recognises its own rows
+        (``package``, ``task``, ``scenes``), and ``runs``, ``grid`` and ``columns``.
     begin
-        From the number of a run to the columns and values that its row begins with; rows that are taken over must
-        begin so.
+        From the number of a run to the columns and values that its row begins with; rows that are
+        taken over must begin so.
 
     Raises
     ------
     SceneError
-        If the file cannot be written, another sweep is writing it, or the journal belongs to something else.
+        If the file cannot be written, another sweep is writing it, or the journal belongs to
+        something else.
     """
 
     def __init__(
-        self, path: Path | str | None, header: dict[str, Any], begin: Callable[[int], Row] = lambda run: {"run": run}
+        self,
+        path: Path | str | None,
+        header: dict[str, Any],
+        begin: Callable[[int], Row] = lambda run: {"run": run},
     ) -> None:
         self.path = None if path is None else Path(path)
         self.header: dict[str, Any] = json.loads(json.dumps({"format": FORMAT, **header}))
@@ -120,7 +130,9 @@ class Store:
         now = clock.monotonic()
         if now - self._renewed > max(RENEWAL, self._cost / RENEWAL_SHARE):
             os.fsync(self._journal.fileno())
-            with suppress(OSError):  # open elsewhere, on Windows; the journal has the rows, and `close` will complain
+            with suppress(
+                OSError
+            ):  # open elsewhere, on Windows; the journal has the rows, and `close` will complain
                 self.export()
             self._renewed = clock.monotonic()
             self._cost = self._renewed - now
@@ -175,8 +187,8 @@ class Store:
                 self.rows = self._own_rows(_found(data))
         if not data and path.exists():
             raise SceneError(
-                f"{path}: exists already, and a sweep cannot continue it without its journal {journal_of(path).name}; "
-                "give another name, or remove the file"
+                f"{path}: exists already, and a sweep cannot continue it without its journal"
+                f" {journal_of(path).name}; give another name, or remove the file"
             )
         self._length = len(data)
         self._exported = path.exists() or not self.rows
@@ -206,8 +218,9 @@ class Store:
         ]
         if differences:
             raise SceneError(
-                f"{self.path} holds the results of something else: {'; '.join(differences)}. Give another file, or "
-                f"remove this one and {journal_of(Path(str(self.path))).name} to compute all of it"
+                f"{self.path} holds the results of something else: {'; '.join(differences)}. Give"
+                f" another file, or remove this one and {journal_of(Path(str(self.path))).name} to"
+                " compute all of it"
             )
         if seal_of(found) != self._seal:
             raise UnreadableError
@@ -241,7 +254,9 @@ def read(path: Path | str) -> xr.Dataset:
     except SceneError:
         raise
     except Exception as problem:  # as many kinds as there are ways to damage a file
-        raise SceneError(f"{path}: does not hold the results of a sweep ({type(problem).__name__})") from None
+        raise SceneError(
+            f"{path}: does not hold the results of a sweep ({type(problem).__name__})"
+        ) from None
 
 
 def as_dataset(rows: list[Row], header: dict[str, Any]) -> xr.Dataset:
@@ -254,7 +269,9 @@ def as_dataset(rows: list[Row], header: dict[str, Any]) -> xr.Dataset:
     columns = dict.fromkeys(("run", *(key for row in rows for key in row)))
     if not rows:
         columns = dict.fromkeys(("run", *header["grid"], *header["columns"]))
-    variables = {name: ("run", _array([row.get(name) for row in rows], name in TEXTS)) for name in columns}
+    variables = {
+        name: ("run", _array([row.get(name) for row in rows], name in TEXTS)) for name in columns
+    }
     dataset = xr.Dataset(variables, attrs={HEADER: json.dumps(header)})
     for name, (unit, meaning) in header["columns"].items():
         if name in dataset:
@@ -266,12 +283,17 @@ def rows_of(dataset: xr.Dataset) -> list[Row]:
     """The rows that `as_dataset` was given."""
     columns = {str(name): values.values.tolist() for name, values in dataset.variables.items()}
     count = dataset.sizes["run"]
-    return [{name: _missing_as_none(values[k]) for name, values in columns.items()} for k in range(count)]
+    return [
+        {name: _missing_as_none(values[k]) for name, values in columns.items()}
+        for k in range(count)
+    ]
 
 
 def write(dataset: xr.Dataset, path: Path) -> None:
     """Write a file as a whole: a reader finds the old one or the new one."""
-    write_whole(path, _as_parquet(dataset) if path.suffix.lower() == ".parquet" else netcdf_bytes(dataset))
+    write_whole(
+        path, _as_parquet(dataset) if path.suffix.lower() == ".parquet" else netcdf_bytes(dataset)
+    )
 
 
 def check_results(path: Path) -> None:
@@ -298,15 +320,16 @@ def check_columns(path: Path | str | None, columns: Iterable[str]) -> None:
     slashed = [name for name in columns if "/" in name]
     if path is not None and Path(path).suffix.lower() == ".nc" and slashed:
         raise SceneError(
-            f"{path}: NetCDF allows no slash in the name of a column, as in {slashed[0]!r}; call it "
-            f"{slashed[0].replace('/', '_')!r}, or give a file name that ends in .parquet"
+            f"{path}: NetCDF allows no slash in the name of a column, as in {slashed[0]!r}; call it"
+            f" {slashed[0].replace('/', '_')!r}, or give a file name that ends in .parquet"
         )
 
 
 def as_line(content: Mapping[str, Any], seal: bytes = b"") -> bytes:
     """A header or row as JSON, a tab, and a checksum that `seal` changes; numbers that are not finite become null."""
     plain = {
-        key: None if isinstance(value, float) and not math.isfinite(value) else value for key, value in content.items()
+        key: None if isinstance(value, float) and not math.isfinite(value) else value
+        for key, value in content.items()
     }
     text = json.dumps(plain).encode()
     return b"%b\t%b\n" % (text, _checksum(text, seal))
@@ -346,7 +369,8 @@ def _check_format(path: Path) -> None:
             import pyarrow  # noqa: F401
         except ImportError:
             raise SceneError(
-                f'{path}: Parquet needs pyarrow; pip install "gallop-fmu[parquet]", or give a name that ends in .nc'
+                f'{path}: Parquet needs pyarrow; pip install "gallop-fmu[parquet]", or give a name'
+                " that ends in .nc"
             ) from None
 
 
@@ -356,8 +380,8 @@ def _open_journal(path: Path) -> BinaryIO:
         return open_exclusive(journal)
     except BlockingIOError:
         raise SceneError(
-            f"{path}: another sweep writes this file ({journal} is locked); wait until it has ended, or give another "
-            "name"
+            f"{path}: another sweep writes this file ({journal} is locked); wait until it has"
+            " ended, or give another name"
         ) from None
     except OSError as problem:
         raise SceneError(f"{journal}: cannot be opened ({problem.strerror or problem})") from None
@@ -397,7 +421,8 @@ def _reading(journal: Path) -> Iterator[None]:
         yield
     except UnreadableError:
         raise SceneError(
-            f"{journal}: is not the journal of a sweep, or damaged; remove it to compute all of it again"
+            f"{journal}: is not the journal of a sweep, or damaged; remove it to compute all of it"
+            " again"
         ) from None
     except OSError as problem:
         raise SceneError(f"{journal}: cannot be read ({problem.strerror})") from None
@@ -417,7 +442,9 @@ def _found(lines: bytes) -> _Found:
         raise UnreadableError
     seal = seal_of(header)
     rows = [_content_of(line, seal) for line in others]
-    numbers = [key for key, (unit, meaning) in header["columns"].items() if unit and meaning != VARIED]
+    numbers = [
+        key for key, (unit, meaning) in header["columns"].items() if unit and meaning != VARIED
+    ]
     if not all(_is_row(row, header, numbers) for row in rows):
         raise UnreadableError
     return _Found(header, {row["run"]: row for row in rows})
@@ -434,7 +461,9 @@ def _is_header(header: Any) -> bool:
         and math.prod(map(len, header["grid"].values())) == header["runs"]
         and isinstance(header.get("columns"), dict)
         and all(
-            isinstance(said, list) and len(said) == 2 and all(isinstance(text, str) for text in said)
+            isinstance(said, list)
+            and len(said) == 2
+            and all(isinstance(text, str) for text in said)
             for said in header["columns"].values()
         )
         and not _not_names((*header["grid"], *header["columns"]))
@@ -464,9 +493,14 @@ def row_problem(row: Mapping[str, Any]) -> str:
     for name, value in row.items():
         if isinstance(value, str):
             if not is_printable(value):
-                return f"{name}: a text must not hold control characters, surrogates or non-characters"
+                return (
+                    f"{name}: a text must not hold control characters, surrogates or non-characters"
+                )
         elif not (value is None or isinstance(value, (float, bool)) or _is_whole(value)):
-            return f"{name}: must be a number of at most 64 bits, a truth value, a text or None, not {value!r:.40}"
+            return (
+                f"{name}: must be a number of at most 64 bits, a truth value, a text or None, not"
+                f" {value!r:.40}"
+            )
     return ""
 
 
@@ -514,7 +548,9 @@ def _array(values: list[Any], text: bool = False) -> NDArray[Any]:
     truths = [isinstance(value, bool) for value in there]
     numbers = all(isinstance(value, (int, float)) for value in there)
     if not text and numbers and (all(truths) or not any(truths)):  # a truth among numbers is no 1
-        return np.array([math.nan if value is None else value for value in values], dtype=np.float64)
+        return np.array(
+            [math.nan if value is None else value for value in values], dtype=np.float64
+        )
     return np.array(["" if value is None else str(value) for value in values], dtype=object)
 
 
@@ -527,7 +563,10 @@ def _as_parquet(dataset: xr.Dataset) -> bytes:
     from pyarrow import parquet
 
     columns = {str(name): pa.array(values.values) for name, values in dataset.variables.items()}
-    fields = [pa.field(name, column.type, metadata=dataset[name].attrs) for name, column in columns.items()]
+    fields = [
+        pa.field(name, column.type, metadata=dataset[name].attrs)
+        for name, column in columns.items()
+    ]
     schema = pa.schema(fields, metadata={HEADER: dataset.attrs[HEADER]})
     buffer = BytesIO()
     parquet.write_table(pa.table(list(columns.values()), schema=schema), buffer)
@@ -543,7 +582,9 @@ def _read_parquet(path: Path) -> xr.Dataset:
     variables = {}
     for field in table.schema:
         attributes = {key.decode(): value.decode() for key, value in (field.metadata or {}).items()}
-        described = {key: value for key, value in attributes.items() if key in ("long_name", "units")}
+        described = {
+            key: value for key, value in attributes.items() if key in ("long_name", "units")
+        }
         variables[field.name] = ("run", table[field.name].to_numpy(), described)
     return _checked(xr.Dataset(variables, attrs={HEADER: header}))
 
@@ -557,6 +598,8 @@ def _read_netcdf(path: Path) -> xr.Dataset:
 def _checked(dataset: xr.Dataset) -> xr.Dataset:
     """A dataset whose header is one of a sweep, of this version or an older one."""
     header = json.loads(dataset.attrs[HEADER])
-    if not _is_header({**header, "format": FORMAT}) or not {"run", *TEXTS} <= set(map(str, dataset.variables)):
+    if not _is_header({**header, "format": FORMAT}) or not {"run", *TEXTS} <= set(
+        map(str, dataset.variables)
+    ):
         raise UnreadableError
     return dataset

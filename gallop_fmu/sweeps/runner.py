@@ -119,7 +119,11 @@ def compute(
         "scenes": cases.fingerprint(),
         "runs": len(cases.every),
         "grid": cases.grid,
-        "columns": {**COLUMNS, **{key: (_unit(cases, key), VARIED) for key in _varied(cases)}, **task.columns},
+        "columns": {
+            **COLUMNS,
+            **{key: (_unit(cases, key), VARIED) for key in _varied(cases)},
+            **task.columns,
+        },
     }
     check_columns(out, cases.columns)
     store = Store(out, header, lambda run: cases.every[run].columns())
@@ -158,7 +162,9 @@ def _rows(team: Workers, task: Task, left: list[Case], stop: Event) -> Iterator[
     call = _Group(task, stop if team.here else None)
     for group, answer in team.answers(call, groups):
         if isinstance(answer, Exception):
-            answer = [{**case.row, **_failure(answer, 0.0)} if case.scene else case.row for case in group]
+            answer = [
+                {**case.row, **_failure(answer, 0.0)} if case.scene else case.row for case in group
+            ]
         yield [row for row in answer if row["outcome"] != STOPPED]
 
 
@@ -195,7 +201,9 @@ class _Group:
         return self.stop is None or not self.stop.is_set()
 
 
-def one_by_one(function: Callable[[Scene], Row], scenes: Sequence[Scene], carry_on: CarryOn) -> list[Row]:
+def one_by_one(
+    function: Callable[[Scene], Row], scenes: Sequence[Scene], carry_on: CarryOn
+) -> list[Row]:
     """Rows of a function of one scene: with outcome, message and seconds, whatever it raises."""
     rows = []
     for scene in scenes:
@@ -220,9 +228,14 @@ def _plain(row: Row) -> Row:
     ValueError
         If no file of results can hold it.
     """
-    row = {key: value.item() if hasattr(value, "item") and np.ndim(value) == 0 else value for key, value in row.items()}
+    row = {
+        key: value.item() if hasattr(value, "item") and np.ndim(value) == 0 else value
+        for key, value in row.items()
+    }
     slashed = next((key for key in row if "/" in str(key)), None)
-    if problem := row_problem(row) or (slashed and f"{slashed}: the name of a column must have no slash"):
+    if problem := row_problem(row) or (
+        slashed and f"{slashed}: the name of a column must have no slash"
+    ):
         raise ValueError(problem)
     return row
 
@@ -231,7 +244,9 @@ def _joined(begin: Row, computed: Row) -> Row:
     """A whole row; what it begins with says which run it is, and is not to be replaced."""
     twice = sorted(begin.keys() & computed.keys())
     if twice:
-        computed = _failure(ValueError(f"{twice[0]}: is a column of the inputs; give the result another name"), 0.0)
+        computed = _failure(
+            ValueError(f"{twice[0]}: is a column of the inputs; give the result another name"), 0.0
+        )
     return {**begin, **computed}
 
 
@@ -250,9 +265,15 @@ def _stopped(why: str, store: Store) -> RunsStoppedError:
     """The error that ends an interrupted sweep, once its file is up to date, if that can be."""
     result = Runs(store.dataset())
     if not result.done:
-        return RunsStoppedError(f"{why}. None of {result.total} runs is done, and nothing was written", result)
+        return RunsStoppedError(
+            f"{why}. None of {result.total} runs is done, and nothing was written", result
+        )
     if store.path is None:
-        kept, where, again = result.done, "in the result of this error, since no file was named (out)", ""
+        kept, where, again = (
+            result.done,
+            "in the result of this error, since no file was named (out)",
+            "",
+        )
     else:
         again = " The same call again computes the rest."
         try:
@@ -260,7 +281,9 @@ def _stopped(why: str, store: Store) -> RunsStoppedError:
             kept, where = result.done, f"in {store.path}"
         except OSError:
             kept, where = store.on_disk(), f"in {journal_of(store.path)}"
-    return RunsStoppedError(f"{why}. {kept} of {result.total} runs are done and kept {where}.{again}", result)
+    return RunsStoppedError(
+        f"{why}. {kept} of {result.total} runs are done and kept {where}.{again}", result
+    )
 
 
 def _varied(cases: Cases) -> list[str]:
@@ -269,7 +292,10 @@ def _varied(cases: Cases) -> list[str]:
 
 def _unit(cases: Cases, key: str) -> str:
     first = cases.every[0]
-    for scene in (first.base.scene, first.scene):  # a specification may be complete with its row only
+    for scene in (
+        first.base.scene,
+        first.scene,
+    ):  # a specification may be complete with its row only
         with suppress(SceneError):
             return unit_of(scene(), key)
     return ""  # a section as a whole, or an item of a list that this scene does not have

@@ -25,8 +25,9 @@ class Runs:
     Attributes
     ----------
     dataset : xarray.Dataset
-        One row a run that is done, over the dimension ``run``: what was varied, ``outcome`` and ``message``,
-        ``seconds``, and what was computed, with ``units`` and ``long_name``. Missing numbers are NaN.
+        One row a run that is done, over the dimension ``run``: what was varied, ``outcome`` and
+        ``message``, ``seconds``, and what was computed, with ``units`` and ``long_name``. Missing
+        numbers are NaN.
     """
 
     dataset: xr.Dataset
@@ -61,13 +62,17 @@ class Runs:
         axes: dict[str, list[Any]] = self._header["grid"]
         shape = tuple(map(len, axes.values()))
         place = self.dataset.run.values
-        gridded = xr.Dataset(coords={name: [as_cell(value) for value in values] for name, values in axes.items()})
+        gridded = xr.Dataset(
+            coords={name: [as_cell(value) for value in values] for name, values in axes.items()}
+        )
         for name, column in self.dataset.data_vars.items():
             if name in axes:
                 gridded[name].attrs = column.attrs
                 continue
             text = column.dtype == object
-            values = np.full(int(np.prod(shape)), "" if text else np.nan, dtype=object if text else np.float64)
+            values = np.full(
+                int(np.prod(shape)), "" if text else np.nan, dtype=object if text else np.float64
+            )
             values[place] = column.values
             gridded[name] = (tuple(axes), values.reshape(shape), column.attrs)
         return gridded
@@ -83,8 +88,8 @@ def read_runs(path: Path | str) -> Runs:
     Parameters
     ----------
     path
-        The file that the sweep wrote, or was to write. Its journal ``FILE.journal`` is read if it is there, otherwise
-        the file itself.
+        The file that the sweep wrote, or was to write. Its journal ``FILE.journal`` is read if it
+        is there, otherwise the file itself.
 
     Raises
     ------

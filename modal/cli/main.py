@@ -41,18 +41,29 @@ def _root(version: Version = False) -> None:
 RANGE = "KEY[=FIRST:LAST]"
 Followed = Annotated[
     str | None,
-    typer.Option("--over", metavar=RANGE, help="Follow the modes over this number; else 0.7 to 1.3 times what it is."),
+    typer.Option(
+        "--over",
+        metavar=RANGE,
+        help="Follow the modes over this number; else 0.7 to 1.3 times what it is.",
+    ),
 ]
-Points = Annotated[int, typer.Option("--points", metavar="N", parser=whole(2, 10000), help="Number of values.")]
+Points = Annotated[
+    int, typer.Option("--points", metavar="N", parser=whole(2, 10000), help="Number of values.")
+]
 
 
-@app.command(epilog=example("gallop-modal modes example3 --over span.horizontal_tension --plot veering.png"))
+@app.command(
+    epilog=example("gallop-modal modes example3 --over span.horizontal_tension --plot veering.png")
+)
 def modes(
     scene: SceneName,
     changes: Changes = None,
-    count: Annotated[int, typer.Option(metavar="N", parser=whole(0, 10000), help="Number of modes.")] = 12,
+    count: Annotated[
+        int, typer.Option(metavar="N", parser=whole(0, 10000), help="Number of modes.")
+    ] = 12,
     wind: Annotated[
-        Literal["still", "mean"], typer.Option(help="About still air, or about equilibrium in the scene's mean wind.")
+        Literal["still", "mean"],
+        typer.Option(help="About still air, or about equilibrium in the scene's mean wind."),
     ] = "still",
     over: Followed = None,
     points: Points = 25,
@@ -120,7 +131,9 @@ def _follow_modes(
             "frequency_hz": frequency[k].tolist(),
             "damping_ratio": data.damping_ratio.values[k].tolist(),
             "family": families[k].tolist(),
-            "shares": {name: shares[k, :, f].tolist() for f, name in enumerate(data.family.values.tolist())},
+            "shares": {
+                name: shares[k, :, f].tolist() for f, name in enumerate(data.family.values.tolist())
+            },
             "likeness": data.likeness.values[k].tolist(),
         }
         for k in range(len(frequency))
@@ -135,7 +148,13 @@ def _follow_modes(
 
         return tracking_figure(data)
 
-    told = {"title": scene.title, "warnings": list(scene.warnings), "wind": wind, "over": over, "unit": unit}
+    told = {
+        "title": scene.title,
+        "warnings": list(scene.warnings),
+        "wind": wind,
+        "over": over,
+        "unit": unit,
+    }
     told |= {"values": values, "modes": rows}
     tell(told, [scene.title, table], figure, plot, as_json)
 
@@ -160,13 +179,19 @@ def _numbers(path: str, text: str) -> list[float]:
     from gallop_fmu.foundation.errors import SceneError
 
     values = values_of(path, text)
-    wrong = [value for value in values if isinstance(value, bool) or not isinstance(value, (int, float))]
+    wrong = [
+        value for value in values if isinstance(value, bool) or not isinstance(value, (int, float))
+    ]
     if wrong:
         raise SceneError(f"--over {path}={text}: {wrong[0]!r} is no number")
     return [float(value) for value in values]
 
 
-@app.command(epilog=example("gallop-modal ratio example3 --over span.horizontal_tension=10e3:20e3 --plot map.png"))
+@app.command(
+    epilog=example(
+        "gallop-modal ratio example3 --over span.horizontal_tension=10e3:20e3 --plot map.png"
+    )
+)
 def ratio(
     scene: SceneName,
     changes: Changes = None,
@@ -174,11 +199,16 @@ def ratio(
         str,
         typer.Option(
             metavar=RANGE,
-            help="Number to vary: a value of the scene, temperature_change \\[K], or supports.stiffness_x1 (both).",
+            help=(
+                "Number to vary: a value of the scene, temperature_change \\[K], or"
+                " supports.stiffness_x1 (both)."
+            ),
         ),
     ] = "span.horizontal_tension",
     points: Points = 25,
-    against: Annotated[str | None, typer.Option(metavar=RANGE, help="A second number, for a map over both.")] = None,
+    against: Annotated[
+        str | None, typer.Option(metavar=RANGE, help="A second number, for a map over both.")
+    ] = None,
     plot: Plot = None,
     as_json: AsJson = False,
 ) -> None:
@@ -204,13 +234,21 @@ def ratio(
     }
     lines = [
         chosen.title,
-        f"first symmetric vertical {here.vertical_hz:.4f} Hz, horizontal {here.horizontal_hz:.4f} Hz",
-        f"ratio {here.ratio:.4f}: {abs(here.detuning):.1%} {'above' if here.detuning > 0 else 'below'} 2:1",
+        (
+            f"first symmetric vertical {here.vertical_hz:.4f} Hz, horizontal"
+            f" {here.horizontal_hz:.4f} Hz"
+        ),
+        (
+            f"ratio {here.ratio:.4f}: {abs(here.detuning):.1%}"
+            f" {'above' if here.detuning > 0 else 'below'} 2:1"
+        ),
     ]
     if against is None:
         try:
             at_two = crossings(chosen, over, values)
-        except SceneError as problem:  # on a slope modes veer near 2:1; the ratio of the scene itself is known
+        except (
+            SceneError
+        ) as problem:  # on a slope modes veer near 2:1; the ratio of the scene itself is known
             lines.append(f"{over}: values at which the ratio is 2 cannot be listed: {problem}")
             told |= {"crossings": None, "crossings_problem": str(problem)}
         else:
@@ -223,13 +261,17 @@ def ratio(
             from modal.plots.span_figures import ratio_figure
 
             return ratio_figure(ratio_map(chosen, over, values))
+
     else:
         against, others = _varied(chosen, against, points)
         data = ratio_map(chosen, over, values, against=(against, others))
         told |= {"values": values, "against": against, "against_values": others}
-        told["ratios"] = [[None if r != r else r for r in row] for row in data.ratio.values.tolist()]  # NaN is no JSON
+        told["ratios"] = [
+            [None if r != r else r for r in row] for row in data.ratio.values.tolist()
+        ]  # NaN is no JSON
         lines.append(
-            f"ratio from {data.ratio.min().item():.4f} to {data.ratio.max().item():.4f} over {over} and {against}"
+            f"ratio from {data.ratio.min().item():.4f} to {data.ratio.max().item():.4f} over {over}"
+            f" and {against}"
         )
 
         def figure() -> Any:
@@ -244,11 +286,18 @@ def ratio(
 def linear(
     scene: SceneName,
     changes: Changes = None,
-    count: Annotated[int, typer.Option(metavar="N", parser=whole(1, 10000), help="Number of modes.")] = 6,
+    count: Annotated[
+        int, typer.Option(metavar="N", parser=whole(1, 10000), help="Number of modes.")
+    ] = 6,
     highest: Annotated[
-        float, typer.Option(metavar="U", parser=real, help="Wind speed \\[m/s] up to which onsets are looked for.")
+        float,
+        typer.Option(
+            metavar="U", parser=real, help="Wind speed \\[m/s] up to which onsets are looked for."
+        ),
     ] = 15.0,
-    what: Annotated[Literal["locus", "criteria"], typer.Option("--show", help="What --plot draws.")] = "locus",
+    what: Annotated[
+        Literal["locus", "criteria"], typer.Option("--show", help="What --plot draws.")
+    ] = "locus",
     plot: Plot = None,
     as_json: AsJson = False,
 ) -> None:
@@ -264,7 +313,9 @@ def linear(
     told = {
         "title": chosen.title,
         "warnings": list(chosen.warnings),
-        "unstable_attack_angles_deg": {criterion.name: criterion.unstable_deg for criterion in criteria},
+        "unstable_attack_angles_deg": {
+            criterion.name: criterion.unstable_deg for criterion in criteria
+        },
         "causes": {criterion.name: criterion.causes for criterion in criteria if criterion.causes},
         "critical_winds": [
             {
@@ -285,13 +336,19 @@ def linear(
         table.add_row(
             f"{onset.mode.family} {onset.mode.loops}",
             f"{onset.mode.frequency_hz:.4f}",
-            f"none to {onset.searched_to:g}" if onset.wind_speed is None else f"{onset.wind_speed:.3f}",
+            (
+                f"none to {onset.searched_to:g}"
+                if onset.wind_speed is None
+                else f"{onset.wind_speed:.3f}"
+            ),
             "-" if onset.den_hartog is None else f"{onset.den_hartog:.3f}",
         )
     lines = [chosen.title]
     for criterion in criteria:
         ranges = ", ".join(f"{first:.1f} to {last:.1f}" for first, last in criterion.unstable_deg)
-        lines.append(f"{criterion.name}: unstable at {ranges} deg" if ranges else f"{criterion.name}: stable")
+        lines.append(
+            f"{criterion.name}: unstable at {ranges} deg" if ranges else f"{criterion.name}: stable"
+        )
         lines += [f"  {line}" for line in criterion.explained]
 
     def figure() -> Any:
@@ -302,21 +359,32 @@ def linear(
             return criteria_figure(criteria, float(np.radians(chosen.ice.attack_angle_deg)))
         if onsets[0].searched_to == 0.0:
             raise SceneError(f"no root locus: {onsets[0].remark}")
-        return locus_figure(root_locus(chosen, list(np.linspace(0.0, onsets[0].searched_to, 31)), count))
+        return locus_figure(
+            root_locus(chosen, list(np.linspace(0.0, onsets[0].searched_to, 31)), count)
+        )
 
-    tell(told, [*lines, table, *{onset.remark for onset in onsets if onset.remark}], figure, plot, as_json)
+    tell(
+        told,
+        [*lines, table, *{onset.remark for onset in onsets if onset.remark}],
+        figure,
+        plot,
+        as_json,
+    )
 
 
 app.command(name="screen", epilog=example(SCREEN_EXAMPLE))(screen_span)
 app.command(epilog=example(REPORT_EXAMPLE))(report)
 
 
-@app.command(name="compare", epilog=example("gallop-modal compare example3 --until 900 --plot compare.png"))
+@app.command(
+    name="compare", epilog=example("gallop-modal compare example3 --until 900 --plot compare.png")
+)
 def compare_models(
     scene: SceneName,
     changes: Changes = None,
     until: Annotated[
-        float | None, typer.Option(metavar="S", parser=real, help="Simulated time \\[s]; else the scene's.")
+        float | None,
+        typer.Option(metavar="S", parser=real, help="Simulated time \\[s]; else the scene's."),
     ] = None,
     plot: Plot = None,
     as_json: AsJson = False,

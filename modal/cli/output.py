@@ -7,12 +7,21 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from gallop_fmu.cli.terminal import PICTURE_SUFFIXES, check_output, chosen_scene, complain_of, echo_json, new_console
+from gallop_fmu.cli.terminal import (
+    PICTURE_SUFFIXES,
+    check_output,
+    chosen_scene,
+    complain_of,
+    echo_json,
+    new_console,
+)
 
 if TYPE_CHECKING:
     from gallop_fmu.scene.scene import Scene
 
-Plot = Annotated[Path | None, typer.Option("--plot", metavar="FILE", help="Write a picture: .png, .svg or .pdf.")]
+Plot = Annotated[
+    Path | None, typer.Option("--plot", metavar="FILE", help="Write a picture: .png, .svg or .pdf.")
+]
 
 
 def scene_to_draw(name: str, changes: list[str] | None, plot: Path | None) -> Scene:
@@ -23,7 +32,9 @@ def scene_to_draw(name: str, changes: list[str] | None, plot: Path | None) -> Sc
     return chosen
 
 
-def tell(told: dict[str, Any], lines: list[Any], figure: Any, plot: Path | None, as_json: bool) -> None:
+def tell(
+    told: dict[str, Any], lines: list[Any], figure: Any, plot: Path | None, as_json: bool
+) -> None:
     """Print as JSON or as lines and tables, and draw if asked to."""
     if plot:
         from gallop_fmu.plots import save_figure

@@ -35,11 +35,16 @@ def screen_span(
     table: SpanTable = None,
     highest: Annotated[
         float | None,
-        typer.Option(metavar="U", parser=real, help="Highest wind speed \\[m/s]; else 1.5 times the scene's."),
+        typer.Option(
+            metavar="U", parser=real, help="Highest wind speed \\[m/s]; else 1.5 times the scene's."
+        ),
     ] = None,
     first_look: Annotated[
         bool,
-        typer.Option("--first-look", help="Many spans: only the estimate by hand, about thirty times as fast."),
+        typer.Option(
+            "--first-look",
+            help="Many spans: only the estimate by hand, about thirty times as fast.",
+        ),
     ] = False,
     out: RunsOut = None,
     workers: WorkerCount = None,
@@ -73,7 +78,10 @@ def screen_span(
         )
         return
     if first_look or out or workers or cluster:
-        raise SceneError("--first-look, --out, --workers and --cluster are for many spans; give --over or --table")
+        raise SceneError(
+            "--first-look, --out, --workers and --cluster are for many spans; give --over or"
+            " --table"
+        )
     if scene is None:
         raise SceneError("no scene: give SCENE, or spans to screen with --table")
     chosen = scene_to_draw(scene, changes, plot)
@@ -89,9 +97,19 @@ def screen_span(
         if cycle is not None:
             numbers = (cycle.wind_speed, cycle.vertical, cycle.horizontal, cycle.frequency_hz)
             cycles.add_row(name, *(f"{number:.4g}" for number in numbers))
-    lines = [chosen.title, f"risk of a 2:1 swing: {found.risk}", found.reason, *([cycles] if found.galloping else [])]
+    lines = [
+        chosen.title,
+        f"risk of a 2:1 swing: {found.risk}",
+        found.reason,
+        *([cycles] if found.galloping else []),
+    ]
     ratios = {"ratio": found.frequencies.ratio, "detuning": found.frequencies.detuning}
-    told = {"title": chosen.title, **asdict(found), **ratios, "growth_per_cycle": found.growth_per_cycle}
+    told = {
+        "title": chosen.title,
+        **asdict(found),
+        **ratios,
+        "growth_per_cycle": found.growth_per_cycle,
+    }
     tell(told, lines, figure, plot, as_json)
 
 

@@ -8,11 +8,13 @@ ROUND_OFF = 1e-9
 """Value at one end of a bracket, in parts of the value at the other, that may be the round-off of a root there."""
 
 
-def bracketed_root(function: Callable[[float], float], low: float, high: float, xtol: float = 1e-14) -> float:
+def bracketed_root(
+    function: Callable[[float], float], low: float, high: float, xtol: float = 1e-14
+) -> float:
     """Root of a function that changes sign between two ends, one of which may be the root itself.
 
-    Where an end is an analytic value of the root, round-off decides the sign of the function there: pi/l l - pi is
-    4e-16 or -4e-16. Such an end is the root.
+    Where an end is an analytic value of the root, round-off decides the sign of the function there:
+    pi/l l - pi is 4e-16 or -4e-16. Such an end is the root.
 
     Raises
     ------

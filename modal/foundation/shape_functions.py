@@ -60,8 +60,8 @@ class Sections:
     length : ndarray, shape (section,)
         Length [m] of conductor that belongs to each.
     normal : ndarray, shape (section, 2)
-        n2, the upward normal of the conductor in its vertical plane, along x1 and x2. Wind and ice act in the plane of
-        n2 and x3.
+        n2, the upward normal of the conductor in its vertical plane, along x1 and x2. Wind and ice
+        act in the plane of n2 and x3.
     """
 
     length: Array
@@ -77,6 +77,8 @@ class Sections:
     def motion(self, nodal: Array) -> Array:
         """Nodal motion (node, 4, ...) at the sections: along n2, along x3, and twist; shape (3, section, ...)."""
         at = nodal[nodes_of(len(nodal) // 2)]
-        u1, u2, u3, theta = np.einsum("pn,eni...->iep...", shape(GAUSS3), at).reshape(4, -1, *nodal.shape[2:])
+        u1, u2, u3, theta = np.einsum("pn,eni...->iep...", shape(GAUSS3), at).reshape(
+            4, -1, *nodal.shape[2:]
+        )
         along = self.normal.reshape(len(self.normal), 2, *(1 for _ in nodal.shape[2:]))
         return np.stack([along[:, 0] * u1 + along[:, 1] * u2, u3, theta])

@@ -1,15 +1,16 @@
 """Small motion about an equilibrium: M q'' + C q' + K q = forces, from the kernel's own tangents.
 
-The unknowns are the displacements of all nodes about the equilibrium, four a node. Those that may move are "free";
-the others follow the tower points ("held") or do not exist (the twist of an end). The aerodynamic load depends on the
-wind and on the attack angle only through w3 = U - v3 and alpha = alpha0 + theta + ..., hence its slopes follow from the
-tangents exactly:
+The unknowns are the displacements of all nodes about the equilibrium, four a node. Those that may
+move are "free"; the others follow the tower points ("held") or do not exist (the twist of an end).
+The aerodynamic load depends on the wind and on the attack angle only through w3 = U - v3 and alpha
+= alpha0 + theta + ..., hence its slopes follow from the tangents exactly:
 
 - by the wind speed, minus the aerodynamic damping matrix times a uniform unit velocity v3;
-- by the attack angle, the aerodynamic stiffness matrix times a uniform unit twist, plus the change of the torque of the
-  ice's weight, since the ice turns with the attack angle.
+- by the attack angle, the aerodynamic stiffness matrix times a uniform unit twist, plus the change
+  of the torque of the ice's weight, since the ice turns with the attack angle.
 
-Every matrix is taken at the equilibrium itself: eccentric ice that has turned there changes the mass matrix too.
+Every matrix is taken at the equilibrium itself: eccentric ice that has turned there changes the
+mass matrix too.
 """
 
 from __future__ import annotations
@@ -36,12 +37,13 @@ class Linearised:
     Attributes
     ----------
     mass, damping, stiffness : sparse array, shape (4 node, 4 node)
-        Of all unknowns, springs of the supports included [kg, N s/m, N/m and their like for the twist]. In wind,
-        damping and stiffness carry the aerodynamic load and are not symmetric.
+        Of all unknowns, springs of the supports included [kg, N s/m, N/m and their like for the
+        twist]. In wind, damping and stiffness carry the aerodynamic load and are not symmetric.
     free : ndarray of bool, shape (node, 4)
         The unknowns that may move.
     spring : ndarray, shape (2, 3)
-        Stiffness [N/m] of the support springs, left and right, along x1, x2, x3; 0 where the end is held.
+        Stiffness [N/m] of the support springs, left and right, along x1, x2, x3; 0 where the end is
+        held.
     displacement : ndarray, shape (node, 4)
         The equilibrium, from the initial one [m, rad].
     wind_speed : float
@@ -86,7 +88,9 @@ class SmallMotion:
     def __init__(self, scene: Scene) -> None:
         self.scene = scene
         self.model = Model(scene)
-        self._unknown = 8 * np.arange(self.model.elements)[:, None] + np.arange(12)  # neighbours share a corner node
+        self._unknown = 8 * np.arange(self.model.elements)[:, None] + np.arange(
+            12
+        )  # neighbours share a corner node
         self._spring = np.zeros((2, 3))
         self._spring[:, [0, 2]] = self.model.equilibrium().support_stiffness
         self._free = np.ones((self.model.nodes, 4), dtype=np.bool_)
@@ -107,12 +111,15 @@ class SmallMotion:
         Raises
         ------
         SceneError
-            If the scene has no coefficient curve, the attack angle leaves it, or there is no equilibrium.
+            If the scene has no coefficient curve, the attack angle leaves it, or there is no
+            equilibrium.
         """
         if not (np.isfinite(speed) and speed >= 0.0):
             raise SceneError(f"wind speed = {speed} m/s: must be a finite number, 0 or more")
         if speed > 0.0 and self.scene.aerodynamics is None:
-            raise SceneError("the scene has no aerodynamics: wind needs a coefficient curve to become a force")
+            raise SceneError(
+                "the scene has no aerodynamics: wind needs a coefficient curve to become a force"
+            )
         try:
             displacement, _, _ = self.model.rest(0.0, self._inputs(speed)).motion()
         except SimulationError as problem:
@@ -148,7 +155,9 @@ class SmallMotion:
         in_wind = self._assembled(self.model.tangent(u, stiffness=1.0, inputs=windy), springs=True)
         damped = self._assembled(self.model.tangent(u, damping=1.0, inputs=windy))
         untwisted = u * [1.0, 1.0, 1.0, 0.0]
-        without_turn = self._assembled(self.model.tangent(untwisted, stiffness=1.0, inputs=calm), springs=True)
+        without_turn = self._assembled(
+            self.model.tangent(untwisted, stiffness=1.0, inputs=calm), springs=True
+        )
         return replace(
             still,
             damping=damped,
@@ -158,10 +167,16 @@ class SmallMotion:
         )
 
     def _assembled(self, elements: Array, springs: bool = False) -> csc_array:
-        from scipy.sparse import coo_array, csc_array  # a tenth of a second, which `import modal` should not cost
+        from scipy.sparse import (
+            coo_array,
+            csc_array,
+        )  # a tenth of a second, which `import modal` should not cost
 
         size = 4 * self.model.nodes
-        rows, columns = np.repeat(self._unknown, 12, axis=1).ravel(), np.tile(self._unknown, 12).ravel()
+        rows, columns = (
+            np.repeat(self._unknown, 12, axis=1).ravel(),
+            np.tile(self._unknown, 12).ravel(),
+        )
         total = coo_array((elements.ravel(), (rows, columns)), shape=(size, size)).tocsc()
         if springs:
             at_ends = np.zeros((self.model.nodes, 4))

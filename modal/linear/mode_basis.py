@@ -45,7 +45,9 @@ class Rest:
         for number, (found, symmetric) in enumerate(zip(self.family, self.symmetric, strict=True)):
             if found == family and symmetric:
                 return number
-        raise SceneError(f"the span has no symmetric {family} mode on a mesh of {self.model.elements} elements")
+        raise SceneError(
+            f"the span has no symmetric {family} mode on a mesh of {self.model.elements} elements"
+        )
 
 
 def assemble(elements: Array) -> Array:
@@ -63,7 +65,9 @@ def at_rest(scene: Scene, elements: int = ELEMENTS) -> Rest:
 
     if scene.numerics.elements > elements:
         coarse = scene.numerics.model_copy(update={"elements": elements})
-        scene = scene.model_copy(update={"numerics": coarse})  # a valid number: the check of a whole scene takes 10 ms
+        scene = scene.model_copy(
+            update={"numerics": coarse}
+        )  # a valid number: the check of a whole scene takes 10 ms
     model = Model(scene)
     air = Inputs.still(scene)
     springs = np.zeros((model.nodes, 4))
@@ -77,14 +81,21 @@ def at_rest(scene: Scene, elements: int = ELEMENTS) -> Rest:
     kept = np.flatnonzero(free)
     squares, vectors = eigh(stiffness[np.ix_(kept, kept)], mass[np.ix_(kept, kept)])
     if squares[0] <= 0.0:
-        raise SceneError("the initial equilibrium is unstable, so it has no natural modes; see natural_modes(scene)")
+        raise SceneError(
+            "the initial equilibrium is unstable, so it has no natural modes; see"
+            " natural_modes(scene)"
+        )
     shapes = np.zeros((len(squares), 4 * model.nodes))
     shapes[:, kept] = vectors.T
     parts = shapes.reshape(len(squares), model.nodes, 4)
     turned = by_family(scene, parts)
     masses = mass.reshape(model.nodes, 4, model.nodes, 4)
     energy = np.stack(
-        [np.einsum("mi,ij,mj->m", turned[:, :, f], masses[:, f, :, f], turned[:, :, f]) for f in range(4)], axis=1
+        [
+            np.einsum("mi,ij,mj->m", turned[:, :, f], masses[:, f, :, f], turned[:, :, f])
+            for f in range(4)
+        ],
+        axis=1,
     )
     dominant = np.argmax(energy, axis=1)
     mirror = turned[:, ::-1] * np.array([-1.0, 1.0, 1.0, 1.0])
@@ -114,7 +125,9 @@ def choose(rest: Rest, symmetric: tuple[bool, ...]) -> list[int]:
     chosen: list[int] = []
     for family, count in KEPT.items():
         for kind in symmetric:
-            alike = [i for i, f in enumerate(rest.family) if f == family and rest.symmetric[i] == kind]
+            alike = [
+                i for i, f in enumerate(rest.family) if f == family and rest.symmetric[i] == kind
+            ]
             chosen += alike[:count]
     return chosen
 

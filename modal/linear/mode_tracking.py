@@ -42,7 +42,9 @@ class Snapshot:
     def of(cls, motion: SmallMotion, count: int, speed: float | None = None) -> Snapshot:
         """Modes in still air, or in wind of a speed [m/s]."""
         equations = motion.in_still_air() if speed is None else motion.in_wind(speed)
-        return cls(modes_of(equations, motion.scene, min(count, int(equations.free.sum()))), equations.mass)
+        return cls(
+            modes_of(equations, motion.scene, min(count, int(equations.free.sum()))), equations.mass
+        )
 
     def likeness(self, other: Snapshot) -> Array:
         """Modal assurance criterion of every mode here (row) with every mode there (column), weighted by the mass."""
@@ -59,29 +61,32 @@ def track_modes(
 ) -> xr.Dataset:
     """Follow modes while one number of a scene changes.
 
-    A mode at one value is the one at the next whose shape it resembles most (modal assurance criterion, weighted by the
-    mass). Where no shape resembles it well, or two modes change their order, the interval is halved, down to a
-    thousandth. Hence two modes that truly cross keep their names, and two that veer keep to their sides and exchange
-    their shapes, which the shares show; a veering narrower than a thousandth of the interval passes for a crossing.
+    A mode at one value is the one at the next whose shape it resembles most (modal assurance
+    criterion, weighted by the mass). Where no shape resembles it well, or two modes change their
+    order, the interval is halved, down to a thousandth. Hence two modes that truly cross keep their
+    names, and two that veer keep to their sides and exchange their shapes, which the shares show; a
+    veering narrower than a thousandth of the interval passes for a crossing.
 
     Parameters
     ----------
     scene
         The span.
     path
-        Dotted path of the number, such as ``"span.horizontal_tension"``, understood as `modal.ratio_map` does.
+        Dotted path of the number, such as ``"span.horizontal_tension"``, understood as
+        `modal.ratio_map` does.
     values
         Its values, in the order in which they are gone through.
     count
         Number of modes followed: the lowest at the first value.
     wind
-        ``"still"`` or ``"mean"``; with ``path="wind.speed"`` and ``"mean"`` the modes go with the wind.
+        ``"still"`` or ``"mean"``; with ``path="wind.speed"`` and ``"mean"`` the modes go with the
+        wind.
 
     Returns
     -------
     xarray.Dataset
-        Over ``mode`` and `path`: ``frequency_hz`` [Hz], ``damping_ratio``, ``share`` (also over ``family``), and
-        ``likeness``, the lowest assurance on the way from the value before.
+        Over ``mode`` and `path`: ``frequency_hz`` [Hz], ``damping_ratio``, ``share`` (also over
+        ``family``), and ``likeness``, the lowest assurance on the way from the value before.
 
     Raises
     ------
@@ -95,7 +100,9 @@ def track_modes(
 
     def at(value: float) -> Snapshot:
         changed = with_number(scene, path, value)
-        return Snapshot.of(SmallMotion(changed), count + SPARE, changed.wind.mean_speed if wind == "mean" else None)
+        return Snapshot.of(
+            SmallMotion(changed), count + SPARE, changed.wind.mean_speed if wind == "mean" else None
+        )
 
     if wind not in ("still", "mean"):
         raise SceneError(f'wind = {wind!r}: must be "still" or "mean"')
@@ -108,12 +115,21 @@ def track_modes(
         rows.append([there.modes[k] for k in chosen])
         likeness.append(lowest)
         here = there
-    table = (("mode", path), np.array([[mode.frequency_hz for mode in row] for row in rows]).T, {"units": "Hz"})
-    shares = np.array([[[mode.shares[family] for family in FAMILIES] for mode in row] for row in rows])
+    table = (
+        ("mode", path),
+        np.array([[mode.frequency_hz for mode in row] for row in rows]).T,
+        {"units": "Hz"},
+    )
+    shares = np.array(
+        [[[mode.shares[family] for family in FAMILIES] for mode in row] for row in rows]
+    )
     return xr.Dataset(
         {
             "frequency_hz": table,
-            "damping_ratio": (("mode", path), np.array([[m.damping_ratio for m in row] for row in rows]).T),
+            "damping_ratio": (
+                ("mode", path),
+                np.array([[m.damping_ratio for m in row] for row in rows]).T,
+            ),
             "share": (("mode", path, "family"), np.swapaxes(shares, 0, 1)),
             "likeness": (("mode", path), np.array(likeness).T),
         },

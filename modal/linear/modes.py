@@ -39,26 +39,29 @@ class Mode:
     frequency_hz : float
         Natural frequency [Hz], the eigenvalue's modulus over 2 pi.
     damping_ratio : float
-        Part of critical damping; negative: the motion grows. Structural in still air, with the wind's in mean wind.
+        Part of critical damping; negative: the motion grows. Structural in still air, with the
+        wind's in mean wind.
     family : str
-        ``"vertical"``, ``"horizontal"``, ``"torsional"`` or ``"longitudinal"``: the largest of `shares`.
+        ``"vertical"``, ``"horizontal"``, ``"torsional"`` or ``"longitudinal"``: the largest of
+        `shares`.
     shares : dict of str to float
-        Kinetic energy of each family as a part of their sum. ``"longitudinal"`` and ``"vertical"`` are the motion in
-        the vertical plane along the chord and across it. The coupling through eccentric ice belongs to no family and
-        is left out.
+        Kinetic energy of each family as a part of their sum. ``"longitudinal"`` and ``"vertical"``
+        are the motion in the vertical plane along the chord and across it. The coupling through
+        eccentric ice belongs to no family and is left out.
     symmetric : bool
         Whether the motion is rather its own mirror image about mid-span than the opposite of it.
     loops : int
         Half-waves of the family's displacement along the span.
     participation : dict of str to float
-        Generalised force of a uniform load of 1 N/m along x2 ("vertical") or x3 ("horizontal"): the integral of the
-        shape over the conductor [m/sqrt(kg)]. A static load p moves the modal coordinate by participation p / w^2;
-        mass per unit length times its square is the mode's effective mass [kg], and these add up to the whole.
+        Generalised force of a uniform load of 1 N/m along x2 ("vertical") or x3 ("horizontal"): the
+        integral of the shape over the conductor [m/sqrt(kg)]. A static load p moves the modal
+        coordinate by participation p / w^2; mass per unit length times its square is the mode's
+        effective mass [kg], and these add up to the whole.
     eigenvalue : complex
         Of the motion [1/s], with positive imaginary part.
     shape : ndarray, shape (node, 4)
-        u1, u2, u3 and theta per unit of the modal coordinate [1/sqrt(kg), rad/(m sqrt(kg))]; its modal mass is 1, and
-        its first half-wave from the left is positive.
+        u1, u2, u3 and theta per unit of the modal coordinate [1/sqrt(kg), rad/(m sqrt(kg))]; its
+        modal mass is 1, and its first half-wave from the left is positive.
     quadrature : ndarray, shape (node, 4)
         What moves a quarter of a period ahead of `shape`; zero in still air.
     wave : ndarray, shape (node,)
@@ -104,12 +107,13 @@ def by_family(scene: Scene, shape: NDArray[Any]) -> NDArray[Any]:
 def natural_modes(scene: Scene, count: int = 12, wind: WindState = "still") -> list[Mode]:
     """Lowest modes about the initial equilibrium in still air, or about the static equilibrium in mean wind.
 
-    Mass, damping and stiffness are those of the simulation: with the sag, the elasticity of the conductor and its
-    supports, and the eccentric ice, whose weight and inertia couple the twist to the displacements.
+    Mass, damping and stiffness are those of the simulation: with the sag, the elasticity of the
+    conductor and its supports, and the eccentric ice, whose weight and inertia couple the twist to
+    the displacements.
 
-    In still air the modes are those of the undamped span, and the damping ratio is phi' C phi / (2 w). In mean wind the
-    quasi-steady load (Liu, Yan, Zhang, Zhou 2009, eq. 20-21) adds to damping and stiffness, and the modes are the
-    complex ones of M s^2 + C s + K.
+    In still air the modes are those of the undamped span, and the damping ratio is phi' C phi / (2
+    w). In mean wind the quasi-steady load (Liu, Yan, Zhang, Zhou 2009, eq. 20-21) adds to damping
+    and stiffness, and the modes are the complex ones of M s^2 + C s + K.
 
     Parameters
     ----------
@@ -123,12 +127,14 @@ def natural_modes(scene: Scene, count: int = 12, wind: WindState = "still") -> l
     Returns
     -------
     list of Mode
-        In order of frequency. In mean wind, what does not oscillate (damped above critical) is no mode and left out.
+        In order of frequency. In mean wind, what does not oscillate (damped above critical) is no
+        mode and left out.
 
     Raises
     ------
     SceneError
-        If `count` is not possible on this mesh, or the equilibrium does not exist or is statically unstable.
+        If `count` is not possible on this mesh, or the equilibrium does not exist or is statically
+        unstable.
     SimulationError
         If no initial equilibrium exists.
     """
@@ -141,8 +147,9 @@ def modes_of(equations: Linearised, scene: Scene, count: int) -> list[Mode]:
     unknowns = mass.shape[0]
     if isinstance(count, bool) or not isinstance(count, int) or not 1 <= count <= unknowns:
         raise SceneError(
-            f"count = {count}: must be a whole number from 1 to {unknowns}, the unknowns of a mesh of "
-            f"{scene.numerics.elements} elements; ask for fewer modes or raise numerics.elements"
+            f"count = {count}: must be a whole number from 1 to {unknowns}, the unknowns of a mesh"
+            f" of {scene.numerics.elements} elements; ask for fewer modes or raise"
+            " numerics.elements"
         )
     unstable = not _is_stable(stiffness)
     if equations.wind_speed > 0.0:
@@ -150,9 +157,10 @@ def modes_of(equations: Linearised, scene: Scene, count: int) -> list[Mode]:
     elif unstable:
         moment = scene.ice.first_moments()[0]
         raise SceneError(
-            f"the initial equilibrium is unstable: with ice.first_moment_x2 = {moment:.6g} kg at the attack angle the "
-            "weight of the ice turns the conductor over, whose conductor.torsional_stiffness is "
-            f"{scene.conductor.torsional_stiffness} N m2/rad; lower the first or raise the second, and check the units"
+            f"the initial equilibrium is unstable: with ice.first_moment_x2 = {moment:.6g} kg at"
+            " the attack angle the weight of the ice turns the conductor over, whose"
+            f" conductor.torsional_stiffness is {scene.conductor.torsional_stiffness} N m2/rad;"
+            " lower the first or raise the second, and check the units"
         )
     else:
         squares, real = _lowest(mass, stiffness, count)
@@ -160,18 +168,27 @@ def modes_of(equations: Linearised, scene: Scene, count: int) -> list[Mode]:
         ratio = np.einsum("im,im->m", real, damping @ real) / (2.0 * omega)
         values = omega * (-ratio + 1j * np.sqrt(np.maximum(1.0 - ratio**2, 0.0)))
         vectors = real.astype(np.complex128)
-    return [_describe(equations, scene, complex(s), vector) for s, vector in zip(values, vectors.T, strict=True)]
+    return [
+        _describe(equations, scene, complex(s), vector)
+        for s, vector in zip(values, vectors.T, strict=True)
+    ]
 
 
 def _is_stable(stiffness: csc_array) -> bool:
     """Whether no pivot of a factorisation is negative.
 
-    In still air as many eigenvalues are negative as pivots (Sylvester). In wind the matrix is not symmetric; there the
-    sign of the determinant tells: negative, and one eigenvalue of the motion is real and positive.
+    In still air as many eigenvalues are negative as pivots (Sylvester). In wind the matrix is not
+    symmetric; there the sign of the determinant tells: negative, and one eigenvalue of the motion
+    is real and positive.
     """
     from scipy.sparse.linalg import splu
 
-    factors = splu(stiffness, permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.0, options={"SymmetricMode": True})
+    factors = splu(
+        stiffness,
+        permc_spec="MMD_AT_PLUS_A",
+        diag_pivot_thresh=0.0,
+        options={"SymmetricMode": True},
+    )
     return bool(np.all(factors.U.diagonal() > 0.0))
 
 
@@ -190,7 +207,9 @@ def _lowest(mass: csc_array, stiffness: csc_array, count: int) -> tuple[Array, A
     return squares[order], vectors[:, order]
 
 
-def _complex_modes(equations: Linearised, scene: Scene, count: int, every: bool) -> tuple[ComplexArray, ComplexArray]:
+def _complex_modes(
+    equations: Linearised, scene: Scene, count: int, every: bool
+) -> tuple[ComplexArray, ComplexArray]:
     """Eigenvalues [1/s] with positive imaginary part, lowest modulus first, and mass-normalised vectors."""
     matrices = equations.of_free()
     unknowns = matrices[0].shape[0]
@@ -201,17 +220,21 @@ def _complex_modes(equations: Linearised, scene: Scene, count: int, every: bool)
         oscillates = np.abs(values.imag) > AT_REST * np.abs(values)
         if np.any(values.real[~oscillates] > 0.0):
             raise SceneError(
-                f"the equilibrium in wind of {equations.wind_speed:g} m/s is statically unstable: the conductor twists "
-                "away (torsional divergence) or is blown off, because the aerodynamic moment grows faster with the "
-                f"twist than conductor.torsional_stiffness = {scene.conductor.torsional_stiffness} N m2/rad resists; "
-                "lower the wind, or check the slope of the moment coefficient and the attack angle"
+                f"the equilibrium in wind of {equations.wind_speed:g} m/s is statically unstable:"
+                " the conductor twists away (torsional divergence) or is blown off, because the"
+                " aerodynamic moment grows faster with the twist than"
+                f" conductor.torsional_stiffness = {scene.conductor.torsional_stiffness} N m2/rad"
+                " resists; lower the wind, or check the slope of the moment coefficient and the"
+                " attack angle"
             )
         chosen = np.flatnonzero(oscillates & (values.imag > 0.0))
         if len(chosen) >= count or dense:
             break
         wanted *= 2
     if len(chosen) < count:
-        raise SceneError(f"count = {count}: only {len(chosen)} modes of this mesh oscillate; ask for fewer")
+        raise SceneError(
+            f"count = {count}: only {len(chosen)} modes of this mesh oscillate; ask for fewer"
+        )
     chosen = chosen[np.argsort(np.abs(values[chosen]))][:count]
     return values[chosen], _normalised(vectors[:unknowns, chosen], matrices[0])
 
@@ -227,16 +250,23 @@ def _nearest_to_zero(
 
     def inverse(y: Array) -> Array:
         y = y.ravel()
-        return np.concatenate([-factors.solve(damping @ y[:unknowns] + mass @ y[unknowns:]), y[:unknowns]])
+        return np.concatenate(
+            [-factors.solve(damping @ y[:unknowns] + mass @ y[unknowns:]), y[:unknowns]]
+        )
 
     operator = LinearOperator((2 * unknowns, 2 * unknowns), matvec=inverse, dtype=np.float64)
     inverses, vectors = eigs(operator, count, which="LM", v0=_start(2 * unknowns))
     return 1.0 / inverses, vectors
 
 
-def eigenpairs(mass: csc_array, damping: csc_array, stiffness: csc_array) -> tuple[ComplexArray, ComplexArray]:
+def eigenpairs(
+    mass: csc_array, damping: csc_array, stiffness: csc_array
+) -> tuple[ComplexArray, ComplexArray]:
     """All eigenvalues [1/s] of M s^2 + C s + K, and in the columns displacements above velocities."""
-    return cast(tuple[ComplexArray, ComplexArray], tuple(np.linalg.eig(state_matrix(mass, damping, stiffness))))
+    return cast(
+        tuple[ComplexArray, ComplexArray],
+        tuple(np.linalg.eig(state_matrix(mass, damping, stiffness))),
+    )
 
 
 def state_matrix(mass: csc_array, damping: csc_array, stiffness: csc_array) -> Array:
@@ -244,7 +274,9 @@ def state_matrix(mass: csc_array, damping: csc_array, stiffness: csc_array) -> A
     unknowns = mass.shape[0]
     matrix = np.zeros((2 * unknowns, 2 * unknowns))
     matrix[:unknowns, unknowns:] = np.eye(unknowns)
-    matrix[unknowns:] = -np.linalg.solve(mass.toarray(), np.hstack([stiffness.toarray(), damping.toarray()]))
+    matrix[unknowns:] = -np.linalg.solve(
+        mass.toarray(), np.hstack([stiffness.toarray(), damping.toarray()])
+    )
     return matrix
 
 
@@ -304,8 +336,8 @@ def half_waves(wave: Array) -> int:
 def family_energies(turned: NDArray[Any], mass: Any) -> Array:
     """Twice the kinetic energy of each family at unit frequency, of a motion `by_family`.
 
-    The mass of a section is the same in every direction, so that the mass matrix of u1 and u2 is that of the motion
-    along the chord and across it.
+    The mass of a section is the same in every direction, so that the mass matrix of u1 and u2 is
+    that of the motion along the chord and across it.
     """
     parts = np.zeros((4, turned.size), dtype=turned.dtype)
     parts[np.arange(turned.size) % 4, np.arange(turned.size)] = turned.ravel()

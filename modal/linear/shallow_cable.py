@@ -1,12 +1,12 @@
 """Frequencies of a shallow elastic cable in closed form, for a first look and as a check without finite elements.
 
-H. M. Irvine and T. K. Caughey (1974), Proc. R. Soc. A 341, 299-315; H. M. Irvine (1981), Cable Structures, chapter 3,
-for inclined spans. What the theory leaves out is of the order of the squared ratio of sag to span: the change of
-tension along the span, the longitudinal inertia, and the difference between parabola and catenary. It knows no
-eccentric ice.
+H. M. Irvine and T. K. Caughey (1974), Proc. R. Soc. A 341, 299-315; H. M. Irvine (1981), Cable
+Structures, chapter 3, for inclined spans. What the theory leaves out is of the order of the squared
+ratio of sag to span: the change of tension along the span, the longitudinal inertia, and the
+difference between parabola and catenary. It knows no eccentric ice.
 
-How far the first symmetric vertical frequency is from that of the finite elements, on a span of 100 m without eccentric
-ice; a spring is 80 kN/m along and 2 kN/m across the span:
+How far the first symmetric vertical frequency is from that of the finite elements, on a span of 100
+m without eccentric ice; a spring is 80 kN/m along and 2 kN/m across the span:
 
 ============================  ========  ========  ========  ========
 ends, difference of height    sag 0.4%  sag 1 %   sag 2 %   sag 4 %
@@ -22,8 +22,9 @@ spring at one end, 25 m       0.26 %    0.65 %    1.3 %     0.85 %
 spring at one end, 50 m       0.44 %    1.0 %     2.1 %     1.9 %
 ============================  ========  ========  ========  ========
 
-On a slope an end that gives way also moves across the chord, which the theory leaves out: it is for level spans, and
-for inclined ones between rigid ends or springs that are alike. The horizontal frequency is within 0.1 % everywhere.
+On a slope an end that gives way also moves across the chord, which the theory leaves out: it is for
+level spans, and for inclined ones between rigid ends or springs that are alike. The horizontal
+frequency is within 0.1 % everywhere.
 """
 
 from __future__ import annotations
@@ -76,18 +77,19 @@ class ShallowCable:
 def shallow_cable(scene: Scene) -> ShallowCable:
     r"""First frequencies of a span from its numbers alone.
 
-    With mass m per length, chord l = L/cos(slope), tension T = H/cos(slope) along the chord, and weight m g cos(slope)
-    across it, the parabola has a parameter s = m g l cos(slope)/T, and
+    With mass m per length, chord l = L/cos(slope), tension T = H/cos(slope) along the chord, and
+    weight m g cos(slope) across it, the parabola has a parameter s = m g l cos(slope)/T, and
 
-    - lambda^2 = s^2 l / (T f), where f = Le/EA + (1/k1 + 1/k2) cos(slope)^2 is the flexibility of cable and end springs
-      along the span, and Le = l (1 + s^2/8);
+    - lambda^2 = s^2 l / (T f), where f = Le/EA + (1/k1 + 1/k2) cos(slope)^2 is the flexibility of
+      cable and end springs along the span, and Le = l (1 + s^2/8);
     - symmetric in plane: tan x = x - 4 x^3/lambda^2, frequency x sqrt(T/m)/(pi l);
     - antisymmetric in plane: sqrt(T/m)/l, whatever the springs along x1;
-    - out of plane, between springs k of stiffness along x3: b l = pi - arctan(T b/k1) - arctan(T b/k2), frequency
-      b sqrt(T/m)/(2 pi), which is sqrt(T/m)/(2 l) between rigid ends;
+    - out of plane, between springs k of stiffness along x3: b l = pi - arctan(T b/k1) - arctan(T
+      b/k2), frequency b sqrt(T/m)/(2 pi), which is sqrt(T/m)/(2 l) between rigid ends;
     - twist: sqrt(GJ/I)/(2 S), with S the length of the conductor.
 
-    Where a scene holds both sag and tension, s follows from the sag and T from the tension, as in the simulation.
+    Where a scene holds both sag and tension, s follows from the sag and T from the tension, as in
+    the simulation.
 
     Parameters
     ----------
@@ -115,14 +117,18 @@ def shallow_cable(scene: Scene) -> ShallowCable:
         sag = weight * span.length**2 / (8.0 * tension * cosine)
     if not sag < span.length / 8.0:
         raise SceneError(
-            f"the sag of {sag:.4g} m is more than an eighth of span.length = {span.length} m: Irvine's theory is for "
-            "shallow cables; use modal.natural_modes(scene)"
+            f"the sag of {sag:.4g} m is more than an eighth of span.length = {span.length} m:"
+            " Irvine's theory is for shallow cables; use modal.natural_modes(scene)"
         )
     along = tension / cosine
     parameter = 8.0 * sag * cosine / chord
-    left, right = (stiffness(support, scene) for support in (scene.supports.left, scene.supports.right))
+    left, right = (
+        stiffness(support, scene) for support in (scene.supports.left, scene.supports.right)
+    )
     stretched = chord * (1.0 + parameter**2 / 8.0)
-    flexibility = stretched / conductor.axial_stiffness + (1.0 / left[0] + 1.0 / right[0]) * cosine**2
+    flexibility = (
+        stretched / conductor.axial_stiffness + (1.0 / left[0] + 1.0 / right[0]) * cosine**2
+    )
     lambda_squared = parameter**2 * chord / (along * flexibility)
     speed = math.sqrt(along / mass)
     inertia = conductor.torsional_inertia + scene.ice.torsional_inertia
@@ -152,7 +158,9 @@ def lambda_squared_for(ratio: float) -> float:
         If no lambda^2 gives this ratio.
     """
     x = 0.5 * math.pi * ratio
-    most = bracketed_root(lambda y: math.sin(y) - y * math.cos(y), math.pi, 1.5 * math.pi) / (0.5 * math.pi)
+    most = bracketed_root(lambda y: math.sin(y) - y * math.cos(y), math.pi, 1.5 * math.pi) / (
+        0.5 * math.pi
+    )
     if not 1.0 < ratio < most:
         raise SceneError(f"ratio = {ratio}: between rigid ends it lies between 1 and {most:.4f}")
     return 4.0 * x**3 * math.cos(x) / (x * math.cos(x) - math.sin(x))
@@ -166,8 +174,12 @@ def stiffness(support: Support, scene: Scene) -> tuple[float, float]:
         return support.stiffness_x1, support.stiffness_x3
     weight = (scene.conductor.mass_per_length + scene.ice.mass_per_length) * scene.span.gravity
     beside, tension = support.adjacent_span, support.adjacent_tension
-    pull = 1.0 / (beside / scene.conductor.axial_stiffness + weight**2 * beside**3 / (12.0 * tension**3))
-    pendulum = (weight * scene.span.length + 0.5 * support.insulator_weight) / support.insulator_length
+    pull = 1.0 / (
+        beside / scene.conductor.axial_stiffness + weight**2 * beside**3 / (12.0 * tension**3)
+    )
+    pendulum = (
+        weight * scene.span.length + 0.5 * support.insulator_weight
+    ) / support.insulator_length
     return pull + pendulum, pendulum + 2.0 * tension / beside
 
 

@@ -1,25 +1,28 @@
 r"""The span as a linear state-space model, for control engineers: what linear theory says of galloping, and no more.
 
-About the static equilibrium in mean wind the free unknowns q, the displacements p of the two tower points, the wind
-speed u and the attack angle a obey, all as differences from that equilibrium,
+About the static equilibrium in mean wind the free unknowns q, the displacements p of the two tower
+points, the wind speed u and the attack angle a obey, all as differences from that equilibrium,
 
     M q'' + C q' + K q = -Mp p'' - Cp p' - Kp p + bu u + ba a.
 
-Mp, Cp, Kp are the columns of the ends that are held; where an end hangs on a spring k instead, -Kp is k and Mp, Cp
-vanish. To have the displacement p as input, and not its acceleration, let G = M^-1 Mp, D = M^-1 (C G - Cp),
+Mp, Cp, Kp are the columns of the ends that are held; where an end hangs on a spring k instead, -Kp
+is k and Mp, Cp vanish. To have the displacement p as input, and not its acceleration, let G = M^-1
+Mp, D = M^-1 (C G - Cp),
 
     r = q + G p,        w = r' - D p.
 
-Then M r'' + C r' + K r = (K G - Kp) p + (C G - Cp) p' + ..., and the derivative of w takes up the term with p':
+Then M r'' + C r' + K r = (K G - Kp) p + (C G - Cp) p' + ..., and the derivative of w takes up the
+term with p':
 
     r' = w + D p,
     w' = -M^-1 (K r + C w) + M^-1 (K G - Kp - C D) p + M^-1 (bu u + ba a),
     q  = r - G p,
     q' = w + D p - G p'.
 
-This is exact but for the last term: a velocity responds to p' at once, because the mass matrix is consistent. G is the
-inertia of neighbours and decays by a factor of about 6 from element to element, so at mid-span it is only a trace
-(6e-7 with 15 elements); `linear_model` leaves it out, and refuses a mesh on which it is more than a thousandth.
+This is exact but for the last term: a velocity responds to p' at once, because the mass matrix is
+consistent. G is the inertia of neighbours and decays by a factor of about 6 from element to
+element, so at mid-span it is only a trace (6e-7 with 15 elements); `linear_model` leaves it out,
+and refuses a mesh on which it is more than a thousandth.
 """
 
 from __future__ import annotations
@@ -46,7 +49,11 @@ Array = NDArray[np.float64]
 UNKNOWNS = ("u1", "u2", "u3", "theta")
 VELOCITIES = ("v1", "v2", "v3", "omega")
 
-INPUTS = ("wind_speed", "attack_angle", *(f"support_{end}_x{i}" for end in ("left", "right") for i in (1, 2, 3)))
+INPUTS = (
+    "wind_speed",
+    "attack_angle",
+    *(f"support_{end}_x{i}" for end in ("left", "right") for i in (1, 2, 3)),
+)
 """Inputs of `linear_model`: differences from the mean [m/s], [rad], [m]. python-control allows no dots in names."""
 
 OUTPUTS = tuple(f"midspan_{name}" for name in (*UNKNOWNS, *VELOCITIES))
@@ -64,22 +71,23 @@ def linear_model(scene: Scene, modes: int | None = None) -> control.StateSpace:
     scene
         The span; a wind speed of 0 gives the span in still air.
     modes
-        Number of lowest modes kept, as pairs of real states; None keeps all unknowns. What the other modes would add at
-        frequency zero is kept as a direct term (static correction), so that the static gain is that of the full model.
-        The velocity of that quasi-static part cannot be kept: velocities need more modes than displacements.
+        Number of lowest modes kept, as pairs of real states; None keeps all unknowns. What the
+        other modes would add at frequency zero is kept as a direct term (static correction), so
+        that the static gain is that of the full model. The velocity of that quasi-static part
+        cannot be kept: velocities need more modes than displacements.
 
     Returns
     -------
     control.StateSpace
-        Inputs `INPUTS`, outputs `OUTPUTS`, all as differences from the equilibrium. States: of the full model r and w
-        of the module's text, which are displacement and velocity where supports stand still; of a truncated one the
-        in-phase and quadrature coordinates of each mode.
+        Inputs `INPUTS`, outputs `OUTPUTS`, all as differences from the equilibrium. States: of the
+        full model r and w of the module's text, which are displacement and velocity where supports
+        stand still; of a truncated one the in-phase and quadrature coordinates of each mode.
 
     Raises
     ------
     SceneError
-        If there is no equilibrium in the mean wind or it is statically unstable, `modes` is not possible, or the mesh
-        is too coarse for support motion as an input.
+        If there is no equilibrium in the mean wind or it is statically unstable, `modes` is not
+        possible, or the mesh is too coarse for support motion as an input.
 
     Examples
     --------
@@ -101,7 +109,14 @@ def linear_model(scene: Scene, modes: int | None = None) -> control.StateSpace:
     if modes is not None:
         full = _truncated(full, modes, scene)
     return control.ss(
-        full.a, full.b, full.c, full.d, inputs=list(INPUTS), outputs=list(OUTPUTS), states=full.states, name="span"
+        full.a,
+        full.b,
+        full.c,
+        full.d,
+        inputs=list(INPUTS),
+        outputs=list(OUTPUTS),
+        states=full.states,
+        name="span",
     )
 
 
@@ -120,8 +135,8 @@ def root_locus(scene: Scene, speeds: Sequence[float], count: int = 6) -> xr.Data
     Returns
     -------
     xarray.Dataset
-        Over ``mode`` and ``wind_speed`` [m/s]: complex ``eigenvalue`` [1/s], ``frequency_hz`` [Hz], ``damping_ratio``;
-        over ``mode``: ``family`` at the first speed.
+        Over ``mode`` and ``wind_speed`` [m/s]: complex ``eigenvalue`` [1/s], ``frequency_hz`` [Hz],
+        ``damping_ratio``; over ``mode``: ``family`` at the first speed.
 
     Raises
     ------
@@ -148,12 +163,26 @@ def root_locus(scene: Scene, speeds: Sequence[float], count: int = 6) -> xr.Data
     over = ("mode", "wind_speed")
     return xr.Dataset(
         {
-            "eigenvalue": (over, np.array([[m.eigenvalue for m in row] for row in rows]).T, {"units": "1/s"}),
-            "frequency_hz": (over, np.array([[m.frequency_hz for m in row] for row in rows]).T, {"units": "Hz"}),
-            "damping_ratio": (over, np.array([[m.damping_ratio for m in row] for row in rows]).T, {"units": "1"}),
+            "eigenvalue": (
+                over,
+                np.array([[m.eigenvalue for m in row] for row in rows]).T,
+                {"units": "1/s"},
+            ),
+            "frequency_hz": (
+                over,
+                np.array([[m.frequency_hz for m in row] for row in rows]).T,
+                {"units": "Hz"},
+            ),
+            "damping_ratio": (
+                over,
+                np.array([[m.damping_ratio for m in row] for row in rows]).T,
+                {"units": "1"},
+            ),
             "family": ("mode", [mode.family for mode in rows[0]]),
         },
-        coords={"wind_speed": ("wind_speed", np.asarray(speeds, dtype=np.float64), {"units": "m/s"})},
+        coords={
+            "wind_speed": ("wind_speed", np.asarray(speeds, dtype=np.float64), {"units": "m/s"})
+        },
         attrs={"title": scene.title},
     )
 
@@ -185,7 +214,8 @@ def _full_order(equations: Linearised) -> _System:
         return np.where(hung, 0.0, matrix)
 
     mass_p, damping_p, stiffness_p = (
-        driven(part[free][:, ends].toarray()) for part in (equations.mass, equations.damping, equations.stiffness)
+        driven(part[free][:, ends].toarray())
+        for part in (equations.mass, equations.damping, equations.stiffness)
     )
     stiffness_p[np.searchsorted(free, ends[hung]), np.flatnonzero(hung)] = -springs[hung]
 
@@ -206,10 +236,14 @@ def _full_order(equations: Linearised) -> _System:
     at_once = float(np.abs(g[middle]).max())
     if at_once > DIRECT:
         raise SceneError(
-            f"numerics.elements = {(len(equations.free) - 1) // 2}: on this mesh {at_once:.2g} of a support's velocity "
-            f"appears at once at mid-span, which a state-space model cannot hold (at most {DIRECT:g}); take 8 or more"
+            f"numerics.elements = {(len(equations.free) - 1) // 2}: on this mesh {at_once:.2g} of a"
+            " support's velocity appears at once at mid-span, which a state-space model cannot"
+            f" hold (at most {DIRECT:g}); take 8 or more"
         )
-    names = [f"{UNKNOWNS[k % 4]}_node{k // 4}" for k in free], [f"{VELOCITIES[k % 4]}_node{k // 4}" for k in free]
+    names = (
+        [f"{UNKNOWNS[k % 4]}_node{k // 4}" for k in free],
+        [f"{VELOCITIES[k % 4]}_node{k // 4}" for k in free],
+    )
     return _System(state_matrix(*equations.of_free()), b, c, through, [*names[0], *names[1]])
 
 
@@ -219,12 +253,13 @@ def _truncated(full: _System, count: int, scene: Scene) -> _System:
     oscillating = np.flatnonzero(values.imag > AT_REST * np.abs(values))
     if isinstance(count, bool) or not isinstance(count, int) or not 1 <= count <= oscillating.size:
         raise SceneError(
-            f"modes = {count}: must be a whole number from 1 to {oscillating.size}, the oscillating modes of a mesh of "
-            f"{scene.numerics.elements} elements; None keeps all unknowns"
+            f"modes = {count}: must be a whole number from 1 to {oscillating.size}, the oscillating"
+            f" modes of a mesh of {scene.numerics.elements} elements; None keeps all unknowns"
         )
     kept = oscillating[np.argsort(np.abs(values[oscillating]))][:count]
     left = np.linalg.solve(right, full.b)[kept]  # of the inputs on each mode
-    # x = 2 Re(right z) with z' = s z + left u; the real states are twice the real and the imaginary part of z
+    # x = 2 Re(right z) with z' = s z + left u; the real states are twice the real and the imaginary
+    # part of z
     a, b = np.zeros((2 * count, 2 * count)), np.zeros((2 * count, full.b.shape[1]))
     c = np.zeros((full.c.shape[0], 2 * count))
     for m, k in enumerate(kept):

@@ -32,13 +32,18 @@ LEVEL = 0.2
 def comparison_figure(comparison: Comparison) -> Figure:
     """Histories of u2 and u3, a row for each model, and the path of the mid-span point in each.
 
-    All rows share one scale, that of the two models that stay bounded; linear theory runs out of it.  A dotted line
-    marks where the amplitude of a simpler model has parted from the simulation's by a fifth.
+    All rows share one scale, that of the two models that stay bounded; linear theory runs out of
+    it.  A dotted line marks where the amplitude of a simpler model has parted from the simulation's
+    by a fifth.
     """
     motions = [f"{NAMES[name]}: {result.motion}" for name, result in comparison.models.items()]
-    warnings = dict.fromkeys(f"Warning: {text}" for result in comparison.models.values() for text in result.warnings)
+    warnings = dict.fromkeys(
+        f"Warning: {text}" for result in comparison.models.values() for text in result.warnings
+    )
     with drawing(STYLE):
-        figure = Figure(figsize=(TEXT_WIDTH, 6.6 + NOTE_HEIGHT * len(warnings)), layout="constrained")
+        figure = Figure(
+            figsize=(TEXT_WIDTH, 6.6 + NOTE_HEIGHT * len(warnings)), layout="constrained"
+        )
         top, bottom = figure.subfigures(2, 1, squeeze=False, height_ratios=(1.5, 1.0))[:, 0]
         _draw_histories(top.subplots(3, 2, sharex=True, sharey="col"), comparison)
         _draw_paths(list(bottom.subplots(1, 3, sharex=True, sharey=True)), comparison)
@@ -49,7 +54,10 @@ def comparison_figure(comparison: Comparison) -> Figure:
 def _limits(comparison: Comparison, channel: str) -> tuple[float, float]:
     """Range of the models that do not grow without bound."""
     values = np.concatenate(
-        [result.midspan()[channel].values for result in (comparison.nonlinear, comparison.superposition)]
+        [
+            result.midspan()[channel].values
+            for result in (comparison.nonlinear, comparison.superposition)
+        ]
     )
     low, high = float(values.min()), float(values.max())
     middle, half = 0.5 * (low + high), 0.5 * MARGIN * max(high - low, 1e-6)
@@ -78,7 +86,13 @@ def _mark_parting(axes: Axes, comparison: Comparison, name: str, channel: str) -
     time = comparison.parting(name, channel, LEVEL).amplitude
     if time is not None:
         axes.axvline(time, color="#D55E00", linestyle=":", linewidth=1.0)
-        axes.set_title(f"amplitude off by 20 % from {time:.0f} s", loc="right", pad=2.0, fontsize=7.0, color="#D55E00")
+        axes.set_title(
+            f"amplitude off by 20 % from {time:.0f} s",
+            loc="right",
+            pad=2.0,
+            fontsize=7.0,
+            color="#D55E00",
+        )
 
 
 def _mark_end(axes: Axes, result: Result) -> None:

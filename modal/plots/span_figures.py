@@ -27,7 +27,12 @@ if TYPE_CHECKING:
 
 Array = NDArray[np.float64]
 
-COLOURS = {"vertical": "#0072B2", "horizontal": "#D55E00", "torsional": "#009E73", "longitudinal": "#CC79A7"}
+COLOURS = {
+    "vertical": "#0072B2",
+    "horizontal": "#D55E00",
+    "torsional": "#009E73",
+    "longitudinal": "#CC79A7",
+}
 """Okabe and Ito's palette, which readers with any colour vision tell apart."""
 
 UNSTABLE, NEUTRAL = "#E69F00", "#404040"
@@ -73,8 +78,14 @@ def mode_shapes(modes: Sequence[Mode], title: str = "") -> Figure:
         for axes, mode in zip(panels.flat, modes, strict=False):
             wave = mode.wave
             axes.axhline(0.0, color=NEUTRAL, linewidth=0.4)
-            axes.plot(np.linspace(0.0, 1.0, len(wave)), wave / np.abs(wave).max(), color=COLOURS[mode.family])
-            axes.set_title(f"{mode.family} {mode.loops}: {mode.frequency_hz:.4g} Hz, {mode.damping_ratio:.2%}")
+            axes.plot(
+                np.linspace(0.0, 1.0, len(wave)),
+                wave / np.abs(wave).max(),
+                color=COLOURS[mode.family],
+            )
+            axes.set_title(
+                f"{mode.family} {mode.loops}: {mode.frequency_hz:.4g} Hz, {mode.damping_ratio:.2%}"
+            )
             axes.set_yticks([])
             axes.margins(x=0.0)
         for axes in panels.flat[len(modes) :]:
@@ -87,9 +98,9 @@ def mode_shapes(modes: Sequence[Mode], title: str = "") -> Figure:
 def tracking_figure(data: xr.Dataset) -> Figure:
     """Frequencies of modes over what was varied, each followed by its shape.
 
-    The colour is that of the families, mixed by their share of the kinetic energy; width and the number at both ends
-    tell the mode: two that cross keep theirs and change places, two that veer keep their places and exchange their
-    colours.
+    The colour is that of the families, mixed by their share of the kinetic energy; width and the
+    number at both ends tell the mode: two that cross keep theirs and change places, two that veer
+    keep their places and exchange their colours.
 
     Parameters
     ----------
@@ -106,7 +117,9 @@ def tracking_figure(data: xr.Dataset) -> Figure:
             points = np.stack([values, wave], axis=1)
             mixed = 0.5 * (share[1:] + share[:-1]) @ palette
             pieces = np.stack([points[:-1], points[1:]], axis=1)
-            under = mode % 2 == 0  # neighbours often lie on each other: one is drawn broad below, one thin above
+            under = (
+                mode % 2 == 0
+            )  # neighbours often lie on each other: one is drawn broad below, one thin above
             lines = LineCollection(
                 list(pieces),
                 colors=np.clip(mixed, 0.0, 1.0),
@@ -124,11 +137,22 @@ def tracking_figure(data: xr.Dataset) -> Figure:
             heights = _spread(frequency[order, column], 0.03 * (high - low))
             for mode, height in zip(order, heights, strict=True):
                 place = values[column] + side * 0.012 * span, height
-                axes.text(*place, str(mode + 1), ha="left" if side > 0 else "right", va="center", fontsize=7.0)
+                axes.text(
+                    *place,
+                    str(mode + 1),
+                    ha="left" if side > 0 else "right",
+                    va="center",
+                    fontsize=7.0,
+                )
         seen = [k for k in range(len(palette)) if data.share.values[:, :, k].max() > SEEN]
         families = data.family.values.tolist()
-        handles = [Line2D([], [], color=COLOURS[families[k]], linewidth=1.6, label=families[k]) for k in seen]
-        figure.legend(handles=handles, frameon=False, loc="outside upper center", ncols=len(handles))
+        handles = [
+            Line2D([], [], color=COLOURS[families[k]], linewidth=1.6, label=families[k])
+            for k in seen
+        ]
+        figure.legend(
+            handles=handles, frameon=False, loc="outside upper center", ncols=len(handles)
+        )
         axes.set_ylabel("frequency [Hz]")
         axes.set_xlabel(f"{path} [{data[path].attrs['units']}]")
     return figure
@@ -158,9 +182,18 @@ def ratio_figure(data: xr.Dataset) -> Figure:
         figure = Figure(figsize=(WIDTH, 4.4), layout="constrained")
         above, below = figure.subplots(2, 1, sharex=True)
         for family in ("vertical", "horizontal"):
-            above.plot(values, data[f"{family}_hz"].values, color=COLOURS[family], label=f"first symmetric {family}")
+            above.plot(
+                values,
+                data[f"{family}_hz"].values,
+                color=COLOURS[family],
+                label=f"first symmetric {family}",
+            )
         above.plot(
-            values, 2.0 * data.horizontal_hz.values, "--", color=COLOURS["horizontal"], label="twice the horizontal"
+            values,
+            2.0 * data.horizontal_hz.values,
+            "--",
+            color=COLOURS["horizontal"],
+            label="twice the horizontal",
         )
         above.set_ylabel("frequency [Hz]")
         above.legend(frameon=False)
@@ -177,35 +210,48 @@ def ratio_figure(data: xr.Dataset) -> Figure:
 def _ratio_contours(data: xr.Dataset) -> Figure:
     """The frequency ratio over two numbers, 2:1 and 1:1 marked; white where there is none.
 
-    Of spans whose ends do not give way vertically the ratio hardly falls below 1, so 1:1 is seen by its neighbourhood.
+    Of spans whose ends do not give way vertically the ratio hardly falls below 1, so 1:1 is seen by
+    its neighbourhood.
     """
     down, across = data.ratio.dims
     x, y, ratio = data[across].values, data[down].values, data.ratio.values
     with drawing(STYLE):
         figure = Figure(figsize=(WIDTH, 4.4), layout="constrained")
         axes = figure.subplots()
-        filled = axes.contourf(x, y, ratio, levels=np.linspace(np.nanmin(ratio), np.nanmax(ratio), 25), cmap="cividis")
+        filled = axes.contourf(
+            x, y, ratio, levels=np.linspace(np.nanmin(ratio), np.nanmax(ratio), 25), cmap="cividis"
+        )
         bar = figure.colorbar(filled, ax=axes, ticks=MaxNLocator(8))
         bar.set_label("frequency ratio [1]")
         handles = []
         marks: tuple[tuple[float, Style, str], ...] = ((2.0, "-", "2:1"), (1.0, "--", "1:1"))
         for value, style, name in marks:
             if np.nanmin(ratio) < value < np.nanmax(ratio):
-                axes.contour(x, y, ratio, levels=[value], colors=MARKED, linewidths=1.8, linestyles=style)
+                axes.contour(
+                    x, y, ratio, levels=[value], colors=MARKED, linewidths=1.8, linestyles=style
+                )
                 bar.ax.axhline(value, color=MARKED, linewidth=1.8, linestyle=style)
-                handles.append(Line2D([], [], color=MARKED, linewidth=1.8, linestyle=style, label=name))
+                handles.append(
+                    Line2D([], [], color=MARKED, linewidth=1.8, linestyle=style, label=name)
+                )
         edges: tuple[tuple[list[float], Style, str], ...]
         edges = ([2.0 - 2.0 * NEAR, 2.0 + 2.0 * NEAR], ":", "2:1"), ([1.0 + NEAR], "-.", "1:1")
         for levels, style, name in edges:
             if np.nanmin(ratio) < levels[-1] and np.nanmax(ratio) > levels[0]:
-                axes.contour(x, y, ratio, levels=levels, colors=MARKED, linewidths=0.8, linestyles=style)
+                axes.contour(
+                    x, y, ratio, levels=levels, colors=MARKED, linewidths=0.8, linestyles=style
+                )
                 label = f"{NEAR:.0%} from {name}"
-                handles.append(Line2D([], [], color=MARKED, linewidth=0.8, linestyle=style, label=label))
+                handles.append(
+                    Line2D([], [], color=MARKED, linewidth=0.8, linestyle=style, label=label)
+                )
         for values, scale in ((x, axes.set_xscale), (y, axes.set_yscale)):
             if _geometric(values):
                 scale("log")
         if handles:
-            figure.legend(handles=handles, frameon=False, loc="outside upper center", ncols=len(handles))
+            figure.legend(
+                handles=handles, frameon=False, loc="outside upper center", ncols=len(handles)
+            )
         axes.set_xlabel(f"{across} [{data[across].attrs['units']}]")
         axes.set_ylabel(f"{down} [{data[down].attrs['units']}]")
     return figure
@@ -235,11 +281,15 @@ def criteria_figure(criteria: Sequence[Criterion], attack_angle: float | None = 
             for first, last in criterion.unstable_deg:
                 axes.axvspan(first, last, color=UNSTABLE, alpha=0.3, linewidth=0.0)
             axes.axhline(0.0, color=NEUTRAL, linewidth=0.5)
-            axes.plot(np.degrees(criterion.attack_angle), criterion.value, color=COLOURS["vertical"])
+            axes.plot(
+                np.degrees(criterion.attack_angle), criterion.value, color=COLOURS["vertical"]
+            )
             if attack_angle is not None:
                 axes.axvline(np.degrees(attack_angle), color=COLOURS["horizontal"], linestyle="--")
             axes.set_ylabel(f"[{criterion.unit}]")
-            axes.set_title(f"{criterion.name}: {criterion.formula}, negative (shaded) is unstable", loc="left")
+            axes.set_title(
+                f"{criterion.name}: {criterion.formula}, negative (shaded) is unstable", loc="left"
+            )
             axes.margins(x=0.0)
         rows[-1].set_xlabel("attack angle [deg]")
     return figure
@@ -261,9 +311,20 @@ def locus_figure(data: xr.Dataset) -> Figure:
             s = data.eigenvalue.values[k]
             label = None if family in shown else family
             shown.add(family)
-            plane.plot(s.real, s.imag / (2.0 * np.pi), color=COLOURS[family], marker=".", markersize=2.5, label=label)
-            plane.plot(s.real[0], s.imag[0] / (2.0 * np.pi), "o", color=COLOURS[family], markersize=4.0)
-            ratio.plot(data.wind_speed.values, 100.0 * data.damping_ratio.values[k], color=COLOURS[family])
+            plane.plot(
+                s.real,
+                s.imag / (2.0 * np.pi),
+                color=COLOURS[family],
+                marker=".",
+                markersize=2.5,
+                label=label,
+            )
+            plane.plot(
+                s.real[0], s.imag[0] / (2.0 * np.pi), "o", color=COLOURS[family], markersize=4.0
+            )
+            ratio.plot(
+                data.wind_speed.values, 100.0 * data.damping_ratio.values[k], color=COLOURS[family]
+            )
         left, right = plane.get_xlim()
         low, high = ratio.get_ylim()
         plane.axvspan(0.0, max(right, 0.0) + 1e-9, color=UNSTABLE, alpha=0.3, linewidth=0.0)
@@ -295,10 +356,17 @@ def screening_figure(found: Screening) -> Figure:
         wind = np.array([cycle.wind_speed for cycle in cycles])
         grows = np.array([cycle.multiplier for cycle in cycles])
         vertical = np.array([cycle.vertical for cycle in cycles])
-        points: dict[str, Any] = {"marker": ".", "markersize": 3.0}  # as computed; the lines between them are no more
-        amplitude.plot(wind, vertical, color=COLOURS["vertical"], label="vertical, without swing", **points)
+        points: dict[str, Any] = {
+            "marker": ".",
+            "markersize": 3.0,
+        }  # as computed; the lines between them are no more
+        amplitude.plot(
+            wind, vertical, color=COLOURS["vertical"], label="vertical, without swing", **points
+        )
         unstable = np.where(grows > 1.0, vertical, np.nan)
-        amplitude.plot(wind, unstable, color=UNSTABLE, linewidth=4.0, alpha=0.5, label="a swing grows on it")
+        amplitude.plot(
+            wind, unstable, color=UNSTABLE, linewidth=4.0, alpha=0.5, label="a swing grows on it"
+        )
         growth.plot(wind, grows, color=NEUTRAL, **points)
         growth.axhline(1.0, color=NEUTRAL, linewidth=0.4)
         if found.saturated is not None:

@@ -11,7 +11,12 @@ from numpy.typing import NDArray
 
 from gallop_fmu import Model, Result
 from gallop_fmu.plots import DIED_OUT
-from gallop_fmu.simulation.steadiness import FEWEST_SAMPLES, TURNED_OVER, default_window, dominant_frequency
+from gallop_fmu.simulation.steadiness import (
+    FEWEST_SAMPLES,
+    TURNED_OVER,
+    default_window,
+    dominant_frequency,
+)
 
 Array = NDArray[np.float64]
 
@@ -80,7 +85,9 @@ def animation(result: Result) -> Animation:
     frames = chosen[:: math.ceil(len(chosen) / FRAMES)]
     nodes = np.asarray(data.node.values)
     at_rest = Model(result.scene).equilibrium().x[nodes]
-    along, height, across = (at_rest[:, k] + data[name].values[frames] for k, name in enumerate(("u1", "u2", "u3")))
+    along, height, across = (
+        at_rest[:, k] + data[name].values[frames] for k, name in enumerate(("u1", "u2", "u3"))
+    )
     middle = int(np.flatnonzero(nodes == result.scene.numerics.elements)[0])
     twist = np.asarray(data.theta.values[frames, middle])
     return Animation(part, time[frames], along, height, across, twist, middle)
@@ -103,7 +110,9 @@ def _window(result: Result) -> tuple[str, NDArray[np.intp]]:
         centre = float(time[np.argmax(np.abs(largest - largest[-1]))])
         part = "the largest motion of the run, which dies out later"
         seen = np.abs(time - centre) <= 0.5 * default_window(last)
-    length = min(_period(time[seen], [y[seen] for y in swings], result.motion.kind == "steady"), LONGEST)
+    length = min(
+        _period(time[seen], [y[seen] for y in swings], result.motion.kind == "steady"), LONGEST
+    )
     start = max(0.0, last - length if centre is None else centre - 0.5 * length)
     return part, np.flatnonzero((time >= start - 1e-9) & (time <= start + length + 1e-9))
 

@@ -30,16 +30,19 @@ REPORT_EXAMPLE = "gallop-modal report example3 -o report.html"
 
 def report(
     scene: SceneName,
-    out: Annotated[Path, typer.Option("--out", "-o", metavar="FILE", help="Page to write (.html).")],
+    out: Annotated[
+        Path, typer.Option("--out", "-o", metavar="FILE", help="Page to write (.html).")
+    ],
     until: Annotated[
-        float | None, typer.Option(metavar="S", parser=real, help="Simulated time \\[s]; else the scene's.")
+        float | None,
+        typer.Option(metavar="S", parser=real, help="Simulated time \\[s]; else the scene's."),
     ] = None,
     changes: Changes = None,
 ) -> None:
     """Write all about a span as one HTML page: scene, modes, risk, critical winds, simulation, clearance.
 
-    What cannot be found out stands there with the reason. Where the simulation ends early, or cannot start, the page is
-    written all the same, and the exit code is 1.
+    What cannot be found out stands there with the reason. Where the simulation ends early, or
+    cannot start, the page is written all the same, and the exit code is 1.
     """
     from modal.report.findings import Missing, examine
     from modal.report.page import SUFFIXES, write_page

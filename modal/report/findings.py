@@ -127,7 +127,9 @@ class Findings:
         return isinstance(self.result, Result) and self.result.outcome is Outcome.COMPLETED
 
 
-def examine(scene: Scene, stop_time: float | None = None, progress: Progress | None = None) -> Findings:
+def examine(
+    scene: Scene, stop_time: float | None = None, progress: Progress | None = None
+) -> Findings:
     """Find out everything that a report tells.
 
     Parameters
@@ -155,11 +157,17 @@ def examine(scene: Scene, stop_time: float | None = None, progress: Progress | N
         finally:
             seconds[name] = seconds.get(name, 0.0) + clock.perf_counter() - began
 
-    count = min(MODES, 4 * (2 * scene.numerics.elements - 1))  # a small mesh between rigid ends has no more
-    calm = Missing("The scene has no wind: its mean speed is 0 m/s. Set wind.speed to look at a span in wind.")
+    count = min(
+        MODES, 4 * (2 * scene.numerics.elements - 1)
+    )  # a small mesh between rigid ends has no more
+    calm = Missing(
+        "The scene has no wind: its mean speed is 0 m/s. Set wind.speed to look at a span in wind."
+    )
     blows = scene.wind.mean_speed > 0.0
     still = part("static state", lambda: at_rest_in(scene, 0.0))
-    blown = part("static state", lambda: at_rest_in(scene, scene.wind.mean_speed)) if blows else calm
+    blown = (
+        part("static state", lambda: at_rest_in(scene, scene.wind.mean_speed)) if blows else calm
+    )
     return Findings(
         scene=scene,
         still=still,
@@ -174,7 +182,9 @@ def examine(scene: Scene, stop_time: float | None = None, progress: Progress | N
         screening=part("screening", lambda: screen(scene)) if blows else calm,
         result=part("simulation", lambda: _simulated(scene, stop_time, tell)),
         ellipses={
-            "CIGRE 322": _ellipse(lambda: cigre_322_single_loop(_found(still).sag, scene.conductor.diameter)),
+            "CIGRE 322": _ellipse(
+                lambda: cigre_322_single_loop(_found(still).sag, scene.conductor.diameter)
+            ),
             "Davison": _ellipse(lambda: davison_single_loop(_found(still).sag, _swing(blown))),
         },
         seconds=seconds,
@@ -196,7 +206,9 @@ def at_rest_in(scene: Scene, wind_speed: float) -> Statics:
     u = state.motion()[0]
     lowered, across = initial.sag - float(u[middle, 1]), float(u[middle, 2])
     node, span = state.observe_node(middle), state.observe_span()
-    forces = [[span[SPAN_INDEX[f"{end}_f{axis}"]] for axis in (1, 2, 3)] for end in ("left", "right")]
+    forces = [
+        [span[SPAN_INDEX[f"{end}_f{axis}"]] for axis in (1, 2, 3)] for end in ("left", "right")
+    ]
     return Statics(
         wind_speed=wind_speed,
         x=initial.x + u[:, :3],

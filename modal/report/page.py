@@ -36,13 +36,18 @@ class Shape:
 
 
 def write_report(
-    scene: Scene, path: Path | str, *, stop_time: float | None = None, progress: Progress | None = None
+    scene: Scene,
+    path: Path | str,
+    *,
+    stop_time: float | None = None,
+    progress: Progress | None = None,
 ) -> Path:
     """Examine a span and write what was found as one self-contained HTML page.
 
-    The page holds the scene with units and sources, static state, modes, frequency ratio and risk of a 2:1 swing,
-    critical winds, a simulation with an animation, the clearance ellipses of two design rules, numerics and provenance.
-    What could not be found out stands there with the reason; a simulation that ended early is shown up to its end.
+    The page holds the scene with units and sources, static state, modes, frequency ratio and risk
+    of a 2:1 swing, critical winds, a simulation with an animation, the clearance ellipses of two
+    design rules, numerics and provenance. What could not be found out stands there with the reason;
+    a simulation that ended early is shown up to its end.
 
     Parameters
     ----------
@@ -91,7 +96,11 @@ def content(findings: Findings) -> dict[str, Any]:
     from modal.report.plots import coefficient_figure, picture, static_shape
 
     scene, result = findings.scene, findings.result
-    rests = {tables.wind_text(s.wind_speed): s for s in (findings.still, findings.blown) if isinstance(s, Statics)}
+    rests = {
+        tables.wind_text(s.wind_speed): s
+        for s in (findings.still, findings.blown)
+        if isinstance(s, Statics)
+    }
     filled: dict[str, Any] = {
         "findings": findings,
         "scene": scene,
@@ -102,7 +111,9 @@ def content(findings: Findings) -> dict[str, Any]:
         "static_figure": None,
         "coefficient_figure": None,
         "mode_tables": _mode_tables(findings),
-        "shapes": [] if isinstance(findings.modes, Missing) else [_shape(mode) for mode in findings.modes],
+        "shapes": (
+            [] if isinstance(findings.modes, Missing) else [_shape(mode) for mode in findings.modes]
+        ),
         "screening_table": None,
         "screening_figure": None,
         "onset_table": None,
@@ -152,8 +163,14 @@ def content(findings: Findings) -> dict[str, Any]:
 
 
 def _mode_tables(findings: Findings) -> list[Any]:
-    pairs = ((findings.modes, "In still air"), (findings.modes_in_wind, "About rest in the mean wind"))
-    return [modes if isinstance(modes, Missing) else tables.mode_table(modes, name) for modes, name in pairs]
+    pairs = (
+        (findings.modes, "In still air"),
+        (findings.modes_in_wind, "About rest in the mean wind"),
+    )
+    return [
+        modes if isinstance(modes, Missing) else tables.mode_table(modes, name)
+        for modes, name in pairs
+    ]
 
 
 def _screened(found: Screening) -> dict[str, Any]:
@@ -167,7 +184,8 @@ def _screened(found: Screening) -> dict[str, Any]:
         "screening_figure": picture(
             "screening",
             "Predicted galloping amplitude and growth of a swing over the wind speed",
-            "Vertical galloping without swing over the wind speed, and how a small swing grows on it.",
+            "Vertical galloping without swing over the wind speed, and how a small swing grows"
+            " on it.",
             lambda: screening_figure(found),
         ),
     }
@@ -180,7 +198,9 @@ def _simulated(findings: Findings, result: Result) -> dict[str, Any]:
 
     if result.dataset.sizes["time"] < 2:
         return {}
-    if all(float(np.abs(result.dataset[name].values).max()) < STILL for name in ("u2", "u3", "theta")):
+    if all(
+        float(np.abs(result.dataset[name].values).max()) < STILL for name in ("u2", "u3", "theta")
+    ):
         return {"still": True}
     frames = animation(result)
     filled: dict[str, Any] = {
@@ -200,7 +220,9 @@ def _simulated(findings: Findings, result: Result) -> dict[str, Any]:
             once=True,
         ),
     }
-    ellipses = {name: found for name, found in findings.ellipses.items() if not isinstance(found, Missing)}
+    ellipses = {
+        name: found for name, found in findings.ellipses.items() if not isinstance(found, Missing)
+    }
     if ellipses:
         place, places = (0.0, 0.0), {"rest in still air": (0.0, 0.0)}
         if isinstance(findings.still, Statics) and isinstance(findings.blown, Statics):

@@ -60,7 +60,9 @@ class Picture:
     narrow: str
 
 
-def picture(name: str, label: str, caption: str, draw: Callable[[], Figure], *, once: bool = False) -> Picture:
+def picture(
+    name: str, label: str, caption: str, draw: Callable[[], Figure], *, once: bool = False
+) -> Picture:
     """Draw a figure for the page.
 
     Parameters
@@ -74,7 +76,9 @@ def picture(name: str, label: str, caption: str, draw: Callable[[], Figure], *, 
     once
         Whether it is narrow enough as it is.
     """
-    return Picture(label, caption, svg(draw(), name), "" if once else svg(draw(), f"{name}-narrow", NARROW))
+    return Picture(
+        label, caption, svg(draw(), name), "" if once else svg(draw(), f"{name}-narrow", NARROW)
+    )
 
 
 def svg(figure: Figure, name: str, width: float | None = None) -> str:
@@ -130,7 +134,13 @@ def static_shape(states: Mapping[str, Statics]) -> Figure:
             side.plot(state.x[:, 0], state.x[:, 1], label=name, **style)
             above.plot(state.x[:, 0], state.x[:, 2], **style)
             for axes, column in ((side, 1), (above, 2)):
-                axes.plot(state.x[[0, -1], 0], state.x[[0, -1], column], "o", color=NEUTRAL, markersize=3.0)
+                axes.plot(
+                    state.x[[0, -1], 0],
+                    state.x[[0, -1], column],
+                    "o",
+                    color=NEUTRAL,
+                    markersize=3.0,
+                )
         side.set_ylabel("height $x_2$ [m]")
         side.set_title("from the side (scales differ)", loc="left")
         above.set_ylabel("downwind $x_3$ [m]")
@@ -150,11 +160,19 @@ def coefficient_figure(curve: AerodynamicCurve, attack_angle: float) -> Figure:
         axes = figure.subplots()
         lines = (("lift", "u2", "-"), ("drag", "u3", "--"), ("moment", "theta", "-."))
         for name, colour, style in lines:
-            axes.plot(np.degrees(angle), getattr(curve, name)(angle), style, color=COLOURS[colour], label=name)
+            axes.plot(
+                np.degrees(angle),
+                getattr(curve, name)(angle),
+                style,
+                color=COLOURS[colour],
+                label=name,
+            )
         first, last = np.degrees(curve.breakpoint[[0, -1]])
         own = np.degrees(attack_angle)
         axes.axhline(0.0, color=NEUTRAL, linewidth=0.4)
-        axes.axvline(own - 360.0 * round((own - 0.5 * (first + last)) / 360.0), color=NEUTRAL, linewidth=0.6)
+        axes.axvline(
+            own - 360.0 * round((own - 0.5 * (first + last)) / 360.0), color=NEUTRAL, linewidth=0.6
+        )
         axes.set_title("vertical line: initial attack angle of the scene", loc="left")
         axes.set_xlabel("attack angle [deg]")
         axes.set_ylabel("coefficient [1]")
@@ -184,7 +202,12 @@ def clearance_figure(
         axes = figure.subplots()
         hull = outermost(x, y)
         axes.fill(x[hull], y[hull], color=COLOURS["u2"], alpha=0.25, linewidth=0.0)
-        axes.plot(x[[*hull, hull[0]]], y[[*hull, hull[0]]], color=COLOURS["u2"], label="reached in the run")
+        axes.plot(
+            x[[*hull, hull[0]]],
+            y[[*hull, hull[0]]],
+            color=COLOURS["u2"],
+            label="reached in the run",
+        )
         for (name, ellipse), style in zip(ellipses.items(), RULE_STYLES, strict=False):
             across, up = ellipse.outline()
             axes.plot(rest[0] + across, rest[1] + up, style, color=COLOURS["u3"], label=name)

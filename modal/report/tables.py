@@ -65,9 +65,20 @@ def scene_tables(scene: Scene) -> list[Table]:
         section, name = leaf.path.split(".", 1)
         rows, source = groups.setdefault(section, []), source_of(scene, leaf.path)
         told = AS_ABOVE if rows and source == last != NOT_STATED else source
-        rows.append((name, value_text(leaf.value), "" if leaf.unit == "1" else leaf.unit, leaf.meaning, told))
+        rows.append(
+            (
+                name,
+                value_text(leaf.value),
+                "" if leaf.unit == "1" else leaf.unit,
+                leaf.meaning,
+                told,
+            )
+        )
         last = source
-    return [Table(name, ("name", "value", "unit", "meaning", "source"), rows) for name, rows in groups.items()]
+    return [
+        Table(name, ("name", "value", "unit", "meaning", "source"), rows)
+        for name, rows in groups.items()
+    ]
 
 
 def source_of(scene: Scene, path: str) -> str:
@@ -92,15 +103,21 @@ def static_table(findings: Findings) -> Table:
     quantities = {
         "sag in the plane of the span [m]": [f"{state.sag:.4f}" for state in states],
         "drop of mid-span below the chord [m]": [f"{state.lowered:.4f}" for state in states],
-        "swing out of the vertical plane [deg]": [f"{math.degrees(state.swing):z.2f}" for state in states],
+        "swing out of the vertical plane [deg]": [
+            f"{math.degrees(state.swing):z.2f}" for state in states
+        ],
         "twist at mid-span [deg]": [f"{math.degrees(state.twist):z.2f}" for state in states],
         "tension at mid-span [kN]": [f"{state.tension / 1e3:.3f}" for state in states],
     }
     for end, number in (("left", 0), ("right", 1)):
         for axis, way in enumerate(("along the span", "upwards", "with the wind")):
-            whole = " (whole pull of the span)" if findings.scene.supports.remark_on_force(end) else ""
+            whole = (
+                " (whole pull of the span)" if findings.scene.supports.remark_on_force(end) else ""
+            )
             name = f"force on the {end} end, {way}{whole} [kN]"
-            quantities[name] = [f"{state.support_force[number, axis] / 1e3:z.3f}" for state in states]
+            quantities[name] = [
+                f"{state.support_force[number, axis] / 1e3:z.3f}" for state in states
+            ]
     headings = [wind_text(state.wind_speed) for state in states]
     return Table("At rest", ("", *headings), [(name, *cells) for name, cells in quantities.items()])
 
@@ -122,7 +139,13 @@ def mode_table(modes: list[Mode], caption: str) -> Table:
         )
         for mode in modes
     ]
-    headings = ("family and loops", "frequency [Hz]", "damping ratio [%]", "share of the family [%]", "symmetric")
+    headings = (
+        "family and loops",
+        "frequency [Hz]",
+        "damping ratio [%]",
+        "share of the family [%]",
+        "symmetric",
+    )
     return Table(caption, headings, rows)
 
 
@@ -138,11 +161,23 @@ def screening_table(found: Screening) -> Table:
             f"{cycle.frequency_hz:.4f}",
             f"{100.0 * (cycle.multiplier - 1.0):+.1f}",
         )
-        for name, cycle in (("galloping without swing", found.galloping), ("galloping with swing", found.saturated))
+        for name, cycle in (
+            ("galloping without swing", found.galloping),
+            ("galloping with swing", found.saturated),
+        )
         if cycle is not None
     ]
-    headings = ("motion", "wind [m/s]", "vertical [m]", "horizontal [m]", "twist [deg]", "frequency [Hz]")
-    return Table("Predicted limit cycles, half peak-to-peak", (*headings, "disturbance per cycle [%]"), rows)
+    headings = (
+        "motion",
+        "wind [m/s]",
+        "vertical [m]",
+        "horizontal [m]",
+        "twist [deg]",
+        "frequency [Hz]",
+    )
+    return Table(
+        "Predicted limit cycles, half peak-to-peak", (*headings, "disturbance per cycle [%]"), rows
+    )
 
 
 def onset_table(onsets: list[CriticalWind]) -> Table:
@@ -151,13 +186,23 @@ def onset_table(onsets: list[CriticalWind]) -> Table:
         (
             f"{onset.mode.family} {onset.mode.loops}",
             f"{onset.mode.frequency_hz:.4f}",
-            f"none up to {onset.searched_to:g}" if onset.wind_speed is None else f"{onset.wind_speed:.3f}",
+            (
+                f"none up to {onset.searched_to:g}"
+                if onset.wind_speed is None
+                else f"{onset.wind_speed:.3f}"
+            ),
             "-" if onset.frequency_hz is None else f"{onset.frequency_hz:.4f}",
             "-" if onset.den_hartog is None else f"{onset.den_hartog:.3f}",
         )
         for onset in onsets
     ]
-    headings = ("mode", "still air [Hz]", "critical wind [m/s]", "frequency there [Hz]", "Den Hartog's wind [m/s]")
+    headings = (
+        "mode",
+        "still air [Hz]",
+        "critical wind [m/s]",
+        "frequency there [Hz]",
+        "Den Hartog's wind [m/s]",
+    )
     return Table("Wind at which each mode begins to grow", headings, rows)
 
 
@@ -168,7 +213,9 @@ def motion_table(result: Result) -> Table:
     assert isinstance(midspan, dict)
     rows = []
     for name, row in midspan.items():
-        scale, unit = {"theta": (180.0 / math.pi, "deg"), "tension": (1e-3, "kN")}.get(name, (1.0, "m"))
+        scale, unit = {"theta": (180.0 / math.pi, "deg"), "tension": (1e-3, "kN")}.get(
+            name, (1.0, "m")
+        )
         sizes = [f"{row[key] * scale:.4g}" for key in ("amplitude", "mean", "lowest", "highest")]
         frequency = frequency_text(row["frequency_hz"])
         rows.append((f"{SHOWN[name]} [{unit}]", *sizes[:2], frequency, row["motion"], *sizes[2:]))
@@ -201,7 +248,12 @@ def clearance_table(findings: Findings, result: Result, place: tuple[float, floa
             )
         )
     ellipse_headings = ("rule", "major axis [m]", "minor axis [m]", "offset [m]", "rotation [deg]")
-    headings = (*ellipse_headings, "farthest beyond the edge [m]", "at time [s]", "share of records outside [%]")
+    headings = (
+        *ellipse_headings,
+        "farthest beyond the edge [m]",
+        "at time [s]",
+        "share of records outside [%]",
+    )
     return Table("Mid-span and the ellipses of two design rules", headings, rows)
 
 
@@ -223,7 +275,10 @@ def numerics_table(findings: Findings) -> Table:
             ("Newton iterations per step", f"{report.iterations / max(report.steps, 1):.2f}"),
             ("times that a step was halved", f"{report.halvings}"),
             ("lowest tension anywhere", f"{report.lowest_tension / 1e3:.3f} kN"),
-            ("nodal force that holds sag and tension as given, largest", f"{attrs['held_imbalance']:.3g} N"),
+            (
+                "nodal force that holds sag and tension as given, largest",
+                f"{attrs['held_imbalance']:.3g} N",
+            ),
             ("records, and time between them", f"{len(time)}, {interval:g} s"),
         ]
     return Table("Numerics", ("", ""), rows)
@@ -236,7 +291,10 @@ def provenance_table(findings: Findings) -> Table:
         ("Python, NumPy", f"{platform.python_version()}, {np.__version__}"),
         ("machine", f"{platform.system()} {platform.machine()}"),
         ("written", datetime.now().astimezone().isoformat(timespec="seconds")),
-        ("time that it took", ", ".join(f"{name} {seconds:.1f} s" for name, seconds in findings.seconds.items())),
+        (
+            "time that it took",
+            ", ".join(f"{name} {seconds:.1f} s" for name, seconds in findings.seconds.items()),
+        ),
     ]
     if isinstance(findings.result, Result):
         rows.insert(1, ("kernel", str(findings.result.dataset.attrs["kernel"])))
@@ -252,19 +310,33 @@ def cards(findings: Findings) -> Iterator[Card]:
         findings.result,
     )
     if isinstance(still, Statics):
-        yield Card("Sag in still air", f"{still.sag:.3f} m", f"tension {still.tension / 1e3:.2f} kN", "static")
+        yield Card(
+            "Sag in still air",
+            f"{still.sag:.3f} m",
+            f"tension {still.tension / 1e3:.2f} kN",
+            "static",
+        )
     if not isinstance(frequencies, Missing):
-        pair = f"{frequencies.vertical_hz:.4f} / {frequencies.horizontal_hz:.4f} Hz, vertical / horizontal"
+        pair = (
+            f"{frequencies.vertical_hz:.4f} / {frequencies.horizontal_hz:.4f} Hz, vertical /"
+            " horizontal"
+        )
         yield Card("Frequency ratio", f"{frequencies.ratio:.3f}", pair, "ratio")
     if isinstance(findings.onsets, list):
         speeds = [onset.wind_speed for onset in findings.onsets if onset.wind_speed is not None]
         if speeds:
-            yield Card("First mode grows from", f"{min(speeds):.2f} m/s", "linear theory", "critical")
+            yield Card(
+                "First mode grows from", f"{min(speeds):.2f} m/s", "linear theory", "critical"
+            )
         else:
             highest = f"up to {findings.onsets[0].searched_to:g} m/s"
             yield Card("First mode grows from", "none", highest, "critical")
     if isinstance(screening, Screening):
-        start = "no onset found" if screening.onset_wind_speed is None else f"from {screening.onset_wind_speed:.2f} m/s"
+        start = (
+            "no onset found"
+            if screening.onset_wind_speed is None
+            else f"from {screening.onset_wind_speed:.2f} m/s"
+        )
         if screening.risk == "other" and screening.other_mode is not None:
             start = f"but {screening.other_mode}"
         yield Card("Risk of a 2:1 swing", screening.risk, start, "ratio")
@@ -280,13 +352,20 @@ def _motion_card(result: Result) -> Card:
     """How far mid-span moves: the amplitude that it has in the end, or its range where the motion is over by then."""
     midspan, motion = summary(result)["midspan"], result.motion
     assert isinstance(midspan, dict)
-    vertical, low, high = midspan["u2"]["amplitude"], midspan["u2"]["lowest"], midspan["u2"]["highest"]
+    vertical, low, high = (
+        midspan["u2"]["amplitude"],
+        midspan["u2"]["lowest"],
+        midspan["u2"]["highest"],
+    )
     warned = "; with warnings" if result.warnings else ""
     if motion.kind == "turned over" or vertical < OVER * (high - low):
-        remark = f"peak to peak over the whole run, from {low:.2f} to {high:.2f} m; {motion}{warned}"
+        remark = (
+            f"peak to peak over the whole run, from {low:.2f} to {high:.2f} m; {motion}{warned}"
+        )
         return Card("Vertical range", f"{high - low:.3f} m", remark, "simulation")
     end = "at the end of the run" if motion.is_steady else f"at the end of the run: {motion}"
     remark = (
-        f"{'steady; ' if motion.kind == 'steady' else ''}horizontal {midspan['u3']['amplitude']:.3f} m, {end}{warned}"
+        f"{'steady; ' if motion.kind == 'steady' else ''}horizontal"
+        f" {midspan['u3']['amplitude']:.3f} m, {end}{warned}"
     )
     return Card("Vertical amplitude", f"{vertical:.3f} m", remark, "simulation")

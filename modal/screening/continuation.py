@@ -10,7 +10,13 @@ from numpy.typing import NDArray
 
 from gallop_fmu import Model, Outcome, SceneError, SimulationError
 from modal.linear.mode_basis import mirrored
-from modal.screening.floquet import Multipliers, flip_determinant, flip_shape, lopsided_multiplier, multipliers
+from modal.screening.floquet import (
+    Multipliers,
+    flip_determinant,
+    flip_shape,
+    lopsided_multiplier,
+    multipliers,
+)
 from modal.screening.harmonic_balance import (
     FINE,
     GALLOP,
@@ -71,8 +77,8 @@ class Cycle:
     frequency_hz : float
         Frequency of the vertical motion [Hz].
     multiplier : float
-        By how much a small swing grows (above 1) or shrinks in one vertical cycle; for a motion that already swings,
-        the same for the disturbance that decays slowest.
+        By how much a small swing grows (above 1) or shrinks in one vertical cycle; for a motion
+        that already swings, the same for the disturbance that decays slowest.
     """
 
     wind_speed: float
@@ -88,9 +94,15 @@ class Search:
 
     def __init__(self, model: ReducedModel, wind: float, highest: float) -> None:
         self.model, self.wind, self.highest = model, wind, highest
-        self.size_scale = SPEED_RATIO * wind / model.frequencies[0] / abs(model.middle[model.vertical, 1])
-        self.limit: str | None = None  # why the limit cycle could not be followed up to the highest wind
-        self.unresolved = False  # whether the limit cycle goes on, but says nothing about the motion
+        self.size_scale = (
+            SPEED_RATIO * wind / model.frequencies[0] / abs(model.middle[model.vertical, 1])
+        )
+        self.limit: str | None = (
+            None  # why the limit cycle could not be followed up to the highest wind
+        )
+        self.unresolved = (
+            False  # whether the limit cycle goes on, but says nothing about the motion
+        )
         self.ended = False  # whether the limit cycle was followed to its end
         self.galloping_until: float | None = None
         self.galloping_from, start = self._stability_limit()
@@ -115,9 +127,13 @@ class Search:
                 states[wind] = mean_state(self.model, wind)
             return states[wind].vertical.real
 
-        growth(self.wind)  # refuses a span that the wind in question turns over, however early it gallops
+        growth(
+            self.wind
+        )  # refuses a span that the wind in question turns over, however early it gallops
         calm, galloping = LEAST_WIND * self.highest, None
-        for wind in np.union1d(self.highest * np.arange(1, WINDS + 1) / WINDS, [self.wind]).tolist():
+        for wind in np.union1d(
+            self.highest * np.arange(1, WINDS + 1) / WINDS, [self.wind]
+        ).tolist():
             try:
                 rate = growth(wind)
             except SceneError as error:
@@ -131,7 +147,9 @@ class Search:
             calm = wind
         if galloping is None:
             return None, None
-        galloping = float(brentq(growth, calm, galloping, rtol=ACCURATE)) if growth(calm) < 0.0 else calm
+        galloping = (
+            float(brentq(growth, calm, galloping, rtol=ACCURATE)) if growth(calm) < 0.0 else calm
+        )
         growth(galloping)
         found = states[galloping]
         size = FIRST_SIZE * self.size_scale
@@ -148,8 +166,8 @@ class Search:
             first, matrix, _ = self.track.of_size(guess, FIRST_SIZE * self.size_scale)
         except NotConvergedError:
             raise SceneError(
-                f"no limit cycle was found beside the mean state at {start.wind_speed:.4g} m/s, where galloping "
-                "begins; look at simulate(scene)"
+                f"no limit cycle was found beside the mean state at {start.wind_speed:.4g} m/s,"
+                " where galloping begins; look at simulate(scene)"
             ) from None
         if self._follow_on(first, matrix, self.track.growing):
             return
@@ -177,9 +195,10 @@ class Search:
         self.limit = None
         for orbit in self.track.follow(first, matrix, direction, ends):
             if self._leaves_curve(orbit):
+                low, high = self.model.scene.aerodynamics.range_deg  # type: ignore[union-attr]
                 self.limit = (
-                    f"at {orbit.wind_speed:.4g} m/s its attack angles leave the coefficient curve, which is valid from "
-                    "{:g} to {:g} deg".format(*self.model.scene.aerodynamics.range_deg)  # type: ignore[union-attr]
+                    f"at {orbit.wind_speed:.4g} m/s its attack angles leave the coefficient curve, "
+                    f"which is valid from {low:g} to {high:g} deg"
                 )
                 return True
             if self.track.size(orbit) < least:
@@ -198,7 +217,9 @@ class Search:
 
     def _trim(self) -> None:
         """Remove what follows the last orbit that a motion can stay near; between folds the limit cycle may lose it."""
-        trusted = max((k for k, growth in enumerate(self.growth) if not doubt_of(growth)), default=0)
+        trusted = max(
+            (k for k, growth in enumerate(self.growth) if not doubt_of(growth)), default=0
+        )
         if self.ended or trusted == len(self.orbits) - 1:
             return
         self.unresolved = True
@@ -223,7 +244,9 @@ class Search:
         if np.linalg.norm(last.coefficients[1:]) < FIRST_SIZE * self.size_scale:
             self.galloping_until = last.wind_speed
         else:
-            self.limit = f"at {last.wind_speed:.4g} m/s a higher mode takes over, at twice its frequency"
+            self.limit = (
+                f"at {last.wind_speed:.4g} m/s a higher mode takes over, at twice its frequency"
+            )
 
     def _leaves_curve(self, orbit: Orbit) -> bool:
         curve = self.model.scene.aerodynamics
@@ -253,7 +276,9 @@ class Search:
         for _ in range(HALVINGS):
             part = (self.wind - low.wind_speed) / (high.wind_speed - low.wind_speed)
             try:
-                return track.at_wind((1.0 - part) * low.packed() + part * high.packed(), self.wind)[0]
+                return track.at_wind((1.0 - part) * low.packed() + part * high.packed(), self.wind)[
+                    0
+                ]
             except NotConvergedError:
                 middle = track.between(low.packed(), high.packed())
                 low, high = (middle, high) if middle.wind_speed <= self.wind else (low, middle)
@@ -274,7 +299,9 @@ class Search:
         doubted = [bool(doubt_of(one)) for one in self.growth]
         for k in range(len(self.orbits) - 1):
             if unstable[k] != unstable[k + 1] and not (doubted[k] or doubted[k + 1]):
-                found.append((self._limit_between(self.orbits[k], self.orbits[k + 1]), unstable[k + 1]))
+                found.append(
+                    (self._limit_between(self.orbits[k], self.orbits[k + 1]), unstable[k + 1])
+                )
         return [(orbit, starts) for orbit, starts in found if orbit.wind_speed <= self.highest]
 
     def _limit_between(self, low: Orbit, high: Orbit) -> Orbit:
@@ -297,7 +324,9 @@ class Search:
     def swing_branch(self, onset: Orbit) -> tuple[list[Orbit], Track]:
         """Motions with swing, from its onset to the scene's wind."""
         model = self.model
-        scale = SPEED_RATIO * self.wind / model.frequencies[0] / abs(model.middle[model.horizontal, 2])
+        scale = (
+            SPEED_RATIO * self.wind / model.frequencies[0] / abs(model.middle[model.horizontal, 2])
+        )
         track = Track(model, SWING, model.horizontal, self.wind, scale)
         shape, phase = flip_shape(model, onset)
         base = doubled(onset, SWING.harmonics).turned(phase)
@@ -337,7 +366,10 @@ class Search:
         except SimulationError:  # the conductor would be slack in so large a motion
             return unsteady
         run = start.run(
-            BEAT_CYCLES * BEAT_RECORDS, every, np.array([1, 2, 3], np.int32), np.array([model.middle], np.int32)
+            BEAT_CYCLES * BEAT_RECORDS,
+            every,
+            np.array([1, 2, 3], np.int32),
+            np.array([model.middle], np.int32),
         )
         if run.report.outcome is not Outcome.COMPLETED:
             return unsteady
@@ -358,5 +390,8 @@ def doubt_of(growth: Multipliers) -> str:
     if swing > LARGEST_GROWTH:
         return f"a swing would grow {swing:.3g} times in a cycle"
     if other > LEAVING and other > (1.0 + LIMIT) * swing:
-        return f"a disturbance other than the swing grows by {other - 1.0:.0%} in a cycle and leads away from it"
+        return (
+            f"a disturbance other than the swing grows by {other - 1.0:.0%} in a cycle and leads"
+            " away from it"
+        )
     return ""

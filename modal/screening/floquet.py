@@ -8,7 +8,14 @@ from functools import lru_cache
 import numpy as np
 from numpy.typing import NDArray
 
-from modal.screening.harmonic_balance import SWING, Orbit, derivative, doubled, fourier, fourier_matrices
+from modal.screening.harmonic_balance import (
+    SWING,
+    Orbit,
+    derivative,
+    doubled,
+    fourier,
+    fourier_matrices,
+)
 from modal.screening.reduced_model import ReducedModel, lopsided_model
 
 Array = NDArray[np.float64]
@@ -37,11 +44,13 @@ def monodromy(stiffness: Array, damping: Array, mass: Array, period: float) -> A
 
     Notes
     -----
-    Cayley form of the implicit midpoint rule: second order, stable for any step, no artificial damping.
+    Cayley form of the implicit midpoint rule: second order, stable for any step, no artificial
+    damping.
     """
     steps, n, _ = stiffness.shape
     h = period / steps
-    # midpoint rule: x1 = x0 + h v, with v the mean velocity; M (v1 - v0)/h + C v + K (x0 + x1)/2 = 0
+    # midpoint rule: x1 = x0 + h v, with v the mean velocity; M (v1 - v0)/h + C v + K (x0 + x1)/2 =
+    # 0
     left = mass + 0.5 * h * damping + 0.25 * h * h * stiffness
     mean = np.linalg.solve(left, np.concatenate([-0.5 * h * stiffness, mass], axis=2))
     total = np.concatenate([h * mean, 2.0 * mean], axis=1) + np.diag(np.repeat([1.0, -1.0], n))
@@ -62,8 +71,8 @@ class Multipliers:
     Attributes
     ----------
     swing : complex
-        The multiplier of the horizontal swing: the largest of the disturbances in which the first horizontal mode
-        participates. Beyond -1 the swing grows at half the frequency of the orbit.
+        The multiplier of the horizontal swing: the largest of the disturbances in which the first
+        horizontal mode participates. Beyond -1 the swing grows at half the frequency of the orbit.
     others : ndarray
         All others, without the one along the orbit, which is 1; largest first.
     """
@@ -80,13 +89,16 @@ class Multipliers:
 def multipliers(model: ReducedModel, orbit: Orbit, periods_per_orbit: int = 1) -> Multipliers:
     """Floquet multipliers of an orbit; of one that swings, over the two vertical cycles of it.
 
-    How much a mode participates in a disturbance tell right and left vector together (Perez-Arriaga, Verghese, Schweppe
-    1982). Where multipliers of two modes meet, the right vectors alone look alike and hide the swing.
+    How much a mode participates in a disturbance tell right and left vector together
+    (Perez-Arriaga, Verghese, Schweppe 1982). Where multipliers of two modes meet, the right vectors
+    alone look alike and hide the swing.
     """
     n = model.size
     values, vectors = np.linalg.eig(_monodromy(model, orbit, periods_per_orbit))
     trivial = int(np.argmin(np.abs(values - 1.0)))
-    share = np.abs(vectors * np.linalg.inv(vectors).T)[[model.horizontal, n + model.horizontal]].sum(axis=0)
+    share = np.abs(vectors * np.linalg.inv(vectors).T)[
+        [model.horizontal, n + model.horizontal]
+    ].sum(axis=0)
     share[trivial] = 0.0
     candidates = np.flatnonzero(share > LEAST_SHARE * share.max())
     swing = int(candidates[np.argmax(np.abs(values[candidates]))])
@@ -98,7 +110,9 @@ def lopsided_multiplier(model: ReducedModel, orbit: Orbit, periods_per_orbit: in
     """Largest growth over one period of what breaks the mirror symmetry of a span and its motion."""
     wide = lopsided_model(model)
     rest = np.zeros((len(orbit.coefficients), wide.size - model.size))
-    embedded = Orbit(orbit.wind_speed, orbit.omega, np.concatenate([orbit.coefficients, rest], axis=1))
+    embedded = Orbit(
+        orbit.wind_speed, orbit.omega, np.concatenate([orbit.coefficients, rest], axis=1)
+    )
     total = _monodromy(wide, embedded, periods_per_orbit)
     breaking = np.r_[model.size : wide.size, wide.size + model.size : 2 * wide.size]
     return float(np.max(np.abs(np.linalg.eigvals(total[np.ix_(breaking, breaking)]))))
@@ -122,7 +136,9 @@ def _interpolation(instants: int, steps: int) -> Array:
     """From values at the instants of a period to those at the middle of its steps, by their spectrum."""
     harmonics = (instants - 1) // 2
     phase = 2.0 * np.pi * (np.arange(steps) + 0.5) / steps
-    return np.asarray(fourier(phase, harmonics)[0] @ np.linalg.pinv(fourier_matrices(harmonics, instants).value))
+    return np.asarray(
+        fourier(phase, harmonics)[0] @ np.linalg.pinv(fourier_matrices(harmonics, instants).value)
+    )
 
 
 def _odd() -> NDArray[np.intp]:
@@ -149,7 +165,8 @@ def flip_determinant(model: ReducedModel, orbit: Orbit) -> tuple[float, float]:
 def flip_shape(model: ReducedModel, orbit: Orbit) -> tuple[Array, float]:
     """Fourier coefficients, over twice the period, of the swing that starts at an orbit, and their phase [rad] in it.
 
-    The horizontal mode's first harmonic is cos, with coefficient 1, once orbit and swing are turned by the phase.
+    The horizontal mode's first harmonic is cos, with coefficient 1, once orbit and swing are turned
+    by the phase.
     """
     odd = _odd()
     shape = np.zeros((2 * SWING.harmonics + 1, model.size))

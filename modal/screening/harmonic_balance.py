@@ -1,8 +1,8 @@
 """Periodic motions of a galloping span by harmonic balance, followed over the wind speed.
 
 A motion of period ``2 pi / omega`` is a Fourier series whose coefficients balance the forces of
-`modal.screening.reduced_model` at equally spaced instants. A family of such motions is followed by pseudo-arclength
-continuation, so that it may start from rest, turn back or jump.
+`modal.screening.reduced_model` at equally spaced instants. A family of such motions is followed by
+pseudo-arclength continuation, so that it may start from rest, turn back or jump.
 """
 
 from __future__ import annotations
@@ -163,20 +163,30 @@ def imbalance(model: ReducedModel, balance: Balance, orbit: Orbit) -> tuple[Arra
     size, count = model.size, test.shape[1]
     jacobian = np.empty((count, size, count * size + 2))
     jacobian[:, :, :-2] = derivative(balance, orbit.omega, forces, test).reshape(count, size, -1)
-    by_omega = np.einsum("tij,tj->ti", forces.damping, v) + 2.0 * np.einsum("tij,tj->ti", forces.mass, a)
+    by_omega = np.einsum("tij,tj->ti", forces.damping, v) + 2.0 * np.einsum(
+        "tij,tj->ti", forces.mass, a
+    )
     jacobian[:, :, -2] = test.T @ by_omega / orbit.omega
     jacobian[:, :, -1] = test.T @ forces.by_wind
     return (test.T @ forces.residual).ravel(), jacobian.reshape(count * size, -1), forces
 
 
 def derivative(
-    balance: Balance, omega: float, forces: Forces, test: Array, columns: slice | NDArray[np.intp] = slice(None)
+    balance: Balance,
+    omega: float,
+    forces: Forces,
+    test: Array,
+    columns: slice | NDArray[np.intp] = slice(None),
 ) -> Array:
     """(row coefficient, mode, column coefficient, mode) of the linearised balance."""
     size = forces.residual.shape[1]
     total = None
     for order, (basis, matrix) in enumerate(
-        ((balance.value, forces.stiffness), (balance.rate, forces.damping), (balance.curvature, forces.mass))
+        (
+            (balance.value, forces.stiffness),
+            (balance.rate, forces.damping),
+            (balance.curvature, forces.mass),
+        )
     ):
         basis = omega**order * basis[:, columns]
         weights = (test[:, :, None] * basis[:, None, :]).reshape(len(test), -1)
@@ -187,7 +197,12 @@ def derivative(
 
 
 def solve(
-    model: ReducedModel, balance: Balance, start: Array, rows: Array, values: Array, iterations: int = 12
+    model: ReducedModel,
+    balance: Balance,
+    start: Array,
+    rows: Array,
+    values: Array,
+    iterations: int = 12,
 ) -> tuple[Orbit, Array, int]:
     """Newton's iteration for an orbit on which two linear conditions hold: ``rows @ unknowns = values``.
 
@@ -212,7 +227,10 @@ def solve(
         y = y + change
         if y[-2] <= 0.0 or y[-1] <= 0.0:
             break
-        if np.max(np.abs(change[:-2])) < TOLERANCE * scale and np.max(np.abs(change[-2:] / y[-2:])) < TOLERANCE:
+        if (
+            np.max(np.abs(change[:-2])) < TOLERANCE * scale
+            and np.max(np.abs(change[-2:] / y[-2:])) < TOLERANCE
+        ):
             return unpacked(y, model.size), matrix, iteration
     raise NotConvergedError
 
@@ -254,7 +272,9 @@ class Track:
     @property
     def measure(self) -> Array:
         """Weights of the unknowns in the length of a family of orbits: of all that oscillates, and of the wind."""
-        weights = np.full((2 * self.balance.harmonics + 1) * self.model.size + 2, 1.0 / self.size_scale**2)
+        weights = np.full(
+            (2 * self.balance.harmonics + 1) * self.model.size + 2, 1.0 / self.size_scale**2
+        )
         weights[: self.model.size] = weights[-2] = 0.0
         weights[-1] = 1.0 / self.wind_scale**2
         return weights
@@ -263,10 +283,19 @@ class Track:
         """First harmonic of the mode followed; negative where a family has passed through rest or half its period."""
         return float(orbit.coefficients[1, self.mode])
 
-    def near(self, guess: Array, direction: Array, iterations: int = 12) -> tuple[Orbit, Array, int]:
+    def near(
+        self, guess: Array, direction: Array, iterations: int = 12
+    ) -> tuple[Orbit, Array, int]:
         """Orbit beside a guess, in the plane across a direction."""
         row = self.measure * direction
-        return solve(self.model, self.balance, guess, self.rows(row), np.array([0.0, row @ guess]), iterations)
+        return solve(
+            self.model,
+            self.balance,
+            guess,
+            self.rows(row),
+            np.array([0.0, row @ guess]),
+            iterations,
+        )
 
     def of_size(self, start: Array, size: float) -> tuple[Orbit, Array, int]:
         """Orbit with the cosine part `size`, whatever the wind."""
@@ -296,7 +325,8 @@ class Track:
     ) -> Iterator[Orbit]:
         """Orbits from `first` on, at first towards `direction`, until `stop` or where Newton finds no more.
 
-        Guesses are of second order (Adams and Bashforth's formula for the tangent), which saves iterations.
+        Guesses are of second order (Adams and Bashforth's formula for the tangent), which saves
+        iterations.
         """
         yield first
         y, measure = first.packed(), self.measure
@@ -311,7 +341,9 @@ class Track:
                     guess = y + step * (direction + 0.5 * step * bend)
                     orbit, found, iterations = self.near(guess, direction, iterations=6)
                     moved = orbit.packed() - y
-                    if step > SHORT and direction @ (measure * moved) < STRAIGHT * np.sqrt(moved @ (measure * moved)):
+                    if step > SHORT and direction @ (measure * moved) < STRAIGHT * np.sqrt(
+                        moved @ (measure * moved)
+                    ):
                         raise NotConvergedError
                     matrix = found
                     break

@@ -30,11 +30,17 @@ SCREENING_COLUMNS = {
     "ratio": ("1", "vertical over horizontal natural frequency"),
     "detuning": ("1", "relative distance of the ratio from 2"),
     "galloping_from": ("m/s", "wind at which galloping begins"),
-    "other_galloping_from": ("m/s", "wind at which another mode than the first symmetric vertical one gallops"),
+    "other_galloping_from": (
+        "m/s",
+        "wind at which another mode than the first symmetric vertical one gallops",
+    ),
     "onset_wind_speed": ("m/s", "wind at which the swing starts"),
     "until_wind_speed": ("m/s", "wind at which it no longer starts"),
     "threshold_amplitude": ("m", "vertical amplitude at which the swing starts"),
-    "galloping_vertical": ("m", "vertical amplitude of galloping without swing at the scene's wind"),
+    "galloping_vertical": (
+        "m",
+        "vertical amplitude of galloping without swing at the scene's wind",
+    ),
     "growth_per_cycle": ("1", "growth of a small swing in a vertical cycle at the scene's wind"),
     "saturated_vertical": ("m", "vertical amplitude that galloping and swing settle at"),
     "saturated_horizontal": ("m", "horizontal amplitude that they settle at"),
@@ -45,10 +51,22 @@ NEAR = 0.1
 """Detuning below which a span is suspect whatever the estimate says."""
 
 FIRST_LOOK_COLUMNS = {
-    "suspect": ("", "whether the estimate knows a threshold of the swing, reached or not, or the ratio is near 2"),
-    **{key: SCREENING_COLUMNS[key] for key in ("wind_speed", "highest_wind", "vertical_hz", "horizontal_hz")},
+    "suspect": (
+        "",
+        (
+            "whether the estimate knows a threshold of the swing, reached or not, or the ratio is"
+            " near 2"
+        ),
+    ),
+    **{
+        key: SCREENING_COLUMNS[key]
+        for key in ("wind_speed", "highest_wind", "vertical_hz", "horizontal_hz")
+    },
     **{key: SCREENING_COLUMNS[key] for key in ("ratio", "detuning")},
-    "estimated_vertical": ("m", "estimate of the vertical amplitude of galloping without swing at the scene's wind"),
+    "estimated_vertical": (
+        "m",
+        "estimate of the vertical amplitude of galloping without swing at the scene's wind",
+    ),
     "estimated_threshold": ("m", "estimate of the vertical amplitude at which the swing starts"),
     "estimated_onset": ("m/s", "estimate of the wind at which the swing starts"),
     "warnings": SCREENING_COLUMNS["warnings"],
@@ -162,18 +180,19 @@ def screen_spans(
     highest_wind
         Highest wind speed [m/s] looked at; None takes 1.5 times each scene's.
     first_look
-        In place of `modal.screen` only `modal.two_mode_estimate`, about thirty times as fast: for thousands of spans,
-        of which the ``suspect`` ones are then screened. The estimate may miss an onset, mostly above 2:1; so a span is
-        suspect as soon as it has a threshold in sight (`benchmarks/corridor.py` compares).
+        In place of `modal.screen` only `modal.two_mode_estimate`, about thirty times as fast: for
+        thousands of spans, of which the ``suspect`` ones are then screened. The estimate may miss
+        an onset, mostly above 2:1; so a span is suspect as soon as it has a threshold in sight
+        (`benchmarks/corridor.py` compares).
     workers
-        Number of processes; None takes one for each core. With 1, and where no process can be started, all is computed
-        in this one.
+        Number of processes; None takes one for each core. With 1, and where no process can be
+        started, all is computed in this one.
 
     Returns
     -------
     Runs
-        One row a span with the columns of `SCREENING_COLUMNS` or `FIRST_LOOK_COLUMNS`, also for those that could not be
-        screened: ``outcome`` and ``message`` tell why.
+        One row a span with the columns of `SCREENING_COLUMNS` or `FIRST_LOOK_COLUMNS`, also for
+        those that could not be screened: ``outcome`` and ``message`` tell why.
 
     Raises
     ------
@@ -188,4 +207,6 @@ def screen_spans(
     ['certain', 'certain']
     """
     task = FirstLookTask(highest_wind) if first_look else ScreeningTask(highest_wind)
-    return compute(cases(scene, over, table), task, out=out, count=workers, cluster=cluster, progress=progress)
+    return compute(
+        cases(scene, over, table), task, out=out, count=workers, cluster=cluster, progress=progress
+    )

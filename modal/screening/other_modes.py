@@ -60,8 +60,9 @@ class OtherMode:
 def first_other_mode(model: ReducedModel, highest: float) -> OtherMode | None:
     """The mode that grows at the lowest wind, the first symmetric vertical one apart; None if there is none.
 
-    Linear theory in the reduced coordinates: the lowest modes of each family and both symmetries about the equilibrium
-    in each wind. Winds in which the span has no stable equilibrium end the search.
+    Linear theory in the reduced coordinates: the lowest modes of each family and both symmetries
+    about the equilibrium in each wind. Winds in which the span has no stable equilibrium end the
+    search.
 
     Parameters
     ----------
@@ -94,7 +95,9 @@ def first_other_mode(model: ReducedModel, highest: float) -> OtherMode | None:
             low, before = middle, between
     best = found.fastest_other()
     wave, family = _wave(wide, found.vectors[:, best])
-    return OtherMode(family, half_waves(wave), high, abs(float(found.rates[best].imag)) / (2.0 * np.pi))
+    return OtherMode(
+        family, half_waves(wave), high, abs(float(found.rates[best].imag)) / (2.0 * np.pi)
+    )
 
 
 @dataclass(frozen=True)
@@ -120,7 +123,10 @@ class _Modes:
         """Modal assurance criterion of the first vertical mode here with every mode there."""
         here, there = self.vectors[:, self.own], other.vectors
         weighed = other.mass @ there
-        sizes = np.vdot(here, other.mass @ here).real * np.einsum("im,im->m", there.conj(), weighed).real
+        sizes = (
+            np.vdot(here, other.mass @ here).real
+            * np.einsum("im,im->m", there.conj(), weighed).real
+        )
         return np.asarray(np.abs(here.conj() @ weighed) ** 2 / sizes)
 
 
@@ -134,11 +140,18 @@ def _modes(model: ReducedModel, wide: ReducedModel, wind: float) -> _Modes:
     lower = -np.linalg.solve(mass, np.hstack([stiffness, damping]))
     rates, vectors = np.linalg.eig(np.vstack([np.eye(n, 2 * n, n), lower]))
     kept = rates.imag > 0.0
-    return _Modes(rates[kept], vectors[:n, kept], mass, int(np.argmin(np.abs(rates[kept] - state.vertical))))
+    return _Modes(
+        rates[kept], vectors[:n, kept], mass, int(np.argmin(np.abs(rates[kept] - state.vertical)))
+    )
 
 
 def _followed(
-    model: ReducedModel, wide: ReducedModel, before: _Modes, low: float, high: float, halvings: int = FOLLOWED
+    model: ReducedModel,
+    wide: ReducedModel,
+    before: _Modes,
+    low: float,
+    high: float,
+    halvings: int = FOLLOWED,
 ) -> _Modes:
     """The modes in a wind, with the first vertical one followed from a lower wind: its shape becomes another's."""
     found = _modes(model, wide, high)

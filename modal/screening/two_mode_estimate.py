@@ -1,10 +1,11 @@
 """The 2:1 resonance of a span in two modes, by formulas: when vertical galloping starts the horizontal swing.
 
-The first symmetric vertical mode changes the tension and with it the stiffness of the horizontal one, whose equation is
-Mathieu's: ``q'' + 2 xi w q' + w^2 (1 + e cos W t) q = 0`` with ``e = h/H``, the dynamic over the static tension. It is
-unstable from ``e = 4 sqrt(xi^2 + D^2)`` on, ``D = W/(2 w) - 1`` (Nayfeh and Mook 1979, section 5.3). Both
-frequencies depend on the amplitude: the first corrections are those of Lindstedt and Poincare, with all other
-modes answering to the second order. The vertical amplitude follows from the balance of energy over a cycle.
+The first symmetric vertical mode changes the tension and with it the stiffness of the horizontal
+one, whose equation is Mathieu's: ``q'' + 2 xi w q' + w^2 (1 + e cos W t) q = 0`` with ``e = h/H``,
+the dynamic over the static tension. It is unstable from ``e = 4 sqrt(xi^2 + D^2)`` on, ``D = W/(2
+w) - 1`` (Nayfeh and Mook 1979, section 5.3). Both frequencies depend on the amplitude: the first
+corrections are those of Lindstedt and Poincare, with all other modes answering to the second order.
+The vertical amplitude follows from the balance of energy over a cycle.
 """
 
 from __future__ import annotations
@@ -44,8 +45,8 @@ class Coupling:
     Attributes
     ----------
     modulation : float
-        Relative change of the swing's stiffness w^2 per metre of vertical mid-span displacement [1/m]; in a shallow
-        span this is the dynamic tension per metre over the static one.
+        Relative change of the swing's stiffness w^2 per metre of vertical mid-span displacement
+        [1/m]; in a shallow span this is the dynamic tension per metre over the static one.
     vertical_curve : float
         Change of the squared vertical frequency [rad2/s2] per square metre of vertical amplitude.
     swing_curve : float
@@ -68,14 +69,16 @@ class TwoMode:
     swing_damping : float
         Damping ratio of the swing, structure and wind together, at the wind speed of the estimate.
     threshold_amplitude : float or None
-        Vertical amplitude [m] at mid-span that starts the swing; None if none within the range looked at does.
+        Vertical amplitude [m] at mid-span that starts the swing; None if none within the range
+        looked at does.
     threshold_detuning : float or None
         D there.
     vertical_amplitude : float
-        Vertical galloping amplitude [m] at the scene's wind without swing; 0 where galloping dies out, infinite where
-        the balance finds no end to its growth.
+        Vertical galloping amplitude [m] at the scene's wind without swing; 0 where galloping dies
+        out, infinite where the balance finds no end to its growth.
     onset_wind_speed : float or None
-        Wind speed [m/s] at which galloping reaches the threshold; None if not below the highest one.
+        Wind speed [m/s] at which galloping reaches the threshold; None if not below the highest
+        one.
     seconds : float
         Time it took.
     """
@@ -91,7 +94,10 @@ class TwoMode:
     @property
     def swings(self) -> bool:
         """Whether the vertical amplitude at the scene's wind passes the threshold."""
-        return self.threshold_amplitude is not None and self.vertical_amplitude > self.threshold_amplitude
+        return (
+            self.threshold_amplitude is not None
+            and self.vertical_amplitude > self.threshold_amplitude
+        )
 
 
 def quadratic_coupling(scene: Scene, rest: Rest | None = None) -> Coupling:
@@ -128,7 +134,9 @@ def quadratic_coupling(scene: Scene, rest: Rest | None = None) -> Coupling:
         - rest.model.tangent(_spread(mean, free, rest) * -PROBE, stiffness=1.0, inputs=still)
     )[block] / (2.0 * PROBE)
     swing_curve = 0.5 * across @ change @ across + 0.25 * across @ second @ across
-    swing_curve -= 0.25 * push @ (answer(push, 2.25 * vertical) + answer(push, 0.25 * vertical, without=h))
+    swing_curve -= (
+        0.25 * push @ (answer(push, 2.25 * vertical) + answer(push, 0.25 * vertical, without=h))
+    )
     return Coupling(
         modulation=float(across @ push / horizontal * per_metre),
         vertical_curve=float(vertical_curve * per_metre**2),
@@ -136,7 +144,9 @@ def quadratic_coupling(scene: Scene, rest: Rest | None = None) -> Coupling:
     )
 
 
-def two_mode_estimate(scene: Scene, wind_speed: float | None = None, highest_wind: float | None = None) -> TwoMode:
+def two_mode_estimate(
+    scene: Scene, wind_speed: float | None = None, highest_wind: float | None = None
+) -> TwoMode:
     """Analytic two-mode estimate of the threshold and of the wind at which the swing starts.
 
     Parameters
@@ -146,7 +156,8 @@ def two_mode_estimate(scene: Scene, wind_speed: float | None = None, highest_win
     wind_speed
         Wind speed [m/s] of the estimate; None takes the scene's.
     highest_wind
-        Highest wind speed [m/s] at which the onset is looked for; None takes 1.5 times `wind_speed`.
+        Highest wind speed [m/s] at which the onset is looked for; None takes 1.5 times
+        `wind_speed`.
 
     Raises
     ------
@@ -155,7 +166,9 @@ def two_mode_estimate(scene: Scene, wind_speed: float | None = None, highest_win
     """
     wind = scene.wind.mean_speed if wind_speed is None else wind_speed
     if not wind > 0.0:
-        raise SceneError(f"wind_speed = {wind} m/s: must be positive; give wind.speed or wind_speed")
+        raise SceneError(
+            f"wind_speed = {wind} m/s: must be positive; give wind.speed or wind_speed"
+        )
     return estimate(scene, wind, 1.5 * wind if highest_wind is None else highest_wind)
 
 
@@ -172,10 +185,14 @@ def estimate(scene: Scene, wind: float, highest: float) -> TwoMode:
     within = sizes <= LARGEST_RATIO * wind / model.frequencies[0]
     reached = _first_rise(sizes[within], power[within])
     still = np.zeros((1, 3))
-    damping = model.forces(still, still, still, wind).damping[0, 1, 1] / (2.0 * model.frequencies[1])
+    damping = model.forces(still, still, still, wind).damping[0, 1, 1] / (
+        2.0 * model.frequencies[1]
+    )
 
     def excess(amplitude: Array, vertical_square: Array) -> Array:
-        swing = np.sqrt(np.maximum(model.frequencies[1] ** 2 + coupling.swing_curve * amplitude**2, 1e-12))
+        swing = np.sqrt(
+            np.maximum(model.frequencies[1] ** 2 + coupling.swing_curve * amplitude**2, 1e-12)
+        )
         detuning = np.sqrt(np.maximum(vertical_square, 0.0)) / (2.0 * swing) - 1.0
         modulation = np.abs(coupling.modulation) * amplitude * (model.frequencies[1] / swing) ** 2
         return np.stack([modulation - 4.0 * np.hypot(damping, detuning), detuning])
@@ -207,7 +224,9 @@ def _spread(values: Array, free: NDArray[np.intp], rest: Rest) -> Array:
     return full.reshape(-1, 4)
 
 
-def _cycle(model: ReducedModel, coupling: Coupling, amplitude: Array, wind: Array) -> tuple[Array, Array]:
+def _cycle(
+    model: ReducedModel, coupling: Coupling, amplitude: Array, wind: Array
+) -> tuple[Array, Array]:
     """Mean power that a vertical cycle loses, and the squared frequency that its in-phase force gives.
 
     The twist follows wind, ice and its own stiffness at every instant without inertia.
@@ -218,7 +237,11 @@ def _cycle(model: ReducedModel, coupling: Coupling, amplitude: Array, wind: Arra
     cosine, sine = np.tile(np.cos(phase), len(amplitude)), np.tile(np.sin(phase), len(amplitude))
     q = np.zeros((len(size), 3))
     v, a = np.zeros_like(q), np.zeros_like(q)
-    q[:, 0], v[:, 0], a[:, 0] = size * cosine, -size * frequency * sine, -size * frequency**2 * cosine
+    q[:, 0], v[:, 0], a[:, 0] = (
+        size * cosine,
+        -size * frequency * sine,
+        -size * frequency**2 * cosine,
+    )
     blowing = np.repeat(wind, INSTANTS)[:, None]
     for _ in range(TWIST_ROUNDS):
         force = model.unstretched(q, v, a, blowing)

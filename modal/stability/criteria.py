@@ -1,12 +1,14 @@
 """When a wind makes a span gallop: criteria over the attack angle, and the critical wind speed of each mode.
 
-All follow from the quasi-steady load (Liu, Yan, Zhang, Zhou 2009, eq. 20-21) on a section that moves by u2, u3, theta,
+All follow from the quasi-steady load (Liu, Yan, Zhang, Zhou 2009, eq. 20-21) on a section that
+moves by u2, u3, theta,
 
     F2 = q (CL w3 + CD w2),  F3 = q (CD w3 - CL w2),  M = q Ur d CM,  q = rho d Ur/2,
     w2 = -v2 - r omega,  w3 = U - v3,  alpha = alpha0 + theta + atan2(w2, w3),
 
-with lift up when the wind blows along +x3, moment and twist right-handed about x1 (the windward edge rises), slopes
-per radian, and r > 0 the distance of the windward point whose velocity makes the relative wind. Linearised about rest,
+with lift up when the wind blows along +x3, moment and twist right-handed about x1 (the windward
+edge rises), slopes per radian, and r > 0 the distance of the windward point whose velocity makes
+the relative wind. Linearised about rest,
 
     dF2/dv2 = -(rho U d/2)(CL' + CD),        dF2/dtheta = (rho U^2 d/2) CL',
     dF3/dv3 = -rho U d CD,                   dF3/dtheta = (rho U^2 d/2) CD',
@@ -57,7 +59,8 @@ class Criterion:
     unstable : list of tuple of float
         Ranges of the attack angle [rad] in which it is negative.
     causes : list of str
-        Kind of the instability in each of these ranges where it grows fastest; empty for criteria of one kind.
+        Kind of the instability in each of these ranges where it grows fastest; empty for criteria
+        of one kind.
     """
 
     name: str
@@ -71,7 +74,9 @@ class Criterion:
     @property
     def unstable_deg(self) -> list[tuple[float, float]]:
         """The unstable ranges in degrees."""
-        return [(float(np.degrees(first)), float(np.degrees(last))) for first, last in self.unstable]
+        return [
+            (float(np.degrees(first)), float(np.degrees(last))) for first, last in self.unstable
+        ]
 
     @property
     def explained(self) -> list[str]:
@@ -83,8 +88,9 @@ class Criterion:
 def den_hartog(scene: Scene) -> Criterion:
     """Den Hartog's criterion: vertical motion is fed by the wind where dCL/dalpha + CD < 0.
 
-    dF2/dv2 > 0 above, without structural damping (J. P. Den Hartog 1932, Trans. AIEE 51, 1074-1076). The slope is per
-    radian. Twist and horizontal motion are left out: necessary for pure vertical galloping, not for coupled.
+    dF2/dv2 > 0 above, without structural damping (J. P. Den Hartog 1932, Trans. AIEE 51,
+    1074-1076). The slope is per radian. Twist and horizontal motion are left out: necessary for
+    pure vertical galloping, not for coupled.
 
     Raises
     ------
@@ -100,28 +106,33 @@ def nigol(scene: Scene) -> Criterion:
 
     For pure twist the equation of motion of a section is, from dM/domega and dM/dtheta above,
 
-        I theta'' + (2 I xi w + (rho U d^2 r/2) CM') theta' + (I w^2 - (rho U^2 d^2/2) CM') theta = 0,
+        I theta'' + (2 I xi w + (rho U d^2 r/2) CM') theta' + (I w^2 - (rho U^2 d^2/2) CM') theta =
+        0,
 
-    so a negative slope of the moment feeds the twist through the damping once (rho U d^2 r/2)|CM'| > 2 I xi w, while a
-    positive one softens it until it diverges statically at (rho U^2 d^2/2) CM' = I w^2. The sign belongs to the
-    convention above (moment and twist in the same sense, r windward); with the moment counted the other way round it
-    is reversed. The mechanism is that of O. Nigol and P. G. Buchan (1981), IEEE Trans. PAS-100, 699-720, who measured
-    the damping of the twist instead of deriving it from the static moment; see `coupled` for the twist's effect on the
+    so a negative slope of the moment feeds the twist through the damping once (rho U d^2 r/2)|CM'|
+    > 2 I xi w, while a positive one softens it until it diverges statically at (rho U^2 d^2/2) CM'
+    = I w^2. The sign belongs to the convention above (moment and twist in the same sense, r
+    windward); with the moment counted the other way round it is reversed. The mechanism is that of
+    O. Nigol and P. G. Buchan (1981), IEEE Trans. PAS-100, 699-720, who measured the damping of the
+    twist instead of deriving it from the static moment; see `coupled` for the twist's effect on the
     vertical motion.
     """
     curve = _curve(scene)
-    return _criterion("Nigol, torsional", "dCM/dalpha", "1/rad", curve, lambda a: slopes(curve, a)[2])
+    return _criterion(
+        "Nigol, torsional", "dCM/dalpha", "1/rad", curve, lambda a: slopes(curve, a)[2]
+    )
 
 
 def coupled(scene: Scene, wind_speed: float | None = None) -> Criterion:
     """The coupled linear criterion: growth of the fastest-growing motion of a section free to move and twist.
 
-    Eigenvalues of the three equations of a section in vertical, horizontal and torsional motion, with eccentric ice,
-    structural damping, the span's first symmetric vertical and horizontal frequencies, the first torsional one, and the
-    linearised load above. The value is minus the largest real part. That the three motions have the same shape
-    along the span is an assumption; `critical_wind_speed` needs none. Unlike Den Hartog's and Nigol's criteria it knows
-    static divergence, where the wind's moment grows faster with the twist than the section resists, and coupled
-    flutter, so that it may be unstable where these two are stable; see `Criterion.causes`.
+    Eigenvalues of the three equations of a section in vertical, horizontal and torsional motion,
+    with eccentric ice, structural damping, the span's first symmetric vertical and horizontal
+    frequencies, the first torsional one, and the linearised load above. The value is minus the
+    largest real part. That the three motions have the same shape along the span is an assumption;
+    `critical_wind_speed` needs none. Unlike Den Hartog's and Nigol's criteria it knows static
+    divergence, where the wind's moment grows faster with the twist than the section resists, and
+    coupled flutter, so that it may be unstable where these two are stable; see `Criterion.causes`.
 
     Parameters
     ----------
@@ -138,14 +149,22 @@ def coupled(scene: Scene, wind_speed: float | None = None) -> Criterion:
     curve = _curve(scene)
     speed = scene.wind.mean_speed if wind_speed is None else wind_speed
     if not (np.isfinite(speed) and speed > 0.0):
-        raise SceneError(f"wind speed = {speed} m/s: the coupled criterion needs a positive one; set wind.speed")
+        raise SceneError(
+            f"wind speed = {speed} m/s: the coupled criterion needs a positive one; set wind.speed"
+        )
     section = _Section.of(scene)
     name = f"coupled, vertical-horizontal-torsional, {speed:g} m/s"
-    found = _criterion(name, "-max Re(s)", "1/s", curve, lambda angle: -section.fastest(curve, angle, speed).real)
+    found = _criterion(
+        name, "-max Re(s)", "1/s", curve, lambda angle: -section.fastest(curve, angle, speed).real
+    )
     causes = []
     for first, last in found.unstable:
         within = (found.attack_angle >= first) & (found.attack_angle <= last)
-        worst = found.attack_angle[within][np.argmin(found.value[within])] if np.any(within) else 0.5 * (first + last)
+        worst = (
+            found.attack_angle[within][np.argmin(found.value[within])]
+            if np.any(within)
+            else 0.5 * (first + last)
+        )
         causes.append(section.cause(complex(section.fastest(curve, np.array([worst]), speed)[0])))
     return replace(found, causes=causes)
 
@@ -213,9 +232,13 @@ class _Section:
             return "static divergence of the twist"
         frequency = abs(fastest.imag) / (2.0 * np.pi)
         name = min(self.hertz, key=lambda family: abs(np.log(frequency / self.hertz[family])))
-        return f"growth at {frequency:.3g} Hz, near the {name} frequency of {self.hertz[name]:.3g} Hz"
+        return (
+            f"growth at {frequency:.3g} Hz, near the {name} frequency of {self.hertz[name]:.3g} Hz"
+        )
 
-    def fastest(self, curve: AerodynamicCurve, angle: Array, speed: float) -> NDArray[np.complex128]:
+    def fastest(
+        self, curve: AerodynamicCurve, angle: Array, speed: float
+    ) -> NDArray[np.complex128]:
         """Eigenvalue [1/s] with the largest real part at each angle."""
         cl, cd, cm = curve.lift(angle), curve.drag(angle), curve.moment(angle)
         sl, sd, sm = slopes(curve, angle)
@@ -240,7 +263,9 @@ class _Section:
         state[:, 3:, :3] = -inverse @ stiffness
         state[:, 3:, 3:] = -inverse @ damping
         values = np.linalg.eigvals(state)
-        return np.asarray(np.take_along_axis(values, values.real.argmax(axis=1)[:, None], axis=1)[:, 0])
+        return np.asarray(
+            np.take_along_axis(values, values.real.argmax(axis=1)[:, None], axis=1)[:, 0]
+        )
 
 
 def rayleigh_ratio(pair: RayleighPair | None, frequency_hz: float) -> float:
@@ -256,7 +281,9 @@ def rayleigh_ratio(pair: RayleighPair | None, frequency_hz: float) -> float:
 
 def _curve(scene: Scene) -> AerodynamicCurve:
     if scene.aerodynamics is None:
-        raise SceneError("the scene has no aerodynamics: criteria of galloping need a coefficient curve")
+        raise SceneError(
+            "the scene has no aerodynamics: criteria of galloping need a coefficient curve"
+        )
     return scene.aerodynamics.curve()
 
 
@@ -264,20 +291,31 @@ def _criterion(
     name: str, formula: str, unit: str, curve: AerodynamicCurve, function: Callable[[Array], Array]
 ) -> Criterion:
     first, last = float(curve.breakpoint[0]), float(curve.breakpoint[-1])
-    angle = np.linspace(first, last, max(3, round((POINTS - 1) * (last - first) / (2.0 * np.pi)) + 1))
+    angle = np.linspace(
+        first, last, max(3, round((POINTS - 1) * (last - first) / (2.0 * np.pi)) + 1)
+    )
     angle = np.unique(np.concatenate([angle, np.clip(curve.breakpoint, first, last)]))
     value = function(angle)
     return Criterion(name, formula, unit, angle, value, _negative_ranges(angle, value, function))
 
 
-def _negative_ranges(angle: Array, value: Array, function: Callable[[Array], Array]) -> list[tuple[float, float]]:
+def _negative_ranges(
+    angle: Array, value: Array, function: Callable[[Array], Array]
+) -> list[tuple[float, float]]:
     """Where a function is negative, its zeros between the points found by bisection."""
     from scipy.optimize import brentq  # slow to import
 
     negative = value < 0.0
     changes = np.flatnonzero(negative[1:] != negative[:-1])
     zeros = [
-        float(brentq(lambda a: float(function(np.array([a]))[0]), angle[k], angle[k + 1], xtol=1e-10)) for k in changes
+        float(
+            brentq(lambda a: float(function(np.array([a]))[0]), angle[k], angle[k + 1], xtol=1e-10)
+        )
+        for k in changes
     ]
-    ends = ([float(angle[0])] if negative[0] else []) + zeros + ([float(angle[-1])] if negative[-1] else [])
+    ends = (
+        ([float(angle[0])] if negative[0] else [])
+        + zeros
+        + ([float(angle[-1])] if negative[-1] else [])
+    )
     return list(zip(ends[::2], ends[1::2], strict=True))

@@ -46,12 +46,14 @@ class CriticalWind:
     mode : Mode
         The mode in still air.
     wind_speed : float or None
-        Lowest wind speed [m/s] at which the mode's damping becomes negative; None: not up to `searched_to`.
+        Lowest wind speed [m/s] at which the mode's damping becomes negative; None: not up to
+        `searched_to`.
     frequency_hz : float or None
         Its frequency [Hz] there.
     den_hartog : float or None
-        For a vertical mode, 4 m w xi / (rho d |CD + dCL/dalpha|) [m/s], from its frequency and damping ratio in still
-        air and the curve at the initial attack angle; None for other modes, and where the criterion is not met.
+        For a vertical mode, 4 m w xi / (rho d |CD + dCL/dalpha|) [m/s], from its frequency and
+        damping ratio in still air and the curve at the initial attack angle; None for other modes,
+        and where the criterion is not met.
     searched_to : float
         Wind speed [m/s] up to which was searched.
     remark : str
@@ -66,13 +68,16 @@ class CriticalWind:
     remark: str
 
 
-def critical_wind_speed(scene: Scene, count: int = 6, highest: float = HIGHEST_WIND) -> list[CriticalWind]:
+def critical_wind_speed(
+    scene: Scene, count: int = 6, highest: float = HIGHEST_WIND
+) -> list[CriticalWind]:
     """Lowest wind speed at which each mode begins to grow.
 
-    The modes are followed from still air in steps of 1 m/s, each about the static equilibrium under its own wind, twist
-    and sideways swing included; where a damping ratio changes sign, bisection finds the speed to 1e-6 m/s. A mode whose
-    damping is low, or bends within a step far enough to pass zero, is looked for inside the step too, down to 1/64 m/s.
-    Beside it stands the speed that Den Hartog's criterion gives.
+    The modes are followed from still air in steps of 1 m/s, each about the static equilibrium under
+    its own wind, twist and sideways swing included; where a damping ratio changes sign, bisection
+    finds the speed to 1e-6 m/s. A mode whose damping is low, or bends within a step far enough to
+    pass zero, is looked for inside the step too, down to 1/64 m/s. Beside it stands the speed that
+    Den Hartog's criterion gives.
 
     Parameters
     ----------
@@ -91,13 +96,15 @@ def critical_wind_speed(scene: Scene, count: int = 6, highest: float = HIGHEST_W
     Raises
     ------
     SceneError
-        If there is no coefficient curve, or a mode has no damping in still air: then any wind that feeds it makes it
-        grow, and a critical speed would be no property of the span.
+        If there is no coefficient curve, or a mode has no damping in still air: then any wind that
+        feeds it makes it grow, and a critical speed would be no property of the span.
     """
     from scipy.optimize import brentq  # slow to import
 
     if scene.aerodynamics is None:
-        raise SceneError("the scene has no aerodynamics: a critical wind speed needs a coefficient curve")
+        raise SceneError(
+            "the scene has no aerodynamics: a critical wind speed needs a coefficient curve"
+        )
     if not (np.isfinite(highest) and highest > 0.0):
         raise SceneError(f"highest = {highest} m/s: must be a finite, positive wind speed")
     motion = SmallMotion(scene)
@@ -126,7 +133,14 @@ def critical_wind_speed(scene: Scene, count: int = 6, highest: float = HIGHEST_W
             branch = _Branch(at, float(low), chosen, k)
             growing = _growing(branch, float(low), float(high), NEAR * still[k].damping_ratio)
             if growing is not None:
-                speed = float(brentq(lambda u, b=branch: b(u).damping_ratio, growing[0], growing[1], xtol=TOLERANCE))
+                speed = float(
+                    brentq(
+                        lambda u, b=branch: b(u).damping_ratio,
+                        growing[0],
+                        growing[1],
+                        xtol=TOLERANCE,
+                    )
+                )
                 found[k] = speed, branch(speed).frequency_hz
         chosen, reached = there, float(high)
     return [
@@ -145,8 +159,9 @@ def critical_wind_speed(scene: Scene, count: int = 6, highest: float = HIGHEST_W
 def den_hartog_speed(scene: Scene, mode: Mode) -> float | None:
     """Wind speed [m/s] at which Den Hartog's negative damping equals the structural damping of a vertical mode.
 
-    4 m w xi / (rho d |CD + dCL/dalpha|): the aerodynamic damping ratio rho U d (CD + CL')/(4 m w) of pure vertical
-    motion against xi. None for another mode, or where CD + dCL/dalpha is not negative.
+    4 m w xi / (rho d |CD + dCL/dalpha|): the aerodynamic damping ratio rho U d (CD + CL')/(4 m w)
+    of pure vertical motion against xi. None for another mode, or where CD + dCL/dalpha is not
+    negative.
     """
     if scene.aerodynamics is None or mode.family != "vertical":
         return None
@@ -155,10 +170,18 @@ def den_hartog_speed(scene: Scene, mode: Mode) -> float | None:
         return None
     mass = scene.conductor.mass_per_length + scene.ice.mass_per_length
     omega = 2.0 * np.pi * mode.frequency_hz
-    return 4.0 * mass * omega * mode.damping_ratio / (scene.wind.air_density * scene.conductor.diameter * -slope)
+    return (
+        4.0
+        * mass
+        * omega
+        * mode.damping_ratio
+        / (scene.wind.air_density * scene.conductor.diameter * -slope)
+    )
 
 
-def _growing(branch: _Branch, low: float, high: float, suspicious: float) -> tuple[float, float] | None:
+def _growing(
+    branch: _Branch, low: float, high: float, suspicious: float
+) -> tuple[float, float] | None:
     """The first interval found at whose end a mode grows that is damped at its beginning; None if there is none."""
     ends = branch(low).damping_ratio, branch(high).damping_ratio
     if ends[1] < 0.0:
@@ -173,13 +196,17 @@ def _growing(branch: _Branch, low: float, high: float, suspicious: float) -> tup
 class _Branch:
     """One of several modes above a wind speed at which their numbers are known: others may overtake it on the way."""
 
-    def __init__(self, at: Callable[[float], Snapshot], low: float, chosen: NDArray[np.intp], which: int) -> None:
+    def __init__(
+        self, at: Callable[[float], Snapshot], low: float, chosen: NDArray[np.intp], which: int
+    ) -> None:
         self.at, self.low, self.chosen, self.which = at, low, chosen, which
 
     def __call__(self, speed: float) -> Mode:
         there = self.chosen
         if speed > self.low:
-            there, _ = follow(self.at(self.low), there, self.at(speed), self.at, self.low, speed, HALVINGS)
+            there, _ = follow(
+                self.at(self.low), there, self.at(speed), self.at, self.low, speed, HALVINGS
+            )
         return self.at(speed).modes[int(there[self.which])]
 
 
@@ -190,7 +217,8 @@ def _check_damped(scene: Scene, modes: list[Mode]) -> None:
         if given and mode.damping_ratio > 0.0:
             continue
         raise SceneError(
-            f"damping.{part} is {'not positive at this frequency' if given else 'not given'}: the {mode.family} mode "
-            f"at {mode.frequency_hz:.4g} Hz has a damping ratio of {mode.damping_ratio:.3g} in still air, so it has no "
-            "critical wind speed; give damping (ratios at two frequencies), about 0.001 to 0.02 for conductors"
+            f"damping.{part} is {'not positive at this frequency' if given else 'not given'}: the"
+            f" {mode.family} mode at {mode.frequency_hz:.4g} Hz has a damping ratio of"
+            f" {mode.damping_ratio:.3g} in still air, so it has no critical wind speed; give"
+            " damping (ratios at two frequencies), about 0.001 to 0.02 for conductors"
         )

@@ -12,7 +12,14 @@ from numpy.typing import NDArray
 
 from gallop_fmu import Scene, SceneError, SimulationError
 from modal.foundation.change_of_state import ACSR_EXPANSION
-from modal.foundation.scene_variation import ICE_MASS, TEMPERATURE, free_sag, number_of, unit_of, with_number
+from modal.foundation.scene_variation import (
+    ICE_MASS,
+    TEMPERATURE,
+    free_sag,
+    number_of,
+    unit_of,
+    with_number,
+)
 from modal.linear.modes import Family, Mode, natural_modes
 
 if TYPE_CHECKING:
@@ -97,8 +104,8 @@ class DesignChange:
 def frequency_ratio(scene: Scene) -> FrequencyRatio:
     """Ratio of the first symmetric vertical to the first symmetric horizontal natural frequency.
 
-    A ratio near 2 lets vertical galloping feed a horizontal swing of half its frequency once its amplitude passes a
-    threshold (Liu, Yan, Zhang, Zhou 2009, Example 3).
+    A ratio near 2 lets vertical galloping feed a horizontal swing of half its frequency once its
+    amplitude passes a threshold (Liu, Yan, Zhang, Zhou 2009, Example 3).
 
     Raises
     ------
@@ -107,7 +114,9 @@ def frequency_ratio(scene: Scene) -> FrequencyRatio:
     SimulationError
         If no initial equilibrium exists.
     """
-    unknowns = 4 * (2 * scene.numerics.elements - 1)  # at least so many: the ends are rigid or held by springs
+    unknowns = 4 * (
+        2 * scene.numerics.elements - 1
+    )  # at least so many: the ends are rigid or held by springs
     modes = natural_modes(scene, min(SEARCHED, unknowns))
     return FrequencyRatio(
         vertical_hz=_first_symmetric(modes, "vertical").frequency_hz,
@@ -131,23 +140,28 @@ def ratio_map(
     path
         Dotted path of the number. These are understood as an engineer means them:
 
-        - ``span.horizontal_tension`` and ``span.sag``: the other of the two follows, although the scene may hold both;
-        - ``ice.mass_per_length``: ice on the strung conductor, whose unstretched length stays (`change_of_state`);
-        - ``temperature_change``: rise of temperature from the scene's state [K], with the same change of state;
+        - ``span.horizontal_tension`` and ``span.sag``: the other of the two follows, although the
+          scene may hold both;
+        - ``ice.mass_per_length``: ice on the strung conductor, whose unstretched length stays
+          (`change_of_state`);
+        - ``temperature_change``: rise of temperature from the scene's state [K], with the same
+          change of state;
         - ``supports.stiffness_x1``, ``supports.stiffness_x3``: springs at both ends, at once.
     values
         Values of the number in its unit.
     expansion
-        Coefficient of linear expansion [1/K] for ``temperature_change``; the default is for ACSR 26/7.
+        Coefficient of linear expansion [1/K] for ``temperature_change``; the default is for ACSR
+        26/7.
     against
-        Path and values of a second number, for a map over both. Temperature and ice change the state of the span that
-        the other number describes.
+        Path and values of a second number, for a map over both. Temperature and ice change the
+        state of the span that the other number describes.
 
     Returns
     -------
     xarray.Dataset
-        Over `path`, and over the second one if given: ``vertical_hz``, ``horizontal_hz`` [Hz], ``ratio``, ``detuning``
-        (from 2:1), ``one_to_one_detuning``, and ``problem``: empty, or why there is no ratio, which is then NaN.
+        Over `path`, and over the second one if given: ``vertical_hz``, ``horizontal_hz`` [Hz],
+        ``ratio``, ``detuning`` (from 2:1), ``one_to_one_detuning``, and ``problem``: empty, or why
+        there is no ratio, which is then NaN.
 
     Raises
     ------
@@ -163,7 +177,9 @@ def ratio_map(
     paths = [name for name, _ in over]
     units = [unit_of(scene, name) for name in paths]
     if len(set(paths)) < len(paths) or set(paths) == {"span.sag", "span.horizontal_tension"}:
-        raise SceneError(f"{paths[0]} and {paths[1]}: one follows from the other, so there is no map over both")
+        raise SceneError(
+            f"{paths[0]} and {paths[1]}: one follows from the other, so there is no map over both"
+        )
     last_first = sorted(range(len(paths)), key=lambda k: paths[k] in (TEMPERATURE, ICE_MASS))
     found: list[FrequencyRatio | str] = []
     for point in product(*(numbers for _, numbers in over)):
@@ -177,13 +193,25 @@ def ratio_map(
     shape = [len(numbers) for _, numbers in over]
 
     def column(name: str) -> NDArray[np.float64]:
-        return np.reshape([getattr(row, name) if isinstance(row, FrequencyRatio) else np.nan for row in found], shape)
+        return np.reshape(
+            [getattr(row, name) if isinstance(row, FrequencyRatio) else np.nan for row in found],
+            shape,
+        )
 
-    columns = {"vertical_hz": "Hz", "horizontal_hz": "Hz", "ratio": "1", "detuning": "1", "one_to_one_detuning": "1"}
+    columns = {
+        "vertical_hz": "Hz",
+        "horizontal_hz": "Hz",
+        "ratio": "1",
+        "detuning": "1",
+        "one_to_one_detuning": "1",
+    }
     return xr.Dataset(
         {
             **{name: (paths, column(name), {"units": unit}) for name, unit in columns.items()},
-            "problem": (paths, np.reshape([row if isinstance(row, str) else "" for row in found], shape)),
+            "problem": (
+                paths,
+                np.reshape([row if isinstance(row, str) else "" for row in found], shape),
+            ),
         },
         coords={
             name: (name, np.asarray(numbers, dtype=np.float64), {"units": unit})
@@ -194,7 +222,11 @@ def ratio_map(
 
 
 def crossings(
-    scene: Scene, path: str, values: Sequence[float], ratio: float = 2.0, expansion: float = ACSR_EXPANSION
+    scene: Scene,
+    path: str,
+    values: Sequence[float],
+    ratio: float = 2.0,
+    expansion: float = ACSR_EXPANSION,
 ) -> list[float]:
     """Values of a number at which the frequency ratio is 2, or another ratio.
 
@@ -208,7 +240,8 @@ def crossings(
     Returns
     -------
     list of float
-        In the unit of the number, to a relative accuracy of 1e-6; empty where the ratio is not crossed.
+        In the unit of the number, to a relative accuracy of 1e-6; empty where the ratio is not
+        crossed.
 
     Raises
     ------
@@ -227,7 +260,11 @@ def crossings(
         return frequency_ratio(with_number(scene, path, value, expansion)).ratio - ratio
 
     return [
-        float(values[k]) if known[k] == 0.0 else float(brentq(excess, values[k], values[k + 1], rtol=1e-6))
+        (
+            float(values[k])
+            if known[k] == 0.0
+            else float(brentq(excess, values[k], values[k + 1], rtol=1e-6))
+        )
         for k in range(len(values) - 1)
         if known[k] == 0.0 or known[k] * known[k + 1] < 0.0
     ] + ([float(values[-1])] if known[-1] == 0.0 else [])
@@ -236,8 +273,9 @@ def crossings(
 def way_out(scene: Scene) -> list[DesignChange]:
     """Which changes of design move a span away from the 2:1 resonance, the strongest first.
 
-    Tension, axial stiffness, span length and the stiffness of springs along the span are each raised and lowered by a
-    tenth; of both directions the one that ends further from the resonance is told.
+    Tension, axial stiffness, span length and the stiffness of springs along the span are each
+    raised and lowered by a tenth; of both directions the one that ends further from the resonance
+    is told.
 
     Raises
     ------
@@ -250,7 +288,9 @@ def way_out(scene: Scene) -> list[DesignChange]:
         try:
             value = number_of(scene, path)
             step = STEP * value
-            both = [frequency_ratio(with_number(scene, path, value + sign * step)) for sign in (-1, 1)]
+            both = [
+                frequency_ratio(with_number(scene, path, value + sign * step)) for sign in (-1, 1)
+            ]
         except (SceneError, SimulationError):
             continue  # the scene does not have it, or it cannot be built
         sensitivity = (both[1].ratio - both[0].ratio) / (2.0 * STEP)
@@ -271,7 +311,9 @@ def way_out(scene: Scene) -> list[DesignChange]:
     return sorted(changes, key=lambda change: -abs(change.detuning_after))
 
 
-def _sentence(path: str, unit: str, before: float, after: float, here: FrequencyRatio, there: FrequencyRatio) -> str:
+def _sentence(
+    path: str, unit: str, before: float, after: float, here: FrequencyRatio, there: FrequencyRatio
+) -> str:
     first, last = (f"{float(f'{value:.4g}'):,.10g}" for value in (before, after))
     change = f"{'raising' if after > before else 'lowering'} {path} from {first} to {last} {unit}"
     effect = "away from" if abs(there.detuning) > abs(here.detuning) else "nearer to"
@@ -285,21 +327,23 @@ def _first_symmetric(modes: list[Mode], family: Family) -> Mode:
     found = [mode for mode in modes if mode.family == family and mode.symmetric]
     if not found:
         raise SceneError(
-            f"no symmetric {family} mode among the lowest {len(modes)}, up to {modes[-1].frequency_hz:.4g} Hz; look at "
-            "natural_modes(scene, count=...) with a larger count"
+            f"no symmetric {family} mode among the lowest {len(modes)}, up to"
+            f" {modes[-1].frequency_hz:.4g} Hz; look at natural_modes(scene, count=...) with a"
+            " larger count"
         )
     first = found[0]
     if first.shares[family] < CLEAR_SHARE:
         shares = ", ".join(f"{name} {share:.0%}" for name, share in first.shares.items())
         raise SceneError(
-            f"the first symmetric {family} mode at {first.frequency_hz:.4g} Hz is a mixture ({shares}), so the "
-            "frequency ratio means nothing; the eccentric ice or the supports couple the families, see "
-            "natural_modes(scene)"
+            f"the first symmetric {family} mode at {first.frequency_hz:.4g} Hz is a mixture"
+            f" ({shares}), so the frequency ratio means nothing; the eccentric ice or the supports"
+            " couple the families, see natural_modes(scene)"
         )
     if first.own_image < CLEAR_SYMMETRY:
         raise SceneError(
-            f"the first symmetric {family} mode at {first.frequency_hz:.4g} Hz cannot be told from an "
-            f"antisymmetric one: only {first.own_image:.0%} of it is symmetric, because two modes cross or veer here, "
-            "so the frequency ratio means nothing; see natural_modes(scene) and track_modes(scene, ...)"
+            f"the first symmetric {family} mode at {first.frequency_hz:.4g} Hz cannot be told from"
+            f" an antisymmetric one: only {first.own_image:.0%} of it is symmetric, because two"
+            " modes cross or veer here, so the frequency ratio means nothing; see"
+            " natural_modes(scene) and track_modes(scene, ...)"
         )
     return first

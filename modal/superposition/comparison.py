@@ -12,7 +12,13 @@ from gallop_fmu import Oscillation, Result, Scene, SimulationError, simulate
 from gallop_fmu.simulation.result import frequency_text
 from modal.linear.modes import Family
 from modal.superposition.modal_span import ModalSpan
-from modal.superposition.mode_superposition import HORIZONTAL, TORSIONAL, VERTICAL, linear_motion, nonlinear_motion
+from modal.superposition.mode_superposition import (
+    HORIZONTAL,
+    TORSIONAL,
+    VERTICAL,
+    linear_motion,
+    nonlinear_motion,
+)
 
 Array = NDArray[np.float64]
 
@@ -55,11 +61,11 @@ class Parting:
     level : float
         Difference as a part of the nonlinear model's running amplitude.
     history : float or None
-        Time [s] at which the two histories first differ by more, for which a small difference in frequency is enough.
-        None: they never do, while both run.
+        Time [s] at which the two histories first differ by more, for which a small difference in
+        frequency is enough. None: they never do, while both run.
     amplitude : float or None
-        Time [s] from which on the two running amplitudes differ by more as long as both run.  None: they do not at the
-        end.
+        Time [s] from which on the two running amplitudes differ by more as long as both run.  None:
+        they do not at the end.
     """
 
     model: str
@@ -80,8 +86,8 @@ class Comparison:
     superposition : Result
         Linear structure, nonlinear wind load.
     linear : Result
-        The same structure, wind load linearised about rest in the mean wind.  An unstable one ends where its attack
-        angle leaves the coefficient curve, for nothing else stops it.
+        The same structure, wind load linearised about rest in the mean wind.  An unstable one ends
+        where its attack angle leaves the coefficient curve, for nothing else stops it.
     linear_modes : tuple of LinearMode
         The modes of the linear model, the fastest growing first.
     partings : tuple of Parting
@@ -97,7 +103,11 @@ class Comparison:
     @property
     def models(self) -> dict[str, Result]:
         """The three results by name."""
-        return {"nonlinear": self.nonlinear, "superposition": self.superposition, "linear": self.linear}
+        return {
+            "nonlinear": self.nonlinear,
+            "superposition": self.superposition,
+            "linear": self.linear,
+        }
 
     def amplitudes(self) -> dict[str, dict[str, Oscillation]]:
         """Oscillation of u2 [m], u3 [m] and theta [rad] at mid-span towards the end of each run, by model."""
@@ -110,7 +120,9 @@ class Comparison:
     def parting(self, model: str, channel: str, level: float) -> Parting:
         """One of `partings`."""
         key = (model, channel, level)
-        return next(found for found in self.partings if (found.model, found.channel, found.level) == key)
+        return next(
+            found for found in self.partings if (found.model, found.channel, found.level) == key
+        )
 
     def as_dict(self) -> dict[str, Any]:
         """Everything but the histories as plain numbers and texts, for JSON."""
@@ -134,14 +146,14 @@ class Comparison:
     def __str__(self) -> str:
         """Table of amplitudes, and each warning once with the models that it is about, if not about all."""
         lines = [
-            f"{'':14}{'u2 [m]':>10}{'[Hz]':>9}{'u3 [m]':>10}{'[Hz]':>9}{'theta [rad]':>13}{'up to [s]':>11}  motion"
+            f"{'':14}{'u2 [m]':>10}{'[Hz]':>9}{'u3 [m]':>10}{'[Hz]':>9}{'theta [rad]':>13}{'up to [s]':>11}"
+            "  motion"
         ]
         for name, motions in self.amplitudes().items():
             u2, u3, theta = (motions[channel] for channel in CHANNELS)
             lines.append(
-                f"{name:14}{u2.amplitude:10.4f}{frequency_text(u2.frequency_hz):>9}"
-                f"{u3.amplitude:10.4f}{frequency_text(u3.frequency_hz):>9}"
-                f"{theta.amplitude:13.4f}{self.models[name].report.time:11.1f}  {self.models[name].motion}"
+                f"{name:14}{u2.amplitude:10.4f}{frequency_text(u2.frequency_hz):>9}{u3.amplitude:10.4f}{frequency_text(u3.frequency_hz):>9}{theta.amplitude:13.4f}{self.models[name].report.time:11.1f}"
+                f"  {self.models[name].motion}"
             )
         warned: dict[str, list[str]] = {}  # names of models by what they warn of
         for name, result in self.models.items():
@@ -156,8 +168,9 @@ class Comparison:
 def compare(scene: Scene, stop_time: float | None = None) -> Comparison:
     """Run the nonlinear simulation, mode superposition and linear theory on one scene.
 
-    All start alike.  Mode superposition and linear theory share their modes, so what tells the first from the second
-    is the nonlinear wind load, and what tells it from the simulation is the nonlinear structure.
+    All start alike.  Mode superposition and linear theory share their modes, so what tells the
+    first from the second is the nonlinear wind load, and what tells it from the simulation is the
+    nonlinear structure.
 
     Parameters
     ----------
@@ -195,13 +208,20 @@ def _linear_modes(span: ModalSpan) -> tuple[LinearMode, ...]:
     weight = np.abs(vectors[len(families) :]) ** 2
     found = []
     for k in np.flatnonzero(values.imag >= 0.0):
-        parts = {family: float(weight[families == family, k].sum()) for family in dict.fromkeys(families.tolist())}
+        parts = {
+            family: float(weight[families == family, k].sum())
+            for family in dict.fromkeys(families.tolist())
+        }
         frequency = float(values[k].imag) / (2.0 * np.pi)
-        found.append(LinearMode(max(parts, key=parts.__getitem__), frequency, float(values[k].real)))
+        found.append(
+            LinearMode(max(parts, key=parts.__getitem__), frequency, float(values[k].real))
+        )
     return tuple(sorted(found, key=lambda mode: -mode.growth_rate))
 
 
-def _parting(nonlinear: Result, other: Result, model: str, channel: str, level: float, period: float) -> Parting:
+def _parting(
+    nonlinear: Result, other: Result, model: str, channel: str, level: float, period: float
+) -> Parting:
     """Compare over the time that both run, from one period of the slowest mode on."""
     count = min(nonlinear.dataset.sizes["time"], other.dataset.sizes["time"])
     time = nonlinear.dataset.time.values[:count]
@@ -227,5 +247,8 @@ def running_amplitude(values: Array, width: int) -> Array:
     from scipy.ndimage import maximum_filter1d, minimum_filter1d  # slow to import
 
     shift = (width - 1) // 2  # the window ends at the sample
-    top, bottom = (pick(values, width, mode="nearest", origin=shift) for pick in (maximum_filter1d, minimum_filter1d))
+    top, bottom = (
+        pick(values, width, mode="nearest", origin=shift)
+        for pick in (maximum_filter1d, minimum_filter1d)
+    )
     return np.asarray(0.5 * (top - bottom))

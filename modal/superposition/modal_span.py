@@ -17,7 +17,12 @@ from modal.linear.modes import Family, Mode, natural_modes
 Array = NDArray[np.float64]
 
 CALM = PolynomialCoefficients(
-    valid_from_deg=-180.0, valid_to_deg=180.0, lift=(0.0,), drag=(0.0,), moment=(0.0,), outside="hold"
+    valid_from_deg=-180.0,
+    valid_to_deg=180.0,
+    lift=(0.0,),
+    drag=(0.0,),
+    moment=(0.0,),
+    outside="hold",
 )
 """Stands for the coefficients of a scene that has none, because no wind blows."""
 
@@ -33,16 +38,17 @@ EQUILIBRIUM_ITERATIONS = 30
 class WindLoad:
     """Quasi-steady wind load on the modes of a span (Liu, Yan, Zhang, Zhou 2009, equations 20 and 21).
 
-    It is evaluated in the relative wind (-v2 - r omega, U - v3) at the attack angle alpha0 + theta + its direction, in
-    the plane of each section: v2 is the velocity along the conductor's normal n2 (see
-    `modal.foundation.shape_functions.Sections`).
+    It is evaluated in the relative wind (-v2 - r omega, U - v3) at the attack angle alpha0 + theta
+    + its direction, in the plane of each section: v2 is the velocity along the conductor's normal
+    n2 (see `modal.foundation.shape_functions.Sections`).
 
     Attributes
     ----------
     motion : ndarray, shape (3 point, 2 mode)
         From the state (q, q') to theta, v2 + r omega and v3 at the points along the span.
     collect : ndarray, shape (mode, 3 point)
-        From the load per unit length (along n2, with the wind, twisting) at the points to the modes.
+        From the load per unit length (along n2, with the wind, twisting) at the points to the
+        modes.
     attack_angle : float
         Initial angle alpha0 of the ice [rad].
     radius : float
@@ -52,11 +58,14 @@ class WindLoad:
     centre, half_range : float
         Middle and half width of the curve's validity range [rad].
     limited : bool
-        Whether an angle outside the range is an error; else the coefficient there is the one at the end of the range.
+        Whether an angle outside the range is an error; else the coefficient there is the one at the
+        end of the range.
     weak : float
-        Force per length [N/m] of a coefficient of one, up to which the wind on a section cannot matter.
+        Force per length [N/m] of a coefficient of one, up to which the wind on a section cannot
+        matter.
     inner, origin, coefficient
-        The curve: inner breakpoints, and origins and coefficients (power, coefficient, piece) of its cubics.
+        The curve: inner breakpoints, and origins and coefficients (power, coefficient, piece) of
+        its cubics.
     """
 
     motion: Array
@@ -94,7 +103,9 @@ class WindLoad:
             centre=0.5 * (first + last),
             half_range=0.5 * (last - first),
             limited=curve.outside == "error",
-            weak=WEAK_WIND * (scene.conductor.mass_per_length + scene.ice.mass_per_length) * scene.span.gravity,
+            weak=WEAK_WIND
+            * (scene.conductor.mass_per_length + scene.ice.mass_per_length)
+            * scene.span.gravity,
             inner=curve.breakpoint[1:-1],
             origin=curve.origin,
             coefficient=np.ascontiguousarray(curve.coefficient.transpose(2, 1, 0)),
@@ -103,7 +114,8 @@ class WindLoad:
     def __call__(self, state: Array, wind_speed: float) -> tuple[Array, float]:
         """Modal load at the state (q, q'), and the attack angle [rad] that is farthest from the middle of the curve.
 
-        The angle is that of the sections on which the wind matters; without any it is the middle of the curve.
+        The angle is that of the sections on which the wind matters; without any it is the middle of
+        the curve.
         """
         if wind_speed == 0.0:  # as in the simulation, still air exerts no force
             return np.zeros(len(self.collect)), self.centre
@@ -177,11 +189,17 @@ class ModalSpan:
             If no initial equilibrium exists.
         """
         _check_towers(scene)
-        modes = _lowest(scene, {"vertical": vertical, "horizontal": horizontal, "torsional": torsional})
+        modes = _lowest(
+            scene, {"vertical": vertical, "horizontal": horizontal, "torsional": torsional}
+        )
         model, initial = Model(scene), scene.initial
         x, shapes = model.equilibrium().x, np.stack([mode.shape for mode in modes], axis=2)
         seed, wave = np.zeros((model.nodes, 4)), np.sin(np.pi * x[1:-1, 0] / scene.span.length)
-        seed[1:-1, 1:] = wave[:, None] * [initial.seed_vertical, initial.seed_horizontal, initial.seed_twist]
+        seed[1:-1, 1:] = wave[:, None] * [
+            initial.seed_vertical,
+            initial.seed_horizontal,
+            initial.seed_twist,
+        ]
         still, parts = Inputs.still(scene), _by_element(shapes)
         mass = model.tangent(mass=1.0, inputs=still)
         return cls(
@@ -200,7 +218,9 @@ class ModalSpan:
         total = np.zeros((len(time), len(self.modes)))
         for load in self.scene.loads:
             unit = load.model_copy(update={"law": Constant(value=1.0)})
-            with_unit, without = (Model(self.scene.model_copy(update={"loads": loads})) for loads in ((unit,), ()))
+            with_unit, without = (
+                Model(self.scene.model_copy(update={"loads": loads})) for loads in ((unit,), ())
+            )
             still = Inputs.still(self.scene)
             force = without.residual(inputs=still) - with_unit.residual(inputs=still)
             total += np.outer(load.law.at(time), np.einsum("nim,ni->m", self.shapes, force))
@@ -212,15 +232,20 @@ class ModalSpan:
         Raises
         ------
         SimulationError
-            If there is no such state near the initial equilibrium: the wind turns the conductor over.
+            If there is no such state near the initial equilibrium: the wind turns the conductor
+            over.
         """
         applied, q = self.applied(np.zeros(1))[0], np.zeros(len(self.modes))
         for _ in range(EQUILIBRIUM_ITERATIONS):
             force, _ = self.wind_load(np.concatenate([q, np.zeros_like(q)]), wind_speed)
             stiffness, _ = self.wind_slopes(q, wind_speed)
-            step = np.linalg.solve(np.diag(self.squares) - stiffness, force + applied - self.squares * q)
+            step = np.linalg.solve(
+                np.diag(self.squares) - stiffness, force + applied - self.squares * q
+            )
             q = q + step
-            if np.max(np.abs(self.shapes @ step)) < EQUILIBRIUM_TOLERANCE * max(1.0, np.max(np.abs(self.shapes @ q))):
+            if np.max(np.abs(self.shapes @ step)) < EQUILIBRIUM_TOLERANCE * max(
+                1.0, np.max(np.abs(self.shapes @ q))
+            ):
                 return q
         raise SimulationError(Report(Outcome.EQUILIBRIUM_NOT_FOUND, 0.0))
 
@@ -242,7 +267,9 @@ class ModalSpan:
     def structure(self) -> Array:
         """State matrix of (q, q') without wind."""
         count = len(self.modes)
-        return np.block([[np.zeros((count, count)), np.eye(count)], [-np.diag(self.squares), -self.damping]])
+        return np.block(
+            [[np.zeros((count, count)), np.eye(count)], [-np.diag(self.squares), -self.damping]]
+        )
 
     def linear_system(self, wind_speed: float) -> tuple[Array, Array]:
         """State matrix of (q, q') with the wind load linearised about rest in the wind [m/s], and that rest."""
@@ -262,15 +289,19 @@ class ModalSpan:
 def wind_at(scene: Scene, time: Array) -> Array:
     """Wind speed [m/s] at each time [s]."""
     history = scene.wind.history
-    return np.full(len(time), scene.wind.mean_speed) if history is None else np.asarray(history.at(time))
+    return (
+        np.full(len(time), scene.wind.mean_speed)
+        if history is None
+        else np.asarray(history.at(time))
+    )
 
 
 def _check_towers(scene: Scene) -> None:
     for side in ("left", "right"):
         if getattr(scene.supports, side).motion is not None:
             raise SceneError(
-                f"supports.{side}.motion is given, but natural modes have their supports at rest; take it out, or use "
-                "gallop_fmu.simulate"
+                f"supports.{side}.motion is given, but natural modes have their supports at rest;"
+                " take it out, or use gallop_fmu.simulate"
             )
 
 
@@ -288,12 +319,14 @@ def _lowest(scene: Scene, wanted: dict[Family, int]) -> tuple[Mode, ...]:
         families = {family: [mode for mode in found if mode.family == family] for family in wanted}
         short = [family for family, count in wanted.items() if len(families[family]) < count]
         if not short:
-            return tuple(mode for family, count in wanted.items() for mode in families[family][:count])
+            return tuple(
+                mode for family, count in wanted.items() for mode in families[family][:count]
+            )
         if among == most:
             family = short[0]
             raise SceneError(
-                f"{family} = {wanted[family]}: this mesh has only {len(families[family])} {family} modes; ask for "
-                "fewer or raise numerics.elements"
+                f"{family} = {wanted[family]}: this mesh has only {len(families[family])} {family}"
+                " modes; ask for fewer or raise numerics.elements"
             )
         among = min(most, 2 * among)
 

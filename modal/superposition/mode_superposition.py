@@ -1,8 +1,9 @@
 """Mode superposition: a linear structure in modal coordinates under the nonlinear wind load of the simulation.
 
-This is the model of Desai, Yu, Popplewell, Shah (1995), Computers & Structures 57(3), and with one mode in each
-direction that of Yu, Desai, Shah, Popplewell (1993), J. Eng. Mech. 119(12).  The tension of a linear structure does not
-change with the displacement, so internal resonance is outside of these models by construction.
+This is the model of Desai, Yu, Popplewell, Shah (1995), Computers & Structures 57(3), and with one
+mode in each direction that of Yu, Desai, Shah, Popplewell (1993), J. Eng. Mech. 119(12).  The
+tension of a linear structure does not change with the displacement, so internal resonance is
+outside of these models by construction.
 """
 
 from __future__ import annotations
@@ -38,43 +39,49 @@ def mode_superposition(
 ) -> Result:
     """Motion of a span whose structure is linear and whose wind load is not.
 
-    The modes are those of `modal.natural_modes`, about the initial equilibrium in still air; eccentric ice couples the
-    directions inside them.  The wind load is that of the simulation, integrated over the same points along the span:
-    the same curve in the same relative wind.  Damping is the scene's, projected on the modes.
+    The modes are those of `modal.natural_modes`, about the initial equilibrium in still air;
+    eccentric ice couples the directions inside them.  The wind load is that of the simulation,
+    integrated over the same points along the span: the same curve in the same relative wind.
+    Damping is the scene's, projected on the modes.
 
     Parameters
     ----------
     scene
         What to compute.
     stop_time
-        Simulated time [s]; None takes the scene's.  The run ends at the first record at or after it.
+        Simulated time [s]; None takes the scene's.  The run ends at the first record at or after
+        it.
     vertical, horizontal, torsional
-        Number of modes of each family, from the lowest.  One of each is the model of Yu et al. (1993).
+        Number of modes of each family, from the lowest.  One of each is the model of Yu et al.
+        (1993).
     record_every
         Time steps from one record to the next; None takes the scene's.
 
     Returns
     -------
     Result
-        Displacements, velocities and attack angle at mid-span, and the wind speed.  The tension is left out: most of
-        what galloping adds to it is quadratic in the displacement, which a linear structure does not know.
+        Displacements, velocities and attack angle at mid-span, and the wind speed.  The tension is
+        left out: most of what galloping adds to it is quadratic in the displacement, which a linear
+        structure does not know.
 
     Raises
     ------
     SceneError
         If an argument is not allowed, the mesh has too few modes, or a tower moves.
     SimulationError
-        If no initial equilibrium exists, or the run ends early; its ``result`` holds what was computed.
+        If no initial equilibrium exists, or the run ends early; its ``result`` holds what was
+        computed.
 
     Notes
     -----
-    The damped modes are propagated exactly under a load that is a parabola in time over each step.  The load at the
-    end of a step is evaluated once, at the state predicted by extrapolation (Adams-Bashforth, then Adams-Moulton).
-    The error of a smooth motion is of the third order in ``numerics.time_step``.
+    The damped modes are propagated exactly under a load that is a parabola in time over each step.
+    The load at the end of a step is evaluated once, at the state predicted by extrapolation
+    (Adams-Bashforth, then Adams-Moulton). The error of a smooth motion is of the third order in
+    ``numerics.time_step``.
 
-    Three modes of each family give the one-loop galloping of example 2 to within half a percent of five.  A load that
-    is the same all along a span of much sag is another matter: the stretch that resists it takes twenty vertical modes
-    to come within 2 %.
+    Three modes of each family give the one-loop galloping of example 2 to within half a percent of
+    five.  A load that is the same all along a span of much sag is another matter: the stretch that
+    resists it takes twenty vertical modes to come within 2 %.
     """
     span = ModalSpan.of(scene, vertical=vertical, horizontal=horizontal, torsional=torsional)
     result = nonlinear_motion(span, stop_time, record_every)
@@ -83,7 +90,9 @@ def mode_superposition(
     return result
 
 
-def nonlinear_motion(span: ModalSpan, stop_time: float | None = None, record_every: int | None = None) -> Result:
+def nonlinear_motion(
+    span: ModalSpan, stop_time: float | None = None, record_every: int | None = None
+) -> Result:
     """Motion under the nonlinear wind load; one that ends early is returned, and its outcome tells."""
     started = clock.perf_counter()
     records = Records.of(span.scene, stop_time, record_every)
@@ -99,11 +108,14 @@ def nonlinear_motion(span: ModalSpan, stop_time: float | None = None, record_eve
     before, done = None, 0
     while outcome is Outcome.COMPLETED and done < records.count * records.every:
         done += 1
-        slope = np.zeros(count) if before is None else load - before  # the load goes on as it did in the last step
+        slope = (
+            np.zeros(count) if before is None else load - before
+        )  # the load goes on as it did in the last step
         z = transition @ z + constant @ load + linear @ slope
         ahead, angle = span.wind_load(z, wind[done])
         ahead = ahead + applied[done]
-        # the parabola through the last three loads, or at first the line through two, less what was extrapolated
+        # the parabola through the last three loads, or at first the line through two, less what was
+        # extrapolated
         z = z + (linear if before is None else correction) @ (ahead - load - slope)
         before, load = load, ahead
         outcome = _judge(span, z, angle)
@@ -114,7 +126,10 @@ def nonlinear_motion(span: ModalSpan, stop_time: float | None = None, record_eve
 
 
 def linear_motion(
-    span: ModalSpan, wind_speed: float, stop_time: float | None = None, record_every: int | None = None
+    span: ModalSpan,
+    wind_speed: float,
+    stop_time: float | None = None,
+    record_every: int | None = None,
 ) -> Result:
     """Motion under the wind load linearised about rest in a constant wind, from the scene's initial state.
 
@@ -139,7 +154,9 @@ def linear_motion(
         if outcome is Outcome.COMPLETED:
             states.append(rest + z)
     report = _report(span, outcome, step * done, angle, done)
-    return _result(span, np.array(states), records.interval, report, "exact propagation", started, wind_speed)
+    return _result(
+        span, np.array(states), records.interval, report, "exact propagation", started, wind_speed
+    )
 
 
 def propagators(matrix: Array, step: float) -> tuple[Array, Array, Array, Array]:
@@ -148,14 +165,16 @@ def propagators(matrix: Array, step: float) -> tuple[Array, Array, Array, Array]
     Returns
     -------
     tuple of ndarray
-        What multiplies z, and the parts of f that are constant, linear and quadratic in the time since the start of the
-        step per step length.
+        What multiplies z, and the parts of f that are constant, linear and quadratic in the time
+        since the start of the step per step length.
     """
     from scipy.linalg import expm
 
     size = len(matrix)
     count = size // 2
-    chain = np.zeros((size + 3 * count,) * 2)  # Van Loan (1978): f, its slope and curvature as further states
+    chain = np.zeros(
+        (size + 3 * count,) * 2
+    )  # Van Loan (1978): f, its slope and curvature as further states
     chain[:size, :size] = step * matrix
     chain[count:size, size : size + count] = step * np.eye(count)
     chain[size : size + 2 * count, size + count :] = np.eye(2 * count)
@@ -215,7 +234,9 @@ def _result(
         rest,
         report,
         clock.perf_counter() - started,
-        model=f"mode superposition: linear structure ({counts} modes), {kind} quasi-steady wind load",
+        model=(
+            f"mode superposition: linear structure ({counts} modes), {kind} quasi-steady wind load"
+        ),
         integrator=integrator,
     )
     return Result(dataset, scene, report)

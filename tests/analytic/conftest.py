@@ -14,9 +14,10 @@ GAUSS, WEIGHT = np.polynomial.legendre.leggauss(10)
 class ExactCable:
     """A perfectly flexible cable between two points under a uniform load and point loads.
 
-    The forces are statics alone: between two point loads the cable force changes linearly along the initial arc length,
-    F(s) = F(0) - q s - (point loads so far). The position follows from dr/ds = stretch F / |F|, and F(0) from where the
-    cable has to end. Only the relation of force and stretch is a choice:
+    The forces are statics alone: between two point loads the cable force changes linearly along the
+    initial arc length, F(s) = F(0) - q s - (point loads so far). The position follows from dr/ds =
+    stretch F / |F|, and F(0) from where the cable has to end. Only the relation of force and
+    stretch is a choice:
 
     - "engineering": Hooke's law on the unstretched length, the elastic catenary of the textbooks;
     - "green": axial Green strain from the initial equilibrium, as in Liu, Yan, Zhang, Zhou (2009).
@@ -32,10 +33,14 @@ class ExactCable:
 
     def __post_init__(self):
         c = self.horizontal_tension / self.weight
-        self.lowest = self.length / 2 - c * np.arcsinh(self.height / (2 * c * np.sinh(self.length / (2 * c))))
+        self.lowest = self.length / 2 - c * np.arcsinh(
+            self.height / (2 * c * np.sinh(self.length / (2 * c)))
+        )
         self.arc_to_lowest = c * np.sinh(self.lowest / c)
         self.arc = c * np.sinh((self.length - self.lowest) / c) + self.arc_to_lowest
-        self.sag = self.height / 2 - c * (np.cosh((self.length / 2 - self.lowest) / c) - np.cosh(self.lowest / c))
+        self.sag = self.height / 2 - c * (
+            np.cosh((self.length / 2 - self.lowest) / c) - np.cosh(self.lowest / c)
+        )
 
     def stretch(self, tension, s):
         """Length over initial length of a piece that was under T0(s) and is under `tension`."""
@@ -52,7 +57,8 @@ class ExactCable:
     def solve(self, load=(0.0, 0.0, 0.0), left=(0.0, 0.0, 0.0), right=(0.0, 0.0, 0.0), at=()):
         """Cable force [N] at the left and right end, and positions [m] at the fractions `at` of the length.
 
-        `load` is per metre of the initial equilibrium, on top of the weight; `left` and `right` move the ends.
+        `load` is per metre of the initial equilibrium, on top of the weight; `left` and `right`
+        move the ends.
         """
         q = np.array(load) - [0.0, self.weight, 0.0]
         cuts = sorted({0.0, 1.0, *at, *(fraction for fraction, _ in self.points)})
@@ -61,7 +67,9 @@ class ExactCable:
         def march(force):
             position, places = np.array(left, dtype=float), {0.0: np.array(left, dtype=float)}
             for a, b in pairwise(cuts):
-                force = force - sum((np.array(f) for fraction, f in self.points if fraction == a), np.zeros(3))
+                force = force - sum(
+                    (np.array(f) for fraction, f in self.points if fraction == a), np.zeros(3)
+                )
                 s = self.arc * (0.5 * (a + b) + 0.5 * (b - a) * GAUSS)
                 along = force - q * (s[:, None] - self.arc * a)
                 tension = np.linalg.norm(along, axis=1)
@@ -72,7 +80,9 @@ class ExactCable:
             return position, force, places
 
         h = self.horizontal_tension
-        start = np.array([h, self.weight * self.arc_to_lowest, 0.0]) - 0.5 * self.arc * np.array([0.0, *load[1:]])
+        start = np.array([h, self.weight * self.arc_to_lowest, 0.0]) - 0.5 * self.arc * np.array(
+            [0.0, *load[1:]]
+        )
         scale = np.array([h, self.weight * self.arc, self.weight * self.arc])
         found, _, _, message = fsolve(
             lambda f: march(start + f * scale)[0] - ends, np.zeros(3), xtol=1e-13, full_output=True
@@ -89,12 +99,16 @@ class ExactCable:
         weight = (conductor.mass_per_length + scene.ice.mass_per_length) * span.gravity
 
         def with_tension(h):
-            return cls(span.length, weight, h, conductor.axial_stiffness, span.height_difference, **options)
+            return cls(
+                span.length, weight, h, conductor.axial_stiffness, span.height_difference, **options
+            )
 
         if span.horizontal_tension is not None:
             return with_tension(span.horizontal_tension)
         guess = weight * span.length**2 / (8.0 * span.sag)
-        return with_tension(brentq(lambda h: with_tension(h).sag - span.sag, 0.5 * guess, 2.0 * guess, xtol=1e-10))
+        return with_tension(
+            brentq(lambda h: with_tension(h).sag - span.sag, 0.5 * guess, 2.0 * guess, xtol=1e-10)
+        )
 
 
 @pytest.fixture(scope="session")

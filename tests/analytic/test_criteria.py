@@ -18,7 +18,10 @@ def scene():
 
 @pytest.fixture(scope="module")
 def onsets(scene):
-    return {(c.mode.family, c.mode.loops): c for c in modal.critical_wind_speed(scene, count=3, highest=7.0)}
+    return {
+        (c.mode.family, c.mode.loops): c
+        for c in modal.critical_wind_speed(scene, count=3, highest=7.0)
+    }
 
 
 def test_den_hartogs_range_ends_where_the_sum_vanishes(scene):
@@ -36,7 +39,11 @@ def test_nigols_range_ends_where_the_slope_of_the_moment_vanishes(scene):
 
 @pytest.mark.parametrize(
     ("lift", "ranges"),
-    [([0.0, 1.0], []), ([0.0, -2.0], [(-20.0, 30.0)]), ([0.0, 0.0, 5.0], [(-20.0, math.degrees(-0.1))])],
+    [
+        ([0.0, 1.0], []),
+        ([0.0, -2.0], [(-20.0, 30.0)]),
+        ([0.0, 0.0, 5.0], [(-20.0, math.degrees(-0.1))]),
+    ],
 )
 def test_ranges_end_with_the_curve(scene, lift, ranges):
     curve = {"kind": "polynomial", "valid_from_deg": -20.0, "valid_to_deg": 30.0}
@@ -57,11 +64,15 @@ def test_several_ranges_of_a_measured_table(scene):
         "drag": [1.0] * len(angle),
         "moment": [0.0] * len(angle),
     }
-    criterion = modal.den_hartog(scene.with_values({"aerodynamics": table, "ice.attack_angle_deg": 90.0}))
+    criterion = modal.den_hartog(
+        scene.with_values({"aerodynamics": table, "ice.attack_angle_deg": 90.0})
+    )
     assert len(criterion.unstable) == 2  # the slope 4 cos(4 a) is below -1 around 45 and 135 deg
     for (first, last), centre in zip(criterion.unstable_deg, (45.0, 135.0), strict=True):
         assert first < centre < last
-    assert np.all(criterion.value[(criterion.attack_angle > math.radians(120)) & (criterion.value < 0)] < 0.0)
+    assert np.all(
+        criterion.value[(criterion.attack_angle > math.radians(120)) & (criterion.value < 0)] < 0.0
+    )
 
 
 def test_the_coupled_criterion_is_that_of_the_whole_span(scene):
@@ -76,14 +87,17 @@ def test_critical_wind_speed_is_near_den_hartogs(scene, onsets):
     vertical = onsets["vertical", 1]
     pair = 4.0 * 1.66 * 2.0 * math.pi * vertical.mode.frequency_hz * vertical.mode.damping_ratio
     assert vertical.den_hartog == pytest.approx(pair / (1.2929 * 0.0235 * 3.5), rel=1e-9)
-    assert vertical.wind_speed == pytest.approx(vertical.den_hartog, rel=0.06)  # observed 0.051: swing and twist
+    assert vertical.wind_speed == pytest.approx(
+        vertical.den_hartog, rel=0.06
+    )  # observed 0.051: swing and twist
     assert onsets["vertical", 2].wind_speed == pytest.approx(
         onsets["vertical", 2].den_hartog, rel=0.02
     )  # observed 0.018
 
 
 def test_damping_and_frequency_of_the_twist_are_those_of_nigols_equation(scene):
-    # without eccentric ice and lift or drag slopes, the twist stands alone but for its part in the relative wind
+    # without eccentric ice and lift or drag slopes, the twist stands alone but for its part in the
+    # relative wind
     alone = scene.with_values(
         {
             "ice.first_moment_x2": 0.0,
@@ -99,20 +113,30 @@ def test_damping_and_frequency_of_the_twist_are_those_of_nigols_equation(scene):
     wind, d, inertia, slope = 5.5, 0.0235, 1.56e-4, -0.3
     pressure = 0.5 * 1.2929 * d**2 * slope
     omega = 2.0 * math.pi * still.frequency_hz
-    growth = -pressure * wind * 0.5 * d / (2.0 * inertia)  # r = d/2; a negative slope feeds the twist
-    assert blown.eigenvalue.real - still.eigenvalue.real == pytest.approx(growth, rel=1e-7)  # observed 4.8e-8
+    growth = (
+        -pressure * wind * 0.5 * d / (2.0 * inertia)
+    )  # r = d/2; a negative slope feeds the twist
+    assert blown.eigenvalue.real - still.eigenvalue.real == pytest.approx(
+        growth, rel=1e-7
+    )  # observed 4.8e-8
     square = abs(blown.eigenvalue) ** 2 - omega**2
     assert square == pytest.approx(-pressure * wind**2 / inertia, rel=3e-6)  # observed 1.1e-6
 
 
 def test_a_mode_that_the_wind_damps_has_no_critical_speed(onsets):
     horizontal = onsets["horizontal", 1]
-    assert (horizontal.wind_speed, horizontal.den_hartog, horizontal.searched_to) == (None, None, 7.0)
+    assert (horizontal.wind_speed, horizontal.den_hartog, horizontal.searched_to) == (
+        None,
+        None,
+        7.0,
+    )
 
 
 def growth_rate(scene, wind, window=(100.0, 300.0)):
     """Of the vertical mode, from the energy of a small simulated motion about the equilibrium."""
-    windy = scene.with_values({"wind.speed": wind, "initial.wind": "mean_wind_equilibrium", "numerics.time_step": 0.02})
+    windy = scene.with_values(
+        {"wind.speed": wind, "initial.wind": "mean_wind_equilibrium", "numerics.time_step": 0.02}
+    )
     data = gf.simulate(windy, window[1]).midspan()
     u2 = data.u2.values - gf.Model(windy).rest().motion()[0][15, 1]
     time = data.time.values
@@ -131,13 +155,18 @@ def test_growth_rate_is_that_of_the_nonlinear_model(scene):
     wind = 4.8
     mode = modal.natural_modes(scene.with_values({"wind.speed": wind}), 2, "mean")[1]
     assert mode.family == "vertical"
-    assert growth_rate(scene, wind) == pytest.approx(mode.eigenvalue.real, rel=0.003)  # observed 0.0018
+    assert growth_rate(scene, wind) == pytest.approx(
+        mode.eigenvalue.real, rel=0.003
+    )  # observed 0.0018
 
 
 @pytest.mark.parametrize(
     ("change", "message"),
     [
-        ({"damping.translation": None}, r"damping.translation is not given: the horizontal mode at 0\.37"),
+        (
+            {"damping.translation": None},
+            r"damping.translation is not given: the horizontal mode at 0\.37",
+        ),
         ({"wind.speed": 0.0, "aerodynamics": None}, "no aerodynamics"),
     ],
 )
@@ -153,9 +182,15 @@ def test_an_impossible_highest_wind_is_named(scene, highest):
 
 
 def test_a_mode_that_grows_only_between_two_steps_is_found(scene):
-    # a moment turns the ice with the wind and out of Den Hartog's range again; damping leaves half a metre a second
+    # a moment turns the ice with the wind and out of Den Hartog's range again; damping leaves half
+    # a metre a second
     ratio = 0.0294
-    damping = {"low_ratio": ratio, "low_frequency": 0.378, "high_ratio": ratio, "high_frequency": 0.695}
+    damping = {
+        "low_ratio": ratio,
+        "low_frequency": 0.378,
+        "high_ratio": ratio,
+        "high_frequency": 0.695,
+    }
     values = {"numerics.elements": 8, "aerodynamics.moment": [0.55], "damping.translation": damping}
     windy = scene.with_values(values)
 
@@ -164,7 +199,9 @@ def test_a_mode_that_grows_only_between_two_steps_is_found(scene):
         return next(mode.damping_ratio for mode in found if mode.family == "vertical")
 
     assert damped(10.0) > 0.0 < damped(11.0)
-    onset = next(c for c in modal.critical_wind_speed(windy, 2, 14.0) if c.mode.family == "vertical").wind_speed
+    onset = next(
+        c for c in modal.critical_wind_speed(windy, 2, 14.0) if c.mode.family == "vertical"
+    ).wind_speed
     assert onset == pytest.approx(10.1751, abs=1e-3)
     assert damped(onset - 0.01) > 0.0 > damped(onset + 0.01)
 
@@ -172,7 +209,11 @@ def test_a_mode_that_grows_only_between_two_steps_is_found(scene):
 def test_where_the_search_ends_is_said(scene):
     # a curve so short that the mean twist leaves it
     short = scene.with_values(
-        {"aerodynamics.valid_to_deg": 180.5, "aerodynamics.moment": [0.05, -0.3], "aerodynamics.valid_from_deg": 100.0}
+        {
+            "aerodynamics.valid_to_deg": 180.5,
+            "aerodynamics.moment": [0.05, -0.3],
+            "aerodynamics.valid_from_deg": 100.0,
+        }
     )
     found = modal.critical_wind_speed(short, count=1, highest=30.0)[0]
     assert found.wind_speed is None
@@ -206,8 +247,13 @@ def test_a_narrow_window_of_galloping_is_found_inside_a_step(centre):
 @pytest.mark.parametrize("name", ["den_hartog", "nigol", "coupled"])
 def test_a_criterion_does_not_depend_on_what_lies_outside_the_curve(name):
     scene = gf.load_scene("example3")
-    inside, held = (getattr(modal, name)(scene.with_values({"aerodynamics.outside": how})) for how in ("error", "hold"))
-    np.testing.assert_array_equal(held.value, inside.value)  # 0.1.0 halved the slopes at both ends with "hold"
+    inside, held = (
+        getattr(modal, name)(scene.with_values({"aerodynamics.outside": how}))
+        for how in ("error", "hold")
+    )
+    np.testing.assert_array_equal(
+        held.value, inside.value
+    )  # 0.1.0 halved the slopes at both ends with "hold"
     assert abs(held.value[0] - held.value[1]) < 0.05 * abs(held.value[1])  # no jump at the end
 
 
@@ -216,7 +262,12 @@ def test_divergence_and_growth_are_told_apart():
     slope = 12.0
     no_ice = {"ice.first_moment_x2": 0.0, "ice.first_moment_x3": 0.0}
     scene = gf.load_scene("example3").with_values(
-        {**no_ice, "aerodynamics.moment": [0.0, slope], "aerodynamics.lift": [0.0], "aerodynamics.drag": [1.0]}
+        {
+            **no_ice,
+            "aerodynamics.moment": [0.0, slope],
+            "aerodynamics.lift": [0.0],
+            "aerodynamics.drag": [1.0],
+        }
     )
     arc = gf.Model(scene).equilibrium().length
     pressure = 153.0 * (np.pi / arc) ** 2 / (0.0235**2 * slope)

@@ -26,7 +26,9 @@ def released(step, duration, values=()):
     """
     let_go = {"kind": "ramp", "initial": 1.0, "final": 0.0, "duration": 0.5}
     load = {"evenly_spaced": 29, "force": [0.0, 21.0, 3.2], "torque": 0.032, "law": let_go}
-    model = Model(UNDAMPED.with_values({"numerics.time_step": step, "loads": [load], **dict(values)}))
+    model = Model(
+        UNDAMPED.with_values({"numerics.time_step": step, "loads": [load], **dict(values)})
+    )
     state = model.rest()
     state.advance(0.5)
     start = total(state.observe_span())
@@ -51,7 +53,9 @@ def test_energy_does_not_drift_in_a_thousand_periods():
 
 
 def test_oscillation_of_the_energy_falls_with_the_square_of_the_step():
-    oscillations = np.array([drift_and_oscillation(released(step, 100.0)[0])[1] for step in (0.02, 0.01, 0.005)])
+    oscillations = np.array(
+        [drift_and_oscillation(released(step, 100.0)[0])[1] for step in (0.02, 0.01, 0.005)]
+    )
     orders = np.log2(oscillations[:-1] / oscillations[1:])
     assert np.all(np.abs(orders - 2.0) < 0.1)  # observed 2.000, 2.004
 
@@ -68,14 +72,23 @@ def seeded(values, duration):
     model = Model(UNDAMPED.with_values(values))
     state = model.start()
     start = total(state.observe_span())
-    run = state.run(round(duration / model.scene.numerics.time_step), 1, MOTION, np.array([0], np.int32))
+    run = state.run(
+        round(duration / model.scene.numerics.time_step), 1, MOTION, np.array([0], np.int32)
+    )
     return total(run.span_values) / start - 1.0
 
 
 def test_energy_of_a_rough_start_is_kept_as_the_step_falls():
     """A vertical seed jumps the tension and starts axial waves that steps of 10 ms cannot follow, so smaller ones."""
-    values = {"initial.seed_vertical": 0.2, "initial.seed_horizontal": 0.1, "initial.seed_twist": 0.1}
-    found = [np.abs(seeded(values | {"numerics.time_step": step}, 10.0)).max() for step in (0.01, 0.0025, 0.001)]
+    values = {
+        "initial.seed_vertical": 0.2,
+        "initial.seed_horizontal": 0.1,
+        "initial.seed_twist": 0.1,
+    }
+    found = [
+        np.abs(seeded(values | {"numerics.time_step": step}, 10.0)).max()
+        for step in (0.01, 0.0025, 0.001)
+    ]
     assert found[1] < 0.02  # observed 0.005; 0.1 at 10 ms
     assert found[2] < 1e-4  # observed 1.3e-5
     assert found[0] > found[1] > found[2]
@@ -89,7 +102,9 @@ def test_twist_alone_keeps_its_energy():
 
 def test_wind_does_the_work_that_the_energy_gains():
     """Energy gained = work of lift, drag and moment, integrated over time and span from the residual."""
-    scene = UNDAMPED.with_values({"wind.speed": 5.5, "numerics.time_step": 0.0025, "numerics.newton_tolerance": 1e-12})
+    scene = UNDAMPED.with_values(
+        {"wind.speed": 5.5, "numerics.time_step": 0.0025, "numerics.newton_tolerance": 1e-12}
+    )
     model = Model(scene)
     calm = Model(scene.with_values({"wind.speed": 0.0}))
     state = model.start()
@@ -107,8 +122,14 @@ def test_wind_does_the_work_that_the_energy_gains():
 def test_potential_energy_leaves_out_the_static_reactions_on_moved_towers():
     """Both towers 1 m up: the span as a whole gains its weight times 1 m, which is the reactions' work alone."""
     model = Model(UNDAMPED)
-    lifted = model.rest(inputs=Inputs(0.0, 0.0, np.pi, np.array([[0.0, 1.0, 0.0], [0.0, 1.0, 0.0]])))
+    lifted = model.rest(
+        inputs=Inputs(0.0, 0.0, np.pi, np.array([[0.0, 1.0, 0.0], [0.0, 1.0, 0.0]]))
+    )
     reactions = model.equilibrium().support_force[:, 1].sum()
     weight = UNDAMPED.conductor.mass_per_length * UNDAMPED.span.gravity * model.equilibrium().length
-    assert abs(reactions) == pytest.approx(weight, rel=0.02)  # observed 0.8 %: sag and tension are both held
-    assert lifted.observe_span()[SPAN_INDEX["potential_energy"]] == pytest.approx(0.0, abs=1e-6 * weight)
+    assert abs(reactions) == pytest.approx(
+        weight, rel=0.02
+    )  # observed 0.8 %: sag and tension are both held
+    assert lifted.observe_span()[SPAN_INDEX["potential_energy"]] == pytest.approx(
+        0.0, abs=1e-6 * weight
+    )

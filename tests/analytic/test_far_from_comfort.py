@@ -18,7 +18,11 @@ DRAG = {
     "lift": [0.0], "drag": [1.1], "moment": [0.0],
 }  # fmt: skip
 LEFT = [SPAN_INDEX[f"left_f{axis}"] for axis in (1, 2, 3)]
-STEEP = {"level": 0.0, "30 deg": 300.0 * math.tan(math.radians(30.0)), "44.9 deg": 300.0 * math.tan(math.radians(44.9))}
+STEEP = {
+    "level": 0.0,
+    "30 deg": 300.0 * math.tan(math.radians(30.0)),
+    "44.9 deg": 300.0 * math.tan(math.radians(44.9)),
+}
 
 
 def hung(span, height, sag=300.0 / 8.0, **values):
@@ -30,12 +34,19 @@ def test_deep_and_steep_catenary(span, exact_cable, height):
     """A sag of an eighth of the span: horizontal tension, length and the shape of every node."""
     model = Model(Scene.from_dict(hung(span, height, numerics={"elements": 40})))
     found, cable = model.equilibrium(), exact_cable(model.scene)
-    # the middle of a steep span lies between nodes, where a quadratic interpolates with a third-order error
-    assert found.horizontal_tension == pytest.approx(cable.horizontal_tension, rel=1.5e-6 if height else 5e-9)
-    assert found.length == pytest.approx(cable.arc, rel=7e-8)  # observed 2.3e-8; the tension 5.0e-7 and 1.6e-9
+    # the middle of a steep span lies between nodes, where a quadratic interpolates with a
+    # third-order error
+    assert found.horizontal_tension == pytest.approx(
+        cable.horizontal_tension, rel=1.5e-6 if height else 5e-9
+    )
+    assert found.length == pytest.approx(
+        cable.arc, rel=7e-8
+    )  # observed 2.3e-8; the tension 5.0e-7 and 1.6e-9
     c = cable.horizontal_tension / cable.weight
     y = c * (np.cosh((found.x[:, 0] - cable.lowest) / c) - np.cosh(cable.lowest / c))
-    assert np.abs(y - found.x[:, 1]).max() < (6e-5 if height else 2e-7)  # m; observed 1.9e-5 and 6.7e-8
+    assert np.abs(y - found.x[:, 1]).max() < (
+        6e-5 if height else 2e-7
+    )  # m; observed 1.9e-5 and 6.7e-8
 
 
 @pytest.mark.parametrize("speed", [30.0, 60.0])
@@ -45,21 +56,26 @@ def test_blow_out_in_a_storm(span, exact_cable, height, speed):
     wind = {"speed": speed, "air_density": 1.25}
     tension = exact_cable(Scene.from_dict(hung(span, height))).horizontal_tension
     deep = {"length": 300.0, "height_difference": height, "horizontal_tension": tension}
-    scene = Scene.from_dict(span | {"span": deep, "wind": wind, "aerodynamics": DRAG, "numerics": {"elements": 40}})
+    scene = Scene.from_dict(
+        span | {"span": deep, "wind": wind, "aerodynamics": DRAG, "numerics": {"elements": 40}}
+    )
     model = Model(scene)
     drag = 0.5 * 1.25 * 0.028 * speed**2 * 1.1
     cable, state = exact_cable(model.scene), model.rest()
     force, _, (place,) = cable.solve(at=(0.5,), load=(0.0, 0.0, drag))
     found = model.equilibrium().x[model.middle] + state.observe_node(model.middle)[:3]
     assert np.linalg.norm(found - place) < 6e-7  # m; observed up to 2.1e-7
-    assert np.linalg.norm(state.observe_span()[LEFT] - force) < 2e-8 * np.linalg.norm(force)  # observed 7e-9
+    assert np.linalg.norm(state.observe_span()[LEFT] - force) < 2e-8 * np.linalg.norm(
+        force
+    )  # observed 7e-9
     swing = math.atan2(found[2], 0.5 * height - found[1])
     if height == 0.0:
         assert swing == pytest.approx(math.atan2(drag, 1.6 * 9.81), rel=1e-9)
 
 
 @pytest.mark.parametrize(
-    "move", [(-3.0, 0.0, 0.0), (-120.0, 0.0, 0.0), (0.0, 60.0, 0.0), (-20.0, -50.0, 80.0), (2.0, 0.0, 9.0)]
+    "move",
+    [(-3.0, 0.0, 0.0), (-120.0, 0.0, 0.0), (0.0, 60.0, 0.0), (-20.0, -50.0, 80.0), (2.0, 0.0, 9.0)],
 )
 def test_a_tower_far_out_of_place(span, exact_cable, move):
     """Towards the other, where the cable nearly goes slack on the way, and away from it."""
@@ -69,7 +85,9 @@ def test_a_tower_far_out_of_place(span, exact_cable, move):
     force, _, (place,) = cable.solve(at=(0.5,), right=np.array(move))
     found = model.equilibrium().x[model.middle] + state.observe_node(model.middle)[:3]
     assert np.linalg.norm(found - place) < 2e-5  # m; observed up to 5.6e-6
-    assert np.linalg.norm(state.observe_span()[LEFT] - force) < 1.5e-8 * np.linalg.norm(force)  # observed up to 4.7e-9
+    assert np.linalg.norm(state.observe_span()[LEFT] - force) < 1.5e-8 * np.linalg.norm(
+        force
+    )  # observed up to 4.7e-9
 
 
 @cache
@@ -85,8 +103,12 @@ def chain_frequencies(bars, length, height, tension, mass, stiffness):
     arc = math.hypot(length, height) * 1.04
     guess = [arc, tension * height / length - 0.5 * mass * 9.81 * arc]
     end = np.array([length, height])
-    step, pull, slope = hang(fsolve(lambda y: hang(y)[0] * hang(y)[2].sum(axis=0) - end, guess, xtol=1e-13))
-    in_plane = stiffness / step * slope[:, :, None] * slope[:, None, :] + (pull / step)[:, None, None] * np.eye(2)
+    step, pull, slope = hang(
+        fsolve(lambda y: hang(y)[0] * hang(y)[2].sum(axis=0) - end, guess, xtol=1e-13)
+    )
+    in_plane = stiffness / step * slope[:, :, None] * slope[:, None, :] + (pull / step)[
+        :, None, None
+    ] * np.eye(2)
     found = []
     for blocks in (in_plane, (pull / step)[:, None, None]):
         n = blocks.shape[1]
@@ -104,9 +126,13 @@ def test_modes_of_deep_and_steep_spans(span, height):
     """Against a chain of 100 and 200 bars, extrapolated; the first six in the plane and the first six across it."""
     model = Model(Scene.from_dict(hung(span, height, numerics={"elements": 40})))
     tension = model.equilibrium().horizontal_tension
-    coarse, fine = (chain_frequencies(bars, 300.0, height, tension, 1.6, 3e7) for bars in (100, 200))
+    coarse, fine = (
+        chain_frequencies(bars, 300.0, height, tension, 1.6, 3e7) for bars in (100, 200)
+    )
     in_plane, across = ((4.0 * f - c) / 3.0 for c, f in zip(coarse, fine, strict=True))
-    modes = [mode for mode in modal.natural_modes(model.scene, count=40) if mode.family != "torsional"]
+    modes = [
+        mode for mode in modal.natural_modes(model.scene, count=40) if mode.family != "torsional"
+    ]
     found = [
         [
             mode.frequency_hz
@@ -115,19 +141,25 @@ def test_modes_of_deep_and_steep_spans(span, height):
         ]
         for sideways in (False, True)
     ]
-    assert found[0][:6] == pytest.approx(in_plane, rel=1e-4)  # observed 6.2e-5, of the chain's extrapolation
+    assert found[0][:6] == pytest.approx(
+        in_plane, rel=1e-4
+    )  # observed 6.2e-5, of the chain's extrapolation
     assert found[1][:6] == pytest.approx(across, rel=1e-4)  # observed 3.6e-5
 
 
 def test_a_thousand_elements_at_rest(span, exact_cable):
     """Round-off grows with the mesh, but stays out of sight: blow-out in a wind of 25 m/s."""
     wind = {"speed": 25.0, "air_density": 1.25}
-    model = Model(Scene.from_dict(span | {"wind": wind, "aerodynamics": DRAG, "numerics": {"elements": 1000}}))
+    model = Model(
+        Scene.from_dict(span | {"wind": wind, "aerodynamics": DRAG, "numerics": {"elements": 1000}})
+    )
     cable, state = exact_cable(model.scene), model.rest()
     force, _, (place,) = cable.solve(at=(0.5,), load=(0.0, 0.0, 0.5 * 1.25 * 0.028 * 25.0**2 * 1.1))
     found = model.equilibrium().x[model.middle] + state.observe_node(model.middle)[:3]
     assert np.linalg.norm(found - place) < 1e-11  # m; observed 1e-13
-    assert np.linalg.norm(state.observe_span()[LEFT] - force) < 2e-14 * np.linalg.norm(force)  # observed 4e-15
+    assert np.linalg.norm(state.observe_span()[LEFT] - force) < 2e-14 * np.linalg.norm(
+        force
+    )  # observed 4e-15
 
 
 def string(**numerics):
@@ -145,9 +177,13 @@ def string(**numerics):
 
 
 def test_modes_of_a_thousand_elements():
-    modes = [mode for mode in modal.natural_modes(string(), count=12) if mode.family == "horizontal"]
+    modes = [
+        mode for mode in modal.natural_modes(string(), count=12) if mode.family == "horizontal"
+    ]
     found = np.array([mode.frequency_hz for mode in modes[:3]])
-    assert found == pytest.approx(np.arange(1, 4) * math.sqrt(92000.0 / 1.5) / 200.0, rel=2e-11)  # observed 3.4e-12
+    assert found == pytest.approx(
+        np.arange(1, 4) * math.sqrt(92000.0 / 1.5) / 200.0, rel=2e-11
+    )  # observed 3.4e-12
 
 
 @pytest.mark.parametrize("integrator", ["newmark", "gauss6"])

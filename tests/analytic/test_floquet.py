@@ -31,7 +31,9 @@ def test_two_coupled_coordinates_without_any_symmetry_in_time(steps):
 
     def coefficients(t):
         c, s = np.cos(t), np.sin(2.0 * t + 0.4)
-        return np.array([[2.0 + c, 0.5 * s], [0.3, 1.0 + 0.4 * s]]), np.array([[0.1, 0.3 * c], [-0.2 * s, 0.05]])
+        return np.array([[2.0 + c, 0.5 * s], [0.3, 1.0 + 0.4 * s]]), np.array(
+            [[0.1, 0.3 * c], [-0.2 * s, 0.05]]
+        )
 
     def rate(t, y):
         stiffness, damping = coefficients(t)
@@ -39,7 +41,9 @@ def test_two_coupled_coordinates_without_any_symmetry_in_time(steps):
         return np.concatenate([v, -damping @ v - stiffness @ q]).ravel()
 
     period = 2.0 * np.pi
-    exact = solve_ivp(rate, (0.0, period), np.eye(4).ravel(), method="DOP853", rtol=1e-11, atol=1e-12).y[:, -1]
+    exact = solve_ivp(
+        rate, (0.0, period), np.eye(4).ravel(), method="DOP853", rtol=1e-11, atol=1e-12
+    ).y[:, -1]
     both = [coefficients(t) for t in period * (np.arange(steps) + 0.5) / steps]
     stiffness, damping = (np.array(part) for part in zip(*both, strict=True))
     found = monodromy(stiffness, damping, np.broadcast_to(np.eye(2), (steps, 2, 2)), period)
@@ -48,7 +52,10 @@ def test_two_coupled_coordinates_without_any_symmetry_in_time(steps):
 
 def test_the_error_shrinks_with_the_square_of_the_step():
     fine = np.trace(np.diag(mathieu(1.0, 0.1, 0.3, 1.9, steps=6400))).real
-    errors = [abs(np.trace(np.diag(mathieu(1.0, 0.1, 0.3, 1.9, steps=steps))).real - fine) for steps in (100, 200)]
+    errors = [
+        abs(np.trace(np.diag(mathieu(1.0, 0.1, 0.3, 1.9, steps=steps))).real - fine)
+        for steps in (100, 200)
+    ]
     assert errors[0] / errors[1] == pytest.approx(4.0, abs=0.05)  # observed 4.0006
 
 
@@ -70,5 +77,6 @@ def test_the_threshold_is_four_times_damping_and_detuning(detuning):
     def growth(factor):
         return np.max(np.abs(mathieu(1.0, 2.0 * ratio, factor * threshold, frequency)))
 
-    # observed at 0.993, 1.00003 and 1.0096 of it: the formula is the first order in detuning and modulation
+    # observed at 0.993, 1.00003 and 1.0096 of it: the formula is the first order in detuning and
+    # modulation
     assert growth(0.985) < 1.0 < growth(1.015)

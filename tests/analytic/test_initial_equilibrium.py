@@ -18,7 +18,9 @@ def height(request):
 
 
 def solved(span, height, given):
-    scene = Scene.from_dict(span | {"span": {"length": 300.0, "height_difference": height, **given}})
+    scene = Scene.from_dict(
+        span | {"span": {"length": 300.0, "height_difference": height, **given}}
+    )
     return scene, Model(scene).equilibrium()
 
 
@@ -34,7 +36,9 @@ def test_horizontal_tension_from_sag(span, exact_cable, height):
     scene, found = solved(span, height, {"sag": 9.0})
     exact = exact_cable(scene)
     assert found.sag == pytest.approx(9.0, rel=1e-11)
-    assert found.horizontal_tension == pytest.approx(exact.horizontal_tension, rel=SAG_ERROR[height])
+    assert found.horizontal_tension == pytest.approx(
+        exact.horizontal_tension, rel=SAG_ERROR[height]
+    )
 
 
 @pytest.mark.parametrize("rise", [0.0, 0.4])
@@ -50,7 +54,9 @@ def test_a_deep_sag_has_the_tension_of_the_catenary(span, part, rise):
 
     c = brentq(lambda c: depth(c) - deep["sag"], 20.0, 3000.0, rtol=1e-13)
     assert found.sag == pytest.approx(deep["sag"], rel=1e-8)
-    assert found.horizontal_tension == pytest.approx(1.6 * 9.81 * c, rel=1e-4)  # observed 8e-5 at 5 L, 2e-7 at 1 L
+    assert found.horizontal_tension == pytest.approx(
+        1.6 * 9.81 * c, rel=1e-4
+    )  # observed 8e-5 at 5 L, 2e-7 at 1 L
 
 
 def test_shape_is_the_catenary(span, exact_cable, height):
@@ -81,7 +87,8 @@ def test_elastic_catenary_that_hangs_from_its_unstretched_length(span, exact_cab
     w0 = weight * found.length / unstretched  # same total weight
     half = 0.5 * unstretched
 
-    # Irvine (1981), elastic catenary of unstretched length: span and sag from the horizontal tension
+    # Irvine (1981), elastic catenary of unstretched length: span and sag from the horizontal
+    # tension
     def span_of(h):
         return 2 * (h * half / ea + h / w0 * np.arcsinh(w0 * half / h))
 
@@ -92,12 +99,17 @@ def test_elastic_catenary_that_hangs_from_its_unstretched_length(span, exact_cab
 
 
 def test_held_state_is_the_parabola_of_its_sag(span):
-    scene = Scene.from_dict(span | {"span": {"length": 300.0, "sag": 9.0, "horizontal_tension": 19500.0}})
+    scene = Scene.from_dict(
+        span | {"span": {"length": 300.0, "sag": 9.0, "horizontal_tension": 19500.0}}
+    )
     model = Model(scene)
     found = model.equilibrium()
     f = np.linspace(0.0, 1.0, model.nodes)
-    np.testing.assert_allclose(found.x, np.column_stack([300.0 * f, -36.0 * f * (1.0 - f), 0.0 * f]), atol=1e-12)
+    np.testing.assert_allclose(
+        found.x, np.column_stack([300.0 * f, -36.0 * f * (1.0 - f), 0.0 * f]), atol=1e-12
+    )
     assert (found.sag, found.horizontal_tension) == (pytest.approx(9.0, rel=1e-14), 19500.0)
     assert np.abs(model.residual()).max() < 1e-10  # observed 4e-12 N
-    # w L^2 / 8 = 176580 N m is 0.6 % more than sag times tension, 175500: the difference is held at every node
+    # w L^2 / 8 = 176580 N m is 0.6 % more than sag times tension, 175500: the difference is held at
+    # every node
     assert 0.0 < found.imbalance < 0.02 * 1.6 * 9.81 * 300.0 / (2 * model.elements)

@@ -59,7 +59,9 @@ def amplitude(orbit):
 def test_amplitude_and_frequency_of_van_der_pol(track):
     orbit, _, _ = track.at_wind(start(0.6, 0.1), 0.1)
     # the first terms of the series in mu = U (Andersen and Geer 1982)
-    assert orbit.omega == pytest.approx(1.0 - 0.1**2 / 16.0 + 17.0 * 0.1**4 / 3072.0, rel=1e-9)  # observed 4e-11
+    assert orbit.omega == pytest.approx(
+        1.0 - 0.1**2 / 16.0 + 17.0 * 0.1**4 / 3072.0, rel=1e-9
+    )  # observed 4e-11
     assert amplitude(orbit) == pytest.approx(2.0 * np.sqrt(0.1), rel=1e-4)  # observed 5e-5
 
 
@@ -81,7 +83,9 @@ def test_a_family_that_dies_out_passes_through_rest():
     family = list(track.follow(first, matrix, track.growing, lambda orbit: track.size(orbit) < 0.0))
     for orbit in family:
         u = orbit.wind_speed
-        assert track.size(orbit) ** 2 == pytest.approx(1.6 * u * (1.0 - u), abs=1e-3)  # observed 5e-4
+        assert track.size(orbit) ** 2 == pytest.approx(
+            1.6 * u * (1.0 - u), abs=1e-3
+        )  # observed 5e-4
     assert track.size(family[-1]) < 0.0 < track.size(family[-2])
     ending = track.of_size(start(0.01, 0.99), 0.01)[0]
     assert ending.wind_speed == pytest.approx(1.0 - 0.01**2 / 1.6, rel=1e-6)  # observed 4e-9
@@ -96,21 +100,29 @@ def test_a_family_is_followed_round_a_fold():
     assert np.diff(np.sign(np.diff(winds))).tolist().count(2) == 1
     for orbit in family:
         r = track.size(orbit)
-        assert orbit.wind_speed == pytest.approx(0.2 - 0.1 * r**2 + 0.05 * r**4, abs=6e-3)  # observed 4.9e-3 at the end
+        assert orbit.wind_speed == pytest.approx(
+            0.2 - 0.1 * r**2 + 0.05 * r**4, abs=6e-3
+        )  # observed 4.9e-3 at the end
 
 
 def test_more_harmonics_do_not_change_the_motion(track):
     orbit, _, _ = track.at_wind(start(1.0, 0.3), 0.3)
     assert orbit.widened(9).at(64)[0] == pytest.approx(orbit.at(64)[0], abs=1e-15)
     assert orbit.is_resolved
-    steep, _, _ = Track(VanDerPol(), Balance(3, 16), 0, 1.0, 2.0).at_wind(start(1.8, 0.8, harmonics=3), 0.8)
+    steep, _, _ = Track(VanDerPol(), Balance(3, 16), 0, 1.0, 2.0).at_wind(
+        start(1.8, 0.8, harmonics=3), 0.8
+    )
     assert not steep.is_resolved  # the third harmonic of van der Pol's is U/8 of the first
 
 
 @pytest.mark.parametrize(("highest", "resolved"), [(0.0029, True), (0.0031, False)])
 def test_the_highest_harmonic_may_be_three_thousandths(highest, resolved):
     coefficients = np.zeros((9, 1))
-    coefficients[0], coefficients[1], coefficients[8] = 5.0, 1.0, highest  # the mean state does not count
+    coefficients[0], coefficients[1], coefficients[8] = (
+        5.0,
+        1.0,
+        highest,
+    )  # the mean state does not count
     assert Orbit(1.0, 1.0, coefficients).is_resolved == resolved
 
 
@@ -135,7 +147,10 @@ def test_every_oscillating_coefficient_counts_in_the_length_of_a_family(track):
     """Where a higher mode takes over, the first harmonic alone stands still."""
     count = 2 * track.balance.harmonics + 1
     assert track.measure[1:count] == pytest.approx(1.0 / track.size_scale**2)
-    assert track.measure[[0, count]].tolist() == [0.0, 0.0]  # the mean state and the frequency only follow
+    assert track.measure[[0, count]].tolist() == [
+        0.0,
+        0.0,
+    ]  # the mean state and the frequency only follow
     assert track.measure[-1] == 1.0 / track.wind_scale**2
 
 
@@ -153,7 +168,11 @@ def test_guesses_ahead_are_of_second_order(track):
     both = []
     for step in (0.02, 0.01):
         errors = []
-        list(watched.follow(first, matrix, track.growing, lambda _: False, step=step, longest=step, most=3))
+        list(
+            watched.follow(
+                first, matrix, track.growing, lambda _: False, step=step, longest=step, most=3
+            )
+        )
         both.append(errors)
     assert both[0][0] / both[1][0] == pytest.approx(4.0, abs=0.3)
     assert both[0][2] / both[1][2] == pytest.approx(8.0, abs=0.8)

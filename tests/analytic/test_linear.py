@@ -18,7 +18,11 @@ U2, U3, THETA = 1, 2, 3
 def scene():
     """One rigid and one sprung end, eccentric ice, wind: everything that enters the matrices."""
     return gf.load_scene("example3").with_values(
-        {"supports.right": SPRINGS, "initial.wind": "mean_wind_equilibrium", "numerics.time_step": 0.005}
+        {
+            "supports.right": SPRINGS,
+            "initial.wind": "mean_wind_equilibrium",
+            "numerics.time_step": 0.005,
+        }
     )
 
 
@@ -64,7 +68,9 @@ def test_poles_are_the_eigenvalues_of_the_tangents(scene, model):
 
 @pytest.mark.parametrize("omega", [0.5, 4.2, 60.0])
 def test_response_to_a_support_is_that_of_the_dynamic_stiffness(scene, omega):
-    coarse = scene.with_values({"numerics.elements": 8})  # a support's inertia reaches further on a coarse mesh
+    coarse = scene.with_values(
+        {"numerics.elements": 8}
+    )  # a support's inertia reaches further on a coarse mesh
     matrices, free = matrices_of(coarse)
     mass, damping, stiffness = matrices
     dynamic = -(omega**2) * mass + 1j * omega * damping + stiffness
@@ -73,7 +79,9 @@ def test_response_to_a_support_is_that_of_the_dynamic_stiffness(scene, omega):
     at = np.searchsorted(np.flatnonzero(free), 4 * 8 + np.arange(4))
     model = modal.linear_model(coarse)
     outputs, inputs = list(OUTPUTS[:4]), [f"support_left_x{i}" for i in (1, 2, 3)]
-    assert model[outputs, inputs](1j * omega) == pytest.approx(expected[at], rel=1e-9, abs=1e-9)  # observed 2.4e-10
+    assert model[outputs, inputs](1j * omega) == pytest.approx(
+        expected[at], rel=1e-9, abs=1e-9
+    )  # observed 2.4e-10
 
 
 def test_names(model):
@@ -87,7 +95,9 @@ def simulated(scene, until=20.0):
     """Mid-span u1, u2, u3, theta about the equilibrium."""
     data = gf.simulate(scene, until).midspan()
     rest = gf.Model(scene).rest().motion()[0][15]
-    return data.time.values, np.array([data[name].values for name in ("u1", "u2", "u3", "theta")]) - rest[:, None]
+    return data.time.values, np.array(
+        [data[name].values for name in ("u1", "u2", "u3", "theta")]
+    ) - rest[:, None]
 
 
 def differs(linear, nonlinear):
@@ -96,12 +106,20 @@ def differs(linear, nonlinear):
 
 
 def test_free_motion_is_that_of_a_small_simulated_one(scene, model):
-    start = {"initial.seed_vertical": 1e-4, "initial.seed_horizontal": 1e-4, "initial.seed_twist": 1e-4}
+    start = {
+        "initial.seed_vertical": 1e-4,
+        "initial.seed_horizontal": 1e-4,
+        "initial.seed_twist": 1e-4,
+    }
     time, nonlinear = simulated(scene.with_values(start))
     x1 = gf.Model(scene).equilibrium().x[:, 0]
     shape = 1e-4 * np.cos(np.pi * (x1 / scene.span.length - 0.5))
     q = np.outer(shape, [0.0, 1.0, 1.0, 1.0])
-    names = {f"{u}_node{k}": q[k, i] for i, u in enumerate(("u1", "u2", "u3", "theta")) for k in range(len(q))}
+    names = {
+        f"{u}_node{k}": q[k, i]
+        for i, u in enumerate(("u1", "u2", "u3", "theta"))
+        for k in range(len(q))
+    }
     state = np.array([names.get(name, 0.0) for name in model.state_labels])
     linear = control.initial_response(model, time, state).outputs[:4]
     # observed 7.8e-4, 2.1e-4, and 8.4e-3 for the fast twist: the period error of Newmark's method
@@ -123,7 +141,9 @@ def test_free_motion_is_that_of_a_small_simulated_one(scene, model):
 )
 def test_response_to_an_input_is_the_simulated_one(scene, model, signal, path, mean, size):
     law = {"kind": "ramp", "initial": mean, "final": mean + size, "start": 0.5, "duration": 1.0}
-    changed = scene.with_values({"wind.speed": None, path: law} if path == "wind.history" else {path: law})
+    changed = scene.with_values(
+        {"wind.speed": None, path: law} if path == "wind.history" else {path: law}
+    )
     changed = changed.with_values({"initial.seed_vertical": 0.0, "initial.seed_horizontal": 0.0})
     time, nonlinear = simulated(changed)
     x = np.clip((time - 0.5) / 1.0, 0.0, 1.0)
@@ -134,7 +154,10 @@ def test_response_to_an_input_is_the_simulated_one(scene, model, signal, path, m
 
 
 def test_static_response_to_the_attack_angle_is_that_of_the_equilibrium(scene, model):
-    middle = [gf.Model(scene.with_values({"ice.attack_angle_deg": a})).rest().motion()[0][15] for a in (179.9, 180.1)]
+    middle = [
+        gf.Model(scene.with_values({"ice.attack_angle_deg": a})).rest().motion()[0][15]
+        for a in (179.9, 180.1)
+    ]
     slope = (middle[1] - middle[0]) / np.radians(0.2)
     gain = model.dcgain()[:4, INPUTS.index("attack_angle")]
     assert gain[1:] == pytest.approx(slope[1:], rel=4e-6)  # observed 1.8e-6
@@ -144,25 +167,37 @@ def test_truncation_keeps_poles_and_static_gain(model, scene):
     small = modal.linear_model(scene, modes=6)
     assert small.nstates == 12
     lowest = sorted((pole for pole in model.poles() if pole.imag > 0), key=abs)[:6]
-    assert sorted((pole for pole in small.poles() if pole.imag > 0), key=abs) == pytest.approx(lowest, rel=1e-9)
+    assert sorted((pole for pole in small.poles() if pole.imag > 0), key=abs) == pytest.approx(
+        lowest, rel=1e-9
+    )
     assert small.dcgain() == pytest.approx(model.dcgain(), rel=1e-8, abs=1e-8)
     at = 4.2j  # close to the first vertical mode
     for output in ("midspan_u2", "midspan_u3"):
         for source in ("wind_speed", "attack_angle"):
-            assert small[output, source](at) == pytest.approx(model[output, source](at), rel=0.01)  # observed 0.0056
+            assert small[output, source](at) == pytest.approx(
+                model[output, source](at), rel=0.01
+            )  # observed 0.0056
 
 
 def test_the_locus_crosses_at_the_critical_wind_speed():
     scene = gf.load_scene("example3")
-    vertical = next(c for c in modal.critical_wind_speed(scene, count=2, highest=6.0) if c.mode.family == "vertical")
-    locus = modal.root_locus(scene, [0.0, 2.0, vertical.wind_speed - 1e-3, vertical.wind_speed + 1e-3], count=2)
+    vertical = next(
+        c
+        for c in modal.critical_wind_speed(scene, count=2, highest=6.0)
+        if c.mode.family == "vertical"
+    )
+    locus = modal.root_locus(
+        scene, [0.0, 2.0, vertical.wind_speed - 1e-3, vertical.wind_speed + 1e-3], count=2
+    )
     branch = locus.eigenvalue.values[list(locus.family.values).index("vertical")]
     assert branch.real[2] < 0.0 < branch.real[3]
     assert abs(branch[2].imag) == pytest.approx(2 * np.pi * vertical.frequency_hz, rel=1e-4)
 
 
 def test_step_response_and_bode_are_python_controls(scene):
-    calm = modal.linear_model(scene.with_values({"wind.speed": 2.0}), modes=6)["midspan_u3", "wind_speed"]
+    calm = modal.linear_model(scene.with_values({"wind.speed": 2.0}), modes=6)[
+        "midspan_u3", "wind_speed"
+    ]
     step = control.step_response(calm, np.linspace(0.0, 300.0, 3001)).outputs
     assert step[-1] == pytest.approx(calm.dcgain(), rel=1e-3)
     omega = np.array([0.5, 2.0, 4.0])

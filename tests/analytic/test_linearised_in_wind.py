@@ -40,7 +40,9 @@ def drawn(random):
             if not 0.2 < turn < 1.0:
                 continue
             modes = modal.natural_modes(scene, 16, wind="mean")
-            if max(mode.eigenvalue.real for mode in modes) < 0.5:  # 1/s; else it is over before it can be seen
+            if (
+                max(mode.eigenvalue.real for mode in modes) < 0.5
+            ):  # 1/s; else it is over before it can be seen
                 return scene, modes
         except (gf.SceneError, gf.SimulationError):  # no equilibrium, or off the curve
             continue
@@ -48,9 +50,17 @@ def drawn(random):
 
 def rates_seen(scene, seconds):
     """Eigenvalues [1/s] of the motion about the mean-wind equilibrium: dynamic mode decomposition of a simulation."""
-    seeds = {"initial.seed_vertical": 1e-6, "initial.seed_horizontal": 7e-7, "initial.seed_twist": 1e-6}
+    seeds = {
+        "initial.seed_vertical": 1e-6,
+        "initial.seed_horizontal": 7e-7,
+        "initial.seed_twist": 1e-6,
+    }
     data = gf.simulate(
-        scene.with_values(seeds), stop_time=seconds, record_every=8, record_nodes="all", on_failure="return"
+        scene.with_values(seeds),
+        stop_time=seconds,
+        record_every=8,
+        record_nodes="all",
+        on_failure="return",
     ).dataset
     motion = np.concatenate([data[name].values for name in ("u1", "u2", "u3", "theta")], axis=1)
     motion = (motion - gf.Model(scene).rest().motion()[0].T.ravel())[int(0.4 * len(motion)) :].T
@@ -58,7 +68,9 @@ def rates_seen(scene, seconds):
     left, size, right = np.linalg.svd(motion[:, :-1], full_matrices=False)
     kept = slice(min(12, int(np.sum(size > 1e-10 * size[0]))))
     step = left[:, kept].T @ motion[:, 1:] @ right[kept].T / size[kept]
-    return np.log(np.linalg.eigvals(step).astype(complex)) / (data.time.values[1] - data.time.values[0])
+    return np.log(np.linalg.eigvals(step).astype(complex)) / (
+        data.time.values[1] - data.time.values[0]
+    )
 
 
 def test_slowest_decay_of_drawn_spans_is_that_of_the_simulation():
@@ -69,7 +81,9 @@ def test_slowest_decay_of_drawn_spans_is_that_of_the_simulation():
         lead = max((mode.eigenvalue for mode in modes), key=lambda value: value.real)
         seen = rates_seen(scene, min(150.0, 7.0 / lead.real) if lead.real > 0.0 else 150.0)
         nearest = seen[np.argmin(np.abs(seen - lead))]
-        assert nearest.real == pytest.approx(lead.real, rel=0.02)  # observed 1e-4 to 2e-3, once 1.3e-2
+        assert nearest.real == pytest.approx(
+            lead.real, rel=0.02
+        )  # observed 1e-4 to 2e-3, once 1.3e-2
         assert nearest.imag == pytest.approx(lead.imag, rel=1e-3)
 
 
@@ -81,18 +95,30 @@ def test_critical_winds_with_the_mass_of_the_turned_section(angle, right):
     )
     onsets = modal.critical_wind_speed(scene, count=4, highest=13.0)
     found = sorted(onset.wind_speed for onset in onsets if onset.wind_speed is not None)
-    assert found[: len(right)] == pytest.approx(right, rel=3e-3)  # observed up to 2.3e-3: lift is vertical there
+    assert found[: len(right)] == pytest.approx(
+        right, rel=3e-3
+    )  # observed up to 2.3e-3: lift is vertical there
 
 
 @pytest.mark.parametrize("angle", [150.0, 160.0, 200.0])
 def test_critical_wind_of_example_3_at_other_attack_angles(angle):
     """Growth rate of the full model through zero."""
-    scene = gf.load_scene("example3").with_values({"ice.attack_angle_deg": angle, "numerics.elements": 12} | PRECISE)
+    scene = gf.load_scene("example3").with_values(
+        {"ice.attack_angle_deg": angle, "numerics.elements": 12} | PRECISE
+    )
     onset = min(
-        (c for c in modal.critical_wind_speed(scene, count=3, highest=13.0) if c.wind_speed is not None),
+        (
+            c
+            for c in modal.critical_wind_speed(scene, count=3, highest=13.0)
+            if c.wind_speed is not None
+        ),
         key=lambda c: c.wind_speed,
     )
-    target, winds, growth = 2j * np.pi * onset.frequency_hz, np.array([0.95, 1.05]) * onset.wind_speed, []
+    target, winds, growth = (
+        2j * np.pi * onset.frequency_hz,
+        np.array([0.95, 1.05]) * onset.wind_speed,
+        [],
+    )
     for wind in winds:
         seen = rates_seen(scene.with_values({"wind.speed": float(wind)}), 150.0)
         growth.append(seen[np.argmin(np.abs(seen - target))].real)

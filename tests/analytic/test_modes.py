@@ -28,7 +28,9 @@ def modal_matrix(scene, modes, **part):
 
 def test_shapes_are_orthonormal_in_the_mass(iced):
     modes = modal.natural_modes(iced)
-    assert modal_matrix(iced, modes, mass=1.0) == pytest.approx(np.eye(12), abs=1e-13)  # observed 2.4e-15
+    assert modal_matrix(iced, modes, mass=1.0) == pytest.approx(
+        np.eye(12), abs=1e-13
+    )  # observed 2.4e-15
 
 
 def test_strain_energy_of_conductor_and_springs_gives_the_frequencies(iced):
@@ -47,21 +49,37 @@ def test_supported_unknowns_stand_still(iced):
 
 
 def test_torsional_frequencies_are_those_of_a_shaft():
-    scene = gf.load_scene("example1").with_values({"conductor.torsional_stiffness": 1.0, "numerics.elements": 40})
-    shaft = math.sqrt(1.0 / scene.conductor.torsional_inertia) / (2.0 * gf.Model(scene).equilibrium().length)
+    scene = gf.load_scene("example1").with_values(
+        {"conductor.torsional_stiffness": 1.0, "numerics.elements": 40}
+    )
+    shaft = math.sqrt(1.0 / scene.conductor.torsional_inertia) / (
+        2.0 * gf.Model(scene).equilibrium().length
+    )
     modes = [mode for mode in modal.natural_modes(scene) if mode.family == "torsional"]
     assert [mode.loops for mode in modes[:3]] == [1, 2, 3]
     assert [mode.symmetric for mode in modes[:3]] == [True, False, True]
     for loops, mode in enumerate(modes[:3], start=1):
-        assert mode.frequency_hz == pytest.approx(loops * shaft, rel=3e-6)  # observed 2.6e-8, 4.2e-7, 2.1e-6
+        assert mode.frequency_hz == pytest.approx(
+            loops * shaft, rel=3e-6
+        )  # observed 2.6e-8, 4.2e-7, 2.1e-6
 
 
 def test_longitudinal_frequencies_are_those_of_a_bar():
     # a nearly straight span; its tension stiffens it along the axis too
     scene = gf.load_scene("example1").with_values(
-        {"span": {"length": 100.0, "sag": 0.2}, "conductor.axial_stiffness": 4e6, "numerics.elements": 40}
+        {
+            "span": {"length": 100.0, "sag": 0.2},
+            "conductor.axial_stiffness": 4e6,
+            "numerics.elements": 40,
+        }
     )
-    bar = math.sqrt((4e6 + gf.Model(scene).equilibrium().horizontal_tension) / scene.conductor.mass_per_length) / 200.0
+    bar = (
+        math.sqrt(
+            (4e6 + gf.Model(scene).equilibrium().horizontal_tension)
+            / scene.conductor.mass_per_length
+        )
+        / 200.0
+    )
     modes = [mode for mode in modal.natural_modes(scene, count=50) if mode.family == "longitudinal"]
     assert [mode.loops for mode in modes[:2]] == [1, 2]
     assert [mode.symmetric for mode in modes[:2]] == [False, True]  # u1 changes sign in the mirror
@@ -86,7 +104,10 @@ def test_families_and_half_waves_of_a_line_span():
 
 def test_the_wind_does_not_change_the_modes():
     scene = gf.load_scene("example3")
-    windy, calm = modal.natural_modes(scene), modal.natural_modes(scene.with_values({"wind.speed": 0.0}))
+    windy, calm = (
+        modal.natural_modes(scene),
+        modal.natural_modes(scene.with_values({"wind.speed": 0.0})),
+    )
     assert [mode.frequency_hz for mode in windy] == [mode.frequency_hz for mode in calm]
 
 
@@ -94,7 +115,9 @@ def test_both_eigensolvers_agree():
     scene = gf.load_scene("example3").with_values({"numerics.elements": 2})
     few, all_modes = modal.natural_modes(scene, count=4), modal.natural_modes(scene, count=12)
     for sparse, dense in zip(few, all_modes, strict=False):
-        assert sparse.frequency_hz == pytest.approx(dense.frequency_hz, rel=5e-12)  # observed 1.1e-13
+        assert sparse.frequency_hz == pytest.approx(
+            dense.frequency_hz, rel=5e-12
+        )  # observed 1.1e-13
         assert sparse.shape == pytest.approx(dense.shape, abs=2e-11)  # observed 8e-13
 
 
@@ -118,13 +141,21 @@ def test_ice_that_turns_the_conductor_over_is_named():
 
 
 def test_no_ratio_where_the_ice_mixes_twist_and_vertical_motion():
-    scene = gf.load_scene("example3").with_values({"ice.first_moment_x2": 0.0, "conductor.torsional_stiffness": 4.8})
-    with pytest.raises(gf.SceneError, match=r"vertical mode at 0\.64.* mixture .*vertical 50%.*torsional 50%"):
+    scene = gf.load_scene("example3").with_values(
+        {"ice.first_moment_x2": 0.0, "conductor.torsional_stiffness": 4.8}
+    )
+    with pytest.raises(
+        gf.SceneError, match=r"vertical mode at 0\.64.* mixture .*vertical 50%.*torsional 50%"
+    ):
         modal.frequency_ratio(scene)
 
 
 def test_no_ratio_where_torsional_modes_bury_the_others():
-    bare = {"conductor.torsional_stiffness": 0.002, "ice.first_moment_x2": 0.0, "ice.first_moment_x3": 0.0}
+    bare = {
+        "conductor.torsional_stiffness": 0.002,
+        "ice.first_moment_x2": 0.0,
+        "ice.first_moment_x3": 0.0,
+    }
     with pytest.raises(gf.SceneError, match="no symmetric vertical mode among the lowest 24"):
         modal.frequency_ratio(gf.load_scene("example3").with_values(bare))
 
@@ -132,12 +163,15 @@ def test_no_ratio_where_torsional_modes_bury_the_others():
 def bars_on_a_catenary(scene, elements=400):
     """Frequencies of straight two-node bars with lumped masses on the catenary of a span: (in plane, out of plane).
 
-    An own finite-element model: stiffness EA/l along each bar and T/l across it. In plane, each frequency stands with
-    the part of its motion across the chord that is symmetric, and with the part of its energy along the chord.
+    An own finite-element model: stiffness EA/l along each bar and T/l across it. In plane, each
+    frequency stands with the part of its motion across the chord that is symmetric, and with the
+    part of its energy along the chord.
     """
     span, mass = scene.span, scene.conductor.mass_per_length
     c = span.horizontal_tension / (mass * span.gravity)
-    lowest = 0.5 * span.length - c * np.arcsinh(span.height_difference / (2 * c * np.sinh(span.length / (2 * c))))
+    lowest = 0.5 * span.length - c * np.arcsinh(
+        span.height_difference / (2 * c * np.sinh(span.length / (2 * c)))
+    )
     left, right = (c * np.sinh((end - lowest) / c) for end in (0.0, span.length))
     x = lowest + c * np.arcsinh(np.linspace(left, right, elements + 1) / c)
     y = c * np.cosh((x - lowest) / c)
@@ -146,7 +180,9 @@ def bars_on_a_catenary(scene, elements=400):
     tension = mass * span.gravity * 0.5 * (y[1:] + y[:-1])
     lump = 0.5 * mass * (size[1:] + size[:-1])
     t, n = step / size, np.stack([-step[1], step[0]]) / size
-    both = scene.conductor.axial_stiffness / size * t[:, None] * t + tension / size * n[:, None] * n  # (2, 2, bar)
+    both = (
+        scene.conductor.axial_stiffness / size * t[:, None] * t + tension / size * n[:, None] * n
+    )  # (2, 2, bar)
     inner = elements - 1
     plane, across = np.zeros((inner, 2, inner, 2)), np.zeros((inner, inner))
     for k in range(inner):
@@ -156,10 +192,14 @@ def bars_on_a_catenary(scene, elements=400):
             plane[k, :, k - 1] = plane[k - 1, :, k] = -both[..., k]
             across[k, k - 1] = across[k - 1, k] = -tension[k] / size[k]
     weight = 1.0 / np.sqrt(lump)
-    scaled = (plane * weight[:, None, None, None] * weight[None, None, :, None]).reshape(2 * inner, 2 * inner)
+    scaled = (plane * weight[:, None, None, None] * weight[None, None, :, None]).reshape(
+        2 * inner, 2 * inner
+    )
     squares, vectors = eigh(scaled, subset_by_index=(0, 7))
     out = eigh(across * weight[:, None] * weight, eigvals_only=True, subset_by_index=(0, 0))
-    chord = np.array([span.length, span.height_difference]) / np.hypot(span.length, span.height_difference)
+    chord = np.array([span.length, span.height_difference]) / np.hypot(
+        span.length, span.height_difference
+    )
     found = []
     for square, vector in zip(squares, vectors.T, strict=True):
         moved = vector.reshape(inner, 2)

@@ -21,7 +21,10 @@ def length_of(scene):
     equilibrium = gf.Model(scene).equilibrium()
     x = equilibrium.x
     slope = np.gradient(x[:, 1], x[:, 0])
-    stretch = np.trapezoid(equilibrium.horizontal_tension * (1.0 + slope**2), x[:, 0]) / scene.conductor.axial_stiffness
+    stretch = (
+        np.trapezoid(equilibrium.horizontal_tension * (1.0 + slope**2), x[:, 0])
+        / scene.conductor.axial_stiffness
+    )
     return equilibrium.length - stretch
 
 
@@ -31,7 +34,9 @@ def test_the_unstretched_length_stays_but_for_expansion(scene, height, warmer, i
     level = scene.with_values({"span.sag": None, "span.height_difference": height})
     changed = modal.change_of_state(level, warmer, ice)
     expected = math.exp(18.9e-6 * warmer)
-    assert length_of(changed) / length_of(level) == pytest.approx(expected, abs=3e-8)  # observed 1.1e-8
+    assert length_of(changed) / length_of(level) == pytest.approx(
+        expected, abs=3e-8
+    )  # observed 1.1e-8
     assert changed.ice.mass_per_length == (level.ice.mass_per_length if ice is None else ice)
 
 
@@ -46,7 +51,9 @@ def test_the_tension_is_that_of_the_parabolas_change_of_state(scene):
 
 def test_a_change_of_state_can_be_undone(scene):
     there = modal.change_of_state(scene, 30.0)
-    assert modal.change_of_state(there, -30.0).span.horizontal_tension == pytest.approx(15000.0, rel=1e-9)
+    assert modal.change_of_state(there, -30.0).span.horizontal_tension == pytest.approx(
+        15000.0, rel=1e-9
+    )
     assert there.span.sag is None
 
 
@@ -60,7 +67,9 @@ def test_adjacent_spans_change_alike(scene):
     beside = {"kind": "adjacent_span", "adjacent_span": 120.0, "adjacent_tension": 10e3}
     beside |= {"insulator_length": 2.0, "insulator_weight": 500.0}
     changed = modal.change_of_state(scene.with_values({"supports.left": beside}), 20.0)
-    assert changed.supports.left.adjacent_tension == pytest.approx(changed.span.horizontal_tension * 10e3 / 15e3)
+    assert changed.supports.left.adjacent_tension == pytest.approx(
+        changed.span.horizontal_tension * 10e3 / 15e3
+    )
 
 
 @pytest.mark.parametrize("change", [{"temperature_change": -5000.0}, {"temperature_change": 1e6}])
@@ -82,7 +91,9 @@ def test_the_map_goes_the_way_of_the_theory(scene, path, values, rising):
     data = modal.ratio_map(scene, path, values)
     assert np.all(np.diff(data.ratio.values) > 0.0) == rising
     assert data.detuning.values == pytest.approx(data.ratio.values / 2.0 - 1.0)
-    assert data[path].attrs["units"] == ("K" if path == "temperature_change" else scene.unit_of(path))
+    assert data[path].attrs["units"] == (
+        "K" if path == "temperature_change" else scene.unit_of(path)
+    )
     for value, ratio in zip(values, data.ratio.values, strict=True):
         theory = modal.shallow_cable(_changed(scene, path, value)).ratio
         assert ratio == pytest.approx(theory, rel=8e-4)  # observed 5.2e-4
@@ -97,7 +108,9 @@ def _changed(scene, path, value):
 
 
 def test_springs_at_both_ends_change_at_once(scene):
-    hung = scene.with_values({"supports.left": SPRINGS, "supports.right": SPRINGS, "span.sag": None})
+    hung = scene.with_values(
+        {"supports.left": SPRINGS, "supports.right": SPRINGS, "span.sag": None}
+    )
     data = modal.ratio_map(hung, "supports.stiffness_x1", [1e5, 1e7])
     one = hung.with_values({"supports.left.stiffness_x1": 1e5, "supports.right.stiffness_x1": 1e5})
     assert data.ratio.values[0] == modal.frequency_ratio(one).ratio
@@ -106,9 +119,15 @@ def test_springs_at_both_ends_change_at_once(scene):
 
 @pytest.mark.parametrize("path", ["span.horizontal_tension", "span.sag", "temperature_change"])
 def test_the_ratio_is_two_at_a_crossing(scene, path):
-    values = {"span.horizontal_tension": [10e3, 20e3], "span.sag": [1.5, 3.0], "temperature_change": [0.0, 40.0]}[path]
+    values = {
+        "span.horizontal_tension": [10e3, 20e3],
+        "span.sag": [1.5, 3.0],
+        "temperature_change": [0.0, 40.0],
+    }[path]
     (at,) = modal.crossings(scene, path, values)
-    assert modal.ratio_map(scene, path, [at]).ratio.item() == pytest.approx(2.0, abs=2e-6)  # observed 2.2e-8
+    assert modal.ratio_map(scene, path, [at]).ratio.item() == pytest.approx(
+        2.0, abs=2e-6
+    )  # observed 2.2e-8
 
 
 def test_no_crossing_is_an_empty_list(scene):
@@ -128,8 +147,12 @@ def test_no_ratio_and_no_crossing_where_modes_veer(scene):
     veering = inclined.with_values({"span.horizontal_tension": 13250.0})
     with pytest.raises(gf.SceneError, match="two modes cross or veer"):
         modal.frequency_ratio(veering)
-    assert modal.frequency_ratio(inclined.with_values({"span.horizontal_tension": 17e3})).ratio < 1.8
-    with pytest.raises(gf.SceneError, match=r"at span\.horizontal_tension = 13250 there is no frequency ratio"):
+    assert (
+        modal.frequency_ratio(inclined.with_values({"span.horizontal_tension": 17e3})).ratio < 1.8
+    )
+    with pytest.raises(
+        gf.SceneError, match=r"at span\.horizontal_tension = 13250 there is no frequency ratio"
+    ):
         modal.crossings(inclined, "span.horizontal_tension", [12e3, 13.25e3, 15e3])
 
 
@@ -158,15 +181,21 @@ def test_no_values_are_refused(scene):
 
 def test_a_map_over_two_numbers_is_made_of_maps_over_one(scene):
     tensions, warmer = [12e3, 15e3, 18e3], [-20.0, 0.0, 30.0]
-    data = modal.ratio_map(scene, "span.horizontal_tension", tensions, against=("temperature_change", warmer))
+    data = modal.ratio_map(
+        scene, "span.horizontal_tension", tensions, against=("temperature_change", warmer)
+    )
     assert data.ratio.dims == ("span.horizontal_tension", "temperature_change")
     assert data.temperature_change.attrs["units"] == "K"
     alone = modal.ratio_map(scene, "span.horizontal_tension", tensions).ratio.values
     assert data.ratio.values[:, 1] == pytest.approx(alone, rel=1e-9)
     for row, tension in zip(data.ratio.values, tensions, strict=True):
         strung = scene.with_values({"span.sag": None, "span.horizontal_tension": tension})
-        assert row == pytest.approx(modal.ratio_map(strung, "temperature_change", warmer).ratio.values, rel=1e-9)
-    turned = modal.ratio_map(scene, "temperature_change", warmer, against=("span.horizontal_tension", tensions))
+        assert row == pytest.approx(
+            modal.ratio_map(strung, "temperature_change", warmer).ratio.values, rel=1e-9
+        )
+    turned = modal.ratio_map(
+        scene, "temperature_change", warmer, against=("span.horizontal_tension", tensions)
+    )
     assert turned.ratio.values.T == pytest.approx(data.ratio.values, rel=1e-12)
 
 
@@ -175,4 +204,6 @@ def test_no_map_over_numbers_that_determine_each_other(scene, second):
     with pytest.raises(gf.SceneError, match="one follows from the other"):
         modal.ratio_map(scene, "span.horizontal_tension", [15e3], against=(second, [2.0]))
     with pytest.raises(gf.SceneError, match=r"values of ice\.mass_per_length: at least one"):
-        modal.ratio_map(scene, "span.horizontal_tension", [15e3], against=("ice.mass_per_length", []))
+        modal.ratio_map(
+            scene, "span.horizontal_tension", [15e3], against=("ice.mass_per_length", [])
+        )

@@ -39,14 +39,20 @@ def test_forces_and_their_derivatives_are_those_of_the_kernel(values):
     springs[[0, -1], 0], springs[[0, -1], 2] = rest.model.equilibrium().support_stiffness.T
     for k in range(3):
         motion = [(y[k] @ flat).reshape(-1, 4) for y in (q, v, a)]
-        residual = flat @ (rest.model.residual(*motion, inputs=inputs) + springs * motion[0]).ravel()
-        assert found.residual[k] == pytest.approx(residual, abs=2e-14 * np.max(np.abs(residual)))  # observed 5e-16
+        residual = (
+            flat @ (rest.model.residual(*motion, inputs=inputs) + springs * motion[0]).ravel()
+        )
+        assert found.residual[k] == pytest.approx(
+            residual, abs=2e-14 * np.max(np.abs(residual))
+        )  # observed 5e-16
         for part in ("stiffness", "damping", "mass"):
             matrix = assemble(rest.model.tangent(*motion, inputs=inputs, **{part: 1.0}))
             if part == "stiffness":
                 matrix += np.diag(springs.ravel())
             projected = flat @ matrix @ flat.T
-            assert getattr(found, part)[k] == pytest.approx(projected, abs=2e-14 * np.max(np.abs(projected)))
+            assert getattr(found, part)[k] == pytest.approx(
+                projected, abs=2e-14 * np.max(np.abs(projected))
+            )
 
 
 def test_the_derivative_by_the_wind_is_that_of_the_residual():
@@ -61,7 +67,11 @@ def test_the_derivative_by_the_wind_is_that_of_the_residual():
 def test_shapes_are_orthonormal_in_the_mass():
     scene = gf.load_scene("example3")
     model = reduced_model(scene, at_rest(scene))
-    mass = model.shapes.reshape(model.size, -1) @ model.rest.mass @ model.shapes.reshape(model.size, -1).T
+    mass = (
+        model.shapes.reshape(model.size, -1)
+        @ model.rest.mass
+        @ model.shapes.reshape(model.size, -1).T
+    )
     assert mass == pytest.approx(np.eye(model.size), abs=1e-12)
     assert 2.0 * np.pi * np.array([0.69541, 0.37752]) == pytest.approx(model.frequencies, rel=2e-5)
 
@@ -72,7 +82,9 @@ def test_the_equilibrium_in_the_wind_is_that_of_the_kernel():
     state = mean_state(model, 5.5)
     kernel = Model(scene)
     exact = kernel.rest().motion()[0][kernel.middle]
-    assert state.displacement @ model.middle == pytest.approx(exact, abs=2e-4)  # observed 1.3e-4 of 0.0608 m, drag
+    assert state.displacement @ model.middle == pytest.approx(
+        exact, abs=2e-4
+    )  # observed 1.3e-4 of 0.0608 m, drag
     assert state.vertical.real > 0.0  # above the critical wind
     assert mean_state(model, 4.0).vertical.real < 0.0
 

@@ -1,6 +1,7 @@
 """The out-of-balance forces of a random motion against the published equations, written down a second time.
 
-Element by element, in numpy's longdouble: 64 bits of mantissa on x86, where the difference is the kernel's round-off.
+Element by element, in numpy's longdouble: 64 bits of mantissa on x86, where the difference is the
+kernel's round-off.
 """
 
 import numpy as np
@@ -37,12 +38,17 @@ def polynomial(coefficients, x):
 def section_forces(scene, tangent, theta, omega, rate, v, a):
     """Force along x1, x2, x3 and moment of eccentric ice less those of the wind (Liu et al. 2009, eq. 8, 17, 20, 21).
 
-    The equations hold in the plane normal to the conductor, so with the components along its normal n2 = e3 x t.
+    The equations hold in the plane normal to the conductor, so with the components along its normal
+    n2 = e3 x t.
     """
     ice, air = scene.ice, scene.aerodynamics
     normal = np.array([-tangent[1], tangent[0], LONG(0)])
     v, a = ([0, normal @ y[:3], y[2]] for y in (v, a))
-    turn = LONG(ice.attack_angle_deg - (ice.first_moment_angle_deg or ice.attack_angle_deg)) * LONG(np.pi) / 180
+    turn = (
+        LONG(ice.attack_angle_deg - (ice.first_moment_angle_deg or ice.attack_angle_deg))
+        * LONG(np.pi)
+        / 180
+    )
     given = LONG(ice.first_moment_x2), LONG(ice.first_moment_x3)
     s3 = given[0] * np.cos(turn) - given[1] * np.sin(turn)
     s2 = given[0] * np.sin(turn) + given[1] * np.cos(turn)
@@ -59,7 +65,9 @@ def section_forces(scene, tangent, theta, omega, rate, v, a):
     x = LONG(ice.attack_angle_deg - air.centre_deg) * LONG(np.pi) / 180 + theta + np.arctan2(w2, w3)
     cl, cd, cm = (polynomial(c, x) for c in (air.lift, air.drag, air.moment))
     q = LONG(scene.wind.air_density) * d * ur / 2
-    f2, f3, moment = inertia - np.array([q * (cl * w3 + cd * w2), q * (cd * w3 - cl * w2), q * ur * d * cm])
+    f2, f3, moment = inertia - np.array(
+        [q * (cl * w3 + cd * w2), q * (cd * w3 - cl * w2), q * ur * d * cm]
+    )
     return np.array([*(f2 * normal[:2]), f3, moment])
 
 
@@ -89,7 +97,9 @@ def element_forces(scene, x, tension, u, v, a):
         force = np.zeros(4, LONG)
         force[:3] = mass * (at_a[:3] + b[0] * at_v[:3])
         force[3] = spin * (at_a[3] + bt[0] * at_v[3])
-        force += section_forces(scene, slope(xi) @ x / jacobian, at_u[3], at_v[3], at_a[3], at_v, at_a)
+        force += section_forces(
+            scene, slope(xi) @ x / jacobian, at_u[3], at_v[3], at_a[3], at_v, at_a
+        )
         r += weight * jacobian * np.outer(n, force)
     return r
 
@@ -97,7 +107,11 @@ def element_forces(scene, x, tension, u, v, a):
 SLOPING = {"span.height_difference": 80.0, "span.sag": 2.5, "ice.attack_angle_deg": 165.0}
 """Held on a parabola as example 3 is; the first moments are given at 180 deg."""
 WIDE = [[0.01, 1.0, 1.0, 0.4], [0.1, 1.0, 1.0, 3.0], [1.0, 10.0, 10.0, 50.0]]  # largest u, v, a
-QUICK = [[1e-5, 1e-4, 1e-4, 0.4], [1e-4, 2.0, 2.0, 50.0], [1.0, 10.0, 10.0, 5000.0]]  # forces of ice and wind prevail
+QUICK = [
+    [1e-5, 1e-4, 1e-4, 0.4],
+    [1e-4, 2.0, 2.0, 50.0],
+    [1.0, 10.0, 10.0, 5000.0],
+]  # forces of ice and wind prevail
 
 
 @pytest.mark.parametrize("scale", [WIDE, QUICK], ids=["wide", "quick"])
@@ -115,6 +129,8 @@ def test_residual_of_a_random_motion(seed, changes, scale):
         for xi, _ in TWO_POINTS:
             along = slope(xi) @ x[at]
             tension.append(LONG(scene.span.horizontal_tension) * np.sqrt(along @ along) / along[0])
-        expected[at] += element_forces(scene, x[at], tension, *(y[at].astype(LONG) for y in (u, v, a)))
+        expected[at] += element_forces(
+            scene, x[at], tension, *(y[at].astype(LONG) for y in (u, v, a))
+        )
     error = np.abs(model.residual(u, v, a) - expected).max(axis=0)
     assert np.all(error < 3e-14 * np.abs(expected).max(axis=0))  # observed up to 9e-15

@@ -22,15 +22,24 @@ def compared(scene, cable, **loads):
     force = state.observe_span()[FORCES[:3]]
     at_rest = cable.solve(at=(0.5,))
     exact_force, _, exact_place = cable.solve(at=(0.5,), **loads)
-    moved, changed = np.linalg.norm(exact_place[0] - at_rest[2][0]), np.linalg.norm(exact_force - at_rest[0])
-    return np.linalg.norm(place - exact_place[0]) / moved, np.linalg.norm(force - exact_force) / changed, state
+    moved, changed = (
+        np.linalg.norm(exact_place[0] - at_rest[2][0]),
+        np.linalg.norm(exact_force - at_rest[0]),
+    )
+    return (
+        np.linalg.norm(place - exact_place[0]) / moved,
+        np.linalg.norm(force - exact_force) / changed,
+        state,
+    )
 
 
 @pytest.mark.parametrize("height", [0.0, 40.0])
 def test_blow_out_in_a_uniform_wind(span, exact_cable, height):
     """Mean wind with drag only: the cable hangs in the inclined plane of the resultant load."""
     span["span"]["height_difference"] = height
-    scene = Scene.from_dict(span | {"wind": {"speed": 25.0, "air_density": 1.25}, "aerodynamics": DRAG_ONLY})
+    scene = Scene.from_dict(
+        span | {"wind": {"speed": 25.0, "air_density": 1.25}, "aerodynamics": DRAG_ONLY}
+    )
     drag = 0.5 * 1.25 * 0.028 * 25.0**2 * 1.1  # 12 N/m against 15.7 N/m of weight
     cable = exact_cable(scene)
     place, force, state = compared(scene, cable, load=(0.0, 0.0, drag))
@@ -39,12 +48,16 @@ def test_blow_out_in_a_uniform_wind(span, exact_cable, height):
     model = state.model
     middle = model.equilibrium().x[model.middle] + state.observe_node(model.middle)[:3]
     if height == 0.0:
-        assert np.arctan2(middle[2], -middle[1]) == pytest.approx(np.arctan2(drag, 1.6 * 9.81), rel=1e-9)
+        assert np.arctan2(middle[2], -middle[1]) == pytest.approx(
+            np.arctan2(drag, 1.6 * 9.81), rel=1e-9
+        )
 
 
 def test_blow_out_by_the_elastic_catenary(span, exact_cable):
     """The textbook's Hooke's law on the unstretched length is close to axial Green strain where strains are small."""
-    scene = Scene.from_dict(span | {"wind": {"speed": 25.0, "air_density": 1.25}, "aerodynamics": DRAG_ONLY})
+    scene = Scene.from_dict(
+        span | {"wind": {"speed": 25.0, "air_density": 1.25}, "aerodynamics": DRAG_ONLY}
+    )
     drag = 0.5 * 1.25 * 0.028 * 25.0**2 * 1.1
     place, force, _ = compared(scene, exact_cable(scene, law="engineering"), load=(0.0, 0.0, drag))
     assert place < 4e-5  # observed 9e-6
@@ -52,7 +65,8 @@ def test_blow_out_by_the_elastic_catenary(span, exact_cable):
 
 
 @pytest.mark.parametrize(
-    ("count", "force"), [(29, (0.0, -60.0, 25.0)), (9, (10.0, 40.0, -80.0)), (1, (0.0, -900.0, 0.0))]
+    ("count", "force"),
+    [(29, (0.0, -60.0, 25.0)), (9, (10.0, 40.0, -80.0)), (1, (0.0, -900.0, 0.0))],
 )
 def test_point_loads(span, exact_cable, count, force):
     """At corner nodes of 30 elements the kinks are exact; the loads stay where they are on the conductor."""
@@ -78,10 +92,15 @@ def test_point_loads(span, exact_cable, count, force):
 
 
 def test_loads_and_weight_are_carried_by_the_supports(span):
-    loads = [{"position": 0.37, "force": [3.0, -50.0, 20.0]}, {"evenly_spaced": 7, "force": [0.0, 5.0, -9.0]}]
+    loads = [
+        {"position": 0.37, "force": [3.0, -50.0, 20.0]},
+        {"evenly_spaced": 7, "force": [0.0, 5.0, -9.0]},
+    ]
     model = Model(Scene.from_dict(span | {"loads": loads}))
     total = model.rest().observe_span()[FORCES].reshape(2, 3).sum(axis=0)
-    expected = model.equilibrium().support_force.sum(axis=0) + np.array([3.0, -50.0 + 35.0, 20.0 - 63.0])
+    expected = model.equilibrium().support_force.sum(axis=0) + np.array(
+        [3.0, -50.0 + 35.0, 20.0 - 63.0]
+    )
     assert np.abs(total - expected).max() < 1e-10  # observed 1e-11 N
 
 
@@ -102,8 +121,12 @@ def test_twist_under_a_distributed_torque(span, count):
 def test_twist_under_the_aerodynamic_moment(span):
     """A constant moment coefficient is a uniform torque t = q d^2 CM: t L^2 / (8 GJ) at mid-span."""
     moment_only = DRAG_ONLY | {"drag": [0.0], "moment": [0.4]}
-    scene = Scene.from_dict(span | {"wind": {"speed": 12.0, "air_density": 1.25}, "aerodynamics": moment_only})
+    scene = Scene.from_dict(
+        span | {"wind": {"speed": 12.0, "air_density": 1.25}, "aerodynamics": moment_only}
+    )
     model = Model(scene)
     torque = 0.5 * 1.25 * 12.0**2 * 0.028**2 * 0.4
     found = model.rest().observe_node(model.middle)[NODE_INDEX["theta"]]
-    assert found == pytest.approx(torque * model.equilibrium().length ** 2 / (8 * 250.0), rel=1e-7)  # observed 1.8e-8
+    assert found == pytest.approx(
+        torque * model.equilibrium().length ** 2 / (8 * 250.0), rel=1e-7
+    )  # observed 1.8e-8

@@ -24,7 +24,9 @@ TABLE = {
 
 
 def example3(**values):
-    return gf.load_scene("example3").with_values({key.replace("__", "."): value for key, value in values.items()})
+    return gf.load_scene("example3").with_values(
+        {key.replace("__", "."): value for key, value in values.items()}
+    )
 
 
 def some_modes(scene, vertical=3, horizontal=3, torsional=3):
@@ -35,7 +37,9 @@ def inputs(span, speed):
     return gf.Inputs(0.0, speed, math.radians(span.scene.ice.attack_angle_deg), np.zeros((2, 3)))
 
 
-@pytest.mark.parametrize("curve", [None, TABLE, TABLE | {"outside": "hold"}], ids=["polynomial", "periodic", "hold"])
+@pytest.mark.parametrize(
+    "curve", [None, TABLE, TABLE | {"outside": "hold"}], ids=["polynomial", "periodic", "hold"]
+)
 def test_the_wind_load_is_that_of_the_simulation(curve):
     span = some_modes(example3() if curve is None else example3(aerodynamics=curve))
     random = np.random.default_rng(4)
@@ -50,7 +54,9 @@ def test_the_wind_load_is_that_of_the_simulation(curve):
         wanted = np.einsum("nim,ni->m", span.shapes, by_kernel)
         found, _ = span.wind_load(np.concatenate([q, rate]), 6.0)
         assert np.abs(found - wanted).max() < 1e-11 * np.abs(wanted).max()  # observed 7e-13
-    assert span.wind_load(np.concatenate([q, rate]), 0.0)[0] == pytest.approx(0.0, abs=0.0)  # still air
+    assert span.wind_load(np.concatenate([q, rate]), 0.0)[0] == pytest.approx(
+        0.0, abs=0.0
+    )  # still air
 
 
 def test_the_attack_angle_in_weak_wind_is_not_judged():
@@ -58,7 +64,10 @@ def test_the_attack_angle_in_weak_wind_is_not_judged():
     ramp = {"kind": "ramp", "initial": 0.0, "final": 5.5, "duration": 5.0}
     runs = [
         nonlinear_motion(
-            some_modes(example3(wind__speed=None, wind__history=ramp, aerodynamics__outside=outside)), stop_time=6.0
+            some_modes(
+                example3(wind__speed=None, wind__history=ramp, aerodynamics__outside=outside)
+            ),
+            stop_time=6.0,
         )
         for outside in ("error", "hold")
     ]
@@ -73,7 +82,8 @@ def test_the_slopes_are_derivatives_of_the_wind_load():
     step = 1e-6
     differences = np.array(
         [
-            (span.wind_load(rest + step * e, 5.5)[0] - span.wind_load(rest - step * e, 5.5)[0]) / (2.0 * step)
+            (span.wind_load(rest + step * e, 5.5)[0] - span.wind_load(rest - step * e, 5.5)[0])
+            / (2.0 * step)
             for e in np.eye(2 * count)
         ]
     ).T
@@ -87,7 +97,11 @@ def test_modes_without_wind_are_damped_as_the_scene_says():
     span = some_modes(scene)
     frequency = np.sqrt(span.squares) / (2.0 * np.pi)
     ratio = np.diag(span.damping) / (2.0 * np.sqrt(span.squares))
-    for family, given, at in (("horizontal", 0.016, 0.378), ("vertical", 0.016, 0.695), ("torsional", 0.057, 3.93)):
+    for family, given, at in (
+        ("horizontal", 0.016, 0.378),
+        ("vertical", 0.016, 0.695),
+        ("torsional", 0.057, 3.93),
+    ):
         first = next(k for k, mode in enumerate(span.modes) if mode.family == family)
         assert frequency[first] == pytest.approx(at, rel=2e-3)
         assert ratio[first] == pytest.approx(given, rel=2e-3)
@@ -104,8 +118,12 @@ def test_a_step_is_exact_under_a_load_that_is_a_parabola():
     start = np.array([0.7, -0.2])
     decay, turn = damping / 2.0, math.sqrt(square - damping**2 / 4.0)
     x0, v0 = start[0] - a, start[1] - b
-    free = math.exp(-decay * step) * (x0 * math.cos(turn * step) + (v0 + decay * x0) / turn * math.sin(turn * step))
-    found = transition @ start + constant @ [1.0] + linear @ [-2.0 * step] + parabolic @ [3.0 * step**2]
+    free = math.exp(-decay * step) * (
+        x0 * math.cos(turn * step) + (v0 + decay * x0) / turn * math.sin(turn * step)
+    )
+    found = (
+        transition @ start + constant @ [1.0] + linear @ [-2.0 * step] + parabolic @ [3.0 * step**2]
+    )
     assert found[0] == pytest.approx(free + a + b * step + c * step**2, rel=1e-13)
 
 
@@ -114,7 +132,9 @@ def test_the_error_falls_with_the_third_power_of_the_step():
 
     def last(step):
         values = {"numerics.time_step": step}
-        data = modal.mode_superposition(scene.with_values(values), 8.0, vertical=1, horizontal=1, torsional=1).midspan()
+        data = modal.mode_superposition(
+            scene.with_values(values), 8.0, vertical=1, horizontal=1, torsional=1
+        ).midspan()
         return np.array([data[name].values[-1] for name in ("u2", "u3", "theta")])
 
     exact = last(0.00125)
@@ -126,7 +146,10 @@ def test_the_error_falls_with_the_third_power_of_the_step():
 def test_one_mode_in_each_direction_against_a_solver_of_ordinary_differential_equations():
     """Three equations, with integrals over the span of their own and scipy's Runge-Kutta method of the eighth order."""
     scene = example3(
-        ice__first_moment_x2=0.0, ice__first_moment_x3=0.0, initial__seed_vertical=0.4, initial__seed_horizontal=0.1
+        ice__first_moment_x2=0.0,
+        ice__first_moment_x3=0.0,
+        initial__seed_vertical=0.4,
+        initial__seed_horizontal=0.1,
     )
     modes, families = modal.natural_modes(scene, 24), ("vertical", "horizontal", "torsional")
     shapes = {family: next(mode for mode in modes if mode.family == family) for family in families}
@@ -139,7 +162,9 @@ def test_one_mode_in_each_direction_against_a_solver_of_ordinary_differential_eq
     tangent = np.einsum("qn,enk->eqk", slope, equilibrium.x[nodes]).reshape(-1, 3)
     length = np.tile(weights, model.elements) * np.linalg.norm(tangent, axis=1)
     normal = tangent[:, :2][:, ::-1] * [-1.0, 1.0] / np.linalg.norm(tangent, axis=1)[:, None]
-    x, y = (np.einsum("qn,en->eq", shape, shapes["vertical"].shape[nodes, k]).ravel() for k in (0, 1))
+    x, y = (
+        np.einsum("qn,en->eq", shape, shapes["vertical"].shape[nodes, k]).ravel() for k in (0, 1)
+    )
     y = normal[:, 0] * x + normal[:, 1] * y  # across the conductor
     z, t = (
         np.einsum("qn,en->eq", shape, shapes[family].shape[nodes, k]).ravel()
@@ -149,7 +174,9 @@ def test_one_mode_in_each_direction_against_a_solver_of_ordinary_differential_eq
     (b1, b2), (t1, t2) = equilibrium.translation_damping, equilibrium.twist_damping
     damping = np.array([b1, b1, t1]) + np.array([b2, b2, t2]) * squares
     d, rho, speed = scene.conductor.diameter, scene.wind.air_density, 5.5
-    lift, drag, moment = (np.polynomial.Polynomial(getattr(scene.aerodynamics, n)) for n in ("lift", "drag", "moment"))
+    lift, drag, moment = (
+        np.polynomial.Polynomial(getattr(scene.aerodynamics, n)) for n in ("lift", "drag", "moment")
+    )
 
     def rates(_, state):
         q, v = state[:3], state[3:]
@@ -168,9 +195,16 @@ def test_one_mode_in_each_direction_against_a_solver_of_ordinary_differential_eq
     mass = np.einsum("eij,ej->ei", model.tangent(mass=1.0), seed[nodes].reshape(-1, 12))
     start = [np.sum(mode.shape[nodes].reshape(-1, 12) * mass) for mode in shapes.values()]
     stop = 20.0
-    exact = solve_ivp(rates, (0.0, stop), [*start, 0, 0, 0], "DOP853", rtol=1e-10, atol=1e-12, dense_output=True)
+    exact = solve_ivp(
+        rates, (0.0, stop), [*start, 0, 0, 0], "DOP853", rtol=1e-10, atol=1e-12, dense_output=True
+    )
     result = modal.mode_superposition(
-        scene.with_values({"numerics.time_step": 0.005}), stop, vertical=1, horizontal=1, torsional=1, record_every=20
+        scene.with_values({"numerics.time_step": 0.005}),
+        stop,
+        vertical=1,
+        horizontal=1,
+        torsional=1,
+        record_every=20,
     )
     data, q = result.midspan(), exact.sol(result.dataset.time.values)[:3]
     for k, (name, mode) in enumerate(zip(("u2", "u3", "theta"), shapes.values(), strict=True)):
@@ -201,7 +235,9 @@ def growth_by_finite_elements(scene, speed, u):
     kept = np.ix_(free.ravel(), free.ravel())
     mass, damping, stiffness = mass[kept], damping[kept], stiffness[kept]
     below = -np.linalg.solve(mass, np.hstack([stiffness, damping]))
-    values = np.linalg.eigvals(np.vstack([np.hstack([np.zeros_like(mass), np.eye(len(mass))]), below]))
+    values = np.linalg.eigvals(
+        np.vstack([np.hstack([np.zeros_like(mass), np.eye(len(mass))]), below])
+    )
     return values[values.real.argmax()]
 
 
@@ -214,17 +250,25 @@ def test_small_motion_grows_as_in_the_full_model(name):
     fastest = values[values.real.argmax()]
     model = gf.Model(scene)
     full = growth_by_finite_elements(scene, speed, model.rest().motion()[0])
-    assert fastest.real == pytest.approx(full.real, rel=0.01)  # observed -0.24 %, 0.92 %: the span blown aside
+    assert fastest.real == pytest.approx(
+        full.real, rel=0.01
+    )  # observed -0.24 %, 0.92 %: the span blown aside
     assert abs(fastest.imag) == pytest.approx(abs(full.imag), rel=2e-3)  # observed 1.0e-3, 2.9e-4
     hanging = span.shapes @ span.rest(speed)
-    hanging[:, :3] = 0.0  # the twist counts for the wind load; the displacement only for the structure
+    hanging[:, :3] = (
+        0.0  # the twist counts for the wind load; the displacement only for the structure
+    )
     same = growth_by_finite_elements(scene, speed, hanging)
     assert fastest.real == pytest.approx(same.real, rel=2e-4)  # observed 3.5e-5, 7.1e-5
     assert abs(fastest.imag) == pytest.approx(abs(same.imag), rel=1e-5)  # observed 1.4e-6, 2e-7
 
 
 def test_linear_theory_is_mode_superposition_at_small_amplitude():
-    scene = example3(initial__wind="mean_wind_equilibrium", initial__seed_vertical=1e-5, initial__seed_horizontal=1e-5)
+    scene = example3(
+        initial__wind="mean_wind_equilibrium",
+        initial__seed_vertical=1e-5,
+        initial__seed_horizontal=1e-5,
+    )
     span = some_modes(scene)
     linear, nonlinear = linear_motion(span, 5.5, 20.0), nonlinear_motion(span, 20.0)
     for name in ("u2", "u3", "theta"):
@@ -241,7 +285,11 @@ def test_an_unstable_linear_motion_ends_where_the_curve_ends():
 
 
 def test_it_rests_in_the_mean_wind():
-    scene = example3(initial__wind="mean_wind_equilibrium", initial__seed_vertical=0.0, initial__seed_horizontal=0.0)
+    scene = example3(
+        initial__wind="mean_wind_equilibrium",
+        initial__seed_vertical=0.0,
+        initial__seed_horizontal=0.0,
+    )
     data = modal.mode_superposition(scene, 5.0).midspan()
     assert np.ptp(data.u3.values) < 1e-12  # observed 1e-17
     full, _, _ = gf.Model(scene).rest().motion()
@@ -252,15 +300,23 @@ def test_it_rests_in_the_mean_wind():
 def test_applied_loads_move_it_as_they_move_the_simulation():
     """The pulse of example 1, a thousandth of it: as it is, the sideways motion lifts the span, which is not linear.
 
-    In the plane a sagging span resists a load that is the same everywhere by its stretch, in many modes; some of them
-    are longitudinal and not taken.
+    In the plane a sagging span resists a load that is the same everywhere by its stretch, in many
+    modes; some of them are longitudinal and not taken.
     """
     scene = gf.load_scene("example1")
-    scene = scene.with_values({"loads": [scene.loads[0].model_dump() | {"force": (0.0, 1e-3, 2e-3), "torque": 1e-3}]})
+    scene = scene.with_values(
+        {"loads": [scene.loads[0].model_dump() | {"force": (0.0, 1e-3, 2e-3), "torque": 1e-3}]}
+    )
     data = modal.mode_superposition(scene, 3.0, vertical=20, horizontal=8, torsional=8).midspan()
     full = gf.simulate(scene, 3.0).midspan()
-    for name, bound in (("u2", 0.025), ("u3", 1.5e-3), ("theta", 2.5e-3)):  # observed 1.9e-2, 7e-4, 1.3e-3
-        assert np.abs(data[name].values - full[name].values).max() < bound * np.ptp(full[name].values), name
+    for name, bound in (
+        ("u2", 0.025),
+        ("u3", 1.5e-3),
+        ("theta", 2.5e-3),
+    ):  # observed 1.9e-2, 7e-4, 1.3e-3
+        assert np.abs(data[name].values - full[name].values).max() < bound * np.ptp(
+            full[name].values
+        ), name
 
 
 def test_linear_theory_feels_applied_loads():
@@ -276,7 +332,12 @@ def test_the_wind_may_change():
     scene = gf.load_scene("example3")
     history = {"kind": "ramp", "initial": 0.0, "final": 5.5, "start": 2.0, "duration": 5.0}
     scene = scene.with_values(
-        {"wind.speed": None, "wind.history": history, "initial.seed_vertical": 0.0, "initial.seed_horizontal": 0.0}
+        {
+            "wind.speed": None,
+            "wind.history": history,
+            "initial.seed_vertical": 0.0,
+            "initial.seed_horizontal": 0.0,
+        }
     )
     data, full = modal.mode_superposition(scene, 10.0), gf.simulate(scene, 10.0)
     assert data.dataset.wind_speed.values == pytest.approx(full.dataset.wind_speed.values)

@@ -41,8 +41,12 @@ def test_forces_on_the_towers_balance_momentum(supports):
         assert np.abs(found - expected).max() < 1e-11 * abs(weight[1])  # observed 1e-12
 
 
-@pytest.mark.parametrize(("axis", "bound"), [(0, 4e-4), (1, 8e-3), (2, 1e-3)])  # observed 9e-5, 2e-3, 3e-4
-def test_slow_motion_of_the_right_tower_moves_the_tension_as_statics_says(span, exact_cable, axis, bound):
+@pytest.mark.parametrize(
+    ("axis", "bound"), [(0, 4e-4), (1, 8e-3), (2, 1e-3)]
+)  # observed 9e-5, 2e-3, 3e-4
+def test_slow_motion_of_the_right_tower_moves_the_tension_as_statics_says(
+    span, exact_cable, axis, bound
+):
     """A cosine of 400 s, seventy times slower than the first mode, that starts without velocity; undamped."""
     amplitude = (0.15, 1.0, 1.0)[axis]
     law = {
@@ -86,7 +90,12 @@ def test_springs_yield_by_force_change_over_stiffness(span, exact_cable):
     springs = {"kind": "springs", "stiffness_x1": 40000.0, "stiffness_x3": 3000.0}
     loads = [{"evenly_spaced": 29, "force": [0.0, -40.0, 30.0]}]
     scene = Scene.from_dict(
-        span | {"supports": {"left": springs, "right": springs}, "loads": loads, "numerics": {"elements": 30}}
+        span
+        | {
+            "supports": {"left": springs, "right": springs},
+            "loads": loads,
+            "numerics": {"elements": 30},
+        }
     )
     model = Model(scene)
     assert np.array_equal(model.equilibrium().support_stiffness, [[40000.0, 3000.0]] * 2)
@@ -107,11 +116,17 @@ def test_adjacent_span_gives_the_published_stiffness(span):
         "kind": "adjacent_span", "adjacent_span": 250.0, "adjacent_tension": 18000.0, "insulator_length": 2.5,
         "insulator_weight": 900.0,
     }  # fmt: skip
-    found = Model(Scene.from_dict(span | {"supports": {"left": adjacent}})).equilibrium().support_stiffness
+    found = (
+        Model(Scene.from_dict(span | {"supports": {"left": adjacent}}))
+        .equilibrium()
+        .support_stiffness
+    )
     weight = 1.6 * 9.81
     pendulum = (weight * 300.0 + 900.0 / 2.0) / 2.5
     along = 1.0 / (250.0 / 3e7 + weight**2 * 250.0**3 / (12.0 * 18000.0**3)) + pendulum
-    np.testing.assert_allclose(found, [[along, pendulum + 2.0 * 18000.0 / 250.0], [0.0, 0.0]], rtol=1e-14)
+    np.testing.assert_allclose(
+        found, [[along, pendulum + 2.0 * 18000.0 / 250.0], [0.0, 0.0]], rtol=1e-14
+    )
 
 
 def test_ends_of_a_rigid_span_stay_and_follow_their_motion(span):

@@ -11,7 +11,9 @@ LINE = {"conductor": "Drake", "span": 250.0, "stringing_percent": 20.0, "ice_thi
 
 
 def example3(**values):
-    return gf.load_scene("example3").with_values({key.replace("__", "."): value for key, value in values.items()})
+    return gf.load_scene("example3").with_values(
+        {key.replace("__", "."): value for key, value in values.items()}
+    )
 
 
 def turned_by_hand(scene, angle):
@@ -39,9 +41,14 @@ def test_moments_given_with_an_attack_angle_belong_to_it():
 def test_a_changed_attack_angle_turns_the_moments(angle):
     """As a twist of the section by the same angle does: x2 and x3 of a mass point turn by it, right-handed about x1."""
     scene = example3(ice__attack_angle_deg=angle)
-    assert scene.ice.first_moments() == pytest.approx(turned_by_hand(example3(), angle).ice.first_moments(), rel=1e-12)
+    assert scene.ice.first_moments() == pytest.approx(
+        turned_by_hand(example3(), angle).ice.first_moments(), rel=1e-12
+    )
     step = {"stop_time": 5.0, "record_every": 100}
-    motion = [gf.simulate(s, **step).midspan()["theta"].values for s in (scene, turned_by_hand(example3(), angle))]
+    motion = [
+        gf.simulate(s, **step).midspan()["theta"].values
+        for s in (scene, turned_by_hand(example3(), angle))
+    ]
     assert motion[0] == pytest.approx(motion[1], rel=1e-8, abs=1e-12)
     unturned = scene.with_values({"ice.first_moment_angle_deg": angle})
     other = gf.simulate(unturned, **step).midspan()["theta"].values
@@ -79,7 +86,9 @@ def test_a_host_that_sets_the_angle_turns_the_ice_too():
     assert np.array_equal(left.motion()[0], right.motion()[0])
     random = np.random.default_rng(6)
     u, v, a = (random.uniform(-0.1, 0.1, (one.nodes, 4)) for _ in range(3))
-    assert np.array_equal(one.residual(u, v, a, inputs=inputs), two.residual(u, v, a, inputs=inputs))
+    assert np.array_equal(
+        one.residual(u, v, a, inputs=inputs), two.residual(u, v, a, inputs=inputs)
+    )
 
 
 def test_the_coupled_criterion_turns_the_ice_over_the_curve():
@@ -99,14 +108,18 @@ def test_slopes_by_the_attack_angle_against_differences():
     """Of the linear model about the equilibrium in wind, where eccentric ice has turned."""
     from modal.linear.linearise import SmallMotion
 
-    scene = example3(ice__attack_angle_deg=160.0, wind__speed=12.0, numerics__newton_tolerance=1e-12)
+    scene = example3(
+        ice__attack_angle_deg=160.0, wind__speed=12.0, numerics__newton_tolerance=1e-12
+    )
     motion = SmallMotion(scene)
     found, model = motion.in_mean_wind(), motion.model
     step = 1e-4
 
     def force(change):
         angle = np.radians(160.0) + change
-        return -model.residual(found.displacement, inputs=gf.Inputs(0.0, 12.0, angle, np.zeros((2, 3)))).ravel()
+        return -model.residual(
+            found.displacement, inputs=gf.Inputs(0.0, 12.0, angle, np.zeros((2, 3)))
+        ).ravel()
 
     slope = (force(step) - force(-step)) / (2.0 * step)
     inner = found.free.ravel()

@@ -16,7 +16,12 @@ TWIST = np.sqrt(150.0 / 1.5e-4) / 200.0  # sqrt(GJ/I) / (2 L), 5 Hz
 def motion(ratio, count):
     """Mid-span u3 and twist at every step, 100 m with a sag of 0.2 m; too small to disturb each other."""
     damping = {
-        name: {"low_ratio": ratio, "low_frequency": f, "high_ratio": 2.0 * ratio, "high_frequency": 3.0 * f}
+        name: {
+            "low_ratio": ratio,
+            "low_frequency": f,
+            "high_ratio": 2.0 * ratio,
+            "high_frequency": 3.0 * f,
+        }
         for name, f in (("translation", HORIZONTAL), ("twist", TWIST))
     }
     model = Model(Scene.from_dict({
@@ -37,7 +42,9 @@ def motion(ratio, count):
 
 def frequency_and_ratio(values):
     """Of a single decaying oscillation, from the linear recurrence y(n+1) = 2 c d y(n) - d^2 y(n-1)."""
-    (p, q), *_ = np.linalg.lstsq(np.column_stack([values[1:-1], values[:-2]]), values[2:], rcond=None)
+    (p, q), *_ = np.linalg.lstsq(
+        np.column_stack([values[1:-1], values[:-2]]), values[2:], rcond=None
+    )
     pole = np.log(np.roots([1.0, -p, -q])[0].astype(complex)) / STEP
     return abs(pole.imag) / (2.0 * np.pi), -pole.real / abs(pole)
 
@@ -50,13 +57,16 @@ def newmark(frequency, ratio):
 
 
 @pytest.mark.parametrize(
-    ("channel", "exact", "bound"), [(0, HORIZONTAL, 3e-6), (1, TWIST, 3e-5)], ids=["horizontal", "twist"]
+    ("channel", "exact", "bound"),
+    [(0, HORIZONTAL, 3e-6), (1, TWIST, 3e-5)],
+    ids=["horizontal", "twist"],
 )
 @pytest.mark.parametrize("asked", [0.0, 0.02])
 def test_frequency_and_decay(channel, exact, bound, asked):
     """What is left is the sag, 0.2 % of the span: it lengthens the conductor by (8/3) (sag / L)^2 = 1e-5.
 
-    The ratio is asked for at the mode's own frequency; the second frequency has another, so that b1 and b2 differ.
+    The ratio is asked for at the mode's own frequency; the second frequency has another, so that b1
+    and b2 differ.
     """
     frequency, ratio = frequency_and_ratio(motion(asked, 400)[:, channel])
     expected_frequency, expected_ratio = newmark(exact, asked)

@@ -26,11 +26,16 @@ def rayleigh(pair, frequency):
 
 
 def test_damping_ratios_in_still_air_are_rayleighs(scene):
-    # without eccentric ice, and in a state that is an equilibrium: C is then M and K of the same state
-    plain = scene.with_values({"span.sag": None, "ice.first_moment_x2": 0.0, "ice.first_moment_x3": 0.0})
+    # without eccentric ice, and in a state that is an equilibrium: C is then M and K of the same
+    # state
+    plain = scene.with_values(
+        {"span.sag": None, "ice.first_moment_x2": 0.0, "ice.first_moment_x3": 0.0}
+    )
     for mode in modal.natural_modes(plain, count=30):
         pair = plain.damping.twist if mode.family == "torsional" else plain.damping.translation
-        assert mode.damping_ratio == pytest.approx(rayleigh(pair, mode.frequency_hz), rel=1e-12)  # observed 1.6e-14
+        assert mode.damping_ratio == pytest.approx(
+            rayleigh(pair, mode.frequency_hz), rel=1e-12
+        )  # observed 1.6e-14
 
 
 def test_an_undamped_span_has_no_damping(scene):
@@ -51,15 +56,26 @@ def test_aerodynamic_damping_of_vertical_motion_is_den_hartogs(scene, angle):
             "wind.speed": wind,
         }
     )
-    curve, mass, d = frozen.aerodynamics.curve(), frozen.conductor.mass_per_length, frozen.conductor.diameter
-    still, blown = ({(m.family, m.loops): m for m in modal.natural_modes(frozen, 8, w)} for w in ("still", "mean"))
+    curve, mass, d = (
+        frozen.aerodynamics.curve(),
+        frozen.conductor.mass_per_length,
+        frozen.conductor.diameter,
+    )
+    still, blown = (
+        {(m.family, m.loops): m for m in modal.natural_modes(frozen, 8, w)}
+        for w in ("still", "mean")
+    )
     tangent = np.gradient(gf.Model(frozen).equilibrium().x[:, :2], axis=0)
     for key in (("vertical", 1), ("vertical", 3)):
         expected = frozen.wind.air_density * wind * d * float(curve.den_hartog(math.radians(angle)))
         expected /= 4.0 * mass * 2.0 * math.pi * still[key].frequency_hz
         move = still[key].shape[:, :2]
-        across = (tangent[:, 0] * move[:, 1] - tangent[:, 1] * move[:, 0]) / np.linalg.norm(tangent, axis=1)
-        expected *= np.sum(across**2) / np.sum(move**2)  # the part along the conductor meets no wind
+        across = (tangent[:, 0] * move[:, 1] - tangent[:, 1] * move[:, 0]) / np.linalg.norm(
+            tangent, axis=1
+        )
+        expected *= np.sum(across**2) / np.sum(
+            move**2
+        )  # the part along the conductor meets no wind
         aerodynamic = blown[key].damping_ratio - still[key].damping_ratio
         assert aerodynamic == pytest.approx(expected, rel=1e-3)  # observed 8.2e-4
 
@@ -78,7 +94,9 @@ def test_modes_in_wind_solve_the_eigenvalue_problem(scene):
             force[here] += (s**2 * m[e] + s * c[e] + k[e]) @ phi.ravel()[here]
         inner = slice(4, -4)  # the ends are held
         assert np.abs(force[inner]).max() < 1e-10 * np.abs(inertia[inner]).max()  # observed 8e-12
-        assert np.sum(phi.conj().ravel()[inner] * (inertia / s**2)[inner]) == pytest.approx(1.0, abs=1e-12)
+        assert np.sum(phi.conj().ravel()[inner] * (inertia / s**2)[inner]) == pytest.approx(
+            1.0, abs=1e-12
+        )
         assert mode.damping_ratio == pytest.approx(-s.real / abs(s))
 
 
@@ -95,13 +113,21 @@ def test_effective_masses_add_up_to_the_span(scene):
     for family in ("vertical", "horizontal"):
         effective = sum(mode.participation[family] ** 2 for mode in modes) * mass
         length = gf.Model(scene).equilibrium().length
-        assert effective == pytest.approx(length, rel=0.04)  # observed 0.027, which is in the modes above
+        assert effective == pytest.approx(
+            length, rel=0.04
+        )  # observed 0.027, which is in the modes above
 
 
 def test_participation_gives_the_response_to_a_uniform_load(scene):
-    # the modes' share of a static deflection against that of the nonlinear model under many small loads
+    # the modes' share of a static deflection against that of the nonlinear model under many small
+    # loads
     calm = scene.with_values(
-        {"ice.first_moment_x2": 0.0, "ice.first_moment_x3": 0.0, "wind.speed": 0.0, "span.sag": None}
+        {
+            "ice.first_moment_x2": 0.0,
+            "ice.first_moment_x3": 0.0,
+            "wind.speed": 0.0,
+            "span.sag": None,
+        }
     )
     per_metre, points = 1e-3, 239
     arc = gf.Model(calm).equilibrium().length
@@ -112,7 +138,9 @@ def test_participation_gives_the_response_to_a_uniform_load(scene):
         expected = gf.Model(loaded).rest().motion()[0][15, direction]
         modes = modal.natural_modes(calm, 40)
         deflection = per_metre * sum(
-            mode.participation[family] / (2.0 * np.pi * mode.frequency_hz) ** 2 * mode.shape[15, direction]
+            mode.participation[family]
+            / (2.0 * np.pi * mode.frequency_hz) ** 2
+            * mode.shape[15, direction]
             for mode in modes
         )
         assert deflection == pytest.approx(expected, rel=3e-4)  # observed 1.5e-4: 40 modes
@@ -150,7 +178,9 @@ def test_the_wind_speed_can_be_what_is_swept(scene):
 
 def test_divergence_in_twist_is_named(scene):
     # (rho U^2 d^2/2) CM' against GJ (pi/L)^2: 40 per rad at 2.5 m/s leaves 6 %, 45 is 5 % too much
-    flat = scene.with_values({"wind.speed": 2.5, "ice.first_moment_x2": 0.0, "ice.first_moment_x3": 0.0})
+    flat = scene.with_values(
+        {"wind.speed": 2.5, "ice.first_moment_x2": 0.0, "ice.first_moment_x3": 0.0}
+    )
     assert modal.natural_modes(flat.with_values({"aerodynamics.moment": [0.0, 40.0]}), wind="mean")
     with pytest.raises(gf.SceneError, match=r"no equilibrium in wind of 2.5 m/s.*twist divergence"):
         modal.natural_modes(flat.with_values({"aerodynamics.moment": [0.0, 45.0]}), wind="mean")
@@ -158,14 +188,19 @@ def test_divergence_in_twist_is_named(scene):
 
 def test_a_wind_that_leaves_the_curve_is_named(scene):
     with pytest.raises(
-        gf.SceneError, match=r"no equilibrium in wind of 40 m/s.*below the curve's lower limit of 100 deg"
+        gf.SceneError,
+        match=r"no equilibrium in wind of 40 m/s.*below the curve's lower limit of 100 deg",
     ):
-        modal.natural_modes(scene.with_values({"ice.attack_angle_deg": 100.5, "wind.speed": 40.0}), wind="mean")
+        modal.natural_modes(
+            scene.with_values({"ice.attack_angle_deg": 100.5, "wind.speed": 40.0}), wind="mean"
+        )
 
 
 def test_an_equilibrium_that_is_none_to_stay_in_is_named(scene):
     equations = linearised(scene, "mean")
-    softened = replace(equations, stiffness=equations.stiffness - 10.0 * equations.mass)  # the first mode has 5.6 1/s2
+    softened = replace(
+        equations, stiffness=equations.stiffness - 10.0 * equations.mass
+    )  # the first mode has 5.6 1/s2
     with pytest.raises(gf.SceneError, match=r"in wind of 5\.5 m/s is statically unstable"):
         modes_of(softened, scene, 4)
 

@@ -1,7 +1,8 @@
 """Wind on a sloping conductor acts in the plane of the section: closed forms, and a lumped model that is not ours.
 
-The wind blows across the line and meets the conductor at right angles whatever its slope, so Den Hartog's critical wind
-4 m w xi / (rho d |CD + dCL/dalpha|) of pure vertical galloping holds on a slope as on the level.
+The wind blows across the line and meets the conductor at right angles whatever its slope, so Den
+Hartog's critical wind 4 m w xi / (rho d |CD + dCL/dalpha|) of pure vertical galloping holds on a
+slope as on the level.
 """
 
 import math
@@ -63,15 +64,25 @@ def test_critical_wind_of_the_linear_model(rise):
     mass, air = scene.conductor.mass_per_length + scene.ice.mass_per_length, scene.wind.air_density
     right = 4.0 * mass * 2.0 * math.pi * onset.mode.frequency_hz * onset.mode.damping_ratio
     right /= air * scene.conductor.diameter * -(SLOPE_OF_LIFT + DRAG)
-    assert onset.wind_speed == pytest.approx(right, rel=1e-3)  # observed 2e-4 to 5e-4; 1/cos^2: 1.49 at 0.7
+    assert onset.wind_speed == pytest.approx(
+        right, rel=1e-3
+    )  # observed 2e-4 to 5e-4; 1/cos^2: 1.49 at 0.7
 
 
-@pytest.mark.parametrize(("rise", "right"), [(0.0, 4.423), (0.2, 4.259), (0.3, 4.077), (0.5, 3.622), (0.7, 3.173)])
+@pytest.mark.parametrize(
+    ("rise", "right"), [(0.0, 4.423), (0.2, 4.259), (0.3, 4.077), (0.5, 3.622), (0.7, 3.173)]
+)
 def test_critical_wind_of_the_full_model(rise, right):
     """Growth rate through zero, between winds 6 % below and above the closed form."""
     winds = np.array([0.94, 1.06]) * right
-    common = {"initial__wind": "mean_wind_equilibrium", "initial__seed_horizontal": 0.0, "numerics__elements": 16}
-    rates = [growth(sloping(rise, wind__speed=float(wind), **common), 50.0, 250.0) for wind in winds]
+    common = {
+        "initial__wind": "mean_wind_equilibrium",
+        "initial__seed_horizontal": 0.0,
+        "numerics__elements": 16,
+    }
+    rates = [
+        growth(sloping(rise, wind__speed=float(wind), **common), 50.0, 250.0) for wind in winds
+    ]
     assert rates[0] < 0.0 < rates[1]
     zero = winds[0] - rates[0] * (winds[1] - winds[0]) / (rates[1] - rates[0])
     assert zero == pytest.approx(right, rel=1.5e-3)  # observed 3e-4 to 6e-4
@@ -104,7 +115,9 @@ def test_growth_of_a_lumped_chain(rise, wind, lumped):
 
 def test_motion_along_the_conductor_meets_no_wind():
     """A nearly straight span that slides along itself feels the load of a span at rest, normal to itself."""
-    scene = sloping(0.6, span__horizontal_tension=2e6, span__sag=None, wind__speed=8.0, numerics__elements=8)
+    scene = sloping(
+        0.6, span__horizontal_tension=2e6, span__sag=None, wind__speed=8.0, numerics__elements=8
+    )
     model = gf.Model(scene)
     tangent = np.array([1.0, 0.6]) / math.hypot(1.0, 0.6)
     sliding = np.zeros((model.nodes, 4))
@@ -115,11 +128,14 @@ def test_motion_along_the_conductor_meets_no_wind():
     rising = np.zeros_like(sliding)
     rising[:, 1] = 1.0
     loads = [
-        undamped.residual(v=v, inputs=still) - undamped.residual(v=v, inputs=blowing) for v in (calm, sliding, rising)
+        undamped.residual(v=v, inputs=still) - undamped.residual(v=v, inputs=blowing)
+        for v in (calm, sliding, rising)
     ]
     force = np.abs(loads[0][1:-1, 1:3]).max()
     assert np.abs(loads[1] - loads[0]).max() < 1e-3 * force  # the rest of the sag; observed 4e-4
-    across, along = (np.abs(loads[2][:, :2] @ way).max() for way in ([-tangent[1], tangent[0]], tangent))
+    across, along = (
+        np.abs(loads[2][:, :2] @ way).max() for way in ([-tangent[1], tangent[0]], tangent)
+    )
     assert across > 0.1 * force
     assert along < 1e-3 * across  # observed 4e-4; a force straight up would give 0.6
 
@@ -151,9 +167,13 @@ def test_energy_is_kept_on_a_slope():
     model = gf.Model(scene)
     state = model.rest()
     state.advance(0.5)
-    run = state.run(400, 10, nodes=np.array([model.middle], np.int32), channels=np.array([3], np.int32))
+    run = state.run(
+        400, 10, nodes=np.array([model.middle], np.int32), channels=np.array([3], np.int32)
+    )
     names = SPAN_INDEX
-    energy = run.span_values[:, names["kinetic_energy"]] + run.span_values[:, names["potential_energy"]]
+    energy = (
+        run.span_values[:, names["kinetic_energy"]] + run.span_values[:, names["potential_energy"]]
+    )
     assert np.ptp(run.node_values) > 0.15  # rad: the ice turns
     assert np.ptp(energy) / energy.mean() < 2e-9  # observed 4e-10
 

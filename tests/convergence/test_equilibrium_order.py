@@ -16,7 +16,12 @@ WEIGHT = 1.5 * 9.81
 
 def equilibrium(elements, **given):
     span = {"length": 100.0, **given}
-    scene = {"title": "a span", "span": span, "conductor": CONDUCTOR, "numerics": {"elements": elements}}
+    scene = {
+        "title": "a span",
+        "span": span,
+        "conductor": CONDUCTOR,
+        "numerics": {"elements": elements},
+    }
     return Model(Scene.from_dict(scene)).equilibrium()
 
 
@@ -40,6 +45,9 @@ def test_sag_and_length_from_tension():
 
 def test_tension_from_sag():
     c = brentq(lambda c: sag_of(c) - 4.0, 100.0, 1000.0, xtol=1e-12)
-    found = np.array([equilibrium(n, sag=4.0).horizontal_tension for n in ELEMENTS]) / (c * WEIGHT) - 1.0
+    found = (
+        np.array([equilibrium(n, sag=4.0).horizontal_tension for n in ELEMENTS]) / (c * WEIGHT)
+        - 1.0
+    )
     assert np.all(np.abs(orders(found) - 4.0) < 0.05)  # observed 4.006, 4.002, 4.000
     assert abs(found[0]) < 1e-6  # observed 2.2e-7

@@ -24,14 +24,21 @@ def history(integrator, step, until=6.0, every=0.1):
         "numerics.time_step": step, "loads": [load],
     }))  # fmt: skip
     nodes = np.array([model.middle], np.int32)
-    return model.start().run(round(until / every), round(every / step), CHANNELS[:2], nodes).node_values[:, :, 0]
+    return (
+        model.start()
+        .run(round(until / every), round(every / step), CHANNELS[:2], nodes)
+        .node_values[:, :, 0]
+    )
 
 
 @pytest.mark.parametrize("integrator", INTEGRATORS.values(), ids=INTEGRATORS)
 def test_order_of_nonlinear_motion(integrator):
     """The kinks of the pulse's third derivative stand at ends of steps; axial modes are not resolved."""
     reference = history("gauss6", 0.005)
-    errors = [np.abs(history(integrator.name, step) - reference).max(axis=0) for step in STEPS[integrator.name]]
+    errors = [
+        np.abs(history(integrator.name, step) - reference).max(axis=0)
+        for step in STEPS[integrator.name]
+    ]
     orders = np.log2(errors[0] / errors[1])
     # observed 2.049, 2.001 and 5.44, 6.15
     assert np.all(np.abs(orders - integrator.order) < 0.1 * integrator.order)
@@ -51,7 +58,9 @@ def frequency(integrator, step):
 def test_order_of_the_frequency(integrator):
     """Against the same mesh at 2.5 ms; test_newmark_order.py holds the shaft to sqrt(GJ/I) / (2 L) = 5 Hz."""
     exact = frequency("gauss6", 0.0025)
-    errors = [abs(frequency(integrator.name, step) / exact - 1.0) for step in RESOLVING[integrator.name]]
+    errors = [
+        abs(frequency(integrator.name, step) / exact - 1.0) for step in RESOLVING[integrator.name]
+    ]
     assert abs(np.log2(errors[0] / errors[1]) - integrator.order) < 0.1  # observed 1.939 and 5.929
 
 
@@ -70,10 +79,17 @@ def shaft(integrator, step):
 
 
 def energy(run):
-    return run.span_values[:, SPAN_INDEX["kinetic_energy"]] + run.span_values[:, SPAN_INDEX["potential_energy"]]
+    return (
+        run.span_values[:, SPAN_INDEX["kinetic_energy"]]
+        + run.span_values[:, SPAN_INDEX["potential_energy"]]
+    )
 
 
-CONSERVING = {name: integrator for name, integrator in INTEGRATORS.items() if integrator.spectral_radius == 1.0}
+CONSERVING = {
+    name: integrator
+    for name, integrator in INTEGRATORS.items()
+    if integrator.spectral_radius == 1.0
+}
 
 
 @pytest.mark.parametrize("step", [0.02, 0.2, 1.0])
@@ -116,8 +132,16 @@ def test_motion_that_is_not_resolved_decays_as_chosen(radius, step):
 @pytest.mark.parametrize("integrator", CONSERVING.values(), ids=CONSERVING)
 def test_energy_of_long_free_motion_does_not_drift(integrator):
     """Swing and gallop at once, undamped and nonlinear: 300 s, some hundred periods."""
-    values = {"loads": [], "initial.seed_vertical": 0.01, "initial.seed_horizontal": 0.3, "numerics.elements": 6}
-    values |= {"numerics.integrator": integrator.name, "numerics.time_step": STEPS[integrator.name][0]}
+    values = {
+        "loads": [],
+        "initial.seed_vertical": 0.01,
+        "initial.seed_horizontal": 0.3,
+        "numerics.elements": 6,
+    }
+    values |= {
+        "numerics.integrator": integrator.name,
+        "numerics.time_step": STEPS[integrator.name][0],
+    }
     model = Model(load_scene("example1").with_values(values))
     every = round(0.1 / STEPS[integrator.name][0])
     run = model.start().run(3000, every, CHANNELS, np.array([model.middle], np.int32))

@@ -8,7 +8,9 @@ from gallop_fmu.input.scene_files import load_scene
 from gallop_fmu.scene.scene import Scene
 
 CHANNELS = np.array([NODE_INDEX[name] for name in ("u2", "u3", "theta")], np.int32)
-SCENE = load_scene("example1").with_values({"numerics.elements": 10, "numerics.newton_tolerance": 1e-13})
+SCENE = load_scene("example1").with_values(
+    {"numerics.elements": 10, "numerics.newton_tolerance": 1e-13}
+)
 LAW = {"kind": "pulse", "peak": 1.0, "rise": 2.0, "fall_start": 2.0, "fall": 2.0}
 
 
@@ -17,13 +19,19 @@ def history(step, until=6.0, every=0.1):
     load = {"evenly_spaced": 39, "force": [0.0, 1.0, 2.0], "torque": 1.0, "law": LAW}
     model = Model(SCENE.with_values({"numerics.time_step": step, "loads": [load]}))
     nodes = np.array([model.middle], np.int32)
-    return model.start().run(round(until / every), round(every / step), CHANNELS, nodes).node_values[:, :, 0]
+    return (
+        model.start()
+        .run(round(until / every), round(every / step), CHANNELS, nodes)
+        .node_values[:, :, 0]
+    )
 
 
 def test_newmark_is_of_second_order_in_the_step():
     """Of u2 and u3; the twist is quasi-static here, its modes begin at 16 Hz."""
     reference = history(0.0005)
-    errors = np.array([np.abs(history(step) - reference).max(axis=0) for step in (0.02, 0.01, 0.005)])[:, :2]
+    errors = np.array(
+        [np.abs(history(step) - reference).max(axis=0) for step in (0.02, 0.01, 0.005)]
+    )[:, :2]
     orders = np.log2(errors[:-1] / errors[1:])
     assert np.all(np.abs(orders - 2.0) < 0.1)  # observed 2.005 to 2.051
 
@@ -39,7 +47,9 @@ def test_damped_motion_in_wind_is_of_second_order():
     def run(step):
         model = Model(scene.with_values({"numerics.time_step": step}))
         return (
-            model.start().run(50, round(0.1 / step), CHANNELS, np.array([model.middle], np.int32)).node_values[..., 0]
+            model.start()
+            .run(50, round(0.1 / step), CHANNELS, np.array([model.middle], np.int32))
+            .node_values[..., 0]
         )
 
     reference = run(0.00025)
@@ -62,7 +72,11 @@ def test_frequency_of_a_shaft_is_of_second_order():
             "initial": {"seed_twist": 1e-3},
             "numerics": {"time_step": step, "newton_tolerance": 1e-14},
         }))  # fmt: skip
-        theta = model.start().run(400, 1, CHANNELS, np.array([model.middle], np.int32)).node_values[:, 2, 0]
+        theta = (
+            model.start()
+            .run(400, 1, CHANNELS, np.array([model.middle], np.int32))
+            .node_values[:, 2, 0]
+        )
         # y(n+1) + y(n-1) = 2 cos(omega h) y(n)
         cosine = 0.5 * (theta[1:-1] @ (theta[2:] + theta[:-2])) / (theta[1:-1] @ theta[1:-1])
         exact = np.sqrt(150.0 / 1.5e-4) / (2.0 * model.equilibrium().length)

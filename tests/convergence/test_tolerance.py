@@ -19,14 +19,25 @@ RUNS = {
 }
 """Duration [s], and changes that let something happen in it."""
 
-SHORT_PULSE = {"kind": "pulse", "peak": 1.0, "start": 3.3, "rise": 0.05, "fall_start": 3.4, "fall": 0.05}
+SHORT_PULSE = {
+    "kind": "pulse",
+    "peak": 1.0,
+    "start": 3.3,
+    "rise": 0.05,
+    "fall_start": 3.4,
+    "fall": 0.05,
+}
 
 
 def motion(name, numerics, until, values):
     """Motion of all nodes every 0.05 s, (time, channel, node)."""
-    scene = load_scene(name).with_values(values | {f"numerics.{key}": value for key, value in numerics.items()})
+    scene = load_scene(name).with_values(
+        values | {f"numerics.{key}": value for key, value in numerics.items()}
+    )
     model, every = Model(scene), round(0.05 / scene.numerics.time_step)
-    run = model.start().run(round(until / 0.05), every, CHANNELS, np.arange(model.nodes, dtype=np.int32))
+    run = model.start().run(
+        round(until / 0.05), every, CHANNELS, np.arange(model.nodes, dtype=np.int32)
+    )
     return run.node_values, run.report
 
 
@@ -65,7 +76,9 @@ def test_steps_end_where_a_table_of_the_wind_has_a_corner():
     assert relative(found, exact).max() < 1e-5  # observed 3.8e-6
 
 
-@pytest.mark.parametrize("law", [SHORT_PULSE, SHORT_PULSE | {"rise": 0.0, "fall": 0.0}], ids=["smooth", "jumps"])
+@pytest.mark.parametrize(
+    "law", [SHORT_PULSE, SHORT_PULSE | {"rise": 0.0, "fall": 0.0}], ids=["smooth", "jumps"]
+)
 def test_a_short_pulse_is_not_stepped_over(law):
     """A span at rest would be crossed in steps of a second."""
     load = {"evenly_spaced": 39, "force": [0.0, 1.0, 2.0], "torque": 0.0, "law": law}
@@ -86,8 +99,14 @@ def test_communication_steps_end_where_asked_and_jumps_of_the_wind_are_followed(
     """Against equal steps of 5 ms; the wind jumps every 0.8 s, the host asks every 0.1 s."""
     tolerance, times = 1e-4, 0.1 * np.arange(1, 201)
     values = {"initial.seed_vertical": 0.2}
-    loose = Model(load_scene("example2").with_values(values | {"numerics.tolerance": tolerance})).start()
-    fine = {"numerics.integrator": "gauss6", "numerics.time_step": 0.005, "numerics.newton_tolerance": 1e-12}
+    loose = Model(
+        load_scene("example2").with_values(values | {"numerics.tolerance": tolerance})
+    ).start()
+    fine = {
+        "numerics.integrator": "gauss6",
+        "numerics.time_step": 0.005,
+        "numerics.newton_tolerance": 1e-12,
+    }
     exact = Model(load_scene("example2").with_values(values | fine)).start()
     seen = []
     for i, until in enumerate(times):
@@ -103,9 +122,14 @@ def test_communication_steps_end_where_asked_and_jumps_of_the_wind_are_followed(
 
 
 def test_provenance_counts_rejected_steps():
-    scene = load_scene("example3").with_values({"numerics.tolerance": 1e-4, "initial.seed_vertical": 0.25})
+    scene = load_scene("example3").with_values(
+        {"numerics.tolerance": 1e-4, "initial.seed_vertical": 0.25}
+    )
     result = simulate(scene, 30.0)
     attributes = result.dataset.attrs
     assert attributes["rejections"] == result.report.rejections > 0
     assert "Gauss" in attributes["integrator"]
-    assert attributes["substeps"] == attributes["steps"] + attributes["rejections"] + attributes["halvings"]
+    assert (
+        attributes["substeps"]
+        == attributes["steps"] + attributes["rejections"] + attributes["halvings"]
+    )

@@ -39,7 +39,12 @@ def script(name):
 def test_python_of_the_readme_prints_what_it_says(tmp_path):
     code, expected = "".join(blocks("python")), "".join(blocks("text"))
     done = subprocess.run(
-        [sys.executable, "-P", "-c", code], cwd=tmp_path, capture_output=True, text=True, timeout=300, check=False
+        [sys.executable, "-P", "-c", code],
+        cwd=tmp_path,
+        capture_output=True,
+        text=True,
+        timeout=300,
+        check=False,
     )
     assert (done.returncode, done.stderr) == (0, "")
     assert done.stdout == expected
@@ -63,12 +68,16 @@ def test_irvine_agrees_over_the_sags_of_the_picture():
         for sag in pictures.SAGS[::8]:
             at = scene.with_values({"span.sag": float(sag)})
             found = modal.frequency_ratio(at).ratio
-            assert modal.shallow_cable(at).ratio == pytest.approx(found, rel=1.5e-3)  # observed at most 1.1e-3
+            assert modal.shallow_cable(at).ratio == pytest.approx(
+                found, rel=1.5e-3
+            )  # observed at most 1.1e-3
 
 
 def commands():
     text = README.replace("\\\n", " ")
-    lines = [line.split("#")[0].strip() for line in text.splitlines() if line.startswith("    gallop-")]
+    lines = [
+        line.split("#")[0].strip() for line in text.splitlines() if line.startswith("    gallop-")
+    ]
     return [" ".join(line.split()) for line in lines]
 
 
@@ -92,7 +101,9 @@ def test_variables_of_the_table_exist():
     assert len(named) >= 12
 
 
-@pytest.mark.parametrize(("text", "folder"), [(README, ""), (GALLERY, "examples")], ids=["README", "gallery"])
+@pytest.mark.parametrize(
+    ("text", "folder"), [(README, ""), (GALLERY, "examples")], ids=["README", "gallery"]
+)
 def test_links_and_files_exist(text, folder):
     linked = [target for target in re.findall(r"\]\(([^)#]+)\)", text) if "://" not in target]
     named = re.findall(r"`((?:examples|benchmarks|tests|docs)/[\w./]+)`", text)

@@ -20,8 +20,26 @@ import gallop_fmu as gf
 FOLDER = Path(__file__).resolve().parents[2] / "examples"
 sys.path[:0] = [str(FOLDER), str(FOLDER / "ssp")]
 
-from make_ssp import CABLE_STEP, PARAMETER_SET, SSC, SSD, SSV, STEP, connections, make_ssp  # noqa: E402
-from towers.coupling import SCHEMES, Component, Line, Log, build_tower, couple, galloping_span, preload  # noqa: E402
+from make_ssp import (  # noqa: E402
+    CABLE_STEP,
+    PARAMETER_SET,
+    SSC,
+    SSD,
+    SSV,
+    STEP,
+    connections,
+    make_ssp,
+)
+from towers.coupling import (  # noqa: E402
+    SCHEMES,
+    Component,
+    Line,
+    Log,
+    build_tower,
+    couple,
+    galloping_span,
+    preload,
+)
 from towers.modal_tower import MODES, ModalTower, Mode  # noqa: E402
 from towers.monolithic import Monolith  # noqa: E402
 
@@ -95,7 +113,9 @@ def test_very_heavy_towers_are_rigid_ends(span):
 
 
 def test_the_monolithic_solution_is_of_second_order(span):
-    coarse, middle, fine = (Monolith(span, MODES, step).run(1.0, round(0.02 / step)) for step in (0.01, 0.005, 0.0025))
+    coarse, middle, fine = (
+        Monolith(span, MODES, step).run(1.0, round(0.02 / step)) for step in (0.01, 0.005, 0.0025)
+    )
     order = np.log2(np.linalg.norm(middle - coarse, axis=0) / np.linalg.norm(fine - middle, axis=0))
     assert order == pytest.approx([2.0, 2.0], abs=0.03)  # observed: 2.000, 1.987
 
@@ -117,9 +137,13 @@ def test_without_wind_and_seed_nothing_moves(scheme, span, tower, folder):
 
 def test_the_schemes_agree_with_the_monolithic_solution(span, cable, tower):
     reference = Monolith(span, MODES, 0.0025).run(1.0, 8)
-    histories = {scheme: couple(cable, tower, scheme, 0.0025, 1.0, 0.02, preload(span)) for scheme in SCHEMES}
+    histories = {
+        scheme: couple(cable, tower, scheme, 0.0025, 1.0, 0.02, preload(span)) for scheme in SCHEMES
+    }
     errors = {
-        scheme: np.linalg.norm(history.values - reference, axis=0) / np.linalg.norm(reference, axis=0)
+        scheme: (
+            np.linalg.norm(history.values - reference, axis=0) / np.linalg.norm(reference, axis=0)
+        )
         for scheme, history in histories.items()
     }
     assert np.all(errors["Jacobi"] > errors["Gauss-Seidel"])  # 4.7e-3 and 8.5e-2, 4.4e-3 and 5.8e-2
@@ -140,9 +164,15 @@ def ssp(folder):
 def test_the_ssp_follows_the_standard(ssp):
     path, _, root = ssp
     structure = read_ssd(str(path))  # FMPy validates it against the schema of SSP 1.0
-    assert [component.name for component in structure.system.elements] == ["cable", "left_tower", "right_tower"]
+    assert [component.name for component in structure.system.elements] == [
+        "cable",
+        "left_tower",
+        "right_tower",
+    ]
     assert len(structure.system.connections) == len(connections()) == 8
-    assert root.find("ssd:System/ssd:Connectors", NAMES) is None  # Ecos refuses connectors of the system
+    assert (
+        root.find("ssd:System/ssd:Connectors", NAMES) is None
+    )  # Ecos refuses connectors of the system
 
 
 def test_the_ssp_fits_its_fmus(ssp):
@@ -163,7 +193,12 @@ def test_the_ssp_fits_its_fmus(ssp):
         assert (source.causality, target.causality) == ("output", "input")
         assert source.unit == target.unit
         fed.add((link.get("endElement"), link.get("endConnector")))
-    inputs = {(part, v.name) for part, of in variables.items() for v in of.values() if v.causality == "input"}
+    inputs = {
+        (part, v.name)
+        for part, of in variables.items()
+        for v in of.values()
+        if v.causality == "input"
+    }
     free = {"wind_speed", "attack_angle", "support.left.x2", "support.right.x2"}
     assert inputs - fed == {("cable", name) for name in free}
 
@@ -174,16 +209,24 @@ def test_the_ssp_preloads_the_towers_with_the_static_forces(ssp, span):
     for component in root.iterfind(".//ssd:Component", NAMES):
         for parameters in component.iterfind(".//ssv:ParameterSet", NAMES):
             assert parameters.get("name") == PARAMETER_SET
-            values += [float(real.get("value")) for real in parameters.iterfind(".//ssv:Real", NAMES)]
+            values += [
+                float(real.get("value")) for real in parameters.iterfind(".//ssv:Real", NAMES)
+            ]
     assert values == pytest.approx(preload(span), rel=1e-12)
 
 
 def test_the_ssp_does_what_the_jacobi_loop_does(ssp):
     _, unpacked, root = ssp
     fmus = [unpacked / "resources" / name for name in ("cable.fmu", "tower.fmu")]
-    wanted = np.array(couple(*fmus, "Jacobi", STEP, 0.1, STEP, preload(galloping_span(CABLE_STEP))).values)
+    wanted = np.array(
+        couple(*fmus, "Jacobi", STEP, 0.1, STEP, preload(galloping_span(CABLE_STEP))).values
+    )
     links = [
-        [link.get(f"{side}{what}") for side in ("start", "end") for what in ("Element", "Connector")]
+        [
+            link.get(f"{side}{what}")
+            for side in ("start", "end")
+            for what in ("Element", "Connector")
+        ]
         for link in root.iterfind(".//ssd:Connection", NAMES)
     ]
 
@@ -198,7 +241,10 @@ def test_the_ssp_does_what_the_jacobi_loop_does(ssp):
             parts[component.get("name")] = stack.enter_context(closing(part))
             part.fmu.enterInitializationMode()
             for parameter in component.iterfind(".//ssv:Parameter", NAMES):
-                part.set([parameter.get("name")], np.array([float(parameter.find("ssv:Real", NAMES).get("value"))]))
+                part.set(
+                    [parameter.get("name")],
+                    np.array([float(parameter.find("ssv:Real", NAMES).get("value"))]),
+                )
         exchange()
         for part in parts.values():
             part.fmu.exitInitializationMode()

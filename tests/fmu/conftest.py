@@ -17,7 +17,9 @@ class Host:
     def __init__(self, path, folder):
         self.description = read_model_description(str(path))
         self.variables = {variable.name: variable for variable in self.description.modelVariables}
-        self.outputs = [name for name, variable in self.variables.items() if variable.causality == "output"]
+        self.outputs = [
+            name for name, variable in self.variables.items() if variable.causality == "output"
+        ]
         self.log = []
         self.folder = folder
         extract(str(path), unzipdir=str(folder))

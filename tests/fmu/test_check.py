@@ -10,7 +10,9 @@ from gallop_fmu.fmu import check_fmu
 from gallop_fmu.fmu.check import MOST_OUTPUT, _run_trial
 from gallop_fmu.fmu.smoke_test import readable_by_pythonfmu
 
-BOMB = '<?xml version="1.0"?><!DOCTYPE x [<!ENTITY a "aaaa">]><fmiModelDescription fmiVersion="2.0"/>'
+BOMB = (
+    '<?xml version="1.0"?><!DOCTYPE x [<!ENTITY a "aaaa">]><fmiModelDescription fmiVersion="2.0"/>'
+)
 
 
 def failed(check):
@@ -23,7 +25,17 @@ def test_an_exported_fmu_passes(gallop_fmu, monkeypatch):
     check = check_fmu(gallop_fmu)
     assert failed(check) == {}
     assert check.ok
-    names = ["archive", "description", "kind", "units", "platform", "run", "finite", "rollback", "serialised state"]
+    names = [
+        "archive",
+        "description",
+        "kind",
+        "units",
+        "platform",
+        "run",
+        "finite",
+        "rollback",
+        "serialised state",
+    ]
     assert [row.name for row in check.rows] == [*names, "process"]
 
 
@@ -94,27 +106,41 @@ def copy_with(path, target, changes):
 
 def test_a_real_without_a_unit_is_found(gallop_fmu, tmp_path):
     def strip(name, data):
-        return data.replace(b'<Real unit="m/s" min', b"<Real min") if name.endswith(".xml") else data
+        return (
+            data.replace(b'<Real unit="m/s" min', b"<Real min") if name.endswith(".xml") else data
+        )
 
     found = failed(check_fmu(copy_with(gallop_fmu, tmp_path / "x.fmu", strip)))
     assert found == {"units": "1 without, such as wind_speed"}
 
 
 def test_a_binary_that_is_none_is_a_finding_and_no_crash(gallop_fmu, tmp_path):
-    path = copy_with(gallop_fmu, tmp_path / "x.fmu", lambda n, d: b"no library" if n.startswith("binaries/") else d)
+    path = copy_with(
+        gallop_fmu,
+        tmp_path / "x.fmu",
+        lambda n, d: b"no library" if n.startswith("binaries/") else d,
+    )
     found = failed(check_fmu(path))
     assert "process" in found or "run" in found
 
 
 @pytest.mark.parametrize("runtime", ["python"], indirect=True, scope="session")
 def test_a_broken_slave_is_a_finding_with_its_message(gallop_fmu, tmp_path):
-    path = copy_with(gallop_fmu, tmp_path / "x.fmu", lambda n, d: b"import nothing_here" if n.endswith(".py") else d)
+    path = copy_with(
+        gallop_fmu,
+        tmp_path / "x.fmu",
+        lambda n, d: b"import nothing_here" if n.endswith(".py") else d,
+    )
     assert "nothing_here" in failed(check_fmu(path))["run"]
 
 
 @pytest.mark.parametrize("runtime", ["python"], indirect=True, scope="session")
 def test_an_fmu_that_ends_the_process_is_no_sound_one(gallop_fmu, tmp_path):
-    path = copy_with(gallop_fmu, tmp_path / "x.fmu", lambda n, d: b"import os; os._exit(0)" if n.endswith(".py") else d)
+    path = copy_with(
+        gallop_fmu,
+        tmp_path / "x.fmu",
+        lambda n, d: b"import os; os._exit(0)" if n.endswith(".py") else d,
+    )
     assert "ended the process" in failed(check_fmu(path))["run"]
 
 
@@ -122,8 +148,8 @@ def test_an_fmu_that_ends_the_process_is_no_sound_one(gallop_fmu, tmp_path):
 def test_output_without_end_is_not_kept(gallop_fmu, tmp_path):
     """25 MB on each stream; what the FMU prints is no finding."""
     flood = (
-        b"import os\nfor _ in range(400): os.write(1, b'trial: [1' * 7000) and os.write(2, b'x' * 63000)\n"
-        b"os.write(2, b'\\nthe last words\\n')\nimport nothing_here\n"
+        b"import os\nfor _ in range(400): os.write(1, b'trial: [1' * 7000) and os.write(2, b'x' *"
+        b" 63000)\nos.write(2, b'\\nthe last words\\n')\nimport nothing_here\n"
     )
     path = copy_with(gallop_fmu, tmp_path / "x.fmu", lambda n, d: flood if n.endswith(".py") else d)
     code, said = _run_trial(path, str(tmp_path))
@@ -136,10 +162,14 @@ def test_output_without_end_is_not_kept(gallop_fmu, tmp_path):
 
 def test_another_platform_only(gallop_fmu, tmp_path):
     def rename(name):
-        return name.replace("linux64", "plan9").replace("win64", "plan9").replace("darwin64", "plan9")
+        return (
+            name.replace("linux64", "plan9").replace("win64", "plan9").replace("darwin64", "plan9")
+        )
 
     with zipfile.ZipFile(gallop_fmu) as old:
-        path = archive_of(tmp_path / "x.fmu", {rename(name): old.read(name) for name in old.namelist()})
+        path = archive_of(
+            tmp_path / "x.fmu", {rename(name): old.read(name) for name in old.namelist()}
+        )
     assert "no binary for" in failed(check_fmu(path))["platform"]
 
 

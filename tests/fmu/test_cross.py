@@ -45,7 +45,9 @@ def zig(monkeypatch, tmp_path):
         processor = ARM64 if "aarch64" in target else X86_64
         content = mach_o(processor, 1000) if "macos" in target else target.encode()
         (Path(cwd) / command[command.index("-o") + 1]).write_bytes(content)
-        assert sorted(file for file in command if file.endswith(".c")) == sorted(f.name for f in Path(cwd).glob("*.c"))
+        assert sorted(file for file in command if file.endswith(".c")) == sorted(
+            f.name for f in Path(cwd).glob("*.c")
+        )
         return subprocess.CompletedProcess(command, 0, "", "")
 
     monkeypatch.setattr(cross_compile, "zig_version", lambda: "1.2.3")
@@ -95,7 +97,12 @@ def test_command_line_of_each_system():
         for platform in PLATFORMS.values()
         for target in platform.targets
     }
-    assert list(lines) == ["x86_64-linux-gnu.2.17", "x86_64-windows-gnu", "x86_64-macos.11.0", "aarch64-macos.11.0"]
+    assert list(lines) == [
+        "x86_64-linux-gnu.2.17",
+        "x86_64-windows-gnu",
+        "x86_64-macos.11.0",
+        "aarch64-macos.11.0",
+    ]
     for target, line in lines.items():
         assert line[:3] == ["cc", "-target", target]
         assert {"-shared", "-IH", "fmi2.c", "step.c"} < set(line)
@@ -108,10 +115,17 @@ def test_command_line_of_each_system():
 
 
 def test_an_fmu_brings_the_libraries_it_is_told_to(zig, gallop_scene, tmp_path):
-    paths = [export_fmu(gallop_scene, tmp_path / f"{k}.fmu", platforms=tuple(PLATFORMS)) for k in range(2)]
+    paths = [
+        export_fmu(gallop_scene, tmp_path / f"{k}.fmu", platforms=tuple(PLATFORMS))
+        for k in range(2)
+    ]
     assert set(supported_platforms(str(paths[0]))) == {"c-code", "linux64", "win64", "darwin64"}
     with zipfile.ZipFile(paths[0]) as archive:
-        found = {Path(name): archive.read(name) for name in archive.namelist() if name.startswith("binaries/")}
+        found = {
+            Path(name): archive.read(name)
+            for name in archive.namelist()
+            if name.startswith("binaries/")
+        }
     assert {(path.parent.name, path.suffix) for path in found} == {
         ("linux64", ".so"),
         ("win64", ".dll"),
@@ -142,10 +156,14 @@ def test_no_platforms_means_the_installed_library(zig, gallop_scene, tmp_path, p
 
 def test_the_command_line_takes_names_with_commas(zig, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
-    result = CliRunner().invoke(app, ["export", "example1", "-o", "x.fmu", "--platforms", "win64,linux64"])
+    result = CliRunner().invoke(
+        app, ["export", "example1", "-o", "x.fmu", "--platforms", "win64,linux64"]
+    )
     assert result.exit_code == 0, result.output
     assert set(supported_platforms("x.fmu")) == {"c-code", "linux64", "win64"}
-    refused = CliRunner().invoke(app, ["export", "example1", "-o", "y.fmu", "--platforms", "win64,beos"])
+    refused = CliRunner().invoke(
+        app, ["export", "example1", "-o", "y.fmu", "--platforms", "win64,beos"]
+    )
     assert refused.exit_code == 2
     assert "platforms: 'beos' is unknown; there are linux64, win64, darwin64" in refused.stderr
 
@@ -154,7 +172,9 @@ def test_the_key_depends_on_all_that_is_compiled(monkeypatch):
     keys = {cache_key(name, "1.2.3") for name in PLATFORMS} | {cache_key("win64", "1.2.4")}
     assert cache_key("win64", "1.2.3") in keys
     sources = cross_compile.kernel_sources()
-    monkeypatch.setattr(cross_compile, "kernel_sources", lambda: sources | {"gallop.h": sources["gallop.h"] + b"\n"})
+    monkeypatch.setattr(
+        cross_compile, "kernel_sources", lambda: sources | {"gallop.h": sources["gallop.h"] + b"\n"}
+    )
     keys.add(cache_key("win64", "1.2.3"))
     monkeypatch.setattr(cross_compile, "FLAGS", (*cross_compile.FLAGS, "-g"))
     keys.add(cache_key("win64", "1.2.3"))
@@ -186,7 +206,9 @@ def test_two_at_once_do_not_disturb_each_other(zig, tmp_path, monkeypatch):
 def test_what_the_compiler_says_is_told_and_nothing_is_kept(zig, tmp_path, monkeypatch):
     failed = subprocess.CompletedProcess([], 1, "", "step.c:3:1: error: no such thing\n")
     monkeypatch.setattr(cross_compile.subprocess, "run", lambda *_, **__: failed)
-    with pytest.raises(CompilerError, match=r"for x86_64-windows-gnu:\nstep.c:3:1: error: no such thing"):
+    with pytest.raises(
+        CompilerError, match=r"for x86_64-windows-gnu:\nstep.c:3:1: error: no such thing"
+    ):
         cross_library("win64")
     assert kept(tmp_path) == []
 

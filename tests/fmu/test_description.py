@@ -79,7 +79,9 @@ def test_radians_are_shown_as_degrees(exported):
 
 def test_outputs_have_no_direct_feedthrough_and_are_all_initially_unknown(exported):
     _, _, description = exported
-    names = [variable.name for variable in description.modelVariables if variable.causality == "output"]
+    names = [
+        variable.name for variable in description.modelVariables if variable.causality == "output"
+    ]
     assert [unknown.variable.name for unknown in description.outputs] == names
     assert all(unknown.dependencies == [] for unknown in description.outputs)
     assert [unknown.variable.name for unknown in description.initialUnknowns] == names
@@ -106,7 +108,11 @@ def test_capabilities_and_experiment(exported, runtime):
 
 def test_every_number_of_the_scene_is_a_parameter_unless_the_host_has_its_say(exported):
     scene, _, _ = exported
-    parameters = {variable.key: variable for variable in fmu_variables(scene) if variable.origin is Origin.PARAMETER}
+    parameters = {
+        variable.key: variable
+        for variable in fmu_variables(scene)
+        if variable.origin is Origin.PARAMETER
+    }
     left_out = set(scene.numbers()) - set(parameters)
     assert left_out == {"wind.speed", "ice.attack_angle_deg", "run.stop_time", "run.record_every"}
     for path, variable in parameters.items():
@@ -116,7 +122,9 @@ def test_every_number_of_the_scene_is_a_parameter_unless_the_host_has_its_say(ex
 
 def test_inputs_and_outputs_keep_their_references_in_every_scene():
     tables = [fmu_variables(load_scene(name)) for name in SCENES]
-    interfaces = [[(v.name, v.reference) for v in table if v.causality != "parameter"] for table in tables]
+    interfaces = [
+        [(v.name, v.reference) for v in table if v.causality != "parameter"] for table in tables
+    ]
     assert all(interface == interfaces[0] for interface in interfaces)
     assert len(interfaces[0]) == 8 + 19
 
@@ -151,7 +159,9 @@ def test_bounds_are_those_of_the_scene():
 def test_loads_are_indexed_in_brackets():
     names = [variable.name for variable in fmu_variables(load_scene("example1"))]
     assert "loads[0].torque" in names
-    assert all(re.fullmatch(r"[A-Za-z_]\w*(\[\d+\])?(\.[A-Za-z_]\w*(\[\d+\])?)*", name) for name in names)
+    assert all(
+        re.fullmatch(r"[A-Za-z_]\w*(\[\d+\])?(\.[A-Za-z_]\w*(\[\d+\])?)*", name) for name in names
+    )
 
 
 def test_rows_for_the_documentation():

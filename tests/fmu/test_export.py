@@ -17,18 +17,25 @@ from gallop_fmu.scene.scene import Scene
 
 def test_exporting_twice_gives_the_same_bytes(gallop_scene, gallop_fmu, runtime, tmp_path):
     again = export_fmu(
-        Scene.from_dict(gallop_scene.model_dump(mode="json")), tmp_path / "other name.fmu", runtime=runtime
+        Scene.from_dict(gallop_scene.model_dump(mode="json")),
+        tmp_path / "other name.fmu",
+        runtime=runtime,
     )
     assert again.read_bytes() == gallop_fmu.read_bytes()
 
 
 def test_another_process_gives_the_same_bytes(tmp_path):
-    script = "import sys; from gallop_fmu.fmu import export_fmu; from gallop_fmu.input.scene_files import load_scene;"
+    script = (
+        "import sys; from gallop_fmu.fmu import export_fmu; from gallop_fmu.input.scene_files"
+        " import load_scene;"
+    )
     script += "export_fmu(load_scene('example3'), sys.argv[1])"
     files = [tmp_path / "0.fmu", tmp_path / "1.fmu"]
     for seed, file in enumerate(files):
         environment = {"PYTHONHASHSEED": str(seed), "TZ": f"UTC+{5 * seed}"}
-        subprocess.run([sys.executable, "-c", script, str(file)], env=environment, cwd=tmp_path, check=True)
+        subprocess.run(
+            [sys.executable, "-c", script, str(file)], env=environment, cwd=tmp_path, check=True
+        )
     assert files[0].read_bytes() == files[1].read_bytes()
 
 
@@ -45,7 +52,10 @@ def test_content_for_pythonfmu(gallop_scene, tmp_path):
         assert f"binaries/linux64/{name}.so" in names
         assert f"binaries/win64/{name}.dll" in names
         assert f"resources/{name}.py" in names
-        assert {"documentation/licenses/gallop-fmu.txt", "documentation/licenses/pythonfmu.txt"} <= set(names)
+        assert {
+            "documentation/licenses/gallop-fmu.txt",
+            "documentation/licenses/pythonfmu.txt",
+        } <= set(names)
         assert archive.read("resources/scene.toml").decode() == gallop_scene.to_toml()
         assert archive.read("resources/requirements.txt").decode().startswith("gallop-fmu==")
 
@@ -56,7 +66,10 @@ def test_content_of_a_native_fmu(gallop_scene, tmp_path):
     with zipfile.ZipFile(path) as archive:
         names = archive.namelist()
         assert names == sorted(names)
-        assert archive.read(f"binaries/{platform()}/{name}{library_path().suffix}") == library_path().read_bytes()
+        assert (
+            archive.read(f"binaries/{platform()}/{name}{library_path().suffix}")
+            == library_path().read_bytes()
+        )
         assert {"resources/model.bin", "documentation/licenses/gallop-fmu.txt"} <= set(names)
         assert archive.read("resources/scene.toml").decode() == gallop_scene.to_toml()
 

@@ -29,7 +29,9 @@ def refusal(path):
 
 
 @pytest.mark.parametrize(
-    "name", ["../x", "a/../../x", "/x", "C:x", "a\\x", "..\\x", "a/..", "//server/x"], ids=lambda name: name
+    "name",
+    ["../x", "a/../../x", "/x", "C:x", "a\\x", "..\\x", "a/..", "//server/x"],
+    ids=lambda name: name,
 )
 def test_names_that_lead_out(tmp_path, name):
     path = written(tmp_path / "x.fmu", [("modelDescription.xml", PLAIN), (name, b"harm")])
@@ -37,7 +39,9 @@ def test_names_that_lead_out(tmp_path, name):
 
 
 @pytest.mark.parametrize("text", [LAUGHS, OUTSIDE, ELSEWHERE])
-@pytest.mark.parametrize("place", ["modelDescription.xml", "sources/buildDescription.xml", "icon/Terminals.XML"])
+@pytest.mark.parametrize(
+    "place", ["modelDescription.xml", "sources/buildDescription.xml", "icon/Terminals.XML"]
+)
 def test_entities_in_any_xml_file(tmp_path, text, place):
     path = written(tmp_path / "x.fmu", list({"modelDescription.xml": PLAIN, place: text}.items()))
     assert refusal(path) == f"{place} contains a DOCTYPE, which can hide harm"
@@ -48,18 +52,23 @@ def test_entities_in_any_xml_file(tmp_path, text, place):
     [
         LAUGHS.decode().encode("utf-16"),
         LAUGHS.decode().encode("utf-32"),
-        DECLARATION % b"UTF-7" + LAUGHS[21:].decode().encode("utf-7").replace(b"<", b"+ADw-").replace(b"!", b"+ACE-"),
+        DECLARATION % b"UTF-7"
+        + LAUGHS[21:].decode().encode("utf-7").replace(b"<", b"+ADw-").replace(b"!", b"+ACE-"),
         (DECLARATION % b"cp037" + LAUGHS[21:]).decode().encode("cp037"),
         DECLARATION % b"latin-1" + b"<x/>",
     ],
     ids=["utf-16", "utf-32", "utf-7", "ebcdic", "latin-1"],
 )
 def test_entities_hidden_in_another_encoding(tmp_path, text):
-    assert "is not UTF-8 text" in refusal(written(tmp_path / "x.fmu", [("modelDescription.xml", text)]))
+    assert "is not UTF-8 text" in refusal(
+        written(tmp_path / "x.fmu", [("modelDescription.xml", text)])
+    )
 
 
 def test_a_bomb_by_its_ratio(tmp_path):
-    path = written(tmp_path / "x.fmu", [("modelDescription.xml", PLAIN), ("bomb", bytes(11_000_000))])
+    path = written(
+        tmp_path / "x.fmu", [("modelDescription.xml", PLAIN), ("bomb", bytes(11_000_000))]
+    )
     assert "at most 100 times the archive's size is unpacked" in refusal(path)
 
 
@@ -70,7 +79,9 @@ def test_a_bomb_by_its_number_of_files(tmp_path):
 
 def test_a_size_that_is_a_lie(tmp_path):
     """The table of contents promises less than there is."""
-    path = written(tmp_path / "x.fmu", [("modelDescription.xml", PLAIN), ("bomb", bytes(1_000_000))])
+    path = written(
+        tmp_path / "x.fmu", [("modelDescription.xml", PLAIN), ("bomb", bytes(1_000_000))]
+    )
     data = bytearray(path.read_bytes())
     size = (1_000_000).to_bytes(4, "little")
     while size in data:
@@ -88,7 +99,11 @@ def test_compressions_that_fmi_does_not_know(tmp_path, method):
 
 def test_two_entries_of_one_name(tmp_path):
     """Tools differ in which one they take, so one could be shown and the other used."""
-    entries = [("modelDescription.xml", PLAIN), ("Binaries/a.so", b"good"), ("binaries/a.so", b"harm")]
+    entries = [
+        ("modelDescription.xml", PLAIN),
+        ("Binaries/a.so", b"good"),
+        ("binaries/a.so", b"harm"),
+    ]
     assert "'binaries/a.so' is there 2 times" in refusal(written(tmp_path / "x.fmu", entries))
 
 
@@ -106,8 +121,10 @@ def test_a_description_without_end(tmp_path, monkeypatch):
         b"<x/>",
         b"<a>" * 100_000,
         b'<fmiModelDescription fmiVersion="2.0"/>',
-        b'<fmiModelDescription fmiVersion="2.0" xmlns:xi="http://www.w3.org/2001/XInclude">'
-        b'<xi:include href="/etc/passwd"/></fmiModelDescription>',
+        (
+            b'<fmiModelDescription fmiVersion="2.0" xmlns:xi="http://www.w3.org/2001/XInclude">'
+            b'<xi:include href="/etc/passwd"/></fmiModelDescription>'
+        ),
     ],
 )
 def test_descriptions_that_are_none_are_findings_and_no_exceptions(tmp_path, text):

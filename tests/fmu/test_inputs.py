@@ -42,7 +42,9 @@ def test_tower_motion_through_fmpy_is_one_communication_step_late(tmp_path, step
     rows = [f"{t:.2f},5.5,{x!r}" for t, x in zip(time, motion.tolist(), strict=True)]
     path.write_text("\n".join(['"time","wind_speed","support.right.x1"', *rows]) + "\n")
     scene = gf.load_scene("example3")
-    ours = gf.simulate(gf.with_inputs(scene, path), stop_time=10.0, record_every=round(step / 0.01)).midspan()
+    ours = gf.simulate(
+        gf.with_inputs(scene, path), stop_time=10.0, record_every=round(step / 0.01)
+    ).midspan()
     theirs = fmpy.simulate_fmu(
         str(gf.export_fmu(scene, tmp_path / "cable.fmu")),
         stop_time=10.0,

@@ -31,12 +31,20 @@ def run(code, *arguments, cwd=None, environment=None):
 
 def attempt(code, *arguments, cwd=None, environment=None):
     command = [sys.executable, "-P", "-c", code, *map(str, arguments)]
-    return subprocess.run(command, cwd=cwd, env={**os.environ, **(environment or {})}, capture_output=True, text=True)
+    return subprocess.run(
+        command, cwd=cwd, env={**os.environ, **(environment or {})}, capture_output=True, text=True
+    )
 
 
 def test_two_fmus_in_one_process_do_not_mix(gallop_fmu, rigid_fmu, tmp_path):
-    alone = [json.loads(run(SIMULATE + f"print(json.dumps({HOLD.format(i=0)}))", p)) for p in (gallop_fmu, rigid_fmu)]
-    both = SIMULATE + f"print(json.dumps([{HOLD.format(i=0)}, {HOLD.format(i=1)}, {HOLD.format(i=0)}]))"
+    alone = [
+        json.loads(run(SIMULATE + f"print(json.dumps({HOLD.format(i=0)}))", p))
+        for p in (gallop_fmu, rigid_fmu)
+    ]
+    both = (
+        SIMULATE
+        + f"print(json.dumps([{HOLD.format(i=0)}, {HOLD.format(i=1)}, {HOLD.format(i=0)}]))"
+    )
     found = json.loads(run(both, gallop_fmu, rigid_fmu, cwd=tmp_path))
     assert found == [alone[0], alone[1], alone[0]]
     assert alone[0] != alone[1]
@@ -46,22 +54,32 @@ def test_two_fmus_in_one_process_do_not_mix(gallop_fmu, rigid_fmu, tmp_path):
 def test_pythonfmu_uses_no_freed_memory_at_exit(gallop_fmu, tmp_path):
     """Without our finaliser this ends with SIGSEGV each time; with an ordinary allocator it may abort or not."""
     source = Path(__file__).with_name("reuse_after_free.c")
-    subprocess.run([os.environ.get("CC", "cc"), "-shared", "-fPIC", "-o", tmp_path / "guard.so", source], check=True)
+    subprocess.run(
+        [os.environ.get("CC", "cc"), "-shared", "-fPIC", "-o", tmp_path / "guard.so", source],
+        check=True,
+    )
     code = SIMULATE + f"first = {HOLD.format(i=0)}; print(first == {HOLD.format(i=0)})"
-    assert run(code, gallop_fmu, environment={"LD_PRELOAD": str(tmp_path / "guard.so")}).strip() == "True"
+    assert (
+        run(code, gallop_fmu, environment={"LD_PRELOAD": str(tmp_path / "guard.so")}).strip()
+        == "True"
+    )
 
 
 def test_two_fmus_alive_at_once_in_two_threads(gallop_scene, rigid_scene, gallop_fmu, rigid_fmu):
     code = SIMULATE + (
         "from concurrent.futures import ThreadPoolExecutor\n"
         "from fmpy import extract, instantiate_fmu, read_model_description\n"
-        # one after the other: pythonfmu looks for the class of a script through a name that all threads share
+        # one after the other: pythonfmu looks for the class of a script through a name that all
+        # threads share
         "folders = [extract(p) for p in paths]\n"
-        "fmus = [instantiate_fmu(f, read_model_description(p), 'CoSimulation') for f, p in zip(folders, paths)]\n"
+        "fmus = [instantiate_fmu(f, read_model_description(p), 'CoSimulation') for f, p in"
+        " zip(folders, paths)]\n"
         "def tension(folder, fmu):\n"
-        "    records = simulate_fmu(folder, stop_time=2.0, output_interval=0.01, fmu_instance=fmu)\n"
+        "    records = simulate_fmu(folder, stop_time=2.0, output_interval=0.01,"
+        " fmu_instance=fmu)\n"
         "    return records['midspan.tension'].tolist()\n"
-        "with ThreadPoolExecutor(2) as pool: print(json.dumps(list(pool.map(tension, folders, fmus))))"
+        "with ThreadPoolExecutor(2) as pool: print(json.dumps(list(pool.map(tension, folders,"
+        " fmus))))"
     )
     found = json.loads(run(code, gallop_fmu, rigid_fmu))
     for values, scene in zip(found, (gallop_scene, rigid_scene), strict=True):
@@ -72,20 +90,25 @@ def test_two_fmus_alive_at_once_in_two_threads(gallop_scene, rigid_scene, gallop
 
 
 def test_the_search_path_does_not_grow_and_unpacked_files_may_go(gallop_fmu):
-    code = SIMULATE + f"before = list(sys.path); first = {HOLD.format(i=0)}; second = {HOLD.format(i=0)}\n"
+    code = (
+        SIMULATE
+        + f"before = list(sys.path); first = {HOLD.format(i=0)}; second = {HOLD.format(i=0)}\n"
+    )
     code += "assert first == second; print(sys.path == before)"
     assert run(code, gallop_fmu).strip() == "True"
 
 
 def test_many_failing_instances_end_cleanly(gallop_fmu):
-    code = SIMULATE + (
-        "for _ in range(60):\n"
-        "    result = simulate_fmu(paths[0], stop_time=5.0, output_interval=0.05, start_values={'wind_speed': 140.0})\n"
-        "print(0.0 < result['time'][-1] < 5.0, result['status'][-1])"
+    code = (
+        SIMULATE + "for _ in range(60):\n    result = simulate_fmu(paths[0], stop_time=5.0,"
+        " output_interval=0.05, start_values={'wind_speed': 140.0})\nprint(0.0 <"
+        " result['time'][-1] < 5.0, result['status'][-1])"
     )
     done = attempt(code, gallop_fmu)
     assert done.returncode == 0
-    assert {line[:14] for line in done.stderr.splitlines()} == {"gallop-fmu: At"}  # why the steps failed
+    assert {line[:14] for line in done.stderr.splitlines()} == {
+        "gallop-fmu: At"
+    }  # why the steps failed
     stopped, status = done.stdout.split()
     assert stopped == "True"
     assert int(status) > 0
@@ -121,7 +144,11 @@ def test_another_version_of_the_package_is_refused(gallop_fmu, tmp_path):
 
 def test_a_scene_changed_inside_the_fmu_is_refused(gallop_fmu, tmp_path):
     def change(name, data):
-        return data.replace(b"length = 125.88", b"length = 120.00") if name.endswith("scene.toml") else data
+        return (
+            data.replace(b"length = 125.88", b"length = 120.00")
+            if name.endswith("scene.toml")
+            else data
+        )
 
     done = attempt(SIMULATE + HOLD.format(i=0), rewritten(gallop_fmu, tmp_path / "x.fmu", change))
     assert done.returncode == 1

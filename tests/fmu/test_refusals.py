@@ -146,7 +146,10 @@ def test_parameters_may_contradict_each_other_on_the_way(gallop_fmu, host):
 def test_an_excluded_bound_is_refused_and_named(gallop_fmu, host):
     fmu = host(gallop_fmu)
     fmu["span.length"] = 0.0
-    assert "span.length = 0.0 is refused: it must be greater than 0 and at most 10000 [m]" in fmu.log[-1]
+    assert (
+        "span.length = 0.0 is refused: it must be greater than 0 and at most 10000 [m]"
+        in fmu.log[-1]
+    )
     fmu["span.length"] = 5e-324
     fmu.start()
     assert "is refused" not in fmu.log[-1]
@@ -210,7 +213,9 @@ def test_unknown_references_and_types(gallop_fmu, host):
 )
 def test_what_is_refused_is_said_although_the_host_does_not_log(gallop_fmu, capfd, start, message):
     """FMPy ended with two rows and not a word before: setters of pythonfmu cannot fail, its log is off by default."""
-    result = simulate_fmu(str(gallop_fmu), stop_time=1.0, output_interval=0.05, start_values=start, output=["status"])
+    result = simulate_fmu(
+        str(gallop_fmu), stop_time=1.0, output_interval=0.05, start_values=start, output=["status"]
+    )
     said = capfd.readouterr().err
     assert message in said
     assert len(result) < 3

@@ -26,20 +26,27 @@ def outputs_of(scene, node, span):
 
 
 def observed(state):
-    return outputs_of(state.model.scene, state.observe_node(state.model.middle), state.observe_span())
+    return outputs_of(
+        state.model.scene, state.observe_node(state.model.middle), state.observe_span()
+    )
 
 
 def assert_same(found, wanted):
     """Observed: no difference at all; 1e-12 of the largest value leaves room for another compiler."""
     for name, values in wanted.items():
-        assert found[name] == pytest.approx(values, rel=1e-12, abs=1e-12 * np.max(np.abs(values))), name
+        assert found[name] == pytest.approx(
+            values, rel=1e-12, abs=1e-12 * np.max(np.abs(values))
+        ), name
 
 
 def test_constant_wind_equals_the_engine_s_own_run(gallop_scene, gallop_fmu):
     dt = gallop_scene.numerics.time_step
     found = simulate_fmu(str(gallop_fmu), stop_time=STOP, output_interval=dt)
     model = Model(gallop_scene)
-    channels, nodes = np.arange(len(NODE_CHANNELS), dtype=np.int32), np.array([model.middle], dtype=np.int32)
+    channels, nodes = (
+        np.arange(len(NODE_CHANNELS), dtype=np.int32),
+        np.array([model.middle], dtype=np.int32),
+    )
     run = model.start().run(round(STOP / dt), 1, channels, nodes)
     wanted = outputs_of(gallop_scene, run.node_values[:, :, 0].T, run.span_values.T)
     assert len(found) == 1 + len(run.node_values)
@@ -51,7 +58,8 @@ def test_constant_wind_equals_the_engine_s_own_run(gallop_scene, gallop_fmu):
 def test_wind_step_equals_the_engine_at_each_communication_step(gallop_scene, gallop_fmu, steps):
     h = steps * gallop_scene.numerics.time_step
     wind = np.array(
-        [(0.0, 4.1), (1.0, 4.1), (1.0, 9.0), (STOP, 9.0)], dtype=[("time", np.float64), ("wind_speed", np.float64)]
+        [(0.0, 4.1), (1.0, 4.1), (1.0, 9.0), (STOP, 9.0)],
+        dtype=[("time", np.float64), ("wind_speed", np.float64)],
     )
     found = simulate_fmu(str(gallop_fmu), stop_time=STOP, output_interval=h, input=wind)
     assert len(found) == 1 + round(STOP / h)
@@ -63,8 +71,13 @@ def test_wind_step_equals_the_engine_at_each_communication_step(gallop_scene, ga
         speed = 4.1 if begin < 1.0 - 1e-9 else 9.0
         state.advance(begin + size, Inputs(begin, speed, angle, STILL))
         rows.append(observed(state))
-    assert_same({name: found[name] for name in rows[0]}, {name: [row[name] for row in rows] for name in rows[0]})
-    assert np.ptp(found["midspan.x3"][: round(1.0 / h)]) < 0.5 * np.ptp(found["midspan.x3"])  # the step was felt
+    assert_same(
+        {name: found[name] for name in rows[0]},
+        {name: [row[name] for row in rows] for name in rows[0]},
+    )
+    assert np.ptp(found["midspan.x3"][: round(1.0 / h)]) < 0.5 * np.ptp(
+        found["midspan.x3"]
+    )  # the step was felt
 
 
 def test_a_step_that_is_no_multiple_is_divided_equally(gallop_scene, gallop_fmu, host):
@@ -81,7 +94,9 @@ def test_a_step_that_is_no_multiple_is_divided_equally(gallop_scene, gallop_fmu,
             quarters.advance(0.037 * k + 0.00925 * part)
     wanted = observed(state)
     assert_same({name: fmu[name] for name in wanted}, wanted)
-    assert fmu["midspan.x3"] == pytest.approx(observed(quarters)["midspan.x3"], abs=2e-10)  # observed: 2e-11 m
+    assert fmu["midspan.x3"] == pytest.approx(
+        observed(quarters)["midspan.x3"], abs=2e-10
+    )  # observed: 2e-11 m
 
 
 def test_short_and_uneven_steps(gallop_fmu, host):

@@ -21,7 +21,11 @@ def drive(fmu, steps):
     """Steps with moving inputs; the outputs after each."""
     rows = []
     for k in range(steps):
-        fmu.set(wind_speed=4.0 + 0.3 * (k % 5), attack_angle=0.17 + 0.01 * (k % 3), support__left__x1=1e-3 * (k % 4))
+        fmu.set(
+            wind_speed=4.0 + 0.3 * (k % 5),
+            attack_angle=0.17 + 0.01 * (k % 3),
+            support__left__x1=1e-3 * (k % 4),
+        )
         fmu.step(0.03)
         rows.append(bits(fmu.read()))
     return rows
@@ -135,12 +139,19 @@ def test_reset_needs_no_unpacked_files(gallop_fmu, host):
 def test_instances_of_one_fmu_share_nothing(gallop_fmu, host):
     alone = host(gallop_fmu).start()
     wanted = drive(alone, 6)
-    one, other = host(gallop_fmu).start(), host(gallop_fmu).start(wind_speed=8.0, span__length=124.0)
+    one, other = (
+        host(gallop_fmu).start(),
+        host(gallop_fmu).start(wind_speed=8.0, span__length=124.0),
+    )
     found = []
     for _ in range(6):
         other.step(0.05)
     for k in range(6):
-        one.set(wind_speed=4.0 + 0.3 * (k % 5), attack_angle=0.17 + 0.01 * (k % 3), support__left__x1=1e-3 * (k % 4))
+        one.set(
+            wind_speed=4.0 + 0.3 * (k % 5),
+            attack_angle=0.17 + 0.01 * (k % 3),
+            support__left__x1=1e-3 * (k % 4),
+        )
         one.step(0.03)
         other.step(0.05)
         found.append(bits(one.read()))
@@ -161,7 +172,9 @@ IMPOSSIBLE = {
     "an input that is a text": lambda saved: saved["inputs"].update(wind_speed="5"),
     "an unknown parameter": lambda saved: saved["parameters"].update({"span.depth": 1.0}),
     "a parameter out of range": lambda saved: saved["parameters"].update({"span.length": 0.0}),
-    "a parameter that is no whole number": lambda saved: saved["parameters"].update({"numerics.elements": 8.5}),
+    "a parameter that is no whole number": lambda saved: saved["parameters"].update(
+        {"numerics.elements": 8.5}
+    ),
     "parameters that are a list": lambda saved: saved.update(parameters=[]),
     "refusals": lambda saved: saved.update(refused={"a": 1}),
     "motion": lambda saved: saved.update(motion=saved["motion"][:-8]),

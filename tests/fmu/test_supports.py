@@ -27,7 +27,9 @@ def test_forces_start_at_the_static_reaction(quiet_scene, quiet_fmu, host):
     fmu = host(quiet_fmu).start()
     static = Model(quiet_scene).equilibrium().support_force
     assert [fmu[name] for name in FORCES] == pytest.approx(static.ravel(), rel=1e-12, abs=1e-9)
-    assert fmu["support.left.f1"] == pytest.approx(15000.0, rel=1e-3)  # the cable pulls the left tower inwards
+    assert fmu["support.left.f1"] == pytest.approx(
+        15000.0, rel=1e-3
+    )  # the cable pulls the left tower inwards
     assert fmu["support.right.f1"] == pytest.approx(-15000.0, rel=1e-3)
 
 
@@ -36,7 +38,11 @@ def test_a_tower_that_moves_slowly_leads_to_the_new_equilibrium(quiet_scene, qui
     moved = np.array([[-0.02, 0.0, 0.0], [0.01, 0.0, 0.05]])
     for k in range(1, 201):
         share = min(1.0, k / 100)
-        fmu.set(support__left__x1=-0.02 * share, support__right__x1=0.01 * share, support__right__x3=0.05 * share)
+        fmu.set(
+            support__left__x1=-0.02 * share,
+            support__right__x1=0.01 * share,
+            support__right__x3=0.05 * share,
+        )
         fmu.step(0.2)
     model = Model(quiet_scene)
     rest = model.rest(0.0, Inputs(0.0, 0.0, np.pi, moved)).observe_node(model.middle)
@@ -60,7 +66,9 @@ def test_a_tower_moves_linearly_and_arrives_at_the_end_of_the_step(quiet_scene, 
         fmu["support.left.x1"] = target
         begin = fmu.time
         fmu.step(0.05)
-        state.advance(fmu.time, Inputs(begin, 0.0, np.pi, tower, support_rate=(wanted - tower) / 0.05))
+        state.advance(
+            fmu.time, Inputs(begin, 0.0, np.pi, tower, support_rate=(wanted - tower) / 0.05)
+        )
         tower = wanted
         assert state.observe_node(0)[NODE_INDEX["u1"]] == pytest.approx(target, abs=1e-15)
         tension = state.observe_node(state.model.middle)[NODE_INDEX["tension"]]
@@ -71,7 +79,9 @@ def test_a_displacement_before_the_start_is_static(quiet_scene, quiet_fmu, host)
     fmu = host(quiet_fmu).start(support__left__x1=-0.02)
     tower = np.array([[-0.02, 0.0, 0.0], [0.0, 0.0, 0.0]])
     model = Model(quiet_scene)
-    rest = model.rest(0.0, Inputs(0.0, 0.0, np.pi, tower)).observe_node(model.middle)[NODE_INDEX["tension"]]
+    rest = model.rest(0.0, Inputs(0.0, 0.0, np.pi, tower)).observe_node(model.middle)[
+        NODE_INDEX["tension"]
+    ]
     assert fmu["midspan.tension"] == pytest.approx(rest, rel=1e-9)
     fmu.step(0.05, 20)
     assert fmu["midspan.tension"] == pytest.approx(rest, rel=1e-6)

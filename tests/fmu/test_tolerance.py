@@ -22,9 +22,13 @@ def test_it_equals_the_engine_at_each_communication_step(free_scene, free_fmu, h
     fmu, state = host(free_fmu).start(), None
     for k in range(30):
         wind = 4.0 + k % 4
-        inputs = Inputs(0.3 * k, wind, np.radians(free_scene.ice.attack_angle_deg), np.zeros((2, 3)))
+        inputs = Inputs(
+            0.3 * k, wind, np.radians(free_scene.ice.attack_angle_deg), np.zeros((2, 3))
+        )
         if state is None:
-            state = Model(free_scene).start(0.0, Inputs(0.0, 4.1, inputs.attack_angle, np.zeros((2, 3))))
+            state = Model(free_scene).start(
+                0.0, Inputs(0.0, 4.1, inputs.attack_angle, np.zeros((2, 3)))
+            )
             fmu.time = 0.0
         fmu.set(wind_speed=wind)
         fmu.fmu.doStep(0.3 * k, 0.3 * (k + 1) - 0.3 * k)

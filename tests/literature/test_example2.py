@@ -1,7 +1,8 @@
 """Example 2 of Liu, Yan, Zhang, Zhou (2009): one-loop vertical galloping with little horizontal motion.
 
-The coefficient curve is a reconstruction chosen to give the printed amplitudes, so agreement with the paper says that
-the equations are the paper's, not that the curve is. The prototype is an independent code of the same equations.
+The coefficient curve is a reconstruction chosen to give the printed amplitudes, so agreement with
+the paper says that the equations are the paper's, not that the curve is. The prototype is an
+independent code of the same equations.
 """
 
 import pytest
@@ -26,7 +27,9 @@ def test_amplitudes_of_the_paper(galloping, amplitudes):
 
 def test_one_frequency_for_both_directions(galloping):
     steady = galloping.steady(100.0)
-    assert steady["u2"].frequency_hz == pytest.approx(0.5024, rel=1e-3)  # observed 0.50238, dt 0.02: 0.50226
+    assert steady["u2"].frequency_hz == pytest.approx(
+        0.5024, rel=1e-3
+    )  # observed 0.50238, dt 0.02: 0.50226
     assert steady["u3"].frequency_hz == pytest.approx(steady["u2"].frequency_hz, rel=1e-4)
 
 

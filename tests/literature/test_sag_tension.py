@@ -15,19 +15,32 @@ POUND, FOOT, G = 4.4482216, 0.3048, 9.80665
 
 @pytest.mark.parametrize(
     ("span", "at_10", "at_80"),
-    [(250, 2009.21, None), (300, 1953.705, 1363.500), (350, 1911.642, None), (450, 1859.15, 1527.709)],
+    [
+        (250, 2009.21, None),
+        (300, 1953.705, 1363.500),
+        (350, 1911.642, None),
+        (450, 1859.15, 1527.709),
+    ],
 )
 def test_a_published_stringing_table_in_kilograms(span, at_10, at_80):
     """Scribd document 195492334, "Sagging Calculation": 1762.069 kg at 27 degrees C, 0.987 kg/m, 243 mm2."""
-    wire = {"axial_stiffness": 7700.0 * 243.0, "weight": 0.987, "new_weight": 0.987, "expansion": 18.9e-6}
+    wire = {
+        "axial_stiffness": 7700.0 * 243.0,
+        "weight": 0.987,
+        "new_weight": 0.987,
+        "expansion": 18.9e-6,
+    }
     for expected, temperature in ((at_10, 10.0), (at_80, 80.0)):
         if expected is not None:
-            found = changed_tension(1762.069, span=span, temperature_change=temperature - 27.0, **wire)
+            found = changed_tension(
+                1762.069, span=span, temperature_change=temperature - 27.0, **wire
+            )
             assert found == pytest.approx(expected, rel=6e-4)  # observed: -4.2e-4 to 2.5e-4
 
 
-# Drake, 700 ft, Table 14.5 of Grigsby (ed.), Electric Power Generation, Transmission, and Distribution: final tension
-# [lb] by temperature [F] and load [lb/ft]; starts from the 60 F row. Computed there with nonlinear strands.
+# Drake, 700 ft, Table 14.5 of Grigsby (ed.), Electric Power Generation, Transmission, and
+# Distribution: final tension [lb] by temperature [F] and load [lb/ft]; starts from the 60 F row.
+# Computed there with nonlinear strands.
 FINAL = [
     (0, 1.094, 7301),
     (30, 1.094, 6242),
@@ -57,7 +70,13 @@ def test_a_published_sag_tension_table(fahrenheit, load, published):
 def test_a_taut_span_follows_the_cubic_of_the_parabola(kelvin):
     span, EA, expansion, w0, w, H0 = 300.0, 35e6, 19e-6, 16.0, 24.0, 28e3
     found = changed_tension(
-        H0, span=span, weight=w0, new_weight=w, axial_stiffness=EA, temperature_change=kelvin, expansion=expansion
+        H0,
+        span=span,
+        weight=w0,
+        new_weight=w,
+        axial_stiffness=EA,
+        temperature_change=kelvin,
+        expansion=expansion,
     )
     b = EA * (w0**2 * span**2 / (24.0 * H0**2) + expansion * kelvin) - H0
     roots = np.roots([1.0, b, 0.0, -EA * w**2 * span**2 / 24.0])
@@ -67,7 +86,12 @@ def test_a_taut_span_follows_the_cubic_of_the_parabola(kelvin):
 
 def test_the_kernel_hangs_the_conductor_where_the_change_of_state_says():
     """The kernel, given the unstretched length's new tension and the ice, holds the same length of conductor."""
-    line = {"conductor": "Drake", "span": 300.0, "stringing_tension": 28000.0, "ice_thickness": 0.02}
+    line = {
+        "conductor": "Drake",
+        "span": 300.0,
+        "stringing_tension": 28000.0,
+        "ice_thickness": 0.02,
+    }
     line |= {"ice_shape": "radial", "temperature": 15.0, "height_difference": 0.0}
     iced = gf.Scene.from_dict({"line": line, "numerics": {"elements": 40}})
     bare = iced.with_values({"ice.mass_per_length": 0.0, "span.horizontal_tension": 28000.0})
@@ -78,10 +102,14 @@ def test_the_kernel_hangs_the_conductor_where_the_change_of_state_says():
         chord = np.linalg.norm(np.diff(x, axis=0), axis=1).sum()
         weight = (scene.conductor.mass_per_length + scene.ice.mass_per_length) * 9.81
         c = hanging.horizontal_tension / weight
-        mean = 0.5 * hanging.horizontal_tension * (1.0 + c / 300.0 * math.sinh(300.0 / c))  # mean of T ds / dx
+        mean = (
+            0.5 * hanging.horizontal_tension * (1.0 + c / 300.0 * math.sinh(300.0 / c))
+        )  # mean of T ds / dx
         lengths.append(chord - mean * 300.0 / scene.conductor.axial_stiffness)
     assert iced.span.horizontal_tension > 1.5 * 28000.0
-    assert lengths[1] == pytest.approx(lengths[0], abs=1e-4)  # of 300 m; the ice stretches it by 0.2 m
+    assert lengths[1] == pytest.approx(
+        lengths[0], abs=1e-4
+    )  # of 300 m; the ice stretches it by 0.2 m
 
 
 def test_the_unstretched_length_of_a_stiff_conductor_is_the_catenarys():
@@ -97,16 +125,25 @@ def test_ruling_span():
     assert ruling_span([200.0, 400.0]) == pytest.approx(math.sqrt((8e6 + 64e6) / 600.0))
 
 
-def elastic_catenary_tension(tension, span, weight, new_weight, axial_stiffness, temperature_change, expansion):
+def elastic_catenary_tension(
+    tension, span, weight, new_weight, axial_stiffness, temperature_change, expansion
+):
     """Irvine (1981), eq. 2.22: chord of an elastic catenary whose mass stays with its rest length, level ends."""
 
     def chord(h, total, rest):
         return h * rest / axial_stiffness + 2.0 * h * rest / total * math.asinh(total / (2.0 * h))
 
     hanging = 2.0 * tension / weight * math.sinh(weight * span / (2.0 * tension))
-    rest = brentq(lambda s: chord(tension, weight * hanging, s) - span, 0.9 * span, 1.5 * span, xtol=1e-12)
+    rest = brentq(
+        lambda s: chord(tension, weight * hanging, s) - span, 0.9 * span, 1.5 * span, xtol=1e-12
+    )
     rest *= 1.0 + expansion * temperature_change
-    return brentq(lambda h: chord(h, new_weight * hanging, rest) - span, 0.05 * tension, 20.0 * tension, xtol=1e-9)
+    return brentq(
+        lambda h: chord(h, new_weight * hanging, rest) - span,
+        0.05 * tension,
+        20.0 * tension,
+        xtol=1e-9,
+    )
 
 
 def test_weight_per_hanging_length_makes_little_difference():
@@ -122,5 +159,10 @@ def test_weight_per_hanging_length_makes_little_difference():
             "expansion": 19e-6,
         }
         tension = weight * span * rng.uniform(1.5, 8.0)
-        worst = max(worst, abs(changed_tension(tension, **state) / elastic_catenary_tension(tension, **state) - 1.0))
+        worst = max(
+            worst,
+            abs(
+                changed_tension(tension, **state) / elastic_catenary_tension(tension, **state) - 1.0
+            ),
+        )
     assert 5e-4 < worst < 1.3e-3  # observed 1.07e-3; 1.22e-3 of 200

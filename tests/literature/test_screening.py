@@ -31,12 +31,21 @@ def screened(third):
 
 def kicked_swing(scene, wind, vertical_seed):
     """Amplitudes [m] of the simulated swing after a kick of a millimetre into settled galloping, and 240 s later."""
-    law = {"kind": "pulse", "peak": 1.0, "start": KICKED, "rise": 0.25, "fall_start": KICKED + 0.25, "fall": 0.25}
+    law = {
+        "kind": "pulse",
+        "peak": 1.0,
+        "start": KICKED,
+        "rise": 0.25,
+        "fall_start": KICKED + 0.25,
+        "fall": 0.25,
+    }
     values = {
         "wind.speed": wind, "numerics.elements": 10, "numerics.time_step": 0.02, "initial.seed_horizontal": 0.0,
         "initial.seed_vertical": -vertical_seed, "loads": [{"force": [0.0, 0.0, 1.0], "position": 0.5, "law": law}],
     }  # fmt: skip
-    motion = gf.simulate(scene.with_values(values), stop_time=KICKED + 302.0, record_every=4).midspan()
+    motion = gf.simulate(
+        scene.with_values(values), stop_time=KICKED + 302.0, record_every=4
+    ).midspan()
 
     def half_frequency(start):
         part = motion.sel(time=slice(start, start + 60.0))
@@ -55,8 +64,12 @@ def test_example_3_swings_and_saturates_as_in_the_paper(screened):
     assert screened.swings
     assert screened.frequencies.ratio == pytest.approx(0.69541 / 0.37752, rel=1e-4)
     # the prototype's steady state, extrapolated from tests/literature/test_example3.py
-    assert screened.saturated.vertical == pytest.approx(0.4417, rel=3e-3)  # observed 0.44125, -0.1 %
-    assert screened.saturated.horizontal == pytest.approx(0.1915, rel=6e-3)  # observed 0.19202, 0.3 %
+    assert screened.saturated.vertical == pytest.approx(
+        0.4417, rel=3e-3
+    )  # observed 0.44125, -0.1 %
+    assert screened.saturated.horizontal == pytest.approx(
+        0.1915, rel=6e-3
+    )  # observed 0.19202, 0.3 %
     assert screened.saturated.twist == pytest.approx(0.1842, rel=3e-3)  # observed 0.18420
     assert screened.saturated.multiplier < 1.0
     # the vertical-only plateau, which the simulation leaves before it has quite settled
@@ -81,7 +94,9 @@ def test_on_the_springs_of_table_1_there_is_no_swing(third, stiffness_x3):
     assert found.onset_wind_speed is None
     assert not found.estimate.swings
     assert found.galloping.vertical == pytest.approx(1.90, rel=5e-3)  # observed 1.897 and 1.905
-    assert found.galloping.horizontal == pytest.approx(0.0944 if stiffness_x3 == 1e9 else 0.0215, rel=0.01)
+    assert found.galloping.horizontal == pytest.approx(
+        0.0944 if stiffness_x3 == 1e9 else 0.0215, rel=0.01
+    )
 
 
 def test_example_2_gallops_as_printed_and_is_detuned():
@@ -104,7 +119,9 @@ def test_the_swing_of_the_simulation_starts_at_the_predicted_wind(third, screene
 def test_at_the_onset_a_swing_neither_grows_nor_shrinks(third, screened):
     """Newton's orbit at exactly the wind that the root search tells."""
     there = modal.screen(third.with_values({"wind.speed": screened.onset_wind_speed}))
-    assert there.growth_per_cycle == pytest.approx(1.0, abs=3e-3)  # observed 1.7e-3: two methods, and LIMIT
+    assert there.growth_per_cycle == pytest.approx(
+        1.0, abs=3e-3
+    )  # observed 1.7e-3: two methods, and LIMIT
     assert there.galloping.vertical == pytest.approx(screened.threshold_amplitude, rel=1e-4)
 
 
@@ -112,14 +129,23 @@ def test_a_simulation_of_what_is_steady_gives_the_same_amplitudes(third, screene
     """The short simulation for a swing that comes and goes, here of one that does not."""
     search = Search(reduced_model(third, at_rest(third)), 5.5, 6.0)
     again = search.beating(screened.saturated)
-    assert again.vertical == pytest.approx(screened.saturated.vertical, rel=5e-3)  # observed -0.24 %
-    assert again.horizontal == pytest.approx(screened.saturated.horizontal, rel=0.02)  # observed -1.2 %: six elements
+    assert again.vertical == pytest.approx(
+        screened.saturated.vertical, rel=5e-3
+    )  # observed -0.24 %
+    assert again.horizontal == pytest.approx(
+        screened.saturated.horizontal, rel=0.02
+    )  # observed -1.2 %: six elements
     assert again.twist == pytest.approx(screened.saturated.twist, rel=5e-3)  # observed -0.30 %
-    assert (again.frequency_hz, again.multiplier) == (screened.saturated.frequency_hz, screened.saturated.multiplier)
+    assert (again.frequency_hz, again.multiplier) == (
+        screened.saturated.frequency_hz,
+        screened.saturated.multiplier,
+    )
 
 
 def test_what_happens_beyond_the_highest_wind_does_not_count(third, screened):
-    found = modal.screen(third.with_values({"wind.speed": 5.0}), highest_wind=screened.onset_wind_speed - 0.01)
+    found = modal.screen(
+        third.with_values({"wind.speed": 5.0}), highest_wind=screened.onset_wind_speed - 0.01
+    )
     assert found.limit_cycle[-1].wind_speed > screened.onset_wind_speed
     assert (found.risk, found.onset_wind_speed) == ("detuned", None)
 
@@ -128,15 +154,23 @@ def test_the_swing_starts_where_the_multiplier_passes_one(screened):
     """The table of limit cycles and the onset tell the same."""
     for cycle in screened.limit_cycle:
         assert (cycle.multiplier > 1.0) == (cycle.wind_speed > screened.onset_wind_speed)
-        assert (cycle.vertical > screened.threshold_amplitude) == (cycle.wind_speed > screened.onset_wind_speed)
+        assert (cycle.vertical > screened.threshold_amplitude) == (
+            cycle.wind_speed > screened.onset_wind_speed
+        )
 
 
 def test_the_analytic_estimate_is_near(screened):
     estimate = screened.estimate
     assert estimate.swings
-    assert estimate.onset_wind_speed == pytest.approx(screened.onset_wind_speed, rel=0.01)  # observed 0.3 %
-    assert estimate.threshold_amplitude == pytest.approx(screened.threshold_amplitude, rel=0.1)  # observed 8 %
-    assert estimate.vertical_amplitude == pytest.approx(screened.galloping.vertical, rel=0.1)  # observed 6.9 %
+    assert estimate.onset_wind_speed == pytest.approx(
+        screened.onset_wind_speed, rel=0.01
+    )  # observed 0.3 %
+    assert estimate.threshold_amplitude == pytest.approx(
+        screened.threshold_amplitude, rel=0.1
+    )  # observed 8 %
+    assert estimate.vertical_amplitude == pytest.approx(
+        screened.galloping.vertical, rel=0.1
+    )  # observed 6.9 %
     second = modal.two_mode_estimate(gf.load_scene("example2"))
     assert second.vertical_amplitude == pytest.approx(1.548, rel=0.015)  # observed 1.561
     assert not second.swings
@@ -165,7 +199,10 @@ def test_what_cannot_be_screened_is_refused(third):
         ),
         "without wind": ({"wind.speed": 0.0}, r"wind.speed = 0 m/s.*set wind.speed"),
         "without curve": ({"wind.speed": 0.0, "aerodynamics": None}, "aerodynamics is not given"),
-        "turned out of the curve": ({"ice.attack_angle_deg": 250.0, "aerodynamics.moment": [3.0]}, "turned out of the"),
+        "turned out of the curve": (
+            {"ice.attack_angle_deg": 250.0, "aerodynamics.moment": [3.0]},
+            "turned out of the",
+        ),
         "divergence": (
             {"aerodynamics.moment": [0.0, 12.0]},
             r"statically unstable in a wind of 5.5 m/s \(divergence\)",
@@ -175,7 +212,9 @@ def test_what_cannot_be_screened_is_refused(third):
     for values, message in refused.values():
         with pytest.raises(gf.SceneError, match=message):
             modal.screen(third.with_values(values))
-    with pytest.raises(gf.SceneError, match=r"highest_wind = 5.0 m/s: must be at least the scene's wind, 5.5"):
+    with pytest.raises(
+        gf.SceneError, match=r"highest_wind = 5.0 m/s: must be at least the scene's wind, 5.5"
+    ):
         modal.screen(third, highest_wind=5.0)
     with pytest.raises(gf.SceneError, match=r"wind_speed = 0.0 m/s: must be positive"):
         modal.two_mode_estimate(third, wind_speed=0.0)
@@ -185,7 +224,11 @@ def test_divergence_begins_where_the_wind_overcomes_the_twist(third):
     """A shaft of length L that the moment q d^2 CM' theta twists gives way at q d^2 CM' = GJ (pi/L)^2."""
     slope = 12.0
     calm = third.with_values(
-        {"aerodynamics.moment": [0.0, slope], "ice.first_moment_x2": 0.0, "ice.first_moment_x3": 0.0}
+        {
+            "aerodynamics.moment": [0.0, slope],
+            "ice.first_moment_x2": 0.0,
+            "ice.first_moment_x3": 0.0,
+        }
     )
     arc = gf.Model(calm).equilibrium().length
     pressure = 153.0 * (np.pi / arc) ** 2 / (0.0235**2 * slope)
@@ -220,7 +263,9 @@ def test_drawn_scenes_settle_where_screening_says(table, seed, number):
     assert found.swings == motion.swings == (number == 11)
     cycle = found.saturated if found.swings else found.galloping
     assert cycle.vertical == pytest.approx(motion.vertical, rel=0.006)  # observed -0.1 % and -0.2 %
-    assert cycle.horizontal == pytest.approx(motion.horizontal, rel=0.03)  # observed 1.5 % and -0.9 %
+    assert cycle.horizontal == pytest.approx(
+        motion.horizontal, rel=0.03
+    )  # observed 1.5 % and -0.9 %
 
 
 def test_galloping_that_has_ended_below_the_scenes_wind_is_no_cycle_of_zero_amplitude(table):
@@ -270,24 +315,34 @@ def test_the_pair_that_is_not_at_risk_does_not_hide_two_loops_that_gallop():
     assert "but two loops gallop from 2.91 m/s" in found.reason
     assert (found.other_mode.family, found.other_mode.loops) == ("vertical", 2)
     two_loops = modal.critical_wind_speed(scene, count=2, highest=3.0)[1]
-    assert found.other_mode.wind_speed == pytest.approx(two_loops.wind_speed, rel=1e-3)  # observed 1e-4
+    assert found.other_mode.wind_speed == pytest.approx(
+        two_loops.wind_speed, rel=1e-3
+    )  # observed 1e-4
     assert found.other_mode.frequency_hz == pytest.approx(two_loops.frequency_hz, rel=1e-3)
     calm = modal.screen(scene.with_values({"wind.speed": 1.9}))  # up to 2.85 m/s
     assert (calm.risk, calm.other_mode) == ("none", None)
 
 
 def test_the_other_mode_is_said_beside_a_swing_that_starts(screened):
-    assert screened.other_mode.wind_speed == pytest.approx(4.930, rel=1e-3)  # of critical_wind_speed(example3)
+    assert screened.other_mode.wind_speed == pytest.approx(
+        4.930, rel=1e-3
+    )  # of critical_wind_speed(example3)
     assert screened.reason.endswith("; also, two loops gallop from 4.93 m/s")
 
 
 def test_a_mode_that_passes_another_is_not_called_another_mode():
     """A steep span with turned ice: from 6 m/s on the swing has more of the vertical shape than the vertical mode."""
     scene = gf.Scene.from_dict(json.loads((DATA / "veering_in_wind.json").read_text()))
-    others = [mode for mode in modal.critical_wind_speed(scene, count=4, highest=12.0) if mode.mode.loops != 1]
+    others = [
+        mode
+        for mode in modal.critical_wind_speed(scene, count=4, highest=12.0)
+        if mode.mode.loops != 1
+    ]
     onset = min(mode.wind_speed for mode in others if mode.wind_speed is not None)
     rest = at_rest(scene)
-    assert first_other_mode(reduced_model(scene, rest), 11.5) is None  # before: one loop from 6.18 m/s
+    assert (
+        first_other_mode(reduced_model(scene, rest), 11.5) is None
+    )  # before: one loop from 6.18 m/s
     found = first_other_mode(reduced_model(scene, rest), 12.0)
     assert found.wind_speed == pytest.approx(onset, rel=2e-3)
 
@@ -295,8 +350,12 @@ def test_a_mode_that_passes_another_is_not_called_another_mode():
 @pytest.mark.parametrize("wind", [8.0, 10.0])
 def test_a_limit_cycle_that_no_motion_stays_near_gives_no_onset(wind):
     """A made-up curve over the full circle. Simulated at 4 to 10 m/s the section turns over, whatever the seed; release
-    0.1.0 told onsets of 6.1 to 9.9 m/s, as the scene's wind was, from a branch with a growth of 1000 in a cycle."""
-    found = modal.screen(gf.load_scene(DATA / "full_circle_350m.toml").with_values({"wind.speed": wind}))
+    0.1.0 told onsets of 6.1 to 9.9 m/s, as the scene's wind was, from a branch with a growth of
+    1000 in a cycle.
+    """
+    found = modal.screen(
+        gf.load_scene(DATA / "full_circle_350m.toml").with_values({"wind.speed": wind})
+    )
     assert found.risk == "undetermined"
     assert (found.onset_wind_speed, found.galloping) == (None, None)
     assert found.galloping_from == pytest.approx(1.8648, abs=2e-4)  # at each of 6, 8, 10 m/s
@@ -322,4 +381,6 @@ def test_a_branch_on_which_newtons_iteration_fails_is_unresolved():
     found = modal.screen(scene)
     assert (found.risk, found.onset_wind_speed, found.saturated) == ("undetermined", None, None)
     assert "the limit cycle is unresolved" in found.reason
-    assert found.galloping_from == pytest.approx(modal.critical_wind_speed(scene, 4, 2.0)[1].wind_speed, rel=0.05)
+    assert found.galloping_from == pytest.approx(
+        modal.critical_wind_speed(scene, 4, 2.0)[1].wind_speed, rel=0.05
+    )

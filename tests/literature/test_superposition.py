@@ -1,7 +1,8 @@
 """The models that the nonlinear simulation is measured against: Desai et al. (1995) and Yu et al. (1993).
 
-Desai et al. printed 1.58 m vertical and 0.04 m horizontal for example 2 of Liu, Yan, Zhang, Zhou (2009), with the
-coefficients that the latter only show in a figure; here the curve is a reconstruction.
+Desai et al. printed 1.58 m vertical and 0.04 m horizontal for example 2 of Liu, Yan, Zhang, Zhou
+(2009), with the coefficients that the latter only show in a figure; here the curve is a
+reconstruction.
 """
 
 import json
@@ -35,7 +36,9 @@ def test_vertical_galloping_needs_no_nonlinear_structure(galloping, amplitudes):
     assert simple[1] == pytest.approx(full[1], rel=0.08)  # observed 6.1 %: 0.0614 m, not 0.0579 m
     assert simple[0] == pytest.approx(1.58, rel=0.015)  # Desai et al.; observed -1.1 %
     steady = galloping.superposition.steady()["u2"], galloping.nonlinear.steady()["u2"]
-    assert steady[0].frequency_hz < 0.99 * steady[1].frequency_hz  # observed 0.4968, 0.5024: the stretch stiffens
+    assert (
+        steady[0].frequency_hz < 0.99 * steady[1].frequency_hz
+    )  # observed 0.4968, 0.5024: the stretch stiffens
 
 
 def test_three_modes_in_each_direction_are_enough(galloping, amplitudes):
@@ -51,7 +54,9 @@ def test_the_swing_exists_only_in_the_nonlinear_model(resonance):
     assert full["u3"].amplitude == pytest.approx(0.1918, rel=2e-3)
     assert full["u3"].frequency_hz == pytest.approx(0.5 * full["u2"].frequency_hz, rel=1e-3)
     assert simple["u3"].amplitude < 0.005  # observed 0.0039 m
-    assert simple["u3"].frequency_hz > 0.99 * simple["u2"].frequency_hz  # observed: twice, from the drag
+    assert (
+        simple["u3"].frequency_hz > 0.99 * simple["u2"].frequency_hz
+    )  # observed: twice, from the drag
     assert simple["u2"].amplitude > 1.4 * full["u2"].amplitude  # observed 0.6296 and 0.4434 m
     assert resonance.linear.outcome is gf.Outcome.ANGLE_OUT_OF_RANGE
     assert motion["linear"]["u3"].amplitude < 0.001
@@ -60,7 +65,9 @@ def test_the_swing_exists_only_in_the_nonlinear_model(resonance):
 def test_where_the_models_part(resonance):
     transfer = resonance.parting("superposition", "u2", 0.2)
     assert 580.0 < transfer.amplitude < 640.0  # observed 612 s: when the swing wakes
-    assert resonance.parting("linear", "u2", 0.2).amplitude < 520.0  # observed 500 s: nothing saturates
+    assert (
+        resonance.parting("linear", "u2", 0.2).amplitude < 520.0
+    )  # observed 500 s: nothing saturates
     assert transfer.history < 5.0  # the wind blows the span aside, which lifts it, at once
 
 
@@ -69,7 +76,9 @@ def test_linear_theory_names_the_galloping_mode(resonance):
     assert first.family == "vertical"
     assert first.frequency_hz == pytest.approx(0.6845, rel=1e-4)
     assert first.growth_rate == pytest.approx(0.01237, rel=1e-3)
-    assert all(mode.growth_rate < 0.0 for mode in resonance.linear_modes if mode.family != "vertical")
+    assert all(
+        mode.growth_rate < 0.0 for mode in resonance.linear_modes if mode.family != "vertical"
+    )
 
 
 def test_a_comparison_is_plain_numbers(resonance):
@@ -85,7 +94,9 @@ def test_the_figure_of_a_comparison(resonance, tmp_path):
     from modal.plots.comparison_figure import comparison_figure
 
     figure = comparison_figure(resonance)
-    assert "nonlinear simulation: " + str(resonance.nonlinear.motion) in figure.get_supxlabel().replace("\n", " ")
+    assert "nonlinear simulation: " + str(
+        resonance.nonlinear.motion
+    ) in figure.get_supxlabel().replace("\n", " ")
     for sentence in resonance.linear.warnings:
         assert f"Warning: {sentence}" in figure.get_supxlabel().replace("\n", " ")
     panels = [axes for part in figure.subfigs for axes in part.axes]
@@ -109,18 +120,30 @@ def test_three_equations_of_motion_of_a_taut_span():
             "initial.seed_twist": 0.2,
         }
     )
-    c, wave_number, curvature = scene.conductor, np.pi / length, scene.conductor.mass_per_length * 9.81 / tension
+    c, wave_number, curvature = (
+        scene.conductor,
+        np.pi / length,
+        scene.conductor.mass_per_length * 9.81 / tension,
+    )
     m2, m3 = scene.ice.first_moment_x2, scene.ice.first_moment_x3
-    mass = np.array([[c.mass_per_length, 0, -m3], [0, c.mass_per_length, m2], [-m3, m2, c.torsional_inertia]])
+    mass = np.array(
+        [[c.mass_per_length, 0, -m3], [0, c.mass_per_length, m2], [-m3, m2, c.torsional_inertia]]
+    )
     elastic = np.array([tension, tension, c.torsional_stiffness]) * wave_number**2
-    elastic[0] += 8.0 / np.pi**2 * c.axial_stiffness * curvature**2  # the sag, by its curvature, makes the span stretch
+    elastic[0] += (
+        8.0 / np.pi**2 * c.axial_stiffness * curvature**2
+    )  # the sag, by its curvature, makes the span stretch
     stiffness = np.diag(elastic) - 9.81 * np.diag([0.0, 0.0, m2])
     derived = gf.Model(scene).equilibrium()
     (b1, b2), (t1, t2) = derived.translation_damping, derived.twist_damping
     damping = np.diag([b1, b1, t1] * np.diag(mass) + [b2, b2, t2] * elastic)
-    x, w = np.polynomial.legendre.leggauss(20)  # weights that sum to 2, as the square of a half sine has a mean of 1/2
+    x, w = np.polynomial.legendre.leggauss(
+        20
+    )  # weights that sum to 2, as the square of a half sine has a mean of 1/2
     wave = np.sin(np.pi * (1 + x) / 2)
-    lift, drag, moment = (np.polynomial.Polynomial(getattr(scene.aerodynamics, n)) for n in ("lift", "drag", "moment"))
+    lift, drag, moment = (
+        np.polynomial.Polynomial(getattr(scene.aerodynamics, n)) for n in ("lift", "drag", "moment")
+    )
 
     def rates(_, state):
         q, v = state[:3], state[3:]
@@ -128,10 +151,14 @@ def test_three_equations_of_motion_of_a_taut_span():
         speed, angle = np.hypot(w2, w3), wave * q[2] + np.arctan2(w2, w3)
         half = scene.wind.air_density * radius * speed
         cl, cd, cm = lift(angle), drag(angle), moment(angle)
-        force = (w * wave * half) @ np.stack([cl * w3 + cd * w2, cd * w3 - cl * w2, speed * 2 * radius * cm], axis=1)
+        force = (w * wave * half) @ np.stack(
+            [cl * w3 + cd * w2, cd * w3 - cl * w2, speed * 2 * radius * cm], axis=1
+        )
         return np.concatenate([v, np.linalg.solve(mass, force - damping @ v - stiffness @ q)])
 
-    exact = solve_ivp(rates, (0, 12), [0.3, 0.1, 0.2, 0, 0, 0], "DOP853", rtol=1e-9, atol=1e-10, dense_output=True)
+    exact = solve_ivp(
+        rates, (0, 12), [0.3, 0.1, 0.2, 0, 0, 0], "DOP853", rtol=1e-9, atol=1e-10, dense_output=True
+    )
     result = modal.mode_superposition(scene, 12.0, vertical=1, horizontal=1, torsional=1)
     data, wanted = result.midspan(), exact.sol(result.dataset.time.values)[:3]
     for name, values in zip(("u2", "u3", "theta"), wanted, strict=True):

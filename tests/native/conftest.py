@@ -24,7 +24,10 @@ class Callbacks(c.Structure):
 
     _fields_ = (
         ("logger", LOGGER),
-        *((name, c.c_void_p) for name in ("allocateMemory", "freeMemory", "stepFinished", "environment")),
+        *(
+            (name, c.c_void_p)
+            for name in ("allocateMemory", "freeMemory", "stepFinished", "environment")
+        ),
     )
 
 
@@ -37,7 +40,9 @@ class Unpacked:
         self.description = read_model_description(str(path))
         self.guid = self.description.guid
         self.variables = {variable.name: variable for variable in self.description.modelVariables}
-        self.outputs = [v.name for v in self.variables.values() if v.causality == "output" and v.type == "Real"]
+        self.outputs = [
+            v.name for v in self.variables.values() if v.causality == "output" and v.type == "Real"
+        ]
         self.library = next((folder / "binaries").glob("*64/*"))
 
     def reference(self, name):
@@ -56,7 +61,9 @@ class Instance:
         location = resources if resources is not None else fmu.resources.as_uri()
         location = location.encode() if isinstance(location, str) else location
         text = (guid or fmu.guid).encode()
-        self.component = c.c_void_p(instantiate(b"span", 1, text, location, c.byref(self.callbacks), 0, 0))
+        self.component = c.c_void_p(
+            instantiate(b"span", 1, text, location, c.byref(self.callbacks), 0, 0)
+        )
         self.time = 0.0
 
     def call(self, name, *arguments):
@@ -67,7 +74,12 @@ class Instance:
 
     def set_up(self, start=0.0, stop=None):
         return self.call(
-            "SetupExperiment", 0, c.c_double(0), c.c_double(start), stop is not None, c.c_double(stop or 0)
+            "SetupExperiment",
+            0,
+            c.c_double(0),
+            c.c_double(start),
+            stop is not None,
+            c.c_double(stop or 0),
         )
 
     def start(self, start=0.0, **values):
@@ -112,7 +124,11 @@ class Instance:
 
     def outputs(self):
         """The bits of all outputs."""
-        return {name: float(self[name]).hex() for name, v in self.fmu.variables.items() if v.causality == "output"}
+        return {
+            name: float(self[name]).hex()
+            for name, v in self.fmu.variables.items()
+            if v.causality == "output"
+        }
 
     def do_step(self, time, size):
         return self.call("DoStep", c.c_double(time), c.c_double(size), 1)
@@ -124,7 +140,9 @@ class Instance:
         return self
 
     def input_rates(self, **rates):
-        references = (c.c_uint * len(rates))(*(self.fmu.reference(name.replace("__", ".")) for name in rates))
+        references = (c.c_uint * len(rates))(
+            *(self.fmu.reference(name.replace("__", ".")) for name in rates)
+        )
         orders = (c.c_int * len(rates))(*[1] * len(rates))
         values = (c.c_double * len(rates))(*rates.values())
         self.insist("SetRealInputDerivatives", references, c.c_size_t(len(rates)), orders, values)
@@ -133,7 +151,11 @@ class Instance:
         count, values = len(names), (c.c_double * len(names))()
         references = (c.c_uint * count)(*(self.fmu.reference(name) for name in names))
         status = self.call(
-            "GetRealOutputDerivatives", references, c.c_size_t(count), (c.c_int * count)(*[1] * count), values
+            "GetRealOutputDerivatives",
+            references,
+            c.c_size_t(count),
+            (c.c_int * count)(*[1] * count),
+            values,
         )
         return status, dict(zip(names, values, strict=True))
 
@@ -142,7 +164,9 @@ class Instance:
         known = (c.c_uint * len(inputs))(*(self.fmu.reference(name) for name in inputs))
         seeds, found = (c.c_double * len(inputs))(*seed), (c.c_double * len(outputs))()
         sizes = c.c_size_t(len(outputs)), c.c_size_t(len(inputs))
-        status = self.call("GetDirectionalDerivative", unknown, sizes[0], known, sizes[1], seeds, found)
+        status = self.call(
+            "GetDirectionalDerivative", unknown, sizes[0], known, sizes[1], seeds, found
+        )
         return status, dict(zip(outputs, found, strict=True))
 
     def save(self):
@@ -176,8 +200,19 @@ def compile_c(target, *sources, flags=()):
     """Compile with the system's compiler, which installing the package has needed already."""
     compiler = shutil.which(os.environ.get("CC", "cc"))
     assert compiler, "no C compiler: install one, or name it in the environment variable CC"
-    command = [compiler, "-std=c11", "-D_DEFAULT_SOURCE", "-Wall", "-Wextra", "-Werror", *flags, f"-I{HEADERS}"]
-    subprocess.run([*command, *map(str, sources), "-o", str(target), "-ldl", "-lm", "-pthread"], check=True)
+    command = [
+        compiler,
+        "-std=c11",
+        "-D_DEFAULT_SOURCE",
+        "-Wall",
+        "-Wextra",
+        "-Werror",
+        *flags,
+        f"-I{HEADERS}",
+    ]
+    subprocess.run(
+        [*command, *map(str, sources), "-o", str(target), "-ldl", "-lm", "-pthread"], check=True
+    )
     return target
 
 
@@ -192,7 +227,9 @@ def unpack(tmp_path_factory):
 
     def export(scene):
         folder = tmp_path_factory.mktemp("native")
-        return Unpacked(export_fmu(scene, folder / "span.fmu", runtime="native"), folder / "unpacked")
+        return Unpacked(
+            export_fmu(scene, folder / "span.fmu", runtime="native"), folder / "unpacked"
+        )
 
     return export
 
@@ -240,7 +277,13 @@ def kernel_sources():
     return folder
 
 
-SANITIZERS = ("-g", "-O1", "-ffp-contract=off", "-fsanitize=address,undefined", "-fno-sanitize-recover=all")
+SANITIZERS = (
+    "-g",
+    "-O1",
+    "-ffp-contract=off",
+    "-fsanitize=address,undefined",
+    "-fno-sanitize-recover=all",
+)
 
 
 @pytest.fixture(scope="session")

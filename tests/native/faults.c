@@ -1,5 +1,5 @@
-/* Makes the n-th allocation of the library fail, for all n, and insists on a clean refusal and, by the leak checker at
- * the end, on no leak.  Linked with -Wl,--wrap for malloc and calloc.
+/* Makes the n-th allocation of the library fail, for all n, and insists on a clean refusal and, by
+ * the leak checker at the end, on no leak.  Linked with -Wl,--wrap for malloc and calloc.
  *
  *     faults RESOURCES GUID */
 #include "gallop.h"
@@ -14,7 +14,7 @@
 void *__real_malloc(size_t size);
 void *__real_calloc(size_t count, size_t size);
 
-static long left = -1;   /* allocations until one fails; negative: none does */
+static long left = -1; /* allocations until one fails; negative: none does */
 static int failed, messages;
 static char last_message[2048];
 
@@ -25,8 +25,14 @@ static int fails(void)
     return 1;
 }
 
-void *__wrap_malloc(size_t size) { return fails() ? NULL : __real_malloc(size); }
-void *__wrap_calloc(size_t count, size_t size) { return fails() ? NULL : __real_calloc(count, size); }
+void *__wrap_malloc(size_t size)
+{
+    return fails() ? NULL : __real_malloc(size);
+}
+void *__wrap_calloc(size_t count, size_t size)
+{
+    return fails() ? NULL : __real_calloc(count, size);
+}
 
 static void require(int ok, const char *what, long n)
 {
@@ -36,7 +42,8 @@ static void require(int ok, const char *what, long n)
 }
 #define REQUIRE(condition) require((condition), #condition, n)
 
-static void logger(void *environment, fmi2String instance, fmi2Status status, fmi2String category, fmi2String format, ...)
+static void logger(void *environment, fmi2String instance, fmi2Status status, fmi2String category,
+                   fmi2String format, ...)
 {
     va_list arguments;
     (void)environment, (void)instance, (void)status, (void)category;
@@ -59,8 +66,10 @@ static fmi2Component stepping(void)
 {
     fmi2Component c = new_instance();
     require(c && fmi2SetupExperiment(c, fmi2False, 0.0, 0.0, fmi2False, 0.0) == fmi2OK &&
-            fmi2EnterInitializationMode(c) == fmi2OK && fmi2ExitInitializationMode(c) == fmi2OK, "an instance", -1);
-    for (int k = 0; k < 3; k++) require(fmi2DoStep(c, k * 0.01, 0.01, fmi2True) == fmi2OK, "a step", -1);
+                fmi2EnterInitializationMode(c) == fmi2OK && fmi2ExitInitializationMode(c) == fmi2OK,
+            "an instance", -1);
+    for (int k = 0; k < 3; k++)
+        require(fmi2DoStep(c, k * 0.01, 0.01, fmi2True) == fmi2OK, "a step", -1);
     return c;
 }
 
@@ -82,10 +91,12 @@ static void create(long n)
     gallop_load *load;
     gallop_model *model;
     gallop_report report;
-    REQUIRE(resource_read(&table, resources, guid) == NULL && resource_scene(&table, &scene, &load) == NULL);
+    REQUIRE(resource_read(&table, resources, guid) == NULL &&
+            resource_scene(&table, &scene, &load) == NULL);
     left = n;
     const int outcome = gallop_model_create(&scene, &model, &report);
-    REQUIRE(outcome == (failed ? GALLOP_OUT_OF_MEMORY : GALLOP_COMPLETED) && report.outcome == outcome);
+    REQUIRE(outcome == (failed ? GALLOP_OUT_OF_MEMORY : GALLOP_COMPLETED) &&
+            report.outcome == outcome);
     REQUIRE((model == NULL) == failed);
     gallop_model_free(model);
     free(load);
@@ -121,19 +132,21 @@ static void initialise(long n)
     REQUIRE(fmi2ExitInitializationMode(c) == (failed ? fmi2Error : fmi2OK));
     left = -1;
     REQUIRE(messages == failed);
-    if (failed) REQUIRE(fmi2ExitInitializationMode(c) == fmi2OK);   /* there is memory again */
+    if (failed) REQUIRE(fmi2ExitInitializationMode(c) == fmi2OK); /* there is memory again */
     REQUIRE(fmi2DoStep(c, 0.0, 0.01, fmi2True) == fmi2OK);
     fmi2FreeInstance(c);
 }
 
-/* Every use of states; what fails leaves the instance as it was, and goes through when there is memory again. */
+/* Every use of states; what fails leaves the instance as it was, and goes through when there is
+ * memory again. */
 static void states(long n)
 {
     fmi2Component c = stepping();
     fmi2FMUstate state = NULL, copy = NULL;
     size_t size;
     static char before[1 << 20], after[1 << 20];
-    REQUIRE(fmi2GetFMUstate(c, &state) == fmi2OK && fmi2SerializedFMUstateSize(c, state, &size) == fmi2OK);
+    REQUIRE(fmi2GetFMUstate(c, &state) == fmi2OK &&
+            fmi2SerializedFMUstateSize(c, state, &size) == fmi2OK);
     REQUIRE(size <= sizeof before && fmi2SerializeFMUstate(c, state, before, size) == fmi2OK);
     left = n;
     const fmi2Status got = fmi2GetFMUstate(c, &copy);
@@ -144,14 +157,17 @@ static void states(long n)
     if (!told) REQUIRE((read == fmi2Error) == failed && (copy == NULL) == failed);
     left = -1;
     if (failed) REQUIRE(messages == 1 && strstr(last_message, "memory"));
-    REQUIRE(fmi2FreeFMUstate(c, &copy) == fmi2OK && fmi2DeSerializeFMUstate(c, before, size, &copy) == fmi2OK);
-    REQUIRE(fmi2SetFMUstate(c, copy) == fmi2OK && fmi2SerializeFMUstate(c, state, after, size) == fmi2OK);
+    REQUIRE(fmi2FreeFMUstate(c, &copy) == fmi2OK &&
+            fmi2DeSerializeFMUstate(c, before, size, &copy) == fmi2OK);
+    REQUIRE(fmi2SetFMUstate(c, copy) == fmi2OK &&
+            fmi2SerializeFMUstate(c, state, after, size) == fmi2OK);
     REQUIRE(memcmp(before, after, size) == 0);
     REQUIRE(fmi2FreeFMUstate(c, &copy) == fmi2OK && fmi2FreeFMUstate(c, &state) == fmi2OK);
     fmi2FreeInstance(c);
 }
 
-/* A state with other parameters, for which a span is built: if that fails, the present one stays. */
+/* A state with other parameters, for which a span is built: if that fails, the present one stays.
+ */
 static void exchange(long n)
 {
     static const fmi2ValueReference wind = 0;
@@ -162,7 +178,8 @@ static void exchange(long n)
     fmi2Component c = new_instance(), present = stepping();
     for (fmi2ValueReference r = 0; r < resource_head(&table)->variable_count; r++)
         if (!strcmp(resource_table(&table)[r].name, "conductor.axial_stiffness"))
-            REQUIRE(fmi2GetReal(c, &r, 1, &value) == fmi2OK && (value *= 1.01, fmi2SetReal(c, &r, 1, &value)) == fmi2OK);
+            REQUIRE(fmi2GetReal(c, &r, 1, &value) == fmi2OK &&
+                    (value *= 1.01, fmi2SetReal(c, &r, 1, &value)) == fmi2OK);
     REQUIRE(fmi2SetupExperiment(c, fmi2False, 0.0, 0.0, fmi2False, 0.0) == fmi2OK &&
             fmi2EnterInitializationMode(c) == fmi2OK && fmi2ExitInitializationMode(c) == fmi2OK &&
             fmi2GetFMUstate(c, &other) == fmi2OK);

@@ -1,10 +1,12 @@
-/* A host of our own: loads an FMU's library and uses it as a master would, without a line of Python.
+/* A host of our own: loads an FMU's library and uses it as a master would, without a line of
+ * Python.
  *
- *     host run     LIBRARY RESOURCES GUID STEPS REFERENCE...   every output after every step, as hexadecimal numbers
- *     host threads LIBRARY RESOURCES GUID STEPS REFERENCE...   instances side by side give what they give alone
- *     host states  LIBRARY RESOURCES GUID STEPS REFERENCE...   rollback and restoring elsewhere repeat every bit
- *     host save    LIBRARY RESOURCES GUID STEPS FILE           the state after so many steps
- *     host resume  LIBRARY RESOURCES GUID STEPS FILE REFERENCE...   as run, from a saved state on
+ *     host run     LIBRARY RESOURCES GUID STEPS REFERENCE...   every output after every step, as
+ * hexadecimal numbers host threads LIBRARY RESOURCES GUID STEPS REFERENCE...   instances side by
+ * side give what they give alone host states  LIBRARY RESOURCES GUID STEPS REFERENCE...   rollback
+ * and restoring elsewhere repeat every bit host save    LIBRARY RESOURCES GUID STEPS FILE the state
+ * after so many steps host resume  LIBRARY RESOURCES GUID STEPS FILE REFERENCE...   as run, from a
+ * saved state on
  */
 #include <dlfcn.h>
 #include <fmi2FunctionTypes.h>
@@ -17,12 +19,13 @@
 #define STEP 0.01
 #define MOST 32
 #define INSTANCES 4
-enum { WIND, ATTACK };   /* value references of the inputs */
+enum { WIND, ATTACK }; /* value references of the inputs */
 
-#define FUNCTIONS(of) \
-    of(Instantiate) of(FreeInstance) of(SetupExperiment) of(EnterInitializationMode) of(ExitInitializationMode) \
-    of(SetReal) of(GetReal) of(DoStep) of(GetFMUstate) of(SetFMUstate) of(FreeFMUstate) of(SerializedFMUstateSize) \
-    of(SerializeFMUstate) of(DeSerializeFMUstate) of(Terminate)
+#define FUNCTIONS(of)                                                                              \
+    of(Instantiate) of(FreeInstance) of(SetupExperiment) of(EnterInitializationMode)               \
+        of(ExitInitializationMode) of(SetReal) of(GetReal) of(DoStep) of(GetFMUstate)              \
+            of(SetFMUstate) of(FreeFMUstate) of(SerializedFMUstateSize) of(SerializeFMUstate)      \
+                of(DeSerializeFMUstate) of(Terminate)
 #define DECLARE(name) static fmi2##name##TYPE *name;
 FUNCTIONS(DECLARE)
 
@@ -39,8 +42,8 @@ static void check(int ok, const char *what)
 }
 #define OK(call) check((call) == fmi2OK, #call)
 
-static void log_to_stderr(void *environment, fmi2String instance, fmi2Status status, fmi2String category,
-                          fmi2String format, ...)
+static void log_to_stderr(void *environment, fmi2String instance, fmi2Status status,
+                          fmi2String category, fmi2String format, ...)
 {
     va_list arguments;
     (void)environment;
@@ -55,7 +58,8 @@ static fmi2Component start(double wind)
 {
     static const fmi2CallbackFunctions call = {log_to_stderr, calloc, free, NULL, NULL};
     const fmi2ValueReference where = WIND;
-    fmi2Component c = Instantiate("span", fmi2CoSimulation, guid, resources, &call, fmi2False, fmi2False);
+    fmi2Component c =
+        Instantiate("span", fmi2CoSimulation, guid, resources, &call, fmi2False, fmi2False);
     check(c != NULL, "Instantiate");
     OK(SetupExperiment(c, fmi2False, 0.0, 0.0, fmi2False, 0.0));
     OK(EnterInitializationMode(c));
@@ -79,7 +83,10 @@ static void advance(fmi2Component c, int first, int last, double *rows)
     }
 }
 
-static double *new_rows(void) { return calloc((size_t)steps * references, sizeof(double)); }
+static double *new_rows(void)
+{
+    return calloc((size_t)steps * references, sizeof(double));
+}
 
 static int equal(const double *a, const double *b, int count)
 {
@@ -102,7 +109,9 @@ static void run(fmi2Component c, int first)
     stop(c);
 }
 
-typedef struct { double wind, *rows; } task;
+typedef struct {
+    double wind, *rows;
+} task;
 
 static void *work(void *given)
 {
@@ -120,13 +129,15 @@ static void threads(void)
     pthread_t thread[INSTANCES];
     task alone[INSTANCES], together[INSTANCES];
     for (int i = 0; i < INSTANCES; i++) {
-        alone[i] = (task){4.0 + i / 2, new_rows()};   /* two of each kind */
+        alone[i] = (task){4.0 + i / 2, new_rows()}; /* two of each kind */
         together[i] = (task){alone[i].wind, new_rows()};
         work(&alone[i]);
     }
-    for (int i = 0; i < INSTANCES; i++) check(!pthread_create(&thread[i], NULL, work, &together[i]), "thread");
+    for (int i = 0; i < INSTANCES; i++)
+        check(!pthread_create(&thread[i], NULL, work, &together[i]), "thread");
     for (int i = 0; i < INSTANCES; i++) pthread_join(thread[i], NULL);
-    for (int i = 0; i < INSTANCES; i++) check(equal(alone[i].rows, together[i].rows, steps), "threads differ");
+    for (int i = 0; i < INSTANCES; i++)
+        check(equal(alone[i].rows, together[i].rows, steps), "threads differ");
     check(!equal(alone[0].rows, alone[2].rows, steps), "two wind speeds give the same");
     for (int i = 0; i < INSTANCES; i++) free(alone[i].rows), free(together[i].rows);
 }
@@ -137,7 +148,8 @@ static void fail(fmi2Component c, int k, double attack)
     const fmi2ValueReference where = ATTACK;
     const double behind = 0.0;
     OK(SetReal(c, &where, 1, &behind));
-    check(DoStep(c, k * STEP, STEP, fmi2True) == fmi2Error, "a step beyond the coefficients was made");
+    check(DoStep(c, k * STEP, STEP, fmi2True) == fmi2Error,
+          "a step beyond the coefficients was made");
     OK(SetReal(c, &where, 1, &attack));
 }
 
@@ -234,11 +246,17 @@ int main(int count, char **argument)
     steps = atoi(argument[5]);
     for (int i = 6 + with_file; i < count && references < MOST; i++)
         reference[references++] = (fmi2ValueReference)atoi(argument[i]);
-    if (!strcmp(what, "run")) run(start(5.5), 0);
-    else if (!strcmp(what, "threads")) threads();
-    else if (!strcmp(what, "states")) states();
-    else if (!strcmp(what, "save")) save(argument[6]);
-    else if (!strcmp(what, "resume")) resume(argument[6]);
-    else check(0, "unknown command");
+    if (!strcmp(what, "run"))
+        run(start(5.5), 0);
+    else if (!strcmp(what, "threads"))
+        threads();
+    else if (!strcmp(what, "states"))
+        states();
+    else if (!strcmp(what, "save"))
+        save(argument[6]);
+    else if (!strcmp(what, "resume"))
+        resume(argument[6]);
+    else
+        check(0, "unknown command");
     return 0;
 }

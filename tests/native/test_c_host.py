@@ -11,7 +11,12 @@ from fmpy.validation import validate_fmu
 import gallop_fmu as gf
 
 STOP, STEP = 20.0, 0.01
-CHANNELS = {"midspan.x2": "u2", "midspan.x3": "u3", "midspan.theta": "theta", "midspan.tension": "tension"}
+CHANNELS = {
+    "midspan.x2": "u2",
+    "midspan.x3": "u3",
+    "midspan.theta": "theta",
+    "midspan.tension": "tension",
+}
 
 
 @pytest.fixture(scope="module")
@@ -22,7 +27,9 @@ def host(compiled, tmp_path_factory, fmu):
         command = [program, what, fmu.library, fmu.resources.as_uri(), fmu.guid, steps, *arguments]
         done = subprocess.run(list(map(str, command)), capture_output=True, text=True)
         assert done.returncode == 0, done.stderr
-        return np.array([[float.fromhex(word) for word in line.split()] for line in done.stdout.splitlines()])
+        return np.array(
+            [[float.fromhex(word) for word in line.split()] for line in done.stdout.splitlines()]
+        )
 
     return run
 

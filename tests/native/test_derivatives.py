@@ -15,7 +15,11 @@ INPUTS = {"wind_speed": 1e-3, "attack_angle": 1e-4, "support.left.x1": 1e-4, "su
 @pytest.fixture(scope="module")
 def sharp(unpack):
     """Iterated to round-off, so that the host's own differences are good."""
-    return unpack(gf.load_scene("example3").with_values({"numerics.elements": 4, "numerics.newton_tolerance": 1e-14}))
+    return unpack(
+        gf.load_scene("example3").with_values(
+            {"numerics.elements": 4, "numerics.newton_tolerance": 1e-14}
+        )
+    )
 
 
 def by_the_host(fmu, state, name, size):
@@ -51,9 +55,14 @@ def test_directional_derivative_is_that_of_the_whole_step(sharp, instance, name)
 def test_directional_derivative_is_linear_in_the_seed(sharp, instance):
     fmu = instance(sharp).start(wind_speed=7.0).step(H, 20)
     one = np.array(
-        [list(fmu.directional(OUTPUTS, [name], [1.0])[1].values()) for name in ("wind_speed", "attack_angle")]
+        [
+            list(fmu.directional(OUTPUTS, [name], [1.0])[1].values())
+            for name in ("wind_speed", "attack_angle")
+        ]
     )
-    both = np.array(list(fmu.directional(OUTPUTS, ["wind_speed", "attack_angle"], [300.0, -20.0])[1].values()))
+    both = np.array(
+        list(fmu.directional(OUTPUTS, ["wind_speed", "attack_angle"], [300.0, -20.0])[1].values())
+    )
     expected = 300.0 * one[0] - 20.0 * one[1]
     assert both == pytest.approx(expected, rel=1e-5, abs=1e-5 * np.abs(expected).max())
     assert set(fmu.directional(OUTPUTS, ["wind_speed"], [0.0])[1].values()) == {0.0}
@@ -61,7 +70,11 @@ def test_directional_derivative_is_linear_in_the_seed(sharp, instance):
 
 def test_calm_wind_has_a_derivative_from_both_sides(sharp, instance):
     """The load of a calm span at rest grows with the square of the speed: no slope, and no kink either."""
-    fmu = instance(sharp).start(wind_speed=0.0, initial__seed_vertical=0.0, initial__seed_horizontal=0.0).step(H)
+    fmu = (
+        instance(sharp)
+        .start(wind_speed=0.0, initial__seed_vertical=0.0, initial__seed_horizontal=0.0)
+        .step(H)
+    )
     found = fmu.directional(OUTPUTS, ["wind_speed"], [1.0])[1]
     assert abs(found["midspan.x3"]) < 1e-9
 
@@ -83,7 +96,9 @@ def test_initial_state_by_its_inputs(sharp, instance):
 def test_an_input_rate_is_a_ramp(small_scene, small, instance):
     ramp = {"kind": "table", "time": [0.0, 2.0], "value": [4.0, 8.0]}
     wanted = gf.simulate(
-        small_scene.with_values({"wind.speed": None, "wind.history": ramp}), stop_time=2.0, record_every=4
+        small_scene.with_values({"wind.speed": None, "wind.history": ramp}),
+        stop_time=2.0,
+        record_every=4,
     )
     fmu = instance(small).start(wind_speed=4.0)
     found, tail = [], []
@@ -100,7 +115,9 @@ def test_an_input_rate_is_a_ramp(small_scene, small, instance):
     midspan = wanted.midspan()
     # observed: 4e-13 of the largest value, by round-off in the wind
     for values, channel in ((found, "u3"), (tail, "angle_of_attack")):
-        assert values == pytest.approx(midspan[channel].values[1:], rel=1e-9, abs=1e-9 * np.abs(values).max())
+        assert values == pytest.approx(
+            midspan[channel].values[1:], rel=1e-9, abs=1e-9 * np.abs(values).max()
+        )
 
 
 def test_an_input_rate_ends_with_its_step(small, instance):
@@ -141,12 +158,18 @@ def test_rates_of_outputs(small, instance):
     forces = ["support.left.f1", "support.right.f2", "midspan.tension", "angle_of_attack"]
     before = np.array([fmu[name] for name in forces])
     fmu.step(H)
-    moving = {"midspan.x2": "midspan.v2", "midspan.x3": "midspan.v3", "midspan.theta": "midspan.omega"}
+    moving = {
+        "midspan.x2": "midspan.v2",
+        "midspan.x3": "midspan.v3",
+        "midspan.theta": "midspan.omega",
+    }
     status, found = fmu.output_rates([*moving, *forces])
     assert status == 0
     assert [found[name] for name in moving] == [fmu[name] for name in moving.values()]
     after = np.array([fmu[name] for name in forces])
-    assert [found[name] for name in forces] == list((after - before) / ((fmu.time) - (fmu.time - H)))
+    assert [found[name] for name in forces] == list(
+        (after - before) / ((fmu.time) - (fmu.time - H))
+    )
 
 
 def test_rates_of_velocities_are_accelerations(small, instance):
@@ -164,7 +187,10 @@ def test_nothing_to_look_back_on(small, instance):
     state = fmu.step(H, 3).save()
     assert fmu.output_rates(["support.left.f1"])[0] == 0
     assert fmu.restore(state) == 0
-    for status in (fmu.output_rates(["support.left.f1"])[0], fmu.directional(["midspan.x2"], ["wind_speed"], [1.0])[0]):
+    for status in (
+        fmu.output_rates(["support.left.f1"])[0],
+        fmu.directional(["midspan.x2"], ["wind_speed"], [1.0])[0],
+    ):
         assert status == 3
         assert "known only after a step" in fmu.log[-1]
     assert fmu.output_rates(["midspan.x2"])[0] == 0

@@ -9,12 +9,16 @@ import pytest
 
 HERE = Path(__file__).parent
 FUZZING = HERE / "fuzzing"
-CORPORA = {folder.name: sorted(folder.iterdir()) for folder in sorted((FUZZING / "corpus").iterdir())}
+CORPORA = {
+    folder.name: sorted(folder.iterdir()) for folder in sorted((FUZZING / "corpus").iterdir())
+}
 
 
 def run(command, small, timeout=120):
     environment = {**os.environ, "RESOURCES": small.resources.as_uri(), "GUID": small.guid}
-    done = subprocess.run(list(map(str, command)), env=environment, capture_output=True, text=True, timeout=timeout)
+    done = subprocess.run(
+        list(map(str, command)), env=environment, capture_output=True, text=True, timeout=timeout
+    )
     assert done.returncode == 0, done.stderr[-4000:]
     return done.stdout
 
@@ -22,7 +26,10 @@ def run(command, small, timeout=120):
 def test_every_allocation_fails_once(sanitized, small):
     """A clean refusal, no leak, and the instance goes on when there is memory again."""
     program = sanitized("faults", HERE / "faults.c", flags=["-Wl,--wrap=malloc,--wrap=calloc"])
-    counted = dict(line.split() for line in run([program, small.resources.as_uri(), small.guid], small).splitlines())
+    counted = dict(
+        line.split()
+        for line in run([program, small.resources.as_uri(), small.guid], small).splitlines()
+    )
     # How many allocations there are, each of which failed: the model and its work space, and so on.
     assert counted == {
         "create": "2", "resource": "2", "instantiate": "6", "initialise": "4", "states": "2", "exchange": "5"
@@ -45,8 +52,20 @@ def test_valgrind_finds_nothing(compiled, kernel_sources, small, tmp_path):
     valgrind = shutil.which("valgrind")
     assert valgrind, "valgrind is not installed; apt-get install valgrind"
     includes = [f"-I{kernel_sources}", f"-I{FUZZING}"]
-    sources = [FUZZING / "state_target.c", FUZZING / "replay.c", *sorted(kernel_sources.glob("*.c"))]
-    program = compiled(tmp_path / "state", *sources, flags=["-g", "-O1", "-DGALLOP_ONE_PATH", *includes])
-    memcheck = [valgrind, "--quiet", "--error-exitcode=9", "--leak-check=full", "--track-origins=no"]
+    sources = [
+        FUZZING / "state_target.c",
+        FUZZING / "replay.c",
+        *sorted(kernel_sources.glob("*.c")),
+    ]
+    program = compiled(
+        tmp_path / "state", *sources, flags=["-g", "-O1", "-DGALLOP_ONE_PATH", *includes]
+    )
+    memcheck = [
+        valgrind,
+        "--quiet",
+        "--error-exitcode=9",
+        "--leak-check=full",
+        "--track-origins=no",
+    ]
     files = CORPORA["state"][::4]
     assert run([*memcheck, program, *files], small) == f"{len(files)} inputs\n"

@@ -20,10 +20,14 @@ UP, DOWN, TOWARDS_ZERO = 0x800, 0x400, 0xC00  # of fesetround on x86
 
 
 @pytest.mark.parametrize("angle", [99.0, 261.0, -91.0, 99.96])
-def test_an_angle_out_of_range_is_reported_in_the_words_of_python(small, small_scene, instance, angle):
+def test_an_angle_out_of_range_is_reported_in_the_words_of_python(
+    small, small_scene, instance, angle
+):
     """-91 deg is 269 deg, above the upper end: the lower one was named before."""
     wanted = (
-        "below the curve's lower limit of 100 deg" if 0.0 < angle < 100.0 else "above the curve's upper limit of 260"
+        "below the curve's lower limit of 100 deg"
+        if 0.0 < angle < 100.0
+        else "above the curve's upper limit of 260"
     )
     inputs = Inputs(0.0, 5.5, math.radians(angle), [[0.0] * 3] * 2)
     with pytest.raises(SimulationError, match=wanted) as python:
@@ -41,7 +45,9 @@ def test_a_limit_that_is_zero_is_printed_as_zero(example3):
     table = {"kind": "table", "angle_deg": [0.0, 120.0, 240.0, 350.0], "lift": [0.0] * 4, "drag": [1.0] * 4,
              "moment": [0.0] * 4}  # fmt: skip
     scene = gf.Scene.from_dict(example3.model_dump() | {"aerodynamics": table})
-    turned = scene.with_values({"ice.attack_angle_deg": 0.0, "initial.seed_twist": -1e-6, "initial.seed_vertical": 0.0})
+    turned = scene.with_values(
+        {"ice.attack_angle_deg": 0.0, "initial.seed_twist": -1e-6, "initial.seed_vertical": 0.0}
+    )
     with pytest.raises(SimulationError) as caught:
         Model(turned).start()
     assert " deg below the curve's lower limit of 0 deg" in str(caught.value)
@@ -143,7 +149,15 @@ def test_other_rounding_modes_are_named(small, instance, mode):
         libm.fesetround(mode)
         stepped, read = fmu.do_step(H, H), fmu.get_real([reference])[0]
         other = fmu.library.fmi2Instantiate
-        component = other(b"x", 1, small.guid.encode(), small.resources.as_uri().encode(), c.byref(fmu.callbacks), 0, 0)
+        component = other(
+            b"x",
+            1,
+            small.guid.encode(),
+            small.resources.as_uri().encode(),
+            c.byref(fmu.callbacks),
+            0,
+            0,
+        )
     finally:
         libm.fesetround(0)
     assert (stepped, read, component) == (ERROR, 0, None)  # read: computed before the mode changed
@@ -157,7 +171,9 @@ def test_a_pipe_in_place_of_the_model_is_refused_at_once(small, instance, tmp_pa
     """Instantiation waited for ever before."""
     os.mkfifo(tmp_path / "model.bin")
     opened = []
-    thread = threading.Thread(target=lambda: opened.append(instance(small, resources=tmp_path.as_uri())), daemon=True)
+    thread = threading.Thread(
+        target=lambda: opened.append(instance(small, resources=tmp_path.as_uri())), daemon=True
+    )
     thread.start()
     thread.join(5.0)
     assert not thread.is_alive()
@@ -175,7 +191,9 @@ def test_a_forged_factor_of_a_whole_number_is_refused(small, instance, tmp_path)
         at = first + index * entry.size
         name, origin, whole, place, excluded, factor, low, high = entry.unpack_from(content, at)
         if whole and origin == 0:
-            entry.pack_into(content, at, name, origin, whole, place, excluded, 1e300 * factor, low, high)
+            entry.pack_into(
+                content, at, name, origin, whole, place, excluded, 1e300 * factor, low, high
+            )
     value = 1469598103934665603
     for byte in content[24:]:
         value = ((value ^ byte) * 1099511628211) & 0xFFFFFFFFFFFFFFFF
@@ -200,7 +218,13 @@ COMPILE = {
 def test_options_that_spoil_the_arithmetic_stop_the_compiler(kernel_sources, name):
     """A kernel compiled with -ffast-math gave u2 = 0.000626 m in place of 0.007835 m, without a word."""
     flags, message = COMPILE[name]
-    command = [os.environ.get("CC", "cc"), "-std=c11", "-fsyntax-only", *flags, str(kernel_sources / "newmark.c")]
+    command = [
+        os.environ.get("CC", "cc"),
+        "-std=c11",
+        "-fsyntax-only",
+        *flags,
+        str(kernel_sources / "newmark.c"),
+    ]
     done = subprocess.run(command, capture_output=True, text=True)
     assert (done.returncode != 0) == bool(message)
     assert message in done.stderr
@@ -218,10 +242,17 @@ int main(void)
 """
 
 
-def test_options_that_the_compiler_does_not_report_are_found_at_run_time(compiled, kernel_sources, tmp_path):
+def test_options_that_the_compiler_does_not_report_are_found_at_run_time(
+    compiled, kernel_sources, tmp_path
+):
     source = tmp_path / "fault.c"
     source.write_text(FAULT)
     flags = [f"-I{kernel_sources}", "-ffunction-sections", "-Wl,--gc-sections", "-w", "-O2"]
-    for more, expected in ((["-funsafe-math-optimizations"], "compiled with -ffast-math"), ([], "none")):
+    for more, expected in (
+        (["-funsafe-math-optimizations"], "compiled with -ffast-math"),
+        ([], "none"),
+    ):
         program = compiled(tmp_path / "fault", source, flags=[*flags, *more])
-        assert expected in subprocess.run([program], capture_output=True, check=True, text=True).stdout
+        assert (
+            expected in subprocess.run([program], capture_output=True, check=True, text=True).stdout
+        )

@@ -6,14 +6,27 @@ import pytest
 import gallop_fmu as gf
 from gallop_fmu.fmu.variables import Origin, fmu_variables
 
-NODE = {f"midspan.{name}": channel for name, channel in (("x1", "u1"), ("x2", "u2"), ("x3", "u3"), ("theta", "theta"))}
-NODE |= {"midspan.omega": "omega", "midspan.tension": "tension", "angle_of_attack": "angle_of_attack"}
-SPAN = {f"support.{end}.f{axis}": f"{end}_f{axis}" for end in ("left", "right") for axis in (1, 2, 3)}
+NODE = {
+    f"midspan.{name}": channel
+    for name, channel in (("x1", "u1"), ("x2", "u2"), ("x3", "u3"), ("theta", "theta"))
+}
+NODE |= {
+    "midspan.omega": "omega",
+    "midspan.tension": "tension",
+    "angle_of_attack": "angle_of_attack",
+}
+SPAN = {
+    f"support.{end}.f{axis}": f"{end}_f{axis}" for end in ("left", "right") for axis in (1, 2, 3)
+}
 
 
 def rich_scene():
     """Everything that has numbers: springs, an adjacent span, ice, four kinds of load law, both dampings, a seed."""
-    data = gf.load_scene("example3").with_values({"numerics.elements": 4, "numerics.time_step": 0.02}).model_dump()
+    data = (
+        gf.load_scene("example3")
+        .with_values({"numerics.elements": 4, "numerics.time_step": 0.02})
+        .model_dump()
+    )
     data["span"] |= {"sag": None, "height_difference": 3.0}
     data["ice"] |= {"mass_per_length": 0.1, "torsional_inertia": 2e-5}
     data["aerodynamics"]["reference_radius"] = 0.012
@@ -24,12 +37,32 @@ def rich_scene():
     }  # fmt: skip
     laws = (
         {"kind": "ramp", "initial": 0.1, "final": 1.0, "start": 0.1, "duration": 0.5},
-        {"kind": "pulse", "initial": 0.0, "peak": 1.0, "start": 0.1, "rise": 0.2, "fall_start": 0.5, "fall": 0.3},
-        {"kind": "harmonic", "mean": 0.5, "amplitude": 0.4, "frequency_hz": 1.0, "phase_deg": 15.0, "start": 0.1},
+        {
+            "kind": "pulse",
+            "initial": 0.0,
+            "peak": 1.0,
+            "start": 0.1,
+            "rise": 0.2,
+            "fall_start": 0.5,
+            "fall": 0.3,
+        },
+        {
+            "kind": "harmonic",
+            "mean": 0.5,
+            "amplitude": 0.4,
+            "frequency_hz": 1.0,
+            "phase_deg": 15.0,
+            "start": 0.1,
+        },
         {"kind": "constant", "value": 0.7},
     )
     data["loads"] = [
-        {"force": (0.0, 5.0, 3.0), "torque": 0.5, "law": law, **({"evenly_spaced": 3} if k else {"position": 0.4})}
+        {
+            "force": (0.0, 5.0, 3.0),
+            "torque": 0.5,
+            "law": law,
+            **({"evenly_spaced": 3} if k else {"position": 0.4}),
+        }
         for k, law in enumerate(laws)
     ]
     data["initial"] |= {"seed_twist": 1e-3}
@@ -37,12 +70,16 @@ def rich_scene():
     return gf.Scene.from_dict(data)
 
 
-SCENES = {"held": gf.load_scene("example3").with_values({"numerics.elements": 4}), "rich": rich_scene()}
+SCENES = {
+    "held": gf.load_scene("example3").with_values({"numerics.elements": 4}),
+    "rich": rich_scene(),
+}
 CASES = [
     (kind, variable.name)
     for kind, scene in SCENES.items()
     for variable in fmu_variables(scene)
-    if variable.origin is Origin.PARAMETER and (kind == "rich" or variable.key.startswith(("span", "supports")))
+    if variable.origin is Origin.PARAMETER
+    and (kind == "rich" or variable.key.startswith(("span", "supports")))
 ]
 
 

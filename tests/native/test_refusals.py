@@ -76,10 +76,16 @@ def test_order_of_calls(fmu, function, mode):
         "DoStep": lambda: fmu.do_step(0.0, H),
         "SetReal": lambda: fmu.set_real([0], [5.0]),
         "SetRealInputDerivatives": lambda: fmu.call(
-            "SetRealInputDerivatives", (c.c_uint * 1)(0), c.c_size_t(1), (c.c_int * 1)(1), (c.c_double * 1)(0.5)
+            "SetRealInputDerivatives",
+            (c.c_uint * 1)(0),
+            c.c_size_t(1),
+            (c.c_int * 1)(1),
+            (c.c_double * 1)(0.5),
         ),
         "GetRealOutputDerivatives": lambda: fmu.output_rates(["midspan.x2"])[0],
-        "GetDirectionalDerivative": lambda: fmu.directional(["midspan.x2"], ["wind_speed"], [1.0])[0],
+        "GetDirectionalDerivative": lambda: fmu.directional(["midspan.x2"], ["wind_speed"], [1.0])[
+            0
+        ],
     }
     call = calls.get(function, lambda: fmu.call(function))
     if mode in ALLOWED[function]:
@@ -89,7 +95,16 @@ def test_order_of_calls(fmu, function, mode):
 
 
 def test_no_instance_is_no_crash(fmu):
-    for name in ("DoStep", "Terminate", "Reset", "GetReal", "SetReal", "GetFMUstate", "SetFMUstate", "GetStatus"):
+    for name in (
+        "DoStep",
+        "Terminate",
+        "Reset",
+        "GetReal",
+        "SetReal",
+        "GetFMUstate",
+        "SetFMUstate",
+        "GetStatus",
+    ):
         assert getattr(fmu.library, f"fmi2{name}")(None, None, None, None, None) == ERROR
     fmu.library.fmi2FreeInstance(None)
     empty = c.c_void_p()
@@ -102,7 +117,11 @@ def test_no_instance_is_no_crash(fmu):
 
 
 def test_outputs_are_not_known_before_initialisation(fmu):
-    refused(fmu, lambda: fmu.get_real([fmu.fmu.reference("midspan.x2")])[0], "not known before initialization")
+    refused(
+        fmu,
+        lambda: fmu.get_real([fmu.fmu.reference("midspan.x2")])[0],
+        "not known before initialization",
+    )
 
 
 @pytest.mark.parametrize("value", [math.nan, math.inf, -math.inf, -0.1, 151.0])
@@ -122,10 +141,24 @@ def test_wrong_references_and_causality(stepping):
     refused(stepping, lambda: stepping.set_real([real], [0.0]), "midspan.x2 is an output")
     refused(stepping, lambda: stepping.set_integer([whole], [0]), "status is an output")
     length = stepping.fmu.reference("span.length")
-    refused(stepping, lambda: stepping.set_real([length], [120.0]), "span.length is a fixed parameter")
-    refused(stepping, lambda: stepping.directional(["wind_speed"], ["wind_speed"], [1.0])[0], "is not an output")
-    refused(stepping, lambda: stepping.directional(["midspan.x2"], ["midspan.x2"], [1.0])[0], "is not an input")
-    refused(stepping, lambda: stepping.directional(["midspan.x2"], ["wind_speed"], [math.nan])[0], "finite")
+    refused(
+        stepping, lambda: stepping.set_real([length], [120.0]), "span.length is a fixed parameter"
+    )
+    refused(
+        stepping,
+        lambda: stepping.directional(["wind_speed"], ["wind_speed"], [1.0])[0],
+        "is not an output",
+    )
+    refused(
+        stepping,
+        lambda: stepping.directional(["midspan.x2"], ["midspan.x2"], [1.0])[0],
+        "is not an input",
+    )
+    refused(
+        stepping,
+        lambda: stepping.directional(["midspan.x2"], ["wind_speed"], [math.nan])[0],
+        "finite",
+    )
     refused(stepping, lambda: stepping.output_rates(["wind_speed"])[0], "is not an output")
 
 
@@ -206,7 +239,9 @@ def test_wrong_instantiation(small, instance):
         assert match in one.log[-1]
 
 
-@pytest.mark.parametrize("kind", ["file:{}", "file://{}", "file://localhost{}", "FILE://{}", "{}", "{}/"])
+@pytest.mark.parametrize(
+    "kind", ["file:{}", "file://{}", "file://localhost{}", "FILE://{}", "{}", "{}/"]
+)
 def test_ways_to_name_the_resources(small, instance, kind):
     assert instance(small, resources=kind.format(small.resources)).component.value
 
@@ -252,8 +287,16 @@ def test_paths_with_drives(compiled, kernel_sources, tmp_path_factory, location,
     program, source = folder / "paths", folder / "paths.c"
     if not program.exists():
         source.write_text(PATHS.format(kernel=kernel_sources))
-        compiled(program, source, kernel_sources / "law.c", flags=[f"-I{kernel_sources}", "-Wno-unused-function"])
-    assert subprocess.run([program, location], capture_output=True, check=True).stdout.decode().strip() == path
+        compiled(
+            program,
+            source,
+            kernel_sources / "law.c",
+            flags=[f"-I{kernel_sources}", "-Wno-unused-function"],
+        )
+    assert (
+        subprocess.run([program, location], capture_output=True, check=True).stdout.decode().strip()
+        == path
+    )
 
 
 def with_model(small, instance, folder, content):
@@ -281,7 +324,10 @@ def test_model_bin_with_flipped_bits(small, instance, tmp_path):
 
 def test_model_bin_of_others(small, instance, tmp_path, fmu):
     assert "cut off" in with_model(small, instance, tmp_path, b"").log[-1]
-    assert "not a file of this program" in with_model(small, instance, tmp_path, b"from another tool" * 99).log[-1]
+    assert (
+        "not a file of this program"
+        in with_model(small, instance, tmp_path, b"from another tool" * 99).log[-1]
+    )
     (tmp_path / "model.bin").unlink()
     (tmp_path / "model.bin").mkdir()
     assert not instance(small, resources=tmp_path.as_uri()).component.value
@@ -305,7 +351,9 @@ def test_spoilt_bytes_of_a_state(stepping):
         refused(stepping, lambda content=content: stepping.from_bytes(content)[0], "the bytes are")
 
 
-@pytest.mark.parametrize("part", ["mode", "time", "wind", "parameter", "kernel's magic", "kernel's size", "motion"])
+@pytest.mark.parametrize(
+    "part", ["mode", "time", "wind", "parameter", "kernel's magic", "kernel's size", "motion"]
+)
 def test_forged_bytes_of_a_state(stepping, part):
     """The checksum is right, but no such state is possible."""
     good = stepping.to_bytes(stepping.save())
@@ -367,8 +415,16 @@ def test_logging_knows_its_categories_and_the_library_its_version(fmu):
     assert fmu.call("SetDebugLogging", 1, c.c_size_t(2), names) == 0
     for wrong in (b"logAll", None):
         names[1] = wrong
-        refused(fmu, lambda: fmu.call("SetDebugLogging", 1, c.c_size_t(2), names), "the log category is unknown")
-    refused(fmu, lambda: fmu.call("SetDebugLogging", 1, c.c_size_t(2), None), "the log category is unknown")
+        refused(
+            fmu,
+            lambda: fmu.call("SetDebugLogging", 1, c.c_size_t(2), names),
+            "the log category is unknown",
+        )
+    refused(
+        fmu,
+        lambda: fmu.call("SetDebugLogging", 1, c.c_size_t(2), None),
+        "the log category is unknown",
+    )
     for name, answer in (("GetVersion", b"2.0"), ("GetTypesPlatform", b"default")):
         function = getattr(fmu.library, f"fmi2{name}")
         function.restype = c.c_char_p
@@ -379,7 +435,13 @@ def test_logging_knows_its_categories_and_the_library_its_version(fmu):
 def test_what_is_no_saved_state_is_refused(stepping, call):
     """A null pointer, memory of something else, and one that is not aligned: their size was believed before."""
     junk, room, size = c.create_string_buffer(4096), c.create_string_buffer(64), c.c_size_t()
-    more = {"SetFMUstate": (), "SerializedFMUstateSize": (c.byref(size),), "SerializeFMUstate": (room, c.c_size_t(64))}
+    more = {
+        "SetFMUstate": (),
+        "SerializedFMUstateSize": (c.byref(size),),
+        "SerializeFMUstate": (room, c.c_size_t(64)),
+    }
     good = stepping.save()
     for pointer in (None, c.c_void_p(c.addressof(junk)), c.c_void_p(good.value + 4)):
-        refused(stepping, lambda state=pointer: stepping.call(call, state, *more[call]), f"fmi2{call}: ")
+        refused(
+            stepping, lambda state=pointer: stepping.call(call, state, *more[call]), f"fmi2{call}: "
+        )

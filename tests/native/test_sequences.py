@@ -1,7 +1,7 @@
 """Random sequences of legal and illegal calls through a build with the address and undefined-behaviour sanitizers.
 
-The driver `sequence.c` knows the state machine of FMI 2.0 and aborts where the library does not keep to it; the
-sanitizers abort at the first wrong access, undefined operation or leak.
+The driver `sequence.c` knows the state machine of FMI 2.0 and aborts where the library does not
+keep to it; the sanitizers abort at the first wrong access, undefined operation or leak.
 """
 
 import random
@@ -20,14 +20,18 @@ FIXED = settings(max_examples=BATCHES, derandomize=True, deadline=None, phases=[
 
 @pytest.fixture(scope="module")
 def driver(sanitized, small):
-    program = sanitized("sequence", *sorted((Path(__file__).parent / "fuzzing").glob("sequence*.c")))
+    program = sanitized(
+        "sequence", *sorted((Path(__file__).parent / "fuzzing").glob("sequence*.c"))
+    )
 
     def run(seed, *forgeries):
         chance = random.Random(seed)
         sizes = [chance.randrange(50, 2000) for _ in range(SEQUENCES)]
         batch = b"".join(struct.pack("<H", size) + chance.randbytes(size) for size in sizes)
         command = [program, small.resources.as_uri(), small.guid, *forgeries]
-        done = subprocess.run(list(map(str, command)), input=batch, capture_output=True, timeout=120)
+        done = subprocess.run(
+            list(map(str, command)), input=batch, capture_output=True, timeout=120
+        )
         assert done.returncode == 0, done.stderr.decode()
         calls, messages = (int(word) for word in done.stdout.split() if word.isdigit())
         assert calls > 4000

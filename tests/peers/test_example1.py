@@ -1,7 +1,8 @@
 """Forced motion of a bare span against OpenSees (160 two-node elements) and against the modal series of a shaft.
 
-Two peers of different elements: what is left is mostly the mesh error of both. For the pulse, OpenSees' own frequencies
-near 2.7 Hz, which the short fall excites, are off by 1.6e-3, and the vertical motion is 4 % of the horizontal one.
+Two peers of different elements: what is left is mostly the mesh error of both. For the pulse,
+OpenSees' own frequencies near 2.7 Hz, which the short fall excites, are off by 1.6e-3, and the
+vertical motion is 4 % of the horizontal one.
 """
 
 from pathlib import Path
@@ -64,6 +65,9 @@ def test_range_of_the_pulse_response(pulse):
 
 def test_twist_follows_the_modal_series(step):
     _, _, twist_deg = reference("example1_step_torsion")
-    assert relative_rms(np.degrees(step.theta), twist_deg) < 6e-4  # observed 4.0e-4: the series was cut off
-    # 39 torques on a shaft of the conductor's length, in closed form; observed 8.7e-5, the length being 100.436 m here
+    assert (
+        relative_rms(np.degrees(step.theta), twist_deg) < 6e-4
+    )  # observed 4.0e-4: the series was cut off
+    # 39 torques on a shaft of the conductor's length, in closed form; observed 8.7e-5, the length
+    # being 100.436 m here
     assert np.degrees(step.theta[-1]) == pytest.approx(18.947, rel=1.5e-4)

@@ -20,7 +20,11 @@ def loaded(scene, force, torque, position):
     """The scene with one pulse of force and torque, which excites everything."""
     law = {"kind": "pulse", "peak": 1.0, "rise": 0.4, "fall_start": 0.4, "fall": 0.3}
     loads = [{"force": list(force), "torque": torque, "position": position, "law": law}]
-    return Model(scene.with_values({"loads": loads, "initial.seed_vertical": 0.0, "initial.seed_horizontal": 0.0}))
+    return Model(
+        scene.with_values(
+            {"loads": loads, "initial.seed_vertical": 0.0, "initial.seed_horizontal": 0.0}
+        )
+    )
 
 
 def records(model, count=150):
@@ -52,7 +56,9 @@ def test_mirror_across_the_span_plane(integrator, force, torque, position):
     calm = CALM.with_values({"numerics.integrator": integrator})
     mirrored_ice = calm.with_values({"ice.first_moment_x3": -CALM.ice.first_moment_x3})
     nodes, supports = records(loaded(calm, force, torque, position))
-    other_nodes, other_supports = records(loaded(mirrored_ice, (force[0], force[1], -force[2]), -torque, position))
+    other_nodes, other_supports = records(
+        loaded(mirrored_ice, (force[0], force[1], -force[2]), -torque, position)
+    )
     odd = [NODE_INDEX[name] for name in ("u3", "theta", "v3", "omega", "a3", "omega_rate")]
     kept = [i for i in ALL if i != NODE_INDEX["angle_of_attack"]]
     other_nodes[:, odd] *= -1.0
@@ -67,7 +73,9 @@ def test_left_and_right_of_a_level_span_can_be_exchanged(force, torque, position
     """Half a turn about x2: x1, x3, the twist, the torque and the first moment along x3 change sign."""
     turned_ice = CALM.with_values({"ice.first_moment_x3": -CALM.ice.first_moment_x3})
     nodes, supports = records(loaded(CALM, force, torque, position))
-    other_nodes, other_supports = records(loaded(turned_ice, (-force[0], force[1], -force[2]), -torque, 1.0 - position))
+    other_nodes, other_supports = records(
+        loaded(turned_ice, (-force[0], force[1], -force[2]), -torque, 1.0 - position)
+    )
     odd = [NODE_INDEX[name + axis] for name in "uva" for axis in "13"]
     odd += [NODE_INDEX[name] for name in ("theta", "omega", "omega_rate")]
     kept = [i for i in ALL if i != NODE_INDEX["angle_of_attack"]]
@@ -82,7 +90,11 @@ def test_left_and_right_of_a_level_span_can_be_exchanged(force, torque, position
 @given(**PULSES)
 def test_undamped_motion_runs_back_in_time(force, torque, position):
     """With all velocities reversed the motion returns to where it came from: Newmark's rule is symmetric in time."""
-    values = {"damping.translation": None, "damping.twist": None, "numerics.newton_tolerance": 1e-13}
+    values = {
+        "damping.translation": None,
+        "damping.twist": None,
+        "numerics.newton_tolerance": 1e-13,
+    }
     model = loaded(CALM.with_values(values), force, torque, position)
     state = model.start()
     state.advance(0.8)  # the load is over at 0.7 s

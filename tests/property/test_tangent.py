@@ -17,14 +17,16 @@ SCENES = {
         {"span.height_difference": 20.0, "span.sag": None, "wind.speed": 9.0}
     ),
 }  # fmt: skip
-MODELS = {name: Model(scene.with_values({"numerics.elements": 5})) for name, scene in SCENES.items()}
+MODELS = {
+    name: Model(scene.with_values({"numerics.elements": 5})) for name, scene in SCENES.items()
+}
 CALM = {name: Model(model.scene.with_values({"wind.speed": 0.0})) for name, model in MODELS.items()}
 PARTS = ("stiffness", "damping", "mass")
 SEEDS = st.integers(0, 2**32 - 1)
 FEW = settings(max_examples=6)
 
-# Sixth-order central difference: exact for the cubic structural forces at any step, so the step can be large enough
-# to keep round-off away.
+# Sixth-order central difference: exact for the cubic structural forces at any step, so the step can
+# be large enough to keep round-off away.
 OFFSETS, WEIGHTS = (-3, -2, -1, 1, 2, 3), (-1 / 60, 9 / 60, -45 / 60, 45 / 60, -9 / 60, 1 / 60)
 STEP = 0.02
 
@@ -84,7 +86,11 @@ def test_symmetry_without_wind(name, seed):
     model = CALM[name]
     u, v, a = motion(model, seed)
     still = np.zeros_like(u)
-    for part, uva in (("mass", (u, v, a)), ("damping", (u, still, a)), ("stiffness", (u, still, still))):
+    for part, uva in (
+        ("mass", (u, v, a)),
+        ("damping", (u, still, a)),
+        ("stiffness", (u, still, still)),
+    ):
         matrix = assembled(model, uva, part)
         assert np.abs(matrix - matrix.T).max() <= 1e-15 * np.abs(matrix).max()  # observed 0
 
@@ -107,7 +113,9 @@ def test_mass_of_a_translation_is_the_whole_mass(name):
     for axis in range(3):
         shift = np.zeros((model.nodes, 4))
         shift[:, axis] = 1.0
-        total = (model.scene.conductor.mass_per_length + model.scene.ice.mass_per_length) * model.equilibrium().length
+        total = (
+            model.scene.conductor.mass_per_length + model.scene.ice.mass_per_length
+        ) * model.equilibrium().length
         assert shift.ravel() @ mass @ shift.ravel() == pytest.approx(total, rel=1e-13)
 
 
@@ -133,7 +141,8 @@ def rotation(axis, angle):
 @pytest.mark.parametrize("name", CALM)
 @FEW
 @given(
-    axis=st.tuples(*[st.floats(-1.0, 1.0)] * 3).filter(lambda v: np.linalg.norm(v) > 0.1), angle=st.floats(-3.1, 3.1)
+    axis=st.tuples(*[st.floats(-1.0, 1.0)] * 3).filter(lambda v: np.linalg.norm(v) > 0.1),
+    angle=st.floats(-3.1, 3.1),
 )
 def test_rigid_rotation_turns_the_internal_force(name, axis, angle):
     """The constant forces C stay, the internal ones, C in the initial state, turn: the residual is (Q - 1) C."""
@@ -145,19 +154,34 @@ def test_rigid_rotation_turns_the_internal_force(name, axis, angle):
         u[:, :3] = x @ (q - np.eye(3)).T
         return model.residual(u)[:, :3] - model.residual()[:, :3]
 
-    half_turn_1, half_turn_2 = turned(np.diag([1.0, -1.0, -1.0])), turned(np.diag([-1.0, 1.0, -1.0]))
+    half_turn_1, half_turn_2 = (
+        turned(np.diag([1.0, -1.0, -1.0])),
+        turned(np.diag([-1.0, 1.0, -1.0])),
+    )
     constant = -0.5 * np.column_stack([half_turn_2[:, 0], half_turn_1[:, 1], half_turn_1[:, 2]])
     q = rotation(axis, angle)
     tension = model.equilibrium().horizontal_tension
-    assert np.abs(turned(q) - constant @ (q - np.eye(3)).T).max() < 2e-10 * tension  # observed 2e-11
+    assert (
+        np.abs(turned(q) - constant @ (q - np.eye(3)).T).max() < 2e-10 * tension
+    )  # observed 2e-11
 
 
 def test_inputs_replace_the_laws_in_the_residual():
     model = MODELS["example3"]
     u, v, a = motion(model, 3)
-    same = Inputs(0.7, model.scene.wind.mean_speed, np.radians(model.scene.ice.attack_angle_deg), np.zeros((2, 3)))
-    assert np.array_equal(model.residual(u, v, a, inputs=same, time=0.7), model.residual(u, v, a, time=0.7))
+    same = Inputs(
+        0.7,
+        model.scene.wind.mean_speed,
+        np.radians(model.scene.ice.attack_angle_deg),
+        np.zeros((2, 3)),
+    )
+    assert np.array_equal(
+        model.residual(u, v, a, inputs=same, time=0.7), model.residual(u, v, a, time=0.7)
+    )
     growing = Inputs(0.2, 1.0, same.attack_angle, np.zeros((2, 3)), wind_speed_rate=9.0)
     np.testing.assert_allclose(
-        model.residual(u, v, a, inputs=growing, time=0.7), model.residual(u, v, a, time=0.7), rtol=0, atol=1e-9
+        model.residual(u, v, a, inputs=growing, time=0.7),
+        model.residual(u, v, a, time=0.7),
+        rtol=0,
+        atol=1e-9,
     )

@@ -10,7 +10,14 @@ from gallop_fmu import Model, Scene, SceneError, SimulationError
 FOLDER = Path(__file__).resolve().parents[2] / "benchmarks"
 sys.path[:0] = [str(FOLDER)]
 
-from stress.conservation import conserving, energy_error, released, reverse, same_bits, way_back  # noqa: E402
+from stress.conservation import (  # noqa: E402
+    conserving,
+    energy_error,
+    released,
+    reverse,
+    same_bits,
+    way_back,
+)
 from stress.scenes import stress_scene  # noqa: E402
 from stress.stability import integrators  # noqa: E402
 
@@ -31,12 +38,18 @@ def possible(seed, count):
 
 
 def test_random_spans_have_the_same_bits_repeated_recorded_rarely_and_in_threads():
-    assert same_bits(possible(5, 5), steps=16) == {"repeated": True, "recorded rarely": True, "in threads": True}
+    assert same_bits(possible(5, 5), steps=16) == {
+        "repeated": True,
+        "recorded rarely": True,
+        "in threads": True,
+    }
 
 
 @pytest.mark.parametrize("integrator", ["newmark", "gauss6"])
 def test_a_smooth_motion_runs_back_to_where_it_came_from(integrator):
-    found = way_back(released({"numerics.newton_tolerance": 1e-13, **integrators()[integrator]}), steps=1000)
+    found = way_back(
+        released({"numerics.newton_tolerance": 1e-13, **integrators()[integrator]}), steps=1000
+    )
     assert found < 1e-7  # observed 7e-10 after 2000 steps
 
 
@@ -54,7 +67,10 @@ def test_without_turning_round_it_does_not():
     [
         ("newmark", 3e-4),  # observed 1.3e-4, as large at the end as at the begin
         ("generalised_alpha, spectral radius 1", 1.5e-4),  # observed 6.6e-5
-        ("gauss6", 1e-8),  # observed 3e-9 at the end, 6e-10 at the begin: what Newton's tolerance leaves adds up
+        (
+            "gauss6",
+            1e-8,
+        ),  # observed 3e-9 at the end, 6e-10 at the begin: what Newton's tolerance leaves adds up
     ],
 )
 def test_energy_error_is_bounded(integrator, bound):
@@ -70,5 +86,7 @@ def test_generalised_alpha_dissipates_little_of_what_it_resolves_and_nothing_at_
         energy_error(released(conserving()[name]), steps=50_000, every=50)["loss"]
         for name in ("generalised_alpha", "generalised_alpha, spectral radius 1")
     ]
-    assert 1.1e-7 < loss[0] < 1.9e-7  # observed 1.4e-7; 7.6e-8 of an oscillator of 0.695 Hz, more of faster modes
+    assert (
+        1.1e-7 < loss[0] < 1.9e-7
+    )  # observed 1.4e-7; 7.6e-8 of an oscillator of 0.695 Hz, more of faster modes
     assert abs(loss[1]) < 2e-8  # observed 4e-9

@@ -20,8 +20,15 @@ from stress.checks import CLOSED, judge  # noqa: E402
 from stress.scenes import Stress  # noqa: E402
 
 SWAY = {"kind": "pulse", "rise": 2.0, "fall_start": 3.0, "fall": 2.0, "peak": 0.02}
-CALM = {"initial.seed_vertical": 0.0, "initial.seed_horizontal": 0.0, "numerics.newton_tolerance": 1e-12}
-RISING = {"wind.speed": None, "wind.history": {"kind": "ramp", "initial": 0.0, "final": 6.0, "duration": 3.0}}
+CALM = {
+    "initial.seed_vertical": 0.0,
+    "initial.seed_horizontal": 0.0,
+    "numerics.newton_tolerance": 1e-12,
+}
+RISING = {
+    "wind.speed": None,
+    "wind.history": {"kind": "ramp", "initial": 0.0, "final": 6.0, "duration": 3.0},
+}
 SWAYING = {"wind.speed": 0.0, "supports.left.motion": {"x1": SWAY, "x2": SWAY, "x3": SWAY}}
 CASES = {
     "wind on springs": ("example2", RISING, "wind"),
@@ -34,7 +41,9 @@ CASES = {
 
 def balanced(name, values, step):
     scene = gf.load_scene(name).with_values({**CALM, **values, "numerics.time_step": step})
-    run = gf.simulate(scene, stop_time=5.0, record_nodes="all", record_every=1, channels=MOTION_CHANNELS)
+    run = gf.simulate(
+        scene, stop_time=5.0, record_nodes="all", record_every=1, channels=MOTION_CHANNELS
+    )
     return energy_balance(run)
 
 
@@ -62,7 +71,9 @@ def test_a_motion_that_was_not_recorded_has_no_balance():
 
 def test_rest_is_balanced():
     scene = gf.load_scene("example3").with_values({**CALM, "wind.speed": 0.0})
-    run = gf.simulate(scene, stop_time=0.1, record_nodes="all", record_every=1, channels=MOTION_CHANNELS)
+    run = gf.simulate(
+        scene, stop_time=0.1, record_nodes="all", record_every=1, channels=MOTION_CHANNELS
+    )
     assert energy_balance(run).worst < 1e-6  # observed 3e-8
 
 
@@ -84,14 +95,24 @@ def test_turning_the_ice_by_an_input_is_work(wind):
     data = tomllib.loads(gf.load_scene("example3").with_values(changes).to_toml())
     verdict = judge(Stress("turning", data, 100, reversal=wind, turn=3.0))
     assert (verdict.outcome, verdict.faults) == ("completed", [])
-    assert verdict.imbalance < 2e-3  # observed 9e-4 and 5e-4; 0.034 and 0.018 without the work of turning
+    assert (
+        verdict.imbalance < 2e-3
+    )  # observed 9e-4 and 5e-4; 0.034 and 0.018 without the work of turning
 
 
 def test_a_run_of_halved_steps_says_that_it_is_doubtful():
     """Let go out of equilibrium, with steps of several axial periods: it ends, and its energy is wrong."""
-    rough = {"initial.seed_vertical": 0.3, "initial.seed_horizontal": 0.1, "initial.seed_twist": 0.2}
-    scene = gf.load_scene("example3").with_values({**rough, "numerics.time_step": 0.2, "aerodynamics.outside": "hold"})
-    result = gf.simulate(scene, stop_time=20.0, record_nodes="all", record_every=1, channels=MOTION_CHANNELS)
+    rough = {
+        "initial.seed_vertical": 0.3,
+        "initial.seed_horizontal": 0.1,
+        "initial.seed_twist": 0.2,
+    }
+    scene = gf.load_scene("example3").with_values(
+        {**rough, "numerics.time_step": 0.2, "aerodynamics.outside": "hold"}
+    )
+    result = gf.simulate(
+        scene, stop_time=20.0, record_nodes="all", record_every=1, channels=MOTION_CHANNELS
+    )
     assert result.outcome is Outcome.COMPLETED
     assert energy_balance(result).worst > 0.05  # observed 0.072; 3e-5 with steps of 10 ms
     assert result.report.doubtful
@@ -124,14 +145,26 @@ def test_a_halved_start_is_balanced_in_its_parts(name, kept_scene):
     verdict = judge(kept_scene(name))
     assert verdict.halvings == 1
     assert verdict.faults == []
-    assert verdict.imbalance < 0.01  # observed 8e-4 to 5e-3; 0.29 to 0.33 by records at ends of whole steps
+    assert (
+        verdict.imbalance < 0.01
+    )  # observed 8e-4 to 5e-3; 0.29 to 0.33 by records at ends of whole steps
 
 
 def test_undamped_axial_waves_on_springs_are_doubtful():
     """A span of 69 m let go from 0.1 m up: every step of 10 ms is halved, and the share counts, not the step."""
     springs = {"kind": "springs", "stiffness_x1": 76986.4, "stiffness_x3": 1361.6}
-    values = {"span.length": 69.0, "span.sag": None, "initial.seed_vertical": 0.1, "aerodynamics.outside": "hold"}
-    values |= {"damping.translation": None, "damping.twist": None, "supports.left": springs, "supports.right": springs}
+    values = {
+        "span.length": 69.0,
+        "span.sag": None,
+        "initial.seed_vertical": 0.1,
+        "aerodynamics.outside": "hold",
+    }
+    values |= {
+        "damping.translation": None,
+        "damping.twist": None,
+        "supports.left": springs,
+        "supports.right": springs,
+    }
     result = gf.simulate(gf.load_scene("example3").with_values(values), stop_time=5.0)
     assert result.report.halvings > result.report.steps  # observed 549 of 500
     assert result.report.doubtful
@@ -139,7 +172,9 @@ def test_undamped_axial_waves_on_springs_are_doubtful():
 
 
 def test_galloping_turns_little_in_a_step():
-    result = gf.simulate(gf.load_scene("example3").with_values({"initial.seed_vertical": 0.3}), stop_time=20.0)
+    result = gf.simulate(
+        gf.load_scene("example3").with_values({"initial.seed_vertical": 0.3}), stop_time=20.0
+    )
     omega = np.abs(result.midspan()["omega"].values).max() * result.scene.numerics.time_step
     assert 0.8 * omega < result.report.largest_turn < 1.5 * omega
     assert result.report.largest_turn < 0.1 * DOUBTFUL_TURN
@@ -151,6 +186,8 @@ def test_a_turn_of_a_radian_in_a_step_is_too_much(turn, doubtful):
     assert Report(Outcome.COMPLETED, 1.0, steps=1000, largest_turn=turn).doubtful is doubtful
 
 
-@pytest.mark.parametrize(("steps", "halvings", "doubtful"), [(1000, 0, False), (1000, 10, False), (1000, 11, True)])
+@pytest.mark.parametrize(
+    ("steps", "halvings", "doubtful"), [(1000, 0, False), (1000, 10, False), (1000, 11, True)]
+)
 def test_a_jump_or_two_is_no_reason_for_doubt(steps, halvings, doubtful):
     assert Report(Outcome.COMPLETED, 1.0, steps=steps, halvings=halvings).doubtful is doubtful

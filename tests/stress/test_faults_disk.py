@@ -40,7 +40,9 @@ WRITERS = {
     "run.csv": lambda result, path: result.save(path),
     "run.parquet": lambda result, path: result.save(path),
     "run.png": lambda result, path: save_figure(overview(result), path),
-    "run.toml": lambda result, path: result.scene.with_values({"description": 4 * LIMIT * "x"}).save(path),
+    "run.toml": (
+        lambda result, path: result.scene.with_values({"description": 4 * LIMIT * "x"}).save(path)
+    ),
     "run.fmu": lambda result, path: export_fmu(result.scene, path),
 }
 
@@ -49,7 +51,9 @@ WRITERS = {
 def test_an_older_file_survives(tmp_path, result, name):
     path = tmp_path / name
     path.write_bytes(b"the older one")
-    failure = pytest.raises((OSError, ExportError), match=f"{name}.*(large|space)|(large|space).*{name}")
+    failure = pytest.raises(
+        (OSError, ExportError), match=f"{name}.*(large|space)|(large|space).*{name}"
+    )
     with failure, little_room():
         WRITERS[name](result, path)
     assert path.read_bytes() == b"the older one"
@@ -73,12 +77,28 @@ def test_a_run_tells_what_could_not_be_written_and_keeps_the_rest(tmp_path):
     def limited():
         resource.setrlimit(resource.RLIMIT_FSIZE, (10_000, 10_000))
 
-    words = ["run", "example1", "--until", "1", "--every", "20", "--out", "run.nc", "--plot", "run.png"]
+    words = [
+        "run",
+        "example1",
+        "--until",
+        "1",
+        "--every",
+        "20",
+        "--out",
+        "run.nc",
+        "--plot",
+        "run.png",
+    ]
     command = [sys.executable, "-P", "-c", "from gallop_fmu.cli.main import main; main()", *words]
-    done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, preexec_fn=limited, timeout=120)
+    done = subprocess.run(
+        command, cwd=tmp_path, capture_output=True, text=True, preexec_fn=limited, timeout=120
+    )
     assert done.returncode == 2, done.stderr or signal.Signals(-done.returncode)
     for name in ("run.nc", "run.png"):
-        assert f"{name}: cannot be written (File too large); a file that stood there is as it was" in done.stderr
+        assert (
+            f"{name}: cannot be written (File too large); a file that stood there is as it was"
+            in done.stderr
+        )
     assert "Traceback" not in done.stderr
     assert "lowest tension" in done.stdout  # the summary is not lost
     assert [path.name for path in tmp_path.iterdir()] == ["run.nc"]

@@ -97,7 +97,18 @@ def test_values_nested_without_end():
     refused(lambda: scene.with_values({"wind" + ".a" * 5000: 1.0}), "nested too deeply|unknown key")
 
 
-EXECUTING = {"eval", "exec", "compile", "pickle", "marshal", "shelve", "yaml", "dill", "cloudpickle", "joblib"}
+EXECUTING = {
+    "eval",
+    "exec",
+    "compile",
+    "pickle",
+    "marshal",
+    "shelve",
+    "yaml",
+    "dill",
+    "cloudpickle",
+    "joblib",
+}
 
 
 @pytest.mark.parametrize("package", ["gallop_fmu", "modal"])
@@ -108,8 +119,16 @@ def test_no_module_can_execute_what_it_reads(package):
     assert len(files) > 20
     for file in files:
         for node in ast.walk(ast.parse(file.read_text("utf-8"))):
-            called = node.func.id if isinstance(node, ast.Call) and isinstance(node.func, ast.Name) else ""
-            imported = [alias.name.split(".")[0] for alias in node.names] if isinstance(node, ast.Import) else []
+            called = (
+                node.func.id
+                if isinstance(node, ast.Call) and isinstance(node.func, ast.Name)
+                else ""
+            )
+            imported = (
+                [alias.name.split(".")[0] for alias in node.names]
+                if isinstance(node, ast.Import)
+                else []
+            )
             source = [(node.module or "").split(".")[0]] if isinstance(node, ast.ImportFrom) else []
             found = EXECUTING & {called, *imported, *source}
             assert not found, (file.name, node.lineno, found)

@@ -30,16 +30,49 @@ WORDS = [
     "", " ", "  a ", "line one\nline two", "a\r\nb", "\t", "a,b", "a;b", "$x_{$", "[b]x[/b]", ":warning:", "<a&b>",
 ]
 # fmt: on
-REFUSED = ["\0", "\x1b[2J", "a\x0bb", "\x85", "\x1c", "\ud800", "\ufffe", "\ufdd0", "\U0001ffff", "\x7f"]
-NATIVE = [None, math.nan, math.inf, True, 0, 2.5, 2**63, -(10**30), 10**400, ["a", {"b": None}], {"k": [1, 2.0]}]
-IN_MEMORY = [*NATIVE, pd.NA, pd.NaT, pd.Timestamp("2024-01-01"), datetime.date(2024, 1, 1), datetime.time(7, 30)]
+REFUSED = [
+    "\0",
+    "\x1b[2J",
+    "a\x0bb",
+    "\x85",
+    "\x1c",
+    "\ud800",
+    "\ufffe",
+    "\ufdd0",
+    "\U0001ffff",
+    "\x7f",
+]
+NATIVE = [
+    None,
+    math.nan,
+    math.inf,
+    True,
+    0,
+    2.5,
+    2**63,
+    -(10**30),
+    10**400,
+    ["a", {"b": None}],
+    {"k": [1, 2.0]},
+]
+IN_MEMORY = [
+    *NATIVE,
+    pd.NA,
+    pd.NaT,
+    pd.Timestamp("2024-01-01"),
+    datetime.date(2024, 1, 1),
+    datetime.time(7, 30),
+]
 
 
 def drawn(source, native):
     """Name to cells; every fourth one is no text where `native` gives some."""
     columns = {"name": [f"{source.choice(WORDS)} {row}" for row in range(ROWS)]}
     for key in (*LABELS, *VALUES):
-        words = [source.choice(native if native and source.random() < 0.25 else WORDS) for _ in range(ROWS)]
+        words = [
+            source.choice(native if native and source.random() < 0.25 else WORDS)
+            for _ in range(ROWS)
+        ]
         columns[key] = words
     return columns
 
@@ -52,14 +85,20 @@ def as_csv(source, folder):
     columns, text = drawn(source, []), io.StringIO(newline="")
     writer = csv.writer(text, source.choice(["excel", "excel-tab", "unix"]))
     writer.writerows([list(columns), *(row.values() for row in rows_of(columns))])
-    (folder / "spans.csv").write_text(text.getvalue(), source.choice(["utf-8", "utf-8-sig", "utf-16"]), newline="")
+    (folder / "spans.csv").write_text(
+        text.getvalue(), source.choice(["utf-8", "utf-8-sig", "utf-16"]), newline=""
+    )
     return columns, folder / "spans.csv"
 
 
 def as_geojson(source, folder):
     columns = drawn(source, NATIVE)
-    features = [{"type": "Feature", "geometry": None, "properties": row} for row in rows_of(columns)]
-    text = json.dumps({"type": "FeatureCollection", "features": features}, ensure_ascii=source.random() < 0.5)
+    features = [
+        {"type": "Feature", "geometry": None, "properties": row} for row in rows_of(columns)
+    ]
+    text = json.dumps(
+        {"type": "FeatureCollection", "features": features}, ensure_ascii=source.random() < 0.5
+    )
     (folder / "spans.geojson").write_text(text, "utf-8")
     return columns, folder / "spans.geojson"
 
@@ -76,7 +115,12 @@ def expected(cell):
     """A label as it must come back: the text itself in normal form C, anything else as JSON, or as its own text."""
     if isinstance(cell, str):
         return unicodedata.normalize("NFC", cell.replace("\r\n", "\n"))
-    if cell is None or cell is pd.NA or cell is pd.NaT or (isinstance(cell, float) and math.isnan(cell)):
+    if (
+        cell is None
+        or cell is pd.NA
+        or cell is pd.NaT
+        or (isinstance(cell, float) and math.isnan(cell))
+    ):
         return ""
     return str(cell) if isinstance(cell, (datetime.date, datetime.time)) else json.dumps(cell)
 
@@ -89,7 +133,10 @@ def values(row):
             if cell.strip():
                 yield key, 0.0 if cell.strip() == "none" else read_number(cell)
         elif expected(cell):
-            yield key, cell if isinstance(cell, (int, float)) and not isinstance(cell, bool) else None
+            yield (
+                key,
+                cell if isinstance(cell, (int, float)) and not isinstance(cell, bool) else None,
+            )
 
 
 @pytest.fixture(scope="module")
@@ -113,7 +160,9 @@ def test_labels_come_back_and_only_wrong_values_fail(form, base, tmp_path):
             column = unicodedata.normalize("NFC", key)
             assert dataset[column].values.tolist() == [expected(cell) for cell in columns[key]]
     outcomes = {"completed": 0, "invalid_scene": 0}
-    for row, outcome, message in zip(rows_of(columns), found.outcome.values, found.message.values, strict=True):
+    for row, outcome, message in zip(
+        rows_of(columns), found.outcome.values, found.message.values, strict=True
+    ):
         outcomes[outcome] += 1
         wrong = [key for key, number in values(row) if number is None or not abs(number) < 1e300]
         assert outcome == "invalid_scene" or not wrong
@@ -126,11 +175,15 @@ def test_labels_come_back_and_only_wrong_values_fail(form, base, tmp_path):
 def test_screening_reads_the_same_tables(form, base, tmp_path):
     columns, table = form(random.Random(SEED + 1), tmp_path)
     rows = rows_of(columns)[:25]
-    found = modal.screen_spans(base, table=rows, first_look=True, workers=1, out=tmp_path / "o.parquet").dataset
+    found = modal.screen_spans(
+        base, table=rows, first_look=True, workers=1, out=tmp_path / "o.parquet"
+    ).dataset
     assert found["label.id"].values.tolist() == [expected(row["label.id"]) for row in rows]
     assert set(found.outcome.values) <= {"completed", "invalid_scene", "no_equilibrium"}
     whole = cases(base, table=table)
-    assert [case.labels["name"] for case in whole.every] == [expected(name) for name in columns["name"]]
+    assert [case.labels["name"] for case in whole.every] == [
+        expected(name) for name in columns["name"]
+    ]
     if form is not as_frame:
         assert cases(base, table=gf.read_spans(table)).fingerprint() == whole.fingerprint()
 
@@ -150,7 +203,9 @@ def test_what_cannot_be_written_is_refused_before_computing(form, compute, base,
             table.write_text(text.getvalue(), "utf-8", newline="")
         elif form is as_geojson:
             features = [{"properties": row} for row in rows_of(columns)]
-            table.write_text(json.dumps({"type": "FeatureCollection", "features": features}), "utf-8")
+            table.write_text(
+                json.dumps({"type": "FeatureCollection", "features": features}), "utf-8"
+            )
         else:
             table = pd.DataFrame(columns, dtype=object)
         with pytest.raises(gf.SceneError, match=r"holds the character U\+"):

@@ -1,6 +1,7 @@
 """Random spans far from comfort: every run ends in a typed outcome, and what completes is physics.
 
-In processes of their own, so that a crash or a hang is a failed test; the long run is benchmarks/stress/run.py.
+In processes of their own, so that a crash or a hang is a failed test; the long run is
+benchmarks/stress/run.py.
 """
 
 import math
@@ -30,7 +31,11 @@ TYPED = {"completed", "slack", "angle_out_of_range", "equilibrium_not_found", "n
 
 @pytest.fixture(scope="module")
 def verdicts():
-    return list(answers(judge_scene, [(SEED, number, {}) for number in range(COUNT)], processes=1, limit=300.0))
+    return list(
+        answers(
+            judge_scene, [(SEED, number, {}) for number in range(COUNT)], processes=1, limit=300.0
+        )
+    )
 
 
 def test_every_run_ends_in_a_typed_outcome(verdicts):
@@ -41,7 +46,9 @@ def test_every_run_ends_in_a_typed_outcome(verdicts):
 
 
 def test_no_run_is_a_silent_fantasy(verdicts):
-    assert [(answer.value.name, answer.value.faults) for answer in verdicts if answer.value.faults] == []
+    assert [
+        (answer.value.name, answer.value.faults) for answer in verdicts if answer.value.faults
+    ] == []
 
 
 @pytest.mark.parametrize("name", ["1-241", "1-1692"])
@@ -53,7 +60,11 @@ def test_slack_at_the_end_of_a_step_is_seen(name, kept_scene):
 
 def test_energy_of_unhalved_runs_is_accounted_for(verdicts):
     """An imbalance is a small one as a rule, and the bound is no more than a bound."""
-    whole = [v.value.imbalance for v in verdicts if v.value.outcome == "completed" and not v.value.halvings]
+    whole = [
+        v.value.imbalance
+        for v in verdicts
+        if v.value.outcome == "completed" and not v.value.halvings
+    ]
     assert len(whole) >= 10
     assert np.median(whole) < 1e-5  # observed 1.4e-6
     assert max(whole) < 5e-3  # observed 8e-4
@@ -67,7 +78,11 @@ def test_scenes_are_named_by_seed_and_number():
 
 
 def begins_and_ends_calm(history):
-    return bool(history) and history["kind"] == "table" and history["value"][0] == history["value"][-1] == 0.0
+    return (
+        bool(history)
+        and history["kind"] == "table"
+        and history["value"][0] == history["value"][-1] == 0.0
+    )
 
 
 def test_the_hypercube_covers_what_it_says():

@@ -1,8 +1,8 @@
 """A conductor thrown up, which falls, goes slack and snaps taut, against a chain of masses and bars written here.
 
-A cable without bending stiffness that is compressed wrinkles at any scale, so its motion is not unique and the default
-is to refuse it. With ``conductor.slack = "tension_only"`` the strain energy is the relaxed one, that of the finest
-wrinkles: none where the tension would be negative.
+A cable without bending stiffness that is compressed wrinkles at any scale, so its motion is not
+unique and the default is to refuse it. With ``conductor.slack = "tension_only"`` the strain energy
+is the relaxed one, that of the finest wrinkles: none where the tension would be negative.
 """
 
 from functools import cache
@@ -20,7 +20,11 @@ from gallop_fmu.input.scene_files import load_scene
 from gallop_fmu.scene.scene import Scene
 
 SPAN, TENSION, MASS, STIFFNESS, GRAVITY = 100.0, 4600.0, 1.5, 4e6, 9.81
-LOADS, LIFT, LET_GO = 39, 6.0, 0.5  # points that carry together 6 times the weight, upwards, for half a second
+LOADS, LIFT, LET_GO = (
+    39,
+    6.0,
+    0.5,
+)  # points that carry together 6 times the weight, upwards, for half a second
 STOP, RECORD = 2.4, 0.01
 TAUT = 150  # records before the cable goes slack
 ALL = np.arange(len(NODE_CHANNELS), dtype=np.int32)
@@ -51,8 +55,8 @@ def hanging_chain(bars):
 def chain(bars, step):
     """Height of mid-span, force of the left end on the tower, and the time when tension first fell to zero.
 
-    Lumped masses between bars that carry tension only, T = max(0, T0 + EA eps) with axial Green strain, integrated by
-    the explicit central difference method.
+    Lumped masses between bars that carry tension only, T = max(0, T0 + EA eps) with axial Green
+    strain, integrated by the explicit central difference method.
     """
     x, length, initial = hanging_chain(bars)
     v, load, slack = np.zeros_like(x), np.zeros((bars - 1, 2)), np.inf
@@ -77,7 +81,14 @@ def chain(bars, step):
 
 def thrown(slack="tension_only", **numerics):
     length = hanging_chain(640)[1] * 640
-    law = {"kind": "pulse", "initial": 0.0, "peak": 1.0, "rise": 0.1, "fall_start": LET_GO, "fall": 0.1}
+    law = {
+        "kind": "pulse",
+        "initial": 0.0,
+        "peak": 1.0,
+        "rise": 0.1,
+        "fall_start": LET_GO,
+        "fall": 0.1,
+    }
     lift = LIFT * MASS * GRAVITY * length / (LOADS + 1)
     return Model(Scene.from_dict({
         "title": "thrown up",
@@ -102,7 +113,10 @@ def flight(request):
     run = state.run(round(STOP / RECORD), every, ALL, nodes)
     assert run.report.outcome is Outcome.COMPLETED
     assert run.report.lowest_tension == 0.0
-    values = np.concatenate([first[0][None], run.node_values]), np.concatenate([first[1][None], run.span_values])
+    values = (
+        np.concatenate([first[0][None], run.node_values]),
+        np.concatenate([first[1][None], run.span_values]),
+    )
     return model, *values
 
 
@@ -119,7 +133,9 @@ def test_flight_slack_and_snap_are_those_of_a_chain(flight):
     force = np.hypot(span[:, SPAN_INDEX["left_f1"]], span[:, SPAN_INDEX["left_f2"]])
     assert pull[:TAUT].max() > 14.0 * TENSION  # 66 kN at the end of the fall
     assert force[:TAUT].max() == pytest.approx(pull[:TAUT].max(), rel=0.005)  # observed 0.0027
-    assert force[TAUT:].max() == pytest.approx(pull[TAUT:].max(), rel=0.08)  # observed 0.043 (newmark), 0.015 (gauss6)
+    assert force[TAUT:].max() == pytest.approx(
+        pull[TAUT:].max(), rel=0.08
+    )  # observed 0.043 (newmark), 0.015 (gauss6)
 
 
 def test_a_slack_conductor_falls_freely(flight):
@@ -129,7 +145,9 @@ def test_a_slack_conductor_falls_freely(flight):
     slack = np.flatnonzero(tension.max(axis=1) == 0.0)
     assert len(slack) >= 2
     assert np.all(slack > TAUT)
-    assert nodes[slack, NODE_INDEX["a2"], model.middle] == pytest.approx(-GRAVITY, abs=1e-10)  # observed 2e-12
+    assert nodes[slack, NODE_INDEX["a2"], model.middle] == pytest.approx(
+        -GRAVITY, abs=1e-10
+    )  # observed 2e-12
     assert nodes[slack, NODE_INDEX["a1"], model.middle] == pytest.approx(0.0, abs=1e-10)
 
 
@@ -140,7 +158,9 @@ def test_energy_is_kept_through_the_snap(flight):
     assert np.abs(free / free[0] - 1.0).max() < 0.005  # observed 0.0009 (newmark), 0.0022 (gauss6)
 
 
-@pytest.mark.parametrize("numerics", [{}, {"integrator": "gauss6"}, {"elements": 80, "time_step": 5e-4}])
+@pytest.mark.parametrize(
+    "numerics", [{}, {"integrator": "gauss6"}, {"elements": 80, "time_step": 5e-4}]
+)
 def test_refusal_is_neither_premature_nor_late(numerics):
     """It comes when the first bar of the chain goes slack: at 1.5718, 1.5735, 1.5725 s with 80, 160, 320 bars."""
     state = thrown("error", **numerics).start()
@@ -149,7 +169,9 @@ def test_refusal_is_neither_premature_nor_late(numerics):
     report = caught.value.report
     assert report.outcome is Outcome.SLACK
     assert report.time == pytest.approx(chain(160, 1e-4)[2], abs=0.003)  # observed 0.0015
-    state.advance(report.time - 2.0 * state.model.scene.numerics.time_step)  # up to there all is well
+    state.advance(
+        report.time - 2.0 * state.model.scene.numerics.time_step
+    )  # up to there all is well
     assert -100.0 < report.value < 0.0  # N, of 4600
 
 
@@ -196,12 +218,17 @@ def test_a_lifted_span_rests_in_tension_under_either_law(lift):
     """Not as an arch in compression; through the chord it goes with the tension of the elongation alone."""
     forces = []
     for slack in ("error", "tension_only"):
-        scene = thrown(slack).scene.with_values({"loads": [{"evenly_spaced": LOADS, "force": [0.0, lift, 0.0]}]})
+        scene = thrown(slack).scene.with_values(
+            {"loads": [{"evenly_spaced": LOADS, "force": [0.0, lift, 0.0]}]}
+        )
         model = Model(scene)
         state = model.rest()
         tension = [state.observe_node(node)[NODE_INDEX["tension"]] for node in range(model.nodes)]
         assert min(tension) > 100.0  # N; observed 135 N or more
-        middle = model.equilibrium().x[model.middle, 1] + state.observe_node(model.middle)[NODE_INDEX["u2"]]
+        middle = (
+            model.equilibrium().x[model.middle, 1]
+            + state.observe_node(model.middle)[NODE_INDEX["u2"]]
+        )
         assert (middle > 0.0) == (lift > 36.97)
         forces.append(tension)
     assert forces[0] == forces[1]
@@ -211,9 +238,12 @@ def test_the_fmu_goes_slack_too(tmp_path):
     """The same steps as simulate makes, so the same motion but for the rounding of the times."""
     scene = thrown().scene.with_values({"numerics.elements": 20, "run.record_every": 10})
     gf.export_fmu(scene, tmp_path / "slack.fmu")
-    found = fmpy.simulate_fmu(str(tmp_path / "slack.fmu"), stop_time=2.0, output_interval=0.01, output=["midspan.x2"])
+    found = fmpy.simulate_fmu(
+        str(tmp_path / "slack.fmu"), stop_time=2.0, output_interval=0.01, output=["midspan.x2"]
+    )
     result = gf.simulate(scene, stop_time=2.0)
     assert result.report.lowest_tension == 0.0
     expected = result.midspan().u2.values
-    # observed 7e-7 m: simulate leaves out what nothing wakes in this plane, and each slack step multiplies the rounding
+    # observed 7e-7 m: simulate leaves out what nothing wakes in this plane, and each slack step
+    # multiplies the rounding
     assert np.abs(found["midspan.x2"] - expected).max() < 1e-5

@@ -51,7 +51,9 @@ def _command(out):
 
 def _begun(begin, out, rows):
     """The command as a process, once so many rows are there."""
-    process = begin(_command(out), stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, env=ENVIRONMENT)
+    process = begin(
+        _command(out), stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, env=ENVIRONMENT
+    )
     journal = journal_of(out)
     until = time.monotonic() + 120.0
     while journal.read_bytes().count(b"\n") < 1 + rows:
@@ -64,11 +66,24 @@ def _begun(begin, out, rows):
 @contextmanager
 def _cluster(folder):
     """The address of a scheduler, and its two workers, each a process begun by Dask's own command."""
-    command = [sys.executable, "-m", "distributed.cli.dask_worker", "--no-nanny", "--nthreads", "1", "--no-dashboard"]
+    command = [
+        sys.executable,
+        "-m",
+        "distributed.cli.dask_worker",
+        "--no-nanny",
+        "--nthreads",
+        "1",
+        "--no-dashboard",
+    ]
     quiet = {"stdout": subprocess.DEVNULL, "stderr": subprocess.DEVNULL, "env": ENVIRONMENT}
-    scheduler = LocalCluster(n_workers=0, host="127.0.0.1", protocol="tcp", processes=False, dashboard_address=None)
+    scheduler = LocalCluster(
+        n_workers=0, host="127.0.0.1", protocol="tcp", processes=False, dashboard_address=None
+    )
     with scheduler:
-        started = [subprocess.Popen([*command, scheduler.scheduler_address], cwd=folder, **quiet) for _ in range(2)]
+        started = [
+            subprocess.Popen([*command, scheduler.scheduler_address], cwd=folder, **quiet)
+            for _ in range(2)
+        ]
         try:
             with Client(scheduler.scheduler_address, set_as_default=False) as client:
                 client.wait_for_workers(2, timeout=60.0)
@@ -99,7 +114,13 @@ def test_sweep_that_is_stopped_in_every_way_goes_on_where_it_was(tmp_path, begin
     kept = _killed(begin, out, kept)
     kept = _interrupted(begin, out, kept)
     calls, winds = [], complete.dataset["wind.speed"].values
-    runs = gf.sweep(_scene(), {"wind.speed": winds}, stop_time=STOP_TIME, out=out, progress=lambda *n: calls.append(n))
+    runs = gf.sweep(
+        _scene(),
+        {"wind.speed": winds},
+        stop_time=STOP_TIME,
+        out=out,
+        progress=lambda *n: calls.append(n),
+    )
     assert calls[0] == (kept, 0, 16)
     assert same(runs, complete)
     assert same(gf.read_runs(out), complete)
@@ -116,15 +137,21 @@ def _disk_full(out):
         resource.setrlimit(resource.RLIMIT_FSIZE, (limit, limit))
 
     done = subprocess.run(
-        _command(out), capture_output=True, text=True, preexec_fn=limited, timeout=120, check=False, env=ENVIRONMENT
+        _command(out),
+        capture_output=True,
+        text=True,
+        preexec_fn=limited,
+        timeout=120,
+        check=False,
+        env=ENVIRONMENT,
     )
     assert done.returncode == 1
     assert journal_of(out).stat().st_size == limit
     kept = gf.read_runs(out).done
     assert 2 <= kept < 12
     assert (
-        f"{out} cannot be written (File too large). {kept} of 16 runs are done and kept in {journal_of(out)}. "
-        in done.stderr
+        f"{out} cannot be written (File too large). {kept} of 16 runs are done and kept in"
+        f" {journal_of(out)}. " in done.stderr
     )
     assert "Traceback" not in done.stderr
     assert [file.name for file in out.parent.iterdir()] == ["runs.nc.journal"]
@@ -138,7 +165,9 @@ def _killed(begin, out, before):
     assert process.returncode == -signal.SIGKILL
     kept = gf.read_runs(out).done
     assert before + 2 <= kept < 16
-    journal_of(out).write_bytes(journal_of(out).read_bytes() + b'{"run": 23, "wind.sp')  # it may end within a line
+    journal_of(out).write_bytes(
+        journal_of(out).read_bytes() + b'{"run": 23, "wind.sp'
+    )  # it may end within a line
     return kept
 
 
@@ -174,15 +203,21 @@ def test_dask_cluster_gives_the_same(tmp_path, complete, monkeypatch):
         )
         assert same(runs, complete)
         assert calls[-1] == (16, 0, 16)
-        # Failures come back too: one scene that is not allowed, one that leaves its curve, and one summary that raises.
-        table = [{"wind.speed": -1.0}, {"aerodynamics.valid_to_deg": 180.5, "initial.seed_vertical": 0.3}]
+        # Failures come back too: one scene that is not allowed, one that leaves its curve, and one
+        # summary that raises.
+        table = [
+            {"wind.speed": -1.0},
+            {"aerodynamics.valid_to_deg": 180.5, "initial.seed_vertical": 0.3},
+        ]
         failed = gf.sweep(_scene(), table=table, stop_time=20.0, cluster=address)
         assert failed.dataset.outcome.values.tolist() == ["invalid_scene", "angle_out_of_range"]
 
         def spoilt(result):
             raise ZeroDivisionError("for a test")
 
-        failed = gf.sweep(_scene(), {"wind.speed": [4.0]}, stop_time=1.0, summary=spoilt, cluster=address)
+        failed = gf.sweep(
+            _scene(), {"wind.speed": [4.0]}, stop_time=1.0, summary=spoilt, cluster=address
+        )
         assert failed.dataset.message.values.tolist() == ["ZeroDivisionError: for a test"]
 
         # A scheduler without workers would let its clients wait for ever.
@@ -193,7 +228,8 @@ def test_dask_cluster_gives_the_same(tmp_path, complete, monkeypatch):
                 process.kill()
 
         lost = (
-            rf"the cluster has had no workers for 0.2 s; start dask worker {address}. \d+ of 16 runs are done and kept"
+            rf"the cluster has had no workers for 0.2 s; start dask worker {address}. \d+ of 16"
+            r" runs are done and kept"
         )
         with pytest.raises(gf.RunsStoppedError, match=lost):
             gf.sweep(_scene(), {"wind.speed": winds}, stop_time=1.0, cluster=address, progress=kill)
@@ -203,7 +239,10 @@ def test_dask_cluster_gives_the_same(tmp_path, complete, monkeypatch):
 @pytest.mark.parametrize(
     ("address", "fragment"),
     [
-        ("tls://localhost:8786", r"tls needs certificates; name them in Dask's configuration \(distributed.comm.tls\)"),
+        (
+            "tls://localhost:8786",
+            r"tls needs certificates; name them in Dask's configuration \(distributed.comm.tls\)",
+        ),
         (
             "http://localhost:8786",
             "must be the address of a Dask scheduler with its port, such as tcp://localhost:8786",
@@ -222,7 +261,9 @@ def test_addresses_of_no_cluster(address, fragment):
 
 def test_cluster_that_is_not_there(monkeypatch):
     monkeypatch.setattr("gallop_fmu.sweeps.pool.CONNECTION_TIME", 0.5)
-    with pytest.raises(gf.SceneError, match=r"cluster = 'tcp://127.0.0.1:1': no Dask scheduler answers there"):
+    with pytest.raises(
+        gf.SceneError, match=r"cluster = 'tcp://127.0.0.1:1': no Dask scheduler answers there"
+    ):
         gf.sweep(_scene(), {"wind.speed": [4.0]}, stop_time=1.0, cluster="tcp://127.0.0.1:1")
 
 
@@ -243,7 +284,10 @@ def test_worker_process_that_dies(tmp_path):
     out = tmp_path / "runs.nc"
     journal = journal_of(out)
     work = cases(_scene(), {"wind.speed": [4.0, 5.0]})
-    with pytest.raises(gf.RunsStoppedError, match=r"a worker process ended by itself.* 1 of 2 runs are done and kept"):
+    with pytest.raises(
+        gf.RunsStoppedError,
+        match=r"a worker process ended by itself.* 1 of 2 runs are done and kept",
+    ):
         compute(work, Deadly(), out=out, count=2)
     assert gf.read_runs(out).dataset["wind.speed"].values.tolist() == [4.0]
 
@@ -271,5 +315,8 @@ def test_task_that_a_worker_process_cannot_load():
         def __reduce__(self):
             return int, ("a module that is only here",)
 
-    with pytest.raises(gf.RunsStoppedError, match=r"cannot go on: A task has failed .*\(ValueError: invalid literal"):
+    with pytest.raises(
+        gf.RunsStoppedError,
+        match=r"cannot go on: A task has failed .*\(ValueError: invalid literal",
+    ):
         compute(cases(_scene(), {"wind.speed": [4.0]}), Foreign(), count=2)

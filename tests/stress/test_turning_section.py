@@ -32,11 +32,15 @@ def iced(**values):
 def test_whole_turns_change_nothing(turns):
     """Of the section, evenly along the span: ice, gravity and wind are those of the angle that is left."""
     model, random = Model(iced()), np.random.default_rng(1)
-    u, v, a = (random.uniform(-1.0, 1.0, (model.nodes, 4)) * [0.01, 0.5, 0.5, 2.0] for _ in range(3))
+    u, v, a = (
+        random.uniform(-1.0, 1.0, (model.nodes, 4)) * [0.01, 0.5, 0.5, 2.0] for _ in range(3)
+    )
     turned = u + np.array([0.0, 0.0, 0.0, TURN * turns])
     forces = model.residual(u, v, a)
     bound = 5e-13 * abs(turns)  # N, N m; of forces up to 4e5 N
-    assert np.abs(model.residual(turned, v, a) - forces).max() < bound  # observed 1.1e-13, 2.7e-13, 6.6e-11
+    assert (
+        np.abs(model.residual(turned, v, a) - forces).max() < bound
+    )  # observed 1.1e-13, 2.7e-13, 6.6e-11
     wind = [Inputs(0.0, 9.0, angle, np.zeros((2, 3))) for angle in (1.0, 1.0 + TURN * turns)]
     one, other = (model.residual(u, v, a, inputs=inputs) for inputs in wind)
     assert np.abs(one - other).max() < bound  # observed 0, 1.8e-15, 1.5e-11
@@ -59,7 +63,9 @@ def test_a_section_that_swings_through_several_turns_keeps_its_energy(integrator
     twist = run.node_values[:, NODE_INDEX["theta"], 0]
     assert twist.min() < -2.0 * TURN
     assert twist.max() > 2.0 * TURN
-    energy = sum(run.span_values[:, SPAN_INDEX[f"{kind}_energy"]] for kind in ("kinetic", "potential"))
+    energy = sum(
+        run.span_values[:, SPAN_INDEX[f"{kind}_energy"]] for kind in ("kinetic", "potential")
+    )
     before = start[SPAN_INDEX["kinetic_energy"]] + start[SPAN_INDEX["potential_energy"]]
     bound = {"newmark": 4e-5, "gauss6": 2.5e-6}[integrator]  # observed 1.2e-5, 7.4e-7
     assert np.abs(energy / before - 1.0).max() < bound
@@ -73,11 +79,16 @@ def test_an_attack_angle_that_runs_round_the_circle():
     })  # fmt: skip
     model = Model(scene)
     state, nodes = model.start(), np.arange(model.nodes, dtype=np.int32)
-    first = np.array([state.observe_node(node) for node in nodes]).T[None], state.observe_span()[None]
+    first = (
+        np.array([state.observe_node(node) for node in nodes]).T[None],
+        state.observe_span()[None],
+    )
     run = state.run(1000, 1, ALL, nodes)
     assert run.report.outcome is Outcome.COMPLETED
     values = np.concatenate([first[0], run.node_values]).transpose(0, 2, 1)
-    assert values[:, model.middle, NODE_INDEX["angle_of_attack"]].max() > math.pi + 4.0 * TURN  # observed 5.1 turns
+    assert (
+        values[:, model.middle, NODE_INDEX["angle_of_attack"]].max() > math.pi + 4.0 * TURN
+    )  # observed 5.1 turns
     span, step = np.concatenate([first[1], run.span_values]), scene.numerics.time_step
     balance = account(model, step * np.arange(len(span)), values[..., :12], span)
     assert np.abs(balance.wind).max() > 20.0  # J; observed 26
@@ -104,11 +115,15 @@ def taut(aerodynamics, speed, **values):
 
 SLOPE = 0.2  # of the moment, per radian
 OMEGA = math.pi / 100.0 * math.sqrt(13.2 / 1.5e-4)  # of the twist [rad/s]
-DIVERGENCE = OMEGA * math.sqrt(1.5e-4 / (0.5 * 1.25 * 0.028**2 * SLOPE))  # [m/s], q d^2 CM' = GJ (pi / L)^2
+DIVERGENCE = OMEGA * math.sqrt(
+    1.5e-4 / (0.5 * 1.25 * 0.028**2 * SLOPE)
+)  # [m/s], q d^2 CM' = GJ (pi / L)^2
 
 
 def test_below_divergence_the_twist_oscillates():
-    scene = taut({"lift": [0.0], "moment": [0.0, SLOPE]}, 0.97 * DIVERGENCE, initial={"seed_twist": 1e-4})
+    scene = taut(
+        {"lift": [0.0], "moment": [0.0, SLOPE]}, 0.97 * DIVERGENCE, initial={"seed_twist": 1e-4}
+    )
     twist = gf.simulate(scene, stop_time=10.0).midspan().theta.values
     assert np.abs(twist).max() == pytest.approx(1e-4, rel=1e-6)
     steady = np.flatnonzero(np.diff(np.sign(twist)))
@@ -118,13 +133,17 @@ def test_below_divergence_the_twist_oscillates():
 
 def test_divergence_ends_where_the_curve_ends():
     """Above it the twist grows as cosh; the run says when it left the curve, and keeps what was computed."""
-    scene = taut({"lift": [0.0], "moment": [0.0, SLOPE]}, 1.1 * DIVERGENCE, initial={"seed_twist": 1e-4})
+    scene = taut(
+        {"lift": [0.0], "moment": [0.0, SLOPE]}, 1.1 * DIVERGENCE, initial={"seed_twist": 1e-4}
+    )
     result = gf.simulate(scene, stop_time=20.0, on_failure="return")
     assert result.outcome is Outcome.ANGLE_OUT_OF_RANGE
     growth = OMEGA * math.sqrt(1.1**2 - 1.0)
     time, twist = result.dataset.time.values, result.midspan().theta.values
     late = twist > 0.01
-    assert np.polyfit(time[late], np.log(twist[late]), 1)[0] == pytest.approx(growth, rel=1e-5)  # observed 3e-6
+    assert np.polyfit(time[late], np.log(twist[late]), 1)[0] == pytest.approx(
+        growth, rel=1e-5
+    )  # observed 3e-6
     end = math.acosh(math.radians(60.0) / 1e-4) / growth
     assert result.report.time == pytest.approx(end, abs=scene.numerics.time_step)  # observed 0.0003
     assert time[-1] == pytest.approx(result.report.time - scene.numerics.time_step, abs=1e-9)
@@ -176,8 +195,12 @@ def test_classical_flutter(factor):
 def test_galloping_outgrows_its_curve():
     """Measured from -15 to 35 degrees only: the run ends there, and up to there is that of the whole curve."""
     whole = load_scene("example2").with_values({"initial.seed_vertical": 0.2})
-    part = whole.with_values({"aerodynamics.valid_from_deg": -15.0, "aerodynamics.valid_to_deg": 35.0})
-    ended = gf.simulate(part, stop_time=200.0, record_every=1, record_nodes="all", on_failure="return")
+    part = whole.with_values(
+        {"aerodynamics.valid_from_deg": -15.0, "aerodynamics.valid_to_deg": 35.0}
+    )
+    ended = gf.simulate(
+        part, stop_time=200.0, record_every=1, record_nodes="all", on_failure="return"
+    )
     assert ended.outcome is Outcome.ANGLE_OUT_OF_RANGE
     assert 10.0 < ended.report.time < 200.0
     assert ended.report.element is not None
@@ -192,5 +215,6 @@ def test_galloping_outgrows_its_curve():
     full = gf.simulate(whole, stop_time=float(time[-1]), record_every=1, record_nodes="all")
     for name in ("u2", "u3", "theta", "tension"):
         one, other = full.dataset[name].values[: len(time)], ended.dataset[name].values
-        # observed 6e-8: the centre of the range is rounded otherwise, and Newton's tolerance is 1e-9
+        # observed 6e-8: the centre of the range is rounded otherwise, and Newton's tolerance is
+        # 1e-9
         assert np.abs(one - other).max() < 1e-6 * np.abs(one).max()

@@ -28,11 +28,14 @@ def table(count=13, **changes):
 def test_cubic_polynomial_is_reproduced(name):
     polynomial = load_scene(name).aerodynamics
     curve = polynomial.curve()
-    alpha = np.linspace(np.radians(polynomial.valid_from_deg), np.radians(polynomial.valid_to_deg), 1001)
+    alpha = np.linspace(
+        np.radians(polynomial.valid_from_deg), np.radians(polynomial.valid_to_deg), 1001
+    )
     x = alpha - np.radians(polynomial.centre_deg)
     for coefficient in COEFFICIENTS:
         expected = np.polynomial.polynomial.polyval(x, getattr(polynomial, coefficient))
-        # Observed: 1.2e-14 for the lift of example 3, whose terms about the start of the range reach 65; else 5.5e-15.
+        # Observed: 1.2e-14 for the lift of example 3, whose terms about the start of the range
+        # reach 65; else 5.5e-15.
         np.testing.assert_allclose(getattr(curve, coefficient)(alpha), expected, rtol=0, atol=2e-14)
     slope = np.polynomial.polynomial.polyval(x, np.polynomial.polynomial.polyder(polynomial.lift))
     # Observed: 1.1e-14.
@@ -41,7 +44,9 @@ def test_cubic_polynomial_is_reproduced(name):
 
 def test_den_hartog_of_example3_at_180_degrees():
     # dCL/dalpha + CD = -4.5 + 1. Observed: 3.6e-15 off.
-    assert load_scene("example3").aerodynamics.curve().den_hartog(np.pi) == pytest.approx(-3.5, abs=1e-14)
+    assert load_scene("example3").aerodynamics.curve().den_hartog(np.pi) == pytest.approx(
+        -3.5, abs=1e-14
+    )
 
 
 @pytest.mark.parametrize("outside", ["error", "hold", "periodic"])
@@ -57,7 +62,9 @@ def test_table_curve_passes_through_every_point(outside):
 
 
 def test_table_curve_does_not_overshoot():
-    step = TableCoefficients(angle_deg=[0, 10, 20, 30], lift=[0, 0, 1, 1], drag=[1] * 4, moment=[0] * 4)
+    step = TableCoefficients(
+        angle_deg=[0, 10, 20, 30], lift=[0, 0, 1, 1], drag=[1] * 4, moment=[0] * 4
+    )
     lift = step.curve().lift(np.radians(np.linspace(0, 30, 301)))
     # Observed: 0 and 1 exactly.
     assert lift.min() >= 0.0
@@ -72,7 +79,8 @@ def test_two_points_make_a_straight_line():
 def test_periodic_curve_has_neither_jump_nor_kink_at_the_seam():
     curve = table(outside="periodic").curve()
     before, after = np.radians(180.0) - 1e-9, np.radians(-180.0) + 1e-9
-    # Observed: 3.3e-9, which is 2e-9 rad times the slope, and 3e-10; without wrapping the slopes differ by 0.02.
+    # Observed: 3.3e-9, which is 2e-9 rad times the slope, and 3e-10; without wrapping the slopes
+    # differ by 0.02.
     assert curve.lift(before) == pytest.approx(curve.lift(after), abs=1e-8)
     assert curve.lift_slope(before) == pytest.approx(curve.lift_slope(after), abs=1e-7)
     assert abs(curve.lift_slope(after)) > 0.5
@@ -105,7 +113,9 @@ def test_whole_turns_do_not_matter_and_shapes_are_kept():
 
 def test_outside_the_range():
     polynomial = load_scene("example2").aerodynamics
-    with pytest.raises(SceneError, match=r"attack angle 85 deg lies outside .* valid from -60 to 80 deg"):
+    with pytest.raises(
+        SceneError, match=r"attack angle 85 deg lies outside .* valid from -60 to 80 deg"
+    ):
         polynomial.curve().lift(np.radians([10.0, 85.0]))
     with pytest.raises(SceneError, match="attack angle nan deg"):
         polynomial.curve().lift(np.nan)
@@ -116,7 +126,13 @@ def test_outside_the_range():
 
 
 def test_periodic_polynomial_must_close():
-    ends = {"valid_from_deg": -180, "valid_to_deg": 180, "outside": "periodic", "drag": [1.0], "moment": [0.0]}
+    ends = {
+        "valid_from_deg": -180,
+        "valid_to_deg": 180,
+        "outside": "periodic",
+        "drag": [1.0],
+        "moment": [0.0],
+    }
     PolynomialCoefficients(**ends, lift=[0.5])
     with pytest.raises(ValueError, match="equal end values; lift"):
         PolynomialCoefficients(**ends, lift=[0.5, 0.1])
@@ -129,13 +145,18 @@ def every_ten_degrees(**changes):
 
 def test_a_turn_that_ends_one_step_before_it_closes_is_the_closed_one():
     closed = every_ten_degrees()
-    short = TableCoefficients(**{name: getattr(closed, name)[:-1] for name in ("angle_deg", *COEFFICIENTS)})
+    short = TableCoefficients(
+        **{name: getattr(closed, name)[:-1] for name in ("angle_deg", *COEFFICIENTS)}
+    )
     assert (short.beyond, short.range_deg, len(short.angle_deg)) == ("periodic", (0.0, 360.0), 36)
     np.testing.assert_array_equal(short.curve().coefficient, closed.curve().coefficient)
     np.testing.assert_array_equal(short.curve().breakpoint, closed.curve().breakpoint)
     assert short.curve().lift(np.radians(355.0)) == closed.curve().lift(np.radians(-5.0))
     for outside in ("error", "hold"):
-        assert TableCoefficients(**{**short.model_dump(), "outside": outside}).range_deg == (0.0, 350.0)
+        assert TableCoefficients(**{**short.model_dump(), "outside": outside}).range_deg == (
+            0.0,
+            350.0,
+        )
 
 
 @pytest.mark.parametrize(
@@ -151,7 +172,9 @@ def test_a_turn_that_ends_one_step_before_it_closes_is_the_closed_one():
 )
 def test_what_counts_as_a_whole_turn(angles, beyond):
     count = len(angles)
-    flat = TableCoefficients(angle_deg=list(angles), lift=[0] * count, drag=[1] * count, moment=[0] * count)
+    flat = TableCoefficients(
+        angle_deg=list(angles), lift=[0] * count, drag=[1] * count, moment=[0] * count
+    )
     assert flat.beyond == beyond
 
 
@@ -162,10 +185,13 @@ def test_ends_of_a_turn_that_differ_by_noise_get_their_mean_and_are_told_of():
     assert noisy.curve().lift(0.0) == pytest.approx(closed.lift[0], abs=1e-15)
     np.testing.assert_allclose(noisy.curve().coefficient, closed.curve().coefficient, atol=1e-12)
     assert noisy.warnings() == [
-        "aerodynamics.lift is -0.29 at 0 deg and -0.31 at 360 deg, the same angle: the mean of both is used"
+        "aerodynamics.lift is -0.29 at 0 deg and -0.31 at 360 deg, the same angle: the mean of both"
+        " is used"
     ]
     assert closed.warnings() == []
-    assert every_ten_degrees(lift=(0.0, *closed.lift[1:-1], -2.4e-16)).warnings() == []  # sin(pi) in doubles
+    assert (
+        every_ten_degrees(lift=(0.0, *closed.lift[1:-1], -2.4e-16)).warnings() == []
+    )  # sin(pi) in doubles
     assert every_ten_degrees(lift=ends, outside="hold").curve().lift(0.0) == ends[0]
 
 
@@ -180,8 +206,14 @@ def test_the_seam_of_a_plain_table_from_minus_180_has_no_one_sided_slope():
 @pytest.mark.parametrize(
     ("changes", "words"),
     [
-        ({"aerodynamics.drag": [1.0, 0.0, -1.0]}, "aerodynamics.drag is -0.95 at 260 deg; drag acts along"),
-        ({"aerodynamics.lift": [0.0, -4.5, 0.0, 10.0]}, "aerodynamics.lift reaches 20.9 at 260 deg; coefficients are"),
+        (
+            {"aerodynamics.drag": [1.0, 0.0, -1.0]},
+            "aerodynamics.drag is -0.95 at 260 deg; drag acts along",
+        ),
+        (
+            {"aerodynamics.lift": [0.0, -4.5, 0.0, 10.0]},
+            "aerodynamics.lift reaches 20.9 at 260 deg; coefficients are",
+        ),
         ({}, None),
     ],
 )

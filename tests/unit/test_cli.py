@@ -19,7 +19,10 @@ from gallop_fmu.cli.main import app
 from gallop_fmu.input.scene_files import packaged_scenes
 
 COMMANDS = ("scenes", "conductors", "new", "run", "export", "check", "demo")
-LEAVES_THE_CURVE = ("--set", "aerodynamics.valid_to_deg=181")  # example 3 gallops out of this range at 119 s
+LEAVES_THE_CURVE = (
+    "--set",
+    "aerodynamics.valid_to_deg=181",
+)  # example 3 gallops out of this range at 119 s
 
 
 @pytest.fixture
@@ -63,17 +66,31 @@ def test_scenes(invoke):
     assert all(name in listed for name in packaged_scenes())
 
 
-@pytest.mark.parametrize("command", [["run", "example3"], ["sweep", "example3", "--over", "wind.speed=4:5:1"]])
+@pytest.mark.parametrize(
+    "command", [["run", "example3"], ["sweep", "example3", "--over", "wind.speed=4:5:1"]]
+)
 def test_the_model_that_was_removed_is_refused(invoke, command):
-    _refused(invoke(*command, "--model", "condensed", "--until", 1), "removed in 0.2.0", "leave the model out")
-    _refused(invoke(*command, "--model", "other", "--until", 1), "model = 'other': must be \"element\"")
+    _refused(
+        invoke(*command, "--model", "condensed", "--until", 1),
+        "removed in 0.2.0",
+        "leave the model out",
+    )
+    _refused(
+        invoke(*command, "--model", "other", "--until", 1), "model = 'other': must be \"element\""
+    )
     assert invoke(*command, "--model", "element", "--until", 1).exit_code == 0
 
 
 def test_run_prints_the_motion(invoke):
     result = invoke("run", "example1", "--until", 2)
     assert result.exit_code == 0
-    for expected in ("sag 4.050 m", "horizontal tension 4.583 kN", "vertical u2 [m]", "800 steps", "lowest tension"):
+    for expected in (
+        "sag 4.050 m",
+        "horizontal tension 4.583 kN",
+        "vertical u2 [m]",
+        "800 steps",
+        "lowest tension",
+    ):
         assert expected in result.stdout
     assert result.stderr == ""
 
@@ -105,7 +122,18 @@ def test_run_as_json(invoke):
 
 def test_run_writes_what_it_is_told(invoke):
     result = invoke(
-        "run", "example1", "--until", 1, "--every", 20, "--nodes", "all", "--out", "a.nc", "--plot", "a.svg"
+        "run",
+        "example1",
+        "--until",
+        1,
+        "--every",
+        20,
+        "--nodes",
+        "all",
+        "--out",
+        "a.nc",
+        "--plot",
+        "a.svg",
     )
     assert result.exit_code == 0
     assert "wrote a.nc" in result.stdout
@@ -117,14 +145,18 @@ def test_run_writes_what_it_is_told(invoke):
 
 
 def test_brackets_are_printed_as_they_are(invoke):
-    result = invoke("run", "example1", "--until", 0.1, "--set", "title=A [bold] span", "--out", "[red]a.nc")
+    result = invoke(
+        "run", "example1", "--until", 0.1, "--set", "title=A [bold] span", "--out", "[red]a.nc"
+    )
     assert "A [bold] span" in result.stdout
     assert "wrote [red]a.nc" in result.stdout
 
 
 def test_json_has_no_nan(capsys):
     terminal.echo_json({"value": [float("nan"), float("inf"), 1.0]})
-    assert json.loads(capsys.readouterr().out, parse_constant=pytest.fail) == {"value": [None, None, 1.0]}
+    assert json.loads(capsys.readouterr().out, parse_constant=pytest.fail) == {
+        "value": [None, None, 1.0]
+    }
 
 
 def test_run_writes_csv(invoke):
@@ -151,7 +183,9 @@ def test_values_are_read_as_toml(text, expected):
 
 
 def test_a_whole_number_does_for_a_wind_speed(invoke):
-    scene = terminal.chosen_scene("example3", ["wind.speed=6", "aerodynamics.lift=[0, -4, 0, 3]", "span.sag=none"])
+    scene = terminal.chosen_scene(
+        "example3", ["wind.speed=6", "aerodynamics.lift=[0, -4, 0, 3]", "span.sag=none"]
+    )
     assert scene.wind.speed == 6.0
     assert isinstance(scene.wind.speed, float)
     assert scene.aerodynamics.lift == (0.0, -4.0, 0.0, 3.0)
@@ -164,15 +198,33 @@ def test_a_whole_number_does_for_a_wind_speed(invoke):
         (["exmple1"], ["exmple1: no packaged scene", "closest: example1"]),
         (["nowhere.toml"], ["nowhere.toml: no such file"]),
         (["."], ["not a"]),
-        (["example3", "--set", "wind.sped=6"], ["wind.sped: unknown key; the closest valid one is wind.speed"]),
-        (["example3", "--set", "wind.speed=fast"], ["wind.speed = 'fast': must be a finite number"]),
+        (
+            ["example3", "--set", "wind.sped=6"],
+            ["wind.sped: unknown key; the closest valid one is wind.speed"],
+        ),
+        (
+            ["example3", "--set", "wind.speed=fast"],
+            ["wind.speed = 'fast': must be a finite number"],
+        ),
         (["example3", "--set", "wind.speed=nan"], ["wind.speed = 'nan': must be a finite number"]),
         (["example3", "--set", "wind.speed"], ["--set wind.speed: must be KEY=VALUE"]),
         (["example3", "--set", "=6"], ["must be KEY=VALUE"]),
-        (["example3", "--set", "wind.speed=6", "--set", "wind.speed=7"], ["--set wind.speed: is given twice"]),
-        (["example3", "--set", "wind.speed=2024-01-01"], ["wind.speed = '2024-01-01'", "convert times to seconds"]),
-        (["example3", "--until", "1e12"], ["stop_time = 1e+12 s is 1e+14 time steps of 0.01 s; a run has at most"]),
-        (["example3", "--set", "numerics.elements=15.5"], ["numerics.elements = 15.5: must be a whole number"]),
+        (
+            ["example3", "--set", "wind.speed=6", "--set", "wind.speed=7"],
+            ["--set wind.speed: is given twice"],
+        ),
+        (
+            ["example3", "--set", "wind.speed=2024-01-01"],
+            ["wind.speed = '2024-01-01'", "convert times to seconds"],
+        ),
+        (
+            ["example3", "--until", "1e12"],
+            ["stop_time = 1e+12 s is 1e+14 time steps of 0.01 s; a run has at most"],
+        ),
+        (
+            ["example3", "--set", "numerics.elements=15.5"],
+            ["numerics.elements = 15.5: must be a whole number"],
+        ),
         (
             ["example3", "--set", "ice.attack_angle_deg=20"],
             ["ice.attack_angle_deg = 20.0 lies outside", "100.0 to 260.0"],
@@ -183,7 +235,10 @@ def test_a_whole_number_does_for_a_wind_speed(invoke):
         (["example1", "--every", 0], ["record_every = 0: must be a whole number"]),
         (
             ["example1", "--until", 10, "--every", 5000],
-            ["first record would come at 12.5 s, after the end of the run at 10 s; at most 4000 steps"],
+            [
+                "first record would come at 12.5 s, after the end of the run at 10 s; at most 4000"
+                " steps"
+            ],
         ),
         (["example1", "--nodes", "some"], ["--nodes", "some"]),
         (["example1", "--out", "a.txt"], ["a.txt: must end in .nc or .csv"]),
@@ -221,7 +276,9 @@ def test_run_that_ends_early_as_json(invoke):
 
 
 def test_run_that_fails_at_once_is_drawn_too(invoke):
-    result = invoke("run", "example3", "--set", "aerodynamics.valid_to_deg=180.0001", "--plot", "a.png")
+    result = invoke(
+        "run", "example3", "--set", "aerodynamics.valid_to_deg=180.0001", "--plot", "a.png"
+    )
     assert result.exit_code == 1
     assert Path("a.png").stat().st_size > 0
 
@@ -234,7 +291,11 @@ def test_scene_without_equilibrium(invoke):
 def test_export_and_check(invoke):
     result = invoke("export", "example1", "-o", "a.fmu", "--set", "numerics.elements=4", "--json")
     assert result.exit_code == 0, result.stderr
-    assert json.loads(result.stdout) == {"file": "a.fmu", "bytes": Path("a.fmu").stat().st_size, "runtime": "native"}
+    assert json.loads(result.stdout) == {
+        "file": "a.fmu",
+        "bytes": Path("a.fmu").stat().st_size,
+        "runtime": "native",
+    }
     checked = invoke("check", "a.fmu", "--json")
     assert checked.exit_code == 0, checked.output
     assert all(row["ok"] for row in json.loads(checked.stdout))
@@ -259,9 +320,15 @@ def test_check_shows_what_failed(invoke):
         (["export", "example1", "-o", "a.fmu", "--runtime", "rust"], ["--runtime", "rust"]),
         (["export", "exmple1", "-o", "a.fmu"], ["closest: example1"]),
         (["check", "example1"], ["no such file; to be checked is an FMU, as gallop-fmu export"]),
-        (["sweep", "example1"], ["nothing to vary: give --over, such as --over wind.speed=4:7:0.5, or --table"]),
+        (
+            ["sweep", "example1"],
+            ["nothing to vary: give --over, such as --over wind.speed=4:7:0.5, or --table"],
+        ),
         (["sweep", "--over", "wind.speed=4,5"], ["no scene: give SCENE, or a --table"]),
-        (["sweep", "example1", "--over", "wind.speed=4", "--cluster", "here"], ["cluster = 'here'", "port"]),
+        (
+            ["sweep", "example1", "--over", "wind.speed=4", "--cluster", "here"],
+            ["cluster = 'here'", "port"],
+        ),
         (["gallop"], ["gallop"]),
     ],
 )
@@ -280,7 +347,9 @@ def _command(*words):
 
 
 def test_as_a_process(tmp_path):
-    done = subprocess.run(_command("run", "exmple1"), cwd=tmp_path, capture_output=True, text=True, timeout=60)
+    done = subprocess.run(
+        _command("run", "exmple1"), cwd=tmp_path, capture_output=True, text=True, timeout=60
+    )
     assert (done.returncode, done.stdout) == (2, "")
     assert done.stderr.startswith("gallop-fmu: exmple1: no packaged scene has this name")
     assert len(done.stderr.splitlines()) == 1
@@ -291,16 +360,23 @@ def test_foreign_settings_do_not_matter(tmp_path):
     scene = gf.load_scene("example3").with_values({"title": "\u03a9 \N{GRINNING FACE}"})
     scene.save(tmp_path / "a.toml")
     (tmp_path / "matplotlibrc").write_text("text.usetex: True\nfont.family: no such font\n")
-    foreign = {"MPLBACKEND": "module://matplotlib_inline.backend_inline", "PYTHONIOENCODING": "cp1252"}
+    foreign = {
+        "MPLBACKEND": "module://matplotlib_inline.backend_inline",
+        "PYTHONIOENCODING": "cp1252",
+    }
     command = _command("run", "a.toml", "--until", "0.1", "--plot", "a.png")
-    done = subprocess.run(command, cwd=tmp_path, env={**os.environ, **foreign}, capture_output=True, timeout=60)
+    done = subprocess.run(
+        command, cwd=tmp_path, env={**os.environ, **foreign}, capture_output=True, timeout=60
+    )
     assert (done.returncode, done.stderr) == (0, b"")
     assert done.stdout.startswith(rb"\u03a9 \U0001f600")
     assert (tmp_path / "a.png").stat().st_size > 1000
 
 
 @pytest.mark.skipif(os.name == "nt", reason="closed streams of POSIX")
-@pytest.mark.parametrize("words", [("run",), ("sweep", "--over", "wind.speed=4,5", "--window", "0.05")])
+@pytest.mark.parametrize(
+    "words", [("run",), ("sweep", "--over", "wind.speed=4,5", "--window", "0.05")]
+)
 def test_streams_may_be_closed(tmp_path, words):
     """As those of a service or of pythonw; what is opened next must not take their place."""
     command = _command(*words, "example3", "--until", "0.1", "--out", "a.nc")
@@ -331,11 +407,24 @@ def test_tab_completes(tmp_path, typed, offered):
     (tmp_path / "lines").mkdir()
     for name in ("mine.toml", "lines/north.toml", "lines/notes.txt", "anything.fmu"):
         (tmp_path / name).write_text("")
-    module, variable = typed.split()[0].replace("-", "_"), typed.split()[0].replace("-", "_").upper()
-    code = f"from {'gallop_fmu' if module == 'gallop_fmu' else 'modal'}.cli.main import main; main()"
-    asked = {"COMP_WORDS": typed, "COMP_CWORD": str(len(typed.split()) - 1), f"_{variable}_COMPLETE": "complete_bash"}
+    module, variable = (
+        typed.split()[0].replace("-", "_"),
+        typed.split()[0].replace("-", "_").upper(),
+    )
+    code = (
+        f"from {'gallop_fmu' if module == 'gallop_fmu' else 'modal'}.cli.main import main; main()"
+    )
+    asked = {
+        "COMP_WORDS": typed,
+        "COMP_CWORD": str(len(typed.split()) - 1),
+        f"_{variable}_COMPLETE": "complete_bash",
+    }
     done = subprocess.run(
-        [sys.executable, "-P", "-c", code], cwd=tmp_path, env=os.environ | asked, capture_output=True, text=True
+        [sys.executable, "-P", "-c", code],
+        cwd=tmp_path,
+        env=os.environ | asked,
+        capture_output=True,
+        text=True,
     )
     assert done.stdout.split() == offered.split()
 
@@ -344,7 +433,10 @@ def test_tab_completes(tmp_path, typed, offered):
 def test_small_matrices_get_one_thread(monkeypatch, set_before, seen):
     monkeypatch.setattr(os, "environ", dict(set_before))
     found = []
-    terminal.start(lambda prog_name: found.append((prog_name, os.environ["OPENBLAS_NUM_THREADS"])), "gallop-fmu")
+    terminal.start(
+        lambda prog_name: found.append((prog_name, os.environ["OPENBLAS_NUM_THREADS"])),
+        "gallop-fmu",
+    )
     assert found == [("gallop-fmu", seen)]
 
 
@@ -354,16 +446,25 @@ def test_colours_are_for_terminals_that_want_them(tmp_path, begin, settings, col
     import pty
 
     (tmp_path / "a.fmu").write_text("not an archive")
-    plain = {name: value for name, value in os.environ.items() if name not in ("NO_COLOR", "FORCE_COLOR")}
+    plain = {
+        name: value for name, value in os.environ.items() if name not in ("NO_COLOR", "FORCE_COLOR")
+    }
     environment = {**plain, "TERM": "xterm", **settings}
     ours, theirs = pty.openpty()
-    assert begin(_command("check", "a.fmu"), cwd=tmp_path, env=environment, stdout=theirs, stderr=theirs).wait(60) == 1
+    assert (
+        begin(
+            _command("check", "a.fmu"), cwd=tmp_path, env=environment, stdout=theirs, stderr=theirs
+        ).wait(60)
+        == 1
+    )
     shown = os.read(ours, 10_000).decode()
     os.close(ours)
     os.close(theirs)
     assert "FAILED" in shown
     assert ("\x1b[31m" in shown) is coloured
-    piped = subprocess.run(_command("check", "a.fmu"), cwd=tmp_path, env=environment, capture_output=True, text=True)
+    piped = subprocess.run(
+        _command("check", "a.fmu"), cwd=tmp_path, env=environment, capture_output=True, text=True
+    )
     assert "\x1b" not in piped.stdout + piped.stderr
 
 
@@ -381,15 +482,29 @@ State.run = telling
 
 @pytest.mark.skipif(os.name == "nt", reason="Ctrl-C is sent otherwise on Windows")
 def test_ctrl_c_keeps_what_was_computed(tmp_path, begin):
-    words = ("run", "example1", "--until", "2e5", "--every", "400", "--out", "a.nc")  # would take hours
+    words = (
+        "run",
+        "example1",
+        "--until",
+        "2e5",
+        "--every",
+        "400",
+        "--out",
+        "a.nc",
+    )  # would take hours
     command = _command(*words)
     command[3] = TELLS_WHEN_IT_STEPS + command[3]
-    process = begin(command, cwd=tmp_path, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+    process = begin(
+        command, cwd=tmp_path, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
+    )
     assert process.stdout.readline() == "stepping\n"
     process.send_signal(signal.SIGINT)
     _, messages = process.communicate(timeout=60)
     assert process.returncode == 1, messages
-    assert "stopped on request. The run ended early; what was computed until then is in a.nc." in messages
+    assert (
+        "stopped on request. The run ended early; what was computed until then is in a.nc."
+        in messages
+    )
     with h5netcdf.File(tmp_path / "a.nc", "r") as file:
         assert file.attrs["outcome"] == "stopped_by_user"
         assert file["time"][-1] > 0.0

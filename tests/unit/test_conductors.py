@@ -5,7 +5,13 @@ import math
 import pytest
 
 from gallop_fmu.foundation.errors import SceneError
-from gallop_fmu.line.conductors import ALUMINIUM_DENSITY, SOURCES, STEEL_DENSITY, conductors, find_conductor
+from gallop_fmu.line.conductors import (
+    ALUMINIUM_DENSITY,
+    SOURCES,
+    STEEL_DENSITY,
+    conductors,
+    find_conductor,
+)
 
 ALL = list(conductors().values())
 EACH = pytest.mark.parametrize("wire", ALL, ids=lambda wire: wire.code_word)
@@ -27,12 +33,17 @@ def test_mass_is_that_of_the_wires_and_their_lay(wire):
 @EACH
 def test_diameter_is_that_of_whole_layers(wire):
     core = {0: 0, 1: 1, 7: 3, 19: 5}[wire.steel_wires] * wire.steel_wire_diameter
-    layers = 0.5 * (wire.diameter - (core or wire.aluminium_wire_diameter)) / wire.aluminium_wire_diameter
+    layers = (
+        0.5
+        * (wire.diameter - (core or wire.aluminium_wire_diameter))
+        / wire.aluminium_wire_diameter
+    )
     assert layers == pytest.approx(round(layers), abs=0.002)  # observed: 0.001
     counts = [count for count, *_ in wire._aluminium_layers()]
     assert sum(counts) == wire.aluminium_wires
     for count, _, d, radius in wire._aluminium_layers():
-        if radius:  # the wires of a layer have room on its circle, and nearly fill it: observed 0.954 to 0.978
+        # the wires of a layer have room on its circle, and nearly fill it: observed 0.954 to 0.978
+        if radius:
             assert 0.95 < count * d / (2.0 * math.pi * radius) < 0.98
 
 
@@ -50,7 +61,8 @@ def test_rated_strength_is_that_of_the_metals(wire):
         assert wire.rated_strength == pytest.approx(aluminium, rel=1e-4)  # observed: 6e-5
 
 
-# Final moduli [GPa] and expansions [1e-6/K] as the REFA conductor database (LBNL) prints them for each stranding.
+# Final moduli [GPa] and expansions [1e-6/K] as the REFA conductor database (LBNL) prints them for
+# each stranding.
 PUBLISHED = {
     "Kingbird": (66.0, 21.2),
     "Rook": (72.5, 20.0),
@@ -65,8 +77,12 @@ PUBLISHED = {
 def test_modulus_and_expansion_are_near_the_published_ones(name):
     wire, (modulus, expansion) = find_conductor(name), PUBLISHED[name]
     area = wire.aluminium_area + wire.steel_area
-    assert wire.axial_stiffness / area == pytest.approx(modulus * 1e9, rel=0.035)  # observed: -3.0 to 2.7 %
-    assert wire.thermal_expansion == pytest.approx(expansion * 1e-6, rel=0.03)  # observed: -2.4 to 0.9 %
+    assert wire.axial_stiffness / area == pytest.approx(
+        modulus * 1e9, rel=0.035
+    )  # observed: -3.0 to 2.7 %
+    assert wire.thermal_expansion == pytest.approx(
+        expansion * 1e-6, rel=0.03
+    )  # observed: -2.4 to 0.9 %
 
 
 def test_torsional_stiffness_is_within_the_published_spread():
@@ -81,14 +97,18 @@ def test_torsional_stiffness_is_within_the_published_spread():
 def test_inertia_is_a_little_less_than_a_discs(wire):
     disc = wire.mass_per_length * wire.diameter**2 / 8.0
     # round wires do not fill the rim, and heavy steel sits in the middle
-    low, high = (0.75, 0.89) if wire.steel_wires else (0.87, 0.99)  # observed: 0.755 to 0.882, 0.873 to 0.984
+    low, high = (
+        (0.75, 0.89) if wire.steel_wires else (0.87, 0.99)
+    )  # observed: 0.755 to 0.882, 0.873 to 0.984
     assert low < wire.torsional_inertia / disc < high
 
 
 def test_inertia_of_seven_wires_by_hand():
     bee = find_conductor("Bee")
     d, each = bee.aluminium_wire_diameter, bee.mass_per_length / 7.0
-    assert bee.torsional_inertia == pytest.approx(7.0 * each * d**2 / 8.0 + 6.0 * each * d**2, rel=1e-12)
+    assert bee.torsional_inertia == pytest.approx(
+        7.0 * each * d**2 / 8.0 + 6.0 * each * d**2, rel=1e-12
+    )
 
 
 def test_a_code_word_is_found_in_any_case():

@@ -26,15 +26,21 @@ def _motion(wakes_at):
 @pytest.mark.parametrize("wakes_at", [150.0, 311.0, 450.0])
 def test_the_transfer_is_found(wakes_at):
     transfer = find_transfer(TIME, *_motion(wakes_at))
-    assert transfer.time == pytest.approx(wakes_at, abs=4.3)  # half a block of three swing periods; 1.1, 2.6, 0.4 s off
-    assert transfer.before[1] == transfer.during[0] < wakes_at < transfer.during[1] < transfer.after[0]
+    assert transfer.time == pytest.approx(
+        wakes_at, abs=4.3
+    )  # half a block of three swing periods; 1.1, 2.6, 0.4 s off
+    assert (
+        transfer.before[1] == transfer.during[0] < wakes_at < transfer.during[1] < transfer.after[0]
+    )
     assert transfer.after[1] == TIME[-1]
     assert transfer.before[1] - transfer.before[0] == pytest.approx(15.0 / 0.35, rel=0.01)
 
 
 def test_no_swing_no_transfer():
     u2, _ = _motion(300.0)
-    with pytest.raises(SceneError, match=r"no transfer found: the run ends with 0\.700 Hz vertical and 0\.700 Hz"):
+    with pytest.raises(
+        SceneError, match=r"no transfer found: the run ends with 0\.700 Hz vertical and 0\.700 Hz"
+    ):
         find_transfer(TIME, u2, 0.1 * u2)
     with pytest.raises(SceneError, match="no transfer found"):
         find_transfer(TIME, u2, 0.0 * u2)
@@ -62,15 +68,21 @@ def test_demo_shows_the_transfer(tmp_path):
         assert gf.Scene.from_dict(tomllib.loads(data.attrs["scene"])) == gf.load_scene("example3")
         alone = gf.simulate(gf.load_scene("example3"), 900.0, record_every=5).midspan()
         for name in ("u2", "u3", "theta", "tension"):
-            np.testing.assert_array_equal(data[name].values, alone[name].values)  # the same kernel, the same steps
+            np.testing.assert_array_equal(
+                data[name].values, alone[name].values
+            )  # the same kernel, the same steps
         last = slice(850.0, 900.0)
         for name, expected in (("u2", 0.442), ("u3", 0.1915)):
-            assert np.ptp(data[name].sel(time=last).values) / 2.0 == pytest.approx(expected, abs=5e-4)
+            assert np.ptp(data[name].sel(time=last).values) / 2.0 == pytest.approx(
+                expected, abs=5e-4
+            )
 
 
 def test_demo_writes_only_where_it_is_told(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
-    monkeypatch.setattr("gallop_fmu.cli.demo._run_fmu", lambda *_: (_ for _ in ()).throw(SceneError("stop here")))
+    monkeypatch.setattr(
+        "gallop_fmu.cli.demo._run_fmu", lambda *_: (_ for _ in ()).throw(SceneError("stop here"))
+    )
     result = CliRunner().invoke(app, ["demo", "--out-dir", "there"])
     assert result.exit_code == 2
     assert result.stderr == "gallop-fmu: stop here\n"

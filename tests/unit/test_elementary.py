@@ -23,7 +23,9 @@ void arctangents(int n, const double *y, const double *x, double *out)
     for (int i = 0; i < n; i++) out[i] = arctangent(y[i], x[i]);
 }
 """
-PI = Decimal("3.14159265358979323846264338327950288419716939937510582097494459230781640628620899862803")
+PI = Decimal(
+    "3.14159265358979323846264338327950288419716939937510582097494459230781640628620899862803"
+)
 
 
 @pytest.fixture(scope="module")
@@ -33,14 +35,19 @@ def shim(tmp_path_factory):
     (folder / "shim.c").write_text(SHIM)
     compiler = shlex.split(sysconfig.get_config_var("CC") or "cc")
     flags = ["-std=c11", "-O3", "-ffp-contract=off", "-shared", "-fPIC", f"-I{HEADER_FOLDER}"]
-    subprocess.run([*compiler, *flags, "-o", str(folder / "shim.so"), str(folder / "shim.c")], check=True)
+    subprocess.run(
+        [*compiler, *flags, "-o", str(folder / "shim.so"), str(folder / "shim.c")], check=True
+    )
     return ctypes.CDLL(str(folder / "shim.so"))
 
 
 def call(function, *arrays, outputs):
     size = len(arrays[0])
     out = [np.empty(size) for _ in range(outputs)]
-    pointers = [np.ascontiguousarray(y).ctypes.data_as(ctypes.POINTER(ctypes.c_double)) for y in (*arrays, *out)]
+    pointers = [
+        np.ascontiguousarray(y).ctypes.data_as(ctypes.POINTER(ctypes.c_double))
+        for y in (*arrays, *out)
+    ]
     function(size, *pointers)
     return out
 
@@ -78,12 +85,15 @@ def test_sine_and_cosine_over_many_turns(shim):
     worst = 0.0
     for value, s, c in zip(x, sine, cosine, strict=True):
         exact_s, exact_c = exact_sine_cosine(float(value))
-        # Beside a zero of sine or cosine the argument's own rounding is not to be counted: absolute error there.
+        # Beside a zero of sine or cosine the argument's own rounding is not to be counted: absolute
+        # error there.
         for found, exact in ((s, exact_s), (c, exact_c)):
             if abs(exact) > Decimal("1e-4") or abs(value) < 1e-2:
                 worst = max(worst, units_in_last_place(found, exact))
             else:
-                assert abs(Decimal(float(found)) - exact) < Decimal("1e-20") + Decimal("2.3e-16") * abs(exact)
+                assert abs(Decimal(float(found)) - exact) < Decimal("1e-20") + Decimal(
+                    "2.3e-16"
+                ) * abs(exact)
     assert worst < 2.0  # observed 1.65
 
 
@@ -106,11 +116,16 @@ def exact_arctangent(y, x):
 def test_arctangent_in_all_quadrants(shim):
     random = np.random.default_rng(2)
     angle, radius = random.uniform(-math.pi, math.pi, 2000), 10.0 ** random.uniform(-3, 3, 2000)
-    y = np.concatenate([radius * np.sin(angle), random.uniform(-1, 1, 300), 10.0 ** random.uniform(-12, 0, 300)])
-    x = np.concatenate([radius * np.cos(angle), 10.0 ** random.uniform(-12, 0, 300), random.uniform(-1, 1, 300)])
+    y = np.concatenate(
+        [radius * np.sin(angle), random.uniform(-1, 1, 300), 10.0 ** random.uniform(-12, 0, 300)]
+    )
+    x = np.concatenate(
+        [radius * np.cos(angle), 10.0 ** random.uniform(-12, 0, 300), random.uniform(-1, 1, 300)]
+    )
     (found,) = call(shim.arctangents, y, x, outputs=1)
     worst = max(
-        units_in_last_place(f, exact_arctangent(float(b), float(a))) for f, a, b in zip(found, x, y, strict=True)
+        units_in_last_place(f, exact_arctangent(float(b), float(a)))
+        for f, a, b in zip(found, x, y, strict=True)
     )
     assert worst < 2.0  # observed 1.92
 

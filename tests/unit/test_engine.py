@@ -17,7 +17,9 @@ NO_NODES = np.zeros(0, np.int32)
 
 def windy_model(values):
     """Wind, eccentric ice, damping and springs: everything that a state depends on."""
-    return Model(load_scene("example2").with_values({"numerics.elements": 6, "wind.speed": 7.0} | values))
+    return Model(
+        load_scene("example2").with_values({"numerics.elements": 6, "wind.speed": 7.0} | values)
+    )
 
 
 @pytest.fixture(scope="module", params=INTEGRATORS)
@@ -110,7 +112,11 @@ def test_a_run_in_pieces_has_the_same_bits(model):
 def test_recording_does_not_move_the_instants_at_which_laws_are_read(model):
     """Times are the same products however often a run is interrupted; else the wind differs in its last bit."""
     gusts = {"kind": "harmonic", "mean": 7.0, "amplitude": 2.0, "frequency_hz": 0.71}
-    gusty = Model(model.scene.with_values({"wind.speed": None, "wind.history": gusts, "numerics.time_step": 0.0123}))
+    gusty = Model(
+        model.scene.with_values(
+            {"wind.speed": None, "wind.history": gusts, "numerics.time_step": 0.0123}
+        )
+    )
     whole, portions = gusty.start(), gusty.start()
     expected = everything(whole, count=1, every=120)
     for i in range(12):
@@ -126,7 +132,9 @@ def test_advance_and_run_take_the_same_steps(stepped_model):
         stepped.advance(i * model.scene.numerics.time_step)
     everything(ran)
     for one, other in zip(stepped.motion(), ran.motion(), strict=True):
-        np.testing.assert_allclose(one, other, rtol=0, atol=1e-13 * np.abs(other).max())  # observed 0
+        np.testing.assert_allclose(
+            one, other, rtol=0, atol=1e-13 * np.abs(other).max()
+        )  # observed 0
 
 
 def test_threads_on_one_model_do_not_disturb_each_other(model):
@@ -150,7 +158,15 @@ def test_inputs_that_repeat_the_scene_change_nothing(model):
 
 
 def test_inputs_change_linearly_in_time(model):
-    inputs = Inputs(1.0, 5.0, 0.1, np.zeros((2, 3)), wind_speed_rate=-2.0, attack_angle_rate=0.3, support_rate=None)
+    inputs = Inputs(
+        1.0,
+        5.0,
+        0.1,
+        np.zeros((2, 3)),
+        wind_speed_rate=-2.0,
+        attack_angle_rate=0.3,
+        support_rate=None,
+    )
     inputs.support_rate = np.array([[0.0, 0.01, 0.0], [0.0, 0.0, 0.0]])
     state = model.start(1.0, inputs)
     state.advance(1.25, inputs)
@@ -158,7 +174,8 @@ def test_inputs_change_linearly_in_time(model):
     assert state.observe_span()[SPAN_INDEX["wind_speed"]] == pytest.approx(4.5, rel=1e-14)
     assert left[NODE_INDEX["u2"]] == pytest.approx(0.0025, rel=1e-14)
     assert left[NODE_INDEX["v2"]] == 0.01
-    # An end without twist: alpha0 + atan2(-vn, U - v3), vn normal to the parabola, which falls by 4 sag / length there.
+    # An end without twist: alpha0 + atan2(-vn, U - v3), vn normal to the parabola, which falls by 4
+    # sag / length there.
     slope = 4.0 * 1.38 / 125.88
     normal = (left[NODE_INDEX["v2"]] + slope * left[NODE_INDEX["v1"]]) / np.hypot(1.0, slope)
     angle = 0.1 + 0.3 * 0.25 + np.arctan2(-normal, 4.5 - left[NODE_INDEX["v3"]])
@@ -199,7 +216,11 @@ def test_the_kernel_refuses_inputs_to_a_model_of_the_laws_only():
     model = Model(load_scene("example2").with_values({"wind.speed": 0.0}), inputs=False)
     state, inputs = model.start(), Inputs(0.0, 10.0, 0.17, np.zeros((2, 3)))
     model._takes_inputs = True
-    calls = (lambda: state.advance(0.1, inputs), lambda: model.start(inputs=inputs), lambda: model.rest(inputs=inputs))
+    calls = (
+        lambda: state.advance(0.1, inputs),
+        lambda: model.start(inputs=inputs),
+        lambda: model.rest(inputs=inputs),
+    )
     for call in calls:
         with pytest.raises(SimulationError) as refused:
             call()

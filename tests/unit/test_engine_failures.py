@@ -39,8 +39,12 @@ def test_attack_angle_leaves_the_curve():
     # one step earlier all is well, and the largest angle is just inside
     step = model.scene.numerics.time_step
     state.advance(report.time - step)
-    angles = [state.observe_node(node)[NODE_INDEX["angle_of_attack"]] for node in range(model.nodes)]
-    assert math.radians(77.0) < max(angles) < math.radians(80.5)  # nodes lie beyond the Gauss points
+    angles = [
+        state.observe_node(node)[NODE_INDEX["angle_of_attack"]] for node in range(model.nodes)
+    ]
+    assert (
+        math.radians(77.0) < max(angles) < math.radians(80.5)
+    )  # nodes lie beyond the Gauss points
     assert fails(state, report.time).time == pytest.approx(report.time, abs=1e-12)
 
 
@@ -71,7 +75,9 @@ def lifted(minimal, lift, **numerics):
     """A span pushed up by a load that grows within 0.3 s."""
     law = {"kind": "ramp", "initial": 0.0, "final": 1.0, "duration": 0.3}
     load = {"evenly_spaced": 19, "force": [0.0, lift, 0.0], "law": law}
-    return Model(Scene.from_dict(minimal | {"loads": [load], "numerics": {"elements": 10, **numerics}}))
+    return Model(
+        Scene.from_dict(minimal | {"loads": [load], "numerics": {"elements": 10, **numerics}})
+    )
 
 
 def test_strong_upward_load_makes_the_cable_slack(minimal):
@@ -96,7 +102,9 @@ def jumped(minimal, **numerics):
     """A sideways load that jumps in the middle of a step, too much for a long one."""
     law = {"kind": "ramp", "initial": 0.0, "final": 1.0, "start": 0.9, "duration": 0.0}
     load = {"evenly_spaced": 19, "force": [0.0, -300.0, 300.0], "law": law}
-    return Model(Scene.from_dict(minimal | {"loads": [load], "numerics": {"elements": 10, **numerics}}))
+    return Model(
+        Scene.from_dict(minimal | {"loads": [load], "numerics": {"elements": 10, **numerics}})
+    )
 
 
 def test_newton_stalls_where_halving_is_not_allowed(minimal):
@@ -111,7 +119,10 @@ def test_newton_stalls_where_halving_is_not_allowed(minimal):
 
 def test_halving_gets_through_a_jump(minimal):
     """Steps that had to be halved still end where ones a hundred times shorter do."""
-    coarse, fine = jumped(minimal, time_step=0.05, max_newton_iterations=4), jumped(minimal, time_step=0.0005)
+    coarse, fine = (
+        jumped(minimal, time_step=0.05, max_newton_iterations=4),
+        jumped(minimal, time_step=0.0005),
+    )
     states = [model.start() for model in (coarse, fine)]
     halved, whole = (state.advance(1.2) for state in states)
     found, expected = (state.motion()[0][:, :3] for state in states)
@@ -124,11 +135,17 @@ def test_halving_gets_through_a_jump(minimal):
 
 @pytest.mark.parametrize("integrator", ["newmark", "gauss6"])
 def test_a_run_that_fails_in_half_a_step_ends_where_the_step_began(minimal, integrator):
-    model = jumped(minimal, time_step=0.5, max_halvings=1, max_newton_iterations=4, integrator=integrator)
+    model = jumped(
+        minimal, time_step=0.5, max_halvings=1, max_newton_iterations=4, integrator=integrator
+    )
     state, whole = model.start(), model.start()
     whole.advance(0.5)
     run = state.run(3, 1, ALL, np.array([model.middle], np.int32))
-    assert (run.report.outcome, run.report.halvings, len(run.node_values)) == (Outcome.NEWTON_STALLED, 1, 1)
+    assert (run.report.outcome, run.report.halvings, len(run.node_values)) == (
+        Outcome.NEWTON_STALLED,
+        1,
+        1,
+    )
     assert run.report.time == 1.0  # in the second half, after the jump
     assert state.time == 0.5
     for kept, right in zip(state.motion(), whole.motion(), strict=True):
@@ -141,7 +158,9 @@ def test_a_run_that_fails_leaves_the_wind_of_its_state(values):
     gale = {"kind": "ramp", "initial": 5.5, "final": 140.0, "duration": 20.0}
     narrow = {"aerodynamics.valid_from_deg": 179.99, "aerodynamics.valid_to_deg": 180.01}
     changes = {"wind.speed": None, "wind.history": gale, "numerics.elements": 8, **narrow}
-    scene = load_scene("example3").with_values(changes | {f"numerics.{name}": value for name, value in values.items()})
+    scene = load_scene("example3").with_values(
+        changes | {f"numerics.{name}": value for name, value in values.items()}
+    )
     state = Model(scene).start()
     assert state.run(2000, 1, ALL, [8]).report.outcome is not Outcome.COMPLETED
     assert state.time > 0.0
@@ -209,14 +228,20 @@ def test_a_step_of_the_host_far_below_that_of_the_tolerance():
     """A ten-millionth of it; both limits of the rounding that forgives a host's clock."""
     scene = load_scene("example3").with_values({"numerics.tolerance": 1e-3, "numerics.elements": 4})
     state = Model(scene).start()
-    state.advance(1e-9, Inputs(time=0.0, wind_speed=5.5, attack_angle=math.pi, support=np.zeros((2, 3))))
+    state.advance(
+        1e-9, Inputs(time=0.0, wind_speed=5.5, attack_angle=math.pi, support=np.zeros((2, 3)))
+    )
     assert state.time == 1e-9
     assert abs(state.observe_node(4)[NODE_INDEX["u2"]] - 1e-3) < 1e-9  # the seed
 
 
 def test_a_tolerance_that_newtons_iteration_cannot_keep():
     """Steps are halved as often as allowed, and then the run ends."""
-    hard = {"numerics.tolerance": 1e-7, "numerics.max_newton_iterations": 2, "numerics.max_halvings": 3}
+    hard = {
+        "numerics.tolerance": 1e-7,
+        "numerics.max_newton_iterations": 2,
+        "numerics.max_halvings": 3,
+    }
     far = {"numerics.elements": 4, "initial.seed_vertical": 0.3, "initial.seed_twist": 0.5}
     report = fails(Model(load_scene("example3").with_values({**hard, **far})).start(), 1.0)
     assert (report.outcome, report.halvings, report.steps) == (Outcome.NEWTON_STALLED, 3, 0)

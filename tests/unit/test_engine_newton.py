@@ -13,13 +13,17 @@ def what_is_left(model, state):
     """The correction [m, rad] that one more iteration with a fresh tangent would make."""
     h = model.scene.numerics.time_step
     u, v, a = state.motion()
-    blocks = model.tangent(u, v, a, stiffness=1.0, damping=2.0 / h, mass=4.0 / h**2, time=state.time)
+    blocks = model.tangent(
+        u, v, a, stiffness=1.0, damping=2.0 / h, mass=4.0 / h**2, time=state.time
+    )
     size = 4 * model.nodes
     matrix = np.zeros((size, size))
     for e, block in enumerate(blocks):
         matrix[8 * e : 8 * e + 12, 8 * e : 8 * e + 12] += block
     free = np.arange(4, size - 4)
-    correction = np.linalg.solve(matrix[np.ix_(free, free)], model.residual(u, v, a, time=state.time).ravel()[free])
+    correction = np.linalg.solve(
+        matrix[np.ix_(free, free)], model.residual(u, v, a, time=state.time).ravel()[free]
+    )
     return np.abs(correction).max()
 
 
@@ -31,7 +35,12 @@ def test_error_left_is_below_the_tolerance(case, tolerance):
     if case == "pulse":
         scene = load_scene("example1").with_values({"loads": [load], "numerics.elements": 8})
     else:
-        values = {"wind.speed": 0.0, "damping.translation": None, "damping.twist": None, "initial.seed_twist": 0.1}
+        values = {
+            "wind.speed": 0.0,
+            "damping.translation": None,
+            "damping.twist": None,
+            "initial.seed_twist": 0.1,
+        }
         scene = load_scene("example3").with_values(values | {"numerics.elements": 8})
     model = Model(scene.with_values({"numerics.newton_tolerance": tolerance}))
     state = model.start()

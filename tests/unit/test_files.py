@@ -103,7 +103,9 @@ def test_links_are_followed_and_stay(tmp_path):
 
 def test_a_planted_link_is_not_followed(tmp_path, monkeypatch):
     """The temporary name cannot be foreseen; if it could, the file would not be opened."""
-    monkeypatch.setattr("gallop_fmu.foundation.atomic_write.secrets.token_hex", lambda count: "0" * 16)
+    monkeypatch.setattr(
+        "gallop_fmu.foundation.atomic_write.secrets.token_hex", lambda count: "0" * 16
+    )
     victim = tmp_path / "victim"
     victim.write_bytes(b"precious")
     planted = tmp_path / f".gallop-{'0' * 16}.new"
@@ -126,7 +128,9 @@ def test_a_name_that_is_too_long_is_refused(tmp_path):
     assert "File name too long" in refused(tmp_path / f"{'n' * 252}.csv")
 
 
-@pytest.mark.parametrize(("name", "fragment"), [("a\0.csv", "null"), ("none/a.csv", "there is no folder")])
+@pytest.mark.parametrize(
+    ("name", "fragment"), [("a\0.csv", "null"), ("none/a.csv", "there is no folder")]
+)
 def test_names_that_cannot_be(tmp_path, name, fragment):
     with pytest.raises(gf.SceneError, match=fragment):
         check_target(tmp_path / name)
@@ -164,13 +168,23 @@ def test_no_module_writes_files_in_another_way():
         folder = Path(package.__file__).parent
         for file in folder.rglob("*.py"):
             for node in ast.walk(ast.parse(file.read_text("utf-8"))):
-                if isinstance(node, ast.Attribute) and node.attr in ("write_text", "write_bytes", "NamedTemporaryFile"):
+                if isinstance(node, ast.Attribute) and node.attr in (
+                    "write_text",
+                    "write_bytes",
+                    "NamedTemporaryFile",
+                ):
                     found.add(file.relative_to(folder.parent).as_posix())
-                if isinstance(node, ast.Call) and "open" in (getattr(node.func, n, "") for n in ("id", "attr")):
+                if isinstance(node, ast.Call) and "open" in (
+                    getattr(node.func, n, "") for n in ("id", "attr")
+                ):
                     modes = [c.value for c in ast.walk(node) if isinstance(c, ast.Constant)]
                     if {"w", "wb", "a", "ab"} & {mode for mode in modes if isinstance(mode, str)}:
                         found.add(file.relative_to(folder.parent).as_posix())
-    assert found == {"gallop_fmu/fmu/cross_compile.py", "gallop_fmu/fmu/smoke_test.py", "gallop_fmu/cli/terminal.py"}
+    assert found == {
+        "gallop_fmu/fmu/cross_compile.py",
+        "gallop_fmu/fmu/smoke_test.py",
+        "gallop_fmu/cli/terminal.py",
+    }
 
 
 def test_a_lock_is_for_one_and_ends_with_its_file(tmp_path):

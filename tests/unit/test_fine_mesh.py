@@ -11,12 +11,18 @@ NOTHING = np.zeros(0, np.int32)
 
 def report_of(values, seconds):
     model = Model(load_scene("example3").with_values(values))
-    return model.start().run(1, round(seconds / values["numerics.time_step"]), NOTHING, NOTHING).report
+    return (
+        model.start().run(1, round(seconds / values["numerics.time_step"]), NOTHING, NOTHING).report
+    )
 
 
 def test_steps_are_not_halved_again_and_again():
     """Metres of motion from the start, by Gauss's method; Newmark's takes five sub-steps of 4 ms for one here."""
-    values = {"numerics.integrator": "gauss6", "numerics.time_step": 0.025, "numerics.elements": 100}
+    values = {
+        "numerics.integrator": "gauss6",
+        "numerics.time_step": 0.025,
+        "numerics.elements": 100,
+    }
     report = report_of(values | {"initial.seed_vertical": 0.3, "initial.seed_horizontal": 0.1}, 4.0)
     assert report.substeps < 1.1 * report.steps  # observed 1.013
 

@@ -25,8 +25,12 @@ WINDWARD_HALF = polygon(R * np.cos(HALF), R * np.sin(HALF))
 OUTLINES = {  # nose along +x
     "radial": polygon((R + T) * np.cos(ANGLE), (R + T) * np.sin(ANGLE)) - CONDUCTOR,
     "crescent": polygon((R + T) * np.cos(HALF), R * np.sin(HALF)) - WINDWARD_HALF,
-    "eccentric_circle": polygon(0.5 * T + (R + 0.5 * T) * np.cos(ANGLE), (R + 0.5 * T) * np.sin(ANGLE)) - CONDUCTOR,
-    "d_shape": polygon(np.array([0.0, R + T, R + T, 0.0]), np.array([-R, -R, R, R])) - WINDWARD_HALF,
+    "eccentric_circle": polygon(
+        0.5 * T + (R + 0.5 * T) * np.cos(ANGLE), (R + 0.5 * T) * np.sin(ANGLE)
+    )
+    - CONDUCTOR,
+    "d_shape": polygon(np.array([0.0, R + T, R + T, 0.0]), np.array([-R, -R, R, R]))
+    - WINDWARD_HALF,
 }
 
 
@@ -34,7 +38,9 @@ OUTLINES = {  # nose along +x
 def test_the_integrals_are_those_of_the_outline(shape):
     expected = RHO * OUTLINES[shape]
     scale = RHO * np.array([R**2, R**3, R**4])
-    assert np.abs((np.array(ice_section(shape, D, T, RHO)) - expected) / scale).max() < 8e-7  # of the polygon: 6e-7
+    assert (
+        np.abs((np.array(ice_section(shape, D, T, RHO)) - expected) / scale).max() < 8e-7
+    )  # of the polygon: 6e-7
 
 
 @pytest.mark.parametrize("shape", ["radial", "crescent", "eccentric_circle"])
@@ -43,9 +49,12 @@ def test_no_thickness_is_no_ice(shape):
 
 
 def test_half_an_inch_of_radial_glaze_on_drake_weighs_what_line_engineers_use():
-    # Grigsby (ed.), Electric Power Generation, Transmission, and Distribution, Table 14.5: 2.094 - 1.094 lb/ft
+    # Grigsby (ed.), Electric Power Generation, Transmission, and Distribution, Table 14.5: 2.094 -
+    # 1.094 lb/ft
     glaze = 57.0 * 16.018463  # lb/ft3, the density that goes with it
-    assert ice_section("radial", D, 0.0127, glaze).mass_per_length == pytest.approx(1.488164, rel=1.5e-3)  # 1e-3
+    assert ice_section("radial", D, 0.0127, glaze).mass_per_length == pytest.approx(
+        1.488164, rel=1.5e-3
+    )  # 1e-3
 
 
 def test_the_nose_faces_the_wind_and_a_positive_angle_lifts_it():

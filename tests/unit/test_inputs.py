@@ -35,11 +35,23 @@ def test_columns_become_laws(file):
             "time,windspeed\n0,5\n1,5\n",
             r"in.csv: the first line must name time, .*any of wind_speed.*; it has 'windspeed'",
         ),
-        ("wind_speed\n5\n5\n", r"in.csv: the first line must name time, the first column, .*; it is 'wind_speed'"),
+        (
+            "wind_speed\n5\n5\n",
+            r"in.csv: the first line must name time, the first column, .*; it is 'wind_speed'",
+        ),
         ("time\n0\n1\n", r"in.csv: the first line must name time, .*; it is 'time'"),
-        ("time,wind_speed\n0,5\n1,6\n0,6\n", r"in.csv: time must increase; row 4 has 0.0 after 1.0"),
-        ("time,wind_speed\n0,5\n0,6\n0,7\n", r"in.csv: time must increase; row 4 has .* two rows of one are a jump"),
-        ("time,attack_angle\n0,3.0\n1,3.1\n", r"attack_angle changes from 3.0; in a scene it is constant"),
+        (
+            "time,wind_speed\n0,5\n1,6\n0,6\n",
+            r"in.csv: time must increase; row 4 has 0.0 after 1.0",
+        ),
+        (
+            "time,wind_speed\n0,5\n0,6\n0,7\n",
+            r"in.csv: time must increase; row 4 has .* two rows of one are a jump",
+        ),
+        (
+            "time,attack_angle\n0,3.0\n1,3.1\n",
+            r"attack_angle changes from 3.0; in a scene it is constant",
+        ),
         ("time,wind_speed\n0,5\n1,five\n", r"wind_speed in row 3 is 'five'"),
         ("", r"in.csv: .*; the file is empty"),
         ("time,wind_speed\n", "in.csv: has no rows"),
@@ -73,13 +85,17 @@ def driven(file, text):
 
 
 def not_covered(scene, stop_time):
-    return [sentence for sentence in gf.simulate(scene, stop_time).warnings if " covers " in sentence]
+    return [
+        sentence for sentence in gf.simulate(scene, stop_time).warnings if " covers " in sentence
+    ]
 
 
 def test_two_rows_of_one_time_are_a_jump(file):
     """As in FMPy, whose inputs keep the value before the jump at its instant."""
     scene = driven(file, "time,wind_speed\n0,5\n5,5\n5,6\n20,6\n")
-    assert scene.wind.history.at([0.0, 4.999999, 5.0, 5.000001, 19.0]) == pytest.approx([5.0, 5.0, 5.0, 6.0, 6.0])
+    assert scene.wind.history.at([0.0, 4.999999, 5.0, 5.000001, 19.0]) == pytest.approx(
+        [5.0, 5.0, 5.0, 6.0, 6.0]
+    )
     assert type(scene).from_dict(tomllib.loads(scene.to_toml())) == scene
     recorded = gf.simulate(scene, 6.0).dataset.wind_speed
     assert set(np.unique(recorded.values)) == {5.0, 6.0}
@@ -89,7 +105,9 @@ def test_two_rows_of_one_time_are_a_jump(file):
 @pytest.mark.parametrize("integrator", ["newmark", "gauss6", "generalised_alpha"])
 def test_a_jump_is_that_of_a_ramp_without_duration(file, integrator):
     numerics = {"numerics.integrator": integrator, "numerics.elements": 6}
-    jump = driven(file, "time,wind_speed,support.left.x1\n0,4,0\n0.5,4,0\n0.5,6,1e-4\n2,6,1e-4\n").with_values(numerics)
+    jump = driven(
+        file, "time,wind_speed,support.left.x1\n0,4,0\n0.5,4,0\n0.5,6,1e-4\n2,6,1e-4\n"
+    ).with_values(numerics)
     steep = {"kind": "ramp", "start": 0.5 + 1e-12, "duration": 0.0}
     laws = {
         "wind.history": {**steep, "initial": 4.0, "final": 6.0},
@@ -142,10 +160,25 @@ def test_a_history_that_is_not_of_the_run_is_told(file, times, covered):
 @pytest.mark.parametrize(
     ("stop_time", "every", "message"),
     [
-        (1.0, 1000, "first record would come at 10 s, after the end of the run at 1 s; at most 100 steps"),
-        (1e12, None, r"stop_time = 1e\+12 s is 1e\+14 time steps of 0.01 s; a run has at most 1e\+08"),
+        (
+            1.0,
+            1000,
+            "first record would come at 10 s, after the end of the run at 1 s; at most 100 steps",
+        ),
+        (
+            1e12,
+            None,
+            r"stop_time = 1e\+12 s is 1e\+14 time steps of 0.01 s; a run has at most 1e\+08",
+        ),
         (1e8, None, "a run has at most"),
-        (1.0, 2**63, "record_every = 9223372036854775808: must be a whole number of time steps, from 1 to 1000000"),
+        (
+            1.0,
+            2**63,
+            (
+                "record_every = 9223372036854775808: must be a whole number of time steps, from 1"
+                " to 1000000"
+            ),
+        ),
         (1.0, True, "record_every = True"),
     ],
 )

@@ -1,7 +1,7 @@
 """The contract of the kernel's exported functions, as a C caller meets it: what is refused, and what it leaves alone.
 
-Every call that cannot be carried out answers GALLOP_BAD_CALL, names the argument, fills in its report and changes
-nothing.
+Every call that cannot be carried out answers GALLOP_BAD_CALL, names the argument, fills in its
+report and changes nothing.
 """
 
 import ctypes as c
@@ -22,7 +22,9 @@ BAD_CALL = Outcome.BAD_CALL.code
 UNTOUCHED = -12345.5
 UP, DOWN, TOWARDS_ZERO = 0x800, 0x400, 0xC00  # of fesetround on x86
 
-kernel = c.CDLL(str(library_path()))  # without the types of engine.library, which would refuse some arguments
+kernel = c.CDLL(
+    str(library_path())
+)  # without the types of engine.library, which would refuse some arguments
 for name in ("gallop_state_size", "gallop_saved_size"):
     getattr(kernel, name).restype = c.c_size_t
 kernel.gallop_state_time.restype = c.c_double
@@ -48,7 +50,9 @@ class Span:
         return self
 
     def init(self, **change):
-        return self.call("gallop_state_init", ("model", "state", "time", "inputs", "report"), change)
+        return self.call(
+            "gallop_state_init", ("model", "state", "time", "inputs", "report"), change
+        )
 
     def call(self, name, wanted, change):
         given = {
@@ -69,7 +73,9 @@ class Span:
             "out": c.c_void_p(self.out.ctypes.data),
             "sharpness": c.c_double(1.0),
         } | change
-        self.report = CReport(outcome=77, element=77, steps=-77) if "report" not in change else self.report
+        self.report = (
+            CReport(outcome=77, element=77, steps=-77) if "report" not in change else self.report
+        )
         if "report" in wanted and "report" not in change:
             given["report"] = c.byref(self.report)
         return getattr(kernel, name)(*(given[argument] for argument in wanted))
@@ -78,7 +84,10 @@ class Span:
         """gallop_run with two records of two nodes; ``done`` and the report are kept."""
         self.integers = {key: np.array(values, np.int32) for key, values in
                          {"channel": [0, 1], "node": [3, 4], "span_channel": [0]}.items()}  # fmt: skip
-        self.node_values, self.span_values = np.full((2, 2, 2), UNTOUCHED), np.full((2, 1), UNTOUCHED)
+        self.node_values, self.span_values = (
+            np.full((2, 2, 2), UNTOUCHED),
+            np.full((2, 1), UNTOUCHED),
+        )
         self.done, self.report = c.c_int64(-7), CReport(outcome=77, element=77, steps=-77)
         given = {"first": c.c_int64(0), "records": c.c_int64(2), "every": c.c_int64(1)}
         for key, array in self.integers.items():
@@ -174,7 +183,9 @@ def test_pointers_that_are_not_aligned_are_refused(span, name, argument, shift):
     assert span.saved == before
 
 
-@pytest.mark.parametrize("name", [name for name, arguments in FUNCTIONS.items() if "state" in arguments])
+@pytest.mark.parametrize(
+    "name", [name for name, arguments in FUNCTIONS.items() if "state" in arguments]
+)
 def test_a_state_of_another_model_is_refused(span, other, scene, name):
     """One of another size, and one of the same size of another scene; residual and tangent use scratch memory alone."""
     small = Span(scene.with_values({"numerics.elements": 2})).started()
@@ -250,7 +261,12 @@ def test_starts_that_are_not_finite_are_refused(span, time):
 
 @pytest.mark.parametrize("node", [-1, -40, 9, 99999, 2**31 - 1])
 def test_nodes_that_do_not_exist_are_not_observed(span, node):
-    assert span.call("gallop_observe_node", FUNCTIONS["gallop_observe_node"], {"node": c.c_int32(node)}) == BAD_CALL
+    assert (
+        span.call(
+            "gallop_observe_node", FUNCTIONS["gallop_observe_node"], {"node": c.c_int32(node)}
+        )
+        == BAD_CALL
+    )
     assert (span.values == UNTOUCHED).all()
 
 
@@ -269,7 +285,15 @@ RUNS = {
     "overflow": ({"first": 3, "every": 2**62}, "number of steps", 5.0 * 2.0**62),
     "steps": ({"records": 10**13}, "number of steps", 1e13),
 }
-POINTERS_OF_RUN = ("channel", "node", "span_channel", "node_values", "span_values", "done", "report")
+POINTERS_OF_RUN = (
+    "channel",
+    "node",
+    "span_channel",
+    "node_values",
+    "span_values",
+    "done",
+    "report",
+)
 
 
 @pytest.mark.parametrize("name", RUNS)
@@ -277,7 +301,11 @@ def test_a_run_refuses_counts_and_indices_that_are_out_of_range(span, name):
     change, field, value = RUNS[name]
     arrays = {key: np.array(v, np.int32) for key, v in change.items() if isinstance(v, list)}
     wide = ("first", "records", "every")
-    given = {key: (c.c_int64 if key in wide else c.c_int32)(v) for key, v in change.items() if key not in arrays}
+    given = {
+        key: (c.c_int64 if key in wide else c.c_int32)(v)
+        for key, v in change.items()
+        if key not in arrays
+    }
     given |= {key: c.c_void_p(array.ctypes.data) for key, array in arrays.items()}
     before = span.saved
     assert span.run(**given) == BAD_CALL
@@ -300,7 +328,12 @@ def test_a_run_refuses_pointers_that_are_null(span, pointer):
 
 def test_a_run_of_no_records_fills_in_its_report(span):
     assert span.run(records=c.c_int64(0)) == 0
-    assert (span.report.outcome, span.report.element, span.done.value, span.report.steps) == (0, -1, 0, 0)
+    assert (span.report.outcome, span.report.element, span.done.value, span.report.steps) == (
+        0,
+        -1,
+        0,
+        0,
+    )
     assert span.report.lowest_tension > 1e4  # the tension of the equilibrium
 
 
@@ -380,7 +413,10 @@ CREATE = {
 def test_a_scene_with_null_pointers_is_refused(scene, pointer):
     packed, report, handle = Packed(scene), CReport(), c.c_void_p(1)
     CREATE[pointer](packed.scene)
-    assert kernel.gallop_model_create(c.byref(packed.scene), c.byref(handle), c.byref(report)) == BAD_CALL
+    assert (
+        kernel.gallop_model_create(c.byref(packed.scene), c.byref(handle), c.byref(report))
+        == BAD_CALL
+    )
     assert_filled(report)
     assert report.field.decode().startswith(f"{pointer}, a pointer")
     assert handle.value is None
@@ -389,16 +425,27 @@ def test_a_scene_with_null_pointers_is_refused(scene, pointer):
 @pytest.mark.parametrize("argument", ["scene", "model", "report"])
 def test_creation_with_null_pointers_is_refused(scene, argument):
     packed, report, handle = Packed(scene), CReport(), c.c_void_p()
-    given = {"scene": c.byref(packed.scene), "model": c.byref(handle), "report": c.byref(report)} | {argument: None}
+    given = {
+        "scene": c.byref(packed.scene),
+        "model": c.byref(handle),
+        "report": c.byref(report),
+    } | {argument: None}
     assert kernel.gallop_model_create(*given.values()) == BAD_CALL
     assert handle.value is None
 
 
 def test_indices_are_right_up_to_their_ends(span):
-    last = {"channel": len(NODE_CHANNELS) - 1, "node": span.model.nodes - 1, "span_channel": len(SPAN_CHANNELS) - 1}
+    last = {
+        "channel": len(NODE_CHANNELS) - 1,
+        "node": span.model.nodes - 1,
+        "span_channel": len(SPAN_CHANNELS) - 1,
+    }
     arrays = {key: np.array([value], np.int32) for key, value in last.items()}
     counts = dict.fromkeys(("channels", "nodes", "span_channels"), c.c_int32(1))
-    assert span.run(**{key: c.c_void_p(array.ctypes.data) for key, array in arrays.items()}, **counts) == 0
+    assert (
+        span.run(**{key: c.c_void_p(array.ctypes.data) for key, array in arrays.items()}, **counts)
+        == 0
+    )
     assert span.done.value == 2
 
 
@@ -410,7 +457,11 @@ def test_other_rounding_modes_are_refused_by_their_name(span, mode):
     assert kernel.gallop_arithmetic_fault() is None
     try:
         assert libm.fesetround(mode) == 0
-        outcomes = [span.call(name, FUNCTIONS[name], {}) for name in FUNCTIONS if "state" in FUNCTIONS[name][1:2]]
+        outcomes = [
+            span.call(name, FUNCTIONS[name], {})
+            for name in FUNCTIONS
+            if "state" in FUNCTIONS[name][1:2]
+        ]
         fault = kernel.gallop_arithmetic_fault()
         advanced = span.call("gallop_advance", ADVANCE, {})
         field = span.report.field

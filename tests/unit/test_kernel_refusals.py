@@ -42,7 +42,10 @@ def loaded(scene, **numbers):
 
 def test_the_scene_itself_is_allowed():
     assert outcome_of(lambda scene: None) == (Outcome.COMPLETED, "")
-    assert outcome_of(lambda scene: table(scene.wind, 2, [0.0, 1.0], [5.0, 6.0])) == (Outcome.COMPLETED, "")
+    assert outcome_of(lambda scene: table(scene.wind, 2, [0.0, 1.0], [5.0, 6.0])) == (
+        Outcome.COMPLETED,
+        "",
+    )
     assert outcome_of(lambda scene: loaded(scene, position=0.5)) == (Outcome.COMPLETED, "")
 
 
@@ -60,19 +63,28 @@ NUMBERS = {
 @pytest.mark.parametrize("value", [math.nan, math.inf])
 def test_numbers_that_are_none(name, value):
     """Before, a NaN attack angle without a curve gave a state that was said to be complete."""
-    assert outcome_of(lambda scene: setattr(scene, name, value)) == (Outcome.INVALID_SCENE, NUMBERS[name])
+    assert outcome_of(lambda scene: setattr(scene, name, value)) == (
+        Outcome.INVALID_SCENE,
+        NUMBERS[name],
+    )
 
 
 CASES = {
     "law": (lambda s: setattr(s.wind, "kind", 7), "wind speed"),
-    "motion": (lambda s: setattr(s.support[1].motion[2], "initial", math.nan), "motion of a support"),
+    "motion": (
+        lambda s: setattr(s.support[1].motion[2], "initial", math.nan),
+        "motion of a support",
+    ),
     "no points": (lambda s: table(s.wind, -1, [0.0, 1.0], [5.0, 6.0]), "wind speed"),
     "order": (lambda s: table(s.wind, 2, [0.0, 0.0], [5.0, 6.0]), "wind speed"),
     "value": (lambda s: table(s.wind, 2, [0.0, 1.0], [5.0, math.nan]), "wind speed"),
     "support": (lambda s: setattr(s.support[0], "kind", 3), "kind of a support"),
     "outside": (lambda s: setattr(s, "outside", -1), "what holds outside the aerodynamic curve"),
     "pieces": (lambda s: setattr(s, "pieces", -1), "number of pieces of the aerodynamic curve"),
-    "breakpoint": (lambda s: s.breakpoint.__setitem__(0, 10.0), "breakpoint of the aerodynamic curve"),
+    "breakpoint": (
+        lambda s: s.breakpoint.__setitem__(0, 10.0),
+        "breakpoint of the aerodynamic curve",
+    ),
     "origin": (lambda s: s.origin.__setitem__(0, math.nan), "origin of an aerodynamic piece"),
     "coefficient": (lambda s: s.coefficient.__setitem__(11, math.inf), "aerodynamic coefficient"),
     "loads": (lambda s: setattr(s, "load_count", -1), "number of loads"),

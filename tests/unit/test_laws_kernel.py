@@ -26,7 +26,12 @@ STEP = 0.01
 @pytest.fixture
 def drag_only(minimal):
     """A span whose wind can blow."""
-    flat = {"kind": "polynomial", "valid_from_deg": -180.0, "valid_to_deg": 180.0, "outside": "periodic"}
+    flat = {
+        "kind": "polynomial",
+        "valid_from_deg": -180.0,
+        "valid_to_deg": 180.0,
+        "outside": "periodic",
+    }
     return minimal | {
         "aerodynamics": flat | {"lift": [0.0], "drag": [1.0], "moment": [0.0]},
         "numerics": {"elements": 4, "time_step": STEP},
@@ -41,7 +46,9 @@ def test_wind_follows_its_law(drag_only, law):
     found = state.run(100, 1, NO_CHANNELS, NO_CHANNELS).span_values[:, SPAN_INDEX["wind_speed"]]
     time = STEP * np.arange(1, 101)
     assert first == pytest.approx(float(scene.wind.history.at(0.0)), rel=1e-15)
-    np.testing.assert_allclose(found, scene.wind.history.at(time), rtol=3e-15)  # observed at most 1e-15
+    np.testing.assert_allclose(
+        found, scene.wind.history.at(time), rtol=3e-15
+    )  # observed at most 1e-15
 
 
 def test_table_is_held_before_and_after(drag_only):
@@ -71,7 +78,11 @@ def differences(law, time, h):
 def test_support_moves_with_the_law_and_its_derivatives(minimal, law):
     motion = {"x3": law.model_dump()}
     supports = {"right": {"kind": "rigid", "motion": motion}}
-    model = Model(Scene.from_dict(minimal | {"supports": supports, "numerics": {"elements": 4, "time_step": STEP}}))
+    model = Model(
+        Scene.from_dict(
+            minimal | {"supports": supports, "numerics": {"elements": 4, "time_step": STEP}}
+        )
+    )
     state = model.start()
     for time in (0.13, 0.37, 0.71):
         state.advance(time)

@@ -24,7 +24,11 @@ def invoke(tmp_path, monkeypatch):
 def test_conductors_are_listed(invoke):
     shown = invoke("conductors").stdout
     assert all(name in shown for name in conductors())
-    (drake,) = (row for row in json.loads(invoke("conductors", "--json").stdout) if row["code_word"] == "Drake")
+    (drake,) = (
+        row
+        for row in json.loads(invoke("conductors", "--json").stdout)
+        if row["code_word"] == "Drake"
+    )
     assert drake["rated_strength"] == 140120.0
     assert "ASTM B232" in drake["source"]
 
@@ -42,7 +46,10 @@ def test_a_scene_that_contradicts_itself_is_warned_of_by_new_and_run(invoke):
     done = invoke(*NEW_EXAMPLE.split()[1:], "--ice-shape", "radial")
     assert "warning: the first moments of the ice are 0" in done.stdout
     ran = invoke("run", "mine.toml", "--until", "1")
-    assert (ran.exit_code, ran.stdout.count("warning: the first moments of the ice are 0")) == (0, 1)
+    assert (ran.exit_code, ran.stdout.count("warning: the first moments of the ice are 0")) == (
+        0,
+        1,
+    )
     numbers = json.loads(invoke("run", "mine.toml", "--until", "1", "--json").stdout)
     assert numbers["warnings"][0].startswith("the first moments of the ice are 0")
     exported = invoke("export", "mine.toml", "-o", "mine.fmu", "--runtime", "python")
@@ -58,8 +65,14 @@ def test_every_field_of_a_line_is_an_option(invoke):
 @pytest.mark.parametrize(
     ("words", "fragment"),
     [
-        (("a.toml", "--conductor", "Drak", "--stringing-tension", 2e4), "line.conductor: 'Drak' is not a code word"),
-        (("a.toml", "--conductor", "Drake"), "line: give exactly one of stringing_tension [N] and stringing_percent"),
+        (
+            ("a.toml", "--conductor", "Drak", "--stringing-tension", 2e4),
+            "line.conductor: 'Drak' is not a code word",
+        ),
+        (
+            ("a.toml", "--conductor", "Drake"),
+            "line: give exactly one of stringing_tension [N] and stringing_percent",
+        ),
         (("a.json", "--conductor", "Drake"), "a.json: must end in .toml"),
         (("here.toml", "--conductor", "Drake"), "here.toml: exists already"),
     ],

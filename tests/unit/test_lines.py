@@ -41,8 +41,12 @@ def test_the_scene_holds_what_follows_from_the_line():
     ice = ice_section("crescent", drake.diameter, 0.012, 900.0)
     assert scene.conductor.mass_per_length == drake.mass_per_length
     assert scene.ice.mass_per_length == ice.mass_per_length
-    assert scene.ice.first_moment_x2 == pytest.approx(ice.first_moment * math.sin(math.radians(190.0)))
-    assert scene.ice.first_moment_x3 == pytest.approx(-ice.first_moment * math.cos(math.radians(190.0)))
+    assert scene.ice.first_moment_x2 == pytest.approx(
+        ice.first_moment * math.sin(math.radians(190.0))
+    )
+    assert scene.ice.first_moment_x3 == pytest.approx(
+        -ice.first_moment * math.cos(math.radians(190.0))
+    )
     tension = changed_tension(
         0.2 * drake.rated_strength,
         span=250.0,
@@ -56,10 +60,14 @@ def test_the_scene_holds_what_follows_from_the_line():
     assert scene.supports.right.adjacent_span == 250.0
     assert scene.supports.left.adjacent_tension == scene.span.horizontal_tension
     assert scene.aerodynamics == gf.load_scene("example3").aerodynamics
-    assert scene.wind.air_density == pytest.approx(1.2929 * 273.15 / 268.15, rel=1e-3)  # observed: 5e-4
+    assert scene.wind.air_density == pytest.approx(
+        1.2929 * 273.15 / 268.15, rel=1e-3
+    )  # observed: 5e-4
 
 
-def tension_by_integration(*, span, height, tension, weight, new_weight, stiffness, expansion, temperature_change):
+def tension_by_integration(
+    *, span, height, tension, weight, new_weight, stiffness, expansion, temperature_change
+):
     """Change of state with ds0 = ds/(1 + T/EA), integrated over the catenary by quadrature."""
 
     def rest_length(horizontal, per_length):
@@ -87,7 +95,12 @@ def tension_by_integration(*, span, height, tension, weight, new_weight, stiffne
     ],
 )
 def test_the_change_of_state_is_that_of_the_slope(span, height, thickness, cooling, expected):
-    sloping = {"conductor": "Drake", "span": span, "height_difference": height, "stringing_percent": 20.0}
+    sloping = {
+        "conductor": "Drake",
+        "span": span,
+        "height_difference": height,
+        "stringing_percent": 20.0,
+    }
     line = {**sloping, "ice_thickness": thickness, "temperature": 15.0 - cooling}
     scene, drake = gf.Scene.from_dict({"line": line}), find_conductor("Drake")
     known = tension_by_integration(
@@ -100,7 +113,9 @@ def test_the_change_of_state_is_that_of_the_slope(span, height, thickness, cooli
         expansion=drake.thermal_expansion,
         temperature_change=-cooling,
     )
-    assert scene.span.horizontal_tension == pytest.approx(known, rel=1e-3)  # observed at most 5e-4: stretch T/EA
+    assert scene.span.horizontal_tension == pytest.approx(
+        known, rel=1e-3
+    )  # observed at most 5e-4: stretch T/EA
     assert scene.span.horizontal_tension == pytest.approx(expected, rel=2e-5)
     assert "in the span itself from" in scene.sources["span.horizontal_tension"]
     level = gf.Scene.from_dict({"line": {**line, "height_difference": 0.0}}).span.horizontal_tension
@@ -111,22 +126,34 @@ def test_the_change_of_state_is_that_of_the_slope(span, height, thickness, cooli
 
 @pytest.mark.parametrize(
     ("tension", "part"),
-    [(1e-300, "thousandth"), (0.1, "thousandth"), (5.0, "hundredth"), (28.0, "hundredth"), (300.0, "tenth")],
+    [
+        (1e-300, "thousandth"),
+        (0.1, "thousandth"),
+        (5.0, "hundredth"),
+        (28.0, "hundredth"),
+        (300.0, "tenth"),
+    ],
 )
 def test_a_tension_in_kilonewtons_is_asked_about(tension, part):
     message = (
-        rf"^line.stringing_tension = {tension:g} N is less than a {part} of the weight of the span \(4790 N\); is it"
+        rf"^line.stringing_tension = {tension:g} N is less than a {part} of the weight of the span"
+        r" \(4790 N\); is it"
     )
     with pytest.raises(gf.SceneError, match=message + " in kN"):
-        gf.Scene.from_dict({"line": {"conductor": "Drake", "span": 300.0, "stringing_tension": tension}})
+        gf.Scene.from_dict(
+            {"line": {"conductor": "Drake", "span": 300.0, "stringing_tension": tension}}
+        )
 
 
 def test_a_percentage_of_the_strength_that_bears_no_span_is_refused():
     message = (
-        r"= 1.1 % of the rated strength, 1541 N, is less than a tenth of the weight of the span \(1.597e\+04 N\); check"
+        r"= 1.1 % of the rated strength, 1541 N, is less than a tenth of the weight of the span"
+        r" \(1.597e\+04 N\); check"
     )
     with pytest.raises(gf.SceneError, match=message):
-        gf.Scene.from_dict({"line": {"conductor": "Drake", "span": 1000.0, "stringing_percent": 1.1}})
+        gf.Scene.from_dict(
+            {"line": {"conductor": "Drake", "span": 1000.0, "stringing_percent": 1.1}}
+        )
 
 
 @pytest.mark.parametrize(
@@ -134,7 +161,10 @@ def test_a_percentage_of_the_strength_that_bears_no_span_is_refused():
     [
         (
             {"ice_density": 0.9},
-            r"ice_density = 0.9 kg/m3: no line has less than 50 .* is it in g/cm3 \(then 900 kg/m3\)\?$",
+            (
+                r"ice_density = 0.9 kg/m3: no line has less than 50 .* is it in g/cm3 \(then 900"
+                r" kg/m3\)\?$"
+            ),
         ),
         (
             {"ice_thickness": 12.0},
@@ -142,13 +172,31 @@ def test_a_percentage_of_the_strength_that_bears_no_span_is_refused():
         ),
         (
             {"ice_thickness": 0.6},
-            r"ice_thickness = 0.6 m: no line has .* more than 0.5 m; is it in cm \(then 0.006 m\)\?$",
+            (
+                r"ice_thickness = 0.6 m: no line has .* more than 0.5 m; is it in cm \(then 0.006"
+                r" m\)\?$"
+            ),
         ),
-        ({"stringing_percent": 0.2}, r"stringing_percent = 0.2 %: no line has .*; is it a fraction \(then 20 %\)\?$"),
-        ({"span": 0.3, "ruling_span": None}, r"span = 0.3 m: no line has .*; is it in km \(then 300 m\)\?$"),
-        ({"temperature": 268.15}, r"temperature = 268.15: must be .*; is it in K \(then -5 degC\)\?$"),
-        ({"insulator_length": 2100.0}, r"insulator_length = 2100 m: no line .*; is it in mm \(then 2.1 m\)\?$"),
-        ({"insulator_weight": 0.6}, r"insulator_weight = 0.6 N: no line .*; is it in kN \(then 600 N\)\?$"),
+        (
+            {"stringing_percent": 0.2},
+            r"stringing_percent = 0.2 %: no line has .*; is it a fraction \(then 20 %\)\?$",
+        ),
+        (
+            {"span": 0.3, "ruling_span": None},
+            r"span = 0.3 m: no line has .*; is it in km \(then 300 m\)\?$",
+        ),
+        (
+            {"temperature": 268.15},
+            r"temperature = 268.15: must be .*; is it in K \(then -5 degC\)\?$",
+        ),
+        (
+            {"insulator_length": 2100.0},
+            r"insulator_length = 2100 m: no line .*; is it in mm \(then 2.1 m\)\?$",
+        ),
+        (
+            {"insulator_weight": 0.6},
+            r"insulator_weight = 0.6 N: no line .*; is it in kN \(then 600 N\)\?$",
+        ),
     ],
 )
 def test_an_impossible_value_is_asked_about(changes, message):
@@ -169,7 +217,13 @@ def test_a_round_section_with_a_curve_that_has_lift_is_warned_of(changes):
     (warning,) = line_scene(**changes).warnings
     assert warning.startswith("the first moments of the ice are 0, as of round ice or none")
     assert "the coefficient curve has lift up to 2.12, which a round section has not" in warning
-    level = {"kind": "polynomial", "valid_from_deg": 0.0, "valid_to_deg": 360.0, "lift": [0.0], "drag": [1.0]}
+    level = {
+        "kind": "polynomial",
+        "valid_from_deg": 0.0,
+        "valid_to_deg": 360.0,
+        "lift": [0.0],
+        "drag": [1.0],
+    }
     assert line_scene({"aerodynamics": {**level, "moment": [0.0]}}, **changes).warnings == ()
 
 
@@ -192,19 +246,31 @@ def test_a_table_of_a_turn_needs_no_word_on_what_lies_outside(tmp_path):
     line = {**LINE, "coefficients": "ice.csv", "attack_angle_deg": 355.0}
     scene = gf.Scene.from_dict({"line": line}, folder=tmp_path)
     assert (scene.aerodynamics.beyond, scene.aerodynamics.range_deg) == ("periodic", (0.0, 360.0))
-    (tmp_path / "ice.csv").write_text("\n".join(["angle_deg,lift,drag,moment", *rows, "360,0.02,1,0"]))
+    (tmp_path / "ice.csv").write_text(
+        "\n".join(["angle_deg,lift,drag,moment", *rows, "360,0.02,1,0"])
+    )
     noisy = gf.Scene.from_dict({"line": line}, folder=tmp_path)
     assert noisy.warnings == (
-        "aerodynamics.lift is -0 at 0 deg and 0.02 at 360 deg, the same angle: the mean of both is used",
+        (
+            "aerodynamics.lift is -0 at 0 deg and 0.02 at 360 deg, the same angle: the mean of both"
+            " is used"
+        ),
     )
     turning = scene.with_values({"ice.attack_angle_deg": 0.0, "numerics.elements": 4})
     result = gf.simulate(turning, 5.0)
-    assert result.midspan().theta.min() < 0.0 < result.midspan().theta.max()  # across the seam, both ways
+    assert (
+        result.midspan().theta.min() < 0.0 < result.midspan().theta.max()
+    )  # across the seam, both ways
 
 
 @pytest.mark.parametrize("tension", [480.0, 600.0, 1200.0, 28e3])
 def test_every_other_tension_has_a_change_of_state(tension):
-    line = {"conductor": "Drake", "span": 300.0, "stringing_tension": tension, "ice_thickness": 0.05}
+    line = {
+        "conductor": "Drake",
+        "span": 300.0,
+        "stringing_tension": tension,
+        "ice_thickness": 0.05,
+    }
     assert gf.Scene.from_dict({"line": line}).span.horizontal_tension > 480.0
 
 
@@ -215,7 +281,9 @@ def test_every_value_has_a_source():
         for leaf in leaves(scene)
         if leaf.path not in ("title", "description", "notes", "sources", "loads")
         and leaf.value is not None
-        and not any(leaf.path == source or leaf.path.startswith(source + ".") for source in scene.sources)
+        and not any(
+            leaf.path == source or leaf.path.startswith(source + ".") for source in scene.sources
+        )
     ]
     assert untold == []
 
@@ -262,7 +330,13 @@ def test_what_stands_beside_the_line_wins():
 
 
 def test_a_curve_beside_the_line_replaces_the_whole_curve():
-    flat = {"kind": "table", "angle_deg": [0.0, 360.0], "lift": [0.0, 0.0], "drag": [1.0, 1.0], "moment": [0.0, 0.0]}
+    flat = {
+        "kind": "table",
+        "angle_deg": [0.0, 360.0],
+        "lift": [0.0, 0.0],
+        "drag": [1.0, 1.0],
+        "moment": [0.0, 0.0],
+    }
     scene = line_scene({"aerodynamics": flat, "supports": {"left": {"kind": "rigid"}}})
     assert (scene.aerodynamics.kind, scene.sources["aerodynamics"]) == ("table", "set by the user")
     assert (scene.supports.left.kind, scene.supports.right.kind) == ("rigid", "adjacent_span")
@@ -270,7 +344,9 @@ def test_a_curve_beside_the_line_replaces_the_whole_curve():
 
 
 def test_a_bare_dead_ended_line_needs_three_numbers():
-    scene = gf.Scene.from_dict({"line": {"conductor": "zebra", "span": 300.0, "stringing_tension": 20e3}})
+    scene = gf.Scene.from_dict(
+        {"line": {"conductor": "zebra", "span": 300.0, "stringing_tension": 20e3}}
+    )
     assert scene.supports.left.kind == "rigid"
     assert scene.ice.mass_per_length == 0.0
     assert scene.wind.speed == 0.0
@@ -284,20 +360,34 @@ def test_no_thickness_is_no_ice_for_a_d_too():
 
 @pytest.mark.parametrize("name", conductors())
 def test_every_conductor_hangs(name):
-    line = {"conductor": name, "span": 250.0, "stringing_tension": 100.0 * find_conductor(name).mass_per_length * 150.0}
-    scene = gf.Scene.from_dict({"line": {**line, "ice_thickness": 0.01}, "numerics": {"elements": 4}})
+    line = {
+        "conductor": name,
+        "span": 250.0,
+        "stringing_tension": 100.0 * find_conductor(name).mass_per_length * 150.0,
+    }
+    scene = gf.Scene.from_dict(
+        {"line": {**line, "ice_thickness": 0.01}, "numerics": {"elements": 4}}
+    )
     assert gf.Model(scene).equilibrium().sag > 1.0
 
 
 def test_a_csv_of_a_whole_turn_closes(tmp_path):
-    rows = ["angle_deg,lift,drag,moment", "0,0,1,0", "90,0.5,1.1,0.1", "270,-0.5,1.1,-0.1", "360,0,1,0"]
+    rows = [
+        "angle_deg,lift,drag,moment",
+        "0,0,1,0",
+        "90,0.5,1.1,0.1",
+        "270,-0.5,1.1,-0.1",
+        "360,0,1,0",
+    ]
     (tmp_path / "ice.csv").write_text("\n".join(rows))
     line = {**LINE, "coefficients": "ice.csv"}
     scene = gf.Scene.from_dict({"line": line}, folder=tmp_path)
     assert scene.aerodynamics.beyond == "periodic"
     assert scene.aerodynamics.angle_deg == (0.0, 90.0, 270.0, 360.0)
     (tmp_path / "ice.csv").write_text("\n".join(rows[:-1]))
-    assert gf.Scene.from_dict({"line": line}, folder=tmp_path).aerodynamics.beyond == "error"  # steps of 180 deg
+    assert (
+        gf.Scene.from_dict({"line": line}, folder=tmp_path).aerodynamics.beyond == "error"
+    )  # steps of 180 deg
 
 
 @pytest.mark.parametrize(
@@ -306,24 +396,39 @@ def test_a_csv_of_a_whole_turn_closes(tmp_path):
         ({"conductor": "Drak"}, r"line.conductor: 'Drak' is not a code word.*closest: Drake"),
         ({"span": -1.0}, r"line.span = -1.0: must be greater than 0 and at most 10000 \[m\]"),
         ({"spam": 1.0}, r"line.spam: unknown key; the closest valid one is line.span"),
-        ({"stringing_percent": None}, r"line: give exactly one of stringing_tension.*neither given"),
+        (
+            {"stringing_percent": None},
+            r"line: give exactly one of stringing_tension.*neither given",
+        ),
         ({"stringing_tension": 28e3}, r"line: give exactly one of stringing_tension.*both given"),
-        ({"conductor": "Araucaria"}, r"line.stringing_percent = 20.0: no confirmed rated strength of Araucaria"),
+        (
+            {"conductor": "Araucaria"},
+            r"line.stringing_percent = 20.0: no confirmed rated strength of Araucaria",
+        ),
         ({"coefficients": None}, r"line: wind_speed = 6.0 m/s needs coefficients"),
-        ({"coefficients": "exampl"}, r"line.coefficients = 'exampl': neither a CSV file nor.*closest: example"),
+        (
+            {"coefficients": "exampl"},
+            r"line.coefficients = 'exampl': neither a CSV file nor.*closest: example",
+        ),
         ({"coefficients": "no.csv"}, r"no.csv: no such file"),
         ({"insulator_weight": None}, r"line: give both insulator_length"),
         (
             {"insulator_length": None, "insulator_weight": None, "adjacent_span": 9.0},
             r"acts through suspension strings",
         ),
-        ({"stringing_percent": None, "stringing_tension": 200e3}, r"more than the rated strength of Drake, 140120 N"),
+        (
+            {"stringing_percent": None, "stringing_tension": 200e3},
+            r"more than the rated strength of Drake, 140120 N",
+        ),
         (
             {"ice_thickness": 0.1, "ice_shape": "radial"},
             r"line: the iced conductor would hang at .* more than the rated strength",
         ),
         ({"ice_shape": "star"}, r"line.ice_shape = 'star': must be 'radial', 'crescent'"),
-        ({"attack_angle_deg": 0.0}, r"ice.attack_angle_deg = 0.0 lies outside the coefficient curve"),
+        (
+            {"attack_angle_deg": 0.0},
+            r"ice.attack_angle_deg = 0.0 lies outside the coefficient curve",
+        ),
     ],
 )
 def test_a_bad_line_names_the_field_and_the_cure(changes, message):

@@ -56,16 +56,24 @@ def test_every_command_prints_and_draws(invoke, tmp_path, command, as_json):
 
 def test_modes_are_those_of_the_function(invoke, scene):
     for wind in ("still", "mean"):
-        printed = json.loads(invoke("modes", "example3", *QUICK, "--count", "3", "--wind", wind, "--json").stdout)
+        printed = json.loads(
+            invoke("modes", "example3", *QUICK, "--count", "3", "--wind", wind, "--json").stdout
+        )
         expected = modal.natural_modes(scene, 3, wind)
-        assert [row["frequency_hz"] for row in printed["modes"]] == [mode.frequency_hz for mode in expected]
-        assert [row["damping_ratio"] for row in printed["modes"]] == [mode.damping_ratio for mode in expected]
+        assert [row["frequency_hz"] for row in printed["modes"]] == [
+            mode.frequency_hz for mode in expected
+        ]
+        assert [row["damping_ratio"] for row in printed["modes"]] == [
+            mode.damping_ratio for mode in expected
+        ]
 
 
 def test_the_warnings_of_a_scene_are_printed(invoke):
     round_ice = ("--set", "ice.first_moment_x2=0.0", "--set", "ice.first_moment_x3=0.0")
     done = invoke("modes", "example3", *round_ice, "--json")
-    assert done.stderr.startswith("gallop-modal: warning: the first moments of the ice are 0, as of round ice or none")
+    assert done.stderr.startswith(
+        "gallop-modal: warning: the first moments of the ice are 0, as of round ice or none"
+    )
     assert invoke("modes", "example3").stderr == ""
 
 
@@ -73,7 +81,9 @@ def test_the_warnings_of_a_scene_are_printed(invoke):
 def test_the_warnings_of_a_scene_are_in_the_json_too(invoke, command):
     """A program that reads the JSON does not see standard error."""
     round_ice = ("--set", "ice.first_moment_x2=0", "--set", "ice.first_moment_x3=0")
-    told = json.loads(invoke(command, "example3", "--json", *QUICK, *round_ice, *COMMANDS[command]).stdout)
+    told = json.loads(
+        invoke(command, "example3", "--json", *QUICK, *round_ice, *COMMANDS[command]).stdout
+    )
     (sentence,) = told["warnings"]
     assert sentence.startswith("the first moments of the ice are 0")
 
@@ -91,8 +101,15 @@ def test_modes_are_followed_over_a_number(invoke, scene, tmp_path):
     printed = json.loads(invoke("modes", "example3", *QUICK, *words, "--json").stdout)
     expected = modal.track_modes(scene, "span.sag", printed["values"], 4)
     assert printed["values"] == pytest.approx([2.0, 2.1, 2.2, 2.3, 2.4, 2.5, 2.6])
-    assert [row["frequency_hz"] for row in printed["modes"]] == expected.frequency_hz.values.tolist()
-    assert [row["family"][0] for row in printed["modes"]] == ["horizontal", "vertical", "vertical", "horizontal"]
+    assert [
+        row["frequency_hz"] for row in printed["modes"]
+    ] == expected.frequency_hz.values.tolist()
+    assert [row["family"][0] for row in printed["modes"]] == [
+        "horizontal",
+        "vertical",
+        "vertical",
+        "horizontal",
+    ]
     assert "span.sag [m]" in (tmp_path / "veer.svg").read_text(encoding="utf-8")
 
 
@@ -104,10 +121,19 @@ def test_a_range_that_is_none_is_quoted(invoke, given):
 
 
 def test_a_ratio_over_two_numbers(invoke, scene, tmp_path):
-    words = ("--over", "span.sag=2,2.25,2.5", "--against", "temperature_change=-20:20", "--points", "3")
+    words = (
+        "--over",
+        "span.sag=2,2.25,2.5",
+        "--against",
+        "temperature_change=-20:20",
+        "--points",
+        "3",
+    )
     words += ("--plot", "map.svg", "--json")
     printed = json.loads(invoke("ratio", "example3", *QUICK, *words).stdout)
-    expected = modal.ratio_map(scene, "span.sag", [2.0, 2.25, 2.5], against=("temperature_change", [-20.0, 0.0, 20.0]))
+    expected = modal.ratio_map(
+        scene, "span.sag", [2.0, 2.25, 2.5], against=("temperature_change", [-20.0, 0.0, 20.0])
+    )
     assert printed["ratios"] == expected.ratio.values.tolist()
     picture = (tmp_path / "map.svg").read_text(encoding="utf-8")
     assert "temperature_change [K]" in picture
@@ -115,10 +141,16 @@ def test_a_ratio_over_two_numbers(invoke, scene, tmp_path):
 
 
 def test_linear_tells_the_critical_wind(invoke, scene):
-    printed = json.loads(invoke("linear", "example3", *QUICK, "--count", "2", "--highest", "6", "--json").stdout)
+    printed = json.loads(
+        invoke("linear", "example3", *QUICK, "--count", "2", "--highest", "6", "--json").stdout
+    )
     expected = modal.critical_wind_speed(scene, 2, 6.0)
-    assert [row["wind_speed"] for row in printed["critical_winds"]] == [onset.wind_speed for onset in expected]
-    assert printed["unstable_attack_angles_deg"]["Den Hartog"][0] == pytest.approx([145.222781, 214.777219])
+    assert [row["wind_speed"] for row in printed["critical_winds"]] == [
+        onset.wind_speed for onset in expected
+    ]
+    assert printed["unstable_attack_angles_deg"]["Den Hartog"][0] == pytest.approx(
+        [145.222781, 214.777219]
+    )
 
 
 def test_the_criteria_can_be_drawn(invoke, tmp_path):
@@ -168,7 +200,15 @@ def test_compare_sets_three_models_side_by_side(invoke):
 
 
 def test_compare_prints_each_warning_once(invoke):
-    scene = ("compare", "example3", *QUICK, "--set", "span.sag=none", "--set", "span.horizontal_tension=400")
+    scene = (
+        "compare",
+        "example3",
+        *QUICK,
+        "--set",
+        "span.sag=none",
+        "--set",
+        "span.horizontal_tension=400",
+    )
     done = invoke(*scene, "--until", "10")
     assert done.exit_code == 0, done.output
     lines = (done.stdout + done.stderr).splitlines()
@@ -178,11 +218,21 @@ def test_compare_prints_each_warning_once(invoke):
 
 
 def test_the_ratio_of_a_steep_span_is_printed_though_it_is_not_known_at_every_tension(invoke):
-    steep = ("ratio", "zebra", "--set", "span.height_difference=300", "--set", "numerics.elements=12")
+    steep = (
+        "ratio",
+        "zebra",
+        "--set",
+        "span.height_difference=300",
+        "--set",
+        "numerics.elements=12",
+    )
     done = invoke(*steep)
     assert done.exit_code == 0, done.output
     assert "14.8% above 2:1" in done.stdout
-    assert "values at which the ratio is 2 cannot be listed: at span.horizontal_tension = " in done.stdout
+    assert (
+        "values at which the ratio is 2 cannot be listed: at span.horizontal_tension = "
+        in done.stdout
+    )
     numbers = json.loads(invoke(*steep, "--json").stdout)
     assert numbers["ratio"] == pytest.approx(2.296, abs=1e-3)  # see tests/analytic/test_modes.py
     assert numbers["crossings"] is None

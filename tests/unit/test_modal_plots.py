@@ -51,7 +51,9 @@ def test_a_line_stays_with_its_mode_through_an_avoided_crossing(veering):
         assert pieces[:, 0, 1] == pytest.approx(frequency[:-1])
         assert pieces[:, 1, 1] == pytest.approx(frequency[1:])
     ends = [np.array(line.get_colors())[[0, -1], :3] for line in lines]
-    vertical, horizontal = (np.array(to_rgb(COLOURS[family])) for family in ("vertical", "horizontal"))
+    vertical, horizontal = (
+        np.array(to_rgb(COLOURS[family])) for family in ("vertical", "horizontal")
+    )
     assert ends[0] == pytest.approx(np.array([horizontal, vertical]), abs=0.05)
     assert ends[1] == pytest.approx(np.array([vertical, horizontal]), abs=0.05)
     numbers = sorted((text.get_position()[1], text.get_text()) for text in axes.texts)
@@ -65,7 +67,9 @@ def test_a_map_reaches_the_1_to_1_line_and_counts_in_factors():
         {"span.sag": None, "supports": {"left": spring, "right": spring}, "numerics.elements": 8}
     )
     stiffness = [3e2, 3e3, 3e4]
-    data = modal.ratio_map(scene, "span.sag", [0.5, 1.25, 4.0], against=("supports.stiffness_x1", stiffness))
+    data = modal.ratio_map(
+        scene, "span.sag", [0.5, 1.25, 4.0], against=("supports.stiffness_x1", stiffness)
+    )
     assert data.ratio.values[0] == pytest.approx(1.0, abs=2e-3)  # observed 0.999 to 1.000
     assert data.ratio.values[0, 0] < 1.0 < data.ratio.values[1, 0]
     figure = ratio_figure(data)

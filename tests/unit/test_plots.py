@@ -24,7 +24,9 @@ def moving():
     """A vertical motion of 1 Hz and a swing of half of it, 100 s long."""
     time = np.arange(0.0, 100.0, 0.01)
     values = {"u2": np.sin(2.0 * np.pi * time), "u3": 0.5 * np.sin(np.pi * time)}
-    return xr.Dataset({name: ("time", y, {"units": "m"}) for name, y in values.items()}, {"time": time})
+    return xr.Dataset(
+        {name: ("time", y, {"units": "m"}) for name, y in values.items()}, {"time": time}
+    )
 
 
 def _drawn_tick_labels(axis, renderer):
@@ -39,7 +41,9 @@ def _collisions(figure):
     canvas.draw()
     renderer = canvas.get_renderer()
     titles = [owner._suptitle for owner in [figure, *figure.subfigs] if owner._suptitle]
-    boxes = [axes.get_tightbbox(renderer) for axes in figure.axes] + [title.get_window_extent() for title in titles]
+    boxes = [axes.get_tightbbox(renderer) for axes in figure.axes] + [
+        title.get_window_extent() for title in titles
+    ]
     pairs = list(itertools.combinations(boxes, 2))
     for axes in figure.axes:
         for axis in (axes.xaxis, axes.yaxis):
@@ -49,9 +53,15 @@ def _collisions(figure):
 
 def test_histories_are_labelled(result):
     figure = plots.histories(result, ("u2", "theta", "tension"))
-    assert [axes.get_ylabel() for axes in figure.axes] == ["$u_2$ [m]", r"$\theta$ [deg]", "$T$ [kN]"]
+    assert [axes.get_ylabel() for axes in figure.axes] == [
+        "$u_2$ [m]",
+        r"$\theta$ [deg]",
+        "$T$ [kN]",
+    ]
     assert figure.axes[-1].get_xlabel() == "time [s]"
-    np.testing.assert_allclose(figure.axes[1].lines[0].get_ydata(), np.degrees(result.midspan().theta), rtol=1e-12)
+    np.testing.assert_allclose(
+        figure.axes[1].lines[0].get_ydata(), np.degrees(result.midspan().theta), rtol=1e-12
+    )
 
 
 def test_any_channel_can_be_drawn(result):
@@ -73,7 +83,9 @@ def test_thin_paths_get_their_own_scales(moving):
 
 
 def test_the_last_periods_are_enlarged(moving):
-    assert plots.enlarged_part(moving)["last periods"] == pytest.approx((99.99 - 12.0, 99.99), abs=0.01)
+    assert plots.enlarged_part(moving)["last periods"] == pytest.approx(
+        (99.99 - 12.0, 99.99), abs=0.01
+    )
 
 
 def test_a_motion_that_died_out_is_shown_whole(moving):
@@ -93,18 +105,26 @@ def test_thinning_keeps_every_extreme():
 
 def test_no_text_covers_another(result, moving):
     windows = {"before": (0.0, 30.0), "during": (30.0, 60.0), "after": (60.0, 99.0)}
-    for figure in (plots.overview(result), plots.story(moving, windows, "a title"), plots.trace(moving, windows)):
+    for figure in (
+        plots.overview(result),
+        plots.story(moving, windows, "a title"),
+        plots.trace(moving, windows),
+    ):
         assert _collisions(figure) == 0
 
 
-@pytest.mark.parametrize(("suffix", "magic"), [(".png", b"\x89PNG"), (".pdf", b"%PDF"), (".svg", b"<?xml")])
+@pytest.mark.parametrize(
+    ("suffix", "magic"), [(".png", b"\x89PNG"), (".pdf", b"%PDF"), (".svg", b"<?xml")]
+)
 def test_figures_are_written(result, tmp_path, suffix, magic):
     path = plots.save_figure(plots.overview(result), tmp_path / f"a{suffix}")
     assert path.read_bytes().startswith(magic)
 
 
 def test_other_formats_are_refused(result, tmp_path):
-    with pytest.raises(SceneError, match=r"pictures are written as \.png, \.svg, \.pdf, not as \.gif"):
+    with pytest.raises(
+        SceneError, match=r"pictures are written as \.png, \.svg, \.pdf, not as \.gif"
+    ):
         plots.save_figure(plots.histories(result), tmp_path / "a.gif")
 
 

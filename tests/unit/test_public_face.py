@@ -49,7 +49,9 @@ def test_indices_of_any_whole_type_mean_the_same(model, kind):
 
 def test_indices_need_not_lie_side_by_side(model):
     spread = np.arange(8, dtype=np.int32)[::2]
-    found, expected = (model.start().run(2, 1, [U2], nodes).node_values for nodes in (spread, [0, 2, 4, 6]))
+    found, expected = (
+        model.start().run(2, 1, [U2], nodes).node_values for nodes in (spread, [0, 2, 4, 6])
+    )
     assert np.array_equal(found, expected)
 
 
@@ -64,12 +66,20 @@ WRONG_RUNS = [
     ({"nodes": [True]}, TypeError, r"nodes must be whole numbers, not bool"),
     ({"nodes": ["1"]}, TypeError, r"nodes must be whole numbers"),
     ({"nodes": [[1], [1, 2]]}, ValueError, r"nodes is no array: its rows have different lengths"),
-    ({"span_channels": [11]}, IndexError, r"span_channels\[0\] = 11 does not exist; there are 0 to 10"),
+    (
+        {"span_channels": [11]},
+        IndexError,
+        r"span_channels\[0\] = 11 does not exist; there are 0 to 10",
+    ),
     ({"records": -1}, ValueError, r"records = -1 must be at least 0"),
     ({"records": 1.5}, TypeError, r"records must be a whole number, not 1.5"),
     ({"every": 0}, ValueError, r"every = 0 must be at least 1"),
     ({"first": -1}, ValueError, r"first = -1 must be at least 0"),
-    ({"first": 3, "every": 2**62}, ValueError, r"every = 4611686018427387904 must be at least 1 and at most"),
+    (
+        {"first": 3, "every": 2**62},
+        ValueError,
+        r"every = 4611686018427387904 must be at least 1 and at most",
+    ),
 ]
 
 
@@ -86,8 +96,16 @@ WRONG_INPUTS = [
     ({"wind_speed": math.nan}, ValueError, r"inputs.wind_speed = nan must be finite"),
     ({"attack_angle": "3"}, TypeError, r"inputs.attack_angle must be real numbers, not '3'"),
     ({"time": None}, TypeError, r"inputs.time must be real numbers, not None"),
-    ({"wind_speed_rate": [1.0, 2.0]}, TypeError, r"inputs.wind_speed_rate must be one number, not an array of shape"),
-    ({"support": np.zeros((3, 2))}, ValueError, r"inputs.support has the shape \(3, 2\); it must have \(2, 3\)"),
+    (
+        {"wind_speed_rate": [1.0, 2.0]},
+        TypeError,
+        r"inputs.wind_speed_rate must be one number, not an array of shape",
+    ),
+    (
+        {"support": np.zeros((3, 2))},
+        ValueError,
+        r"inputs.support has the shape \(3, 2\); it must have \(2, 3\)",
+    ),
     ({"support": [[0, 0, 0], [0, math.inf, 0]]}, ValueError, r"inputs.support\[1, 1\] is inf"),
     ({"support_rate": 1.0}, ValueError, r"inputs.support_rate has the shape \(\)"),
     ({"support_rate": 1j * TOWERS}, TypeError, r"inputs.support_rate must be real numbers"),
@@ -96,7 +114,9 @@ WRONG_INPUTS = [
 
 @pytest.mark.parametrize(("change", "kind", "match"), WRONG_INPUTS)
 def test_wrong_inputs_are_named(model, change, kind, match):
-    inputs = Inputs(**{"time": 0.0, "wind_speed": 5.0, "attack_angle": math.pi, "support": TOWERS} | change)
+    inputs = Inputs(
+        **{"time": 0.0, "wind_speed": 5.0, "attack_angle": math.pi, "support": TOWERS} | change
+    )
     state = model.start()
     for call in (
         lambda: state.advance(0.1, inputs),
@@ -123,15 +143,31 @@ WRONG_CALLS = [
     (lambda m: m.start(inputs=5.5), TypeError, r"inputs must be Inputs or None, not 5.5"),
     (lambda m: m.start().advance(None), TypeError, r"until must be real numbers"),
     (lambda m: m.start().observe_node(1.5), TypeError, r"node must be a whole number, not 1.5"),
-    (lambda m: m.residual(np.zeros((3, 4))), ValueError, r"u has the shape \(3, 4\); it must have \(9, 4\)"),
-    (lambda m: m.residual(v=np.full((9, 4), math.nan)), ValueError, r"v must be finite; v\[0, 0\] is nan"),
+    (
+        lambda m: m.residual(np.zeros((3, 4))),
+        ValueError,
+        r"u has the shape \(3, 4\); it must have \(9, 4\)",
+    ),
+    (
+        lambda m: m.residual(v=np.full((9, 4), math.nan)),
+        ValueError,
+        r"v must be finite; v\[0, 0\] is nan",
+    ),
     (lambda m: m.residual(time=math.inf), ValueError, r"time = inf must be finite"),
     (lambda m: m.tangent(stiffness=math.nan), ValueError, r"stiffness = nan must be finite"),
     (lambda m: m.tangent(a=["x"] * 36), TypeError, r"a must be real numbers"),
     (lambda m: m.start().restore("saved"), TypeError, r"bytes"),
-    (lambda m: State(m).advance(1.0), SimulationError, r"state, which was not started or belongs to another model"),
+    (
+        lambda m: State(m).advance(1.0),
+        SimulationError,
+        r"state, which was not started or belongs to another model",
+    ),
     (lambda m: State(m).run(1, 1, [0], [0]), SimulationError, r"state, which was not started"),
-    (lambda m: State(m).observe_span(), SimulationError, r"state, which was not started; Model.start"),
+    (
+        lambda m: State(m).observe_span(),
+        SimulationError,
+        r"state, which was not started; Model.start",
+    ),
     (lambda m: State(m).motion(), SimulationError, r"state, which was not started; Model.start"),
 ]
 
@@ -147,7 +183,9 @@ def test_damaged_bytes_are_not_restored(model):
     state, saved = model.start(), bytearray(model.start().save())
     saved[-16:-8] = np.array([1.0]).tobytes()
     before = state.save()
-    not_finite = before.replace(state.motion()[2].tobytes(), np.full((model.nodes, 4), math.nan).tobytes())
+    not_finite = before.replace(
+        state.motion()[2].tobytes(), np.full((model.nodes, 4), math.nan).tobytes()
+    )
     assert not_finite != before
     other = Model(model.scene.with_values({"wind.speed": 6.0})).start().save()
     for damaged in (not_finite, other, bytes(len(before))):
@@ -170,7 +208,9 @@ def test_an_unpickled_model_computes_the_same(model, laws_only):
         assert other.start().save() == one.start().save()
 
 
-@pytest.mark.parametrize("again", [copy.copy, copy.deepcopy, lambda state: pickle.loads(pickle.dumps(state))])
+@pytest.mark.parametrize(
+    "again", [copy.copy, copy.deepcopy, lambda state: pickle.loads(pickle.dumps(state))]
+)
 def test_copies_of_a_state_go_their_own_way(model, again):
     state, expected = model.start(), model.start()
     state.advance(0.1)
@@ -186,7 +226,9 @@ def test_copies_of_a_state_go_their_own_way(model, again):
 
 
 def test_an_unpickled_failure_says_the_same():
-    failure = SimulationError(Report(Outcome.SLACK, 1.0, 3, -5.0, 0.0, lowest_tension=-5.0), "result")
+    failure = SimulationError(
+        Report(Outcome.SLACK, 1.0, 3, -5.0, 0.0, lowest_tension=-5.0), "result"
+    )
     again = pickle.loads(pickle.dumps(failure))
     assert (str(again), again.report, again.result) == (str(failure), failure.report, "result")
 
@@ -203,7 +245,9 @@ def test_a_state_in_use_refuses_other_threads(model):
             reasons.append(str(reason))
     thread.join()
     assert reasons
-    assert set(reasons) == {"this State is in use by another thread; give each thread a State of its own"}
+    assert set(reasons) == {
+        "this State is in use by another thread; give each thread a State of its own"
+    }
     expected.run(1, 20_000, [], [])
     assert state.save() == expected.save()
 
@@ -232,7 +276,9 @@ FACE = settings(max_examples=60, deadline=None, suppress_health_check=list(Healt
 
 
 @FACE
-@given(records=small, every=small, first=small, channels=scalars, nodes=scalars, span_channels=scalars)
+@given(
+    records=small, every=small, first=small, channels=scalars, nodes=scalars, span_channels=scalars
+)
 def test_any_arguments_of_a_run(model, records, every, first, channels, nodes, span_channels):
     if isinstance(records, int) and isinstance(every, int) and records * every > 20:
         return
@@ -249,7 +295,15 @@ def test_any_arguments_of_a_run(model, records, every, first, channels, nodes, s
 def test_any_inputs(model, fields, until):
     if isinstance(until, int | float) and until > 10:
         return
-    names = ("time", "wind_speed", "attack_angle", "support", "wind_speed_rate", "attack_angle_rate", "support_rate")
+    names = (
+        "time",
+        "wind_speed",
+        "attack_angle",
+        "support",
+        "wind_speed_rate",
+        "attack_angle_rate",
+        "support_rate",
+    )
     usual = dict(zip(names, (0.0, 5.0, math.pi, TOWERS, 0.0, 0.0, None), strict=True))
     state = model.start()
     for name, value in zip(names, fields, strict=True):
@@ -260,18 +314,41 @@ def test_any_inputs(model, fields, until):
 
 
 @FACE
-@given(u=scalars, v=scalars, a=scalars, factors=st.lists(scalars, min_size=3, max_size=3), time=small, inputs=scalars)
+@given(
+    u=scalars,
+    v=scalars,
+    a=scalars,
+    factors=st.lists(scalars, min_size=3, max_size=3),
+    time=small,
+    inputs=scalars,
+)
 def test_any_motion(model, laws_only, u, v, a, factors, time, inputs):
     stiffness, damping, mass = factors
     for one in (model, laws_only):
         residual = allowed(one.residual, u, v, a, time=time, inputs=inputs)
         assert residual is None or residual.shape == (model.nodes, 4)
-        allowed(one.tangent, u, v, a, stiffness=stiffness, damping=damping, mass=mass, time=time, inputs=inputs)
+        allowed(
+            one.tangent,
+            u,
+            v,
+            a,
+            stiffness=stiffness,
+            damping=damping,
+            mass=mass,
+            time=time,
+            inputs=inputs,
+        )
 
 
 WRONG_SIMULATIONS = [
-    ({"record_nodes": [1.7]}, r"record_nodes = \[1.7\]: must be node numbers from 0 to 8"),  # was node 1
-    ({"record_nodes": [2**40]}, r"record_nodes = \[1099511627776\]: must be node numbers"),  # was OverflowError
+    (
+        {"record_nodes": [1.7]},
+        r"record_nodes = \[1.7\]: must be node numbers from 0 to 8",
+    ),  # was node 1
+    (
+        {"record_nodes": [2**40]},
+        r"record_nodes = \[1099511627776\]: must be node numbers",
+    ),  # was OverflowError
     ({"record_nodes": []}, r"record_nodes = \[\]: must be node numbers"),
     ({"record_nodes": 4}, r"record_nodes = 4: must be node numbers"),
     ({"record_every": 1.5}, r"record_every = 1.5: must be a whole number of time steps"),
@@ -290,7 +367,10 @@ def test_wrong_arguments_of_a_simulation_are_named(model, change, match):
 def test_whole_numbers_of_numpy_are_whole(model):
     found, expected = (
         gf.simulate(model.scene, stop, record_every=every, record_nodes=nodes).dataset
-        for stop, every, nodes in ((np.float32(0.5), np.int64(5), np.array([3, 4])), (0.5, 5, [3, 4]))
+        for stop, every, nodes in (
+            (np.float32(0.5), np.int64(5), np.array([3, 4])),
+            (0.5, 5, [3, 4]),
+        )
     )
     assert np.array_equal(found["u2"].values, expected["u2"].values)
 
@@ -300,7 +380,13 @@ def test_whole_numbers_of_numpy_are_whole(model):
 def test_any_arguments_of_a_simulation(model, stop, every, nodes, channels, failure):
     if isinstance(stop, int | float) and stop > 10:
         return
-    usual = {"stop_time": 0.1, "record_every": 1, "record_nodes": "all", "channels": ["u2"], "on_failure": "raise"}
+    usual = {
+        "stop_time": 0.1,
+        "record_every": 1,
+        "record_nodes": "all",
+        "channels": ["u2"],
+        "on_failure": "raise",
+    }
     for name, value in zip(usual, (stop, every, nodes, channels, failure), strict=True):
         result = allowed(gf.simulate, model.scene, **usual | {name: value})
         assert result is None or result.outcome is Outcome.COMPLETED

@@ -34,4 +34,6 @@ def test_public_names_are_the_same_for_all(name):
 def test_no_folder_hides_a_public_name(name):
     """Python sets `package.sweep` to a module of that name as soon as it is imported."""
     package = importlib.import_module(name)
-    assert not {path.stem for path in Path(package.__file__).parent.iterdir()} & set(package.__all__)
+    assert not {path.stem for path in Path(package.__file__).parent.iterdir()} & set(
+        package.__all__
+    )

@@ -31,7 +31,14 @@ class Page(HTMLParser):
 
     def __init__(self, text):
         super().__init__()
-        self.open, self.ids, self.addresses, self.scripts, self.cells, self.text = [], [], [], 0, [], ""
+        self.open, self.ids, self.addresses, self.scripts, self.cells, self.text = (
+            [],
+            [],
+            [],
+            0,
+            [],
+            "",
+        )
         self.feed(text)
         self.close()
         assert self.open == []
@@ -39,7 +46,11 @@ class Page(HTMLParser):
     def handle_starttag(self, tag, attrs):
         given = dict(attrs)
         self.ids += [given["id"]] if "id" in given else []
-        self.addresses += [value for name, value in attrs if name in ("src", "href", "xlink:href", "srcset", "action")]
+        self.addresses += [
+            value
+            for name, value in attrs
+            if name in ("src", "href", "xlink:href", "srcset", "action")
+        ]
         self.scripts += tag == "script"
         if tag not in VOID:
             self.open.append(tag)
@@ -66,7 +77,9 @@ class Page(HTMLParser):
 @pytest.fixture(scope="module")
 def full():
     """Example 3 on a coarse mesh, with everything that can be found out."""
-    scene = gf.load_scene("example3").with_values({**QUICK, "title": f"{EVIL} title", "description": EVIL})
+    scene = gf.load_scene("example3").with_values(
+        {**QUICK, "title": f"{EVIL} title", "description": EVIL}
+    )
     scene = scene.model_copy(update={"sources": {**scene.sources, "wind.speed": f"{EVIL} source"}})
     findings = examine(scene, 20.0)
     return findings, page(findings)
@@ -100,7 +113,9 @@ def test_is_well_formed_with_each_identifier_once(full, calm):
 def test_needs_nothing_else(full):
     _, text = full
     assert all(address.startswith("#") for address in Page(text).addresses)
-    assert not re.search(r"https?://(?!www\.w3\.org/2000/svg)", text)  # the name of SVG is no address to fetch
+    assert not re.search(
+        r"https?://(?!www\.w3\.org/2000/svg)", text
+    )  # the name of SVG is no address to fetch
     assert not re.search(r"@import|url\((?!#)", text)
     assert len(text) < 3e6
 
@@ -120,7 +135,9 @@ def test_text_from_files_is_escaped(full):
     _, text = full
     found = Page(text)
     assert "<script>alert" not in text
-    assert found.scripts == 3  # frames, animation, and what opens all tables for printing; the title's would be more
+    assert (
+        found.scripts == 3
+    )  # frames, animation, and what opens all tables for printing; the title's would be more
     for place in ("title", "source"):
         assert f"{EVIL} {place}" in found.text
 
@@ -129,7 +146,9 @@ def test_tells_what_the_functions_say(full):
     findings, text = full
     shown = " ".join(Page(text).text.split())
     pair, screening, midspan = findings.frequencies, findings.screening, findings.result.midspan()
-    assert f"vertical mode {pair.vertical_hz:.4f} Hz, horizontal {pair.horizontal_hz:.4f} Hz" in shown
+    assert (
+        f"vertical mode {pair.vertical_hz:.4f} Hz, horizontal {pair.horizontal_hz:.4f} Hz" in shown
+    )
     assert f"Risk at 5.5 m/s: {screening.risk}. Reason: {screening.reason}" in shown
     assert f"{findings.onsets[1].wind_speed:.3f}" in shown
     assert f"{float(midspan.u2.max()):.4g}" in shown
@@ -156,7 +175,11 @@ def test_frames_are_the_motion_of_the_run(full):
 
 def test_without_wind_says_so(calm):
     shown = Page(calm).text
-    for what in ("The state in the mean wind", "Modes in the mean wind", "The screening for a swing"):
+    for what in (
+        "The state in the mean wind",
+        "Modes in the mean wind",
+        "The screening for a swing",
+    ):
         assert re.search(rf"{what}: not found out\.\s+The scene has no wind", shown)
     for what in ("Critical winds", "Stability criteria"):
         assert re.search(rf"{what}: not found out\.\s+the scene has no aerodynamics", shown)
@@ -167,9 +190,13 @@ def test_without_wind_says_so(calm):
 def test_shows_why_a_part_is_refused(unpainted):
     scene = gf.load_scene("example3").with_values({**QUICK, "damping.translation": None})
     findings = examine(scene, 1.0)
-    shown = Page(page(replace(findings, ellipses={**findings.ellipses, "Davison": Missing("no sag")}))).text
+    shown = Page(
+        page(replace(findings, ellipses={**findings.ellipses, "Davison": Missing("no sag")}))
+    ).text
     assert re.search(r"Critical winds: not found out\.\s+damping\.translation is not given", shown)
-    assert re.search(r"The screening for a swing: not found out\.\s+the structural damping ratio", shown)
+    assert re.search(
+        r"The screening for a swing: not found out\.\s+the structural damping ratio", shown
+    )
     assert re.search(r"The ellipse of Davison: not found out\.\s+no sag", shown)
 
 
@@ -177,15 +204,24 @@ def test_shows_a_run_up_to_its_early_end(tmp_path, unpainted):
     """The attack angle leaves a curve that is too short; the command writes the page and ends with 1."""
     changes = {"damping.translation": None, "initial.seed_vertical": 0.05}
     scene = gf.load_scene("example3").with_values(
-        {**QUICK, **changes, "aerodynamics.valid_from_deg": 179.0, "aerodynamics.valid_to_deg": 181.0}
+        {
+            **QUICK,
+            **changes,
+            "aerodynamics.valid_from_deg": 179.0,
+            "aerodynamics.valid_to_deg": 181.0,
+        }
     )
     scene.save(tmp_path / "short.toml")
     out = tmp_path / "report.html"
-    ended = CliRunner().invoke(app, ["report", str(tmp_path / "short.toml"), "-o", str(out), "--until", "60"])
+    ended = CliRunner().invoke(
+        app, ["report", str(tmp_path / "short.toml"), "-o", str(out), "--until", "60"]
+    )
     assert ended.exit_code == 1, ended.output
     assert "left the validity range" in ended.stderr
     shown = Page(out.read_text("utf-8")).text
-    assert re.search(r"The run ended early\.\s+At [\d.]+ s in element .*What to do: give a curve", shown)
+    assert re.search(
+        r"The run ended early\.\s+At [\d.]+ s in element .*What to do: give a curve", shown
+    )
     assert "Motion at mid-span" in shown
 
 
@@ -194,16 +230,20 @@ def test_a_span_that_cannot_start_has_a_page_all_the_same(tmp_path, unpainted):
     changes = {**QUICK, "wind.speed": 0.0, "aerodynamics": None, "initial.seed_vertical": 5.0}
     path = modal.write_report(gf.load_scene("zebra").with_values(changes), tmp_path / "slack.html")
     shown = Page(path.read_text("utf-8")).text
-    assert re.search(r"The simulation: not found out\.\s+At 0 s in element 6 .* the cable went slack", shown)
+    assert re.search(
+        r"The simulation: not found out\.\s+At 0 s in element 6 .* the cable went slack", shown
+    )
     assert "There is no motion, or no ellipse, to compare." in shown
     assert "At rest" in shown
 
 
 def test_the_command_of_0_1_0_says_where_it_is_now():
-    said = CliRunner().invoke(fmu_app, ["report", "example3", "-o", "my page.html", "--until", "5", "--help"])
+    said = CliRunner().invoke(
+        fmu_app, ["report", "example3", "-o", "my page.html", "--until", "5", "--help"]
+    )
     assert said.exit_code == 2
-    assert said.stderr == (
-        "gallop-fmu: report is a command of gallop-modal now: "
+    assert (
+        said.stderr == "gallop-fmu: report is a command of gallop-modal now: "
         "gallop-modal report example3 -o 'my page.html' --until 5 --help\n"
     )
 
@@ -212,7 +252,13 @@ def test_gallop_fmu_works_where_another_modal_is_installed():
     """The import name is also that of a cloud provider's client. Where the report cannot be imported, it says so."""
     other = "import sys, types; sys.modules['modal'] = types.ModuleType('modal'); "
     for program, words in (("gallop_fmu", ["--help"]), ("modal", ["report", "--help"])):
-        command = [sys.executable, "-P", "-c", f"{other}from {program}.cli.main import main; main()", *words]
+        command = [
+            sys.executable,
+            "-P",
+            "-c",
+            f"{other}from {program}.cli.main import main; main()",
+            *words,
+        ]
         done = subprocess.run(command, capture_output=True, text=True)
         if program == "gallop_fmu":
             assert done.returncode == 0, done.stderr

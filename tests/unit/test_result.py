@@ -16,7 +16,9 @@ def test_frequency_of_a_wave_with_harmonics_and_drift():
     for frequency in (0.3775, 0.6954, 5.29):
         wave = 3.0 + 0.5 * np.sin(2.0 * np.pi * frequency * TIME + 0.3)
         bent = wave + 0.1 * np.sin(4.0 * np.pi * frequency * TIME) + 0.001 * TIME
-        assert dominant_frequency(bent, 0.05) == pytest.approx(frequency, abs=6e-6)  # observed 1.9e-6 at most
+        assert dominant_frequency(bent, 0.05) == pytest.approx(
+            frequency, abs=6e-6
+        )  # observed 1.9e-6 at most
     found = oscillation(wave, 0.05)
     assert found.amplitude == pytest.approx(0.5, rel=5e-6)  # observed 1.2e-6
     assert found.mean == pytest.approx(3.0, abs=2e-4)  # observed 7.4e-5: no whole number of periods
@@ -29,7 +31,9 @@ def test_frequency_of_a_wave_with_harmonics_and_drift():
         np.sin(np.arange(7.0)),  # too few
         np.full(100, 3.3),  # motionless
         1e4 + 1e-9 * np.sin(TIME),  # only rounding moves
-        np.concatenate([[1.0], np.zeros(100), [-1.0]]),  # at the ends only, which the window leaves out
+        np.concatenate(
+            [[1.0], np.zeros(100), [-1.0]]
+        ),  # at the ends only, which the window leaves out
     ],
 )
 def test_what_does_not_oscillate_has_no_frequency(still):
@@ -38,7 +42,9 @@ def test_what_does_not_oscillate_has_no_frequency(still):
 
 
 def test_a_span_at_rest_has_an_amplitude_but_no_frequency():
-    result = gf.simulate(gf.load_scene("zebra").with_values({"wind.speed": 0.0, "initial.seed_vertical": 0.0}), 5.0)
+    result = gf.simulate(
+        gf.load_scene("zebra").with_values({"wind.speed": 0.0, "initial.seed_vertical": 0.0}), 5.0
+    )
     found = result.steady(2.0)["u2"]
     assert found.amplitude < 1e-14  # observed 3.8e-16
     assert np.isnan(found.frequency_hz)
@@ -56,11 +62,19 @@ def test_a_window_between_two_records_is_refused():
 def test_the_force_at_an_adjacent_span_is_said_to_be_no_load_on_the_tower():
     beside = {"kind": "adjacent_span", "adjacent_span": 130.0, "adjacent_tension": 15e3}
     string = {"insulator_length": 2.0, "insulator_weight": 500.0}
-    scene = gf.load_scene("example3").with_values({"supports.right": {**beside, **string}, "numerics.elements": 4})
+    scene = gf.load_scene("example3").with_values(
+        {"supports.right": {**beside, **string}, "numerics.elements": 4}
+    )
     data = gf.simulate(scene, 0.05).dataset
     for axis in (1, 2, 3):
-        assert "not the load on the suspension tower" not in data[f"left_f{axis}"].attrs["long_name"]
-        assert data[f"right_f{axis}"].attrs["long_name"].endswith("so it is not the load on the suspension tower")
+        assert (
+            "not the load on the suspension tower" not in data[f"left_f{axis}"].attrs["long_name"]
+        )
+        assert (
+            data[f"right_f{axis}"]
+            .attrs["long_name"]
+            .endswith("so it is not the load on the suspension tower")
+        )
     told = {variable.name: variable.description for variable in fmu_variables(scene)}
     assert "whole pull of this span" in told["support.right.f1"]
     assert "whole pull of this span" not in told["support.left.f1"]

@@ -38,7 +38,8 @@ def test_every_value_of_a_packaged_scene_has_a_source(name):
     bare = [
         path
         for path in given_values
-        if path not in texts and not any(path == s or path.startswith(s + ".") for s in scene.sources)
+        if path not in texts
+        and not any(path == s or path.startswith(s + ".") for s in scene.sources)
     ]
     assert len(given_values) > 20
     assert bare == []
@@ -66,7 +67,12 @@ def test_reconstructions_of_lost_figures_are_called_so(name):
 
 @pytest.mark.parametrize(
     ("name", "state"),
-    [("example1", "from_sag"), ("example2", "held"), ("example3", "held"), ("zebra", "from_tension")],
+    [
+        ("example1", "from_sag"),
+        ("example2", "held"),
+        ("example3", "held"),
+        ("zebra", "from_tension"),
+    ],
 )
 def test_initial_state_follows_from_what_is_given(name, state):
     assert load_scene(name).span.initial_state == state
@@ -86,7 +92,9 @@ def test_every_number_has_a_unit_and_every_field_a_meaning():
     for name in PACKAGED:
         for leaf in leaves(load_scene(name)):
             assert leaf.meaning, leaf.path
-            if isinstance(leaf.value, (int, float)) or (isinstance(leaf.value, tuple) and leaf.value):
+            if isinstance(leaf.value, (int, float)) or (
+                isinstance(leaf.value, tuple) and leaf.value
+            ):
                 assert leaf.unit, leaf.path
 
 
@@ -103,14 +111,18 @@ def test_numbers_hold_value_unit_and_meaning_in_the_order_of_declaration():
 
 def test_a_law_takes_the_unit_of_what_it_drives(minimal):
     minimal["loads"] = [{"force": [0, 1, 0], "position": 0.5}]
-    minimal["supports"] = {"left": {"kind": "rigid", "motion": {"x3": {"kind": "constant", "value": 0.1}}}}
+    minimal["supports"] = {
+        "left": {"kind": "rigid", "motion": {"x3": {"kind": "constant", "value": 0.1}}}
+    }
     scene = Scene.from_dict(minimal)
     assert scene.unit_of("loads.0.law.value") == "1"
     assert scene.unit_of("supports.left.motion.x3.value") == "m"
     assert scene.unit_of("wind.history") == "m/s"
     assert scene.unit_of("loads.0.force") == "N"
     assert scene.unit_of("title") == ""
-    with pytest.raises(SceneError, match=r"wind\.sped: unknown key; the closest valid one is wind\.speed"):
+    with pytest.raises(
+        SceneError, match=r"wind\.sped: unknown key; the closest valid one is wind\.speed"
+    ):
         scene.unit_of("wind.sped")
 
 
@@ -132,13 +144,17 @@ def test_with_values_removes_optional_values_and_reaches_into_lists():
     twice = load_scene("example1").with_values({"loads.0.torque": 2, "loads.0.force.1": 0.5})
     assert twice.loads[0].torque == 2.0
     assert twice.loads[0].force == (0.0, 0.5, 2.0)
-    gust = load_scene("example3").with_values({"wind.speed": None, "wind.history": Constant(value=3.0)})
+    gust = load_scene("example3").with_values(
+        {"wind.speed": None, "wind.history": Constant(value=3.0)}
+    )
     assert gust.wind.mean_speed == 3.0
 
 
 def test_a_section_can_be_added_by_its_values():
     pair = {"low_ratio": 0.01, "low_frequency": 1.0, "high_ratio": 0.01, "high_frequency": 2.0}
-    scene = load_scene("example1").with_values({f"damping.twist.{key}": value for key, value in pair.items()})
+    scene = load_scene("example1").with_values(
+        {f"damping.twist.{key}": value for key, value in pair.items()}
+    )
     assert scene.damping.twist.high_frequency == 2.0
 
 
@@ -153,12 +169,20 @@ def test_no_wind_means_calm(minimal):
 
 
 def test_unquoted_source_keys_are_joined(minimal):
-    minimal["sources"] = tomllib.loads('span.sag = "survey"\n"span.length" = "map"\nconductor = "catalogue"')
-    assert Scene.from_dict(minimal).sources == {"span.sag": "survey", "span.length": "map", "conductor": "catalogue"}
+    minimal["sources"] = tomllib.loads(
+        'span.sag = "survey"\n"span.length" = "map"\nconductor = "catalogue"'
+    )
+    assert Scene.from_dict(minimal).sources == {
+        "span.sag": "survey",
+        "span.length": "map",
+        "conductor": "catalogue",
+    }
 
 
 def test_coefficient_and_wind_files_are_read_into_the_scene(tmp_path, minimal):
-    (tmp_path / "ice.csv").write_text("# tunnel\nangle_deg,lift,drag,moment\n0,0.5,1,0\n\n90,0.25,2,0.1\n", "utf-8-sig")
+    (tmp_path / "ice.csv").write_text(
+        "# tunnel\nangle_deg,lift,drag,moment\n0,0.5,1,0\n\n90,0.25,2,0.1\n", "utf-8-sig"
+    )
     (tmp_path / "wind.csv").write_text("time,value\n0,4.0\n10,8.0\n")
     minimal["aerodynamics"] = {"kind": "table", "file": "ice.csv"}
     minimal["wind"] = {"history": {"kind": "table", "file": "wind.csv"}}
@@ -210,16 +234,27 @@ text = st.text(st.characters(codec="utf-8", exclude_categories=("Cc", "Cn")), ma
 laws = st.one_of(
     st.fixed_dictionaries({"kind": st.just("constant"), "value": numbers(0, 150)}),
     st.fixed_dictionaries(
-        {"kind": st.just("ramp"), "initial": numbers(0, 150), "final": numbers(0, 150), "duration": numbers(0, 9)}
+        {
+            "kind": st.just("ramp"),
+            "initial": numbers(0, 150),
+            "final": numbers(0, 150),
+            "duration": numbers(0, 9),
+        }
     ),
     st.lists(numbers(0, 150), min_size=2, max_size=6).map(
-        lambda values: {"kind": "table", "time": [0.1 * i for i in range(len(values))], "value": values}
+        lambda values: {
+            "kind": "table",
+            "time": [0.1 * i for i in range(len(values))],
+            "value": values,
+        }
     ),
 )
 motions = st.fixed_dictionaries({}, optional={axis: laws for axis in ("x1", "x2", "x3")})
 supports = st.one_of(
     st.fixed_dictionaries({"kind": st.just("rigid")}, optional={"motion": motions}),
-    st.fixed_dictionaries({"kind": st.just("springs"), "stiffness_x1": positive, "stiffness_x3": positive}),
+    st.fixed_dictionaries(
+        {"kind": st.just("springs"), "stiffness_x1": positive, "stiffness_x3": positive}
+    ),
     st.fixed_dictionaries(
         {
             "kind": st.just("adjacent_span"),
@@ -232,7 +267,11 @@ supports = st.one_of(
 coefficients = st.lists(numbers(-9, 9), min_size=1, max_size=4)
 curves = st.one_of(
     st.fixed_dictionaries(
-        {"kind": st.just("polynomial"), "valid_from_deg": st.just(-180), "valid_to_deg": st.just(180)}
+        {
+            "kind": st.just("polynomial"),
+            "valid_from_deg": st.just(-180),
+            "valid_to_deg": st.just(180),
+        }
         | {key: coefficients for key in ("lift", "drag", "moment")}
     ),
     st.lists(st.tuples(numbers(-9, 9), numbers(0, 9), numbers(-9, 9)), min_size=2, max_size=5).map(
@@ -247,10 +286,12 @@ loads = st.fixed_dictionaries(
     optional={"torque": positive, "law": laws},
 )
 winds = st.one_of(
-    st.fixed_dictionaries({"history": laws}), st.fixed_dictionaries({}, optional={"speed": numbers(0, 150)})
+    st.fixed_dictionaries({"history": laws}),
+    st.fixed_dictionaries({}, optional={"speed": numbers(0, 150)}),
 )
 spans = st.fixed_dictionaries(
-    {"length": numbers(10, 1e4), "sag": numbers(1e-6, 50)}, optional={"height_difference": numbers(-9, 9)}
+    {"length": numbers(10, 1e4), "sag": numbers(1e-6, 50)},
+    optional={"height_difference": numbers(-9, 9)},
 )
 scenes = st.fixed_dictionaries(
     {
@@ -262,12 +303,16 @@ scenes = st.fixed_dictionaries(
             | {key: positive for key in ("axial_stiffness", "torsional_stiffness")}
             | {key: numbers(1e-3, 1e3) for key in ("mass_per_length", "torsional_inertia")}
         ),
-        "ice": st.fixed_dictionaries({"first_moment_x2": numbers(-1e-4, 1e-4), "attack_angle_deg": numbers(-360, 360)}),
+        "ice": st.fixed_dictionaries(
+            {"first_moment_x2": numbers(-1e-4, 1e-4), "attack_angle_deg": numbers(-360, 360)}
+        ),
         "wind": winds,
         "aerodynamics": curves,
         "supports": st.fixed_dictionaries({"left": supports, "right": supports}),
         "loads": st.lists(loads, max_size=2),
-        "sources": st.fixed_dictionaries({}, optional={"span": text, "span.length": text, "loads": text}),
+        "sources": st.fixed_dictionaries(
+            {}, optional={"span": text, "span.length": text, "loads": text}
+        ),
     }
 )
 

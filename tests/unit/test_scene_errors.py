@@ -77,15 +77,22 @@ def test_unknown_key_names_the_closest(path, closest):
 
 
 def test_unknown_key_in_a_file_is_refused_together_with_other_problems(tmp_path):
-    bad = load_scene("zebra").to_toml().replace("gravity = ", "gravty = ").replace("length = 322.8", "length = -322.8")
+    bad = (
+        load_scene("zebra")
+        .to_toml()
+        .replace("gravity = ", "gravty = ")
+        .replace("length = 322.8", "length = -322.8")
+    )
     (tmp_path / "bad.toml").write_text(bad)
     with pytest.raises(SceneError) as caught:
         load_scene(tmp_path / "bad.toml")
     first, *problems = str(caught.value).splitlines()
     assert first.endswith("bad.toml:")
     assert problems == [
-        "  span.length = -322.8: must be greater than 0 and at most 10000 [m]; "
-        "horizontal distance between the supports",
+        (
+            "  span.length = -322.8: must be greater than 0 and at most 10000 [m]; "
+            "horizontal distance between the supports"
+        ),
         "  span.gravty: unknown key; the closest valid one is span.gravity",
     ]
 
@@ -93,7 +100,10 @@ def test_unknown_key_in_a_file_is_refused_together_with_other_problems(tmp_path)
 def test_missing_value_says_what_is_needed(minimal):
     del minimal["conductor"]["diameter"]
     with pytest.raises(
-        SceneError, match=r"conductor\.diameter: missing, must be .* greater than 0 and at most 1 \[m\]; diameter"
+        SceneError,
+        match=(
+            r"conductor\.diameter: missing, must be .* greater than 0 and at most 1 \[m\]; diameter"
+        ),
     ):
         Scene.from_dict(minimal)
 
@@ -103,14 +113,23 @@ def test_sag_and_tension_that_contradict_each_other(minimal):
     minimal["span"] = {"length": 100.0, "sag": 4.0, "horizontal_tension": 4598.4 * 1.049}
     Scene.from_dict(minimal)
     minimal["span"]["horizontal_tension"] = 4598.4 * 1.06
-    with pytest.raises(SceneError, match=r"sag = 4\.0 m and .*4874\.3.* contradict .* sag of 3\.774 m.* 5%"):
+    with pytest.raises(
+        SceneError, match=r"sag = 4\.0 m and .*4874\.3.* contradict .* sag of 3\.774 m.* 5%"
+    ):
         Scene.from_dict(minimal)
 
 
-@pytest.mark.parametrize(("tension", "part"), [(1.0, "thousandth"), (14.0, "hundredth"), (140.0, "tenth")])
-def test_a_tension_that_no_span_has_is_refused_before_a_catenary_is_computed(minimal, tension, part):
+@pytest.mark.parametrize(
+    ("tension", "part"), [(1.0, "thousandth"), (14.0, "hundredth"), (140.0, "tenth")]
+)
+def test_a_tension_that_no_span_has_is_refused_before_a_catenary_is_computed(
+    minimal, tension, part
+):
     minimal["span"] = {"length": 100.0, "horizontal_tension": tension}
-    message = rf"^span.horizontal_tension = {tension:g} N is less than a {part} of the weight of the span \(1472 N\)"
+    message = (
+        rf"^span.horizontal_tension = {tension:g} N is less than a {part} of the weight of the span"
+        r" \(1472 N\)"
+    )
     with pytest.raises(SceneError, match=message + "; is it in kN"):
         Scene.from_dict(minimal)
     minimal["span"]["sag"] = 4.0
@@ -124,20 +143,30 @@ def test_a_tension_that_no_span_has_is_refused_before_a_catenary_is_computed(min
 def test_a_tension_of_an_adjacent_span_in_kilonewtons_is_asked_about(minimal):
     beside = {"kind": "adjacent_span", "adjacent_span": 100.0, "adjacent_tension": 5.0}
     minimal["supports"] = {"left": {**beside, "insulator_length": 2.0, "insulator_weight": 500.0}}
-    message = r"^supports.left.adjacent_tension = 5 N is less than a hundredth of the weight of the span \(1472 N\); is"
+    message = (
+        r"^supports.left.adjacent_tension = 5 N is less than a hundredth of the weight of the span"
+        r" \(1472 N\); is"
+    )
     with pytest.raises(SceneError, match=message):
         Scene.from_dict(minimal)
 
 
 def test_a_sag_in_centimetres_is_asked_about(minimal):
     minimal["span"]["sag"] = 501.0
-    with pytest.raises(SceneError, match=r"^span.sag = 501 m is more than 5 times span.length = 100 m; is it in cm"):
+    with pytest.raises(
+        SceneError, match=r"^span.sag = 501 m is more than 5 times span.length = 100 m; is it in cm"
+    ):
         Scene.from_dict(minimal)
 
 
 def test_sag_of_an_inclined_span_is_measured_from_the_chord(minimal):
     # Slope 3/4: the same tension sags 1/cos = 1.25 times as much.
-    minimal["span"] = {"length": 100.0, "height_difference": 75.0, "sag": 5.0, "horizontal_tension": 4598.4}
+    minimal["span"] = {
+        "length": 100.0,
+        "height_difference": 75.0,
+        "sag": 5.0,
+        "horizontal_tension": 4598.4,
+    }
     Scene.from_dict(minimal)
     minimal["span"]["sag"] = 4.0
     with pytest.raises(SceneError, match="contradict"):
@@ -152,7 +181,8 @@ def test_ice_counts_in_the_comparison_of_sag_and_tension(minimal):
 
 
 def test_first_moments_up_to_a_positive_definite_mass_matrix():
-    # sqrt(I mu) = sqrt(0.5702e-4 1.53) = 9.340e-3 kg, next to which S_x2 = 0.459e-3 kg counts little.
+    # sqrt(I mu) = sqrt(0.5702e-4 1.53) = 9.340e-3 kg, next to which S_x2 = 0.459e-3 kg counts
+    # little.
     scene = load_scene("example2")
     assert scene.with_values({"ice.first_moment_x2": -9.32e-3}).ice.first_moment_x2 == -9.32e-3
     with pytest.raises(SceneError, match="mass matrix is not positive definite"):
@@ -162,23 +192,69 @@ def test_first_moments_up_to_a_positive_definite_mass_matrix():
 @pytest.mark.parametrize(
     ("changes", "message"),
     [
-        ({"span.sag": None, "span.horizontal_tension": None}, r"span: give sag \[m\] or horizontal_tension \[N\]"),
-        ({"span.height_difference": -126.0}, r"height_difference = -126\.0 must be less than length = 125\.88 m"),
-        ({"ice.first_moment_x2": -0.145}, r"ice\.first_moment_x2 = -0\.145 .*must be less than .*8\.724e-05"),
-        ({"aerodynamics": None}, "wind is given but aerodynamics is not: a coefficient curve is needed"),
-        ({"ice.attack_angle_deg": 85.0}, r"ice\.attack_angle_deg = 85\.0 lies outside .* from -60\.0 to 80\.0 deg"),
-        ({"ice.attack_angle_deg": 181.0}, r"ice\.attack_angle_deg = 181\.0 lies outside"),
-        ({"wind.history": {"kind": "constant", "value": 1.0}}, r"wind: speed = 4\.1 m/s and history are both given"),
         (
-            {"wind": {"history": {"kind": "harmonic", "mean": 3.0, "amplitude": 4.0, "frequency_hz": 0.1}}},
+            {"span.sag": None, "span.horizontal_tension": None},
+            r"span: give sag \[m\] or horizontal_tension \[N\]",
+        ),
+        (
+            {"span.height_difference": -126.0},
+            r"height_difference = -126\.0 must be less than length = 125\.88 m",
+        ),
+        (
+            {"ice.first_moment_x2": -0.145},
+            r"ice\.first_moment_x2 = -0\.145 .*must be less than .*8\.724e-05",
+        ),
+        (
+            {"aerodynamics": None},
+            "wind is given but aerodynamics is not: a coefficient curve is needed",
+        ),
+        (
+            {"ice.attack_angle_deg": 85.0},
+            r"ice\.attack_angle_deg = 85\.0 lies outside .* from -60\.0 to 80\.0 deg",
+        ),
+        ({"ice.attack_angle_deg": 181.0}, r"ice\.attack_angle_deg = 181\.0 lies outside"),
+        (
+            {"wind.history": {"kind": "constant", "value": 1.0}},
+            r"wind: speed = 4\.1 m/s and history are both given",
+        ),
+        (
+            {
+                "wind": {
+                    "history": {
+                        "kind": "harmonic",
+                        "mean": 3.0,
+                        "amplitude": 4.0,
+                        "frequency_hz": 0.1,
+                    }
+                }
+            },
             r"history reaches -1\.0 m/s; the speed must stay within 0 to 150",
         ),
-        ({"damping.twist.high_ratio": 0.01}, r"high_ratio = 0\.01 would excite .* at least 0\.01895"),
-        ({"damping.twist.high_frequency": 5.0}, r"low_frequency = 5\.29 Hz must be less than high_frequency = 5\.0 Hz"),
-        ({"loads": [{"force": [0, 1, 0]}]}, "give exactly one of position and evenly_spaced; neither given"),
+        (
+            {"damping.twist.high_ratio": 0.01},
+            r"high_ratio = 0\.01 would excite .* at least 0\.01895",
+        ),
+        (
+            {"damping.twist.high_frequency": 5.0},
+            r"low_frequency = 5\.29 Hz must be less than high_frequency = 5\.0 Hz",
+        ),
+        (
+            {"loads": [{"force": [0, 1, 0]}]},
+            "give exactly one of position and evenly_spaced; neither given",
+        ),
         ({"loads": [{"force": [0, 1], "position": 0.5}]}, r"loads\.0\.force\.2: missing"),
         (
-            {"wind": {"history": {"kind": "pulse", "peak": 9.0, "rise": 2.0, "fall_start": 1.0, "fall": 1.0}}},
+            {
+                "wind": {
+                    "history": {
+                        "kind": "pulse",
+                        "peak": 9.0,
+                        "rise": 2.0,
+                        "fall_start": 1.0,
+                        "fall": 1.0,
+                    }
+                }
+            },
             r"fall_start = 1\.0 s lies before the end of the rise at 2\.0 s",
         ),
         (
@@ -194,7 +270,10 @@ def test_values_that_do_not_fit_together(changes, message):
 
 @pytest.mark.parametrize("angle", [-300.0, 350.0, 80.0, -60.0])
 def test_attack_angle_is_compared_after_whole_turns(angle):
-    assert load_scene("example2").with_values({"ice.attack_angle_deg": angle}).ice.attack_angle_deg == angle
+    assert (
+        load_scene("example2").with_values({"ice.attack_angle_deg": angle}).ice.attack_angle_deg
+        == angle
+    )
 
 
 CURVE = {"angle_deg": [0, 90, 180], "lift": [0, 1, 0], "drag": [1, 2, 1], "moment": [0, 0, 0]}
@@ -205,15 +284,27 @@ CURVE = {"angle_deg": [0, 90, 180], "lift": [0, 1, 0], "drag": [1, 2, 1], "momen
     [
         ({"angle_deg": [0, 180, 90]}, r"angle_deg must increase; row 3 has 90\.0 after 180\.0"),
         ({"angle_deg": [0, 90, 90]}, r"angle_deg must increase; row 3 has 90\.0 after 90\.0"),
-        ({"angle_deg": [0, math.nan, 90]}, r"\.angle_deg\.1 = nan: must be a finite number \[deg\]"),
+        (
+            {"angle_deg": [0, math.nan, 90]},
+            r"\.angle_deg\.1 = nan: must be a finite number \[deg\]",
+        ),
         ({"drag": [1, 2, math.nan]}, r"\.drag\.2 = nan: must be a finite number \[1\]"),
-        ({key: value[:1] for key, value in CURVE.items()}, "angle_deg has 1 point; a table needs at least two"),
+        (
+            {key: value[:1] for key, value in CURVE.items()},
+            "angle_deg has 1 point; a table needs at least two",
+        ),
         ({"drag": [1, 2]}, "drag has 2 values but angle_deg has 3"),
         ({"angle_deg": [0, 90, 361]}, "more than a turn; at most 360 deg"),
-        ({"outside": "periodic"}, r"range of exactly 360 deg, or of one step less .* covers 180\.0 deg"),
+        (
+            {"outside": "periodic"},
+            r"range of exactly 360 deg, or of one step less .* covers 180\.0 deg",
+        ),
         (
             {"angle_deg": [0, 90, 360], "lift": [0, 1, 0.06]},
-            r"lift is 0 at 0 deg and 0.06 at 360 deg, the same angle; make them equal, or set outside = \"error\"",
+            (
+                r"lift is 0 at 0 deg and 0.06 at 360 deg, the same angle; make them equal, or set"
+                r" outside = \"error\""
+            ),
         ),
         ({"file": "ice.csv"}, "'ice.csv' and angle_deg, lift, drag, moment are both given"),
     ],
@@ -230,9 +321,18 @@ def test_bad_coefficient_tables(changes, message, minimal):
             "angle_deg,lift,drag,moment\n0,0,1,0\n40,0,1,0\n35,0,1,0\n",
             "ice.csv: angle_deg must increase; row 4 has 35.0",
         ),
-        ("angle_deg,lift,drag,moment\n0,0,1,0\n\n40,nan,1,0\n", "ice.csv: lift in row 4 is 'nan', must be a finite"),
-        ("angle_deg,lift,drag,moment\n0,0,1,0\n40,,1,0\n", "ice.csv: lift in row 3 is '', must be a finite number"),
-        ("angle_deg,lift,drag,moment\n0,0,1,0\n40,1,0\n", "ice.csv: row 3 has 3 cells, 4 are needed"),
+        (
+            "angle_deg,lift,drag,moment\n0,0,1,0\n\n40,nan,1,0\n",
+            "ice.csv: lift in row 4 is 'nan', must be a finite",
+        ),
+        (
+            "angle_deg,lift,drag,moment\n0,0,1,0\n40,,1,0\n",
+            "ice.csv: lift in row 3 is '', must be a finite number",
+        ),
+        (
+            "angle_deg,lift,drag,moment\n0,0,1,0\n40,1,0\n",
+            "ice.csv: row 3 has 3 cells, 4 are needed",
+        ),
         ("angle_deg,lift,drag,moment\n0,0,1,0\n", "ice.csv: angle_deg has 1 point"),
         (
             "alpha,CL,CD,CM\n0,0,1,0\n",
@@ -246,7 +346,9 @@ def test_bad_coefficient_files(text, message, minimal, tmp_path):
     if text is not None:
         (tmp_path / "ice.csv").write_text(text)
     with pytest.raises(SceneError, match=re.escape(message)):
-        Scene.from_dict({**minimal, "aerodynamics": {"kind": "table", "file": "ice.csv"}}, folder=tmp_path)
+        Scene.from_dict(
+            {**minimal, "aerodynamics": {"kind": "table", "file": "ice.csv"}}, folder=tmp_path
+        )
 
 
 @pytest.mark.parametrize(
@@ -256,10 +358,19 @@ def test_bad_coefficient_files(text, message, minimal, tmp_path):
             {"time": [0, 1, 2, 30], "value": [1, 1, 1, 1]},
             r"gap of 28 s in time before row 4 \(from 2 to 30 s\); at most 10 s",
         ),
-        ({"time": [0, 1, 2, 5], "value": [1, 1, 1, 1], "max_gap": 2}, "gap of 3 s .* at most 2 s are bridged"),
+        (
+            {"time": [0, 1, 2, 5], "value": [1, 1, 1, 1], "max_gap": 2},
+            "gap of 3 s .* at most 2 s are bridged",
+        ),
         ({"time": [0, 2, 1], "value": [1, 1, 1]}, r"time must increase; row 3 has 1\.0 after 2\.0"),
-        ({"time": [0, 1, 1, 1], "value": [1] * 4}, r"time must increase; row 4 has 1\.0 after 1\.0"),
-        ({"time": [0, math.nan], "value": [1, 1]}, r"wind\.history\.time\.1 = nan: must be a finite number \[s\]"),
+        (
+            {"time": [0, 1, 1, 1], "value": [1] * 4},
+            r"time must increase; row 4 has 1\.0 after 1\.0",
+        ),
+        (
+            {"time": [0, math.nan], "value": [1, 1]},
+            r"wind\.history\.time\.1 = nan: must be a finite number \[s\]",
+        ),
         ({"time": [0, 1], "value": [1, math.nan]}, r"wind\.history\.value\.1 = nan"),
         ({"time": [0], "value": [1]}, "time has 1 point; a table needs at least two"),
         ({"time": [0, 1], "value": [1]}, "value has 1 values but time has 2"),
@@ -273,14 +384,20 @@ def test_bad_wind_tables(table, message, minimal):
 def test_gap_in_a_wind_file_names_file_and_row(minimal, tmp_path):
     (tmp_path / "mast.csv").write_text("time,value\n0,1\n1,1\n2,1\n3,1\n60,1\n")
     table = {"kind": "table", "file": "mast.csv"}
-    with pytest.raises(SceneError, match=r"wind\.history: mast\.csv: gap of 57 s in time before row 6"):
+    with pytest.raises(
+        SceneError, match=r"wind\.history: mast\.csv: gap of 57 s in time before row 6"
+    ):
         Scene.from_dict({**minimal, "wind": {"history": table}}, folder=tmp_path)
-    with pytest.raises(SceneError, match="wind is given but aerodynamics is not"):  # the gap is now accepted
+    with pytest.raises(
+        SceneError, match="wind is given but aerodynamics is not"
+    ):  # the gap is now accepted
         Scene.from_dict({**minimal, "wind": {"history": {**table, "max_gap": 60}}}, folder=tmp_path)
 
 
 def test_unknown_name_lists_the_packaged_scenes():
-    with pytest.raises(SceneError, match=r"exmaple3: .*example1, example2, example3, zebra.*closest: example3"):
+    with pytest.raises(
+        SceneError, match=r"exmaple3: .*example1, example2, example3, zebra.*closest: example3"
+    ):
         load_scene("exmaple3")
 
 
@@ -291,7 +408,10 @@ def test_unknown_name_lists_the_packaged_scenes():
         (b"PK\x03\x04\x00\x00", "a binary file"),
         (b"<html>", "not a TOML file"),
         (b"a = " + b"[" * 100_000, "not a TOML file"),
-        (b'[project]\nname = "other"\n', r"not a scene file; it has neither \[line\] nor \[span\] nor \[conductor\]"),
+        (
+            b'[project]\nname = "other"\n',
+            r"not a scene file; it has neither \[line\] nor \[span\] nor \[conductor\]",
+        ),
         (b"", "not a scene file"),
         (b"#" * 10_000_001, "has 10000001 bytes; at most 10000000"),
     ],
@@ -314,11 +434,17 @@ def test_missing_file_and_folder(tmp_path):
 
 @pytest.mark.parametrize("integrator", [None, "newmark", "gauss6"])
 def test_only_generalised_alpha_has_a_spectral_radius(integrator):
-    with pytest.raises(SceneError, match=r"spectral_radius = 0\.8: only integrator = \"generalised_alpha\" has one"):
-        load_scene("example3").with_values({"numerics.integrator": integrator, "numerics.spectral_radius": 0.8})
+    with pytest.raises(
+        SceneError, match=r"spectral_radius = 0\.8: only integrator = \"generalised_alpha\" has one"
+    ):
+        load_scene("example3").with_values(
+            {"numerics.integrator": integrator, "numerics.spectral_radius": 0.8}
+        )
 
 
-@pytest.mark.parametrize("content", ["hunter2\n", "root:x:0:0:root:/root:/bin/bash\n", "time,value\nhunter2,1\n"])
+@pytest.mark.parametrize(
+    "content", ["hunter2\n", "root:x:0:0:root:/root:/bin/bash\n", "time,value\nhunter2,1\n"]
+)
 def test_a_file_that_is_no_table_is_not_quoted(tmp_path, content):
     """A scene from others may name any file of the user who runs it."""
     (tmp_path / "password").write_text(content)
@@ -348,18 +474,28 @@ def test_a_kind_can_be_set_by_its_path(minimal):
     kind = {"supports.left.kind": "springs"}
     assert scene.with_values({**stiffness, **kind}) == scene.with_values({**kind, **stiffness})
     assert scene.with_values({**kind, **stiffness}).supports.left.stiffness_x3 == 1e4
-    with pytest.raises(SceneError, match=r"^supports.left.stiffness_x1: missing, .*\nsupports.left.stiffness_x3"):
+    with pytest.raises(
+        SceneError, match=r"^supports.left.stiffness_x1: missing, .*\nsupports.left.stiffness_x3"
+    ):
         scene.with_values(kind)
     assert scene.with_values({"supports.left.kind": "adjacent_span"}) == scene
-    with pytest.raises(SceneError, match=r"supports.left.kind = 'rope': must be one of 'rigid', 'springs', 'adj"):
+    with pytest.raises(
+        SceneError, match=r"supports.left.kind = 'rope': must be one of 'rigid', 'springs', 'adj"
+    ):
         scene.with_values({"supports.left.kind": "rope"})
 
 
 @pytest.mark.parametrize(
     ("path", "message"),
     [
-        ("supports.left.stiffness_x1", "only supports.left.kind = 'springs' has this value; set the kind too, or"),
-        ("supports.left.adjacent_span", "only supports.left.kind = 'adjacent_span' has this value; set the kind too"),
+        (
+            "supports.left.stiffness_x1",
+            "only supports.left.kind = 'springs' has this value; set the kind too, or",
+        ),
+        (
+            "supports.left.adjacent_span",
+            "only supports.left.kind = 'adjacent_span' has this value; set the kind too",
+        ),
         ("loads.3.law.peak", "only loads.3.law.kind = 'pulse' has this value"),
         ("loads.0.torque", "loads.0 is not given in this scene; give the whole section"),
     ],

@@ -1,6 +1,8 @@
 """What a scene does not need is left out, and the answer is that of the full computation.
 
-The full computation is that of the same scene with a disturbance of 1e-200, which wakes a part and moves nothing."""
+The full computation is that of the same scene with a disturbance of 1e-200, which wakes a part and
+moves nothing.
+"""
 
 import numpy as np
 import pytest
@@ -12,7 +14,12 @@ from gallop_fmu.scene.loads import Load
 
 EVERYTHING = Part.AERODYNAMICS | Part.ECCENTRIC_ICE | Part.TWIST | Part.LATERAL_MOTION
 NOTHING = 1e-200
-CALM = {"wind.speed": 0.0, "ice.first_moment_x2": 0.0, "ice.first_moment_x3": 0.0, "initial.seed_vertical": 0.2}
+CALM = {
+    "wind.speed": 0.0,
+    "ice.first_moment_x2": 0.0,
+    "ice.first_moment_x3": 0.0,
+    "initial.seed_vertical": 0.2,
+}
 NO_MOMENT = {
     "ice.first_moment_x2": 0.0,
     "ice.first_moment_x3": 0.0,
@@ -48,7 +55,18 @@ CASES = {
 def computed(scene):
     result = gf.simulate(scene, 10.0, record_nodes="all")
     data = result.dataset
-    channels = ("u1", "u2", "u3", "theta", "v2", "tension", "left_f1", "left_f2", "kinetic_energy", "potential_energy")
+    channels = (
+        "u1",
+        "u2",
+        "u3",
+        "theta",
+        "v2",
+        "tension",
+        "left_f1",
+        "left_f2",
+        "kinetic_energy",
+        "potential_energy",
+    )
     return Model(scene, inputs=False).parts, {name: data[name].values for name in channels}
 
 
@@ -82,7 +100,10 @@ WAKING = {
     "twist seed": ({"initial.seed_twist": 1e-3}, Part.LATERAL_MOTION | Part.TWIST),
     "wind": ({"wind.speed": 1.0}, Part.LATERAL_MOTION | Part.TWIST | Part.AERODYNAMICS),
     "ice": ({"ice.first_moment_x2": -1e-4}, Part.LATERAL_MOTION | Part.TWIST | Part.ECCENTRIC_ICE),
-    "ice to the side": ({"ice.first_moment_x3": 1e-4}, Part.LATERAL_MOTION | Part.TWIST | Part.ECCENTRIC_ICE),
+    "ice to the side": (
+        {"ice.first_moment_x3": 1e-4},
+        Part.LATERAL_MOTION | Part.TWIST | Part.ECCENTRIC_ICE,
+    ),
 }
 
 
@@ -99,7 +120,10 @@ def test_what_wakes_a_part(name):
         (Load(position=0.3, force=(0.0, 5.0, 0.0)), Part(0)),
         (Load(position=0.3, force=(0.0, 0.0, 5.0)), Part.LATERAL_MOTION),
         (Load(position=0.3, force=(0.0, 0.0, 0.0), torque=2.0), Part.LATERAL_MOTION | Part.TWIST),
-        (Load(position=0.3, force=(0.0, 0.0, 5.0), law={"kind": "constant", "value": 0.0}), Part(0)),
+        (
+            Load(position=0.3, force=(0.0, 0.0, 5.0), law={"kind": "constant", "value": 0.0}),
+            Part(0),
+        ),
         (
             Load(
                 position=0.3,
@@ -118,13 +142,17 @@ def test_loads_wake_what_they_drive(load, woken):
 def test_lateral_motion_of_a_tower_wakes_the_span():
     motion = {"x3": {"kind": "harmonic", "amplitude": 0.1, "frequency_hz": 0.4}}
     left = type(IN_PLANE.supports.left).model_validate({"kind": "rigid", "motion": motion})
-    scene = IN_PLANE.model_copy(update={"supports": IN_PLANE.supports.model_copy(update={"left": left})})
+    scene = IN_PLANE.model_copy(
+        update={"supports": IN_PLANE.supports.model_copy(update={"left": left})}
+    )
     assert Part.LATERAL_MOTION in Model(scene, inputs=False).parts
 
 
 def test_an_fmu_keeps_what_its_inputs_can_wake():
     assert Part.AERODYNAMICS | Part.LATERAL_MOTION in Model(IN_PLANE).parts
-    assert Part.TWIST in Model(IN_PLANE).parts  # its curve has a moment, and the host may let the wind blow
+    assert (
+        Part.TWIST in Model(IN_PLANE).parts
+    )  # its curve has a moment, and the host may let the wind blow
     assert Part.TWIST not in Model(example3(NO_MOMENT)).parts
     assert Model(gf.load_scene("example3")).parts == EVERYTHING
 
@@ -140,11 +168,16 @@ def test_inputs_are_refused_where_they_could_wake_what_is_left_out():
 
 def test_residual_and_tangent_are_always_complete():
     """The modal toolkit asks for twist and lateral motion of scenes that wake neither."""
-    small, whole = Model(IN_PLANE, inputs=False), Model(IN_PLANE.with_values(WAKE_TWIST), inputs=False)
+    small, whole = (
+        Model(IN_PLANE, inputs=False),
+        Model(IN_PLANE.with_values(WAKE_TWIST), inputs=False),
+    )
     u = np.random.default_rng(1).uniform(-0.1, 0.1, (small.nodes, 4))
     assert np.array_equal(small.residual(u), whole.residual(u))
     assert np.abs(small.residual(u)[:, 2:]).min(axis=0).max() > 0.0
-    assert np.array_equal(small.tangent(u, stiffness=1.0, mass=1e4), whole.tangent(u, stiffness=1.0, mass=1e4))
+    assert np.array_equal(
+        small.tangent(u, stiffness=1.0, mass=1e4), whole.tangent(u, stiffness=1.0, mass=1e4)
+    )
 
 
 def test_provenance_names_what_was_left_out():

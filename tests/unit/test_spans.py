@@ -29,12 +29,16 @@ def table(tmp_path):
 @pytest.fixture
 def geojson(table):
     """Write a FeatureCollection of these features."""
-    return lambda *features: table(json.dumps({"type": "FeatureCollection", "features": features}), "spans.geojson")
+    return lambda *features: table(
+        json.dumps({"type": "FeatureCollection", "features": features}), "spans.geojson"
+    )
 
 
 def test_grid_has_every_combination_in_order():
     found = cases("example3", {"wind.speed": np.array([4.0, 5.0]), "numerics.elements": (6, 8, 10)})
-    assert [tuple(case.changes.values()) for case in found.every] == [(u, n) for u in (4.0, 5.0) for n in (6, 8, 10)]
+    assert [tuple(case.changes.values()) for case in found.every] == [
+        (u, n) for u in (4.0, 5.0) for n in (6, 8, 10)
+    ]
     assert found.grid == {"wind.speed": [4.0, 5.0], "numerics.elements": [6, 8, 10]}
     scene = found.every[4].scene()
     assert (scene.wind.speed, scene.numerics.elements) == (5.0, 8)
@@ -70,8 +74,17 @@ def test_rows_without_a_name_are_called_after_their_place(table):
 def test_geojson_properties_are_the_columns(geojson):
     line = {"type": "LineString", "coordinates": [[8.0, 47.0], [8.1, 47.0]]}
     path = geojson(
-        {"type": "Feature", "id": 17, "geometry": line, "properties": {"span.sag": 2.0, "wind.speed": None}},
-        {"type": "Feature", "geometry": None, "properties": {"span.horizontal_tension": "none", "name": "B"}},
+        {
+            "type": "Feature",
+            "id": 17,
+            "geometry": line,
+            "properties": {"span.sag": 2.0, "wind.speed": None},
+        },
+        {
+            "type": "Feature",
+            "geometry": None,
+            "properties": {"span.horizontal_tension": "none", "name": "B"},
+        },
         {"type": "Feature", "properties": {"wind.speed": 6}},
     )
     assert gf.read_spans(path) == [
@@ -117,15 +130,27 @@ def test_familiar_numbers_of_a_line_are_columns(table, corridor):
         "B,Hawk,250,,,,9.8\n"
     )
     first, second = (case.scene() for case in cases(corridor, table=path).every)
-    line = {"conductor": "Drake", "span": 300, "height_difference": 5, "ice_thickness": 0.012, "wind_speed": 6}
+    line = {
+        "conductor": "Drake",
+        "span": 300,
+        "height_difference": 5,
+        "ice_thickness": 0.012,
+        "wind_speed": 6,
+    }
     given = {"line": {**tomllib.loads(LINE)["line"], **line}, "numerics": {"elements": 8}}
     assert first == Scene.from_dict(given, corridor.parent)
-    assert (second.conductor.diameter, second.span.length) == (gf.find_conductor("Hawk").diameter, 250.0)
+    assert (second.conductor.diameter, second.span.length) == (
+        gf.find_conductor("Hawk").diameter,
+        250.0,
+    )
     assert (second.span.gravity, second.wind.speed, second.numerics.elements) == (9.8, 4.0, 8)
     # what is given beside the line is put upon what follows from it, and changes nothing else
     assert (
         second.span.horizontal_tension
-        == cases(corridor, {"line.conductor": ["Hawk"], "line.span": [250.0]}).every[0].scene().span.horizontal_tension
+        == cases(corridor, {"line.conductor": ["Hawk"], "line.span": [250.0]})
+        .every[0]
+        .scene()
+        .span.horizontal_tension
     )
 
 
@@ -138,7 +163,9 @@ def test_a_table_may_hold_the_whole_line(table):
 
 
 def test_errors_of_a_line_concern_their_own_run_and_name_the_column(table, corridor):
-    path = table("line.conductor,line.span,line.ice_thickness\nDrak,300,\nDrake,,\nDrake,300,-0.01\nDrake,300,\n")
+    path = table(
+        "line.conductor,line.span,line.ice_thickness\nDrak,300,\nDrake,,\nDrake,300,-0.01\nDrake,300,\n"
+    )
     messages = [
         "line.conductor: 'Drak' is not a code word of the table; closest: Drake",
         "line.span: missing, must be a finite number greater than 0",
@@ -156,9 +183,17 @@ def test_errors_of_a_line_concern_their_own_run_and_name_the_column(table, corri
     [
         ("example3", {"line.span": [300.0]}, r"^example3: line.span: there is no \[line\] table"),
         (gf.load_scene("zebra"), {"line.span": [300.0]}, r"^line.span: there is no \[line\] table"),
-        (None, {"line.conductor": ["Drake", "Hawk"]}, r"corridor.toml: line.span: missing; .* as a column line.span"),
+        (
+            None,
+            {"line.conductor": ["Drake", "Hawk"]},
+            r"corridor.toml: line.span: missing; .* as a column line.span",
+        ),
         (None, {"wind.speed": [4.0]}, r"corridor.toml: line.span: missing"),
-        (None, {"line.spam": [4.0]}, r"^line.spam: unknown key; the closest valid one is line.span"),
+        (
+            None,
+            {"line.spam": [4.0]},
+            r"^line.spam: unknown key; the closest valid one is line.span",
+        ),
         (None, {"line": [{}]}, r"^line: unknown key"),
     ],
 )
@@ -169,7 +204,9 @@ def test_lines_that_no_row_can_mend_are_refused_at_once(corridor, scene, over, f
 
 def test_an_unknown_key_of_the_line_is_refused_at_once(table, corridor):
     wrong = table(LINE.replace("wind_speed", "wind_sped"), "wrong.toml")
-    with pytest.raises(gf.SceneError, match=r"wrong.toml: line.wind_sped: unknown key; .* line.wind_speed"):
+    with pytest.raises(
+        gf.SceneError, match=r"wrong.toml: line.wind_sped: unknown key; .* line.wind_speed"
+    ):
         cases(wrong, {"line.span": [300.0]})
 
 
@@ -183,8 +220,14 @@ def test_fingerprint_sees_the_line_and_its_curve(table, corridor):
     prints.append(cases(corridor, {"line.span": [300.0]}).fingerprint())
     table(CURVE.format(lift=-3), "mine.csv")
     prints.append(cases(corridor, {"line.span": [300.0]}).fingerprint())
-    prints.append(cases(SceneSpec.of(corridor).with_values({"wind.speed": 3.0}), {"line.span": [300.0]}).fingerprint())
-    table(LINE.replace("mine.csv", "example2"), "corridor.toml")  # the curve is named in the grid only
+    prints.append(
+        cases(
+            SceneSpec.of(corridor).with_values({"wind.speed": 3.0}), {"line.span": [300.0]}
+        ).fingerprint()
+    )
+    table(
+        LINE.replace("mine.csv", "example2"), "corridor.toml"
+    )  # the curve is named in the grid only
     prints.append(cases(corridor, over).fingerprint())
     table(CURVE.format(lift=-4), "mine.csv")
     prints.append(cases(corridor, over).fingerprint())
@@ -226,7 +269,10 @@ def test_a_value_that_is_not_allowed_concerns_its_own_run_only():
     [
         (
             "name,sag\nA,2\n",
-            "sag: unknown key; the closest valid one is span.sag; what is only to be carried along must",
+            (
+                "sag: unknown key; the closest valid one is span.sag; what is only to be carried"
+                " along must"
+            ),
         ),
         ("name,wind.sped\nA,2\n", "wind.sped: unknown key; the closest valid one is wind.speed"),
         ("<gpx>\n</gpx>\n", "an XML or HTML file; export the table as CSV"),
@@ -252,7 +298,10 @@ def test_tables_that_are_refused(table, text, fragment):
         ("[" * 100000, "not a GeoJSON file"),
         ("[]", "not a GeoJSON FeatureCollection"),
         ('{"type": "Feature", "properties": {}}', "not a GeoJSON FeatureCollection"),
-        ('{"type": "FeatureCollection", "features": [{"properties": null}]}', "not a GeoJSON FeatureCollection"),
+        (
+            '{"type": "FeatureCollection", "features": [{"properties": null}]}',
+            "not a GeoJSON FeatureCollection",
+        ),
         ('{"type": "FeatureCollection", "features": []}', "has no spans"),
     ],
 )
@@ -297,7 +346,10 @@ IDS = [
 def test_a_named_index_of_a_data_frame_is_a_column():
     frame = pd.DataFrame({"name": ["north 4", "north 5"], "span.sag": [2.0, 2.1]})
     found = cases("example3", table=frame.set_index("name"))
-    assert [case.labels["name"] for case in found.every] == ["north 4", "north 5"]  # were "row 1", "row 2"
+    assert [case.labels["name"] for case in found.every] == [
+        "north 4",
+        "north 5",
+    ]  # were "row 1", "row 2"
     with pytest.raises(gf.SceneError, match="column 'name' is there twice"):
         cases("example3", table=frame.set_index("name", drop=False))
 
@@ -305,14 +357,19 @@ def test_a_named_index_of_a_data_frame_is_a_column():
 def test_labels_of_other_types_come_back_as_json(geojson):
     labels = {"label.list": ["a", "b"], "label.object": {"x": 1}, "label.truth": True}
     (row,) = gf.read_spans(geojson({"properties": {"span.sag": 2.1, **labels}}))
-    assert {key: row[key] for key in labels} == {key: json.dumps(value) for key, value in labels.items()}
+    assert {key: row[key] for key in labels} == {
+        key: json.dumps(value) for key, value in labels.items()
+    }
 
 
 def test_labels_and_names_come_back_as_they_were(table, geojson):
     """They are texts: no TOML, no numbers, no dates (e\\u0301 is the letter é in two characters)."""
     names = [f"{text}e\u0301" for text in IDS]
     cells = "\n".join(f'"{name}","{text}",2.1' for name, text in zip(names, IDS, strict=True))
-    features = [{"properties": {"name": name, "label.id": text}} for name, text in zip(names, IDS, strict=True)]
+    features = [
+        {"properties": {"name": name, "label.id": text}}
+        for name, text in zip(names, IDS, strict=True)
+    ]
     frame = pd.DataFrame({"name": names, "label.id": IDS})
     for given in (table("name,label.id,span.sag\n" + cells), geojson(*features), frame):
         rows = [case.columns() for case in cases("example3", table=given).every]
@@ -376,7 +433,10 @@ def test_missing_values_leave_those_of_the_scene(geojson):
     for given in (frame, frame.to_dict("records")):
         found = cases("example3", table=given)
         assert [{**case.labels, **case.changes} for case in found.every] == expected
-    assert found.every[1].scene().span.horizontal_tension == gf.load_scene("example3").span.horizontal_tension
+    assert (
+        found.every[1].scene().span.horizontal_tension
+        == gf.load_scene("example3").span.horizontal_tension
+    )
     path = geojson({"properties": {"span.sag": math.nan, "wind.speed": None}})
     assert gf.read_spans(path) == [{"name": "feature 1"}]
 
@@ -397,20 +457,29 @@ def test_a_data_frame_of_polars_is_its_rows():
         def __iter__(self):
             return iter(self.columns)
 
-    assert cases("example3", table=Frame()).every[0].columns() == {"run": 0, "name": "A", "span.sag": 2.1}
+    assert cases("example3", table=Frame()).every[0].columns() == {
+        "run": 0,
+        "name": "A",
+        "span.sag": 2.1,
+    }
 
 
 @pytest.mark.parametrize("scene", [["example3"], {"a": 1}, 3, True])
 def test_a_scene_that_is_no_text_is_refused(geojson, scene):
     path = geojson({"properties": {"span.sag": 2.1, "scene": scene}})
-    with pytest.raises(gf.SceneError, match=r"scene = .*: must be a packaged name, or the path of a scene file"):
+    with pytest.raises(
+        gf.SceneError, match=r"scene = .*: must be a packaged name, or the path of a scene file"
+    ):
         cases("example3", table=path)
 
 
 @pytest.mark.parametrize(
     ("table", "message"),
     [
-        (pd.DataFrame([[1, 2]], columns=["span.sag", "span.sag"]), "column 'span.sag' is there twice"),
+        (
+            pd.DataFrame([[1, 2]], columns=["span.sag", "span.sag"]),
+            "column 'span.sag' is there twice",
+        ),
         ([{"span.sag": 1, "Span.Sag": 2}], "column 'span.sag' is there twice"),
         (pd.DataFrame({0: [1]}), "column 0 is no text"),
         (pd.DataFrame({"span.sag": []}), "has no spans"),
@@ -425,12 +494,17 @@ def test_tables_in_memory_that_are_refused(table, message):
 
 
 def test_a_property_given_twice_is_refused(table):
-    text = '{"type": "FeatureCollection", "features": [{"properties": {"span.sag": 1, "span.sag": 2}}]}'
+    text = (
+        '{"type": "FeatureCollection", "features": [{"properties": {"span.sag": 1, "span.sag":'
+        " 2}}]}"
+    )
     with pytest.raises(gf.SceneError, match=r"not a GeoJSON file \('span.sag' is there twice"):
         gf.read_spans(table(text, "spans.geojson"))
 
 
-@pytest.mark.parametrize("value", ["2024-01-01", "07:30:00", "2024-01-01T10:00:00", "12_34", "[2024-01-01]", "[1_0]"])
+@pytest.mark.parametrize(
+    "value", ["2024-01-01", "07:30:00", "2024-01-01T10:00:00", "12_34", "[2024-01-01]", "[1_0]"]
+)
 def test_a_date_as_a_value_is_refused_by_its_scene(value):
     for table, over in (([{"span.sag": value}], None), (None, {"span.sag": [value]})):
         case = cases("example3", over, table).every[0]
@@ -444,7 +518,9 @@ def test_whole_numbers_that_no_array_holds_are_refused_by_their_scene(tmp_path):
     values = (2**63, 10**400, -(2**63) - 1, "9" * 25, "9" * 5000)
     rows = [{"name": f"{key} {k}", key: value} for key in keys for k, value in enumerate(values)]
     for _ in range(2):  # the second call reads what the first has written
-        found = gf.sweep("example3", table=rows, stop_time=1.0, window=1.0, out=tmp_path / "o.nc").dataset
+        found = gf.sweep(
+            "example3", table=rows, stop_time=1.0, window=1.0, out=tmp_path / "o.nc"
+        ).dataset
         assert found.outcome.values.tolist() == ["invalid_scene"] * len(rows)
         for name, message in zip(found.name.values, found.message.values, strict=True):
             assert message.startswith(f"{name.split()[0]} = ")
@@ -452,11 +528,23 @@ def test_whole_numbers_that_no_array_holds_are_refused_by_their_scene(tmp_path):
 
 def test_a_table_as_a_value_is_a_cell_of_json(tmp_path):
     ramp = {"kind": "ramp", "initial": 4.0, "final": 5.0, "duration": 1.0}
-    rows = [{"wind.speed": "none", "wind.history": '{kind="ramp", initial=4.0, final=5.0, duration=1.0}'}]
+    rows = [
+        {
+            "wind.speed": "none",
+            "wind.history": '{kind="ramp", initial=4.0, final=5.0, duration=1.0}',
+        }
+    ]
     for over in ({"numerics.elements": [6]}, {"wind.history": [ramp], "wind.speed": [None]}):
         given = {"table": rows} if "wind.speed" not in over else {}
         for _ in range(2):  # the second call reads what the first has written
-            runs = gf.sweep("example3", over, **given, stop_time=1.0, window=1.0, out=tmp_path / f"{len(given)}.nc")
+            runs = gf.sweep(
+                "example3",
+                over,
+                **given,
+                stop_time=1.0,
+                window=1.0,
+                out=tmp_path / f"{len(given)}.nc",
+            )
         assert json.loads(runs.dataset["wind.history"].item()) == ramp
         assert runs.grid().u2_mean.size == 1
 
@@ -464,11 +552,15 @@ def test_a_table_as_a_value_is_a_cell_of_json(tmp_path):
 @pytest.mark.parametrize("suffix", [".nc", ".NC"])
 def test_a_column_that_the_file_cannot_hold_is_refused_before_computing(table, tmp_path, suffix):
     path = table("name,label.from/to,span.sag\nA,T1/T2,2.1\n")
-    with pytest.raises(gf.SceneError, match=r"no slash in the name of a column, as in 'label.from/to'; call it"):
+    with pytest.raises(
+        gf.SceneError, match=r"no slash in the name of a column, as in 'label.from/to'; call it"
+    ):
         gf.sweep("example3", table=path, out=tmp_path / f"o{suffix}")
     assert not list(tmp_path.glob("o*"))
     runs = gf.sweep("example3", table=path, stop_time=1.0, window=1.0, out=tmp_path / "o.PARQUET")
-    assert gf.read_runs(tmp_path / "o.PARQUET").dataset["label.from/to"].values.tolist() == ["T1/T2"]
+    assert gf.read_runs(tmp_path / "o.PARQUET").dataset["label.from/to"].values.tolist() == [
+        "T1/T2"
+    ]
     assert runs.done == 1
 
 
@@ -481,6 +573,8 @@ def test_so_many_runs_are_refused_before_they_are_listed():
 def test_a_scene_with_many_unknown_keys_is_refused_soon():
     keys = {f"k{number}": 1 for number in range(2000)}
     with pytest.raises(gf.SceneError) as caught:
-        Scene.from_dict({**gf.load_scene("example3").model_dump(mode="json", exclude_none=True), **keys})
+        Scene.from_dict(
+            {**gf.load_scene("example3").model_dump(mode="json", exclude_none=True), **keys}
+        )
     lines = str(caught.value).splitlines()
     assert (len(lines), lines[-1]) == (21, "and 1980 more problems")

@@ -50,7 +50,8 @@ def test_a_loop_and_a_sweep_over_seeds_survive():
     scene = gf.load_scene("example3").with_values({**SLACK, "numerics.elements": 6})
     seeds = [0.01, 0.6, 0.02]
     results = [
-        gf.simulate(scene.with_values({"initial.seed_vertical": seed}), 1.0, on_failure="return") for seed in seeds
+        gf.simulate(scene.with_values({"initial.seed_vertical": seed}), 1.0, on_failure="return")
+        for seed in seeds
     ]
     assert [result.started for result in results] == [True, False, True]
     runs = gf.sweep(scene, {"initial.seed_vertical": seeds}, stop_time=1.0)

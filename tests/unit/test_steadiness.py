@@ -18,8 +18,13 @@ def _wave(rng, cycles=(12.0, 90.0)):
     """Time in cycles, samples a cycle, and a wave of unit amplitude with harmonics."""
     count, samples = rng.uniform(*cycles), rng.uniform(20.0, 80.0)
     time = np.arange(round(count * samples) + 1) / samples
-    phases, sizes = rng.uniform(0.0, 2.0 * np.pi, 3), (1.0, rng.uniform(0.0, 0.3), rng.uniform(0.0, 0.1))
-    waves = [size * np.cos(2.0 * np.pi * (k + 1) * time + phases[k]) for k, size in enumerate(sizes)]
+    phases, sizes = (
+        rng.uniform(0.0, 2.0 * np.pi, 3),
+        (1.0, rng.uniform(0.0, 0.3), rng.uniform(0.0, 0.1)),
+    )
+    waves = [
+        size * np.cos(2.0 * np.pi * (k + 1) * time + phases[k]) for k, size in enumerate(sizes)
+    ]
     return time, samples, sum(waves)
 
 
@@ -76,7 +81,10 @@ def _modulated(rng):
 def _two_lines(rng):
     time, samples, wave = _wave(rng, (24.0, 90.0))
     size, beat = rng.uniform(0.05, 0.6), rng.uniform(9.0, time[-1] / 2.2)
-    return wave + size * np.cos(2.0 * np.pi * time * (1.0 + 1.0 / beat) + rng.uniform(0.0, 6.0)), samples
+    return (
+        wave + size * np.cos(2.0 * np.pi * time * (1.0 + 1.0 / beat) + rng.uniform(0.0, 6.0)),
+        samples,
+    )
 
 
 def _narrow_band(rng):
@@ -84,7 +92,9 @@ def _narrow_band(rng):
     time, samples, _ = _wave(rng, (30.0, 90.0))
     frequency = np.fft.rfftfreq(2 * len(time), 1.0 / samples)
     width = rng.uniform(3.0 / time[-1], 0.3)
-    spectrum = np.exp(-0.5 * ((frequency - 1.0) / width) ** 2) * (rng.standard_normal((2, len(frequency))).T @ [1, 1j])
+    spectrum = np.exp(-0.5 * ((frequency - 1.0) / width) ** 2) * (
+        rng.standard_normal((2, len(frequency))).T @ [1, 1j]
+    )
     values = np.fft.irfft(spectrum)[: len(time)]
     return values / np.std(values), samples
 
@@ -112,13 +122,18 @@ def _hidden(rng):
     time, samples, wave = _wave(rng)
     size, rate = _log_uniform(rng, 0.004, 0.012), rng.uniform(1.4, 9.0)
     other = rng.choice([0.5, rng.uniform(0.25, 0.75), rng.uniform(1.25, 1.75)])
-    part = np.exp(rate * (time / time[-1] - 1.0)) * np.cos(2.0 * np.pi * other * time + rng.uniform(0.0, 6.0))
+    part = np.exp(rate * (time / time[-1] - 1.0)) * np.cos(
+        2.0 * np.pi * other * time + rng.uniform(0.0, 6.0)
+    )
     return wave + size * part, samples
 
 
 def _resting(rng):
     time, samples, wave = _wave(rng)
-    return 1e-5 * rng.uniform(0.01, 1.0) * wave * np.exp(-rng.uniform(0.0, 5.0) * time / time[-1]), samples
+    return (
+        1e-5 * rng.uniform(0.01, 1.0) * wave * np.exp(-rng.uniform(0.0, 5.0) * time / time[-1]),
+        samples,
+    )
 
 
 DRAWN = {
@@ -152,7 +167,9 @@ def test_drawn_signals(name):
         values, samples = draw(rng)
         large = 1.0 if name in ("resting", "tiny") else _log_uniform(rng, 0.01, 3.0)
         period = _log_uniform(rng, 0.5, 8.0)
-        found = judge(large * (values + rng.uniform(-1.0, 1.0) * np.max(np.abs(values))), period / samples)
+        found = judge(
+            large * (values + rng.uniform(-1.0, 1.0) * np.max(np.abs(values))), period / samples
+        )
         if found.kind != kind:
             wrong.append((number, str(found)))
     assert len(wrong) <= WRONG.get(name, 0), wrong
@@ -168,7 +185,9 @@ def test_rates_are_those_put_in(rate):
 
 def test_what_cannot_be_judged_says_why():
     time = np.arange(0.0, 100.0, 0.05)
-    assert str(judge(np.cos(0.4 * time), 0.05)) == "undetermined (6.4 cycles in 100 s; 9 are needed)"
+    assert (
+        str(judge(np.cos(0.4 * time), 0.05)) == "undetermined (6.4 cycles in 100 s; 9 are needed)"
+    )
     assert str(judge(np.cos(25.0 * time[::2]), 0.1)) == "undetermined (2.5 records in a cycle)"
     assert judge(np.append(np.cos(time), math.nan), 0.05).kind == "undetermined"
     assert judge(np.zeros(2000), 0.05).kind == "at rest"
@@ -189,13 +208,17 @@ def test_any_history_is_judged(seed):
             np.exp(np.minimum(time, 600.0)),
             np.full(count, _log_uniform(rng, 1e-300, 1e300)),
             np.sign(np.sin(time)),
-            np.where(np.arange(count) == rng.integers(count), rng.choice([1.0, math.nan, math.inf]), 0.0),
+            np.where(
+                np.arange(count) == rng.integers(count), rng.choice([1.0, math.nan, math.inf]), 0.0
+            ),
         ]
         values = shapes[rng.integers(len(shapes))]
         assert str(judge(values, interval))
         assert str(judge_span(time, {"vertical": values, "twist": values[::-1]}))
         rates = [[values], []][rng.integers(2)]
-        step_warnings(gf.load_scene("example3"), fastest_motion(interval, [values], rates), interval)
+        step_warnings(
+            gf.load_scene("example3"), fastest_motion(interval, [values], rates), interval
+        )
 
 
 def test_a_turn_is_told_with_its_time():
@@ -203,7 +226,9 @@ def test_a_turn_is_told_with_its_time():
     still = 1e-7 * np.cos(time)
     twist = -math.radians(242.0) / (1.0 + np.exp(-2.0 * (time - 85.0)))
     found = judge_span(time, {"vertical": still, "horizontal": still, "twist": twist})
-    assert str(found) == "turned over by 242 deg after 85.6 s, then at rest"  # half of it, 121 deg, at 85 s
+    assert (
+        str(found) == "turned over by 242 deg after 85.6 s, then at rest"
+    )  # half of it, 121 deg, at 85 s
     assert judge_span(time, {"vertical": still, "twist": 0.7 * twist}).kind == "at rest"  # 169 deg
 
 
@@ -229,7 +254,9 @@ def test_on_the_plateau_the_swing_grows_unseen():
     time = np.arange(0.0, 100.0, 0.05)
     slaved = 0.02 * np.cos(4.2 * time)
     growing = 5e-5 * np.exp(0.05 * (time - 100.0)) * np.cos(2.1 * time)
-    found = judge_span(time, {"vertical": 0.57 * np.cos(4.2 * time), "horizontal": slaved + growing}, 100.0)
+    found = judge_span(
+        time, {"vertical": 0.57 * np.cos(4.2 * time), "horizontal": slaved + growing}, 100.0
+    )
     assert found.kind == "still growing"
     assert found.detail.startswith("horizontal a part, now 0.00")
     assert found.rate == pytest.approx(0.05, rel=0.1)  # observed 0.2 %
@@ -256,7 +283,12 @@ def full_circle():
         "moment": (0.08 * np.sin(double)).round(4).tolist(),
         "outside": "periodic",
     }
-    damping = {"low_ratio": 0.005, "low_frequency": 0.19, "high_ratio": 0.005, "high_frequency": 0.38}
+    damping = {
+        "low_ratio": 0.005,
+        "low_frequency": 0.19,
+        "high_ratio": 0.005,
+        "high_frequency": 0.38,
+    }
     tower = {"kind": "adjacent_span", "adjacent_span": 362.3, "adjacent_tension": 34227.0}
     tower |= {"insulator_length": 2.4, "insulator_weight": 600.0}
     twist = {"low_ratio": 0.04, "low_frequency": 1.58, "high_ratio": 0.04, "high_frequency": 3.16}
@@ -313,7 +345,9 @@ def findings_of(result):
     from modal.report.findings import Findings, Missing
 
     absent = {field.name: Missing("") for field in dataclasses.fields(Findings)}
-    return Findings(**{**absent, "scene": result.scene, "result": result, "ellipses": {}, "seconds": {}})
+    return Findings(
+        **{**absent, "scene": result.scene, "result": result, "ellipses": {}, "seconds": {}}
+    )
 
 
 def test_headline_of_a_motion_that_grows_says_so(swing):
@@ -323,7 +357,10 @@ def test_headline_of_a_motion_that_grows_says_so(swing):
     assert card.name == "Vertical amplitude"
     assert "still growing (vertical doubling in" in card.remark
     (card,) = cards(findings_of(swing))
-    assert (card.value, card.remark) == ("0.442 m", "steady; horizontal 0.191 m, at the end of the run")
+    assert (card.value, card.remark) == (
+        "0.442 m",
+        "steady; horizontal 0.191 m, at the end of the run",
+    )
     (card,) = cards(findings_of(gf.simulate(gf.load_scene("zebra"), 300.0)))  # dies out from 0.2 m
     assert card.name == "Vertical range"
     assert card.remark.endswith("m; at rest")
@@ -335,18 +372,26 @@ def test_a_report_says_beside_the_clearance_what_the_run_is_worth(swing):
     from modal.report.page import page
     from modal.report.tables import cards
 
-    scene = gf.load_scene("example3").with_values({"numerics.time_step": 0.1, "run.record_every": 1})
+    scene = gf.load_scene("example3").with_values(
+        {"numerics.time_step": 0.1, "run.record_every": 1}
+    )
     growing = findings_of(gf.simulate(scene, 100.0))
     (card,) = cards(growing)
     assert card.remark.endswith("; with warnings")
     growing = dataclasses.replace(growing, ellipses={"Davison": davison_single_loop(2.12)})
     clearance = page(growing).split('<section id="clearance">')[1].split("</section>")[0]
-    assert "The run is compared as far as it goes; its motion is still growing (vertical" in clearance
+    assert (
+        "The run is compared as far as it goes; its motion is still growing (vertical" in clearance
+    )
     assert "The warnings of the simulation hold here, too." in clearance
 
 
 def test_a_rate_has_no_power_of_ten():
-    assert [_rate_text(rate) for rate in (0.01155, 0.0015, 0.00018)] == ["+100 %/min", "+9.4 %/min", "+1.1 %/min"]
+    assert [_rate_text(rate) for rate in (0.01155, 0.0015, 0.00018)] == [
+        "+100 %/min",
+        "+9.4 %/min",
+        "+1.1 %/min",
+    ]
 
 
 def test_an_animation_shows_a_few_periods(rolled, swing):
@@ -384,9 +429,15 @@ def test_the_fastest_motion_that_carries_energy(frequencies):
     u = sum(np.sin(2.0 * np.pi * f * time) / f for f in frequencies)  # equal kinetic energies
     v = sum(2.0 * np.pi * np.cos(2.0 * np.pi * f * time) for f in frequencies)
     right = max(frequencies)
-    assert fastest_motion(0.05, [u]) == pytest.approx(right, abs=0.011)  # a line of the spectrum of 100 s
-    assert fastest_motion(0.05, [u + 0.01 * np.sin(50.0 * time)]) == pytest.approx(right, abs=0.011)  # carries little
-    if len(frequencies) == 1:  # records of 1.6 s see another frequency, 0.045 Hz; velocities see the right one
+    assert fastest_motion(0.05, [u]) == pytest.approx(
+        right, abs=0.011
+    )  # a line of the spectrum of 100 s
+    assert fastest_motion(0.05, [u + 0.01 * np.sin(50.0 * time)]) == pytest.approx(
+        right, abs=0.011
+    )  # carries little
+    if (
+        len(frequencies) == 1
+    ):  # records of 1.6 s see another frequency, 0.045 Hz; velocities see the right one
         assert fastest_motion(1.6, [u[::32]]) < 0.06
         found = fastest_motion(1.6, [u[::32]], [v[::32]])
         assert found == pytest.approx(right, rel=0.02)
@@ -415,9 +466,13 @@ def test_steps_in_a_period_are_counted(integrator, step, error):
 
 def test_every_printer_warns_of_long_steps(swing):
     """0.15 s are 10 steps in a period; the amplitude comes out as 0.54 m in place of 0.44 m."""
-    long = gf.load_scene("example3").with_values({"numerics.time_step": 0.15, "run.record_every": 1})
+    long = gf.load_scene("example3").with_values(
+        {"numerics.time_step": 0.15, "run.record_every": 1}
+    )
     result = gf.simulate(long, 900.0)
-    assert result.steady()["u2"].amplitude / swing.steady()["u2"].amplitude == pytest.approx(1.22, abs=0.02)
+    assert result.steady()["u2"].amplitude / swing.steady()["u2"].amplitude == pytest.approx(
+        1.22, abs=0.02
+    )
     (told,) = result.warnings
     assert "10.3 time steps in a period of 1.54 s" in told
     assert "may be off by 22 %" in told

@@ -12,7 +12,17 @@ import pytest
 import xarray as xr
 
 import gallop_fmu as gf
-from gallop_fmu.sweeps.row_store import ERROR, FORMAT, Store, as_dataset, as_line, journal_of, read, rows_of, seal_of
+from gallop_fmu.sweeps.row_store import (
+    ERROR,
+    FORMAT,
+    Store,
+    as_dataset,
+    as_line,
+    journal_of,
+    read,
+    rows_of,
+    seal_of,
+)
 
 HEADER = {
     "format": FORMAT,
@@ -24,7 +34,13 @@ HEADER = {
     "columns": {"sag": ["m", "sag"], "outcome": ["", "how it ended"]},
 }
 ROWS = [
-    {"outcome": "completed", "sag": 0.1 + 0.2, "note": "ice, \u00fc\u201c\n", "steps": 10, "swings": True},
+    {
+        "outcome": "completed",
+        "sag": 0.1 + 0.2,
+        "note": "ice, \u00fc\u201c\n",
+        "steps": 10,
+        "swings": True,
+    },
     {"outcome": "slack", "sag": math.nan, "note": None, "steps": 12, "swings": False},
     {"outcome": "completed", "sag": -1e-308, "note": "x", "steps": 2**53 + 1, "swings": True},
 ]
@@ -64,7 +80,10 @@ def test_file_holds_what_it_was_given_bit_for_bit(tmp_path, suffix):
     assert found.outcome.attrs == {"long_name": "how it ended"}
     assert found.steps.values.tolist() == [10, 12, 2**53 + 1]
     assert found.note.values.tolist() == ["ice, \u00fc\u201c\n", "", "x"]
-    assert sorted(file.name for file in path.parent.iterdir()) == [path.name, f"{path.name}.journal"]
+    assert sorted(file.name for file in path.parent.iterdir()) == [
+        path.name,
+        f"{path.name}.journal",
+    ]
     journal_of(path).unlink()  # then the file itself is read
     assert read(path).identical(found)
 
@@ -96,7 +115,9 @@ def test_a_journal_cut_anywhere_loses_only_the_row_that_was_cut(path):
     whole = journal_of(path).read_bytes()
     ends = [k + 1 for k, byte in enumerate(whole) if byte == 10]
     assert len(ends) == 4
-    for cut in sorted({*range(0, len(whole), 7), *(end + more for end in ends[:-1] for more in (-1, 0, 1))}):
+    for cut in sorted(
+        {*range(0, len(whole), 7), *(end + more for end in ends[:-1] for more in (-1, 0, 1))}
+    ):
         journal_of(path).write_bytes(whole[:cut])
         kept = max(0, sum(end <= cut for end in ends) - 1)
         assert sorted(_taken(path)) == list(range(kept))
@@ -125,7 +146,8 @@ def test_a_file_without_its_journal_is_not_overwritten(path):
     journal_of(path).unlink()
     content = path.read_bytes()
     with pytest.raises(
-        gf.SceneError, match=r"runs.parquet: exists already, and a sweep cannot continue it without its"
+        gf.SceneError,
+        match=r"runs.parquet: exists already, and a sweep cannot continue it without its",
     ):
         Store(path, HEADER)
     assert path.read_bytes() == content
@@ -155,7 +177,9 @@ def test_a_complete_file_is_not_touched(path):
 def test_another_sweep_is_refused(path, key, complete):
     store = _filled(path)
     store.close() if complete else store.release()
-    with pytest.raises(gf.SceneError, match=f"results of something else: {key} was .*, is other. Give another file"):
+    with pytest.raises(
+        gf.SceneError, match=f"results of something else: {key} was .*, is other. Give another file"
+    ):
         Store(path, {**HEADER, key: "other"})
     assert read(path).sizes["run"] == 3
 
@@ -183,7 +207,11 @@ def test_datasets_of_others_are_refused(tmp_path):
 
 @pytest.mark.parametrize(
     ("name", "fragment"),
-    [("a.csv", "must end in .parquet or .nc"), ("none/a.nc", "there is no folder"), ("folder.nc", "is a folder")],
+    [
+        ("a.csv", "must end in .parquet or .nc"),
+        ("none/a.nc", "there is no folder"),
+        ("folder.nc", "is a folder"),
+    ],
 )
 def test_names_that_are_refused(tmp_path, name, fragment):
     (tmp_path / "folder.nc").mkdir()
@@ -193,7 +221,9 @@ def test_names_that_are_refused(tmp_path, name, fragment):
 
 def test_parquet_without_pyarrow_says_what_to_do(tmp_path, monkeypatch):
     monkeypatch.setitem(__import__("sys").modules, "pyarrow", None)
-    with pytest.raises(gf.SceneError, match=r'pip install "gallop-fmu\[parquet\]", or give a name that ends in .nc'):
+    with pytest.raises(
+        gf.SceneError, match=r'pip install "gallop-fmu\[parquet\]", or give a name that ends in .nc'
+    ):
         Store(tmp_path / "a.parquet", HEADER)
 
 
@@ -211,7 +241,10 @@ def test_a_file_is_replaced_as_a_whole(path, monkeypatch):
     with pytest.raises(OSError, match="No space left"):
         store.close()
     assert path.read_bytes() == before
-    assert sorted(file.name for file in path.parent.iterdir()) == [path.name, f"{path.name}.journal"]
+    assert sorted(file.name for file in path.parent.iterdir()) == [
+        path.name,
+        f"{path.name}.journal",
+    ]
     assert read(path).identical(as_dataset(ROWS, HEADER))
 
 
@@ -243,7 +276,8 @@ def test_one_sweep_at_a_time_has_a_file(path):
     elsewhere = f"from gallop_fmu.sweeps.row_store import Store; Store({str(path)!r}, {HEADER!r})"
     for other in (path, link):
         with pytest.raises(
-            gf.SceneError, match=r"another sweep writes this file \(.*runs.parquet.journal is locked\); "
+            gf.SceneError,
+            match=r"another sweep writes this file \(.*runs.parquet.journal is locked\); ",
         ):
             Store(other, HEADER)
     done = subprocess.run([sys.executable, "-P", "-c", elsewhere], capture_output=True, text=True)
@@ -326,10 +360,16 @@ def test_a_header_that_says_something_else_of_the_same_sweep(path, header):
     ],
 )
 def test_rows_that_no_sweep_writes(path, row):
-    row = {k: v for k, v in {**ROWS[1], **row}.items() if v is not ...} if isinstance(row, dict) else row
+    row = (
+        {k: v for k, v in {**ROWS[1], **row}.items() if v is not ...}
+        if isinstance(row, dict)
+        else row
+    )
     seal = seal_of(HEADER)
     text = json.dumps(row)
-    journal_of(path).write_bytes(as_line(HEADER) + as_line(ROWS[0], seal) + _line(text.encode(), seal))
+    journal_of(path).write_bytes(
+        as_line(HEADER) + as_line(ROWS[0], seal) + _line(text.encode(), seal)
+    )
     for reader in (gf.read_runs, _taken):
         with pytest.raises(gf.SceneError, match=NOT_OURS):
             reader(path)
@@ -339,7 +379,9 @@ def _line(text, seal=b""):
     return b"%b\t%b\n" % (text, hashlib.blake2b(text, digest_size=8, key=seal).hexdigest().encode())
 
 
-@pytest.mark.parametrize("row", [{"label.pole": "13"}, {"label.pole": 12}, {"label.pole": ...}, {"a/b": 1.0}])
+@pytest.mark.parametrize(
+    "row", [{"label.pole": "13"}, {"label.pole": 12}, {"label.pole": ...}, {"a/b": 1.0}]
+)
 def test_rows_must_begin_as_their_runs_do(path, row):
     begun = [{**ROWS[0], "label.pole": "12", **row}]
     _forged(path, [{key: value for key, value in begun[0].items() if value is not ...}])
@@ -391,7 +433,11 @@ def test_journals_that_are_no_files(path):
 
 def test_a_truth_among_numbers_is_not_one():
     header = {"grid": {}, "columns": {}}
-    rows = [{"run": 0, "a": True, "b": True}, {"run": 1, "a": 3, "b": False}, {"run": 2, "a": 2.5, "b": None}]
+    rows = [
+        {"run": 0, "a": True, "b": True},
+        {"run": 1, "a": 3, "b": False},
+        {"run": 2, "a": 2.5, "b": None},
+    ]
     found = as_dataset(rows, header)
     assert found.a.values.tolist() == ["True", "3", "2.5"]
     assert found.b.values.tolist()[:2] == [1.0, 0.0]

@@ -77,7 +77,9 @@ def test_rows_are_what_single_runs_give(scene, runs):
 def test_runs_that_fail_are_rows(scene, runs):
     assert (runs.done, runs.total) == (6, 6)
     assert runs.failed["run"].values.tolist() == [1, 4]
-    for outcome, message in zip(runs.failed.outcome.values, runs.failed.message.values, strict=True):
+    for outcome, message in zip(
+        runs.failed.outcome.values, runs.failed.message.values, strict=True
+    ):
         assert outcome == "invalid_scene"
         assert "ice.attack_angle_deg = 300.0 lies outside" in message
     assert np.all(np.isnan(runs.failed.u2_amplitude))
@@ -110,12 +112,17 @@ def test_grid_has_a_dimension_for_each_parameter(runs):
     assert grid["wind.speed"].attrs["units"] == "m/s"
     for row in range(6):
         place = {key: runs.dataset[key].values[row] for key in WINDS}
-        assert np.array_equal(grid.u2_amplitude.sel(place), runs.dataset.u2_amplitude.values[row], equal_nan=True)
+        assert np.array_equal(
+            grid.u2_amplitude.sel(place), runs.dataset.u2_amplitude.values[row], equal_nan=True
+        )
         assert grid.outcome.sel(place) == runs.dataset.outcome.values[row]
 
 
 def test_grid_of_a_table_is_named(scene):
-    table = [{"name": "A", "span.sag": 2.12, "label.owner": "x"}, {"name": "B", "span.sag": 2.1, "label.owner": "y"}]
+    table = [
+        {"name": "A", "span.sag": 2.12, "label.owner": "x"},
+        {"name": "B", "span.sag": 2.1, "label.owner": "y"},
+    ]
     runs = gf.sweep(scene, {"wind.speed": [4.0, 5.0, 6.0]}, table=table, stop_time=0.2)
     assert runs.grid().u2_highest.dims == ("name", "wind.speed")
     assert runs.grid().sag.sel(name="B", **{"wind.speed": 6.0}) == pytest.approx(2.1)
@@ -152,7 +159,11 @@ def test_a_second_call_computes_nothing(scene, runs, tmp_path):
 
 @pytest.mark.parametrize(
     ("change", "what"),
-    [({"stop_time": 21.0}, "task was"), ({"window": 9.0}, "task was"), ({"summary": lambda result: {}}, "task was")],
+    [
+        ({"stop_time": 21.0}, "task was"),
+        ({"window": 9.0}, "task was"),
+        ({"summary": lambda result: {}}, "task was"),
+    ],
 )
 def test_another_task_is_not_mixed_in(scene, tmp_path, change, what):
     arguments = {"stop_time": 1.0, "window": 0.5, "out": tmp_path / "runs.parquet"}
@@ -167,7 +178,9 @@ def test_another_version_is_not_mixed_in(scene, tmp_path, monkeypatch):
     arguments = {"stop_time": 1.0, "out": tmp_path / "runs.parquet"}
     gf.sweep(scene, {"wind.speed": [4.0]}, **arguments)
     monkeypatch.setattr("gallop_fmu.sweeps.runner._kernel_fingerprint", lambda: "0123456789ab")
-    with pytest.raises(gf.SceneError, match=r"package was gallop-fmu .* is gallop-fmu .* \(kernel 0123456789ab\)"):
+    with pytest.raises(
+        gf.SceneError, match=r"package was gallop-fmu .* is gallop-fmu .* \(kernel 0123456789ab\)"
+    ):
         gf.sweep(scene, {"wind.speed": [4.0]}, **arguments)
 
 
@@ -179,13 +192,20 @@ def test_a_file_that_cannot_be_written_at_the_end_loses_nothing(scene, tmp_path,
 
     monkeypatch.setattr("os.fsync", full)
     with pytest.raises(
-        gf.RunsStoppedError, match=r"runs.nc cannot be written .* 2 of 2 runs are done and kept in .*nc.journal"
+        gf.RunsStoppedError,
+        match=r"runs.nc cannot be written .* 2 of 2 runs are done and kept in .*nc.journal",
     ) as end:
         gf.sweep(scene, {"wind.speed": [4.0, 5.0]}, stop_time=1.0, out=out)
     assert end.value.result.done == 2
     monkeypatch.undo()
     calls = []
-    again = gf.sweep(scene, {"wind.speed": [4.0, 5.0]}, stop_time=1.0, out=out, progress=lambda *n: calls.append(n))
+    again = gf.sweep(
+        scene,
+        {"wind.speed": [4.0, 5.0]},
+        stop_time=1.0,
+        out=out,
+        progress=lambda *n: calls.append(n),
+    )
     assert calls == [(2, 0, 2)]
     assert again.dataset.identical(end.value.result.dataset)
     assert sorted(file.name for file in tmp_path.iterdir()) == ["runs.nc", "runs.nc.journal"]
@@ -223,7 +243,8 @@ def test_over_on_the_command_line(text, values):
 
 
 @pytest.mark.parametrize(
-    "text", ["wind.speed", "=4", "wind.speed=", "a=1:2", "a=1:2:0", "a=1:2:0.3", "a=2:1:0.5", "a=b:c:d"]
+    "text",
+    ["wind.speed", "=4", "wind.speed=", "a=1:2", "a=1:2:0", "a=1:2:0.3", "a=2:1:0.5", "a=b:c:d"],
 )
 def test_over_that_is_refused(text):
     with pytest.raises(gf.SceneError, match=f"--over {text}"):
@@ -234,12 +255,23 @@ QUICK = ("--set", "numerics.elements=4", "--until", 1)
 
 
 def test_command_prints_a_table_and_lists_failures(invoke):
-    result = invoke("sweep", "example3", *QUICK, "--over", "wind.speed=4,5", "--over", "ice.attack_angle_deg=180,300")
+    result = invoke(
+        "sweep",
+        "example3",
+        *QUICK,
+        "--over",
+        "wind.speed=4,5",
+        "--over",
+        "ice.attack_angle_deg=180,300",
+    )
     assert result.exit_code == 1
     assert "u2 amplitude" in result.stdout
     assert result.stdout.count("invalid_scene") == 2
     assert "2 of 4 runs did not complete:" in result.stderr
-    assert "  wind.speed 4, ice.attack_angle_deg 300: ice.attack_angle_deg = 300.0 lies outside" in result.stderr
+    assert (
+        "  wind.speed 4, ice.attack_angle_deg 300: ice.attack_angle_deg = 300.0 lies outside"
+        in result.stderr
+    )
 
 
 def test_tables_break_no_word_at_80_columns(invoke, monkeypatch):
@@ -248,7 +280,12 @@ def test_tables_break_no_word_at_80_columns(invoke, monkeypatch):
     shown = invoke("sweep", "example3", *QUICK, "--over", "wind.speed=4,5", *angles).stdout
     table = shown.partition("undetermined (")[0]
     assert table.count(" undetermined ") == 2
-    for words in ("amplitude", "frequency", "attack_", "invalid_"):  # names break after a dot or underscore
+    for words in (
+        "amplitude",
+        "frequency",
+        "attack_",
+        "invalid_",
+    ):  # names break after a dot or underscore
         assert re.search(rf"\s{words}\s", table)
     assert max(map(len, shown.splitlines()[:12])) <= 80
     assert "wind.speed 4, ice.attack_angle_deg 180 and 1 more runs: undetermined (" in shown
@@ -256,7 +293,9 @@ def test_tables_break_no_word_at_80_columns(invoke, monkeypatch):
 
 
 def test_command_writes_and_resumes(invoke, tmp_path):
-    (tmp_path / "spans.csv").write_text("name,span.sag,span.horizontal_tension\nnorth 4,2.0,none\nnorth 5,,\n")
+    (tmp_path / "spans.csv").write_text(
+        "name,span.sag,span.horizontal_tension\nnorth 4,2.0,none\nnorth 5,,\n"
+    )
     words = ("sweep", "example3", *QUICK, "--table", "spans.csv", "--out", "runs.parquet")
     result = invoke(*words)
     assert result.exit_code == 0, result.output
@@ -268,15 +307,21 @@ def test_command_writes_and_resumes(invoke, tmp_path):
 
 
 def test_command_as_json(invoke):
-    rows = json.loads(invoke("sweep", "example3", *QUICK, "--over", "wind.speed=4,5", "--json").stdout)["rows"]
+    rows = json.loads(
+        invoke("sweep", "example3", *QUICK, "--over", "wind.speed=4,5", "--json").stdout
+    )["rows"]
     assert [row["wind.speed"] for row in rows] == [4, 5]
     assert all(row["outcome"] == "completed" for row in rows)
 
 
 def test_command_shows_no_more_than_fits(invoke):
-    result = invoke("sweep", "example3", *QUICK[:2], "--until", 0.02, "--over", "wind.speed=4:7:0.1")
+    result = invoke(
+        "sweep", "example3", *QUICK[:2], "--until", 0.02, "--over", "wind.speed=4:7:0.1"
+    )
     assert "and 11 more; name a file (--out) to have them all" in result.stdout
-    result = invoke("sweep", "example3", *QUICK[:2], "--until", 0.02, "--over", "ice.attack_angle_deg=290:300:1")
+    result = invoke(
+        "sweep", "example3", *QUICK[:2], "--until", 0.02, "--over", "ice.attack_angle_deg=290:300:1"
+    )
     assert result.stderr.count("lies outside") == 10
     assert "  and 1 more\n" in result.stderr
 
@@ -304,7 +349,18 @@ def test_screening_a_table_is_screening_each(scene, invoke, tmp_path):
     scene = scene.with_values({"numerics.elements": 8, "wind.speed": 4.8})
     scene.save(tmp_path / "mine.toml")
     (tmp_path / "spans.csv").write_text("name,span.sag,damping\nA,2.1,\nB,,{}\n")
-    words = ("screen", "mine.toml", "--table", "spans.csv", "-o", "a.nc", "--highest", 4.9, "--workers", 2)
+    words = (
+        "screen",
+        "mine.toml",
+        "--table",
+        "spans.csv",
+        "-o",
+        "a.nc",
+        "--highest",
+        4.9,
+        "--workers",
+        2,
+    )
     result = invoke(*words, app=app)
     assert result.exit_code == 1
     assert "wrote a.nc: 2 of 2 runs" in result.stdout
@@ -327,7 +383,9 @@ def test_screening_a_table_is_screening_each(scene, invoke, tmp_path):
 def test_screening_where_no_process_can_be_started(scene, monkeypatch, workers):
     """A worker of Celery or of multiprocessing.Pool is a daemon; one worker needs no process in any case."""
     if workers == 1:
-        monkeypatch.setattr("loky.ProcessPoolExecutor.submit", lambda *_: pytest.fail("a process was started"))
+        monkeypatch.setattr(
+            "loky.ProcessPoolExecutor.submit", lambda *_: pytest.fail("a process was started")
+        )
     else:
         monkeypatch.setitem(multiprocessing.current_process()._config, "daemon", True)
     found = modal.screen_spans(scene, {"wind.speed": [5.0, 5.1]}, first_look=True, workers=workers)
@@ -391,7 +449,10 @@ def test_screen_command_refuses(invoke, words, fragment):
         ({"a/b": 1.0}, "a/b: the name of a column must have no slash"),
         ({"": 1.0}, "'': a column needs a name of printable characters"),
         ({5: 1.0}, "5: a column needs a name"),
-        ({"x": [1.0]}, "x: must be a number of at most 64 bits, a truth value, a text or None, not [1.0]"),
+        (
+            {"x": [1.0]},
+            "x: must be a number of at most 64 bits, a truth value, a text or None, not [1.0]",
+        ),
         ({"x": 10**30}, "x: must be a number of at most 64 bits"),
         ({"x": "a\0b"}, "x: a text must not hold control characters"),
         ({"outcome": 3}, "outcome: must be a text, not 3"),

@@ -14,7 +14,15 @@ from gallop_fmu.foundation.channels import NODE_INDEX
 from gallop_fmu.foundation.integrators import INTEGRATORS
 from gallop_fmu.input.scene_files import load_scene
 
-FLAGS = ["-O3", "-ffp-contract=off", "-fno-math-errno", "-fno-trapping-math", "-shared", "-fPIC", "-w"]
+FLAGS = [
+    "-O3",
+    "-ffp-contract=off",
+    "-fno-math-errno",
+    "-fno-trapping-math",
+    "-shared",
+    "-fPIC",
+    "-w",
+]
 CHANNELS = np.array([NODE_INDEX[name] for name in ("u2", "u3", "theta", "tension")], np.int32)
 
 
@@ -30,7 +38,10 @@ def plain_kernel(tmp_path_factory):
     for name in dir(engine.kernel):
         if name.startswith("gallop_"):
             known = getattr(engine.kernel, name)
-            getattr(loaded, name).restype, getattr(loaded, name).argtypes = known.restype, known.argtypes
+            getattr(loaded, name).restype, getattr(loaded, name).argtypes = (
+                known.restype,
+                known.argtypes,
+            )
     return loaded
 
 
@@ -43,7 +54,9 @@ def motion(scene):
 @pytest.mark.parametrize("integrator", INTEGRATORS)
 @pytest.mark.parametrize("name", ["example1", "example2", "example3", "zebra"])
 def test_bits_do_not_depend_on_the_path(plain_kernel, monkeypatch, name, integrator):
-    values = {} if name == "example1" else {"initial.seed_vertical": 0.1, "initial.seed_horizontal": 0.1}
+    values = (
+        {} if name == "example1" else {"initial.seed_vertical": 0.1, "initial.seed_horizontal": 0.1}
+    )
     values |= {"numerics.integrator": integrator}
     scene = load_scene(name).with_values(values)
     fast = motion(scene)

@@ -1,6 +1,7 @@
 """Wind that is too weak to matter: its angle is not judged, as the section's own motion turns it by any angle.
 
-The right motion is that of ``aerodynamics.outside = "hold"``, which judges no angle: the forces have the same bits.
+The right motion is that of ``aerodynamics.outside = "hold"``, which judges no angle: the forces
+have the same bits.
 """
 
 import numpy as np
@@ -16,15 +17,26 @@ CALM = {"kind": "constant", "value": 0.0}
 WINDS = {
     "ramp from calm": (RISE, 12.0),  # ended at 0.01 s
     "ramp to calm": (RISE | {"initial": 5.5, "final": 0.0}, 30.0),  # at 8.86 s
-    "lulls": ({"kind": "harmonic", "mean": 5.0, "amplitude": 5.0, "frequency_hz": 0.1}, 30.0),  # at 17.42 s
+    "lulls": (
+        {"kind": "harmonic", "mean": 5.0, "amplitude": 5.0, "frequency_hz": 0.1},
+        30.0,
+    ),  # at 17.42 s
     "nearly calm": (CALM | {"value": 1e-9}, 1.0),  # at 0.01 s
-    "table that touches zero": ({"kind": "table", "time": [0.0, 5.0, 10.0], "value": [5.5, 0.0, 5.5]}, 12.0),
+    "table that touches zero": (
+        {"kind": "table", "time": [0.0, 5.0, 10.0], "value": [5.5, 0.0, 5.5]},
+        12.0,
+    ),
 }
 EVERY_CHANNEL = np.arange(len(NODE_CHANNELS))
 
 
 def scene(history, **values):
-    changes = {"wind.speed": None, "wind.history": history, "numerics.elements": 10, "numerics.time_step": 0.02}
+    changes = {
+        "wind.speed": None,
+        "wind.history": history,
+        "numerics.elements": 10,
+        "numerics.time_step": 0.02,
+    }
     return gf.load_scene("example3").with_values(changes | values)
 
 
@@ -39,7 +51,10 @@ def motion(scene, seconds):
 def test_runs_in_weak_wind_are_those_that_judge_no_angle(name, integrator):
     history, seconds = WINDS[name]
     (judged, found), (free, expected) = (
-        motion(scene(history, **{"aerodynamics.outside": outside, "numerics.integrator": integrator}), seconds)
+        motion(
+            scene(history, **{"aerodynamics.outside": outside, "numerics.integrator": integrator}),
+            seconds,
+        )
         for outside in ("error", "hold")
     )
     assert judged is free is Outcome.COMPLETED

@@ -26,8 +26,33 @@ from gallop_fmu.scene.fields import Text
 from gallop_fmu.sweeps.cases import cases, read_spans
 
 ACCEPTED = {".5": 0.5, "2.": 2.0, "05": 5.0, "1e-3": 0.001, "+3": 3.0, "7": 7.0, "2.50E+0": 2.5}
-REFUSED = ["1_00", "１２", "2024-01-01", "07:30", "0x1F", "1d2", "2,1", "1e400", "five", "inf", "--1", "1 2", "1e"]
-BAD_CHARACTERS = ["\0", "\x1b", "\x85", "\x0b", "\x1c", "\x7f", "\ud800", "\ufdd0", "\ufffe", "\U0010ffff"]
+REFUSED = [
+    "1_00",
+    "１２",
+    "2024-01-01",
+    "07:30",
+    "0x1F",
+    "1d2",
+    "2,1",
+    "1e400",
+    "five",
+    "inf",
+    "--1",
+    "1 2",
+    "1e",
+]
+BAD_CHARACTERS = [
+    "\0",
+    "\x1b",
+    "\x85",
+    "\x0b",
+    "\x1c",
+    "\x7f",
+    "\ud800",
+    "\ufdd0",
+    "\ufffe",
+    "\U0010ffff",
+]
 
 
 @pytest.fixture
@@ -56,7 +81,9 @@ def in_span_csv(word, folder):
 
 def in_geojson(word, folder):
     feature = {"properties": {"wind.speed": word}}
-    (folder / "s.geojson").write_text(json.dumps({"type": "FeatureCollection", "features": [feature]}), "utf-8")
+    (folder / "s.geojson").write_text(
+        json.dumps({"type": "FeatureCollection", "features": [feature]}), "utf-8"
+    )
     return cases("example3", table=folder / "s.geojson").every[0].scene().wind.speed
 
 
@@ -66,7 +93,9 @@ def in_data_frame(word, folder):
 
 def in_scene_file(word, folder):
     text = gf.load_scene("example3").to_toml()
-    (folder / "s.toml").write_text(re.sub(r"(?m)^speed = .*$", f"speed = {word}  # m/s", text), "utf-8")
+    (folder / "s.toml").write_text(
+        re.sub(r"(?m)^speed = .*$", f"speed = {word}  # m/s", text), "utf-8"
+    )
     return gf.load_scene(folder / "s.toml").wind.speed
 
 
@@ -82,7 +111,16 @@ def in_set(word, folder):
     return chosen_scene("example3", [f"wind.speed={word}"]).wind.speed
 
 
-PLACES = [in_coefficient_file, in_input_file, in_span_csv, in_geojson, in_data_frame, in_scene_file, in_over, in_set]
+PLACES = [
+    in_coefficient_file,
+    in_input_file,
+    in_span_csv,
+    in_geojson,
+    in_data_frame,
+    in_scene_file,
+    in_over,
+    in_set,
+]
 
 
 @pytest.mark.parametrize("place", PLACES)
@@ -91,12 +129,19 @@ def test_the_same_words_are_numbers_everywhere(place, tmp_path):
 
 
 # In a coefficient file and after --over a comma separates two numbers.
-REFUSALS = [(p, w) for p in PLACES for w in REFUSED if "," not in w or p not in (in_coefficient_file, in_over)]
+REFUSALS = [
+    (p, w)
+    for p in PLACES
+    for w in REFUSED
+    if "," not in w or p not in (in_coefficient_file, in_over)
+]
 
 
 @pytest.mark.parametrize(("place", "word"), REFUSALS)
 def test_the_same_words_are_refused_everywhere(place, word, tmp_path):
-    with pytest.raises(gf.SceneError, match=r"finite number|a range is|not a TOML file|is no number"):
+    with pytest.raises(
+        gf.SceneError, match=r"finite number|a range is|not a TOML file|is no number"
+    ):
         place(word, tmp_path)
 
 
@@ -112,13 +157,18 @@ def test_options_take_the_same_words(invoke, word):
         result = invoke(*command)
         assert result.exit_code == 2
         assert "is no number" in result.stderr
-    assert "is no number" in invoke("linear", "example3", "--highest", word, app=modal.cli.main.app).stderr
+    assert (
+        "is no number"
+        in invoke("linear", "example3", "--highest", word, app=modal.cli.main.app).stderr
+    )
 
 
 def test_options_accept_numbers_as_other_programs_write_them(invoke):
     assert invoke("run", "example1", "--until", "0.5", "--every", "+05").exit_code == 0
     assert invoke("run", "example1", "--until", ".5").exit_code == 0
-    assert "not a whole number" in invoke("run", "example1", "--until", "1", "--every", "1.5").stderr
+    assert (
+        "not a whole number" in invoke("run", "example1", "--until", "1", "--every", "1.5").stderr
+    )
 
 
 def test_what_is_a_number():
@@ -157,7 +207,12 @@ def test_characters_that_no_file_can_hold_are_refused_everywhere(character, tmp_
             scene.with_values({key: {"span.sag": text} if key == "sources" else text})
     with pytest.raises(gf.SceneError, match=rf"^title: .*{message}"):
         gf.Scene.from_dict({**scene.model_dump(mode="json", exclude_none=True), "title": text})
-    for row in ({"name": text}, {"label.note": text}, {f"label.{text}": "x"}, {"aerodynamics.outside": text}):
+    for row in (
+        {"name": text},
+        {"label.note": text},
+        {f"label.{text}": "x"},
+        {"aerodynamics.outside": text},
+    ):
         with pytest.raises(gf.SceneError, match=message):
             cases("example3", table=[row])
         feature = json.dumps({"type": "FeatureCollection", "features": [{"properties": row}]})
@@ -168,7 +223,10 @@ def test_characters_that_no_file_can_hold_are_refused_everywhere(character, tmp_
         cases("example3", {"aerodynamics.outside": [text]})
     if character == "\0" or "\ud800" <= character <= "\udfff":
         return  # these make no text file
-    for suffix, content in ((".csv", f"name,span.sag\nA,2.1\n{text},2.1\n"), (".toml", f"[span]\n\n# {text}\n")):
+    for suffix, content in (
+        (".csv", f"name,span.sag\nA,2.1\n{text},2.1\n"),
+        (".toml", f"[span]\n\n# {text}\n"),
+    ):
         path = tmp_path / f"s{suffix}"
         path.write_text(content, "utf-8")
         with pytest.raises(gf.SceneError, match=rf"line 3: .*{message}"):
@@ -176,7 +234,10 @@ def test_characters_that_no_file_can_hold_are_refused_everywhere(character, tmp_
 
 
 def test_text_comes_back_in_normal_form():
-    assert clean_text("e\u0301\r\nline\ttwo\u2028\U0001f600 '$x_{$'") == "é\nline\ttwo\u2028\U0001f600 '$x_{$'"
+    assert (
+        clean_text("e\u0301\r\nline\ttwo\u2028\U0001f600 '$x_{$'")
+        == "é\nline\ttwo\u2028\U0001f600 '$x_{$'"
+    )
 
 
 def parts(annotation):
@@ -203,7 +264,13 @@ def test_every_text_of_a_scene_follows_the_rule():
 
 
 def test_the_xml_of_an_fmu_can_be_read_whatever_the_title():
-    every = [chr(code) for code in range(0x20, 0x11000)] + ["\t", "\n", "\U0001f600", "\U000e0041", "\U0010fffd"]
+    every = [chr(code) for code in range(0x20, 0x11000)] + [
+        "\t",
+        "\n",
+        "\U0001f600",
+        "\U000e0041",
+        "\U0010fffd",
+    ]
     title = ""
     for character in every:
         try:
@@ -270,7 +337,10 @@ def test_tables_of_numbers_may_be_written_in_many_ways(tmp_path):
     for text in texts:
         for encoding in ("utf-8", "utf-8-sig", "utf-16"):
             path.write_bytes(text.encode(encoding))
-            assert dict(read_table(path, units).columns) == {"time": (0.0, 1.0), "wind_speed": (5.0, 6.0)}
+            assert dict(read_table(path, units).columns) == {
+                "time": (0.0, 1.0),
+                "wind_speed": (5.0, 6.0),
+            }
 
 
 XFOIL = """
@@ -289,17 +359,26 @@ XFOIL = """
     [
         (XFOIL, "not separated by commas, semicolons or tabs; save it as CSV"),
         ("Xfoil polar. Reynolds number fixed.\nAlpha,Cl,Cd\n", "put # before lines of text above"),
-        ("Alpha,Cl,Cd,Cdp,Cm\n-5,0,0,0,0\n", "it has 'Alpha'. Rename the columns, remove those that are not needed"),
+        (
+            "Alpha,Cl,Cd,Cdp,Cm\n-5,0,0,0,0\n",
+            "it has 'Alpha'. Rename the columns, remove those that are not needed",
+        ),
         ("! AeroDyn airfoil data\n  1  ReRef\n", "not separated by commas"),
         ('<?xml version="1.0"?>\n<gpx></gpx>\n', "an XML or HTML file; export the table as CSV"),
-        ("time,wind_speed\n2024-01-01T00:00:00Z,5\n", "convert times to seconds from the start of the run"),
+        (
+            "time,wind_speed\n2024-01-01T00:00:00Z,5\n",
+            "convert times to seconds from the start of the run",
+        ),
         ("time;wind_speed\n0;5,5\n", "write 5.5, with a decimal point"),
         ("time [ms],wind_speed\n0,5\n", "column 'time \\[ms\\]' must be in s; convert it"),
         ("time,wind_speed\n0,5\n1\n", "row 3 has 1 cells, 2 are needed"),
         ("time,wind_speed,Wind_Speed\n0,4,9\n", "column 'wind_speed' is there twice"),
         (b"\xff\xfe\x00", "not a text file in UTF-8"),
         ("Höhe,1\n".encode("cp1252"), "save it as UTF-8"),
-        ("time,wind_speed\n0,5\n".encode("utf-16-le"), "a text file in UTF-16 needs a byte order mark"),
+        (
+            "time,wind_speed\n0,5\n".encode("utf-16-le"),
+            "a text file in UTF-16 needs a byte order mark",
+        ),
         ('time,wind_speed\n0,"5\n1,6\n', "not a CSV file in row 2 .*close each quotation mark"),
     ],
 )
@@ -321,7 +400,9 @@ def test_foreign_files_get_a_remedy(content, message, tmp_path):
 def test_coefficients_of_no_conductor_are_refused(row, message, tmp_path):
     (tmp_path / "c.csv").write_text(f"angle_deg,lift,drag,moment\n{row}\n9,0,1,0\n")
     with pytest.raises(gf.SceneError, match=message):
-        gf.load_scene("example3").with_values({"aerodynamics": {"kind": "table", "file": str(tmp_path / "c.csv")}})
+        gf.load_scene("example3").with_values(
+            {"aerodynamics": {"kind": "table", "file": str(tmp_path / "c.csv")}}
+        )
 
 
 def test_a_text_that_looks_like_a_number_stays_a_text(tmp_path):
@@ -348,12 +429,16 @@ d = \'\'\'x = .5
 [e.05]
 f = nan'''
     found = parse_toml(text)
-    plain_toml = text.replace("[ .5, 2., [05, -.5e3], {x = +007.}", "[ 0.5, 2.0, [5, -0.5e3], {x = 7.0}")
+    plain_toml = text.replace(
+        "[ .5, 2., [05, -.5e3], {x = +007.}", "[ 0.5, 2.0, [5, -0.5e3], {x = 7.0}"
+    )
     expected = tomllib.loads(plain_toml)
     assert {**found, "e": None} == {**expected, "e": None}
     assert type(found["b"][2][0]) is int
     for wrong in ("x = 1_0", "x = [1, 0x1F]", "x = {y = 0b1}", "x = -1_0.5"):
-        with pytest.raises(gf.SceneError, match=r"line 2: .* is no number; write the digits 0 to 9 only"):
+        with pytest.raises(
+            gf.SceneError, match=r"line 2: .* is no number; write the digits 0 to 9 only"
+        ):
             parse_toml(f"a = 1\n{wrong} # why")
 
 

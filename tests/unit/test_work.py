@@ -22,17 +22,24 @@ def loaded(law, force, **numerics):
 def test_halved_steps_grow_back():
     """A load jumps at the start of a step, which needs short sub-steps there, and longer ones in the rest of it."""
     jump = {"kind": "ramp", "initial": 0.0, "final": 1.0, "start": 0.201, "duration": 0.0}
-    report = loaded(jump, 3000.0, time_step=0.1, max_newton_iterations=4, max_halvings=10).start().advance(0.6)
+    report = (
+        loaded(jump, 3000.0, time_step=0.1, max_newton_iterations=4, max_halvings=10)
+        .start()
+        .advance(0.6)
+    )
     assert report.steps == 6
     assert 20 <= report.halvings <= 32  # 26
     assert 36 <= report.substeps <= 54  # 44; without growing back 84
 
 
 @pytest.mark.parametrize(("integrator", "iterations", "refactorisations"), [
-    ("newmark", 1828, 234),  # renewed at a rate of 0.3; at 0.2: 1683, 266; at 0.4: 2045, 200; at 0.99: 3868, 161
+    # renewed at a rate of 0.3; at 0.2: 1683, 266; at 0.4: 2045, 200; at 0.99: 3868, 161
+    ("newmark", 1828, 234),
     ("gauss6", 1783, 236),  # at 0.6; at 0.5: 1721, 253; at 0.7: 1838, 224; at 0.99: 2154, 162
 ])  # fmt: skip
-def test_a_tangent_is_renewed_where_the_iteration_converges_slowly(integrator, iterations, refactorisations):
+def test_a_tangent_is_renewed_where_the_iteration_converges_slowly(
+    integrator, iterations, refactorisations
+):
     report = loaded(SWAY, 100.0, time_step=0.1, integrator=integrator).start().advance(30.0)
     allowed = 0.06 if integrator == "newmark" else 0.03
     assert report.halvings == 0

@@ -1,8 +1,9 @@
-/* Fuzzing target: every exported function of gallop.h, with models, states, reports, arrays, indices, counts and numbers
- * that are right or wrong, as the input says.  Lengths of arrays alone are always right: no callee can check them.
+/* Fuzzing target: every exported function of gallop.h, with models, states, reports, arrays,
+ * indices, counts and numbers that are right or wrong, as the input says.  Lengths of arrays alone
+ * are always right: no callee can check them.
  *
- * Every call ends in a typed outcome and fills in its report; one that is refused changes no state; what is computed is
- * finite. */
+ * Every call ends in a typed outcome and fills in its report; one that is refused changes no state;
+ * what is computed is finite. */
 #include "input.h"
 #include "scene.h"
 
@@ -10,13 +11,14 @@
 
 #define MODELS 4
 #define STATES 5
-#define INDICES 8    /* of an array of indices */
+#define INDICES 8 /* of an array of indices */
 #define RECORDS 3
-#define WORDS 16384  /* room of any output */
+#define WORDS 16384 /* room of any output */
 
 static gallop_model *model[MODELS];
-static gallop_state *state[STATES];   /* as many models have one, no longer than it needs, and one is blank */
-static size_t size_of[STATES];        /* [bytes] */
+static gallop_state
+    *state[STATES]; /* as many models have one, no longer than it needs, and one is blank */
+static size_t size_of[STATES]; /* [bytes] */
 static double room[WORDS], motion[3][WORDS];
 
 static void clean_up(void)
@@ -61,7 +63,10 @@ static const gallop_model *model_from(input *in)
     return pointer_of(in, b < 240 ? (void *)model[b % MODELS] : junk);
 }
 
-static gallop_state *state_from(input *in) { return pointer_of(in, state[byte_of(in) % STATES]); }
+static gallop_state *state_from(input *in)
+{
+    return pointer_of(in, state[byte_of(in) % STATES]);
+}
 
 /* A block that has room for a state of the model, whatever is in it. */
 static gallop_state *room_from(input *in, const gallop_model *of)
@@ -86,7 +91,8 @@ static int32_t index_from(input *in)
 
 static int64_t whole_from(input *in)
 {
-    static const int64_t whole[] = {0, 1, 2, RECORDS, -1, INT64_MIN, INT64_MAX, INT64_MAX / 2, 10000000000000};
+    static const int64_t whole[] = {
+        0, 1, 2, RECORDS, -1, INT64_MIN, INT64_MAX, INT64_MAX / 2, 10000000000000};
     return whole[byte_of(in) % 9];
 }
 
@@ -107,7 +113,11 @@ static double time_from(input *in, double now)
     return isfinite(time) && fabs(time - now) < 1e11 ? now - 1.0 : time;
 }
 
-typedef struct { gallop_report report, *given; char *before; gallop_state *state; } call;
+typedef struct {
+    gallop_report report, *given;
+    char *before;
+    gallop_state *state;
+} call;
 
 /* Fills the report with what no call leaves in it, and remembers the state. */
 static call begin(gallop_state *of)
@@ -125,7 +135,8 @@ static void end(call *c, const void *given, int outcome)
     REQUIRE(outcome >= GALLOP_COMPLETED && outcome <= GALLOP_BAD_CALL);
     if (given == r) {
         REQUIRE(r->outcome == outcome && r->element >= -1 && r->element < 4);
-        REQUIRE(r->steps >= 0 && r->substeps >= 0 && r->iterations >= 0 && r->refactorisations >= 0);
+        REQUIRE(r->steps >= 0 && r->substeps >= 0 && r->iterations >= 0 &&
+                r->refactorisations >= 0);
         REQUIRE(r->halvings >= 0 && r->rejections >= 0 && !(r->largest_turn < 0.0));
         REQUIRE(outcome == GALLOP_BAD_CALL ? r->field != NULL : r->field == NULL);
     }
@@ -144,7 +155,9 @@ static void start(input *in)
     const double time = which < 200 ? 0.0 : number_of(in);
     call c = begin(s);
     gallop_report *report = pointer_of(in, &c.report);
-    end(&c, report, which % 2 ? gallop_state_init(m, s, time, at, report) : gallop_equilibrium(m, s, time, at, report));
+    end(&c, report,
+        which % 2 ? gallop_state_init(m, s, time, at, report)
+                  : gallop_equilibrium(m, s, time, at, report));
 }
 
 static void advance(input *in)
@@ -161,7 +174,7 @@ static void advance(input *in)
 
 static void run(input *in)
 {
-    int32_t index[3][INDICES + 1];   /* one more, as a shift of four bytes is allowed */
+    int32_t index[3][INDICES + 1]; /* one more, as a shift of four bytes is allowed */
     for (int k = 0; k < 3; k++)
         for (int i = 0; i <= INDICES; i++) index[k][i] = index_from(in);
     const gallop_model *m = model_from(in);
@@ -174,11 +187,12 @@ static void run(input *in)
     int64_t made = -1, *done = pointer_of(in, &made);
     call c = begin(s);
     gallop_report *report = pointer_of(in, &c.report);
-    const int outcome = gallop_run(m, s, first, records, every, channel, channels, node, nodes, span, spans, values,
-                                   of_span, done, report);
+    const int outcome = gallop_run(m, s, first, records, every, channel, channels, node, nodes,
+                                   span, spans, values, of_span, done, report);
     if (outcome == GALLOP_COMPLETED) REQUIRE(made == records && records <= RECORDS);
     if (outcome == GALLOP_BAD_CALL) REQUIRE(made == -1 || made == 0);
-    for (int64_t i = 0; outcome == GALLOP_COMPLETED && i < records * channels * nodes; i++) REQUIRE(isfinite(values[i]));
+    for (int64_t i = 0; outcome == GALLOP_COMPLETED && i < records * channels * nodes; i++)
+        REQUIRE(isfinite(values[i]));
     end(&c, report, outcome);
 }
 
@@ -213,13 +227,15 @@ static void evaluate(input *in)
         memset(motion[i], 0, 512);
         if (byte_of(in) > 128) motion[i][byte_of(in) % 64] = number_of(in);
     }
-    const double *u = pointer_of(in, motion[0]), *v = pointer_of(in, motion[1]), *a = pointer_of(in, motion[2]);
+    const double *u = pointer_of(in, motion[0]), *v = pointer_of(in, motion[1]),
+                 *a = pointer_of(in, motion[2]);
     double *out = pointer_of(in, room);
     const uint8_t which = byte_of(in);
     const double time = which < 128 ? 0.0 : number_of(in), k = which % 3 ? 1.0 : number_of(in);
     call c = begin(s);
-    end(&c, NULL, which % 2 ? gallop_residual(m, s, time, at, u, v, a, out)
-                            : gallop_tangent(m, s, time, at, u, v, a, k, 1.0, 1.0, out));
+    end(&c, NULL,
+        which % 2 ? gallop_residual(m, s, time, at, u, v, a, out)
+                  : gallop_tangent(m, s, time, at, u, v, a, k, 1.0, 1.0, out));
 }
 
 static void ask(input *in)
@@ -230,7 +246,8 @@ static void ask(input *in)
     REQUIRE((gallop_middle(m) > 0) == right);
     void *out = pointer_of(in, room);
     const int derived = gallop_model_derived(m, out), nodes = gallop_model_nodes(m, out);
-    REQUIRE(derived == (right && out == room ? GALLOP_COMPLETED : GALLOP_BAD_CALL) && nodes == derived);
+    REQUIRE(derived == (right && out == room ? GALLOP_COMPLETED : GALLOP_BAD_CALL) &&
+            nodes == derived);
     gallop_struct_sizes(pointer_of(in, room));
 }
 
@@ -265,7 +282,8 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
         REQUIRE(gallop_state_init(model[i], state[i], 0.0, NULL, &report) == GALLOP_COMPLETED);
     }
     for (int calls = 0; calls < 40 && in.next < in.last; calls++) {
-        static void (*const act[])(input *) = {start, advance, advance, run, run, observe, observe, evaluate, ask, create};
+        static void (*const act[])(input *) = {start,   advance, advance,  run, run,
+                                               observe, observe, evaluate, ask, create};
         act[byte_of(&in) % 10](&in);
     }
     return 0;

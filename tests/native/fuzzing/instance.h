@@ -1,4 +1,5 @@
-/* What the targets that work on an instance share: a logger that insists on a text, and a bound on the work. */
+/* What the targets that work on an instance share: a logger that insists on a text, and a bound on
+ * the work. */
 #ifndef FUZZING_INSTANCE_H
 #define FUZZING_INSTANCE_H
 
@@ -9,8 +10,8 @@
 #include <stdarg.h>
 #include <stdbool.h>
 
-static inline void insist_on_text(void *environment, fmi2String instance, fmi2Status status, fmi2String category,
-                                  fmi2String format, ...)
+static inline void insist_on_text(void *environment, fmi2String instance, fmi2Status status,
+                                  fmi2String category, fmi2String format, ...)
 {
     char text[2048];
     va_list arguments;
@@ -29,7 +30,8 @@ static inline bool cheap(fmi2Component c, const resource *table)
         const resource_variable *v = &resource_table(table)[i];
         fmi2Real step;
         fmi2Integer whole;
-        if (!strcmp(v->name, "numerics.time_step") && fmi2GetReal(c, &i, 1, &step) == fmi2OK && !(step > 1e-3))
+        if (!strcmp(v->name, "numerics.time_step") && fmi2GetReal(c, &i, 1, &step) == fmi2OK &&
+            !(step > 1e-3))
             return false;
         if (strncmp(v->name, "numerics.", 9) != 0 || !v->whole) continue;
         if (fmi2GetInteger(c, &i, 1, &whole) == fmi2OK && whole > 50) return false;

@@ -9,7 +9,7 @@ int main(int count, char **name)
         REQUIRE(file);
         const size_t size = fread(data, 1, sizeof data, file);
         fclose(file);
-        fprintf(stderr, "%s\n", name[i]);   /* so that the last one named is the one that broke it */
+        fprintf(stderr, "%s\n", name[i]); /* so that the last one named is the one that broke it */
         REQUIRE(LLVMFuzzerTestOneInput(data, size) == 0);
     }
     printf("%d inputs\n", count - 1);

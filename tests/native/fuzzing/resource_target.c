@@ -1,7 +1,7 @@
 /* Fuzzing target: resources/model.bin of an FMU, changed as the input says, read and used.
  *
- * The first byte: whether the file is cut off, whether its checksum and size are set right again, so that the checks
- * behind them are reached, and whether what was read is also stepped. */
+ * The first byte: whether the file is cut off, whether its checksum and size are set right again,
+ * so that the checks behind them are reached, and whether what was read is also stepped. */
 #include "instance.h"
 
 #include <unistd.h>
@@ -38,7 +38,8 @@ static void use(fmi2Component c, const resource *r)
     if (fmi2SetupExperiment(c, fmi2False, 0.0, 0.0, fmi2False, 0.0) != fmi2OK) return;
     if (fmi2EnterInitializationMode(c) != fmi2OK || fmi2ExitInitializationMode(c) != fmi2OK) return;
     fmi2DoStep(c, 0.0, 0.02, fmi2True);
-    for (fmi2ValueReference i = 0; i < resource_head(r)->variable_count; i++) fmi2GetReal(c, &i, 1, &real);
+    for (fmi2ValueReference i = 0; i < resource_head(r)->variable_count; i++)
+        fmi2GetReal(c, &i, 1, &real);
 }
 
 int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
@@ -63,7 +64,8 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
     resource read;
     const char *guid = resource_head(&table)->guid, *wrong = resource_read(&read, folder, guid);
     REQUIRE((wrong == NULL) == (read.bytes != NULL));
-    fmi2Component c = fmi2Instantiate("fuzzed", fmi2CoSimulation, guid, folder, &with, fmi2False, fmi2False);
+    fmi2Component c =
+        fmi2Instantiate("fuzzed", fmi2CoSimulation, guid, folder, &with, fmi2False, fmi2False);
     REQUIRE((wrong == NULL) == (c != NULL));
     if (c && how < 64) use(c, &read);
     fmi2FreeInstance(c);

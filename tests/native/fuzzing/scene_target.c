@@ -1,6 +1,6 @@
-/* Fuzzing target: gallop_model_create and a few steps on a scene from the input, by every integrator; then the saved
- * state, changed as the input says, checked and stepped on from.  Every call must end in a typed outcome, and a
- * completed one in finite numbers. */
+/* Fuzzing target: gallop_model_create and a few steps on a scene from the input, by every
+ * integrator; then the saved state, changed as the input says, checked and stepped on from.  Every
+ * call must end in a typed outcome, and a completed one in finite numbers. */
 #include "scene.h"
 
 #include <stdbool.h>
@@ -16,15 +16,23 @@ static void require_finite(const double *values, size_t count)
 static gallop_inputs inputs_of(input *in, double time)
 {
     gallop_inputs inputs = {.time = time, .wind_speed = 5.5, .attack_angle = 3.14159};
-    double *number[] = {&inputs.time, &inputs.wind_speed, &inputs.attack_angle, &inputs.wind_speed_rate,
-                        &inputs.attack_angle_rate, &inputs.support[0][1], &inputs.support[1][2],
-                        &inputs.support_rate[0][0], &inputs.support_rate[1][1]};
+    double *number[] = {&inputs.time,
+                        &inputs.wind_speed,
+                        &inputs.attack_angle,
+                        &inputs.wind_speed_rate,
+                        &inputs.attack_angle_rate,
+                        &inputs.support[0][1],
+                        &inputs.support[1][2],
+                        &inputs.support_rate[0][0],
+                        &inputs.support_rate[1][1]};
     for (size_t i = 0; i < sizeof number / sizeof *number; i++) change(in, number[i]);
     return inputs;
 }
 
-/* What comes from elsewhere is refused or stepped on from; what fails leaves the state as it was. */
-static void go_on_from_elsewhere(const gallop_model *model, gallop_state *state, double step, input *in)
+/* What comes from elsewhere is refused or stepped on from; what fails leaves the state as it was.
+ */
+static void go_on_from_elsewhere(const gallop_model *model, gallop_state *state, double step,
+                                 input *in)
 {
     gallop_report report;
     const size_t size = gallop_saved_size(model);
@@ -37,8 +45,10 @@ static void go_on_from_elsewhere(const gallop_model *model, gallop_state *state,
     const double until = gallop_state_time(state) + 2.0 * step;
     const int outcome = gallop_advance(model, state, hosted ? &inputs : NULL, until, &report);
     REQUIRE(outcome == report.outcome && outcome >= GALLOP_COMPLETED && outcome <= GALLOP_BAD_CALL);
-    if (outcome) REQUIRE(memcmp(before, state, size) == 0);
-    else REQUIRE(gallop_state_check(model, state) == GALLOP_COMPLETED);
+    if (outcome)
+        REQUIRE(memcmp(before, state, size) == 0);
+    else
+        REQUIRE(gallop_state_check(model, state) == GALLOP_COMPLETED);
     free(before);
 }
 
@@ -58,11 +68,13 @@ static void run(const gallop_model *model, double step, input *in)
         for (int32_t i = 0; i < GALLOP_NODE_CHANNELS; i++) channel[i] = i;
         for (int32_t i = 0; i < GALLOP_SPAN_CHANNELS; i++) span_channel[i] = i;
         REQUIRE(gallop_state_check(model, state) == GALLOP_COMPLETED);
-        outcome = gallop_run(model, state, 0, RECORDS, 1, channel, GALLOP_NODE_CHANNELS, node, 2, span_channel,
-                             GALLOP_SPAN_CHANNELS, nodes, spans, &done, &report);
-        REQUIRE(outcome == report.outcome && outcome >= GALLOP_COMPLETED && outcome <= GALLOP_BAD_CALL);
+        outcome = gallop_run(model, state, 0, RECORDS, 1, channel, GALLOP_NODE_CHANNELS, node, 2,
+                             span_channel, GALLOP_SPAN_CHANNELS, nodes, spans, &done, &report);
+        REQUIRE(outcome == report.outcome && outcome >= GALLOP_COMPLETED &&
+                outcome <= GALLOP_BAD_CALL);
         REQUIRE(done >= 0 && done <= RECORDS && (done == RECORDS) == (outcome == GALLOP_COMPLETED));
-        for (int64_t i = 0; i < 2 * done * GALLOP_NODE_CHANNELS; i++)   /* displacements and velocities */
+        for (int64_t i = 0; i < 2 * done * GALLOP_NODE_CHANNELS;
+             i++) /* displacements and velocities */
             if (i / 2 % GALLOP_NODE_CHANNELS <= GALLOP_OMEGA) REQUIRE(isfinite(nodes[i]));
         REQUIRE(gallop_state_check(model, state) == GALLOP_COMPLETED);
         if (in->next < in->last) go_on_from_elsewhere(model, state, step, in);
@@ -80,7 +92,8 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
     REQUIRE(scene.elements <= MOST);
     gallop_model_nodes(model, x);
     require_finite(x, 3 * (2 * (size_t)scene.elements + 1));
-    /* Nobody waits for records longer apart than a scene may ask for, where steps are as short as a tolerance wants. */
+    /* Nobody waits for records longer apart than a scene may ask for, where steps are as short as a
+     * tolerance wants. */
     const bool endless = scene.tolerance > 0.0 && scene.time_step > 1.0;
     if (byte_of(&in) < 64 && !endless) run(model, scene.time_step, &in);
     gallop_model_free(model);

@@ -1,12 +1,14 @@
-/* Reads bytes as sequences of FMI calls, legal and illegal, on up to four instances of an FMU, and aborts unless each
- * call is accepted or refused as the state machine of FMI 2.0 for co-simulation has it, a refused call says why, and
- * changes nothing.  Compiled with the kernel's sources and the sanitizers.
+/* Reads bytes as sequences of FMI calls, legal and illegal, on up to four instances of an FMU, and
+ * aborts unless each call is accepted or refused as the state machine of FMI 2.0 for co-simulation
+ * has it, a refused call says why, and changes nothing.  Compiled with the kernel's sources and the
+ * sanitizers.
  *
- *     sequence RESOURCES GUID < batch             each sequence: its length in two bytes, then its bytes
- *     sequence RESOURCES GUID FOLDER < batch      the same on forged copies of model.bin, whose checksum is right:
- *                                                 anything may be accepted, but nothing may break
+ *     sequence RESOURCES GUID < batch             each sequence: its length in two bytes, then its
+ * bytes sequence RESOURCES GUID FOLDER < batch      the same on forged copies of model.bin, whose
+ * checksum is right: anything may be accepted, but nothing may break
  *
- * With -DLIBFUZZER, clang's libFuzzer calls LLVMFuzzerTestOneInput; RESOURCES and GUID come from the environment. */
+ * With -DLIBFUZZER, clang's libFuzzer calls LLVMFuzzerTestOneInput; RESOURCES and GUID come from
+ * the environment. */
 #include "sequence.h"
 
 const char *resources, *guid, *forgery;
@@ -17,36 +19,54 @@ static slot slots[SLOTS];
 static keeper kept[SLOTS];
 static const uint8_t *next_byte, *last_byte;
 
-uint8_t byte(void) { return next_byte < last_byte ? *next_byte++ : 0; }
+uint8_t byte(void)
+{
+    return next_byte < last_byte ? *next_byte++ : 0;
+}
 
 static void one_call(void)
 {
     slot *s = &slots[byte() % SLOTS];
     keeper *k = &kept[byte() % SLOTS];
     const uint8_t b = byte();
-    if (s->is.mode == GONE && b % 8) {   /* else most sequences would speak to nobody */
+    if (s->is.mode == GONE && b % 8) { /* else most sequences would speak to nobody */
         instantiate(s);
         return;
     }
-    if (s->is.mode < STEPPING && b % 4 == 3) move_on(s, s->is.mode == INSTANTIATED ? 1 : 2);
-    else if (b < 4) instantiate(s);
-    else if (b < 7) release(s);
-    else if (b < 25) move_on(s, b % 5);
-    else if (b < 60) set_values(s, b % 4 == 0);
-    else if (b < 85) get_values(s, b % 4 == 0);
-    else if (b < 150) do_step(s);
-    else if (b < 165) keep(s, k);
-    else if (b < 185) put_back(s, k);
-    else if (b < 190) forget(s, k);
-    else if (b < 205) transport(s, k);
-    else if (b < 235) derive(s, b % 3);
-    else others(s, b % 12);
+    if (s->is.mode < STEPPING && b % 4 == 3)
+        move_on(s, s->is.mode == INSTANTIATED ? 1 : 2);
+    else if (b < 4)
+        instantiate(s);
+    else if (b < 7)
+        release(s);
+    else if (b < 25)
+        move_on(s, b % 5);
+    else if (b < 60)
+        set_values(s, b % 4 == 0);
+    else if (b < 85)
+        get_values(s, b % 4 == 0);
+    else if (b < 150)
+        do_step(s);
+    else if (b < 165)
+        keep(s, k);
+    else if (b < 185)
+        put_back(s, k);
+    else if (b < 190)
+        forget(s, k);
+    else if (b < 205)
+        transport(s, k);
+    else if (b < 235)
+        derive(s, b % 3);
+    else
+        others(s, b % 12);
 }
 
-/* A copy of model.bin with a few changes: bytes anywhere, or one of the values that programs stumble over. */
+/* A copy of model.bin with a few changes: bytes anywhere, or one of the values that programs
+ * stumble over. */
 static void forge(void)
 {
-    static const uint32_t odd[] = {0, 1, 8, 0x7fffffff, 0x80000000, 0xffffffff, 0x7ff80000, 0xfff00000};
+    static const uint32_t odd[] = {0,          1,          8,          0x7fffffff,
+                                   0x80000000, 0xffffffff, 0x7ff80000, 0xfff00000};
     char *bytes = malloc(table.size), name[1024];
     memcpy(bytes, table.bytes, table.size);
     for (int i = byte() % 4; i >= 0; i--) {
@@ -55,8 +75,10 @@ static void forge(void)
         const size_t from = where == 0 ? 88 : where == 1 ? head->scene : head->variables;
         const size_t room = where == 0 ? 24 : where == 1 ? head->variables - from : 6000;
         const size_t at = from + ((size_t)byte() * 256 + byte()) % room / 4 * 4;
-        if (byte() % 2) memcpy(bytes + at, &odd[byte() % 8], sizeof *odd);
-        else bytes[at + byte() % 4] ^= (char)(1 << byte() % 8);
+        if (byte() % 2)
+            memcpy(bytes + at, &odd[byte() % 8], sizeof *odd);
+        else
+            bytes[at + byte() % 4] ^= (char)(1 << byte() % 8);
     }
     const uint64_t checksum = resource_checksum(bytes + 24, table.size - 24);
     memcpy(bytes + 16, &checksum, sizeof checksum);
@@ -77,7 +99,8 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
     last_byte = data + size;
     if (forgery) forge();
     while (next_byte < last_byte) one_call();
-    fmi2Component any = fmi2Instantiate("any", fmi2CoSimulation, guid, resources, NULL, fmi2False, fmi2False);
+    fmi2Component any =
+        fmi2Instantiate("any", fmi2CoSimulation, guid, resources, NULL, fmi2False, fmi2False);
     for (int i = 0; i < SLOTS; i++) {
         fmi2FreeFMUstate(any, &kept[i].state);
         kept[i].is.hostile = false;

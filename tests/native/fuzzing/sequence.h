@@ -1,11 +1,12 @@
-/* What the files of the sequence fuzzer share: the model of an instance that calls are judged by, and the bytes. */
+/* What the files of the sequence fuzzer share: the model of an instance that calls are judged by,
+ * and the bytes. */
 #ifndef FUZZING_SEQUENCE_H
 #define FUZZING_SEQUENCE_H
 
 #include "instance.h"
 
 #define SLOTS 4
-#define MOST 3   /* variables in one call */
+#define MOST 3 /* variables in one call */
 
 typedef enum { GONE = 0, INSTANTIATED = 1, INITIALIZING = 2, STEPPING = 4, TERMINATED = 8 } mode;
 enum { SETTABLE = INSTANTIATED | INITIALIZING | STEPPING, ANY = SETTABLE | TERMINATED };
@@ -14,13 +15,19 @@ typedef enum { REFUSED, ACCEPTED, EITHER } verdict;
 /* What the standard lets one know of an instance or of a saved state. */
 typedef struct {
     mode mode;
-    bool hostile;         /* holds a forged state: anything may be accepted, but nothing may break */
-    bool looks_back;      /* a step, or the initial state, that derivatives can be taken of */
+    bool hostile;    /* holds a forged state: anything may be accepted, but nothing may break */
+    bool looks_back; /* a step, or the initial state, that derivatives can be taken of */
     double time, stop;
 } model;
 
-typedef struct { fmi2Component c; model is; } slot;
-typedef struct { fmi2FMUstate state; model is; } keeper;
+typedef struct {
+    fmi2Component c;
+    model is;
+} slot;
+typedef struct {
+    fmi2FMUstate state;
+    model is;
+} keeper;
 
 /* sequence.c */
 extern const char *resources, *guid, *forgery;
@@ -54,20 +61,20 @@ void forget(slot *s, keeper *k);
 void transport(slot *s, keeper *k);
 
 /* Judges a call.  `steady`: what is refused leaves no trace. */
-#define JUDGE(s, expected, steady, call) \
-    do { \
-        size_t before_size = 0, after_size = 0; \
-        char *before = (steady) ? image((s)->c, &before_size) : NULL; \
-        long said = messages; \
-        status = (call); \
-        calls++; \
-        judge((s), (expected), status, said, #call); \
-        if (before && status != fmi2OK) { \
-            char *after = image((s)->c, &after_size); \
-            REQUIRE(before_size == after_size && memcmp(before, after, after_size) == 0); \
-            free(after); \
-        } \
-        free(before); \
+#define JUDGE(s, expected, steady, call)                                                           \
+    do {                                                                                           \
+        size_t before_size = 0, after_size = 0;                                                    \
+        char *before = (steady) ? image((s)->c, &before_size) : NULL;                              \
+        long said = messages;                                                                      \
+        status = (call);                                                                           \
+        calls++;                                                                                   \
+        judge((s), (expected), status, said, #call);                                               \
+        if (before && status != fmi2OK) {                                                          \
+            char *after = image((s)->c, &after_size);                                              \
+            REQUIRE(before_size == after_size && memcmp(before, after, after_size) == 0);          \
+            free(after);                                                                           \
+        }                                                                                          \
+        free(before);                                                                              \
     } while (0)
 
 #endif

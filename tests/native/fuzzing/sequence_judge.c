@@ -9,7 +9,8 @@ char *image(fmi2Component c, size_t *size)
 {
     fmi2FMUstate state = NULL;
     if (!c) return NULL;
-    REQUIRE(fmi2GetFMUstate(c, &state) == fmi2OK && fmi2SerializedFMUstateSize(c, state, size) == fmi2OK);
+    REQUIRE(fmi2GetFMUstate(c, &state) == fmi2OK &&
+            fmi2SerializedFMUstateSize(c, state, size) == fmi2OK);
     char *bytes = malloc(*size);
     REQUIRE(fmi2SerializeFMUstate(c, state, bytes, *size) == fmi2OK);
     REQUIRE(fmi2FreeFMUstate(c, &state) == fmi2OK && state == NULL);
@@ -26,7 +27,10 @@ void judge(const slot *s, verdict expected, fmi2Status status, long said, const 
     abort();
 }
 
-verdict when(const slot *s, int modes) { return s->is.mode & modes ? ACCEPTED : REFUSED; }
+verdict when(const slot *s, int modes)
+{
+    return s->is.mode & modes ? ACCEPTED : REFUSED;
+}
 
 double number(void)
 {

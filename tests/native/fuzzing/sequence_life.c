@@ -3,12 +3,15 @@
 
 void do_step(slot *s)
 {
-    static const double size[] = {0.01, 0.01, 0.01, 0.02, 0.005, 0.037, 1e-7, 0.0, -0.01, NAN, INFINITY, 1e-30, 1e300};
+    static const double size[] = {0.01, 0.01,  0.01, 0.02,     0.005, 0.037, 1e-7,
+                                  0.0,  -0.01, NAN,  INFINITY, 1e-30, 1e300};
     static const double off[] = {0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0, NAN, -1e-3, 1e300};
     fmi2Status status;
     const uint8_t which = byte() % 26;
-    const double h = size[which < 13 ? which : 0], shift = off[byte() % 10], time = s->is.time + shift;
-    const bool possible = h > 0.0 && h < 1e9 && time + h > s->is.time && !(time + h > s->is.stop + 1e-9);
+    const double h = size[which < 13 ? which : 0], shift = off[byte() % 10],
+                 time = s->is.time + shift;
+    const bool possible =
+        h > 0.0 && h < 1e9 && time + h > s->is.time && !(time + h > s->is.stop + 1e-9);
     const bool good = s->is.mode == STEPPING && possible && shift == 0.0;
     if (s->is.hostile && !cheap(s->c, &table)) return;
     JUDGE(s, good ? EITHER : REFUSED, !good, fmi2DoStep(s->c, time, h, byte() % 2));
@@ -16,21 +19,25 @@ void do_step(slot *s)
     fmi2Real reached;
     if (status == fmi2OK) s->is.time = time + h;
     s->is.looks_back = status == fmi2OK || (s->is.looks_back && s->is.time == 0.0);
-    REQUIRE(fmi2GetRealStatus(s->c, fmi2LastSuccessfulTime, &reached) == fmi2OK && reached == s->is.time);
+    REQUIRE(fmi2GetRealStatus(s->c, fmi2LastSuccessfulTime, &reached) == fmi2OK &&
+            reached == s->is.time);
 }
 
 void instantiate(slot *s)
 {
     if (s->c) return;
     const uint8_t b = byte();
-    const char *name = b == 1 ? NULL : b == 2 ? "" : "%s%n";   /* a name is no format */
+    const char *name = b == 1 ? NULL : b == 2 ? "" : "%s%n"; /* a name is no format */
     const char *id = b == 3 ? NULL : b == 4 ? "{other}" : guid;
     const char *where = b == 5 ? NULL : b == 6 ? "file:///no" : forgery ? forgery : resources;
     s->c = fmi2Instantiate(name, b == 7 ? fmi2ModelExchange : fmi2CoSimulation, id, where,
-                           b == 8 ? NULL : b == 9 ? &silent : &with, b % 2, b % 3 == 0);
+                           b == 8   ? NULL
+                           : b == 9 ? &silent
+                                    : &with,
+                           b % 2, b % 3 == 0);
     calls++;
     REQUIRE(forgery || (s->c != NULL) == !(b >= 1 && b <= 7));
-    if (s->c && (b == 8 || b == 9)) {   /* who cannot speak is not judged */
+    if (s->c && (b == 8 || b == 9)) { /* who cannot speak is not judged */
         fmi2FreeInstance(s->c);
         s->c = NULL;
     }
@@ -51,9 +58,12 @@ void move_on(slot *s, uint8_t what)
     if (what == 0) {
         const double start = byte() < 200 ? 0.0 : number(), stop = byte() < 128 ? 0.5 : number();
         const bool with_stop = byte() % 2;
-        const bool good = s->is.mode == INSTANTIATED && isfinite(start) && (!with_stop || stop > start);
-        if (start > 1e6 || start < 0.0) return;   /* steps would be lost in round-off, which do_step does not foresee */
-        JUDGE(s, good ? ACCEPTED : REFUSED, true, fmi2SetupExperiment(s->c, fmi2False, 0.0, start, with_stop, stop));
+        const bool good =
+            s->is.mode == INSTANTIATED && isfinite(start) && (!with_stop || stop > start);
+        if (start > 1e6 || start < 0.0)
+            return; /* steps would be lost in round-off, which do_step does not foresee */
+        JUDGE(s, good ? ACCEPTED : REFUSED, true,
+              fmi2SetupExperiment(s->c, fmi2False, 0.0, start, with_stop, stop));
         if (status != fmi2OK || !good) return;
         s->is.time = start;
         s->is.stop = with_stop ? stop : INFINITY;
@@ -66,7 +76,8 @@ void move_on(slot *s, uint8_t what)
         JUDGE(s, open ? EITHER : REFUSED, !open, fmi2ExitInitializationMode(s->c));
         if (status != fmi2OK) return;
         s->is.mode = STEPPING;
-        s->is.looks_back = false;   /* true unless a state was restored meanwhile: not judged before the first step */
+        s->is.looks_back = false; /* true unless a state was restored meanwhile: not judged before
+                                     the first step */
     } else if (what == 3) {
         JUDGE(s, when(s, STEPPING), true, fmi2Terminate(s->c));
         if (status == fmi2OK) s->is.mode = TERMINATED;
@@ -122,7 +133,7 @@ void transport(slot *s, keeper *k)
     if (how >= 2) {
         for (int i = byte() % 4; i >= 0; i--) {
             size_t at = ((size_t)byte() * 256 + byte()) % size;
-            if (byte() % 2) at %= 400;   /* the head */
+            if (byte() % 2) at %= 400; /* the head */
             bytes[at] ^= (char)(1 + byte() % 255);
         }
     }
@@ -131,7 +142,7 @@ void transport(slot *s, keeper *k)
         memcpy(bytes + 16, &checksum, sizeof checksum);
     }
     verdict expected = how == 0 ? ACCEPTED : how == 3 ? EITHER : REFUSED;
-    if (how == 2) expected = EITHER;   /* two changes may cancel out */
+    if (how == 2) expected = EITHER; /* two changes may cancel out */
     JUDGE(s, expected, true, fmi2DeSerializeFMUstate(s->c, bytes, size, &copy));
     free(bytes);
     if (status != fmi2OK) return;

@@ -35,7 +35,8 @@ void set_values(slot *s, bool whole)
         const resource_variable *v = variable(r[i]);
         real[i] = v ? value_for(v) : 0.0;
         integer[i] = fabs(real[i]) < 1e6 ? (fmi2Integer)real[i] : -7;
-        good = good && v && (v->whole != 0) == whole && settable(s, v, whole ? integer[i] : real[i]);
+        good =
+            good && v && (v->whole != 0) == whole && settable(s, v, whole ? integer[i] : real[i]);
     }
     if (byte() == 7) {
         verdict expected = count || !(s->is.mode & SETTABLE) ? REFUSED : ACCEPTED;
@@ -61,12 +62,15 @@ void get_values(slot *s, bool whole)
         good = good && v && (v->whole != 0) == whole;
         if (!good || v->origin <= ORIGIN_INPUT) continue;
         if (s->is.mode == INSTANTIATED) good = false;
-        if (s->is.mode == INITIALIZING) open = true;   /* there may be no initial state */
+        if (s->is.mode == INITIALIZING) open = true; /* there may be no initial state */
     }
     verdict expected = !good ? REFUSED : open ? EITHER : ACCEPTED;
-    if (whole) JUDGE(s, expected, s->is.mode != INITIALIZING, fmi2GetInteger(s->c, r, count, integer));
-    else JUDGE(s, expected, s->is.mode != INITIALIZING, fmi2GetReal(s->c, r, count, real));
-    for (size_t i = 0; status == fmi2OK && !whole && !s->is.hostile && i < count; i++) REQUIRE(isfinite(real[i]));
+    if (whole)
+        JUDGE(s, expected, s->is.mode != INITIALIZING, fmi2GetInteger(s->c, r, count, integer));
+    else
+        JUDGE(s, expected, s->is.mode != INITIALIZING, fmi2GetReal(s->c, r, count, real));
+    for (size_t i = 0; status == fmi2OK && !whole && !s->is.hostile && i < count; i++)
+        REQUIRE(isfinite(real[i]));
 }
 
 void derive(slot *s, uint8_t what)
@@ -85,11 +89,13 @@ void derive(slot *s, uint8_t what)
     const size_t many = what == 2 ? other : count;
     for (size_t i = 0; i < many; i++) {
         const resource_variable *v = variable(known[i]);
-        inputs = inputs && v && v->origin == ORIGIN_INPUT && isfinite(value[i]) && (what == 2 || order[i] == 1);
+        inputs = inputs && v && v->origin == ORIGIN_INPUT && isfinite(value[i]) &&
+                 (what == 2 || order[i] == 1);
     }
     for (size_t i = 0; i < count; i++) {
         const resource_variable *v = variable(unknown[i]);
-        outputs = outputs && v && !v->whole && (v->origin == ORIGIN_NODE || v->origin == ORIGIN_SPAN) &&
+        outputs = outputs && v && !v->whole &&
+                  (v->origin == ORIGIN_NODE || v->origin == ORIGIN_SPAN) &&
                   (what == 2 || order[i] == 1);
     }
     if (what == 0) {
@@ -122,10 +128,14 @@ void others(slot *s, uint8_t what)
     case 0: JUDGE(s, REFUSED, true, fmi2CancelStep(s->c)); break;
     case 1: JUDGE(s, REFUSED, true, fmi2GetStatus(s->c, kind, &given)); break;
     case 2:
-        JUDGE(s, kind == fmi2LastSuccessfulTime ? known : REFUSED, true, fmi2GetRealStatus(s->c, kind, &real));
+        JUDGE(s, kind == fmi2LastSuccessfulTime ? known : REFUSED, true,
+              fmi2GetRealStatus(s->c, kind, &real));
         break;
     case 3: JUDGE(s, REFUSED, true, fmi2GetIntegerStatus(s->c, kind, &integer)); break;
-    case 4: JUDGE(s, kind == fmi2Terminated ? known : REFUSED, true, fmi2GetBooleanStatus(s->c, kind, truth)); break;
+    case 4:
+        JUDGE(s, kind == fmi2Terminated ? known : REFUSED, true,
+              fmi2GetBooleanStatus(s->c, kind, truth));
+        break;
     case 5: JUDGE(s, REFUSED, true, fmi2GetStringStatus(s->c, kind, text)); break;
     case 6: JUDGE(s, REFUSED, true, fmi2SetBoolean(s->c, r, 1, truth)); break;
     case 7: JUDGE(s, REFUSED, true, fmi2GetBoolean(s->c, r, 1, truth)); break;

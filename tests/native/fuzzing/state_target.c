@@ -1,11 +1,11 @@
-/* Fuzzing target: the bytes of a saved state, changed as the input says, read and stepped on from.  The first byte is as
- * in resource_target.c.
+/* Fuzzing target: the bytes of a saved state, changed as the input says, read and stepped on from.
+ * The first byte is as in resource_target.c.
  *
  * What is refused leaves no trace, and the good state can be restored afterwards, bit for bit. */
 #include "instance.h"
 
 #define STEP 0.01
-#define HEAD 24   /* bytes in front of what the checksum covers: magic, size, checksum */
+#define HEAD 24 /* bytes in front of what the checksum covers: magic, size, checksum */
 
 static resource table;
 static fmi2Component c;
@@ -18,7 +18,8 @@ static const fmi2CallbackFunctions with = {insist_on_text, calloc, free, NULL, &
 static char *image(size_t *size)
 {
     fmi2FMUstate state = NULL;
-    REQUIRE(fmi2GetFMUstate(c, &state) == fmi2OK && fmi2SerializedFMUstateSize(c, state, size) == fmi2OK);
+    REQUIRE(fmi2GetFMUstate(c, &state) == fmi2OK &&
+            fmi2SerializedFMUstateSize(c, state, size) == fmi2OK);
     char *bytes = malloc(*size);
     REQUIRE(fmi2SerializeFMUstate(c, state, bytes, *size) == fmi2OK);
     REQUIRE(fmi2FreeFMUstate(c, &state) == fmi2OK);
@@ -44,7 +45,8 @@ static void clean_up(void)
 static void set_up(void)
 {
     read_table(&table);
-    c = fmi2Instantiate("fuzzed", fmi2CoSimulation, getenv("GUID"), getenv("RESOURCES"), &with, fmi2False, fmi2False);
+    c = fmi2Instantiate("fuzzed", fmi2CoSimulation, getenv("GUID"), getenv("RESOURCES"), &with,
+                        fmi2False, fmi2False);
     REQUIRE(c && fmi2SetupExperiment(c, fmi2False, 0.0, 0.0, fmi2False, 0.0) == fmi2OK);
     REQUIRE(fmi2EnterInitializationMode(c) == fmi2OK && fmi2ExitInitializationMode(c) == fmi2OK);
     for (int k = 0; k < 3; k++) REQUIRE(fmi2DoStep(c, k * STEP, STEP, fmi2True) == fmi2OK);
@@ -65,8 +67,10 @@ static void go_on(void)
         fmi2ExitInitializationMode(c);
     }
     for (fmi2ValueReference i = 0; i < resource_head(&table)->variable_count; i++)
-        if (resource_table(&table)[i].whole) fmi2GetInteger(c, &i, 1, &whole);
-        else fmi2GetReal(c, &i, 1, &value);
+        if (resource_table(&table)[i].whole)
+            fmi2GetInteger(c, &i, 1, &whole);
+        else
+            fmi2GetReal(c, &i, 1, &value);
     size_t size;
     free(image(&size));
 }
