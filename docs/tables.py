@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from functools import partial
+from types import ModuleType
 from typing import Any, get_args, get_origin
 
 import typer
@@ -11,6 +13,7 @@ from pydantic_core import PydanticUndefined
 from typer.testing import CliRunner
 
 import gallop_fmu as gf
+import modal
 from gallop_fmu.cli.main import app as gallop
 from gallop_fmu.fmu.variables import variable_table
 from gallop_fmu.line.line_table import Line
@@ -22,11 +25,27 @@ from modal.cli.main import app as toolkit
 
 def on_page_markdown(markdown: str, **_: Any) -> str:
     """Put the tables in their places."""
-    marks = {"scene": scene_tables, "line": line_table, "fmu": fmu_table, "commands": command_help}
+    marks = {
+        "scene": scene_tables,
+        "line": line_table,
+        "fmu": fmu_table,
+        "commands": command_help,
+        "gallop_fmu": partial(public_names, gf),
+        "modal": partial(public_names, modal),
+    }
     for mark, table in ((f"{{{{ {name} }}}}", table) for name, table in marks.items()):
         if mark in markdown:
             markdown = markdown.replace(mark, "\n".join(table()))
     return markdown
+
+
+def public_names(package: ModuleType) -> Iterator[str]:
+    """Reference of each public name of a package, for mkdocstrings."""
+    yield from (
+        f"::: {package.__name__}",
+        "    options:",
+        f"      members: [{', '.join(package.__all__)}]",
+    )
 
 
 def scene_tables() -> Iterator[str]:

@@ -1,0 +1,32 @@
+# The public names: `__init__.py` loads a module when one of its names is first used, and type
+# checkers read the names here.
+
+from .engine.model import Equilibrium as Equilibrium
+from .engine.model import Inputs as Inputs
+from .engine.model import Model as Model
+from .engine.model import State as State
+from .fmu import check_fmu as check_fmu
+from .fmu import export_fmu as export_fmu
+from .foundation.errors import SceneError as SceneError
+from .foundation.outcome import Outcome as Outcome
+from .foundation.outcome import Report as Report
+from .foundation.outcome import SimulationError as SimulationError
+from .input.input_csv import with_inputs as with_inputs
+from .input.scene_files import load_scene as load_scene
+from .input.scene_files import packaged_scenes as packaged_scenes
+from .line.clearance import cigre_322_single_loop as cigre_322_single_loop
+from .line.clearance import davison_single_loop as davison_single_loop
+from .line.conductors import find_conductor as find_conductor
+from .scene.scene import Scene as Scene
+from .simulation.energy_balance import EnergyBalance as EnergyBalance
+from .simulation.energy_balance import energy_balance as energy_balance
+from .simulation.result import Oscillation as Oscillation
+from .simulation.result import Result as Result
+from .simulation.simulate import simulate as simulate
+from .simulation.steadiness import Motion as Motion
+from .simulation.steadiness import dominant_frequency as dominant_frequency
+from .sweeps.cases import read_spans as read_spans
+from .sweeps.runs import Runs as Runs
+from .sweeps.runs import RunsStoppedError as RunsStoppedError
+from .sweeps.runs import read_runs as read_runs
+from .sweeps.sweep import sweep as sweep
