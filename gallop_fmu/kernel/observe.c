@@ -1,5 +1,4 @@
-/* What can be seen of a state: node and span channels, and the residual and tangent for tests and
- * the modal toolkit. */
+/* What can be seen of a state: node and span channels. */
 #include "elementary.h"
 #include "internal.h"
 
@@ -188,73 +187,5 @@ int gallop_observe_span(const gallop_model *model, gallop_state *state,
 {
     if (!observable(model, state, values)) return GALLOP_BAD_CALL;
     observe_span(model, state, ~0u, values);
-    return GALLOP_COMPLETED;
-}
-
-/* Whoever brings a motion of his own may move what the scene leaves at rest. */
-static gallop_model with_everything(const gallop_model *model)
-{
-    gallop_model all = *model;
-    all.unknowns = 4;
-    all.aerodynamic = model->scene.pieces > 0;
-    return all;
-}
-
-/* Whether residual and tangent of this motion can be taken: of finite numbers. */
-static bool computable(const gallop_model *model, const gallop_state *work, double time,
-                       const gallop_inputs *inputs, const double *const motion[3],
-                       const double *out)
-{
-    gallop_report report;
-    if (check_room(model, work, time, &report) || !usable(out, WORD)) return false;
-    for (int i = 0; i < 3; i++)
-        if (!usable(motion[i], WORD) || !finite_numbers(motion[i], 4 * (size_t)model->nodes))
-            return false;
-    return check_inputs(model, inputs, time, &report) == GALLOP_COMPLETED;
-}
-
-int gallop_residual(const gallop_model *model, gallop_state *work, double time,
-                    const gallop_inputs *inputs, const double *u, const double *v, const double *a,
-                    double *residual)
-{
-    const double *const motion[3] = {u, v, a};
-    if (!computable(model, work, time, inputs, motion, residual)) return GALLOP_BAD_CALL;
-    const gallop_model all = with_everything(model);
-    layout at = state_layout(model, work);
-    instant now;
-    watch seen;
-    instant_at(model, time, inputs, &now);
-    watch_start(&seen);
-    span_residual(&all, time, &now, &at.sections, u, v, a, false, residual, &seen);
-    return GALLOP_COMPLETED;
-}
-
-int gallop_tangent(const gallop_model *model, gallop_state *work, double time,
-                   const gallop_inputs *inputs, const double *u, const double *v, const double *a,
-                   double k, double c, double m, double *tangent)
-{
-    static const int block_of[3][3] = {{LEFT_LEFT, LEFT_MIDDLE, LEFT_RIGHT},
-                                       {LEFT_MIDDLE, MIDDLE_MIDDLE, MIDDLE_RIGHT},
-                                       {LEFT_RIGHT, MIDDLE_RIGHT, RIGHT_RIGHT}};
-    const double *const motion[3] = {u, v, a};
-    if (!computable(model, work, time, inputs, motion, tangent)) return GALLOP_BAD_CALL;
-    if (!isfinite(k) || !isfinite(c) || !isfinite(m)) return GALLOP_BAD_CALL;
-    const gallop_model all = with_everything(model);
-    layout at = state_layout(model, work);
-    instant now;
-    watch seen;
-    instant_at(model, time, inputs, &now);
-    watch_start(&seen);
-    span_residual(&all, time, &now, &at.sections, u, v, a, true, at.residual,
-                  &seen); /* leaves the slopes */
-    for (int e = 0; e < model->elements; e++) {
-        double block[6][16], *out = tangent + 144 * (size_t)e;
-        element_tangent(&all, e, &now, &at.sections, u + 8 * e, (blend){k, c, m}, block);
-        for (int n = 0; n < 3; n++)
-            for (int b = 0; b < 3; b++)
-                for (int i = 0; i < 4; i++)
-                    for (int j = 0; j < 4; j++)
-                        out[12 * (4 * n + i) + 4 * b + j] = block[block_of[n][b]][4 * i + j];
-    }
     return GALLOP_COMPLETED;
 }
