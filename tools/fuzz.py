@@ -4,7 +4,7 @@
     python tools/fuzz.py --target state --seconds 3600
     python tools/fuzz.py --executions 1000 --keep       # and renew the corpus that the tests replay
 
-Targets: what the files in tests/native/fuzzing say. Each starts from its corpus there. An input
+Targets: the files fuzz/*_target.c. Each starts from its corpus there. An input
 that breaks something is named at the end and stays in the working folder. The exit code is 1 then.
 """
 
@@ -25,7 +25,7 @@ from gallop_fmu.fmu.description import identify
 from gallop_fmu.foundation.version import version
 
 ROOT = Path(__file__).resolve().parent.parent
-KERNEL, FUZZING = ROOT / "gallop_fmu" / "kernel", ROOT / "tests" / "native" / "fuzzing"
+KERNEL, FUZZING = ROOT / "gallop_fmu" / "kernel", ROOT / "fuzz"
 CORPUS = FUZZING / "corpus"
 TARGETS = {
     "resource": ["resource_target.c"],

@@ -1,4 +1,7 @@
-"""Draws the frequency ratio of the README: docs/ratio.svg.  Usage: python benchmarks/pictures.py (about 5 s)."""
+"""Draw docs/ratio.svg, the frequency ratio over the sag of example 3.
+
+Usage: python benchmarks/accuracy/pictures.py (about 5 s)
+"""
 
 from pathlib import Path
 
@@ -13,7 +16,7 @@ import modal
 from gallop_fmu.plots import save_figure
 from modal.plots.span_figures import STYLE, ratio_figure
 
-DOCS = Path(__file__).parents[1] / "docs"
+DOCS = Path(__file__).parents[2] / "docs"
 SAGS = np.linspace(0.6, 4.2, 25)
 """Sags [m] of the span of 125.88 m."""
 

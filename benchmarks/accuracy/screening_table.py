@@ -1,7 +1,7 @@
 """Compares `modal.screen` with the nonlinear model on drawn scenes; prints a Markdown table.
 
-Usage: OPENBLAS_NUM_THREADS=1 python benchmarks/screening_table.py [SEED] >
-benchmarks/screening_table.md (a few minutes on two cores; with one thread for linear algebra the
+Usage: OPENBLAS_NUM_THREADS=1 python benchmarks/accuracy/screening_table.py [SEED] >
+benchmarks/accuracy/screening_table.md (a few minutes on two cores; with one thread for linear algebra the
 CPU times are those of one core).
 
 The scenes are not picked: a seeded generator varies length, sag, mass, ends, damping, coefficient

@@ -1,6 +1,6 @@
 """The error of a steady amplitude over the number of steps in a period, for each integrator with equal steps.
 
-    python benchmarks/time_step.py
+    python benchmarks/accuracy/time_step.py
 
 Prints a table in Markdown. Its greatest constants are in `gallop_fmu.foundation.integrators`
 (`amplitude_error`), from which the warning of a run whose steps are too long estimates the error.

@@ -1,4 +1,7 @@
-"""Writes the table "How far to trust it" of the README to trust.md.  Usage: python benchmarks/trust.py (about 10 s)."""
+"""Write trust.md, the table of comparisons in the README.
+
+Usage: python benchmarks/accuracy/trust.py (about 10 s)
+"""
 
 from pathlib import Path
 
@@ -8,7 +11,7 @@ import gallop_fmu as gf
 import modal
 from gallop_fmu.scene.sag_tension import changed_tension
 
-PEERS = Path(__file__).parents[1] / "tests" / "peers" / "data"
+PEERS = Path(__file__).parents[2] / "tests" / "peers" / "data"
 POUND, FOOT = 4.4482216, 0.3048
 RECORD = Path(__file__).with_suffix(".md")
 RIGID_X3 = 1e9

@@ -1,7 +1,7 @@
 """Compile the kernel for every platform with Zig, look at the libraries, and run those that can be run here.
 
     pip install ".[cross]"
-    python benchmarks/cross_check.py
+    python benchmarks/hosts/cross_check.py
 
 Linux on x86-64 only. The first run takes some minutes, most of them for the run-time library of
 Windows. If `wine` is installed (Debian: `apt-get install --no-install-recommends wine64 wine`), the

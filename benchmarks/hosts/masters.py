@@ -1,6 +1,6 @@
 """Run an FMU in whichever of fmpy, libcosimpy and ecospy is installed, and compare with simulate().
 
-Usage: python benchmarks/masters.py SCENE FMU [STOP_TIME]
+Usage: python benchmarks/hosts/masters.py SCENE FMU [STOP_TIME]
 
 SCENE is the packaged name or file that the FMU was exported from. ECOS and libcosim pin packages
 that differ, so each master may have an environment of its own; one without gallop-fmu prints the

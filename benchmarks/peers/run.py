@@ -1,8 +1,8 @@
 """Error against run time, for gallop-fmu and for other programs; see README.md in the folder above.
 
-python benchmarks/work_precision/run.py             # measure, about 10 minutes on a free core
-python benchmarks/work_precision/run.py --quick     # a check: two repeats, dear settings once
-python benchmarks/work_precision/run.py --redraw    # tables and picture from the stored results
+python benchmarks/peers/run.py             # measure, about 10 minutes on a free core
+python benchmarks/peers/run.py --quick     # a check: two repeats, dear settings once
+python benchmarks/peers/run.py --redraw    # tables and picture from the stored results
 """
 
 # ruff: noqa: E402 - the number of threads must be set before the libraries are loaded

@@ -1,4 +1,7 @@
-"""Thousands of spans: table, first look, sweep, resumption; see README.md. Usage: python benchmarks/corridor.py"""
+"""Thousands of spans: table, estimates, sweep, resumption; see ../README.md.
+
+Usage: python benchmarks/speed/corridor.py
+"""
 
 from __future__ import annotations
 

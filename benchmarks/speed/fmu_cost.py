@@ -1,6 +1,6 @@
 """What the FMI layer of a native FMU costs beside the kernel.
 
-Usage: python benchmarks/fmu_cost.py
+Usage: python benchmarks/speed/fmu_cost.py
 
 Needs the package installed, this source folder and a C compiler (`cc`, or the one named by the
 environment variable CC). fmu_host.c loads the library of an exported FMU and calls its FMI
@@ -27,7 +27,7 @@ from gallop_fmu.engine.pack import Packed
 
 REPEATS = 9
 HERE = Path(__file__).resolve().parent
-KERNEL = HERE.parent / "gallop_fmu" / "kernel"
+KERNEL = HERE.parents[1] / "gallop_fmu" / "kernel"
 
 
 class Costs(c.Structure):

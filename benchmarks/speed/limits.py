@@ -1,4 +1,6 @@
-"""How near a step comes to what the core can do; see README.md beside this file. Usage: python benchmarks/limits.py
+"""Compare a time step with the peak performance of a core; see ../README.md.
+
+Usage: python benchmarks/speed/limits.py
 
 The floating-point operations of an element are counted by hand from the formulas of element.c,
 aero.c, elementary.h and solver.c; an addition, multiplication, division or square root counts as

@@ -1,4 +1,6 @@
-"""What leaving out saves; see README.md beside this file. Usage: python benchmarks/skips.py
+"""Measure the speed-up from inactive terms; see ../README.md.
+
+Usage: python benchmarks/speed/skips.py
 
 Each scene is computed as it is, and once more with a disturbance that wakes the part and moves
 nothing; then half and the whole of a symmetric span.

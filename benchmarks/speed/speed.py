@@ -1,4 +1,7 @@
-"""Cost of the galloping span of example 3; see README.md beside this file. Usage: python benchmarks/speed.py"""
+"""Measure the run time of the galloping span of example 3; see ../README.md.
+
+Usage: python benchmarks/speed/speed.py
+"""
 
 from __future__ import annotations
 
@@ -23,7 +26,7 @@ from gallop_fmu.engine.library import build
 from gallop_fmu.engine.pack import Packed
 
 REPEATS = 7
-KERNEL = Path(__file__).resolve().parent.parent / "gallop_fmu" / "kernel"
+KERNEL = Path(__file__).resolve().parents[2] / "gallop_fmu" / "kernel"
 FLAGS = (
     "-std=c11",
     "-O3",

@@ -1,4 +1,7 @@
-"""Throughput of sweeps and screenings; see README.md beside this file. Usage: python benchmarks/sweep.py"""
+"""Measure the throughput of sweeps and screenings; see ../README.md.
+
+Usage: python benchmarks/speed/sweep.py
+"""
 
 from __future__ import annotations
 

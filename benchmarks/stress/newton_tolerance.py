@@ -10,10 +10,11 @@ from pathlib import Path
 
 import numpy as np
 
-sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
+sys.path.insert(0, str(Path(__file__).resolve().parents[2] / "tests"))
 
-from stress.conservation import MOTION, VERTICAL_HZ, energy, released
-from stress.report import table
+from report import table
+
+from support.conservation import MOTION, VERTICAL_HZ, energy, released
 
 TOLERANCES = (1e-6, 1e-7, 1e-8, 1e-9, 1e-10)
 STEPS = (0.01, 0.02)

@@ -9,15 +9,16 @@ from typing import Any
 
 import matplotlib.pyplot as plt
 import numpy as np
+import stability
 from matplotlib.axes import Axes
 from matplotlib.colors import LogNorm
+from stability import CYCLES, MESHES, STEPS, WINDS, Cycle, error, largest_step
 
 from gallop_fmu.foundation.integrators import SPECTRAL_RADIUS
 from gallop_fmu.foundation.outcome import DOUBTFUL_TURN
-from stress import scenes, stability
-from stress.checks import AGREEMENT, CLOSED
-from stress.conservation import VERTICAL_HZ
-from stress.stability import CYCLES, MESHES, STEPS, WINDS, Cycle, error, largest_step
+from support.checks import AGREEMENT, CLOSED
+from support.conservation import VERTICAL_HZ
+from support.random_spans import FEWEST, MOST, STEEPEST
 
 Data = dict[str, Any]
 
@@ -250,11 +251,11 @@ def _scenes(data: Data) -> str:
 
 {len(runs) + len(lost):,} runs, each of {len({run["name"] for run in runs}):,} spans by every integrator. The spans are
 drawn by Latin hypercube (seed {data["seed"]}): length 20-1,500 m, sag 0.2-12 %, level or up
-to {scenes.STEEPEST:g} of the length, wind 0-60 m/s (constant, jumps, gusts, waves, tables, ramps out of calm and into
+to {STEEPEST:g} of the length, wind 0-60 m/s (constant, jumps, gusts, waves, tables, ramps out of calm and into
 calm, histories that begin and end at zero, and turning round through calm), ice up to three times the metal, at any
 side, any attack angle, tables and cubics, damping 0-10 %, ends rigid, sprung from 1 kN/m to 1 GN/m, or adjacent spans,
 moving towers, loads, 2-200 elements, steps 0.1-200 ms, starts from rest out of equilibrium.
-Each is run for {scenes.FEWEST} to {scenes.MOST} steps, less where many steps are halved, in a process that may crash
+Each is run for {FEWEST} to {MOST} steps, less where many steps are halved, in a process that may crash
 or hang without taking the others along.
 
 {table(["Outcome", *kinds], outcomes)}

@@ -19,14 +19,17 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
-sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
+sys.path.insert(0, str(Path(__file__).resolve().parents[2] / "tests"))
+
+import report
+import stability
 
 from gallop_fmu import Model, Scene, SceneError, SimulationError
 from gallop_fmu.engine.library import build
-from stress import conservation, report, stability
-from stress.checks import judge_scene
-from stress.scenes import stress_scene
-from stress.workers import Answer, answers
+from support import conservation
+from support.checks import judge_scene
+from support.isolated_workers import Answer, answers
+from support.random_spans import stress_scene
 
 PARTS = ("scenes", "map", "cycles", "conservation")
 DOCS = Path(__file__).resolve().parents[2] / "docs"
@@ -115,7 +118,7 @@ def main() -> None:
     data["machine"] = (
         f"{platform.system()} {platform.machine()}, Python {platform.python_version()}, {build()}"
     )
-    names = list(stability.integrators())
+    names = list(conservation.integrators())
 
     def keep() -> None:
         arguments.json.write_text(json.dumps(data), encoding="utf-8")
@@ -124,7 +127,7 @@ def main() -> None:
         tasks = [
             (arguments.seed, number, {key.split(".")[1]: value for key, value in chosen.items()})
             for number in range(arguments.runs)
-            for chosen in stability.integrators().values()
+            for chosen in conservation.integrators().values()
         ]
         data["scenes"] = {
             "seed": arguments.seed,

@@ -10,8 +10,8 @@ import numpy as np
 
 import gallop_fmu as gf
 from gallop_fmu.engine.model import Model
-from gallop_fmu.foundation.integrators import INTEGRATORS
 from gallop_fmu.simulation.energy_balance import account
+from support.conservation import integrators
 
 STEPS = (0.0025, 0.005, 0.01, 0.02, 0.04, 0.06, 0.08, 0.1, 0.15, 0.2)
 WINDS = (0.0, 5.5, 10.0, 20.0, 40.0, 60.0)
@@ -49,11 +49,6 @@ CYCLES: dict[str, tuple[str, float, dict[str, Any]]] = {
 
 PARTNER = 0.05
 """Horizontal amplitude over the vertical one from which its error counts too."""
-
-
-def integrators() -> dict[str, dict[str, Any]]:
-    """Name of each integrator to the values that choose it."""
-    return {name: {"numerics.integrator": name} for name in INTEGRATORS}
 
 
 @dataclass(frozen=True)

@@ -46,7 +46,7 @@ class Integrator:
     amplitude_error
         Largest relative error of a steady amplitude, times the number of steps in a period to the
         power `order`, of three limit cycles of examples 2 and 3 with 6 to 100 steps in a period
-        (`benchmarks/time_step.py`). It is that of the 2:1 swing, which long steps detune; other
+        (`benchmarks/accuracy/time_step.py`). It is that of the 2:1 swing, which long steps detune; other
         motions are less sensitive.
     description
         One line: the method and how its equations are solved.

@@ -183,7 +183,7 @@ def screen_spans(
         In place of `modal.screen` only `modal.two_mode_estimate`, about thirty times as fast: for
         thousands of spans, of which the ``suspect`` ones are then screened. The estimate may miss
         an onset, mostly above 2:1; so a span is suspect as soon as it has a threshold in sight
-        (`benchmarks/corridor.py` compares).
+        (`benchmarks/speed/corridor.py` compares).
     workers
         Number of processes; None takes one for each core. With 1, and where no process can be
         started, all is computed in this one.

@@ -53,14 +53,14 @@ def test_python_of_the_readme_prints_what_it_says(tmp_path):
 
 def test_rows_of_the_table_of_trust_are_what_is_computed_now():
     """Those that take no minutes; other tests hold the others to the same sources."""
-    trust = script("benchmarks/trust.py")
+    trust = script("benchmarks/accuracy/trust.py")
     written = trust.RECORD.read_text(encoding="utf-8")
     for row in trust.computed_at_once():
         assert trust.line(*row) in written.splitlines()
 
 
 def test_irvine_agrees_over_the_sags_of_the_picture():
-    pictures = script("benchmarks/pictures.py")
+    pictures = script("benchmarks/accuracy/pictures.py")
     scenes = pictures.spans()
     (resonant,) = modal.crossings(scenes["rigid ends"], "span.sag", [2.0, 2.6])
     assert resonant == pytest.approx(2.31, abs=0.005)

@@ -1,14 +1,11 @@
 """Scenes of the stress suite that a test is about."""
 
 import json
-import sys
 from pathlib import Path
 
 import pytest
 
-sys.path[:0] = [str(Path(__file__).resolve().parents[2] / "benchmarks")]
-
-from stress.scenes import Stress  # noqa: E402
+from support.random_spans import Stress
 
 DATA = Path(__file__).parent / "data"
 

@@ -1,25 +1,18 @@
 """Motion runs back in time, and has the same bits however it is run; the long figures are in docs/stability.md."""
 
-import sys
-from pathlib import Path
-
 import pytest
 
 from gallop_fmu import Model, Scene, SceneError, SimulationError
-
-FOLDER = Path(__file__).resolve().parents[2] / "benchmarks"
-sys.path[:0] = [str(FOLDER)]
-
-from stress.conservation import (  # noqa: E402
+from support.conservation import (
     conserving,
     energy_error,
+    integrators,
     released,
     reverse,
     same_bits,
     way_back,
 )
-from stress.scenes import stress_scene  # noqa: E402
-from stress.stability import integrators  # noqa: E402
+from support.random_spans import stress_scene
 
 
 def possible(seed, count):

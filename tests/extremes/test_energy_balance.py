@@ -2,9 +2,7 @@
 whose steps were too long."""
 
 import re
-import sys
 import tomllib
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -12,12 +10,8 @@ import pytest
 import gallop_fmu as gf
 from gallop_fmu.foundation.outcome import DOUBTFUL_TURN, Outcome, Report
 from gallop_fmu.simulation.energy_balance import MOTION_CHANNELS, energy_balance
-
-FOLDER = Path(__file__).resolve().parents[2] / "benchmarks"
-sys.path[:0] = [str(FOLDER)]
-
-from stress.checks import CLOSED, judge  # noqa: E402
-from stress.scenes import Stress  # noqa: E402
+from support.checks import CLOSED, judge
+from support.random_spans import Stress
 
 SWAY = {"kind": "pulse", "rise": 2.0, "fall_start": 3.0, "fall": 2.0, "peak": 0.02}
 CALM = {

@@ -6,24 +6,18 @@ benchmarks/stress/run.py.
 
 import math
 import signal
-import sys
 import time
 from collections import Counter
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pytest
 
 from gallop_fmu import Model, Scene
 from gallop_fmu.foundation.channels import NODE_INDEX
-
-FOLDER = Path(__file__).resolve().parents[2] / "benchmarks"
-sys.path[:0] = [str(FOLDER)]
-
-from stress.checks import ALL, judge, judge_scene, tension_error  # noqa: E402
-from stress.scenes import AXES, BLOCK, STEEPEST, _hypercube, stress_scene  # noqa: E402
-from stress.workers import answers  # noqa: E402
+from support.checks import ALL, judge, judge_scene, tension_error
+from support.isolated_workers import answers
+from support.random_spans import AXES, BLOCK, STEEPEST, _hypercube, stress_scene
 
 SEED, COUNT = 6, 40
 TYPED = {"completed", "slack", "angle_out_of_range", "equilibrium_not_found", "newton_stalled"}

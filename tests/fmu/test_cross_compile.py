@@ -1,4 +1,7 @@
-"""Libraries for other platforms. Zig itself runs in benchmarks/cross_check.py only: it is large, and slow at first."""
+"""Libraries for other platforms.
+
+Zig itself, a large download, runs only in benchmarks/hosts/cross_check.py.
+"""
 
 import re
 import struct

@@ -289,7 +289,7 @@ SANITIZERS = (
 @pytest.fixture(scope="session")
 def sanitized(compiled, kernel_sources, tmp_path_factory):
     """Compile a program with the kernel under the address and undefined-behaviour sanitizers."""
-    folder, fuzzing = tmp_path_factory.mktemp("sanitized"), HERE / "fuzzing"
+    folder, fuzzing = tmp_path_factory.mktemp("sanitized"), HERE.parents[1] / "fuzz"
     objects = []
     for source in sorted(kernel_sources.glob("*.c")):
         objects.append(folder / f"{source.stem}.o")

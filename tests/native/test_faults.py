@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 HERE = Path(__file__).parent
-FUZZING = HERE / "fuzzing"
+FUZZING = HERE.parents[1] / "fuzz"
 CORPORA = {
     folder.name: sorted(folder.iterdir()) for folder in sorted((FUZZING / "corpus").iterdir())
 }

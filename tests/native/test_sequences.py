@@ -21,7 +21,7 @@ FIXED = settings(max_examples=BATCHES, derandomize=True, deadline=None, phases=[
 @pytest.fixture(scope="module")
 def driver(sanitized, small):
     program = sanitized(
-        "sequence", *sorted((Path(__file__).parent / "fuzzing").glob("sequence*.c"))
+        "sequence", *sorted((Path(__file__).parents[2] / "fuzz").glob("sequence*.c"))
     )
 
     def run(seed, *forgeries):

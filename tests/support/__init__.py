@@ -1,1 +1,1 @@
-"""Random scenes far from comfort, what is checked of each run, and the long runs behind docs/stability.md."""
+"""Code that several tests share: random spans, checks of a run, isolated worker processes."""

@@ -17,7 +17,7 @@ from gallop_fmu.engine.model import Run, State
 from gallop_fmu.foundation.channels import NODE_CHANNELS, NODE_INDEX
 from gallop_fmu.simulation.energy_balance import EnergyBalance, account
 from gallop_fmu.simulation.run_warnings import fastest_motion, step_warnings
-from stress.scenes import Stress, stress_scene
+from support.random_spans import Stress, stress_scene
 
 Array = NDArray[np.float64]
 

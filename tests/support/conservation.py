@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 import gallop_fmu as gf
 from gallop_fmu.engine.model import Model, State
 from gallop_fmu.foundation.channels import NODE_INDEX, SPAN_INDEX
-from stress.stability import integrators
+from gallop_fmu.foundation.integrators import INTEGRATORS
 
 Array = NDArray[np.float64]
 
@@ -48,6 +48,11 @@ def released(values: dict[str, Any] | None = None, size: float = 1.0) -> State:
     state = Model(undamped({"loads": [load], **(values or {})})).rest()
     state.advance(RELEASE)
     return state
+
+
+def integrators() -> dict[str, dict[str, Any]]:
+    """Name of each integrator to the values that choose it."""
+    return {name: {"numerics.integrator": name} for name in INTEGRATORS}
 
 
 def conserving() -> dict[str, dict[str, Any]]:

@@ -1,7 +1,7 @@
 """Random spans by Latin hypercube: 20 m to 1,500 m, taut to deep sag, calm to 60 m/s, bare to heavily iced.
 
 A seed names a series of hypercubes of `BLOCK` scenes each; seed and number name one scene until
-what is drawn changes. A scene that a test is about is therefore kept as data in tests/stress/data.
+what is drawn changes. A scene that a test is about is therefore kept as data in tests/extremes/data.
 """
 
 from __future__ import annotations

@@ -11,7 +11,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-HEADER_FOLDER = Path(__file__).parents[2] / "gallop_fmu" / "kernel"
+HEADER_FOLDER = Path(__file__).parents[3] / "gallop_fmu" / "kernel"
 SHIM = """
 #include "elementary.h"
 void sine_cosines(int n, const double *x, double *sine, double *cosine)
