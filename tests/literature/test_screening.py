@@ -1,8 +1,6 @@
 """Screening for 2:1 internal resonance against the nonlinear model and Liu, Yan, Zhang, Zhou (2009), Example 3."""
 
-import importlib.util
 import json
-import sys
 from pathlib import Path
 
 import numpy as np
@@ -14,6 +12,7 @@ from modal.linear.mode_basis import at_rest
 from modal.screening.continuation import Search
 from modal.screening.other_modes import first_other_mode
 from modal.screening.reduced_model import reduced_model
+from support.simulated_swing import FULL_RUN, SEED, drawn_scene, simulated
 
 SPRING = {"kind": "springs", "stiffness_x1": 75.97e3, "stiffness_x3": 1e9}
 KICKED = 700.0
@@ -238,28 +237,17 @@ def test_divergence_begins_where_the_wind_overcomes_the_twist(third):
     modal.screen(calm.with_values({"wind.speed": 0.999 * speed}))
 
 
-@pytest.fixture(scope="module")
-def table():
-    """The script that compares screening and simulation on many drawn scenes."""
-    path = Path(__file__).parents[2] / "benchmarks" / "screening_table.py"
-    spec = importlib.util.spec_from_file_location("screening_table", path)
-    module = importlib.util.module_from_spec(spec)
-    sys.modules[spec.name] = module  # dataclasses look their module up
-    spec.loader.exec_module(module)
-    yield module
-    del sys.modules[spec.name]
-
-
-def drawn(table, number, seed=None):
-    draw = np.random.default_rng(seed or table.SEED)
-    return [table.drawn_scene(draw) for _ in range(number)][-1]
+def drawn(number, seed=SEED):
+    """Random scene `number` of a seed, as benchmarks/accuracy/screening_table.py draws it."""
+    draw = np.random.default_rng(seed)
+    return [drawn_scene(draw) for _ in range(number)][-1]
 
 
 @pytest.mark.parametrize(("seed", "number"), [(2009, 11), (20261122, 14)])
-def test_drawn_scenes_settle_where_screening_says(table, seed, number):
+def test_drawn_scenes_settle_where_screening_says(seed, number):
     """The first swings strongly; in the other the third vertical mode takes part and the limit cycle jumps, twice."""
-    scene = drawn(table, number, seed)
-    found, motion = modal.screen(scene), table.simulated(scene, scene.wind.mean_speed, table.LONG)
+    scene = drawn(number, seed)
+    found, motion = modal.screen(scene), simulated(scene, scene.wind.mean_speed, FULL_RUN)
     assert found.swings == motion.swings == (number == 11)
     cycle = found.saturated if found.swings else found.galloping
     assert cycle.vertical == pytest.approx(motion.vertical, rel=0.006)  # observed -0.1 % and -0.2 %
@@ -268,36 +256,36 @@ def test_drawn_scenes_settle_where_screening_says(table, seed, number):
     )  # observed 1.5 % and -0.9 %
 
 
-def test_galloping_that_has_ended_below_the_scenes_wind_is_no_cycle_of_zero_amplitude(table):
+def test_galloping_that_has_ended_below_the_scenes_wind_is_no_cycle_of_zero_amplitude():
     """Of the blind draw: it gallops from 9.5 m/s, but no longer at its 19.6 m/s."""
-    found = modal.screen(drawn(table, 8, seed=20261122))
+    found = modal.screen(drawn(8, seed=20261122))
     assert (found.risk, found.galloping) == ("detuned", None)
     assert found.galloping_until == pytest.approx(18.185, abs=0.005)
     assert "has died out at 18.19 m/s, below the scene's 19.63 m/s" in found.reason
 
 
-def test_a_swing_that_comes_and_goes_does_so_in_the_nonlinear_model(table):
+def test_a_swing_that_comes_and_goes_does_so_in_the_nonlinear_model():
     """Simulated for 6000 s on ten elements of half a span, and from four seeds: beats up to 0.360 and 0.253 m.
 
     The screening follows the unstable motion about which they beat, and says so.
     """
-    found = modal.screen(drawn(table, 20, seed=20261122))
+    found = modal.screen(drawn(20, seed=20261122))
     assert found.saturated.multiplier == pytest.approx(1.0027, abs=2e-4)
     assert "both beat about an unstable motion with" in found.reason
     assert found.saturated.vertical == pytest.approx(0.360, rel=0.15)  # observed -13 %
     assert found.saturated.horizontal == pytest.approx(0.253, rel=0.28)  # observed -25 %
 
 
-def test_the_swing_is_told_from_other_instabilities_of_the_same_growth(table):
+def test_the_swing_is_told_from_other_instabilities_of_the_same_growth():
     """At 5.8 m/s the multipliers of swing, third vertical mode and another meet at -2.1."""
-    found = modal.screen(drawn(table, 4))
+    found = modal.screen(drawn(4))
     growth = np.array([cycle.multiplier for cycle in found.limit_cycle])
     assert found.until_wind_speed is None
     assert np.diff(growth[3:]).min() > 0.0  # the swing grows ever faster
 
 
-def test_a_family_that_ends_in_a_motion_of_half_its_period_is_not_said_to_die_out(table):
-    found = modal.screen(drawn(table, 11, seed=20261122))
+def test_a_family_that_ends_in_a_motion_of_half_its_period_is_not_said_to_die_out():
+    found = modal.screen(drawn(11, seed=20261122))
     assert "at 6.097 m/s a higher mode takes over, at twice its frequency" in found.reason
     assert found.galloping_until is None
     assert found.limit_cycle[-1].vertical > 0.1  # observed 0.41 m
