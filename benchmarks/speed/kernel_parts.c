@@ -1,7 +1,8 @@
 /* CPU time of the parts of a Newton iteration, which the kernel's public face does not show.
  * speed.py compiles this together with the kernel's sources and calls it with one of its scenes. */
 #define _POSIX_C_SOURCE 199309L
-#include "internal.h"
+#include "element.h"
+#include "solver.h"
 
 #include <time.h>
 
@@ -41,16 +42,16 @@ GALLOP_API int kernel_parts(const gallop_scene *scene, double settled, int calls
     int failed = !state || gallop_state_init(model, state, 0.0, NULL, &report) ||
                  gallop_advance(model, state, NULL, settled, &report);
     if (!failed) {
-        const layout at = state_layout(model, state);
+        const state_view at = state_view_of(model, state);
         const double h = scene->time_step;
-        const blend mix = {1.0, 2.0 / h, 4.0 / (h * h)}; /* Newmark, beta 1/4, gamma 1/2 */
-        const instant windy_now = state->now;
-        instant calm = windy_now;
-        watch seen;
-        watch_start(&seen);
+        const tangent_weights mix = {1.0, 2.0 / h, 4.0 / (h * h)}; /* Newmark, beta 1/4, gamma 1/2 */
+        const conditions windy_now = state->now;
+        conditions calm = windy_now;
+        monitor seen;
+        element_monitor_start(&seen);
         calm.wind = 0.0;
 #define RESIDUAL(now, slopes)                                                                      \
-    span_residual(model, settled, now, &at.sections, at.u, at.v, at.a, slopes, at.residual, &seen)
+    element_sum_residual(model, settled, now, &at.sections, at.u, at.v, at.a, slopes, at.residual, &seen)
         double all, without_wind, without_ice;
         TIME(all, calls, RESIDUAL(&windy_now, false));
         TIME(without_wind, calls, RESIDUAL(&calm, false));

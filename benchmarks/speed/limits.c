@@ -1,7 +1,8 @@
 /* What one core can do: multiplications and additions without memory, and reading memory of a given
  * size. */
 #define _POSIX_C_SOURCE 199309L
-#include "internal.h"
+#include "element.h"
+#include "solver.h"
 
 #include <time.h>
 

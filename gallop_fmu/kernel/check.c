@@ -1,28 +1,13 @@
 /* Checks of the arguments of exported functions, before they compute anything; none is in a loop
  * over time. */
-#include "elementary.h"
-#include "internal.h"
+#include "base_math.h"
+#include "check.h"
+#include "report.h"
 
 #define MODEL_MAGIC 0x4c45444f4d4c4147ULL /* "GALMODEL" */
 #define STATE_MAGIC 0x0032504f4c4c4147ULL /* "GALLOP2" */
 #define FNV_START 1469598103934665603ULL
 #define FNV_FACTOR 1099511628211ULL
-
-bool usable(const void *pointer, size_t alignment)
-{
-    return pointer && (uintptr_t)pointer % alignment == 0;
-}
-
-bool finite_instant(const instant *now)
-{
-    bool ok = isfinite(now->wind) && isfinite(now->attack) && isfinite(now->load_factor) &&
-              isfinite(now->c2) && isfinite(now->c3);
-    for (int end = 0; end < 2; end++)
-        for (int i = 0; i < 3; i++)
-            ok = ok && isfinite(now->position[end][i]) && isfinite(now->velocity[end][i]) &&
-                 isfinite(now->acceleration[end][i]);
-    return ok;
-}
 
 /* The formulas round by adding a large number, and test for NaN and infinity: compilers and hosts
  * can spoil both. */
@@ -88,66 +73,40 @@ static uint64_t identity_of(const gallop_scene *s)
     return mixed_with(hash, &bare, sizeof bare);
 }
 
-void mark_model(gallop_model *model)
+void check_mark_model(gallop_model *model)
 {
     model->magic = MODEL_MAGIC;
     model->identity = identity_of(&model->scene);
 }
 
-void mark_state(const gallop_model *model, gallop_state *state)
+void check_mark_state(const gallop_model *model, gallop_state *state)
 {
     state->magic = STATE_MAGIC;
     state->size = model->saved_size;
     state->identity = model->identity;
 }
 
-bool is_model(const gallop_model *model)
+bool check_is_model(const gallop_model *model)
 {
-    return usable(model, WORD) && model->magic == MODEL_MAGIC;
+    return base_pointer_usable(model, WORD) && model->magic == MODEL_MAGIC;
 }
 
-bool is_state_of(const gallop_model *model, const gallop_state *state)
+bool check_is_state_of(const gallop_model *model, const gallop_state *state)
 {
-    return usable(state, WORD) && state->magic == STATE_MAGIC && state->size == model->saved_size &&
-           state->identity == model->identity;
+    return base_pointer_usable(state, WORD) && state->magic == STATE_MAGIC &&
+           state->size == model->saved_size && state->identity == model->identity;
 }
 
-bool is_started(const gallop_state *state)
+bool check_is_started(const gallop_state *state)
 {
-    return usable(state, WORD) && state->magic == STATE_MAGIC;
+    return base_pointer_usable(state, WORD) && state->magic == STATE_MAGIC;
 }
 
-bool finite_numbers(const double *values, size_t count)
+bool check_finite(const double *values, size_t count)
 {
     bool ok = true;
     for (size_t i = 0; i < count; i++) ok = ok && isfinite(values[i]);
     return ok;
-}
-
-int refuse(gallop_report *report, const char *field, double value, double limit)
-{
-    fail(report, GALLOP_BAD_CALL, -1, report->time, value, limit);
-    report->field = field;
-    return GALLOP_BAD_CALL;
-}
-
-bool report_start(gallop_report *report, double time)
-{
-    if (!usable(report, WORD)) return false;
-    *report = (gallop_report){.element = -1, .time = time, .lowest_tension = NAN};
-    return true;
-}
-
-void report_work(const gallop_state *state, gallop_report *report)
-{
-    report->lowest_tension = state->lowest_tension;
-    report->largest_turn = state->largest_turn;
-    report->steps = state->steps;
-    report->substeps = state->substeps;
-    report->iterations = state->iterations;
-    report->refactorisations = state->refactorisations;
-    report->halvings = state->halvings;
-    report->rejections = state->rejections;
 }
 
 /* Model and room for a state, whatever is in it. */
@@ -155,11 +114,12 @@ int check_room(const gallop_model *model, const gallop_state *state, double time
                gallop_report *report)
 {
     if (!report_start(report, time)) return GALLOP_BAD_CALL;
-    if (!is_model(model)) return refuse(report, NOT_USABLE(model), NAN, NAN);
-    if (!usable(state, WORD)) return refuse(report, NOT_USABLE(state), NAN, NAN);
+    if (!check_is_model(model)) return report_refused(report, NOT_USABLE(model), NAN, NAN);
+    if (!base_pointer_usable(state, WORD))
+        return report_refused(report, NOT_USABLE(state), NAN, NAN);
     const char *fault = gallop_arithmetic_fault();
-    if (fault) return refuse(report, fault, NAN, NAN);
-    if (!isfinite(time)) return refuse(report, "time, which must be finite", time, NAN);
+    if (fault) return report_refused(report, fault, NAN, NAN);
+    if (!isfinite(time)) return report_refused(report, "time, which must be finite", time, NAN);
     return GALLOP_COMPLETED;
 }
 
@@ -168,10 +128,11 @@ int check_state(const gallop_model *model, const gallop_state *state, gallop_rep
 {
     const int outcome = check_room(model, state, 0.0, report);
     if (outcome) return outcome;
-    if (!is_state_of(model, state))
-        return refuse(report, "state, which was not started or belongs to another model", NAN, NAN);
+    if (!check_is_state_of(model, state))
+        return report_refused(report, "state, which was not started or belongs to another model",
+                              NAN, NAN);
     report->time = state->time;
-    report_work(state, report);
+    state_report_work(state, report);
     return GALLOP_COMPLETED;
 }
 
@@ -191,26 +152,30 @@ int check_inputs(const gallop_model *model, const gallop_inputs *inputs, double 
                  {16, "inputs.support_rate, which must be finite"}};
     if (!inputs) return GALLOP_COMPLETED;
     if (model->scene.laws_only)
-        return refuse(report, "inputs, which a model of the laws only does not take", NAN, NAN);
-    if (!usable(inputs, WORD)) return refuse(report, NOT_USABLE(inputs), NAN, NAN);
+        return report_refused(report, "inputs, which a model of the laws only does not take", NAN,
+                              NAN);
+    if (!base_pointer_usable(inputs, WORD))
+        return report_refused(report, NOT_USABLE(inputs), NAN, NAN);
     const double *number = (const double *)inputs; /* the structure holds nothing else */
     for (size_t i = 0, f = 0; i < sizeof *inputs / sizeof *number; i++) {
         f += i > field[f].last;
-        if (!isfinite(number[i])) return refuse(report, field[f].name, number[i], NAN);
+        if (!isfinite(number[i])) return report_refused(report, field[f].name, number[i], NAN);
     }
-    instant now;
-    instant_at(model, until, inputs, &now);
-    if (!finite_instant(&now))
-        return refuse(report, "inputs, whose rates lead to infinity", NAN, NAN);
+    conditions now;
+    conditions_at(model, until, inputs, &now);
+    if (!conditions_are_finite(&now))
+        return report_refused(report, "inputs, whose rates lead to infinity", NAN, NAN);
     return GALLOP_COMPLETED;
 }
 
 int check_indices(const int32_t *index, int32_t count, int32_t end, const char *const field[3],
                   gallop_report *report)
 {
-    if (count < 0) return refuse(report, field[0], count, 0.0);
-    if (count > 0 && !usable(index, sizeof *index)) return refuse(report, field[1], NAN, NAN);
+    if (count < 0) return report_refused(report, field[0], count, 0.0);
+    if (count > 0 && !base_pointer_usable(index, sizeof *index))
+        return report_refused(report, field[1], NAN, NAN);
     for (int32_t i = 0; i < count; i++)
-        if (index[i] < 0 || index[i] >= end) return refuse(report, field[2], index[i], end - 1);
+        if (index[i] < 0 || index[i] >= end)
+            return report_refused(report, field[2], index[i], end - 1);
     return GALLOP_COMPLETED;
 }

@@ -1,6 +1,9 @@
 /* What can be seen of a state: node and span channels. */
-#include "elementary.h"
-#include "internal.h"
+#include "base_math.h"
+#include "check.h"
+#include "element.h"
+#include "law.h"
+#include "observe.h"
 
 static const double *motion(const gallop_model *model, const gallop_state *state, int which)
 {
@@ -18,7 +21,7 @@ static double node_tension(const gallop_model *model, const double *u, int node)
         if (e < 0 || e >= model->elements || (side && node % 2)) continue;
         double xi = (double)(node - 2 * e - 1), t[2];
         element_tension(model, e, u + 8 * e, t);
-        sum += 0.5 * (t[0] + t[1]) + xi * (t[1] - t[0]) / (gauss2[1] - gauss2[0]);
+        sum += 0.5 * (t[0] + t[1]) + xi * (t[1] - t[0]) / (element_gauss2[1] - element_gauss2[0]);
         count++;
     }
     return model->tension_only ? fmax(sum / count, 0.0) : sum / count;
@@ -36,9 +39,9 @@ void observe_node(const gallop_model *model, const gallop_state *state, int32_t 
         values[GALLOP_A1 + i] = a[4 * node + i];
     }
     values[GALLOP_TENSION] = node_tension(model, u, node);
-    values[GALLOP_ANGLE_OF_ATTACK] =
-        aero_angle(u[4 * node + 3], n2[0] * v[4 * node] + n2[1] * v[4 * node + 1], v[4 * node + 2],
-                   v[4 * node + 3], state->now.wind, state->now.attack, model->radius);
+    values[GALLOP_ANGLE_OF_ATTACK] = element_attack_angle(
+        u[4 * node + 3], n2[0] * v[4 * node] + n2[1] * v[4 * node + 1], v[4 * node + 2],
+        v[4 * node + 3], state->now.wind, state->now.attack, model->radius);
 }
 
 /* Force of the cable on the tower: minus that of the support on the cable, which is the static one
@@ -50,9 +53,9 @@ static void support_force(const gallop_model *model, gallop_state *state, int en
                  *a = motion(model, state, 2);
     const int node = end ? model->nodes - 1 : 0, e = end ? model->elements - 1 : 0,
               own = end ? 8 : 0;
-    const instant *now = &state->now;
+    const conditions *now = &state->now;
     double r[12];
-    layout at = state_layout(model, state);
+    state_view at = state_view_of(model, state);
     element_residual(model, e, now, &at.sections, u, v, a, r);
     for (int l = 0; l < model->load_count; l++) {
         const load_place *place = &model->place[l];
@@ -72,18 +75,19 @@ static void support_force(const gallop_model *model, gallop_state *state, int en
 }
 
 /* Kinetic and potential energy of the elements of a strip: see energies. */
-INLINE void strip_energies(const gallop_model *model, const instant *now, const strip *s,
+INLINE void strip_energies(const gallop_model *model, const conditions *now, const strip *s,
                            lanes u[3][4], lanes v[3][4], lanes *kinetic, lanes *potential)
 {
     const double ea = model->scene.axial_stiffness, gj = model->scene.torsional_stiffness;
     double theta[3 * LANES], sine[3 * LANES], cosine[3 * LANES];
     for (int q = 0; q < 3; q++)
-        LANES_AT(theta + LANES * q) =
-            shape3[q][0] * u[0][3] + shape3[q][1] * u[1][3] + shape3[q][2] * u[2][3];
+        LANES_AT(theta + LANES * q) = element_shape3[q][0] * u[0][3] +
+                                      element_shape3[q][1] * u[1][3] +
+                                      element_shape3[q][2] * u[2][3];
     if (model->eccentric)
         for (int i = 0; i < 3 * LANES; i++) sine_cosine(theta[i], sine + i, cosine + i);
     for (int q = 0; q < 3; q++) {
-        const double *n = shape3[q];
+        const double *n = element_shape3[q];
         lanes velocity[4];
         for (int i = 0; i < 4; i++) velocity[i] = n[0] * v[0][i] + n[1] * v[1][i] + n[2] * v[2][i];
         const lanes square =
@@ -149,7 +153,8 @@ TWO_PATHS static void energies(const gallop_model *model, const gallop_state *st
 static bool observable(const gallop_model *model, const gallop_state *state, const double *values)
 {
     gallop_report report;
-    return check_state(model, state, &report) == GALLOP_COMPLETED && usable(values, WORD);
+    return check_state(model, state, &report) == GALLOP_COMPLETED &&
+           base_pointer_usable(values, WORD);
 }
 
 int gallop_observe_node(const gallop_model *model, const gallop_state *state, int32_t node,

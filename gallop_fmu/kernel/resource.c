@@ -2,9 +2,12 @@
  */
 #include "resource.h"
 
-#include "internal.h" /* law_value */
+#include "law.h"
 
+#include <math.h>
 #include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
 
 #if defined(_WIN32)
 #include <windows.h>

@@ -1,35 +1,37 @@
 /* What lies where in the flat block of a state, and whether bytes from elsewhere can be one. */
-#include "internal.h"
+#include "check.h"
+#include "state.h"
 
-layout state_layout(const gallop_model *model, gallop_state *state)
+state_view state_view_of(const gallop_model *model, gallop_state *state)
 {
     const size_t values = 4 * (size_t)model->nodes, all = 3 * LANES * (size_t)model->strips;
     double *p = state->values;
-    layout at;
+    state_view at;
     at.u = p;
     at.v = p + values;
     at.a = p + 2 * values;
-    const size_t stages = by_gauss(model) ? GAUSS_STAGES : 0,
+    const size_t stages = model_by_gauss(model) ? GAUSS_STAGES : 0,
                  history = stages ? GAUSS_ARRAYS : NEWMARK_HISTORY;
     at.a_before = at.stage_before = p + 3 * values;
     at.begin = at.stage_before + stages * values;
-    at.factors = (factor *)(p + (3 + history) * values);
-    at.pair_factors = (pair_factor *)(at.factors + factor_count(model->elements));
-    p = (double *)(at.pair_factors + (stages ? model->elements + 1 : 0));
+    at.factors = (chain_factor *)(p + (3 + history) * values);
+    at.complex_factors = (complex_factor *)(at.factors + chain_factor_count(model->elements));
+    p = (double *)(at.complex_factors + (stages ? model->elements + 1 : 0));
     at.u0 = p;
     at.v0 = p + values;
     at.a0 = p + 2 * values;
     at.residual = p + 3 * values;
     at.first = p + 4 * values;
     p = at.first + (3 + history) * values;
-    const size_t sets =
-        by_alpha(model) ? 1 : stages; /* generalised alpha looks at one instant within the step */
+    const size_t sets = model_by_alpha(model)
+                          ? 1
+                          : stages; /* generalised alpha looks at one instant within the step */
     at.stage_u = p;
     at.stage_v = p + sets * values;
     at.stage_a = p + 2 * sets * values;
     at.stage_residual = p + 3 * sets * values;
-    at.pair_residual = at.stage_residual + stages * values;
-    p = at.pair_residual + (stages ? 2 * values : 0);
+    at.complex_residual = at.stage_residual + stages * values;
+    p = at.complex_residual + (stages ? 2 * values : 0);
     double **array[] = {&at.sections.theta, &at.sections.omega,   &at.sections.omega_rate,
                         &at.sections.v2,    &at.sections.v3,      &at.sections.a2,
                         &at.sections.a3,    &at.sections.gravity, &at.sections.c2,
@@ -48,7 +50,7 @@ layout state_layout(const gallop_model *model, gallop_state *state)
 
 int gallop_state_check(const gallop_model *model, const gallop_state *state)
 {
-    if (!is_model(model) || !is_state_of(model, state)) return GALLOP_BAD_CALL;
+    if (!check_is_model(model) || !check_is_state_of(model, state)) return GALLOP_BAD_CALL;
     const int64_t most = (int64_t)1 << 53; /* counts are observed as doubles, and go on from here */
     const int64_t count[] = {
         state->steps,    state->substeps,   state->iterations,      state->refactorisations,
@@ -57,16 +59,28 @@ int gallop_state_check(const gallop_model *model, const gallop_state *state)
         if (count[i] < 0 || count[i] > most) return GALLOP_BAD_CALL;
     bool ok = isfinite(state->time) && state->factored_step >= 0.0 && state->step_before > 0.0 &&
               state->rate >= 0.0 && state->sharpness > 0.0 && state->sharpness <= 1.0 &&
-              !isnan(state->lowest_tension) && finite_instant(&state->now);
+              !isnan(state->lowest_tension) && conditions_are_finite(&state->now);
     ok = ok && isfinite(state->largest_turn) && state->largest_turn >= 0.0;
     ok = ok && isfinite(state->last_step) && isfinite(state->wanted_step) &&
          state->wanted_step > 0.0 && isfinite(state->run_origin);
     ok = ok && state->newest >= 0 && state->newest < NEWMARK_HISTORY;
     ok = ok && state->equal_steps >= 0 && state->equal_steps <= NEWMARK_HISTORY;
     for (int i = 0; i < 4; i++) ok = ok && isfinite(state->largest[i]) && state->largest[i] >= 0.0;
-    const int arrays = 3 + (by_gauss(model) ? GAUSS_ARRAYS : NEWMARK_HISTORY);
+    const int arrays = 3 + (model_by_gauss(model) ? GAUSS_ARRAYS : NEWMARK_HISTORY);
     for (int i = 0; i < 4 * arrays * model->nodes; i++)
         ok = ok && isfinite(state->values[i]) &&
              (i % 4 < model->unknowns || state->values[i] == 0.0);
     return ok ? GALLOP_COMPLETED : GALLOP_BAD_CALL;
+}
+
+void state_report_work(const gallop_state *state, gallop_report *report)
+{
+    report->lowest_tension = state->lowest_tension;
+    report->largest_turn = state->largest_turn;
+    report->steps = state->steps;
+    report->substeps = state->substeps;
+    report->iterations = state->iterations;
+    report->refactorisations = state->refactorisations;
+    report->halvings = state->halvings;
+    report->rejections = state->rejections;
 }

@@ -108,13 +108,13 @@ def test_command_line_of_each_system():
     ]
     for target, line in lines.items():
         assert line[:3] == ["cc", "-target", target]
-        assert {"-shared", "-IH", "fmi2.c", "step.c"} < set(line)
+        assert {"-shared", "-IH", "fmi2.c", "time_march.c"} < set(line)
         assert line[line.index("-o") + 1] == "O"
         assert not any(word.endswith(".h") for word in line)
         assert ("-Wl,-Bsymbolic" in line) == ("linux" in target)
         assert ("-DGALLOP_ONE_PATH" in line) == ("linux" in target)
         assert ("-fPIC" in line) == ("windows" not in target)
-        assert "-lm" not in line or line.index("-lm") > line.index("step.c")
+        assert "-lm" not in line or line.index("-lm") > line.index("time_march.c")
 
 
 def test_an_fmu_brings_the_libraries_it_is_told_to(zig, gallop_scene, tmp_path):
@@ -207,10 +207,10 @@ def test_two_at_once_do_not_disturb_each_other(zig, tmp_path, monkeypatch):
 
 
 def test_what_the_compiler_says_is_told_and_nothing_is_kept(zig, tmp_path, monkeypatch):
-    failed = subprocess.CompletedProcess([], 1, "", "step.c:3:1: error: no such thing\n")
+    failed = subprocess.CompletedProcess([], 1, "", "time_march.c:3:1: error: no such thing\n")
     monkeypatch.setattr(cross_compile.subprocess, "run", lambda *_, **__: failed)
     with pytest.raises(
-        CompilerError, match=r"for x86_64-windows-gnu:\nstep.c:3:1: error: no such thing"
+        CompilerError, match=r"for x86_64-windows-gnu:\ntime_march.c:3:1: error: no such thing"
     ):
         cross_library("win64")
     assert kept(tmp_path) == []

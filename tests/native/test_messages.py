@@ -223,7 +223,7 @@ def test_options_that_spoil_the_arithmetic_stop_the_compiler(kernel_sources, nam
         "-std=c11",
         "-fsyntax-only",
         *flags,
-        str(kernel_sources / "newmark.c"),
+        str(kernel_sources / "time_newmark.c"),
     ]
     done = subprocess.run(command, capture_output=True, text=True)
     assert (done.returncode != 0) == bool(message)

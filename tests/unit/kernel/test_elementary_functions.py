@@ -13,7 +13,7 @@ import pytest
 
 HEADER_FOLDER = Path(__file__).parents[3] / "gallop_fmu" / "kernel"
 SHIM = """
-#include "elementary.h"
+#include "base_math.h"
 void sine_cosines(int n, const double *x, double *sine, double *cosine)
 {
     for (int i = 0; i < n; i++) sine_cosine(x[i], sine + i, cosine + i);

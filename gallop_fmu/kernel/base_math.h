@@ -1,10 +1,12 @@
 /* Sine, cosine and arctangent without branches and tables, so that a compiler can evaluate several
  * sections at once, and every platform gives the same bits.  Errors are below 2 units in the last
  * place (tests/unit). */
-#ifndef GALLOP_ELEMENTARY_H
-#define GALLOP_ELEMENTARY_H
+#ifndef GALLOP_BASE_MATH_H
+#define GALLOP_BASE_MATH_H
 
-#include "arithmetic.h"
+#include "base_arithmetic.h"
+
+#define PI 3.14159265358979323846
 
 /* Before a loop whose iterations are independent although its arrays come through a structure. */
 #if defined(__clang__)

@@ -1,14 +1,14 @@
-/* The chain's direct solver of solver.c once more, for a complex blend of the matrices: two of a
- * collocation method's stages have one complex conjugate pair of eigenvalues between them.  Real
- * and imaginary parts stand apart and blocks are stored by columns, so that four rows make one
+/* The chain's direct solver of solver_chain.c once more, for a complex blend of the matrices: two
+ * of a collocation method's stages have one complex conjugate pair of eigenvalues between them.
+ * Real and imaginary parts stand apart and blocks are stored by columns, so that four rows make one
  * vector; C's own complex type would be neither vector code nor known to every compiler.
  *
  * Without row exchange: for the methods here k, c and m of the blend lie within a right angle of
  * each other, so that turned by half of it the symmetric part of the matrix is positive definite,
- * as in solver.c. */
-#include "internal.h"
+ * as in solver_chain.c. */
+#include "solver.h"
 
-typedef pair_block block;
+typedef complex_block block;
 
 /* Before a loop over four rows: kept as a loop until it has become one vector. */
 #if defined(__GNUC__) && !defined(__clang__)
@@ -110,8 +110,9 @@ static void fix_rows(const bool fixed[4], block *corner, block *coupling)
     }
 }
 
-static void pair_tangent(const gallop_model *model, int e, const instant *now, const sections *at,
-                         const double *u, const blend mix[2], block out[6])
+static void pair_tangent(const gallop_model *model, int e, const conditions *now,
+                         const sections *at, const double *u, const tangent_weights mix[2],
+                         block out[6])
 {
     double re[6][16], im[6][16];
     element_tangent(model, e, now, at, u, mix[0], re);
@@ -126,15 +127,16 @@ static void pair_tangent(const gallop_model *model, int e, const instant *now, c
 
 /* Argument of the number that turns k, c and m of the blend (k real) to either side of the real
  * axis. */
-static void half_turn(const blend mix[2], double turn[2])
+static void half_turn(const tangent_weights mix[2], double turn[2])
 {
     const double angle = -0.5 * atan2(mix[1].m, mix[0].m);
     turn[0] = cos(angle);
     turn[1] = sin(angle);
 }
 
-TWO_PATHS bool pair_factor_span(const gallop_model *model, const instant *now, const sections *at,
-                                const double *u, const blend mix[2], pair_factor *factors)
+TWO_PATHS bool solver_complex_factor(const gallop_model *model, const conditions *now,
+                                     const sections *at, const double *u,
+                                     const tangent_weights mix[2], complex_factor *factors)
 {
     double turn[2];
     half_turn(mix, turn);
@@ -143,7 +145,7 @@ TWO_PATHS bool pair_factor_span(const gallop_model *model, const instant *now, c
     for (int e = 0; e < model->elements; e++) {
         block tangent[6], middle_left, middle_right, previous_next, next_previous;
         block *left = &tangent[LEFT_LEFT], *right = &tangent[RIGHT_RIGHT];
-        pair_factor *f = &factors[e];
+        complex_factor *f = &factors[e];
         pair_tangent(model, e, now, at, u + 8 * e, mix, tangent);
         f->middle_inverse = tangent[MIDDLE_MIDDLE];
         if (!invert(&f->middle_inverse, turn)) return false;
@@ -183,13 +185,14 @@ static void clear_fixed(const bool fixed[4], double *node)
 }
 
 /* rhs (nodes, 8), a node's four real parts before its imaginary ones, becomes the solution. */
-TWO_PATHS void pair_solve(const gallop_model *model, const pair_factor *factors, double *rhs)
+TWO_PATHS void solver_complex_solve(const gallop_model *model, const complex_factor *factors,
+                                    double *rhs)
 {
     const int last = model->elements;
     double work[8];
     clear_fixed(model->fixed[0], rhs);
     for (int e = 0; e < last; e++) {
-        const pair_factor *f = &factors[e];
+        const complex_factor *f = &factors[e];
         double *left = rhs + 16 * e, *middle = left + 8, *right = left + 16;
         apply(&f->middle_inverse, middle, work);
         subtract_apply(&f->left_middle, work, left);
@@ -204,7 +207,7 @@ TWO_PATHS void pair_solve(const gallop_model *model, const pair_factor *factors,
     apply(&factors[last].corner_inverse, end, work);
     memcpy(end, work, sizeof work);
     for (int e = last - 1; e >= 0; e--) {
-        const pair_factor *f = &factors[e];
+        const complex_factor *f = &factors[e];
         double *left = rhs + 16 * e, *middle = left + 8, *right = left + 16;
         subtract_apply(&f->previous_next, right, left);
         subtract_apply(&f->left_middle, left, middle);

@@ -1,7 +1,10 @@
 /* Statics: the initial equilibrium under gravity (from sag, from horizontal tension, or both held),
  * and equilibrium under wind, loads and support displacement by Newton-Raphson with load stepping.
  */
-#include "internal.h"
+#include "device.h"
+#include "solver.h"
+#include "statics.h"
+#include "time_integration.h"
 
 typedef struct {
     double scale, lowest, total, shift;
@@ -63,10 +66,10 @@ static void tension_from_horizontal(gallop_model *m, double horizontal)
     for (int e = 0; e < m->elements; e++) {
         geometry *g = &m->geometry[e];
         const double none[2] = {0.0, 0.0};
-        geometry_from_nodes(g, m->x + 6 * e, none);
+        element_geometry_from_nodes(g, m->x + 6 * e, none);
         for (int q = 0; q < 2; q++) g->tension[q] = horizontal / g->slope[q][0];
     }
-    lay_side_by_side(m);
+    element_fill_strips(m);
 }
 
 static void gravity_forces(const gallop_model *m, double *force)
@@ -91,32 +94,33 @@ static void rebase(gallop_model *m, double *u)
         for (int n = 0; n < 3; n++)
             for (int i = 0; i < 3; i++)
                 x[3 * n + i] = m->x[6 * e + 3 * n + i] + u[8 * e + 4 * n + i];
-        geometry_from_nodes(&m->geometry[e], x, tension);
+        element_geometry_from_nodes(&m->geometry[e], x, tension);
     }
-    lay_side_by_side(m);
+    element_fill_strips(m);
     for (int n = 0; n < m->nodes; n++)
         for (int i = 0; i < 3; i++) m->x[3 * n + i] += u[4 * n + i];
     memset(u, 0, 4 * (size_t)m->nodes * sizeof(double));
 }
 
 /* Newton-Raphson at rest.  Returns 0, or an outcome with u as it was. */
-static int newton_at_rest(const gallop_model *m, double t, const instant *now,
-                          const bool fixed[2][4], layout *at, gallop_report *report)
+static int newton_at_rest(const gallop_model *m, double t, const conditions *now,
+                          const bool fixed[2][4], state_view *at, gallop_report *report)
 {
     const size_t values = 4 * (size_t)m->nodes;
     const double tolerance = 1e-3 * m->scene.newton_tolerance, longest = 0.05 * m->scene.length;
-    const blend stiffness = {1.0, 0.0, 0.0};
+    const tangent_weights stiffness = {1.0, 0.0, 0.0};
     double size = 0.0, before = INFINITY;
-    watch seen;
+    monitor seen;
     memcpy(at->u0, at->u, values * sizeof(double));
     memset(at->v0, 0, values * sizeof(double));
     for (int iteration = 0; iteration < 60; iteration++) {
-        watch_start(&seen);
-        span_residual(m, t, now, &at->sections, at->u, at->v0, at->v0, true, at->residual, &seen);
-        add_springs(m, now, at->u, at->residual);
+        element_monitor_start(&seen);
+        element_sum_residual(m, t, now, &at->sections, at->u, at->v0, at->v0, true, at->residual,
+                             &seen);
+        device_add_springs(m, now, at->u, at->residual);
         if (!solver_factor(m, now, &at->sections, at->u, stiffness, fixed, at->factors)) break;
         solver_solve(m, at->factors, fixed, at->residual);
-        size = correction_size(m, at->residual);
+        size = time_correction_size(m, at->residual);
         if (!isfinite(size)) break;
         double scale = size > longest ? longest / size : 1.0;
         for (size_t i = 0; i < values; i++) at->u[i] -= scale * at->residual[i];
@@ -124,24 +128,25 @@ static int newton_at_rest(const gallop_model *m, double t, const instant *now,
         if (size < tolerance || (size < 10.0 * m->scene.newton_tolerance && size > 0.5 * before)) {
             if (seen.worst_excess > 0.0) {
                 memcpy(at->u, at->u0, values * sizeof(double));
-                return angle_failure(m, seen.angle_element, seen.worst_angle, t, report);
+                return time_angle_failure(m, seen.angle_element, seen.worst_angle, t, report);
             }
             return GALLOP_COMPLETED;
         }
         before = size;
     }
     memcpy(at->u, at->u0, values * sizeof(double));
-    return fail(report, GALLOP_EQUILIBRIUM_NOT_FOUND, seen.slack_element, t, size, tolerance);
+    return report_failure(report, GALLOP_EQUILIBRIUM_NOT_FOUND, seen.slack_element, t, size,
+                          tolerance);
 }
 
-#define SMALL_MOVE                                                                                 \
+#define DIFFERENCE_DISPLACEMENT                                                                    \
     1e-6 /* [m] for the derivative of the residual along a displacement of the ends */
 
 /* The ends go to their places, and the nodes between follow by the tangent: an end that moved alone
  * would push its element slack. */
-static void place_ends(const gallop_model *m, double t, const instant *now, layout *at)
+static void place_ends(const gallop_model *m, double t, const conditions *now, state_view *at)
 {
-    const blend stiffness = {1.0, 0.0, 0.0};
+    const tangent_weights stiffness = {1.0, 0.0, 0.0};
     const int values = 4 * m->nodes;
     double *move = at->first + values, *before = at->first + 2 * values, largest = 0.0;
     memset(move, 0, (size_t)values * sizeof(double));
@@ -152,15 +157,16 @@ static void place_ends(const gallop_model *m, double t, const instant *now, layo
             largest = fmax(largest, fabs(move[n]));
         }
     if (largest == 0.0) return;
-    const double part = SMALL_MOVE / largest;
-    watch seen;
-    watch_start(&seen);
+    const double part = DIFFERENCE_DISPLACEMENT / largest;
+    monitor seen;
+    element_monitor_start(&seen);
     memset(at->v0, 0, (size_t)values * sizeof(double));
-    span_residual(m, t, now, &at->sections, at->u, at->v0, at->v0, true, before, &seen);
+    element_sum_residual(m, t, now, &at->sections, at->u, at->v0, at->v0, true, before, &seen);
     const bool solvable =
         solver_factor(m, now, &at->sections, at->u, stiffness, m->fixed, at->factors);
     for (int n = 0; n < values; n++) at->u0[n] = at->u[n] + part * move[n];
-    span_residual(m, t, now, &at->sections, at->u0, at->v0, at->v0, false, at->residual, &seen);
+    element_sum_residual(m, t, now, &at->sections, at->u0, at->v0, at->v0, false, at->residual,
+                         &seen);
     for (int n = 0; n < values; n++) at->residual[n] = (at->residual[n] - before[n]) / part;
     if (solvable) solver_solve(m, at->factors, m->fixed, at->residual);
     for (int n = 0; n < values; n++) at->u[n] += move[n] - (solvable ? at->residual[n] : 0.0);
@@ -173,8 +179,8 @@ static void place_ends(const gallop_model *m, double t, const instant *now, layo
  * halve on failure. Nothing that has weight rests slack, so the way there is taken with the law of
  * the taut cable, whose tangent is never empty; an arch in compression is not found, as its tangent
  * is not positive. */
-int static_equilibrium(const gallop_model *model, double t, const instant *target, layout *at,
-                       gallop_report *report)
+int statics_equilibrium(const gallop_model *model, double t, const conditions *target,
+                        state_view *at, gallop_report *report)
 {
     gallop_model taut = *model;
     taut.tension_only = false;
@@ -184,7 +190,7 @@ int static_equilibrium(const gallop_model *model, double t, const instant *targe
     memset(at->u, 0, values * sizeof(double));
     while (done < 1.0) {
         double part = done + step < 1.0 ? done + step : 1.0;
-        instant now = *target;
+        conditions now = *target;
         now.load_factor = part;
         now.wind = target->wind * sqrt(part);
         for (int end = 0; end < 2; end++)
@@ -201,15 +207,15 @@ int static_equilibrium(const gallop_model *model, double t, const instant *targe
         step *= 0.5;
         if (step < 1.0 / 1024.0) return outcome;
     }
-    return fail(report, GALLOP_COMPLETED, -1, t, 0.0,
-                0.0); /* forget load steps that failed on the way */
+    return report_failure(report, GALLOP_COMPLETED, -1, t, 0.0,
+                          0.0); /* forget load steps that failed on the way */
 }
 
 /* Solve, rebase, repeat until the reference itself is the equilibrium. */
-static int settle(gallop_model *m, layout *at, gallop_report *report)
+static int iterate_reference(gallop_model *m, state_view *at, gallop_report *report)
 {
     static const bool rigid[2][4] = {{true, true, true, true}, {true, true, true, true}};
-    instant calm;
+    conditions calm;
     memset(&calm, 0, sizeof calm);
     calm.load_factor = 0.0;
     calm.c2 = m->c2;
@@ -219,7 +225,7 @@ static int settle(gallop_model *m, layout *at, gallop_report *report)
         memset(at->u, 0, 4 * (size_t)m->nodes * sizeof(double));
         int outcome = newton_at_rest(m, 0.0, &calm, rigid, at, report);
         if (outcome) return outcome;
-        double moved = correction_size(m, at->u);
+        double moved = time_correction_size(m, at->u);
         rebase(m, at->u);
         if (moved < 1e-13 * m->scene.length) break;
     }
@@ -262,7 +268,7 @@ static double mesh_sag(const gallop_model *m)
            (0.5 * xi * (xi - 1.0) * x[1] + (1.0 - xi * xi) * x[4] + 0.5 * xi * (xi + 1.0) * x[7]);
 }
 
-static int solve_for_target(gallop_model *m, layout *at, gallop_report *report)
+static int solve_for_target(gallop_model *m, state_view *at, gallop_report *report)
 {
     const gallop_scene *s = &m->scene;
     const double weight = m->mass * s->gravity;
@@ -280,7 +286,7 @@ static int solve_for_target(gallop_model *m, layout *at, gallop_report *report)
     for (int round = 0; round < 12; round++) {
         place_on_catenary(m, c);
         tension_from_horizontal(m, c * weight);
-        int outcome = settle(m, at, report);
+        int outcome = iterate_reference(m, at, report);
         if (outcome) return outcome;
         internal_forces(m, at->residual);
         double ratio = by_sag ? mesh_sag(m) / target : target / fabs(at->residual[0]);
@@ -289,7 +295,7 @@ static int solve_for_target(gallop_model *m, layout *at, gallop_report *report)
         c *= by_sag ? pow(ratio, 1.0 / sag_exponent(s, c)) : ratio;
         if (round > 6 && fabs(ratio - 1.0) < 1e-9) return GALLOP_COMPLETED;
     }
-    return fail(report, GALLOP_EQUILIBRIUM_NOT_FOUND, -1, 0.0, c * weight, target);
+    return report_failure(report, GALLOP_EQUILIBRIUM_NOT_FOUND, -1, 0.0, c * weight, target);
 }
 
 static double partial_length(const double x[9], double xi)
@@ -312,7 +318,7 @@ static void place_loads(gallop_model *m)
 {
     for (int l = 0; l < m->load_count; l++) {
         double wanted = m->place[l].shape[0] * m->derived.length,
-               passed = 0.0; /* fraction left by model.c */
+               passed = 0.0; /* fraction left by model_create.c */
         int e = 0;
         for (; e < m->elements - 1; e++) {
             double own = partial_length(m->x + 6 * e, 1.0);
@@ -333,14 +339,15 @@ static void place_loads(gallop_model *m)
     }
 }
 
-int initial_equilibrium(gallop_model *m, gallop_report *report)
+int statics_initial(gallop_model *m, gallop_report *report)
 {
     const gallop_scene *s = &m->scene;
     const bool held = s->sag > 0.0 && s->horizontal_tension > 0.0;
     const int last = m->nodes - 1;
     gallop_state *work = calloc(1, m->state_size); /* still within create */
-    if (!work) return fail(report, GALLOP_OUT_OF_MEMORY, -1, 0.0, (double)m->state_size, 0.0);
-    layout at = state_layout(m, work);
+    if (!work)
+        return report_failure(report, GALLOP_OUT_OF_MEMORY, -1, 0.0, (double)m->state_size, 0.0);
+    state_view at = state_view_of(m, work);
     int outcome = GALLOP_COMPLETED;
     if (held) {
         place_on_parabola(m);
@@ -367,7 +374,7 @@ int initial_equilibrium(gallop_model *m, gallop_report *report)
             d->length += part[0] + part[1] + part[2];
         }
         place_loads(m);
-        normals_at_nodes(m);
+        element_normals_at_nodes(m);
     }
     free(work);
     return outcome;

@@ -1,25 +1,16 @@
 /* Newton's iteration as all integrators use it: how large a correction is, whether to go on, and
  * whether a converged step can be accepted.  The factorised tangent is reused while it converges
  * well. */
-#include "elementary.h"
-#include "internal.h"
+#include "base_math.h"
+#include "time_integration.h"
 
 /* A better rate than this is not relied on: it was measured on other steps, or on components that
  * converge faster. */
-#define TRUSTED_RATE 0.1
-
-void add_springs(const gallop_model *model, const instant *now, const double *u, double *residual)
-{
-    for (int end = 0; end < 2; end++) {
-        const size_t node = end ? 4 * (size_t)(model->nodes - 1) : 0;
-        for (int i = 0; i < 3; i++)
-            residual[node + i] += model->stiffness[end][i] * (u[node + i] - now->position[end][i]);
-    }
-}
+#define MIN_ASSUMED_RATE 0.1
 
 /* Largest correction, in m and rad alike: a twist of 1 rad matters to the wind load as much as a
  * motion of metres. */
-TWO_PATHS double correction_size(const gallop_model *model, const double *du)
+TWO_PATHS double time_correction_size(const gallop_model *model, const double *du)
 {
     double largest[4] = {0.0},
            sum[4] = {0.0}; /* by unknown, so that the four need not wait for each other */
@@ -37,39 +28,41 @@ TWO_PATHS double correction_size(const gallop_model *model, const double *du)
 /* After a correction of `size`, `before` the one before it (0: none) with the same tangent.  The
  * rate of convergence is remembered from step to step; where it is worse than `slow`, a new
  * factorisation costs less than more iterations. */
-newton_course newton_judge(gallop_state *state, double size, double before, bool fresh, double slow,
-                           double tolerance)
+newton_action time_newton_next(gallop_state *state, double size, double before, bool fresh,
+                               double slow, double tolerance)
 {
     if (before > 0.0) {
         double rate = size / before;
-        state->rate = fmax(TRUSTED_RATE, fmax(rate, 0.3 * state->rate));
+        state->rate = fmax(MIN_ASSUMED_RATE, fmax(rate, 0.3 * state->rate));
         if (rate > 2.0 && fresh) return NEWTON_DIVERGED;
     }
     /* what is left of the error after this correction, were it to shrink at the observed rate */
     double left = state->rate < 0.9 ? size * state->rate / (1.0 - state->rate) : size;
     if (left < tolerance || size < 1e-3 * tolerance) return NEWTON_CONVERGED;
-    return before > 0.0 && state->rate > slow && !fresh ? NEWTON_RENEWS : NEWTON_GOES_ON;
+    return before > 0.0 && state->rate > slow && !fresh ? NEWTON_REFACTORISE : NEWTON_CONTINUE;
 }
 
 /* The angle is reported within the turn centred on the curve's range, so that it lies beyond the
  * end that it left. */
-int angle_failure(const gallop_model *model, int element, double angle, double t,
-                  gallop_report *report)
+int time_angle_failure(const gallop_model *model, int element, double angle, double t,
+                       gallop_report *report)
 {
     double offset = angle - model->curve_centre;
     offset -= 2.0 * PI * nearest(offset * (0.5 / PI));
-    return fail(report, GALLOP_ANGLE_OUT_OF_RANGE, element, t, model->curve_centre + offset,
-                offset > 0.0 ? model->curve_last : model->curve_first);
+    return report_failure(report, GALLOP_ANGLE_OUT_OF_RANGE, element, t,
+                          model->curve_centre + offset,
+                          offset > 0.0 ? model->curve_last : model->curve_first);
 }
 
 /* A converged step is refused where its motion is impossible. */
-int newton_accept(const gallop_model *model, gallop_state *state, const watch *seen, double t,
-                  gallop_report *report)
+int time_newton_accept(const gallop_model *model, gallop_state *state, const monitor *seen,
+                       double t, gallop_report *report)
 {
     if (seen->worst_excess > 0.0)
-        return angle_failure(model, seen->angle_element, seen->worst_angle, t, report);
+        return time_angle_failure(model, seen->angle_element, seen->worst_angle, t, report);
     if (seen->lowest_tension < state->lowest_tension) state->lowest_tension = seen->lowest_tension;
     if (seen->lowest_tension < 0.0)
-        return fail(report, GALLOP_SLACK, seen->slack_element, t, seen->lowest_tension, 0.0);
+        return report_failure(report, GALLOP_SLACK, seen->slack_element, t, seen->lowest_tension,
+                              0.0);
     return GALLOP_COMPLETED;
 }

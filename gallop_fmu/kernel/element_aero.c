@@ -4,13 +4,13 @@
  * equilibrium: the part of the relative wind along t exerts no force.  n3 = e3 is horizontal, n2 =
  * n3 x t points upwards; on a level conductor n2 = e2.  Velocities v2 and forces F2 of a section
  * are components along n2, and v3, F3 along n3. */
-#include "elementary.h"
-#include "internal.h"
+#include "base_math.h"
+#include "element.h"
 
 /* alpha = alpha0 + theta + atan2(w2, w3) with the relative wind w2 = -v2 - r omega, w3 = U - v3; v2
  * and v3 lie in the section's plane, along n2 and n3. */
-double aero_angle(double theta, double v2, double v3, double omega, double wind, double attack,
-                  double radius)
+double element_attack_angle(double theta, double v2, double v3, double omega, double wind,
+                            double attack, double radius)
 {
     double w2 = -v2 - radius * omega, w3 = wind - v3;
     return attack + theta + arctangent(w2, w3);
@@ -22,7 +22,7 @@ typedef struct {
     double wind, attack, radius, centre, half, pressure, diameter; /* pressure: rho d / 2 */
 } air;
 
-static air air_of(const gallop_model *model, const instant *now)
+static air air_of(const gallop_model *model, const conditions *now)
 {
     return (air){now->wind,
                  now->attack,
@@ -78,8 +78,8 @@ INLINE void subtract_load(const air *air, const sections *at, int i, bool twist)
 }
 
 /* A polynomial needs no search: all in one pass. */
-INLINE void polynomial_loads(const gallop_model *model, const instant *now, sections at, int first,
-                             int last, bool twist)
+INLINE void polynomial_loads(const gallop_model *model, const conditions *now, sections at,
+                             int first, int last, bool twist)
 {
     const air air = air_of(model, now);
     const double origin = model->scene.origin[0];
@@ -104,7 +104,7 @@ static inline int piece_at(const gallop_model *model, double alpha)
     return piece;
 }
 
-INLINE void table_loads(const gallop_model *model, const instant *now, sections at, int first,
+INLINE void table_loads(const gallop_model *model, const conditions *now, sections at, int first,
                         int last, bool slopes, bool twist)
 {
     const air air = air_of(model, now);
@@ -120,7 +120,7 @@ INLINE void table_loads(const gallop_model *model, const instant *now, sections 
     for (int i = first; i < last; i++) subtract_load(&air, &at, i, twist);
 }
 
-TWO_PATHS static void loads(const gallop_model *model, const instant *now, const sections *at,
+TWO_PATHS static void loads(const gallop_model *model, const conditions *now, const sections *at,
                             int first, int last)
 {
     const bool polynomial = model->scene.pieces == 1;
@@ -137,7 +137,7 @@ TWO_PATHS static void loads(const gallop_model *model, const instant *now, const
     }
 }
 
-TWO_PATHS static void loads_with_slopes(const gallop_model *model, const instant *now,
+TWO_PATHS static void loads_with_slopes(const gallop_model *model, const conditions *now,
                                         const sections *at, int first, int last)
 {
     table_loads(model, now, *at, first, last, true, model->unknowns == 4);
@@ -146,8 +146,8 @@ TWO_PATHS static void loads_with_slopes(const gallop_model *model, const instant
 /* Derivatives of F2, F3, M by theta, v2 and v3 (that by omega is r times that by v2), from
  * dUr/dw2 = w2/Ur, d alpha/dw2 = w3/Ur^2, d alpha/dw3 = -w2/Ur^2, dw/dv = -1.  Replaces the
  * coefficients. */
-TWO_PATHS static void load_slopes(const gallop_model *model, const instant *now, const sections *at,
-                                  int first, int last)
+TWO_PATHS static void load_slopes(const gallop_model *model, const conditions *now,
+                                  const sections *at, int first, int last)
 {
     const double radius = model->unknowns == 4 ? model->radius : 0.0, d = model->scene.diameter,
                  wind = now->wind;
@@ -176,19 +176,20 @@ TWO_PATHS static void load_slopes(const gallop_model *model, const instant *now,
 /* Whether the wind on a section can matter: rho d Ur^2 / 2, the force per metre of a coefficient of
  * one, exceeds that part of the weight.  In nearly still air the section's own creeping motion
  * turns the relative wind by any angle. */
-#define WEAK_WIND 1e-6
+#define MIN_WIND_FORCE 1e-6
 
-bool wind_matters(const gallop_model *model, const instant *now, const sections *at, int i)
+bool element_wind_matters(const gallop_model *model, const conditions *now, const sections *at,
+                          int i)
 {
     const double turning = model->unknowns == 4 ? model->radius * at->omega[i] : 0.0;
     const double w2 = -at->v2[i] - turning, w3 = now->wind - at->v3[i];
     const double force =
         0.5 * model->scene.air_density * model->scene.diameter * (w2 * w2 + w3 * w3);
-    return force > WEAK_WIND * model->mass * model->scene.gravity;
+    return force > MIN_WIND_FORCE * model->mass * model->scene.gravity;
 }
 
-void aero_loads(const gallop_model *model, const instant *now, const sections *at, int first,
-                int count, bool slopes)
+void element_aero_loads(const gallop_model *model, const conditions *now, const sections *at,
+                        int first, int count, bool slopes)
 {
     const int last = first + count;
     if (!slopes) {

@@ -1,18 +1,24 @@
 /* March in time: whole steps, halved where they do not converge, to the times that are asked for;
  * initial states. */
-#include "internal.h"
+#include "base_math.h"
+#include "check.h"
+#include "device.h"
+#include "observe.h"
+#include "solver.h"
+#include "statics.h"
+#include "time_integration.h"
 
 /* All of the motion that a step changes lies side by side: u v a and what is kept of the steps
  * before. */
 static size_t motion_bytes(const gallop_model *model)
 {
-    const size_t arrays = 3 + (by_gauss(model) ? GAUSS_ARRAYS : NEWMARK_HISTORY);
+    const size_t arrays = 3 + (model_by_gauss(model) ? GAUSS_ARRAYS : NEWMARK_HISTORY);
     return arrays * 4 * (size_t)model->nodes * sizeof(double);
 }
 
 /* The forces of wind and eccentric ice turn with a section; a sub-step in which it turns far cannot
  * follow them. */
-static void remember_turn(const gallop_model *model, gallop_state *state, const layout *at)
+static void remember_turn(const gallop_model *model, gallop_state *state, const state_view *at)
 {
     double largest = state->largest_turn;
     for (int n = 3; n < 4 * model->nodes; n += 4) {
@@ -24,7 +30,7 @@ static void remember_turn(const gallop_model *model, gallop_state *state, const 
 
 /* One step of size h from the state's time, halved where it does not converge; on failure the
  * motion is as before. */
-static int whole_step(const gallop_model *model, gallop_state *state, layout *at,
+static int whole_step(const gallop_model *model, gallop_state *state, state_view *at,
                       const gallop_inputs *inputs, double h, gallop_report *report)
 {
     const size_t bytes =
@@ -41,24 +47,24 @@ static int whole_step(const gallop_model *model, gallop_state *state, layout *at
         double part = h / (double)((uint64_t)1 << level);
         double t = state->time + h * (double)(done + unit) / (double)whole;
         memcpy(at->u0, at->u, 3 * bytes);
-        const double tolerance = newton_tolerance(model, state);
-        int outcome = by_gauss(model)
-                        ? gauss(model, state, at, inputs, t, part, tolerance, report)
-                        : newmark(model, state, at, inputs, t, part, tolerance, report);
+        const double tolerance = time_newton_tolerance(model, state);
+        int outcome = model_by_gauss(model)
+                        ? time_gauss(model, state, at, inputs, t, part, tolerance, report)
+                        : time_newmark(model, state, at, inputs, t, part, tolerance, report);
         if (outcome == GALLOP_COMPLETED) {
             done += unit;
             state->last_substeps++;
             if (model->unknowns == 4) remember_turn(model, state, at);
-            if (by_gauss(model))
-                gauss_commit(model, state, at, part);
+            if (model_by_gauss(model))
+                time_gauss_commit(model, state, at, part);
             else
-                newmark_commit(model, state, at, part);
+                time_newmark_commit(model, state, at, part);
             if (level > 0 && done % (whole >> (level - 1)) == 0) level--;
             continue;
         }
         state->factored_step = 0.0;
         memcpy(at->u, at->u0, 3 * bytes);
-        if (!may_halve(outcome) || level == deepest) {
+        if (!time_may_halve(outcome) || level == deepest) {
             if (level == 0) return outcome;
             memcpy(at->u, at->first, motion_bytes(model));
             state->step_before = step_before;
@@ -76,12 +82,13 @@ static int whole_step(const gallop_model *model, gallop_state *state, layout *at
 }
 
 /* By tolerance, to `until` or not before it. */
-static int march_freely(const gallop_model *model, gallop_state *state, const gallop_inputs *inputs,
-                        double until, bool exactly, gallop_report *report)
+static int march_by_tolerance(const gallop_model *model, gallop_state *state,
+                              const gallop_inputs *inputs, double until, bool exactly,
+                              gallop_report *report)
 {
-    const int outcome = controlled_march(model, state, inputs, until, exactly, report);
-    if (!outcome) fail(report, GALLOP_COMPLETED, -1, fmin(state->time, until), 0.0, 0.0);
-    report_work(state, report);
+    const int outcome = time_controlled_march(model, state, inputs, until, exactly, report);
+    if (!outcome) report_failure(report, GALLOP_COMPLETED, -1, fmin(state->time, until), 0.0, 0.0);
+    state_report_work(state, report);
     return outcome;
 }
 
@@ -90,23 +97,23 @@ static int march_freely(const gallop_model *model, gallop_state *state, const ga
 static int march(const gallop_model *model, gallop_state *state, const gallop_inputs *inputs,
                  double origin, int64_t before, double h, int64_t count, gallop_report *report)
 {
-    layout at = state_layout(model, state);
+    state_view at = state_view_of(model, state);
     for (int64_t i = 1; i <= count; i++) {
         int outcome = whole_step(model, state, &at, inputs, h, report);
         if (outcome) {
-            report_work(state, report);
+            state_report_work(state, report);
             return outcome;
         }
         state->time = origin + h * (double)(before + i);
     }
-    fail(report, GALLOP_COMPLETED, -1, state->time, 0.0,
-         0.0); /* forget sub-steps that failed on the way */
-    report_work(state, report);
+    report_failure(report, GALLOP_COMPLETED, -1, state->time, 0.0,
+                   0.0); /* forget sub-steps that failed on the way */
+    state_report_work(state, report);
     return GALLOP_COMPLETED;
 }
 
 /* gallop_rewind returns to what gallop_advance saved, unless the state has gone on otherwise. */
-static void forget_saved(const layout *at)
+static void forget_saved(const state_view *at)
 {
     memset(at->saved, 0, sizeof(gallop_state));
 }
@@ -119,8 +126,10 @@ int gallop_advance(const gallop_model *model, gallop_state *state, const gallop_
     if (outcome) return outcome;
     const double dt = model->scene.time_step, origin = state->time, span = until - origin;
     if (!isfinite(until) || !(span > 0.0))
-        return refuse(report, "time, which must be finite and after the state's", until, origin);
-    if (span / dt > MOST_STEPS) return refuse(report, "number of steps", span / dt, MOST_STEPS);
+        return report_refused(report, "time, which must be finite and after the state's", until,
+                              origin);
+    if (span / dt > MAX_STEPS)
+        return report_refused(report, "number of steps", span / dt, MAX_STEPS);
     int64_t count = (int64_t)ceil(span / dt - 1e-6);
     if (count < 1) count = 1;
     double h = span / (double)count;
@@ -129,10 +138,11 @@ int gallop_advance(const gallop_model *model, gallop_state *state, const gallop_
         h = dt;
     else if (fabs(h - state->step_before) < 1e-9 * h)
         h = state->step_before;
-    layout at = state_layout(model, state);
+    state_view at = state_view_of(model, state);
     memcpy(at.saved, state, model->saved_size);
-    outcome = by_tolerance(model) ? march_freely(model, state, inputs, until, true, report)
-                                  : march(model, state, inputs, origin, 0, h, count, report);
+    outcome = model_by_tolerance(model)
+                ? march_by_tolerance(model, state, inputs, until, true, report)
+                : march(model, state, inputs, origin, 0, h, count, report);
     if (outcome == GALLOP_COMPLETED) {
         state->time = until;
     } else {
@@ -154,27 +164,29 @@ static int check_run(const gallop_model *model, const gallop_state *state, int64
                                           "span channel"};
     int outcome = check_state(model, state, report);
     if (outcome) return outcome;
-    if (!usable(done, WORD)) return refuse(report, NOT_USABLE(done), NAN, NAN);
+    if (!base_pointer_usable(done, WORD)) return report_refused(report, NOT_USABLE(done), NAN, NAN);
     *done = 0;
-    if (every < 1) return refuse(report, "every, which must be positive", (double)every, 1.0);
-    if (first < 0) return refuse(report, "first, which must not be negative", (double)first, 0.0);
-    if (records < 0) return refuse(report, "number of records", (double)records, 0.0);
-    const int64_t most = (int64_t)MOST_STEPS / every;
+    if (every < 1)
+        return report_refused(report, "every, which must be positive", (double)every, 1.0);
+    if (first < 0)
+        return report_refused(report, "first, which must not be negative", (double)first, 0.0);
+    if (records < 0) return report_refused(report, "number of records", (double)records, 0.0);
+    const int64_t most = (int64_t)MAX_STEPS / every;
     if (first > most || records > most - first)
-        return refuse(report, "number of steps", ((double)first + (double)records) * (double)every,
-                      MOST_STEPS);
+        return report_refused(report, "number of steps",
+                              ((double)first + (double)records) * (double)every, MAX_STEPS);
     if (!(state->time + model->scene.time_step > state->time))
-        return refuse(report, "time step, which is lost in the round-off of the time",
-                      model->scene.time_step, NAN);
+        return report_refused(report, "time step, which is lost in the round-off of the time",
+                              model->scene.time_step, NAN);
     outcome = check_indices(channel, channels, GALLOP_NODE_CHANNELS, of_channels, report);
     if (!outcome) outcome = check_indices(node, nodes, model->nodes, of_nodes, report);
     if (!outcome)
         outcome = check_indices(span_channel, span_channels, GALLOP_SPAN_CHANNELS, of_span, report);
     if (outcome || records == 0) return outcome;
-    if (channels > 0 && nodes > 0 && !usable(node_values, WORD))
-        return refuse(report, NOT_USABLE(node_values), NAN, NAN);
-    if (span_channels > 0 && !usable(span_values, WORD))
-        return refuse(report, NOT_USABLE(span_values), NAN, NAN);
+    if (channels > 0 && nodes > 0 && !base_pointer_usable(node_values, WORD))
+        return report_refused(report, NOT_USABLE(node_values), NAN, NAN);
+    if (span_channels > 0 && !base_pointer_usable(span_values, WORD))
+        return report_refused(report, NOT_USABLE(span_values), NAN, NAN);
     return GALLOP_COMPLETED;
 }
 
@@ -190,25 +202,25 @@ int gallop_run(const gallop_model *model, gallop_state *state, int64_t first, in
     uint32_t asked = 0;
     for (int32_t c = 0; c < span_channels; c++) asked |= 1u << span_channel[c];
     const double dt = model->scene.time_step, start = state->time - (double)(first * every) * dt;
-    const bool free = by_tolerance(model);
-    const instant at_start = state->now;
+    const bool free = model_by_tolerance(model);
+    const conditions at_start = state->now;
     const double began = state->time;
-    layout at = state_layout(model, state);
+    state_view at = state_view_of(model, state);
     forget_saved(&at);
     if (free && first == 0) state->run_origin = state->time;
     for (int64_t r = 0; r < records; r++) {
         const double when = state->run_origin + (double)((first + r + 1) * every) * dt;
         const int outcome =
-            free ? march_freely(model, state, NULL, when, false, report)
+            free ? march_by_tolerance(model, state, NULL, when, false, report)
                  : march(model, state, NULL, start, (first + r) * every, dt, every, report);
         if (outcome) { /* the failed step has left its own wind and tower motion */
             if (state->time == began)
                 state->now = at_start;
             else
-                instant_at(model, state->time, NULL, &state->now);
+                conditions_at(model, state->time, NULL, &state->now);
             return outcome;
         }
-        if (free) control_look(model, state, &at, when);
+        if (free) time_control_look(model, state, &at, when);
         for (int32_t n = 0; n < nodes; n++) {
             double values[GALLOP_NODE_CHANNELS];
             observe_node(model, state, node[n], values);
@@ -219,20 +231,20 @@ int gallop_run(const gallop_model *model, gallop_state *state, int64_t first, in
         observe_span(model, state, asked, values);
         for (int32_t c = 0; c < span_channels; c++)
             span_values[(size_t)r * span_channels + c] = values[span_channel[c]];
-        if (free) control_return(model, state, &at);
+        if (free) time_control_return(model, state, &at);
         *done = r + 1;
     }
     return GALLOP_COMPLETED;
 }
 
-static int consistent_acceleration(const gallop_model *model, gallop_state *state, layout *at,
+static int consistent_acceleration(const gallop_model *model, gallop_state *state, state_view *at,
                                    gallop_report *report)
 {
     const size_t bytes = 4 * (size_t)model->nodes * sizeof(double);
-    const blend inertia = {0.0, 0.0, 1.0};
-    const instant *now = &state->now;
-    watch seen;
-    watch_start(&seen);
+    const tangent_weights inertia = {0.0, 0.0, 1.0};
+    const conditions *now = &state->now;
+    monitor seen;
+    element_monitor_start(&seen);
     memset(at->a, 0, bytes);
     memset(at->v, 0, bytes);
     for (int end = 0; end < 2; end++)
@@ -242,24 +254,24 @@ static int consistent_acceleration(const gallop_model *model, gallop_state *stat
                 at->v[node + i] = now->velocity[end][i];
                 at->a[node + i] = now->acceleration[end][i];
             }
-    span_residual(model, state->time, now, &at->sections, at->u, at->v, at->a, true, at->residual,
-                  &seen);
-    add_springs(model, now, at->u, at->residual);
+    element_sum_residual(model, state->time, now, &at->sections, at->u, at->v, at->a, true,
+                         at->residual, &seen);
+    device_add_springs(model, now, at->u, at->residual);
     if (!solver_factor(model, now, &at->sections, at->u, inertia, model->fixed, at->factors))
-        return fail(report, GALLOP_NON_FINITE, -1, state->time, model->inertia, 0.0);
+        return report_failure(report, GALLOP_NON_FINITE, -1, state->time, model->inertia, 0.0);
     solver_solve(model, at->factors, model->fixed, at->residual);
     for (int i = 0; i < 4 * model->nodes; i++) at->a[i] -= at->residual[i];
     state->factored_step = 0.0;
     state->rate = 1.0;
     if (seen.worst_excess > 0.0)
-        return angle_failure(model, seen.angle_element, seen.worst_angle, state->time, report);
+        return time_angle_failure(model, seen.angle_element, seen.worst_angle, state->time, report);
     state->lowest_tension = seen.lowest_tension;
     if (seen.lowest_tension < 0.0)
-        return fail(report, GALLOP_SLACK, seen.slack_element, state->time, seen.lowest_tension,
-                    0.0);
-    return isfinite(correction_size(model, at->a))
+        return report_failure(report, GALLOP_SLACK, seen.slack_element, state->time,
+                              seen.lowest_tension, 0.0);
+    return isfinite(time_correction_size(model, at->a))
              ? GALLOP_COMPLETED
-             : fail(report, GALLOP_NON_FINITE, -1, state->time, NAN, 0.0);
+             : report_failure(report, GALLOP_NON_FINITE, -1, state->time, NAN, 0.0);
 }
 
 static void clear(const gallop_model *model, gallop_state *state, double time,
@@ -270,7 +282,7 @@ static void clear(const gallop_model *model, gallop_state *state, double time,
     state->last_substeps = 1;
     state->sharpness = 1.0;
     state->step_before = INFINITY; /* no acceleration before the first to extrapolate from */
-    instant_at(model, time, inputs, &state->now);
+    conditions_at(model, time, inputs, &state->now);
 }
 
 /* A block that holds an initial state is a state of the model from now on; after a failure it is
@@ -279,8 +291,8 @@ static int started(const gallop_model *model, gallop_state *state, int outcome,
                    gallop_report *report)
 {
     if (outcome) return outcome;
-    mark_state(model, state);
-    report_work(state, report);
+    check_mark_state(model, state);
+    state_report_work(state, report);
     return GALLOP_COMPLETED;
 }
 
@@ -291,9 +303,9 @@ int gallop_equilibrium(const gallop_model *model, gallop_state *state, double ti
     if (!outcome) outcome = check_inputs(model, inputs, time, report);
     if (outcome) return outcome;
     clear(model, state, time, inputs);
-    layout at = state_layout(model, state);
-    outcome = static_equilibrium(model, time, &state->now, &at, report);
-    control_start(model, state, at.u);
+    state_view at = state_view_of(model, state);
+    outcome = statics_equilibrium(model, time, &state->now, &at, report);
+    time_control_start(model, state, at.u);
     if (!outcome) outcome = consistent_acceleration(model, state, &at, report);
     return started(model, state, outcome, report);
 }
@@ -306,14 +318,14 @@ int gallop_state_init(const gallop_model *model, gallop_state *state, double sta
     if (outcome) return outcome;
     const gallop_scene *s = &model->scene;
     clear(model, state, start, inputs);
-    layout at = state_layout(model, state);
+    state_view at = state_view_of(model, state);
     bool displaced = false;
     for (int end = 0; end < 2; end++)
         for (int i = 0; i < 3; i++) displaced = displaced || state->now.position[end][i] != 0.0;
     if (s->start_in_mean_wind || displaced) {
-        instant rest = state->now;
+        conditions rest = state->now;
         if (!s->start_in_mean_wind) rest.wind = rest.load_factor = 0.0;
-        outcome = static_equilibrium(model, start, &rest, &at, report);
+        outcome = statics_equilibrium(model, start, &rest, &at, report);
         if (outcome) return outcome;
     }
     for (int n = 1; n <= model->nodes - 2; n++) {
@@ -322,7 +334,7 @@ int gallop_state_init(const gallop_model *model, gallop_state *state, double sta
         at.u[4 * n + 2] += s->seed_horizontal * shape;
         at.u[4 * n + 3] += s->seed_twist * shape;
     }
-    control_start(model, state, at.u);
+    time_control_start(model, state, at.u);
     outcome = consistent_acceleration(model, state, &at, report);
     return started(model, state, outcome, report);
 }
@@ -332,8 +344,8 @@ int gallop_rewind(const gallop_model *model, gallop_state *state, double sharpne
     gallop_report report;
     const int outcome = check_state(model, state, &report);
     if (outcome || !(sharpness > 0.0 && sharpness <= 1.0)) return GALLOP_BAD_CALL;
-    const layout at = state_layout(model, state);
-    if (!is_state_of(model, (const gallop_state *)at.saved)) return GALLOP_BAD_CALL;
+    const state_view at = state_view_of(model, state);
+    if (!check_is_state_of(model, (const gallop_state *)at.saved)) return GALLOP_BAD_CALL;
     memcpy(state, at.saved, model->saved_size);
     state->sharpness = sharpness;
     return GALLOP_COMPLETED;
@@ -341,5 +353,5 @@ int gallop_rewind(const gallop_model *model, gallop_state *state, double sharpne
 
 double gallop_state_time(const gallop_state *state)
 {
-    return is_started(state) ? state->time : NAN;
+    return check_is_started(state) ? state->time : NAN;
 }

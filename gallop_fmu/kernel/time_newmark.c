@@ -2,7 +2,9 @@
  * its generalisation that balances forces within the step, at t - alpha_f h with accelerations of t
  * - alpha_m h (Chung, Hulbert 1993, J. Appl. Mech. 60, 371-375): motion that no step resolves, as
  * axial modes of fine meshes, decays instead of ringing on. */
-#include "internal.h"
+#include "device.h"
+#include "solver.h"
+#include "time_integration.h"
 
 typedef struct {
     double alpha_m, alpha_f, beta, gamma;
@@ -12,14 +14,15 @@ typedef struct {
  * unconditionally stable, and the least damping of slow motion. */
 static weights weights_of(const gallop_model *model)
 {
-    if (!by_alpha(model)) return (weights){0.0, 0.0, 0.25, 0.5};
+    if (!model_by_alpha(model)) return (weights){0.0, 0.0, 0.25, 0.5};
     const double radius = model->scene.spectral_radius;
     const double m = (2.0 * radius - 1.0) / (radius + 1.0), f = radius / (radius + 1.0),
                  more = 1.0 - m + f;
     return (weights){m, f, 0.25 * more * more, 0.5 - m + f};
 }
 
-#define SLOW_RATE 0.3 /* a factorisation is renewed when the observed convergence rate is worse */
+#define MAX_REUSE_RATE                                                                             \
+    0.3 /* a factorisation is renewed when the observed convergence rate is worse */
 
 /* Ways to extrapolate the acceleration by one of equal steps: factors of a0 and of those before it.
  * A straight line, a parabola, a cubic, and a straight line on which lies a motion that changes
@@ -30,7 +33,7 @@ static const double extrapolation[WAYS][NEWMARK_HISTORY] = {
     {2.0, -1.0, 0.0, 0.0}, {3.0, -3.0, 1.0, 0.0}, {4.0, -6.0, 4.0, -1.0}, {1.0, 1.0, -1.0, 0.0}};
 
 /* The acceleration of so many steps before the last; they follow each other in a ring. */
-static double *before(const gallop_model *model, const gallop_state *state, const layout *at,
+static double *before(const gallop_model *model, const gallop_state *state, const state_view *at,
                       int steps)
 {
     return at->a_before +
@@ -73,8 +76,8 @@ TWO_PATHS static void choose(const double *const a[NEWMARK_HISTORY + 1], int val
 /* The acceleration is extrapolated from the last ones.  Without enough of them by equal steps their
  * mean must do: it is not led astray by what changes sign.  The ends follow their prescribed
  * motion. */
-TWO_PATHS static void predict(const gallop_model *model, const gallop_state *state, layout *at,
-                              const instant *now, weights w, double h)
+TWO_PATHS static void predict(const gallop_model *model, const gallop_state *state, state_view *at,
+                              const conditions *now, weights w, double h)
 {
     const int values = 4 * model->nodes;
     const double *u0 = at->u0, *v0 = at->v0, *past[NEWMARK_HISTORY + 1] = {at->a0};
@@ -112,7 +115,7 @@ TWO_PATHS static void predict(const gallop_model *model, const gallop_state *sta
 }
 
 /* The step just found is the one before from now on. */
-void newmark_commit(const gallop_model *model, gallop_state *state, layout *at, double h)
+void time_newmark_commit(const gallop_model *model, gallop_state *state, state_view *at, double h)
 {
     state->newest = (state->newest + NEWMARK_HISTORY - 1) % NEWMARK_HISTORY;
     memcpy(before(model, state, at, 1), at->a0, 4 * (size_t)model->nodes * sizeof(double));
@@ -122,7 +125,7 @@ void newmark_commit(const gallop_model *model, gallop_state *state, layout *at, 
 }
 
 /* The motion at which forces are balanced. */
-TWO_PATHS static void look_within(const layout *at, weights w, int values)
+TWO_PATHS static void interpolate_alpha(const state_view *at, weights w, int values)
 {
     for (int i = 0; i < values; i++) {
         at->stage_u[i] = at->u[i] + w.alpha_f * (at->u0[i] - at->u[i]);
@@ -132,7 +135,7 @@ TWO_PATHS static void look_within(const layout *at, weights w, int values)
 }
 
 /* Takes the solution from u, v and a. */
-TWO_PATHS static void correct(const layout *at, int values, double per_v, double per_a)
+TWO_PATHS static void correct(const state_view *at, int values, double per_v, double per_a)
 {
     const double *restrict change = at->residual;
     double *restrict u = at->u, *restrict v = at->v, *restrict a = at->a;
@@ -144,36 +147,40 @@ TWO_PATHS static void correct(const layout *at, int values, double per_v, double
 }
 
 /* One step from u0 v0 a0 at t - h to u v a at t. */
-int newmark(const gallop_model *model, gallop_state *state, layout *at, const gallop_inputs *inputs,
-            double t, double h, double tolerance, gallop_report *report)
+int time_newmark(const gallop_model *model, gallop_state *state, state_view *at,
+                 const gallop_inputs *inputs, double t, double h, double tolerance,
+                 gallop_report *report)
 {
     const int values = 4 * model->nodes;
     const weights w = weights_of(model);
     const double per_v = w.gamma / (w.beta * h), per_a = 1.0 / (w.beta * h * h);
-    const blend mix = {1.0 - w.alpha_f, (1.0 - w.alpha_f) * per_v, (1.0 - w.alpha_m) * per_a};
-    const bool within = by_alpha(model);
+    const tangent_weights mix = {1.0 - w.alpha_f, (1.0 - w.alpha_f) * per_v,
+                                 (1.0 - w.alpha_m) * per_a};
+    const bool within = model_by_alpha(model);
     const double *u = within ? at->stage_u : at->u, *v = within ? at->stage_v : at->v;
     const double *a = within ? at->stage_a : at->a;
     const double balanced = t - w.alpha_f * h;
     bool renew = state->factored_step != h, fresh = false;
     double size_before = 0.0;
-    watch seen;
-    instant now;
-    instant_at(model, t, inputs, &state->now);
+    monitor seen;
+    conditions now;
+    conditions_at(model, t, inputs, &state->now);
     predict(model, state, at, &state->now, w, h);
     if (within)
-        instant_at(model, balanced, inputs, &now);
+        conditions_at(model, balanced, inputs, &now);
     else
         now = state->now;
     for (int iteration = 1; iteration <= model->scene.max_newton_iterations; iteration++) {
-        watch_start(&seen);
-        if (within) look_within(at, w, values);
-        span_residual(model, balanced, &now, &at->sections, u, v, a, renew, at->residual, &seen);
-        add_springs(model, &now, u, at->residual);
+        element_monitor_start(&seen);
+        if (within) interpolate_alpha(at, w, values);
+        element_sum_residual(model, balanced, &now, &at->sections, u, v, a, renew, at->residual,
+                             &seen);
+        device_add_springs(model, &now, u, at->residual);
         if (renew) {
             state->factored_step = 0.0;
             if (!solver_factor(model, &now, &at->sections, u, mix, model->fixed, at->factors))
-                return fail(report, GALLOP_NEWTON_STALLED, seen.slack_element, t, NAN, tolerance);
+                return report_failure(report, GALLOP_NEWTON_STALLED, seen.slack_element, t, NAN,
+                                      tolerance);
             state->factored_step = h;
             state->rate = 1.0;
             state->refactorisations++;
@@ -185,18 +192,20 @@ int newmark(const gallop_model *model, gallop_state *state, layout *at, const ga
         correct(at, values, per_v, per_a);
         state->iterations++;
         state->last_iterations++;
-        double size = correction_size(model, at->residual);
-        if (!isfinite(size)) return fail(report, GALLOP_NON_FINITE, -1, t, size, 0.0);
-        switch (newton_judge(state, size, size_before, fresh, SLOW_RATE, tolerance)) {
+        double size = time_correction_size(model, at->residual);
+        if (!isfinite(size)) return report_failure(report, GALLOP_NON_FINITE, -1, t, size, 0.0);
+        switch (time_newton_next(state, size, size_before, fresh, MAX_REUSE_RATE, tolerance)) {
         case NEWTON_CONVERGED:
-            if (within) watch_tensions(model, at->u, &seen);
-            return newton_accept(model, state, &seen, t, report);
+            if (within) element_monitor_tensions(model, at->u, &seen);
+            return time_newton_accept(model, state, &seen, t, report);
         case NEWTON_DIVERGED:
-            return fail(report, GALLOP_NEWTON_STALLED, seen.slack_element, t, size, tolerance);
-        case NEWTON_RENEWS: renew = true; break;
-        case NEWTON_GOES_ON: break;
+            return report_failure(report, GALLOP_NEWTON_STALLED, seen.slack_element, t, size,
+                                  tolerance);
+        case NEWTON_REFACTORISE: renew = true; break;
+        case NEWTON_CONTINUE: break;
         }
         size_before = size;
     }
-    return fail(report, GALLOP_NEWTON_STALLED, seen.slack_element, t, size_before, tolerance);
+    return report_failure(report, GALLOP_NEWTON_STALLED, seen.slack_element, t, size_before,
+                          tolerance);
 }

@@ -10,12 +10,15 @@
  * = T diag(l) T^-1 they separate into systems K + C / (h l) + M / (h l)^2: a real one, and one for
  * a complex conjugate pair (E. Hairer, G. Wanner, Solving Ordinary Differential Equations II,
  * section IV.8; c in table IV.5.2). */
-#include "internal.h"
+#include "device.h"
+#include "solver.h"
+#include "time_integration.h"
 
 #define STAGES GAUSS_STAGES
 #define ROOT_15 3.8729833462074168852
 
-#define SLOW_RATE 0.6 /* a factorisation is renewed when the observed convergence rate is worse */
+#define MAX_REUSE_RATE                                                                             \
+    0.6 /* a factorisation is renewed when the observed convergence rate is worse */
 
 static const double node[STAGES] = {0.5 - ROOT_15 / 10.0, 0.5, 0.5 + ROOT_15 / 10.0}; /* c */
 
@@ -63,8 +66,8 @@ static weights weights_at(double x)
 
 /* u and v at the time x h of a step that starts from u0, v0; a (3, nodes, 4) are the stages'
  * accelerations. */
-TWO_PATHS static void integrate(const layout *at, const double *restrict a, int values, double h,
-                                double x, double *restrict u, double *restrict v)
+TWO_PATHS static void integrate(const state_view *at, const double *restrict a, int values,
+                                double h, double x, double *restrict u, double *restrict v)
 {
     const weights w = weights_at(x);
     for (int n = 0; n < values; n++) {
@@ -83,7 +86,7 @@ TWO_PATHS static void accelerate(const double *restrict a, int values, double x,
         out[n] = w.a[0] * a[n] + w.a[1] * a[values + n] + w.a[2] * a[2 * values + n];
 }
 
-static void place_ends(const gallop_model *model, const instant *now, double *u, double *v,
+static void place_ends(const gallop_model *model, const conditions *now, double *u, double *v,
                        double *a)
 {
     for (int end = 0; end < 2; end++) {
@@ -98,8 +101,8 @@ static void place_ends(const gallop_model *model, const instant *now, double *u,
 }
 
 /* The parabola of the sub-step before is continued; the ends follow their prescribed motion. */
-static void predict(const gallop_model *model, const gallop_state *state, layout *at,
-                    const instant *now, double h)
+static void predict(const gallop_model *model, const gallop_state *state, state_view *at,
+                    const conditions *now, double h)
 {
     const int values = 4 * model->nodes;
     for (int i = 0; i < STAGES; i++) {
@@ -118,11 +121,11 @@ static void predict(const gallop_model *model, const gallop_state *state, layout
 
 /* The stages' residuals in the eigenvectors: the real system's into at->residual, the pair's into
  * at->pair_residual. */
-TWO_PATHS static void separate(const layout *at, int values)
+TWO_PATHS static void separate(const state_view *at, int values)
 {
     const double *restrict r0 = at->stage_residual, *restrict r1 = r0 + values,
                            *restrict r2 = r1 + values;
-    double *restrict real = at->residual, *restrict pair = at->pair_residual;
+    double *restrict real = at->residual, *restrict pair = at->complex_residual;
     for (int n = 0; n < values; n += 4)
         for (int k = 0; k < 4; k++) {
             const double x = r0[n + k], y = r1[n + k], z = r2[n + k];
@@ -152,9 +155,9 @@ static number pair_inverse(double h)
 
 /* Takes the correction that the solved systems mean for stage i from its u, v, a; leaves that of u
  * in its residual. */
-TWO_PATHS static void correct(const layout *at, int values, int i, double h)
+TWO_PATHS static void correct(const state_view *at, int values, int i, double h)
 {
-    const double *restrict y = at->residual, *restrict pair = at->pair_residual;
+    const double *restrict y = at->residual, *restrict pair = at->complex_residual;
     const size_t first = (size_t)i * values;
     double *restrict du = at->stage_residual + first, *restrict u = at->stage_u + first;
     double *restrict v = at->stage_v + first, *restrict a = at->stage_a + first;
@@ -172,16 +175,16 @@ TWO_PATHS static void correct(const layout *at, int values, int i, double h)
         }
 }
 
-static bool factor_stages(const gallop_model *model, gallop_state *state, layout *at,
-                          const instant *now, const double *u, double h)
+static bool factor_stages(const gallop_model *model, gallop_state *state, state_view *at,
+                          const conditions *now, const double *u, double h)
 {
     const double real = 1.0 / (h * eigenvalue[0]);
     const number inverse = pair_inverse(h), square = times(inverse, inverse);
-    const blend mix = {1.0, real, real * real},
-                pair[2] = {{1.0, inverse.re, square.re}, {0.0, inverse.im, square.im}};
+    const tangent_weights mix = {1.0, real, real * real},
+                          pair[2] = {{1.0, inverse.re, square.re}, {0.0, inverse.im, square.im}};
     state->factored_step = 0.0;
     if (!solver_factor(model, now, &at->sections, u, mix, model->fixed, at->factors) ||
-        !pair_factor_span(model, now, &at->sections, u, pair, at->pair_factors))
+        !solver_complex_factor(model, now, &at->sections, u, pair, at->complex_factors))
         return false;
     state->factored_step = h;
     state->rate = 1.0;
@@ -190,70 +193,73 @@ static bool factor_stages(const gallop_model *model, gallop_state *state, layout
 }
 
 /* One step from u0 v0 at t - h to u v at t; its a is that of the parabola's end, of third order. */
-int gauss(const gallop_model *model, gallop_state *state, layout *at, const gallop_inputs *inputs,
-          double t, double h, double tolerance, gallop_report *report)
+int time_gauss(const gallop_model *model, gallop_state *state, state_view *at,
+               const gallop_inputs *inputs, double t, double h, double tolerance,
+               gallop_report *report)
 {
     const int values = 4 * model->nodes;
     bool renew = state->factored_step != h, fresh = false;
     double before = 0.0, time[STAGES];
-    instant now[STAGES];
-    watch seen;
+    conditions now[STAGES];
+    monitor seen;
     for (int i = 0; i < STAGES; i++) {
         time[i] = t - h * (1.0 - node[i]);
-        instant_at(model, time[i], inputs, &now[i]);
+        conditions_at(model, time[i], inputs, &now[i]);
     }
-    instant_at(model, t, inputs, &state->now);
+    conditions_at(model, t, inputs, &state->now);
     predict(model, state, at, now, h);
     for (int iteration = 1; iteration <= model->scene.max_newton_iterations; iteration++) {
         static const int order[STAGES] = {
             0, 2, 1}; /* the tangent is that of the middle, where the sections end */
-        watch_start(&seen);
+        element_monitor_start(&seen);
         for (int k = 0; k < STAGES; k++) {
             const int i = order[k];
             const size_t first = (size_t)i * values;
-            span_residual(model, time[i], &now[i], &at->sections, at->stage_u + first,
-                          at->stage_v + first, at->stage_a + first, renew,
-                          at->stage_residual + first, &seen);
-            add_springs(model, &now[i], at->stage_u + first, at->stage_residual + first);
+            element_sum_residual(model, time[i], &now[i], &at->sections, at->stage_u + first,
+                                 at->stage_v + first, at->stage_a + first, renew,
+                                 at->stage_residual + first, &seen);
+            device_add_springs(model, &now[i], at->stage_u + first, at->stage_residual + first);
         }
         if (renew) {
             if (!factor_stages(model, state, at, &now[1], at->stage_u + values, h))
-                return fail(report, GALLOP_NEWTON_STALLED, seen.slack_element, t, NAN, tolerance);
+                return report_failure(report, GALLOP_NEWTON_STALLED, seen.slack_element, t, NAN,
+                                      tolerance);
             renew = false;
             fresh = true;
             before = 0.0;
         }
         separate(at, values);
         solver_solve(model, at->factors, model->fixed, at->residual);
-        pair_solve(model, at->pair_factors, at->pair_residual);
+        solver_complex_solve(model, at->complex_factors, at->complex_residual);
         double size = 0.0;
         for (int i = 0; i < STAGES; i++) {
             correct(at, values, i, h);
-            const double own = correction_size(model, at->stage_residual + (size_t)i * values);
+            const double own = time_correction_size(model, at->stage_residual + (size_t)i * values);
             size = own <= size ? size : own; /* lets NaN pass */
         }
         state->iterations++;
         state->last_iterations++;
-        if (!isfinite(size)) return fail(report, GALLOP_NON_FINITE, -1, t, size, 0.0);
-        switch (newton_judge(state, size, before, fresh, SLOW_RATE, tolerance)) {
+        if (!isfinite(size)) return report_failure(report, GALLOP_NON_FINITE, -1, t, size, 0.0);
+        switch (time_newton_next(state, size, before, fresh, MAX_REUSE_RATE, tolerance)) {
         case NEWTON_CONVERGED:
             integrate(at, at->stage_a, values, h, 1.0, at->u, at->v);
             accelerate(at->stage_a, values, 1.0, at->a);
             place_ends(model, &state->now, at->u, at->v, at->a);
-            watch_tensions(model, at->u, &seen);
-            return newton_accept(model, state, &seen, t, report);
+            element_monitor_tensions(model, at->u, &seen);
+            return time_newton_accept(model, state, &seen, t, report);
         case NEWTON_DIVERGED:
-            return fail(report, GALLOP_NEWTON_STALLED, seen.slack_element, t, size, tolerance);
-        case NEWTON_RENEWS: renew = true; break;
-        case NEWTON_GOES_ON: break;
+            return report_failure(report, GALLOP_NEWTON_STALLED, seen.slack_element, t, size,
+                                  tolerance);
+        case NEWTON_REFACTORISE: renew = true; break;
+        case NEWTON_CONTINUE: break;
         }
         before = size;
     }
-    return fail(report, GALLOP_NEWTON_STALLED, seen.slack_element, t, before, tolerance);
+    return report_failure(report, GALLOP_NEWTON_STALLED, seen.slack_element, t, before, tolerance);
 }
 
 /* The step just found is the one before from now on. */
-void gauss_commit(const gallop_model *model, gallop_state *state, layout *at, double h)
+void time_gauss_commit(const gallop_model *model, gallop_state *state, state_view *at, double h)
 {
     const size_t bytes = 4 * (size_t)model->nodes * sizeof(double);
     memcpy(at->stage_before, at->stage_a, STAGES * bytes);
@@ -264,8 +270,8 @@ void gauss_commit(const gallop_model *model, gallop_state *state, layout *at, do
 /* The cubic part c of h^2 a = ... + c x^3 over the step just found, from the difference at its last
  * stage between the displacement and what the parabola of the step before makes of it; without a
  * step before, the quadratic part. */
-void gauss_cubic_part(const gallop_model *model, const gallop_state *state, const layout *at,
-                      double h, double *part)
+void time_gauss_cubic_part(const gallop_model *model, const gallop_state *state,
+                           const state_view *at, double h, double *part)
 {
     const int values = 4 * model->nodes;
     const double *now = at->stage_a, *old = at->stage_before;
@@ -296,7 +302,8 @@ void gauss_cubic_part(const gallop_model *model, const gallop_state *state, cons
 
 /* The linear part of h^2 a over the step just found, root mean square of one unknown over the
  * nodes. */
-double gauss_linear_part(const gallop_model *model, const layout *at, double h, int unknown)
+double time_gauss_linear_part(const gallop_model *model, const state_view *at, double h,
+                              int unknown)
 {
     const double *first = at->stage_a, *last = first + 4 * (size_t)(STAGES - 1) * model->nodes;
     double sum = 0.0;
@@ -306,7 +313,7 @@ double gauss_linear_part(const gallop_model *model, const layout *at, double h, 
 }
 
 /* u v a at a time within the last step: the quintic through u, v, a at its ends. */
-void gauss_read(const gallop_model *model, const gallop_state *state, layout *at, double t)
+void time_gauss_read(const gallop_model *model, const gallop_state *state, state_view *at, double t)
 {
     const int values = 4 * model->nodes;
     const double h = state->last_step, x = 1.0 + (t - state->time) / h, *k = at->stage_before;

@@ -1,11 +1,11 @@
 /* Tangent of the element (Liu et al. 2009, eq. 11, 14, 18, and the aerodynamic terms), LANES
  * elements at once. */
-#include "internal.h"
+#include "element.h"
 
 /* Rows f2, f3, moment; columns n2, n3, theta of k dR/du + c dR/dv + m dR/da at the sections `i` to
  * i + LANES - 1. */
 INLINE void section_tangent(const gallop_model *model, const sections *at, int i, bool wind,
-                            blend mix, int unknowns, lanes g[3][3])
+                            tangent_weights mix, int unknowns, lanes g[3][3])
 {
 #define AT(array) (*(const lanes *)(at->array + i))
     for (int row = 0; row < 3; row++)
@@ -40,7 +40,7 @@ INLINE void turn_to_axes(const lanes normal[2], int unknowns, lanes g[3][3], lan
 
 /* Adds the eccentric ice and the wind at the sections from `first` on to the blocks. */
 INLINE void add_sections(const gallop_model *model, const strip *s, const sections *at, int first,
-                         bool wind, blend mix, int unknowns, lanes block[6][16])
+                         bool wind, tangent_weights mix, int unknowns, lanes block[6][16])
 {
     for (int q = 0; q < 3; q++) {
         lanes g[3][3], along[4][4];
@@ -50,7 +50,7 @@ INLINE void add_sections(const gallop_model *model, const strip *s, const sectio
             for (int m = n; m < 3; m++, p++) {
                 if (q == 1 && p != MIDDLE_MIDDLE)
                     continue; /* the second section lies at the middle node */
-                const lanes w = s->share[q][n] * shape3[q][m];
+                const lanes w = s->share[q][n] * element_shape3[q][m];
                 for (int i = 0; i < unknowns; i++)
                     for (int j = 0; j < unknowns; j++)
                         block[p][unknowns * i + j] += w * along[i][j];
@@ -60,7 +60,8 @@ INLINE void add_sections(const gallop_model *model, const strip *s, const sectio
 
 /* Blocks of `unknowns` rows and columns. */
 INLINE void tangent_of(const gallop_model *model, const strip *s, const sections *at, int first,
-                       bool wind, lanes u[3][4], blend mix, int unknowns, lanes block[6][16])
+                       bool wind, lanes u[3][4], tangent_weights mix, int unknowns,
+                       lanes block[6][16])
 {
     const double ea = model->scene.axial_stiffness, gj = model->scene.torsional_stiffness;
     const double *b = model->derived.translation_damping, *bt = model->derived.twist_damping;
@@ -116,7 +117,7 @@ INLINE void tangent_of(const gallop_model *model, const strip *s, const sections
 #define STRIP_OF(unknowns)                                                                         \
     TWO_PATHS static void strip_of_##unknowns(                                                     \
         const gallop_model *model, const strip *s, const sections *at, int first, bool wind,       \
-        const double *u, int count, blend mix, lanes block[6][16])                                 \
+        const double *u, int count, tangent_weights mix, lanes block[6][16])                       \
     {                                                                                              \
         lanes nodes[3][4];                                                                         \
         for (int n = 0; n < 3; n++) read_nodes(u, n, count, nodes[n]);                             \
@@ -128,12 +129,13 @@ STRIP_OF(4)
 
 /* The blocks of a strip, as many rows and columns each as the model has unknowns at a node; `at`
  * holds the section forces, with slopes, of the motion whose displacements along the span are u. */
-void strip_tangent(const gallop_model *model, int index, const instant *now, const sections *at,
-                   const double *u, blend mix, lanes block[6][16])
+void element_strip_tangent(const gallop_model *model, int index, const conditions *now,
+                           const sections *at, const double *u, tangent_weights mix,
+                           lanes block[6][16])
 {
     const strip *s = &model->strip[index];
     const int e = LANES * index, count = model->elements - e, first = 3 * LANES * index;
-    const bool wind = windy(model, now);
+    const bool wind = element_has_wind(model, now);
     if (model->unknowns == 2)
         strip_of_2(model, s, at, first, wind, u + 8 * e, count, mix, block);
     else if (model->unknowns == 3)
@@ -144,12 +146,12 @@ void strip_tangent(const gallop_model *model, int index, const instant *now, con
 
 /* tangent: the 4 x 4 blocks left-left, left-middle, ... of one element, of all unknowns; u are its
  * own displacements. */
-void element_tangent(const gallop_model *model, int e, const instant *now, const sections *at,
-                     const double u[12], blend mix, double tangent[6][16])
+void element_tangent(const gallop_model *model, int e, const conditions *now, const sections *at,
+                     const double u[12], tangent_weights mix, double tangent[6][16])
 {
     lanes block[6][16];
-    strip_of_4(model, &model->strip[e / LANES], at, 3 * LANES * (e / LANES), windy(model, now), u,
-               1, mix, block);
+    strip_of_4(model, &model->strip[e / LANES], at, 3 * LANES * (e / LANES),
+               element_has_wind(model, now), u, 1, mix, block);
     for (int p = 0; p < 6; p++)
         for (int i = 0; i < 16; i++) tangent[p][i] = LANE(block[p][i], e % LANES);
 }

@@ -3,27 +3,29 @@
  * of the step before, continued, and the one found.  Step sizes are powers of sqrt(2), so that a
  * factorised tangent serves for many steps.  Steps end where a law has a kink; between, the motion
  * is read off a quintic. */
-#include "internal.h"
+#include "base_math.h"
+#include "law.h"
+#include "time_integration.h"
 
 /* Error of a step in units of the cubic part of h^2 a.  Calibrated so that the error of whole runs
  * stays within three tolerances where these are 1e-3 to 1e-7 (tests/convergence/test_tolerance.py).
  */
-#define SHARE 0.01
+#define ERROR_CONSTANT 0.01
 
-#define MARGIN 0.8         /* on the step size that the estimate allows */
-#define FASTEST_CHANGE 4.0 /* of the step size */
-#define MANY_ITERATIONS                                                                            \
+#define SAFETY_FACTOR 0.8  /* on the step size that the estimate allows */
+#define MAX_STEP_RATIO 4.0 /* of the step size */
+#define GROWTH_ITERATION_LIMIT                                                                     \
     6 /* a step that took so many does not grow: it would cost more than it gains */
-#define NEWTON_SHARE 0.01   /* of the tolerance, left to Newton's iteration */
-#define FINEST_NEWTON 1e-13 /* [m], above round-off */
+#define NEWTON_TOLERANCE_SHARE 0.01 /* of the tolerance, left to Newton's iteration */
+#define MIN_NEWTON_TOLERANCE 1e-13  /* [m], above round-off */
 
-#define FEW_STEPS 8.0  /* to a limit */
-#define SHORTEST 1e-10 /* step [s], and part of the time, that is still a step */
+#define EQUALISE_BELOW_STEPS 8.0 /* to a limit */
+#define MIN_STEP 1e-10           /* step [s], and part of the time, that is still a step */
 
 /* An error of fast twist counts for more: where its frequency is above so many times that of the
  * span's swing, and up to so many times more.  Calibrated likewise. */
-#define FAST_TWIST 8.0
-#define MOST_WEIGHT 30.0
+#define FAST_TWIST_RATIO 8.0
+#define MAX_TWIST_WEIGHT 30.0
 
 /* Motion smaller than this is not resolved to the tolerance: in diameters, and in rad. */
 #define SMALL_DISPLACEMENT 0.01
@@ -48,77 +50,81 @@ static void grow_scales(const gallop_model *model, gallop_state *state, const do
     for (int i = 1; i < 4; i++) state->largest[i] = fmax(state->largest[i], mean_size(model, u, i));
 }
 
-double newton_tolerance(const gallop_model *model, const gallop_state *state)
+double time_newton_tolerance(const gallop_model *model, const gallop_state *state)
 {
-    if (!by_tolerance(model)) return model->scene.newton_tolerance * state->sharpness;
+    if (!model_by_tolerance(model)) return model->scene.newton_tolerance * state->sharpness;
     double motion = INFINITY;
     for (int i = 1; i < model->unknowns; i++) motion = fmin(motion, scale_of(model, state, i));
-    return fmax(NEWTON_SHARE * model->scene.tolerance * motion * state->sharpness, FINEST_NEWTON);
+    return fmax(NEWTON_TOLERANCE_SHARE * model->scene.tolerance * motion * state->sharpness,
+                MIN_NEWTON_TOLERANCE);
 }
 
 /* What an error of the twist counts for.  While a span swings once it may twist to and fro sixty
  * times, and errors of phase add up.  The frequency of the part of the motion that the step misses
  * is seen in its fifth derivative over the third; that of the swing is a taut string's. */
-static double twist_weight(const gallop_model *model, const layout *at, double h, double cubic_part)
+static double twist_weight(const gallop_model *model, const state_view *at, double h,
+                           double cubic_part)
 {
     const double swing =
         PI / model->scene.length * sqrt(model->derived.horizontal_tension / model->mass);
-    const double turning = sqrt(6.0 * cubic_part / gauss_linear_part(model, at, h, 3)) / h;
-    return fmin(fmax(turning / (FAST_TWIST * swing), 1.0), MOST_WEIGHT);
+    const double turning = sqrt(6.0 * cubic_part / time_gauss_linear_part(model, at, h, 3)) / h;
+    return fmin(fmax(turning / (FAST_TWIST_RATIO * swing), 1.0), MAX_TWIST_WEIGHT);
 }
 
 /* Error of the step just found in units of the tolerance: of the transverse displacements and the
  * twist, each relative to its largest motion so far.  Axial displacements are small, follow the
  * others, and are full of unresolved modes. */
-static double error_of(const gallop_model *model, const gallop_state *state, layout *at, double h)
+static double error_of(const gallop_model *model, const gallop_state *state, state_view *at,
+                       double h)
 {
     double largest = 0.0;
-    gauss_cubic_part(model, state, at, h, at->residual);
+    time_gauss_cubic_part(model, state, at, h, at->residual);
     for (int i = 1; i < model->unknowns; i++) {
         const double size = mean_size(model, at->residual, i),
                      weight = i == 3 ? twist_weight(model, at, h, size) : 1.0;
         largest = fmax(largest, weight * size / scale_of(model, state, i));
     }
-    return SHARE * largest / model->scene.tolerance;
+    return ERROR_CONSTANT * largest / model->scene.tolerance;
 }
 
 /* The largest power of sqrt(2) not above h [s]; above zero, however close a limit or a host's step
  * may be. */
-static double notch(double h)
+static double floor_to_sqrt2_grid(double h)
 {
-    return exp2(0.5 * floor(2.0 * log2(fmax(h, SHORTEST * SHORTEST)) + 1e-6));
+    return exp2(0.5 * floor(2.0 * log2(fmax(h, MIN_STEP * MIN_STEP)) + 1e-6));
 }
 
 static double allowed_step(double h, double error)
 {
-    const double factor = MARGIN * pow(fmax(error, 1e-12), -0.2);
-    return notch(h * fmin(fmax(factor, 1.0 / FASTEST_CHANGE), FASTEST_CHANGE));
+    const double chain_factor = SAFETY_FACTOR * pow(fmax(error, 1e-12), -0.2);
+    return floor_to_sqrt2_grid(h * fmin(fmax(chain_factor, 1.0 / MAX_STEP_RATIO), MAX_STEP_RATIO));
 }
 
-void control_start(const gallop_model *model, gallop_state *state, const double *u)
+void time_control_start(const gallop_model *model, gallop_state *state, const double *u)
 {
     memset(state->largest, 0, sizeof state->largest);
     grow_scales(model, state, u);
-    state->wanted_step = notch(model->scene.time_step);
+    state->wanted_step = floor_to_sqrt2_grid(model->scene.time_step);
 }
 
 /* What follows from a step of size h that was found, or (outcome) was not: whether it stands, and
  * the next size. */
-static bool judge(const gallop_model *model, gallop_state *state, layout *at, double h, int outcome)
+static bool accept_step(const gallop_model *model, gallop_state *state, state_view *at, double h,
+                        int outcome)
 {
     if (outcome) {
         state->factored_step = 0.0;
         state->halvings++;
-        state->wanted_step = notch(0.5 * h);
+        state->wanted_step = floor_to_sqrt2_grid(0.5 * h);
         return false;
     }
     const double error = error_of(model, state, at, h), allowed = allowed_step(h, error);
     if (!(error <= 1.0)) {
         state->rejections++;
-        state->wanted_step = fmin(allowed, notch(0.8 * h));
+        state->wanted_step = fmin(allowed, floor_to_sqrt2_grid(0.8 * h));
         return false;
     }
-    if (allowed > state->wanted_step && state->last_iterations < MANY_ITERATIONS)
+    if (allowed > state->wanted_step && state->last_iterations < GROWTH_ITERATION_LIMIT)
         state->wanted_step = allowed;
     return true;
 }
@@ -129,14 +135,14 @@ static bool judge(const gallop_model *model, gallop_state *state, layout *at, do
 static double next_size(const gallop_state *state, double left)
 {
     double h = state->wanted_step;
-    if (left < FEW_STEPS * h) h = left / fmax(1.0, ceil(left / h - 1e-6));
+    if (left < EQUALISE_BELOW_STEPS * h) h = left / fmax(1.0, ceil(left / h - 1e-6));
     return fabs(h - state->factored_step) < 1e-9 * h ? state->factored_step : h;
 }
 
 /* One step, as long as the tolerance allows, but not beyond `limit`.  On failure the motion is what
  * it was. */
-static int controlled_step(const gallop_model *model, gallop_state *state, layout *at,
-                           const gallop_inputs *inputs, double limit, gallop_report *report)
+static int step_within_tolerance(const gallop_model *model, gallop_state *state, state_view *at,
+                                 const gallop_inputs *inputs, double limit, gallop_report *report)
 {
     const size_t bytes = 4 * (size_t)model->nodes * sizeof(double);
     const double left = limit - state->time;
@@ -148,13 +154,13 @@ static int controlled_step(const gallop_model *model, gallop_state *state, layou
                      t = h > left * (1.0 - 1e-8) ? limit : state->time + h;
         state->last_substeps++;
         const int outcome =
-            gauss(model, state, at, inputs, t, h, newton_tolerance(model, state), report);
-        if (outcome && (!may_halve(outcome) || failures++ == model->scene.max_halvings)) {
+            time_gauss(model, state, at, inputs, t, h, time_newton_tolerance(model, state), report);
+        if (outcome && (!time_may_halve(outcome) || failures++ == model->scene.max_halvings)) {
             memcpy(at->u, at->u0, 3 * bytes);
             return outcome;
         }
-        if (judge(model, state, at, h, outcome)) {
-            gauss_commit(model, state, at, h);
+        if (accept_step(model, state, at, h, outcome)) {
+            time_gauss_commit(model, state, at, h);
             grow_scales(model, state, at->u);
             state->time = t;
             state->steps++;
@@ -162,8 +168,9 @@ static int controlled_step(const gallop_model *model, gallop_state *state, layou
             return GALLOP_COMPLETED;
         }
         memcpy(at->u, at->u0, 3 * bytes);
-        if (h < SHORTEST * fmax(1.0, fabs(state->time)))
-            return fail(report, GALLOP_NEWTON_STALLED, -1, state->time, h, model->scene.tolerance);
+        if (h < MIN_STEP * fmax(1.0, fabs(state->time)))
+            return report_failure(report, GALLOP_NEWTON_STALLED, -1, state->time, h,
+                                  model->scene.tolerance);
     }
 }
 
@@ -190,7 +197,7 @@ static void forget_before(gallop_state *state)
     state->step_before = INFINITY;
 }
 
-static bool inputs_jump(const instant *before, const instant *now)
+static bool inputs_jump(const conditions *before, const conditions *now)
 {
     bool jump = before->wind != now->wind || before->attack != now->attack;
     for (int end = 0; end < 2; end++)
@@ -200,19 +207,20 @@ static bool inputs_jump(const instant *before, const instant *now)
 }
 
 /* Steps until the state's time is `until` (`exactly`), or not before it. */
-int controlled_march(const gallop_model *model, gallop_state *state, const gallop_inputs *inputs,
-                     double until, bool exactly, gallop_report *report)
+int time_controlled_march(const gallop_model *model, gallop_state *state,
+                          const gallop_inputs *inputs, double until, bool exactly,
+                          gallop_report *report)
 {
-    layout at = state_layout(model, state);
+    state_view at = state_view_of(model, state);
     if (inputs) {
-        instant now;
-        instant_at(model, state->time, inputs, &now);
+        conditions now;
+        conditions_at(model, state->time, inputs, &now);
         if (inputs_jump(&state->now, &now)) forget_before(state);
     }
     while (state->time < until) {
         const double kink = next_kink(model, inputs, state->time);
-        const int outcome =
-            controlled_step(model, state, &at, inputs, exactly ? fmin(kink, until) : kink, report);
+        const int outcome = step_within_tolerance(model, state, &at, inputs,
+                                                  exactly ? fmin(kink, until) : kink, report);
         if (outcome) return outcome;
         if (state->time == kink) forget_before(state);
     }
@@ -221,17 +229,17 @@ int controlled_march(const gallop_model *model, gallop_state *state, const gallo
 
 /* The motion at a time within the last step, until control_return: a quintic through displacement,
  * velocity and acceleration at both ends of the step. */
-void control_look(const gallop_model *model, gallop_state *state, layout *at, double t)
+void time_control_look(const gallop_model *model, gallop_state *state, state_view *at, double t)
 {
     const size_t bytes = 4 * (size_t)model->nodes * sizeof(double);
     memcpy(at->first, at->u, 3 * bytes);
     state->looked_from = state->now;
     if (t == state->time) return;
-    instant_at(model, t, NULL, &state->now);
-    gauss_read(model, state, at, t);
+    conditions_at(model, t, NULL, &state->now);
+    time_gauss_read(model, state, at, t);
 }
 
-void control_return(const gallop_model *model, gallop_state *state, layout *at)
+void time_control_return(const gallop_model *model, gallop_state *state, state_view *at)
 {
     memcpy(at->u, at->first, 3 * 4 * (size_t)model->nodes * sizeof(double));
     state->now = state->looked_from;

@@ -3,7 +3,7 @@
  * towards the middle: two recursions that do not wait for each other.  Work and memory grow
  * linearly with the number of elements.  Everything is compiled for blocks of 4, 3 and 2 unknowns:
  * the leading ones, the others stay as they are. */
-#include "internal.h"
+#include "solver.h"
 
 /* Where a factorisation lies in its block of memory.  Of a strip: the inverse of its middle blocks
  * and the couplings of the middle with the left and the right node, LANES values of each entry side
@@ -208,8 +208,9 @@ static void fix_rows(const bool fixed[4], double *corner, int n)
     }
 }
 
-INLINE bool factor_all(const gallop_model *model, const instant *now, const sections *at,
-                       const double *u, blend mix, const bool fixed[2][4], int n, double *store)
+INLINE bool factor_all(const gallop_model *model, const conditions *now, const sections *at,
+                       const double *u, tangent_weights mix, const bool fixed[2][4], int n,
+                       double *store)
 {
     const int elements = model->elements, meeting = elements / 2;
     const int size = n * STRIDE(n), corners = 3 * size * (elements + 1);
@@ -218,7 +219,7 @@ INLINE bool factor_all(const gallop_model *model, const instant *now, const sect
     for (int i = 0; i < corners; i++) first[i] = 0.0;
     for (int index = 0; index < model->strips; index++) {
         lanes block[6][16];
-        strip_tangent(model, index, now, at, u, mix, block);
+        element_strip_tangent(model, index, now, at, u, mix, block);
         if (!condense(model, index, block, n, store)) return false;
     }
     for (int i = 0; i < n; i++) {
@@ -308,13 +309,13 @@ INLINE void solve_all(const gallop_model *model, const double *store, const bool
 }
 
 #define SOLVER_OF(unknowns)                                                                        \
-    TWO_PATHS static bool factor_##unknowns(const gallop_model *model, const instant *now,         \
-                                            const sections *at, const double *u, blend mix,        \
-                                            const bool fixed[2][4], factor *factors)               \
+    TWO_PATHS static bool factor_##unknowns(                                                       \
+        const gallop_model *model, const conditions *now, const sections *at, const double *u,     \
+        tangent_weights mix, const bool fixed[2][4], chain_factor *factors)                        \
     {                                                                                              \
         return factor_all(model, now, at, u, mix, fixed, unknowns, factors->value);                \
     }                                                                                              \
-    TWO_PATHS static void solve_##unknowns(const gallop_model *model, const factor *factors,       \
+    TWO_PATHS static void solve_##unknowns(const gallop_model *model, const chain_factor *factors, \
                                            const bool fixed[2][4], double *rhs)                    \
     {                                                                                              \
         solve_all(model, factors->value, fixed, unknowns, rhs);                                    \
@@ -324,8 +325,9 @@ SOLVER_OF(3)
 SOLVER_OF(4)
 
 /* `at` holds the section forces, with slopes, of the motion whose displacements are u. */
-bool solver_factor(const gallop_model *model, const instant *now, const sections *at,
-                   const double *u, blend mix, const bool fixed[2][4], factor *factors)
+bool solver_factor(const gallop_model *model, const conditions *now, const sections *at,
+                   const double *u, tangent_weights mix, const bool fixed[2][4],
+                   chain_factor *factors)
 {
     if (model->unknowns == 2) return factor_2(model, now, at, u, mix, fixed, factors);
     if (model->unknowns == 3) return factor_3(model, now, at, u, mix, fixed, factors);
@@ -333,7 +335,7 @@ bool solver_factor(const gallop_model *model, const instant *now, const sections
 }
 
 /* rhs (nodes, 4) becomes the solution; entries of fixed unknowns become zero. */
-void solver_solve(const gallop_model *model, const factor *factors, const bool fixed[2][4],
+void solver_solve(const gallop_model *model, const chain_factor *factors, const bool fixed[2][4],
                   double *rhs)
 {
     if (model->unknowns == 2)

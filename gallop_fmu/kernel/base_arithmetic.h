@@ -1,7 +1,7 @@
 /* Stops compilers whose options would spoil the arithmetic; what they do not report,
  * gallop_arithmetic_fault finds. */
-#ifndef GALLOP_ARITHMETIC_H
-#define GALLOP_ARITHMETIC_H
+#ifndef GALLOP_BASE_ARITHMETIC_H
+#define GALLOP_BASE_ARITHMETIC_H
 
 #if defined(__FAST_MATH__) || defined(_M_FP_FAST) ||                                               \
     (defined(__FINITE_MATH_ONLY__) && __FINITE_MATH_ONLY__)

@@ -2,10 +2,10 @@
  * gcc and clang become AVX2 or pairs of SSE2 registers with the same arithmetic, so the same bits;
  * other compilers take one element at a time.  Vectors are passed by address only: what passing one
  * by value means depends on the processor. */
-#ifndef GALLOP_STRIP_H
-#define GALLOP_STRIP_H
+#ifndef GALLOP_BASE_LANES_H
+#define GALLOP_BASE_LANES_H
 
-#include "arithmetic.h"
+#include "base_arithmetic.h"
 
 #if defined(__GNUC__) && !defined(GALLOP_ONE_LANE) /* to measure what lanes give */
 #define LANES 4
@@ -15,6 +15,20 @@ typedef double lanes __attribute__((vector_size(32), aligned(8), may_alias));
 #define LANES 1
 #define INLINE static inline
 typedef double lanes;
+#endif
+
+/* Before a function that works along the span: it is compiled twice, for AVX2 and for any x86-64,
+ * and the loader picks. Both give the same bits, as there is no fused multiply-add.  Elsewhere,
+ * under sanitizers, and by clang before 18, which does not link such functions across files, once.
+ */
+#if defined(__clang__) && __clang_major__ < 18 && !defined(GALLOP_ONE_PATH)
+#define GALLOP_ONE_PATH
+#endif
+#if defined(__GNUC__) && defined(__x86_64__) && defined(__linux__) && defined(__GLIBC__) &&        \
+    !defined(__SANITIZE_ADDRESS__) && !defined(GALLOP_ONE_PATH)
+#define TWO_PATHS __attribute__((target_clones("avx2", "default")))
+#else
+#define TWO_PATHS
 #endif
 
 #define LANE(x, k) (((double *)&(x))[k])

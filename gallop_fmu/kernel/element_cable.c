@@ -1,23 +1,24 @@
 /* Three-node cable element with twist and eccentric ice (Liu et al. 2009, eq. 5-18), updated
  * Lagrangian: everything is evaluated on the current configuration x = X + u; the tension carries
  * the total axial Green strain from the initial equilibrium, so it cannot drift. */
-#include "elementary.h"
-#include "internal.h"
+#include "base_math.h"
+#include "element.h"
+#include "law.h"
 
 #define ROOT_3_5 0.77459666924148337704
 #define ROOT_1_3 0.57735026918962576451
 
 #define STRIPS_AT_ONCE 8 /* whose intermediate results stay in the first-level cache */
 
-const double gauss2[2] = {-ROOT_1_3, ROOT_1_3};
+const double element_gauss2[2] = {-ROOT_1_3, ROOT_1_3};
 static const double gauss3[3] = {-ROOT_3_5, 0.0, ROOT_3_5};
 static const double gauss3_weight[3] = {5.0 / 9.0, 8.0 / 9.0, 5.0 / 9.0};
 
 /* N = (xi (xi - 1) / 2, 1 - xi^2, xi (xi + 1) / 2), paper eq. (5), at the three-point Gauss
  * abscissae */
-const double shape3[3][3] = {{0.5 * (0.6 + ROOT_3_5), 0.4, 0.5 * (0.6 - ROOT_3_5)},
-                             {0.0, 1.0, 0.0},
-                             {0.5 * (0.6 - ROOT_3_5), 0.4, 0.5 * (0.6 + ROOT_3_5)}};
+const double element_shape3[3][3] = {{0.5 * (0.6 + ROOT_3_5), 0.4, 0.5 * (0.6 - ROOT_3_5)},
+                                     {0.0, 1.0, 0.0},
+                                     {0.5 * (0.6 - ROOT_3_5), 0.4, 0.5 * (0.6 + ROOT_3_5)}};
 
 static double tangent_at(const double x[9], double xi, double shape_slope[3], double direction[3])
 {
@@ -45,7 +46,7 @@ static void normal_to(const double tangent[3], double normal[2])
 }
 
 /* Normals at the nodes; where two elements meet, of their mean direction. */
-void normals_at_nodes(gallop_model *model)
+void element_normals_at_nodes(gallop_model *model)
 {
     for (int n = 0; n < model->nodes; n++) {
         const int first = n % 2 || n == 0 ? n / 2 : n / 2 - 1,
@@ -59,11 +60,11 @@ void normals_at_nodes(gallop_model *model)
     }
 }
 
-void geometry_from_nodes(geometry *g, const double x[9], const double tension[2])
+void element_geometry_from_nodes(geometry *g, const double x[9], const double tension[2])
 {
     double slope[3], direction[3];
     for (int q = 0; q < 2; q++) {
-        g->stiffness_weight[q] = tangent_at(x, gauss2[q], g->shape_slope[q], g->slope[q]);
+        g->stiffness_weight[q] = tangent_at(x, element_gauss2[q], g->shape_slope[q], g->slope[q]);
         g->tension[q] = tension[q];
     }
     memset(g->shape_product, 0, sizeof g->shape_product);
@@ -72,11 +73,12 @@ void geometry_from_nodes(geometry *g, const double x[9], const double tension[2]
         g->inertia_weight[q] = w;
         normal_to(direction, g->normal[q]);
         for (int a = 0; a < 3; a++)
-            for (int b = 0; b < 3; b++) g->shape_product[a][b] += w * shape3[q][a] * shape3[q][b];
+            for (int b = 0; b < 3; b++)
+                g->shape_product[a][b] += w * element_shape3[q][a] * element_shape3[q][b];
     }
 }
 
-void lay_side_by_side(gallop_model *model)
+void element_fill_strips(gallop_model *model)
 {
     for (int k = 0; k < LANES * model->strips; k++) {
         const geometry *g = &model->geometry[k < model->elements ? k : model->elements - 1];
@@ -97,7 +99,7 @@ void lay_side_by_side(gallop_model *model)
         for (int q = 0; q < 3; q++) {
             LANE(s->inertia_weight[q], lane) = there * g->inertia_weight[q];
             for (int n = 0; n < 3; n++)
-                LANE(s->share[q][n], lane) = g->inertia_weight[q] * shape3[q][n];
+                LANE(s->share[q][n], lane) = g->inertia_weight[q] * element_shape3[q][n];
             for (int i = 0; i < 2; i++) LANE(s->normal[q][i], lane) = g->normal[q][i];
         }
     }
@@ -122,7 +124,7 @@ void element_tension(const gallop_model *model, int e, const double u[12], doubl
 }
 
 /* Tensions at u, where forces were balanced elsewhere. */
-void watch_tensions(const gallop_model *model, const double *u, watch *seen)
+void element_monitor_tensions(const gallop_model *model, const double *u, monitor *seen)
 {
     for (int e = 0; e < model->elements; e++) {
         double tension[2];
@@ -134,14 +136,14 @@ void watch_tensions(const gallop_model *model, const double *u, watch *seen)
     }
 }
 
-void watch_start(watch *seen)
+void element_monitor_start(monitor *seen)
 {
-    *seen = (watch){INFINITY, 0.0, 0.0, -1, -1};
+    *seen = (monitor){INFINITY, 0.0, 0.0, -1, -1};
 }
 
 /* First mass moments turn with the section, in its plane; the omega^2 terms, missing in the paper,
  * conserve energy. */
-TWO_PATHS static void ice_inertia(const instant *now, const sections *at, int first, int last)
+TWO_PATHS static void ice_inertia(const conditions *now, const sections *at, int first, int last)
 {
     const double m2 = now->c2, m3 = now->c3;
     const double *theta = at->theta, *omega = at->omega, *omega_rate = at->omega_rate,
@@ -167,8 +169,8 @@ INLINE void interpolate(lanes y[3][4], int unknown, double *out)
 {
     const lanes left = y[0][unknown], middle = y[1][unknown], right = y[2][unknown];
     for (int q = 0; q < 3; q += 2)
-        *(lanes *)(out + LANES * q) =
-            shape3[q][0] * left + shape3[q][1] * middle + shape3[q][2] * right;
+        *(lanes *)(out + LANES * q) = element_shape3[q][0] * left + element_shape3[q][1] * middle +
+                                      element_shape3[q][2] * right;
     *(lanes *)(out + LANES) = middle;
 }
 
@@ -264,7 +266,7 @@ INLINE void add_section_forces(const strip *s, const sections *at, int first, in
 }
 
 /* Forces at sections whose motion is known: inertia of the eccentric ice minus aerodynamics. */
-static void section_forces(const gallop_model *model, const instant *now, const sections *at,
+static void section_forces(const gallop_model *model, const conditions *now, const sections *at,
                            int first, int last, bool wind, bool slopes)
 {
     if (model->eccentric)
@@ -272,12 +274,12 @@ static void section_forces(const gallop_model *model, const instant *now, const 
     else
         for (int i = 0; i < 3; i++)
             memset(at->force[i] + first, 0, (size_t)(last - first) * sizeof(double));
-    if (wind) aero_loads(model, now, at, first, last - first, slopes);
+    if (wind) element_aero_loads(model, now, at, first, last - first, slopes);
 }
 
 /* The worst angle outside the curve's range, of the sections on which the wind matters. */
-static void look_at_angles(const gallop_model *model, const instant *now, const sections *at,
-                           int first, int last, int first_element, watch *seen)
+static void look_at_angles(const gallop_model *model, const conditions *now, const sections *at,
+                           int first, int last, int first_element, monitor *seen)
 {
     if (model->scene.outside != GALLOP_OUTSIDE_ERROR) return;
     lanes all = {0.0};
@@ -288,7 +290,7 @@ static void look_at_angles(const gallop_model *model, const instant *now, const 
     for (int i = first; i < last; i++) {
         const int e = first_element + (i - first) / (3 * LANES) * LANES + i % LANES;
         if (!(at->excess[i] > seen->worst_excess) || e >= model->elements) continue;
-        if (!wind_matters(model, now, at, i)) continue;
+        if (!element_wind_matters(model, now, at, i)) continue;
         seen->worst_excess = at->excess[i];
         seen->worst_angle = at->angle[i];
         seen->angle_element = e;
@@ -297,12 +299,13 @@ static void look_at_angles(const gallop_model *model, const instant *now, const 
 
 /* Adds to `residual` the forces of `strips` strips from `start`, no more than STRIPS_AT_ONCE;
  * section forces go to the arrays of `at` from `slot` on. */
-INLINE void strips_residual(const gallop_model *model, const instant *now, const sections *at,
+INLINE void strips_residual(const gallop_model *model, const conditions *now, const sections *at,
                             const double *u, const double *v, const double *a, int start,
                             int strips, int slot, bool slopes, int unknowns, double *residual,
-                            lowest *low, watch *seen)
+                            lowest *low, monitor *seen)
 {
-    const bool wind = windy(model, now), sectional = unknowns > 2 && (model->eccentric || wind);
+    const bool wind = element_has_wind(model, now),
+               sectional = unknowns > 2 && (model->eccentric || wind);
     lanes r[STRIPS_AT_ONCE][3][4];
     for (int k = 0; k < strips; k++) {
         const int e = LANES * (start + k), count = model->elements - e;
@@ -334,9 +337,9 @@ INLINE void strips_residual(const gallop_model *model, const instant *now, const
     }
 }
 
-INLINE void all_strips(const gallop_model *model, const instant *now, const sections *at,
+INLINE void all_strips(const gallop_model *model, const conditions *now, const sections *at,
                        const double *u, const double *v, const double *a, bool slopes, int unknowns,
-                       double *residual, watch *seen)
+                       double *residual, monitor *seen)
 {
     lowest low;
     for (int k = 0; k < LANES; k++) LANE(low.tension, k) = LANE(low.where, k) = INFINITY;
@@ -357,8 +360,8 @@ INLINE void all_strips(const gallop_model *model, const instant *now, const sect
 
 #define SPAN_OF(unknowns)                                                                          \
     TWO_PATHS static void span_of_##unknowns(                                                      \
-        const gallop_model *model, const instant *now, const sections *at, const double *u,        \
-        const double *v, const double *a, bool slopes, double *residual, watch *seen)              \
+        const gallop_model *model, const conditions *now, const sections *at, const double *u,     \
+        const double *v, const double *a, bool slopes, double *residual, monitor *seen)            \
     {                                                                                              \
         all_strips(model, now, at, u, v, a, slopes, unknowns, residual, seen);                     \
     }
@@ -368,9 +371,9 @@ SPAN_OF(4)
 
 /* Out-of-balance forces of the free body: internal + inertia + damping - aerodynamics - loads -
  * constant forces. */
-void span_residual(const gallop_model *model, double t, const instant *now, const sections *at,
-                   const double *u, const double *v, const double *a, bool slopes, double *residual,
-                   watch *seen)
+void element_sum_residual(const gallop_model *model, double t, const conditions *now,
+                          const sections *at, const double *u, const double *v, const double *a,
+                          bool slopes, double *residual, monitor *seen)
 {
     const int values = 4 * model->nodes;
     for (int i = 0; i < values; i++) residual[i] = -model->constant_force[i];
@@ -394,11 +397,11 @@ void span_residual(const gallop_model *model, double t, const instant *now, cons
 }
 
 /* Forces of one element alone. */
-TWO_PATHS void element_residual(const gallop_model *model, int e, const instant *now,
+TWO_PATHS void element_residual(const gallop_model *model, int e, const conditions *now,
                                 const sections *at, const double *u, const double *v,
                                 const double *a, double r[12])
 {
-    const bool wind = windy(model, now);
+    const bool wind = element_has_wind(model, now);
     const strip *s = &model->strip[e / LANES];
     lanes ue[3][4], ve[3][4], ae[3][4], force[3][4];
     lowest low;

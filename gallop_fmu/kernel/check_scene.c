@@ -1,8 +1,8 @@
 /* Whether a scene's numbers are finite and its laws, curve and loads can be read: before a model
  * copies them. */
-#include "internal.h"
+#include "check.h"
 
-#define MOST_LOADED_POINTS 10000000 /* of all loads together */
+#define MAX_LOADED_POINTS 10000000 /* of all loads together */
 
 typedef struct {
     const char *name;
@@ -13,7 +13,7 @@ static int all_finite(const named *number, size_t count, gallop_report *report)
 {
     for (size_t i = 0; i < count; i++)
         if (!isfinite(number[i].value))
-            return invalid(report, number[i].name, number[i].value, 0.0);
+            return report_invalid(report, number[i].name, number[i].value, 0.0);
     return GALLOP_COMPLETED;
 }
 #define ALL_FINITE(numbers, report) all_finite(numbers, sizeof(numbers) / sizeof *(numbers), report)
@@ -48,7 +48,8 @@ static int check_array(const double *values, int32_t count, bool increasing, con
 {
     for (int32_t i = 0; i < count; i++)
         if (!isfinite(values[i]) || (increasing && i > 0 && !(values[i] > values[i - 1])))
-            return invalid(report, name, values[i], i > 0 && increasing ? values[i - 1] : 0.0);
+            return report_invalid(report, name, values[i],
+                                  i > 0 && increasing ? values[i - 1] : 0.0);
     return GALLOP_COMPLETED;
 }
 
@@ -66,11 +67,13 @@ static int check_law(const gallop_law *law, const char *name, gallop_report *rep
         {name, 40.0 * law->frequency * law->frequency * law->amplitude}, /* second derivative */
         {name, isnan(law->fall_start) ? NAN : 0.0}}; /* infinite: it stays at the peak */
     if (law->kind < GALLOP_LAW_CONSTANT || law->kind > GALLOP_LAW_TABLE)
-        return invalid(report, name, law->kind, GALLOP_LAW_TABLE);
+        return report_invalid(report, name, law->kind, GALLOP_LAW_TABLE);
     if (law->kind != GALLOP_LAW_TABLE) return ALL_FINITE(number, report);
-    if (law->count < 1) return invalid(report, name, law->count, 1.0);
-    if (!usable(law->time, WORD)) return refuse(report, NOT_USABLE(law.time), NAN, NAN);
-    if (!usable(law->value, WORD)) return refuse(report, NOT_USABLE(law.value), NAN, NAN);
+    if (law->count < 1) return report_invalid(report, name, law->count, 1.0);
+    if (!base_pointer_usable(law->time, WORD))
+        return report_refused(report, NOT_USABLE(law.time), NAN, NAN);
+    if (!base_pointer_usable(law->value, WORD))
+        return report_refused(report, NOT_USABLE(law.value), NAN, NAN);
     const int outcome = check_array(law->time, law->count, true, name, report);
     return outcome ? outcome : check_array(law->value, law->count, false, name, report);
 }
@@ -78,16 +81,17 @@ static int check_law(const gallop_law *law, const char *name, gallop_report *rep
 static int check_curve(const gallop_scene *s, gallop_report *report)
 {
     if (s->outside < GALLOP_OUTSIDE_ERROR || s->outside > GALLOP_OUTSIDE_PERIODIC)
-        return invalid(report, "what holds outside the aerodynamic curve", s->outside,
-                       GALLOP_OUTSIDE_PERIODIC);
+        return report_invalid(report, "what holds outside the aerodynamic curve", s->outside,
+                              GALLOP_OUTSIDE_PERIODIC);
     if (s->pieces < 0 || s->pieces > INT32_MAX / 12)
-        return invalid(report, "number of pieces of the aerodynamic curve", s->pieces, 0.0);
+        return report_invalid(report, "number of pieces of the aerodynamic curve", s->pieces, 0.0);
     if (s->pieces == 0) return GALLOP_COMPLETED;
-    if (!usable(s->breakpoint, WORD)) return refuse(report, NOT_USABLE(scene.breakpoint), NAN, NAN);
-    if (s->origin && !usable(s->origin, WORD))
-        return refuse(report, NOT_USABLE(scene.origin), NAN, NAN);
-    if (!usable(s->coefficient, WORD))
-        return refuse(report, NOT_USABLE(scene.coefficient), NAN, NAN);
+    if (!base_pointer_usable(s->breakpoint, WORD))
+        return report_refused(report, NOT_USABLE(scene.breakpoint), NAN, NAN);
+    if (s->origin && !base_pointer_usable(s->origin, WORD))
+        return report_refused(report, NOT_USABLE(scene.origin), NAN, NAN);
+    if (!base_pointer_usable(s->coefficient, WORD))
+        return report_refused(report, NOT_USABLE(scene.coefficient), NAN, NAN);
     int outcome = check_array(s->breakpoint, s->pieces + 1, true,
                               "breakpoint of the aerodynamic curve", report);
     if (!outcome && s->origin)
@@ -105,9 +109,9 @@ static int check_load(const gallop_load *load, gallop_report *report)
                             {"force of a load", load->force[2]},
                             {"torque of a load", load->torque}};
     if (load->evenly_spaced < 0)
-        return invalid(report, "number of evenly spaced loads", load->evenly_spaced, 0.0);
+        return report_invalid(report, "number of evenly spaced loads", load->evenly_spaced, 0.0);
     if (load->evenly_spaced == 0 && !(load->position >= 0.0 && load->position <= 1.0))
-        return invalid(report, "position of a load", load->position, 1.0);
+        return report_invalid(report, "position of a load", load->position, 1.0);
     const int outcome = ALL_FINITE(number, report);
     return outcome ? outcome : check_law(&load->law, "history of a load", report);
 }
@@ -115,20 +119,20 @@ static int check_load(const gallop_load *load, gallop_report *report)
 static int check_loads(const gallop_scene *s, gallop_report *report)
 {
     int64_t points = 0;
-    if (s->load_count < 0) return invalid(report, "number of loads", s->load_count, 0.0);
-    if (s->load_count > 0 && !usable(s->load, WORD))
-        return refuse(report, NOT_USABLE(scene.load), NAN, NAN);
+    if (s->load_count < 0) return report_invalid(report, "number of loads", s->load_count, 0.0);
+    if (s->load_count > 0 && !base_pointer_usable(s->load, WORD))
+        return report_refused(report, NOT_USABLE(scene.load), NAN, NAN);
     for (int32_t i = 0; i < s->load_count; i++) {
         const int outcome = check_load(&s->load[i], report);
         if (outcome) return outcome;
         points += s->load[i].evenly_spaced > 0 ? s->load[i].evenly_spaced : 1;
     }
-    if (points > MOST_LOADED_POINTS)
-        return invalid(report, "number of loaded points", (double)points, MOST_LOADED_POINTS);
+    if (points > MAX_LOADED_POINTS)
+        return report_invalid(report, "number of loaded points", (double)points, MAX_LOADED_POINTS);
     return GALLOP_COMPLETED;
 }
 
-int check_tables(const gallop_scene *s, gallop_report *report)
+int check_scene_tables(const gallop_scene *s, gallop_report *report)
 {
     int outcome = check_numbers(s, report);
     if (!outcome) outcome = check_curve(s, report);
@@ -136,7 +140,8 @@ int check_tables(const gallop_scene *s, gallop_report *report)
     for (int end = 0; end < 2 && !outcome; end++) {
         const int32_t kind = s->support[end].kind;
         if (kind < GALLOP_SUPPORT_RIGID || kind > GALLOP_SUPPORT_ADJACENT_SPAN)
-            outcome = invalid(report, "kind of a support", kind, GALLOP_SUPPORT_ADJACENT_SPAN);
+            outcome =
+                report_invalid(report, "kind of a support", kind, GALLOP_SUPPORT_ADJACENT_SPAN);
         for (int i = 0; i < 3 && !outcome; i++)
             outcome = check_law(&s->support[end].motion[i], "motion of a support", report);
     }

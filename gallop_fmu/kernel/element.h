@@ -1,0 +1,58 @@
+/* The cable element: forces, tangent, aerodynamic load. */
+#ifndef GALLOP_ELEMENT_H
+#define GALLOP_ELEMENT_H
+
+#include "state.h"
+
+extern const double element_gauss2[2]; /* +-1/sqrt(3) */
+extern const double
+    element_shape3[3][3]; /* N_a at the three-point Gauss abscissae: shape3[point][a] */
+
+/* What an evaluation noticed on its way along the span. */
+typedef struct {
+    double lowest_tension, worst_angle, worst_excess;
+    int slack_element, angle_element;
+} monitor;
+
+/* Factors of the effective tangent k dR/du + c dR/dv + m dR/da. */
+typedef struct {
+    double k, c, m;
+} tangent_weights;
+
+/* Blocks of an element tangent: the shape functions enter as products N_a N_b, so block (a, b)
+ * equals block (b, a), although the block itself need not be symmetric. */
+enum { LEFT_LEFT, LEFT_MIDDLE, LEFT_RIGHT, MIDDLE_MIDDLE, MIDDLE_RIGHT, RIGHT_RIGHT };
+
+/* element_aero.c */
+double element_attack_angle(double theta, double v2, double v3, double omega, double wind,
+                            double attack, double radius);
+void element_aero_loads(const gallop_model *model, const conditions *now, const sections *at,
+                        int first, int count, bool slopes);
+bool element_wind_matters(const gallop_model *model, const conditions *now, const sections *at,
+                          int i);
+
+/* element_cable.c */
+static inline bool element_has_wind(const gallop_model *model, const conditions *now)
+{
+    return model->aerodynamic && now->wind != 0.0;
+}
+void element_geometry_from_nodes(geometry *g, const double x[9], const double tension[2]);
+void element_fill_strips(gallop_model *model);
+void element_normals_at_nodes(gallop_model *model);
+void element_tension(const gallop_model *model, int e, const double u[12], double tension[2]);
+void element_residual(const gallop_model *model, int e, const conditions *now, const sections *at,
+                      const double *u, const double *v, const double *a, double r[12]);
+void element_sum_residual(const gallop_model *model, double t, const conditions *now,
+                          const sections *at, const double *u, const double *v, const double *a,
+                          bool slopes, double *residual, monitor *seen);
+void element_monitor_start(monitor *seen);
+void element_monitor_tensions(const gallop_model *model, const double *u, monitor *seen);
+
+/* element_tangent.c */
+void element_tangent(const gallop_model *model, int e, const conditions *now, const sections *at,
+                     const double u[12], tangent_weights mix, double tangent[6][16]);
+void element_strip_tangent(const gallop_model *model, int index, const conditions *now,
+                           const sections *at, const double *u, tangent_weights mix,
+                           lanes block[6][16]);
+
+#endif

@@ -1,0 +1,21 @@
+/* How the outcome of a call gets into a report. */
+#ifndef GALLOP_REPORT_H
+#define GALLOP_REPORT_H
+
+#include "gallop.h"
+#include <stdbool.h>
+
+/* Sets what a call reports; returns the outcome. */
+int report_failure(gallop_report *report, int outcome, int element, double time, double value,
+                   double limit);
+
+/* A number of the scene is impossible. */
+int report_invalid(gallop_report *report, const char *field, double value, double limit);
+
+/* An argument of a call cannot be used. */
+int report_refused(gallop_report *report, const char *field, double value, double limit);
+
+/* Clears the report; false where there is none that can be written. */
+bool report_start(gallop_report *report, double time);
+
+#endif

@@ -1,0 +1,94 @@
+/* A state: one flat block of memory, and where what lies in it. */
+#ifndef GALLOP_STATE_H
+#define GALLOP_STATE_H
+
+#include "conditions.h"
+
+/* Room for the factorised effective tangent of an element and its left corner; solver_chain.c
+ * arranges it. */
+typedef struct {
+    double value[96];
+} chain_factor;
+
+/* One for each element, and the last corner and the lanes beyond the last element. */
+static inline size_t chain_factor_count(int elements)
+{
+    return (size_t)elements + 2;
+}
+
+/* The same with complex blocks, by columns: see solver_complex.c. */
+typedef struct {
+    double re[16], im[16];
+} complex_block;
+typedef struct {
+    complex_block middle_inverse, left_middle, right_middle, corner_inverse, next_previous,
+        previous_next;
+} complex_factor;
+
+#define NEWMARK_HISTORY 4
+#define GAUSS_STAGES 3
+#define GAUSS_ARRAYS (GAUSS_STAGES + 2) /* kept from step to step: stage_before, begin */
+
+struct gallop_state {
+    uint64_t magic, size, identity; /* identity: the model's */
+    double time;
+    double factored_step; /* step size of the stored factorisation, 0: none */
+    double
+        step_before; /* size of the sub-step before, for extrapolation; infinite: there is none */
+    int64_t
+        newest; /* Newmark: place of the acceleration before in the ring of those that are kept */
+    int64_t equal_steps; /* Newmark: how many sub-steps before were of that size, NEWMARK_HISTORY at
+                            most */
+    double last_step;    /* of the last step under a tolerance; what the state can be read within */
+    double wanted_step;  /* under a tolerance: the step size to try next */
+    double run_origin;   /* time from which the records of gallop_run count */
+    double largest[4]; /* largest motion so far, root mean square over the nodes: u1 u2 u3 theta */
+    double rate;       /* last observed convergence rate of the stored factorisation */
+    double sharpness;  /* factor on the Newton tolerance */
+    double lowest_tension, largest_turn;
+    int64_t steps, substeps, iterations, refactorisations, halvings, rejections;
+    int64_t last_iterations, last_substeps;
+    conditions now,
+        looked_from; /* of the motion; and where to return to from a look into the last step */
+    double values[]; /* u v a a_before, or stage_before begin; factors pair_factors | scratch: see
+                        layout */
+};
+
+/* Section forces along the span, structure of arrays: one entry a three-point Gauss abscissa, in
+ * the order strip, point, lane.  With slopes the arrays hold the whole span; without, the elements
+ * just at work, from the start of the arrays. */
+typedef struct {
+    double *theta, *omega, *omega_rate, *v2, *v3, *a2,
+        *a3;                /* motion of the section: along n2 and n3, see element_aero.c */
+    double *gravity;        /* component against n2 */
+    double *c2, *c3;        /* turned first mass moments */
+    double *angle, *excess; /* attack angle, and by how much it is out of range */
+    double *force[3];       /* f2, f3 along n2 and n3, moment: inertia of the ice - aerodynamics */
+    double *by_theta[3], *by_v2[3], *by_v3[3]; /* derivatives of the aerodynamic load */
+} sections;
+#define SECTION_ARRAYS 24
+
+/* Pointers into a state; made afresh by every call. */
+typedef struct {
+    double *u, *v, *a;    /* (nodes, 4) */
+    double *a_before;     /* (NEWMARK_HISTORY, nodes, 4) Newmark: accelerations before, in a ring */
+    double *stage_before; /* (stages, nodes, 4) Gauss: accelerations of the sub-step before, */
+    double *begin;        /* (2, nodes, 4) and u v at its begin */
+    chain_factor *factors;           /* (factor_count) */
+    complex_factor *complex_factors; /* (elements), and the last corner: for the complex pair of
+                                        Gauss's stages */
+    double *u0, *v0, *a0;            /* scratch: start of the sub-step, */
+    double *residual;                /* out-of-balance forces, then the correction, */
+    double *first; /* u v a a_before, or stage_before begin, at the start of a halved whole step */
+    double *stage_u, *stage_v,
+        *stage_a;             /* (stages, nodes, 4); generalised alpha: one, within the step */
+    double *stage_residual;   /* (stages, nodes, 4) */
+    double *complex_residual; /* (nodes, 8) */
+    sections sections;
+    char *saved; /* the state at the start of gallop_advance */
+} state_view;
+
+state_view state_view_of(const gallop_model *model, gallop_state *state);
+void state_report_work(const gallop_state *state, gallop_report *report);
+
+#endif

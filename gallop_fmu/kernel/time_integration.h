@@ -1,0 +1,53 @@
+/* Steps in time: Newton's iteration, the integrators, and the choice of step sizes. */
+#ifndef GALLOP_TIME_INTEGRATION_H
+#define GALLOP_TIME_INTEGRATION_H
+
+#include "element.h"
+#include "report.h"
+
+/* time_newton.c: what all integrators share in solving for a step */
+typedef enum {
+    NEWTON_CONTINUE,
+    NEWTON_REFACTORISE,
+    NEWTON_CONVERGED,
+    NEWTON_DIVERGED
+} newton_action;
+double time_correction_size(const gallop_model *model, const double *du);
+newton_action time_newton_next(gallop_state *state, double size, double before, bool fresh,
+                               double slow, double tolerance);
+int time_newton_accept(const gallop_model *model, gallop_state *state, const monitor *seen,
+                       double t, gallop_report *report);
+int time_angle_failure(const gallop_model *model, int element, double angle, double t,
+                       gallop_report *report);
+
+/* time_newmark.c, time_gauss.c: one step from u0 v0 a0 at t - h to u v a at t; commit: it is the
+ * one before from now on */
+int time_newmark(const gallop_model *model, gallop_state *state, state_view *at,
+                 const gallop_inputs *inputs, double t, double h, double tolerance,
+                 gallop_report *report);
+void time_newmark_commit(const gallop_model *model, gallop_state *state, state_view *at, double h);
+int time_gauss(const gallop_model *model, gallop_state *state, state_view *at,
+               const gallop_inputs *inputs, double t, double h, double tolerance,
+               gallop_report *report);
+void time_gauss_commit(const gallop_model *model, gallop_state *state, state_view *at, double h);
+void time_gauss_cubic_part(const gallop_model *model, const gallop_state *state,
+                           const state_view *at, double h, double *part);
+double time_gauss_linear_part(const gallop_model *model, const state_view *at, double h,
+                              int unknown);
+void time_gauss_read(const gallop_model *model, const gallop_state *state, state_view *at,
+                     double t);
+
+/* time_control.c */
+static inline bool time_may_halve(int outcome)
+{
+    return outcome == GALLOP_NEWTON_STALLED || outcome == GALLOP_NON_FINITE;
+}
+double time_newton_tolerance(const gallop_model *model, const gallop_state *state);
+void time_control_start(const gallop_model *model, gallop_state *state, const double *u);
+int time_controlled_march(const gallop_model *model, gallop_state *state,
+                          const gallop_inputs *inputs, double until, bool exactly,
+                          gallop_report *report);
+void time_control_look(const gallop_model *model, gallop_state *state, state_view *at, double t);
+void time_control_return(const gallop_model *model, gallop_state *state, state_view *at);
+
+#endif
