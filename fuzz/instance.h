@@ -4,7 +4,7 @@
 #define FUZZING_INSTANCE_H
 
 #include "input.h"
-#include "resource.h"
+#include "read_resource.h"
 
 #include <fmi2Functions.h>
 #include <stdarg.h>
@@ -26,8 +26,8 @@ static inline void insist_on_text(void *environment, fmi2String instance, fmi2St
 /* Nobody waits for a million steps or elements: changed parameters may ask for them. */
 static inline bool cheap(fmi2Component c, const resource *table)
 {
-    for (uint32_t i = 0; i < resource_head(table)->variable_count; i++) {
-        const resource_variable *v = &resource_table(table)[i];
+    for (uint32_t i = 0; i < resource_variable_count(table); i++) {
+        const resource_variable *v = &resource_variables(table)[i];
         fmi2Real step;
         fmi2Integer whole;
         if (!strcmp(v->name, "numerics.time_step") && fmi2GetReal(c, &i, 1, &step) == fmi2OK &&
@@ -42,7 +42,7 @@ static inline bool cheap(fmi2Component c, const resource *table)
 /* The resource that RESOURCES and GUID of the environment name. */
 static inline void read_table(resource *table)
 {
-    const char *wrong = resource_read(table, getenv("RESOURCES"), getenv("GUID"));
+    const char *wrong = read_resource(table, getenv("RESOURCES"), getenv("GUID"));
     if (!wrong) return;
     fprintf(stderr, "set RESOURCES and GUID to those of an unpacked FMU: %s\n", wrong);
     abort();

@@ -14,7 +14,7 @@ static void clean_up(void)
 {
     unlink(file_name);
     rmdir(folder);
-    resource_free(&table);
+    resource_close(&table);
 }
 
 static void set_up(void)
@@ -29,7 +29,7 @@ static void use(fmi2Component c, const resource *r)
 {
     fmi2Real real;
     fmi2Integer whole;
-    for (fmi2ValueReference i = 0; i < resource_head(r)->variable_count; i++) {
+    for (fmi2ValueReference i = 0; i < resource_variable_count(r); i++) {
         fmi2GetReal(c, &i, 1, &real);
         fmi2GetInteger(c, &i, 1, &whole);
     }
@@ -38,7 +38,7 @@ static void use(fmi2Component c, const resource *r)
     if (fmi2SetupExperiment(c, fmi2False, 0.0, 0.0, fmi2False, 0.0) != fmi2OK) return;
     if (fmi2EnterInitializationMode(c) != fmi2OK || fmi2ExitInitializationMode(c) != fmi2OK) return;
     fmi2DoStep(c, 0.0, 0.02, fmi2True);
-    for (fmi2ValueReference i = 0; i < resource_head(r)->variable_count; i++)
+    for (fmi2ValueReference i = 0; i < resource_variable_count(r); i++)
         fmi2GetReal(c, &i, 1, &real);
 }
 
@@ -62,13 +62,13 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
     free(bytes);
 
     resource read;
-    const char *guid = resource_head(&table)->guid, *wrong = resource_read(&read, folder, guid);
+    const char *guid = resource_identity(&table), *wrong = read_resource(&read, folder, guid);
     REQUIRE((wrong == NULL) == (read.bytes != NULL));
     fmi2Component c =
         fmi2Instantiate("fuzzed", fmi2CoSimulation, guid, folder, &with, fmi2False, fmi2False);
     REQUIRE((wrong == NULL) == (c != NULL));
     if (c && how < 64) use(c, &read);
     fmi2FreeInstance(c);
-    resource_free(&read);
+    resource_close(&read);
     return 0;
 }

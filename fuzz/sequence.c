@@ -93,7 +93,7 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
     if (!table.bytes) {
         resources = resources ? resources : getenv("RESOURCES");
         guid = guid ? guid : getenv("GUID");
-        REQUIRE(guid && resource_read(&table, resources, guid) == NULL);
+        REQUIRE(guid && read_resource(&table, resources, guid) == NULL);
     }
     next_byte = data;
     last_byte = data + size;
@@ -124,7 +124,7 @@ int main(int count, char **argument)
         REQUIRE(fread(data, 1, size, stdin) == size);
         LLVMFuzzerTestOneInput(data, size);
     }
-    resource_free(&table);
+    resource_close(&table);
     printf("%ld calls, %ld messages\n", calls, messages);
     return 0;
 }

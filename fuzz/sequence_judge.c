@@ -41,13 +41,13 @@ double number(void)
 
 const resource_variable *variable(fmi2ValueReference r)
 {
-    return r < resource_head(&table)->variable_count ? &resource_table(&table)[r] : NULL;
+    return r < resource_variable_count(&table) ? &resource_variables(&table)[r] : NULL;
 }
 
 fmi2ValueReference reference(void)
 {
     uint8_t b = byte();
-    uint32_t count = resource_head(&table)->variable_count;
+    uint32_t count = resource_variable_count(&table);
     if (b == 255) return 4000000000u;
     return b < 100 ? b % 8u : b % (count + 2u);
 }

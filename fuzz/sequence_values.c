@@ -5,18 +5,18 @@
 static double value_for(const resource_variable *v)
 {
     uint8_t b = byte();
-    if (v->origin == ORIGIN_INPUT && v->place == 0 && b > 32) return b / 16.0;
-    if (v->origin == ORIGIN_INPUT && v->place == 1 && b > 32) return 3.14159 + (b - 144) / 400.0;
-    if (v->origin == ORIGIN_INPUT && b > 32) return (b - 144) / 2000.0;
-    if (v->origin != ORIGIN_PARAMETER || b < 32) return number();
-    const char *at = table.bytes + v->place;
+    if (v->origin == RESOURCE_INPUT && v->place == 0 && b > 32) return b / 16.0;
+    if (v->origin == RESOURCE_INPUT && v->place == 1 && b > 32) return 3.14159 + (b - 144) / 400.0;
+    if (v->origin == RESOURCE_INPUT && b > 32) return (b - 144) / 2000.0;
+    if (v->origin != RESOURCE_PARAMETER || b < 32) return number();
+    const char *at = resource_place(&table, v);
     if (v->whole) return *(const int32_t *)at + b % 3;
     return *(const double *)at / v->factor * (1.0 + (b - 144) / 4000.0);
 }
 
 static bool settable(const slot *s, const resource_variable *v, double value)
 {
-    bool parameter = v->origin == ORIGIN_PARAMETER, input = v->origin == ORIGIN_INPUT;
+    bool parameter = v->origin == RESOURCE_PARAMETER, input = v->origin == RESOURCE_INPUT;
     const int modes = input ? SETTABLE : parameter ? INSTANTIATED | INITIALIZING : 0;
     if (!(s->is.mode & modes)) return false;
     return isfinite(value) && resource_allows(v, value, 1.0);
@@ -60,7 +60,7 @@ void get_values(slot *s, bool whole)
         r[i] = reference();
         const resource_variable *v = variable(r[i]);
         good = good && v && (v->whole != 0) == whole;
-        if (!good || v->origin <= ORIGIN_INPUT) continue;
+        if (!good || v->origin <= RESOURCE_INPUT) continue;
         if (s->is.mode == INSTANTIATED) good = false;
         if (s->is.mode == INITIALIZING) open = true; /* there may be no initial state */
     }
@@ -89,13 +89,13 @@ void derive(slot *s, uint8_t what)
     const size_t many = what == 2 ? other : count;
     for (size_t i = 0; i < many; i++) {
         const resource_variable *v = variable(known[i]);
-        inputs = inputs && v && v->origin == ORIGIN_INPUT && isfinite(value[i]) &&
+        inputs = inputs && v && v->origin == RESOURCE_INPUT && isfinite(value[i]) &&
                  (what == 2 || order[i] == 1);
     }
     for (size_t i = 0; i < count; i++) {
         const resource_variable *v = variable(unknown[i]);
         outputs = outputs && v && !v->whole &&
-                  (v->origin == ORIGIN_NODE || v->origin == ORIGIN_SPAN) &&
+                  (v->origin == RESOURCE_NODE || v->origin == RESOURCE_SPAN) &&
                   (what == 2 || order[i] == 1);
     }
     if (what == 0) {

@@ -39,7 +39,7 @@ static void clean_up(void)
     fmi2FreeFMUstate(c, &good);
     fmi2FreeInstance(c);
     free(original);
-    resource_free(&table);
+    resource_close(&table);
 }
 
 static void set_up(void)
@@ -66,8 +66,8 @@ static void go_on(void)
     } else {
         fmi2ExitInitializationMode(c);
     }
-    for (fmi2ValueReference i = 0; i < resource_head(&table)->variable_count; i++)
-        if (resource_table(&table)[i].whole)
+    for (fmi2ValueReference i = 0; i < resource_variable_count(&table); i++)
+        if (resource_variables(&table)[i].whole)
             fmi2GetInteger(c, &i, 1, &whole);
         else
             fmi2GetReal(c, &i, 1, &value);

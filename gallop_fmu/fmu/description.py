@@ -18,10 +18,8 @@ SCENE_FILE = "scene.toml"
 """The scene in the FMU's resources."""
 
 LOG_CATEGORIES = {
-    "logStatusError": "values and calls that were refused",
-    "logStatusDiscard": (
-        "steps that the Python run-time could not carry out, and questions without an answer"
-    ),
+    "logStatusError": "calls that were refused, or could not be carried out",
+    "logStatusDiscard": "questions without an answer",
 }
 
 SEMANTICS = (

@@ -8,6 +8,7 @@ because one process may hold several FMUs and Python knows modules by name only.
 from __future__ import annotations
 
 import io
+import math
 import os
 import sys
 import zipfile
@@ -15,12 +16,15 @@ from collections.abc import Collection, Iterator
 from importlib import metadata, resources
 from pathlib import Path
 
+import numpy as np
+
 from gallop_fmu.engine.library import library_path
+from gallop_fmu.engine.model import Inputs, Model
 from gallop_fmu.fmu.cross_compile import PLATFORMS, CompilerError, cross_library
 from gallop_fmu.fmu.description import SCENE_FILE, Identity, identify, model_description
-from gallop_fmu.fmu.model_bin import model_bin
-from gallop_fmu.fmu.session import Session
+from gallop_fmu.fmu.model_bin import MODEL_FILE, model_bin
 from gallop_fmu.fmu.sources import kernel_sources
+from gallop_fmu.fmu.variables import wind_speed_at_start
 from gallop_fmu.foundation.atomic_write import check_target, write_whole
 from gallop_fmu.foundation.errors import SceneError
 from gallop_fmu.foundation.version import version
@@ -113,9 +117,16 @@ def export_fmu(
         check_target(target, (".fmu",))
     except SceneError as problem:
         raise ExportError(str(problem)) from None
-    Session(scene).start()
+    _require_start(scene)
     _write(target, _native_files(scene, platforms) if runtime == "native" else _python_files(scene))
     return target
+
+
+def _require_start(scene: Scene) -> None:
+    """Compute the initial state that the FMU has if its host sets nothing."""
+    attack_angle = math.radians(scene.ice.attack_angle_deg)
+    still = np.zeros((2, 3))
+    Model(scene).start(0.0, Inputs(0.0, wind_speed_at_start(scene), attack_angle, still))
 
 
 def _native_files(scene: Scene, platforms: Collection[str] | None) -> dict[str, bytes]:
@@ -124,7 +135,7 @@ def _native_files(scene: Scene, platforms: Collection[str] | None) -> dict[str, 
     identity = identify(text, release, "native")
     files = {
         "modelDescription.xml": model_description(scene, identity, native=True, remarks=""),
-        "resources/model.bin": model_bin(scene, identity.guid, release),
+        f"resources/{MODEL_FILE}": model_bin(scene, identity.guid, release),
         f"resources/{SCENE_FILE}": text.encode(),
     }
     for folder, suffix, library in _libraries(platforms):
@@ -159,7 +170,7 @@ def _python_files(scene: Scene) -> dict[str, bytes]:
     identity = identify(text, release, RUNTIME)
     name = identity.model_identifier
     remarks = (
-        "A refused value is kept out and makes the next steps fail until it is set right. Needs a"
+        "After a refused value steps fail until it is set right. Needs a"
         f" Python with gallop-fmu {release} in the host (pythonfmu 0.7), and an unpacking path in"
         " plain ASCII."
     )
@@ -167,6 +178,7 @@ def _python_files(scene: Scene) -> dict[str, bytes]:
     script = SLAVE_SCRIPT.format(version=release, name=name, content=identity.content)
     files = {
         "modelDescription.xml": description,
+        f"resources/{MODEL_FILE}": model_bin(scene, identity.guid, release),
         f"resources/{SCENE_FILE}": text.encode(),
         f"resources/{name}.py": script.encode(),
         "resources/slavemodule.txt": name.encode(),

@@ -23,6 +23,9 @@ from gallop_fmu.foundation.channels import NODE_INDEX, SPAN_INDEX
 from gallop_fmu.foundation.outcome import Outcome
 from gallop_fmu.scene.scene import Scene
 
+MODEL_FILE = "model.bin"
+"""Its name in the FMU's resources."""
+
 MAGIC = b"GALLOPM4"
 HEADER = struct.Struct("<8sQQ48s16s6I")
 VARIABLE = struct.Struct("<64siiIIddd")

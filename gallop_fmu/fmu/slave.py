@@ -1,10 +1,10 @@
 """The span as a slave of pythonfmu 0.7, which calls these methods from its binary.
 
-An exception that leaves a method becomes fmi2Fatal, after which the host may call no instance any
-more, and pythonfmu then releases its objects twice. A setter can report neither an error nor a
-warning. So nothing is raised once the slave exists: what is refused is kept out, logged, printed to
-stderr (hosts show the log only where they were asked to), and makes the next steps fail; a step
-that fails returns False (fmi2Discard) and leaves the state untouched.
+The state machine is the kernel's, as in the native FMU (`gallop_fmu.fmu.cosim`). Only the answer to
+a refused call differs: pythonfmu's setters can report neither an error nor a warning, and an
+exception that leaves a method becomes fmi2Fatal, after which the host may call no instance any
+more. So a refused call is logged and printed to stderr (hosts show the log only on request), and
+steps return False (fmi2Discard) until the call was repeated with success.
 """
 
 from __future__ import annotations
@@ -13,155 +13,122 @@ import atexit
 import ctypes
 import math
 import sys
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Hashable, Iterable, Sequence
 from pathlib import Path
 from typing import Any, ClassVar
 
 from pythonfmu import Fmi2Slave
 from pythonfmu.enums import Fmi2Status
 
-from gallop_fmu.fmu.description import SCENE_FILE, identify
-from gallop_fmu.fmu.session import RefusedError, Session
-from gallop_fmu.fmu.state_bytes import from_bytes, to_bytes
-from gallop_fmu.fmu.variables import Variable
-from gallop_fmu.foundation.outcome import Outcome, SimulationError
-from gallop_fmu.foundation.text_files import read_text
-from gallop_fmu.foundation.version import version
-from gallop_fmu.input.scene_files import load_scene
-from gallop_fmu.scene.scene import Scene
+from gallop_fmu.fmu.cosim import Cosim, CosimError
+from gallop_fmu.fmu.description import Identity
+from gallop_fmu.fmu.model_bin import MODEL_FILE
 
 RUNTIME = "python"
-UNREADABLE = "unreadable"
-"""Key of a state that could not be read from bytes; its value says why."""
 
 
 class SpanSlave(Fmi2Slave):  # type: ignore[misc]
-    """Base of the class that each exported FMU defines in a module of its own, named after its content."""
+    """Base of the class that each exported FMU defines in a module named after its content."""
 
     content: ClassVar[str] = ""
     """Identity of the FMU, set by the generated class."""
 
-    _scene: ClassVar[Scene | None] = None
+    _resource: ClassVar[bytes | None] = None
+    """The resource file, read by the first instance: the host may remove the unpacked files."""
 
     def __init__(self, **settings: Any) -> None:
         super().__init__(**settings)
         _leave_search_path(self.resources)
         _release_before_exit(Path(self.resources).parent, type(self).__name__)
         self._printed = ""
+        self._refused: dict[Hashable, str] = {}
+        cls = type(self)
         try:
-            self._session = Session(self._scene_of(Path(self.resources)), self.content)
-        except ValueError as problem:
+            if cls._resource is None:
+                cls._resource = Path(self.resources, MODEL_FILE).read_bytes()
+            self._cosim = Cosim(cls._resource, Identity(self.content).guid)
+        except (CosimError, OSError) as problem:
             self._print(str(problem))
             raise
-        self._by_reference = {variable.reference: variable for variable in self._session.variables}
-
-    @classmethod
-    def _scene_of(cls, resources: Path) -> Scene:
-        """The scene, read by the first instance: a later one may find that its host removed the unpacked files."""
-        if cls._scene is None:
-            file = resources / SCENE_FILE
-            if identify(read_text(file), version(), RUNTIME).content != cls.content:
-                raise ValueError(
-                    f"{SCENE_FILE} was changed after the export; change the scene and export it"
-                    " again"
-                )
-            cls._scene = load_scene(file)
-        return cls._scene
 
     def setup_experiment(
         self, start_time: float, stop_time: float | None, tolerance: float | None
     ) -> None:
-        """Take the start time; the stop time does not matter, and the tolerance is the scene's."""
-        self._guard(self._session.set_up, start_time)
+        """Take start and stop time; the tolerance is the scene's."""
+        self._attempt(["times"], self._cosim.set_up, start_time, stop_time)
 
     def enter_initialization_mode(self) -> None:
-        """Begin to initialise."""
-        self._guard(self._session.enter_initialisation)
+        """Begin initialization."""
+        self._attempt(["initialization"], self._cosim.enter_initialization)
 
     def exit_initialization_mode(self) -> None:
-        """Solve for the initial state, if that has not been done."""
-        self._guard(self._session.leave_initialisation)
+        """Compute the initial state."""
+        self._attempt(["initialization"], self._cosim.exit_initialization)
 
     def terminate(self) -> None:
         """End the run."""
-        self._guard(self._session.terminate)
+        self._attempt([], self._cosim.terminate)
 
     def do_step(self, current_time: float, step_size: float) -> bool:
-        """Advance; False (fmi2Discard) if that is impossible."""
-        return self._guard(self._session.step, current_time, step_size, category="logStatusDiscard")
+        """Advance; False (fmi2Discard) if that is impossible, or a call before was refused."""
+        if self._refused:
+            reasons = "; ".join(dict.fromkeys(self._refused.values()))
+            self._log(f"no step is made after a refused call: {reasons}")
+            return False
+        return self._attempt([], self._cosim.step, current_time, step_size)
 
     def get_real(self, references: Sequence[int]) -> list[float]:
-        """Values of Reals; NaN where there is none."""
-        return [
-            math.nan if value is None else float(value) for value in self._read(references, "Real")
-        ]
+        """Return the values of Reals; NaN if one of them cannot be read."""
+        return self._get("real", references, math.nan)
 
     def get_integer(self, references: Sequence[int]) -> list[int]:
-        """Values of Integers; 0 where there is none."""
-        return [int(value or 0) for value in self._read(references, "Integer")]
+        """Return the values of Integers; 0 if one of them cannot be read."""
+        return self._get("integer", references, 0)
 
     def get_boolean(self, references: Sequence[int]) -> list[bool]:
-        """Nothing: no variable is a Boolean."""
-        return [value is not None for value in self._read(references, "Boolean")]
+        """Return False and log that there are no Booleans."""
+        return self._get("boolean", references, False)
 
     def get_string(self, references: Sequence[int]) -> list[str]:
-        """Nothing: no variable is a String."""
-        return ["" for _ in self._read(references, "String")]
+        """Return "" and log that there are no Strings."""
+        return self._get("string", references, "")
 
     def set_real(self, references: Sequence[int], values: Sequence[float]) -> None:
-        """Take Reals from the host."""
-        self._write(references, values, "Real")
+        """Take Reals from the host: all of them or, if one is refused, none."""
+        self._attempt(references, self._cosim.set, "real", references, values)
 
     def set_integer(self, references: Sequence[int], values: Sequence[int]) -> None:
-        """Take Integers from the host."""
-        self._write(references, values, "Integer")
+        """Take Integers from the host: all of them or, if one is refused, none."""
+        self._attempt(references, self._cosim.set, "integer", references, values)
 
     def set_boolean(self, references: Sequence[int], values: Sequence[Any]) -> None:
-        """Refuse: no variable is a Boolean."""
-        self._write(references, values, "Boolean")
+        """Refuse: there are no Booleans."""
+        self._attempt(references, self._cosim.set, "boolean", references, values)
 
     def set_string(self, references: Sequence[int], values: Sequence[Any]) -> None:
-        """Refuse: no variable is a String."""
-        self._write(references, values, "String")
+        """Refuse: there are no Strings."""
+        self._attempt(references, self._cosim.set, "string", references, values)
 
-    def _variable(self, reference: int, kind: str) -> Variable:
-        variable = self._by_reference.get(reference)
-        if variable is None or variable.type != kind:
-            raise self._session.refuse_reference(reference, kind)
-        return variable
+    def _get(self, kind: str, references: Sequence[int], missing: Any) -> list[Any]:
+        try:
+            return self._cosim.get(kind, references)
+        except CosimError as problem:
+            self._log(str(problem))
+            return [missing] * len(references)
 
-    def _read(self, references: Sequence[int], kind: str) -> list[float | int | None]:
-        self._guard(self._session.refresh)
-        values: list[float | int | None] = []
-        for reference in references:
-            values.append(None)
-            self._guard(self._read_one, values, reference, kind)
-        return values
-
-    def _read_one(self, values: list[float | int | None], reference: int, kind: str) -> None:
-        values[-1] = self._session.get(self._variable(reference, kind))
-
-    def _write(self, references: Sequence[int], values: Sequence[Any], kind: str) -> None:
-        for reference, value in zip(references, values, strict=True):
-            self._guard(self._write_one, reference, kind, value)
-
-    def _write_one(self, reference: int, kind: str, value: Any) -> None:
-        self._session.set(self._variable(reference, kind), value)
-
-    def _guard(
-        self, call: Callable[..., None], *arguments: Any, category: str = "logStatusError"
+    def _attempt(
+        self, keys: Iterable[Hashable], call: Callable[..., None], *arguments: Any
     ) -> bool:
-        """Whether a call went well; if not, the log says why."""
+        """Call; if refused, log why and keep the reason until a call with the same keys succeeds."""
         try:
             call(*arguments)
-        except (RefusedError, SimulationError) as problem:
-            self._log(str(problem), category)
-        except Exception as problem:  # a fault of this package must not kill the host's other FMUs
-            self._session.status = Outcome.BAD_CALL
-            self._log(f"unexpected {type(problem).__name__}: {problem}", category)
-        else:
-            return True
-        return False
+        except CosimError as problem:
+            self._log(str(problem))
+            self._refused.update(dict.fromkeys(keys, str(problem)))
+            return False
+        for key in keys:
+            self._refused.pop(key, None)
+        return True
 
     def _print(self, message: str) -> None:
         """Show a message on stderr; not twice in a row, as hosts may repeat a call many times."""
@@ -169,34 +136,25 @@ class SpanSlave(Fmi2Slave):  # type: ignore[misc]
             print(f"gallop-fmu: {message}", file=sys.stderr, flush=True)
         self._printed = message
 
-    def _log(self, message: str, category: str) -> None:
+    def _log(self, message: str) -> None:
         self._print(message)
-        status = Fmi2Status.discard if category == "logStatusDiscard" else Fmi2Status.error
         text = message.replace("%", " percent")  # hosts read the message as a format of printf
-        self.log(text, status, category)
+        self.log(text, Fmi2Status.error, "logStatusError")
 
-    def _get_fmu_state(self) -> dict[str, Any]:
-        return self._session.save()
+    def _get_fmu_state(self) -> bytes:
+        return self._cosim.save()
 
-    def _set_fmu_state(self, state: dict[str, Any]) -> None:
-        self._guard(self._restore, state)
-
-    def _restore(self, state: dict[str, Any]) -> None:
-        if UNREADABLE in state:
-            raise self._session.refuse_state(state[UNREADABLE])
-        self._session.restore(state)
+    def _set_fmu_state(self, state: bytes) -> None:
+        if self._attempt(["state"], self._cosim.restore, state):
+            self._refused.clear()
 
     @staticmethod
-    def _fmu_state_to_bytes(state: dict[str, Any]) -> bytes:
-        return to_bytes(state, version())
+    def _fmu_state_to_bytes(state: bytes) -> bytes:
+        return state
 
     @staticmethod
-    def _fmu_state_from_bytes(state: bytes) -> dict[str, Any]:
-        """The state; one that cannot be read is refused, with the reason, when it is set."""
-        try:
-            return from_bytes(state, version())
-        except ValueError as problem:
-            return {UNREADABLE: str(problem)}
+    def _fmu_state_from_bytes(state: bytes) -> bytes:
+        return state
 
 
 def _leave_search_path(folder: str) -> None:

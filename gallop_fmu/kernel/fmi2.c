@@ -1,189 +1,59 @@
-/* The FMI 2.0 co-simulation functions.  No physics here: they move numbers between the host and the
- * kernel.
+/* The functions of FMI 2.0 for co-simulation: an adapter of its types to gallop_cosim.h.
  *
- * wind_speed and attack_angle hold their value over a communication step, or change at the rate
- * that fmi2SetRealInputDerivatives gives; the tower points move linearly to their new places, which
- * they reach at its end. A call that is not allowed is refused with a message and changes nothing;
- * a step that cannot be carried out returns fmi2Error and leaves the state as it was.  fmi2Fatal is
- * never returned. */
-#include "fmi2_instance.h"
+ * A call that is refused or fails returns fmi2Error, and its message goes to the host's logger.
+ * fmi2Fatal is never returned.  Variables of type Boolean or String do not exist, and steps are
+ * never pending: what asks for them is answered here. */
+#include "fmi2_location.h"
+#include "gallop_cosim.h"
+#include "resource.h"
 
-#include <ctype.h>
-#include <stdarg.h>
-#include <stdio.h>
+#include <fmi2Functions.h>
 
-/* A number as %g writes it, with a decimal point whatever the host's locale. */
-numeral numeral_of(int digits, double value)
-{
-    numeral out;
-    char *to = out.text;
-    snprintf(out.text, sizeof out.text, "%.*g", digits, value);
-    for (const char *from = out.text; *from; from++) {
-        const bool plain = *from > 0 && (isalnum(*from) || *from == '-' || *from == '+');
-        if (plain)
-            *to++ = *from;
-        else if (to == out.text || to[-1] != '.')
-            *to++ = '.'; /* one or more bytes of a locale's decimal sign */
-    }
-    *to = '\0';
-    return out;
-}
+#include <math.h>
+#include <stdbool.h>
+#include <stdlib.h>
+#include <string.h>
+
+typedef struct {
+    gallop_cosim *cosim;
+    fmi2CallbackFunctions call;
+    char *name;
+} fmi2_instance;
 
 /* The logger takes a format of printf, but some hosts show it as it is: so the whole text is the
  * format, % doubled. */
-fmi2Status say(instance *c, fmi2Status status, const char *format, ...)
+static fmi2Status log_message(const fmi2_instance *f, fmi2Status status, const char *text)
 {
-    char text[1024], escaped[2 * sizeof text], *to = escaped;
-    va_list arguments;
-    va_start(arguments, format);
-    vsnprintf(text, sizeof text, format, arguments);
-    va_end(arguments);
-    for (const char *from = text; *from; from++) {
-        if (*from == '%') *to++ = '%';
-        *to++ = *from;
+    char escaped[2 * GALLOP_COSIM_MESSAGE_SIZE], *to = escaped;
+    for (size_t i = 0; text[i] && i < GALLOP_COSIM_MESSAGE_SIZE - 1; i++) {
+        if (text[i] == '%') *to++ = '%';
+        *to++ = text[i];
     }
     *to = '\0';
-    if (c->call.logger) {
+    if (f->call.logger) {
         const char *category = status == fmi2Discard ? "logStatusDiscard" : "logStatusError";
-        c->call.logger(c->call.componentEnvironment, c->name, status, category, escaped);
+        f->call.logger(f->call.componentEnvironment, f->name, status, category, escaped);
     }
     return status;
 }
 
-bool allowed(instance *c, int modes, const char *function)
+static fmi2Status refuse(const fmi2_instance *f, const char *text)
 {
-    if (c && (c->now.mode & modes)) return true;
-    if (c) {
-        const char *where = c->now.mode == INSTANTIATED ? "before initialization"
-                          : c->now.mode == INITIALIZING ? "in initialization mode"
-                          : c->now.mode == STEPPING     ? "while stepping"
-                                                        : "after termination";
-        say(c, fmi2Error, "%s is not allowed %s", function, where);
-    }
-    return false;
+    return f ? log_message(f, fmi2Error, text) : fmi2Error;
 }
 
-/* The numbers of a failure; Report._detail in gallop_fmu/foundation/outcome.py writes the same. */
-static phrase detail_of(const gallop_report *report)
+/* The status for the host; a message goes to its log. */
+static fmi2Status returned(const fmi2_instance *f, gallop_cosim_status status)
 {
-    phrase out = {""};
-    const double degrees = 180.0 / 3.14159265358979323846, over = report->value - report->limit;
-    const numeral value = numeral_of(4, report->value), limit = numeral_of(4, report->limit);
-    const bool valued = !isnan(report->value), limited = !isnan(report->limit),
-               any = valued || limited;
-    if (report->outcome == GALLOP_ANGLE_OUT_OF_RANGE)
-        snprintf(out.text, sizeof out.text, ": %s deg, %s deg %s limit of %s deg",
-                 numeral_of(6, degrees * report->value).text,
-                 numeral_of(2, degrees * fabs(over)).text,
-                 over < 0.0 ? "below the curve's lower" : "above the curve's upper",
-                 numeral_of(6, degrees * report->limit).text);
-    else if (report->outcome == GALLOP_SLACK)
-        snprintf(out.text, sizeof out.text, ": %s N", value.text);
-    else if (report->field || isfinite(report->value))
-        snprintf(out.text, sizeof out.text, "%s%.160s%s%s%s%s%s%s%s", report->field ? ": " : "",
-                 report->field ? report->field : "", any ? " (" : "", valued ? "value " : "",
-                 valued ? value.text : "", valued && limited ? ", " : "", limited ? "limit " : "",
-                 limited ? limit.text : "", any ? ")" : "");
-    return out;
+    if (status == GALLOP_COSIM_OK) return fmi2OK;
+    if (!f) return fmi2Error;
+    return log_message(f, status == GALLOP_COSIM_WARNING ? fmi2Warning : fmi2Error,
+                       gallop_cosim_message(f->cosim));
 }
 
-/* One sentence with time, element and cure. */
-fmi2Status tell(instance *c, const char *what, const gallop_report *report)
+static gallop_cosim *cosim_of(const fmi2_instance *f)
 {
-    const resource_header *head = resource_head(&c->parameters);
-    const resource_outcome *o = (const resource_outcome *)(c->parameters.bytes + head->outcomes);
-    const char *sentence = "it could not be carried out", *cure = "check the parameters";
-    for (uint32_t i = 0; i < head->outcome_count; i++)
-        if (o[i].code == report->outcome) {
-            sentence = o[i].sentence;
-            cure = o[i].cure;
-        }
-    char place[64] = "";
-    if (report->element >= 0)
-        snprintf(place, sizeof place, " in element %d (counted from the left)",
-                 report->element + 1);
-    return say(c, fmi2Error, "%s: at %s s%s %s%s. What to do: %s.", what,
-               numeral_of(6, report->time).text, place, sentence, detail_of(report).text, cure);
-}
-
-static bool copy_text(char **to, const char *from)
-{
-    size_t size = strlen(from) + 1;
-    *to = malloc(size);
-    if (*to) memcpy(*to, from, size);
-    return *to != NULL;
-}
-
-void span_free(span *s)
-{
-    gallop_model_free(s->model);
-    free(s->state);
-    free(s->work);
-    memset(s, 0, sizeof *s);
-}
-
-void forget_observations(instance *c)
-{
-    c->node_known = c->forces_known = false;
-}
-
-void drop_span(instance *c)
-{
-    span_free(&c->span);
-    c->started = false;
-    forget_observations(c);
-}
-
-/* Model and empty states of the present parameters; on failure `s` is empty. */
-fmi2Status build_span(instance *c, span *s)
-{
-    gallop_scene scene;
-    gallop_load *load;
-    gallop_report report = {.element = -1};
-    memset(s, 0, sizeof *s);
-    const char *wrong = resource_scene(&c->parameters, &scene, &load);
-    int outcome = wrong ? GALLOP_INVALID_SCENE : gallop_model_create(&scene, &s->model, &report);
-    free(load);
-    if (wrong) return say(c, fmi2Error, "%s", wrong);
-    if (outcome) return tell(c, "the parameters do not make a span", &report);
-    const size_t size = gallop_state_size(s->model);
-    s->state = calloc(1, size);
-    s->work = calloc(1, size);
-    if (s->state && s->work) return fmi2OK;
-    span_free(s);
-    return say(c, fmi2Error, "there is not enough memory for the state: %lu bytes",
-               (unsigned long)size);
-}
-
-void held_inputs(const double input[INPUTS], double time, gallop_inputs *in)
-{
-    memset(in, 0, sizeof *in);
-    in->time = time;
-    in->wind_speed = input[0];
-    in->attack_angle = input[1];
-    memcpy(in->support, input + 2, sizeof in->support);
-}
-
-/* Until stepping begins, model and state follow parameters and inputs when somebody looks. */
-fmi2Status make_current(instance *c)
-{
-    if (c->started) return fmi2OK;
-    if (!c->span.model && build_span(c, &c->span) != fmi2OK) {
-        c->now.status = GALLOP_INVALID_SCENE;
-        return fmi2Error;
-    }
-    gallop_inputs in;
-    gallop_report report;
-    held_inputs(c->now.input, c->now.start, &in);
-    forget_observations(c);
-    c->now.status = gallop_state_init(c->span.model, c->span.state, c->now.start, &in, &report);
-    if (c->now.status) return tell(c, "there is no initial state", &report);
-    memcpy(c->now.reached, c->now.input + 2, sizeof c->now.reached);
-    memcpy(c->before.input, c->now.input, sizeof c->now.input);
-    c->before.kind = BEGINNING;
-    c->now.time = c->now.start;
-    c->started = true;
-    return fmi2OK;
+    return f ? f->cosim : NULL;
 }
 
 const char *fmi2GetTypesPlatform(void)
@@ -196,35 +66,31 @@ const char *fmi2GetVersion(void)
     return fmi2Version;
 }
 
-/* As it is when the host gets it: the parameters and inputs of the scene, and no state. */
-static void begin(instance *c)
+/* ---------------------------------------------------------------------------------- instances */
+
+static void release(fmi2_instance *f)
 {
-    memcpy(c->parameters.bytes, c->original, c->parameters.size);
-    list_parameters(c);
-    drop_span(c);
-    memset(&c->now, 0, sizeof c->now);
-    memset(&c->before, 0, sizeof c->before);
-    c->now.mode = INSTANTIATED;
-    c->now.stop = INFINITY;
-    resource_start_inputs(&c->parameters, c->now.input);
+    gallop_cosim_free(f->cosim);
+    free(f->name);
+    free(f);
 }
 
-static uint32_t count_parameters(const resource *r)
+/* Creates the co-simulation instance of the resource in the FMU's folder; false, with a message, if
+ * that fails. */
+static bool create_cosim(fmi2_instance *f, const char *location, const char *guid, char *message)
 {
-    uint32_t count = 0;
-    for (uint32_t i = 0; i < resource_head(r)->variable_count; i++)
-        count += resource_table(r)[i].origin == ORIGIN_PARAMETER;
-    return count;
-}
-
-static void release(instance *c)
-{
-    drop_span(c);
-    resource_free(&c->parameters);
-    free(c->original);
-    free(c->stored);
-    free(c->name);
-    free(c);
+    char *bytes = NULL;
+    size_t size = 0;
+    char *path = fmi2_location_path(location, "model.bin");
+    const char *problem =
+        path ? resource_read_file(path, &bytes, &size) : "there is not enough memory";
+    free(path);
+    if (problem)
+        strcpy(message, problem);
+    else
+        f->cosim = gallop_cosim_create(bytes, size, guid, message);
+    free(bytes);
+    return f->cosim != NULL;
 }
 
 fmi2Component fmi2Instantiate(fmi2String name, fmi2Type type, fmi2String guid, fmi2String location,
@@ -232,39 +98,31 @@ fmi2Component fmi2Instantiate(fmi2String name, fmi2Type type, fmi2String guid, f
                               fmi2Boolean logging)
 {
     (void)visible;
-    (void)logging; /* errors are always told, and there is nothing else to tell */
-    instance *c = calloc(1, sizeof *c);
-    if (!c) return NULL;
-    if (functions) c->call = *functions;
-    const char *wrong = NULL;
-    const char *fault = gallop_arithmetic_fault();
-    if (!copy_text(&c->name, name ? name : ""))
-        wrong = "there is not enough memory";
-    else if (!name || !*name)
-        wrong = "an instance needs a name";
-    else if (type != fmi2CoSimulation)
-        wrong = "this FMU is for co-simulation only";
-    else if (!guid)
-        wrong = "no GUID was given";
-    else if (!fault)
-        wrong = resource_read(&c->parameters, location, guid);
-    if (!wrong && !fault) {
-        c->parameter_count = count_parameters(&c->parameters);
-        c->original = malloc(c->parameters.size);
-        c->stored = malloc(c->parameter_count * sizeof *c->stored + 1);
-        if (!c->original || !c->stored) wrong = "there is not enough memory";
-    }
-    if (wrong || fault) {
-        if (wrong && c->name)
-            say(c, fmi2Error, "%s", wrong);
-        else if (c->name)
-            say(c, fmi2Error, "this FMU cannot compute; check %s", fault);
-        release(c);
+    (void)logging; /* errors are always logged; there are no other messages */
+    fmi2_instance *f = calloc(1, sizeof *f);
+    if (!f) return NULL;
+    if (functions) f->call = *functions;
+    f->name = calloc(1, name ? strlen(name) + 1 : 1);
+    if (!f->name) {
+        release(f);
         return NULL;
     }
-    memcpy(c->original, c->parameters.bytes, c->parameters.size);
-    begin(c);
-    return c;
+    if (name) strcpy(f->name, name);
+
+    char message[GALLOP_COSIM_MESSAGE_SIZE] = "";
+    if (!name || !*name)
+        strcpy(message, "an instance needs a name; give one");
+    else if (type != fmi2CoSimulation)
+        strcpy(message, "this FMU is for co-simulation only; instantiate it as fmi2CoSimulation");
+    else if (!guid)
+        strcpy(message, "the GUID is missing; give that of modelDescription.xml");
+    else if (!location)
+        strcpy(message, "the resource location is missing; give the URI of the folder");
+    else if (create_cosim(f, location, guid, message))
+        return f;
+    log_message(f, fmi2Error, message);
+    release(f);
+    return NULL;
 }
 
 void fmi2FreeInstance(fmi2Component component)
@@ -272,7 +130,7 @@ void fmi2FreeInstance(fmi2Component component)
     if (component) release(component);
 }
 
-static bool known_category(const char *category)
+static bool is_known_category(const char *category)
 {
     return category &&
            (strcmp(category, "logStatusError") == 0 || strcmp(category, "logStatusDiscard") == 0);
@@ -282,14 +140,14 @@ fmi2Status fmi2SetDebugLogging(fmi2Component component, fmi2Boolean logging, siz
                                const fmi2String categories[])
 {
     (void)logging;
-    ALLOW(ANY);
+    const char *unknown = "the log category is unknown; use logStatusError or logStatusDiscard";
+    if (!component) return fmi2Error;
     for (size_t i = 0; i < count; i++)
-        if (!categories || !known_category(categories[i]))
-            return say(
-                c, fmi2Error,
-                "the log category is unknown; there are logStatusError and logStatusDiscard");
+        if (!categories || !is_known_category(categories[i])) return refuse(component, unknown);
     return fmi2OK;
 }
+
+/* ------------------------------------------------------------------------------- phases, steps */
 
 fmi2Status fmi2SetupExperiment(fmi2Component component, fmi2Boolean tolerance_defined,
                                fmi2Real tolerance, fmi2Real start, fmi2Boolean stop_defined,
@@ -297,42 +155,247 @@ fmi2Status fmi2SetupExperiment(fmi2Component component, fmi2Boolean tolerance_de
 {
     (void)tolerance_defined;
     (void)tolerance;
-    ALLOW(INSTANTIATED);
-    if (!isfinite(start)) return say(c, fmi2Error, "the start time must be a number");
-    if (stop_defined && !(stop > start))
-        return say(c, fmi2Error, "the stop time %s s must lie after the start time %s s",
-                   numeral_of(6, stop).text, numeral_of(6, start).text);
-    c->now.start = c->now.time = start;
-    c->now.stop = stop_defined ? stop : INFINITY;
-    c->started = false;
-    return fmi2OK;
+    return returned(
+        component, gallop_cosim_set_up(cosim_of(component), start, stop_defined ? stop : INFINITY));
 }
 
 fmi2Status fmi2EnterInitializationMode(fmi2Component component)
 {
-    ALLOW(INSTANTIATED);
-    c->now.mode = INITIALIZING;
-    return fmi2OK;
+    return returned(component, gallop_cosim_enter_initialization(cosim_of(component)));
 }
 
 fmi2Status fmi2ExitInitializationMode(fmi2Component component)
 {
-    ALLOW(INITIALIZING);
-    fmi2Status status = make_current(c);
-    if (status == fmi2OK) c->now.mode = STEPPING;
-    return status;
+    return returned(component, gallop_cosim_exit_initialization(cosim_of(component)));
 }
 
 fmi2Status fmi2Terminate(fmi2Component component)
 {
-    ALLOW(STEPPING);
-    c->now.mode = TERMINATED;
-    return fmi2OK;
+    return returned(component, gallop_cosim_terminate(cosim_of(component)));
 }
 
 fmi2Status fmi2Reset(fmi2Component component)
 {
-    ALLOW(ANY);
-    begin(c);
+    return returned(component, gallop_cosim_reset(cosim_of(component)));
+}
+
+fmi2Status fmi2DoStep(fmi2Component component, fmi2Real time, fmi2Real step, fmi2Boolean no_return)
+{
+    (void)no_return;
+    return returned(component, gallop_cosim_step(cosim_of(component), time, step));
+}
+
+fmi2Status fmi2CancelStep(fmi2Component component)
+{
+    return refuse(component, "no step is pending, as steps are carried out at once; do not cancel");
+}
+
+/* Refuses a question in the phases in which it is not allowed; else, the answer is that there is
+ * none. */
+static fmi2Status discard(const fmi2_instance *f, const char *text)
+{
+    double time;
+    const fmi2Status status = returned(f, gallop_cosim_time(cosim_of(f), &time));
+    return status == fmi2OK ? log_message(f, fmi2Discard, text) : status;
+}
+
+fmi2Status fmi2GetStatus(fmi2Component component, const fmi2StatusKind kind, fmi2Status *value)
+{
+    (void)kind;
+    (void)value;
+    return discard(component, "steps are carried out at once, none is pending");
+}
+
+fmi2Status fmi2GetRealStatus(fmi2Component component, const fmi2StatusKind kind, fmi2Real *value)
+{
+    if (kind != fmi2LastSuccessfulTime || !value)
+        return discard(component, "the only Real status is fmi2LastSuccessfulTime; ask for that");
+    return returned(component, gallop_cosim_time(cosim_of(component), value));
+}
+
+fmi2Status fmi2GetIntegerStatus(fmi2Component component, const fmi2StatusKind kind,
+                                fmi2Integer *value)
+{
+    (void)kind;
+    (void)value;
+    return discard(component, "there is no Integer status");
+}
+
+fmi2Status fmi2GetBooleanStatus(fmi2Component component, const fmi2StatusKind kind,
+                                fmi2Boolean *value)
+{
+    double time;
+    if (kind != fmi2Terminated || !value)
+        return discard(component, "the only Boolean status is fmi2Terminated; ask for that");
+    const fmi2Status status = returned(component, gallop_cosim_time(cosim_of(component), &time));
+    if (status == fmi2OK) *value = fmi2False;
+    return status;
+}
+
+fmi2Status fmi2GetStringStatus(fmi2Component component, const fmi2StatusKind kind,
+                               fmi2String *value)
+{
+    (void)kind;
+    (void)value;
+    return discard(component, "there is no String status");
+}
+
+/* -------------------------------------------------------------------------------------- values */
+
+fmi2Status fmi2GetReal(fmi2Component component, const fmi2ValueReference reference[], size_t count,
+                       fmi2Real value[])
+{
+    return returned(component, gallop_cosim_get_real(cosim_of(component), reference, count, value));
+}
+
+fmi2Status fmi2GetInteger(fmi2Component component, const fmi2ValueReference reference[],
+                          size_t count, fmi2Integer value[])
+{
+    return returned(component,
+                    gallop_cosim_get_integer(cosim_of(component), reference, count, value));
+}
+
+fmi2Status fmi2SetReal(fmi2Component component, const fmi2ValueReference reference[], size_t count,
+                       const fmi2Real value[])
+{
+    return returned(component, gallop_cosim_set_real(cosim_of(component), reference, count, value));
+}
+
+fmi2Status fmi2SetInteger(fmi2Component component, const fmi2ValueReference reference[],
+                          size_t count, const fmi2Integer value[])
+{
+    return returned(component,
+                    gallop_cosim_set_integer(cosim_of(component), reference, count, value));
+}
+
+static fmi2Status refuse_type(const fmi2_instance *f, size_t count)
+{
+    const char *text = "this FMU has no Boolean and no String variables; use Reals and Integers";
+    return f && count == 0 ? fmi2OK : refuse(f, text);
+}
+
+fmi2Status fmi2GetBoolean(fmi2Component component, const fmi2ValueReference reference[],
+                          size_t count, fmi2Boolean value[])
+{
+    (void)reference;
+    (void)value;
+    return refuse_type(component, count);
+}
+
+fmi2Status fmi2GetString(fmi2Component component, const fmi2ValueReference reference[],
+                         size_t count, fmi2String value[])
+{
+    (void)reference;
+    (void)value;
+    return refuse_type(component, count);
+}
+
+/* Setting nothing is allowed where setting Reals is. */
+static fmi2Status refuse_to_set_type(const fmi2_instance *f, size_t count)
+{
+    const fmi2Status status = returned(f, gallop_cosim_set_real(cosim_of(f), NULL, 0, NULL));
+    return status == fmi2OK ? refuse_type(f, count) : status;
+}
+
+fmi2Status fmi2SetBoolean(fmi2Component component, const fmi2ValueReference reference[],
+                          size_t count, const fmi2Boolean value[])
+{
+    (void)reference;
+    (void)value;
+    return refuse_to_set_type(component, count);
+}
+
+fmi2Status fmi2SetString(fmi2Component component, const fmi2ValueReference reference[],
+                         size_t count, const fmi2String value[])
+{
+    (void)reference;
+    (void)value;
+    return refuse_to_set_type(component, count);
+}
+
+/* --------------------------------------------------------------------------------- derivatives */
+
+/* NULL, or why derivatives of these orders cannot be used. */
+static const char *check_orders(const fmi2Integer order[], size_t count)
+{
+    if (count && !order) return "the array of orders is a null pointer; give orders of 1";
+    for (size_t i = 0; i < count; i++)
+        if (order[i] != 1) return "only first derivatives are supported; give orders of 1";
+    return NULL;
+}
+
+fmi2Status fmi2SetRealInputDerivatives(fmi2Component component,
+                                       const fmi2ValueReference reference[], size_t count,
+                                       const fmi2Integer order[], const fmi2Real value[])
+{
+    const char *problem = check_orders(order, count);
+    if (problem) return refuse(component, problem);
+    return returned(component,
+                    gallop_cosim_set_input_rates(cosim_of(component), reference, count, value));
+}
+
+fmi2Status fmi2GetRealOutputDerivatives(fmi2Component component,
+                                        const fmi2ValueReference reference[], size_t count,
+                                        const fmi2Integer order[], fmi2Real value[])
+{
+    const char *problem = check_orders(order, count);
+    if (problem) return refuse(component, problem);
+    return returned(component,
+                    gallop_cosim_get_output_rates(cosim_of(component), reference, count, value));
+}
+
+fmi2Status fmi2GetDirectionalDerivative(fmi2Component component, const fmi2ValueReference unknown[],
+                                        size_t unknowns, const fmi2ValueReference known[],
+                                        size_t knowns, const fmi2Real seed[], fmi2Real derivative[])
+{
+    return returned(component,
+                    gallop_cosim_directional_derivative(cosim_of(component), unknown, unknowns,
+                                                        known, knowns, seed, derivative));
+}
+
+/* -------------------------------------------------------------------------------- saved states */
+
+fmi2Status fmi2GetFMUstate(fmi2Component component, fmi2FMUstate *state)
+{
+    gallop_cosim_saved *saved = state ? *state : NULL;
+    const fmi2Status status =
+        returned(component, gallop_cosim_save(cosim_of(component), state ? &saved : NULL));
+    if (status == fmi2OK) *state = saved;
+    return status;
+}
+
+fmi2Status fmi2SetFMUstate(fmi2Component component, fmi2FMUstate state)
+{
+    return returned(component, gallop_cosim_restore(cosim_of(component), state));
+}
+
+fmi2Status fmi2FreeFMUstate(fmi2Component component, fmi2FMUstate *state)
+{
+    if (!component) return fmi2Error;
+    if (!state) return fmi2OK;
+    gallop_cosim_free_saved(*state);
+    *state = NULL;
     return fmi2OK;
+}
+
+fmi2Status fmi2SerializedFMUstateSize(fmi2Component component, fmi2FMUstate state, size_t *size)
+{
+    return returned(component, gallop_cosim_serialized_size(cosim_of(component), state, size));
+}
+
+fmi2Status fmi2SerializeFMUstate(fmi2Component component, fmi2FMUstate state, fmi2Byte bytes[],
+                                 size_t size)
+{
+    return returned(component, gallop_cosim_serialize(cosim_of(component), state, bytes, size));
+}
+
+fmi2Status fmi2DeSerializeFMUstate(fmi2Component component, const fmi2Byte bytes[], size_t size,
+                                   fmi2FMUstate *state)
+{
+    gallop_cosim_saved *saved = NULL;
+    const fmi2Status status =
+        returned(component,
+                 gallop_cosim_deserialize(cosim_of(component), bytes, size, state ? &saved : NULL));
+    if (status == fmi2OK) *state = saved;
+    return status;
 }

@@ -15,37 +15,38 @@
 
 #define RESOURCE_INPUTS 8 /* wind speed, attack angle, left x1 x2 x3, right x1 x2 x3 */
 
+#define RESOURCE_IDENTITY_SIZE 48
+
 typedef enum {
-    ORIGIN_PARAMETER = 0,
-    ORIGIN_INPUT = 1,
-    ORIGIN_NODE = 2,
-    ORIGIN_SPAN = 3,
-    ORIGIN_STATUS = 4
+    RESOURCE_PARAMETER = 0,
+    RESOURCE_INPUT = 1,
+    RESOURCE_NODE = 2,
+    RESOURCE_SPAN = 3,
+    RESOURCE_STATUS = 4
 } resource_origin;
 
 typedef struct {
     char magic[8];
     uint64_t size, checksum; /* of the whole file; FNV-1a of all that follows this field */
-    char guid[48], version[16];
+    char identity[RESOURCE_IDENTITY_SIZE], version[16];
     uint32_t scene, variables, variable_count, outcomes, outcome_count, reserved;
 } resource_header;
 
-#define MINIMUM_EXCLUDED 1u
-#define MAXIMUM_EXCLUDED 2u
+#define RESOURCE_MINIMUM_EXCLUDED 1u
+#define RESOURCE_MAXIMUM_EXCLUDED 2u
 
 /* Index in the table = value reference. */
 typedef struct {
     char name[64];
     int32_t origin, whole; /* whole: an Integer, else a Real */
-    uint32_t place; /* parameter: offset in the file; else the number of the input or channel */
-    uint32_t
-        excluded; /* bounds that are not allowed themselves: MINIMUM_EXCLUDED, MAXIMUM_EXCLUDED */
+    uint32_t place;    /* parameter: offset in the file; else the number of the input or channel */
+    uint32_t excluded; /* bounds that are not allowed themselves */
     double factor, minimum, maximum; /* stored = factor * value; bounds of the value */
 } resource_variable;
 
 typedef struct {
     int32_t code, reserved;
-    char sentence[128], cure[184];
+    char sentence[128], remedy[184];
 } resource_outcome;
 
 typedef struct {
@@ -53,27 +54,54 @@ typedef struct {
     size_t size;
 } resource;
 
-/* Reads and verifies the file; on failure returns what is wrong, in a constant text. */
-const char *resource_read(resource *r, const char *resource_location, const char *guid);
-void resource_free(resource *r);
+/* Reads a regular file, whose path is UTF-8, into memory that the caller frees; the problem, or
+ * NULL. */
+const char *resource_read_file(const char *path, char **bytes, size_t *size);
+
+/* Copies and verifies the content of a resource file; the problem, a constant text, or NULL. */
+const char *resource_open(resource *r, const void *bytes, size_t size, const char *identity);
+void resource_close(resource *r);
 uint64_t resource_checksum(const char *bytes, size_t size);
 
 static inline const resource_header *resource_head(const resource *r)
 {
     return (const resource_header *)r->bytes;
 }
-static inline const resource_variable *resource_table(const resource *r)
+
+/* GUID of the model description, RESOURCE_IDENTITY_SIZE bytes. */
+static inline const char *resource_identity(const resource *r)
+{
+    return resource_head(r)->identity;
+}
+static inline const resource_variable *resource_variables(const resource *r)
 {
     return (const resource_variable *)(r->bytes + resource_head(r)->variables);
 }
+static inline uint32_t resource_variable_count(const resource *r)
+{
+    return resource_head(r)->variable_count;
+}
 
-/* Whether `scale` times the bounds of a variable include a number; none includes NaN. */
+/* Where the value of a parameter is stored. */
+static inline char *resource_place(const resource *r, const resource_variable *v)
+{
+    return r->bytes + v->place;
+}
+
+/* Puts the bytes back that were read. */
+void resource_restore(resource *r, const char *original);
+
+/* Texts for an outcome; NULL: there are none. */
+const resource_outcome *resource_find_outcome(const resource *r, int outcome);
+
+/* True if a number is within `scale` times the bounds of a variable; NaN never is. */
 bool resource_allows(const resource_variable *v, double number, double scale);
 
-/* The scene with its pointers leading into the resource.  `load` is the caller's copy of the loads,
- * who frees it whatever is returned: NULL, or what is wrong. */
+/* The scene with its pointers into the resource.  `load` is a copy of the loads, which the caller
+ * frees in any case; the problem, or NULL. */
 const char *resource_scene(const resource *r, gallop_scene *scene, gallop_load **load);
-/* What the inputs are before the host sets them: the scene's at t = 0. */
+
+/* The inputs before the host sets them: those of the scene at t = 0. */
 void resource_start_inputs(const resource *r, double input[RESOURCE_INPUTS]);
 
 #endif

@@ -3,7 +3,7 @@
  *
  *     faults RESOURCES GUID */
 #include "gallop.h"
-#include "resource.h"
+#include "read_resource.h"
 
 #include <fmi2Functions.h>
 #include <stdarg.h>
@@ -91,7 +91,7 @@ static void create(long n)
     gallop_load *load;
     gallop_model *model;
     gallop_report report;
-    REQUIRE(resource_read(&table, resources, guid) == NULL &&
+    REQUIRE(read_resource(&table, resources, guid) == NULL &&
             resource_scene(&table, &scene, &load) == NULL);
     left = n;
     const int outcome = gallop_model_create(&scene, &model, &report);
@@ -100,17 +100,17 @@ static void create(long n)
     REQUIRE((model == NULL) == failed);
     gallop_model_free(model);
     free(load);
-    resource_free(&table);
+    resource_close(&table);
 }
 
-static void read_resource(long n)
+static void read_file(long n)
 {
     resource table;
     left = n;
-    const char *wrong = resource_read(&table, resources, guid);
+    const char *wrong = read_resource(&table, resources, guid);
     REQUIRE((wrong != NULL) == failed && (table.bytes == NULL) == failed);
     if (wrong) REQUIRE(strstr(wrong, "memory") != NULL);
-    resource_free(&table);
+    resource_close(&table);
 }
 
 static void instantiate(long n)
@@ -174,10 +174,10 @@ static void exchange(long n)
     resource table;
     fmi2Real value;
     fmi2FMUstate other = NULL;
-    REQUIRE(resource_read(&table, resources, guid) == NULL);
+    REQUIRE(read_resource(&table, resources, guid) == NULL);
     fmi2Component c = new_instance(), present = stepping();
-    for (fmi2ValueReference r = 0; r < resource_head(&table)->variable_count; r++)
-        if (!strcmp(resource_table(&table)[r].name, "conductor.axial_stiffness"))
+    for (fmi2ValueReference r = 0; r < resource_variable_count(&table); r++)
+        if (!strcmp(resource_variables(&table)[r].name, "conductor.axial_stiffness"))
             REQUIRE(fmi2GetReal(c, &r, 1, &value) == fmi2OK &&
                     (value *= 1.01, fmi2SetReal(c, &r, 1, &value)) == fmi2OK);
     REQUIRE(fmi2SetupExperiment(c, fmi2False, 0.0, 0.0, fmi2False, 0.0) == fmi2OK &&
@@ -192,7 +192,7 @@ static void exchange(long n)
     fmi2FreeFMUstate(c, &other);
     fmi2FreeInstance(c);
     fmi2FreeInstance(present);
-    resource_free(&table);
+    resource_close(&table);
 }
 
 int main(int count, char **argument)
@@ -201,7 +201,7 @@ int main(int count, char **argument)
     resources = argument[1];
     guid = argument[2];
     printf("create %ld\n", every(create));
-    printf("resource %ld\n", every(read_resource));
+    printf("resource %ld\n", every(read_file));
     printf("instantiate %ld\n", every(instantiate));
     printf("initialise %ld\n", every(initialise));
     printf("states %ld\n", every(states));

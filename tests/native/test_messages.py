@@ -118,11 +118,11 @@ static int with_comma(char *to, size_t size, const char *format, ...)
     return length;
 }
 #define snprintf with_comma
-#include "fmi2.c"
+#include "cosim_message.c"
 int main(void)
 {
     const double number[] = {-1.5, 0.0, 1e-300, 2.5e17, 1.0 / 3.0, INFINITY, 140.0};
-    for (int i = 0; i < 7; i++) puts(numeral_of(6, number[i]).text);
+    for (int i = 0; i < 7; i++) puts(cosim_number_text(6, number[i]).text);
     return 0;
 }
 """

@@ -91,7 +91,7 @@ def test_order_of_calls(fmu, function, mode):
     if mode in ALLOWED[function]:
         assert call() == 0, fmu.log
     else:
-        refused(fmu, call, f"fmi2{function} is not allowed")
+        refused(fmu, call, " is not allowed ")
 
 
 def test_no_instance_is_no_crash(fmu):
@@ -112,7 +112,9 @@ def test_no_instance_is_no_crash(fmu):
     assert fmu.call("FreeFMUstate", None) == 0
     refused(fmu, lambda: fmu.call("SetFMUstate", None), "not a state of this FMU")
     refused(fmu, lambda: fmu.call("GetFMUstate", None), "no place")
-    refused(fmu, lambda: fmu.call("GetReal", None, c.c_size_t(1), None), "an array is missing")
+    refused(
+        fmu, lambda: fmu.call("GetReal", None, c.c_size_t(1), None), "an array is a null pointer"
+    )
     assert fmu.call("GetReal", None, c.c_size_t(0), None) == 0
 
 
@@ -256,7 +258,8 @@ def test_folders_with_odd_names(small, instance, tmp_path, name):
 
 
 PATHS = """
-#include "{kernel}/resource.c"
+#include "{kernel}/fmi2_location.c"
+#include <stdio.h>
 int main(int count, char **argument)
 {{
     char *path = path_of(argument[count - 1], "model.bin", true);
@@ -290,7 +293,6 @@ def test_paths_with_drives(compiled, kernel_sources, tmp_path_factory, location,
         compiled(
             program,
             source,
-            kernel_sources / "law.c",
             flags=[f"-I{kernel_sources}", "-Wno-unused-function"],
         )
     assert (
@@ -407,7 +409,7 @@ def test_there_are_no_variables_of_other_types(fmu, kind):
     for access in ("Get", "Set"):
         assert fmu.call(f"{access}{kind}", references, c.c_size_t(0), values) == 0
         call = partial(fmu.call, f"{access}{kind}", references, c.c_size_t(1), values)
-        refused(fmu, call, f"fmi2{access}{kind}: this FMU has no variable of that type")
+        refused(fmu, call, "no Boolean and no String variables")
 
 
 def test_logging_knows_its_categories_and_the_library_its_version(fmu):
@@ -442,6 +444,4 @@ def test_what_is_no_saved_state_is_refused(stepping, call):
     }
     good = stepping.save()
     for pointer in (None, c.c_void_p(c.addressof(junk)), c.c_void_p(good.value + 4)):
-        refused(
-            stepping, lambda state=pointer: stepping.call(call, state, *more[call]), f"fmi2{call}: "
-        )
+        refused(stepping, lambda state=pointer: stepping.call(call, state, *more[call]), "state")

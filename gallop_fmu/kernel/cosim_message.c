@@ -1,0 +1,111 @@
+/* Messages of the co-simulation layer. */
+#include "cosim_message.h"
+
+#include <ctype.h>
+#include <math.h>
+#include <stdarg.h>
+#include <stdio.h>
+#include <string.h>
+
+cosim_number cosim_number_text(int digits, double value)
+{
+    cosim_number out;
+    char *to = out.text;
+    snprintf(out.text, sizeof out.text, "%.*g", digits, value);
+
+    /* What is no digit, letter or sign is a byte of the locale's decimal mark. */
+    for (const char *from = out.text; *from; from++) {
+        const bool plain = *from > 0 && (isalnum(*from) || *from == '-' || *from == '+');
+        if (plain)
+            *to++ = *from;
+        else if (to == out.text || to[-1] != '.')
+            *to++ = '.';
+    }
+    *to = '\0';
+    return out;
+}
+
+gallop_cosim_status cosim_refuse(gallop_cosim *c, const char *format, ...)
+{
+    va_list arguments;
+    va_start(arguments, format);
+    vsnprintf(c->message, sizeof c->message, format, arguments);
+    va_end(arguments);
+    return GALLOP_COSIM_REFUSED;
+}
+
+gallop_cosim_status cosim_fail(gallop_cosim *c, const char *format, ...)
+{
+    va_list arguments;
+    va_start(arguments, format);
+    vsnprintf(c->message, sizeof c->message, format, arguments);
+    va_end(arguments);
+    return GALLOP_COSIM_FAILED;
+}
+
+/* The numbers of a failure; Report._detail in gallop_fmu/foundation/outcome.py writes the same. */
+static cosim_phrase detail_of(const gallop_report *report)
+{
+    cosim_phrase out = {""};
+    const double degrees = 180.0 / 3.14159265358979323846, over = report->value - report->limit;
+    const cosim_number value = cosim_number_text(4, report->value);
+    const cosim_number limit = cosim_number_text(4, report->limit);
+    const bool has_value = !isnan(report->value), has_limit = !isnan(report->limit);
+    const bool has_any = has_value || has_limit;
+
+    if (report->outcome == GALLOP_ANGLE_OUT_OF_RANGE)
+        snprintf(out.text, sizeof out.text, ": %s deg, %s deg %s limit of %s deg",
+                 cosim_number_text(6, degrees * report->value).text,
+                 cosim_number_text(2, degrees * fabs(over)).text,
+                 over < 0.0 ? "below the curve's lower" : "above the curve's upper",
+                 cosim_number_text(6, degrees * report->limit).text);
+    else if (report->outcome == GALLOP_SLACK)
+        snprintf(out.text, sizeof out.text, ": %s N", value.text);
+    else if (report->field || isfinite(report->value))
+        snprintf(out.text, sizeof out.text, "%s%.160s%s%s%s%s%s%s%s", report->field ? ": " : "",
+                 report->field ? report->field : "", has_any ? " (" : "", has_value ? "value " : "",
+                 has_value ? value.text : "", has_value && has_limit ? ", " : "",
+                 has_limit ? "limit " : "", has_limit ? limit.text : "", has_any ? ")" : "");
+    return out;
+}
+
+gallop_cosim_status cosim_fail_with_report(gallop_cosim *c, const char *what,
+                                           const gallop_report *report)
+{
+    const resource_outcome *o = resource_find_outcome(&c->parameters, report->outcome);
+    const char *sentence = o ? o->sentence : "it could not be carried out";
+    const char *remedy = o ? o->remedy : "check the parameters";
+    char place[64] = "";
+    if (report->element >= 0)
+        snprintf(place, sizeof place, " in element %d (counted from the left)",
+                 report->element + 1);
+    return cosim_fail(c, "%s: at %s s%s %s%s. What to do: %s.", what,
+                      cosim_number_text(6, report->time).text, place, sentence,
+                      detail_of(report).text, remedy);
+}
+
+static const char *phase_text(int phase)
+{
+    switch (phase) {
+    case COSIM_INSTANTIATED: return "before initialization";
+    case COSIM_INITIALIZING: return "in initialization";
+    case COSIM_STEPPING: return "while stepping";
+    default: return "after termination";
+    }
+}
+
+bool cosim_is_allowed(gallop_cosim *c, int phases, const char *action)
+{
+    if (!c) return false;
+    if (c->run.phase & phases) return true;
+
+    char allowed[128] = "";
+    for (int phase = COSIM_INSTANTIATED; phase <= COSIM_TERMINATED; phase *= 2) {
+        if (!(phases & phase)) continue;
+        if (allowed[0]) strcat(allowed, " or ");
+        strcat(allowed, phase_text(phase));
+    }
+    cosim_refuse(c, "%s is not allowed %s; it is allowed %s", action, phase_text(c->run.phase),
+                 allowed);
+    return false;
+}

@@ -1,0 +1,23 @@
+/* The model and the state of an instance, built from its present parameters and inputs. */
+#ifndef GALLOP_COSIM_SPAN_H
+#define GALLOP_COSIM_SPAN_H
+
+#include "cosim_instance.h"
+
+/* Builds model and empty states of the present parameters; on failure `span` is empty. */
+gallop_cosim_status cosim_span_build(gallop_cosim *c, cosim_span *span);
+void cosim_span_free(cosim_span *span);
+
+/* Frees the span of the instance, whose parameters have changed. */
+void cosim_span_drop(gallop_cosim *c);
+
+/* Until stepping begins: builds what is missing for the present parameters and inputs. */
+gallop_cosim_status cosim_span_make_current(gallop_cosim *c);
+
+/* Constant inputs for the kernel. */
+void cosim_constant_inputs(const double input[RESOURCE_INPUTS], double time, gallop_inputs *in);
+
+/* Forgets the stored observations: the state has changed. */
+void cosim_forget_observations(gallop_cosim *c);
+
+#endif

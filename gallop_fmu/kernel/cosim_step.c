@@ -1,0 +1,123 @@
+/* Communication steps. */
+#include "cosim_step.h"
+
+#include "cosim_message.h"
+#include "cosim_span.h"
+#include "cosim_values.h"
+
+#include <math.h>
+#include <string.h>
+
+/* [s]; longer steps are almost certainly a unit error. */
+#define MAX_STEP 1e6
+
+/* Differences between the host's clock and the instance's that are put down to round-off: as a
+ * fraction of the step, and of the time. */
+#define CLOCK_OF_STEP 1e-6
+#define CLOCK_OF_TIME 1e-13
+
+void cosim_step_inputs(const double input[RESOURCE_INPUTS], const double rate[RESOURCE_INPUTS],
+                       const double tower[6], double time, double size, gallop_inputs *in)
+{
+    cosim_constant_inputs(input, time, in);
+    in->wind_speed_rate = rate[0];
+    in->attack_angle_rate = rate[1];
+    for (int i = 0; i < 6; i++) {
+        in->support[i / 3][i % 3] = tower[i];
+        in->support_rate[i / 3][i % 3] = (input[2 + i] + rate[2 + i] * size - tower[i]) / size;
+    }
+}
+
+static gallop_cosim_status check_step(gallop_cosim *c, double time, double step)
+{
+    const double clock = CLOCK_OF_STEP * step + CLOCK_OF_TIME * fabs(time);
+    if (!isfinite(time) || !isfinite(step) || !(step > 0.0))
+        return cosim_refuse(c, "the step size %s s at %s s must be positive; both must be finite",
+                            cosim_number_text(6, step).text, cosim_number_text(12, time).text);
+    if (step > MAX_STEP)
+        return cosim_refuse(c, "a step of %s s is too long; at most %s s are allowed",
+                            cosim_number_text(6, step).text, cosim_number_text(6, MAX_STEP).text);
+    if (fabs(time - c->run.time) > clock)
+        return cosim_refuse(
+            c, "the step starts at %s s, but the FMU is at %s s; start it where the last one ended",
+            cosim_number_text(12, time).text, cosim_number_text(12, c->run.time).text);
+    if (!(time + step > c->run.time) || !isfinite(time + step))
+        return cosim_refuse(c, "at %s s a step of %s s is lost in round-off; take longer steps",
+                            cosim_number_text(12, time).text, cosim_number_text(6, step).text);
+    if (time + step > c->run.stop + clock)
+        return cosim_refuse(
+            c, "the step ends at %s s, after the stop time %s s; set a later stop time",
+            cosim_number_text(12, time + step).text, cosim_number_text(12, c->run.stop).text);
+    return GALLOP_COSIM_OK;
+}
+
+gallop_cosim_status gallop_cosim_step(gallop_cosim *c, double time, double step)
+{
+    if (!cosim_is_allowed(c, COSIM_STEPPING, "a step")) return GALLOP_COSIM_REFUSED;
+    if (check_step(c, time, step) != GALLOP_COSIM_OK) return GALLOP_COSIM_REFUSED;
+
+    /* From the instance's own time, so that differences of the clocks do not add up.  The wind
+     * speed may fall to 0 within the step, not below. */
+    const double until = time + step, size = until - c->run.time;
+    double rate[RESOURCE_INPUTS];
+    memcpy(rate, c->run.rate, sizeof rate);
+    if (c->run.input[0] + rate[0] * size < 0.0) rate[0] = -c->run.input[0] / size;
+
+    gallop_inputs in;
+    gallop_report report;
+    cosim_step_inputs(c->run.input, rate, c->run.tower, c->run.time, size, &in);
+    c->run.status = gallop_advance(c->span.model, c->span.state, &in, until, &report);
+    if (c->run.status) {
+        /* The kernel no longer has the state at the start of the last step. */
+        if (c->last_step.base == COSIM_DERIV_LAST_STEP) c->last_step.base = COSIM_DERIV_UNKNOWN;
+        return cosim_fail_with_report(c, "the step could not be carried out", &report);
+    }
+
+    c->last_step.base = COSIM_DERIV_LAST_STEP;
+    c->last_step.size = size;
+    memcpy(c->last_step.input, c->run.input, sizeof c->last_step.input);
+    memcpy(c->last_step.rate, rate, sizeof c->last_step.rate);
+    memcpy(c->last_step.tower, c->run.tower, sizeof c->last_step.tower);
+    for (int i = 0; i < 6; i++) c->run.tower[i] = c->run.input[2 + i] + rate[2 + i] * size;
+    memset(c->run.rate, 0, sizeof c->run.rate);
+    c->run.time = until;
+    cosim_forget_observations(c);
+    return GALLOP_COSIM_OK;
+}
+
+gallop_cosim_status gallop_cosim_time(gallop_cosim *c, double *time)
+{
+    if (!cosim_is_allowed(c, COSIM_WITH_TIME, "reading the time")) return GALLOP_COSIM_REFUSED;
+    if (!time) return cosim_refuse(c, "there is no place for the time; give one");
+    *time = c->run.time;
+    return GALLOP_COSIM_OK;
+}
+
+const resource_variable *cosim_find_input(gallop_cosim *c, uint32_t reference)
+{
+    const resource_variable *v = cosim_find(c, reference, false);
+    if (v && v->origin != RESOURCE_INPUT) {
+        cosim_refuse(c, "%s is not an input; give value references of inputs", v->name);
+        return NULL;
+    }
+    return v;
+}
+
+/* They hold until the end of the next step, whether the value is set before or after the rate. */
+gallop_cosim_status gallop_cosim_set_input_rates(gallop_cosim *c, const uint32_t reference[],
+                                                 size_t count, const double rate[])
+{
+    if (!cosim_is_allowed(c, COSIM_BEFORE_TERMINATION, "setting derivatives of inputs"))
+        return GALLOP_COSIM_REFUSED;
+    if (count && (!reference || !rate))
+        return cosim_refuse(c, "an array is a null pointer; give arrays for all values");
+    for (size_t i = 0; i < count; i++) {
+        const resource_variable *v = cosim_find_input(c, reference[i]);
+        if (!v) return GALLOP_COSIM_REFUSED;
+        if (!isfinite(rate[i]))
+            return cosim_refuse(c, "the derivative of %s must be a finite number", v->name);
+    }
+    for (size_t i = 0; i < count; i++)
+        c->run.rate[resource_variables(&c->parameters)[reference[i]].place] = rate[i];
+    return GALLOP_COSIM_OK;
+}
