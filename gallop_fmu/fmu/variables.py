@@ -102,7 +102,7 @@ class Variable:
 
     @property
     def allowed(self) -> str:
-        """The bounds in words, which `bounds_of` in kernel/fmi2_values.c writes too; empty where there are none."""
+        """The bounds in words, as `bounds_of` in kernel/cosim_values.c writes them; may be empty."""
         low = "greater than" if self.minimum_excluded else "at least"
         high = "less than" if self.maximum_excluded else "at most"
         bounds = ((low, self.minimum), (high, self.maximum))

@@ -189,7 +189,7 @@ class Report:
 
     @property
     def _detail(self) -> str:
-        """The numbers of a failure; `detail_of` in kernel/fmi2.c writes the same."""
+        """The numbers of a failure; `detail_of` in kernel/cosim_message.c writes the same."""
         field = "" if self.field is None else f": {self.field}"
         if self.outcome is Outcome.ANGLE_OUT_OF_RANGE:
             value, limit = math.degrees(self.value), math.degrees(self.limit)
