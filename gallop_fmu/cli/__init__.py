@@ -1,1 +1,1 @@
-"""The command ``gallop-fmu``, and what ``gallop-modal`` shares with it."""
+"""The command ``gallop-fmu``, and the parts that ``gallop-modal`` shares."""

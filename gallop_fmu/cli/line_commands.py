@@ -1,11 +1,14 @@
-"""The commands ``gallop-fmu conductors`` and ``gallop-fmu new``: from a line's familiar numbers to a scene file."""
+"""The commands ``gallop-fmu conductors`` and ``gallop-fmu new``: from line data to a scene file."""
 
 from __future__ import annotations
 
+import inspect
+from functools import cache
 from pathlib import Path
-from typing import Annotated, Literal
+from typing import Annotated, Any
 
 import typer
+from typer.core import TyperCommand
 
 from gallop_fmu.cli.terminal import (
     AsJson,
@@ -38,14 +41,11 @@ def conductors(as_json: AsJson = False) -> None:
         "code word", "type", "strands", "d [mm]", "mass [kg/m]", "strength [kN]", "EA [MN]"
     )
     for wire in found:
+        steel = f"/{wire.steel_wires}" if wire.steel_wires else ""
         table.add_row(
             wire.code_word,
             wire.construction,
-            (
-                f"{wire.aluminium_wires}/{wire.steel_wires}"
-                if wire.steel_wires
-                else f"{wire.aluminium_wires}"
-            ),
+            f"{wire.aluminium_wires}{steel}",
             f"{1e3 * wire.diameter:.2f}",
             f"{wire.mass_per_length:.4f}",
             f"{1e-3 * wire.rated_strength:.1f}" if wire.rated_strength else "-",
@@ -54,98 +54,67 @@ def conductors(as_json: AsJson = False) -> None:
     new_console().print(table)
 
 
+class LineCommand(TyperCommand):
+    """The command ``new``: adds an option for each field of `Line` when it is used.
+
+    So ``gallop-fmu --help`` does not import the scene.
+    """
+
+    def get_params(self, ctx: Any) -> list[Any]:
+        """Return the argument FILE, the options of a line, and ``--help``."""
+        file, *others = super().get_params(ctx)
+        return [file, *_line_options(), *others]
+
+    def invoke(self, ctx: Any) -> Any:
+        """Run the command with the given values of the line in ``ctx.obj``."""
+        values = {option.name: ctx.params.pop(option.name) for option in _line_options()}
+        ctx.obj = {name: value for name, value in values.items() if value is not None}
+        return super().invoke(ctx)
+
+
+@cache
+def _line_options() -> list[Any]:
+    """Options of typer, one for each field of `Line`; None stands for a value that is not given."""
+    from gallop_fmu.line.line_table import Line
+    from gallop_fmu.scene.fields import unit_of_field
+
+    def line(**_values: Any) -> None:
+        pass
+
+    parameters = []
+    for name, field in Line.model_fields.items():
+        unit, meaning = unit_of_field(field), field.description or ""
+        default = "" if field.is_required() or field.default is None else _default(field.default)
+        option = typer.Option(
+            metavar={"degC": "C"}.get(unit, unit).upper() or None,
+            parser=real if unit else None,
+            help=f"{meaning[0].upper()}{meaning[1:]}{default}.",
+            autocompletion=code_words if name == "conductor" else None,
+        )
+        kind: Any = field.annotation if name == "ice_shape" else float if unit else str
+        parameters.append(
+            inspect.Parameter(
+                name,
+                inspect.Parameter.KEYWORD_ONLY,
+                default=... if field.is_required() else None,
+                annotation=Annotated[kind if field.is_required() else kind | None, option],
+            )
+        )
+    line.__signature__ = inspect.Signature(parameters)  # type: ignore[attr-defined]
+    app = typer.Typer(add_completion=False)
+    app.command(add_help_option=False)(line)
+    return list(typer.main.get_command(app).params)
+
+
+def _default(value: Any) -> str:
+    return f" (default: {value:g})" if isinstance(value, float) else f" (default: {value})"
+
+
 def new(
     context: typer.Context,
     out: Annotated[Path, typer.Argument(metavar="FILE", help="Scene file to write (.toml).")],
-    conductor: Annotated[
-        str,
-        typer.Option(
-            metavar="WORD",
-            autocompletion=code_words,
-            help="Code word; gallop-fmu conductors lists them.",
-        ),
-    ],
-    span: Annotated[
-        float,
-        typer.Option(metavar="M", parser=real, help="Horizontal distance between the supports."),
-    ],
-    height_difference: Annotated[
-        float | None,
-        typer.Option(metavar="M", parser=real, help="Right support above the left; else level."),
-    ] = None,
-    ruling_span: Annotated[
-        float | None, typer.Option(metavar="M", parser=real, help="Ruling span; else the span.")
-    ] = None,
-    stringing_tension: Annotated[
-        float | None,
-        typer.Option(
-            metavar="N", parser=real, help="Horizontal tension of the bare conductor when strung."
-        ),
-    ] = None,
-    stringing_percent: Annotated[
-        float | None,
-        typer.Option(metavar="%", parser=real, help="The same in percent of the rated strength."),
-    ] = None,
-    stringing_temperature: Annotated[
-        float | None,
-        typer.Option(metavar="C", parser=real, help="Temperature when strung; else 15."),
-    ] = None,
-    temperature: Annotated[
-        float | None,
-        typer.Option(
-            metavar="C", parser=real, help="Temperature of iced conductor and air; else 0."
-        ),
-    ] = None,
-    ice_shape: Annotated[
-        Literal["radial", "crescent", "eccentric_circle", "d_shape"] | None,
-        typer.Option(help="Shape of the ice; else crescent."),
-    ] = None,
-    ice_thickness: Annotated[
-        float | None,
-        typer.Option(metavar="M", parser=real, help="Greatest thickness of the ice; else bare."),
-    ] = None,
-    ice_density: Annotated[
-        float | None,
-        typer.Option(metavar="KG/M3", parser=real, help="Density of the ice; else 900, glaze."),
-    ] = None,
-    attack_angle_deg: Annotated[
-        float | None,
-        typer.Option(
-            metavar="DEG", parser=real, help="Attack angle, 0: wind onto the thickest ice."
-        ),
-    ] = None,
-    wind_speed: Annotated[
-        float | None,
-        typer.Option(metavar="M/S", parser=real, help="Constant wind speed; else calm."),
-    ] = None,
-    coefficients: Annotated[
-        str | None,
-        typer.Option(metavar="NAME", help="Coefficient curve: a CSV file, or a packaged scene."),
-    ] = None,
-    insulator_length: Annotated[
-        float | None,
-        typer.Option(
-            metavar="M", parser=real, help="Length of suspension strings; else dead ends."
-        ),
-    ] = None,
-    insulator_weight: Annotated[
-        float | None, typer.Option(metavar="N", parser=real, help="Weight of one string.")
-    ] = None,
-    adjacent_span: Annotated[
-        float | None,
-        typer.Option(
-            metavar="M", parser=real, help="Spans beyond the strings; else the ruling span."
-        ),
-    ] = None,
-    damping_percent: Annotated[
-        float | None,
-        typer.Option(metavar="%", parser=real, help="Damping ratio of translations; else 0.5."),
-    ] = None,
-    twist_damping_percent: Annotated[
-        float | None, typer.Option(metavar="%", parser=real, help="Damping ratio of twist; else 4.")
-    ] = None,
 ) -> None:
-    """Write a scene from a line's familiar numbers, every value with unit, meaning and source."""
+    """Write a scene from line data, every value with its unit, meaning and source."""
     from gallop_fmu.foundation.atomic_write import write_whole
     from gallop_fmu.input.annotated_toml import annotated_toml
     from gallop_fmu.scene.scene import Scene
@@ -154,10 +123,7 @@ def new(
     if out.exists():
         complain(f"{out}: exists already; choose another name, or remove it first")
         raise typer.Exit(Exit.BAD_INPUT)
-    line = {
-        name: value for name, value in context.params.items() if name != "out" and value is not None
-    }
-    scene = Scene.from_dict({"line": line})
+    scene = Scene.from_dict({"line": context.obj})
     write_whole(out, annotated_toml(scene).encode())
-    new_console().print(f"wrote {out}; gallop-fmu run {out} computes it", soft_wrap=True)
+    new_console().print(f"wrote {out}; to simulate it: gallop-fmu run {out}", soft_wrap=True)
     print_warnings(scene.warnings)

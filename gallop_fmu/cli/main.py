@@ -1,28 +1,22 @@
-"""The command ``gallop-fmu``.  Whatever a command needs is imported inside it, so that ``--help`` answers at once."""
+"""The command ``gallop-fmu``.
+
+Each command imports what it needs itself, so that ``--help`` is fast.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Iterator
 from contextlib import contextmanager
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import typer
 
-from gallop_fmu.cli.line_commands import NEW_EXAMPLE, conductors, new
-from gallop_fmu.cli.sweep_options import (
-    ClusterAddress,
-    Over,
-    RunsOut,
-    SpanTable,
-    WorkerCount,
-    carry_out,
-    check_given,
-    grid_of,
-)
+from gallop_fmu.cli.line_commands import NEW_EXAMPLE, LineCommand, conductors, new
+from gallop_fmu.cli.sweep_options import SweepOptions, takes_sweep_options
 from gallop_fmu.cli.terminal import (
     PICTURE_SUFFIXES,
-    AnyScene,
     AsJson,
     Changes,
     Exit,
@@ -30,7 +24,6 @@ from gallop_fmu.cli.terminal import (
     Version,
     check_output,
     chosen_scene,
-    chosen_spec,
     complain,
     complain_of,
     echo_json,
@@ -46,16 +39,19 @@ from gallop_fmu.cli.terminal import (
 )
 
 if TYPE_CHECKING:
+    from gallop_fmu.scene.scene import Scene
     from gallop_fmu.simulation.result import Result
     from gallop_fmu.simulation.simulate import Progress
-    from gallop_fmu.sweeps.runner import Progress as RunsProgress
-    from gallop_fmu.sweeps.runs import Runs
 
+Until = Annotated[
+    float | None,
+    typer.Option(metavar="S", parser=real, help="Simulated time in s (default: from the scene)."),
+]
 
 ModelName = Annotated[
     str,
     typer.Option(
-        hidden=True, help="Of 0.1.0, which had a second model; the next release drops it."
+        hidden=True, help="Kept for scripts of 0.1.0, which had a second model; to be removed."
     ),
 ]
 
@@ -66,12 +62,12 @@ app = new_app("gallop-fmu")
 
 @app.callback()
 def _root(version: Version = False) -> None:
-    """Galloping of iced overhead-line conductors: compute a span, or export it as an FMU."""
+    """Galloping of iced overhead-line conductors: simulate a span, or export it as an FMU."""
 
 
 @app.command(epilog=example("gallop-fmu scenes --json"))
 def scenes(as_json: AsJson = False) -> None:
-    """List the scenes that come with the package."""
+    """List the packaged scenes."""
     from gallop_fmu.input.scene_files import packaged_scenes
 
     found = packaged_scenes()
@@ -85,7 +81,7 @@ def scenes(as_json: AsJson = False) -> None:
 
 
 app.command(epilog=example("gallop-fmu conductors"))(conductors)
-app.command(epilog=example(NEW_EXAMPLE))(new)
+app.command(cls=LineCommand, epilog=example(NEW_EXAMPLE))(new)
 
 
 @app.command(
@@ -93,19 +89,16 @@ app.command(epilog=example(NEW_EXAMPLE))(new)
         "gallop-fmu run example3 --until 900 --set wind.speed=5.5 --out swing.nc --plot swing.png"
     )
 )
-def run(
+def run(  # noqa: PLR0913 - typer takes a parameter for each option
     scene: SceneName,
-    until: Annotated[
-        float | None,
-        typer.Option(metavar="S", parser=real, help="Simulated time \\[s]; else the scene's."),
-    ] = None,
+    until: Until = None,
     changes: Changes = None,
     every: Annotated[
         int | None,
         typer.Option(
             metavar="N",
             parser=whole(),
-            help="Time steps from one record to the next; else the scene's.",
+            help="Record every N-th time step (default: from the scene).",
         ),
     ] = None,
     nodes: Annotated[Literal["midspan", "all"], typer.Option(help="Nodes to record.")] = "midspan",
@@ -124,19 +117,17 @@ def run(
         typer.Option(
             metavar="FILE",
             help=(
-                "Drive wind and tower points by a CSV file as FMPy reads it: time and names of the"
-                " FMU's inputs."
+                "Prescribe wind and motion of the tower points by a CSV file as FMPy reads it:"
+                " time and names of the FMU's inputs."
             ),
         ),
     ] = None,
     as_json: AsJson = False,
 ) -> None:
-    """Compute the motion of a span and print what happened at mid-span."""
-    from gallop_fmu.foundation.outcome import Outcome, SimulationError
+    """Simulate a span and print its motion at mid-span."""
     from gallop_fmu.input.input_csv import with_inputs
     from gallop_fmu.simulation.result import summary
     from gallop_fmu.simulation.run_options import check_model
-    from gallop_fmu.simulation.simulate import simulate
 
     check_model(model)
     chosen = chosen_scene(scene, changes)
@@ -144,38 +135,14 @@ def run(
         chosen = with_inputs(chosen, inputs)
     check_output(out, RESULT_SUFFIXES)
     check_output(plot, PICTURE_SUFFIXES)
-    with _progress(chosen.title, silent=as_json) as shown:
-        result = simulate(
-            chosen,
-            until,
-            record_every=every,
-            record_nodes=nodes,
-            progress=shown,
-            on_failure="return",
-        )
-    if not result.started:
-        raise SimulationError(result.report, result)
+    result = _simulate(chosen, until, every, nodes, silent=as_json)
     written, unwritten = _write(result, out, plot)
+    numbers = summary(result)
     if as_json:
-        echo_json({**summary(result), "files": list(map(str, written))})
+        echo_json({**numbers, "files": list(map(str, written))})
     else:
-        _print_summary(summary(result), result, written)
-    if result.outcome is not Outcome.COMPLETED:
-        kept = (
-            f"what was computed until then is in {', '.join(map(str, written))}"
-            if written
-            else "nothing was written"
-        )
-        complain(f"{result.report} The run ended early; {kept}.")
-    for problem in unwritten:
-        complain(
-            f"{problem.filename}: cannot be written ({problem.strerror}); a file that stood there"
-            " is as it was"
-        )
-    if unwritten:
-        raise typer.Exit(Exit.BAD_INPUT)
-    if result.outcome is not Outcome.COMPLETED:
-        raise typer.Exit(Exit.ENDED_EARLY)
+        _print_summary(numbers, result, written)
+    _exit_unless_complete(result, written, unwritten)
 
 
 @app.command(
@@ -183,15 +150,10 @@ def run(
         "gallop-fmu sweep example3 --over wind.speed=4:7:0.5 --until 900 -o winds.parquet"
     )
 )
+@takes_sweep_options
 def sweep(
-    scene: AnyScene = None,
-    changes: Changes = None,
-    over: Over = None,
-    table: SpanTable = None,
-    until: Annotated[
-        float | None,
-        typer.Option(metavar="S", parser=real, help="Simulated time \\[s]; else the scene's."),
-    ] = None,
+    shared: SweepOptions,
+    until: Until = None,
     window: Annotated[
         float | None,
         typer.Option(
@@ -204,14 +166,10 @@ def sweep(
         ),
     ] = None,
     model: ModelName = "element",
-    out: RunsOut = None,
-    workers: WorkerCount = None,
-    cluster: ClusterAddress = None,
-    as_json: AsJson = False,
 ) -> None:
     """Simulate a scene over values of its parameters, every span of a table, or both.
 
-    One row a run: amplitudes, frequencies, extremes, clearance, and how it ended. Runs that fail
+    One row a run: amplitudes, frequencies, extremes, clearance, and the outcome. Runs that fail
     are rows too.
 
     The same command again continues a sweep that was stopped or killed, from the journal
@@ -219,8 +177,6 @@ def sweep(
     """
     from gallop_fmu.sweeps.sweep import sweep as sweep_scenes
 
-    check_given(scene, over, table)
-    base = chosen_spec(scene, changes) if scene else None
     columns = (
         "outcome",
         "motion",
@@ -229,22 +185,8 @@ def sweep(
         "u3_amplitude",
         "beyond_cigre_322",
     )
-
-    def compute(progress: RunsProgress | None) -> Runs:
-        return sweep_scenes(
-            base,
-            grid_of(over),
-            table=table,
-            stop_time=until,
-            window=window,
-            model=model,
-            out=out,
-            workers=workers,
-            cluster=cluster,
-            progress=progress,
-        )
-
-    carry_out("gallop-fmu", compute, columns, out, as_json=as_json)
+    compute = partial(sweep_scenes, stop_time=until, window=window, model=model)
+    shared.carry_out("gallop-fmu", compute, columns)
 
 
 @app.command(
@@ -258,8 +200,8 @@ def export(
         Literal["native", "python"],
         typer.Option(
             help=(
-                "What runs inside the FMU: the compiled kernel, or Python, which the host then"
-                " needs."
+                "Code inside the FMU: the compiled kernel, or Python, which then must be installed"
+                " on the host."
             )
         ),
     ] = "native",
@@ -268,9 +210,8 @@ def export(
         typer.Option(
             metavar="NAMES",
             help=(
-                "Platforms to compile for, of linux64,win64,darwin64, with commas; needs the extra"
-                " cross, and minutes "
-                "the first time. Else the FMU is for this one."
+                "Platforms to compile for, of linux64,win64,darwin64, separated by commas (default:"
+                " this one); needs the extra cross, and minutes the first time."
             ),
         ),
     ] = None,
@@ -299,13 +240,10 @@ def check(
     fmu: Annotated[Path, typer.Argument(metavar="FMU", help="FMU to check.")],
     as_json: AsJson = False,
 ) -> None:
-    """Check an FMU against its standard, and that it runs."""
+    """Check that an FMU follows the standard, and that it runs."""
     if not fmu.is_file():
         state = "not a file" if fmu.exists() else "no such file"
-        complain(
-            f"{fmu}: {state}; to be checked is an FMU, as gallop-fmu export SCENE -o FILE.fmu"
-            " writes it"
-        )
+        complain(f"{fmu}: {state}; gallop-fmu export SCENE -o FILE.fmu writes an FMU to check")
         raise typer.Exit(Exit.BAD_INPUT)
     from gallop_fmu.fmu import check_fmu
 
@@ -330,11 +268,11 @@ def demo(
     out_dir: Annotated[
         Path,
         typer.Option(
-            metavar="DIR", help="Folder for FMU, histories and picture; made if it does not exist."
+            metavar="DIR", help="Folder for FMU, histories and picture; created if missing."
         ),
     ] = Path("gallop-demo"),
 ) -> None:
-    """Run example 3 as an FMU until galloping wakes the swing, and show what happened."""
+    """Run example 3 as an FMU until galloping excites the swing, and print the motion."""
     from gallop_fmu.cli.demo import run_demo
 
     if out_dir.exists() and not out_dir.is_dir():
@@ -342,19 +280,19 @@ def demo(
         raise typer.Exit(Exit.BAD_INPUT)
     out_dir.mkdir(parents=True, exist_ok=True)
     with _progress("example 3 in an FMU", silent=False) as shown:
-        story = run_demo(out_dir, progress=shown)
-    new_console().print(story.text(), soft_wrap=True)
+        lines = run_demo(out_dir, shown)
+    new_console().print("\n".join(lines), soft_wrap=True)
 
 
 @app.command(
     hidden=True, context_settings={"ignore_unknown_options": True, "help_option_names": []}
 )
 def report(words: Annotated[list[str] | None, typer.Argument()] = None) -> None:
-    """Say where the command is that was here in 0.1.0."""
+    """Point to the command that took the place of this one of 0.1.0."""
     from shlex import join
 
     complain(
-        "report is a command of gallop-modal now:"
+        "report is now a command of gallop-modal; run"
         f" {join(['gallop-modal', 'report', *(words or ())])}"
     )
     raise typer.Exit(Exit.BAD_INPUT)
@@ -365,8 +303,43 @@ def main() -> None:
     start(app, "gallop-fmu")
 
 
+def _simulate(
+    scene: Scene,
+    until: float | None,
+    every: int | None,
+    nodes: Literal["midspan", "all"],
+    *,
+    silent: bool,
+) -> Result:
+    """Simulate a scene with progress.
+
+    Raises
+    ------
+    SimulationError
+        The run could not start.
+    """
+    from gallop_fmu.foundation.outcome import SimulationError
+    from gallop_fmu.simulation.simulate import simulate
+
+    with _progress(scene.title, silent=silent) as shown:
+        result = simulate(
+            scene,
+            until,
+            record_every=every,
+            record_nodes=nodes,
+            progress=shown,
+            on_failure="return",
+        )
+    if not result.started:
+        raise SimulationError(result.report, result)
+    return result
+
+
 def _write(result: Result, out: Path | None, plot: Path | None) -> tuple[list[Path], list[OSError]]:
-    """What was written, and what could not be: one full disk must not cost the other file, nor the summary."""
+    """Write both files; return the written paths and the errors.
+
+    An error in one file does not prevent the other, or the summary.
+    """
     written, unwritten = [], []
     try:
         written += [result.save(out)] if out else []
@@ -382,9 +355,29 @@ def _write(result: Result, out: Path | None, plot: Path | None) -> tuple[list[Pa
     return written, unwritten
 
 
+def _exit_unless_complete(result: Result, written: list[Path], unwritten: list[OSError]) -> None:
+    """Report a run that ended early and files that could not be written; end with their code."""
+    from gallop_fmu.foundation.outcome import Outcome
+
+    is_complete = result.outcome is Outcome.COMPLETED
+    if not is_complete:
+        files = ", ".join(map(str, written))
+        kept = f"the results until then are in {files}" if written else "nothing was written"
+        complain(f"{result.report} The run ended early; {kept}.")
+    for problem in unwritten:
+        complain(
+            f"{problem.filename}: cannot be written ({problem.strerror}); an older file of this"
+            " name is unchanged"
+        )
+    if unwritten:
+        raise typer.Exit(Exit.BAD_INPUT)
+    if not is_complete:
+        raise typer.Exit(Exit.ENDED_EARLY)
+
+
 @contextmanager
 def _progress(title: str, *, silent: bool) -> Iterator[Progress | None]:
-    """Simulated time on a bar."""
+    """Show the simulated time on a bar."""
     with progress_bar(title, silent=silent) as bar:
         if bar is None:
             yield None

@@ -1,19 +1,26 @@
-"""What ``gallop-fmu sweep`` and ``gallop-modal screen --table`` share: options, progress, and telling of many runs."""
+"""Options, progress and output that ``gallop-fmu sweep`` and ``gallop-modal screen`` share."""
 
 from __future__ import annotations
 
+import inspect
 import math
 import re
 import sys
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
+from dataclasses import dataclass, fields
+from functools import wraps
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any, get_type_hints
 
 import typer
 
 from gallop_fmu.cli.terminal import (
+    AnyScene,
+    AsJson,
+    Changes,
     Exit,
+    chosen_spec,
     complain,
     complain_more,
     echo_json,
@@ -24,27 +31,19 @@ from gallop_fmu.cli.terminal import (
 )
 
 if TYPE_CHECKING:
+    import xarray as xr
+
+    from gallop_fmu.sweeps.row_store import Row
     from gallop_fmu.sweeps.runner import Progress
     from gallop_fmu.sweeps.runs import Runs
 
-SHOWN = 20
+MAX_ROWS_SHOWN = 20
 """Rows of results that a terminal shows."""
-LISTED = 10
-"""Failures that a terminal lists."""
-MOST_POINTS = 1_000_000
+MAX_FAILURES_SHOWN = 10
+"""Failed runs that a terminal lists."""
+MAX_POINTS = 1_000_000
 """Values that one range can have."""
 
-Over = Annotated[
-    list[str] | None,
-    typer.Option(
-        "--over",
-        metavar="KEY=VALUES",
-        help=(
-            "Vary a value of the scene, as often as needed; all combinations are computed. "
-            "VALUES: 4,5,5.5 or FIRST:LAST:STEP, both ends included."
-        ),
-    ),
-]
 SpanTable = Annotated[
     Path | None,
     typer.Option(
@@ -53,48 +52,157 @@ SpanTable = Annotated[
         help=(
             "Spans to compute: .csv, or .geojson whose properties are the columns. Columns are"
             " values of a scene (span.length) or of its \\[line] (line.span), name, scene (a"
-            " packaged name or a path), and label.ANYTHING to carry along."
+            " packaged name or a path), and label.ANYTHING, which is copied to the results."
         ),
     ),
 ]
-RunsOut = Annotated[
-    Path | None,
-    typer.Option(
-        "--out",
-        "-o",
-        metavar="FILE",
-        help=(
-            "Write the results: .parquet or .nc. Each row goes at once into FILE.journal, which"
-            " stays; the same command again computes only the rows that are missing there."
+
+
+@dataclass(frozen=True)
+class SweepOptions:
+    """Options of every command that computes many scenes."""
+
+    scene: AnyScene = None
+    changes: Changes = None
+    over: Annotated[
+        list[str] | None,
+        typer.Option(
+            "--over",
+            metavar="KEY=VALUES",
+            help=(
+                "Vary a value of the scene; may be repeated, all combinations are computed. "
+                "VALUES: 4,5,5.5 or FIRST:LAST:STEP, both ends included."
+            ),
         ),
-    ),
-]
-ClusterAddress = Annotated[
-    str | None,
-    typer.Option(
-        "--cluster",
-        metavar="ADDRESS",
-        help="Compute on the Dask cluster of this scheduler (tcp://host:8786).",
-    ),
-]
-WorkerCount = Annotated[
-    int | None,
-    typer.Option(
-        "--workers",
-        metavar="N",
-        parser=whole(1, 1000),
-        help="Runs at a time; else one for each core.",
-    ),
-]
+    ] = None
+    table: SpanTable = None
+    out: Annotated[
+        Path | None,
+        typer.Option(
+            "--out",
+            "-o",
+            metavar="FILE",
+            help=(
+                "Write the results: .parquet or .nc. Each row is written at once to FILE.journal,"
+                " which is kept; the same command again computes only the missing rows."
+            ),
+        ),
+    ] = None
+    workers: Annotated[
+        int | None,
+        typer.Option(
+            "--workers",
+            metavar="N",
+            parser=whole(1, 1000),
+            help="Runs computed at a time (default: one for each core).",
+        ),
+    ] = None
+    cluster: Annotated[
+        str | None,
+        typer.Option(
+            "--cluster",
+            metavar="ADDRESS",
+            help="Compute on the Dask cluster of this scheduler (tcp://host:8786).",
+        ),
+    ] = None
+    as_json: AsJson = False
+
+    def arguments(self) -> dict[str, Any]:
+        """Keyword arguments of `gallop_fmu.sweep` and `modal.screen_spans`.
+
+        Raises
+        ------
+        SceneError
+            The options name no runs or no scene, or a value is not allowed.
+        """
+        from gallop_fmu.foundation.errors import SceneError
+
+        if not self.over and self.table is None:
+            raise SceneError(
+                "nothing to vary: give --over, such as --over wind.speed=4:7:0.5, or --table"
+            )
+        if self.scene is None and self.table is None:
+            raise SceneError(
+                "no scene: give SCENE, or a --table whose column scene names one in each row"
+            )
+        return {
+            "scene": chosen_spec(self.scene, self.changes) if self.scene else None,
+            "over": grid_of(self.over),
+            "table": self.table,
+            "out": self.out,
+            "workers": self.workers,
+            "cluster": self.cluster,
+        }
+
+    def carry_out(self, program: str, compute: Callable[..., Runs], columns: Sequence[str]) -> None:
+        """Compute the runs, show progress and results, and end with the exit code.
+
+        Parameters
+        ----------
+        program
+            Name of the command in messages.
+        compute
+            Takes `arguments` and ``progress``.
+        columns
+            Columns of results that a terminal shows.
+        """
+        from gallop_fmu.sweeps.runs import RunsStoppedError
+
+        arguments, stopped = self.arguments(), None
+        try:
+            with _bar(silent=self.as_json) as progress:
+                runs = compute(**arguments, progress=progress)
+        except RunsStoppedError as problem:
+            stopped, runs = problem, problem.result
+        failed = _rows(runs.failed)
+        if self.as_json:
+            _print_json(runs, failed, self.out)
+        else:
+            _print_rows(runs, columns, self.out)
+        _complain_of_failures(runs, failed, self.out, program)
+        if stopped:
+            complain(str(stopped), program)
+        if stopped or failed:
+            raise typer.Exit(Exit.ENDED_EARLY)
+
+
+def takes_sweep_options(command: Callable[..., None]) -> Callable[..., None]:
+    """Add the options of `SweepOptions` to a command, which gets them as its first argument."""
+    hints = get_type_hints(SweepOptions, include_extras=True)
+    shared = [
+        inspect.Parameter(
+            field.name,
+            inspect.Parameter.KEYWORD_ONLY,
+            default=field.default,
+            annotation=hints[field.name],
+        )
+        for field in fields(SweepOptions)
+    ]
+    _, *own = inspect.signature(command, eval_str=True).parameters.values()
+    own = [parameter.replace(kind=inspect.Parameter.KEYWORD_ONLY) for parameter in own]
+
+    @wraps(command)
+    def with_options(**given: Any) -> None:
+        options = SweepOptions(
+            **{field.name: given.pop(field.name) for field in fields(SweepOptions)}
+        )
+        command(options, **given)
+
+    signature = inspect.Signature([*shared, *own])
+    with_options.__signature__ = signature  # type: ignore[attr-defined]
+    with_options.__annotations__ = {
+        name: parameter.annotation for name, parameter in signature.parameters.items()
+    }
+    return with_options
 
 
 def grid_of(over: Sequence[str] | None) -> dict[str, list[Any]] | None:
-    """The grid that ``--over`` asks for.
+    """Return the grid that ``--over`` describes.
 
     Raises
     ------
     SceneError
-        If it is not ``KEY=VALUES``, or a key is given twice.
+        A text is not ``KEY=VALUES``, or a key is given twice.
     """
     from gallop_fmu.foundation.errors import SceneError
 
@@ -112,27 +220,13 @@ def grid_of(over: Sequence[str] | None) -> dict[str, list[Any]] | None:
     return grid or None
 
 
-def check_given(scene: str | None, over: Sequence[str] | None, table: Path | None) -> None:
-    """Refuse a command that names no runs."""
-    from gallop_fmu.foundation.errors import SceneError
-
-    if not over and table is None:
-        raise SceneError(
-            "nothing to vary: give --over, such as --over wind.speed=4:7:0.5, or --table"
-        )
-    if scene is None and table is None:
-        raise SceneError(
-            "no scene: give SCENE, or a --table whose column scene names one in each row"
-        )
-
-
 def values_of(key: str, text: str) -> list[Any]:
-    """Values of a key that ``4,5,5.5`` or ``4:6:0.5`` stands for.
+    """Return the values that a text such as ``4,5,5.5`` or ``4:6:0.5`` lists.
 
     Raises
     ------
     SceneError
-        The text is neither, or a range has more than `MOST_POINTS` values.
+        The text is neither, or a range has more than `MAX_POINTS` values.
     """
     from gallop_fmu.foundation.errors import SceneError
     from gallop_fmu.foundation.text_files import parse_value
@@ -144,22 +238,22 @@ def values_of(key: str, text: str) -> list[Any]:
         return [parse_value(value, as_text=as_text) for value in text.split(",")]
     first, last, step = range_of(key, text, ("FIRST", "LAST", "STEP"), "4:6:0.5")
     steps = (last - first) / step if step else math.nan
-    if not 0.0 <= steps < MOST_POINTS or abs(steps - round(steps)) > 1e-6:
+    if not 0.0 <= steps < MAX_POINTS or abs(steps - round(steps)) > 1e-6:
         raise SceneError(
-            f"--over {key}={text}: steps of {step:g} do not lead from {first:g} to {last:g} in at"
-            f" most {MOST_POINTS}"
+            f"--over {key}={text}: steps of {step:g} do not lead from {first:g} to {last:g}, or"
+            f" are more than {MAX_POINTS}; choose a step that divides the range"
         )
-    # Rounded so that 4.2, 4.3 and 4.4 are what they look like.
+    # Rounding gives 4.3, not 4.300000000000001.
     return [float(f"{first + k * step:.12g}") for k in range(round(steps) + 1)]
 
 
 def range_of(key: str, text: str, parts: tuple[str, ...], example: str) -> tuple[float, ...]:
-    """Numbers of a range such as ``FIRST:LAST``.
+    """Return the numbers of a range such as ``FIRST:LAST``.
 
     Raises
     ------
     SceneError
-        The text has another number of parts, or one is no number.
+        The number of parts is different, or a part is not a number.
     """
     from gallop_fmu.foundation.errors import SceneError
     from gallop_fmu.foundation.text_rules import read_number
@@ -174,48 +268,9 @@ def range_of(key: str, text: str, parts: tuple[str, ...], example: str) -> tuple
     return tuple(map(float, found))
 
 
-def carry_out(
-    program: str,
-    compute: Callable[[Progress | None], Runs],
-    columns: Sequence[str],
-    out: Path | None,
-    *,
-    as_json: bool,
-) -> None:
-    """Run, show progress, tell what came out, and end with the exit code that belongs to it."""
-    from gallop_fmu.sweeps.runs import RunsStoppedError
-
-    stopped = None
-    try:
-        with _bar(silent=as_json) as progress:
-            runs = compute(progress)
-    except RunsStoppedError as problem:
-        stopped, runs = problem, problem.result
-    failed = _rows(runs.failed)
-    if as_json:
-        files = [str(out)] if out and out.exists() else []
-        told = {"runs": runs.total, "done": runs.done, "failed": failed, "files": files}
-        echo_json(told if out else {**told, "rows": _rows(runs.dataset)})
-    else:
-        _show(runs, columns, out)
-    if failed:
-        complain(f"{len(failed)} of {runs.done} runs did not complete:", program)
-        for row in failed[:LISTED]:
-            told = row["message"].replace("\n", "\n    ")
-            complain_more(f"  {_place(runs, row)}: {told}")
-        if len(failed) > LISTED:
-            complain_more(
-                f"  and {len(failed) - LISTED} more{f'; all are in {out}' if out else ''}"
-            )
-    if stopped:
-        complain(str(stopped), program)
-    if stopped or failed:
-        raise typer.Exit(Exit.ENDED_EARLY)
-
-
 @contextmanager
 def _bar(*, silent: bool) -> Iterator[Progress | None]:
-    """Runs done, failures and time left on standard error, if somebody is there to watch."""
+    """Show runs done, failures and time left on standard error, if it is a terminal."""
     if silent or not sys.stderr.isatty():
         yield None
         return
@@ -236,8 +291,7 @@ def _bar(*, silent: bool) -> Iterator[Progress | None]:
         TextColumn("left"),
         TimeRemainingColumn(),
     )
-    # The time left follows from the last minutes, not from the last seconds: runs come in bursts,
-    # one from each worker.
+    # Estimate the time left from the last minutes: runs end in bursts, one from each worker.
     with Progress(
         *columns, console=new_console(stderr=True), transient=True, speed_estimate_period=300.0
     ) as bar:
@@ -245,88 +299,106 @@ def _bar(*, silent: bool) -> Iterator[Progress | None]:
 
         def show(done: int, failed: int, total: int) -> None:
             nonlocal task
-            told = f"{failed} failed" if failed else ""
+            description = f"{failed} failed" if failed else ""
             if task is None:
-                task = bar.add_task(told, total=total, completed=done)
+                task = bar.add_task(description, total=total, completed=done)
             else:
-                bar.update(task, completed=done, description=told)
+                bar.update(task, completed=done, description=description)
 
         yield show
 
 
-def _show(runs: Runs, columns: Sequence[str], out: Path | None) -> None:
+def _print_json(runs: Runs, failed: list[Row], out: Path | None) -> None:
+    content: dict[str, Any] = {
+        "runs": runs.total,
+        "done": runs.done,
+        "failed": failed,
+        "files": [str(out)] if out and out.exists() else [],
+    }
+    if not out:
+        content["rows"] = _rows(runs.dataset)
+    echo_json(content)
+
+
+def _complain_of_failures(runs: Runs, failed: list[Row], out: Path | None, program: str) -> None:
+    """Print the first failed runs, each with its message, on standard error."""
+    if not failed:
+        return
+    complain(f"{len(failed)} of {runs.done} runs did not complete:", program)
+    for row in failed[:MAX_FAILURES_SHOWN]:
+        message = row["message"].replace("\n", "\n    ")
+        complain_more(f"  {_run_label(runs, row)}: {message}")
+    if len(failed) > MAX_FAILURES_SHOWN:
+        where = f"; all are in {out}" if out else ""
+        complain_more(f"  and {len(failed) - MAX_FAILURES_SHOWN} more{where}")
+
+
+def _print_rows(runs: Runs, columns: Sequence[str], out: Path | None) -> None:
+    """Print the first rows as a table, then the details of motions and the warnings."""
     console, dataset = new_console(), runs.dataset
     keys = [key for key in (*runs.varied, *columns) if key in dataset]
     if "motion" in keys and "outcome" in columns:
-        keys.remove(
-            "outcome"
-        )  # one column: what a run that completed does, or how another one ended
-    # Spaces, so that a narrow terminal breaks a heading instead of cutting it; what was varied
-    # keeps its name as typed.
-    titles = [key if key in runs.varied else key.replace("_", " ") for key in keys]
-    units = [dataset[key].attrs.get("units") for key in keys]
-    table = new_table(
-        *(
-            f"{title}\n[{unit}]" if unit else title
-            for title, unit in zip(titles, units, strict=True)
-        )
-    )
+        keys.remove("outcome")  # the column "motion" also says how a run ended
     rows = _rows(dataset)
-    for row in rows[:SHOWN]:
+    table = new_table(*(_heading(runs, key) for key in keys))
+    for row in rows[:MAX_ROWS_SHOWN]:
         table.add_row(*(_motion(row) if key == "motion" else _cell(row.get(key)) for key in keys))
     if rows:
         console.print(table)
-    if len(rows) > SHOWN:
-        console.print(
-            f"and {len(rows) - SHOWN}"
-            f" more{f' in {out}' if out else '; name a file (--out) to have them all'}"
-        )
-    for told in _grouped(runs, rows, "motion"):
-        if told.endswith(")"):  # with more than the table says
-            console.print(told, style="dim", soft_wrap=True)
+    if len(rows) > MAX_ROWS_SHOWN:
+        where = f" in {out}" if out else "; give --out FILE to get them all"
+        console.print(f"and {len(rows) - MAX_ROWS_SHOWN} more{where}")
+    for sentence in _grouped(runs, rows, "motion"):
+        if sentence.endswith(")"):  # it has more than the table shows
+            console.print(sentence, style="dim", soft_wrap=True)
     print_warnings(_grouped(runs, rows, "warnings"))
     if out and out.exists():
         console.print(f"wrote {out}: {runs.done} of {runs.total} runs", soft_wrap=True)
 
 
-def _rows(dataset: Any) -> list[dict[str, Any]]:
+def _heading(runs: Runs, key: str) -> str:
+    """Heading of a column; spaces let a narrow terminal break it, a varied key stays as typed."""
+    title = key if key in runs.varied else key.replace("_", " ")
+    unit = runs.dataset[key].attrs.get("units")
+    return f"{title}\n[{unit}]" if unit else title
+
+
+def _rows(dataset: xr.Dataset) -> list[Row]:
     from gallop_fmu.sweeps.row_store import rows_of
 
     return rows_of(dataset)
 
 
-def _grouped(runs: Runs, rows: Sequence[dict[str, Any]], key: str) -> list[str]:
-    """Each text of a column once, whatever its numbers, with the first of its runs and how many more there are."""
-    groups: dict[str, list[dict[str, Any]]] = {}
+def _grouped(runs: Runs, rows: Sequence[Row], key: str) -> list[str]:
+    """Texts of a column that differ in more than numbers, each with its first run and their count."""
+    groups: dict[str, list[Row]] = {}
     for row in rows:
         if row.get(key):
             groups.setdefault(re.sub(r"[\d.]+", "", row[key]), []).append(row)
-    told = []
+    sentences = []
     for first, *others in groups.values():
         more = f" and {len(others)} more runs" if others else ""
         if any(row[key] != first[key] for row in others):
             more += ", with the numbers of the first"
-        told.append(f"{_place(runs, first)}{more}: {first[key]}")
-    return told
+        sentences.append(f"{_run_label(runs, first)}{more}: {first[key]}")
+    return sentences
 
 
-def _motion(row: dict[str, Any]) -> str:
-    """Word on a run: its motion without the details, or its outcome where it did not complete."""
-    return (
-        str(row["motion"]).partition(" (")[0]
-        if row["outcome"] == "completed"
-        else str(row["outcome"])
-    )
+def _motion(row: Row) -> str:
+    """Motion of a completed run without details, or the outcome of another run."""
+    if row["outcome"] != "completed":
+        return str(row["outcome"])
+    return str(row["motion"]).partition(" (")[0]
 
 
 def _cell(value: Any) -> str:
-    return (
-        "-" if value in (None, "") else f"{value:.5g}" if isinstance(value, float) else str(value)
-    )
+    if value in (None, ""):
+        return "-"
+    return f"{value:.5g}" if isinstance(value, float) else str(value)
 
 
-def _place(runs: Runs, row: dict[str, Any]) -> str:
-    """Which run it was: ``north 4, wind.speed 5.5``."""
+def _run_label(runs: Runs, row: Row) -> str:
+    """Label of a run: its varied values, such as ``north 4, wind.speed 5.5``."""
     return ", ".join(
         row[key] if key == "name" else f"{key} {_cell(row.get(key))}" for key in runs.varied
     )

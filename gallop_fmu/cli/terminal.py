@@ -1,6 +1,6 @@
-"""What the commands ``gallop-fmu`` and ``gallop-modal`` share: arguments, tables, JSON, progress, error messages.
+"""Parts of both commands: arguments, tables, JSON, progress, error messages.
 
-Whatever a command needs is imported inside it, so that ``--help`` answers at once.
+Functions import what they need themselves, so that ``--help`` is fast.
 """
 
 from __future__ import annotations
@@ -28,15 +28,15 @@ if TYPE_CHECKING:
 
 
 class Exit(IntEnum):
-    """Exit codes, as told in ``--help``."""
+    """Exit codes, as listed in ``--help``."""
 
-    FINE = 0
+    SUCCESS = 0
     ENDED_EARLY = 1
     BAD_INPUT = 2
 
 
 class Commands(TyperGroup):
-    """The group of commands: turns what a user can cure into one message on standard error and an exit code."""
+    """Group of commands that prints each expected error as one message with an exit code."""
 
     def invoke(self, ctx: Any) -> Any:
         """Run a command."""
@@ -52,7 +52,7 @@ class Commands(TyperGroup):
         except SceneError as problem:
             complain(str(problem), program)
             raise typer.Exit(Exit.BAD_INPUT) from None
-        except BrokenPipeError:  # `gallop-fmu scenes | head` is no error; typer ends quietly
+        except BrokenPipeError:  # `gallop-fmu scenes | head` is not an error; typer ends silently
             raise
         except OSError as problem:
             place = f"{problem.filename}: " if problem.filename else ""
@@ -64,7 +64,7 @@ class Commands(TyperGroup):
 
 
 def real(text: str | float) -> float:
-    """Number of an option, by the rule that holds for files and tables too; a default is a number already."""
+    """Parse a number by the rule for files and tables; a default is a number already."""
     from gallop_fmu.foundation.text_rules import number_remedy, read_number
 
     number = read_number(text) if isinstance(text, str) else text
@@ -75,7 +75,7 @@ def real(text: str | float) -> float:
 
 
 def whole(lowest: int = 0, highest: int = 1_000_000) -> Callable[[str | int], int]:
-    """Parser of an option that is a whole number between bounds."""
+    """Return a parser of whole numbers between bounds."""
 
     def parse(text: str | int) -> int:
         number = real(text)
@@ -87,19 +87,18 @@ def whole(lowest: int = 0, highest: int = 1_000_000) -> Callable[[str | int], in
 
 
 EXIT_CODES = (
-    "Exit codes: 0 all is fine; 1 the calculation ended early or was stopped with Ctrl-C (what was"
-    " computed is still written), or a check failed; 2 bad input, no answer to it, or a file that"
-    " cannot be read or written."
+    "Exit codes: 0: success; 1: the calculation ended early or was stopped with Ctrl-C (the results"
+    " until then are written), or a check failed; 2: invalid input, no result, or file error."
 )
 
 
 def new_app(name: str) -> typer.Typer:
-    """A command line with ``--version``, tab completion, and the exit codes below its help.
+    """Return a command line with tab completion and the exit codes below its help.
 
     Parameters
     ----------
     name
-        What is typed; the help begins with the docstring of the application's own callback.
+        Name of the command; its help begins with the docstring of the application's callback.
     """
     return typer.Typer(
         name=name,
@@ -115,25 +114,23 @@ def new_app(name: str) -> typer.Typer:
 def start(app: typer.Typer, name: str) -> None:
     """Run a command line.
 
-    The matrices of one span are so small that more threads for each product only wait for each
-    other: on a busy machine with two cores they made a screening take four times its processor
-    time.
+    OpenBLAS uses one thread: the matrices of a span are too small for several (on a busy machine
+    with two cores, several threads made a screening take four times its processor time).
     """
     os.environ.setdefault(
         "OPENBLAS_NUM_THREADS", "1"
-    )  # read when numpy and scipy are loaded, which is later
+    )  # numpy and scipy read it when they are loaded
     os.environ["MPLBACKEND"] = (
-        "Agg"  # figures go to files; Jupyter names a backend that may not be installed here
+        "Agg"  # figures go to files; Jupyter sets a backend that may be missing here
     )
     _repair_streams()
     app(prog_name=name)
 
 
 def _repair_streams() -> None:
-    """Give a program without output, such as a service, a place for it; escape what it cannot encode."""
-    for descriptor in range(
-        3
-    ):  # else the next file that is opened would take the number, and the output of libraries
+    """Open missing standard streams on the null device; escape characters they cannot encode."""
+    # A file opened later would otherwise get the number of a missing stream, and its output.
+    for descriptor in range(3):
         try:
             os.fstat(descriptor)
         except OSError:
@@ -151,19 +148,19 @@ def _show_version(context: typer.Context, wanted: bool) -> None:
         from gallop_fmu.foundation.version import version
 
         typer.echo(f"{context.find_root().info_name} {version()}")
-        raise typer.Exit(Exit.FINE)
+        raise typer.Exit(Exit.SUCCESS)
 
 
 Version = Annotated[
     bool,
     typer.Option(
-        "--version", callback=_show_version, is_eager=True, help="Print the version and end."
+        "--version", callback=_show_version, is_eager=True, help="Print the version and exit."
     ),
 ]
 
 
 def _scene_names(incomplete: str) -> list[str]:
-    """Packaged scenes and scene files that begin so; where there is none, the shell completes any path."""
+    """Packaged scenes and scene files that begin with the typed text."""
     from gallop_fmu.input.scene_files import packaged_scenes
 
     typed = Path(incomplete)
@@ -173,7 +170,7 @@ def _scene_names(incomplete: str) -> list[str]:
 
 
 def code_words(incomplete: str) -> list[str]:
-    """Code words of conductors that begin so."""
+    """Code words of conductors that begin with the typed text."""
     from gallop_fmu.line.conductors import conductors
 
     return [
@@ -196,7 +193,7 @@ AnyScene = Annotated[
     typer.Argument(
         metavar="SCENE",
         autocompletion=_scene_names,
-        help="Name or path of a scene; not needed if the rows of a table name theirs.",
+        help="Name or path of a scene; optional if each row of a table names its own.",
     ),
 ]
 Changes = Annotated[
@@ -205,8 +202,8 @@ Changes = Annotated[
         "--set",
         metavar="KEY=VALUE",
         help=(
-            "Change a value of the scene, as often as needed: a number, a text, or an array or"
-            " table as in TOML; [bold]none[/bold] removes one."
+            "Change a value of the scene; may be repeated. A number, a text, or an array or table"
+            " as in TOML; [bold]none[/bold] removes the value."
         ),
     ),
 ]
@@ -216,30 +213,30 @@ AsJson = Annotated[
 
 
 def example(text: str) -> str:
-    """The line below a command's help."""
+    """Format the example below the help of a command."""
     return f"[dim]Example:[/dim] [bold]{text}[/bold]"
 
 
 def chosen_scene(name: str, changes: list[str] | None) -> Scene:
-    """The named scene with the changes of ``--set``."""
+    """Load the named scene and apply the changes of ``--set``."""
     return chosen_spec(name, changes).scene()
 
 
 def chosen_spec(name: str, changes: list[str] | None) -> SceneSpec:
-    """The same before its line is resolved, for tables and grids to change."""
+    """Load the named scene with its ``[line]`` unresolved, so that tables can change it."""
     from gallop_fmu.foundation.errors import SceneError
     from gallop_fmu.input.scene_spec import SceneSpec
 
     values: dict[str, Any] = {}
     for key, value in map(_change, changes or ()):
         if key in values:
-            raise SceneError(f"--set {key}: is given twice; give one value")
+            raise SceneError(f"--set {key}: given twice; give one value")
         values[key] = value
     return SceneSpec.of(name).with_values(values)
 
 
 def _change(text: str) -> tuple[str, Any]:
-    """Key and value of ``key=value``; what is not TOML is taken as text, for the scene to accept or refuse."""
+    """Split ``key=value``; a value that is not TOML is a text."""
     from gallop_fmu.foundation.errors import SceneError
     from gallop_fmu.foundation.text_files import parse_value
     from gallop_fmu.input.scene_spec import SceneWithLine
@@ -255,7 +252,7 @@ def _change(text: str) -> tuple[str, Any]:
 
 
 def check_output(path: Path | None, suffixes: tuple[str, ...]) -> None:
-    """Find out before a long run, not after it, that its results cannot be written."""
+    """Refuse a file that cannot be written, before a long run."""
     from gallop_fmu.foundation.atomic_write import check_target
 
     if path is not None:
@@ -263,21 +260,18 @@ def check_output(path: Path | None, suffixes: tuple[str, ...]) -> None:
 
 
 def new_table(*headings: str) -> Any:
-    """A plain table with these columns."""
+    """Return a plain table with these columns."""
     from rich.box import SIMPLE_HEAD
     from rich.table import Table
 
     class WordTable(Table):
-        """Table that breaks lines between words, as long as the longest words fit beside each other."""
+        """Table that breaks lines between words if the longest words of all columns fit."""
 
         def __rich_console__(self, console: Any, options: Any) -> Any:
-            """Give each column the width of its longest word, and what is left to those that need little more."""
+            """Give each column the width of its longest word, and share the rest."""
             room = options.max_width - 3 * len(self.columns) + 1
             columns: list[Any] = self.columns
-            for change in (
-                str,
-                _with_breaks,
-            ):  # names of the program break after a dot or underscore if they must
+            for change in (str, _with_breaks):  # first without breaks inside names
                 texts = [
                     [change(str(cell)) for cell in (column.header, *column.cells)]
                     for column in columns
@@ -286,9 +280,7 @@ def new_table(*headings: str) -> Any:
                     for column, width in zip(columns, widths, strict=True):
                         column.width = width
                         column.header, *column._cells = (
-                            (
-                                change(cell) if isinstance(cell, str) else cell
-                            )  # styled text stays as it is
+                            change(cell) if isinstance(cell, str) else cell  # else styled text
                             for cell in (column.header, *column.cells)
                         )
                     break
@@ -296,9 +288,7 @@ def new_table(*headings: str) -> Any:
 
     made = WordTable(box=SIMPLE_HEAD, pad_edge=False)
     for heading in headings:
-        made.add_column(
-            heading, overflow="fold"
-        )  # a terminal narrower than the words breaks a value, and cuts none
+        made.add_column(heading, overflow="fold")  # fold: never cut a value
     return made
 
 
@@ -307,7 +297,7 @@ def _with_breaks(text: str) -> str:
 
 
 def _column_widths(texts: Sequence[Sequence[str]], room: int) -> list[int] | None:
-    """Widths that keep the words of each column (heading, cells) whole; None where there is no room for them."""
+    """Return widths that do not break words, or None if there is not enough room."""
     from rich.cells import cell_len
 
     def longest(parts: Iterable[str]) -> int:
@@ -317,7 +307,7 @@ def _column_widths(texts: Sequence[Sequence[str]], room: int) -> list[int] | Non
     room -= sum(widths)
     if room < 0:
         return None
-    for part in slice(1, None), slice(0, 1):  # cells stay on one line rather than headings
+    for part in slice(1, None), slice(0, 1):  # first widen for cells, then for headings
         lacking = [
             max(0, longest(line for text in column[part] for line in text.splitlines()) - width)
             for column, width in zip(texts, widths, strict=True)
@@ -329,13 +319,13 @@ def _column_widths(texts: Sequence[Sequence[str]], room: int) -> list[int] | Non
 
 
 def new_console(*, stderr: bool = False) -> Console:
-    """Console for text for people: it prints a user's text as it is, and control characters as escape sequences."""
+    """Return a console for human-readable output that escapes control characters."""
     from rich.console import Console
 
     from gallop_fmu.foundation.text_rules import printable
 
     class PlainConsole(Console):
-        """Console that sends no control sequence which comes from a text."""
+        """Console that prints text without markup and escapes control characters."""
 
         def render_str(self, text: str, **options: Any) -> Any:
             """Render a text or a cell of a table."""
@@ -345,7 +335,7 @@ def new_console(*, stderr: bool = False) -> Console:
 
 
 def print_warnings(sentences: Iterable[str]) -> None:
-    """Print the warnings of a result below its numbers, where they reach every reader of these."""
+    """Print the warnings of a result below its numbers."""
     console = new_console()
     for sentence in sentences:
         console.print(f"warning: {sentence}", style="yellow", soft_wrap=True)
@@ -353,7 +343,7 @@ def print_warnings(sentences: Iterable[str]) -> None:
 
 @contextmanager
 def progress_bar(title: str, *, silent: bool = False) -> Iterator[Progress | None]:
-    """A bar with the time left on standard error, if somebody is there to watch."""
+    """Show a bar with the time left on standard error, if it is a terminal."""
     if silent or not sys.stderr.isatty():
         yield None
         return
@@ -366,7 +356,7 @@ def progress_bar(title: str, *, silent: bool = False) -> Iterator[Progress | Non
 
 
 def echo_json(data: Any) -> None:
-    """Print JSON; what is not finite becomes null, since JSON has no NaN."""
+    """Print JSON; NaN and infinity become null."""
     finite = json.loads(json.dumps(data), parse_constant=lambda _: None)
     typer.echo(json.dumps(finite, indent=2))
 

@@ -51,64 +51,61 @@ class Line(Section):
     creep.
     """
 
-    conductor: Text = setting(..., "code word of the conductor, such as Drake")
+    conductor: Text = setting(
+        ..., "code word of the conductor, such as Drake; `gallop-fmu conductors` lists them"
+    )
     span: Number = quantity(..., "m", "horizontal distance between the supports", gt=0, le=10000)
     height_difference: Number = quantity(0.0, "m", "height of the right support above the left")
     ruling_span: Number | None = quantity(
-        None, "m", "ruling span of the section; the span itself if not given", gt=0
+        None, "m", "ruling span of the section (default: span)", gt=0
     )
     stringing_tension: Number | None = quantity(
-        None, "N", "horizontal tension of the bare conductor when strung", gt=0
+        None, "N", "horizontal tension of the bare conductor at stringing", gt=0
     )
     stringing_percent: Number | None = quantity(
         None,
         "%",
-        "the same in percent of the rated strength, in place of stringing_tension",
+        "horizontal tension at stringing in percent of the rated strength, in place of"
+        " stringing_tension",
         gt=0,
         lt=100,
     )
     stringing_temperature: Number = quantity(
-        15.0, "degC", "temperature when strung", ge=-80, le=100
+        15.0, "degC", "temperature at stringing", ge=-80, le=100
     )
     temperature: Number = quantity(
-        0.0, "degC", "temperature of iced conductor and air", ge=-80, le=100
+        0.0, "degC", "temperature of the iced conductor and the air", ge=-80, le=100
     )
-    ice_shape: IceShape = setting(
-        "crescent", "shape of the ice, as drawn in gallop_fmu.line.ice_shapes"
-    )
-    ice_thickness: Number = quantity(0.0, "m", "greatest thickness of the ice", ge=0, le=1)
-    ice_density: Number = quantity(900.0, "kg/m3", "density of the ice", gt=0, le=1000)
+    ice_shape: IceShape = setting("crescent", "shape of the ice, see gallop_fmu.line.ice_shapes")
+    ice_thickness: Number = quantity(0.0, "m", "maximum ice thickness", ge=0, le=1)
+    ice_density: Number = quantity(900.0, "kg/m3", "ice density", gt=0, le=1000)
     attack_angle_deg: Number = quantity(
         0.0,
         "deg",
-        "attack angle of the wind on the ice, from the wind onto the thickest ice",
+        "attack angle of the wind on the ice; 0: the wind meets the thickest ice",
         ge=-360,
         le=360,
     )
     wind_speed: Number | None = quantity(None, "m/s", "constant wind speed", ge=0)
     coefficients: Text | None = setting(
         None,
-        "coefficient curve: CSV file with header angle_deg,lift,drag,moment, or a packaged scene to"
-        " take it from",
+        "coefficient curve: a CSV file with header angle_deg,lift,drag,moment, or the name of a"
+        " packaged scene",
     )
     insulator_length: Number | None = quantity(
         None,
         "m",
-        "length of the suspension strings at both ends; none: the conductor is dead-ended",
+        "length of the suspension strings at both ends (default: dead ends)",
         gt=0,
     )
     insulator_weight: Number | None = quantity(
-        None, "N", "weight of one string; needed with insulator_length", ge=0
+        None, "N", "weight of one string; required with insulator_length", ge=0
     )
     adjacent_span: Number | None = quantity(
-        None, "m", "length of the spans beyond the strings; the ruling span if not given", gt=0
+        None, "m", "length of the spans beyond the strings (default: ruling_span)", gt=0
     )
-    damping_percent: Number = quantity(
-        0.5, "%", "damping ratio of translations, of critical", ge=0, lt=100
-    )
-    twist_damping_percent: Number = quantity(
-        4.0, "%", "damping ratio of twist, of critical", ge=0, lt=100
-    )
+    damping_percent: Number = quantity(0.5, "%", "damping ratio of translations", ge=0, lt=100)
+    twist_damping_percent: Number = quantity(4.0, "%", "damping ratio of twist", ge=0, lt=100)
 
     @model_validator(mode="after")
     def _complete(self) -> Self:

@@ -187,7 +187,7 @@ class Simulation:
         return one_by_one(run, scenes, carry_on)
 
 
-def sweep(
+def sweep(  # noqa: PLR0913 - all but two are keyword arguments
     scene: Scene | SceneSpec | str | Path | None = None,
     over: Mapping[str, Sequence[Any]] | None = None,
     *,

@@ -96,7 +96,7 @@ def test_a_run_tells_what_could_not_be_written_and_keeps_the_rest(tmp_path):
     assert done.returncode == 2, done.stderr or signal.Signals(-done.returncode)
     for name in ("run.nc", "run.png"):
         assert (
-            f"{name}: cannot be written (File too large); a file that stood there is as it was"
+            f"{name}: cannot be written (File too large); an older file of this name is unchanged"
             in done.stderr
         )
     assert "Traceback" not in done.stderr

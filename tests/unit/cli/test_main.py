@@ -50,7 +50,7 @@ def test_help_has_an_example(invoke, command):
 
 def test_help_tells_the_exit_codes(invoke):
     text = " ".join(invoke("--help").stdout.split())
-    for meaning in ("0 all is fine", "1 the calculation ended early", "2 bad input"):
+    for meaning in ("0: success", "1: the calculation ended early", "2: invalid input"):
         assert meaning in text
 
 
@@ -211,7 +211,7 @@ def test_a_whole_number_does_for_a_wind_speed(invoke):
         (["example3", "--set", "=6"], ["must be KEY=VALUE"]),
         (
             ["example3", "--set", "wind.speed=6", "--set", "wind.speed=7"],
-            ["--set wind.speed: is given twice"],
+            ["--set wind.speed: given twice"],
         ),
         (
             ["example3", "--set", "wind.speed=2024-01-01"],
@@ -262,7 +262,7 @@ def test_run_that_ends_early_keeps_what_it_has(invoke):
     assert result.exit_code == 1
     assert "the attack angle left the validity range" in result.stderr
     assert 'set aerodynamics.outside to "hold"' in result.stderr
-    assert "The run ended early; what was computed until then is in a.nc, a.png." in result.stderr
+    assert "The run ended early; the results until then are in a.nc, a.png." in result.stderr
     with h5netcdf.File("a.nc", "r") as file:
         assert file.attrs["outcome"] == "angle_out_of_range"
         assert 100.0 < file["time"][-1] < 2500.0
@@ -319,7 +319,7 @@ def test_check_shows_what_failed(invoke):
         (["export", "example1", "-o", "none/a.fmu"], ["none/a.fmu", "folder none"]),
         (["export", "example1", "-o", "a.fmu", "--runtime", "rust"], ["--runtime", "rust"]),
         (["export", "exmple1", "-o", "a.fmu"], ["closest: example1"]),
-        (["check", "example1"], ["no such file; to be checked is an FMU, as gallop-fmu export"]),
+        (["check", "example1"], ["no such file; gallop-fmu export SCENE -o FILE.fmu writes"]),
         (
             ["sweep", "example1"],
             ["nothing to vary: give --over, such as --over wind.speed=4:7:0.5, or --table"],
@@ -502,8 +502,7 @@ def test_ctrl_c_keeps_what_was_computed(tmp_path, begin):
     _, messages = process.communicate(timeout=60)
     assert process.returncode == 1, messages
     assert (
-        "stopped on request. The run ended early; what was computed until then is in a.nc."
-        in messages
+        "stopped on request. The run ended early; the results until then are in a.nc." in messages
     )
     with h5netcdf.File(tmp_path / "a.nc", "r") as file:
         assert file.attrs["outcome"] == "stopped_by_user"
