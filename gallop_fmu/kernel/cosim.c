@@ -44,12 +44,12 @@ static const char *fill_in(gallop_cosim *c, const void *bytes, size_t size, cons
     return NULL;
 }
 
-gallop_cosim *gallop_cosim_create(const void *resource, size_t size, const char *identity,
+gallop_cosim *gallop_cosim_create(const void *bytes, size_t size, const char *identity,
                                   char *message)
 {
     const char *fault = gallop_arithmetic_fault(), *problem = NULL;
     gallop_cosim *c = fault ? NULL : calloc(1, sizeof *c);
-    if (!fault) problem = c ? fill_in(c, resource, size, identity) : "there is not enough memory";
+    if (!fault) problem = c ? fill_in(c, bytes, size, identity) : "there is not enough memory";
     if (!fault && !problem) {
         return_to_start(c);
         return c;

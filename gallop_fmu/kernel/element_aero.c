@@ -20,23 +20,23 @@ double element_attack_angle(double theta, double v2, double v3, double omega, do
  * them. */
 typedef struct {
     double wind, attack, radius, centre, half, pressure, diameter; /* pressure: rho d / 2 */
-} air;
+} airflow;
 
-static air air_of(const gallop_model *model, const conditions *now)
+static airflow airflow_of(const gallop_model *model, const conditions *now)
 {
-    return (air){now->wind,
-                 now->attack,
-                 model->radius,
-                 model->curve_centre,
-                 0.5 * (model->curve_last - model->curve_first),
-                 0.5 * model->scene.air_density * model->scene.diameter,
-                 model->scene.diameter};
+    return (airflow){now->wind,
+                     now->attack,
+                     model->radius,
+                     model->curve_centre,
+                     0.5 * (model->curve_last - model->curve_first),
+                     0.5 * model->scene.air_density * model->scene.diameter,
+                     model->scene.diameter};
 }
 
 /* Attack angle of a section, how far it is out of the curve's range, and where on the curve to
  * read: reduced to the turn centred on the range, and held at its ends.  "error" holds as well, so
  * that a stray Newton iterate stays finite: the step is judged once it has converged. */
-INLINE double place_on_curve(const air *air, const sections *at, int i, bool twist)
+INLINE double place_on_curve(const airflow *air, const sections *at, int i, bool twist)
 {
     double w2 = twist ? -at->v2[i] - air->radius * at->omega[i] : -at->v2[i],
            w3 = air->wind - at->v3[i];
@@ -66,7 +66,7 @@ INLINE void read_section(const double *k, double s, const sections *at, int i, b
 
 /* F2 = q (CL w3 + CD w2), F3 = q (-CL w2 + CD w3), M = q Ur d CM, q = rho d Ur / 2, taken from the
  * section's force. */
-INLINE void subtract_load(const air *air, const sections *at, int i, bool twist)
+INLINE void subtract_load(const airflow *air, const sections *at, int i, bool twist)
 {
     const double lift = at->by_v2[0][i], drag = at->by_v2[1][i];
     double w2 = twist ? -at->v2[i] - air->radius * at->omega[i] : -at->v2[i],
@@ -81,7 +81,7 @@ INLINE void subtract_load(const air *air, const sections *at, int i, bool twist)
 INLINE void polynomial_loads(const gallop_model *model, const conditions *now, sections at,
                              int first, int last, bool twist)
 {
-    const air air = air_of(model, now);
+    const airflow air = airflow_of(model, now);
     const double origin = model->scene.origin[0];
     double k[12];
     memcpy(k, model->scene.coefficient, sizeof k);
@@ -107,7 +107,7 @@ static inline int piece_at(const gallop_model *model, double alpha)
 INLINE void table_loads(const gallop_model *model, const conditions *now, sections at, int first,
                         int last, bool slopes, bool twist)
 {
-    const air air = air_of(model, now);
+    const airflow air = airflow_of(model, now);
     double *place = at.by_theta[0];
     INDEPENDENT
     for (int i = first; i < last; i++) place[i] = place_on_curve(&air, &at, i, twist);

@@ -1,5 +1,4 @@
-/* What lies where in the flat block of a state, and whether bytes from elsewhere can be one. */
-#include "check.h"
+/* The layout of the flat block of a state. */
 #include "state.h"
 
 state_view state_view_of(const gallop_model *model, gallop_state *state)
@@ -46,31 +45,6 @@ state_view state_view_of(const gallop_model *model, gallop_state *state)
     }
     at.saved = (char *)p;
     return at;
-}
-
-int gallop_state_check(const gallop_model *model, const gallop_state *state)
-{
-    if (!check_is_model(model) || !check_is_state_of(model, state)) return GALLOP_BAD_CALL;
-    const int64_t most = (int64_t)1 << 53; /* counts are observed as doubles, and go on from here */
-    const int64_t count[] = {
-        state->steps,    state->substeps,   state->iterations,      state->refactorisations,
-        state->halvings, state->rejections, state->last_iterations, state->last_substeps};
-    for (size_t i = 0; i < sizeof count / sizeof *count; i++)
-        if (count[i] < 0 || count[i] > most) return GALLOP_BAD_CALL;
-    bool ok = isfinite(state->time) && state->factored_step >= 0.0 && state->step_before > 0.0 &&
-              state->rate >= 0.0 && state->sharpness > 0.0 && state->sharpness <= 1.0 &&
-              !isnan(state->lowest_tension) && conditions_are_finite(&state->now);
-    ok = ok && isfinite(state->largest_turn) && state->largest_turn >= 0.0;
-    ok = ok && isfinite(state->last_step) && isfinite(state->wanted_step) &&
-         state->wanted_step > 0.0 && isfinite(state->run_origin);
-    ok = ok && state->newest >= 0 && state->newest < NEWMARK_HISTORY;
-    ok = ok && state->equal_steps >= 0 && state->equal_steps <= NEWMARK_HISTORY;
-    for (int i = 0; i < 4; i++) ok = ok && isfinite(state->largest[i]) && state->largest[i] >= 0.0;
-    const int arrays = 3 + (model_by_gauss(model) ? GAUSS_ARRAYS : NEWMARK_HISTORY);
-    for (int i = 0; i < 4 * arrays * model->nodes; i++)
-        ok = ok && isfinite(state->values[i]) &&
-             (i % 4 < model->unknowns || state->values[i] == 0.0);
-    return ok ? GALLOP_COMPLETED : GALLOP_BAD_CALL;
 }
 
 void state_report_work(const gallop_state *state, gallop_report *report)

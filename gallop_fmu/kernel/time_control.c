@@ -96,8 +96,8 @@ static double floor_to_sqrt2_grid(double h)
 
 static double allowed_step(double h, double error)
 {
-    const double chain_factor = SAFETY_FACTOR * pow(fmax(error, 1e-12), -0.2);
-    return floor_to_sqrt2_grid(h * fmin(fmax(chain_factor, 1.0 / MAX_STEP_RATIO), MAX_STEP_RATIO));
+    const double ratio = SAFETY_FACTOR * pow(fmax(error, 1e-12), -0.2);
+    return floor_to_sqrt2_grid(h * fmin(fmax(ratio, 1.0 / MAX_STEP_RATIO), MAX_STEP_RATIO));
 }
 
 void time_control_start(const gallop_model *model, gallop_state *state, const double *u)

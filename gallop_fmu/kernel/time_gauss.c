@@ -201,7 +201,7 @@ int time_gauss(const gallop_model *model, gallop_state *state, state_view *at,
     bool renew = state->factored_step != h, fresh = false;
     double before = 0.0, time[STAGES];
     conditions now[STAGES];
-    monitor seen;
+    monitor seen = {0};
     for (int i = 0; i < STAGES; i++) {
         time[i] = t - h * (1.0 - node[i]);
         conditions_at(model, time[i], inputs, &now[i]);

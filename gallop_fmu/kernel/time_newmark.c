@@ -162,7 +162,7 @@ int time_newmark(const gallop_model *model, gallop_state *state, state_view *at,
     const double balanced = t - w.alpha_f * h;
     bool renew = state->factored_step != h, fresh = false;
     double size_before = 0.0;
-    monitor seen;
+    monitor seen = {0};
     conditions now;
     conditions_at(model, t, inputs, &state->now);
     predict(model, state, at, &state->now, w, h);
