@@ -6,6 +6,7 @@
 #define GALLOP_BASE_LANES_H
 
 #include "base_arithmetic.h"
+#include <stdlib.h> /* defines __GLIBC__, which TWO_PATHS asks for */
 
 #if defined(__GNUC__) && !defined(GALLOP_ONE_LANE) /* to measure what lanes give */
 #define LANES 4

@@ -1,6 +1,8 @@
 """The kernel's vector code gives the same bits as its plain code."""
 
 import ctypes as c
+import platform
+import re
 import subprocess
 from pathlib import Path
 
@@ -43,6 +45,18 @@ def plain_kernel(tmp_path_factory):
                 known.argtypes,
             )
     return loaded
+
+
+@pytest.mark.skipif(platform.libc_ver()[0] != "glibc", reason="the loader picks a path with glibc")
+@pytest.mark.skipif(platform.machine() != "x86_64", reason="AVX2 is of x86-64")
+def test_functions_along_the_span_are_compiled_for_avx2(tmp_path):
+    """The header decides so whatever is included before it, and so in every file."""
+    source = tmp_path / "lanes.c"
+    source.write_text('#include "base_lanes.h"\nTWO_PATHS double f(double x) { return x; }\n')
+    kernel = Path(gallop_fmu.__file__).parent / "kernel"
+    command = ["cc", "-std=c11", "-E", f"-I{kernel}", str(source)]
+    text = subprocess.run(command, check=True, capture_output=True, text=True).stdout
+    assert re.search(r'target_clones\("avx2", "default"\)\)\) double f', text)
 
 
 def motion(scene):
