@@ -36,11 +36,10 @@ static airflow airflow_of(const gallop_model *model, const conditions *now)
 /* Attack angle of a section, how far it is out of the curve's range, and where on the curve to
  * read: reduced to the turn centred on the range, and held at its ends.  "error" holds as well, so
  * that a stray Newton iterate stays finite: the step is judged once it has converged. */
-INLINE double place_on_curve(const airflow *air, const sections *at, int i, bool twist)
+INLINE double place_on_curve(const airflow *air, const sections *at, int i)
 {
-    double w2 = twist ? -at->v2[i] - air->radius * at->omega[i] : -at->v2[i],
-           w3 = air->wind - at->v3[i];
-    double alpha = (twist ? air->attack + at->theta[i] : air->attack) + arctangent(w2, w3);
+    double w2 = -at->v2[i] - air->radius * at->omega[i], w3 = air->wind - at->v3[i];
+    double alpha = air->attack + at->theta[i] + arctangent(w2, w3);
     double offset = alpha - air->centre;
     offset -= 2.0 * PI * nearest(offset * (0.5 / PI));
     double size = offset < 0.0 ? -offset : offset, over = size - air->half;
@@ -66,20 +65,19 @@ INLINE void read_section(const double *k, double s, const sections *at, int i, b
 
 /* F2 = q (CL w3 + CD w2), F3 = q (-CL w2 + CD w3), M = q Ur d CM, q = rho d Ur / 2, taken from the
  * section's force. */
-INLINE void subtract_load(const airflow *air, const sections *at, int i, bool twist)
+INLINE void subtract_load(const airflow *air, const sections *at, int i)
 {
     const double lift = at->by_v2[0][i], drag = at->by_v2[1][i];
-    double w2 = twist ? -at->v2[i] - air->radius * at->omega[i] : -at->v2[i],
-           w3 = air->wind - at->v3[i];
+    double w2 = -at->v2[i] - air->radius * at->omega[i], w3 = air->wind - at->v3[i];
     double square = w2 * w2 + w3 * w3, q = air->pressure * sqrt(square);
     at->force[0][i] -= q * (lift * w3 + drag * w2);
     at->force[1][i] -= q * (drag * w3 - lift * w2);
-    if (twist) at->force[2][i] -= air->pressure * air->diameter * square * at->by_v2[2][i];
+    at->force[2][i] -= air->pressure * air->diameter * square * at->by_v2[2][i];
 }
 
 /* A polynomial needs no search: all in one pass. */
 INLINE void polynomial_loads(const gallop_model *model, const conditions *now, sections at,
-                             int first, int last, bool twist)
+                             int first, int last)
 {
     const airflow air = airflow_of(model, now);
     const double origin = model->scene.origin[0];
@@ -87,8 +85,8 @@ INLINE void polynomial_loads(const gallop_model *model, const conditions *now, s
     memcpy(k, model->scene.coefficient, sizeof k);
     INDEPENDENT
     for (int i = first; i < last; i++) {
-        read_section(k, place_on_curve(&air, &at, i, twist) - origin, &at, i, false);
-        subtract_load(&air, &at, i, twist);
+        read_section(k, place_on_curve(&air, &at, i) - origin, &at, i, false);
+        subtract_load(&air, &at, i);
     }
 }
 
@@ -105,42 +103,34 @@ static inline int piece_at(const gallop_model *model, double alpha)
 }
 
 INLINE void table_loads(const gallop_model *model, const conditions *now, sections at, int first,
-                        int last, bool slopes, bool twist)
+                        int last, bool slopes)
 {
     const airflow air = airflow_of(model, now);
     double *place = at.by_theta[0];
     INDEPENDENT
-    for (int i = first; i < last; i++) place[i] = place_on_curve(&air, &at, i, twist);
+    for (int i = first; i < last; i++) place[i] = place_on_curve(&air, &at, i);
     for (int i = first; i < last; i++) {
         const int piece = piece_at(model, place[i]);
         read_section(model->scene.coefficient + 12 * piece, place[i] - model->scene.origin[piece],
                      &at, i, slopes);
     }
     INDEPENDENT
-    for (int i = first; i < last; i++) subtract_load(&air, &at, i, twist);
+    for (int i = first; i < last; i++) subtract_load(&air, &at, i);
 }
 
 TWO_PATHS static void loads(const gallop_model *model, const conditions *now, const sections *at,
                             int first, int last)
 {
-    const bool polynomial = model->scene.pieces == 1;
-    if (model->unknowns == 4) {
-        if (polynomial)
-            polynomial_loads(model, now, *at, first, last, true);
-        else
-            table_loads(model, now, *at, first, last, false, true);
-    } else {
-        if (polynomial)
-            polynomial_loads(model, now, *at, first, last, false);
-        else
-            table_loads(model, now, *at, first, last, false, false);
-    }
+    if (model->scene.pieces == 1)
+        polynomial_loads(model, now, *at, first, last);
+    else
+        table_loads(model, now, *at, first, last, false);
 }
 
 TWO_PATHS static void loads_with_slopes(const gallop_model *model, const conditions *now,
                                         const sections *at, int first, int last)
 {
-    table_loads(model, now, *at, first, last, true, model->unknowns == 4);
+    table_loads(model, now, *at, first, last, true);
 }
 
 /* Derivatives of F2, F3, M by theta, v2 and v3 (that by omega is r times that by v2), from
@@ -149,8 +139,7 @@ TWO_PATHS static void loads_with_slopes(const gallop_model *model, const conditi
 TWO_PATHS static void load_slopes(const gallop_model *model, const conditions *now,
                                   const sections *at, int first, int last)
 {
-    const double radius = model->unknowns == 4 ? model->radius : 0.0, d = model->scene.diameter,
-                 wind = now->wind;
+    const double radius = model->radius, d = model->scene.diameter, wind = now->wind;
     const double k = 0.5 * model->scene.air_density * d;
     INDEPENDENT
     for (int i = first; i < last; i++) {
@@ -181,8 +170,7 @@ TWO_PATHS static void load_slopes(const gallop_model *model, const conditions *n
 bool element_wind_matters(const gallop_model *model, const conditions *now, const sections *at,
                           int i)
 {
-    const double turning = model->unknowns == 4 ? model->radius * at->omega[i] : 0.0;
-    const double w2 = -at->v2[i] - turning, w3 = now->wind - at->v3[i];
+    const double w2 = -at->v2[i] - model->radius * at->omega[i], w3 = now->wind - at->v3[i];
     const double force =
         0.5 * model->scene.air_density * model->scene.diameter * (w2 * w2 + w3 * w3);
     return force > MIN_WIND_FORCE * model->mass * model->scene.gravity;

@@ -185,11 +185,10 @@ INLINE void along_normal(const strip *s, lanes y[3][4], double *out)
 }
 
 INLINE void section_motion(const gallop_model *model, const strip *s, const sections *at, int first,
-                           lanes u[3][4], lanes v[3][4], lanes a[3][4], int unknowns)
+                           lanes u[3][4], lanes v[3][4], lanes a[3][4])
 {
     along_normal(s, v, at->v2 + first);
     interpolate(v, 2, at->v3 + first);
-    if (unknowns < 4) return;
     interpolate(u, 3, at->theta + first);
     interpolate(v, 3, at->omega + first);
     if (!model->eccentric) return;
@@ -250,10 +249,9 @@ INLINE void strip_forces(const gallop_model *model, const strip *s, lanes u[3][4
     }
 }
 
-INLINE void add_section_forces(const strip *s, const sections *at, int first, int unknowns,
-                               lanes r[3][4])
+INLINE void add_section_forces(const strip *s, const sections *at, int first, lanes r[3][4])
 {
-    for (int i = 0; i < unknowns; i++) {
+    for (int i = 0; i < 4; i++) {
         lanes f[3];
         for (int q = 0; q < 3; q++) {
             f[q] = *(const lanes *)(at->force[i < 2 ? 0 : i - 1] + first + LANES * q);
@@ -305,7 +303,7 @@ INLINE void strips_residual(const gallop_model *model, const conditions *now, co
                             lowest *low, monitor *seen)
 {
     const bool wind = element_has_wind(model, now),
-               sectional = unknowns > 2 && (model->eccentric || wind);
+               sectional = unknowns == 4 && (model->eccentric || wind);
     lanes r[STRIPS_AT_ONCE][3][4];
     for (int k = 0; k < strips; k++) {
         const int e = LANES * (start + k), count = model->elements - e;
@@ -317,8 +315,7 @@ INLINE void strips_residual(const gallop_model *model, const conditions *now, co
         }
         strip_forces(model, &model->strip[start + k], ue, ve, ae, unknowns, e, r[k], low);
         if (sectional)
-            section_motion(model, &model->strip[start + k], at, 3 * LANES * (slot + k), ue, ve, ae,
-                           unknowns);
+            section_motion(model, &model->strip[start + k], at, 3 * LANES * (slot + k), ue, ve, ae);
     }
     if (sectional) {
         const int first = 3 * LANES * slot, last = first + 3 * LANES * strips;
@@ -328,8 +325,7 @@ INLINE void strips_residual(const gallop_model *model, const conditions *now, co
     for (int k = 0; k < strips; k++) {
         const int e = LANES * (start + k), count = model->elements - e;
         if (sectional)
-            add_section_forces(&model->strip[start + k], at, 3 * LANES * (slot + k), unknowns,
-                               r[k]);
+            add_section_forces(&model->strip[start + k], at, 3 * LANES * (slot + k), r[k]);
         for (int n = 0; n < 3; n++) {
             for (int i = unknowns; i < 4; i++) r[k][n][i] = (lanes){0.0};
             add_to_nodes(residual + 8 * e, n, count, r[k][n]);
@@ -366,7 +362,6 @@ INLINE void all_strips(const gallop_model *model, const conditions *now, const s
         all_strips(model, now, at, u, v, a, slopes, unknowns, residual, seen);                     \
     }
 SPAN_OF(2)
-SPAN_OF(3)
 SPAN_OF(4)
 
 /* Out-of-balance forces of the free body: internal + inertia + damping - aerodynamics - loads -
@@ -379,8 +374,6 @@ void element_sum_residual(const gallop_model *model, double t, const conditions 
     for (int i = 0; i < values; i++) residual[i] = -model->constant_force[i];
     if (model->unknowns == 2)
         span_of_2(model, now, at, u, v, a, slopes, residual, seen);
-    else if (model->unknowns == 3)
-        span_of_3(model, now, at, u, v, a, slopes, residual, seen);
     else
         span_of_4(model, now, at, u, v, a, slopes, residual, seen);
     for (int l = 0; l < model->load_count; l++) {
@@ -413,9 +406,9 @@ TWO_PATHS void element_residual(const gallop_model *model, int e, const conditio
     for (int k = 0; k < LANES; k++) LANE(low.tension, k) = LANE(low.where, k) = INFINITY;
     strip_forces(model, s, ue, ve, ae, 4, e, force, &low);
     if (model->eccentric || wind) {
-        section_motion(model, s, at, 0, ue, ve, ae, 4);
+        section_motion(model, s, at, 0, ue, ve, ae);
         section_forces(model, now, at, 0, 3 * LANES, wind, false);
-        add_section_forces(s, at, 0, 4, force);
+        add_section_forces(s, at, 0, force);
     }
     for (int n = 0; n < 3; n++)
         for (int i = 0; i < 4; i++) r[4 * n + i] = LANE(force[n][i], e % LANES);

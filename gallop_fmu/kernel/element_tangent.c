@@ -5,7 +5,7 @@
 /* Rows f2, f3, moment; columns n2, n3, theta of k dR/du + c dR/dv + m dR/da at the sections `i` to
  * i + LANES - 1. */
 INLINE void section_tangent(const gallop_model *model, const sections *at, int i, bool wind,
-                            tangent_weights mix, int unknowns, lanes g[3][3])
+                            tangent_weights mix, lanes g[3][3])
 {
 #define AT(array) (*(const lanes *)(at->array + i))
     for (int row = 0; row < 3; row++)
@@ -18,20 +18,19 @@ INLINE void section_tangent(const gallop_model *model, const sections *at, int i
         g[2][0] = -mix.m * c3;
         g[2][1] = mix.m * c2;
     }
-    for (int k = 0; k < unknowns - 1 && wind; k++) {
+    for (int k = 0; k < 3 && wind; k++) {
         g[k][0] -= mix.c * AT(by_v2[k]);
         g[k][1] -= mix.c * AT(by_v3[k]);
-        if (unknowns == 4)
-            g[k][2] -= mix.k * AT(by_theta[k]) + mix.c * model->radius * AT(by_v2[k]);
+        g[k][2] -= mix.k * AT(by_theta[k]) + mix.c * model->radius * AT(by_v2[k]);
     }
 #undef AT
 }
 
 /* Rows and columns n2, n3, theta become u1, u2, u3, theta: n2 has parts along x1 and x2. */
-INLINE void turn_to_axes(const lanes normal[2], int unknowns, lanes g[3][3], lanes along[4][4])
+INLINE void turn_to_axes(const lanes normal[2], lanes g[3][3], lanes along[4][4])
 {
-    for (int i = 0; i < unknowns; i++)
-        for (int j = 0; j < unknowns; j++) {
+    for (int i = 0; i < 4; i++)
+        for (int j = 0; j < 4; j++) {
             along[i][j] = g[i < 2 ? 0 : i - 1][j < 2 ? 0 : j - 1];
             if (i < 2) along[i][j] *= normal[i];
             if (j < 2) along[i][j] *= normal[j];
@@ -40,20 +39,19 @@ INLINE void turn_to_axes(const lanes normal[2], int unknowns, lanes g[3][3], lan
 
 /* Adds the eccentric ice and the wind at the sections from `first` on to the blocks. */
 INLINE void add_sections(const gallop_model *model, const strip *s, const sections *at, int first,
-                         bool wind, tangent_weights mix, int unknowns, lanes block[6][16])
+                         bool wind, tangent_weights mix, lanes block[6][16])
 {
     for (int q = 0; q < 3; q++) {
         lanes g[3][3], along[4][4];
-        section_tangent(model, at, first + LANES * q, wind, mix, unknowns, g);
-        turn_to_axes(s->normal[q], unknowns, g, along);
+        section_tangent(model, at, first + LANES * q, wind, mix, g);
+        turn_to_axes(s->normal[q], g, along);
         for (int n = 0, p = 0; n < 3; n++)
             for (int m = n; m < 3; m++, p++) {
                 if (q == 1 && p != MIDDLE_MIDDLE)
                     continue; /* the second section lies at the middle node */
                 const lanes w = s->share[q][n] * element_shape3[q][m];
-                for (int i = 0; i < unknowns; i++)
-                    for (int j = 0; j < unknowns; j++)
-                        block[p][unknowns * i + j] += w * along[i][j];
+                for (int i = 0; i < 4; i++)
+                    for (int j = 0; j < 4; j++) block[p][4 * i + j] += w * along[i][j];
             }
     }
 }
@@ -110,8 +108,8 @@ INLINE void tangent_of(const gallop_model *model, const strip *s, const sections
     for (int k = 0; k < 6; k++)
         for (int i = 0; i < unknowns; i++)
             block[k][unknowns * i + i] += s->product[k] * (i < 3 ? translation : twist);
-    if (unknowns > 2 && (model->eccentric || wind))
-        add_sections(model, s, at, first, wind, mix, unknowns, block);
+    if (unknowns == 4 && (model->eccentric || wind))
+        add_sections(model, s, at, first, wind, mix, block);
 }
 
 #define STRIP_OF(unknowns)                                                                         \
@@ -124,7 +122,6 @@ INLINE void tangent_of(const gallop_model *model, const strip *s, const sections
         tangent_of(model, s, at, first, wind, nodes, mix, unknowns, block);                        \
     }
 STRIP_OF(2)
-STRIP_OF(3)
 STRIP_OF(4)
 
 /* The blocks of a strip, as many rows and columns each as the model has unknowns at a node; `at`
@@ -138,8 +135,6 @@ void element_strip_tangent(const gallop_model *model, int index, const condition
     const bool wind = element_has_wind(model, now);
     if (model->unknowns == 2)
         strip_of_2(model, s, at, first, wind, u + 8 * e, count, mix, block);
-    else if (model->unknowns == 3)
-        strip_of_3(model, s, at, first, wind, u + 8 * e, count, mix, block);
     else
         strip_of_4(model, s, at, first, wind, u + 8 * e, count, mix, block);
 }

@@ -38,7 +38,7 @@ struct gallop_model {
     gallop_derived derived;
     int elements, nodes, strips;
     /* what the scene needs; the rest is not computed (see choose_parts) */
-    int unknowns; /* leading ones of each node that can move: 4, 3 or 2 */
+    int unknowns; /* leading ones of each node that can move: 4 or 2 */
     bool eccentric, aerodynamic;
     bool tension_only;            /* in motion; statics have the law of the taut cable */
     double mass, inertia, c2, c3; /* mu, I with ice; first moments at the scene's attack angle */

@@ -213,12 +213,10 @@ static bool twists(const gallop_scene *s)
     return moment || torque;
 }
 
-/* The span hangs in the vertical plane of its ends, and stays in it if nothing acts across.  Of the
- * combinations of twist and lateral motion, twist alone is left out: a scene of that kind is a
- * torque on a bare conductor. */
+/* The span hangs in the vertical plane of its ends, and stays in it if nothing acts across. */
 static bool moves_sideways(const gallop_scene *s)
 {
-    bool across = !s->laws_only || has_wind(s) || twists(s) || s->seed_horizontal != 0.0;
+    bool across = !s->laws_only || has_wind(s) || s->seed_horizontal != 0.0;
     for (int end = 0; end < 2; end++)
         across = across || !law_always_zero(&s->support[end].motion[2]);
     for (int i = 0; i < s->load_count; i++)
@@ -233,10 +231,10 @@ static void choose_parts(gallop_model *m)
     const gallop_scene *s = &m->scene;
     m->aerodynamic = has_wind(s);
     m->eccentric = s->first_moment_x2 != 0.0 || s->first_moment_x3 != 0.0;
-    m->unknowns = twists(s) ? 4 : moves_sideways(s) ? 3 : 2;
-    m->derived.parts =
-        (m->aerodynamic ? GALLOP_AERODYNAMICS : 0) | (m->eccentric ? GALLOP_ECCENTRIC_ICE : 0) |
-        (m->unknowns > 3 ? GALLOP_TWIST : 0) | (m->unknowns > 2 ? GALLOP_LATERAL : 0);
+    m->unknowns = twists(s) || moves_sideways(s) ? 4 : 2; /* u1 u2 alone, in the vertical plane */
+    m->derived.parts = (m->aerodynamic ? GALLOP_AERODYNAMICS : 0) |
+                       (m->eccentric ? GALLOP_ECCENTRIC_ICE : 0) |
+                       (m->unknowns == 4 ? GALLOP_TWIST | GALLOP_LATERAL : 0);
 }
 
 /* The piece of the aerodynamic curve at the start of each bin. */

@@ -321,7 +321,6 @@ INLINE void solve_all(const gallop_model *model, const double *store, const bool
         solve_all(model, factors->value, fixed, unknowns, rhs);                                    \
     }
 SOLVER_OF(2)
-SOLVER_OF(3)
 SOLVER_OF(4)
 
 /* `at` holds the section forces, with slopes, of the motion whose displacements are u. */
@@ -330,7 +329,6 @@ bool solver_factor(const gallop_model *model, const conditions *now, const secti
                    chain_factor *factors)
 {
     if (model->unknowns == 2) return factor_2(model, now, at, u, mix, fixed, factors);
-    if (model->unknowns == 3) return factor_3(model, now, at, u, mix, fixed, factors);
     return factor_4(model, now, at, u, mix, fixed, factors);
 }
 
@@ -340,8 +338,6 @@ void solver_solve(const gallop_model *model, const chain_factor *factors, const 
 {
     if (model->unknowns == 2)
         solve_2(model, factors, fixed, rhs);
-    else if (model->unknowns == 3)
-        solve_3(model, factors, fixed, rhs);
     else
         solve_4(model, factors, fixed, rhs);
 }
