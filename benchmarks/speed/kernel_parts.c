@@ -44,14 +44,16 @@ GALLOP_API int kernel_parts(const gallop_scene *scene, double settled, int calls
     if (!failed) {
         const state_view at = state_view_of(model, state);
         const double h = scene->time_step;
-        const tangent_weights mix = {1.0, 2.0 / h, 4.0 / (h * h)}; /* Newmark, beta 1/4, gamma 1/2 */
+        const tangent_weights mix = {1.0, 2.0 / h,
+                                     4.0 / (h * h)}; /* Newmark, beta 1/4, gamma 1/2 */
         const conditions windy_now = state->now;
         conditions calm = windy_now;
         monitor seen;
         element_monitor_start(&seen);
         calm.wind = 0.0;
 #define RESIDUAL(now, slopes)                                                                      \
-    element_sum_residual(model, settled, now, &at.sections, at.u, at.v, at.a, slopes, at.residual, &seen)
+    element_sum_residual(model, settled, now, &at.sections, at.u, at.v, at.a, slopes, at.residual, \
+                         &seen)
         double all, without_wind, without_ice;
         TIME(all, calls, RESIDUAL(&windy_now, false));
         TIME(without_wind, calls, RESIDUAL(&calm, false));

@@ -360,7 +360,7 @@ fmi2Status fmi2GetFMUstate(fmi2Component component, fmi2FMUstate *state)
     gallop_cosim_saved *saved = state ? *state : NULL;
     const fmi2Status status =
         returned(component, gallop_cosim_save(cosim_of(component), state ? &saved : NULL));
-    if (status == fmi2OK) *state = saved;
+    if (state && status == fmi2OK) *state = saved;
     return status;
 }
 
@@ -396,6 +396,6 @@ fmi2Status fmi2DeSerializeFMUstate(fmi2Component component, const fmi2Byte bytes
     const fmi2Status status =
         returned(component,
                  gallop_cosim_deserialize(cosim_of(component), bytes, size, state ? &saved : NULL));
-    if (status == fmi2OK) *state = saved;
+    if (state && status == fmi2OK) *state = saved;
     return status;
 }
