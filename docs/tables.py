@@ -1,9 +1,10 @@
-"""Fills the pages that are tables of the program itself, so that they cannot fall behind it. A hook of MkDocs."""
+"""MkDocs hook that fills the tables made from the program itself, so that they match it."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator
 from functools import partial
+from pathlib import Path
 from types import ModuleType
 from typing import Any, get_args, get_origin
 
@@ -21,6 +22,8 @@ from gallop_fmu.scene.dotted_paths import section_classes
 from gallop_fmu.scene.fields import Section, unit_of_field
 from gallop_fmu.scene.validation_messages import BOUNDS
 from modal.cli.main import app as toolkit
+
+TRUST = Path(__file__).parents[1] / "benchmarks" / "accuracy" / "trust.md"
 
 
 def on_page_markdown(markdown: str, **_: Any) -> str:
@@ -54,7 +57,7 @@ def scene_tables() -> Iterator[str]:
 
 
 def line_table() -> Iterator[str]:
-    """The familiar numbers that a scene can follow from."""
+    """The line data from which a scene can be computed."""
     yield from _section("line", Line)
 
 
@@ -119,8 +122,13 @@ def fmu_table() -> Iterator[str]:
         )
 
 
+def trust_table() -> Iterator[str]:
+    """The comparisons that ``benchmarks/accuracy/trust.py`` wrote."""
+    yield TRUST.read_text(encoding="utf-8")
+
+
 def command_help() -> Iterator[str]:
-    """What `--help` of every command of both programs prints."""
+    """The output of `--help` of every command of both programs."""
     plain = CliRunner(env={"COLUMNS": "84", "TERM": "dumb", "NO_COLOR": "1"})
     for program, app in (("gallop-fmu", gallop), ("gallop-modal", toolkit)):
         for name, command in sorted(typer.main.get_command(app).commands.items()):

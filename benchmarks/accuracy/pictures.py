@@ -1,4 +1,4 @@
-"""Draw docs/ratio.svg, the frequency ratio over the sag of example 3.
+"""Draw docs/concepts/ratio.svg, the frequency ratio over the sag of example 3.
 
 Usage: python benchmarks/accuracy/pictures.py (about 5 s)
 """
@@ -16,7 +16,7 @@ import modal
 from gallop_fmu.plots import save_figure
 from modal.plots.span_figures import STYLE, ratio_figure
 
-DOCS = Path(__file__).parents[2] / "docs"
+CONCEPTS = Path(__file__).parents[2] / "docs" / "concepts"
 SAGS = np.linspace(0.6, 4.2, 25)
 """Sags [m] of the span of 125.88 m."""
 
@@ -88,7 +88,7 @@ def main() -> None:
         name: modal.ratio_map(scene, "span.sag", SAGS.tolist()) for name, scene in scenes.items()
     }
     with matplotlib.rc_context({**STYLE, "svg.hashsalt": "ratio"}):
-        print("wrote", save_figure(draw(found, scenes), DOCS / "ratio.svg"))
+        print("wrote", save_figure(draw(found, scenes), CONCEPTS / "ratio.svg"))
     (resonant,) = modal.crossings(scenes["rigid ends"], "span.sag", [SAGS[0], SAGS[-1]])
     print(f"rigid ends: the ratio is 2 at a sag of {resonant:.2f} m")
     for name, scene in scenes.items():

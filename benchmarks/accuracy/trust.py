@@ -200,7 +200,7 @@ def line(*cells: str) -> str:
 
 
 def main() -> None:
-    table = [line("Compared with", "There", "Here"), line("---", "---", "---")]
+    table = [line("Compared with", "Reference", "Here"), line("---", "---", "---")]
     table += [line(*row) for row in (*computed_at_once(), *simulated())]
     RECORD.write_text("\n".join(table) + "\n", encoding="utf-8")
     print(*table, sep="\n")

@@ -1,4 +1,4 @@
-"""Prints the table of docs/scene.md: what numerics.newton_tolerance costs, and how far the energy drifts for it.
+"""Print the table of docs/how-to/time_step.md: cost and energy drift of newton_tolerance.
 
 Usage: python benchmarks/stress/newton_tolerance.py (about half a minute)
 """

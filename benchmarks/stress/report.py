@@ -52,23 +52,23 @@ def write(data: Data, folder: Path) -> None:
     )
 
 
-INTRODUCTION = f"""# How far the computation may be trusted
+INTRODUCTION = f"""# Stability
 
-This page is written by `python benchmarks/stress/run.py`. It says which time step to take, what happens when it is too
-long, and what was found when thousands of random spans were run to break the program.
+`python benchmarks/stress/run.py` writes this page. It shows which time steps are accurate, what
+happens if the step is too long, and the results of a stress test on random spans.
 
-In short:
+Summary:
 
-- Take 50 steps or more in a period of the galloping motion: amplitudes are then within 1 % in all cases of the first
-  table. Resonance of two modes asks for the most.
-- A run whose steps were too long says so among its warnings (`result.warnings`, `report.doubtful`): more
-  than one in a hundred had to be halved, or a section turned by more than {DOUBTFUL_TURN:g} rad within one. It ended,
-  but its energy may be wrong: reduce `numerics.time_step` until the warning goes away.
-- `gallop_fmu.energy_balance(result)` tells for a run of your own how well wind, damping and
-  stored energy agree; more than {CLOSED:.0%} of the energy turned over is too much. It is the sure test; the warning
-  is a cheap one.
-- What cannot be computed is refused with a reason: a cable that goes slack, an attack angle outside the coefficient
-  curve, an equilibrium that does not exist. The numbers up to then are kept."""
+- Take 50 steps or more in a period of the galloping motion. Amplitudes are then within 1 % in all
+  cases of the first table. Resonance of two modes needs the shortest steps.
+- If the steps are too long, the run has a warning (`result.warnings`): more than one in a hundred
+  had to be halved, or a section rotated by more than {DOUBTFUL_TURN:g} rad within one. The run
+  was completed, but its energy may be wrong. Reduce `numerics.time_step` until the warning disappears.
+- `gallop_fmu.energy_balance(result)` compares the work of wind and supports with damping and
+  stored energy. An imbalance above {CLOSED:.0%} of the energy turned over is too much. This check
+  is more reliable than the warning, and costs more.
+- What cannot be computed is refused with a reason: a cable that goes slack, an attack angle outside
+  the coefficient curve, an equilibrium that does not exist. The results up to then are kept."""
 
 
 def table(head: list[str], rows: list[list[str]]) -> str:
@@ -97,7 +97,7 @@ def _cycles(cycles: list[Cycle], folder: Path) -> str:
             steps = [largest_step(own, bound) for bound in (0.01, 0.05)]
             rows.append([
                 kind, name, f"{reference.vertical:.3f} / {reference.horizontal:.3f} m", f"{reference.frequency:.3f} Hz",
-                *(f"{_step(step)} ({1.0 / (reference.frequency * step):.0f} a period)" for step in steps),
+                *(f"{_step(step)} ({1.0 / (reference.frequency * step):.0f} per period)" for step in steps),
                 _step(halved[0].step) if halved else "none",
                 f"{_step(ended[0].step)}: {ended[0].outcome.replace('_', ' ')}" if ended else "none",
             ])  # fmt: skip
@@ -121,10 +121,10 @@ def _cycles(cycles: list[Cycle], folder: Path) -> str:
     ]  # fmt: skip
     return f"""## Time step and limit cycle
 
-Steady amplitude over the last {stability.WINDOW:g} s of galloping with {stability.CYCLE_ELEMENTS} elements, against
-that of steps of {1e3 * stability.CYCLE_STEPS[0]:g} ms; the horizontal one counts where it is more than
-{stability.PARTNER:.0%} of the vertical one. "Within" means at this step and at every shorter one tried, up to
-{stability.CYCLE_STEPS[-1]:g} s.
+Steady amplitude over the last {stability.WINDOW:g} s of galloping with {stability.CYCLE_ELEMENTS}
+elements, compared with steps of {1e3 * stability.CYCLE_STEPS[0]:g} ms. The horizontal amplitude
+counts where it exceeds {stability.PARTNER:.0%} of the vertical one. "Within" means at this step and
+at every shorter one tried; the longest was {stability.CYCLE_STEPS[-1]:g} s.
 
 {table(head, rows)}
 
@@ -173,11 +173,12 @@ def _map(cells: list[Data], folder: Path) -> str:
     ]  # fmt: skip
     return f"""## Time step, wind and mesh
 
-A hard start: example 3 (125.88 m, 15 kN) is let go at rest from {start[0]} m up, {start[1]} m across and {start[2]}
-rad, with the wind on it at once, for {stability.LONGEST:g} s or {stability.MOST:,} steps. Letting go out of
-equilibrium starts axial waves, which long steps cannot follow. In the picture a dot means that some steps were
-halved, a circled dot that more than a tenth were, a cross that the run gave up; the colour is the energy imbalance.
-"Up to" is the longest step of those tried at which it holds at every wind speed.
+A rough start: example 3 (125.88 m, 15 kN) is released at rest from {start[0]} m up, {start[1]} m
+across and {start[2]} rad, with the full wind at once, for {stability.LONGEST:g} s or {stability.MOST:,}
+steps. A start out of equilibrium releases axial waves, which long steps cannot resolve. In the
+picture, a dot means that some steps were halved, a circled dot that more than a tenth were, and a
+cross that the run ended early. The colour is the energy imbalance. "Up to" is the longest step tried
+for which the statement is true at every wind speed.
 
 {table(head, rows)}
 
@@ -240,7 +241,7 @@ def _scenes(data: Data) -> str:
         "Integrator",
         "Step over axial period",
         "Runs without warning",
-        "Imbalance: half / nine tenths / all below",
+        "Imbalance: median / 90 % / largest",
     ]
     head += ["Runs with warning", "Imbalance"]
     worst = max(moved, key=lambda run: run["tension_error"])
@@ -249,31 +250,43 @@ def _scenes(data: Data) -> str:
     spoken = "\n\n" + "\n".join(faults[:40]) if faults else " none"
     return f"""## Random spans
 
-{len(runs) + len(lost):,} runs, each of {len({run["name"] for run in runs}):,} spans by every integrator. The spans are
-drawn by Latin hypercube (seed {data["seed"]}): length 20-1,500 m, sag 0.2-12 %, level or up
-to {STEEPEST:g} of the length, wind 0-60 m/s (constant, jumps, gusts, waves, tables, ramps out of calm and into
-calm, histories that begin and end at zero, and turning round through calm), ice up to three times the metal, at any
-side, any attack angle, tables and cubics, damping 0-10 %, ends rigid, sprung from 1 kN/m to 1 GN/m, or adjacent spans,
-moving towers, loads, 2-200 elements, steps 0.1-200 ms, starts from rest out of equilibrium.
-Each is run for {FEWEST} to {MOST} steps, less where many steps are halved, in a process that may crash
-or hang without taking the others along.
+{len(runs) + len(lost):,} runs: {len({run["name"] for run in runs}):,} random spans with each
+integrator. The spans are drawn by Latin hypercube sampling (seed {data["seed"]}):
+
+- length 20-1,500 m, sag 0.2-12 %, level or with a height difference of up to {STEEPEST:g} of the
+  length;
+- wind 0-60 m/s: constant, jumps, gusts, waves, tables, ramps from and to calm, histories that begin
+  and end at zero, and reversal through calm;
+- ice up to three times the mass of the metal, at any side and any attack angle, with tables and
+  cubics of coefficients;
+- damping 0-10 %; ends rigid, sprung from 1 kN/m to 1 GN/m, or adjacent spans; moving towers; loads;
+- 2-200 elements, steps 0.1-200 ms, starts at rest out of equilibrium.
+
+Each run has {FEWEST} to {MOST} steps, fewer where many steps are halved, in a process of its own, so that
+a crash or an endless loop does not affect the others.
 
 {table(["Outcome", *kinds], outcomes)}
 
-Checked of each run: all values finite; no recorded tension below zero; no amplitude above the span (largest:
-{max(run["amplitude"] for run in moved):.2f} spans); tensions agree with Hooke's law on the recorded elongations to
-{AGREEMENT:g} (worst: {worst["tension_error"]:.1e}); and the energy balance, work of wind, loads and towers against
-dissipation and change of stored energy over the steps as they were carried out, in parts where they were halved, closes
-within {CLOSED:.0%} of the energy turned over unless the run warns of too long steps. Where it does not, the run was
-repeated with steps of an eighth, then of a sixty-fourth: if their account closes and as much energy is stored, it was
-the account of the long steps that missed what wind and damping did within them. The generalised-alpha method dissipates
-by itself what a step does not resolve, and that is in no account. Violations:{spoken}
+Checks of each run:
+
+- all values are finite, and no recorded tension is below zero;
+- no amplitude exceeds the span (largest: {max(run["amplitude"] for run in moved):.2f} spans);
+- tensions agree with Hooke's law on the recorded elongations within {AGREEMENT:g} (worst:
+  {worst["tension_error"]:.1e});
+- the energy balance closes within {CLOSED:.0%} of the energy turned over, unless the run warns of too
+  long steps. It compares the work of wind, loads and towers with dissipation and change of stored
+  energy, over the steps as computed (halved steps in parts).
+
+If the balance did not close, the run was repeated with steps of an eighth, then of a sixty-fourth. If
+these balances close and the stored energy is the same, the balance of the long steps had missed what
+wind and damping did within the steps. The generalised-alpha method dissipates unresolved motion
+itself; no balance contains this part. Violations:{spoken}
 
 {table(head, rows)}
 
 Memory of a worker process, median in the first, second, fifth and last tenth of the runs:
 {tenths[0]:.0f}, {tenths[1]:.0f}, {tenths[4]:.0f}, {tenths[-1]:.0f} MiB. The longest run
-took {max(run["seconds"] for run in runs):.1f} s, all together {sum(run["seconds"] for run in runs) / 60.0:.1f}
+took {max(run["seconds"] for run in runs):.1f} s, all runs {sum(run["seconds"] for run in runs) / 60.0:.1f}
 minutes of processor time."""
 
 
@@ -287,22 +300,27 @@ def _conservation(runs: list[Data], bits: Data) -> str:
         for run in sorted(runs, key=lambda run: (run["start"] == "rough", run["integrator"]))
     ]  # fmt: skip
     head = [
-        "Integrator", "Start", "Steps", "Halvings", "Energy error, first tenth", "last tenth", "Loss a period",
+        "Integrator", "Start", "Steps", "Halvings", "Energy error, first tenth", "last tenth", "Loss per period",
         "Scatter", "Way back", "Processor time",
     ]  # fmt: skip
     said = ", ".join(
         f"{name}: {'the same bits' if same else 'OTHER BITS'}" for name, same in bits.items()
     )
-    return f"""## What is conserved
+    return f"""## Energy conservation
 
-Example 3 without wind and damping, steps of 10 ms, Newton tolerance 1e-9 m: largest relative error of the energy in the
-first and in the last tenth of the run, the share of the energy lost per vertical period of
-{1.0 / VERTICAL_HZ:.2f} s (negative: gained), and the scatter about the trend. "Smooth": loads let go within half a
-second; "rough": let go at rest out of equilibrium, so that axial waves run. "Way back": distance from the start after
-20,000 steps of the smooth motion and as many with the velocities turned round, over the distance gone. The
-generalised-alpha method is meant to dissipate unless its spectral radius is 1 ({SPECTRAL_RADIUS} where none is given):
-motion that a step does not resolve decays, and what it resolves hardly.
+Example 3 without wind and damping, with steps of 10 ms and a Newton tolerance of 1e-9 m.
+
+- Energy error: largest relative error in the first and in the last tenth of the run.
+- Loss per period: share of the energy lost per vertical period of {1.0 / VERTICAL_HZ:.2f} s (negative:
+  gained). Scatter: deviation from this trend.
+- "Smooth": loads are removed within half a second. "Rough": released at rest out of equilibrium, so
+  that axial waves run.
+- Way back: 20,000 steps of the smooth motion, then as many with reversed velocities; distance from the
+  start over the distance travelled.
+
+The generalised-alpha method is designed to dissipate unless its spectral radius is 1 (default:
+{SPECTRAL_RADIUS}): motion that a step does not resolve decays, resolved motion hardly does.
 
 {table(head, rows)}
 
-Random spans run again: {said}. That FMU and Python give the same bits is among the tests (tests/native)."""
+Random spans computed again: {said}. A test checks that FMU and Python give the same bits (`tests/native`)."""

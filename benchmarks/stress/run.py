@@ -1,4 +1,4 @@
-"""Runs what is too long for the tests, and writes docs/stability.md with its pictures, and a JSON file of all numbers.
+"""Run what is too long for the tests; write docs/reference/stability.md and a JSON file of numbers.
 
 Usage: python benchmarks/stress/run.py --runs 4000 --seed 1 (about ten minutes on two idle cores)
 
@@ -32,7 +32,7 @@ from support.isolated_workers import Answer, answers
 from support.random_spans import stress_scene
 
 PARTS = ("scenes", "map", "cycles", "conservation")
-DOCS = Path(__file__).resolve().parents[2] / "docs"
+REFERENCE = Path(__file__).resolve().parents[2] / "docs" / "reference"
 RUN_LIMIT, LONG_LIMIT = 120.0, 1800.0
 """Time [s] after which a random scene, or one of the long runs, counts as hanging."""
 
@@ -108,7 +108,7 @@ def main() -> None:
     parser.add_argument("--parts", nargs="+", choices=PARTS, default=PARTS)
     parser.add_argument("--processes", type=int, default=os.cpu_count() or 1)
     parser.add_argument(
-        "--out", type=Path, default=DOCS, help="folder of stability.md and its pictures"
+        "--out", type=Path, default=REFERENCE, help="folder of stability.md and its pictures"
     )
     parser.add_argument(
         "--json", type=Path, default=Path("stress.json"), help="file of all numbers"

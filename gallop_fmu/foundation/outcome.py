@@ -142,7 +142,7 @@ class Report:
 
         That is where many of them had to be halved, or a section turned far within one of them. A
         cheap sign: of ten thousand random runs none without it was out of balance by more than a
-        few per cent of its energy (docs/stability.md). It counts the share of steps that were
+        few per cent of its energy (docs/reference/stability.md). It counts the share of steps that were
         halved, whatever their length. Steps that are just short enough to converge leave it silent
         about axial waves that they do not resolve;
         `gallop_fmu.simulation.energy_balance.energy_balance` is the sure test.

@@ -1,4 +1,4 @@
-"""Motion runs back in time, and has the same bits however it is run; the long figures are in docs/stability.md."""
+"""Motion is reversible, and has the same bits however it is run (docs/reference/stability.md)."""
 
 import pytest
 
