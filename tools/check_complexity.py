@@ -25,7 +25,6 @@ LATER = "to be split"
 
 EXCEPTIONS = {
     "gallop_fmu/cli/main.py:run": OPTIONS,
-    "gallop_fmu/cli/sweep_options.py:_print_rows": LATER,
     "gallop_fmu/engine/model.py:tangent": OPTIONS,
     "gallop_fmu/fmu/archive_safety.py:_entries_problem": LATER,
     "gallop_fmu/foundation/text_files.py:_column_names": LATER,
@@ -47,10 +46,6 @@ EXCEPTIONS = {
     "gallop_fmu/line/line_table.py:scene_data": LATER,
     "gallop_fmu/scene/dotted_paths.py:replace_values": LATER,
     "gallop_fmu/simulation/result.py:histories": OPTIONS,
-    "gallop_fmu/sweeps/cases.py:cases": LATER,
-    "gallop_fmu/sweeps/row_store.py:_array": LATER,
-    "gallop_fmu/sweeps/row_store.py:_is_header": LATER,
-    "gallop_fmu/sweeps/runner.py:compute": LATER,
     "gallop_fmu/sweeps/sweep.py:sweep": OPTIONS,
     "modal/screening/many_spans.py:screen_spans": OPTIONS,
     "modal/screening/screen.py:_judged": LATER,

@@ -33,7 +33,7 @@ from gallop_fmu.cli.terminal import (
 if TYPE_CHECKING:
     import xarray as xr
 
-    from gallop_fmu.sweeps.row_store import Row
+    from gallop_fmu.sweeps.rows import Row
     from gallop_fmu.sweeps.runner import Progress
     from gallop_fmu.sweeps.runs import Runs
 
@@ -340,11 +340,8 @@ def _print_rows(runs: Runs, columns: Sequence[str], out: Path | None) -> None:
     if "motion" in keys and "outcome" in columns:
         keys.remove("outcome")  # the column "motion" also says how a run ended
     rows = _rows(dataset)
-    table = new_table(*(_heading(runs, key) for key in keys))
-    for row in rows[:MAX_ROWS_SHOWN]:
-        table.add_row(*(_motion(row) if key == "motion" else _cell(row.get(key)) for key in keys))
     if rows:
-        console.print(table)
+        console.print(_table(runs, rows[:MAX_ROWS_SHOWN], keys))
     if len(rows) > MAX_ROWS_SHOWN:
         where = f" in {out}" if out else "; give --out FILE to get them all"
         console.print(f"and {len(rows) - MAX_ROWS_SHOWN} more{where}")
@@ -356,6 +353,13 @@ def _print_rows(runs: Runs, columns: Sequence[str], out: Path | None) -> None:
         console.print(f"wrote {out}: {runs.done} of {runs.total} runs", soft_wrap=True)
 
 
+def _table(runs: Runs, rows: list[Row], keys: list[str]) -> Any:
+    table = new_table(*(_heading(runs, key) for key in keys))
+    for row in rows:
+        table.add_row(*(_motion(row) if key == "motion" else _cell(row.get(key)) for key in keys))
+    return table
+
+
 def _heading(runs: Runs, key: str) -> str:
     """Heading of a column; spaces let a narrow terminal break it, a varied key stays as typed."""
     title = key if key in runs.varied else key.replace("_", " ")
@@ -364,7 +368,7 @@ def _heading(runs: Runs, key: str) -> str:
 
 
 def _rows(dataset: xr.Dataset) -> list[Row]:
-    from gallop_fmu.sweeps.row_store import rows_of
+    from gallop_fmu.sweeps.results_file import rows_of
 
     return rows_of(dataset)
 

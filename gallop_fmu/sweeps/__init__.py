@@ -1,1 +1,1 @@
-"""Many scenes: the cases of a sweep, the workers that compute them, and their rows on disk."""
+"""Many scenes: cases of a sweep, the workers that compute them, and their results on disk."""

@@ -1,4 +1,4 @@
-"""Many scenes from one: values over a grid, and tables of spans in CSV or GeoJSON."""
+"""Cases of a sweep: values over a grid, and tables of spans in CSV or GeoJSON."""
 
 from __future__ import annotations
 
@@ -19,17 +19,17 @@ from gallop_fmu.foundation.text_rules import clean_text, plain
 from gallop_fmu.input.scene_spec import LINE, SceneSpec, SceneWithLine
 from gallop_fmu.scene.dotted_paths import all_keys, takes_text, unknown_key
 from gallop_fmu.scene.scene import Scene
-from gallop_fmu.sweeps.row_store import as_cell
+from gallop_fmu.sweeps.rows import as_cell
 
 NAME, SCENE, LABEL = "name", "scene", "label."
-"""Columns of a table that are no values of a scene: what the span is called, its scene, and what is carried along."""
+"""Columns that are not values of a scene: name of the span, its scene, and labels."""
 GEOMETRY = f"{LABEL}geometry"
 """Column of the geometry of a GeoJSON feature."""
 CURVE = f"{LINE}coefficients"
-"""Column that may name a file."""
+"""Column of the coefficient curve, which may be a file."""
 REMOVED = "none"
 """Cell that removes a value of the scene."""
-MOST_RUNS = 1_000_000
+MAX_RUNS = 1_000_000
 
 SpanTable = Path | str | Sequence[Mapping[str, Any]] | Any
 """File, rows in memory, or a data frame of pandas or polars."""
@@ -37,7 +37,7 @@ SpanTable = Path | str | Sequence[Mapping[str, Any]] | Any
 
 @dataclass(frozen=True)
 class Case:
-    """One run to come: a scene, what is changed in it, and what its row of results begins with.
+    """One run: a scene, the values changed in it, and labels of its row of results.
 
     Attributes
     ----------
@@ -57,17 +57,17 @@ class Case:
     labels: dict[str, Any]
 
     def scene(self) -> Scene:
-        """The scene to compute.
+        """Return the scene to compute.
 
         Raises
         ------
         SceneError
-            If a value is not allowed.
+            A value is not allowed.
         """
         return self.base.scene(self.changes)
 
     def columns(self) -> dict[str, Any]:
-        """Columns that its row of results begins with; lists and tables as JSON."""
+        """Return the first columns of the row of results; lists and tables as JSON."""
         return {
             "run": self.run,
             **self.labels,
@@ -82,10 +82,9 @@ class Cases:
     Attributes
     ----------
     every : tuple of Case
-        The runs, the last parameter of the grid changing fastest.
+        The runs; the last parameter of the grid changes fastest.
     grid : dict
-        Dimension to values: the names of the spans, where there is a table, and each parameter of
-        the grid.
+        Dimension to values: the names of the spans of a table, and each parameter of the grid.
     """
 
     every: tuple[Case, ...]
@@ -93,7 +92,7 @@ class Cases:
 
     @property
     def columns(self) -> tuple[str, ...]:
-        """Names of the columns with which the rows of results begin."""
+        """Names of the first columns of the rows of results."""
         return tuple(
             dict.fromkeys(
                 key for case in self.every for key in ("run", *case.labels, *case.changes)
@@ -101,7 +100,7 @@ class Cases:
         )
 
     def fingerprint(self) -> str:
-        """A number that changes with anything in any of the scenes."""
+        """Return a hash of all scenes and labels, and of the files they refer to."""
         digest = hashlib.sha256()
         bases: dict[int, str] = {}
         for case in self.every:
@@ -120,16 +119,16 @@ def cases(
     over: Mapping[str, Sequence[Any]] | None = None,
     table: SpanTable | None = None,
 ) -> Cases:
-    """Every span of a table at every point of a grid.
+    """Return every span of a table at every point of a grid.
 
     Parameters
     ----------
     scene
-        The scene, packaged name or path, that the table and the grid change; may be None if each
-        row names its own, or all of its line.
+        Scene, packaged name or path that the table and the grid change; may be None if each row
+        names its own, or gives all values of its line.
     over
-        Dotted path to the values it takes; all combinations are computed. ``line.ice_thickness``
-        and its like need a scene given by the path of a file with a ``[line]`` table (see
+        Dotted path to values; all combinations are computed. Line data such as
+        ``line.ice_thickness`` need the path of a scene file with a ``[line]`` table (see
         `gallop_fmu.line.line_table.Line`).
     table
         A CSV file, a GeoJSON file, a data frame of pandas or polars, or rows in memory; see
@@ -138,80 +137,126 @@ def cases(
     Raises
     ------
     SceneError
-        Neither grid nor table, an unknown column, a row without a scene, a scene that is not
-        allowed, or more than `MOST_RUNS` runs. A value that is not allowed is no error here: it
-        concerns one run.
+        No grid and no table, an unknown column, a row without a scene, an invalid scene, or more
+        than `MAX_RUNS` runs. An invalid value is not an error here: it concerns one run.
     """
     if over is None and table is None:
         raise SceneError("nothing to vary: give values (over) or a table of spans (table)")
-    grid: dict[str, list[Any]] = {}
-    for key, points in (over or {}).items():
-        _check_key(key)
-        grid[key] = [_value(key, point, "over") for point in points]
-        if not grid[key]:
-            raise SceneError(f"over: {key} has no values")
+    grid = _grid(over or {})
     rows: Sequence[Mapping[str, Any]] = [{}] if table is None else _rows(table)
     count = len(rows) * math.prod(map(len, grid.values()))
-    if count > MOST_RUNS:
+    if count > MAX_RUNS:
         raise SceneError(
-            f"{count} runs are asked for; at most {MOST_RUNS} are computed at a time: give fewer"
-            " values, or several sweeps"
+            f"{count} runs are more than {MAX_RUNS}, the most of one sweep; give fewer values, or"
+            " use several sweeps"
         )
-    folder = Path(table).parent if isinstance(table, (str, Path)) else Path()
-    base = None if scene is None else SceneSpec.of(scene)
-    loaded: dict[str, SceneSpec] = {}
-    varied: dict[int, tuple[SceneSpec, set[str]]] = {}
+    scenes = _Scenes(scene, Path(table).parent if isinstance(table, (str, Path)) else Path())
     found: list[Case] = []
     for number, row in enumerate(rows):
-        own = _scene_of(row, number, base, folder, loaded)
-        values = {
-            key: value
-            for key, value in row.items()
-            if key not in (NAME, SCENE) and not key.startswith(LABEL)
-        }
-        both = sorted(values.keys() & grid.keys())
-        if both:
-            raise SceneError(
-                f"{both[0]} is both in the table and in over; it can be in one of them"
-            )
-        varied.setdefault(id(own), (own, set(grid)))[1].update(values)
-        labels = (
-            {} if table is None else {key: value for key, value in row.items() if key not in values}
-        )
+        base, (labels, values) = scenes.of_row(row, number), _labels_and_values(row)
+        if twice := sorted(values.keys() & grid.keys()):
+            raise SceneError(f"{twice[0]}: given in the table and in over; give it in one of them")
+        scenes.will_vary(base, {*values, *grid})
         for point in itertools.product(*grid.values()):
-            found.append(
-                Case(len(found), own, {**values, **dict(zip(grid, point, strict=True))}, labels)
-            )
-    for own, keys in varied.values():
-        own.check(keys)
+            changes = {**values, **dict(zip(grid, point, strict=True))}
+            found.append(Case(len(found), base, changes, labels))
+    scenes.check()
     names = {} if table is None else {NAME: [row[NAME] for row in rows]}
     return Cases(tuple(found), {**names, **grid})
 
 
+def _grid(over: Mapping[str, Sequence[Any]]) -> dict[str, list[Any]]:
+    """Validate the keys and values of a grid."""
+    grid: dict[str, list[Any]] = {}
+    for key, points in over.items():
+        _check_key(key)
+        grid[key] = [_value(key, point, "over") for point in points]
+        if not grid[key]:
+            raise SceneError(f"over: {key} has no values; give at least one")
+    return grid
+
+
+def _labels_and_values(row: Mapping[str, Any]) -> tuple[dict[str, Any], dict[str, Any]]:
+    """Split a row into columns that are copied to the results, and values of the scene."""
+    labels = {key: row[key] for key in row if key in (NAME, SCENE) or key.startswith(LABEL)}
+    return labels, {key: value for key, value in row.items() if key not in labels}
+
+
+class _Scenes:
+    """Scenes of the rows of a table, each file read once.
+
+    Parameters
+    ----------
+    scene
+        Scene of rows that name none.
+    folder
+        Where relative paths start.
+    """
+
+    def __init__(self, scene: Scene | SceneSpec | str | Path | None, folder: Path) -> None:
+        self._base = None if scene is None else SceneSpec.of(scene)
+        self._folder = folder
+        self._loaded: dict[str, SceneSpec] = {}
+        self._varied: dict[int, tuple[SceneSpec, set[str]]] = {}
+
+    def of_row(self, row: Mapping[str, Any], number: int) -> SceneSpec:
+        """Return the scene that a row names, or the scene of the table."""
+        name = row.get(SCENE)
+        if isinstance(name, str):
+            return self._load(name)
+        if name is not None:
+            raise SceneError(
+                f"span {row[NAME]!r}: scene = {name!r}: must be a packaged name, or the path of a"
+                " scene file"
+            )
+        if self._base is not None:
+            return self._base
+        if any(key.startswith(LINE) for key in row):
+            return self._loaded.setdefault("", SceneSpec({"line": {}}, self._folder))
+        raise SceneError(
+            f"span {row.get(NAME, number)!r} has no scene: give one for all, or a column"
+            f" {SCENE} with a packaged name or a path"
+        )
+
+    def will_vary(self, base: SceneSpec, keys: set[str]) -> None:
+        """Note the keys that are changed in a scene."""
+        self._varied.setdefault(id(base), (base, set()))[1].update(keys)
+
+    def check(self) -> None:
+        """Refuse scenes that stay invalid whatever the values of the changed keys."""
+        for base, keys in self._varied.values():
+            base.check(keys)
+
+    def _load(self, name: str) -> SceneSpec:
+        if name not in self._loaded:
+            path = self._folder / name
+            self._loaded[name] = SceneSpec.of(path if path.is_file() else name)
+        return self._loaded[name]
+
+
 def read_spans(path: Path | str) -> list[dict[str, Any]]:
-    """The rows of a table of spans.
+    """Read a table of spans.
 
-    A CSV file has names in its first row; a GeoJSON file is a FeatureCollection, and the properties
-    of its features are the columns. Columns are dotted paths of a scene (``span.length``) or of its
+    A CSV file has names in its first row. A GeoJSON file is a FeatureCollection; the properties of
+    its features are the columns. Columns are dotted paths of a scene (``span.length``) or of its
     line (``line.ice_thickness``, see `gallop_fmu.line.line_table.Line`), ``scene`` (a packaged
-    name, or a path that starts from the table's folder), ``name``, and ``label.`` with anything
-    behind it, which is carried along to the results. So is the geometry of a feature, as GeoJSON
-    text in ``label.geometry``. An empty cell leaves the scene's value, and so does null, and in
-    memory None or NaN; ``none`` removes it.
+    name, or a path relative to the table's folder), ``name``, and ``label.ANYTHING``, which is
+    copied to the results. So is the geometry of a feature, as GeoJSON text in ``label.geometry``.
+    An empty cell or null keeps the scene's value, in memory also None or NaN; ``none`` removes it.
 
-    Names and labels are texts, which come back as they were (in Unicode's normal form C, see
-    `gallop_fmu.foundation.text_rules`); labels of another type come back as JSON text.
+    Names and labels are texts in Unicode's normal form C, see `gallop_fmu.foundation.text_rules`;
+    labels of another type are converted to JSON text.
 
     Returns
     -------
     list of dict
         Column to value, ``"none"`` for one to remove, as `gallop_fmu.sweep` takes them. Every row
-        has a ``name``: its own, the feature's id, or ``row N`` as counted in the file.
+        has a ``name``: its own, the feature's id, or ``row N`` of the file.
 
     Raises
     ------
     SceneError
-        Unreadable file, unknown column, a row of another length, two spans of one name.
+        The file is unreadable, a column unknown, a row too short or long, or a name used twice.
     """
     return [
         {key: REMOVED if value is None else value for key, value in row.items()}
@@ -239,12 +284,10 @@ def _rows(table: SpanTable) -> list[dict[str, Any]]:
     rows: list[Any] = []
     if hasattr(table, "columns"):  # a data frame of pandas or polars
         if any(name is not None for name in getattr(getattr(frame, "index", None), "names", ())):
-            frame = frame.reset_index(
-                allow_duplicates=True
-            )  # a named index, such as the spans' names, is a column
+            frame = frame.reset_index(allow_duplicates=True)  # a named index is a column
         twice = [name for name in frame.columns if list(frame.columns).count(name) > 1]
         if twice:
-            raise SceneError(f"table: column {twice[0]!r} is there twice")
+            raise SceneError(f"table: column {twice[0]!r} is given twice; remove one of them")
         rows = frame.to_dicts() if hasattr(frame, "to_dicts") else frame.to_dict("records")
     elif isinstance(frame, Iterable):
         rows = list(frame)
@@ -257,24 +300,27 @@ def _rows(table: SpanTable) -> list[dict[str, Any]]:
 
 
 def _csv_rows(path: Path) -> Iterator[tuple[str, Mapping[str, Any]]]:
-    """Default name and cells of each row."""
+    """Yield the default name and the cells of each row."""
     header: list[str] | None = None
     for number, cells in read_cells(path):
         if header is None:
             header = [cell.strip() for cell in cells]
             twice = {name for name in header if header.count(name) > 1}
             if twice:
-                raise SceneError(f"{path}: column {min(twice)!r} is there twice")
+                raise SceneError(
+                    f"{path}: column {min(twice)!r} is given twice; remove one of them"
+                )
             continue
         if len(cells) != len(header):
             raise SceneError(
-                f"{path}: row {number} has {len(cells)} cells, the first row has {len(header)}"
+                f"{path}: row {number} has {len(cells)} cells, the first row has {len(header)}; give"
+                " one cell for each column"
             )
         yield f"row {number}", {key: cell for key, cell in zip(header, cells, strict=True) if cell}
 
 
 def _geojson_rows(path: Path) -> Iterator[tuple[str, Mapping[str, Any]]]:
-    """Default name and properties of each feature."""
+    """Yield the default name and the properties of each feature."""
     try:
         data = json.loads(read_text(path), object_pairs_hook=_without_repetition)
         if data["type"] != "FeatureCollection":
@@ -286,7 +332,7 @@ def _geojson_rows(path: Path) -> Iterator[tuple[str, Mapping[str, Any]]]:
     except (ValueError, RecursionError) as problem:
         if isinstance(problem, SceneError):
             raise
-        raise SceneError(f"{path}: not a GeoJSON file ({problem})") from None
+        raise SceneError(f"{path}: not a GeoJSON file ({problem}); export it again") from None
     except (TypeError, KeyError, AttributeError):
         raise SceneError(
             f"{path}: not a GeoJSON FeatureCollection whose features have properties"
@@ -300,12 +346,12 @@ def _without_repetition(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
     found = dict(pairs)
     if len(found) < len(pairs):
         keys = [key for key, _ in pairs]
-        raise ValueError(f"{max(keys, key=keys.count)!r} is there twice in one object")
+        raise ValueError(f"{max(keys, key=keys.count)!r} is given twice in one object")
     return found
 
 
 def _checked(rows: Iterable[tuple[str, Mapping[str, Any]]], where: str) -> list[dict[str, Any]]:
-    """Rows with known columns, typed values and a name of their own each."""
+    """Return rows with known columns, typed values and unique names."""
     found: list[dict[str, Any]] = []
     spelled: dict[Any, str] = {}
     seen: dict[str, int] = {}
@@ -317,25 +363,26 @@ def _checked(rows: Iterable[tuple[str, Mapping[str, Any]]], where: str) -> list[
                 spelled[column] = _column(column, where)
             key = spelled[column]
             if key in taken:
-                raise SceneError(f"{where}: column {key!r} is there twice")
+                raise SceneError(f"{where}: column {key!r} is given twice; remove one of them")
             taken.add(key)
             if not _is_missing(key, value):
                 row[key] = _value(key, value, f"{where}: span {number}")
         if row[NAME] in seen:
             raise SceneError(
-                f"{where}: spans {seen[row[NAME]]} and {number} are both called {row[NAME]!r}"
+                f"{where}: spans {seen[row[NAME]]} and {number} have the same name {row[NAME]!r};"
+                " rename one of them"
             )
         seen[row[NAME]] = number
         found.append(row)
     if not found:
-        raise SceneError(f"{where}: has no spans")
+        raise SceneError(f"{where}: has no spans; add a row")
     return found
 
 
 def _column(column: Any, where: str) -> str:
-    """A column as the program spells it: keys of scenes are in lower case, labels as they are."""
+    """Return the name of a column; keys of scenes in lower case, labels unchanged."""
     if not isinstance(column, str):
-        raise SceneError(f"{where}: column {column!r} is no text")
+        raise SceneError(f"{where}: the name of column {column!r} is not a text")
     try:
         key = clean_text(column)
     except SceneError as problem:
@@ -348,13 +395,14 @@ def _column(column: Any, where: str) -> str:
             _check_key(key)
         except SceneError as problem:
             raise SceneError(
-                f"{where}: {problem}; what is only to be carried along must be called {LABEL}{key}"
+                f"{where}: {problem}; a column that is only copied to the results must be called"
+                f" {LABEL}{key}"
             ) from None
     return key
 
 
 def _value(key: str, value: Any, where: str) -> Any:
-    """A cell as its column means it: a label, a name, or a value of the scene."""
+    """Return the value of a cell: a label, a name, or a value of the scene."""
     try:
         if key == NAME or key.startswith(LABEL):
             return as_label(value)
@@ -366,7 +414,7 @@ def _value(key: str, value: Any, where: str) -> Any:
 
 
 def as_label(value: Any) -> str:
-    """A label: texts and dates as they are, anything else as JSON."""
+    """Return a value as a label: texts and dates unchanged, others as JSON."""
     if isinstance(value, str):
         return clean_text(value)
     value = value.item() if hasattr(value, "item") else value
@@ -379,7 +427,7 @@ def as_label(value: Any) -> str:
 
 
 def _is_missing(key: str, value: Any) -> bool:
-    """Whether a cell is empty: blank, None, NaN, or a missing value of pandas."""
+    """Check that a cell is empty: blank, None, NaN, or a missing value of pandas."""
     if isinstance(value, str):
         return not (value if key.startswith(LABEL) else value.strip())
     if value is None or type(value).__name__ in ("NAType", "NaTType"):
@@ -388,7 +436,7 @@ def _is_missing(key: str, value: Any) -> bool:
 
 
 def _check_key(key: str) -> None:
-    """Refuse what no scene has; items of lists are known by their number."""
+    """Refuse a key that no scene has; items of lists have numbers."""
     pattern = re.sub(r"\.\d+(?=\.)", ".0", key)
     if re.sub(r"(\.\d+)+$", "", pattern) not in _keys():
         raise SceneError(unknown_key(SceneWithLine, key))
@@ -396,34 +444,5 @@ def _check_key(key: str) -> None:
 
 @cache
 def _keys() -> frozenset[str]:
-    return frozenset(all_keys(SceneWithLine)) - {
-        LINE.rstrip(".")
-    }  # a line is changed value by value
-
-
-def _scene_of(
-    row: Mapping[str, Any],
-    number: int,
-    base: SceneSpec | None,
-    folder: Path,
-    loaded: dict[str, SceneSpec],
-) -> SceneSpec:
-    name = row.get(SCENE)
-    if name is not None and not isinstance(name, str):
-        raise SceneError(
-            f"span {row[NAME]!r}: scene = {name!r}: must be a packaged name, or the path of a scene"
-            " file"
-        )
-    if name is None and base is None and any(key.startswith(LINE) for key in row):
-        return loaded.setdefault("", SceneSpec({"line": {}}, folder))
-    if name is None:
-        if base is None:
-            raise SceneError(
-                f"span {row.get(NAME, number)!r} has no scene: give one for all, or a column"
-                f" {SCENE} with a packaged name or a path"
-            )
-        return base
-    if name not in loaded:
-        beside = folder / name
-        loaded[name] = SceneSpec.of(beside if beside.is_file() else name)
-    return loaded[name]
+    # Only single values of a line can be changed, not the line as a whole.
+    return frozenset(all_keys(SceneWithLine)) - {LINE.rstrip(".")}

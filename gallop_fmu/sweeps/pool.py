@@ -1,4 +1,4 @@
-"""Where many runs are computed: threads or processes of this machine, or a Dask cluster, all behind one interface."""
+"""Workers: threads or processes of this machine, or a Dask cluster, behind one interface."""
 
 from __future__ import annotations
 
@@ -25,12 +25,12 @@ from gallop_fmu.foundation.version import program
 Kind = Literal["threads", "processes"]
 """Threads for work that releases the interpreter lock, processes for work that holds it."""
 
-AHEAD = 2
-"""Groups handed over for each worker: one that it computes, and the next."""
-CONNECTION_TIME = 20.0
-"""Time [s] after which a cluster that does not answer is given up."""
-LOST_TIME = 60.0
-"""Time [s] after which a cluster without workers is given up."""
+ITEMS_PER_WORKER = 2
+"""Items submitted for each worker: one that it computes, and the next."""
+CONNECTION_TIMEOUT = 20.0
+"""Time [s] to wait for the answer of a cluster."""
+LOST_TIMEOUT = 60.0
+"""Time [s] to wait for a worker of a cluster that has lost all."""
 PROTOCOLS = ("tcp", "tls", "ws", "wss")
 """Protocols over which a Dask scheduler of another process can be reached."""
 ONE_THREAD = {name: "1" for name in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")}
@@ -41,51 +41,51 @@ Answer = TypeVar("Answer")
 
 
 class WorkersLostError(RuntimeError):
-    """The worker processes or the cluster are gone; what they had answered is kept."""
+    """The worker processes or the cluster are gone; their earlier answers are kept."""
 
 
 @dataclass(frozen=True)
 class Workers:
-    """Some workers, ready.
+    """Workers that are ready.
 
     Attributes
     ----------
     executor : concurrent.futures.Executor
-        Takes the work.
+        Executor of the work.
     count : int
-        How many there are.
-    here : bool
-        Whether they share this program's memory, and so can be told to stop.
+        Number of workers.
+    share_memory : bool
+        They share the memory of this program, so that an event can stop them.
     lost : callable
-        Asked while no answer comes: the reason why none can come any more, or an empty text.
+        Called while no answer comes; it returns the reason why none can come, or an empty text.
     """
 
     executor: Executor
     count: int
-    here: bool
+    share_memory: bool
     lost: Callable[[], str] = str
 
     def answers(
         self, function: Callable[[Item], Answer], items: Iterable[Item]
     ) -> Iterator[tuple[Item, Answer | Exception]]:
-        """Each item with its answer, or with what the function raised, as they come.
+        """Yield each item with its answer, or with the error of the function, when it is finished.
 
         Raises
         ------
         WorkersLostError
-            If the workers are gone.
+            The workers are gone.
         """
         waiting: dict[Future[Answer], Item] = {}
-        to_come = iter(items)
+        remaining = iter(items)
         try:
             while True:
-                for item in to_come:
+                for item in remaining:
                     waiting[self.executor.submit(function, item)] = item
-                    if len(waiting) >= AHEAD * self.count:
+                    if len(waiting) >= ITEMS_PER_WORKER * self.count:
                         break
                 if not waiting:
                     return
-                # Waiting without a limit does not hear Ctrl-C on Windows.
+                # On Windows a wait without timeout cannot be interrupted by Ctrl-C.
                 done = wait(waiting, timeout=0.5, return_when=FIRST_COMPLETED).done
                 for future in done:
                     answer = _answer(future)
@@ -101,7 +101,7 @@ class Workers:
 
 
 def _answer(future: Future[Any]) -> Any:
-    """What the function returned or raised; what befell the workers themselves is raised here."""
+    """Return the result or the function's exception; re-raise failures of the pool."""
     try:
         return future.result()
     except (BrokenExecutor, CancelledError):
@@ -111,7 +111,7 @@ def _answer(future: Future[Any]) -> Any:
 
 
 def _answered(waiting: dict[Future[Answer], Item]) -> Iterator[tuple[Item, Answer | Exception]]:
-    """What was answered before the workers were lost; the loss may be seen first."""
+    """Yield answers that came before the workers were lost; the loss may be noticed first."""
     for future in filter(Future.done, list(waiting)):
         with suppress(BrokenExecutor, CancelledError):
             answer = _answer(future)
@@ -124,27 +124,26 @@ def _why_lost(problem: BrokenExecutor | CancelledError) -> str:
     if isinstance(problem, CancelledError):
         return "the connection to the cluster was lost"
     if isinstance(problem, TerminatedWorkerError):
-        return "a worker process ended by itself; is there enough memory?"
-    cause = (
-        str(problem.__cause__ or "").strip('"\n').rpartition("\n")[2]
-    )  # of the worker's traceback
-    return f"the worker processes cannot go on: {problem}" + (f" ({cause})" if cause else "")
+        return "a worker process was killed; check that there is enough memory"
+    traceback = str(problem.__cause__ or "").strip('"\n')
+    cause = traceback.rpartition("\n")[2]
+    return f"the worker processes failed: {problem}" + (f" ({cause})" if cause else "")
 
 
 @contextmanager
 def workers(kind: Kind, count: int | None = None, cluster: str | None = None) -> Iterator[Workers]:
-    """Start workers, or connect to a cluster; they end, or are left, with the context.
+    """Start workers, or connect to a cluster, for the time of a context.
 
     Parameters
     ----------
     kind
-        What to start on this machine. Processes are replaced by one thread of this process for a
-        `count` of 1, and where none can be started: in a daemonic process, such as a worker of
-        Celery or of ``multiprocessing.Pool``, and on a system without the means for it.
+        Type of workers on this machine. One thread takes the place of processes if `count` is 1,
+        and if processes cannot be started: in a daemonic process, such as a worker of Celery or of
+        ``multiprocessing.Pool``, and on a system without semaphores or shared memory.
     count
-        How many; None takes one for each core.
+        Number of workers; None takes one for each core.
     cluster
-        Address of a Dask scheduler such as ``tcp://host:8786``, in place of workers here.
+        Address of a Dask scheduler such as ``tcp://host:8786``, in place of workers on this machine.
 
     Raises
     ------
@@ -158,20 +157,20 @@ def workers(kind: Kind, count: int | None = None, cluster: str | None = None) ->
         if count is not None:
             raise SceneError(
                 f"workers = {count} and cluster = {cluster!r}: a cluster has its own workers;"
-                " give one"
+                " give only one of them"
             )
         with _cluster(cluster) as found:
             yield found
         return
     count = count or cores()
-    pool = _started(count) if kind == "processes" and count > 1 else None
+    pool = _start_processes(count) if kind == "processes" and count > 1 else None
     if pool is not None:
-        with _ended(pool) as executor:
-            yield Workers(executor, count, here=False)
+        with _shut_down(pool) as executor:
+            yield Workers(executor, count, share_memory=False)
         return
     count = count if kind == "threads" else 1
     with ThreadPoolExecutor(count, "sweep") as executor:
-        yield Workers(executor, count, here=True)
+        yield Workers(executor, count, share_memory=True)
 
 
 def cores() -> int:
@@ -179,9 +178,9 @@ def cores() -> int:
     return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
 
 
-def _started(count: int) -> Executor | None:
-    """Processes, or None where they cannot be started."""
-    # loky's processes, unlike the standard library's, do not run the user's script a second time.
+def _start_processes(count: int) -> Executor | None:
+    """Start processes; return None if that is not possible."""
+    # Unlike those of the standard library, processes of loky do not run the user's script again.
     from loky import ProcessPoolExecutor
 
     if current_process().daemon:
@@ -197,8 +196,8 @@ def _started(count: int) -> Executor | None:
 
 
 @contextmanager
-def _ended(executor: Any) -> Iterator[Executor]:
-    """Processes, which end with the context."""
+def _shut_down(executor: Any) -> Iterator[Executor]:
+    """End the processes with the context."""
     try:
         yield executor
     except BaseException:
@@ -208,7 +207,7 @@ def _ended(executor: Any) -> Iterator[Executor]:
 
 
 def _ignore_interrupt() -> None:
-    """Ctrl-C reaches every process of a terminal; the one that started the others deals with it."""
+    """Ignore Ctrl-C, which reaches every process of a terminal; the first process handles it."""
     import signal
 
     signal.signal(signal.SIGINT, signal.SIG_IGN)
@@ -225,14 +224,14 @@ def _cluster(address: str) -> Iterator[Workers]:
         ) from None
     _check_address(address)
     try:
-        client = Client(address, timeout=CONNECTION_TIME, set_as_default=False)
+        client = Client(address, timeout=CONNECTION_TIMEOUT, set_as_default=False)
     except (OSError, ValueError) as problem:
         raise SceneError(
-            f"cluster = {address!r}: no Dask scheduler answers there ({problem})"
+            f"cluster = {address!r}: no Dask scheduler answers ({problem}); check the address"
         ) from None
     with client:
         try:
-            client.wait_for_workers(1, timeout=CONNECTION_TIME)
+            client.wait_for_workers(1, timeout=CONNECTION_TIMEOUT)
         except TimeoutError:
             raise SceneError(
                 f"cluster = {address!r}: the scheduler has no workers; start dask worker {address}"
@@ -241,23 +240,26 @@ def _cluster(address: str) -> Iterator[Workers]:
         for worker, there in client.run(program, on_error="return").items():
             if there != here:
                 raise SceneError(
-                    f"cluster = {address!r}: {here} here, but {there} on the worker {worker}"
+                    f"cluster = {address!r}: {here} here, but {there} on the worker {worker};"
+                    " install the same version"
                 )
         count = sum(client.nthreads().values())
         executor = client.get_executor(pure=False)
         try:
-            yield Workers(executor, count, here=False, lost=_without_workers(client, address))
+            yield Workers(
+                executor, count, share_memory=False, lost=_no_workers_reason(client, address)
+            )
         finally:
-            executor.shutdown(wait=False)  # cancels what has not begun
+            executor.shutdown(wait=False)  # cancels work that has not begun
 
 
 def _check_address(address: str) -> None:
-    """Refuse an address on which Dask itself would wait, or end in an error that says nothing.
+    """Refuse an address that Dask would wait for, or refuse without a reason.
 
     Raises
     ------
     SceneError
-        No port, another protocol, or a protocol that needs certificates which Dask does not know.
+        No port, an unknown protocol, or a protocol for which Dask has no certificates.
     """
     from distributed.security import Security
 
@@ -278,18 +280,18 @@ def _check_address(address: str) -> None:
         )
 
 
-def _without_workers(client: Any, address: str) -> Callable[[], str]:
-    """Whether a cluster has been without workers for too long."""
+def _no_workers_reason(client: Any, address: str) -> Callable[[], str]:
+    """Return a function that reports a cluster without workers for `LOST_TIMEOUT`."""
     last = clock.monotonic()
 
     def lost() -> str:
         nonlocal last
         now = clock.monotonic()
-        # A client without its scheduler gives up by itself, which cancels what was handed over.
+        # A client that has lost its scheduler cancels its work itself.
         if client.status != "running" or client.nthreads():
             last = now
-        if now - last < LOST_TIME:
+        if now - last < LOST_TIMEOUT:
             return ""
-        return f"the cluster has had no workers for {LOST_TIME:g} s; start dask worker {address}"
+        return f"the cluster has had no workers for {LOST_TIMEOUT:g} s; start dask worker {address}"
 
     return lost

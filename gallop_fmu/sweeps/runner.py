@@ -1,10 +1,10 @@
-"""Many runs, wherever they are computed: handed out in groups, kept as they come, resumed where they stopped."""
+"""Computation of many runs: in groups on workers, with stored rows and resumption."""
 
 from __future__ import annotations
 
 import hashlib
 import time as clock
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
@@ -20,51 +20,46 @@ from gallop_fmu.foundation.text_rules import printable
 from gallop_fmu.foundation.version import program
 from gallop_fmu.input.scene_spec import unit_of
 from gallop_fmu.sweeps.cases import Case, Cases
+from gallop_fmu.sweeps.journal import journal_of
 from gallop_fmu.sweeps.pool import Kind, Workers, WorkersLostError, workers
-from gallop_fmu.sweeps.row_store import (
-    ERROR,
-    VARIED,
-    Row,
-    Store,
-    check_columns,
-    journal_of,
-    row_problem,
-)
+from gallop_fmu.sweeps.results_file import check_columns
+from gallop_fmu.sweeps.row_store import RowStore
+from gallop_fmu.sweeps.rows import ERROR, VARIED, Header, Row, row_problem
 from gallop_fmu.sweeps.runs import COMPLETED, Runs, RunsStoppedError
 
 if TYPE_CHECKING:
     from gallop_fmu.scene.scene import Scene
 
-LARGEST_GROUP = 8
-"""Runs that a worker takes at a time, at most."""
-GROUPS_EACH = 8
-"""Groups that each worker should get at least, so that all end at about the same time."""
+MAX_GROUP_SIZE = 8
+"""Maximum number of runs that a worker takes at a time."""
+MIN_GROUPS_PER_WORKER = 8
+"""Minimum number of groups for each worker, so that all end at about the same time."""
 
 STOPPED = Outcome.STOPPED_BY_USER.name.lower()
 INVALID = Outcome.INVALID_SCENE.name.lower()
 
 COLUMNS = {
     "run": ("", "number of the run"),
-    "outcome": ("", "how the run ended"),
-    "message": ("", "the same in words, with what to do"),
-    "seconds": ("s", "wall-clock time that the run took"),
+    "outcome": ("", "outcome of the run"),
+    "message": ("", "outcome in words, with a remedy"),
+    "seconds": ("s", "wall-clock time of the run"),
 }
 
 CarryOn = Callable[[], bool]
-"""Whether the work shall go on; asked during it."""
+"""Called during the work; it returns False to stop it."""
 Progress = Callable[[int, int, int], object]
-"""Called with the numbers of runs that are done, that did not complete, and that there are."""
+"""Called with the numbers of runs that are done, that failed, and of all."""
 
 
 class Task(Protocol):
-    """What is computed of each scene.
+    """Computation of a group of scenes.
 
     Attributes
     ----------
     columns
-        Column to unit and meaning, of the rows it returns.
+        Column to unit and meaning, of the rows that it returns.
     kind
-        Whether it wants threads or processes.
+        Type of workers.
     """
 
     @property
@@ -76,10 +71,10 @@ class Task(Protocol):
         """Threads, if the work releases the interpreter lock."""
 
     def __call__(self, scenes: Sequence[Scene], carry_on: CarryOn) -> list[Row]:
-        """One row a scene, each with outcome, message and seconds."""
+        """Return one row a scene, each with outcome, message and seconds."""
 
     def __str__(self) -> str:
-        """What it computes, in words by which a resumed sweep knows its own."""
+        """Text identifying the task; a resumed sweep must match it."""
 
 
 def compute(
@@ -96,53 +91,27 @@ def compute(
     Parameters
     ----------
     cases
-        What to compute, see `gallop_fmu.sweeps.cases.cases`.
+        Runs to compute, see `gallop_fmu.sweeps.cases.cases`.
     task
-        What is computed of each.
+        Computation of each.
     out
-        File of results, ``.parquet`` or ``.nc``; the rows of its journal are taken over.
+        File of results, ``.parquet`` or ``.nc``; the sweep resumes from its journal.
     count, cluster
-        Number of workers here, or address of a Dask scheduler.
+        Number of workers on this machine, or address of a Dask scheduler.
     progress
         Called at the start and after each group of runs.
 
     Raises
     ------
     SceneError
-        If `out` belongs to something else, or the cluster cannot be used.
+        `out` belongs to another sweep, or the cluster cannot be used.
     RunsStoppedError
-        On Ctrl-C, a disk that is full, or lost workers; what is done is kept.
+        Ctrl-C, a full disk, or lost workers; finished runs are kept.
     """
-    header = {
-        "package": f"{program()} (kernel {_kernel_fingerprint()})",
-        "task": str(task),
-        "scenes": cases.fingerprint(),
-        "runs": len(cases.every),
-        "grid": cases.grid,
-        "columns": {
-            **COLUMNS,
-            **{key: (_unit(cases, key), VARIED) for key in _varied(cases)},
-            **task.columns,
-        },
-    }
     check_columns(out, cases.columns)
-    store = Store(out, header, lambda run: cases.every[run].columns())
-    left = [case for case in cases.every if case.run not in store.rows]
-    failed = sum(row["outcome"] != COMPLETED for row in store.rows.values())
-    stop = Event()
+    store = RowStore(out, _header(cases, task), lambda run: cases.every[run].columns())
     try:
-        if progress:
-            progress(len(store.rows), failed, len(cases.every))
-        if left:
-            with workers(task.kind, count, cluster) as team:
-                try:
-                    for rows in _rows(team, task, left, stop):
-                        store.add(rows)
-                        failed += sum(row["outcome"] != COMPLETED for row in rows)
-                        if progress:
-                            progress(len(store.rows), failed, len(cases.every))
-                finally:
-                    stop.set()
+        _compute_missing(store, cases, task, (count, cluster), progress)
         store.close()
     except KeyboardInterrupt:
         raise _stopped("stopped on request", store) from None
@@ -155,11 +124,58 @@ def compute(
     return Runs(store.dataset())
 
 
-def _rows(team: Workers, task: Task, left: list[Case], stop: Event) -> Iterator[list[Row]]:
-    """The rows of each group, as they come."""
-    size = max(1, min(LARGEST_GROUP, len(left) // (GROUPS_EACH * team.count)))
-    groups = ([_ready(case) for case in left[k : k + size]] for k in range(0, len(left), size))
-    call = _Group(task, stop if team.here else None)
+def _header(cases: Cases, task: Task) -> Header:
+    varied = dict.fromkeys(key for case in cases.every for key in case.changes)
+    return {
+        "package": f"{program()} (kernel {_kernel_hash()})",
+        "task": str(task),
+        "scenes": cases.fingerprint(),
+        "runs": len(cases.every),
+        "grid": cases.grid,
+        "columns": {
+            **COLUMNS,
+            **{key: (_unit(cases, key), VARIED) for key in varied},
+            **task.columns,
+        },
+    }
+
+
+def _compute_missing(
+    store: RowStore,
+    cases: Cases,
+    task: Task,
+    team: tuple[int | None, str | None],
+    progress: Progress | None,
+) -> None:
+    """Compute cases without a row on `team`, a number of workers or a cluster; store their rows."""
+    missing = [case for case in cases.every if case.run not in store.rows]
+    failed = _count_failed(store.rows.values())
+    if progress:
+        progress(len(store.rows), failed, len(cases.every))
+    if not missing:
+        return
+    stop = Event()
+    with workers(task.kind, *team) as found:
+        try:
+            for rows in _rows(found, task, missing, stop):
+                store.add(rows)
+                failed += _count_failed(rows)
+                if progress:
+                    progress(len(store.rows), failed, len(cases.every))
+        finally:
+            stop.set()
+
+
+def _count_failed(rows: Iterable[Row]) -> int:
+    return sum(row["outcome"] != COMPLETED for row in rows)
+
+
+def _rows(team: Workers, task: Task, missing: list[Case], stop: Event) -> Iterator[list[Row]]:
+    """Yield the rows of each group when it is finished."""
+    size = max(1, min(MAX_GROUP_SIZE, len(missing) // (MIN_GROUPS_PER_WORKER * team.count)))
+    starts = range(0, len(missing), size)
+    groups = ([_prepared(case) for case in missing[k : k + size]] for k in starts)
+    call = _GroupTask(task, stop if team.share_memory else None)
     for group, answer in team.answers(call, groups):
         if isinstance(answer, Exception):
             answer = [
@@ -168,32 +184,33 @@ def _rows(team: Workers, task: Task, left: list[Case], stop: Event) -> Iterator[
         yield [row for row in answer if row["outcome"] != STOPPED]
 
 
-class _Ready(NamedTuple):
-    """A case on its way to a worker: its scene, and what its row begins with; the whole row where there is no scene.
+class _PreparedCase(NamedTuple):
+    """Input of a worker: the first columns of the row, and the scene.
 
-    Scenes are made before they travel, since the files that they name may be here only.
+    Scenes are made on this machine, as the files that they name may exist here only. A case whose
+    scene is not allowed has a complete row and no scene.
     """
 
     row: Row
     scene: Scene | None
 
 
-def _ready(case: Case) -> _Ready:
+def _prepared(case: Case) -> _PreparedCase:
     try:
-        return _Ready(case.columns(), case.scene())
+        return _PreparedCase(case.columns(), case.scene())
     except Exception as problem:
-        return _Ready({**case.columns(), **_failure(problem, 0.0)}, None)
+        return _PreparedCase({**case.columns(), **_failure(problem, 0.0)}, None)
 
 
 @dataclass(frozen=True)
-class _Group:
-    """Computes a group of cases; travels to other processes and machines, where nothing tells it to stop."""
+class _GroupTask:
+    """Function that computes a group of cases; without `stop`, on other processes and machines."""
 
     task: Task
     stop: Event | None
 
-    def __call__(self, group: list[_Ready]) -> list[Row]:
-        """One row a case."""
+    def __call__(self, group: list[_PreparedCase]) -> list[Row]:
+        """Return one row a case."""
         computed = iter(self.task([case.scene for case in group if case.scene], self._carry_on))
         return [_joined(case.row, next(computed)) if case.scene else case.row for case in group]
 
@@ -204,7 +221,7 @@ class _Group:
 def one_by_one(
     function: Callable[[Scene], Row], scenes: Sequence[Scene], carry_on: CarryOn
 ) -> list[Row]:
-    """Rows of a function of one scene: with outcome, message and seconds, whatever it raises."""
+    """Call a function for each scene; return rows with outcome, message and seconds."""
     rows = []
     for scene in scenes:
         began = clock.perf_counter()
@@ -221,12 +238,12 @@ def one_by_one(
 
 
 def _plain(row: Row) -> Row:
-    """A row of plain numbers and texts.
+    """Return a row with plain numbers and texts.
 
     Raises
     ------
     ValueError
-        If no file of results can hold it.
+        No file of results can hold it.
     """
     row = {
         key: value.item() if hasattr(value, "item") and np.ndim(value) == 0 else value
@@ -234,24 +251,25 @@ def _plain(row: Row) -> Row:
     }
     slashed = next((key for key in row if "/" in str(key)), None)
     if problem := row_problem(row) or (
-        slashed and f"{slashed}: the name of a column must have no slash"
+        slashed and f"{slashed}: the name of a column must not have a slash; rename it"
     ):
         raise ValueError(problem)
     return row
 
 
 def _joined(begin: Row, computed: Row) -> Row:
-    """A whole row; what it begins with says which run it is, and is not to be replaced."""
+    """Return a whole row; computed values must not replace the first columns."""
     twice = sorted(begin.keys() & computed.keys())
     if twice:
         computed = _failure(
-            ValueError(f"{twice[0]}: is a column of the inputs; give the result another name"), 0.0
+            ValueError(f"{twice[0]}: also a column of the inputs; give the result another name"),
+            0.0,
         )
     return {**begin, **computed}
 
 
 def _failure(problem: Exception, seconds: float) -> Row:
-    """The row of a run that has no result."""
+    """Return the row of a run without a result."""
     if isinstance(problem, SimulationError):
         outcome, message = problem.report.outcome.name.lower(), str(problem)
     elif isinstance(problem, SceneError):
@@ -261,8 +279,8 @@ def _failure(problem: Exception, seconds: float) -> Row:
     return {"outcome": outcome, "message": printable(message), "seconds": seconds}
 
 
-def _stopped(why: str, store: Store) -> RunsStoppedError:
-    """The error that ends an interrupted sweep, once its file is up to date, if that can be."""
+def _stopped(why: str, store: RowStore) -> RunsStoppedError:
+    """Write the file of an interrupted sweep, if possible, and return the error that ends it."""
     result = Runs(store.dataset())
     if not result.done:
         return RunsStoppedError(
@@ -271,7 +289,7 @@ def _stopped(why: str, store: Store) -> RunsStoppedError:
     if store.path is None:
         kept, where, again = (
             result.done,
-            "in the result of this error, since no file was named (out)",
+            "in the result of this error, as no file was given (out)",
             "",
         )
     else:
@@ -280,26 +298,19 @@ def _stopped(why: str, store: Store) -> RunsStoppedError:
             store.close()
             kept, where = result.done, f"in {store.path}"
         except OSError:
-            kept, where = store.on_disk(), f"in {journal_of(store.path)}"
+            kept, where = store.rows_on_disk(), f"in {journal_of(store.path)}"
     return RunsStoppedError(
         f"{why}. {kept} of {result.total} runs are done and kept {where}.{again}", result
     )
 
 
-def _varied(cases: Cases) -> list[str]:
-    return list(dict.fromkeys(key for case in cases.every for key in case.changes))
-
-
 def _unit(cases: Cases, key: str) -> str:
     first = cases.every[0]
-    for scene in (
-        first.base.scene,
-        first.scene,
-    ):  # a specification may be complete with its row only
+    for scene in (first.base.scene, first.scene):  # a row may complete its specification
         with suppress(SceneError):
             return unit_of(scene(), key)
-    return ""  # a section as a whole, or an item of a list that this scene does not have
+    return ""  # a section, or an item of a list that this scene does not have
 
 
-def _kernel_fingerprint() -> str:
+def _kernel_hash() -> str:
     return hashlib.sha256(library_path().read_bytes()).hexdigest()[:12]

@@ -1,4 +1,4 @@
-"""sweep(scene, over): simulate many scenes, and keep of each what a table can hold."""
+"""sweep(scene, over): simulate many scenes and summarise each in a row."""
 
 from __future__ import annotations
 
@@ -21,12 +21,12 @@ from gallop_fmu.simulation.run_options import check_model, check_stop_time
 from gallop_fmu.simulation.simulate import simulate
 from gallop_fmu.sweeps.cases import SpanTable, cases
 from gallop_fmu.sweeps.pool import Kind
-from gallop_fmu.sweeps.row_store import Row
+from gallop_fmu.sweeps.rows import Row
 from gallop_fmu.sweeps.runner import CarryOn, Progress, compute, one_by_one
 from gallop_fmu.sweeps.runs import Runs
 
 Summary = Callable[[Result], Mapping[str, Any]]
-"""From a result to the numbers that are kept of it."""
+"""Function from a result to the columns of its row."""
 
 CHANNELS = ("u2", "u3", "theta", "tension")
 RECORDED = (*CHANNELS, "v2", "v3")
@@ -43,7 +43,7 @@ SUMMARY_COLUMNS: dict[str, tuple[str, str]] = {
     "time": ("s", "simulated time"),
     "motion": (
         "",
-        "what the span does over the window at the end: steady, still growing, turned over, ...",
+        "motion of the span in the window at the end: steady, still growing, turned over, ...",
     ),
 }
 for _name, (_unit, _meaning) in _MOTIONS.items():
@@ -57,34 +57,33 @@ for _name, (_unit, _meaning) in _MOTIONS.items():
             "Hz",
             f"{_meaning} at mid-span, dominant frequency of the motion in the window",
         ),
-        f"{_name}_lowest": (_unit, f"{_meaning} at mid-span, least of the whole run"),
-        f"{_name}_highest": (_unit, f"{_meaning} at mid-span, greatest of the whole run"),
+        f"{_name}_lowest": (_unit, f"{_meaning} at mid-span, minimum of the whole run"),
+        f"{_name}_highest": (_unit, f"{_meaning} at mid-span, maximum of the whole run"),
     }
 SUMMARY_COLUMNS |= {
-    "lowest_tension": ("N", "lowest tension anywhere along the span in the whole run"),
+    "lowest_tension": ("N", "minimum tension along the span in the whole run"),
     "support_force_highest": (
         "N",
-        "greatest pull on an end in the whole run (adjacent_span: not the load on the tower)",
+        "maximum force on an end in the whole run (adjacent_span: not the load on the tower)",
     ),
     "beyond_cigre_322": (
         "m",
-        "how far the motion in the window leaves the ellipse of CIGRE 322; negative within",
+        "distance of the motion in the window beyond the ellipse of CIGRE 322; negative: inside",
     ),
     "beyond_davison": (
         "m",
-        "how far the motion in the window leaves the upright ellipse of Davison; negative within",
+        "distance of the motion in the window beyond the upright ellipse of Davison; negative: inside",
     ),
-    "warnings": ("", "what limits the trust in the numbers"),
+    "warnings": ("", "warnings that limit the trust in the results"),
 }
 
 
 def steady_motion(result: Result, window: float | None = None) -> Row:
-    """What `sweep` keeps of a result: the columns of `SUMMARY_COLUMNS`.
+    """Summarise a result in the columns of `SUMMARY_COLUMNS`.
 
-    Amplitude, mean and frequency over the last `window` seconds (or the whole of a shorter run;
-    None: 100 s, at most half of the run) and the distances from the ellipses only of a run that
-    completed; extremes over all that was computed. Whether amplitudes hold for longer than the
-    window is what ``motion`` says.
+    Amplitudes, means, frequencies and distances from the ellipses refer to the last `window`
+    seconds (None: 100 s, at most half of the run) of a completed run, extremes to the whole run,
+    complete or not. Amplitudes are lasting if ``motion`` is steady.
     """
     dataset, report = result.dataset, result.report
     attrs = dataset.attrs
@@ -116,8 +115,8 @@ def _steady_columns(result: Result, window: float | None, sag: float) -> Row:
     last = time >= start - 1e-9
     if np.count_nonzero(last) < 2:
         raise SceneError(
-            f"window = {stop - start} s: holds fewer than two records, which are"
-            f" {time[1] - time[0]:g} s apart"
+            f"window = {stop - start} s: contains fewer than two records, which are"
+            f" {time[1] - time[0]:g} s apart; give a longer window"
         )
     interval = float(np.diff(time[last][:2])[0])
     histories = {name: values[last] for name, values in _midspan_histories(result).items()}
@@ -125,7 +124,7 @@ def _steady_columns(result: Result, window: float | None, sag: float) -> Row:
         keys = (f"{name}_amplitude", f"{name}_mean", f"{name}_frequency_hz")
         row |= dict(zip(keys, measure(values, interval), strict=True))
     ellipses = {"beyond_davison": davison_single_loop(sag)}
-    with suppress(ValueError):  # so little sag that the rule has no ellipse
+    with suppress(ValueError):  # the rule has no ellipse for such a small sag
         ellipses["beyond_cigre_322"] = cigre_322_single_loop(sag, result.scene.conductor.diameter)
     beyond = {
         key: float(np.max(ellipse.distance(histories["u3"], histories["u2"])))
@@ -135,14 +134,14 @@ def _steady_columns(result: Result, window: float | None, sag: float) -> Row:
 
 
 def _midspan_histories(result: Result) -> dict[str, NDArray[np.float64]]:
-    """Plain arrays, since selecting in a dataset costs more than computing some seconds."""
+    """Mid-span histories as plain arrays; selection in a dataset is slow."""
     middle = result.dataset.node.values.tolist().index(result.scene.numerics.elements)
     return {name: result.dataset[name].values[:, middle] for name in CHANNELS}
 
 
 @dataclass(frozen=True)
 class Simulation:
-    """The task of a sweep."""
+    """Task of a sweep: simulate and summarise."""
 
     stop_time: float | None
     window: float | None
@@ -160,18 +159,18 @@ class Simulation:
             if self.summary is None
             else f"{self.summary.__module__}.{self.summary.__qualname__}"
         )
-        window = "its end" if self.window is None else f"{self.window:g} s"
+        window = "the end" if self.window is None else f"{self.window:g} s"
         return f"simulate to {self.stop_time or 'its own'} s, {name} over {window}"
 
     def __call__(self, scenes: Sequence[Scene], carry_on: CarryOn) -> list[Row]:
-        """Compute a group of scenes, each by itself."""
+        """Simulate a group of scenes, one by one."""
 
         def run(scene: Scene) -> Row:
-            def going_on(time: float, stop_time: float) -> bool:
+            def progress(time: float, stop_time: float) -> bool:
                 return carry_on()
 
             result = simulate(
-                scene, self.stop_time, channels=RECORDED, progress=going_on, on_failure="return"
+                scene, self.stop_time, channels=RECORDED, progress=progress, on_failure="return"
             )
             if not result.started:
                 raise SimulationError(result.report, result)
@@ -206,53 +205,51 @@ def sweep(  # noqa: PLR0913 - all but two are keyword arguments
     Parameters
     ----------
     scene
-        Scene, packaged name or path; may be None if each row of the table names its own, or all of
-        its line.
+        Scene, packaged name or path; may be None if each row of the table names its own, or gives
+        all values of its line.
     over
-        Dotted path to the values it takes, such as ``{"wind.speed": [4.0, 5.0]}``; all combinations
-        are computed. The familiar numbers of a line vary too, ``{"line.ice_thickness": [0.01,
-        0.02]}``, where `scene` is the path of a file with a ``[line]`` table.
+        Dotted path to values, such as ``{"wind.speed": [4.0, 5.0]}``; all combinations are
+        computed. Line data such as ``{"line.ice_thickness": [0.01, 0.02]}`` need the path of a
+        scene file with a ``[line]`` table as `scene`.
     table
         CSV or GeoJSON file of spans, a data frame of pandas or polars, or rows in memory; see
         `gallop_fmu.sweeps.cases.read_spans`.
     stop_time
         Simulated time [s]; None takes each scene's.
     window
-        Time [s] at the end over which amplitudes are taken and the motion is judged; None takes 100
-        s, at most half of the run.
+        Length [s] of the window at the end for amplitudes and motion; None takes 100 s, at most
+        half of the run.
     model
-        ``"element"``, the only one: kept for callers of 0.1.0, which had another. The next release
-        drops it.
+        ``"element"``, the only one. Kept for callers of 0.1.0; the next release removes it.
     summary
-        From a `Result` to what is kept of it, in place of `steady_motion`.
+        Function from a `Result` to the columns of its row, in place of `steady_motion`.
     out
         File to write, ``.parquet`` (needs the extra ``parquet``) or ``.nc``. Each row is written at
-        once into the journal ``FILE.journal``, which stays beside the file: the same call again
-        computes only the rows that are missing there. One sweep at a time can write a file. A file
-        without its journal is not overwritten.
+        once to the journal ``FILE.journal``, which is kept: the same call again computes only the
+        missing rows. One sweep at a time can write a file. A file without its journal is not
+        overwritten.
     workers
         Number of threads; None takes one for each core.
     cluster
         Address of a Dask scheduler such as ``tcp://host:8786`` (needs the extra ``cluster``), in
-        place of threads here. A cluster that has had no workers for a minute is given up; what it
-        computed is kept.
+        place of threads. The sweep ends when the cluster has had no workers for a minute; finished
+        runs are kept.
     progress
-        Called with the numbers of runs done, not completed, and in all, after each group of runs.
+        Called after each group of runs with the numbers of finished, failed and all runs.
 
     Returns
     -------
     Runs
-        One row a run, also for those that did not complete: ``outcome`` and ``message`` tell.
-        ``runs.grid()`` has one dimension for each parameter.
+        One row a run, also for failed runs (see ``outcome`` and ``message``). ``runs.grid()`` has
+        one dimension for each parameter.
 
     Raises
     ------
     SceneError
-        An argument is not allowed, the table cannot be read, or `out` holds the results of
-        something else.
+        An argument is not allowed, the table cannot be read, or `out` holds the results of another
+        sweep.
     RunsStoppedError
-        On Ctrl-C, when the file cannot be written, or the workers are lost; its ``result`` has what
-        was done.
+        Ctrl-C, a file that cannot be written, or lost workers; ``result`` has the finished runs.
 
     Examples
     --------

@@ -11,7 +11,7 @@ from gallop_fmu import Runs, Scene
 from gallop_fmu.input.scene_spec import SceneSpec
 from gallop_fmu.sweeps.cases import SpanTable, cases
 from gallop_fmu.sweeps.pool import Kind
-from gallop_fmu.sweeps.row_store import Row
+from gallop_fmu.sweeps.rows import Row
 from gallop_fmu.sweeps.runner import CarryOn, Progress, compute, one_by_one
 from modal.screening.screen import REACH, Screening, check_wind, screen
 from modal.screening.two_mode_estimate import two_mode_estimate

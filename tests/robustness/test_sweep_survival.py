@@ -13,8 +13,8 @@ from distributed import Client, LocalCluster
 
 import gallop_fmu as gf
 from gallop_fmu.sweeps.cases import cases
+from gallop_fmu.sweeps.journal import journal_of
 from gallop_fmu.sweeps.pool import ONE_THREAD, Workers, WorkersLostError
-from gallop_fmu.sweeps.row_store import journal_of
 from gallop_fmu.sweeps.runner import compute
 
 WINDS = [4.0 + 0.1 * k for k in range(16)]
@@ -221,7 +221,7 @@ def test_dask_cluster_gives_the_same(tmp_path, complete, monkeypatch):
         assert failed.dataset.message.values.tolist() == ["ZeroDivisionError: for a test"]
 
         # A scheduler without workers would let its clients wait for ever.
-        monkeypatch.setattr("gallop_fmu.sweeps.pool.LOST_TIME", 0.2)
+        monkeypatch.setattr("gallop_fmu.sweeps.pool.LOST_TIMEOUT", 0.2)
 
         def kill(done, *_):
             for process in started if done else ():
@@ -260,9 +260,9 @@ def test_addresses_of_no_cluster(address, fragment):
 
 
 def test_cluster_that_is_not_there(monkeypatch):
-    monkeypatch.setattr("gallop_fmu.sweeps.pool.CONNECTION_TIME", 0.5)
+    monkeypatch.setattr("gallop_fmu.sweeps.pool.CONNECTION_TIMEOUT", 0.5)
     with pytest.raises(
-        gf.SceneError, match=r"cluster = 'tcp://127.0.0.1:1': no Dask scheduler answers there"
+        gf.SceneError, match=r"cluster = 'tcp://127.0.0.1:1': no Dask scheduler answers"
     ):
         gf.sweep(_scene(), {"wind.speed": [4.0]}, stop_time=1.0, cluster="tcp://127.0.0.1:1")
 
@@ -286,7 +286,7 @@ def test_worker_process_that_dies(tmp_path):
     work = cases(_scene(), {"wind.speed": [4.0, 5.0]})
     with pytest.raises(
         gf.RunsStoppedError,
-        match=r"a worker process ended by itself.* 1 of 2 runs are done and kept",
+        match=r"a worker process was killed.* 1 of 2 runs are done and kept",
     ):
         compute(work, Deadly(), out=out, count=2)
     assert gf.read_runs(out).dataset["wind.speed"].values.tolist() == [4.0]
@@ -301,7 +301,7 @@ def test_answers_that_came_before_the_loss_was_seen():
             answer.set_result(function(item))
             return answer
 
-    answers = Workers(Losing(), 1, here=False).answers(lambda item: 10 * item, [1, 2, 3])
+    answers = Workers(Losing(), 1, share_memory=False).answers(lambda item: 10 * item, [1, 2, 3])
     assert next(answers) == (1, 10)
     with pytest.raises(WorkersLostError):
         next(answers)
@@ -317,6 +317,6 @@ def test_task_that_a_worker_process_cannot_load():
 
     with pytest.raises(
         gf.RunsStoppedError,
-        match=r"cannot go on: A task has failed .*\(ValueError: invalid literal",
+        match=r"the worker processes failed: A task has failed .*\(ValueError: invalid literal",
     ):
         compute(cases(_scene(), {"wind.speed": [4.0]}), Foreign(), count=2)

@@ -13,7 +13,7 @@ import gallop_fmu as gf
 import modal
 from gallop_fmu.cli.demo import run_demo
 from gallop_fmu.foundation.atomic_write import check_target, open_exclusive, write_whole
-from gallop_fmu.sweeps.row_store import journal_of
+from gallop_fmu.sweeps.journal import journal_of
 
 pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="modes, links and devices of POSIX")
 

@@ -12,17 +12,10 @@ import pytest
 import xarray as xr
 
 import gallop_fmu as gf
-from gallop_fmu.sweeps.row_store import (
-    ERROR,
-    FORMAT,
-    Store,
-    as_dataset,
-    as_line,
-    journal_of,
-    read,
-    rows_of,
-    seal_of,
-)
+from gallop_fmu.sweeps.journal import as_line, journal_of, seal_of
+from gallop_fmu.sweeps.results_file import as_dataset, rows_of
+from gallop_fmu.sweeps.row_store import RowStore, read
+from gallop_fmu.sweeps.rows import ERROR, FORMAT
 
 HEADER = {
     "format": FORMAT,
@@ -54,7 +47,7 @@ def path(tmp_path):
 
 def _taken(path, *begin):
     """The rows that a sweep takes over."""
-    store = Store(path, HEADER, *begin)
+    store = RowStore(path, HEADER, *begin)
     store.release()
     return store.rows
 
@@ -63,7 +56,7 @@ both_formats = pytest.mark.parametrize("suffix", [".nc", ".parquet"])
 
 
 def _filled(path, rows=ROWS):
-    store = Store(path, HEADER)
+    store = RowStore(path, HEADER)
     store.add(rows)
     return store
 
@@ -123,7 +116,7 @@ def test_a_journal_cut_anywhere_loses_only_the_row_that_was_cut(path):
         assert sorted(_taken(path)) == list(range(kept))
     for cut in (5, ends[0], ends[1] + 7, ends[2] - 1):
         journal_of(path).write_bytes(whole[:cut])
-        again = Store(path, HEADER)
+        again = RowStore(path, HEADER)
         again.add(row for row in ROWS if row["run"] not in again.rows)
         assert journal_of(path).read_bytes() == whole
         again.release()
@@ -131,12 +124,12 @@ def test_a_journal_cut_anywhere_loses_only_the_row_that_was_cut(path):
 
 def test_the_journal_stays_so_that_a_sweep_can_go_on(path):
     _filled(path, ROWS[:2]).close()
-    again = Store(path, HEADER)
+    again = RowStore(path, HEADER)
     again.add(ROWS[2:])
     again.close()
     assert read(path).identical(as_dataset(ROWS, HEADER))
     path.unlink()
-    Store(path, HEADER).close()
+    RowStore(path, HEADER).close()
     journal_of(path).unlink()
     assert read(path).identical(as_dataset(ROWS, HEADER))
 
@@ -149,7 +142,7 @@ def test_a_file_without_its_journal_is_not_overwritten(path):
         gf.SceneError,
         match=r"runs.parquet: exists already, and a sweep cannot continue it without its",
     ):
-        Store(path, HEADER)
+        RowStore(path, HEADER)
     assert path.read_bytes() == content
     assert [file.name for file in path.parent.iterdir()] == [path.name]
 
@@ -158,7 +151,7 @@ def test_what_ended_in_something_unforeseen_is_tried_again(path):
     store = _filled(path, [*ROWS[:2], {**ROWS[2], "outcome": ERROR}])
     store.close()
     assert read(path).run.values.tolist() == [0, 1, 2]
-    again = Store(path, HEADER)
+    again = RowStore(path, HEADER)
     assert sorted(again.rows) == [0, 1]
     again.add(ROWS[2:])
     again.close()
@@ -168,7 +161,7 @@ def test_what_ended_in_something_unforeseen_is_tried_again(path):
 def test_a_complete_file_is_not_touched(path):
     _filled(path).close()
     before = path.stat().st_mtime_ns
-    Store(path, HEADER).close()
+    RowStore(path, HEADER).close()
     assert path.stat().st_mtime_ns == before
 
 
@@ -178,9 +171,9 @@ def test_another_sweep_is_refused(path, key, complete):
     store = _filled(path)
     store.close() if complete else store.release()
     with pytest.raises(
-        gf.SceneError, match=f"results of something else: {key} was .*, is other. Give another file"
+        gf.SceneError, match=f"results of another sweep: {key} was .*, is other. Give another file"
     ):
-        Store(path, {**HEADER, key: "other"})
+        RowStore(path, {**HEADER, key: "other"})
     assert read(path).sizes["run"] == 3
 
 
@@ -189,19 +182,19 @@ def test_foreign_files_are_refused(tmp_path, suffix):
     path = tmp_path / f"runs{suffix}"
     path.write_bytes(b"something else")
     with pytest.raises(gf.SceneError, match="exists already"):
-        Store(path, HEADER)
-    with pytest.raises(gf.SceneError, match="does not hold the results of a sweep"):
+        RowStore(path, HEADER)
+    with pytest.raises(gf.SceneError, match="not the results of a sweep"):
         read(path)
     assert path.read_bytes() == b"something else"
     path.unlink()
     journal_of(path).write_text("my diary\n")
-    with pytest.raises(gf.SceneError, match="is not the journal of a sweep"):
-        Store(path, HEADER)
+    with pytest.raises(gf.SceneError, match="not the journal of a sweep"):
+        RowStore(path, HEADER)
 
 
 def test_datasets_of_others_are_refused(tmp_path):
     xr.Dataset({"u2": ("time", [0.0])}).to_netcdf(tmp_path / "run.nc", engine="h5netcdf")
-    with pytest.raises(gf.SceneError, match="does not hold the results of a sweep"):
+    with pytest.raises(gf.SceneError, match="not the results of a sweep"):
         read(tmp_path / "run.nc")
 
 
@@ -216,7 +209,7 @@ def test_datasets_of_others_are_refused(tmp_path):
 def test_names_that_are_refused(tmp_path, name, fragment):
     (tmp_path / "folder.nc").mkdir()
     with pytest.raises(gf.SceneError, match=fragment):
-        Store(tmp_path / name, HEADER)
+        RowStore(tmp_path / name, HEADER)
 
 
 def test_parquet_without_pyarrow_says_what_to_do(tmp_path, monkeypatch):
@@ -224,7 +217,7 @@ def test_parquet_without_pyarrow_says_what_to_do(tmp_path, monkeypatch):
     with pytest.raises(
         gf.SceneError, match=r'pip install "gallop-fmu\[parquet\]", or give a name that ends in .nc'
     ):
-        Store(tmp_path / "a.parquet", HEADER)
+        RowStore(tmp_path / "a.parquet", HEADER)
 
 
 def test_a_file_is_replaced_as_a_whole(path, monkeypatch):
@@ -249,7 +242,7 @@ def test_a_file_is_replaced_as_a_whole(path, monkeypatch):
 
 
 def test_the_file_follows_the_journal_from_time_to_time(path, monkeypatch):
-    monkeypatch.setattr("gallop_fmu.sweeps.row_store.RENEWAL", 0.0)
+    monkeypatch.setattr("gallop_fmu.sweeps.row_store.EXPORT_INTERVAL", 0.0)
     store = _filled(path, ROWS[:1])
     assert path.exists()
     journal_of(path).rename(path.with_name("aside"))
@@ -261,7 +254,7 @@ def test_the_file_follows_the_journal_from_time_to_time(path, monkeypatch):
 def test_without_a_row_there_are_columns_and_no_files(tmp_path, suffix):
     """Such as after Ctrl-C in the first run."""
     path = tmp_path / f"runs{suffix}"
-    store = Store(path, HEADER)
+    store = RowStore(path, HEADER)
     assert store.dataset().sizes == {"run": 0}
     assert {"run", "wind.speed", "sag", "outcome"} <= set(store.dataset().variables)
     assert (store.dataset().outcome.values != "completed").tolist() == []
@@ -273,13 +266,15 @@ def test_one_sweep_at_a_time_has_a_file(path):
     first = _filled(path, ROWS[:1])
     link = path.with_name("link.parquet")
     link.symlink_to(path.name)
-    elsewhere = f"from gallop_fmu.sweeps.row_store import Store; Store({str(path)!r}, {HEADER!r})"
+    elsewhere = (
+        f"from gallop_fmu.sweeps.row_store import RowStore; RowStore({str(path)!r}, {HEADER!r})"
+    )
     for other in (path, link):
         with pytest.raises(
             gf.SceneError,
             match=r"another sweep writes this file \(.*runs.parquet.journal is locked\); ",
         ):
-            Store(other, HEADER)
+            RowStore(other, HEADER)
     done = subprocess.run([sys.executable, "-P", "-c", elsewhere], capture_output=True, text=True)
     assert "another sweep writes this file" in done.stderr
     assert read(path).run.values.tolist() == [0]  # reading it is allowed
@@ -294,7 +289,7 @@ def _forged(path, rows, header=HEADER, sealed_for=HEADER):
     journal_of(path).write_bytes(as_line(header) + b"".join(as_line(row, seal) for row in rows))
 
 
-NOT_OURS = "is not the journal of a sweep, or damaged; remove it to compute all of it again"
+NOT_OURS = "not the journal of a sweep, or damaged; remove it to compute all runs again"
 
 
 def test_rows_of_another_task_are_never_taken(path):
@@ -332,7 +327,7 @@ def test_headers_that_no_sweep_writes(path, header):
 def test_a_header_that_says_something_else_of_the_same_sweep(path, header):
     _forged(path, [], {**HEADER, **header}, {**HEADER, **header})
     with pytest.raises(gf.SceneError, match=NOT_OURS):
-        Store(path, HEADER)
+        RowStore(path, HEADER)
 
 
 @pytest.mark.parametrize(
@@ -386,7 +381,9 @@ def test_rows_must_begin_as_their_runs_do(path, row):
     begun = [{**ROWS[0], "label.pole": "12", **row}]
     _forged(path, [{key: value for key, value in begun[0].items() if value is not ...}])
     with pytest.raises(gf.SceneError, match=NOT_OURS):
-        Store(path, HEADER, lambda run: {"run": run, "wind.speed": 4.0 + run, "label.pole": "12"})
+        RowStore(
+            path, HEADER, lambda run: {"run": run, "wind.speed": 4.0 + run, "label.pole": "12"}
+        )
 
 
 @pytest.mark.parametrize("text", [b"[" * 100_000, b"1" * 5000, b"\xff\xfe", b"", b"[]"])
@@ -428,7 +425,7 @@ def test_journals_that_are_no_files(path):
     journal_of(path).unlink()
     journal_of(path).mkdir()
     with pytest.raises(gf.SceneError, match="is a folder"):
-        Store(path, HEADER)
+        RowStore(path, HEADER)
 
 
 def test_a_truth_among_numbers_is_not_one():

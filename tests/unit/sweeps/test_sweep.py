@@ -177,7 +177,7 @@ def test_another_task_is_not_mixed_in(scene, tmp_path, change, what):
 def test_another_version_is_not_mixed_in(scene, tmp_path, monkeypatch):
     arguments = {"stop_time": 1.0, "out": tmp_path / "runs.parquet"}
     gf.sweep(scene, {"wind.speed": [4.0]}, **arguments)
-    monkeypatch.setattr("gallop_fmu.sweeps.runner._kernel_fingerprint", lambda: "0123456789ab")
+    monkeypatch.setattr("gallop_fmu.sweeps.runner._kernel_hash", lambda: "0123456789ab")
     with pytest.raises(
         gf.SceneError, match=r"package was gallop-fmu .* is gallop-fmu .* \(kernel 0123456789ab\)"
     ):
@@ -318,7 +318,7 @@ def test_command_shows_no_more_than_fits(invoke):
     result = invoke(
         "sweep", "example3", *QUICK[:2], "--until", 0.02, "--over", "wind.speed=4:7:0.1"
     )
-    assert "and 11 more; name a file (--out) to have them all" in result.stdout
+    assert "and 11 more; give --out FILE to get them all" in result.stdout
     result = invoke(
         "sweep", "example3", *QUICK[:2], "--until", 0.02, "--over", "ice.attack_angle_deg=290:300:1"
     )
@@ -446,7 +446,7 @@ def test_screen_command_refuses(invoke, words, fragment):
 @pytest.mark.parametrize(
     ("kept", "message"),
     [
-        ({"a/b": 1.0}, "a/b: the name of a column must have no slash"),
+        ({"a/b": 1.0}, "a/b: the name of a column must not have a slash"),
         ({"": 1.0}, "'': a column needs a name of printable characters"),
         ({5: 1.0}, "5: a column needs a name"),
         (
@@ -456,8 +456,8 @@ def test_screen_command_refuses(invoke, words, fragment):
         ({"x": 10**30}, "x: must be a number of at most 64 bits"),
         ({"x": "a\0b"}, "x: a text must not hold control characters"),
         ({"outcome": 3}, "outcome: must be a text, not 3"),
-        ({"run": 5}, "run: is a column of the inputs; give the result another name"),
-        ({"wind.speed": 9.0}, "wind.speed: is a column of the inputs"),
+        ({"run": 5}, "run: also a column of the inputs; give the result another name"),
+        ({"wind.speed": 9.0}, "wind.speed: also a column of the inputs"),
         ({"x": np.int64(3), "y": np.array(2.5), "z": np.bool_(True), "t": "text"}, ""),
     ],
 )
