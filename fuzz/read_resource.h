@@ -3,6 +3,7 @@
 #define FUZZING_READ_RESOURCE_H
 
 #include "fmi2_location.h"
+#include "gallop_cosim.h"
 #include "resource.h"
 
 #include <stdlib.h>
@@ -14,7 +15,7 @@ static inline const char *read_resource(resource *r, const char *location, const
     size_t size = 0;
     r->bytes = NULL;
     const char *problem =
-        path ? resource_read_file(path, &bytes, &size) : "there is not enough memory";
+        path ? resource_file_read(path, &bytes, &size) : "there is not enough memory";
     free(path);
     if (!problem) problem = resource_open(r, bytes, size, guid);
     free(bytes);

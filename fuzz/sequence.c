@@ -70,18 +70,19 @@ static void forge(void)
     char *bytes = malloc(table.size), name[1024];
     memcpy(bytes, table.bytes, table.size);
     for (int i = byte() % 4; i >= 0; i--) {
-        const uint8_t where = byte() % 4;
-        const resource_header *head = resource_head(&table);
-        const size_t from = where == 0 ? 88 : where == 1 ? head->scene : head->variables;
-        const size_t room = where == 0 ? 24 : where == 1 ? head->variables - from : 6000;
+        /* Header and directory, or the first bytes of a section. */
+        const uint8_t where = byte() % (RESOURCE_SECTIONS + 1);
+        const resource_section *s = &table.section[where % RESOURCE_SECTIONS];
+        const size_t from =
+            where < RESOURCE_SECTIONS && s->items ? (size_t)(s->items - table.bytes) : 24;
+        const size_t left = table.size - from, room = left < 6000 ? left : 6000;
         const size_t at = from + ((size_t)byte() * 256 + byte()) % room / 4 * 4;
         if (byte() % 2)
             memcpy(bytes + at, &odd[byte() % 8], sizeof *odd);
         else
             bytes[at + byte() % 4] ^= (char)(1 << byte() % 8);
     }
-    const uint64_t checksum = resource_checksum(bytes + 24, table.size - 24);
-    memcpy(bytes + 16, &checksum, sizeof checksum);
+    gallop_cosim_seal(bytes, table.size);
     snprintf(name, sizeof name, "%s/model.bin", forgery);
     FILE *file = fopen(name, "wb");
     REQUIRE(file && fwrite(bytes, 1, table.size, file) == table.size && fclose(file) == 0);

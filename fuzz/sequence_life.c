@@ -138,7 +138,7 @@ void transport(slot *s, keeper *k)
         }
     }
     if (how == 3) {
-        const uint64_t checksum = resource_checksum(bytes + 24, size - 24);
+        const uint64_t checksum = resource_file_checksum(bytes + 24, size - 24);
         memcpy(bytes + 16, &checksum, sizeof checksum);
     }
     verdict expected = how == 0 ? ACCEPTED : how == 3 ? EITHER : REFUSED;

@@ -5,8 +5,8 @@
 static double value_for(const resource_variable *v)
 {
     uint8_t b = byte();
-    if (v->origin == RESOURCE_INPUT && v->place == 0 && b > 32) return b / 16.0;
-    if (v->origin == RESOURCE_INPUT && v->place == 1 && b > 32) return 3.14159 + (b - 144) / 400.0;
+    if (v->origin == RESOURCE_INPUT && v->index == 0 && b > 32) return b / 16.0;
+    if (v->origin == RESOURCE_INPUT && v->index == 1 && b > 32) return 3.14159 + (b - 144) / 400.0;
     if (v->origin == RESOURCE_INPUT && b > 32) return (b - 144) / 2000.0;
     if (v->origin != RESOURCE_PARAMETER || b < 32) return number();
     const char *at = resource_place(&table, v);

@@ -85,7 +85,7 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
     memcpy(bytes, original, left);
     edit(&in, bytes, left);
     if (!(how & 2) && left >= HEAD) {
-        const uint64_t whole = left, checksum = resource_checksum(bytes + HEAD, left - HEAD);
+        const uint64_t whole = left, checksum = resource_file_checksum(bytes + HEAD, left - HEAD);
         memcpy(bytes + 8, &whole, sizeof whole);
         memcpy(bytes + 16, &checksum, sizeof checksum);
     }

@@ -1,9 +1,7 @@
-"""Contents of a native FMU: the kernel's own library, and ``resources/model.bin`` with the scene's numbers.
+"""The resource file of an FMU: tables of the scene, the table of variables, texts for outcomes.
 
-The library holds the FMI functions too, so that the FMU needs no Python on the host and its export
-no compiler. ``model.bin`` is the memory of the packed scene, its pointers replaced by offsets in
-the file, followed by the table of variables and the words for outcomes; the layouts are those of
-``kernel/resource.h``.
+The layouts are those of ``kernel/resource_file.h`` and ``kernel/resource.h``. Both the native FMU
+and the one in Python read this file.
 """
 
 from __future__ import annotations
@@ -11,12 +9,12 @@ from __future__ import annotations
 import ctypes as c
 import math
 import struct
-from collections.abc import Iterator
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from gallop_fmu.engine.ctypes_structs import CLoad, CScene
+from gallop_fmu.engine.library import kernel
 from gallop_fmu.engine.pack import Packed
 from gallop_fmu.fmu.variables import SUPPORT_INPUTS, Origin, Variable, fmu_variables
 from gallop_fmu.foundation.channels import NODE_INDEX, SPAN_INDEX
@@ -26,13 +24,6 @@ from gallop_fmu.scene.scene import Scene
 MODEL_FILE = "model.bin"
 """Its name in the FMU's resources."""
 
-MAGIC = b"GALLOPM4"
-HEADER = struct.Struct("<8sQQ48s16s6I")
-VARIABLE = struct.Struct("<64siiIIddd")
-OUTCOME = struct.Struct("<ii128s184s")
-COVERED_FROM = struct.calcsize("<8sQQ")
-"""The checksum covers what follows it."""
-
 INPUTS = ("wind_speed", "attack_angle", *SUPPORT_INPUTS)
 ORIGINS = {
     Origin.PARAMETER: 0,
@@ -41,6 +32,63 @@ ORIGINS = {
     Origin.SPAN: 3,
     Origin.STATUS: 4,
 }
+
+HEADER = struct.Struct("<24sII")
+"""What `gallop_cosim_seal` fills in, format, number of sections."""
+
+ENTRY = struct.Struct("<4sIQQ")
+"""Id, size of an item, offset, number of items."""
+
+
+class Identification(c.Structure):
+    """resource_identification."""
+
+    _fields_ = (("guid", c.c_char * 48), ("version", c.c_char * 16))
+
+
+class VariableItem(c.Structure):
+    """resource_variable."""
+
+    _fields_ = (
+        ("name", c.c_char * 64),
+        ("origin", c.c_int32),
+        ("whole", c.c_int32),
+        ("section", c.c_char * 4),
+        ("index", c.c_uint32),
+        ("field", c.c_uint32),
+        ("excluded", c.c_uint32),
+        ("factor", c.c_double),
+        ("minimum", c.c_double),
+        ("maximum", c.c_double),
+    )
+
+
+class OutcomeItem(c.Structure):
+    """resource_outcome."""
+
+    _fields_ = (
+        ("code", c.c_int32),
+        ("reserved", c.c_int32),
+        ("sentence", c.c_char * 128),
+        ("remedy", c.c_char * 184),
+    )
+
+
+class Section(NamedTuple):
+    """A table of the file."""
+
+    id: bytes
+    item_size: int
+    content: bytes
+
+
+class Place(NamedTuple):
+    """Where a value of the scene is stored: section, item, byte in the item; and its factor."""
+
+    section: bytes
+    item: int
+    field: int
+    factor: float
 
 
 def model_bin(scene: Scene, guid: str, version: str) -> bytes:
@@ -55,118 +103,123 @@ def model_bin(scene: Scene, guid: str, version: str) -> bytes:
     version
         Version of this package.
     """
-    memory = _Memory(Packed(scene), at=HEADER.size)
-    variables = [_variable(variable, memory) for variable in fmu_variables(scene)]
-    outcomes = [_outcome(outcome) for outcome in Outcome]
-    first_variable = memory.end
-    first_outcome = first_variable + len(variables) * VARIABLE.size
-    body = memory.content() + b"".join(variables) + b"".join(outcomes)
-    size = HEADER.size + len(body)
-    parts = (HEADER.size, first_variable, len(variables), first_outcome, len(outcomes), 0)
-    named = _text(guid, 48), _text(version, 16)
-    unsigned = HEADER.pack(MAGIC, size, 0, *named, *parts) + body
-    return HEADER.pack(MAGIC, size, checksum(unsigned[COVERED_FROM:]), *named, *parts) + body
-
-
-def checksum(content: bytes) -> int:
-    """FNV-1a, 64 bit."""
-    value = 1469598103934665603
-    for byte in content:
-        value = ((value ^ byte) * 1099511628211) & 0xFFFFFFFFFFFFFFFF
-    return value
-
-
-class _Memory:
-    """The packed scene, its loads and its arrays, laid out one after the other from `at` on."""
-
-    def __init__(self, packed: Packed, at: int) -> None:
-        self._packed = packed
-        self._blocks: list[tuple[int, bytes, int]] = []  # address here, content, offset there
-        self.end = at
-        self._add(c.addressof(packed.scene), bytes(packed.scene))
-        self._add(c.addressof(packed.loads), bytes(packed.loads))
-        for array in packed.arrays:
-            self._add(array.ctypes.data, array.tobytes())
-
-    def _add(self, address: int, content: bytes) -> None:
-        if content:
-            self._blocks.append((address, content, self.end))
-            self.end += len(content) + -len(content) % 8
-
-    def offset(self, address: int) -> int:
-        """Offset in the file of something at an address here."""
-        for start, content, there in self._blocks:
-            if start <= address < start + len(content):
-                return there + address - start
-        raise AssertionError("an address outside the packed scene")
-
-    def place(self, path: str) -> tuple[int, float]:
-        """Offset of the value with a dotted path, and the factor it is stored with."""
-        target, field, factor = self._packed.places[path]
-        if isinstance(target, np.ndarray):
-            return self.offset(target.ctypes.data + target.itemsize * int(field)), factor
-        return self.offset(c.addressof(target) + getattr(type(target), str(field)).offset), factor
-
-    def content(self) -> bytes:
-        """All blocks, with pointers replaced by offsets."""
-        parts = []
-        for address, content, _ in self._blocks:
-            block = bytearray(content + bytes(-len(content) % 8))
-            for at in self._pointers(address):
-                (pointer,) = struct.unpack_from("<Q", block, at)
-                struct.pack_into("<Q", block, at, self.offset(pointer) if pointer else 0)
-            parts.append(bytes(block))
-        return b"".join(parts)
-
-    def _pointers(self, address: int) -> Iterator[int]:
-        if address == c.addressof(self._packed.scene):
-            yield from pointer_offsets(CScene)
-        elif self._packed.loads and address == c.addressof(self._packed.loads):
-            for index in range(len(self._packed.loads)):
-                yield from (index * c.sizeof(CLoad) + at for at in pointer_offsets(CLoad))
-
-
-def pointer_offsets(kind: Any) -> Iterator[int]:
-    """Offsets of all pointers in a structure or array type."""
-    if issubclass(kind, c.Structure):
-        for name, part, *_ in kind._fields_:
-            yield from (getattr(kind, name).offset + at for at in pointer_offsets(part))
-    elif issubclass(kind, c.Array):
-        for index in range(kind._length_):
-            yield from (index * c.sizeof(kind._type_) + at for at in pointer_offsets(kind._type_))
-    elif issubclass(kind, c._Pointer):
-        yield 0
-
-
-def _variable(variable: Variable, memory: _Memory) -> bytes:
-    place, factor = 0, 1.0
-    match variable.origin:
-        case Origin.PARAMETER:
-            place, factor = memory.place(variable.key)
-        case Origin.INPUT:
-            place = INPUTS.index(variable.key)
-        case Origin.MIDSPAN:
-            place = NODE_INDEX[variable.key]
-        case Origin.SPAN:
-            place = SPAN_INDEX[variable.key]
-    low = -math.inf if variable.minimum is None else float(variable.minimum)
-    high = math.inf if variable.maximum is None else float(variable.maximum)
-    excluded = variable.minimum_excluded + 2 * variable.maximum_excluded
-    whole = variable.type == "Integer"
-    return VARIABLE.pack(
-        _text(variable.name, 64),
-        ORIGINS[variable.origin],
-        whole,
-        place,
-        excluded,
-        factor,
-        low,
-        high,
+    tables = _SceneTables(Packed(scene))
+    identification = Identification(_text(guid, 48), _text(version, 16))
+    variables = [_variable_item(variable, tables) for variable in fmu_variables(scene)]
+    return resource_file(
+        [
+            _section(b"IDEN", [identification]),
+            *tables.sections(),
+            _section(b"VARS", variables),
+            _section(b"OUTC", [_outcome_item(outcome) for outcome in Outcome]),
+        ]
     )
 
 
-def _outcome(outcome: Outcome) -> bytes:
-    return OUTCOME.pack(
+def resource_file(sections: list[Section]) -> bytes:
+    """Header, directory and sections, sealed with the checksum."""
+    offset = HEADER.size + len(sections) * ENTRY.size
+    directory, body = b"", b""
+    for id_, item_size, content in sections:
+        directory += ENTRY.pack(id_, item_size, offset + len(body), len(content) // item_size)
+        body += content + bytes(-len(content) % 8)
+    file = HEADER.pack(b"", 0, len(sections)) + directory + body
+    room = c.create_string_buffer(file, len(file))
+    seal = kernel.gallop_cosim_seal
+    seal.argtypes = (c.c_char_p, c.c_size_t)
+    assert seal(room, len(file)) == 0
+    return room.raw
+
+
+def _section(id_: bytes, items: list[Any]) -> Section:
+    """Section of structures of one type."""
+    return Section(id_, c.sizeof(type(items[0])), b"".join(map(bytes, items)))
+
+
+class _SceneTables:
+    """The packed scene as sections SCEN, LOAD and NUMB; a pointer to numbers is 1 + its index in NUMB."""
+
+    def __init__(self, packed: Packed) -> None:
+        self._packed = packed
+        self._numbers = [(array.ctypes.data, len(array.ravel())) for array in packed.arrays]
+
+    def sections(self) -> list[Section]:
+        loads = self._packed.loads
+        return [
+            Section(b"SCEN", c.sizeof(CScene), self._with_indices(self._packed.scene)),
+            Section(b"LOAD", c.sizeof(CLoad), b"".join(map(self._with_indices, loads))),
+            Section(b"NUMB", 8, b"".join(array.tobytes() for array in self._packed.arrays)),
+        ]
+
+    def place(self, path: str) -> Place:
+        """Place of the value with a dotted path."""
+        target, field, factor = self._packed.places[path]
+        if isinstance(target, np.ndarray):
+            return Place(b"NUMB", self._number(target.ctypes.data + 8 * int(field)), 0, factor)
+        at = c.addressof(target) + getattr(type(target), str(field)).offset
+        for id_, table in ((b"SCEN", [self._packed.scene]), (b"LOAD", self._packed.loads)):
+            for index, item in enumerate(table):
+                if 0 <= at - c.addressof(item) < c.sizeof(item):
+                    return Place(id_, index, at - c.addressof(item), factor)
+        raise AssertionError("a value outside the packed scene")
+
+    def _number(self, address: int) -> int:
+        """Index in NUMB of the number at an address here."""
+        before = 0
+        for start, count in self._numbers:
+            if start <= address < start + 8 * count:
+                return before + (address - start) // 8
+            before += count
+        raise AssertionError("a number outside the packed scene")
+
+    def _with_indices(self, item: c.Structure) -> bytes:
+        """Content of a structure, with its pointers to numbers replaced by 1 + their indices."""
+        block = bytearray(item)
+        for at in _pointers(type(item)):
+            (address,) = struct.unpack_from("<Q", block, at)
+            known = address and any(s <= address < s + 8 * n for s, n in self._numbers)
+            struct.pack_into("<Q", block, at, 1 + self._number(address) if known else 0)
+        return bytes(block)
+
+
+def _pointers(kind: Any) -> list[int]:
+    """Offsets of all pointers in a structure or array type."""
+    if issubclass(kind, c.Structure):
+        fields = [(getattr(kind, name).offset, part) for name, part, *_ in kind._fields_]
+    elif issubclass(kind, c.Array):
+        fields = [(index * c.sizeof(kind._type_), kind._type_) for index in range(kind._length_)]
+    else:
+        return [0] if issubclass(kind, c._Pointer) else []
+    return [offset + at for offset, part in fields for at in _pointers(part)]
+
+
+def _variable_item(variable: Variable, tables: _SceneTables) -> VariableItem:
+    place = Place(b"", 0, 0, 1.0)
+    match variable.origin:
+        case Origin.PARAMETER:
+            place = tables.place(variable.key)
+        case Origin.INPUT:
+            place = place._replace(item=INPUTS.index(variable.key))
+        case Origin.MIDSPAN:
+            place = place._replace(item=NODE_INDEX[variable.key])
+        case Origin.SPAN:
+            place = place._replace(item=SPAN_INDEX[variable.key])
+    return VariableItem(
+        name=_text(variable.name, 64),
+        origin=ORIGINS[variable.origin],
+        whole=variable.type == "Integer",
+        section=place.section,
+        index=place.item,
+        field=place.field,
+        excluded=variable.minimum_excluded + 2 * variable.maximum_excluded,
+        factor=place.factor,
+        minimum=-math.inf if variable.minimum is None else variable.minimum,
+        maximum=math.inf if variable.maximum is None else variable.maximum,
+    )
+
+
+def _outcome_item(outcome: Outcome) -> OutcomeItem:
+    return OutcomeItem(
         outcome.code, 0, _text(outcome.sentence, 128), _text(outcome.cure or "nothing", 184)
     )
 

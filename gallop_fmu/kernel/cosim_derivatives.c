@@ -25,8 +25,8 @@ static const resource_variable *find_output(gallop_cosim *c, uint32_t reference)
 /* Channel whose value is the time derivative of a mid-span channel; -1: there is none. */
 static int rate_channel(const resource_variable *v)
 {
-    return v->origin == RESOURCE_NODE && v->place <= GALLOP_OMEGA
-             ? (int)v->place + GALLOP_V1 - GALLOP_U1
+    return v->origin == RESOURCE_NODE && v->index <= GALLOP_OMEGA
+             ? (int)v->index + GALLOP_V1 - GALLOP_U1
              : -1;
 }
 
@@ -117,8 +117,8 @@ static gallop_cosim_status add_seeds(gallop_cosim *c, const uint32_t input[], si
     for (size_t i = 0; i < inputs; i++) {
         const resource_variable *v = cosim_find_input(c, input[i]);
         if (!v) return GALLOP_COSIM_REFUSED;
-        direction[v->place] += seed[i];
-        if (!isfinite(direction[v->place]))
+        direction[v->index] += seed[i];
+        if (!isfinite(direction[v->index]))
             return cosim_refuse(c, "the seed of %s must be a finite number", v->name);
     }
     return GALLOP_COSIM_OK;

@@ -14,7 +14,7 @@
 struct gallop_cosim_saved {
     char magic[8];
     uint64_t size, checksum; /* of everything; of all bytes that follow this field */
-    char identity[RESOURCE_IDENTITY_SIZE];
+    resource_identification identity;
     cosim_run run;
     uint64_t parameters, state; /* how many numbers, how many bytes */
     uint64_t deserialised;      /* 1: validate before use */
@@ -52,7 +52,7 @@ static size_t parameter_bytes(const gallop_cosim *c)
 
 static bool is_of_this_resource(const gallop_cosim *c, const saved_state *s)
 {
-    return memcmp(s->identity, resource_identity(&c->parameters), sizeof s->identity) == 0 &&
+    return memcmp(&s->identity, resource_identity(&c->parameters), sizeof s->identity) == 0 &&
            s->parameters == c->parameter_count;
 }
 
@@ -77,7 +77,7 @@ gallop_cosim_status gallop_cosim_save(gallop_cosim *c, gallop_cosim_saved **save
     }
 
     memcpy(s->magic, STATE_MAGIC, sizeof s->magic);
-    memcpy(s->identity, resource_identity(&c->parameters), sizeof s->identity);
+    s->identity = *resource_identity(&c->parameters);
     s->size = size;
     s->checksum = s->deserialised = 0;
     s->run = c->run;
@@ -173,7 +173,7 @@ gallop_cosim_status gallop_cosim_serialized_size(gallop_cosim *c, const gallop_c
 
 static uint64_t checksum_of(const void *bytes, size_t size)
 {
-    return resource_checksum((const char *)bytes + CHECKED_FROM, size - CHECKED_FROM);
+    return resource_file_checksum((const char *)bytes + CHECKED_FROM, size - CHECKED_FROM);
 }
 
 gallop_cosim_status gallop_cosim_serialize(gallop_cosim *c, const gallop_cosim_saved *saved,

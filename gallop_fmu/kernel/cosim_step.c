@@ -118,6 +118,6 @@ gallop_cosim_status gallop_cosim_set_input_rates(gallop_cosim *c, const uint32_t
             return cosim_refuse(c, "the derivative of %s must be a finite number", v->name);
     }
     for (size_t i = 0; i < count; i++)
-        c->run.rate[resource_variables(&c->parameters)[reference[i]].place] = rate[i];
+        c->run.rate[resource_variables(&c->parameters)[reference[i]].index] = rate[i];
     return GALLOP_COSIM_OK;
 }

@@ -76,7 +76,7 @@ static double unscaled(double stored, double factor)
 
 static bool is_force(const resource_variable *v)
 {
-    return v->origin == RESOURCE_SPAN && v->place >= GALLOP_LEFT_F1 && v->place <= GALLOP_RIGHT_F3;
+    return v->origin == RESOURCE_SPAN && v->index >= GALLOP_LEFT_F1 && v->index <= GALLOP_RIGHT_F3;
 }
 
 int cosim_observe_in(const gallop_cosim *c, gallop_state *state, const resource_variable *v,
@@ -87,13 +87,13 @@ int cosim_observe_in(const gallop_cosim *c, gallop_state *state, const resource_
     int outcome;
     if (v->origin == RESOURCE_NODE) {
         outcome = gallop_observe_node(model, state, gallop_middle(model), node);
-        if (!outcome) *value = node[v->place];
+        if (!outcome) *value = node[v->index];
     } else if (is_force(v)) {
         outcome = gallop_support_forces(model, state, forces);
-        if (!outcome) *value = forces[v->place - GALLOP_LEFT_F1];
+        if (!outcome) *value = forces[v->index - GALLOP_LEFT_F1];
     } else {
         outcome = gallop_observe_span(model, state, span);
-        if (!outcome) *value = span[v->place];
+        if (!outcome) *value = span[v->index];
     }
     return outcome;
 }
@@ -107,13 +107,13 @@ int cosim_observe(gallop_cosim *c, const resource_variable *v, double *value)
         if (!c->node_known)
             outcome = gallop_observe_node(model, c->span.state, gallop_middle(model), c->node);
         c->node_known = !outcome;
-        if (!outcome) *value = c->node[v->place];
+        if (!outcome) *value = c->node[v->index];
         return outcome;
     }
     if (is_force(v)) {
         if (!c->forces_known) outcome = gallop_support_forces(model, c->span.state, c->forces);
         c->forces_known = !outcome;
-        if (!outcome) *value = c->forces[v->place - GALLOP_LEFT_F1];
+        if (!outcome) *value = c->forces[v->index - GALLOP_LEFT_F1];
         return outcome;
     }
     return cosim_observe_in(c, c->span.state, v, value);
@@ -132,7 +132,7 @@ static gallop_cosim_status get_one(gallop_cosim *c, const resource_variable *v, 
         *value =
             v->factor == 1.0 ? parameter_stored(c, v) : unscaled(parameter_stored(c, v), v->factor);
         return GALLOP_COSIM_OK;
-    case RESOURCE_INPUT: *value = c->run.input[v->place]; return GALLOP_COSIM_OK;
+    case RESOURCE_INPUT: *value = c->run.input[v->index]; return GALLOP_COSIM_OK;
     default: break;
     }
 
@@ -183,8 +183,8 @@ static gallop_cosim_status check_one(gallop_cosim *c, const resource_variable *v
 static void set_one(gallop_cosim *c, const resource_variable *v, double value)
 {
     if (v->origin == RESOURCE_INPUT) {
-        if (c->run.input[v->place] != value && c->run.phase != COSIM_STEPPING) c->started = false;
-        c->run.input[v->place] = value;
+        if (c->run.input[v->index] != value && c->run.phase != COSIM_STEPPING) c->started = false;
+        c->run.input[v->index] = value;
         return;
     }
     const double stored = v->factor * value;

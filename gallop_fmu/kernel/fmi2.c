@@ -5,7 +5,7 @@
  * never pending: what asks for them is answered here. */
 #include "fmi2_location.h"
 #include "gallop_cosim.h"
-#include "resource.h"
+#include "resource_file.h"
 
 #include <fmi2Functions.h>
 
@@ -83,7 +83,7 @@ static bool create_cosim(fmi2_instance *f, const char *location, const char *gui
     size_t size = 0;
     char *path = fmi2_location_path(location, "model.bin");
     const char *problem =
-        path ? resource_read_file(path, &bytes, &size) : "there is not enough memory";
+        path ? resource_file_read(path, &bytes, &size) : "there is not enough memory";
     free(path);
     if (problem)
         strcpy(message, problem);

@@ -42,6 +42,15 @@ typedef struct gallop_cosim_saved gallop_cosim_saved; /* a saved state */
 /* Room that a message needs, its final 0 included. */
 #define GALLOP_COSIM_MESSAGE_SIZE 1024
 
+/* Completes the header of a resource file: magic, format, size and checksum.
+ *
+ * @param resource      The file, with the number of its sections, its directory and its sections
+ *                      (resource_file.h)
+ * @param size          Its bytes
+ * @return              GALLOP_COMPLETED; GALLOP_BAD_CALL if it is NULL or has no room for a header
+ */
+GALLOP_API int gallop_cosim_seal(void *resource, size_t size);
+
 /* Creates an instance in its first phase, with the parameters and inputs of the resource.
  *
  * @param resource      Content of the resource file; it is copied, and need not be aligned

@@ -1,21 +1,30 @@
-/* resources/model.bin of a native FMU: the scene's numbers, the table of variables, and the words
- * for outcomes.
- *
- * All offsets count bytes from the start of the file; in the scene, pointers are stored as such
- * offsets (0: none). Its parts follow in this order: header, scene with loads and arrays,
- * variables, outcomes. Little-endian, 64 bit: the layout of linux64, win64 and darwin64 alike. */
+/* resources/model.bin of an FMU: the tables of its scene, the table of variables, and the texts for
+ * outcomes.  gallop_fmu/fmu/model_bin.py writes it. */
 #ifndef GALLOP_RESOURCE_H
 #define GALLOP_RESOURCE_H
 
 #include "gallop.h"
+#include "resource_file.h"
 
 #include <stdbool.h>
 
-#define RESOURCE_MAGIC "GALLOPM4"
-
 #define RESOURCE_INPUTS 8 /* wind speed, attack angle, left x1 x2 x3, right x1 x2 x3 */
 
-#define RESOURCE_IDENTITY_SIZE 48
+/* Sections, in the order of the table in resource.c. */
+enum {
+    RESOURCE_IDENTITY,
+    RESOURCE_SCENE,
+    RESOURCE_LOADS,
+    RESOURCE_NUMBERS,
+    RESOURCE_VARIABLES,
+    RESOURCE_OUTCOMES,
+    RESOURCE_SECTIONS
+};
+
+/* Item of IDEN. */
+typedef struct {
+    char guid[48], version[16];
+} resource_identification;
 
 typedef enum {
     RESOURCE_PARAMETER = 0,
@@ -25,71 +34,54 @@ typedef enum {
     RESOURCE_STATUS = 4
 } resource_origin;
 
-typedef struct {
-    char magic[8];
-    uint64_t size, checksum; /* of the whole file; FNV-1a of all that follows this field */
-    char identity[RESOURCE_IDENTITY_SIZE], version[16];
-    uint32_t scene, variables, variable_count, outcomes, outcome_count, reserved;
-} resource_header;
-
 #define RESOURCE_MINIMUM_EXCLUDED 1u
 #define RESOURCE_MAXIMUM_EXCLUDED 2u
 
-/* Index in the table = value reference. */
+/* Item of VARS; its index is the value reference. */
 typedef struct {
     char name[64];
-    int32_t origin, whole; /* whole: an Integer, else a Real */
-    uint32_t place;    /* parameter: offset in the file; else the number of the input or channel */
-    uint32_t excluded; /* bounds that are not allowed themselves */
+    int32_t origin, whole;           /* a resource_origin; 1: an Integer, 0: a Real */
+    char section[4];                 /* of a parameter: the section that holds it, */
+    uint32_t index;                  /* the item there; else, the number of the input or channel */
+    uint32_t field;                  /* of a parameter: its place in the item [bytes] */
+    uint32_t excluded;               /* bounds that are not allowed themselves */
     double factor, minimum, maximum; /* stored = factor * value; bounds of the value */
 } resource_variable;
 
+/* Item of OUTC. */
 typedef struct {
-    int32_t code, reserved;
+    int32_t code, reserved; /* a gallop_outcome */
     char sentence[128], remedy[184];
 } resource_outcome;
 
 typedef struct {
     char *bytes; /* NULL: none */
     size_t size;
+    resource_section section[RESOURCE_SECTIONS];
 } resource;
 
-/* Reads a regular file, whose path is UTF-8, into memory that the caller frees; the problem, or
- * NULL. */
-const char *resource_read_file(const char *path, char **bytes, size_t *size);
-
 /* Copies and verifies the content of a resource file; the problem, a constant text, or NULL. */
-const char *resource_open(resource *r, const void *bytes, size_t size, const char *identity);
+const char *resource_open(resource *r, const void *bytes, size_t size, const char *guid);
 void resource_close(resource *r);
-uint64_t resource_checksum(const char *bytes, size_t size);
-
-static inline const resource_header *resource_head(const resource *r)
-{
-    return (const resource_header *)r->bytes;
-}
-
-/* GUID of the model description, RESOURCE_IDENTITY_SIZE bytes. */
-static inline const char *resource_identity(const resource *r)
-{
-    return resource_head(r)->identity;
-}
-static inline const resource_variable *resource_variables(const resource *r)
-{
-    return (const resource_variable *)(r->bytes + resource_head(r)->variables);
-}
-static inline uint32_t resource_variable_count(const resource *r)
-{
-    return resource_head(r)->variable_count;
-}
-
-/* Where the value of a parameter is stored. */
-static inline char *resource_place(const resource *r, const resource_variable *v)
-{
-    return r->bytes + v->place;
-}
 
 /* Puts the bytes back that were read. */
 void resource_restore(resource *r, const char *original);
+
+static inline const resource_identification *resource_identity(const resource *r)
+{
+    return (const resource_identification *)r->section[RESOURCE_IDENTITY].items;
+}
+static inline const resource_variable *resource_variables(const resource *r)
+{
+    return (const resource_variable *)r->section[RESOURCE_VARIABLES].items;
+}
+static inline uint32_t resource_variable_count(const resource *r)
+{
+    return r->section[RESOURCE_VARIABLES].count;
+}
+
+/* Where the value of a parameter is stored; NULL: at no place that a parameter may have. */
+char *resource_place(const resource *r, const resource_variable *v);
 
 /* Texts for an outcome; NULL: there are none. */
 const resource_outcome *resource_find_outcome(const resource *r, int outcome);

@@ -3,7 +3,6 @@
 import ctypes as c
 import math
 import os
-import struct
 import subprocess
 import threading
 
@@ -179,29 +178,6 @@ def test_a_pipe_in_place_of_the_model_is_refused_at_once(small, instance, tmp_pa
     assert not thread.is_alive()
     assert not opened[0].component.value
     assert "not a regular file" in opened[0].log[-1]
-
-
-def test_a_forged_factor_of_a_whole_number_is_refused(small, instance, tmp_path):
-    """A parameter of 1e300 times a whole number does not fit into 32 bits."""
-    content = bytearray((small.resources / "model.bin").read_bytes())
-    head = struct.Struct("<8sQQ48s16s6I").unpack_from(content)
-    first, count = head[6], head[7]
-    entry = struct.Struct("<64siiIIddd")
-    for index in range(count):
-        at = first + index * entry.size
-        name, origin, whole, place, excluded, factor, low, high = entry.unpack_from(content, at)
-        if whole and origin == 0:
-            entry.pack_into(
-                content, at, name, origin, whole, place, excluded, 1e300 * factor, low, high
-            )
-    value = 1469598103934665603
-    for byte in content[24:]:
-        value = ((value ^ byte) * 1099511628211) & 0xFFFFFFFFFFFFFFFF
-    struct.pack_into("<Q", content, 16, value)
-    (tmp_path / "model.bin").write_bytes(content)
-    forged = instance(small, resources=tmp_path.as_uri())
-    assert not forged.component.value
-    assert "a variable is unknown" in forged.log[-1]
 
 
 COMPILE = {

@@ -359,7 +359,7 @@ def test_spoilt_bytes_of_a_state(stepping):
 def test_forged_bytes_of_a_state(stepping, part):
     """The checksum is right, but no such state is possible."""
     good = stepping.to_bytes(stepping.save())
-    kept = 8 + 8 + 8 + 48
+    kept = 8 + 8 + 8 + 64
     parameters, kernel = struct.unpack_from("<QQ", good, kept + 8 + 25 * 8)
     values = kept + 8 + 25 * 8 + 24
     first = values + 8 * parameters
@@ -389,7 +389,7 @@ def test_forged_bytes_of_a_state(stepping, part):
 def test_a_state_that_cannot_be_built_leaves_the_instance_as_it_is(stepping):
     """Other parameters, which make no span, with a state: what stands is not torn down first."""
     good = stepping.to_bytes(stepping.save())
-    kept = 8 + 8 + 8 + 48
+    kept = 8 + 8 + 8 + 64
     (parameters,) = struct.unpack_from("<Q", good, kept + 8 + 25 * 8)
     values = kept + 8 + 25 * 8 + 24
     numbers = struct.unpack_from(f"<{parameters}d", good, values)

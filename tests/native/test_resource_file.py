@@ -1,0 +1,174 @@
+"""The container of an FMU's tables: sections by name, unknown ones skipped, every field validated."""
+
+import ctypes as c
+import struct
+
+import pytest
+
+from gallop_fmu.fmu.model_bin import (
+    ENTRY,
+    HEADER,
+    Identification,
+    OutcomeItem,
+    Section,
+    VariableItem,
+    resource_file,
+)
+
+OFFSETS = {"size": 16, "format": 24, "sections": 28}
+"""Of fields of the header."""
+
+
+def sections_of(content):
+    """The sections of a file."""
+    (count,) = struct.unpack_from("<I", content, OFFSETS["sections"])
+    sections = []
+    for i in range(count):
+        id_, item_size, offset, items = ENTRY.unpack_from(content, HEADER.size + i * ENTRY.size)
+        sections.append(Section(id_, item_size, content[offset : offset + items * item_size]))
+    return sections
+
+
+@pytest.fixture
+def good(small):
+    return (small.resources / "model.bin").read_bytes()
+
+
+@pytest.fixture
+def open_with(small, instance, tmp_path):
+    """Instantiate with other bytes in model.bin."""
+
+    def make(content):
+        (tmp_path / "model.bin").write_bytes(content)
+        return instance(small, resources=tmp_path.as_uri())
+
+    return make
+
+
+def refused(one, match):
+    assert not one.component.value
+    assert match in one.log[-1]
+
+
+def changed(content, at, layout, value, seal):
+    """A copy with one field changed, and its checksum right again."""
+    room = c.create_string_buffer(content, len(content))
+    struct.pack_into(layout, room, at, value)
+    assert seal(room, len(content)) == 0
+    return room.raw
+
+
+@pytest.fixture
+def seal(small):
+    function = c.CDLL(str(small.library)).gallop_cosim_seal
+    function.argtypes = (c.c_char_p, c.c_size_t)
+    return function
+
+
+def test_the_writer_gives_back_what_was_read(good):
+    assert resource_file(sections_of(good)) == good
+
+
+def test_unknown_sections_are_skipped(good, small, instance, open_with):
+    """A later version may add tables that this one does not read."""
+    known = sections_of(good)
+    later = [Section(b"WIND", 24, bytes(range(48))), *known, Section(b"PROB", 1, b"x" * 9)]
+    fmu = open_with(resource_file(later))
+    assert fmu.start().step(0.02, 5).outputs() == instance(small).start().step(0.02, 5).outputs()
+
+
+def test_the_order_of_sections_does_not_matter(good, open_with):
+    open_with(resource_file(sections_of(good)[::-1])).start().step(0.02)
+
+
+@pytest.mark.parametrize("id_", [b"IDEN", b"SCEN", b"VARS"])
+def test_a_required_section_that_is_missing_is_named(good, open_with, id_):
+    left = [section for section in sections_of(good) if section.id != id_]
+    one = open_with(resource_file(left))
+    refused(one, f"has no section {id_.decode()}; export the scene again")
+
+
+def test_a_section_must_be_there_once_and_with_known_items(good, open_with):
+    sections = sections_of(good)
+    refused(open_with(resource_file([*sections, sections[0]])), "it has a section twice")
+    first = sections[0]
+    longer = first._replace(item_size=first.item_size + 8, content=first.content + bytes(8))
+    refused(open_with(resource_file([longer, *sections[1:]])), "items of another size")
+    twice = first._replace(content=2 * first.content)
+    refused(open_with(resource_file([twice, *sections[1:]])), "impossible number of items")
+
+
+@pytest.mark.parametrize(
+    ("field", "value"),
+    [
+        *(("item_size", value) for value in (0, 1, 2**31, 2**32 - 1)),
+        *(("offset", value) for value in (0, 1, 2**31, 2**64 - 8)),
+        *(("count", value) for value in (2**31, 2**60, 2**64 - 1)),
+    ],
+)
+def test_a_forged_directory_is_refused(good, open_with, seal, field, value):
+    """Sections that overlap, leave the file, or lie at odd places, though the checksum is right."""
+    layout, at = {"item_size": ("<I", 4), "offset": ("<Q", 8), "count": ("<Q", 16)}[field]
+    for entry in range(len(sections_of(good))):
+        forged = changed(good, HEADER.size + entry * ENTRY.size + at, layout, value, seal)
+        if forged != good:
+            refused(open_with(forged), "resources/model.bin")
+
+
+def test_a_forged_number_of_sections_is_refused(good, open_with, seal):
+    for value in (0, 1, 2**16, 2**32 - 1):
+        forged = changed(good, OFFSETS["sections"], "<I", value, seal)
+        refused(open_with(forged), "resources/model.bin")
+
+
+def test_another_format_is_refused(good, open_with):
+    """With the right checksum, as a later version would write it."""
+    content = bytearray(good)
+    content[OFFSETS["format"]] += 1
+    value = 1469598103934665603
+    for byte in content[OFFSETS["size"] :]:
+        value = ((value ^ byte) * 1099511628211) & 0xFFFFFFFFFFFFFFFF
+    struct.pack_into("<Q", content, 8, value)
+    refused(open_with(bytes(content)), "has the format of another version; export the scene again")
+
+
+FORGED = {
+    "factor of a whole number": ({"factor": 1e300}, "a variable is unknown"),
+    "section": ({"section": b"VARS"}, "a parameter has no place"),
+    "unknown section": ({"section": b"NONE"}, "a parameter has no place"),
+    "index": ({"index": 2**32 - 1}, "a parameter has no place"),
+    "field": ({"field": 2**32 - 4}, "a parameter has no place"),
+    "field between two": ({"field": 2}, "a parameter has no place"),
+    "excluded": ({"excluded": 4}, "a variable is unknown"),
+    "minimum": ({"minimum": float("nan")}, "a variable is unknown"),
+    "name": ({"name": b"x" * 64}, "a variable is unknown"),
+}
+
+
+@pytest.mark.parametrize("name", FORGED)
+def test_a_forged_variable_is_refused(good, open_with, name):
+    values, message = FORGED[name]
+    sections = sections_of(good)
+    at = next(i for i, section in enumerate(sections) if section.id == b"VARS")
+    table = (VariableItem * (len(sections[at].content) // c.sizeof(VariableItem))).from_buffer_copy(
+        sections[at].content
+    )
+    whole = next(variable for variable in table if variable.origin == 0 and variable.whole)
+    for field, value in values.items():
+        setattr(whole, field, value)
+    sections[at] = sections[at]._replace(content=bytes(table))
+    refused(open_with(resource_file(sections)), message)
+
+
+def test_texts_must_end(good, open_with):
+    for id_, kind, field in (
+        (b"IDEN", Identification, "version"),
+        (b"OUTC", OutcomeItem, "remedy"),
+    ):
+        sections = sections_of(good)
+        at = next(i for i, section in enumerate(sections) if section.id == id_)
+        content = bytearray(sections[at].content)
+        place = getattr(kind, field)
+        content[place.offset : place.offset + place.size] = b"x" * place.size
+        sections[at] = sections[at]._replace(content=bytes(content))
+        refused(open_with(resource_file(sections)), "is not text")
