@@ -1,4 +1,4 @@
-"""A span as an FMU for co-simulation (FMI 2.0): writing one, checking one, and what its variables are."""
+"""A span as an FMU for co-simulation (FMI 2.0): export, checks, and the table of variables."""
 
 from gallop_fmu.fmu.check import FmuCheck, check_fmu
 from gallop_fmu.fmu.export import ExportError, export_fmu

@@ -1,4 +1,4 @@
-"""Whether an FMU's archive can be opened safely: looked at before anything is unpacked or given to an XML parser."""
+"""Safety checks of an FMU's archive, before it is unpacked or its XML is parsed."""
 
 from __future__ import annotations
 
@@ -8,20 +8,20 @@ import zipfile
 from collections import Counter
 from pathlib import Path, PurePosixPath
 
-LARGEST_ARCHIVE = 500_000_000
+MAX_BYTES = 500_000_000
 """Bytes of all files of an archive, unpacked."""
-MOST_FILES = 10_000
-MOST_EXPANSION = 100
-"""Unpacked bytes for each packed one, in an archive of more than `SMALL_ARCHIVE`; code and tables have up to 20."""
-SMALL_ARCHIVE = 10_000_000
-LARGEST_XML = 20_000_000
+MAX_FILES = 10_000
+MAX_EXPANSION = 100
+"""Unpacked bytes for each packed one, above `SMALL_BYTES`; code and tables have up to 20."""
+SMALL_BYTES = 10_000_000
+MAX_XML_BYTES = 20_000_000
 """Bytes of modelDescription.xml, or another XML file."""
 METHODS = (zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED)
 """Compressions that FMI allows; others can ask for gigabytes to unpack a few bytes."""
 
 
 def archive_problem(path: Path) -> str:
-    """What forbids to unpack an archive as an FMU; empty if nothing does."""
+    """Return the reason why the archive must not be unpacked, or an empty text."""
     if not path.exists():
         return f"{path} does not exist"
     if not path.is_file():
@@ -31,41 +31,41 @@ def archive_problem(path: Path) -> str:
             return _entries_problem(archive.infolist(), path.stat().st_size) or _content_problem(
                 archive
             )
-    except Exception as problem:  # zipfile's own, zlib's, and whatever else damaged bytes provoke
+    except Exception as problem:  # of zipfile, of zlib, and others for damaged bytes
         return f"not a ZIP archive that can be read ({problem})"
 
 
 def _entries_problem(entries: list[zipfile.ZipInfo], packed: int) -> str:
-    """What the table of contents tells."""
+    """Check the table of contents."""
     size = sum(entry.file_size for entry in entries)
-    if len(entries) > MOST_FILES or size > LARGEST_ARCHIVE:
+    if len(entries) > MAX_FILES or size > MAX_BYTES:
         return (
-            f"{len(entries)} files, {size} bytes; at most {MOST_FILES} and {LARGEST_ARCHIVE} are"
-            " unpacked"
+            f"{len(entries)} files, {size} bytes; at most {MAX_FILES} and {MAX_BYTES} are unpacked"
         )
-    if size > SMALL_ARCHIVE and size > MOST_EXPANSION * packed:
+    if size > SMALL_BYTES and size > MAX_EXPANSION * packed:
         return (
-            f"{size} bytes packed into {packed}; at most {MOST_EXPANSION} times the archive's size"
+            f"{size} bytes packed into {packed}; at most {MAX_EXPANSION} times the archive's size"
             " is unpacked"
         )
     for entry in entries:
         if _escapes(entry):
             return (
-                f"the entry {entry.orig_filename!r} leads out of the archive, or is no plain file"
+                f"the entry {entry.orig_filename!r} is outside the archive's folder, or is not a"
+                " plain file"
             )
         if entry.compress_type not in METHODS:
             return (
-                f"the entry {entry.filename!r} is compressed otherwise than FMI allows (stored or"
-                " deflated)"
+                f"the entry {entry.filename!r} has a compression that FMI does not allow; store or"
+                " deflate it"
             )
-        if entry.filename.lower().endswith(".xml") and entry.file_size > LARGEST_XML:
-            return f"{entry.filename} is larger than {LARGEST_XML} bytes"
+        if entry.filename.lower().endswith(".xml") and entry.file_size > MAX_XML_BYTES:
+            return f"{entry.filename} is larger than {MAX_XML_BYTES} bytes"
     name, times = (
         Counter(entry.filename.lower() for entry in entries).most_common(1)[0]
         if entries
         else ("", 0)
     )
-    if times > 1:  # tools differ in which one they take
+    if times > 1:  # tools differ in which one they use
         return f"the entry {name!r} is there {times} times"
     if "modelDescription.xml" not in {entry.filename for entry in entries}:
         return "not an FMU: it has no modelDescription.xml"
@@ -73,7 +73,7 @@ def _entries_problem(entries: list[zipfile.ZipInfo], packed: int) -> str:
 
 
 def _content_problem(archive: zipfile.ZipFile) -> str:
-    """What unpacking and looking at the text of XML files tells."""
+    """Unpack in memory, and check the text of XML files."""
     damaged = archive.testzip()
     if damaged is not None:
         return f"the entry {damaged!r} is damaged"
@@ -93,7 +93,7 @@ def _escapes(entry: zipfile.ZipInfo) -> bool:
 
 
 def _xml_problem(text: bytes) -> str:
-    """Entities need a DOCTYPE, which could hide from a search only in another encoding; FMI demands UTF-8."""
+    """Refuse a DOCTYPE, which entities need; only another encoding than UTF-8 could hide it."""
     declared = re.match(rb"(?:\xef\xbb\xbf)?\s*<\?xml[^>]*encoding\s*=\s*[\"']([^\"']*)", text)
     try:
         text.decode("utf-8")
@@ -101,4 +101,4 @@ def _xml_problem(text: bytes) -> str:
         return "is not UTF-8 text"
     if b"\0" in text or (declared and declared[1].lower() not in (b"utf-8", b"us-ascii")):
         return "is not UTF-8 text, which FMI demands"
-    return "contains a DOCTYPE, which can hide harm" if b"<!DOCTYPE" in text else ""
+    return "contains a DOCTYPE, which may be malicious; remove it" if b"<!DOCTYPE" in text else ""

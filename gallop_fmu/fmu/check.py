@@ -1,4 +1,4 @@
-"""Checking an FMU: archive, model description, and a short run in a process of its own."""
+"""Check of an FMU: archive, model description, and a short run in a process of its own."""
 
 from __future__ import annotations
 
@@ -17,14 +17,14 @@ from typing import IO, Any, NamedTuple
 from gallop_fmu.fmu.archive_safety import archive_problem
 from gallop_fmu.fmu.smoke_test import FINDINGS
 
-TRIAL_SECONDS = 300
-"""Time given to the short run, loading included."""
-MOST_OUTPUT = 65_536
-"""Bytes that are kept of what the short run says."""
+MAX_RUN_SECONDS = 300
+"""Longest duration [s] of the short run, loading included."""
+MAX_OUTPUT = 65_536
+"""Bytes of the short run's output that are kept."""
 
 
 class CheckRow(NamedTuple):
-    """One check: its name, whether it was passed, and what was found."""
+    """One check: its name, True if it was passed, and the finding."""
 
     name: str
     ok: bool
@@ -33,18 +33,18 @@ class CheckRow(NamedTuple):
 
 @dataclass
 class FmuCheck:
-    """What `check_fmu` found."""
+    """Findings of `check_fmu`."""
 
     path: Path
     rows: list[CheckRow] = field(default_factory=list)
 
     @property
     def ok(self) -> bool:
-        """Whether all checks were passed."""
+        """Return True if all checks were passed."""
         return all(row.ok for row in self.rows)
 
     def add(self, name: str, problem: str, good: str) -> bool:
-        """Append a row; an empty problem is a pass."""
+        """Append a row; an empty problem means that the check was passed."""
         self.rows.append(CheckRow(name, not problem, problem or good))
         return not problem
 
@@ -52,7 +52,7 @@ class FmuCheck:
 def check_fmu(path: str | os.PathLike[str]) -> FmuCheck:
     """Check an FMU without trusting it.
 
-    The archive is looked at before anything is unpacked, the description is validated with FMPy,
+    The archive is checked before anything is unpacked, the description is validated with FMPy,
     every Real must have a unit, and a short run looks for finite outputs and for a rollback that
     repeats a step bit for bit. The run executes the FMU's code, in a process of its own, so a crash
     is a result like any other.
@@ -65,8 +65,8 @@ def check_fmu(path: str | os.PathLike[str]) -> FmuCheck:
     Returns
     -------
     FmuCheck
-        The checks made; those that a failed one makes pointless are missing. A file that is no FMU
-        is a failed check, not an exception.
+        The checks made; those that a failed one makes pointless are missing. For a file that is
+        not an FMU a check fails, without an exception.
     """
     check = FmuCheck(Path(path))
     if not check.add("archive", archive_problem(check.path), "a sound ZIP archive"):
@@ -79,12 +79,12 @@ def check_fmu(path: str | os.PathLike[str]) -> FmuCheck:
     missing = f"{len(bare)} without, such as {', '.join(bare[:3])}" if bare else ""
     check.add("units", missing, f"all {len(reals)} Reals have one")
     if check.add("platform", _platform_problem(check.path), "has a binary for this one"):
-        _try_out(check)
+        _check_run(check)
     return check
 
 
 def _read_description(check: FmuCheck) -> Any:
-    """FMPy's model description, or None if it is of no use."""
+    """Return FMPy's model description, or None if it cannot be used."""
     from fmpy import read_model_description
     from fmpy.validation import validate_fmu
 
@@ -125,44 +125,44 @@ def _platform_problem(path: Path) -> str:
     )
 
 
-def _try_out(check: FmuCheck) -> None:
-    """A short run in a process of its own, which leaves its findings in a file as lines of JSON."""
+def _check_run(check: FmuCheck) -> None:
+    """Make a short run in a process of its own, which writes its findings as lines of JSON."""
     with tempfile.TemporaryDirectory(prefix="fmu_", ignore_cleanup_errors=True) as folder:
-        code, said = _run_trial(check.path, folder)
+        code, errors = _run_in_process(check.path, folder)
         with (
             suppress(FileNotFoundError),
             Path(folder, FINDINGS).open(encoding="utf-8", errors="replace") as file,
         ):
-            for line in file.read(MOST_OUTPUT).splitlines():
-                with suppress(ValueError, TypeError):  # the FMU, too, can write into the file
+            for line in file.read(MAX_OUTPUT).splitlines():
+                with suppress(ValueError, TypeError):  # the FMU can write into the file, too
                     check.add(*map(str, json.loads(line)))
     if code is None:
-        check.add("run", f"not finished after {TRIAL_SECONDS} s", "")
+        check.add("run", f"not finished after {MAX_RUN_SECONDS} s", "")
         return
     if code == 0 and all(row.name != "run" for row in check.rows):
         check.add("run", "the FMU ended the process before its steps were made", "")
     ending = f"stopped by {signal.Signals(-code).name}" if code < 0 else f"ended with code {code}"
     check.add(
-        "process", " ".join([ending, *said.splitlines()[-1:]]) if code else "", "ended cleanly"
+        "process", " ".join([ending, *errors.splitlines()[-1:]]) if code else "", "ended cleanly"
     )
 
 
-def _run_trial(path: Path, folder: str) -> tuple[int | None, str]:
-    """Exit code, None if the time is over, and the end of what was said on the error stream.
+def _run_in_process(path: Path, folder: str) -> tuple[int | None, str]:
+    """Return the exit code, None after a timeout, and the end of the error stream.
 
-    An FMU may print without end: its output is not kept, and of its error stream only the last
-    `MOST_OUTPUT` bytes are.
+    An FMU may print endlessly: its output is discarded, and of its error stream the last
+    `MAX_OUTPUT` bytes are kept.
     """
     code = "import sys; from gallop_fmu.fmu.smoke_test import main; main(*sys.argv[1:])"
     command = [sys.executable, "-P", "-c", code, str(path.resolve()), folder]
-    # A user who makes warnings errors does not mean those of the packages that the trial imports.
+    # The user's setting "warnings are errors" is not for the packages that the run imports.
     environment = {name: value for name, value in os.environ.items() if name != "PYTHONWARNINGS"}
     end = bytearray()
 
     def keep_the_end(stream: IO[bytes]) -> None:
-        while chunk := stream.read1(MOST_OUTPUT):  # type: ignore[attr-defined]
+        while chunk := stream.read1(MAX_OUTPUT):  # type: ignore[attr-defined]
             end.extend(chunk)
-            del end[:-MOST_OUTPUT]
+            del end[:-MAX_OUTPUT]
 
     with subprocess.Popen(
         command, env=environment, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE
@@ -170,10 +170,10 @@ def _run_trial(path: Path, folder: str) -> tuple[int | None, str]:
         reader = Thread(target=keep_the_end, args=(process.stderr,), daemon=True)
         reader.start()
         try:
-            exit_code = process.wait(TRIAL_SECONDS)
+            exit_code = process.wait(MAX_RUN_SECONDS)
         except subprocess.TimeoutExpired:
             exit_code = None
         finally:
             process.kill()
-            reader.join(5.0)  # a process that the FMU started may hold the stream open
+            reader.join(5.0)  # a process that the FMU started may keep the stream open
     return exit_code, end.decode(errors="replace").strip()

@@ -1,4 +1,4 @@
-r"""Compiling the kernel for other platforms, with the C compiler of Zig.
+r"""Compile the kernel for other platforms, with the C compiler of Zig.
 
 Zig, from the extra ``cross``, brings headers and libraries of each system, so one machine compiles
 for all. The first library for a platform takes up to some minutes, in which Zig compiles the
@@ -38,15 +38,15 @@ FLAGS = (
     "-shared",
     "-s",
 )
-"""Those of CMakeLists.txt, so that results agree as far as the systems' mathematical functions do."""
+"""As in CMakeLists.txt: results then differ only by the systems' mathematical functions."""
 
 PAGE = 14
-"""Slices of a universal library start at multiples of 2**PAGE bytes, the largest page of Apple's machines."""
+"""Slices of a universal library start at multiples of 2**PAGE bytes, Apple's largest page."""
 
 UNIVERSAL_HEADER = struct.Struct(">II")
 """Magic number and count of slices."""
 UNIVERSAL_SLICE = struct.Struct(">iiIII")
-"""Processor, its variant, offset, size, and alignment as a power of two; all as numbers of 32 bits."""
+"""Processor, its variant, offset, size, and alignment as a power of two, each in 32 bits."""
 MACH_O_HEADER = struct.Struct("<Iii")
 """Magic number, processor and its variant at the start of a slice."""
 
@@ -62,7 +62,7 @@ class Platform:
     targets
         Zig's names of the systems to compile for; of several, the library is a universal one.
     options
-        What the compiler must be told besides.
+        Further options of the compiler.
     """
 
     suffix: str
@@ -71,7 +71,7 @@ class Platform:
 
 
 PLATFORMS = {
-    # glibc 2.17 is that of 2012, so the library runs on whatever is newer. Choosing between two
+    # glibc 2.17 is that of 2012, so the library runs on all newer ones. Choosing between two
     # paths for vectors would need Zig's own run-time library, whose sine is not glibc's: the last
     # bits would differ from the installed kernel.
     "linux64": Platform(
@@ -80,15 +80,15 @@ PLATFORMS = {
     "win64": Platform(".dll", ("x86_64-windows-gnu",), ()),
     "darwin64": Platform(".dylib", ("x86_64-macos.11.0", "aarch64-macos.11.0"), ("-fPIC",)),
 }
-"""Name in FMI 2.0 to what it takes."""
+"""Platform by its name in FMI 2.0."""
 
 
 class CompilerError(RuntimeError):
-    """The kernel cannot be compiled; the message says why and what to do."""
+    """The kernel cannot be compiled; the message says why, then the remedy."""
 
 
 def cross_library(platform: str) -> bytes:
-    """The kernel's library for a platform, compiled by Zig or taken from the cache.
+    """Return the kernel's library for a platform, compiled by Zig or from the cache.
 
     Parameters
     ----------
@@ -117,7 +117,7 @@ def cross_library(platform: str) -> bytes:
 
 
 def zig_version() -> str:
-    """Version of the installed Zig."""
+    """Return the version of the installed Zig."""
     try:
         return metadata.version("ziglang")
     except metadata.PackageNotFoundError:
@@ -129,7 +129,7 @@ def zig_version() -> str:
 
 
 def cache_folder() -> Path:
-    """Where libraries are kept."""
+    """Return the folder in which libraries are kept."""
     home = Path.home()
     if sys.platform == "win32":
         base = Path(os.environ.get("LOCALAPPDATA") or home / "AppData" / "Local")
@@ -141,8 +141,8 @@ def cache_folder() -> Path:
 
 
 def cache_key(platform: str, zig: str) -> str:
-    """Hexadecimal digits that differ as soon as the compiler or anything it is given does."""
-    words = [zig, metadata.version("fmpy")]  # FMPy brings the headers of FMI
+    """Return a hash of the compiler's version, its arguments and the sources."""
+    words = [zig, metadata.version("fmpy")]  # it has the headers of FMI
     for target in PLATFORMS[platform].targets:
         words += arguments(PLATFORMS[platform], target, headers="", output="")
     digest = hashlib.sha256("\0".join(words).encode())
@@ -152,12 +152,12 @@ def cache_key(platform: str, zig: str) -> str:
 
 
 def arguments(platform: Platform, target: str, headers: str, output: str) -> list[str]:
-    """What ``python -m ziglang`` is called with in the folder of the sources.
+    """Return the arguments of ``python -m ziglang``, called in the folder of the sources.
 
     Parameters
     ----------
     platform, target
-        The platform, and which of its systems.
+        The platform, and one of its systems.
     headers
         Folder of the headers of FMI 2.0.
     output
@@ -194,18 +194,20 @@ def _compile(platform: Platform, folder: Path) -> bytes:
         )
         if done.returncode:
             said = "\n".join(done.stderr.strip().splitlines()[:20])
-            raise CompilerError(f"Zig could not compile the kernel for {target}:\n{said}")
+            raise CompilerError(
+                f"Zig could not compile the kernel for {target}:\n{said}"
+            )
         slices.append((folder / output).read_bytes())
     return universal_library(slices) if len(slices) > 1 else slices[0]
 
 
 def _fmi_headers() -> str:
-    """Folder of the headers of FMI 2.0, which FMPy brings."""
+    """Return the folder of the headers of FMI 2.0, which are in FMPy."""
     return str(metadata.distribution("fmpy").locate_file("fmpy/c-code"))
 
 
 def universal_library(slices: Sequence[bytes]) -> bytes:
-    """One Mach-O file from several, each for another processor.
+    """Combine Mach-O files, each for another processor, into one.
 
     Parameters
     ----------
@@ -215,7 +217,7 @@ def universal_library(slices: Sequence[bytes]) -> bytes:
     Returns
     -------
     bytes
-        A header that says where each slice stands, then the slices, each at the start of a page.
+        A header with the place of each slice, then the slices, each at the start of a page.
         All numbers of the header are big-endian (Apple, ``mach-o/fat.h``).
     """
     table, body = UNIVERSAL_HEADER.pack(0xCAFEBABE, len(slices)), b""

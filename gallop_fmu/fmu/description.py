@@ -35,7 +35,7 @@ SEMANTICS = (
 
 @dataclass(frozen=True, slots=True)
 class Identity:
-    """What tells one FMU from another, derived from its content: equal scenes give equal FMUs.
+    """Identity of an FMU, derived from its content: equal scenes give equal FMUs.
 
     Attributes
     ----------
@@ -47,22 +47,22 @@ class Identity:
 
     @property
     def model_identifier(self) -> str:
-        """Name of the binary and of the Python module."""
+        """Return the name of the binary and of the Python module."""
         return f"gallop_{self.content[:16]}"
 
     @property
     def guid(self) -> str:
-        """GUID of the model description."""
+        """Return the GUID of the model description."""
         return f"{{{uuid.UUID(self.content[:32])}}}"
 
 
 def identify(scene_text: str, version: str, runtime: str) -> Identity:
-    """Identity of the FMU of a scene, given as its TOML text."""
+    """Return the identity of the FMU of a scene, given as its TOML text."""
     return Identity(hashlib.sha256("\0".join([runtime, version, scene_text]).encode()).hexdigest())
 
 
 def model_description(scene: Scene, identity: Identity, *, native: bool, remarks: str) -> bytes:
-    """Text of modelDescription.xml, the same for the same arguments.
+    """Return the text of modelDescription.xml, the same for the same arguments.
 
     Parameters
     ----------
@@ -71,9 +71,9 @@ def model_description(scene: Scene, identity: Identity, *, native: bool, remarks
     identity
         GUID and model identifier.
     native
-        Whether the FMU brings its own library, which can do more than that of pythonfmu.
+        True if the FMU has its own library, which has more capabilities than pythonfmu's.
     remarks
-        What the host must know besides; empty if nothing.
+        Further remarks for the host; may be empty.
     """
     variables = fmu_variables(scene)
     root = Element(
@@ -173,7 +173,7 @@ def _scalar_variable(table: Element, variable: Variable) -> None:
 
 
 def _structure(root: Element, variables: Iterable[Variable]) -> None:
-    """Outputs do not see the inputs of their own instant; initial ones depend on everything, which is the default."""
+    """Outputs do not depend on the inputs of their own instant; initial ones on everything."""
     structure = SubElement(root, "ModelStructure")
     outputs, unknowns = SubElement(structure, "Outputs"), SubElement(structure, "InitialUnknowns")
     for index, variable in enumerate(variables, start=1):

@@ -1,8 +1,8 @@
-"""Writing a scene as an FMU.
+"""Export of a scene as an FMU.
 
 Equal scenes give equal files, byte for byte, on any machine with the same packages: entries in
 order, without time stamps, uncompressed. The Python module in an FMU is named after its content,
-because one process may hold several FMUs and Python knows modules by name only.
+because several FMUs can be in one process, and Python identifies modules by name.
 """
 
 from __future__ import annotations
@@ -32,14 +32,14 @@ from gallop_fmu.scene.scene import Scene
 
 RUNTIMES = ("native", "python")
 SLAVE_SCRIPT = '''\
-"""A span for pythonfmu; what it does is in the package gallop-fmu, whose version must be the one that exported it."""
+"""A span for pythonfmu. Its code is in the package gallop-fmu, of the version that exported it."""
 
 import ctypes
 import sys
 from importlib.metadata import PackageNotFoundError, version
 
-# For every instance, pythonfmu 0.7.0 runs this text in the module's namespace, and then gives up a reference to the
-# namespace that it never owned. Without one to give up, the namespace is freed and the host crashes a little later.
+# For every instance, pythonfmu 0.7.0 runs this text in the module's namespace, and then releases a
+# reference to the namespace that it does not own. Without this one, the host crashes later.
 ctypes.pythonapi.Py_IncRef(ctypes.py_object(globals()))
 
 try:
@@ -48,7 +48,8 @@ except PackageNotFoundError:
     found = "none"
 if found != "version {version}":
     message = (
-        f"this FMU needs the Python package gallop-fmu=={version} in {{sys.prefix}}, where there is {{found}}; "
+        "this FMU needs the Python package gallop-fmu=={version} in "
+        f"{{sys.prefix}}, where there is {{found}}; "
         "run `pip install gallop-fmu=={version}` there, or export the scene again"
     )
     print(f"gallop-fmu: {{message}}", file=sys.stderr)
@@ -63,7 +64,7 @@ class {name}(SpanSlave):
 
 
 class ExportError(ValueError):
-    """A scene cannot be written as an FMU; the message says why."""
+    """A scene cannot be written as an FMU; the message says why, then the remedy."""
 
 
 def export_fmu(
@@ -81,13 +82,13 @@ def export_fmu(
     path
         File to write, with suffix ``.fmu``; an existing file is replaced.
     runtime
-        What runs the FMU. "native": the kernel's own library, for the platform of this
-        installation; the host needs nothing. "python": pythonfmu 0.7 (Linux and Windows, 64 bit),
-        for hosts that bring a Python in which this version of gallop-fmu is installed, that unpack
-        the FMU under a path of plain letters, digits and spaces, and that instantiate from one
-        thread at a time (a fault of pythonfmu; steps may run in several).
+        Run-time of the FMU. "native": the kernel's own library, for the platform of this
+        installation; the host needs nothing else. "python": pythonfmu 0.7 (Linux and Windows,
+        64 bit), for hosts with a Python in which this version of gallop-fmu is installed, which
+        unpack the FMU under a path of plain letters, digits and spaces, and instantiate from one
+        thread at a time (a limitation of pythonfmu; steps may run in several).
     platforms
-        Platforms whose libraries a native FMU brings, compiled here with the extra ``cross``:
+        Platforms of the libraries in a native FMU, compiled here with the extra ``cross``:
         "linux64" (glibc 2.17 or later), "win64", "darwin64" (Intel and Apple silicon). None or
         empty: the installed library, for this one.
 
@@ -112,7 +113,9 @@ def export_fmu(
         if name not in PLATFORMS:
             raise ExportError(f"platforms: {name!r} is unknown; there are {', '.join(PLATFORMS)}")
     if platforms and runtime != "native":
-        raise ExportError('platforms: only for runtime "native"; leave them away')
+        raise ExportError(
+            'platforms are for the native runtime only; omit them, or use runtime="native"'
+        )
     try:
         check_target(target, (".fmu",))
     except SceneError as problem:
@@ -130,7 +133,7 @@ def _require_start(scene: Scene) -> None:
 
 
 def _native_files(scene: Scene, platforms: Collection[str] | None) -> dict[str, bytes]:
-    """Name in the archive to content."""
+    """Return the content of each file by its name in the archive."""
     text, release = scene.to_toml(), version()
     identity = identify(text, release, "native")
     files = {
@@ -146,7 +149,7 @@ def _native_files(scene: Scene, platforms: Collection[str] | None) -> dict[str, 
 
 
 def _libraries(platforms: Collection[str] | None) -> Iterator[tuple[str, str, bytes]]:
-    """Platform, suffix and content of each library."""
+    """Yield platform, suffix and content of each library."""
     if not platforms:
         library = library_path()
         yield platform(), library.suffix, library.read_bytes()
@@ -158,12 +161,12 @@ def _libraries(platforms: Collection[str] | None) -> Iterator[tuple[str, str, by
 
 
 def platform() -> str:
-    """Name that FMI 2.0 gives to this platform."""
+    """Return the name of this platform in FMI 2.0."""
     return {"win32": "win64", "darwin": "darwin64"}.get(sys.platform, "linux64")
 
 
 def _python_files(scene: Scene) -> dict[str, bytes]:
-    """Name in the archive to content."""
+    """Return the content of each file by its name in the archive."""
     from gallop_fmu.fmu.slave import RUNTIME
 
     text, release = scene.to_toml(), version()
@@ -188,7 +191,7 @@ def _python_files(scene: Scene) -> dict[str, bytes]:
 
 
 def _pythonfmu_binaries(identity: Identity) -> dict[str, bytes]:
-    """The libraries of pythonfmu for each platform it has one for, under the names that FMI prescribes."""
+    """Return the libraries of pythonfmu for all its platforms, under the names of FMI."""
     files = {}
     for platform in resources.files("pythonfmu").joinpath("resources", "binaries").iterdir():
         for library in platform.iterdir() if platform.is_dir() else ():
@@ -201,7 +204,7 @@ def _pythonfmu_binaries(identity: Identity) -> dict[str, bytes]:
 
 
 def _licences(*distributions: str) -> dict[str, bytes]:
-    """What the licences of the packages whose files are in the FMU ask to be passed on."""
+    """Return the licences of the packages whose files are in the FMU."""
     files = {}
     for distribution in distributions:
         for file in metadata.files(distribution) or ():
@@ -220,4 +223,6 @@ def _write(target: Path, files: dict[str, bytes]) -> None:
     try:
         write_whole(target, memory.getvalue())
     except OSError as problem:
-        raise ExportError(f"{target}: cannot be written ({problem.strerror})") from None
+        raise ExportError(
+            f"{target} cannot be written ({problem.strerror}); choose another place"
+        ) from None

@@ -92,7 +92,7 @@ class Place(NamedTuple):
 
 
 def model_bin(scene: Scene, guid: str, version: str) -> bytes:
-    """Content of ``resources/model.bin``.
+    """Return the content of ``resources/model.bin``.
 
     Parameters
     ----------
@@ -117,7 +117,7 @@ def model_bin(scene: Scene, guid: str, version: str) -> bytes:
 
 
 def resource_file(sections: list[Section]) -> bytes:
-    """Header, directory and sections, sealed with the checksum."""
+    """Join header, directory and sections, and seal them with the checksum."""
     offset = HEADER.size + len(sections) * ENTRY.size
     directory, body = b"", b""
     for id_, item_size, content in sections:
@@ -137,7 +137,7 @@ def _section(id_: bytes, items: list[Any]) -> Section:
 
 
 class _SceneTables:
-    """The packed scene as sections SCEN, LOAD and NUMB; a pointer to numbers is 1 + its index in NUMB."""
+    """The packed scene as sections SCEN, LOAD and NUMB; pointers are 1 + an index in NUMB."""
 
     def __init__(self, packed: Packed) -> None:
         self._packed = packed

@@ -119,7 +119,7 @@ class SpanSlave(Fmi2Slave):  # type: ignore[misc]
     def _attempt(
         self, keys: Iterable[Hashable], call: Callable[..., None], *arguments: Any
     ) -> bool:
-        """Call; if refused, log why and keep the reason until a call with the same keys succeeds."""
+        """Call; if refused, log the reason and keep it until a call with these keys succeeds."""
         try:
             call(*arguments)
         except CosimError as problem:
@@ -158,7 +158,7 @@ class SpanSlave(Fmi2Slave):  # type: ignore[misc]
 
 
 def _leave_search_path(folder: str) -> None:
-    """Undo that pythonfmu puts the folder of every instance in front of Python's search path, for good."""
+    """Remove the folder of an instance, which pythonfmu adds to Python's search path."""
     if folder in sys.path:
         sys.path.remove(folder)
 
@@ -167,9 +167,8 @@ def _release_before_exit(folder: Path, name: str) -> None:
     """Make pythonfmu's library in an unpacked FMU release its Python state while Python still runs.
 
     On Linux its static shared pointer is destroyed at exit, and its unloading function then assigns
-    to it once more: freed memory is used, and the program aborts or not, as the memory happens to
-    lie. Once the state is released, the library finds none. The reference to the library keeps it
-    loaded until then.
+    to it once more: freed memory is used, and the program may abort. Once the state is released,
+    the library has none. The reference to the library keeps it loaded until then.
     """
     library = folder / "binaries" / "linux64" / f"{name}.so"
     if sys.platform == "linux" and library.is_file():

@@ -1,7 +1,7 @@
-"""A short run of an FMU with FMPy, which writes one line a check into the file `FINDINGS`.
+"""A short run of an FMU with FMPy, which writes one line for each check into the file `FINDINGS`.
 
-Each line is a JSON list: name of the check, the problem (empty if there is none), the words for a
-pass.
+Each line is a JSON list: name of the check, the problem (empty if there is none), the text if it
+is passed.
 """
 
 from __future__ import annotations
@@ -17,26 +17,26 @@ STEPS = 20
 """Communication steps of the run."""
 
 FINDINGS = "findings"
-"""Name of the file with the findings; what an FMU prints goes elsewhere."""
+"""Name of the file with the findings; the output of an FMU does not go there."""
 
-Say = Callable[[str, str, str], None]
+AddFinding = Callable[[str, str, str], None]
 """Called with the three items of a finding."""
 
 DEFAULT_STEP = 0.01
-"""Communication step [s] where the FMU names none."""
+"""Communication step [s] if the FMU gives none."""
 
 
 def main(path: str, folder: str) -> None:
     """Run the FMU, unpacked into a folder, and write the findings there."""
     with Path(folder, FINDINGS).open("w", encoding="utf-8") as file:
 
-        def say(name: str, problem: str, good: str) -> None:
+        def add(name: str, problem: str, good: str) -> None:
             print(json.dumps([name, problem, good]), file=file, flush=True)
 
-        _run(path, str(Path(folder, "unpacked")), say)
+        _run(path, str(Path(folder, "unpacked")), add)
 
 
-def _run(path: str, folder: str, say: Say) -> None:
+def _run(path: str, folder: str, add: AddFinding) -> None:
     from fmpy import extract, read_model_description
     from fmpy.fmi2 import FMU2Slave
 
@@ -45,7 +45,7 @@ def _run(path: str, folder: str, say: Say) -> None:
     if (Path(folder) / "resources" / "slavemodule.txt").exists() and not readable_by_pythonfmu(
         folder
     ):
-        say(
+        add(
             "run",
             f"pythonfmu cannot read the temporary folder {folder!r}; set TMPDIR to a path in plain"
             " ASCII",
@@ -66,25 +66,25 @@ def _run(path: str, folder: str, say: Say) -> None:
         for k in range(STEPS):
             fmu.doStep(k * step, step)
     except Exception as problem:
-        say("run", "; ".join([str(problem), *messages[-2:]]), "")
+        add("run", "; ".join([str(problem), *messages[-2:]]), "")
         return
-    say("run", "", f"{STEPS} steps of {step:g} s")
-    wild = [name for name, value in outputs.read().items() if not math.isfinite(value)]
-    say(
+    add("run", "", f"{STEPS} steps of {step:g} s")
+    infinite = [name for name, value in outputs.read().items() if not math.isfinite(value)]
+    add(
         "finite",
-        f"not finite: {', '.join(wild)}" if wild else "",
+        f"not finite: {', '.join(infinite)}" if infinite else "",
         f"all {len(outputs.names)} outputs",
     )
     if description.coSimulation.canGetAndSetFMUstate:
-        _roll_back(say, fmu, outputs, step, description.coSimulation.canSerializeFMUstate)
+        _check_rollback(add, fmu, outputs, step, description.coSimulation.canSerializeFMUstate)
     else:
-        say("rollback", "the FMU offers no fmi2GetFMUstate", "")
+        add("rollback", "the FMU offers no fmi2GetFMUstate", "")
     fmu.terminate()
     fmu.freeInstance()
 
 
 def readable_by_pythonfmu(folder: str) -> bool:
-    """Whether pythonfmu 0.7 finds a folder from its URI: of all percent codes it knows that of the space."""
+    """Return True if pythonfmu 0.7 finds a folder by its URI: it decodes only %20."""
     plain = folder.replace(" ", "").replace("\\", "/")
     return quote(plain, safe="/:~") == plain
 
@@ -111,14 +111,14 @@ def _initialise(fmu: Any, description: Any, messages: list[str]) -> None:
     callbacks.allocateMemory = defaultCallbacks.allocateMemory
     callbacks.freeMemory = defaultCallbacks.freeMemory
     fmu.instantiate(callbacks=callbacks, loggingOn=True)
-    fmu.kept_callbacks = callbacks  # the FMU keeps a pointer to them
+    fmu.kept_callbacks = callbacks  # the FMU has a pointer to them
     fmu.setupExperiment(startTime=0.0)
     fmu.enterInitializationMode()
     fmu.exitInitializationMode()
 
 
 class _Outputs:
-    """Reads the numeric outputs of an FMU."""
+    """The numeric outputs of an FMU."""
 
     def __init__(self, fmu: Any, description: Any) -> None:
         outputs = [
@@ -143,20 +143,22 @@ class _Outputs:
         return dict(zip(self.names, values, strict=True))
 
 
-def _roll_back(say: Say, fmu: Any, outputs: _Outputs, step: float, serialises: bool) -> None:
-    """Make a step twice from one state, then once more from that state as bytes."""
+def _check_rollback(
+    add: AddFinding, fmu: Any, outputs: _Outputs, step: float, serialises: bool
+) -> None:
+    """Make a step twice from one state, then once more from the serialised state."""
     now = STEPS * step
     state = fmu.getFMUstate()
     fmu.doStep(now, step)
     first = outputs.read()
     fmu.setFMUstate(state)
     fmu.doStep(now, step)
-    say("rollback", _difference(first, outputs.read()), "a repeated step gives the same bits")
+    add("rollback", _difference(first, outputs.read()), "a repeated step gives the same bits")
     if serialises:
         again = fmu.deSerializeFMUstate(fmu.serializeFMUstate(state))
         fmu.setFMUstate(again)
         fmu.doStep(now, step)
-        say(
+        add(
             "serialised state",
             _difference(first, outputs.read()),
             "a step from it gives the same bits",

@@ -1,4 +1,4 @@
-"""The kernel's C files, which come with the package and travel in every native FMU."""
+"""The kernel's C files, which are part of the package and of every native FMU."""
 
 from __future__ import annotations
 
@@ -8,13 +8,13 @@ FOLDER = Path(__file__).resolve().parents[1] / "kernel"
 
 
 def kernel_sources() -> dict[str, bytes]:
-    """Name to content of the kernel's C files and headers, in the order of their names.
+    """Return the content of the kernel's C files and headers by name, in alphabetical order.
 
-    The headers of FMI 2.0 are not among them: who compiles a source FMU brings these.
+    The headers of FMI 2.0 are not among them: tools that compile FMUs have their own.
     """
     return {file.name: file.read_bytes() for file in sorted(FOLDER.glob("*.[ch]"))}
 
 
 def units_to_compile() -> list[str]:
-    """Names of the C files, without headers."""
+    """Return the names of the C files, without headers."""
     return [name for name in kernel_sources() if name.endswith(".c")]

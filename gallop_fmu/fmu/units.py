@@ -1,4 +1,4 @@
-"""Units of the FMU's variables, as FMI 2.0 defines them: exponents of the SI base units, the radian and a factor."""
+"""Units of the FMU's variables in FMI 2.0: exponents of SI base units and radian, and a factor."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ BASE_UNITS: dict[str, dict[str, float]] = {
     "N/m": {"kg": 1, "s": -2},
     "N m2/rad": {"kg": 1, "m": 3, "s": -2, "rad": -1},
 }
-"""Unit to exponents; a value in SI is `factor` times the value in the unit."""
+"""Exponents by unit; a value in SI is `factor` times the value in the unit."""
 
 DISPLAY_UNITS = {"rad": ("deg", 180.0 / math.pi), "rad/s": ("deg/s", 180.0 / math.pi)}
-"""Unit to what people read: name, and the factor from the unit to it."""
+"""Display unit by unit: its name, and the factor from the unit to it."""

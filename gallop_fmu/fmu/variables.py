@@ -1,15 +1,15 @@
-"""The variables of the FMU: one table that the model description, the run-time, the documentation and the tests read.
+"""The table of the FMU's variables, for model description, run-time, documentation and tests.
 
-The host's inputs take the place of what the scene says about wind, attack angle and support motion:
+The host's inputs replace the scene's wind, attack angle and support motion:
 
 - ``wind_speed`` replaces ``wind.speed`` and ``wind.history``,
 - ``attack_angle`` replaces ``ice.attack_angle_deg``,
 - ``support.left.x1`` to ``support.right.x3`` replace ``supports.left.motion`` and
   ``supports.right.motion``.
 
-Every other value of the scene that is one number is a fixed parameter under its dotted path, but
-for ``run``, which is the host's business. In names, the index of a load stands in brackets, as FMI
-demands: ``loads[0].torque``.
+Every other number of the scene is a fixed parameter under its dotted path, except those of ``run``,
+which the host decides. In names, the index of a load is in brackets, as FMI demands:
+``loads[0].torque``.
 """
 
 from __future__ import annotations
@@ -33,13 +33,13 @@ SUPPORT_INPUTS = tuple(f"support.{end}.{axis}" for end in ENDS for axis in AXES)
 REPLACED_BY_INPUTS = re.compile(
     r"wind\.(speed|history)\b|ice\.attack_angle_deg$|supports\.\w+\.motion\.|run\."
 )
-"""Paths of a scene that are no parameters, because the host has its say there."""
+"""Paths of a scene that are not parameters, because the host sets them or does not use them."""
 
 DIRECTIONS = ("along the span", "upwards", "across the span, downwind")
 
 
 class Origin(Enum):
-    """Where the run-time finds the value of a variable."""
+    """Source of the value of a variable."""
 
     INPUT = "input"
     PARAMETER = "parameter"
@@ -57,7 +57,7 @@ class Variable:
     name, reference
         Name and value reference; a reference is not used twice, whatever the type.
     origin, key
-        Where the value comes from: the name of an input, the dotted path of a parameter, the name
+        Source of the value: the name of an input, the dotted path of a parameter, the name
         of a channel.
     causality, variability, initial, type
         As in FMI 2.0; `initial` is empty where the standard forbids it.
@@ -67,13 +67,13 @@ class Variable:
     description
         One phrase.
     start
-        Start value; None for what is calculated.
+        Start value; None for calculated variables.
     minimum, maximum
-        Bounds that a host is held to; FMI's are inclusive.
+        Bounds of the host's values; FMI's are inclusive.
     minimum_excluded, maximum_excluded
-        Whether the bound itself is refused.
+        True if the bound itself is refused.
     nominal
-        Order of magnitude, where it is far from one.
+        Order of magnitude, if it is far from one.
     """
 
     name: str
@@ -94,7 +94,7 @@ class Variable:
     nominal: float | None = None
 
     def allows(self, value: float) -> bool:
-        """Whether the bounds include a value."""
+        """Return True if the bounds include a value."""
         low = -math.inf if self.minimum is None else self.minimum
         high = math.inf if self.maximum is None else self.maximum
         above = value > low if self.minimum_excluded else value >= low
@@ -102,7 +102,7 @@ class Variable:
 
     @property
     def allowed(self) -> str:
-        """The bounds in words, as `bounds_of` in kernel/cosim_values.c writes them; may be empty."""
+        """Return the bounds in words, as `bounds_of` in kernel/cosim_values.c; may be empty."""
         low = "greater than" if self.minimum_excluded else "at least"
         high = "less than" if self.maximum_excluded else "at most"
         bounds = ((low, self.minimum), (high, self.maximum))
@@ -110,7 +110,10 @@ class Variable:
 
 
 def fmu_variables(scene: Scene) -> tuple[Variable, ...]:
-    """All variables of a scene's FMU; inputs and outputs come first and have the same references in every FMU."""
+    """Return all variables of a scene's FMU.
+
+    Inputs and outputs come first and have the same references in every FMU.
+    """
     variables: list[Variable] = []
     for settings in (*_inputs(scene), *_outputs(scene), *_parameters(scene)):
         variables.append(Variable(reference=len(variables), **settings))
@@ -118,7 +121,7 @@ def fmu_variables(scene: Scene) -> tuple[Variable, ...]:
 
 
 def variable_table(scene: Scene) -> list[dict[str, str]]:
-    """Rows for documentation: name, causality, type, unit, start, description, all as text."""
+    """Return rows for documentation, as text: name, causality, type, unit, start, description."""
     return [
         {
             "name": variable.name,
@@ -133,7 +136,7 @@ def variable_table(scene: Scene) -> list[dict[str, str]]:
 
 
 def wind_speed_at_start(scene: Scene) -> float:
-    """Wind speed [m/s] of the scene at t = 0."""
+    """Return the wind speed [m/s] of the scene at t = 0."""
     return (
         float(scene.wind.history.at(0.0))
         if scene.wind.history is not None
@@ -142,7 +145,7 @@ def wind_speed_at_start(scene: Scene) -> float:
 
 
 def typical_tension(scene: Scene) -> float:
-    """Horizontal tension [N], from the scene or as m g L^2 / (8 sag)."""
+    """Return the horizontal tension [N], from the scene or as m g L^2 / (8 sag)."""
     span = scene.span
     if span.horizontal_tension is not None:
         return span.horizontal_tension
@@ -231,7 +234,7 @@ def _outputs(scene: Scene) -> Iterator[dict[str, Any]]:
         "name": "status",
         "origin": Origin.STATUS,
         "key": "status",
-        "description": "0: all is well; else the number of what went wrong, see the log",
+        "description": "0: OK; other values: number of the failure, see the log",
     }
     for name in ("newton_iterations", "substeps"):
         meaning = SPAN_CHANNELS[SPAN_INDEX[name]].meaning
@@ -262,7 +265,7 @@ def _parameters(scene: Scene) -> Iterator[dict[str, Any]]:
 
 
 def _exclusive(bounds: dict[str, float]) -> str:
-    """Remark on bounds that are not allowed themselves; those of FMI's model description always are."""
+    """Remark on bounds that are refused themselves; FMI's own bounds are inclusive."""
     words = {"gt": "greater than", "lt": "less than"}
     remarks = " and ".join(
         f"{word} {bounds[kind]:.6g}" for kind, word in words.items() if kind in bounds
@@ -271,7 +274,7 @@ def _exclusive(bounds: dict[str, float]) -> str:
 
 
 def _declared(scene: Scene, path: str) -> tuple[bool, dict[str, float]]:
-    """Whether the field at a path is a whole number, and its bounds by kind: gt, ge, lt, le."""
+    """Return True if the field at a path is a whole number; and its bounds by kind (gt, ...)."""
     *parents, name = path.split(".")
     section: Any = scene
     for parent in parents:

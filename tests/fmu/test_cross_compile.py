@@ -260,7 +260,7 @@ def test_without_zig_the_extra_is_named(gallop_scene, tmp_path, monkeypatch):
     ("runtime", "platforms", "message"),
     [
         ("native", ["win64", "win32"], "'win32' is unknown; there are linux64, win64, darwin64"),
-        ("python", ["win64"], 'only for runtime "native"'),
+        ("python", ["win64"], "for the native runtime only"),
     ],
 )
 def test_platforms_are_checked(gallop_scene, tmp_path, runtime, platforms, message):
