@@ -1,1 +1,1 @@
-"""Screening for the 2:1 swing: reduced model, harmonic balance, Floquet multipliers, continuation."""
+"""Screening for the 2:1 swing: reduced model, harmonic balance, Floquet multipliers, verdict."""

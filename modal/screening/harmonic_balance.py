@@ -1,8 +1,18 @@
-"""Periodic motions of a galloping span by harmonic balance, followed over the wind speed.
+"""Periodic motions of a galloping span by harmonic balance, and their continuation in wind speed.
 
-A motion of period ``2 pi / omega`` is a Fourier series whose coefficients balance the forces of
-`modal.screening.reduced_model` at equally spaced instants. A family of such motions is followed by
-pseudo-arclength continuation, so that it may start from rest, turn back or jump.
+The coordinates of the reduced model (`modal.screening.reduced_model`) are a Fourier series,
+
+    q(t) = c0 + sum over k of (c_2k-1 cos k t' + c_2k sin k t'),    t' = omega t,                (1)
+
+and the residual r of the equations of motion vanishes in the mean over a period against each of the
+functions 1, cos k t', sin k t' =: phi_i, evaluated at N equally spaced instants t_j:
+
+    R_i = 2/N sum over j of phi_i(t_j) r(q, q', q''; t_j) = 0.                                   (2)
+
+The unknowns y are the coefficients c, omega and the wind speed U. Two linear conditions close the
+system: the phase (the first sine of one mode is zero) and the position along the family of motions
+(`Track`). Families are followed by pseudo-arclength continuation, so that they may start at an
+equilibrium and pass folds.
 """
 
 from __future__ import annotations
@@ -10,6 +20,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
 from functools import lru_cache
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
@@ -21,22 +32,43 @@ Array = NDArray[np.float64]
 GALLOP_HARMONICS, GALLOP_INSTANTS = 4, 18
 FINE_HARMONICS, FINE_INSTANTS = 6, 26
 SWING_HARMONICS, SWING_INSTANTS = 6, 26
-"""Harmonics kept and instants of balance. Four harmonics are enough unless a higher mode resonates with one of them."""
+"""Harmonics and instants. Four harmonics suffice unless one of them meets a higher mode."""
 
-RESOLVED = 0.003
-"""Part of the highest harmonic kept, relative to the whole motion, from which more are needed: four are then off by
-0.3 % of the amplitude."""
+MAX_HIGHEST_HARMONIC = 0.003
+"""Largest share of the highest harmonic in a resolved motion.
 
-TOLERANCE = 1e-5
-"""Newton's iteration ends at this relative change of the coefficients; what is left is of the order of its square."""
+With four harmonics the error of the amplitude is then 0.3 %.
+"""
 
+NEWTON_TOLERANCE = 1e-5
+"""Relative correction at which Newton's iteration ends; the error left is of second order in it."""
 
-STRAIGHT, SHORT = 0.8, 0.02
-"""A step along a family must go in the direction of its tangent, this cosine at least, or be as short as this: a longer
-one that turns may have jumped over a fold."""
+NEWTON_ITERATIONS, STEP_ITERATIONS = 12, 6
+"""Largest number of Newton iterations: for a single orbit, and for a step along a family."""
 
-SHORTEST = 1e-3
-"""Step along a family, in parts of its scales, below which no next orbit is looked for."""
+MIN_CORRECTION_SCALE = 1e-12
+"""Lower bound of the motion that relative corrections refer to [modal coordinate]."""
+
+FEW_ITERATIONS = 3
+"""Newton iterations up to which the next step is longer, by `STEP_GROWTH`."""
+
+STEP_GROWTH = 1.5
+"""Largest ratio of a step to the one before."""
+
+MIN_COSINE = 0.8
+"""Smallest cosine between a step and its tangent; a step that turns more may have missed a fold."""
+
+UNCHECKED_STEP = 0.02
+"""Step length up to which this direction is not checked."""
+
+MIN_STEP = 1e-3
+"""Step length, relative to the scales of a family, below which the continuation ends."""
+
+MAX_HALVINGS = 9
+"""Halvings of two neighbours that enclose a wind speed, to find the orbit there."""
+
+AMPLITUDE_INSTANTS = 128
+"""Instants of a period at which the extremes of a motion are read."""
 
 
 class NotConvergedError(ArithmeticError):
@@ -45,12 +77,20 @@ class NotConvergedError(ArithmeticError):
 
 @dataclass(frozen=True)
 class Balance:
-    """Fourier matrices of a number of harmonics at a number of instants."""
+    """Fourier functions at the instants of harmonic balance.
+
+    Attributes
+    ----------
+    harmonics, instants : int
+        Number of harmonics and of instants.
+    value, rate, curvature : ndarray, shape (instant, coefficient)
+        1, cos, sin, cos 2, ... and their first and second derivative by the phase.
+    """
 
     harmonics: int
     instants: int
-    value: Array = field(init=False, repr=False)  # (instant, coefficient): 1, cos, sin, cos 2, ...
-    rate: Array = field(init=False, repr=False)  # the same for the derivative by the phase
+    value: Array = field(init=False, repr=False)
+    rate: Array = field(init=False, repr=False)
     curvature: Array = field(init=False, repr=False)
 
     def __post_init__(self) -> None:
@@ -63,7 +103,13 @@ class Balance:
 
 
 def fourier(phase: Array, harmonics: int) -> tuple[Array, Array]:
-    """1, cos, sin, cos 2, sin 2, ... at phases [rad], and their derivatives: (phase, coefficient) each."""
+    """Evaluate 1, cos, sin, cos 2, sin 2, ... and their derivatives at phases [rad].
+
+    Returns
+    -------
+    ndarray, ndarray, shape (phase, coefficient)
+        Values and derivatives by the phase.
+    """
     value, rate = [np.ones_like(phase)], [np.zeros_like(phase)]
     for k in range(1, harmonics + 1):
         cosine, sine = np.cos(k * phase), np.sin(k * phase)
@@ -73,7 +119,7 @@ def fourier(phase: Array, harmonics: int) -> tuple[Array, Array]:
 
 
 fourier_matrices = lru_cache(maxsize=32)(Balance)
-"""The same for whoever needs them again."""
+"""Cached `Balance`."""
 
 GALLOP = Balance(GALLOP_HARMONICS, GALLOP_INSTANTS)
 FINE = Balance(FINE_HARMONICS, FINE_INSTANTS)
@@ -91,7 +137,7 @@ class Orbit:
     omega : float
         Fundamental angular frequency [rad/s].
     coefficients : ndarray, shape (2 harmonics + 1, mode)
-        Constant, cosine and sine parts in turn.
+        The coefficients c of (1).
     """
 
     wind_speed: float
@@ -99,7 +145,7 @@ class Orbit:
     coefficients: Array = field(repr=False)
 
     def at(self, instants: int) -> tuple[Array, Array, Array]:
-        """Coordinates, velocities and accelerations at instants of one period, (instant, mode) each."""
+        """Coordinates, velocities and accelerations at instants of a period: (instant, mode)."""
         balance = fourier_matrices(len(self.coefficients) // 2, instants)
         return tuple(  # type: ignore[return-value]
             self.omega**order * basis @ self.coefficients
@@ -107,7 +153,7 @@ class Orbit:
         )
 
     def turned(self, phase: float) -> Orbit:
-        """The same motion from another instant of it on, `phase` [rad] of the fundamental later."""
+        """Return the same motion with its origin of time shifted by a phase [rad]."""
         turned = self.coefficients.copy()
         for k in range(1, len(turned) // 2 + 1):
             c, s = self.coefficients[2 * k - 1], self.coefficients[2 * k]
@@ -116,24 +162,24 @@ class Orbit:
         return Orbit(self.wind_speed, self.omega, turned)
 
     def widened(self, harmonics: int) -> Orbit:
-        """The same motion with room for more harmonics."""
+        """Return the same motion with more harmonics, the new ones zero."""
         coefficients = np.zeros((2 * harmonics + 1, self.coefficients.shape[1]))
         coefficients[: len(self.coefficients)] = self.coefficients
         return Orbit(self.wind_speed, self.omega, coefficients)
 
     @property
     def is_resolved(self) -> bool:
-        """Whether the highest harmonic kept is small."""
+        """True if the highest harmonic is small."""
         highest = np.linalg.norm(self.coefficients[-2:])
-        return bool(highest <= RESOLVED * np.linalg.norm(self.coefficients[1:]))
+        return bool(highest <= MAX_HIGHEST_HARMONIC * np.linalg.norm(self.coefficients[1:]))
 
     def packed(self) -> Array:
-        """Coefficients, omega, wind speed in one array."""
+        """Return the unknowns y: coefficients, omega, wind speed."""
         return np.concatenate([self.coefficients.ravel(), [self.omega, self.wind_speed]])
 
 
 def doubled(orbit: Orbit, harmonics: int) -> Orbit:
-    """The same motion as one of twice the period."""
+    """Write a motion as one of twice its period."""
     coefficients = np.zeros((2 * harmonics + 1, orbit.coefficients.shape[1]))
     coefficients[0] = orbit.coefficients[0]
     for k in range(1, min(harmonics // 2, len(orbit.coefficients) // 2) + 1):
@@ -142,19 +188,29 @@ def doubled(orbit: Orbit, harmonics: int) -> Orbit:
 
 
 def unpacked(y: Array, size: int) -> Orbit:
-    """Orbit of the unknowns in one array."""
+    """Convert the unknowns y to an orbit; `size` is the number of modes."""
     return Orbit(float(y[-1]), float(y[-2]), y[:-2].reshape(-1, size))
 
 
 def amplitudes(model: ReducedModel, orbit: Orbit) -> Array:
     """Half peak-to-peak of u1, u2, u3 [m] and theta [rad] at mid-span."""
-    q, _, _ = orbit.at(128)
+    q, _, _ = orbit.at(AMPLITUDE_INSTANTS)
     motion = q @ model.middle
     return np.asarray(0.5 * np.ptp(motion, axis=0))
 
 
-def imbalance(model: ReducedModel, balance: Balance, orbit: Orbit) -> tuple[Array, Array, Forces]:
-    """Fourier coefficients of the residual, their derivatives by the unknowns, and the forces at the instants."""
+def imbalance(model: ReducedModel, balance: Balance, orbit: Orbit) -> tuple[Array, Array]:
+    """Evaluate the residual R of (2) and its derivatives by the unknowns y.
+
+    With Q, Q', Q'' the Fourier matrices, q = Q c, q' = omega Q' c, q'' = omega^2 Q'' c, so that
+
+        dR/domega = 2/N Q^T (C q' + 2 M q'') / omega,    dR/dU = 2/N Q^T dr/dU.                  (3)
+
+    Returns
+    -------
+    ndarray, ndarray
+        Residual (coefficient * mode) and derivatives (coefficient * mode, unknown).
+    """
     q = balance.value @ orbit.coefficients
     v = orbit.omega * balance.rate @ orbit.coefficients
     a = orbit.omega**2 * balance.curvature @ orbit.coefficients
@@ -163,12 +219,11 @@ def imbalance(model: ReducedModel, balance: Balance, orbit: Orbit) -> tuple[Arra
     size, count = model.size, test.shape[1]
     jacobian = np.empty((count, size, count * size + 2))
     jacobian[:, :, :-2] = derivative(balance, orbit.omega, forces, test).reshape(count, size, -1)
-    by_omega = np.einsum("tij,tj->ti", forces.damping, v) + 2.0 * np.einsum(
-        "tij,tj->ti", forces.mass, a
-    )
+    by_omega = np.einsum("tij,tj->ti", forces.damping, v)
+    by_omega = by_omega + 2.0 * np.einsum("tij,tj->ti", forces.mass, a)
     jacobian[:, :, -2] = test.T @ by_omega / orbit.omega
     jacobian[:, :, -1] = test.T @ forces.by_wind
-    return (test.T @ forces.residual).ravel(), jacobian.reshape(count * size, -1), forces
+    return (test.T @ forces.residual).ravel(), jacobian.reshape(count * size, -1)
 
 
 def derivative(
@@ -178,21 +233,41 @@ def derivative(
     test: Array,
     columns: slice | NDArray[np.intp] = slice(None),
 ) -> Array:
-    """(row coefficient, mode, column coefficient, mode) of the linearised balance."""
-    size = forces.residual.shape[1]
-    total = None
-    for order, (basis, matrix) in enumerate(
-        (
-            (balance.value, forces.stiffness),
-            (balance.rate, forces.damping),
-            (balance.curvature, forces.mass),
-        )
-    ):
-        basis = omega**order * basis[:, columns]
+    """Derivative of the balance by the coefficients.
+
+    With the stiffness, damping and mass K, C, M at each instant,
+
+        dR/dc = 2/N sum over j of phi(t_j) (K Q + omega C Q' + omega^2 M Q'')(t_j).              (4)
+
+    Parameters
+    ----------
+    balance, omega
+        Fourier matrices and angular frequency [rad/s].
+    forces
+        Forces and derivatives at the instants.
+    test : ndarray, shape (instant, row)
+        2/N phi.
+    columns
+        Coefficients by which the derivative is taken; all by default.
+
+    Returns
+    -------
+    ndarray, shape (row, mode, column, mode)
+        The derivative.
+    """
+
+    def term(basis: Array, matrix: Array) -> Array:
+        """Sum over the instants of phi basis matrix: (row column, mode mode)."""
+        basis = basis[:, columns]
         weights = (test[:, :, None] * basis[:, None, :]).reshape(len(test), -1)
-        part = weights.T @ matrix.reshape(len(test), -1)
-        total = part if total is None else total + part
-    assert total is not None
+        return np.asarray(weights.T @ matrix.reshape(len(test), -1))
+
+    total = (
+        term(balance.value, forces.stiffness)
+        + term(omega * balance.rate, forces.damping)
+        + term(omega**2 * balance.curvature, forces.mass)
+    )
+    size = forces.residual.shape[1]
     return total.reshape(test.shape[1], -1, size, size).transpose(0, 2, 1, 3)
 
 
@@ -202,9 +277,9 @@ def solve(
     start: Array,
     rows: Array,
     values: Array,
-    iterations: int = 12,
+    iterations: int = NEWTON_ITERATIONS,
 ) -> tuple[Orbit, Array, int]:
-    """Newton's iteration for an orbit on which two linear conditions hold: ``rows @ unknowns = values``.
+    """Find an orbit by Newton's method, subject to two linear conditions ``rows @ y = values``.
 
     Returns
     -------
@@ -214,22 +289,22 @@ def solve(
     Raises
     ------
     NotConvergedError
-        If it is not found.
+        If the iteration does not converge to a positive frequency and wind speed.
     """
     y = start.copy()
     for iteration in range(1, iterations + 1):
-        residual, jacobian, _ = imbalance(model, balance, unpacked(y, model.size))
+        residual, jacobian = imbalance(model, balance, unpacked(y, model.size))
         matrix = np.vstack([jacobian, rows])
         change = np.linalg.solve(matrix, -np.concatenate([residual, rows @ y - values]))
-        scale = max(float(np.max(np.abs(y[:-2]))), 1e-12)
+        scale = max(float(np.max(np.abs(y[:-2]))), MIN_CORRECTION_SCALE)
         if not np.all(np.isfinite(change)):
             break
         y = y + change
         if y[-2] <= 0.0 or y[-1] <= 0.0:
             break
         if (
-            np.max(np.abs(change[:-2])) < TOLERANCE * scale
-            and np.max(np.abs(change[-2:] / y[-2:])) < TOLERANCE
+            np.max(np.abs(change[:-2])) < NEWTON_TOLERANCE * scale
+            and np.max(np.abs(change[-2:] / y[-2:])) < NEWTON_TOLERANCE
         ):
             return unpacked(y, model.size), matrix, iteration
     raise NotConvergedError
@@ -237,26 +312,36 @@ def solve(
 
 @dataclass(frozen=True)
 class Track:
-    """Which unknowns fix the phase and measure the size of a family of orbits."""
+    """Phase condition, size and metric of a family of orbits.
+
+    Attributes
+    ----------
+    model, balance
+        The reduced span, and the harmonics.
+    mode : int
+        The mode whose first harmonic is a pure cosine, and the size of an orbit.
+    wind_scale, size_scale : float
+        Wind speed [m/s] and modal amplitude that count as one unit of length along the family.
+    """
 
     model: ReducedModel
     balance: Balance
-    mode: int  # the mode whose first harmonic is a pure cosine
+    mode: int
     wind_scale: float
     size_scale: float
 
     @property
     def cosine(self) -> int:
-        """Unknown that measures the size."""
+        """Index of the unknown that measures the size."""
         return self.model.size + self.mode
 
     @property
     def sine(self) -> int:
-        """Unknown that is zero."""
+        """Index of the unknown that the phase condition makes zero."""
         return 2 * self.model.size + self.mode
 
     def rows(self, condition: Array) -> Array:
-        """The phase condition and another one."""
+        """Rows of the phase condition and of another condition."""
         rows = np.zeros((2, len(condition)))
         rows[0, self.sine] = 1.0
         rows[1] = condition
@@ -271,7 +356,10 @@ class Track:
 
     @property
     def measure(self) -> Array:
-        """Weights of the unknowns in the length of a family of orbits: of all that oscillates, and of the wind."""
+        """Metric g of arc length, ds^2 = sum of g dy^2.
+
+        All oscillating coefficients and the wind speed count; mean state and frequency do not.
+        """
         weights = np.full(
             (2 * self.balance.harmonics + 1) * self.model.size + 2, 1.0 / self.size_scale**2
         )
@@ -280,38 +368,74 @@ class Track:
         return weights
 
     def size(self, orbit: Orbit) -> float:
-        """First harmonic of the mode followed; negative where a family has passed through rest or half its period."""
+        """First harmonic of the mode; it changes sign where the family passes an equilibrium."""
         return float(orbit.coefficients[1, self.mode])
 
     def near(
-        self, guess: Array, direction: Array, iterations: int = 12
+        self, guess: Array, direction: Array, iterations: int = NEWTON_ITERATIONS
     ) -> tuple[Orbit, Array, int]:
-        """Orbit beside a guess, in the plane across a direction."""
+        """Find the orbit near a guess in the plane normal to a direction."""
         row = self.measure * direction
-        return solve(
-            self.model,
-            self.balance,
-            guess,
-            self.rows(row),
-            np.array([0.0, row @ guess]),
-            iterations,
-        )
+        values = np.array([0.0, row @ guess])
+        return solve(self.model, self.balance, guess, self.rows(row), values, iterations)
 
     def of_size(self, start: Array, size: float) -> tuple[Orbit, Array, int]:
-        """Orbit with the cosine part `size`, whatever the wind."""
+        """Find the orbit of a given size, at any wind speed."""
         guess = start.copy()
         guess[self.cosine] = size
         return self.near(guess, self.growing)
 
     def between(self, low: Array, high: Array, part: float = 0.5) -> Orbit:
-        """Orbit between two neighbours of the family, at a part of the way."""
+        """Find the orbit between two neighbours of the family, at a part of their distance."""
         return self.near(low + part * (high - low), high - low)[0]
 
     def at_wind(self, start: Array, wind_speed: float) -> tuple[Orbit, Array, int]:
-        """Orbit at a wind speed."""
+        """Find the orbit at a wind speed [m/s]."""
         guess, direction = start.copy(), np.zeros_like(start)
         guess[-1], direction[-1] = wind_speed, 1.0
         return self.near(guess, direction)
+
+    def first_at(self, orbits: list[Orbit], wind_speed: float) -> Orbit | None:
+        """Find the first orbit of a family that reaches a wind speed [m/s] from below.
+
+        Returns None if no two neighbours enclose the wind speed, or Newton's method fails. Near a
+        fold it fails from a guess between distant neighbours, so these are halved until it
+        converges.
+        """
+        for low, high in pairwise(orbits):
+            if low.wind_speed <= wind_speed < high.wind_speed:
+                return self._enclosed(low, high, wind_speed)
+        return None
+
+    def _enclosed(self, low: Orbit, high: Orbit, wind_speed: float) -> Orbit | None:
+        """Find the orbit at a wind speed between those of two neighbours."""
+        for _ in range(MAX_HALVINGS):
+            part = (wind_speed - low.wind_speed) / (high.wind_speed - low.wind_speed)
+            guess = (1.0 - part) * low.packed() + part * high.packed()
+            try:
+                return self.at_wind(guess, wind_speed)[0]
+            except NotConvergedError:
+                middle = self.between(low.packed(), high.packed())
+            low, high = (middle, high) if middle.wind_speed <= wind_speed else (low, middle)
+        return None
+
+    def tangent(self, matrix: Array, direction: Array) -> Array:
+        """Unit tangent of the family, on the side of a direction.
+
+        It solves dR/dy t = 0 with the phase condition, and is normalised to the metric.
+
+        Parameters
+        ----------
+        matrix
+            Derivative at the orbit, with the conditions below it.
+        direction
+            Any direction that is not normal to the tangent.
+        """
+        ahead = np.vstack([matrix[:-1], self.measure * direction])
+        unit = np.zeros(len(direction))
+        unit[-1] = 1.0
+        tangent = np.linalg.solve(ahead, unit)
+        return np.asarray(tangent / np.sqrt(tangent @ (self.measure * tangent)))
 
     def follow(
         self,
@@ -323,37 +447,59 @@ class Track:
         longest: float = 0.25,
         most: int = 32,
     ) -> Iterator[Orbit]:
-        """Orbits from `first` on, at first towards `direction`, until `stop` or where Newton finds no more.
+        """Follow a family from an orbit until `stop`, or until Newton's method finds no next one.
 
-        Guesses are of second order (Adams and Bashforth's formula for the tangent), which saves
-        iterations.
+        With t_n the tangent at orbit n and s the step, the guess is that of Adams and Bashforth's
+        second-order formula,
+
+            y_n+1 = y_n + s (t_n + s/2 (t_n - t_n-1) / s_n-1).                                   (5)
+
+        Parameters
+        ----------
+        first, matrix, direction
+            First orbit, the derivative there (`solve`), and the direction to start in.
+        stop
+            Called with each orbit; True ends the family with it.
+        step, longest
+            First and longest step, in the metric of the family.
+        most
+            Largest number of steps.
         """
         yield first
-        y, measure = first.packed(), self.measure
-        before, last = direction, np.inf
+        y, before, last_step = first.packed(), direction, np.inf
         for number in range(most):
-            ahead = np.vstack([matrix[:-1], measure * direction])
-            direction = np.linalg.solve(ahead, np.concatenate([np.zeros(len(y) - 1), [1.0]]))
-            direction /= np.sqrt(direction @ (measure * direction))
-            bend = np.zeros_like(y) if number == 0 else (direction - before) / last
-            while True:
-                try:
-                    guess = y + step * (direction + 0.5 * step * bend)
-                    orbit, found, iterations = self.near(guess, direction, iterations=6)
-                    moved = orbit.packed() - y
-                    if step > SHORT and direction @ (measure * moved) < STRAIGHT * np.sqrt(
-                        moved @ (measure * moved)
-                    ):
-                        raise NotConvergedError
-                    matrix = found
-                    break
-                except (NotConvergedError, np.linalg.LinAlgError):
-                    step *= 0.5
-                    if step < SHORTEST:
-                        return
+            direction = self.tangent(matrix, direction)
+            bend = np.zeros_like(y) if number == 0 else (direction - before) / last_step
+            found = self._step(y, direction, bend, step)
+            if found is None:
+                return
+            orbit, matrix, iterations, step = found
             yield orbit
             if stop(orbit):
                 return
-            y, before, last = orbit.packed(), direction, step
-            if iterations <= 3:
-                step = min(1.5 * step, longest)
+            y, before, last_step = orbit.packed(), direction, step
+            if iterations <= FEW_ITERATIONS:
+                step = min(STEP_GROWTH * step, longest)
+
+    def _step(
+        self, y: Array, direction: Array, bend: Array, step: float
+    ) -> tuple[Orbit, Array, int, float] | None:
+        """Take one step along the family, halved until it succeeds.
+
+        Returns orbit, derivative, Newton iterations and step length; None below `MIN_STEP`.
+        """
+        while step >= MIN_STEP:
+            guess = y + step * (direction + 0.5 * step * bend)
+            try:
+                orbit, matrix, iterations = self.near(guess, direction, STEP_ITERATIONS)
+            except (NotConvergedError, np.linalg.LinAlgError):
+                step *= 0.5
+                continue
+            if step <= UNCHECKED_STEP or self._cosine(orbit.packed() - y, direction) >= MIN_COSINE:
+                return orbit, matrix, iterations, step
+            step *= 0.5
+        return None
+
+    def _cosine(self, moved: Array, direction: Array) -> float:
+        """Cosine of the angle between a move and a unit direction, in the metric of the family."""
+        return float(direction @ (self.measure * moved) / np.sqrt(moved @ (self.measure * moved)))

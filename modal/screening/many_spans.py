@@ -1,4 +1,4 @@
-"""Screening many spans: every span of a table, or a scene over values of its parameters."""
+"""Screening of many spans: all spans of a table, or a scene over values of its parameters."""
 
 from __future__ import annotations
 
@@ -8,67 +8,72 @@ from pathlib import Path
 from typing import Any
 
 from gallop_fmu import Runs, Scene
+from gallop_fmu.foundation.deprecation import warn_renamed
 from gallop_fmu.input.scene_spec import SceneSpec
 from gallop_fmu.sweeps.cases import SpanTable, cases
 from gallop_fmu.sweeps.pool import Kind
 from gallop_fmu.sweeps.rows import Row
 from gallop_fmu.sweeps.runner import CarryOn, Progress, compute, one_by_one
-from modal.screening.screen import REACH, Screening, check_wind, screen
+from modal.screening.screen import MAX_WIND_RATIO, Screening, check_wind, screen
 from modal.screening.two_mode_estimate import two_mode_estimate
 from modal.stability.frequency_ratio import frequency_ratio
 
 SCREENING_COLUMNS = {
     "risk": (
         "",
-        "whether galloping starts the swing: none, other, detuned, possible, certain, undetermined",
+        "risk of a swing: none, other, detuned, possible, certain, undetermined",
     ),
-    "reason": ("", "why, in words"),
-    "wind_speed": ("m/s", "the scene's wind"),
-    "highest_wind": ("m/s", "up to where was looked"),
+    "reason": ("", "reason for the risk"),
+    "wind_speed": ("m/s", "the scene's wind speed"),
+    "highest_wind": ("m/s", "highest wind speed of the search"),
     "vertical_hz": ("Hz", "first symmetric vertical natural frequency"),
     "horizontal_hz": ("Hz", "first horizontal natural frequency"),
     "ratio": ("1", "vertical over horizontal natural frequency"),
     "detuning": ("1", "relative distance of the ratio from 2"),
-    "galloping_from": ("m/s", "wind at which galloping begins"),
+    "galloping_from": ("m/s", "wind speed at which galloping begins"),
     "other_galloping_from": (
         "m/s",
-        "wind at which another mode than the first symmetric vertical one gallops",
+        "wind speed at which a mode other than the first symmetric vertical one gallops",
     ),
-    "onset_wind_speed": ("m/s", "wind at which the swing starts"),
-    "until_wind_speed": ("m/s", "wind at which it no longer starts"),
+    "onset_wind_speed": ("m/s", "wind speed at which the swing starts"),
+    "until_wind_speed": ("m/s", "wind speed from which the swing no longer starts"),
     "threshold_amplitude": ("m", "vertical amplitude at which the swing starts"),
     "galloping_vertical": (
         "m",
         "vertical amplitude of galloping without swing at the scene's wind",
     ),
     "growth_per_cycle": ("1", "growth of a small swing in a vertical cycle at the scene's wind"),
-    "saturated_vertical": ("m", "vertical amplitude that galloping and swing settle at"),
-    "saturated_horizontal": ("m", "horizontal amplitude that they settle at"),
-    "warnings": ("", "what is unusual about the span, or contradicts itself"),
+    "saturated_vertical": ("m", "vertical amplitude of saturated galloping with swing"),
+    "saturated_horizontal": ("m", "horizontal amplitude of saturated galloping with swing"),
+    "warnings": ("", "unusual or contradictory values of the span"),
 }
 
-NEAR = 0.1
-"""Detuning below which a span is suspect whatever the estimate says."""
+SUSPECT_DETUNING = 0.1
+"""Detuning below which a span is suspect even if the estimate finds no threshold."""
 
-FIRST_LOOK_COLUMNS = {
+ESTIMATE_COLUMNS = {
     "suspect": (
         "",
-        (
-            "whether the estimate knows a threshold of the swing, reached or not, or the ratio is"
-            " near 2"
-        ),
+        "true if the estimate finds a threshold of the swing, reached or not, or the ratio is near"
+        " 2",
     ),
     **{
         key: SCREENING_COLUMNS[key]
-        for key in ("wind_speed", "highest_wind", "vertical_hz", "horizontal_hz")
+        for key in (
+            "wind_speed",
+            "highest_wind",
+            "vertical_hz",
+            "horizontal_hz",
+            "ratio",
+            "detuning",
+        )
     },
-    **{key: SCREENING_COLUMNS[key] for key in ("ratio", "detuning")},
     "estimated_vertical": (
         "m",
-        "estimate of the vertical amplitude of galloping without swing at the scene's wind",
+        "estimated vertical amplitude of galloping without swing at the scene's wind",
     ),
-    "estimated_threshold": ("m", "estimate of the vertical amplitude at which the swing starts"),
-    "estimated_onset": ("m/s", "estimate of the wind at which the swing starts"),
+    "estimated_threshold": ("m", "estimated vertical amplitude at which the swing starts"),
+    "estimated_onset": ("m/s", "estimated wind speed at which the swing starts"),
     "warnings": SCREENING_COLUMNS["warnings"],
 }
 
@@ -78,24 +83,29 @@ class ScreeningTask:
     """The task of `screen_spans`."""
 
     highest_wind: float | None
-    kind: Kind = "processes"  # NumPy in small pieces holds the interpreter lock
+    kind: Kind = "processes"  # NumPy on small arrays holds the interpreter lock
 
     @property
     def columns(self) -> Mapping[str, tuple[str, str]]:
-        """Column to unit and meaning."""
+        """Unit and meaning of each column."""
         return SCREENING_COLUMNS
 
     def __str__(self) -> str:
-        reach = "1.5 times the wind" if self.highest_wind is None else f"{self.highest_wind:g} m/s"
+        """Text that identifies the task; a resumed table must match it."""
+        reach = (
+            f"{MAX_WIND_RATIO:g} times the wind"
+            if self.highest_wind is None
+            else f"{self.highest_wind:g} m/s"
+        )
         return f"screen to {reach}"
 
     def __call__(self, scenes: Sequence[Scene], carry_on: CarryOn) -> list[Row]:
-        """Screen a group of scenes, each by itself."""
+        """Screen a group of scenes one by one."""
         return one_by_one(lambda scene: row_of(screen(scene, self.highest_wind)), scenes, carry_on)
 
 
 def row_of(found: Screening) -> Row:
-    """What is kept of a screening: the columns of `SCREENING_COLUMNS`."""
+    """Convert a screening to the columns of `SCREENING_COLUMNS`."""
     pair, galloping, saturated = found.frequencies, found.galloping, found.saturated
     return {
         "risk": found.risk,
@@ -120,32 +130,34 @@ def row_of(found: Screening) -> Row:
 
 
 @dataclass(frozen=True)
-class FirstLookTask:
-    """The task of `screen_spans` that takes a first look."""
+class EstimateTask:
+    """The task of `screen_spans` with `estimate_only`."""
 
     highest_wind: float | None
     kind: Kind = "processes"
 
     @property
     def columns(self) -> Mapping[str, tuple[str, str]]:
-        """Column to unit and meaning."""
-        return FIRST_LOOK_COLUMNS
+        """Unit and meaning of each column."""
+        return ESTIMATE_COLUMNS
 
     def __str__(self) -> str:
-        return f"first look, {ScreeningTask(self.highest_wind)}"
+        """Text that identifies the task; a resumed table must match it."""
+        return f"estimate only, {ScreeningTask(self.highest_wind)}"
 
     def __call__(self, scenes: Sequence[Scene], carry_on: CarryOn) -> list[Row]:
-        """Estimate for a group of scenes, each by itself."""
-        return one_by_one(self._look, scenes, carry_on)
+        """Estimate a group of scenes one by one."""
+        return one_by_one(self._estimate, scenes, carry_on)
 
-    def _look(self, scene: Scene) -> Row:
+    def _estimate(self, scene: Scene) -> Row:
         wind = scene.wind.mean_speed
-        highest = REACH * wind if self.highest_wind is None else self.highest_wind
+        highest = MAX_WIND_RATIO * wind if self.highest_wind is None else self.highest_wind
         check_wind(scene, wind, highest)
         pair, found = frequency_ratio(scene), two_mode_estimate(scene, wind, highest)
+        has_threshold = found.threshold_amplitude is not None
         gallops = found.vertical_amplitude > 0.0
         return {
-            "suspect": found.threshold_amplitude is not None or abs(pair.detuning) < NEAR,
+            "suspect": has_threshold or abs(pair.detuning) < SUSPECT_DETUNING,
             "wind_speed": wind,
             "highest_wind": highest,
             "vertical_hz": pair.vertical_hz,
@@ -159,40 +171,45 @@ class FirstLookTask:
         }
 
 
+# 10 parameters: those of gallop_fmu.sweep and two more; all but two are keywords
 def screen_spans(
     scene: Scene | SceneSpec | str | Path | None = None,
     over: Mapping[str, Sequence[Any]] | None = None,
     *,
     table: SpanTable | None = None,
     highest_wind: float | None = None,
-    first_look: bool = False,
+    estimate_only: bool = False,
     out: Path | str | None = None,
     workers: int | None = None,
     cluster: str | None = None,
     progress: Progress | None = None,
+    first_look: bool | None = None,
 ) -> Runs:
-    """`modal.screen` for a scene over values of its parameters, or every span of a table, or both.
+    """Screen (`modal.screen`) a scene over values of its parameters, all spans of a table, or both.
 
     Parameters
     ----------
     scene, over, table, out, cluster, progress
         As for `gallop_fmu.sweep`.
     highest_wind
-        Highest wind speed [m/s] looked at; None takes 1.5 times each scene's.
-    first_look
-        In place of `modal.screen` only `modal.two_mode_estimate`, about thirty times as fast: for
-        thousands of spans, of which the ``suspect`` ones are then screened. The estimate may miss
-        an onset, mostly above 2:1; so a span is suspect as soon as it has a threshold in sight
-        (`benchmarks/speed/corridor.py` compares).
+        Highest wind speed [m/s] of the search; None takes 1.5 times each scene's.
+    estimate_only
+        Compute only `modal.two_mode_estimate` instead of `modal.screen`, which is about thirty
+        times as fast: for thousands of spans, of which the ``suspect`` ones are screened
+        afterwards. The estimate may miss an onset, mostly above 2:1; therefore a span is suspect
+        as soon as a threshold exists in the range of amplitudes (`benchmarks/speed/corridor.py`
+        compares).
     workers
         Number of processes; None takes one for each core. With 1, and where no process can be
-        started, all is computed in this one.
+        started, everything is computed in the calling process.
+    first_look
+        Deprecated name of `estimate_only`.
 
     Returns
     -------
     Runs
-        One row a span with the columns of `SCREENING_COLUMNS` or `FIRST_LOOK_COLUMNS`, also for
-        those that could not be screened: ``outcome`` and ``message`` tell why.
+        One row for each span with the columns of `SCREENING_COLUMNS` or `ESTIMATE_COLUMNS`. Spans
+        that could not be screened have a row, too; ``outcome`` and ``message`` give the reason.
 
     Raises
     ------
@@ -206,7 +223,10 @@ def screen_spans(
     >>> found.dataset.risk.values.tolist()
     ['certain', 'certain']
     """
-    task = FirstLookTask(highest_wind) if first_look else ScreeningTask(highest_wind)
+    if first_look is not None:
+        warn_renamed("screen_spans(first_look=...)", "estimate_only")
+        estimate_only = first_look
+    task = EstimateTask(highest_wind) if estimate_only else ScreeningTask(highest_wind)
     return compute(
         cases(scene, over, table), task, out=out, count=workers, cluster=cluster, progress=progress
     )

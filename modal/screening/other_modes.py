@@ -1,4 +1,4 @@
-"""Galloping of the modes beside the first symmetric vertical one, which the search for a 2:1 swing does not follow."""
+"""Galloping of modes other than the first symmetric vertical one, which the screening follows."""
 
 from __future__ import annotations
 
@@ -11,20 +11,25 @@ from gallop_fmu import SceneError
 from modal.linear.mode_basis import mirrored
 from modal.linear.mode_tracking import ALIKE
 from modal.linear.modes import FAMILIES, Family, by_family, half_waves
-from modal.screening.reduced_model import MeanState, ReducedModel, lopsided_model, mean_state
+from modal.screening.reduced_model import (
+    MeanState,
+    ReducedModel,
+    mean_state,
+    with_antisymmetric_modes,
+)
 
 Array = NDArray[np.float64]
 
-WINDS = 24
-"""Wind speeds up to the highest at which the modes are examined before the lowest onset is narrowed down."""
+WIND_POINTS = 24
+"""Wind speeds up to the highest at which the modes are examined before the onset is bisected."""
 
-HALVINGS = 20
-"""Halvings of the interval that holds the lowest onset."""
+BISECTIONS = 20
+"""Halvings of the interval that contains the lowest onset."""
 
-FOLLOWED = 3
-"""Times that a step is halved to follow the first vertical mode past another."""
+TRACKING_HALVINGS = 3
+"""Largest number of halvings of a wind step while the first vertical mode is tracked."""
 
-NUMBERS = ("no", "one", "two", "three", "four", "five", "six")
+NUMBER_WORDS = ("no", "one", "two", "three", "four", "five", "six")
 
 
 @dataclass(frozen=True)
@@ -49,7 +54,8 @@ class OtherMode:
     frequency_hz: float
 
     def __str__(self) -> str:
-        number = NUMBERS[self.loops] if self.loops < len(NUMBERS) else str(self.loops)
+        known = self.loops < len(NUMBER_WORDS)
+        number = NUMBER_WORDS[self.loops] if known else str(self.loops)
         loops = f"{number} loop{'' if self.loops == 1 else 's'}"
         what = f"{loops} gallop{'s' if self.loops == 1 else ''}"
         if self.family != "vertical":
@@ -58,24 +64,29 @@ class OtherMode:
 
 
 def first_other_mode(model: ReducedModel, highest: float) -> OtherMode | None:
-    """The mode that grows at the lowest wind, the first symmetric vertical one apart; None if there is none.
+    """Find the mode that grows at the lowest wind, except the first symmetric vertical mode.
 
-    Linear theory in the reduced coordinates: the lowest modes of each family and both symmetries
-    about the equilibrium in each wind. Winds in which the span has no stable equilibrium end the
-    search.
+    Linear theory about the equilibrium in each wind, in the coordinates of the reduced model: the
+    lowest modes of each family, symmetric and antisymmetric. The search ends at a wind speed
+    without a stable equilibrium.
 
     Parameters
     ----------
     model
         The reduced span.
     highest
-        Highest wind speed [m/s] looked at.
+        Highest wind speed [m/s] of the search.
+
+    Returns
+    -------
+    OtherMode or None
+        None if no other mode grows.
     """
-    wide = lopsided_model(model) if mirrored(model.scene) else model
+    wide = with_antisymmetric_modes(model) if mirrored(model.scene) else model
     low, before = 0.0, _modes(model, wide, 0.0)
-    for high in (highest * np.arange(1, WINDS + 1) / WINDS).tolist():
+    for high in (highest * np.arange(1, WIND_POINTS + 1) / WIND_POINTS).tolist():
         try:
-            found = _followed(model, wide, before, low, high)
+            found = _tracked(model, wide, before, low, high)
         except SceneError:
             return None
         if found.growth() > 0.0:
@@ -83,54 +94,64 @@ def first_other_mode(model: ReducedModel, highest: float) -> OtherMode | None:
         low, before = high, found
     else:
         return None
-    for _ in range(HALVINGS):
+    for _ in range(BISECTIONS):
         middle = 0.5 * (low + high)
         try:
-            between = _followed(model, wide, before, low, middle)
+            between = _tracked(model, wide, before, low, middle)
         except SceneError:
             break
         if between.growth() > 0.0:
             high, found = middle, between
         else:
             low, before = middle, between
-    best = found.fastest_other()
-    wave, family = _wave(wide, found.vectors[:, best])
-    return OtherMode(
-        family, half_waves(wave), high, abs(float(found.rates[best].imag)) / (2.0 * np.pi)
-    )
+    number = found.fastest_other()
+    wave, family = _wave(wide, found.vectors[:, number])
+    frequency = abs(float(found.rates[number].imag)) / (2.0 * np.pi)
+    return OtherMode(family, half_waves(wave), high, frequency)
 
 
 @dataclass(frozen=True)
 class _Modes:
-    """The oscillating modes in one wind: eigenvalues [1/s], vectors in columns, and the place of the first vertical."""
+    """Oscillating modes in one wind.
+
+    Attributes
+    ----------
+    rates : ndarray, shape (mode,)
+        Eigenvalues [1/s].
+    vectors : ndarray, shape (coordinate, mode)
+        Eigenvectors.
+    mass : ndarray, shape (coordinate, coordinate)
+        Mass matrix.
+    first_vertical : int
+        Number of the first symmetric vertical mode.
+    """
 
     rates: NDArray[np.complex128]
     vectors: NDArray[np.complex128]
     mass: Array
-    own: int
+    first_vertical: int
 
     def fastest_other(self) -> int:
-        """Place of the mode that grows fastest beside the first vertical one."""
+        """Number of the fastest-growing mode except the first vertical one."""
         growth = self.rates.real.copy()
-        growth[self.own] = -np.inf
+        growth[self.first_vertical] = -np.inf
         return int(np.argmax(growth))
 
     def growth(self) -> float:
-        """Its rate of growth [1/s]."""
+        """Growth rate [1/s] of that mode."""
         return float(self.rates[self.fastest_other()].real)
 
     def likeness(self, other: _Modes) -> Array:
-        """Modal assurance criterion of the first vertical mode here with every mode there."""
-        here, there = self.vectors[:, self.own], other.vectors
-        weighed = other.mass @ there
-        sizes = (
-            np.vdot(here, other.mass @ here).real
-            * np.einsum("im,im->m", there.conj(), weighed).real
-        )
-        return np.asarray(np.abs(here.conj() @ weighed) ** 2 / sizes)
+        """Modal assurance criterion of the first vertical mode with every mode of `other`."""
+        vector, vectors = self.vectors[:, self.first_vertical], other.vectors
+        weighted = other.mass @ vectors
+        norm = np.vdot(vector, other.mass @ vector).real
+        norms = norm * np.einsum("im,im->m", vectors.conj(), weighted).real
+        return np.asarray(np.abs(vector.conj() @ weighted) ** 2 / norms)
 
 
 def _modes(model: ReducedModel, wide: ReducedModel, wind: float) -> _Modes:
+    """Modes about the equilibrium of `model` in a wind [m/s], in the coordinates of `wide`."""
     state: MeanState = mean_state(model, wind)
     n = wide.size
     q = np.zeros((1, n))
@@ -140,31 +161,30 @@ def _modes(model: ReducedModel, wide: ReducedModel, wind: float) -> _Modes:
     lower = -np.linalg.solve(mass, np.hstack([stiffness, damping]))
     rates, vectors = np.linalg.eig(np.vstack([np.eye(n, 2 * n, n), lower]))
     kept = rates.imag > 0.0
-    return _Modes(
-        rates[kept], vectors[:n, kept], mass, int(np.argmin(np.abs(rates[kept] - state.vertical)))
-    )
+    nearest = int(np.argmin(np.abs(rates[kept] - state.vertical)))
+    return _Modes(rates[kept], vectors[:n, kept], mass, nearest)
 
 
-def _followed(
+def _tracked(
     model: ReducedModel,
     wide: ReducedModel,
     before: _Modes,
     low: float,
     high: float,
-    halvings: int = FOLLOWED,
+    halvings: int = TRACKING_HALVINGS,
 ) -> _Modes:
-    """The modes in a wind, with the first vertical one followed from a lower wind: its shape becomes another's."""
+    """Modes in a wind, with the first vertical one tracked by its shape from a lower wind."""
     found = _modes(model, wide, high)
     likeness = before.likeness(found)
     if likeness.max() < ALIKE and halvings > 0:
         middle = 0.5 * (low + high)
-        between = _followed(model, wide, before, low, middle, halvings - 1)
-        return _followed(model, wide, between, middle, high, halvings - 1)
-    return replace(found, own=int(np.argmax(likeness)))
+        between = _tracked(model, wide, before, low, middle, halvings - 1)
+        return _tracked(model, wide, between, middle, high, halvings - 1)
+    return replace(found, first_vertical=int(np.argmax(likeness)))
 
 
 def _wave(wide: ReducedModel, vector: NDArray[np.complex128]) -> tuple[Array, Family]:
-    """Displacement along the span, in the family that moves most, at the instant at which it moves most."""
+    """Displacement along the span in the dominant family, at the phase of its largest motion."""
     shape = by_family(wide.scene, np.einsum("m,mni->ni", vector, wide.shapes))
     inertia = wide.scene.conductor.torsional_inertia + wide.scene.ice.torsional_inertia
     mass = wide.scene.conductor.mass_per_length + wide.scene.ice.mass_per_length

@@ -355,7 +355,7 @@ def reduced_model(scene: Scene, rest: Rest) -> ReducedModel:
     return ReducedModel(scene, rest, chosen, with_stretching(rest, chosen))
 
 
-def lopsided_model(model: ReducedModel) -> ReducedModel:
+def with_antisymmetric_modes(model: ReducedModel) -> ReducedModel:
     """The antisymmetric modes of a span with mirror symmetry added behind the symmetric ones of its model."""
     chosen = choose(model.rest, (False,))
     shapes = np.concatenate([model.shapes, with_stretching(model.rest, chosen)])

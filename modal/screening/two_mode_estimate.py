@@ -1,11 +1,19 @@
-"""The 2:1 resonance of a span in two modes, by formulas: when vertical galloping starts the horizontal swing.
+"""Closed-form estimate of the 2:1 resonance from the first symmetric pair of modes.
 
-The first symmetric vertical mode changes the tension and with it the stiffness of the horizontal
-one, whose equation is Mathieu's: ``q'' + 2 xi w q' + w^2 (1 + e cos W t) q = 0`` with ``e = h/H``,
-the dynamic over the static tension. It is unstable from ``e = 4 sqrt(xi^2 + D^2)`` on, ``D = W/(2
-w) - 1`` (Nayfeh and Mook 1979, section 5.3). Both frequencies depend on the amplitude: the first
-corrections are those of Lindstedt and Poincare, with all other modes answering to the second order.
-The vertical amplitude follows from the balance of energy over a cycle.
+Vertical galloping of amplitude a and angular frequency W changes the tension, and with it the
+stiffness of the first symmetric horizontal mode. Its coordinate q obeys Mathieu's equation
+
+    q'' + 2 xi w q' + w^2 (1 + e cos W t) q = 0,    e = m a,                                     (1)
+
+where w is the horizontal frequency, xi the damping ratio (structure and wind) and m the relative
+change of stiffness per metre (`Coupling.modulation`). Near W = 2 w the rest position loses its
+stability, and the swing starts, above (Nayfeh and Mook 1979, section 5.3)
+
+    e = 4 sqrt(xi^2 + D^2),    D = W / (2 w) - 1.                                                (2)
+
+W and w depend on a; the corrections of order a^2 follow from a perturbation expansion
+(`quadratic_coupling`). The amplitude of galloping without swing follows from the balance of energy
+over one cycle (`_cycle`).
 """
 
 from __future__ import annotations
@@ -22,31 +30,43 @@ from modal.screening.reduced_model import ReducedModel
 
 Array = NDArray[np.float64]
 
-ELEMENTS = 6
-"""Elements of the mesh: the two modes are wider than its elements by far."""
+MESH_ELEMENTS = 6
+"""Elements of the mesh; both mode shapes are much wider than an element."""
 
-INSTANTS = 12
-"""Instants of a cycle at which energy is balanced; more change nothing at 0.1 %."""
+CYCLE_INSTANTS = 12
+"""Instants of a cycle in the energy balance; more instants change the result by less than 0.1 %."""
 
-LARGEST_RATIO = 1.5
-"""Largest vertical speed over wind speed that the balance looks at."""
+MAX_SPEED_RATIO = 1.5
+"""Largest ratio of vertical speed to wind speed in the energy balance."""
 
-AMPLITUDES, WINDS = 16, 16
-"""Points at which the balance is read; parabolas through three of them refine it."""
+AMPLITUDE_POINTS, WIND_POINTS = 16, 16
+"""Amplitudes and wind speeds at which the energy balance is evaluated."""
 
-TWIST_ROUNDS = 3
-"""Rounds in which the twist settles to the wind's moment; each shrinks the error about tenfold."""
+FINE_POINTS = 201
+"""Points between two of these at which an interpolating parabola or line is evaluated."""
+
+TWIST_ITERATIONS = 3
+"""Fixed-point iterations for the quasi-static twist; each reduces the error about tenfold."""
+
+SECOND_STEP_RATIO = 1e3
+"""Step of the second difference of the tangent along the vertical mode, in units of `PROBE`.
+
+The tangent is quadratic in the displacement, so that any step is exact but for rounding.
+"""
+
+MIN_FREQUENCY_SQUARED = 1e-12
+"""Lower bound of the squared horizontal frequency [rad2/s2] at large amplitudes."""
 
 
 @dataclass(frozen=True)
 class Coupling:
-    """Quadratic coupling of the first symmetric pair and what follows from it to the second order.
+    """Quadratic coupling of the first symmetric pair of modes, and the frequency corrections.
 
     Attributes
     ----------
     modulation : float
-        Relative change of the swing's stiffness w^2 per metre of vertical mid-span displacement
-        [1/m]; in a shallow span this is the dynamic tension per metre over the static one.
+        Relative change of the horizontal stiffness w^2 per metre of vertical mid-span displacement
+        [1/m]. In a shallow span this is the dynamic tension per metre over the static tension.
     vertical_curve : float
         Change of the squared vertical frequency [rad2/s2] per square metre of vertical amplitude.
     swing_curve : float
@@ -60,27 +80,27 @@ class Coupling:
 
 @dataclass(frozen=True)
 class TwoMode:
-    """Analytic estimate of the 2:1 resonance.
+    """Closed-form estimate of the 2:1 resonance.
 
     Attributes
     ----------
     coupling : Coupling
         Quadratic coupling of the pair.
     swing_damping : float
-        Damping ratio of the swing, structure and wind together, at the wind speed of the estimate.
+        Damping ratio of the swing (structure and wind) at the wind speed of the estimate.
     threshold_amplitude : float or None
-        Vertical amplitude [m] at mid-span that starts the swing; None if none within the range
-        looked at does.
+        Vertical amplitude [m] at mid-span that starts the swing; None if no amplitude in the range
+        of the energy balance does.
     threshold_detuning : float or None
-        D there.
+        Detuning D at that amplitude.
     vertical_amplitude : float
-        Vertical galloping amplitude [m] at the scene's wind without swing; 0 where galloping dies
-        out, infinite where the balance finds no end to its growth.
+        Amplitude [m] of vertical galloping without swing at the scene's wind; 0 if galloping
+        decays, infinite if the energy balance has no limit cycle.
     onset_wind_speed : float or None
-        Wind speed [m/s] at which galloping reaches the threshold; None if not below the highest
-        one.
+        Wind speed [m/s] at which galloping reaches the threshold; None if it does not below the
+        highest wind speed.
     seconds : float
-        Time it took.
+        Computing time [s].
     """
 
     coupling: Coupling
@@ -93,7 +113,7 @@ class TwoMode:
 
     @property
     def swings(self) -> bool:
-        """Whether the vertical amplitude at the scene's wind passes the threshold."""
+        """True if the vertical amplitude at the scene's wind exceeds the threshold."""
         return (
             self.threshold_amplitude is not None
             and self.vertical_amplitude > self.threshold_amplitude
@@ -101,53 +121,122 @@ class TwoMode:
 
 
 def quadratic_coupling(scene: Scene, rest: Rest | None = None) -> Coupling:
-    """Quadratic coupling of the first symmetric vertical and horizontal mode, from the kernel's tangent."""
+    """Compute the quadratic coupling of the first symmetric pair, from the kernel's tangent.
+
+    Parameters
+    ----------
+    scene
+        The span.
+    rest
+        Matrices and modes of the span in still air; None computes them.
+
+    Returns
+    -------
+    Coupling
+        Modulation and frequency corrections, per metre of vertical mid-span displacement.
+
+    Notes
+    -----
+    Let v and h be the mass-normalised vertical and horizontal mode, w_v and w_h their frequencies,
+    M and K the matrices at rest. Along the vertical mode the tangent stiffness is
+
+        K(a v) = K + a k1 + a^2/2 k2,    and    K1(u) = dK/du . u,    so that k1 = K1(v).        (3)
+
+    *Vertical frequency.* Insert u = a v cos t + a^2/2 (u20 + u22 cos 2t), t = W time, into
+    M u'' + K u + K1(u) u / 2 + K2(u, u) u / 6 = 0. Order a^2, with cos^2 t = (1 + cos 2t)/2:
+
+        K u20 = -k1 v / 2,    (K - 4 w_v^2 M) u22 = -k1 v / 2.                                   (4)
+
+    Order a^3, projected on v and cos t (no secular term):
+
+        W^2 = w_v^2 + a^2 [ v . k1 (u20/2 + u22/4) + v . k2 v / 8 ].                             (5)
+
+    *Horizontal frequency.* A small motion q h cos(t/2) on top of it has the stiffness
+
+        K + a k1 cos t + a^2/2 [ K1(u20) + K1(u22) cos 2t + k2 cos^2 t ].
+
+    Its mean in time contributes h . K1(u20) h / 2 + h . k2 h / 4. The term a k1 cos t excites all
+    modes at 3/2 W, and all modes but h itself at W/2; their response acts back on h through the
+    same term. With R(s) f the response of the modes to a force f at the squared frequency s,
+    R(s) = sum of (x . f) x / (w_x^2 - s) over the modes x, R' the same sum without h, and W = w_v:
+
+        w^2 = w_h^2 + a^2 [ h . K1(u20) h / 2 + h . k2 h / 4
+                            - k1 h . (R(9/4 w_v^2) + R'(w_v^2/4)) k1 h / 4 ].                    (6)
+
+    *Modulation.* The term of (1) itself is m = h . k1 h / w_h^2.
+
+    Examples
+    --------
+    >>> import gallop_fmu as gf, modal
+    >>> round(modal.quadratic_coupling(gf.load_scene("example3")).modulation, 2)
+    -0.97
+    """
     rest = at_rest(scene) if rest is None else rest
-    still = Inputs.still(scene)
-    v, h = rest.first("vertical"), rest.first("horizontal")
+    number_v, number_h = rest.first("vertical"), rest.first("horizontal")
     free = np.flatnonzero(rest.free)
     block = np.ix_(free, free)
     shapes = rest.shapes.reshape(len(rest.shapes), -1)[:, free]
-    up, across = shapes[v], shapes[h]
-    vertical, horizontal = rest.frequencies[v] ** 2, rest.frequencies[h] ** 2
-    first = tension_derivative(rest, v)[block]
-    stretched, straight = (
-        assemble(rest.model.tangent(u, stiffness=1.0, inputs=still))[block]
-        for u in (rest.shapes[v] * 1e3 * PROBE, None)
-    )
-    second = 2.0 * (stretched - straight - 1e3 * PROBE * first) / (1e3 * PROBE) ** 2
-    per_metre = 1.0 / rest.shapes[v, rest.model.middle, 1]
     squares = rest.frequencies**2
+    v, h = shapes[number_v], shapes[number_h]
+    square_v, square_h = squares[number_v], squares[number_h]
 
-    def answer(force: Array, square: float, without: int | None = None) -> Array:
-        """Steady answer of all modes, or all but one, to a force at a squared frequency."""
+    # (3)
+    k1 = tension_derivative(rest, number_v)[block]
+    k2 = _second_derivative(rest, number_v, k1, block)
+
+    def response(force: Array, square: float, without: int | None = None) -> Array:
+        """R(square) force, or the same without one mode."""
         part = (shapes @ force) / (squares - square)
         if without is not None:
             part[without] = 0.0
         return np.asarray(shapes.T @ part)
 
-    bend, push = 0.5 * first @ up, first @ across
-    mean, double = -answer(bend, 0.0), -answer(bend, 4.0 * vertical)
-    vertical_curve = up @ first @ (0.5 * mean + 0.25 * double) + up @ second @ up / 8.0
-    change = assemble(
-        rest.model.tangent(_spread(mean, free, rest) * PROBE, stiffness=1.0, inputs=still)
-        - rest.model.tangent(_spread(mean, free, rest) * -PROBE, stiffness=1.0, inputs=still)
-    )[block] / (2.0 * PROBE)
-    swing_curve = 0.5 * across @ change @ across + 0.25 * across @ second @ across
-    swing_curve -= (
-        0.25 * push @ (answer(push, 2.25 * vertical) + answer(push, 0.25 * vertical, without=h))
-    )
+    # (4) and (5)
+    u20 = -response(0.5 * k1 @ v, 0.0)
+    u22 = -response(0.5 * k1 @ v, 4.0 * square_v)
+    vertical_curve = v @ k1 @ (0.5 * u20 + 0.25 * u22) + v @ k2 @ v / 8.0
+
+    # (6)
+    k1_u20 = _tension_derivative_along(rest, u20, free)[block]
+    k1_h = k1 @ h
+    back = response(k1_h, 2.25 * square_v) + response(k1_h, 0.25 * square_v, without=number_h)
+    swing_curve = 0.5 * h @ k1_u20 @ h + 0.25 * h @ k2 @ h - 0.25 * k1_h @ back
+
+    per_metre = 1.0 / rest.shapes[number_v, rest.model.middle, 1]
     return Coupling(
-        modulation=float(across @ push / horizontal * per_metre),
+        modulation=float(h @ k1_h / square_h * per_metre),
         vertical_curve=float(vertical_curve * per_metre**2),
         swing_curve=float(swing_curve * per_metre**2),
     )
 
 
+def _second_derivative(
+    rest: Rest, mode: int, k1: Array, block: tuple[NDArray[np.intp], ...]
+) -> Array:
+    """Second derivative k2 of the stiffness along a mode: K(a v) = K + a k1 + a^2/2 k2."""
+    still = Inputs.still(rest.model.scene)
+    step = SECOND_STEP_RATIO * PROBE
+    stretched, straight = (
+        assemble(rest.model.tangent(u, stiffness=1.0, inputs=still))[block]
+        for u in (rest.shapes[mode] * SECOND_STEP_RATIO * PROBE, None)
+    )
+    return np.asarray(2.0 * (stretched - straight - step * k1) / step**2)
+
+
+def _tension_derivative_along(rest: Rest, u: Array, free: NDArray[np.intp]) -> Array:
+    """Derivative K1(u) of the stiffness along a displacement of the free unknowns."""
+    still = Inputs.still(rest.model.scene)
+    full = np.zeros(rest.free.size)
+    full[free] = u
+    step = PROBE * full.reshape(-1, 4)
+    ahead, back = (rest.model.tangent(x, stiffness=1.0, inputs=still) for x in (step, -step))
+    return assemble((ahead - back) / (2.0 * PROBE))
+
+
 def two_mode_estimate(
     scene: Scene, wind_speed: float | None = None, highest_wind: float | None = None
 ) -> TwoMode:
-    """Analytic two-mode estimate of the threshold and of the wind at which the swing starts.
+    """Estimate the threshold amplitude and the wind speed at which the swing starts.
 
     Parameters
     ----------
@@ -156,13 +245,12 @@ def two_mode_estimate(
     wind_speed
         Wind speed [m/s] of the estimate; None takes the scene's.
     highest_wind
-        Highest wind speed [m/s] at which the onset is looked for; None takes 1.5 times
-        `wind_speed`.
+        Highest wind speed [m/s] of the search for the onset; None takes 1.5 times `wind_speed`.
 
     Raises
     ------
     SceneError
-        Without wind, or coefficient curve, or where the pair does not exist.
+        If the scene has no wind or no coefficient curve, or the pair of modes does not exist.
     """
     wind = scene.wind.mean_speed if wind_speed is None else wind_speed
     if not wind > 0.0:
@@ -173,93 +261,141 @@ def two_mode_estimate(
 
 
 def estimate(scene: Scene, wind: float, highest: float) -> TwoMode:
-    """`two_mode_estimate` with all its arguments known."""
+    """Compute `two_mode_estimate` for given wind speeds [m/s]."""
     began = clock.perf_counter()
-    rest = at_rest(scene, ELEMENTS)
+    rest = at_rest(scene, MESH_ELEMENTS)
     coupling = quadratic_coupling(scene, rest)
     chosen = [rest.first("vertical"), rest.first("horizontal"), rest.first("torsional")]
     model = ReducedModel(scene, rest, chosen, rest.shapes[chosen])
-    largest = LARGEST_RATIO * highest / model.frequencies[0]
-    sizes = largest * np.arange(1, AMPLITUDES + 1) / AMPLITUDES
-    power, square = _cycle(model, coupling, sizes, np.full(AMPLITUDES, wind))
-    within = sizes <= LARGEST_RATIO * wind / model.frequencies[0]
-    reached = _first_rise(sizes[within], power[within])
-    still = np.zeros((1, 3))
-    damping = model.forces(still, still, still, wind).damping[0, 1, 1] / (
-        2.0 * model.frequencies[1]
+    swing = _Swing(model.frequencies[1], _swing_damping(model, wind), coupling)
+
+    largest = MAX_SPEED_RATIO * highest / model.frequencies[0]
+    amplitudes = largest * np.arange(1, AMPLITUDE_POINTS + 1) / AMPLITUDE_POINTS
+    power, squares = _cycle(model, coupling, amplitudes, np.full(AMPLITUDE_POINTS, wind))
+    threshold = swing.threshold(amplitudes, squares)
+    onset = None
+    if threshold is not None:
+        winds = highest * np.arange(1, WIND_POINTS + 1) / WIND_POINTS
+        constant = np.full(WIND_POINTS, threshold[0])
+        onset = _first_rise(winds, -_cycle(model, coupling, constant, winds)[0])
+
+    # galloping grows while its cycle gains power, up to the amplitude at which it loses some
+    within = amplitudes <= MAX_SPEED_RATIO * wind / model.frequencies[0]
+    galloping = _first_rise(amplitudes[within], power[within])
+    if galloping is None:
+        galloping = 0.0 if power[0] > 0.0 else np.inf
+    return TwoMode(
+        coupling=coupling,
+        swing_damping=swing.damping,
+        threshold_amplitude=None if threshold is None else threshold[0],
+        threshold_detuning=None if threshold is None else threshold[1],
+        vertical_amplitude=float(galloping),
+        onset_wind_speed=onset,
+        seconds=clock.perf_counter() - began,
     )
 
-    def excess(amplitude: Array, vertical_square: Array) -> Array:
-        swing = np.sqrt(
-            np.maximum(model.frequencies[1] ** 2 + coupling.swing_curve * amplitude**2, 1e-12)
-        )
-        detuning = np.sqrt(np.maximum(vertical_square, 0.0)) / (2.0 * swing) - 1.0
-        modulation = np.abs(coupling.modulation) * amplitude * (model.frequencies[1] / swing) ** 2
-        return np.stack([modulation - 4.0 * np.hypot(damping, detuning), detuning])
 
-    above = excess(sizes, square)[0]
-    threshold = threshold_detuning = onset = None
-    crossing = np.flatnonzero(above > 0.0)
-    if len(crossing):
-        k = int(crossing[0])
-        low = 0.0 if k == 0 else float(sizes[k - 1])
-        # between two points the squared vertical frequency is nearly linear in the amplitude
-        fine = np.linspace(low, sizes[k], 201)[1:]
-        squares = np.interp(fine, sizes, square)
-        level, fine_detuning = excess(fine, squares)
-        first = int(np.argmax(level > 0.0))
-        threshold, threshold_detuning = float(fine[first]), float(fine_detuning[first])
-        winds = highest * np.arange(1, WINDS + 1) / WINDS
-        here = np.full(WINDS, threshold)
-        onset = _first_rise(winds, -_cycle(model, coupling, here, winds)[0])
-    amplitude = (0.0 if power[0] > 0.0 else np.inf) if reached is None else reached
-    return TwoMode(
-        coupling, float(damping), threshold, threshold_detuning, float(amplitude), onset, clock.perf_counter() - began
-    )  # fmt: skip
+def _swing_damping(model: ReducedModel, wind: float) -> float:
+    """Damping ratio of the horizontal mode (coordinate 1) in a wind [m/s]."""
+    still = np.zeros((1, 3))
+    damping = model.forces(still, still, still, wind).damping[0, 1, 1]
+    return float(damping / (2.0 * model.frequencies[1]))
 
 
-def _spread(values: Array, free: NDArray[np.intp], rest: Rest) -> Array:
-    full = np.zeros(rest.free.size)
-    full[free] = values
-    return full.reshape(-1, 4)
+@dataclass(frozen=True)
+class _Swing:
+    """The Mathieu equation (1) of the swing: frequency [rad/s], damping ratio, coupling."""
+
+    frequency: float
+    damping: float
+    coupling: Coupling
+
+    def excess(self, amplitude: Array, vertical_square: Array) -> tuple[Array, Array]:
+        """Modulation e above the threshold (2), and detuning D.
+
+        Parameters
+        ----------
+        amplitude
+            Vertical amplitude a [m].
+        vertical_square
+            Squared vertical frequency W^2 [rad2/s2] at that amplitude.
+        """
+        corrected = self.frequency**2 + self.coupling.swing_curve * amplitude**2
+        frequency = np.sqrt(np.maximum(corrected, MIN_FREQUENCY_SQUARED))
+        detuning = np.sqrt(np.maximum(vertical_square, 0.0)) / (2.0 * frequency) - 1.0
+        # m refers to the frequency at rest
+        relative = (self.frequency / frequency) ** 2
+        modulation = np.abs(self.coupling.modulation) * amplitude * relative
+        return modulation - 4.0 * np.hypot(self.damping, detuning), detuning
+
+    def threshold(self, amplitude: Array, vertical_square: Array) -> tuple[float, float] | None:
+        """Lowest amplitude [m] above the threshold and its detuning; None if there is none."""
+        above = np.flatnonzero(self.excess(amplitude, vertical_square)[0] > 0.0)
+        if not len(above):
+            return None
+        k = int(above[0])
+        low = 0.0 if k == 0 else float(amplitude[k - 1])
+        # between two points W^2 is nearly linear in the amplitude
+        fine = np.linspace(low, amplitude[k], FINE_POINTS)[1:]
+        excess, detuning = self.excess(fine, np.interp(fine, amplitude, vertical_square))
+        first = int(np.argmax(excess > 0.0))
+        return float(fine[first]), float(detuning[first])
 
 
 def _cycle(
     model: ReducedModel, coupling: Coupling, amplitude: Array, wind: Array
 ) -> tuple[Array, Array]:
-    """Mean power that a vertical cycle loses, and the squared frequency that its in-phase force gives.
+    """Mean power lost in a vertical cycle, and squared vertical frequency.
 
-    The twist follows wind, ice and its own stiffness at every instant without inertia.
+    For q = a cos(w_v t), with f the force on the vertical mode (structure, wind, ice):
+
+        power = mean of f q',    W^2 = w_v^2 + 2 mean(f cos(w_v t)) / a + vertical_curve a^2.
+
+    The twist follows wind, ice and its own stiffness without inertia.
+
+    Parameters
+    ----------
+    model
+        The vertical, horizontal and torsional mode (coordinates 0, 1, 2).
+    coupling
+        Of the pair.
+    amplitude, wind : ndarray, shape (case,)
+        Vertical amplitude [m] at mid-span and wind speed [m/s].
+
+    Returns
+    -------
+    ndarray, ndarray, shape (case,)
+        Power [W], negative if galloping grows, and W^2 [rad2/s2].
     """
     frequency = model.frequencies[0]
-    phase = 2.0 * np.pi * np.arange(INSTANTS) / INSTANTS
-    size = np.repeat(amplitude / model.middle[0, 1], INSTANTS)
+    phase = 2.0 * np.pi * np.arange(CYCLE_INSTANTS) / CYCLE_INSTANTS
+    size = np.repeat(amplitude / model.middle[0, 1], CYCLE_INSTANTS)
     cosine, sine = np.tile(np.cos(phase), len(amplitude)), np.tile(np.sin(phase), len(amplitude))
+    blowing = np.repeat(wind, CYCLE_INSTANTS)[:, None]
     q = np.zeros((len(size), 3))
     v, a = np.zeros_like(q), np.zeros_like(q)
-    q[:, 0], v[:, 0], a[:, 0] = (
-        size * cosine,
-        -size * frequency * sine,
-        -size * frequency**2 * cosine,
-    )
-    blowing = np.repeat(wind, INSTANTS)[:, None]
-    for _ in range(TWIST_ROUNDS):
+    q[:, 0] = size * cosine
+    v[:, 0] = -size * frequency * sine
+    a[:, 0] = -size * frequency**2 * cosine
+
+    for _ in range(TWIST_ITERATIONS):
         force = model.unstretched(q, v, a, blowing)
         q[:, 2] -= force[:, 2] / model.stiffness[2, 2]
+
     force = model.unstretched(q, v, a, blowing)
-    power = np.mean((force[:, 0] * v[:, 0]).reshape(-1, INSTANTS), axis=1)
-    in_phase = 2.0 * np.mean((force[:, 0] * cosine / size).reshape(-1, INSTANTS), axis=1)
+    power = np.mean((force[:, 0] * v[:, 0]).reshape(-1, CYCLE_INSTANTS), axis=1)
+    in_phase = 2.0 * np.mean((force[:, 0] * cosine / size).reshape(-1, CYCLE_INSTANTS), axis=1)
     return power, frequency**2 + in_phase + coupling.vertical_curve * amplitude**2
 
 
 def _first_rise(x: Array, y: Array) -> float | None:
-    """First place where y turns from negative to positive, on the parabola through the three points around it."""
+    """First zero of y with positive slope, on the parabola through three points around it."""
     found = np.flatnonzero((y[:-1] < 0.0) & (y[1:] >= 0.0))
     if not len(found):
         return None
     k = int(found[0])
     middle = min(max(k, 1), len(x) - 2)
     near = slice(middle - 1, middle + 2)
-    fine = np.linspace(x[k], x[k + 1], 201)
+    fine = np.linspace(x[k], x[k + 1], FINE_POINTS)
     values = np.polyval(np.polyfit(x[near] - x[k], y[near], 2), fine - x[k])
     return float(fine[np.argmin(np.abs(values))])

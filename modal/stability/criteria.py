@@ -1,4 +1,4 @@
-"""When a wind makes a span gallop: criteria over the attack angle, and the critical wind speed of each mode.
+"""Stability criteria of galloping over the attack angle.
 
 All follow from the quasi-steady load (Liu, Yan, Zhang, Zhou 2009, eq. 20-21) on a section that
 moves by u2, u3, theta,
@@ -33,34 +33,36 @@ from modal.stability.frequency_ratio import frequency_ratio
 
 Array = NDArray[np.float64]
 
-POINTS = 1441
+TURN_POINTS = 1441
 """Attack angles over a whole turn at which a criterion is evaluated: every quarter of a degree."""
 
 SLOPE_STEP = 1e-6
-"""Step of the difference that gives the slopes of drag and moment [rad]; the curve is cubic between breakpoints."""
+"""Step of the central difference for slopes [rad]; the curve is cubic between breakpoints."""
 
+ANGLE_TOLERANCE = 1e-10
+"""Accuracy of the ends of an unstable range [rad]."""
 
-REAL = 1e-6
-"""Imaginary part of an eigenvalue, in parts of its modulus, below which the motion does not oscillate."""
+MIN_OSCILLATION = 1e-6
+"""Imaginary part of an eigenvalue, relative to its modulus, below which nothing oscillates."""
 
 
 @dataclass(frozen=True)
 class Criterion:
-    """A criterion of stability over the attack angle.
+    """A stability criterion over the attack angle.
 
     Attributes
     ----------
     name, formula, unit : str
-        What it is, and the unit of its values.
+        Name and formula of the criterion, and the unit of its values.
     attack_angle : ndarray
         Mean attack angle [rad] over the validity range of the curve.
     value : ndarray
-        Negative: unstable.
+        Value of the criterion; negative is unstable.
     unstable : list of tuple of float
         Ranges of the attack angle [rad] in which it is negative.
     causes : list of str
-        Kind of the instability in each of these ranges where it grows fastest; empty for criteria
-        of one kind.
+        Kind of instability at the fastest growth in each of these ranges; empty for criteria that
+        know only one kind.
     """
 
     name: str
@@ -80,42 +82,41 @@ class Criterion:
 
     @property
     def explained(self) -> list[str]:
-        """Sentence on each unstable range whose cause is known."""
+        """One sentence for each unstable range with a cause."""
         ranges = zip(self.unstable_deg, self.causes, strict=False)
         return [f"{first:.1f} to {last:.1f} deg: {cause}" for (first, last), cause in ranges]
 
 
 def den_hartog(scene: Scene) -> Criterion:
-    """Den Hartog's criterion: vertical motion is fed by the wind where dCL/dalpha + CD < 0.
+    """Evaluate Den Hartog's criterion: vertical motion grows where dCL/dalpha + CD < 0.
 
-    dF2/dv2 > 0 above, without structural damping (J. P. Den Hartog 1932, Trans. AIEE 51,
-    1074-1076). The slope is per radian. Twist and horizontal motion are left out: necessary for
-    pure vertical galloping, not for coupled.
+    This is dF2/dv2 > 0, without structural damping (J. P. Den Hartog 1932, Trans. AIEE 51,
+    1074-1076). The slope is per radian. Twist and horizontal motion are neglected: the criterion is
+    necessary for pure vertical galloping, not for coupled motion.
 
     Raises
     ------
     SceneError
-        If the scene has no coefficient curve; so in all criteria.
+        If the scene has no coefficient curve, as for all criteria.
     """
     curve = _curve(scene)
     return _criterion("Den Hartog", "dCL/dalpha + CD", "1/rad", curve, curve.den_hartog)
 
 
 def nigol(scene: Scene) -> Criterion:
-    """Nigol's torsional criterion in quasi-steady form: twist is fed by the wind where dCM/dalpha < 0.
+    """Evaluate Nigol's torsional criterion, quasi-steady: twist grows where dCM/dalpha < 0.
 
-    For pure twist the equation of motion of a section is, from dM/domega and dM/dtheta above,
+    For pure twist, dM/domega and dM/dtheta of the module give the equation of motion of a section,
 
-        I theta'' + (2 I xi w + (rho U d^2 r/2) CM') theta' + (I w^2 - (rho U^2 d^2/2) CM') theta =
-        0,
+        I theta'' + (2 I xi w + (rho U d^2 r/2) CM') theta' + (I w^2 - (rho U^2 d^2/2) CM') theta
+            = 0.
 
-    so a negative slope of the moment feeds the twist through the damping once (rho U d^2 r/2)|CM'|
-    > 2 I xi w, while a positive one softens it until it diverges statically at (rho U^2 d^2/2) CM'
-    = I w^2. The sign belongs to the convention above (moment and twist in the same sense, r
-    windward); with the moment counted the other way round it is reversed. The mechanism is that of
-    O. Nigol and P. G. Buchan (1981), IEEE Trans. PAS-100, 699-720, who measured the damping of the
-    twist instead of deriving it from the static moment; see `coupled` for the twist's effect on the
-    vertical motion.
+    A negative slope of the moment makes the damping negative if (rho U d^2 r/2) |CM'| > 2 I xi w. A
+    positive slope reduces the stiffness, to static divergence at (rho U^2 d^2/2) CM' = I w^2. The
+    signs hold for the convention of the module (moment and twist in the same sense, r windward).
+    The mechanism is that of O. Nigol and P. G. Buchan (1981), IEEE Trans. PAS-100, 699-720, who
+    measured the damping of the twist instead of deriving it from the static moment. `coupled` shows
+    the effect of the twist on vertical motion.
     """
     curve = _curve(scene)
     return _criterion(
@@ -124,14 +125,14 @@ def nigol(scene: Scene) -> Criterion:
 
 
 def coupled(scene: Scene, wind_speed: float | None = None) -> Criterion:
-    """The coupled linear criterion: growth of the fastest-growing motion of a section free to move and twist.
+    """Evaluate the coupled linear criterion: largest growth rate of a section free to twist.
 
-    Eigenvalues of the three equations of a section in vertical, horizontal and torsional motion,
-    with eccentric ice, structural damping, the span's first symmetric vertical and horizontal
-    frequencies, the first torsional one, and the linearised load above. The value is minus the
-    largest real part. That the three motions have the same shape along the span is an assumption;
-    `critical_wind_speed` needs none. Unlike Den Hartog's and Nigol's criteria it knows static
-    divergence, where the wind's moment grows faster with the twist than the section resists, and
+    The value is minus the largest real part of the eigenvalues of the three equations of a section
+    in vertical, horizontal and torsional motion, with eccentric ice, structural damping, the
+    linearised load of the module, and the span's frequencies: first symmetric vertical and
+    horizontal, first torsional. It assumes that the three motions have the same shape along the
+    span; `critical_wind_speed` does not. Unlike Den Hartog's and Nigol's criteria it includes
+    static divergence (the wind's moment grows faster with the twist than the restoring moment) and
     coupled flutter, so that it may be unstable where these two are stable; see `Criterion.causes`.
 
     Parameters
@@ -144,39 +145,33 @@ def coupled(scene: Scene, wind_speed: float | None = None) -> Criterion:
     Raises
     ------
     SceneError
-        If there is no wind, or the pair of modes cannot be told.
+        If there is no wind, or the pair of modes cannot be identified.
     """
     curve = _curve(scene)
     speed = scene.wind.mean_speed if wind_speed is None else wind_speed
     if not (np.isfinite(speed) and speed > 0.0):
         raise SceneError(
-            f"wind speed = {speed} m/s: the coupled criterion needs a positive one; set wind.speed"
+            f"wind speed = {speed} m/s: the coupled criterion needs wind; set wind.speed"
         )
     section = _Section.of(scene)
     name = f"coupled, vertical-horizontal-torsional, {speed:g} m/s"
     found = _criterion(
         name, "-max Re(s)", "1/s", curve, lambda angle: -section.fastest(curve, angle, speed).real
     )
-    causes = []
-    for first, last in found.unstable:
-        within = (found.attack_angle >= first) & (found.attack_angle <= last)
-        worst = (
-            found.attack_angle[within][np.argmin(found.value[within])]
-            if np.any(within)
-            else 0.5 * (first + last)
-        )
-        causes.append(section.cause(complex(section.fastest(curve, np.array([worst]), speed)[0])))
-    return replace(found, causes=causes)
+    return replace(found, causes=[section.cause(curve, found, *r, speed) for r in found.unstable])
 
 
 def stability_criteria(scene: Scene) -> list[Criterion]:
-    """Den Hartog's, Nigol's and, where the scene has wind, the coupled criterion."""
+    """Evaluate Den Hartog's, Nigol's and, if the scene has wind, the coupled criterion."""
     found = [den_hartog(scene), nigol(scene)]
     return [*found, coupled(scene)] if scene.wind.mean_speed > 0.0 else found
 
 
 def slopes(curve: AerodynamicCurve, angle: Array) -> Array:
-    """Slopes of lift, drag and moment per radian, shape (3, angle); one-sided at the ends of a curve that has ends."""
+    """Slopes of lift, drag and moment per radian, shape (3, angle).
+
+    One-sided at the ends of a curve that is not periodic.
+    """
     first, last = curve.breakpoint[0], curve.breakpoint[-1]
     within = (angle >= first) & (angle <= last) & (curve.outside != "periodic")
     low = np.where(within, np.maximum(angle - SLOPE_STEP, first), angle - SLOPE_STEP)
@@ -187,9 +182,22 @@ def slopes(curve: AerodynamicCurve, angle: Array) -> Array:
 
 @dataclass(frozen=True)
 class _Section:
-    """A section of unit length: matrices of u2, u3, theta without wind and eccentricity, and what the load needs.
+    """A section of unit length that moves by u2, u3, theta.
 
-    On a slope u2 is the motion normal to the chord, and `gravity` the component against it.
+    On a slope u2 is the motion normal to the chord.
+
+    Attributes
+    ----------
+    hertz : dict of str to float
+        Frequency [Hz] of each family without wind.
+    mass, damping, stiffness : ndarray, shape (3, 3)
+        Matrices without wind and eccentricity, per metre.
+    ice : Ice
+        Eccentricity of the ice.
+    gravity : float
+        Gravity [m/s2] normal to the chord.
+    air_density, diameter, radius : float
+        Of the wind load: rho [kg/m3], d [m], r [m].
     """
 
     hertz: dict[str, float]
@@ -212,7 +220,7 @@ class _Section:
         diagonal = np.array([mass, mass, inertia])
         omega = 2.0 * np.pi * hertz
         ratio = np.array([rayleigh_ratio(pair, f) for pair, f in zip(rayleigh, hertz, strict=True)])
-        assert scene.aerodynamics is not None  # asked for by every criterion
+        assert scene.aerodynamics is not None  # checked by every criterion
         radius = scene.aerodynamics.reference_radius or 0.5 * conductor.diameter
         return cls(
             dict(zip(("vertical", "horizontal", "torsional"), hertz.tolist(), strict=True)),
@@ -226,9 +234,21 @@ class _Section:
             radius,
         )
 
-    def cause(self, fastest: complex) -> str:
-        """Kind of motion that grows with an eigenvalue [1/s]."""
-        if abs(fastest.imag) < REAL * abs(fastest):
+    def cause(
+        self,
+        curve: AerodynamicCurve,
+        criterion: Criterion,
+        first: float,
+        last: float,
+        speed: float,
+    ) -> str:
+        """Kind of motion that grows fastest in an unstable range of attack angles [rad]."""
+        within = (criterion.attack_angle >= first) & (criterion.attack_angle <= last)
+        worst = 0.5 * (first + last)
+        if np.any(within):
+            worst = criterion.attack_angle[within][np.argmin(criterion.value[within])]
+        fastest = complex(self.fastest(curve, np.array([worst]), speed)[0])
+        if abs(fastest.imag) < MIN_OSCILLATION * abs(fastest):
             return "static divergence of the twist"
         frequency = abs(fastest.imag) / (2.0 * np.pi)
         name = min(self.hertz, key=lambda family: abs(np.log(frequency / self.hertz[family])))
@@ -239,37 +259,55 @@ class _Section:
     def fastest(
         self, curve: AerodynamicCurve, angle: Array, speed: float
     ) -> NDArray[np.complex128]:
-        """Eigenvalue [1/s] with the largest real part at each angle."""
+        """Eigenvalue [1/s] with the largest real part at each angle [rad], in a wind [m/s]."""
+        by_velocity, by_theta = self._load_derivatives(curve, angle, speed)
+        mass, damping, stiffness = (
+            np.repeat(matrix[None], angle.size, axis=0)
+            for matrix in (self.mass, self.damping, self.stiffness)
+        )
+        m2, m3 = self.ice.first_moments(angle)  # the ice rotates with the attack angle
+        mass[:, 0, 2] = mass[:, 2, 0] = -m3
+        mass[:, 1, 2] = mass[:, 2, 1] = m2
+        stiffness[:, 2, 2] -= self.gravity * m2
+        damping -= by_velocity
+        stiffness[:, :, 2] -= by_theta
+        inverse = np.linalg.inv(mass)
+        state = np.zeros((angle.size, 6, 6))
+        state[:, :3, 3:] = np.eye(3)
+        state[:, 3:, :3] = -inverse @ stiffness
+        state[:, 3:, 3:] = -inverse @ damping
+        values = np.linalg.eigvals(state)
+        largest = values.real.argmax(axis=1)[:, None]
+        return np.asarray(np.take_along_axis(values, largest, axis=1)[:, 0])
+
+    def _load_derivatives(
+        self, curve: AerodynamicCurve, angle: Array, speed: float
+    ) -> tuple[Array, Array]:
+        """Derivatives of F2, F3, M of the module, linearised about rest.
+
+        Returns
+        -------
+        ndarray, ndarray, shape (angle, 3, 3) and (angle, 3)
+            By v2, v3, omega and by theta.
+        """
         cl, cd, cm = curve.lift(angle), curve.drag(angle), curve.moment(angle)
         sl, sd, sm = slopes(curve, angle)
         k, d, r = 0.5 * self.air_density * self.diameter * speed, self.diameter, self.radius
         by_v2 = -k * np.array([sl + cd, sd - cl, d * sm])
         by_v3 = -k * np.array([2.0 * cl, 2.0 * cd, 2.0 * d * cm])
         by_theta = k * speed * np.array([sl, sd, d * sm])
-        damping, stiffness = np.empty((angle.size, 3, 3)), np.empty((angle.size, 3, 3))
-        damping[:] = self.damping
-        stiffness[:] = self.stiffness
-        mass = np.empty((angle.size, 3, 3))
-        mass[:] = self.mass
-        m2, m3 = self.ice.first_moments(angle)  # the ice turns with the attack angle
-        mass[:, 0, 2] = mass[:, 2, 0] = -m3
-        mass[:, 1, 2] = mass[:, 2, 1] = m2
-        stiffness[:, 2, 2] -= self.gravity * m2
-        damping -= np.stack([by_v2, by_v3, r * by_v2], axis=-1).transpose(1, 0, 2)
-        stiffness[:, :, 2] -= by_theta.T
-        state = np.zeros((angle.size, 6, 6))
-        state[:, :3, 3:] = np.eye(3)
-        inverse = np.linalg.inv(mass)
-        state[:, 3:, :3] = -inverse @ stiffness
-        state[:, 3:, 3:] = -inverse @ damping
-        values = np.linalg.eigvals(state)
-        return np.asarray(
-            np.take_along_axis(values, values.real.argmax(axis=1)[:, None], axis=1)[:, 0]
-        )
+        by_velocity = np.stack([by_v2, by_v3, r * by_v2], axis=-1).transpose(1, 0, 2)
+        return by_velocity, by_theta.T
 
 
 def rayleigh_ratio(pair: RayleighPair | None, frequency_hz: float) -> float:
-    """Damping ratio of a pair at any frequency [Hz], b1/(2 w) + b2 w/2; 0 without damping."""
+    """Damping ratio of Rayleigh damping at a frequency [Hz], b1/(2 w) + b2 w/2; 0 without damping.
+
+    With w1, w2 the two frequencies of the pair and xi1, xi2 its ratios, in which b1 and b2 are
+    linear:
+
+        b1/2 = w1 w2 (xi1 w2 - xi2 w1) / (w2^2 - w1^2),  b2/2 = (xi2 w2 - xi1 w1) / (w2^2 - w1^2).
+    """
     if pair is None:
         return 0.0
     low, high = pair.low_frequency, pair.high_frequency
@@ -282,7 +320,7 @@ def rayleigh_ratio(pair: RayleighPair | None, frequency_hz: float) -> float:
 def _curve(scene: Scene) -> AerodynamicCurve:
     if scene.aerodynamics is None:
         raise SceneError(
-            "the scene has no aerodynamics: criteria of galloping need a coefficient curve"
+            "the scene has no aerodynamics: stability criteria need a coefficient curve; give one"
         )
     return scene.aerodynamics.curve()
 
@@ -292,7 +330,7 @@ def _criterion(
 ) -> Criterion:
     first, last = float(curve.breakpoint[0]), float(curve.breakpoint[-1])
     angle = np.linspace(
-        first, last, max(3, round((POINTS - 1) * (last - first) / (2.0 * np.pi)) + 1)
+        first, last, max(3, round((TURN_POINTS - 1) * (last - first) / (2.0 * np.pi)) + 1)
     )
     angle = np.unique(np.concatenate([angle, np.clip(curve.breakpoint, first, last)]))
     value = function(angle)
@@ -302,14 +340,19 @@ def _criterion(
 def _negative_ranges(
     angle: Array, value: Array, function: Callable[[Array], Array]
 ) -> list[tuple[float, float]]:
-    """Where a function is negative, its zeros between the points found by bisection."""
+    """Ranges in which a function is negative, given its values at some angles [rad]."""
     from scipy.optimize import brentq  # slow to import
 
     negative = value < 0.0
     changes = np.flatnonzero(negative[1:] != negative[:-1])
     zeros = [
         float(
-            brentq(lambda a: float(function(np.array([a]))[0]), angle[k], angle[k + 1], xtol=1e-10)
+            brentq(
+                lambda a: float(function(np.array([a]))[0]),
+                angle[k],
+                angle[k + 1],
+                xtol=ANGLE_TOLERANCE,
+            )
         )
         for k in changes
     ]

@@ -1,4 +1,4 @@
-"""The wind speed at which each mode begins to grow, from the aeroelastic eigenvalues of the whole span."""
+"""Critical wind speed of each mode, from the aeroelastic eigenvalues of the whole span."""
 
 from __future__ import annotations
 
@@ -14,40 +14,43 @@ from modal.linear.linearise import SmallMotion
 from modal.linear.mode_tracking import SPARE, Snapshot, follow
 from modal.linear.modes import Mode
 
-HIGHEST_WIND = 30.0
-"""Wind speed [m/s] up to which an onset is looked for unless told otherwise: iced lines gallop below."""
+DEFAULT_HIGHEST_WIND = 30.0
+"""Default end of the search [m/s]; iced lines gallop at lower wind speeds."""
 
 WIND_STEP = 1.0
-"""Wind speeds between which a change of stability is looked for [m/s]."""
+"""Step of the search [m/s]."""
 
-FINEST = 1.0 / 64.0
-"""Narrowest interval [m/s] that is still halved to look for a mode that grows only inside it."""
+MIN_INTERVAL = 1.0 / 64.0
+"""Narrowest interval [m/s] that is halved in search of a mode that grows only inside it."""
 
-NEAR = 0.5
-"""Part of a mode's damping in still air below which every interval is looked into."""
+LOW_DAMPING = 0.5
+"""Damping, relative to still air, below which an interval is halved in this search."""
 
-BEND = 1.0
-"""Either half is looked into as well while the damping at one of its ends is below so many times the deviation of the
-damping in the middle from a straight line. In a half, a parabola dips below its lower end by a quarter of that."""
+DIP_FACTOR = 1.0
+"""Criterion for halving further: damping at an end of a half below this multiple of the deviation.
 
-HALVINGS = 3
-"""Times that a step is halved to follow a mode past another; in wind, modes of all families veer a little."""
+The deviation is that of the damping in the middle of the interval from a straight line. In a half,
+a parabola falls below its lower end by at most a quarter of it.
+"""
 
-TOLERANCE = 1e-6
+TRACKING_HALVINGS = 3
+"""Halvings of a step in which a mode is tracked past another; in wind, most modes veer a little."""
+
+WIND_TOLERANCE = 1e-6
 """Accuracy of a critical wind speed [m/s]."""
 
 
 @dataclass(frozen=True)
 class CriticalWind:
-    """Where one mode loses its damping.
+    """Wind speed at which one mode loses its damping.
 
     Attributes
     ----------
     mode : Mode
         The mode in still air.
     wind_speed : float or None
-        Lowest wind speed [m/s] at which the mode's damping becomes negative; None: not up to
-        `searched_to`.
+        Lowest wind speed [m/s] at which the mode's damping becomes negative; None if it does not up
+        to `searched_to`.
     frequency_hz : float or None
         Its frequency [Hz] there.
     den_hartog : float or None
@@ -55,9 +58,9 @@ class CriticalWind:
         damping ratio in still air and the curve at the initial attack angle; None for other modes,
         and where the criterion is not met.
     searched_to : float
-        Wind speed [m/s] up to which was searched.
+        End of the search [m/s].
     remark : str
-        Why the search ended before the highest wind, or empty.
+        Reason why it ended below the highest wind; empty if it did not.
     """
 
     mode: Mode
@@ -69,15 +72,15 @@ class CriticalWind:
 
 
 def critical_wind_speed(
-    scene: Scene, count: int = 6, highest: float = HIGHEST_WIND
+    scene: Scene, count: int = 6, highest: float = DEFAULT_HIGHEST_WIND
 ) -> list[CriticalWind]:
-    """Lowest wind speed at which each mode begins to grow.
+    """Find the lowest wind speed at which each mode begins to grow.
 
-    The modes are followed from still air in steps of 1 m/s, each about the static equilibrium under
-    its own wind, twist and sideways swing included; where a damping ratio changes sign, bisection
-    finds the speed to 1e-6 m/s. A mode whose damping is low, or bends within a step far enough to
-    pass zero, is looked for inside the step too, down to 1/64 m/s. Beside it stands the speed that
-    Den Hartog's criterion gives.
+    The modes are tracked from still air in steps of 1 m/s, each about the static equilibrium in its
+    own wind with twist and horizontal displacement. Where a damping ratio changes sign, the wind
+    speed is found to 1e-6 m/s. Where a damping ratio is low, or curved enough to pass zero inside a
+    step, the step is halved, down to 1/64 m/s. The speed by Den Hartog's criterion is given for
+    comparison.
 
     Parameters
     ----------
@@ -96,53 +99,27 @@ def critical_wind_speed(
     Raises
     ------
     SceneError
-        If there is no coefficient curve, or a mode has no damping in still air: then any wind that
-        feeds it makes it grow, and a critical speed would be no property of the span.
+        If there is no coefficient curve, or a mode has no damping in still air: it then grows in
+        any wind that excites it, and has no critical wind speed.
     """
-    from scipy.optimize import brentq  # slow to import
-
     if scene.aerodynamics is None:
         raise SceneError(
-            "the scene has no aerodynamics: a critical wind speed needs a coefficient curve"
+            "the scene has no aerodynamics: a critical wind speed needs a coefficient curve; give"
+            " one"
         )
     if not (np.isfinite(highest) and highest > 0.0):
         raise SceneError(f"highest = {highest} m/s: must be a finite, positive wind speed")
     motion = SmallMotion(scene)
-    seen: dict[float, Snapshot] = {}
+    known: dict[float, Snapshot] = {}
 
-    def at(speed: float) -> Snapshot:
-        if speed not in seen:
-            seen[speed] = Snapshot.of(motion, count + SPARE, speed)
-        return seen[speed]
+    def modes_at(speed: float) -> Snapshot:
+        if speed not in known:
+            known[speed] = Snapshot.of(motion, count + SPARE, speed)
+        return known[speed]
 
-    still = at(0.0).modes[:count]
+    still = modes_at(0.0).modes[:count]
     _check_damped(scene, still)
-    found: list[tuple[float, float] | None] = [None] * len(still)
-    chosen = np.arange(len(still))
-    speeds = np.linspace(0.0, highest, max(2, round(highest / WIND_STEP) + 1))
-    reached, remark = 0.0, ""
-    for low, high in pairwise(speeds):
-        try:
-            there, _ = follow(at(low), chosen, at(high), at, float(low), float(high), HALVINGS)
-        except SceneError as problem:
-            remark = f"not beyond {reached:g} m/s: {problem}"
-            break
-        for k in range(len(there)):
-            if found[k] is not None:
-                continue
-            branch = _Branch(at, float(low), chosen, k)
-            growing = _growing(branch, float(low), float(high), NEAR * still[k].damping_ratio)
-            if growing is not None:
-                speed = float(
-                    brentq(
-                        lambda u, b=branch: b(u).damping_ratio,
-                        growing[0],
-                        growing[1],
-                        xtol=TOLERANCE,
-                    )
-                )
-                found[k] = speed, branch(speed).frequency_hz
-        chosen, reached = there, float(high)
+    onsets, reached, remark = _search(modes_at, still, highest)
     return [
         CriticalWind(
             mode=mode,
@@ -152,16 +129,66 @@ def critical_wind_speed(
             searched_to=reached,
             remark=remark,
         )
-        for mode, onset in zip(still, found, strict=True)
+        for mode, onset in zip(still, onsets, strict=True)
     ]
 
 
-def den_hartog_speed(scene: Scene, mode: Mode) -> float | None:
-    """Wind speed [m/s] at which Den Hartog's negative damping equals the structural damping of a vertical mode.
+ModesAt = Callable[[float], Snapshot]
+"""Function from wind speed [m/s] to the modes there."""
 
-    4 m w xi / (rho d |CD + dCL/dalpha|): the aerodynamic damping ratio rho U d (CD + CL')/(4 m w)
-    of pure vertical motion against xi. None for another mode, or where CD + dCL/dalpha is not
-    negative.
+
+def _search(
+    modes_at: ModesAt, still: list[Mode], highest: float
+) -> tuple[list[tuple[float, float] | None], float, str]:
+    """Track the modes from still air step by step.
+
+    Returns wind speed and frequency at the onset of each mode, the wind speed reached, and the
+    reason if that is below the highest.
+    """
+    onsets: list[tuple[float, float] | None] = [None] * len(still)
+    numbers = np.arange(len(still))
+    reached = 0.0
+    for low, high in pairwise(np.linspace(0.0, highest, max(2, round(highest / WIND_STEP) + 1))):
+        try:
+            following = _tracked(modes_at, numbers, float(low), float(high))
+        except SceneError as problem:
+            return onsets, reached, f"the search ended at {reached:g} m/s: {problem}"
+        for k, mode in enumerate(still):
+            if onsets[k] is None:
+                branch = _Branch(modes_at, float(low), numbers, k)
+                onsets[k] = _onset(branch, float(high), LOW_DAMPING * mode.damping_ratio)
+        numbers, reached = following, float(high)
+    return onsets, reached, ""
+
+
+def _tracked(
+    modes_at: ModesAt, numbers: NDArray[np.intp], low: float, high: float
+) -> NDArray[np.intp]:
+    """Numbers, at the wind speed `high`, of the modes that have given numbers at `low`."""
+    start, end = modes_at(low), modes_at(high)
+    return follow(start, numbers, end, modes_at, low, high, TRACKING_HALVINGS)[0]
+
+
+def _onset(branch: _Branch, high: float, low_damping: float) -> tuple[float, float] | None:
+    """Wind speed and frequency at which a mode begins to grow in a step; None if it does not."""
+    from scipy.optimize import brentq  # slow to import
+
+    growing = _growing(branch, branch.low, high, low_damping)
+    if growing is None:
+        return None
+    speed = float(brentq(lambda u: branch(u).damping_ratio, *growing, xtol=WIND_TOLERANCE))
+    return speed, branch(speed).frequency_hz
+
+
+def den_hartog_speed(scene: Scene, mode: Mode) -> float | None:
+    """Critical wind speed [m/s] of a vertical mode by Den Hartog's criterion.
+
+    In pure vertical motion the aerodynamic damping ratio rho U d (CD + dCL/dalpha) / (4 m w) equals
+    minus the structural one, xi, at
+
+        U = 4 m w xi / (rho d |CD + dCL/dalpha|).
+
+    None for another mode, and where CD + dCL/dalpha is not negative.
     """
     if scene.aerodynamics is None or mode.family != "vertical":
         return None
@@ -170,55 +197,71 @@ def den_hartog_speed(scene: Scene, mode: Mode) -> float | None:
         return None
     mass = scene.conductor.mass_per_length + scene.ice.mass_per_length
     omega = 2.0 * np.pi * mode.frequency_hz
-    return (
-        4.0
-        * mass
-        * omega
-        * mode.damping_ratio
-        / (scene.wind.air_density * scene.conductor.diameter * -slope)
-    )
+    damping = 4.0 * mass * omega * mode.damping_ratio
+    return damping / (scene.wind.air_density * scene.conductor.diameter * -slope)
 
 
 def _growing(
-    branch: _Branch, low: float, high: float, suspicious: float
+    branch: Callable[[float], Mode], low: float, high: float, suspicious: float
 ) -> tuple[float, float] | None:
-    """The first interval found at whose end a mode grows that is damped at its beginning; None if there is none."""
+    """Find the first interval in which a mode that is damped at `low` begins to grow.
+
+    Parameters
+    ----------
+    branch
+        The mode at a wind speed.
+    low, high
+        Interval of wind speeds [m/s] to search.
+    suspicious
+        Damping ratio at one of the ends below which the interval is halved.
+    """
     ends = branch(low).damping_ratio, branch(high).damping_ratio
     if ends[1] < 0.0:
         return low, high
-    if high - low <= FINEST or min(ends) >= suspicious:
+    if high - low <= MIN_INTERVAL or min(ends) >= suspicious:
         return None
     middle = 0.5 * (low + high)
-    bend = BEND * abs(0.5 * sum(ends) - branch(middle).damping_ratio)
-    return _growing(branch, low, middle, bend) or _growing(branch, middle, high, bend)
+    deviation = DIP_FACTOR * abs(0.5 * sum(ends) - branch(middle).damping_ratio)
+    return _growing(branch, low, middle, deviation) or _growing(branch, middle, high, deviation)
 
 
 class _Branch:
-    """One of several modes above a wind speed at which their numbers are known: others may overtake it on the way."""
+    """One of several modes above a wind speed at which their numbers are known.
+
+    Parameters
+    ----------
+    modes_at
+        The modes at a wind speed.
+    low
+        Wind speed [m/s] at which `numbers` holds.
+    numbers
+        Numbers of the tracked modes among all modes there.
+    which
+        Index of this mode in `numbers`.
+    """
 
     def __init__(
-        self, at: Callable[[float], Snapshot], low: float, chosen: NDArray[np.intp], which: int
+        self, modes_at: ModesAt, low: float, numbers: NDArray[np.intp], which: int
     ) -> None:
-        self.at, self.low, self.chosen, self.which = at, low, chosen, which
+        self.modes_at, self.low, self.numbers, self.which = modes_at, low, numbers, which
 
     def __call__(self, speed: float) -> Mode:
-        there = self.chosen
+        numbers = self.numbers
         if speed > self.low:
-            there, _ = follow(
-                self.at(self.low), there, self.at(speed), self.at, self.low, speed, HALVINGS
-            )
-        return self.at(speed).modes[int(there[self.which])]
+            numbers = _tracked(self.modes_at, numbers, self.low, speed)
+        return self.modes_at(speed).modes[int(numbers[self.which])]
 
 
 def _check_damped(scene: Scene, modes: list[Mode]) -> None:
+    """Raise SceneError if a mode has no positive damping in still air."""
     for mode in modes:
         part = "twist" if mode.family == "torsional" else "translation"
-        given = getattr(scene.damping, part) is not None
-        if given and mode.damping_ratio > 0.0:
+        is_given = getattr(scene.damping, part) is not None
+        if is_given and mode.damping_ratio > 0.0:
             continue
         raise SceneError(
-            f"damping.{part} is {'not positive at this frequency' if given else 'not given'}: the"
-            f" {mode.family} mode at {mode.frequency_hz:.4g} Hz has a damping ratio of"
-            f" {mode.damping_ratio:.3g} in still air, so it has no critical wind speed; give"
+            f"damping.{part} is {'not positive at this frequency' if is_given else 'not given'}:"
+            f" the {mode.family} mode at {mode.frequency_hz:.4g} Hz has a damping ratio of"
+            f" {mode.damping_ratio:.3g} in still air and therefore no critical wind speed; give"
             " damping (ratios at two frequencies), about 0.001 to 0.02 for conductors"
         )
