@@ -28,7 +28,7 @@ for mode in comparison.linear_modes[:3]:
 for model in ("linear", "superposition"):
     print(
         f"{model:14} parts from the simulation at"
-        f" {comparison.parting(model, 'u2', 0.2).amplitude:.0f} s"
+        f" {comparison.divergence(model, 'u2', 0.2).amplitude:.0f} s"
     )
 
 # %% The same three directions with one mode each: the model of Yu et al. (1993).

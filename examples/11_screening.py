@@ -35,7 +35,7 @@ plane = modal.ratio_map(
 print("wrote", save_figure(ratio_figure(plane), folder / "ratio.png"))
 (resonant,) = modal.crossings(scene, "span.horizontal_tension", [10e3, 24e3])
 print(f"f_v/f_h is 2 at {resonant:.0f} N")
-print(modal.way_out(scene)[0].sentence)
+print(modal.suggest_design_changes(scene)[0].sentence)
 
 # %% On an inclined span the first two vertical modes do not cross: they veer, and no ratio is given
 # between.

@@ -4,7 +4,7 @@
 # A table of spans, one a row, as it comes out of a line's records: conductor, span, ice. What all
 # spans share stands in the `[line]` of a scene file; its coefficient curve is that of example 3, a
 # reconstruction. All are screened for the 2:1 swing first. That takes a second each; thousands are
-# best given a first look (`first_look=True`), thirty times as fast, and only the suspect ones
+# best estimated first (`estimate_only=True`), thirty times as fast, and only the suspect ones
 # screened. Those that are at risk are then simulated, over some wind speeds.
 
 # %%
@@ -37,10 +37,10 @@ A3-A4,forest,,310,-4,
 A4-A5,lake,,29500,,
 """)
 
-# %% A first look at all, in a process for each core; what cannot be computed is a row that says
+# %% Estimate all, in a process for each core; what cannot be computed is a row that says
 # why.
 look = modal.screen_spans(
-    base, table=table, highest_wind=5.0, first_look=True, out=folder / "look.nc"
+    base, table=table, highest_wind=5.0, estimate_only=True, out=folder / "look.nc"
 )
 print(look.dataset[["name", "ratio", "suspect", "outcome"]].to_dataframe().to_string(index=False))
 for name, message in zip(look.failed.name.values, look.failed.message.values, strict=True):

@@ -312,7 +312,7 @@ def _draw_traces(
         for axes in panels:
             axes.set_aspect("equal", adjustable="datalim" if len(panels) == 1 else "box")
     else:
-        panels[0].set_title(f"{panels[0].get_title()} (scales differ)")
+        panels[0].set_title(f"{panels[0].get_title()}\n(scales differ)")  # one line is too long
 
 
 def _draw_close(axes: Axes, data: xr.Dataset, window: tuple[float, float]) -> None:

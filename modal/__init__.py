@@ -1,4 +1,4 @@
-"""Modes, frequency ratios and stability of an iced span, seen from outside the simulation.
+"""Modes, frequency ratios and stability of an iced span, without simulating it.
 
 Examples
 --------
@@ -12,8 +12,22 @@ Examples
 
 from __future__ import annotations
 
+from typing import Any
+
 import lazy_loader
 
 # `__init__.pyi` is the one list of public names. A module is loaded when one of its names is first
 # used: python-control, for one, is loaded for its models only.
-__getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)
+_public_name, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)
+
+RENAMED = {"Parting": "Divergence", "way_out": "suggest_design_changes"}
+"""Old names, which remain for one release, and the new ones."""
+
+
+def __getattr__(name: str) -> Any:
+    if name in RENAMED:
+        from gallop_fmu.foundation.deprecation import warn_renamed
+
+        warn_renamed(f"modal.{name}", RENAMED[name])
+        name = RENAMED[name]
+    return _public_name(name)

@@ -30,9 +30,9 @@ from .stability.frequency_ratio import FrequencyRatio as FrequencyRatio
 from .stability.frequency_ratio import crossings as crossings
 from .stability.frequency_ratio import frequency_ratio as frequency_ratio
 from .stability.frequency_ratio import ratio_map as ratio_map
-from .stability.frequency_ratio import way_out as way_out
+from .stability.frequency_ratio import suggest_design_changes as suggest_design_changes
 from .superposition.comparison import Comparison as Comparison
+from .superposition.comparison import Divergence as Divergence
 from .superposition.comparison import LinearMode as LinearMode
-from .superposition.comparison import Parting as Parting
 from .superposition.comparison import compare as compare
 from .superposition.mode_superposition import mode_superposition as mode_superposition

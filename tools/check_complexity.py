@@ -48,8 +48,6 @@ EXCEPTIONS = {
     "gallop_fmu/simulation/result.py:histories": OPTIONS,
     "gallop_fmu/sweeps/sweep.py:sweep": OPTIONS,
     "modal/screening/many_spans.py:screen_spans": OPTIONS,
-    "modal/screening/screen.py:_judged": LATER,
-    "modal/stability/frequency_ratio.py:ratio_map": LATER,
     "modal/superposition/modal_span.py:_lowest": LATER,
 }
 """Path and name of a function, and why it may be above a limit."""

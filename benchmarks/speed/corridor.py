@@ -96,10 +96,10 @@ def main() -> None:
 
     def look() -> gf.Runs:
         return modal.screen_spans(
-            scene, table=table, highest_wind=HIGHEST_WIND, first_look=True, out=risk
+            scene, table=table, highest_wind=HIGHEST_WIND, estimate_only=True, out=risk
         )
 
-    found = measured("first look", SPANS, look).dataset
+    found = measured("estimate only", SPANS, look).dataset
     measured("the same again, all there", SPANS, look)
     print(f"\n{risk.name}: {risk.stat().st_size / 1e3:.0f} kB")
     told = found.suspect.values == 1.0
@@ -126,7 +126,7 @@ def main() -> None:
 
 
 def compare(scene: Path, rows: list[dict[str, Any]], found: Any) -> None:
-    """What the first look calls suspect against the full screening, on some of the spans."""
+    """What the estimate calls suspect against the full screening, on some of the spans."""
     part = rows[:COMPARED]
     full = measured(
         "full screening",

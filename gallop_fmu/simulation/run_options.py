@@ -120,7 +120,7 @@ def check_model(model: str) -> None:
             'model = "condensed": the condensed model was removed in 0.2.0, because on spans drawn'
             " at random its amplitudes were wrong without a warning; leave the model out: the cable"
             " element computes the run. For a first look at many spans use modal.screen_spans"
-            " (gallop-modal screen --table ... --first-look)"
+            " (gallop-modal screen --table ... --estimate-only)"
         )
     if model != "element":
         raise SceneError(f'model = {model!r}: must be "element"')

@@ -215,11 +215,17 @@ def ratio(
     """Print the 2:1 frequency ratio, what changes it, and where it is 2; over one number or two."""
     from gallop_fmu.foundation.errors import SceneError
     from modal.foundation.scene_variation import unit_of
-    from modal.stability.frequency_ratio import crossings, frequency_ratio, ratio_map, way_out
+    from modal.stability.frequency_ratio import (
+        crossings,
+        frequency_ratio,
+        ratio_map,
+        suggest_design_changes,
+    )
 
     chosen = scene_to_draw(scene, changes, plot)
     here = frequency_ratio(chosen)
-    (over, values), ways = _varied(chosen, over, points), way_out(chosen)
+    over, values = _varied(chosen, over, points)
+    changes_of_design = suggest_design_changes(chosen)
     unit, first, last = unit_of(chosen, over), values[0], values[-1]
     told: dict[str, Any] = {
         "title": chosen.title,
@@ -230,7 +236,7 @@ def ratio(
         "detuning": here.detuning,
         "one_to_one_detuning": here.one_to_one_detuning,
         "over": over,
-        "ways_out": [way.sentence for way in ways],
+        "design_changes": [change.sentence for change in changes_of_design],
     }
     lines = [
         chosen.title,
@@ -279,7 +285,7 @@ def ratio(
 
             return ratio_figure(data)
 
-    tell(told, [*lines, *(way.sentence for way in ways)], figure, plot, as_json)
+    tell(told, [*lines, *(change.sentence for change in changes_of_design)], figure, plot, as_json)
 
 
 @app.command(epilog=example("gallop-modal linear example3 --highest 10 --plot locus.png"))

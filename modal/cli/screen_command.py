@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from gallop_fmu.cli.sweep_options import SweepOptions, takes_sweep_options
-from gallop_fmu.cli.terminal import new_table, real
+from gallop_fmu.cli.terminal import complain, new_table, real
 from modal.cli.output import Plot, scene_to_draw, tell
 
 if TYPE_CHECKING:
@@ -42,12 +42,15 @@ def screen_span(
             help="Highest wind speed in m/s (default: 1.5 times the scene's).",
         ),
     ] = None,
-    first_look: Annotated[
+    estimate_only: Annotated[
         bool,
         typer.Option(
-            "--first-look",
+            "--estimate-only",
             help="For many spans: closed-form estimate only (about 30 times faster).",
         ),
+    ] = False,
+    first_look: Annotated[
+        bool, typer.Option("--first-look", hidden=True)  # the old name, for one release
     ] = False,
     plot: Plot = None,
 ) -> None:
@@ -59,15 +62,18 @@ def screen_span(
     from modal.screening.many_spans import screen_spans
     from modal.screening.screen import screen
 
+    if first_look:
+        complain("warning: --first-look is now called --estimate-only", "gallop-modal")
+        estimate_only = True
     if shared.over or shared.table:
         if plot:
             raise SceneError("--plot draws one span; leave it out, or leave out --over and --table")
-        compute = partial(screen_spans, highest_wind=highest, first_look=first_look)
+        compute = partial(screen_spans, highest_wind=highest, estimate_only=estimate_only)
         shared.carry_out("gallop-modal", compute, COLUMNS)
         return
-    if first_look or shared.out or shared.workers or shared.cluster:
+    if estimate_only or shared.out or shared.workers or shared.cluster:
         raise SceneError(
-            "--first-look, --out, --workers and --cluster are for many spans; give --over or"
+            "--estimate-only, --out, --workers and --cluster are for many spans; give --over or"
             " --table"
         )
     if shared.scene is None:

@@ -74,7 +74,7 @@ def _draw_histories(grid: NDArray[Any], comparison: Comparison) -> None:
             axes.set_ylabel(LABELS[channel])
             axes.set_ylim(*_limits(comparison, channel))
             if name != "nonlinear":
-                _mark_parting(axes, comparison, name, channel)
+                _mark_divergence(axes, comparison, name, channel)
             if result.outcome is not Outcome.COMPLETED:
                 _mark_end(axes, result)
         row[0].set_title(NAMES[name], loc="left", pad=2.0)
@@ -82,8 +82,8 @@ def _draw_histories(grid: NDArray[Any], comparison: Comparison) -> None:
         axes.set_xlabel("time [s]")
 
 
-def _mark_parting(axes: Axes, comparison: Comparison, name: str, channel: str) -> None:
-    time = comparison.parting(name, channel, LEVEL).amplitude
+def _mark_divergence(axes: Axes, comparison: Comparison, name: str, channel: str) -> None:
+    time = comparison.divergence(name, channel, LEVEL).amplitude
     if time is not None:
         axes.axvline(time, color="#D55E00", linestyle=":", linewidth=1.0)
         axes.set_title(

@@ -1,4 +1,4 @@
-"""One self-contained HTML page about a span: what it is, how it rests, swings and gallops, and how that was computed.
+"""Self-contained HTML report on a span: data, statics, modes, galloping, simulation, clearance.
 
 It is part of `modal` because it needs both packages, and `gallop_fmu` does not import `modal`.
 """

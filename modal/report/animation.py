@@ -1,4 +1,4 @@
-"""Positions of the span over a few periods, small enough to stand in a page."""
+"""Positions of the span over a few periods, for the animation in a report."""
 
 from __future__ import annotations
 
@@ -20,23 +20,23 @@ from gallop_fmu.simulation.steadiness import (
 
 Array = NDArray[np.float64]
 
-PERIODS, OTHER_PERIODS = 10.0, 5.0
-"""Periods shown of a steady motion, and of another one."""
+STEADY_PERIODS, OTHER_PERIODS = 10.0, 5.0
+"""Periods shown of a steady motion, and of any other motion."""
 
-FRAMES = 500
-"""Most positions that a page holds; the script draws a cubic in time through them."""
+MAX_FRAMES = 500
+"""Largest number of frames in a page; the script interpolates them by cubics in time."""
 
-STILL = 10.0
-"""Time shown [s] where nothing oscillates."""
+DEFAULT_LENGTH, MAX_LENGTH = 10.0, 60.0
+"""Time shown [s] if nothing oscillates, and longest time shown."""
 
-LONGEST = 60.0
-"""Longest time shown [s]."""
+MIN_RANGE_RATIO = 0.05
+"""Range of a channel, relative to the largest, above which its period counts."""
 
-PART = 0.05
-"""Range of a channel, per range of the largest, from which on its period is one to be shown."""
+DECIMALS = 4
+"""Decimal places of a position [m]: a tenth of a millimetre."""
 
-DIGITS = 4
-"""Digits after the point of a position [m]: a tenth of a millimetre."""
+TIME_TOLERANCE = 1e-9
+"""Difference of times [s] due to rounding."""
 
 
 @dataclass(frozen=True)
@@ -46,7 +46,7 @@ class Animation:
     Attributes
     ----------
     part : str
-        Which part of the run it is, in words.
+        Name of the part of the run that is shown.
     time : ndarray, shape (frame,)
         Times [s].
     along, height, across : ndarray, shape (frame, node)
@@ -54,7 +54,7 @@ class Animation:
     twist : ndarray, shape (frame,)
         Twist [rad] at mid-span.
     middle : int
-        Which of the nodes is at mid-span.
+        Index of the node at mid-span.
     """
 
     part: str
@@ -66,27 +66,30 @@ class Animation:
     middle: int
 
     def packed(self) -> dict[str, Any]:
-        """The same for JavaScript: nested lists of rounded numbers; x1 hardly moves and is that of the first frame."""
+        """Convert to nested lists of rounded numbers, for JavaScript.
+
+        x1 hardly changes; that of the first frame is used.
+        """
         return {
             "time": self.time.round(3).tolist(),
             "along": self.along[0].round(3).tolist(),
-            "height": self.height.round(DIGITS).tolist(),
-            "across": self.across.round(DIGITS).tolist(),
-            "twist": self.twist.round(DIGITS).tolist(),
+            "height": self.height.round(DECIMALS).tolist(),
+            "across": self.across.round(DECIMALS).tolist(),
+            "twist": self.twist.round(DECIMALS).tolist(),
             "middle": self.middle,
         }
 
 
 def animation(result: Result) -> Animation:
-    """Show the last periods of a run, or those of its largest motion where that has died out by then."""
+    """Select the last periods of a run, or those of its largest motion if that decays later."""
     data = result.dataset
     time = np.asarray(data.time.values)
     part, chosen = _window(result)
-    frames = chosen[:: math.ceil(len(chosen) / FRAMES)]
+    frames = chosen[:: math.ceil(len(chosen) / MAX_FRAMES)]
     nodes = np.asarray(data.node.values)
-    at_rest = Model(result.scene).equilibrium().x[nodes]
+    initial = Model(result.scene).equilibrium().x[nodes]
     along, height, across = (
-        at_rest[:, k] + data[name].values[frames] for k, name in enumerate(("u1", "u2", "u3"))
+        initial[:, k] + data[name].values[frames] for k, name in enumerate(("u1", "u2", "u3"))
     )
     middle = int(np.flatnonzero(nodes == result.scene.numerics.elements)[0])
     twist = np.asarray(data.theta.values[frames, middle])
@@ -97,31 +100,32 @@ def _window(result: Result) -> tuple[str, NDArray[np.intp]]:
     """Name of the part of the run that is shown, and its records."""
     data = result.midspan()
     time = np.asarray(data.time.values)
-    swings = [np.asarray(data[name].values) for name in ("u2", "u3")]
+    motions = [np.asarray(data[name].values) for name in ("u2", "u3")]
     last = float(time[-1])
-    seen = time >= last - default_window(last)
+    near = time >= last - default_window(last)
     part, centre = "the end of the run", None
     if result.motion.kind == "turned over":
         turn = np.abs(data.theta.values - data.theta.values[0])
         part, centre = "the section turns over", float(time[np.argmax(turn > TURNED_OVER)])
-        seen = (time <= centre) & (time >= centre - default_window(last))
-    elif all(np.ptp(y[seen]) <= DIED_OUT * np.ptp(y) for y in swings):
-        largest = max(swings, key=np.ptp)
+        near = (time <= centre) & (time >= centre - default_window(last))
+    elif all(np.ptp(y[near]) <= DIED_OUT * np.ptp(y) for y in motions):
+        largest = max(motions, key=np.ptp)
         centre = float(time[np.argmax(np.abs(largest - largest[-1]))])
-        part = "the largest motion of the run, which dies out later"
-        seen = np.abs(time - centre) <= 0.5 * default_window(last)
-    length = min(
-        _period(time[seen], [y[seen] for y in swings], result.motion.kind == "steady"), LONGEST
-    )
+        part = "the largest motion of the run, which decays later"
+        near = np.abs(time - centre) <= 0.5 * default_window(last)
+    periods = STEADY_PERIODS if result.motion.kind == "steady" else OTHER_PERIODS
+    length = min(_length(time[near], [y[near] for y in motions], periods), MAX_LENGTH)
     start = max(0.0, last - length if centre is None else centre - 0.5 * length)
-    return part, np.flatnonzero((time >= start - 1e-9) & (time <= start + length + 1e-9))
+    shown = (time >= start - TIME_TOLERANCE) & (time <= start + length + TIME_TOLERANCE)
+    return part, np.flatnonzero(shown)
 
 
-def _period(time: Array, swings: list[Array], steady: bool) -> float:
-    """Time [s] that shows some periods of the slowest of the channels that move much."""
+def _length(time: Array, motions: list[Array], periods: float) -> float:
+    """Length [s] of some periods of the slowest motion that is not small."""
     if len(time) < FEWEST_SAMPLES:
-        return STILL
-    interval, large = float(time[1] - time[0]), PART * max(float(np.ptp(y)) for y in swings)
-    found = [dominant_frequency(y, interval) for y in swings if np.ptp(y) >= large]
+        return DEFAULT_LENGTH
+    interval = float(time[1] - time[0])
+    least = MIN_RANGE_RATIO * max(float(np.ptp(y)) for y in motions)
+    found = [dominant_frequency(y, interval) for y in motions if np.ptp(y) >= least]
     cycles = [frequency for frequency in found if frequency * (time[-1] - time[0]) >= 1.0]
-    return (PERIODS if steady else OTHER_PERIODS) / min(cycles) if cycles else STILL
+    return periods / min(cycles) if cycles else DEFAULT_LENGTH

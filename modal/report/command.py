@@ -31,18 +31,20 @@ REPORT_EXAMPLE = "gallop-modal report example3 -o report.html"
 def report(
     scene: SceneName,
     out: Annotated[
-        Path, typer.Option("--out", "-o", metavar="FILE", help="Page to write (.html).")
+        Path, typer.Option("--out", "-o", metavar="FILE", help="File to write (.html).")
     ],
     until: Annotated[
         float | None,
-        typer.Option(metavar="S", parser=real, help="Simulated time \\[s]; else the scene's."),
+        typer.Option(
+            metavar="S", parser=real, help="Simulated time in s (default: from the scene)."
+        ),
     ] = None,
     changes: Changes = None,
 ) -> None:
-    """Write all about a span as one HTML page: scene, modes, risk, critical winds, simulation, clearance.
+    """Write an HTML report on a span: scene, modes, risk, critical winds, simulation, clearance.
 
-    What cannot be found out stands there with the reason. Where the simulation ends early, or
-    cannot start, the page is written all the same, and the exit code is 1.
+    Items that could not be computed are listed with the reason. If the simulation ends early, or
+    cannot start, the report is still written, and the exit code is 1.
     """
     from modal.report.findings import Missing, examine
     from modal.report.page import SUFFIXES, write_page
@@ -59,13 +61,13 @@ def report(
     if not findings.completed:
         result = findings.result
         ended = result.reason if isinstance(result, Missing) else str(result.report)
-        complain(f"{ended} The page shows what was computed.", "gallop-modal")
+        complain(f"{ended} The report shows the results up to then.", "gallop-modal")
         raise typer.Exit(Exit.ENDED_EARLY)
 
 
 @contextmanager
 def _progress(title: str) -> Iterator[Progress | None]:
-    """What is being computed, and the share of it that is done, on a bar."""
+    """Show the current part, and the share of it that is done, on a progress bar."""
     with progress_bar(title) as bar:
         if bar is None:
             yield None

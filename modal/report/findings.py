@@ -1,4 +1,4 @@
-"""Everything that a report tells of a span. What cannot be found out is kept as the reason why."""
+"""Findings of a report on a span. A part that cannot be computed is kept as the reason."""
 
 from __future__ import annotations
 
@@ -20,54 +20,63 @@ from modal.linear.shallow_cable import ShallowCable, shallow_cable
 from modal.screening.screen import Screening, screen
 from modal.stability.criteria import Criterion, stability_criteria
 from modal.stability.critical_wind import CriticalWind, critical_wind_speed
-from modal.stability.frequency_ratio import DesignChange, FrequencyRatio, frequency_ratio, way_out
+from modal.stability.frequency_ratio import (
+    DesignChange,
+    FrequencyRatio,
+    frequency_ratio,
+    suggest_design_changes,
+)
 
 Array = NDArray[np.float64]
 T = TypeVar("T")
 
 Progress = Callable[[str, float], object]
-"""Called with the name of what is being computed and the share of it that is done."""
+"""Called with the name of the current part and the share of it that is done."""
 
-MODES = 12
-NODES = 41
-"""Most nodes recorded: as many as an animation of the span needs."""
+MODE_COUNT = 12
+"""Number of modes in a report."""
+
+MAX_NODES = 41
+"""Largest number of recorded nodes, enough for an animation of the span."""
 
 CHANNELS = ("u1", "u2", "u3", "theta", "v2", "v3", "tension", "angle_of_attack")
-MOST_RECORDS = 100_000
-"""Records of a run above which only every second, third, ... is kept, so that a long run fits into memory."""
+"""Recorded channels."""
+
+MAX_RECORDS = 100_000
+"""Number of records above which only every second, third, ... record is kept."""
 
 
 @dataclass(frozen=True)
 class Missing:
-    """What could not be found out, and why."""
+    """A part that could not be computed, with the reason."""
 
     reason: str
 
 
 @dataclass(frozen=True)
 class Statics:
-    """A span at rest.
+    """A span in static equilibrium.
 
     Attributes
     ----------
     wind_speed : float
-        Wind [m/s] under which it rests.
+        Steady wind speed [m/s].
     x : ndarray, shape (node, 3)
         Positions [m] of the nodes.
-    sag, lowered : float
-        Drop [m] below the chord at mid-span: along the plane of the span, and its vertical part.
+    sag, drop : float
+        Distance [m] of mid-span from the chord in the plane of the span, and its vertical part.
     swing, twist : float
-        Angle [rad] by which mid-span has swung out of the vertical plane, and its twist.
+        Angle [rad] of the plane of the span at mid-span from the vertical, and twist there.
     tension : float
         Tension [N] at mid-span.
     support_force : ndarray, shape (2, 3)
-        Force [N] of the cable on the left and right tower.
+        Force [N] of the cable on the left and right support.
     """
 
     wind_speed: float
     x: Array
     sag: float
-    lowered: float
+    drop: float
     swing: float
     twist: float
     tension: float
@@ -76,44 +85,44 @@ class Statics:
 
 @dataclass(frozen=True)
 class Findings:
-    """What a report tells, each part found out or `Missing`.
+    """Content of a report; parts that could not be computed are `Missing`.
 
     Attributes
     ----------
     scene : Scene
-        What was examined.
-    still, blown : Statics
-        At rest in still air, and in the mean wind.
+        The span.
+    static_in_still_air, static_in_wind : Statics
+        Static equilibrium in still air, and in the mean wind.
     modes, modes_in_wind : list of Mode
-        Lowest natural modes in still air, and about rest in the mean wind.
+        Lowest natural modes about these two.
     frequencies : FrequencyRatio
-        The pair of the 2:1 resonance.
+        Frequencies of the pair of the 2:1 resonance.
     cable : ShallowCable
-        The same by Irvine's closed form.
-    ways_out : list of DesignChange
-        What changes the ratio.
+        The same frequencies by Irvine's closed form.
+    design_changes : list of DesignChange
+        Changes that move the ratio away from 2:1.
     screening : Screening
-        Whether galloping starts the swing.
+        Risk of a swing.
     onsets : list of CriticalWind
-        Wind at which each mode begins to grow.
+        Critical wind speed of each mode.
     criteria : list of Criterion
         Den Hartog's, Nigol's and the coupled criterion.
     result : Result
-        The simulation, also when it ended early.
+        The simulation; it may have ended early.
     ellipses : dict of str to Ellipse or Missing
-        Envelopes that design rules give.
+        Clearance ellipses of design rules.
     seconds : dict of str to float
-        Time [s] that each part took.
+        Computing time [s] of each part.
     """
 
     scene: Scene
-    still: Statics | Missing
-    blown: Statics | Missing
+    static_in_still_air: Statics | Missing
+    static_in_wind: Statics | Missing
     modes: list[Mode] | Missing
     modes_in_wind: list[Mode] | Missing
     frequencies: FrequencyRatio | Missing
     cable: ShallowCable | Missing
-    ways_out: list[DesignChange] | Missing
+    design_changes: list[DesignChange] | Missing
     screening: Screening | Missing
     onsets: list[CriticalWind] | Missing
     criteria: list[Criterion] | Missing
@@ -123,14 +132,14 @@ class Findings:
 
     @property
     def completed(self) -> bool:
-        """Whether the simulation ran to its end."""
+        """True if the simulation ran to its end."""
         return isinstance(self.result, Result) and self.result.outcome is Outcome.COMPLETED
 
 
 def examine(
     scene: Scene, stop_time: float | None = None, progress: Progress | None = None
 ) -> Findings:
-    """Find out everything that a report tells.
+    """Compute the content of a report.
 
     Parameters
     ----------
@@ -140,59 +149,64 @@ def examine(
     Raises
     ------
     SceneError
-        If `stop_time` is not allowed. What else cannot be found out is `Missing` in the findings.
+        If `stop_time` is not allowed. Other errors are `Missing` parts of the findings.
     """
     stop_time = scene.run.stop_time if stop_time is None else stop_time
     check_stop_time(stop_time)
-    tell = progress or (lambda name, share: None)
-    seconds: dict[str, float] = {}
+    parts = _Parts(scene, progress or (lambda name, share: None))
+    wind = scene.wind.mean_speed
+    # a small mesh between rigid ends has fewer modes
+    count = min(MODE_COUNT, 4 * (2 * scene.numerics.elements - 1))
+    still_air = parts.compute("static state", lambda: static_equilibrium(scene, 0.0))
+    in_wind = parts.compute_in_wind("static state", lambda: static_equilibrium(scene, wind))
+    return Findings(
+        scene=scene,
+        static_in_still_air=still_air,
+        static_in_wind=in_wind,
+        modes=parts.compute("modes", lambda: natural_modes(scene, count)),
+        modes_in_wind=parts.compute_in_wind("modes", lambda: natural_modes(scene, count, "mean")),
+        frequencies=parts.compute("frequency ratio", lambda: frequency_ratio(scene)),
+        cable=parts.compute("frequency ratio", lambda: shallow_cable(scene)),
+        design_changes=parts.compute("frequency ratio", lambda: suggest_design_changes(scene)),
+        criteria=parts.compute("critical winds", lambda: stability_criteria(scene)),
+        onsets=parts.compute("critical winds", lambda: critical_wind_speed(scene)),
+        screening=parts.compute_in_wind("screening", lambda: screen(scene)),
+        result=parts.compute("simulation", lambda: _simulate(scene, stop_time, parts.progress)),
+        ellipses=_ellipses(scene, still_air, in_wind),
+        seconds=parts.seconds,
+    )
 
-    def part(name: str, function: Callable[[], T]) -> T | Missing:
-        tell(name, 0.0)
+
+class _Parts:
+    """Computes parts of a report, with progress and computing time [s] of each."""
+
+    def __init__(self, scene: Scene, progress: Progress) -> None:
+        self.scene, self.progress = scene, progress
+        self.seconds: dict[str, float] = {}
+
+    def compute(self, name: str, function: Callable[[], T]) -> T | Missing:
+        """Return the value of a function, or `Missing` if it raises an error of the scene."""
+        self.progress(name, 0.0)
         began = clock.perf_counter()
         try:
             return function()
         except (SceneError, SimulationError) as problem:
             return Missing(str(problem))
         finally:
-            seconds[name] = seconds.get(name, 0.0) + clock.perf_counter() - began
+            spent = clock.perf_counter() - began
+            self.seconds[name] = self.seconds.get(name, 0.0) + spent
 
-    count = min(
-        MODES, 4 * (2 * scene.numerics.elements - 1)
-    )  # a small mesh between rigid ends has no more
-    calm = Missing(
-        "The scene has no wind: its mean speed is 0 m/s. Set wind.speed to look at a span in wind."
-    )
-    blows = scene.wind.mean_speed > 0.0
-    still = part("static state", lambda: at_rest_in(scene, 0.0))
-    blown = (
-        part("static state", lambda: at_rest_in(scene, scene.wind.mean_speed)) if blows else calm
-    )
-    return Findings(
-        scene=scene,
-        still=still,
-        blown=blown,
-        modes=part("modes", lambda: natural_modes(scene, count)),
-        modes_in_wind=part("modes", lambda: natural_modes(scene, count, "mean")) if blows else calm,
-        frequencies=part("frequency ratio", lambda: frequency_ratio(scene)),
-        cable=part("frequency ratio", lambda: shallow_cable(scene)),
-        ways_out=part("frequency ratio", lambda: way_out(scene)),
-        criteria=part("critical winds", lambda: stability_criteria(scene)),
-        onsets=part("critical winds", lambda: critical_wind_speed(scene)),
-        screening=part("screening", lambda: screen(scene)) if blows else calm,
-        result=part("simulation", lambda: _simulated(scene, stop_time, tell)),
-        ellipses={
-            "CIGRE 322": _ellipse(
-                lambda: cigre_322_single_loop(_found(still).sag, scene.conductor.diameter)
-            ),
-            "Davison": _ellipse(lambda: davison_single_loop(_found(still).sag, _swing(blown))),
-        },
-        seconds=seconds,
-    )
+    def compute_in_wind(self, name: str, function: Callable[[], T]) -> T | Missing:
+        """Do the same for a part that needs wind."""
+        if self.scene.wind.mean_speed > 0.0:
+            return self.compute(name, function)
+        return Missing("The scene has no wind (its mean speed is 0 m/s). Set wind.speed.")
 
 
-def at_rest_in(scene: Scene, wind_speed: float) -> Statics:
-    """The span at rest in a steady wind [m/s], with the scene's loads at the start, the towers where they stand.
+def static_equilibrium(scene: Scene, wind_speed: float) -> Statics:
+    """Compute the static equilibrium in a steady wind [m/s], with the scene's initial loads.
+
+    The supports are at their initial positions.
 
     Raises
     ------
@@ -204,7 +218,7 @@ def at_rest_in(scene: Scene, wind_speed: float) -> Statics:
     initial, middle = model.equilibrium(), model.middle
     state = model.rest(inputs=Inputs(0.0, wind_speed, angle, np.zeros((2, 3))))
     u = state.motion()[0]
-    lowered, across = initial.sag - float(u[middle, 1]), float(u[middle, 2])
+    drop, across = initial.sag - float(u[middle, 1]), float(u[middle, 2])
     node, span = state.observe_node(middle), state.observe_span()
     forces = [
         [span[SPAN_INDEX[f"{end}_f{axis}"]] for axis in (1, 2, 3)] for end in ("left", "right")
@@ -212,26 +226,33 @@ def at_rest_in(scene: Scene, wind_speed: float) -> Statics:
     return Statics(
         wind_speed=wind_speed,
         x=initial.x + u[:, :3],
-        sag=math.hypot(lowered, across),
-        lowered=lowered,
-        swing=math.atan2(across, lowered),
+        sag=math.hypot(drop, across),
+        drop=drop,
+        swing=math.atan2(across, drop),
         twist=float(u[middle, 3]),
         tension=float(node[NODE_INDEX["tension"]]),
         support_force=np.array(forces),
     )
 
 
-def _simulated(scene: Scene, stop_time: float, tell: Progress) -> Result:
+def _simulate(scene: Scene, stop_time: float, progress: Progress) -> Result:
+    """Run the simulation, with as many records as memory allows.
+
+    Raises
+    ------
+    SimulationError
+        If it cannot start.
+    """
     last, middle = 2 * scene.numerics.elements, scene.numerics.elements
-    nodes = np.unique(np.linspace(0, last, min(NODES, last + 1)).round().astype(int)).tolist()
+    equal = np.linspace(0, last, min(MAX_NODES, last + 1)).round().astype(int)
     records = stop_time / (scene.numerics.time_step * scene.run.record_every)
     result = simulate(
         scene,
         stop_time,
-        record_every=scene.run.record_every * max(1, math.ceil(records / MOST_RECORDS)),
-        record_nodes=sorted({*nodes, middle}),
+        record_every=scene.run.record_every * max(1, math.ceil(records / MAX_RECORDS)),
+        record_nodes=sorted({*equal.tolist(), middle}),
         channels=CHANNELS,
-        progress=lambda time, stop: tell("simulation", time / stop),
+        progress=lambda time, stop: progress("simulation", time / stop),
         on_failure="return",
     )
     if not result.started:
@@ -239,18 +260,24 @@ def _simulated(scene: Scene, stop_time: float, tell: Progress) -> Result:
     return result
 
 
+def _ellipses(
+    scene: Scene, still_air: Statics | Missing, in_wind: Statics | Missing
+) -> dict[str, Ellipse | Missing]:
+    """Clearance ellipses for the sag in still air and the swing in the mean wind."""
+    if isinstance(still_air, Missing):
+        absent = Missing(f"the sag is not known: {still_air.reason}")
+        return {"CIGRE 322": absent, "Davison": absent}
+    sag = still_air.sag
+    swing = 0.0 if isinstance(in_wind, Missing) else in_wind.swing
+    return {
+        "CIGRE 322": _ellipse(lambda: cigre_322_single_loop(sag, scene.conductor.diameter)),
+        "Davison": _ellipse(lambda: davison_single_loop(sag, swing)),
+    }
+
+
 def _ellipse(function: Callable[[], Ellipse]) -> Ellipse | Missing:
+    """Ellipse of a rule, or `Missing` outside the range of the rule."""
     try:
         return function()
-    except (ValueError, SceneError) as problem:
+    except ValueError as problem:
         return Missing(str(problem))
-
-
-def _found(still: Statics | Missing) -> Statics:
-    if isinstance(still, Missing):
-        raise SceneError(f"the sag is not known: {still.reason}")
-    return still
-
-
-def _swing(blown: Statics | Missing) -> float:
-    return 0.0 if isinstance(blown, Missing) else blown.swing

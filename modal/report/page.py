@@ -1,8 +1,9 @@
-"""From findings to one HTML page that needs nothing else."""
+"""Self-contained HTML page from the findings of a report."""
 
 from __future__ import annotations
 
 import json
+import math
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -15,19 +16,18 @@ from modal.linear.modes import Mode
 from modal.report import tables
 from modal.report.animation import Animation, animation
 from modal.report.findings import Findings, Missing, Progress, Statics, examine
-from modal.screening.screen import Screening
 
 SUFFIXES = (".html", ".htm")
-STILL = 1e-9
-"""Displacement [m] and twist [rad] below which a run shows nothing but rounding."""
+MIN_MOTION = 1e-9
+"""Displacement [m] and twist [rad] below which a motion is only rounding."""
 
 SHAPE_BOX = 100.0, 20.0
-"""Half width and half height of the box that a mode shape is drawn in."""
+"""Half width and half height of the box of a mode shape."""
 
 
 @dataclass(frozen=True)
 class Shape:
-    """A mode shape: the points of its line, and a name."""
+    """Name, frequency, family and SVG points of a mode shape."""
 
     name: str
     frequency: str
@@ -42,12 +42,12 @@ def write_report(
     stop_time: float | None = None,
     progress: Progress | None = None,
 ) -> Path:
-    """Examine a span and write what was found as one self-contained HTML page.
+    """Examine a span and write a report as one self-contained HTML page.
 
-    The page holds the scene with units and sources, static state, modes, frequency ratio and risk
+    The page shows the scene with units and sources, static state, modes, frequency ratio and risk
     of a 2:1 swing, critical winds, a simulation with an animation, the clearance ellipses of two
-    design rules, numerics and provenance. What could not be found out stands there with the reason;
-    a simulation that ended early is shown up to its end.
+    design rules, numerics and provenance. Items that could not be computed are listed with the
+    reason; a simulation that ended early is shown up to its end.
 
     Parameters
     ----------
@@ -58,7 +58,7 @@ def write_report(
     stop_time
         Simulated time [s]; None takes the scene's.
     progress
-        Called with the name of what is being computed and the share of it that is done.
+        Called with the name of the current part and the share of it that is done.
 
     Raises
     ------
@@ -77,7 +77,7 @@ def write_page(findings: Findings, path: Path) -> Path:
 
 
 def page(findings: Findings) -> str:
-    """The whole page; every text from the scene is escaped."""
+    """Fill in the template; every text from the scene is escaped."""
     from jinja2 import Environment, PackageLoader, StrictUndefined
 
     environment = Environment(
@@ -91,121 +91,158 @@ def page(findings: Findings) -> str:
     return environment.get_template("report.html").render(content(findings))
 
 
-def content(findings: Findings) -> dict[str, Any]:
-    """What the template fills in."""
-    from modal.report.plots import coefficient_figure, picture, static_shape
+ABSENT = dict.fromkeys(
+    (
+        "static_table",
+        "static_figure",
+        "coefficient_figure",
+        "criteria_figure",
+        "onset_table",
+        "screening_table",
+        "screening_figure",
+        "motion_table",
+        "histories_figure",
+        "trace_figure",
+        "animation",
+        "clearance_table",
+        "clearance_figure",
+    )
+)
+"""Names in the template that stay None unless a section fills them in."""
 
-    scene, result = findings.scene, findings.result
-    rests = {
-        tables.wind_text(s.wind_speed): s
-        for s in (findings.still, findings.blown)
-        if isinstance(s, Statics)
-    }
-    filled: dict[str, Any] = {
+
+def content(findings: Findings) -> dict[str, Any]:
+    """Values of all names in the template."""
+    return {
+        **ABSENT,
+        **_scene_content(findings),
+        **_static_content(findings),
+        **_mode_content(findings),
+        **_linear_content(findings),
+        **_screening_content(findings),
+        **_simulation_content(findings),
         "findings": findings,
-        "scene": scene,
-        "toml": scene.to_toml(),
         "cards": list(tables.cards(findings)),
-        "scene_tables": tables.scene_tables(scene),
-        "static_table": tables.static_table(findings) if rests else None,
-        "static_figure": None,
-        "coefficient_figure": None,
-        "mode_tables": _mode_tables(findings),
-        "shapes": (
-            [] if isinstance(findings.modes, Missing) else [_shape(mode) for mode in findings.modes]
-        ),
-        "screening_table": None,
-        "screening_figure": None,
-        "onset_table": None,
-        "criteria_figure": None,
-        "still": False,
-        "motion_table": None,
-        "histories_figure": None,
-        "trace_figure": None,
-        "animation": None,
-        "clearance_table": None,
-        "clearance_figure": None,
         "numerics_table": tables.numerics_table(findings),
         "provenance_table": tables.provenance_table(findings),
     }
-    if rests:
-        filled["static_figure"] = picture(
-            "static",
-            "Span at rest from the side and from above",
-            "The span at rest; dots are the supports.",
-            lambda: static_shape(rests),
-        )
+
+
+def _scene_content(findings: Findings) -> dict[str, Any]:
+    """Tables of the scene, and its coefficient curve."""
+    from modal.report.plots import coefficient_figure, picture
+
+    scene = findings.scene
+    filled: dict[str, Any] = {
+        "scene": scene,
+        "toml": scene.to_toml(),
+        "scene_tables": tables.scene_tables(scene),
+    }
     if scene.aerodynamics is not None:
-        curve, angle = scene.aerodynamics.curve(), np.radians(scene.ice.attack_angle_deg)
+        curve, angle = scene.aerodynamics.curve(), math.radians(scene.ice.attack_angle_deg)
         filled["coefficient_figure"] = picture(
             "coefficients",
             "Lift, drag and moment coefficient over the attack angle",
-            "Aerodynamic coefficients, referred to the diameter of the bare conductor.",
-            lambda: coefficient_figure(curve, float(angle)),
+            "Aerodynamic coefficients, based on the diameter of the bare conductor.",
+            lambda: coefficient_figure(curve, angle),
         )
-    if isinstance(findings.criteria, list):
-        from modal.plots.span_figures import criteria_figure
+    return filled
 
-        criteria, angle = findings.criteria, np.radians(scene.ice.attack_angle_deg)
+
+def _static_content(findings: Findings) -> dict[str, Any]:
+    """Table and figure of the static states that were found."""
+    from modal.report.plots import picture, static_shape
+
+    states = {
+        tables.wind_text(state.wind_speed): state
+        for state in (findings.static_in_still_air, findings.static_in_wind)
+        if isinstance(state, Statics)
+    }
+    if not states:
+        return {}
+    return {
+        "static_table": tables.static_table(findings),
+        "static_figure": picture(
+            "static",
+            "Static shape of the span from the side and from above",
+            "Static shape of the span; dots are the supports.",
+            lambda: static_shape(states),
+        ),
+    }
+
+
+def _mode_content(findings: Findings) -> dict[str, Any]:
+    """Tables of modes (or `Missing`), and mode shapes."""
+    pairs = (
+        (findings.modes, "In still air"),
+        (findings.modes_in_wind, "In the mean wind"),
+    )
+    return {
+        "mode_tables": [
+            modes if isinstance(modes, Missing) else tables.mode_table(modes, name)
+            for modes, name in pairs
+        ],
+        "shapes": (
+            [] if isinstance(findings.modes, Missing) else [_shape(mode) for mode in findings.modes]
+        ),
+    }
+
+
+def _linear_content(findings: Findings) -> dict[str, Any]:
+    """Stability criteria and critical winds."""
+    from modal.plots.span_figures import criteria_figure
+    from modal.report.plots import picture
+
+    filled: dict[str, Any] = {}
+    if isinstance(findings.criteria, list):
+        criteria, angle = findings.criteria, math.radians(findings.scene.ice.attack_angle_deg)
         filled["criteria_figure"] = picture(
             "criteria",
             "Stability criteria over the attack angle",
             "Criteria of linear theory; dashed: the scene's attack angle.",
-            lambda: criteria_figure(criteria, float(angle)),
+            lambda: criteria_figure(criteria, angle),
         )
     if isinstance(findings.onsets, list):
         filled["onset_table"] = tables.onset_table(findings.onsets)
-    if isinstance(findings.screening, Screening):
-        filled |= _screened(findings.screening)
-    if isinstance(result, Result):
-        filled |= _simulated(findings, result)
     return filled
 
 
-def _mode_tables(findings: Findings) -> list[Any]:
-    pairs = (
-        (findings.modes, "In still air"),
-        (findings.modes_in_wind, "About rest in the mean wind"),
-    )
-    return [
-        modes if isinstance(modes, Missing) else tables.mode_table(modes, name)
-        for modes, name in pairs
-    ]
-
-
-def _screened(found: Screening) -> dict[str, Any]:
+def _screening_content(findings: Findings) -> dict[str, Any]:
+    """Table and figure of the predicted limit cycles."""
     from modal.plots.span_figures import screening_figure
     from modal.report.plots import picture
 
-    if not (found.limit_cycle or found.saturated):
+    found = findings.screening
+    if isinstance(found, Missing) or not (found.limit_cycle or found.saturated):
         return {}
     return {
         "screening_table": tables.screening_table(found),
         "screening_figure": picture(
             "screening",
             "Predicted galloping amplitude and growth of a swing over the wind speed",
-            "Vertical galloping without swing over the wind speed, and how a small swing grows"
-            " on it.",
+            "Vertical galloping without swing, and growth of a small swing, over the wind speed.",
             lambda: screening_figure(found),
         ),
     }
 
 
-def _simulated(findings: Findings, result: Result) -> dict[str, Any]:
-    """What a run is shown as; a run that ended with its first record has nothing to draw."""
+def _simulation_content(findings: Findings) -> dict[str, Any]:
+    """Motion, animation and clearance of the simulation; nothing if it ended with its start."""
     from gallop_fmu.plots import histories, trace
-    from modal.report.plots import NARROW, clearance_figure, picture, resize
+    from modal.report.plots import NARROW, picture, resize
 
-    if result.dataset.sizes["time"] < 2:
-        return {}
+    result = findings.result
+    if isinstance(result, Missing) or result.dataset.sizes["time"] < 2:
+        return {"still": False}
     if all(
-        float(np.abs(result.dataset[name].values).max()) < STILL for name in ("u2", "u3", "theta")
+        float(np.abs(result.dataset[name].values).max()) < MIN_MOTION
+        for name in ("u2", "u3", "theta")
     ):
         return {"still": True}
-    frames = animation(result)
-    filled: dict[str, Any] = {
+    return {
+        "still": False,
         "motion_table": tables.motion_table(result),
-        "animation": _stage(frames),
+        "animation": _animation_content(animation(result)),
         "histories_figure": picture(
             "histories",
             "Histories of vertical and horizontal displacement, twist and tension at mid-span",
@@ -214,29 +251,39 @@ def _simulated(findings: Findings, result: Result) -> dict[str, Any]:
         ),
         "trace_figure": picture(
             "trace",
-            "Path of mid-span across the span",
-            "Path of mid-span, seen along the span.",
+            "Path of mid-span in the plane across the line",
+            "Path of mid-span, seen along the line.",
             lambda: resize(trace(result), NARROW, 3.6),
             once=True,
         ),
+        **_clearance_content(findings, result),
     }
+
+
+def _clearance_content(findings: Findings, result: Result) -> dict[str, Any]:
+    """Motion of mid-span compared with the ellipses of design rules."""
+    from modal.report.plots import clearance_figure, picture
+
     ellipses = {
         name: found for name, found in findings.ellipses.items() if not isinstance(found, Missing)
     }
-    if ellipses:
-        place, places = (0.0, 0.0), {"rest in still air": (0.0, 0.0)}
-        if isinstance(findings.still, Statics) and isinstance(findings.blown, Statics):
-            _, up, across = (findings.blown.x - findings.still.x)[findings.scene.numerics.elements]
-            place = places["rest in the mean wind"] = (float(across), float(up))
-        filled["clearance_table"] = tables.clearance_table(findings, result, place)
-        filled["clearance_figure"] = picture(
+    if not ellipses:
+        return {}
+    place, places = (0.0, 0.0), {"static in still air": (0.0, 0.0)}
+    still_air, in_wind = findings.static_in_still_air, findings.static_in_wind
+    if isinstance(still_air, Statics) and isinstance(in_wind, Statics):
+        _, up, across = (in_wind.x - still_air.x)[findings.scene.numerics.elements]
+        place = places["static in the mean wind"] = (float(across), float(up))
+    return {
+        "clearance_table": tables.clearance_table(findings, result, place),
+        "clearance_figure": picture(
             "clearance",
             "Area that mid-span reached, and the ellipses of CIGRE and Davison",
-            "Across the span at its middle, downwind to the right.",
+            "Mid-span in the plane across the line, downwind to the right.",
             lambda: clearance_figure(result.midspan(), ellipses, places),
             once=True,
-        )
-    return filled
+        ),
+    }
 
 
 def _shape(mode: Mode) -> Shape:
@@ -246,17 +293,15 @@ def _shape(mode: Mode) -> Shape:
     return Shape(f"{mode.family} {mode.loops}", f"{mode.frequency_hz:.4f} Hz", mode.family, points)
 
 
-def _stage(frames: Animation) -> dict[str, Any]:
-    """The frames, and the boxes that their pictures stand in [m]: x, y, width, height, y downwards."""
-    low, high = float(frames.height.min()), float(frames.height.max())
-    ends = frames.across.min(), frames.across.max()
+def _animation_content(frames: Animation) -> dict[str, Any]:
+    """Frames of the animation, their times [s] and their ranges [m]."""
     return {
         "part": frames.part,
         "start": float(frames.time[0]),
         "stop": float(frames.time[-1]),
-        "low": low,
-        "high": high,
-        "left": float(ends[0]),
-        "right": float(ends[1]),
+        "low": float(frames.height.min()),
+        "high": float(frames.height.max()),
+        "left": float(frames.across.min()),
+        "right": float(frames.across.max()),
         "data": json.dumps(frames.packed(), separators=(",", ":")),
     }

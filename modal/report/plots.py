@@ -1,4 +1,4 @@
-"""Figures that only the report needs, and any figure as SVG that takes part in the page's light and dark colours."""
+"""Figures of the report, and conversion of figures to SVG in the light and dark colours of a page."""
 
 from __future__ import annotations
 
@@ -25,10 +25,16 @@ if TYPE_CHECKING:
 Array = NDArray[np.float64]
 
 WIDE, NARROW = 7.1, 4.1
-"""Width [inch] of a figure across the page, and on a telephone, where the lettering must stay as large."""
+"""Width [inch] of a figure on a wide page, and on a telephone with lettering of the same size."""
 
-LETTERS = 13.0
+LETTERS_PER_INCH = 13.0
 """Letters of a title that fit into an inch."""
+
+LABEL_WIDTH = 0.7
+"""Width [inch] of labels beside the axes."""
+
+MIN_HALF_RANGE = 1.0
+"""Half range [m] of an axis along which nothing moves."""
 
 SIDES: tuple[Literal["left", "center"], ...] = ("left", "center")
 
@@ -47,12 +53,12 @@ VARIABLES = {
     "#cc79a7": "var(--pink)",
     "#e69f00": "var(--amber)",
 }
-"""Colours of the figures to those of the style sheet, which differ in dark mode."""
+"""Colours of figures, and the variables of the style sheet that replace them (for dark mode)."""
 
 
 @dataclass(frozen=True)
 class Picture:
-    """A figure for the page as SVG, drawn twice where its lettering would be too small on a telephone."""
+    """A figure as SVG: in one width, or in two if its lettering is too small on a telephone."""
 
     label: str
     caption: str
@@ -68,13 +74,13 @@ def picture(
     Parameters
     ----------
     name
-        Distinguishes its identifiers from those of other figures of the page.
+        Prefix of its identifiers, unique in the page.
     label, caption
-        What it shows: for those who cannot see it, and the line below it.
+        Description for screen readers, and caption below the figure.
     draw
-        Makes the figure.
+        Function that returns the figure.
     once
-        Whether it is narrow enough as it is.
+        True if the figure fits a telephone as it is.
     """
     return Picture(
         label, caption, svg(draw(), name), "" if once else svg(draw(), f"{name}-narrow", NARROW)
@@ -82,16 +88,16 @@ def picture(
 
 
 def svg(figure: Figure, name: str, width: float | None = None) -> str:
-    """A figure as an SVG element to stand in a page.
+    """Convert a figure to an SVG element for a page.
 
     Parameters
     ----------
     figure
-        The figure; it is changed if a width is given.
+        The figure; it is resized if a width is given.
     name
-        Distinguishes its identifiers from those of other figures of the page.
+        Prefix of its identifiers, unique in the page.
     width
-        Draw it with this width [inch]; titles are broken to fit.
+        Width [inch]; titles are wrapped to fit.
     """
     if width is not None:
         resize(figure, width, float(figure.get_size_inches()[1]))
@@ -102,7 +108,7 @@ def svg(figure: Figure, name: str, width: float | None = None) -> str:
 
 
 def resize(figure: Figure, width: float, height: float) -> Figure:
-    """The figure in another size [inch]: panels side by side come one below the other, titles are broken to fit."""
+    """Resize a figure [inch]: panels side by side move below each other, titles are wrapped."""
     panels = figure.axes
     grids = [axes.get_subplotspec() for axes in panels]
     if any(grid is not None and grid.get_gridspec().ncols > 1 for grid in grids):
@@ -115,17 +121,18 @@ def resize(figure: Figure, width: float, height: float) -> Figure:
         for axes in panels:
             for side in SIDES:
                 if title := axes.get_title(loc=side):
-                    axes.set_title(textwrap.fill(title, int(LETTERS * width)), loc=side)
+                    letters = int(LETTERS_PER_INCH * (width - LABEL_WIDTH))
+                    axes.set_title(textwrap.fill(title, letters), loc=side)
     return figure
 
 
 def static_shape(states: Mapping[str, Statics]) -> Figure:
-    """The span at rest from the side and from above.
+    """Draw static shapes of the span from the side and from above.
 
     Parameters
     ----------
     states
-        Name to state, at most two.
+        Name and static state, at most two.
     """
     with drawing(STYLE):
         figure = Figure(figsize=(WIDE, 3.6), layout="constrained")
@@ -147,13 +154,13 @@ def static_shape(states: Mapping[str, Statics]) -> Figure:
         above.set_title("from above (scales differ)", loc="left")
         above.set_xlabel("along the span $x_1$ [m]")
         if np.ptp(above.get_ylim()) < 1e-6:
-            above.set_ylim(-1.0, 1.0)
+            above.set_ylim(-MIN_HALF_RANGE, MIN_HALF_RANGE)
         side.legend(frameon=False, loc="upper center", ncols=2)
     return figure
 
 
 def coefficient_figure(curve: AerodynamicCurve, attack_angle: float) -> Figure:
-    """Lift, drag and moment coefficient over the attack angle, the span's own [rad] marked."""
+    """Draw lift, drag and moment coefficient; the attack angle [rad] of the scene is marked."""
     angle = np.linspace(curve.breakpoint[0], curve.breakpoint[-1], 361)
     with drawing(STYLE):
         figure = Figure(figsize=(WIDE, 2.6), layout="constrained")
@@ -168,11 +175,10 @@ def coefficient_figure(curve: AerodynamicCurve, attack_angle: float) -> Figure:
                 label=name,
             )
         first, last = np.degrees(curve.breakpoint[[0, -1]])
-        own = np.degrees(attack_angle)
+        initial = np.degrees(attack_angle)
+        turns = round((initial - 0.5 * (first + last)) / 360.0)
         axes.axhline(0.0, color=NEUTRAL, linewidth=0.4)
-        axes.axvline(
-            own - 360.0 * round((own - 0.5 * (first + last)) / 360.0), color=NEUTRAL, linewidth=0.6
-        )
+        axes.axvline(initial - 360.0 * turns, color=NEUTRAL, linewidth=0.6)
         axes.set_title("vertical line: initial attack angle of the scene", loc="left")
         axes.set_xlabel("attack angle [deg]")
         axes.set_ylabel("coefficient [1]")
@@ -184,19 +190,20 @@ def coefficient_figure(curve: AerodynamicCurve, attack_angle: float) -> Figure:
 def clearance_figure(
     data: xr.Dataset, ellipses: Mapping[str, Ellipse], places: Mapping[str, tuple[float, float]]
 ) -> Figure:
-    """Where mid-span got to, among the ellipses of design rules.
+    """Draw the area that mid-span reached, with the ellipses of design rules.
 
     Parameters
     ----------
     data
         Mid-span u2 and u3 [m] over time.
     ellipses
-        Name of the rule to its ellipse.
+        Name and ellipse of each rule.
     places
-        Where the conductor rests: name to x3, x2 [m] from its place in still air.
+        Name and position x3, x2 [m] of the static states, relative to still air. The ellipses are
+        drawn at the last one.
     """
     x, y = np.asarray(data.u3.values), np.asarray(data.u2.values)
-    rest = list(places.values())[-1]
+    origin = list(places.values())[-1]
     with drawing(STYLE):
         figure = Figure(figsize=(NARROW, 4.6), layout="constrained")
         axes = figure.subplots()
@@ -210,7 +217,7 @@ def clearance_figure(
         )
         for (name, ellipse), style in zip(ellipses.items(), RULE_STYLES, strict=False):
             across, up = ellipse.outline()
-            axes.plot(rest[0] + across, rest[1] + up, style, color=COLOURS["u3"], label=name)
+            axes.plot(origin[0] + across, origin[1] + up, style, color=COLOURS["u3"], label=name)
         for (name, place), mark in zip(places.items(), ("o", "s"), strict=False):
             axes.plot(*place, mark, color=NEUTRAL, markersize=3.5, label=name)
         axes.set_aspect("equal", adjustable="datalim")
@@ -221,14 +228,14 @@ def clearance_figure(
 
 
 def outermost(x: Array, y: Array, directions: int = 360) -> list[int]:
-    """Numbers of the points that lie farthest in each direction, once round: the corners of their convex hull."""
+    """Indices of the farthest points in each direction: the corners of their convex hull."""
     angle = np.linspace(0.0, 2.0 * np.pi, directions, endpoint=False)
     farthest = [int(np.argmax(x * np.cos(towards) + y * np.sin(towards))) for towards in angle]
     return list(dict.fromkeys(farthest))
 
 
 def _embedded(text: str, name: str) -> str:
-    """Without what an element in a page does not need, in the page's colours, its identifiers its own."""
+    """Reduce an SVG file to an element with the page's colours and unique identifiers."""
     text = text[text.index("<svg") :]
     text = re.sub(r"<metadata>.*?</metadata>", "", text, flags=re.DOTALL)
     head, body = text.split(">", 1)

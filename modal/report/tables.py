@@ -1,4 +1,4 @@
-"""The findings as tables of text, every number with its unit."""
+"""Tables of text from the findings of a report, each number with its unit."""
 
 from __future__ import annotations
 
@@ -20,25 +20,25 @@ from modal.report.findings import Findings, Missing, Statics
 from modal.screening.screen import Screening
 from modal.stability.critical_wind import CriticalWind
 
-FEW = 8
-"""Numbers of an array that are all printed; of a longer one only how many, the first and the last."""
+MAX_PRINTED_NUMBERS = 8
+"""Length of an array up to which all its numbers are printed."""
 
-NOT_TEXT = ("title", "description", "notes", "sources")
-"""Leaves of a scene that do not belong into its table: the page shows them elsewhere."""
+SHOWN_ELSEWHERE = ("title", "description", "notes", "sources")
+"""Entries of a scene that the page shows outside the tables."""
 
-OVER = 0.05
-"""Amplitude at the end of a run, per range of the whole run, below which the motion is over."""
+MIN_FINAL_RATIO = 0.05
+"""Amplitude at the end of a run, relative to the range of the run, below which it has decayed."""
 
 NOT_STATED = "not stated"
 AS_ABOVE = "as above"
-"""Instead of a source that the row before gave in full."""
+"""Text for a source equal to that of the row above."""
 
 SHOWN = {"u2": "vertical u2", "u3": "horizontal u3", "theta": "twist", "tension": "tension"}
 
 
 @dataclass(frozen=True)
 class Table:
-    """A table: first column a name, cells as text."""
+    """A table of text; the first column has the names of the rows."""
 
     caption: str
     headings: tuple[str, ...]
@@ -47,7 +47,7 @@ class Table:
 
 @dataclass(frozen=True)
 class Card:
-    """One number of the summary on top, with the section where it comes from."""
+    """One result of the summary at the top, with the section that it links to."""
 
     name: str
     value: str
@@ -56,22 +56,22 @@ class Card:
 
 
 def scene_tables(scene: Scene) -> list[Table]:
-    """Every value of a scene that is set, with unit, meaning and source, a table for each section."""
+    """One table for each section of a scene: every value that is set, unit, meaning, source."""
     groups: dict[str, list[tuple[str, ...]]] = {}
     last = ""
     for leaf in leaves(scene):
-        if leaf.path in NOT_TEXT or leaf.value is None or leaf.value == ():
+        if leaf.path in SHOWN_ELSEWHERE or leaf.value is None or leaf.value == ():
             continue
         section, name = leaf.path.split(".", 1)
         rows, source = groups.setdefault(section, []), source_of(scene, leaf.path)
-        told = AS_ABOVE if rows and source == last != NOT_STATED else source
+        shown = AS_ABOVE if rows and source == last != NOT_STATED else source
         rows.append(
             (
                 name,
                 value_text(leaf.value),
                 "" if leaf.unit == "1" else leaf.unit,
                 leaf.meaning,
-                told,
+                shown,
             )
         )
         last = source
@@ -82,27 +82,31 @@ def scene_tables(scene: Scene) -> list[Table]:
 
 
 def source_of(scene: Scene, path: str) -> str:
-    """What the scene says about the origin of a value: its own source, or that of the section it is in."""
+    """Source of a value in the scene: its own, or that of its section."""
     parts = path.split(".")
     starts = (".".join(parts[:count]) for count in range(len(parts), 0, -1))
     return next((scene.sources[start] for start in starts if start in scene.sources), NOT_STATED)
 
 
 def value_text(value: Any) -> str:
-    """A value of a scene, exactly unless it is a long array."""
+    """Print a value of a scene; of a long array only the length, first and last value."""
     if isinstance(value, tuple):
-        if len(value) > FEW:
+        if len(value) > MAX_PRINTED_NUMBERS:
             return f"{len(value)} values, from {value_text(value[0])} to {value_text(value[-1])}"
         return ", ".join(map(value_text, value))
     return f"{value:.10g}" if isinstance(value, float) else str(value)
 
 
 def static_table(findings: Findings) -> Table:
-    """Both states of rest, side by side."""
-    states = [state for state in (findings.still, findings.blown) if isinstance(state, Statics)]
+    """Static states in still air and in the mean wind, side by side."""
+    states = [
+        state
+        for state in (findings.static_in_still_air, findings.static_in_wind)
+        if isinstance(state, Statics)
+    ]
     quantities = {
         "sag in the plane of the span [m]": [f"{state.sag:.4f}" for state in states],
-        "drop of mid-span below the chord [m]": [f"{state.lowered:.4f}" for state in states],
+        "drop of mid-span below the chord [m]": [f"{state.drop:.4f}" for state in states],
         "swing out of the vertical plane [deg]": [
             f"{math.degrees(state.swing):z.2f}" for state in states
         ],
@@ -119,16 +123,18 @@ def static_table(findings: Findings) -> Table:
                 f"{state.support_force[number, axis] / 1e3:z.3f}" for state in states
             ]
     headings = [wind_text(state.wind_speed) for state in states]
-    return Table("At rest", ("", *headings), [(name, *cells) for name, cells in quantities.items()])
+    return Table(
+        "Static state", ("", *headings), [(name, *cells) for name, cells in quantities.items()]
+    )
 
 
 def wind_text(speed: float) -> str:
-    """Name of a state of rest."""
+    """Name of a static state."""
     return f"wind of {speed:.4g} m/s" if speed > 0.0 else "still air"
 
 
 def mode_table(modes: list[Mode], caption: str) -> Table:
-    """Modes in order of frequency."""
+    """Table of modes in order of frequency."""
     rows = [
         (
             f"{mode.family}\N{NO-BREAK SPACE}{mode.loops}",
@@ -150,7 +156,7 @@ def mode_table(modes: list[Mode], caption: str) -> Table:
 
 
 def screening_table(found: Screening) -> Table:
-    """What galloping settles in at the scene's wind, without and with swing; the threshold between."""
+    """Predicted limit cycles at the scene's wind, without and with swing."""
     rows = [
         (
             name,
@@ -181,7 +187,7 @@ def screening_table(found: Screening) -> Table:
 
 
 def onset_table(onsets: list[CriticalWind]) -> Table:
-    """Wind at which each mode begins to grow."""
+    """Critical wind speed of each mode."""
     rows = [
         (
             f"{onset.mode.family} {onset.mode.loops}",
@@ -203,11 +209,11 @@ def onset_table(onsets: list[CriticalWind]) -> Table:
         "frequency there [Hz]",
         "Den Hartog's wind [m/s]",
     )
-    return Table("Wind at which each mode begins to grow", headings, rows)
+    return Table("Critical wind speed of each mode", headings, rows)
 
 
 def motion_table(result: Result) -> Table:
-    """Motion at mid-span at the end of the run, whether it is steady, and the extremes of the whole run."""
+    """Motion at mid-span at the end of the run, and its extremes over the whole run."""
     numbers = summary(result)
     midspan, window = numbers["midspan"], numbers["window"]
     assert isinstance(midspan, dict)
@@ -226,7 +232,15 @@ def motion_table(result: Result) -> Table:
 
 
 def clearance_table(findings: Findings, result: Result, place: tuple[float, float]) -> Table:
-    """How far mid-span got out of each ellipse; `place` is where the conductor rests, x3 and x2 [m]."""
+    """Distance of mid-span beyond each ellipse.
+
+    Parameters
+    ----------
+    findings, result
+        The ellipses and the motion.
+    place
+        Static position x3, x2 [m] of mid-span, at which the ellipses are placed.
+    """
     data = result.midspan()
     x, y = np.asarray(data.u3.values) - place[0], np.asarray(data.u2.values) - place[1]
     rows = []
@@ -250,33 +264,33 @@ def clearance_table(findings: Findings, result: Result, place: tuple[float, floa
     ellipse_headings = ("rule", "major axis [m]", "minor axis [m]", "offset [m]", "rotation [deg]")
     headings = (
         *ellipse_headings,
-        "farthest beyond the edge [m]",
+        "largest distance outside [m]",
         "at time [s]",
-        "share of records outside [%]",
+        "share of time outside [%]",
     )
-    return Table("Mid-span and the ellipses of two design rules", headings, rows)
+    return Table("Distance of mid-span from the ellipses of two design rules", headings, rows)
 
 
 def numerics_table(findings: Findings) -> Table:
-    """How it was computed, and what the numerics had to do."""
+    """Numerical settings and counters of the simulation."""
     scene, rows = findings.scene, [("elements", f"{findings.scene.numerics.elements}")]
     step = scene.numerics.time_step
     rows.append(("time step", f"{step:g} s"))
     if not isinstance(findings.frequencies, Missing):
         steps = 1.0 / (findings.frequencies.vertical_hz * step)
-        rows.append(("steps in a period of the first vertical mode", f"{steps:.0f}"))
+        rows.append(("time steps in a period of the first vertical mode", f"{steps:.0f}"))
     if isinstance(findings.result, Result):
         report, attrs = findings.result.report, findings.result.dataset.attrs
         time = findings.result.dataset.time.values
         interval = float(time[1] - time[0]) if len(time) > 1 else step
         rows += [
             ("integrator", str(attrs["integrator"])),
-            ("steps, sub-steps", f"{report.steps}, {report.substeps}"),
+            ("time steps, sub-steps", f"{report.steps}, {report.substeps}"),
             ("Newton iterations per step", f"{report.iterations / max(report.steps, 1):.2f}"),
-            ("times that a step was halved", f"{report.halvings}"),
-            ("lowest tension anywhere", f"{report.lowest_tension / 1e3:.3f} kN"),
+            ("step halvings", f"{report.halvings}"),
+            ("lowest tension in the span", f"{report.lowest_tension / 1e3:.3f} kN"),
             (
-                "nodal force that holds sag and tension as given, largest",
+                "largest residual force of the initial state",
                 f"{attrs['held_imbalance']:.3g} N",
             ),
             ("records, and time between them", f"{len(time)}, {interval:g} s"),
@@ -285,14 +299,14 @@ def numerics_table(findings: Findings) -> Table:
 
 
 def provenance_table(findings: Findings) -> Table:
-    """What computed it, when and where."""
+    """Program, versions, machine, date and computing time."""
     rows = [
         ("program", program()),
         ("Python, NumPy", f"{platform.python_version()}, {np.__version__}"),
         ("machine", f"{platform.system()} {platform.machine()}"),
         ("written", datetime.now().astimezone().isoformat(timespec="seconds")),
         (
-            "time that it took",
+            "computing time",
             ", ".join(f"{name} {seconds:.1f} s" for name, seconds in findings.seconds.items()),
         ),
     ]
@@ -302,11 +316,10 @@ def provenance_table(findings: Findings) -> Table:
 
 
 def cards(findings: Findings) -> Iterator[Card]:
-    """The page in a few numbers; what is missing is left to its section."""
-    still, frequencies, screening, result = (
-        findings.still,
+    """Summary of the findings; a missing part has no card."""
+    still, frequencies, result = (
+        findings.static_in_still_air,
         findings.frequencies,
-        findings.screening,
         findings.result,
     )
     if isinstance(still, Statics):
@@ -323,23 +336,9 @@ def cards(findings: Findings) -> Iterator[Card]:
         )
         yield Card("Frequency ratio", f"{frequencies.ratio:.3f}", pair, "ratio")
     if isinstance(findings.onsets, list):
-        speeds = [onset.wind_speed for onset in findings.onsets if onset.wind_speed is not None]
-        if speeds:
-            yield Card(
-                "First mode grows from", f"{min(speeds):.2f} m/s", "linear theory", "critical"
-            )
-        else:
-            highest = f"up to {findings.onsets[0].searched_to:g} m/s"
-            yield Card("First mode grows from", "none", highest, "critical")
-    if isinstance(screening, Screening):
-        start = (
-            "no onset found"
-            if screening.onset_wind_speed is None
-            else f"from {screening.onset_wind_speed:.2f} m/s"
-        )
-        if screening.risk == "other" and screening.other_mode is not None:
-            start = f"but {screening.other_mode}"
-        yield Card("Risk of a 2:1 swing", screening.risk, start, "ratio")
+        yield _onset_card(findings.onsets)
+    if isinstance(findings.screening, Screening):
+        yield _risk_card(findings.screening)
     if isinstance(result, Result):
         if result.outcome is not Outcome.COMPLETED:
             ended = f"at {result.report.time:.4g} s"
@@ -348,8 +347,27 @@ def cards(findings: Findings) -> Iterator[Card]:
             yield _motion_card(result)
 
 
+def _onset_card(onsets: list[CriticalWind]) -> Card:
+    """Lowest critical wind speed."""
+    speeds = [onset.wind_speed for onset in onsets if onset.wind_speed is not None]
+    if speeds:
+        return Card("Lowest critical wind", f"{min(speeds):.2f} m/s", "linear theory", "critical")
+    highest = f"up to {onsets[0].searched_to:g} m/s"
+    return Card("Lowest critical wind", "none", highest, "critical")
+
+
+def _risk_card(found: Screening) -> Card:
+    """Risk of a swing, and its onset."""
+    remark = "no onset found"
+    if found.risk == "other" and found.other_mode is not None:
+        remark = f"but {found.other_mode}"
+    elif found.onset_wind_speed is not None:
+        remark = f"from {found.onset_wind_speed:.2f} m/s"
+    return Card("Risk of a 2:1 swing", found.risk, remark, "ratio")
+
+
 def _motion_card(result: Result) -> Card:
-    """How far mid-span moves: the amplitude that it has in the end, or its range where the motion is over by then."""
+    """Motion of mid-span: amplitude at the end of the run, or range if it has decayed by then."""
     midspan, motion = summary(result)["midspan"], result.motion
     assert isinstance(midspan, dict)
     vertical, low, high = (
@@ -358,7 +376,7 @@ def _motion_card(result: Result) -> Card:
         midspan["u2"]["highest"],
     )
     warned = "; with warnings" if result.warnings else ""
-    if motion.kind == "turned over" or vertical < OVER * (high - low):
+    if motion.kind == "turned over" or vertical < MIN_FINAL_RATIO * (high - low):
         remark = (
             f"peak to peak over the whole run, from {low:.2f} to {high:.2f} m; {motion}{warned}"
         )

@@ -171,8 +171,7 @@ class EstimateTask:
         }
 
 
-# 10 parameters: those of gallop_fmu.sweep and two more; all but two are keywords
-def screen_spans(
+def screen_spans(  # noqa: PLR0913 - all but two are keyword arguments
     scene: Scene | SceneSpec | str | Path | None = None,
     over: Mapping[str, Sequence[Any]] | None = None,
     *,

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gallop_fmu import Oscillation, Result, Scene, SimulationError, simulate
+from gallop_fmu.foundation.deprecation import warn_renamed
 from gallop_fmu.simulation.result import frequency_text
 from modal.linear.modes import Family
 from modal.superposition.modal_span import ModalSpan
@@ -26,7 +27,7 @@ CHANNELS = {"u2": "m", "u3": "m", "theta": "rad"}
 """What is compared, at mid-span, and its unit."""
 
 LEVELS = (0.05, 0.2)
-"""Differences, as parts of the nonlinear model's running amplitude, at which two models are said to part."""
+"""Differences, as parts of the nonlinear model's running amplitude, at which two models are said to diverge."""
 
 
 @dataclass(frozen=True)
@@ -49,8 +50,8 @@ class LinearMode:
 
 
 @dataclass(frozen=True)
-class Parting:
-    """When a simpler model parts from the nonlinear one.
+class Divergence:
+    """Time from which a simpler model differs from the nonlinear one.
 
     Attributes
     ----------
@@ -90,15 +91,15 @@ class Comparison:
         where its attack angle leaves the coefficient curve, for nothing else stops it.
     linear_modes : tuple of LinearMode
         The modes of the linear model, the fastest growing first.
-    partings : tuple of Parting
-        For each simpler model, channel and level.
+    divergences : tuple of Divergence
+        One for each simpler model, channel and level.
     """
 
     nonlinear: Result = field(repr=False)
     superposition: Result = field(repr=False)
     linear: Result = field(repr=False)
     linear_modes: tuple[LinearMode, ...]
-    partings: tuple[Parting, ...]
+    divergences: tuple[Divergence, ...]
 
     @property
     def models(self) -> dict[str, Result]:
@@ -117,12 +118,23 @@ class Comparison:
             found[name] = {channel: motions[channel] for channel in CHANNELS}
         return found
 
-    def parting(self, model: str, channel: str, level: float) -> Parting:
-        """One of `partings`."""
+    def divergence(self, model: str, channel: str, level: float) -> Divergence:
+        """Return one of `divergences`."""
         key = (model, channel, level)
         return next(
-            found for found in self.partings if (found.model, found.channel, found.level) == key
+            found for found in self.divergences if (found.model, found.channel, found.level) == key
         )
+
+    @property
+    def partings(self) -> tuple[Divergence, ...]:
+        """Deprecated name of `divergences`."""
+        warn_renamed("Comparison.partings", "divergences")
+        return self.divergences
+
+    def parting(self, model: str, channel: str, level: float) -> Divergence:
+        """Deprecated name of `divergence`."""
+        warn_renamed("Comparison.parting", "divergence")
+        return self.divergence(model, channel, level)
 
     def as_dict(self) -> dict[str, Any]:
         """Everything but the histories as plain numbers and texts, for JSON."""
@@ -140,7 +152,7 @@ class Comparison:
                 for name, motions in self.amplitudes().items()
             },
             "linear_modes": [asdict(mode) for mode in self.linear_modes],
-            "partings": [asdict(parting) for parting in self.partings],
+            "divergences": [asdict(divergence) for divergence in self.divergences],
         }
 
     def __str__(self) -> str:
@@ -193,13 +205,13 @@ def compare(scene: Scene, stop_time: float | None = None) -> Comparison:
     if not nonlinear.started:
         raise SimulationError(nonlinear.report, nonlinear)
     slowest = 1.0 / min(mode.frequency_hz for mode in span.modes)
-    partings = [
-        _parting(nonlinear, other, name, channel, level, slowest)
+    divergences = [
+        _divergence(nonlinear, other, name, channel, level, slowest)
         for name, other in (("superposition", superposition), ("linear", linear))
         for channel in CHANNELS
         for level in LEVELS
     ]
-    return Comparison(nonlinear, superposition, linear, _linear_modes(span), tuple(partings))
+    return Comparison(nonlinear, superposition, linear, _linear_modes(span), tuple(divergences))
 
 
 def _linear_modes(span: ModalSpan) -> tuple[LinearMode, ...]:
@@ -219,9 +231,9 @@ def _linear_modes(span: ModalSpan) -> tuple[LinearMode, ...]:
     return tuple(sorted(found, key=lambda mode: -mode.growth_rate))
 
 
-def _parting(
+def _divergence(
     nonlinear: Result, other: Result, model: str, channel: str, level: float, period: float
-) -> Parting:
+) -> Divergence:
     """Compare over the time that both run, from one period of the slowest mode on."""
     count = min(nonlinear.dataset.sizes["time"], other.dataset.sizes["time"])
     time = nonlinear.dataset.time.values[:count]
@@ -233,7 +245,7 @@ def _parting(
     off = np.abs(running_amplitude(simple, width) - amplitude) > level * amplitude
     first = np.flatnonzero(away & (time >= period))
     last_agreement = np.flatnonzero(~off | (time < period))[-1]
-    return Parting(
+    return Divergence(
         model=model,
         channel=channel,
         level=level,

@@ -223,7 +223,7 @@ def test_where_the_search_ends_is_said(scene):
 
 @pytest.mark.parametrize("wind", [0.0, -1.0, math.nan])
 def test_the_coupled_criterion_needs_wind(scene, wind):
-    with pytest.raises(gf.SceneError, match="needs a positive one"):
+    with pytest.raises(gf.SceneError, match="the coupled criterion needs wind"):
         modal.coupled(scene, wind)
 
 

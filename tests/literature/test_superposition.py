@@ -63,10 +63,10 @@ def test_the_swing_exists_only_in_the_nonlinear_model(resonance):
 
 
 def test_where_the_models_part(resonance):
-    transfer = resonance.parting("superposition", "u2", 0.2)
+    transfer = resonance.divergence("superposition", "u2", 0.2)
     assert 580.0 < transfer.amplitude < 640.0  # observed 612 s: when the swing wakes
     assert (
-        resonance.parting("linear", "u2", 0.2).amplitude < 520.0
+        resonance.divergence("linear", "u2", 0.2).amplitude < 520.0
     )  # observed 500 s: nothing saturates
     assert transfer.history < 5.0  # the wind blows the span aside, which lifts it, at once
 
@@ -85,7 +85,7 @@ def test_a_comparison_is_plain_numbers(resonance):
     again = json.loads(json.dumps(resonance.as_dict(), allow_nan=False))
     assert set(again["models"]) == {"nonlinear", "superposition", "linear"}
     assert again["models"]["linear"]["outcome"] == "angle_out_of_range"
-    assert len(again["partings"]) == 2 * 3 * 2
+    assert len(again["divergences"]) == 2 * 3 * 2
     assert "superposition" in str(resonance)
 
 

@@ -176,7 +176,7 @@ def test_screening_reads_the_same_tables(form, base, tmp_path):
     columns, table = form(random.Random(SEED + 1), tmp_path)
     rows = rows_of(columns)[:25]
     found = modal.screen_spans(
-        base, table=rows, first_look=True, workers=1, out=tmp_path / "o.parquet"
+        base, table=rows, estimate_only=True, workers=1, out=tmp_path / "o.parquet"
     ).dataset
     assert found["label.id"].values.tolist() == [expected(row["label.id"]) for row in rows]
     assert set(found.outcome.values) <= {"completed", "invalid_scene", "no_equilibrium"}

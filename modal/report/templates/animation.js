@@ -20,7 +20,7 @@
   };
   const points = (x, y) => x.map((value, k) => `${value.toFixed(1)},${y[k].toFixed(1)}`).join(" ");
 
-  /* A picture whose axes map metres to its box; scales are equal unless told otherwise. */
+  /* A picture whose axes map metres to its box, with equal scales if asked. */
   const view = (id, across, up, equal) => {
     const svg = find(id), box = svg.viewBox.baseVal;
     const wide = Math.max(across[1] - across[0], 1e-3), high = Math.max(up[1] - up[0], 1e-3);
@@ -38,7 +38,7 @@
   const end = view("end", sides, heights, true);
   find("side-scale").textContent =
     `Heights are drawn ${(side.sy / side.sx).toPrecision(2)} times larger than lengths; the bar is ${side.bar} m high.`;
-  find("end-scale").textContent = `One scale; the bar is ${end.bar} m high.`;
+  find("end-scale").textContent = `Equal scales; the bar is ${end.bar} m high.`;
 
   const flat = along.map(side.x), columns = turn(height);
   const top = columns.map((column) => side.y(Math.max(...column)));
@@ -58,7 +58,7 @@
     next = next < 0 ? time.length - 1 : Math.max(next, Math.min(1, time.length - 1));
     const before = Math.max(next - 1, 0), gap = time[next] - time[before];
     const share = gap > 0 ? Math.min(Math.max((now - time[before]) / gap, 0), 1) : 0;
-    /* A cubic through four positions (Catmull-Rom), so that motion between records is smooth. */
+    /* Cubic interpolation between four positions (Catmull-Rom): smooth motion between records. */
     const four = [Math.max(before - 1, 0), before, next, Math.min(next + 1, time.length - 1)];
     const s = share, weights = [
       ((2 - s) * s - 1) * s / 2, ((3 * s - 5) * s * s + 2) / 2, ((4 - 3 * s) * s + 1) * s / 2, (s - 1) * s * s / 2,
@@ -69,7 +69,7 @@
     shapes[0].setAttribute("points", points(flat, up.map(side.y)));
     shapes[1].setAttribute("points", points(out.map(end.x), up.map(end.y)));
     const place = [end.x(out[middle]), end.y(up[middle])], reach = [18 * Math.cos(angle), 18 * Math.sin(angle)];
-    /* Seen from the left end with the wind to the right, a positive twist lifts the windward, left side. */
+    /* Seen from the left end, wind to the right: a positive twist lifts the windward (left) side. */
     Object.entries({ x1: place[0] - reach[0], y1: place[1] - reach[1], x2: place[0] + reach[0], y2: place[1] + reach[1] })
       .forEach(([name, value]) => bar.setAttribute(name, value.toFixed(2)));
     [[flat[middle], side.y(up[middle])], place].forEach(([x, y], k) => {

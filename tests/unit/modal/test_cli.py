@@ -93,7 +93,7 @@ def test_ratio_tells_where_it_is_two(invoke, scene):
     printed = json.loads(invoke("ratio", "example3", *QUICK, *words).stdout)
     assert printed["ratio"] == modal.frequency_ratio(scene).ratio
     assert printed["crossings"] == modal.crossings(scene, "span.sag", [2.0, 2.25, 2.5])
-    assert "raising span.horizontal_tension" in printed["ways_out"][0]
+    assert "raising span.horizontal_tension" in printed["design_changes"][0]
 
 
 def test_modes_are_followed_over_a_number(invoke, scene, tmp_path):

@@ -15,7 +15,7 @@ import gallop_fmu as gf
 import modal
 from gallop_fmu.cli.main import app as fmu_app
 from modal.cli.main import app
-from modal.report.findings import Missing, at_rest_in, examine
+from modal.report.findings import Missing, examine, static_equilibrium
 from modal.report.page import page
 from modal.report.plots import outermost
 from modal.report.tables import source_of, value_text
@@ -152,9 +152,9 @@ def test_tells_what_the_functions_say(full):
     assert f"Risk at 5.5 m/s: {screening.risk}. Reason: {screening.reason}" in shown
     assert f"{findings.onsets[1].wind_speed:.3f}" in shown
     assert f"{float(midspan.u2.max()):.4g}" in shown
-    assert f"{findings.blown.sag:.4f}" in shown
+    assert f"{findings.static_in_wind.sag:.4f}" in shown
     assert not isinstance(findings.modes_in_wind, Missing)
-    assert "not found out" not in shown
+    assert "not computed" not in shown
     for label in ("static", "coefficients", "criteria", "screening", "histories"):
         assert f'id="{label}-' in text
         assert f'id="{label}-narrow-' in text
@@ -168,7 +168,9 @@ def test_frames_are_the_motion_of_the_run(full):
     assert times[-1] == pytest.approx(20.0, abs=1e-9)
     expected = data.sel(time=times, method="nearest")
     height = np.array(frames["height"])[:, middle]
-    assert np.allclose(height - findings.still.x[6, 1], expected.u2, atol=6e-5)  # rounded to 0.1 mm
+    assert np.allclose(
+        height - findings.static_in_still_air.x[6, 1], expected.u2, atol=6e-5
+    )  # rounded to 0.1 mm
     assert np.allclose(np.array(frames["across"])[:, middle], expected.u3, atol=6e-5)
     assert np.allclose(frames["twist"], expected.theta, atol=6e-5)
 
@@ -176,15 +178,15 @@ def test_frames_are_the_motion_of_the_run(full):
 def test_without_wind_says_so(calm):
     shown = Page(calm).text
     for what in (
-        "The state in the mean wind",
+        "Static state in the mean wind",
         "Modes in the mean wind",
-        "The screening for a swing",
+        "Risk of a swing",
     ):
-        assert re.search(rf"{what}: not found out\.\s+The scene has no wind", shown)
+        assert re.search(rf"{what}: not computed\.\s+The scene has no wind", shown)
     for what in ("Critical winds", "Stability criteria"):
-        assert re.search(rf"{what}: not found out\.\s+the scene has no aerodynamics", shown)
-    assert "The nonlinear model ran to its end: completed at 2 s" in shown
-    assert "Nothing moves: the span stays where it rests." in shown
+        assert re.search(rf"{what}: not computed\.\s+the scene has no aerodynamics", shown)
+    assert "The nonlinear simulation ran to its end: completed at 2 s" in shown
+    assert "Nothing moves: the span stays in static equilibrium." in shown
 
 
 def test_shows_why_a_part_is_refused(unpainted):
@@ -193,11 +195,9 @@ def test_shows_why_a_part_is_refused(unpainted):
     shown = Page(
         page(replace(findings, ellipses={**findings.ellipses, "Davison": Missing("no sag")}))
     ).text
-    assert re.search(r"Critical winds: not found out\.\s+damping\.translation is not given", shown)
-    assert re.search(
-        r"The screening for a swing: not found out\.\s+the structural damping ratio", shown
-    )
-    assert re.search(r"The ellipse of Davison: not found out\.\s+no sag", shown)
+    assert re.search(r"Critical winds: not computed\.\s+damping\.translation is not given", shown)
+    assert re.search(r"Risk of a swing: not computed\.\s+the structural damping ratio", shown)
+    assert re.search(r"Ellipse of Davison: not computed\.\s+no sag", shown)
 
 
 def test_shows_a_run_up_to_its_early_end(tmp_path, unpainted):
@@ -220,7 +220,7 @@ def test_shows_a_run_up_to_its_early_end(tmp_path, unpainted):
     assert "left the validity range" in ended.stderr
     shown = Page(out.read_text("utf-8")).text
     assert re.search(
-        r"The run ended early\.\s+At [\d.]+ s in element .*What to do: give a curve", shown
+        r"The simulation ended early\.\s+At [\d.]+ s in element .*What to do: give a curve", shown
     )
     assert "Motion at mid-span" in shown
 
@@ -231,10 +231,10 @@ def test_a_span_that_cannot_start_has_a_page_all_the_same(tmp_path, unpainted):
     path = modal.write_report(gf.load_scene("zebra").with_values(changes), tmp_path / "slack.html")
     shown = Page(path.read_text("utf-8")).text
     assert re.search(
-        r"The simulation: not found out\.\s+At 0 s in element 6 .* the cable went slack", shown
+        r"Simulation: not computed\.\s+At 0 s in element 6 .* the cable went slack", shown
     )
-    assert "There is no motion, or no ellipse, to compare." in shown
-    assert "At rest" in shown
+    assert "There is no motion or no ellipse to compare." in shown
+    assert "drop of mid-span below the chord" in shown
 
 
 def test_the_command_of_0_1_0_says_where_it_is_now():
@@ -287,12 +287,12 @@ def test_progress_names_each_part():
 def test_rest_in_wind_balances_the_drag():
     """A round bare line: the wind's whole force, rho U^2 d CD s / 2, is what the towers carry."""
     scene = gf.load_scene("zebra")
-    at_rest = at_rest_in(scene, 10.0)
+    state = static_equilibrium(scene, 10.0)
     drag = 0.5 * 1.225 * 10.0**2 * 0.02862 * 1.0 * gf.Model(scene).equilibrium().length
-    across = at_rest.support_force[:, 2].sum()
+    across = state.support_force[:, 2].sum()
     assert across == pytest.approx(drag, rel=5e-3)
     # The plane of the span leans as drag to weight, 1.753 N/m to 15.90 N/m.
-    assert at_rest.swing == pytest.approx(np.arctan2(1.75298, 15.9), rel=1e-2)
+    assert state.swing == pytest.approx(np.arctan2(1.75298, 15.9), rel=1e-2)
 
 
 def test_outermost_points_are_the_corners():

@@ -381,9 +381,10 @@ def test_a_report_says_beside_the_clearance_what_the_run_is_worth(swing):
     growing = dataclasses.replace(growing, ellipses={"Davison": davison_single_loop(2.12)})
     clearance = page(growing).split('<section id="clearance">')[1].split("</section>")[0]
     assert (
-        "The run is compared as far as it goes; its motion is still growing (vertical" in clearance
+        "The comparison covers only the simulated time; the motion is still growing (vertical"
+        in clearance
     )
-    assert "The warnings of the simulation hold here, too." in clearance
+    assert "The warnings of the simulation apply here, too." in clearance
 
 
 def test_a_rate_has_no_power_of_ten():

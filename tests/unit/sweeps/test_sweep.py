@@ -15,7 +15,7 @@ from gallop_fmu.cli import main as cli
 from gallop_fmu.cli import sweep_options
 from gallop_fmu.line.clearance import cigre_322_single_loop, davison_single_loop
 from gallop_fmu.sweeps.sweep import SUMMARY_COLUMNS
-from modal.screening.many_spans import FIRST_LOOK_COLUMNS, SCREENING_COLUMNS, FirstLookTask
+from modal.screening.many_spans import ESTIMATE_COLUMNS, SCREENING_COLUMNS, EstimateTask
 
 WINDS = {"wind.speed": [4.0, 5.5], "ice.attack_angle_deg": [180.0, 300.0, 178.0]}
 """300 deg lies outside the coefficient curve."""
@@ -388,7 +388,9 @@ def test_screening_where_no_process_can_be_started(scene, monkeypatch, workers):
         )
     else:
         monkeypatch.setitem(multiprocessing.current_process()._config, "daemon", True)
-    found = modal.screen_spans(scene, {"wind.speed": [5.0, 5.1]}, first_look=True, workers=workers)
+    found = modal.screen_spans(
+        scene, {"wind.speed": [5.0, 5.1]}, estimate_only=True, workers=workers
+    )
     assert found.dataset.outcome.values.tolist() == ["completed", "completed"]
 
 
@@ -399,25 +401,25 @@ def test_screening_where_the_system_refuses_processes(scene, monkeypatch):
         raise OSError(11, "Resource temporarily unavailable")
 
     monkeypatch.setattr("loky.backend.popen_loky_posix.Popen._launch", refused)
-    found = modal.screen_spans(scene, {"wind.speed": [5.0]}, first_look=True, workers=2)
+    found = modal.screen_spans(scene, {"wind.speed": [5.0]}, estimate_only=True, workers=2)
     assert found.dataset.outcome.values.tolist() == ["completed"]
 
 
-def test_first_look_is_the_estimate(scene):
+def test_estimate_only_is_the_estimate(scene):
     """Seen to swing; with a threshold that is not reached; without one; and no wind at all."""
     example, free = gf.load_scene("example3"), {"span.horizontal_tension": None}
     scenes = [example, *(example.with_values({**free, "span.sag": sag}) for sag in (1.8, 1.5))]
     calm = scene.with_values({"wind.speed": 0.0})
-    swings, below, detuned, calm = FirstLookTask(6.0)([*scenes, calm], lambda: True)
+    swings, below, detuned, calm = EstimateTask(6.0)([*scenes, calm], lambda: True)
     alone = modal.two_mode_estimate(scenes[0], 5.5, 6.0)
     assert swings["suspect"] is True
     assert swings["estimated_onset"] == alone.onset_wind_speed
     assert swings["estimated_threshold"] == alone.threshold_amplitude
     assert swings["estimated_vertical"] == alone.vertical_amplitude
     assert swings["ratio"] == modal.frequency_ratio(scenes[0]).ratio
-    assert set(FIRST_LOOK_COLUMNS) <= set(swings)
+    assert set(ESTIMATE_COLUMNS) <= set(swings)
     round_ice = example.with_values({"ice.first_moment_x2": 0.0, "ice.first_moment_x3": 0.0})
-    (warned,) = FirstLookTask(6.0)([round_ice], lambda: True)
+    (warned,) = EstimateTask(6.0)([round_ice], lambda: True)
     assert (swings["warnings"], warned["warnings"]) == ("", " ".join(round_ice.warnings))
     assert "round section" in warned["warnings"]
     assert (below["suspect"], below["estimated_onset"]) == (True, None)
@@ -431,7 +433,7 @@ def test_first_look_is_the_estimate(scene):
     [
         ((), "no scene"),
         (("example3", "--out", "a.nc"), "are for many spans"),
-        (("example3", "--first-look"), "are for many spans"),
+        (("example3", "--estimate-only"), "are for many spans"),
         (("example3", "--over", "span.sag=2.1", "--plot", "a.png"), "--plot draws one span"),
     ],
 )
