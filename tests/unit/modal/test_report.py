@@ -243,7 +243,7 @@ def test_the_command_of_0_1_0_says_where_it_is_now():
     )
     assert said.exit_code == 2
     assert (
-        said.stderr == "gallop-fmu: report is a command of gallop-modal now: "
+        said.stderr == "gallop-fmu: report is now a command of gallop-modal; run "
         "gallop-modal report example3 -o 'my page.html' --until 5 --help\n"
     )
 
