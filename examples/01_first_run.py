@@ -1,9 +1,9 @@
 # %% [markdown]
 # # A first run
 #
-# Example 3 of Liu, Yan, Zhang and Zhou (2009): an iced span in a wind of 5.5 m/s begins to gallop
-# vertically; later the horizontal swing wakes at half the frequency. The curve of aerodynamic
-# coefficients is a reconstruction, because the paper's figure is not available to us.
+# Example 3 of Liu, Yan, Zhang and Zhou (2009): an iced span gallops vertically in a wind of 5.5 m/s.
+# Later the galloping starts a horizontal swing at half its frequency. The coefficient curve is a
+# reconstruction, because the paper's figure is not available to us.
 
 # %%
 import tempfile
@@ -25,7 +25,7 @@ for name in ("u2", "u3", "theta", "tension"):
     unit = result.dataset[name].attrs["units"]
     print(f"{name:8} {steady[name].amplitude:10.4f} {unit:4} at {steady[name].frequency_hz:.4f} Hz")
 
-# %% One picture of the run, and everything in one NetCDF file.
+# %% A plot of the run, and all histories in one NetCDF file.
 folder = Path(tempfile.mkdtemp(prefix="gallop-"))
 print(
     "wrote",

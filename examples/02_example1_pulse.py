@@ -1,9 +1,9 @@
 # %% [markdown]
 # # Forced motion: example 1 of the paper
 #
-# A bare span of 100 m without wind and damping. A load pulse of 1.5 s pushes it up, sideways and
-# around at 39 points. The history of the load is a reconstruction of a figure that is not available
-# to us. The values compared with at the end were computed with OpenSees for the same load (160
+# A bare span of 100 m without wind and damping. A load pulse of 1.5 s moves it up and sideways and
+# twists it, at 39 points. The history of the load is a reconstruction of a figure that is not
+# available to us. The reference values were computed with OpenSees for the same load (160
 # corotational elements), and by statics for the twist.
 
 # %%
@@ -22,13 +22,13 @@ print(f"{pulse.evenly_spaced} loads of {pulse.force} N and {pulse.torque} N m")
 result = gf.simulate(scene)
 midspan = result.midspan()
 
-# %% The vertical response is mostly the lift that comes with the sideways swing.
+# %% The vertical response is mainly the rise that a sideways swing causes.
 lowest, highest = 1000.0 * midspan.u2.min().item(), 1000.0 * midspan.u2.max().item()
 left, right = midspan.u3.min().item(), midspan.u3.max().item()
 print(f"u2 in [{lowest:.2f}, {highest:.2f}] mm, OpenSees [-3.29, 11.37] mm")
 print(f"u3 in [{left:.4f}, {right:.4f}] m, OpenSees [-0.2758, 0.2759] m")
 
-# %% The twist follows the load: under constant torque t per metre it would be t L^2 / (8 GJ) at
+# %% The twist follows the load. Under a constant torque t per metre it is t L^2 / (8 GJ) at
 # mid-span.
 torque_per_length = pulse.torque * (pulse.evenly_spaced + 1) / scene.span.length
 static = math.degrees(
@@ -46,4 +46,4 @@ assert np.allclose([lowest, highest], [-3.29, 11.37], atol=0.02)  # -3.289, 11.3
 assert np.allclose([left, right], [-0.2758, 0.2759], atol=2e-4)  # -0.2757, 0.2758 m
 assert (
     abs(twist - static) < 0.1
-)  # 18.95 deg, a little above 18.87 deg: the load does not rise infinitely slowly
+)  # 18.95 deg; above 18.87 deg, because the load rises in finite time

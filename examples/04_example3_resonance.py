@@ -1,10 +1,10 @@
 # %% [markdown]
 # # The 2:1 internal resonance: example 3 of the paper
 #
-# The swing wakes only if the vertical mode has about twice its frequency and gallops strongly
-# enough. Three runs tell: a weaker wind (too little amplitude), the paper's wind (swing), and the
-# paper's wind on soft supports, which lower the vertical frequency and leave no 2:1 ratio. The
-# curve of coefficients is a reconstruction in all three.
+# Galloping starts the swing only if the vertical frequency is about twice the horizontal one and the
+# vertical amplitude is large enough. Three runs show it: a lower wind speed (amplitude too small),
+# the paper's wind speed (swing), and the paper's wind speed with soft supports, which lower the
+# vertical frequency so that the ratio is not 2:1. The coefficient curve is a reconstruction.
 
 # %%
 import tempfile
@@ -38,12 +38,11 @@ for name, motion in steady.items():
         f"horizontal {swing.amplitude:.4f} m at {swing.frequency_hz:.4f} Hz"
     )
 
-# %% The path of the mid-span point before the swing wakes, and after.
+# %% The path of the mid-span point before and after the start of the swing.
 figure = trace(results["5.5 m/s"], {"before": (470.0, 510.0), "after": (860.0, 900.0)})
 print("wrote", save_figure(figure, Path(tempfile.mkdtemp(prefix="gallop-")) / "trace.png"))
 
-# %% Frequency of the horizontal motion per frequency of the vertical motion: a half where the swing
-# wakes, else one.
+# %% Frequency of the horizontal over that of the vertical motion: 1/2 with the swing, 1 without.
 ratio = {
     name: motion["u3"].frequency_hz / motion["u2"].frequency_hz for name, motion in steady.items()
 }
@@ -51,4 +50,4 @@ assert abs(ratio["5.5 m/s"] - 0.5) < 1e-4
 assert abs(ratio["5.0 m/s"] - 1.0) < 1e-3
 assert abs(ratio["5.5 m/s, springs"] - 1.0) < 1e-3
 assert abs(steady["5.5 m/s"]["u3"].amplitude - 0.1915) < 0.001  # 0.1915 m
-assert steady["5.0 m/s"]["u3"].amplitude < 0.012  # 0.0106 m: carried along by the vertical motion
+assert steady["5.0 m/s"]["u3"].amplitude < 0.012  # 0.0106 m: a component of the vertical motion

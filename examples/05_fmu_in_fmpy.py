@@ -1,8 +1,8 @@
 # %% [markdown]
 # # The span as an FMU, with a gust as input
 #
-# Any FMI 2.0 tool can run the FMU; here it is fmpy. The wind comes from a table of the host: 4 m/s,
-# a gust up to 9 m/s, and 4 m/s again. The FMU holds the wind over each communication step.
+# Any FMI 2.0 tool can run the FMU; this script uses FMPy. The wind comes from a table of the host:
+# 4 m/s, a gust up to 9 m/s, and 4 m/s again. The wind is constant in each communication step.
 
 # %%
 import tempfile
@@ -19,8 +19,8 @@ fmu = gf.export_fmu(scene, folder / "example3.fmu")
 for row in gf.check_fmu(fmu).rows:
     print("passed" if row.ok else "FAILED", row.name, "-", row.detail)
 
-# %% The gust, and the run. fmpy warns of the inputs that the table does not hold: they keep their
-# start values.
+# %% The gust, and the run. FMPy warns of inputs that are not in the table; they keep their start
+# values.
 time = np.array([0.0, 10.0, 12.0, 16.0, 20.0, 60.0])
 speed = np.array([4.0, 4.0, 9.0, 9.0, 4.0, 4.0])
 gust = np.rec.fromarrays([time, speed], names=["time", "wind_speed"])
@@ -39,14 +39,14 @@ recorded = fmpy.simulate_fmu(
     ],
 )
 
-# %% The same gust as part of a scene. It differs in that the wind varies within a step.
+# %% The same gust as part of a scene. Here the wind also changes within a step.
 history = {"kind": "table", "time": time.tolist(), "value": speed.tolist()}
 alone = gf.simulate(
     scene.with_values({"wind.speed": None, "wind.history": history}), 60.0, record_every=2
 )
 difference = np.max(np.abs(recorded["midspan.x3"] - alone.midspan().u3.values))
 blown = float(np.max(recorded["midspan.x3"]))
-print(f"blown out by {blown:.4f} m; largest difference from gallop_fmu.simulate {difference:.5f} m")
+print(f"displaced by {blown:.4f} m; largest difference from gallop_fmu.simulate {difference:.5f} m")
 
 # %%
 assert np.all(recorded["status"] == 0)

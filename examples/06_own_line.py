@@ -1,9 +1,9 @@
 # %% [markdown]
 # # A line of your own
 #
-# `06_own_line.toml` holds what an engineer knows of a line: code word, span, stringing tension,
-# ice, wind. The scene follows when the file is read, each number with its source. `gallop-fmu new`
-# writes the same from the command line.
+# `06_own_line.toml` contains the data of a line: code word of the conductor, span, stringing tension,
+# ice, wind. The scene is computed from them when the file is read; each number has its source.
+# `gallop-fmu new` does the same on the command line.
 
 # %%
 from pathlib import Path
@@ -15,20 +15,19 @@ print(scene.title)
 for path, source in scene.sources.items():
     print(f"  {path:32} {source}")
 
-# %% The conductor by itself, from the table.
+# %% The conductor, from the table.
 drake = gf.find_conductor("Drake")
 print(
     f"EA {drake.axial_stiffness / 1e6:.2f} MN, rated strength {drake.rated_strength / 1e3:.1f} kN"
 )
 
-# %% A mistake is told.
+# %% A typing error gives a message with similar names.
 try:
     gf.find_conductor("Drak")
 except gf.SceneError as problem:
     print(problem)
 
-# %% The iced span at rest, compared with the parabola: sag = m g L^2 / (8 H), longer by the slope
-# of the chord.
+# %% The iced span in equilibrium, compared with the parabola: sag = m g L^2 / (8 H).
 equilibrium = gf.Model(scene).equilibrium()
 mass = scene.conductor.mass_per_length + scene.ice.mass_per_length
 parabola = mass * 9.81 * 300.0**2 / (8.0 * equilibrium.horizontal_tension)

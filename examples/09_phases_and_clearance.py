@@ -1,11 +1,10 @@
 # %% [markdown]
-# # Three phases in a gust: clearance between them, and to the ellipses of two design rules
+# # Clearance of three phases in a gust, and the ellipses of two design rules
 #
-# The three phases of a circuit hang one above the other, the middle one a little further out. They
-# carry the ice and the line of example 2, but no two conductors are alike: sags differ by 5 cm, and
-# the ice stands at slightly different angles. So they gallop at slightly different frequencies and
-# drift in and out of step. Each is an FMU, run by FMPy's own command line with the wind from a
-# file.
+# The three phases of a circuit are one above the other, the middle one a little further out. Line
+# and ice are those of example 2, but the sags differ by 5 cm, and the ice has slightly different
+# angles. So the phases gallop at slightly different frequencies, and their phase difference changes.
+# Each is an FMU, run by FMPy's command line with the wind from a file.
 
 # %%
 import csv
@@ -25,19 +24,18 @@ PLACE = {
     "top": (0.0, 6.4),
     "middle": (0.6, 3.2),
     "bottom": (0.0, 0.0),
-}  # at rest, mid-span: x3, x2 [m]
+}  # in equilibrium, at mid-span: x3, x2 [m]
 SAG = {"top": 1.33, "middle": 1.38, "bottom": 1.43}  # [m]
 ICE = {"top": 12.0, "middle": 10.0, "bottom": 8.0}  # attack angle [deg]
 folder = Path(tempfile.mkdtemp(prefix="gallop-"))
 
-# %% The wind: 4.1 m/s, and a gust of 6 m/s for twenty seconds. Names in the first row, then the
-# points.
+# %% The wind: 4.1 m/s, and a gust of 6 m/s for twenty seconds. The first row has the names.
 gust = [(0.0, 4.1), (100.0, 4.1), (105.0, 6.0), (125.0, 6.0), (130.0, 4.1), (STOP, 4.1)]
 with (folder / "gust.csv").open("w", newline="") as file:
     csv.writer(file).writerows([("time", "wind_speed"), *gust])
 
-# %% An FMU for each phase, and its run. They start with 0.1 m in the mode of one loop, to save the
-# time of growing.
+# %% An FMU for each phase, and its run. The start amplitude of 0.1 m, in one loop, shortens the time
+# of growth.
 runs = {}
 for phase in PLACE:
     values = {
@@ -83,8 +81,8 @@ for (one, other), gap in clearance.items():
     rest = np.hypot(*np.subtract(PLACE[one], PLACE[other]))
     print(f"{one + ' - ' + other:17}  {rest:11.2f}  {gap.min():19.2f}  {time[gap.argmin()]:6.1f}")
 
-# %% How far outside its ellipse each conductor gets; within, the distance is negative. At such wind
-# the span hardly swings out (1.5 degrees), so Davison's ellipse stands upright too.
+# %% Distance of each conductor beyond its ellipse; negative inside. At this wind the span is blown
+# out by only 1.5 degrees, so Davison's ellipse is upright, too.
 rules = {
     "CIGRE 322": {
         phase: gf.cigre_322_single_loop(sag, diameter=0.0188) for phase, sag in SAG.items()
@@ -105,8 +103,8 @@ for phase in PLACE:
     ]
     print(f"{phase:6}  {np.ptp(y):16.2f}   " + "   ".join(cells))
 
-# %% The picture: paths with their ellipses, and what is worst within each four seconds, two periods
-# or so.
+# %% The plot: paths with their ellipses, and the worst values in each four seconds, about two
+# periods.
 colours = {"top": "#0072B2", "middle": "#D55E00", "bottom": "#009E73"}
 styles = {"CIGRE 322": "-", "Davison": "--"}
 blocks = slice(0, time.size // 80 * 80)  # of 80 times 0.05 s
@@ -150,7 +148,7 @@ gaps.set(
     ylabel="least clearance [m]", title="Between neighbours", xlim=(0.0, STOP), ylim=(0.0, None)
 )
 edges.set(xlabel="time [s]", ylabel="beyond the edge [m]", ylim=(-1.2, None))
-edges.set_title("Out of the ellipses (negative: within)")
+edges.set_title("Beyond the ellipses (negative: inside)")
 edges.axhline(0.0, color="0.3", linewidth=0.6)
 for axes in (gaps, edges):
     axes.axvspan(100.0, 130.0, color="0.9", zorder=0, label="gust" if axes is gaps else None)
@@ -166,8 +164,8 @@ left.legend(
 figure.savefig(folder / "clearance.png", dpi=150)
 print(f"\npicture: {folder / 'clearance.png'}")
 
-# %% The conductors come within 0.6 m of each other, a fifth of their distance at rest, and leave
-# both ellipses below.
+# %% The smallest distance between conductors is below 0.6 m, a fifth of that in equilibrium. The
+# lowest conductor leaves both ellipses.
 least = min(gap.min() for gap in clearance.values())
 print(f"least clearance {least:.3f} m")
 assert abs(least - 0.587) < 0.005  # 0.587 m

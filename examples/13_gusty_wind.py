@@ -1,10 +1,10 @@
 # %% [markdown]
 # # Gusty wind through the FMU
 #
-# Wind is never steady. Here a gusty wind drives the FMU of example 3 in FMPy: a mean of 5.5 m/s, a
-# turbulence of 10 % with the spectrum of Kaimal (IEC 61400-1, gusts 42 m long), made of cosines
-# with random phases. Does the swing of half the frequency wake all the same? The whole span feels
-# the same gust at once, which is the worst case; the curve of coefficients is a reconstruction.
+# A gusty wind drives the FMU of example 3 in FMPy: mean 5.5 m/s, turbulence intensity 10 % with a
+# Kaimal spectrum (IEC 61400-1, length scale 42 m), made of cosines with random phases. Does galloping
+# still start the swing at half the frequency? The wind speed is the same along the whole span, which
+# is the worst case. The coefficient curve is a reconstruction.
 
 # %%
 import tempfile
@@ -20,8 +20,8 @@ from gallop_fmu.plots import save_figure
 MEAN, INTENSITY, LENGTH = 5.5, 0.1, 42.0  # [m/s], [1], [m]
 STOP, STEP = 1200.0, 0.05
 
-# %% The wind. Its period is longer than the run, and it is slow against the step of 0.05 s at which
-# the host gives it.
+# %% The wind. Its period is longer than the run. It changes slowly compared with the step of 0.05 s
+# in which the host sets it.
 frequency = np.arange(1, 1500) / 1500.0  # up to 1 Hz
 spectrum = 4.0 * LENGTH / MEAN / (1.0 + 6.0 * frequency * LENGTH / MEAN) ** (5.0 / 3.0)
 amplitude = np.sqrt(spectrum / spectrum.sum()) * np.sqrt(2.0) * INTENSITY * MEAN
@@ -37,8 +37,7 @@ print(
     f" {wind['gusty'].max():.2f} m/s"
 )
 
-# %% One FMU, two runs. FMPy warns of the inputs that the table does not hold: they keep their start
-# values.
+# %% One FMU, two runs. FMPy warns of inputs that are not in the table; they keep their start values.
 folder = Path(tempfile.mkdtemp(prefix="gallop-"))
 scene = gf.load_scene("example3").with_values({"numerics.time_step": 0.025})
 fmu = gf.export_fmu(scene, folder / "example3.fmu")
@@ -54,7 +53,7 @@ for name, speed in wind.items():
     )
     assert np.all(runs[name]["status"] == 0)
 
-# %% What became of it in the last 400 s: spread of the motion, and its frequencies.
+# %% The last 400 s: standard deviation of the motion, and its frequencies.
 late = time >= STOP - 400.0
 spread = {}
 for name, run in runs.items():
@@ -85,8 +84,8 @@ rows[0].legend(loc="lower right", ncols=2, frameon=False)
 rows[2].set(xlabel="time [s]", xlim=(0.0, STOP))
 print("wrote", save_figure(figure, folder / "gusty.png"))
 
-# %% It wakes, and its amplitude comes and goes with the gusts, up to nearly three times that of the
-# steady wind.
+# %% The swing starts. Its amplitude varies with the gusts, up to almost three times that in steady
+# wind.
 largest = {
     name: float(np.abs(run["midspan.x3"][late] - run["midspan.x3"][late].mean()).max())
     for name, run in runs.items()

@@ -1,9 +1,9 @@
 # %% [markdown]
 # # Choosing a time step, or a tolerance
 #
-# Example 3 settles in a swing whose amplitude is what one wants to know. How long may the steps be?
-# Newmark's method, the default, takes equal steps, and its error falls with their square. Gauss's
-# method of order six takes longer ones; with a tolerance it chooses them itself.
+# Example 3 reaches a steady swing. This script measures the error of its amplitude for several time
+# steps. Newmark's method, the default, has equal steps; its error is proportional to their square.
+# Gauss's method of order six allows longer steps; with a tolerance it chooses them itself.
 
 # %%
 import tempfile
@@ -31,8 +31,8 @@ def swing(time_step=RECORD, **numerics):
     return np.array([steady["u2"].amplitude, steady["u3"].amplitude]), result.dataset.attrs["steps"]
 
 
-# %% What is right: so small a tolerance that a smaller one changes nothing in the fourth digit.
-RESOLVED = 2e-5  # relative error below which this run is not known to be better
+# %% The reference: with a smaller tolerance the first four digits do not change.
+RESOLVED = 2e-5  # relative error of this reference
 right, most = swing(tolerance=1e-6)
 print(f"vertical {right[0]:.5f} m, horizontal {right[1]:.5f} m, in {most} steps")
 
@@ -54,8 +54,8 @@ for name, found in runs.items():
     for setting, (_, steps), error in zip(settings[name], found, errors[name], strict=True):
         print(f"{name:10} {setting:7g} {steps:7}   {error[0]:+8.3%}    {error[1]:+8.3%}")
 
-# %% A period is 1.5 s, so 0.02 s is 75 steps of it. Where steps are too long for the axial waves of
-# a rough start, the run says so, and `gallop_fmu.energy_balance` tells how much energy was lost.
+# %% A period is 1.5 s, that is 75 steps of 0.02 s. If steps are too long for the axial waves of a
+# rough start, the run has a warning, and `gallop_fmu.energy_balance` gives the energy error.
 figure = Figure(figsize=(4.5, 3.2), layout="constrained")
 axes = figure.subplots()
 for name, marker, colour in (
@@ -80,8 +80,8 @@ axes.set(
 axes.legend(frameon=False)
 print("wrote", save_figure(figure, Path(tempfile.mkdtemp(prefix="gallop-")) / "steps.png"))
 
-# %% With 0.02 s the default is right to half a per cent; a tolerance of 1e-3 is much better, in a
-# seventh of the steps.
+# %% With 0.02 s the default is within half a per cent. A tolerance of 1e-3 is much more accurate, in
+# a seventh of the steps.
 order = np.log2(errors["newmark"][:-1, 0] / errors["newmark"][1:, 0])
 assert np.all(np.abs(order - 2.0) < 0.06)  # 1.98 and 1.99
 assert [f"{error:+.1%}" for error in errors["newmark"][1:, 0]] == ["+1.6%", "+0.4%", "+0.1%"]
