@@ -119,7 +119,7 @@ def check_model(model: str) -> None:
         raise SceneError(
             'model = "condensed": the condensed model was removed in 0.2.0, because on spans drawn'
             " at random its amplitudes were wrong without a warning; leave the model out: the cable"
-            " element computes the run. For a first look at many spans use modal.screen_spans"
+            " element computes the run. For quick estimates of many spans use modal.screen_spans"
             " (gallop-modal screen --table ... --estimate-only)"
         )
     if model != "element":

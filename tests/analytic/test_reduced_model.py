@@ -20,7 +20,7 @@ TABLE = {
 SCENES = {
     "rigid": {},
     "sprung": {"supports.left": SPRINGS, "supports.right": SPRINGS},
-    "lopsided": {"supports.left": SPRINGS, "span.height_difference": 8.0, "span.sag": None},
+    "asymmetric": {"supports.left": SPRINGS, "span.height_difference": 8.0, "span.sag": None},
     "table": {"aerodynamics": TABLE},
 }
 
