@@ -1,6 +1,5 @@
 """The README and the pages in docs: their Python runs, their figures and commands are right, their links exist."""
 
-import importlib.util
 import re
 import shlex
 import subprocess
@@ -14,6 +13,7 @@ import modal
 from gallop_fmu.cli import main as simulation_cli
 from gallop_fmu.cli.line_commands import NEW_EXAMPLE
 from modal.cli import main as modal_cli
+from support.scripts import load_script
 
 ROOT = Path(__file__).parents[2]
 PAGES = {
@@ -31,15 +31,6 @@ APPS = {"gallop-fmu": simulation_cli.app, "gallop-modal": modal_cli.app}
 
 PYTHON = re.compile(r"^```python\n(.*?)^```(?:\n\n```text\n(.*?)^```)?", re.MULTILINE | re.DOTALL)
 """A block of code and, if one follows, the block with what it prints."""
-
-
-def script(name):
-    """A script of the repository as a module."""
-    path = ROOT / name
-    spec = importlib.util.spec_from_file_location(path.stem, path)
-    module = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(module)
-    return module
 
 
 @pytest.mark.parametrize("page", [name for name, text in PAGES.items() if PYTHON.search(text)])
@@ -66,7 +57,7 @@ def test_the_readme_is_short():
 
 def test_rows_of_the_table_of_trust_are_what_is_computed_now():
     """Those that take no minutes; other tests hold the others to the same sources."""
-    trust = script("benchmarks/accuracy/trust.py")
+    trust = load_script("benchmarks/accuracy/trust.py")
     written = trust.RECORD.read_text(encoding="utf-8").splitlines()
     for row in trust.computed_at_once():
         assert trust.line(*row) in written
@@ -75,7 +66,7 @@ def test_rows_of_the_table_of_trust_are_what_is_computed_now():
 
 
 def test_irvine_agrees_over_the_sags_of_the_picture():
-    pictures = script("benchmarks/accuracy/pictures.py")
+    pictures = load_script("benchmarks/accuracy/pictures.py")
     scenes = pictures.spans()
     (resonant,) = modal.crossings(scenes["rigid ends"], "span.sag", [2.0, 2.6])
     assert resonant == pytest.approx(2.31, abs=0.005)
@@ -118,13 +109,6 @@ def test_links_and_files_exist(page):
         assert (ROOT / page).parent.joinpath(target).exists(), target
     for target in named:
         assert (ROOT / target).exists(), target
-
-
-def test_every_page_is_in_the_navigation():
-    navigation = (ROOT / "mkdocs.yml").read_text(encoding="utf-8")
-    for page in PAGES:
-        if page.startswith("docs/"):
-            assert f": {page.removeprefix('docs/')}\n" in navigation, page
 
 
 def test_the_gallery_shows_every_example():

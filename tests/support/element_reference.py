@@ -1,4 +1,4 @@
-"""The equations of docs/equations.md for one element, as plain as they are written there.
+"""The equations of docs/concepts/equations.md for one element, as plain as they are written there.
 
 The kernel computes the same for several elements at once, with tables and vector code; this is what
 it must agree with. Numbers in parentheses are equations of Liu, Yan, Zhang, Zhou (2009). All numbers
