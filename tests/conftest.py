@@ -21,7 +21,7 @@ if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
 
 @pytest.fixture
 def begin():
-    """`subprocess.Popen` of processes that are killed when the test ends, if an assertion failed before they did."""
+    """`subprocess.Popen` of processes that are killed at the end of the test."""
     with ExitStack() as begun:
 
         def popen(*arguments, **options):

@@ -1,4 +1,4 @@
-"""Which lines of the kernel the tests execute: builds it with gcc --coverage, runs the tests on it, prints a table.
+"""List the lines of the kernel that the tests execute: build with gcc --coverage, run, print.
 
     python tools/coverage.py                    # the quick folders of the tests
     python tools/coverage.py tests/unit -k laws # any arguments of pytest

@@ -1,4 +1,4 @@
-"""Fuzzes the compiled kernel with clang's libFuzzer under the address and undefined-behaviour sanitizers.
+"""Fuzz the compiled kernel with libFuzzer under the address and undefined-behaviour sanitizers.
 
     python tools/fuzz.py --executions 100000            # of each target
     python tools/fuzz.py --target state --seconds 3600
@@ -119,7 +119,7 @@ def fuzz(
 
 
 def keep(name: str, folder: Path, environment: dict[str, str]) -> None:
-    """Inputs of the smallest set with the same coverage, chosen from short to long, take the corpus's place."""
+    """Replace the corpus by the smallest set with the same coverage, short inputs first."""
     merged, place = folder / f"{name}.merged", CORPUS / name
     merged.mkdir(exist_ok=True)
     place.mkdir(parents=True, exist_ok=True)

@@ -1,4 +1,4 @@
-"""Builds one wheel per platform, and tries the one for this platform in an empty environment away from the sources.
+"""Build one wheel per platform; test the one for this platform in an empty environment.
 
     pip install ".[cross,wheels]"
     python tools/wheels.py dist
@@ -25,7 +25,8 @@ HERE = {"linux": "linux64", "win32": "win64", "darwin": "darwin64"}[sys.platform
 TRIAL = """
 import gallop_fmu as gf, modal
 result = gf.simulate(gf.load_scene("example3"), stop_time=1.0)
-print(gf.__file__, result.outcome.name, round(modal.frequency_ratio(gf.load_scene("example3")).ratio, 3))
+ratio = modal.frequency_ratio(gf.load_scene("example3")).ratio
+print(gf.__file__, result.outcome.name, round(ratio, 3))
 """
 
 

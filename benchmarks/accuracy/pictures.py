@@ -28,7 +28,7 @@ COLOURS = {"rigid ends": "#404040", "ends on springs of 76 kN/m": "#CC79A7"}
 
 
 def spans() -> dict[str, gf.Scene]:
-    """Example 3, its tension left to follow from the sag, between rigid ends and between the springs of Table 1."""
+    """Example 3 with the tension computed from the sag: rigid ends, or the springs of Table 1."""
     scene = gf.load_scene("example3").with_values({"span.horizontal_tension": None})
     ends = zip(COLOURS, (RIGID, SPRING), strict=True)
     return {
@@ -48,7 +48,8 @@ def draw(found: dict[str, xr.Dataset], scenes: dict[str, gf.Scene]) -> Figure:
     figure = ratio_figure(found["rigid ends"])
     axes: Axes = figure.axes[1]
     axes.lines[-1].set_label("rigid ends")
-    axes.plot(SAGS, found["ends on springs of 76 kN/m"].ratio.values, color=COLOURS["ends on springs of 76 kN/m"],
+    axes.plot(SAGS, found["ends on springs of 76 kN/m"].ratio.values,
+        color=COLOURS["ends on springs of 76 kN/m"],
               marker=".", markersize=3.0, label="ends on springs of 76 kN/m")  # fmt: skip
     for name, scene in scenes.items():
         label = "Irvine's theory" if name == "rigid ends" else None
@@ -63,7 +64,8 @@ def draw(found: dict[str, xr.Dataset], scenes: dict[str, gf.Scene]) -> Figure:
             label=label,
         )
     held = gf.load_scene("example3")
-    axes.plot(held.span.sag, modal.frequency_ratio(held).ratio, "D", color="#D55E00", markersize=4.0,
+    axes.plot(held.span.sag, modal.frequency_ratio(held).ratio, "D", color="#D55E00",
+        markersize=4.0,
               label="the paper's example 3")  # fmt: skip
     axes.legend(frameon=False, loc="upper left")
     axes.set_xlabel("sag [m]")

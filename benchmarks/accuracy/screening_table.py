@@ -204,18 +204,19 @@ def reported(row: Row) -> Row:
     return row
 
 
-EXPLANATION = f"""Pairs read `modal.screen` : nonlinear model. The two-mode estimate has its own column.
+EXPLANATION = f"""\
+Pairs read `modal.screen` : nonlinear model. The two-mode estimate has its own column.
 
-- In the nonlinear model a force of {PUSH:g} N starts the swing after galloping has settled. The onset is
-  bisected to {ONSET_WIDTH:.1%}; the threshold is the vertical amplitude extrapolated to the onset. Just above the
-  critical wind the amplitude rises steeply and settles slowly: where the onset is close to the critical
-  wind, the threshold of the nonlinear model itself is uncertain by a few per cent.
+- In the nonlinear model a force of {PUSH:g} N starts the swing after galloping has settled. The
+  onset is bisected to {ONSET_WIDTH:.1%}; the threshold is the vertical amplitude extrapolated to it.
+  Just above the critical wind the amplitude rises steeply and settles slowly: where the onset is
+  close to it, the threshold of the nonlinear model itself is uncertain by a few per cent.
 - "antisymmetric from": round-off has grown until the motion was no longer symmetric about mid-span
   (two-loop galloping takes part). Amplitudes are read before that. `antisymmetric_growth` of the
   screening predicts it.
 - "beats": both columns give the largest amplitudes over several hundred seconds.
-- Where no galloping is predicted, there is no relative error: the nonlinear model shows the remainder
-  of its initial motion, or two-loop galloping. These scenes are counted separately below the table.
+- Where no galloping is predicted, there is no relative error: the nonlinear model shows the
+  remainder of its initial motion, or two-loop galloping. The table's end counts these scenes apart.
 - CPU is the CPU time of `modal.screen` on one core in seconds, the minimum of three calls.
 """
 
@@ -251,7 +252,7 @@ def summarise(rows: list[Row]) -> None:
     for index, (name, allowed) in enumerate(
         (("onset wind", 0.05), ("threshold", 0.1), ("vertical", 0.15), ("horizontal", 0.15))
     ):
-        errors = [abs(row.errors[index]) for row in rows if row.errors[index] is not None]  # type: ignore[arg-type]
+        errors = [abs(error) for row in rows if (error := row.errors[index]) is not None]
         if errors:
             print(
                 f"- {name}: largest error {max(errors):.1%}, median {np.median(errors):.1%}, "

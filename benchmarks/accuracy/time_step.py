@@ -1,4 +1,4 @@
-"""The error of a steady amplitude over the number of steps in a period, for each integrator with equal steps.
+"""Error of a steady amplitude over the steps in a period, for each integrator with equal steps.
 
     python benchmarks/accuracy/time_step.py
 

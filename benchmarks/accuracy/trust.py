@@ -23,7 +23,7 @@ def relative_rms(found: np.ndarray, reference: np.ndarray) -> float:
 
 
 def example1(law: str) -> tuple[float, float, float]:
-    """Difference of u2 and u3 from OpenSees, and largest twist [deg], with 20 elements and steps of 2.5 ms."""
+    """Difference of u2 and u3 from OpenSees and maximum twist [deg]; 20 elements, 2.5 ms."""
     scene = gf.load_scene("example1")
     if law == "step":
         rise = {"kind": "ramp", "initial": 0.0, "final": 1.0, "duration": 1.0}
@@ -50,7 +50,7 @@ def amplitudes(name: str, stop_time: float, **values: object) -> tuple[float, fl
 
 
 def sag_tension() -> list[tuple[str, str, str]]:
-    """Change of state against Table 14.5 of Grigsby (ed.), and against a published stringing table in kilograms."""
+    """Change of state against Table 14.5 of Grigsby (ed.) and against a stringing table in kg."""
     drake = gf.find_conductor("Drake")
     wire = {
         "span": 700.0 * FOOT,
@@ -99,7 +99,7 @@ def sag_tension() -> list[tuple[str, str, str]]:
 
 
 def critical_winds_on_slopes() -> tuple[str, str, str]:
-    """Vertical galloping of spans without eccentric ice and twist: 4 m w xi / (rho d |CD + dCL/dalpha|)."""
+    """Vertical galloping without eccentric ice and twist: 4 m w xi / (rho d |CD + dCL/dalpha|)."""
     rises, right, here = (0.0, 0.3, 0.7), [], []
     for rise in rises:
         scene = gf.load_scene("example3").with_values(

@@ -1,4 +1,4 @@
-"""Compile the kernel for every platform with Zig, look at the libraries, and run those that can be run here.
+"""Compile the kernel for every platform with Zig, inspect the libraries, run those that can run.
 
     pip install ".[cross]"
     python benchmarks/hosts/cross_check.py
@@ -31,7 +31,10 @@ STEPS, STEP = 1000, 0.02
 FMI_FUNCTIONS = 34
 """Functions that a library for co-simulation must export, FMI 2.0."""
 ADDED_BY_LINKER = {"__dso_handle", "_mh_dylib_header"}
-"""What Zig's linker exports from a Mach-O library besides; names are looked up per library there, so it is harmless."""
+"""Extra symbols that Zig's linker exports from a Mach-O library.
+
+Names are looked up per library there, so they are harmless.
+"""
 HEADERS = str(metadata.distribution("fmpy").locate_file("fmpy/c-code"))
 
 

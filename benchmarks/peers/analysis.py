@@ -11,7 +11,7 @@ import numpy as np
 from cases import OURS
 
 Row = dict[str, Any]
-"""One case as it stands in the results: code, family, setting, cost, temporal and total error of u2 and u3."""
+"""One case of the results: code, family, setting, cost, temporal and total error of u2 and u3."""
 
 ERRORS = tuple(10.0**exponent for exponent in range(-2, -8, -1))
 
@@ -32,7 +32,7 @@ def curves(rows: list[Row], kind: str) -> dict[str, list[tuple[float, float]]]:
 
 
 def cost_at(points: list[tuple[float, float]], error: float) -> float:
-    """Least cost [CPU s per simulated s] at which a curve stays within an error; infinite beyond its finest point.
+    """Lowest cost [CPU s per simulated s] of a curve within an error, or infinity.
 
     Between two points log cost is linear in log error; nothing is extrapolated.
     """

@@ -19,11 +19,14 @@ Chain = namedtuple(
     "position rest stiffness node_mass weight load rise fall_start fall damping"
     " wind pressure attack_angle lift drag tributary consistent",
 )
-"""What the compiled functions need; `pressure` is rho d / 2, `tributary` the initial length [m] at each node."""
+"""Input of the compiled functions.
+
+`pressure` is rho d / 2, `tributary` the initial length [m] at each node.
+"""
 
 
 def equilibrium(problem: Problem, elements: int) -> tuple[Array, float, float]:
-    """Node positions (3, nodes), rest length [m] and mass [kg] of an element, from the forces in the elements.
+    """Node positions (3, nodes), rest length [m] and mass [kg] of an element, from the bar forces.
 
     The scene's mass counts per metre of the hanging cable, not per metre of rest length.
     """
@@ -160,7 +163,7 @@ def _divide_by_consistent_mass(a, upper):
 
 
 def extrapolated(problem: Problem, coarse: int, step: float) -> Array:
-    """Response without mesh error: lumped meshes of `coarse` and twice as many elements, extrapolated (order 2)."""
+    """Response extrapolated to zero mesh size (order 2), from `coarse` and twice the elements."""
     every, records = round(INTERVAL / step), len(problem.times)
     once = velocity_verlet(chain(problem, coarse), step, every, records)
     twice = velocity_verlet(chain(problem, 2 * coarse), 0.5 * step, 2 * every, records)
@@ -169,7 +172,10 @@ def extrapolated(problem: Problem, coarse: int, step: float) -> Array:
 
 @compiled
 def velocity_verlet(c, step, every, records):
-    """Velocity Verlet (explicit, order 2); forces that depend on velocity use its prediction.  Mid-span u2, u3."""
+    """Velocity Verlet (explicit, order 2); mid-span u2, u3.
+
+    Forces that depend on velocity use the predicted velocity.
+    """
     nodes = c.position.shape[1]
     middle = nodes // 2
     u, v, a, guess = (
@@ -244,7 +250,7 @@ def runge_kutta(c, step, every, records):
 
 @compiled
 def right_hand_side(t, y, c, dy, u, v, a, force):
-    """First-order form, six unknowns a node interleaved (u1 u2 u3 v1 v2 v3): Jacobian band 11 below, 5 above."""
+    """First-order form, six unknowns a node (u1 u2 u3 v1 v2 v3): band 11 below, 5 above."""
     inner = y.shape[0] // 6
     for i in range(inner):
         for k in range(3):
@@ -257,7 +263,10 @@ def right_hand_side(t, y, c, dy, u, v, a, force):
 
 @compiled
 def jacobian(y, c, rows, columns, values):
-    """Entries of d(dy)/dy for lumped mass, always in the same order; returns their number; no `rows`: values only."""
+    """Entries of d(dy)/dy for lumped mass, always in the same order; returns their number.
+
+    Without `rows` only the values are written.
+    """
     inner, count, where = y.shape[0] // 6, 0, rows.shape[0] > 0
     left, right, d = np.zeros((3, 3)), np.zeros((3, 3)), np.empty(3)
     inverse = 1.0 / c.node_mass
@@ -313,7 +322,7 @@ def _places(node, inner, count, rows, columns):
 
 @compiled
 def _section_slope(y, node, j, k, c):
-    """Derivative of the aerodynamic force in direction j by the velocity in direction k, by a central difference."""
+    """Derivative of the wind force along j by the velocity along k, by a central difference."""
     v2, v3, small = y[6 * node + 4], y[6 * node + 5], 1e-5
     d2, d3 = (small, 0.0) if k == 1 else (0.0, small)
     up, along = section_force(v2 + d2, v3 + d3, c)

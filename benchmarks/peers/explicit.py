@@ -1,4 +1,4 @@
-"""The explicit compiled chain: velocity Verlet and Runge-Kutta of order 4, in numba, lumped mass."""
+"""The compiled chain with explicit methods: velocity Verlet and Runge-Kutta 4, lumped mass."""
 
 from __future__ import annotations
 
@@ -43,5 +43,5 @@ def _prepare(
 
 
 def converged(problem: Problem, consistent: bool) -> Array:
-    """The chain's equations by Runge-Kutta of order 4 at a step of 0.2 ms; 0.25 ms differs by less than 3e-12."""
+    """Runge-Kutta of order 4 at a step of 0.2 ms; 0.25 ms differs by less than 3e-12."""
     return runge_kutta(chain(problem, consistent=consistent), 2e-4, 250, len(problem.times))

@@ -1,4 +1,4 @@
-"""General solvers of ordinary differential equations on the compiled chain: scipy's Radau and SUNDIALS' CVODE.
+"""General solvers of ordinary differential equations on the chain: scipy's Radau, SUNDIALS' CVODE.
 
 Right-hand side and analytic Jacobian are compiled by numba; lumped mass; six unknowns a node
 interleaved, so that the Jacobian has a band of 11 below and 5 above.  Radau takes it as a sparse
@@ -21,7 +21,7 @@ from sksundae.cvode import CVODE
 BELOW, ABOVE = 11, 5
 
 TOLERANCES = (1e-2, 1e-3, 1e-4, 1e-5, 1e-6, 1e-7)
-"""Relative; absolute ones [m, m/s] are a hundredth of them, since u2 is about a hundredth of a metre.
+"""Relative; absolute ones [m, m/s] are a hundredth of them, as u2 is about a hundredth of a metre.
 
 Below 1e-7 the round-off of the forces in a stiff chain keeps the solvers from converging."""
 
@@ -30,7 +30,7 @@ CVODE_METHODS: dict[str, tuple[dict[str, Any], tuple[float, ...]]] = {
     "BDF to order 5": ({"method": "BDF"}, TOLERANCES[3:]),
     "Adams": ({"method": "Adams"}, TOLERANCES[3:]),
 }
-"""Above order 2, BDF is unstable on part of the imaginary axis, where an undamped span has its eigenvalues."""
+"""Above order 2, BDF is unstable on part of the imaginary axis: undamped spans are there."""
 
 
 class FirstOrder:

@@ -1,4 +1,4 @@
-"""MoorDyn: one line of 40 segments in an empty sea.  Example 1 only: MoorDyn has drag, but no lift and no angle of ice.
+"""MoorDyn: one line of 40 segments without water. Example 1 only, as MoorDyn has no lift.
 
 It takes no loads that change in time.  All nodes weigh the same and carry the same load, so
 accelerating both supports against the load is exactly the same problem, seen from the supports.

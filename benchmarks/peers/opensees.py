@@ -1,4 +1,4 @@
-"""OpenSees: corotational trusses through OpenSeesPy, with Newmark, or central differences on the lumped mass.
+"""OpenSees: corotational trusses through OpenSeesPy; Newmark, or central differences (lumped mass).
 
 Initial strains hold the hanging shape; each truss has the modulus that gives engineering strain on
 its rest length. OpenSees has no aerodynamic load: in the galloping scene Python computes it at the

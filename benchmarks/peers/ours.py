@@ -17,12 +17,14 @@ from gallop_fmu.foundation.outcome import Outcome
 STEPS = (0.05, 0.025, 0.0125, 0.01, 0.005, 0.0025, 0.00125, 0.0005, 0.00025, 0.0001)
 
 REFERENCE_STEP = 2.5e-4
-"""Step [s] of the converged solution; on example 1, DOP853 to 1e-10 gives our runs the same errors to five digits."""
+"""Step [s] of the converged solution; on example 1, DOP853 to 1e-10 gives the same five digits."""
 
 
 @dataclass(frozen=True)
 class Variant:
-    """One curve: scene values, one of which runs through a list.  `nodes` 41 shows the temporal error too.
+    """One curve: scene values, one of which runs through a list.
+
+    `nodes` 41 also gives temporal errors.
 
     `newton` gives the Newton tolerance [m] for a step: small beside what the step itself misses,
     and no smaller.
@@ -97,7 +99,7 @@ def _prepare(problem: Problem, values: dict[str, Any]) -> Callable[[], Callable[
 
 
 def converged(problem: Problem) -> Array:
-    """The equations of the 41-node mesh, solved without our integrators: Runge-Kutta of order 4 just below its limit.
+    """The equations of the 41-node mesh by Runge-Kutta of order 4, just below its stability limit.
 
     The kernel gives residual and mass matrix; with neither ice nor twist the mass matrix is
     constant.

@@ -47,7 +47,8 @@ def draw(results: dict[str, Any], path: Path) -> None:
         sorted(handles.items(), key=lambda item: list(COLOURS.values()).index(item[1].get_color()))
     )
     figure.legend(
-        handles.values(), handles.keys(), loc="upper center", bbox_to_anchor=(0.52, 0.18), ncols=3, frameon=False,
+        handles.values(), handles.keys(), loc="upper center", bbox_to_anchor=(0.52, 0.18), ncols=3,
+        frameon=False,
         handlelength=3.2,
     )  # fmt: skip
     figure.text(0.07, 0.012, _caption(results["machine"]), fontsize=7.5, va="bottom")

@@ -73,7 +73,7 @@ class Measured:
 
 
 def measure(problem: Problem, quick: bool) -> list[Row]:
-    """All codes on one scene; repeats of different cases take turns, and the least CPU time counts."""
+    """Run all codes on one scene; repeats of the cases alternate, the minimum CPU time counts."""
     print(f"{problem.title}: converged solutions", file=sys.stderr)
     converged = references(problem)
     total = (

@@ -29,7 +29,7 @@ REFERENCE = (
 
 @dataclass(frozen=True)
 class Law:
-    """Amplitude of the point loads: a smooth step up over `rise`, and down over `fall` from `fall_start` on [s]."""
+    """Amplitude of the loads: smooth step over `rise`, down over `fall` from `fall_start` [s]."""
 
     rise: float
     fall_start: float = NEVER
@@ -62,7 +62,7 @@ class Law:
 
 @dataclass(frozen=True)
 class Wind:
-    """Quasi-steady drag and lift on a section that does not twist; polynomials in the angle from `centre` [rad]."""
+    """Quasi-steady drag and lift without twist; polynomials in the angle from `centre` [rad]."""
 
     speed: float
     density: float
@@ -75,7 +75,10 @@ class Wind:
 
 @dataclass(frozen=True)
 class Problem:
-    """One scene: span [m], sag [m], mass [kg/m], axial stiffness [N], load [N] at each point, damping b1 [1/s]."""
+    """One scene.
+
+    Span [m], sag [m], mass [kg/m], axial stiffness [N], load [N] at each point, damping b1 [1/s].
+    """
 
     name: str
     title: str
@@ -98,7 +101,7 @@ class Problem:
 
 
 def example1() -> Problem:
-    """Example 1 with the load of the stored OpenSees reference.  The torques are left out: no peer here can twist."""
+    """Example 1 with the load of the OpenSees reference; without torques, as no peer can twist."""
     law, load = Law(rise=1.0), (0.0, 1.0, 2.0)
     points = {"evenly_spaced": LOADED_POINTS, "force": load, "law": law.section()}
     scene = gf.load_scene("example1").with_values({"loads": [points]})
@@ -107,7 +110,7 @@ def example1() -> Problem:
 
 
 def galloping() -> Problem:
-    """Example 3 as far as peers can express it: translations, drag and lift; from rest, pushed by a short pulse.
+    """Example 3 with translations, drag and lift only; from rest, excited by a short pulse.
 
     No ice eccentricity and no aerodynamic moment, so nothing twists.  The sag alone fixes the
     initial state.  Damping is proportional to mass, with the scene's ratio at the first horizontal
@@ -175,7 +178,7 @@ def _problem(
 
 
 def opensees_reference(problem: Problem) -> Array:
-    """Stored response of 160 OpenSees elements at the output times: (time, 2), u2 and u3 [m]; good to 2e-4."""
+    """Stored response of 160 OpenSees elements: (time, 2), u2 and u3 [m]; accurate to 2e-4."""
     time, u2, u3 = np.loadtxt(REFERENCE, delimiter=",", skiprows=1, unpack=True)
     chosen = np.rint(problem.times / (time[1] - time[0])).astype(int)
     return np.column_stack([u2, u3])[chosen]

@@ -53,7 +53,7 @@ def write_table(path: Path) -> None:
 
 
 def measured(name: str, count: int, work: Callable[[], Any]) -> Any:
-    """Do it and tell CPU time (with child processes), wall-clock time and the growth of this program's memory."""
+    """Measure CPU time (with child processes), wall-clock time and growth of memory of a call."""
     memory, before, began = resident(), os.times(), time.perf_counter()
     result = work()
     after, wall = os.times(), time.perf_counter() - began
@@ -67,7 +67,7 @@ def measured(name: str, count: int, work: Callable[[], Any]) -> Any:
 
 
 def resident() -> float:
-    """Memory of this program [bytes]; the greatest so far where the system does not tell the present one."""
+    """Memory of this program [bytes]; the peak where the system does not report the present one."""
     try:
         return float(Path("/proc/self/statm").read_text().split()[1]) * resource.getpagesize()
     except OSError:
@@ -145,7 +145,7 @@ def compare(scene: Path, rows: list[dict[str, Any]], found: Any) -> None:
 
 
 def threads() -> None:
-    """Whether the kernel releases the interpreter lock: what one thread computes while another is within one call.
+    """Check that the kernel releases the interpreter lock: calls that end during another call.
 
     Holds on a busy machine too: with the lock held, the count would be zero however long it lasts.
     """

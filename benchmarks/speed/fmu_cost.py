@@ -36,7 +36,8 @@ class Costs(c.Structure):
     _fields_ = [
         (name, c.c_double)
         for name in (
-            "advance", "step", "save_restore", "copy", "first_step", "one_thread", "two_threads", "one_counter",
+            "advance", "step", "save_restore", "copy", "first_step", "one_thread", "two_threads",
+            "one_counter",
             "two_counters", "state_bytes"
         )
     ]  # fmt: skip

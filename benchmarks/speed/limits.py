@@ -48,10 +48,10 @@ PREDICTION = 8 * (21 + 17)  # which way would have led closest; u, v, a by it
 
 FACTORS, GEOMETRY, MOTION = 96 * 8, 31 * 8, 8 * 8 * (3 + 1)
 BYTES = FACTORS + GEOMETRY + 2 * MOTION
-"""Bytes of an element that an iteration reads and writes: factors, constants, and twice u, v, a and the residual."""
+"""Bytes per element and iteration: factors, constants, and twice u, v, a and the residual."""
 
 MODEL = 224 + 36 * 8 + 2 * (3 + 4) * 8
-"""Bytes of an element in a model: its geometry, alone and side by side with others, and two nodes."""
+"""Bytes per element in a model: its geometry, scalar and in lanes, and two nodes."""
 
 ELEMENTS = (15, 100, 1000)
 STEPS = 20_000
@@ -69,7 +69,7 @@ LANES = {
 
 
 def side_by_side() -> None:
-    """What the lanes of a vector give within one scene, and with it what is left for scenes side by side."""
+    """Speed-up by the lanes within one scene, which bounds the gain of several scenes in lanes."""
     packed = Packed(strict(time_step=0.02))
     spent: dict[str, list[float]] = {name: [] for name in LANES}
     with tempfile.TemporaryDirectory() as folder:

@@ -51,7 +51,8 @@ class Parts(c.Structure):
     _fields_ = [
         (name, c.c_double)
         for name in (
-            "forces", "ice", "aerodynamics", "tangent", "solution", "step", "iterations", "refactorisations"
+            "forces", "ice", "aerodynamics", "tangent", "solution", "step", "iterations",
+            "refactorisations"
         )
     ]  # fmt: skip
 
@@ -178,7 +179,7 @@ def shares() -> None:
 
 
 def growth_with_elements() -> None:
-    """CPU time of a step against the number of elements, over the same 200 steps of the growing oscillation."""
+    """CPU time of a step over the number of elements, for 200 steps of the growing oscillation."""
     models = {
         elements: gf.Model(strict(time_step=0.02, elements=elements)) for elements in ELEMENTS
     }

@@ -38,7 +38,7 @@ def spread(values: list[float]) -> str:
 
 
 def compare(ways: dict[str, Callable[[], object]], runs: int, unit: str) -> None:
-    """Time the ways in turn; ratios are of the same round, so that a slow minute hits both sides."""
+    """Time the ways in turn; ratios are from the same round, so that other load affects both."""
     spent: dict[str, list[tuple[float, float]]] = {name: [] for name in ways}
     for _ in range(REPEATS):
         for name, work in ways.items():

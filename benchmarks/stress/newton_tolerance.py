@@ -25,7 +25,7 @@ PERIODS, EVERY = 1000, 10
 
 
 def drift(tolerance: float, step: float, size: float) -> tuple[float, float]:
-    """Relative change of the energy over `PERIODS` vertical periods, and Newton iterations a step."""
+    """Relative change of the energy over `PERIODS` vertical periods; Newton iterations per step."""
     state = released({"numerics.newton_tolerance": tolerance, "numerics.time_step": step}, size)
     before, start = state.advance(state.time + step), float(energy(state.observe_span()))
     records = round(PERIODS / (VERTICAL_HZ * step * EVERY))

@@ -63,7 +63,8 @@ Summary:
   cases of the first table. Resonance of two modes needs the shortest steps.
 - If the steps are too long, the run has a warning (`result.warnings`): more than one in a hundred
   had to be halved, or a section rotated by more than {DOUBTFUL_TURN:g} rad within one. The run
-  was completed, but its energy may be wrong. Reduce `numerics.time_step` until the warning disappears.
+  was completed, but its energy may be wrong. Reduce `numerics.time_step` until the warning
+  disappears.
 - `gallop_fmu.energy_balance(result)` compares the work of wind and supports with damping and
   stored energy. An imbalance above {CLOSED:.0%} of the energy turned over is too much. This check
   is more reliable than the warning, and costs more.
@@ -96,10 +97,13 @@ def _cycles(cycles: list[Cycle], folder: Path) -> str:
             halved = [c for c in own if c.halvings]
             steps = [largest_step(own, bound) for bound in (0.01, 0.05)]
             rows.append([
-                kind, name, f"{reference.vertical:.3f} / {reference.horizontal:.3f} m", f"{reference.frequency:.3f} Hz",
-                *(f"{_step(step)} ({1.0 / (reference.frequency * step):.0f} per period)" for step in steps),
+                kind, name, f"{reference.vertical:.3f} / {reference.horizontal:.3f} m",
+                f"{reference.frequency:.3f} Hz",
+                *(f"{_step(step)} ({1.0 / (reference.frequency * step):.0f} per period)"
+                  for step in steps),
                 _step(halved[0].step) if halved else "none",
-                f"{_step(ended[0].step)}: {ended[0].outcome.replace('_', ' ')}" if ended else "none",
+                f"{_step(ended[0].step)}: {ended[0].outcome.replace('_', ' ')}" if ended
+                else "none",
             ])  # fmt: skip
             errors = [100.0 * error(c, reference) for c in own[1:]]
             axis.loglog([c.step for c in own[1:]], errors, "o-", ms=4, label=name)
@@ -116,7 +120,8 @@ def _cycles(cycles: list[Cycle], folder: Path) -> str:
     figure.savefig(folder / CURVES, dpi=110)
     plt.close(figure)
     head = [
-        "Integrator", "Limit cycle", "Vertical / horizontal amplitude", "Frequency", "Largest step within 1 %",
+        "Integrator", "Limit cycle", "Vertical / horizontal amplitude", "Frequency",
+        "Largest step within 1 %",
         "within 5 %", "First step halved at", "First early end at",
     ]  # fmt: skip
     return f"""## Time step and limit cycle
@@ -134,7 +139,8 @@ at every shorter one tried; the longest was {stability.CYCLE_STEPS[-1]:g} s.
 def _map(cells: list[Data], folder: Path) -> str:
     kinds = list(dict.fromkeys(cell["integrator"] for cell in cells))
     figure, axes = plt.subplots(
-        len(kinds), len(MESHES), figsize=(3.6 * len(MESHES), 0.6 + 3.4 * len(kinds)), squeeze=False, sharey=True,
+        len(kinds), len(MESHES), figsize=(3.6 * len(MESHES), 0.6 + 3.4 * len(kinds)),
+        squeeze=False, sharey=True,
         layout="constrained",
     )  # fmt: skip
     for row, kind in zip(axes, kinds, strict=True):
@@ -166,19 +172,20 @@ def _map(cells: list[Data], folder: Path) -> str:
             )
             said = ", ".join(f"{count} {name}" for name, count in early.items()) or "none"
             rows.append([kind, str(mesh), whole, closed, ended, said])
-    start = list(stability.START.values())
+    start, longest, most = list(stability.START.values()), stability.LONGEST, stability.MOST
     head = [
-        "Integrator", "Elements", "No step halved up to", f"Energy within {CLOSED:.0%} up to", "All runs end up to",
+        "Integrator", "Elements", "No step halved up to", f"Energy within {CLOSED:.0%} up to",
+        "All runs end up to",
         f"Early ends of {len(STEPS) * len(WINDS)}",
     ]  # fmt: skip
     return f"""## Time step, wind and mesh
 
 A rough start: example 3 (125.88 m, 15 kN) is released at rest from {start[0]} m up, {start[1]} m
-across and {start[2]} rad, with the full wind at once, for {stability.LONGEST:g} s or {stability.MOST:,}
+across and {start[2]} rad, with the full wind at once, for {longest:g} s or {most:,}
 steps. A start out of equilibrium releases axial waves, which long steps cannot resolve. In the
 picture, a dot means that some steps were halved, a circled dot that more than a tenth were, and a
-cross that the run ended early. The colour is the energy imbalance. "Up to" is the longest step tried
-for which the statement is true at every wind speed.
+cross that the run ended early. The colour is the energy imbalance. "Up to" is the longest step
+tried for which the statement is true at every wind speed.
 
 {table(head, rows)}
 
@@ -248,6 +255,7 @@ def _scenes(data: Data) -> str:
     memory = data["memory"]
     tenths = [np.median(part) for part in np.array_split(np.array(memory), 10)]
     spoken = "\n\n" + "\n".join(faults[:40]) if faults else " none"
+    seconds = [run["seconds"] for run in runs]
     return f"""## Random spans
 
 {len(runs) + len(lost):,} runs: {len({run["name"] for run in runs}):,} random spans with each
@@ -262,8 +270,8 @@ integrator. The spans are drawn by Latin hypercube sampling (seed {data["seed"]}
 - damping 0-10 %; ends rigid, sprung from 1 kN/m to 1 GN/m, or adjacent spans; moving towers; loads;
 - 2-200 elements, steps 0.1-200 ms, starts at rest out of equilibrium.
 
-Each run has {FEWEST} to {MOST} steps, fewer where many steps are halved, in a process of its own, so that
-a crash or an endless loop does not affect the others.
+Each run has {FEWEST} to {MOST} steps, fewer where many steps are halved, in a process of its
+own, so that a crash or an endless loop does not affect the others.
 
 {table(["Outcome", *kinds], outcomes)}
 
@@ -273,34 +281,37 @@ Checks of each run:
 - no amplitude exceeds the span (largest: {max(run["amplitude"] for run in moved):.2f} spans);
 - tensions agree with Hooke's law on the recorded elongations within {AGREEMENT:g} (worst:
   {worst["tension_error"]:.1e});
-- the energy balance closes within {CLOSED:.0%} of the energy turned over, unless the run warns of too
-  long steps. It compares the work of wind, loads and towers with dissipation and change of stored
-  energy, over the steps as computed (halved steps in parts).
+- the energy balance closes within {CLOSED:.0%} of the energy turned over, unless the run warns of
+  too long steps. It compares the work of wind, loads and towers with dissipation and change of
+  stored energy, over the steps as computed (halved steps in parts).
 
-If the balance did not close, the run was repeated with steps of an eighth, then of a sixty-fourth. If
-these balances close and the stored energy is the same, the balance of the long steps had missed what
-wind and damping did within the steps. The generalised-alpha method dissipates unresolved motion
-itself; no balance contains this part. Violations:{spoken}
+If the balance did not close, the run was repeated with steps of an eighth, then of a sixty-fourth.
+If these balances close and the stored energy is the same, the balance of the long steps had missed
+what wind and damping did within the steps. The generalised-alpha method dissipates unresolved
+motion itself; no balance contains this part. Violations:{spoken}
 
 {table(head, rows)}
 
 Memory of a worker process, median in the first, second, fifth and last tenth of the runs:
 {tenths[0]:.0f}, {tenths[1]:.0f}, {tenths[4]:.0f}, {tenths[-1]:.0f} MiB. The longest run
-took {max(run["seconds"] for run in runs):.1f} s, all runs {sum(run["seconds"] for run in runs) / 60.0:.1f}
+took {max(seconds):.1f} s, all runs {sum(seconds) / 60.0:.1f}
 minutes of processor time."""
 
 
 def _conservation(runs: list[Data], bits: Data) -> str:
     rows = [
         [
-            run["integrator"], run["start"], f"{run['steps']:,}", f"{run['halvings']:,}", f"{run['first_tenth']:.1e}",
-            f"{run['last_tenth']:.1e}", f"{run['loss']:+.1e}", f"{run['scatter']:.1e}", f"{run['way_back']:.1e}",
+            run["integrator"], run["start"], f"{run['steps']:,}", f"{run['halvings']:,}",
+            f"{run['first_tenth']:.1e}",
+            f"{run['last_tenth']:.1e}", f"{run['loss']:+.1e}", f"{run['scatter']:.1e}",
+            f"{run['way_back']:.1e}",
             f"{run['seconds']:.1f} s",
         ]
         for run in sorted(runs, key=lambda run: (run["start"] == "rough", run["integrator"]))
     ]  # fmt: skip
     head = [
-        "Integrator", "Start", "Steps", "Halvings", "Energy error, first tenth", "last tenth", "Loss per period",
+        "Integrator", "Start", "Steps", "Halvings", "Energy error, first tenth", "last tenth",
+        "Loss per period",
         "Scatter", "Way back", "Processor time",
     ]  # fmt: skip
     said = ", ".join(
@@ -311,16 +322,17 @@ def _conservation(runs: list[Data], bits: Data) -> str:
 Example 3 without wind and damping, with steps of 10 ms and a Newton tolerance of 1e-9 m.
 
 - Energy error: largest relative error in the first and in the last tenth of the run.
-- Loss per period: share of the energy lost per vertical period of {1.0 / VERTICAL_HZ:.2f} s (negative:
-  gained). Scatter: deviation from this trend.
+- Loss per period: share of the energy lost per vertical period of {1.0 / VERTICAL_HZ:.2f} s
+  (negative: gained). Scatter: deviation from this trend.
 - "Smooth": loads are removed within half a second. "Rough": released at rest out of equilibrium, so
   that axial waves run.
-- Way back: 20,000 steps of the smooth motion, then as many with reversed velocities; distance from the
-  start over the distance travelled.
+- Way back: 20,000 steps of the smooth motion, then as many with reversed velocities; distance
+  from the start over the distance travelled.
 
 The generalised-alpha method is designed to dissipate unless its spectral radius is 1 (default:
 {SPECTRAL_RADIUS}): motion that a step does not resolve decays, resolved motion hardly does.
 
 {table(head, rows)}
 
-Random spans computed again: {said}. A test checks that FMU and Python give the same bits (`tests/native`)."""
+Random spans computed again: {said}. A test
+checks that FMU and Python give the same bits (`tests/native`)."""

@@ -1,4 +1,4 @@
-"""How far step, wind and mesh may go: outcome of a hard start, and the error of limit cycles over the step."""
+"""Limits of step, wind and mesh: outcome of a hard start, error of limit cycles over the step."""
 
 from __future__ import annotations
 
@@ -20,10 +20,10 @@ LONGEST, MOST = 20.0, 1000
 """Simulated time [s] of a cell of the map, and its most steps."""
 
 START = {"initial.seed_vertical": 0.3, "initial.seed_horizontal": 0.1, "initial.seed_twist": 0.2}
-"""Start of the map [m, rad]: released from rest at an amplitude of galloping, under wind at once."""
+"""Start of the map [m, rad]: released at an amplitude of galloping, with the full wind at once."""
 
 NEWTON = 1e-9
-"""Newton tolerance of all: what scenes have where they say nothing, so that it is the step that is looked at."""
+"""Newton tolerance of all runs, the default of scenes: only the step varies."""
 
 CYCLE_STEPS = (0.005, 0.01, 0.015, 0.02, 0.025, 0.03, 0.04, 0.05, 0.06, 0.08, 0.1, 0.12, 0.15, 0.2)
 """Steps at which limit cycles are measured [s]; the first is the reference."""
@@ -43,7 +43,8 @@ CYCLES: dict[str, tuple[str, float, dict[str, Any]]] = {
     "example 3, soft: ends on springs of 76 kN/m": (
         "example3", 1400.0, {"supports.left": SPRING, "supports.right": SPRING},
     ),
-    "example 2, stiff: rigid ends": ("example2", 1500.0, {"supports.left": RIGID, "supports.right": RIGID}),
+    "example 2, stiff: rigid ends": ("example2", 1500.0, {"supports.left": RIGID,
+    "supports.right": RIGID}),
 }  # fmt: skip
 """Name of a limit cycle: scene, simulated time [s], changed values."""
 
@@ -76,7 +77,8 @@ def cell(place: tuple[str, float, float, int]) -> Cell:
     integrator, step, wind, elements = place
     began = clock.process_time()
     scene = gf.load_scene("example3").with_values({
-        "numerics.time_step": step, "numerics.elements": elements, "wind.speed": wind, "aerodynamics.outside": "hold",
+        "numerics.time_step": step, "numerics.elements": elements, "wind.speed": wind,
+        "aerodynamics.outside": "hold",
         "numerics.newton_tolerance": NEWTON, **START, **integrators()[integrator],
     })  # fmt: skip
     model = Model(scene)
@@ -99,7 +101,7 @@ def cell(place: tuple[str, float, float, int]) -> Cell:
 
 @dataclass(frozen=True)
 class Cycle:
-    """Limit cycle at one step: amplitudes at mid-span [m], vertical frequency [Hz], and the work per step."""
+    """Limit cycle at one step: amplitudes at mid-span [m], vertical frequency [Hz], work."""
 
     integrator: str
     name: str
@@ -134,13 +136,14 @@ def cycle(place: tuple[str, str, float]) -> Cycle:
     return Cycle(
         integrator, name, step, report.outcome.name.lower(),
         steady["u2"].amplitude if steady else np.nan, steady["u3"].amplitude if steady else np.nan,
-        steady["u2"].frequency_hz if steady else np.nan, report.halvings, report.iterations / max(1, report.steps),
+        steady["u2"].frequency_hz if steady else np.nan, report.halvings,
+        report.iterations / max(1, report.steps),
         clock.process_time() - began,
     )  # fmt: skip
 
 
 def error(found: Cycle, reference: Cycle) -> float:
-    """Relative error of the vertical amplitude, and of the horizontal one where it is not negligible; the larger."""
+    """Larger relative error of the vertical and, where not negligible, the horizontal amplitude."""
     errors = [abs(found.vertical / reference.vertical - 1.0)]
     if reference.horizontal > PARTNER * reference.vertical:
         errors.append(abs(found.horizontal / reference.horizontal - 1.0))
@@ -148,7 +151,7 @@ def error(found: Cycle, reference: Cycle) -> float:
 
 
 def largest_step(cycles: list[Cycle], bound: float) -> float:
-    """Largest step [s] up to which every step keeps the amplitudes within a bound of the smallest step's."""
+    """Largest step [s] up to which all steps keep the amplitudes close to the smallest step's."""
     ordered = sorted(cycles, key=lambda found: found.step)
     kept = ordered[0].step
     for found in ordered[1:]:

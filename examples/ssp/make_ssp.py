@@ -1,4 +1,4 @@
-"""Write tower-cable.ssp: the coupled system of example 08 as a file that an independent master runs.
+"""Write tower-cable.ssp: the coupled system of example 08 for an independent master.
 
     python make_ssp.py [folder]
 

@@ -1,4 +1,4 @@
-"""Run tower-cable.ssp with Ecos, an independent co-simulation master, and compare with the Jacobi loop of example 08.
+"""Run tower-cable.ssp with Ecos, an independent master, and compare with example 08's Jacobi loop.
 
     python run_ssp.py [tower-cable.ssp]
 

@@ -31,7 +31,7 @@ MOST_ITERATIONS = 50
 
 
 def galloping_span(cable_step: float) -> gf.Scene:
-    """The span of example 3 with a seed so large that it gallops from the beginning, stepping by `cable_step` [s]."""
+    """The span of example 3 with a large seed: it gallops at once; steps of `cable_step` [s]."""
     return gf.load_scene("example3").with_values(
         {
             "initial.seed_vertical": 0.1,
@@ -106,7 +106,7 @@ class Component:
 
 @dataclass
 class History:
-    """What a master recorded: mid-span u2 and the left tower's x1 [m], and the number of iterations of each step."""
+    """Recorded by a master: mid-span u2, the left tower's x1 [m], iterations of each step."""
 
     time: list[float] = field(default_factory=list)
     values: list[Array] = field(default_factory=list)
@@ -114,7 +114,7 @@ class History:
 
 
 class Line:
-    """The cable between its two towers: three instances of two FMUs, whose connections the methods make."""
+    """The cable between its towers: three instances of two FMUs, connected by the methods."""
 
     def __init__(self, cable: Path, tower: Path) -> None:
         self.log = Log()
@@ -124,7 +124,7 @@ class Line:
         self._saved: list[object] = [None] * len(self.parts)
 
     def start(self, static: Array) -> None:
-        """Initialise; the towers take the cable's static forces as preload, under which they are at rest."""
+        """Initialise; the cable's static forces are the towers' preload, in equilibrium."""
         for part in self.parts:
             part.fmu.enterInitializationMode()
         for tower, force in zip(self.towers, np.split(static, 2), strict=True):
@@ -180,7 +180,7 @@ class Line:
 
 
 def jacobi(line: Line, time: float, h: float) -> int:
-    """All parts step side by side, each with the last known values of the others: both directions are a step late."""
+    """All parts step with the last known values of the others: both directions lag by a step."""
     forces, displacements = line.forces(), line.displacements()
     line.push_towers(forces)
     line.move_ends(displacements)
@@ -189,7 +189,7 @@ def jacobi(line: Line, time: float, h: float) -> int:
 
 
 def gauss_seidel(line: Line, time: float, h: float) -> int:
-    """The towers step with the last known forces, then the cable with their new places: one direction is late."""
+    """The towers step with the last known forces, then the cable with their new positions."""
     line.push_towers(line.forces())
     line.step(line.towers, time, h)
     line.move_ends(line.displacements())
@@ -198,7 +198,7 @@ def gauss_seidel(line: Line, time: float, h: float) -> int:
 
 
 def iterated(line: Line, time: float, h: float) -> int:
-    """The cable and then the towers, again and again from the saved states, until the towers stay in place."""
+    """Repeat the step of cable and towers from saved states until the tower positions converge."""
     line.save()
     guess = line.displacements() + h * np.concatenate(
         [tower.get(["v1", "v3"]) for tower in line.towers]
@@ -223,7 +223,7 @@ SCHEMES = {"Jacobi": jacobi, "Gauss-Seidel": gauss_seidel, "iterated": iterated}
 def couple(
     cable: Path, tower: Path, scheme: str, h: float, stop_time: float, every: float, static: Array
 ) -> History:
-    """Run the line with one of `SCHEMES` in communication steps of `h` [s], and record `every` so many seconds.
+    """Run the line with one of `SCHEMES` in steps of `h` [s], recorded at intervals of `every` [s].
 
     Raises
     ------

@@ -1,4 +1,4 @@
-"""A tower as an FMU: what its cable attachment does under the cable's force, from a few modes along x1 and x3.
+"""A tower as an FMU: motion of its attachment under the cable's force, from a few modes.
 
 Built with pythonfmu's FmuBuilder, see `coupling.build_tower`. As in the cable's FMU, an input is
 the value reached at the end of a communication step, linearly from that of the last one; so both
@@ -32,7 +32,7 @@ MODES = {
     "x1": [(5000.0, 2.5, 0.02, 1.0), (3000.0, 8.0, 0.02, 0.5)],
     "x3": [(6000.0, 2.2, 0.02, 1.0), (3500.0, 7.0, 0.02, 0.5)],
 }
-"""A light lattice tower of about 20 m, invented: first bending below 3 Hz, second about three times higher."""
+"""A fictitious lattice tower of about 20 m: first bending below 3 Hz, second three times higher."""
 
 UNITS = {
     "m": {"m": "1"},
@@ -192,7 +192,7 @@ class ModalTower(Fmi2Slave):
         super()._set_fmu_state(state)
 
     def to_xml(self, model_options=None) -> Element:
-        """What pythonfmu writes, with units, and with what FMI 2.0 wants to know about the outputs."""
+        """Model description of pythonfmu, with units and the dependencies of the outputs."""
         root = super().to_xml(model_options or {})
         root.set(
             "generationDateAndTime", root.get("generationDateAndTime", "").replace("+00:00", "Z")

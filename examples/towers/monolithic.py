@@ -1,4 +1,4 @@
-"""Cable and towers as one system of equations, solved together: what co-simulation is compared with.
+"""Cable and towers as one system of equations: the reference for the co-simulation.
 
 The ends of the cable are no unknowns of their own: they move by the towers' modes, ``u = T y`` with
 ``y`` the inner unknowns of the cable and the modal coordinates. Virtual work gives ``T' R(T y) + m
@@ -81,7 +81,7 @@ class Monolith:
         self._factors = lu_factor(matrix)
 
     def run(self, stop_time: float, every: int) -> Array:
-        """Mid-span u2 and the left tower's x1 [m] at the start and after each `every` steps, one row a record."""
+        """Mid-span u2 and the left tower's x1 [m] every `every` steps, (record, 2)."""
         h, middle = self.step, DOFS * self.model.middle
         seed = self.model.start().motion()[0].ravel()
         y, v = np.linalg.lstsq(self.T, seed, rcond=None)[0], np.zeros(self.T.shape[1])

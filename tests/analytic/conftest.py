@@ -55,7 +55,7 @@ class ExactCable:
         return stretch
 
     def solve(self, load=(0.0, 0.0, 0.0), left=(0.0, 0.0, 0.0), right=(0.0, 0.0, 0.0), at=()):
-        """Cable force [N] at the left and right end, and positions [m] at the fractions `at` of the length.
+        """Cable force [N] at both ends, and positions [m] at the fractions `at` of the length.
 
         `load` is per metre of the initial equilibrium, on top of the weight; `left` and `right`
         move the ends.
@@ -119,7 +119,7 @@ def exact_cable():
 
 @pytest.fixture
 def span():
-    """A steel-reinforced conductor over 300 m, as plain data; elastic enough that its stretch matters."""
+    """A steel-reinforced conductor over 300 m, as plain data; its elastic elongation matters."""
     return {
         "title": "a span",
         "span": {"length": 300.0, "horizontal_tension": 20000.0},

@@ -1,4 +1,4 @@
-"""Criteria of galloping against hand calculation, the finite element model and the nonlinear onset."""
+"""Galloping criteria against hand calculation, the finite element model and the nonlinear onset."""
 
 import math
 from types import SimpleNamespace
@@ -258,7 +258,7 @@ def test_a_criterion_does_not_depend_on_what_lies_outside_the_curve(name):
 
 
 def test_divergence_and_growth_are_told_apart():
-    """A shaft of length S that the moment q d^2 CM' theta twists gives way at q d^2 CM' = GJ (pi/S)^2."""
+    """A shaft of length S under the moment q d^2 CM' theta diverges at q d^2 CM' = GJ (pi/S)^2."""
     slope = 12.0
     no_ice = {"ice.first_moment_x2": 0.0, "ice.first_moment_x3": 0.0}
     scene = gf.load_scene("example3").with_values(

@@ -1,4 +1,4 @@
-"""Energy of the undamped span without wind, with the rotating eccentric ice, over a thousand periods."""
+"""Energy of the undamped span without wind, with eccentric ice, over a thousand periods."""
 
 import numpy as np
 import pytest
@@ -20,7 +20,7 @@ def total(span):
 
 
 def released(step, duration, values=()):
-    """Energy and mid-span motion after loads that held the span aside have been taken away within 0.5 s.
+    """Energy and mid-span motion after static loads have been removed within 0.5 s.
 
     Smoothly, so that the axial waves, whose period is shorter than the step, stay small.
     """
@@ -79,7 +79,7 @@ def seeded(values, duration):
 
 
 def test_energy_of_a_rough_start_is_kept_as_the_step_falls():
-    """A vertical seed jumps the tension and starts axial waves that steps of 10 ms cannot follow, so smaller ones."""
+    """A vertical seed starts axial waves that steps of 10 ms cannot resolve: use smaller steps."""
     values = {
         "initial.seed_vertical": 0.2,
         "initial.seed_horizontal": 0.1,
@@ -101,7 +101,7 @@ def test_twist_alone_keeps_its_energy():
 
 
 def test_wind_does_the_work_that_the_energy_gains():
-    """Energy gained = work of lift, drag and moment, integrated over time and span from the residual."""
+    """Energy gained = work of lift, drag and moment, from the residual."""
     scene = UNDAMPED.with_values(
         {"wind.speed": 5.5, "numerics.time_step": 0.0025, "numerics.newton_tolerance": 1e-12}
     )
@@ -120,7 +120,7 @@ def test_wind_does_the_work_that_the_energy_gains():
 
 
 def test_potential_energy_leaves_out_the_static_reactions_on_moved_towers():
-    """Both towers 1 m up: the span as a whole gains its weight times 1 m, which is the reactions' work alone."""
+    """Both towers 1 m up: the span gains its weight times 1 m, the work of the reactions."""
     model = Model(UNDAMPED)
     lifted = model.rest(
         inputs=Inputs(0.0, 0.0, np.pi, np.array([[0.0, 1.0, 0.0], [0.0, 1.0, 0.0]]))

@@ -1,4 +1,4 @@
-"""Deep sag, steep spans, storms, towers far out of place and very fine meshes, against solutions that are not ours."""
+"""Deep sag, slopes, storms, displaced towers and fine meshes against independent solutions."""
 
 import math
 from functools import cache
@@ -52,7 +52,7 @@ def test_deep_and_steep_catenary(span, exact_cable, height):
 @pytest.mark.parametrize("speed", [30.0, 60.0])
 @pytest.mark.parametrize("height", STEEP.values(), ids=STEEP)
 def test_blow_out_in_a_storm(span, exact_cable, height, speed):
-    """Weight and wind in one inclined plane, up to 75 degrees from the vertical, the deep span from 37 m of sag."""
+    """Weight and wind in one inclined plane, up to 75 degrees from the vertical; sag up to 37 m."""
     wind = {"speed": speed, "air_density": 1.25}
     tension = exact_cable(Scene.from_dict(hung(span, height))).horizontal_tension
     deep = {"length": 300.0, "height_difference": height, "horizontal_tension": tension}
@@ -92,7 +92,7 @@ def test_a_tower_far_out_of_place(span, exact_cable, move):
 
 @cache
 def chain_frequencies(bars, length, height, tension, mass, stiffness):
-    """Natural frequencies [Hz] of masses between bars, about their equilibrium; a list in and one out of the plane."""
+    """Natural frequencies [Hz] of masses between bars: in plane, out of plane."""
 
     def hang(unknowns):
         step, start = unknowns[0] / bars, unknowns[1]
@@ -123,7 +123,7 @@ def chain_frequencies(bars, length, height, tension, mass, stiffness):
 
 @pytest.mark.parametrize("height", STEEP.values(), ids=STEEP)
 def test_modes_of_deep_and_steep_spans(span, height):
-    """Against a chain of 100 and 200 bars, extrapolated; the first six in the plane and the first six across it."""
+    """Against chains of 100 and 200 bars, extrapolated; six modes in the plane, six out of it."""
     model = Model(Scene.from_dict(hung(span, height, numerics={"elements": 40})))
     tension = model.equilibrium().horizontal_tension
     coarse, fine = (
@@ -168,7 +168,8 @@ def string(**numerics):
         "title": "a string",
         "span": {"length": 100.0, "horizontal_tension": 92000.0, "gravity": 0.01},
         "conductor": {
-            "diameter": 0.028, "mass_per_length": 1.5, "axial_stiffness": 4e7, "torsional_stiffness": 150.0,
+            "diameter": 0.028, "mass_per_length": 1.5, "axial_stiffness": 4e7,
+            "torsional_stiffness": 150.0,
             "torsional_inertia": 1.5e-4,
         },
         "initial": {"seed_horizontal": 1e-4},
@@ -188,7 +189,7 @@ def test_modes_of_a_thousand_elements():
 
 @pytest.mark.parametrize("integrator", ["newmark", "gauss6"])
 def test_a_thousand_elements_in_motion(integrator):
-    """A string let go vibrates as a cosine, at the frequency that Newmark's rule makes of its own, or Gauss's."""
+    """A released string vibrates as a cosine at the frequency of the integration rule."""
     step = 0.01
     model = Model(string(time_step=step, integrator=integrator))
     state = model.start()

@@ -1,4 +1,4 @@
-"""Floquet multipliers against the theory of Mathieu's equation, and of an orbit against the simulation's own growth."""
+"""Floquet multipliers against Mathieu's equation; of an orbit against the simulation's growth."""
 
 import numpy as np
 import pytest
@@ -27,7 +27,7 @@ def test_constant_coefficients_give_the_exponential():
 
 @pytest.mark.parametrize("steps", [400, 401, 403])
 def test_two_coupled_coordinates_without_any_symmetry_in_time(steps):
-    """Against Runge-Kutta of order eight: the order of the steps tells, and so does every one of them."""
+    """Against Runge-Kutta of order eight: the order of convergence, and the error of every step."""
 
     def coefficients(t):
         c, s = np.cos(t), np.sin(2.0 * t + 0.4)

@@ -1,4 +1,4 @@
-"""The initial equilibrium against the catenary: the weight is uniform along the hanging conductor, so it is exact."""
+"""The initial equilibrium against the catenary: exact, as the weight is uniform along the cable."""
 
 import numpy as np
 import pytest
@@ -78,7 +78,7 @@ def test_support_forces_carry_the_weight(span, height):
 
 
 def test_elastic_catenary_that_hangs_from_its_unstretched_length(span, exact_cable):
-    """The textbook's cable, whose weight is uniform along the unstretched length, differs by the stretch only."""
+    """The textbook's cable, with uniform weight per unstretched length, differs by the stretch."""
     scene, found = solved(span, 0.0, {"horizontal_tension": 20000.0})
     ea, weight = 3e7, 1.6 * 9.81
     cable = exact_cable(scene)

@@ -1,4 +1,4 @@
-"""In-plane frequencies of a shallow elastic cable: Irvine and Caughey (1974), Proc. R. Soc. A 341, 299-315."""
+"""In-plane frequencies of a shallow elastic cable (Irvine, Caughey, Proc. R. Soc. A 341, 1974)."""
 
 import math
 
@@ -14,7 +14,7 @@ SAG_RATIO = 0.002
 
 
 def irvine_ratio(lambda_squared):
-    """First symmetric in-plane over first out-of-plane frequency: tan x = x - 4 x^3 / lambda^2 with x = w L / (2 c)."""
+    """In-plane over out-of-plane frequency: tan x = x - 4 x^3 / lambda^2 with x = w L / (2 c)."""
 
     def without_poles(x):
         return (x - 4.0 * x**3 / lambda_squared) * math.cos(x) - math.sin(x)

@@ -1,4 +1,4 @@
-"""Harmonic balance and continuation against the van der Pol oscillator, whose limit cycle is known."""
+"""Harmonic balance and continuation against the limit cycle of the van der Pol oscillator."""
 
 import numpy as np
 import pytest
@@ -8,7 +8,7 @@ from modal.screening.reduced_model import Forces
 
 
 class VanDerPol:
-    """x'' - (U - x^2) x' + x = 0: amplitude 2 sqrt(U), frequency 1 - U^2/16, with U in the place of the wind."""
+    """x'' - (U - x^2) x' + x = 0: amplitude 2 sqrt(U), frequency 1 - U^2/16; U for the wind."""
 
     size = 1
 
@@ -28,7 +28,7 @@ class VanDerPol:
 
 
 class DyingOut(VanDerPol):
-    """Fed by 0.4 U (1 - U) instead of U: the amplitude is 2 sqrt(0.4 U (1 - U)), and again zero at U = 1."""
+    """Driven by 0.4 U (1 - U) for U: the amplitude 2 sqrt(0.4 U (1 - U)) is zero at U = 1."""
 
     def feed(self, q, wind):
         return 0.4 * wind * (1.0 - wind) - q**2, -2.0 * q, 0.4 - 0.8 * wind
@@ -92,7 +92,7 @@ def test_a_family_that_dies_out_passes_through_rest():
 
 
 def test_a_family_is_followed_round_a_fold():
-    """Fed by U - 0.2 + 0.4 (x^2 - x^4): the balance of energy gives U = 0.2 - 0.1 r^2 + 0.05 r^4, least at r = 1."""
+    """Driven by U - 0.2 + 0.4 (x^2 - x^4): U = 0.2 - 0.1 r^2 + 0.05 r^4, minimum at r = 1."""
     track = Track(Folded(), Balance(7, 48), mode=0, wind_scale=1.0, size_scale=1.0)
     first, matrix, _ = track.of_size(start(0.1, 0.2), 0.1)
     family = list(track.follow(first, matrix, track.growing, lambda orbit: orbit.wind_speed > 0.3))
@@ -155,7 +155,7 @@ def test_every_oscillating_coefficient_counts_in_the_length_of_a_family(track):
 
 
 def test_guesses_ahead_are_of_second_order(track):
-    """Their error is of third order in the step; that of the first, along the tangent alone, of second."""
+    """Their error is of third order in the step; that of the first step is of second order."""
 
     class Watched(Track):
         def near(self, guess, direction, iterations=12):

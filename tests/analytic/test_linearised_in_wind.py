@@ -1,4 +1,4 @@
-"""Linear theory about the equilibrium in wind, where eccentric ice has turned, against the nonlinear simulation."""
+"""Linear theory about the equilibrium in wind, with rotated ice, against the simulation."""
 
 import numpy as np
 import pytest
@@ -11,7 +11,7 @@ PRECISE = {"numerics.newton_tolerance": 1e-14, "initial.wind": "mean_wind_equili
 
 
 def drawn(random):
-    """A span that its mean wind turns by 0.2 to 1 rad, with eccentric ice, sloping; and its modes in that wind."""
+    """A sloping span with eccentric ice that wind rotates by 0.2 to 1 rad; its modes in wind."""
     while True:
         length, diameter = random.uniform(80.0, 350.0), random.uniform(0.018, 0.032)
         mass, ice = random.uniform(1.0, 2.0), random.uniform(0.2, 1.0)
@@ -49,7 +49,7 @@ def drawn(random):
 
 
 def rates_seen(scene, seconds):
-    """Eigenvalues [1/s] of the motion about the mean-wind equilibrium: dynamic mode decomposition of a simulation."""
+    """Eigenvalues [1/s] about the mean-wind equilibrium, by dynamic mode decomposition of a run."""
     seeds = {
         "initial.seed_vertical": 1e-6,
         "initial.seed_horizontal": 7e-7,
@@ -74,7 +74,7 @@ def rates_seen(scene, seconds):
 
 
 def test_slowest_decay_of_drawn_spans_is_that_of_the_simulation():
-    """Release 0.1.0 took the mass matrix of the untwisted section: up to a factor of 7 in the damping."""
+    """Release 0.1.0 took the untwisted section's mass matrix: damping off by up to 7 times."""
     random = np.random.default_rng(SEED)
     for _ in range(10):
         scene, modes = drawn(random)
@@ -89,7 +89,7 @@ def test_slowest_decay_of_drawn_spans_is_that_of_the_simulation():
 
 @pytest.mark.parametrize(("angle", "right"), [(160.0, [6.7080, 11.0987]), (150.0, [12.280])])
 def test_critical_winds_with_the_mass_of_the_turned_section(angle, right):
-    """An independent patch of release 0.1.0 that takes the mass matrix at the equilibrium, ice not turned."""
+    """An independent patch of release 0.1.0 with the mass matrix at the equilibrium."""
     scene = gf.load_scene("example3").with_values(
         {"ice.attack_angle_deg": angle, "ice.first_moment_angle_deg": angle, "wind.speed": 6.0}
     )

@@ -161,7 +161,7 @@ def test_no_ratio_where_torsional_modes_bury_the_others():
 
 
 def bars_on_a_catenary(scene, elements=400):
-    """Frequencies of straight two-node bars with lumped masses on the catenary of a span: (in plane, out of plane).
+    """Frequencies of straight bars with lumped masses on a catenary: (in plane, out of plane).
 
     An own finite-element model: stiffness EA/l along each bar and T/l across it. In plane, each
     frequency stands with the part of its motion across the chord that is symmetric, and with the

@@ -1,4 +1,4 @@
-"""The reduced model against the kernel: its forces, its equilibrium in the wind, and the coupling of the pair."""
+"""The reduced model against the kernel: forces, equilibrium in wind, coupling of the pair."""
 
 import numpy as np
 import pytest
@@ -91,7 +91,7 @@ def test_the_equilibrium_in_the_wind_is_that_of_the_kernel():
 
 @pytest.mark.parametrize("sag", [1.4, 2.15, 2.8])
 def test_the_coupling_is_the_dynamic_over_the_static_tension(sag):
-    """h/H per metre of a shallow cable: (EA/Le) (8 sag/L^2) integral of the mode / H, with the mode 1 at mid-span."""
+    """h/H per metre of a shallow cable: (EA/Le) (8 sag/L^2) integral of the mode / H."""
     scene = gf.load_scene("example3").with_values({"span": {"length": 125.88, "sag": sag}})
     state = Model(scene).equilibrium()
     first = next(m for m in modal.natural_modes(scene) if m.family == "vertical" and m.symmetric)

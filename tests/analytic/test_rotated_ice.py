@@ -1,4 +1,4 @@
-"""The attack angle turns the ice as well as the coefficient curve: its first mass moments, everywhere."""
+"""The attack angle rotates the first mass moments of the ice as well as the coefficient curve."""
 
 import numpy as np
 import pytest
@@ -39,7 +39,7 @@ def test_moments_given_with_an_attack_angle_belong_to_it():
 
 @pytest.mark.parametrize("angle", [150.0, 200.0, -170.0])
 def test_a_changed_attack_angle_turns_the_moments(angle):
-    """As a twist of the section by the same angle does: x2 and x3 of a mass point turn by it, right-handed about x1."""
+    """As a twist by the same angle: x2 and x3 of a mass point rotate, right-handed about x1."""
     scene = example3(ice__attack_angle_deg=angle)
     assert scene.ice.first_moments() == pytest.approx(
         turned_by_hand(example3(), angle).ice.first_moments(), rel=1e-12
@@ -66,7 +66,7 @@ def test_a_line_built_at_an_angle_is_a_line_turned_to_it(angle):
 
 
 def test_an_attack_angle_beside_a_line_turns_the_ice_of_the_line():
-    """The line's moments are those of its own angle; moments given beside the line are those of the angle beside it."""
+    """Moments of [line] belong to its angle; those of [ice] belong to the angle in [ice]."""
     line = {**LINE, "attack_angle_deg": 180.0}
     beside = gf.Scene.from_dict({"line": line, "ice": {"attack_angle_deg": 150.0}})
     built = gf.Scene.from_dict({"line": {**LINE, "attack_angle_deg": 150.0}})
@@ -76,7 +76,7 @@ def test_an_attack_angle_beside_a_line_turns_the_ice_of_the_line():
 
 
 def test_a_host_that_sets_the_angle_turns_the_ice_too():
-    """Bit for bit as a scene of that angle, and between as the residual of the scene with that angle."""
+    """Bit for bit that of a scene at this angle; in between, that scene's residual."""
     scene, other = example3(), example3(ice__attack_angle_deg=165.0)
     inputs = gf.Inputs(0.0, 5.5, np.radians(165.0), np.zeros((2, 3)))
     one, two = gf.Model(scene), gf.Model(other)

@@ -1,4 +1,4 @@
-"""Irvine's theory beside the finite elements: small sag, springs, inclined spans, and where the two part."""
+"""Irvine's theory against the finite elements: small sag, springs, slopes; where they differ."""
 
 import math
 

@@ -1,4 +1,4 @@
-"""Equilibrium under loads and mean wind against the exact cable, and twist against the shaft formula."""
+"""Equilibrium under loads and mean wind against the exact cable; twist against a shaft."""
 
 import numpy as np
 import pytest
@@ -15,7 +15,7 @@ DRAG_ONLY = {
 
 
 def compared(scene, cable, **loads):
-    """Kernel against exact cable: mid-span position and end force, each error over the change that the load causes."""
+    """Mid-span position and end force against the exact cable, relative to the load's effect."""
     model = Model(scene)
     state = model.rest()
     place = model.equilibrium().x[model.middle] + state.observe_node(model.middle)[:3]
@@ -54,7 +54,7 @@ def test_blow_out_in_a_uniform_wind(span, exact_cable, height):
 
 
 def test_blow_out_by_the_elastic_catenary(span, exact_cable):
-    """The textbook's Hooke's law on the unstretched length is close to axial Green strain where strains are small."""
+    """Hooke's law on the unstretched length is close to axial Green strain at small strain."""
     scene = Scene.from_dict(
         span | {"wind": {"speed": 25.0, "air_density": 1.25}, "aerodynamics": DRAG_ONLY}
     )
@@ -69,7 +69,7 @@ def test_blow_out_by_the_elastic_catenary(span, exact_cable):
     [(29, (0.0, -60.0, 25.0)), (9, (10.0, 40.0, -80.0)), (1, (0.0, -900.0, 0.0))],
 )
 def test_point_loads(span, exact_cable, count, force):
-    """At corner nodes of 30 elements the kinks are exact; the loads stay where they are on the conductor."""
+    """At corner nodes of 30 elements the kinks are exact; loads stay at their material points."""
     loads = [{"evenly_spaced": count, "force": list(force)}]
     scene = Scene.from_dict(span | {"loads": loads, "numerics": {"elements": 30}})
     cable = exact_cable(scene, points=[])
@@ -106,7 +106,7 @@ def test_loads_and_weight_are_carried_by_the_supports(span):
 
 @pytest.mark.parametrize("count", [14, 29])
 def test_twist_under_a_distributed_torque(span, count):
-    """n equal torques M at k/(n + 1): mid-span twist M L (n + 1) / (8 GJ), with odd n; t L^2 / (8 GJ) as n grows."""
+    """n equal torques M at k/(n + 1), odd n: mid-span twist M L (n + 1) / (8 GJ)."""
     loads = [{"evenly_spaced": count, "force": [0.0, 0.0, 0.0], "torque": 0.2}]
     model = Model(Scene.from_dict(span | {"loads": loads, "numerics": {"elements": 30}}))
     length = model.equilibrium().length
@@ -119,7 +119,7 @@ def test_twist_under_a_distributed_torque(span, count):
 
 
 def test_twist_under_the_aerodynamic_moment(span):
-    """A constant moment coefficient is a uniform torque t = q d^2 CM: t L^2 / (8 GJ) at mid-span."""
+    """A constant moment coefficient is a uniform torque t = q d^2 CM: twist t L^2 / (8 GJ)."""
     moment_only = DRAG_ONLY | {"drag": [0.0], "moment": [0.4]}
     scene = Scene.from_dict(
         span | {"wind": {"speed": 12.0, "air_density": 1.25}, "aerodynamics": moment_only}

@@ -1,4 +1,4 @@
-"""Mode superposition against what it is made of: the kernel's loads and tangents, exact solutions, its order."""
+"""Mode superposition against the kernel's loads and tangents, exact solutions, and its order."""
 
 import math
 
@@ -60,7 +60,7 @@ def test_the_wind_load_is_that_of_the_simulation(curve):
 
 
 def test_the_attack_angle_in_weak_wind_is_not_judged():
-    """A ramp from calm ended at once: the span's own motion turned a wind of nothing out of the curve."""
+    """A ramp from calm once ended at once: the span's own motion rotates a wind of nearly zero."""
     ramp = {"kind": "ramp", "initial": 0.0, "final": 5.5, "duration": 5.0}
     runs = [
         nonlinear_motion(
@@ -92,7 +92,7 @@ def test_the_slopes_are_derivatives_of_the_wind_load():
 
 
 def test_modes_without_wind_are_damped_as_the_scene_says():
-    """The ratios at the frequencies to which they belong; the ice is centred, else the families damp each other."""
+    """The ratios at their own frequencies; the ice is centred, as else the families are coupled."""
     scene = example3(ice__first_moment_x2=0.0, ice__first_moment_x3=0.0)
     span = some_modes(scene)
     frequency = np.sqrt(span.squares) / (2.0 * np.pi)
@@ -144,7 +144,7 @@ def test_the_error_falls_with_the_third_power_of_the_step():
 
 
 def test_one_mode_in_each_direction_against_a_solver_of_ordinary_differential_equations():
-    """Three equations, with integrals over the span of their own and scipy's Runge-Kutta method of the eighth order."""
+    """Three equations with their own integrals over the span; scipy's Runge-Kutta of order 8."""
     scene = example3(
         ice__first_moment_x2=0.0,
         ice__first_moment_x3=0.0,
@@ -298,7 +298,7 @@ def test_it_rests_in_the_mean_wind():
 
 
 def test_applied_loads_move_it_as_they_move_the_simulation():
-    """The pulse of example 1, a thousandth of it: as it is, the sideways motion lifts the span, which is not linear.
+    """The pulse of example 1 divided by 1000: at full size the response is not linear.
 
     In the plane a sagging span resists a load that is the same everywhere by its stretch, in many
     modes; some of them are longitudinal and not taken.
@@ -320,7 +320,7 @@ def test_applied_loads_move_it_as_they_move_the_simulation():
 
 
 def test_linear_theory_feels_applied_loads():
-    """Without wind mode superposition is linear, so the two are the same but for how they take the load in a step."""
+    """Without wind mode superposition is linear; only the load within a step differs."""
     span = some_modes(gf.load_scene("example1"))
     linear, other = linear_motion(span, 0.0, 2.0), nonlinear_motion(span, 2.0)
     for name in ("u2", "u3", "theta"):

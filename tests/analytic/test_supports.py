@@ -22,9 +22,10 @@ def momentum_rate(model, a):
 
 @pytest.mark.parametrize("supports", ["rigid", "springs"])
 def test_forces_on_the_towers_balance_momentum(supports):
-    """Sum of support forces = weight + loads - rate of momentum at any time, without wind and mass damping."""
+    """Sum of support forces = weight + loads - rate of momentum, without wind and mass damping."""
     scene = load_scene("example2" if supports == "springs" else "example1")
-    values = {"wind.speed": 0.0, "damping.translation": None, "damping.twist": None, "ice.first_moment_x2": 0.0,
+    values = {"wind.speed": 0.0, "damping.translation": None, "damping.twist": None,
+        "ice.first_moment_x2": 0.0,
               "ice.first_moment_x3": 0.0, "span.sag": None, "span.horizontal_tension": 21730.0,
               "numerics.newton_tolerance": 1e-14}  # fmt: skip
     law = {"kind": "pulse", "peak": 1.0, "rise": 0.5, "fall_start": 0.5, "fall": 0.5}
@@ -47,7 +48,7 @@ def test_forces_on_the_towers_balance_momentum(supports):
 def test_slow_motion_of_the_right_tower_moves_the_tension_as_statics_says(
     span, exact_cable, axis, bound
 ):
-    """A cosine of 400 s, seventy times slower than the first mode, that starts without velocity; undamped."""
+    """An undamped cosine of 400 s, seventy times slower than the first mode, from rest."""
     amplitude = (0.15, 1.0, 1.0)[axis]
     law = {
         "kind": "harmonic",
@@ -73,7 +74,7 @@ def test_slow_motion_of_the_right_tower_moves_the_tension_as_statics_says(
 
 
 def test_displaced_towers_at_rest(span, exact_cable):
-    """Static equilibrium under support displacement is that of the exact cable between the displaced ends."""
+    """Static equilibrium under support displacement is that of the exact cable."""
     scene = Scene.from_dict(span)
     left, right = np.array([0.1, -1.0, 0.5]), np.array([-0.4, 2.0, 3.0])
     inputs = Inputs(0.0, 0.0, 0.0, np.array([left, right]))
@@ -86,7 +87,7 @@ def test_displaced_towers_at_rest(span, exact_cable):
 
 
 def test_springs_yield_by_force_change_over_stiffness(span, exact_cable):
-    """Preloaded by the initial reaction, a spring moves by the change of force over its stiffness."""
+    """Preloaded by the initial reaction, a spring moves by force change over stiffness."""
     springs = {"kind": "springs", "stiffness_x1": 40000.0, "stiffness_x3": 3000.0}
     loads = [{"evenly_spaced": 29, "force": [0.0, -40.0, 30.0]}]
     scene = Scene.from_dict(
@@ -113,7 +114,8 @@ def test_springs_yield_by_force_change_over_stiffness(span, exact_cable):
 def test_adjacent_span_gives_the_published_stiffness(span):
     """Equations (23) and (24) of Liu, Yan, Zhang, Zhou (2009)."""
     adjacent = {
-        "kind": "adjacent_span", "adjacent_span": 250.0, "adjacent_tension": 18000.0, "insulator_length": 2.5,
+        "kind": "adjacent_span", "adjacent_span": 250.0, "adjacent_tension": 18000.0,
+        "insulator_length": 2.5,
         "insulator_weight": 900.0,
     }  # fmt: skip
     found = (

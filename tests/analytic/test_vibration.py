@@ -1,4 +1,4 @@
-"""Small free vibration of a taut span: frequency against the string and the shaft, decay against Rayleigh's ratio."""
+"""Small free vibration of a taut span: frequency of string and shaft, decay by Rayleigh's ratio."""
 
 import numpy as np
 import pytest
@@ -14,7 +14,7 @@ TWIST = np.sqrt(150.0 / 1.5e-4) / 200.0  # sqrt(GJ/I) / (2 L), 5 Hz
 
 
 def motion(ratio, count):
-    """Mid-span u3 and twist at every step, 100 m with a sag of 0.2 m; too small to disturb each other."""
+    """Mid-span u3 and twist at every step, 100 m with a sag of 0.2 m; small, so independent."""
     damping = {
         name: {
             "low_ratio": ratio,
@@ -28,7 +28,8 @@ def motion(ratio, count):
         "title": "a taut span",
         "span": {"length": 100.0, "horizontal_tension": 92000.0},
         "conductor": {
-            "diameter": 0.028, "mass_per_length": 1.5, "axial_stiffness": 4e7, "torsional_stiffness": 150.0,
+            "diameter": 0.028, "mass_per_length": 1.5, "axial_stiffness": 4e7,
+            "torsional_stiffness": 150.0,
             "torsional_inertia": 1.5e-4,
         },
         "damping": damping if ratio else {},
@@ -41,7 +42,7 @@ def motion(ratio, count):
 
 
 def frequency_and_ratio(values):
-    """Of a single decaying oscillation, from the linear recurrence y(n+1) = 2 c d y(n) - d^2 y(n-1)."""
+    """Frequency of a decaying oscillation, from the recurrence y(n+1) = 2 c d y(n) - d^2 y(n-1)."""
     (p, q), *_ = np.linalg.lstsq(
         np.column_stack([values[1:-1], values[:-2]]), values[2:], rcond=None
     )
@@ -50,7 +51,7 @@ def frequency_and_ratio(values):
 
 
 def newmark(frequency, ratio):
-    """What Newmark's rule (beta 1/4) makes of an oscillator: it maps the pole s to (2/h) atanh(s h/2)."""
+    """An oscillator under Newmark's rule (beta 1/4): the pole s becomes (2/h) atanh(s h/2)."""
     pole = 2.0 * np.pi * frequency * (-ratio + 1j * np.sqrt(1.0 - ratio**2))
     pole = 2.0 / STEP * np.arctanh(0.5 * STEP * pole)
     return abs(pole.imag) / (2.0 * np.pi), -pole.real / abs(pole)
@@ -63,7 +64,7 @@ def newmark(frequency, ratio):
 )
 @pytest.mark.parametrize("asked", [0.0, 0.02])
 def test_frequency_and_decay(channel, exact, bound, asked):
-    """What is left is the sag, 0.2 % of the span: it lengthens the conductor by (8/3) (sag / L)^2 = 1e-5.
+    """The remainder is the sag, 0.2 %: it lengthens the conductor by (8/3) (sag / L)^2 = 1e-5.
 
     The ratio is asked for at the mode's own frequency; the second frequency has another, so that b1
     and b2 differ.

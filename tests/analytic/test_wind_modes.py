@@ -1,4 +1,4 @@
-"""Damping ratios, modes in mean wind and modes followed through a sweep, against closed formulas."""
+"""Damping ratios, modes in mean wind and mode tracking against closed formulas."""
 
 import math
 from dataclasses import replace

@@ -1,4 +1,4 @@
-"""Wind on a sloping conductor acts in the plane of the section: closed forms, and a lumped model that is not ours.
+"""Wind on a slope acts in the plane of the section: closed forms, and an independent model.
 
 The wind blows across the line and meets the conductor at right angles whatever its slope, so Den
 Hartog's critical wind 4 m w xi / (rho d |CD + dCL/dalpha|) of pure vertical galloping holds on a
@@ -49,7 +49,7 @@ def proportional_to_mass(rate, low, high):
 
 
 def growth(scene, first=100.0, last=200.0, piece=20.0):
-    """Growth rate [1/s] of the amplitude of mid-span u2 in a simulation, from the extremes of pieces."""
+    """Growth rate [1/s] of the amplitude of mid-span u2 in a simulation."""
     result = gf.simulate(scene, stop_time=last)
     time, u2 = result.dataset.time.values, result.midspan()["u2"].values
     starts = np.arange(first, last - 0.5 * piece, piece)
@@ -89,7 +89,7 @@ def test_critical_wind_of_the_full_model(rise, right):
 
 
 def test_the_screen_finds_the_same_critical_wind():
-    """The reduced model in which screen() follows the limit cycle; its growth in the mean wind passes zero."""
+    """The reduced model of screen(): its growth in the mean wind passes zero."""
     scene = sloping(0.5, numerics__elements=12)
     model = reduced_model(scene, at_rest(scene))
     onset = brentq(lambda wind: mean_state(model, wind).vertical.real, 3.0, 4.2, xtol=1e-6)
@@ -98,7 +98,7 @@ def test_the_screen_finds_the_same_critical_wind():
 
 @pytest.mark.parametrize(("rise", "wind", "lumped"), [(0.0, 4.4, 0.0204), (0.5, 4.2, 0.0174)])
 def test_growth_of_a_lumped_chain(rise, wind, lumped):
-    """Straight bars with lumped masses and central differences, written apart from this project, 120 elements.
+    """Straight bars with lumped masses and central differences, independent code, 120 elements.
 
     Release 0.1.0, with vertical forces, gave 0.0040 at the rise of 0.5 L.
     """
@@ -114,7 +114,7 @@ def test_growth_of_a_lumped_chain(rise, wind, lumped):
 
 
 def test_motion_along_the_conductor_meets_no_wind():
-    """A nearly straight span that slides along itself feels the load of a span at rest, normal to itself."""
+    """A nearly straight span that slides along itself: the load of a fixed span, normal to it."""
     scene = sloping(
         0.6, span__horizontal_tension=2e6, span__sag=None, wind__speed=8.0, numerics__elements=8
     )
@@ -179,7 +179,7 @@ def test_energy_is_kept_on_a_slope():
 
 
 def test_the_fmu_is_the_simulation(tmp_path):
-    """A sloping span that gallops at 4.2 m/s and did not in release 0.1.0, whose critical wind was 4.54 m/s."""
+    """A sloping span that gallops at 4.2 m/s; in release 0.1.0 its critical wind was 4.54 m/s."""
     import fmpy
 
     scene = sloping(0.5, wind__speed=4.2, numerics__elements=12)

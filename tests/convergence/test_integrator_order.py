@@ -17,10 +17,11 @@ RESOLVING = {"newmark": (0.02, 0.01), "generalised_alpha": (0.005, 0.0025), "gau
 
 
 def history(integrator, step, until=6.0, every=0.1):
-    """Mid-span u2 and u3 every 0.1 s under a smooth pulse of load, no faster than the first modes."""
+    """Mid-span u2 and u3 every 0.1 s under a smooth pulse, no faster than the first modes."""
     load = {"evenly_spaced": 39, "force": [0.0, 1.0, 2.0], "torque": 1.0, "law": LAW}
     model = Model(load_scene("example1").with_values({
-        "numerics.elements": 10, "numerics.newton_tolerance": 1e-13, "numerics.integrator": integrator,
+        "numerics.elements": 10, "numerics.newton_tolerance": 1e-13,
+        "numerics.integrator": integrator,
         "numerics.time_step": step, "loads": [load],
     }))  # fmt: skip
     nodes = np.array([model.middle], np.int32)
@@ -33,7 +34,7 @@ def history(integrator, step, until=6.0, every=0.1):
 
 @pytest.mark.parametrize("integrator", INTEGRATORS.values(), ids=INTEGRATORS)
 def test_order_of_nonlinear_motion(integrator):
-    """The kinks of the pulse's third derivative stand at ends of steps; axial modes are not resolved."""
+    """Kinks of the pulse's third derivative are at ends of steps; axial modes are not resolved."""
     reference = history("gauss6", 0.005)
     errors = [
         np.abs(history(integrator.name, step) - reference).max(axis=0)
@@ -56,7 +57,7 @@ def frequency(integrator, step):
 
 @pytest.mark.parametrize("integrator", INTEGRATORS.values(), ids=INTEGRATORS)
 def test_order_of_the_frequency(integrator):
-    """Against the same mesh at 2.5 ms; test_newmark_order.py holds the shaft to sqrt(GJ/I) / (2 L) = 5 Hz."""
+    """Against the same mesh at 2.5 ms; test_newmark_order.py checks the shaft's 5 Hz."""
     exact = frequency("gauss6", 0.0025)
     errors = [
         abs(frequency(integrator.name, step) / exact - 1.0) for step in RESOLVING[integrator.name]
@@ -70,7 +71,8 @@ def shaft(integrator, step):
         "title": "a taut span",
         "span": {"length": 100.0, "horizontal_tension": 92000.0},
         "conductor": {
-            "diameter": 0.028, "mass_per_length": 1.5, "axial_stiffness": 4e7, "torsional_stiffness": 150.0,
+            "diameter": 0.028, "mass_per_length": 1.5, "axial_stiffness": 4e7,
+            "torsional_stiffness": 150.0,
             "torsional_inertia": 1.5e-4,
         },
         "initial": {"seed_twist": 1e-3},
@@ -105,7 +107,7 @@ def test_spectral_radius(integrator, step):
 
 
 def alpha_oscillator(radius, omega_h, steps):
-    """Displacements of an undamped oscillator released at 1, from the published equations of the method."""
+    """Displacements of an undamped oscillator released at 1, from the published equations."""
     m, f = (2.0 * radius - 1.0) / (radius + 1.0), radius / (radius + 1.0)
     gamma, beta, square = 0.5 - m + f, 0.25 * (1.0 - m + f) ** 2, omega_h**2
     new = np.array([[1.0, 0.0, -beta], [0.0, 1.0, -gamma], [(1.0 - f) * square, 0.0, 1.0 - m]])

@@ -15,7 +15,7 @@ LAW = {"kind": "pulse", "peak": 1.0, "rise": 2.0, "fall_start": 2.0, "fall": 2.0
 
 
 def history(step, until=6.0, every=0.1):
-    """Mid-span u2, u3 and twist every 0.1 s under a smooth pulse of load, no faster than the first modes."""
+    """Mid-span u2, u3 and twist every 0.1 s under a pulse no faster than the first modes."""
     load = {"evenly_spaced": 39, "force": [0.0, 1.0, 2.0], "torque": 1.0, "law": LAW}
     model = Model(SCENE.with_values({"numerics.time_step": step, "loads": [load]}))
     nodes = np.array([model.middle], np.int32)
@@ -40,7 +40,8 @@ def test_damped_motion_in_wind_is_of_second_order():
     """Eccentric ice, damping, springs and a wind that rises smoothly."""
     wind = {"kind": "ramp", "initial": 0.0, "final": 8.0, "duration": 3.0}
     scene = load_scene("example2").with_values({
-        "wind.speed": None, "wind.history": wind, "numerics.elements": 8, "numerics.newton_tolerance": 1e-13,
+        "wind.speed": None, "wind.history": wind, "numerics.elements": 8,
+        "numerics.newton_tolerance": 1e-13,
         "initial.seed_vertical": 0.0, "initial.seed_horizontal": 0.0,
     })  # fmt: skip
 
@@ -59,14 +60,15 @@ def test_damped_motion_in_wind_is_of_second_order():
 
 
 def test_frequency_of_a_shaft_is_of_second_order():
-    """Free twist of a taut span against sqrt(GJ/I) / (2 L) = 5 Hz: the period is too long by (omega h)^2 / 12."""
+    """Free twist of a taut span, sqrt(GJ/I) / (2 L) = 5 Hz: period longer by (omega h)^2 / 12."""
     errors = []
     for step in (0.01, 0.005, 0.0025):
         model = Model(Scene.from_dict({
             "title": "a taut span",
             "span": {"length": 100.0, "horizontal_tension": 92000.0},
             "conductor": {
-                "diameter": 0.028, "mass_per_length": 1.5, "axial_stiffness": 4e7, "torsional_stiffness": 150.0,
+                "diameter": 0.028, "mass_per_length": 1.5, "axial_stiffness": 4e7,
+                "torsional_stiffness": 150.0,
                 "torsional_inertia": 1.5e-4,
             },
             "initial": {"seed_twist": 1e-3},

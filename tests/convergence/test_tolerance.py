@@ -1,4 +1,4 @@
-"""Under numerics.tolerance whole runs are as exact as asked for, in all that moves across the span and in the twist."""
+"""Under numerics.tolerance whole runs are as exact as requested, across the span and in twist."""
 
 import numpy as np
 import pytest
@@ -42,7 +42,7 @@ def motion(name, numerics, until, values):
 
 
 def relative(found, exact):
-    """Root mean square of the difference, relative to that of the motion, in each channel that moves."""
+    """Root mean square of the difference, relative to the motion, of each moving channel."""
     error, size = (np.sqrt((values**2).mean(axis=(0, 2))) for values in (found - exact, exact))
     assert np.all(error[size == 0.0] == 0.0)
     return error[size > 0.0] / size[size > 0.0]

@@ -1,4 +1,4 @@
-"""Every example runs by itself, ends in its asserted number, and leaves the repository as it was."""
+"""Every example runs alone, asserts its result, and leaves the repository unchanged."""
 
 import os
 import subprocess

@@ -1,4 +1,4 @@
-"""The README and the pages in docs: their Python runs, their figures and commands are right, their links exist."""
+"""The README and the pages in docs: Python runs, figures and commands are right, links exist."""
 
 import re
 import shlex

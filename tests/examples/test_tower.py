@@ -1,4 +1,4 @@
-"""The tower example: its tower, its monolithic solution, its masters, and the same system as an SSP file."""
+"""The tower example: tower, monolithic solution, masters, and the same system as an SSP file."""
 
 import json
 import os

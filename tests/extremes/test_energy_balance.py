@@ -1,5 +1,4 @@
-"""Work of wind, loads and towers against dissipation and change of stored energy, and what the report says of runs
-whose steps were too long."""
+"""Work against dissipation and stored energy, and the warnings of runs with too long steps."""
 
 import re
 import tomllib
@@ -95,7 +94,7 @@ def test_turning_the_ice_by_an_input_is_work(wind):
 
 
 def test_a_run_of_halved_steps_says_that_it_is_doubtful():
-    """Let go out of equilibrium, with steps of several axial periods: it ends, and its energy is wrong."""
+    """Released out of equilibrium with steps of several axial periods: wrong energy."""
     rough = {
         "initial.seed_vertical": 0.3,
         "initial.seed_horizontal": 0.1,
@@ -114,7 +113,7 @@ def test_a_run_of_halved_steps_says_that_it_is_doubtful():
 
 
 def test_a_section_that_whirls_through_its_steps_says_so(kept_scene):
-    """Two elements of 457 m in a wind that waxes and wanes turn by a turn and a half within a step of 70 ms."""
+    """Two elements of 457 m in varying wind rotate by 1.5 turns within a step of 70 ms."""
     verdict = judge(kept_scene("1-9862"))
     assert verdict.outcome == "completed"
     assert verdict.halvings == 0
@@ -126,7 +125,7 @@ def test_a_section_that_whirls_through_its_steps_says_so(kept_scene):
 
 
 def test_an_imbalance_is_no_fault_where_the_step_is_warned_of(kept_scene):
-    """Two elements of 21 m in three steps of 28 ms a period: its energy is wrong, and `simulate` says why."""
+    """Two elements of 21 m, three steps of 28 ms a period: wrong energy, with the reason."""
     verdict = judge(kept_scene("22-47"))
     assert not verdict.doubtful
     assert verdict.imbalance > CLOSED  # observed 0.084
@@ -135,7 +134,7 @@ def test_an_imbalance_is_no_fault_where_the_step_is_warned_of(kept_scene):
 
 @pytest.mark.parametrize("name", ["1-5581", "1-7472", "1-7118"])
 def test_a_halved_start_is_balanced_in_its_parts(name, kept_scene):
-    """Released out of equilibrium, these lose up to half of their energy to damping in the first step."""
+    """Released out of equilibrium, these lose up to half of their energy in the first step."""
     verdict = judge(kept_scene(name))
     assert verdict.halvings == 1
     assert verdict.faults == []
@@ -145,7 +144,7 @@ def test_a_halved_start_is_balanced_in_its_parts(name, kept_scene):
 
 
 def test_undamped_axial_waves_on_springs_are_doubtful():
-    """A span of 69 m let go from 0.1 m up: every step of 10 ms is halved, and the share counts, not the step."""
+    """A span of 69 m released 0.1 m up: every step of 10 ms is halved, so a warning is due."""
     springs = {"kind": "springs", "stiffness_x1": 76986.4, "stiffness_x3": 1361.6}
     values = {
         "span.length": 69.0,

@@ -47,7 +47,7 @@ def test_no_run_is_a_silent_fantasy(verdicts):
 
 @pytest.mark.parametrize("name", ["1-241", "1-1692"])
 def test_slack_at_the_end_of_a_step_is_seen(name, kept_scene):
-    """By methods that balance forces within the step: these were once recorded with a tension below zero."""
+    """Methods that balance forces within the step: once recorded with a tension below zero."""
     found = judge(kept_scene(name))
     assert (found.outcome, found.faults) == ("slack", [])
 
@@ -80,7 +80,7 @@ def begins_and_ends_calm(history):
 
 
 def test_the_hypercube_covers_what_it_says():
-    """Every coordinate is spread evenly, and the spans reach from short to long, taut to deep, calm to storm."""
+    """Every coordinate is spread evenly: spans short to long, taut to deep, calm to storm."""
     cube = np.sort(_hypercube(SEED, 0), axis=0)
     assert cube.shape == (BLOCK, len(AXES))
     assert np.abs(cube - (np.arange(BLOCK)[:, np.newaxis] + 0.5) / BLOCK).max() < 1.0 / BLOCK
@@ -95,7 +95,8 @@ def test_the_hypercube_covers_what_it_says():
         "rise": [d["span"]["height_difference"] / d["span"]["length"] for d in data],
     }
     wanted = {
-        "length": (20.0, 1500.0), "elements": (2, 200), "step": (1e-4, 0.2), "speed": (0.0, 60.0), "ice": (0.0, 3.0),
+        "length": (20.0, 1500.0), "elements": (2, 200), "step": (1e-4, 0.2), "speed": (0.0, 60.0),
+        "ice": (0.0, 3.0),
         "attack": (-180.0, 180.0), "rise": (-STEEPEST, STEEPEST),
     }  # fmt: skip
     for name, (low, high) in wanted.items():

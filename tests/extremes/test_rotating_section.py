@@ -1,4 +1,4 @@
-"""Sections that turn several times, and wind that takes hold: divergence, flutter, galloping beyond the curve."""
+"""Sections that rotate several turns: divergence, flutter, galloping beyond the curve."""
 
 import math
 
@@ -30,7 +30,7 @@ def iced(**values):
 
 @pytest.mark.parametrize("turns", [1, -3, 1000])
 def test_whole_turns_change_nothing(turns):
-    """Of the section, evenly along the span: ice, gravity and wind are those of the angle that is left."""
+    """Full turns of the section, even along the span: ice, gravity and wind see the remainder."""
     model, random = Model(iced()), np.random.default_rng(1)
     u, v, a = (
         random.uniform(-1.0, 1.0, (model.nodes, 4)) * [0.01, 0.5, 0.5, 2.0] for _ in range(3)
@@ -50,7 +50,8 @@ def test_whole_turns_change_nothing(turns):
 def test_a_section_that_swings_through_several_turns_keeps_its_energy(integrator):
     """Three turns each way, with the eccentric ice thrown about."""
     scene = iced(**{
-        "wind.speed": 0.0, "damping.translation": None, "damping.twist": None, "initial.seed_twist": 3.0 * TURN,
+        "wind.speed": 0.0, "damping.translation": None, "damping.twist": None,
+        "initial.seed_twist": 3.0 * TURN,
         "initial.seed_vertical": 0.0, "initial.seed_horizontal": 0.0, "numerics.time_step": 5e-4,
         "numerics.newton_tolerance": 1e-9,
         "numerics.integrator": integrator,
@@ -72,10 +73,11 @@ def test_a_section_that_swings_through_several_turns_keeps_its_energy(integrator
 
 
 def test_an_attack_angle_that_runs_round_the_circle():
-    """A torque winds mid-span up by several turns in the wind; the work of wind and torque is all accounted for."""
+    """A torque winds up mid-span by several turns in wind: the energy balance closes."""
     law = {"kind": "ramp", "initial": 0.0, "final": 1.0, "duration": 4.0}
     scene = iced(**{
-        "loads": [{"position": 0.5, "force": [0.0, 0.0, 0.0], "torque": 160.0, "law": law}], "wind.speed": 8.0,
+        "loads": [{"position": 0.5, "force": [0.0, 0.0, 0.0], "torque": 160.0, "law": law}],
+        "wind.speed": 8.0,
     })  # fmt: skip
     model = Model(scene)
     state, nodes = model.start(), np.arange(model.nodes, dtype=np.int32)
@@ -101,7 +103,8 @@ def taut(aerodynamics, speed, **values):
         "title": "a string in the wind",
         "span": {"length": 100.0, "horizontal_tension": 92000.0, "gravity": 0.01},
         "conductor": {
-            "diameter": 0.028, "mass_per_length": 1.5, "axial_stiffness": 4e6, "torsional_stiffness": 13.2,
+            "diameter": 0.028, "mass_per_length": 1.5, "axial_stiffness": 4e6,
+            "torsional_stiffness": 13.2,
             "torsional_inertia": 1.5e-4,
         },
         "wind": {"speed": speed, "air_density": 1.25},
@@ -132,7 +135,7 @@ def test_below_divergence_the_twist_oscillates():
 
 
 def test_divergence_ends_where_the_curve_ends():
-    """Above it the twist grows as cosh; the run says when it left the curve, and keeps what was computed."""
+    """Above it the twist grows as cosh; the run reports when it left the curve."""
     scene = taut(
         {"lift": [0.0], "moment": [0.0, SLOPE]}, 1.1 * DIVERGENCE, initial={"seed_twist": 1e-4}
     )
@@ -153,7 +156,7 @@ MOMENT, LIFT, CENTRE = -0.2, 4.0, 0.006  # slopes per radian; first moment of th
 
 
 def flutter_roots(speed):
-    """Eigenvalues [1/s] of the typical section: plunge and twist, coupled by the ice's first moment and the lift."""
+    """Eigenvalues [1/s] of the typical section: plunge and twist, coupled by ice and lift."""
     d, q = 0.028, 0.5 * 1.25 * 0.028
     mass = np.array([[1.5, -CENTRE], [-CENTRE, 1.5e-4]])
     wind = q * speed**2 * np.array([[0.0, LIFT], [0.0, d * MOMENT]])
@@ -172,7 +175,7 @@ def flutter_onset():
 
 @pytest.mark.parametrize("factor", [0.9, 1.1])
 def test_classical_flutter(factor):
-    """Plunge and twist of one frequency feed each other: growth and frequencies are those of the eigenvalue problem."""
+    """Plunge and twist of one frequency: growth and frequencies are those of the eigenproblem."""
     speed = factor * flutter_onset()
     scene = taut(
         {"lift": [0.0, LIFT], "moment": [0.0, MOMENT]}, speed, ice={"first_moment_x3": CENTRE},
@@ -193,7 +196,7 @@ def test_classical_flutter(factor):
 
 
 def test_galloping_outgrows_its_curve():
-    """Measured from -15 to 35 degrees only: the run ends there, and up to there is that of the whole curve."""
+    """Measured from -15 to 35 degrees: the run ends there, equal up to then to the whole curve."""
     whole = load_scene("example2").with_values({"initial.seed_vertical": 0.2})
     part = whole.with_values(
         {"aerodynamics.valid_from_deg": -15.0, "aerodynamics.valid_to_deg": 35.0}

@@ -1,4 +1,4 @@
-"""A conductor thrown up, which falls, goes slack and snaps taut, against a chain of masses and bars written here.
+"""A conductor thrown up falls, goes slack and snaps taut, as does a chain of masses and bars.
 
 A cable without bending stiffness that is compressed wrinkles at any scale, so its motion is not
 unique and the default is to refuse it. With ``conductor.slack = "tension_only"`` the strain energy
@@ -39,7 +39,7 @@ def push(time):
 
 
 def hanging_chain(bars):
-    """Positions, length of each bar and its tension, in equilibrium under half a bar's weight at each of its ends."""
+    """Positions, bar lengths and tensions in equilibrium under half a bar's weight at each end."""
 
     def hang(total):
         length = total / bars
@@ -53,7 +53,7 @@ def hanging_chain(bars):
 
 @cache
 def chain(bars, step):
-    """Height of mid-span, force of the left end on the tower, and the time when tension first fell to zero.
+    """Height of mid-span, force of the left end on the tower, and time of the first zero tension.
 
     Lumped masses between bars that carry tension only, T = max(0, T0 + EA eps) with axial Green
     strain, integrated by the explicit central difference method.
@@ -94,7 +94,8 @@ def thrown(slack="tension_only", **numerics):
         "title": "thrown up",
         "span": {"length": SPAN, "horizontal_tension": TENSION, "gravity": GRAVITY},
         "conductor": {
-            "diameter": 0.028, "mass_per_length": MASS, "axial_stiffness": STIFFNESS, "torsional_stiffness": 150.0,
+            "diameter": 0.028, "mass_per_length": MASS, "axial_stiffness": STIFFNESS,
+            "torsional_stiffness": 150.0,
             "torsional_inertia": 1.5e-4, "slack": slack,
         },
         "loads": [{"evenly_spaced": LOADS, "force": [0.0, lift, 0.0], "law": law}],
@@ -121,7 +122,7 @@ def flight(request):
 
 
 def test_flight_slack_and_snap_are_those_of_a_chain(flight):
-    """Against the chain extrapolated from 80 and 160 bars; what it still errs by shows from 160 to 320: 0.04 m."""
+    """Against the chain extrapolated from 80 and 160 bars; its own error, 160 to 320, is 0.04 m."""
     model, nodes, span = flight
     coarse, fine = chain(80, 2e-4), chain(160, 1e-4)
     height, pull = ((4.0 * f - c) / 3.0 for c, f in zip(coarse[:2], fine[:2], strict=True))
@@ -162,7 +163,7 @@ def test_energy_is_kept_through_the_snap(flight):
     "numerics", [{}, {"integrator": "gauss6"}, {"elements": 80, "time_step": 5e-4}]
 )
 def test_refusal_is_neither_premature_nor_late(numerics):
-    """It comes when the first bar of the chain goes slack: at 1.5718, 1.5735, 1.5725 s with 80, 160, 320 bars."""
+    """When the first bar goes slack: at 1.5718, 1.5735, 1.5725 s with 80, 160, 320 bars."""
     state = thrown("error", **numerics).start()
     with pytest.raises(SimulationError, match="tension_only") as caught:
         state.advance(STOP)
@@ -195,8 +196,10 @@ def wrinkled(model, seed):
 @pytest.mark.parametrize("seed", range(3))
 def test_tangent_is_the_derivative_of_the_forces_where_some_points_are_slack(seed):
     """Fixed seeds, for which no point passes from taut to slack within the difference."""
-    scene = load_scene("example3").with_values({"conductor.slack": "tension_only", "wind.speed": 0.0,
-                                                "damping.translation": None, "damping.twist": None})  # fmt: skip
+    scene = load_scene("example3").with_values({"conductor.slack": "tension_only",
+        "wind.speed": 0.0,
+                                                "damping.translation": None,
+                                                "damping.twist": None})  # fmt: skip
     model, taut = Model(scene), Model(scene.with_values({"conductor.slack": "error"}))
     u, _, _ = wrinkled(model, seed)
     u[[0, -1]] = 0.0
@@ -215,7 +218,7 @@ def test_tangent_is_the_derivative_of_the_forces_where_some_points_are_slack(see
 
 @pytest.mark.parametrize("lift", [35.0, 37.0, 39.0])  # N a point; the weight is 36.97 N a point
 def test_a_lifted_span_rests_in_tension_under_either_law(lift):
-    """Not as an arch in compression; through the chord it goes with the tension of the elongation alone."""
+    """Not as an arch in compression; through the chord it has the tension of its elongation."""
     forces = []
     for slack in ("error", "tension_only"):
         scene = thrown(slack).scene.with_values(

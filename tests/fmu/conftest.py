@@ -81,14 +81,17 @@ class Host:
 
 @pytest.fixture(scope="session", params=["native", "python"])
 def runtime(request):
-    """What runs inside the FMU; a module about one of them is parametrised with `indirect=True`, not overridden: the
-    session would keep the other one's files."""
+    """Runtime inside the FMU.
+
+    A module about one of them is parametrised with `indirect=True`: with an override the session
+    would keep the files of the other.
+    """
     return request.param
 
 
 @pytest.fixture(scope="session")
 def gallop_scene():
-    """Example 2 of Liu et al. (2009) on a coarse mesh: springs at both ends, wind, damping, a seed."""
+    """Example 2 of Liu et al. (2009), coarse mesh: springs at both ends, wind, damping, a seed."""
     return load_scene("example2").with_values({"numerics.elements": 6})
 
 
@@ -99,7 +102,7 @@ def gallop_fmu(gallop_scene, runtime, tmp_path_factory):
 
 @pytest.fixture(scope="session")
 def rigid_scene():
-    """Example 3 of Liu et al. (2009) on a coarse mesh: rigid ends, so the towers are felt at once."""
+    """Example 3 of Liu et al. (2009), coarse mesh: rigid ends, which feel the towers at once."""
     return load_scene("example3").with_values({"numerics.elements": 6})
 
 

@@ -39,7 +39,7 @@ def mach_o(processor, size):
 
 @pytest.fixture
 def zig(monkeypatch, tmp_path):
-    """A compiler that writes its target into the library, and an empty cache; gives what was called."""
+    """A compiler that writes its target into the library, an empty cache; returns the calls."""
     calls = []
 
     def run(command, cwd, **_):

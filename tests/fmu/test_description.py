@@ -21,7 +21,7 @@ SI = {
     "rad/s": (0, 0, -1, 1, 1.0),
     "deg": (0, 0, 0, 1, 0.017453292519943295),
 }
-"""Exponents of kg, m, s, rad, and factor, written out by hand to hold the package's table against."""
+"""Exponents of kg, m, s, rad, and factor, written by hand to check the package's table."""
 
 SCENES = sorted(packaged_scenes())
 

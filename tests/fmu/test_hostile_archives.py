@@ -1,4 +1,4 @@
-"""Archives and XML that mean harm: refused with a message before anything is unpacked or parsed, nothing written."""
+"""Malicious archives and XML: refused with a message, nothing unpacked, parsed or written."""
 
 import zipfile
 

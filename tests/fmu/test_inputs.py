@@ -9,7 +9,7 @@ import gallop_fmu as gf
 
 
 def difference(folder, path, step):
-    """Largest differences of u2 and u3 between the FMU in FMPy and the simulation, relative to their ranges."""
+    """Maximum differences of u2 and u3 between FMPy and the simulation over their ranges."""
     scene = gf.load_scene("example3").with_values({"numerics.time_step": step})
     ours = gf.simulate(gf.with_inputs(scene, path), stop_time=3.0, record_every=1).midspan()
     theirs = fmpy.simulate_fmu(
@@ -35,7 +35,7 @@ def test_one_file_drives_the_fmu_and_the_simulation(tmp_path):
 
 @pytest.mark.parametrize(("step", "lag"), [(0.05, 0.0447), (0.01, 0.0090)])
 def test_tower_motion_through_fmpy_is_one_communication_step_late(tmp_path, step, lag):
-    """FMPy sets at the start of a step what the FMU reaches at its end; `input.input_csv` states the size."""
+    """FMPy sets at the start of a step the value for its end; `input.input_csv` states the size."""
     time = np.arange(0.0, 10.0 + 0.5 * step, 0.05)
     motion = 0.01 + 0.02 * np.sin(2.0 * np.pi * 0.3 * time)
     path = tmp_path / "tower.csv"

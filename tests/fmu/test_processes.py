@@ -23,7 +23,7 @@ HOLD = "simulate_fmu(paths[{i}], stop_time=0.5, output_interval=0.05)['midspan.t
 
 
 def run(code, *arguments, cwd=None, environment=None):
-    """Output of a Python program that has to end with exit code 0 and to say nothing on the error stream."""
+    """Output of a Python program, which must end with exit code 0 and an empty error stream."""
     done = attempt(code, *arguments, cwd=cwd, environment=environment)
     assert (done.returncode, done.stderr) == (0, "")
     return done.stdout
@@ -52,7 +52,7 @@ def test_two_fmus_in_one_process_do_not_mix(gallop_fmu, rigid_fmu, tmp_path):
 
 @pytest.mark.skipif(sys.platform != "linux", reason="a fault of pythonfmu's library for Linux")
 def test_pythonfmu_uses_no_freed_memory_at_exit(gallop_fmu, tmp_path):
-    """Without our finaliser this ends with SIGSEGV each time; with an ordinary allocator it may abort or not."""
+    """Without our finaliser this ends with SIGSEGV; an ordinary allocator may abort or not."""
     source = Path(__file__).with_name("reuse_after_free.c")
     subprocess.run(
         [os.environ.get("CC", "cc"), "-shared", "-fPIC", "-o", tmp_path / "guard.so", source],

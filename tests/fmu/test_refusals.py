@@ -1,4 +1,4 @@
-"""Refused calls of the FMU in Python: logged, without effect, and steps fail until they are repaired.
+"""Refused calls of the FMU in Python: logged, without effect; steps fail until it is repaired.
 
 pythonfmu's setters can report no error. The rules and messages are the kernel's: tests/native.
 """

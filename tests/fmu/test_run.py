@@ -32,7 +32,7 @@ def observed(state):
 
 
 def assert_same(found, wanted):
-    """Observed: no difference at all; 1e-12 of the largest value leaves room for another compiler."""
+    """Observed: no difference; 1e-12 of the maximum value allows for another compiler."""
     for name, values in wanted.items():
         assert found[name] == pytest.approx(
             values, rel=1e-12, abs=1e-12 * np.max(np.abs(values))

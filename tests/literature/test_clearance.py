@@ -14,7 +14,7 @@ from gallop_fmu.line.clearance import FOOT, Ellipse, cigre_322_single_loop, davi
 PRINTED = 0.05 + 0.00625
 """Half a unit of the printed decimal, and of the sag's second decimal times 1.25 [ft]."""
 DIAMETER = 0.992 * FOOT / 12.0
-"""Diameter [m] that the nine rows of CIGRE's ellipse have in common; the report does not tell the conductor."""
+"""Diameter [m] common to the nine rows of CIGRE's ellipse; the report omits the conductor."""
 
 
 @pytest.mark.parametrize(

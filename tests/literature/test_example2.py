@@ -1,4 +1,4 @@
-"""Example 2 of Liu, Yan, Zhang, Zhou (2009): one-loop vertical galloping with little horizontal motion.
+"""Example 2 of Liu et al. (2009): one-loop vertical galloping with little horizontal motion.
 
 The coefficient curve is a reconstruction chosen to give the printed amplitudes, so agreement with
 the paper says that the equations are the paper's, not that the curve is. The prototype is an

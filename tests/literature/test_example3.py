@@ -1,4 +1,4 @@
-"""Example 3 of Liu, Yan, Zhang, Zhou (2009): vertical galloping wakes a horizontal swing of half its frequency.
+"""Example 3 of Liu et al. (2009): vertical galloping excites a swing of half its frequency.
 
 The coefficient curve is a reconstruction that gives the printed course of events. The prototype is
 an independent code of the same equations, with a step of 0.005 s.
@@ -11,7 +11,7 @@ import gallop_fmu as gf
 import modal
 
 TABLE_1_SPRING = 75.97e3
-"""Stiffness along x1 [N/m] that Table 1 lists for this example, although its frequencies are those of rigid ends."""
+"""Stiffness along x1 [N/m] in Table 1, although its frequencies are those of rigid ends."""
 
 
 def gallop(values, stop_time=1000.0):
@@ -101,7 +101,7 @@ def test_the_swing_has_half_the_vertical_frequency(usual):
 
 @pytest.mark.parametrize("stiffness_x3", [1e9, 1361.6])
 def test_no_swing_on_the_springs_of_table_1(stiffness_x3):
-    """The control: held across the span, or on the insulators of example 2, there is no 2:1 ratio and no swing."""
+    """The control: with stiff or with soft supports there is no 2:1 ratio and no swing."""
     spring = {"kind": "springs", "stiffness_x1": TABLE_1_SPRING, "stiffness_x3": stiffness_x3}
     result = gallop({"supports.left": spring, "supports.right": spring}, stop_time=400.0)
     steady = result.steady(100.0)

@@ -1,4 +1,4 @@
-"""Change of state: a published stringing table, a published sag-tension table, the parabola's cubic, the kernel."""
+"""Change of state: published stringing and sag-tension tables, the parabola, the kernel."""
 
 import math
 
@@ -23,7 +23,7 @@ POUND, FOOT, G = 4.4482216, 0.3048, 9.80665
     ],
 )
 def test_a_published_stringing_table_in_kilograms(span, at_10, at_80):
-    """Scribd document 195492334, "Sagging Calculation": 1762.069 kg at 27 degrees C, 0.987 kg/m, 243 mm2."""
+    """Scribd 195492334, "Sagging Calculation": 1762.069 kg at 27 C, 0.987 kg/m, 243 mm2."""
     wire = {
         "axial_stiffness": 7700.0 * 243.0,
         "weight": 0.987,
@@ -85,7 +85,7 @@ def test_a_taut_span_follows_the_cubic_of_the_parabola(kelvin):
 
 
 def test_the_kernel_hangs_the_conductor_where_the_change_of_state_says():
-    """The kernel, given the unstretched length's new tension and the ice, holds the same length of conductor."""
+    """With the new tension and the ice, the kernel has the same length of conductor."""
     line = {
         "conductor": "Drake",
         "span": 300.0,
@@ -128,7 +128,7 @@ def test_ruling_span():
 def elastic_catenary_tension(
     tension, span, weight, new_weight, axial_stiffness, temperature_change, expansion
 ):
-    """Irvine (1981), eq. 2.22: chord of an elastic catenary whose mass stays with its rest length, level ends."""
+    """Irvine (1981), eq. 2.22: chord of an elastic catenary with mass per unstretched length."""
 
     def chord(h, total, rest):
         return h * rest / axial_stiffness + 2.0 * h * rest / total * math.asinh(total / (2.0 * h))

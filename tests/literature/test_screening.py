@@ -1,4 +1,4 @@
-"""Screening for 2:1 internal resonance against the nonlinear model and Liu, Yan, Zhang, Zhou (2009), Example 3."""
+"""Screening for 2:1 internal resonance against the simulation and Liu et al. (2009), example 3."""
 
 import json
 from pathlib import Path
@@ -29,7 +29,7 @@ def screened(third):
 
 
 def kicked_swing(scene, wind, vertical_seed):
-    """Amplitudes [m] of the simulated swing after a kick of a millimetre into settled galloping, and 240 s later."""
+    """Amplitudes [m] of the simulated swing after a small push into galloping, and 240 s later."""
     law = {
         "kind": "pulse",
         "peak": 1.0,
@@ -39,8 +39,10 @@ def kicked_swing(scene, wind, vertical_seed):
         "fall": 0.25,
     }
     values = {
-        "wind.speed": wind, "numerics.elements": 10, "numerics.time_step": 0.02, "initial.seed_horizontal": 0.0,
-        "initial.seed_vertical": -vertical_seed, "loads": [{"force": [0.0, 0.0, 1.0], "position": 0.5, "law": law}],
+        "wind.speed": wind, "numerics.elements": 10, "numerics.time_step": 0.02,
+        "initial.seed_horizontal": 0.0,
+        "initial.seed_vertical": -vertical_seed, "loads": [{"force": [0.0, 0.0, 1.0],
+        "position": 0.5, "law": law}],
     }  # fmt: skip
     motion = gf.simulate(
         scene.with_values(values), stop_time=KICKED + 302.0, record_every=4
@@ -219,7 +221,7 @@ def test_what_cannot_be_screened_is_refused(third):
 
 
 def test_divergence_begins_where_the_wind_overcomes_the_twist(third):
-    """A shaft of length L that the moment q d^2 CM' theta twists gives way at q d^2 CM' = GJ (pi/L)^2."""
+    """A shaft of length L under the moment q d^2 CM' theta diverges at q d^2 CM' = GJ (pi/L)^2."""
     slope = 12.0
     calm = third.with_values(
         {
@@ -244,7 +246,7 @@ def drawn(number, seed=SEED):
 
 @pytest.mark.parametrize(("seed", "number"), [(2009, 11), (20261122, 14)])
 def test_drawn_scenes_settle_where_screening_says(seed, number):
-    """The first swings strongly; in the other the third vertical mode takes part and the limit cycle jumps, twice."""
+    """The first swings; in the other the third vertical mode takes part: the cycle jumps twice."""
     scene = drawn(number, seed)
     found, motion = modal.screen(scene), simulated(scene, scene.wind.mean_speed, FULL_RUN)
     assert found.swings == motion.swings == (number == 11)
@@ -264,7 +266,7 @@ def test_galloping_that_has_ended_below_the_scenes_wind_is_no_cycle_of_zero_ampl
 
 
 def test_a_swing_that_comes_and_goes_does_so_in_the_nonlinear_model():
-    """Simulated for 6000 s on ten elements of half a span, and from four seeds: beats up to 0.360 and 0.253 m.
+    """Simulated for 6000 s with ten elements from four seeds: beats up to 0.360 and 0.253 m.
 
     The screening follows the unstable motion about which they beat, and says so.
     """
@@ -294,7 +296,7 @@ DATA = Path(__file__).parent / "data"
 
 
 def test_the_pair_that_is_not_at_risk_does_not_hide_two_loops_that_gallop():
-    """A drawn span beyond the crossover (Drake, 299 m, 12 mm of ice), whose first symmetric vertical mode is calm."""
+    """A drawn span (Drake, 299 m, 12 mm of ice) whose first symmetric vertical mode is stable."""
     scene = gf.Scene.from_dict(json.loads((DATA / "two_loops_only.json").read_text()))
     found = modal.screen(scene)
     assert (found.risk, found.galloping_from) == ("other", None)
@@ -318,7 +320,7 @@ def test_the_other_mode_is_said_beside_a_swing_that_starts(screened):
 
 
 def test_a_mode_that_passes_another_is_not_called_another_mode():
-    """A steep span with turned ice: from 6 m/s on the swing has more of the vertical shape than the vertical mode."""
+    """A slope with rotated ice: above 6 m/s the swing has more of the vertical shape."""
     scene = gf.Scene.from_dict(json.loads((DATA / "veering_in_wind.json").read_text()))
     others = [
         mode
@@ -336,9 +338,10 @@ def test_a_mode_that_passes_another_is_not_called_another_mode():
 
 @pytest.mark.parametrize("wind", [8.0, 10.0])
 def test_a_limit_cycle_that_no_motion_stays_near_gives_no_onset(wind):
-    """A made-up curve over the full circle. Simulated at 4 to 10 m/s the section turns over, whatever the seed; release
-    0.1.0 told onsets of 6.1 to 9.9 m/s, as the scene's wind was, from a branch with a growth of
-    1000 in a cycle.
+    """A fictitious curve over the full circle. From 4 to 10 m/s the section rotates over.
+
+    Release 0.1.0 reported onsets of 6.1 to 9.9 m/s, depending on the scene's wind, from a branch
+    with a growth of 1000 in a cycle.
     """
     found = modal.screen(
         gf.load_scene(DATA / "full_circle_350m.toml").with_values({"wind.speed": wind})
@@ -353,7 +356,7 @@ def test_a_limit_cycle_that_no_motion_stays_near_gives_no_onset(wind):
 
 
 def test_a_branch_on_which_newtons_iteration_fails_is_unresolved():
-    """A steep span on which it fails between two orbits, where the swing would start; found by random reports."""
+    """A steep span on which it fails between two orbits, at the onset of the swing."""
     line = {
         "conductor": "Drake",
         "span": 399.0,

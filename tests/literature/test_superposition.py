@@ -1,4 +1,4 @@
-"""The models that the nonlinear simulation is measured against: Desai et al. (1995) and Yu et al. (1993).
+"""Published models with mode superposition: Desai et al. (1995) and Yu et al. (1993).
 
 Desai et al. printed 1.58 m vertical and 0.04 m horizontal for example 2 of Liu, Yan, Zhang, Zhou
 (2009), with the coefficients that the latter only show in a figure; here the curve is a
@@ -106,7 +106,7 @@ def test_the_figure_of_a_comparison(resonance, tmp_path):
 
 
 def test_three_equations_of_motion_of_a_taut_span():
-    """Yu et al.: half sines, whose masses, stiffnesses and couplings follow on paper, with eccentric ice."""
+    """Yu et al.: half sines with masses, stiffnesses and couplings by hand; eccentric ice."""
     tension, length, radius = 150e3, 125.88, 0.5 * 0.0235
     scene = gf.load_scene("example3").with_values(
         {

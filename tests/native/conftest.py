@@ -50,7 +50,7 @@ class Unpacked:
 
 
 class Instance:
-    """One instance; `call` gives the status and keeps the messages, everything else insists on fmi2OK."""
+    """One instance; `call` returns the status and keeps messages; other methods require fmi2OK."""
 
     def __init__(self, fmu, *, guid=None, resources=None):
         self.fmu, self.log = fmu, []

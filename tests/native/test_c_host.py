@@ -1,4 +1,4 @@
-"""The FMU under a host written in C: what simulate() gives, bit for bit, alone, in threads and from saved states."""
+"""The FMU in a C host gives simulate()'s bits: alone, in threads, and from saved states."""
 
 import subprocess
 from pathlib import Path

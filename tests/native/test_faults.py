@@ -1,4 +1,4 @@
-"""Faults that no host can rule out: no memory, spoilt files and states, under the sanitizers and under valgrind."""
+"""No memory, corrupt files and states, under the sanitizers and under valgrind."""
 
 import os
 import shutil
@@ -32,7 +32,8 @@ def test_every_allocation_fails_once(sanitized, small):
     )
     # How many allocations there are, each of which failed: the model and its work space, and so on.
     assert counted == {
-        "create": "2", "resource": "3", "instantiate": "8", "initialise": "4", "states": "2", "exchange": "5"
+        "create": "2", "resource": "3", "instantiate": "8", "initialise": "4", "states": "2",
+        "exchange": "5"
     }  # fmt: skip
 
 

@@ -1,4 +1,4 @@
-"""Messages of the FMU: in the words of Python, a decimal point in every locale, the right bounds and reasons."""
+"""Messages of the FMU: Python's words, a decimal point in every locale, right limits."""
 
 import ctypes as c
 import math
@@ -41,7 +41,8 @@ def test_an_angle_out_of_range_is_reported_in_the_words_of_python(
 
 def test_a_limit_that_is_zero_is_printed_as_zero(example3):
     """A full turn from 0 deg at 0 deg said "-0.00 deg, allowed up to 0.00 deg"."""
-    table = {"kind": "table", "angle_deg": [0.0, 120.0, 240.0, 350.0], "lift": [0.0] * 4, "drag": [1.0] * 4,
+    table = {"kind": "table", "angle_deg": [0.0, 120.0, 240.0, 350.0], "lift": [0.0] * 4,
+        "drag": [1.0] * 4,
              "moment": [0.0] * 4}  # fmt: skip
     scene = gf.Scene.from_dict(example3.model_dump() | {"aerodynamics": table})
     turned = scene.with_values(
@@ -56,7 +57,7 @@ def test_a_limit_that_is_zero_is_printed_as_zero(example3):
 
 
 def test_failures_are_reported_in_the_words_of_python(small, small_scene, instance):
-    """With numbers but no angle: a step so long that the span goes slack or Newton's iteration stalls."""
+    """A value but no angle: the span goes slack, or Newton's iteration stalls."""
     fmu, state = instance(small).start(), Model(small_scene).start()
     fmu["wind_speed"] = 140.0
     with pytest.raises(SimulationError) as python:
@@ -129,7 +130,7 @@ int main(void)
 
 @pytest.mark.parametrize("sign", [",", "\u066b"])
 def test_numbers_have_a_point_in_every_locale(compiled, kernel_sources, tmp_path, sign):
-    """A host with a comma locale read "wind_speed = -1,5"; the library's snprintf is that of such a locale here."""
+    """A host with a comma locale got "wind_speed = -1,5" from the library's snprintf."""
     text, source = "".join(f"\\x{byte:02x}" for byte in sign.encode()), tmp_path / "comma.c"
     source.write_text(COMMA.replace("SIGN", f'"{text}"'))
     flags = [f"-I{kernel_sources}", "-ffunction-sections", "-Wl,--gc-sections", "-w"]
@@ -140,7 +141,7 @@ def test_numbers_have_a_point_in_every_locale(compiled, kernel_sources, tmp_path
 
 @pytest.mark.parametrize("mode", [UP, DOWN, TOWARDS_ZERO])
 def test_other_rounding_modes_are_named(small, instance, mode):
-    """`doStep` failed with a false reason before, "left the validity range (value 3.14175, limit 4.53786)"."""
+    """`doStep` once gave a false reason: "left the validity range (3.14175, limit 4.53786)"."""
     libm, fmu = c.CDLL(None), instance(small).start().step(H)
     before = fmu.outputs()
     reference = fmu.fmu.reference("midspan.x2")
@@ -192,7 +193,7 @@ COMPILE = {
 
 @pytest.mark.parametrize("name", COMPILE)
 def test_options_that_spoil_the_arithmetic_stop_the_compiler(kernel_sources, name):
-    """A kernel compiled with -ffast-math gave u2 = 0.000626 m in place of 0.007835 m, without a word."""
+    """A kernel compiled with -ffast-math gave u2 = 0.000626 m instead of 0.007835 m."""
     flags, message = COMPILE[name]
     command = [
         os.environ.get("CC", "cc"),

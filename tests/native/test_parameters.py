@@ -1,4 +1,4 @@
-"""Parameters changed before the end of initialisation: the FMU is then that of the changed scene, bit for bit."""
+"""Parameters set before the end of initialisation: bit for bit the FMU of the changed scene."""
 
 import numpy as np
 import pytest
@@ -21,7 +21,7 @@ SPAN = {
 
 
 def rich_scene():
-    """Everything that has numbers: springs, an adjacent span, ice, four kinds of load law, both dampings, a seed."""
+    """All kinds of numbers: springs, adjacent span, ice, load laws, dampings, a seed."""
     data = (
         gf.load_scene("example3")
         .with_values({"numerics.elements": 4, "numerics.time_step": 0.02})
@@ -32,7 +32,8 @@ def rich_scene():
     data["aerodynamics"]["reference_radius"] = 0.012
     data["supports"] = {
         "left": {"kind": "springs", "stiffness_x1": 8e4, "stiffness_x3": 1500.0},
-        "right": {"kind": "adjacent_span", "adjacent_span": 130.0, "adjacent_tension": 15000.0, "insulator_length": 2.0,
+        "right": {"kind": "adjacent_span", "adjacent_span": 130.0, "adjacent_tension": 15000.0,
+        "insulator_length": 2.0,
                   "insulator_weight": 200.0},
     }  # fmt: skip
     laws = (
@@ -93,7 +94,7 @@ def changed(value):
 
 
 def run(instance, step, count):
-    """Times are those of simulate(): multiples of the step, of which a difference and a sum are exact."""
+    """Times are those of simulate(), multiples of the step: differences and sums are exact."""
     rows = {name: [] for name in (*NODE, *SPAN)}
     for k in range(count):
         assert instance.do_step(k * step, (k + 1) * step - k * step) == 0, instance.log

@@ -32,7 +32,7 @@ def stepping(fmu):
 
 
 def refused(fmu, call, match):
-    """The call is refused with a message; inputs, outputs, parameters and the future stay what they were."""
+    """The call is refused with a message; inputs, outputs, parameters and steps are the same."""
     before, said = fmu.to_bytes(fmu.save()), len(fmu.log)
     assert call() == ERROR
     assert len(fmu.log) == said + 1
@@ -435,7 +435,7 @@ def test_logging_knows_its_categories_and_the_library_its_version(fmu):
 
 @pytest.mark.parametrize("call", ["SetFMUstate", "SerializedFMUstateSize", "SerializeFMUstate"])
 def test_what_is_no_saved_state_is_refused(stepping, call):
-    """A null pointer, memory of something else, and one that is not aligned: their size was believed before."""
+    """Null, foreign and misaligned pointers; their size was once trusted."""
     junk, room, size = c.create_string_buffer(4096), c.create_string_buffer(64), c.c_size_t()
     more = {
         "SetFMUstate": (),

@@ -1,4 +1,4 @@
-"""Random sequences of legal and illegal calls through a build with the address and undefined-behaviour sanitizers.
+"""Random sequences of legal and illegal calls under the address and undefined-behaviour sanitizers.
 
 The driver `sequence.c` knows the state machine of FMI 2.0 and aborts where the library does not
 keep to it; the sanitizers abort at the first wrong access, undefined operation or leak.

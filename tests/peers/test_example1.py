@@ -1,4 +1,4 @@
-"""Forced motion of a bare span against OpenSees (160 two-node elements) and against the modal series of a shaft.
+"""Forced motion of a bare span against OpenSees (160 elements) and the modal series of a shaft.
 
 Two peers of different elements: what is left is mostly the mesh error of both. For the pulse,
 OpenSees' own frequencies near 2.7 Hz, which the short fall excites, are off by 1.6e-3, and the

@@ -50,7 +50,7 @@ RIGID = {"kind": "rigid"}
 
 
 def as_in_opensees(name, given, springs):
-    """Bare of eccentric ice, and with the mass per metre of the unstretched conductor, which is what OpenSees takes."""
+    """Without eccentric ice, with the mass per unstretched metre, as in OpenSees."""
     bare = {"ice.first_moment_x2": 0.0, "ice.first_moment_x3": 0.0, "numerics.elements": 40}
     scene = gf.load_scene(name)
     one_given = {"span.sag": None, "span.horizontal_tension": None} | {

@@ -52,7 +52,7 @@ PULSES = {
 @FEW
 @given(**PULSES)
 def test_mirror_across_the_span_plane(integrator, force, torque, position):
-    """x3 -> -x3 without wind: x3 and the twist change sign, as do the torque and the first moment along x3."""
+    """x3 -> -x3 without wind: x3, twist, torque and the first moment along x3 change sign."""
     calm = CALM.with_values({"numerics.integrator": integrator})
     mirrored_ice = calm.with_values({"ice.first_moment_x3": -CALM.ice.first_moment_x3})
     nodes, supports = records(loaded(calm, force, torque, position))
@@ -70,7 +70,7 @@ def test_mirror_across_the_span_plane(integrator, force, torque, position):
 @FEW
 @given(**PULSES)
 def test_left_and_right_of_a_level_span_can_be_exchanged(force, torque, position):
-    """Half a turn about x2: x1, x3, the twist, the torque and the first moment along x3 change sign."""
+    """Half a turn about x2: x1, x3, twist, torque and the first moment along x3 change sign."""
     turned_ice = CALM.with_values({"ice.first_moment_x3": -CALM.ice.first_moment_x3})
     nodes, supports = records(loaded(CALM, force, torque, position))
     other_nodes, other_supports = records(
@@ -89,7 +89,7 @@ def test_left_and_right_of_a_level_span_can_be_exchanged(force, torque, position
 @FEW
 @given(**PULSES)
 def test_undamped_motion_runs_back_in_time(force, torque, position):
-    """With all velocities reversed the motion returns to where it came from: Newmark's rule is symmetric in time."""
+    """With all velocities reversed the motion retraces its path: Newmark's rule is symmetric."""
     values = {
         "damping.translation": None,
         "damping.twist": None,

@@ -1,4 +1,4 @@
-"""The tangent is the derivative of the residual, at any motion, and has the symmetry that the mechanics gives it."""
+"""The tangent is the derivative of the residual, with the symmetry of the mechanics."""
 
 import numpy as np
 import pytest
@@ -32,7 +32,7 @@ STEP = 0.02
 
 
 def motion(model, seed):
-    """A random u, v, a in which every term of the residual matters; attack angles stay inside the curve."""
+    """A random u, v, a in which every term matters; attack angles are inside the curve."""
     random = np.random.default_rng(seed)
     sizes = ([0.1, 0.5, 0.5, 0.3], [0.1, 0.5, 0.5, 0.5], [1.0, 5.0, 5.0, 30.0])
     return [random.uniform(-1.0, 1.0, (model.nodes, 4)) * size for size in sizes]
@@ -61,7 +61,7 @@ def differenced(model, uva, part, direction):
 @FEW
 @given(seed=SEEDS)
 def test_tangent_is_the_derivative_of_the_residual(name, part, seed):
-    """Each kind of unknown is moved on its own, and each kind of force is compared on its own scale."""
+    """Each kind of unknown is moved separately; each kind of force has its own scale."""
     model, random = MODELS[name], np.random.default_rng(seed)
     uva = motion(model, seed)
     tangent = assembled(model, uva, part)
@@ -82,7 +82,7 @@ def test_tangent_is_the_derivative_of_the_residual(name, part, seed):
 @FEW
 @given(seed=SEEDS)
 def test_symmetry_without_wind(name, seed):
-    """Mass always; structural damping always, so at rest; stiffness where no eccentric ice is accelerated."""
+    """Mass always; structural damping always; stiffness where no eccentric ice is accelerated."""
     model = CALM[name]
     u, v, a = motion(model, seed)
     still = np.zeros_like(u)
@@ -99,7 +99,7 @@ def test_symmetry_without_wind(name, seed):
 @FEW
 @given(seed=SEEDS)
 def test_mass_is_positive_definite(name, seed):
-    """Unlike the smallest eigenvalue, that of the matrix scaled to unit diagonal does not depend on units."""
+    """Independent of units, as the matrix is scaled to a unit diagonal."""
     model = CALM[name]
     mass = assembled(model, motion(model, seed), "mass")
     scale = 1.0 / np.sqrt(np.diag(mass))
@@ -145,7 +145,7 @@ def rotation(axis, angle):
     angle=st.floats(-3.1, 3.1),
 )
 def test_rigid_rotation_turns_the_internal_force(name, axis, angle):
-    """The constant forces C stay, the internal ones, C in the initial state, turn: the residual is (Q - 1) C."""
+    """The constant forces C keep their direction, the internal forces rotate: (Q - 1) C remains."""
     model = CALM[name]
     x = model.equilibrium().x
 

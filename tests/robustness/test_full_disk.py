@@ -1,4 +1,4 @@
-"""A disk that is full while results are written: no crash, the older file stays, the message names the file."""
+"""A full disk while results are written: no crash, the older file remains, a clear message."""
 
 import resource
 import signal
@@ -27,7 +27,7 @@ def result():
 
 @contextmanager
 def little_room():
-    """No file of this process may grow beyond `LIMIT`; left before pytest writes, perhaps into a file, how it went."""
+    """Limit files of this process to `LIMIT` bytes; reset before pytest writes its report."""
     before = resource.getrlimit(resource.RLIMIT_FSIZE)
     resource.setrlimit(resource.RLIMIT_FSIZE, (LIMIT, before[1]))
     try:
@@ -71,7 +71,7 @@ def test_a_page_that_does_not_fit_leaves_the_older_one(tmp_path, monkeypatch):
 
 
 def test_a_run_tells_what_could_not_be_written_and_keeps_the_rest(tmp_path):
-    """NetCDF in a process of its own: HDF5, writing itself, would end it with a segmentation fault."""
+    """NetCDF in a process of its own: HDF5 writing directly would end it with SIGSEGV."""
     (tmp_path / "run.nc").write_bytes(b"the older one")
 
     def limited():

@@ -1,4 +1,4 @@
-"""Scene files and tables that mean harm: a message, no long wait, and nothing in them is ever executed."""
+"""Malicious scene files and tables: a message, no long wait, nothing is executed."""
 
 import ast
 from pathlib import Path
@@ -113,7 +113,7 @@ EXECUTING = {
 
 @pytest.mark.parametrize("package", ["gallop_fmu", "modal"])
 def test_no_module_can_execute_what_it_reads(package):
-    """No name in the sources through which data become code; loky and Dask pickle between their own processes only."""
+    """The sources use no function that executes data; loky and Dask pickle for themselves."""
     folder = Path(__file__).parents[2] / package
     files = sorted(folder.rglob("*.py"))
     assert len(files) > 20

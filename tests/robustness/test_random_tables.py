@@ -1,4 +1,4 @@
-"""2,000 random cells of tables of spans, as CSV, GeoJSON and data frames, through sweep and screening, onto disk."""
+"""2,000 random cells of tables (CSV, GeoJSON, data frames) through sweep and screening to disk."""
 
 import csv
 import datetime
@@ -22,12 +22,17 @@ VALUES = ("span.sag", "wind.speed")
 # fmt: off
 WORDS = [
     "2024-01-01", "07:30:00", "2024-01-01T10:00:00Z", "1979-05-27 07:32:00", "1.1.2024",
-    "12_34", "1_0.5", "1E5", "1e-3", "+3", "-.5", "2.", ".5", "05", "0x1F", "0b1", "0o7", "1d3", "1e400", "-0", "2,1",
+    "12_34", "1_0.5", "1E5", "1e-3", "+3", "-.5", "2.", ".5", "05", "0x1F", "0b1", "0o7", "1d3",
+    "1e400", "-0", "2,1",
     "9223372036854775807", "9223372036854775808", "-9223372036854775809", "1" * 30, "1" * 5000,
-    "T1/T2", "a\\b", "//", '"', "'", '"quoted"', '12 in"', "'a", '"""', "[1, 2]", "[", "{a=1}", "{", "[2024-01-01]",
-    "nan", "NaN", "NA", "inf", "-inf", "null", "None", "none", "true", "False", "#12", "# x", "=A1+1", "@x", "%",
-    "\U0001f600", "\U0001f469\u200d\U0001f527", "e\u0301", "Å", "\u2126", "ﬁ", "１２", "٣", "שלום", "\u2028", "\u00a0",
-    "", " ", "  a ", "line one\nline two", "a\r\nb", "\t", "a,b", "a;b", "$x_{$", "[b]x[/b]", ":warning:", "<a&b>",
+    "T1/T2", "a\\b", "//", '"', "'", '"quoted"', '12 in"', "'a", '"""', "[1, 2]", "[", "{a=1}",
+    "{", "[2024-01-01]",
+    "nan", "NaN", "NA", "inf", "-inf", "null", "None", "none", "true", "False", "#12", "# x",
+    "=A1+1", "@x", "%",
+    "\U0001f600", "\U0001f469\u200d\U0001f527", "e\u0301", "Å", "\u2126", "ﬁ", "１２", "٣", "שלום",
+    "\u2028", "\u00a0",
+    "", " ", "  a ", "line one\nline two", "a\r\nb", "\t", "a,b", "a;b", "$x_{$", "[b]x[/b]",
+    ":warning:", "<a&b>",
 ]
 # fmt: on
 REFUSED = [
@@ -112,7 +117,7 @@ FORMS = [as_csv, as_geojson, as_frame]
 
 
 def expected(cell):
-    """A label as it must come back: the text itself in normal form C, anything else as JSON, or as its own text."""
+    """A label as it must be read back: text in normal form C, other values as JSON or as text."""
     if isinstance(cell, str):
         return unicodedata.normalize("NFC", cell.replace("\r\n", "\n"))
     if (
@@ -126,7 +131,7 @@ def expected(cell):
 
 
 def values(row):
-    """Numbers of a row; None where a cell is no number, nothing where it is empty; 0 for one that removes the value."""
+    """Numbers of a row: None for no number, missing if empty, 0 for one that removes the value."""
     for key in VALUES:
         cell = row[key]
         if isinstance(cell, str):

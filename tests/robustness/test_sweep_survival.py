@@ -65,7 +65,7 @@ def _begun(begin, out, rows):
 
 @contextmanager
 def _cluster(folder):
-    """The address of a scheduler, and its two workers, each a process begun by Dask's own command."""
+    """The address of a scheduler and its two workers, processes started by Dask's own command."""
     command = [
         sys.executable,
         "-m",
@@ -108,7 +108,7 @@ def complete():
 
 @needs_posix
 def test_sweep_that_is_stopped_in_every_way_goes_on_where_it_was(tmp_path, begin, complete):
-    """A full disk, then a kill, then Ctrl-C, each a process of its own that takes over what the one before left."""
+    """A full disk, a kill and Ctrl-C, each in a process that resumes the previous one."""
     out = tmp_path / "runs.nc"
     kept = _disk_full(out)
     kept = _killed(begin, out, kept)
@@ -128,7 +128,7 @@ def test_sweep_that_is_stopped_in_every_way_goes_on_where_it_was(tmp_path, begin
 
 
 def _disk_full(out):
-    """No file may grow beyond a limit: the journal takes some rows and a part of one more, the results none."""
+    """File sizes are limited: the journal holds some rows and a part of one, the results none."""
     import resource
 
     limit = 10_000

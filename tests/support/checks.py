@@ -26,16 +26,16 @@ MOTION = slice(0, 12)
 GAUSS = 1.0 / math.sqrt(3.0)
 
 CLOSED = 0.05
-"""Energy imbalance over the turnover that a completed run may have without a warning in its report."""
+"""Maximum energy imbalance over the turnover of a completed run without a warning."""
 
 SHORTER = (8, 64)
 """How many times as many steps a suspect is run again with, until its account closes."""
 
 PATIENCE, PORTION = 100_000, 5
-"""Elements times Newton iterations after which a run is cut short, and steps between two looks at that."""
+"""Limit of elements times Newton iterations; steps between two checks of it."""
 
 AGREEMENT = 1e-6
-"""Relative difference of tensions and elongations; the horizontal tension of a mesh is known to no less."""
+"""Relative difference of tensions and elongations: limited by a mesh's horizontal tension."""
 
 
 @dataclass
@@ -151,7 +151,7 @@ def _run(stress: Stress, verdict: Verdict) -> None:
 
 
 def _step_warnings(scene: Scene, motion: Array) -> tuple[str, ...]:
-    """What `simulate` says of the step, from the channels at mid-span, (time, channel), after each step."""
+    """Warnings of `simulate`, from the channels at mid-span, (time, channel), after each step."""
     step = scene.numerics.time_step
     moves, rates = (
         [motion[:, NODE_INDEX[name]] for name in names] for names in (("u2", "u3"), ("v2", "v3"))
@@ -193,7 +193,7 @@ def _observed(state: State) -> tuple[Array, Array]:
 
 
 def _parts_of_steps(stress: Stress, model: Model, steps: int) -> tuple[Array, Array, Array]:
-    """Times, node and span channels at the start and after each step, or each part of a step that was halved.
+    """Times, node and span channels at the start and after each step or part of a halved step.
 
     Records at the ends of a halved step do not show the work within it: released out of
     equilibrium, a span may lose most of its energy to damping in the first one.
@@ -265,7 +265,7 @@ def _driven(stress: Stress, state: State, done: int, count: int) -> Run:
 
 
 def tension_error(model: Model, nodes: Array) -> float:
-    """Largest difference between recorded tensions and Hooke's law on the recorded elongations, over the largest.
+    """Maximum difference of recorded tensions and Hooke's law on elongations, over the maximum.
 
     At mid-side nodes, where the recorded tension is the mean of both Gauss points; nodes (time,
     node, channel).
@@ -282,7 +282,7 @@ def tension_error(model: Model, nodes: Array) -> float:
 
 
 def _slopes(x: Array) -> Array:
-    """dx/dxi at both Gauss points of each element, (time, element, point, 3), from nodes (time, node, 3)."""
+    """dx/dxi at both Gauss points, (time, element, point, 3), from nodes (time, node, 3)."""
     left, middle, right = x[:, :-2:2], x[:, 1::2], x[:, 2::2]
     return np.stack(
         [(xi - 0.5) * left - 2.0 * xi * middle + (xi + 0.5) * right for xi in (-GAUSS, GAUSS)],

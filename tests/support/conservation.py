@@ -19,7 +19,7 @@ Array = NDArray[np.float64]
 
 MOTION = np.array([NODE_INDEX[name] for name in ("u1", "u2", "u3", "theta")], np.int32)
 ROUGH = {"initial.seed_vertical": 0.2, "initial.seed_horizontal": 0.1, "initial.seed_twist": 0.1}
-"""A start from rest out of equilibrium: the tension jumps, and axial waves run that steps of 10 ms cannot follow."""
+"""A start out of equilibrium: axial waves run that steps of 10 ms do not resolve."""
 
 VERTICAL_HZ = 0.6954
 """First vertical frequency of example 3, by whose period a loss of energy is told."""
@@ -29,15 +29,16 @@ RELEASE = 0.5
 
 
 def undamped(values: dict[str, Any] | None = None) -> gf.Scene:
-    """Example 3 without wind, damping and start, iterated as far as scenes are where they say nothing."""
+    """Example 3 without wind, damping and seed, with the default Newton tolerance."""
     return gf.load_scene("example3").with_values({
-        "wind.speed": 0.0, "damping.translation": None, "damping.twist": None, "initial.seed_vertical": 0.0,
+        "wind.speed": 0.0, "damping.translation": None, "damping.twist": None,
+        "initial.seed_vertical": 0.0,
         "initial.seed_horizontal": 0.0, "numerics.newton_tolerance": 1e-9, **(values or {}),
     })  # fmt: skip
 
 
 def released(values: dict[str, Any] | None = None, size: float = 1.0) -> State:
-    """A span of the first modes and the twist in motion, after loads that held it aside have let go smoothly."""
+    """A span in motion in its first modes and twist, after static loads were removed smoothly."""
     law = {"kind": "ramp", "initial": 1.0, "final": 0.0, "duration": RELEASE}
     load = {
         "evenly_spaced": 29,
@@ -68,7 +69,7 @@ def energy(span: Array) -> Array:
 
 
 def energy_error(state: State, steps: int, every: int) -> dict[str, float]:
-    """Relative error of the energy over many steps: largest in the first and in the last tenth, trend, scatter.
+    """Relative energy error over many steps: maximum in the first and last tenth, trend, scatter.
 
     `loss` is the share of the energy lost per vertical period, from the means over both tenths.
     """
@@ -104,7 +105,7 @@ def reverse(state: State) -> None:
 
 
 def way_back(state: State, steps: int) -> float:
-    """Distance from the start after so many steps forth and back, over the distance gone, largest of all unknowns."""
+    """Distance from the start after steps forth and back over the distance moved: maximum."""
     step, start = state.model.scene.numerics.time_step, state.time
     there, _, _ = state.motion()
     gone = np.zeros_like(there[0])
@@ -117,7 +118,7 @@ def way_back(state: State, steps: int) -> float:
 
 
 def fingerprint(scene: gf.Scene, steps: int, every: int) -> str:
-    """Digest of all bits of the last record of a run; of a run that fails, of how and when it does."""
+    """Digest of all bits of the last record of a run; for a failed run, of its report."""
     step = scene.numerics.time_step
     result = gf.simulate(
         scene, stop_time=steps * step, record_every=every, record_nodes="all", on_failure="return"
@@ -130,7 +131,7 @@ def fingerprint(scene: gf.Scene, steps: int, every: int) -> str:
 
 
 def same_bits(scenes: list[gf.Scene], steps: int, threads: int = 2) -> dict[str, bool]:
-    """Whether all scenes end in the same bits when repeated, recorded rarely, and run at once in threads."""
+    """Compare the bits of all scenes when repeated, recorded rarely, and run in threads."""
     first = [fingerprint(scene, steps, 1) for scene in scenes]
     with ThreadPoolExecutor(threads) as pool:
         at_once = list(pool.map(lambda scene: fingerprint(scene, steps, 1), scenes))

@@ -1,7 +1,7 @@
 """The equations of docs/concepts/equations.md for one element, as plain as they are written there.
 
 The kernel computes the same for several elements at once, with tables and vector code; this is what
-it must agree with. Numbers in parentheses are equations of Liu, Yan, Zhang, Zhou (2009). All numbers
+it must agree with. Numbers in parentheses are equations of Liu, Yan, Zhang, Zhou (2009). Numbers
 are of numpy's longdouble or clongdouble: 64 bits of mantissa on x86. With complex numbers the
 tangent follows by the complex step, without cancellation.
 """

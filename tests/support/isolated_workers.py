@@ -1,4 +1,4 @@
-"""Runs in worker processes, so that a crash or a hang is seen, named and counted, and the rest goes on."""
+"""Run tasks in worker processes: a crash or a hang is counted, and the rest continues."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ _CONTEXT = mp.get_context("spawn")
 
 @dataclass
 class Answer:
-    """What became of a task: its value, or how the worker was lost; and the worker's memory after it [MiB]."""
+    """Outcome of a task: its value or how the worker was lost, and the worker's memory [MiB]."""
 
     task: Any
     value: Any = None
@@ -56,7 +56,7 @@ def _serve(pipe: Connection, work: Callable[[Any], Any]) -> None:
 def answers(
     work: Callable[[Any], Any], tasks: Iterable[Any], processes: int, limit: float
 ) -> Iterator[Answer]:
-    """Answers in the order in which they come; `limit` is the time [s] after which a task counts as hanging."""
+    """Yield answers in order of completion; a task above `limit` [s] counts as hanging."""
     waiting = iter(tasks)
     workers: list[_Worker] = []
 

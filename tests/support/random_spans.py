@@ -1,7 +1,7 @@
-"""Random spans by Latin hypercube: 20 m to 1,500 m, taut to deep sag, calm to 60 m/s, bare to heavily iced.
+"""Random spans by Latin hypercube: 20 to 1,500 m, taut to deep, calm to 60 m/s, bare to iced.
 
 A seed names a series of hypercubes of `BLOCK` scenes each; seed and number name one scene until
-what is drawn changes. A scene that a test is about is therefore kept as data in tests/extremes/data.
+what is drawn changes. The scene of a test is therefore stored as data in tests/extremes/data.
 """
 
 from __future__ import annotations
@@ -30,12 +30,15 @@ STEEPEST = 0.8
 """Largest height difference over the span's length."""
 
 AXES = (
-    "length", "sag", "height", "given", "diameter", "density", "modulus", "torsion", "gyration", "ice", "eccentricity",
-    "direction", "attack", "curve", "wind", "speed", "damping", "twist_damping", "left", "left_x1", "left_x3", "right",
-    "right_x1", "right_x3", "motion", "load", "elements", "step", "start", "seed_vertical", "seed_horizontal",
+    "length", "sag", "height", "given", "diameter", "density", "modulus", "torsion", "gyration",
+    "ice", "eccentricity",
+    "direction", "attack", "curve", "wind", "speed", "damping", "twist_damping", "left", "left_x1",
+    "left_x3", "right",
+    "right_x1", "right_x3", "motion", "load", "elements", "step", "start", "seed_vertical",
+    "seed_horizontal",
     "seed_twist",
 )  # fmt: skip
-"""Coordinates of the hypercube, each spread evenly over 0 to 1; shapes of curves and histories are drawn besides."""
+"""Coordinates of the hypercube, evenly spread over 0 to 1; curves and histories are drawn apart."""
 
 Point = dict[str, float]
 Data = dict[str, Any]
@@ -43,7 +46,7 @@ Data = dict[str, Any]
 
 @dataclass(frozen=True)
 class Stress:
-    """A scene as plain data, how many steps to take, and what drives it besides the scene's own laws.
+    """A scene as plain data, its number of steps, and its inputs in addition to the scene's laws.
 
     A wind that turns round has no place in a scene, whose speeds are not negative. It is driven by
     inputs instead: the speed falls steadily from `reversal` to minus that over the run, and the ice
@@ -81,7 +84,7 @@ class Stress:
 
 @dataclass(frozen=True)
 class Line:
-    """What the sections of a scene are derived from: metal and ice [kg/m], tension [N], axial stiffness [N]."""
+    """Data of the sections: metal and ice [kg/m], tension [N], axial stiffness [N]."""
 
     length: float
     diameter: float
@@ -262,7 +265,7 @@ def _wind(x: Point, rng: Generator, duration: float) -> tuple[Data, float]:
 
 
 def _curve(x: Point, rng: Generator, attack: float) -> Data:
-    """Coefficients around the circle, around the attack angle, or as a cubic that grows outside it."""
+    """Coefficients over the circle, about the attack angle, or as a cubic that grows outside it."""
     kind, outside = math.floor(4.0 * x["curve"]), str(rng.choice(["error", "hold"]))
     if kind < 2:
         first, last = (-180.0, 180.0) if kind == 0 else (attack - 90.0, attack + 70.0)
@@ -282,7 +285,8 @@ def _curve(x: Point, rng: Generator, attack: float) -> Data:
         }  # fmt: skip
     reach = float(rng.uniform(30.0, 120.0))
     return {
-        "kind": "polynomial", "outside": outside, "centre_deg": attack, "valid_from_deg": attack - reach,
+        "kind": "polynomial", "outside": outside, "centre_deg": attack,
+        "valid_from_deg": attack - reach,
         "valid_to_deg": attack + reach, "lift": list(rng.normal(0.0, [0.5, 3.0, 1.0, 2.0])),
         "drag": [float(rng.uniform(0.8, 1.6)), float(rng.normal(0.0, 0.2)), 0.5],
         "moment": list(rng.normal(0.0, [0.1, 0.3, 0.1, 0.2])),
@@ -294,7 +298,8 @@ def _support(x: Point, rng: Generator, end: str, line: Line, duration: float) ->
     if x[end] > 0.7:
         support = {
             "kind": "adjacent_span", "adjacent_span": line.length * rng.uniform(0.5, 1.5),
-            "adjacent_tension": line.tension, "insulator_length": logarithmic(x[f"{end}_x1"], 0.3, 6.0),
+            "adjacent_tension": line.tension, "insulator_length": logarithmic(x[f"{end}_x1"], 0.3,
+            6.0),
             "insulator_weight": 2000.0 * x[f"{end}_x3"],
         }  # fmt: skip
     elif x[end] > 0.4:
@@ -331,7 +336,7 @@ def _damping(x: Point, line: Line) -> Data:
 
 
 def _loads(x: Point, rng: Generator, line: Line, duration: float) -> list[Data]:
-    """Up to a fifth of the weight, spread over the span or at one point, as a pulse or a harmonic."""
+    """Up to a fifth of the weight, distributed or at one point, as a pulse or a harmonic."""
     if x["load"] < 0.6:
         return []
     points = int(rng.integers(1, 20))
@@ -360,7 +365,7 @@ def _loads(x: Point, rng: Generator, line: Line, duration: float) -> list[Data]:
 
 
 def _initial(x: Point, line: Line) -> Data:
-    """Seeds of up to the amplitude at which the tension of a string would double, or a sixth of a turn."""
+    """Seeds up to the amplitude that doubles a string's tension, or a sixth of a turn."""
     reach = 0.1 * line.length * math.sqrt(line.tension / line.axial_stiffness)
     return {
         "wind": "mean_wind_equilibrium" if x["start"] > 0.6 else "at_once",

@@ -1,4 +1,4 @@
-"""The public names of both packages: one list, `__init__.pyi`, for loading and for type checkers."""
+"""The public names of both packages: one list, `__init__.pyi`, for loading and type checkers."""
 
 import importlib
 from pathlib import Path

@@ -1,4 +1,4 @@
-"""The command line: what it prints, writes and returns, and that mistakes end in one readable message."""
+"""The command line: what it prints, writes and returns; one readable message for a mistake."""
 
 import json
 import os
@@ -356,7 +356,7 @@ def test_as_a_process(tmp_path):
 
 
 def test_foreign_settings_do_not_matter(tmp_path):
-    """A backend of Jupyter's that is not here, LaTeX in the user's matplotlibrc, a stream of Windows' code page."""
+    """A missing backend of Jupyter, LaTeX in matplotlibrc, a stream with a code page of Windows."""
     scene = gf.load_scene("example3").with_values({"title": "\u03a9 \N{GRINNING FACE}"})
     scene.save(tmp_path / "a.toml")
     (tmp_path / "matplotlibrc").write_text("text.usetex: True\nfont.family: no such font\n")

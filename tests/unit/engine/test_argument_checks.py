@@ -1,4 +1,4 @@
-"""The Python face of the kernel under wrong types, shapes and indices: a right answer, or an error with the reason.
+"""The Python binding with wrong types, shapes and indices: a right answer, or a clear error.
 
 `State.run` handed arrays to C unchecked before: indices of 64 bits were read as pairs of 32.
 """
@@ -179,7 +179,7 @@ def test_wrong_calls_are_refused_with_the_reason(model, call, kind, match):
 
 
 def test_damaged_bytes_are_not_restored(model):
-    """A motion that is not finite, and a state of another scene of the same size: `gallop_state_check` looks."""
+    """A motion that is not finite; a state of another scene of equal size."""
     state, saved = model.start(), bytearray(model.start().save())
     saved[-16:-8] = np.array([1.0]).tobytes()
     before = state.save()
@@ -234,7 +234,7 @@ def test_an_unpickled_failure_says_the_same():
 
 
 def test_a_state_in_use_refuses_other_threads(model):
-    """Before, threads on one state raced: displacements of 8e6 m, and errors with misleading reasons."""
+    """Threads on one state once raced: displacements of 8e6 m, errors with wrong reasons."""
     state, expected, reasons = model.start(), model.start(), []
     thread = threading.Thread(target=state.run, args=(1, 20_000, [], []))
     thread.start()
@@ -253,9 +253,11 @@ def test_a_state_in_use_refuses_other_threads(model):
 
 
 scalars = st.one_of(
-    st.none(), st.booleans(), st.integers(), st.floats(), st.text(max_size=3), st.binary(max_size=3),
+    st.none(), st.booleans(), st.integers(), st.floats(), st.text(max_size=3),
+    st.binary(max_size=3),
     st.complex_numbers(),
-    st.lists(st.integers(-2, 20), max_size=4), st.lists(st.lists(st.floats(), max_size=3), max_size=3), st.just(TOWERS),
+    st.lists(st.integers(-2, 20), max_size=4), st.lists(st.lists(st.floats(), max_size=3),
+    max_size=3), st.just(TOWERS),
     st.just(Inputs(0.0, 5.0, 3.0, TOWERS)), st.just(object()),
     arrays(scalar_dtypes(), array_shapes(max_dims=3, max_side=4)),
 )  # fmt: skip
@@ -397,7 +399,8 @@ def test_any_arguments_of_a_simulation(model, stop, every, nodes, channels, fail
 def test_any_other_argument(model, laws_only, value):
     state = model.start()
     for call in (
-        Model, State, state.observe_node, state.restore, model.start, model.rest, model.accept, state.advance,
+        Model, State, state.observe_node, state.restore, model.start, model.rest, model.accept,
+        state.advance,
         laws_only.accept, lambda x: Model(model.scene, inputs=x),
     ):  # fmt: skip
         if call == state.advance and isinstance(value, int | float) and value > 10:

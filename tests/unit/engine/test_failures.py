@@ -1,4 +1,4 @@
-"""Failures: what the report says, that nothing is left half done, and that halving gets through a jump."""
+"""Failures: reports, no partial results, and halving of steps at a jump."""
 
 import math
 
@@ -213,7 +213,7 @@ def test_nodes_outside_the_mesh_are_refused(minimal):
 
 
 def test_a_state_recovers_after_a_failure():
-    """After a failed advance the same state goes on under other inputs, and as one that never failed."""
+    """After a failed advance the state continues under other inputs, as if it had not failed."""
     model = Model(load_scene("example2"))
     state, other = model.start(), State(model)
     state.advance(0.3)

@@ -1,4 +1,4 @@
-"""The engine's states: repeatable, saved and restored bit for bit, independent of what is recorded, safe in threads."""
+"""States: repeatable, saved and restored bit for bit, independent of recording, thread-safe."""
 
 from concurrent.futures import ThreadPoolExecutor
 
@@ -110,7 +110,7 @@ def test_a_run_in_pieces_has_the_same_bits(model):
 
 
 def test_recording_does_not_move_the_instants_at_which_laws_are_read(model):
-    """Times are the same products however often a run is interrupted; else the wind differs in its last bit."""
+    """Times are the same products however a run is interrupted; else the wind differs."""
     gusts = {"kind": "harmonic", "mean": 7.0, "amplitude": 2.0, "frequency_hz": 0.71}
     gusty = Model(
         model.scene.with_values(

@@ -1,4 +1,4 @@
-"""The one rule for writing files: whole, with its mode, over regular files only, and refused before computing."""
+"""The one rule for writing files: whole, with its mode, over regular files, checked early."""
 
 import ast
 import os
@@ -19,7 +19,7 @@ pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="modes, links an
 
 
 def refused(path):
-    """The words with which both the check before and the writing refuse, and that nothing was left behind."""
+    """The message of both the early check and the writing; nothing is left behind."""
     before = sorted(path.parent.iterdir())
     with pytest.raises(gf.SceneError) as early:
         check_target(path)

@@ -1,4 +1,4 @@
-"""One rule for every text and every number, wherever a user gives it: files, tables, options, Python."""
+"""One rule for every text and number that a user gives: files, tables, options, Python."""
 
 import json
 import re
@@ -199,7 +199,7 @@ def test_a_word_that_is_no_number_gets_a_remedy(word, remedy, tmp_path):
 
 @pytest.mark.parametrize("character", BAD_CHARACTERS)
 def test_characters_that_no_file_can_hold_are_refused_everywhere(character, tmp_path):
-    """NUL and lone surrogates crash NetCDF after computing; controls, FFFE make an XML that no host reads."""
+    """NUL and lone surrogates crash NetCDF; controls and FFFE make invalid XML."""
     text, scene = f"a{character}b", gf.load_scene("example3")
     message = f"U\\+{ord(character):04X}"
     for key in ("title", "description", "sources"):

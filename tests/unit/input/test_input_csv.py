@@ -8,7 +8,10 @@ import pytest
 
 import gallop_fmu as gf
 
-CSV = '"time","wind_speed","attack_angle","support.left.x1"\n0,5.0,3.0,0.0\n1,6.0,3.0,0.002\n4,5.5,3.0,0.0\n'
+CSV = (
+    '"time","wind_speed","attack_angle","support.left.x1"\n'
+    "0,5.0,3.0,0.0\n1,6.0,3.0,0.002\n4,5.5,3.0,0.0\n"
+)
 
 
 @pytest.fixture

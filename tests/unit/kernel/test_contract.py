@@ -1,4 +1,4 @@
-"""The contract of the kernel's exported functions, as a C caller meets it: what is refused, and what it leaves alone.
+"""The contract of the kernel's exported functions, as seen by a C caller: refusals, no effect.
 
 Every call that cannot be carried out answers GALLOP_BAD_CALL, names the argument, fills in its
 report and changes nothing.
@@ -32,7 +32,7 @@ kernel.gallop_arithmetic_fault.restype = c.c_char_p
 
 
 class Span:
-    """A model with a state in it, and everything that a call wants, ready to be replaced by something wrong."""
+    """A model, its state, and all arguments of a call, each to be replaced by a wrong one."""
 
     def __init__(self, scene, *, inputs=True):
         self.model = Model(scene, inputs=inputs)
@@ -83,7 +83,8 @@ class Span:
     def run(self, **change):
         """gallop_run with two records of two nodes; ``done`` and the report are kept."""
         self.integers = {key: np.array(values, np.int32) for key, values in
-                         {"channel": [0, 1], "node": [3, 4], "span_channel": [0]}.items()}  # fmt: skip
+                         {"channel": [0, 1], "node": [3, 4],
+                             "span_channel": [0]}.items()}  # fmt: skip
         self.node_values, self.span_values = (
             np.full((2, 2, 2), UNTOUCHED),
             np.full((2, 1), UNTOUCHED),
@@ -187,7 +188,7 @@ def test_pointers_that_are_not_aligned_are_refused(span, name, argument, shift):
     "name", [name for name, arguments in FUNCTIONS.items() if "state" in arguments]
 )
 def test_a_state_of_another_model_is_refused(span, other, scene, name):
-    """One of another size, and one of the same size of another scene; residual and tangent use scratch memory alone."""
+    """A state of another size, or of another scene; residual and tangent use scratch memory."""
     small = Span(scene.with_values({"numerics.elements": 2})).started()
     blank = np.zeros(len(span.block) + 1)
     for foreign in (small.state, other.state, c.c_void_p(blank.ctypes.data)):
@@ -209,7 +210,8 @@ def test_models_of_the_same_scene_share_their_states(span, scene):
     {"wind.speed": 5.6}, {"aerodynamics.lift": [0.0, 1.0]}, {"aerodynamics.centre_deg": 181.0},
     {"aerodynamics.valid_to_deg": 261.0}, {"numerics.time_step": 0.02}, {"wind.speed": None,
      "wind.history": {"kind": "table", "time": [0.0, 1.0], "value": [5.5, 5.5]}},
-    {"loads": [{"position": 0.5, "force": [0.0, 1.0, 0.0], "law": {"kind": "constant", "value": 1.0}}]},
+    {"loads": [{"position": 0.5, "force": [0.0, 1.0, 0.0], "law": {"kind": "constant",
+        "value": 1.0}}]},
 ])  # fmt: skip
 def test_a_state_belongs_to_all_that_the_scene_says(span, scene, change):
     changed = Span(scene.with_values(change))
@@ -224,7 +226,7 @@ INPUT_FIELDS = [name for name, _ in CInputs._fields_]
 @pytest.mark.parametrize("field", INPUT_FIELDS)
 @pytest.mark.parametrize("value", [math.nan, math.inf, -math.inf])
 def test_inputs_that_are_not_finite_are_refused_by_their_name(span, field, value):
-    """Wind of NaN was INVALID_SCENE before: "a number of the scene is impossible (value 0.000156, limit 0)"."""
+    """Wind of NaN was once INVALID_SCENE: "a number of the scene is impossible"."""
     if field.startswith("support"):
         getattr(span.inputs, field)[1][2] = value
     else:

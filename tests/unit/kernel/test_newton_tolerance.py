@@ -30,7 +30,7 @@ def what_is_left(model, state):
 @pytest.mark.parametrize("tolerance", [1e-7, 1e-9, 1e-11, 1e-12])
 @pytest.mark.parametrize("case", ["pulse", "twist"])
 def test_error_left_is_below_the_tolerance(case, tolerance):
-    """After every step, from rest through a growing motion and in a free twist with eccentric ice."""
+    """After every step: a growing motion from rest, and free twist with eccentric ice."""
     load = {"position": 0.31, "force": [30.0, 100.0, 150.0], "torque": 1.0, "law": PULSE}
     if case == "pulse":
         scene = load_scene("example1").with_values({"loads": [load], "numerics.elements": 8})

@@ -1,4 +1,4 @@
-"""The kernel's evaluation of each law, seen through the wind speed and the support motion, against `Law.at`."""
+"""The kernel's laws, seen through wind speed and support motion, against `Law.at`."""
 
 import numpy as np
 import pytest
@@ -13,9 +13,11 @@ LAWS = {
     "ramp": {"kind": "ramp", "initial": 2.0, "final": 7.0, "start": 0.11, "duration": 0.5},
     "falling ramp": {"kind": "ramp", "initial": 7.0, "final": 2.0, "start": 0.2, "duration": 0.3},
     "jump": {"kind": "ramp", "initial": 1.0, "final": 2.0, "start": 0.35, "duration": 0.0},
-    "pulse": {"kind": "pulse", "initial": 1.0, "peak": 4.0, "start": 0.1, "rise": 0.2, "fall_start": 0.4, "fall": 0.3},
+    "pulse": {"kind": "pulse", "initial": 1.0, "peak": 4.0, "start": 0.1, "rise": 0.2,
+    "fall_start": 0.4, "fall": 0.3},
     "harmonic": {
-        "kind": "harmonic", "mean": 5.0, "amplitude": 2.0, "frequency_hz": 1.7, "phase_deg": 40.0, "start": 0.23,
+        "kind": "harmonic", "mean": 5.0, "amplitude": 2.0, "frequency_hz": 1.7, "phase_deg": 40.0,
+        "start": 0.23,
     },
     "table": {"kind": "table", "time": [0.1, 0.3, 0.45, 0.7], "value": [2.0, 5.0, 1.0, 4.0]},
 }  # fmt: skip

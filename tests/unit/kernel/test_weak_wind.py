@@ -1,4 +1,4 @@
-"""Wind that is too weak to matter: its angle is not judged, as the section's own motion turns it by any angle.
+"""Weak wind: its angle is not checked, as the section's own motion rotates it by any angle.
 
 The right motion is that of ``aerodynamics.outside = "hold"``, which judges no angle: the forces
 have the same bits.
@@ -62,7 +62,7 @@ def test_runs_in_weak_wind_are_those_that_judge_no_angle(name, integrator):
 
 
 def test_the_bound_is_a_millionth_of_the_weight():
-    """Two-sided: in wind that blows from outside the range the start fails only where rho d U^2 / 2 exceeds it."""
+    """Two-sided: wind from outside the range fails only where rho d U^2 / 2 exceeds the bound."""
     still = scene(CALM)
     weight = (still.conductor.mass_per_length + still.ice.mass_per_length) * still.span.gravity
     bound = np.sqrt(1e-6 * weight / (0.5 * still.wind.air_density * still.conductor.diameter))

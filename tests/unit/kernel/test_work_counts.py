@@ -1,4 +1,4 @@
-"""Rules that save work, by counting it: halved steps grow back, slow tangents are renewed, clocks may be inexact.
+"""Rules that save work, by counting it: sub-steps grow again, slow tangents are refactorised.
 
 Bounds are two-sided; beside them is the count of a kernel in which the rule was changed.
 """
@@ -20,7 +20,7 @@ def loaded(law, force, **numerics):
 
 
 def test_halved_steps_grow_back():
-    """A load jumps at the start of a step, which needs short sub-steps there, and longer ones in the rest of it."""
+    """A load jumps at the start of a step: short sub-steps there and longer ones later."""
     jump = {"kind": "ramp", "initial": 0.0, "final": 1.0, "start": 0.201, "duration": 0.0}
     report = (
         loaded(jump, 3000.0, time_step=0.1, max_newton_iterations=4, max_halvings=10)
@@ -74,7 +74,7 @@ def test_a_step_of_another_size_costs_a_factorisation():
 
 
 def test_the_time_step_is_met_within_round_off():
-    """Steps of a host that are the scene's but for round-off have its very size: the same bits as a run."""
+    """Steps of a host that equal the scene's but for round-off give the same bits as a run."""
     step, time = EXAMPLE3.numerics.time_step, 0.1
     stepped, ran = (Model(EXAMPLE3).start(time) for _ in range(2))
     assert time + step - time != step

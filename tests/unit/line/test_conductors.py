@@ -1,4 +1,4 @@
-"""The table of conductors: each row against geometry, densities and strengths that are not in it."""
+"""The table of conductors: each row against geometry, densities and strengths."""
 
 import math
 

@@ -1,4 +1,4 @@
-"""The command line of the modal toolkit: what it prints and writes, and that mistakes end in one readable message."""
+"""The command line of modal: what it prints and writes; one readable message for a mistake."""
 
 import json
 import subprocess

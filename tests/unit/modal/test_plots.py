@@ -42,7 +42,7 @@ def veering():
 
 
 def test_a_line_stays_with_its_mode_through_an_avoided_crossing(veering):
-    """It keeps to its side and changes its colour; the number of the mode stands at both of its ends."""
+    """A curve keeps its side and changes colour; the mode's number is at both of its ends."""
     axes = tracking_figure(veering).axes[0]
     lines = [line for line in axes.collections if isinstance(line, LineCollection)]
     assert len(lines) == 2
@@ -61,7 +61,7 @@ def test_a_line_stays_with_its_mode_through_an_avoided_crossing(veering):
 
 
 def test_a_map_reaches_the_1_to_1_line_and_counts_in_factors():
-    """Soft springs along a tight span let the vertical frequency fall to that of a string, which is the horizontal."""
+    """Soft springs lower the vertical frequency to that of a string, the horizontal one."""
     spring = {"kind": "springs", "stiffness_x1": 2e4, "stiffness_x3": 1e9}
     scene = gf.load_scene("example3").with_values(
         {"span.sag": None, "supports": {"left": spring, "right": spring}, "numerics.elements": 8}

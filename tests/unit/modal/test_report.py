@@ -1,4 +1,4 @@
-"""The HTML report: well-formed, self-contained, complete, escaped, and honest about what is missing."""
+"""The HTML report: well-formed, self-contained, complete, escaped; it lists what is missing."""
 
 import json
 import re
@@ -201,7 +201,7 @@ def test_shows_why_a_part_is_refused(unpainted):
 
 
 def test_shows_a_run_up_to_its_early_end(tmp_path, unpainted):
-    """The attack angle leaves a curve that is too short; the command writes the page and ends with 1."""
+    """The attack angle leaves a short curve; the command writes the page and returns 1."""
     changes = {"damping.translation": None, "initial.seed_vertical": 0.05}
     scene = gf.load_scene("example3").with_values(
         {
@@ -249,7 +249,7 @@ def test_the_command_of_0_1_0_says_where_it_is_now():
 
 
 def test_gallop_fmu_works_where_another_modal_is_installed():
-    """The import name is also that of a cloud provider's client. Where the report cannot be imported, it says so."""
+    """Another package of the same import name: where the report cannot be imported, a message."""
     other = "import sys, types; sys.modules['modal'] = types.ModuleType('modal'); "
     for program, words in (("gallop_fmu", ["--help"]), ("modal", ["report", "--help"])):
         command = [

@@ -36,7 +36,7 @@ def _drawn_tick_labels(axis, renderer):
 
 
 def _collisions(figure):
-    """Number of panels (with labels and titles) that overlap another, and of neighbouring tick labels that do."""
+    """Number of overlapping panels (with labels and titles) and of overlapping tick labels."""
     canvas = FigureCanvasAgg(figure)
     canvas.draw()
     renderer = canvas.get_renderer()

@@ -1,4 +1,4 @@
-"""Runs that cannot start: with ``on_failure="return"`` they are results like those that end early."""
+"""Runs that cannot start: with ``on_failure="return"`` they are results as those that end early."""
 
 import math
 
@@ -9,7 +9,7 @@ import gallop_fmu as gf
 import modal
 
 SLACK = {"span.length": 95.0, "span.sag": None, "initial.seed_vertical": 0.6}
-"""A seed that is flatter than the span at rest shortens the cable by more than its elastic elongation."""
+"""A seed that flattens the span shortens the cable by more than its elastic elongation."""
 
 NO_EQUILIBRIUM = {"span.sag": None, "ice.first_moment_x2": 0.012}
 """More than pi^2 GJ / (g L^2) above the conductor rolls it over."""

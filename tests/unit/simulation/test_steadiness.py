@@ -100,7 +100,7 @@ def _narrow_band(rng):
 
 
 def _chaotic(rng):
-    """The amplitude follows the third variable of Lorenz's equations through 6 to 15 of its swings."""
+    """The amplitude follows the third Lorenz variable through 6 to 15 of its oscillations."""
     time, samples, wave = _wave(rng, (60.0, 90.0))
     step, state, third = 0.02, rng.standard_normal(3) + np.array([1.0, 1.0, 20.0]), []
 
@@ -118,7 +118,7 @@ def _chaotic(rng):
 
 
 def _hidden(rng):
-    """Steady, with another frequency that has reached 0.4 to 1.2 % and grows by a factor of 1.6 to 20 each third."""
+    """Steady, with a second frequency of 0.4 to 1.2 % that grows 1.6 to 20 times each third."""
     time, samples, wave = _wave(rng)
     size, rate = _log_uniform(rng, 0.004, 0.012), rng.uniform(1.4, 9.0)
     other = rng.choice([0.5, rng.uniform(0.25, 0.75), rng.uniform(1.25, 1.75)])
@@ -153,13 +153,16 @@ DRAWN = {
     "resting": (_resting, "at rest"),
 }
 WRONG = {"chaotic": 4, "narrow band": 1}
-"""Misjudged of `DRAWS`: irregular amplitudes may look like beats or growth. Of 500 draws of each kind 17 of the chaotic
-and 2 of the narrow band were misjudged, never as steady, and none of the others."""
+"""Number of `DRAWS` that may be misjudged: irregular amplitudes may look like beats or growth.
+
+Of 500 draws of each kind 17 of the chaotic and 2 of the narrow band were misjudged, never as
+steady, and none of the others.
+"""
 
 
 @pytest.mark.parametrize("name", DRAWN)
 def test_drawn_signals(name):
-    """Sizes, means, periods, samples a cycle and cycles in the window are drawn; the kind is that of the formula."""
+    """Sizes, means, periods, sampling and length are drawn; the kind is that of the formula."""
     draw, kind = DRAWN[name]
     rng = np.random.default_rng([11, list(DRAWN).index(name)])
     wrong = []
@@ -196,7 +199,7 @@ def test_what_cannot_be_judged_says_why():
 
 @pytest.mark.parametrize("seed", range(8))
 def test_any_history_is_judged(seed):
-    """Noise, walks, jumps, overflow, one sample, what is not finite: an answer, and no warning of NumPy."""
+    """Noise, walks, jumps, overflow, one sample, infinities: an answer, no warning of NumPy."""
     rng = np.random.default_rng(seed)
     for _ in range(40):
         count, interval = int(_log_uniform(rng, 1.0, 3000.0)), _log_uniform(rng, 1e-4, 10.0)
@@ -242,7 +245,7 @@ def _until(result, time):
 
 
 def test_galloping_grows_until_the_swing_is_there(swing):
-    """Vertical growth, then the plateau below which the swing grows, the transfer, and the new cycle."""
+    """Vertical growth, the plateau on which the swing grows, the transfer, the new cycle."""
     for time in (150.0, 300.0, 450.0, 500.0, 530.0, 550.0):
         assert _until(swing, time).motion.kind == "still growing"
     assert not _until(swing, 600.0).motion.is_steady
@@ -250,7 +253,7 @@ def test_galloping_grows_until_the_swing_is_there(swing):
 
 
 def test_on_the_plateau_the_swing_grows_unseen():
-    """The swing of 1e-5 of the vertical amplitude grows by linear theory; nothing but its growth says so."""
+    """A swing of 1e-5 of the vertical amplitude grows; only its growth shows it."""
     time = np.arange(0.0, 100.0, 0.05)
     slaved = 0.02 * np.cos(4.2 * time)
     growing = 5e-5 * np.exp(0.05 * (time - 100.0)) * np.cos(2.1 * time)
@@ -264,7 +267,7 @@ def test_on_the_plateau_the_swing_grows_unseen():
 
 
 def test_slow_growth_is_no_limit_cycle():
-    """4.6 and 4.7 m/s are just above the onset: harmonic balance has limit cycles of 0.07 and 0.19 m there."""
+    """4.6 and 4.7 m/s are just above the onset: limit cycles of 0.07 and 0.19 m."""
     runs = gf.sweep("example3", {"wind.speed": [4.5, 4.6, 4.7]}, stop_time=1500.0)
     words = [text.partition(" (")[0] for text in runs.dataset.motion.values]
     assert words == ["decaying", "still growing", "still growing"]
@@ -272,7 +275,7 @@ def test_slow_growth_is_no_limit_cycle():
 
 
 def full_circle():
-    """A made-up curve of a full turn on a long span: lift -0.9 sin 2a, drag 1.3 - 0.2 cos 2a, moment 0.08 sin 2a."""
+    """A fictitious full-turn curve: lift -0.9 sin 2a, drag 1.3 - 0.2 cos 2a, moment 0.08 sin 2a."""
     angle = np.arange(0.0, 361.0, 10.0)
     double = 2.0 * np.radians(angle)
     curve = {
@@ -367,7 +370,7 @@ def test_headline_of_a_motion_that_grows_says_so(swing):
 
 
 def test_a_report_says_beside_the_clearance_what_the_run_is_worth(swing):
-    """Its headline and its clearance hold for a run that still grows, and whose steps are too long."""
+    """Headline and clearance of a run that still grows and whose steps are too long."""
     from gallop_fmu.line.clearance import davison_single_loop
     from modal.report.page import page
     from modal.report.tables import cards
@@ -458,7 +461,7 @@ def test_the_fastest_motion_that_carries_energy(frequencies):
     ],
 )
 def test_steps_in_a_period_are_counted(integrator, step, error):
-    """A period of 1.486 s; seen on example 3 in 900 s are +1.6, +21 and +27 %, and +0.02 % by Gauss."""
+    """Period 1.486 s; errors on example 3 in 900 s: +1.6, +21 and +27 %, and +0.02 % by Gauss."""
     values = {"numerics.time_step": step, "numerics.integrator": integrator}
     told = step_warnings(gf.load_scene("example3").with_values(values), 0.673, 0.05)
     assert [error in sentence for sentence in told] == ([True] if error else [])

@@ -125,7 +125,8 @@ def corridor(table):
 
 def test_familiar_numbers_of_a_line_are_columns(table, corridor):
     path = table(
-        "name,line.conductor,line.span,line.height_difference,line.ice_thickness,line.wind_speed,span.gravity\n"
+        "name,line.conductor,line.span,line.height_difference,"
+        "line.ice_thickness,line.wind_speed,span.gravity\n"
         "A,Drake,300,5,0.012,6,\n"
         "B,Hawk,250,,,,9.8\n"
     )
@@ -164,7 +165,8 @@ def test_a_table_may_hold_the_whole_line(table):
 
 def test_errors_of_a_line_concern_their_own_run_and_name_the_column(table, corridor):
     path = table(
-        "line.conductor,line.span,line.ice_thickness\nDrak,300,\nDrake,,\nDrake,300,-0.01\nDrake,300,\n"
+        "line.conductor,line.span,line.ice_thickness\n"
+        "Drak,300,\nDrake,,\nDrake,300,-0.01\nDrake,300,\n"
     )
     messages = [
         "line.conductor: 'Drak' is not a code word of the table; closest: Drake",
@@ -236,7 +238,8 @@ def test_fingerprint_sees_the_line_and_its_curve(table, corridor):
 
 def test_every_span_of_a_table_at_every_point_of_a_grid(table):
     found = cases("example3", {"wind.speed": [4.0, 5.0]}, table("name,span.sag\nA,2.12\nB,2.1\n"))
-    assert [(case.run, case.labels["name"], case.changes["wind.speed"]) for case in found.every] == [
+    assert [(case.run, case.labels["name"],
+        case.changes["wind.speed"]) for case in found.every] == [
         (0, "A", 4.0), (1, "A", 5.0), (2, "B", 4.0), (3, "B", 5.0)
     ]  # fmt: skip
     assert list(found.grid) == ["name", "wind.speed"]
@@ -362,7 +365,7 @@ def test_labels_of_other_types_come_back_as_json(geojson):
 
 
 def test_labels_and_names_come_back_as_they_were(table, geojson):
-    """They are texts: no TOML, no numbers, no dates (e\\u0301 is the letter é in two characters)."""
+    """They are texts: no TOML, no numbers, no dates (e\\u0301 is é in two characters)."""
     names = [f"{text}e\u0301" for text in IDS]
     cells = "\n".join(f'"{name}","{text}",2.1' for name, text in zip(names, IDS, strict=True))
     features = [

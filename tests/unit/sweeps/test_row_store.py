@@ -293,7 +293,7 @@ NOT_OURS = "not the journal of a sweep, or damaged; remove it to compute all run
 
 
 def test_rows_of_another_task_are_never_taken(path):
-    """Two sweeps once wrote into one journal: the rows of one stood under the header of the other."""
+    """Two sweeps once wrote into one journal: rows of one below the header of the other."""
     _forged(path, ROWS)
     assert sorted(_taken(path)) == [0, 1, 2]
     _forged(path, ROWS, sealed_for={**HEADER, "scenes": "another"})

@@ -1,4 +1,4 @@
-"""Sweeps: the same numbers as single runs, wherever they are computed; nothing that fails is lost."""
+"""Sweeps: the numbers of single runs, wherever they are computed; no failure is lost."""
 
 import json
 import math
@@ -381,7 +381,7 @@ def test_screening_a_table_is_screening_each(scene, invoke, tmp_path):
 
 @pytest.mark.parametrize("workers", [1, 2])
 def test_screening_where_no_process_can_be_started(scene, monkeypatch, workers):
-    """A worker of Celery or of multiprocessing.Pool is a daemon; one worker needs no process in any case."""
+    """A worker of Celery or multiprocessing.Pool is a daemon; one worker needs no process."""
     if workers == 1:
         monkeypatch.setattr(
             "loky.ProcessPoolExecutor.submit", lambda *_: pytest.fail("a process was started")
