@@ -208,7 +208,7 @@ EXPLANATION = f"""\
 Pairs read `modal.screen` : nonlinear model. The two-mode estimate has its own column.
 
 - In the nonlinear model a force of {PUSH:g} N starts the swing after galloping has settled. The
-  onset is bisected to {ONSET_WIDTH:.1%}; the threshold is the vertical amplitude extrapolated to it.
+  onset is bisected to {ONSET_WIDTH:.1%}; the threshold is the amplitude there, extrapolated.
   Just above the critical wind the amplitude rises steeply and settles slowly: where the onset is
   close to it, the threshold of the nonlinear model itself is uncertain by a few per cent.
 - "antisymmetric from": round-off has grown until the motion was no longer symmetric about mid-span
