@@ -194,9 +194,7 @@ def _compile(platform: Platform, folder: Path) -> bytes:
         )
         if done.returncode:
             said = "\n".join(done.stderr.strip().splitlines()[:20])
-            raise CompilerError(
-                f"Zig could not compile the kernel for {target}:\n{said}"
-            )
+            raise CompilerError(f"Zig could not compile the kernel for {target}:\n{said}")
         slices.append((folder / output).read_bytes())
     return universal_library(slices) if len(slices) > 1 else slices[0]
 
