@@ -15,7 +15,7 @@ from matplotlib.colors import LogNorm
 from stability import CYCLES, MESHES, STEPS, WINDS, Cycle, error, largest_step
 
 from gallop_fmu.foundation.integrators import SPECTRAL_RADIUS
-from gallop_fmu.foundation.outcome import DOUBTFUL_TURN
+from gallop_fmu.foundation.outcome import MAX_STEP_ROTATION
 from support.checks import AGREEMENT, CLOSED
 from support.conservation import VERTICAL_HZ
 from support.random_spans import FEWEST, MOST, STEEPEST
@@ -62,7 +62,7 @@ Summary:
 - Take 50 steps or more in a period of the galloping motion. Amplitudes are then within 1 % in all
   cases of the first table. Resonance of two modes needs the shortest steps.
 - If the steps are too long, the run has a warning (`result.warnings`): more than one in a hundred
-  had to be halved, or a section rotated by more than {DOUBTFUL_TURN:g} rad within one. The run
+  had to be halved, or a section rotated by more than {MAX_STEP_ROTATION:g} rad within one. The run
   was completed, but its energy may be wrong. Reduce `numerics.time_step` until the warning
   disappears.
 - `gallop_fmu.energy_balance(result)` compares the work of wind and supports with damping and

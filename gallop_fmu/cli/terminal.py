@@ -70,7 +70,7 @@ def real(text: str | float) -> float:
     number = read_number(text) if isinstance(text, str) else text
     if number is None:
         remedy = number_remedy(str(text))
-        raise typer.BadParameter(f"{text!r} is no number{f'; {remedy}' if remedy else ''}")
+        raise typer.BadParameter(f"{text!r} is not a number{f'; {remedy}' if remedy else ''}")
     return float(number)
 
 

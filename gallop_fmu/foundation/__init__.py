@@ -1,1 +1,1 @@
-"""What every layer uses: errors, outcomes, rules for texts and files, names of channels and integrators."""
+"""Errors, outcomes, rules for texts and files, channels and integrators, for all layers."""

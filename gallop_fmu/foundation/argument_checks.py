@@ -1,4 +1,4 @@
-"""Types, shapes and ranges of what a caller hands to the compiled kernel: coerced or refused here, with the name."""
+"""Conversion and checks of arguments of the compiled kernel: type, shape and range."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ def number(name: str, value: Any) -> float:
     Raises
     ------
     TypeError
-        If it is not one real number.
+        It is not one real number.
     """
     if type(value) is float:
         return value
@@ -33,7 +33,7 @@ def finite(name: str, value: Any) -> float:
     Raises
     ------
     TypeError, ValueError
-        If it is not one real number, or not finite.
+        It is not one real number, or not finite.
     """
     result = number(name, value)
     if not np.isfinite(result):
@@ -47,7 +47,7 @@ def whole(name: str, value: Any, low: int, high: int) -> int:
     Raises
     ------
     TypeError, ValueError
-        If it is not a whole number, or out of range.
+        It is not a whole number, or out of range.
     """
     try:
         result = operator.index(value)
@@ -59,17 +59,17 @@ def whole(name: str, value: Any, low: int, high: int) -> int:
 
 
 def numbers(name: str, values: Any, shape: tuple[int, ...]) -> Array:
-    """Return finite numbers as a contiguous array of doubles; a flat array with as many numbers takes the shape.
+    """Return finite numbers as a contiguous array of doubles; a flat array is reshaped.
 
     Raises
     ------
     TypeError, ValueError
-        If they are not real numbers, have another shape, or are not finite.
+        They are not real numbers, have another shape, or are not finite.
     """
     array = _real(name, values)
     if array.shape not in (shape, (int(np.prod(shape)),)):
         raise ValueError(f"{name} has the shape {array.shape}; it must have {shape}")
-    with np.errstate(over="ignore"):  # what overflows is refused below
+    with np.errstate(over="ignore"):  # infinity is refused below
         array = np.ascontiguousarray(array.reshape(shape), dtype=np.float64)
     if not np.isfinite(array).all():
         place = tuple(int(i) for i in np.argwhere(~np.isfinite(array))[0])
@@ -83,7 +83,7 @@ def indices(name: str, values: Any, count: int) -> NDArray[np.int32]:
     Raises
     ------
     TypeError, ValueError, IndexError
-        If they are not whole numbers, not one-dimensional, or out of range.
+        They are not whole numbers, not one-dimensional, or out of range.
     """
     array = _array(name, values)
     if array.ndim != 1:
@@ -103,7 +103,7 @@ def _array(name: str, values: Any) -> NDArray[Any]:
     try:
         return np.asarray(values)
     except ValueError:
-        raise ValueError(f"{name} is no array: its rows have different lengths") from None
+        raise ValueError(f"{name} is not an array: its rows have different lengths") from None
 
 
 def _real(name: str, values: Any) -> NDArray[Any]:

@@ -1,9 +1,8 @@
-"""Writing files: one rule for every file that the package writes.
+"""Atomic writing: one rule for every file that the package writes.
 
-A file is written under an unpredictable name in the same folder, then renamed: readers find the old
-file or the new one, whatever happens meanwhile. Links are followed, mode and owner of an older file
-are kept, and only regular files that may be written are replaced. `check_target` applies the same
-rule before a long computation.
+A file is written under a random name in the same folder, then renamed: readers always find the old
+file or the new one. Links are followed, mode and owner of an older file are kept, and only regular,
+writable files are replaced. `check_target` applies the same rule before a long computation.
 """
 
 from __future__ import annotations
@@ -28,20 +27,20 @@ NEW_FILE = os.O_WRONLY | os.O_CREAT | os.O_EXCL | getattr(os, "O_BINARY", 0)
 
 
 def write_whole(path: Path, content: bytes) -> None:
-    """Write a file as a whole; where a link is in its place, the target of the link is replaced.
+    """Replace a file atomically; if it is a link, replace its target.
 
     Parameters
     ----------
     path
-        The file. A new one gets the usual mode, an older one keeps its mode and, where possible,
+        The file. A new file gets the default mode, an older one keeps its mode and, if possible,
         its owner.
     content
-        All of it.
+        All bytes of the file.
 
     Raises
     ------
     OSError
-        With the name of the file. The older file is kept, and no temporary file is left.
+        It cannot be written. The older file is kept, and no temporary file remains.
     """
     try:
         place, older = _place(path)
@@ -55,20 +54,20 @@ def write_whole(path: Path, content: bytes) -> None:
 
 
 def check_target(path: Path, suffixes: Sequence[str] = ()) -> None:
-    """Refuse, before anything is computed for it, a file that could not be written.
+    """Refuse a file that cannot be written, before a long computation.
 
     Parameters
     ----------
     path
         File to be written by `write_whole`.
     suffixes
-        Those that are allowed; any if empty.
+        Allowed suffixes; any if empty.
 
     Raises
     ------
     SceneError
-        Another suffix, a missing folder, a name that is too long, a folder, device, pipe or
-        read-only file in its place, or a folder that takes no new file.
+        The suffix is another one, the folder is missing or read-only, the name is too long, or a
+        folder, device, pipe or read-only file has this name.
     """
     if suffixes and path.suffix.lower() not in suffixes:
         raise SceneError(f"{path}: must end in {' or '.join(suffixes)}, which decides the format")
@@ -76,7 +75,7 @@ def check_target(path: Path, suffixes: Sequence[str] = ()) -> None:
         if path.is_dir():
             raise SceneError(f"{path}: is a folder; give the name of a file")
         if not path.parent.is_dir():
-            raise SceneError(f"{path}: there is no folder {path.parent}; make it first")
+            raise SceneError(f"{path}: there is no folder {path.parent}; create it first")
         place, _ = _place(path)
         with _Temporary(place, 0o600):
             pass
@@ -89,10 +88,10 @@ def check_target(path: Path, suffixes: Sequence[str] = ()) -> None:
 
 
 def open_exclusive(path: Path) -> BinaryIO:
-    """Open a file to read and append, locked against every other program that opens it by this function.
+    """Open a file to read and append, with a lock against other calls of this function.
 
-    The lock ends when the file is closed, also by the end of the program. Some network file systems
-    have no locks; there the file is open without one.
+    Closing the file or ending the program releases the lock. On network file systems without locks
+    the file is not locked.
 
     Parameters
     ----------
@@ -102,14 +101,14 @@ def open_exclusive(path: Path) -> BinaryIO:
     Returns
     -------
     BinaryIO
-        Without a buffer.
+        The file, without a buffer.
 
     Raises
     ------
     BlockingIOError
-        Another program has it locked.
+        Another program has locked it.
     OSError
-        It is no regular file, or cannot be opened.
+        It is not a regular file, or cannot be opened.
     """
     flags = os.O_RDWR | os.O_CREAT | os.O_APPEND
     for name in ("O_BINARY", "O_NOFOLLOW", "O_NONBLOCK"):  # a pipe must not block
@@ -120,7 +119,7 @@ def open_exclusive(path: Path) -> BinaryIO:
             found = os.fstat(file.fileno())
             _check_regular(found)
             _lock(file.fileno())
-            if _is_same(path, found):  # else it was removed before it was locked
+            if _is_same(path, found):  # otherwise it was removed before it was locked
                 return file
         except BaseException:
             file.close()
@@ -129,21 +128,21 @@ def open_exclusive(path: Path) -> BinaryIO:
 
 
 def netcdf_bytes(dataset: xr.Dataset) -> bytes:
-    """A dataset as a NetCDF file, built in memory: HDF5 crashes the program when the disk is full."""
+    """Return a dataset as a NetCDF file in memory: HDF5 crashes on a full disk."""
     buffer = BytesIO()
     dataset.to_netcdf(buffer, engine="h5netcdf")
     return buffer.getvalue()
 
 
 class _Temporary:
-    """A new file in the folder of another, removed at the end unless it was renamed."""
+    """A temporary file in the folder of another, removed at the end unless it was renamed."""
 
     def __init__(self, place: Path, mode: int) -> None:
         self.path = place.with_name(f".gallop-{secrets.token_hex(8)}.new")
         self.descriptor = os.open(self.path, NEW_FILE, mode)
 
     def write(self, content: bytes) -> None:
-        """Write all of it, onto the disk."""
+        """Write the content to the disk and close the file."""
         with os.fdopen(self.descriptor, "wb") as file:
             self.descriptor = -1
             file.write(content)
@@ -161,7 +160,7 @@ class _Temporary:
 
 
 def _place(path: Path) -> tuple[Path, os.stat_result | None]:
-    """Where the content goes once links are followed, and the file that is there."""
+    """Return the path after following links, and the state of an older file."""
     place = Path(os.path.realpath(path))
     try:
         older = place.stat()
@@ -190,7 +189,7 @@ def _is_same(path: Path, found: os.stat_result) -> bool:
 
 
 def _keep_mode(descriptor: int, path: Path, older: os.stat_result) -> None:
-    """Mode of the older file for the new one, and its owner and group as far as this user may give them."""
+    """Give the new file the mode of the older one and, if allowed, its owner and group."""
     mode = stat.S_IMODE(older.st_mode)
     if sys.platform == "win32":
         path.chmod(mode)
@@ -199,7 +198,7 @@ def _keep_mode(descriptor: int, path: Path, older: os.stat_result) -> None:
         os.fchown(descriptor, older.st_uid, older.st_gid)
     except OSError:
         if os.fstat(descriptor).st_gid != older.st_gid:
-            mode &= ~0o070  # what the old group was allowed is not for the new one
+            mode &= ~0o070  # the permissions of the old group must not pass to another
     os.fchmod(descriptor, mode)
 
 
@@ -208,9 +207,7 @@ def _lock(descriptor: int) -> None:
     if sys.platform == "win32":
         import msvcrt
 
-        os.lseek(
-            descriptor, 2**62, os.SEEK_SET
-        )  # beyond all content, which others may go on reading
+        os.lseek(descriptor, 2**62, os.SEEK_SET)  # beyond the content, which stays readable
         try:
             msvcrt.locking(descriptor, msvcrt.LK_NBLCK, 1)
         except OSError as problem:

@@ -1,4 +1,4 @@
-"""What can be observed of a span, in the order of the kernel's enumerations."""
+"""Channels of a span that can be recorded, in the order of the kernel's enumerations."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 
 class Channel(NamedTuple):
-    """One observable quantity."""
+    """One quantity that can be recorded."""
 
     name: str
     unit: str
@@ -30,7 +30,7 @@ NODE_CHANNELS = (
     Channel(
         "angle_of_attack",
         "rad",
-        "attack angle: ice angle, twist and direction of the relative wind",
+        "attack angle, from the ice angle, the twist and the direction of the relative wind",
     ),
 )
 
@@ -42,19 +42,19 @@ SPAN_CHANNELS = (
     Channel("right_f1", "N", "force of the cable on the right end along the span"),
     Channel("right_f2", "N", "force of the cable on the right end, upwards"),
     Channel("right_f3", "N", "force of the cable on the right end, with the wind"),
-    Channel("kinetic_energy", "J", "kinetic energy, with that of the rotating eccentric ice"),
+    Channel("kinetic_energy", "J", "kinetic energy, including that of the rotating eccentric ice"),
     Channel(
         "potential_energy",
         "J",
-        "strain energy and energy of position, from the initial equilibrium; where towers move,"
-        " without the work of the static reactions on them",
+        "strain and gravitational energy, from the initial equilibrium; without the work of the"
+        " static reactions on moving towers",
     ),
     Channel("newton_iterations", "1", "Newton iterations of the last step"),
-    Channel("substeps", "1", "sub-steps that the last step was divided into"),
+    Channel("substeps", "1", "sub-steps of the last step"),
 )
 
 END_FORCES = tuple(f"{end}_f{axis}" for end in ("left", "right") for axis in (1, 2, 3))
-"""Span channels that hold a force on an end."""
+"""Span channels of the forces on the ends."""
 
 DESCRIBED = {channel.name: channel for channel in (*NODE_CHANNELS, *SPAN_CHANNELS)}
 """Every channel by its name."""

@@ -1,22 +1,21 @@
-"""The time integrators: what each is, its order and its stability.
+"""The time integrators with their order and stability: the one table for all uses.
 
-The one table that packing, provenance and tests read.  Measured on example 3 (15 elements): Newmark
-is the cheaper one down to errors of about 0.3 %, Gauss below that.  Where a rough start makes axial
-modes ring that no step resolves, Newmark has to halve its steps on fine meshes; the
-generalised-alpha method lets them decay and goes on.  Methods that were tried and are not here, as
-one of these is as good or better everywhere: Gauss with 2 stages, Lobatto IIIA of orders 4 and 6,
-Radau IIA of order 5.
+Measured on example 3 (15 elements), Newmark is cheaper for errors above about 0.3 %, Gauss below.
+After a discontinuous start, axial modes oscillate that no step resolves: Newmark then halves its
+steps on fine meshes, while the generalised-alpha method damps these modes. Gauss with 2 stages,
+Lobatto IIIA of orders 4 and 6, and Radau IIA of order 5 were tried; one of the methods here is
+better or equal in every case.
 
-Explicit central differences were estimated, not tried.  A three-node bar of length l with Lobatto's
-mass has the largest eigenvalue 24 c^2 / l^2, c = sqrt(EA/m), so steps end at 2 l / (sqrt(24) c);
-damping b2 in proportion to the stiffness shortens them by sqrt(1 + x^2) - x, x = b2 sqrt(6) c / l.
-At a measured cost of 1.10 and 0.65 us of an evaluation alone,
+Explicit central differences were estimated only. A three-node bar of length l with Lobatto mass has
+the largest eigenvalue 24 c^2 / l^2 with c = sqrt(EA/m), so the step is at most 2 l / (sqrt(24) c);
+stiffness-proportional damping b2 reduces it by sqrt(1 + x^2) - x with x = b2 sqrt(6) c / l. With
+the measured cost of 1.10 and 0.65 us for one evaluation,
 
-* example 3: 0.87 ms without damping, 0.080 ms with it, so 12500 steps or 14 ms a simulated second,
-  against some 0.2 ms by Newmark within 0.5 %: no case for it;
-* example 1, undamped: 0.39 ms, so 2550 steps or 1.7 ms, against 0.6 to 1.3 ms by Gauss at errors of
-  5e-3 to 1e-3 after a jump of the load.  Where an undamped span must be followed closely after a
-  jump, it would hold its own.
+* example 3: steps of 0.87 ms without damping, 0.080 ms with it: 12500 steps or 14 ms for one
+  simulated second, against about 0.2 ms with Newmark within 0.5 %;
+* example 1, undamped: steps of 0.39 ms: 2550 steps or 1.7 ms, against 0.6 to 1.3 ms with Gauss at
+  errors of 5e-3 to 1e-3 after a jump of the load. For an undamped span after a jump the explicit
+  method would be competitive.
 """
 
 from __future__ import annotations
@@ -26,30 +25,30 @@ from dataclasses import dataclass
 
 @dataclass(frozen=True, slots=True)
 class Integrator:
-    """One way to step in time.
+    """A time integrator.
 
     Attributes
     ----------
     name
         Value of ``numerics.integrator``.
     code
-        Number by which the kernel knows it, ``gallop_integrator``.
+        Its number in the kernel, ``gallop_integrator``.
     order
-        Order of displacement and velocity of smooth motion.
+        Order of displacement and velocity for smooth motion.
     acceleration_order
-        Order of accelerations, and of what inertia adds to the support forces.
+        Order of accelerations, and of the inertial part of the support forces.
     unconditionally_stable
-        Whether linear motion stays bounded at every step size.
+        Linear motion stays bounded at every step size.
     spectral_radius
-        Factor a step on undamped linear motion that is infinitely fast; 1: energy is kept at every
-        step size.
+        Amplification factor per step of undamped linear motion of infinite frequency; 1: energy is
+        conserved at every step size.
     amplitude_error
-        Largest relative error of a steady amplitude, times the number of steps in a period to the
-        power `order`, of three limit cycles of examples 2 and 3 with 6 to 100 steps in a period
-        (`benchmarks/accuracy/time_step.py`). It is that of the 2:1 swing, which long steps detune; other
+        Error constant C: the relative error of a steady amplitude is at most C / n^`order` with n
+        steps in a period; from three limit cycles of examples 2 and 3 with 6 to 100 steps in a period
+        (`benchmarks/accuracy/time_step.py`). The 2:1 swing determines it, as long steps detune it; other
         motions are less sensitive.
     description
-        One line: the method and how its equations are solved.
+        One line: the method and the solution of its equations.
     """
 
     name: str
@@ -63,7 +62,7 @@ class Integrator:
 
 
 SPECTRAL_RADIUS = 0.9
-"""Of the generalised-alpha method, unless ``numerics.spectral_radius`` is given."""
+"""Default ``numerics.spectral_radius`` of the generalised-alpha method."""
 
 INTEGRATORS = {
     integrator.name: integrator

@@ -1,4 +1,4 @@
-"""How a calculation ended: one enumeration, each member with a sentence and a cure."""
+"""Outcomes of a calculation, each with a sentence and a remedy."""
 
 from __future__ import annotations
 
@@ -6,18 +6,20 @@ import math
 from dataclasses import dataclass
 from enum import Enum
 
+from gallop_fmu.foundation.deprecation import warn_renamed
+
 
 class Outcome(Enum):
-    """How a calculation ended.  The values are those of the kernel's ``gallop_outcome``.
+    """Outcome of a calculation, with the codes of the kernel's ``gallop_outcome``.
 
-    ``outcome.sentence`` says what happened, ``outcome.cure`` what to do about it.
+    ``outcome.sentence`` states the fact, ``outcome.cure`` the remedy.
     """
 
     COMPLETED = (0, "the calculation was completed", "")
     NEWTON_STALLED = (
         1,
         (
-            "the Newton iteration did not converge, although the time step was halved as often as"
+            "the Newton iteration did not converge, even after the time step was halved as often as"
             " allowed"
         ),
         (
@@ -45,17 +47,17 @@ class Outcome(Enum):
             " compression"
         ),
         (
-            "raise the tension, lower the wind or the load, or let it act more gradually; "
-            'conductor.slack = "tension_only" lets the full model go slack'
+            "raise the tension, or lower the wind or load, or apply it more gradually; "
+            'conductor.slack = "tension_only" allows a slack cable'
         ),
     )
     EQUILIBRIUM_NOT_FOUND = (
         5,
         "no static equilibrium was found, although the load was applied in steps",
         (
-            "check sag, tension, wind and support displacement; there may be none (twist"
-            " divergence, or ice above the conductor that rolls it over: ice.first_moment_x2 g L^2"
-            " > pi^2 GJ)"
+            "check sag, tension, wind and support displacement; an equilibrium may not exist (twist"
+            " divergence, or ice above the conductor that rotates it: ice.first_moment_x2 g L^2 >"
+            " pi^2 GJ)"
         ),
     )
     INVALID_SCENE = (6, "a number of the scene is impossible", "check the scene's values")
@@ -79,7 +81,7 @@ class Outcome(Enum):
         Raises
         ------
         ValueError
-            If there is none.
+            No member has this code.
         """
         for member in cls:
             if member.code == code:
@@ -87,38 +89,38 @@ class Outcome(Enum):
         raise ValueError(f"there is no outcome with the code {code!r}")
 
 
-DOUBTFUL_SHARE = 0.01
-"""Divisions over steps above which a completed run is doubtful."""
+MAX_HALVED_SHARE = 0.01
+"""Number of halvings over number of steps above which the time step is too long."""
 
-DOUBTFUL_TURN = 1.0
-"""Turn of a section within one step [rad] above which a completed run is doubtful: ice and wind turn with it."""
+MAX_STEP_ROTATION = 1.0
+"""Rotation of a section [rad] within one step above which the time step is too long."""
 
 
 @dataclass(frozen=True, slots=True)
 class Report:
-    """What the kernel says about a calculation.
+    """Report of the kernel on a calculation.
 
     Attributes
     ----------
     outcome
-        How it ended.
+        Outcome of the calculation.
     time
         Time [s] reached, or of the failure.
     element
-        0-based element of the failure, None where it has no place.
+        0-based element of the failure; None if it concerns no single element.
     value, limit
-        The offending value and what is allowed; their meaning follows from the outcome. An attack
-        angle is given within the turn centred on the curve's range: below the limit, the lower end
-        was left.
+        The value that caused the failure and its limit; their meaning depends on the outcome. An
+        attack angle is given within the turn centred on the curve's range: below the limit, the
+        lower end was exceeded.
     field
-        Which number of an invalid scene, or which argument of a call that is not allowed.
+        Name of the number of an invalid scene, or of the argument of an invalid call.
     lowest_tension
         Lowest tension [N] at any Gauss point since the start.
     largest_turn
-        Largest turn [rad] of a section about the span within one step since the start; under a
-        tolerance, which looks after it, 0.
+        Largest rotation [rad] of a section about the span within one step since the start; 0 with a
+        tolerance, which limits it.
     steps, substeps, iterations, refactorisations, halvings, rejections
-        Work done since the start.
+        Counts since the start.
     """
 
     outcome: Outcome
@@ -137,43 +139,46 @@ class Report:
     rejections: int = 0
 
     @property
-    def doubtful(self) -> bool:
-        """Whether steps were so long for the motion that its energy need not be right.
+    def step_too_long(self) -> bool:
+        """True if the time step is too long for the motion, so that its energy may be wrong.
 
-        That is where many of them had to be halved, or a section turned far within one of them. A
-        cheap sign: of ten thousand random runs none without it was out of balance by more than a
-        few per cent of its energy (docs/reference/stability.md). It counts the share of steps that were
-        halved, whatever their length. Steps that are just short enough to converge leave it silent
-        about axial waves that they do not resolve;
-        `gallop_fmu.simulation.energy_balance.energy_balance` is the sure test.
+        Many steps were halved, or a section rotated by a large angle within one step. This
+        indicator is cheap: of ten thousand random runs without it, none had an energy imbalance of
+        more than a few per cent (docs/reference/stability.md). It does not detect axial waves that the steps
+        do not resolve but that still converge;
+        `gallop_fmu.simulation.energy_balance.energy_balance` does.
         """
-        return self._often_halved or self._turned_far
+        return self._has_many_halvings or self._has_large_rotation
 
     @property
-    def _often_halved(self) -> bool:
-        return self.halvings > DOUBTFUL_SHARE * self.steps
+    def doubtful(self) -> bool:
+        """Former name of `step_too_long`; to be removed in the next release."""
+        warn_renamed("Report.doubtful", "Report.step_too_long")
+        return self.step_too_long
 
     @property
-    def _turned_far(self) -> bool:
-        return self.largest_turn > DOUBTFUL_TURN
+    def _has_many_halvings(self) -> bool:
+        return self.halvings > MAX_HALVED_SHARE * self.steps
+
+    @property
+    def _has_large_rotation(self) -> bool:
+        return self.largest_turn > MAX_STEP_ROTATION
 
     @property
     def warnings(self) -> tuple[str, ...]:
-        """Sentences on what limits the trust in the numbers: each states a fact, then the remedy."""
+        """Warnings that limit the trust in the results, each a fact and a remedy."""
         signs = []
-        if self._often_halved:
+        if self._has_many_halvings:
             signs.append(f"{self.steps} steps were halved {self.halvings} times")
-        if self._turned_far:
+        if self._has_large_rotation:
             signs.append(
-                f"the section turned by {math.degrees(self.largest_turn):.0f} deg within one step"
+                f"a section rotated by {math.degrees(self.largest_turn):.0f} deg within one step"
             )
         if not signs:
             return ()
         return (
-            (
-                "The time step is too long for this motion, whose energy may be wrong:"
-                f" {' and '.join(signs)}. Reduce numerics.time_step."
-            ),
+            "The time step is too long for this motion, whose energy may be wrong:"
+            f" {' and '.join(signs)}. Reduce numerics.time_step.",
         )
 
     def __str__(self) -> str:
@@ -189,7 +194,7 @@ class Report:
 
     @property
     def _detail(self) -> str:
-        """The numbers of a failure; `detail_of` in kernel/cosim_message.c writes the same."""
+        """Numbers of a failure; `detail_of` in kernel/cosim_message.c writes the same text."""
         field = "" if self.field is None else f": {self.field}"
         if self.outcome is Outcome.ANGLE_OUT_OF_RANGE:
             value, limit = math.degrees(self.value), math.degrees(self.limit)
@@ -209,7 +214,7 @@ class Report:
 
 
 class SimulationError(RuntimeError):
-    """A calculation that ended early; ``report`` says how, ``result`` holds what was computed up to then."""
+    """A calculation that ended early; ``report`` has the reason, ``result`` what was computed."""
 
     def __init__(self, report: Report, result: object = None) -> None:
         super().__init__(str(report))

@@ -1,4 +1,4 @@
-"""Reading small text files that a user names: every way to fail ends in a `SceneError` with the file and the cure."""
+"""Reading of small text files; every failure is a `SceneError` with the file and a remedy."""
 
 from __future__ import annotations
 
@@ -26,18 +26,17 @@ from gallop_fmu.foundation.text_rules import (
     toml_spelling,
 )
 
-LARGEST_FILE = 10_000_000
-"""Bytes; a scene or table beyond this is taken for a mistake."""
+MAX_FILE_SIZE = 10_000_000
+"""Maximum size [bytes] of a scene or table."""
 TABLE_SUFFIXES = (".csv", ".txt", ".dat", ".tsv")
-"""Names of files whose content messages may quote."""
-DEEPEST = 40
-"""Levels of nested TOML tables and arrays that are read; a scene has few."""
-# Found before parsing, which takes a time that grows with the square of the levels.
-_DEEP_KEY = re.compile(rf"""(?<![\w"'-])(?:[\w"'-]++[ \t]*+\.[ \t]*+){{{DEEPEST}}}""")
+"""Suffixes of files whose content may be quoted in messages."""
+MAX_DEPTH = 40
+"""Maximum depth of nested TOML tables and arrays."""
+# A dotted key of this depth is found before parsing, whose time grows with the square of the depth.
+_DEEP_KEY = re.compile(rf"""(?<![\w"'-])(?:[\w"'-]++[ \t]*+\.[ \t]*+){{{MAX_DEPTH}}}""")
 
 
-# Texts and comments, which are passed over also where they do not end, and words that stand as
-# values.
+# Texts and comments, also unterminated ones, and words that are values.
 _TOML_PART = re.compile(
     r'''"""(?:[^"\\]|\\.|"(?!""))*+(?:"""|\Z)|"(?:[^"\\\n]|\\[^\n])*+"?'''
     r"""|'''(?:[^']|'(?!''))*+(?:'''|\Z)|'[^'\n]*+'?|\#[^\n]*+"""
@@ -47,24 +46,25 @@ _TOML_PART = re.compile(
 
 
 def read_text(path: Path) -> str:
-    """Text of a file of at most `LARGEST_FILE` bytes, in UTF-8, or in UTF-16 with a byte order mark.
+    """Read a file of at most `MAX_FILE_SIZE` in UTF-8, or in UTF-16 with a byte order mark.
 
     Raises
     ------
     SceneError
-        The file does not exist, is a folder or a device, is too large, is not readable, is not
-        text, or holds a character that `clean_text` refuses.
+        The file is missing, unreadable, too large, a folder, a device or not text, or holds a
+        character that `clean_text` refuses.
     """
     try:
         if not path.exists():
             raise SceneError(f"{path}: no such file")
         if not path.is_file():
-            raise SceneError(f"{path}: not a file")
+            raise SceneError(f"{path}: not a file; give the name of a file")
         with path.open("rb") as file:
-            content = file.read(LARGEST_FILE + 1)
-        if len(content) > LARGEST_FILE:
+            content = file.read(MAX_FILE_SIZE + 1)
+        if len(content) > MAX_FILE_SIZE:
             raise SceneError(
-                f"{path}: has {path.stat().st_size} bytes; at most {LARGEST_FILE} are read"
+                f"{path}: has {path.stat().st_size} bytes, at most {MAX_FILE_SIZE} are allowed;"
+                " shorten it"
             )
         utf16 = content.startswith((codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE))
         text = content.decode("utf-16" if utf16 else "utf-8-sig")
@@ -79,7 +79,8 @@ def read_text(path: Path) -> str:
         raise SceneError(f"{path}: cannot be read ({problem})") from None
     if "\0" in text:
         raise SceneError(
-            f"{path}: a binary file, not a text file; a text file in UTF-16 needs a byte order mark"
+            f"{path}: a binary file, not a text file; save it as UTF-8 (UTF-16 needs a byte order"
+            " mark)"
         )
     try:
         return clean_text(text)
@@ -93,19 +94,19 @@ def read_text(path: Path) -> str:
 
 
 def parse_toml(text: str) -> dict[str, Any]:
-    """Tables and values of TOML text, in which numbers are those of `gallop_fmu.foundation.text_rules.read_number`.
+    """Parse TOML; numbers may also have the spellings of `read_number`.
 
     Raises
     ------
     SceneError
-        It is none, a number is written in another way, or it is nested more than `DEEPEST` levels.
+        It is not TOML, a number has another spelling, or the depth exceeds `MAX_DEPTH`.
     """
     try:
         if _DEEP_KEY.search(text):
             raise RecursionError
         parsed = tomllib.loads(_TOML_PART.sub(_toml_number, text))
         level: list[Any] = [parsed]
-        for _ in range(DEEPEST):
+        for _ in range(MAX_DEPTH):
             level = [
                 item for one in level for item in (one.values() if isinstance(one, dict) else one)
             ]
@@ -114,7 +115,7 @@ def parse_toml(text: str) -> dict[str, Any]:
             raise RecursionError
     except RecursionError:
         raise SceneError(
-            f"not a TOML file that can be a scene (nested more than {DEEPEST} levels)"
+            f"not a TOML file that can be a scene (nested more than {MAX_DEPTH} levels)"
         ) from None
     except SceneError:
         raise
@@ -124,7 +125,7 @@ def parse_toml(text: str) -> dict[str, Any]:
 
 
 def _toml_number(part: re.Match[str]) -> str:
-    """A part of TOML text, its numbers in the spelling of TOML."""
+    """Return a part of TOML text, with numbers in the spelling of TOML."""
     word = part["word"]
     if word is None:
         return part[0]
@@ -132,25 +133,25 @@ def _toml_number(part: re.Match[str]) -> str:
         return toml_spelling(word)
     if "_" in word or word.lstrip("+-")[:2].lower() in ("0x", "0o", "0b"):
         line = part.string.count("\n", 0, part.start()) + 1
-        raise SceneError(f"line {line}: {word[:40]} is no number; {number_remedy(word)}")
+        raise SceneError(f"line {line}: {word[:40]} is not a number; {number_remedy(word)}")
     return word
 
 
 def parse_value(text: str, *, as_text: bool = False) -> Any:
-    """Value of a cell, or of a value that follows ``--set KEY=`` or ``--over KEY=``.
+    """Parse the text of a cell, or of ``--set KEY=`` or ``--over KEY=``.
 
-    ``none`` is None, a number is one by `read_number`, what begins like an array, a table or a
-    quoted text is read as TOML. Anything else is a text, which the scene accepts or refuses.
+    ``none`` is None; numbers are parsed by `read_number`; arrays, tables and quoted texts as TOML.
+    Anything else is a text, which the scene accepts or refuses.
 
     Parameters
     ----------
     as_text
-        The key takes a text: a text that looks like a number stays as it is.
+        The key takes a text, so numbers remain texts.
 
     Raises
     ------
     SceneError
-        The text is refused, see `clean_text`.
+        `clean_text` refuses the text.
     """
     text = clean_text(text).strip()
     if text == "none":
@@ -168,19 +169,19 @@ def parse_value(text: str, *, as_text: bool = False) -> Any:
 
 
 def packaged_names(folder: str, suffix: str) -> list[str]:
-    """Sorted names, without suffix, of the files of a kind that come with the package."""
+    """Return the sorted names, without suffix, of packaged files with a suffix."""
     names = [file.name for file in resources.files("gallop_fmu").joinpath(folder).iterdir()]
     return sorted(name.removesuffix(suffix) for name in names if name.endswith(suffix))
 
 
 def packaged_text(folder: str, name: str) -> str:
-    """Text of a file that comes with the package."""
+    """Read a packaged text file."""
     return resources.files("gallop_fmu").joinpath(folder, name).read_text("utf-8")
 
 
 @dataclass(frozen=True)
 class Table:
-    """Columns of numbers from a file, and the row that each entry came from (the first line of the file is row 1)."""
+    """Columns of numbers from a file, and the row of each entry; the first line is row 1."""
 
     file: str
     columns: Mapping[str, tuple[float, ...]]
@@ -190,21 +191,21 @@ class Table:
 def read_table(path: Path, units: Mapping[str, str], *, first: str = "") -> Table:
     """Read a CSV file of numbers; empty lines and lines that start with ``#`` are skipped.
 
-    Names of columns may be in capitals, in any order, and followed by their unit in brackets.
+    Names of columns may be in upper case, in any order, and followed by the unit in brackets.
 
     Parameters
     ----------
     units
-        Name to unit of the columns that the file must have; no unit, where it is not known.
+        Name to unit of the required columns; the unit may be empty.
     first
-        Where this is one of the names, it is the first column whatever the file calls it, and the
-        file must have at least one of the others.
+        Name of the first column, which may have another name in the file. With it, the file needs
+        only one of the other columns.
 
     Raises
     ------
     SceneError
-        Unreadable file, missing, unknown or repeated column, another unit, or a cell that is not a
-        finite number; the message names the row.
+        The file is unreadable, a column missing, unknown or repeated, a unit different, or a cell
+        not a finite number; the message names the row.
     """
     lines = read_cells(path)
     header = _column_names(path, lines[0][1] if lines else [], units, first)
@@ -214,7 +215,8 @@ def read_table(path: Path, units: Mapping[str, str], *, first: str = "") -> Tabl
             continue
         if len(cells) != len(header):
             raise SceneError(
-                f"{path.name}: row {row} has {len(cells)} cells, {len(header)} are needed"
+                f"{path.name}: row {row} has {len(cells)} cells, {len(header)} are required; give one"
+                " for each column"
             )
         numbers.append(
             [_number(path, row, name, cell) for name, cell in zip(header, cells, strict=True)]
@@ -232,45 +234,59 @@ _SAME_UNIT = {"-": "1", "sec": "s", "seconds": "s", "°": "deg", "degree": "deg"
 def _column_names(
     path: Path, cells: Sequence[str], units: Mapping[str, str], first: str
 ) -> list[str]:
-    """Names of the columns, as `units` spells them."""
+    """Return the names of the columns in the spelling of `units`."""
     others = ", ".join(name for name in units if name != first)
-    wanted = f"{first}, the first column, and any of {others}" if first else ",".join(units)
-    wrong = f"{path.name}: the first line must name {wanted}"
-    header: list[str] = []
+    required = f"{first}, the first column, and any of {others}" if first else ",".join(units)
+    rule = f"{path.name}: the first line must name {required}"
     if not cells:
-        raise SceneError(f"{wrong}; the file is empty")
-    for position, cell in enumerate(cells):
-        found = _NAME_AND_UNIT.fullmatch(cell.strip().replace("\n", " "))
-        name, unit = (found[1].lower(), found[2]) if found else (cell, None)
-        if first and position == 0 and name not in (known for known in units if known != first):
+        raise SceneError(f"{rule}; the file is empty")
+    given = ",".join(cells)
+    header: list[str] = []
+    for cell in cells:
+        name, unit = _name_and_unit(cell)
+        if first and not header and name not in units:
             name = first
         if name not in units:
-            raise SceneError(f"{wrong}; it has {_quoted(path, cell)}{_foreign(','.join(cells))}")
-        if unit and units[name] and _SAME_UNIT.get(unit, unit) != units[name]:
-            raise SceneError(
-                f"{path.name}: column {cell.strip()!r} must be in {units[name]}; convert it"
-            )
+            raise SceneError(f"{rule}; it has {_quoted(path, cell)}{_header_remedy(given)}")
+        _check_unit(f"{path.name}: column {cell.strip()!r}", unit, units[name])
         if name in header:
-            raise SceneError(f"{path.name}: column {name!r} is there twice; remove one of them")
+            raise SceneError(f"{path.name}: column {name!r} is given twice; remove one of them")
         header.append(name)
-    missing = [name for name in units if name not in header]
-    if first and (not header or header[0] != first or len(header) < 2):
-        raise SceneError(f"{wrong}; it is {_quoted(path, ','.join(cells))}")
-    if missing and not first:
-        raise SceneError(
-            f"{wrong}; it has no {missing[0]}:"
-            f" {_quoted(path, ','.join(cells))}{_foreign(','.join(cells))}"
-        )
+    if problem := _missing_columns(header, units, first):
+        raise SceneError(f"{rule}; {problem} {_quoted(path, given)}{_header_remedy(given)}")
     return header
 
 
+def _missing_columns(header: Sequence[str], units: Mapping[str, str], first: str) -> str:
+    """Describe what a header lacks; an empty text if it is complete."""
+    if first:
+        return "" if header[0] == first and len(header) > 1 else "it is"
+    missing = next((name for name in units if name not in header), None)
+    return "" if missing is None else f"it has no {missing}:"
+
+
+def _check_unit(column: str, unit: str | None, required: str) -> None:
+    """Refuse a unit in brackets that is not the required one, if both are known."""
+    if unit and required and _SAME_UNIT.get(unit, unit) != required:
+        raise SceneError(f"{column} must be in {required}; convert it")
+
+
+def _name_and_unit(cell: str) -> tuple[str, str | None]:
+    """Split a heading such as ``Time [s]`` into its name, in lower case, and its unit."""
+    found = _NAME_AND_UNIT.fullmatch(cell.strip().replace("\n", " "))
+    return (found[1].lower(), found[2]) if found else (cell, None)
+
+
 def _quoted(path: Path, text: str) -> str:
-    """Content of a file for a message, if the file is a table by its name: a scene of others may name any file."""
+    """Quote the content of a file in a message if its suffix is that of a table.
+
+    A scene of another user may name any file, such as one with a password.
+    """
     return repr(text.strip()[:80]) if path.suffix.lower() in TABLE_SUFFIXES else "something else"
 
 
-def _foreign(header: str) -> str:
-    """What to do with a file of another program, as far as its first line tells."""
+def _header_remedy(header: str) -> str:
+    """Return a remedy for the first line of a table of another program."""
     if "," not in header and len(header.split()) > 1:
         return (
             ". Its columns are not separated by commas, semicolons or tabs; save it as CSV with one"
@@ -287,30 +303,22 @@ _QUOTED = re.compile(r'"[^"]*"')
 
 
 def read_cells(path: Path) -> list[tuple[int, list[str]]]:
-    """Rows of a CSV file, each with the number of its first line.
+    """Read the rows of a CSV file, each with the number of its first line.
 
-    Cells are separated by commas, semicolons or tabs, whichever the first row has most of. Empty
-    lines are skipped, and so are lines that start with ``#`` above the first row; columns without a
-    name and without any cell are left out.
+    The separator is a comma, a semicolon or a tab, whichever is most frequent in the first row.
+    Empty lines, and lines above the first row that start with ``#``, are skipped. Columns without a
+    name and without any cell are removed.
 
     Raises
     ------
     SceneError
-        Unreadable file, or a quotation mark that is not closed.
+        The file is unreadable, or a quotation mark is not closed.
     """
     lines = read_text(path).split("\n")
     if lines[0].lstrip().startswith("<"):
         raise SceneError(f"{path}: an XML or HTML file; export the table as CSV")
-    skipped, separator = 0, ""
-    for line in lines:
-        if line.startswith("sep=") and len(line) == 5 and line[4] in SEPARATORS:  # Excel's own line
-            separator = line[4]
-        elif line.strip(SEPARATORS + " ") and not line.lstrip().startswith("#"):
-            break
-        skipped += 1
+    skipped, separator = _first_row(lines)
     text = "\n".join(lines[skipped:])
-    names = _QUOTED.sub("", lines[skipped]) if text else ""
-    separator = separator or max(SEPARATORS, key=names.count)
     reader = csv.reader(io.StringIO(text, newline=""), delimiter=separator, strict=True)
     rows: list[tuple[int, list[str]]] = []
     while True:
@@ -318,7 +326,7 @@ def read_cells(path: Path) -> list[tuple[int, list[str]]]:
         try:
             cells = next(reader)
         except StopIteration:
-            break
+            return _without_empty_columns(rows)
         except csv.Error as problem:
             raise SceneError(
                 f"{path}: not a CSV file in row {row} ({problem}); close each quotation mark that"
@@ -326,6 +334,23 @@ def read_cells(path: Path) -> list[tuple[int, list[str]]]:
             ) from None
         if any(cell.strip() for cell in cells):
             rows.append((row, cells))
+
+
+def _first_row(lines: Sequence[str]) -> tuple[int, str]:
+    """Return the index of the first row, and the separator of cells."""
+    separator, index = "", 0
+    for line in lines:
+        if line.startswith("sep=") and len(line) == 5 and line[4] in SEPARATORS:  # from Excel
+            separator = line[4]
+        elif line.strip(SEPARATORS + " ") and not line.lstrip().startswith("#"):
+            break
+        index += 1
+    names = _QUOTED.sub("", lines[index]) if index < len(lines) else ""
+    return index, separator or max(SEPARATORS, key=names.count)
+
+
+def _without_empty_columns(rows: list[tuple[int, list[str]]]) -> list[tuple[int, list[str]]]:
+    """Remove columns at the end that have no name and no cell."""
     if not rows:
         return []
     width = len(rows[0][1])
@@ -357,37 +382,33 @@ def check_table(
     *,
     jumps: bool = False,
 ) -> None:
-    """Refuse columns of unequal length, fewer than two points, and a `key` column that does not strictly increase.
+    """Refuse columns of unequal length, fewer than two rows, and a `key` that does not increase.
 
     Parameters
     ----------
     where
-        Start of the message: the file name, or empty for arrays of the scene itself.
+        Start of the message: the file name, or empty for arrays of the scene.
     rows
-        What to call each entry in the message; counted from 1 without it.
+        Number of each entry in messages (default: counted from 1).
     jumps
-        Two entries of one key are allowed: the columns jump there.
+        Allow two entries with the same key, at which the columns jump.
     """
     start = f"{where}: " if where else ""
     count = len(columns[key])
     for name, column in columns.items():
         if len(column) != count:
             raise SceneError(
-                f"{start}{name} has {len(column)} values but {key} has {count}; give one for each"
+                f"{start}{name} has {len(column)} values, {key} has {count}; give the same number"
             )
     if count < 2:
-        raise SceneError(
-            f"{start}{key} has {count} point{'s' * (count != 1)}; a table needs at least two"
-        )
+        raise SceneError(f"{start}{key} has {count} point{'s' * (count != 1)}; give at least two")
     for i in range(1, count):
         before, here = columns[key][i - 1], columns[key][i]
         if not here > before and not (
             jumps and here == before and (i == 1 or columns[key][i - 2] < before)
         ):
             row = rows[i] if rows else i + 1
-            allowed = (
-                "; two rows of one are a jump, three are not" if jumps and here == before else ""
-            )
+            allowed = "; at most two rows may have the same" if jumps and here == before else ""
             raise SceneError(
                 f"{start}{key} must increase; row {row} has {here} after {before}{allowed}"
             )
@@ -396,7 +417,7 @@ def check_table(
 def take_in_file(
     data: Any, info: ValidationInfo, key: str, units: Mapping[str, str], *, jumps: bool = False
 ) -> tuple[Any, Table | None]:
-    """Replace the entry ``file`` of a raw section by the columns of the CSV file it names.
+    """Replace the entry ``file`` of a raw section by the columns of that CSV file.
 
     A relative name starts from the folder of the scene file, which the loader passes as validation
     context.
@@ -404,8 +425,7 @@ def take_in_file(
     Returns
     -------
     data, table
-        The section with arrays in place of the file, and the table that was read; None where no
-        file was named.
+        The section with arrays in place of the file, and the table; None if the section has no file.
     """
     if not isinstance(data, dict) or data.get("file") is None:
         return data, None
@@ -417,7 +437,7 @@ def take_in_file(
     both = [name for name in units if data.get(name)]
     if both:
         raise SceneError(
-            f"file = {file!r} and {', '.join(both)} are both given; give the file or the arrays"
+            f"file = {file!r} and {', '.join(both)} are both given; give only one of them"
         )
     table = read_table(Path((info.context or {}).get("folder", ".")) / file, units)
     check_table(table.file, key, table.columns, table.rows, jumps=jumps)

@@ -1,9 +1,9 @@
-r"""One rule for every text that a user gives, and one for every number written as text.
+r"""One rule for all texts that a user gives, and one for all numbers written as text.
 
-A text is kept as it was, in Unicode's normal form C, with line breaks as ``\n``. A text that holds
-a control character, a surrogate or a non-character is refused: NetCDF, XML and terminals cannot
-show it. A number is written as in most programs: ``.5``, ``2.``, ``05``, ``+3`` and ``1e-3``, in
-ASCII digits with a decimal point.
+Texts are kept in Unicode's normal form C, with line breaks as ``\n``. Control characters,
+surrogates and non-characters are refused: NetCDF, XML and terminals cannot show them. Numbers are
+written as in most programs: ``.5``, ``2.``, ``05``, ``+3`` and ``1e-3``, in ASCII digits with a
+decimal point.
 """
 
 from __future__ import annotations
@@ -18,8 +18,8 @@ from typing import Any
 
 from gallop_fmu.foundation.errors import SceneError
 
-LARGEST_WHOLE = 2**63
-"""Whole numbers from here on are kept as floating-point numbers; no file type has integers for them."""
+INT64_LIMIT = 2**63
+"""Whole numbers from this size on become floating-point numbers, as files have 64-bit integers."""
 
 _NUMBER = re.compile(r"[+-]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][+-]?[0-9]+)?")
 _TOML_NUMBER = re.compile(r"[+-]?(?:0|[1-9][0-9]*)(?:\.[0-9]+)?(?:[eE][+-]?[0-9]+)?")
@@ -27,8 +27,7 @@ _WHOLE = re.compile(r"[+-]?[0-9]{1,19}")
 _DECIMAL_COMMA = re.compile(r"[+-]?[0-9]+,[0-9]+(?:[eE][+-]?[0-9]+)?")
 _DATE_OR_TIME = re.compile(r"[0-9]{1,4}[-/.][0-9]{1,2}[-/.][0-9]{1,4}|[0-9]{1,2}:[0-9]{2}")
 _ODD_NUMBER = re.compile(r"[+-]?(?:0[xXoObB][0-9a-fA-F]+|[\w.]*_[\w.]*|[0-9.]+[dD][+-]?[0-9]+)")
-# Controls except tab and line feed, surrogates, and the code points that Unicode reserves as
-# non-characters.
+# Control characters except tab and line feed, surrogates, and non-characters of Unicode.
 _REFUSED = re.compile(
     "[\x00-\x08\x0b-\x1f\x7f-\x9f\ud800-\udfff\ufdd0-\ufdef"
     + "".join(chr(plane << 16 | 0xFFFE) + chr(plane << 16 | 0xFFFF) for plane in range(17))
@@ -37,7 +36,7 @@ _REFUSED = re.compile(
 
 
 def clean_text(text: str) -> str:
-    """Return a text in normal form C, its line breaks as line feeds.
+    """Return a text in normal form C, with line feeds as line breaks.
 
     Raises
     ------
@@ -56,32 +55,32 @@ def clean_text(text: str) -> str:
 
 
 def is_printable(text: str) -> bool:
-    """Whether a text has no character that `clean_text` refuses."""
+    """Check that a text has no character that `clean_text` refuses."""
     return _REFUSED.search(text) is None
 
 
 def printable(text: str) -> str:
-    """Return a text that is safe on a terminal: what `clean_text` refuses is written as an escape sequence."""
+    """Return a text with escape sequences for the characters that `clean_text` refuses."""
     return _REFUSED.sub(lambda found: found[0].encode("unicode_escape").decode(), text)
 
 
 def read_number(text: str) -> int | float | None:
-    """Return the finite number that a text is, else None; a whole number as an int, if an array can hold it."""
+    """Parse a finite number, as an int if it is whole and has at most 64 bits, or return None."""
     text = text.strip()
     if not is_number(text):
         return None
-    if _WHOLE.fullmatch(text) and -LARGEST_WHOLE <= int(text) < LARGEST_WHOLE:
+    if _WHOLE.fullmatch(text) and -INT64_LIMIT <= int(text) < INT64_LIMIT:
         return int(text)
     return value if math.isfinite(value := float(text)) else None
 
 
 def is_number(text: str) -> bool:
-    """Whether a text is written as a number, however large."""
+    """Check that a text is written as a number, of any size."""
     return _NUMBER.fullmatch(text) is not None
 
 
 def toml_spelling(number: str) -> str:
-    """Return a number as TOML spells it: with digits on both sides of a point, and without zeros before others."""
+    """Return a number in TOML spelling: digits on both sides of the point, no leading zeros."""
     if _TOML_NUMBER.fullmatch(number):
         return number
     mantissa, mark, exponent = number.lower().partition("e")
@@ -91,29 +90,29 @@ def toml_spelling(number: str) -> str:
 
 
 def number_remedy(text: str) -> str:
-    """Return what to write in place of a text that was meant as a number; empty if nothing is known."""
+    """Return a hint for a text that was meant as a number, or an empty text."""
     if is_number(text.strip()):
         return "it is too large"
     given, text = text.strip(), unicodedata.normalize("NFKC", text.strip())
     if _DECIMAL_COMMA.fullmatch(text):
         return f"write {text.replace(',', '.')}, with a decimal point"
     if _DATE_OR_TIME.match(text):
-        return "dates and times are no numbers; convert times to seconds from the start of the run"
+        return "dates and times are not numbers; convert times to seconds from the start of the run"
     if _ODD_NUMBER.fullmatch(text) or (given != text and _NUMBER.fullmatch(text)):
         return "write the digits 0 to 9 only, such as 100, 0.5 or 1e-3"
     if text.lower() in ("nan", "na", "n/a", "null", "-"):
         return (
-            "give a number; only in a table of spans may a cell be empty, which keeps the scene's"
-            " value"
+            "give a number; an empty cell, which keeps the scene's value, is allowed only in a table"
+            " of spans"
         )
     return ""
 
 
 def plain(value: Any) -> Any:
-    """Return a value as the plain data of a TOML file: numbers, texts, lists and tables.
+    """Return a value as plain data of TOML: numbers, texts, lists and tables.
 
-    NumPy values and sections are converted. What plain data do not have, such as a date, becomes
-    text, which no number field accepts.
+    NumPy values and sections are converted. Other values, such as dates, become texts, which no
+    field of numbers accepts.
 
     Raises
     ------
@@ -123,7 +122,7 @@ def plain(value: Any) -> Any:
     try:
         return _plain(value)
     except RecursionError:
-        raise SceneError("the value is nested too deeply to be one of a scene") from None
+        raise SceneError("the value is nested too deeply for a scene; give a flatter one") from None
 
 
 def _plain(value: Any) -> Any:
@@ -135,7 +134,7 @@ def _plain(value: Any) -> Any:
         return value
     if isinstance(value, str):
         return clean_text(value)
-    if isinstance(value, int) and -LARGEST_WHOLE <= value < LARGEST_WHOLE:
+    if isinstance(value, int) and -INT64_LIMIT <= value < INT64_LIMIT:
         return value
     if isinstance(value, Mapping):
         return {clean_text(str(key)): _plain(item) for key, item in value.items()}

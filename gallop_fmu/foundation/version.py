@@ -1,4 +1,4 @@
-"""Which release of this package runs."""
+"""Version of the installed package."""
 
 from __future__ import annotations
 
@@ -8,10 +8,10 @@ from importlib import metadata
 
 @functools.cache
 def version() -> str:
-    """Version of the installed distribution gallop-fmu; looked up once, since it is read from a file."""
+    """Version of the installed distribution gallop-fmu; cached, as it is read from a file."""
     return metadata.version("gallop-fmu")
 
 
 def program() -> str:
-    """Name and version, as they stand in results."""
+    """Name and version, as written in results."""
     return f"gallop-fmu {version()}"

@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 
 import gallop_fmu as gf
-from gallop_fmu.foundation.text_files import LARGEST_FILE, parse_value, read_table
+from gallop_fmu.foundation.text_files import MAX_FILE_SIZE, parse_value, read_table
 from gallop_fmu.sweeps.cases import read_spans
 
 DEEP = 20_000
@@ -33,7 +33,7 @@ def refused(call, match):
         ("a = " + "1" * 5000, "not a TOML file .*4300 digits"),
         ("a" * 1_000_000, "not a TOML file"),
         ("\0", "a binary file"),
-        ("# " + "x" * LARGEST_FILE, f"at most {LARGEST_FILE} are read"),
+        ("# " + "x" * MAX_FILE_SIZE, f"at most {MAX_FILE_SIZE} are allowed"),
     ],
     ids=[
         "open",

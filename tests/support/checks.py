@@ -119,7 +119,7 @@ def _run(stress: Stress, verdict: Verdict) -> None:
         report.halvings,
         report.iterations,
     )
-    verdict.doubtful = report.doubtful
+    verdict.doubtful = report.step_too_long
     mass = scene.conductor.mass_per_length + scene.ice.mass_per_length
     wave = math.sqrt(scene.conductor.axial_stiffness / mass)
     verdict.axial = stress.step * wave / (2.0 * model.equilibrium().length)
@@ -134,7 +134,7 @@ def _run(stress: Stress, verdict: Verdict) -> None:
     if not np.all(nodes[..., NODE_INDEX["tension"]][:, 1::2] >= 0.0):
         verdict.faults.append("recorded tension is below zero")
     verdict.tension_error = tension_error(model, nodes)
-    warned = report.doubtful or bool(_step_warnings(scene, nodes[:, scene.numerics.elements]))
+    warned = report.step_too_long or bool(_step_warnings(scene, nodes[:, scene.numerics.elements]))
     if verdict.tension_error > AGREEMENT:
         verdict.faults.append(f"tension and elongation differ by {verdict.tension_error:.3g}")
     time = stress.step * np.arange(len(span))
