@@ -1,11 +1,11 @@
 # %% [markdown]
-# # What simpler models say of example 3
+# # Simpler models of example 3
 #
-# Three models of one span, started alike. Linear theory says that it gallops, and at which
-# frequency, but not how far. Mode superposition (Desai et al. 1995) keeps the nonlinear wind load
-# on a linear structure: the galloping saturates. Only the simulation has a structure whose tension
-# changes with the motion, and only there does the horizontal swing of half the frequency wake. The
-# curve of coefficients is a reconstruction in all three.
+# Three models of one span with the same start. Linear theory predicts galloping and its frequency, but
+# not its amplitude. Mode superposition (Desai et al. 1995) has the nonlinear wind force on a linear
+# structure: galloping saturates. Only in the simulation does the tension change with the motion, so
+# only there galloping starts the horizontal swing at half its frequency. The coefficient curve is a
+# reconstruction in all three.
 
 # %%
 import tempfile
@@ -20,18 +20,18 @@ scene = gf.load_scene("example3").with_values({"numerics.time_step": 0.02, "run.
 comparison = modal.compare(scene, stop_time=900.0)
 print(comparison)
 
-# %% Small motion in the mean wind: what linear theory can tell.
+# %% Linear theory: small motion in the mean wind.
 for mode in comparison.linear_modes[:3]:
     print(f"{mode.family:10} {mode.frequency_hz:.4f} Hz grows at {mode.growth_rate:+.4f} 1/s")
 
-# %% When the vertical amplitudes have parted by a fifth, for good.
+# %% The time from which the vertical amplitudes differ by a fifth, until the end.
 for model in ("linear", "superposition"):
     print(
         f"{model:14} parts from the simulation at"
         f" {comparison.divergence(model, 'u2', 0.2).amplitude:.0f} s"
     )
 
-# %% The same three directions with one mode each: the model of Yu et al. (1993).
+# %% One mode in each of the three directions: the model of Yu et al. (1993).
 three = modal.mode_superposition(scene, 900.0, vertical=1, horizontal=1, torsional=1)
 print(f"one mode in each direction: vertical {three.steady()['u2'].amplitude:.3f} m")
 
@@ -46,6 +46,6 @@ print(
 # %% The swing exists only in the nonlinear model.
 swing = {name: motion["u3"].amplitude for name, motion in comparison.amplitudes().items()}
 assert abs(swing["nonlinear"] - 0.192) < 0.001  # 0.1918 m
-assert swing["superposition"] < 0.005  # 0.0039 m, with the drag that changes twice a period
+assert swing["superposition"] < 0.005  # 0.0039 m, from the drag, which changes twice per period
 assert swing["linear"] < 0.001  # 0.0006 m
 assert abs(three.steady()["u2"].amplitude - 0.631) < 0.002  # 0.6312 m

@@ -1,9 +1,10 @@
 # %% [markdown]
-# # Screening a span, and what to do about it
+# # Screening of a span, and design changes
 #
-# Will galloping of example 3 wake the horizontal swing, from which wind on, and which change of
-# design helps? Then the linear view of the same span by python-control's own functions: poles over
-# the wind, step response, Bode. The curve of coefficients is a reconstruction.
+# Does galloping of example 3 start the horizontal swing, above which wind speed, and which change of
+# the design prevents it? Then the linear model of the same span with functions of python-control:
+# poles over the wind speed, step response, frequency response. The coefficient curve is a
+# reconstruction.
 
 # %%
 import tempfile
@@ -22,7 +23,7 @@ scene = gf.load_scene("example3")
 found = modal.screen(scene)
 print(f"{found.risk}: {found.reason}")
 print(
-    f"by hand: from {found.estimate.onset_wind_speed:.2f} m/s, at"
+    f"closed-form estimate: from {found.estimate.onset_wind_speed:.2f} m/s, at"
     f" {found.estimate.threshold_amplitude:.2f} m"
 )
 print("wrote", save_figure(screening_figure(found), folder / "screening.png"))
@@ -37,8 +38,8 @@ print("wrote", save_figure(ratio_figure(plane), folder / "ratio.png"))
 print(f"f_v/f_h is 2 at {resonant:.0f} N")
 print(modal.suggest_design_changes(scene)[0].sentence)
 
-# %% On an inclined span the first two vertical modes do not cross: they veer, and no ratio is given
-# between.
+# %% On an inclined span the first two vertical modes do not cross, they veer; the ratio is undefined
+# in between.
 inclined = scene.with_values(
     {"span.sag": None, "span.height_difference": 40.0, "numerics.elements": 10}
 )
@@ -47,11 +48,11 @@ modes = modal.track_modes(
 )
 print("wrote", save_figure(tracking_figure(modes), folder / "veering.png"))
 
-# %% A tenth more tension: the same wind no longer starts the swing.
+# %% With 10 % more tension the same wind does not start the swing.
 tighter = modal.screen(scene.with_values({"span.sag": None, "span.horizontal_tension": 16.5e3}))
 print(f"with 16.5 kN {tighter.risk}: {tighter.reason}")
 
-# %% The linear model, by python-control.
+# %% The linear model, with python-control.
 for wind in (4.0, 5.5):
     poles = modal.linear_model(scene.with_values({"wind.speed": wind}), modes=2).poles()
     print(f"{wind} m/s:", ", ".join(f"{pole:.3f}" for pole in poles if pole.imag > 0.0))
@@ -61,7 +62,7 @@ magnitude, _, _ = control.frequency_response(
     calm["midspan_u3", "wind_speed"], 2.0 * np.pi * np.array([0.01, 0.3775])
 )
 print(
-    f"a gust of 1 m/s moves mid-span by {push.outputs[-1]:.4f} m in the end, {magnitude[1]:.4f} m"
+    f"a gust of 1 m/s displaces mid-span by {push.outputs[-1]:.4f} m, {magnitude[1]:.4f} m"
     " at resonance"
 )
 

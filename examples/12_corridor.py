@@ -1,11 +1,11 @@
 # %% [markdown]
 # # Screening a corridor
 #
-# A table of spans, one a row, as it comes out of a line's records: conductor, span, ice. What all
-# spans share stands in the `[line]` of a scene file; its coefficient curve is that of example 3, a
-# reconstruction. All are screened for the 2:1 swing first. That takes a second each; thousands are
-# best estimated first (`estimate_only=True`), thirty times as fast, and only the suspect ones
-# screened. Those that are at risk are then simulated, over some wind speeds.
+# A table has one row per span: name, conductor, span, ice. Values that all spans share are in the
+# `[line]` of a scene file; its coefficient curve is that of example 3, a reconstruction. All spans are
+# first screened for the 2:1 swing, which takes about a second each. For thousands of spans, compute
+# the closed-form estimate first (`estimate_only=True`), about thirty times as fast, and screen only
+# the suspect ones. The spans at risk are then simulated over several wind speeds.
 
 # %%
 import tempfile
@@ -28,7 +28,7 @@ coefficients = "example3"
 [numerics]
 time_step = 0.02
 """)
-# The last row has lost its decimal point; an empty cell leaves what the scene file says.
+# The last row lacks its decimal point. An empty cell leaves the value of the scene file.
 table.write_text("""\
 name,label.ground,line.conductor,line.span,line.height_difference,line.ice_thickness
 A1-A2,rock,Drake,240,2.5,0.006
@@ -37,8 +37,8 @@ A3-A4,forest,,310,-4,
 A4-A5,lake,,29500,,
 """)
 
-# %% Estimate all, in a process for each core; what cannot be computed is a row that says
-# why.
+# %% The estimate for all spans, in one process per core. A span that cannot be computed is a row with
+# the reason.
 look = modal.screen_spans(
     base, table=table, highest_wind=5.0, estimate_only=True, out=folder / "look.nc"
 )
@@ -46,8 +46,7 @@ print(look.dataset[["name", "ratio", "suspect", "outcome"]].to_dataframe().to_st
 for name, message in zip(look.failed.name.values, look.failed.message.values, strict=True):
     print(f"\n{name}: {message}")
 
-# %% Screening of the suspect ones. The same call again after Ctrl-C, or worse, would compute what
-# is missing.
+# %% Screening of the suspect spans. After an interruption, the same call computes what is missing.
 suspect = look.dataset.name.values[look.dataset.suspect.values == 1.0]
 rows = [row for row in gf.read_spans(table) if row["name"] in suspect]
 found = modal.screen_spans(base, table=rows, highest_wind=5.0, out=folder / "risk.nc")
@@ -57,7 +56,7 @@ print(
     .to_string(index=False)
 )
 
-# %% Simulation of those at risk, in a thread for each core: every one at every wind speed.
+# %% Simulation of the spans at risk, in one thread per core: each span at each wind speed.
 certain = found.dataset.name.values[found.dataset.risk.values == "certain"]
 rows = [row for row in rows if row["name"] in certain]
 winds = {"line.wind_speed": [2.5, 3.0, 3.6, 4.0]}
@@ -66,7 +65,7 @@ grid = runs.grid()  # xarray, with one dimension for the spans and one for the w
 print("\nhorizontal swing [m], half peak-to-peak")
 print(grid.u3_amplitude.to_pandas().round(3))
 
-# %% The simulation swings where the screening says that it will: from its wind on, and not before.
+# %% The simulation swings above the onset wind speed of the screening, and not below.
 swings = grid.u3_amplitude > 0.1
 onset = found.dataset.set_index(run="name").onset_wind_speed.sel(run=certain)
 predicted = grid["line.wind_speed"].values[None, :] > onset.values[:, None]
