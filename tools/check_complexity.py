@@ -26,9 +26,6 @@ LATER = "to be split"
 EXCEPTIONS = {
     "gallop_fmu/cli/main.py:run": OPTIONS,
     "gallop_fmu/engine/model.py:tangent": OPTIONS,
-    "gallop_fmu/fmu/archive_safety.py:_entries_problem": LATER,
-    "gallop_fmu/kernel/cosim_derivatives.c:gallop_cosim_directional_derivative": LATER,
-    "gallop_fmu/kernel/cosim_message.c:detail_of": LATER,
     "gallop_fmu/kernel/element_cable.c:all_strips": LATER,
     "gallop_fmu/kernel/element_cable.c:element_sum_residual": LATER,
     "gallop_fmu/kernel/element_cable.c:strip_forces": LATER,
@@ -37,7 +34,6 @@ EXCEPTIONS = {
     "gallop_fmu/kernel/model_create.c:check": LATER,
     "gallop_fmu/kernel/model_create.c:gallop_model_create": LATER,
     "gallop_fmu/kernel/probe.c:gallop_tangent": C_FACE,
-    "gallop_fmu/kernel/resource.c:check_variable": LATER,
     "gallop_fmu/kernel/time_march.c:check_run": LATER,
     "gallop_fmu/kernel/time_march.c:gallop_run": C_FACE,
     "gallop_fmu/line/line_table.py:scene_data": LATER,

@@ -37,6 +37,14 @@ def archive_problem(path: Path) -> str:
 
 def _entries_problem(entries: list[zipfile.ZipInfo], packed: int) -> str:
     """Check the table of contents."""
+    return (
+        _size_problem(entries, packed)
+        or next(filter(None, map(_entry_problem, entries)), "")
+        or _names_problem(entries)
+    )
+
+
+def _size_problem(entries: list[zipfile.ZipInfo], packed: int) -> str:
     size = sum(entry.file_size for entry in entries)
     if len(entries) > MAX_FILES or size > MAX_BYTES:
         return (
@@ -47,26 +55,30 @@ def _entries_problem(entries: list[zipfile.ZipInfo], packed: int) -> str:
             f"{size} bytes packed into {packed}; at most {MAX_EXPANSION} times the archive's size"
             " is unpacked"
         )
-    for entry in entries:
-        if _escapes(entry):
-            return (
-                f"the entry {entry.orig_filename!r} is outside the archive's folder, or is not a"
-                " plain file"
-            )
-        if entry.compress_type not in METHODS:
-            return (
-                f"the entry {entry.filename!r} has a compression that FMI does not allow; store or"
-                " deflate it"
-            )
-        if entry.filename.lower().endswith(".xml") and entry.file_size > MAX_XML_BYTES:
-            return f"{entry.filename} is larger than {MAX_XML_BYTES} bytes"
-    name, times = (
-        Counter(entry.filename.lower() for entry in entries).most_common(1)[0]
-        if entries
-        else ("", 0)
-    )
-    if times > 1:  # tools differ in which one they use
-        return f"the entry {name!r} is there {times} times"
+    return ""
+
+
+def _entry_problem(entry: zipfile.ZipInfo) -> str:
+    if _escapes(entry):
+        return (
+            f"the entry {entry.orig_filename!r} is outside the archive's folder, or is not a plain"
+            " file"
+        )
+    if entry.compress_type not in METHODS:
+        return (
+            f"the entry {entry.filename!r} has a compression that FMI does not allow; store or"
+            " deflate it"
+        )
+    if entry.filename.lower().endswith(".xml") and entry.file_size > MAX_XML_BYTES:
+        return f"{entry.filename} is larger than {MAX_XML_BYTES} bytes"
+    return ""
+
+
+def _names_problem(entries: list[zipfile.ZipInfo]) -> str:
+    names = Counter(entry.filename.lower() for entry in entries)
+    for name, times in names.most_common(1):
+        if times > 1:  # tools differ in which one they use
+            return f"the entry {name!r} is there {times} times"
     if "modelDescription.xml" not in {entry.filename for entry in entries}:
         return "not an FMU: it has no modelDescription.xml"
     return ""

@@ -148,6 +148,20 @@ static gallop_cosim_status add_differences(gallop_cosim *c, const uint32_t outpu
     return GALLOP_COSIM_OK;
 }
 
+/* Builds or finds the state whose derivatives are asked for. */
+static gallop_cosim_status require_base(gallop_cosim *c)
+{
+    if (c->run.phase == COSIM_INITIALIZING) return cosim_span_make_current(c);
+    return c->last_step.base == COSIM_DERIV_UNKNOWN ? refuse_without_step(c) : GALLOP_COSIM_OK;
+}
+
+static gallop_cosim_status check_outputs(gallop_cosim *c, const uint32_t output[], size_t outputs)
+{
+    for (size_t i = 0; i < outputs; i++)
+        if (!find_output(c, output[i])) return GALLOP_COSIM_REFUSED;
+    return GALLOP_COSIM_OK;
+}
+
 gallop_cosim_status gallop_cosim_directional_derivative(gallop_cosim *c, const uint32_t output[],
                                                         size_t outputs, const uint32_t input[],
                                                         size_t inputs, const double seed[],
@@ -159,18 +173,12 @@ gallop_cosim_status gallop_cosim_directional_derivative(gallop_cosim *c, const u
         return cosim_refuse(c, "an array is a null pointer; give arrays for all values");
 
     double direction[RESOURCE_INPUTS], largest = 0.0;
-    if (add_seeds(c, input, inputs, seed, direction) != GALLOP_COSIM_OK)
-        return GALLOP_COSIM_REFUSED;
-    for (int i = 0; i < RESOURCE_INPUTS; i++) largest = fmax(largest, fabs(direction[i]));
-    for (size_t i = 0; i < outputs; i++)
-        if (!find_output(c, output[i])) return GALLOP_COSIM_REFUSED;
+    gallop_cosim_status status = add_seeds(c, input, inputs, seed, direction);
+    if (status == GALLOP_COSIM_OK) status = check_outputs(c, output, outputs);
+    if (status == GALLOP_COSIM_OK) status = require_base(c);
+    if (status != GALLOP_COSIM_OK) return status;
 
-    if (c->run.phase == COSIM_INITIALIZING) {
-        const gallop_cosim_status status = cosim_span_make_current(c);
-        if (status != GALLOP_COSIM_OK) return status;
-    } else if (c->last_step.base == COSIM_DERIV_UNKNOWN) {
-        return refuse_without_step(c);
-    }
+    for (int i = 0; i < RESOURCE_INPUTS; i++) largest = fmax(largest, fabs(direction[i]));
     for (size_t i = 0; i < outputs; i++) derivative[i] = 0.0;
     if (largest == 0.0) return GALLOP_COSIM_OK;
     return add_differences(c, output, outputs, direction, largest, derivative);

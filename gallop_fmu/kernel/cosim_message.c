@@ -43,29 +43,48 @@ gallop_cosim_status cosim_fail(gallop_cosim *c, const char *format, ...)
     return GALLOP_COSIM_FAILED;
 }
 
+static cosim_phrase angle_detail(const gallop_report *report)
+{
+    cosim_phrase out;
+    const double degrees = 180.0 / 3.14159265358979323846, over = report->value - report->limit;
+    snprintf(out.text, sizeof out.text, ": %s deg, %s deg %s limit of %s deg",
+             cosim_number_text(6, degrees * report->value).text,
+             cosim_number_text(2, degrees * fabs(over)).text,
+             over < 0.0 ? "below the curve's lower" : "above the curve's upper",
+             cosim_number_text(6, degrees * report->limit).text);
+    return out;
+}
+
+/* "value 3, limit 2", or the one of them that there is. */
+static cosim_phrase numbers_of(const gallop_report *report)
+{
+    cosim_phrase out = {""};
+    const bool has_value = !isnan(report->value), has_limit = !isnan(report->limit);
+    const cosim_number value = cosim_number_text(4, report->value);
+    const cosim_number limit = cosim_number_text(4, report->limit);
+    if (has_value && has_limit)
+        snprintf(out.text, sizeof out.text, "value %s, limit %s", value.text, limit.text);
+    else if (has_value)
+        snprintf(out.text, sizeof out.text, "value %s", value.text);
+    else if (has_limit)
+        snprintf(out.text, sizeof out.text, "limit %s", limit.text);
+    return out;
+}
+
 /* The numbers of a failure; Report._detail in gallop_fmu/foundation/outcome.py writes the same. */
 static cosim_phrase detail_of(const gallop_report *report)
 {
     cosim_phrase out = {""};
-    const double degrees = 180.0 / 3.14159265358979323846, over = report->value - report->limit;
-    const cosim_number value = cosim_number_text(4, report->value);
-    const cosim_number limit = cosim_number_text(4, report->limit);
-    const bool has_value = !isnan(report->value), has_limit = !isnan(report->limit);
-    const bool has_any = has_value || has_limit;
-
-    if (report->outcome == GALLOP_ANGLE_OUT_OF_RANGE)
-        snprintf(out.text, sizeof out.text, ": %s deg, %s deg %s limit of %s deg",
-                 cosim_number_text(6, degrees * report->value).text,
-                 cosim_number_text(2, degrees * fabs(over)).text,
-                 over < 0.0 ? "below the curve's lower" : "above the curve's upper",
-                 cosim_number_text(6, degrees * report->limit).text);
-    else if (report->outcome == GALLOP_SLACK)
-        snprintf(out.text, sizeof out.text, ": %s N", value.text);
-    else if (report->field || isfinite(report->value))
-        snprintf(out.text, sizeof out.text, "%s%.160s%s%s%s%s%s%s%s", report->field ? ": " : "",
-                 report->field ? report->field : "", has_any ? " (" : "", has_value ? "value " : "",
-                 has_value ? value.text : "", has_value && has_limit ? ", " : "",
-                 has_limit ? "limit " : "", has_limit ? limit.text : "", has_any ? ")" : "");
+    if (report->outcome == GALLOP_ANGLE_OUT_OF_RANGE) return angle_detail(report);
+    if (report->outcome == GALLOP_SLACK) {
+        snprintf(out.text, sizeof out.text, ": %s N", cosim_number_text(4, report->value).text);
+        return out;
+    }
+    if (!report->field && !isfinite(report->value)) return out;
+    const cosim_phrase numbers = numbers_of(report);
+    const char *open = numbers.text[0] ? " (" : "", *close = numbers.text[0] ? ")" : "";
+    snprintf(out.text, sizeof out.text, "%s%.160s%s%.80s%s", report->field ? ": " : "",
+             report->field ? report->field : "", open, numbers.text, close);
     return out;
 }
 

@@ -47,27 +47,42 @@ char *resource_place(const resource *r, const resource_variable *v)
     return NULL;
 }
 
+/* A whole number has the factor 1: another one could make it too large for its 32 bits. */
+static bool has_possible_factor(const resource_variable *v)
+{
+    return v->whole ? v->factor == 1.0 : isfinite(v->factor) && v->factor > 0.0;
+}
+
+static bool has_possible_bounds(const resource_variable *v)
+{
+    return v->excluded <= (RESOURCE_MINIMUM_EXCLUDED | RESOURCE_MAXIMUM_EXCLUDED) &&
+           !isnan(v->minimum) && !isnan(v->maximum);
+}
+
+/* How many inputs or channels of an origin there are; 0: the origin is unknown. */
+static uint32_t count_of_origin(int32_t origin)
+{
+    switch (origin) {
+    case RESOURCE_INPUT: return RESOURCE_INPUTS;
+    case RESOURCE_NODE: return GALLOP_NODE_CHANNELS;
+    case RESOURCE_SPAN: return GALLOP_SPAN_CHANNELS;
+    case RESOURCE_STATUS: return 1;
+    default: return 0;
+    }
+}
+
 static const char *check_variable(const resource *r, const resource_variable *v)
 {
     const char *unknown =
         "resources/model.bin is damaged: a variable is unknown; export the scene again";
-
-    /* A factor other than 1 could make a whole number too large. */
-    if (v->whole && v->factor != 1.0) return unknown;
-    if (v->excluded > (RESOURCE_MINIMUM_EXCLUDED | RESOURCE_MAXIMUM_EXCLUDED)) return unknown;
-    if (!is_terminated(v->name, sizeof v->name) || isnan(v->minimum) || isnan(v->maximum))
+    if (!is_terminated(v->name, sizeof v->name) || !has_possible_bounds(v) ||
+        !has_possible_factor(v))
         return unknown;
-    switch (v->origin) {
-    case RESOURCE_PARAMETER:
-        if (!resource_place(r, v))
-            return "resources/model.bin is damaged: a parameter has no place; export the scene "
-                   "again";
-        return isfinite(v->factor) && v->factor > 0.0 ? NULL : unknown;
-    case RESOURCE_INPUT: return v->index < RESOURCE_INPUTS ? NULL : unknown;
-    case RESOURCE_NODE: return v->index < GALLOP_NODE_CHANNELS ? NULL : unknown;
-    case RESOURCE_SPAN: return v->index < GALLOP_SPAN_CHANNELS ? NULL : unknown;
-    default: return v->origin == RESOURCE_STATUS ? NULL : unknown;
-    }
+    if (v->origin != RESOURCE_PARAMETER)
+        return v->index < count_of_origin(v->origin) ? NULL : unknown;
+    return resource_place(r, v)
+             ? NULL
+             : "resources/model.bin is damaged: a parameter has no place; export the scene again";
 }
 
 static const resource_outcome *outcomes_of(const resource *r)

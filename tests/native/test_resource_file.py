@@ -2,6 +2,7 @@
 
 import ctypes as c
 import struct
+import subprocess
 
 import pytest
 
@@ -63,6 +64,32 @@ def seal(small):
     function = c.CDLL(str(small.library)).gallop_cosim_seal
     function.argtypes = (c.c_char_p, c.c_size_t)
     return function
+
+
+MIRRORS = {
+    "resource_identification": Identification,
+    "resource_variable": VariableItem,
+    "resource_outcome": OutcomeItem,
+}
+
+
+def test_the_mirrors_have_the_layout_of_the_structures(compiled, kernel_sources, tmp_path):
+    """Size of each structure, and offset and size of each field."""
+    lines, wanted = [], []
+    for name, mirror in MIRRORS.items():
+        lines.append(f'printf("%zu\\n", sizeof({name}));')
+        wanted.append(f"{c.sizeof(mirror)}")
+        for field, _ in mirror._fields_:
+            place = getattr(mirror, field)
+            member = f"offsetof({name}, {field}), sizeof((({name} *)0)->{field})"
+            lines.append(f'printf("%zu %zu\\n", {member});')
+            wanted.append(f"{place.offset} {place.size}")
+    source = tmp_path / "layout.c"
+    body = "\n".join(lines)
+    source.write_text(f'#include "resource.h"\n#include <stdio.h>\nint main(void) {{\n{body}\n}}\n')
+    program = compiled(tmp_path / "layout", source, flags=[f"-I{kernel_sources}"])
+    found = subprocess.run([program], capture_output=True, check=True, text=True).stdout
+    assert found.splitlines() == wanted
 
 
 def test_the_writer_gives_back_what_was_read(good):
