@@ -21,13 +21,12 @@ static bool steps_in_range(const gallop_state *state)
            state->wanted_step > 0.0;
 }
 
-/* Newton's iteration, the history of Newmark's predictor, and the conditions at the state's time.
- */
+/* Newton's iteration, and the history of Newmark's predictor. */
 static bool history_in_range(const gallop_state *state)
 {
     return state->rate >= 0.0 && state->sharpness > 0.0 && state->sharpness <= 1.0 &&
            state->newest >= 0 && state->newest < NEWMARK_HISTORY && state->equal_steps >= 0 &&
-           state->equal_steps <= NEWMARK_HISTORY && conditions_are_finite(&state->now);
+           state->equal_steps <= NEWMARK_HISTORY;
 }
 
 /* What a run reports: the lowest tension, the largest turn and the largest motions. */
@@ -42,9 +41,10 @@ static bool extremes_in_range(const gallop_state *state)
 /* Motion and its history; an unknown that the model leaves out is zero. */
 static bool motion_in_range(const gallop_model *model, const gallop_state *state)
 {
-    const int arrays = 3 + (model_by_gauss(model) ? GAUSS_ARRAYS : NEWMARK_HISTORY);
-    for (int i = 0; i < 4 * arrays * model->nodes; i++)
-        if (!isfinite(state->values[i]) || (i % 4 >= model->unknowns && state->values[i] != 0.0))
+    const size_t count = state_motion_bytes(model) / sizeof(double);
+    for (size_t i = 0; i < count; i++)
+        if (!isfinite(state->values[i]) ||
+            ((int)(i % 4) >= model->unknowns && state->values[i] != 0.0))
             return false;
     return true;
 }
@@ -54,5 +54,7 @@ int gallop_state_check(const gallop_model *model, const gallop_state *state)
     if (!check_is_model(model) || !check_is_state_of(model, state)) return GALLOP_BAD_CALL;
     const bool ok = counts_in_range(state) && steps_in_range(state) && history_in_range(state) &&
                     extremes_in_range(state) && motion_in_range(model, state);
-    return ok ? GALLOP_COMPLETED : GALLOP_BAD_CALL;
+    if (!ok) return GALLOP_BAD_CALL;
+    const state_view view = state_view_of(model, (gallop_state *)state); /* only read */
+    return conditions_are_finite(model, &view.now) ? GALLOP_COMPLETED : GALLOP_BAD_CALL;
 }

@@ -1,55 +1,104 @@
-/* The inputs at one instant, from the laws of the scene or from a host. */
+/* What acts at one instant, from the laws of the scene or from a host. */
 #include "conditions.h"
 
 #include "base_math.h"
 #include "law.h"
 
-/* The first mass moments turn with the ice; the scene gives them at first_moment_angle. */
-void conditions_rotate_moments(const gallop_scene *scene, double attack, double *c2, double *c3)
+#include <string.h>
+
+size_t conditions_count(const gallop_model *model)
+{
+    return (size_t)model->field_count + 3 * (size_t)model->section_count +
+           9 * (size_t)model->junction_count;
+}
+
+conditions conditions_in(const gallop_model *model, double *block)
+{
+    const size_t fields = (size_t)model->field_count, sections = (size_t)model->section_count;
+    const size_t axes = 3 * (size_t)model->junction_count;
+    conditions now = {.load_factor = 1.0};
+    now.wind = block;
+    now.attack = now.wind + fields;
+    now.c2 = now.attack + sections;
+    now.c3 = now.c2 + sections;
+    now.position = now.c3 + sections;
+    now.velocity = now.position + axes;
+    now.acceleration = now.velocity + axes;
+    return now;
+}
+
+void conditions_copy(const gallop_model *model, conditions *to, const conditions *from)
+{
+    memcpy(to->wind, from->wind, conditions_count(model) * sizeof(double));
+    to->load_factor = from->load_factor;
+    to->taut = from->taut;
+    to->everything = from->everything;
+}
+
+void conditions_rotate_moments(const cross_section *section, double attack, double *c2, double *c3)
 {
     double sine, cosine;
-    sine_cosine(attack - scene->first_moment_angle, &sine, &cosine);
-    *c2 = scene->first_moment_x2 * cosine - scene->first_moment_x3 * sine;
-    *c3 = scene->first_moment_x2 * sine + scene->first_moment_x3 * cosine;
+    sine_cosine(attack - section->moment_angle, &sine, &cosine);
+    *c2 = section->moment[0] * cosine - section->moment[1] * sine;
+    *c3 = section->moment[0] * sine + section->moment[1] * cosine;
+}
+
+/* A host sets one wind speed, the attack angle of the first cross-section, by whose change the
+ * others turn as well, and the motion of the first and the last junction. */
+static void from_inputs(const gallop_model *model, double t, const gallop_inputs *inputs,
+                        conditions *now)
+{
+    const double dt = t - inputs->time;
+    const double attack = inputs->attack_angle + inputs->attack_angle_rate * dt;
+    for (int f = 0; f < model->field_count; f++)
+        now->wind[f] = inputs->wind_speed + inputs->wind_speed_rate * dt;
+    for (int s = 0; s < model->section_count; s++) {
+        now->attack[s] =
+            s == 0 ? attack : model->section[s].attack + (attack - model->section[0].attack);
+        conditions_rotate_moments(&model->section[s], now->attack[s], &now->c2[s], &now->c3[s]);
+    }
+    memset(now->position, 0, 9 * (size_t)model->junction_count * sizeof(double));
+    for (int end = 0; end < 2; end++) {
+        const int j = 3 * (end ? model->junction_count - 1 : 0);
+        for (int i = 0; i < 3; i++) {
+            now->position[j + i] = inputs->support[end][i] + inputs->support_rate[end][i] * dt;
+            now->velocity[j + i] = inputs->support_rate[end][i];
+        }
+    }
+}
+
+static void from_laws(const gallop_model *model, double t, conditions *now)
+{
+    for (int f = 0; f < model->field_count; f++) now->wind[f] = law_value(model->wind[f], t);
+    for (int s = 0; s < model->section_count; s++) {
+        now->attack[s] = model->section[s].attack;
+        now->c2[s] = model->section[s].c2;
+        now->c3[s] = model->section[s].c3;
+    }
+    for (int j = 0; j < model->junction_count; j++)
+        for (int i = 0; i < 3; i++) {
+            const gallop_law *motion = model->junction[j].motion[i];
+            now->position[3 * j + i] = motion ? law_value(motion, t) : 0.0;
+            now->velocity[3 * j + i] = motion ? law_rate(motion, t) : 0.0;
+            now->acceleration[3 * j + i] = motion ? law_second(motion, t) : 0.0;
+        }
 }
 
 void conditions_at(const gallop_model *model, double t, const gallop_inputs *inputs,
                    conditions *now)
 {
     now->load_factor = 1.0;
-    if (inputs) {
-        double dt = t - inputs->time;
-        now->wind = inputs->wind_speed + inputs->wind_speed_rate * dt;
-        now->attack = inputs->attack_angle + inputs->attack_angle_rate * dt;
-        conditions_rotate_moments(&model->scene, now->attack, &now->c2, &now->c3);
-        for (int end = 0; end < 2; end++)
-            for (int i = 0; i < 3; i++) {
-                now->position[end][i] = inputs->support[end][i] + inputs->support_rate[end][i] * dt;
-                now->velocity[end][i] = inputs->support_rate[end][i];
-                now->acceleration[end][i] = 0.0;
-            }
-        return;
-    }
-    now->wind = law_value(&model->scene.wind, t);
-    now->attack = model->scene.attack_angle;
-    now->c2 = model->c2;
-    now->c3 = model->c3;
-    for (int end = 0; end < 2; end++)
-        for (int i = 0; i < 3; i++) {
-            const gallop_law *motion = &model->scene.support[end].motion[i];
-            now->position[end][i] = law_value(motion, t);
-            now->velocity[end][i] = law_rate(motion, t);
-            now->acceleration[end][i] = law_second(motion, t);
-        }
+    now->taut = now->everything = false;
+    if (inputs)
+        from_inputs(model, t, inputs, now);
+    else
+        from_laws(model, t, now);
 }
 
-bool conditions_are_finite(const conditions *now)
+bool conditions_are_finite(const gallop_model *model, const conditions *now)
 {
-    bool ok = isfinite(now->wind) && isfinite(now->attack) && isfinite(now->load_factor) &&
-              isfinite(now->c2) && isfinite(now->c3);
-    for (int end = 0; end < 2; end++)
-        for (int i = 0; i < 3; i++)
-            ok = ok && isfinite(now->position[end][i]) && isfinite(now->velocity[end][i]) &&
-                 isfinite(now->acceleration[end][i]);
-    return ok;
+    bool finite = isfinite(now->load_factor);
+    const size_t count = conditions_count(model);
+    for (size_t i = 0; i < count; i++) finite = finite && isfinite(now->wind[i]);
+    return finite;
 }

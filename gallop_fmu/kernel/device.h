@@ -1,10 +1,45 @@
-/* What acts at single points: the springs of the supports. */
+/* Devices: what acts at junctions.  A kind of device is one record: how many junctions it has, and
+ * its force, tangent and energy. */
 #ifndef GALLOP_DEVICE_H
 #define GALLOP_DEVICE_H
 
-#include "state.h"
+#include "element.h"
 
-void device_add_springs(const gallop_model *model, const conditions *now, const double *u,
-                        double *residual);
+/* The motion of a junction of a device, from the initial equilibrium. */
+typedef struct {
+    const double *u, *v, *a; /* (4) [m, rad] and per s, s^2 */
+    const double *tower;     /* (3) displacement of the tower's point at the junction [m] */
+} device_motion;
+
+typedef struct device_kind {
+    const char *name;
+    int junctions; /* 1 or 2 */
+    /* Adds the forces [N, N m] that move the device so, at each junction. */
+    void (*add_force)(const device *d, const device_motion y[2], double force[2][4]);
+    /* Adds weights.k dF/du + weights.c dF/dv + weights.m dF/da: block (row junction, column
+     * junction), by rows. */
+    void (*add_tangent)(const device *d, const device_motion y[2], tangent_weights weights,
+                        double tangent[2][2][16]);
+    /* Energy stored since the initial equilibrium [J]. */
+    double (*energy)(const device *d, const device_motion y[2]);
+} device_kind;
+
+/* The devices of the scene; their junctions are known. */
+void device_create_all(gallop_model *model);
+
+/* Adds the forces of all devices to the residual. */
+void device_add_forces(const gallop_model *model, const conditions *now, motion y,
+                       double *residual);
+
+/* The forces of the devices at one junction [N, N m]. */
+void device_forces_at(const gallop_model *model, int index, const conditions *now, motion y,
+                      double force[4]);
+
+/* The tangent of one device. */
+void device_tangent(const gallop_model *model, const device *d, const conditions *now, motion y,
+                    tangent_weights weights, double tangent[2][2][16]);
+
+/* Energy of all devices [J]. */
+double device_energy(const gallop_model *model, const conditions *now, motion y);
 
 #endif

@@ -1,14 +1,20 @@
-/* The cable element: forces, tangent, aerodynamic load. */
+/* The cable element: forces, tangent, aerodynamic load.  Functions that take a chain count its
+ * elements, nodes and unknowns from its own first one. */
 #ifndef GALLOP_ELEMENT_H
 #define GALLOP_ELEMENT_H
 
 #include "state.h"
 
-extern const double element_gauss2[2]; /* +-1/sqrt(3) */
-extern const double
-    element_shape3[3][3]; /* N_a at the three-point Gauss abscissae: shape3[point][a] */
+extern const double element_gauss2[2]; /* abscissae of the two-point Gauss rule, weights 1 */
+extern const double element_gauss3[3], element_gauss3_weight[3];
+extern const double element_shape3[3][3]; /* N_a at the three-point Gauss abscissae: [point][a] */
 
-/* What an evaluation noticed on its way along the span. */
+/* Displacement, velocity and acceleration, (nodes, 4) each. */
+typedef struct {
+    const double *u, *v, *a;
+} motion;
+
+/* What an evaluation noticed on its way along the chains; elements count from the first of all. */
 typedef struct {
     double lowest_tension, worst_angle, worst_excess;
     int slack_element, angle_element;
@@ -26,33 +32,29 @@ enum { LEFT_LEFT, LEFT_MIDDLE, LEFT_RIGHT, MIDDLE_MIDDLE, MIDDLE_RIGHT, RIGHT_RI
 /* element_aero.c */
 double element_attack_angle(double theta, double v2, double v3, double omega, double wind,
                             double attack, double radius);
-void element_aero_loads(const gallop_model *model, const conditions *now, const sections *at,
-                        int first, int count, bool slopes);
-bool element_wind_matters(const gallop_model *model, const conditions *now, const sections *at,
-                          int i);
+void element_aero_loads(const chain *c, const exposure *now, const sections *at, int first,
+                        int count, bool slopes);
+bool element_wind_matters(const chain *c, const exposure *now, const sections *at, int i);
 
 /* element_cable.c */
-static inline bool element_has_wind(const gallop_model *model, const conditions *now)
-{
-    return model->aerodynamic && now->wind != 0.0;
-}
 void element_geometry_from_nodes(geometry *g, const double x[9], const double tension[2]);
-void element_fill_strips(gallop_model *model);
-void element_normals_at_nodes(gallop_model *model);
-void element_tension(const gallop_model *model, int e, const double u[12], double tension[2]);
-void element_residual(const gallop_model *model, int e, const conditions *now, const sections *at,
-                      const double *u, const double *v, const double *a, double r[12]);
+void element_fill_strips(chain *c); /* after every change of the geometry */
+void element_normals_at_nodes(chain *c);
+void element_tension(const chain *c, int e, bool tension_only, const double u[12],
+                     double tension[2]);
+void element_residual(const chain *c, int e, const exposure *now, const sections *at, motion y,
+                      double r[12]);
 void element_sum_residual(const gallop_model *model, double t, const conditions *now,
-                          const sections *at, const double *u, const double *v, const double *a,
-                          bool slopes, double *residual, monitor *seen);
+                          const sections *at, motion y, bool slopes, double *residual,
+                          monitor *seen);
 void element_monitor_start(monitor *seen);
-void element_monitor_tensions(const gallop_model *model, const double *u, monitor *seen);
+void element_monitor_tensions(const gallop_model *model, const conditions *now, const double *u,
+                              monitor *seen);
 
 /* element_tangent.c */
-void element_tangent(const gallop_model *model, int e, const conditions *now, const sections *at,
+void element_tangent(const chain *c, int e, const exposure *now, const sections *at,
                      const double u[12], tangent_weights mix, double tangent[6][16]);
-void element_strip_tangent(const gallop_model *model, int index, const conditions *now,
-                           const sections *at, const double *u, tangent_weights mix,
-                           lanes block[6][16]);
+void element_strip_tangent(const chain *c, int index, const exposure *now, const sections *at,
+                           const double *u, tangent_weights mix, lanes block[6][16]);
 
 #endif

@@ -22,15 +22,15 @@ typedef struct {
     double wind, attack, radius, centre, half, pressure, diameter; /* pressure: rho d / 2 */
 } airflow;
 
-static airflow airflow_of(const gallop_model *model, const conditions *now)
+static airflow airflow_of(const chain *c, const exposure *now)
 {
     return (airflow){now->wind,
                      now->attack,
-                     model->radius,
-                     model->curve_centre,
-                     0.5 * (model->curve_last - model->curve_first),
-                     0.5 * model->scene.air_density * model->scene.diameter,
-                     model->scene.diameter};
+                     c->section->radius,
+                     c->section->curve->centre,
+                     0.5 * (c->section->curve->last - c->section->curve->first),
+                     0.5 * c->air_density * c->section->diameter,
+                     c->section->diameter};
 }
 
 /* Attack angle of a section, how far it is out of the curve's range, and where on the curve to
@@ -76,13 +76,12 @@ INLINE void subtract_load(const airflow *air, const sections *at, int i)
 }
 
 /* A polynomial needs no search: all in one pass. */
-INLINE void polynomial_loads(const gallop_model *model, const conditions *now, sections at,
-                             int first, int last)
+INLINE void polynomial_loads(const chain *c, const exposure *now, sections at, int first, int last)
 {
-    const airflow air = airflow_of(model, now);
-    const double origin = model->scene.origin[0];
+    const airflow air = airflow_of(c, now);
+    const double origin = c->section->curve->origin[0];
     double k[12];
-    memcpy(k, model->scene.coefficient, sizeof k);
+    memcpy(k, c->section->curve->coefficient, sizeof k);
     INDEPENDENT
     for (int i = first; i < last; i++) {
         read_section(k, place_on_curve(&air, &at, i) - origin, &at, i, false);
@@ -91,56 +90,58 @@ INLINE void polynomial_loads(const gallop_model *model, const conditions *now, s
 }
 
 /* The search begins at the piece in which the bin begins. */
-static inline int piece_at(const gallop_model *model, double alpha)
+static inline int piece_at(const chain *c, double alpha)
 {
-    const double bins = PIECE_BINS / (model->curve_last - model->curve_first),
-                 x = (alpha - model->curve_first) * bins;
+    const double bins = PIECE_BINS / (c->section->curve->last - c->section->curve->first),
+                 x = (alpha - c->section->curve->first) * bins;
     int bin = x > 0.0 ? (x < PIECE_BINS - 1 ? (int)x : PIECE_BINS - 1) : 0,
-        piece = model->piece_near[bin];
-    while (piece > 0 && alpha < model->scene.breakpoint[piece]) piece--; /* round-off in x */
-    while (piece < model->scene.pieces - 1 && alpha >= model->scene.breakpoint[piece + 1]) piece++;
+        piece = c->section->curve->piece_near[bin];
+    while (piece > 0 && alpha < c->section->curve->breakpoint[piece]) piece--; /* round-off in x */
+    while (piece < c->section->curve->pieces - 1 &&
+           alpha >= c->section->curve->breakpoint[piece + 1])
+        piece++;
     return piece;
 }
 
-INLINE void table_loads(const gallop_model *model, const conditions *now, sections at, int first,
-                        int last, bool slopes)
+INLINE void table_loads(const chain *c, const exposure *now, sections at, int first, int last,
+                        bool slopes)
 {
-    const airflow air = airflow_of(model, now);
+    const airflow air = airflow_of(c, now);
     double *place = at.by_theta[0];
     INDEPENDENT
     for (int i = first; i < last; i++) place[i] = place_on_curve(&air, &at, i);
     for (int i = first; i < last; i++) {
-        const int piece = piece_at(model, place[i]);
-        read_section(model->scene.coefficient + 12 * piece, place[i] - model->scene.origin[piece],
-                     &at, i, slopes);
+        const int piece = piece_at(c, place[i]);
+        read_section(c->section->curve->coefficient + 12 * piece,
+                     place[i] - c->section->curve->origin[piece], &at, i, slopes);
     }
     INDEPENDENT
     for (int i = first; i < last; i++) subtract_load(&air, &at, i);
 }
 
-TWO_PATHS static void loads(const gallop_model *model, const conditions *now, const sections *at,
-                            int first, int last)
+TWO_PATHS static void loads(const chain *c, const exposure *now, const sections *at, int first,
+                            int last)
 {
-    if (model->scene.pieces == 1)
-        polynomial_loads(model, now, *at, first, last);
+    if (c->section->curve->pieces == 1)
+        polynomial_loads(c, now, *at, first, last);
     else
-        table_loads(model, now, *at, first, last, false);
+        table_loads(c, now, *at, first, last, false);
 }
 
-TWO_PATHS static void loads_with_slopes(const gallop_model *model, const conditions *now,
-                                        const sections *at, int first, int last)
+TWO_PATHS static void loads_with_slopes(const chain *c, const exposure *now, const sections *at,
+                                        int first, int last)
 {
-    table_loads(model, now, *at, first, last, true);
+    table_loads(c, now, *at, first, last, true);
 }
 
 /* Derivatives of F2, F3, M by theta, v2 and v3 (that by omega is r times that by v2), from
  * dUr/dw2 = w2/Ur, d alpha/dw2 = w3/Ur^2, d alpha/dw3 = -w2/Ur^2, dw/dv = -1.  Replaces the
  * coefficients. */
-TWO_PATHS static void load_slopes(const gallop_model *model, const conditions *now,
-                                  const sections *at, int first, int last)
+TWO_PATHS static void load_slopes(const chain *c, const exposure *now, const sections *at,
+                                  int first, int last)
 {
-    const double radius = model->radius, d = model->scene.diameter, wind = now->wind;
-    const double k = 0.5 * model->scene.air_density * d;
+    const double radius = c->section->radius, d = c->section->diameter, wind = now->wind;
+    const double k = 0.5 * c->air_density * d;
     INDEPENDENT
     for (int i = first; i < last; i++) {
         double w2 = -at->v2[i] - radius * at->omega[i], w3 = wind - at->v3[i],
@@ -167,23 +168,21 @@ TWO_PATHS static void load_slopes(const gallop_model *model, const conditions *n
  * turns the relative wind by any angle. */
 #define MIN_WIND_FORCE 1e-6
 
-bool element_wind_matters(const gallop_model *model, const conditions *now, const sections *at,
-                          int i)
+bool element_wind_matters(const chain *c, const exposure *now, const sections *at, int i)
 {
-    const double w2 = -at->v2[i] - model->radius * at->omega[i], w3 = now->wind - at->v3[i];
-    const double force =
-        0.5 * model->scene.air_density * model->scene.diameter * (w2 * w2 + w3 * w3);
-    return force > MIN_WIND_FORCE * model->mass * model->scene.gravity;
+    const double w2 = -at->v2[i] - c->section->radius * at->omega[i], w3 = now->wind - at->v3[i];
+    const double force = 0.5 * c->air_density * c->section->diameter * (w2 * w2 + w3 * w3);
+    return force > MIN_WIND_FORCE * c->section->mass * c->gravity;
 }
 
-void element_aero_loads(const gallop_model *model, const conditions *now, const sections *at,
-                        int first, int count, bool slopes)
+void element_aero_loads(const chain *c, const exposure *now, const sections *at, int first,
+                        int count, bool slopes)
 {
     const int last = first + count;
     if (!slopes) {
-        loads(model, now, at, first, last);
+        loads(c, now, at, first, last);
         return;
     }
-    loads_with_slopes(model, now, at, first, last);
-    load_slopes(model, now, at, first, last);
+    loads_with_slopes(c, now, at, first, last);
+    load_slopes(c, now, at, first, last);
 }

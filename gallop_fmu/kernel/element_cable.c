@@ -11,8 +11,8 @@
 #define STRIPS_AT_ONCE 8 /* whose intermediate results stay in the first-level cache */
 
 const double element_gauss2[2] = {-ROOT_1_3, ROOT_1_3};
-static const double gauss3[3] = {-ROOT_3_5, 0.0, ROOT_3_5};
-static const double gauss3_weight[3] = {5.0 / 9.0, 8.0 / 9.0, 5.0 / 9.0};
+const double element_gauss3[3] = {-ROOT_3_5, 0.0, ROOT_3_5};
+const double element_gauss3_weight[3] = {5.0 / 9.0, 8.0 / 9.0, 5.0 / 9.0};
 
 /* N = (xi (xi - 1) / 2, 1 - xi^2, xi (xi + 1) / 2), paper eq. (5), at the three-point Gauss
  * abscissae */
@@ -46,17 +46,17 @@ static void normal_to(const double tangent[3], double normal[2])
 }
 
 /* Normals at the nodes; where two elements meet, of their mean direction. */
-void element_normals_at_nodes(gallop_model *model)
+void element_normals_at_nodes(chain *c)
 {
-    for (int n = 0; n < model->nodes; n++) {
+    for (int n = 0; n < c->nodes; n++) {
         const int first = n % 2 || n == 0 ? n / 2 : n / 2 - 1,
-                  last = n / 2 < model->elements ? n / 2 : first;
+                  last = n / 2 < c->elements ? n / 2 : first;
         double sum[3] = {0.0}, slope[3], direction[3];
         for (int e = first; e <= last; e++) {
-            tangent_at(model->x + 6 * e, n - 2 * e - 1, slope, direction);
+            tangent_at(c->x + 6 * e, n - 2 * e - 1, slope, direction);
             for (int i = 0; i < 3; i++) sum[i] += direction[i];
         }
-        normal_to(sum, model->normal + 2 * n);
+        normal_to(sum, c->normal + 2 * n);
     }
 }
 
@@ -69,7 +69,7 @@ void element_geometry_from_nodes(geometry *g, const double x[9], const double te
     }
     memset(g->shape_product, 0, sizeof g->shape_product);
     for (int q = 0; q < 3; q++) {
-        double w = gauss3_weight[q] * tangent_at(x, gauss3[q], slope, direction);
+        double w = element_gauss3_weight[q] * tangent_at(x, element_gauss3[q], slope, direction);
         g->inertia_weight[q] = w;
         normal_to(direction, g->normal[q]);
         for (int a = 0; a < 3; a++)
@@ -78,13 +78,13 @@ void element_geometry_from_nodes(geometry *g, const double x[9], const double te
     }
 }
 
-void element_fill_strips(gallop_model *model)
+void element_fill_strips(chain *c)
 {
-    for (int k = 0; k < LANES * model->strips; k++) {
-        const geometry *g = &model->geometry[k < model->elements ? k : model->elements - 1];
-        strip *s = &model->strip[k / LANES];
+    for (int k = 0; k < LANES * c->strips; k++) {
+        const geometry *g = &c->geometry[k < c->elements ? k : c->elements - 1];
+        strip *s = &c->strip[k / LANES];
         const int lane = k % LANES;
-        const double there = k < model->elements ? 1.0 : 0.0;
+        const double there = k < c->elements ? 1.0 : 0.0;
         for (int q = 0; q < 2; q++) {
             LANE(s->stiffness_weight[q], lane) = there * g->stiffness_weight[q];
             for (int i = 0; i < 3; i++) LANE(s->slope[q][i], lane) = g->slope[q][i];
@@ -105,9 +105,10 @@ void element_fill_strips(gallop_model *model)
     }
 }
 
-void element_tension(const gallop_model *model, int e, const double u[12], double tension[2])
+void element_tension(const chain *c, int e, bool tension_only, const double u[12],
+                     double tension[2])
 {
-    const geometry *g = &model->geometry[e];
+    const geometry *g = &c->geometry[e];
     for (int q = 0; q < 2; q++) {
         const double *n = g->shape_slope[q];
         double strain = 0.0, square = 0.0;
@@ -116,23 +117,28 @@ void element_tension(const gallop_model *model, int e, const double u[12], doubl
             strain += du * (g->slope[q][i] + 0.5 * du);
             square += (g->slope[q][i] + du) * (g->slope[q][i] + du);
         }
-        tension[q] = g->tension[q] + model->scene.axial_stiffness * strain;
-        if (model->tension_only) tension[q] = fmax(tension[q], 0.0);
+        tension[q] = g->tension[q] + c->section->axial_stiffness * strain;
+        if (tension_only) tension[q] = fmax(tension[q], 0.0);
         tension[q] *= sqrt(
             square); /* T acts on p, whose length is the stretch: the force in the cable is T |p| */
     }
 }
 
 /* Tensions at u, where forces were balanced elsewhere. */
-void element_monitor_tensions(const gallop_model *model, const double *u, monitor *seen)
+void element_monitor_tensions(const gallop_model *model, const conditions *now, const double *u,
+                              monitor *seen)
 {
-    for (int e = 0; e < model->elements; e++) {
-        double tension[2];
-        element_tension(model, e, u + 8 * e, tension);
-        const double lowest = fmin(tension[0], tension[1]);
-        if (!(lowest < seen->lowest_tension)) continue;
-        seen->lowest_tension = lowest;
-        seen->slack_element = e;
+    for (int i = 0; i < model->chain_count; i++) {
+        const chain *c = &model->chain[i];
+        const exposure on = conditions_on(model, now, c);
+        for (int e = 0; e < c->elements; e++) {
+            double tension[2];
+            element_tension(c, e, on.tension_only, u + 4 * c->first_node + 8 * e, tension);
+            const double lowest = fmin(tension[0], tension[1]);
+            if (!(lowest < seen->lowest_tension)) continue;
+            seen->lowest_tension = lowest;
+            seen->slack_element = c->first_element + e;
+        }
     }
 }
 
@@ -143,7 +149,7 @@ void element_monitor_start(monitor *seen)
 
 /* First mass moments turn with the section, in its plane; the omega^2 terms, missing in the paper,
  * conserve energy. */
-TWO_PATHS static void ice_inertia(const conditions *now, const sections *at, int first, int last)
+TWO_PATHS static void ice_inertia(const exposure *now, const sections *at, int first, int last)
 {
     const double m2 = now->c2, m3 = now->c3;
     const double *theta = at->theta, *omega = at->omega, *omega_rate = at->omega_rate,
@@ -184,19 +190,19 @@ INLINE void along_normal(const strip *s, lanes y[3][4], double *out)
                                       s->normal[q][1] * LANES_AT(along[1] + LANES * q);
 }
 
-INLINE void section_motion(const gallop_model *model, const strip *s, const sections *at, int first,
+INLINE void section_motion(const chain *c, const strip *s, const sections *at, int first,
                            lanes u[3][4], lanes v[3][4], lanes a[3][4])
 {
     along_normal(s, v, at->v2 + first);
     interpolate(v, 2, at->v3 + first);
     interpolate(u, 3, at->theta + first);
     interpolate(v, 3, at->omega + first);
-    if (!model->eccentric) return;
+    if (!c->section->eccentric) return;
     along_normal(s, a, at->a2 + first);
     interpolate(a, 2, at->a3 + first);
     interpolate(a, 3, at->omega_rate + first);
     for (int q = 0; q < 3; q++)
-        *(lanes *)(at->gravity + first + LANES * q) = model->scene.gravity * s->normal[q][1];
+        *(lanes *)(at->gravity + first + LANES * q) = c->gravity * s->normal[q][1];
 }
 
 /* Lowest tension so far, lane by lane, and the first element of the strip where it was. */
@@ -205,15 +211,16 @@ typedef struct {
 } lowest;
 
 /* Inertia, damping and tension of the elements of a strip. */
-INLINE void strip_forces(const gallop_model *model, const strip *s, lanes u[3][4], lanes v[3][4],
-                         lanes a[3][4], int unknowns, double first_element, lanes r[3][4],
-                         lowest *low)
+INLINE void strip_forces(const chain *c, const exposure *now, const strip *s, lanes u[3][4],
+                         lanes v[3][4], lanes a[3][4], int unknowns, double first_element,
+                         lanes r[3][4], lowest *low)
 {
-    const double ea = model->scene.axial_stiffness, gj = model->scene.torsional_stiffness;
-    const double *b = model->derived.translation_damping, *bt = model->derived.twist_damping;
+    const double ea = c->section->axial_stiffness, gj = c->section->torsional_stiffness;
+    const double *b = c->section->translation_damping, *bt = c->section->twist_damping;
     const int axes = unknowns < 3 ? unknowns : 3;
     for (int i = 0; i < unknowns; i++) {
-        const double mass = i < 3 ? model->mass : model->inertia, drag = i < 3 ? b[0] : bt[0];
+        const double mass = i < 3 ? c->section->mass : c->section->inertia,
+                     drag = i < 3 ? b[0] : bt[0];
         lanes rate[3];
         for (int n = 0; n < 3; n++) rate[n] = mass * (a[n][i] + drag * v[n][i]);
         r[0][i] = s->product[0] * rate[0] + s->product[1] * rate[1] + s->product[2] * rate[2];
@@ -228,7 +235,7 @@ INLINE void strip_forces(const gallop_model *model, const strip *s, lanes u[3][4
         /* Green strain from the initial equilibrium: eps = X'.u' + u'.u'/2; T = T0 + EA eps */
         for (int i = 0; i < axes; i++) strain += du[i] * (p0[i] + 0.5 * du[i]);
         lanes tension = s->tension[q] + ea * strain;
-        if (model->tension_only) tension = PICK(tension > 0.0, tension, (lanes){0.0});
+        if (now->tension_only) tension = PICK(tension > 0.0, tension, (lanes){0.0});
         for (int i = 0; i < axes; i++) force[i] = tension * (p0[i] + du[i]);
         if (unknowns == 4) force[3] = gj * du[3];
         lanes dv[4], axial = {0.0};
@@ -264,22 +271,22 @@ INLINE void add_section_forces(const strip *s, const sections *at, int first, la
 }
 
 /* Forces at sections whose motion is known: inertia of the eccentric ice minus aerodynamics. */
-static void section_forces(const gallop_model *model, const conditions *now, const sections *at,
-                           int first, int last, bool wind, bool slopes)
+static void section_forces(const chain *c, const exposure *now, const sections *at, int first,
+                           int last, bool slopes)
 {
-    if (model->eccentric)
+    if (c->section->eccentric)
         ice_inertia(now, at, first, last);
     else
         for (int i = 0; i < 3; i++)
             memset(at->force[i] + first, 0, (size_t)(last - first) * sizeof(double));
-    if (wind) element_aero_loads(model, now, at, first, last - first, slopes);
+    if (now->blows) element_aero_loads(c, now, at, first, last - first, slopes);
 }
 
 /* The worst angle outside the curve's range, of the sections on which the wind matters. */
-static void look_at_angles(const gallop_model *model, const conditions *now, const sections *at,
-                           int first, int last, int first_element, monitor *seen)
+static void look_at_angles(const chain *c, const exposure *now, const sections *at, int first,
+                           int last, int first_element, monitor *seen)
 {
-    if (model->scene.outside != GALLOP_OUTSIDE_ERROR) return;
+    if (c->section->curve->outside != GALLOP_OUTSIDE_ERROR) return;
     lanes all = {0.0};
     double sum = 0.0;
     for (int i = first; i < last; i += LANES) all += *(const lanes *)(at->excess + i);
@@ -287,127 +294,157 @@ static void look_at_angles(const gallop_model *model, const conditions *now, con
     if (!(sum > 0.0)) return;
     for (int i = first; i < last; i++) {
         const int e = first_element + (i - first) / (3 * LANES) * LANES + i % LANES;
-        if (!(at->excess[i] > seen->worst_excess) || e >= model->elements) continue;
-        if (!element_wind_matters(model, now, at, i)) continue;
+        if (!(at->excess[i] > seen->worst_excess) || e >= c->elements) continue;
+        if (!element_wind_matters(c, now, at, i)) continue;
         seen->worst_excess = at->excess[i];
         seen->worst_angle = at->angle[i];
-        seen->angle_element = e;
+        seen->angle_element = c->first_element + e;
     }
 }
 
-/* Adds to `residual` the forces of `strips` strips from `start`, no more than STRIPS_AT_ONCE;
- * section forces go to the arrays of `at` from `slot` on. */
-INLINE void strips_residual(const gallop_model *model, const conditions *now, const sections *at,
-                            const double *u, const double *v, const double *a, int start,
-                            int strips, int slot, bool slopes, int unknowns, double *residual,
-                            lowest *low, monitor *seen)
+/* What is evaluated: the forces of a chain, added to `residual`. */
+typedef struct {
+    const chain *chain;
+    const exposure *now;
+    const sections *at;
+    motion y;
+    bool slopes;
+    double *residual;
+    monitor *seen;
+} evaluation;
+
+/* `strips` strips from `start`, no more than STRIPS_AT_ONCE.  Section forces go to the arrays of
+ * `at`: with slopes to the place of the strip, as the tangent reads them, else to the start. */
+INLINE void strips_residual(const evaluation *of, int start, int strips, int unknowns, lowest *low)
 {
-    const bool wind = element_has_wind(model, now),
-               sectional = unknowns == 4 && (model->eccentric || wind);
+    const chain *c = of->chain;
+    const exposure *now = of->now;
+    const sections *at = of->at;
+    const int slot = of->slopes ? c->first_strip + start : 0;
+    const bool sectional = unknowns == 4 && (c->section->eccentric || now->blows);
     lanes r[STRIPS_AT_ONCE][3][4];
+
+    /* inertia, damping and tension; the motion of the sections */
     for (int k = 0; k < strips; k++) {
-        const int e = LANES * (start + k), count = model->elements - e;
-        lanes ue[3][4], ve[3][4], ae[3][4];
+        const int e = LANES * (start + k), count = c->elements - e;
+        const strip *s = &c->strip[start + k];
+        lanes u[3][4], v[3][4], a[3][4];
         for (int n = 0; n < 3; n++) {
-            read_nodes(u + 8 * e, n, count, ue[n]);
-            read_nodes(v + 8 * e, n, count, ve[n]);
-            read_nodes(a + 8 * e, n, count, ae[n]);
+            read_nodes(of->y.u + 8 * e, n, count, u[n]);
+            read_nodes(of->y.v + 8 * e, n, count, v[n]);
+            read_nodes(of->y.a + 8 * e, n, count, a[n]);
         }
-        strip_forces(model, &model->strip[start + k], ue, ve, ae, unknowns, e, r[k], low);
-        if (sectional)
-            section_motion(model, &model->strip[start + k], at, 3 * LANES * (slot + k), ue, ve, ae);
+        strip_forces(c, now, s, u, v, a, unknowns, e, r[k], low);
+        if (sectional) section_motion(c, s, at, 3 * LANES * (slot + k), u, v, a);
     }
+
     if (sectional) {
         const int first = 3 * LANES * slot, last = first + 3 * LANES * strips;
-        section_forces(model, now, at, first, last, wind, slopes);
-        if (wind) look_at_angles(model, now, at, first, last, LANES * start, seen);
+        section_forces(c, now, at, first, last, of->slopes);
+        if (now->blows) look_at_angles(c, now, at, first, last, LANES * start, of->seen);
     }
+
     for (int k = 0; k < strips; k++) {
-        const int e = LANES * (start + k), count = model->elements - e;
-        if (sectional)
-            add_section_forces(&model->strip[start + k], at, 3 * LANES * (slot + k), r[k]);
+        const int e = LANES * (start + k), count = c->elements - e;
+        if (sectional) add_section_forces(&c->strip[start + k], at, 3 * LANES * (slot + k), r[k]);
         for (int n = 0; n < 3; n++) {
             for (int i = unknowns; i < 4; i++) r[k][n][i] = (lanes){0.0};
-            add_to_nodes(residual + 8 * e, n, count, r[k][n]);
+            add_to_nodes(of->residual + 8 * e, n, count, r[k][n]);
         }
     }
 }
 
-INLINE void all_strips(const gallop_model *model, const conditions *now, const sections *at,
-                       const double *u, const double *v, const double *a, bool slopes, int unknowns,
-                       double *residual, monitor *seen)
+INLINE void chain_residual(const evaluation *of, int unknowns)
 {
+    const chain *c = of->chain;
+    monitor *seen = of->seen;
     lowest low;
     for (int k = 0; k < LANES; k++) LANE(low.tension, k) = LANE(low.where, k) = INFINITY;
-    for (int start = 0; start < model->strips; start += STRIPS_AT_ONCE) {
-        const int left = model->strips - start,
-                  strips = left < STRIPS_AT_ONCE ? left : STRIPS_AT_ONCE;
-        const int slot = slopes ? start : 0;
-        strips_residual(model, now, at, u, v, a, start, strips, slot, slopes, unknowns, residual,
-                        &low, seen);
+    for (int start = 0; start < c->strips; start += STRIPS_AT_ONCE) {
+        const int left = c->strips - start;
+        strips_residual(of, start, left < STRIPS_AT_ONCE ? left : STRIPS_AT_ONCE, unknowns, &low);
     }
     for (int k = 0; k < LANES; k++)
         if (LANE(low.tension, k) < seen->lowest_tension) {
             const int e = (int)LANE(low.where, k) + k;
             seen->lowest_tension = LANE(low.tension, k);
-            seen->slack_element = e < model->elements ? e : model->elements - 1;
+            seen->slack_element = c->first_element + (e < c->elements ? e : c->elements - 1);
         }
 }
 
-#define SPAN_OF(unknowns)                                                                          \
-    TWO_PATHS static void span_of_##unknowns(                                                      \
-        const gallop_model *model, const conditions *now, const sections *at, const double *u,     \
-        const double *v, const double *a, bool slopes, double *residual, monitor *seen)            \
-    {                                                                                              \
-        all_strips(model, now, at, u, v, a, slopes, unknowns, residual, seen);                     \
-    }
-SPAN_OF(2)
-SPAN_OF(4)
-
-/* Out-of-balance forces of the free body: internal + inertia + damping - aerodynamics - loads -
- * constant forces. */
-void element_sum_residual(const gallop_model *model, double t, const conditions *now,
-                          const sections *at, const double *u, const double *v, const double *a,
-                          bool slopes, double *residual, monitor *seen)
+TWO_PATHS static void chain_of_2(const evaluation *of)
 {
-    const int values = 4 * model->nodes;
-    for (int i = 0; i < values; i++) residual[i] = -model->constant_force[i];
-    if (model->unknowns == 2)
-        span_of_2(model, now, at, u, v, a, slopes, residual, seen);
-    else
-        span_of_4(model, now, at, u, v, a, slopes, residual, seen);
+    chain_residual(of, 2);
+}
+
+TWO_PATHS static void chain_of_4(const evaluation *of)
+{
+    chain_residual(of, 4);
+}
+
+static void subtract_loads(const gallop_model *model, double t, const conditions *now,
+                           double *residual)
+{
     for (int l = 0; l < model->load_count; l++) {
         const load_place *place = &model->place[l];
         const gallop_load *load = &model->scene.load[place->load];
-        double amplitude = now->load_factor * law_value(&load->law, t);
+        const double amplitude = now->load_factor * law_value(&load->law, t);
         if (amplitude == 0.0) continue;
+        const int node = model->chain[place->chain].first_node + 2 * place->element;
         for (int n = 0; n < 3; n++) {
-            double *r = residual + 8 * place->element + 4 * n, w = amplitude * place->shape[n];
+            double *r = residual + 4 * (node + n), w = amplitude * place->shape[n];
             for (int i = 0; i < 3; i++) r[i] -= w * load->force[i];
             r[3] -= w * load->torque;
         }
     }
 }
 
-/* Forces of one element alone. */
-TWO_PATHS void element_residual(const gallop_model *model, int e, const conditions *now,
-                                const sections *at, const double *u, const double *v,
-                                const double *a, double r[12])
+/* Out-of-balance forces of the free body: internal + inertia + damping - aerodynamics - loads -
+ * constant forces. */
+void element_sum_residual(const gallop_model *model, double t, const conditions *now,
+                          const sections *at, motion y, bool slopes, double *residual,
+                          monitor *seen)
 {
-    const bool wind = element_has_wind(model, now);
-    const strip *s = &model->strip[e / LANES];
+    const int values = 4 * model->nodes;
+    for (int i = 0; i < values; i++) residual[i] = -model->constant_force[i];
+    for (int i = 0; i < model->chain_count; i++) {
+        const chain *c = &model->chain[i];
+        const exposure on = conditions_on(model, now, c);
+        const int first = 4 * c->first_node;
+        const evaluation of = {
+            .chain = c,
+            .now = &on,
+            .at = at,
+            .y = {y.u + first, y.v + first, y.a + first},
+            .slopes = slopes,
+            .residual = residual + first,
+            .seen = seen,
+        };
+        if (on.unknowns == 2)
+            chain_of_2(&of);
+        else
+            chain_of_4(&of);
+    }
+    subtract_loads(model, t, now, residual);
+}
+
+/* Forces of one element alone. */
+TWO_PATHS void element_residual(const chain *c, int e, const exposure *now, const sections *at,
+                                motion y, double r[12])
+{
+    const strip *s = &c->strip[e / LANES];
     lanes ue[3][4], ve[3][4], ae[3][4], force[3][4];
     lowest low;
     for (int n = 0; n < 3; n++) { /* in all lanes */
-        read_nodes(u + 8 * e, n, 1, ue[n]);
-        read_nodes(v + 8 * e, n, 1, ve[n]);
-        read_nodes(a + 8 * e, n, 1, ae[n]);
+        read_nodes(y.u + 8 * e, n, 1, ue[n]);
+        read_nodes(y.v + 8 * e, n, 1, ve[n]);
+        read_nodes(y.a + 8 * e, n, 1, ae[n]);
     }
     for (int k = 0; k < LANES; k++) LANE(low.tension, k) = LANE(low.where, k) = INFINITY;
-    strip_forces(model, s, ue, ve, ae, 4, e, force, &low);
-    if (model->eccentric || wind) {
-        section_motion(model, s, at, 0, ue, ve, ae);
-        section_forces(model, now, at, 0, 3 * LANES, wind, false);
+    strip_forces(c, now, s, ue, ve, ae, 4, e, force, &low);
+    if (c->section->eccentric || now->blows) {
+        section_motion(c, s, at, 0, ue, ve, ae);
+        section_forces(c, now, at, 0, 3 * LANES, false);
         add_section_forces(s, at, 0, force);
     }
     for (int n = 0; n < 3; n++)

@@ -4,13 +4,13 @@
 
 /* Rows f2, f3, moment; columns n2, n3, theta of k dR/du + c dR/dv + m dR/da at the sections `i` to
  * i + LANES - 1. */
-INLINE void section_tangent(const gallop_model *model, const sections *at, int i, bool wind,
+INLINE void section_tangent(const chain *c, const sections *at, int i, const exposure *now,
                             tangent_weights mix, lanes g[3][3])
 {
 #define AT(array) (*(const lanes *)(at->array + i))
     for (int row = 0; row < 3; row++)
         for (int column = 0; column < 3; column++) g[row][column] = (lanes){0.0};
-    if (model->eccentric) {
+    if (c->section->eccentric) {
         const lanes c2 = AT(c2), c3 = AT(c3), w = AT(omega), rate = AT(omega_rate);
         g[0][2] = mix.k * (c3 * w * w - c2 * rate) - mix.c * 2.0 * c2 * w - mix.m * c3;
         g[1][2] = -mix.k * (c3 * rate + c2 * w * w) - mix.c * 2.0 * c3 * w + mix.m * c2;
@@ -18,10 +18,10 @@ INLINE void section_tangent(const gallop_model *model, const sections *at, int i
         g[2][0] = -mix.m * c3;
         g[2][1] = mix.m * c2;
     }
-    for (int k = 0; k < 3 && wind; k++) {
+    for (int k = 0; k < 3 && now->blows; k++) {
         g[k][0] -= mix.c * AT(by_v2[k]);
         g[k][1] -= mix.c * AT(by_v3[k]);
-        g[k][2] -= mix.k * AT(by_theta[k]) + mix.c * model->radius * AT(by_v2[k]);
+        g[k][2] -= mix.k * AT(by_theta[k]) + mix.c * c->section->radius * AT(by_v2[k]);
     }
 #undef AT
 }
@@ -38,12 +38,12 @@ INLINE void turn_to_axes(const lanes normal[2], lanes g[3][3], lanes along[4][4]
 }
 
 /* Adds the eccentric ice and the wind at the sections from `first` on to the blocks. */
-INLINE void add_sections(const gallop_model *model, const strip *s, const sections *at, int first,
-                         bool wind, tangent_weights mix, lanes block[6][16])
+INLINE void add_sections(const chain *c, const strip *s, const sections *at, int first,
+                         const exposure *now, tangent_weights mix, lanes block[6][16])
 {
     for (int q = 0; q < 3; q++) {
         lanes g[3][3], along[4][4];
-        section_tangent(model, at, first + LANES * q, wind, mix, g);
+        section_tangent(c, at, first + LANES * q, now, mix, g);
         turn_to_axes(s->normal[q], g, along);
         for (int n = 0, p = 0; n < 3; n++)
             for (int m = n; m < 3; m++, p++) {
@@ -57,14 +57,14 @@ INLINE void add_sections(const gallop_model *model, const strip *s, const sectio
 }
 
 /* Blocks of `unknowns` rows and columns. */
-INLINE void tangent_of(const gallop_model *model, const strip *s, const sections *at, int first,
-                       bool wind, lanes u[3][4], tangent_weights mix, int unknowns,
+INLINE void tangent_of(const chain *c, const strip *s, const sections *at, int first,
+                       const exposure *now, lanes u[3][4], tangent_weights mix, int unknowns,
                        lanes block[6][16])
 {
-    const double ea = model->scene.axial_stiffness, gj = model->scene.torsional_stiffness;
-    const double *b = model->derived.translation_damping, *bt = model->derived.twist_damping;
-    const double translation = model->mass * (mix.m + mix.c * b[0]),
-                 twist = model->inertia * (mix.m + mix.c * bt[0]);
+    const double ea = c->section->axial_stiffness, gj = c->section->torsional_stiffness;
+    const double *b = c->section->translation_damping, *bt = c->section->twist_damping;
+    const double translation = c->section->mass * (mix.m + mix.c * b[0]),
+                 twist = c->section->inertia * (mix.m + mix.c * bt[0]);
     const double damping = mix.c * b[1], damping_axial = ea * damping;
     const int axes = unknowns < 3 ? unknowns : 3, size = unknowns * unknowns;
     for (int p = 0; p < 6; p++)
@@ -78,7 +78,7 @@ INLINE void tangent_of(const gallop_model *model, const strip *s, const sections
             strain += du[i] * (p0[i] + 0.5 * du[i]);
         }
         lanes tension = s->tension[q] + ea * strain, axial = (lanes){0.0} + ea * mix.k;
-        if (model->tension_only) {
+        if (now->tension_only) {
             axial = PICK(tension > 0.0, axial, (lanes){0.0});
             tension = PICK(tension > 0.0, tension, (lanes){0.0});
         }
@@ -108,45 +108,44 @@ INLINE void tangent_of(const gallop_model *model, const strip *s, const sections
     for (int k = 0; k < 6; k++)
         for (int i = 0; i < unknowns; i++)
             block[k][unknowns * i + i] += s->product[k] * (i < 3 ? translation : twist);
-    if (unknowns == 4 && (model->eccentric || wind))
-        add_sections(model, s, at, first, wind, mix, block);
+    if (unknowns == 4 && (c->section->eccentric || now->blows))
+        add_sections(c, s, at, first, now, mix, block);
 }
 
 #define STRIP_OF(unknowns)                                                                         \
-    TWO_PATHS static void strip_of_##unknowns(                                                     \
-        const gallop_model *model, const strip *s, const sections *at, int first, bool wind,       \
-        const double *u, int count, tangent_weights mix, lanes block[6][16])                       \
+    TWO_PATHS static void strip_of_##unknowns(const chain *c, const strip *s, const sections *at,  \
+                                              int first, const exposure *now, const double *u,     \
+                                              int count, tangent_weights mix, lanes block[6][16])  \
     {                                                                                              \
         lanes nodes[3][4];                                                                         \
         for (int n = 0; n < 3; n++) read_nodes(u, n, count, nodes[n]);                             \
-        tangent_of(model, s, at, first, wind, nodes, mix, unknowns, block);                        \
+        tangent_of(c, s, at, first, now, nodes, mix, unknowns, block);                             \
     }
 STRIP_OF(2)
 STRIP_OF(4)
 
 /* The blocks of a strip, as many rows and columns each as the model has unknowns at a node; `at`
  * holds the section forces, with slopes, of the motion whose displacements along the span are u. */
-void element_strip_tangent(const gallop_model *model, int index, const conditions *now,
-                           const sections *at, const double *u, tangent_weights mix,
-                           lanes block[6][16])
+void element_strip_tangent(const chain *c, int index, const exposure *now, const sections *at,
+                           const double *u, tangent_weights mix, lanes block[6][16])
 {
-    const strip *s = &model->strip[index];
-    const int e = LANES * index, count = model->elements - e, first = 3 * LANES * index;
-    const bool wind = element_has_wind(model, now);
-    if (model->unknowns == 2)
-        strip_of_2(model, s, at, first, wind, u + 8 * e, count, mix, block);
+    const strip *s = &c->strip[index];
+    const int e = LANES * index, count = c->elements - e,
+              first = 3 * LANES * (c->first_strip + index);
+    if (now->unknowns == 2)
+        strip_of_2(c, s, at, first, now, u + 8 * e, count, mix, block);
     else
-        strip_of_4(model, s, at, first, wind, u + 8 * e, count, mix, block);
+        strip_of_4(c, s, at, first, now, u + 8 * e, count, mix, block);
 }
 
 /* tangent: the 4 x 4 blocks left-left, left-middle, ... of one element, of all unknowns; u are its
  * own displacements. */
-void element_tangent(const gallop_model *model, int e, const conditions *now, const sections *at,
+void element_tangent(const chain *c, int e, const exposure *now, const sections *at,
                      const double u[12], tangent_weights mix, double tangent[6][16])
 {
     lanes block[6][16];
-    strip_of_4(model, &model->strip[e / LANES], at, 3 * LANES * (e / LANES),
-               element_has_wind(model, now), u, 1, mix, block);
+    strip_of_4(c, &c->strip[e / LANES], at, 3 * LANES * (c->first_strip + e / LANES), now, u, 1,
+               mix, block);
     for (int p = 0; p < 6; p++)
         for (int i = 0; i < 16; i++) tangent[p][i] = LANE(block[p][i], e % LANES);
 }

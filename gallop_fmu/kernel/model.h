@@ -1,11 +1,17 @@
-/* A model: the scene, its mesh and its initial equilibrium. */
+/* A model: what the scene describes as tables of kinds, with its mesh and initial equilibrium.
+ *
+ * A chain is a line of elements between two junctions.  Its nodes lie side by side in the arrays of
+ * unknowns, both ends included.  Where several chains meet in one junction, each has an end node of
+ * its own there; a tie makes the others follow the first (see junction.c). */
 #ifndef GALLOP_MODEL_H
 #define GALLOP_MODEL_H
 
 #include "base_lanes.h"
 #include "gallop.h"
+
 #include <math.h>
 #include <stdbool.h>
+#include <stddef.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -17,48 +23,114 @@ typedef struct {
     double stiffness_weight[2];
     double tension[2]; /* T0 [N] */
     double inertia_weight[3];
-    double normal[3]
-                 [2]; /* n2 of the section's plane, along x1 and x2, where inertia is integrated */
+    double normal[3][2]; /* n2 of the section's plane, along x1 and x2, at the three points */
     double shape_product[3][3]; /* int N_a N_b dS [m] */
 } geometry;
-
-/* A loaded point: which load, and where. */
-typedef struct {
-    int load, element;
-    double shape[3];
-} load_place;
 
 /* Bins of equal width over an aerodynamic curve of several pieces: where the search for a piece
  * begins. */
 #define PIECE_BINS 256
 
+/* A coefficient curve: cubics on intervals of the attack angle. */
+typedef struct {
+    int pieces, outside; /* outside: a gallop_outside */
+    const double *breakpoint, *origin, *coefficient;
+    double centre, first, last; /* validity range [rad] */
+    int *piece_near;            /* (PIECE_BINS) piece at the start of each bin */
+} curve;
+
+/* A conductor with its ice. */
+typedef struct {
+    double diameter, mass, inertia; /* [m], mu [kg/m], I [kg m]: with ice */
+    double axial_stiffness, torsional_stiffness;
+    double translation_damping[2], twist_damping[2]; /* Rayleigh b1 [1/s], b2 [s] */
+    double attack, moment_angle, moment[2]; /* alpha0 [rad]; first moments, given at an angle */
+    double c2, c3;                          /* first moments at alpha0 [kg] */
+    double radius;                          /* r of the relative wind [m] */
+    bool eccentric, tension_only;           /* tension_only: in motion; statics are taut */
+    const curve *curve;                     /* NULL: no aerodynamic load */
+} cross_section;
+
+typedef struct {
+    const cross_section *section;
+    int section_index, field, junction[2];
+    int elements, nodes, strips, first_node, first_element, first_strip;
+    bool aerodynamic; /* it has a curve, and its wind can blow */
+    double gravity, air_density;
+    double span, rise;                      /* of the chord, along x1 and x2 [m] */
+    double target_sag, target_tension;      /* 0: not given */
+    double sag, horizontal_tension, length; /* of the initial equilibrium */
+    geometry *geometry;                     /* (elements), */
+    strip *strip;                           /* (strips) and once more side by side */
+    double *x;                              /* (nodes, 3) initial positions */
+    double *normal; /* (nodes, 2) n2 of the section's plane, along x1 and x2 */
+} chain;
+
+/* A point where chains end and devices act. */
+typedef struct {
+    double position[3]; /* in the scene [m] */
+    bool fixed[4];      /* prescribed: u1 u2 u3 follow `motion`, theta is zero */
+    const gallop_law *motion[3];
+    int node;               /* the end node of the first chain that ends here */
+    double static_force[3]; /* of the support on the chains, in equilibrium [N] */
+} junction;
+
+/* Node `follower` is the same point as node `leader`. */
+typedef struct {
+    int follower, leader;
+} tie;
+
+struct device_kind;
+
+typedef struct {
+    const struct device_kind *kind;
+    int junction[2];     /* the second: -1 where the kind has one */
+    double constant[12]; /* of the kind, prepared from the scene */
+} device;
+
+/* A loaded point: which load, and where. */
+typedef struct {
+    int load, chain, element;
+    double fraction; /* of the conductor's length */
+    double shape[3];
+} load_place;
+
 struct gallop_model {
     uint64_t magic, identity; /* identity: models of the same scene share it */
     gallop_scene scene;       /* its pointers lead into this block */
     gallop_derived derived;
-    int elements, nodes, strips;
+    int nodes, elements, strips; /* of all chains */
     /* what the scene needs; the rest is not computed (see choose_parts) */
     int unknowns; /* leading ones of each node that can move: 4 or 2 */
-    bool eccentric, aerodynamic;
-    bool tension_only;            /* in motion; statics have the law of the taut cable */
-    double mass, inertia, c2, c3; /* mu, I with ice; first moments at the scene's attack angle */
-    double radius;                /* r of the relative wind */
-    bool fixed[2][4];             /* prescribed unknowns at the ends */
-    double stiffness[2][4];       /* support springs */
-    double static_force[2][3];    /* of the support on the cable, in equilibrium */
-    double curve_centre, curve_first,
-        curve_last; /* validity range of the aerodynamic curve [rad] */
-    size_t saved_size,
-        state_size;         /* what must be copied to save a state, and with scratch memory */
-    geometry *geometry;     /* (elements), */
-    strip *strip;           /* (strips) and once more side by side */
-    double *x;              /* (nodes, 3) initial positions */
-    double *normal;         /* (nodes, 2) n2 of the section's plane, along x1 and x2 */
-    double *constant_force; /* (nodes, 4) balances the initial state */
-    int *piece_near;   /* (PIECE_BINS) piece at the start of each bin of the aerodynamic curve */
-    load_place *place; /* (load_count) */
-    int load_count;    /* loaded points */
+    int curve_count, section_count, field_count, chain_count, junction_count, tie_count,
+        device_count, load_count;
+    curve *curve;
+    cross_section *section;
+    chain *chain;
+    junction *junction;
+    tie *tie;
+    device *device;
+    load_place *place;             /* (load_count) loaded points */
+    const gallop_law **wind;       /* (field_count) */
+    double *x, *normal;            /* of all chains */
+    double *constant_force;        /* (nodes, 4) balances the initial state */
+    size_t saved_size, state_size; /* to save a state, and with its scratch memory [bytes] */
 };
+
+/* The chain to which a node or an element belongs. */
+static inline const chain *model_chain_of_node(const gallop_model *model, int node)
+{
+    const chain *c = model->chain;
+    while (node >= c->first_node + c->nodes) c++;
+    return c;
+}
+
+static inline const chain *model_chain_of_element(const gallop_model *model, int element)
+{
+    const chain *c = model->chain;
+    while (element >= c->first_element + c->elements) c++;
+    return c;
+}
 
 static inline bool model_by_gauss(const gallop_model *model)
 {

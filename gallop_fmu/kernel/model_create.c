@@ -3,6 +3,8 @@
 #include "check.h"
 #include "conditions.h"
 #include "law.h"
+#include "device.h"
+#include "report.h"
 #include "statics.h"
 
 void gallop_struct_sizes(size_t sizes[7])
@@ -40,22 +42,6 @@ static void rayleigh(const gallop_damping *pair, double b[2])
     if (!(square > 0.0)) return;
     b[0] = 2.0 * w1 * w2 * (x1 * w2 - x2 * w1) / square;
     b[1] = 2.0 * (x2 * w2 - x1 * w1) / square;
-}
-
-/* Springs given, or of the adjacent span and its insulator string (eq. 23-24). */
-static void support_stiffness(const gallop_scene *s, const gallop_support *support, double k[2])
-{
-    k[0] = support->stiffness_x1;
-    k[1] = support->stiffness_x3;
-    if (support->kind != GALLOP_SUPPORT_ADJACENT_SPAN) return;
-    double lx = support->adjacent_span, h = support->adjacent_tension,
-           weight = (s->mass + s->ice_mass) * s->gravity;
-    double span =
-        1.0 / (lx / s->axial_stiffness + weight * weight * lx * lx * lx / (12.0 * h * h * h));
-    double string =
-        (weight * s->length + 0.5 * support->insulator_weight) / support->insulator_length;
-    k[0] = span + string;
-    k[1] = string + 2.0 * h / lx;
 }
 
 #define SAG_TENSION_AGREEMENT                                                                      \
@@ -164,36 +150,203 @@ static int check(const gallop_scene *s, gallop_report *report)
     return GALLOP_COMPLETED;
 }
 
-static size_t arena_align(size_t bytes)
+/* ---- one block of memory for all arrays of a model ---- */
+
+/* Hands out memory from a block one after another; without a block it counts what is needed. */
+typedef struct {
+    char *block; /* NULL: count only */
+    size_t used;
+} arena;
+
+static void *arena_take(arena *a, size_t count, size_t size)
 {
-    return (bytes + 15) & ~(size_t)15;
+    void *taken = a->block ? a->block + a->used : NULL;
+    a->used += (count * size + 15) & ~(size_t)15;
+    return taken;
 }
 
-static void *arena_take(char **next, size_t bytes)
-{
-    void *here = *next;
-    *next += arena_align(bytes);
-    return here;
-}
+#define TAKE(a, count, type) ((type *)arena_take(a, (size_t)(count), sizeof(type)))
 
-static const double *arena_copy(char **next, const double *from, size_t count)
+static const double *arena_copy(arena *a, const double *from, size_t count)
 {
-    double *copy = arena_take(next, count * sizeof(double));
-    if (count) memcpy(copy, from, count * sizeof(double));
+    double *copy = TAKE(a, count, double);
+    if (copy && count) memcpy(copy, from, count * sizeof(double));
     return copy;
 }
 
-static size_t arena_law_bytes(const gallop_law *law)
+/* The points of a table; `to` is the copy of the law. */
+static void arena_copy_law(arena *a, const gallop_law *from, gallop_law *to)
 {
-    return law->kind == GALLOP_LAW_TABLE ? 2 * arena_align((size_t)law->count * sizeof(double)) : 0;
+    if (from->kind != GALLOP_LAW_TABLE) return;
+    const double *time = arena_copy(a, from->time, (size_t)from->count);
+    const double *value = arena_copy(a, from->value, (size_t)from->count);
+    if (!to) return;
+    to->time = time;
+    to->value = value;
 }
 
-static void arena_copy_law(char **next, gallop_law *law)
+static int points_of(const gallop_load *load)
 {
-    if (law->kind != GALLOP_LAW_TABLE) return;
-    law->time = arena_copy(next, law->time, (size_t)law->count);
-    law->value = arena_copy(next, law->value, (size_t)law->count);
+    return load->evenly_spaced > 0 ? load->evenly_spaced : 1;
 }
+
+/* The arrays of a model, in one place: called without a block to count, then with one to fill.
+ * m is NULL while it counts. */
+static void lay_out(arena *a, const gallop_scene *s, gallop_model *m)
+{
+    gallop_model unused = {0};
+    gallop_model *to = m ? m : &unused;
+    const size_t pieces = (size_t)s->pieces, loads = (size_t)s->load_count;
+    const int elements = s->elements, strips = (elements + LANES - 1) / LANES;
+    const int nodes = 2 * elements + 1;
+    int points = 0;
+    for (size_t i = 0; i < loads; i++) points += points_of(&s->load[i]);
+
+    to->curve = TAKE(a, 1, curve);
+    to->section = TAKE(a, 1, cross_section);
+    to->chain = TAKE(a, 1, chain);
+    to->junction = TAKE(a, 2, junction);
+    to->device = TAKE(a, 2, device);
+    to->wind = TAKE(a, 1, const gallop_law *);
+    to->place = TAKE(a, points, load_place);
+    to->x = TAKE(a, 3 * nodes, double);
+    to->normal = TAKE(a, 2 * nodes, double);
+    to->constant_force = TAKE(a, 4 * nodes, double);
+    geometry *of_elements = TAKE(a, elements, geometry);
+    strip *of_strips = TAKE(a, strips, strip);
+    int *piece_near = TAKE(a, PIECE_BINS, int);
+
+    gallop_load *load = TAKE(a, loads, gallop_load);
+    const double *breakpoint = arena_copy(a, s->breakpoint, pieces ? pieces + 1 : 0);
+    const double *origin = arena_copy(a, s->origin ? s->origin : s->breakpoint, pieces);
+    const double *coefficient = arena_copy(a, s->coefficient, 12 * pieces);
+    if (m && loads) memcpy(load, s->load, loads * sizeof *load);
+    arena_copy_law(a, &s->wind, m ? &m->scene.wind : NULL);
+    for (size_t i = 0; i < loads; i++) arena_copy_law(a, &s->load[i].law, m ? &load[i].law : NULL);
+    for (int end = 0; end < 2; end++)
+        for (int i = 0; i < 3; i++)
+            arena_copy_law(a, &s->support[end].motion[i],
+                           m ? &m->scene.support[end].motion[i] : NULL);
+    if (!m) return;
+    m->scene.load = load;
+    m->scene.breakpoint = breakpoint;
+    m->scene.origin = origin;
+    m->scene.coefficient = coefficient;
+    m->curve[0].piece_near = piece_near;
+    m->chain[0].geometry = of_elements;
+    m->chain[0].strip = of_strips;
+    m->chain[0].x = m->x;
+    m->chain[0].normal = m->normal;
+}
+
+/* ---- tables of kinds from the scene ---- */
+
+/* The piece of the curve at the start of each bin. */
+static void list_pieces(curve *k)
+{
+    for (int bin = 0, piece = 0; bin < PIECE_BINS; bin++) {
+        const double start = k->first + bin * ((k->last - k->first) / PIECE_BINS);
+        while (piece < k->pieces - 1 && start >= k->breakpoint[piece + 1]) piece++;
+        k->piece_near[bin] = piece;
+    }
+}
+
+static void create_curve(gallop_model *m)
+{
+    const gallop_scene *s = &m->scene;
+    curve *k = &m->curve[0];
+    if (s->pieces == 0) return;
+    m->curve_count = 1;
+    k->pieces = s->pieces;
+    k->outside = s->outside;
+    k->breakpoint = s->breakpoint;
+    k->origin = s->origin;
+    k->coefficient = s->coefficient;
+    k->first = k->breakpoint[0];
+    k->last = k->breakpoint[k->pieces];
+    k->centre = 0.5 * (k->first + k->last);
+    list_pieces(k);
+}
+
+static void create_section(gallop_model *m)
+{
+    const gallop_scene *s = &m->scene;
+    cross_section *c = &m->section[0];
+    m->section_count = 1;
+    c->diameter = s->diameter;
+    c->mass = s->mass + s->ice_mass;
+    c->inertia = s->torsional_inertia + s->ice_torsional_inertia;
+    c->axial_stiffness = s->axial_stiffness;
+    c->torsional_stiffness = s->torsional_stiffness;
+    rayleigh(&s->translation_damping, c->translation_damping);
+    rayleigh(&s->twist_damping, c->twist_damping);
+    c->attack = s->attack_angle;
+    c->moment_angle = s->first_moment_angle;
+    c->moment[0] = s->first_moment_x2;
+    c->moment[1] = s->first_moment_x3;
+    conditions_rotate_moments(c, c->attack, &c->c2, &c->c3);
+    c->radius = s->reference_radius > 0.0 ? s->reference_radius : 0.5 * s->diameter;
+    c->eccentric = s->first_moment_x2 != 0.0 || s->first_moment_x3 != 0.0;
+    c->tension_only = s->slack == GALLOP_SLACK_TENSION_ONLY;
+    c->curve = s->pieces > 0 ? &m->curve[0] : NULL;
+    memcpy(m->derived.translation_damping, c->translation_damping, sizeof c->translation_damping);
+    memcpy(m->derived.twist_damping, c->twist_damping, sizeof c->twist_damping);
+}
+
+static void create_chain(gallop_model *m)
+{
+    const gallop_scene *s = &m->scene;
+    chain *c = &m->chain[0];
+    m->chain_count = 1;
+    c->section = &m->section[0];
+    c->junction[1] = 1;
+    c->elements = s->elements;
+    c->nodes = 2 * c->elements + 1;
+    c->strips = (c->elements + LANES - 1) / LANES;
+    c->gravity = s->gravity;
+    c->air_density = s->air_density;
+    c->span = s->length;
+    c->rise = s->height_difference;
+    c->target_sag = s->sag;
+    c->target_tension = s->horizontal_tension;
+    m->elements = c->elements;
+    m->nodes = c->nodes;
+    m->strips = c->strips;
+}
+
+static void create_junctions(gallop_model *m)
+{
+    const gallop_scene *s = &m->scene;
+    m->junction_count = 2;
+    for (int end = 0; end < 2; end++) {
+        const bool rigid = s->support[end].kind == GALLOP_SUPPORT_RIGID;
+        junction *j = &m->junction[end];
+        j->node = end ? m->nodes - 1 : 0;
+        j->position[0] = end ? s->length : 0.0;
+        j->position[1] = end ? s->height_difference : 0.0;
+        j->fixed[0] = j->fixed[2] = rigid;
+        j->fixed[1] = j->fixed[3] = true;
+        for (int i = 0; i < 3; i++) {
+            const gallop_law *law = &s->support[end].motion[i];
+            j->motion[i] = law_always_zero(law) ? NULL : law;
+        }
+    }
+}
+
+static void create_load_places(gallop_model *m)
+{
+    const gallop_scene *s = &m->scene;
+    for (int i = 0; i < s->load_count; i++)
+        for (int k = 1; k <= points_of(&s->load[i]); k++) {
+            load_place *place = &m->place[m->load_count++];
+            place->load = i;
+            place->fraction = s->load[i].evenly_spaced > 0
+                                ? (double)k / (points_of(&s->load[i]) + 1)
+                                : s->load[i].position;
+        }
+}
+
+/* ---- what the scene needs ---- */
 
 static bool has_wind(const gallop_scene *s)
 {
@@ -229,41 +382,11 @@ static bool moves_sideways(const gallop_scene *s)
 static void choose_parts(gallop_model *m)
 {
     const gallop_scene *s = &m->scene;
-    m->aerodynamic = has_wind(s);
-    m->eccentric = s->first_moment_x2 != 0.0 || s->first_moment_x3 != 0.0;
+    m->chain[0].aerodynamic = has_wind(s);
     m->unknowns = twists(s) || moves_sideways(s) ? 4 : 2; /* u1 u2 alone, in the vertical plane */
-    m->derived.parts = (m->aerodynamic ? GALLOP_AERODYNAMICS : 0) |
-                       (m->eccentric ? GALLOP_ECCENTRIC_ICE : 0) |
+    m->derived.parts = (m->chain[0].aerodynamic ? GALLOP_AERODYNAMICS : 0) |
+                       (m->section[0].eccentric ? GALLOP_ECCENTRIC_ICE : 0) |
                        (m->unknowns == 4 ? GALLOP_TWIST | GALLOP_LATERAL : 0);
-}
-
-/* The piece of the aerodynamic curve at the start of each bin. */
-static void list_pieces(gallop_model *m)
-{
-    for (int bin = 0, piece = 0; bin < PIECE_BINS; bin++) {
-        const double start = m->curve_first + bin * ((m->curve_last - m->curve_first) / PIECE_BINS);
-        while (piece < m->scene.pieces - 1 && start >= m->scene.breakpoint[piece + 1]) piece++;
-        m->piece_near[bin] = piece;
-    }
-}
-
-/* Sizes of a state on the mesh as it is; state_layout says what lies in it. */
-static void measure_state(gallop_model *m)
-{
-    const size_t elements = (size_t)m->elements, strips = (size_t)m->strips,
-                 values = 4 * (size_t)m->nodes;
-    const size_t stages = model_by_gauss(m) ? GAUSS_STAGES : 0;
-    const size_t arrays = 3 + (stages ? GAUSS_ARRAYS : NEWMARK_HISTORY);
-    m->saved_size = offsetof(gallop_state, values) + arrays * values * sizeof(double) +
-                    chain_factor_count(m->elements) * sizeof(chain_factor) +
-                    (stages ? elements + 1 : 0) * sizeof(complex_factor);
-    const size_t scratch = (4 + arrays) * values +
-                           (stages              ? 4 * stages + 2
-                            : model_by_alpha(m) ? 3
-                                                : 0) *
-                               values +
-                           3 * SECTION_ARRAYS * LANES * strips;
-    m->state_size = 2 * m->saved_size + scratch * sizeof(double);
 }
 
 int gallop_model_create(const gallop_scene *scene, gallop_model **out, gallop_report *report)
@@ -278,88 +401,32 @@ int gallop_model_create(const gallop_scene *scene, gallop_model **out, gallop_re
     int outcome = check(scene, report);
     if (outcome) return outcome;
 
-    const size_t elements = (size_t)scene->elements, nodes = 2 * elements + 1,
-                 loads = (size_t)scene->load_count;
-    const size_t pieces = (size_t)scene->pieces;
-    size_t points = 0;
-    for (size_t i = 0; i < loads; i++)
-        points += scene->load[i].evenly_spaced > 0 ? (size_t)scene->load[i].evenly_spaced : 1;
-    const size_t strips = (elements + LANES - 1) / LANES;
-    size_t bytes =
-        arena_align(sizeof(gallop_model)) + arena_align(elements * sizeof(geometry)) +
-        arena_align(strips * sizeof(strip)) + arena_align(PIECE_BINS * sizeof(int)) +
-        arena_align(3 * nodes * sizeof(double)) + arena_align(2 * nodes * sizeof(double)) +
-        arena_align(4 * nodes * sizeof(double)) + arena_align(loads * sizeof(gallop_load)) +
-        arena_align(points * sizeof(load_place)) + 2 * arena_align((pieces + 1) * sizeof(double)) +
-        arena_align(12 * pieces * sizeof(double)) + arena_law_bytes(&scene->wind);
-    for (size_t i = 0; i < loads; i++) bytes += arena_law_bytes(&scene->load[i].law);
-    for (int end = 0; end < 2; end++)
-        for (int i = 0; i < 3; i++) bytes += arena_law_bytes(&scene->support[end].motion[i]);
-    char *next = calloc(1, bytes);
-    if (!next) return report_failure(report, GALLOP_OUT_OF_MEMORY, -1, 0.0, (double)bytes, 0.0);
-
-    gallop_model *m = arena_take(&next, sizeof *m);
+    arena memory = {NULL, 0};
+    TAKE(&memory, 1, gallop_model);
+    lay_out(&memory, scene, NULL);
+    const size_t bytes = memory.used;
+    memory = (arena){calloc(1, bytes), 0};
+    if (!memory.block)
+        return report_failure(report, GALLOP_OUT_OF_MEMORY, -1, 0.0, (double)bytes, 0.0);
+    gallop_model *m = TAKE(&memory, 1, gallop_model);
     m->scene = *scene;
-    m->elements = scene->elements;
-    m->nodes = (int)nodes;
-    m->strips = (int)strips;
-    m->geometry = arena_take(&next, elements * sizeof(geometry));
-    m->strip = arena_take(&next, strips * sizeof(strip));
-    m->piece_near = arena_take(&next, PIECE_BINS * sizeof(int));
-    m->x = arena_take(&next, 3 * nodes * sizeof(double));
-    m->normal = arena_take(&next, 2 * nodes * sizeof(double));
-    m->constant_force = arena_take(&next, 4 * nodes * sizeof(double));
-    m->place = arena_take(&next, points * sizeof(load_place));
-    gallop_load *load = arena_take(&next, loads * sizeof(gallop_load));
-    if (loads) memcpy(load, scene->load, loads * sizeof *load);
-    m->scene.load = load;
-    m->scene.breakpoint = arena_copy(&next, scene->breakpoint, pieces ? pieces + 1 : 0);
-    m->scene.origin = arena_copy(&next, scene->origin ? scene->origin : scene->breakpoint, pieces);
-    m->scene.coefficient = arena_copy(&next, scene->coefficient, 12 * pieces);
-    arena_copy_law(&next, &m->scene.wind);
-    for (size_t i = 0; i < loads; i++) arena_copy_law(&next, &load[i].law);
-    for (int end = 0; end < 2; end++)
-        for (int i = 0; i < 3; i++) arena_copy_law(&next, &m->scene.support[end].motion[i]);
+    lay_out(&memory, scene, m);
 
-    for (size_t i = 0; i < loads;
-         i++) { /* place_loads turns the fraction of the length into an element */
-        int count = load[i].evenly_spaced > 0 ? load[i].evenly_spaced : 1;
-        for (int k = 1; k <= count; k++) {
-            load_place *place = &m->place[m->load_count++];
-            place->load = (int)i;
-            place->shape[0] =
-                load[i].evenly_spaced > 0 ? (double)k / (count + 1) : load[i].position;
-        }
-    }
-    m->mass = scene->mass + scene->ice_mass;
-    m->inertia = scene->torsional_inertia + scene->ice_torsional_inertia;
-    m->radius = scene->reference_radius > 0.0 ? scene->reference_radius : 0.5 * scene->diameter;
-    conditions_rotate_moments(scene, scene->attack_angle, &m->c2, &m->c3);
-    if (pieces) {
-        m->curve_first = m->scene.breakpoint[0];
-        m->curve_last = m->scene.breakpoint[pieces];
-        m->curve_centre = 0.5 * (m->curve_first + m->curve_last);
-        list_pieces(m);
-    }
-    rayleigh(&scene->translation_damping, m->derived.translation_damping);
-    rayleigh(&scene->twist_damping, m->derived.twist_damping);
+    create_curve(m);
+    create_section(m);
+    create_chain(m);
+    create_junctions(m);
+    create_load_places(m);
+    m->field_count = 1;
+    m->wind[0] = &m->scene.wind;
+    device_create_all(m);
     choose_parts(m);
-    for (int end = 0; end < 2; end++) {
-        bool rigid = scene->support[end].kind == GALLOP_SUPPORT_RIGID;
-        if (!rigid)
-            support_stiffness(scene, &scene->support[end], m->derived.support_stiffness[end]);
-        m->stiffness[end][0] = m->derived.support_stiffness[end][0];
-        m->stiffness[end][2] = m->derived.support_stiffness[end][1];
-        m->fixed[end][0] = m->fixed[end][2] = rigid;
-        m->fixed[end][1] = m->fixed[end][3] = true;
-    }
-    measure_state(m);
+    state_measure(m);
     outcome = statics_initial(m, report);
     if (outcome) {
         gallop_model_free(m);
         return outcome;
     }
-    m->tension_only = scene->slack == GALLOP_SLACK_TENSION_ONLY;
     check_mark_model(m);
     *out = m;
     return GALLOP_COMPLETED;

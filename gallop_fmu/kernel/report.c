@@ -19,6 +19,11 @@ int report_failure(gallop_report *report, int outcome, int element, double time,
     return outcome;
 }
 
+int report_completed(gallop_report *report, double time)
+{
+    return report_failure(report, GALLOP_COMPLETED, -1, time, 0.0, 0.0);
+}
+
 int report_invalid(gallop_report *report, const char *field, double value, double limit)
 {
     report_failure(report, GALLOP_INVALID_SCENE, -1, 0.0, value, limit);

@@ -9,6 +9,9 @@
 int report_failure(gallop_report *report, int outcome, int element, double time, double value,
                    double limit);
 
+/* Success; failures on the way to it are forgotten. */
+int report_completed(gallop_report *report, double time);
+
 /* A number of the scene is impossible. */
 int report_invalid(gallop_report *report, const char *field, double value, double limit);
 

@@ -141,11 +141,11 @@ INLINE void apply(const double *a, double *x, int n)
 }
 
 /* Condenses the middle nodes of a strip: what is left goes to the places of its corners, raw. */
-INLINE bool condense(const gallop_model *model, int index, lanes block[6][16], int n, double *store)
+INLINE bool condense(const chain *c, int index, lanes block[6][16], int n, double *store)
 {
-    const int e = LANES * index, left_over = model->elements - e,
+    const int e = LANES * index, left_over = c->elements - e,
               count = left_over < LANES ? left_over : LANES;
-    const int meeting = model->elements / 2, size = n * n, wide = STRIDE(n), room = n * wide;
+    const int meeting = c->elements / 2, size = n * n, wide = STRIDE(n), room = n * wide;
     lanes *inverse = block[MIDDLE_MIDDLE], to_left[16], to_right[16], back_coupling[16];
     if (!invert_lanes(inverse, n)) return false;
     multiply_lanes(inverse, block[LEFT_MIDDLE], n, to_left);
@@ -163,7 +163,7 @@ INLINE bool condense(const gallop_model *model, int index, lanes block[6][16], i
     }
     for (int k = 0; k < count; k++) {
         const bool right_half = e + k >= meeting;
-        double *left = store + corner_part(model->strips, e + k, n), *right = left + 3 * room;
+        double *left = store + corner_part(c->strips, e + k, n), *right = left + 3 * room;
         double *coupled = right_half ? right : left;
         const lanes *carry = right_half ? block[LEFT_RIGHT] : back_coupling;
         const lanes *back = right_half ? back_coupling : block[LEFT_RIGHT];
@@ -208,26 +208,30 @@ static void fix_rows(const bool fixed[4], double *corner, int n)
     }
 }
 
-INLINE bool factor_all(const gallop_model *model, const conditions *now, const sections *at,
-                       const double *u, tangent_weights mix, const bool fixed[2][4], int n,
-                       double *store)
+/* Adds the tangent of what acts at an end, by rows, to its corner, by columns. */
+INLINE void add_end(const double tangent[16], double *corner, int n)
 {
-    const int elements = model->elements, meeting = elements / 2;
+    for (int i = 0; i < n; i++)
+        for (int j = 0; j < n; j++) corner[STRIDE(n) * j + i] += tangent[4 * i + j];
+}
+
+INLINE bool factor_all(const chain *c, const exposure *now, const sections *at, const double *u,
+                       tangent_weights mix, const chain_ends *ends, int n, double *store)
+{
+    const int elements = c->elements, meeting = elements / 2;
     const int size = n * STRIDE(n), corners = 3 * size * (elements + 1);
-    double *first = store + corner_part(model->strips, 0, n);
-    double *last = store + corner_part(model->strips, elements, n);
+    double *first = store + corner_part(c->strips, 0, n);
+    double *last = store + corner_part(c->strips, elements, n);
     for (int i = 0; i < corners; i++) first[i] = 0.0;
-    for (int index = 0; index < model->strips; index++) {
+    for (int index = 0; index < c->strips; index++) {
         lanes block[6][16];
-        element_strip_tangent(model, index, now, at, u, mix, block);
-        if (!condense(model, index, block, n, store)) return false;
+        element_strip_tangent(c, index, now, at, u, mix, block);
+        if (!condense(c, index, block, n, store)) return false;
     }
-    for (int i = 0; i < n; i++) {
-        first[(STRIDE(n) + 1) * i] += mix.k * model->stiffness[0][i];
-        last[(STRIDE(n) + 1) * i] += mix.k * model->stiffness[1][i];
-    }
-    fix_rows(fixed[0], first, n);
-    fix_rows(fixed[1], last, n);
+    add_end(ends->tangent[0][0], first, n);
+    add_end(ends->tangent[1][0], last, n);
+    fix_rows(ends->fixed[0], first, n);
+    fix_rows(ends->fixed[1], last, n);
     for (int k = 0; k < elements - meeting; k++) {
         double *left = first + 3 * size * k, *right = last - 3 * size * k;
         bool good = k >= meeting || eliminate(left, left + 3 * size, n);
@@ -278,13 +282,13 @@ INLINE void correct_middles(const double *store, int e, int count, int n, double
     add_to_nodes(rhs + 8 * e, 1, count, change);
 }
 
-INLINE void solve_all(const gallop_model *model, const double *store, const bool fixed[2][4], int n,
+INLINE void solve_all(const chain *c, const double *store, const bool fixed[2][4], int n,
                       double *rhs)
 {
-    const int elements = model->elements, meeting = elements / 2, size = n * STRIDE(n);
-    const double *first = store + corner_part(model->strips, 0, n);
+    const int elements = c->elements, meeting = elements / 2, size = n * STRIDE(n);
+    const double *first = store + corner_part(c->strips, 0, n);
     double *x = rhs, *y = rhs + 8 * elements;
-    const double *last = store + corner_part(model->strips, elements, n);
+    const double *last = store + corner_part(c->strips, elements, n);
     for (int e = 0; e < elements; e += LANES) solve_middles(store, e, elements - e, n, rhs);
     for (int i = 0; i < 4; i++) {
         if (fixed[0][i]) x[i] = 0.0;
@@ -308,36 +312,40 @@ INLINE void solve_all(const gallop_model *model, const double *store, const bool
     for (int e = 0; e < elements; e += LANES) correct_middles(store, e, elements - e, n, rhs);
 }
 
-#define SOLVER_OF(unknowns)                                                                        \
-    TWO_PATHS static bool factor_##unknowns(                                                       \
-        const gallop_model *model, const conditions *now, const sections *at, const double *u,     \
-        tangent_weights mix, const bool fixed[2][4], chain_factor *factors)                        \
-    {                                                                                              \
-        return factor_all(model, now, at, u, mix, fixed, unknowns, factors->value);                \
-    }                                                                                              \
-    TWO_PATHS static void solve_##unknowns(const gallop_model *model, const chain_factor *factors, \
-                                           const bool fixed[2][4], double *rhs)                    \
-    {                                                                                              \
-        solve_all(model, factors->value, fixed, unknowns, rhs);                                    \
-    }
-SOLVER_OF(2)
-SOLVER_OF(4)
-
-/* `at` holds the section forces, with slopes, of the motion whose displacements are u. */
-bool solver_factor(const gallop_model *model, const conditions *now, const sections *at,
-                   const double *u, tangent_weights mix, const bool fixed[2][4],
-                   chain_factor *factors)
+TWO_PATHS static bool factor_2(const chain *c, const exposure *now, const sections *at,
+                               const double *u, tangent_weights mix, const chain_ends *ends,
+                               double *store)
 {
-    if (model->unknowns == 2) return factor_2(model, now, at, u, mix, fixed, factors);
-    return factor_4(model, now, at, u, mix, fixed, factors);
+    return factor_all(c, now, at, u, mix, ends, 2, store);
 }
 
-/* rhs (nodes, 4) becomes the solution; entries of fixed unknowns become zero. */
-void solver_solve(const gallop_model *model, const chain_factor *factors, const bool fixed[2][4],
-                  double *rhs)
+TWO_PATHS static bool factor_4(const chain *c, const exposure *now, const sections *at,
+                               const double *u, tangent_weights mix, const chain_ends *ends,
+                               double *store)
 {
-    if (model->unknowns == 2)
-        solve_2(model, factors, fixed, rhs);
-    else
-        solve_4(model, factors, fixed, rhs);
+    return factor_all(c, now, at, u, mix, ends, 4, store);
+}
+
+TWO_PATHS static void solve_2(const chain *c, const double *store, const chain_ends *ends,
+                              double *rhs)
+{
+    solve_all(c, store, ends->fixed, 2, rhs);
+}
+
+TWO_PATHS static void solve_4(const chain *c, const double *store, const chain_ends *ends,
+                              double *rhs)
+{
+    solve_all(c, store, ends->fixed, 4, rhs);
+}
+
+bool solver_chain_factor(const chain *c, const exposure *now, const sections *at, const double *u,
+                         tangent_weights weights, const chain_ends *ends, double *store)
+{
+    return (now->unknowns == 2 ? factor_2 : factor_4)(c, now, at, u, weights, ends, store);
+}
+
+void solver_chain_solve(const chain *c, int unknowns, const double *store, const chain_ends *ends,
+                        double *rhs)
+{
+    (unknowns == 2 ? solve_2 : solve_4)(c, store, ends, rhs);
 }

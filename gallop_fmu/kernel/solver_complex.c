@@ -110,13 +110,22 @@ static void fix_rows(const bool fixed[4], block *corner, block *coupling)
     }
 }
 
-static void pair_tangent(const gallop_model *model, int e, const conditions *now,
-                         const sections *at, const double *u, const tangent_weights mix[2],
-                         block out[6])
+/* Adds the tangent of what acts at an end, by rows, to its corner, by columns. */
+static void add_end(const double tangent[2][16], block *corner)
+{
+    for (int i = 0; i < 4; i++)
+        for (int j = 0; j < 4; j++) {
+            corner->re[4 * j + i] += tangent[0][4 * i + j];
+            corner->im[4 * j + i] += tangent[1][4 * i + j];
+        }
+}
+
+static void pair_tangent(const chain *c, int e, const exposure *now, const sections *at,
+                         const double *u, const tangent_weights mix[2], block out[6])
 {
     double re[6][16], im[6][16];
-    element_tangent(model, e, now, at, u, mix[0], re);
-    element_tangent(model, e, now, at, u, mix[1], im);
+    element_tangent(c, e, now, at, u, mix[0], re);
+    element_tangent(c, e, now, at, u, mix[1], im);
     for (int b = 0; b < 6; b++)
         for (int i = 0; i < 4; i++)
             for (int j = 0; j < 4; j++) {
@@ -134,19 +143,19 @@ static void half_turn(const tangent_weights mix[2], double turn[2])
     turn[1] = sin(angle);
 }
 
-TWO_PATHS bool solver_complex_factor(const gallop_model *model, const conditions *now,
-                                     const sections *at, const double *u,
-                                     const tangent_weights mix[2], complex_factor *factors)
+TWO_PATHS bool solver_chain_complex_factor(const chain *c, const exposure *now, const sections *at,
+                                           const double *u, const tangent_weights mix[2],
+                                           const chain_ends *ends, complex_factor *factors)
 {
     double turn[2];
     half_turn(mix, turn);
     block corner = {{0.0}, {0.0}};
-    for (int i = 0; i < 4; i++) corner.re[5 * i] = mix[0].k * model->stiffness[0][i];
-    for (int e = 0; e < model->elements; e++) {
+    add_end(ends->tangent[0], &corner);
+    for (int e = 0; e < c->elements; e++) {
         block tangent[6], middle_left, middle_right, previous_next, next_previous;
         block *left = &tangent[LEFT_LEFT], *right = &tangent[RIGHT_RIGHT];
         complex_factor *f = &factors[e];
-        pair_tangent(model, e, now, at, u + 8 * e, mix, tangent);
+        pair_tangent(c, e, now, at, u + 8 * e, mix, tangent);
         f->middle_inverse = tangent[MIDDLE_MIDDLE];
         if (!invert(&f->middle_inverse, turn)) return false;
         f->left_middle = tangent[LEFT_MIDDLE];
@@ -163,7 +172,7 @@ TWO_PATHS bool solver_complex_factor(const gallop_model *model, const conditions
             corner.re[i] += left->re[i];
             corner.im[i] += left->im[i];
         }
-        if (e == 0) fix_rows(model->fixed[0], &corner, &previous_next);
+        if (e == 0) fix_rows(ends->fixed[0], &corner, &previous_next);
         if (!invert(&corner, turn)) return false;
         f->corner_inverse = corner;
         f->next_previous = next_previous;
@@ -171,10 +180,10 @@ TWO_PATHS bool solver_complex_factor(const gallop_model *model, const conditions
         subtract_product(&next_previous, &f->previous_next, right);
         corner = *right;
     }
-    for (int i = 0; i < 4; i++) corner.re[5 * i] += mix[0].k * model->stiffness[1][i];
-    fix_rows(model->fixed[1], &corner, NULL);
+    add_end(ends->tangent[1], &corner);
+    fix_rows(ends->fixed[1], &corner, NULL);
     if (!invert(&corner, turn)) return false;
-    factors[model->elements].corner_inverse = corner;
+    factors[c->elements].corner_inverse = corner;
     return true;
 }
 
@@ -185,25 +194,25 @@ static void clear_fixed(const bool fixed[4], double *node)
 }
 
 /* rhs (nodes, 8), a node's four real parts before its imaginary ones, becomes the solution. */
-TWO_PATHS void solver_complex_solve(const gallop_model *model, const complex_factor *factors,
-                                    double *rhs)
+TWO_PATHS void solver_chain_complex_solve(const chain *c, const complex_factor *factors,
+                                          const chain_ends *ends, double *rhs)
 {
-    const int last = model->elements;
+    const int last = c->elements;
     double work[8];
-    clear_fixed(model->fixed[0], rhs);
+    clear_fixed(ends->fixed[0], rhs);
     for (int e = 0; e < last; e++) {
         const complex_factor *f = &factors[e];
         double *left = rhs + 16 * e, *middle = left + 8, *right = left + 16;
         apply(&f->middle_inverse, middle, work);
         subtract_apply(&f->left_middle, work, left);
         subtract_apply(&f->right_middle, work, right);
-        if (e == 0) clear_fixed(model->fixed[0], left);
+        if (e == 0) clear_fixed(ends->fixed[0], left);
         apply(&f->corner_inverse, left, work);
         memcpy(left, work, sizeof work);
         subtract_apply(&f->next_previous, left, right);
     }
     double *end = rhs + 16 * last;
-    clear_fixed(model->fixed[1], end);
+    clear_fixed(ends->fixed[1], end);
     apply(&factors[last].corner_inverse, end, work);
     memcpy(end, work, sizeof work);
     for (int e = last - 1; e >= 0; e--) {

@@ -1,50 +1,122 @@
-/* The layout of the flat block of a state. */
+/* The table of what lies where in the flat block of a state. */
 #include "state.h"
+
+/* An array of a state: where its pointer is in a state_view, and how many doubles it has. */
+typedef struct {
+    size_t pointer, count;
+} array;
+
+enum { SAVED_ARRAYS = 10, ARRAYS = SAVED_ARRAYS + 13 + 24 + 1 };
+
+#define ARRAY(name, count) {offsetof(state_view, name), count}
+#define SECTION(name) {offsetof(state_view, sections.name), abscissae}
+
+/* Kept from step to step beside u v a, in arrays of one value an unknown. */
+static size_t history_arrays(const gallop_model *model)
+{
+    return model_by_gauss(model) ? GAUSS_ARRAYS : NEWMARK_HISTORY;
+}
+
+/* The one table: saved arrays first, then scratch memory, in their order in the block. */
+static void list_arrays(const gallop_model *model, array list[ARRAYS])
+{
+    const size_t values = 4 * (size_t)model->nodes, block = conditions_count(model);
+    const size_t abscissae = 3 * LANES * (size_t)model->strips;
+    const size_t elements = (size_t)model->elements, chains = (size_t)model->chain_count;
+    const size_t stages = model_by_gauss(model) ? GAUSS_STAGES : 0;
+    const size_t history = history_arrays(model);
+    const size_t sets = model_by_alpha(model) ? 1 : stages; /* instants within a step */
+    const size_t factors = (elements + 2 * chains) * sizeof(chain_factor) / sizeof(double);
+    const size_t complex_factors =
+        stages ? (elements + chains) * sizeof(complex_factor) / sizeof(double) : 0;
+    const array saved[SAVED_ARRAYS] = {
+        ARRAY(u, values),
+        ARRAY(v, values),
+        ARRAY(a, values),
+        ARRAY(a_before, stages ? 0 : history * values),
+        ARRAY(stage_before, stages * values),
+        ARRAY(begin, stages ? (history - stages) * values : 0),
+        ARRAY(factors, factors),
+        ARRAY(complex_factors, complex_factors),
+        ARRAY(now_block, block),
+        ARRAY(looked_from_block, block),
+    };
+    const array scratch[ARRAYS - SAVED_ARRAYS] = {
+        ARRAY(u0, values),
+        ARRAY(v0, values),
+        ARRAY(a0, values),
+        ARRAY(residual, values),
+        ARRAY(first, (3 + history) * values),
+        ARRAY(stage_u, sets * values),
+        ARRAY(stage_v, sets * values),
+        ARRAY(stage_a, sets * values),
+        ARRAY(stage_residual, stages * values),
+        ARRAY(complex_residual, stages ? 2 * values : 0),
+        ARRAY(stage_block[0], block),
+        ARRAY(stage_block[1], block),
+        ARRAY(stage_block[2], block),
+        SECTION(theta),
+        SECTION(omega),
+        SECTION(omega_rate),
+        SECTION(v2),
+        SECTION(v3),
+        SECTION(a2),
+        SECTION(a3),
+        SECTION(gravity),
+        SECTION(c2),
+        SECTION(c3),
+        SECTION(angle),
+        SECTION(excess),
+        SECTION(force[0]),
+        SECTION(force[1]),
+        SECTION(force[2]),
+        SECTION(by_theta[0]),
+        SECTION(by_theta[1]),
+        SECTION(by_theta[2]),
+        SECTION(by_v2[0]),
+        SECTION(by_v2[1]),
+        SECTION(by_v2[2]),
+        SECTION(by_v3[0]),
+        SECTION(by_v3[1]),
+        SECTION(by_v3[2]),
+        ARRAY(saved, model->saved_size / sizeof(double)),
+    };
+    memcpy(list, saved, sizeof saved);
+    memcpy(list + SAVED_ARRAYS, scratch, sizeof scratch);
+}
+
+void state_measure(gallop_model *model)
+{
+    array list[ARRAYS];
+    size_t count = 0;
+    list_arrays(model, list);
+    for (int i = 0; i < SAVED_ARRAYS; i++) count += list[i].count;
+    model->saved_size = offsetof(gallop_state, values) + count * sizeof(double);
+    list_arrays(model, list); /* the copy of the saved part has a size now */
+    for (int i = SAVED_ARRAYS; i < ARRAYS; i++) count += list[i].count;
+    model->state_size = offsetof(gallop_state, values) + count * sizeof(double);
+}
 
 state_view state_view_of(const gallop_model *model, gallop_state *state)
 {
-    const size_t values = 4 * (size_t)model->nodes, all = 3 * LANES * (size_t)model->strips;
-    double *p = state->values;
-    state_view at;
-    at.u = p;
-    at.v = p + values;
-    at.a = p + 2 * values;
-    const size_t stages = model_by_gauss(model) ? GAUSS_STAGES : 0,
-                 history = stages ? GAUSS_ARRAYS : NEWMARK_HISTORY;
-    at.a_before = at.stage_before = p + 3 * values;
-    at.begin = at.stage_before + stages * values;
-    at.factors = (chain_factor *)(p + (3 + history) * values);
-    at.complex_factors = (complex_factor *)(at.factors + chain_factor_count(model->elements));
-    p = (double *)(at.complex_factors + (stages ? model->elements + 1 : 0));
-    at.u0 = p;
-    at.v0 = p + values;
-    at.a0 = p + 2 * values;
-    at.residual = p + 3 * values;
-    at.first = p + 4 * values;
-    p = at.first + (3 + history) * values;
-    const size_t sets = model_by_alpha(model)
-                          ? 1
-                          : stages; /* generalised alpha looks at one instant within the step */
-    at.stage_u = p;
-    at.stage_v = p + sets * values;
-    at.stage_a = p + 2 * sets * values;
-    at.stage_residual = p + 3 * sets * values;
-    at.complex_residual = at.stage_residual + stages * values;
-    p = at.complex_residual + (stages ? 2 * values : 0);
-    double **array[] = {&at.sections.theta, &at.sections.omega,   &at.sections.omega_rate,
-                        &at.sections.v2,    &at.sections.v3,      &at.sections.a2,
-                        &at.sections.a3,    &at.sections.gravity, &at.sections.c2,
-                        &at.sections.c3,    &at.sections.angle,   &at.sections.excess};
-    for (size_t i = 0; i < sizeof array / sizeof *array; i++, p += all) *array[i] = p;
-    for (int k = 0; k < 3; k++) {
-        at.sections.force[k] = p;
-        at.sections.by_theta[k] = p + all;
-        at.sections.by_v2[k] = p + 2 * all;
-        at.sections.by_v3[k] = p + 3 * all;
-        p += 4 * all;
+    array list[ARRAYS];
+    state_view view;
+    double *next = state->values;
+    list_arrays(model, list);
+    for (int i = 0; i < ARRAYS; i++) {
+        memcpy((char *)&view + list[i].pointer, &next, sizeof next);
+        next += list[i].count;
     }
-    at.saved = (char *)p;
-    return at;
+    view.now = conditions_in(model, view.now_block);
+    view.looked_from = conditions_in(model, view.looked_from_block);
+    for (int i = 0; i < GAUSS_STAGES; i++)
+        view.stage[i] = conditions_in(model, view.stage_block[i]);
+    return view;
+}
+
+size_t state_motion_bytes(const gallop_model *model)
+{
+    return (3 + history_arrays(model)) * 4 * (size_t)model->nodes * sizeof(double);
 }
 
 void state_report_work(const gallop_state *state, gallop_report *report)

@@ -5,18 +5,14 @@
 #include "conditions.h"
 
 /* Room for the factorised effective tangent of an element and its left corner; solver_chain.c
- * arranges it. */
+ * arranges it.  A chain has one for each element, one for the last corner, and one for the lanes
+ * beyond the last element. */
 typedef struct {
     double value[96];
 } chain_factor;
 
-/* One for each element, and the last corner and the lanes beyond the last element. */
-static inline size_t chain_factor_count(int elements)
-{
-    return (size_t)elements + 2;
-}
-
-/* The same with complex blocks, by columns: see solver_complex.c. */
+/* The same with complex blocks, by columns: see solver_complex.c.  A chain has one for each element
+ * and one for the last corner. */
 typedef struct {
     double re[16], im[16];
 } complex_block;
@@ -35,10 +31,8 @@ struct gallop_state {
     double factored_step; /* step size of the stored factorisation, 0: none */
     double
         step_before; /* size of the sub-step before, for extrapolation; infinite: there is none */
-    int64_t
-        newest; /* Newmark: place of the acceleration before in the ring of those that are kept */
-    int64_t equal_steps; /* Newmark: how many sub-steps before were of that size, NEWMARK_HISTORY at
-                            most */
+    int64_t newest;  /* Newmark: place of the acceleration before in the ring of those kept */
+    int64_t equal_steps; /* Newmark: sub-steps before of that size, NEWMARK_HISTORY at most */
     double last_step;    /* of the last step under a tolerance; what the state can be read within */
     double wanted_step;  /* under a tolerance: the step size to try next */
     double run_origin;   /* time from which the records of gallop_run count */
@@ -48,47 +42,56 @@ struct gallop_state {
     double lowest_tension, largest_turn;
     int64_t steps, substeps, iterations, refactorisations, halvings, rejections;
     int64_t last_iterations, last_substeps;
-    conditions now,
-        looked_from; /* of the motion; and where to return to from a look into the last step */
-    double values[]; /* u v a a_before, or stage_before begin; factors pair_factors | scratch: see
-                        layout */
+    double values[]; /* the arrays of a state_view */
 };
 
-/* Section forces along the span, structure of arrays: one entry a three-point Gauss abscissa, in
- * the order strip, point, lane.  With slopes the arrays hold the whole span; without, the elements
- * just at work, from the start of the arrays. */
+/* Section forces along the chains, structure of arrays: one entry a three-point Gauss abscissa, in
+ * the order strip, point, lane.  With slopes the arrays hold all chains; without, the elements just
+ * at work, from the start of the arrays. */
 typedef struct {
-    double *theta, *omega, *omega_rate, *v2, *v3, *a2,
-        *a3;                /* motion of the section: along n2 and n3, see element_aero.c */
-    double *gravity;        /* component against n2 */
-    double *c2, *c3;        /* turned first mass moments */
-    double *angle, *excess; /* attack angle, and by how much it is out of range */
-    double *force[3];       /* f2, f3 along n2 and n3, moment: inertia of the ice - aerodynamics */
+    double *theta, *omega, *omega_rate; /* motion of the section, along n2 and n3: */
+    double *v2, *v3, *a2, *a3;          /* see element_aero.c */
+    double *gravity;                    /* component against n2 */
+    double *c2, *c3;                    /* turned first mass moments */
+    double *angle, *excess;             /* attack angle, and by how much it is out of range */
+    double *force[3]; /* f2, f3 along n2 and n3, moment: inertia of the ice - aerodynamics */
     double *by_theta[3], *by_v2[3], *by_v3[3]; /* derivatives of the aerodynamic load */
 } sections;
-#define SECTION_ARRAYS 24
 
-/* Pointers into a state; made afresh by every call. */
+/* Pointers into a state; made afresh by every call.  state.c has the table of their sizes. */
 typedef struct {
+    /* saved */
     double *u, *v, *a;    /* (nodes, 4) */
     double *a_before;     /* (NEWMARK_HISTORY, nodes, 4) Newmark: accelerations before, in a ring */
     double *stage_before; /* (stages, nodes, 4) Gauss: accelerations of the sub-step before, */
     double *begin;        /* (2, nodes, 4) and u v at its begin */
-    chain_factor *factors;           /* (factor_count) */
-    complex_factor *complex_factors; /* (elements), and the last corner: for the complex pair of
-                                        Gauss's stages */
-    double *u0, *v0, *a0;            /* scratch: start of the sub-step, */
-    double *residual;                /* out-of-balance forces, then the correction, */
+    double *factors;      /* of all chains, see solver.h */
+    double *complex_factors; /* Gauss: of the complex pair of its stages */
+    double *now_block, *looked_from_block;
+    /* scratch */
+    double *u0, *v0, *a0; /* start of the sub-step, */
+    double *residual;     /* out-of-balance forces, then the correction, */
     double *first; /* u v a a_before, or stage_before begin, at the start of a halved whole step */
-    double *stage_u, *stage_v,
-        *stage_a;             /* (stages, nodes, 4); generalised alpha: one, within the step */
-    double *stage_residual;   /* (stages, nodes, 4) */
-    double *complex_residual; /* (nodes, 8) */
+    double *stage_u, *stage_v, *stage_a; /* (stages, nodes, 4); generalised alpha: one instant */
+    double *stage_residual;              /* (stages, nodes, 4) */
+    double *complex_residual;            /* (nodes, 8) */
+    double *stage_block[GAUSS_STAGES];
     sections sections;
-    char *saved; /* the state at the start of gallop_advance */
+    double *saved; /* the state at the start of gallop_advance */
+    /* in the blocks above */
+    conditions now, looked_from; /* of the motion; before a look into the last step */
+    conditions stage[GAUSS_STAGES];
 } state_view;
 
+/* Sizes of a state [bytes]. */
+void state_measure(gallop_model *model);
+
 state_view state_view_of(const gallop_model *model, gallop_state *state);
+
+/* Bytes of the motion that a step changes: u v a and what is kept of the steps before. */
+size_t state_motion_bytes(const gallop_model *model);
+
+/* Copies the counts of a state into a report. */
 void state_report_work(const gallop_state *state, gallop_report *report);
 
 #endif

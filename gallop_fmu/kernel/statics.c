@@ -1,10 +1,15 @@
 /* Statics: the initial equilibrium under gravity (from sag, from horizontal tension, or both held),
  * and equilibrium under wind, loads and support displacement by Newton-Raphson with load stepping.
  */
-#include "device.h"
-#include "solver.h"
 #include "statics.h"
+
+#include "junction.h"
+#include "report.h"
+#include "solver.h"
+#include "system.h"
 #include "time_integration.h"
+
+#define BISECTIONS 60 /* more than a double has bits */
 
 typedef struct {
     double scale, lowest, total, shift;
@@ -26,42 +31,39 @@ static double catenary_sag(const catenary *k, double length, double height)
 }
 
 /* p in sag ~ c^-p near c: 1 on the parabola, about length/(2 c) where the conductor hangs deep */
-static double sag_exponent(const gallop_scene *s, double c)
+static double sag_exponent(const chain *s, double c)
 {
     const double step = 1e-4;
-    catenary less = catenary_of(s->length, s->height_difference, c * (1.0 - step));
-    catenary more = catenary_of(s->length, s->height_difference, c * (1.0 + step));
-    double p = log(catenary_sag(&less, s->length, s->height_difference) /
-                   catenary_sag(&more, s->length, s->height_difference)) /
+    catenary less = catenary_of(s->span, s->rise, c * (1.0 - step));
+    catenary more = catenary_of(s->span, s->rise, c * (1.0 + step));
+    double p = log(catenary_sag(&less, s->span, s->rise) / catenary_sag(&more, s->span, s->rise)) /
                (2.0 * step);
     return p > 1.5 ? p : 1.0;
 }
 
-static void place_on_catenary(gallop_model *m, double c)
+static void place_on_catenary(chain *s, double c, const double origin[3])
 {
-    const gallop_scene *s = &m->scene;
-    catenary k = catenary_of(s->length, s->height_difference, c);
-    for (int n = 0; n < m->nodes; n++) { /* nodes equally spaced along the conductor */
-        double arc = k.total * n / (m->nodes - 1), x = k.lowest + c * asinh(arc / c - k.shift);
-        m->x[3 * n] = x;
-        m->x[3 * n + 1] = c * (cosh((x - k.lowest) / c) - cosh(k.lowest / c));
-        m->x[3 * n + 2] = 0.0;
+    catenary k = catenary_of(s->span, s->rise, c);
+    for (int n = 0; n < s->nodes; n++) { /* nodes equally spaced along the conductor */
+        double arc = k.total * n / (s->nodes - 1), x = k.lowest + c * asinh(arc / c - k.shift);
+        s->x[3 * n] = origin[0] + x;
+        s->x[3 * n + 1] = origin[1] + c * (cosh((x - k.lowest) / c) - cosh(k.lowest / c));
+        s->x[3 * n + 2] = origin[2];
     }
 }
 
-static void place_on_parabola(gallop_model *m)
+static void place_on_parabola(chain *s, const double origin[3])
 {
-    const gallop_scene *s = &m->scene;
-    for (int n = 0; n < m->nodes; n++) { /* nodes equally spaced in x1 */
-        double f = (double)n / (m->nodes - 1);
-        m->x[3 * n] = f * s->length;
-        m->x[3 * n + 1] = f * s->height_difference - 4.0 * s->sag * f * (1.0 - f);
-        m->x[3 * n + 2] = 0.0;
+    for (int n = 0; n < s->nodes; n++) { /* nodes equally spaced in x1 */
+        double f = (double)n / (s->nodes - 1);
+        s->x[3 * n] = origin[0] + f * s->span;
+        s->x[3 * n + 1] = origin[1] + f * s->rise - 4.0 * s->target_sag * f * (1.0 - f);
+        s->x[3 * n + 2] = origin[2];
     }
 }
 
 /* T0 = H / (dx1/dS) at the Gauss points */
-static void tension_from_horizontal(gallop_model *m, double horizontal)
+static void tension_from_horizontal(chain *m, double horizontal)
 {
     for (int e = 0; e < m->elements; e++) {
         geometry *g = &m->geometry[e];
@@ -75,12 +77,15 @@ static void tension_from_horizontal(gallop_model *m, double horizontal)
 static void gravity_forces(const gallop_model *m, double *force)
 {
     memset(force, 0, 4 * (size_t)m->nodes * sizeof(double));
-    for (int e = 0; e < m->elements; e++) {
-        const geometry *g = &m->geometry[e];
-        for (int n = 0; n < 3; n++) {
-            const double *row = g->shape_product[n]; /* sum over b of int N_a N_b dS = int N_a dS */
-            force[8 * e + 4 * n + 1] -= m->mass * m->scene.gravity * (row[0] + row[1] + row[2]);
-        }
+    for (int i = 0; i < m->chain_count; i++) {
+        const chain *c = &m->chain[i];
+        double *of_chain = force + 4 * c->first_node;
+        for (int e = 0; e < c->elements; e++)
+            for (int n = 0; n < 3; n++) { /* sum over b of int N_a N_b dS = int N_a dS */
+                const double *row = c->geometry[e].shape_product[n];
+                of_chain[8 * e + 4 * n + 1] -=
+                    c->section->mass * c->gravity * (row[0] + row[1] + row[2]);
+            }
     }
 }
 
@@ -88,49 +93,63 @@ static void gravity_forces(const gallop_model *m, double *force)
  * |p| on p / |p|. */
 static void rebase(gallop_model *m, double *u)
 {
-    for (int e = 0; e < m->elements; e++) {
-        double tension[2], x[9];
-        element_tension(m, e, u + 8 * e, tension);
-        for (int n = 0; n < 3; n++)
-            for (int i = 0; i < 3; i++)
-                x[3 * n + i] = m->x[6 * e + 3 * n + i] + u[8 * e + 4 * n + i];
-        element_geometry_from_nodes(&m->geometry[e], x, tension);
+    for (int i = 0; i < m->chain_count; i++) {
+        chain *c = &m->chain[i];
+        const double *of_chain = u + 4 * c->first_node;
+        for (int e = 0; e < c->elements; e++) {
+            double tension[2], x[9];
+            element_tension(c, e, false, of_chain + 8 * e, tension);
+            for (int n = 0; n < 3; n++)
+                for (int k = 0; k < 3; k++)
+                    x[3 * n + k] = c->x[6 * e + 3 * n + k] + of_chain[8 * e + 4 * n + k];
+            element_geometry_from_nodes(&c->geometry[e], x, tension);
+        }
+        element_fill_strips(c);
     }
-    element_fill_strips(m);
     for (int n = 0; n < m->nodes; n++)
-        for (int i = 0; i < 3; i++) m->x[3 * n + i] += u[4 * n + i];
+        for (int k = 0; k < 3; k++) m->x[3 * n + k] += u[4 * n + k];
     memset(u, 0, 4 * (size_t)m->nodes * sizeof(double));
 }
 
-/* Newton-Raphson at rest.  Returns 0, or an outcome with u as it was. */
+/* Newton-Raphson at rest. */
+#define STATIC_TOLERANCE 1e-3      /* of the Newton tolerance of a step */
+#define MAX_STATIC_CORRECTION 0.05 /* of the shortest span */
+#define MAX_STATIC_ITERATIONS 60
+
+static double shortest_span(const gallop_model *m)
+{
+    double shortest = INFINITY;
+    for (int i = 0; i < m->chain_count; i++) shortest = fmin(shortest, m->chain[i].span);
+    return shortest;
+}
+
+/* Returns 0, or an outcome with u as it was. */
 static int newton_at_rest(const gallop_model *m, double t, const conditions *now,
-                          const bool fixed[2][4], state_view *at, gallop_report *report)
+                          solver_junctions junctions, const state_view *at, gallop_report *report)
 {
     const size_t values = 4 * (size_t)m->nodes;
-    const double tolerance = 1e-3 * m->scene.newton_tolerance, longest = 0.05 * m->scene.length;
+    const double tolerance = STATIC_TOLERANCE * m->scene.newton_tolerance;
+    const double longest = MAX_STATIC_CORRECTION * shortest_span(m);
     const tangent_weights stiffness = {1.0, 0.0, 0.0};
+    const motion y = {at->u, at->v0, at->v0};
     double size = 0.0, before = INFINITY;
-    monitor seen;
+    monitor seen = {0};
     memcpy(at->u0, at->u, values * sizeof(double));
     memset(at->v0, 0, values * sizeof(double));
-    for (int iteration = 0; iteration < 60; iteration++) {
+    for (int iteration = 0; iteration < MAX_STATIC_ITERATIONS; iteration++) {
         element_monitor_start(&seen);
-        element_sum_residual(m, t, now, &at->sections, at->u, at->v0, at->v0, true, at->residual,
-                             &seen);
-        device_add_springs(m, now, at->u, at->residual);
-        if (!solver_factor(m, now, &at->sections, at->u, stiffness, fixed, at->factors)) break;
-        solver_solve(m, at->factors, fixed, at->residual);
+        system_residual(m, t, now, at, y, true, at->residual, &seen);
+        if (!solver_factor(m, now, at, y, stiffness, junctions)) break;
+        solver_solve(m, at, junctions, at->residual);
         size = time_correction_size(m, at->residual);
         if (!isfinite(size)) break;
-        double scale = size > longest ? longest / size : 1.0;
+        const double scale = size > longest ? longest / size : 1.0;
         for (size_t i = 0; i < values; i++) at->u[i] -= scale * at->residual[i];
         /* quadratic convergence ends in round-off: accept when it no longer improves */
         if (size < tolerance || (size < 10.0 * m->scene.newton_tolerance && size > 0.5 * before)) {
-            if (seen.worst_excess > 0.0) {
-                memcpy(at->u, at->u0, values * sizeof(double));
-                return time_angle_failure(m, seen.angle_element, seen.worst_angle, t, report);
-            }
-            return GALLOP_COMPLETED;
+            if (!(seen.worst_excess > 0.0)) return GALLOP_COMPLETED;
+            memcpy(at->u, at->u0, values * sizeof(double));
+            return time_angle_failure(m, seen.angle_element, seen.worst_angle, t, report);
         }
         before = size;
     }
@@ -139,65 +158,65 @@ static int newton_at_rest(const gallop_model *m, double t, const conditions *now
                           tolerance);
 }
 
-#define DIFFERENCE_DISPLACEMENT                                                                    \
-    1e-6 /* [m] for the derivative of the residual along a displacement of the ends */
+/* [m] for the derivative of the residual along a displacement of the ends */
+#define DIFFERENCE_DISPLACEMENT 1e-6
 
 /* The ends go to their places, and the nodes between follow by the tangent: an end that moved alone
  * would push its element slack. */
-static void place_ends(const gallop_model *m, double t, const conditions *now, state_view *at)
+static void move_ends(const gallop_model *m, double t, const conditions *now, const state_view *at)
 {
     const tangent_weights stiffness = {1.0, 0.0, 0.0};
     const int values = 4 * m->nodes;
+    const motion from = {at->u, at->v0, at->v0}, to = {at->u0, at->v0, at->v0};
     double *move = at->first + values, *before = at->first + 2 * values, largest = 0.0;
-    memset(move, 0, (size_t)values * sizeof(double));
-    for (int end = 0; end < 2; end++)
-        for (int i = 0; i < 3; i++) {
-            const int n = (end ? values - 4 : 0) + i;
-            if (m->fixed[end][i]) move[n] = now->position[end][i] - at->u[n];
-            largest = fmax(largest, fabs(move[n]));
-        }
+    memcpy(move, at->u, (size_t)values * sizeof(double));
+    junction_prescribe(m, now, move, NULL, NULL);
+    for (int n = 0; n < values; n++) {
+        move[n] -= at->u[n];
+        largest = fmax(largest, fabs(move[n]));
+    }
     if (largest == 0.0) return;
+
     const double part = DIFFERENCE_DISPLACEMENT / largest;
-    monitor seen;
+    monitor seen = {0};
     element_monitor_start(&seen);
     memset(at->v0, 0, (size_t)values * sizeof(double));
-    element_sum_residual(m, t, now, &at->sections, at->u, at->v0, at->v0, true, before, &seen);
-    const bool solvable =
-        solver_factor(m, now, &at->sections, at->u, stiffness, m->fixed, at->factors);
+    element_sum_residual(m, t, now, &at->sections, from, true, before, &seen);
+    const bool solvable = solver_factor(m, now, at, from, stiffness, SOLVER_JUNCTIONS_AS_IN_SCENE);
     for (int n = 0; n < values; n++) at->u0[n] = at->u[n] + part * move[n];
-    element_sum_residual(m, t, now, &at->sections, at->u0, at->v0, at->v0, false, at->residual,
-                         &seen);
+    element_sum_residual(m, t, now, &at->sections, to, false, at->residual, &seen);
     for (int n = 0; n < values; n++) at->residual[n] = (at->residual[n] - before[n]) / part;
-    if (solvable) solver_solve(m, at->factors, m->fixed, at->residual);
+    junction_gather(m, at->residual);
+    if (solvable) solver_solve(m, at, SOLVER_JUNCTIONS_AS_IN_SCENE, at->residual);
     for (int n = 0; n < values; n++) at->u[n] += move[n] - (solvable ? at->residual[n] : 0.0);
-    for (int end = 0; end < 2; end++) /* exactly */
-        for (int i = 0; i < 3; i++)
-            if (m->fixed[end][i]) at->u[(end ? values - 4 : 0) + i] = now->position[end][i];
+    junction_prescribe(m, now, at->u, NULL, NULL); /* exactly */
 }
+
+#define MIN_LOAD_STEP (1.0 / 1024.0)
 
 /* Loads, support displacement and wind pressure (so the square of the speed) grow in steps that
  * halve on failure. Nothing that has weight rests slack, so the way there is taken with the law of
  * the taut cable, whose tangent is never empty; an arch in compression is not found, as its tangent
  * is not positive. */
-int statics_equilibrium(const gallop_model *model, double t, const conditions *target,
-                        state_view *at, gallop_report *report)
+int statics_equilibrium(const gallop_model *m, double t, bool calm, const state_view *at,
+                        gallop_report *report)
 {
-    gallop_model taut = *model;
-    taut.tension_only = false;
-    const gallop_model *m = &taut;
     const size_t values = 4 * (size_t)m->nodes;
+    const conditions *target = &at->now;
+    conditions now = at->stage[0];
     double done = 0.0, step = 1.0;
     memset(at->u, 0, values * sizeof(double));
     while (done < 1.0) {
-        double part = done + step < 1.0 ? done + step : 1.0;
-        conditions now = *target;
-        now.load_factor = part;
-        now.wind = target->wind * sqrt(part);
-        for (int end = 0; end < 2; end++)
-            for (int i = 0; i < 3; i++) now.position[end][i] *= part;
+        const double part = done + step < 1.0 ? done + step : 1.0;
+        conditions_copy(m, &now, target);
+        now.taut = true;
+        now.load_factor = calm ? 0.0 : part;
+        for (int f = 0; f < m->field_count; f++)
+            now.wind[f] = calm ? 0.0 : target->wind[f] * sqrt(part);
+        for (int i = 0; i < 3 * m->junction_count; i++) now.position[i] *= part;
         memcpy(at->first, at->u, values * sizeof(double));
-        place_ends(m, t, &now, at);
-        int outcome = newton_at_rest(m, t, &now, m->fixed, at, report);
+        move_ends(m, t, &now, at);
+        const int outcome = newton_at_rest(m, t, &now, SOLVER_JUNCTIONS_AS_IN_SCENE, at, report);
         if (outcome == GALLOP_COMPLETED) {
             done = part;
             continue;
@@ -205,29 +224,31 @@ int statics_equilibrium(const gallop_model *model, double t, const conditions *t
         memcpy(at->u, at->first, values * sizeof(double));
         if (outcome != GALLOP_EQUILIBRIUM_NOT_FOUND) return outcome;
         step *= 0.5;
-        if (step < 1.0 / 1024.0) return outcome;
+        if (step < MIN_LOAD_STEP) return outcome;
     }
-    return report_failure(report, GALLOP_COMPLETED, -1, t, 0.0,
-                          0.0); /* forget load steps that failed on the way */
+    return report_completed(report, t); /* without the load steps that failed on the way */
 }
 
+#define MAX_REFERENCE_ROUNDS 6
+#define SETTLED 1e-13 /* of the shortest span */
+
 /* Solve, rebase, repeat until the reference itself is the equilibrium. */
-static int iterate_reference(gallop_model *m, state_view *at, gallop_report *report)
+static int iterate_reference(gallop_model *m, const state_view *at, gallop_report *report)
 {
-    static const bool rigid[2][4] = {{true, true, true, true}, {true, true, true, true}};
-    conditions calm;
-    memset(&calm, 0, sizeof calm);
+    conditions calm = at->stage[0];
+    conditions_at(m, 0.0, NULL, &calm);
+    for (int f = 0; f < m->field_count; f++) calm.wind[f] = 0.0;
+    for (int i = 0; i < 3 * m->junction_count; i++) calm.position[i] = 0.0;
     calm.load_factor = 0.0;
-    calm.c2 = m->c2;
-    calm.c3 = m->c3;
-    for (int round = 0; round < 6; round++) {
+    calm.taut = true;
+    for (int round = 0; round < MAX_REFERENCE_ROUNDS; round++) {
         gravity_forces(m, m->constant_force);
         memset(at->u, 0, 4 * (size_t)m->nodes * sizeof(double));
-        int outcome = newton_at_rest(m, 0.0, &calm, rigid, at, report);
+        const int outcome = newton_at_rest(m, 0.0, &calm, SOLVER_JUNCTIONS_FIXED, at, report);
         if (outcome) return outcome;
-        double moved = time_correction_size(m, at->u);
+        const double moved = time_correction_size(m, at->u);
         rebase(m, at->u);
-        if (moved < 1e-13 * m->scene.length) break;
+        if (moved < SETTLED * shortest_span(m)) break;
     }
     return GALLOP_COMPLETED;
 }
@@ -236,146 +257,214 @@ static int iterate_reference(gallop_model *m, state_view *at, gallop_report *rep
 static void internal_forces(const gallop_model *m, double *force)
 {
     memset(force, 0, 4 * (size_t)m->nodes * sizeof(double));
-    for (int e = 0; e < m->elements; e++) {
-        const geometry *g = &m->geometry[e];
-        for (int q = 0; q < 2; q++)
-            for (int n = 0; n < 3; n++) {
-                double w = g->stiffness_weight[q] * g->shape_slope[q][n] * g->tension[q];
-                for (int i = 0; i < 3; i++) force[8 * e + 4 * n + i] += w * g->slope[q][i];
-            }
+    for (int k = 0; k < m->chain_count; k++) {
+        const chain *c = &m->chain[k];
+        double *of_chain = force + 4 * c->first_node;
+        for (int e = 0; e < c->elements; e++)
+            for (int q = 0; q < 2; q++)
+                for (int n = 0; n < 3; n++) {
+                    const geometry *g = &c->geometry[e];
+                    const double w = g->stiffness_weight[q] * g->shape_slope[q][n] * g->tension[q];
+                    for (int i = 0; i < 3; i++) of_chain[8 * e + 4 * n + i] += w * g->slope[q][i];
+                }
     }
 }
 
 /* Depth of the mesh below the middle of the chord. */
-static double mesh_sag(const gallop_model *m)
+static double mesh_sag(const gallop_model *m, const chain *c)
 {
-    const double wanted = 0.5 * m->scene.length;
+    const double *origin = m->junction[c->junction[0]].position;
+    const double wanted = origin[0] + 0.5 * c->span;
     int e = 0;
-    while (e < m->elements - 1 && m->x[6 * e + 6] < wanted) e++;
-    const double *x = m->x + 6 * e;
+    while (e < c->elements - 1 && c->x[6 * e + 6] < wanted) e++;
+    const double *x = c->x + 6 * e;
     double low = -1.0, high = 1.0;
-    for (int i = 0; i < 60; i++) {
-        double xi = 0.5 * (low + high);
-        double at =
+    for (int i = 0; i < BISECTIONS; i++) {
+        const double xi = 0.5 * (low + high);
+        const double at =
             0.5 * xi * (xi - 1.0) * x[0] + (1.0 - xi * xi) * x[3] + 0.5 * xi * (xi + 1.0) * x[6];
         if (at < wanted)
             low = xi;
         else
             high = xi;
     }
-    double xi = 0.5 * (low + high);
-    return 0.5 * m->scene.height_difference -
+    const double xi = 0.5 * (low + high);
+    return origin[1] + 0.5 * c->rise -
            (0.5 * xi * (xi - 1.0) * x[1] + (1.0 - xi * xi) * x[4] + 0.5 * xi * (xi + 1.0) * x[7]);
 }
 
-static int solve_for_target(gallop_model *m, state_view *at, gallop_report *report)
+/* The catenary's parameter for the target of a chain. */
+static double first_parameter(const chain *c)
 {
-    const gallop_scene *s = &m->scene;
-    const double weight = m->mass * s->gravity;
-    const bool by_sag = s->sag > 0.0;
-    const double target = by_sag ? s->sag : s->horizontal_tension;
-    double c = by_sag ? s->length * hypot(s->length, s->height_difference) / (8.0 * s->sag)
-                      : s->horizontal_tension / weight;
-    for (int i = 0; by_sag && i < 60; i++) {
-        catenary k = catenary_of(s->length, s->height_difference, c);
-        c *= pow(catenary_sag(&k, s->length, s->height_difference) / target,
-                 1.0 / sag_exponent(s, c));
+    if (!(c->target_sag > 0.0)) return c->target_tension / (c->section->mass * c->gravity);
+    double parameter = c->span * hypot(c->span, c->rise) / (8.0 * c->target_sag);
+    for (int i = 0; i < BISECTIONS; i++) {
+        catenary k = catenary_of(c->span, c->rise, parameter);
+        parameter *= pow(catenary_sag(&k, c->span, c->rise) / c->target_sag,
+                         1.0 / sag_exponent(c, parameter));
     }
-    /* the catenary's parameter that gives the mesh its target: the two differ only by the mesh
-     * error */
-    for (int round = 0; round < 12; round++) {
-        place_on_catenary(m, c);
-        tension_from_horizontal(m, c * weight);
-        int outcome = iterate_reference(m, at, report);
-        if (outcome) return outcome;
-        internal_forces(m, at->residual);
-        double ratio = by_sag ? mesh_sag(m) / target : target / fabs(at->residual[0]);
-        if (!isfinite(ratio) || !(ratio > 0.0)) break;
-        if (fabs(ratio - 1.0) < 1e-12) return GALLOP_COMPLETED;
-        c *= by_sag ? pow(ratio, 1.0 / sag_exponent(s, c)) : ratio;
-        if (round > 6 && fabs(ratio - 1.0) < 1e-9) return GALLOP_COMPLETED;
-    }
-    return report_failure(report, GALLOP_EQUILIBRIUM_NOT_FOUND, -1, 0.0, c * weight, target);
+    return parameter;
 }
 
+static bool is_held(const chain *c)
+{
+    return c->target_sag > 0.0 && c->target_tension > 0.0;
+}
+
+#define MAX_TARGET_ROUNDS 12
+#define TARGET_MET 1e-12
+#define TARGET_NEARLY_MET 1e-9 /* good enough after half of the rounds */
+
+/* Improves the parameters of all catenaries until the meshes have their targets: the two differ
+ * only by the mesh error.  A chain of which sag and tension are given keeps its parabola. */
+static int solve_for_targets(gallop_model *m, double *parameter, const state_view *at,
+                             gallop_report *report)
+{
+    int missed = 0;
+    for (int i = 0; i < m->chain_count; i++) parameter[i] = first_parameter(&m->chain[i]);
+    for (int round = 0; round < MAX_TARGET_ROUNDS; round++) {
+        for (int i = 0; i < m->chain_count; i++) {
+            chain *c = &m->chain[i];
+            place_on_catenary(c, parameter[i], m->junction[c->junction[0]].position);
+            tension_from_horizontal(c, parameter[i] * (c->section->mass * c->gravity));
+        }
+        const int outcome = iterate_reference(m, at, report);
+        if (outcome) return outcome;
+        internal_forces(m, at->residual);
+        double worst = 0.0;
+        for (int i = 0; i < m->chain_count; i++) {
+            const chain *c = &m->chain[i];
+            const bool by_sag = c->target_sag > 0.0;
+            const double ratio = by_sag ? mesh_sag(m, c) / c->target_sag
+                                        : c->target_tension / fabs(at->residual[4 * c->first_node]);
+            if (!isfinite(ratio) || !(ratio > 0.0)) {
+                missed = i;
+                worst = INFINITY;
+                break;
+            }
+            if (fabs(ratio - 1.0) >= worst) missed = i;
+            worst = fmax(worst, fabs(ratio - 1.0));
+            if (fabs(ratio - 1.0) < TARGET_MET) continue;
+            parameter[i] *= by_sag ? pow(ratio, 1.0 / sag_exponent(c, parameter[i])) : ratio;
+        }
+        if (!isfinite(worst)) break;
+        if (worst < TARGET_MET) return GALLOP_COMPLETED;
+        if (round > MAX_TARGET_ROUNDS / 2 && worst < TARGET_NEARLY_MET) return GALLOP_COMPLETED;
+    }
+    const chain *c = &m->chain[missed];
+    return report_failure(report, GALLOP_EQUILIBRIUM_NOT_FOUND, -1, 0.0,
+                          parameter[missed] * (c->section->mass * c->gravity),
+                          c->target_sag > 0.0 ? c->target_sag : c->target_tension);
+}
+
+/* Length of the part of an element from xi = -1 on [m]. */
 static double partial_length(const double x[9], double xi)
 {
-    double length = 0.0; /* from -1 to xi, three-point Gauss */
-    const double point[3] = {-0.77459666924148337704, 0.0, 0.77459666924148337704};
-    const double weight[3] = {5.0 / 9.0, 8.0 / 9.0, 5.0 / 9.0};
+    double length = 0.0;
     for (int q = 0; q < 3; q++) {
-        double at = -1.0 + 0.5 * (xi + 1.0) * (1.0 + point[q]), square = 0.0;
+        const double at = -1.0 + 0.5 * (xi + 1.0) * (1.0 + element_gauss3[q]);
+        double square = 0.0;
         for (int i = 0; i < 3; i++) {
-            double d = (at - 0.5) * x[i] - 2.0 * at * x[3 + i] + (at + 0.5) * x[6 + i];
+            const double d = (at - 0.5) * x[i] - 2.0 * at * x[3 + i] + (at + 0.5) * x[6 + i];
             square += d * d;
         }
-        length += 0.5 * (xi + 1.0) * weight[q] * sqrt(square);
+        length += 0.5 * (xi + 1.0) * element_gauss3_weight[q] * sqrt(square);
     }
     return length;
 }
 
+/* The fraction of the conductor's length at which a loaded point lies becomes an element and its
+ * shape functions. */
 static void place_loads(gallop_model *m)
 {
     for (int l = 0; l < m->load_count; l++) {
-        double wanted = m->place[l].shape[0] * m->derived.length,
-               passed = 0.0; /* fraction left by model_create.c */
+        load_place *place = &m->place[l];
+        const chain *c = &m->chain[place->chain];
+        const double wanted = place->fraction * c->length;
+        double passed = 0.0;
         int e = 0;
-        for (; e < m->elements - 1; e++) {
-            double own = partial_length(m->x + 6 * e, 1.0);
+        for (; e < c->elements - 1; e++) {
+            const double own = partial_length(c->x + 6 * e, 1.0);
             if (passed + own >= wanted) break;
             passed += own;
         }
         double low = -1.0, high = 1.0;
-        for (int i = 0; i < 60; i++) {
-            double middle = 0.5 * (low + high);
-            if (passed + partial_length(m->x + 6 * e, middle) < wanted)
+        for (int i = 0; i < BISECTIONS; i++) {
+            const double middle = 0.5 * (low + high);
+            if (passed + partial_length(c->x + 6 * e, middle) < wanted)
                 low = middle;
             else
                 high = middle;
         }
-        double xi = 0.5 * (low + high);
-        m->place[l] = (load_place){
-            m->place[l].load, e, {0.5 * xi * (xi - 1.0), 1.0 - xi * xi, 0.5 * xi * (xi + 1.0)}};
+        const double xi = 0.5 * (low + high);
+        place->element = e;
+        place->shape[0] = 0.5 * xi * (xi - 1.0);
+        place->shape[1] = 1.0 - xi * xi;
+        place->shape[2] = 0.5 * xi * (xi + 1.0);
     }
+}
+
+/* What follows from the equilibrium: forces of the supports, sags, lengths. */
+static void derive(gallop_model *m, const state_view *at)
+{
+    gallop_derived *d = &m->derived;
+    gravity_forces(m, at->residual);
+    internal_forces(m, m->constant_force);
+    for (int i = 0; i < m->junction_count; i++)
+        for (int k = 0; k < 3; k++) m->junction[i].static_force[k] = 0.0;
+    for (int i = 0; i < m->chain_count; i++) {
+        chain *c = &m->chain[i];
+        const int first = 4 * c->first_node, last = first + 4 * (c->nodes - 1);
+        for (int n = first + 4; n < last; n++)
+            d->imbalance = fmax(d->imbalance, fabs(m->constant_force[n] - at->residual[n]));
+        for (int end = 0; end < 2; end++)
+            for (int k = 0; k < 3; k++) {
+                const int n = (end ? last : first) + k;
+                m->junction[c->junction[end]].static_force[k] +=
+                    m->constant_force[n] - at->residual[n];
+            }
+        c->sag = mesh_sag(m, c);
+        c->horizontal_tension =
+            is_held(c) ? c->target_tension : fabs(m->constant_force[first] - at->residual[first]);
+        c->length = 0.0;
+        for (int e = 0; e < c->elements; e++) {
+            const double *part = c->geometry[e].inertia_weight;
+            c->length += part[0] + part[1] + part[2];
+        }
+        element_normals_at_nodes(c);
+    }
+    for (int end = 0; end < 2; end++)
+        for (int k = 0; k < 3; k++)
+            d->support_force[end][k] =
+                -m->junction[end ? m->junction_count - 1 : 0].static_force[k];
+    d->sag = m->chain[0].sag;
+    d->horizontal_tension = m->chain[0].horizontal_tension;
+    d->length = m->chain[0].length;
 }
 
 int statics_initial(gallop_model *m, gallop_report *report)
 {
-    const gallop_scene *s = &m->scene;
-    const bool held = s->sag > 0.0 && s->horizontal_tension > 0.0;
-    const int last = m->nodes - 1;
     gallop_state *work = calloc(1, m->state_size); /* still within create */
-    if (!work)
-        return report_failure(report, GALLOP_OUT_OF_MEMORY, -1, 0.0, (double)m->state_size, 0.0);
-    state_view at = state_view_of(m, work);
+    double *parameter = calloc((size_t)m->chain_count, sizeof *parameter);
     int outcome = GALLOP_COMPLETED;
-    if (held) {
-        place_on_parabola(m);
-        tension_from_horizontal(m, s->horizontal_tension);
+    if (!work || !parameter) {
+        outcome = report_failure(report, GALLOP_OUT_OF_MEMORY, -1, 0.0, (double)m->state_size, 0.0);
     } else {
-        outcome = solve_for_target(m, &at, report);
-    }
-    if (outcome == GALLOP_COMPLETED) {
-        gallop_derived *d = &m->derived;
-        gravity_forces(m, at.residual);
-        internal_forces(m, m->constant_force);
-        for (int i = 4; i < 4 * last; i++)
-            d->imbalance = fmax(d->imbalance, fabs(m->constant_force[i] - at.residual[i]));
-        for (int i = 0; i < 3; i++) {
-            m->static_force[0][i] = m->constant_force[i] - at.residual[i];
-            m->static_force[1][i] = m->constant_force[4 * last + i] - at.residual[4 * last + i];
-            d->support_force[0][i] = -m->static_force[0][i];
-            d->support_force[1][i] = -m->static_force[1][i];
+        const state_view at = state_view_of(m, work);
+        if (is_held(&m->chain[0]))
+            for (int i = 0; i < m->chain_count; i++) {
+                chain *c = &m->chain[i];
+                place_on_parabola(c, m->junction[c->junction[0]].position);
+                tension_from_horizontal(c, c->target_tension);
+            }
+        else
+            outcome = solve_for_targets(m, parameter, &at, report);
+        if (!outcome) {
+            derive(m, &at);
+            place_loads(m);
         }
-        d->sag = mesh_sag(m);
-        d->horizontal_tension = held ? s->horizontal_tension : fabs(m->static_force[0][0]);
-        for (int e = 0; e < m->elements; e++) {
-            const double *part = m->geometry[e].inertia_weight;
-            d->length += part[0] + part[1] + part[2];
-        }
-        place_loads(m);
-        element_normals_at_nodes(m);
     }
     free(work);
+    free(parameter);
     return outcome;
 }

@@ -2,11 +2,14 @@
 #ifndef GALLOP_STATICS_H
 #define GALLOP_STATICS_H
 
-#include "report.h"
 #include "state.h"
 
+/* Finds the initial equilibrium of a model: positions, tensions, forces of the supports. */
 int statics_initial(gallop_model *model, gallop_report *report);
-int statics_equilibrium(const gallop_model *model, double t, const conditions *target,
-                        state_view *at, gallop_report *report);
+
+/* Leaves in u the equilibrium under the conditions `now` of the view; calm: without wind and
+ * loads. */
+int statics_equilibrium(const gallop_model *model, double t, bool calm, const state_view *view,
+                        gallop_report *report);
 
 #endif

@@ -42,7 +42,7 @@ static double mean_size(const gallop_model *model, const double *y, int unknown)
 static double scale_of(const gallop_model *model, const gallop_state *state, int unknown)
 {
     return fmax(state->largest[unknown],
-                unknown < 3 ? SMALL_DISPLACEMENT * model->scene.diameter : SMALL_TWIST);
+                unknown < 3 ? SMALL_DISPLACEMENT * model->section[0].diameter : SMALL_TWIST);
 }
 
 static void grow_scales(const gallop_model *model, gallop_state *state, const double *u)
@@ -53,10 +53,21 @@ static void grow_scales(const gallop_model *model, gallop_state *state, const do
 double time_newton_tolerance(const gallop_model *model, const gallop_state *state)
 {
     if (!model_by_tolerance(model)) return model->scene.newton_tolerance * state->sharpness;
-    double motion = INFINITY;
-    for (int i = 1; i < model->unknowns; i++) motion = fmin(motion, scale_of(model, state, i));
-    return fmax(NEWTON_TOLERANCE_SHARE * model->scene.tolerance * motion * state->sharpness,
+    double smallest = INFINITY;
+    for (int i = 1; i < model->unknowns; i++) smallest = fmin(smallest, scale_of(model, state, i));
+    return fmax(NEWTON_TOLERANCE_SHARE * model->scene.tolerance * smallest * state->sharpness,
                 MIN_NEWTON_TOLERANCE);
+}
+
+/* Circular frequency of the slowest swing, of a taut string between the junctions [1/s]. */
+static double lowest_swing(const gallop_model *model)
+{
+    double lowest = INFINITY;
+    for (int i = 0; i < model->chain_count; i++) {
+        const chain *c = &model->chain[i];
+        lowest = fmin(lowest, PI / c->span * sqrt(c->horizontal_tension / c->section->mass));
+    }
+    return lowest;
 }
 
 /* What an error of the twist counts for.  While a span swings once it may twist to and fro sixty
@@ -65,8 +76,7 @@ double time_newton_tolerance(const gallop_model *model, const gallop_state *stat
 static double twist_weight(const gallop_model *model, const state_view *at, double h,
                            double cubic_part)
 {
-    const double swing =
-        PI / model->scene.length * sqrt(model->derived.horizontal_tension / model->mass);
+    const double swing = lowest_swing(model);
     const double turning = sqrt(6.0 * cubic_part / time_gauss_linear_part(model, at, h, 3)) / h;
     return fmin(fmax(turning / (FAST_TWIST_RATIO * swing), 1.0), MAX_TWIST_WEIGHT);
 }
@@ -184,10 +194,13 @@ static double next_kink(const gallop_model *model, const gallop_inputs *inputs, 
     for (int l = 0; l < s->load_count; l++)
         next = fmin(next, law_next_kink(&s->load[l].law, after));
     if (inputs) return next;
-    next = fmin(next, law_next_kink(&s->wind, after));
-    for (int end = 0; end < 2; end++)
-        for (int i = 0; i < 3; i++)
-            next = fmin(next, law_next_kink(&s->support[end].motion[i], after));
+    for (int f = 0; f < model->field_count; f++)
+        next = fmin(next, law_next_kink(model->wind[f], after));
+    for (int j = 0; j < model->junction_count; j++)
+        for (int i = 0; i < 3; i++) {
+            const gallop_law *law = model->junction[j].motion[i];
+            if (law) next = fmin(next, law_next_kink(law, after));
+        }
     return next;
 }
 
@@ -197,12 +210,13 @@ static void forget_before(gallop_state *state)
     state->step_before = INFINITY;
 }
 
-static bool inputs_jump(const conditions *before, const conditions *now)
+/* Whether what a host sets differs from what acted before, or moves at another rate. */
+static bool inputs_jump(const gallop_model *model, const conditions *before, const conditions *now)
 {
-    bool jump = before->wind != now->wind || before->attack != now->attack;
-    for (int end = 0; end < 2; end++)
-        for (int i = 0; i < 3; i++)
-            jump = jump || before->velocity[end][i] != now->velocity[end][i];
+    bool jump = before->attack[0] != now->attack[0];
+    for (int f = 0; f < model->field_count; f++) jump = jump || before->wind[f] != now->wind[f];
+    for (int i = 0; i < 3 * model->junction_count; i++)
+        jump = jump || before->velocity[i] != now->velocity[i];
     return jump;
 }
 
@@ -213,9 +227,8 @@ int time_controlled_march(const gallop_model *model, gallop_state *state,
 {
     state_view at = state_view_of(model, state);
     if (inputs) {
-        conditions now;
-        conditions_at(model, state->time, inputs, &now);
-        if (inputs_jump(&state->now, &now)) forget_before(state);
+        conditions_at(model, state->time, inputs, &at.stage[0]);
+        if (inputs_jump(model, &at.now, &at.stage[0])) forget_before(state);
     }
     while (state->time < until) {
         const double kink = next_kink(model, inputs, state->time);
@@ -233,14 +246,14 @@ void time_control_look(const gallop_model *model, gallop_state *state, state_vie
 {
     const size_t bytes = 4 * (size_t)model->nodes * sizeof(double);
     memcpy(at->first, at->u, 3 * bytes);
-    state->looked_from = state->now;
+    conditions_copy(model, &at->looked_from, &at->now);
     if (t == state->time) return;
-    conditions_at(model, t, NULL, &state->now);
+    conditions_at(model, t, NULL, &at->now);
     time_gauss_read(model, state, at, t);
 }
 
-void time_control_return(const gallop_model *model, gallop_state *state, state_view *at)
+void time_control_return(const gallop_model *model, state_view *at)
 {
     memcpy(at->u, at->first, 3 * 4 * (size_t)model->nodes * sizeof(double));
-    state->now = state->looked_from;
+    conditions_copy(model, &at->now, &at->looked_from);
 }

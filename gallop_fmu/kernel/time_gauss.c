@@ -10,8 +10,9 @@
  * = T diag(l) T^-1 they separate into systems K + C / (h l) + M / (h l)^2: a real one, and one for
  * a complex conjugate pair (E. Hairer, G. Wanner, Solving Ordinary Differential Equations II,
  * section IV.8; c in table IV.5.2). */
-#include "device.h"
+#include "junction.h"
 #include "solver.h"
+#include "system.h"
 #include "time_integration.h"
 
 #define STAGES GAUSS_STAGES
@@ -86,23 +87,14 @@ TWO_PATHS static void accelerate(const double *restrict a, int values, double x,
         out[n] = w.a[0] * a[n] + w.a[1] * a[values + n] + w.a[2] * a[2 * values + n];
 }
 
-static void place_ends(const gallop_model *model, const conditions *now, double *u, double *v,
-                       double *a)
+static motion stage_motion(const gallop_model *model, const state_view *at, int i)
 {
-    for (int end = 0; end < 2; end++) {
-        const int first = end ? 4 * (model->nodes - 1) : 0;
-        for (int i = 0; i < 4; i++) {
-            if (!model->fixed[end][i]) continue;
-            u[first + i] = i < 3 ? now->position[end][i] : 0.0;
-            v[first + i] = i < 3 ? now->velocity[end][i] : 0.0;
-            a[first + i] = i < 3 ? now->acceleration[end][i] : 0.0;
-        }
-    }
+    const size_t first = 4 * (size_t)i * model->nodes;
+    return (motion){at->stage_u + first, at->stage_v + first, at->stage_a + first};
 }
 
 /* The parabola of the sub-step before is continued; the ends follow their prescribed motion. */
-static void predict(const gallop_model *model, const gallop_state *state, state_view *at,
-                    const conditions *now, double h)
+static void predict(const gallop_model *model, const gallop_state *state, state_view *at, double h)
 {
     const int values = 4 * model->nodes;
     for (int i = 0; i < STAGES; i++) {
@@ -115,7 +107,8 @@ static void predict(const gallop_model *model, const gallop_state *state, state_
     for (int i = 0; i < STAGES; i++) {
         const size_t first = (size_t)i * values;
         integrate(at, at->stage_a, values, h, node[i], at->stage_u + first, at->stage_v + first);
-        place_ends(model, &now[i], at->stage_u + first, at->stage_v + first, at->stage_a + first);
+        junction_prescribe(model, &at->stage[i], at->stage_u + first, at->stage_v + first,
+                           at->stage_a + first);
     }
 }
 
@@ -175,16 +168,18 @@ TWO_PATHS static void correct(const state_view *at, int values, int i, double h)
         }
 }
 
-static bool factor_stages(const gallop_model *model, gallop_state *state, state_view *at,
-                          const conditions *now, const double *u, double h)
+/* The tangent of all stages is that of the middle one, whose sections were evaluated last. */
+static bool factor_stages(const gallop_model *model, gallop_state *state, const state_view *at,
+                          double h)
 {
+    const motion middle = stage_motion(model, at, 1);
     const double real = 1.0 / (h * eigenvalue[0]);
     const number inverse = pair_inverse(h), square = times(inverse, inverse);
     const tangent_weights mix = {1.0, real, real * real},
                           pair[2] = {{1.0, inverse.re, square.re}, {0.0, inverse.im, square.im}};
     state->factored_step = 0.0;
-    if (!solver_factor(model, now, &at->sections, u, mix, model->fixed, at->factors) ||
-        !solver_complex_factor(model, now, &at->sections, u, pair, at->complex_factors))
+    if (!solver_factor(model, &at->stage[1], at, middle, mix, SOLVER_JUNCTIONS_AS_IN_SCENE) ||
+        !solver_complex_factor(model, &at->stage[1], at, middle, pair))
         return false;
     state->factored_step = h;
     state->rate = 1.0;
@@ -200,28 +195,24 @@ int time_gauss(const gallop_model *model, gallop_state *state, state_view *at,
     const int values = 4 * model->nodes;
     bool renew = state->factored_step != h, fresh = false;
     double before = 0.0, time[STAGES];
-    conditions now[STAGES];
     monitor seen = {0};
     for (int i = 0; i < STAGES; i++) {
         time[i] = t - h * (1.0 - node[i]);
-        conditions_at(model, time[i], inputs, &now[i]);
+        conditions_at(model, time[i], inputs, &at->stage[i]);
     }
-    conditions_at(model, t, inputs, &state->now);
-    predict(model, state, at, now, h);
+    conditions_at(model, t, inputs, &at->now);
+    predict(model, state, at, h);
     for (int iteration = 1; iteration <= model->scene.max_newton_iterations; iteration++) {
         static const int order[STAGES] = {
             0, 2, 1}; /* the tangent is that of the middle, where the sections end */
         element_monitor_start(&seen);
         for (int k = 0; k < STAGES; k++) {
             const int i = order[k];
-            const size_t first = (size_t)i * values;
-            element_sum_residual(model, time[i], &now[i], &at->sections, at->stage_u + first,
-                                 at->stage_v + first, at->stage_a + first, renew,
-                                 at->stage_residual + first, &seen);
-            device_add_springs(model, &now[i], at->stage_u + first, at->stage_residual + first);
+            system_residual(model, time[i], &at->stage[i], at, stage_motion(model, at, i), renew,
+                            at->stage_residual + (size_t)i * values, &seen);
         }
         if (renew) {
-            if (!factor_stages(model, state, at, &now[1], at->stage_u + values, h))
+            if (!factor_stages(model, state, at, h))
                 return report_failure(report, GALLOP_NEWTON_STALLED, seen.slack_element, t, NAN,
                                       tolerance);
             renew = false;
@@ -229,8 +220,8 @@ int time_gauss(const gallop_model *model, gallop_state *state, state_view *at,
             before = 0.0;
         }
         separate(at, values);
-        solver_solve(model, at->factors, model->fixed, at->residual);
-        solver_complex_solve(model, at->complex_factors, at->complex_residual);
+        solver_solve(model, at, SOLVER_JUNCTIONS_AS_IN_SCENE, at->residual);
+        solver_complex_solve(model, at, at->complex_residual);
         double size = 0.0;
         for (int i = 0; i < STAGES; i++) {
             correct(at, values, i, h);
@@ -244,8 +235,8 @@ int time_gauss(const gallop_model *model, gallop_state *state, state_view *at,
         case NEWTON_CONVERGED:
             integrate(at, at->stage_a, values, h, 1.0, at->u, at->v);
             accelerate(at->stage_a, values, 1.0, at->a);
-            place_ends(model, &state->now, at->u, at->v, at->a);
-            element_monitor_tensions(model, at->u, &seen);
+            junction_prescribe(model, &at->now, at->u, at->v, at->a);
+            element_monitor_tensions(model, &at->now, at->u, &seen);
             return time_newton_accept(model, state, &seen, t, report);
         case NEWTON_DIVERGED:
             return report_failure(report, GALLOP_NEWTON_STALLED, seen.slack_element, t, size,
@@ -333,5 +324,5 @@ void time_gauss_read(const gallop_model *model, const gallop_state *state, state
         at->v[n] = v0[n] + x * (h * a0 + x * (3.0 * c3 + x * (4.0 * c4 + x * 5.0 * c5)) / h);
         at->a[n] = a0 + x * (6.0 * c3 + x * (12.0 * c4 + x * 20.0 * c5)) / (h * h);
     }
-    place_ends(model, &state->now, at->u, at->v, at->a);
+    junction_prescribe(model, &at->now, at->u, at->v, at->a);
 }

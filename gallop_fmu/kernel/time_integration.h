@@ -48,6 +48,6 @@ int time_controlled_march(const gallop_model *model, gallop_state *state,
                           const gallop_inputs *inputs, double until, bool exactly,
                           gallop_report *report);
 void time_control_look(const gallop_model *model, gallop_state *state, state_view *at, double t);
-void time_control_return(const gallop_model *model, gallop_state *state, state_view *at);
+void time_control_return(const gallop_model *model, state_view *at);
 
 #endif

@@ -2,19 +2,12 @@
  * initial states. */
 #include "base_math.h"
 #include "check.h"
-#include "device.h"
+#include "junction.h"
 #include "observe.h"
 #include "solver.h"
 #include "statics.h"
+#include "system.h"
 #include "time_integration.h"
-
-/* All of the motion that a step changes lies side by side: u v a and what is kept of the steps
- * before. */
-static size_t motion_bytes(const gallop_model *model)
-{
-    const size_t arrays = 3 + (model_by_gauss(model) ? GAUSS_ARRAYS : NEWMARK_HISTORY);
-    return arrays * 4 * (size_t)model->nodes * sizeof(double);
-}
 
 /* The forces of wind and eccentric ice turn with a section; a sub-step in which it turns far cannot
  * follow them. */
@@ -66,13 +59,13 @@ static int whole_step(const gallop_model *model, gallop_state *state, state_view
         memcpy(at->u, at->u0, 3 * bytes);
         if (!time_may_halve(outcome) || level == deepest) {
             if (level == 0) return outcome;
-            memcpy(at->u, at->first, motion_bytes(model));
+            memcpy(at->u, at->first, state_motion_bytes(model));
             state->step_before = step_before;
             state->equal_steps = equal_steps;
             state->newest = newest;
             return outcome;
         }
-        if (level == 0) memcpy(at->first, at->u, motion_bytes(model));
+        if (level == 0) memcpy(at->first, at->u, state_motion_bytes(model));
         level++;
         state->halvings++;
     }
@@ -87,7 +80,7 @@ static int march_by_tolerance(const gallop_model *model, gallop_state *state,
                               gallop_report *report)
 {
     const int outcome = time_controlled_march(model, state, inputs, until, exactly, report);
-    if (!outcome) report_failure(report, GALLOP_COMPLETED, -1, fmin(state->time, until), 0.0, 0.0);
+    if (!outcome) report_completed(report, fmin(state->time, until));
     state_report_work(state, report);
     return outcome;
 }
@@ -106,8 +99,7 @@ static int march(const gallop_model *model, gallop_state *state, const gallop_in
         }
         state->time = origin + h * (double)(before + i);
     }
-    report_failure(report, GALLOP_COMPLETED, -1, state->time, 0.0,
-                   0.0); /* forget sub-steps that failed on the way */
+    report_completed(report, state->time); /* without sub-steps that failed on the way */
     state_report_work(state, report);
     return GALLOP_COMPLETED;
 }
@@ -203,9 +195,9 @@ int gallop_run(const gallop_model *model, gallop_state *state, int64_t first, in
     for (int32_t c = 0; c < span_channels; c++) asked |= 1u << span_channel[c];
     const double dt = model->scene.time_step, start = state->time - (double)(first * every) * dt;
     const bool free = model_by_tolerance(model);
-    const conditions at_start = state->now;
     const double began = state->time;
     state_view at = state_view_of(model, state);
+    conditions_copy(model, &at.looked_from, &at.now);
     forget_saved(&at);
     if (free && first == 0) state->run_origin = state->time;
     for (int64_t r = 0; r < records; r++) {
@@ -215,23 +207,23 @@ int gallop_run(const gallop_model *model, gallop_state *state, int64_t first, in
                  : march(model, state, NULL, start, (first + r) * every, dt, every, report);
         if (outcome) { /* the failed step has left its own wind and tower motion */
             if (state->time == began)
-                state->now = at_start;
+                conditions_copy(model, &at.now, &at.looked_from);
             else
-                conditions_at(model, state->time, NULL, &state->now);
+                conditions_at(model, state->time, NULL, &at.now);
             return outcome;
         }
         if (free) time_control_look(model, state, &at, when);
         for (int32_t n = 0; n < nodes; n++) {
             double values[GALLOP_NODE_CHANNELS];
-            observe_node(model, state, node[n], values);
+            observe_node(model, &at, node[n], values);
             for (int32_t c = 0; c < channels; c++)
                 node_values[((size_t)r * channels + c) * nodes + n] = values[channel[c]];
         }
         double values[GALLOP_SPAN_CHANNELS];
-        observe_span(model, state, asked, values);
+        observe_span(model, state, &at, asked, values);
         for (int32_t c = 0; c < span_channels; c++)
             span_values[(size_t)r * span_channels + c] = values[span_channel[c]];
-        if (free) time_control_return(model, state, &at);
+        if (free) time_control_return(model, &at);
         *done = r + 1;
     }
     return GALLOP_COMPLETED;
@@ -242,24 +234,17 @@ static int consistent_acceleration(const gallop_model *model, gallop_state *stat
 {
     const size_t bytes = 4 * (size_t)model->nodes * sizeof(double);
     const tangent_weights inertia = {0.0, 0.0, 1.0};
-    const conditions *now = &state->now;
-    monitor seen;
+    const motion y = {at->u, at->v, at->a};
+    monitor seen = {0};
     element_monitor_start(&seen);
     memset(at->a, 0, bytes);
     memset(at->v, 0, bytes);
-    for (int end = 0; end < 2; end++)
-        for (int i = 0; i < 3; i++)
-            if (model->fixed[end][i]) {
-                const int node = end ? 4 * (model->nodes - 1) : 0;
-                at->v[node + i] = now->velocity[end][i];
-                at->a[node + i] = now->acceleration[end][i];
-            }
-    element_sum_residual(model, state->time, now, &at->sections, at->u, at->v, at->a, true,
-                         at->residual, &seen);
-    device_add_springs(model, now, at->u, at->residual);
-    if (!solver_factor(model, now, &at->sections, at->u, inertia, model->fixed, at->factors))
-        return report_failure(report, GALLOP_NON_FINITE, -1, state->time, model->inertia, 0.0);
-    solver_solve(model, at->factors, model->fixed, at->residual);
+    junction_prescribe(model, &at->now, NULL, at->v, at->a);
+    system_residual(model, state->time, &at->now, at, y, true, at->residual, &seen);
+    if (!solver_factor(model, &at->now, at, y, inertia, SOLVER_JUNCTIONS_AS_IN_SCENE))
+        return report_failure(report, GALLOP_NON_FINITE, -1, state->time, model->section[0].inertia,
+                              0.0);
+    solver_solve(model, at, SOLVER_JUNCTIONS_AS_IN_SCENE, at->residual);
     for (int i = 0; i < 4 * model->nodes; i++) at->a[i] -= at->residual[i];
     state->factored_step = 0.0;
     state->rate = 1.0;
@@ -282,7 +267,9 @@ static void clear(const gallop_model *model, gallop_state *state, double time,
     state->last_substeps = 1;
     state->sharpness = 1.0;
     state->step_before = INFINITY; /* no acceleration before the first to extrapolate from */
-    conditions_at(model, time, inputs, &state->now);
+    const state_view at = state_view_of(model, state);
+    conditions now = at.now;
+    conditions_at(model, time, inputs, &now);
 }
 
 /* A block that holds an initial state is a state of the model from now on; after a failure it is
@@ -304,10 +291,27 @@ int gallop_equilibrium(const gallop_model *model, gallop_state *state, double ti
     if (outcome) return outcome;
     clear(model, state, time, inputs);
     state_view at = state_view_of(model, state);
-    outcome = statics_equilibrium(model, time, &state->now, &at, report);
+    outcome = statics_equilibrium(model, time, false, &at, report);
     time_control_start(model, state, at.u);
     if (!outcome) outcome = consistent_acceleration(model, state, &at, report);
     return started(model, state, outcome, report);
+}
+
+/* The seed of every chain: cos(pi x1/L), x1 from its mid-span. */
+static void add_seed(const gallop_model *model, double *u)
+{
+    const gallop_scene *s = &model->scene;
+    for (int i = 0; i < model->chain_count; i++) {
+        const chain *c = &model->chain[i];
+        const double start = model->junction[c->junction[0]].position[0];
+        for (int n = 1; n <= c->nodes - 2; n++) {
+            const double shape = sin(PI * (c->x[3 * n] - start) / c->span);
+            double *node = u + 4 * (c->first_node + n);
+            node[1] += s->seed_vertical * shape;
+            node[2] += s->seed_horizontal * shape;
+            node[3] += s->seed_twist * shape;
+        }
+    }
 }
 
 int gallop_state_init(const gallop_model *model, gallop_state *state, double start,
@@ -320,20 +324,13 @@ int gallop_state_init(const gallop_model *model, gallop_state *state, double sta
     clear(model, state, start, inputs);
     state_view at = state_view_of(model, state);
     bool displaced = false;
-    for (int end = 0; end < 2; end++)
-        for (int i = 0; i < 3; i++) displaced = displaced || state->now.position[end][i] != 0.0;
+    for (int i = 0; i < 3 * model->junction_count; i++)
+        displaced = displaced || at.now.position[i] != 0.0;
     if (s->start_in_mean_wind || displaced) {
-        conditions rest = state->now;
-        if (!s->start_in_mean_wind) rest.wind = rest.load_factor = 0.0;
-        outcome = statics_equilibrium(model, start, &rest, &at, report);
+        outcome = statics_equilibrium(model, start, !s->start_in_mean_wind, &at, report);
         if (outcome) return outcome;
     }
-    for (int n = 1; n <= model->nodes - 2; n++) {
-        double shape = sin(PI * model->x[3 * n] / s->length); /* cos(pi x1/L), x1 from mid-span */
-        at.u[4 * n + 1] += s->seed_vertical * shape;
-        at.u[4 * n + 2] += s->seed_horizontal * shape;
-        at.u[4 * n + 3] += s->seed_twist * shape;
-    }
+    add_seed(model, at.u);
     time_control_start(model, state, at.u);
     outcome = consistent_acceleration(model, state, &at, report);
     return started(model, state, outcome, report);

@@ -2,8 +2,9 @@
  * its generalisation that balances forces within the step, at t - alpha_f h with accelerations of t
  * - alpha_m h (Chung, Hulbert 1993, J. Appl. Mech. 60, 371-375): motion that no step resolves, as
  * axial modes of fine meshes, decays instead of ringing on. */
-#include "device.h"
+#include "junction.h"
 #include "solver.h"
+#include "system.h"
 #include "time_integration.h"
 
 typedef struct {
@@ -103,15 +104,7 @@ TWO_PATHS static void predict(const gallop_model *model, const gallop_state *sta
             LANES_AT(a + j) = guess;
         }
     }
-    for (int end = 0; end < 2; end++) {
-        const int node = end ? 4 * (model->nodes - 1) : 0;
-        for (int i = 0; i < 4; i++) {
-            if (!model->fixed[end][i]) continue;
-            at->u[node + i] = i < 3 ? now->position[end][i] : 0.0;
-            at->v[node + i] = i < 3 ? now->velocity[end][i] : 0.0;
-            at->a[node + i] = i < 3 ? now->acceleration[end][i] : 0.0;
-        }
-    }
+    junction_prescribe(model, now, u, v, a);
 }
 
 /* The step just found is the one before from now on. */
@@ -157,28 +150,23 @@ int time_newmark(const gallop_model *model, gallop_state *state, state_view *at,
     const tangent_weights mix = {1.0 - w.alpha_f, (1.0 - w.alpha_f) * per_v,
                                  (1.0 - w.alpha_m) * per_a};
     const bool within = model_by_alpha(model);
-    const double *u = within ? at->stage_u : at->u, *v = within ? at->stage_v : at->v;
-    const double *a = within ? at->stage_a : at->a;
+    const motion y = within ? (motion){at->stage_u, at->stage_v, at->stage_a}
+                            : (motion){at->u, at->v, at->a}; /* where forces are balanced */
+    conditions *now = within ? &at->stage[0] : &at->now;
     const double balanced = t - w.alpha_f * h;
     bool renew = state->factored_step != h, fresh = false;
     double size_before = 0.0;
     monitor seen = {0};
-    conditions now;
-    conditions_at(model, t, inputs, &state->now);
-    predict(model, state, at, &state->now, w, h);
-    if (within)
-        conditions_at(model, balanced, inputs, &now);
-    else
-        now = state->now;
+    conditions_at(model, t, inputs, &at->now);
+    predict(model, state, at, &at->now, w, h);
+    if (within) conditions_at(model, balanced, inputs, now);
     for (int iteration = 1; iteration <= model->scene.max_newton_iterations; iteration++) {
         element_monitor_start(&seen);
         if (within) interpolate_alpha(at, w, values);
-        element_sum_residual(model, balanced, &now, &at->sections, u, v, a, renew, at->residual,
-                             &seen);
-        device_add_springs(model, &now, u, at->residual);
+        system_residual(model, balanced, now, at, y, renew, at->residual, &seen);
         if (renew) {
             state->factored_step = 0.0;
-            if (!solver_factor(model, &now, &at->sections, u, mix, model->fixed, at->factors))
+            if (!solver_factor(model, now, at, y, mix, SOLVER_JUNCTIONS_AS_IN_SCENE))
                 return report_failure(report, GALLOP_NEWTON_STALLED, seen.slack_element, t, NAN,
                                       tolerance);
             state->factored_step = h;
@@ -188,7 +176,7 @@ int time_newmark(const gallop_model *model, gallop_state *state, state_view *at,
             fresh = true;
             size_before = 0.0;
         }
-        solver_solve(model, at->factors, model->fixed, at->residual);
+        solver_solve(model, at, SOLVER_JUNCTIONS_AS_IN_SCENE, at->residual);
         correct(at, values, per_v, per_a);
         state->iterations++;
         state->last_iterations++;
@@ -196,7 +184,7 @@ int time_newmark(const gallop_model *model, gallop_state *state, state_view *at,
         if (!isfinite(size)) return report_failure(report, GALLOP_NON_FINITE, -1, t, size, 0.0);
         switch (time_newton_next(state, size, size_before, fresh, MAX_REUSE_RATE, tolerance)) {
         case NEWTON_CONVERGED:
-            if (within) element_monitor_tensions(model, at->u, &seen);
+            if (within) element_monitor_tensions(model, &at->now, at->u, &seen);
             return time_newton_accept(model, state, &seen, t, report);
         case NEWTON_DIVERGED:
             return report_failure(report, GALLOP_NEWTON_STALLED, seen.slack_element, t, size,

@@ -47,11 +47,11 @@ newton_action time_newton_next(gallop_state *state, double size, double before, 
 int time_angle_failure(const gallop_model *model, int element, double angle, double t,
                        gallop_report *report)
 {
-    double offset = angle - model->curve_centre;
+    const curve *k = model_chain_of_element(model, element)->section->curve;
+    double offset = angle - k->centre;
     offset -= 2.0 * PI * nearest(offset * (0.5 / PI));
-    return report_failure(report, GALLOP_ANGLE_OUT_OF_RANGE, element, t,
-                          model->curve_centre + offset,
-                          offset > 0.0 ? model->curve_last : model->curve_first);
+    return report_failure(report, GALLOP_ANGLE_OUT_OF_RANGE, element, t, k->centre + offset,
+                          offset > 0.0 ? k->last : k->first);
 }
 
 /* A converged step is refused where its motion is impossible. */

@@ -1,0 +1,48 @@
+/* Junctions: prescribed motion, and end nodes of several chains that are one point. */
+#include "junction.h"
+
+/* The end node of a chain. */
+static int end_node(const chain *c, int end)
+{
+    return c->first_node + (end ? c->nodes - 1 : 0);
+}
+
+static void prescribe_node(const junction *j, const conditions *now, int index, double *node[3])
+{
+    const double *motion[3] = {now->position, now->velocity, now->acceleration};
+    for (int k = 0; k < 3; k++) {
+        if (!node[k]) continue;
+        for (int i = 0; i < 4; i++)
+            if (j->fixed[i]) node[k][i] = i < 3 ? motion[k][3 * index + i] : 0.0;
+    }
+}
+
+void junction_prescribe(const gallop_model *model, const conditions *now, double *u, double *v,
+                        double *a)
+{
+    for (int k = 0; k < model->chain_count; k++)
+        for (int end = 0; end < 2; end++) {
+            const chain *c = &model->chain[k];
+            const int node = 4 * end_node(c, end), index = c->junction[end];
+            double *of_node[3] = {u ? u + node : NULL, v ? v + node : NULL, a ? a + node : NULL};
+            prescribe_node(&model->junction[index], now, index, of_node);
+        }
+}
+
+void junction_gather(const gallop_model *model, double *force)
+{
+    for (int t = 0; t < model->tie_count; t++) {
+        double *from = force + 4 * model->tie[t].follower, *to = force + 4 * model->tie[t].leader;
+        for (int i = 0; i < 4; i++) {
+            to[i] += from[i];
+            from[i] = 0.0;
+        }
+    }
+}
+
+void junction_spread(const gallop_model *model, double *values, int width)
+{
+    for (int t = 0; t < model->tie_count; t++)
+        memcpy(values + width * model->tie[t].follower, values + width * model->tie[t].leader,
+               (size_t)width * sizeof(double));
+}

@@ -1,0 +1,18 @@
+/* Junctions: where chains end and devices act. */
+#ifndef GALLOP_JUNCTION_H
+#define GALLOP_JUNCTION_H
+
+#include "state.h"
+
+/* Sets the prescribed unknowns to the motion of `now`; theta is fixed at zero.  Each array may be
+ * NULL. */
+void junction_prescribe(const gallop_model *model, const conditions *now, double *u, double *v,
+                        double *a);
+
+/* Forces on followers go to their leaders. */
+void junction_gather(const gallop_model *model, double *force);
+
+/* Followers get the values of their leaders; (nodes, width). */
+void junction_spread(const gallop_model *model, double *values, int width);
+
+#endif
