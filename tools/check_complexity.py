@@ -26,13 +26,9 @@ LATER = "to be split"
 EXCEPTIONS = {
     "gallop_fmu/cli/main.py:run": OPTIONS,
     "gallop_fmu/engine/model.py:tangent": OPTIONS,
-    "gallop_fmu/kernel/element_cable.c:all_strips": LATER,
-    "gallop_fmu/kernel/element_cable.c:element_sum_residual": LATER,
     "gallop_fmu/kernel/element_cable.c:strip_forces": LATER,
-    "gallop_fmu/kernel/element_cable.c:strips_residual": LATER,
     "gallop_fmu/kernel/element_tangent.c:tangent_of": LATER,
     "gallop_fmu/kernel/model_create.c:check": LATER,
-    "gallop_fmu/kernel/model_create.c:gallop_model_create": LATER,
     "gallop_fmu/kernel/probe.c:gallop_tangent": C_FACE,
     "gallop_fmu/kernel/time_march.c:check_run": LATER,
     "gallop_fmu/kernel/time_march.c:gallop_run": C_FACE,

@@ -30,7 +30,7 @@ LAYERS = (
     ("gallop", "base"),
     ("report", "law"),
     ("model", "conditions", "state", "check"),
-    ("device", "element"),
+    ("device", "element", "junction", "system"),
     ("solver", "observe"),
     ("statics", "time"),
     ("probe", "model_create"),

@@ -59,6 +59,7 @@ typedef struct {
     double gravity, air_density;
     double span, rise;                      /* of the chord, along x1 and x2 [m] */
     double target_sag, target_tension;      /* 0: not given */
+    double parameter;                       /* of its catenary, H / w [m] */
     double sag, horizontal_tension, length; /* of the initial equilibrium */
     geometry *geometry;                     /* (elements), */
     strip *strip;                           /* (strips) and once more side by side */

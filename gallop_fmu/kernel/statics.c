@@ -315,46 +315,52 @@ static bool is_held(const chain *c)
 #define TARGET_MET 1e-12
 #define TARGET_NEARLY_MET 1e-9 /* good enough after half of the rounds */
 
-/* Improves the parameters of all catenaries until the meshes have their targets: the two differ
- * only by the mesh error.  A chain of which sag and tension are given keeps its parabola. */
-static int solve_for_targets(gallop_model *m, double *parameter, const state_view *at,
-                             gallop_report *report)
+/* The factor by which the mesh of a chain is away from its target; 1: met. */
+static double miss_ratio(const gallop_model *m, const chain *c, const double *force)
 {
-    int missed = 0;
-    for (int i = 0; i < m->chain_count; i++) parameter[i] = first_parameter(&m->chain[i]);
+    return c->target_sag > 0.0 ? mesh_sag(m, c) / c->target_sag
+                               : c->target_tension / fabs(force[4 * c->first_node]);
+}
+
+/* Improves the parameter of a chain's catenary; returns how far the mesh was away from the target,
+ * infinite where that cannot be told. */
+static double improve_parameter(const gallop_model *m, chain *c, const double *force)
+{
+    const double ratio = miss_ratio(m, c, force), miss = fabs(ratio - 1.0);
+    if (!isfinite(ratio) || !(ratio > 0.0)) return INFINITY;
+    if (miss < TARGET_MET) return miss;
+    c->parameter *= c->target_sag > 0.0 ? pow(ratio, 1.0 / sag_exponent(c, c->parameter)) : ratio;
+    return miss;
+}
+
+/* Places the chains on catenaries whose meshes have the targets of sag or tension; catenary and
+ * mesh differ only by the mesh error. */
+static int solve_for_targets(gallop_model *m, const state_view *at, gallop_report *report)
+{
+    const chain *worst = m->chain;
+    for (int i = 0; i < m->chain_count; i++) m->chain[i].parameter = first_parameter(&m->chain[i]);
     for (int round = 0; round < MAX_TARGET_ROUNDS; round++) {
         for (int i = 0; i < m->chain_count; i++) {
             chain *c = &m->chain[i];
-            place_on_catenary(c, parameter[i], m->junction[c->junction[0]].position);
-            tension_from_horizontal(c, parameter[i] * (c->section->mass * c->gravity));
+            place_on_catenary(c, c->parameter, m->junction[c->junction[0]].position);
+            tension_from_horizontal(c, c->parameter * (c->section->mass * c->gravity));
         }
         const int outcome = iterate_reference(m, at, report);
         if (outcome) return outcome;
         internal_forces(m, at->residual);
-        double worst = 0.0;
+        double largest = 0.0;
         for (int i = 0; i < m->chain_count; i++) {
-            const chain *c = &m->chain[i];
-            const bool by_sag = c->target_sag > 0.0;
-            const double ratio = by_sag ? mesh_sag(m, c) / c->target_sag
-                                        : c->target_tension / fabs(at->residual[4 * c->first_node]);
-            if (!isfinite(ratio) || !(ratio > 0.0)) {
-                missed = i;
-                worst = INFINITY;
-                break;
-            }
-            if (fabs(ratio - 1.0) >= worst) missed = i;
-            worst = fmax(worst, fabs(ratio - 1.0));
-            if (fabs(ratio - 1.0) < TARGET_MET) continue;
-            parameter[i] *= by_sag ? pow(ratio, 1.0 / sag_exponent(c, parameter[i])) : ratio;
+            const double miss = improve_parameter(m, &m->chain[i], at->residual);
+            if (miss > largest) worst = &m->chain[i];
+            largest = fmax(largest, miss);
         }
-        if (!isfinite(worst)) break;
-        if (worst < TARGET_MET) return GALLOP_COMPLETED;
-        if (round > MAX_TARGET_ROUNDS / 2 && worst < TARGET_NEARLY_MET) return GALLOP_COMPLETED;
+        if (!isfinite(largest)) break;
+        if (largest < TARGET_MET) return GALLOP_COMPLETED;
+        if (round > MAX_TARGET_ROUNDS / 2 && largest < TARGET_NEARLY_MET) return GALLOP_COMPLETED;
     }
-    const chain *c = &m->chain[missed];
     return report_failure(report, GALLOP_EQUILIBRIUM_NOT_FOUND, -1, 0.0,
-                          parameter[missed] * (c->section->mass * c->gravity),
-                          c->target_sag > 0.0 ? c->target_sag : c->target_tension);
+                          worst->parameter * (worst->section->mass * worst->gravity),
+                          worst->target_sag > 0.0 ? worst->target_sag : worst->target_tension);
 }
 
 /* Length of the part of an element from xi = -1 on [m]. */
@@ -445,26 +451,22 @@ static void derive(gallop_model *m, const state_view *at)
 int statics_initial(gallop_model *m, gallop_report *report)
 {
     gallop_state *work = calloc(1, m->state_size); /* still within create */
-    double *parameter = calloc((size_t)m->chain_count, sizeof *parameter);
+    if (!work)
+        return report_failure(report, GALLOP_OUT_OF_MEMORY, -1, 0.0, (double)m->state_size, 0.0);
+    const state_view at = state_view_of(m, work);
     int outcome = GALLOP_COMPLETED;
-    if (!work || !parameter) {
-        outcome = report_failure(report, GALLOP_OUT_OF_MEMORY, -1, 0.0, (double)m->state_size, 0.0);
-    } else {
-        const state_view at = state_view_of(m, work);
-        if (is_held(&m->chain[0]))
-            for (int i = 0; i < m->chain_count; i++) {
-                chain *c = &m->chain[i];
-                place_on_parabola(c, m->junction[c->junction[0]].position);
-                tension_from_horizontal(c, c->target_tension);
-            }
-        else
-            outcome = solve_for_targets(m, parameter, &at, report);
-        if (!outcome) {
-            derive(m, &at);
-            place_loads(m);
+    if (is_held(&m->chain[0]))
+        for (int i = 0; i < m->chain_count; i++) {
+            chain *c = &m->chain[i];
+            place_on_parabola(c, m->junction[c->junction[0]].position);
+            tension_from_horizontal(c, c->target_tension);
         }
+    else
+        outcome = solve_for_targets(m, &at, report);
+    if (!outcome) {
+        derive(m, &at);
+        place_loads(m);
     }
     free(work);
-    free(parameter);
     return outcome;
 }
