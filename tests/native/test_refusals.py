@@ -9,16 +9,10 @@ from functools import partial
 import numpy as np
 import pytest
 
+from support.checksum import fnv1a
+
 H = 0.02
 ERROR, DISCARD = 3, 2
-
-
-def checksum(content):
-    """FNV-1a, 64 bit."""
-    value = 1469598103934665603
-    for byte in content:
-        value = ((value ^ byte) * 1099511628211) & 0xFFFFFFFFFFFFFFFF
-    return value
 
 
 @pytest.fixture
@@ -376,7 +370,7 @@ def test_forged_bytes_of_a_state(stepping, part):
             bad[first + 8 * (part == "kernel's size")] ^= 1
         case "motion":
             struct.pack_into("<d", bad, first + kernel // 64 * 8, math.nan)
-    struct.pack_into("<Q", bad, 16, checksum(bad[24:]))
+    struct.pack_into("<Q", bad, 16, fnv1a(bad[24:]))
 
     def take():
         status, state = stepping.from_bytes(bytes(bad))
@@ -395,7 +389,7 @@ def test_a_state_that_cannot_be_built_leaves_the_instance_as_it_is(stepping):
     numbers = struct.unpack_from(f"<{parameters}d", good, values)
     bad = bytearray(good)
     struct.pack_into("<d", bad, values + 8 * numbers.index(15000.0), 30000.0)  # against the sag
-    struct.pack_into("<Q", bad, 16, checksum(bad[24:]))
+    struct.pack_into("<Q", bad, 16, fnv1a(bad[24:]))
     status, state = stepping.from_bytes(bytes(bad))
     assert status == 0
     refused(stepping, lambda: stepping.restore(state), "do not make a span")

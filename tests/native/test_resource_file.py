@@ -6,15 +6,20 @@ import subprocess
 
 import pytest
 
+from gallop_fmu.fmu.cosim import MESSAGE_SIZE
 from gallop_fmu.fmu.model_bin import (
     ENTRY,
     HEADER,
+    INPUTS,
+    ORIGINS,
     Identification,
     OutcomeItem,
     Section,
     VariableItem,
     resource_file,
 )
+from gallop_fmu.fmu.variables import Origin
+from support.checksum import fnv1a
 
 OFFSETS = {"size": 16, "format": 24, "sections": 28}
 """Of fields of the header."""
@@ -71,25 +76,35 @@ MIRRORS = {
     "resource_variable": VariableItem,
     "resource_outcome": OutcomeItem,
 }
+CONSTANTS = {
+    "sizeof(resource_header)": HEADER.size,
+    "sizeof(resource_entry)": ENTRY.size,
+    "RESOURCE_INPUTS": len(INPUTS),
+    "RESOURCE_PARAMETER": ORIGINS[Origin.PARAMETER],
+    "RESOURCE_INPUT": ORIGINS[Origin.INPUT],
+    "RESOURCE_NODE": ORIGINS[Origin.MIDSPAN],
+    "RESOURCE_SPAN": ORIGINS[Origin.SPAN],
+    "RESOURCE_STATUS": ORIGINS[Origin.STATUS],
+    "GALLOP_COSIM_MESSAGE_SIZE": MESSAGE_SIZE,
+}
 
 
-def test_the_mirrors_have_the_layout_of_the_structures(compiled, kernel_sources, tmp_path):
+def test_python_has_the_layouts_and_constants_of_the_headers(compiled, kernel_sources, tmp_path):
     """Size of each structure, and offset and size of each field."""
-    lines, wanted = [], []
+    wanted = dict(CONSTANTS)
     for name, mirror in MIRRORS.items():
-        lines.append(f'printf("%zu\\n", sizeof({name}));')
-        wanted.append(f"{c.sizeof(mirror)}")
+        wanted[f"sizeof({name})"] = c.sizeof(mirror)
         for field, _ in mirror._fields_:
             place = getattr(mirror, field)
-            member = f"offsetof({name}, {field}), sizeof((({name} *)0)->{field})"
-            lines.append(f'printf("%zu %zu\\n", {member});')
-            wanted.append(f"{place.offset} {place.size}")
+            wanted[f"offsetof({name}, {field})"] = place.offset
+            wanted[f"sizeof((({name} *)0)->{field})"] = place.size
+    lines = [f'printf("%ld\\n", (long)({expression}));' for expression in wanted]
     source = tmp_path / "layout.c"
-    body = "\n".join(lines)
-    source.write_text(f'#include "resource.h"\n#include <stdio.h>\nint main(void) {{\n{body}\n}}\n')
+    headers = '#include "gallop_cosim.h"\n#include "resource.h"\n#include <stdio.h>\n'
+    source.write_text(f"{headers}int main(void) {{ {' '.join(lines)} }}\n")
     program = compiled(tmp_path / "layout", source, flags=[f"-I{kernel_sources}"])
     found = subprocess.run([program], capture_output=True, check=True, text=True).stdout
-    assert found.splitlines() == wanted
+    assert dict(zip(wanted, map(int, found.split()), strict=True)) == wanted
 
 
 def test_the_writer_gives_back_what_was_read(good):
@@ -152,10 +167,7 @@ def test_another_format_is_refused(good, open_with):
     """With the right checksum, as a later version would write it."""
     content = bytearray(good)
     content[OFFSETS["format"]] += 1
-    value = 1469598103934665603
-    for byte in content[OFFSETS["size"] :]:
-        value = ((value ^ byte) * 1099511628211) & 0xFFFFFFFFFFFFFFFF
-    struct.pack_into("<Q", content, 8, value)
+    struct.pack_into("<Q", content, 8, fnv1a(content[OFFSETS["size"] :]))
     refused(open_with(bytes(content)), "has the format of another version; export the scene again")
 
 
