@@ -45,7 +45,7 @@ print(
 )
 
 
-# %% The reference. Newmark's error goes with the square of the step, so two runs tell how large it
+# %% The reference. Newmark's error is proportional to the square of the step, so two runs show how large it
 # is, and a third of their difference takes most of it away. (With steps half as long the reference
 # changes by 2e-7 in u2, 1e-4 in x1.)
 def relative(error, reference):

@@ -1,4 +1,4 @@
-/* What the fuzzing targets share: bytes as a source of choices, and a condition that must hold. */
+/* Shared by the fuzzing targets: bytes as a source of choices, and a condition that must hold. */
 #ifndef FUZZING_INPUT_H
 #define FUZZING_INPUT_H
 
@@ -46,7 +46,7 @@ static inline double number_of(input *in)
 }
 
 /* Changes bytes as long as there is input: one byte, one of the whole numbers that programs stumble
- * over, a number, or a copy of what stands elsewhere. */
+ * over, a number, or a copy of bytes from elsewhere. */
 static inline void edit(input *in, char *bytes, size_t size)
 {
     static const uint32_t odd[] = {0,          1,          8,          0x7fffffff,

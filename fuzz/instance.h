@@ -1,4 +1,4 @@
-/* What the targets that work on an instance share: a logger that insists on a text, and a bound on
+/* Shared by the targets that work on an instance: a logger that insists on a text, and a bound on
  * the work. */
 #ifndef FUZZING_INSTANCE_H
 #define FUZZING_INSTANCE_H
@@ -23,7 +23,7 @@ static inline void insist_on_text(void *environment, fmi2String instance, fmi2St
     if (environment) ++*(long *)environment;
 }
 
-/* Nobody waits for a million steps or elements: changed parameters may ask for them. */
+/* Skip a million steps or elements, for which changed parameters may ask. */
 static inline bool cheap(fmi2Component c, const resource *table)
 {
     for (uint32_t i = 0; i < resource_variable_count(table); i++) {

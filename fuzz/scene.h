@@ -1,4 +1,4 @@
-/* What the targets that make a model share: a scene whose numbers, coefficient table, laws and
+/* Shared by the targets that make a model: a scene whose numbers, coefficient table, laws and
  * loads come from the input, mostly those of example 3. */
 #ifndef FUZZING_SCENE_H
 #define FUZZING_SCENE_H

@@ -29,7 +29,7 @@ static gallop_inputs inputs_of(input *in, double time)
     return inputs;
 }
 
-/* What comes from elsewhere is refused or stepped on from; what fails leaves the state as it was.
+/* Foreign bytes are refused or stepped on from; a failure leaves the state unchanged.
  */
 static void go_on_from_elsewhere(const gallop_model *model, gallop_state *state, double step,
                                  input *in)
@@ -92,7 +92,7 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
     REQUIRE(scene.elements <= MOST);
     gallop_model_nodes(model, x);
     require_finite(x, 3 * (2 * (size_t)scene.elements + 1));
-    /* Nobody waits for records longer apart than a scene may ask for, where steps are as short as a
+    /* Skip records further apart than a scene may ask for, where steps are as short as a
      * tolerance wants. */
     const bool endless = scene.tolerance > 0.0 && scene.time_step > 1.0;
     if (byte_of(&in) < 64 && !endless) run(model, scene.time_step, &in);

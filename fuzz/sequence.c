@@ -29,7 +29,7 @@ static void one_call(void)
     slot *s = &slots[byte() % SLOTS];
     keeper *k = &kept[byte() % SLOTS];
     const uint8_t b = byte();
-    if (s->is.mode == GONE && b % 8) { /* else most sequences would speak to nobody */
+    if (s->is.mode == GONE && b % 8) { /* else most sequences would have no instance */
         instantiate(s);
         return;
     }
@@ -104,9 +104,9 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
         fmi2Instantiate("any", fmi2CoSimulation, guid, resources, NULL, fmi2False, fmi2False);
     for (int i = 0; i < SLOTS; i++) {
         fmi2FreeFMUstate(any, &kept[i].state);
-        kept[i].is.hostile = false;
+        kept[i].is.forged = false;
         release(&slots[i]);
-        slots[i].is.hostile = false;
+        slots[i].is.forged = false;
     }
     fmi2FreeInstance(any);
     return 0;

@@ -1,4 +1,4 @@
-/* What the files of the sequence fuzzer share: the model of an instance that calls are judged by,
+/* Shared by the files of the sequence fuzzer: the model of an instance that calls are checked by,
  * and the bytes. */
 #ifndef FUZZING_SEQUENCE_H
 #define FUZZING_SEQUENCE_H
@@ -12,10 +12,10 @@ typedef enum { GONE = 0, INSTANTIATED = 1, INITIALIZING = 2, STEPPING = 4, TERMI
 enum { SETTABLE = INSTANTIATED | INITIALIZING | STEPPING, ANY = SETTABLE | TERMINATED };
 typedef enum { REFUSED, ACCEPTED, EITHER } verdict;
 
-/* What the standard lets one know of an instance or of a saved state. */
+/* What the standard says about an instance or a saved state. */
 typedef struct {
     mode mode;
-    bool hostile;    /* holds a forged state: anything may be accepted, but nothing may break */
+    bool forged;     /* holds a forged state: anything may be accepted, but nothing may break */
     bool looks_back; /* a step, or the initial state, that derivatives can be taken of */
     double time, stop;
 } model;

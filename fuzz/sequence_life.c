@@ -13,9 +13,9 @@ void do_step(slot *s)
     const bool possible =
         h > 0.0 && h < 1e9 && time + h > s->is.time && !(time + h > s->is.stop + 1e-9);
     const bool good = s->is.mode == STEPPING && possible && shift == 0.0;
-    if (s->is.hostile && !cheap(s->c, &table)) return;
+    if (s->is.forged && !cheap(s->c, &table)) return;
     JUDGE(s, good ? EITHER : REFUSED, !good, fmi2DoStep(s->c, time, h, byte() % 2));
-    if (!good || s->is.hostile) return;
+    if (!good || s->is.forged) return;
     fmi2Real reached;
     if (status == fmi2OK) s->is.time = time + h;
     s->is.looks_back = status == fmi2OK || (s->is.looks_back && s->is.time == 0.0);
@@ -61,7 +61,7 @@ void move_on(slot *s, uint8_t what)
         const bool good =
             s->is.mode == INSTANTIATED && isfinite(start) && (!with_stop || stop > start);
         if (start > 1e6 || start < 0.0)
-            return; /* steps would be lost in round-off, which do_step does not foresee */
+            return; /* steps would be lost in round-off, which do_step does not predict */
         JUDGE(s, good ? ACCEPTED : REFUSED, true,
               fmi2SetupExperiment(s->c, fmi2False, 0.0, start, with_stop, stop));
         if (status != fmi2OK || !good) return;
@@ -71,7 +71,7 @@ void move_on(slot *s, uint8_t what)
         JUDGE(s, when(s, INSTANTIATED), true, fmi2EnterInitializationMode(s->c));
         if (status == fmi2OK) s->is.mode = INITIALIZING;
     } else if (what == 2) {
-        if (s->is.hostile && !cheap(s->c, &table)) return;
+        if (s->is.forged && !cheap(s->c, &table)) return;
         const bool open = s->is.mode == INITIALIZING;
         JUDGE(s, open ? EITHER : REFUSED, !open, fmi2ExitInitializationMode(s->c));
         if (status != fmi2OK) return;
@@ -90,7 +90,7 @@ void move_on(slot *s, uint8_t what)
 void keep(slot *s, keeper *k)
 {
     fmi2Status status;
-    if (k->is.hostile && !forgery) return;
+    if (k->is.forged && !forgery) return;
     JUDGE(s, when(s, ANY), false, fmi2GetFMUstate(s->c, &k->state));
     if (status != fmi2OK) return;
     k->is = s->is;
@@ -100,8 +100,8 @@ void keep(slot *s, keeper *k)
 void put_back(slot *s, keeper *k)
 {
     fmi2Status status;
-    if (k->is.hostile && s->is.mode == GONE) return;
-    verdict expected = k->is.hostile ? EITHER : k->state && s->is.mode != GONE ? ACCEPTED : REFUSED;
+    if (k->is.forged && s->is.mode == GONE) return;
+    verdict expected = k->is.forged ? EITHER : k->state && s->is.mode != GONE ? ACCEPTED : REFUSED;
     JUDGE(s, expected, true, fmi2SetFMUstate(s->c, k->state));
     if (status != fmi2OK) return;
     s->is = k->is;
@@ -114,16 +114,16 @@ void forget(slot *s, keeper *k)
     if (!s->c) return;
     JUDGE(s, ACCEPTED, true, fmi2FreeFMUstate(s->c, &k->state));
     REQUIRE(k->state == NULL);
-    k->is.hostile = false;
+    k->is.forged = false;
 }
 
-/* Through bytes: as they are, spoilt, or forged with a right checksum. */
+/* Through bytes: as they are, corrupted, or forged with a right checksum. */
 void transport(slot *s, keeper *k)
 {
     fmi2Status status;
     fmi2FMUstate copy = NULL;
     size_t size = 0;
-    if (!s->c || !k->state || (k->is.hostile && !forgery)) return;
+    if (!s->c || !k->state || (k->is.forged && !forgery)) return;
     REQUIRE(fmi2SerializedFMUstateSize(s->c, k->state, &size) == fmi2OK);
     char *bytes = malloc(size);
     JUDGE(s, REFUSED, true, fmi2SerializeFMUstate(s->c, k->state, bytes, size - 1));
@@ -148,5 +148,5 @@ void transport(slot *s, keeper *k)
     if (status != fmi2OK) return;
     REQUIRE(fmi2FreeFMUstate(s->c, &k->state) == fmi2OK);
     k->state = copy;
-    k->is.hostile = how != 0 || forgery;
+    k->is.forged = how != 0 || forgery;
 }

@@ -69,7 +69,7 @@ void get_values(slot *s, bool whole)
         JUDGE(s, expected, s->is.mode != INITIALIZING, fmi2GetInteger(s->c, r, count, integer));
     else
         JUDGE(s, expected, s->is.mode != INITIALIZING, fmi2GetReal(s->c, r, count, real));
-    for (size_t i = 0; status == fmi2OK && !whole && !s->is.hostile && i < count; i++)
+    for (size_t i = 0; status == fmi2OK && !whole && !s->is.forged && i < count; i++)
         REQUIRE(isfinite(real[i]));
 }
 
@@ -107,7 +107,7 @@ void derive(slot *s, uint8_t what)
         JUDGE(s, expected, true, fmi2GetRealOutputDerivatives(s->c, unknown, count, order, found));
     } else {
         const bool allowed = s->is.mode & (INITIALIZING | STEPPING | TERMINATED);
-        if (s->is.hostile && !cheap(s->c, &table)) return;
+        if (s->is.forged && !cheap(s->c, &table)) return;
         JUDGE(s, allowed && inputs && outputs ? EITHER : REFUSED, s->is.mode != INITIALIZING,
               fmi2GetDirectionalDerivative(s->c, unknown, count, known, other, value, found));
     }

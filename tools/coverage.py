@@ -3,7 +3,7 @@
     python tools/coverage.py                    # the quick folders of the tests
     python tools/coverage.py tests/unit -k laws # any arguments of pytest
 
-A copy of the packages, with that kernel beside them, stands in front of the installed ones. So the
+A copy of the packages, with that kernel, precedes the installed ones. So the
 tests load it the usual way, in their own process, in those they start, and inside the FMUs they
 export. Programs that tests compile themselves (sanitizers, fuzzing targets) are not counted.
 """
@@ -71,16 +71,16 @@ def build(kernel: Path, objects: Path) -> None:
 
 
 def executed(objects: Path) -> Lines:
-    """What gcov counted."""
+    """Counts of gcov."""
     lines: Lines = defaultdict(lambda: defaultdict(int))
     for data in sorted(objects.glob("*.gcda")):
-        told = subprocess.run(
+        done = subprocess.run(
             ["gcov", "--json-format", "--stdout", data],
             cwd=objects,
             capture_output=True,
             check=True,
         )
-        for report in told.stdout.splitlines():
+        for report in done.stdout.splitlines():
             for file in json.loads(report)["files"]:
                 for line in file["lines"]:
                     lines[Path(file["file"]).name][line["line_number"]] += line["count"]

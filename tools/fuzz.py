@@ -2,7 +2,7 @@
 
     python tools/fuzz.py --executions 100000            # of each target
     python tools/fuzz.py --target state --seconds 3600
-    python tools/fuzz.py --executions 1000 --keep       # and renew the corpus that the tests replay
+    python tools/fuzz.py --executions 1000 --keep       # and replace the corpus that the tests replay
 
 Targets: the files fuzz/*_target.c. Each starts from its corpus there. An input
 that breaks something is named at the end and stays in the working folder. The exit code is 1 then.
@@ -152,7 +152,7 @@ def main() -> int:
     parser.add_argument(
         "--folder", type=Path, default=Path("fuzzing"), help="for programs, inputs and findings"
     )
-    parser.add_argument("--keep", action="store_true", help="renew the corpus in the repository")
+    parser.add_argument("--keep", action="store_true", help="replace the corpus in the repository")
     asked = parser.parse_args()
     names, folder = asked.target or list(TARGETS), asked.folder.resolve()
     folder.mkdir(parents=True, exist_ok=True)

@@ -63,15 +63,19 @@ def draw(found: dict[str, xr.Dataset], scenes: dict[str, gf.Scene]) -> Figure:
             zorder=1,
             label=label,
         )
-    held = gf.load_scene("example3")
-    axes.plot(held.span.sag, modal.frequency_ratio(held).ratio, "D", color="#D55E00",
+    printed = gf.load_scene("example3")
+    axes.plot(printed.span.sag, modal.frequency_ratio(printed).ratio, "D", color="#D55E00",
         markersize=4.0,
               label="the paper's example 3")  # fmt: skip
     axes.legend(frameon=False, loc="upper left")
     axes.set_xlabel("sag [m]")
     axes.set_ylabel("frequency ratio $f_v/f_h$ [1]")
-    weight = (held.conductor.mass_per_length + held.ice.mass_per_length) * held.span.gravity
-    strength = weight * held.span.length**2 / 8000.0  # sag [m] times tension [kN], by the parabola
+    weight = (
+        printed.conductor.mass_per_length + printed.ice.mass_per_length
+    ) * printed.span.gravity
+    strength = (
+        weight * printed.span.length**2 / 8000.0
+    )  # sag [m] times tension [kN], by the parabola
 
     def other(
         value: np.ndarray,

@@ -1,4 +1,4 @@
-"""What a shared library exports, read from its bytes: ELF, PE and Mach-O of 64 bits."""
+"""Exports of a shared library, read from its bytes: ELF, PE and Mach-O of 64 bits."""
 
 import re
 import struct

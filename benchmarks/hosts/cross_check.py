@@ -173,8 +173,8 @@ def _compare(platform: str, names: list[str], wanted: np.ndarray, found: np.ndar
     for kind in {
         _kind(name) for name in names
     }:  # some values are nought but for rounding, such as x1 at mid-span
-        alike = [_kind(name) == kind for name in names]
-        size[alike] = np.max(size[alike])
+        same_kind = [_kind(name) == kind for name in names]
+        size[same_kind] = np.max(size[same_kind])
     share = np.max(np.abs(found - wanted), axis=0) / size
     worst = int(np.argmax(share))
     print(

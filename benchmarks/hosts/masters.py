@@ -94,7 +94,7 @@ def main(scene: str, fmu: Path, stop_time: float = 20.0) -> None:
                 "" if wanted is None else f", from simulate(): {found[index] - wanted[index]:.3g}"
             )
             print(f"{name}: {output} = {found[index]!r}{difference}")
-        print(f"{name}: {spent:.1f} us a step, all told")
+        print(f"{name}: {spent:.1f} us per step in total")
 
 
 if __name__ == "__main__":

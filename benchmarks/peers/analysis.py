@@ -37,10 +37,10 @@ def cost_at(points: list[tuple[float, float]], error: float) -> float:
     Between two points log cost is linear in log error; nothing is extrapolated.
     """
     costs = [cost for found, cost in points if found <= error]
-    for (coarse, cheap), (fine, dear) in pairwise(points):
+    for (coarse, cheap), (fine, expensive) in pairwise(points):
         if fine < error < coarse:
             share = math.log(error / coarse) / math.log(fine / coarse)
-            costs.append(math.exp(math.log(cheap) + share * math.log(dear / cheap)))
+            costs.append(math.exp(math.log(cheap) + share * math.log(expensive / cheap)))
     return min(costs, default=math.inf)
 
 

@@ -1,4 +1,4 @@
-"""What every code hands to the measurement."""
+"""Interface between the codes and the measurement."""
 
 from __future__ import annotations
 

@@ -115,7 +115,7 @@ def _supports(problem: Problem) -> Array:
 
 _folder = (
     tempfile.TemporaryDirectory()
-)  # MoorDyn writes its outputs beside the deck until it is closed
+)  # MoorDyn writes its outputs next to the input file until it is closed
 _rest_states: dict[str, bytes] = {}
 
 

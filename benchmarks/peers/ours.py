@@ -26,7 +26,7 @@ class Variant:
 
     `nodes` 41 also gives temporal errors.
 
-    `newton` gives the Newton tolerance [m] for a step: small beside what the step itself misses,
+    `newton` gives the Newton tolerance [m] for a step: small compared with the error of the step,
     and no smaller.
     """
 

@@ -25,7 +25,7 @@ COLOURS = {  # Okabe and Ito (2008), distinguishable for the colour-blind
 LINES = ("-", "--", ":", "-.", (0, (5, 1, 1, 1, 1, 1)))
 MARKERS = "os^Dvp"
 REFERENCE_FLOOR = {"example1": 2e-4, "galloping": 3e-4}
-"""How good the reference of the total error is."""
+"""Accuracy of the reference of the total error."""
 
 plt.rcParams.update({"svg.hashsalt": "work precision", "font.size": 9, "svg.fonttype": "none"})
 

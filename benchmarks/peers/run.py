@@ -1,7 +1,7 @@
 """Error against run time, for gallop-fmu and for other programs; see README.md in the folder above.
 
 python benchmarks/peers/run.py             # measure, about 10 minutes on a free core
-python benchmarks/peers/run.py --quick     # a check: two repeats, dear settings once
+python benchmarks/peers/run.py --quick     # a check: two repeats, expensive settings once
 python benchmarks/peers/run.py --redraw    # tables and picture from the stored results
 """
 
@@ -50,7 +50,7 @@ PACKAGES = ("gallop-fmu", "openseespy", "moordyn", "scipy", "scikit-sundae", "nu
 
 @dataclass
 class Measured:
-    """What came out of one case."""
+    """Result of one case."""
 
     case: Case
     seconds: list[float] = field(default_factory=list)

@@ -48,7 +48,7 @@ class Law:
         )
 
     def section(self) -> dict[str, object]:
-        """As it stands in a scene file."""
+        """As in a scene file."""
         if self.fall_start == NEVER:
             return {"kind": "ramp", "initial": 0.0, "final": 1.0, "duration": self.rise}
         return {

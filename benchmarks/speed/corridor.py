@@ -102,9 +102,9 @@ def main() -> None:
     found = measured("estimate only", SPANS, look).dataset
     measured("the same again, all there", SPANS, look)
     print(f"\n{risk.name}: {risk.stat().st_size / 1e3:.0f} kB")
-    told = found.suspect.values == 1.0
+    suspect = found.suspect.values == 1.0
     print(
-        f"{found.sizes['run']} rows, {int(told.sum())} suspect,"
+        f"{found.sizes['run']} rows, {int(suspect.sum())} suspect,"
         f" {int((found.outcome.values != 'completed').sum())} not"
     )
 
@@ -126,7 +126,7 @@ def main() -> None:
 
 
 def compare(scene: Path, rows: list[dict[str, Any]], found: Any) -> None:
-    """What the estimate calls suspect against the full screening, on some of the spans."""
+    """Compare the spans that the estimate suspects with the full screening."""
     part = rows[:COMPARED]
     full = measured(
         "full screening",
@@ -147,7 +147,7 @@ def compare(scene: Path, rows: list[dict[str, Any]], found: Any) -> None:
 def threads() -> None:
     """Check that the kernel releases the interpreter lock: calls that end during another call.
 
-    Holds on a busy machine too: with the lock held, the count would be zero however long it lasts.
+    Holds on a busy machine too: while the lock is held, the count would be zero.
     """
     scene = gf.load_scene("example3")
     channels, nodes = np.array([0], dtype=np.int32), np.array([15], dtype=np.int32)

@@ -1,4 +1,4 @@
-"""What the FMI layer of a native FMU costs beside the kernel.
+"""Measure the cost of the FMI layer of a native FMU compared with the kernel.
 
 Usage: python benchmarks/speed/fmu_cost.py
 
@@ -6,7 +6,7 @@ Needs the package installed, this source folder and a C compiler (`cc`, or the o
 environment variable CC). fmu_host.c loads the library of an exported FMU and calls its FMI
 functions and the kernel's own, by turns. All times are wall-clock times; on a shared machine the
 least is nearest to the cost of the work itself, and the speed-up by a second thread means little
-without that of mere arithmetic, which stands below it.
+without that of mere arithmetic, which is below it.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-/* What the FMI layer costs: times the functions of a native FMU's library beside the kernel's own
+/* Cost of the FMI layer: times the functions of a native FMU's library and the kernel's own
  * in the same library. Compiled and called by fmu_cost.py. */
 #include <dlfcn.h>
 #include <fmi2FunctionTypes.h>

@@ -23,7 +23,7 @@ static double cpu_seconds(void)
         (microseconds) = 1e6 * (cpu_seconds() - began) / (calls);                                  \
     } while (0)
 
-/* What speed.py reads, in this order. */
+/* Result that speed.py reads, in this order. */
 typedef struct {
     double forces, ice, aerodynamics, tangent, solution; /* [us] a call */
     double step;                                         /* [us] a time step */

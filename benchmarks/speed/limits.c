@@ -1,5 +1,5 @@
-/* What one core can do: multiplications and additions without memory, and reading memory of a given
- * size. */
+/* Peak rates of one core: multiplications and additions without memory, and reading memory of a
+ * given size. */
 #define _POSIX_C_SOURCE 199309L
 #include "element.h"
 #include "solver.h"

@@ -65,7 +65,7 @@ LANES = {
     "the same, vectorised by the compiler": ("-DGALLOP_ONE_LANE",),
     "four elements side by side": (),
 }
-"""How the kernel is compiled, as the flags that make it so."""
+"""Compiler flags of the kernel."""
 
 
 def side_by_side() -> None:

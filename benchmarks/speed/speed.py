@@ -64,7 +64,7 @@ def example3(**numerics: float) -> gf.Scene:
 
 
 def strict(**numerics: float) -> gf.Scene:
-    """Example 3, iterated as far as scenes are where they say nothing."""
+    """Example 3, with the default Newton tolerance."""
     return example3(newton_tolerance=1e-9, **numerics)
 
 
@@ -118,7 +118,7 @@ def compile_parts(folder: str, *flags: str) -> Callable[..., int]:
 
 
 def real_time() -> None:
-    """How much faster than real time a whole simulation is, and what recording adds."""
+    """Measure speed over real time of a whole simulation, and the cost of recording."""
     ways: dict[str, dict[str, Any]] = {
         "as packaged": {},
         "every step recorded": {"record_every": 1},
@@ -140,7 +140,7 @@ def real_time() -> None:
 
 
 def shares() -> None:
-    """What a step consists of."""
+    """Measure the parts of a step."""
     packed = Packed(strict(time_step=0.02))
     runs = []
     with tempfile.TemporaryDirectory() as folder:
@@ -155,12 +155,12 @@ def shares() -> None:
         for field in Parts._fields_
     }
     steps = [run.step for run in runs]
-    each, renewals, whole = middle["iterations"], middle["refactorisations"], middle["step"]
+    each, refactorisations, whole = middle["iterations"], middle["refactorisations"], middle["step"]
     rows = [
         ("assembly of inertia, damping and tension", middle["forces"], each),
         ("eccentric ice", middle["ice"], each),
         ("aerodynamics", middle["aerodynamics"], each),
-        ("tangent and factorisation", middle["tangent"], renewals),
+        ("tangent and factorisation", middle["tangent"], refactorisations),
         ("solution", middle["solution"], each),
     ]
     print(

@@ -106,7 +106,7 @@ def screenings() -> None:
 
 
 def overhead() -> None:
-    """What a thousand runs cost beside their computing: journal, file, table."""
+    """Measure the overhead of a thousand runs: journal, file, table."""
     base = gf.load_scene("example3").with_values(
         {"numerics.elements": 2, "numerics.time_step": 0.02}
     )

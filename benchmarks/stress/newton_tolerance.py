@@ -19,7 +19,7 @@ from support.conservation import MOTION, VERTICAL_HZ, energy, released
 TOLERANCES = (1e-6, 1e-7, 1e-8, 1e-9, 1e-10)
 STEPS = (0.01, 0.02)
 SIZES = (0.5, 1.0, 1.5)
-"""Of the loads that let go: vertical amplitudes of 0.12, 0.26 and 0.44 m."""
+"""Of the loads that are removed: vertical amplitudes of 0.12, 0.26 and 0.44 m."""
 
 PERIODS, EVERY = 1000, 10
 

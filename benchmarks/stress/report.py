@@ -24,7 +24,7 @@ Data = dict[str, Any]
 
 MAP, CURVES = "stability_map.png", "stability_cycles.png"
 AXIAL = (0.0, 0.003, 0.01, 0.03, 0.1, 0.3, 1.0, np.inf)
-"""Steps over axial periods that the energy imbalance is told apart by."""
+"""Bounds of steps over axial periods by which the energy imbalance is sorted."""
 
 
 def write(data: Data, folder: Path) -> None:
@@ -239,8 +239,8 @@ def _scenes(data: Data) -> str:
     for kind, (low, high) in product(kinds, pairwise(AXIAL)):
         row = [kind, f"{low:g} to {high:g}"]
         own = [run for run in completed if run["integrator"] == kind and low <= run["axial"] < high]
-        for doubtful in (False, True):
-            values = [run["imbalance"] for run in own if run["doubtful"] == doubtful]
+        for step_too_long in (False, True):
+            values = [run["imbalance"] for run in own if run["step_too_long"] == step_too_long]
             found = np.quantile(values, [0.5, 0.9, 1.0]) if values else []
             row += [str(len(values)), " / ".join(f"{value:.1e}" for value in found) or "-"]
         rows.append(row)

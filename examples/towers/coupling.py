@@ -1,6 +1,6 @@
 """A span between two towers, and three ways of stepping them in plain Python with FMPy's FMU2Slave.
 
-All inputs are values reached at the end of a communication step, which nobody knows at its
+All inputs are values reached at the end of a communication step, which are unknown at its
 beginning. The three masters differ in what they take instead.
 """
 
@@ -58,7 +58,7 @@ def build_tower(folder: Path) -> Path:
 
 
 class Log:
-    """What the FMUs of one line say; FMPy's own callbacks would print it."""
+    """Log of the FMUs of one line; FMPy's own callbacks would print it."""
 
     def __init__(self) -> None:
         self.messages: list[str] = []

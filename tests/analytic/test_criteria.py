@@ -96,7 +96,7 @@ def test_critical_wind_speed_is_near_den_hartogs(scene, onsets):
 
 
 def test_damping_and_frequency_of_the_twist_are_those_of_nigols_equation(scene):
-    # without eccentric ice and lift or drag slopes, the twist stands alone but for its part in the
+    # without eccentric ice and lift or drag slopes, the twist is uncoupled except for its part in the
     # relative wind
     alone = scene.with_values(
         {
@@ -206,7 +206,7 @@ def test_a_mode_that_grows_only_between_two_steps_is_found(scene):
     assert damped(onset - 0.01) > 0.0 > damped(onset + 0.01)
 
 
-def test_where_the_search_ends_is_said(scene):
+def test_the_end_of_the_search_is_reported(scene):
     # a curve so short that the mean twist leaves it
     short = scene.with_values(
         {
@@ -245,19 +245,21 @@ def test_a_narrow_window_of_galloping_is_found_inside_a_step(centre):
 
 
 @pytest.mark.parametrize("name", ["den_hartog", "nigol", "coupled"])
-def test_a_criterion_does_not_depend_on_what_lies_outside_the_curve(name):
+def test_a_criterion_ignores_values_outside_the_curve(name):
     scene = gf.load_scene("example3")
-    inside, held = (
+    inside, extrapolated = (
         getattr(modal, name)(scene.with_values({"aerodynamics.outside": how}))
         for how in ("error", "hold")
     )
     np.testing.assert_array_equal(
-        held.value, inside.value
+        extrapolated.value, inside.value
     )  # 0.1.0 halved the slopes at both ends with "hold"
-    assert abs(held.value[0] - held.value[1]) < 0.05 * abs(held.value[1])  # no jump at the end
+    assert abs(extrapolated.value[0] - extrapolated.value[1]) < 0.05 * abs(
+        extrapolated.value[1]
+    )  # no jump at the end
 
 
-def test_divergence_and_growth_are_told_apart():
+def test_divergence_and_growth_are_distinguished():
     """A shaft of length S under the moment q d^2 CM' theta diverges at q d^2 CM' = GJ (pi/S)^2."""
     slope = 12.0
     no_ice = {"ice.first_moment_x2": 0.0, "ice.first_moment_x3": 0.0}

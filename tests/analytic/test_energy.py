@@ -129,7 +129,7 @@ def test_potential_energy_leaves_out_the_static_reactions_on_moved_towers():
     weight = UNDAMPED.conductor.mass_per_length * UNDAMPED.span.gravity * model.equilibrium().length
     assert abs(reactions) == pytest.approx(
         weight, rel=0.02
-    )  # observed 0.8 %: sag and tension are both held
+    )  # observed 0.8 %: sag and tension are both prescribed
     assert lifted.observe_span()[SPAN_INDEX["potential_energy"]] == pytest.approx(
         0.0, abs=1e-6 * weight
     )

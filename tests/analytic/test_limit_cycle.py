@@ -13,7 +13,7 @@ class VanDerPol:
     size = 1
 
     def feed(self, q, wind):
-        """What drives the motion, and its derivatives by displacement and wind."""
+        """Force of the motion, and its derivatives by displacement and wind."""
         return wind - q**2, -2.0 * q, 1.0
 
     def forces(self, q, v, a, wind):
@@ -133,7 +133,7 @@ def test_the_orbit_half_way_lies_between(track):
     assert middle.coefficients[2, 0] == pytest.approx(0.0, abs=1e-12)
 
 
-def test_turning_and_doubling_keep_the_motion(track):
+def test_phase_shift_and_doubling_keep_the_motion(track):
     orbit, _, _ = track.at_wind(start(1.0, 0.3), 0.3)
     turned = orbit.turned(2.0 * np.pi * 3 / 64)
     assert turned.at(64)[0][:-3] == pytest.approx(orbit.at(64)[0][3:], abs=1e-12)
@@ -144,7 +144,7 @@ def test_turning_and_doubling_keep_the_motion(track):
 
 
 def test_every_oscillating_coefficient_counts_in_the_length_of_a_family(track):
-    """Where a higher mode takes over, the first harmonic alone stands still."""
+    """Where a higher mode takes over, the first harmonic alone is constant."""
     count = 2 * track.balance.harmonics + 1
     assert track.measure[1:count] == pytest.approx(1.0 / track.size_scale**2)
     assert track.measure[[0, count]].tolist() == [

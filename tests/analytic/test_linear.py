@@ -74,8 +74,8 @@ def test_response_to_a_support_is_that_of_the_dynamic_stiffness(scene, omega):
     matrices, free = matrices_of(coarse)
     mass, damping, stiffness = matrices
     dynamic = -(omega**2) * mass + 1j * omega * damping + stiffness
-    held = [0, 1, 2]  # the left end
-    expected = np.linalg.solve(dynamic[free][:, free], -dynamic[free][:, held])
+    prescribed = [0, 1, 2]  # the left end
+    expected = np.linalg.solve(dynamic[free][:, free], -dynamic[free][:, prescribed])
     at = np.searchsorted(np.flatnonzero(free), 4 * 8 + np.arange(4))
     model = modal.linear_model(coarse)
     outputs, inputs = list(OUTPUTS[:4]), [f"support_left_x{i}" for i in (1, 2, 3)]

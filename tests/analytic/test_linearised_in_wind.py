@@ -64,7 +64,7 @@ def rates_seen(scene, seconds):
     ).dataset
     motion = np.concatenate([data[name].values for name in ("u1", "u2", "u3", "theta")], axis=1)
     motion = (motion - gf.Model(scene).rest().motion()[0].T.ravel())[int(0.4 * len(motion)) :].T
-    motion = motion[::4]  # a quarter of the unknowns tells all modes apart
+    motion = motion[::4]  # a quarter of the unknowns distinguishes all modes
     left, size, right = np.linalg.svd(motion[:, :-1], full_matrices=False)
     kept = slice(min(12, int(np.sum(size > 1e-10 * size[0]))))
     step = left[:, kept].T @ motion[:, 1:] @ right[kept].T / size[kept]
@@ -88,7 +88,7 @@ def test_slowest_decay_of_drawn_spans_is_that_of_the_simulation():
 
 
 @pytest.mark.parametrize(("angle", "right"), [(160.0, [6.7080, 11.0987]), (150.0, [12.280])])
-def test_critical_winds_with_the_mass_of_the_turned_section(angle, right):
+def test_critical_winds_with_the_mass_of_the_rotated_section(angle, right):
     """An independent patch of release 0.1.0 with the mass matrix at the equilibrium."""
     scene = gf.load_scene("example3").with_values(
         {"ice.attack_angle_deg": angle, "ice.first_moment_angle_deg": angle, "wind.speed": 6.0}

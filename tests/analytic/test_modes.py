@@ -41,7 +41,7 @@ def test_strain_energy_of_conductor_and_springs_gives_the_frequencies(iced):
     assert energy == pytest.approx(np.diag(squares), abs=1e-12 * squares[-1])  # observed 1.7e-14
 
 
-def test_supported_unknowns_stand_still(iced):
+def test_supported_unknowns_do_not_move(iced):
     for mode in modal.natural_modes(iced):
         assert not mode.shape[0].any()
         assert not mode.shape[-1, [1, 3]].any()
@@ -132,7 +132,7 @@ def test_an_impossible_count_is_named(count):
         modal.natural_modes(gf.load_scene("example3"), count)
 
 
-def test_ice_that_turns_the_conductor_over_is_named():
+def test_ice_that_rotates_the_conductor_over_is_named():
     # unstable from GJ (pi/L)^2 / g = 0.0097 kg on
     scene = gf.load_scene("example3")
     assert modal.natural_modes(scene.with_values({"ice.first_moment_x2": 0.0096}))
@@ -164,7 +164,7 @@ def bars_on_a_catenary(scene, elements=400):
     """Frequencies of straight bars with lumped masses on a catenary: (in plane, out of plane).
 
     An own finite-element model: stiffness EA/l along each bar and T/l across it. In plane, each
-    frequency stands with the part of its motion across the chord that is symmetric, and with the
+    frequency is listed with the part of its motion across the chord that is symmetric, and with the
     part of its energy along the chord.
     """
     span, mass = scene.span, scene.conductor.mass_per_length

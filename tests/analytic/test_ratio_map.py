@@ -1,4 +1,4 @@
-"""The frequency ratio over design numbers, the change of state, and the way out of 2:1."""
+"""The frequency ratio over design numbers, the change of state, and design changes that avoid 2:1."""
 
 import math
 
@@ -63,10 +63,10 @@ def test_a_scene_given_by_its_sag(scene):
     assert length_of(modal.change_of_state(by_sag)) == pytest.approx(length_of(by_sag), rel=1e-6)
 
 
-def test_adjacent_spans_change_alike(scene):
-    beside = {"kind": "adjacent_span", "adjacent_span": 120.0, "adjacent_tension": 10e3}
-    beside |= {"insulator_length": 2.0, "insulator_weight": 500.0}
-    changed = modal.change_of_state(scene.with_values({"supports.left": beside}), 20.0)
+def test_adjacent_spans_change_in_the_same_way(scene):
+    adjacent = {"kind": "adjacent_span", "adjacent_span": 120.0, "adjacent_tension": 10e3}
+    adjacent |= {"insulator_length": 2.0, "insulator_weight": 500.0}
+    changed = modal.change_of_state(scene.with_values({"supports.left": adjacent}), 20.0)
     assert changed.supports.left.adjacent_tension == pytest.approx(
         changed.span.horizontal_tension * 10e3 / 15e3
     )
@@ -134,7 +134,7 @@ def test_no_crossing_is_an_empty_list(scene):
     assert modal.crossings(scene, "span.horizontal_tension", [16e3, 20e3]) == []
 
 
-def test_a_place_without_a_ratio_says_why(scene):
+def test_a_point_without_a_ratio_has_a_reason(scene):
     data = modal.ratio_map(scene, "ice.first_moment_x2", [0.0, 0.012])
     assert np.isfinite(data.ratio.values[0])
     assert np.isnan(data.ratio.values[1])
@@ -156,7 +156,7 @@ def test_no_ratio_and_no_crossing_where_modes_veer(scene):
         modal.crossings(inclined, "span.horizontal_tension", [12e3, 13.25e3, 15e3])
 
 
-def test_design_changes_do_what_they_say(scene):
+def test_design_changes_have_the_predicted_effect(scene):
     changes = modal.suggest_design_changes(scene)
     assert changes[0].path == "span.horizontal_tension"
     here = modal.frequency_ratio(scene.with_values({"span.sag": None})).detuning

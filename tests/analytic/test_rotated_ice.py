@@ -38,7 +38,7 @@ def test_moments_given_with_an_attack_angle_belong_to_it():
 
 
 @pytest.mark.parametrize("angle", [150.0, 200.0, -170.0])
-def test_a_changed_attack_angle_turns_the_moments(angle):
+def test_a_changed_attack_angle_rotates_the_moments(angle):
     """As a twist by the same angle: x2 and x3 of a mass point rotate, right-handed about x1."""
     scene = example3(ice__attack_angle_deg=angle)
     assert scene.ice.first_moments() == pytest.approx(
@@ -56,7 +56,7 @@ def test_a_changed_attack_angle_turns_the_moments(angle):
 
 
 @pytest.mark.parametrize("angle", [160.0, 215.0])
-def test_a_line_built_at_an_angle_is_a_line_turned_to_it(angle):
+def test_a_line_built_at_an_angle_is_a_line_rotated_to_it(angle):
     """The moments of a line's ice come from its shape at the attack angle."""
     built = gf.Scene.from_dict({"line": {**LINE, "attack_angle_deg": angle}})
     turned = gf.Scene.from_dict({"line": {**LINE, "attack_angle_deg": 180.0}}).with_values(
@@ -65,17 +65,17 @@ def test_a_line_built_at_an_angle_is_a_line_turned_to_it(angle):
     assert turned.ice.first_moments() == pytest.approx(built.ice.first_moments(), rel=1e-12)
 
 
-def test_an_attack_angle_beside_a_line_turns_the_ice_of_the_line():
+def test_an_explicit_attack_angle_rotates_the_ice_of_the_line():
     """Moments of [line] belong to its angle; those of [ice] belong to the angle in [ice]."""
     line = {**LINE, "attack_angle_deg": 180.0}
-    beside = gf.Scene.from_dict({"line": line, "ice": {"attack_angle_deg": 150.0}})
+    explicit = gf.Scene.from_dict({"line": line, "ice": {"attack_angle_deg": 150.0}})
     built = gf.Scene.from_dict({"line": {**LINE, "attack_angle_deg": 150.0}})
-    assert beside.ice.first_moments() == pytest.approx(built.ice.first_moments(), rel=1e-12)
+    assert explicit.ice.first_moments() == pytest.approx(built.ice.first_moments(), rel=1e-12)
     own = {"attack_angle_deg": 150.0, "first_moment_x2": 1e-3, "first_moment_x3": 2e-3}
     assert gf.Scene.from_dict({"line": line, "ice": own}).ice.first_moments() == (1e-3, 2e-3)
 
 
-def test_a_host_that_sets_the_angle_turns_the_ice_too():
+def test_a_host_that_sets_the_angle_rotates_the_ice_too():
     """Bit for bit that of a scene at this angle; in between, that scene's residual."""
     scene, other = example3(), example3(ice__attack_angle_deg=165.0)
     inputs = gf.Inputs(0.0, 5.5, np.radians(165.0), np.zeros((2, 3)))
@@ -91,7 +91,7 @@ def test_a_host_that_sets_the_angle_turns_the_ice_too():
     )
 
 
-def test_the_coupled_criterion_turns_the_ice_over_the_curve():
+def test_the_coupled_criterion_rotates_the_ice_over_the_curve():
     """Its value at an angle is that of the span whose ice sits at this angle."""
     criterion = modal.coupled(example3(), 6.0)
     for angle in (140.0, 165.0, 205.0):

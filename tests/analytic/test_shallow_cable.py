@@ -79,7 +79,7 @@ def test_finite_elements_agree_at_small_sag(changes):
 
 
 def test_an_inclined_span_on_a_spring_is_further_off():
-    # the theory leaves out that an end which gives way along x1 also moves across the inclined
+    # the theory neglects that an end which gives way along x1 also moves across the inclined
     # chord
     inclined = {"length": 100.0, "horizontal_tension": 50e3, "height_difference": 25.0}
     scene = span(**{"span": inclined, "supports.left": SPRINGS})
@@ -99,7 +99,7 @@ def test_twist_is_that_of_a_shaft():
 
 @pytest.mark.parametrize(("sag", "difference"), [(1.0, 3e-5), (4.05, 2e-3), (10.0, 1.2e-2)])
 def test_the_difference_grows_with_the_square_of_the_sag(sag, difference):
-    # observed 2.0e-5, 1.7e-3, 1.06e-2.  What Irvine leaves out is of the order (sag/span)^2: the
+    # observed 2.0e-5, 1.7e-3, 1.06e-2.  The terms that Irvine neglects are of the order (sag/span)^2: the
     # tension varies along the span, and the motion has a longitudinal part
     scene = span(**{"span": {"length": 100.0, "sag": sag}})
     theory, found = modal.shallow_cable(scene), modal.frequency_ratio(scene)

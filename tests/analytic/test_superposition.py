@@ -91,7 +91,7 @@ def test_the_slopes_are_derivatives_of_the_wind_load():
     assert np.abs(slopes - differences).max() < 1e-8 * np.abs(slopes).max()  # observed 2e-10
 
 
-def test_modes_without_wind_are_damped_as_the_scene_says():
+def test_modes_without_wind_have_the_scenes_damping():
     """The ratios at their own frequencies; the ice is centred, as else the families are coupled."""
     scene = example3(ice__first_moment_x2=0.0, ice__first_moment_x3=0.0)
     span = some_modes(scene)
@@ -377,7 +377,7 @@ def test_moving_towers_are_refused():
         modal.mode_superposition(scene, 1.0)
 
 
-def test_leaving_the_curve_is_an_error_that_holds_the_result():
+def test_leaving_the_curve_is_an_error_with_the_result():
     scene = example3(initial__seed_vertical=3.0, wind__speed=2.0)
     with pytest.raises(gf.SimulationError) as caught:
         modal.mode_superposition(scene, 60.0)

@@ -45,7 +45,7 @@ def test_forces_on_the_towers_balance_momentum(supports):
 @pytest.mark.parametrize(
     ("axis", "bound"), [(0, 4e-4), (1, 8e-3), (2, 1e-3)]
 )  # observed 9e-5, 2e-3, 3e-4
-def test_slow_motion_of_the_right_tower_moves_the_tension_as_statics_says(
+def test_slow_motion_of_the_right_tower_changes_tension_as_in_statics(
     span, exact_cable, axis, bound
 ):
     """An undamped cosine of 400 s, seventy times slower than the first mode, from rest."""

@@ -92,7 +92,7 @@ def test_modes_in_wind_solve_the_eigenvalue_problem(scene):
             here = slice(8 * e, 8 * e + 12)
             inertia[here] += s**2 * m[e] @ phi.ravel()[here]
             force[here] += (s**2 * m[e] + s * c[e] + k[e]) @ phi.ravel()[here]
-        inner = slice(4, -4)  # the ends are held
+        inner = slice(4, -4)  # the ends are fixed
         assert np.abs(force[inner]).max() < 1e-10 * np.abs(inertia[inner]).max()  # observed 8e-12
         assert np.sum(phi.conj().ravel()[inner] * (inertia / s**2)[inner]) == pytest.approx(
             1.0, abs=1e-12
@@ -169,7 +169,7 @@ def test_veering_stays_veering(scene):
     assert float(tracked.likeness.min()) > 0.8
 
 
-def test_the_wind_speed_can_be_what_is_swept(scene):
+def test_the_wind_speed_can_be_swept(scene):
     tracked = modal.track_modes(scene, "wind.speed", [0.0, 3.0, 6.0], count=2, wind="mean")
     vertical = tracked.damping_ratio.values[1]
     assert vertical[0] == pytest.approx(0.016, rel=1e-3)

@@ -62,7 +62,7 @@ def test_error_of_a_run_is_within_three_tolerances(converged, tolerance):
     errors = relative(found, exact) / tolerance
     assert len(errors) == (2 if name == "zebra" else 3)  # a bare conductor does not twist
     assert errors.max() < 3.0  # observed up to 2.01 in the twist of example 1, 0.42 elsewhere
-    assert errors.max() > 0.001  # nor is ten times more work done than asked for
+    assert errors.max() > 0.001  # not ten times more work than requested
     assert report.steps < until / FINE
 
 

@@ -34,7 +34,7 @@ PYTHON = re.compile(r"^```python\n(.*?)^```(?:\n\n```text\n(.*?)^```)?", re.MULT
 
 
 @pytest.mark.parametrize("page", [name for name, text in PAGES.items() if PYTHON.search(text)])
-def test_python_of_a_page_prints_what_the_page_shows(page, tmp_path):
+def test_python_of_a_page_prints_the_shown_text(page, tmp_path):
     """Some pages take seconds: they simulate until a motion is steady, as a reader does."""
     code, shown = zip(*PYTHON.findall(PAGES[page]), strict=True)
     done = subprocess.run(
@@ -55,7 +55,7 @@ def test_the_readme_is_short():
     assert all(len(line) <= 100 for line in lines if not line.startswith("|"))
 
 
-def test_rows_of_the_table_of_trust_are_what_is_computed_now():
+def test_rows_of_the_table_of_comparisons_are_reproduced():
     """Those that take no minutes; other tests hold the others to the same sources."""
     trust = load_script("benchmarks/accuracy/trust.py")
     written = trust.RECORD.read_text(encoding="utf-8").splitlines()

@@ -215,7 +215,7 @@ def test_the_ssp_preloads_the_towers_with_the_static_forces(ssp, span):
     assert values == pytest.approx(preload(span), rel=1e-12)
 
 
-def test_the_ssp_does_what_the_jacobi_loop_does(ssp):
+def test_the_ssp_agrees_with_the_jacobi_loop(ssp):
     _, unpacked, root = ssp
     fmus = [unpacked / "resources" / name for name in ("cable.fmu", "tower.fmu")]
     wanted = np.array(
@@ -256,7 +256,7 @@ def test_the_ssp_does_what_the_jacobi_loop_does(ssp):
     assert found == pytest.approx(wanted[-1], rel=1e-12)
 
 
-def test_the_independent_run_says_what_is_missing(tmp_path):
+def test_the_independent_run_names_the_missing_package(tmp_path):
     (tmp_path / "ecospy.py").write_text("raise ImportError")
     environment = {**os.environ, "PYTHONPATH": str(tmp_path), "PYTHONDONTWRITEBYTECODE": "1"}
     command = [sys.executable, str(FOLDER / "ssp" / "run_ssp.py")]

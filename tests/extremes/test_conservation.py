@@ -46,7 +46,7 @@ def test_a_smooth_motion_runs_back_to_where_it_came_from(integrator):
     assert found < 1e-7  # observed 7e-10 after 2000 steps
 
 
-def test_without_turning_round_it_does_not():
+def test_without_reversed_velocities_it_does_not():
     state = released()
     reverse(state)
     reverse(state)
@@ -73,7 +73,7 @@ def test_energy_error_is_bounded(integrator, bound):
     assert found["last_tenth"] < max(1.5 * found["first_tenth"], 5e-9)
 
 
-def test_generalised_alpha_dissipates_little_of_what_it_resolves_and_nothing_at_spectral_radius_1():
+def test_generalised_alpha_dissipates_little_and_nothing_at_radius_1():
     """Share of the energy lost per vertical period of 144 steps."""
     loss = [
         energy_error(released(conserving()[name]), steps=50_000, every=50)["loss"]

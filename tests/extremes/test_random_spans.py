@@ -79,7 +79,7 @@ def begins_and_ends_calm(history):
     )
 
 
-def test_the_hypercube_covers_what_it_says():
+def test_the_hypercube_covers_its_ranges():
     """Every coordinate is spread evenly: spans short to long, taut to deep, calm to storm."""
     cube = np.sort(_hypercube(SEED, 0), axis=0)
     assert cube.shape == (BLOCK, len(AXES))
@@ -122,14 +122,14 @@ def test_a_wrong_tension_is_seen():
     ("work", "task", "said"),
     [
         (signal.raise_signal, signal.SIGSEGV, f"crash, exit code {-signal.SIGSEGV}"),
-        (time.sleep, 60.0, "hang, no end after 1 s"),
+        (time.sleep, 60.0, "hang, not finished after 1 s"),
         (math.sqrt, -1.0, "exception ValueError"),
     ],
 )
-def test_a_lost_worker_is_named_and_the_rest_goes_on(work, task, said):
-    harmless = signal.SIGCONT if work is signal.raise_signal else 0.0
-    found = list(answers(work, [harmless, task, harmless], processes=1, limit=1.0))
-    assert [answer.task for answer in found] == [harmless, task, harmless]
+def test_a_lost_worker_is_named_and_the_rest_continues(work, task, said):
+    ordinary = signal.SIGCONT if work is signal.raise_signal else 0.0
+    found = list(answers(work, [ordinary, task, ordinary], processes=1, limit=1.0))
+    assert [answer.task for answer in found] == [ordinary, task, ordinary]
     assert [bool(answer.lost) for answer in found] == [False, True, False]
     assert found[1].lost.startswith(said)
     assert found[2].memory > 1.0

@@ -29,7 +29,7 @@ def iced(**values):
 
 
 @pytest.mark.parametrize("turns", [1, -3, 1000])
-def test_whole_turns_change_nothing(turns):
+def test_full_turns_change_nothing(turns):
     """Full turns of the section, even along the span: ice, gravity and wind see the remainder."""
     model, random = Model(iced()), np.random.default_rng(1)
     u, v, a = (
@@ -47,7 +47,7 @@ def test_whole_turns_change_nothing(turns):
 
 
 @pytest.mark.parametrize("integrator", ["newmark", "gauss6"])
-def test_a_section_that_swings_through_several_turns_keeps_its_energy(integrator):
+def test_a_section_that_oscillates_through_several_turns_keeps_its_energy(integrator):
     """Three turns each way, with the eccentric ice thrown about."""
     scene = iced(**{
         "wind.speed": 0.0, "damping.translation": None, "damping.twist": None,

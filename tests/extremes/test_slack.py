@@ -162,7 +162,7 @@ def test_energy_is_kept_through_the_snap(flight):
 @pytest.mark.parametrize(
     "numerics", [{}, {"integrator": "gauss6"}, {"elements": 80, "time_step": 5e-4}]
 )
-def test_refusal_is_neither_premature_nor_late(numerics):
+def test_refusal_comes_at_the_first_slack(numerics):
     """When the first bar goes slack: at 1.5718, 1.5735, 1.5725 s with 80, 160, 320 bars."""
     state = thrown("error", **numerics).start()
     with pytest.raises(SimulationError, match="tension_only") as caught:
@@ -247,6 +247,6 @@ def test_the_fmu_goes_slack_too(tmp_path):
     result = gf.simulate(scene, stop_time=2.0)
     assert result.report.lowest_tension == 0.0
     expected = result.midspan().u2.values
-    # observed 7e-7 m: simulate leaves out what nothing wakes in this plane, and each slack step
+    # observed 7e-7 m: simulate omits what nothing excites in this plane, and each slack step
     # multiplies the rounding
     assert np.abs(found["midspan.x2"] - expected).max() < 1e-5

@@ -62,7 +62,7 @@ def archive_of(path, entries):
         ({"modelDescription.xml": BOMB}, "contains a DOCTYPE"),
     ],
 )
-def test_harmful_or_foreign_archives(tmp_path, entries, message):
+def test_malicious_or_foreign_archives(tmp_path, entries, message):
     check = check_fmu(archive_of(tmp_path / "x.fmu", entries))
     assert not check.ok
     assert message in failed(check)["archive"]

@@ -117,7 +117,7 @@ def test_command_line_of_each_system():
         assert "-lm" not in line or line.index("-lm") > line.index("time_march.c")
 
 
-def test_an_fmu_brings_the_libraries_it_is_told_to(zig, gallop_scene, tmp_path):
+def test_an_fmu_contains_the_requested_libraries(zig, gallop_scene, tmp_path):
     paths = [
         export_fmu(gallop_scene, tmp_path / f"{k}.fmu", platforms=tuple(PLATFORMS))
         for k in range(2)
@@ -206,7 +206,7 @@ def test_two_at_once_do_not_disturb_each_other(zig, tmp_path, monkeypatch):
     assert kept(tmp_path) == [".so"]
 
 
-def test_what_the_compiler_says_is_told_and_nothing_is_kept(zig, tmp_path, monkeypatch):
+def test_a_compiler_error_is_reported_and_no_file_is_left(zig, tmp_path, monkeypatch):
     failed = subprocess.CompletedProcess([], 1, "", "time_march.c:3:1: error: no such thing\n")
     monkeypatch.setattr(cross_compile.subprocess, "run", lambda *_, **__: failed)
     with pytest.raises(
@@ -216,7 +216,7 @@ def test_what_the_compiler_says_is_told_and_nothing_is_kept(zig, tmp_path, monke
     assert kept(tmp_path) == []
 
 
-def test_a_cache_that_cannot_be_used_is_told(zig, tmp_path):
+def test_an_unusable_cache_is_reported(zig, tmp_path):
     (tmp_path / "cache").write_text("a file where the folder should be")
     with pytest.raises(CompilerError, match=r"the cache folder .* cannot be used"):
         cross_library("linux64")

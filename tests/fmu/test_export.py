@@ -90,7 +90,7 @@ def test_replaces_a_file_and_leaves_nothing_else(gallop_scene, tmp_path):
         ("folder.fmu", "python", "is a folder"),
     ],
 )
-def test_errors_say_what_to_do(gallop_scene, tmp_path, name, runtime, message):
+def test_errors_have_a_remedy(gallop_scene, tmp_path, name, runtime, message):
     (tmp_path / "folder.fmu").mkdir()
     with pytest.raises(ExportError, match=message):
         export_fmu(gallop_scene, tmp_path / name, runtime=runtime)

@@ -1,4 +1,4 @@
-"""The CSV file that drives an FMU through FMPy drives a simulation alike."""
+"""The CSV file that drives an FMU through FMPy drives a simulation in the same way."""
 
 import fmpy
 import numpy as np
@@ -28,7 +28,7 @@ def test_one_file_drives_the_fmu_and_the_simulation(tmp_path):
     path = tmp_path / "in.csv"
     path.write_text('"time","wind_speed","support.right.x1"\n0,5.5,0\n1,9.0,0.005\n3,6.0,-0.005\n')
     coarse, fine = (difference(tmp_path, path, step) for step in (0.01, 0.005))
-    # wind is held over a communication step, so they differ in the first order of it
+    # wind is constant over a communication step, so they differ in the first order of it
     assert fine.max() < 0.01  # observed: 0.0079
     assert coarse / fine == pytest.approx([2.0, 2.0], abs=0.002)  # observed: 2.0004, 2.0000
 

@@ -1,4 +1,4 @@
-"""What one process shares with another FMU, or leaves behind: each test is a program of its own."""
+"""FMUs that share a process, and traces left in it: each test is a program of its own."""
 
 import json
 import os

@@ -133,7 +133,7 @@ def test_unknown_references_and_types(gallop_fmu, host):
         ({"span.sag": 1e4}, "gallop-fmu: "),
     ],
 )
-def test_what_is_refused_is_said_although_the_host_does_not_log(gallop_fmu, capfd, start, message):
+def test_refusals_are_reported_without_logging(gallop_fmu, capfd, start, message):
     """pythonfmu's setters cannot fail and its log is off by default: stderr has the reason."""
     result = simulate_fmu(
         str(gallop_fmu), stop_time=1.0, output_interval=0.05, start_values=start, output=["status"]

@@ -1,4 +1,4 @@
-"""What comes out of the FMU is what the engine computes with the same steps."""
+"""The outputs of the FMU equal those of the engine with the same steps."""
 
 import numpy as np
 import pytest

@@ -72,7 +72,7 @@ def test_equal_instances_give_equal_bytes(gallop_fmu, host):
 
 @pytest.mark.parametrize("runtime", ["python"], indirect=True, scope="session")
 def test_damaged_bytes_are_refused_and_the_next_step_fails(gallop_fmu, rigid_fmu, host):
-    """What is refused, and with what message, is tested in tests/native."""
+    """Refusals and their messages are tested in tests/native."""
     fmu, other = host(gallop_fmu).start(), host(rigid_fmu).start()
     state = fmu.fmu.getFMUstate()
     good = fmu.fmu.serializeFMUstate(state)

@@ -84,7 +84,7 @@ def test_a_taut_span_follows_the_cubic_of_the_parabola(kelvin):
     assert found == pytest.approx(cubic, rel=5e-4)  # observed: 2.4 to 3.5e-4
 
 
-def test_the_kernel_hangs_the_conductor_where_the_change_of_state_says():
+def test_the_kernel_agrees_with_the_change_of_state():
     """With the new tension and the ice, the kernel has the same length of conductor."""
     line = {
         "conductor": "Drake",

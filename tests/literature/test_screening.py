@@ -15,7 +15,7 @@ from modal.screening.reduced_model import reduced_model
 from support.simulated_swing import FULL_RUN, SEED, drawn_scene, simulated
 
 SPRING = {"kind": "springs", "stiffness_x1": 75.97e3, "stiffness_x3": 1e9}
-KICKED = 700.0
+PUSHED = 700.0
 
 
 @pytest.fixture(scope="module")
@@ -28,14 +28,14 @@ def screened(third):
     return modal.screen(third)
 
 
-def kicked_swing(scene, wind, vertical_seed):
+def pushed_swing(scene, wind, vertical_seed):
     """Amplitudes [m] of the simulated swing after a small push into galloping, and 240 s later."""
     law = {
         "kind": "pulse",
         "peak": 1.0,
-        "start": KICKED,
+        "start": PUSHED,
         "rise": 0.25,
-        "fall_start": KICKED + 0.25,
+        "fall_start": PUSHED + 0.25,
         "fall": 0.25,
     }
     values = {
@@ -45,7 +45,7 @@ def kicked_swing(scene, wind, vertical_seed):
         "position": 0.5, "law": law}],
     }  # fmt: skip
     motion = gf.simulate(
-        scene.with_values(values), stop_time=KICKED + 302.0, record_every=4
+        scene.with_values(values), stop_time=PUSHED + 302.0, record_every=4
     ).midspan()
 
     def half_frequency(start):
@@ -57,7 +57,7 @@ def kicked_swing(scene, wind, vertical_seed):
         near = (frequency > 0.4 * vertical) & (frequency < 0.6 * vertical)
         return np.max(np.abs(np.fft.rfft(u3 * window))[near]) * 2.0 / window.sum()
 
-    return half_frequency(KICKED + 1.0), half_frequency(KICKED + 241.0)
+    return half_frequency(PUSHED + 1.0), half_frequency(PUSHED + 241.0)
 
 
 def test_example_3_swings_and_saturates_as_in_the_paper(screened):
@@ -112,13 +112,13 @@ def test_the_swing_of_the_simulation_starts_at_the_predicted_wind(third, screene
     """Bisected, the onset of the nonlinear model is 5.05 m/s; here it is enclosed within 1 %."""
     onset, threshold = screened.onset_wind_speed, screened.threshold_amplitude
     assert onset == pytest.approx(5.05, rel=4e-3)  # observed 5.041
-    at_first, later = kicked_swing(third, 0.99 * onset, threshold)
+    at_first, later = pushed_swing(third, 0.99 * onset, threshold)
     assert later < 0.2 * at_first < 1e-3
-    assert kicked_swing(third, 1.01 * onset, threshold)[1] > 0.05  # observed 0.063
+    assert pushed_swing(third, 1.01 * onset, threshold)[1] > 0.05  # observed 0.063
 
 
-def test_at_the_onset_a_swing_neither_grows_nor_shrinks(third, screened):
-    """Newton's orbit at exactly the wind that the root search tells."""
+def test_at_the_onset_a_swing_does_not_grow_or_decay(third, screened):
+    """Newton's orbit at exactly the wind of the root search."""
     there = modal.screen(third.with_values({"wind.speed": screened.onset_wind_speed}))
     assert there.growth_per_cycle == pytest.approx(
         1.0, abs=3e-3
@@ -126,8 +126,8 @@ def test_at_the_onset_a_swing_neither_grows_nor_shrinks(third, screened):
     assert there.galloping.vertical == pytest.approx(screened.threshold_amplitude, rel=1e-4)
 
 
-def test_a_simulation_of_what_is_steady_gives_the_same_amplitudes(third, screened):
-    """The short simulation for a swing that comes and goes, here of one that does not."""
+def test_a_simulation_of_a_steady_cycle_gives_the_same_amplitudes(third, screened):
+    """The short simulation for a beating swing, here of one that does not beat."""
     again = beating_cycle(third, 5.5, screened.saturated)
     assert again.vertical == pytest.approx(
         screened.saturated.vertical, rel=5e-3
@@ -142,7 +142,7 @@ def test_a_simulation_of_what_is_steady_gives_the_same_amplitudes(third, screene
     )
 
 
-def test_what_happens_beyond_the_highest_wind_does_not_count(third, screened):
+def test_the_result_does_not_depend_on_higher_winds(third, screened):
     found = modal.screen(
         third.with_values({"wind.speed": 5.0}), highest_wind=screened.onset_wind_speed - 0.01
     )
@@ -151,7 +151,7 @@ def test_what_happens_beyond_the_highest_wind_does_not_count(third, screened):
 
 
 def test_the_swing_starts_where_the_multiplier_passes_one(screened):
-    """The table of limit cycles and the onset tell the same."""
+    """The table of limit cycles and the onset agree."""
     for cycle in screened.limit_cycle:
         assert (cycle.multiplier > 1.0) == (cycle.wind_speed > screened.onset_wind_speed)
         assert (cycle.vertical > screened.threshold_amplitude) == (
@@ -191,7 +191,7 @@ def test_galloping_that_leaves_the_curve_is_undetermined(third):
     assert found.galloping is None
 
 
-def test_what_cannot_be_screened_is_refused(third):
+def test_spans_that_cannot_be_screened_are_refused(third):
     refused = {
         "without damping": (
             {"damping.translation": None},
@@ -245,7 +245,7 @@ def drawn(number, seed=SEED):
 
 
 @pytest.mark.parametrize(("seed", "number"), [(2009, 11), (20261122, 14)])
-def test_drawn_scenes_settle_where_screening_says(seed, number):
+def test_drawn_scenes_settle_at_the_screened_amplitudes(seed, number):
     """The first swings; in the other the third vertical mode takes part: the cycle jumps twice."""
     scene = drawn(number, seed)
     found, motion = modal.screen(scene), simulated(scene, scene.wind.mean_speed, FULL_RUN)
@@ -265,10 +265,10 @@ def test_galloping_that_has_ended_below_the_scenes_wind_is_no_cycle_of_zero_ampl
     assert "ends at 18.19 m/s, below the scene's 19.63 m/s" in found.reason
 
 
-def test_a_swing_that_comes_and_goes_does_so_in_the_nonlinear_model():
+def test_a_beating_swing_beats_in_the_nonlinear_model():
     """Simulated for 6000 s with ten elements from four seeds: beats up to 0.360 and 0.253 m.
 
-    The screening follows the unstable motion about which they beat, and says so.
+    The screening follows the unstable motion about which they beat, and reports it.
     """
     found = modal.screen(drawn(20, seed=20261122))
     assert found.saturated.multiplier == pytest.approx(1.0027, abs=2e-4)
@@ -277,7 +277,7 @@ def test_a_swing_that_comes_and_goes_does_so_in_the_nonlinear_model():
     assert found.saturated.horizontal == pytest.approx(0.253, rel=0.28)  # observed -25 %
 
 
-def test_the_swing_is_told_from_other_instabilities_of_the_same_growth():
+def test_the_swing_is_distinguished_from_instabilities_of_equal_growth():
     """At 5.8 m/s the multipliers of swing, third vertical mode and another meet at -2.1."""
     found = modal.screen(drawn(4))
     growth = np.array([cycle.multiplier for cycle in found.limit_cycle])
@@ -285,7 +285,7 @@ def test_the_swing_is_told_from_other_instabilities_of_the_same_growth():
     assert np.diff(growth[3:]).min() > 0.0  # the swing grows ever faster
 
 
-def test_a_family_that_ends_in_a_motion_of_half_its_period_is_not_said_to_die_out():
+def test_a_branch_that_ends_in_half_its_period_does_not_die_out():
     found = modal.screen(drawn(11, seed=20261122))
     assert "at 6.097 m/s the motion changes to a higher mode at twice the frequency" in found.reason
     assert found.galloping_until is None
@@ -312,7 +312,7 @@ def test_the_pair_that_is_not_at_risk_does_not_hide_two_loops_that_gallop():
     assert (calm.risk, calm.other_mode) == ("none", None)
 
 
-def test_the_other_mode_is_said_beside_a_swing_that_starts(screened):
+def test_another_mode_is_reported_in_addition_to_a_swing(screened):
     assert screened.other_mode.wind_speed == pytest.approx(
         4.930, rel=1e-3
     )  # of critical_wind_speed(example3)

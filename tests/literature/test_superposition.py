@@ -64,7 +64,7 @@ def test_the_swing_exists_only_in_the_nonlinear_model(resonance):
 
 def test_where_the_models_part(resonance):
     transfer = resonance.divergence("superposition", "u2", 0.2)
-    assert 580.0 < transfer.amplitude < 640.0  # observed 612 s: when the swing wakes
+    assert 580.0 < transfer.amplitude < 640.0  # observed 612 s: when the swing starts
     assert (
         resonance.divergence("linear", "u2", 0.2).amplitude < 520.0
     )  # observed 500 s: nothing saturates

@@ -271,7 +271,7 @@ def instance():
 
 @pytest.fixture(scope="session")
 def kernel_sources():
-    """The kernel's C files, which stand in the source tree and are not installed."""
+    """The kernel's C files, which are in the source tree and not installed."""
     folder = HERE.parent.parent / "gallop_fmu" / "kernel"
     assert (folder / "gallop.h").exists(), f"{folder} is missing: run the tests in a source tree"
     return folder

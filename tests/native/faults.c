@@ -118,7 +118,7 @@ static void instantiate(long n)
     left = n;
     fmi2Component c = new_instance();
     REQUIRE((c == NULL) == failed);
-    /* Without memory for the instance and its name there is nobody to speak. */
+    /* Without memory for the instance and its name there is no logger. */
     if (failed && n > 1) REQUIRE(messages == 1 && strstr(last_message, "memory"));
     fmi2FreeInstance(c);
 }
@@ -152,9 +152,9 @@ static void states(long n)
     const fmi2Status got = fmi2GetFMUstate(c, &copy);
     REQUIRE((got == fmi2Error) == failed && (copy == NULL) == failed);
     if (!failed) REQUIRE(fmi2FreeFMUstate(c, &copy) == fmi2OK);
-    const int told = failed;
-    const fmi2Status read = told ? fmi2OK : fmi2DeSerializeFMUstate(c, before, size, &copy);
-    if (!told) REQUIRE((read == fmi2Error) == failed && (copy == NULL) == failed);
+    const int refused = failed;
+    const fmi2Status read = refused ? fmi2OK : fmi2DeSerializeFMUstate(c, before, size, &copy);
+    if (!refused) REQUIRE((read == fmi2Error) == failed && (copy == NULL) == failed);
     left = -1;
     if (failed) REQUIRE(messages == 1 && strstr(last_message, "memory"));
     REQUIRE(fmi2FreeFMUstate(c, &copy) == fmi2OK &&

@@ -134,14 +134,14 @@ def test_an_input_rate_ends_with_its_step(small, instance):
     assert ramped.step(H).outputs() == plain.step(H).outputs()
     assert ramped.restore(once) == 0
     ramped.time = H
-    held = ramped.step(H).outputs()
+    constant = ramped.step(H).outputs()
     assert ramped.restore(once) == 0
     ramped.time = H
     ramped.input_rates(wind_speed=0.0)
-    assert ramped.step(H).outputs() == held
+    assert ramped.step(H).outputs() == constant
 
 
-def test_a_falling_wind_dies_and_does_not_turn(small, instance):
+def test_a_falling_wind_stops_at_zero(small, instance):
     fmu, other = instance(small).start(wind_speed=1.0), instance(small).start(wind_speed=1.0)
     fmu.input_rates(wind_speed=-1e6)
     other.input_rates(wind_speed=-1.0 / H)

@@ -24,7 +24,7 @@ def run(command, small, timeout=120):
 
 
 def test_every_allocation_fails_once(sanitized, small):
-    """A clean refusal, no leak, and the instance goes on when there is memory again."""
+    """A clean refusal, no leak, and the instance continues when there is memory again."""
     program = sanitized("faults", HERE / "faults.c", flags=["-Wl,--wrap=malloc,--wrap=calloc"])
     counted = dict(
         line.split()
@@ -49,7 +49,7 @@ def test_corpus_is_small():
 
 
 def test_valgrind_finds_nothing(compiled, kernel_sources, small, tmp_path):
-    """Reads of memory that nobody has written, which the sanitizers do not see."""
+    """Reads of uninitialised memory, which the sanitizers do not see."""
     valgrind = shutil.which("valgrind")
     assert valgrind, "valgrind is not installed; apt-get install valgrind"
     includes = [f"-I{kernel_sources}", f"-I{FUZZING}"]

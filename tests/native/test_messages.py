@@ -168,7 +168,7 @@ def test_other_rounding_modes_are_named(small, instance, mode):
 
 
 def test_a_pipe_in_place_of_the_model_is_refused_at_once(small, instance, tmp_path):
-    """Instantiation waited for ever before."""
+    """Instantiation once never returned."""
     os.mkfifo(tmp_path / "model.bin")
     opened = []
     thread = threading.Thread(
@@ -192,7 +192,7 @@ COMPILE = {
 
 
 @pytest.mark.parametrize("name", COMPILE)
-def test_options_that_spoil_the_arithmetic_stop_the_compiler(kernel_sources, name):
+def test_options_that_break_the_arithmetic_stop_the_compiler(kernel_sources, name):
     """A kernel compiled with -ffast-math gave u2 = 0.000626 m instead of 0.007835 m."""
     flags, message = COMPILE[name]
     command = [

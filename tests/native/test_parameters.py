@@ -72,7 +72,7 @@ def rich_scene():
 
 
 SCENES = {
-    "held": gf.load_scene("example3").with_values({"numerics.elements": 4}),
+    "prescribed": gf.load_scene("example3").with_values({"numerics.elements": 4}),
     "rich": rich_scene(),
 }
 CASES = [
@@ -130,7 +130,7 @@ def test_a_parameter_means_the_changed_scene(fmus, instance, kind, name):
 
 @pytest.mark.parametrize("kind", SCENES)
 def test_parameters_are_felt(fmus, kind):
-    """What the test above compares is not all the same: most parameters change the motion."""
+    """Most parameters of the test above change the motion."""
     scene = SCENES[kind]
     plain = simulated(scene, 50)["midspan.x2"][-1]
     idle = []
@@ -143,7 +143,7 @@ def test_parameters_are_felt(fmus, kind):
     assert [key for key in idle if not key.startswith(allowed)] == []
 
 
-def test_reading_back_what_was_set_and_what_was_exported(fmus, instance):
+def test_parameters_are_read_back_as_set_and_as_exported(fmus, instance):
     fmu = instance(fmus["rich"])
     for variable in fmu_variables(SCENES["rich"]):
         if variable.start is not None:
@@ -167,17 +167,17 @@ def test_reset_restores(fmus, instance):
 
 def test_a_wind_history_starts_the_input(unpack, instance):
     law = {"kind": "table", "time": [-1.0, 1.0], "value": [2.0, 6.0]}
-    scene = SCENES["held"].with_values({"wind.speed": None, "wind.history": law})
+    scene = SCENES["prescribed"].with_values({"wind.speed": None, "wind.history": law})
     fmu = instance(unpack(scene))
     declared = next(v.start for v in fmu_variables(scene) if v.name == "wind_speed")
     assert fmu["wind_speed"] == declared == 4.0
 
 
-def test_parameters_that_make_no_span_are_refused_and_can_be_mended(fmus, instance):
-    fmu = instance(fmus["held"])
+def test_parameters_that_make_no_span_are_refused_and_can_be_corrected(fmus, instance):
+    fmu = instance(fmus["prescribed"])
     assert fmu.set_up() == 0
     fmu.insist("EnterInitializationMode")
-    fmu["span.horizontal_tension"] = 30000.0  # the sag is held, and belongs to half of it
+    fmu["span.horizontal_tension"] = 30000.0  # the sag is prescribed, and belongs to half of it
     assert fmu.call("ExitInitializationMode") == 3
     assert "the parameters do not make a span" in fmu.log[-1]
     assert fmu["status"] != 0

@@ -1,4 +1,4 @@
-"""What is refused: with a message, without a trace, and without a crash."""
+"""Refused calls: a message, no effect, no crash."""
 
 import ctypes as c
 import math
@@ -198,7 +198,7 @@ def test_times_of_no_experiment(fmu, start, stop):
     refused(fmu, lambda: fmu.set_up(start, stop), "time")
 
 
-def test_a_step_that_fails_says_where_and_leaves_the_motion(stepping):
+def test_a_failed_step_names_the_place_and_keeps_the_motion(stepping):
     before = {name: bits for name, bits in stepping.outputs().items() if name != "status"}
     stepping["attack_angle"] = 0.0  # the coefficients hold from 100 to 260 degrees
     assert stepping.do_step(stepping.time, H) == ERROR
@@ -337,7 +337,7 @@ def test_the_state_of_another_fmu(fmu, unpack, instance, small_scene):
     assert fmu.restore(other.save()) == ERROR
 
 
-def test_spoilt_bytes_of_a_state(stepping):
+def test_corrupt_bytes_of_a_state(stepping):
     good = stepping.to_bytes(stepping.save())
     for at in np.unique(np.geomspace(1, len(good), 200).astype(int) - 1):
         bad = bytearray(good)
@@ -381,7 +381,7 @@ def test_forged_bytes_of_a_state(stepping, part):
 
 
 def test_a_state_that_cannot_be_built_leaves_the_instance_as_it_is(stepping):
-    """Other parameters, which make no span, with a state: what stands is not torn down first."""
+    """Other parameters, which make no span, with a state: the present span is kept."""
     good = stepping.to_bytes(stepping.save())
     kept = 8 + 8 + 8 + 64
     (parameters,) = struct.unpack_from("<Q", good, kept + 8 + 25 * 8)
@@ -398,7 +398,7 @@ def test_a_state_that_cannot_be_built_leaves_the_instance_as_it_is(stepping):
 
 @pytest.mark.parametrize("kind", ["Boolean", "String"])
 def test_there_are_no_variables_of_other_types(fmu, kind):
-    """None of them can be asked for; none at all is asked for without harm."""
+    """None of them can be asked for; an empty list is accepted."""
     references, values = (c.c_uint * 1)(0), (c.c_void_p * 1)()
     for access in ("Get", "Set"):
         assert fmu.call(f"{access}{kind}", references, c.c_size_t(0), values) == 0
@@ -428,7 +428,7 @@ def test_logging_knows_its_categories_and_the_library_its_version(fmu):
 
 
 @pytest.mark.parametrize("call", ["SetFMUstate", "SerializedFMUstateSize", "SerializeFMUstate"])
-def test_what_is_no_saved_state_is_refused(stepping, call):
+def test_pointers_that_are_no_saved_state_are_refused(stepping, call):
     """Null, foreign and misaligned pointers; their size was once trusted."""
     junk, room, size = c.create_string_buffer(4096), c.create_string_buffer(64), c.c_size_t()
     more = {

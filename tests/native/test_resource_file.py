@@ -107,7 +107,7 @@ def test_python_has_the_layouts_and_constants_of_the_headers(compiled, kernel_so
     assert dict(zip(wanted, map(int, found.split()), strict=True)) == wanted
 
 
-def test_the_writer_gives_back_what_was_read(good):
+def test_the_writer_reproduces_the_bytes_that_were_read(good):
     assert resource_file(sections_of(good)) == good
 
 

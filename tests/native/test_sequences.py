@@ -42,7 +42,7 @@ def driver(sanitized, small):
 
 @FIXED
 @given(seed=st.integers(0, 2**32))
-def test_calls_are_accepted_and_refused_as_the_standard_has_it(driver, seed):
+def test_calls_are_accepted_and_refused_as_in_the_standard(driver, seed):
     driver(seed)
 
 

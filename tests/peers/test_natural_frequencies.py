@@ -97,7 +97,7 @@ def test_zebra_has_the_published_frequencies():
 
 
 def test_springs_destroy_the_two_to_one_ratio():
-    """Why the packaged example 3 has rigid ends: Table 1's springs leave no internal resonance."""
+    """With the springs of Table 1 there is no internal resonance: example 3 has rigid ends."""
     ratios = [
         modal.frequency_ratio(as_in_opensees("example3", "sag", springs)).ratio
         for springs in range(3)

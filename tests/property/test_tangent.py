@@ -144,7 +144,7 @@ def rotation(axis, angle):
     axis=st.tuples(*[st.floats(-1.0, 1.0)] * 3).filter(lambda v: np.linalg.norm(v) > 0.1),
     angle=st.floats(-3.1, 3.1),
 )
-def test_rigid_rotation_turns_the_internal_force(name, axis, angle):
+def test_rigid_rotation_rotates_the_internal_force(name, axis, angle):
     """The constant forces C keep their direction, the internal forces rotate: (Q - 1) C remains."""
     model = CALM[name]
     x = model.equilibrium().x

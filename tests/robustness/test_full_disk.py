@@ -70,7 +70,7 @@ def test_a_page_that_does_not_fit_leaves_the_older_one(tmp_path, monkeypatch):
     assert list(tmp_path.iterdir()) == [path]
 
 
-def test_a_run_tells_what_could_not_be_written_and_keeps_the_rest(tmp_path):
+def test_a_run_reports_a_file_it_cannot_write_and_keeps_the_rest(tmp_path):
     """NetCDF in a process of its own: HDF5 writing directly would end it with SIGSEGV."""
     (tmp_path / "run.nc").write_bytes(b"the older one")
 
@@ -105,7 +105,7 @@ def test_a_run_tells_what_could_not_be_written_and_keeps_the_rest(tmp_path):
     assert (tmp_path / "run.nc").read_bytes() == b"the older one"
 
 
-def test_files_are_replaced_through_links_and_hold_the_same(tmp_path, result):
+def test_files_are_replaced_through_links(tmp_path, result):
     (tmp_path / "real.nc").write_bytes(b"the older one")
     (tmp_path / "run.nc").symlink_to("real.nc")
     result.save(tmp_path / "run.nc")

@@ -112,7 +112,7 @@ EXECUTING = {
 
 
 @pytest.mark.parametrize("package", ["gallop_fmu", "modal"])
-def test_no_module_can_execute_what_it_reads(package):
+def test_no_module_can_execute_data(package):
     """The sources use no function that executes data; loky and Dask pickle for themselves."""
     folder = Path(__file__).parents[2] / package
     files = sorted(folder.rglob("*.py"))

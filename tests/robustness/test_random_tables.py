@@ -195,7 +195,7 @@ def test_screening_reads_the_same_tables(form, base, tmp_path):
 
 @pytest.mark.parametrize("form", FORMS)
 @pytest.mark.parametrize("compute", [gf.sweep, modal.screen_spans])
-def test_what_cannot_be_written_is_refused_before_computing(form, compute, base, tmp_path):
+def test_values_that_cannot_be_written_are_refused_before_computing(form, compute, base, tmp_path):
     source = random.Random(SEED + 2)
     for refused in REFUSED:
         if form is as_csv and refused in ("\0", "\ud800"):

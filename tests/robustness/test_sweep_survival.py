@@ -95,7 +95,7 @@ def _cluster(folder):
 
 
 def same(one, other):
-    """Whether two results agree in every bit, but for the time that they took."""
+    """Check that two results agree in every bit, except for their run times."""
     return one.dataset.drop_vars("seconds").identical(other.dataset.drop_vars("seconds"))
 
 
@@ -107,7 +107,7 @@ def complete():
 
 
 @needs_posix
-def test_sweep_that_is_stopped_in_every_way_goes_on_where_it_was(tmp_path, begin, complete):
+def test_a_sweep_resumes_after_every_kind_of_stop(tmp_path, begin, complete):
     """A full disk, a kill and Ctrl-C, each in a process that resumes the previous one."""
     out = tmp_path / "runs.nc"
     kept = _disk_full(out)
@@ -212,15 +212,15 @@ def test_dask_cluster_gives_the_same(tmp_path, complete, monkeypatch):
         failed = gf.sweep(_scene(), table=table, stop_time=20.0, cluster=address)
         assert failed.dataset.outcome.values.tolist() == ["invalid_scene", "angle_out_of_range"]
 
-        def spoilt(result):
+        def failing(result):
             raise ZeroDivisionError("for a test")
 
         failed = gf.sweep(
-            _scene(), {"wind.speed": [4.0]}, stop_time=1.0, summary=spoilt, cluster=address
+            _scene(), {"wind.speed": [4.0]}, stop_time=1.0, summary=failing, cluster=address
         )
         assert failed.dataset.message.values.tolist() == ["ZeroDivisionError: for a test"]
 
-        # A scheduler without workers would let its clients wait for ever.
+        # A scheduler without workers would never answer its clients.
         monkeypatch.setattr("gallop_fmu.sweeps.pool.LOST_TIMEOUT", 0.2)
 
         def kill(done, *_):

@@ -29,7 +29,7 @@ CLOSED = 0.05
 """Maximum energy imbalance over the turnover of a completed run without a warning."""
 
 SHORTER = (8, 64)
-"""How many times as many steps a suspect is run again with, until its account closes."""
+"""Factors of the number of steps with which a suspect is repeated, until its balance closes."""
 
 PATIENCE, PORTION = 100_000, 5
 """Limit of elements times Newton iterations; steps between two checks of it."""
@@ -40,7 +40,7 @@ AGREEMENT = 1e-6
 
 @dataclass
 class Verdict:
-    """How a run ended, and what its checks found.
+    """Outcome of a run and of its checks.
 
     Attributes
     ----------
@@ -52,7 +52,7 @@ class Verdict:
         Name of the outcome; "scene refused" if the scene was not valid.
     steps, halvings, iterations
         Work done.
-    doubtful
+    step_too_long
         Whether the report warns of too long steps.
     axial
         Time step over the period of the first axial mode.
@@ -74,7 +74,7 @@ class Verdict:
     message: str = ""
     steps: int = 0
     halvings: int = 0
-    doubtful: bool = False
+    step_too_long: bool = False
     iterations: int = 0
     axial: float = 0.0
     imbalance: float = 0.0
@@ -119,7 +119,7 @@ def _run(stress: Stress, verdict: Verdict) -> None:
         report.halvings,
         report.iterations,
     )
-    verdict.doubtful = report.step_too_long
+    verdict.step_too_long = report.step_too_long
     mass = scene.conductor.mass_per_length + scene.ice.mass_per_length
     wave = math.sqrt(scene.conductor.axial_stiffness / mass)
     verdict.axial = stress.step * wave / (2.0 * model.equilibrium().length)
@@ -160,7 +160,7 @@ def _step_warnings(scene: Scene, motion: Array) -> tuple[str, ...]:
 
 
 def _stored_as_with_short_steps(balance: EnergyBalance, stress: Stress) -> bool:
-    """Whether shorter steps, whose account closes, store the same energy.
+    """Check that shorter steps, whose balance closes, store the same energy.
 
     Then it is the account that does not see, from the ends of long steps, what wind and damping do
     within them.
@@ -213,7 +213,7 @@ def _parts_of_steps(stress: Stress, model: Model, steps: int) -> tuple[Array, Ar
             times.append(end)
             rows.append(_observed(state))
 
-    with suppress(SimulationError):  # how the run ended has been told
+    with suppress(SimulationError):  # the end of the run is already known
         for i in range(steps):
             carry_out(i * stress.step, (i + 1) * stress.step)
     return (

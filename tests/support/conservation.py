@@ -1,4 +1,4 @@
-"""What an undamped span in still air keeps: its energy, its way back in time, its bits."""
+"""Conservation in an undamped span in still air: energy, time reversal, bits."""
 
 from __future__ import annotations
 
@@ -22,10 +22,10 @@ ROUGH = {"initial.seed_vertical": 0.2, "initial.seed_horizontal": 0.1, "initial.
 """A start out of equilibrium: axial waves run that steps of 10 ms do not resolve."""
 
 VERTICAL_HZ = 0.6954
-"""First vertical frequency of example 3, by whose period a loss of energy is told."""
+"""First vertical frequency of example 3, whose period is the unit of energy losses."""
 
 RELEASE = 0.5
-"""Time [s] in which the loads of a smooth start let go; slower than the axial waves."""
+"""Time [s] in which the loads of a smooth start are removed; slower than the axial waves."""
 
 
 def undamped(values: dict[str, Any] | None = None) -> gf.Scene:

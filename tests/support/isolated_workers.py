@@ -96,5 +96,5 @@ def answers(
                 workers.remove(worker)
                 worker.process.kill()
                 worker.process.join()
-                yield Answer(worker.task, lost=f"hang, no end after {limit:g} s")
+                yield Answer(worker.task, lost=f"hang, not finished after {limit:g} s")
                 hire()

@@ -1,4 +1,4 @@
-"""A scene to spoil."""
+"""A valid scene to modify."""
 
 import pytest
 

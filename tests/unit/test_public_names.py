@@ -7,7 +7,7 @@ import pytest
 
 
 @pytest.mark.parametrize("name", ["gallop_fmu", "modal"])
-def test_public_names_are_what_they_say(name):
+def test_public_names_resolve_to_their_objects(name):
     package = importlib.import_module(name)
     assert sorted(package.__all__) == sorted(dir(package))
     assert all(getattr(package, public).__name__ == public for public in package.__all__)

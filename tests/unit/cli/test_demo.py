@@ -37,7 +37,7 @@ def test_demo_shows_the_transfer(tmp_path):
             )
 
 
-def test_demo_writes_only_where_it_is_told(tmp_path, monkeypatch):
+def test_demo_writes_only_into_the_given_folder(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     monkeypatch.setattr(
         "gallop_fmu.cli.demo._run_fmu", lambda *_: (_ for _ in ()).throw(SceneError("stop here"))

@@ -48,7 +48,7 @@ def test_help_has_an_example(invoke, command):
     assert f"Example: gallop-fmu {command}" in result.stdout
 
 
-def test_help_tells_the_exit_codes(invoke):
+def test_help_lists_the_exit_codes(invoke):
     text = " ".join(invoke("--help").stdout.split())
     for meaning in ("0: success", "1: the calculation ended early", "2: invalid input"):
         assert meaning in text
@@ -120,7 +120,7 @@ def test_run_as_json(invoke):
     assert result.stderr == ""
 
 
-def test_run_writes_what_it_is_told(invoke):
+def test_run_writes_the_requested_files(invoke):
     result = invoke(
         "run",
         "example1",
@@ -257,7 +257,7 @@ def test_run_refuses_a_folder_as_output(invoke):
     _refused(invoke("run", "example1", "--out", "a.nc"), "a.nc: is a folder")
 
 
-def test_run_that_ends_early_keeps_what_it_has(invoke):
+def test_run_that_ends_early_keeps_its_records(invoke):
     result = invoke("run", "example3", *LEAVES_THE_CURVE, "--out", "a.nc", "--plot", "a.png")
     assert result.exit_code == 1
     assert "the attack angle left the validity range" in result.stderr
@@ -301,7 +301,7 @@ def test_export_and_check(invoke):
     assert all(row["ok"] for row in json.loads(checked.stdout))
 
 
-def test_check_shows_what_failed(invoke):
+def test_check_shows_failures(invoke):
     Path("a.fmu").write_text("not an archive")
     result = invoke("check", "a.fmu")
     assert result.exit_code == 1
@@ -481,7 +481,7 @@ State.run = telling
 
 
 @pytest.mark.skipif(os.name == "nt", reason="Ctrl-C is sent otherwise on Windows")
-def test_ctrl_c_keeps_what_was_computed(tmp_path, begin):
+def test_ctrl_c_keeps_computed_rows(tmp_path, begin):
     words = (
         "run",
         "example1",

@@ -22,7 +22,7 @@ from gallop_fmu.foundation.outcome import Outcome, Report, SimulationError
 U2 = NODE_INDEX["u2"]
 TOWERS = np.zeros((2, 3))
 CLEAR = (TypeError, ValueError, IndexError, SimulationError)
-"""What a wrong argument may raise."""
+"""Exceptions that a wrong argument may raise."""
 
 
 @pytest.fixture(scope="module")
@@ -225,7 +225,7 @@ def test_copies_of_a_state_go_their_own_way(model, again):
     assert math.isnan(again(State(model)).time)
 
 
-def test_an_unpickled_failure_says_the_same():
+def test_an_unpickled_failure_has_the_same_message():
     failure = SimulationError(
         Report(Outcome.SLACK, 1.0, 3, -5.0, 0.0, lowest_tension=-5.0), "result"
     )

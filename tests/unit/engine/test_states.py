@@ -212,7 +212,7 @@ def test_a_run_records_the_span_channels_that_are_asked_for():
 
 
 def test_the_kernel_refuses_inputs_to_a_model_of_the_laws_only():
-    """As a C caller meets it: the binding's own check is told that the model takes inputs."""
+    """As in C: the binding's own check is bypassed."""
     model = Model(load_scene("example2").with_values({"wind.speed": 0.0}), inputs=False)
     state, inputs = model.start(), Inputs(0.0, 10.0, 0.17, np.zeros((2, 3)))
     model._takes_inputs = True

@@ -71,7 +71,7 @@ def test_a_read_only_file_is_refused(tmp_path):
 
 
 @pytest.mark.parametrize("through_link", [False, True])
-def test_pipes_and_devices_stay_what_they_are(tmp_path, through_link):
+def test_pipes_and_devices_are_not_replaced(tmp_path, through_link):
     pipe = path = tmp_path / "pipe.csv"
     os.mkfifo(pipe)
     if through_link:

@@ -171,7 +171,7 @@ def test_options_accept_numbers_as_other_programs_write_them(invoke):
     )
 
 
-def test_what_is_a_number():
+def test_texts_that_are_numbers():
     assert read_number("9223372036854775807") == 2**63 - 1
     assert read_number("9223372036854775808") == 2.0**63  # too large for an array of integers
     assert isinstance(read_number("05"), int)
@@ -198,7 +198,7 @@ def test_a_word_that_is_no_number_gets_a_remedy(word, remedy, tmp_path):
 
 
 @pytest.mark.parametrize("character", BAD_CHARACTERS)
-def test_characters_that_no_file_can_hold_are_refused_everywhere(character, tmp_path):
+def test_characters_that_no_file_can_contain_are_refused_everywhere(character, tmp_path):
     """NUL and lone surrogates crash NetCDF; controls and FFFE make invalid XML."""
     text, scene = f"a{character}b", gf.load_scene("example3")
     message = f"U\\+{ord(character):04X}"
@@ -263,7 +263,7 @@ def test_every_text_of_a_scene_follows_the_rule():
     assert len(seen) > 20
 
 
-def test_the_xml_of_an_fmu_can_be_read_whatever_the_title():
+def test_the_xml_of_an_fmu_is_valid_for_any_title():
     every = [chr(code) for code in range(0x20, 0x11000)] + [
         "\t",
         "\n",

@@ -60,13 +60,13 @@ def test_columns_become_laws(file):
         ("time,wind_speed\n", "in.csv: has no rows"),
     ],
 )
-def test_a_bad_file_is_told(file, text, message):
+def test_a_bad_file_is_reported(file, text, message):
     file.write_text(text)
     with pytest.raises(gf.SceneError, match=message):
         gf.with_inputs(gf.load_scene("example3"), file)
 
 
-def test_mid_span_histories_as_parquet_hold_units_and_provenance(tmp_path):
+def test_mid_span_histories_as_parquet_have_units_and_provenance(tmp_path):
     result = gf.simulate(gf.load_scene("example3"), stop_time=0.5)
     frame = pd.read_parquet(result.save(tmp_path / "run.parquet"))
     assert frame.u2.to_numpy() == pytest.approx(result.midspan().u2.values, abs=0.0)
@@ -129,7 +129,7 @@ def test_a_single_row_is_constant(file):
 
 
 @pytest.mark.parametrize("name", ["Time", "time [s]", "t", "TIMESTAMP (s)"])
-def test_the_first_column_is_the_time_whatever_its_name(file, name):
+def test_the_first_column_is_the_time_under_any_name(file, name):
     assert driven(file, f"{name},Wind_speed [m/s]\n0,5\n10,7\n").wind.history.at(5.0) == 6.0
 
 
@@ -152,11 +152,11 @@ def test_columns_that_fmpy_would_not_take_so(file, text, message):
     ("times", "covered"),
     [((1700000000, 1700000010), "0"), ((0, 0.5), "0.5"), ((0.2, 9.0), "0.8"), ((-5.0, -1.0), "0")],
 )
-def test_a_history_that_is_not_of_the_run_is_told(file, times, covered):
+def test_a_history_shorter_than_the_run_is_reported(file, times, covered):
     scene = driven(file, f"time,wind_speed,support.right.x2\n{times[0]},5,0\n{times[1]},5,0\n")
-    told = not_covered(scene, 1.0)
-    assert told[0].startswith(f"wind.history covers {covered} s of the 1 s, from ")
-    assert told[1].startswith(f"supports.right.motion.x2 covers {covered} s of the 1 s")
+    warnings = not_covered(scene, 1.0)
+    assert warnings[0].startswith(f"wind.history covers {covered} s of the 1 s, from ")
+    assert warnings[1].startswith(f"supports.right.motion.x2 covers {covered} s of the 1 s")
     assert not_covered(driven(file, "time,wind_speed\n0,5\n1,5\n"), 1.0) == []
 
 

@@ -213,7 +213,7 @@ def test_models_of_the_same_scene_share_their_states(span, scene):
     {"loads": [{"position": 0.5, "force": [0.0, 1.0, 0.0], "law": {"kind": "constant",
         "value": 1.0}}]},
 ])  # fmt: skip
-def test_a_state_belongs_to_all_that_the_scene_says(span, scene, change):
+def test_a_state_belongs_to_its_whole_scene(span, scene, change):
     changed = Span(scene.with_values(change))
     assert len(changed.block) == len(span.block)
     changed.block[:] = span.block

@@ -85,7 +85,7 @@ def test_sine_and_cosine_over_many_turns(shim):
     worst = 0.0
     for value, s, c in zip(x, sine, cosine, strict=True):
         exact_s, exact_c = exact_sine_cosine(float(value))
-        # Beside a zero of sine or cosine the argument's own rounding is not to be counted: absolute
+        # Near a zero of sine or cosine the argument's own rounding does not count: absolute
         # error there.
         for found, exact in ((s, exact_s), (c, exact_c)):
             if abs(exact) > Decimal("1e-4") or abs(value) < 1e-2:

@@ -50,7 +50,7 @@ def plain_kernel(tmp_path_factory):
 @pytest.mark.skipif(platform.libc_ver()[0] != "glibc", reason="the loader picks a path with glibc")
 @pytest.mark.skipif(platform.machine() != "x86_64", reason="AVX2 is of x86-64")
 def test_functions_along_the_span_are_compiled_for_avx2(tmp_path):
-    """The header decides so whatever is included before it, and so in every file."""
+    """The header decides independently of what is included before it, and so in every file."""
     source = tmp_path / "lanes.c"
     source.write_text('#include "base_lanes.h"\nTWO_PATHS double f(double x) { return x; }\n')
     kernel = Path(gallop_fmu.__file__).parent / "kernel"

@@ -1,6 +1,6 @@
 """Rules that save work, by counting it: sub-steps grow again, slow tangents are refactorised.
 
-Bounds are two-sided; beside them is the count of a kernel in which the rule was changed.
+Bounds are two-sided; the comment is the count of a kernel in which the rule was changed.
 """
 
 import numpy as np
@@ -33,7 +33,7 @@ def test_halved_steps_grow_back():
 
 
 @pytest.mark.parametrize(("integrator", "iterations", "refactorisations"), [
-    # renewed at a rate of 0.3; at 0.2: 1683, 266; at 0.4: 2045, 200; at 0.99: 3868, 161
+    # refactorised at a rate of 0.3; at 0.2: 1683, 266; at 0.4: 2045, 200; at 0.99: 3868, 161
     ("newmark", 1828, 234),
     ("gauss6", 1783, 236),  # at 0.6; at 0.5: 1721, 253; at 0.7: 1838, 224; at 0.99: 2154, 162
 ])  # fmt: skip

@@ -48,7 +48,7 @@ def test_no_thickness_is_no_ice(shape):
     assert np.abs(ice_section(shape, D, 0.0, RHO)).max() < 1e-18
 
 
-def test_half_an_inch_of_radial_glaze_on_drake_weighs_what_line_engineers_use():
+def test_half_an_inch_of_radial_glaze_on_drake_has_the_published_weight():
     # Grigsby (ed.), Electric Power Generation, Transmission, and Distribution, Table 14.5: 2.094 -
     # 1.094 lb/ft
     glaze = 57.0 * 16.018463  # lb/ft3, the density that goes with it

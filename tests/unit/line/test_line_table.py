@@ -1,4 +1,4 @@
-"""The [line] table: what follows from it, what stands beside it, and what it refuses."""
+"""The [line] table: values computed from it, other sections, and refusals."""
 
 import math
 import re
@@ -31,12 +31,12 @@ LINE = {
 }
 
 
-def line_scene(beside=None, **changes):
+def line_scene(sections=None, **changes):
     line = {key: value for key, value in {**LINE, **changes}.items() if value is not None}
-    return gf.Scene.from_dict({"line": line, **(beside or {})})
+    return gf.Scene.from_dict({"line": line, **(sections or {})})
 
 
-def test_the_scene_holds_what_follows_from_the_line():
+def test_the_scene_has_the_values_computed_from_the_line():
     scene, drake = line_scene(), find_conductor("Drake")
     ice = ice_section("crescent", drake.diameter, 0.012, 900.0)
     assert scene.conductor.mass_per_length == drake.mass_per_length
@@ -227,9 +227,12 @@ def test_a_round_section_with_a_curve_that_has_lift_is_warned_of(changes):
     assert line_scene({"aerodynamics": {**level, "moment": [0.0]}}, **changes).warnings == ()
 
 
-def test_sections_beside_the_line_are_merged(tmp_path):
-    beside = {"aerodynamics": {"outside": "hold"}, "damping": {"translation": {"low_ratio": 0.004}}}
-    scene, plain = line_scene(beside), line_scene()
+def test_other_sections_are_merged_with_the_line(tmp_path):
+    sections = {
+        "aerodynamics": {"outside": "hold"},
+        "damping": {"translation": {"low_ratio": 0.004}},
+    }
+    scene, plain = line_scene(sections), line_scene()
     assert scene.aerodynamics == plain.aerodynamics.model_copy(update={"outside": "hold"})
     assert scene.sources["aerodynamics.outside"] == "set by the user"
     assert scene.sources["aerodynamics"] == plain.sources["aerodynamics"]
@@ -240,7 +243,7 @@ def test_sections_beside_the_line_are_merged(tmp_path):
     assert moved.supports.right == plain.supports.right.model_copy(update={"insulator_length": 3.0})
 
 
-def test_a_table_of_a_turn_needs_no_word_on_what_lies_outside(tmp_path):
+def test_a_table_of_a_full_turn_needs_no_value_for_outside(tmp_path):
     rows = [f"{10 * k},{-0.5 * math.sin(math.radians(10 * k))},1,0" for k in range(36)]
     (tmp_path / "ice.csv").write_text("\n".join(["angle_deg,lift,drag,moment", *rows]))
     line = {**LINE, "coefficients": "ice.csv", "attack_angle_deg": 355.0}
@@ -297,7 +300,7 @@ def test_the_scene_is_plain_numbers_and_survives_saving(tmp_path):
     assert gf.load_scene(tmp_path / "noted.toml") == scene
 
 
-def test_every_number_of_an_annotated_file_has_its_unit_beside_it():
+def test_every_number_of_an_annotated_file_has_its_unit():
     scene = line_scene()
     text = annotated_toml(scene)
     assert "length = 300.0  # horizontal distance between the supports [m]\n" in text
@@ -307,7 +310,7 @@ def test_every_number_of_an_annotated_file_has_its_unit_beside_it():
     assert all(re.search(r"  # .+ \[.+\]$", row) for row in numbers)
 
 
-def test_what_stands_beside_the_line_wins():
+def test_explicit_values_override_the_line():
     history = {"kind": "constant", "value": 3.0}
     scene = line_scene(
         {
@@ -329,7 +332,7 @@ def test_what_stands_beside_the_line_wins():
         line_scene({"wind": {"speed": 5.0, "history": history}})
 
 
-def test_a_curve_beside_the_line_replaces_the_whole_curve():
+def test_an_explicit_curve_replaces_the_whole_curve():
     flat = {
         "kind": "table",
         "angle_deg": [0.0, 360.0],
@@ -371,7 +374,7 @@ def test_every_conductor_hangs(name):
     assert gf.Model(scene).equilibrium().sag > 1.0
 
 
-def test_a_csv_of_a_whole_turn_closes(tmp_path):
+def test_a_csv_of_a_full_turn_is_periodic(tmp_path):
     rows = [
         "angle_deg,lift,drag,moment",
         "0,0,1,0",

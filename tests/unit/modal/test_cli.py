@@ -81,14 +81,14 @@ def test_the_warnings_of_a_scene_are_printed(invoke):
 def test_the_warnings_of_a_scene_are_in_the_json_too(invoke, command):
     """A program that reads the JSON does not see standard error."""
     round_ice = ("--set", "ice.first_moment_x2=0", "--set", "ice.first_moment_x3=0")
-    told = json.loads(
+    printed = json.loads(
         invoke(command, "example3", "--json", *QUICK, *round_ice, *COMMANDS[command]).stdout
     )
-    (sentence,) = told["warnings"]
+    (sentence,) = printed["warnings"]
     assert sentence.startswith("the first moments of the ice are 0")
 
 
-def test_ratio_tells_where_it_is_two(invoke, scene):
+def test_ratio_prints_where_it_is_two(invoke, scene):
     words = ("--over", "span.sag=2.0:2.5", "--points", "3", "--json")
     printed = json.loads(invoke("ratio", "example3", *QUICK, *words).stdout)
     assert printed["ratio"] == modal.frequency_ratio(scene).ratio
@@ -140,7 +140,7 @@ def test_a_ratio_over_two_numbers(invoke, scene, tmp_path):
     assert "2:1" in picture
 
 
-def test_linear_tells_the_critical_wind(invoke, scene):
+def test_linear_prints_the_critical_wind(invoke, scene):
     printed = json.loads(
         invoke("linear", "example3", *QUICK, "--count", "2", "--highest", "6", "--json").stdout
     )
@@ -186,7 +186,7 @@ def test_heavy_packages_wait_until_they_are_needed():
     assert found.stdout.strip() == "[]"
 
 
-def test_screen_tells_the_risk_and_where_it_begins(invoke, scene):
+def test_screen_prints_the_risk_and_its_onset(invoke, scene):
     printed = json.loads(invoke("screen", "example3", *QUICK, "--highest", "6", "--json").stdout)
     expected = modal.screen(scene, 6.0)
     assert (printed["risk"], printed["onset_wind_speed"]) == ("certain", expected.onset_wind_speed)

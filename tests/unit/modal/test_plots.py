@@ -75,5 +75,5 @@ def test_a_map_reaches_the_1_to_1_line_and_counts_in_factors():
     figure = ratio_figure(data)
     assert figure.axes[0].get_xscale() == "log"
     assert figure.axes[0].get_yscale() == "linear"
-    told = [text.get_text() for text in figure.legends[0].get_texts()]
-    assert told == ["1:1", "10% from 1:1"]
+    labels = [text.get_text() for text in figure.legends[0].get_texts()]
+    assert labels == ["1:1", "10% from 1:1"]

@@ -96,9 +96,9 @@ def calm(tmp_path_factory):
     """The bare line without wind and curve, from the command."""
     out = tmp_path_factory.mktemp("calm") / "calm.html"
     changes = [f"--set={key}={value}" for key, value in {**QUICK, **CALM}.items()]
-    told = CliRunner().invoke(app, ["report", "zebra", "-o", str(out), "--until", "2", *changes])
-    assert told.exit_code == 0, told.output
-    assert f"wrote {out}" in told.stdout
+    done = CliRunner().invoke(app, ["report", "zebra", "-o", str(out), "--until", "2", *changes])
+    assert done.exit_code == 0, done.output
+    assert f"wrote {out}" in done.stdout
     return out.read_text("utf-8")
 
 
@@ -120,7 +120,7 @@ def test_needs_nothing_else(full):
     assert len(text) < 3e6
 
 
-def test_every_value_of_the_scene_stands_there_with_unit_and_source(full):
+def test_every_value_of_the_scene_is_listed_with_unit_and_source(full):
     findings, text = full
     rows = [tuple(row) for row in Page(text).cells]
     numbers = findings.scene.numbers()
@@ -142,7 +142,7 @@ def test_text_from_files_is_escaped(full):
         assert f"{EVIL} {place}" in found.text
 
 
-def test_tells_what_the_functions_say(full):
+def test_values_are_those_of_the_functions(full):
     findings, text = full
     shown = " ".join(Page(text).text.split())
     pair, screening, midspan = findings.frequencies, findings.screening, findings.result.midspan()
@@ -175,7 +175,7 @@ def test_frames_are_the_motion_of_the_run(full):
     assert np.allclose(frames["twist"], expected.theta, atol=6e-5)
 
 
-def test_without_wind_says_so(calm):
+def test_without_wind_the_report_states_it(calm):
     shown = Page(calm).text
     for what in (
         "Static state in the mean wind",
@@ -237,7 +237,7 @@ def test_a_span_that_cannot_start_has_a_page_all_the_same(tmp_path, unpainted):
     assert "drop of mid-span below the chord" in shown
 
 
-def test_the_command_of_0_1_0_says_where_it_is_now():
+def test_the_command_of_0_1_0_names_its_replacement():
     said = CliRunner().invoke(
         fmu_app, ["report", "example3", "-o", "my page.html", "--until", "5", "--help"]
     )
@@ -276,12 +276,12 @@ def test_refuses_another_format(tmp_path, name):
 
 
 def test_progress_names_each_part():
-    told = []
+    progress = []
     scene = gf.load_scene("zebra").with_values({**QUICK, "wind.speed": 0.0, "aerodynamics": None})
-    examine(scene, 1.0, lambda *words: told.append(words))
-    names = list(dict.fromkeys(name for name, _ in told))
+    examine(scene, 1.0, lambda *words: progress.append(words))
+    names = list(dict.fromkeys(name for name, _ in progress))
     assert names == ["static state", "modes", "frequency ratio", "critical winds", "simulation"]
-    assert told[-1] == ("simulation", 1.0)
+    assert progress[-1] == ("simulation", 1.0)
 
 
 def test_rest_in_wind_balances_the_drag():

@@ -128,7 +128,7 @@ def test_other_formats_are_refused(result, tmp_path):
         plots.save_figure(plots.histories(result), tmp_path / "a.gif")
 
 
-def test_what_was_not_recorded_cannot_be_drawn(result):
+def test_channels_that_were_not_recorded_cannot_be_drawn(result):
     with pytest.raises(SceneError, match="u9 was not recorded"):
         plots.histories(result, ("u2", "u9"))
     with pytest.raises(SceneError, match="no record lies in the window late from 50 s to 60 s"):

@@ -101,7 +101,7 @@ def test_periodic_curve_does_not_depend_on_where_the_turn_starts():
         np.testing.assert_allclose(a, b, rtol=0, atol=5e-15)
 
 
-def test_whole_turns_do_not_matter_and_shapes_are_kept():
+def test_full_turns_do_not_matter_and_shapes_are_kept():
     curve = load_scene("example3").aerodynamics.curve()
     alpha = np.radians([[170.0, 180.0, 200.0], [-170.0, 540.0, -520.0]])
     # Observed: 2e-16 against the angle inside the range.
@@ -119,10 +119,10 @@ def test_outside_the_range():
         polynomial.curve().lift(np.radians([10.0, 85.0]))
     with pytest.raises(SceneError, match="attack angle nan deg"):
         polynomial.curve().lift(np.nan)
-    held = polynomial.model_copy(update={"outside": "hold"}).curve()
-    assert held.drag(np.radians(85.0)) == held.drag(np.radians(80.0))
-    assert held.lift_slope(np.radians(85.0)) == 0.0
-    assert held.lift_slope(np.radians(79.0)) != 0.0
+    constant = polynomial.model_copy(update={"outside": "hold"}).curve()
+    assert constant.drag(np.radians(85.0)) == constant.drag(np.radians(80.0))
+    assert constant.lift_slope(np.radians(85.0)) == 0.0
+    assert constant.lift_slope(np.radians(79.0)) != 0.0
 
 
 def test_periodic_polynomial_must_close():
@@ -170,7 +170,7 @@ def test_a_turn_that_ends_one_step_before_it_closes_is_the_closed_one():
         ([0, 120, 240], "error"),  # too few to be a turn
     ],
 )
-def test_what_counts_as_a_whole_turn(angles, beyond):
+def test_definition_of_a_full_turn(angles, beyond):
     count = len(angles)
     flat = TableCoefficients(
         angle_deg=list(angles), lift=[0] * count, drag=[1] * count, moment=[0] * count
@@ -178,7 +178,7 @@ def test_what_counts_as_a_whole_turn(angles, beyond):
     assert flat.beyond == beyond
 
 
-def test_ends_of_a_turn_that_differ_by_noise_get_their_mean_and_are_told_of():
+def test_ends_of_a_turn_that_differ_by_noise_are_averaged_with_a_warning():
     closed = every_ten_degrees()
     ends = (closed.lift[0] + 0.01, *closed.lift[1:-1], closed.lift[0] - 0.01)
     noisy = every_ten_degrees(lift=ends)

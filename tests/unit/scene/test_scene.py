@@ -46,7 +46,7 @@ def test_every_value_of_a_packaged_scene_has_a_source(name):
 
 
 def was_given(scene, path):
-    """Whether the scene file itself sets the value, instead of leaving it to the default."""
+    """Check that the scene file itself sets the value."""
     node = scene
     for key in path.split("."):
         if isinstance(node, tuple):
@@ -74,7 +74,7 @@ def test_reconstructions_of_lost_figures_are_called_so(name):
         ("zebra", "from_tension"),
     ],
 )
-def test_initial_state_follows_from_what_is_given(name, state):
+def test_initial_state_follows_from_the_given_values(name, state):
     assert load_scene(name).span.initial_state == state
 
 
@@ -98,7 +98,7 @@ def test_every_number_has_a_unit_and_every_field_a_meaning():
                 assert leaf.unit, leaf.path
 
 
-def test_numbers_hold_value_unit_and_meaning_in_the_order_of_declaration():
+def test_numbers_have_value_unit_and_meaning_in_order_of_declaration():
     numbers = load_scene("example2").numbers()
     assert numbers["wind.speed"][:2] == (4.1, "m/s")
     assert numbers["numerics.elements"] == (15, "1", "number of three-node elements")
@@ -109,7 +109,7 @@ def test_numbers_hold_value_unit_and_meaning_in_the_order_of_declaration():
     assert list(numbers)[:3] == ["span.length", "span.height_difference", "span.sag"]
 
 
-def test_a_law_takes_the_unit_of_what_it_drives(minimal):
+def test_a_law_has_the_unit_of_its_target(minimal):
     minimal["loads"] = [{"force": [0, 1, 0], "position": 0.5}]
     minimal["supports"] = {
         "left": {"kind": "rigid", "motion": {"x3": {"kind": "constant", "value": 0.1}}}

@@ -28,7 +28,7 @@ POSITIVE = [
 
 @pytest.mark.parametrize("value", [0.0, -3.0, math.nan, math.inf])
 @pytest.mark.parametrize(("path", "unit"), POSITIVE)
-def test_what_must_be_positive(path, unit, value):
+def test_positive_quantities(path, unit, value):
     with pytest.raises(SceneError) as caught:
         load_scene("example2").with_values({path: value})
     message = str(caught.value)
@@ -55,7 +55,7 @@ def test_what_must_be_positive(path, unit, value):
         ("supports.left.kind", "hinge", "must be one of 'rigid', 'springs', 'adjacent_span'"),
     ],
 )
-def test_what_has_a_range(path, value, allowed):
+def test_quantities_with_a_range(path, value, allowed):
     with pytest.raises(SceneError, match=re.escape(f"{path} = {value!r}: {allowed}")):
         load_scene("example2").with_values({path: value})
 
@@ -97,7 +97,7 @@ def test_unknown_key_in_a_file_is_refused_together_with_other_problems(tmp_path)
     ]
 
 
-def test_missing_value_says_what_is_needed(minimal):
+def test_missing_value_names_the_alternatives(minimal):
     del minimal["conductor"]["diameter"]
     with pytest.raises(
         SceneError,
@@ -141,8 +141,8 @@ def test_a_tension_that_no_span_has_is_refused_before_a_catenary_is_computed(
 
 
 def test_a_tension_of_an_adjacent_span_in_kilonewtons_is_asked_about(minimal):
-    beside = {"kind": "adjacent_span", "adjacent_span": 100.0, "adjacent_tension": 5.0}
-    minimal["supports"] = {"left": {**beside, "insulator_length": 2.0, "insulator_weight": 500.0}}
+    adjacent = {"kind": "adjacent_span", "adjacent_span": 100.0, "adjacent_tension": 5.0}
+    minimal["supports"] = {"left": {**adjacent, "insulator_length": 2.0, "insulator_weight": 500.0}}
     message = (
         r"^supports.left.adjacent_tension = 5 N is less than a hundredth of the weight of the span"
         r" \(1472 N\); is"

@@ -25,7 +25,7 @@ OUTCOMES = {
 
 
 @pytest.mark.parametrize("case", CASES)
-def test_a_start_that_fails_returns_what_there_is(case, tmp_path):
+def test_a_failed_start_returns_a_result(case, tmp_path):
     scene = gf.load_scene("example3").with_values(CASES[case])
     result = gf.simulate(scene, 5.0, on_failure="return")
     assert result.outcome is OUTCOMES[case]

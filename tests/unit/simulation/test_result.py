@@ -33,10 +33,10 @@ def test_frequency_of_a_wave_with_harmonics_and_drift():
         1e4 + 1e-9 * np.sin(TIME),  # only rounding moves
         np.concatenate(
             [[1.0], np.zeros(100), [-1.0]]
-        ),  # at the ends only, which the window leaves out
+        ),  # at the ends only, which the window excludes
     ],
 )
-def test_what_does_not_oscillate_has_no_frequency(still):
+def test_a_motion_without_oscillation_has_no_frequency(still):
     assert np.isnan(dominant_frequency(still, 0.05))
     assert frequency_text(dominant_frequency(still, 0.05)) == "-"
 
@@ -56,14 +56,14 @@ def test_a_window_between_two_records_is_refused():
         result.steady(0.01)
     runs = gf.sweep("example1", {"wind.speed": [0.0]}, stop_time=0.5, window=0.001)
     assert runs.dataset.outcome.values.tolist() == ["invalid_scene"]
-    assert "holds fewer than two records" in runs.dataset.message.item()
+    assert "contains fewer than two records" in runs.dataset.message.item()
 
 
-def test_the_force_at_an_adjacent_span_is_said_to_be_no_load_on_the_tower():
-    beside = {"kind": "adjacent_span", "adjacent_span": 130.0, "adjacent_tension": 15e3}
+def test_the_description_of_a_support_force_excludes_the_tower_load():
+    adjacent = {"kind": "adjacent_span", "adjacent_span": 130.0, "adjacent_tension": 15e3}
     string = {"insulator_length": 2.0, "insulator_weight": 500.0}
     scene = gf.load_scene("example3").with_values(
-        {"supports.right": {**beside, **string}, "numerics.elements": 4}
+        {"supports.right": {**adjacent, **string}, "numerics.elements": 4}
     )
     data = gf.simulate(scene, 0.05).dataset
     for axis in (1, 2, 3):
@@ -75,6 +75,6 @@ def test_the_force_at_an_adjacent_span_is_said_to_be_no_load_on_the_tower():
             .attrs["long_name"]
             .endswith("so it is not the load on the suspension tower")
         )
-    told = {variable.name: variable.description for variable in fmu_variables(scene)}
-    assert "whole pull of this span" in told["support.right.f1"]
-    assert "whole pull of this span" not in told["support.left.f1"]
+    description = {variable.name: variable.description for variable in fmu_variables(scene)}
+    assert "whole pull of this span" in description["support.right.f1"]
+    assert "whole pull of this span" not in description["support.left.f1"]

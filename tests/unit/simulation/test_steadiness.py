@@ -1,4 +1,4 @@
-"""What a motion does: drawn signals of known kind, and runs whose course is known."""
+"""Classification of motion: random signals of known kind, and known runs."""
 
 import dataclasses
 import math
@@ -57,7 +57,7 @@ def _every_few_cycles(rng):
 
 
 def _exponential(rng, sign=1.0, least=0.012, size=1.0):
-    """Grows by 1.2 % to a factor of 20,000 over the window; within it nobody could say where to."""
+    """Grows by 1.2 % to a factor of 20,000 over the window; within it the limit is unknown."""
     time, samples, wave = _wave(rng)
     return size * np.exp(sign * _log_uniform(rng, least, 10.0) * time / time[-1]) * wave, samples
 
@@ -186,7 +186,7 @@ def test_rates_are_those_put_in(rate):
     assert found.kind == ("still growing" if rate > 0.0 else "decaying")
 
 
-def test_what_cannot_be_judged_says_why():
+def test_undecided_motions_have_a_reason():
     time = np.arange(0.0, 100.0, 0.05)
     assert (
         str(judge(np.cos(0.4 * time), 0.05)) == "undetermined (6.4 cycles in 100 s; 9 are needed)"
@@ -224,7 +224,7 @@ def test_any_history_is_judged(seed):
         )
 
 
-def test_a_turn_is_told_with_its_time():
+def test_a_full_rotation_is_reported_with_its_time():
     time = np.arange(0.0, 600.0, 0.05)
     still = 1e-7 * np.cos(time)
     twist = -math.radians(242.0) / (1.0 + np.exp(-2.0 * (time - 85.0)))
@@ -353,7 +353,7 @@ def findings_of(result):
     )
 
 
-def test_headline_of_a_motion_that_grows_says_so(swing):
+def test_headline_of_a_growing_motion(swing):
     from modal.report.tables import cards
 
     (card,) = cards(findings_of(_until(swing, 300.0)))
@@ -369,7 +369,7 @@ def test_headline_of_a_motion_that_grows_says_so(swing):
     assert card.remark.endswith("m; at rest")
 
 
-def test_a_report_says_beside_the_clearance_what_the_run_is_worth(swing):
+def test_a_report_qualifies_the_clearance_of_an_unsteady_run(swing):
     """Headline and clearance of a run that still grows and whose steps are too long."""
     from gallop_fmu.line.clearance import davison_single_loop
     from modal.report.page import page
@@ -463,8 +463,8 @@ def test_the_fastest_motion_that_carries_energy(frequencies):
 def test_steps_in_a_period_are_counted(integrator, step, error):
     """Period 1.486 s; errors on example 3 in 900 s: +1.6, +21 and +27 %, and +0.02 % by Gauss."""
     values = {"numerics.time_step": step, "numerics.integrator": integrator}
-    told = step_warnings(gf.load_scene("example3").with_values(values), 0.673, 0.05)
-    assert [error in sentence for sentence in told] == ([True] if error else [])
+    warning = step_warnings(gf.load_scene("example3").with_values(values), 0.673, 0.05)
+    assert [error in sentence for sentence in warning] == ([True] if error else [])
     assert not step_warnings(gf.load_scene("example3").with_values(values), math.nan, 0.05)
 
 
@@ -477,10 +477,10 @@ def test_every_printer_warns_of_long_steps(swing):
     assert result.steady()["u2"].amplitude / swing.steady()["u2"].amplitude == pytest.approx(
         1.22, abs=0.02
     )
-    (told,) = result.warnings
-    assert "10.3 time steps in a period of 1.54 s" in told
-    assert "may be off by 22 %" in told
-    assert f"warning: {told}" in repr(result)
+    (warning,) = result.warnings
+    assert "10.3 time steps in a period of 1.54 s" in warning
+    assert "may be off by 22 %" in warning
+    assert f"warning: {warning}" in repr(result)
     assert swing.warnings == ()
     coarse = gf.simulate(long.with_values({"run.record_every": 10}), 300.0)
     assert "records in a period" in coarse.warnings[1]

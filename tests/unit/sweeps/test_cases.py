@@ -118,7 +118,7 @@ CURVE = "angle_deg,lift,drag,moment\n0,0,1,0\n10,{lift},1,0\n"
 
 @pytest.fixture
 def corridor(table):
-    """The path of a scene file with a line that lacks its span, beside its curve."""
+    """The path of a scene file with a line that lacks its span, in the folder of its curve."""
     table(CURVE.format(lift=-1), "mine.csv")
     return table(LINE, "corridor.toml")
 
@@ -145,7 +145,7 @@ def test_familiar_numbers_of_a_line_are_columns(table, corridor):
         250.0,
     )
     assert (second.span.gravity, second.wind.speed, second.numerics.elements) == (9.8, 4.0, 8)
-    # what is given beside the line is put upon what follows from it, and changes nothing else
+    # values given explicitly replace those computed from the line, and nothing else
     assert (
         second.span.horizontal_tension
         == cases(corridor, {"line.conductor": ["Hawk"], "line.span": [250.0]})
@@ -155,7 +155,7 @@ def test_familiar_numbers_of_a_line_are_columns(table, corridor):
     )
 
 
-def test_a_table_may_hold_the_whole_line(table):
+def test_a_table_may_contain_the_whole_line(table):
     path = table("line.conductor,line.span,line.stringing_tension\nDrake,300,28000\nHawk,250,\n")
     first, second = cases(None, table=path).every
     assert first.scene().span.horizontal_tension == pytest.approx(28000.0, rel=0.1)
@@ -199,7 +199,7 @@ def test_errors_of_a_line_concern_their_own_run_and_name_the_column(table, corri
         (None, {"line": [{}]}, r"^line: unknown key"),
     ],
 )
-def test_lines_that_no_row_can_mend_are_refused_at_once(corridor, scene, over, fragment):
+def test_lines_that_no_row_can_correct_are_refused_at_once(corridor, scene, over, fragment):
     with pytest.raises(gf.SceneError, match=fragment):
         cases(scene or corridor, over)
 
@@ -380,7 +380,7 @@ def test_labels_and_names_come_back_as_they_were(table, geojson):
 
 
 def test_a_name_that_begins_with_a_number_sign_is_a_span(table):
-    """Comments stand above the header only; a pole may be called #12."""
+    """Comments are above the header only; a pole may be called #12."""
     path = table('# comment, with "quotes\n\nname,span.sag\n"#12",2.1\n#13,2.2\nB,2.2\n')
     assert [row["name"] for row in gf.read_spans(path)] == ["#12", "#13", "B"]
 
@@ -515,7 +515,7 @@ def test_a_date_as_a_value_is_refused_by_its_scene(value):
             case.scene()
 
 
-def test_whole_numbers_that_no_array_holds_are_refused_by_their_scene(tmp_path):
+def test_integers_beyond_64_bits_are_refused_by_their_scene(tmp_path):
     keys = ("span.length", "numerics.elements", "run.record_every")
     values = (2**63, 10**400, -(2**63) - 1, "9" * 25, "9" * 5000)
     rows = [{"name": f"{key} {k}", key: value} for key in keys for k, value in enumerate(values)]
@@ -552,7 +552,7 @@ def test_a_table_as_a_value_is_a_cell_of_json(tmp_path):
 
 
 @pytest.mark.parametrize("suffix", [".nc", ".NC"])
-def test_a_column_that_the_file_cannot_hold_is_refused_before_computing(table, tmp_path, suffix):
+def test_a_column_that_the_file_cannot_contain_is_refused_early(table, tmp_path, suffix):
     path = table("name,label.from/to,span.sag\nA,T1/T2,2.1\n")
     with pytest.raises(
         gf.SceneError, match=r"no slash in the name of a column, as in 'label.from/to'; call it"

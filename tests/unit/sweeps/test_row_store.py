@@ -1,4 +1,4 @@
-"""Rows on disk: the same back, from whatever an interrupted program left."""
+"""Rows on disk are read back unchanged, also after an interrupted program."""
 
 import hashlib
 import json
@@ -62,7 +62,7 @@ def _filled(path, rows=ROWS):
 
 
 @both_formats
-def test_file_holds_what_it_was_given_bit_for_bit(tmp_path, suffix):
+def test_rows_are_read_back_bit_for_bit(tmp_path, suffix):
     path = tmp_path / f"runs{suffix}"
     store = _filled(path)
     store.close()
@@ -147,7 +147,7 @@ def test_a_file_without_its_journal_is_not_overwritten(path):
     assert [file.name for file in path.parent.iterdir()] == [path.name]
 
 
-def test_what_ended_in_something_unforeseen_is_tried_again(path):
+def test_runs_with_an_unexpected_exception_are_repeated(path):
     store = _filled(path, [*ROWS[:2], {**ROWS[2], "outcome": ERROR}])
     store.close()
     assert read(path).run.values.tolist() == [0, 1, 2]
@@ -212,7 +212,7 @@ def test_names_that_are_refused(tmp_path, name, fragment):
         RowStore(tmp_path / name, HEADER)
 
 
-def test_parquet_without_pyarrow_says_what_to_do(tmp_path, monkeypatch):
+def test_parquet_without_pyarrow_has_a_remedy(tmp_path, monkeypatch):
     monkeypatch.setitem(__import__("sys").modules, "pyarrow", None)
     with pytest.raises(
         gf.SceneError, match=r'pip install "gallop-fmu\[parquet\]", or give a name that ends in .nc'
@@ -221,7 +221,7 @@ def test_parquet_without_pyarrow_says_what_to_do(tmp_path, monkeypatch):
 
 
 def test_a_file_is_replaced_as_a_whole(path, monkeypatch):
-    """Whatever happens while the new file is written, the old one stays."""
+    """A failure while the new file is written leaves the old one."""
     store = _filled(path, ROWS[:2])
     store.export()
     before = path.read_bytes()
@@ -324,7 +324,7 @@ def test_headers_that_no_sweep_writes(path, header):
 
 
 @pytest.mark.parametrize("header", [{"columns": {}}, {"grid": {"wind.speed": [4.0, 5.0, 7.0]}}])
-def test_a_header_that_says_something_else_of_the_same_sweep(path, header):
+def test_a_header_with_other_values_of_the_same_sweep(path, header):
     _forged(path, [], {**HEADER, **header}, {**HEADER, **header})
     with pytest.raises(gf.SceneError, match=NOT_OURS):
         RowStore(path, HEADER)

@@ -42,11 +42,11 @@ def invoke(tmp_path, monkeypatch):
 
 
 def same(one, other):
-    """Whether two results agree in every bit, but for the time that they took."""
+    """Check that two results agree in every bit, except for their run times."""
     return one.dataset.drop_vars("seconds").identical(other.dataset.drop_vars("seconds"))
 
 
-def test_rows_are_what_single_runs_give(scene, runs):
+def test_rows_equal_single_runs(scene, runs):
     for row in (0, 5):
         values = {key: runs.dataset[key].values[row] for key in WINDS}
         result = gf.simulate(scene.with_values(values), 20.0)
@@ -85,7 +85,7 @@ def test_runs_that_fail_are_rows(scene, runs):
     assert np.all(np.isnan(runs.failed.u2_amplitude))
 
 
-def test_a_run_that_ends_early_keeps_what_it_had(scene):
+def test_a_run_that_ends_early_keeps_its_records(scene):
     runs = gf.sweep(scene, {"aerodynamics.valid_to_deg": [181.0, 260.0]}, stop_time=20.0)
     assert runs.dataset.outcome.values.tolist() == ["angle_out_of_range", "completed"]
     assert "the attack angle left the validity range" in runs.dataset.message.values[0]
@@ -94,13 +94,13 @@ def test_a_run_that_ends_early_keeps_what_it_had(scene):
     assert math.isnan(runs.dataset.u2_amplitude.values[0])
 
 
-def test_what_nobody_foresaw_is_a_row_too(scene):
-    def spoilt(result):
+def test_an_unexpected_exception_is_a_row_too(scene):
+    def failing(result):
         if result.scene.wind.speed == 5.0:
             raise MemoryError("for a test")
         return {"wind": result.scene.wind.speed, "word": "fine"}
 
-    runs = gf.sweep(scene, {"wind.speed": [4.0, 5.0, 6.0]}, stop_time=1.0, summary=spoilt)
+    runs = gf.sweep(scene, {"wind.speed": [4.0, 5.0, 6.0]}, stop_time=1.0, summary=failing)
     assert runs.dataset.outcome.values.tolist() == ["completed", "error", "completed"]
     assert runs.dataset.message.values[1] == "MemoryError: for a test"
     assert runs.dataset.word.values.tolist() == ["fine", "", "fine"]
@@ -302,8 +302,8 @@ def test_command_writes_and_resumes(invoke, tmp_path):
     assert "north 4" in result.stdout
     assert "wrote runs.parquet: 2 of 2 runs" in result.stdout
     assert result.stderr == ""
-    told = json.loads(invoke(*words, "--json").stdout)
-    assert told == {"runs": 2, "done": 2, "failed": [], "files": ["runs.parquet"]}
+    printed = json.loads(invoke(*words, "--json").stdout)
+    assert printed == {"runs": 2, "done": 2, "failed": [], "files": ["runs.parquet"]}
 
 
 def test_command_as_json(invoke):
@@ -463,7 +463,7 @@ def test_screen_command_refuses(invoke, words, fragment):
         ({"x": np.int64(3), "y": np.array(2.5), "z": np.bool_(True), "t": "text"}, ""),
     ],
 )
-def test_a_summary_that_no_file_can_hold_is_a_failed_run(scene, tmp_path, kept, message):
+def test_a_summary_that_no_file_can_contain_is_a_failed_run(scene, tmp_path, kept, message):
     """Not the end of the sweep, and no journal that is called damaged the next time."""
     arguments = {"stop_time": 0.1, "summary": lambda result: kept, "out": tmp_path / "a.nc"}
     for _ in range(2):

@@ -33,7 +33,7 @@ def refusal(path):
     ["../x", "a/../../x", "/x", "C:x", "a\\x", "..\\x", "a/..", "//server/x"],
     ids=lambda name: name,
 )
-def test_names_that_lead_out(tmp_path, name):
+def test_names_outside_the_folder(tmp_path, name):
     path = written(tmp_path / "x.fmu", [("modelDescription.xml", PLAIN), (name, b"harm")])
     assert "is outside the archive's folder" in refusal(path)
 
@@ -65,19 +65,19 @@ def test_entities_hidden_in_another_encoding(tmp_path, text):
     )
 
 
-def test_a_bomb_by_its_ratio(tmp_path):
+def test_a_zip_bomb_by_its_ratio(tmp_path):
     path = written(
         tmp_path / "x.fmu", [("modelDescription.xml", PLAIN), ("bomb", bytes(11_000_000))]
     )
     assert "at most 100 times the archive's size is unpacked" in refusal(path)
 
 
-def test_a_bomb_by_its_number_of_files(tmp_path):
+def test_a_zip_bomb_by_its_number_of_files(tmp_path):
     entries = [("modelDescription.xml", PLAIN), *((f"{k}", b"") for k in range(10_000))]
     assert "10001 files" in refusal(written(tmp_path / "x.fmu", entries))
 
 
-def test_a_size_that_is_a_lie(tmp_path):
+def test_a_false_size(tmp_path):
     """The table of contents promises less than there is."""
     path = written(
         tmp_path / "x.fmu", [("modelDescription.xml", PLAIN), ("bomb", bytes(1_000_000))]
@@ -92,7 +92,7 @@ def test_a_size_that_is_a_lie(tmp_path):
 
 
 @pytest.mark.parametrize("method", [zipfile.ZIP_BZIP2, zipfile.ZIP_LZMA])
-def test_compressions_that_fmi_does_not_know(tmp_path, method):
+def test_compressions_outside_fmi(tmp_path, method):
     path = written(tmp_path / "x.fmu", [("modelDescription.xml", PLAIN), ("a", b"a" * 100)], method)
     assert "has a compression that FMI does not allow" in refusal(path)
 
@@ -127,7 +127,7 @@ def test_a_description_without_end(tmp_path, monkeypatch):
         ),
     ],
 )
-def test_descriptions_that_are_none_are_findings_and_no_exceptions(tmp_path, text):
+def test_invalid_descriptions_are_findings_not_exceptions(tmp_path, text):
     check = check_fmu(written(tmp_path / "x.fmu", [("modelDescription.xml", text)]))
     assert [row.name for row in check.rows if not row.ok] == ["description", "kind"]
     assert "root:" not in "".join(row.detail for row in check.rows)
