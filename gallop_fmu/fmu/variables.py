@@ -23,7 +23,7 @@ from typing import Any, Literal, get_args
 
 from gallop_fmu.foundation.channels import NODE_CHANNELS, NODE_INDEX, SPAN_CHANNELS, SPAN_INDEX
 from gallop_fmu.scene.fields import WholeNumber
-from gallop_fmu.scene.scene import FASTEST_WIND, Scene
+from gallop_fmu.scene.scene import MAX_WIND_SPEED, Scene
 
 AXES = ("x1", "x2", "x3")
 ENDS = ("left", "right")
@@ -168,7 +168,7 @@ def _inputs(scene: Scene) -> Iterator[dict[str, Any]]:
         "description": "wind speed across the span, held over a communication step",
         "start": wind_speed_at_start(scene),
         "minimum": 0.0,
-        "maximum": FASTEST_WIND if scene.aerodynamics is not None else 0.0,
+        "maximum": MAX_WIND_SPEED if scene.aerodynamics is not None else 0.0,
     }
     yield common | {
         "name": "attack_angle",

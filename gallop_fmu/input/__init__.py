@@ -1,1 +1,1 @@
-"""Scenes from files and tables, and scenes written to files."""
+"""Reading and writing of scenes."""

@@ -1,4 +1,4 @@
-"""A scene as a TOML file to be edited by hand: every value with its unit and meaning beside it."""
+"""A scene as a TOML file with unit and meaning of each value, for editing."""
 
 from __future__ import annotations
 
@@ -10,13 +10,13 @@ from gallop_fmu.scene.scene import Scene
 HEADER = """\
 # A scene of gallop-fmu: SI units, angles in degrees where the name ends in _deg.
 # Axes: x1 along the span, x2 up, x3 horizontal; wind blows towards +x3.
-# Change what you know better, and say under [sources] where it comes from.
+# Change values as needed, and give their sources under [sources].
 
 """
 
 
 def annotated_toml(scene: Scene) -> str:
-    """The whole scene as `Scene.to_toml` writes it, with comments; loading it gives an equal scene."""
+    """Return `Scene.to_toml` with comments; loading it gives an equal scene."""
     notes = {
         leaf.path: f"{leaf.meaning} [{leaf.unit}]" if leaf.unit else leaf.meaning
         for leaf in leaves(scene)

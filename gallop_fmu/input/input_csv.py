@@ -1,9 +1,9 @@
-"""Wind and tower motion from a CSV file as FMPy reads it for an FMU: ``time`` and the names of input variables.
+"""Wind and tower motion from a CSV file with ``time`` and inputs of the FMU, as FMPy reads it.
 
-So the same file drives the FMU (``fmpy simulate --input-file``) and `gallop_fmu.simulate`. FMPy
-sets the inputs at the start of a communication step and the FMU reaches them at its end, so it
-follows the file one step later: an error of first order in the step (`tests/fmu/test_inputs.py`
-measures 0.045 m of 0.40 m at a step of 0.05 s, 0.009 m at 0.01 s).
+The same file works for the FMU (``fmpy simulate --input-file``) and `gallop_fmu.simulate`. FMPy
+sets inputs at the start of a communication step and the FMU reaches them at its end, so the FMU is
+delayed by one step: an error of first order in the step (`tests/fmu/test_inputs.py` measures 0.045
+m of 0.40 m for a step of 0.05 s, and 0.009 m for 0.01 s).
 """
 
 from __future__ import annotations
@@ -21,32 +21,32 @@ MOTIONS = {
     for end in ("left", "right")
     for axis in ("x1", "x2", "x3")
 }
-"""Input variables for the tower points, and where a scene holds their laws."""
+"""Input variables of the tower points to the dotted paths of their laws."""
 
 
 COLUMNS = {"time": "s", "wind_speed": "m/s", "attack_angle": "rad", **dict.fromkeys(MOTIONS, "m")}
-"""Columns that an input file can have, and their units."""
+"""Possible columns of an input file, and their units."""
 
 
 def with_inputs(scene: Scene, path: Path | str) -> Scene:
-    """Copy of a scene that is driven by the columns of a CSV file, linear between its rows and held beyond them.
+    """Return a copy of a scene with wind and tower motion from a CSV file.
 
-    Two rows of one time are a jump, and a single row is constant.
+    Values are linear between rows and constant before the first and after the last. Two rows with
+    the same time are a jump; a single row is a constant.
 
     Parameters
     ----------
     scene
-        What to drive.
+        The scene.
     path
-        File whose first column is the time [s], whatever its name, and whose others are any of
-        ``wind_speed`` [m/s], ``attack_angle`` [rad] and ``support.left.x1`` ...
-        ``support.right.x3`` [m].
+        File. Its first column is the time [s], with any name; the others are any of ``wind_speed``
+        [m/s], ``attack_angle`` [rad] and ``support.left.x1`` ... ``support.right.x3`` [m].
 
     Raises
     ------
     SceneError
-        Unreadable file, unknown or repeated column, times that do not increase, or an attack angle
-        that changes: a scene holds one angle, only the FMU can vary it.
+        The file is unreadable, a column unknown or repeated, times do not increase, or the attack
+        angle changes, which only the FMU supports.
     """
     path = Path(path)
     table = read_table(path, COLUMNS, first="time")
@@ -70,14 +70,14 @@ def with_inputs(scene: Scene, path: Path | str) -> Scene:
 
 
 def _length(time: list[float]) -> float:
-    """Length of the whole file [s]: every gap between two rows is meant as a straight line."""
+    """Return the length of the file [s], so that a gap of any length is interpolated."""
     return max(time[-1] - time[0], 1.0)
 
 
 def _constant_angle(path: Path, angles: tuple[float, ...]) -> float:
     if len(set(angles)) != 1:
         raise SceneError(
-            f"{path.name}: attack_angle changes from {angles[0]}; in a scene it is constant. "
-            "Leave the column out, or run the FMU, whose input it is"
+            f"{path.name}: attack_angle changes from {angles[0]}, but is constant in a scene;"
+            " remove the column, or simulate the FMU, which has this input"
         )
     return math.degrees(angles[0])

@@ -1,4 +1,4 @@
-"""Scenes from files: the packaged ones by name, others by path."""
+"""Scene files: packaged ones by name, others by path."""
 
 from __future__ import annotations
 
@@ -10,11 +10,12 @@ from typing import Any
 
 from gallop_fmu.foundation.errors import SceneError
 from gallop_fmu.foundation.text_files import packaged_names, packaged_text, parse_toml, read_text
+from gallop_fmu.scene.file_format import without_format
 from gallop_fmu.scene.scene import Scene
 
 
 def packaged_scenes() -> dict[str, str]:
-    """Names of the scenes that come with the package, with their titles."""
+    """Return the names of the packaged scenes and their titles."""
     return {name: str(tomllib.loads(text)["title"]) for name, text in _packaged().items()}
 
 
@@ -24,24 +25,24 @@ def load_scene(name_or_path: str | Path) -> Scene:
     Parameters
     ----------
     name_or_path
-        Name of a packaged scene (see `packaged_scenes`), else the path of a TOML file.
+        Name of a packaged scene (see `packaged_scenes`), or path of a TOML file.
 
     Raises
     ------
     SceneError
-        Unknown name, unreadable or foreign file, or invalid content; the message names all
-        problems.
+        The name is unknown, the file unreadable or not a scene, or the content invalid; the message
+        names all problems.
     """
     return scene_of_file(*read_scene_file(name_or_path))
 
 
 def read_scene_file(name_or_path: str | Path) -> tuple[dict[str, Any], Path, str]:
-    """Content of the file of a scene as `load_scene` finds it, its folder, and what errors call it.
+    """Read a scene file; return its content, its folder, and its name for messages.
 
     Raises
     ------
     SceneError
-        Unknown name, unreadable or foreign file; what the file holds is not looked at.
+        The name is unknown, or the file is unreadable or not a scene. Values are not checked.
     """
     packaged = _packaged()
     if str(name_or_path) in packaged:
@@ -50,19 +51,19 @@ def read_scene_file(name_or_path: str | Path) -> tuple[dict[str, Any], Path, str
     if not path.suffix and len(path.parts) == 1 and not path.exists():
         closest = difflib.get_close_matches(str(path), packaged, n=1, cutoff=0.0)
         raise SceneError(
-            f"{path}: no packaged scene has this name (there are {', '.join(packaged)}) and there"
-            f" is no such file; closest: {closest[0]}"
+            f"{path}: no packaged scene and no file has this name; packaged are"
+            f" {', '.join(packaged)}; closest: {closest[0]}"
         )
     return _parse(read_text(path), str(path)), path.parent, str(path)
 
 
 def scene_of_file(data: Mapping[str, Any], folder: Path, name: str) -> Scene:
-    """The scene that the content of a file describes; errors begin with the name of the file, if it has one.
+    """Return the scene of a file's content; messages begin with the name, if it is not empty.
 
     Raises
     ------
     SceneError
-        Invalid content; the message names all problems.
+        The content is invalid; the message names all problems.
     """
     try:
         return Scene.from_dict(data, folder)
@@ -84,11 +85,12 @@ def _packaged() -> dict[str, str]:
 
 def _parse(text: str, name: str) -> dict[str, Any]:
     try:
-        data = parse_toml(text)
+        data = dict(without_format(parse_toml(text)))
     except SceneError as problem:
         raise SceneError(f"{name}: {problem}") from None
     if not {"line", "span", "conductor"} & data.keys():
         raise SceneError(
-            f"{name}: not a scene file; it has neither [line] nor [span] nor [conductor]"
+            f"{name}: not a scene file, as it has none of [line], [span] and [conductor]; see"
+            " gallop-fmu new"
         )
     return data

@@ -1,4 +1,4 @@
-"""What a scene is made from, its ``[line]`` table not yet resolved, so that familiar numbers can be changed too."""
+"""Specification of a scene with an unresolved ``[line]``, so that line data can be changed."""
 
 from __future__ import annotations
 
@@ -18,29 +18,29 @@ from gallop_fmu.scene.fields import setting, unit_of_field
 from gallop_fmu.scene.scene import Scene
 
 LINE = "line."
-"""Start of the dotted paths of a line's familiar numbers."""
+"""Start of the dotted paths of line data."""
 
 
 class SceneWithLine(Scene):
-    """Schema that only lists the valid keys of a specification, those of [line] among them."""
+    """Schema used only to list the valid keys, including those of [line]."""
 
-    line: Line | None = setting(None, "a line in familiar numbers")
+    line: Line | None = setting(None, "line data")
 
 
 @dataclass(frozen=True)
 class SceneSpec:
-    """A scene as it was given, and values changed upon it.
+    """The content of a scene file, and values to change.
 
     Attributes
     ----------
     data : dict
         Content of a scene file.
     folder : Path
-        Where relative names of CSV files start.
+        Folder of relative names of CSV files.
     name : str
-        What error messages call it; empty for none.
+        Name for messages; may be empty.
     values : dict
-        Dotted path to changed value.
+        Dotted path to new value.
     """
 
     data: Mapping[str, Any]
@@ -50,12 +50,12 @@ class SceneSpec:
 
     @classmethod
     def of(cls, scene: Scene | SceneSpec | str | Path) -> SceneSpec:
-        """The specification of a scene, of a packaged name or of a path.
+        """Return the specification of a scene, a packaged name or a path.
 
         Raises
         ------
         SceneError
-            If there is no such scene, or its file cannot be read.
+            The scene does not exist, or its file cannot be read.
         """
         if isinstance(scene, SceneSpec):
             return scene
@@ -65,42 +65,42 @@ class SceneSpec:
 
     @property
     def has_line(self) -> bool:
-        """Whether there is a ``[line]`` table whose values can be changed."""
+        """True if there is a ``[line]`` table."""
         return "line" in self.data
 
     def with_values(self, values: Mapping[str, Any]) -> SceneSpec:
-        """The same with some more values changed; not looked at before `scene`."""
+        """Return a copy with more values to change; `scene` checks them."""
         return replace(self, values={**self.values, **values})
 
     def scene(self, values: Mapping[str, Any] | None = None) -> Scene:
-        """The scene with its values, and with those given here.
+        """Return the scene with the changed values and those given here.
 
-        Values of the line are changed first, and the line resolved; then the others, on what
-        follows from it.
+        Values of the line are changed first and the line is resolved, then the other values are
+        changed.
 
         Raises
         ------
         SceneError
-            A value is not allowed, or there is no line where one is to be changed.
+            A value is not allowed, or a value of a missing line is changed.
         """
-        every = {**self.values, **(values or {})}
+        changes = {**self.values, **(values or {})}
         on_line = {
-            key.removeprefix(LINE): value for key, value in every.items() if key.startswith(LINE)
+            key.removeprefix(LINE): value for key, value in changes.items() if key.startswith(LINE)
         }
-        others = {key: value for key, value in every.items() if not key.startswith(LINE)}
+        others = {key: value for key, value in changes.items() if not key.startswith(LINE)}
         scene = self._with_line(on_line) if on_line else self._unchanged
         return scene.with_values(others) if others else scene
 
-    def check(self, to_come: Collection[str]) -> None:
-        """Refuse at once what no value of the keys to come can mend.
+    def check(self, varied: Collection[str]) -> None:
+        """Fail early on errors that later values of the varied keys cannot fix.
 
         Raises
         ------
         SceneError
-            Values of a line are to come, but there is no line; its table has an unknown key, or
-            lacks one that does not come; or without a line, the scene is not allowed as it is.
+            A varied key needs a line and there is none; the line has an unknown key or lacks a
+            required one; or, if no value of a line is varied, the scene is invalid.
         """
-        on_line = sorted(key for key in to_come if key.startswith(LINE))
+        on_line = sorted(key for key in varied if key.startswith(LINE))
         if not on_line:
             self.scene()
             return
@@ -119,7 +119,7 @@ class SceneSpec:
                 )
 
     def fingerprint(self) -> str:
-        """A number that changes with anything in it, and in the files that a line names."""
+        """Return a text that identifies the specification and the files that its line refers to."""
         if not self.has_line:
             return self.scene().to_toml()
         content = json.dumps([self.data, self.values], sort_keys=True, default=str)
@@ -128,7 +128,7 @@ class SceneSpec:
         )
 
     def file_fingerprint(self, name: Any) -> str:
-        """A number that changes with the content of a file; empty if there is none of this name."""
+        """Return the hash of a file; empty if it does not exist."""
         path = self.folder / str(name)
         return hashlib.sha256(path.read_bytes()).hexdigest() if path.is_file() else ""
 
@@ -145,9 +145,8 @@ class SceneSpec:
         if not self.has_line:
             raise SceneError(
                 self._named(
-                    f"{wanted}: there is no [line] table whose values could be changed; give a"
-                    " scene file that has one, by its path (a scene once loaded holds plain"
-                    " numbers only)"
+                    f"{wanted}: the scene has no [line] table; give the path of a scene file with"
+                    " one (a loaded scene no longer has its [line])"
                 )
             )
         line = self.data["line"]
@@ -160,12 +159,12 @@ class SceneSpec:
 
 
 def unit_of(scene: Scene, key: str) -> str:
-    """Unit of the value of a scene, or of its line, at a dotted path; empty for texts and choices.
+    """Return the unit of a value of a scene or its line; empty for texts and choices.
 
     Raises
     ------
     SceneError
-        No value has this path.
+        The path does not exist.
     """
     return (
         unit_of_field(Line.model_fields[key.removeprefix(LINE)])
@@ -175,7 +174,7 @@ def unit_of(scene: Scene, key: str) -> str:
 
 
 def _file_names(data: Any) -> Iterator[str]:
-    """Values at the places where a specification can name a file."""
+    """Yield the names of files in a specification."""
     if isinstance(data, list):
         for item in data:
             yield from _file_names(item)

@@ -25,32 +25,30 @@ Outside = Literal["error", "hold", "periodic"]
 COEFFICIENTS = ("lift", "drag", "moment")
 CURVE_COLUMNS = {"angle_deg": "deg", **dict.fromkeys(COEFFICIENTS, "1")}
 """Columns of a coefficient file, and their units."""
-POINTS_OF_POLYNOMIAL = 361
-"""Angles over its validity range at which a polynomial is looked at."""
+POLYNOMIAL_POINTS = 361
+"""Number of angles at which a polynomial is checked."""
 
-LARGEST_COEFFICIENT = 10.0
-"""Measured coefficients of iced conductors stay below 3; beyond this a column or a unit is mistaken."""
+MAX_COEFFICIENT = 10.0
+"""Maximum coefficient; measured ones of iced conductors are below 3."""
 TURN = 2.0 * np.pi
 WRAPPED_POINTS = 3
-"""A PCHIP slope depends on the two neighbours; one more keeps the end formula away from the seam."""
+"""Points beyond each end of a turn: two for a PCHIP slope, one more for the end formula."""
 
-WIDEST_STEP = 45.0
-"""Widest step [deg] of a table that is taken as measured over a whole turn."""
+MAX_STEP_OF_TURN = 45.0
+"""Maximum step [deg] of a table that covers a whole turn."""
 
-SAME_END = 0.05, 0.01
-"""Difference of the two ends of a whole turn that is taken as noise: a part of the coefficient's range, or this."""
+END_NOISE_SHARE, END_NOISE = 0.05, 0.01
+"""Difference of the two ends of a turn that is noise: share of the coefficient's range, or value."""
 
 OUTSIDE_MEANING = (
-    "attack angle outside the validity range: an error, the end value held, or the curve repeated"
+    "outside the validity range: an error, the end value (hold), or the repeated curve (periodic)"
 )
-RADIUS_MEANING = (
-    "radius r of the relative wind's twist part r omega; half the diameter if not given"
-)
+RADIUS_MEANING = "radius r of the relative wind's twist part r omega (default: half the diameter)"
 
 
 @dataclass(frozen=True)
 class AerodynamicCurve:
-    """Coefficients as cubics between breakpoints; attack angles in radians, arrays of any shape.
+    """Coefficients as cubics between breakpoints; attack angles in rad, arrays of any shape.
 
     An attack angle is first reduced modulo 2 pi to the turn centred on the validity range.
 
@@ -59,11 +57,11 @@ class AerodynamicCurve:
     breakpoint : (pieces + 1,) array
         Ends of the pieces [rad], increasing; the first and last bound the validity range.
     origin : (pieces,) array
-        Angle [rad] from which the powers of each piece count.
+        Origin [rad] of the polynomial of each piece.
     coefficient : (pieces, 3, 4) array
         For each piece lift, drag, moment: coefficients of powers 0..3 of (alpha - origin[piece]).
     outside : {"error", "hold", "periodic"}
-        What holds outside the validity range.
+        Rule outside the validity range.
     """
 
     breakpoint: Values
@@ -77,7 +75,8 @@ class AerodynamicCurve:
         Raises
         ------
         SceneError
-            An angle lies outside the validity range and `outside` is "error"; so in all methods.
+            An angle is outside the validity range and `outside` is "error"; also in the other
+            methods.
         """
         return self._evaluate(alpha, 0)
 
@@ -90,15 +89,15 @@ class AerodynamicCurve:
         return self._evaluate(alpha, 2)
 
     def lift_slope(self, alpha: ArrayLike) -> Values:
-        """Slope dCL/dalpha per radian; zero where the end value is held."""
+        """Slope dCL/dalpha per radian; zero outside the validity range with ``"hold"``."""
         angle, piece, x = self._locate(alpha)
         c = self.coefficient[piece, 0]
         slope = c[..., 1] + x * (2.0 * c[..., 2] + 3.0 * x * c[..., 3])
-        held = (angle < self.breakpoint[0]) | (angle > self.breakpoint[-1])
-        return np.where(held, 0.0, slope)
+        is_outside = (angle < self.breakpoint[0]) | (angle > self.breakpoint[-1])
+        return np.where(is_outside, 0.0, slope)
 
     def den_hartog(self, alpha: ArrayLike) -> Values:
-        """Den Hartog's dCL/dalpha + CD per radian; negative: vertical galloping can grow."""
+        """Den Hartog's dCL/dalpha + CD per radian; vertical galloping requires a negative value."""
         return self.lift_slope(alpha) + self.drag(alpha)
 
     def _evaluate(self, alpha: ArrayLike, which: int) -> Values:
@@ -107,14 +106,14 @@ class AerodynamicCurve:
         return np.asarray(c[..., 0] + x * (c[..., 1] + x * (c[..., 2] + x * c[..., 3])))
 
     def _locate(self, alpha: ArrayLike) -> tuple[Values, NDArray[np.intp], Values]:
-        """Reduced angle, its piece, and the distance from that piece's origin."""
+        """Return the reduced angle, its piece, and the distance from the origin of the piece."""
         first, last = self.breakpoint[0], self.breakpoint[-1]
         angle = np.asarray(alpha, dtype=np.float64)
         angle = angle - TURN * np.round((angle - 0.5 * (first + last)) / TURN)
         if self.outside == "error" and not np.all((angle >= first) & (angle <= last)):
             worst = angle[~((angle >= first) & (angle <= last))].flat[0]
             raise SceneError(
-                f"attack angle {np.degrees(worst):g} deg lies outside the coefficient curve, which"
+                f"attack angle {np.degrees(worst):g} deg is outside the coefficient curve, which"
                 f" is valid from {np.degrees(first):g} to {np.degrees(last):g} deg"
             )
         inside = np.clip(angle, first, last)
@@ -131,10 +130,10 @@ class PolynomialCoefficients(Section):
     """Polynomials up to the third degree in (alpha - centre) in radians, lowest power first."""
 
     kind: Literal["polynomial"] = setting("polynomial", "kind of coefficient curve")
-    centre_deg: Number = quantity(0.0, "deg", "attack angle the powers count from", ge=-720, le=720)
+    centre_deg: Number = quantity(0.0, "deg", "origin of the polynomials", ge=-720, le=720)
     valid_from_deg: Number = quantity(..., "deg", "start of the validity range", ge=-720, le=720)
     valid_to_deg: Number = quantity(
-        ..., "deg", "end of the validity range, at most 360 deg on", ge=-720, le=720
+        ..., "deg", "end of the validity range, at most 360 deg after its start", ge=-720, le=720
     )
     lift: Coefficients = quantity(
         ..., "1", "lift polynomial, ascending powers of radians", min_length=1, max_length=4
@@ -154,17 +153,17 @@ class PolynomialCoefficients(Section):
         return self.outside
 
     def warnings(self) -> list[str]:
-        """Sentences on values that no conductor has: negative drag, or a coefficient above `LARGEST_COEFFICIENT`."""
+        """Warnings about negative drag and coefficients above `MAX_COEFFICIENT`."""
         curve, found = self.curve(), []
-        angle = np.linspace(curve.breakpoint[0], curve.breakpoint[-1], POINTS_OF_POLYNOMIAL)
+        angle = np.linspace(curve.breakpoint[0], curve.breakpoint[-1], POLYNOMIAL_POINTS)
         for name in COEFFICIENTS:
             values = np.asarray(getattr(curve, name)(angle))
             worst = int(np.argmax(np.abs(values)))
-            if abs(values[worst]) > LARGEST_COEFFICIENT:
+            if abs(values[worst]) > MAX_COEFFICIENT:
                 found.append(
                     f"aerodynamics.{name} reaches {values[worst]:.3g} at"
                     f" {np.degrees(angle[worst]):.0f} deg; coefficients are at most"
-                    f" {LARGEST_COEFFICIENT:g} either way: check it, or narrow the range"
+                    f" {MAX_COEFFICIENT:g} in magnitude: check it, or narrow the range"
                 )
         drag = np.asarray(curve.drag(angle))
         least = int(np.argmin(drag))
@@ -194,7 +193,7 @@ class PolynomialCoefficients(Section):
         return self.valid_from_deg, self.valid_to_deg
 
     def curve(self) -> AerodynamicCurve:
-        """One piece whose powers count from the centre."""
+        """Return the curve, which has one piece."""
         coefficient = np.zeros((1, 3, 4))
         for c, name in enumerate(COEFFICIENTS):
             powers = getattr(self, name)
@@ -205,11 +204,11 @@ class PolynomialCoefficients(Section):
 
 
 class TableCoefficients(Section):
-    """Measured coefficients, joined by monotone cubics (PCHIP), which do not overshoot between points.
+    """Measured coefficients with monotone cubic interpolation (PCHIP), without overshoot.
 
-    A table over a whole turn repeats, unless `outside` says otherwise: one of 360 deg, whose two
-    ends are the same angle, and one that ends a step before, such as 0, 10, ... 350 deg. Ends of
-    360 deg that differ a little, as measured ones do, get their mean.
+    A table over a whole turn is periodic by default: one of 360 deg, whose ends are the same angle,
+    or one that ends a step before, such as 0, 10, ... 350 deg. If the ends of 360 deg differ by
+    noise, their mean is used.
 
     Given as four arrays, or as a CSV file with header ``angle_deg,lift,drag,moment``, which is read
     into the arrays on loading.
@@ -218,8 +217,7 @@ class TableCoefficients(Section):
     kind: Literal["table"] = setting("table", "kind of coefficient curve")
     file: Text | None = setting(
         None,
-        "CSV file with header angle_deg,lift,drag,moment; read into the arrays on loading, then"
-        " empty",
+        "CSV file with header angle_deg,lift,drag,moment; its columns become the arrays on loading",
     )
     angle_deg: Coefficients = quantity(
         ..., "deg", "attack angles, strictly increasing, over at most 360 deg"
@@ -229,7 +227,7 @@ class TableCoefficients(Section):
     moment: Coefficients = quantity(..., "1", "moment coefficient at each angle")
     outside: Outside | None = setting(
         None,
-        f"{OUTSIDE_MEANING}; not given: repeated if the angles cover a whole turn, else an error",
+        f"{OUTSIDE_MEANING} (default: periodic for angles over a whole turn, otherwise an error)",
     )
     reference_radius: Number | None = quantity(None, "m", RADIUS_MEANING, gt=0)
 
@@ -247,7 +245,8 @@ class TableCoefficients(Section):
         if self.beyond == "periodic":
             for name, (start, end) in self._unequal_ends().items():
                 values = getattr(self, name)
-                if abs(end - start) > max(SAME_END[0] * (max(values) - min(values)), SAME_END[1]):
+                noise = max(END_NOISE_SHARE * (max(values) - min(values)), END_NOISE)
+                if abs(end - start) > noise:
                     raise SceneError(
                         f"{name} is {start:g} at {first:g} deg and {end:g} at {last:g} deg, the"
                         ' same angle; make them equal, or set outside = "error" or "hold" to use'
@@ -257,7 +256,7 @@ class TableCoefficients(Section):
 
     @property
     def beyond(self) -> Outside:
-        """Rule outside the validity range: `outside`, or what follows from the angles."""
+        """Rule outside the validity range: `outside`, or the default."""
         return self.outside or (
             "periodic" if self._is_whole_turn or self._is_one_step_short else "error"
         )
@@ -268,22 +267,24 @@ class TableCoefficients(Section):
 
     @property
     def _is_one_step_short(self) -> bool:
-        """Check that the gap to the whole turn is no wider than a step."""
+        """Check that the gap to the whole turn is at most one step."""
         widest = float(np.max(np.diff(self.angle_deg)))
         gap = 360.0 - (self.angle_deg[-1] - self.angle_deg[0])
         return (
-            len(self.angle_deg) > 2 and 0.0 < gap <= (1.0 + 1e-6) * widest and widest <= WIDEST_STEP
+            len(self.angle_deg) > 2
+            and 0.0 < gap <= (1.0 + 1e-6) * widest
+            and widest <= MAX_STEP_OF_TURN
         )
 
     def _unequal_ends(self) -> dict[str, tuple[float, float]]:
-        """First and last value of each coefficient of 360 deg that does not end as it starts."""
+        """First and last value of each coefficient whose values at both ends of a turn differ."""
         if self.beyond != "periodic" or not self._is_whole_turn:
             return {}
         ends = {name: (getattr(self, name)[0], getattr(self, name)[-1]) for name in COEFFICIENTS}
         return {name: (start, end) for name, (start, end) in ends.items() if start != end}
 
     def warnings(self) -> list[str]:
-        """Sentences on what was made of doubtful values; round-off at the seam is none."""
+        """Warnings about coefficients whose values at both ends of a turn differ."""
         return [
             f"aerodynamics.{name} is {start:g} at {self.angle_deg[0]:g} deg and {end:g} at"
             f" {self.angle_deg[-1]:g} deg, the same angle: the mean of both is used"
@@ -293,7 +294,7 @@ class TableCoefficients(Section):
 
     @property
     def range_deg(self) -> tuple[float, float]:
-        """Validity range [deg], with the step that closes a turn."""
+        """Validity range [deg], including the step that closes a turn."""
         first, last = self.angle_deg[0], self.angle_deg[-1]
         return (
             (first, first + 360.0)
@@ -302,10 +303,9 @@ class TableCoefficients(Section):
         )
 
     def curve(self) -> AerodynamicCurve:
-        """One piece between neighbouring points, through every point; a closed curve has no kink at its seam."""
-        from scipy.interpolate import (
-            PchipInterpolator,
-        )  # slow to import, and polynomials do not need it
+        """Return the curve, with a piece between neighbouring points; smooth where a turn closes."""
+        # A slow import, which polynomials do not need.
+        from scipy.interpolate import PchipInterpolator
 
         angle_deg = self.angle_deg
         short = self.range_deg[1] > angle_deg[-1]
@@ -330,18 +330,18 @@ class TableCoefficients(Section):
 
 
 Aerodynamics = Annotated[PolynomialCoefficients | TableCoefficients, Field(discriminator="kind")]
-"""Either form of coefficient curve; in a scene file ``kind`` tells which."""
+"""Either form of coefficient curve; in a scene file, ``kind`` selects it."""
 
 
 def check_range(
     first_name: str, first: float, last_name: str, last: float, outside: Outside
 ) -> None:
-    """Refuse an empty range, one of more than a turn, and a periodic one that is not exactly a turn."""
+    """Refuse an empty range, a range above a turn, and a periodic range that is not a turn."""
     if not first < last:
         raise SceneError(f"{first_name} = {first} must be less than {last_name} = {last} deg")
     if last - first > 360.0:
         raise SceneError(
-            f"{first_name} = {first} to {last_name} = {last} is more than a turn; at most 360 deg"
+            f"{first_name} = {first} to {last_name} = {last} is more than a turn; give at most 360 deg"
         )
     if outside == "periodic" and last - first != 360.0:
         raise SceneError(
@@ -351,13 +351,13 @@ def check_range(
 
 
 def check_coefficients(angle_deg: Sequence[float], columns: Mapping[str, Sequence[float]]) -> None:
-    """Refuse measured coefficients that are not those of a conductor: negative drag, or absurd magnitudes."""
+    """Refuse negative drag, and coefficients above `MAX_COEFFICIENT`."""
     for name, values in columns.items():
         for angle, value in zip(angle_deg, values, strict=True):
-            if abs(value) > LARGEST_COEFFICIENT:
+            if abs(value) > MAX_COEFFICIENT:
                 raise SceneError(
                     f"{name} = {value} at {angle} deg: a coefficient is at most"
-                    f" {LARGEST_COEFFICIENT:g} either way; check the order of the columns and that"
+                    f" {MAX_COEFFICIENT:g} in magnitude; check the order of the columns and that"
                     " forces are divided by rho v^2 d/2"
                 )
             if name == "drag" and value < 0.0:
@@ -368,7 +368,7 @@ def check_coefficients(angle_deg: Sequence[float], columns: Mapping[str, Sequenc
 
 
 def check_closed(name: str, first: float, last: float) -> None:
-    """Refuse a periodic coefficient that jumps where the turn closes."""
+    """Refuse a periodic coefficient with a jump where the turn closes."""
     if abs(last - first) > 1e-9:
         raise SceneError(
             f"outside = 'periodic' needs equal end values; {name} starts at {first} and ends at"

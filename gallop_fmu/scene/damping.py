@@ -1,4 +1,4 @@
-"""Structural damping, as ratios that an engineer knows instead of Rayleigh coefficients."""
+"""Structural damping, given as damping ratios instead of Rayleigh coefficients."""
 
 from __future__ import annotations
 
@@ -9,16 +9,16 @@ from gallop_fmu.scene.fields import Number, Section, quantity, setting
 
 
 class RayleighPair(Section):
-    """Damping ratios at two frequencies, which fix the Rayleigh damping C = b1 M + b2 K.
+    """Damping ratios at two frequencies, which determine C = b1 M + b2 K.
 
     With ratios x1, x2 at w1 < w2 [rad/s],
 
     - b1 = 2 w1 w2 (x1 w2 - x2 w1) / (w2^2 - w1^2),
     - b2 = 2 (x2 w2 - x1 w1) / (w2^2 - w1^2).
 
-    Equation (28) of Liu, Yan, Zhang, Zhou (2009) prints a b1 that holds for equal ratios only. A
-    negative b2 would feed energy into every high mode and is refused; a negative b1 acts below
-    `low_frequency` only and is accepted.
+    The b1 of equation (28) of Liu, Yan, Zhang, Zhou (2009) is valid for equal ratios only. A
+    negative b2 would excite all high modes and is refused; a negative b1 acts only below
+    `low_frequency` and is accepted.
     """
 
     low_ratio: Number = quantity(..., "1", "damping ratio at the low frequency", ge=0, lt=1)
@@ -43,7 +43,7 @@ class RayleighPair(Section):
 
 
 class Damping(Section):
-    """Damping of translations and of twist, built once from the initial state; none: undamped."""
+    """Damping of translations and of twist, constant in time (default: none)."""
 
     translation: RayleighPair | None = setting(
         None, "damping of vertical, horizontal and longitudinal motion"

@@ -1,4 +1,4 @@
-"""Dotted paths such as ``wind.speed`` or ``loads.0.torque``: walking a scene by them."""
+"""Dotted paths of the values of a scene, such as ``wind.speed`` or ``loads.0.torque``."""
 
 from __future__ import annotations
 
@@ -14,14 +14,14 @@ from pydantic.fields import FieldInfo
 
 from gallop_fmu.foundation.errors import SceneError
 from gallop_fmu.foundation.text_rules import plain
-from gallop_fmu.scene.fields import DRIVEN, Section, unit_of_field
+from gallop_fmu.scene.fields import UNIT_OF_OWNER, Section, unit_of_field
 
 SET_BY_USER = "set by the user"
 
 
 @dataclass(frozen=True)
 class Leaf:
-    """A field that holds no further section: a number, an array, a text, or an optional value that is not set."""
+    """A field that is not a section: a number, an array, a text, or an optional value."""
 
     path: str
     value: Any
@@ -29,11 +29,11 @@ class Leaf:
     meaning: str
 
 
-def leaves(section: Section, start: str = "", driven: str = "") -> Iterator[Leaf]:
-    """All leaves below a section in order of declaration; `driven` is the unit that a law's values take."""
+def leaves(section: Section, start: str = "", law_unit: str = "") -> Iterator[Leaf]:
+    """Yield all leaves of a section in order of declaration; `law_unit` is the unit of a law."""
     for name, field in type(section).model_fields.items():
         value, path = getattr(section, name), start + name
-        unit = driven if unit_of_field(field) == DRIVEN else unit_of_field(field)
+        unit = law_unit if unit_of_field(field) == UNIT_OF_OWNER else unit_of_field(field)
         if isinstance(value, Section):
             yield from leaves(value, path + ".", unit)
         elif isinstance(value, tuple) and value and isinstance(value[0], Section):
@@ -44,7 +44,7 @@ def leaves(section: Section, start: str = "", driven: str = "") -> Iterator[Leaf
 
 
 def section_classes(annotation: Any) -> list[type[Section]]:
-    """Sections that an annotation allows: one, several for a union, none for plain values."""
+    """Return the sections of an annotation: one, several for a union, none for plain values."""
     if isinstance(annotation, type) and issubclass(annotation, Section):
         return [annotation]
     if get_origin(annotation) is Annotated:
@@ -55,7 +55,7 @@ def section_classes(annotation: Any) -> list[type[Section]]:
 
 
 def all_keys(section: type[Section], start: str = "") -> list[str]:
-    """Every dotted path that some scene can have; items of a list appear once, as item 0."""
+    """Return all dotted paths that a scene can have; a list has the item 0 only."""
     keys: dict[str, None] = {}
     for name, field in section.model_fields.items():
         below = section_classes(field.annotation)
@@ -68,7 +68,7 @@ def all_keys(section: type[Section], start: str = "") -> list[str]:
 
 @cache
 def takes_text(root: type[Section], path: str) -> bool:
-    """Whether the field at a dotted path is a text or a choice, never a number, an array or a table."""
+    """Check that the field at a dotted path is always a text or a choice."""
     classes, fields = [root], list[FieldInfo]()
     for part in path.split("."):
         fields = [found.model_fields[part] for found in classes if part in found.model_fields]
@@ -89,14 +89,14 @@ def _is_text(annotation: Any) -> bool:
 
 
 def unknown_key(root: type[Section], path: str, key: str | None = None) -> str:
-    """One line for a key that does not exist, with the closest that does.
+    """Return a message for an unknown key, with the closest valid key.
 
     Parameters
     ----------
     path
-        What the message calls the key.
+        Name of the key in the message.
     key
-        What to compare with the valid keys; `path` if not given.
+        Key to compare with the valid ones (default: `path`).
     """
     key = key or path
     valid = [other for other in all_keys(root) if other != key or "." in key]
@@ -108,7 +108,7 @@ def unknown_key(root: type[Section], path: str, key: str | None = None) -> str:
 
 
 def _owners(root: type[Section], parents: list[str]) -> list[type[Section]]:
-    """Sections that may be at the end of a path, one for each kind."""
+    """Return the possible sections at the end of a path, one for each kind."""
     owners = [root]
     for parent in parents:
         if not parent.isdecimal():
@@ -120,9 +120,9 @@ def _owners(root: type[Section], parents: list[str]) -> list[type[Section]]:
 
 
 def _where(root: type[Section], key: str) -> str:
-    """Condition under which a scene has a key that exists."""
+    """Return the condition under which a scene has a valid key."""
     *parents, last = key.split(".")
-    owners, place = _owners(root, parents), ".".join(parents)
+    owners, section = _owners(root, parents), ".".join(parents)
     with_it = [found for found in owners if last in found.model_fields]
     kinds = [
         repr(found.model_fields["kind"].default)
@@ -131,74 +131,83 @@ def _where(root: type[Section], key: str) -> str:
     ]
     if kinds and len(with_it) < len(owners):
         return (
-            f"only {place}.kind = {' or '.join(kinds)} has this value; set the kind too, or remove"
+            f"only {section}.kind = {' or '.join(kinds)} has this value; set the kind too, or remove"
             " this value"
         )
-    return f"{place} is not given in this scene; give the whole section"
+    return f"{section} is not given in this scene; give the whole section"
 
 
-def _of_kind(
-    root: type[Section], data: Mapping[str, Any], parents: list[str], kind: Any
-) -> dict[str, Any]:
-    """Values that a section keeps when it becomes another kind: those that this kind has, too."""
-    of_kind = [
+def _keep_values_of_kind(
+    root: type[Section], section: dict[str, Any], parents: list[str], kind: Any
+) -> None:
+    """Remove the values of a section that another kind of it does not have."""
+    owners = [
         owner
         for owner in _owners(root, parents)
         if "kind" in owner.model_fields and owner.model_fields["kind"].default == kind
     ]
-    if not of_kind:
-        return dict(data)  # validation names the kinds that exist
-    return {
-        name: value
-        for name, value in data.items()
-        if any(name in owner.model_fields for owner in of_kind)
-    }
+    if owners:  # otherwise validation reports the unknown kind
+        for name in list(section):
+            if not any(name in owner.model_fields for owner in owners):
+                del section[name]
 
 
 def replace_values(
     root: type[Section], data: dict[str, Any], values: Mapping[str, Any]
 ) -> dict[str, Any]:
-    """Put values into nested plain data (which is changed), and mark the sources of what they change.
+    """Replace values in nested plain data, in place, and update the sources of changed values.
 
     Raises
     ------
     SceneError
-        A path leads through something that has no such key.
+        A path does not exist.
     """
     for path, value in values.items():
-        *parents, last = path.split(".")
-        node: Any = data
-        for parent in parents:
-            if isinstance(node, dict):
-                node = node.setdefault(parent, {})
-            elif isinstance(node, list) and parent.isdecimal() and int(parent) < len(node):
-                node = node[int(parent)]
-            else:
-                raise SceneError(unknown_key(root, path))
         try:
             new = plain(value)
         except SceneError as problem:
             raise SceneError(f"{path[:80]}: {problem}") from None
-        changed = path
-        if isinstance(node, list) and last.isdecimal() and int(last) < len(node):
-            old, node[int(last)] = node[int(last)], new
-            changed = (
-                path if isinstance(new, dict) else ".".join(parents)
-            )  # sources speak of arrays as a whole
-        elif isinstance(node, dict):
-            old = node.pop(last, None)
-            if last == "kind" and new is not None and new != old:
-                kept = _of_kind(root, node, parents, new)
-                node.clear()
-                node.update(kept)
+        *parents, last = path.split(".")
+        container = _container(root, data, parents, path)
+        if isinstance(container, list):
+            old, container[int(last)] = container[int(last)], new
+            # The source of an array is that of the whole array.
+            changed = path if isinstance(new, dict) else ".".join(parents)
+        else:
+            old = container.pop(last, None)
+            changed = path
+            if last == "kind" and new not in (None, old):
+                _keep_values_of_kind(root, container, parents, new)
                 changed = ".".join(parents) or path
             if new is not None:
-                node[last] = new
-        else:
-            raise SceneError(unknown_key(root, path))
+                container[last] = new
         if old != new and not path.startswith("sources"):
             data["sources"] = _sources_after_change(data.get("sources", {}), changed)
     return data
+
+
+def _container(
+    root: type[Section], data: dict[str, Any], parents: list[str], path: str
+) -> dict[str, Any] | list[Any]:
+    """Return the table, or the list with the item, that holds the value of a path."""
+    node: Any = data
+    for parent in parents:
+        if isinstance(node, dict):
+            node = node.setdefault(parent, {})
+        elif _has_item(node, parent):
+            node = node[int(parent)]
+        else:
+            raise SceneError(unknown_key(root, path))
+    if isinstance(node, dict):
+        return node
+    if not _has_item(node, path.rpartition(".")[2]):
+        raise SceneError(unknown_key(root, path))
+    items: list[Any] = node
+    return items
+
+
+def _has_item(node: Any, index: str) -> bool:
+    return isinstance(node, list) and index.isdecimal() and int(index) < len(node)
 
 
 def _sources_after_change(sources: dict[str, str], path: str) -> dict[str, str]:

@@ -1,4 +1,4 @@
-"""What every section of a scene has in common: strict finite numbers, each with a unit, a meaning and a range."""
+"""Declaration of the fields of a scene: finite numbers with unit, meaning and range."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from pydantic.fields import FieldInfo
 from gallop_fmu.foundation.text_rules import clean_text
 
 Number = StrictFloat
-"""A finite number; text and true/false are refused instead of converted."""
+"""A finite number; texts and truth values are refused, not converted."""
 
 
 def _whole(value: Any) -> Any:
@@ -26,28 +26,28 @@ def _whole(value: Any) -> Any:
 
 
 WholeNumber = Annotated[StrictInt, BeforeValidator(_whole)]
-"""A whole number; 15.0 is one too, since tables with empty cells hold whole numbers so."""
+"""A whole number; 15.0 is accepted, as tables with empty cells store whole numbers so."""
 
 Text = Annotated[str, AfterValidator(clean_text)]
-"""A text that every file type and terminal can show, see `gallop_fmu.foundation.text_rules`."""
+"""A text without control characters, see `gallop_fmu.foundation.text_rules`."""
 
-DRIVEN = "of the driven quantity"
-"""Unit of a law's values: that of whatever field holds the law, such as m/s for ``wind.history``."""
+UNIT_OF_OWNER = "of the driven quantity"
+"""Unit of the values of a law: the unit of its field, such as m/s for ``wind.history``."""
 
 
 class Section(BaseModel):
-    """A table of the scene file: cannot be changed, knows all its keys, holds no NaN and no infinity."""
+    """A table of the scene file: immutable, without unknown keys, NaN or infinity."""
 
     model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
 
 
 def quantity(default: Any, unit: str, meaning: str, **bounds: float) -> Any:
-    """Declare a field that holds numbers, or a law that drives one.
+    """Declare a field of numbers, or of a law.
 
     Parameters
     ----------
     default
-        Value when the scene does not set the field; ``...`` makes it required.
+        Default value; ``...`` makes the field required.
     unit
         SI unit, ``"deg"`` for fields that end in ``_deg``, ``"1"`` for pure numbers.
     meaning
@@ -64,6 +64,6 @@ def setting(default: Any, meaning: str) -> Any:
 
 
 def unit_of_field(field: FieldInfo) -> str:
-    """Unit given to `quantity`, or an empty text for a `setting`."""
+    """Return the unit of a `quantity`, or an empty text for a `setting`."""
     extra = field.json_schema_extra
     return str(extra["unit"]) if isinstance(extra, dict) and "unit" in extra else ""

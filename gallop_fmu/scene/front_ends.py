@@ -1,7 +1,6 @@
-"""Tables of a scene file that are not sections of a scene: the layers above resolve them before a scene is validated.
+"""Tables of a scene file that upper layers resolve before a scene is validated, such as [line].
 
-`gallop_fmu` names the function for ``[line]`` when it is imported, so that a scene needs no import
-of the line.
+`gallop_fmu` registers the function for ``[line]``, so that this layer does not import the line.
 """
 
 from __future__ import annotations
@@ -11,14 +10,14 @@ from pathlib import Path
 from typing import Any
 
 FrontEnd = Callable[[Mapping[str, Any], Path], Mapping[str, Any]]
-"""Turns the data of a scene file and the folder of its CSV files into data without the table."""
+"""Function from the data of a scene file and its folder to data without the table."""
 
 FRONT_ENDS: dict[str, FrontEnd] = {}
 """Name of a table to the function that resolves it."""
 
 
 def resolved(data: Mapping[str, Any], folder: Path) -> Mapping[str, Any]:
-    """Return data of a scene in which only sections of a scene are left.
+    """Return scene data without tables of front ends.
 
     Raises
     ------

@@ -12,7 +12,7 @@ from gallop_fmu.scene.time_functions import Constant, Law
 
 
 class Load(Section):
-    """The same force and torque at one point or at evenly spaced points, times a law of time."""
+    """Equal force and torque at one point or at evenly spaced points, times a law of time."""
 
     force: Annotated[tuple[Number, Number, Number], Field(strict=False)] = quantity(
         ..., "N", "force along x1 (span), x2 (up) and x3 (downwind) at each point"
@@ -36,5 +36,5 @@ class Load(Section):
     def _one_way_to_place(self) -> Load:
         if (self.position is None) == (self.evenly_spaced is None):
             given = "neither" if self.position is None else "both"
-            raise SceneError(f"give exactly one of position and evenly_spaced; {given} given")
+            raise SceneError(f"{given} of position and evenly_spaced given; give exactly one")
         return self

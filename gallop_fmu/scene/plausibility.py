@@ -1,7 +1,7 @@
-"""Usual and possible values of an overhead line, and the unit that a value outside them may have been given in.
+"""Usual and possible values of an overhead line.
 
-One table for all: a value that no line has is refused, an unusual one is warned of, and where the
-value would be usual in another unit, the message asks for it.
+Impossible values are refused, unusual ones get a warning. If the value would be usual in another
+unit, the message asks for that unit.
 """
 
 from __future__ import annotations
@@ -15,12 +15,12 @@ from gallop_fmu.foundation.errors import SceneError
 
 
 class Plausible(NamedTuple):
-    """Values of one quantity.
+    """Limits of one quantity.
 
     Attributes
     ----------
     usual, possible : tuple of float
-        Lowest and highest value, both in the unit of the field. Zero is always both.
+        Lowest and highest value in the unit of the field. Zero is always usual.
     units : dict of str to tuple of float
         Other unit to factor and offset: value in the field's unit = factor * value + offset.
     """
@@ -67,18 +67,18 @@ PLAUSIBLE: dict[str, Plausible] = {
     "damping.translation.*_ratio": Plausible((1e-6, 0.2), units={"%": (1e-2, 0.0)}),
     "damping.twist.*_ratio": Plausible((1e-6, 0.5), units={"%": (1e-2, 0.0)}),
 }
-"""Dotted path, with wildcards, to what a line has."""
+"""Dotted path, with wildcards, to the limits of its values."""
 
 
 def plausible(path: str) -> Plausible | None:
-    """Row of the table for a dotted path, if there is one."""
+    """Return the limits for a dotted path, or None."""
     return next(
         (row for pattern, row in PLAUSIBLE.items() if fnmatch.fnmatchcase(path, pattern)), None
     )
 
 
 def question(path: str, value: float, unit: str) -> str:
-    """Question whether a value was given in another unit in which it would be usual; empty if it would be in none."""
+    """Ask for another unit in which a value would be usual; empty if there is none."""
     row = plausible(path)
     if row is None or not isinstance(value, (int, float)):
         return ""
@@ -93,7 +93,7 @@ def question(path: str, value: float, unit: str) -> str:
 
 
 def check_possible(numbers: Mapping[str, tuple[float, str]]) -> None:
-    """Refuse values that no line has.
+    """Refuse impossible values.
 
     Parameters
     ----------
@@ -103,7 +103,7 @@ def check_possible(numbers: Mapping[str, tuple[float, str]]) -> None:
     Raises
     ------
     SceneError
-        A line for each such value.
+        One line for each such value.
     """
     problems = [
         f"{path} = {value:g} {unit}: no line has less than {row.possible[0]:g} or more than"
@@ -116,7 +116,7 @@ def check_possible(numbers: Mapping[str, tuple[float, str]]) -> None:
 
 
 def unusual(numbers: Mapping[str, tuple[float, str]]) -> list[str]:
-    """Sentences on values that are unusual for a line; `numbers` as in `check_possible`."""
+    """Return warnings about unusual values; `numbers` as in `check_possible`."""
     return [
         f"{path} = {value:g} {unit} is outside the usual {row.usual[0]:g} to {row.usual[1]:g}"
         f" {unit}; {question(path, value, unit) or 'check the unit'}"

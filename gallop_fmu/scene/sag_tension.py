@@ -1,10 +1,9 @@
-"""Sag and tension of a strung conductor at another temperature or with another load: the change of state.
+"""Change of state: tension of a conductor at another temperature or with another load.
 
-The conductor keeps its unstretched length but for thermal expansion, here on the elastic catenary;
-its textbook form on the parabola is the cubic H^2 (H - H0 + EA w0^2 L^2/(24 H0^2) + EA a dT) = EA
-w^2 L^2/24. In a section of several spans with upright insulators the horizontal tension is the same
-in all and follows that of the `ruling_span`. Creep, and the slackening of the aluminium of a hot
-ACSR, are left out.
+The unstretched length changes by thermal expansion only, here on the elastic catenary. The textbook
+form on the parabola is the cubic H^2 (H - H0 + EA w0^2 L^2/(24 H0^2) + EA a dT) = EA w^2 L^2/24. In
+a section of several spans with vertical insulators the horizontal tension is that of the
+`ruling_span`. Creep, and the unloading of the aluminium of a hot ACSR, are neglected.
 """
 
 from __future__ import annotations
@@ -14,15 +13,15 @@ from collections.abc import Sequence
 
 from gallop_fmu.foundation.errors import SceneError
 
-LEAST_TENSION = 0.1
-"""Least horizontal tension of a line, in parts of the weight of the span: there the sag is seven times the span."""
+MIN_TENSION_RATIO = 0.1
+"""Minimum horizontal tension over the weight of the span; the sag is then seven times the span."""
 
-LARGEST_STRAIN = 0.02
-"""Strain that no conductor bears."""
+MAX_STRAIN = 0.02
+"""Maximum strain; no conductor withstands more."""
 
 
 def ruling_span(spans: Sequence[float]) -> float:
-    """Span [m] whose tension changes like that of a section of several spans [m]: sqrt(sum L^3 / sum L)."""
+    """Ruling span [m] of a section of several spans [m]: sqrt(sum L^3 / sum L)."""
     return math.sqrt(sum(span**3 for span in spans) / sum(spans))
 
 
@@ -33,7 +32,7 @@ def unstretched_length(
     axial_stiffness: float,
     height_difference: float = 0.0,
 ) -> float:
-    """Length [m] that a hanging conductor would have without tension.
+    """Return the length [m] of a hanging conductor without tension.
 
     Parameters
     ----------
@@ -50,7 +49,7 @@ def unstretched_length(
 
     Notes
     -----
-    The catenary's length less its elastic stretch, the integral of T/EA.
+    The length of the catenary minus its elongation, the integral of T/EA.
     """
     c = tension / weight
     half = 0.5 * span / c
@@ -67,12 +66,12 @@ def unstretched_length(
 def check_tension(
     name: str, tension: float, weight: float, span: float, question: str = "is it in kN?"
 ) -> None:
-    """Refuse a tension under which no line hangs, before a catenary is computed from it.
+    """Refuse a tension that is too small for a line.
 
     Parameters
     ----------
     name
-        Name and value of the tension in the message, such as "stringing_tension = 5 N".
+        Name and value of the tension for the message, such as "stringing_tension = 5 N".
     tension
         Horizontal tension [N].
     weight
@@ -80,17 +79,17 @@ def check_tension(
     span
         Horizontal distance between the supports [m].
     question
-        Probable mistake, as a question.
+        Question about the probable mistake.
 
     Raises
     ------
     SceneError
-        If the tension is less than `LEAST_TENSION` times the weight of the span.
+        The tension is less than `MIN_TENSION_RATIO` times the weight of the span.
     """
     total = weight * span
-    if tension >= LEAST_TENSION * total:
+    if tension >= MIN_TENSION_RATIO * total:
         return
-    parts = {1e-3: "a thousandth", 1e-2: "a hundredth", LEAST_TENSION: "a tenth"}
+    parts = {1e-3: "a thousandth", 1e-2: "a hundredth", MIN_TENSION_RATIO: "a tenth"}
     part = next(text for part, text in parts.items() if tension < part * total)
     raise SceneError(
         f"{name} is less than {part} of the weight of the span ({total:.4g} N); {question}"
@@ -108,11 +107,11 @@ def changed_tension(
     expansion: float = 0.0,
     height_difference: float = 0.0,
 ) -> float:
-    """Horizontal tension [N] after a change of temperature or load.
+    """Return the horizontal tension [N] after a change of temperature or load.
 
-    The weight counts per length of the hanging, stretched cable in both states. A cable whose mass
-    stays with its rest length has a tension that differs by up to 0.13 % (200 drawn level spans of
-    60 to 600 m).
+    The weight refers to the length of the stretched cable in both states. With a constant mass of
+    the unstretched cable the tension differs by up to 0.13 % (200 random level spans of 60 to 600
+    m).
 
     Parameters
     ----------
@@ -130,10 +129,10 @@ def changed_tension(
     Raises
     ------
     SceneError
-        If the tension is far too small for the span, or no tension fits, which a strong cooling or
-        wrong units can cause.
+        The tension is too small for the span, or no tension is possible, as for extreme cooling or
+        wrong units.
     """
-    from scipy.optimize import brentq  # slow to import
+    from scipy.optimize import brentq  # slow import
 
     if not (math.isfinite(temperature_change) and math.isfinite(expansion)):
         raise SceneError(
@@ -141,10 +140,10 @@ def changed_tension(
             " finite"
         )
     check_tension(f"tension = {tension:g} N", tension, weight, span)
-    if not tension < LARGEST_STRAIN * axial_stiffness:
+    if not tension < MAX_STRAIN * axial_stiffness:
         raise SceneError(
-            f"tension = {tension:g} N is more than {LARGEST_STRAIN:.0%} of axial_stiffness ="
-            f" {axial_stiffness:g} N, which no conductor bears; check the units (both in N)"
+            f"tension = {tension:g} N is more than {MAX_STRAIN:.0%} of axial_stiffness ="
+            f" {axial_stiffness:g} N, which no conductor withstands; check the units (both in N)"
         )
     before = unstretched_length(span, weight, tension, axial_stiffness, height_difference)
     wanted = before * math.exp(expansion * temperature_change)
@@ -154,13 +153,12 @@ def changed_tension(
             unstretched_length(span, new_weight, guess, axial_stiffness, height_difference) - wanted
         )
 
-    # slacker than any line, where the sag is a thousand times the span; tighter than the conductor
-    # bears
-    low, high = 0.5 * LEAST_TENSION * new_weight * span, LARGEST_STRAIN * axial_stiffness
+    # Search between a tension with a sag of a thousand spans, and the maximum strain.
+    low, high = 0.5 * MIN_TENSION_RATIO * new_weight * span, MAX_STRAIN * axial_stiffness
     if not excess(low) > 0.0 > excess(high):
         raise SceneError(
-            f"no tension fits a temperature change of {temperature_change} K and a weight of"
-            f" {new_weight:.6g} N/m: the unstretched length would be {wanted:.6g} m in a span of"
-            f" {span} m; check the units"
+            f"no tension is possible for a temperature change of {temperature_change} K and a"
+            f" weight of {new_weight:.6g} N/m: the unstretched length would be {wanted:.6g} m in a"
+            f" span of {span} m; check the units"
         )
     return float(brentq(excess, low, high, rtol=1e-14))

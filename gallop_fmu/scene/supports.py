@@ -1,7 +1,6 @@
-"""What holds the ends of the conductor.
+"""Supports of the conductor.
 
-The kernel turns these numbers into stiffnesses; the formulas are stated here so that a reader sees
-what they mean.
+The kernel computes stiffnesses from these numbers, by the formulas given here.
 """
 
 from __future__ import annotations
@@ -14,14 +13,14 @@ from gallop_fmu.scene.fields import Number, Section, quantity, setting
 from gallop_fmu.scene.time_functions import Law
 
 ONE_SPAN_ONLY = (
-    "the whole pull of this span on its end; the adjacent span balances most of it, so it is not"
-    " the load on the suspension tower"
+    "total force of this span on its end; the adjacent span balances most of it, so it is not the"
+    " load on the suspension tower"
 )
-"""Remark on the force on an end that is held by an insulator and an adjacent span."""
+"""Remark on the force on an end with an insulator and an adjacent span."""
 
 
 class SupportMotion(Section):
-    """Displacement of the point on the tower that the conductor hangs from, along each axis."""
+    """Displacement of the attachment point on the tower, along each axis."""
 
     x1: Law | None = quantity(None, "m", "displacement along the span")
     x2: Law | None = quantity(None, "m", "displacement upwards")
@@ -29,23 +28,23 @@ class SupportMotion(Section):
 
 
 class RigidSupport(Section):
-    """The end follows the tower point in all directions and cannot twist."""
+    """The end follows the tower point in all directions; twist is fixed."""
 
     kind: Literal["rigid"] = setting("rigid", "kind of support")
-    motion: SupportMotion | None = setting(None, "motion of the tower point; none: fixed")
+    motion: SupportMotion | None = setting(None, "motion of the tower point (default: fixed)")
 
 
 class SpringSupport(Section):
-    """Springs along and across the span; up, down and twist are fixed. Preloaded by the initial reaction."""
+    """Springs along and across the span, preloaded by the initial reaction; others are fixed."""
 
     kind: Literal["springs"] = setting("springs", "kind of support")
     stiffness_x1: Number = quantity(..., "N/m", "stiffness along the span", gt=0)
     stiffness_x3: Number = quantity(..., "N/m", "stiffness across the span", gt=0)
-    motion: SupportMotion | None = setting(None, "motion of the tower point; none: fixed")
+    motion: SupportMotion | None = setting(None, "motion of the tower point (default: fixed)")
 
 
 class AdjacentSpanSupport(Section):
-    """A suspension insulator that an adjacent span pulls on; up, down and twist are fixed.
+    """A suspension insulator with an adjacent span; vertical displacement and twist are fixed.
 
     The stiffnesses follow equations (23) and (24) of Liu, Yan, Zhang, Zhou (2009),
 
@@ -57,10 +56,10 @@ class AdjacentSpanSupport(Section):
     the length of the analysed span, AE its axial stiffness and py its weight per unit length with
     ice.
 
-    The force that results and the FMU give for this end is the whole pull of the analysed span. A
-    suspension tower carries the insulator's force only: K_l1 times the displacement of the
-    conductor's end along and across the span, and downwards the vertical forces of both spans
-    (twice this one if they are alike) and the insulator's weight.
+    The reported force on this end is the total force of the analysed span. A suspension tower
+    carries the insulator's force only: K_l1 times the displacement of the conductor's end along and
+    across the span, and the vertical forces of both spans (twice this one for equal spans) plus the
+    insulator's weight.
     """
 
     kind: Literal["adjacent_span"] = setting("adjacent_span", "kind of support")
@@ -68,11 +67,11 @@ class AdjacentSpanSupport(Section):
     adjacent_tension: Number = quantity(..., "N", "horizontal tension of the adjacent span", gt=0)
     insulator_length: Number = quantity(..., "m", "length of the insulator string", gt=0)
     insulator_weight: Number = quantity(..., "N", "weight of the insulator string", ge=0)
-    motion: SupportMotion | None = setting(None, "motion of the tower point; none: fixed")
+    motion: SupportMotion | None = setting(None, "motion of the tower point (default: fixed)")
 
 
 Support = Annotated[RigidSupport | SpringSupport | AdjacentSpanSupport, Field(discriminator="kind")]
-"""Any of the supports; in a scene file ``kind`` tells which."""
+"""Any of the supports; in a scene file, ``kind`` selects it."""
 
 
 class Supports(Section):
@@ -82,5 +81,5 @@ class Supports(Section):
     right: Support = setting(RigidSupport(), "support at the far end, x1 = length")
 
     def remark_on_force(self, end: str) -> str:
-        """Remark on the force of the span on its ``"left"`` or ``"right"`` end; empty where the tower carries it."""
+        """Remark on the force on the ``"left"`` or ``"right"`` end; empty if the tower carries it."""
         return ONE_SPAN_ONLY if isinstance(getattr(self, end), AdjacentSpanSupport) else ""

@@ -1,6 +1,6 @@
-"""Quantities that vary in time: wind speed, support motion, load amplitude.
+"""Laws of time for wind speed, support motion and load amplitude.
 
-The kernel evaluates the same laws while it computes; `at` here is for plots, tests and checks.
+The kernel evaluates the same laws; `at` here is for plots, tests and checks.
 """
 
 from __future__ import annotations
@@ -15,16 +15,16 @@ from pydantic import Field, ValidationInfo, model_validator
 
 from gallop_fmu.foundation.errors import SceneError
 from gallop_fmu.foundation.text_files import Table, check_table, take_in_file
-from gallop_fmu.scene.fields import DRIVEN, Number, Section, Text, quantity, setting
+from gallop_fmu.scene.fields import UNIT_OF_OWNER, Number, Section, Text, quantity, setting
 
 Values = NDArray[np.float64]
 
 
 def smooth_step(time: ArrayLike, start: float, duration: float) -> Values:
-    """Rise from 0 to 1 over [start, start + duration] as s(x) = x^3 (10 - 15 x + 6 x^2); a jump where duration is 0.
+    """Rise from 0 to 1 over `duration` as s(x) = x^3 (10 - 15 x + 6 x^2); a jump if it is 0.
 
-    First and second derivatives vanish at both ends, so a motion that follows it has continuous
-    acceleration.
+    x is (time - start) / duration. First and second derivatives vanish at both ends, so the
+    acceleration of a motion is continuous.
     """
     since = np.asarray(time, dtype=np.float64) - start
     if duration == 0.0:
@@ -37,7 +37,7 @@ class Constant(Section):
     """The same value at all times."""
 
     kind: Literal["constant"] = setting("constant", "kind of law")
-    value: Number = quantity(..., DRIVEN, "value at all times")
+    value: Number = quantity(..., UNIT_OF_OWNER, "value at all times")
 
     def at(self, time: ArrayLike) -> Values:
         """Value at each time [s]."""
@@ -55,11 +55,11 @@ class Constant(Section):
 
 
 class Ramp(Section):
-    """From `initial` to `final` along the smooth step of `smooth_step`, then constant."""
+    """From `initial` to `final` along a `smooth_step`, then constant."""
 
     kind: Literal["ramp"] = setting("ramp", "kind of law")
-    initial: Number = quantity(..., DRIVEN, "value before the ramp")
-    final: Number = quantity(..., DRIVEN, "value after the ramp")
+    initial: Number = quantity(..., UNIT_OF_OWNER, "value before the ramp")
+    final: Number = quantity(..., UNIT_OF_OWNER, "value after the ramp")
     start: Number = quantity(0.0, "s", "time at which the ramp begins")
     duration: Number = quantity(..., "s", "duration of the ramp; 0 is a jump", ge=0)
 
@@ -71,7 +71,7 @@ class Ramp(Section):
 
     @property
     def mean_value(self) -> float:
-        """The final value, which holds for all times after the ramp."""
+        """The value after the ramp."""
         return self.final
 
     @property
@@ -81,15 +81,15 @@ class Ramp(Section):
 
 
 class Pulse(Section):
-    """From `initial` to `peak` and back, both along the smooth step of `smooth_step`."""
+    """From `initial` to `peak` and back, both along a `smooth_step`."""
 
     kind: Literal["pulse"] = setting("pulse", "kind of law")
-    initial: Number = quantity(0.0, DRIVEN, "value before and after the pulse")
-    peak: Number = quantity(..., DRIVEN, "value between rise and fall")
+    initial: Number = quantity(0.0, UNIT_OF_OWNER, "value before and after the pulse")
+    peak: Number = quantity(..., UNIT_OF_OWNER, "value between rise and fall")
     start: Number = quantity(0.0, "s", "time at which the rise begins")
     rise: Number = quantity(..., "s", "duration of the rise; 0 is a jump", ge=0)
     fall_start: Number = quantity(
-        ..., "s", "time at which the fall begins, not before the rise has ended"
+        ..., "s", "time at which the fall begins, at or after the end of the rise"
     )
     fall: Number = quantity(..., "s", "duration of the fall; 0 is a jump", ge=0)
 
@@ -97,7 +97,7 @@ class Pulse(Section):
     def _rise_ends_before_fall(self) -> Pulse:
         if self.fall_start < self.start + self.rise:
             raise SceneError(
-                f"fall_start = {self.fall_start} s lies before the end of the rise at"
+                f"fall_start = {self.fall_start} s is before the end of the rise at"
                 f" {self.start + self.rise} s; it must be at least start + rise"
             )
         return self
@@ -112,7 +112,7 @@ class Pulse(Section):
 
     @property
     def mean_value(self) -> float:
-        """The value before and after the pulse, which is also the final one."""
+        """The value before and after the pulse."""
         return self.initial
 
     @property
@@ -122,11 +122,11 @@ class Pulse(Section):
 
 
 class Harmonic(Section):
-    """mean + amplitude sin(2 pi frequency_hz (t - start) + phase) from `start` on; the mean before."""
+    """mean + amplitude sin(2 pi frequency_hz (t - start) + phase) after `start`; mean before."""
 
     kind: Literal["harmonic"] = setting("harmonic", "kind of law")
-    mean: Number = quantity(0.0, DRIVEN, "mean value, also the value before the start")
-    amplitude: Number = quantity(..., DRIVEN, "amplitude, half of peak to peak")
+    mean: Number = quantity(0.0, UNIT_OF_OWNER, "mean value, also the value before the start")
+    amplitude: Number = quantity(..., UNIT_OF_OWNER, "amplitude, half peak-to-peak")
     frequency_hz: Number = quantity(..., "Hz", "frequency", gt=0)
     phase_deg: Number = quantity(0.0, "deg", "phase at the start", ge=-360, le=360)
     start: Number = quantity(0.0, "s", "time at which the oscillation begins")
@@ -149,25 +149,25 @@ class Harmonic(Section):
 
 
 class TimeTable(Section):
-    """Values at given times, linear between them, held before the first and after the last.
+    """Values at given times, linear between them, constant before the first and after the last.
 
     Given as two arrays, or as a CSV file with header ``time,value``, which is read into the arrays
-    on loading. Two values at one time are a jump there. A hole in a measurement would silently be
-    bridged by a straight line, so a spacing above `max_gap` is refused.
+    on loading. Two values at one time are a jump. A spacing above `max_gap` is refused, as it is
+    probably a gap in a measurement.
     """
 
     kind: Literal["table"] = setting("table", "kind of law")
     file: Text | None = setting(
-        None, "CSV file with header time,value; read into the arrays on loading, then empty"
+        None, "CSV file with header time,value; its columns become the arrays on loading"
     )
     time: Annotated[tuple[Number, ...], Field(strict=False)] = quantity(
         ..., "s", "times, increasing; the same time twice is a jump"
     )
     value: Annotated[tuple[Number, ...], Field(strict=False)] = quantity(
-        ..., DRIVEN, "value at each time"
+        ..., UNIT_OF_OWNER, "value at each time"
     )
     max_gap: Number | None = quantity(
-        None, "s", "longest spacing accepted; ten times the median if not given", gt=0
+        None, "s", "maximum spacing (default: ten times the median)", gt=0
     )
 
     @model_validator(mode="before")
@@ -194,7 +194,7 @@ class TimeTable(Section):
 
     @property
     def mean_value(self) -> float:
-        """The mean over the time the table covers."""
+        """The mean over the time of the table."""
         return float(np.trapezoid(self.value, self.time) / (self.time[-1] - self.time[0]))
 
     @property
@@ -204,11 +204,11 @@ class TimeTable(Section):
 
 
 JUMP = 1e-12
-"""Time [s] that a jump takes; the kernel differentiates no jump."""
+"""Duration [s] of a jump; the kernel does not differentiate jumps."""
 
 
 def _spread_jumps(times: Sequence[Any]) -> tuple[Any, ...]:
-    """Times of which the second of two equal ones comes `JUMP` later, so that all increase."""
+    """Return strictly increasing times: the second of two equal ones is `JUMP` later."""
     if not all(isinstance(time, (int, float)) and math.isfinite(time) for time in times):
         return tuple(times)
     spread = list(times)
@@ -226,10 +226,10 @@ def _check_gaps(table: Table, max_gap: float | None, where: str) -> None:
         before, after = table.columns["time"][longest : longest + 2]
         raise SceneError(
             f"{where}gap of {after - before:g} s in time before row {table.rows[longest + 1]} (from"
-            f" {before:g} to {after:g} s); at most {allowed:g} s are bridged: fill it, or raise"
-            " max_gap if a straight line is meant"
+            f" {before:g} to {after:g} s); at most {allowed:g} s are interpolated: fill it, or raise"
+            " max_gap to interpolate"
         )
 
 
 Law = Annotated[Constant | Ramp | Pulse | Harmonic | TimeTable, Field(discriminator="kind")]
-"""Any of the laws; in a scene file ``kind`` tells which."""
+"""Any of the laws; in a scene file, ``kind`` selects it."""

@@ -1,4 +1,4 @@
-"""Messages for the problems that pydantic finds in a scene: field, given value, what is allowed."""
+"""Messages for errors of pydantic in a scene: field, given value, allowed values."""
 
 from __future__ import annotations
 
@@ -13,17 +13,17 @@ from gallop_fmu.scene.dotted_paths import section_classes, unknown_key
 from gallop_fmu.scene.fields import Section, unit_of_field
 from gallop_fmu.scene.plausibility import question
 
-MOST_LINES = 20
-"""Problems that one message lists; to find the closest of all keys takes 5 ms for each unknown one."""
+MAX_LINES = 20
+"""Maximum number of problems in a message; the closest key of an unknown one takes 5 ms."""
 BOUNDS = {"gt": "greater than", "ge": "at least", "lt": "less than", "le": "at most"}
 
 OUT_OF_BOUNDS = ("greater_than", "greater_than_equal", "less_than", "less_than_equal")
 
 
 def explain(error: ValidationError, root: type[Section]) -> str:
-    """One line per problem: field path, given value, what is allowed, and the field's meaning; at most `MOST_LINES`."""
+    """Return one line per problem: path, given value, allowed values, meaning of the field."""
     problems = error.errors(include_url=False)
-    lines = [_line(problem, root) for problem in problems[:MOST_LINES]]
+    lines = [_line(problem, root) for problem in problems[:MAX_LINES]]
     more = len(problems) - len(lines)
     return "\n".join([*lines, f"and {more} more problems"] if more else lines)
 
@@ -50,16 +50,16 @@ def _line(problem: ErrorDetails, root: type[Section]) -> str:
     allowed = _allowed(problem, field)
     if kind == "missing":
         return f"{path}: missing, {allowed}{meaning}"
-    asked = (
+    hint = (
         question(path, problem["input"], unit_of_field(field))
         if field and kind in OUT_OF_BOUNDS
         else ""
     )
-    return f"{path} = {given}: {allowed}{meaning}{f'; {asked}' if asked else ''}"
+    return f"{path} = {given}: {allowed}{meaning}{f'; {hint}' if hint else ''}"
 
 
 def _locate(loc: tuple[int | str, ...], root: type[Section]) -> tuple[str, FieldInfo | None]:
-    """Dotted path and field of a pydantic location, which also holds the kind chosen in each union."""
+    """Return the path and the field of a pydantic location, which includes kinds of unions."""
     classes, field, path = [root], None, []
     for part in loc:
         chosen = [
@@ -79,13 +79,15 @@ def _locate(loc: tuple[int | str, ...], root: type[Section]) -> tuple[str, Field
 
 
 def _allowed(problem: ErrorDetails, field: FieldInfo | None) -> str:
-    """What the field accepts, from its declared bounds; pydantic's own words for anything but numbers."""
+    """Describe the allowed values: bounds of a number, otherwise the message of pydantic."""
     kind = problem["type"]
     unit = unit_of_field(field) if field else ""
     if kind == "literal_error":
         return f"must be {problem['ctx']['expected']}"
     if not field or not unit or kind in ("too_short", "too_long", "model_type", "tuple_type"):
-        return "but needed" if kind == "missing" else problem["msg"][0].lower() + problem["msg"][1:]
+        return (
+            "but required" if kind == "missing" else problem["msg"][0].lower() + problem["msg"][1:]
+        )
     bounds = [
         f"{word} {getattr(rule, name):.10g}"
         for rule in field.metadata

@@ -86,7 +86,7 @@ def test_replaces_a_file_and_leaves_nothing_else(gallop_scene, tmp_path):
     [
         ("x.fmu", "fortran", "runtime = 'fortran': must be one of"),
         ("x.zip", "python", "must end in .fmu"),
-        ("missing/x.fmu", "python", "there is no folder .*; make it first"),
+        ("missing/x.fmu", "python", "there is no folder .*; create it first"),
         ("folder.fmu", "python", "is a folder"),
     ],
 )

@@ -227,7 +227,7 @@ def test_a_whole_number_does_for_a_wind_speed(invoke):
         ),
         (
             ["example3", "--set", "ice.attack_angle_deg=20"],
-            ["ice.attack_angle_deg = 20.0 lies outside", "100.0 to 260.0"],
+            ["ice.attack_angle_deg = 20.0 is outside", "100.0 to 260.0"],
         ),
         (["example3", "--set", "span.sag=3.0"], ["span.sag = 3.0 m", "contradict"]),
         (["example1", "--until", -1], ["stop_time = -1.0: must be a positive number"]),
@@ -351,7 +351,9 @@ def test_as_a_process(tmp_path):
         _command("run", "exmple1"), cwd=tmp_path, capture_output=True, text=True, timeout=60
     )
     assert (done.returncode, done.stdout) == (2, "")
-    assert done.stderr.startswith("gallop-fmu: exmple1: no packaged scene has this name")
+    assert done.stderr.startswith(
+        "gallop-fmu: exmple1: no packaged scene and no file has this name"
+    )
     assert len(done.stderr.splitlines()) == 1
 
 

@@ -53,7 +53,7 @@ def test_columns_become_laws(file):
         ),
         (
             "time,attack_angle\n0,3.0\n1,3.1\n",
-            r"attack_angle changes from 3.0; in a scene it is constant",
+            r"attack_angle changes from 3.0, but is constant in a scene",
         ),
         ("time,wind_speed\n0,5\n1,five\n", r"wind_speed in row 3 is 'five'"),
         ("", r"in.csv: .*; the file is empty"),

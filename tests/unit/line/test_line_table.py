@@ -215,8 +215,10 @@ def test_an_unusual_value_is_warned_of_and_the_warning_survives_saving():
 @pytest.mark.parametrize("changes", [{"ice_shape": "radial"}, {"ice_thickness": 0.0}])
 def test_a_round_section_with_a_curve_that_has_lift_is_warned_of(changes):
     (warning,) = line_scene(**changes).warnings
-    assert warning.startswith("the first moments of the ice are 0, as of round ice or none")
-    assert "the coefficient curve has lift up to 2.12, which a round section has not" in warning
+    assert warning.startswith("the first moments of the ice are 0, as for round or no ice")
+    assert (
+        "the coefficient curve has lift up to 2.12, which a round section does not have" in warning
+    )
     level = {
         "kind": "polynomial",
         "valid_from_deg": 0.0,
@@ -305,7 +307,7 @@ def test_every_number_of_an_annotated_file_has_its_unit():
     text = annotated_toml(scene)
     assert "length = 300.0  # horizontal distance between the supports [m]\n" in text
     assert "# lift polynomial, ascending powers of radians [1]\nlift = [\n" in text
-    numbers = re.findall(r"^\w+ = [-\d].*$", text, re.MULTILINE)
+    numbers = re.findall(r"^\w+ = [-\d].*$", text.partition("[span]")[2], re.MULTILINE)
     assert len(numbers) > 40
     assert all(re.search(r"  # .+ \[.+\]$", row) for row in numbers)
 
@@ -430,7 +432,7 @@ def test_a_csv_of_a_full_turn_is_periodic(tmp_path):
         ({"ice_shape": "star"}, r"line.ice_shape = 'star': must be 'radial', 'crescent'"),
         (
             {"attack_angle_deg": 0.0},
-            r"ice.attack_angle_deg = 0.0 lies outside the coefficient curve",
+            r"ice.attack_angle_deg = 0.0 is outside the coefficient curve",
         ),
     ],
 )

@@ -72,7 +72,7 @@ def test_the_warnings_of_a_scene_are_printed(invoke):
     round_ice = ("--set", "ice.first_moment_x2=0.0", "--set", "ice.first_moment_x3=0.0")
     done = invoke("modes", "example3", *round_ice, "--json")
     assert done.stderr.startswith(
-        "gallop-modal: warning: the first moments of the ice are 0, as of round ice or none"
+        "gallop-modal: warning: the first moments of the ice are 0, as for round or no ice"
     )
     assert invoke("modes", "example3").stderr == ""
 
@@ -162,7 +162,7 @@ def test_the_criteria_can_be_drawn(invoke, tmp_path):
 @pytest.mark.parametrize(
     ("words", "message"),
     [
-        (("modes", "example9"), "no packaged scene has this name"),
+        (("modes", "example9"), "no packaged scene and no file has this name"),
         (("modes", "example3", "--count", "0"), "count = 0"),
         (("modes", "example3", "--plot", "modes.gif"), "must end in .png"),
         (("ratio", "example3", "--over", "span.width"), "span.width"),

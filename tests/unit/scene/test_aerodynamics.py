@@ -114,7 +114,7 @@ def test_full_turns_do_not_matter_and_shapes_are_kept():
 def test_outside_the_range():
     polynomial = load_scene("example2").aerodynamics
     with pytest.raises(
-        SceneError, match=r"attack angle 85 deg lies outside .* valid from -60 to 80 deg"
+        SceneError, match=r"attack angle 85 deg is outside .* valid from -60 to 80 deg"
     ):
         polynomial.curve().lift(np.radians([10.0, 85.0]))
     with pytest.raises(SceneError, match="attack angle nan deg"):

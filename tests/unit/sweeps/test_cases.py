@@ -183,8 +183,16 @@ def test_errors_of_a_line_concern_their_own_run_and_name_the_column(table, corri
 @pytest.mark.parametrize(
     ("scene", "over", "fragment"),
     [
-        ("example3", {"line.span": [300.0]}, r"^example3: line.span: there is no \[line\] table"),
-        (gf.load_scene("zebra"), {"line.span": [300.0]}, r"^line.span: there is no \[line\] table"),
+        (
+            "example3",
+            {"line.span": [300.0]},
+            r"^example3: line.span: the scene has no \[line\] table",
+        ),
+        (
+            gf.load_scene("zebra"),
+            {"line.span": [300.0]},
+            r"^line.span: the scene has no \[line\] table",
+        ),
         (
             None,
             {"line.conductor": ["Drake", "Hawk"]},

@@ -18,7 +18,7 @@ from gallop_fmu.sweeps.sweep import SUMMARY_COLUMNS
 from modal.screening.many_spans import ESTIMATE_COLUMNS, SCREENING_COLUMNS, EstimateTask
 
 WINDS = {"wind.speed": [4.0, 5.5], "ice.attack_angle_deg": [180.0, 300.0, 178.0]}
-"""300 deg lies outside the coefficient curve."""
+"""300 deg is outside the coefficient curve."""
 
 
 @pytest.fixture(scope="module")
@@ -81,7 +81,7 @@ def test_runs_that_fail_are_rows(scene, runs):
         runs.failed.outcome.values, runs.failed.message.values, strict=True
     ):
         assert outcome == "invalid_scene"
-        assert "ice.attack_angle_deg = 300.0 lies outside" in message
+        assert "ice.attack_angle_deg = 300.0 is outside" in message
     assert np.all(np.isnan(runs.failed.u2_amplitude))
 
 
@@ -269,7 +269,7 @@ def test_command_prints_a_table_and_lists_failures(invoke):
     assert result.stdout.count("invalid_scene") == 2
     assert "2 of 4 runs did not complete:" in result.stderr
     assert (
-        "  wind.speed 4, ice.attack_angle_deg 300: ice.attack_angle_deg = 300.0 lies outside"
+        "  wind.speed 4, ice.attack_angle_deg 300: ice.attack_angle_deg = 300.0 is outside"
         in result.stderr
     )
 
@@ -322,7 +322,7 @@ def test_command_shows_no_more_than_fits(invoke):
     result = invoke(
         "sweep", "example3", *QUICK[:2], "--until", 0.02, "--over", "ice.attack_angle_deg=290:300:1"
     )
-    assert result.stderr.count("lies outside") == 10
+    assert result.stderr.count("is outside") == 10
     assert "  and 1 more\n" in result.stderr
 
 
