@@ -1,1 +1,1 @@
-"""The command ``gallop-modal``."""
+"""The command line of ``gallop-modal``."""

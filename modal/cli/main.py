@@ -1,7 +1,11 @@
-"""The command ``gallop-modal``.  Whatever a command needs is imported inside it, so that ``--help`` answers at once."""
+"""The command ``gallop-modal``.
+
+Functions import what they need themselves, so that ``--help`` is fast.
+"""
 
 from __future__ import annotations
 
+import math
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
@@ -23,28 +27,38 @@ from gallop_fmu.cli.terminal import (
     start,
     whole,
 )
-from modal.cli.output import Plot, scene_to_draw, tell
+from modal.cli.output import Plot, scene_to_draw, show
 from modal.cli.screen_command import SCREEN_EXAMPLE, screen_span
 from modal.report.command import REPORT_EXAMPLE, report
 
 if TYPE_CHECKING:
+    import xarray as xr
+    from matplotlib.figure import Figure
+
     from gallop_fmu.scene.scene import Scene
+    from modal.linear.modes import Mode
+    from modal.stability.criteria import Criterion
+    from modal.stability.critical_wind import CriticalWind
 
 app = new_app("gallop-modal")
 
 
 @app.callback()
 def _root(version: Version = False) -> None:
-    """Modes, resonance and stability of an iced span, without simulating it."""
+    """Compute modes, resonance and stability of an iced span, and reports on it."""
 
 
 RANGE = "KEY[=FIRST:LAST]"
-Followed = Annotated[
+
+LOCUS_POINTS = 31
+"""Wind speeds of a root locus."""
+
+OverNumber = Annotated[
     str | None,
     typer.Option(
         "--over",
         metavar=RANGE,
-        help="Follow the modes over this number; else 0.7 to 1.3 times what it is.",
+        help="Track the modes over this number (default range: 0.7 to 1.3 times its value).",
     ),
 ]
 Points = Annotated[
@@ -63,33 +77,49 @@ def modes(
     ] = 12,
     wind: Annotated[
         Literal["still", "mean"],
-        typer.Option(help="About still air, or about equilibrium in the scene's mean wind."),
+        typer.Option(help="Modes in still air, or about the equilibrium in the mean wind."),
     ] = "still",
-    over: Followed = None,
+    over: OverNumber = None,
     points: Points = 25,
     plot: Plot = None,
     as_json: AsJson = False,
 ) -> None:
-    """Print the lowest natural modes: frequency, damping, family and loops; or follow them while a number changes."""
+    """List the lowest natural modes: frequency, damping, family and loops; or track them."""
     from modal.linear.modes import natural_modes
 
     chosen = scene_to_draw(scene, changes, plot)
     if over is not None:
-        _follow_modes(chosen, count, wind, *_varied(chosen, over, points), plot, as_json)
+        _track_modes(chosen, count, wind, *_varied(chosen, over, points), plot, as_json)
         return
     found = natural_modes(chosen, count, wind)
-    rows = [
-        {
-            "frequency_hz": mode.frequency_hz,
-            "damping_ratio": mode.damping_ratio,
-            "family": mode.family,
-            "symmetric": mode.symmetric,
-            "loops": mode.loops,
-            "shares": mode.shares,
-            "participation": mode.participation,
-        }
-        for mode in found
-    ]
+
+    def figure() -> Figure:
+        from modal.plots.span_figures import mode_shapes
+
+        return mode_shapes(found, chosen.title)
+
+    content = {
+        "title": chosen.title,
+        "warnings": list(chosen.warnings),
+        "wind": wind,
+        "modes": [
+            {
+                "frequency_hz": mode.frequency_hz,
+                "damping_ratio": mode.damping_ratio,
+                "family": mode.family,
+                "symmetric": mode.symmetric,
+                "loops": mode.loops,
+                "shares": mode.shares,
+                "participation": mode.participation,
+            }
+            for mode in found
+        ],
+    }
+    show(content, [chosen.title, _mode_table(found)], figure, plot, as_json)
+
+
+def _mode_table(found: list[Mode]) -> Any:
+    """Table of modes for people."""
     table = new_table("frequency [Hz]", "damping ratio", "family", "share", "loops", "symmetric")
     for mode in found:
         table.add_row(
@@ -100,17 +130,10 @@ def modes(
             str(mode.loops),
             "yes" if mode.symmetric else "no",
         )
-
-    def figure() -> Any:
-        from modal.plots.span_figures import mode_shapes
-
-        return mode_shapes(found, chosen.title)
-
-    told = {"title": chosen.title, "warnings": list(chosen.warnings), "wind": wind, "modes": rows}
-    tell(told, [chosen.title, table], figure, plot, as_json)
+    return table
 
 
-def _follow_modes(
+def _track_modes(
     scene: Scene,
     count: int,
     wind: Literal["still", "mean"],
@@ -119,54 +142,63 @@ def _follow_modes(
     plot: Path | None,
     as_json: bool,
 ) -> None:
-    """Tell how frequencies and families change while a number does."""
+    """Print frequencies and families over values of a number."""
     from modal.linear.mode_tracking import track_modes
 
     data = track_modes(scene, over, values, count, wind)
-    frequency, shares = data.frequency_hz.values, data.share.values
-    families = data.family.values[shares.argmax(axis=2)]
-    unit = data[over].attrs["units"]
-    rows = [
-        {
-            "frequency_hz": frequency[k].tolist(),
-            "damping_ratio": data.damping_ratio.values[k].tolist(),
-            "family": families[k].tolist(),
-            "shares": {
-                name: shares[k, :, f].tolist() for f, name in enumerate(data.family.values.tolist())
-            },
-            "likeness": data.likeness.values[k].tolist(),
-        }
-        for k in range(len(frequency))
-    ]
-    ends = [f"at {value:g} {unit}" for value in (values[0], values[-1])]
-    table = new_table("mode", f"{ends[0]} [Hz]", "family", f"{ends[1]} [Hz]", "family")
-    for k, (wave, family) in enumerate(zip(frequency, families, strict=True)):
-        table.add_row(str(k + 1), f"{wave[0]:.4f}", family[0], f"{wave[-1]:.4f}", family[-1])
 
-    def figure() -> Any:
+    def figure() -> Figure:
         from modal.plots.span_figures import tracking_figure
 
         return tracking_figure(data)
 
-    told = {
+    content = {
         "title": scene.title,
         "warnings": list(scene.warnings),
         "wind": wind,
         "over": over,
-        "unit": unit,
+        "unit": data[over].attrs["units"],
+        "values": values,
+        "modes": _tracked_rows(data),
     }
-    told |= {"values": values, "modes": rows}
-    tell(told, [scene.title, table], figure, plot, as_json)
+    show(content, [scene.title, _tracked_table(data, over)], figure, plot, as_json)
+
+
+def _tracked_rows(data: xr.Dataset) -> list[dict[str, Any]]:
+    """Tracked modes as JSON, each with its values along the way."""
+    shares, names = data.share.values, data.family.values
+    families = names[shares.argmax(axis=2)]
+    return [
+        {
+            "frequency_hz": data.frequency_hz.values[k].tolist(),
+            "damping_ratio": data.damping_ratio.values[k].tolist(),
+            "family": families[k].tolist(),
+            "shares": {name: shares[k, :, f].tolist() for f, name in enumerate(names.tolist())},
+            "likeness": data.likeness.values[k].tolist(),
+        }
+        for k in range(len(families))
+    ]
+
+
+def _tracked_table(data: xr.Dataset, over: str) -> Any:
+    """Table of tracked modes for people: the first and the last value."""
+    families = data.family.values[data.share.values.argmax(axis=2)]
+    values, unit = data[over].values, data[over].attrs["units"]
+    first, last = (f"at {value:g} {unit}" for value in (values[0], values[-1]))
+    table = new_table("mode", f"{first} [Hz]", "family", f"{last} [Hz]", "family")
+    for k, (wave, family) in enumerate(zip(data.frequency_hz.values, families, strict=True)):
+        table.add_row(str(k + 1), f"{wave[0]:.4f}", family[0], f"{wave[-1]:.4f}", family[-1])
+    return table
 
 
 def _varied(scene: Scene, option: str, points: int) -> tuple[str, list[float]]:
-    """The number that an option names, and the values that it asks for: by default around what the number is now."""
+    """Path and values of an option such as ``--over``; by default values around the present one."""
     import numpy as np
 
     from modal.foundation.scene_variation import number_of
 
-    path, given, text = (part.strip() for part in option.partition("="))
-    if not given:
+    path, equals, text = (part.strip() for part in option.partition("="))
+    if not equals:
         now = number_of(scene, path)
         return path, np.linspace(0.7 * now, 1.3 * now, points).tolist()
     if text.count(":") != 1:
@@ -176,6 +208,7 @@ def _varied(scene: Scene, option: str, points: int) -> tuple[str, list[float]]:
 
 
 def _numbers(path: str, text: str) -> list[float]:
+    """Numbers of a list such as ``2,2.5,3``."""
     from gallop_fmu.foundation.errors import SceneError
 
     values = values_of(path, text)
@@ -183,7 +216,7 @@ def _numbers(path: str, text: str) -> list[float]:
         value for value in values if isinstance(value, bool) or not isinstance(value, (int, float))
     ]
     if wrong:
-        raise SceneError(f"--over {path}={text}: {wrong[0]!r} is no number")
+        raise SceneError(f"--over {path}={text}: {wrong[0]!r} is not a number")
     return [float(value) for value in values]
 
 
@@ -200,92 +233,98 @@ def ratio(
         typer.Option(
             metavar=RANGE,
             help=(
-                "Number to vary: a value of the scene, temperature_change \\[K], or"
-                " supports.stiffness_x1 (both)."
+                "Number to vary: a value of the scene, temperature_change in K, or"
+                " supports.stiffness_x1 (of both ends)."
             ),
         ),
     ] = "span.horizontal_tension",
     points: Points = 25,
     against: Annotated[
-        str | None, typer.Option(metavar=RANGE, help="A second number, for a map over both.")
+        str | None, typer.Option(metavar=RANGE, help="Second number, for a map over both.")
     ] = None,
     plot: Plot = None,
     as_json: AsJson = False,
 ) -> None:
-    """Print the 2:1 frequency ratio, what changes it, and where it is 2; over one number or two."""
-    from gallop_fmu.foundation.errors import SceneError
-    from modal.foundation.scene_variation import unit_of
+    """Print the frequency ratio, design changes, and values of a number at which it is 2."""
     from modal.stability.frequency_ratio import (
-        crossings,
         frequency_ratio,
         ratio_map,
         suggest_design_changes,
     )
 
     chosen = scene_to_draw(scene, changes, plot)
-    here = frequency_ratio(chosen)
+    pair = frequency_ratio(chosen)
     over, values = _varied(chosen, over, points)
-    changes_of_design = suggest_design_changes(chosen)
-    unit, first, last = unit_of(chosen, over), values[0], values[-1]
-    told: dict[str, Any] = {
+    suggested = [change.sentence for change in suggest_design_changes(chosen)]
+    content: dict[str, Any] = {
         "title": chosen.title,
         "warnings": list(chosen.warnings),
-        "vertical_hz": here.vertical_hz,
-        "horizontal_hz": here.horizontal_hz,
-        "ratio": here.ratio,
-        "detuning": here.detuning,
-        "one_to_one_detuning": here.one_to_one_detuning,
+        "vertical_hz": pair.vertical_hz,
+        "horizontal_hz": pair.horizontal_hz,
+        "ratio": pair.ratio,
+        "detuning": pair.detuning,
+        "one_to_one_detuning": pair.one_to_one_detuning,
         "over": over,
-        "design_changes": [change.sentence for change in changes_of_design],
+        "design_changes": suggested,
     }
     lines = [
         chosen.title,
-        (
-            f"first symmetric vertical {here.vertical_hz:.4f} Hz, horizontal"
-            f" {here.horizontal_hz:.4f} Hz"
-        ),
-        (
-            f"ratio {here.ratio:.4f}: {abs(here.detuning):.1%}"
-            f" {'above' if here.detuning > 0 else 'below'} 2:1"
-        ),
+        f"first symmetric vertical {pair.vertical_hz:.4f} Hz, horizontal {pair.horizontal_hz:.4f}"
+        " Hz",
+        f"ratio {pair.ratio:.4f}: {abs(pair.detuning):.1%}"
+        f" {'above' if pair.detuning > 0 else 'below'} 2:1",
     ]
     if against is None:
-        try:
-            at_two = crossings(chosen, over, values)
-        except (
-            SceneError
-        ) as problem:  # on a slope modes veer near 2:1; the ratio of the scene itself is known
-            lines.append(f"{over}: values at which the ratio is 2 cannot be listed: {problem}")
-            told |= {"crossings": None, "crossings_problem": str(problem)}
-        else:
-            nowhere = f"nowhere from {first:g} to {last:g} {unit}"
-            crossed = ", ".join(f"{value:.5g} {unit}" for value in at_two) or nowhere
-            lines.append(f"{over}: the ratio is 2 at {crossed}")
-            told["crossings"] = at_two
+        numbers, line = _crossings(chosen, over, values)
+        content |= numbers
 
-        def figure() -> Any:
-            from modal.plots.span_figures import ratio_figure
-
-            return ratio_figure(ratio_map(chosen, over, values))
+        def draw_data() -> xr.Dataset:
+            return ratio_map(chosen, over, values)
 
     else:
         against, others = _varied(chosen, against, points)
         data = ratio_map(chosen, over, values, against=(against, others))
-        told |= {"values": values, "against": against, "against_values": others}
-        told["ratios"] = [
+        content |= {"values": values, "against": against, "against_values": others}
+        content["ratios"] = [
             [None if r != r else r for r in row] for row in data.ratio.values.tolist()
-        ]  # NaN is no JSON
-        lines.append(
+        ]  # JSON has no NaN
+        line = (
             f"ratio from {data.ratio.min().item():.4f} to {data.ratio.max().item():.4f} over {over}"
             f" and {against}"
         )
 
-        def figure() -> Any:
-            from modal.plots.span_figures import ratio_figure
+        def draw_data() -> xr.Dataset:
+            return data
 
-            return ratio_figure(data)
+    def figure() -> Figure:
+        from modal.plots.span_figures import ratio_figure
 
-    tell(told, [*lines, *(change.sentence for change in changes_of_design)], figure, plot, as_json)
+        return ratio_figure(draw_data())
+
+    show(content, [*lines, line, *suggested], figure, plot, as_json)
+
+
+def _crossings(scene: Scene, over: str, values: list[float]) -> tuple[dict[str, Any], str]:
+    """Values of a number at which the ratio is 2: as JSON and as a line for people.
+
+    On a slope modes veer near 2:1, and the ratio is not known at every value; the reason is printed
+    instead.
+    """
+    from gallop_fmu.foundation.errors import SceneError
+    from modal.foundation.scene_variation import unit_of
+    from modal.stability.frequency_ratio import crossings
+
+    try:
+        found = crossings(scene, over, values)
+    except SceneError as problem:
+        line = f"{over}: values at which the ratio is 2 cannot be listed: {problem}"
+        return {"crossings": None, "crossings_problem": str(problem)}, line
+    unit = unit_of(scene, over)
+    if not found:
+        line = f"{over}: the ratio is not 2 between {values[0]:g} and {values[-1]:g} {unit}"
+        return {"crossings": found}, line
+    line = f"{over}: the ratio is 2 at {', '.join(f'{value:.5g} {unit}' for value in found)}"
+    return {"crossings": found}, line
 
 
 @app.command(epilog=example("gallop-modal linear example3 --highest 10 --plot locus.png"))
@@ -298,16 +337,16 @@ def linear(
     highest: Annotated[
         float,
         typer.Option(
-            metavar="U", parser=real, help="Wind speed \\[m/s] up to which onsets are looked for."
+            metavar="U", parser=real, help="Highest wind speed in m/s of the search for onsets."
         ),
     ] = 15.0,
     what: Annotated[
-        Literal["locus", "criteria"], typer.Option("--show", help="What --plot draws.")
+        Literal["locus", "criteria"], typer.Option("--show", help="Content of the picture.")
     ] = "locus",
     plot: Plot = None,
     as_json: AsJson = False,
 ) -> None:
-    """Print what linear theory says: unstable attack angles, and the wind speed at which each mode begins to grow."""
+    """Print results of linear theory: unstable attack angles, critical wind of each mode."""
     import numpy as np
 
     from gallop_fmu.foundation.errors import SceneError
@@ -316,9 +355,30 @@ def linear(
 
     chosen = scene_to_draw(scene, changes, plot)
     criteria, onsets = stability_criteria(chosen), critical_wind_speed(chosen, count, highest)
-    told = {
+
+    def figure() -> Figure:
+        from modal.linear.state_space import root_locus
+        from modal.plots.span_figures import criteria_figure, locus_figure
+
+        if what == "criteria":
+            return criteria_figure(criteria, math.radians(chosen.ice.attack_angle_deg))
+        if onsets[0].searched_to == 0.0:
+            raise SceneError(f"no root locus: {onsets[0].remark}")
+        winds = np.linspace(0.0, onsets[0].searched_to, LOCUS_POINTS)
+        return locus_figure(root_locus(chosen, list(winds), count))
+
+    content = {
         "title": chosen.title,
         "warnings": list(chosen.warnings),
+        **_linear_numbers(criteria, onsets),
+    }
+    lines = [chosen.title, *_linear_lines(criteria, onsets)]
+    show(content, lines, figure, plot, as_json)
+
+
+def _linear_numbers(criteria: list[Criterion], onsets: list[CriticalWind]) -> dict[str, Any]:
+    """Criteria and critical winds as JSON."""
+    return {
         "unstable_attack_angles_deg": {
             criterion.name: criterion.unstable_deg for criterion in criteria
         },
@@ -337,45 +397,30 @@ def linear(
             for onset in onsets
         ],
     }
-    table = new_table("mode", "still air [Hz]", "critical wind [m/s]", "Den Hartog [m/s]")
-    for onset in onsets:
-        table.add_row(
-            f"{onset.mode.family} {onset.mode.loops}",
-            f"{onset.mode.frequency_hz:.4f}",
-            (
-                f"none to {onset.searched_to:g}"
-                if onset.wind_speed is None
-                else f"{onset.wind_speed:.3f}"
-            ),
-            "-" if onset.den_hartog is None else f"{onset.den_hartog:.3f}",
-        )
-    lines = [chosen.title]
+
+
+def _linear_lines(criteria: list[Criterion], onsets: list[CriticalWind]) -> list[Any]:
+    """Criteria and critical winds for people: lines, a table, and remarks."""
+    lines: list[Any] = []
     for criterion in criteria:
         ranges = ", ".join(f"{first:.1f} to {last:.1f}" for first, last in criterion.unstable_deg)
         lines.append(
             f"{criterion.name}: unstable at {ranges} deg" if ranges else f"{criterion.name}: stable"
         )
         lines += [f"  {line}" for line in criterion.explained]
-
-    def figure() -> Any:
-        from modal.linear.state_space import root_locus
-        from modal.plots.span_figures import criteria_figure, locus_figure
-
-        if what == "criteria":
-            return criteria_figure(criteria, float(np.radians(chosen.ice.attack_angle_deg)))
-        if onsets[0].searched_to == 0.0:
-            raise SceneError(f"no root locus: {onsets[0].remark}")
-        return locus_figure(
-            root_locus(chosen, list(np.linspace(0.0, onsets[0].searched_to, 31)), count)
+    table = new_table("mode", "still air [Hz]", "critical wind [m/s]", "Den Hartog [m/s]")
+    for onset in onsets:
+        table.add_row(
+            f"{onset.mode.family} {onset.mode.loops}",
+            f"{onset.mode.frequency_hz:.4f}",
+            (
+                f"none up to {onset.searched_to:g}"
+                if onset.wind_speed is None
+                else f"{onset.wind_speed:.3f}"
+            ),
+            "-" if onset.den_hartog is None else f"{onset.den_hartog:.3f}",
         )
-
-    tell(
-        told,
-        [*lines, table, *{onset.remark for onset in onsets if onset.remark}],
-        figure,
-        plot,
-        as_json,
-    )
+    return [*lines, table, *{onset.remark for onset in onsets if onset.remark}]
 
 
 app.command(name="screen", epilog=example(SCREEN_EXAMPLE))(screen_span)
@@ -390,26 +435,28 @@ def compare_models(
     changes: Changes = None,
     until: Annotated[
         float | None,
-        typer.Option(metavar="S", parser=real, help="Simulated time \\[s]; else the scene's."),
+        typer.Option(
+            metavar="S", parser=real, help="Simulated time in s (default: from the scene)."
+        ),
     ] = None,
     plot: Plot = None,
     as_json: AsJson = False,
 ) -> None:
-    """Set the nonlinear model, mode superposition and linear theory side by side."""
+    """Compare the nonlinear simulation, mode superposition and linear theory."""
     from modal.superposition.comparison import compare
 
     check_output(plot, PICTURE_SUFFIXES)
-    chosen = chosen_scene(scene, changes)  # the comparison tells its warnings
+    chosen = chosen_scene(scene, changes)  # the comparison has its warnings
     found = compare(chosen, until)
 
-    def figure() -> Any:
+    def figure() -> Figure:
         from modal.plots.comparison_figure import comparison_figure
 
         return comparison_figure(found)
 
-    tell(found.as_dict(), [chosen.title, str(found)], figure, plot, as_json)
+    show(found.as_dict(), [chosen.title, str(found)], figure, plot, as_json)
 
 
 def main() -> None:
-    """Entry point of the command ``gallop-modal``."""
+    """Run the command ``gallop-modal``."""
     start(app, "gallop-modal")

@@ -1,7 +1,8 @@
-"""What the commands of ``gallop-modal`` share: a scene, a picture of what was found, and the telling of it."""
+"""Shared CLI helpers: scene argument, picture, output."""
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -17,6 +18,8 @@ from gallop_fmu.cli.terminal import (
 )
 
 if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
     from gallop_fmu.scene.scene import Scene
 
 Plot = Annotated[
@@ -25,23 +28,41 @@ Plot = Annotated[
 
 
 def scene_to_draw(name: str, changes: list[str] | None, plot: Path | None) -> Scene:
-    """The scene with its changes, once it is sure that the picture can be written; its warnings are printed."""
+    """Load the scene of a command, check that its picture can be written, and print warnings."""
     check_output(plot, PICTURE_SUFFIXES)
     chosen = chosen_scene(name, changes)
     complain_of(chosen, "gallop-modal")
     return chosen
 
 
-def tell(
-    told: dict[str, Any], lines: list[Any], figure: Any, plot: Path | None, as_json: bool
+def show(
+    content: dict[str, Any],
+    lines: list[Any],
+    figure: Callable[[], Figure],
+    plot: Path | None,
+    as_json: bool,
 ) -> None:
-    """Print as JSON or as lines and tables, and draw if asked to."""
+    """Print the output of a command and write its picture.
+
+    Parameters
+    ----------
+    content
+        Output as JSON.
+    lines
+        Output for people: lines and tables.
+    figure
+        Function that draws the picture.
+    plot
+        File of the picture; None draws nothing.
+    as_json
+        True prints JSON.
+    """
     if plot:
         from gallop_fmu.plots import save_figure
 
         save_figure(figure(), plot)
     if as_json:
-        echo_json({**told, "files": [str(plot)] if plot else []})
+        echo_json({**content, "files": [str(plot)] if plot else []})
         return
     for line in lines:
         new_console().print(line, soft_wrap=isinstance(line, str))

@@ -9,9 +9,11 @@ import typer
 
 from gallop_fmu.cli.sweep_options import SweepOptions, takes_sweep_options
 from gallop_fmu.cli.terminal import complain, new_table, real
-from modal.cli.output import Plot, scene_to_draw, tell
+from modal.cli.output import Plot, scene_to_draw, show
 
 if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
     from gallop_fmu.scene.scene import Scene
     from modal.screening.screen import Screening
 
@@ -81,12 +83,12 @@ def screen_span(
     chosen = scene_to_draw(shared.scene, shared.changes, plot)
     found = screen(chosen, highest)
 
-    def figure() -> Any:
+    def figure() -> Figure:
         from modal.plots.span_figures import screening_figure
 
         return screening_figure(found)
 
-    tell(_numbers(chosen, found), _lines(chosen, found), figure, plot, shared.as_json)
+    show(_numbers(chosen, found), _lines(chosen, found), figure, plot, shared.as_json)
 
 
 def _numbers(scene: Scene, found: Screening) -> dict[str, Any]:

@@ -1,4 +1,4 @@
-"""The figure of a comparison: histories and mid-span paths of the three models."""
+"""Figure of a comparison: histories and mid-span paths of the three models."""
 
 from __future__ import annotations
 
@@ -21,20 +21,28 @@ NAMES = {
 COLOURS = {"nonlinear": "#0072B2", "superposition": "#E69F00", "linear": "#404040"}
 LABELS = {"u2": "vertical $u_2$ [m]", "u3": "horizontal $u_3$ [m]"}
 ENDS = {Outcome.ANGLE_OUT_OF_RANGE: "attack angle\noff the curve"}
-MARGIN = 1.08
-NOTE_HEIGHT = 0.25
-"""Height [in] that a warning below the figure takes."""
+RANGE_FACTOR = 1.08
+"""Range of an axis, relative to the range of the motion."""
 
-LEVEL = 0.2
-"""Part of the running amplitude at which a parting of amplitudes is marked."""
+MIN_RANGE = 1e-6
+"""Smallest range of an axis [m]."""
+
+NOTE_HEIGHT = 0.25
+"""Height [inch] of a warning below the figure."""
+
+MARKED_LEVEL = 0.2
+"""Relative difference of amplitudes that is marked; a level of `Comparison.divergences`."""
+
+LATE_SHARE = 0.75
+"""Share of the time axis beyond which the note on an early end is on the left of its line."""
 
 
 def comparison_figure(comparison: Comparison) -> Figure:
-    """Histories of u2 and u3, a row for each model, and the path of the mid-span point in each.
+    """Draw histories of u2 and u3, one row for each model, and the path of mid-span in each.
 
-    All rows share one scale, that of the two models that stay bounded; linear theory runs out of
-    it.  A dotted line marks where the amplitude of a simpler model has parted from the simulation's
-    by a fifth.
+    All rows have one scale, that of the two models with bounded motion; linear theory may leave it.
+    A dotted line marks the time from which the amplitude of a simpler model differs from that of
+    the simulation by a fifth.
     """
     motions = [f"{NAMES[name]}: {result.motion}" for name, result in comparison.models.items()]
     warnings = dict.fromkeys(
@@ -52,7 +60,7 @@ def comparison_figure(comparison: Comparison) -> Figure:
 
 
 def _limits(comparison: Comparison, channel: str) -> tuple[float, float]:
-    """Range of the models that do not grow without bound."""
+    """Range of a channel in the models with bounded motion."""
     values = np.concatenate(
         [
             result.midspan()[channel].values
@@ -60,7 +68,7 @@ def _limits(comparison: Comparison, channel: str) -> tuple[float, float]:
         ]
     )
     low, high = float(values.min()), float(values.max())
-    middle, half = 0.5 * (low + high), 0.5 * MARGIN * max(high - low, 1e-6)
+    middle, half = 0.5 * (low + high), 0.5 * RANGE_FACTOR * max(high - low, MIN_RANGE)
     return middle - half, middle + half
 
 
@@ -83,11 +91,11 @@ def _draw_histories(grid: NDArray[Any], comparison: Comparison) -> None:
 
 
 def _mark_divergence(axes: Axes, comparison: Comparison, name: str, channel: str) -> None:
-    time = comparison.divergence(name, channel, LEVEL).amplitude
+    time = comparison.divergence(name, channel, MARKED_LEVEL).amplitude
     if time is not None:
         axes.axvline(time, color="#D55E00", linestyle=":", linewidth=1.0)
         axes.set_title(
-            f"amplitude off by 20 % from {time:.0f} s",
+            f"amplitude differs by {MARKED_LEVEL:.0%} from {time:.0f} s",
             loc="right",
             pad=2.0,
             fontsize=7.0,
@@ -96,13 +104,13 @@ def _mark_divergence(axes: Axes, comparison: Comparison, name: str, channel: str
 
 
 def _mark_end(axes: Axes, result: Result) -> None:
-    """A line where a run ended early, and why, on its empty side."""
+    """Mark the time at which a run ended early, with the reason on the empty side."""
     time = result.report.time
-    late = time > 0.75 * axes.get_xlim()[1]
-    why = ENDS.get(result.outcome, result.outcome.name.lower().replace("_", "\n"))
+    late = time > LATE_SHARE * axes.get_xlim()[1]
+    reason = ENDS.get(result.outcome, result.outcome.name.lower().replace("_", "\n"))
     axes.axvline(time, color="#404040", linewidth=0.8)
     axes.annotate(
-        f"{why}\nat {time:.0f} s",
+        f"{reason}\nat {time:.0f} s",
         (time, 0.06),
         xycoords=("data", "axes fraction"),
         xytext=(-4 if late else 4, 0),
@@ -114,7 +122,7 @@ def _mark_end(axes: Axes, result: Result) -> None:
 
 
 def _draw_paths(panels: list[Axes], comparison: Comparison) -> None:
-    """The last periods of each model, as many seconds of them as show the slowest motion of the simulation."""
+    """Draw the last periods of each model, with the length that suits the simulation."""
     first, last = next(iter(enlarged_part(comparison.nonlinear.midspan()).values()))
     for axes, (name, result) in zip(panels, comparison.models.items(), strict=True):
         data = result.midspan()

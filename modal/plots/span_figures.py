@@ -1,4 +1,4 @@
-"""Figures of the modal toolkit: mode shapes, modes followed, ratio map, criteria, root locus, screening.
+"""Figures of modes, mode tracking, ratio map, stability criteria, root locus, screening.
 
 Every function returns a `matplotlib.figure.Figure` and leaves pyplot's global state alone.
 """
@@ -33,20 +33,26 @@ COLOURS = {
     "torsional": "#009E73",
     "longitudinal": "#CC79A7",
 }
-"""Okabe and Ito's palette, which readers with any colour vision tell apart."""
+"""Colours of Okabe and Ito, distinguishable with any colour vision."""
 
 UNSTABLE, NEUTRAL = "#E69F00", "#404040"
 MARKED = "#D00000"
-"""Lines on a map of colours."""
+"""Colour of lines on a colour map."""
 
-SEEN = 0.15
-"""Part of the kinetic energy above which the colour of a family can be seen in a mixture."""
+MIN_LEGEND_SHARE = 0.15
+"""Share of the kinetic energy above which a family is in the legend."""
 
 WIDTH = 7.1
 """Width of a figure over both columns of a journal page [inch]."""
 
-NEAR = 0.1
-"""Detuning from 2:1 that the ratio map shades."""
+SHADED_DETUNING = 0.1
+"""Largest detuning from 2:1 that is shaded."""
+
+MIN_LABEL_DISTANCE = 0.03
+"""Smallest distance between labels of modes, relative to the range of frequencies."""
+
+GEOMETRIC_TOLERANCE = 1e-3
+"""Relative deviation of factors that count as equal."""
 
 Style = Literal["-", "--", ":", "-."]
 
@@ -62,7 +68,7 @@ STYLE: dict[Any, Any] = {
 
 
 def mode_shapes(modes: Sequence[Mode], title: str = "") -> Figure:
-    """Shapes of modes along the span, a panel each, in the direction of their family.
+    """Draw mode shapes along the span, one panel for each, in the direction of the family.
 
     Parameters
     ----------
@@ -96,11 +102,11 @@ def mode_shapes(modes: Sequence[Mode], title: str = "") -> Figure:
 
 
 def tracking_figure(data: xr.Dataset) -> Figure:
-    """Frequencies of modes over what was varied, each followed by its shape.
+    """Draw the frequencies of tracked modes over the varied number.
 
-    The colour is that of the families, mixed by their share of the kinetic energy; width and the
-    number at both ends tell the mode: two that cross keep theirs and change places, two that veer
-    keep their places and exchange their colours.
+    The colour of a line mixes the colours of the families by their share of the kinetic energy. The
+    numbers at both ends identify the modes: two modes that cross change places and keep their
+    colours; two that veer keep their places and exchange their colours.
 
     Parameters
     ----------
@@ -117,9 +123,7 @@ def tracking_figure(data: xr.Dataset) -> Figure:
             points = np.stack([values, wave], axis=1)
             mixed = 0.5 * (share[1:] + share[:-1]) @ palette
             pieces = np.stack([points[:-1], points[1:]], axis=1)
-            under = (
-                mode % 2 == 0
-            )  # neighbours often lie on each other: one is drawn broad below, one thin above
+            under = mode % 2 == 0  # of two coincident neighbours one is broad below, one thin above
             lines = LineCollection(
                 list(pieces),
                 colors=np.clip(mixed, 0.0, 1.0),
@@ -134,7 +138,7 @@ def tracking_figure(data: xr.Dataset) -> Figure:
         axes.set_ylim(low - 0.05 * (high - low), high + 0.05 * (high - low))
         for column, side in ((0, -1), (-1, 1)):
             order = np.argsort(frequency[:, column], kind="stable")
-            heights = _spread(frequency[order, column], 0.03 * (high - low))
+            heights = _spread(frequency[order, column], MIN_LABEL_DISTANCE * (high - low))
             for mode, height in zip(order, heights, strict=True):
                 place = values[column] + side * 0.012 * span, height
                 axes.text(
@@ -144,7 +148,9 @@ def tracking_figure(data: xr.Dataset) -> Figure:
                     va="center",
                     fontsize=7.0,
                 )
-        seen = [k for k in range(len(palette)) if data.share.values[:, :, k].max() > SEEN]
+        seen = [
+            k for k in range(len(palette)) if data.share.values[:, :, k].max() > MIN_LEGEND_SHARE
+        ]
         families = data.family.values.tolist()
         handles = [
             Line2D([], [], color=COLOURS[families[k]], linewidth=1.6, label=families[k])
@@ -159,7 +165,7 @@ def tracking_figure(data: xr.Dataset) -> Figure:
 
 
 def _spread(wanted: Array, least: float) -> Array:
-    """Ascending places as near as can be to the wanted ones, no two nearer than the least distance."""
+    """Shift ascending positions as little as possible to have at least a given distance."""
     lifted = wanted - least * np.arange(len(wanted))
     upper = np.maximum.accumulate(lifted)
     lower = np.minimum.accumulate(lifted[::-1])[::-1]
@@ -167,7 +173,7 @@ def _spread(wanted: Array, least: float) -> Array:
 
 
 def ratio_figure(data: xr.Dataset) -> Figure:
-    """Frequencies and their ratio over what was varied, the neighbourhood of 2:1 shaded; a map over two numbers.
+    """Draw frequencies and ratio over one number with the range near 2:1 shaded, or a map over two.
 
     Parameters
     ----------
@@ -197,21 +203,27 @@ def ratio_figure(data: xr.Dataset) -> Figure:
         )
         above.set_ylabel("frequency [Hz]")
         above.legend(frameon=False)
-        below.axhspan(2.0 - 2.0 * NEAR, 2.0 + 2.0 * NEAR, color=UNSTABLE, alpha=0.3, linewidth=0.0)
+        below.axhspan(
+            2.0 - 2.0 * SHADED_DETUNING,
+            2.0 + 2.0 * SHADED_DETUNING,
+            color=UNSTABLE,
+            alpha=0.3,
+            linewidth=0.0,
+        )
         below.axhline(2.0, color=NEUTRAL, linewidth=0.6)
         below.plot(values, data.ratio.values, color=NEUTRAL, marker=".", markersize=3.0)
         below.set_ylabel("frequency ratio [1]")
-        below.set_title(f"shaded: within {NEAR:.0%} of 2:1", loc="left")
+        below.set_title(f"shaded: within {SHADED_DETUNING:.0%} of 2:1", loc="left")
         below.set_xlabel(f"{path} [{unit}]")
         below.set_xlim(values.min(), values.max())
     return figure
 
 
 def _ratio_contours(data: xr.Dataset) -> Figure:
-    """The frequency ratio over two numbers, 2:1 and 1:1 marked; white where there is none.
+    """Draw the frequency ratio over two numbers, with 2:1 and 1:1 marked; white without a ratio.
 
-    Of spans whose ends do not give way vertically the ratio hardly falls below 1, so 1:1 is seen by
-    its neighbourhood.
+    With vertically rigid ends the ratio hardly falls below 1, so that 1:1 itself is rarely crossed;
+    a second line marks its neighbourhood.
     """
     down, across = data.ratio.dims
     x, y, ratio = data[across].values, data[down].values, data.ratio.values
@@ -235,13 +247,16 @@ def _ratio_contours(data: xr.Dataset) -> Figure:
                     Line2D([], [], color=MARKED, linewidth=1.8, linestyle=style, label=name)
                 )
         edges: tuple[tuple[list[float], Style, str], ...]
-        edges = ([2.0 - 2.0 * NEAR, 2.0 + 2.0 * NEAR], ":", "2:1"), ([1.0 + NEAR], "-.", "1:1")
+        edges = (
+            ([2.0 - 2.0 * SHADED_DETUNING, 2.0 + 2.0 * SHADED_DETUNING], ":", "2:1"),
+            ([1.0 + SHADED_DETUNING], "-.", "1:1"),
+        )
         for levels, style, name in edges:
             if np.nanmin(ratio) < levels[-1] and np.nanmax(ratio) > levels[0]:
                 axes.contour(
                     x, y, ratio, levels=levels, colors=MARKED, linewidths=0.8, linestyles=style
                 )
-                label = f"{NEAR:.0%} from {name}"
+                label = f"{SHADED_DETUNING:.0%} from {name}"
                 handles.append(
                     Line2D([], [], color=MARKED, linewidth=0.8, linestyle=style, label=label)
                 )
@@ -258,21 +273,22 @@ def _ratio_contours(data: xr.Dataset) -> Figure:
 
 
 def _geometric(values: Array) -> bool:
-    """Whether numbers grow by equal factors, so that they belong on a logarithmic axis."""
+    """True if numbers grow by equal factors, as suits a logarithmic axis."""
     if len(values) < 3 or values[0] <= 0.0 or np.any(np.diff(values) <= 0.0):
         return False
-    return bool(np.ptp(np.diff(np.log(values))) < 1e-3 * np.log(values[-1] / values[0]))
+    factors = np.diff(np.log(values))
+    return bool(np.ptp(factors) < GEOMETRIC_TOLERANCE * np.log(values[-1] / values[0]))
 
 
 def criteria_figure(criteria: Sequence[Criterion], attack_angle: float | None = None) -> Figure:
-    """Criteria over the attack angle, one above the other, with the unstable ranges shaded.
+    """Draw criteria over the attack angle, one panel for each, with unstable ranges shaded.
 
     Parameters
     ----------
     criteria
         From `modal.stability_criteria`.
     attack_angle
-        The span's own [rad], marked if given.
+        Attack angle [rad] of the scene, marked if given.
     """
     with drawing(STYLE):
         figure = Figure(figsize=(WIDTH, 0.6 + 1.5 * len(criteria)), layout="constrained")
@@ -296,7 +312,7 @@ def criteria_figure(criteria: Sequence[Criterion], attack_angle: float | None = 
 
 
 def locus_figure(data: xr.Dataset) -> Figure:
-    """Eigenvalues as the wind rises, and damping ratio over wind speed; the growing side is shaded.
+    """Draw eigenvalues and damping ratios over the wind speed; the unstable side is shaded.
 
     Parameters
     ----------
@@ -342,7 +358,7 @@ def locus_figure(data: xr.Dataset) -> Figure:
 
 
 def screening_figure(found: Screening) -> Figure:
-    """Vertical galloping without swing over the wind speed, where a swing grows on it, and what both settle in.
+    """Draw galloping without swing over the wind speed, growth of a swing, saturated motion.
 
     Parameters
     ----------
@@ -356,16 +372,13 @@ def screening_figure(found: Screening) -> Figure:
         wind = np.array([cycle.wind_speed for cycle in cycles])
         grows = np.array([cycle.multiplier for cycle in cycles])
         vertical = np.array([cycle.vertical for cycle in cycles])
-        points: dict[str, Any] = {
-            "marker": ".",
-            "markersize": 3.0,
-        }  # as computed; the lines between them are no more
+        points: dict[str, Any] = {"marker": ".", "markersize": 3.0}  # the computed orbits
         amplitude.plot(
             wind, vertical, color=COLOURS["vertical"], label="vertical, without swing", **points
         )
         unstable = np.where(grows > 1.0, vertical, np.nan)
         amplitude.plot(
-            wind, unstable, color=UNSTABLE, linewidth=4.0, alpha=0.5, label="a swing grows on it"
+            wind, unstable, color=UNSTABLE, linewidth=4.0, alpha=0.5, label="a small swing grows"
         )
         growth.plot(wind, grows, color=NEUTRAL, **points)
         growth.axhline(1.0, color=NEUTRAL, linewidth=0.4)

@@ -1,4 +1,4 @@
-"""Figures of the report, and conversion of figures to SVG in the light and dark colours of a page."""
+"""Figures of the report, and conversion of figures to SVG in the colours of a page."""
 
 from __future__ import annotations
 

@@ -197,12 +197,12 @@ def flip_shape(model: ReducedModel, orbit: Orbit) -> tuple[Array, float]:
     Returns
     -------
     ndarray, float
-        Coefficients, and the phase [rad] by which orbit and swing are turned to make the first
+        Coefficients, and the phase [rad] by which orbit and swing are shifted to make the first
         harmonic of the horizontal mode a cosine with coefficient 1.
     """
     odd = _odd_coefficients()
     shape = np.zeros((2 * SWING.harmonics + 1, model.size))
     shape[odd] = np.linalg.svd(_flip_matrix(model, orbit))[2][-1].reshape(len(odd), -1)
     phase = float(np.arctan2(shape[2, model.horizontal], shape[1, model.horizontal]))
-    turned = Orbit(0.0, 1.0, shape).turned(phase).coefficients
-    return np.asarray(turned / turned[1, model.horizontal]), phase
+    shifted = Orbit(0.0, 1.0, shape).shifted(phase).coefficients
+    return np.asarray(shifted / shifted[1, model.horizontal]), phase

@@ -152,14 +152,14 @@ class Orbit:
             for order, basis in enumerate((balance.value, balance.rate, balance.curvature))
         )
 
-    def turned(self, phase: float) -> Orbit:
+    def shifted(self, phase: float) -> Orbit:
         """Return the same motion with its origin of time shifted by a phase [rad]."""
-        turned = self.coefficients.copy()
-        for k in range(1, len(turned) // 2 + 1):
+        shifted = self.coefficients.copy()
+        for k in range(1, len(shifted) // 2 + 1):
             c, s = self.coefficients[2 * k - 1], self.coefficients[2 * k]
-            turned[2 * k - 1] = c * np.cos(k * phase) + s * np.sin(k * phase)
-            turned[2 * k] = s * np.cos(k * phase) - c * np.sin(k * phase)
-        return Orbit(self.wind_speed, self.omega, turned)
+            shifted[2 * k - 1] = c * np.cos(k * phase) + s * np.sin(k * phase)
+            shifted[2 * k] = s * np.cos(k * phase) - c * np.sin(k * phase)
+        return Orbit(self.wind_speed, self.omega, shifted)
 
     def widened(self, harmonics: int) -> Orbit:
         """Return the same motion with more harmonics, the new ones zero."""

@@ -68,7 +68,7 @@ def swing_branch(model: ReducedModel, onset: Orbit, wind: float) -> tuple[list[O
     scale = amplitude_scale(model, model.horizontal, 2, wind)
     track = Track(model, SWING, model.horizontal, wind, scale)
     shape, phase = flip_shape(model, onset)
-    base = doubled(onset, SWING.harmonics).turned(phase)
+    base = doubled(onset, SWING.harmonics).shifted(phase)
     size = FIRST_SIZE * scale
     start = Orbit(base.wind_speed, base.omega, base.coefficients + size * shape)
     try:

@@ -6,7 +6,7 @@ stiffness of the first symmetric horizontal mode. Its coordinate q obeys Mathieu
     q'' + 2 xi w q' + w^2 (1 + e cos W t) q = 0,    e = m a,                                     (1)
 
 where w is the horizontal frequency, xi the damping ratio (structure and wind) and m the relative
-change of stiffness per metre (`Coupling.modulation`). Near W = 2 w the rest position loses its
+change of stiffness per metre (`Coupling.modulation`). Near W = 2 w the solution q = 0 loses its
 stability, and the swing starts, above (Nayfeh and Mook 1979, section 5.3)
 
     e = 4 sqrt(xi^2 + D^2),    D = W / (2 w) - 1.                                                (2)
@@ -138,7 +138,7 @@ def quadratic_coupling(scene: Scene, rest: Rest | None = None) -> Coupling:
     Notes
     -----
     Let v and h be the mass-normalised vertical and horizontal mode, w_v and w_h their frequencies,
-    M and K the matrices at rest. Along the vertical mode the tangent stiffness is
+    M and K the matrices in still air. Along the vertical mode the tangent stiffness is
 
         K(a v) = K + a k1 + a^2/2 k2,    and    K1(u) = dK/du . u,    so that k1 = K1(v).        (3)
 
@@ -323,7 +323,7 @@ class _Swing:
         corrected = self.frequency**2 + self.coupling.swing_curve * amplitude**2
         frequency = np.sqrt(np.maximum(corrected, MIN_FREQUENCY_SQUARED))
         detuning = np.sqrt(np.maximum(vertical_square, 0.0)) / (2.0 * frequency) - 1.0
-        # m refers to the frequency at rest
+        # m refers to the uncorrected frequency
         relative = (self.frequency / frequency) ** 2
         modulation = np.abs(self.coupling.modulation) * amplitude * relative
         return modulation - 4.0 * np.hypot(self.damping, detuning), detuning

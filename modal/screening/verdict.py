@@ -45,7 +45,7 @@ RISKS: dict[Verdict, Risk] = {
 
 @dataclass(frozen=True)
 class Judgement:
-    """A verdict with the data that it rests on.
+    """A verdict with the data behind it.
 
     Attributes
     ----------

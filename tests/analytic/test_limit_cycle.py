@@ -135,7 +135,7 @@ def test_the_orbit_half_way_lies_between(track):
 
 def test_phase_shift_and_doubling_keep_the_motion(track):
     orbit, _, _ = track.at_wind(start(1.0, 0.3), 0.3)
-    turned = orbit.turned(2.0 * np.pi * 3 / 64)
+    turned = orbit.shifted(2.0 * np.pi * 3 / 64)
     assert turned.at(64)[0][:-3] == pytest.approx(orbit.at(64)[0][3:], abs=1e-12)
     twice = doubled(orbit, 14)
     assert twice.omega == 0.5 * orbit.omega
