@@ -82,6 +82,18 @@ def test_thin_paths_get_their_own_scales(moving):
     assert "scales differ" in figure.axes[0].get_title()
 
 
+def test_the_title_of_thin_paths_stays_inside_an_overview(result, monkeypatch):
+    """Before, it touched the right edge: 0.1.0 wrote it in one line."""
+    monkeypatch.setattr(plots, "EQUAL_SCALE_LIMIT", 0.0)
+    monkeypatch.setattr(plots, "enlarged_part", lambda data: {"last periods": (0.0, 1e3)})
+    figure = plots.overview(result)
+    canvas = FigureCanvasAgg(figure)
+    canvas.draw()
+    title = next(axes.title for axes in figure.axes if "scales differ" in axes.get_title())
+    box = title.get_window_extent(canvas.get_renderer())
+    assert figure.bbox.x1 - box.x1 > 0.1 * figure.dpi  # observed 0.5 inch
+
+
 def test_the_last_periods_are_enlarged(moving):
     assert plots.enlarged_part(moving)["last periods"] == pytest.approx(
         (99.99 - 12.0, 99.99), abs=0.01
