@@ -183,7 +183,7 @@ def sweep(
         "u2_amplitude",
         "u2_frequency_hz",
         "u3_amplitude",
-        "beyond_cigre_322",
+        "cigre_322_excess",
     )
     compute = partial(sweep_scenes, stop_time=until, window=window, model=model)
     shared.carry_out("gallop-fmu", compute, columns)

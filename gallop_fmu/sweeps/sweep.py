@@ -66,11 +66,11 @@ SUMMARY_COLUMNS |= {
         "N",
         "maximum force on an end in the whole run (adjacent_span: not the load on the tower)",
     ),
-    "beyond_cigre_322": (
+    "cigre_322_excess": (
         "m",
         "distance of the motion in the window beyond the ellipse of CIGRE 322; negative: inside",
     ),
-    "beyond_davison": (
+    "davison_excess": (
         "m",
         "distance of the motion in the window beyond the upright ellipse of Davison; negative: inside",
     ),
@@ -123,14 +123,14 @@ def _steady_columns(result: Result, window: float | None, sag: float) -> Row:
     for name, values in histories.items():
         keys = (f"{name}_amplitude", f"{name}_mean", f"{name}_frequency_hz")
         row |= dict(zip(keys, measure(values, interval), strict=True))
-    ellipses = {"beyond_davison": davison_single_loop(sag)}
+    ellipses = {"davison_excess": davison_single_loop(sag)}
     with suppress(ValueError):  # the rule has no ellipse for such a small sag
-        ellipses["beyond_cigre_322"] = cigre_322_single_loop(sag, result.scene.conductor.diameter)
-    beyond = {
+        ellipses["cigre_322_excess"] = cigre_322_single_loop(sag, result.scene.conductor.diameter)
+    excess = {
         key: float(np.max(ellipse.distance(histories["u3"], histories["u2"])))
         for key, ellipse in ellipses.items()
     }
-    return {**row, **beyond}
+    return {**row, **excess}
 
 
 def _midspan_histories(result: Result) -> dict[str, NDArray[np.float64]]:

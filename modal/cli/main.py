@@ -33,7 +33,6 @@ from modal.report.command import REPORT_EXAMPLE, report
 
 if TYPE_CHECKING:
     import xarray as xr
-    from matplotlib.figure import Figure
 
     from gallop_fmu.scene.scene import Scene
     from modal.linear.modes import Mode
@@ -93,7 +92,7 @@ def modes(
         return
     found = natural_modes(chosen, count, wind)
 
-    def figure() -> Figure:
+    def figure() -> Any:
         from modal.plots.span_figures import mode_shapes
 
         return mode_shapes(found, chosen.title)
@@ -147,7 +146,7 @@ def _track_modes(
 
     data = track_modes(scene, over, values, count, wind)
 
-    def figure() -> Figure:
+    def figure() -> Any:
         from modal.plots.span_figures import tracking_figure
 
         return tracking_figure(data)
@@ -296,7 +295,7 @@ def ratio(
         def draw_data() -> xr.Dataset:
             return data
 
-    def figure() -> Figure:
+    def figure() -> Any:
         from modal.plots.span_figures import ratio_figure
 
         return ratio_figure(draw_data())
@@ -356,7 +355,7 @@ def linear(
     chosen = scene_to_draw(scene, changes, plot)
     criteria, onsets = stability_criteria(chosen), critical_wind_speed(chosen, count, highest)
 
-    def figure() -> Figure:
+    def figure() -> Any:
         from modal.linear.state_space import root_locus
         from modal.plots.span_figures import criteria_figure, locus_figure
 
@@ -449,7 +448,7 @@ def compare_models(
     chosen = chosen_scene(scene, changes)  # the comparison has its warnings
     found = compare(chosen, until)
 
-    def figure() -> Figure:
+    def figure() -> Any:
         from modal.plots.comparison_figure import comparison_figure
 
         return comparison_figure(found)

@@ -18,8 +18,6 @@ from gallop_fmu.cli.terminal import (
 )
 
 if TYPE_CHECKING:
-    from matplotlib.figure import Figure
-
     from gallop_fmu.scene.scene import Scene
 
 Plot = Annotated[
@@ -38,7 +36,7 @@ def scene_to_draw(name: str, changes: list[str] | None, plot: Path | None) -> Sc
 def show(
     content: dict[str, Any],
     lines: list[Any],
-    figure: Callable[[], Figure],
+    figure: Callable[[], Any],
     plot: Path | None,
     as_json: bool,
 ) -> None:

@@ -12,8 +12,6 @@ from gallop_fmu.cli.terminal import complain, new_table, real
 from modal.cli.output import Plot, scene_to_draw, show
 
 if TYPE_CHECKING:
-    from matplotlib.figure import Figure
-
     from gallop_fmu.scene.scene import Scene
     from modal.screening.screen import Screening
 
@@ -83,7 +81,7 @@ def screen_span(
     chosen = scene_to_draw(shared.scene, shared.changes, plot)
     found = screen(chosen, highest)
 
-    def figure() -> Figure:
+    def figure() -> Any:
         from modal.plots.span_figures import screening_figure
 
         return screening_figure(found)

@@ -182,7 +182,9 @@ def screening_table(found: Screening) -> Table:
         "frequency [Hz]",
     )
     return Table(
-        "Predicted limit cycles, half peak-to-peak", (*headings, "growth of a disturbance per cycle [%]"), rows
+        "Predicted limit cycles, half peak-to-peak",
+        (*headings, "growth of a disturbance per cycle [%]"),
+        rows,
     )
 
 

@@ -69,7 +69,7 @@ def test_rows_equal_single_runs(scene, runs):
             (cigre_322_single_loop(2.12, 0.0235), "cigre_322"),
             (davison_single_loop(2.12), "davison"),
         ):
-            assert found[f"beyond_{name}"] == ellipse.distance(last.u3.values, last.u2.values).max()
+            assert found[f"{name}_excess"] == ellipse.distance(last.u3.values, last.u2.values).max()
     assert runs.dataset.u2_amplitude.attrs["units"] == "m"
     assert runs.dataset["wind.speed"].attrs["units"] == "m/s"
 
