@@ -4,6 +4,7 @@ import re
 import shlex
 import subprocess
 import sys
+import tomllib
 from pathlib import Path
 
 import pytest
@@ -114,3 +115,9 @@ def test_links_and_files_exist(page):
 def test_the_gallery_shows_every_example():
     scripts = sorted(path.name for path in (ROOT / "examples").glob("*.py"))
     assert re.findall(r"^\| \[(\S+\.py)\]", GALLERY, re.MULTILINE) == scripts
+
+
+def test_the_citation_has_the_version_of_the_package():
+    citation = (ROOT / "CITATION.cff").read_text(encoding="utf-8")
+    project = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
+    assert f"version: {project['version']}\n" in citation
