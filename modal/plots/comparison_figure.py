@@ -73,6 +73,7 @@ def _limits(comparison: Comparison, channel: str) -> tuple[float, float]:
 
 
 def _draw_histories(grid: NDArray[Any], comparison: Comparison) -> None:
+    """Draw one row of histories for each model."""
     stop = comparison.nonlinear.dataset.time.values[-1]
     for row, (name, result) in zip(grid, comparison.models.items(), strict=True):
         data = result.midspan()
@@ -91,6 +92,7 @@ def _draw_histories(grid: NDArray[Any], comparison: Comparison) -> None:
 
 
 def _mark_divergence(axes: Axes, comparison: Comparison, name: str, channel: str) -> None:
+    """Mark the time from which the amplitude differs from that of the simulation."""
     time = comparison.divergence(name, channel, MARKED_LEVEL).amplitude
     if time is not None:
         axes.axvline(time, color="#D55E00", linestyle=":", linewidth=1.0)

@@ -216,6 +216,7 @@ class LimitCycles:
             self._trim()
 
     def _track(self, balance: Balance) -> Track:
+        """Family of vertical motions with a number of harmonics."""
         return Track(self.model, balance, self.model.vertical, self.wind, self.size_scale)
 
     def _first_guess(self, wind_speed: float, state: MeanState) -> Orbit:
@@ -291,6 +292,7 @@ class LimitCycles:
         return max(abs(growth.swing), float(np.abs(growth.others[0]))) > MAX_GROWTH
 
     def _leaves_curve(self, orbit: Orbit) -> bool:
+        """True if an attack angle is outside the coefficient curve, and the curve forbids that."""
         curve = self.model.scene.aerodynamics
         if curve is None or curve.beyond != "error":
             return False
@@ -327,22 +329,22 @@ class LimitCycles:
 
         Unstable orbits between two folds stay, as stable ones follow.
         """
-        doubts = [doubt_of(growth) for growth in self.growth]
-        trusted = max((k for k, doubt in enumerate(doubts) if not doubt), default=0)
-        if self.has_ended or trusted == len(self.orbits) - 1:
+        reasons = [rejection_reason(growth) for growth in self.growth]
+        last = max((k for k, reason in enumerate(reasons) if not reason), default=0)
+        if self.has_ended or last == len(self.orbits) - 1:
             return
         self.is_unresolved = True
         self.limit = (
-            f"the limit cycle is unresolved above {self.orbits[trusted].wind_speed:.4g} m/s:"
-            f" {doubts[trusted + 1]}"
+            f"the limit cycle is unresolved above {self.orbits[last].wind_speed:.4g} m/s:"
+            f" {reasons[last + 1]}"
         )
-        self.orbits, self.growth = self.orbits[: trusted + 1], self.growth[: trusted + 1]
+        self.orbits, self.growth = self.orbits[: last + 1], self.growth[: last + 1]
 
     def galloping(self) -> tuple[Orbit, Multipliers] | None:
-        """First trusted orbit at the scene's wind, with its multipliers; None if there is none."""
-        trusted = [not doubt_of(growth) for growth in self.growth]
+        """First accepted orbit at the scene's wind, with its multipliers; None if there is none."""
+        accepted = [not rejection_reason(growth) for growth in self.growth]
         for k, (low, high) in enumerate(pairwise(self.orbits)):
-            if trusted[k] and trusted[k + 1]:
+            if accepted[k] and accepted[k + 1]:
                 orbit = self.track.first_at([low, high], self.wind)
                 if orbit is not None:
                     return orbit, multipliers(self.model, orbit)
@@ -354,7 +356,7 @@ class LimitCycles:
         return tuple(cycle_of(self.model, orbit, abs(one.swing)) for orbit, one in found)
 
 
-def doubt_of(growth: Multipliers) -> str:
+def rejection_reason(growth: Multipliers) -> str:
     """Reason why no motion stays near an orbit, or why it is rejected; '' if there is none."""
     swing, other = abs(growth.swing), float(np.abs(growth.others[0]))
     if swing > MAX_GROWTH:
@@ -365,4 +367,5 @@ def doubt_of(growth: Multipliers) -> str:
 
 
 def _lost(wind_speed: float) -> str:
+    """Reason for a branch that ends because Newton's method fails."""
     return f"the limit cycle could not be computed above {wind_speed:.4g} m/s"

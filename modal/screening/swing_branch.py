@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from modal.linear.mode_basis import mirrored
-from modal.screening.continuation import FIRST_SIZE, LimitCycles, amplitude_scale, doubt_of
+from modal.screening.continuation import FIRST_SIZE, LimitCycles, amplitude_scale, rejection_reason
 from modal.screening.floquet import (
     antisymmetric_multiplier,
     flip_determinant,
@@ -28,11 +28,11 @@ def stability_limits(branch: LimitCycles) -> list[tuple[Orbit, bool]]:
     Orbits above the highest wind speed do not count, nor changes next to a rejected orbit.
     """
     is_unstable = [abs(one.swing) > 1.0 for one in branch.growth]
-    is_doubted = [bool(doubt_of(one)) for one in branch.growth]
+    is_rejected = [bool(rejection_reason(one)) for one in branch.growth]
     found = [
         (_stability_limit(branch, branch.orbits[k], branch.orbits[k + 1]), is_unstable[k + 1])
         for k in range(len(branch.orbits) - 1)
-        if is_unstable[k] != is_unstable[k + 1] and not (is_doubted[k] or is_doubted[k + 1])
+        if is_unstable[k] != is_unstable[k + 1] and not (is_rejected[k] or is_rejected[k + 1])
     ]
     return [(orbit, starts) for orbit, starts in found if orbit.wind_speed <= branch.highest]
 
@@ -64,6 +64,11 @@ def swing_branch(model: ReducedModel, onset: Orbit, wind: float) -> tuple[list[O
 
     They have twice the period of the limit cycle without swing, and start in the direction of the
     disturbance whose multiplier is -1 there.
+
+    Returns
+    -------
+    list of Orbit, Track
+        Orbits in the order of continuation (none if Newton's method fails), and their family.
     """
     scale = amplitude_scale(model, model.horizontal, 2, wind)
     track = Track(model, SWING, model.horizontal, wind, scale)

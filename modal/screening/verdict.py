@@ -23,7 +23,7 @@ MIN_REPORTED_GROWTH = 1.002
 
 
 class Verdict(Enum):
-    """What a screening finds for the scene's wind."""
+    """Conclusion of a screening for the scene's wind."""
 
     NO_GALLOPING = "no galloping in the first symmetric vertical mode"
     NO_ONSET = "galloping without an onset of the swing"

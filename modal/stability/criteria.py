@@ -318,6 +318,7 @@ def rayleigh_ratio(pair: RayleighPair | None, frequency_hz: float) -> float:
 
 
 def _curve(scene: Scene) -> AerodynamicCurve:
+    """Coefficient curve of a scene; SceneError if it has none."""
     if scene.aerodynamics is None:
         raise SceneError(
             "the scene has no aerodynamics: stability criteria need a coefficient curve; give one"
@@ -328,6 +329,7 @@ def _curve(scene: Scene) -> AerodynamicCurve:
 def _criterion(
     name: str, formula: str, unit: str, curve: AerodynamicCurve, function: Callable[[Array], Array]
 ) -> Criterion:
+    """Evaluate a function of attack angles [rad] over the curve, and find its negative ranges."""
     first, last = float(curve.breakpoint[0]), float(curve.breakpoint[-1])
     angle = np.linspace(
         first, last, max(3, round((TURN_POINTS - 1) * (last - first) / (2.0 * np.pi)) + 1)
