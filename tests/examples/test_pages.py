@@ -121,3 +121,16 @@ def test_the_citation_has_the_version_of_the_package():
     citation = (ROOT / "CITATION.cff").read_text(encoding="utf-8")
     project = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
     assert f"version: {project['version']}\n" in citation
+
+
+@pytest.mark.parametrize("package", ["gallop_fmu", "modal"])
+def test_the_map_names_every_module(package):
+    map_of_folders = re.findall(r"^\| `(\w+)/` \| (.*) \|$", PAGES["CONTRIBUTING.md"], re.MULTILINE)
+    for path in sorted((ROOT / package).glob("*/*.py")):
+        named = " ".join(text for folder, text in map_of_folders if folder == path.parent.name)
+        assert path.name == "__init__.py" or f"`{path.name}`" in named, path
+    for folder, text in map_of_folders:
+        for name in re.findall(r"`(\w+\.py)`", text):
+            assert any(
+                (ROOT / top / folder / name).exists() for top in ("gallop_fmu", "modal", "")
+            ), name
