@@ -79,43 +79,55 @@ INLINE void transpose(lanes x[4])
 #endif
 }
 
-/* The unknowns of node `n` (0 left, 1 middle, 2 right) of `count` elements whose left nodes stand
- * at y; of the last one again in lanes beyond. */
-INLINE void read_nodes(const double *y, int n, int count, lanes out[4])
+/* Four values at each of `count` places from y on, `apart` values from one to the next; those of
+ * the last place again in lanes beyond. */
+INLINE void gather_lanes(const double *y, int apart, int count, lanes out[4])
 {
 #if LANES == 4
     for (int k = 0; k < LANES; k++)
-        out[k] = *(const lanes *)(y + 8 * (k < count ? k : count - 1) + 4 * n);
+        out[k] = *(const lanes *)(y + apart * (k < count ? k : count - 1));
     transpose(out);
 #else
-    (void)count;
-    for (int i = 0; i < 4; i++) out[i] = y[4 * n + i];
+    (void)apart, (void)count;
+    for (int i = 0; i < 4; i++) out[i] = y[i];
 #endif
 }
 
-INLINE void write_nodes(double *y, int n, int count, lanes x[4])
+INLINE void scatter_lanes(double *y, int apart, int count, lanes x[4])
 {
 #if LANES == 4
     transpose(x);
     for (int k = 0; k < LANES; k++)
-        if (k < count) *(lanes *)(y + 8 * k + 4 * n) = x[k];
+        if (k < count) *(lanes *)(y + apart * k) = x[k];
 #else
-    (void)count;
-    for (int i = 0; i < 4; i++) y[4 * n + i] = x[i];
+    (void)apart, (void)count;
+    for (int i = 0; i < 4; i++) y[i] = x[i];
 #endif
 }
 
-/* As write_nodes, added to what is there. */
+/* As scatter_lanes, added to what is there. */
+INLINE void scatter_add_lanes(double *y, int apart, int count, lanes x[4])
+{
+#if LANES == 4
+    transpose(x);
+    for (int k = 0; k < LANES; k++)
+        if (k < count) *(lanes *)(y + apart * k) += x[k];
+#else
+    (void)apart, (void)count;
+    for (int i = 0; i < 4; i++) y[i] += x[i];
+#endif
+}
+
+/* The unknowns of node `n` (0 left, 1 middle, 2 right) of `count` elements whose left nodes stand
+ * at y. */
+INLINE void read_nodes(const double *y, int n, int count, lanes out[4])
+{
+    gather_lanes(y + 4 * n, 8, count, out);
+}
+
 INLINE void add_to_nodes(double *y, int n, int count, lanes x[4])
 {
-#if LANES == 4
-    transpose(x);
-    for (int k = 0; k < LANES; k++)
-        if (k < count) *(lanes *)(y + 8 * k + 4 * n) += x[k];
-#else
-    (void)count;
-    for (int i = 0; i < 4; i++) y[4 * n + i] += x[i];
-#endif
+    scatter_add_lanes(y + 4 * n, 8, count, x);
 }
 
 #endif

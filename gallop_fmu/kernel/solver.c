@@ -12,9 +12,24 @@ static double *real_store(const gallop_model *model, const state_view *view, int
     return view->factors + before * sizeof(chain_factor) / sizeof(double);
 }
 
-static complex_factor *complex_store(const gallop_model *model, const state_view *view, int index)
+static double *complex_store(const gallop_model *model, const state_view *view, int index)
 {
-    return (complex_factor *)view->complex_factors + model->chain[index].first_element + index;
+    const size_t before = (size_t)model->chain[index].first_element + 2 * (size_t)index;
+    return view->complex_factors + before * sizeof(complex_factor) / sizeof(double);
+}
+
+/* Where the tangent of a chain is taken. */
+typedef struct {
+    const chain *chain;
+    exposure now;
+    const sections *at;
+    const double *u;
+} chain_motion;
+
+static void blocks_of(const void *source, int index, tangent_weights weights, lanes block[6][16])
+{
+    const chain_motion *m = source;
+    element_strip_tangent(m->chain, index, &m->now, m->at, m->u, weights, block);
 }
 
 /* Which unknowns of the ends of a chain are prescribed. */
@@ -47,13 +62,13 @@ bool solver_factor(const gallop_model *model, const conditions *now, const state
 {
     for (int i = 0; i < model->chain_count; i++) {
         const chain *c = &model->chain[i];
-        const exposure on = conditions_on(model, now, c);
+        const chain_motion here = {c, conditions_on(model, now, c), &view->sections,
+                                   y.u + 4 * c->first_node};
         chain_ends ends = {.tangent = {{{0.0}}}};
+        const solver_chain alone = {c->elements, model->unknowns, &ends, blocks_of, &here};
         find_fixed(model, c, junctions, &ends);
         add_devices(model, c, now, y, weights, 0, &ends);
-        if (!solver_chain_factor(c, &on, &view->sections, y.u + 4 * c->first_node, weights, &ends,
-                                 real_store(model, view, i)))
-            return false;
+        if (!solver_real_factor(&alone, &weights, real_store(model, view, i))) return false;
     }
     return true;
 }
@@ -64,36 +79,36 @@ void solver_solve(const gallop_model *model, const state_view *view, solver_junc
     for (int i = 0; i < model->chain_count; i++) {
         const chain *c = &model->chain[i];
         chain_ends ends;
+        const solver_chain alone = {c->elements, model->unknowns, &ends, NULL, NULL};
         find_fixed(model, c, junctions, &ends);
-        solver_chain_solve(c, model->unknowns, real_store(model, view, i), &ends,
-                           rhs + 4 * c->first_node);
+        solver_real_solve(&alone, real_store(model, view, i), rhs + 4 * c->first_node);
     }
 }
 
-bool solver_complex_factor(const gallop_model *model, const conditions *now, const state_view *view,
+bool solver_factor_complex(const gallop_model *model, const conditions *now, const state_view *view,
                            motion y, const tangent_weights weights[2])
 {
     for (int i = 0; i < model->chain_count; i++) {
         const chain *c = &model->chain[i];
-        const exposure on = conditions_on(model, now, c);
+        const chain_motion here = {c, conditions_on(model, now, c), &view->sections,
+                                   y.u + 4 * c->first_node};
         chain_ends ends = {.tangent = {{{0.0}}}};
+        const solver_chain alone = {c->elements, model->unknowns, &ends, blocks_of, &here};
         find_fixed(model, c, SOLVER_JUNCTIONS_AS_IN_SCENE, &ends);
         for (int part = 0; part < 2; part++)
             add_devices(model, c, now, y, weights[part], part, &ends);
-        if (!solver_chain_complex_factor(c, &on, &view->sections, y.u + 4 * c->first_node, weights,
-                                         &ends, complex_store(model, view, i)))
-            return false;
+        if (!solver_complex_factor(&alone, weights, complex_store(model, view, i))) return false;
     }
     return true;
 }
 
-void solver_complex_solve(const gallop_model *model, const state_view *view, double *rhs)
+void solver_solve_complex(const gallop_model *model, const state_view *view, double *rhs)
 {
     for (int i = 0; i < model->chain_count; i++) {
         const chain *c = &model->chain[i];
         chain_ends ends;
+        const solver_chain alone = {c->elements, model->unknowns, &ends, NULL, NULL};
         find_fixed(model, c, SOLVER_JUNCTIONS_AS_IN_SCENE, &ends);
-        solver_chain_complex_solve(c, complex_store(model, view, i), &ends,
-                                   rhs + 8 * c->first_node);
+        solver_complex_solve(&alone, complex_store(model, view, i), rhs + 8 * c->first_node);
     }
 }

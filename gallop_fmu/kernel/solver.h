@@ -19,25 +19,55 @@ void solver_solve(const gallop_model *model, const state_view *view, solver_junc
 
 /* The same with complex weights, real part and imaginary part; rhs (nodes, 8): four real parts
  * before four imaginary ones. */
-bool solver_complex_factor(const gallop_model *model, const conditions *now, const state_view *view,
+bool solver_factor_complex(const gallop_model *model, const conditions *now, const state_view *view,
                            motion y, const tangent_weights weights[2]);
-void solver_complex_solve(const gallop_model *model, const state_view *view, double *rhs);
+void solver_solve_complex(const gallop_model *model, const state_view *view, double *rhs);
 
-/* ---- one chain whose ends are coupled to nothing else (solver_chain.c, solver_complex.c) ---- */
+/* ---- One chain (solver_real.c, solver_complex.c).  Its nodes have four values in a right-hand
+ * side, or four real parts before four imaginary ones; complex weights and tangents have two parts
+ * where real ones have one. ---- */
 
+/* What acts at the ends of a chain, if it is coupled to nothing that moves. */
 typedef struct {
     bool fixed[2][4];
-    double tangent[2][2][16]; /* of what acts at an end: [end][real, imaginary part], by rows */
+    double tangent[2][2][16]; /* [end][real, imaginary part], by rows */
 } chain_ends;
 
-bool solver_chain_factor(const chain *c, const exposure *now, const sections *at, const double *u,
-                         tangent_weights weights, const chain_ends *ends, double *store);
-void solver_chain_solve(const chain *c, int unknowns, const double *store, const chain_ends *ends,
-                        double *rhs);
-bool solver_chain_complex_factor(const chain *c, const exposure *now, const sections *at,
-                                 const double *u, const tangent_weights weights[2],
-                                 const chain_ends *ends, complex_factor *factors);
-void solver_chain_complex_solve(const chain *c, const complex_factor *factors,
-                                const chain_ends *ends, double *rhs);
+typedef struct {
+    int elements, unknowns; /* unknowns: leading ones of a node that are solved for, 4 or 2 */
+    const chain_ends *ends; /* not for solver_..._reduce, which leaves them to the caller */
+    /* fills in the blocks of a strip's tangent, of `unknowns` rows and columns each, by rows */
+    void (*blocks)(const void *source, int index, tangent_weights weights, lanes block[6][16]);
+    const void *source;
+} solver_chain;
+
+/* Room [doubles] of a factored chain, times the parts of a number. */
+static inline size_t solver_room(int elements, bool ends_kept)
+{
+    return 96 * ((size_t)elements + 2) + (ends_kept ? 32 * ((size_t)elements + 1) : 0);
+}
+
+/* Factors a chain into its store.  False: the tangent is not positive definite. */
+bool solver_real_factor(const solver_chain *c, const tangent_weights *weights, double *store);
+bool solver_complex_factor(const solver_chain *c, const tangent_weights *weights, double *store);
+
+/* rhs (nodes) becomes the solution; entries of fixed unknowns become zero. */
+void solver_real_solve(const solver_chain *c, const double *store, double *rhs);
+void solver_complex_solve(const solver_chain *c, const double *store, double *rhs);
+
+/* Factors a chain of two elements or more whose end nodes are coupled to others.  What it adds to
+ * the tangent of those two nodes, with all nodes between eliminated, goes to
+ * ends[part][row's end][column's end][row][column]. */
+bool solver_real_reduce(const solver_chain *c, const tangent_weights *weights, double *store,
+                        double ends[1][2][2][4][4]);
+bool solver_complex_reduce(const solver_chain *c, const tangent_weights *weights, double *store,
+                           double ends[2][2][2][4][4]);
+
+/* Of such a chain: takes the right-hand side to its end nodes, where it is added to that of the
+ * others; and, with the solution of the end nodes in their places of rhs, finds the rest. */
+void solver_real_to_ends(const solver_chain *c, const double *store, double *rhs);
+void solver_complex_to_ends(const solver_chain *c, const double *store, double *rhs);
+void solver_real_from_ends(const solver_chain *c, const double *store, double *rhs);
+void solver_complex_from_ends(const solver_chain *c, const double *store, double *rhs);
 
 #endif

@@ -28,7 +28,7 @@ static void list_arrays(const gallop_model *model, array list[ARRAYS])
     const size_t sets = model_by_alpha(model) ? 1 : stages; /* instants within a step */
     const size_t factors = (elements + 2 * chains) * sizeof(chain_factor) / sizeof(double);
     const size_t complex_factors =
-        stages ? (elements + chains) * sizeof(complex_factor) / sizeof(double) : 0;
+        stages ? (elements + 2 * chains) * sizeof(complex_factor) / sizeof(double) : 0;
     const array saved[SAVED_ARRAYS] = {
         ARRAY(u, values),
         ARRAY(v, values),

@@ -4,21 +4,14 @@
 
 #include "conditions.h"
 
-/* Room for the factorised effective tangent of an element and its left corner; solver_chain.c
- * arranges it.  A chain has one for each element, one for the last corner, and one for the lanes
- * beyond the last element. */
+/* Room for the factorised effective tangent of an element and its left corner, real and complex,
+ * which solver_block.h arranges.  A chain has one for each element, and two for its last corner and
+ * the lanes beyond its last element. */
 typedef struct {
     double value[96];
 } chain_factor;
-
-/* The same with complex blocks, by columns: see solver_complex.c.  A chain has one for each element
- * and one for the last corner. */
 typedef struct {
-    double re[16], im[16];
-} complex_block;
-typedef struct {
-    complex_block middle_inverse, left_middle, right_middle, corner_inverse, next_previous,
-        previous_next;
+    double value[192];
 } complex_factor;
 
 #define NEWMARK_HISTORY 4

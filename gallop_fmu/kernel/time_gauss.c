@@ -179,7 +179,7 @@ static bool factor_stages(const gallop_model *model, gallop_state *state, const 
                           pair[2] = {{1.0, inverse.re, square.re}, {0.0, inverse.im, square.im}};
     state->factored_step = 0.0;
     if (!solver_factor(model, &at->stage[1], at, middle, mix, SOLVER_JUNCTIONS_AS_IN_SCENE) ||
-        !solver_complex_factor(model, &at->stage[1], at, middle, pair))
+        !solver_factor_complex(model, &at->stage[1], at, middle, pair))
         return false;
     state->factored_step = h;
     state->rate = 1.0;
@@ -221,7 +221,7 @@ int time_gauss(const gallop_model *model, gallop_state *state, state_view *at,
         }
         separate(at, values);
         solver_solve(model, at, SOLVER_JUNCTIONS_AS_IN_SCENE, at->residual);
-        solver_complex_solve(model, at, at->complex_residual);
+        solver_solve_complex(model, at, at->complex_residual);
         double size = 0.0;
         for (int i = 0; i < STAGES; i++) {
             correct(at, values, i, h);

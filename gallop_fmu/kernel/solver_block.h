@@ -1,0 +1,560 @@
+/* Direct solver of a chain of elements: one text for real and complex tangents.  The file that
+ * includes it defines before
+ *     PARTS        parts of a number: 1 if they are real, 2 if they are complex
+ *     ENTRY(name)  name of an entry, as solver.h declares it
+ * C's own complex type would be neither vector code nor known to every compiler.
+ *
+ * First the middle nodes of the elements are eliminated, LANES elements at a time.  What remains is
+ * block tridiagonal in the corners, and is eliminated from both ends towards the corner where they
+ * meet, by two recursions that do not wait for each other:
+ *
+ *     right-hand side:  inwards                       solution:  outwards
+ *
+ *        carry    carry        carry    carry          back     back         back     back
+ *      0 -----> 1 -----> ... m ... <----- e-1 <----- e      the same corners, arrows reversed
+ *      |<----- left half ----->|<---- right half ---->|
+ *
+ * A_kk is the block of corner k, n its neighbour towards m = e / 2, A_nk that of the row of n and
+ * the column of k.  The elimination of corner k leaves
+ *     inverse = A_kk^-1,   carry = A_nk A_kk^-1,   back = A_kk^-1 A_kn,   A_nn less A_nk back;
+ * then  b_n -= carry b_k  takes a right-hand side inwards, and  x_k = inverse b_k - back x_n  the
+ * solution outwards.  Work and memory grow linearly with the number of elements.
+ *
+ * There is no row exchange: the blocks are dominated by their symmetric positive part.  A complex
+ * tangent blends k, c and m with numbers that lie within a right angle of each other, so it is
+ * dominated by such a part once it is turned by half of that angle. */
+#include "solver.h"
+
+/* One number, and one for each of LANES elements. */
+typedef struct {
+    double part[PARTS];
+} number;
+typedef struct {
+    lanes part[PARTS];
+} strip_number;
+
+/* A block of a corner, by columns, so that four rows make a vector.  A column is arranged as the
+ * unknowns of a node in a right-hand side; of two unknowns, the last two rows stay zero. */
+typedef struct {
+    double value[4][PARTS][4]; /* [column][part][row] */
+} block;
+
+/* A corner; before its elimination the parts are A_kk, A_nk and A_kn. */
+typedef struct {
+    block inverse, carry, back;
+} corner;
+
+/* The middle nodes of a strip: n x n numbers by rows; the couplings with the left and the right
+ * nodes, whose blocks of row and column are equal. */
+typedef struct {
+    strip_number inverse[16], left[16], right[16];
+} strip_factor;
+
+/* A chain's factors in their store. */
+typedef struct {
+    int elements, strips, meeting, unknowns;
+    double cosine, sine; /* of the turn, which brings the pivots to the right half plane */
+    strip_factor *strip; /* (strips) */
+    corner *corner;      /* (elements + 1) */
+    block (*by_end)[2];  /* (elements + 1) if the ends are kept: see reduce */
+} factors;
+
+/* `out = a b`, `out += a b`, `out -= a b` of numbers of either kind; the inverse of a pivot; its
+ * size, which tells whether it is finite; and its part that must be positive. */
+#if PARTS == 1
+#define PRODUCT(out, sign, a, b) ((out).part[0] sign(a).part[0] * (b).part[0])
+#define INVERSE(out, pivot) ((out).part[0] = 1.0 / (pivot).part[0])
+#define SIZE(pivot) ((pivot).part[0])
+#define UPRIGHT(pivot, f) ((void)(f), (pivot).part[0])
+#else
+#define PRODUCT(out, sign, a, b)                                                                   \
+    ((out).part[0] sign(a).part[0] * (b).part[0] - (a).part[1] * (b).part[1],                      \
+     (out).part[1] sign(a).part[0] * (b).part[1] + (a).part[1] * (b).part[0])
+#define INVERSE(out, pivot)                                                                        \
+    ((out).part[0] = (pivot).part[0] / SIZE(pivot), (out).part[1] = -(pivot).part[1] / SIZE(pivot))
+#define SIZE(pivot) ((pivot).part[0] * (pivot).part[0] + (pivot).part[1] * (pivot).part[1])
+#define UPRIGHT(pivot, f) ((pivot).part[0] * (f)->cosine - (pivot).part[1] * (f)->sine)
+#endif
+
+/* Before a loop that gains nothing from being written out. */
+#if defined(__GNUC__) && !defined(__clang__)
+#define ROLLED _Pragma("GCC unroll 1")
+#else
+#define ROLLED
+#endif
+
+INLINE factors factors_in(const double *store, const solver_chain *c)
+{
+    factors f = {.elements = c->elements, .unknowns = c->unknowns, .cosine = 1.0};
+    f.strips = (f.elements + LANES - 1) / LANES;
+    f.meeting = f.elements / 2;
+    f.strip = (strip_factor *)store;
+    f.corner = (corner *)(f.strip + f.strips);
+    f.by_end = (block(*)[2])(f.corner + f.elements + 1);
+    return f;
+}
+
+/* ---- Strips: LANES elements at once. ---- */
+
+/* Gauss-Jordan.  The tangent is not positive definite any more if a pivot is not a finite number
+ * with a positive upright part. */
+INLINE bool invert_strip(strip_number *a, int n, const factors *f)
+{
+    lanes doubt = {0.0}; /* not a number in lanes with a bad pivot */
+    for (int k = 0; k < n; k++) {
+        const strip_number pivot = a[n * k + k];
+        strip_number inverse, column[4];
+        INVERSE(inverse, pivot);
+        doubt +=
+            PICK(UPRIGHT(pivot, f) > 0.0 * SIZE(pivot), 0.0 * SIZE(pivot), 0.0 * SIZE(pivot) + NAN);
+        for (int i = 0; i < n; i++) column[i] = a[n * i + k];
+        for (int j = 0; j < n; j++) {
+            const strip_number entry = a[n * k + j];
+            PRODUCT(a[n * k + j], =, entry, inverse);
+        }
+        a[n * k + k] = inverse;
+        for (int i = 0; i < n; i++) {
+            if (i == k) continue;
+            for (int p = 0; p < PARTS; p++) a[n * i + k].part[p] = (lanes){0.0};
+            for (int j = 0; j < n; j++) PRODUCT(a[n * i + j], -=, column[i], a[n * k + j]);
+        }
+    }
+    bool good = true;
+    for (int k = 0; k < LANES; k++) good = good && LANE(doubt, k) == 0.0;
+    return good;
+}
+
+/* Row a times a column of b, whose entries lie `step` numbers apart. */
+INLINE void dot(const strip_number *a, const strip_number *b, int step, int n, strip_number *sum)
+{
+    PRODUCT(*sum, =, a[0], b[0]);
+    for (int k = 1; k < n; k++) PRODUCT(*sum, +=, a[k], b[step * k]);
+}
+
+/* out = a b by rows, and out -= a b */
+INLINE void multiply_strip(const strip_number *a, const strip_number *b, int n, strip_number *out)
+{
+    ROLLED
+    for (int i = 0; i < n; i++)
+        for (int j = 0; j < n; j++) dot(a + n * i, b + j, n, n, out + n * i + j);
+}
+
+INLINE void subtract_strip(const strip_number *a, const strip_number *b, int n, strip_number *out)
+{
+    ROLLED
+    for (int i = 0; i < n; i++)
+        for (int j = 0; j < n; j++) {
+            strip_number sum;
+            dot(a + n * i, b + j, n, n, &sum);
+            for (int p = 0; p < PARTS; p++) out[n * i + j].part[p] -= sum.part[p];
+        }
+}
+
+/* y = a x */
+INLINE void apply_strip(const strip_number *a, const strip_number *x, int n, strip_number *y)
+{
+    for (int i = 0; i < n; i++) dot(a + n * i, x, 1, n, y + i);
+}
+
+/* The unknowns of node `node` (0 left, 1 middle, 2 right) of `count` elements; the left node of the
+ * first one at y. */
+INLINE void read_strip(const double *y, int node, int count, strip_number out[4])
+{
+    for (int p = 0; p < PARTS; p++) {
+        lanes x[4];
+        gather_lanes(y + 4 * (PARTS * node + p), 8 * PARTS, count, x);
+        for (int i = 0; i < 4; i++) out[i].part[p] = x[i];
+    }
+}
+
+/* Write to the nodes, or add to what they have; unknowns from n on are zero. */
+INLINE void write_strip(double *y, int node, int count, const strip_number *in, int n, bool add)
+{
+    for (int p = 0; p < PARTS; p++) {
+        lanes x[4];
+        for (int i = 0; i < 4; i++) x[i] = i < n ? in[i].part[p] : (lanes){0.0};
+        if (add)
+            scatter_add_lanes(y + 4 * (PARTS * node + p), 8 * PARTS, count, x);
+        else
+            scatter_lanes(y + 4 * (PARTS * node + p), 8 * PARTS, count, x);
+    }
+}
+
+INLINE void negate(strip_number *x, int n)
+{
+    for (int i = 0; i < n; i++)
+        for (int p = 0; p < PARTS; p++) x[i].part[p] = -x[i].part[p];
+}
+
+/* ---- Corners: a column of four rows at once. ---- */
+
+/* The rows from i on that make a vector. */
+#if LANES == 4
+#define ROWS(i) ((lanes){0.0, 1.0, 2.0, 3.0} + (double)(i))
+#else
+#define ROWS(i) ((lanes)(i))
+#endif
+
+/* Gauss-Jordan on the columns as if they were rows, as the transposed inverse is the inverse of the
+ * transpose. */
+INLINE bool invert(block *a, int n, const factors *f)
+{
+    const lanes zero = {0.0};
+    bool good = true;
+    for (int k = 0; k < n; k++) {
+        number pivot, inverse, factor[4];
+        for (int p = 0; p < PARTS; p++) pivot.part[p] = a->value[k][p][k];
+        for (int i = 0; i < n; i++)
+            for (int p = 0; p < PARTS; p++) factor[i].part[p] = a->value[i][p][k];
+        good = good && UPRIGHT(pivot, f) > 0.0 && isfinite(SIZE(pivot));
+        INVERSE(inverse, pivot);
+        for (int j = 0; j < n; j += LANES) {
+            strip_number own, row, change;
+            for (int p = 0; p < PARTS; p++)
+                own.part[p] =
+                    PICK(ROWS(j) == (double)k, zero + (p == 0), LANES_AT(a->value[k][p] + j));
+            PRODUCT(row, =, own, inverse);
+            for (int i = 0; i < n; i++) {
+                PRODUCT(change, =, factor[i], row);
+                for (int p = 0; p < PARTS; p++) {
+                    const lanes rest =
+                        PICK(ROWS(j) == (double)k, zero, LANES_AT(a->value[i][p] + j));
+                    LANES_AT(a->value[i][p] + j) = rest - change.part[p];
+                    if (i == k) LANES_AT(a->value[i][p] + j) = row.part[p];
+                }
+            }
+        }
+    }
+    return good;
+}
+
+/* out = a x, of columns */
+INLINE void apply(const block *a, const double *x, int n, double *out)
+{
+    for (int i = 0; i < n; i += LANES) {
+        strip_number term[4];
+        for (int j = 0; j < n; j++) {
+            strip_number column;
+            number entry;
+            for (int p = 0; p < PARTS; p++) {
+                column.part[p] = LANES_AT(a->value[j][p] + i);
+                entry.part[p] = x[4 * p + j];
+            }
+            PRODUCT(term[j], =, column, entry);
+        }
+        for (int p = 0; p < PARTS; p++) {
+            lanes sum = term[0].part[p] + term[1].part[p];
+            if (n == 4) sum += term[2].part[p] + term[3].part[p];
+            LANES_AT(out + 4 * p + i) = sum;
+        }
+    }
+}
+
+/* y -= a x */
+INLINE void subtract_apply(const block *a, const double *x, int n, double *y)
+{
+    double change[PARTS][4];
+    apply(a, x, n, change[0]);
+    for (int p = 0; p < PARTS; p++)
+        for (int i = 0; i < n; i += LANES) LANES_AT(y + 4 * p + i) -= LANES_AT(change[p] + i);
+}
+
+/* x = a x */
+INLINE void transform(const block *a, int n, double *x)
+{
+    double out[PARTS][4];
+    apply(a, x, n, out[0]);
+    for (int p = 0; p < PARTS; p++)
+        for (int i = 0; i < n; i += LANES) LANES_AT(x + 4 * p + i) = LANES_AT(out[p] + i);
+}
+
+/* ---- Stages of a factorisation. ---- */
+
+/* Eliminate the middle nodes of a strip, and place what is left at its corners. */
+INLINE bool condense(const factors *f, int index, strip_number tangent[6][16], int n)
+{
+    strip_factor *s = &f->strip[index];
+    strip_number *inverse = tangent[MIDDLE_MIDDLE], to_left[16], to_right[16], right_left[16];
+    if (!invert_strip(inverse, n, f)) return false;
+    for (int i = 0; i < n * n; i++) {
+        s->inverse[i] = inverse[i];
+        s->left[i] = tangent[LEFT_MIDDLE][i];
+        s->right[i] = tangent[MIDDLE_RIGHT][i];
+        right_left[i] = tangent[LEFT_RIGHT][i];
+    }
+    multiply_strip(inverse, tangent[LEFT_MIDDLE], n, to_left);
+    multiply_strip(inverse, tangent[MIDDLE_RIGHT], n, to_right);
+    subtract_strip(tangent[LEFT_MIDDLE], to_left, n, tangent[LEFT_LEFT]);
+    subtract_strip(tangent[LEFT_MIDDLE], to_right, n, tangent[LEFT_RIGHT]);
+    subtract_strip(tangent[MIDDLE_RIGHT], to_left, n, right_left);
+    subtract_strip(tangent[MIDDLE_RIGHT], to_right, n, tangent[RIGHT_RIGHT]);
+
+    /* An element's coupling belongs to that of its corners which is eliminated first. */
+    const int e = LANES * index;
+    for (int k = 0; k < LANES && e + k < f->elements; k++) {
+        const bool right_half = e + k >= f->meeting;
+        corner *left = &f->corner[e + k], *right = left + 1, *coupled = right_half ? right : left;
+        const strip_number *carry = right_half ? tangent[LEFT_RIGHT] : right_left;
+        const strip_number *back = right_half ? right_left : tangent[LEFT_RIGHT];
+        ROLLED
+        for (int j = 0; j < n; j++)
+            for (int i = 0; i < n; i++)
+                for (int p = 0; p < PARTS; p++) {
+                    const int entry = n * i + j;
+                    left->inverse.value[j][p][i] += LANE(tangent[LEFT_LEFT][entry].part[p], k);
+                    right->inverse.value[j][p][i] = LANE(tangent[RIGHT_RIGHT][entry].part[p], k);
+                    coupled->carry.value[j][p][i] = LANE(carry[entry].part[p], k);
+                    coupled->back.value[j][p][i] = LANE(back[entry].part[p], k);
+                }
+    }
+    return true;
+}
+
+/* Take the tangent of all strips, and eliminate their middle nodes. */
+INLINE bool condense_strips(const factors *f, const solver_chain *c, const tangent_weights *weights,
+                            int n)
+{
+    memset(f->corner, 0, (size_t)(f->elements + 1) * sizeof *f->corner);
+    for (int index = 0; index < f->strips; index++) {
+        strip_number blocks[6][16];
+        for (int p = 0; p < PARTS; p++) {
+            lanes part[6][16];
+            c->blocks(c->source, index, weights[p], part);
+            for (int b = 0; b < 6; b++)
+                for (int i = 0; i < n * n; i++) blocks[b][i].part[p] = part[b][i];
+        }
+        if (!condense(f, index, blocks, n)) return false;
+    }
+    return true;
+}
+
+/* Eliminate a corner; A_nn of its neighbour lies in `neighbour`. */
+INLINE bool eliminate(corner *k, block *neighbour, int n, const factors *f)
+{
+    const block carry = k->carry, back = k->back;
+    if (!invert(&k->inverse, n, f)) return false;
+    for (int j = 0; j < n; j++) {
+        apply(&k->inverse, back.value[j][0], n, k->back.value[j][0]);
+        apply(&carry, k->inverse.value[j][0], n, k->carry.value[j][0]);
+    }
+    for (int j = 0; j < n; j++)
+        subtract_apply(&carry, k->back.value[j][0], n, neighbour->value[j][0]);
+    return true;
+}
+
+/* Eliminate the corners, but for `kept` ones at each end. */
+INLINE bool eliminate_corners(const factors *f, int kept, int n)
+{
+    const int last = f->elements, meeting = f->meeting;
+    for (int k = kept; k < last - meeting; k++) {
+        corner *left = &f->corner[k], *right = &f->corner[last - k];
+        bool good = k >= meeting || eliminate(left, &left[1].inverse, n, f);
+        good = eliminate(right, &right[-1].inverse, n, f) && good;
+        if (!good) return false;
+    }
+    return invert(&f->corner[meeting].inverse, n, f);
+}
+
+/* ---- Stages of a solution. ---- */
+
+/* Middle nodes: their solution as if the corners were at rest; what it does to the corners. */
+INLINE void solve_middles(const factors *f, double *rhs, int n)
+{
+    const int elements = f->elements;
+    const strip_factor *s = f->strip;
+    double *y = rhs;
+    for (int e = 0; e < elements; e += LANES, s++, y += 8 * PARTS * LANES) {
+        const int count = elements - e;
+        strip_number middle[4], own[4], force[4];
+        read_strip(y, 1, count, middle);
+        apply_strip(s->inverse, middle, n, own);
+        for (int side = 0; side < 2; side++) {
+            apply_strip(side ? s->right : s->left, own, n, force);
+            negate(force, n);
+            write_strip(y, 2 * side, count, force, n, true);
+        }
+        write_strip(y, 1, count, own, n, false);
+    }
+}
+
+/* Middle nodes: add what the motion of their corners does to them. */
+INLINE void correct_middles(const factors *f, double *rhs, int n)
+{
+    const int elements = f->elements;
+    const strip_factor *s = f->strip;
+    double *y = rhs;
+    for (int e = 0; e < elements; e += LANES, s++, y += 8 * PARTS * LANES) {
+        const int count = elements - e;
+        strip_number left[4], right[4], by_left[4], by_right[4], change[4];
+        read_strip(y, 0, count, left);
+        read_strip(y, 2, count, right);
+        apply_strip(s->left, left, n, by_left);
+        apply_strip(s->right, right, n, by_right);
+        for (int i = 0; i < n; i++)
+            for (int p = 0; p < PARTS; p++) by_left[i].part[p] += by_right[i].part[p];
+        apply_strip(s->inverse, by_left, n, change);
+        negate(change, n);
+        write_strip(y, 1, count, change, n, true);
+    }
+}
+
+/* One column for each corner, `step` values apart: the solution of the corners as if the `kept`
+ * ones at each end were at rest; then what that does to those. */
+INLINE void solve_corners(const factors *f, int kept, double *first, int step, int n)
+{
+    const int last = f->elements, meeting = f->meeting;
+    const corner *at = f->corner;
+    double *const end = first + (size_t)step * last, *x = first + step * kept,
+                  *y = end - step * kept;
+    for (int k = kept; k < last - meeting; k++, x += step, y -= step) {
+        if (k < meeting) subtract_apply(&at[k].carry, x, n, x + step);
+        subtract_apply(&at[last - k].carry, y, n, y - step);
+    }
+    transform(&at[meeting].inverse, n, y);
+    for (int k = last - meeting - 1; k >= kept; k--) {
+        x = first + (size_t)step * k;
+        y = end - (size_t)step * k;
+        if (k < meeting) {
+            transform(&at[k].inverse, n, x);
+            subtract_apply(&at[k].back, x + step, n, x);
+        }
+        transform(&at[last - k].inverse, n, y);
+        subtract_apply(&at[last - k].back, y - step, n, y);
+    }
+    if (!kept) return;
+    subtract_apply(&at[0].back, first + step, n, first);
+    subtract_apply(&at[last].back, end - step, n, end);
+}
+
+/* Corners between the ends: add what the motion of the ends does to them. */
+INLINE void correct_corners(const factors *f, double *rhs, int n)
+{
+    const double *left = rhs, *right = rhs + (size_t)8 * PARTS * f->elements;
+    for (int k = 1; k < f->elements; k++) {
+        double *x = rhs + (size_t)8 * PARTS * k;
+        subtract_apply(&f->by_end[k][0], left, n, x);
+        subtract_apply(&f->by_end[k][1], right, n, x);
+    }
+}
+
+/* ---- The stages for two unknowns and for four, compiled for both paths. ---- */
+
+TWO_PATHS static bool run_condense_strips(const factors *f, const solver_chain *c,
+                                          const tangent_weights *weights)
+{
+    return f->unknowns == 2 ? condense_strips(f, c, weights, 2) : condense_strips(f, c, weights, 4);
+}
+
+TWO_PATHS static bool run_eliminate_corners(const factors *f, int kept)
+{
+    return f->unknowns == 2 ? eliminate_corners(f, kept, 2) : eliminate_corners(f, kept, 4);
+}
+
+TWO_PATHS static void run_solve_middles(const factors *f, double *rhs)
+{
+    f->unknowns == 2 ? solve_middles(f, rhs, 2) : solve_middles(f, rhs, 4);
+}
+
+TWO_PATHS static void run_solve_corners(const factors *f, int kept, double *first, int step)
+{
+    f->unknowns == 2 ? solve_corners(f, kept, first, step, 2)
+                     : solve_corners(f, kept, first, step, 4);
+}
+
+TWO_PATHS static void run_correct_corners(const factors *f, double *rhs)
+{
+    f->unknowns == 2 ? correct_corners(f, rhs, 2) : correct_corners(f, rhs, 4);
+}
+
+TWO_PATHS static void run_correct_middles(const factors *f, double *rhs)
+{
+    f->unknowns == 2 ? correct_middles(f, rhs, 2) : correct_middles(f, rhs, 4);
+}
+
+/* ---- Entries. ---- */
+
+/* Take the tangent, with the middle nodes eliminated. */
+static bool take_tangent(factors *f, const solver_chain *c, const tangent_weights *weights)
+{
+#if PARTS == 2
+    const double half = -0.5 * atan2(weights[1].m, weights[0].m); /* k is real, m farthest off */
+    f->cosine = cos(half);
+    f->sine = sin(half);
+#endif
+    return run_condense_strips(f, c, weights);
+}
+
+/* Add the tangent of what acts at an end; the row of a fixed unknown says that it is zero. */
+static void close_end(const chain_ends *ends, int end, corner *at, int n)
+{
+    for (int i = 0; i < n; i++)
+        for (int j = 0; j < n; j++)
+            for (int p = 0; p < PARTS; p++) {
+                double *entry = &at->inverse.value[j][p][i];
+                *entry += ends->tangent[end][p][4 * i + j];
+                if (!ends->fixed[end][i]) continue;
+                *entry = i == j && p == 0 ? 1.0 : 0.0;
+                at->back.value[j][p][i] = 0.0;
+            }
+}
+
+bool ENTRY(factor)(const solver_chain *c, const tangent_weights *weights, double *store)
+{
+    factors f = factors_in(store, c);
+    if (!take_tangent(&f, c, weights)) return false;
+    close_end(c->ends, 0, &f.corner[0], f.unknowns);
+    close_end(c->ends, 1, &f.corner[f.elements], f.unknowns);
+    return run_eliminate_corners(&f, 0);
+}
+
+void ENTRY(solve)(const solver_chain *c, const double *store, double *rhs)
+{
+    const factors f = factors_in(store, c);
+    double *const node[2] = {rhs, rhs + (size_t)8 * PARTS * f.elements};
+    run_solve_middles(&f, rhs);
+    for (int end = 0; end < 2; end++)
+        for (int i = 0; i < 4; i++)
+            for (int p = 0; p < PARTS && c->ends->fixed[end][i]; p++) node[end][4 * p + i] = 0.0;
+    run_solve_corners(&f, 0, rhs, 8 * PARTS);
+    run_correct_middles(&f, rhs);
+}
+
+/* The columns of the tangent that belong to the ends are right-hand sides to what lies between.
+ * They become, at an end, its share in the ends' own system, and at a corner between, what the
+ * motion of the ends takes from its solution with the ends at rest. */
+bool ENTRY(reduce)(const solver_chain *c, const tangent_weights *weights, double *store,
+                   double ends[PARTS][2][2][4][4])
+{
+    factors f = factors_in(store, c);
+    const int at[2] = {0, f.elements}, next[2] = {1, f.elements - 1}, n = f.unknowns;
+    if (!take_tangent(&f, c, weights) || !run_eliminate_corners(&f, 1)) return false;
+    memset(f.by_end, 0, (size_t)(f.elements + 1) * sizeof *f.by_end);
+    for (int end = 0; end < 2; end++) {
+        f.by_end[at[end]][end] = f.corner[at[end]].inverse; /* not eliminated: still A_kk, A_nk */
+        f.by_end[next[end]][end] = f.corner[at[end]].carry;
+        for (int j = 0; j < n; j++)
+            run_solve_corners(&f, 1, f.by_end[0][end].value[j][0], 32 * PARTS);
+    }
+    memset(ends, 0, PARTS * sizeof *ends);
+    for (int k = 0; k < 4 * PARTS; k++)
+        for (int i = 0; i < n; i++)
+            for (int j = 0; j < n; j++) {
+                const int row = k % 2, column = k / 2 % 2, p = k / 4;
+                ends[p][row][column][i][j] = f.by_end[at[row]][column].value[j][p][i];
+            }
+    return true;
+}
+
+void ENTRY(to_ends)(const solver_chain *c, const double *store, double *rhs)
+{
+    const factors f = factors_in(store, c);
+    run_solve_middles(&f, rhs);
+    run_solve_corners(&f, 1, rhs, 8 * PARTS);
+}
+
+void ENTRY(from_ends)(const solver_chain *c, const double *store, double *rhs)
+{
+    const factors f = factors_in(store, c);
+    run_correct_corners(&f, rhs);
+    run_correct_middles(&f, rhs);
+}

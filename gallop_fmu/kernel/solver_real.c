@@ -1,0 +1,4 @@
+/* The direct solver of a chain for a real tangent. */
+#define PARTS 1
+#define ENTRY(name) solver_real_##name
+#include "solver_block.h"
