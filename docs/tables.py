@@ -76,10 +76,8 @@ def _section(path: str, section: type[Section]) -> Iterator[str]:
             )
     if rows:
         kind = section.model_fields["kind"].default if "kind" in section.model_fields else None
-        yield (
-            "\n##"
-            f" {f'`{path}`' if path else 'The scene itself'}{f', kind = `{kind}`' if kind else ''}\n"
-        )
+        title = f"`{path}`" if path else "The scene itself"
+        yield f"\n## {title}{f', kind = `{kind}`' if kind else ''}\n"
         yield f"{(section.__doc__ or '').strip().splitlines()[0]}\n"
         yield from (
             "| Name | Unit | Default | Range | Meaning |",

@@ -1,9 +1,9 @@
 # %% [markdown]
 # # A first run
 #
-# Example 3 of Liu, Yan, Zhang and Zhou (2009): an iced span gallops vertically in a wind of 5.5 m/s.
-# Later the galloping starts a horizontal swing at half its frequency. The coefficient curve is a
-# reconstruction, because the paper's figure is not available to us.
+# Example 3 of Liu, Yan, Zhang and Zhou (2009): an iced span gallops vertically in a wind of 5.5
+# m/s. Later the galloping starts a horizontal swing at half its frequency. The coefficient curve is
+# a reconstruction, because the paper's figure is not available to us.
 
 # %%
 import tempfile

@@ -1,10 +1,10 @@
 # %% [markdown]
 # # The 2:1 internal resonance: example 3 of the paper
 #
-# Galloping starts the swing only if the vertical frequency is about twice the horizontal one and the
-# vertical amplitude is large enough. Three runs show it: a lower wind speed (amplitude too small),
-# the paper's wind speed (swing), and the paper's wind speed with soft supports, which lower the
-# vertical frequency so that the ratio is not 2:1. The coefficient curve is a reconstruction.
+# Galloping starts the swing only if the vertical frequency is about twice the horizontal one and
+# the vertical amplitude is large enough. Three runs show it: a lower wind speed (amplitude too
+# small), the paper's wind speed (swing), and the paper's wind speed with soft supports, which lower
+# the vertical frequency so that the ratio is not 2:1. The coefficient curve is a reconstruction.
 
 # %%
 import tempfile

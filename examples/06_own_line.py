@@ -1,9 +1,9 @@
 # %% [markdown]
 # # A line of your own
 #
-# `06_own_line.toml` contains the data of a line: code word of the conductor, span, stringing tension,
-# ice, wind. The scene is computed from them when the file is read; each number has its source.
-# `gallop-fmu new` does the same on the command line.
+# `06_own_line.toml` contains the data of a line: code word of the conductor, span, stringing
+# tension, ice, wind. The scene is computed from them when the file is read; each number has its
+# source. `gallop-fmu new` does the same on the command line.
 
 # %%
 from pathlib import Path

@@ -1,10 +1,10 @@
 # %% [markdown]
 # # Coefficients of your own ice shape
 #
-# Wind-tunnel tests give lift, drag and moment at several attack angles. Put them into a CSV file with
-# the header `angle_deg,lift,drag,moment`. Monotone cubics join the points; a table over a whole turn
-# repeats. Mass and eccentricity of the ice follow from shape, thickness and density in the TOML file.
-# The coefficients here are invented.
+# Wind-tunnel tests give lift, drag and moment at several attack angles. Put them into a CSV file
+# with the header `angle_deg,lift,drag,moment`. Monotone cubics join the points; a table over a
+# whole turn repeats. Mass and eccentricity of the ice follow from shape, thickness and density in
+# the TOML file. The coefficients here are invented.
 
 # %%
 from pathlib import Path

@@ -45,9 +45,9 @@ print(
 )
 
 
-# %% The reference. Newmark's error is proportional to the square of the step, so two runs show how large it
-# is, and a third of their difference takes most of it away. (With steps half as long the reference
-# changes by 2e-7 in u2, 1e-4 in x1.)
+# %% The reference. Newmark's error is proportional to the square of the step, so two runs show how
+# large it is, and a third of their difference takes most of it away. (With steps half as long the
+# reference changes by 2e-7 in u2, 1e-4 in x1.)
 def relative(error, reference):
     """Root mean square of mid-span u2 and the left tower's x1, relative to the reference's."""
     return np.sqrt(np.mean(error**2, axis=0) / np.mean(reference**2, axis=0))

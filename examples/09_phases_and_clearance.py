@@ -3,8 +3,8 @@
 #
 # The three phases of a circuit are one above the other, the middle one a little further out. Line
 # and ice are those of example 2, but the sags differ by 5 cm, and the ice has slightly different
-# angles. So the phases gallop at slightly different frequencies, and their phase difference changes.
-# Each is an FMU, run by FMPy's command line with the wind from a file.
+# angles. So the phases gallop at slightly different frequencies, and their phase difference
+# changes. Each is an FMU, run by FMPy's command line with the wind from a file.
 
 # %%
 import csv
@@ -34,8 +34,8 @@ gust = [(0.0, 4.1), (100.0, 4.1), (105.0, 6.0), (125.0, 6.0), (130.0, 4.1), (STO
 with (folder / "gust.csv").open("w", newline="") as file:
     csv.writer(file).writerows([("time", "wind_speed"), *gust])
 
-# %% An FMU for each phase, and its run. The start amplitude of 0.1 m, in one loop, shortens the time
-# of growth.
+# %% An FMU for each phase, and its run. The start amplitude of 0.1 m, in one loop, shortens the
+# time of growth.
 runs = {}
 for phase in PLACE:
     values = {

@@ -1,11 +1,11 @@
 # %% [markdown]
 # # Simpler models of example 3
 #
-# Three models of one span with the same start. Linear theory predicts galloping and its frequency, but
-# not its amplitude. Mode superposition (Desai et al. 1995) has the nonlinear wind force on a linear
-# structure: galloping saturates. Only in the simulation does the tension change with the motion, so
-# only there galloping starts the horizontal swing at half its frequency. The coefficient curve is a
-# reconstruction in all three.
+# Three models of one span with the same start. Linear theory predicts galloping and its frequency,
+# but not its amplitude. Mode superposition (Desai et al. 1995) has the nonlinear wind force on a
+# linear structure: galloping saturates. Only in the simulation does the tension change with the
+# motion, so only there galloping starts the horizontal swing at half its frequency. The coefficient
+# curve is a reconstruction in all three.
 
 # %%
 import tempfile

@@ -1,10 +1,10 @@
 # %% [markdown]
 # # Screening of a span, and design changes
 #
-# Does galloping of example 3 start the horizontal swing, above which wind speed, and which change of
-# the design prevents it? Then the linear model of the same span with functions of python-control:
-# poles over the wind speed, step response, frequency response. The coefficient curve is a
-# reconstruction.
+# Does galloping of example 3 start the horizontal swing, above which wind speed, and which change
+# of the design prevents it? Then the linear model of the same span with functions of
+# python-control: poles over the wind speed, step response, frequency response. The coefficient
+# curve is a reconstruction.
 
 # %%
 import tempfile
@@ -38,8 +38,8 @@ print("wrote", save_figure(ratio_figure(plane), folder / "ratio.png"))
 print(f"f_v/f_h is 2 at {resonant:.0f} N")
 print(modal.suggest_design_changes(scene)[0].sentence)
 
-# %% On an inclined span the first two vertical modes do not cross, they veer; the ratio is undefined
-# in between.
+# %% On an inclined span the first two vertical modes do not cross, they veer; the ratio is
+# undefined in between.
 inclined = scene.with_values(
     {"span.sag": None, "span.height_difference": 40.0, "numerics.elements": 10}
 )

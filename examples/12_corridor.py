@@ -2,10 +2,10 @@
 # # Screening a corridor
 #
 # A table has one row per span: name, conductor, span, ice. Values that all spans share are in the
-# `[line]` of a scene file; its coefficient curve is that of example 3, a reconstruction. All spans are
-# first screened for the 2:1 swing, which takes about a second each. For thousands of spans, compute
-# the closed-form estimate first (`estimate_only=True`), about thirty times as fast, and screen only
-# the suspect ones. The spans at risk are then simulated over several wind speeds.
+# `[line]` of a scene file; its coefficient curve is that of example 3, a reconstruction. All spans
+# are first screened for the 2:1 swing, which takes about a second each. For thousands of spans,
+# compute the closed-form estimate first (`estimate_only=True`), about thirty times as fast, and
+# screen only the suspect ones. The spans at risk are then simulated over several wind speeds.
 
 # %%
 import tempfile
@@ -37,8 +37,8 @@ A3-A4,forest,,310,-4,
 A4-A5,lake,,29500,,
 """)
 
-# %% The estimate for all spans, in one process per core. A span that cannot be computed is a row with
-# the reason.
+# %% The estimate for all spans, in one process per core. A span that cannot be computed is a row
+# with the reason.
 look = modal.screen_spans(
     base, table=table, highest_wind=5.0, estimate_only=True, out=folder / "look.nc"
 )

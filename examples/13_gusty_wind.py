@@ -2,9 +2,9 @@
 # # Gusty wind through the FMU
 #
 # A gusty wind drives the FMU of example 3 in FMPy: mean 5.5 m/s, turbulence intensity 10 % with a
-# Kaimal spectrum (IEC 61400-1, length scale 42 m), made of cosines with random phases. Does galloping
-# still start the swing at half the frequency? The wind speed is the same along the whole span, which
-# is the worst case. The coefficient curve is a reconstruction.
+# Kaimal spectrum (IEC 61400-1, length scale 42 m), made of cosines with random phases. Does
+# galloping still start the swing at half the frequency? The wind speed is the same along the whole
+# span, which is the worst case. The coefficient curve is a reconstruction.
 
 # %%
 import tempfile
@@ -37,7 +37,8 @@ print(
     f" {wind['gusty'].max():.2f} m/s"
 )
 
-# %% One FMU, two runs. FMPy warns of inputs that are not in the table; they keep their start values.
+# %% One FMU, two runs. FMPy warns of inputs that are not in the table; they keep their start
+# values.
 folder = Path(tempfile.mkdtemp(prefix="gallop-"))
 scene = gf.load_scene("example3").with_values({"numerics.time_step": 0.025})
 fmu = gf.export_fmu(scene, folder / "example3.fmu")

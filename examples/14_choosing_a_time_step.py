@@ -80,8 +80,8 @@ axes.set(
 axes.legend(frameon=False)
 print("wrote", save_figure(figure, Path(tempfile.mkdtemp(prefix="gallop-")) / "steps.png"))
 
-# %% With 0.02 s the default is within half a per cent. A tolerance of 1e-3 is much more accurate, in
-# a seventh of the steps.
+# %% With 0.02 s the default is within half a per cent. A tolerance of 1e-3 is much more accurate,
+# in a seventh of the steps.
 order = np.log2(errors["newmark"][:-1, 0] / errors["newmark"][1:, 0])
 assert np.all(np.abs(order - 2.0) < 0.06)  # 1.98 and 1.99
 assert [f"{error:+.1%}" for error in errors["newmark"][1:, 0]] == ["+1.6%", "+0.4%", "+0.1%"]

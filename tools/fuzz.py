@@ -2,7 +2,7 @@
 
     python tools/fuzz.py --executions 100000            # of each target
     python tools/fuzz.py --target state --seconds 3600
-    python tools/fuzz.py --executions 1000 --keep       # and replace the corpus that the tests replay
+    python tools/fuzz.py --executions 1000 --keep       # replace the corpus of the tests
 
 Targets: the files fuzz/*_target.c. Each starts from its corpus there. An input
 that breaks something is named at the end and stays in the working folder. The exit code is 1 then.

@@ -100,7 +100,7 @@ def main() -> None:
         )
 
     found = measured("estimate only", SPANS, look).dataset
-    measured("the same again, all there", SPANS, look)
+    measured("the same again, complete", SPANS, look)
     print(f"\n{risk.name}: {risk.stat().st_size / 1e3:.0f} kB")
     suspect = found.suspect.values == 1.0
     print(
@@ -115,7 +115,7 @@ def main() -> None:
             return gf.sweep(scene, table=rows[:SIMULATED], stop_time=5.0, window=4.0, out=out)
 
         runs = measured(f"sweep of 5 s, {suffix}", SIMULATED, simulated)
-        measured("the same again, all there", SIMULATED, simulated)
+        measured("the same again, complete", SIMULATED, simulated)
         computed = float(np.nansum(runs.dataset.seconds)) / SIMULATED
         print(
             f"{out.name}: {out.stat().st_size / 1e3:.0f} kB; {1e3 * computed:.2f} ms wall-clock a"

@@ -63,7 +63,7 @@ LANES = {
         "-fno-tree-slp-vectorize",
     ),
     "the same, vectorised by the compiler": ("-DGALLOP_ONE_LANE",),
-    "four elements side by side": (),
+    "four elements in vector lanes": (),
 }
 """Compiler flags of the kernel."""
 
@@ -82,7 +82,7 @@ def side_by_side() -> None:
                 spent[name].append(parts.step)
     single = spent["one element at a time"]
     print(
-        "| example3, step 0.02 s | us a step: least | median | greatest | times as fast | 4 lanes"
+        "| example3, step 0.02 s | us a step: least | median | greatest | speed-up | 4 lanes"
         " could still give |"
     )
     print("| --- | ---: | ---: | ---: | ---: | ---: |")

@@ -2,7 +2,7 @@
 
 Usage: python benchmarks/speed/skips.py
 
-Each scene is computed as it is, and once more with a disturbance that wakes the part and moves
+Each scene is computed as it is, and once more with a disturbance that activates the terms and moves
 nothing.
 """
 
@@ -19,7 +19,7 @@ import gallop_fmu as gf
 from gallop_fmu.engine.model import Model
 
 STEPS = 4000
-# far below round-off beside a metre, and its square does not underflow, which would cost time
+# far below the round-off of a metre; its square does not underflow, which would cost time
 NOTHING = 1e-30
 CALM = {
     "ice.first_moment_x2": 0.0,
@@ -38,7 +38,7 @@ def example3(*changes: dict[str, Any]) -> gf.Scene:
 
 
 def cases() -> dict[str, tuple[gf.Scene, gf.Scene]]:
-    """Scene with the part left out, and the same scene with it computed."""
+    """Scene with inactive terms, and the same scene with these terms active."""
     plane = example3(CALM)
     eccentric = example3({"wind.speed": 0.0, "initial.seed_vertical": 0.1})
     vertical = {"loads.0.force": [0.0, 1.0, 0.0], "loads.0.torque": 0.0}
@@ -66,7 +66,7 @@ def microseconds(model: Model) -> float:
 def main() -> None:
     heading()
     print(
-        "| scene: left out | unknowns | us a step: least | median | greatest | gain: least | median"
+        "| scene: inactive terms | unknowns | us a step: least | median | greatest | gain: least | median"
         " | greatest |"
     )
     print("| --- | --- | ---: | ---: | ---: | ---: | ---: | ---: |")

@@ -96,8 +96,8 @@ def test_critical_wind_speed_is_near_den_hartogs(scene, onsets):
 
 
 def test_damping_and_frequency_of_the_twist_are_those_of_nigols_equation(scene):
-    # without eccentric ice and lift or drag slopes, the twist is uncoupled except for its part in the
-    # relative wind
+    # without eccentric ice and lift or drag slopes, the twist is uncoupled except for its part in
+    # the relative wind
     alone = scene.with_values(
         {
             "ice.first_moment_x2": 0.0,

@@ -110,6 +110,6 @@ def test_held_state_is_the_parabola_of_its_sag(span):
     )
     assert (found.sag, found.horizontal_tension) == (pytest.approx(9.0, rel=1e-14), 19500.0)
     assert np.abs(model.residual()).max() < 1e-10  # observed 4e-12 N
-    # w L^2 / 8 = 176580 N m is 0.6 % more than sag times tension, 175500: the difference is balanced at
-    # every node
+    # w L^2 / 8 = 176580 N m is 0.6 % more than sag times tension, 175500: the difference is
+    # balanced at every node
     assert 0.0 < found.imbalance < 0.02 * 1.6 * 9.81 * 300.0 / (2 * model.elements)

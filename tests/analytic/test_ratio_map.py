@@ -1,4 +1,4 @@
-"""The frequency ratio over design numbers, the change of state, and design changes that avoid 2:1."""
+"""The frequency ratio over parameters, the change of state, design changes that avoid 2:1."""
 
 import math
 

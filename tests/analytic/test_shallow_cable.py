@@ -99,8 +99,8 @@ def test_twist_is_that_of_a_shaft():
 
 @pytest.mark.parametrize(("sag", "difference"), [(1.0, 3e-5), (4.05, 2e-3), (10.0, 1.2e-2)])
 def test_the_difference_grows_with_the_square_of_the_sag(sag, difference):
-    # observed 2.0e-5, 1.7e-3, 1.06e-2.  The terms that Irvine neglects are of the order (sag/span)^2: the
-    # tension varies along the span, and the motion has a longitudinal part
+    # observed 2.0e-5, 1.7e-3, 1.06e-2.  The terms that Irvine neglects are of the order
+    # (sag/span)^2: the tension varies along the span, and the motion has a longitudinal part
     scene = span(**{"span": {"length": 100.0, "sag": sag}})
     theory, found = modal.shallow_cable(scene), modal.frequency_ratio(scene)
     assert abs(theory.vertical_symmetric_hz / found.vertical_hz - 1.0) < difference

@@ -1,4 +1,4 @@
-"""The container of an FMU's tables: sections by name, unknown ones skipped, every field validated."""
+"""The container of an FMU's tables: sections by name, unknown ones skipped, fields validated."""
 
 import ctypes as c
 import struct

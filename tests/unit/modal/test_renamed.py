@@ -1,4 +1,4 @@
-"""Old names of public functions, arguments and options: each works for one release, with a warning."""
+"""Old names of public functions, arguments and options work for one release, with a warning."""
 
 import dataclasses
 from types import SimpleNamespace

@@ -281,7 +281,8 @@ def test_a_value_that_is_not_allowed_concerns_its_own_run_only():
         (
             "name,sag\nA,2\n",
             (
-                "sag: unknown key; the closest valid one is span.sag; a column that is only copied to the results must"
+                "sag: unknown key; the closest valid one is span.sag; "
+                "a column that is only copied to the results must"
             ),
         ),
         ("name,wind.sped\nA,2\n", "wind.sped: unknown key; the closest valid one is wind.speed"),
