@@ -66,8 +66,8 @@ def microseconds(model: Model) -> float:
 def main() -> None:
     heading()
     print(
-        "| scene: inactive terms | unknowns | us a step: least | median | greatest | gain: least | median"
-        " | greatest |"
+        "| scene: inactive terms | unknowns | us a step: least | median | greatest"
+        " | gain: least | median | greatest |"
     )
     print("| --- | --- | ---: | ---: | ---: | ---: | ---: | ---: |")
     pairs = cases()

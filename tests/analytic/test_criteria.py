@@ -133,7 +133,7 @@ def test_a_mode_that_the_wind_damps_has_no_critical_speed(onsets):
 
 
 def growth_rate(scene, wind, window=(100.0, 300.0)):
-    """Of the vertical mode, from the energy of a small simulated motion about the equilibrium."""
+    """Growth rate of the vertical mode, from the energy of a small simulated motion."""
     windy = scene.with_values(
         {"wind.speed": wind, "initial.wind": "mean_wind_equilibrium", "numerics.time_step": 0.02}
     )

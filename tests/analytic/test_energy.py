@@ -37,7 +37,7 @@ def released(step, duration, values=()):
 
 
 def drift_and_oscillation(energy):
-    """Relative change by the mean trend over the whole record, and root mean square of the rest."""
+    """Relative change of the mean trend over the record, and root mean square of the remainder."""
     time = np.linspace(0.0, 1.0, len(energy))
     trend = np.polyfit(time, energy, 1)
     return trend[0], np.std(energy - np.polyval(trend, time))
@@ -61,7 +61,7 @@ def test_oscillation_of_the_energy_falls_with_the_square_of_the_step():
 
 
 def test_energy_of_a_span_on_springs_is_kept():
-    """With the springs' energy, a tenth of which would show."""
+    """With the energy of the springs, of which a tenth would be visible."""
     springs = {"kind": "springs", "stiffness_x1": 80000.0, "stiffness_x3": 1500.0}
     values = {"supports.left": springs, "supports.right": springs}
     energy, _ = released(UNDAMPED.numerics.time_step, 60.0, values)
@@ -95,7 +95,7 @@ def test_energy_of_a_rough_start_is_kept_as_the_step_falls():
 
 
 def test_twist_alone_keeps_its_energy():
-    """At the default tolerance: an iteration that stops too early would feed or damp the twist."""
+    """At the default tolerance: an early end of the iteration would excite or damp the twist."""
     energy = seeded({"initial.seed_twist": 0.1}, 100.0)
     assert np.abs(energy).max() < 1e-3  # observed 3e-4 with numerics.newton_tolerance = 1e-13
 

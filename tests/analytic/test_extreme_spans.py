@@ -78,7 +78,7 @@ def test_blow_out_in_a_storm(span, exact_cable, height, speed):
     [(-3.0, 0.0, 0.0), (-120.0, 0.0, 0.0), (0.0, 60.0, 0.0), (-20.0, -50.0, 80.0), (2.0, 0.0, 9.0)],
 )
 def test_a_tower_far_out_of_place(span, exact_cable, move):
-    """Towards the other, where the cable nearly goes slack on the way, and away from it."""
+    """Towards the other tower, where the cable nearly goes slack, and away from it."""
     model = Model(Scene.from_dict(span | {"numerics": {"elements": 60}}))
     cable = exact_cable(model.scene)
     state = model.rest(inputs=Inputs(0.0, 0.0, 0.0, np.array([[0.0, 0.0, 0.0], move])))
@@ -148,7 +148,7 @@ def test_modes_of_deep_and_steep_spans(span, height):
 
 
 def test_a_thousand_elements_at_rest(span, exact_cable):
-    """Round-off grows with the mesh, but stays out of sight: blow-out in a wind of 25 m/s."""
+    """Round-off grows with the mesh, but remains negligible: blow-out in a wind of 25 m/s."""
     wind = {"speed": 25.0, "air_density": 1.25}
     model = Model(
         Scene.from_dict(span | {"wind": wind, "aerodynamics": DRAG, "numerics": {"elements": 1000}})

@@ -35,7 +35,7 @@ class DyingOut(VanDerPol):
 
 
 class Folded(VanDerPol):
-    """Fed by U - 0.2 + 0.4 (x^2 - x^4)."""
+    """Driven by U - 0.2 + 0.4 (x^2 - x^4)."""
 
     def feed(self, q, wind):
         return wind - 0.2 + 0.4 * (q**2 - q**4), 0.4 * (2.0 * q - 4.0 * q**3), 1.0

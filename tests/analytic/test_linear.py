@@ -51,7 +51,7 @@ def matrices_of(scene):
 
 
 def eigenvalues_of_the_tangents(scene):
-    """Solved as a generalised problem."""
+    """Eigenvalues of the generalised problem."""
     matrices, free = matrices_of(scene)
     mass, damping, stiffness = (part[free][:, free] for part in matrices)
     n = len(mass)
@@ -208,7 +208,7 @@ def test_step_response_and_bode_are_python_controls(scene):
 
 
 def test_the_peak_of_the_bode_plot_is_the_mode(scene):
-    """In 2 m/s nothing grows; the peak of a lightly damped mode lies at w sqrt(1 - 2 xi^2)."""
+    """In 2 m/s nothing grows; the peak of a lightly damped mode is at w sqrt(1 - 2 xi^2)."""
     calm = scene.with_values({"wind.speed": 2.0})
     omega = np.geomspace(3.0, 6.0, 4001)
     drawn = control.bode_plot(modal.linear_model(calm, modes=6)["midspan_u2", "wind_speed"], omega)

@@ -102,7 +102,7 @@ def test_critical_winds_with_the_mass_of_the_rotated_section(angle, right):
 
 @pytest.mark.parametrize("angle", [150.0, 160.0, 200.0])
 def test_critical_wind_of_example_3_at_other_attack_angles(angle):
-    """Growth rate of the full model through zero."""
+    """The growth rate of the full model passes zero."""
     scene = gf.load_scene("example3").with_values(
         {"ice.attack_angle_deg": angle, "numerics.elements": 12} | PRECISE
     )

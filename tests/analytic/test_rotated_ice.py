@@ -17,7 +17,7 @@ def example3(**values):
 
 
 def turned_by_hand(scene, angle):
-    """The same section with first moments that are turned by hand to an attack angle [deg]."""
+    """The same section with first moments that are rotated by hand to an attack angle [deg]."""
     turn = np.radians(angle - scene.ice.attack_angle_deg)
     m2, m3 = scene.ice.first_moment_x2, scene.ice.first_moment_x3
     return scene.with_values(
@@ -92,7 +92,7 @@ def test_a_host_that_sets_the_angle_rotates_the_ice_too():
 
 
 def test_the_coupled_criterion_rotates_the_ice_over_the_curve():
-    """Its value at an angle is that of the span whose ice sits at this angle."""
+    """Its value at an angle is that of the span with its ice at this angle."""
     criterion = modal.coupled(example3(), 6.0)
     for angle in (140.0, 165.0, 205.0):
         own = modal.coupled(turned_by_hand(example3(), angle), 6.0)
@@ -105,7 +105,7 @@ def test_the_coupled_criterion_rotates_the_ice_over_the_curve():
 
 
 def test_slopes_by_the_attack_angle_against_differences():
-    """Of the linear model about the equilibrium in wind, where eccentric ice has turned."""
+    """Modes of the linear model about the equilibrium in wind, where eccentric ice has rotated."""
     from modal.linear.linearise import SmallMotion
 
     scene = example3(

@@ -39,7 +39,7 @@ def sloping(rise, **values):
 
 
 def proportional_to_mass(rate, low, high):
-    """Damping b1 M [1/s] as two ratios, which are as 1/f."""
+    """Damping b1 M [1/s] as two ratios, proportional to 1/f."""
     return {
         "low_ratio": rate / (4.0 * math.pi * low),
         "low_frequency": low,
@@ -73,7 +73,7 @@ def test_critical_wind_of_the_linear_model(rise):
     ("rise", "right"), [(0.0, 4.423), (0.2, 4.259), (0.3, 4.077), (0.5, 3.622), (0.7, 3.173)]
 )
 def test_critical_wind_of_the_full_model(rise, right):
-    """Growth rate through zero, between winds 6 % below and above the closed form."""
+    """The growth rate passes zero between winds 6 % below and above the closed form."""
     winds = np.array([0.94, 1.06]) * right
     common = {
         "initial__wind": "mean_wind_equilibrium",
@@ -141,7 +141,7 @@ def test_motion_along_the_conductor_meets_no_wind():
 
 
 def test_energy_is_kept_on_a_slope():
-    """Eccentric ice that turns in the plane of the section; without damping and wind."""
+    """Eccentric ice that rotates in the plane of the section; without damping and wind."""
     scene = gf.load_scene("example3").with_values(
         {
             "span.height_difference": 90.0,

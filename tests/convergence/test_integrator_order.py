@@ -97,7 +97,7 @@ CONSERVING = {
 @pytest.mark.parametrize("step", [0.02, 0.2, 1.0])
 @pytest.mark.parametrize("integrator", CONSERVING.values(), ids=CONSERVING)
 def test_spectral_radius(integrator, step):
-    """Factor a step of free linear motion at omega h of 0.6, 6 and 31 in the first mode."""
+    """Factor per step of free linear motion at omega h of 0.6, 6 and 31 in the first mode."""
     model = shaft(integrator.name, step)
     run = model.start().run(1000, 1, CHANNELS, np.array([model.middle], np.int32))
     levels = energy(run)
@@ -133,7 +133,7 @@ def test_motion_that_is_not_resolved_decays_as_chosen(radius, step):
 
 @pytest.mark.parametrize("integrator", CONSERVING.values(), ids=CONSERVING)
 def test_energy_of_long_free_motion_does_not_drift(integrator):
-    """Swing and gallop at once, undamped and nonlinear: 300 s, some hundred periods."""
+    """Swing and galloping together, undamped and nonlinear: 300 s, some hundred periods."""
     values = {
         "loads": [],
         "initial.seed_vertical": 0.01,

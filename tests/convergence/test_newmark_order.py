@@ -27,7 +27,7 @@ def history(step, until=6.0, every=0.1):
 
 
 def test_newmark_is_of_second_order_in_the_step():
-    """Of u2 and u3; the twist is quasi-static here, its modes begin at 16 Hz."""
+    """Order in u2 and u3; the twist is quasi-static here, with modes from 16 Hz."""
     reference = history(0.0005)
     errors = np.array(
         [np.abs(history(step) - reference).max(axis=0) for step in (0.02, 0.01, 0.005)]

@@ -57,7 +57,7 @@ def test_the_readme_is_short():
 
 
 def test_rows_of_the_table_of_comparisons_are_reproduced():
-    """Those that take no minutes; other tests hold the others to the same sources."""
+    """Rows that are computed in seconds; other tests check the other rows."""
     trust = load_script("benchmarks/accuracy/trust.py")
     written = trust.RECORD.read_text(encoding="utf-8").splitlines()
     for row in trust.computed_at_once():

@@ -12,5 +12,5 @@ DATA = Path(__file__).parent / "data"
 
 @pytest.fixture
 def kept_scene():
-    """A scene of `data` by its name: the seed and the number with which the suite once drew it."""
+    """A scene of `data` by its name, the seed and number with which it was drawn."""
     return lambda name: Stress(**json.loads((DATA / f"{name}.json").read_text("utf-8")))

@@ -50,7 +50,7 @@ def test_the_balance_closes_with_the_square_of_the_step(case):
 
 
 def test_each_part_counts():
-    """Leaving one of the parts out opens the balance by far more than the bound."""
+    """Without one of the parts the imbalance is far above the bound."""
     balance = balanced("example3", RISING, 0.01)
     for part in (balance.wind, balance.dissipated):
         assert np.abs(part).max() > 1e3 * np.abs(balance.imbalance).max()
@@ -71,7 +71,7 @@ def test_rest_is_balanced():
 
 
 def test_memory_order_of_a_motion_does_not_matter():
-    """Transposed views were once read as if they lay in C order, silently."""
+    """Transposed views were once read as if they were in C order."""
     scene = gf.load_scene("example3").with_values({"numerics.elements": 4})
     model = gf.Model(scene)
     u = 1e-3 * np.random.default_rng(1).standard_normal((model.nodes, 4))
@@ -83,7 +83,7 @@ def test_memory_order_of_a_motion_does_not_matter():
 
 @pytest.mark.parametrize("wind", [1e-3, 6.0])
 def test_rotating_the_ice_by_an_input_is_work(wind):
-    """The attack angle goes from 0 to 3 rad, in next to no wind and while the wind turns round."""
+    """The attack angle goes from 0 to 3 rad, in very weak wind and while the wind reverses."""
     changes = {"numerics.elements": 4, "initial.seed_twist": 0.4, "aerodynamics.outside": "hold"}
     data = tomllib.loads(gf.load_scene("example3").with_values(changes).to_toml())
     verdict = judge(Stress("turning", data, 100, reversal=wind, turn=3.0))

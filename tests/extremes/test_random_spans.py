@@ -53,7 +53,7 @@ def test_slack_at_the_end_of_a_step_is_seen(name, kept_scene):
 
 
 def test_energy_of_unhalved_runs_is_accounted_for(verdicts):
-    """An imbalance is a small one as a rule, and the bound is no more than a bound."""
+    """Most imbalances are far below the bound."""
     whole = [
         v.value.imbalance
         for v in verdicts

@@ -24,7 +24,7 @@ AROUND = {
 
 
 def iced(**values):
-    """Example 3, whose ice is eccentric, in a coefficient table of the whole turn."""
+    """Example 3, with eccentric ice, and a coefficient table of a full turn."""
     return load_scene("example3").with_values({"aerodynamics": AROUND, **values})
 
 
@@ -48,7 +48,7 @@ def test_full_turns_change_nothing(turns):
 
 @pytest.mark.parametrize("integrator", ["newmark", "gauss6"])
 def test_a_section_that_oscillates_through_several_turns_keeps_its_energy(integrator):
-    """Three turns each way, with the eccentric ice thrown about."""
+    """Three turns in each direction, with eccentric ice."""
     scene = iced(**{
         "wind.speed": 0.0, "damping.translation": None, "damping.twist": None,
         "initial.seed_twist": 3.0 * TURN,

@@ -105,7 +105,7 @@ def thrown(slack="tension_only", **numerics):
 
 @pytest.fixture(scope="module", params=["newmark", "gauss6"])
 def flight(request):
-    """Node and span values of a run through the snap, each at every hundredth of a second."""
+    """Node and span values of a run through the snap, every 0.01 s."""
     model = thrown(integrator=request.param)
     state = model.start()
     nodes = np.arange(model.nodes, dtype=np.int32)
@@ -238,7 +238,7 @@ def test_a_lifted_span_rests_in_tension_under_either_law(lift):
 
 
 def test_the_fmu_goes_slack_too(tmp_path):
-    """The same steps as simulate makes, so the same motion but for the rounding of the times."""
+    """The same steps as simulate makes, so the same motion except for the rounding of the times."""
     scene = thrown().scene.with_values({"numerics.elements": 20, "run.record_every": 10})
     gf.export_fmu(scene, tmp_path / "slack.fmu")
     found = fmpy.simulate_fmu(

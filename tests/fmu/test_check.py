@@ -20,7 +20,7 @@ def failed(check):
 
 
 def test_an_exported_fmu_passes(gallop_fmu, monkeypatch):
-    """Also where the user makes warnings errors."""
+    """Also if the user turns warnings into errors."""
     monkeypatch.setenv("PYTHONWARNINGS", "error")
     check = check_fmu(gallop_fmu)
     assert failed(check) == {}
@@ -152,7 +152,7 @@ def test_an_fmu_that_ends_the_process_is_no_sound_one(gallop_fmu, tmp_path):
 
 @pytest.mark.parametrize("runtime", ["python"], indirect=True, scope="session")
 def test_output_without_end_is_not_kept(gallop_fmu, tmp_path):
-    """25 MB on each stream; what the FMU prints is no finding."""
+    """25 MB on each stream; output of the FMU is not a finding."""
     flood = (
         b"import os\nfor _ in range(400): os.write(1, b'trial: [1' * 7000) and os.write(2, b'x' *"
         b" 63000)\nos.write(2, b'\\nthe last words\\n')\nimport nothing_here\n"

@@ -78,7 +78,7 @@ def test_a_zip_bomb_by_its_number_of_files(tmp_path):
 
 
 def test_a_false_size(tmp_path):
-    """The table of contents promises less than there is."""
+    """The table of contents states less than the archive contains."""
     path = written(
         tmp_path / "x.fmu", [("modelDescription.xml", PLAIN), ("bomb", bytes(1_000_000))]
     )
@@ -98,7 +98,7 @@ def test_compressions_outside_fmi(tmp_path, method):
 
 
 def test_two_entries_of_one_name(tmp_path):
-    """Tools differ in which one they take, so one could be shown and the other used."""
+    """Tools differ in the one they take: one could be shown and the other used."""
     entries = [
         ("modelDescription.xml", PLAIN),
         ("Binaries/a.so", b"good"),

@@ -48,7 +48,7 @@ def test_rollback_repeats_every_bit(free_fmu, host):
 
 
 def test_the_tolerance_is_a_parameter(free_fmu, host):
-    """A hundredth of it changes the motion by little, and takes more work."""
+    """A hundredth of it changes the motion little and needs more iterations."""
     loose, tight = host(free_fmu).start(), host(free_fmu).start(numerics__tolerance=1e-6)
     ends = [fmu.step(0.4, 20)["midspan.x2"] for fmu in (loose, tight)]
     assert ends[0] != ends[1]

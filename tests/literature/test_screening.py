@@ -118,7 +118,7 @@ def test_the_swing_of_the_simulation_starts_at_the_predicted_wind(third, screene
 
 
 def test_at_the_onset_a_swing_does_not_grow_or_decay(third, screened):
-    """Newton's orbit at exactly the wind of the root search."""
+    """Newton's orbit at the onset of the root search."""
     there = modal.screen(third.with_values({"wind.speed": screened.onset_wind_speed}))
     assert there.growth_per_cycle == pytest.approx(
         1.0, abs=3e-3
@@ -258,7 +258,7 @@ def test_drawn_scenes_settle_at_the_screened_amplitudes(seed, number):
 
 
 def test_galloping_that_has_ended_below_the_scenes_wind_is_no_cycle_of_zero_amplitude():
-    """Of the blind draw: it gallops from 9.5 m/s, but no longer at its 19.6 m/s."""
+    """A scene of the blind draw: it gallops from 9.5 m/s, but no longer at its 19.6 m/s."""
     found = modal.screen(drawn(8, seed=20261122))
     assert (found.risk, found.galloping) == ("detuned", None)
     assert found.galloping_until == pytest.approx(18.185, abs=0.005)

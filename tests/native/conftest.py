@@ -197,7 +197,7 @@ class Instance:
 
 
 def compile_c(target, *sources, flags=()):
-    """Compile with the system's compiler, which installing the package has needed already."""
+    """Compile with the system's compiler, which the installation needs as well."""
     compiler = shutil.which(os.environ.get("CC", "cc"))
     assert compiler, "no C compiler: install one, or name it in the environment variable CC"
     command = [

@@ -16,7 +16,7 @@ INPUTS = {"wind_speed": 1e-3, "attack_angle": 1e-4, "support.left.x1": 1e-4,
 
 @pytest.fixture(scope="module")
 def sharp(unpack):
-    """Iterated to round-off, so that the host's own differences are good."""
+    """Iterated to round-off, so that the host's differences are accurate."""
     return unpack(
         gf.load_scene("example3").with_values(
             {"numerics.elements": 4, "numerics.newton_tolerance": 1e-14}
@@ -183,7 +183,7 @@ def test_rates_of_velocities_are_accelerations(small, instance):
 
 
 def test_nothing_to_look_back_on(small, instance):
-    """After a restored state or a failed step there is no step that could be differentiated."""
+    """After a restored state or a failed step there is no step to differentiate."""
     fmu = instance(small).start()
     assert fmu.output_rates(["support.left.f1"]) == (0, {"support.left.f1": 0.0})
     state = fmu.step(H, 3).save()

@@ -22,7 +22,7 @@ UP, DOWN, TOWARDS_ZERO = 0x800, 0x400, 0xC00  # of fesetround on x86
 def test_an_angle_out_of_range_is_reported_in_the_words_of_python(
     small, small_scene, instance, angle
 ):
-    """-91 deg is 269 deg, above the upper end: the lower one was named before."""
+    """-91 deg is 269 deg, above the upper limit: the message once named the lower one."""
     wanted = (
         "below the curve's lower limit of 100 deg"
         if 0.0 < angle < 100.0
@@ -40,7 +40,7 @@ def test_an_angle_out_of_range_is_reported_in_the_words_of_python(
 
 
 def test_a_limit_that_is_zero_is_printed_as_zero(example3):
-    """A full turn from 0 deg at 0 deg said "-0.00 deg, allowed up to 0.00 deg"."""
+    """A full turn from 0 deg at 0 deg once gave "-0.00 deg, allowed up to 0.00 deg"."""
     table = {"kind": "table", "angle_deg": [0.0, 120.0, 240.0, 350.0], "lift": [0.0] * 4,
         "drag": [1.0] * 4,
              "moment": [0.0] * 4}  # fmt: skip
@@ -75,7 +75,7 @@ BOUNDS = {
 
 @pytest.mark.parametrize("name", BOUNDS)
 def test_bounds_are_named_as_they_are(small, instance, name):
-    """A bound that is not allowed itself was "between 4.94066e-324 and 10000" before."""
+    """An excluded limit was once "between 4.94066e-324 and 10000"."""
     value, message = BOUNDS[name]
     fmu = instance(small)
     assert fmu.set_real([fmu.fmu.reference(name)], [value]) == ERROR

@@ -398,7 +398,7 @@ def test_a_state_that_cannot_be_built_leaves_the_instance_as_it_is(stepping):
 
 @pytest.mark.parametrize("kind", ["Boolean", "String"])
 def test_there_are_no_variables_of_other_types(fmu, kind):
-    """None of them can be asked for; an empty list is accepted."""
+    """No variable has these types; an empty list is accepted."""
     references, values = (c.c_uint * 1)(0), (c.c_void_p * 1)()
     for access in ("Get", "Set"):
         assert fmu.call(f"{access}{kind}", references, c.c_size_t(0), values) == 0

@@ -149,7 +149,7 @@ def test_a_section_must_be_there_once_and_with_known_items(good, open_with):
     ],
 )
 def test_a_forged_directory_is_refused(good, open_with, seal, field, value):
-    """Sections that overlap, leave the file, or lie at odd places, though the checksum is right."""
+    """Sections that overlap, leave the file, or are misaligned, with a right checksum."""
     layout, at = {"item_size": ("<I", 4), "offset": ("<Q", 8), "count": ("<Q", 16)}[field]
     for entry in range(len(sections_of(good))):
         forged = changed(good, HEADER.size + entry * ENTRY.size + at, layout, value, seal)

@@ -101,7 +101,7 @@ def same(one, other):
 
 @pytest.fixture(scope="module")
 def complete():
-    """The sweep as it is when nothing happens."""
+    """The sweep without interruption."""
     winds = [round(wind, 12) for wind in WINDS]
     return gf.sweep(_scene(), {"wind.speed": winds}, stop_time=STOP_TIME)
 
@@ -128,7 +128,7 @@ def test_a_sweep_resumes_after_every_kind_of_stop(tmp_path, begin, complete):
 
 
 def _disk_full(out):
-    """File sizes are limited: the journal holds some rows and a part of one, the results none."""
+    """File sizes are limited: the journal has some rows and a part of one, the results none."""
     import resource
 
     limit = 10_000
@@ -254,7 +254,7 @@ def test_dask_cluster_gives_the_same(tmp_path, complete, monkeypatch):
     ],
 )
 def test_addresses_of_no_cluster(address, fragment):
-    """On some of these Dask waits for two minutes and then raises an error of its own."""
+    """In some of these cases Dask waits for two minutes and then raises its own error."""
     with pytest.raises(gf.SceneError, match=fragment):
         gf.sweep(_scene(), {"wind.speed": [4.0]}, stop_time=1.0, cluster=address)
 
@@ -268,7 +268,7 @@ def test_cluster_that_is_not_there(monkeypatch):
 
 
 def test_worker_process_that_dies(tmp_path):
-    """Its runs are not lost but missing; what the others did is kept."""
+    """Its runs are missing; the rows of other workers are kept."""
 
     class Deadly:  # local, so that it travels whole to a process that cannot import this file
         kind = "processes"

@@ -57,7 +57,7 @@ def integrators() -> dict[str, dict[str, Any]]:
 
 
 def conserving() -> dict[str, dict[str, Any]]:
-    """Each integrator, and the one that may dissipate once more so that it must not."""
+    """Each integrator; the dissipative one also with a spectral radius of 1."""
     alpha = {"numerics.integrator": "generalised_alpha", "numerics.spectral_radius": 1.0}
     return {**integrators(), "generalised_alpha, spectral radius 1": alpha}
 
@@ -99,7 +99,7 @@ def energy_error(state: State, steps: int, every: int) -> dict[str, float]:
 
 
 def reverse(state: State) -> None:
-    """Turn all velocities round."""
+    """Reverse all velocities."""
     _, velocity, _ = state.motion()
     state.restore(state.save().replace(velocity.tobytes(), (-velocity).tobytes()))
 

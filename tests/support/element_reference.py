@@ -115,7 +115,7 @@ class ReferenceElement:
         return stretch * np.outer(shape(xi), force)
 
     def _ice(self, n2, theta, omega, omega_rate, a2, a3):
-        """Eccentric ice (8), (17), with the terms in omega^2 that the paper leaves out."""
+        """Eccentric ice (8), (17), with the terms in omega^2 that the paper omits."""
         ice = self.scene.ice
         given_at = ice.first_moment_angle_deg
         turn = 0 if given_at is None else ice.attack_angle_deg - given_at

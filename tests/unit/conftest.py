@@ -5,7 +5,7 @@ import pytest
 
 @pytest.fixture
 def minimal():
-    """The least that makes a scene, as plain data."""
+    """A minimal scene as plain data."""
     return {
         "title": "a span",
         "span": {"length": 100.0, "sag": 4.0},

@@ -51,7 +51,7 @@ def test_foreign_settings_do_not_matter(tmp_path):
     "words", [("run",), ("sweep", "--over", "wind.speed=4,5", "--window", "0.05")]
 )
 def test_streams_may_be_closed(tmp_path, words):
-    """As those of a service or of pythonw; what is opened next must not take their place."""
+    """As in a service or pythonw; files opened later must not replace the streams."""
     command = _command(*words, "example3", "--until", "0.1", "--out", "a.nc")
     closed = ["sh", "-c", 'exec "$@" <&- >&- 2>&-', "sh", *command]
     assert subprocess.run(closed, cwd=tmp_path, timeout=60).returncode == 0
@@ -76,7 +76,7 @@ def test_streams_may_be_closed(tmp_path, words):
     ],
 )
 def test_tab_completes(tmp_path, typed, offered):
-    """As bash asks for it."""
+    """As bash requests it."""
     (tmp_path / "lines").mkdir()
     for name in ("mine.toml", "lines/north.toml", "lines/notes.txt", "anything.fmu"):
         (tmp_path / name).write_text("")

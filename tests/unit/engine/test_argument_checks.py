@@ -196,7 +196,7 @@ def test_damaged_bytes_are_not_restored(model):
 
 
 def test_copies_of_a_model_are_the_model(model):
-    """Before, a copy freed the kernel's model a second time."""
+    """A copy once freed the kernel's model a second time."""
     for again in (copy.copy(model), copy.deepcopy(model), copy.deepcopy([model])[0]):
         assert again is model
 

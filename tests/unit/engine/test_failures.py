@@ -15,7 +15,7 @@ ALL = np.arange(len(NODE_CHANNELS), dtype=np.int32)
 
 
 def fails(state, until, inputs=None):
-    """The report of a failing advance, which must leave the state as it was, bit for bit."""
+    """The report of a failing advance, which must leave every bit of the state unchanged."""
     before = state.save()
     with pytest.raises(SimulationError) as caught:
         state.advance(until, inputs)
@@ -118,7 +118,7 @@ def test_newton_stalls_where_halving_is_not_allowed(minimal):
 
 
 def test_halving_gets_through_a_jump(minimal):
-    """Steps that had to be halved still end where ones a hundred times shorter do."""
+    """Halved steps end in the same motion as steps a hundred times shorter."""
     coarse, fine = (
         jumped(minimal, time_step=0.05, max_newton_iterations=4),
         jumped(minimal, time_step=0.0005),
@@ -154,7 +154,7 @@ def test_a_run_that_fails_in_half_a_step_ends_where_the_step_began(minimal, inte
 
 @pytest.mark.parametrize("values", [{}, {"integrator": "gauss6"}, {"tolerance": 1e-4}])
 def test_a_run_that_fails_leaves_the_wind_of_its_state(values):
-    """Motion and time were those before the failed step, wind and tower motion those in it."""
+    """Once motion and time were from before the failed step, wind and tower motion from within."""
     gale = {"kind": "ramp", "initial": 5.5, "final": 140.0, "duration": 20.0}
     narrow = {"aerodynamics.valid_from_deg": 179.99, "aerodynamics.valid_to_deg": 180.01}
     changes = {"wind.speed": None, "wind.history": gale, "numerics.elements": 8, **narrow}
@@ -225,7 +225,7 @@ def test_a_state_recovers_after_a_failure():
 
 
 def test_a_step_of_the_host_far_below_that_of_the_tolerance():
-    """A ten-millionth of it; both limits of the rounding that forgives a host's clock."""
+    """A ten-millionth of a step: both limits of the tolerance for the host's clock."""
     scene = load_scene("example3").with_values({"numerics.tolerance": 1e-3, "numerics.elements": 4})
     state = Model(scene).start()
     state.advance(

@@ -62,7 +62,7 @@ def test_an_older_file_keeps_its_owner(tmp_path):
 
 
 def test_a_read_only_file_is_refused(tmp_path):
-    """Also for root, whom the system would let."""
+    """Also for root, whose access the system allows."""
     path = tmp_path / "o.csv"
     path.write_bytes(b"old")
     path.chmod(0o444)
@@ -102,7 +102,7 @@ def test_links_are_followed_and_stay(tmp_path):
 
 
 def test_a_planted_link_is_not_followed(tmp_path, monkeypatch):
-    """The temporary name cannot be foreseen; if it could, the file would not be opened."""
+    """The temporary name is unpredictable; an existing file would not be opened."""
     monkeypatch.setattr(
         "gallop_fmu.foundation.atomic_write.secrets.token_hex", lambda count: "0" * 16
     )
@@ -147,7 +147,7 @@ WRITERS = {
 
 @pytest.mark.parametrize("name", WRITERS)
 def test_nothing_is_computed_for_a_file_that_cannot_be_written(tmp_path, monkeypatch, name):
-    """A name without room for that of the journal, and files that are read-only."""
+    """A name too long for that of the journal, and read-only files."""
 
     def started(*_, **__):
         raise AssertionError("it was computed")
@@ -162,7 +162,7 @@ def test_nothing_is_computed_for_a_file_that_cannot_be_written(tmp_path, monkeyp
 
 
 def test_no_module_writes_files_in_another_way():
-    """But for the sources and findings in temporary folders of a compilation and of a trial."""
+    """Except for temporary folders of a compilation and of an FMU check."""
     found = set()
     for package in (gf, modal):
         folder = Path(package.__file__).parent

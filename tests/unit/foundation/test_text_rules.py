@@ -241,7 +241,7 @@ def test_text_comes_back_in_normal_form():
 
 
 def parts(annotation):
-    """Types within an annotation, but for those of the checked text."""
+    """Types within an annotation, except those of the checked text."""
     if annotation != Text:
         yield annotation
         for argument in typing.get_args(annotation):
@@ -249,7 +249,7 @@ def parts(annotation):
 
 
 def test_every_text_of_a_scene_follows_the_rule():
-    """Each field of type str in any section is the checked type, so that no new field escapes."""
+    """Each field of type str in any section has the checked type."""
     seen, left = set(), [SceneWithLine]
     while left:
         section = left.pop()

@@ -76,7 +76,7 @@ def test_same_answer_as_the_full_computation(name):
 
 
 def test_no_wind_in_a_model_that_could_have_some():
-    """A model for inputs keeps aerodynamics and all unknowns, but its laws blow no wind."""
+    """A model for inputs keeps aerodynamics and all unknowns, but its laws give no wind."""
     channels = np.arange(len(NODE_CHANNELS), dtype=np.int32)
     calm, ready = (Model(IN_PLANE, inputs=inputs) for inputs in (False, True))
     assert ready.parts & ~calm.parts == Part.AERODYNAMICS | OUT_OF_PLANE
@@ -155,7 +155,7 @@ def test_inputs_are_refused_where_they_could_wake_what_is_left_out():
 
 
 def test_residual_and_tangent_are_always_complete():
-    """The modal toolkit asks for twist and lateral motion of scenes that wake neither."""
+    """The modal toolkit asks for twist and lateral motion of scenes that excite neither."""
     small, whole = (
         Model(IN_PLANE, inputs=False),
         Model(IN_PLANE.with_values(WAKE_TWIST), inputs=False),

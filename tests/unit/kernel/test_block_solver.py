@@ -26,10 +26,10 @@ static void blocks(const void *from, int index, tangent_weights mix, lanes out[6
             LANE(out[i / (s->n * s->n)][i % (s->n * s->n)], k) = block[i];
     }
 }
-#define SETUP                                                                                      \\
-    const tangent_weights mix[2] = {{1.0, 0.0, 1.0}, {0.0, 1.0, 0.0}};                             \\
-    const source from = {elements, n, block};                                                      \\
-    const solver_chain chain = {elements, n, ends, blocks, &from};                                 \\
+#define SETUP                                                                                     \\
+    const tangent_weights mix[2] = {{1.0, 0.0, 1.0}, {0.0, 1.0, 0.0}};                            \\
+    const source from = {elements, n, block};                                                     \\
+    const solver_chain chain = {elements, n, ends, blocks, &from};                                \\
     double *store = malloc(parts * solver_room(elements, true) * sizeof(double))
 int solve(int parts, int elements, int n, const double *block, const bool *fixed,
           const double *tangent, double *rhs)

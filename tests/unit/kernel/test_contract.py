@@ -362,7 +362,7 @@ REWIND = FUNCTIONS["gallop_rewind"]
 
 
 def test_a_rewind_needs_a_completed_advance(span):
-    """Before, it restored zeros."""
+    """It once restored zeros."""
     before = span.saved
     assert span.call("gallop_rewind", REWIND, {}) == BAD_CALL
     assert span.saved == before
@@ -453,7 +453,7 @@ def test_indices_are_right_up_to_their_ends(span):
 
 @pytest.mark.parametrize("mode", [UP, DOWN, TOWARDS_ZERO])
 def test_other_rounding_modes_are_refused_by_their_name(span, mode):
-    """Before: "the attack angle left the validity range (value 3.14175, limit 4.53786)"."""
+    """Once: "the attack angle left the validity range (value 3.14175, limit 4.53786)"."""
     libm = c.CDLL(None)
     before = span.saved
     assert kernel.gallop_arithmetic_fault() is None

@@ -53,7 +53,7 @@ def call(function, *arrays, outputs):
 
 
 def exact_sine_cosine(x):
-    """Taylor series after reduction by whole turns, in 50 digits."""
+    """Taylor series after reduction by full turns, in 50 digits."""
     with localcontext() as context:
         context.prec = 60
         r = Decimal(x) % (2 * PI)
@@ -103,7 +103,7 @@ def test_sine_and_cosine_of_zero_are_exact(shim):
 
 
 def exact_arctangent(y, x):
-    """The library's value, corrected in 50 digits by the angle that is left."""
+    """The library's value, corrected in 50 digits by the remaining angle."""
     guess = math.atan2(y, x)
     with localcontext() as context:
         context.prec = 60

@@ -62,7 +62,7 @@ NUMBERS = {
 @pytest.mark.parametrize("name", NUMBERS)
 @pytest.mark.parametrize("value", [math.nan, math.inf])
 def test_numbers_that_are_none(name, value):
-    """Before, a NaN attack angle without a curve gave a state that was said to be complete."""
+    """A NaN attack angle without a curve once gave a completed state."""
     assert outcome_of(lambda scene: setattr(scene, name, value)) == (
         Outcome.INVALID_SCENE,
         NUMBERS[name],

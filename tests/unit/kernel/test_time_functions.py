@@ -27,7 +27,7 @@ STEP = 0.01
 
 @pytest.fixture
 def drag_only(minimal):
-    """A span whose wind can blow."""
+    """A span with wind."""
     flat = {
         "kind": "polynomial",
         "valid_from_deg": -180.0,

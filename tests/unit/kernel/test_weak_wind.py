@@ -76,7 +76,7 @@ def test_the_bound_is_a_millionth_of_the_weight():
 
 
 def test_a_section_that_moves_fast_in_still_air_is_judged():
-    """The relative wind counts, not the wind: the seed of 0.1 m swings at some 0.4 m/s."""
+    """The relative wind counts: the seed of 0.1 m moves at about 0.4 m/s."""
     moving = scene(CALM | {"value": 1e-3}, **{"initial.seed_vertical": 0.1})
     outcome, _ = motion(moving, 10.0)
     assert outcome is Outcome.ANGLE_OUT_OF_RANGE

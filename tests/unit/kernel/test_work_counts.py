@@ -64,7 +64,7 @@ def test_round_off_of_a_clock_costs_no_factorisation(tolerance, fewest, most):
 
 
 def test_a_step_of_another_size_costs_a_factorisation():
-    """The other side: a difference of a thousandth is none of round-off, and is stepped."""
+    """A difference of a thousandth is not round-off: it is a step."""
     step = EXAMPLE3.numerics.time_step
     state, time = Model(EXAMPLE3).start(), 0.0
     for size in [step, 0.999 * step] * 20:

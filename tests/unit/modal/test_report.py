@@ -76,7 +76,7 @@ class Page(HTMLParser):
 
 @pytest.fixture(scope="module")
 def full():
-    """Example 3 on a coarse mesh, with everything that can be found out."""
+    """Example 3 on a coarse mesh, with all sections of the report."""
     scene = gf.load_scene("example3").with_values(
         {**QUICK, "title": f"{EVIL} title", "description": EVIL}
     )
@@ -87,7 +87,7 @@ def full():
 
 @pytest.fixture
 def unpainted(monkeypatch):
-    """Pages without figures, which take the most time."""
+    """Pages without figures, which are the slow part."""
     monkeypatch.setattr("modal.report.plots.svg", lambda figure, name, width=None: "<svg></svg>")
 
 
@@ -285,7 +285,7 @@ def test_progress_names_each_part():
 
 
 def test_rest_in_wind_balances_the_drag():
-    """A round bare line: the wind's whole force, rho U^2 d CD s / 2, is what the towers carry."""
+    """A bare line: the towers carry the whole wind force, rho U^2 d CD s / 2."""
     scene = gf.load_scene("zebra")
     state = static_equilibrium(scene, 10.0)
     drag = 0.5 * 1.225 * 10.0**2 * 0.02862 * 1.0 * gf.Model(scene).equilibrium().length

@@ -52,7 +52,8 @@ def test_every_verdict_has_a_risk_and_a_sentence():
         (KNOWN, "the first symmetric vertical mode does not gallop up to 8.25 m/s"),
         (
             replace(KNOWN, limit="the span is unstable"),
-            "the first symmetric vertical mode does not gallop up to 8.25 m/s; the span is unstable",
+            "the first symmetric vertical mode does not gallop up to 8.25 m/s;"
+            " the span is unstable",
         ),
         (
             ENDED,
@@ -67,8 +68,8 @@ def test_every_verdict_has_a_risk_and_a_sentence():
         (ONSET, f"{STARTS}, but not at the scene's 5.5 m/s"),
         (
             replace(ONSET, until_wind_speed=7.0, saturated=SWING.saturated),
-            f"{STARTS} and no longer from 7 m/s on, but not at the scene's 5.5 m/s, where a swing of"
-            " 0.19 m is possible after a strong disturbance",
+            f"{STARTS} and no longer from 7 m/s on, but not at the scene's 5.5 m/s, where a swing"
+            " of 0.19 m is possible after a strong disturbance",
         ),
         (
             SWING,

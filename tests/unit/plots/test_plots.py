@@ -83,7 +83,7 @@ def test_thin_paths_get_their_own_scales(moving):
 
 
 def test_the_title_of_thin_paths_stays_inside_an_overview(result, monkeypatch):
-    """Before, it touched the right edge: 0.1.0 wrote it in one line."""
+    """In release 0.1.0 it was one line that touched the right edge."""
     monkeypatch.setattr(plots, "EQUAL_SCALE_LIMIT", 0.0)
     monkeypatch.setattr(plots, "enlarged_part", lambda data: {"last periods": (0.0, 1e3)})
     figure = plots.overview(result)
@@ -152,7 +152,7 @@ def test_a_single_record_can_be_drawn(moving):
 
 
 def test_pyplot_is_not_needed():
-    """In a process of its own: other tests load packages that bring pyplot along."""
+    """In a process of its own: other tests load packages that import pyplot."""
     code = (
         "import sys, gallop_fmu as gf; from gallop_fmu import plots;"
         "plots.overview(gf.simulate(gf.load_scene('example1'), stop_time=1.0));"

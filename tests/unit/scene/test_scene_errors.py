@@ -408,7 +408,7 @@ def test_only_generalised_alpha_has_a_spectral_radius(integrator):
     "content", ["hunter2\n", "root:x:0:0:root:/root:/bin/bash\n", "time,value\nhunter2,1\n"]
 )
 def test_a_file_that_is_no_table_is_not_quoted(tmp_path, content):
-    """A scene from others may name any file of the user who runs it."""
+    """A foreign scene may name any file of its user."""
     (tmp_path / "password").write_text(content)
     history = {"kind": "table", "file": str(tmp_path / "password")}
     with pytest.raises(SceneError, match=r"password: .* something else") as refusal:

@@ -12,7 +12,7 @@ TIME = 0.05 * np.arange(2001)
 
 
 def test_frequency_of_a_wave_with_harmonics_and_drift():
-    """Against the frequency put in; the lines of the spectrum lie 0.01 Hz apart."""
+    """Against the frequency put in; the lines of the spectrum are 0.01 Hz apart."""
     for frequency in (0.3775, 0.6954, 5.29):
         wave = 3.0 + 0.5 * np.sin(2.0 * np.pi * frequency * TIME + 0.3)
         bent = wave + 0.1 * np.sin(4.0 * np.pi * frequency * TIME) + 0.001 * TIME

@@ -43,7 +43,7 @@ def _noisy(rng):
 
 
 def _settled(rng):
-    """On its way to a limit cycle, of which at most 1.5 % is left at the start of the window."""
+    """Near a limit cycle: at most 1.5 % away at the start of the window."""
     time, samples, wave = _wave(rng)
     left = rng.choice([-1.0, 1.0]) * rng.uniform(0.002, 0.015)
     return (1.0 + left * np.exp(-rng.uniform(4.0, 20.0) * time / time[-1])) * wave, samples
@@ -63,7 +63,7 @@ def _exponential(rng, sign=1.0, least=0.012, size=1.0):
 
 
 def _saturating(rng):
-    """On its way to a limit cycle that is 2 % and more away."""
+    """On its way to a limit cycle, 2 % or more away."""
     time, samples, wave = _wave(rng)
     rate, left = _log_uniform(rng, 0.1, 4.0), rng.uniform(0.02, 0.6)
     missing = min(left * math.exp(rate), 0.99)
@@ -88,7 +88,7 @@ def _two_lines(rng):
 
 
 def _narrow_band(rng):
-    """Noise about one frequency; its amplitude forgets itself three times or more in the window."""
+    """Narrow-band noise: the window has three or more correlation times of its amplitude."""
     time, samples, _ = _wave(rng, (30.0, 90.0))
     frequency = np.fft.rfftfreq(2 * len(time), 1.0 / samples)
     width = rng.uniform(3.0 / time[-1], 0.3)
@@ -330,7 +330,7 @@ def rolled():
 
 
 def test_a_span_that_rolls_over_does_not_read_as_calm(rolled):
-    """It moves by a metre before the section turns over, and rests afterwards."""
+    """It moves by a metre before the section rotates over, then it is at rest."""
     from modal.report.tables import cards
 
     assert rolled.motion.kind == "turned over"
@@ -344,7 +344,7 @@ def test_a_span_that_rolls_over_does_not_read_as_calm(rolled):
 
 
 def findings_of(result):
-    """Findings of nothing but a run."""
+    """Report findings with only a run."""
     from modal.report.findings import Findings, Missing
 
     absent = {field.name: Missing("") for field in dataclasses.fields(Findings)}
@@ -399,7 +399,7 @@ def test_a_rate_has_no_power_of_ten():
 
 
 def test_an_animation_shows_a_few_periods(rolled, swing):
-    """Five periods of 4.5 s about the time at which the section turns over, or the last ones."""
+    """Five periods of 4.5 s about the time at which the section rotates over, or the last ones."""
     from modal.report.animation import animation
 
     shown = animation(rolled)
@@ -469,7 +469,7 @@ def test_steps_in_a_period_are_counted(integrator, step, error):
 
 
 def test_every_printer_warns_of_long_steps(swing):
-    """0.15 s are 10 steps in a period; the amplitude comes out as 0.54 m in place of 0.44 m."""
+    """0.15 s are 10 steps in a period; the computed amplitude is 0.54 m instead of 0.44 m."""
     long = gf.load_scene("example3").with_values(
         {"numerics.time_step": 0.15, "run.record_every": 1}
     )

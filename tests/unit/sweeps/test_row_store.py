@@ -46,7 +46,7 @@ def path(tmp_path):
 
 
 def _taken(path, *begin):
-    """The rows that a sweep takes over."""
+    """The rows that a sweep resumes from."""
     store = RowStore(path, HEADER, *begin)
     store.release()
     return store.rows
@@ -252,7 +252,7 @@ def test_the_file_follows_the_journal_from_time_to_time(path, monkeypatch):
 
 @both_formats
 def test_without_a_row_there_are_columns_and_no_files(tmp_path, suffix):
-    """Such as after Ctrl-C in the first run."""
+    """As after Ctrl-C in the first run."""
     path = tmp_path / f"runs{suffix}"
     store = RowStore(path, HEADER)
     assert store.dataset().sizes == {"run": 0}

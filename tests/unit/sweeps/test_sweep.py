@@ -395,7 +395,7 @@ def test_screening_where_no_process_can_be_started(scene, monkeypatch, workers):
 
 
 def test_screening_where_the_system_refuses_processes(scene, monkeypatch):
-    """Such as a container at its limit of processes, or one without shared memory."""
+    """As in a container at its limit of processes, or without shared memory."""
 
     def refused(*_, **__):
         raise OSError(11, "Resource temporarily unavailable")
@@ -406,7 +406,7 @@ def test_screening_where_the_system_refuses_processes(scene, monkeypatch):
 
 
 def test_estimate_only_is_the_estimate(scene):
-    """Seen to swing; with a threshold that is not reached; without one; and no wind at all."""
+    """A swing; a threshold that is not reached; no threshold; no wind."""
     example, free = gf.load_scene("example3"), {"span.horizontal_tension": None}
     scenes = [example, *(example.with_values({**free, "span.sag": sag}) for sag in (1.8, 1.5))]
     calm = scene.with_values({"wind.speed": 0.0})
@@ -464,7 +464,7 @@ def test_screen_command_refuses(invoke, words, fragment):
     ],
 )
 def test_a_summary_that_no_file_can_contain_is_a_failed_run(scene, tmp_path, kept, message):
-    """Not the end of the sweep, and no journal that is called damaged the next time."""
+    """The sweep continues, and the next one finds an intact journal."""
     arguments = {"stop_time": 0.1, "summary": lambda result: kept, "out": tmp_path / "a.nc"}
     for _ in range(2):
         dataset = gf.sweep(scene, {"wind.speed": [4.0]}, **arguments).dataset
