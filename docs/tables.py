@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterator
 from functools import partial
 from pathlib import Path
@@ -25,21 +26,21 @@ from modal.cli.main import app as toolkit
 
 TRUST = Path(__file__).parents[1] / "benchmarks" / "accuracy" / "trust.md"
 
+MARK = re.compile(r"\{\{ (\w+) \}\}")
+
 
 def on_page_markdown(markdown: str, **_: Any) -> str:
-    """Put the tables in their places."""
-    marks = {
+    """Replace each mark such as ``{{ fmu }}`` by its table; a mark without a table is an error."""
+    tables = {
         "scene": scene_tables,
         "line": line_table,
         "fmu": fmu_table,
         "commands": command_help,
+        "trust": trust_table,
         "gallop_fmu": partial(public_names, gf),
         "modal": partial(public_names, modal),
     }
-    for mark, table in ((f"{{{{ {name} }}}}", table) for name, table in marks.items()):
-        if mark in markdown:
-            markdown = markdown.replace(mark, "\n".join(table()))
-    return markdown
+    return MARK.sub(lambda mark: "\n".join(tables[mark[1]]()), markdown)
 
 
 def public_names(package: ModuleType) -> Iterator[str]:
