@@ -2,7 +2,6 @@
  * includes it defines before
  *     PARTS        parts of a number: 1 if they are real, 2 if they are complex
  *     ENTRY(name)  name of an entry, as solver.h declares it
- * C's own complex type would be neither vector code nor known to every compiler.
  *
  * First the middle nodes of the elements are eliminated, LANES elements at a time.  What remains is
  * block tridiagonal in the corners, and is eliminated from both ends towards the corner where they
@@ -24,20 +23,7 @@
  * tangent blends k, c and m with numbers that lie within a right angle of each other, so it is
  * dominated by such a part once it is turned by half of that angle. */
 #include "solver.h"
-
-/* One number, and one for each of LANES elements. */
-typedef struct {
-    double part[PARTS];
-} number;
-typedef struct {
-    lanes part[PARTS];
-} strip_number;
-
-/* A block of a corner, by columns, so that four rows make a vector.  A column is arranged as the
- * unknowns of a node in a right-hand side; of two unknowns, the last two rows stay zero. */
-typedef struct {
-    double value[4][PARTS][4]; /* [column][part][row] */
-} block;
+#include "solver_numbers.h"
 
 /* A corner; before its elimination the parts are A_kk, A_nk and A_kn. */
 typedef struct {
@@ -53,219 +39,21 @@ typedef struct {
 /* A chain's factors in their store. */
 typedef struct {
     int elements, strips, meeting, unknowns;
-    double cosine, sine; /* of the turn, which brings the pivots to the right half plane */
+    rotation turn;       /* of a complex tangent */
     strip_factor *strip; /* (strips) */
     corner *corner;      /* (elements + 1) */
     block (*by_end)[2];  /* (elements + 1) if the ends are kept: see reduce */
 } factors;
 
-/* `out = a b`, `out += a b`, `out -= a b` of numbers of either kind; the inverse of a pivot; its
- * size, which tells whether it is finite; and its part that must be positive. */
-#if PARTS == 1
-#define PRODUCT(out, sign, a, b) ((out).part[0] sign(a).part[0] * (b).part[0])
-#define INVERSE(out, pivot) ((out).part[0] = 1.0 / (pivot).part[0])
-#define SIZE(pivot) ((pivot).part[0])
-#define UPRIGHT(pivot, f) ((void)(f), (pivot).part[0])
-#else
-#define PRODUCT(out, sign, a, b)                                                                   \
-    ((out).part[0] sign(a).part[0] * (b).part[0] - (a).part[1] * (b).part[1],                      \
-     (out).part[1] sign(a).part[0] * (b).part[1] + (a).part[1] * (b).part[0])
-#define INVERSE(out, pivot)                                                                        \
-    ((out).part[0] = (pivot).part[0] / SIZE(pivot), (out).part[1] = -(pivot).part[1] / SIZE(pivot))
-#define SIZE(pivot) ((pivot).part[0] * (pivot).part[0] + (pivot).part[1] * (pivot).part[1])
-#define UPRIGHT(pivot, f) ((pivot).part[0] * (f)->cosine - (pivot).part[1] * (f)->sine)
-#endif
-
-/* Before a loop that gains nothing from being written out. */
-#if defined(__GNUC__) && !defined(__clang__)
-#define ROLLED _Pragma("GCC unroll 1")
-#else
-#define ROLLED
-#endif
-
 INLINE factors factors_in(const double *store, const solver_chain *c)
 {
-    factors f = {.elements = c->elements, .unknowns = c->unknowns, .cosine = 1.0};
+    factors f = {.elements = c->elements, .unknowns = c->unknowns, .turn = {1.0, 0.0}};
     f.strips = (f.elements + LANES - 1) / LANES;
     f.meeting = f.elements / 2;
     f.strip = (strip_factor *)store;
     f.corner = (corner *)(f.strip + f.strips);
     f.by_end = (block(*)[2])(f.corner + f.elements + 1);
     return f;
-}
-
-/* ---- Strips: LANES elements at once. ---- */
-
-/* Gauss-Jordan.  The tangent is not positive definite any more if a pivot is not a finite number
- * with a positive upright part. */
-INLINE bool invert_strip(strip_number *a, int n, const factors *f)
-{
-    lanes doubt = {0.0}; /* not a number in lanes with a bad pivot */
-    for (int k = 0; k < n; k++) {
-        const strip_number pivot = a[n * k + k];
-        strip_number inverse, column[4];
-        INVERSE(inverse, pivot);
-        doubt +=
-            PICK(UPRIGHT(pivot, f) > 0.0 * SIZE(pivot), 0.0 * SIZE(pivot), 0.0 * SIZE(pivot) + NAN);
-        for (int i = 0; i < n; i++) column[i] = a[n * i + k];
-        for (int j = 0; j < n; j++) {
-            const strip_number entry = a[n * k + j];
-            PRODUCT(a[n * k + j], =, entry, inverse);
-        }
-        a[n * k + k] = inverse;
-        for (int i = 0; i < n; i++) {
-            if (i == k) continue;
-            for (int p = 0; p < PARTS; p++) a[n * i + k].part[p] = (lanes){0.0};
-            for (int j = 0; j < n; j++) PRODUCT(a[n * i + j], -=, column[i], a[n * k + j]);
-        }
-    }
-    bool good = true;
-    for (int k = 0; k < LANES; k++) good = good && LANE(doubt, k) == 0.0;
-    return good;
-}
-
-/* Row a times a column of b, whose entries lie `step` numbers apart. */
-INLINE void dot(const strip_number *a, const strip_number *b, int step, int n, strip_number *sum)
-{
-    PRODUCT(*sum, =, a[0], b[0]);
-    for (int k = 1; k < n; k++) PRODUCT(*sum, +=, a[k], b[step * k]);
-}
-
-/* out = a b by rows, and out -= a b */
-INLINE void multiply_strip(const strip_number *a, const strip_number *b, int n, strip_number *out)
-{
-    ROLLED
-    for (int i = 0; i < n; i++)
-        for (int j = 0; j < n; j++) dot(a + n * i, b + j, n, n, out + n * i + j);
-}
-
-INLINE void subtract_strip(const strip_number *a, const strip_number *b, int n, strip_number *out)
-{
-    ROLLED
-    for (int i = 0; i < n; i++)
-        for (int j = 0; j < n; j++) {
-            strip_number sum;
-            dot(a + n * i, b + j, n, n, &sum);
-            for (int p = 0; p < PARTS; p++) out[n * i + j].part[p] -= sum.part[p];
-        }
-}
-
-/* y = a x */
-INLINE void apply_strip(const strip_number *a, const strip_number *x, int n, strip_number *y)
-{
-    for (int i = 0; i < n; i++) dot(a + n * i, x, 1, n, y + i);
-}
-
-/* The unknowns of node `node` (0 left, 1 middle, 2 right) of `count` elements; the left node of the
- * first one at y. */
-INLINE void read_strip(const double *y, int node, int count, strip_number out[4])
-{
-    for (int p = 0; p < PARTS; p++) {
-        lanes x[4];
-        gather_lanes(y + 4 * (PARTS * node + p), 8 * PARTS, count, x);
-        for (int i = 0; i < 4; i++) out[i].part[p] = x[i];
-    }
-}
-
-/* Write to the nodes, or add to what they have; unknowns from n on are zero. */
-INLINE void write_strip(double *y, int node, int count, const strip_number *in, int n, bool add)
-{
-    for (int p = 0; p < PARTS; p++) {
-        lanes x[4];
-        for (int i = 0; i < 4; i++) x[i] = i < n ? in[i].part[p] : (lanes){0.0};
-        if (add)
-            scatter_add_lanes(y + 4 * (PARTS * node + p), 8 * PARTS, count, x);
-        else
-            scatter_lanes(y + 4 * (PARTS * node + p), 8 * PARTS, count, x);
-    }
-}
-
-INLINE void negate(strip_number *x, int n)
-{
-    for (int i = 0; i < n; i++)
-        for (int p = 0; p < PARTS; p++) x[i].part[p] = -x[i].part[p];
-}
-
-/* ---- Corners: a column of four rows at once. ---- */
-
-/* The rows from i on that make a vector. */
-#if LANES == 4
-#define ROWS(i) ((lanes){0.0, 1.0, 2.0, 3.0} + (double)(i))
-#else
-#define ROWS(i) ((lanes)(i))
-#endif
-
-/* Gauss-Jordan on the columns as if they were rows, as the transposed inverse is the inverse of the
- * transpose. */
-INLINE bool invert(block *a, int n, const factors *f)
-{
-    const lanes zero = {0.0};
-    bool good = true;
-    for (int k = 0; k < n; k++) {
-        number pivot, inverse, factor[4];
-        for (int p = 0; p < PARTS; p++) pivot.part[p] = a->value[k][p][k];
-        for (int i = 0; i < n; i++)
-            for (int p = 0; p < PARTS; p++) factor[i].part[p] = a->value[i][p][k];
-        good = good && UPRIGHT(pivot, f) > 0.0 && isfinite(SIZE(pivot));
-        INVERSE(inverse, pivot);
-        for (int j = 0; j < n; j += LANES) {
-            strip_number own, row, change;
-            for (int p = 0; p < PARTS; p++)
-                own.part[p] =
-                    PICK(ROWS(j) == (double)k, zero + (p == 0), LANES_AT(a->value[k][p] + j));
-            PRODUCT(row, =, own, inverse);
-            for (int i = 0; i < n; i++) {
-                PRODUCT(change, =, factor[i], row);
-                for (int p = 0; p < PARTS; p++) {
-                    const lanes rest =
-                        PICK(ROWS(j) == (double)k, zero, LANES_AT(a->value[i][p] + j));
-                    LANES_AT(a->value[i][p] + j) = rest - change.part[p];
-                    if (i == k) LANES_AT(a->value[i][p] + j) = row.part[p];
-                }
-            }
-        }
-    }
-    return good;
-}
-
-/* out = a x, of columns */
-INLINE void apply(const block *a, const double *x, int n, double *out)
-{
-    for (int i = 0; i < n; i += LANES) {
-        strip_number term[4];
-        for (int j = 0; j < n; j++) {
-            strip_number column;
-            number entry;
-            for (int p = 0; p < PARTS; p++) {
-                column.part[p] = LANES_AT(a->value[j][p] + i);
-                entry.part[p] = x[4 * p + j];
-            }
-            PRODUCT(term[j], =, column, entry);
-        }
-        for (int p = 0; p < PARTS; p++) {
-            lanes sum = term[0].part[p] + term[1].part[p];
-            if (n == 4) sum += term[2].part[p] + term[3].part[p];
-            LANES_AT(out + 4 * p + i) = sum;
-        }
-    }
-}
-
-/* y -= a x */
-INLINE void subtract_apply(const block *a, const double *x, int n, double *y)
-{
-    double change[PARTS][4];
-    apply(a, x, n, change[0]);
-    for (int p = 0; p < PARTS; p++)
-        for (int i = 0; i < n; i += LANES) LANES_AT(y + 4 * p + i) -= LANES_AT(change[p] + i);
-}
-
-/* x = a x */
-INLINE void transform(const block *a, int n, double *x)
-{
-    double out[PARTS][4];
-    apply(a, x, n, out[0]);
-    for (int p = 0; p < PARTS; p++)
-        for (int i = 0; i < n; i += LANES) LANES_AT(x + 4 * p + i) = LANES_AT(out[p] + i);
 }
 
 /* ---- Stages of a factorisation. ---- */
@@ -275,7 +63,7 @@ INLINE bool condense(const factors *f, int index, strip_number tangent[6][16], i
 {
     strip_factor *s = &f->strip[index];
     strip_number *inverse = tangent[MIDDLE_MIDDLE], to_left[16], to_right[16], right_left[16];
-    if (!invert_strip(inverse, n, f)) return false;
+    if (!invert_strip(inverse, n, &f->turn)) return false;
     for (int i = 0; i < n * n; i++) {
         s->inverse[i] = inverse[i];
         s->left[i] = tangent[LEFT_MIDDLE][i];
@@ -332,7 +120,7 @@ INLINE bool condense_strips(const factors *f, const solver_chain *c, const tange
 INLINE bool eliminate(corner *k, block *neighbour, int n, const factors *f)
 {
     const block carry = k->carry, back = k->back;
-    if (!invert(&k->inverse, n, f)) return false;
+    if (!invert(&k->inverse, n, &f->turn)) return false;
     for (int j = 0; j < n; j++) {
         apply(&k->inverse, back.value[j][0], n, k->back.value[j][0]);
         apply(&carry, k->inverse.value[j][0], n, k->carry.value[j][0]);
@@ -352,7 +140,7 @@ INLINE bool eliminate_corners(const factors *f, int kept, int n)
         good = eliminate(right, &right[-1].inverse, n, f) && good;
         if (!good) return false;
     }
-    return invert(&f->corner[meeting].inverse, n, f);
+    return invert(&f->corner[meeting].inverse, n, &f->turn);
 }
 
 /* ---- Stages of a solution. ---- */
@@ -478,8 +266,7 @@ static bool take_tangent(factors *f, const solver_chain *c, const tangent_weight
 {
 #if PARTS == 2
     const double half = -0.5 * atan2(weights[1].m, weights[0].m); /* k is real, m farthest off */
-    f->cosine = cos(half);
-    f->sine = sin(half);
+    f->turn = (rotation){cos(half), sin(half)};
 #endif
     return run_condense_strips(f, c, weights);
 }
