@@ -80,6 +80,11 @@ def _load() -> c.CDLL:
             c.c_int,
             (pointer, pointer, double, inputs, *[doubles] * 3, double, double, double, doubles),
         ),
+        "gallop_aero_load": (c.c_int, (pointer, c.c_int32, double, c.c_int32, *[pointer] * 5)),
+        "gallop_sections": (c.c_int, (pointer, *[doubles] * 3)),
+        "gallop_strain_points": (c.c_int, (pointer, *[doubles] * 3)),
+        "gallop_node_normals": (c.c_int, (pointer, doubles)),
+        "gallop_seed": (c.c_int, (pointer, doubles)),
     }
     for name, (result, arguments) in signatures.items():
         function = getattr(library, name)

@@ -297,6 +297,80 @@ GALLOP_API int gallop_residual(const gallop_model *model, gallop_state *work, do
 GALLOP_API int gallop_tangent(const gallop_model *model, gallop_state *work, double time,
                               const gallop_inputs *inputs, const double *u, const double *v,
                               const double *a, double k, double c, double m, double *tangent);
+
+/* Quasi-steady aerodynamic load per unit length on sections in any motion (Liu et al. 2009, eq.
+ * 20-21), and its derivatives.  With the relative wind w2 = -v2 - r omega, w3 = U - v3, Ur^2 = w2^2
+ * + w3^2, the attack angle alpha = alpha0 + theta + atan2(w2, w3), and q = rho d Ur / 2,
+ *
+ *     F2 = q (CL w3 + CD w2),    F3 = q (CD w3 - CL w2),    M = q Ur d CM.
+ *
+ * A section lies in the plane of the conductor's upward normal n2 and of x3.  Air density rho,
+ * diameter d, radius r and the coefficient curve are those of the scene.  There is no load where U
+ * = 0, and none without a curve.
+ *
+ * @param model         The span.
+ * @param element       Element whose conductor and curve apply, 0 to elements - 1.
+ * @param attack_angle  alpha0 [rad], finite.
+ * @param count         Number of sections, 0 or more.
+ * @param given         (5, count): theta [rad], v2 along n2 [m/s], v3 along x3 [m/s], omega
+ *                      [rad/s], U [m/s]; all finite.
+ * @param load          Output, (3, count): F2 along n2 [N/m], F3 along x3 [N/m], M about x1 [N].
+ * @param slopes        Output, (4, 3, count): derivatives of the load by theta, v2, v3 and omega
+ *                      (by U: minus that by v3); NULL: they are not computed.
+ * @param angle         Output, (count): attack angle alpha [rad].
+ * @param excess        Output, (count): by how much [rad] alpha, less whole turns, is beyond the
+ *                      last breakpoint of the curve (positive) or before the first one (negative),
+ *                      where a simulation would end with GALLOP_ANGLE_OUT_OF_RANGE; else 0.
+ * @return              GALLOP_COMPLETED; GALLOP_BAD_CALL for an argument that cannot be used.
+ */
+GALLOP_API int gallop_aero_load(const gallop_model *model, int32_t element, double attack_angle,
+                                int32_t count, const double *given, double *load, double *slopes,
+                                double *angle, double *excess);
+
+/* Sections at which inertia, ice and wind are integrated: the three-point Gauss abscissae of each
+ * element, from left to right.
+ *
+ * @param model   The span.
+ * @param shape   Output, (3, 3): shape function of each node at each abscissa of an element.
+ * @param length  Output, (elements, 3): length of conductor [m] that belongs to each section, its
+ *                weight in an integral over the arc length.
+ * @param normal  Output, (elements, 3, 2): n2 = e3 x t, the upward normal of the conductor in its
+ *                vertical plane, along x1 and x2.
+ * @return        GALLOP_COMPLETED; GALLOP_BAD_CALL for an argument that cannot be used.
+ */
+GALLOP_API int gallop_sections(const gallop_model *model, double shape[9], double *length,
+                               double *normal);
+
+/* Points at which tension and twisting moment are integrated: the two-point Gauss abscissae of each
+ * element, from left to right.
+ *
+ * @param model        The span.
+ * @param length       Output, (elements, 2): length of conductor [m] that belongs to each point.
+ * @param tangent      Output, (elements, 2, 3): unit tangent dX/dS of the initial equilibrium.
+ * @param shape_slope  Output, (elements, 2, 3): derivative of each node's shape function by the arc
+ *                     length S [1/m].
+ * @return             GALLOP_COMPLETED; GALLOP_BAD_CALL for an argument that cannot be used.
+ */
+GALLOP_API int gallop_strain_points(const gallop_model *model, double *length, double *tangent,
+                                    double *shape_slope);
+
+/* Upward normal of the conductor at the nodes, of the mean direction where two elements meet: the
+ * direction of the v2 from which the attack angle at a node follows.
+ *
+ * @param model   The span.
+ * @param normal  Output, (nodes, 2): n2 along x1 and x2.
+ * @return        GALLOP_COMPLETED; GALLOP_BAD_CALL for an argument that cannot be used.
+ */
+GALLOP_API int gallop_node_normals(const gallop_model *model, double *normal);
+
+/* Initial disturbance of the scene, which gallop_state_init adds to the equilibrium.
+ *
+ * @param model  The span.
+ * @param u      Output, (nodes, 4): displacements u1 u2 u3 [m] and twist [rad].
+ * @return       GALLOP_COMPLETED; GALLOP_BAD_CALL for an argument that cannot be used.
+ */
+GALLOP_API int gallop_seed(const gallop_model *model, double *u);
+
 /* Puts the state at rest into static equilibrium under the inputs at `time`, found by load
  * stepping. */
 GALLOP_API int gallop_equilibrium(const gallop_model *model, gallop_state *state, double time,

@@ -1,7 +1,10 @@
-/* Parts of the equation of motion at a motion that the caller gives, for tests and for analyses
- * outside the kernel: residual and tangent. */
+/* What analyses outside the kernel are built on, so that they need no formula of their own: the
+ * residual and the tangent of any motion, the wind load of any section, and the geometry of the
+ * elements. */
+#include "base_math.h"
 #include "check.h"
 #include "element.h"
+#include "time_integration.h"
 
 /* Whether residual and tangent of this motion can be taken: of finite numbers. */
 static bool computable(const gallop_model *model, const gallop_state *work, double time,
@@ -77,5 +80,167 @@ int gallop_tangent(const gallop_model *model, gallop_state *work, double time,
             unfold(block, out);
         }
     }
+    return GALLOP_COMPLETED;
+}
+
+/* Sections whose load is computed at once: their intermediate results stay in the first-level
+ * cache. */
+#define SECTIONS_AT_ONCE 64
+
+/* Room for the arrays of `sections` that the wind load reads and writes. */
+typedef struct {
+    double theta[SECTIONS_AT_ONCE], omega[SECTIONS_AT_ONCE], v2[SECTIONS_AT_ONCE],
+        v3[SECTIONS_AT_ONCE], angle[SECTIONS_AT_ONCE], excess[SECTIONS_AT_ONCE];
+    double force[3][SECTIONS_AT_ONCE], by_theta[3][SECTIONS_AT_ONCE], by_v2[3][SECTIONS_AT_ONCE],
+        by_v3[3][SECTIONS_AT_ONCE];
+} section_room;
+
+static sections sections_in(section_room *room)
+{
+    sections at = {.theta = room->theta,
+                   .omega = room->omega,
+                   .v2 = room->v2,
+                   .v3 = room->v3,
+                   .angle = room->angle,
+                   .excess = room->excess};
+    for (int i = 0; i < 3; i++) {
+        at.force[i] = room->force[i];
+        at.by_theta[i] = room->by_theta[i];
+        at.by_v2[i] = room->by_v2[i];
+        at.by_v3[i] = room->by_v3[i];
+    }
+    return at;
+}
+
+/* By how much the attack angle of a section is beyond the last breakpoint (positive) or before the
+ * first one (negative), where a simulation would refuse it; else 0. */
+static double refused_excess(const chain *c, const exposure *now, const sections *at, int i)
+{
+    const bool refuses = c->section->curve->outside == GALLOP_OUTSIDE_ERROR;
+    if (!refuses || !(at->excess[i] > 0.0)) return 0.0;
+    if (!element_wind_matters(c, now, at, i)) return 0.0;
+    double offset = at->angle[i] - c->section->curve->centre;
+    offset -= 2.0 * PI * nearest(offset * (0.5 / PI));
+    return offset < 0.0 ? -at->excess[i] : at->excess[i];
+}
+
+/* The wind speed of a section enters by v3 alone, as U - v3: so the exposure has no wind, and v3 is
+ * relative to the air. */
+static void read_sections(const double *given, size_t stride, int count, section_room *room)
+{
+    memset(room, 0, sizeof *room);
+    for (int i = 0; i < count; i++) {
+        room->theta[i] = given[i];
+        room->v2[i] = given[stride + i];
+        room->v3[i] = given[2 * stride + i] - given[4 * stride + i];
+        room->omega[i] = given[3 * stride + i];
+    }
+}
+
+/* The results of gallop_aero_load, from one section on. */
+typedef struct {
+    double *load, *slopes, *angle, *excess;
+} load_arrays;
+
+/* Writes section `i` of the room to place `i` of the arrays, whose rows are `stride` apart. */
+static void write_section(const section_room *room, int i, double radius, bool blows, size_t stride,
+                          load_arrays out)
+{
+    for (int row = 0; row < 3; row++) {
+        out.load[row * stride + i] = blows ? -room->force[row][i] : 0.0;
+        if (!out.slopes) continue;
+        const double by[4] = {room->by_theta[row][i], room->by_v2[row][i], room->by_v3[row][i],
+                              radius * room->by_v2[row][i]};
+        for (int k = 0; k < 4; k++) out.slopes[(3 * k + row) * stride + i] = blows ? by[k] : 0.0;
+    }
+}
+
+/* The load on `count` sections, no more than SECTIONS_AT_ONCE. */
+static void load_block(const chain *c, const exposure *now, const double *given, int count,
+                       size_t stride, load_arrays out)
+{
+    section_room room;
+    const sections at = sections_in(&room);
+    const cross_section *section = c->section;
+    read_sections(given, stride, count, &room);
+    if (section->curve) element_aero_loads(c, now, &at, 0, count, out.slopes != NULL);
+    for (int i = 0; i < count; i++) {
+        const bool blows = section->curve && given[4 * stride + i] != 0.0;
+        write_section(&room, i, section->radius, blows, stride, out);
+        out.angle[i] = element_attack_angle(room.theta[i], room.v2[i], room.v3[i], room.omega[i],
+                                            now->wind, now->attack, section->radius);
+        out.excess[i] = blows ? refused_excess(c, now, &at, i) : 0.0;
+    }
+}
+
+static bool all_usable(const double *const pointer[], int count)
+{
+    for (int i = 0; i < count; i++)
+        if (!base_pointer_usable(pointer[i], WORD)) return false;
+    return true;
+}
+
+int gallop_aero_load(const gallop_model *model, int32_t element, double attack_angle, int32_t count,
+                     const double *given, double *load, double *slopes, double *angle,
+                     double *excess)
+{
+    const double *const arrays[5] = {given, load, angle, excess, slopes ? slopes : load};
+    if (!check_is_model(model) || gallop_arithmetic_fault()) return GALLOP_BAD_CALL;
+    if (element < 0 || element >= model->elements || count < 0) return GALLOP_BAD_CALL;
+    if (!isfinite(attack_angle) || !all_usable(arrays, 5)) return GALLOP_BAD_CALL;
+    const size_t stride = (size_t)count;
+    if (!check_finite(given, 5 * stride)) return GALLOP_BAD_CALL;
+    const chain *c = model_chain_of_element(model, element);
+    const exposure now = {.attack = attack_angle, .unknowns = 4, .blows = true};
+    for (int32_t first = 0; first < count; first += SECTIONS_AT_ONCE) {
+        const int left = count - first, some = left < SECTIONS_AT_ONCE ? left : SECTIONS_AT_ONCE;
+        const load_arrays out = {load + first, slopes ? slopes + first : NULL, angle + first,
+                                 excess + first};
+        load_block(c, &now, given + first, some, stride, out);
+    }
+    return GALLOP_COMPLETED;
+}
+
+int gallop_sections(const gallop_model *model, double shape[9], double *length, double *normal)
+{
+    const double *const out[3] = {shape, length, normal};
+    if (!check_is_model(model) || !all_usable(out, 3)) return GALLOP_BAD_CALL;
+    memcpy(shape, element_shape3, sizeof element_shape3);
+    for (int e = 0; e < model->elements; e++) {
+        const chain *c = model_chain_of_element(model, e);
+        const geometry *g = &c->geometry[e - c->first_element];
+        memcpy(length + 3 * (size_t)e, g->inertia_weight, sizeof g->inertia_weight);
+        memcpy(normal + 6 * (size_t)e, g->normal, sizeof g->normal);
+    }
+    return GALLOP_COMPLETED;
+}
+
+int gallop_strain_points(const gallop_model *model, double *length, double *tangent,
+                         double *shape_slope)
+{
+    const double *const out[3] = {length, tangent, shape_slope};
+    if (!check_is_model(model) || !all_usable(out, 3)) return GALLOP_BAD_CALL;
+    for (int e = 0; e < model->elements; e++) {
+        const chain *c = model_chain_of_element(model, e);
+        const geometry *g = &c->geometry[e - c->first_element];
+        memcpy(length + 2 * (size_t)e, g->stiffness_weight, sizeof g->stiffness_weight);
+        memcpy(tangent + 6 * (size_t)e, g->slope, sizeof g->slope);
+        memcpy(shape_slope + 6 * (size_t)e, g->shape_slope, sizeof g->shape_slope);
+    }
+    return GALLOP_COMPLETED;
+}
+
+int gallop_node_normals(const gallop_model *model, double *normal)
+{
+    if (!check_is_model(model) || !base_pointer_usable(normal, WORD)) return GALLOP_BAD_CALL;
+    memcpy(normal, model->normal, 2 * (size_t)model->nodes * sizeof *normal);
+    return GALLOP_COMPLETED;
+}
+
+int gallop_seed(const gallop_model *model, double *u)
+{
+    if (!check_is_model(model) || !base_pointer_usable(u, WORD)) return GALLOP_BAD_CALL;
+    memset(u, 0, 4 * (size_t)model->nodes * sizeof *u);
+    time_add_seed(model, u);
     return GALLOP_COMPLETED;
 }

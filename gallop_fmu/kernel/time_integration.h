@@ -37,6 +37,9 @@ double time_gauss_linear_part(const gallop_model *model, const state_view *at, d
 void time_gauss_read(const gallop_model *model, const gallop_state *state, state_view *at,
                      double t);
 
+/* time_march.c: adds the seed of every chain to u, cos(pi x1/L) with x1 from its mid-span */
+void time_add_seed(const gallop_model *model, double *u);
+
 /* time_control.c */
 static inline bool time_may_halve(int outcome)
 {

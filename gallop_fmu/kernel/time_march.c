@@ -297,8 +297,7 @@ int gallop_equilibrium(const gallop_model *model, gallop_state *state, double ti
     return started(model, state, outcome, report);
 }
 
-/* The seed of every chain: cos(pi x1/L), x1 from its mid-span. */
-static void add_seed(const gallop_model *model, double *u)
+void time_add_seed(const gallop_model *model, double *u)
 {
     const gallop_scene *s = &model->scene;
     for (int i = 0; i < model->chain_count; i++) {
@@ -330,7 +329,7 @@ int gallop_state_init(const gallop_model *model, gallop_state *state, double sta
         outcome = statics_equilibrium(model, start, !s->start_in_mean_wind, &at, report);
         if (outcome) return outcome;
     }
-    add_seed(model, at.u);
+    time_add_seed(model, at.u);
     time_control_start(model, state, at.u);
     outcome = consistent_acceleration(model, state, &at, report);
     return started(model, state, outcome, report);

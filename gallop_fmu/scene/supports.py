@@ -7,6 +7,8 @@ from __future__ import annotations
 
 from typing import Annotated, Literal
 
+import numpy as np
+from numpy.typing import NDArray
 from pydantic import Field
 
 from gallop_fmu.scene.fields import Number, Section, quantity, setting
@@ -79,6 +81,15 @@ class Supports(Section):
 
     left: Support = setting(RigidSupport(), "support at x1 = 0")
     right: Support = setting(RigidSupport(), "support at the far end, x1 = length")
+
+    def displacement_at(self, time: float) -> NDArray[np.float64]:
+        """Displacement [m] of both tower points (row) along x1, x2, x3 at a time [s]."""
+        place = np.zeros((2, 3))
+        for end, support in enumerate((self.left, self.right)):
+            for axis in range(3):
+                law = getattr(support.motion, f"x{axis + 1}") if support.motion else None
+                place[end, axis] = float(law.at(time)) if law else 0.0
+        return place
 
     def remark_on_force(self, end: str) -> str:
         """Remark on the force on the ``"left"`` or ``"right"`` end; empty if the tower carries it."""

@@ -209,12 +209,7 @@ def _tower_points(model: Model, time: float, inputs: Callable[[float], Inputs] |
     if inputs:
         at = inputs(time)
         return np.asarray(at.support, dtype=np.float64).ravel()
-    place = np.zeros(6)
-    for end, support in enumerate((model.scene.supports.left, model.scene.supports.right)):
-        for axis in range(3):
-            law = getattr(support.motion, f"x{axis + 1}") if support.motion else None
-            place[3 * end + axis] = float(law.at(time)) if law else 0.0
-    return place
+    return model.scene.supports.displacement_at(time).ravel()
 
 
 def _work(force: Array, place: Array) -> Array:

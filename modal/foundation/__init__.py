@@ -1,1 +1,1 @@
-"""What every layer uses: shape functions, root finding, change of state."""
+"""What every layer uses: a scene with one number changed, root finding, change of state."""

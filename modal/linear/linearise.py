@@ -1,9 +1,9 @@
 """Small motion about an equilibrium: M q'' + C q' + K q = forces, from the kernel's own tangents.
 
-The unknowns are the displacements of all nodes about the equilibrium, four a node. Those that may
-move are "free"; the others follow the tower points ("held") or do not exist (the twist of an end).
-The aerodynamic load depends on the wind and on the attack angle only through w3 = U - v3 and alpha
-= alpha0 + theta + ..., hence its slopes follow from the tangents exactly:
+The unknowns are the displacements of all nodes about the equilibrium, four a node. Most are "free";
+the others are prescribed: the ends follow the tower points and cannot twist. The aerodynamic load
+depends on the wind and on the attack angle only through w3 = U - v3 and alpha = alpha0 + theta +
+... (Liu et al. 2009, eq. 20-21), hence its slopes follow from the tangents exactly:
 
 - by the wind speed, minus the aerodynamic damping matrix times a uniform unit velocity v3;
 - by the attack angle, the aerodynamic stiffness matrix times a uniform unit twist, plus the change
@@ -21,7 +21,9 @@ from typing import TYPE_CHECKING, Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from gallop_fmu import Inputs, Model, Scene, SceneError, SimulationError
+from gallop_fmu import Model, Scene, SceneError, SimulationError
+from gallop_fmu.engine.mesh import Mesh
+from gallop_fmu.engine.model import DOFS
 
 if TYPE_CHECKING:
     from scipy.sparse import csc_array
@@ -40,10 +42,10 @@ class Linearised:
         Of all unknowns, springs of the supports included [kg, N s/m, N/m and their like for the
         twist]. In wind, damping and stiffness carry the aerodynamic load and are not symmetric.
     free : ndarray of bool, shape (node, 4)
-        The unknowns that may move.
+        The unknowns that are not prescribed.
     spring : ndarray, shape (2, 3)
         Stiffness [N/m] of the support springs, left and right, along x1, x2, x3; 0 where the end is
-        held.
+        prescribed.
     displacement : ndarray, shape (node, 4)
         The equilibrium, from the initial one [m, rad].
     wind_speed : float
@@ -88,25 +90,20 @@ class SmallMotion:
     def __init__(self, scene: Scene) -> None:
         self.scene = scene
         self.model = Model(scene)
-        self._unknown = 8 * np.arange(self.model.elements)[:, None] + np.arange(
-            12
-        )  # neighbours share a corner node
-        self._spring = np.zeros((2, 3))
-        self._spring[:, [0, 2]] = self.model.equilibrium().support_stiffness
-        self._free = np.ones((self.model.nodes, 4), dtype=np.bool_)
-        self._free[[0, -1], :3] = self._spring > 0.0
-        self._free[[0, -1], 3] = False
+        self.mesh = Mesh(self.model)
 
     def in_still_air(self) -> Linearised:
         """About the initial equilibrium, without wind."""
-        return self._about(np.zeros((self.model.nodes, 4)), 0.0)
+        return self._about(np.zeros((self.model.nodes, DOFS)), 0.0)
 
     def in_mean_wind(self) -> Linearised:
         """About the static equilibrium under the scene's mean wind."""
         return self.in_wind(self.scene.wind.mean_speed)
 
     def in_wind(self, speed: float) -> Linearised:
-        """About the static equilibrium in wind of any speed [m/s], with the loads and support motions at t = 0.
+        """About the static equilibrium in wind of any speed [m/s].
+
+        Loads and support displacements are those at t = 0.
 
         Raises
         ------
@@ -120,30 +117,30 @@ class SmallMotion:
             raise SceneError(
                 "the scene has no aerodynamics: wind needs a coefficient curve to become a force"
             )
+        towers = self.scene.supports.displacement_at(0.0)
+        inputs = replace(self.mesh.still, wind_speed=speed, support=towers)
         try:
-            displacement, _, _ = self.model.rest(0.0, self._inputs(speed)).motion()
+            displacement, _, _ = self.model.rest(0.0, inputs).motion()
         except SimulationError as problem:
             raise SceneError(f"no equilibrium in wind of {speed:g} m/s: {problem}") from problem
         return self._about(displacement, speed)
 
-    def _inputs(self, speed: float) -> Inputs:
-        support = np.zeros((2, 3))
-        for end, held in enumerate((self.scene.supports.left, self.scene.supports.right)):
-            for axis in range(3):
-                law = getattr(held.motion, f"x{axis + 1}") if held.motion else None
-                support[end, axis] = float(law.at(0.0)) if law else 0.0
-        return Inputs(0.0, speed, np.radians(self.scene.ice.attack_angle_deg), support)
-
     def _about(self, u: Array, speed: float) -> Linearised:
-        calm, windy = self._inputs(0.0), self._inputs(speed)
-        stiffness = self._assembled(self.model.tangent(u, stiffness=1.0, inputs=calm), springs=True)
-        damping = self._assembled(self.model.tangent(u, damping=1.0, inputs=calm))
+        """Equations of small motion about the displacement u in a wind [m/s].
+
+        With R(u, u', u'') the out-of-balance forces, M, C, K are dR/du'', dR/du', dR/du. The load
+        enters R with a minus sign; the still-air parts cancel in the differences.
+        """
+        mesh = self.mesh
+        windy = replace(mesh.still, wind_speed=speed)
+        stiffness = mesh.tangent(u, stiffness=1.0, inputs=mesh.still)
+        damping = mesh.tangent(u, damping=1.0, inputs=mesh.still)
         still = Linearised(
-            mass=self._assembled(self.model.tangent(u, mass=1.0, inputs=calm)),
+            mass=mesh.tangent(u, mass=1.0, inputs=mesh.still),
             damping=damping,
             stiffness=stiffness,
-            free=self._free,
-            spring=self._spring,
+            free=mesh.free,
+            spring=mesh.spring,
             displacement=u,
             wind_speed=speed,
             by_wind=np.zeros(u.size),
@@ -152,42 +149,21 @@ class SmallMotion:
         )
         if speed == 0.0:
             return still
-        in_wind = self._assembled(self.model.tangent(u, stiffness=1.0, inputs=windy), springs=True)
-        damped = self._assembled(self.model.tangent(u, damping=1.0, inputs=windy))
+        stiffness_in_wind = mesh.tangent(u, stiffness=1.0, inputs=windy)
+        damping_in_wind = mesh.tangent(u, damping=1.0, inputs=windy)
         untwisted = u * [1.0, 1.0, 1.0, 0.0]
-        without_turn = self._assembled(
-            self.model.tangent(untwisted, stiffness=1.0, inputs=calm), springs=True
-        )
+        without_twist = mesh.tangent(untwisted, stiffness=1.0, inputs=mesh.still)
         return replace(
             still,
-            damping=damped,
-            stiffness=in_wind,
-            by_wind=(damped - damping) @ uniform(u.shape, 2),
-            by_attack_angle=-((in_wind - without_turn) @ uniform(u.shape, 3)),
+            damping=damping_in_wind,
+            stiffness=stiffness_in_wind,
+            by_wind=(damping_in_wind - damping) @ uniform(u.shape, 2),
+            by_attack_angle=-((stiffness_in_wind - without_twist) @ uniform(u.shape, 3)),
         )
-
-    def _assembled(self, elements: Array, springs: bool = False) -> csc_array:
-        from scipy.sparse import (
-            coo_array,
-            csc_array,
-        )  # a tenth of a second, which `import modal` should not cost
-
-        size = 4 * self.model.nodes
-        rows, columns = (
-            np.repeat(self._unknown, 12, axis=1).ravel(),
-            np.tile(self._unknown, 12).ravel(),
-        )
-        total = coo_array((elements.ravel(), (rows, columns)), shape=(size, size)).tocsc()
-        if springs:
-            at_ends = np.zeros((self.model.nodes, 4))
-            at_ends[[0, -1], :3] = self._spring
-            every = np.arange(size)
-            total = total + coo_array((at_ends.ravel(), (every, every)), shape=(size, size)).tocsc()
-        return csc_array(total)
 
 
 def linearised(scene: Scene, wind: WindState) -> Linearised:
-    """About the initial equilibrium in still air, or the static equilibrium in the scene's mean wind.
+    """Linearise about the initial equilibrium in still air, or the static one in the mean wind.
 
     Raises
     ------

@@ -1,47 +1,85 @@
-"""An iced span at rest in still air: matrices and all modes from the kernel, and bases of a few shapes."""
+"""A span in its initial equilibrium in still air: all modes, and bases of a few shapes."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import cast
 
 import numpy as np
 from numpy.typing import NDArray
 
-from gallop_fmu import Inputs, Model, Scene, SceneError
+from gallop_fmu import Model, Scene, SceneError
+from gallop_fmu.engine.mesh import Mesh
 from modal.linear.modes import FAMILIES, Family, by_family
 
 Array = NDArray[np.float64]
 
 ELEMENTS = 16
-"""Finest mesh that is reduced; finer ones change the amplitudes by less than 0.1 %."""
+"""Most elements of the mesh that is reduced; more change the amplitudes by less than 0.1 %."""
 
 KEPT: dict[Family, int] = {"vertical": 3, "horizontal": 3, "torsional": 3}
 """Mode shapes of each family and symmetry, the lowest ones."""
 
 PROBE = 1e-3
-"""Step along a mode for differences of the tangent [modal coordinate]; the tangent is quadratic, so any will do."""
+"""Step along a mode for differences of the tangent [modal coordinate], which are exact at any step:
+the tangent is quadratic in the displacement."""
+
+MIRROR = np.array([-1.0, 1.0, 1.0, 1.0])
+"""Signs of the family displacements in the mirror image of a motion about mid-span."""
+
+TINY = 1e-12
+"""Added to a mid-span displacement whose sign is taken: the sign of 0 is positive."""
 
 PARALLEL = 1e-3
-"""Part of a shape outside the basis below which it adds nothing."""
+"""Part of a shape outside the basis below which the shape is not added to it."""
 
 
 @dataclass(frozen=True)
 class Rest:
-    """The model at rest in still air: element tangents and all natural modes, from the kernel."""
+    """A span in its initial equilibrium in still air: its matrices and all natural modes.
 
-    model: Model
-    frequencies: Array  # (mode,) rad/s
-    shapes: Array  # (mode, node, 4), mass-normalised
+    Attributes
+    ----------
+    mesh : Mesh
+        The finite elements.
+    frequencies : ndarray, shape (mode,)
+        Natural angular frequencies [rad/s], ascending.
+    shapes : ndarray, shape (mode, node, 4)
+        Mass-normalised mode shapes.
+    family : list of str
+        Family of each mode, as in `modal.Mode`.
+    symmetric : ndarray of bool, shape (mode,)
+        True for modes that are rather symmetric about mid-span than antisymmetric.
+    mass, damping, stiffness : ndarray, shape (4 node, 4 node)
+        Matrices of the whole span, with the springs of the supports.
+    """
+
+    mesh: Mesh
+    frequencies: Array
+    shapes: Array
     family: list[Family]
     symmetric: NDArray[np.bool_]
-    mass: Array  # (4 nodes, 4 nodes)
+    mass: Array
     damping: Array
     stiffness: Array
-    free: NDArray[np.bool_]  # (4 nodes,)
+
+    @property
+    def model(self) -> Model:
+        """The model of the span."""
+        return self.mesh.model
+
+    @property
+    def free(self) -> NDArray[np.bool_]:
+        """Unknowns that are not prescribed, shape (4 node,)."""
+        return self.mesh.free.ravel()
 
     def first(self, family: Family) -> int:
-        """Number of the first symmetric mode of a family."""
+        """Number of the first symmetric mode of a family.
+
+        Raises
+        ------
+        SceneError
+            If there is none.
+        """
         for number, (found, symmetric) in enumerate(zip(self.family, self.symmetric, strict=True)):
             if found == family and symmetric:
                 return number
@@ -50,17 +88,21 @@ class Rest:
         )
 
 
-def assemble(elements: Array) -> Array:
-    """Dense matrix (4 nodes, 4 nodes) of element matrices (element, 12, 12)."""
-    size = 8 * len(elements) + 4
-    total = np.zeros((size, size))
-    for e, element in enumerate(elements):
-        total[8 * e : 8 * e + 12, 8 * e : 8 * e + 12] += element
-    return total
-
-
 def at_rest(scene: Scene, elements: int = ELEMENTS) -> Rest:
-    """Matrices and all modes about the initial equilibrium, on a mesh of at most so many elements."""
+    """Matrices and all modes about the initial equilibrium in still air.
+
+    Parameters
+    ----------
+    scene
+        The span.
+    elements
+        Largest number of elements of the mesh.
+
+    Raises
+    ------
+    SceneError
+        If the initial equilibrium is unstable.
+    """
     from scipy.linalg import eigh
 
     if scene.numerics.elements > elements:
@@ -68,60 +110,66 @@ def at_rest(scene: Scene, elements: int = ELEMENTS) -> Rest:
         scene = scene.model_copy(
             update={"numerics": coarse}
         )  # a valid number: the check of a whole scene takes 10 ms
-    model = Model(scene)
-    air = Inputs.still(scene)
-    springs = np.zeros((model.nodes, 4))
-    free = np.ones((model.nodes, 4), dtype=np.bool_)
-    for end, stiffness in zip((0, -1), model.equilibrium().support_stiffness, strict=True):
-        springs[end, [0, 2]] = stiffness
-        free[end] = springs[end] > 0.0
-    mass = assemble(model.tangent(mass=1.0, inputs=air))
-    damping = assemble(model.tangent(damping=1.0, inputs=air))
-    stiffness = assemble(model.tangent(stiffness=1.0, inputs=air)) + np.diag(springs.ravel())
-    kept = np.flatnonzero(free)
-    squares, vectors = eigh(stiffness[np.ix_(kept, kept)], mass[np.ix_(kept, kept)])
+    mesh = Mesh(Model(scene))
+    mass, damping, stiffness = (
+        mesh.tangent(**{part: 1.0}, inputs=mesh.still).toarray()
+        for part in ("mass", "damping", "stiffness")
+    )
+    free = np.flatnonzero(mesh.free)
+    squares, vectors = eigh(stiffness[np.ix_(free, free)], mass[np.ix_(free, free)])
     if squares[0] <= 0.0:
         raise SceneError(
             "the initial equilibrium is unstable, so it has no natural modes; see"
             " natural_modes(scene)"
         )
-    shapes = np.zeros((len(squares), 4 * model.nodes))
-    shapes[:, kept] = vectors.T
-    parts = shapes.reshape(len(squares), model.nodes, 4)
-    turned = by_family(scene, parts)
-    masses = mass.reshape(model.nodes, 4, model.nodes, 4)
-    energy = np.stack(
-        [
-            np.einsum("mi,ij,mj->m", turned[:, :, f], masses[:, f, :, f], turned[:, :, f])
-            for f in range(4)
-        ],
-        axis=1,
-    )
-    dominant = np.argmax(energy, axis=1)
-    mirror = turned[:, ::-1] * np.array([-1.0, 1.0, 1.0, 1.0])
-    middle = np.sum(turned * mirror, axis=(1, 2))
-    sign = np.sign(turned[np.arange(len(parts)), parts.shape[1] // 2, dominant] + 1e-12)
+    flat = np.zeros((len(squares), mesh.free.size))
+    flat[:, free] = vectors.T
+    shapes = flat.reshape(-1, *mesh.free.shape)
+    turned = by_family(scene, shapes)
+    dominant = _dominant_family(turned, mass)
+    sign = np.sign(turned[np.arange(len(shapes)), mesh.model.middle, dominant] + TINY)
     return Rest(
-        model, np.sqrt(squares), parts * sign[:, None, None], [FAMILIES[i] for i in dominant], middle > 0.0,
-        mass, damping, stiffness, free.ravel(),
-    )  # fmt: skip
+        mesh=mesh,
+        frequencies=np.sqrt(squares),
+        shapes=shapes * sign[:, None, None],
+        family=[FAMILIES[i] for i in dominant],
+        symmetric=np.sum(turned * turned[:, ::-1] * MIRROR, axis=(1, 2)) > 0.0,
+        mass=mass,
+        damping=damping,
+        stiffness=stiffness,
+    )
 
 
-def tension_derivative(rest: Rest, along: int) -> Array:
-    """Derivative of the stiffness (4 nodes, 4 nodes) along a mode, from the kernel's tangent."""
-    step = PROBE * rest.shapes[along]
-    air = Inputs.still(rest.model.scene)
-    ahead, back = (rest.model.tangent(u, stiffness=1.0, inputs=air) for u in (step, -step))
-    return assemble((ahead - back) / (2.0 * PROBE))
+def _dominant_family(turned: Array, mass: Array) -> NDArray[np.intp]:
+    """Number of the family with the largest kinetic energy in each motion (mode, node, 4)."""
+    nodes = turned.shape[1]
+    blocks = mass.reshape(nodes, 4, nodes, 4)
+    energy = [
+        np.einsum("mi,ij,mj->m", turned[:, :, f], blocks[:, f, :, f], turned[:, :, f])
+        for f in range(4)
+    ]
+    return np.asarray(np.argmax(energy, axis=0))
+
+
+def stiffness_derivative(rest: Rest, direction: Array) -> Array:
+    """Derivative of the stiffness (4 nodes, 4 nodes) along nodal displacements (node, 4).
+
+    The tangent is quadratic in the displacement, so its central difference is exact.
+    """
+    ahead, back = (
+        rest.model.tangent(side * PROBE * direction, stiffness=1.0, inputs=rest.mesh.still)
+        for side in (1.0, -1.0)
+    )
+    return np.asarray(rest.mesh.assemble((ahead - back) / (2.0 * PROBE)).toarray())
 
 
 def mirrored(scene: Scene) -> bool:
-    """Whether the span is its own mirror image about mid-span."""
+    """Tell whether the span is its own mirror image about mid-span."""
     return scene.span.height_difference == 0.0 and scene.supports.left == scene.supports.right
 
 
 def choose(rest: Rest, symmetric: tuple[bool, ...]) -> list[int]:
-    """Numbers of the lowest modes of each family and of the symmetry asked for."""
+    """Numbers of the lowest modes of each family and of the wanted symmetries."""
     chosen: list[int] = []
     for family, count in KEPT.items():
         for kind in symmetric:
@@ -133,27 +181,56 @@ def choose(rest: Rest, symmetric: tuple[bool, ...]) -> list[int]:
 
 
 def with_stretching(rest: Rest, chosen: list[int]) -> Array:
-    """Chosen shapes, and the static answers to the tension that the pair sets up: orthonormal in the mass."""
+    """Basis of chosen shapes and of the static displacements due to their change of tension.
+
+    Motion u = q_a phi_a + q_b phi_b sets up the internal force q_a q_b (dK/dq_a) phi_b of second
+    order in q, with K the tangent stiffness. It stretches the conductor along itself, which no low
+    mode does. The static displacement K0^-1 (dK/dq_a) phi_b is added to the basis for a = the first
+    symmetric vertical or horizontal mode, and b = each vertical or horizontal mode chosen (for a
+    horizontal, b horizontal).
+
+    Parameters
+    ----------
+    rest
+        The span.
+    chosen
+        Numbers of the modes.
+
+    Returns
+    -------
+    ndarray, shape (shape, node, 4)
+        Orthonormal in the mass; first the chosen modes.
+    """
     free = np.flatnonzero(rest.free)
-    stiffness = rest.stiffness[np.ix_(free, free)]
     shapes = rest.shapes.reshape(len(rest.shapes), -1)
+    partners: dict[Family, list[int]] = {
+        "vertical": [i for i in chosen if rest.family[i] in ("vertical", "horizontal")],
+        "horizontal": [i for i in chosen if rest.family[i] == "horizontal"],
+    }
     loads = []
-    families: tuple[Family, ...] = ("vertical", "horizontal")
-    for family in families:
-        change = tension_derivative(rest, rest.first(family))
-        others = [i for i in chosen if rest.family[i] in ("vertical", "horizontal")]
-        if family == "horizontal":
-            others = [i for i in others if rest.family[i] == "horizontal"]
+    for family, others in partners.items():
+        change = stiffness_derivative(rest, rest.shapes[rest.first(family)])
         loads += [change @ shapes[i] for i in others]
-    answers = np.zeros((len(loads), shapes.shape[1]))
-    answers[:, free] = np.linalg.solve(stiffness, np.array(loads)[:, free].T).T
+    static = np.zeros((len(loads), shapes.shape[1]))
+    static[:, free] = np.linalg.solve(
+        rest.stiffness[np.ix_(free, free)], np.array(loads)[:, free].T
+    ).T
     basis = list(shapes[chosen])
-    for answer in answers:
-        size = np.sqrt(answer @ rest.mass @ answer)
-        for _ in range(2):  # twice is enough (Kahan)
-            for known in basis:
-                answer = answer - (known @ rest.mass @ answer) * known
-        left = np.sqrt(answer @ rest.mass @ answer)
-        if left > PARALLEL * size:
-            basis.append(answer / left)
-    return cast(Array, np.array(basis).reshape(len(basis), -1, 4))
+    for displacement in static:
+        _append_orthonormal(basis, displacement, rest.mass)
+    return np.array(basis).reshape(len(basis), -1, 4)
+
+
+def _append_orthonormal(basis: list[Array], vector: Array, mass: Array) -> None:
+    """Append the part of a vector that is outside the basis, normalised by the mass (Gram-Schmidt).
+
+    Two passes remove round-off (Kahan's "twice is enough"). What is left of nearly parallel vectors
+    is not appended.
+    """
+    size = np.sqrt(vector @ mass @ vector)
+    for _ in range(2):
+        for known in basis:
+            vector = vector - (known @ mass @ vector) * known
+    left = np.sqrt(vector @ mass @ vector)
+    if left > PARALLEL * size:
+        basis.append(vector / left)

@@ -1,12 +1,12 @@
-"""Frequencies of a shallow elastic cable in closed form, for a first look and as a check without finite elements.
+"""Frequencies of a shallow elastic cable in closed form, a check of the finite elements.
 
 H. M. Irvine and T. K. Caughey (1974), Proc. R. Soc. A 341, 299-315; H. M. Irvine (1981), Cable
 Structures, chapter 3, for inclined spans. What the theory leaves out is of the order of the squared
 ratio of sag to span: the change of tension along the span, the longitudinal inertia, and the
-difference between parabola and catenary. It knows no eccentric ice.
+difference between parabola and catenary. Eccentric ice is not included.
 
-How far the first symmetric vertical frequency is from that of the finite elements, on a span of 100
-m without eccentric ice; a spring is 80 kN/m along and 2 kN/m across the span:
+Relative difference of the first symmetric vertical frequency from that of the finite elements, on a
+span of 100 m without eccentric ice; a spring is 80 kN/m along and 2 kN/m across the span:
 
 ============================  ========  ========  ========  ========
 ends, difference of height    sag 0.4%  sag 1 %   sag 2 %   sag 4 %
@@ -22,9 +22,9 @@ spring at one end, 25 m       0.26 %    0.65 %    1.3 %     0.85 %
 spring at one end, 50 m       0.44 %    1.0 %     2.1 %     1.9 %
 ============================  ========  ========  ========  ========
 
-On a slope an end that gives way also moves across the chord, which the theory leaves out: it is for
-level spans, and for inclined ones between rigid ends or springs that are alike. The horizontal
-frequency is within 0.1 % everywhere.
+On a slope an end on a spring also moves across the chord, which the theory leaves out: it is for
+level spans, and for inclined ones between rigid ends or equal springs. The horizontal frequency is
+within 0.1 % everywhere.
 """
 
 from __future__ import annotations
@@ -32,13 +32,13 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
-from gallop_fmu import Scene, SceneError
-from gallop_fmu.scene.supports import RigidSupport, SpringSupport, Support
+from gallop_fmu import Model, Scene, SceneError
+from gallop_fmu.scene.supports import RigidSupport
 from modal.foundation.root_finding import bracketed_root
 
 CROSSOVER = 4.0 * math.pi**2
-"""lambda^2 at which the first symmetric in-plane mode is as fast as the first antisymmetric one. Between rigid ends
-that is also twice the first out-of-plane frequency: the 2:1 internal resonance."""
+"""lambda^2 at which the first symmetric and the first antisymmetric in-plane frequency are equal.
+Between rigid ends they are then twice the first out-of-plane one: the 2:1 internal resonance."""
 
 
 @dataclass(frozen=True)
@@ -70,7 +70,10 @@ class ShallowCable:
 
     @property
     def beyond_crossover(self) -> bool:
-        """Whether the first symmetric in-plane mode is faster than the first antisymmetric one and has inner nodes."""
+        """Tell whether the first symmetric in-plane mode is faster than the antisymmetric one.
+
+        It then has inner nodes.
+        """
         return self.lambda_squared > CROSSOVER
 
 
@@ -94,7 +97,7 @@ def shallow_cable(scene: Scene) -> ShallowCable:
     Parameters
     ----------
     scene
-        The span; wind, loads and first moments of the ice are not looked at.
+        The span; wind, loads and first moments of the ice have no effect.
 
     Returns
     -------
@@ -104,6 +107,8 @@ def shallow_cable(scene: Scene) -> ShallowCable:
     ------
     SceneError
         If the sag is more than an eighth of the span: the theory is for shallow cables.
+    SimulationError
+        If a support has springs and no initial equilibrium exists.
     """
     span, conductor = scene.span, scene.conductor
     mass = conductor.mass_per_length + scene.ice.mass_per_length
@@ -122,9 +127,7 @@ def shallow_cable(scene: Scene) -> ShallowCable:
         )
     along = tension / cosine
     parameter = 8.0 * sag * cosine / chord
-    left, right = (
-        stiffness(support, scene) for support in (scene.supports.left, scene.supports.right)
-    )
+    left, right = _support_stiffness(scene)
     stretched = chord * (1.0 + parameter**2 / 8.0)
     flexibility = (
         stretched / conductor.axial_stiffness + (1.0 / left[0] + 1.0 / right[0]) * cosine**2
@@ -145,7 +148,9 @@ def shallow_cable(scene: Scene) -> ShallowCable:
 
 
 def lambda_squared_for(ratio: float) -> float:
-    """The lambda^2 at which the symmetric in-plane frequency is `ratio` times the out-of-plane one, between rigid ends.
+    """The lambda^2 at which the symmetric in-plane over the out-of-plane frequency is `ratio`.
+
+    The ends are rigid. From tan x = x - 4 x^3/lambda^2 with x = pi ratio/2.
 
     Parameters
     ----------
@@ -166,21 +171,17 @@ def lambda_squared_for(ratio: float) -> float:
     return 4.0 * x**3 * math.cos(x) / (x * math.cos(x) - math.sin(x))
 
 
-def stiffness(support: Support, scene: Scene) -> tuple[float, float]:
-    """Stiffness [N/m] of a support along x1 and x3, infinite where rigid: Liu et al. (2009), eq. (23) and (24)."""
-    if isinstance(support, RigidSupport):
-        return math.inf, math.inf
-    if isinstance(support, SpringSupport):
-        return support.stiffness_x1, support.stiffness_x3
-    weight = (scene.conductor.mass_per_length + scene.ice.mass_per_length) * scene.span.gravity
-    beside, tension = support.adjacent_span, support.adjacent_tension
-    pull = 1.0 / (
-        beside / scene.conductor.axial_stiffness + weight**2 * beside**3 / (12.0 * tension**3)
-    )
-    pendulum = (
-        weight * scene.span.length + 0.5 * support.insulator_weight
-    ) / support.insulator_length
-    return pull + pendulum, pendulum + 2.0 * tension / beside
+def _support_stiffness(scene: Scene) -> list[tuple[float, float]]:
+    """Stiffness [N/m] of both supports along x1 and x3, as in the simulation; infinite if rigid."""
+    supports = (scene.supports.left, scene.supports.right)
+    if all(isinstance(support, RigidSupport) for support in supports):
+        return [(math.inf, math.inf)] * 2
+    return [
+        (math.inf, math.inf) if isinstance(support, RigidSupport) else (float(k1), float(k3))
+        for support, (k1, k3) in zip(
+            supports, Model(scene).equilibrium().support_stiffness, strict=True
+        )
+    ]
 
 
 def _symmetric(lambda_squared: float) -> float:

@@ -1,9 +1,9 @@
 """An iced span reduced to a few of its mode shapes, nonlinear and with the wind on it.
 
 The equations are those of the simulation, written for motions ``u = shapes q`` and many instants at
-once: linear mass, damping and stiffness come from the kernel; the quadratic and cubic tension
-forces follow from the strain ``X'.u' + u'.u'/2`` at the kernel's Gauss points, and wind and turning
-ice are read at its sections. On such motions the forces are the kernel's to the last digits.
+once. Mass, damping, stiffness and wind load come from the kernel; tension forces of second and
+third order and forces of the rotating ice are evaluated at the kernel's Gauss points. The forces
+are those of the kernel up to round-off.
 """
 
 from __future__ import annotations
@@ -15,13 +15,20 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gallop_fmu import Scene, SceneError
-from modal.foundation.shape_functions import GAUSS2, Sections, nodes_of, slope
+from gallop_fmu.engine.mesh import AeroLoad
 from modal.linear.mode_basis import Rest, choose, mirrored, with_stretching
+from modal.linear.projection import Projection
 
 Array = NDArray[np.float64]
 
 STATIC_ITERATIONS = 30
-"""Newton iterations within which an equilibrium in the wind must be found."""
+"""Most Newton iterations for an equilibrium in the wind."""
+
+STATIC_TOLERANCE = 1e-10
+"""Largest last correction of the coordinates, relative to the largest of them or to 1."""
+
+MIN_FREQUENCY = 1e-9
+"""Angular frequency [rad/s] below which an eigenvalue does not oscillate."""
 
 
 class Forces(NamedTuple):
@@ -55,6 +62,10 @@ class ReducedModel:
         Which of them are the first symmetric vertical and horizontal modes.
     frequencies : tuple of float
         Natural frequency [rad/s] of these two.
+    mass, damping, stiffness : ndarray, shape (mode, mode)
+        Matrices at the initial equilibrium in still air.
+    middle : ndarray, shape (mode, 4)
+        The shapes at mid-span.
     """
 
     def __init__(self, scene: Scene, rest: Rest, chosen: list[int], shapes: Array) -> None:
@@ -67,88 +78,113 @@ class ReducedModel:
         self.vertical, self.horizontal = chosen.index(vertical), chosen.index(horizontal)
         self.frequencies = (float(rest.frequencies[vertical]), float(rest.frequencies[horizontal]))
         self.shapes = shapes
-        flat = self.shapes.reshape(len(self.shapes), -1)
+        self._projection = Projection(rest.mesh, shapes)
         self.mass, self.damping, self.stiffness = (
-            flat @ a @ flat.T for a in (rest.mass, rest.damping, rest.stiffness)
+            self._projection.matrix(a) for a in (rest.mass, rest.damping, rest.stiffness)
         )
         self.middle = self.shapes[:, rest.model.middle]
-        self._geometry()
-        curve = scene.aerodynamics.curve()
-        self._curve = curve
-        self._radius = scene.aerodynamics.reference_radius or 0.5 * scene.conductor.diameter
-        self._attack = np.radians(scene.ice.attack_angle_deg)
+        self._prepare_stretching()
+        self._prepare_sections()
 
     @property
     def size(self) -> int:
         """Number of coordinates."""
         return len(self.shapes)
 
-    def _geometry(self) -> None:
-        x = self.rest.model.equilibrium().x
-        element = nodes_of(self.rest.model.elements)
-        nodes, moves = x[element], self.shapes[:, element]  # (e, 3, 3), (mode, e, 3, 4)
-        by_xi = slope(GAUSS2)
-        stretch = np.linalg.norm(np.einsum("pn,eni->epi", by_xi, nodes), axis=2)
-        by_s = by_xi[None] / stretch[:, :, None]
-        tangent = np.einsum("epn,eni->epi", by_s, nodes).reshape(-1, 3)
-        self._slope = np.einsum("epn,meni->epim", by_s, moves)[:, :, :3].reshape(-1, 3, self.size)
-        self._pull = np.einsum("gi,gim->gm", tangent, self._slope)
-        self._axial = self.scene.conductor.axial_stiffness * stretch.ravel()
-        self._pairs = np.einsum("gim,gin->gmn", self._slope, self._slope)
-        sections = Sections.of(x)
-        section = sections.motion(np.moveaxis(self.shapes, 0, -1))
+    def _prepare_stretching(self) -> None:
+        """Compute what `stretching` needs of the shapes at the strain points."""
+        points = self.rest.mesh.strain_points
+        slope = points.slope(np.moveaxis(self.shapes, 0, -1))[:, :3]  # (point, 3, mode)
+        self._pull = np.einsum("gi,gim->gm", points.tangent, slope)  # X'.shape'
+        self._pairs = np.einsum("gim,gin->gmn", slope, slope)  # shape'.shape'
+        self._axial = self.scene.conductor.axial_stiffness * points.length
+
+    def _prepare_sections(self) -> None:
+        """Compute the products of the shapes at the sections that turn slopes into matrices."""
+        projection, sections = self._projection, self.rest.mesh.sections
         self._gravity = self.scene.span.gravity * sections.normal[:, 1]
-        self._section = section.transpose(0, 2, 1).copy()  # (component, mode, section)
-        self._weighted = section * sections.length[:, None]
-        products = np.einsum("ipm,jpn->ijpmn", self._weighted, section)
+        products = np.einsum(
+            "ipm,jpn->ijpmn", projection.weighted, projection.section.transpose(0, 2, 1)
+        )
         self._by_all = products.reshape(9, -1)
         self._by_twist = products[:, 2].copy()
-        across = products[[0, 1], 2]
-        self._by_ice = across + products[2, [0, 1]]
+        self._by_ice = products[[0, 1], 2] + products[2, [0, 1]]
 
     def forces(self, q: Array, v: Array, a: Array, wind: float | Array) -> Forces:
-        """Forces and derivatives at instants whose coordinates, velocities and accelerations are (instant, mode)."""
-        u, du, ddu = (
-            y @ self._section for y in (q, v, a)
-        )  # (component, instant, section): along n2, x3, theta
-        load, by_u, by_v, by_a, by_wind = self._sections(u, du, ddu, wind)
+        """Forces and derivatives at instants.
+
+        Parameters
+        ----------
+        q, v, a : ndarray, shape (instant, mode)
+            Coordinates, velocities and accelerations.
+        wind : float or ndarray, shape (instant, 1)
+            Wind speed [m/s].
+        """
+        u, du, ddu = (self._projection.at_sections(y) for y in (q, v, a))
+        load, by_u, by_v, by_a = self._ice(u, du, ddu)
+        air = self._air(u, du, wind, slopes=True)
+        load -= air.force
+        assert air.slopes is not None
+        by_u -= air.slopes[0]
+        by_v -= air.slopes[1:].swapaxes(0, 1)
         stretching, stiffness = self.stretching(q)
         return Forces(
             q @ self.stiffness
             + v @ self.damping
             + a @ self.mass
             + stretching
-            + self._projected(load),
+            + self._projection.collect(load),
             self.stiffness + stiffness + self._product(by_u, self._by_twist),
-            self.damping + self._product(by_v, self._by_all),
+            self.damping + self._product(by_v.reshape(9, *u.shape[1:]), self._by_all),
             self.mass + self._product(by_a, self._by_ice),
-            self._projected(by_wind),
+            self._projection.collect(air.slopes[2]),  # -dF/dU = dF/dv3: the load depends on U - v3
         )
 
     def unstretched(self, q: Array, v: Array, a: Array, wind: float | Array) -> Array:
-        """The residual of `forces` without the quadratic and cubic tension forces."""
-        u, du, ddu = (y @ self._section for y in (q, v, a))
-        load = self._sections(u, du, ddu, wind, slopes=False)[0]
-        return np.asarray(
-            q @ self.stiffness + v @ self.damping + a @ self.mass + self._projected(load)
-        )
-
-    def _projected(self, load: Array) -> Array:
-        """Modal forces (instant, mode) of loads per unit length (component, instant, section)."""
-        return np.asarray(np.einsum("itm->tm", load @ self._weighted))
+        """Residual of `forces` without the quadratic and cubic tension forces."""
+        u, du, ddu = (self._projection.at_sections(y) for y in (q, v, a))
+        load = self._ice_load(u, du, ddu, self._moments(u[2])) - self._air(u, du, wind).force
+        linear = q @ self.stiffness + v @ self.damping + a @ self.mass
+        return np.asarray(linear + self._projection.collect(load))
 
     def _product(self, slopes: Array, products: Array) -> Array:
-        """Modal matrices of slopes (entry, instant, section), whose shape products are (entry, section, mode mode)."""
+        """Modal matrices (instant, mode, mode) of slopes of the section forces.
+
+        Parameters
+        ----------
+        slopes : ndarray, shape (entry, instant, section)
+            Derivatives of the load per unit length.
+        products : ndarray, shape (entry, section, mode mode)
+            Products of the shapes of each entry's row and column.
+        """
         flat = np.moveaxis(slopes, 0, 1).reshape(slopes.shape[1], -1) @ products.reshape(
             -1, self.size**2
         )
         return np.asarray(flat.reshape(-1, self.size, self.size))
 
     def stretching(self, q: Array) -> tuple[Array, Array]:
-        """Quadratic and cubic part of the internal force and its derivative."""
+        """Quadratic and cubic part of the internal force, and its derivative.
+
+        The Green strain is e = X'.u' + u'.u'/2 (Liu et al. 2009), the tension T = T0 + EA e,
+        and its virtual work per length T (X' + u').du'. With p = X'.shape', P = shape'.shape',
+        l = p.q = X'.u', s = q.P q/2 = u'.u'/2, what is not linear in q is
+
+            EA s p + EA (l + s) P q,
+
+        and the derivative EA (p (P q)' + (P q) p' + (P q)(P q)') + EA (l + s) P.
+
+        Parameters
+        ----------
+        q : ndarray, shape (instant, mode)
+            Coordinates.
+
+        Returns
+        -------
+        ndarray, ndarray, shape (instant, mode) and (instant, mode, mode)
+        """
         count, size = q.shape
-        along = (q @ self._pairs.reshape(-1, size).T).reshape(count, -1, size)  # u'.shape'
-        linear = q @ self._pull.T  # X'.u'
+        along = (q @ self._pairs.reshape(-1, size).T).reshape(count, -1, size)  # P q
+        linear = q @ self._pull.T
         square = 0.5 * (along @ q[:, :, None])[:, :, 0]
         stress = self._axial * (linear + square)
         force = (self._axial * square) @ self._pull + (stress[:, None] @ along)[:, 0]
@@ -158,128 +194,84 @@ class ReducedModel:
         stiffness += (stress @ self._pairs.reshape(len(self._pull), -1)).reshape(count, size, size)
         return force, stiffness
 
-    def _sections(
-        self, u: Array, v: Array, a: Array, wind: float | Array, slopes: bool = True
-    ) -> tuple[Array, ...]:
-        """Turning ice minus aerodynamics per unit length (row, instant, section), and its derivatives.
+    def _ice_load(self, u: Array, v: Array, a: Array, moments: tuple[Array, Array]) -> Array:
+        """Force per unit length of the rotation of the ice, less its linear part.
 
-        By the twist (row, ...), by the velocities (row and column, ...), by the accelerations: the
-        factors of twist in u2 and u3, which are those of u2 and u3 in twist (2, ...), and by the
-        wind speed (row, ...).
+        The first moments rotate with the section, c2 = m2 cos theta - m3 sin theta, c3 = m2 sin
+        theta + m3 cos theta. Inertia and weight are (Liu et al. 2009, eq. 8 and 17, with the
+        centrifugal terms in omega^2, missing there, which conserve energy)
+
+            f2 = -c3 omega' - c2 omega^2,
+            f3 = c2 omega' - c3 omega^2,
+            M  = c2 a3 - c3 a2 - g2 (c3 - m3).
+
+        Their part linear about u = 0, f2 = -m3 omega', f3 = m2 omega', M = m2 a3 - m3 a2 - g2 m2
+        theta, is in the mass and stiffness matrices.
+
+        Parameters
+        ----------
+        u, v, a : ndarray, shape (3, instant, section)
+            Motion of the sections: along n2, along x3, twist.
+        moments
+            c2 and c3.
+
+        Returns
+        -------
+        ndarray, shape (3, instant, section)
         """
         m2, m3 = self.scene.ice.first_moments()
-        gravity = self._gravity
-        theta, omega, rate, a2, a3 = u[2], v[2], a[2], a[0], a[1]
-        sine, cosine = np.sin(theta), np.cos(theta)
-        c2, c3 = m2 * cosine - m3 * sine, m2 * sine + m3 * cosine
-        d2, d3, square = c2 - m2, c3 - m3, omega**2
-        load = np.stack(
+        c2, c3 = moments
+        d2, d3, square = c2 - m2, c3 - m3, v[2] ** 2
+        return np.stack(
             [
-                -d3 * rate - c2 * square,
-                d2 * rate - c3 * square,
-                d2 * a3 - d3 * a2 - gravity * (d3 - m2 * theta),
+                -d3 * a[2] - c2 * square,
+                d2 * a[2] - c3 * square,
+                d2 * a[1] - d3 * a[0] - self._gravity * (d3 - m2 * u[2]),
             ]
         )
-        if not slopes:
-            return (load - self._aerodynamics(theta, v[0], v[1], omega, wind, slopes)[0],)
-        wind_load, slope = self._aerodynamics(theta, v[0], v[1], omega, wind)
-        load -= wind_load
-        by_u = -slope[:, 0]
-        by_u += np.stack(
+
+    def _moments(self, theta: Array) -> tuple[Array, Array]:
+        """First moments [kg] of ice rotated by theta: c2 and c3 of `_ice_load`."""
+        m2, m3 = self.scene.ice.first_moments()
+        sine, cosine = np.sin(theta), np.cos(theta)
+        return m2 * cosine - m3 * sine, m2 * sine + m3 * cosine
+
+    def _ice(self, u: Array, v: Array, a: Array) -> tuple[Array, Array, Array, Array]:
+        """Force of `_ice_load` and its derivatives, by dc2/dtheta = -c3 and dc3/dtheta = c2.
+
+        Returns
+        -------
+        tuple of ndarray
+            The force (row, instant, section); its derivatives by the twist (row, instant, section),
+            by the velocities (row, column, instant, section), and by the accelerations: of f2 and
+            f3 by omega', which are those of M by a2 and a3 (2, instant, section).
+        """
+        m2, m3 = self.scene.ice.first_moments()
+        c2, c3 = moments = self._moments(u[2])
+        omega, rate, square = v[2], a[2], v[2] ** 2
+        by_theta = np.stack(
             [
                 -c2 * rate + c3 * square,
                 -c3 * rate - c2 * square,
-                -c3 * a3 - c2 * a2 - gravity * (c2 - m2),
+                -c3 * a[1] - c2 * a[0] - self._gravity * (c2 - m2),
             ]
         )
-        by_v = -np.stack(
-            [slope[:, 1], slope[:, 2], self._radius * slope[:, 1]], axis=1
-        )  # (row, column, ...)
-        by_v[0, 2] -= 2.0 * c2 * omega
-        by_v[1, 2] -= 2.0 * c3 * omega
-        by_a = np.stack([-d3, d2])
-        return (
-            load,
-            by_u,
-            by_v.reshape(9, *theta.shape),
-            by_a,
-            slope[:, 2],
-        )  # the wind enters as U - v3
+        by_velocity = np.zeros((3, *u.shape))
+        by_velocity[0, 2] = -2.0 * c2 * omega
+        by_velocity[1, 2] = -2.0 * c3 * omega
+        return self._ice_load(u, v, a, moments), by_theta, by_velocity, np.stack([m3 - c3, c2 - m2])
 
-    def _aerodynamics(
-        self,
-        theta: Array,
-        v2: Array,
-        v3: Array,
-        omega: Array,
-        wind: float | Array,
-        slopes: bool = True,
-    ) -> tuple[Array, Array]:
-        """F2, F3, M per unit length, and their derivatives (row, by theta v2 v3, instant, section)."""
-        scene, curve = self.scene, self._curve
-        d = scene.conductor.diameter
-        k = 0.5 * scene.wind.air_density * d
-        w2, w3 = -v2 - self._radius * omega, wind - v3
-        square = w2**2 + w3**2
-        ur = np.sqrt(square)
-        first, last = curve.breakpoint[0], curve.breakpoint[-1]
-        alpha = reduced_angle(self._attack + theta + np.arctan2(w2, w3), first, last)
-        held = np.clip(alpha, first, last)
-        if len(curve.coefficient) == 1:
-            s, c = held - curve.origin[0], curve.coefficient[0]
-        else:
-            piece = np.clip(
-                np.searchsorted(curve.breakpoint, held, side="right") - 1,
-                0,
-                len(curve.coefficient) - 1,
-            )
-            s, c = (
-                held - curve.origin[piece],
-                np.moveaxis(curve.coefficient[piece], (-2, -1), (0, 1)),
-            )
-        cl, cd, cm = (c[i, 0] + s * (c[i, 1] + s * (c[i, 2] + s * c[i, 3])) for i in range(3))
-        load = np.stack(
-            [k * ur * (cl * w3 + cd * w2), k * ur * (cd * w3 - cl * w2), k * d * square * cm]
-        )
-        if not slopes:
-            return load, load
-        inside = alpha == held
-        sl, sd, sm = (
-            inside * (c[i, 1] + s * (2.0 * c[i, 2] + 3.0 * s * c[i, 3])) for i in range(3)
-        )
-        a2, a3 = cl * w3 + cd * w2, cd * w3 - cl * w2
-        s2, s3 = sl * w3 + sd * w2, sd * w3 - sl * w2
-        per = 1.0 / np.maximum(ur, 1e-300)
-        w2_per, w3_per = w2 * per, w3 * per
-        by_theta = [k * ur * s2, k * ur * s3, k * d * square * sm]
-        by_v2 = [
-            -k * (w2_per * a2 + ur * cd + s2 * w3_per),
-            -k * (w2_per * a3 - ur * cl + s3 * w3_per),
-            -k * d * (2.0 * w2 * cm + sm * w3),
-        ]
-        by_v3 = [
-            -k * (w3_per * a2 + ur * cl - s2 * w2_per),
-            -k * (w3_per * a3 + ur * cd - s3 * w2_per),
-            -k * d * (2.0 * w3 * cm - sm * w2),
-        ]
-        slope = np.array([by_theta, by_v2, by_v3]).swapaxes(0, 1)
-        return load, slope
+    def _air(self, u: Array, v: Array, wind: float | Array, slopes: bool = False) -> AeroLoad:
+        """Aerodynamic load on the sections, from the kernel."""
+        return self.rest.mesh.aero_load(u[2], v[0], v[1], v[2], wind, slopes=slopes)
 
     def angle_excess(self, q: Array, v: Array, wind: float) -> float:
-        """How far [rad] the attack angle leaves the curve's range at any section and instant; 0 inside."""
-        theta, (v2, v3, omega) = q @ self._section[2], v @ self._section
-        first, last = self._curve.breakpoint[0], self._curve.breakpoint[-1]
-        alpha = reduced_angle(
-            self._attack + theta + np.arctan2(-v2 - self._radius * omega, wind - v3), first, last
-        )
-        return max(0.0, float(np.max(alpha - last)), float(np.max(first - alpha)))
+        """Largest excess [rad] of the attack angle beyond the curve's range; 0 inside.
 
-
-def reduced_angle(alpha: Array, first: float, last: float) -> Array:
-    """Attack angles [rad] moved by whole turns into the turn centred on the curve's range."""
-    return np.asarray(
-        alpha - 2.0 * np.pi * np.round((alpha - 0.5 * (first + last)) / (2.0 * np.pi))
-    )
+        It is that at which a simulation would end, over all sections and instants.
+        """
+        u, du = self._projection.at_sections(q), self._projection.at_sections(v)
+        return float(np.abs(self._air(u, du, wind).excess).max())
 
 
 @dataclass(frozen=True)
@@ -302,7 +294,14 @@ class MeanState:
 
 
 def mean_state(model: ReducedModel, wind: float) -> MeanState:
-    """Equilibrium of a reduced span in a steady wind.
+    """Equilibrium of a reduced span in a steady wind, and its first vertical mode.
+
+    Parameters
+    ----------
+    model
+        The reduced span.
+    wind
+        Wind speed [m/s].
 
     Raises
     ------
@@ -310,31 +309,19 @@ def mean_state(model: ReducedModel, wind: float) -> MeanState:
         If there is none, it is not stable (divergence), or the attack angle there lies outside the
         curve's range.
     """
+    q, forces = _equilibrium(model, wind)
     n = model.size
-    q, still = np.zeros((1, n)), np.zeros((1, n))
-    for _ in range(STATIC_ITERATIONS):
-        forces = model.forces(q, still, still, wind)
-        change = np.linalg.solve(forces.stiffness[0], -forces.residual[0])
-        q = q + change
-        if np.max(np.abs(change)) < 1e-10 * max(1.0, float(np.max(np.abs(q)))):
-            break
-    else:
-        raise SceneError(
-            f"the span finds no static equilibrium in a wind of {wind:.4g} m/s; lower wind.speed"
-        )
-    stiffness, damping, mass = forces.stiffness[0], forces.damping[0], forces.mass[0]
-    curve = model.scene.aerodynamics
-    if curve is not None and curve.beyond == "error" and model.angle_excess(q, still, wind) > 0.0:
-        first, last = curve.range_deg
+    if model.angle_excess(q, np.zeros_like(q), wind) > 0.0:
+        assert model.scene.aerodynamics is not None  # a reduced model has a curve
+        first, last = model.scene.aerodynamics.range_deg
         raise SceneError(
             f"in a wind of {wind:.4g} m/s the span is turned out of the coefficient curve, which is"
             f" valid from {first:g} to {last:g} deg; lower wind.speed or give a longer curve"
         )
-    inverse = np.linalg.inv(mass)
-    rates, vectors = np.linalg.eig(
-        np.block([[np.zeros((n, n)), np.eye(n)], [-inverse @ stiffness, -inverse @ damping]])
-    )
-    if np.any((np.abs(rates.imag) < 1e-9) & (rates.real > 0.0)):
+    inverse = np.linalg.inv(forces.mass[0])
+    lower = -inverse @ np.hstack([forces.stiffness[0], forces.damping[0]])
+    rates, vectors = np.linalg.eig(np.vstack([np.eye(n, 2 * n, n), lower]))
+    if np.any((np.abs(rates.imag) < MIN_FREQUENCY) & (rates.real > 0.0)):
         raise SceneError(
             f"the span is statically unstable in a wind of {wind:.4g} m/s (divergence); lower"
             " wind.speed"
@@ -343,6 +330,28 @@ def mean_state(model: ReducedModel, wind: float) -> MeanState:
     size = np.abs(vectors[:n, moving]) ** 2
     best = moving[int(np.argmax(size[model.vertical] / size.sum(axis=0)))]
     return MeanState(q[0], complex(rates[best]), vectors[:n, best])
+
+
+def _equilibrium(model: ReducedModel, wind: float) -> tuple[Array, Forces]:
+    """Coordinates (1, mode) of the equilibrium in a steady wind, and the forces there.
+
+    Raises
+    ------
+    SceneError
+        If Newton's iteration finds none.
+    """
+    q, still = np.zeros((1, model.size)), np.zeros((1, model.size))
+    for _ in range(STATIC_ITERATIONS):
+        forces = model.forces(q, still, still, wind)
+        change = np.linalg.solve(forces.stiffness[0], -forces.residual[0])
+        q = q + change
+        if not np.all(np.isfinite(q)):
+            break
+        if np.max(np.abs(change)) < STATIC_TOLERANCE * max(1.0, float(np.max(np.abs(q)))):
+            return q, forces
+    raise SceneError(
+        f"the span finds no static equilibrium in a wind of {wind:.4g} m/s; lower wind.speed"
+    )
 
 
 def reduced_model(scene: Scene, rest: Rest) -> ReducedModel:

@@ -24,8 +24,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from gallop_fmu import Inputs, Scene, SceneError
-from modal.linear.mode_basis import PROBE, Rest, assemble, at_rest, tension_derivative
+from gallop_fmu import Scene, SceneError
+from modal.linear.mode_basis import PROBE, Rest, at_rest, stiffness_derivative
 from modal.screening.reduced_model import ReducedModel
 
 Array = NDArray[np.float64]
@@ -181,7 +181,7 @@ def quadratic_coupling(scene: Scene, rest: Rest | None = None) -> Coupling:
     square_v, square_h = squares[number_v], squares[number_h]
 
     # (3)
-    k1 = tension_derivative(rest, number_v)[block]
+    k1 = stiffness_derivative(rest, rest.shapes[number_v])[block]
     k2 = _second_derivative(rest, number_v, k1, block)
 
     def response(force: Array, square: float, without: int | None = None) -> Array:
@@ -197,7 +197,7 @@ def quadratic_coupling(scene: Scene, rest: Rest | None = None) -> Coupling:
     vertical_curve = v @ k1 @ (0.5 * u20 + 0.25 * u22) + v @ k2 @ v / 8.0
 
     # (6)
-    k1_u20 = _tension_derivative_along(rest, u20, free)[block]
+    k1_u20 = stiffness_derivative(rest, _of_all_unknowns(rest, u20, free))[block]
     k1_h = k1 @ h
     back = response(k1_h, 2.25 * square_v) + response(k1_h, 0.25 * square_v, without=number_h)
     swing_curve = 0.5 * h @ k1_u20 @ h + 0.25 * h @ k2 @ h - 0.25 * k1_h @ back
@@ -214,23 +214,19 @@ def _second_derivative(
     rest: Rest, mode: int, k1: Array, block: tuple[NDArray[np.intp], ...]
 ) -> Array:
     """Second derivative k2 of the stiffness along a mode: K(a v) = K + a k1 + a^2/2 k2."""
-    still = Inputs.still(rest.model.scene)
     step = SECOND_STEP_RATIO * PROBE
-    stretched, straight = (
-        assemble(rest.model.tangent(u, stiffness=1.0, inputs=still))[block]
+    displaced, straight = (
+        rest.mesh.tangent(u, stiffness=1.0, inputs=rest.mesh.still).toarray()[block]
         for u in (rest.shapes[mode] * SECOND_STEP_RATIO * PROBE, None)
     )
-    return np.asarray(2.0 * (stretched - straight - step * k1) / step**2)
+    return np.asarray(2.0 * (displaced - straight - step * k1) / step**2)
 
 
-def _tension_derivative_along(rest: Rest, u: Array, free: NDArray[np.intp]) -> Array:
-    """Derivative K1(u) of the stiffness along a displacement of the free unknowns."""
-    still = Inputs.still(rest.model.scene)
+def _of_all_unknowns(rest: Rest, u: Array, free: NDArray[np.intp]) -> Array:
+    """Displacement (node, 4) from that of the free unknowns."""
     full = np.zeros(rest.free.size)
     full[free] = u
-    step = PROBE * full.reshape(-1, 4)
-    ahead, back = (rest.model.tangent(x, stiffness=1.0, inputs=still) for x in (step, -step))
-    return assemble((ahead - back) / (2.0 * PROBE))
+    return full.reshape(rest.mesh.free.shape)
 
 
 def two_mode_estimate(

@@ -1,4 +1,4 @@
-"""Mode superposition: a linear structure in modal coordinates under the nonlinear wind load of the simulation.
+"""Mode superposition: a linear structure in modal coordinates under the nonlinear wind load.
 
 This is the model of Desai, Yu, Popplewell, Shah (1995), Computers & Structures 57(3), and with one
 mode in each direction that of Yu, Desai, Shah, Popplewell (1993), J. Eng. Mech. 119(12).  The
@@ -17,13 +17,12 @@ from numpy.typing import NDArray
 from gallop_fmu import Outcome, Report, Result, Scene, SimulationError
 from gallop_fmu.simulation.result import histories
 from gallop_fmu.simulation.run_options import Records
-from modal.foundation.shape_functions import node_normal
-from modal.superposition.modal_span import ModalSpan, wind_at
+from modal.superposition.modal_span import ModalSpan, WindLoad, wind_at
 
 Array = NDArray[np.float64]
 
 VERTICAL, HORIZONTAL, TORSIONAL = 5, 5, 5
-"""Modes of each family unless told otherwise."""
+"""Default number of modes of each family."""
 
 NONLINEAR = "exact propagation of the modes, wind load as a parabola over each step (third order)"
 
@@ -62,7 +61,7 @@ def mode_superposition(
     Result
         Displacements, velocities and attack angle at mid-span, and the wind speed.  The tension is
         left out: most of what galloping adds to it is quadratic in the displacement, which a linear
-        structure does not know.
+        structure does not have.
 
     Raises
     ------
@@ -93,7 +92,10 @@ def mode_superposition(
 def nonlinear_motion(
     span: ModalSpan, stop_time: float | None = None, record_every: int | None = None
 ) -> Result:
-    """Motion under the nonlinear wind load; one that ends early is returned, and its outcome tells."""
+    """Motion under the nonlinear wind load.
+
+    A run that ends early is returned, too; its outcome says why.
+    """
     started = clock.perf_counter()
     records = Records.of(span.scene, stop_time, record_every)
     step, count = span.scene.numerics.time_step, len(span.modes)
@@ -102,26 +104,28 @@ def nonlinear_motion(
     transition, constant, linear, parabolic = propagators(span.structure(), step)
     correction = 0.5 * (linear + parabolic)
     z = span.start()
-    load, angle = span.wind_load(z, wind[0])
-    load = load + applied[0]
-    states, outcome = [z], _judge(span, z, angle)
+    air = span.wind_load(z, wind[0])
+    load = air.force + applied[0]
+    states, outcome = [z], _judge(z, air)
     before, done = None, 0
     while outcome is Outcome.COMPLETED and done < records.count * records.every:
         done += 1
-        slope = (
-            np.zeros(count) if before is None else load - before
-        )  # the load goes on as it did in the last step
+        # Prediction: the load goes on as in the last step.
+        slope = np.zeros(count) if before is None else load - before
         z = transition @ z + constant @ load + linear @ slope
-        ahead, angle = span.wind_load(z, wind[done])
-        ahead = ahead + applied[done]
-        # the parabola through the last three loads, or at first the line through two, less what was
-        # extrapolated
+        if not math.isfinite(float(z @ z)):
+            outcome = Outcome.NON_FINITE
+            break
+        air = span.wind_load(z, wind[done])
+        ahead = air.force + applied[done]
+        # Correction: the parabola through the last three loads (at first the line through two),
+        # less what was extrapolated.
         z = z + (linear if before is None else correction) @ (ahead - load - slope)
         before, load = load, ahead
-        outcome = _judge(span, z, angle)
+        outcome = _judge(z, air)
         if done % records.every == 0 and outcome is Outcome.COMPLETED:
             states.append(z)
-    report = _report(span, outcome, step * done, angle, done)
+    report = _report(span, outcome, step * done, air, done)
     return _result(span, np.array(states), records.interval, report, NONLINEAR, started)
 
 
@@ -131,9 +135,10 @@ def linear_motion(
     stop_time: float | None = None,
     record_every: int | None = None,
 ) -> Result:
-    """Motion under the wind load linearised about rest in a constant wind, from the scene's initial state.
+    """Motion under the wind load linearised about the equilibrium in a constant wind [m/s].
 
-    It ends where the attack angle leaves the curve, for nothing else stops a linear instability.
+    It starts from the scene's initial state, and ends where the attack angle leaves the curve:
+    nothing else limits a linear instability.
     """
     started = clock.perf_counter()
     records = Records.of(span.scene, stop_time, record_every)
@@ -141,19 +146,21 @@ def linear_motion(
     matrix, rest = span.linear_system(wind_speed)
     transition, constant, linear, _ = propagators(matrix, step)
     applied = span.applied(step * np.arange(records.count * records.every + 1, dtype=np.float64))
-    applied -= applied[0]  # which is part of the rest
+    applied -= applied[0]  # the first one is part of the equilibrium
     z = span.start() - rest
+    air = span.wind_load(rest + z, wind_speed)
     states, outcome, done = [rest + z], Outcome.COMPLETED, 0
     while outcome is Outcome.COMPLETED and done < records.count * records.every:
         z = transition @ z + constant @ applied[done] + linear @ (applied[done + 1] - applied[done])
         done += 1
         if done % records.every:
             continue
-        _, angle = span.wind_load(rest + z, wind_speed)
-        outcome = _judge(span, z, angle)
+        if math.isfinite(float(z @ z)):
+            air = span.wind_load(rest + z, wind_speed)
+        outcome = _judge(z, air)
         if outcome is Outcome.COMPLETED:
             states.append(rest + z)
-    report = _report(span, outcome, step * done, angle, done)
+    report = _report(span, outcome, step * done, air, done)
     return _result(
         span, np.array(states), records.interval, report, "exact propagation", started, wind_speed
     )
@@ -183,18 +190,20 @@ def propagators(matrix: Array, step: float) -> tuple[Array, Array, Array, Array]
     return blocks[:, :size].copy(), constant.copy(), linear.copy(), 2.0 * parabolic
 
 
-def _judge(span: ModalSpan, z: Array, angle: float) -> Outcome:
+def _judge(z: Array, air: WindLoad) -> Outcome:
+    """Outcome of a step that leads to the state z, by the rules of the simulation."""
     if not math.isfinite(float(z @ z)):
         return Outcome.NON_FINITE
-    return Outcome.ANGLE_OUT_OF_RANGE if span.wind_load.leaves_curve(angle) else Outcome.COMPLETED
+    return Outcome.ANGLE_OUT_OF_RANGE if air.excess else Outcome.COMPLETED
 
 
-def _report(span: ModalSpan, outcome: Outcome, time: float, angle: float, steps: int) -> Report:
+def _report(span: ModalSpan, outcome: Outcome, time: float, air: WindLoad, steps: int) -> Report:
     if outcome is not Outcome.ANGLE_OUT_OF_RANGE:
         return Report(outcome, time, steps=steps)
-    load = span.wind_load
-    limit = load.centre + math.copysign(load.half_range, angle - load.centre)
-    return Report(outcome, time, value=angle, limit=limit, steps=steps)
+    assert span.scene.aerodynamics is not None  # without a curve no angle leaves it
+    first, last = span.scene.aerodynamics.curve().breakpoint[[0, -1]].tolist()
+    limit = last if air.excess > 0.0 else first
+    return Report(outcome, time, value=limit + air.excess, limit=limit, steps=steps)
 
 
 def _result(
@@ -207,24 +216,23 @@ def _result(
     wind_speed: float | None = None,
 ) -> Result:
     """Histories at mid-span; a wind speed is given where the load is linear."""
-    scene, load, middle = span.scene, span.wind_load, span.model.middle
+    scene, mesh, middle = span.scene, span.mesh, span.mesh.model.middle
     time = interval * np.arange(len(states), dtype=np.float64)
     wind = wind_at(scene, time) if wind_speed is None else np.full(len(time), wind_speed)
     q, rate = np.split(states, 2, axis=1)
     u, v = q @ span.shapes[middle].T, rate @ span.shapes[middle].T
-    normal = node_normal(span.model.equilibrium().x, middle)
-    relative = np.arctan2(-v[:, :2] @ normal - load.radius * v[:, 3], wind - v[:, 2])
+    v2 = v[:, :2] @ mesh.node_normal[middle]
     values = {
         **dict(zip(("u1", "u2", "u3", "theta"), u.T, strict=True)),
         **dict(zip(("v1", "v2", "v3", "omega"), v.T, strict=True)),
-        "angle_of_attack": load.attack_angle + u[:, 3] + relative,
+        "angle_of_attack": mesh.aero_load(u[:, 3], v2, v[:, 2], v[:, 3], wind).angle,
     }
     families = [mode.family for mode in span.modes]
     counts = ", ".join(f"{families.count(family)} {family}" for family in dict.fromkeys(families))
     kind = "nonlinear" if wind_speed is None else "linearised"
     variables: dict[str, tuple[tuple[str, ...], Array]] = {"wind_speed": (("time",), wind)}
     variables |= {name: (("time", "node"), column[:, None]) for name, column in values.items()}
-    rest = span.model.equilibrium()
+    rest = mesh.model.equilibrium()
     dataset = histories(
         variables,
         time,

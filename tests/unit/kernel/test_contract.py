@@ -72,6 +72,12 @@ class Span:
             "m": c.c_double(0.0),
             "out": c.c_void_p(self.out.ctypes.data),
             "sharpness": c.c_double(1.0),
+            "element": c.c_int32(0),
+            "angle": c.c_double(3.0),
+            "count": c.c_int32(2),
+            "slopes": c.c_void_p(self.out.ctypes.data + 24 * 8),
+            "more": c.c_void_p(self.out.ctypes.data + 48 * 8),
+            "most": c.c_void_p(self.out.ctypes.data + 72 * 8),
         } | change
         self.report = (
             CReport(outcome=77, element=77, steps=-77) if "report" not in change else self.report
@@ -149,12 +155,28 @@ FUNCTIONS = {
     "gallop_tangent": ("model", "state", "time", "inputs", "u", "v", "a", "k", "c", "m", "out"),
     "gallop_model_derived": ("model", "values"),
     "gallop_model_nodes": ("model", "values"),
+    "gallop_sections": ("model", "values", "out", "more"),
+    "gallop_strain_points": ("model", "out", "more", "most"),
+    "gallop_node_normals": ("model", "values"),
+    "gallop_seed": ("model", "values"),
+    "gallop_aero_load": (
+        "model",
+        "element",
+        "angle",
+        "count",
+        "u",
+        "out",
+        "slopes",
+        "more",
+        "most",
+    ),
 }
+OUTPUTS = ("values", "out", "more", "most")
 POINTERS = [
     (name, argument)
     for name, arguments in FUNCTIONS.items()
     for argument in arguments
-    if argument in ("model", "state", "report", "values", "u", "v", "a", "out")
+    if argument in ("model", "state", "report", "u", "v", "a", *OUTPUTS)
 ]
 
 
@@ -178,6 +200,8 @@ def test_pointers_that_are_not_aligned_are_refused(span, name, argument, shift):
         "report": c.addressof(span.report),
         "values": span.values.ctypes.data,
         "out": span.out.ctypes.data,
+        "more": span.out.ctypes.data + 48 * 8,
+        "most": span.out.ctypes.data + 72 * 8,
     }.get(argument, span.motion[0].ctypes.data)
     before = span.saved
     assert span.call(name, FUNCTIONS[name], {argument: c.c_void_p(place + shift)}) == BAD_CALL
@@ -386,6 +410,39 @@ def test_residual_and_tangent_want_finite_numbers(span, factor):
     span.motion[1][5] = math.inf
     assert span.call("gallop_tangent", tangent, {}) == BAD_CALL
     assert span.call("gallop_residual", FUNCTIONS["gallop_residual"], {}) == BAD_CALL
+
+
+AERO = FUNCTIONS["gallop_aero_load"]
+
+
+def test_a_load_is_computed_with_and_without_slopes(span):
+    span.motion[0][8:10] = 5.0  # the wind speed of two sections
+    assert span.call("gallop_aero_load", AERO, {}) == 0
+    assert (span.out[:6] != UNTOUCHED).all()
+    assert (span.out[24:48] != UNTOUCHED).all()
+    span.out[24:48] = UNTOUCHED
+    assert span.call("gallop_aero_load", AERO, {"slopes": None}) == 0
+    assert (span.out[24:48] == UNTOUCHED).all()
+    assert span.call("gallop_aero_load", AERO, {"count": c.c_int32(0)}) == 0
+
+
+@pytest.mark.parametrize(
+    "change",
+    [
+        {"count": c.c_int32(-1)},
+        {"angle": c.c_double(math.nan)},
+        {"slopes": c.c_void_p(12)},
+        {"element": c.c_int32(-1)},
+        {"element": c.c_int32(4)},
+    ],
+    ids=["count", "angle", "slopes", "element", "element beyond the last"],
+)
+def test_a_load_is_refused_for_arguments_out_of_range(span, change):
+    assert span.call("gallop_aero_load", AERO, change) == BAD_CALL
+    assert (span.out == UNTOUCHED).all()
+    span.motion[0][9] = math.inf
+    assert span.call("gallop_aero_load", AERO, {}) == BAD_CALL
+    assert (span.out == UNTOUCHED).all()
 
 
 def test_a_model_that_is_none_has_no_size():

@@ -1,0 +1,304 @@
+"""The finite elements of a span, for analyses that build on the kernel's own forces and matrices.
+
+Shape functions, Gauss points, normals, wind load and element matrices are those of the compiled
+kernel; nothing here is a formula of its own.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from gallop_fmu.engine.library import kernel
+from gallop_fmu.engine.model import DOFS, Inputs, Model
+from gallop_fmu.engine.pack import double_pointer
+from gallop_fmu.foundation.argument_checks import finite, numbers
+
+if TYPE_CHECKING:
+    from scipy.sparse import csc_array
+
+Array = NDArray[np.float64]
+
+SECTIONS, STRAIN_POINTS = 3, 2
+"""Gauss points of an element: for inertia, ice and wind; for tension and twisting moment."""
+
+
+@dataclass(frozen=True)
+class Sections:
+    """Sections at which inertia, ice and wind are integrated, from left to right.
+
+    Attributes
+    ----------
+    shape : ndarray, shape (3, 3)
+        Shape function of each node (column) at each section of an element (row).
+    length : ndarray, shape (section,)
+        Length [m] of conductor that belongs to each section.
+    normal : ndarray, shape (section, 2)
+        Upward normal n2 of the conductor in its vertical plane, along x1 and x2. Wind and ice act
+        in the plane of n2 and x3.
+    """
+
+    shape: Array
+    length: Array
+    normal: Array
+
+    def motion(self, nodal: Array) -> Array:
+        """Interpolate nodal motion: along n2, along x3, and twist.
+
+        Parameters
+        ----------
+        nodal : ndarray, shape (node, 4, ...)
+            u1, u2, u3 and theta of the nodes, or their rates; further axes are kept.
+
+        Returns
+        -------
+        ndarray, shape (3, section, ...)
+        """
+        at = nodal[nodes_of(len(nodal) // 2)]
+        u1, u2, u3, theta = np.einsum("pn,eni...->iep...", self.shape, at).reshape(
+            DOFS, -1, *nodal.shape[2:]
+        )
+        n1, n2 = self.normal.T.reshape(2, -1, *(1 for _ in nodal.shape[2:]))
+        return np.stack([n1 * u1 + n2 * u2, u3, theta])
+
+
+@dataclass(frozen=True)
+class StrainPoints:
+    """Points at which tension and twisting moment are integrated, from left to right.
+
+    Attributes
+    ----------
+    length : ndarray, shape (point,)
+        Length [m] of conductor that belongs to each point.
+    tangent : ndarray, shape (point, 3)
+        Unit tangent X' of the conductor in the initial equilibrium.
+    shape_slope : ndarray, shape (element, 2, 3)
+        Derivative of each node's shape function by the arc length [1/m].
+    """
+
+    length: Array
+    tangent: Array
+    shape_slope: Array
+
+    def slope(self, nodal: Array) -> Array:
+        """Derivative by the arc length of nodal motion (node, 4, ...), shape (point, 4, ...)."""
+        at = nodal[nodes_of(len(nodal) // 2)]
+        by_element = np.einsum("epn,eni...->epi...", self.shape_slope, at)
+        return np.asarray(by_element.reshape(-1, *nodal.shape[1:]))
+
+
+@dataclass(frozen=True, slots=True)
+class AeroLoad:
+    """Quasi-steady aerodynamic load per unit length on sections.
+
+    Attributes
+    ----------
+    force : ndarray, shape (3, ...)
+        F2 along n2 and F3 along x3 [N/m], moment M about x1 [N m/m].
+    slopes : ndarray, shape (4, 3, ...), or None
+        Derivatives of `force` by theta, v2, v3 and omega. By the wind speed: minus that by v3.
+    angle : ndarray, shape (...)
+        Attack angle [rad].
+    excess : ndarray, shape (...)
+        By how much [rad] the angle, less whole turns, is beyond the last breakpoint of the curve
+        (positive) or before the first one (negative), where a simulation would end; else 0.
+    """
+
+    force: Array
+    slopes: Array | None
+    angle: Array
+    excess: Array
+
+
+def nodes_of(elements: int) -> NDArray[np.intp]:
+    """Numbers of the nodes of each element: left, middle, right; shape (element, 3)."""
+    return 2 * np.arange(elements)[:, None] + np.arange(3)
+
+
+class Mesh:
+    """The finite elements of a model.
+
+    Parameters
+    ----------
+    model
+        The span; it must accept inputs.
+
+    Attributes
+    ----------
+    spring : ndarray, shape (2, 3)
+        Stiffness [N/m] of the support springs, left and right, along x1, x2, x3; 0 where the end is
+        prescribed.
+    free : ndarray of bool, shape (node, 4)
+        Unknowns that are not prescribed: all but those of the ends that have no spring.
+    still : Inputs
+        No wind and towers at rest.
+    """
+
+    def __init__(self, model: Model) -> None:
+        self.model = model
+        self.still = Inputs.still(model.scene)
+        self.spring = np.zeros((2, 3))
+        self.spring[:, [0, 2]] = model.equilibrium().support_stiffness
+        self.free = np.ones((model.nodes, DOFS), dtype=np.bool_)
+        self.free[[0, -1], :3] = self.spring > 0.0
+        self.free[[0, -1], 3] = False
+
+    @cached_property
+    def sections(self) -> Sections:
+        """Sections at which inertia, ice and wind are integrated."""
+        count = SECTIONS * self.model.elements
+        shape, length, normal = np.empty((3, 3)), np.empty(count), np.empty((count, 2))
+        _insist(
+            kernel.gallop_sections(
+                self.model.handle, *(double_pointer(y) for y in (shape, length, normal))
+            )
+        )
+        return Sections(shape, length, normal)
+
+    @cached_property
+    def strain_points(self) -> StrainPoints:
+        """Points at which tension and twisting moment are integrated."""
+        elements = self.model.elements
+        count = STRAIN_POINTS * elements
+        length, tangent = np.empty(count), np.empty((count, 3))
+        shape_slope = np.empty((elements, STRAIN_POINTS, 3))
+        _insist(
+            kernel.gallop_strain_points(
+                self.model.handle, *(double_pointer(y) for y in (length, tangent, shape_slope))
+            )
+        )
+        return StrainPoints(length, tangent, shape_slope)
+
+    @cached_property
+    def node_normal(self) -> Array:
+        """Upward normal n2 at the nodes along x1 and x2, shape (node, 2)."""
+        normal = np.empty((self.model.nodes, 2))
+        _insist(kernel.gallop_node_normals(self.model.handle, double_pointer(normal)))
+        return normal
+
+    def seed(self) -> Array:
+        """Initial disturbance of the scene at the nodes, u1 u2 u3 theta [m, rad], (node, 4)."""
+        u = np.empty((self.model.nodes, DOFS))
+        _insist(kernel.gallop_seed(self.model.handle, double_pointer(u)))
+        return u
+
+    @cached_property
+    def _places(self) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
+        """Row and column, in the matrix of the whole span, of each entry of the element matrices."""
+        unknowns = 2 * DOFS * np.arange(self.model.elements)[:, None] + np.arange(3 * DOFS)
+        return np.repeat(unknowns, 3 * DOFS, axis=1).ravel(), np.tile(unknowns, 3 * DOFS).ravel()
+
+    def assemble(self, elements: Array) -> csc_array:
+        """Add up element matrices to that of the whole span.
+
+        Parameters
+        ----------
+        elements : ndarray, shape (element, 12, 12)
+            Rows and columns: left, middle, right node, each u1 u2 u3 theta.
+
+        Returns
+        -------
+        sparse array, shape (4 node, 4 node)
+        """
+        from scipy.sparse import coo_array, csc_array  # slow to import
+
+        size = DOFS * self.model.nodes
+        total = coo_array((elements.ravel(), self._places), shape=(size, size)).tocsc()
+        return csc_array(total)
+
+    @cached_property
+    def springs(self) -> csc_array:
+        """Stiffness of the support springs as a matrix of the whole span."""
+        from scipy.sparse import csc_array, diags_array  # slow to import
+
+        at_ends = np.zeros((self.model.nodes, DOFS))
+        at_ends[[0, -1], :3] = self.spring
+        return csc_array(diags_array(at_ends.ravel()))
+
+    def tangent(
+        self,
+        u: ArrayLike | None = None,
+        v: ArrayLike | None = None,
+        a: ArrayLike | None = None,
+        **options: Any,
+    ) -> csc_array:
+        """Matrix ``stiffness dR/du + damping dR/dv + mass dR/da`` of the whole span.
+
+        Parameters
+        ----------
+        u, v, a, **options
+            As in `Model.tangent`; the stiffness includes the support springs.
+
+        Returns
+        -------
+        sparse array, shape (4 node, 4 node)
+        """
+        total = self.assemble(self.model.tangent(u, v, a, **options))
+        stiffness = options.get("stiffness", 0.0)
+        return total + stiffness * self.springs if stiffness else total
+
+    def aero_load(
+        self,
+        theta: ArrayLike,
+        v2: ArrayLike,
+        v3: ArrayLike,
+        omega: ArrayLike,
+        wind_speed: ArrayLike,
+        *,
+        attack_angle: float | None = None,
+        slopes: bool = False,
+    ) -> AeroLoad:
+        """Aerodynamic load on sections in any motion (Liu et al. 2009, equations 20 and 21).
+
+        Parameters
+        ----------
+        theta, v2, v3, omega, wind_speed : array_like
+            Twist [rad], velocities along n2 and x3 [m/s], twist rate [rad/s], wind speed [m/s], of
+            shapes that can be broadcast together.
+        attack_angle
+            Initial angle [rad] of the ice; None: the scene's.
+        slopes
+            Whether to compute the derivatives.
+
+        Raises
+        ------
+        ValueError
+            If a number is not finite.
+        """
+        given = (theta, v2, v3, omega, wind_speed)
+        shape = np.broadcast(*given).shape
+        motion = np.empty((5, *shape))
+        for i, values in enumerate(given):
+            motion[i] = values
+        count, initial = motion[0].size, self.still.attack_angle
+        if attack_angle is not None:
+            initial = finite("attack_angle", attack_angle)
+        # One block for all results: making a pointer takes longer than computing 45 sections.
+        block = np.empty((5 + (12 if slopes else 0), *shape))
+        start, row = block.__array_interface__["data"][0], 8 * count
+        refused = kernel.gallop_aero_load(
+            self.model.handle,
+            0,
+            initial,
+            count,
+            motion.__array_interface__["data"][0],
+            start,
+            start + 5 * row if slopes else None,
+            start + 3 * row,
+            start + 4 * row,
+        )
+        if refused:
+            numbers("motion", motion, motion.shape)
+        _insist(refused)
+        by = block[5:].reshape(4, 3, *shape) if slopes else None
+        return AeroLoad(block[:3], by, block[3], block[4])
+
+
+def _insist(outcome: int) -> None:
+    """Raise where the kernel refused; every argument was checked before."""
+    if outcome:
+        raise RuntimeError(f"the kernel refused a call with outcome {outcome}")
