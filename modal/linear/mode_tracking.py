@@ -1,4 +1,4 @@
-"""Modes followed through a change of the span: by their shape, not by their place in the order of frequencies."""
+"""Modes tracked by their shapes over values of a number."""
 
 from __future__ import annotations
 
@@ -21,35 +21,45 @@ if TYPE_CHECKING:
 
 Array = NDArray[np.float64]
 
-SPARE = 4
-"""Modes calculated beyond those that are followed, so that one is still found after others have overtaken it."""
+EXTRA_MODES = 4
+"""Modes computed in addition to the tracked ones, as a tracked mode may move up in the order."""
 
-ALIKE = 0.8
-"""Modal assurance criterion below which two neighbours are too far apart to be called the same mode with certainty."""
+MIN_MAC = 0.8
+"""Modal assurance criterion of two shapes above which they clearly are the same mode."""
 
-HALVINGS = 10
-"""Times that an interval between two values is halved to see a shape change from one mode's to another's."""
+MAX_HALVINGS = 10
+"""Largest number of halvings of the interval between two values."""
 
 
 @dataclass(frozen=True)
 class Snapshot:
-    """The lowest modes at one value of what is varied, and the mass matrix that weighs their shapes."""
+    """The lowest modes at one value of the varied number.
+
+    Attributes
+    ----------
+    modes : list of Mode
+        The modes.
+    mass : sparse array, shape (4 node, 4 node)
+        Mass matrix, which weights the shapes.
+    """
 
     modes: list[Mode]
-    mass: csc_array  # of all unknowns
+    mass: csc_array
 
     @classmethod
     def of(cls, motion: SmallMotion, count: int, speed: float | None = None) -> Snapshot:
-        """Modes in still air, or in wind of a speed [m/s]."""
+        """Compute the modes in still air, or in wind of a speed [m/s]."""
         equations = motion.in_still_air() if speed is None else motion.in_wind(speed)
         return cls(
             modes_of(equations, motion.scene, min(count, int(equations.free.sum()))), equations.mass
         )
 
     def likeness(self, other: Snapshot) -> Array:
-        """Modal assurance criterion of every mode here (row) with every mode there (column), weighted by the mass."""
-        here, there = ([_flat(mode) for mode in modes] for modes in (self.modes, other.modes))
-        a, b = np.array(here), np.array(there)
+        """Modal assurance criterion of every mode (row) with every mode of `other` (column).
+
+        |a* M b|^2 / ((a* M a) (b* M b))
+        """
+        a, b = (np.array([_flat(mode) for mode in modes]) for modes in (self.modes, other.modes))
         product = np.abs(a.conj() @ (other.mass @ b.T)) ** 2
         size_a = np.einsum("mi,im->m", a.conj(), other.mass @ a.T).real
         size_b = np.einsum("mi,im->m", b.conj(), other.mass @ b.T).real
@@ -59,39 +69,37 @@ class Snapshot:
 def track_modes(
     scene: Scene, path: str, values: Sequence[float], count: int = 6, wind: WindState = "still"
 ) -> xr.Dataset:
-    """Follow modes while one number of a scene changes.
+    """Track modes over values of one number of a scene.
 
-    A mode at one value is the one at the next whose shape it resembles most (modal assurance
-    criterion, weighted by the mass). Where no shape resembles it well, or two modes change their
-    order, the interval is halved, down to a thousandth. Hence two modes that truly cross keep their
-    names, and two that veer keep to their sides and exchange their shapes, which the shares show; a
-    veering narrower than a thousandth of the interval passes for a crossing.
+    A mode at one value is assigned to the mode at the next value with the most similar shape (modal
+    assurance criterion, weighted by the mass). Where no shape is similar, or two modes change their
+    order, the interval is halved, down to a thousandth. Two modes that cross therefore keep their
+    numbers; two that veer keep their order and exchange their shapes, which the shares show. A
+    veering narrower than a thousandth of the interval counts as a crossing.
 
     Parameters
     ----------
     scene
         The span.
     path
-        Dotted path of the number, such as ``"span.horizontal_tension"``, understood as
-        `modal.ratio_map` does.
+        Dotted path of the number, such as ``"span.horizontal_tension"``, as in `modal.ratio_map`.
     values
-        Its values, in the order in which they are gone through.
+        Its values, in the order of tracking.
     count
-        Number of modes followed: the lowest at the first value.
+        Number of tracked modes: the lowest at the first value.
     wind
-        ``"still"`` or ``"mean"``; with ``path="wind.speed"`` and ``"mean"`` the modes go with the
-        wind.
+        ``"still"`` or ``"mean"``; ``path="wind.speed"`` with ``"mean"`` tracks modes over the wind.
 
     Returns
     -------
     xarray.Dataset
         Over ``mode`` and `path`: ``frequency_hz`` [Hz], ``damping_ratio``, ``share`` (also over
-        ``family``), and ``likeness``, the lowest assurance on the way from the value before.
+        ``family``), and ``likeness``, the lowest assurance criterion since the previous value.
 
     Raises
     ------
     SceneError
-        If a value is not allowed, or the modes at one value cannot be calculated.
+        If a value is not allowed, or the modes at one value cannot be computed.
     """
     import xarray as xr
 
@@ -101,7 +109,9 @@ def track_modes(
     def at(value: float) -> Snapshot:
         changed = with_number(scene, path, value)
         return Snapshot.of(
-            SmallMotion(changed), count + SPARE, changed.wind.mean_speed if wind == "mean" else None
+            SmallMotion(changed),
+            count + EXTRA_MODES,
+            changed.wind.mean_speed if wind == "mean" else None,
         )
 
     if wind not in ("still", "mean"):
@@ -148,16 +158,35 @@ def follow(
     at: Callable[[float], Snapshot],
     low: float,
     high: float,
-    halvings: int = HALVINGS,
+    halvings: int = MAX_HALVINGS,
 ) -> tuple[NDArray[np.intp], Array]:
-    """Where the chosen modes of `here` (at `low`) are among those of `there` (at `high`), and the lowest likeness."""
+    """Find the chosen modes of one snapshot in another one.
+
+    Parameters
+    ----------
+    here, there
+        Snapshots at the values `low` and `high`.
+    chosen
+        Numbers of the modes in `here`.
+    at
+        Function from a value to its snapshot.
+    low, high
+        The two values.
+    halvings
+        Largest number of halvings of the interval.
+
+    Returns
+    -------
+    ndarray, ndarray, shape (mode,)
+        Numbers of the modes in `there`, and the lowest assurance criterion on the way.
+    """
     from scipy.optimize import linear_sum_assignment
 
     likeness = here.likeness(there)[chosen]
     _, found = linear_sum_assignment(-likeness)
     alike = likeness[np.arange(len(chosen)), found]
     overtaken = _overtaken([here.modes[k] for k in chosen], [there.modes[k] for k in found])
-    if halvings == 0 or (np.all(alike > ALIKE) and not overtaken):
+    if halvings == 0 or (np.all(alike > MIN_MAC) and not overtaken):
         return found, alike
     middle = 0.5 * (low + high)
     between = at(middle)
@@ -167,10 +196,11 @@ def follow(
 
 
 def _overtaken(before: list[Mode], after: list[Mode]) -> bool:
-    """Whether any two modes have changed their order: they have crossed, or the step has jumped over a veering."""
+    """True if two modes have changed their order, by a crossing or a veering within the step."""
     first, last = (np.array([mode.frequency_hz for mode in modes]) for modes in (before, after))
     return bool(np.any((first[:, None] < first) & (last[:, None] > last)))
 
 
 def _flat(mode: Mode) -> NDArray[np.complex128]:
+    """Complex shape of a mode as one vector."""
     return np.asarray((mode.shape + 1j * mode.quadrature).ravel())

@@ -1,4 +1,4 @@
-"""Modes of a span about its equilibrium, in still air or mean wind, from the kernel's own tangents."""
+"""Modes of a span about its equilibrium in still air or in wind, from the kernel's tangents."""
 
 from __future__ import annotations
 
@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gallop_fmu import Scene, SceneError
+from gallop_fmu.foundation.deprecation import warn_renamed
 from modal.linear.linearise import Linearised, WindState, linearised, uniform
 
 if TYPE_CHECKING:
@@ -20,52 +21,54 @@ ComplexArray = NDArray[np.complex128]
 Family = Literal["longitudinal", "vertical", "horizontal", "torsional"]
 
 FAMILIES: tuple[Family, ...] = ("longitudinal", "vertical", "horizontal", "torsional")
-"""The family of the modes that move mostly along the chord, across it in the vertical plane, along x3, or that twist.
-On a level span these are u1, u2, u3 and theta, the unknowns of a node; see `by_family`."""
+"""Families of modes: mostly along the chord, normal to it in the vertical plane, along x3, twist.
 
-NODAL_LINE = 1e-3
-"""Displacements below this part of the largest one have no sign when the half-waves of a mode are counted."""
+On a level span these are u1, u2, u3 and theta, the unknowns of a node; see `by_family`.
+"""
 
-AT_REST = 1e-9
-"""An eigenvalue whose imaginary part is below this part of its modulus does not oscillate."""
+MIN_DISPLACEMENT = 1e-3
+"""Displacement, relative to the largest one, above which it counts for the number of half-waves."""
+
+MIN_OSCILLATION = 1e-9
+"""Imaginary part of an eigenvalue, relative to its modulus, below which nothing oscillates."""
 
 
 @dataclass(frozen=True)
 class Mode:
-    """One mode of small motion about an equilibrium, q(t) = Re[(shape + i quadrature) exp(eigenvalue t)].
+    """A mode of small motion, q(t) = Re[(shape + i quadrature) exp(eigenvalue t)].
 
     Attributes
     ----------
     frequency_hz : float
-        Natural frequency [Hz], the eigenvalue's modulus over 2 pi.
+        Natural frequency [Hz]: modulus of the eigenvalue over 2 pi.
     damping_ratio : float
-        Part of critical damping; negative: the motion grows. Structural in still air, with the
-        wind's in mean wind.
+        Ratio to critical damping; negative if the motion grows. Structural damping in still air,
+        structural and aerodynamic damping in wind.
     family : str
-        ``"vertical"``, ``"horizontal"``, ``"torsional"`` or ``"longitudinal"``: the largest of
-        `shares`.
+        ``"vertical"``, ``"horizontal"``, ``"torsional"`` or ``"longitudinal"``: the family with
+        the largest of `shares`.
     shares : dict of str to float
-        Kinetic energy of each family as a part of their sum. ``"longitudinal"`` and ``"vertical"``
-        are the motion in the vertical plane along the chord and across it. The coupling through
-        eccentric ice belongs to no family and is left out.
+        Kinetic energy of each family, relative to their sum. ``"longitudinal"`` and ``"vertical"``
+        are the motion in the vertical plane along the chord and normal to it. The coupling energy
+        of eccentric ice belongs to no family and is not included.
     symmetric : bool
-        Whether the motion is rather its own mirror image about mid-span than the opposite of it.
+        True if the motion is more symmetric than antisymmetric about mid-span.
     loops : int
         Half-waves of the family's displacement along the span.
     participation : dict of str to float
         Generalised force of a uniform load of 1 N/m along x2 ("vertical") or x3 ("horizontal"): the
         integral of the shape over the conductor [m/sqrt(kg)]. A static load p moves the modal
-        coordinate by participation p / w^2; mass per unit length times its square is the mode's
-        effective mass [kg], and these add up to the whole.
+        coordinate by participation p / w^2. Mass per unit length times its square is the effective
+        mass [kg] of the mode; effective masses add up to the whole mass.
     eigenvalue : complex
-        Of the motion [1/s], with positive imaginary part.
+        Eigenvalue [1/s], with positive imaginary part.
     shape : ndarray, shape (node, 4)
         u1, u2, u3 and theta per unit of the modal coordinate [1/sqrt(kg), rad/(m sqrt(kg))]; its
         modal mass is 1, and its first half-wave from the left is positive.
     quadrature : ndarray, shape (node, 4)
-        What moves a quarter of a period ahead of `shape`; zero in still air.
+        Part of the motion that is a quarter of a period ahead of `shape`; zero in still air.
     wave : ndarray, shape (node,)
-        Displacement of the family in `shape`: along the chord, across it, along x3, or twist.
+        Component of `shape` in the family: along the chord, normal to it, along x3, or twist.
     """
 
     frequency_hz: float
@@ -81,35 +84,46 @@ class Mode:
     wave: Array = field(repr=False)
 
     @property
-    def own_image(self) -> float:
-        """Part of the squared `wave` that is symmetric about mid-span."""
+    def symmetric_share(self) -> float:
+        """Share of the squared `wave` that is symmetric about mid-span."""
         return 0.5 + 0.5 * float(self.wave @ self.wave[::-1]) / float(self.wave @ self.wave)
+
+    @property
+    def own_image(self) -> float:
+        """Deprecated name of `symmetric_share`."""
+        warn_renamed("Mode.own_image", "symmetric_share")
+        return self.symmetric_share
 
 
 def by_family(scene: Scene, shape: NDArray[Any]) -> NDArray[Any]:
-    """Displacements along the chord, across it in the vertical plane, along x3, and twist, in the order of `FAMILIES`.
+    """Rotate nodal displacements to the directions of `FAMILIES`.
 
     Parameters
     ----------
     scene
-        The span, whose chord counts.
+        The span, which gives the direction of the chord.
     shape : ndarray, shape (..., 4)
         u1, u2, u3 and theta.
+
+    Returns
+    -------
+    ndarray, shape (..., 4)
+        Along the chord, normal to it in the vertical plane, along x3, and twist.
     """
     chord = math.hypot(scene.span.length, scene.span.height_difference)
     cosine, sine = scene.span.length / chord, scene.span.height_difference / chord
-    turned = np.array(shape)
-    turned[..., 0] = cosine * shape[..., 0] + sine * shape[..., 1]
-    turned[..., 1] = cosine * shape[..., 1] - sine * shape[..., 0]
-    return turned
+    rotated = np.array(shape)
+    rotated[..., 0] = cosine * shape[..., 0] + sine * shape[..., 1]
+    rotated[..., 1] = cosine * shape[..., 1] - sine * shape[..., 0]
+    return rotated
 
 
 def natural_modes(scene: Scene, count: int = 12, wind: WindState = "still") -> list[Mode]:
-    """Lowest modes about the initial equilibrium in still air, or about the static equilibrium in mean wind.
+    """Compute the lowest modes about the equilibrium in still air, or in the mean wind.
 
-    Mass, damping and stiffness are those of the simulation: with the sag, the elasticity of the
-    conductor and its supports, and the eccentric ice, whose weight and inertia couple the twist to
-    the displacements.
+    Mass, damping and stiffness are those of the simulation. They include the sag, the elasticity of
+    the conductor and its supports, and the eccentric ice, whose weight and inertia couple twist and
+    displacements.
 
     In still air the modes are those of the undamped span, and the damping ratio is phi' C phi / (2
     w). In mean wind the quasi-steady load (Liu, Yan, Zhang, Zhou 2009, eq. 20-21) adds to damping
@@ -127,8 +141,8 @@ def natural_modes(scene: Scene, count: int = 12, wind: WindState = "still") -> l
     Returns
     -------
     list of Mode
-        In order of frequency. In mean wind, what does not oscillate (damped above critical) is no
-        mode and left out.
+        In order of frequency. In mean wind, motions that do not oscillate (overdamped) are not
+        included.
 
     Raises
     ------
@@ -142,14 +156,13 @@ def natural_modes(scene: Scene, count: int = 12, wind: WindState = "still") -> l
 
 
 def modes_of(equations: Linearised, scene: Scene, count: int) -> list[Mode]:
-    """Lowest modes of equations of motion: complex where wind blows, else real."""
+    """Compute the lowest modes of equations of motion: complex in wind, real in still air."""
     mass, damping, stiffness = equations.of_free()
     unknowns = mass.shape[0]
     if isinstance(count, bool) or not isinstance(count, int) or not 1 <= count <= unknowns:
         raise SceneError(
             f"count = {count}: must be a whole number from 1 to {unknowns}, the unknowns of a mesh"
-            f" of {scene.numerics.elements} elements; ask for fewer modes or raise"
-            " numerics.elements"
+            f" of {scene.numerics.elements} elements; lower count or raise numerics.elements"
         )
     unstable = not _is_stable(stiffness)
     if equations.wind_speed > 0.0:
@@ -158,8 +171,8 @@ def modes_of(equations: Linearised, scene: Scene, count: int) -> list[Mode]:
         moment = scene.ice.first_moments()[0]
         raise SceneError(
             f"the initial equilibrium is unstable: with ice.first_moment_x2 = {moment:.6g} kg at"
-            " the attack angle the weight of the ice turns the conductor over, whose"
-            f" conductor.torsional_stiffness is {scene.conductor.torsional_stiffness} N m2/rad;"
+            " the attack angle the weight of the ice rotates the conductor against its"
+            f" conductor.torsional_stiffness = {scene.conductor.torsional_stiffness} N m2/rad;"
             " lower the first or raise the second, and check the units"
         )
     else:
@@ -175,11 +188,11 @@ def modes_of(equations: Linearised, scene: Scene, count: int) -> list[Mode]:
 
 
 def _is_stable(stiffness: csc_array) -> bool:
-    """Whether no pivot of a factorisation is negative.
+    """True if no pivot of a factorisation is negative.
 
-    In still air as many eigenvalues are negative as pivots (Sylvester). In wind the matrix is not
-    symmetric; there the sign of the determinant tells: negative, and one eigenvalue of the motion
-    is real and positive.
+    In still air the number of negative eigenvalues is that of negative pivots (Sylvester). In wind
+    the matrix is not symmetric; with an odd number of negative pivots the determinant is negative,
+    and one eigenvalue of the motion is real and positive.
     """
     from scipy.sparse.linalg import splu
 
@@ -193,7 +206,7 @@ def _is_stable(stiffness: csc_array) -> bool:
 
 
 def _lowest(mass: csc_array, stiffness: csc_array, count: int) -> tuple[Array, Array]:
-    """Squared angular frequencies [1/s2] in ascending order, and mass-normalised vectors in the columns."""
+    """Squared angular frequencies [1/s2], ascending, and mass-normalised vectors (columns)."""
     unknowns = mass.shape[0]
     if count < unknowns - 1:
         from scipy.sparse.linalg import eigsh
@@ -210,22 +223,21 @@ def _lowest(mass: csc_array, stiffness: csc_array, count: int) -> tuple[Array, A
 def _complex_modes(
     equations: Linearised, scene: Scene, count: int, every: bool
 ) -> tuple[ComplexArray, ComplexArray]:
-    """Eigenvalues [1/s] with positive imaginary part, lowest modulus first, and mass-normalised vectors."""
+    """Eigenvalues [1/s] with positive imaginary part by modulus, and mass-normalised vectors."""
     matrices = equations.of_free()
     unknowns = matrices[0].shape[0]
     wanted = 2 * unknowns if every else 2 * count + 4
     while True:
         dense = wanted >= unknowns
         values, vectors = eigenpairs(*matrices) if dense else _nearest_to_zero(*matrices, wanted)
-        oscillates = np.abs(values.imag) > AT_REST * np.abs(values)
+        oscillates = np.abs(values.imag) > MIN_OSCILLATION * np.abs(values)
         if np.any(values.real[~oscillates] > 0.0):
             raise SceneError(
                 f"the equilibrium in wind of {equations.wind_speed:g} m/s is statically unstable:"
-                " the conductor twists away (torsional divergence) or is blown off, because the"
-                " aerodynamic moment grows faster with the twist than"
+                " the aerodynamic moment grows faster with the twist than the restoring moment of"
                 f" conductor.torsional_stiffness = {scene.conductor.torsional_stiffness} N m2/rad"
-                " resists; lower the wind, or check the slope of the moment coefficient and the"
-                " attack angle"
+                " (torsional divergence); lower the wind, or check the slope of the moment"
+                " coefficient and the attack angle"
             )
         chosen = np.flatnonzero(oscillates & (values.imag > 0.0))
         if len(chosen) >= count or dense:
@@ -233,7 +245,7 @@ def _complex_modes(
         wanted *= 2
     if len(chosen) < count:
         raise SceneError(
-            f"count = {count}: only {len(chosen)} modes of this mesh oscillate; ask for fewer"
+            f"count = {count}: only {len(chosen)} modes of this mesh oscillate; lower count"
         )
     chosen = chosen[np.argsort(np.abs(values[chosen]))][:count]
     return values[chosen], _normalised(vectors[:unknowns, chosen], matrices[0])
@@ -242,7 +254,10 @@ def _complex_modes(
 def _nearest_to_zero(
     mass: csc_array, damping: csc_array, stiffness: csc_array, count: int
 ) -> tuple[ComplexArray, ComplexArray]:
-    """Eigenpairs of M s^2 + C s + K with the smallest |s|: the largest of the inverse of the first-order form."""
+    """Eigenpairs of M s^2 + C s + K with the smallest |s|.
+
+    They are the largest ones of the inverse of the first-order form, by Arnoldi's method.
+    """
     from scipy.sparse.linalg import LinearOperator, eigs, splu
 
     unknowns = mass.shape[0]
@@ -262,7 +277,7 @@ def _nearest_to_zero(
 def eigenpairs(
     mass: csc_array, damping: csc_array, stiffness: csc_array
 ) -> tuple[ComplexArray, ComplexArray]:
-    """All eigenvalues [1/s] of M s^2 + C s + K, and in the columns displacements above velocities."""
+    """All eigenvalues [1/s] of M s^2 + C s + K, and vectors of displacements and velocities."""
     return cast(
         tuple[ComplexArray, ComplexArray],
         tuple(np.linalg.eig(state_matrix(mass, damping, stiffness))),
@@ -270,7 +285,7 @@ def eigenpairs(
 
 
 def state_matrix(mass: csc_array, damping: csc_array, stiffness: csc_array) -> Array:
-    """First-order form of M q'' + C q' + K q = 0 for displacements above velocities, dense."""
+    """First-order form of M q'' + C q' + K q = 0 for displacements and velocities, dense."""
     unknowns = mass.shape[0]
     matrix = np.zeros((2 * unknowns, 2 * unknowns))
     matrix[:unknowns, unknowns:] = np.eye(unknowns)
@@ -281,26 +296,28 @@ def state_matrix(mass: csc_array, damping: csc_array, stiffness: csc_array) -> A
 
 
 def _start(size: int) -> Array:
-    return np.random.default_rng(0).standard_normal(size)  # the same digits every time
+    """Start vector of an iteration, always the same, for reproducible results."""
+    return np.random.default_rng(0).standard_normal(size)
 
 
 def _normalised(vectors: ComplexArray, mass: csc_array) -> ComplexArray:
-    """Modal mass 1, and the phase at which the motion is as far in phase as can be."""
+    """Scale vectors to modal mass 1, at the phase with the largest real part."""
     weighted = mass @ vectors
     size = np.sqrt(np.einsum("im,im->m", vectors.conj(), weighted).real)
-    turn = np.exp(-0.5j * np.angle(np.einsum("im,im->m", vectors, weighted)))
-    return cast(ComplexArray, vectors * turn / size)
+    phase = np.exp(-0.5j * np.angle(np.einsum("im,im->m", vectors, weighted)))
+    return cast(ComplexArray, vectors * phase / size)
 
 
 def _describe(equations: Linearised, scene: Scene, value: complex, vector: ComplexArray) -> Mode:
+    """Mode of an eigenvalue [1/s] and its vector of free unknowns."""
     free = equations.free
     full = np.zeros(free.size, dtype=np.complex128)
     full[free.ravel()] = vector
-    turned = by_family(scene, full.reshape(free.shape))
-    energy = family_energies(turned, equations.mass)
+    rotated = by_family(scene, full.reshape(free.shape))
+    energy = family_energies(rotated, equations.mass)
     share = energy / energy.sum()
     dominant = int(np.argmax(share))
-    wave = turned[:, dominant].real
+    wave = rotated[:, dominant].real
     mirrored = -wave[::-1] if FAMILIES[dominant] == "longitudinal" else wave[::-1]
     sign = signs_along(wave)[0]
     full = full * sign
@@ -324,8 +341,8 @@ def _describe(equations: Linearised, scene: Scene, value: complex, vector: Compl
 
 
 def signs_along(wave: Array) -> Array:
-    """Signs of a displacement along the span where it has one."""
-    return np.asarray(np.sign(wave[np.abs(wave) > NODAL_LINE * np.max(np.abs(wave))]))
+    """Signs of a displacement along the span, without points where it is almost zero."""
+    return np.asarray(np.sign(wave[np.abs(wave) > MIN_DISPLACEMENT * np.max(np.abs(wave))]))
 
 
 def half_waves(wave: Array) -> int:
@@ -333,18 +350,18 @@ def half_waves(wave: Array) -> int:
     return 1 + int(np.count_nonzero(np.diff(signs_along(wave))))
 
 
-def family_energies(turned: NDArray[Any], mass: Any) -> Array:
-    """Twice the kinetic energy of each family at unit frequency, of a motion `by_family`.
+def family_energies(rotated: NDArray[Any], mass: Any) -> Array:
+    """Twice the kinetic energy of each family at unit frequency, for a motion from `by_family`.
 
     The mass of a section is the same in every direction, so that the mass matrix of u1 and u2 is
-    that of the motion along the chord and across it.
+    that of the motion along the chord and normal to it.
     """
-    parts = np.zeros((4, turned.size), dtype=turned.dtype)
-    parts[np.arange(turned.size) % 4, np.arange(turned.size)] = turned.ravel()
+    parts = np.zeros((4, rotated.size), dtype=rotated.dtype)
+    parts[np.arange(rotated.size) % 4, np.arange(rotated.size)] = rotated.ravel()
     return np.asarray(np.einsum("fi,if->f", parts.conj(), mass @ parts.T).real)
 
 
 def _participation(equations: Linearised, shape: Array, column: int) -> float:
-    """Momentum of the shape along one axis; the twist has no part in it."""
+    """Momentum of the shape along one axis, without the twist."""
     along = uniform(equations.free.shape, column)
     return float((shape * along) @ (equations.mass @ along))

@@ -1,17 +1,17 @@
-r"""The span as a linear state-space model, for control engineers: what linear theory says of galloping, and no more.
+r"""The span as a linear state-space model of python-control.
 
-About the static equilibrium in mean wind the free unknowns q, the displacements p of the two tower
-points, the wind speed u and the attack angle a obey, all as differences from that equilibrium,
+Let q be the free unknowns, p the displacements of the two supports, u the wind speed and a the
+attack angle, all as differences from the static equilibrium in mean wind. They obey
 
     M q'' + C q' + K q = -Mp p'' - Cp p' - Kp p + bu u + ba a.
 
-Mp, Cp, Kp are the columns of the ends that are held; where an end hangs on a spring k instead, -Kp
-is k and Mp, Cp vanish. To have the displacement p as input, and not its acceleration, let G = M^-1
-Mp, D = M^-1 (C G - Cp),
+Mp, Cp, Kp are the columns of the prescribed ends; for an end on a spring k, -Kp is k and Mp, Cp
+vanish. For the displacement p as input instead of its acceleration, let G = M^-1 Mp,
+D = M^-1 (C G - Cp),
 
     r = q + G p,        w = r' - D p.
 
-Then M r'' + C r' + K r = (K G - Kp) p + (C G - Cp) p' + ..., and the derivative of w takes up the
+Then M r'' + C r' + K r = (K G - Kp) p + (C G - Cp) p' + ..., and the derivative of w includes the
 term with p':
 
     r' = w + D p,
@@ -19,10 +19,10 @@ term with p':
     q  = r - G p,
     q' = w + D p - G p'.
 
-This is exact but for the last term: a velocity responds to p' at once, because the mass matrix is
-consistent. G is the inertia of neighbours and decays by a factor of about 6 from element to
-element, so at mid-span it is only a trace (6e-7 with 15 elements); `linear_model` leaves it out,
-and refuses a mesh on which it is more than a thousandth.
+This is exact. `linear_model` neglects the last term, by which a velocity responds to p' at once
+because the mass matrix is consistent. G decays by a factor of about 6 from element to element and
+is negligible at mid-span (6e-7 with 15 elements); a mesh on which it is more than a thousandth is
+refused.
 """
 
 from __future__ import annotations
@@ -38,8 +38,8 @@ from numpy.typing import NDArray
 
 from gallop_fmu import Scene, SceneError
 from modal.linear.linearise import Linearised, SmallMotion, linearised
-from modal.linear.mode_tracking import SPARE, Snapshot, follow
-from modal.linear.modes import AT_REST, modes_of, state_matrix
+from modal.linear.mode_tracking import EXTRA_MODES, Snapshot, follow
+from modal.linear.modes import MIN_OSCILLATION, modes_of, state_matrix
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -54,34 +54,38 @@ INPUTS = (
     "attack_angle",
     *(f"support_{end}_x{i}" for end in ("left", "right") for i in (1, 2, 3)),
 )
-"""Inputs of `linear_model`: differences from the mean [m/s], [rad], [m]. python-control allows no dots in names."""
+"""Inputs of `linear_model`: differences from the mean [m/s], [rad], [m]."""
 
 OUTPUTS = tuple(f"midspan_{name}" for name in (*UNKNOWNS, *VELOCITIES))
 """Outputs of `linear_model`: mid-span differences from the equilibrium [m, rad, m/s, rad/s]."""
 
-DIRECT = 1e-3
-"""Part of a support's velocity that may appear at once in a mid-span velocity and is left out."""
+MAX_FEEDTHROUGH = 1e-3
+"""Largest share of a support's velocity in a mid-span velocity that is neglected."""
+
+MIN_ELEMENTS = 8
+"""Number of elements from which it is smaller."""
 
 
 def linear_model(scene: Scene, modes: int | None = None) -> control.StateSpace:
-    """The span, linearised about its equilibrium in mean wind (structure and aerodynamics), as a state-space model.
+    """Linearise a span about its equilibrium in mean wind, as a state-space model.
 
     Parameters
     ----------
     scene
         The span; a wind speed of 0 gives the span in still air.
     modes
-        Number of lowest modes kept, as pairs of real states; None keeps all unknowns. What the
-        other modes would add at frequency zero is kept as a direct term (static correction), so
-        that the static gain is that of the full model. The velocity of that quasi-static part
-        cannot be kept: velocities need more modes than displacements.
+        Number of lowest modes, as pairs of real states; None keeps all unknowns. The contribution
+        of the other modes at frequency zero is included as a direct term (static correction), so
+        that the static gain is that of the full model. Its velocity is not included: velocities
+        need more modes than displacements.
 
     Returns
     -------
     control.StateSpace
-        Inputs `INPUTS`, outputs `OUTPUTS`, all as differences from the equilibrium. States: of the
-        full model r and w of the module's text, which are displacement and velocity where supports
-        stand still; of a truncated one the in-phase and quadrature coordinates of each mode.
+        Inputs `INPUTS`, outputs `OUTPUTS`, all as differences from the equilibrium. States of the
+        full model: r and w of the module's text, which are displacement and velocity if the
+        supports are at rest. States of a truncated model: in-phase and quadrature coordinate of
+        each mode.
 
     Raises
     ------
@@ -91,7 +95,7 @@ def linear_model(scene: Scene, modes: int | None = None) -> control.StateSpace:
 
     Examples
     --------
-    Poles, Bode and step response are python-control's own:
+    Poles, step response and frequency response by python-control:
 
     >>> import control, gallop_fmu as gf, modal
     >>> model = modal.linear_model(gf.load_scene("example3"), modes=6)
@@ -99,12 +103,12 @@ def linear_model(scene: Scene, modes: int | None = None) -> control.StateSpace:
     >>> len(growing)
     2
     >>> response = control.step_response(model["midspan_u3", "wind_speed"], 10.0)
-    >>> magnitude, phase, omega = control.frequency_response(model["midspan_u2", "attack_angle"], [1.0, 2.0])
+    >>> response = control.frequency_response(model["midspan_u2", "attack_angle"], [1.0, 2.0])
 
     ``control.bode_plot(model["midspan_u2", "wind_speed"])`` draws.
     """
     equations = linearised(scene, "mean")
-    modes_of(equations, scene, 1)  # refuses a statically unstable equilibrium
+    modes_of(equations, scene, 1)  # raises if the equilibrium is statically unstable
     full = _full_order(equations)
     if modes is not None:
         full = _truncated(full, modes, scene)
@@ -121,7 +125,7 @@ def linear_model(scene: Scene, modes: int | None = None) -> control.StateSpace:
 
 
 def root_locus(scene: Scene, speeds: Sequence[float], count: int = 6) -> xr.Dataset:
-    """Eigenvalues of the lowest modes as the wind speed rises, each followed by its shape.
+    """Compute the eigenvalues of the lowest modes over the wind speed, tracked by shape.
 
     Parameters
     ----------
@@ -150,7 +154,7 @@ def root_locus(scene: Scene, speeds: Sequence[float], count: int = 6) -> xr.Data
     motion = SmallMotion(scene)
 
     def at(speed: float) -> Snapshot:
-        return Snapshot.of(motion, count + SPARE, speed)
+        return Snapshot.of(motion, count + EXTRA_MODES, speed)
 
     here = at(speeds[0])
     chosen = np.arange(min(count, len(here.modes)))
@@ -203,6 +207,7 @@ class _System:
 
 
 def _full_order(equations: Linearised) -> _System:
+    """State-space model of all free unknowns, with the matrices G and D of the module."""
     free = np.flatnonzero(equations.free)
     mass, damping, stiffness = (part.toarray() for part in equations.of_free())
     n = free.size
@@ -233,12 +238,12 @@ def _full_order(equations: Linearised) -> _System:
     c[4 + np.arange(4), n + middle] = 1.0
     through[:4, 2:] = -g[middle]
     through[4:, 2:] = d[middle]
-    at_once = float(np.abs(g[middle]).max())
-    if at_once > DIRECT:
+    feedthrough = float(np.abs(g[middle]).max())
+    if feedthrough > MAX_FEEDTHROUGH:
         raise SceneError(
-            f"numerics.elements = {(len(equations.free) - 1) // 2}: on this mesh {at_once:.2g} of a"
-            " support's velocity appears at once at mid-span, which a state-space model cannot"
-            f" hold (at most {DIRECT:g}); take 8 or more"
+            f"numerics.elements = {(len(equations.free) - 1) // 2}: on this mesh {feedthrough:.2g}"
+            " of a support's velocity appears at once at mid-span, which a state-space model cannot"
+            f" include (at most {MAX_FEEDTHROUGH:g}); set {MIN_ELEMENTS} or more elements"
         )
     names = (
         [f"{UNKNOWNS[k % 4]}_node{k // 4}" for k in free],
@@ -248,26 +253,28 @@ def _full_order(equations: Linearised) -> _System:
 
 
 def _truncated(full: _System, count: int, scene: Scene) -> _System:
-    """The oscillating modes with the lowest |s| in real coordinates, and the static gain of the rest."""
+    """Reduce a model to its oscillating modes with the lowest |s|, with the static gain of all.
+
+    x = 2 Re(right z) with z' = s z + left u; the real states are twice the real and the imaginary
+    part of z.
+    """
     values, right = np.linalg.eig(full.a)
-    oscillating = np.flatnonzero(values.imag > AT_REST * np.abs(values))
+    oscillating = np.flatnonzero(values.imag > MIN_OSCILLATION * np.abs(values))
     if isinstance(count, bool) or not isinstance(count, int) or not 1 <= count <= oscillating.size:
         raise SceneError(
             f"modes = {count}: must be a whole number from 1 to {oscillating.size}, the oscillating"
             f" modes of a mesh of {scene.numerics.elements} elements; None keeps all unknowns"
         )
     kept = oscillating[np.argsort(np.abs(values[oscillating]))][:count]
-    left = np.linalg.solve(right, full.b)[kept]  # of the inputs on each mode
-    # x = 2 Re(right z) with z' = s z + left u; the real states are twice the real and the imaginary
-    # part of z
+    left = np.linalg.solve(right, full.b)[kept]
     a, b = np.zeros((2 * count, 2 * count)), np.zeros((2 * count, full.b.shape[1]))
     c = np.zeros((full.c.shape[0], 2 * count))
     for m, k in enumerate(kept):
         s, pair = values[k], slice(2 * m, 2 * m + 2)
-        driven, seen = 2.0 * left[m], full.c @ right[:, k]
+        driven, observed = 2.0 * left[m], full.c @ right[:, k]
         a[pair, pair] = [[s.real, -s.imag], [s.imag, s.real]]
         b[pair] = [driven.real, driven.imag]
-        c[:, pair] = np.column_stack([seen.real, -seen.imag])
+        c[:, pair] = np.column_stack([observed.real, -observed.imag])
     names = [f"mode{m + 1}_{part}" for m in range(count) for part in ("in_phase", "quadrature")]
     small = _System(a, b, c, np.zeros_like(full.d), names)
     return _System(a, b, c, full.static_gain - small.static_gain, names)

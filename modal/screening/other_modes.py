@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from gallop_fmu import SceneError
 from modal.linear.mode_basis import mirrored
-from modal.linear.mode_tracking import ALIKE
+from modal.linear.mode_tracking import MIN_MAC
 from modal.linear.modes import FAMILIES, Family, by_family, half_waves
 from modal.screening.reduced_model import (
     MeanState,
@@ -176,7 +176,7 @@ def _tracked(
     """Modes in a wind, with the first vertical one tracked by its shape from a lower wind."""
     found = _modes(model, wide, high)
     likeness = before.likeness(found)
-    if likeness.max() < ALIKE and halvings > 0:
+    if likeness.max() < MIN_MAC and halvings > 0:
         middle = 0.5 * (low + high)
         between = _tracked(model, wide, before, low, middle, halvings - 1)
         return _tracked(model, wide, between, middle, high, halvings - 1)

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from gallop_fmu import Scene, SceneError
 from modal.linear.linearise import SmallMotion
-from modal.linear.mode_tracking import SPARE, Snapshot, follow
+from modal.linear.mode_tracking import EXTRA_MODES, Snapshot, follow
 from modal.linear.modes import Mode
 
 DEFAULT_HIGHEST_WIND = 30.0
@@ -114,7 +114,7 @@ def critical_wind_speed(
 
     def modes_at(speed: float) -> Snapshot:
         if speed not in known:
-            known[speed] = Snapshot.of(motion, count + SPARE, speed)
+            known[speed] = Snapshot.of(motion, count + EXTRA_MODES, speed)
         return known[speed]
 
     still = modes_at(0.0).modes[:count]

@@ -379,10 +379,10 @@ def _first_symmetric(modes: list[Mode], family: Family) -> Mode:
             f" ({shares}), so that the frequency ratio has no meaning: the eccentric ice or the"
             " supports couple the families; see natural_modes(scene)"
         )
-    if first.own_image < MIN_SYMMETRIC_SHARE:
+    if first.symmetric_share < MIN_SYMMETRIC_SHARE:
         raise SceneError(
             f"the first symmetric {family} mode at {first.frequency_hz:.4g} Hz cannot be"
-            f" distinguished from an antisymmetric one: only {first.own_image:.0%} of it is"
+            f" distinguished from an antisymmetric one: only {first.symmetric_share:.0%} of it is"
             " symmetric, because two modes cross or veer here, so that the frequency ratio has no"
             " meaning; see natural_modes(scene) and track_modes(scene, ...)"
         )

@@ -1,4 +1,4 @@
-"""Nonlinear simulation, mode superposition and linear theory of the same span, side by side."""
+"""Comparison of nonlinear simulation, mode superposition and linear theory of one span."""
 
 from __future__ import annotations
 
@@ -24,24 +24,27 @@ from modal.superposition.mode_superposition import (
 Array = NDArray[np.float64]
 
 CHANNELS = {"u2": "m", "u3": "m", "theta": "rad"}
-"""What is compared, at mid-span, and its unit."""
+"""Channels compared at mid-span, and their units."""
 
 LEVELS = (0.05, 0.2)
-"""Differences, as parts of the nonlinear model's running amplitude, at which two models are said to diverge."""
+"""Differences, relative to the running amplitude of the simulation, that count as divergence."""
+
+HEADINGS = "    u2 [m]     [Hz]    u3 [m]     [Hz]  theta [rad]  up to [s]  motion"
+"""Headings of the table of amplitudes."""
 
 
 @dataclass(frozen=True)
 class LinearMode:
-    """One mode of small motion about rest in the mean wind, by linear theory.
+    """A mode of small motion about the equilibrium in mean wind, by linear theory.
 
     Attributes
     ----------
     family : str
-        Family of the natural modes that have the largest part in it.
+        Family of the natural modes with the largest share of it.
     frequency_hz : float
-        Frequency [Hz]; 0 where it does not oscillate.
+        Frequency [Hz]; 0 if it does not oscillate.
     growth_rate : float
-        Rate sigma [1/s] at which the amplitude grows as exp(sigma t); negative: it decays.
+        Rate sigma [1/s] of the amplitude exp(sigma t); negative if it decays.
     """
 
     family: Family
@@ -60,13 +63,13 @@ class Divergence:
     channel : str
         ``"u2"``, ``"u3"`` or ``"theta"`` at mid-span.
     level : float
-        Difference as a part of the nonlinear model's running amplitude.
+        Difference, relative to the running amplitude of the simulation.
     history : float or None
-        Time [s] at which the two histories first differ by more, for which a small difference in
-        frequency is enough. None: they never do, while both run.
+        Time [s] at which the two histories first differ by more; a small difference in frequency
+        is enough. None if they do not while both models run.
     amplitude : float or None
-        Time [s] from which on the two running amplitudes differ by more as long as both run.  None:
-        they do not at the end.
+        Time [s] from which the two running amplitudes differ by more, up to the end of the shorter
+        run. None if they do not differ there.
     """
 
     model: str
@@ -87,10 +90,10 @@ class Comparison:
     superposition : Result
         Linear structure, nonlinear wind load.
     linear : Result
-        The same structure, wind load linearised about rest in the mean wind.  An unstable one ends
-        where its attack angle leaves the coefficient curve, for nothing else stops it.
+        Linear structure, wind load linearised about the equilibrium in mean wind. An unstable
+        model ends when its attack angle leaves the coefficient curve; nothing else limits it.
     linear_modes : tuple of LinearMode
-        The modes of the linear model, the fastest growing first.
+        Modes of the linear model, the fastest-growing first.
     divergences : tuple of Divergence
         One for each simpler model, channel and level.
     """
@@ -111,7 +114,7 @@ class Comparison:
         }
 
     def amplitudes(self) -> dict[str, dict[str, Oscillation]]:
-        """Oscillation of u2 [m], u3 [m] and theta [rad] at mid-span towards the end of each run, by model."""
+        """Oscillation of u2 [m], u3 [m], theta [rad] at mid-span at the end, by model."""
         found = {}
         for name, result in self.models.items():
             motions = result.steady()
@@ -137,7 +140,7 @@ class Comparison:
         return self.divergence(model, channel, level)
 
     def as_dict(self) -> dict[str, Any]:
-        """Everything but the histories as plain numbers and texts, for JSON."""
+        """Return all results except the histories as numbers and texts, for JSON."""
         return {
             "title": self.nonlinear.scene.title,
             "models": {
@@ -156,18 +159,18 @@ class Comparison:
         }
 
     def __str__(self) -> str:
-        """Table of amplitudes, and each warning once with the models that it is about, if not about all."""
-        lines = [
-            f"{'':14}{'u2 [m]':>10}{'[Hz]':>9}{'u3 [m]':>10}{'[Hz]':>9}{'theta [rad]':>13}{'up to [s]':>11}"
-            "  motion"
-        ]
+        """Table of amplitudes, and the warnings, with their models unless they hold for all."""
+        lines = [f"{'':14}{HEADINGS}"]
         for name, motions in self.amplitudes().items():
             u2, u3, theta = (motions[channel] for channel in CHANNELS)
             lines.append(
-                f"{name:14}{u2.amplitude:10.4f}{frequency_text(u2.frequency_hz):>9}{u3.amplitude:10.4f}{frequency_text(u3.frequency_hz):>9}{theta.amplitude:13.4f}{self.models[name].report.time:11.1f}"
+                f"{name:14}"
+                f"{u2.amplitude:10.4f}{frequency_text(u2.frequency_hz):>9}"
+                f"{u3.amplitude:10.4f}{frequency_text(u3.frequency_hz):>9}"
+                f"{theta.amplitude:13.4f}{self.models[name].report.time:11.1f}"
                 f"  {self.models[name].motion}"
             )
-        warned: dict[str, list[str]] = {}  # names of models by what they warn of
+        warned: dict[str, list[str]] = {}  # names of the models of each warning
         for name, result in self.models.items():
             for sentence in result.warnings:
                 warned.setdefault(sentence, []).append(name)
@@ -180,14 +183,14 @@ class Comparison:
 def compare(scene: Scene, stop_time: float | None = None) -> Comparison:
     """Run the nonlinear simulation, mode superposition and linear theory on one scene.
 
-    All start alike.  Mode superposition and linear theory share their modes, so what tells the
-    first from the second is the nonlinear wind load, and what tells it from the simulation is the
-    nonlinear structure.
+    All start from the same state. Mode superposition and linear theory have the same modes; they
+    differ by the nonlinear wind load. Mode superposition and simulation differ by the nonlinear
+    structure.
 
     Parameters
     ----------
     scene
-        What to compute; the linear model takes the wind's mean speed.
+        The span; the linear model uses the mean wind speed.
     stop_time
         Simulated time [s]; None takes the scene's.
 
@@ -196,7 +199,7 @@ def compare(scene: Scene, stop_time: float | None = None) -> Comparison:
     SceneError
         If an argument is not allowed, the mesh has too few modes, or a tower moves.
     SimulationError
-        If the simulation cannot start.  A run that ends early raises nothing: its outcome tells.
+        If the simulation cannot start. A run that ends early raises nothing; see its outcome.
     """
     span = ModalSpan.of(scene, vertical=VERTICAL, horizontal=HORIZONTAL, torsional=TORSIONAL)
     linear = linear_motion(span, scene.wind.mean_speed, stop_time)
@@ -215,6 +218,7 @@ def compare(scene: Scene, stop_time: float | None = None) -> Comparison:
 
 
 def _linear_modes(span: ModalSpan) -> tuple[LinearMode, ...]:
+    """Modes of the linear model in the mean wind, the fastest-growing first."""
     values, vectors = np.linalg.eig(span.linear_system(span.scene.wind.mean_speed)[0])
     families = np.array([mode.family for mode in span.modes])
     weight = np.abs(vectors[len(families) :]) ** 2
@@ -234,17 +238,17 @@ def _linear_modes(span: ModalSpan) -> tuple[LinearMode, ...]:
 def _divergence(
     nonlinear: Result, other: Result, model: str, channel: str, level: float, period: float
 ) -> Divergence:
-    """Compare over the time that both run, from one period of the slowest mode on."""
+    """Compare the histories of a channel from the first `period` [s] to the end of the shorter."""
     count = min(nonlinear.dataset.sizes["time"], other.dataset.sizes["time"])
     time = nonlinear.dataset.time.values[:count]
     truth, simple = (result.midspan()[channel].values[:count] for result in (nonlinear, other))
     width = int(np.searchsorted(time, period)) + 1
     amplitude = running_amplitude(truth, width)
 
-    away = np.abs(simple - truth) > level * amplitude
-    off = np.abs(running_amplitude(simple, width) - amplitude) > level * amplitude
-    first = np.flatnonzero(away & (time >= period))
-    last_agreement = np.flatnonzero(~off | (time < period))[-1]
+    differs = np.abs(simple - truth) > level * amplitude
+    size_differs = np.abs(running_amplitude(simple, width) - amplitude) > level * amplitude
+    first = np.flatnonzero(differs & (time >= period))
+    last_agreement = np.flatnonzero(~size_differs | (time < period))[-1]
     return Divergence(
         model=model,
         channel=channel,
@@ -255,7 +259,7 @@ def _divergence(
 
 
 def running_amplitude(values: Array, width: int) -> Array:
-    """Half peak-to-peak over the last `width` samples up to each one; over fewer at the start."""
+    """Half peak-to-peak over the last `width` samples up to each one, or fewer at the start."""
     from scipy.ndimage import maximum_filter1d, minimum_filter1d  # slow to import
 
     shift = (width - 1) // 2  # the window ends at the sample

@@ -222,7 +222,7 @@ def test_the_peak_of_the_bode_plot_is_the_mode(scene):
 
 
 def test_a_coarse_mesh_is_refused(scene):
-    with pytest.raises(gf.SceneError, match=r"numerics\.elements = 4: .* take 8 or more"):
+    with pytest.raises(gf.SceneError, match=r"numerics\.elements = 4: .* set 8 or more"):
         modal.linear_model(scene.with_values({"numerics.elements": 4}))
 
 

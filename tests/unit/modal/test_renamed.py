@@ -3,6 +3,7 @@
 import dataclasses
 from types import SimpleNamespace
 
+import numpy as np
 import pytest
 from typer.testing import CliRunner
 
@@ -37,6 +38,14 @@ def test_old_name_in_a_screening():
     found = modal.Screening(**{**values, "antisymmetric_growth": 1.01})
     with pytest.warns(DeprecationWarning, match="lopsided_growth is now called antisymmetric_gr"):
         assert found.lopsided_growth == 1.01
+
+
+def test_old_name_in_a_mode():
+    wave = np.array([0.0, 1.0, 0.5, 0.0])
+    values = dict.fromkeys(field.name for field in dataclasses.fields(modal.Mode))
+    mode = modal.Mode(**{**values, "wave": wave})
+    with pytest.warns(DeprecationWarning, match=r"Mode\.own_image is now called symmetric_share"):
+        assert mode.own_image == pytest.approx(0.9)  # 1/2 + (2 0.5)/(2 1.25)
 
 
 def test_old_argument_of_screen_spans():
