@@ -74,7 +74,7 @@ def test_adjacent_spans_change_in_the_same_way(scene):
 
 @pytest.mark.parametrize("change", [{"temperature_change": -5000.0}, {"temperature_change": 1e6}])
 def test_an_impossible_state_is_named(scene, change):
-    with pytest.raises(gf.SceneError, match="no tension fits a temperature change"):
+    with pytest.raises(gf.SceneError, match="no tension is possible for a temperature change"):
         modal.change_of_state(scene, **change)
 
 
