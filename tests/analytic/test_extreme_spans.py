@@ -12,6 +12,7 @@ import modal
 from gallop_fmu.engine.model import Inputs, Model
 from gallop_fmu.foundation.channels import NODE_INDEX, SPAN_INDEX
 from gallop_fmu.scene.scene import Scene
+from support.taut_span import taut_span
 
 DRAG = {
     "kind": "polynomial", "valid_from_deg": -180.0, "valid_to_deg": 180.0, "outside": "periodic",
@@ -164,17 +165,11 @@ def test_a_thousand_elements_at_rest(span, exact_cable):
 
 def string(**numerics):
     """Nearly weightless, so that its modes are sines."""
-    return Scene.from_dict({
-        "title": "a string",
-        "span": {"length": 100.0, "horizontal_tension": 92000.0, "gravity": 0.01},
-        "conductor": {
-            "diameter": 0.028, "mass_per_length": 1.5, "axial_stiffness": 4e7,
-            "torsional_stiffness": 150.0,
-            "torsional_inertia": 1.5e-4,
-        },
-        "initial": {"seed_horizontal": 1e-4},
-        "numerics": {"elements": 1000, "newton_tolerance": 1e-14, **numerics},
-    })  # fmt: skip
+    return taut_span(
+        span={"gravity": 0.01},
+        initial={"seed_horizontal": 1e-4},
+        numerics={"elements": 1000, "newton_tolerance": 1e-14, **numerics},
+    )
 
 
 def test_modes_of_a_thousand_elements():

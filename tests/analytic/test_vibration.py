@@ -5,7 +5,7 @@ import pytest
 
 from gallop_fmu.engine.model import Model
 from gallop_fmu.foundation.channels import NODE_INDEX
-from gallop_fmu.scene.scene import Scene
+from support.taut_span import taut_span
 
 STEP = 0.01
 NODE = np.array([NODE_INDEX["u3"], NODE_INDEX["theta"]], np.int32)
@@ -24,18 +24,13 @@ def motion(ratio, count):
         }
         for name, f in (("translation", HORIZONTAL), ("twist", TWIST))
     }
-    model = Model(Scene.from_dict({
-        "title": "a taut span",
-        "span": {"length": 100.0, "horizontal_tension": 92000.0},
-        "conductor": {
-            "diameter": 0.028, "mass_per_length": 1.5, "axial_stiffness": 4e7,
-            "torsional_stiffness": 150.0,
-            "torsional_inertia": 1.5e-4,
-        },
-        "damping": damping if ratio else {},
-        "initial": {"seed_horizontal": 1e-4, "seed_twist": 1e-3},
-        "numerics": {"time_step": STEP, "newton_tolerance": 1e-14},
-    }))  # fmt: skip
+    model = Model(
+        taut_span(
+            damping=damping if ratio else {},
+            initial={"seed_horizontal": 1e-4, "seed_twist": 1e-3},
+            numerics={"time_step": STEP, "newton_tolerance": 1e-14},
+        )
+    )
     state = model.start()
     values = state.run(count, 1, NODE, np.array([model.middle], np.int32)).node_values[:, :, 0]
     return np.vstack([[1e-4, 1e-3], values])

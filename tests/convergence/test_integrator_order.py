@@ -7,7 +7,7 @@ from gallop_fmu.engine.model import Model
 from gallop_fmu.foundation.channels import NODE_INDEX, SPAN_INDEX
 from gallop_fmu.foundation.integrators import INTEGRATORS
 from gallop_fmu.input.scene_files import load_scene
-from gallop_fmu.scene.scene import Scene
+from support.taut_span import taut_span
 
 CHANNELS = np.array([NODE_INDEX[name] for name in ("u2", "u3", "theta")], np.int32)
 LAW = {"kind": "pulse", "peak": 1.0, "rise": 2.0, "fall_start": 2.0, "fall": 2.0}
@@ -67,17 +67,12 @@ def test_order_of_the_frequency(integrator):
 
 def shaft(integrator, step):
     """Free twist of a taut undamped span, which is linear: modes at 5, 10, ... Hz."""
-    return Model(Scene.from_dict({
-        "title": "a taut span",
-        "span": {"length": 100.0, "horizontal_tension": 92000.0},
-        "conductor": {
-            "diameter": 0.028, "mass_per_length": 1.5, "axial_stiffness": 4e7,
-            "torsional_stiffness": 150.0,
-            "torsional_inertia": 1.5e-4,
-        },
-        "initial": {"seed_twist": 1e-3},
-        "numerics": {"time_step": step, "newton_tolerance": 1e-14, "integrator": integrator},
-    }))  # fmt: skip
+    return Model(
+        taut_span(
+            initial={"seed_twist": 1e-3},
+            numerics={"time_step": step, "newton_tolerance": 1e-14, "integrator": integrator},
+        )
+    )
 
 
 def energy(run):

@@ -5,7 +5,7 @@ import numpy as np
 from gallop_fmu.engine.model import Model
 from gallop_fmu.foundation.channels import NODE_INDEX
 from gallop_fmu.input.scene_files import load_scene
-from gallop_fmu.scene.scene import Scene
+from support.taut_span import taut_span
 
 CHANNELS = np.array([NODE_INDEX[name] for name in ("u2", "u3", "theta")], np.int32)
 SCENE = load_scene("example1").with_values(
@@ -63,17 +63,12 @@ def test_frequency_of_a_shaft_is_of_second_order():
     """Free twist of a taut span, sqrt(GJ/I) / (2 L) = 5 Hz: period longer by (omega h)^2 / 12."""
     errors = []
     for step in (0.01, 0.005, 0.0025):
-        model = Model(Scene.from_dict({
-            "title": "a taut span",
-            "span": {"length": 100.0, "horizontal_tension": 92000.0},
-            "conductor": {
-                "diameter": 0.028, "mass_per_length": 1.5, "axial_stiffness": 4e7,
-                "torsional_stiffness": 150.0,
-                "torsional_inertia": 1.5e-4,
-            },
-            "initial": {"seed_twist": 1e-3},
-            "numerics": {"time_step": step, "newton_tolerance": 1e-14},
-        }))  # fmt: skip
+        model = Model(
+            taut_span(
+                initial={"seed_twist": 1e-3},
+                numerics={"time_step": step, "newton_tolerance": 1e-14},
+            )
+        )
         theta = (
             model.start()
             .run(400, 1, CHANNELS, np.array([model.middle], np.int32))

@@ -10,8 +10,8 @@ from gallop_fmu.engine.model import Inputs, Model
 from gallop_fmu.foundation.channels import NODE_CHANNELS, NODE_INDEX, SPAN_INDEX
 from gallop_fmu.foundation.outcome import Outcome
 from gallop_fmu.input.scene_files import load_scene
-from gallop_fmu.scene.scene import Scene
 from gallop_fmu.simulation.energy_balance import account
+from support.taut_span import taut_span
 
 TURN = 2.0 * math.pi
 ALL = np.arange(len(NODE_CHANNELS), dtype=np.int32)
@@ -99,21 +99,17 @@ def test_an_attack_angle_that_runs_round_the_circle():
 
 def taut(aerodynamics, speed, **values):
     """A nearly weightless string and shaft, whose modes are sines."""
-    return Scene.from_dict({
-        "title": "a string in the wind",
-        "span": {"length": 100.0, "horizontal_tension": 92000.0, "gravity": 0.01},
-        "conductor": {
-            "diameter": 0.028, "mass_per_length": 1.5, "axial_stiffness": 4e6,
-            "torsional_stiffness": 13.2,
-            "torsional_inertia": 1.5e-4,
-        },
+    curve = {"kind": "polynomial", "valid_from_deg": -60.0, "valid_to_deg": 60.0, "drag": [0.0]}
+    sections = {
         "wind": {"speed": speed, "air_density": 1.25},
-        "aerodynamics": {
-            "kind": "polynomial", "valid_from_deg": -60.0, "valid_to_deg": 60.0, "drag": [0.0],
-            "reference_radius": 1e-9, **aerodynamics,
-        },
+        "aerodynamics": {**curve, "reference_radius": 1e-9, **aerodynamics},
         "numerics": {"time_step": 2e-3, "newton_tolerance": 1e-13},
-    } | values)  # fmt: skip
+    }
+    return taut_span(
+        span={"gravity": 0.01},
+        conductor={"axial_stiffness": 4e6, "torsional_stiffness": 13.2},
+        **(sections | values),
+    )
 
 
 SLOPE = 0.2  # of the moment, per radian
