@@ -16,6 +16,7 @@ from gallop_fmu.sweeps.cases import cases
 from gallop_fmu.sweeps.journal import journal_of
 from gallop_fmu.sweeps.pool import ONE_THREAD, Workers, WorkersLostError
 from gallop_fmu.sweeps.runner import compute
+from support.sweeps import same
 
 WINDS = [4.0 + 0.1 * k for k in range(16)]
 CHANGES = {"numerics.elements": 4, "numerics.time_step": 0.02, "run.record_every": 5}
@@ -92,11 +93,6 @@ def _cluster(folder):
             for process in started:
                 process.kill()
                 process.wait()
-
-
-def same(one, other):
-    """Check that two results agree in every bit, except for their run times."""
-    return one.dataset.drop_vars("seconds").identical(other.dataset.drop_vars("seconds"))
 
 
 @pytest.fixture(scope="module")

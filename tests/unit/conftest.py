@@ -1,6 +1,9 @@
-"""A valid scene to modify."""
+"""A valid scene to modify, and the command line in an empty folder."""
 
 import pytest
+from typer.testing import CliRunner
+
+from gallop_fmu.cli import main
 
 
 @pytest.fixture
@@ -17,3 +20,11 @@ def minimal():
             "torsional_inertia": 1.5e-4,
         },
     }
+
+
+@pytest.fixture
+def invoke(tmp_path, monkeypatch):
+    """Run a command of gallop-fmu, or of another `app`, in an empty folder."""
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setenv("COLUMNS", "200")
+    return lambda *words, app=main.app: CliRunner().invoke(app, [str(word) for word in words])

@@ -4,21 +4,11 @@ import json
 
 import numpy as np
 import pytest
-from typer.testing import CliRunner
 
 import gallop_fmu as gf
 from gallop_fmu.cli.line_commands import NEW_EXAMPLE
-from gallop_fmu.cli.main import app
 from gallop_fmu.line.conductors import conductors
 from gallop_fmu.line.line_table import Line
-
-
-@pytest.fixture
-def invoke(tmp_path, monkeypatch):
-    """Run a command in an empty folder."""
-    monkeypatch.chdir(tmp_path)
-    monkeypatch.setenv("COLUMNS", "200")
-    return lambda *words: CliRunner().invoke(app, [str(word) for word in words])
 
 
 def test_conductors_are_listed(invoke):

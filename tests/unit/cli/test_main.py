@@ -6,10 +6,8 @@ from pathlib import Path
 import h5netcdf
 import numpy as np
 import pytest
-from typer.testing import CliRunner
 
 from gallop_fmu.cli import terminal
-from gallop_fmu.cli.main import app
 from gallop_fmu.input.scene_files import packaged_scenes
 
 COMMANDS = ("scenes", "conductors", "new", "run", "export", "check", "demo")
@@ -17,14 +15,6 @@ LEAVES_THE_CURVE = (
     "--set",
     "aerodynamics.valid_to_deg=181",
 )  # example 3 gallops out of this range at 119 s
-
-
-@pytest.fixture
-def invoke(tmp_path, monkeypatch):
-    """Run a command in an empty folder."""
-    monkeypatch.chdir(tmp_path)
-    monkeypatch.setenv("COLUMNS", "160")
-    return lambda *words: CliRunner().invoke(app, [str(word) for word in words])
 
 
 def _refused(result, *fragments, code=2):

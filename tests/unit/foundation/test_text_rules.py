@@ -11,11 +11,9 @@ import numpy as np
 import pandas as pd
 import pytest
 from matplotlib.figure import Figure
-from typer.testing import CliRunner
 
 import gallop_fmu as gf
 import modal.cli.main
-from gallop_fmu.cli.main import app
 from gallop_fmu.cli.terminal import new_console
 from gallop_fmu.fmu.description import Identity, model_description
 from gallop_fmu.foundation.text_files import parse_toml, read_table
@@ -53,13 +51,6 @@ BAD_CHARACTERS = [
     "\ufffe",
     "\U0010ffff",
 ]
-
-
-@pytest.fixture
-def invoke(tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
-    monkeypatch.setenv("COLUMNS", "200")
-    return lambda *words, app=app: CliRunner().invoke(app, [str(word) for word in words])
 
 
 def in_coefficient_file(word, folder):

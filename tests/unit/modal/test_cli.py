@@ -3,9 +3,9 @@
 import json
 import subprocess
 import sys
+from functools import partial
 
 import pytest
-from typer.testing import CliRunner
 
 import gallop_fmu as gf
 import modal
@@ -22,11 +22,9 @@ QUICK = ("--set", "numerics.elements=8")
 
 
 @pytest.fixture
-def invoke(tmp_path, monkeypatch):
-    """Run a command in an empty folder."""
-    monkeypatch.chdir(tmp_path)
-    monkeypatch.setenv("COLUMNS", "160")
-    return lambda *words: CliRunner().invoke(app, [str(word) for word in words])
+def invoke(invoke):
+    """Run a command of gallop-modal in an empty folder."""
+    return partial(invoke, app=app)
 
 
 @pytest.fixture

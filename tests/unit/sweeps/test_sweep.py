@@ -7,15 +7,14 @@ import re
 
 import numpy as np
 import pytest
-from typer.testing import CliRunner
 
 import gallop_fmu as gf
 import modal
-from gallop_fmu.cli import main as cli
 from gallop_fmu.cli import sweep_options
 from gallop_fmu.line.clearance import cigre_322_single_loop, davison_single_loop
 from gallop_fmu.sweeps.sweep import SUMMARY_COLUMNS
 from modal.screening.many_spans import ESTIMATE_COLUMNS, SCREENING_COLUMNS, EstimateTask
+from support.sweeps import same
 
 WINDS = {"wind.speed": [4.0, 5.5], "ice.attack_angle_deg": [180.0, 300.0, 178.0]}
 """300 deg is outside the coefficient curve."""
@@ -31,19 +30,6 @@ def scene():
 @pytest.fixture(scope="module")
 def runs(scene):
     return gf.sweep(scene, WINDS, stop_time=20.0, window=10.0)
-
-
-@pytest.fixture
-def invoke(tmp_path, monkeypatch):
-    """Run a command in an empty folder."""
-    monkeypatch.chdir(tmp_path)
-    monkeypatch.setenv("COLUMNS", "160")
-    return lambda *words, app=cli.app: CliRunner().invoke(app, [str(word) for word in words])
-
-
-def same(one, other):
-    """Check that two results agree in every bit, except for their run times."""
-    return one.dataset.drop_vars("seconds").identical(other.dataset.drop_vars("seconds"))
 
 
 def test_rows_equal_single_runs(scene, runs):
