@@ -1,1 +1,1 @@
-"""What every layer uses: a scene with one number changed, root finding, change of state."""
+"""Shared by all layers: scenes with one number changed, root finding, change of state."""

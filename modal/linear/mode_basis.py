@@ -164,7 +164,7 @@ def stiffness_derivative(rest: Rest, direction: Array) -> Array:
 
 
 def mirrored(scene: Scene) -> bool:
-    """Tell whether the span is its own mirror image about mid-span."""
+    """True if the span has mirror symmetry about mid-span."""
     return scene.span.height_difference == 0.0 and scene.supports.left == scene.supports.right
 
 

@@ -70,7 +70,7 @@ class ShallowCable:
 
     @property
     def beyond_crossover(self) -> bool:
-        """Tell whether the first symmetric in-plane mode is faster than the antisymmetric one.
+        """True if the first symmetric in-plane mode is faster than the first antisymmetric one.
 
         It then has inner nodes.
         """
@@ -185,7 +185,7 @@ def _support_stiffness(scene: Scene) -> list[tuple[float, float]]:
 
 
 def _symmetric(lambda_squared: float) -> float:
-    """First root x = w l/(2 c) of tan x = x - 4 x^3/lambda^2, multiplied by cos x, which has no poles."""
+    """First root x = w l/(2 c) of tan x = x - 4 x^3/lambda^2, times cos x to remove the poles."""
 
     def closed(x: float) -> float:
         return lambda_squared * (x * math.cos(x) - math.sin(x)) - 4.0 * x**3 * math.cos(x)

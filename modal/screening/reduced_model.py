@@ -365,7 +365,7 @@ def reduced_model(scene: Scene, rest: Rest) -> ReducedModel:
 
 
 def with_antisymmetric_modes(model: ReducedModel) -> ReducedModel:
-    """The antisymmetric modes of a span with mirror symmetry added behind the symmetric ones of its model."""
+    """Add the antisymmetric modes to the model of a span with mirror symmetry, after its own."""
     chosen = choose(model.rest, (False,))
     shapes = np.concatenate([model.shapes, with_stretching(model.rest, chosen)])
     return ReducedModel(model.scene, model.rest, choose(model.rest, (True,)), shapes)

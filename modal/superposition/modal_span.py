@@ -1,4 +1,4 @@
-"""A span in modal coordinates: natural modes, their damping, and the nonlinear wind load on them."""
+"""A span in modal coordinates: natural modes, their damping, and the nonlinear wind load."""
 
 from __future__ import annotations
 
@@ -42,7 +42,7 @@ class WindLoad:
 
 @dataclass(frozen=True)
 class ModalSpan:
-    """A span in modal coordinates q: q'' + damping q' + diag(squares) q = wind load + applied loads.
+    """A span in modal coordinates q: q'' + damping q' + diag(squares) q = wind and other loads.
 
     Attributes
     ----------
@@ -193,7 +193,7 @@ class ModalSpan:
         return matrix, np.concatenate([rest, np.zeros(count)])
 
     def start(self) -> Array:
-        """State (q, q') at t = 0: the seed, added to the equilibrium from which the scene starts."""
+        """State (q, q') at t = 0: the seed plus the equilibrium in which the scene starts."""
         q = self.seed
         if self.scene.initial.wind == "mean_wind_equilibrium":
             q = q + self.rest(float(wind_at(self.scene, np.zeros(1))[0]))
