@@ -1,7 +1,7 @@
 """Figures of a run: histories, the path of the mid-span point, and both on one page.
 
-Every function returns a `matplotlib.figure.Figure` and leaves pyplot's global state alone, so it
-works without a display, in threads and in notebooks.
+Functions return a `matplotlib.figure.Figure` and do not use pyplot's global state, so they work
+without a display, in threads and in notebooks.
 """
 
 from __future__ import annotations
@@ -32,7 +32,7 @@ Windows = Mapping[str, tuple[float, float]]
 """Name of a part of a run to its start and end [s]."""
 
 COLOURS = {"u2": "#0072B2", "u3": "#D55E00", "theta": "#009E73", "tension": "#CC79A7"}
-"""Okabe and Ito's palette, which readers with any colour vision tell apart."""
+"""Palette of Okabe and Ito, for all kinds of colour vision."""
 
 WINDOW_COLOURS = ("#56B4E9", "#E69F00", "#009E73", "#CC79A7")
 NEUTRAL = "#404040"
@@ -41,11 +41,11 @@ TEXT_WIDTH = 7.1
 
 SUFFIXES = (".png", ".svg", ".pdf")
 PIXEL_COLUMNS = 1500
-EQUAL_SCALE_LIMIT = 6.0
-"""Paths flatter or steeper than this are drawn with a scale for each axis, else nothing of them would be seen."""
+MAX_EQUAL_SCALE_RATIO = 6.0
+"""Maximum ratio of the sides of a path that is drawn with equal scales."""
 
 DIED_OUT = 0.01
-"""Share of a run's whole range below which its last periods show nothing but the remains of a transient."""
+"""Share of a run's range below which the motion of its last periods has died out."""
 
 AXIS_LABELS = {
     "u2": ("vertical displacement", "$u_2$"),
@@ -70,28 +70,27 @@ STYLE: dict[Any, Any] = {
 
 
 def drawing(style: Mapping[str, Any]) -> AbstractContextManager[None]:
-    """Settings under which a figure is made or saved: matplotlib's own defaults, then `style`.
+    """Return a context with matplotlib's defaults and `style`.
 
-    A user's ``matplotlibrc`` has no part in them: it may ask for LaTeX or fonts that are not
-    installed.
+    It excludes a user's ``matplotlibrc``, which may require LaTeX or fonts that are not installed.
     """
     return matplotlib.style.context(["default", dict(style)])
 
 
 def histories(source: Result | xr.Dataset, channels: Sequence[str] = ("u2", "u3")) -> Figure:
-    """Mid-span histories, one above the other.
+    """Draw mid-span histories, one above the other.
 
     Parameters
     ----------
     source
         A result, or a dataset with the channels over ``time`` [s] at mid-span.
     channels
-        What to draw, by name.
+        Channels to draw.
 
     Raises
     ------
     SceneError
-        If a channel or the mid-span node was not recorded.
+        A channel or the mid-span node was not recorded.
     """
     data = _midspan(source, channels)
     with drawing(STYLE):
@@ -102,20 +101,19 @@ def histories(source: Result | xr.Dataset, channels: Sequence[str] = ("u2", "u3"
 
 
 def trace(source: Result | xr.Dataset, windows: Windows | None = None) -> Figure:
-    """Path of the mid-span point across the span, seen along it: a panel for each part of the run, all to one scale.
+    """Draw the path of the mid-span point, seen along the span: a panel for each part of the run.
 
     Parameters
     ----------
     source
         A result, or a dataset with u2 and u3 [m] over ``time`` [s] at mid-span.
     windows
-        Parts of the run; the last few periods if not given, or the whole run where the motion has
-        died out by then.
+        Parts of the run (default: the last periods, or the whole run if the motion has died out).
 
     Raises
     ------
     SceneError
-        If u2 or u3 was not recorded, or a window holds no record.
+        u2 or u3 was not recorded, or a window has no record.
     """
     data = _midspan(source, ("u2", "u3"))
     windows = windows or enlarged_part(data)
@@ -127,7 +125,7 @@ def trace(source: Result | xr.Dataset, windows: Windows | None = None) -> Figure
 
 
 def story(source: Result | xr.Dataset, windows: Windows, title: str = "") -> Figure:
-    """Histories of u2 and u3 with the windows marked, and the mid-span path in each: figures 10 and 11 of the paper.
+    """Draw u2 and u3 with marked windows, and the mid-span path in each window.
 
     Parameters
     ----------
@@ -136,7 +134,7 @@ def story(source: Result | xr.Dataset, windows: Windows, title: str = "") -> Fig
     windows
         Parts of the run, such as before, during and after a transfer of energy.
     title
-        One line above the figure.
+        Title of the figure, one line.
     """
     data = _midspan(source, ("u2", "u3"))
     with drawing(STYLE):
@@ -155,12 +153,12 @@ def story(source: Result | xr.Dataset, windows: Windows, title: str = "") -> Fig
 
 
 def overview(result: Result) -> Figure:
-    """One page on a run: four mid-span histories, the last periods enlarged, and the path of the mid-span point.
+    """Draw one page on a run: four mid-span histories, the last periods, and the mid-span path.
 
     Raises
     ------
     SceneError
-        If u2, u3, theta, tension or the mid-span node was not recorded.
+        u2, u3, theta, tension or the mid-span node was not recorded.
     """
     channels = ("u2", "u3", "theta", "tension")
     data = _midspan(result, channels)
@@ -186,30 +184,30 @@ def overview(result: Result) -> Figure:
 
 
 def add_notes(figure: Figure, notes: Sequence[str]) -> None:
-    """Put sentences below a figure, each on lines of its own."""
+    """Write sentences below a figure, each on its own lines."""
     figure.supxlabel(
         "\n".join(textwrap.fill(note, 140) for note in notes), fontsize=7.0
     ).set_parse_math(False)
 
 
 def add_title(figure: FigureBase, title: str) -> None:
-    """Put a user's text above a figure, as it is: a dollar sign begins no mathematics."""
+    """Write a title above a figure; a dollar sign does not start mathematics."""
     figure.suptitle(title, fontsize=9.0).set_parse_math(False)
 
 
 def save_figure(figure: Figure, path: Path | str) -> Path:
-    """Write a figure; the suffix decides the format.
+    """Write a figure in the format of the suffix.
 
     Raises
     ------
     SceneError
-        If the suffix is not .png, .svg or .pdf.
+        The suffix is not .png, .svg or .pdf.
     """
     path = Path(path)
     if path.suffix.lower() not in SUFFIXES:
         raise SceneError(
-            f"{path}: pictures are written as {', '.join(SUFFIXES)}, not as"
-            f" {path.suffix or 'no suffix'}"
+            f"{path}: pictures are not written as {path.suffix or 'files without suffix'}; choose"
+            f" {', '.join(SUFFIXES)}"
         )
     with drawing({"svg.fonttype": "none", "pdf.fonttype": 42}):
         content = BytesIO()
@@ -219,14 +217,14 @@ def save_figure(figure: Figure, path: Path | str) -> Path:
 
 
 def enlarged_part(data: xr.Dataset, periods: float = 6.0) -> Windows:
-    """The last few periods of the slower of u2 and u3, at most half of the run; all of it where the motion died out.
+    """Return the window of the last periods, or the whole run if the motion has died out.
 
     Parameters
     ----------
     data
         Dataset with u2 and u3 over ``time`` [s] at mid-span.
     periods
-        Number of periods.
+        Number of periods of the slower of u2 and u3, limited to half of the run.
     """
     time = np.asarray(data.time.values)
     half = len(time) // 2
@@ -243,7 +241,7 @@ def _midspan(source: Result | xr.Dataset, channels: Sequence[str]) -> xr.Dataset
     data = source.midspan() if isinstance(source, Result) else source
     missing = [name for name in channels if name not in data]
     if missing:
-        raise SceneError(f"{', '.join(missing)} was not recorded; ask for it in channels")
+        raise SceneError(f"{', '.join(missing)} was not recorded; simulate with it in channels")
     return data
 
 
@@ -256,13 +254,13 @@ def _cycle(count: int) -> list[str]:
 
 
 def _label(name: str, data: xr.Dataset) -> str:
-    """Symbol and unit; what is not one of the usual channels under its own name."""
+    """Return the symbol, or the name of an unusual channel, and the unit."""
     unit = {"theta": "deg", "tension": "kN"}.get(name, str(data[name].attrs.get("units", "")))
     return f"{AXIS_LABELS[name][1] if name in AXIS_LABELS else name} [{unit}]"
 
 
 def _shown(name: str, data: xr.Dataset) -> Array:
-    """Values in the unit of `_label`."""
+    """Return the values in the unit of `_label`."""
     values = np.asarray(data[name].values, dtype=np.float64)
     return (
         np.degrees(values) if name == "theta" else values / 1000.0 if name == "tension" else values
@@ -286,14 +284,16 @@ def _draw_histories(rows: list[Axes], data: xr.Dataset, channels: Sequence[str])
 def _draw_traces(
     panels: list[Axes], data: xr.Dataset, windows: Windows, *, times: bool = True
 ) -> None:
-    """Horizontal against vertical displacement; equal scales unless the path is too thin to be seen with them."""
+    """Draw paths across the span, with equal scales unless a path is too thin."""
     ranges = []
     for axes, (name, (start, stop)), colour in zip(
         panels, windows.items(), _cycle(len(windows)), strict=True
     ):
         part = data.sel(time=slice(start - 1e-9, stop + 1e-9))
         if not part.sizes["time"]:
-            raise SceneError(f"no record lies in the window {name} from {start:g} s to {stop:g} s")
+            raise SceneError(
+                f"the window {name} from {start:g} s to {stop:g} s has no record; give a longer one"
+            )
         ranges.append((float(np.ptp(part.u3.values)), float(np.ptp(part.u2.values))))
         axes.plot(
             part.u3.values,
@@ -302,13 +302,13 @@ def _draw_traces(
             linewidth=0.5,
         )
         digits = 0 if stop - start > 5.0 else 2
-        told = f"{name}, {start:.{digits}f} to {stop:.{digits}f} s" if times else name
-        axes.set_title(told).set_parse_math(False)
+        title = f"{name}, {start:.{digits}f} to {stop:.{digits}f} s" if times else name
+        axes.set_title(title).set_parse_math(False)
         axes.set_xlabel(_label("u3", data))
         axes.locator_params(nbins=4)
     panels[0].set_ylabel(_label("u2", data))
     wide, high = np.max(ranges, axis=0)
-    if max(wide, high) <= EQUAL_SCALE_LIMIT * min(wide, high):
+    if max(wide, high) <= MAX_EQUAL_SCALE_RATIO * min(wide, high):
         for axes in panels:
             axes.set_aspect("equal", adjustable="datalim" if len(panels) == 1 else "box")
     else:
@@ -316,7 +316,7 @@ def _draw_traces(
 
 
 def _draw_close(axes: Axes, data: xr.Dataset, window: tuple[float, float]) -> None:
-    """The last periods of u2 and u3 about their means, so that their frequencies can be compared by eye."""
+    """Draw the last periods of u2 and u3 about their means."""
     part = data.sel(time=slice(*window))
     for name in ("u2", "u3"):
         values = part[name].values
@@ -336,7 +336,7 @@ def _draw_close(axes: Axes, data: xr.Dataset, window: tuple[float, float]) -> No
 
 
 def _thinned(time: Array, values: Array) -> tuple[Array, Array]:
-    """Lowest and highest value in each column of pixels: the same picture from far fewer points."""
+    """Return the minimum and maximum in each column of pixels, for the same picture."""
     size = len(time) // PIXEL_COLUMNS
     if size < 4:
         return time, values

@@ -33,8 +33,6 @@ EXCEPTIONS = {
     "gallop_fmu/kernel/probe.c:gallop_tangent": C_FACE,
     "gallop_fmu/kernel/time_march.c:check_run": LATER,
     "gallop_fmu/kernel/time_march.c:gallop_run": C_FACE,
-    "gallop_fmu/line/line_table.py:scene_data": LATER,
-    "gallop_fmu/simulation/result.py:histories": OPTIONS,
     "gallop_fmu/sweeps/sweep.py:sweep": OPTIONS,
     "modal/screening/many_spans.py:screen_spans": OPTIONS,
 }

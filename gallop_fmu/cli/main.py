@@ -428,9 +428,9 @@ def _print_summary(numbers: dict[str, Any], result: Result, written: list[Path])
         f" {numbers['seconds']:.2f} s: {numbers['real_time_factor']:.0f} times real time; lowest"
         f" tension {numbers['lowest_tension'] / 1000:.3f} kN"
     )
-    if attrs["left_out"]:
+    if attrs["inactive_terms"]:
         console.print(
-            f"inactive terms (no effect in this scene): {attrs['left_out']}",
+            f"inactive terms (no effect in this scene): {attrs['inactive_terms']}",
             style="dim",
             soft_wrap=True,
         )

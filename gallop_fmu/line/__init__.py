@@ -1,1 +1,1 @@
-"""From the data of a line (code word, stringing tension, ice) to the numbers of a scene."""
+"""From line data (code word, stringing tension, ice) to the values of a scene."""

@@ -1,13 +1,13 @@
-"""Ellipses within which utilities expect a galloping conductor to move, and how far a motion is from their edge.
+"""Clearance ellipses for galloping conductors, and the distance of a motion from them.
 
-Such an ellipse stands at mid-span, in the plane across the span: x horizontal, positive downwind
-(x3), y up (x2), both measured from the conductor at rest. They are envelopes of what was seen on
-lines, not a prediction; sag and swing are those of the ice and wind that the utility's rule names.
+An ellipse is in the plane across the span at mid-span: x horizontal, positive downwind (x3), y up
+(x2), both measured from the conductor in equilibrium. The ellipses are envelopes of observations on
+lines, not a prediction; sag and swing are those of the ice and wind of the utility's rule.
 
-The formulas are those of two open programs that agree: the functions of github.com/mpewsey/civpy
-(civpy/tline, BSD licence), and the ellipses that PLS-CADD printed into the sample report of
+The formulas are those of two open programs, which agree: the functions of github.com/mpewsey/civpy
+(civpy/tline, BSD licence), and the ellipses of PLS-CADD in the sample report of
 github.com/mpewsey/plsxml (plsxml/data/galloping.xml), which the tests compare. CIGRE's Technical
-Brochure 322 (2007) itself was not at hand.
+Brochure 322 (2007) itself was not available.
 """
 
 from __future__ import annotations
@@ -21,24 +21,23 @@ from numpy.typing import ArrayLike, NDArray
 FOOT = 0.3048
 """Length of a foot [m]."""
 BISECTIONS = 100
-"""Enough for a distance to the last digit."""
+"""Number of bisections, enough for machine precision."""
 NEAR_AXIS = 1e-12
-"""Points are kept this share of the minor axis away from the major one, where the foot of the normal jumps."""
+"""Minimum distance from the major axis, over the half minor axis; avoids a division by zero."""
 
 
 @dataclass(frozen=True, slots=True)
 class Ellipse:
-    """An ellipse that stands across the span.
+    """An ellipse in the plane across the span.
 
     Attributes
     ----------
     major, minor
         Lengths of the whole axes [m].
     offset
-        Length of the major axis below the conductor at rest [m], B in the literature.
+        Length of the major axis below the conductor in equilibrium [m], B in the literature.
     rotation
-        Angle of the major axis to the vertical [rad]; positive: its upper end leans against the
-        wind.
+        Angle of the major axis to the vertical [rad]; positive: the upper end is upwind.
     """
 
     major: float
@@ -48,17 +47,17 @@ class Ellipse:
 
     @property
     def centre(self) -> tuple[float, float]:
-        """Place x, y of the centre [m]."""
+        """Coordinates x, y of the centre [m]."""
         above = 0.5 * self.major - self.offset
         return -above * math.sin(self.rotation), above * math.cos(self.rotation)
 
     def inside_ellipse(self, x: ArrayLike, y: ArrayLike) -> NDArray[np.bool_]:
-        """Whether points x, y [m], of equal shape, are within the ellipse or on its edge."""
+        """Check that points x, y [m], of equal shape, are inside the ellipse or on its edge."""
         along, across = self._own_axes(x, y)
         return np.asarray(np.hypot(along / (0.5 * self.major), across / (0.5 * self.minor)) <= 1.0)
 
     def distance(self, x: ArrayLike, y: ArrayLike) -> NDArray[np.float64]:
-        """Distance of points x, y [m], of equal shape, from the edge [m]; negative within.
+        """Return the distance of points x, y [m], of equal shape, from the edge; negative inside.
 
         The nearest point of the edge is found by bisection, after D. Eberly, "Distance from a Point
         to an Ellipse, an Ellipsoid, or a Hyperellipsoid" (2013).
@@ -79,7 +78,7 @@ class Ellipse:
         return np.asarray(np.where(self.inside_ellipse(x, y), -shortest, shortest))
 
     def outline(self, points: int = 181) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-        """Points x, y of the edge [m], for a picture; the last is the first."""
+        """Return points x, y of the edge [m]; the last is the first."""
         angle = np.linspace(0.0, 2.0 * math.pi, points)
         along, across = 0.5 * self.major * np.cos(angle), 0.5 * self.minor * np.sin(angle)
         sine, cosine = math.sin(self.rotation), math.cos(self.rotation)
@@ -89,7 +88,7 @@ class Ellipse:
     def _own_axes(
         self, x: ArrayLike, y: ArrayLike
     ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-        """Parts of points along the major and the minor axis, from the centre."""
+        """Return coordinates along the major and the minor axis, from the centre."""
         sine, cosine = math.sin(self.rotation), math.cos(self.rotation)
         dx = np.asarray(x, dtype=np.float64) - self.centre[0]
         dy = np.asarray(y, dtype=np.float64) - self.centre[1]
@@ -97,22 +96,22 @@ class Ellipse:
 
 
 def cigre_322_single_loop(sag: float, diameter: float) -> Ellipse:
-    """Ellipse of CIGRE's Technical Brochure 322 for a single conductor that gallops in one loop.
+    """Return the ellipse of CIGRE 322 for a single conductor galloping in one loop.
 
-    With d the diameter, major = 80 d ln(8 sag / (50 d)), minor = 0.4 major, offset = 0.3 major,
-    upright.
+    With d the diameter: major = 80 d ln(8 sag / (50 d)), minor = 0.4 major, offset = 0.3 major, no
+    rotation.
 
     Parameters
     ----------
     sag
-        Sag at mid-span [m], more than 6.25 diameters: less leaves no ellipse.
+        Sag at mid-span [m], more than 6.25 diameters.
     diameter
         Diameter of the conductor without ice [m].
 
     Raises
     ------
     ValueError
-        A length is not positive, or the sag too small.
+        A length is not positive, or the sag is too small.
     """
     _check_positive(sag=sag, diameter=diameter)
     if sag <= 6.25 * diameter:
@@ -124,24 +123,24 @@ def cigre_322_single_loop(sag: float, diameter: float) -> Ellipse:
 
 
 def davison_single_loop(sag: float, swing: float = 0.0) -> Ellipse:
-    """Ellipse of Davison for a conductor that gallops in one loop.
+    """Return the ellipse of Davison for a conductor galloping in one loop.
 
-    major = 1.25 sag + 1 ft, minor = 0.4 major, offset = 0.25 sag, turned by half the swing. The
-    sources do not say to which side; here it turns as the plane of the span does, so that its upper
-    end leans back against the wind.
+    major = 1.25 sag + 1 ft, minor = 0.4 major, offset = 0.25 sag, rotation by half the swing. The
+    sources do not give the direction; here it is that of the plane of the span, so that the upper
+    end is upwind.
 
     Parameters
     ----------
     sag
         Sag at mid-span [m].
     swing
-        Angle by which the wind swings the span out [rad], positive downwind. The ellipse then
-        stands at the conductor that rests there.
+        Swing angle of the span in the wind [rad], positive downwind. The ellipse then refers to
+        the conductor at that angle.
 
     Raises
     ------
     ValueError
-        The sag is not positive, or the swing a right angle or more.
+        The sag is not positive, or the swing is a right angle or more.
     """
     _check_positive(sag=sag)
     if not abs(swing) < 0.5 * math.pi:

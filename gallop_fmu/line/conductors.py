@@ -1,7 +1,7 @@
 """Stranded conductors by code word, such as Drake or Zebra.
 
-The table ``conductors.csv`` holds strands, diameter, mass and rated strength, each row with its
-source; areas and stiffnesses follow from the strands by the formulas of `StrandedConductor`.
+The table ``conductors.csv`` has strands, diameter, mass and rated strength, each row with its
+source; areas and stiffnesses are computed from the strands by `StrandedConductor`.
 """
 
 from __future__ import annotations
@@ -28,10 +28,11 @@ ALUMINIUM_EXPANSION, STEEL_EXPANSION = 23.0e-6, 11.5e-6
 """Coefficients of linear expansion [1/K]."""
 
 EFFECTIVE_SHEAR_MODULUS = 5e9
-"""Torsional stiffness over that of a full circle's pi d^4/32 [Pa]. Strands slide, so it is far below the 26 GPa of
-aluminium, and uncertain by a factor of two: Table 1 of Liu, Yan, Zhang, Zhou (2009) gives 8.2 and
-5.1 GPa, a published
-Zebra line 4.3 GPa (github.com/Baiyu-Eplur/Pylon1)."""
+"""Torsional stiffness over pi d^4/32 [Pa].
+
+Strands slide, so it is far below the 26 GPa of aluminium, and uncertain by a factor of two: Table 1
+of Liu, Yan, Zhang, Zhou (2009) has 8.2 and 5.1 GPa, a published Zebra line 4.3 GPa
+(github.com/Baiyu-Eplur/Pylon1)."""
 
 SOURCES = {
     "A": (
@@ -56,34 +57,34 @@ SOURCES = {
     "F": (
         "diameter as published, which is that of whole layers of equal wires; mass derived: 2700"
         " kg/m3 times the area, plus 2.03 % (37 wires) or 2.37 % (61 wires) for stranding as in the"
-        " tables of EN 50182; rated strength not confirmed, so left out"
+        " tables of EN 50182; without rated strength, which is not confirmed"
     ),
 }
-"""Where the numbers of a row come from, by the letter in its last column."""
+"""Sources of the rows, by the letter in their last column."""
 
 
 @dataclass(frozen=True)
 class StrandedConductor:
-    """Round wires in concentric layers: aluminium or its alloy, around a steel core or none.
+    """Round wires in concentric layers: aluminium or its alloy, with or without a steel core.
 
     Attributes
     ----------
     code_word : str
-        Name by which it is ordered.
+        Trade name.
     construction : {"ACSR", "AAC", "AAAC"}
         Steel-reinforced aluminium, aluminium, or aluminium alloy.
     aluminium_wires, steel_wires : int
         Numbers of wires.
     aluminium_wire_diameter, steel_wire_diameter : float
-        Diameters of the wires [m]; 0 for no steel.
+        Diameters of the wires [m]; 0 without steel.
     diameter : float
         Overall diameter [m].
     mass_per_length : float
         Mass per unit length [kg/m], without grease.
     rated_strength : float or None
-        Rated tensile strength [N]; None where no source confirms it.
+        Rated tensile strength [N]; None if no source confirms it.
     source : str
-        Where these numbers come from.
+        Source of these numbers.
     """
 
     code_word: str
@@ -109,10 +110,10 @@ class StrandedConductor:
 
     @property
     def aluminium_modulus(self) -> float:
-        """Final modulus of the stranded aluminium [Pa]: 60 GPa to 7 wires, 57 GPa to 37, 55 GPa beyond.
+        """Final modulus of the stranded aluminium [Pa].
 
-        Values of the Austrian tables to EN 50182 for all-aluminium conductors; more layers give a
-        softer strand.
+        60 GPa up to 7 wires, 57 GPa up to 37, 55 GPa above: values of the Austrian tables of EN
+        50182 for all-aluminium conductors. The stiffness decreases with the number of layers.
         """
         return 60e9 if self.aluminium_wires <= 7 else 57e9 if self.aluminium_wires <= 37 else 55e9
 
@@ -132,12 +133,12 @@ class StrandedConductor:
 
     @property
     def torsional_stiffness(self) -> float:
-        """GJ = G pi d^4/32 [N m2/rad] with the `EFFECTIVE_SHEAR_MODULUS`; uncertain by a factor of two."""
+        """GJ = G pi d^4/32 [N m2/rad] with `EFFECTIVE_SHEAR_MODULUS`; uncertain by a factor of two."""
         return EFFECTIVE_SHEAR_MODULUS * math.pi * self.diameter**4 / 32.0
 
     @property
     def torsional_inertia(self) -> float:
-        """Mass moment of inertia per unit length about the axis [kg m]: each wire at its place, times the mass."""
+        """Mass moment of inertia per unit length about the axis [kg m], from the wires."""
         layers = [
             (count * density * wire**2, radius**2 + wire**2 / 8.0)
             for count, density, wire, radius in (*self._steel_layers(), *self._aluminium_layers())
@@ -154,7 +155,7 @@ class StrandedConductor:
         return [(count, STEEL_DENSITY, wire, ring * wire) for ring, count in enumerate(counts)]
 
     def _aluminium_layers(self) -> list[tuple[int, float, float, float]]:
-        """Count, density, wire diameter and radius from the outermost layer inwards, each with six wires fewer."""
+        """Count, density, wire diameter and radius of the layers, from outside; 6 wires fewer each."""
         wire = self.aluminium_wire_diameter
         core = sum(1 for _ in self._steel_layers())
         core_diameter = (2 * core - 1) * self.steel_wire_diameter if core else wire
@@ -170,27 +171,27 @@ class StrandedConductor:
 
 @cache
 def conductors() -> dict[str, StrandedConductor]:
-    """All conductors of the table, by code word."""
+    """Return all conductors of the table by code word."""
     rows = csv.DictReader(packaged_text("line", "conductors.csv").splitlines())
     return {row["code_word"]: _read(row) for row in rows}
 
 
 def find_conductor(code_word: str) -> StrandedConductor:
-    """Conductor with a code word, in capitals or not.
+    """Return the conductor with a code word, in upper or lower case.
 
     Raises
     ------
     SceneError
-        No such code word in the table; the message names the closest.
+        The table does not have the code word; the message names the closest.
     """
     known = {name.lower(): found for name, found in conductors().items()}
     if code_word.lower() not in known:
         closest = difflib.get_close_matches(code_word.lower(), known, n=3, cutoff=0.0)
         names = ", ".join(known[name].code_word for name in closest)
         raise SceneError(
-            f"{code_word!r} is not a code word of the table; closest: {names} (`gallop-fmu"
-            " conductors` lists all). For another conductor give its own numbers in the scene's"
-            " conductor section"
+            f"{code_word!r} is not a code word of the table; closest: {names} (gallop-fmu"
+            " conductors lists all). For another conductor, give its values in the section"
+            " [conductor] of the scene"
         )
     return known[code_word.lower()]
 

@@ -1,16 +1,16 @@
 """Mass, eccentricity and inertia of ice from its thickness, density and a stated shape.
 
 All shapes are symmetric about the line from the conductor's centre to the thickest ice. With r the
-conductor's radius and t the thickness there:
+conductor's radius and t the maximum thickness:
 
-- ``radial``: a ring of thickness t all around; no eccentricity.
-- ``crescent``: the windward half of an ellipse with semi-axes r + t (to the nose) and r, less the
-  half conductor; it thins to nothing at top and bottom.
-- ``eccentric_circle``: a circle of radius r + t/2 that touches the conductor on the lee side.
-- ``d_shape``: a flat face as wide as the conductor, at r + t from its centre, with sides that are
-  tangents to it.
+- ``radial``: a ring of thickness t; no eccentricity.
+- ``crescent``: the windward half of an ellipse with semi-axes r + t (to the nose) and r, minus the
+  half conductor; the thickness is zero at the top and bottom.
+- ``eccentric_circle``: a circle of radius r + t/2 that touches the conductor on the leeward side.
+- ``d_shape``: a flat face as wide as the conductor, at r + t from its centre, with sides tangent to
+  the conductor.
 
-The integrals below are those of rectangles, circles and half ellipses about the conductor's centre.
+The integrals are those of rectangles, circles and half ellipses about the conductor's centre.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ IceShape = Literal["radial", "crescent", "eccentric_circle", "d_shape"]
 
 
 class IceSection(NamedTuple):
-    """What ice adds to the section.
+    """Mass and moments of the ice.
 
     Attributes
     ----------
@@ -39,10 +39,10 @@ class IceSection(NamedTuple):
     torsional_inertia: float
 
     def first_moments(self, attack_angle: float) -> tuple[float, float]:
-        """First moments along x2 and x3 [kg] of ice that the wind meets at an attack angle [rad].
+        """Return the first moments along x2 and x3 [kg] at an attack angle [rad].
 
-        At angle zero the wind, which blows towards +x3, meets the thickest ice; a positive angle
-        lifts the windward edge, as a positive twist does.
+        At angle zero the wind, towards +x3, meets the thickest ice; a positive angle raises the
+        windward edge, like a positive twist.
         """
         return self.first_moment * math.sin(attack_angle), -self.first_moment * math.cos(
             attack_angle
@@ -50,7 +50,7 @@ class IceSection(NamedTuple):
 
 
 def ice_section(shape: IceShape, diameter: float, thickness: float, density: float) -> IceSection:
-    """Integrals of density over the ice.
+    """Return the integrals of the density over the ice.
 
     Parameters
     ----------
@@ -59,7 +59,7 @@ def ice_section(shape: IceShape, diameter: float, thickness: float, density: flo
     diameter
         Diameter of the bare conductor [m].
     thickness
-        Greatest thickness of the ice [m].
+        Maximum ice thickness [m].
     density
         Density of the ice [kg/m3]: glaze 900, hard rime 600 to 900, wet snow 300 to 600 (ISO
         12494).

@@ -1,10 +1,10 @@
-"""A line as an engineer knows it: code word, span, stringing tension, ice, wind. Turned into the numbers of a scene.
+"""Line data (code word, span, stringing tension, ice, wind), and the scene computed from them.
 
-A scene file may hold a ``[line]`` table instead of its ``[span]``, ``[conductor]``, ``[ice]`` and
-so on. What follows from it is filled in when the file is read, each value with its source; values
-in sections beside ``[line]`` replace those that follow, without changing others: the tension, for
-one, stays that of the conductor in the table. A section beside it that gives a ``kind`` replaces
-the whole section, while ``[aerodynamics] outside = "hold"`` changes that value alone.
+A scene file may have a table ``[line]`` in place of ``[span]``, ``[conductor]``, ``[ice]`` and so
+on. The values of the scene are computed when the file is read, each with its source. Values in
+sections alongside ``[line]`` replace computed values and change no others: with another conductor
+mass, for example, the tension stays the same. A section with a ``kind`` replaces the whole section;
+``[aerodynamics] outside = "hold"`` replaces this value only.
 """
 
 from __future__ import annotations
@@ -15,14 +15,14 @@ import tomllib
 from collections.abc import Mapping
 from functools import cache
 from pathlib import Path
-from typing import Any, Self
+from typing import Any, NamedTuple, Self
 
 from pydantic import ValidationError, model_validator
 
 from gallop_fmu.foundation.errors import SceneError
 from gallop_fmu.foundation.text_files import packaged_names, packaged_text, read_table
 from gallop_fmu.line.conductors import StrandedConductor, find_conductor
-from gallop_fmu.line.ice_shapes import IceShape, ice_section
+from gallop_fmu.line.ice_shapes import IceSection, IceShape, ice_section
 from gallop_fmu.scene.aerodynamics import CURVE_COLUMNS
 from gallop_fmu.scene.dotted_paths import SET_BY_USER
 from gallop_fmu.scene.fields import Number, Section, Text, quantity, setting, unit_of_field
@@ -38,17 +38,16 @@ ONLY_IN_LINE = tuple(
     f"line.{name}"
     for name in ("ruling_span", "stringing_percent", "ice_thickness", "ice_density", "temperature")
 )
-"""Numbers of a line that a scene does not hold, so that it cannot judge them itself."""
+"""Line data that are not values of a scene, so that the scene cannot check them."""
 
 ZERO_CELSIUS = 273.15
 
 
 class Line(Section):
-    """One span of a line in familiar numbers.
+    """Data of one span of a line.
 
-    The conductor is strung bare, at `stringing_tension` and `stringing_temperature`; the ice then
-    comes at `temperature`. The tension changes as in the `ruling_span` of the section, without
-    creep.
+    The bare conductor is strung at `stringing_tension` and `stringing_temperature`; the ice forms
+    at `temperature`. The tension changes as in the `ruling_span` of the section, without creep.
     """
 
     conductor: Text = setting(
@@ -112,83 +111,105 @@ class Line(Section):
         if (self.stringing_tension is None) == (self.stringing_percent is None):
             given = "neither" if self.stringing_tension is None else "both"
             raise SceneError(
-                "give exactly one of stringing_tension [N] and stringing_percent [% of rated"
-                f" strength]; {given} given"
+                f"{given} of stringing_tension [N] and stringing_percent [% of rated strength]"
+                " given; give exactly one"
             )
         if self.wind_speed and self.coefficients is None:
             raise SceneError(
-                f"wind_speed = {self.wind_speed} m/s needs coefficients, the curve that turns wind"
-                " into force: a CSV file with header angle_deg,lift,drag,moment, or the name of a"
-                " packaged scene to take its curve"
+                f"wind_speed = {self.wind_speed} m/s needs coefficients; give a CSV file with"
+                " header angle_deg,lift,drag,moment, or the name of a packaged scene with a curve"
             )
         if (self.insulator_length is None) != (self.insulator_weight is None):
             raise SceneError(
-                "give both insulator_length [m] and insulator_weight [N], or neither for dead ends"
+                "only one of insulator_length [m] and insulator_weight [N] given; give both, or"
+                " neither for dead ends"
             )
         if self.insulator_length is None and self.adjacent_span is not None:
             raise SceneError(
-                f"adjacent_span = {self.adjacent_span} m acts through suspension strings; give"
-                " insulator_length and insulator_weight too"
+                f"adjacent_span = {self.adjacent_span} m needs suspension strings; give"
+                " insulator_length and insulator_weight, too"
             )
         return self
 
 
 class _LineTable(Section):
-    """The table as it stands in a file, so that errors name its path."""
+    """A scene file with its table [line], so that errors have its path."""
 
-    line: Line = setting(..., "a line in familiar numbers")
+    line: Line = setting(..., "line data")
+
+
+class Value(NamedTuple):
+    """A value of a scene, and its source."""
+
+    value: Any
+    source: str
 
 
 def scene_data(data: Mapping[str, Any], folder: Path) -> dict[str, Any]:
-    """Nested data of a scene, with what follows from its ``line`` table in place of that table.
+    """Return scene data in which the table ``line`` is replaced by the values computed from it.
 
     Parameters
     ----------
     data
-        Content of a scene file with a table ``line``; its other sections win, value by value, or as
-        a whole where they give a ``kind``.
+        Content of a scene file with a table ``line``. Values in its other sections replace computed
+        values one by one; a section with a ``kind`` replaces the whole section.
     folder
-        Where relative names of CSV files start.
+        Folder of relative names of CSV files.
 
     Raises
     ------
     SceneError
-        Bad value, unknown code word or curve; the message names the field.
+        A value, code word or curve is not allowed; the message names the field.
     """
-    given = {key: value for key, value in data.items() if key != "line"}
     try:
         line = _LineTable.model_validate({"line": data["line"]}).line
     except ValidationError as error:
         raise SceneError(explain(error, _LineTable)) from None
     numbers = _numbers(line)
     check_possible(numbers)
-    followed, sources = _resolve(line, folder)
-    followed["notes"] = unusual(
+    computed, sources = _nested(_resolve(line, folder))
+    computed["notes"] = unusual(
         {path: value for path, value in numbers.items() if path in ONLY_IN_LINE}
     )
-    beside = given.get("ice")
-    if isinstance(beside, dict) and {"first_moment_x2", "first_moment_x3"} & beside.keys():
-        del followed["ice"][
-            "first_moment_angle_deg"
-        ]  # moments beside the line are given at the angle beside it
+    given = {key: value for key, value in data.items() if key not in ("line", "sources")}
+    _remove_contradictions(computed, sources, given)
     for key, value in given.items():
-        if key == "sources":
-            continue
-        merged = _merged(followed.get(key), value)
-        if merged is value:
-            sources |= {} if key in ("title", "description") else {key: SET_BY_USER}
-        else:
+        merged = _merged(computed.get(key), value)
+        if merged is not value:
             sources |= {f"{key}.{name}": SET_BY_USER for name in value}
-        followed[key] = merged
-    wind = given.get("wind", {})
-    if "history" in wind and "speed" not in wind and line.wind_speed is not None:
-        del followed["wind"]["speed"], sources["wind.speed"]
-    followed["sources"] = {**sources, **given.get("sources", {})}
-    return followed
+        elif key not in ("title", "description"):
+            sources[key] = SET_BY_USER
+        computed[key] = merged
+    computed["sources"] = {**sources, **data.get("sources", {})}
+    return computed
+
+
+def _nested(values: Mapping[str, Value]) -> tuple[dict[str, Any], dict[str, str]]:
+    """Return values as nested data, and their sources by dotted path."""
+    nested: dict[str, Any] = {}
+    for path, (value, _) in values.items():
+        *parents, last = path.split(".")
+        section = nested
+        for parent in parents:
+            section = section.setdefault(parent, {})
+        section[last] = value
+    return nested, {path: value.source for path, value in values.items() if value.source}
+
+
+def _remove_contradictions(
+    computed: dict[str, Any], sources: dict[str, str], given: Mapping[str, Any]
+) -> None:
+    """Remove computed values that contradict given ones."""
+    ice, wind = given.get("ice"), given.get("wind")
+    if isinstance(ice, Mapping) and {"first_moment_x2", "first_moment_x3"} & ice.keys():
+        del computed["ice"]["first_moment_angle_deg"]  # given moments refer to the given angle
+    has_history = isinstance(wind, Mapping) and "history" in wind and "speed" not in wind
+    if has_history and "speed" in computed["wind"]:
+        del computed["wind"]["speed"], sources["wind.speed"]
 
 
 def _numbers(line: Line) -> dict[str, tuple[float, str]]:
-    """Numbers that are given, with their units."""
+    """Return the numbers of a line with their units."""
     fields = Line.model_fields.items()
     given = {name: (getattr(line, name), unit_of_field(about)) for name, about in fields}
     return {
@@ -198,112 +219,135 @@ def _numbers(line: Line) -> dict[str, tuple[float, str]]:
     }
 
 
-def _merged(followed: Any, given: Any) -> Any:
-    """What follows from the line with given values in their place; a given ``kind`` replaces the whole section."""
-    if not isinstance(followed, dict) or not isinstance(given, dict) or "kind" in given:
+def _merged(computed: Any, given: Any) -> Any:
+    """Merge given values into computed ones; a given ``kind`` replaces the whole section."""
+    if not isinstance(computed, dict) or not isinstance(given, dict) or "kind" in given:
         return given
     return {
-        **followed,
-        **{name: _merged(followed.get(name), value) for name, value in given.items()},
+        **computed,
+        **{name: _merged(computed.get(name), value) for name, value in given.items()},
     }
 
 
-def _resolve(line: Line, folder: Path) -> tuple[dict[str, Any], dict[str, str]]:
-    """Sections of the scene, and the source of each value."""
+def _resolve(line: Line, folder: Path) -> dict[str, Value]:
+    """Return the values of the scene by dotted path, each with its source."""
     wire = _conductor(line)
     ice = ice_section(line.ice_shape, wire.diameter, line.ice_thickness, line.ice_density)
     if line.ice_thickness == 0.0:
         ice = ice._replace(mass_per_length=0.0, first_moment=0.0, torsional_inertia=0.0)
+    tension = _tension(line, wire, ice.mass_per_length)
+    thickness = f"{1e3 * line.ice_thickness:g} mm of {line.ice_shape} ice"
+    iced = thickness if line.ice_thickness else "bare"
+    values = {
+        "title": Value(f"{wire.code_word}, span of {line.span:g} m, {iced}", ""),
+        "description": Value("Made from line data; see the sources of the values.", ""),
+        **_span_values(line, tension),
+        **_conductor_values(wire),
+        **_ice_values(line, ice, iced),
+        **_wind_values(line),
+        **_damping_values(line, wire, ice, tension.value),
+        "initial": Value(
+            {"seed_vertical": 1e-3, "seed_horizontal": 1e-3}, "chosen: a small perturbation"
+        ),
+        "numerics": Value(
+            {"elements": max(15, math.ceil(line.span / 20.0)), "time_step": 0.01},
+            "chosen: elements of at most 20 m, and at least 15",
+        ),
+        "run": Value({"stop_time": 600.0, "record_every": 5}, "chosen"),
+        "supports": _supports(line, tension.value),
+    }
+    if line.coefficients is not None:
+        values["aerodynamics"] = _curve(line.coefficients, folder)
+    return values
+
+
+GIVEN = "given with the line"
+
+
+def _span_values(line: Line, tension: Value) -> dict[str, Value]:
+    level = GIVEN if line.height_difference else "assumed: both supports at one height"
+    return {
+        "span.length": Value(line.span, GIVEN),
+        "span.height_difference": Value(line.height_difference, level),
+        "span.horizontal_tension": tension,
+        "span.gravity": Value(GRAVITY, "standard value, rounded"),
+    }
+
+
+def _conductor_values(wire: StrandedConductor) -> dict[str, Value]:
+    name = wire.code_word
+    return {
+        "conductor.diameter": Value(wire.diameter, f"{name}: {wire.source}"),
+        "conductor.mass_per_length": Value(wire.mass_per_length, f"{name}: {wire.source}"),
+        "conductor.axial_stiffness": Value(
+            wire.axial_stiffness,
+            f"{name}: derived, E A of {wire.aluminium_wires} aluminium wires "
+            f"({wire.aluminium_modulus / 1e9:g} GPa) and {wire.steel_wires} steel wires (190 GPa)",
+        ),
+        "conductor.torsional_stiffness": Value(
+            wire.torsional_stiffness,
+            f"{name}: estimated, 5 GPa times pi d^4/32; uncertain by a factor of two",
+        ),
+        "conductor.torsional_inertia": Value(
+            wire.torsional_inertia, f"{name}: derived, wires in concentric layers"
+        ),
+        "conductor.slack": Value("error", "chosen: a slack conductor is an error"),
+    }
+
+
+def _ice_values(line: Line, ice: IceSection, iced: str) -> dict[str, Value]:
     moments = ice.first_moments(math.radians(line.attack_angle_deg))
-    tension, how = _tension(line, wire, ice.mass_per_length)
+    source = (
+        f"derived: {iced}, {line.ice_density:g} kg/m3, thickest ice rotated from the wind by the"
+        " attack angle"
+    )
+    return {
+        "ice": Value(
+            {
+                "mass_per_length": ice.mass_per_length,
+                "torsional_inertia": ice.torsional_inertia,
+                "first_moment_x2": moments[0],
+                "first_moment_x3": moments[1],
+                "first_moment_angle_deg": line.attack_angle_deg,
+            },
+            source,
+        ),
+        "ice.attack_angle_deg": Value(line.attack_angle_deg, GIVEN),
+    }
+
+
+def _wind_values(line: Line) -> dict[str, Value]:
+    values = {
+        "wind.air_density": Value(
+            DRY_AIR / (ZERO_CELSIUS + line.temperature),
+            f"dry air at standard pressure and {line.temperature:g} degrees Celsius",
+        )
+    }
+    if line.wind_speed is not None:
+        values["wind.speed"] = Value(line.wind_speed, GIVEN)
+    return values
+
+
+def _damping_values(
+    line: Line, wire: StrandedConductor, ice: IceSection, tension: float
+) -> dict[str, Value]:
+    """Equal damping ratios at the first swing or torsional frequency, and at twice that."""
     mass = wire.mass_per_length + ice.mass_per_length
     inertia = wire.torsional_inertia + ice.torsional_inertia
     swing = math.sqrt(tension / mass) / (2.0 * line.span)
     twist = math.sqrt(wire.torsional_stiffness / inertia) / (2.0 * line.span)
-    iced = (
-        f"{1e3 * line.ice_thickness:g} mm of {line.ice_shape} ice" if line.ice_thickness else "bare"
-    )
-    data: dict[str, Any] = {
-        "title": f"{wire.code_word}, span of {line.span:g} m, {iced}",
-        "description": (
-            "Made from a line's familiar numbers; the sources say what was given, tabulated and"
-            " assumed."
-        ),
-        "span": {
-            "length": line.span,
-            "height_difference": line.height_difference,
-            "horizontal_tension": tension,
-            "gravity": GRAVITY,
-        },
-        "conductor": {
-            "diameter": wire.diameter,
-            "mass_per_length": wire.mass_per_length,
-            "axial_stiffness": wire.axial_stiffness,
-            "torsional_stiffness": wire.torsional_stiffness,
-            "torsional_inertia": wire.torsional_inertia,
-        },
-        "ice": {
-            "mass_per_length": ice.mass_per_length,
-            "torsional_inertia": ice.torsional_inertia,
-            "first_moment_x2": moments[0],
-            "first_moment_x3": moments[1],
-            "attack_angle_deg": line.attack_angle_deg,
-            "first_moment_angle_deg": line.attack_angle_deg,
-        },
-        "wind": {"air_density": DRY_AIR / (ZERO_CELSIUS + line.temperature)},
-        "damping": {
-            "translation": _equal_ratios(0.01 * line.damping_percent, swing),
-            "twist": _equal_ratios(0.01 * line.twist_damping_percent, twist),
-        },
-        "initial": {"seed_vertical": 1e-3, "seed_horizontal": 1e-3},
-        "numerics": {"elements": max(15, math.ceil(line.span / 20.0)), "time_step": 0.01},
-        "run": {"stop_time": 600.0, "record_every": 5},
-    }
-    given, name = "given with the line", wire.code_word
-    level = given if line.height_difference else "assumed: both supports at one height"
-    sources = {
-        "span.length": given,
-        "span.height_difference": level,
-        "span.horizontal_tension": how,
-        "span.gravity": "standard value, rounded",
-        "conductor.diameter": f"{name}: {wire.source}",
-        "conductor.mass_per_length": f"{name}: {wire.source}",
-        "conductor.axial_stiffness": (
-            f"{name}: derived, E A of {wire.aluminium_wires} aluminium wires "
-            f"({wire.aluminium_modulus / 1e9:g} GPa) and {wire.steel_wires} steel wires (190 GPa)"
-        ),
-        "conductor.torsional_stiffness": (
-            f"{name}: estimated, 5 GPa times pi d^4/32; uncertain by a factor of two"
-        ),
-        "conductor.torsional_inertia": f"{name}: derived, wires in concentric layers",
-        "conductor.slack": "chosen: a conductor that goes slack is an error",
-        "ice": (
-            f"derived: {iced}, {line.ice_density:g} kg/m3, thickest ice turned by the attack angle"
-            " from the wind"
-        ),
-        "ice.attack_angle_deg": given,
-        "wind.air_density": (
-            f"dry air of the standard atmosphere's pressure at {line.temperature:g} degrees Celsius"
-        ),
-        "damping.translation": (
+    return {
+        "damping.translation": Value(
+            _equal_ratios(0.01 * line.damping_percent, swing),
             f"assumed ratio, {line.damping_percent:g} %, at the first swing frequency, "
-            "sqrt(H/m)/(2 L), and twice that"
+            "sqrt(H/m)/(2 L), and twice that",
         ),
-        "damping.twist": (
+        "damping.twist": Value(
+            _equal_ratios(0.01 * line.twist_damping_percent, twist),
             f"assumed ratio, {line.twist_damping_percent:g} %, at the first torsional frequency, "
-            "sqrt(GJ/I)/(2 L), and twice that"
+            "sqrt(GJ/I)/(2 L), and twice that",
         ),
-        "initial": "chosen: a small disturbance to grow from",
-        "numerics": "chosen: elements of at most 20 m, and at least 15",
-        "run": "chosen",
     }
-    if line.wind_speed is not None:
-        data["wind"]["speed"] = line.wind_speed
-        sources["wind.speed"] = given
-    if line.coefficients is not None:
-        data["aerodynamics"], sources["aerodynamics"] = _curve(line.coefficients, folder)
-    data["supports"], sources["supports"] = _supports(line, tension)
-    return data, sources
 
 
 def _conductor(line: Line) -> StrandedConductor:
@@ -313,8 +357,8 @@ def _conductor(line: Line) -> StrandedConductor:
         raise SceneError(f"line.conductor: {problem}") from None
 
 
-def _tension(line: Line, wire: StrandedConductor, ice_mass: float) -> tuple[float, str]:
-    """Horizontal tension of the iced conductor [N], and how it follows."""
+def _tension(line: Line, wire: StrandedConductor, ice_mass: float) -> Value:
+    """Return the horizontal tension of the iced conductor [N]."""
     if line.stringing_tension is not None:
         strung = line.stringing_tension
         given, question = f"line.stringing_tension = {strung:g} N", "is it in kN?"
@@ -327,8 +371,8 @@ def _tension(line: Line, wire: StrandedConductor, ice_mass: float) -> tuple[floa
         question = "check stringing_percent"
     else:
         raise SceneError(
-            f"line.stringing_percent = {line.stringing_percent}: no confirmed rated strength of"
-            f" {wire.code_word} is in the table; give stringing_tension [N] instead"
+            f"line.stringing_percent = {line.stringing_percent}: the table has no confirmed rated"
+            f" strength of {wire.code_word}; give stringing_tension [N] instead"
         )
     if wire.rated_strength is not None and strung > wire.rated_strength:
         raise SceneError(
@@ -352,20 +396,16 @@ def _tension(line: Line, wire: StrandedConductor, ice_mass: float) -> tuple[floa
         raise SceneError(f"line: {problem}") from None
     if wire.rated_strength is not None and tension > wire.rated_strength:
         raise SceneError(
-            f"line: the iced conductor would hang at {tension:.4g} N, more than the rated strength"
-            f" of {wire.code_word}, {wire.rated_strength:.6g} N; check stringing_tension,"
+            f"line: the tension of the iced conductor is {tension:.4g} N, more than the rated"
+            f" strength of {wire.code_word}, {wire.rated_strength:.6g} N; check stringing_tension,"
             " ruling_span and ice_thickness [m]"
         )
-    where = (
-        f"a ruling span of {ruling:g} m, taken as level," if line.ruling_span else "the span itself"
-    )
-    return (
+    where = f"a level ruling span of {ruling:g} m" if line.ruling_span else "the span"
+    return Value(
         tension,
-        (
-            f"derived: change of state in {where} from {strung:.6g} N, bare, at"
-            f" {line.stringing_temperature:g} degrees Celsius to {line.temperature:g} degrees with"
-            f" ice; E A and expansion {wire.thermal_expansion:.3g} 1/K from the wires, no creep"
-        ),
+        f"derived: change of state in {where} from {strung:.6g} N, bare, at"
+        f" {line.stringing_temperature:g} degrees Celsius to {line.temperature:g} degrees with"
+        f" ice; E A and expansion {wire.thermal_expansion:.3g} 1/K from the wires, no creep",
     )
 
 
@@ -380,7 +420,7 @@ def _equal_ratios(ratio: float, frequency: float) -> dict[str, float]:
 
 @cache
 def _packaged_curves() -> dict[str, dict[str, Any]]:
-    """The packaged scenes that have a coefficient curve."""
+    """Return the packaged scenes with a coefficient curve."""
     folder = "scene/packaged"
     scenes = {
         scene: tomllib.loads(packaged_text(folder, f"{scene}.toml"))
@@ -389,39 +429,37 @@ def _packaged_curves() -> dict[str, dict[str, Any]]:
     return {scene: content for scene, content in scenes.items() if "aerodynamics" in content}
 
 
-def _curve(name: str, folder: Path) -> tuple[dict[str, Any], str]:
-    """Coefficients of a packaged scene or of a CSV file, and their source."""
+def _curve(name: str, folder: Path) -> Value:
+    """Return the coefficient curve of a packaged scene or of a CSV file."""
     curves = _packaged_curves()
     if name in curves:
         source = curves[name]["sources"]["aerodynamics"]
-        return dict(curves[name]["aerodynamics"]), f"curve of the packaged scene {name}: {source}"
+        return Value(
+            dict(curves[name]["aerodynamics"]), f"curve of the packaged scene {name}: {source}"
+        )
     path = folder / name
     if path.suffix.lower() != ".csv" and not path.exists():
         closest = difflib.get_close_matches(name, curves, n=1, cutoff=0.0)[0]
         raise SceneError(
-            f"line.coefficients = {name!r}: neither a CSV file nor a packaged scene with a curve"
-            f" (there are {', '.join(curves)}); closest: {closest}"
+            f"line.coefficients = {name!r}: neither a CSV file nor a packaged scene with a curve;"
+            f" packaged are {', '.join(curves)}; closest: {closest}"
         )
     table = read_table(path, CURVE_COLUMNS)
-    return {"kind": "table", **table.columns}, f"given with the line: {path.name}"
+    return Value({"kind": "table", **table.columns}, f"{GIVEN}: {path.name}")
 
 
-def _supports(line: Line, tension: float) -> tuple[dict[str, Any], str]:
+def _supports(line: Line, tension: float) -> Value:
     if line.insulator_length is None:
-        return {
-            end: {"kind": "rigid"} for end in ("left", "right")
-        }, "given with the line: dead ends, taken as rigid"
-    beside = {
+        rigid = {end: {"kind": "rigid"} for end in ("left", "right")}
+        return Value(rigid, f"{GIVEN}: dead ends, assumed rigid")
+    support = {
         "kind": "adjacent_span",
         "adjacent_span": line.adjacent_span or line.ruling_span or line.span,
         "adjacent_tension": tension,
         "insulator_length": line.insulator_length,
         "insulator_weight": line.insulator_weight,
     }
-    return (
-        {"left": dict(beside), "right": dict(beside)},
-        (
-            "given with the line: suspension strings, and spans beyond them under the tension of"
-            " this one"
-        ),
+    return Value(
+        {"left": dict(support), "right": dict(support)},
+        f"{GIVEN}: suspension strings, and adjacent spans with the tension of this span",
     )

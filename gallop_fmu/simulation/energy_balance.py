@@ -1,16 +1,16 @@
-"""Where the energy of a span comes from and where it goes: work of wind, loads and towers, damping, what is stored.
+"""Energy balance of a span: work of wind, loads and towers, damping, and stored energy.
 
-An average-acceleration step (Newmark, beta 1/4, gamma 1/2) moves each unknown by the mean of its
-velocities. So the mean of two inertia forces times the displacement between them is exactly the
-change of kinetic energy, and work is summed as ``(F_n + F_n+1) / 2 . (u_n+1 - u_n)``. What the
-balance then leaves is the error of the step in the elastic forces and in the rotation of the
-eccentric ice, and whatever lies between records.
+In an average-acceleration step (Newmark, beta 1/4, gamma 1/2) each displacement increment is the
+mean velocity times the step. So the mean of two inertia forces times the increment is exactly the
+change of kinetic energy, and work is summed as ``(F_n + F_n+1) / 2 . (u_n+1 - u_n)``. The imbalance
+is then the error of the step in the elastic forces and in the rotation of the eccentric ice, and
+the motion between records.
 
 That error is of second order in the step only for motion that the steps resolve. A start out of
-equilibrium, such as a seed of 0.1 m with the wind on the span at once, releases axial waves with
-periods of a few hundredths of a second. With steps of 0.01 s they leave an imbalance of some per
-cent of the turnover, which shorter steps may first increase. Start in equilibrium, or damp the
-waves, where the balance is to be small.
+equilibrium, such as a perturbation of 0.1 m with sudden wind, excites axial waves with periods of a
+few hundredths of a second. With steps of 0.01 s the imbalance is then a few per cent of the
+turnover, and may first increase for shorter steps. For a small imbalance, start in equilibrium or
+damp the waves.
 """
 
 from __future__ import annotations
@@ -29,11 +29,11 @@ from gallop_fmu.simulation.result import Result
 Array = NDArray[np.float64]
 
 MOTION_CHANNELS = tuple(channel.name for channel in NODE_CHANNELS[: 3 * DOFS])
-"""Node channels that an energy balance needs: displacements, velocities, accelerations."""
+"""Node channels required for an energy balance: displacements, velocities, accelerations."""
 
 _ABSCISSAE, _WEIGHTS = np.polynomial.legendre.leggauss(16)
-PLACES, WEIGHTS = 0.5 * (1.0 + _ABSCISSAE), 0.5 * _WEIGHTS
-"""Of an integral from 0 to 1, the way to a motion: exact enough for ice that turns twice."""
+POINTS, WEIGHTS = 0.5 * (1.0 + _ABSCISSAE), 0.5 * _WEIGHTS
+"""Quadrature from 0 to 1, the path to a motion; accurate for two rotations of the ice."""
 
 FORCES = [SPAN_INDEX[f"{end}_f{axis}"] for end in ("left", "right") for axis in (1, 2, 3)]
 
@@ -47,20 +47,19 @@ class EnergyBalance:
     time
         Times [s] of the records.
     kinetic, potential
-        Stored energy [J], as the channels of the same names. Where towers move, the energy of
-        position of the span as a whole also contains the work of the static reactions R0 on them,
-        R0 . u, which is left out here and in `supports` alike.
+        Stored energy [J], as the channels of the same names. With moving towers, the work R0 . u of
+        the static reactions R0 is excluded, here and in `supports`.
     wind, loads, supports
-        Work [J] done on the span since the first record by the wind, by the concentrated loads, and
-        by moving towers, of the latter without the work of the static reactions. Support springs
-        belong to the span; their static preload does no work.
+        Work [J] on the span since the first record of the wind, of the concentrated loads, and of
+        moving towers, the latter without the static reactions. Support springs belong to the span;
+        their static preload does no work.
     turning
-        Work [J] of an attack angle that inputs change: it turns the ice, whose weight and inertia
-        then differ.
+        Work [J] of an attack angle changed by inputs, which rotates the weight and inertia of the
+        ice.
     dissipated
-        Energy [J] lost to structural damping since the first record.
+        Energy [J] dissipated by structural damping since the first record.
     round_off
-        Energy [J] that says nothing: rounding of tension times length.
+        Energy [J] of round-off: machine precision times tension times length.
     """
 
     time: Array
@@ -75,7 +74,7 @@ class EnergyBalance:
 
     @property
     def imbalance(self) -> Array:
-        """Energy gained since the first record that no work accounts for [J]."""
+        """Energy gain since the first record that is not the work of a force [J]."""
         stored = self.kinetic + self.potential
         return np.asarray(
             stored
@@ -85,39 +84,38 @@ class EnergyBalance:
 
     @property
     def turnover(self) -> float:
-        """Energy that an imbalance is measured by [J]: the largest kinetic energy and the largest of each work."""
+        """Reference of the imbalance [J]: sum of the maxima of kinetic energy and of each work."""
         works = (self.kinetic, self.wind, self.loads, self.supports, self.turning, self.dissipated)
         return float(sum(np.abs(work).max() for work in works))
 
     @property
     def worst(self) -> float:
-        """Largest imbalance over the `turnover`."""
+        """Maximum imbalance over the `turnover`."""
         return float(np.abs(self.imbalance).max()) / (self.turnover + self.round_off)
 
 
 def energy_balance(result: Result) -> EnergyBalance:
-    """Energy balance of a simulation that has recorded the motion of all nodes.
+    """Return the energy balance of a simulation with the recorded motion of all nodes.
 
     Parameters
     ----------
     result
         From ``simulate(scene, record_nodes="all", record_every=1, channels=MOTION_CHANNELS)``; with
-        longer intervals between the records the sums of work are coarser.  A step that was halved
-        hides the work within it: what is damped there is missing.
+        longer intervals between records the work is less accurate. Damping within a halved step is
+        not included.
 
     Raises
     ------
     SceneError
-        If the motion of all nodes was not recorded.
+        The motion of all nodes was not recorded.
     """
     data = result.dataset
     missing = [name for name in MOTION_CHANNELS if name not in data]
     if missing or data.sizes["node"] != 2 * result.scene.numerics.elements + 1:
         raise SceneError(
-            'an energy balance needs the motion of all nodes: simulate with record_nodes="all" and'
-            " channels="
-            f"gallop_fmu.simulation.energy_balance.MOTION_CHANNELS ({', '.join(missing) or 'nodes'}"
-            " not recorded)"
+            f"the motion of all nodes was not recorded ({', '.join(missing) or 'nodes'} missing);"
+            ' simulate with record_nodes="all" and channels='
+            "gallop_fmu.simulation.energy_balance.MOTION_CHANNELS"
         )
     motion = np.stack([data[name].values for name in MOTION_CHANNELS], axis=-1)
     span = np.stack([data[name].values for name in SPAN_INDEX], axis=-1)
@@ -131,20 +129,20 @@ def account(
     span: Array,
     inputs: Callable[[float], Inputs] | None = None,
 ) -> EnergyBalance:
-    """Energy balance of recorded motion.
+    """Return the energy balance of a recorded motion.
 
     Parameters
     ----------
     model
-        The span that moved.
+        The span.
     time : ndarray, shape (time,)
-        Times [s] of the records, every step for the sharpest balance.
+        Times [s] of the records; every step for the best accuracy.
     motion : ndarray, shape (time, node, 12)
         The channels `MOTION_CHANNELS` at all nodes.
     span : ndarray, shape (time, channel)
         All span channels.
     inputs
-        Inputs at a time [s], if the motion was driven by inputs in place of the scene's laws.
+        Function from time [s] to inputs, if they took the place of the scene's laws.
     """
     u, v, a = (motion[..., DOFS * i : DOFS * (i + 1)] for i in range(3))
     still, attack = np.zeros_like(u[0]), float(np.radians(model.scene.ice.attack_angle_deg))
@@ -156,7 +154,7 @@ def account(
         if damped or model.scene.wind.can_blow or inputs:
             without = model.residual(u[i], v[i], a[i], time=t, inputs=calm)
             wind[i] = without - model.residual(u[i], v[i], a[i], time=t, inputs=at)
-        if damped:  # damping is odd in the velocities, the rotation of the ice even
+        if damped:  # damping forces are odd in the velocities, those of the rotating ice even
             damping[i] = 0.5 * (without - model.residual(u[i], -v[i], a[i], time=t, inputs=calm))
         if model.scene.loads:
             loads[i] = -model.residual(still, still, still, time=t, inputs=calm)
@@ -179,7 +177,7 @@ def account(
 def _turning(
     model: Model, time: Array, u: Array, v: Array, inputs: Callable[[float], Inputs] | None
 ) -> Array:
-    """Work since the first record: what the stored energy gains as the ice turns and the motion stays."""
+    """Return the work of the rotation of the ice by inputs at constant motion."""
     work = np.zeros(len(time))
     attack = [inputs(float(t)).attack_angle for t in time] if inputs else []
     for i in range(1, len(attack)):
@@ -193,19 +191,19 @@ def _turning(
 
 
 def _stored(model: Model, u: Array, v: Array, attack: float) -> float:
-    """Energy [J] of a motion, by the forces that hold it and its inertia; loads of the scene count as potential."""
+    """Return the energy [J] of a motion by its static and inertia forces; loads are potential."""
     still, at = np.zeros_like(u), Inputs(0.0, 0.0, attack, np.zeros((2, 3)))
-    held = model.residual(u, still, still, inputs=at)
-    kinetic = 0.5 * np.vdot(v, model.residual(u, still, v, inputs=at) - held)
+    static = model.residual(u, still, still, inputs=at)
+    kinetic = 0.5 * np.vdot(v, model.residual(u, still, v, inputs=at) - static)
     path = sum(
         w * model.residual(x * u, still, still, inputs=at)
-        for x, w in zip(PLACES, WEIGHTS, strict=True)
+        for x, w in zip(POINTS, WEIGHTS, strict=True)
     )
     return float(kinetic + np.vdot(u, path))
 
 
 def _tower_points(model: Model, time: float, inputs: Callable[[float], Inputs] | None) -> Array:
-    """Displacement of the tower points [m]: left x1 x2 x3, right x1 x2 x3."""
+    """Return the displacement of the tower points [m]: left x1 x2 x3, right x1 x2 x3."""
     if inputs:
         at = inputs(time)
         return np.asarray(at.support, dtype=np.float64).ravel()
@@ -213,7 +211,7 @@ def _tower_points(model: Model, time: float, inputs: Callable[[float], Inputs] |
 
 
 def _work(force: Array, place: Array) -> Array:
-    """Work since the first record: mean force times displacement, summed over all but the first axis."""
+    """Return the work since the first record, summed over all axes but the first."""
     increments = 0.5 * (force[1:] + force[:-1]) * np.diff(place, axis=0)
     each = increments.sum(axis=tuple(range(1, increments.ndim)))
     return np.concatenate([[0.0], np.cumsum(each)])

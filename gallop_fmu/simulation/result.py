@@ -1,4 +1,4 @@
-"""What a simulation returns: labelled histories with units, how the run ended, and where the numbers come from."""
+"""Result of a simulation: histories with units, report, and provenance."""
 
 from __future__ import annotations
 
@@ -24,9 +24,9 @@ from gallop_fmu.foundation.version import program
 from gallop_fmu.scene.scene import Scene
 from gallop_fmu.simulation.run_warnings import run_warnings
 from gallop_fmu.simulation.steadiness import (
-    FEWEST_SAMPLES,
-    LEVER,
-    SMALL,
+    MIN_SAMPLES,
+    REST_AMPLITUDE,
+    TWIST_LEVER,
     Motion,
     default_window,
     dominant_frequency,
@@ -42,32 +42,33 @@ Array = NDArray[np.float64]
 
 
 MOVES = {"u2": "vertical", "u3": "horizontal", "theta": "twist"}
-"""What the motion of a span is judged by, and its names in words."""
+"""Channels for the judgement of a motion, and their names in words."""
 
 SMALL_OF = {
-    "m": SMALL,
-    "m/s": SMALL,
-    "m/s2": SMALL,
-    "rad": SMALL / LEVER,
-    "rad/s": SMALL / LEVER,
-    "rad/s2": SMALL / LEVER,
+    "m": REST_AMPLITUDE,
+    "m/s": REST_AMPLITUDE,
+    "m/s2": REST_AMPLITUDE,
+    "rad": REST_AMPLITUDE / TWIST_LEVER,
+    "rad/s": REST_AMPLITUDE / TWIST_LEVER,
+    "rad/s2": REST_AMPLITUDE / TWIST_LEVER,
 }
-"""Amplitude below which a channel of this unit is at rest; of another unit, `SMALL` of its greatest value."""
+"""Unit to the amplitude below which a channel is at rest.
+
+For other units it is `REST_AMPLITUDE` times the maximum of the channel."""
 
 
 class Oscillation(NamedTuple):
-    """Motion of one channel over a window.
+    """Oscillation of one channel over a window.
 
     Attributes
     ----------
     amplitude, mean
         Half peak-to-peak, and mean, in the channel's unit.
     frequency_hz
-        Dominant frequency [Hz]; NaN where there is none, see
+        Dominant frequency [Hz]; NaN without one, see
         `gallop_fmu.simulation.steadiness.dominant_frequency`.
     motion
-        Whether it is steady, and what it does if it is not. Only of a steady motion do the numbers
-        hold for longer than the window.
+        Judgement of the motion. Only for a steady motion are the numbers valid beyond the window.
     """
 
     amplitude: float
@@ -77,15 +78,15 @@ class Oscillation(NamedTuple):
 
     @property
     def is_steady(self) -> bool:
-        """Whether the motion is steady, or at rest."""
+        """True if the motion is steady or at rest."""
         return self.motion.is_steady
 
     def as_dict(self) -> dict[str, float | str]:
-        """The same as plain numbers and text, for JSON."""
+        """Return plain numbers and text, for JSON."""
         return {**self._asdict(), "motion": str(self.motion)}
 
     def text(self, unit: str, scale: float = 1.0, digits: str = ".3f") -> str:
-        """The amplitude with its unit, and what the motion does unless it is steady: ``0.026 m, still growing``."""
+        """Return the amplitude, with the motion unless it is steady: ``0.026 m, still growing``."""
         size = f"{self.amplitude * scale:{digits}} {unit}"
         return size if self.motion.kind == "steady" else f"{size}, {self.motion}"
 
@@ -96,7 +97,7 @@ class Oscillations(dict[str, Oscillation]):
     Attributes
     ----------
     start, stop : float
-        Window [s] that the oscillations are of.
+        Start and end [s] of the window.
     """
 
     def __init__(self, channels: Mapping[str, Oscillation], start: float, stop: float) -> None:
@@ -115,12 +116,12 @@ class Oscillations(dict[str, Oscillation]):
 
 
 def frequency_text(frequency_hz: float) -> str:
-    """A dominant frequency for a table; a dash where there is none."""
+    """Return a dominant frequency as text; a dash for NaN."""
     return f"{frequency_hz:.4f}" if math.isfinite(frequency_hz) else "-"
 
 
 def slowest_frequency(data: xr.Dataset) -> float:
-    """Dominant frequency [Hz] of the slower of u2 and u3 in the second half of a run; NaN where both are still.
+    """Return the lower dominant frequency [Hz] of u2 and u3 in the second half of a run, or NaN.
 
     Parameters
     ----------
@@ -137,20 +138,20 @@ def slowest_frequency(data: xr.Dataset) -> float:
 
 
 def oscillation(values: Array, interval: float, unit: str = "m") -> Oscillation:
-    """Amplitude, mean, frequency and judgement of equally spaced samples of a unit."""
+    """Return the oscillation of equally spaced samples with a unit."""
     amplitude, mean, frequency = measure(values, interval)
-    floor = SMALL_OF.get(unit, SMALL * (abs(mean) + amplitude))
+    floor = SMALL_OF.get(unit, REST_AMPLITUDE * (abs(mean) + amplitude))
     return Oscillation(amplitude, mean, frequency, judge(values, interval, floor, frequency))
 
 
 def measure(values: Array, interval: float) -> tuple[float, float, float]:
-    """Half peak-to-peak, mean and dominant frequency [Hz] of equally spaced samples, whatever their motion."""
+    """Return half peak-to-peak, mean and dominant frequency [Hz] of equally spaced samples."""
     return 0.5 * float(np.ptp(values)), float(np.mean(values)), dominant_frequency(values, interval)
 
 
 @dataclass(frozen=True)
 class Result:
-    """Histories of a run.
+    """Result of a run.
 
     Attributes
     ----------
@@ -159,9 +160,9 @@ class Result:
         both, span channels (wind_speed, support forces, energies, ...) over time.  Each variable
         has ``units`` and ``long_name``; ``dataset.attrs`` holds the provenance.
     scene : Scene
-        What was computed.
+        The scene of the run.
     report : Report
-        How the run ended and how much work it was.
+        Outcome of the run, and counts of its work.
     """
 
     dataset: xr.Dataset
@@ -170,18 +171,18 @@ class Result:
 
     @property
     def outcome(self) -> Outcome:
-        """How the run ended."""
+        """Outcome of the run."""
         return self.report.outcome
 
     @property
     def started(self) -> bool:
-        """Whether an initial state exists. If not, the only record, at 0 s, is NaN."""
+        """True if an initial state exists. Otherwise the only record, at 0 s, is NaN."""
         values = next(iter(self.dataset.data_vars.values())).values
         return len(self.dataset.time) > 1 or bool(np.isfinite(values).all())
 
     @cached_property
     def warnings(self) -> tuple[str, ...]:
-        """Sentences on what limits the trust in the numbers; empty if nothing does."""
+        """Warnings that limit the trust in the results, each a fact and a remedy."""
         return run_warnings(self.dataset, self.scene, self.report)
 
     def __repr__(self) -> str:
@@ -193,31 +194,32 @@ class Result:
         return "\n".join([*lines, *(f"warning: {sentence}" for sentence in self.warnings)])
 
     def midspan(self) -> xr.Dataset:
-        """The histories at the mid-span node alone.
+        """Return the histories of the mid-span node.
 
         Raises
         ------
         SceneError
-            If the mid-span node was not recorded.
+            The mid-span node was not recorded.
         """
         middle = self.scene.numerics.elements
         if middle not in self.dataset.node:
             raise SceneError(
-                f'the mid-span node {middle} was not recorded; ask for record_nodes="midspan" or'
-                ' "all"'
+                f"the mid-span node {middle} was not recorded; simulate with"
+                ' record_nodes="midspan" or "all"'
             )
         return self.dataset.sel(node=middle)
 
     @cached_property
     def motion(self) -> Motion:
-        """What the span does at the end of the run, from mid-span and, if recorded, its quarter points.
+        """Judgement of the motion at the end of the run, from mid-span and quarter points.
 
-        See `gallop_fmu.simulation.steadiness` for the kinds and their bounds.
+        Quarter points are used if they were recorded. `gallop_fmu.simulation.steadiness` has the
+        kinds and their bounds.
         """
         return self.judged()
 
     def judged(self, window: float | None = None) -> Motion:
-        """Judge the motion of the span over the last `window` seconds; None takes 100 s, at most half of the run."""
+        """Judge the motion over the last `window` s (default: 100 s, at most half of the run)."""
         elements, nodes = self.scene.numerics.elements, self.dataset.node.values.tolist()
         if elements not in nodes:
             return Motion("undetermined", "mid-span was not recorded")
@@ -238,19 +240,19 @@ class Result:
         return judge_span(self.dataset.time.values, histories, window)
 
     def window(self, wanted: float | None = None) -> tuple[float, float]:
-        """Start and stop [s] of the last `wanted` seconds; None takes 100 s, at most half of the run.
+        """Return the start and end [s] of the last `wanted` s (default: 100 s or half of the run).
 
         Raises
         ------
         SceneError
-            If the run is shorter.
+            The run is shorter.
         """
         first, last = (float(self.dataset.time.values[k]) for k in (0, -1))
         length = wanted
         if length is None:
             length = (
                 default_window(last - first)
-                if len(self.dataset.time) >= FEWEST_SAMPLES
+                if len(self.dataset.time) >= MIN_SAMPLES
                 else last - first
             )
         if not 0.0 < length <= last - first:
@@ -270,28 +272,30 @@ class Result:
         return last - length, last
 
     def steady(self, window: float | None = None) -> Oscillations:
-        """Oscillation of each mid-span channel at the end of the run.
+        """Return the oscillation of each mid-span channel at the end of the run.
 
-        Each has its ``motion``: whether it is steady, still growing, and so on.
+        The ``motion`` of each is its judgement: steady, still growing, ...
 
         Parameters
         ----------
         window
-            Length [s] of the window; None takes 100 s, at most half of the run. ``start`` and
-            ``stop`` of what is returned say which it was.
+            Length [s] of the window (default: 100 s, at most half of the run); the result has its
+            ``start`` and ``stop``.
 
         Raises
         ------
         SceneError
-            If the run is shorter than the window, or holds too few records.
+            The run is shorter than the window, or has too few records.
         """
         return self.between(*self.window(window))
 
     def between(self, start: float, stop: float) -> Oscillations:
-        """Oscillation of each mid-span channel from `start` to `stop` [s]."""
+        """Return the oscillation of each mid-span channel from `start` to `stop` [s]."""
         part = self.midspan().sel(time=slice(start - 1e-9, stop + 1e-9))
         if part.sizes["time"] < 2:
-            raise SceneError(f"fewer than two records lie between {start} s and {stop} s")
+            raise SceneError(
+                f"there are fewer than two records from {start} s to {stop} s; give a longer window"
+            )
         interval = float(part.time[1] - part.time[0])
         units = {str(name): str(part[name].attrs.get("units", "")) for name in part.data_vars}
         found = {
@@ -300,22 +304,22 @@ class Result:
         return Oscillations(found, start, stop)
 
     def save(self, path: Path | str) -> Path:
-        """Write everything as NetCDF (``.nc``), or the mid-span histories as CSV or Parquet (``.csv``, ``.parquet``).
+        """Write all histories as NetCDF (``.nc``), or those at mid-span as ``.csv`` or ``.parquet``.
 
-        Parquet needs the extra ``parquet``; units and provenance stand in the table's attributes.
-        The file is replaced as a whole: if the new one cannot be written, an older one stays.
+        Parquet needs the extra ``parquet``; units and provenance are attributes of the table. The
+        file is replaced atomically: if it cannot be written, an older file is unchanged.
 
         Raises
         ------
         SceneError
-            If the suffix is another one, or pyarrow is missing.
+            The suffix is another one, or pyarrow is missing.
         OSError
-            If the file cannot be written, such as on a full disk.
+            The file cannot be written, for example on a full disk.
         """
         path = Path(path)
         suffix = path.suffix.lower()
         if suffix == ".nc":
-            content = netcdf_bytes(self.dataset.assign_attrs(self._verdict()))
+            content = netcdf_bytes(self.dataset.assign_attrs(self._judgement()))
         elif suffix == ".csv":
             frame, units = self._table()
             header = ",".join(["time [s]", *(f"{name} [{unit}]" for name, unit in units.items())])
@@ -330,24 +334,69 @@ class Result:
                     ' "gallop-fmu[parquet]"'
                 )
             frame, units = self._table()
-            frame.attrs = {"units": {"time": "s", **units}, **self.dataset.attrs, **self._verdict()}
+            frame.attrs = {
+                "units": {"time": "s", **units},
+                **self.dataset.attrs,
+                **self._judgement(),
+            }
             content = frame.to_parquet(engine="pyarrow")
         else:
             raise SceneError(
-                f"{path}: results are written as .nc (NetCDF), .csv or .parquet, not as"
-                f" {path.suffix or 'no suffix'}"
+                f"{path}: results are not written as {path.suffix or 'files without suffix'}; choose"
+                " .nc (NetCDF), .csv or .parquet"
             )
         write_whole(path, content)
         return path
 
-    def _verdict(self) -> dict[str, str]:
-        """What a file says about the motion, beside the histories."""
+    def _judgement(self) -> dict[str, str]:
+        """Attributes of a file about the motion."""
         return {"motion": str(self.motion), "warnings": " ".join(self.warnings)}
 
     def _table(self) -> tuple[pd.DataFrame, dict[str, str]]:
-        """The mid-span histories by time, and the unit of each column."""
+        """Return the mid-span histories by time, and the unit of each column."""
         frame = self.midspan().drop_vars(["node", "x1"]).to_dataframe()
         return frame, {str(name): self.dataset[name].attrs["units"] for name in frame.columns}
+
+
+class Provenance(NamedTuple):
+    """Origin of histories: scene, initial equilibrium, report, and details of the computation.
+
+    Attributes
+    ----------
+    scene, equilibrium, report
+        The scene, its initial equilibrium (None: it has none), and the report on the run.
+    seconds
+        Wall-clock time [s] of the run.
+    details
+        Further attributes of the dataset.
+    """
+
+    scene: Scene
+    equilibrium: Equilibrium | None
+    report: Report
+    seconds: float
+    details: Mapping[str, object]
+
+    def attributes(self) -> dict[str, object]:
+        """Return the attributes of the dataset."""
+        equilibrium, report = self.equilibrium, self.report
+        counts = ("steps", "substeps", "iterations", "refactorisations", "halvings", "rejections")
+        extremes = ("lowest_tension", "largest_turn")
+        nan = math.nan
+        return {
+            "title": self.scene.title,
+            "source": program(),
+            "kernel": build(),
+            **self.details,
+            "scene": self.scene.to_toml(),
+            "outcome": report.outcome.name.lower(),
+            "message": str(report),
+            "seconds": self.seconds,
+            "sag": nan if equilibrium is None else equilibrium.sag,
+            "horizontal_tension": nan if equilibrium is None else equilibrium.horizontal_tension,
+            "held_imbalance": nan if equilibrium is None else equilibrium.imbalance,
+            **{name: getattr(report, name) for name in counts + extremes},
+        }
 
 
 def histories(
@@ -355,13 +404,9 @@ def histories(
     time: NDArray[np.floating],
     nodes: NDArray[np.int32],
     x1: Array,
-    scene: Scene,
-    rest: Equilibrium | None,
-    report: Report,
-    seconds: float,
-    **how: object,
+    provenance: Provenance,
 ) -> xr.Dataset:
-    """The dataset of a `Result`: channels with units and meanings, and their provenance.
+    """Return the dataset of a `Result`: channels with units and meanings, and their provenance.
 
     Parameters
     ----------
@@ -371,19 +416,17 @@ def histories(
         Times of the records [s].
     nodes, x1 : ndarray, shape (node,)
         Numbers of the recorded nodes, and their positions [m] along the span.
-    scene, rest, report, seconds
-        What was computed, its initial equilibrium (None: it has none), how the run ended, and the
-        wall-clock time [s] that it took.
-    **how
-        What else there is to say of how it was computed.
+    provenance
+        Origin of the values.
     """
-    import xarray as xr  # a third of a second, which `import gallop_fmu` should not cost
+    import xarray as xr  # a slow import (0.3 s)
 
     def meaning(name: str) -> str:
-        remark = (
-            scene.supports.remark_on_force(name.partition("_")[0]) if name in END_FORCES else ""
-        )
-        return f"{DESCRIBED[name].meaning}; {remark}" if remark else DESCRIBED[name].meaning
+        text = DESCRIBED[name].meaning
+        if name not in END_FORCES:
+            return text
+        remark = provenance.scene.supports.remark_on_force(name.partition("_")[0])
+        return f"{text}; {remark}" if remark else text
 
     described = {
         name: (*content, {"units": DESCRIBED[name].unit, "long_name": meaning(name)})
@@ -392,27 +435,11 @@ def histories(
     times = ("time", time, {"units": "s", "long_name": "time"})
     places = ("node", x1, {"units": "m", "long_name": "position of the node along the span"})
     dataset = xr.Dataset(described, {"time": times, "node": nodes, "x1": places})
-    work = ("steps", "substeps", "iterations", "refactorisations", "halvings", "rejections")
-    extremes = ("lowest_tension", "largest_turn")
-    dataset.attrs.update(
-        title=scene.title,
-        source=program(),
-        kernel=build(),
-        **how,
-        scene=scene.to_toml(),
-        outcome=report.outcome.name.lower(),
-        message=str(report),
-        seconds=seconds,
-        sag=math.nan if rest is None else rest.sag,
-        horizontal_tension=math.nan if rest is None else rest.horizontal_tension,
-        held_imbalance=math.nan if rest is None else rest.imbalance,
-        **{name: getattr(report, name) for name in work + extremes},
-    )
-    return dataset
+    return dataset.assign_attrs(provenance.attributes())
 
 
 def summary(result: Result) -> dict[str, object]:
-    """The run in a few plain numbers and words, for a terminal or as JSON."""
+    """Summarise a run in plain numbers and words, for a terminal or as JSON."""
     report, time = result.report, result.dataset.time.values
     steady = (
         result.steady()

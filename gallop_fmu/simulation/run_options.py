@@ -1,4 +1,4 @@
-"""What is asked of a run: how long it takes, and what is recorded of it how often."""
+"""Recording options: stop time, interval, nodes, channels."""
 
 from __future__ import annotations
 
@@ -16,80 +16,80 @@ from gallop_fmu.foundation.channels import NODE_INDEX, SPAN_INDEX
 from gallop_fmu.foundation.errors import SceneError
 from gallop_fmu.scene.scene import Scene
 
-MOST_STEPS = 1e8
-"""Time steps of one run, 11 days of motion in steps of 0.01 s; more is taken for a mistake in the unit."""
-MOST_STEPS_APART = 1_000_000
-"""Time steps from one record to the next."""
+MAX_STEPS = 1e8
+"""Maximum number of time steps of a run: 11 days in steps of 0.01 s."""
+MAX_STRIDE = 1_000_000
+"""Maximum number of time steps from one record to the next."""
 
 
 @dataclass(frozen=True)
-class Records:
-    """How many records a run makes, and when.
+class RecordingPlan:
+    """Times of the records of a run.
 
     Attributes
     ----------
     stop_time : float
         Simulated time [s]; the run ends at the first record at or after it.
-    every : int
-        Time steps of the scene from one record to the next.
+    stride : int
+        Number of time steps from one record to the next.
     interval : float
-        The same in seconds.
+        Time [s] from one record to the next.
     count : int
         Number of records after the one at time 0.
     """
 
     stop_time: float
-    every: int
+    stride: int
     interval: float
     count: int
 
     @classmethod
-    def of(cls, scene: Scene, stop_time: float | None, every: int | None) -> Records:
-        """Those that a caller asks for, or the scene where it does not.
+    def from_scene(cls, scene: Scene, stop_time: float | None, stride: int | None) -> RecordingPlan:
+        """Return the plan for given options; None takes the value of the scene.
 
         Raises
         ------
         SceneError
-            If a number is not allowed.
+            A number is not allowed.
         """
         stop_time = scene.run.stop_time if stop_time is None else stop_time
-        every = scene.run.record_every if every is None else every
-        stop_time, every = check_stop_time(stop_time), check_record_every(every)
+        stride = scene.run.record_every if stride is None else stride
+        stop_time, stride = check_stop_time(stop_time), check_record_every(stride)
         step = scene.numerics.time_step
-        interval = every * step
-        if interval > stop_time * (1.0 + 1e-9) and every > 1:
+        interval = stride * step
+        if interval > stop_time * (1.0 + 1e-9) and stride > 1:
             fits = int(stop_time / step + 1e-9)
-            cure = f"at most {fits} steps of {step:g} s fit: give a smaller record_every (--every)"
-            if fits < 1:
-                cure = f"not one step of {step:g} s fits: give a longer stop time (--until)"
-            raise SceneError(
-                f"record_every = {every}: the first record would come at {interval:g} s, after the"
-                f" end of the run at {stop_time:g} s; {cure}"
+            remedy = (
+                f"at most {fits} steps of {step:g} s fit: give a smaller record_every (--every)"
             )
-        if stop_time / step > MOST_STEPS:
+            if fits < 1:
+                remedy = f"not one step of {step:g} s fits: give a longer stop time (--until)"
+            raise SceneError(
+                f"record_every = {stride}: the first record would be at {interval:g} s, after the"
+                f" end of the run at {stop_time:g} s; {remedy}"
+            )
+        if stop_time / step > MAX_STEPS:
             raise SceneError(
                 f"stop_time = {stop_time:g} s is {stop_time / step:.3g} time steps of {step:g} s; a"
-                f" run has at most {MOST_STEPS:.0e}: give a shorter time, or a longer"
+                f" run has at most {MAX_STEPS:.0e}: give a shorter time, or a longer"
                 " numerics.time_step"
             )
-        return cls(stop_time, every, interval, max(1, math.ceil(stop_time / interval - 1e-9)))
+        return cls(stop_time, stride, interval, max(1, math.ceil(stop_time / interval - 1e-9)))
 
 
 def check_record_every(every: Any) -> int:
-    """Return the whole number of steps between records; raise SceneError if it is none that is allowed."""
+    """Return the number of steps between records; raise SceneError if it is not allowed."""
     try:
-        return whole(
-            "record_every", None if isinstance(every, bool) else every, 1, MOST_STEPS_APART
-        )
+        return whole("record_every", None if isinstance(every, bool) else every, 1, MAX_STRIDE)
     except (TypeError, ValueError):
         raise SceneError(
             f"record_every = {every!r:.60}: must be a whole number of time steps, from 1 to"
-            f" {MOST_STEPS_APART}"
+            f" {MAX_STRIDE}"
         ) from None
 
 
 def check_stop_time(stop_time: Any) -> float:
-    """Return the time in seconds; raise SceneError if a run cannot end there."""
+    """Return the stop time [s]; raise SceneError if it is not a positive number."""
     with suppress(TypeError, ValueError):
         seconds = finite("stop_time", stop_time)
         if seconds > 0.0:
@@ -98,29 +98,30 @@ def check_stop_time(stop_time: Any) -> float:
 
 
 def check_channels(node: Sequence[str], span: Iterable[str]) -> None:
-    """Raise SceneError if a node or span channel does not exist, or there is no node channel."""
+    """Raise SceneError if a node or span channel does not exist, or no node channel is given."""
     unknown = [name for name in node if name not in NODE_INDEX]
     if unknown or not len(node):
-        raise SceneError(f"channels {unknown} do not exist; there are {', '.join(NODE_INDEX)}")
+        raise SceneError(f"channels {unknown} do not exist; choose from {', '.join(NODE_INDEX)}")
     unknown = [name for name in span if name not in SPAN_INDEX]
     if unknown:
-        raise SceneError(f"span_channels {unknown} do not exist; there are {', '.join(SPAN_INDEX)}")
+        raise SceneError(
+            f"span_channels {unknown} do not exist; choose from {', '.join(SPAN_INDEX)}"
+        )
 
 
 def check_on_failure(on_failure: str) -> None:
-    """Raise SceneError if it is neither of the two."""
+    """Raise SceneError if the value is not one of the two allowed."""
     if on_failure not in ("raise", "return"):
         raise SceneError(f'on_failure = {on_failure!r}: must be "raise" or "return"')
 
 
 def check_model(model: str) -> None:
-    """Raise SceneError if it is not the model that there is; 0.1.0 had another."""
+    """Raise SceneError for a model other than the only one; release 0.1.0 had two."""
     if model == "condensed":
         raise SceneError(
-            'model = "condensed": the condensed model was removed in 0.2.0, because on spans drawn'
-            " at random its amplitudes were wrong without a warning; leave the model out: the cable"
-            " element computes the run. For quick estimates of many spans use modal.screen_spans"
-            " (gallop-modal screen --table ... --estimate-only)"
+            'model = "condensed": the condensed model was removed in 0.2.0, because its amplitudes'
+            " were wrong without a warning on random spans; remove the option. For quick estimates"
+            " of many spans use modal.screen_spans (gallop-modal screen --table ... --estimate-only)"
         )
     if model != "element":
         raise SceneError(f'model = {model!r}: must be "element"')
@@ -129,12 +130,12 @@ def check_model(model: str) -> None:
 def chosen_nodes(
     wanted: Literal["midspan", "all"] | Sequence[int], elements: int
 ) -> NDArray[np.int32]:
-    """Numbers of the nodes to record on a mesh of so many elements.
+    """Return the numbers of the nodes to record on a mesh of `elements` elements.
 
     Raises
     ------
     SceneError
-        If a node does not exist.
+        A node does not exist.
     """
     last = 2 * elements
     if isinstance(wanted, str):

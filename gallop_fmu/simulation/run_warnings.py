@@ -1,4 +1,4 @@
-"""The warnings of a run: everything that limits the trust in its numbers, in one list that every printer uses."""
+"""The warnings of a run, in one list for all outputs."""
 
 from __future__ import annotations
 
@@ -13,26 +13,32 @@ from gallop_fmu.foundation.integrators import INTEGRATORS
 from gallop_fmu.foundation.outcome import Report
 from gallop_fmu.scene.scene import Scene
 from gallop_fmu.scene.time_functions import TimeTable
-from gallop_fmu.simulation.steadiness import FEWEST_RECORDS, FEWEST_SAMPLES, SMALL, default_window
+from gallop_fmu.simulation.steadiness import (
+    MIN_RECORDS_PER_CYCLE,
+    MIN_SAMPLES,
+    REST_AMPLITUDE,
+    default_window,
+)
 
 if TYPE_CHECKING:
     import xarray as xr
 
 Array = NDArray[np.float64]
 
-FEWEST_STEPS = 40
-"""Steps in a period below which Newmark's method, whose amplitudes are then off by up to 1.4 %, gets a warning; other
-methods get it at the same error."""
+MIN_STEPS_PER_PERIOD = 40
+"""Steps in a period below which Newmark's method gets a warning; the amplitude error is then 1.4 %.
 
-HUGE = 1e100
-"""Displacement [m] or velocity [m/s] that nothing is found out about."""
+Other methods get it at the same error."""
 
-CARRIED = 0.1
-"""Share of the kinetic energy above the frequency of the fastest motion that counts."""
+MAX_MOTION = 1e100
+"""Displacement [m] or velocity [m/s] above which a motion is not analysed."""
+
+FAST_ENERGY_SHARE = 0.1
+"""Share of the kinetic energy above the frequency of the fastest motion."""
 
 
 def run_warnings(dataset: xr.Dataset, scene: Scene, report: Report) -> tuple[str, ...]:
-    """Sentences, each with a fact and its remedy; empty if there is nothing to warn of.
+    """Return the warnings of a run, each a fact and a remedy.
 
     To add a kind of warning, write a function that returns a tuple of sentences and call it here.
 
@@ -41,9 +47,9 @@ def run_warnings(dataset: xr.Dataset, scene: Scene, report: Report) -> tuple[str
     dataset
         Recorded histories.
     scene
-        What was computed.
+        The scene of the run.
     report
-        How the run ended.
+        Report of the kernel.
     """
     return (
         *scene.warnings,
@@ -54,7 +60,7 @@ def run_warnings(dataset: xr.Dataset, scene: Scene, report: Report) -> tuple[str
 
 
 def _not_covered(scene: Scene, stop_time: float) -> tuple[str, ...]:
-    """Histories of the scene that end before the run, or begin after its start."""
+    """Warnings about histories of the scene that do not cover the whole run."""
     laws = {"wind.history": scene.wind.history}
     laws |= {f"loads.{number}.law": load.law for number, load in enumerate(scene.loads)}
     for end in ("left", "right"):
@@ -72,37 +78,37 @@ def _not_covered(scene: Scene, stop_time: float) -> tuple[str, ...]:
         if covered < stop_time * (1.0 - 1e-9):
             found.append(
                 f"{name} covers {covered:.6g} s of the {stop_time:.6g} s, from {law.time[0]:.10g}"
-                f" to {law.time[-1]:.10g} s; its first and last values are held outside. Give a"
-                " history of the whole run, with times in seconds from its start."
+                f" to {law.time[-1]:.10g} s; it is constant outside. Give a history of the whole"
+                " run, with times in seconds from its start."
             )
     return tuple(found)
 
 
 def _step_warnings(dataset: xr.Dataset, scene: Scene) -> tuple[str, ...]:
-    """Warnings on the distance of steps and records."""
+    """Warnings about long steps and record intervals."""
     middle, time = scene.numerics.elements, dataset.time.values
     nodes = dataset.node.values.tolist()
     if middle not in nodes or len(time) < 2:
         return ()
-    at = nodes.index(middle)
-    place, rate = (
-        [dataset[name].values[:, at] for name in names if name in dataset]
+    column = nodes.index(middle)
+    displacements, velocities = (
+        [dataset[name].values[:, column] for name in names if name in dataset]
         for names in (("u2", "u3"), ("v2", "v3"))
     )
     interval = float(time[1] - time[0])
-    return step_warnings(scene, fastest_motion(interval, place, rate), interval)
+    frequency_hz = fastest_motion(interval, displacements, velocities)
+    return step_warnings(scene, frequency_hz, interval)
 
 
 def fastest_motion(
     interval: float, displacements: Sequence[Array], velocities: Sequence[Array] = ()
 ) -> float:
-    """Frequency [Hz] of the highest mode that carries motion; NaN where nothing moves.
+    """Return the frequency [Hz] of the fastest mode with motion; NaN without motion.
 
-    It is the frequency above which a tenth of the kinetic energy lies, from the spectra of the
-    displacements at the end of the run, or where they are largest if they have died out by then.
-    Velocities, if there are any, show what lies above half of the sampling frequency, where the
-    spectra are another motion's: the frequency is at least the one that the ratio of velocity to
-    displacement tells.
+    A tenth of the kinetic energy is above this frequency, by the spectra of the displacements at
+    the end of the run (or at their maximum, if the motion has decayed by then). Velocities, if
+    given, detect motion above half of the sampling frequency, which aliases in the spectra: the
+    result is at least the frequency of the ratio of velocity to displacement.
 
     Parameters
     ----------
@@ -112,12 +118,12 @@ def fastest_motion(
         Histories [m, m/s] of the same points, in the same order, over the whole run.
     """
     if not displacements or not all(
-        np.abs(values).max() < HUGE for values in (*displacements, *velocities)
+        np.abs(values).max() < MAX_MOTION for values in (*displacements, *velocities)
     ):
         return math.nan
     count = len(displacements[0])
     length = max(2, round(default_window(interval * (count - 1)) / interval) + 1)
-    if length < FEWEST_SAMPLES:
+    if length < MIN_SAMPLES:
         return math.nan
     ranges = [float(np.ptp(values)) for values in displacements]
     largest = displacements[int(np.argmax(ranges))]
@@ -127,7 +133,7 @@ def fastest_motion(
     part = slice(max(0, end - length), end)
     motions = [values[part] - np.mean(values[part]) for values in displacements]
     variance = sum(float(np.var(motion)) for motion in motions)
-    if not variance > 0.5 * SMALL**2:
+    if not variance > 0.5 * REST_AMPLITUDE**2:
         return math.nan
     frequency = np.fft.rfftfreq(len(motions[0]), interval)
     energy = (
@@ -135,7 +141,7 @@ def fastest_motion(
         * frequency**2
     )
     above = np.cumsum(energy[::-1])[::-1]
-    found = float(frequency[np.flatnonzero(above >= CARRIED * above[0])[-1]])
+    found = float(frequency[np.flatnonzero(above >= FAST_ENERGY_SHARE * above[0])[-1]])
     if len(velocities) != len(displacements):
         return found
     ratio = sum(float(np.var(values[part])) for values in velocities) / variance
@@ -143,14 +149,14 @@ def fastest_motion(
 
 
 def step_warnings(scene: Scene, frequency_hz: float, interval: float) -> tuple[str, ...]:
-    """Warnings where steps or records are too far apart for a motion.
+    """Return warnings about steps or records that are too far apart for a motion.
 
     Parameters
     ----------
     scene
-        What was computed.
+        The scene of the run.
     frequency_hz
-        Frequency [Hz] of the fastest motion that counts; NaN where nothing moves.
+        `fastest_motion` [Hz]; NaN without motion.
     interval
         Time [s] between records.
     """
@@ -164,30 +170,33 @@ def step_warnings(scene: Scene, frequency_hz: float, interval: float) -> tuple[s
         f"a period of {1.0 / frequency_hz:.3g} s, the fastest that carries a tenth of the recorded"
         " motion's energy"
     )
-    if numerics.tolerance is None and error > newmark.amplitude_error / FEWEST_STEPS**newmark.order:
+    if (
+        numerics.tolerance is None
+        and error > newmark.amplitude_error / MIN_STEPS_PER_PERIOD**newmark.order
+    ):
         shortest = (
-            method.amplitude_error / newmark.amplitude_error * FEWEST_STEPS**newmark.order
+            method.amplitude_error / newmark.amplitude_error * MIN_STEPS_PER_PERIOD**newmark.order
         ) ** (1 / method.order)
         found.append(
-            f"There are {steps:.1f} time steps in {period}; by the error law of examples 2 "
-            f"and 3 amplitudes may be off by {_percent_text(error)}. Reduce numerics.time_step to "
-            f"{_below(1.0 / (frequency_hz * shortest)):g} s or less."
+            f"There are {steps:.1f} time steps in {period}; amplitudes may have an error of"
+            f" {_percent_text(error)}, by the error law of examples 2 and 3. Reduce"
+            f" numerics.time_step to {_round_down(1.0 / (frequency_hz * shortest)):g} s or less."
         )
     records = 1.0 / (interval * frequency_hz)
-    if records < FEWEST_RECORDS:
-        every = max(1, int(interval / numerics.time_step * records / (2.0 * FEWEST_RECORDS)))
+    if records < MIN_RECORDS_PER_CYCLE:
+        every = max(1, int(interval / numerics.time_step * records / (2.0 * MIN_RECORDS_PER_CYCLE)))
         found.append(
-            f"There are {records:.1f} records in {period}; amplitudes, and below two the"
-            f" frequencies, are not those of the motion. Reduce run.record_every to {every}."
+            f"There are {records:.1f} records in {period}; amplitudes are wrong, and frequencies"
+            f" too if there are fewer than two. Reduce run.record_every to {every}."
         )
     return tuple(found)
 
 
 def _percent_text(error: float) -> str:
-    return f"{100.0 * error:.2g} %" if error < 0.5 else "50 % and more"
+    return f"{100.0 * error:.2g} %" if error < 0.5 else "50 % or more"
 
 
-def _below(value: float) -> float:
-    """The largest of 1, 2 or 5 times a power of ten that is not above the value."""
+def _round_down(value: float) -> float:
+    """Round down to 1, 2 or 5 times a power of ten."""
     power = 10.0 ** math.floor(math.log10(value))
     return next(digit for digit in (5.0, 2.0, 1.0) if digit * power <= value * (1.0 + 1e-9)) * power

@@ -1,4 +1,4 @@
-"""simulate(scene): from a validated scene to labelled histories."""
+"""simulate(scene): from a validated scene to histories."""
 
 from __future__ import annotations
 
@@ -17,9 +17,9 @@ from gallop_fmu.foundation.channels import NODE_INDEX, SPAN_INDEX
 from gallop_fmu.foundation.integrators import INTEGRATORS
 from gallop_fmu.foundation.outcome import Outcome, Report, SimulationError
 from gallop_fmu.scene.scene import Scene
-from gallop_fmu.simulation.result import Result, histories
+from gallop_fmu.simulation.result import Provenance, Result, histories
 from gallop_fmu.simulation.run_options import (
-    Records,
+    RecordingPlan,
     check_channels,
     check_on_failure,
     chosen_nodes,
@@ -40,16 +40,16 @@ USUAL_CHANNELS = (
     "tension",
     "angle_of_attack",
 )
-"""Node channels recorded unless others are asked for."""
+"""Default node channels to record."""
 
 Progress = Callable[[float, float], object]
 """Called with the time reached and the stop time [s]; returning False stops the run."""
 
-BETWEEN_CALLS = 0.1
-"""Wall-clock time [s] between two calls of the progress function, about."""
+PROGRESS_INTERVAL = 0.1
+"""Approximate wall-clock time [s] between two calls of the progress function."""
 
 FIRST_PORTION = 500
-"""Time steps to the first call, before it is known how long they take."""
+"""Time steps before the first call, when their cost is not yet known."""
 
 
 def simulate(
@@ -63,32 +63,32 @@ def simulate(
     progress: Progress | None = None,
     on_failure: Literal["raise", "return"] = "raise",
 ) -> Result:
-    """Compute the motion of a span.
+    """Simulate the motion of a span.
 
     Parameters
     ----------
     scene
-        What to compute, see `gallop_fmu.load_scene`.
+        The scene, see `gallop_fmu.load_scene`.
     stop_time
-        Simulated time [s]; None takes the scene's.  The run ends at the first record at or after
+        Simulated time [s] (default: from the scene). The run ends at the first record at or after
         it.
     record_every
-        Time steps from one record to the next; None takes the scene's.
+        Number of time steps from one record to the next (default: from the scene).
     record_nodes
-        ``"midspan"``, ``"all"``, or node numbers from 0 (left support) to 2 elements (right
-        support).
+        ``"midspan"``, ``"all"``, or node numbers from 0 (left support) to twice the number of
+        elements (right support).
     channels
         Node channels to record, by name (see `gallop_fmu.foundation.channels.NODE_CHANNELS`).
     span_channels
         Span channels to record, by name (see `gallop_fmu.foundation.channels.SPAN_CHANNELS`);
-        ``()`` for none, which is cheaper.
+        ``()`` for none, which is faster.
     progress
         Called about ten times a second with the time reached and the stop time [s]; returning False
         stops the run.
     on_failure
-        ``"raise"``: a run that ends early, or cannot start, raises, with what was computed in the
-        error's ``result``; ``"return"``: it is returned, and ``result.outcome`` says how it ended.
-        Where it could not start, ``result.started`` is False and the only record is NaN.
+        For a run that ends early or cannot start: ``"raise"`` raises an error whose ``result`` has
+        the histories until then, ``"return"`` returns them; ``result.outcome`` is the reason. If
+        the run could not start, ``result.started`` is False and the only record is NaN.
 
     Returns
     -------
@@ -98,11 +98,11 @@ def simulate(
     Raises
     ------
     SceneError
-        If an argument is not allowed.
+        An argument is not allowed.
     SimulationError
-        If the run cannot start or ends early, and `on_failure` is ``"raise"``.
+        The run cannot start or ends early, and `on_failure` is ``"raise"``.
     """
-    records = Records.of(scene, stop_time, record_every)
+    plan = RecordingPlan.from_scene(scene, stop_time, record_every)
     check_channels(channels, span_channels)
     check_on_failure(on_failure)
     started = clock.perf_counter()
@@ -128,16 +128,14 @@ def simulate(
     )
     record = partial(
         state.run,
-        every=records.every,
+        every=plan.stride,
         channels=channel_index,
         nodes=nodes,
         span_channels=span_index,
     )
-    parts, report = _march(record, [first], records, progress)
+    parts, report = _march(record, [first], plan, progress)
     seconds = clock.perf_counter() - started
-    dataset = _dataset(
-        model, parts, nodes, channels, span_channels, records.interval, report, seconds
-    )
+    dataset = _dataset(model, parts, nodes, channels, span_channels, plan.interval, report, seconds)
     result = Result(dataset, scene, report)
     if report.outcome is not Outcome.COMPLETED and on_failure == "raise":
         raise SimulationError(report, result)
@@ -152,60 +150,55 @@ def _not_started(
     report: Report,
     seconds: float,
 ) -> Result:
-    """A result without an initial state: one record at 0 s, all of it NaN; the equilibrium if the model has one."""
+    """Return a result without an initial state: one record at 0 s, all NaN."""
     variables: dict[str, tuple[tuple[str, ...], NDArray[np.float64]]] = {
         name: (("time", "node"), np.full((1, len(nodes)), math.nan)) for name in channels[0]
     }
     variables |= {name: (("time",), np.full(1, math.nan)) for name in channels[1]}
-    rest = None if model is None else model.equilibrium()
-    x1 = np.full(len(nodes), math.nan) if rest is None else rest.x[nodes, 0]
-    how = _provenance(scene, model)
-    return Result(
-        histories(variables, np.zeros(1), nodes, x1, scene, rest, report, seconds, **how),
-        scene,
-        report,
-    )
+    equilibrium = None if model is None else model.equilibrium()
+    x1 = np.full(len(nodes), math.nan) if equilibrium is None else equilibrium.x[nodes, 0]
+    provenance = Provenance(scene, equilibrium, report, seconds, _details(scene, model))
+    return Result(histories(variables, np.zeros(1), nodes, x1, provenance), scene, report)
 
 
-def _provenance(scene: Scene, model: Model | None) -> dict[str, str]:
-    """How a scene is computed; what a model leaves out only where there is one."""
-    left_out = [] if model is None else [part for part in Part if part not in model.parts]
+def _details(scene: Scene, model: Model | None) -> dict[str, str]:
+    """Return the integrator, and the unknowns and inactive terms of a model, if there is one."""
+    inactive = [] if model is None else [part for part in Part if part not in model.parts]
     return {
         "integrator": INTEGRATORS[scene.numerics.method].description,
         "unknowns": "" if model is None else " ".join(model.unknowns),
-        "left_out": ", ".join(str(part.name).lower().replace("_", " ") for part in left_out),
+        "inactive_terms": ", ".join(str(part.name).lower().replace("_", " ") for part in inactive),
     }
 
 
 def _march(
     record: Callable[..., Run],
     parts: list[Run],
-    records: Records,
+    plan: RecordingPlan,
     progress: Progress | None,
 ) -> tuple[list[Run], Report]:
-    """Run in portions of about `BETWEEN_CALLS`, so that progress is shown and Ctrl-C is heard."""
-    done, portion = 0, max(1, FIRST_PORTION // records.every)
+    """Run in portions of about `PROGRESS_INTERVAL`, to show progress and to stop on Ctrl-C."""
+    done, portion = 0, max(1, FIRST_PORTION // plan.stride)
     report = parts[0].report
-    while done < records.count:
+    while done < plan.count:
         began = clock.perf_counter()
         try:
-            part = record(min(portion, records.count - done), first=done)
+            part = record(min(portion, plan.count - done), first=done)
             parts.append(part)
             report = part.report
             if report.outcome is not Outcome.COMPLETED:
                 break
             done += len(part.node_values)
             stopped = (
-                progress is not None
-                and progress(done * records.interval, records.stop_time) is False
+                progress is not None and progress(done * plan.interval, plan.stop_time) is False
             )
         except KeyboardInterrupt:
             stopped = True
-        if stopped and done < records.count:
+        if stopped and done < plan.count:
             return parts, replace(
-                report, outcome=Outcome.STOPPED_BY_USER, time=done * records.interval
+                report, outcome=Outcome.STOPPED_BY_USER, time=done * plan.interval
             )
-        pace = (clock.perf_counter() - began) / BETWEEN_CALLS
+        pace = (clock.perf_counter() - began) / PROGRESS_INTERVAL
         portion = max(1, min(int(portion / max(pace, 1e-3)), 10 * portion))
     return parts, report
 
@@ -227,15 +220,8 @@ def _dataset(
         variables[name] = (("time", "node"), np.ascontiguousarray(node_values[:, index]))
     for index, name in enumerate(span_channels):
         variables[name] = (("time",), np.ascontiguousarray(span_values[:, index]))
-    rest = model.equilibrium()
-    return histories(
-        variables,
-        interval * np.arange(len(node_values)),
-        nodes,
-        rest.x[nodes, 0],
-        model.scene,
-        rest,
-        report,
-        seconds,
-        **_provenance(model.scene, model),
-    )
+    equilibrium = model.equilibrium()
+    details = _details(model.scene, model)
+    provenance = Provenance(model.scene, equilibrium, report, seconds, details)
+    time = interval * np.arange(len(node_values))
+    return histories(variables, time, nodes, equilibrium.x[nodes, 0], provenance)

@@ -1,40 +1,39 @@
-"""The one judgement of a motion: steady, still growing, decaying, beating, irregular, at rest, or turned over.
+"""Judgement of a motion: steady, still growing, decaying, beating, irregular, at rest, turned over.
 
-A channel is cut into cycles of its dominant frequency. Half of the range of each cycle, with its
-extremes refined by a parabola, is the envelope; the judgement follows from how the envelope changes
-over the window. The bounds:
+A channel is cut into cycles of its dominant frequency. The envelope is half of the range of each
+cycle, with extremes refined by a parabola; the judgement follows from its change over the window:
 
-`STEADY` (2 %)
-    Range of the envelope, per mean, within which a motion is steady: an amplitude is then sure to
-    two digits. Cycles may differ if the greatest of every two, three or four does not: such a
-    motion repeats itself less often.
-`FLAT` (0.2 %)
-    Change of the mean envelope from one third of the window to the next that counts as none: some
+`STEADY_RANGE` (2 %)
+    Maximum range of the envelope, relative to its mean, of a steady motion: its amplitude then has
+    two reliable digits. If single cycles differ more, the maxima of two, three or four cycles are
+    compared: such a motion repeats after several cycles.
+`FLAT_CHANGE` (0.2 %)
+    Change of the mean envelope from one third of the window to the next that counts as zero, about
     ten times the error of the envelope. Growth below 0.4 % a minute, in a window of 100 s, is
-    therefore taken as steady.
-`LEFT` (1 %)
-    Change still to come by which a motion that approaches a limit cycle is steady. It is
-    extrapolated from the thirds: on such an approach their differences fall by a constant factor. A
-    factor above `UNBOUNDED` (0.9) does not bound the limit: growth from a small disturbance goes on
-    to many times the amplitude, however slow it is.
-`HIDDEN` (0.1 %) and `FASTER` (1.1)
-    A part that does not repeat itself from cycle to cycle makes a motion "still growing" if it has
-    this share of the amplitude and grows by this factor from third to third. So a swing grows below
-    steady vertical galloping before the transfer of energy. The interpolation between samples
-    leaves less than 0.03 %.
-`TREND` (0.7) and `REGULAR` (0.9)
-    Share of the envelope's variance that a parabola in time must explain for a trend, and a
+    therefore judged as steady.
+`REMAINING_CHANGE` (1 %)
+    Maximum remaining change of a steady motion that approaches a limit cycle. It is extrapolated
+    from the thirds, whose differences decrease by a constant factor. With a factor above
+    `MAX_FACTOR` (0.9) there is no bound: growth from a small disturbance continues to many times
+    the amplitude, however slow it is.
+`HIDDEN_SHARE` (0.1 %) and `HIDDEN_GROWTH` (1.1)
+    A part that does not repeat from cycle to cycle makes a motion "still growing" if it has this
+    share of the amplitude and grows by this factor from third to third. An example is the swing
+    below steady vertical galloping before the transfer of energy. The error of interpolation
+    between samples is below 0.03 %.
+`TREND_SHARE` (0.7) and `BEAT_SHARE` (0.9)
+    Share of the variance of the envelope that a parabola in time must explain for a trend, and a
     spectral line with its double for beats. Narrow-band noise and chaos rarely reach them.
-`CYCLES` (9) and `FEWEST_RECORDS` (5.5)
-    Fewest cycles in the window, three in each third, and fewest records in a cycle: with five, the
-    peaks of a motion with harmonics are missed by 10 %. With fewer than twenty a hidden part must
-    be some 1 % to be seen.
+`MIN_CYCLES` (9) and `MIN_RECORDS_PER_CYCLE` (5.5)
+    Minimum number of cycles in the window, three in each third, and of records in a cycle: with
+    five, the peaks of a motion with harmonics have an error of 10 %. With fewer than twenty, a
+    hidden part must have about 1 % to be detected.
 `TURNED_OVER` (180 deg)
-    Change of the twist since the start from which on the section has turned over: the ice is on the
+    Change of the twist since the start at which the section has turned over: the ice is on the
     other side.
-`SMALL` (0.1 mm)
-    Amplitude below which a motion that does not grow is at rest; of a twist, which counts with a
-    lever of 0.1 m, 0.06 deg. `NOTHING` (1e-9 m) is rounding.
+`REST_AMPLITUDE` (0.1 mm)
+    Amplitude below which a motion that does not grow is at rest; for a twist 0.06 deg, with a lever
+    of 0.1 m. `ROUND_OFF` (1e-9 m) is rounding.
 """
 
 from __future__ import annotations
@@ -60,42 +59,42 @@ Kind = Literal[
     "at rest",
 ]
 
-STEADY = 0.02
-FLAT = 0.002
-LEFT = 0.01
-UNBOUNDED = 0.9
-HIDDEN = 0.001
-FASTER = 1.1
-TREND = 0.7
-REGULAR = 0.9
-CYCLES = 9
-FEWEST_RECORDS = 5.5
+STEADY_RANGE = 0.02
+FLAT_CHANGE = 0.002
+REMAINING_CHANGE = 0.01
+MAX_FACTOR = 0.9
+HIDDEN_SHARE = 0.001
+HIDDEN_GROWTH = 1.1
+TREND_SHARE = 0.7
+BEAT_SHARE = 0.9
+MIN_CYCLES = 9
+MIN_RECORDS_PER_CYCLE = 5.5
 TURNED_OVER = math.pi
-SMALL = 1e-4
-NOTHING = 1e-9
-LEVER = 0.1
+REST_AMPLITUDE = 1e-4
+ROUND_OFF = 1e-9
+TWIST_LEVER = 0.1
 
 KINDS: tuple[Kind, ...] = get_args(Kind)
-"""The kind of a span is the first of those of its channels."""
+"""Kinds in order of precedence: a span has the first kind of its channels."""
 
-BLOCKS = 18
-"""Blocks of the window from which a trend is found, each of one to four cycles."""
+MAX_BLOCKS = 18
+"""Maximum number of blocks of one to four cycles for a trend."""
 
-LONGEST_WINDOW = 100.0
-"""Length [s] of the window at the end of a run, at most half of the run, where no other is asked for."""
+MAX_WINDOW = 100.0
+"""Default length [s] of the window at the end of a run, at most half of the run."""
 
-SAMPLES = 64
-"""Samples in a cycle with which a parabola finds its extremes."""
-SIXTH_ORDER = np.array([3.0, -25.0, 150.0, 150.0, -25.0, 3.0]) / 256.0
-"""Weights of six samples for the value half-way between the third and the fourth."""
+SAMPLES_PER_CYCLE = 64
+"""Minimum number of samples in a cycle for extremes by a parabola."""
+MIDPOINT_WEIGHTS = np.array([3.0, -25.0, 150.0, 150.0, -25.0, 3.0]) / 256.0
+"""Weights of six samples for the value midway between the third and the fourth."""
 
-FEWEST_SAMPLES = 8
-"""Below it no spectral line is told from another."""
+MIN_SAMPLES = 8
+"""Minimum number of samples for a spectral line."""
 
 
 @dataclass(frozen=True, slots=True)
 class Motion:
-    """What a motion does over a window.
+    """Judgement of a motion over a window.
 
     Attributes
     ----------
@@ -104,10 +103,9 @@ class Motion:
         rest"``, ``"turned over"`` (the section, at some time of the run), or ``"undetermined"``
         (too few cycles).
     detail : str
-        The numbers behind it, such as ``"vertical +12 %/min"``; empty where there are none.
+        Details, such as ``"vertical +12 %/min"``; may be empty.
     rate : float
-        Rate [1/s] at which the amplitude, or the part of it that grows, does so; NaN where it does
-        not.
+        Growth rate [1/s] of the amplitude, or of its growing part; NaN without growth or decay.
     """
 
     kind: Kind
@@ -116,7 +114,7 @@ class Motion:
 
     @property
     def is_steady(self) -> bool:
-        """Whether an amplitude stands for this motion without a further word: steady, or at rest."""
+        """True if the motion is steady or at rest, so that its amplitude is lasting."""
         return self.kind in ("steady", "at rest")
 
     def __str__(self) -> str:
@@ -126,9 +124,9 @@ class Motion:
 
 
 def dominant_frequency(values: Array, interval: float) -> float:
-    """Frequency [Hz] of the largest spectral line; NaN where there is none.
+    """Return the frequency [Hz] of the largest spectral line; NaN without one.
 
-    That is so for a channel that does not move, and for fewer than `FEWEST_SAMPLES` samples.
+    There is none for a channel at rest, and for fewer than `MIN_SAMPLES` samples.
 
     Parameters
     ----------
@@ -142,7 +140,7 @@ def dominant_frequency(values: Array, interval: float) -> float:
     Hann window, fourfold zero padding, and a parabola through the logarithms of the three largest
     lines.
     """
-    if len(values) < FEWEST_SAMPLES or not np.ptp(values) > 1e-12 * max(
+    if len(values) < MIN_SAMPLES or not np.ptp(values) > 1e-12 * max(
         1.0, float(np.max(np.abs(values)))
     ):
         return math.nan
@@ -152,16 +150,14 @@ def dominant_frequency(values: Array, interval: float) -> float:
     peak = int(np.argmax(spectrum[1:-1])) + 1
     below, top, above = np.log(spectrum[peak - 1 : peak + 2] + 1e-300)
     curvature = below - 2.0 * top + above
-    if (
-        not curvature < 0.0
-    ):  # no line stands out: what moved did so at the ends only, where the window is zero
+    if not curvature < 0.0:  # no peak: motion at the ends only, where the window is zero
         return math.nan
     return float((peak + 0.5 * (below - above) / curvature) / (count * interval))
 
 
 def default_window(length: float) -> float:
-    """Length [s] of the window at the end of a run of so many seconds."""
-    return min(LONGEST_WINDOW, 0.5 * length)
+    """Return the length [s] of the window at the end of a run of `length` seconds."""
+    return min(MAX_WINDOW, 0.5 * length)
 
 
 def judge_span(time: Array, histories: Mapping[str, Array], window: float | None = None) -> Motion:
@@ -172,10 +168,10 @@ def judge_span(time: Array, histories: Mapping[str, Array], window: float | None
     time : ndarray, shape (time,)
         Equally spaced times [s] of the whole run.
     histories
-        Displacements [m] by name over the whole run, of which ``"twist"`` [rad] shows whether the
-        section turned over.
+        Displacements [m] by name over the whole run; ``"twist"`` [rad] shows if the section turned
+        over.
     window
-        Length [s] of the window at the end of the run; None takes `default_window`.
+        Length [s] of the window at the end of the run (default: `default_window`).
     """
     if len(time) < 2:
         return Motion("undetermined", "one record")
@@ -186,13 +182,13 @@ def judge_span(time: Array, histories: Mapping[str, Array], window: float | None
     last = slice(max(0, len(time) - 1 - round(window / interval)), None)
     motions, sizes = dict[str, Motion](), dict[str, float]()
     for name, values in histories.items():
-        lever = LEVER if name == "twist" else 1.0
-        motions[name] = judge(values[last], interval, SMALL / lever)
+        lever = TWIST_LEVER if name == "twist" else 1.0
+        motions[name] = judge(values[last], interval, REST_AMPLITUDE / lever)
         sizes[name] = lever * float(np.ptp(values[last]))
     counted = [
         name
         for name, motion in motions.items()
-        if motion.kind == "still growing" or sizes[name] >= STEADY * max(sizes.values())
+        if motion.kind == "still growing" or sizes[name] >= STEADY_RANGE * max(sizes.values())
     ]
     found = Motion("at rest")
     if counted:
@@ -204,22 +200,22 @@ def judge_span(time: Array, histories: Mapping[str, Array], window: float | None
 
 
 def _turned_over(time: Array, twist: Array, last: slice, then: Motion) -> Motion:
-    """The same motion, or that the section has turned over before it."""
-    turn = np.abs(twist - twist[0])
-    if not np.max(turn) > TURNED_OVER:
+    """Return the given motion, or "turned over" if the section rotated by half a turn before."""
+    rotation = np.abs(twist - twist[0])
+    if not np.max(rotation) > TURNED_OVER:
         return then
     after, mean = (
-        float(time[int(np.argmax(turn > TURNED_OVER))]),
+        float(time[int(np.argmax(rotation > TURNED_OVER))]),
         float(abs(np.mean(twist[last]) - twist[0])),
     )
     angle = f"by {math.degrees(mean):.0f} deg"
     if mean < TURNED_OVER:
-        angle = f"by up to {math.degrees(float(np.max(turn))):.0f} deg"
+        angle = f"by up to {math.degrees(float(np.max(rotation))):.0f} deg"
     return Motion("turned over", f"{angle} after {after:.3g} s, then {then}", then.rate)
 
 
 def judge(
-    values: Array, interval: float, floor: float = SMALL, frequency_hz: float | None = None
+    values: Array, interval: float, floor: float = REST_AMPLITUDE, frequency_hz: float | None = None
 ) -> Motion:
     """Judge one channel over a window.
 
@@ -230,20 +226,20 @@ def judge(
     interval
         Time [s] between them.
     floor
-        Amplitude below which a motion that does not grow is at rest, in the unit of the values.
+        Amplitude below which a motion without growth is at rest, in the unit of the values.
     frequency_hz
-        `dominant_frequency` of the values, where it is known already.
+        `dominant_frequency` of the values, if known.
     """
     values = np.asarray(values, dtype=np.float64)
     low, high, length = float(np.min(values)), float(np.max(values)), (len(values) - 1) * interval
     size = 0.5 * (high - low)
     if not math.isfinite(size):
         return Motion("undetermined", "not finite")
-    if size <= NOTHING:
+    if size <= ROUND_OFF:
         return Motion("at rest")
     frequency = dominant_frequency(values, interval) if frequency_hz is None else frequency_hz
-    sparse = frequency * interval * FEWEST_RECORDS > 1.0
-    if frequency * length >= CYCLES and not sparse:
+    sparse = frequency * interval * MIN_RECORDS_PER_CYCLE > 1.0
+    if frequency * length >= MIN_CYCLES and not sparse:
         finer, period = _finer((values - 0.5 * (low + high)) / size, 1.0 / (frequency * interval))
         motion = _judge_cycles(finer, period, length)
         if size >= floor or motion.kind == "still growing":
@@ -253,20 +249,20 @@ def judge(
     if sparse:
         return Motion("undetermined", f"{1.0 / (frequency * interval):.1f} records in a cycle")
     counted = f"{frequency * length:.1f} cycles" if math.isfinite(frequency) else "no cycle"
-    return Motion("undetermined", f"{counted} in {length:.3g} s; {CYCLES} are needed")
+    return Motion("undetermined", f"{counted} in {length:.3g} s; {MIN_CYCLES} are needed")
 
 
 def _judge_cycles(values: Array, period: float, length: float) -> Motion:
-    """Judge an oscillation between -1 and 1, with its period in samples and the length of its window [s]."""
-    cycles = min(max(int(len(values) / (BLOCKS * period)), 1), 4)
+    """Judge an oscillation between -1 and 1 with a period in samples over a window of `length` s."""
+    cycles = min(max(int(len(values) / (MAX_BLOCKS * period)), 1), 4)
     logs = np.log(np.maximum(_envelope(values, period, cycles), 1e-300))
     first, second, third = _means_of_thirds(logs)
     mean_time = _means_of_thirds(
         np.arange(len(logs)) * cycles * period * length / (len(values) - 1)
     )
     before, after = second - first, third - second
-    if max(abs(before), abs(after)) > FLAT and _share_of_parabola(logs) >= TREND:
-        if _settles(before, after) and abs(third) <= STEADY:
+    if max(abs(before), abs(after)) > FLAT_CHANGE and _share_of_parabola(logs) >= TREND_SHARE:
+        if _settles(before, after) and abs(third) <= STEADY_RANGE:
             return Motion("steady")
         start, then, now = mean_time
         rate = (
@@ -279,7 +275,7 @@ def _judge_cycles(values: Array, period: float, length: float) -> Motion:
         return _hidden_growth(values, period, length) or Motion("steady")
     envelope = _envelope(values, period)
     fall = 1.0 - float(np.min(envelope) / np.max(envelope))
-    if _share_of_beats(envelope) >= REGULAR:
+    if _share_of_beats(envelope) >= BEAT_SHARE:
         return Motion("beating", f"cycles differ by {fall:.0%}")
     first, last = (0.5 * float(np.ptp(half)) for half in np.array_split(values, 2))
     halves = 1.0 - min(first, last) / max(first, last)
@@ -289,16 +285,16 @@ def _judge_cycles(values: Array, period: float, length: float) -> Motion:
 
 
 def _finer(values: Array, period: float) -> tuple[Array, float]:
-    """The same motion and its period in samples, at `SAMPLES` a cycle or more: halves of intervals by six samples."""
-    while period < SAMPLES and len(values) > FEWEST_SAMPLES:
-        middle = np.convolve(values, SIXTH_ORDER, "valid")
+    """Interpolate a motion to at least `SAMPLES_PER_CYCLE`; return it and its period in samples."""
+    while period < SAMPLES_PER_CYCLE and len(values) > MIN_SAMPLES:
+        middle = np.convolve(values, MIDPOINT_WEIGHTS, "valid")
         values = np.stack([values[2:-3], middle], axis=1).ravel()
         period *= 2.0
     return values, period
 
 
 def _envelope(values: Array, period: float, cycles: int = 1) -> Array:
-    """Half peak-to-peak of each `cycles` cycles, overlapping by a quarter of one so that none misses its peak."""
+    """Return half peak-to-peak of blocks of `cycles` cycles, which overlap by a quarter cycle."""
     size = math.ceil((cycles + 0.25) * period) + 1
     starts = np.arange(0.0, len(values) - size + 0.5, cycles * period).astype(int)
     blocks = values[starts[:, None] + np.arange(size)]
@@ -306,13 +302,13 @@ def _envelope(values: Array, period: float, cycles: int = 1) -> Array:
 
 
 def _peaks(blocks: Array) -> Array:
-    """Greatest value of each row, by a parabola through its neighbours."""
+    """Return the maximum of each row, refined by a parabola through its neighbours."""
     at = np.clip(blocks.argmax(axis=1), 1, blocks.shape[1] - 2)
     below, top, above = (blocks[np.arange(len(blocks)), at + k] for k in (-1, 0, 1))
-    bend, slope = below - 2.0 * top + above, 0.5 * (above - below)
-    inside = (bend < 0.0) & (np.abs(slope) <= -bend)
-    lift = np.where(inside, -0.5 * slope**2 / np.where(inside, bend, 1.0), 0.0)
-    return np.asarray(np.maximum(blocks.max(axis=1), top + lift))
+    curvature, slope = below - 2.0 * top + above, 0.5 * (above - below)
+    inside = (curvature < 0.0) & (np.abs(slope) <= -curvature)
+    rise = np.where(inside, -0.5 * slope**2 / np.where(inside, curvature, 1.0), 0.0)
+    return np.asarray(np.maximum(blocks.max(axis=1), top + rise))
 
 
 def _means_of_thirds(values: Array) -> list[float]:
@@ -320,37 +316,40 @@ def _means_of_thirds(values: Array) -> list[float]:
 
 
 def _share_of_parabola(values: Array) -> float:
-    """Share of the variance that a parabola explains."""
-    place = np.linspace(-1.0, 1.0, len(values))
-    left = values - np.polynomial.Polynomial.fit(place, values, 2)(place)
-    return 1.0 - float(np.var(left) / np.var(values))
+    """Return the share of the variance that a parabola explains."""
+    x = np.linspace(-1.0, 1.0, len(values))
+    residual = values - np.polynomial.Polynomial.fit(x, values, 2)(x)
+    return 1.0 - float(np.var(residual) / np.var(values))
 
 
 def _settles(before: float, after: float) -> bool:
-    """Whether the mean amplitude ends within `LEFT` of where it is, by the differences of the thirds' logarithms."""
+    """Check that the mean amplitude changes by at most `REMAINING_CHANGE` after the window.
+
+    `before` and `after` are the differences of the logarithms of the thirds.
+    """
     if before * after <= 0.0:
-        return abs(after) <= min(LEFT, abs(before))
+        return abs(after) <= min(REMAINING_CHANGE, abs(before))
     factor = after / before
-    return factor < UNBOUNDED and abs(after) * factor / (1.0 - factor) <= LEFT
+    return factor < MAX_FACTOR and abs(after) * factor / (1.0 - factor) <= REMAINING_CHANGE
 
 
 def _is_even(values: Array, period: float) -> bool:
-    """Whether the greatest of one, two, three or four cycles is the same over the window."""
+    """Check that the maximum of one, two, three or four cycles is constant over the window."""
     for cycles in range(1, 5):
         if len(values) < (3.0 * cycles + 0.25) * period + 2.0:
             break  # fewer than three
         envelope = _envelope(values, period, cycles)
-        if np.ptp(envelope) <= STEADY * np.mean(envelope):
+        if np.ptp(envelope) <= STEADY_RANGE * np.mean(envelope):
             return True
     return False
 
 
 def _hidden_growth(values: Array, period: float, length: float) -> Motion | None:
-    """A part that does not repeat itself from cycle to cycle, and grows."""
+    """Return a motion with a growing part that does not repeat from cycle to cycle, or None."""
     whole = int(period)
     share, count = period - whole, len(values) - whole - 3
     before, here, after, beyond = (values[whole + k : whole + k + count] for k in range(4))
-    # A cubic through four samples, at `share` of the way from the second to the third.
+    # Cubic interpolation in four samples, at `share` between the second and the third.
     later = here + 0.5 * share * (
         after
         - before
@@ -365,7 +364,10 @@ def _hidden_growth(values: Array, period: float, length: float) -> Motion | None
     )
     parts = np.array_split(later - values[1 : count + 1], 3)
     hidden = [math.sqrt(0.5 * float(np.mean(part**2))) for part in parts]
-    if hidden[2] < HIDDEN or not hidden[0] * FASTER < hidden[1] < hidden[2] / FASTER:
+    if (
+        hidden[2] < HIDDEN_SHARE
+        or not hidden[0] * HIDDEN_GROWTH < hidden[1] < hidden[2] / HIDDEN_GROWTH
+    ):
         return None
     rate = math.log(hidden[2] / hidden[1]) / (length / 3.0)
     return Motion(
@@ -376,32 +378,33 @@ def _hidden_growth(values: Array, period: float, length: float) -> Motion | None
 
 
 def _share_of_beats(envelope: Array) -> float:
-    """Share of the variance of an envelope that a line of the spectrum and its double explain, less what chance does.
+    """Return the share of the variance of an envelope that a spectral line and its double explain.
 
-    The line lies between one and a half beats in the window and a third of the number of cycles.
+    The line is between one and a half beats in the window and a third of the number of cycles. The
+    share is corrected for the number of unknowns.
     """
     count, unknowns = len(envelope), 5
     if count <= unknowns + 1:
         return 0.0
-    centred, place = envelope - np.mean(envelope), np.arange(count) / count
+    centred, x = envelope - np.mean(envelope), np.arange(count) / count
     beats = np.arange(1.5, max(count / 3.0, 1.6), 0.25)
-    turns = np.exp(2j * np.pi * beats[:, None] * place)
-    strongest = beats[np.argsort(np.abs(turns @ (centred * np.hanning(count))))[-3:]]
+    phasors = np.exp(2j * np.pi * beats[:, None] * x)
+    strongest = beats[np.argsort(np.abs(phasors @ (centred * np.hanning(count))))[-3:]]
     best = 0.0
     for line in (strongest[:, None] * [0.5, 0.97, 1.0, 1.03]).ravel():
         if line < 1.5:
             continue
-        angle = 2.0 * np.pi * line * place[:, None]
+        angle = 2.0 * np.pi * line * x[:, None]
         waves = np.hstack(
             [np.ones_like(angle), *(f(k * angle) for k in (1, 2) for f in (np.cos, np.sin))]
         )
-        left = centred - waves @ np.linalg.lstsq(waves, centred, rcond=None)[0]
-        best = max(best, 1.0 - float(np.var(left) / np.var(centred)))
+        residual = centred - waves @ np.linalg.lstsq(waves, centred, rcond=None)[0]
+        best = max(best, 1.0 - float(np.var(residual) / np.var(centred)))
     return 1.0 - (1.0 - best) * (count - 1) / (count - unknowns - 1)
 
 
 def _rate_text(rate: float) -> str:
-    """A rate of growth [1/s] in words."""
+    """Return a growth rate [1/s] in words."""
     if 60.0 * rate >= math.log(2.0):
         return f"doubling in {math.log(2.0) / rate:.2g} s"
     if 60.0 * rate <= -math.log(2.0):

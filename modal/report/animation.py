@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from gallop_fmu import Model, Result
 from gallop_fmu.plots import DIED_OUT
 from gallop_fmu.simulation.steadiness import (
-    FEWEST_SAMPLES,
+    MIN_SAMPLES,
     TURNED_OVER,
     default_window,
     dominant_frequency,
@@ -122,7 +122,7 @@ def _window(result: Result) -> tuple[str, NDArray[np.intp]]:
 
 def _length(time: Array, motions: list[Array], periods: float) -> float:
     """Length [s] of some periods of the slowest motion that is not small."""
-    if len(time) < FEWEST_SAMPLES:
+    if len(time) < MIN_SAMPLES:
         return DEFAULT_LENGTH
     interval = float(time[1] - time[0])
     least = MIN_RANGE_RATIO * max(float(np.ptp(y)) for y in motions)

@@ -116,7 +116,7 @@ def static_table(findings: Findings) -> Table:
     for end, number in (("left", 0), ("right", 1)):
         for axis, way in enumerate(("along the span", "upwards", "with the wind")):
             whole = (
-                " (whole pull of the span)" if findings.scene.supports.remark_on_force(end) else ""
+                " (total force of the span)" if findings.scene.supports.remark_on_force(end) else ""
             )
             name = f"force on the {end} end, {way}{whole} [kN]"
             quantities[name] = [

@@ -15,8 +15,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gallop_fmu import Outcome, Report, Result, Scene, SimulationError
-from gallop_fmu.simulation.result import histories
-from gallop_fmu.simulation.run_options import Records
+from gallop_fmu.simulation.result import Provenance, histories
+from gallop_fmu.simulation.run_options import RecordingPlan
 from modal.superposition.modal_span import ModalSpan, WindLoad, wind_at
 
 Array = NDArray[np.float64]
@@ -97,9 +97,9 @@ def nonlinear_motion(
     A run that ends early is returned, too; its outcome says why.
     """
     started = clock.perf_counter()
-    records = Records.of(span.scene, stop_time, record_every)
+    records = RecordingPlan.from_scene(span.scene, stop_time, record_every)
     step, count = span.scene.numerics.time_step, len(span.modes)
-    time = step * np.arange(records.count * records.every + 1, dtype=np.float64)
+    time = step * np.arange(records.count * records.stride + 1, dtype=np.float64)
     wind, applied = wind_at(span.scene, time).tolist(), span.applied(time)
     transition, constant, linear, parabolic = propagators(span.structure(), step)
     correction = 0.5 * (linear + parabolic)
@@ -108,7 +108,7 @@ def nonlinear_motion(
     load = air.force + applied[0]
     states, outcome = [z], _judge(z, air)
     before, done = None, 0
-    while outcome is Outcome.COMPLETED and done < records.count * records.every:
+    while outcome is Outcome.COMPLETED and done < records.count * records.stride:
         done += 1
         # Prediction: the load goes on as in the last step.
         slope = np.zeros(count) if before is None else load - before
@@ -123,7 +123,7 @@ def nonlinear_motion(
         z = z + (linear if before is None else correction) @ (ahead - load - slope)
         before, load = load, ahead
         outcome = _judge(z, air)
-        if done % records.every == 0 and outcome is Outcome.COMPLETED:
+        if done % records.stride == 0 and outcome is Outcome.COMPLETED:
             states.append(z)
     report = _report(span, outcome, step * done, air, done)
     return _result(span, np.array(states), records.interval, report, NONLINEAR, started)
@@ -141,19 +141,19 @@ def linear_motion(
     nothing else limits a linear instability.
     """
     started = clock.perf_counter()
-    records = Records.of(span.scene, stop_time, record_every)
+    records = RecordingPlan.from_scene(span.scene, stop_time, record_every)
     step = span.scene.numerics.time_step
     matrix, rest = span.linear_system(wind_speed)
     transition, constant, linear, _ = propagators(matrix, step)
-    applied = span.applied(step * np.arange(records.count * records.every + 1, dtype=np.float64))
+    applied = span.applied(step * np.arange(records.count * records.stride + 1, dtype=np.float64))
     applied -= applied[0]  # the first one is part of the equilibrium
     z = span.start() - rest
     air = span.wind_load(rest + z, wind_speed)
     states, outcome, done = [rest + z], Outcome.COMPLETED, 0
-    while outcome is Outcome.COMPLETED and done < records.count * records.every:
+    while outcome is Outcome.COMPLETED and done < records.count * records.stride:
         z = transition @ z + constant @ applied[done] + linear @ (applied[done + 1] - applied[done])
         done += 1
-        if done % records.every:
+        if done % records.stride:
             continue
         if math.isfinite(float(z @ z)):
             air = span.wind_load(rest + z, wind_speed)
@@ -233,18 +233,17 @@ def _result(
     variables: dict[str, tuple[tuple[str, ...], Array]] = {"wind_speed": (("time",), wind)}
     variables |= {name: (("time", "node"), column[:, None]) for name, column in values.items()}
     rest = mesh.model.equilibrium()
+    details = {
+        "model": (
+            f"mode superposition: linear structure ({counts} modes), {kind} quasi-steady wind load"
+        ),
+        "integrator": integrator,
+    }
     dataset = histories(
         variables,
         time,
         np.array([middle], np.int32),
         rest.x[[middle], 0],
-        scene,
-        rest,
-        report,
-        clock.perf_counter() - started,
-        model=(
-            f"mode superposition: linear structure ({counts} modes), {kind} quasi-steady wind load"
-        ),
-        integrator=integrator,
+        Provenance(scene, rest, report, clock.perf_counter() - started, details),
     )
     return Result(dataset, scene, report)

@@ -61,7 +61,7 @@ def test_every_field_of_a_line_is_an_option(invoke):
         ),
         (
             ("a.toml", "--conductor", "Drake"),
-            "line: give exactly one of stringing_tension [N] and stringing_percent",
+            "line: neither of stringing_tension [N] and stringing_percent",
         ),
         (("a.json", "--conductor", "Drake"), "a.json: must end in .toml"),
         (("here.toml", "--conductor", "Drake"), "here.toml: exists already"),

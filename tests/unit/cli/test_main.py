@@ -57,7 +57,7 @@ def test_the_model_that_was_removed_is_refused(invoke, command):
     _refused(
         invoke(*command, "--model", "condensed", "--until", 1),
         "removed in 0.2.0",
-        "leave the model out",
+        "remove the option",
     )
     _refused(
         invoke(*command, "--model", "other", "--until", 1), "model = 'other': must be \"element\""
@@ -220,7 +220,7 @@ def test_a_whole_number_does_for_a_wind_speed(invoke):
         (
             ["example1", "--until", 10, "--every", 5000],
             [
-                "first record would come at 12.5 s, after the end of the run at 10 s; at most 4000"
+                "first record would be at 12.5 s, after the end of the run at 10 s; at most 4000"
                 " steps"
             ],
         ),

@@ -166,7 +166,7 @@ def test_a_history_shorter_than_the_run_is_reported(file, times, covered):
         (
             1.0,
             1000,
-            "first record would come at 10 s, after the end of the run at 1 s; at most 100 steps",
+            "first record would be at 10 s, after the end of the run at 1 s; at most 100 steps",
         ),
         (
             1e12,

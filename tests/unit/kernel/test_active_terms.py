@@ -171,7 +171,7 @@ def test_residual_and_tangent_are_always_complete():
 def test_provenance_names_what_was_left_out():
     attrs = gf.simulate(IN_PLANE, 0.1).dataset.attrs
     assert attrs["unknowns"] == "u1 u2"
-    assert attrs["left_out"] == "aerodynamics, eccentric ice, twist, lateral motion"
+    assert attrs["inactive_terms"] == "aerodynamics, eccentric ice, twist, lateral motion"
     whole = gf.simulate(example3(), 0.1).dataset.attrs
     assert whole["unknowns"] == "u1 u2 u3 theta"
-    assert whole["left_out"] == ""
+    assert whole["inactive_terms"] == ""

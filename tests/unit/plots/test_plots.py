@@ -84,7 +84,7 @@ def test_thin_paths_get_their_own_scales(moving):
 
 def test_the_title_of_thin_paths_stays_inside_an_overview(result, monkeypatch):
     """In release 0.1.0 it was one line that touched the right edge."""
-    monkeypatch.setattr(plots, "EQUAL_SCALE_LIMIT", 0.0)
+    monkeypatch.setattr(plots, "MAX_EQUAL_SCALE_RATIO", 0.0)
     monkeypatch.setattr(plots, "enlarged_part", lambda data: {"last periods": (0.0, 1e3)})
     figure = plots.overview(result)
     canvas = FigureCanvasAgg(figure)
@@ -135,7 +135,7 @@ def test_figures_are_written(result, tmp_path, suffix, magic):
 
 def test_other_formats_are_refused(result, tmp_path):
     with pytest.raises(
-        SceneError, match=r"pictures are written as \.png, \.svg, \.pdf, not as \.gif"
+        SceneError, match=r"pictures are not written as \.gif; choose \.png, \.svg, \.pdf"
     ):
         plots.save_figure(plots.histories(result), tmp_path / "a.gif")
 
@@ -143,7 +143,7 @@ def test_other_formats_are_refused(result, tmp_path):
 def test_channels_that_were_not_recorded_cannot_be_drawn(result):
     with pytest.raises(SceneError, match="u9 was not recorded"):
         plots.histories(result, ("u2", "u9"))
-    with pytest.raises(SceneError, match="no record lies in the window late from 50 s to 60 s"):
+    with pytest.raises(SceneError, match="the window late from 50 s to 60 s has no record"):
         plots.trace(result, {"late": (50.0, 60.0)})
 
 

@@ -52,7 +52,7 @@ def test_a_span_at_rest_has_an_amplitude_but_no_frequency():
 
 def test_a_window_between_two_records_is_refused():
     result = gf.simulate(gf.load_scene("example1"), 0.5, record_every=100)
-    with pytest.raises(gf.SceneError, match="fewer than two records lie between"):
+    with pytest.raises(gf.SceneError, match="fewer than two records from"):
         result.steady(0.01)
     runs = gf.sweep("example1", {"wind.speed": [0.0]}, stop_time=0.5, window=0.001)
     assert runs.dataset.outcome.values.tolist() == ["invalid_scene"]
@@ -76,5 +76,5 @@ def test_the_description_of_a_support_force_excludes_the_tower_load():
             .endswith("so it is not the load on the suspension tower")
         )
     description = {variable.name: variable.description for variable in fmu_variables(scene)}
-    assert "whole pull of this span" in description["support.right.f1"]
-    assert "whole pull of this span" not in description["support.left.f1"]
+    assert "total force of this span" in description["support.right.f1"]
+    assert "total force of this span" not in description["support.left.f1"]
