@@ -35,11 +35,11 @@ static void set_up(void)
         input nothing = {NULL, NULL};
         gallop_report report;
         scene_of(&nothing, &scene);
-        scene.elements = i == 0 ? 2 : 4;
-        scene.horizontal_tension = 0.0;
-        scene.laws_only = i == 2;
-        scene.integrator = i == 3 ? GALLOP_GAUSS6 : GALLOP_NEWMARK;
-        scene.tolerance = i == 3 ? 1e-3 : 0.0;
+        chain.elements = i == 0 ? 2 : 4;
+        chain.horizontal_tension = 0.0;
+        scene.settings.laws_only = i == 2;
+        scene.settings.integrator = i == 3 ? GALLOP_GAUSS6 : GALLOP_NEWMARK;
+        scene.settings.tolerance = i == 3 ? 1e-3 : 0.0;
         REQUIRE(gallop_model_create(&scene, &model[i], &report) == GALLOP_COMPLETED);
         size_of[i] = gallop_state_size(model[i]);
     }
@@ -248,7 +248,11 @@ static void ask(input *in)
     const int derived = gallop_model_derived(m, out), nodes = gallop_model_nodes(m, out);
     REQUIRE(derived == (right && out == room ? GALLOP_COMPLETED : GALLOP_BAD_CALL) &&
             nodes == derived);
-    gallop_struct_sizes(pointer_of(in, room));
+    const char *names[2];
+    size_t places[2];
+    gallop_structure_field(number_of(in) > 0.0 ? 1 : -1, pointer_of(in, &names[0]),
+                           pointer_of(in, &names[1]), pointer_of(in, &places[0]),
+                           pointer_of(in, &places[1]));
 }
 
 static void create(input *in)
@@ -257,12 +261,12 @@ static void create(input *in)
     input nothing = {NULL, NULL};
     gallop_model *made = NULL;
     scene_of(&nothing, &scene);
-    scene.horizontal_tension = 0.0;
+    chain.horizontal_tension = 0.0;
     scene.load_count = byte_of(in) % 2;
     scene.load = pointer_of(in, load);
-    scene.breakpoint = pointer_of(in, breakpoint);
-    scene.origin = pointer_of(in, origin);
-    scene.coefficient = pointer_of(in, coefficient);
+    scene.curve = pointer_of(in, &curve);
+    scene.junction = pointer_of(in, junction);
+    scene.number = pointer_of(in, number);
     call c = begin(NULL);
     gallop_report *report = pointer_of(in, &c.report);
     gallop_model **to = pointer_of(in, &made);

@@ -6,11 +6,22 @@
 #include "gallop.h"
 #include "input.h"
 
+#include <stdbool.h>
+#include <stddef.h>
+
 #define MOST 4 /* pieces, points of a table, loads */
 
-static double breakpoint[MOST + 1], origin[MOST], coefficient[12 * MOST];
-static double table_time[9][MOST], table_value[9][MOST];
+enum { LAWS = 9, CURVE_NUMBERS = 14 * MOST + 1, NUMBERS = CURVE_NUMBERS + 2 * MOST * LAWS };
+
+static double number[NUMBERS]; /* the curve, then a table of each law */
+static gallop_cross_section cross_section;
+static gallop_curve curve;
+static gallop_field field;
+static gallop_junction junction[2];
+static gallop_chain chain;
+static gallop_device device[2];
 static gallop_load load[MOST];
+static gallop_law law[LAWS]; /* wind, motion of the left and the right end, loads */
 
 /* Mostly as it is, or near. */
 static inline void change(input *in, double *number)
@@ -30,154 +41,174 @@ static inline int32_t count_of(input *in, int32_t usual)
     return b < 128 ? usual : odd[b % 6];
 }
 
-static inline void law_of(input *in, gallop_law *law, int which, double usual)
+/* Mostly the right index. */
+static inline int32_t index_of(input *in, int32_t usual)
 {
-    const uint8_t kind = byte_of(in);
-    law->kind = kind < 128 ? GALLOP_LAW_CONSTANT : kind < 250 ? kind % 4 : kind - 252;
-    law->initial = law->peak = law->amplitude = usual;
-    law->rise = law->fall = law->frequency = 0.1;
-    law->fall_start = 0.2;
-    if (law->kind != GALLOP_LAW_CONSTANT) {
-        double *number[] = {&law->peak,       &law->amplitude, &law->start,     &law->rise,
-                            &law->fall_start, &law->fall,      &law->frequency, &law->phase};
-        for (size_t i = 0; i < sizeof number / sizeof *number; i++) change(in, number[i]);
-        law->count = count_of(in, 3);
-        for (int i = 0; i < MOST; i++) {
-            table_time[which][i] = 0.05 * i;
-            table_value[which][i] = usual * (1.0 + 0.1 * i);
-            change(in, &table_time[which][i]);
-            change(in, &table_value[which][i]);
-        }
-    }
-    law->time = table_time[which];
-    law->value = table_value[which];
-    change(in, &law->initial);
+    const uint8_t b = byte_of(in);
+    return b < 250 ? usual : b - 253;
 }
 
-static inline void aerodynamics_of(input *in, gallop_scene *s)
+static inline void law_of(input *in, int which, double usual)
+{
+    gallop_law *l = &law[which];
+    const uint8_t kind = byte_of(in);
+    double *time = number + CURVE_NUMBERS + 2 * MOST * which, *value;
+    *l = (gallop_law){.kind = kind < 128 ? GALLOP_LAW_CONSTANT
+                            : kind < 250 ? kind % 4
+                                         : kind - 252};
+    l->initial = l->peak = l->amplitude = usual;
+    l->rise = l->fall = l->frequency = 0.1;
+    l->fall_start = 0.2;
+    l->first = (int32_t)(time - number);
+    if (l->kind != GALLOP_LAW_CONSTANT) {
+        double *of_law[] = {&l->peak,       &l->amplitude, &l->start,     &l->rise,
+                            &l->fall_start, &l->fall,      &l->frequency, &l->phase};
+        for (size_t i = 0; i < sizeof of_law / sizeof *of_law; i++) change(in, of_law[i]);
+        l->count = count_of(in, 3);
+        value = time + (l->count > 0 && l->count <= MOST ? l->count : MOST);
+        for (int i = 0; i < MOST; i++) {
+            double at[2] = {0.05 * i, usual * (1.0 + 0.1 * i)};
+            change(in, &at[0]);
+            change(in, &at[1]);
+            time[i] = at[0];
+            value[i] = at[1];
+        }
+        for (int i = 0; i < l->count && i < MOST; i++) time[i] = 0.05 * i + 1e-3 * time[i];
+    }
+    change(in, &l->initial);
+}
+
+static inline void curve_of(input *in)
 {
     static const double usual[12] = {0.0, -4.5, 0.0, 3.0, 1.0, 0.0, 0.5, 0.0, 0.0, -0.3, 0.0, 0.2};
-    s->pieces = count_of(in, 1);
-    s->outside = byte_of(in) % 4;
-    for (int i = 0; i <= MOST; i++) {
-        breakpoint[i] = 1.75 + 2.8 * i;
-        change(in, &breakpoint[i]);
+    curve = (gallop_curve){.pieces = count_of(in, 1), .outside = byte_of(in) % 4};
+    const int pieces = curve.pieces > 0 && curve.pieces <= MOST ? curve.pieces : MOST;
+    double *origin = number + pieces + 1, *coefficient = origin + pieces;
+    for (int i = 0; i <= pieces; i++) {
+        number[i] = 1.75 + 2.8 * i;
+        change(in, &number[i]);
     }
-    for (int i = 0; i < MOST; i++) {
+    for (int i = 0; i < pieces; i++) {
         origin[i] = 3.14159;
         change(in, &origin[i]);
         memcpy(coefficient + 12 * i, usual, sizeof usual);
         for (int k = 0; k < 12; k++) change(in, &coefficient[12 * i + k]);
     }
-    s->breakpoint = breakpoint;
-    s->origin = byte_of(in) == 255 ? NULL : origin;
-    s->coefficient = coefficient;
 }
 
-static inline void support_of(input *in, gallop_support *support, int which)
+/* An end of the span, and the device that holds it. */
+static inline void support_of(input *in, gallop_scene *s, int end)
 {
+    static const double usual[2][4] = {{7.6e4, 0.0, 1.4e3, 0.0}, {120.0, 1.5e4, 2.0, 300.0}};
     const uint8_t kind = byte_of(in);
-    support->kind = kind < 128 ? GALLOP_SUPPORT_RIGID : kind % 4;
-    support->stiffness_x1 = 7.6e4;
-    support->stiffness_x3 = 1.4e3;
-    support->adjacent_span = 120.0;
-    support->adjacent_tension = 1.5e4;
-    support->insulator_length = 2.0;
-    support->insulator_weight = 300.0;
-    double *number[] = {&support->stiffness_x1,     &support->stiffness_x3,
-                        &support->adjacent_span,    &support->adjacent_tension,
-                        &support->insulator_length, &support->insulator_weight};
-    for (size_t i = 0; i < sizeof number / sizeof *number; i++) change(in, number[i]);
-    for (int i = 0; i < 3; i++) law_of(in, &support->motion[i], 1 + which * 3 + i, 0.0);
+    const bool rigid = kind < 128;
+    junction[end] = (gallop_junction){.position = {end ? 125.9 : 0.0, 0.0, 0.0},
+                                      .fixed = {rigid, 1, rigid},
+                                      .motion = {-1, -1, -1}};
+    if (end)
+        for (int i = 0; i < 2; i++) change(in, &junction[1].position[i]);
+    if (!rigid) {
+        gallop_device *d = &device[s->device_count++];
+        *d = (gallop_device){.kind = kind % 3, .junction = {index_of(in, end), index_of(in, -1)}};
+        memcpy(d->parameter, usual[kind % 2], sizeof usual[0]);
+        for (int i = 0; i < 4; i++) change(in, &d->parameter[i]);
+    }
+    for (int i = 0; i < 3; i++) {
+        law_of(in, 1 + 3 * end + i, 0.0);
+        junction[end].motion[i] = index_of(in, 1 + 3 * end + i);
+    }
 }
 
 static inline void loads_of(input *in, gallop_scene *s)
 {
     s->load_count = count_of(in, 0);
-    s->load = load;
     memset(load, 0, sizeof load);
     for (int i = 0; i < MOST && i < s->load_count; i++) {
         load[i].evenly_spaced = count_of(in, 3);
         load[i].position = 0.5;
         load[i].force[1] = 10.0;
-        double *number[] = {&load[i].position, &load[i].force[0], &load[i].force[1],
-                            &load[i].force[2], &load[i].torque};
-        for (size_t k = 0; k < sizeof number / sizeof *number; k++) change(in, number[k]);
-        law_of(in, &load[i].law, 7 + i % 2, 1.0);
+        double *of_load[] = {&load[i].position, &load[i].force[0], &load[i].force[1],
+                             &load[i].force[2], &load[i].torque};
+        for (size_t k = 0; k < sizeof of_load / sizeof *of_load; k++) change(in, of_load[k]);
+        law_of(in, 7 + i % 2, 1.0);
+        load[i].law = index_of(in, 7 + i % 2);
     }
+}
+
+static inline void cross_section_of(input *in)
+{
+    gallop_cross_section *c = &cross_section;
+    *c = (gallop_cross_section){.diameter = 0.0188,
+                                .mass = 1.53,
+                                .axial_stiffness = 13.3e6,
+                                .torsional_stiffness = 101.0,
+                                .torsional_inertia = 3.3e-4,
+                                .attack_angle = 3.14159,
+                                .translation_damping = {0.016, 0.378, 0.016, 0.695},
+                                .twist_damping = {0.057, 3.93, 0.057, 7.87},
+                                .ice_mass = 0.1,
+                                .ice_torsional_inertia = 1e-5,
+                                .first_moment_x2 = 1e-4,
+                                .first_moment_x3 = 1e-4,
+                                .curve = index_of(in, 0)};
+    double *of_section = &c->diameter; /* numbers alone, up to the index of the curve */
+    const size_t count = offsetof(gallop_cross_section, curve) / sizeof(double);
+    for (size_t i = 0; i < count; i++) change(in, of_section + i);
+}
+
+static inline void settings_of(input *in, gallop_settings *s)
+{
+    *s = (gallop_settings){.gravity = 9.81,
+                           .air_density = 1.2929,
+                           .time_step = 0.01,
+                           .newton_tolerance = 1e-9,
+                           .seed_vertical = 1e-3,
+                           .seed_horizontal = 1e-3,
+                           .spectral_radius = 0.8};
+    const uint8_t how = byte_of(in); /* mostly an integrator that there is */
+    s->integrator = how < 240 ? how % 3 : how - 242;
+    cross_section.slack = how / 16 % 2;
+    s->laws_only = how / 2 % 2;
+    if (how / 4 % 4 == 3) s->tolerance = 1e-3;
+    double *of_settings = &s->gravity;
+    const size_t count = offsetof(gallop_settings, max_newton_iterations) / sizeof(double);
+    for (size_t i = 0; i < count; i++) change(in, of_settings + i);
 }
 
 static inline void scene_of(input *in, gallop_scene *s)
 {
-    *s = (gallop_scene){.length = 125.9,
-                        .sag = 2.12,
-                        .horizontal_tension = 1.5e4,
-                        .gravity = 9.81,
-                        .diameter = 0.0188,
-                        .mass = 1.53,
-                        .axial_stiffness = 13.3e6,
-                        .torsional_stiffness = 101.0,
-                        .torsional_inertia = 3.3e-4,
-                        .air_density = 1.2929,
-                        .attack_angle = 3.14159,
-                        .time_step = 0.01,
-                        .newton_tolerance = 1e-9,
-                        .seed_vertical = 1e-3,
-                        .seed_horizontal = 1e-3,
-                        .translation_damping = {0.016, 0.378, 0.016, 0.695},
-                        .twist_damping = {0.057, 3.93, 0.057, 7.87},
-                        .ice_mass = 0.1,
-                        .ice_torsional_inertia = 1e-5,
-                        .first_moment_x2 = 1e-4,
-                        .first_moment_x3 = 1e-4};
-    if (byte_of(in) % 2) s->horizontal_tension = 0.0;
-    const uint8_t how = byte_of(in); /* mostly an integrator that there is */
-    s->integrator = how < 240 ? how % 3 : how - 242;
-    s->spectral_radius = 0.8;
-    s->slack = how / 16 % 2;
-    s->laws_only = how / 2 % 2;
-    if (how / 4 % 4 == 3) s->tolerance = 1e-3;
-    double *number[] = {&s->length,
-                        &s->height_difference,
-                        &s->sag,
-                        &s->horizontal_tension,
-                        &s->gravity,
-                        &s->diameter,
-                        &s->mass,
-                        &s->axial_stiffness,
-                        &s->torsional_stiffness,
-                        &s->torsional_inertia,
-                        &s->ice_mass,
-                        &s->ice_torsional_inertia,
-                        &s->first_moment_x2,
-                        &s->first_moment_x3,
-                        &s->air_density,
-                        &s->attack_angle,
-                        &s->reference_radius,
-                        &s->translation_damping.low_ratio,
-                        &s->translation_damping.low_frequency,
-                        &s->translation_damping.high_ratio,
-                        &s->translation_damping.high_frequency,
-                        &s->twist_damping.low_ratio,
-                        &s->twist_damping.low_frequency,
-                        &s->twist_damping.high_ratio,
-                        &s->twist_damping.high_frequency,
-                        &s->seed_vertical,
-                        &s->seed_horizontal,
-                        &s->seed_twist,
-                        &s->time_step,
-                        &s->newton_tolerance,
-                        &s->tolerance,
-                        &s->spectral_radius};
-    for (size_t i = 0; i < sizeof number / sizeof *number; i++) change(in, number[i]);
-    aerodynamics_of(in, s);
-    law_of(in, &s->wind, 0, 5.5);
-    for (int end = 0; end < 2; end++) support_of(in, &s->support[end], end);
+    *s = (gallop_scene){.cross_section_count = 1,
+                        .curve_count = 1,
+                        .field_count = 1,
+                        .junction_count = 2,
+                        .chain_count = 1,
+                        .law_count = LAWS,
+                        .number_count = NUMBERS,
+                        .cross_section = &cross_section,
+                        .curve = &curve,
+                        .field = &field,
+                        .junction = junction,
+                        .chain = &chain,
+                        .device = device,
+                        .load = load,
+                        .law = law,
+                        .number = number};
+    memset(law, 0, sizeof law);
+    cross_section_of(in);
+    settings_of(in, &s->settings);
+    chain = (gallop_chain){.junction = {index_of(in, 0), index_of(in, 1)}, .sag = 2.12};
+    chain.horizontal_tension = byte_of(in) % 2 ? 0.0 : 1.5e4;
+    change(in, &chain.sag);
+    change(in, &chain.horizontal_tension);
+    curve_of(in);
+    law_of(in, 0, 5.5);
+    field = (gallop_field){.law = index_of(in, 0)};
+    for (int end = 0; end < 2; end++) support_of(in, s, end);
     loads_of(in, s);
-    s->elements = count_of(in, 3);
-    s->start_in_mean_wind = byte_of(in) > 128;
-    s->max_newton_iterations = count_of(in, 20);
-    s->max_halvings = count_of(in, 1);
+    chain.elements = count_of(in, 3);
+    s->settings.start_in_mean_wind = byte_of(in) > 128;
+    s->settings.max_newton_iterations = count_of(in, 20);
+    s->settings.max_halvings = count_of(in, 1);
 }
 
 /* The model of a scene from the input, or NULL, in which case the refusal is a typed one. */

@@ -89,13 +89,13 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
     gallop_model *model = model_of(&in, &scene);
     if (!model) return 0;
     double x[3 * (2 * MOST + 1)];
-    REQUIRE(scene.elements <= MOST);
+    REQUIRE(chain.elements <= MOST);
     gallop_model_nodes(model, x);
-    require_finite(x, 3 * (2 * (size_t)scene.elements + 1));
+    require_finite(x, 3 * (2 * (size_t)chain.elements + 1));
     /* Skip records further apart than a scene may ask for, where steps are as short as a
      * tolerance wants. */
-    const bool endless = scene.tolerance > 0.0 && scene.time_step > 1.0;
-    if (byte_of(&in) < 64 && !endless) run(model, scene.time_step, &in);
+    const bool endless = scene.settings.tolerance > 0.0 && scene.settings.time_step > 1.0;
+    if (byte_of(&in) < 64 && !endless) run(model, scene.settings.time_step, &in);
     gallop_model_free(model);
     return 0;
 }

@@ -133,7 +133,8 @@ int fmu_costs(const char *library_path, const char *resource_location, const cha
 
     gallop_model *model;
     gallop_report report;
-    gallop_inputs in = {.wind_speed = scene->wind.initial, .attack_angle = scene->attack_angle};
+    gallop_inputs in = {.wind_speed = scene->law[scene->field[0].law].initial,
+                        .attack_angle = scene->cross_section[0].attack_angle};
     if (create(scene, &model, &report)) return 4;
     gallop_state *state = malloc(state_size(model)), *copy = malloc(state_size(model));
     if (init(model, state, 0.0, &in, &report)) return 5;

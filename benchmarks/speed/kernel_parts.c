@@ -43,30 +43,31 @@ GALLOP_API int kernel_parts(const gallop_scene *scene, double settled, int calls
                  gallop_advance(model, state, NULL, settled, &report);
     if (!failed) {
         const state_view at = state_view_of(model, state);
-        const double h = scene->time_step;
+        const double h = scene->settings.time_step;
         const tangent_weights mix = {1.0, 2.0 / h,
                                      4.0 / (h * h)}; /* Newmark, beta 1/4, gamma 1/2 */
-        const conditions windy_now = state->now;
-        conditions calm = windy_now;
+        const motion y = {at.u, at.v, at.a};
+        conditions calm = at.stage[0];
+        conditions_copy(model, &calm, &at.now);
+        calm.wind[0] = 0.0;
         monitor seen;
         element_monitor_start(&seen);
-        calm.wind = 0.0;
 #define RESIDUAL(now, slopes)                                                                      \
-    element_sum_residual(model, settled, now, &at.sections, at.u, at.v, at.a, slopes, at.residual, \
-                         &seen)
+    element_sum_residual(model, settled, now, &at.sections, y, slopes, at.residual, &seen)
         double all, without_wind, without_ice;
-        TIME(all, calls, RESIDUAL(&windy_now, false));
+        TIME(all, calls, RESIDUAL(&at.now, false));
         TIME(without_wind, calls, RESIDUAL(&calm, false));
-        model->eccentric = false;
+        model->section[0].eccentric = false;
         TIME(without_ice, calls, RESIDUAL(&calm, false));
-        model->eccentric = true;
+        model->section[0].eccentric = true;
         out->forces = without_ice;
         out->ice = without_wind - without_ice;
         out->aerodynamics = all - without_wind;
-        RESIDUAL(&windy_now, true); /* leaves the slopes that the tangent needs */
+        RESIDUAL(&at.now, true); /* leaves the slopes that the tangent needs */
         TIME(out->tangent, calls,
-             solver_factor(model, &windy_now, &at.sections, at.u, mix, model->fixed, at.factors));
-        TIME(out->solution, calls, solver_solve(model, at.factors, model->fixed, at.residual));
+             solver_factor(model, &at.now, &at, y, mix, SOLVER_JUNCTIONS_AS_IN_SCENE));
+        TIME(out->solution, calls,
+             solver_solve(model, &at, SOLVER_JUNCTIONS_AS_IN_SCENE, at.residual));
 
         const int64_t iterations = state->iterations, refactorisations = state->refactorisations;
         const double began = cpu_seconds();

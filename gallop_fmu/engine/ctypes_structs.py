@@ -1,4 +1,7 @@
-"""The kernel's C structures as ctypes mirrors, field by field as in gallop.h."""
+"""The kernel's C structures as ctypes mirrors, field by field as in gallop.h.
+
+`gallop_fmu.engine.library` compares every field with what the compiled library says of it.
+"""
 
 from __future__ import annotations
 
@@ -7,40 +10,86 @@ import ctypes as c
 Pointer = c.POINTER(c.c_double)
 Three = c.c_double * 3
 Two = c.c_double * 2
+DEVICE_PARAMETERS = 12
+"""Parameters of a device; those beyond the ones of its kind are 0."""
 
-SPAN_FIELDS = ("length", "height_difference", "sag", "horizontal_tension", "gravity")
-SEEDS = ("seed_vertical", "seed_horizontal", "seed_twist")
 FREQUENCY_PAIR = ("low_ratio", "low_frequency", "high_ratio", "high_frequency")
+
+
+def _doubles(*names: str) -> tuple[tuple[str, type[c.c_double]], ...]:
+    return tuple((name, c.c_double) for name in names)
+
+
+def _integers(*names: str) -> tuple[tuple[str, type[c.c_int32]], ...]:
+    return tuple((name, c.c_int32) for name in names)
 
 
 class CLaw(c.Structure):
     """gallop_law."""
 
     _fields_ = (
-        ("kind", c.c_int32),
-        ("count", c.c_int32),
-        *(
-            (name, c.c_double)
-            for name in ("initial", "peak", "amplitude", "start", "rise", "fall_start", "fall")
-        ),
-        *((name, c.c_double) for name in ("frequency", "phase")),
-        ("time", Pointer),
-        ("value", Pointer),
+        *_integers("kind", "count", "first", "reserved"),
+        *_doubles("initial", "peak", "amplitude", "start", "rise", "fall_start", "fall"),
+        *_doubles("frequency", "phase"),
     )
 
 
-class CSupport(c.Structure):
-    """gallop_support."""
+class CCurve(c.Structure):
+    """gallop_curve."""
+
+    _fields_ = _integers("pieces", "outside", "first", "reserved")
+
+
+class CDamping(c.Structure):
+    """gallop_damping."""
+
+    _fields_ = _doubles(*FREQUENCY_PAIR)
+
+
+class CCrossSection(c.Structure):
+    """gallop_cross_section."""
 
     _fields_ = (
-        ("kind", c.c_int32),
-        ("reserved", c.c_int32),
-        *(
-            (name, c.c_double)
-            for name in ("stiffness_x1", "stiffness_x3", "adjacent_span", "adjacent_tension")
-        ),
-        *((name, c.c_double) for name in ("insulator_length", "insulator_weight")),
-        ("motion", CLaw * 3),
+        *_doubles("diameter", "mass", "axial_stiffness", "torsional_stiffness"),
+        *_doubles("torsional_inertia", "ice_mass", "ice_torsional_inertia"),
+        *_doubles("first_moment_x2", "first_moment_x3", "first_moment_angle"),
+        *_doubles("attack_angle", "reference_radius"),
+        ("translation_damping", CDamping),
+        ("twist_damping", CDamping),
+        *_integers("curve", "slack"),
+    )
+
+
+class CField(c.Structure):
+    """gallop_field."""
+
+    _fields_ = _integers("kind", "law")
+
+
+class CJunction(c.Structure):
+    """gallop_junction."""
+
+    _fields_ = (("position", Three), ("fixed", c.c_int32 * 3), ("motion", c.c_int32 * 3))
+
+
+class CChain(c.Structure):
+    """gallop_chain."""
+
+    _fields_ = (
+        *_integers("cross_section", "field"),
+        ("junction", c.c_int32 * 2),
+        *_integers("elements", "reserved"),
+        *_doubles("sag", "horizontal_tension"),
+    )
+
+
+class CDevice(c.Structure):
+    """gallop_device."""
+
+    _fields_ = (
+        *_integers("kind", "reserved"),
+        ("junction", c.c_int32 * 2),
+        ("parameter", c.c_double * DEVICE_PARAMETERS),
     )
 
 
@@ -48,62 +97,41 @@ class CLoad(c.Structure):
     """gallop_load."""
 
     _fields_ = (
-        ("evenly_spaced", c.c_int32),
-        ("reserved", c.c_int32),
+        *_integers("chain", "law", "evenly_spaced", "reserved"),
         ("position", c.c_double),
         ("force", Three),
         ("torque", c.c_double),
-        ("law", CLaw),
     )
 
 
-class CDamping(c.Structure):
-    """gallop_damping."""
+class CSettings(c.Structure):
+    """gallop_settings."""
 
-    _fields_ = tuple((name, c.c_double) for name in FREQUENCY_PAIR)
+    _fields_ = (
+        *_doubles("gravity", "air_density", "seed_vertical", "seed_horizontal", "seed_twist"),
+        *_doubles("time_step", "newton_tolerance", "tolerance", "spectral_radius"),
+        *_integers("max_newton_iterations", "max_halvings", "integrator", "start_in_mean_wind"),
+        *_integers("laws_only", "reserved"),
+    )
 
 
 class CScene(c.Structure):
     """gallop_scene."""
 
     _fields_ = (
-        *((name, c.c_double) for name in SPAN_FIELDS),
-        *(
-            (name, c.c_double)
-            for name in ("diameter", "mass", "axial_stiffness", "torsional_stiffness")
-        ),
-        *(
-            (name, c.c_double)
-            for name in ("torsional_inertia", "ice_mass", "ice_torsional_inertia")
-        ),
-        *(
-            (name, c.c_double)
-            for name in ("first_moment_x2", "first_moment_x3", "first_moment_angle")
-        ),
-        *((name, c.c_double) for name in ("air_density", "attack_angle", "reference_radius")),
-        ("pieces", c.c_int32),
-        ("outside", c.c_int32),
-        ("breakpoint", Pointer),
-        ("origin", Pointer),
-        ("coefficient", Pointer),
-        ("wind", CLaw),
-        ("support", CSupport * 2),
-        ("translation_damping", CDamping),
-        ("twist_damping", CDamping),
+        ("settings", CSettings),
+        *_integers("cross_section_count", "curve_count", "field_count", "junction_count"),
+        *_integers("chain_count", "device_count", "load_count", "law_count"),
+        ("number_count", c.c_int64),
+        ("cross_section", c.POINTER(CCrossSection)),
+        ("curve", c.POINTER(CCurve)),
+        ("field", c.POINTER(CField)),
+        ("junction", c.POINTER(CJunction)),
+        ("chain", c.POINTER(CChain)),
+        ("device", c.POINTER(CDevice)),
         ("load", c.POINTER(CLoad)),
-        ("load_count", c.c_int32),
-        ("elements", c.c_int32),
-        *((name, c.c_double) for name in SEEDS),
-        ("start_in_mean_wind", c.c_int32),
-        ("max_newton_iterations", c.c_int32),
-        ("max_halvings", c.c_int32),
-        ("integrator", c.c_int32),
-        ("time_step", c.c_double),
-        ("newton_tolerance", c.c_double),
-        ("tolerance", c.c_double),
-        ("spectral_radius", c.c_double),
-        ("laws_only", c.c_int32),
-        ("slack", c.c_int32),
+        ("law", c.POINTER(CLaw)),
+        ("number", Pointer),
     )
 
 
@@ -111,12 +139,10 @@ class CReport(c.Structure):
     """gallop_report."""
 
     _fields_ = (
-        ("outcome", c.c_int32),
-        ("element", c.c_int32),
-        *((name, c.c_double) for name in ("time", "value", "limit")),
+        *_integers("outcome", "element"),
+        *_doubles("time", "value", "limit"),
         ("field", c.c_char_p),
-        ("lowest_tension", c.c_double),
-        ("largest_turn", c.c_double),
+        *_doubles("lowest_tension", "largest_turn"),
         *(
             (name, c.c_int64)
             for name in (
@@ -135,9 +161,9 @@ class CInputs(c.Structure):
     """gallop_inputs."""
 
     _fields_ = (
-        *((name, c.c_double) for name in ("time", "wind_speed", "attack_angle")),
+        *_doubles("time", "wind_speed", "attack_angle"),
         ("support", Three * 2),
-        *((name, c.c_double) for name in ("wind_speed_rate", "attack_angle_rate")),
+        *_doubles("wind_speed_rate", "attack_angle_rate"),
         ("support_rate", Three * 2),
     )
 
@@ -146,15 +172,44 @@ class CDerived(c.Structure):
     """gallop_derived."""
 
     _fields_ = (
-        *((name, c.c_double) for name in ("sag", "horizontal_tension", "length")),
+        *_doubles("sag", "horizontal_tension", "length"),
         ("support_force", Three * 2),
         ("support_stiffness", Two * 2),
         ("translation_damping", Two),
         ("twist_damping", Two),
         ("imbalance", c.c_double),
-        ("parts", c.c_int32),
-        ("reserved", c.c_int32),
+        *_integers("parts", "reserved"),
     )
 
 
-CHECKED = (CScene, CLaw, CSupport, CLoad, CReport, CInputs, CDerived)
+MIRRORS = {
+    "gallop_law": CLaw,
+    "gallop_curve": CCurve,
+    "gallop_damping": CDamping,
+    "gallop_cross_section": CCrossSection,
+    "gallop_field": CField,
+    "gallop_junction": CJunction,
+    "gallop_chain": CChain,
+    "gallop_device": CDevice,
+    "gallop_load": CLoad,
+    "gallop_settings": CSettings,
+    "gallop_scene": CScene,
+    "gallop_report": CReport,
+    "gallop_inputs": CInputs,
+    "gallop_derived": CDerived,
+}
+"""The structures of gallop.h and their mirrors."""
+
+Layout = dict[tuple[str, str | None], tuple[int, int]]
+"""(structure, field) to (offset, size) in bytes; field None: the structure itself."""
+
+
+def mirrored_layout() -> Layout:
+    """Layout of all mirrors."""
+    layout: Layout = {}
+    for name, mirror in MIRRORS.items():
+        layout[name, None] = (0, c.sizeof(mirror))
+        for field, *_ in mirror._fields_:
+            place = getattr(mirror, field)
+            layout[name, field] = (place.offset, place.size)
+    return layout

@@ -9,7 +9,14 @@ from importlib.metadata import PackageNotFoundError, distribution
 from pathlib import Path
 from typing import Any
 
-from gallop_fmu.engine.ctypes_structs import CHECKED, CDerived, CInputs, CReport, CScene
+from gallop_fmu.engine.ctypes_structs import (
+    CDerived,
+    CInputs,
+    CReport,
+    CScene,
+    Layout,
+    mirrored_layout,
+)
 
 _SUFFIX = {"win32": ".dll", "darwin": ".dylib"}.get(sys.platform, ".so")
 
@@ -33,16 +40,44 @@ def library_path() -> Path:
     )
 
 
+API_VERSION = 2
+"""GALLOP_API_VERSION of the gallop.h that these modules are written for."""
+
+
+def compiled_layout(library: c.CDLL) -> Layout:
+    """Layout of the structures of gallop.h as the library was compiled."""
+    function = library.gallop_structure_field
+    text, size = c.c_char_p, c.c_size_t
+    function.argtypes = (c.c_int32, *map(c.POINTER, (text, text, size, size)))
+    structure, field, offset, bytes_ = text(), text(), size(), size()
+    layout: Layout = {}
+    while function(len(layout), structure, field, offset, bytes_) == 0:
+        assert structure.value is not None
+        name = field.value.decode() if field.value is not None else None
+        layout[structure.value.decode(), name] = (offset.value, bytes_.value)
+    return layout
+
+
+def _compare(library: c.CDLL) -> None:
+    """Refuse a library of another version, or with a structure that differs from its mirror."""
+    version = library.gallop_api_version() if hasattr(library, "gallop_api_version") else 0
+    if version != API_VERSION:
+        raise ImportError(
+            f"the compiled kernel has API version {version}; these modules need {API_VERSION};"
+            " install the package again"
+        )
+    compiled, mirrored = compiled_layout(library), mirrored_layout()
+    for key in compiled.keys() | mirrored.keys():
+        if compiled.get(key) != mirrored.get(key):
+            raise ImportError(
+                f"{key[0]}.{key[1] or '(size)'} is at (byte, size) {compiled.get(key)} in the"
+                f" compiled kernel, {mirrored.get(key)} here; install the package again"
+            )
+
+
 def _load() -> c.CDLL:
     library = c.CDLL(str(library_path()))
-    sizes = (c.c_size_t * len(CHECKED))()
-    library.gallop_struct_sizes(sizes)
-    for structure, size in zip(CHECKED, sizes, strict=True):
-        if c.sizeof(structure) != size:
-            raise ImportError(
-                f"{structure.__doc__} has {size} bytes in the library, {c.sizeof(structure)} here;"
-                " reinstall"
-            )
+    _compare(library)
     pointer, double, whole = c.c_void_p, c.c_double, c.c_int64
     doubles, report, inputs = c.POINTER(c.c_double), c.POINTER(CReport), c.POINTER(CInputs)
     integers = c.POINTER(c.c_int32)

@@ -184,7 +184,7 @@ class Model:
                 f"scene must be a Scene, not {scene!r:.60}; load_scene and Scene.from_dict make one"
             )
         packed, raw, handle = Packed(scene), CReport(), c.c_void_p()
-        packed.scene.laws_only = not inputs
+        packed.scene.settings.laws_only = not inputs
         self._handle: c.c_void_p | None = None
         if kernel.gallop_model_create(c.byref(packed.scene), c.byref(handle), c.byref(raw)):
             raise SimulationError(unpacked(raw))

@@ -1,23 +1,28 @@
-"""A scene packed into the kernel's C structures, and a report unpacked from one."""
+"""A scene packed into the kernel's tables, and a report unpacked from a C structure."""
 
 from __future__ import annotations
 
 import ctypes as c
 import math
 from collections.abc import Mapping
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from gallop_fmu.engine.ctypes_structs import (
     FREQUENCY_PAIR,
-    SPAN_FIELDS,
+    CChain,
+    CCrossSection,
+    CCurve,
+    CDevice,
+    CField,
+    CJunction,
     CLaw,
     CLoad,
     CReport,
     CScene,
-    CSupport,
+    CSettings,
     Pointer,
     Three,
 )
@@ -41,7 +46,6 @@ ICE_FIELDS: dict[str, str | None] = {
     "attack_angle_deg": "attack_angle",
 }
 NUMERICS = (
-    "elements",
     "time_step",
     "tolerance",
     "spectral_radius",
@@ -49,6 +53,7 @@ NUMERICS = (
     "max_newton_iterations",
     "max_halvings",
 )
+SEEDS = ("seed_vertical", "seed_horizontal", "seed_twist")
 LAW_FIELDS: dict[str, dict[str, str | None]] = {
     "constant": {"value": "initial"},
     "ramp": {"initial": None, "final": "peak", "start": None, "duration": "rise"},
@@ -62,15 +67,44 @@ LAW_FIELDS: dict[str, dict[str, str | None]] = {
     },
     "table": {},
 }
-SUPPORT_FIELDS: dict[str, tuple[str, ...]] = {
-    "rigid": (),
-    "springs": ("stiffness_x1", "stiffness_x3"),
-    "adjacent_span": ("adjacent_span", "adjacent_tension", "insulator_length", "insulator_weight"),
+DEVICE_PARAMETERS: dict[str, dict[str, int]] = {
+    "springs": {"stiffness_x1": 0, "stiffness_x3": 2},
+    "adjacent_span": {
+        "adjacent_span": 0,
+        "adjacent_tension": 1,
+        "insulator_length": 2,
+        "insulator_weight": 3,
+    },
 }
+"""Kind of a support that is a device: its fields, and their places among the parameters."""
+
 LAW_KINDS = {"constant": 0, "ramp": 1, "pulse": 1, "harmonic": 2, "table": 3}
-SUPPORT_KINDS = {"rigid": 0, "springs": 1, "adjacent_span": 2}
+DEVICE_KINDS = {"springs": 0, "adjacent_span": 1}
 OUTSIDE_KINDS = {"error": 0, "hold": 1, "periodic": 2}
 SLACK_KINDS = {"error": 0, "tension_only": 1}
+NONE = -1
+"""Index where there is no item."""
+
+
+class Place(NamedTuple):
+    """Where a value of the scene is stored.
+
+    Attributes
+    ----------
+    table : str
+        Name of the table in `Packed.tables`.
+    item : int
+        Index of the item.
+    offset : int
+        Place in the item [bytes].
+    factor : float
+        Stored = factor * value.
+    """
+
+    table: str
+    item: int
+    offset: int
+    factor: float
 
 
 def double_pointer(values: NDArray[np.float64]) -> Any:
@@ -99,55 +133,72 @@ def unpacked(raw: CReport) -> Report:
 
 
 class Packed:
-    """A scene as the kernel reads it: one `CScene`, and the arrays and loads that its pointers lead to.
+    """A scene as the kernel reads it: tables of structures that refer to one another by index.
 
     Attributes
     ----------
-    scene : CScene
-        The packed scene.
+    tables : dict
+        Name of each table of `CScene` and "settings": its items.
+    numbers : list of float
+        The table "number": points of time tables, and coefficient curves.
     places : dict
-        Dotted path of a scene value to (structure or array, field or index, factor): where the
-        value lies, and by what it is multiplied on the way.
+        Dotted path of a scene value: its `Place`.
     """
 
     def __init__(self, scene: Scene) -> None:
-        self.scene = CScene()
-        self.places: dict[str, tuple[Any, str | int, float]] = {}
-        self.arrays: list[NDArray[np.float64]] = []
-        self.loads = (CLoad * len(scene.loads))()
-        self._pack_span(scene)
+        self.tables: dict[str, list[Any]] = {
+            name: []
+            for name in (
+                *("settings", "cross_section", "curve", "field", "junction", "chain"),
+                *("device", "load", "law"),
+            )
+        }
+        self.numbers: list[float] = []
+        self.places: dict[str, Place] = {}
+        self._pack_settings(scene)
+        self._pack_cross_section(scene)
         self._pack_air(scene)
-        for end, (name, support) in enumerate(
+        for index, (name, support) in enumerate(
             (("left", scene.supports.left), ("right", scene.supports.right))
         ):
-            self._pack_support(self.scene.support[end], support, f"supports.{name}")
-        for name in ("translation", "twist"):
-            pair = getattr(scene.damping, name)
-            if pair is not None:
-                target = getattr(self.scene, f"{name}_damping")
-                self._copy(pair, target, f"damping.{name}", dict.fromkeys(FREQUENCY_PAIR))
+            self._pack_support(index, support, f"supports.{name}", scene)
+        self._pack_chain(scene)
         for index, load in enumerate(scene.loads):
-            self._pack_load(self.loads[index], load, f"loads.{index}")
-        if scene.loads:
-            self.scene.load, self.scene.load_count = (
-                c.cast(self.loads, c.POINTER(CLoad)),
-                len(scene.loads),
-            )
-        self._copy(
-            scene.initial,
-            self.scene,
-            "initial",
-            dict.fromkeys(("seed_vertical", "seed_horizontal", "seed_twist")),
-        )
-        self.scene.start_in_mean_wind = scene.initial.wind == "mean_wind_equilibrium"
-        self.scene.spectral_radius = SPECTRAL_RADIUS
-        self._copy(scene.numerics, self.scene, "numerics", dict.fromkeys(NUMERICS))
-        self.scene.integrator = INTEGRATORS[scene.numerics.method].code
+            self._pack_load(load, f"loads.{index}")
+        self._arrays: list[Any] = []
+        self.scene = self._scene()
 
-    def _copy(
-        self, section: Any, target: c.Structure, path: str, fields: Mapping[str, str | None]
-    ) -> None:
-        """Copy the named values of a section; a field maps to its name in the structure where that differs."""
+    def _scene(self) -> CScene:
+        """The structure with pointers to the tables, which this object keeps alive."""
+        scene = CScene(settings=self.tables["settings"][0])
+        for name, items in self.tables.items():
+            if name == "settings" or not items:
+                continue
+            array = (type(items[0]) * len(items))(*items)
+            self._arrays.append(array)
+            setattr(scene, f"{name}_count", len(items))
+            setattr(scene, name, array)
+        numbers = np.array(self.numbers)
+        self._arrays.append(numbers)
+        scene.number_count, scene.number = len(numbers), double_pointer(numbers)
+        return scene
+
+    def _add(self, table: str, item: c.Structure) -> int:
+        self.tables[table].append(item)
+        return len(self.tables[table]) - 1
+
+    def _add_numbers(self, values: ArrayLike) -> int:
+        first = len(self.numbers)
+        self.numbers += np.ravel(values).tolist()
+        return first
+
+    def _copy(self, section: Any, table: str, path: str, fields: Mapping[str, str | None]) -> None:
+        """Copy the named values of a section to the last item of a table.
+
+        A field maps to its name in the structure where that differs.
+        """
+        item = len(self.tables[table]) - 1
+        target = self.tables[table][item]
         for name, other in fields.items():
             value = getattr(section, name)
             if value is None:
@@ -155,52 +206,97 @@ class Packed:
             factor = math.pi / 180.0 if name.endswith("_deg") else 1.0
             field = other or name
             setattr(target, field, value if factor == 1.0 else value * factor)
-            self.places[f"{path}.{name}"] = (target, field, factor)
+            offset = getattr(type(target), field).offset
+            self.places[f"{path}.{name}"] = Place(table, item, offset, factor)
 
-    def _pointer(self, values: Any) -> Any:
-        self.arrays.append(np.ascontiguousarray(values, dtype=np.float64))
-        return double_pointer(self.arrays[-1])
+    def _pack_settings(self, scene: Scene) -> None:
+        numerics = scene.numerics
+        self._add("settings", CSettings(spectral_radius=SPECTRAL_RADIUS))
+        settings = self.tables["settings"][0]
+        self._copy(scene.span, "settings", "span", {"gravity": None})
+        self._copy(scene.wind, "settings", "wind", {"air_density": None})
+        self._copy(scene.initial, "settings", "initial", dict.fromkeys(SEEDS))
+        self._copy(numerics, "settings", "numerics", dict.fromkeys(NUMERICS))
+        settings.integrator = INTEGRATORS[numerics.method].code
+        settings.start_in_mean_wind = scene.initial.wind == "mean_wind_equilibrium"
 
-    def _pack_span(self, scene: Scene) -> None:
-        self._copy(scene.span, self.scene, "span", dict.fromkeys(SPAN_FIELDS))
-        self._copy(scene.conductor, self.scene, "conductor", CONDUCTOR_FIELDS)
-        self.scene.slack = SLACK_KINDS[scene.conductor.slack]
-        self._copy(scene.ice, self.scene, "ice", ICE_FIELDS)
+    def _pack_cross_section(self, scene: Scene) -> None:
+        self._add("cross_section", CCrossSection(curve=NONE))
+        section = self.tables["cross_section"][0]
+        section.slack = SLACK_KINDS[scene.conductor.slack]
+        self._copy(scene.conductor, "cross_section", "conductor", CONDUCTOR_FIELDS)
+        self._copy(scene.ice, "cross_section", "ice", ICE_FIELDS)
+        for name in ("translation", "twist"):
+            pair = getattr(scene.damping, name)
+            if pair is None:
+                continue
+            start = getattr(CCrossSection, f"{name}_damping").offset
+            target = getattr(section, f"{name}_damping")
+            for field in FREQUENCY_PAIR:
+                setattr(target, field, getattr(pair, field))
+                offset = start + getattr(type(target), field).offset
+                self.places[f"damping.{name}.{field}"] = Place("cross_section", 0, offset, 1.0)
 
     def _pack_air(self, scene: Scene) -> None:
-        s, wind, coefficients = self.scene, scene.wind, scene.aerodynamics
-        self._copy(wind, s, "wind", {"air_density": None})
-        self._pack_law(s.wind, wind.history or Constant(value=wind.speed or 0.0), "wind.history")
+        wind, coefficients = scene.wind, scene.aerodynamics
+        law = self._pack_law(wind.history or Constant(value=wind.speed or 0.0), "wind.history")
+        self._add("field", CField(law=law))
         if coefficients is None:
             return
         curve = coefficients.curve()
-        s.pieces, s.outside = len(curve.origin), OUTSIDE_KINDS[curve.outside]
-        s.breakpoint, s.origin = self._pointer(curve.breakpoint), self._pointer(curve.origin)
+        parts = (curve.breakpoint, curve.origin, curve.coefficient)
+        first = [self._add_numbers(part) for part in parts]
+        item = CCurve(len(curve.origin), OUTSIDE_KINDS[curve.outside], first[0])
+        self.tables["cross_section"][0].curve = self._add("curve", item)
         if coefficients.kind == "polynomial":
-            breakpoint, origin, factor = self.arrays[-2], self.arrays[-1], math.pi / 180.0
-            self.places["aerodynamics.centre_deg"] = (origin, 0, factor)
-            self.places["aerodynamics.valid_from_deg"] = (breakpoint, 0, factor)
-            self.places["aerodynamics.valid_to_deg"] = (breakpoint, 1, factor)
-        s.coefficient = self._pointer(curve.coefficient)
-        self._copy(coefficients, s, "aerodynamics", {"reference_radius": None})
+            places = {"centre_deg": first[1], "valid_from_deg": first[0]}
+            places["valid_to_deg"] = first[0] + 1
+            for name, index in places.items():
+                self.places[f"aerodynamics.{name}"] = Place("number", index, 0, math.pi / 180.0)
+        self._copy(coefficients, "cross_section", "aerodynamics", {"reference_radius": None})
 
-    def _pack_law(self, target: CLaw, law: Law, path: str) -> None:
-        target.kind, target.fall_start = LAW_KINDS[law.kind], math.inf
-        self._copy(law, target, path, LAW_FIELDS[law.kind])
+    def _pack_law(self, law: Law, path: str) -> int:
+        """Add a law; return its index."""
+        item = CLaw(kind=LAW_KINDS[law.kind], fall_start=math.inf)
+        index = self._add("law", item)
+        self._copy(law, "law", path, LAW_FIELDS[law.kind])
         if isinstance(law, TimeTable):
-            target.count = len(law.time)
-            target.time, target.value = self._pointer(law.time), self._pointer(law.value)
+            item.count, item.first = len(law.time), self._add_numbers(law.time)
+            self._add_numbers(law.value)
+        return index
 
-    def _pack_support(self, target: CSupport, support: Support, path: str) -> None:
-        target.kind = SUPPORT_KINDS[support.kind]
-        self._copy(support, target, path, dict.fromkeys(SUPPORT_FIELDS[support.kind]))
+    def _pack_support(self, index: int, support: Support, path: str, scene: Scene) -> None:
+        span, rigid = scene.span, support.kind == "rigid"
+        far = (span.length, span.height_difference, 0.0) if index else (0.0, 0.0, 0.0)
+        junction = CJunction(position=Three(*far))
+        junction.fixed[:] = (rigid, True, rigid)
+        self._add("junction", junction)
+        if index:
+            for axis, name in enumerate(("length", "height_difference")):
+                self.places[f"span.{name}"] = Place("junction", index, 8 * axis, 1.0)
         for axis, name in enumerate(("x1", "x2", "x3")):
             motion = getattr(support.motion, name) if support.motion is not None else None
-            self._pack_law(
-                target.motion[axis], motion or Constant(value=0.0), f"{path}.motion.{name}"
+            junction.motion[axis] = (
+                NONE if motion is None else self._pack_law(motion, f"{path}.motion.{name}")
             )
+        if rigid:
+            return
+        device = CDevice(kind=DEVICE_KINDS[support.kind])
+        device.junction[:] = (index, NONE)
+        item = self._add("device", device)
+        for name, place in DEVICE_PARAMETERS[support.kind].items():
+            device.parameter[place] = getattr(support, name)
+            offset = CDevice.parameter.offset + 8 * place
+            self.places[f"{path}.{name}"] = Place("device", item, offset, 1.0)
 
-    def _pack_load(self, target: CLoad, load: Load, path: str) -> None:
-        target.force = Three(*load.force)
-        self._copy(load, target, path, dict.fromkeys(("torque", "position", "evenly_spaced")))
-        self._pack_law(target.law, load.law, f"{path}.law")
+    def _pack_chain(self, scene: Scene) -> None:
+        chain = CChain()
+        chain.junction[:] = (0, 1)
+        self._add("chain", chain)
+        self._copy(scene.span, "chain", "span", dict.fromkeys(("sag", "horizontal_tension")))
+        self._copy(scene.numerics, "chain", "numerics", {"elements": None})
+
+    def _pack_load(self, load: Load, path: str) -> None:
+        self._add("load", CLoad(force=Three(*load.force)))
+        self._copy(load, "load", path, dict.fromkeys(("torque", "position", "evenly_spaced")))
+        self.tables["load"][-1].law = self._pack_law(load.law, f"{path}.law")

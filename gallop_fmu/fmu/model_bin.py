@@ -13,7 +13,6 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from gallop_fmu.engine.ctypes_structs import CLoad, CScene
 from gallop_fmu.engine.library import kernel
 from gallop_fmu.engine.pack import Packed
 from gallop_fmu.fmu.variables import SUPPORT_INPUTS, Origin, Variable, fmu_variables
@@ -82,15 +81,6 @@ class Section(NamedTuple):
     content: bytes
 
 
-class Place(NamedTuple):
-    """Where a value of the scene is stored: section, item, byte in the item; and its factor."""
-
-    section: bytes
-    item: int
-    field: int
-    factor: float
-
-
 def model_bin(scene: Scene, guid: str, version: str) -> bytes:
     """Return the content of ``resources/model.bin``.
 
@@ -103,13 +93,13 @@ def model_bin(scene: Scene, guid: str, version: str) -> bytes:
     version
         Version of this package.
     """
-    tables = _SceneTables(Packed(scene))
+    packed = Packed(scene)
     identification = Identification(_text(guid, 48), _text(version, 16))
-    variables = [_variable_item(variable, tables) for variable in fmu_variables(scene)]
+    variables = [_variable_item(variable, packed) for variable in fmu_variables(scene)]
     return resource_file(
         [
             _section(b"IDEN", [identification]),
-            *tables.sections(),
+            *_scene_sections(packed),
             _section(b"VARS", variables),
             _section(b"OUTC", [_outcome_item(outcome) for outcome in Outcome]),
         ]
@@ -136,83 +126,48 @@ def _section(id_: bytes, items: list[Any]) -> Section:
     return Section(id_, c.sizeof(type(items[0])), b"".join(map(bytes, items)))
 
 
-class _SceneTables:
-    """The packed scene as sections SCEN, LOAD and NUMB; pointers are 1 + an index in NUMB."""
-
-    def __init__(self, packed: Packed) -> None:
-        self._packed = packed
-        self._numbers = [(array.ctypes.data, len(array.ravel())) for array in packed.arrays]
-
-    def sections(self) -> list[Section]:
-        loads = self._packed.loads
-        return [
-            Section(b"SCEN", c.sizeof(CScene), self._with_indices(self._packed.scene)),
-            Section(b"LOAD", c.sizeof(CLoad), b"".join(map(self._with_indices, loads))),
-            Section(b"NUMB", 8, b"".join(array.tobytes() for array in self._packed.arrays)),
-        ]
-
-    def place(self, path: str) -> Place:
-        """Place of the value with a dotted path."""
-        target, field, factor = self._packed.places[path]
-        if isinstance(target, np.ndarray):
-            return Place(b"NUMB", self._number(target.ctypes.data + 8 * int(field)), 0, factor)
-        at = c.addressof(target) + getattr(type(target), str(field)).offset
-        for id_, table in ((b"SCEN", [self._packed.scene]), (b"LOAD", self._packed.loads)):
-            for index, item in enumerate(table):
-                if 0 <= at - c.addressof(item) < c.sizeof(item):
-                    return Place(id_, index, at - c.addressof(item), factor)
-        raise AssertionError("a value outside the packed scene")
-
-    def _number(self, address: int) -> int:
-        """Index in NUMB of the number at an address here."""
-        before = 0
-        for start, count in self._numbers:
-            if start <= address < start + 8 * count:
-                return before + (address - start) // 8
-            before += count
-        raise AssertionError("a number outside the packed scene")
-
-    def _with_indices(self, item: c.Structure) -> bytes:
-        """Content of a structure, with its pointers to numbers replaced by 1 + their indices."""
-        block = bytearray(item)
-        for at in _pointers(type(item)):
-            (address,) = struct.unpack_from("<Q", block, at)
-            known = address and any(s <= address < s + 8 * n for s, n in self._numbers)
-            struct.pack_into("<Q", block, at, 1 + self._number(address) if known else 0)
-        return bytes(block)
+SECTION_IDS = {
+    "settings": b"SETT",
+    "cross_section": b"SECT",
+    "curve": b"CURV",
+    "field": b"FIEL",
+    "junction": b"JUNC",
+    "chain": b"CHAI",
+    "device": b"DEVI",
+    "load": b"LOAD",
+    "law": b"LAWS",
+    "number": b"NUMB",
+}
+"""Tables of a packed scene, and the sections that hold them."""
 
 
-def _pointers(kind: Any) -> list[int]:
-    """Offsets of all pointers in a structure or array type."""
-    if issubclass(kind, c.Structure):
-        fields = [(getattr(kind, name).offset, part) for name, part, *_ in kind._fields_]
-    elif issubclass(kind, c.Array):
-        fields = [(index * c.sizeof(kind._type_), kind._type_) for index in range(kind._length_)]
-    else:
-        return [0] if issubclass(kind, c._Pointer) else []
-    return [offset + at for offset, part in fields for at in _pointers(part)]
+def _scene_sections(packed: Packed) -> list[Section]:
+    """Sections of the tables of a scene that have items."""
+    tables = [_section(SECTION_IDS[name], items) for name, items in packed.tables.items() if items]
+    return [*tables, Section(b"NUMB", 8, np.array(packed.numbers).tobytes())]
 
 
-def _variable_item(variable: Variable, tables: _SceneTables) -> VariableItem:
-    place = Place(b"", 0, 0, 1.0)
+def _variable_item(variable: Variable, packed: Packed) -> VariableItem:
+    section, item, offset, factor = b"", 0, 0, 1.0
     match variable.origin:
         case Origin.PARAMETER:
-            place = tables.place(variable.key)
+            table, item, offset, factor = packed.places[variable.key]
+            section = SECTION_IDS[table]
         case Origin.INPUT:
-            place = place._replace(item=INPUTS.index(variable.key))
+            item = INPUTS.index(variable.key)
         case Origin.MIDSPAN:
-            place = place._replace(item=NODE_INDEX[variable.key])
+            item = NODE_INDEX[variable.key]
         case Origin.SPAN:
-            place = place._replace(item=SPAN_INDEX[variable.key])
+            item = SPAN_INDEX[variable.key]
     return VariableItem(
         name=_text(variable.name, 64),
         origin=ORIGINS[variable.origin],
         whole=variable.type == "Integer",
-        section=place.section,
-        index=place.item,
-        field=place.field,
+        section=section,
+        index=item,
+        field=offset,
         excluded=variable.minimum_excluded + 2 * variable.maximum_excluded,
-        factor=place.factor,
+        factor=factor,
         minimum=-math.inf if variable.minimum is None else variable.minimum,
         maximum=math.inf if variable.maximum is None else variable.maximum,
     )

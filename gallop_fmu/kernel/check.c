@@ -40,37 +40,28 @@ static uint64_t mixed_with(uint64_t hash, const void *bytes, size_t size)
     return hash;
 }
 
-static uint64_t mixed_with_law(uint64_t hash, const gallop_law *law)
-{
-    const size_t points = law->kind == GALLOP_LAW_TABLE ? (size_t)law->count * sizeof(double) : 0;
-    hash = mixed_with(hash, law, offsetof(gallop_law, time));
-    return mixed_with(mixed_with(hash, law->time, points), law->value, points);
-}
-
-/* A number that models of the same scene share, wherever they were made: the scene without its
- * pointers, and what they lead to. */
+/* A number that models of the same scene share, wherever they were made: of all tables. */
 static uint64_t identity_of(const gallop_scene *s)
 {
-    const size_t pieces = (size_t)s->pieces;
-    gallop_scene bare = *s;
-    bare.breakpoint = bare.origin = bare.coefficient = NULL;
-    bare.load = NULL;
-    uint64_t hash = mixed_with_law(FNV_START, &s->wind);
-    bare.wind.time = bare.wind.value = NULL;
-    for (int end = 0; end < 2; end++)
-        for (int i = 0; i < 3; i++) {
-            hash = mixed_with_law(hash, &s->support[end].motion[i]);
-            bare.support[end].motion[i].time = bare.support[end].motion[i].value = NULL;
-        }
-    for (int32_t i = 0; i < s->load_count; i++)
-        hash = mixed_with_law(mixed_with(hash, &s->load[i], offsetof(gallop_load, law)),
-                              &s->load[i].law);
-    if (pieces) {
-        hash = mixed_with(hash, s->breakpoint, (pieces + 1) * sizeof(double));
-        hash = mixed_with(hash, s->origin, pieces * sizeof(double));
-        hash = mixed_with(hash, s->coefficient, 12 * pieces * sizeof(double));
+    const struct {
+        const void *items;
+        size_t count, size;
+    } table[] = {{s->cross_section, (size_t)s->cross_section_count, sizeof *s->cross_section},
+                 {s->curve, (size_t)s->curve_count, sizeof *s->curve},
+                 {s->field, (size_t)s->field_count, sizeof *s->field},
+                 {s->junction, (size_t)s->junction_count, sizeof *s->junction},
+                 {s->chain, (size_t)s->chain_count, sizeof *s->chain},
+                 {s->device, (size_t)s->device_count, sizeof *s->device},
+                 {s->load, (size_t)s->load_count, sizeof *s->load},
+                 {s->law, (size_t)s->law_count, sizeof *s->law},
+                 {s->number, (size_t)s->number_count, sizeof *s->number}};
+    uint64_t hash = mixed_with(FNV_START, &s->settings, sizeof s->settings);
+    for (size_t i = 0; i < sizeof table / sizeof *table; i++) {
+        const uint64_t count = table[i].count;
+        hash = mixed_with(hash, &count, sizeof count);
+        if (count) hash = mixed_with(hash, table[i].items, table[i].count * table[i].size);
     }
-    return mixed_with(hash, &bare, sizeof bare);
+    return hash;
 }
 
 void check_mark_model(gallop_model *model)
@@ -151,7 +142,7 @@ int check_inputs(const gallop_model *model, const gallop_inputs *inputs, double 
                  {10, "inputs.attack_angle_rate, which must be finite"},
                  {16, "inputs.support_rate, which must be finite"}};
     if (!inputs) return GALLOP_COMPLETED;
-    if (model->scene.laws_only)
+    if (model->scene.settings.laws_only)
         return report_refused(report, "inputs, which a model of the laws only does not take", NAN,
                               NAN);
     if (!base_pointer_usable(inputs, WORD))

@@ -23,6 +23,6 @@ int check_indices(const int32_t *index, int32_t count, int32_t end, const char *
                   gallop_report *report);
 
 /* check_scene.c: before a model copies them */
-int check_scene_tables(const gallop_scene *s, gallop_report *report);
+int check_scene(const gallop_scene *s, gallop_report *report);
 
 #endif

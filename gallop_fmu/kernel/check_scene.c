@@ -1,8 +1,21 @@
-/* Whether a scene's numbers are finite and its laws, curve and loads can be read: before a model
- * copies them. */
+/* Checks of a scene before a model is made of it: its tables can be read, and its numbers can be.
+ * The binding refuses bad numbers field by field; this guards the kernel against any other caller,
+ * and against parameters of an FMU that contradict each other. */
 #include "check.h"
 
+#include <limits.h>
+
 #define MAX_LOADED_POINTS 10000000 /* of all loads together */
+#define MAX_ITEMS 1000000          /* of a table of laws, loads or curves, */
+#define MAX_PARTS 10000            /* of another table */
+#define MAX_ELEMENTS 1000000       /* of all chains together */
+
+#define SAG_TENSION_AGREEMENT 0.05 /* largest relative difference of a sag and a tension given */
+
+static bool is_positive(double x)
+{
+    return isfinite(x) && x > 0.0;
+}
 
 typedef struct {
     const char *name;
@@ -16,134 +29,393 @@ static int all_finite(const named *number, size_t count, gallop_report *report)
             return report_invalid(report, number[i].name, number[i].value, 0.0);
     return GALLOP_COMPLETED;
 }
-#define ALL_FINITE(numbers, report) all_finite(numbers, sizeof(numbers) / sizeof *(numbers), report)
 
-static int check_numbers(const gallop_scene *s, gallop_report *report)
+static int all_positive(const named *number, size_t count, gallop_report *report)
 {
-    const named number[] = {{"sag", s->sag},
-                            {"horizontal tension", s->horizontal_tension},
-                            {"mass of ice", s->ice_mass},
-                            {"inertia of ice", s->ice_torsional_inertia},
-                            {"first mass moment of the ice", s->first_moment_x2},
-                            {"first mass moment of the ice", s->first_moment_x3},
-                            {"density of air", s->air_density},
-                            {"attack angle", s->attack_angle},
-                            {"angle of the first moments", s->first_moment_angle},
-                            {"tolerance", s->tolerance},
-                            {"reference radius", s->reference_radius},
-                            {"damping ratio", s->translation_damping.low_ratio},
-                            {"damping ratio", s->translation_damping.high_ratio},
-                            {"frequency of damping", s->translation_damping.high_frequency},
-                            {"damping ratio", s->twist_damping.low_ratio},
-                            {"damping ratio", s->twist_damping.high_ratio},
-                            {"frequency of damping", s->twist_damping.high_frequency},
-                            {"vertical seed", s->seed_vertical},
-                            {"horizontal seed", s->seed_horizontal},
-                            {"seed of the twist", s->seed_twist}};
-    return ALL_FINITE(number, report);
-}
-
-static int check_array(const double *values, int32_t count, bool increasing, const char *name,
-                       gallop_report *report)
-{
-    for (int32_t i = 0; i < count; i++)
-        if (!isfinite(values[i]) || (increasing && i > 0 && !(values[i] > values[i - 1])))
-            return report_invalid(report, name, values[i],
-                                  i > 0 && increasing ? values[i - 1] : 0.0);
+    for (size_t i = 0; i < count; i++)
+        if (!is_positive(number[i].value))
+            return report_invalid(report, number[i].name, number[i].value, 0.0);
     return GALLOP_COMPLETED;
 }
 
-static int check_law(const gallop_law *law, const char *name, gallop_report *report)
+#define COUNT(array) (sizeof(array) / sizeof *(array))
+
+/* ---- tables and indices ---- */
+
+typedef struct {
+    const void *items;
+    int32_t count, least, most;
+    const char *of_count, *of_items;
+} table;
+
+static int check_table(const table *t, gallop_report *report)
+{
+    if (t->count < t->least || t->count > t->most)
+        return report_invalid(report, t->of_count, t->count,
+                              t->count < t->least ? t->least : t->most);
+    if (t->count > 0 && !base_pointer_usable(t->items, WORD))
+        return report_refused(report, t->of_items, NAN, NAN);
+    return GALLOP_COMPLETED;
+}
+
+/* An index into a table of `count`; `least` is 0, or -1 where there need be none. */
+static int check_index(int32_t index, int32_t least, int32_t count, const char *name,
+                       gallop_report *report)
+{
+    if (index < least || index >= count)
+        return report_invalid(report, name, index, (double)count - 1.0);
+    return GALLOP_COMPLETED;
+}
+
+#define TABLE(s, name, least, most)                                                                \
+    {(s)->name,                                                                                    \
+     (s)->name##_count,                                                                            \
+     least,                                                                                        \
+     most,                                                                                         \
+     "number of items of scene." #name,                                                            \
+     NOT_USABLE(scene.name)}
+
+static int check_tables(const gallop_scene *s, gallop_report *report)
+{
+    const table tables[] = {TABLE(s, cross_section, 1, MAX_PARTS), TABLE(s, curve, 0, MAX_PARTS),
+                            TABLE(s, field, 1, MAX_PARTS),         TABLE(s, junction, 2, MAX_PARTS),
+                            TABLE(s, chain, 1, MAX_PARTS),         TABLE(s, device, 0, MAX_PARTS),
+                            TABLE(s, load, 0, MAX_ITEMS),          TABLE(s, law, 0, MAX_ITEMS)};
+    int outcome = GALLOP_COMPLETED;
+    for (size_t i = 0; i < COUNT(tables) && !outcome; i++)
+        outcome = check_table(&tables[i], report);
+    if (outcome) return outcome;
+    if (s->number_count < 0 || s->number_count > INT_MAX)
+        return report_invalid(report, "number of items of scene.number", (double)s->number_count,
+                              INT_MAX);
+    if (s->number_count > 0 && !base_pointer_usable(s->number, WORD))
+        return report_refused(report, NOT_USABLE(scene.number), NAN, NAN);
+    return GALLOP_COMPLETED;
+}
+
+/* `count` numbers from `first` on are finite, and increase where asked for. */
+static int check_numbers(const gallop_scene *s, int64_t first, int64_t count, bool increasing,
+                         const char *name, gallop_report *report)
+{
+    if (first < 0 || count > s->number_count || first > s->number_count - count)
+        return report_invalid(report, name, (double)first, (double)(s->number_count - count));
+    const double *value = s->number + first;
+    for (int64_t i = 0; i < count; i++)
+        if (!isfinite(value[i]) || (increasing && i > 0 && !(value[i] > value[i - 1])))
+            return report_invalid(report, name, value[i], i > 0 && increasing ? value[i - 1] : 0.0);
+    return GALLOP_COMPLETED;
+}
+
+/* ---- laws, fields and curves ---- */
+
+static int check_law(const gallop_scene *s, const gallop_law *l, const char *name,
+                     gallop_report *report)
 {
     const named number[] = {
-        {name, law->initial},
-        {name, law->peak},
-        {name, law->amplitude},
-        {name, law->start},
-        {name, law->rise},
-        {name, law->fall},
-        {name, law->frequency},
-        {name, law->phase},
-        {name, 40.0 * law->frequency * law->frequency * law->amplitude}, /* second derivative */
-        {name, isnan(law->fall_start) ? NAN : 0.0}}; /* infinite: it stays at the peak */
-    if (law->kind < GALLOP_LAW_CONSTANT || law->kind > GALLOP_LAW_TABLE)
-        return report_invalid(report, name, law->kind, GALLOP_LAW_TABLE);
-    if (law->kind != GALLOP_LAW_TABLE) return ALL_FINITE(number, report);
-    if (law->count < 1) return report_invalid(report, name, law->count, 1.0);
-    if (!base_pointer_usable(law->time, WORD))
-        return report_refused(report, NOT_USABLE(law.time), NAN, NAN);
-    if (!base_pointer_usable(law->value, WORD))
-        return report_refused(report, NOT_USABLE(law.value), NAN, NAN);
-    const int outcome = check_array(law->time, law->count, true, name, report);
-    return outcome ? outcome : check_array(law->value, law->count, false, name, report);
-}
-
-static int check_curve(const gallop_scene *s, gallop_report *report)
-{
-    if (s->outside < GALLOP_OUTSIDE_ERROR || s->outside > GALLOP_OUTSIDE_PERIODIC)
-        return report_invalid(report, "what holds outside the aerodynamic curve", s->outside,
-                              GALLOP_OUTSIDE_PERIODIC);
-    if (s->pieces < 0 || s->pieces > INT32_MAX / 12)
-        return report_invalid(report, "number of pieces of the aerodynamic curve", s->pieces, 0.0);
-    if (s->pieces == 0) return GALLOP_COMPLETED;
-    if (!base_pointer_usable(s->breakpoint, WORD))
-        return report_refused(report, NOT_USABLE(scene.breakpoint), NAN, NAN);
-    if (s->origin && !base_pointer_usable(s->origin, WORD))
-        return report_refused(report, NOT_USABLE(scene.origin), NAN, NAN);
-    if (!base_pointer_usable(s->coefficient, WORD))
-        return report_refused(report, NOT_USABLE(scene.coefficient), NAN, NAN);
-    int outcome = check_array(s->breakpoint, s->pieces + 1, true,
-                              "breakpoint of the aerodynamic curve", report);
-    if (!outcome && s->origin)
-        outcome =
-            check_array(s->origin, s->pieces, false, "origin of an aerodynamic piece", report);
+        {name, l->initial},
+        {name, l->peak},
+        {name, l->amplitude},
+        {name, l->start},
+        {name, l->rise},
+        {name, l->fall},
+        {name, l->frequency},
+        {name, l->phase},
+        {name, 40.0 * l->frequency * l->frequency * l->amplitude}, /* second derivative */
+        {name, isnan(l->fall_start) ? NAN : 0.0}}; /* infinite: it stays at the peak */
+    if (l->kind < GALLOP_LAW_CONSTANT || l->kind > GALLOP_LAW_TABLE)
+        return report_invalid(report, name, l->kind, GALLOP_LAW_TABLE);
+    if (l->kind != GALLOP_LAW_TABLE) return all_finite(number, COUNT(number), report);
+    if (l->count < 1) return report_invalid(report, name, l->count, 1.0);
+    const int outcome = check_numbers(s, l->first, l->count, true, name, report);
     return outcome ? outcome
-                   : check_array(s->coefficient, 12 * s->pieces, false, "aerodynamic coefficient",
-                                 report);
+                   : check_numbers(s, (int64_t)l->first + l->count, l->count, false, name, report);
 }
 
-static int check_load(const gallop_load *load, gallop_report *report)
+/* A law that something refers to. */
+static int check_law_of(const gallop_scene *s, int32_t index, int32_t least, const char *name,
+                        gallop_report *report)
+{
+    const int outcome = check_index(index, least, s->law_count, name, report);
+    return outcome || index < 0 ? outcome : check_law(s, &s->law[index], name, report);
+}
+
+static int check_field(const gallop_scene *s, const gallop_field *field, gallop_report *report)
+{
+    if (field->kind != GALLOP_FIELD_UNIFORM)
+        return report_invalid(report, "kind of a field of wind", field->kind, GALLOP_FIELD_UNIFORM);
+    return check_law_of(s, field->law, 0, "wind speed", report);
+}
+
+static int check_curve(const gallop_scene *s, const gallop_curve *k, gallop_report *report)
+{
+    if (k->outside < GALLOP_OUTSIDE_ERROR || k->outside > GALLOP_OUTSIDE_PERIODIC)
+        return report_invalid(report, "what holds outside the aerodynamic curve", k->outside,
+                              GALLOP_OUTSIDE_PERIODIC);
+    if (k->pieces < 1 || k->pieces > MAX_ITEMS)
+        return report_invalid(report, "number of pieces of the aerodynamic curve", k->pieces, 1.0);
+    const int64_t origin = (int64_t)k->first + k->pieces + 1, coefficient = origin + k->pieces;
+    int outcome = check_numbers(s, k->first, (int64_t)k->pieces + 1, true,
+                                "breakpoint of the aerodynamic curve", report);
+    if (!outcome)
+        outcome =
+            check_numbers(s, origin, k->pieces, false, "origin of an aerodynamic piece", report);
+    return outcome ? outcome
+                   : check_numbers(s, coefficient, 12 * (int64_t)k->pieces, false,
+                                   "aerodynamic coefficient", report);
+}
+
+/* ---- conductors ---- */
+
+static int check_damping(const gallop_damping *pair, gallop_report *report)
+{
+    const named number[] = {{"damping ratio", pair->low_ratio},
+                            {"damping ratio", pair->high_ratio},
+                            {"frequency of damping", pair->low_frequency},
+                            {"frequency of damping", pair->high_frequency}};
+    const int outcome = all_finite(number, COUNT(number), report);
+    if (outcome) return outcome;
+    if (pair->low_frequency == 0.0 && pair->high_frequency == 0.0)
+        return GALLOP_COMPLETED; /* undamped */
+    if (!is_positive(pair->low_frequency))
+        return report_invalid(report, "low frequency of damping", pair->low_frequency, 0.0);
+    if (!(pair->high_frequency > pair->low_frequency))
+        return report_invalid(report, "high frequency of damping", pair->high_frequency,
+                              pair->low_frequency);
+    return GALLOP_COMPLETED;
+}
+
+static int check_ice(const gallop_cross_section *c, gallop_report *report)
+{
+    const named number[] = {{"mass of ice", c->ice_mass},
+                            {"inertia of ice", c->ice_torsional_inertia},
+                            {"first mass moment of the ice", c->first_moment_x2},
+                            {"first mass moment of the ice", c->first_moment_x3},
+                            {"angle of the first moments", c->first_moment_angle},
+                            {"attack angle", c->attack_angle},
+                            {"reference radius", c->reference_radius}};
+    const int outcome = all_finite(number, COUNT(number), report);
+    if (outcome) return outcome;
+    if (!(c->ice_mass >= 0.0)) return report_invalid(report, "mass of ice", c->ice_mass, 0.0);
+    if (!(c->ice_torsional_inertia >= 0.0))
+        return report_invalid(report, "inertia of ice", c->ice_torsional_inertia, 0.0);
+    const double moment =
+        c->first_moment_x2 * c->first_moment_x2 + c->first_moment_x3 * c->first_moment_x3;
+    const double mass = c->mass + c->ice_mass,
+                 inertia = c->torsional_inertia + c->ice_torsional_inertia;
+    if (!(mass * inertia > moment))
+        return report_invalid(report, "first mass moments of the ice, squared", moment,
+                              mass * inertia);
+    return GALLOP_COMPLETED;
+}
+
+static int check_cross_section(const gallop_scene *s, const gallop_cross_section *c,
+                               gallop_report *report)
+{
+    const named number[] = {{"diameter", c->diameter},
+                            {"mass", c->mass},
+                            {"axial stiffness", c->axial_stiffness},
+                            {"torsional stiffness", c->torsional_stiffness},
+                            {"torsional inertia", c->torsional_inertia}};
+    int outcome = all_positive(number, COUNT(number), report);
+    if (!outcome) outcome = check_ice(c, report);
+    if (!outcome) outcome = check_damping(&c->translation_damping, report);
+    if (!outcome) outcome = check_damping(&c->twist_damping, report);
+    if (!outcome)
+        outcome =
+            check_index(c->curve, -1, s->curve_count, "aerodynamic curve of a conductor", report);
+    if (outcome) return outcome;
+    if (c->slack < GALLOP_SLACK_ERROR || c->slack > GALLOP_SLACK_TENSION_ONLY)
+        return report_invalid(report, "what follows where a conductor is slack", c->slack,
+                              GALLOP_SLACK_TENSION_ONLY);
+    return GALLOP_COMPLETED;
+}
+
+/* ---- junctions, chains and what acts on them ---- */
+
+static int check_junction(const gallop_scene *s, const gallop_junction *j, gallop_report *report)
+{
+    int outcome = GALLOP_COMPLETED;
+    for (int i = 0; i < 3 && !outcome; i++) {
+        const named place[] = {{"position of a junction", j->position[i]}};
+        outcome = all_finite(place, 1, report);
+        if (!outcome && (j->fixed[i] < 0 || j->fixed[i] > 1))
+            outcome = report_invalid(report, "what is fixed at a junction", j->fixed[i], 1.0);
+        if (!outcome) outcome = check_law_of(s, j->motion[i], -1, "motion of a support", report);
+    }
+    return outcome;
+}
+
+/* A sag and a tension that are both given agree with m g L^2 / 8H, along the chord. */
+static int check_agreement(const gallop_chain *c, const gallop_cross_section *section,
+                           double gravity, const double chord[2], gallop_report *report)
+{
+    if (!(c->sag > 0.0 && c->horizontal_tension > 0.0)) return GALLOP_COMPLETED;
+    const double mass = section->mass + section->ice_mass;
+    const double parabola =
+        mass * gravity * chord[0] * hypot(chord[0], chord[1]) / (8.0 * c->horizontal_tension);
+    if (fabs(c->sag - parabola) > SAG_TENSION_AGREEMENT * parabola)
+        return report_invalid(report, "sag, which contradicts the horizontal tension", c->sag,
+                              parabola);
+    return GALLOP_COMPLETED;
+}
+
+static int check_chain(const gallop_scene *s, const gallop_chain *c, gallop_report *report)
+{
+    const named number[] = {{"sag", c->sag}, {"horizontal tension", c->horizontal_tension}};
+    int outcome = all_finite(number, COUNT(number), report);
+    if (!outcome)
+        outcome =
+            check_index(c->cross_section, 0, s->cross_section_count, "conductor of a span", report);
+    if (!outcome) outcome = check_index(c->field, 0, s->field_count, "wind of a span", report);
+    for (int end = 0; end < 2 && !outcome; end++)
+        outcome = check_index(c->junction[end], 0, s->junction_count, "end of a span", report);
+    if (outcome) return outcome;
+    const double *left = s->junction[c->junction[0]].position;
+    const double *right = s->junction[c->junction[1]].position;
+    const double chord[2] = {right[0] - left[0], right[1] - left[1]};
+    if (!is_positive(chord[0])) return report_invalid(report, "length of the span", chord[0], 0.0);
+    if (!(fabs(chord[1]) < chord[0]))
+        return report_invalid(report, "height difference", chord[1], chord[0]);
+    if (right[2] != left[2])
+        return report_invalid(report, "place of the end of a span across the line", right[2],
+                              left[2]);
+    if (c->elements < 2 || c->elements > MAX_ELEMENTS)
+        return report_invalid(report, "number of elements", c->elements, 2.0);
+    if (!(c->sag > 0.0) && !(c->horizontal_tension > 0.0))
+        return report_invalid(report, "sag or horizontal tension", c->sag, 0.0);
+    return check_agreement(c, &s->cross_section[c->cross_section], s->settings.gravity, chord,
+                           report);
+}
+
+static int check_device(const gallop_scene *s, const gallop_device *d, gallop_report *report)
+{
+    const double *p = d->parameter;
+    const named adjacent[] = {
+        {"adjacent span", p[0]}, {"adjacent tension", p[1]}, {"insulator length", p[2]}};
+    int outcome = check_index(d->junction[0], 0, s->junction_count, "junction of a device", report);
+    if (outcome) return outcome;
+    if (d->junction[1] != -1)
+        return report_invalid(report, "second junction of a device", d->junction[1], -1.0);
+    for (int i = 0; i < GALLOP_DEVICE_PARAMETERS; i++)
+        if (!isfinite(p[i])) return report_invalid(report, "parameter of a device", p[i], 0.0);
+    switch (d->kind) {
+    case GALLOP_DEVICE_SPRING:
+        for (int i = 0; i < 3; i++)
+            if (!(p[i] >= 0.0)) return report_invalid(report, "stiffness of a support", p[i], 0.0);
+        return GALLOP_COMPLETED;
+    case GALLOP_DEVICE_ADJACENT_SPAN:
+        outcome = all_positive(adjacent, COUNT(adjacent), report);
+        if (!outcome && !(p[3] >= 0.0))
+            outcome = report_invalid(report, "insulator weight", p[3], 0.0);
+        return outcome;
+    default:
+        return report_invalid(report, "kind of a device", d->kind, GALLOP_DEVICE_ADJACENT_SPAN);
+    }
+}
+
+static int check_load(const gallop_scene *s, const gallop_load *load, gallop_report *report)
 {
     const named number[] = {{"force of a load", load->force[0]},
                             {"force of a load", load->force[1]},
                             {"force of a load", load->force[2]},
                             {"torque of a load", load->torque}};
+    int outcome = check_index(load->chain, 0, s->chain_count, "span of a load", report);
+    if (outcome) return outcome;
     if (load->evenly_spaced < 0)
         return report_invalid(report, "number of evenly spaced loads", load->evenly_spaced, 0.0);
     if (load->evenly_spaced == 0 && !(load->position >= 0.0 && load->position <= 1.0))
         return report_invalid(report, "position of a load", load->position, 1.0);
-    const int outcome = ALL_FINITE(number, report);
-    return outcome ? outcome : check_law(&load->law, "history of a load", report);
+    outcome = all_finite(number, COUNT(number), report);
+    return outcome ? outcome : check_law_of(s, load->law, 0, "history of a load", report);
 }
 
-static int check_loads(const gallop_scene *s, gallop_report *report)
+/* A junction that can move sideways or along the line must be held by a device. */
+static int check_support(const gallop_scene *s, int32_t index, gallop_report *report)
 {
-    int64_t points = 0;
-    if (s->load_count < 0) return report_invalid(report, "number of loads", s->load_count, 0.0);
-    if (s->load_count > 0 && !base_pointer_usable(s->load, WORD))
-        return report_refused(report, NOT_USABLE(scene.load), NAN, NAN);
-    for (int32_t i = 0; i < s->load_count; i++) {
-        const int outcome = check_load(&s->load[i], report);
-        if (outcome) return outcome;
-        points += s->load[i].evenly_spaced > 0 ? s->load[i].evenly_spaced : 1;
+    int ends = 0;
+    for (int32_t i = 0; i < s->chain_count; i++)
+        for (int end = 0; end < 2; end++) ends += s->chain[i].junction[end] == index;
+    if (ends != 1)
+        return report_invalid(report, "number of spans that end at a junction", ends, 1.0);
+    const gallop_junction *j = &s->junction[index];
+    for (int i = 0; i < 3; i += 2) {
+        if (j->fixed[i]) continue;
+        bool held = false;
+        for (int32_t d = 0; d < s->device_count; d++)
+            held = held || (s->device[d].junction[0] == index &&
+                            (s->device[d].kind == GALLOP_DEVICE_ADJACENT_SPAN ||
+                             s->device[d].parameter[i] > 0.0));
+        if (!held) return report_invalid(report, "stiffness of a support", 0.0, 0.0);
     }
-    if (points > MAX_LOADED_POINTS)
-        return report_invalid(report, "number of loaded points", (double)points, MAX_LOADED_POINTS);
+    return j->fixed[1] ? GALLOP_COMPLETED
+                       : report_invalid(report, "what is fixed at a junction", j->fixed[1], 1.0);
+}
+
+/* ---- settings ---- */
+
+static int check_settings(const gallop_settings *s, gallop_report *report)
+{
+    const named positive[] = {{"gravity", s->gravity},
+                              {"time step", s->time_step},
+                              {"Newton tolerance", s->newton_tolerance}};
+    const named finite[] = {{"density of air", s->air_density},
+                            {"tolerance", s->tolerance},
+                            {"vertical seed", s->seed_vertical},
+                            {"horizontal seed", s->seed_horizontal},
+                            {"seed of the twist", s->seed_twist}};
+    int outcome = all_positive(positive, COUNT(positive), report);
+    if (!outcome) outcome = all_finite(finite, COUNT(finite), report);
+    if (outcome) return outcome;
+    if (s->max_halvings < 0 || s->max_halvings > 30)
+        return report_invalid(report, "number of halvings", s->max_halvings, 30.0);
+    if (s->max_newton_iterations < 1)
+        return report_invalid(report, "number of Newton iterations", s->max_newton_iterations, 1.0);
+    if (s->integrator < GALLOP_NEWMARK || s->integrator > GALLOP_GENERALISED_ALPHA)
+        return report_invalid(report, "number of the integrator", s->integrator,
+                              GALLOP_GENERALISED_ALPHA);
+    if (s->integrator == GALLOP_GENERALISED_ALPHA &&
+        !(s->spectral_radius >= 0.0 && s->spectral_radius <= 1.0))
+        return report_invalid(report, "spectral radius", s->spectral_radius, 1.0);
+    if (!(s->tolerance >= 0.0) || (s->tolerance > 0.0 && s->integrator != GALLOP_GAUSS6))
+        return report_invalid(report, "tolerance, which Gauss's method alone can keep",
+                              s->tolerance, 0.0);
     return GALLOP_COMPLETED;
 }
 
-int check_scene_tables(const gallop_scene *s, gallop_report *report)
+/* ---- all of it ---- */
+
+static int check_totals(const gallop_scene *s, gallop_report *report)
 {
-    int outcome = check_numbers(s, report);
-    if (!outcome) outcome = check_curve(s, report);
-    if (!outcome) outcome = check_law(&s->wind, "wind speed", report);
-    for (int end = 0; end < 2 && !outcome; end++) {
-        const int32_t kind = s->support[end].kind;
-        if (kind < GALLOP_SUPPORT_RIGID || kind > GALLOP_SUPPORT_ADJACENT_SPAN)
-            outcome =
-                report_invalid(report, "kind of a support", kind, GALLOP_SUPPORT_ADJACENT_SPAN);
-        for (int i = 0; i < 3 && !outcome; i++)
-            outcome = check_law(&s->support[end].motion[i], "motion of a support", report);
-    }
-    return outcome ? outcome : check_loads(s, report);
+    int64_t points = 0, elements = 0;
+    for (int32_t i = 0; i < s->load_count; i++)
+        points += s->load[i].evenly_spaced > 0 ? s->load[i].evenly_spaced : 1;
+    for (int32_t i = 0; i < s->chain_count; i++) elements += s->chain[i].elements;
+    if (points > MAX_LOADED_POINTS)
+        return report_invalid(report, "number of loaded points", (double)points, MAX_LOADED_POINTS);
+    if (elements > MAX_ELEMENTS)
+        return report_invalid(report, "number of elements", (double)elements, MAX_ELEMENTS);
+    return GALLOP_COMPLETED;
+}
+
+int check_scene(const gallop_scene *s, gallop_report *report)
+{
+    int outcome = check_tables(s, report);
+    if (!outcome) outcome = check_settings(&s->settings, report);
+    for (int32_t i = 0; i < s->cross_section_count && !outcome; i++)
+        outcome = check_cross_section(s, &s->cross_section[i], report);
+    for (int32_t i = 0; i < s->curve_count && !outcome; i++)
+        outcome = check_curve(s, &s->curve[i], report);
+    for (int32_t i = 0; i < s->field_count && !outcome; i++)
+        outcome = check_field(s, &s->field[i], report);
+    for (int32_t i = 0; i < s->junction_count && !outcome; i++)
+        outcome = check_junction(s, &s->junction[i], report);
+    for (int32_t i = 0; i < s->chain_count && !outcome; i++)
+        outcome = check_chain(s, &s->chain[i], report);
+    for (int32_t i = 0; i < s->device_count && !outcome; i++)
+        outcome = check_device(s, &s->device[i], report);
+    for (int32_t i = 0; i < s->load_count && !outcome; i++)
+        outcome = check_load(s, &s->load[i], report);
+    for (int32_t i = 0; i < s->junction_count && !outcome; i++)
+        outcome = check_support(s, i, report);
+    return outcome ? outcome : check_totals(s, report);
 }

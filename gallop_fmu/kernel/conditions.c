@@ -77,7 +77,7 @@ static void from_laws(const gallop_model *model, double t, conditions *now)
     }
     for (int j = 0; j < model->junction_count; j++)
         for (int i = 0; i < 3; i++) {
-            const gallop_law *motion = model->junction[j].motion[i];
+            const law *motion = model->junction[j].motion[i];
             now->position[3 * j + i] = motion ? law_value(motion, t) : 0.0;
             now->velocity[3 * j + i] = motion ? law_rate(motion, t) : 0.0;
             now->acceleration[3 * j + i] = motion ? law_second(motion, t) : 0.0;

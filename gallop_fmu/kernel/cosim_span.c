@@ -28,15 +28,10 @@ void cosim_span_drop(gallop_cosim *c)
 
 gallop_cosim_status cosim_span_build(gallop_cosim *c, cosim_span *span)
 {
-    gallop_scene scene;
-    gallop_load *load;
+    const gallop_scene scene = resource_scene(&c->parameters);
     gallop_report report = {.element = -1};
     memset(span, 0, sizeof *span);
-    const char *problem = resource_scene(&c->parameters, &scene, &load);
-    int outcome =
-        problem ? GALLOP_INVALID_SCENE : gallop_model_create(&scene, &span->model, &report);
-    free(load);
-    if (problem) return cosim_fail(c, "%s", problem);
+    const int outcome = gallop_model_create(&scene, &span->model, &report);
     if (outcome) return cosim_fail_with_report(c, "the parameters do not make a span", &report);
 
     const size_t size = gallop_state_size(span->model);

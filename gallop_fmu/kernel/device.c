@@ -30,36 +30,52 @@ static double spring_energy(const device *d, const device_motion y[2])
     return energy;
 }
 
-static const device_kind spring = {"spring", 1, spring_add_force, spring_add_tangent,
-                                   spring_energy};
-
-/* Springs given, or of the adjacent span and its insulator string (Liu et al. 2009, eq. 23-24). */
-static void support_stiffness(const gallop_scene *s, const gallop_support *support, double k[2])
+static void spring_prepare(const gallop_model *model, const gallop_device *from, device *d)
 {
-    k[0] = support->stiffness_x1;
-    k[1] = support->stiffness_x3;
-    if (support->kind != GALLOP_SUPPORT_ADJACENT_SPAN) return;
-    const double lx = support->adjacent_span, h = support->adjacent_tension;
-    const double weight = (s->mass + s->ice_mass) * s->gravity;
-    const double span =
-        1.0 / (lx / s->axial_stiffness + weight * weight * lx * lx * lx / (12.0 * h * h * h));
-    const double string =
-        (weight * s->length + 0.5 * support->insulator_weight) / support->insulator_length;
-    k[0] = span + string;
-    k[1] = string + 2.0 * h / lx;
+    (void)model;
+    memcpy(d->constant, from->parameter, sizeof d->constant);
 }
+
+/* The chain that ends at a junction. */
+static const chain *chain_at(const gallop_model *model, int junction_index)
+{
+    const chain *c = model->chain;
+    while (c->junction[0] != junction_index && c->junction[1] != junction_index) c++;
+    return c;
+}
+
+/* The adjacent span and its insulator string as springs (Liu et al. 2009, eq. 23-24). */
+static void adjacent_span_prepare(const gallop_model *model, const gallop_device *from, device *d)
+{
+    const chain *c = chain_at(model, from->junction[0]);
+    const double lx = from->parameter[0], h = from->parameter[1];
+    const double length = from->parameter[2], string_weight = from->parameter[3];
+    const double weight = c->section->mass * c->gravity;
+    const double span = 1.0 / (lx / c->section->axial_stiffness +
+                               weight * weight * lx * lx * lx / (12.0 * h * h * h));
+    const double string = (weight * c->span + 0.5 * string_weight) / length;
+    d->constant[SPRING_STIFFNESS] = span + string;
+    d->constant[SPRING_STIFFNESS + 2] = string + 2.0 * h / lx;
+}
+
+/* ---- the kinds, by gallop_device_kind ---- */
+
+static const device_kind kinds[] = {
+    [GALLOP_DEVICE_SPRING] = {"spring", 1, spring_prepare, spring_add_force, spring_add_tangent,
+                              spring_energy},
+    [GALLOP_DEVICE_ADJACENT_SPAN] = {"adjacent span", 1, adjacent_span_prepare, spring_add_force,
+                                     spring_add_tangent, spring_energy},
+};
 
 void device_create_all(gallop_model *model)
 {
-    for (int end = 0; end < 2; end++) {
-        const gallop_support *support = &model->scene.support[end];
-        if (support->kind == GALLOP_SUPPORT_RIGID) continue;
-        double *derived = model->derived.support_stiffness[end];
-        device *d = &model->device[model->device_count++];
-        support_stiffness(&model->scene, support, derived);
-        *d = (device){.kind = &spring, .junction = {end, -1}};
-        d->constant[SPRING_STIFFNESS] = derived[0];
-        d->constant[SPRING_STIFFNESS + 2] = derived[1];
+    for (int i = 0; i < model->device_count; i++) {
+        const gallop_device *from = &model->scene.device[i];
+        device *d = &model->device[i];
+        d->kind = &kinds[from->kind];
+        d->junction[0] = from->junction[0];
+        d->junction[1] = from->junction[1];
+        d->kind->prepare(model, from, d);
     }
 }
 

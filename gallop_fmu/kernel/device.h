@@ -14,6 +14,8 @@ typedef struct {
 typedef struct device_kind {
     const char *name;
     int junctions; /* 1 or 2 */
+    /* Sets the constants of a device from its parameters; the chains are known. */
+    void (*prepare)(const gallop_model *model, const gallop_device *from, device *d);
     /* Adds the forces [N, N m] that move the device so, at each junction. */
     void (*add_force)(const device *d, const device_motion y[2], double force[2][4]);
     /* Adds weights.k dF/du + weights.c dF/dv + weights.m dF/da: block (row junction, column

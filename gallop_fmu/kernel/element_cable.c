@@ -388,7 +388,7 @@ static void subtract_loads(const gallop_model *model, double t, const conditions
     for (int l = 0; l < model->load_count; l++) {
         const load_place *place = &model->place[l];
         const gallop_load *load = &model->scene.load[place->load];
-        const double amplitude = now->load_factor * law_value(&load->law, t);
+        const double amplitude = now->load_factor * law_value(&model->law[load->law], t);
         if (amplitude == 0.0) continue;
         const int node = model->chain[place->chain].first_node + 2 * place->element;
         for (int n = 0; n < 3; n++) {

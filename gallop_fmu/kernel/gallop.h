@@ -62,61 +62,123 @@ typedef struct {
         rejections; /* since the start of the state */
 } gallop_report;
 
+/* ---- The scene: tables of kinds.  One table refers to another by index. ---- */
+
 /* A quantity in time. */
 typedef enum {
     GALLOP_LAW_CONSTANT = 0, /* initial */
-    GALLOP_LAW_PULSE =
-        1, /* initial to peak by a smooth step over [start, start + rise], back over
-              [fall_start, fall_start + fall]; fall_start infinite: stays at the peak */
-    GALLOP_LAW_HARMONIC =
-        2, /* initial + amplitude sin(2 pi frequency (t - start) + phase), initial before start */
-    GALLOP_LAW_TABLE = 3 /* linear between points, held outside */
+    GALLOP_LAW_PULSE = 1, /* initial to peak by a smooth step over [start, start + rise], back over
+                             [fall_start, fall_start + fall]; fall_start infinite: stays at the
+                             peak */
+    GALLOP_LAW_HARMONIC = 2, /* initial + amplitude sin(2 pi frequency (t - start) + phase), initial
+                                before start */
+    GALLOP_LAW_TABLE = 3     /* linear between points, held outside */
 } gallop_law_kind;
 
 typedef struct {
-    int32_t kind, count;
-    double initial, peak, amplitude;
+    int32_t kind, count; /* a gallop_law_kind; points of a table, else 0 */
+    int32_t first;       /* index in `number` of the first time of a table; the times increase, and
+                            the values follow them */
+    int32_t reserved;    /* 0 */
+    double initial, peak, amplitude;      /* in the unit of the quantity */
     double start, rise, fall_start, fall; /* [s]; rise or fall 0: a jump */
     double frequency, phase;              /* [Hz], [rad] */
-    const double *time, *value;           /* count points each */
 } gallop_law;
 
-typedef enum {
-    GALLOP_SUPPORT_RIGID = 0,
-    GALLOP_SUPPORT_SPRINGS = 1,
-    GALLOP_SUPPORT_ADJACENT_SPAN = 2
-} gallop_support_kind;
-
-typedef struct {
-    int32_t kind, reserved;
-    double stiffness_x1, stiffness_x3;      /* springs [N/m] */
-    double adjacent_span, adjacent_tension; /* adjacent span [m], [N]: Liu et al. (2009) eq. (23) */
-    double insulator_length, insulator_weight; /* [m], [N]: eq. (24) */
-    gallop_law motion[3]; /* displacement of the tower point along x1, x2, x3 [m] */
-} gallop_support;
-
-typedef struct {
-    int32_t evenly_spaced,
-        reserved; /* n points at k / (n + 1) of the conductor's length, or 0: one at `position` */
-    double position;         /* fraction of the conductor's length, 0 to 1 */
-    double force[3], torque; /* [N], [N m] */
-    gallop_law law;          /* amplitude factor */
-} gallop_load;
-
-/* Two damping ratios at two frequencies; frequencies 0: undamped. */
-typedef struct {
-    double low_ratio, low_frequency, high_ratio, high_frequency;
-} gallop_damping;
-
+/* What holds for attack angles outside of a curve: the run ends, the curve goes on with the values
+ * at its ends, or it repeats every full turn. */
 typedef enum {
     GALLOP_OUTSIDE_ERROR = 0,
     GALLOP_OUTSIDE_HOLD = 1,
     GALLOP_OUTSIDE_PERIODIC = 2
 } gallop_outside;
 
+/* A coefficient curve: cubics on pieces of the attack angle.  In `number`, from `first` on:
+ * pieces + 1 breakpoints that increase [rad]; the origin of each piece [rad]; 12 coefficients of
+ * each piece, 4 c + k for the power k of (alpha - origin), c = 0 lift, 1 drag, 2 moment. */
+typedef struct {
+    int32_t pieces, outside; /* 1 or more; a gallop_outside */
+    int32_t first, reserved;
+} gallop_curve;
+
+/* Two damping ratios at two frequencies [Hz], the first the lower one; frequencies 0: undamped. */
+typedef struct {
+    double low_ratio, low_frequency, high_ratio, high_frequency;
+} gallop_damping;
+
 /* What follows where the tension would fall below zero: the run ends, or T = max(0, T0 + EA eps).
  */
 typedef enum { GALLOP_SLACK_ERROR = 0, GALLOP_SLACK_TENSION_ONLY = 1 } gallop_slack;
+
+/* A conductor with its ice; all positive, but those of the ice, which may be 0. */
+typedef struct {
+    double diameter;                    /* [m] */
+    double mass;                        /* [kg/m] without ice */
+    double axial_stiffness;             /* [N] */
+    double torsional_stiffness;         /* [N m^2] */
+    double torsional_inertia;           /* [kg m] without ice */
+    double ice_mass;                    /* [kg/m] */
+    double ice_torsional_inertia;       /* [kg m] */
+    double first_moment_x2;             /* int rho x2 dA (S_x3 of Liu et al. 2009) [kg] */
+    double first_moment_x3;             /* int rho x3 dA (S_x2) [kg] */
+    double first_moment_angle;          /* attack angle at which these are given [rad] */
+    double attack_angle;                /* of the ice at theta = 0 [rad] */
+    double reference_radius;            /* r of eq. (21) [m]; 0: half the diameter */
+    gallop_damping translation_damping; /* of u1 u2 u3 */
+    gallop_damping twist_damping;       /* of theta */
+    int32_t curve;                      /* index; -1: no aerodynamic load */
+    int32_t slack;                      /* a gallop_slack */
+} gallop_cross_section;
+
+/* A field of wind towards +x3. */
+typedef enum { GALLOP_FIELD_UNIFORM = 0 } gallop_field_kind;
+
+typedef struct {
+    int32_t kind; /* a gallop_field_kind */
+    int32_t law;  /* index: the wind speed [m/s] */
+} gallop_field;
+
+/* A point where chains end and devices act. */
+typedef struct {
+    double position[3]; /* in the initial equilibrium [m] */
+    int32_t fixed[3];   /* 1: u1, u2, u3 follow `motion`; theta is always fixed at 0 */
+    int32_t
+        motion[3]; /* index of a law: displacement of the tower's point [m]; -1: it is at rest */
+} gallop_junction;
+
+/* A conductor between two junctions, the first one at the smaller x1.  Of sag and horizontal
+ * tension at least one is positive; if both are, the parabola with both is held as initial state.
+ */
+typedef struct {
+    int32_t cross_section, field; /* indices */
+    int32_t junction[2];          /* indices */
+    int32_t elements;             /* 2 to 1000000 */
+    int32_t reserved;
+    double sag;                /* below the chord at its middle [m]; 0: not given */
+    double horizontal_tension; /* [N]; 0: not given */
+} gallop_chain;
+
+/* What acts at junctions.  Parameters of a
+ * spring to the tower: stiffness along x1, x2, x3 [N/m];
+ * adjacent span with its insulator string (Liu et al. 2009, eq. 23-24): span [m], tension [N],
+ * length [m] and weight [N] of the string. */
+typedef enum { GALLOP_DEVICE_SPRING = 0, GALLOP_DEVICE_ADJACENT_SPAN = 1 } gallop_device_kind;
+
+#define GALLOP_DEVICE_PARAMETERS 12
+
+typedef struct {
+    int32_t kind, reserved; /* a gallop_device_kind */
+    int32_t junction[2];    /* indices; the second is -1 where the kind has one */
+    double parameter[GALLOP_DEVICE_PARAMETERS]; /* 0 beyond those of the kind */
+} gallop_device;
+
+typedef struct {
+    int32_t chain, law;              /* indices; the law is a factor on force and torque */
+    int32_t evenly_spaced, reserved; /* n points at k / (n + 1) of the conductor's length, or 0: one
+                                        at `position` */
+    double position;                 /* fraction of the conductor's length, 0 to 1 */
+    double force[3], torque;         /* [N], [N m] */
+} gallop_load;
 
 /* Time integration: Newmark (beta 1/4, gamma 1/2), Gauss collocation with three stages (order 6),
  * or the generalised alpha method (Chung, Hulbert 1993). */
@@ -126,41 +188,44 @@ typedef enum {
     GALLOP_GENERALISED_ALPHA = 2
 } gallop_integrator;
 
+/* What is one for the whole scene. */
 typedef struct {
-    /* span */
-    double length, height_difference, sag, horizontal_tension,
-        gravity; /* sag or tension 0: not given */
-    double diameter, mass, axial_stiffness, torsional_stiffness, torsional_inertia; /* conductor */
-    double ice_mass, ice_torsional_inertia; /* added to the conductor's */
-    double first_moment_x2,
-        first_moment_x3; /* int rho x2 dA (S_x3 of Liu et al.), int rho x3 dA (S_x2) [kg] */
-    double
-        first_moment_angle; /* attack angle at which they are given; they turn with the ice [rad] */
-    /* aerodynamics: cubics on [breakpoint[i], breakpoint[i+1]] in powers of (alpha - origin[i]);
-     * coefficient[12 i + 4 c + k]: piece i, c = 0 lift 1 drag 2 moment, power k */
-    double air_density, attack_angle, reference_radius; /* radius 0: half the diameter */
-    int32_t pieces, outside;
-    const double *breakpoint, *origin, *coefficient;
-    gallop_law wind;           /* speed towards +x3 [m/s] */
-    gallop_support support[2]; /* left, right */
-    gallop_damping translation_damping, twist_damping;
-    const gallop_load *load;
-    int32_t load_count;
-    int32_t elements;
-    /* initial state */
+    double gravity;     /* [m/s^2] */
+    double air_density; /* [kg/m^3] */
     double seed_vertical, seed_horizontal,
-        seed_twist;             /* amplitude of cos(pi x1 / L) [m], [m], [rad] */
-    int32_t start_in_mean_wind; /* 1: static equilibrium under the wind at t = 0 */
-    /* numerics */
-    int32_t max_newton_iterations, max_halvings, integrator;
-    double time_step, newton_tolerance; /* [s], [m] */
-    double tolerance; /* 0: equal steps; else relative error that the steps are chosen for, Gauss
-                         only */
-    double spectral_radius; /* 0 to 1, generalised alpha: factor a step on motion that no step
-                               resolves */
+        seed_twist;          /* amplitude of cos(pi x1 / L) on every chain,
+                                x1 from its middle [m], [m], [rad] */
+    double time_step;        /* [s] */
+    double newton_tolerance; /* [m] */
+    double tolerance;        /* 0: equal steps; else relative error that the steps are chosen for,
+                                Gauss only */
+    double spectral_radius;  /* 0 to 1, generalised alpha: factor a step on motion that no step
+                                resolves */
+    int32_t max_newton_iterations; /* 1 or more */
+    int32_t max_halvings;          /* 0 to 30 */
+    int32_t integrator;            /* a gallop_integrator */
+    int32_t start_in_mean_wind;    /* 1: static equilibrium under the wind at t = 0 */
     int32_t laws_only; /* 1: a call with gallop_inputs is refused, and what the laws leave at rest
-                          is left out */
-    int32_t slack;     /* a gallop_slack */
+                          is not computed */
+    int32_t reserved;
+} gallop_settings;
+
+/* Arrays with their counts; NULL where the count is 0.  One chain, its junctions 0 and 1, at least
+ * one cross-section and one field. */
+typedef struct {
+    gallop_settings settings;
+    int32_t cross_section_count, curve_count, field_count, junction_count, chain_count,
+        device_count, load_count, law_count;
+    int64_t number_count;
+    const gallop_cross_section *cross_section;
+    const gallop_curve *curve;
+    const gallop_field *field;
+    const gallop_junction *junction;
+    const gallop_chain *chain;
+    const gallop_device *device;
+    const gallop_load *load;
+    const gallop_law *law;
+    const double *number; /* of tables and curves */
 } gallop_scene;
 
 /* Inputs that a co-simulation host sets instead of the scene's laws: value + rate * (t - time). */
@@ -228,9 +293,26 @@ typedef enum {
     GALLOP_SPAN_CHANNELS
 } gallop_span_channel;
 
-/* Sizes of the structs above as this library was compiled, for a binding to check itself:
- * scene, law, support, load, report, inputs, derived. */
-GALLOP_API void gallop_struct_sizes(size_t sizes[7]);
+/* ---- Functions ---- */
+
+/* Increases when a structure or a function of this header changes. */
+#define GALLOP_API_VERSION 2
+
+/* The API version that the library was compiled with. */
+GALLOP_API int32_t gallop_api_version(void);
+
+/* Describes a field of the structures of this header, for a binding to compare its own.
+ *
+ * index      counts from 0 over all fields of all structures
+ * structure  out: name of the structure
+ * field      out: name of the field; NULL for an entry that gives the size of the structure
+ * offset     out: place in the structure [bytes]
+ * size       out: size of the field, or of the structure [bytes]
+ *
+ * Returns GALLOP_COMPLETED; GALLOP_BAD_CALL beyond the last field, or if a pointer is NULL. */
+GALLOP_API int gallop_structure_field(int32_t index, const char **structure, const char **field,
+                                      size_t *offset, size_t *size);
+
 GALLOP_API const char *gallop_build(void); /* compiler and its version */
 /* Why floating-point numbers do not work as the formulas need: a constant text; NULL: they do. */
 GALLOP_API const char *gallop_arithmetic_fault(void);

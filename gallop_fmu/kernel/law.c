@@ -4,6 +4,16 @@
 
 #include <math.h>
 
+law law_from(const gallop_law *of, const double *number)
+{
+    law l = {*of, NULL, NULL};
+    if (of->kind == GALLOP_LAW_TABLE) {
+        l.time = number + of->first;
+        l.value = l.time + of->count;
+    }
+    return l;
+}
+
 /* s(x) = x^3 (10 - 15 x + 6 x^2) clamped to [0, 1], with zero slope and curvature at both ends. */
 static double smooth_step(double x, int derivative)
 {
@@ -27,10 +37,10 @@ static double flank(double t, double start, double duration, int derivative)
     return scale * smooth_step((t - start) / duration, derivative);
 }
 
-static double table(const gallop_law *law, double t, int derivative)
+static double table(const law *l, double t, int derivative)
 {
-    const double *x = law->time, *y = law->value;
-    int low = 0, high = law->count - 1;
+    const double *x = l->time, *y = l->value;
+    int low = 0, high = l->of.count - 1;
     if (t <= x[low] || high == 0) return derivative == 0 ? y[low] : 0.0;
     if (t >= x[high]) return derivative == 0 ? y[high] : 0.0;
     while (high - low > 1) {
@@ -46,75 +56,75 @@ static double table(const gallop_law *law, double t, int derivative)
 }
 
 /* The law (derivative 0) or its first or second time derivative. */
-static double evaluate(const gallop_law *law, double t, int derivative)
+static double evaluate(const law *l, double t, int derivative)
 {
-    const double initial = derivative == 0 ? law->initial : 0.0;
-    switch (law->kind) {
+    const double initial = derivative == 0 ? l->of.initial : 0.0;
+    switch (l->of.kind) {
     case GALLOP_LAW_PULSE: {
-        double shape = flank(t, law->start, law->rise, derivative);
-        if (isfinite(law->fall_start)) shape -= flank(t, law->fall_start, law->fall, derivative);
-        return initial + (law->peak - law->initial) * shape;
+        double shape = flank(t, l->of.start, l->of.rise, derivative);
+        if (isfinite(l->of.fall_start)) shape -= flank(t, l->of.fall_start, l->of.fall, derivative);
+        return initial + (l->of.peak - l->of.initial) * shape;
     }
     case GALLOP_LAW_HARMONIC: {
-        double omega = 2.0 * PI * law->frequency, angle = omega * (t - law->start) + law->phase;
-        if (t < law->start) return initial;
+        double omega = 2.0 * PI * l->of.frequency, angle = omega * (t - l->of.start) + l->of.phase;
+        if (t < l->of.start) return initial;
         double wave = derivative == 0 ? sin(angle)
                     : derivative == 1 ? omega * cos(angle)
                                       : -omega * omega * sin(angle);
-        return initial + law->amplitude * wave;
+        return initial + l->of.amplitude * wave;
     }
-    case GALLOP_LAW_TABLE: return table(law, t, derivative);
+    case GALLOP_LAW_TABLE: return table(l, t, derivative);
     default: return initial;
     }
 }
 
-bool law_always_zero(const gallop_law *law)
+bool law_always_zero(const law *l)
 {
-    bool zero = law->initial == 0.0;
-    if (law->kind == GALLOP_LAW_PULSE) zero = zero && law->peak == 0.0;
-    if (law->kind == GALLOP_LAW_HARMONIC) zero = zero && law->amplitude == 0.0;
-    if (law->kind != GALLOP_LAW_TABLE) return zero;
-    for (int i = 0; i < law->count; i++)
-        if (law->value[i] != 0.0) return false;
+    bool zero = l->of.initial == 0.0;
+    if (l->of.kind == GALLOP_LAW_PULSE) zero = zero && l->of.peak == 0.0;
+    if (l->of.kind == GALLOP_LAW_HARMONIC) zero = zero && l->of.amplitude == 0.0;
+    if (l->of.kind != GALLOP_LAW_TABLE) return zero;
+    for (int i = 0; i < l->of.count; i++)
+        if (l->value[i] != 0.0) return false;
     return true;
 }
 
-double law_value(const gallop_law *law, double t)
+double law_value(const law *l, double t)
 {
-    return evaluate(law, t, 0);
+    return evaluate(l, t, 0);
 }
 
-double law_rate(const gallop_law *law, double t)
+double law_rate(const law *l, double t)
 {
-    return evaluate(law, t, 1);
+    return evaluate(l, t, 1);
 }
 
-double law_second(const gallop_law *law, double t)
+double law_second(const law *l, double t)
 {
-    return evaluate(law, t, 2);
+    return evaluate(l, t, 2);
 }
 
 /* First time from t on at which the law or a derivative of it jumps; infinite: none. */
-double law_next_kink(const gallop_law *law, double t)
+double law_next_kink(const law *l, double t)
 {
     double next = INFINITY;
-    if (law->kind == GALLOP_LAW_HARMONIC && law->start >= t) next = law->start;
-    if (law->kind == GALLOP_LAW_PULSE) {
-        const double kink[4] = {law->start, law->start + law->rise, law->fall_start,
-                                law->fall_start + law->fall};
+    if (l->of.kind == GALLOP_LAW_HARMONIC && l->of.start >= t) next = l->of.start;
+    if (l->of.kind == GALLOP_LAW_PULSE) {
+        const double kink[4] = {l->of.start, l->of.start + l->of.rise, l->of.fall_start,
+                                l->of.fall_start + l->of.fall};
         for (int i = 0; i < 4; i++)
             if (kink[i] >= t) next = fmin(next, kink[i]);
     }
-    if (law->kind == GALLOP_LAW_TABLE && law->count > 0 && law->time[law->count - 1] >= t) {
-        int low = -1, high = law->count - 1; /* time[low] < t <= time[high] */
+    if (l->of.kind == GALLOP_LAW_TABLE && l->of.count > 0 && l->time[l->of.count - 1] >= t) {
+        int low = -1, high = l->of.count - 1; /* time[low] < t <= time[high] */
         while (high - low > 1) {
             const int middle = (low + high) / 2;
-            if (law->time[middle] < t)
+            if (l->time[middle] < t)
                 low = middle;
             else
                 high = middle;
         }
-        next = law->time[high];
+        next = l->time[high];
     }
     return next;
 }

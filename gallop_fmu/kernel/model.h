@@ -8,6 +8,7 @@
 
 #include "base_lanes.h"
 #include "gallop.h"
+#include "law.h"
 
 #include <math.h>
 #include <stdbool.h>
@@ -69,9 +70,9 @@ typedef struct {
 
 /* A point where chains end and devices act. */
 typedef struct {
-    double position[3]; /* in the scene [m] */
-    bool fixed[4];      /* prescribed: u1 u2 u3 follow `motion`, theta is zero */
-    const gallop_law *motion[3];
+    double position[3];     /* in the scene [m] */
+    bool fixed[4];          /* prescribed: u1 u2 u3 follow `motion`, theta is zero */
+    const law *motion[3];   /* NULL: at rest */
     int node;               /* the end node of the first chain that ends here */
     double static_force[3]; /* of the support on the chains, in equilibrium [N] */
 } junction;
@@ -104,15 +105,16 @@ struct gallop_model {
     /* what the scene needs; the rest is not computed (see choose_parts) */
     int unknowns; /* leading ones of each node that can move: 4 or 2 */
     int curve_count, section_count, field_count, chain_count, junction_count, tie_count,
-        device_count, load_count;
+        device_count, law_count, load_count;
     curve *curve;
     cross_section *section;
     chain *chain;
     junction *junction;
     tie *tie;
     device *device;
-    load_place *place;             /* (load_count) loaded points */
-    const gallop_law **wind;       /* (field_count) */
+    load_place *place; /* (load_count) loaded points */
+    law *law;
+    const law **wind;              /* (field_count) wind speed */
     double *x, *normal;            /* of all chains */
     double *constant_force;        /* (nodes, 4) balances the initial state */
     size_t saved_size, state_size; /* to save a state, and with its scratch memory [bytes] */
@@ -135,17 +137,17 @@ static inline const chain *model_chain_of_element(const gallop_model *model, int
 
 static inline bool model_by_gauss(const gallop_model *model)
 {
-    return model->scene.integrator == GALLOP_GAUSS6;
+    return model->scene.settings.integrator == GALLOP_GAUSS6;
 }
 
 static inline bool model_by_alpha(const gallop_model *model)
 {
-    return model->scene.integrator == GALLOP_GENERALISED_ALPHA;
+    return model->scene.settings.integrator == GALLOP_GENERALISED_ALPHA;
 }
 
 static inline bool model_by_tolerance(const gallop_model *model)
 {
-    return model->scene.tolerance > 0.0;
+    return model->scene.settings.tolerance > 0.0;
 }
 
 #endif

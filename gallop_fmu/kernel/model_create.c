@@ -7,18 +7,6 @@
 #include "report.h"
 #include "statics.h"
 
-void gallop_struct_sizes(size_t sizes[7])
-{
-    if (!base_pointer_usable(sizes, WORD)) return;
-    sizes[0] = sizeof(gallop_scene);
-    sizes[1] = sizeof(gallop_law);
-    sizes[2] = sizeof(gallop_support);
-    sizes[3] = sizeof(gallop_load);
-    sizes[4] = sizeof(gallop_report);
-    sizes[5] = sizeof(gallop_inputs);
-    sizes[6] = sizeof(gallop_derived);
-}
-
 const char *gallop_build(void)
 {
 #if defined(__clang__)
@@ -44,112 +32,6 @@ static void rayleigh(const gallop_damping *pair, double b[2])
     b[1] = 2.0 * (x2 * w2 - x1 * w1) / square;
 }
 
-#define SAG_TENSION_AGREEMENT                                                                      \
-    0.05 /* largest relative difference of a sag and a tension that are both held */
-
-static bool positive(double x)
-{
-    return isfinite(x) && x > 0.0;
-}
-
-static int check_positive(const gallop_scene *s, gallop_report *report)
-{
-    const struct {
-        const char *name;
-        double value;
-    } number[] = {{"length of the span", s->length},
-                  {"diameter", s->diameter},
-                  {"mass", s->mass},
-                  {"axial stiffness", s->axial_stiffness},
-                  {"torsional stiffness", s->torsional_stiffness},
-                  {"torsional inertia", s->torsional_inertia},
-                  {"gravity", s->gravity},
-                  {"time step", s->time_step},
-                  {"Newton tolerance", s->newton_tolerance}};
-    for (size_t i = 0; i < sizeof number / sizeof *number; i++)
-        if (!positive(number[i].value))
-            return report_invalid(report, number[i].name, number[i].value, 0.0);
-    if (!(s->sag > 0.0) && !(s->horizontal_tension > 0.0))
-        return report_invalid(report, "sag or horizontal tension", s->sag, 0.0);
-    if (!(s->ice_mass >= 0.0)) return report_invalid(report, "mass of ice", s->ice_mass, 0.0);
-    if (!(s->ice_torsional_inertia >= 0.0))
-        return report_invalid(report, "inertia of ice", s->ice_torsional_inertia, 0.0);
-    return GALLOP_COMPLETED;
-}
-
-static int check_support(const gallop_support *support, gallop_report *report)
-{
-    const bool springs = support->kind == GALLOP_SUPPORT_SPRINGS;
-    if (springs && !(positive(support->stiffness_x1) && positive(support->stiffness_x3)))
-        return report_invalid(report, "stiffness of a support",
-                              fmin(support->stiffness_x1, support->stiffness_x3), 0.0);
-    if (support->kind != GALLOP_SUPPORT_ADJACENT_SPAN) return GALLOP_COMPLETED;
-    if (!positive(support->adjacent_span))
-        return report_invalid(report, "adjacent span", support->adjacent_span, 0.0);
-    if (!positive(support->adjacent_tension))
-        return report_invalid(report, "adjacent tension", support->adjacent_tension, 0.0);
-    if (!positive(support->insulator_length))
-        return report_invalid(report, "insulator length", support->insulator_length, 0.0);
-    if (!(support->insulator_weight >= 0.0))
-        return report_invalid(report, "insulator weight", support->insulator_weight, 0.0);
-    return GALLOP_COMPLETED;
-}
-
-static int check_damping(const gallop_damping *pair, gallop_report *report)
-{
-    if (pair->low_frequency == 0.0 && pair->high_frequency == 0.0)
-        return GALLOP_COMPLETED; /* undamped */
-    if (!positive(pair->low_frequency))
-        return report_invalid(report, "low frequency of damping", pair->low_frequency, 0.0);
-    if (!(pair->high_frequency > pair->low_frequency))
-        return report_invalid(report, "high frequency of damping", pair->high_frequency,
-                              pair->low_frequency);
-    return GALLOP_COMPLETED;
-}
-
-/* The binding refuses bad numbers field by field; this guards the kernel against any other caller,
- * and against parameters of an FMU that do not go together. */
-static int check(const gallop_scene *s, gallop_report *report)
-{
-    int outcome = check_positive(s, report);
-    for (int end = 0; end < 2 && !outcome; end++) outcome = check_support(&s->support[end], report);
-    if (!outcome) outcome = check_damping(&s->translation_damping, report);
-    if (!outcome) outcome = check_damping(&s->twist_damping, report);
-    if (!outcome) outcome = check_scene_tables(s, report);
-    if (outcome) return outcome;
-    if (!(fabs(s->height_difference) < s->length))
-        return report_invalid(report, "height difference", s->height_difference, s->length);
-    if (s->elements < 2 || s->elements > 1000000)
-        return report_invalid(report, "number of elements", s->elements, 2.0);
-    if (s->max_halvings < 0 || s->max_halvings > 30)
-        return report_invalid(report, "number of halvings", s->max_halvings, 30.0);
-    if (s->integrator < GALLOP_NEWMARK || s->integrator > GALLOP_GENERALISED_ALPHA)
-        return report_invalid(report, "number of the integrator", s->integrator,
-                              GALLOP_GENERALISED_ALPHA);
-    if (s->integrator == GALLOP_GENERALISED_ALPHA &&
-        !(s->spectral_radius >= 0.0 && s->spectral_radius <= 1.0))
-        return report_invalid(report, "spectral radius", s->spectral_radius, 1.0);
-    if (!(s->tolerance >= 0.0) || (s->tolerance > 0.0 && s->integrator != GALLOP_GAUSS6))
-        return report_invalid(report, "tolerance, which Gauss's method alone can keep",
-                              s->tolerance, 0.0);
-    if (s->max_newton_iterations < 1)
-        return report_invalid(report, "number of Newton iterations", s->max_newton_iterations, 1.0);
-    double moment =
-        s->first_moment_x2 * s->first_moment_x2 + s->first_moment_x3 * s->first_moment_x3;
-    double mass = s->mass + s->ice_mass, inertia = s->torsional_inertia + s->ice_torsional_inertia;
-    if (!(mass * inertia > moment))
-        return report_invalid(report, "first mass moments of the ice, squared", moment,
-                              mass * inertia);
-    if (s->sag > 0.0 && s->horizontal_tension > 0.0) { /* m g L^2 / 8H, along the chord */
-        double chord = hypot(s->length, s->height_difference);
-        double parabola = mass * s->gravity * s->length * chord / (8.0 * s->horizontal_tension);
-        if (fabs(s->sag - parabola) > SAG_TENSION_AGREEMENT * parabola)
-            return report_invalid(report, "sag, which contradicts the horizontal tension", s->sag,
-                                  parabola);
-    }
-    return GALLOP_COMPLETED;
-}
-
 /* ---- one block of memory for all arrays of a model ---- */
 
 /* Hands out memory from a block one after another; without a block it counts what is needed. */
@@ -167,79 +49,88 @@ static void *arena_take(arena *a, size_t count, size_t size)
 
 #define TAKE(a, count, type) ((type *)arena_take(a, (size_t)(count), sizeof(type)))
 
-static const double *arena_copy(arena *a, const double *from, size_t count)
+/* A copy of a table of the scene; NULL while memory is only counted. */
+static void *arena_copy(arena *a, const void *from, int64_t count, size_t size)
 {
-    double *copy = TAKE(a, count, double);
-    if (copy && count) memcpy(copy, from, count * sizeof(double));
+    void *copy = arena_take(a, (size_t)count, size);
+    if (copy && count) memcpy(copy, from, (size_t)count * size);
     return copy;
 }
 
-/* The points of a table; `to` is the copy of the law. */
-static void arena_copy_law(arena *a, const gallop_law *from, gallop_law *to)
-{
-    if (from->kind != GALLOP_LAW_TABLE) return;
-    const double *time = arena_copy(a, from->time, (size_t)from->count);
-    const double *value = arena_copy(a, from->value, (size_t)from->count);
-    if (!to) return;
-    to->time = time;
-    to->value = value;
-}
+#define COPY(a, s, name) arena_copy(a, (s)->name, (s)->name##_count, sizeof *(s)->name)
 
 static int points_of(const gallop_load *load)
 {
     return load->evenly_spaced > 0 ? load->evenly_spaced : 1;
 }
 
-/* The arrays of a model, in one place: called without a block to count, then with one to fill.
- * m is NULL while it counts. */
-static void lay_out(arena *a, const gallop_scene *s, gallop_model *m)
+static int strips_of(const gallop_chain *c)
 {
-    gallop_model unused = {0};
-    gallop_model *to = m ? m : &unused;
-    const size_t pieces = (size_t)s->pieces, loads = (size_t)s->load_count;
-    const int elements = s->elements, strips = (elements + LANES - 1) / LANES;
-    const int nodes = 2 * elements + 1;
-    int points = 0;
-    for (size_t i = 0; i < loads; i++) points += points_of(&s->load[i]);
+    return (c->elements + LANES - 1) / LANES;
+}
 
-    to->curve = TAKE(a, 1, curve);
-    to->section = TAKE(a, 1, cross_section);
-    to->chain = TAKE(a, 1, chain);
-    to->junction = TAKE(a, 2, junction);
-    to->device = TAKE(a, 2, device);
-    to->wind = TAKE(a, 1, const gallop_law *);
-    to->place = TAKE(a, points, load_place);
-    to->x = TAKE(a, 3 * nodes, double);
-    to->normal = TAKE(a, 2 * nodes, double);
-    to->constant_force = TAKE(a, 4 * nodes, double);
-    geometry *of_elements = TAKE(a, elements, geometry);
-    strip *of_strips = TAKE(a, strips, strip);
-    int *piece_near = TAKE(a, PIECE_BINS, int);
+/* Counts that follow from the scene. */
+static void count_all(const gallop_scene *s, gallop_model *m)
+{
+    m->curve_count = s->curve_count;
+    m->section_count = s->cross_section_count;
+    m->field_count = s->field_count;
+    m->chain_count = s->chain_count;
+    m->junction_count = s->junction_count;
+    m->device_count = s->device_count;
+    m->law_count = s->law_count;
+    for (int i = 0; i < s->load_count; i++) m->load_count += points_of(&s->load[i]);
+    for (int i = 0; i < s->chain_count; i++) {
+        m->elements += s->chain[i].elements;
+        m->nodes += 2 * s->chain[i].elements + 1;
+        m->strips += strips_of(&s->chain[i]);
+    }
+}
 
-    gallop_load *load = TAKE(a, loads, gallop_load);
-    const double *breakpoint = arena_copy(a, s->breakpoint, pieces ? pieces + 1 : 0);
-    const double *origin = arena_copy(a, s->origin ? s->origin : s->breakpoint, pieces);
-    const double *coefficient = arena_copy(a, s->coefficient, 12 * pieces);
-    if (m && loads) memcpy(load, s->load, loads * sizeof *load);
-    arena_copy_law(a, &s->wind, m ? &m->scene.wind : NULL);
-    for (size_t i = 0; i < loads; i++) arena_copy_law(a, &s->load[i].law, m ? &load[i].law : NULL);
-    for (int end = 0; end < 2; end++)
-        for (int i = 0; i < 3; i++)
-            arena_copy_law(a, &s->support[end].motion[i],
-                           m ? &m->scene.support[end].motion[i] : NULL);
-    if (!m) return;
-    m->scene.load = load;
-    m->scene.breakpoint = breakpoint;
-    m->scene.origin = origin;
-    m->scene.coefficient = coefficient;
-    m->curve[0].piece_near = piece_near;
-    m->chain[0].geometry = of_elements;
-    m->chain[0].strip = of_strips;
-    m->chain[0].x = m->x;
-    m->chain[0].normal = m->normal;
+/* Arrays of elements, strips and bins, which chains and curves share. */
+typedef struct {
+    geometry *geometry;
+    strip *strip;
+    int *piece_near;
+} shared;
+
+/* The arrays of a model with its counts, in one place: called without a block to count the memory,
+ * then with one. */
+static shared lay_out(arena *a, const gallop_scene *s, gallop_model *m)
+{
+    m->curve = TAKE(a, m->curve_count, curve);
+    m->section = TAKE(a, m->section_count, cross_section);
+    m->chain = TAKE(a, m->chain_count, chain);
+    m->junction = TAKE(a, m->junction_count, junction);
+    m->tie = TAKE(a, 2 * m->chain_count, tie);
+    m->device = TAKE(a, m->device_count, device);
+    m->law = TAKE(a, m->law_count, law);
+    m->wind = TAKE(a, m->field_count, const law *);
+    m->place = TAKE(a, m->load_count, load_place);
+    m->x = TAKE(a, 3 * (size_t)m->nodes, double);
+    m->normal = TAKE(a, 2 * (size_t)m->nodes, double);
+    m->constant_force = TAKE(a, 4 * (size_t)m->nodes, double);
+    m->scene.cross_section = COPY(a, s, cross_section);
+    m->scene.curve = COPY(a, s, curve);
+    m->scene.field = COPY(a, s, field);
+    m->scene.junction = COPY(a, s, junction);
+    m->scene.chain = COPY(a, s, chain);
+    m->scene.device = COPY(a, s, device);
+    m->scene.load = COPY(a, s, load);
+    m->scene.law = COPY(a, s, law);
+    m->scene.number = COPY(a, s, number);
+    return (shared){TAKE(a, m->elements, geometry), TAKE(a, m->strips, strip),
+                    TAKE(a, (size_t)PIECE_BINS * (size_t)m->curve_count, int)};
 }
 
 /* ---- tables of kinds from the scene ---- */
+
+static void create_laws(gallop_model *m)
+{
+    const gallop_scene *s = &m->scene;
+    for (int i = 0; i < m->law_count; i++) m->law[i] = law_from(&s->law[i], s->number);
+    for (int i = 0; i < m->field_count; i++) m->wind[i] = &m->law[s->field[i].law];
+}
 
 /* The piece of the curve at the start of each bin. */
 static void list_pieces(curve *k)
@@ -251,129 +142,169 @@ static void list_pieces(curve *k)
     }
 }
 
-static void create_curve(gallop_model *m)
+static void create_curves(gallop_model *m, int *piece_near)
 {
-    const gallop_scene *s = &m->scene;
-    curve *k = &m->curve[0];
-    if (s->pieces == 0) return;
-    m->curve_count = 1;
-    k->pieces = s->pieces;
-    k->outside = s->outside;
-    k->breakpoint = s->breakpoint;
-    k->origin = s->origin;
-    k->coefficient = s->coefficient;
-    k->first = k->breakpoint[0];
-    k->last = k->breakpoint[k->pieces];
-    k->centre = 0.5 * (k->first + k->last);
-    list_pieces(k);
+    for (int i = 0; i < m->curve_count; i++) {
+        const gallop_curve *from = &m->scene.curve[i];
+        curve *k = &m->curve[i];
+        k->pieces = from->pieces;
+        k->outside = from->outside;
+        k->breakpoint = m->scene.number + from->first;
+        k->origin = k->breakpoint + k->pieces + 1;
+        k->coefficient = k->origin + k->pieces;
+        k->first = k->breakpoint[0];
+        k->last = k->breakpoint[k->pieces];
+        k->centre = 0.5 * (k->first + k->last);
+        k->piece_near = piece_near + (size_t)i * PIECE_BINS;
+        list_pieces(k);
+    }
 }
 
-static void create_section(gallop_model *m)
+static void create_sections(gallop_model *m)
 {
-    const gallop_scene *s = &m->scene;
-    cross_section *c = &m->section[0];
-    m->section_count = 1;
-    c->diameter = s->diameter;
-    c->mass = s->mass + s->ice_mass;
-    c->inertia = s->torsional_inertia + s->ice_torsional_inertia;
-    c->axial_stiffness = s->axial_stiffness;
-    c->torsional_stiffness = s->torsional_stiffness;
-    rayleigh(&s->translation_damping, c->translation_damping);
-    rayleigh(&s->twist_damping, c->twist_damping);
-    c->attack = s->attack_angle;
-    c->moment_angle = s->first_moment_angle;
-    c->moment[0] = s->first_moment_x2;
-    c->moment[1] = s->first_moment_x3;
-    conditions_rotate_moments(c, c->attack, &c->c2, &c->c3);
-    c->radius = s->reference_radius > 0.0 ? s->reference_radius : 0.5 * s->diameter;
-    c->eccentric = s->first_moment_x2 != 0.0 || s->first_moment_x3 != 0.0;
-    c->tension_only = s->slack == GALLOP_SLACK_TENSION_ONLY;
-    c->curve = s->pieces > 0 ? &m->curve[0] : NULL;
-    memcpy(m->derived.translation_damping, c->translation_damping, sizeof c->translation_damping);
-    memcpy(m->derived.twist_damping, c->twist_damping, sizeof c->twist_damping);
+    for (int i = 0; i < m->section_count; i++) {
+        const gallop_cross_section *from = &m->scene.cross_section[i];
+        cross_section *c = &m->section[i];
+        c->diameter = from->diameter;
+        c->mass = from->mass + from->ice_mass;
+        c->inertia = from->torsional_inertia + from->ice_torsional_inertia;
+        c->axial_stiffness = from->axial_stiffness;
+        c->torsional_stiffness = from->torsional_stiffness;
+        rayleigh(&from->translation_damping, c->translation_damping);
+        rayleigh(&from->twist_damping, c->twist_damping);
+        c->attack = from->attack_angle;
+        c->moment_angle = from->first_moment_angle;
+        c->moment[0] = from->first_moment_x2;
+        c->moment[1] = from->first_moment_x3;
+        conditions_rotate_moments(c, c->attack, &c->c2, &c->c3);
+        c->radius = from->reference_radius > 0.0 ? from->reference_radius : 0.5 * from->diameter;
+        c->eccentric = from->first_moment_x2 != 0.0 || from->first_moment_x3 != 0.0;
+        c->tension_only = from->slack == GALLOP_SLACK_TENSION_ONLY;
+        c->curve = from->curve >= 0 ? &m->curve[from->curve] : NULL;
+    }
 }
 
-static void create_chain(gallop_model *m)
+static void create_chains(gallop_model *m, const shared *arrays)
 {
-    const gallop_scene *s = &m->scene;
-    chain *c = &m->chain[0];
-    m->chain_count = 1;
-    c->section = &m->section[0];
-    c->junction[1] = 1;
-    c->elements = s->elements;
-    c->nodes = 2 * c->elements + 1;
-    c->strips = (c->elements + LANES - 1) / LANES;
-    c->gravity = s->gravity;
-    c->air_density = s->air_density;
-    c->span = s->length;
-    c->rise = s->height_difference;
-    c->target_sag = s->sag;
-    c->target_tension = s->horizontal_tension;
-    m->elements = c->elements;
-    m->nodes = c->nodes;
-    m->strips = c->strips;
+    int node = 0, element = 0, first_strip = 0;
+    for (int i = 0; i < m->chain_count; i++) {
+        const gallop_chain *from = &m->scene.chain[i];
+        const double *left = m->scene.junction[from->junction[0]].position;
+        const double *right = m->scene.junction[from->junction[1]].position;
+        chain *c = &m->chain[i];
+        c->section_index = from->cross_section;
+        c->section = &m->section[from->cross_section];
+        c->field = from->field;
+        memcpy(c->junction, from->junction, sizeof c->junction);
+        c->elements = from->elements;
+        c->nodes = 2 * c->elements + 1;
+        c->strips = strips_of(from);
+        c->first_node = node;
+        c->first_element = element;
+        c->first_strip = first_strip;
+        c->gravity = m->scene.settings.gravity;
+        c->air_density = m->scene.settings.air_density;
+        c->span = right[0] - left[0];
+        c->rise = right[1] - left[1];
+        c->target_sag = from->sag;
+        c->target_tension = from->horizontal_tension;
+        c->geometry = arrays->geometry + element;
+        c->strip = arrays->strip + first_strip;
+        c->x = m->x + 3 * node;
+        c->normal = m->normal + 2 * node;
+        node += c->nodes;
+        element += c->elements;
+        first_strip += c->strips;
+    }
 }
 
+/* The first end of a chain at a junction leads; the others follow. */
 static void create_junctions(gallop_model *m)
 {
-    const gallop_scene *s = &m->scene;
-    m->junction_count = 2;
-    for (int end = 0; end < 2; end++) {
-        const bool rigid = s->support[end].kind == GALLOP_SUPPORT_RIGID;
-        junction *j = &m->junction[end];
-        j->node = end ? m->nodes - 1 : 0;
-        j->position[0] = end ? s->length : 0.0;
-        j->position[1] = end ? s->height_difference : 0.0;
-        j->fixed[0] = j->fixed[2] = rigid;
-        j->fixed[1] = j->fixed[3] = true;
-        for (int i = 0; i < 3; i++) {
-            const gallop_law *law = &s->support[end].motion[i];
-            j->motion[i] = law_always_zero(law) ? NULL : law;
+    for (int i = 0; i < m->junction_count; i++) {
+        const gallop_junction *from = &m->scene.junction[i];
+        junction *j = &m->junction[i];
+        memcpy(j->position, from->position, sizeof j->position);
+        j->node = -1;
+        j->fixed[3] = true;
+        for (int k = 0; k < 3; k++) {
+            const law *moved = from->motion[k] >= 0 ? &m->law[from->motion[k]] : NULL;
+            j->motion[k] = moved && !law_always_zero(moved) ? moved : NULL;
+            j->fixed[k] = from->fixed[k] != 0;
         }
     }
+    for (int i = 0; i < m->chain_count; i++)
+        for (int end = 0; end < 2; end++) {
+            const chain *c = &m->chain[i];
+            junction *j = &m->junction[c->junction[end]];
+            const int node = c->first_node + (end ? c->nodes - 1 : 0);
+            if (j->node < 0)
+                j->node = node;
+            else
+                m->tie[m->tie_count++] = (tie){node, j->node};
+        }
 }
 
 static void create_load_places(gallop_model *m)
 {
     const gallop_scene *s = &m->scene;
+    int place = 0;
     for (int i = 0; i < s->load_count; i++)
-        for (int k = 1; k <= points_of(&s->load[i]); k++) {
-            load_place *place = &m->place[m->load_count++];
-            place->load = i;
-            place->fraction = s->load[i].evenly_spaced > 0
-                                ? (double)k / (points_of(&s->load[i]) + 1)
-                                : s->load[i].position;
-        }
+        for (int k = 1; k <= points_of(&s->load[i]); k++)
+            m->place[place++] = (load_place){
+                .load = i,
+                .chain = s->load[i].chain,
+                .fraction = s->load[i].evenly_spaced > 0 ? (double)k / (points_of(&s->load[i]) + 1)
+                                                         : s->load[i].position};
 }
 
 /* ---- what the scene needs ---- */
 
-static bool has_wind(const gallop_scene *s)
+static bool laws_only(const gallop_model *m)
 {
-    return s->pieces > 0 && !(s->laws_only && law_always_zero(&s->wind));
+    return m->scene.settings.laws_only != 0;
+}
+
+static bool has_wind(const gallop_model *m, const chain *c)
+{
+    return c->section->curve && !(laws_only(m) && law_always_zero(m->wind[c->field]));
+}
+
+static bool has_moment(const curve *k)
+{
+    for (int i = 0; i < k->pieces; i++)
+        for (int power = 0; power < 4; power++)
+            if (k->coefficient[12 * i + 8 + power] != 0.0) return true;
+    return false;
 }
 
 /* Twist starts from rest between ends that do not turn: it stays at rest if there is no torque, no
  * eccentric ice, and no aerodynamic moment. */
-static bool twists(const gallop_scene *s)
+static bool twists(const gallop_model *m)
 {
-    bool moment = false,
-         torque = s->seed_twist != 0.0 || s->first_moment_x2 != 0.0 || s->first_moment_x3 != 0.0;
-    for (int i = 0; i < s->pieces && has_wind(s); i++)
-        for (int k = 0; k < 4; k++) moment = moment || s->coefficient[12 * i + 8 + k] != 0.0;
-    for (int i = 0; i < s->load_count; i++)
-        torque = torque || (s->load[i].torque != 0.0 && !law_always_zero(&s->load[i].law));
-    return moment || torque;
+    bool torque = m->scene.settings.seed_twist != 0.0;
+    for (int i = 0; i < m->chain_count; i++) {
+        const chain *c = &m->chain[i];
+        torque =
+            torque || c->section->eccentric || (c->aerodynamic && has_moment(c->section->curve));
+    }
+    for (int i = 0; i < m->scene.load_count; i++) {
+        const gallop_load *load = &m->scene.load[i];
+        torque = torque || (load->torque != 0.0 && !law_always_zero(&m->law[load->law]));
+    }
+    return torque;
 }
 
-/* The span hangs in the vertical plane of its ends, and stays in it if nothing acts across. */
-static bool moves_sideways(const gallop_scene *s)
+/* The chains hang in a vertical plane, and stay in it if nothing acts across. */
+static bool moves_sideways(const gallop_model *m)
 {
-    bool across = !s->laws_only || has_wind(s) || s->seed_horizontal != 0.0;
-    for (int end = 0; end < 2; end++)
-        across = across || !law_always_zero(&s->support[end].motion[2]);
-    for (int i = 0; i < s->load_count; i++)
-        across = across || (s->load[i].force[2] != 0.0 && !law_always_zero(&s->load[i].law));
+    bool across = !laws_only(m) || m->scene.settings.seed_horizontal != 0.0;
+    for (int i = 0; i < m->chain_count; i++) across = across || m->chain[i].aerodynamic;
+    for (int i = 0; i < m->junction_count; i++) across = across || m->junction[i].motion[2];
+    for (int i = 0; i < m->scene.load_count; i++) {
+        const gallop_load *load = &m->scene.load[i];
+        across = across || (load->force[2] != 0.0 && !law_always_zero(&m->law[load->law]));
+    }
     return across;
 }
 
@@ -381,12 +312,31 @@ static bool moves_sideways(const gallop_scene *s)
  * decision. */
 static void choose_parts(gallop_model *m)
 {
-    const gallop_scene *s = &m->scene;
-    m->chain[0].aerodynamic = has_wind(s);
-    m->unknowns = twists(s) || moves_sideways(s) ? 4 : 2; /* u1 u2 alone, in the vertical plane */
-    m->derived.parts = (m->chain[0].aerodynamic ? GALLOP_AERODYNAMICS : 0) |
-                       (m->section[0].eccentric ? GALLOP_ECCENTRIC_ICE : 0) |
-                       (m->unknowns == 4 ? GALLOP_TWIST | GALLOP_LATERAL : 0);
+    int32_t parts = 0;
+    for (int i = 0; i < m->chain_count; i++) {
+        chain *c = &m->chain[i];
+        c->aerodynamic = has_wind(m, c);
+        if (c->aerodynamic) parts |= GALLOP_AERODYNAMICS;
+        if (c->section->eccentric) parts |= GALLOP_ECCENTRIC_ICE;
+    }
+    m->unknowns = twists(m) || moves_sideways(m) ? 4 : 2; /* u1 u2 alone, in the vertical plane */
+    if (m->unknowns == 4) parts |= GALLOP_TWIST | GALLOP_LATERAL;
+    m->derived.parts = parts;
+}
+
+/* What a caller sees of the first conductor and the devices at the first and last junction. */
+static void derive_constants(gallop_model *m)
+{
+    const cross_section *c = m->chain[0].section;
+    memcpy(m->derived.translation_damping, c->translation_damping, sizeof c->translation_damping);
+    memcpy(m->derived.twist_damping, c->twist_damping, sizeof c->twist_damping);
+    for (int i = 0; i < m->device_count; i++) {
+        const device *d = &m->device[i];
+        const int last = d->junction[0] == m->junction_count - 1;
+        if (d->junction[0] != 0 && !last) continue;
+        m->derived.support_stiffness[last][0] += d->constant[0];
+        m->derived.support_stiffness[last][1] += d->constant[2];
+    }
 }
 
 int gallop_model_create(const gallop_scene *scene, gallop_model **out, gallop_report *report)
@@ -398,28 +348,30 @@ int gallop_model_create(const gallop_scene *scene, gallop_model **out, gallop_re
     if (fault) return report_refused(report, fault, NAN, NAN);
     if (!base_pointer_usable(scene, WORD))
         return report_refused(report, NOT_USABLE(scene), NAN, NAN);
-    int outcome = check(scene, report);
+    int outcome = check_scene(scene, report);
     if (outcome) return outcome;
 
+    gallop_model counted = {.scene = *scene};
     arena memory = {NULL, 0};
+    count_all(scene, &counted);
     TAKE(&memory, 1, gallop_model);
-    lay_out(&memory, scene, NULL);
+    lay_out(&memory, scene, &counted);
     const size_t bytes = memory.used;
     memory = (arena){calloc(1, bytes), 0};
     if (!memory.block)
         return report_failure(report, GALLOP_OUT_OF_MEMORY, -1, 0.0, (double)bytes, 0.0);
     gallop_model *m = TAKE(&memory, 1, gallop_model);
-    m->scene = *scene;
-    lay_out(&memory, scene, m);
+    *m = counted;
+    const shared arrays = lay_out(&memory, scene, m);
 
-    create_curve(m);
-    create_section(m);
-    create_chain(m);
+    create_laws(m);
+    create_curves(m, arrays.piece_near);
+    create_sections(m);
+    create_chains(m, &arrays);
     create_junctions(m);
     create_load_places(m);
-    m->field_count = 1;
-    m->wind[0] = &m->scene.wind;
     device_create_all(m);
+    derive_constants(m);
     choose_parts(m);
     state_measure(m);
     outcome = statics_initial(m, report);

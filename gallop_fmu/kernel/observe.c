@@ -50,7 +50,7 @@ static void subtract_end_loads(const gallop_model *model, const gallop_state *st
         const load_place *place = &model->place[l];
         const gallop_load *load = &model->scene.load[place->load];
         if (place->chain != index || place->element != e) continue;
-        const double amplitude = now->load_factor * law_value(&load->law, state->time);
+        const double amplitude = now->load_factor * law_value(&model->law[load->law], state->time);
         for (int i = 0; i < 3; i++) r[i] -= amplitude * place->shape[end ? 2 : 0] * load->force[i];
     }
 }

@@ -1,6 +1,7 @@
 /* Reads resources/model.bin.  Every field is validated, even if the checksum matches. */
 #include "resource.h"
 
+#include "check.h"
 #include "law.h"
 
 #include <math.h>
@@ -14,10 +15,17 @@
      "resources/model.bin has no section " id "; export the scene again"}
 
 /* The table of sections.  A parameter may be in those of the scene only. */
-static const resource_kind sections[RESOURCE_SECTIONS] = {
+static const resource_kind known_sections[RESOURCE_SECTIONS] = {
     [RESOURCE_IDENTITY] = SECTION("IDEN", resource_identification, 1, 1),
-    [RESOURCE_SCENE] = SECTION("SCEN", gallop_scene, 1, 1),
+    [RESOURCE_SETTINGS] = SECTION("SETT", gallop_settings, 1, 1),
+    [RESOURCE_CROSS_SECTIONS] = SECTION("SECT", gallop_cross_section, 1, MANY),
+    [RESOURCE_CURVES] = SECTION("CURV", gallop_curve, 0, MANY),
+    [RESOURCE_FIELDS] = SECTION("FIEL", gallop_field, 1, MANY),
+    [RESOURCE_JUNCTIONS] = SECTION("JUNC", gallop_junction, 2, MANY),
+    [RESOURCE_CHAINS] = SECTION("CHAI", gallop_chain, 1, MANY),
+    [RESOURCE_DEVICES] = SECTION("DEVI", gallop_device, 0, MANY),
     [RESOURCE_LOADS] = SECTION("LOAD", gallop_load, 0, MANY),
+    [RESOURCE_LAWS] = SECTION("LAWS", gallop_law, 0, MANY),
     [RESOURCE_NUMBERS] = SECTION("NUMB", double, 0, MANY),
     [RESOURCE_VARIABLES] = SECTION("VARS", resource_variable, 1, MANY),
     [RESOURCE_OUTCOMES] = SECTION("OUTC", resource_outcome, 0, MANY),
@@ -25,7 +33,7 @@ static const resource_kind sections[RESOURCE_SECTIONS] = {
 
 static bool holds_parameters(int section)
 {
-    return section >= RESOURCE_SCENE && section <= RESOURCE_NUMBERS;
+    return section >= RESOURCE_SETTINGS && section <= RESOURCE_NUMBERS;
 }
 
 static bool is_terminated(const char *text, size_t room)
@@ -38,7 +46,8 @@ char *resource_place(const resource *r, const resource_variable *v)
     const size_t width = v->whole ? sizeof(int32_t) : sizeof(double);
     for (int i = 0; i < RESOURCE_SECTIONS; i++) {
         const resource_section *s = &r->section[i];
-        if (!holds_parameters(i) || memcmp(v->section, sections[i].id, sizeof v->section) != 0)
+        if (!holds_parameters(i) ||
+            memcmp(v->section, known_sections[i].id, sizeof v->section) != 0)
             continue;
         if (v->index >= s->count || v->field % width || v->field > s->item_size - width)
             return NULL;
@@ -93,7 +102,8 @@ static const resource_outcome *outcomes_of(const resource *r)
 static const char *check(resource *r, const char *guid)
 {
     const char *problem = resource_file_check(r->bytes, r->size);
-    if (!problem) problem = resource_file_find(r->bytes, sections, RESOURCE_SECTIONS, r->section);
+    if (!problem)
+        problem = resource_file_find(r->bytes, known_sections, RESOURCE_SECTIONS, r->section);
     if (problem) return problem;
 
     const resource_identification *identity = resource_identity(r);
@@ -114,11 +124,12 @@ static const char *check(resource *r, const char *guid)
             !is_terminated(o[i].remedy, sizeof o[i].remedy))
             return "resources/model.bin is damaged: an outcome is not text; export the scene again";
 
-    gallop_scene scene;
-    gallop_load *load;
-    problem = resource_scene(r, &scene, &load);
-    free(load);
-    return problem;
+    const gallop_scene scene = resource_scene(r);
+    gallop_report report;
+    report_start(&report, 0.0);
+    return check_scene(&scene, &report)
+             ? "resources/model.bin is damaged: its scene is impossible; export the scene again"
+             : NULL;
 }
 
 const char *resource_open(resource *r, const void *bytes, size_t size, const char *guid)
@@ -158,68 +169,32 @@ bool resource_allows(const resource_variable *v, double number, double scale)
            (v->excluded & RESOURCE_MAXIMUM_EXCLUDED ? number < high : number <= high);
 }
 
-/* In the file a pointer to numbers is 1 + the index of the first in NUMB, or 0.  Resolves it to
- * numbers that must be finite, and increase if asked for. */
-static bool resolve_pointer(const resource *r, const double **pointer, int64_t count,
-                            bool increasing)
-{
-    const resource_section *s = &r->section[RESOURCE_NUMBERS];
-    const uint64_t first = (uint64_t)(uintptr_t)*pointer - 1;
-    if (count <= 0 || first >= s->count || (uint64_t)count > s->count - first) return false;
-    const double *number = *pointer = (const double *)s->items + first;
-    for (int64_t i = 0; i < count; i++)
-        if (!isfinite(number[i]) || (increasing && i > 0 && !(number[i] > number[i - 1])))
-            return false;
-    return true;
-}
+#define TABLE(r, scene, name, number)                                                              \
+    do {                                                                                           \
+        (scene).name##_count = (int32_t)(r)->section[number].count;                                \
+        (scene).name = (const void *)(r)->section[number].items;                                   \
+    } while (0)
 
-static bool resolve_law(const resource *r, gallop_law *law)
+gallop_scene resource_scene(const resource *r)
 {
-    if (law->kind < GALLOP_LAW_CONSTANT || law->kind > GALLOP_LAW_TABLE) return false;
-    if (law->kind != GALLOP_LAW_TABLE) return true;
-    return resolve_pointer(r, &law->time, law->count, true) &&
-           resolve_pointer(r, &law->value, law->count, false);
-}
-
-static bool resolve_curve(const resource *r, gallop_scene *scene)
-{
-    const int64_t pieces = scene->pieces;
-    if (pieces == 0) return true;
-    return pieces > 0 && resolve_pointer(r, &scene->breakpoint, pieces + 1, true) &&
-           resolve_pointer(r, &scene->origin, pieces, false) &&
-           resolve_pointer(r, &scene->coefficient, 12 * pieces, false);
-}
-
-const char *resource_scene(const resource *r, gallop_scene *scene, gallop_load **load)
-{
-    const char *damaged = "resources/model.bin is damaged, or parameters contradict each other: a "
-                          "table does not fit; check the parameters, or export the scene again";
-    const resource_section *loads = &r->section[RESOURCE_LOADS];
-    *load = NULL;
-    memcpy(scene, r->section[RESOURCE_SCENE].items, sizeof *scene);
-    if (!resolve_curve(r, scene) || !resolve_law(r, &scene->wind)) return damaged;
-    for (int end = 0; end < 2; end++)
-        for (int i = 0; i < 3; i++)
-            if (!resolve_law(r, &scene->support[end].motion[i])) return damaged;
-
-    scene->load = NULL;
-    scene->load_count = (int32_t)loads->count;
-    if (loads->count == 0) return NULL;
-    *load = malloc(loads->count * sizeof **load);
-    if (!*load) return "there is not enough memory for the loads";
-    memcpy(*load, loads->items, loads->count * sizeof **load);
-    for (uint32_t i = 0; i < loads->count; i++)
-        if (!resolve_law(r, &(*load)[i].law)) return damaged;
-    scene->load = *load;
-    return NULL;
+    gallop_scene scene = {.settings = *(gallop_settings *)r->section[RESOURCE_SETTINGS].items};
+    TABLE(r, scene, cross_section, RESOURCE_CROSS_SECTIONS);
+    TABLE(r, scene, curve, RESOURCE_CURVES);
+    TABLE(r, scene, field, RESOURCE_FIELDS);
+    TABLE(r, scene, junction, RESOURCE_JUNCTIONS);
+    TABLE(r, scene, chain, RESOURCE_CHAINS);
+    TABLE(r, scene, device, RESOURCE_DEVICES);
+    TABLE(r, scene, load, RESOURCE_LOADS);
+    TABLE(r, scene, law, RESOURCE_LAWS);
+    TABLE(r, scene, number, RESOURCE_NUMBERS);
+    return scene;
 }
 
 void resource_start_inputs(const resource *r, double input[RESOURCE_INPUTS])
 {
-    gallop_scene scene;
-    memcpy(&scene, r->section[RESOURCE_SCENE].items, sizeof scene);
+    const gallop_scene scene = resource_scene(r);
+    const law wind = law_from(&scene.law[scene.field[0].law], scene.number);
     memset(input, 0, RESOURCE_INPUTS * sizeof *input);
-    resolve_law(r, &scene.wind); /* was checked when the file was read, and is no parameter */
-    input[0] = law_value(&scene.wind, 0.0);
-    input[1] = scene.attack_angle;
+    input[0] = law_value(&wind, 0.0);
+    input[1] = scene.cross_section[0].attack_angle;
 }

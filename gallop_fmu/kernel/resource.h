@@ -13,8 +13,15 @@
 /* Sections, in the order of the table in resource.c. */
 enum {
     RESOURCE_IDENTITY,
-    RESOURCE_SCENE,
+    RESOURCE_SETTINGS,
+    RESOURCE_CROSS_SECTIONS,
+    RESOURCE_CURVES,
+    RESOURCE_FIELDS,
+    RESOURCE_JUNCTIONS,
+    RESOURCE_CHAINS,
+    RESOURCE_DEVICES,
     RESOURCE_LOADS,
+    RESOURCE_LAWS,
     RESOURCE_NUMBERS,
     RESOURCE_VARIABLES,
     RESOURCE_OUTCOMES,
@@ -89,9 +96,8 @@ const resource_outcome *resource_find_outcome(const resource *r, int outcome);
 /* True if a number is within `scale` times the bounds of a variable; NaN never is. */
 bool resource_allows(const resource_variable *v, double number, double scale);
 
-/* The scene with its pointers into the resource.  `load` is a copy of the loads, which the caller
- * frees in any case; the problem, or NULL. */
-const char *resource_scene(const resource *r, gallop_scene *scene, gallop_load **load);
+/* The scene; its pointers lead into the resource. */
+gallop_scene resource_scene(const resource *r);
 
 /* The inputs before the host sets them: those of the scene at t = 0. */
 void resource_start_inputs(const resource *r, double input[RESOURCE_INPUTS]);

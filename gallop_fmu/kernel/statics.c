@@ -128,7 +128,7 @@ static int newton_at_rest(const gallop_model *m, double t, const conditions *now
                           solver_junctions junctions, const state_view *at, gallop_report *report)
 {
     const size_t values = 4 * (size_t)m->nodes;
-    const double tolerance = STATIC_TOLERANCE * m->scene.newton_tolerance;
+    const double tolerance = STATIC_TOLERANCE * m->scene.settings.newton_tolerance;
     const double longest = MAX_STATIC_CORRECTION * shortest_span(m);
     const tangent_weights stiffness = {1.0, 0.0, 0.0};
     const motion y = {at->u, at->v0, at->v0};
@@ -146,7 +146,8 @@ static int newton_at_rest(const gallop_model *m, double t, const conditions *now
         const double scale = size > longest ? longest / size : 1.0;
         for (size_t i = 0; i < values; i++) at->u[i] -= scale * at->residual[i];
         /* quadratic convergence ends in round-off: accept when it no longer improves */
-        if (size < tolerance || (size < 10.0 * m->scene.newton_tolerance && size > 0.5 * before)) {
+        if (size < tolerance ||
+            (size < 10.0 * m->scene.settings.newton_tolerance && size > 0.5 * before)) {
             if (!(seen.worst_excess > 0.0)) return GALLOP_COMPLETED;
             memcpy(at->u, at->u0, values * sizeof(double));
             return time_angle_failure(m, seen.angle_element, seen.worst_angle, t, report);

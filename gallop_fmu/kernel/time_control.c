@@ -52,10 +52,12 @@ static void grow_scales(const gallop_model *model, gallop_state *state, const do
 
 double time_newton_tolerance(const gallop_model *model, const gallop_state *state)
 {
-    if (!model_by_tolerance(model)) return model->scene.newton_tolerance * state->sharpness;
+    if (!model_by_tolerance(model))
+        return model->scene.settings.newton_tolerance * state->sharpness;
     double smallest = INFINITY;
     for (int i = 1; i < model->unknowns; i++) smallest = fmin(smallest, scale_of(model, state, i));
-    return fmax(NEWTON_TOLERANCE_SHARE * model->scene.tolerance * smallest * state->sharpness,
+    return fmax(NEWTON_TOLERANCE_SHARE * model->scene.settings.tolerance * smallest *
+                    state->sharpness,
                 MIN_NEWTON_TOLERANCE);
 }
 
@@ -94,7 +96,7 @@ static double error_of(const gallop_model *model, const gallop_state *state, sta
                      weight = i == 3 ? twist_weight(model, at, h, size) : 1.0;
         largest = fmax(largest, weight * size / scale_of(model, state, i));
     }
-    return ERROR_CONSTANT * largest / model->scene.tolerance;
+    return ERROR_CONSTANT * largest / model->scene.settings.tolerance;
 }
 
 /* The largest power of sqrt(2) not above h [s]; above zero, however close a limit or a host's step
@@ -114,7 +116,7 @@ void time_control_start(const gallop_model *model, gallop_state *state, const do
 {
     memset(state->largest, 0, sizeof state->largest);
     grow_scales(model, state, u);
-    state->wanted_step = floor_to_sqrt2_grid(model->scene.time_step);
+    state->wanted_step = floor_to_sqrt2_grid(model->scene.settings.time_step);
 }
 
 /* What follows from a step of size h that was found, or (outcome) was not: whether it stands, and
@@ -165,7 +167,8 @@ static int step_within_tolerance(const gallop_model *model, gallop_state *state,
         state->last_substeps++;
         const int outcome =
             time_gauss(model, state, at, inputs, t, h, time_newton_tolerance(model, state), report);
-        if (outcome && (!time_may_halve(outcome) || failures++ == model->scene.max_halvings)) {
+        if (outcome &&
+            (!time_may_halve(outcome) || failures++ == model->scene.settings.max_halvings)) {
             memcpy(at->u, at->u0, 3 * bytes);
             return outcome;
         }
@@ -180,7 +183,7 @@ static int step_within_tolerance(const gallop_model *model, gallop_state *state,
         memcpy(at->u, at->u0, 3 * bytes);
         if (h < MIN_STEP * fmax(1.0, fabs(state->time)))
             return report_failure(report, GALLOP_NEWTON_STALLED, -1, state->time, h,
-                                  model->scene.tolerance);
+                                  model->scene.settings.tolerance);
     }
 }
 
@@ -191,15 +194,15 @@ static double next_kink(const gallop_model *model, const gallop_inputs *inputs, 
     const gallop_scene *s = &model->scene;
     const double after = t + 1e-12 * (1.0 + fabs(t));
     double next = INFINITY;
-    for (int l = 0; l < s->load_count; l++)
-        next = fmin(next, law_next_kink(&s->load[l].law, after));
+    for (int i = 0; i < s->load_count; i++)
+        next = fmin(next, law_next_kink(&model->law[s->load[i].law], after));
     if (inputs) return next;
     for (int f = 0; f < model->field_count; f++)
         next = fmin(next, law_next_kink(model->wind[f], after));
     for (int j = 0; j < model->junction_count; j++)
         for (int i = 0; i < 3; i++) {
-            const gallop_law *law = model->junction[j].motion[i];
-            if (law) next = fmin(next, law_next_kink(law, after));
+            const law *l = model->junction[j].motion[i];
+            if (l) next = fmin(next, law_next_kink(l, after));
         }
     return next;
 }

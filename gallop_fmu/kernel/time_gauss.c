@@ -202,7 +202,7 @@ int time_gauss(const gallop_model *model, gallop_state *state, state_view *at,
     }
     conditions_at(model, t, inputs, &at->now);
     predict(model, state, at, h);
-    for (int iteration = 1; iteration <= model->scene.max_newton_iterations; iteration++) {
+    for (int iteration = 1; iteration <= model->scene.settings.max_newton_iterations; iteration++) {
         static const int order[STAGES] = {
             0, 2, 1}; /* the tangent is that of the middle, where the sections end */
         element_monitor_start(&seen);

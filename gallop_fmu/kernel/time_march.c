@@ -28,7 +28,7 @@ static int whole_step(const gallop_model *model, gallop_state *state, state_view
 {
     const size_t bytes =
         4 * (size_t)model->nodes * sizeof(double); /* u v a lie side by side, as do u0 v0 a0 */
-    const int deepest = model->scene.max_halvings;
+    const int deepest = model->scene.settings.max_halvings;
     const uint64_t whole = (uint64_t)1 << deepest;
     const double step_before = state->step_before;
     const int64_t equal_steps = state->equal_steps, newest = state->newest;
@@ -116,7 +116,7 @@ int gallop_advance(const gallop_model *model, gallop_state *state, const gallop_
     int outcome = check_state(model, state, report);
     if (!outcome) outcome = check_inputs(model, inputs, until, report);
     if (outcome) return outcome;
-    const double dt = model->scene.time_step, origin = state->time, span = until - origin;
+    const double dt = model->scene.settings.time_step, origin = state->time, span = until - origin;
     if (!isfinite(until) || !(span > 0.0))
         return report_refused(report, "time, which must be finite and after the state's", until,
                               origin);
@@ -167,9 +167,9 @@ static int check_run(const gallop_model *model, const gallop_state *state, int64
     if (first > most || records > most - first)
         return report_refused(report, "number of steps",
                               ((double)first + (double)records) * (double)every, MAX_STEPS);
-    if (!(state->time + model->scene.time_step > state->time))
+    if (!(state->time + model->scene.settings.time_step > state->time))
         return report_refused(report, "time step, which is lost in the round-off of the time",
-                              model->scene.time_step, NAN);
+                              model->scene.settings.time_step, NAN);
     outcome = check_indices(channel, channels, GALLOP_NODE_CHANNELS, of_channels, report);
     if (!outcome) outcome = check_indices(node, nodes, model->nodes, of_nodes, report);
     if (!outcome)
@@ -193,7 +193,8 @@ int gallop_run(const gallop_model *model, gallop_state *state, int64_t first, in
     if (refused) return refused;
     uint32_t asked = 0;
     for (int32_t c = 0; c < span_channels; c++) asked |= 1u << span_channel[c];
-    const double dt = model->scene.time_step, start = state->time - (double)(first * every) * dt;
+    const double dt = model->scene.settings.time_step,
+                 start = state->time - (double)(first * every) * dt;
     const bool free = model_by_tolerance(model);
     const double began = state->time;
     state_view at = state_view_of(model, state);
@@ -306,9 +307,9 @@ void time_add_seed(const gallop_model *model, double *u)
         for (int n = 1; n <= c->nodes - 2; n++) {
             const double shape = sin(PI * (c->x[3 * n] - start) / c->span);
             double *node = u + 4 * (c->first_node + n);
-            node[1] += s->seed_vertical * shape;
-            node[2] += s->seed_horizontal * shape;
-            node[3] += s->seed_twist * shape;
+            node[1] += s->settings.seed_vertical * shape;
+            node[2] += s->settings.seed_horizontal * shape;
+            node[3] += s->settings.seed_twist * shape;
         }
     }
 }
@@ -325,8 +326,8 @@ int gallop_state_init(const gallop_model *model, gallop_state *state, double sta
     bool displaced = false;
     for (int i = 0; i < 3 * model->junction_count; i++)
         displaced = displaced || at.now.position[i] != 0.0;
-    if (s->start_in_mean_wind || displaced) {
-        outcome = statics_equilibrium(model, start, !s->start_in_mean_wind, &at, report);
+    if (s->settings.start_in_mean_wind || displaced) {
+        outcome = statics_equilibrium(model, start, !s->settings.start_in_mean_wind, &at, report);
         if (outcome) return outcome;
     }
     time_add_seed(model, at.u);

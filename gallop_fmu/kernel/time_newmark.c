@@ -16,7 +16,7 @@ typedef struct {
 static weights weights_of(const gallop_model *model)
 {
     if (!model_by_alpha(model)) return (weights){0.0, 0.0, 0.25, 0.5};
-    const double radius = model->scene.spectral_radius;
+    const double radius = model->scene.settings.spectral_radius;
     const double m = (2.0 * radius - 1.0) / (radius + 1.0), f = radius / (radius + 1.0),
                  more = 1.0 - m + f;
     return (weights){m, f, 0.25 * more * more, 0.5 - m + f};
@@ -160,7 +160,7 @@ int time_newmark(const gallop_model *model, gallop_state *state, state_view *at,
     conditions_at(model, t, inputs, &at->now);
     predict(model, state, at, &at->now, w, h);
     if (within) conditions_at(model, balanced, inputs, now);
-    for (int iteration = 1; iteration <= model->scene.max_newton_iterations; iteration++) {
+    for (int iteration = 1; iteration <= model->scene.settings.max_newton_iterations; iteration++) {
         element_monitor_start(&seen);
         if (within) interpolate_alpha(at, w, values);
         system_residual(model, balanced, now, at, y, renew, at->residual, &seen);

@@ -87,19 +87,16 @@ static long every(void (*attempt)(long n))
 static void create(long n)
 {
     resource table;
-    gallop_scene scene;
-    gallop_load *load;
     gallop_model *model;
     gallop_report report;
-    REQUIRE(read_resource(&table, resources, guid) == NULL &&
-            resource_scene(&table, &scene, &load) == NULL);
+    REQUIRE(read_resource(&table, resources, guid) == NULL);
+    const gallop_scene scene = resource_scene(&table);
     left = n;
     const int outcome = gallop_model_create(&scene, &model, &report);
     REQUIRE(outcome == (failed ? GALLOP_OUT_OF_MEMORY : GALLOP_COMPLETED) &&
             report.outcome == outcome);
     REQUIRE((model == NULL) == failed);
     gallop_model_free(model);
-    free(load);
     resource_close(&table);
 }
 

@@ -123,7 +123,7 @@ def test_the_order_of_sections_does_not_matter(good, open_with):
     open_with(resource_file(sections_of(good)[::-1])).start().step(0.02)
 
 
-@pytest.mark.parametrize("id_", [b"IDEN", b"SCEN", b"VARS"])
+@pytest.mark.parametrize("id_", [b"IDEN", b"SETT", b"VARS"])
 def test_a_required_section_that_is_missing_is_named(good, open_with, id_):
     left = [section for section in sections_of(good) if section.id != id_]
     one = open_with(resource_file(left))

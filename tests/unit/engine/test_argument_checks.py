@@ -65,7 +65,11 @@ WRONG_RUNS = [
     ({"nodes": [1.0]}, TypeError, r"nodes must be whole numbers, not float64"),
     ({"nodes": [True]}, TypeError, r"nodes must be whole numbers, not bool"),
     ({"nodes": ["1"]}, TypeError, r"nodes must be whole numbers"),
-    ({"nodes": [[1], [1, 2]]}, ValueError, r"nodes is not an array: its rows have different lengths"),
+    (
+        {"nodes": [[1], [1, 2]]},
+        ValueError,
+        r"nodes is not an array: its rows have different lengths",
+    ),
     (
         {"span_channels": [11]},
         IndexError,

@@ -11,7 +11,14 @@ import numpy as np
 import pytest
 
 import gallop_fmu as gf
-from gallop_fmu.engine.ctypes_structs import CDerived, CInputs, CReport
+from gallop_fmu.engine import library
+from gallop_fmu.engine.ctypes_structs import (
+    MIRRORS,
+    CDerived,
+    CInputs,
+    CReport,
+    mirrored_layout,
+)
 from gallop_fmu.engine.library import library_path
 from gallop_fmu.engine.model import Model
 from gallop_fmu.engine.pack import Packed
@@ -451,34 +458,56 @@ def test_a_model_that_is_none_has_no_size():
         assert kernel.gallop_state_size(pointer) == kernel.gallop_saved_size(pointer) == 0
         assert kernel.gallop_middle(pointer) == -1
         assert kernel.gallop_model_derived(pointer, c.byref(CDerived())) == BAD_CALL
-    kernel.gallop_struct_sizes(None)
     kernel.gallop_model_free(None)
 
 
-CREATE = {
-    "scene.breakpoint": lambda scene: setattr(scene, "breakpoint", None),
-    "scene.coefficient": lambda scene: setattr(scene, "coefficient", None),
-    "scene.load": lambda scene: (setattr(scene, "load", None), setattr(scene, "load_count", 1)),
-    "law.time": lambda scene: (setattr(scene.wind, "kind", 3), setattr(scene.wind, "count", 2)),
-    "law.value": lambda scene: (
-        setattr(scene.wind, "kind", 3),
-        setattr(scene.wind, "count", 1),
-        setattr(scene.wind, "time", scene.breakpoint),
-    ),
-}
+TABLES = ("cross_section", "curve", "field", "junction", "chain", "number")
 
 
-@pytest.mark.parametrize("pointer", CREATE)
-def test_a_scene_with_null_pointers_is_refused(scene, pointer):
+@pytest.mark.parametrize("table", TABLES)
+def test_a_scene_with_null_pointers_is_refused(scene, table):
     packed, report, handle = Packed(scene), CReport(), c.c_void_p(1)
-    CREATE[pointer](packed.scene)
+    setattr(packed.scene, table, None)
     assert (
         kernel.gallop_model_create(c.byref(packed.scene), c.byref(handle), c.byref(report))
         == BAD_CALL
     )
     assert_filled(report)
-    assert report.field.decode().startswith(f"{pointer}, a pointer")
+    assert report.field.decode().startswith(f"scene.{table}, a pointer")
     assert handle.value is None
+
+
+def test_every_field_of_the_mirrors_is_compared(monkeypatch):
+    """Fields of a structure leave no gap, so that none is missing in the table of the library."""
+    compiled = library.compiled_layout(kernel)
+    assert compiled == mirrored_layout()
+    for name in MIRRORS:
+        size = compiled[name, None][1]
+        fields = [place for (of, field), place in compiled.items() if of == name and field]
+        covered = sum(bytes_ for _, bytes_ in fields)
+        assert size - covered in (0, 4), name  # 4: after an odd number of integers
+    wrong = {**mirrored_layout(), ("gallop_chain", "sag"): (0, 8)}
+    monkeypatch.setattr(library, "mirrored_layout", lambda: wrong)
+    with pytest.raises(ImportError, match=r"gallop_chain\.sag is at .* install the package again"):
+        library._compare(kernel)
+
+
+def test_a_field_beyond_the_last_is_refused():
+    text, size = c.c_char_p(), c.c_size_t()
+    places = [c.byref(text), c.byref(text), c.byref(size), c.byref(size)]
+    count = len(mirrored_layout())
+    assert kernel.gallop_structure_field(count - 1, text, text, size, size) == 0
+    for index in (-1, count):
+        assert kernel.gallop_structure_field(index, text, text, size, size) == BAD_CALL
+    for k in range(4):
+        given = [None if i == k else place for i, place in enumerate(places)]
+        assert kernel.gallop_structure_field(0, *given) == BAD_CALL
+
+
+def test_a_library_of_another_api_version_is_refused(monkeypatch):
+    monkeypatch.setattr(library, "API_VERSION", library.API_VERSION + 1)
+    with pytest.raises(ImportError, match="API version 2; these modules need 3; install"):
+        library._compare(kernel)
 
 
 @pytest.mark.parametrize("argument", ["scene", "model", "report"])

@@ -1,0 +1,188 @@
+/* The fields of the structures of gallop.h, for a binding to compare its own. */
+#include "base_memory.h"
+#include "gallop.h"
+
+typedef struct {
+    const char *structure, *field;
+    size_t offset, size;
+} entry;
+
+#define STRUCTURE(type) {#type, NULL, 0, sizeof(type)}
+#define FIELD(type, name) {#type, #name, offsetof(type, name), sizeof(((type *)0)->name)}
+
+/* clang-format off */
+static const entry entries[] = {
+    STRUCTURE(gallop_law),
+    FIELD(gallop_law, kind),
+    FIELD(gallop_law, count),
+    FIELD(gallop_law, first),
+    FIELD(gallop_law, reserved),
+    FIELD(gallop_law, initial),
+    FIELD(gallop_law, peak),
+    FIELD(gallop_law, amplitude),
+    FIELD(gallop_law, start),
+    FIELD(gallop_law, rise),
+    FIELD(gallop_law, fall_start),
+    FIELD(gallop_law, fall),
+    FIELD(gallop_law, frequency),
+    FIELD(gallop_law, phase),
+
+    STRUCTURE(gallop_curve),
+    FIELD(gallop_curve, pieces),
+    FIELD(gallop_curve, outside),
+    FIELD(gallop_curve, first),
+    FIELD(gallop_curve, reserved),
+
+    STRUCTURE(gallop_damping),
+    FIELD(gallop_damping, low_ratio),
+    FIELD(gallop_damping, low_frequency),
+    FIELD(gallop_damping, high_ratio),
+    FIELD(gallop_damping, high_frequency),
+
+    STRUCTURE(gallop_cross_section),
+    FIELD(gallop_cross_section, diameter),
+    FIELD(gallop_cross_section, mass),
+    FIELD(gallop_cross_section, axial_stiffness),
+    FIELD(gallop_cross_section, torsional_stiffness),
+    FIELD(gallop_cross_section, torsional_inertia),
+    FIELD(gallop_cross_section, ice_mass),
+    FIELD(gallop_cross_section, ice_torsional_inertia),
+    FIELD(gallop_cross_section, first_moment_x2),
+    FIELD(gallop_cross_section, first_moment_x3),
+    FIELD(gallop_cross_section, first_moment_angle),
+    FIELD(gallop_cross_section, attack_angle),
+    FIELD(gallop_cross_section, reference_radius),
+    FIELD(gallop_cross_section, translation_damping),
+    FIELD(gallop_cross_section, twist_damping),
+    FIELD(gallop_cross_section, curve),
+    FIELD(gallop_cross_section, slack),
+
+    STRUCTURE(gallop_field),
+    FIELD(gallop_field, kind),
+    FIELD(gallop_field, law),
+
+    STRUCTURE(gallop_junction),
+    FIELD(gallop_junction, position),
+    FIELD(gallop_junction, fixed),
+    FIELD(gallop_junction, motion),
+
+    STRUCTURE(gallop_chain),
+    FIELD(gallop_chain, cross_section),
+    FIELD(gallop_chain, field),
+    FIELD(gallop_chain, junction),
+    FIELD(gallop_chain, elements),
+    FIELD(gallop_chain, reserved),
+    FIELD(gallop_chain, sag),
+    FIELD(gallop_chain, horizontal_tension),
+
+    STRUCTURE(gallop_device),
+    FIELD(gallop_device, kind),
+    FIELD(gallop_device, reserved),
+    FIELD(gallop_device, junction),
+    FIELD(gallop_device, parameter),
+
+    STRUCTURE(gallop_load),
+    FIELD(gallop_load, chain),
+    FIELD(gallop_load, law),
+    FIELD(gallop_load, evenly_spaced),
+    FIELD(gallop_load, reserved),
+    FIELD(gallop_load, position),
+    FIELD(gallop_load, force),
+    FIELD(gallop_load, torque),
+
+    STRUCTURE(gallop_settings),
+    FIELD(gallop_settings, gravity),
+    FIELD(gallop_settings, air_density),
+    FIELD(gallop_settings, seed_vertical),
+    FIELD(gallop_settings, seed_horizontal),
+    FIELD(gallop_settings, seed_twist),
+    FIELD(gallop_settings, time_step),
+    FIELD(gallop_settings, newton_tolerance),
+    FIELD(gallop_settings, tolerance),
+    FIELD(gallop_settings, spectral_radius),
+    FIELD(gallop_settings, max_newton_iterations),
+    FIELD(gallop_settings, max_halvings),
+    FIELD(gallop_settings, integrator),
+    FIELD(gallop_settings, start_in_mean_wind),
+    FIELD(gallop_settings, laws_only),
+    FIELD(gallop_settings, reserved),
+
+    STRUCTURE(gallop_scene),
+    FIELD(gallop_scene, settings),
+    FIELD(gallop_scene, cross_section_count),
+    FIELD(gallop_scene, curve_count),
+    FIELD(gallop_scene, field_count),
+    FIELD(gallop_scene, junction_count),
+    FIELD(gallop_scene, chain_count),
+    FIELD(gallop_scene, device_count),
+    FIELD(gallop_scene, load_count),
+    FIELD(gallop_scene, law_count),
+    FIELD(gallop_scene, number_count),
+    FIELD(gallop_scene, cross_section),
+    FIELD(gallop_scene, curve),
+    FIELD(gallop_scene, field),
+    FIELD(gallop_scene, junction),
+    FIELD(gallop_scene, chain),
+    FIELD(gallop_scene, device),
+    FIELD(gallop_scene, load),
+    FIELD(gallop_scene, law),
+    FIELD(gallop_scene, number),
+
+    STRUCTURE(gallop_report),
+    FIELD(gallop_report, outcome),
+    FIELD(gallop_report, element),
+    FIELD(gallop_report, time),
+    FIELD(gallop_report, value),
+    FIELD(gallop_report, limit),
+    FIELD(gallop_report, field),
+    FIELD(gallop_report, lowest_tension),
+    FIELD(gallop_report, largest_turn),
+    FIELD(gallop_report, steps),
+    FIELD(gallop_report, substeps),
+    FIELD(gallop_report, iterations),
+    FIELD(gallop_report, refactorisations),
+    FIELD(gallop_report, halvings),
+    FIELD(gallop_report, rejections),
+
+    STRUCTURE(gallop_inputs),
+    FIELD(gallop_inputs, time),
+    FIELD(gallop_inputs, wind_speed),
+    FIELD(gallop_inputs, attack_angle),
+    FIELD(gallop_inputs, support),
+    FIELD(gallop_inputs, wind_speed_rate),
+    FIELD(gallop_inputs, attack_angle_rate),
+    FIELD(gallop_inputs, support_rate),
+
+    STRUCTURE(gallop_derived),
+    FIELD(gallop_derived, sag),
+    FIELD(gallop_derived, horizontal_tension),
+    FIELD(gallop_derived, length),
+    FIELD(gallop_derived, support_force),
+    FIELD(gallop_derived, support_stiffness),
+    FIELD(gallop_derived, translation_damping),
+    FIELD(gallop_derived, twist_damping),
+    FIELD(gallop_derived, imbalance),
+    FIELD(gallop_derived, parts),
+    FIELD(gallop_derived, reserved),
+};
+/* clang-format on */
+
+int32_t gallop_api_version(void)
+{
+    return GALLOP_API_VERSION;
+}
+
+int gallop_structure_field(int32_t index, const char **structure, const char **field,
+                           size_t *offset, size_t *size)
+{
+    if (index < 0 || index >= (int32_t)(sizeof entries / sizeof *entries)) return GALLOP_BAD_CALL;
+    if (!base_pointer_usable(structure, sizeof *structure)) return GALLOP_BAD_CALL;
+    if (!base_pointer_usable(field, sizeof *field)) return GALLOP_BAD_CALL;
+    if (!base_pointer_usable(offset, sizeof *offset)) return GALLOP_BAD_CALL;
+    if (!base_pointer_usable(size, sizeof *size)) return GALLOP_BAD_CALL;
+    *structure = entries[index].structure;
+    *field = entries[index].field;
+    *offset = entries[index].offset;
+    *size = entries[index].size;
+    return GALLOP_COMPLETED;
+}
