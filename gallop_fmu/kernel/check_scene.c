@@ -397,25 +397,47 @@ static int check_totals(const gallop_scene *s, gallop_report *report)
     return GALLOP_COMPLETED;
 }
 
-int check_scene(const gallop_scene *s, gallop_report *report)
+static int check_conductors(const gallop_scene *s, gallop_report *report)
 {
-    int outcome = check_tables(s, report);
-    if (!outcome) outcome = check_settings(&s->settings, report);
+    int outcome = GALLOP_COMPLETED;
     for (int32_t i = 0; i < s->cross_section_count && !outcome; i++)
         outcome = check_cross_section(s, &s->cross_section[i], report);
     for (int32_t i = 0; i < s->curve_count && !outcome; i++)
         outcome = check_curve(s, &s->curve[i], report);
     for (int32_t i = 0; i < s->field_count && !outcome; i++)
         outcome = check_field(s, &s->field[i], report);
+    return outcome;
+}
+
+static int check_line(const gallop_scene *s, gallop_report *report)
+{
+    int outcome = GALLOP_COMPLETED;
     for (int32_t i = 0; i < s->junction_count && !outcome; i++)
         outcome = check_junction(s, &s->junction[i], report);
     for (int32_t i = 0; i < s->chain_count && !outcome; i++)
         outcome = check_chain(s, &s->chain[i], report);
+    for (int32_t i = 0; i < s->junction_count && !outcome; i++)
+        outcome = check_support(s, i, report);
+    return outcome;
+}
+
+/* Devices and loads: what acts on the line. */
+static int check_actions(const gallop_scene *s, gallop_report *report)
+{
+    int outcome = GALLOP_COMPLETED;
     for (int32_t i = 0; i < s->device_count && !outcome; i++)
         outcome = check_device(s, &s->device[i], report);
     for (int32_t i = 0; i < s->load_count && !outcome; i++)
         outcome = check_load(s, &s->load[i], report);
-    for (int32_t i = 0; i < s->junction_count && !outcome; i++)
-        outcome = check_support(s, i, report);
+    return outcome;
+}
+
+int check_scene(const gallop_scene *s, gallop_report *report)
+{
+    int outcome = check_tables(s, report);
+    if (!outcome) outcome = check_settings(&s->settings, report);
+    if (!outcome) outcome = check_conductors(s, report);
+    if (!outcome) outcome = check_actions(s, report);
+    if (!outcome) outcome = check_line(s, report);
     return outcome ? outcome : check_totals(s, report);
 }
