@@ -123,8 +123,8 @@ def zig_version() -> str:
     except metadata.PackageNotFoundError:
         raise CompilerError(
             "compiling for other platforms needs the package ziglang, which is missing; run `pip"
-            ' install "gallop-fmu[cross]"`, or name no platforms: the FMU then brings the library'
-            " of this one"
+            ' install "gallop-fmu[cross]"`, or omit platforms: the FMU then contains the library'
+            " of this platform only"
         ) from None
 
 

@@ -37,7 +37,7 @@ class RigidSupport(Section):
 
 
 class SpringSupport(Section):
-    """Springs along and across the span, preloaded by the initial reaction; others are fixed."""
+    """Springs along and across the span, preloaded by the initial reaction; x2 and twist are fixed."""
 
     kind: Literal["springs"] = setting("springs", "kind of support")
     stiffness_x1: Number = quantity(..., "N/m", "stiffness along the span", gt=0)

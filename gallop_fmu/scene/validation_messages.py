@@ -22,10 +22,22 @@ OUT_OF_BOUNDS = ("greater_than", "greater_than_equal", "less_than", "less_than_e
 
 def explain(error: ValidationError, root: type[Section]) -> str:
     """Return one line per problem: path, given value, allowed values, meaning of the field."""
-    problems = error.errors(include_url=False)
+    problems = _without_consequences(error.errors(include_url=False))
     lines = [_line(problem, root) for problem in problems[:MAX_LINES]]
     more = len(problems) - len(lines)
     return "\n".join([*lines, f"and {more} more problems"] if more else lines)
+
+
+def _without_consequences(problems: list[ErrorDetails]) -> list[ErrorDetails]:
+    """Drop "too short" of an array whose items have problems: pydantic counts valid items only."""
+    return [
+        problem
+        for problem in problems
+        if problem["type"] != "too_short"
+        or not any(
+            other["loc"][:-1] == problem["loc"] for other in problems if other is not problem
+        )
+    ]
 
 
 def _line(problem: ErrorDetails, root: type[Section]) -> str:
@@ -84,7 +96,11 @@ def _allowed(problem: ErrorDetails, field: FieldInfo | None) -> str:
     unit = unit_of_field(field) if field else ""
     if kind == "literal_error":
         return f"must be {problem['ctx']['expected']}"
-    if not field or not unit or kind in ("too_short", "too_long", "model_type", "tuple_type"):
+    if kind in ("too_short", "too_long"):
+        limit = "at least" if kind == "too_short" else "at most"
+        count = problem["ctx"]["min_length" if kind == "too_short" else "max_length"]
+        return f"must have {limit} {count} value{'s' if count > 1 else ''}"
+    if not field or not unit or kind in ("model_type", "tuple_type"):
         return (
             "but required" if kind == "missing" else problem["msg"][0].lower() + problem["msg"][1:]
         )

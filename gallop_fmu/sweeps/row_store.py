@@ -188,7 +188,7 @@ class RowStore:
         return {run: row for run, row in journal.rows.items() if row["outcome"] != ERROR}
 
     def _append(self, lines: bytes) -> None:
-        """Write lines to the journal; a full disk may take a part of them before the error."""
+        """Write lines to the journal. On a full disk, some may be written before the error."""
         content = memoryview(lines)
         while content and self._journal:
             written = self._journal.write(content)

@@ -287,7 +287,7 @@ def _clearance_content(findings: Findings, result: Result) -> dict[str, Any]:
 
 
 def _shape(mode: Mode) -> Shape:
-    """Convert a mode shape to points of its box."""
+    """Convert a mode shape to points in the coordinates of its SVG picture."""
     wave = mode.wave / np.abs(mode.wave).max()
     across, up = np.linspace(-SHAPE_BOX[0], SHAPE_BOX[0], len(wave)), -SHAPE_BOX[1] * wave
     points = " ".join(f"{x:.1f},{y:.1f}" for x, y in zip(across, up, strict=True))

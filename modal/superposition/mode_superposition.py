@@ -215,7 +215,7 @@ def _result(
     started: float,
     wind_speed: float | None = None,
 ) -> Result:
-    """Histories at mid-span; a wind speed is given where the load is linear."""
+    """Histories at mid-span; `wind_speed` [m/s] replaces the wind of the scene if it is given."""
     scene, mesh, middle = span.scene, span.mesh, span.mesh.model.middle
     time = interval * np.arange(len(states), dtype=np.float64)
     wind = wind_at(scene, time) if wind_speed is None else np.full(len(time), wind_speed)

@@ -61,6 +61,20 @@ def test_quantities_with_a_range(path, value, allowed):
 
 
 @pytest.mark.parametrize(
+    ("value", "problem"),
+    [
+        (["x"], "aerodynamics.lift.0 = 'x': must be a finite number [1]; "),
+        ([], "aerodynamics.lift = []: must have at least 1 value; "),
+        ([1.0] * 5, "aerodynamics.lift = [1.0, 1.0, 1.0, 1.0, 1.0]: must have at most 4 values; "),
+    ],
+)
+def test_arrays_of_wrong_length_or_content_have_one_problem(value, problem):
+    with pytest.raises(SceneError) as caught:
+        load_scene("example2").with_values({"aerodynamics.lift": value})
+    assert str(caught.value) == problem + "lift polynomial, ascending powers of radians"
+
+
+@pytest.mark.parametrize(
     ("path", "closest"),
     [
         ("wind.sped", "wind.speed"),
