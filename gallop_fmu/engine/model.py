@@ -59,9 +59,23 @@ class Inputs:
     support_rate: Array | None = None
 
     @classmethod
-    def still(cls, scene: Scene) -> Inputs:
-        """No wind and towers at rest; the ice at the scene's attack angle."""
-        return cls(0.0, 0.0, float(np.radians(scene.ice.attack_angle_deg)), np.zeros((2, 3)))
+    def still(
+        cls, scene: Scene, attack_angle: float | None = None, wind_speed: float = 0.0
+    ) -> Inputs:
+        """Towers at rest, and no wind unless it is given; the ice at the scene's attack angle.
+
+        Parameters
+        ----------
+        scene
+            The scene.
+        attack_angle
+            Another attack angle [rad]; None: the scene's.
+        wind_speed
+            Steady wind [m/s].
+        """
+        if attack_angle is None:
+            attack_angle = float(np.radians(scene.ice.attack_angle_deg))
+        return cls(0.0, wind_speed, attack_angle, np.zeros((2, 3)))
 
     def packed(self) -> CInputs:
         """The kernel's form of the inputs.

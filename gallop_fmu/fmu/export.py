@@ -8,15 +8,12 @@ because several FMUs can be in one process, and Python identifies modules by nam
 from __future__ import annotations
 
 import io
-import math
 import os
 import sys
 import zipfile
 from collections.abc import Collection, Iterator
 from importlib import metadata, resources
 from pathlib import Path
-
-import numpy as np
 
 from gallop_fmu.engine.library import library_path
 from gallop_fmu.engine.model import Inputs, Model
@@ -127,9 +124,8 @@ def export_fmu(
 
 def _require_start(scene: Scene) -> None:
     """Compute the initial state that the FMU has if its host sets nothing."""
-    attack_angle = math.radians(scene.ice.attack_angle_deg)
-    still = np.zeros((2, 3))
-    Model(scene).start(0.0, Inputs(0.0, wind_speed_at_start(scene), attack_angle, still))
+    at_start = Inputs.still(scene, wind_speed=wind_speed_at_start(scene))
+    Model(scene).start(0.0, at_start)
 
 
 def _native_files(scene: Scene, platforms: Collection[str] | None) -> dict[str, bytes]:

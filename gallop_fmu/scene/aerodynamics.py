@@ -90,11 +90,11 @@ class AerodynamicCurve:
 
     def lift_slope(self, alpha: ArrayLike) -> Values:
         """Slope dCL/dalpha per radian; zero outside the validity range with ``"hold"``."""
-        angle, piece, x = self._locate(alpha)
-        c = self.coefficient[piece, 0]
-        slope = c[..., 1] + x * (2.0 * c[..., 2] + 3.0 * x * c[..., 3])
-        is_outside = (angle < self.breakpoint[0]) | (angle > self.breakpoint[-1])
-        return np.where(is_outside, 0.0, slope)
+        return self._slope(alpha, 0)
+
+    def moment_slope(self, alpha: ArrayLike) -> Values:
+        """Slope dCM/dalpha per radian; zero outside the validity range with ``"hold"``."""
+        return self._slope(alpha, 2)
 
     def den_hartog(self, alpha: ArrayLike) -> Values:
         """Den Hartog's dCL/dalpha + CD per radian; vertical galloping requires a negative value."""
@@ -104,6 +104,13 @@ class AerodynamicCurve:
         _, piece, x = self._locate(alpha)
         c = self.coefficient[piece, which]
         return np.asarray(c[..., 0] + x * (c[..., 1] + x * (c[..., 2] + x * c[..., 3])))
+
+    def _slope(self, alpha: ArrayLike, which: int) -> Values:
+        angle, piece, x = self._locate(alpha)
+        c = self.coefficient[piece, which]
+        slope = c[..., 1] + x * (2.0 * c[..., 2] + 3.0 * x * c[..., 3])
+        is_outside = (angle < self.breakpoint[0]) | (angle > self.breakpoint[-1])
+        return np.where(is_outside, 0.0, slope)
 
     def _locate(self, alpha: ArrayLike) -> tuple[Values, NDArray[np.intp], Values]:
         """Return the reduced angle, its piece, and the distance from the origin of the piece."""

@@ -145,12 +145,12 @@ def account(
         Function from time [s] to inputs, if they took the place of the scene's laws.
     """
     u, v, a = (motion[..., DOFS * i : DOFS * (i + 1)] for i in range(3))
-    still, attack = np.zeros_like(u[0]), float(np.radians(model.scene.ice.attack_angle_deg))
+    still = np.zeros_like(u[0])
     damped = model.scene.damping.translation is not None or model.scene.damping.twist is not None
     wind, loads, damping = np.zeros_like(u), np.zeros_like(u), np.zeros_like(u)
     for i, t in enumerate(time):
         at = inputs(float(t)) if inputs else None
-        calm = Inputs(float(t), 0.0, at.attack_angle if at else attack, np.zeros((2, 3)))
+        calm = Inputs.still(model.scene, at.attack_angle if at else None)
         if damped or model.scene.wind.can_blow or inputs:
             without = model.residual(u[i], v[i], a[i], time=t, inputs=calm)
             wind[i] = without - model.residual(u[i], v[i], a[i], time=t, inputs=at)
@@ -192,7 +192,7 @@ def _turning(
 
 def _stored(model: Model, u: Array, v: Array, attack: float) -> float:
     """Return the energy [J] of a motion by its static and inertia forces; loads are potential."""
-    still, at = np.zeros_like(u), Inputs(0.0, 0.0, attack, np.zeros((2, 3)))
+    still, at = np.zeros_like(u), Inputs.still(model.scene, attack)
     static = model.residual(u, still, still, inputs=at)
     kinetic = 0.5 * np.vdot(v, model.residual(u, still, v, inputs=at) - static)
     path = sum(

@@ -21,7 +21,7 @@ from typing import TYPE_CHECKING, Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from gallop_fmu import Model, Scene, SceneError, SimulationError
+from gallop_fmu import Inputs, Model, Scene, SceneError, SimulationError
 from gallop_fmu.engine.mesh import Mesh
 from gallop_fmu.engine.model import DOFS
 
@@ -117,8 +117,8 @@ class SmallMotion:
             raise SceneError(
                 "the scene has no aerodynamics: wind needs a coefficient curve to become a force"
             )
-        towers = self.scene.supports.displacement_at(0.0)
-        inputs = replace(self.mesh.still, wind_speed=speed, support=towers)
+        inputs = Inputs.still(self.scene, wind_speed=speed)
+        inputs.support = self.scene.supports.displacement_at(0.0)
         try:
             displacement, _, _ = self.model.rest(0.0, inputs).motion()
         except SimulationError as problem:
@@ -132,7 +132,7 @@ class SmallMotion:
         enters R with a minus sign; the still-air parts cancel in the differences.
         """
         mesh = self.mesh
-        windy = replace(mesh.still, wind_speed=speed)
+        windy = Inputs.still(self.scene, wind_speed=speed)
         stiffness = mesh.tangent(u, stiffness=1.0, inputs=mesh.still)
         damping = mesh.tangent(u, damping=1.0, inputs=mesh.still)
         still = Linearised(

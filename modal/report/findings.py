@@ -214,9 +214,8 @@ def static_equilibrium(scene: Scene, wind_speed: float) -> Statics:
         If there is no equilibrium.
     """
     model = Model(scene)
-    angle = math.radians(scene.ice.attack_angle_deg)
     initial, middle = model.equilibrium(), model.middle
-    state = model.rest(inputs=Inputs(0.0, wind_speed, angle, np.zeros((2, 3))))
+    state = model.rest(inputs=Inputs.still(scene, wind_speed=wind_speed))
     u = state.motion()[0]
     drop, across = initial.sag - float(u[middle, 1]), float(u[middle, 2])
     node, span = state.observe_node(middle), state.observe_span()

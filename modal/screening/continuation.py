@@ -293,9 +293,6 @@ class LimitCycles:
 
     def _leaves_curve(self, orbit: Orbit) -> bool:
         """True if an attack angle is outside the coefficient curve, and the curve forbids that."""
-        curve = self.model.scene.aerodynamics
-        if curve is None or curve.beyond != "error":
-            return False
         q, v, _ = orbit.at(CURVE_INSTANTS)
         return self.model.angle_excess(q, v, orbit.wind_speed) > 0.0
 

@@ -24,9 +24,9 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from gallop_fmu import Scene, SceneError
+from gallop_fmu import Model, Scene, SceneError
+from gallop_fmu.engine.mesh import Mesh
 from gallop_fmu.scene.aerodynamics import AerodynamicCurve
-from gallop_fmu.scene.damping import RayleighPair
 from gallop_fmu.scene.scene import Ice
 from modal.linear.shallow_cable import shallow_cable
 from modal.stability.frequency_ratio import frequency_ratio
@@ -36,8 +36,8 @@ Array = NDArray[np.float64]
 TURN_POINTS = 1441
 """Attack angles over a whole turn at which a criterion is evaluated: every quarter of a degree."""
 
-SLOPE_STEP = 1e-6
-"""Step of the central difference for slopes [rad]; the curve is cubic between breakpoints."""
+END_MARGIN = 1e-12
+"""Distance [rad] from the ends of the curve within which slopes are those at this distance."""
 
 ANGLE_TOLERANCE = 1e-10
 """Accuracy of the ends of an unstable range [rad]."""
@@ -119,9 +119,7 @@ def nigol(scene: Scene) -> Criterion:
     the effect of the twist on vertical motion.
     """
     curve = _curve(scene)
-    return _criterion(
-        "Nigol, torsional", "dCM/dalpha", "1/rad", curve, lambda a: slopes(curve, a)[2]
-    )
+    return _criterion("Nigol, torsional", "dCM/dalpha", "1/rad", curve, curve.moment_slope)
 
 
 def coupled(scene: Scene, wind_speed: float | None = None) -> Criterion:
@@ -156,28 +154,15 @@ def coupled(scene: Scene, wind_speed: float | None = None) -> Criterion:
     section = _Section.of(scene)
     name = f"coupled, vertical-horizontal-torsional, {speed:g} m/s"
     found = _criterion(
-        name, "-max Re(s)", "1/s", curve, lambda angle: -section.fastest(curve, angle, speed).real
+        name, "-max Re(s)", "1/s", curve, lambda angle: -section.fastest(angle, speed).real
     )
-    return replace(found, causes=[section.cause(curve, found, *r, speed) for r in found.unstable])
+    return replace(found, causes=[section.cause(found, *r, speed) for r in found.unstable])
 
 
 def stability_criteria(scene: Scene) -> list[Criterion]:
     """Evaluate Den Hartog's, Nigol's and, if the scene has wind, the coupled criterion."""
     found = [den_hartog(scene), nigol(scene)]
     return [*found, coupled(scene)] if scene.wind.mean_speed > 0.0 else found
-
-
-def slopes(curve: AerodynamicCurve, angle: Array) -> Array:
-    """Slopes of lift, drag and moment per radian, shape (3, angle).
-
-    One-sided at the ends of a curve that is not periodic.
-    """
-    first, last = curve.breakpoint[0], curve.breakpoint[-1]
-    within = (angle >= first) & (angle <= last) & (curve.outside != "periodic")
-    low = np.where(within, np.maximum(angle - SLOPE_STEP, first), angle - SLOPE_STEP)
-    high = np.where(within, np.minimum(angle + SLOPE_STEP, last), angle + SLOPE_STEP)
-    of = (curve.lift, curve.drag, curve.moment)
-    return np.array([(coefficient(high) - coefficient(low)) / (high - low) for coefficient in of])
 
 
 @dataclass(frozen=True)
@@ -196,8 +181,10 @@ class _Section:
         Eccentricity of the ice.
     gravity : float
         Gravity [m/s2] normal to the chord.
-    air_density, diameter, radius : float
-        Of the wind load: rho [kg/m3], d [m], r [m].
+    curve : AerodynamicCurve
+        Coefficients of the wind load.
+    mesh : Mesh
+        The span, whose wind load is that of the section.
     """
 
     hertz: dict[str, float]
@@ -206,9 +193,8 @@ class _Section:
     stiffness: Array
     ice: Ice
     gravity: float
-    air_density: float
-    diameter: float
-    radius: float
+    curve: AerodynamicCurve
+    mesh: Mesh
 
     @classmethod
     def of(cls, scene: Scene) -> _Section:
@@ -216,38 +202,29 @@ class _Section:
         mass = conductor.mass_per_length + ice.mass_per_length
         inertia = conductor.torsional_inertia + ice.torsional_inertia
         hertz = np.array([pair.vertical_hz, pair.horizontal_hz, shallow_cable(scene).torsional_hz])
-        rayleigh = [scene.damping.translation, scene.damping.translation, scene.damping.twist]
+        mesh = Mesh(Model(scene))
+        state = mesh.model.equilibrium()
+        b1, b2 = np.transpose([state.translation_damping] * 2 + [state.twist_damping])
         diagonal = np.array([mass, mass, inertia])
-        omega = 2.0 * np.pi * hertz
-        ratio = np.array([rayleigh_ratio(pair, f) for pair, f in zip(rayleigh, hertz, strict=True)])
-        assert scene.aerodynamics is not None  # checked by every criterion
-        radius = scene.aerodynamics.reference_radius or 0.5 * conductor.diameter
+        stiffness = diagonal * (2.0 * np.pi * hertz) ** 2
         return cls(
             dict(zip(("vertical", "horizontal", "torsional"), hertz.tolist(), strict=True)),
             np.diag(diagonal),
-            np.diag(2.0 * diagonal * omega * ratio),
-            np.diag(diagonal * omega**2),
+            np.diag(b1 * diagonal + b2 * stiffness),  # Rayleigh damping
+            np.diag(stiffness),
             ice,
             scene.span.gravity / math.hypot(1.0, scene.span.height_difference / scene.span.length),
-            scene.wind.air_density,
-            conductor.diameter,
-            radius,
+            _curve(scene),
+            mesh,
         )
 
-    def cause(
-        self,
-        curve: AerodynamicCurve,
-        criterion: Criterion,
-        first: float,
-        last: float,
-        speed: float,
-    ) -> str:
+    def cause(self, criterion: Criterion, first: float, last: float, speed: float) -> str:
         """Kind of motion that grows fastest in an unstable range of attack angles [rad]."""
         within = (criterion.attack_angle >= first) & (criterion.attack_angle <= last)
         worst = 0.5 * (first + last)
         if np.any(within):
             worst = criterion.attack_angle[within][np.argmin(criterion.value[within])]
-        fastest = complex(self.fastest(curve, np.array([worst]), speed)[0])
+        fastest = complex(self.fastest(np.array([worst]), speed)[0])
         if abs(fastest.imag) < MIN_OSCILLATION * abs(fastest):
             return "static divergence of the twist"
         frequency = abs(fastest.imag) / (2.0 * np.pi)
@@ -256,11 +233,9 @@ class _Section:
             f"growth at {frequency:.3g} Hz, near the {name} frequency of {self.hertz[name]:.3g} Hz"
         )
 
-    def fastest(
-        self, curve: AerodynamicCurve, angle: Array, speed: float
-    ) -> NDArray[np.complex128]:
+    def fastest(self, angle: Array, speed: float) -> NDArray[np.complex128]:
         """Eigenvalue [1/s] with the largest real part at each angle [rad], in a wind [m/s]."""
-        by_velocity, by_theta = self._load_derivatives(curve, angle, speed)
+        by_velocity, by_theta = self._load_derivatives(angle, speed)
         mass, damping, stiffness = (
             np.repeat(matrix[None], angle.size, axis=0)
             for matrix in (self.mass, self.damping, self.stiffness)
@@ -280,41 +255,23 @@ class _Section:
         largest = values.real.argmax(axis=1)[:, None]
         return np.asarray(np.take_along_axis(values, largest, axis=1)[:, 0])
 
-    def _load_derivatives(
-        self, curve: AerodynamicCurve, angle: Array, speed: float
-    ) -> tuple[Array, Array]:
-        """Derivatives of F2, F3, M of the module, linearised about rest.
+    def _load_derivatives(self, angle: Array, speed: float) -> tuple[Array, Array]:
+        """Derivatives of F2, F3, M of the module about rest, at attack angles [rad].
+
+        They are one-sided at the ends of the curve.
 
         Returns
         -------
         ndarray, ndarray, shape (angle, 3, 3) and (angle, 3)
             By v2, v3, omega and by theta.
         """
-        cl, cd, cm = curve.lift(angle), curve.drag(angle), curve.moment(angle)
-        sl, sd, sm = slopes(curve, angle)
-        k, d, r = 0.5 * self.air_density * self.diameter * speed, self.diameter, self.radius
-        by_v2 = -k * np.array([sl + cd, sd - cl, d * sm])
-        by_v3 = -k * np.array([2.0 * cl, 2.0 * cd, 2.0 * d * cm])
-        by_theta = k * speed * np.array([sl, sd, d * sm])
-        by_velocity = np.stack([by_v2, by_v3, r * by_v2], axis=-1).transpose(1, 0, 2)
-        return by_velocity, by_theta.T
-
-
-def rayleigh_ratio(pair: RayleighPair | None, frequency_hz: float) -> float:
-    """Damping ratio of Rayleigh damping at a frequency [Hz], b1/(2 w) + b2 w/2; 0 without damping.
-
-    With w1, w2 the two frequencies of the pair and xi1, xi2 its ratios, in which b1 and b2 are
-    linear:
-
-        b1/2 = w1 w2 (xi1 w2 - xi2 w1) / (w2^2 - w1^2),  b2/2 = (xi2 w2 - xi1 w1) / (w2^2 - w1^2).
-    """
-    if pair is None:
-        return 0.0
-    low, high = pair.low_frequency, pair.high_frequency
-    between = high**2 - low**2
-    constant = low * high * (pair.low_ratio * high - pair.high_ratio * low) / between
-    linear = (pair.high_ratio * high - pair.low_ratio * low) / between
-    return constant / frequency_hz + linear * frequency_hz
+        first, last = self.curve.breakpoint[[0, -1]]
+        inside = np.clip(angle, first + END_MARGIN, last - END_MARGIN)
+        slopes = self.mesh.aero_load(
+            inside, 0.0, 0.0, 0.0, speed, attack_angle=0.0, slopes=True
+        ).slopes
+        assert slopes is not None  # asked for
+        return slopes[1:].transpose(2, 1, 0), slopes[0].T
 
 
 def _curve(scene: Scene) -> AerodynamicCurve:

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
-from gallop_fmu import Model, Outcome, Report, Scene, SceneError, SimulationError
+from gallop_fmu import Inputs, Model, Outcome, Report, Scene, SceneError, SimulationError
 from gallop_fmu.engine.mesh import Mesh
 from gallop_fmu.scene.time_functions import Constant
 from modal.linear.modes import Family, Mode, natural_modes
@@ -162,7 +162,7 @@ class ModalSpan:
         tangents in still air less those in the wind.
         """
         u, mesh = self.shapes @ q, self.mesh
-        blowing = replace(mesh.still, wind_speed=wind_speed)
+        blowing = Inputs.still(self.scene, wind_speed=wind_speed)
         by_displacement, by_velocity = (
             self.projection.matrix(
                 mesh.tangent(u, **{part: 1.0}, inputs=mesh.still)

@@ -10,6 +10,7 @@ from gallop_fmu.engine.ctypes_structs import CLoad, CReport
 from gallop_fmu.engine.library import kernel
 from gallop_fmu.engine.pack import Packed
 from gallop_fmu.foundation.outcome import Outcome
+from gallop_fmu.scene.consistency import SAG_TENSION_AGREEMENT
 
 
 def outcome_of(change):
@@ -77,6 +78,23 @@ def test_the_scene_itself_is_allowed():
     assert outcome_of(lambda scene: None) == (Outcome.COMPLETED, "")
     assert outcome_of(wind_table(2, [0.0, 1.0], [5.0, 6.0])) == (Outcome.COMPLETED, "")
     assert outcome_of(loaded(position=0.5)) == (Outcome.COMPLETED, "")
+
+
+@pytest.mark.parametrize("side", [-1.0, 1.0])
+def test_sag_and_tension_may_differ_as_much_as_in_a_scene(side):
+    def with_difference(part):
+        def change(scene):
+            section, chain = scene.cross_section[0], scene.chain[0]
+            length = scene.junction[chain.junction[1]].position[0]
+            weight = (section.mass + section.ice_mass) * scene.settings.gravity
+            parabola = weight * length**2 / (8.0 * chain.horizontal_tension)
+            chain.sag = parabola * (1.0 + side * part * SAG_TENSION_AGREEMENT)
+
+        return outcome_of(change)
+
+    assert with_difference(0.999) == (Outcome.COMPLETED, "")
+    contradicts = "sag, which contradicts the horizontal tension"
+    assert with_difference(1.001) == (Outcome.INVALID_SCENE, contradicts)
 
 
 NUMBERS = {
