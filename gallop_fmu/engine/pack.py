@@ -30,7 +30,7 @@ from gallop_fmu.foundation.integrators import INTEGRATORS, SPECTRAL_RADIUS
 from gallop_fmu.foundation.outcome import Outcome, Report
 from gallop_fmu.scene.loads import Load
 from gallop_fmu.scene.scene import Scene
-from gallop_fmu.scene.supports import Support
+from gallop_fmu.scene.supports import RigidSupport, Support
 from gallop_fmu.scene.time_functions import Constant, Law, TimeTable
 
 CONDUCTOR_FIELDS: dict[str, str | None] = {
@@ -67,19 +67,7 @@ LAW_FIELDS: dict[str, dict[str, str | None]] = {
     },
     "table": {},
 }
-DEVICE_PARAMETERS: dict[str, dict[str, int]] = {
-    "springs": {"stiffness_x1": 0, "stiffness_x3": 2},
-    "adjacent_span": {
-        "adjacent_span": 0,
-        "adjacent_tension": 1,
-        "insulator_length": 2,
-        "insulator_weight": 3,
-    },
-}
-"""Kind of a support that is a device: its fields, and their places among the parameters."""
-
 LAW_KINDS = {"constant": 0, "ramp": 1, "pulse": 1, "harmonic": 2, "table": 3}
-DEVICE_KINDS = {"springs": 0, "adjacent_span": 1}
 OUTSIDE_KINDS = {"error": 0, "hold": 1, "periodic": 2}
 SLACK_KINDS = {"error": 0, "tension_only": 1}
 NONE = -1
@@ -266,7 +254,7 @@ class Packed:
         return index
 
     def _pack_support(self, index: int, support: Support, path: str, scene: Scene) -> None:
-        span, rigid = scene.span, support.kind == "rigid"
+        span, rigid = scene.span, isinstance(support, RigidSupport)
         far = (span.length, span.height_difference, 0.0) if index else (0.0, 0.0, 0.0)
         junction = CJunction(position=Three(*far))
         junction.fixed[:] = (rigid, True, rigid)
@@ -279,12 +267,12 @@ class Packed:
             junction.motion[axis] = (
                 NONE if motion is None else self._pack_law(motion, f"{path}.motion.{name}")
             )
-        if rigid:
+        if isinstance(support, RigidSupport):
             return
-        device = CDevice(kind=DEVICE_KINDS[support.kind])
+        device = CDevice(kind=support.DEVICE_KIND)
         device.junction[:] = (index, NONE)
         item = self._add("device", device)
-        for name, place in DEVICE_PARAMETERS[support.kind].items():
+        for name, place in support.DEVICE_PARAMETERS.items():
             device.parameter[place] = getattr(support, name)
             offset = CDevice.parameter.offset + 8 * place
             self.places[f"{path}.{name}"] = Place("device", item, offset, 1.0)

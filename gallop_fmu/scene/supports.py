@@ -1,11 +1,14 @@
 """Supports of the conductor.
 
-The kernel computes stiffnesses from these numbers, by the formulas given here.
+The kernel computes stiffnesses from these numbers, by the formulas given here.  A support that is
+not rigid is a device of the kernel: `DEVICE_KIND` is its number in `gallop_device_kind` (gallop.h),
+and `DEVICE_PARAMETERS` has the index of each field among its parameters.
 """
 
 from __future__ import annotations
 
-from typing import Annotated, Literal
+from collections.abc import Mapping
+from typing import Annotated, ClassVar, Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -39,6 +42,9 @@ class RigidSupport(Section):
 class SpringSupport(Section):
     """Springs along and across the span, preloaded by the initial reaction; x2 and twist are fixed."""
 
+    DEVICE_KIND: ClassVar[int] = 0
+    DEVICE_PARAMETERS: ClassVar[Mapping[str, int]] = {"stiffness_x1": 0, "stiffness_x3": 2}
+
     kind: Literal["springs"] = setting("springs", "kind of support")
     stiffness_x1: Number = quantity(..., "N/m", "stiffness along the span", gt=0)
     stiffness_x3: Number = quantity(..., "N/m", "stiffness across the span", gt=0)
@@ -63,6 +69,14 @@ class AdjacentSpanSupport(Section):
     across the span, and the vertical forces of both spans (twice this one for equal spans) plus the
     insulator's weight.
     """
+
+    DEVICE_KIND: ClassVar[int] = 1
+    DEVICE_PARAMETERS: ClassVar[Mapping[str, int]] = {
+        "adjacent_span": 0,
+        "adjacent_tension": 1,
+        "insulator_length": 2,
+        "insulator_weight": 3,
+    }
 
     kind: Literal["adjacent_span"] = setting("adjacent_span", "kind of support")
     adjacent_span: Number = quantity(..., "m", "length of the adjacent span", gt=0)
