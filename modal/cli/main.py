@@ -44,7 +44,7 @@ app = new_app("gallop-modal")
 
 @app.callback()
 def _root(version: Version = False) -> None:
-    """Compute modes, resonance and stability of an iced span, and reports on it."""
+    """Compute modes, resonance, stability and risk of a swing of iced spans; write reports."""
 
 
 RANGE = "KEY[=FIRST:LAST]"
@@ -83,7 +83,7 @@ def modes(
     plot: Plot = None,
     as_json: AsJson = False,
 ) -> None:
-    """List the lowest natural modes: frequency, damping, family and loops; or track them."""
+    """List the lowest natural modes, or track them over values of a number."""
     from modal.linear.modes import natural_modes
 
     chosen = scene_to_draw(scene, changes, plot)

@@ -54,9 +54,9 @@ def screen_span(
     ] = False,
     plot: Plot = None,
 ) -> None:
-    """Assess if galloping excites the horizontal swing by 2:1 resonance, and above which wind.
+    """Find the wind speed above which galloping starts a horizontal swing (2:1 resonance).
 
-    Of one scene, or of many: over values of its parameters, every span of a table, or both.
+    For one scene, or for many: over values of its parameters, every span of a table, or both.
     """
     from gallop_fmu.foundation.errors import SceneError
     from modal.screening.many_spans import screen_spans
