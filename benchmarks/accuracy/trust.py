@@ -140,7 +140,8 @@ def computed_at_once() -> list[tuple[str, str, str]]:
     zebra = modal.natural_modes(gf.load_scene("zebra"), count=3)
     return [
         (
-            "Example 1, step load: difference from OpenSees (160 elements) in u2 / u3, RMS over 10 s",
+            "Example 1, step load: difference from OpenSees (160 elements) in u2 / u3,"
+            " RMS over 10 s",
             "0 / 0",
             f"{step[0]:.1e} / {step[1]:.1e} of the motion",
         ),

@@ -408,7 +408,8 @@ def test_a_csv_of_a_full_turn_is_periodic(tmp_path):
         ({"stringing_tension": 28e3}, r"line: both of stringing_tension.*give exactly one"),
         (
             {"conductor": "Araucaria"},
-            r"line.stringing_percent = 20.0: the table has no confirmed rated strength of Araucaria",
+            r"line.stringing_percent = 20.0: the table has no confirmed rated strength of"
+            " Araucaria",
         ),
         ({"coefficients": None}, r"line: wind_speed = 6.0 m/s needs coefficients"),
         (
