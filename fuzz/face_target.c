@@ -1,9 +1,10 @@
-/* Fuzzing target: every exported function of gallop.h, with models, states, reports, arrays,
- * indices, counts and numbers that are right or wrong, as the input says.  Lengths of arrays alone
- * are always right: no callee can check them.
+/* Fuzzing target: every exported function of gallop.h and gallop_analysis.h, with models, states,
+ * reports, arrays, indices, counts and numbers that are right or wrong, as the input says.  Lengths
+ * of arrays alone are always right: no callee can check them.
  *
  * Every call ends in a typed outcome and fills in its report; one that is refused changes no state;
  * what is computed is finite. */
+#include "gallop_analysis.h"
 #include "input.h"
 #include "scene.h"
 

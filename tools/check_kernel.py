@@ -33,7 +33,7 @@ LAYERS = (
     ("device", "element", "junction", "system"),
     ("solver", "observe"),
     ("statics", "time"),
-    ("probe", "model_create"),
+    ("analysis", "model_create"),
     ("resource",),
     ("cosim",),
     ("fmi2",),

@@ -63,8 +63,9 @@ def main() -> None:
 
 def look(libraries: dict[str, bytes]) -> None:
     """Exports, glibc, processors."""
-    header = (Path(gf.__file__).parent / "kernel" / "gallop.h").read_text(encoding="utf-8")
-    ours = set(re.findall(r"^GALLOP_API [\w *]*?(gallop_\w+)\(", header, re.MULTILINE))
+    kernel = Path(gf.__file__).parent / "kernel"
+    headers = "".join(path.read_text(encoding="utf-8") for path in kernel.glob("gallop*.h"))
+    ours = set(re.findall(r"^GALLOP_API [\w\s*]*?(gallop_\w+)\(", headers, re.MULTILINE))
     apple = slices(libraries["darwin64"])
     assert set(apple) == {"x86_64", "arm64"}
     parts = {"linux64": libraries["linux64"], "win64": libraries["win64"]}
@@ -81,8 +82,8 @@ def look(libraries: dict[str, bytes]) -> None:
         )
         besides = " and ".join(sorted(added)) or "nothing else"
         print(
-            f"{name:15} exports {len(fmi)} FMI functions, the {len(ours)} of gallop.h, and"
-            f" {besides}"
+            f"{name:15} exports {len(fmi)} FMI functions, the {len(ours)} of the public"
+            f" headers, and {besides}"
         )
     major, minor = newest_glibc(libraries["linux64"])
     assert (major, minor) <= (2, 17)

@@ -1,9 +1,9 @@
-/* What analyses outside the kernel are built on, so that they need no formula of their own: the
- * residual and the tangent of any motion, the wind load of any section, and the geometry of the
- * elements. */
+/* Functions for analyses outside of the kernel: residual and tangent of any motion, wind load on
+ * any section, geometry of the elements. */
 #include "base_math.h"
 #include "check.h"
 #include "element.h"
+#include "gallop_analysis.h"
 #include "time_integration.h"
 
 /* Whether residual and tangent of this motion can be taken: of finite numbers. */

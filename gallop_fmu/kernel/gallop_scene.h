@@ -1,0 +1,170 @@
+/* Scene: what a model is created of, as tables of kinds.  One table refers to another by index,
+ * from 0.  Units are SI and radians; gallop.h describes the axes. */
+#ifndef GALLOP_SCENE_H
+#define GALLOP_SCENE_H
+
+#include <stdint.h>
+
+/* Kinds of functions of time. */
+typedef enum {
+    GALLOP_LAW_CONSTANT = 0, /* initial */
+    GALLOP_LAW_PULSE = 1, /* initial to peak by a smooth step over [start, start + rise], back over
+                             [fall_start, fall_start + fall]; fall_start infinite: stays at the
+                             peak */
+    GALLOP_LAW_HARMONIC = 2, /* initial + amplitude sin(2 pi frequency (t - start) + phase), initial
+                                before start */
+    GALLOP_LAW_TABLE = 3     /* linear between points, held outside */
+} gallop_law_kind;
+
+typedef struct {
+    int32_t kind, count; /* a gallop_law_kind; points of a table, else 0 */
+    int32_t first;       /* index in `number` of the first time of a table; the times increase, and
+                            the values follow them */
+    int32_t reserved;    /* 0 */
+    double initial, peak, amplitude;      /* in the unit of the quantity */
+    double start, rise, fall_start, fall; /* [s]; rise or fall 0: a jump */
+    double frequency, phase;              /* [Hz], [rad] */
+} gallop_law;
+
+/* Attack angles outside of a curve: the run ends, the curve continues with the values at its ends,
+ * or it repeats every full turn. */
+typedef enum {
+    GALLOP_OUTSIDE_ERROR = 0,
+    GALLOP_OUTSIDE_HOLD = 1,
+    GALLOP_OUTSIDE_PERIODIC = 2
+} gallop_outside;
+
+/* A coefficient curve: cubics on pieces of the attack angle.  In `number`, from `first` on:
+ * pieces + 1 breakpoints that increase [rad]; the origin of each piece [rad]; 12 coefficients of
+ * each piece, 4 c + k for the power k of (alpha - origin), c = 0 lift, 1 drag, 2 moment. */
+typedef struct {
+    int32_t pieces, outside; /* 1 or more; a gallop_outside */
+    int32_t first, reserved;
+} gallop_curve;
+
+/* Two damping ratios at two frequencies [Hz], the first the lower one; frequencies 0: undamped. */
+typedef struct {
+    double low_ratio, low_frequency, high_ratio, high_frequency;
+} gallop_damping;
+
+/* Tension that would fall below zero: the run ends, or the tension is max(0, T0 + EA eps). */
+typedef enum { GALLOP_SLACK_ERROR = 0, GALLOP_SLACK_TENSION_ONLY = 1 } gallop_slack;
+
+/* A conductor with its ice.  Numbers of the conductor are positive; those of the ice may be 0. */
+typedef struct {
+    double diameter;                    /* [m] */
+    double mass;                        /* [kg/m] without ice */
+    double axial_stiffness;             /* [N] */
+    double torsional_stiffness;         /* [N m^2] */
+    double torsional_inertia;           /* [kg m] without ice */
+    double ice_mass;                    /* [kg/m] */
+    double ice_torsional_inertia;       /* [kg m] */
+    double first_moment_x2;             /* int rho x2 dA (S_x3 of Liu et al. 2009) [kg] */
+    double first_moment_x3;             /* int rho x3 dA (S_x2) [kg] */
+    double first_moment_angle;          /* attack angle at which these are given [rad] */
+    double attack_angle;                /* of the ice at theta = 0 [rad] */
+    double reference_radius;            /* r of eq. (21) [m]; 0: half the diameter */
+    gallop_damping translation_damping; /* of u1 u2 u3 */
+    gallop_damping twist_damping;       /* of theta */
+    int32_t curve;                      /* index; -1: no aerodynamic load */
+    int32_t slack;                      /* a gallop_slack */
+} gallop_cross_section;
+
+/* Kinds of wind fields; the wind blows towards +x3. */
+typedef enum { GALLOP_FIELD_UNIFORM = 0 } gallop_field_kind;
+
+typedef struct {
+    int32_t kind; /* a gallop_field_kind */
+    int32_t law;  /* index: the wind speed [m/s] */
+} gallop_field;
+
+/* A point where chains end and devices act. */
+typedef struct {
+    double position[3]; /* in the initial equilibrium [m] */
+    int32_t fixed[3];   /* 1: u1, u2, u3 follow `motion`; theta is always fixed at 0 */
+    int32_t motion[3];  /* index of a law: displacement of the tower's point [m]; -1: at rest */
+} gallop_junction;
+
+/* A conductor between two junctions, the first one at the smaller x1.  Of sag and horizontal
+ * tension at least one is positive; if both are, the parabola with both is held as initial state.
+ */
+typedef struct {
+    int32_t cross_section, field; /* indices */
+    int32_t junction[2];          /* indices */
+    int32_t elements;             /* 2 to 1000000 */
+    int32_t reserved;
+    double sag;                /* below the chord at its middle [m]; 0: not given */
+    double horizontal_tension; /* [N]; 0: not given */
+} gallop_chain;
+
+/* What acts at junctions.  Parameters of a
+ * spring to the tower: stiffness along x1, x2, x3 [N/m];
+ * adjacent span with its insulator string (Liu et al. 2009, eq. 23-24): span [m], tension [N],
+ * length [m] and weight [N] of the string. */
+typedef enum { GALLOP_DEVICE_SPRING = 0, GALLOP_DEVICE_ADJACENT_SPAN = 1 } gallop_device_kind;
+
+#define GALLOP_DEVICE_PARAMETERS 12
+
+typedef struct {
+    int32_t kind, reserved; /* a gallop_device_kind */
+    int32_t junction[2];    /* indices; the second is -1 where the kind has one */
+    double parameter[GALLOP_DEVICE_PARAMETERS]; /* 0 beyond those of the kind */
+} gallop_device;
+
+typedef struct {
+    int32_t chain, law;              /* indices; the law is a factor on force and torque */
+    int32_t evenly_spaced, reserved; /* n points at k / (n + 1) of the conductor's length, or 0: one
+                                        at `position` */
+    double position;                 /* fraction of the conductor's length, 0 to 1 */
+    double force[3], torque;         /* [N], [N m] */
+} gallop_load;
+
+/* Time integration: Newmark (beta 1/4, gamma 1/2), Gauss collocation with three stages (order 6),
+ * or the generalised alpha method (Chung, Hulbert 1993). */
+typedef enum {
+    GALLOP_NEWMARK = 0,
+    GALLOP_GAUSS6 = 1,
+    GALLOP_GENERALISED_ALPHA = 2
+} gallop_integrator;
+
+/* Settings of the whole scene. */
+typedef struct {
+    double gravity;     /* [m/s^2] */
+    double air_density; /* [kg/m^3] */
+    double seed_vertical, seed_horizontal,
+        seed_twist;          /* amplitude of cos(pi x1 / L) on every chain,
+                                x1 from its middle [m], [m], [rad] */
+    double time_step;        /* [s] */
+    double newton_tolerance; /* [m] */
+    double tolerance;        /* 0: equal steps; else relative error by which the steps are chosen,
+                                Gauss only */
+    double spectral_radius;  /* 0 to 1, generalised alpha: factor per step on motion that the step
+                                does not resolve */
+    int32_t max_newton_iterations; /* 1 or more */
+    int32_t max_halvings;          /* 0 to 30 */
+    int32_t integrator;            /* a gallop_integrator */
+    int32_t start_in_mean_wind;    /* 1: static equilibrium under the wind at t = 0 */
+    int32_t laws_only; /* 1: calls with gallop_inputs are refused, and terms that the laws leave
+                          inactive are not computed */
+    int32_t reserved;
+} gallop_settings;
+
+/* Tables with their counts; NULL where the count is 0.  One chain, its junctions 0 and 1, at least
+ * one cross-section and one field. */
+typedef struct {
+    gallop_settings settings;
+    int32_t cross_section_count, curve_count, field_count, junction_count, chain_count,
+        device_count, load_count, law_count;
+    int64_t number_count;
+    const gallop_cross_section *cross_section;
+    const gallop_curve *curve;
+    const gallop_field *field;
+    const gallop_junction *junction;
+    const gallop_chain *chain;
+    const gallop_device *device;
+    const gallop_load *load;
+    const gallop_law *law;
+    const double *number; /* of tables and curves */
+} gallop_scene;
+
+#endif
