@@ -27,7 +27,7 @@ TYPES = (bool, int, float, object)
 
 
 def as_dataset(rows: list[Row], header: Header) -> xr.Dataset:
-    """Return one array a column over the dimension ``run``; missing values are NaN or ``""``.
+    """Return one array per column over the dimension ``run``; missing values are NaN or ``""``.
 
     Without rows, the dataset has the columns of the header.
     """

@@ -278,7 +278,8 @@ def _curve(scene: Scene) -> AerodynamicCurve:
     """Coefficient curve of a scene; SceneError if it has none."""
     if scene.aerodynamics is None:
         raise SceneError(
-            "the scene has no aerodynamics: stability criteria need a coefficient curve; give one"
+            "the scene has no aerodynamics: stability criteria need a coefficient curve; add a"
+            " section [aerodynamics]"
         )
     return scene.aerodynamics.curve()
 

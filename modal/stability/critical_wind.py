@@ -104,8 +104,8 @@ def critical_wind_speed(
     """
     if scene.aerodynamics is None:
         raise SceneError(
-            "the scene has no aerodynamics: a critical wind speed needs a coefficient curve; give"
-            " one"
+            "the scene has no aerodynamics: a critical wind speed needs a coefficient curve; add"
+            " a section [aerodynamics]"
         )
     if not (np.isfinite(highest) and highest > 0.0):
         raise SceneError(f"highest = {highest} m/s: must be a finite, positive wind speed")
