@@ -241,7 +241,9 @@ def _midspan(source: Result | xr.Dataset, channels: Sequence[str]) -> xr.Dataset
     data = source.midspan() if isinstance(source, Result) else source
     missing = [name for name in channels if name not in data]
     if missing:
-        raise SceneError(f"{', '.join(missing)} was not recorded; add it to the channels of simulate")
+        raise SceneError(
+            f"{', '.join(missing)} was not recorded; add it to the channels of simulate"
+        )
     return data
 
 
