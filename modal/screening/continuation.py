@@ -102,13 +102,13 @@ class GallopingOnset(NamedTuple):
         Lowest wind speed [m/s] at which the mean state is unstable; None if there is none.
     state : MeanState or None
         Mean state there.
-    limit : str or None
+    end_reason : str or None
         Reason why the search ended below the highest wind.
     """
 
     wind_speed: float | None
     state: MeanState | None
-    limit: str | None
+    end_reason: str | None
 
 
 def galloping_onset(model: ReducedModel, wind: float, highest: float) -> GallopingOnset:
@@ -189,7 +189,7 @@ class LimitCycles:
         Wind speeds [m/s] at which galloping begins and ends.
     orbits, growth : list
         Orbits in the order of continuation, and their multipliers.
-    limit : str or None
+    end_reason : str or None
         Reason why the branch ends below the highest wind.
     is_unresolved : bool
         True if it ends because no motion stays near the orbits that follow.
@@ -210,7 +210,7 @@ class LimitCycles:
         self.track = self._track(GALLOP)
         self.orbits: list[Orbit] = []
         self.growth: list[Multipliers] = []
-        self.galloping_from, state, self.limit = galloping_onset(model, wind, highest)
+        self.galloping_from, state, self.end_reason = galloping_onset(model, wind, highest)
         if self.galloping_from is not None and state is not None:
             self._follow(self._first_guess(self.galloping_from, state))
             self._trim()
@@ -251,7 +251,7 @@ class LimitCycles:
         try:
             first, matrix, _ = self.track.near(last, direction)
         except NotConvergedError:
-            self.limit = _lost(last[-1])
+            self.end_reason = _lost(last[-1])
             return
         self._follow_from(first, matrix, direction)
 
@@ -263,21 +263,21 @@ class LimitCycles:
             done = orbit.wind_speed > self.highest or self.track.size(orbit) < least
             return done or not (is_fine or orbit.is_resolved)
 
-        self.limit = None
+        self.end_reason = None
         for orbit in self.track.follow(first, matrix, direction, stop):
             if self._append(orbit, least):
                 return True
         last = self.orbits[-1]
         if last.wind_speed > self.highest:
             return True
-        self.limit = _lost(last.wind_speed)
+        self.end_reason = _lost(last.wind_speed)
         return False
 
     def _append(self, orbit: Orbit, least: float) -> bool:
         """Append an orbit; True if the branch ends with it."""
         if self._leaves_curve(orbit):
             low, high = self.model.scene.aerodynamics.range_deg  # type: ignore[union-attr]
-            self.limit = (
+            self.end_reason = (
                 f"at {orbit.wind_speed:.4g} m/s the attack angles leave the coefficient curve,"
                 f" which is valid from {low:g} to {high:g} deg"
             )
@@ -308,7 +308,7 @@ class LimitCycles:
         try:
             last = self.track.of_size(guess, least)[0]
         except NotConvergedError:
-            self.limit = _lost(low.wind_speed)
+            self.end_reason = _lost(low.wind_speed)
             return
         self.orbits.append(last)
         self.growth.append(multipliers(self.model, last))
@@ -316,7 +316,7 @@ class LimitCycles:
         if np.linalg.norm(last.coefficients[1:]) < FIRST_SIZE * self.size_scale:
             self.galloping_until = last.wind_speed
         else:
-            self.limit = (
+            self.end_reason = (
                 f"at {last.wind_speed:.4g} m/s the motion changes to a higher mode at twice the"
                 " frequency"
             )
@@ -331,7 +331,7 @@ class LimitCycles:
         if self.has_ended or last == len(self.orbits) - 1:
             return
         self.is_unresolved = True
-        self.limit = (
+        self.end_reason = (
             f"the limit cycle is unresolved above {self.orbits[last].wind_speed:.4g} m/s:"
             f" {reasons[last + 1]}"
         )

@@ -59,7 +59,7 @@ class Judgement:
         Wind speeds [m/s] between which galloping exists.
     limit_cycle : tuple of Cycle
         Galloping without swing over the wind speed.
-    limit : str or None
+    end_reason : str or None
         Reason why `limit_cycle` ends below the highest wind.
     is_unresolved : bool
         True if it ends because no motion stays near it.
@@ -82,7 +82,7 @@ class Judgement:
     galloping_from: float | None
     galloping_until: float | None
     limit_cycle: tuple[Cycle, ...]
-    limit: str | None
+    end_reason: str | None
     is_unresolved: bool
     galloping: Cycle | None = None
     onset: Cycle | None = None
@@ -119,7 +119,7 @@ def judge(branch: LimitCycles, frequencies: FrequencyRatio) -> Judgement:
         galloping_from=branch.galloping_from,
         galloping_until=branch.galloping_until,
         limit_cycle=branch.table(),
-        limit=branch.limit,
+        end_reason=branch.end_reason,
         is_unresolved=branch.is_unresolved,
     )
     if known.galloping_from is None:
@@ -189,7 +189,7 @@ def explain(judged: Judgement) -> str:
 
 
 def _no_galloping(judged: Judgement) -> str:
-    remark = f"; {judged.limit}" if judged.limit else ""
+    remark = f"; {judged.end_reason}" if judged.end_reason else ""
     return (
         "the first symmetric vertical mode does not gallop up to"
         f" {judged.highest_wind:.4g} m/s{remark}"
@@ -209,7 +209,7 @@ def _no_onset(judged: Judgement) -> str:
                 f", ends at {judged.galloping_until:.4g} m/s, below the scene's"
                 f" {judged.wind_speed:.4g} m/s,"
             )
-    caveat = f" ({judged.limit})" if judged.limit else ""
+    caveat = f" ({judged.end_reason})" if judged.end_reason else ""
     last = judged.limit_cycle[-1].wind_speed
     return f"{_tuning(judged)}: {gallops} and starts no swing up to {last:.4g} m/s{caveat}"
 
@@ -246,11 +246,11 @@ def _swing(judged: Judgement) -> str:
 
 
 def _no_cycle(judged: Judgement) -> str:
-    missing = judged.limit
+    missing = judged.end_reason
     if not judged.is_unresolved:
         missing = (
             f"no periodic motion was found at {_wind(judged)}"
-            f" ({judged.limit or 'no branch reaches it'})"
+            f" ({judged.end_reason or 'no branch reaches it'})"
         )
     return f"{_tuning(judged)}{_onset(judged)}, but {missing}; {_remedy(judged)}"
 

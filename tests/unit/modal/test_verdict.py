@@ -17,7 +17,7 @@ KNOWN = Judgement(
     galloping_from=4.6,
     galloping_until=None,
     limit_cycle=(GALLOPING,),
-    limit=None,
+    end_reason=None,
     is_unresolved=False,
 )
 PAIR = "frequency ratio 1.842, 7.9% below 2:1"
@@ -51,7 +51,7 @@ def test_every_verdict_has_a_risk_and_a_sentence():
     [
         (KNOWN, "the first symmetric vertical mode does not gallop up to 8.25 m/s"),
         (
-            replace(KNOWN, limit="the span is unstable"),
+            replace(KNOWN, end_reason="the span is unstable"),
             "the first symmetric vertical mode does not gallop up to 8.25 m/s;"
             " the span is unstable",
         ),
@@ -61,7 +61,7 @@ def test_every_verdict_has_a_risk_and_a_sentence():
             " and starts no swing up to 5.5 m/s",
         ),
         (
-            replace(KNOWN, verdict=Verdict.NO_ONSET, galloping=GALLOPING, limit="it ends"),
+            replace(KNOWN, verdict=Verdict.NO_ONSET, galloping=GALLOPING, end_reason="it ends"),
             f"{PAIR}: galloping at the scene's 5.5 m/s has an amplitude of 0.585 m and starts no"
             " swing up to 5.5 m/s (it ends)",
         ),
@@ -93,7 +93,7 @@ def test_every_verdict_has_a_risk_and_a_sentence():
             f"{PAIR}, but no periodic motion was found at 5.5 m/s (no branch reaches it); {REMEDY}",
         ),
         (
-            replace(NO_CYCLE, limit="it is unresolved above 5 m/s", is_unresolved=True),
+            replace(NO_CYCLE, end_reason="it is unresolved above 5 m/s", is_unresolved=True),
             f"{PAIR}, but it is unresolved above 5 m/s; {REMEDY}",
         ),
         (
