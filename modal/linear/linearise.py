@@ -3,14 +3,18 @@
 The unknowns are the displacements of all nodes about the equilibrium, four a node. Most are "free";
 the others are prescribed: the ends follow the tower points and cannot twist. The aerodynamic load
 depends on the wind and on the attack angle only through w3 = U - v3 and alpha = alpha0 + theta +
-... (Liu et al. 2009, eq. 20-21), hence its slopes follow from the tangents exactly:
+... (Liu et al. 2009, eq. 20-21). Hence, with e3 a uniform unit velocity v3 and et a uniform unit
+twist, the force F on the unknowns has the exact slopes
 
-- by the wind speed, minus the aerodynamic damping matrix times a uniform unit velocity v3;
-- by the attack angle, the aerodynamic stiffness matrix times a uniform unit twist, plus the change
-  of the torque of the ice's weight, since the ice turns with the attack angle.
+    dF/dU      = -dF/dv3 = (C - C_still) e3,
+    dF/dalpha0 = -(K - K_untwisted) et.
 
-Every matrix is taken at the equilibrium itself: eccentric ice that has turned there changes the
-mass matrix too.
+C_still is the damping matrix without wind; K_untwisted is the stiffness matrix without wind and at
+zero twist. It is in the second slope because the torque of the weight of the ice is g (c3 - m3),
+where both first moments rotate with alpha0: c3 by theta + alpha0, m3 by alpha0.
+
+Every matrix is taken at the equilibrium itself: eccentric ice that is rotated there changes the
+mass matrix, too.
 """
 
 from __future__ import annotations

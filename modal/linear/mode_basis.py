@@ -13,28 +13,28 @@ from modal.linear.modes import FAMILIES, Family, by_family
 
 Array = NDArray[np.float64]
 
-ELEMENTS = 16
+MAX_ELEMENTS = 16
 """Most elements of the mesh that is reduced; more change the amplitudes by less than 0.1 %."""
 
-KEPT: dict[Family, int] = {"vertical": 3, "horizontal": 3, "torsional": 3}
+MODES_PER_FAMILY: dict[Family, int] = {"vertical": 3, "horizontal": 3, "torsional": 3}
 """Mode shapes of each family and symmetry, the lowest ones."""
 
-PROBE = 1e-3
+TANGENT_STEP = 1e-3
 """Step along a mode for differences of the tangent [modal coordinate], which are exact at any step:
 the tangent is quadratic in the displacement."""
 
 MIRROR = np.array([-1.0, 1.0, 1.0, 1.0])
 """Signs of the family displacements in the mirror image of a motion about mid-span."""
 
-TINY = 1e-12
+SIGN_OFFSET = 1e-12
 """Added to a mid-span displacement whose sign is taken: the sign of 0 is positive."""
 
-PARALLEL = 1e-3
+MIN_NEW_PART = 1e-3
 """Part of a shape outside the basis below which the shape is not added to it."""
 
 
 @dataclass(frozen=True)
-class Rest:
+class StillAirModes:
     """A span in its initial equilibrium in still air: its matrices and all natural modes.
 
     Attributes
@@ -88,7 +88,7 @@ class Rest:
         )
 
 
-def at_rest(scene: Scene, elements: int = ELEMENTS) -> Rest:
+def still_air_modes(scene: Scene, elements: int = MAX_ELEMENTS) -> StillAirModes:
     """Matrices and all modes about the initial equilibrium in still air.
 
     Parameters
@@ -127,8 +127,8 @@ def at_rest(scene: Scene, elements: int = ELEMENTS) -> Rest:
     shapes = flat.reshape(-1, *mesh.free.shape)
     turned = by_family(scene, shapes)
     dominant = _dominant_family(turned, mass)
-    sign = np.sign(turned[np.arange(len(shapes)), mesh.model.middle, dominant] + TINY)
-    return Rest(
+    sign = np.sign(turned[np.arange(len(shapes)), mesh.model.middle, dominant] + SIGN_OFFSET)
+    return StillAirModes(
         mesh=mesh,
         frequencies=np.sqrt(squares),
         shapes=shapes * sign[:, None, None],
@@ -151,16 +151,16 @@ def _dominant_family(turned: Array, mass: Array) -> NDArray[np.intp]:
     return np.asarray(np.argmax(energy, axis=0))
 
 
-def stiffness_derivative(rest: Rest, direction: Array) -> Array:
+def stiffness_derivative(modes: StillAirModes, direction: Array) -> Array:
     """Derivative of the stiffness (4 nodes, 4 nodes) along nodal displacements (node, 4).
 
     The tangent is quadratic in the displacement, so its central difference is exact.
     """
     ahead, back = (
-        rest.model.tangent(side * PROBE * direction, stiffness=1.0, inputs=rest.mesh.still)
+        modes.model.tangent(side * TANGENT_STEP * direction, stiffness=1.0, inputs=modes.mesh.still)
         for side in (1.0, -1.0)
     )
-    return np.asarray(rest.mesh.assemble((ahead - back) / (2.0 * PROBE)).toarray())
+    return np.asarray(modes.mesh.assemble((ahead - back) / (2.0 * TANGENT_STEP)).toarray())
 
 
 def mirrored(scene: Scene) -> bool:
@@ -168,19 +168,19 @@ def mirrored(scene: Scene) -> bool:
     return scene.span.height_difference == 0.0 and scene.supports.left == scene.supports.right
 
 
-def choose(rest: Rest, symmetric: tuple[bool, ...]) -> list[int]:
+def choose(modes: StillAirModes, symmetric: tuple[bool, ...]) -> list[int]:
     """Numbers of the lowest modes of each family and of the wanted symmetries."""
     chosen: list[int] = []
-    for family, count in KEPT.items():
+    for family, count in MODES_PER_FAMILY.items():
         for kind in symmetric:
             alike = [
-                i for i, f in enumerate(rest.family) if f == family and rest.symmetric[i] == kind
+                i for i, f in enumerate(modes.family) if f == family and modes.symmetric[i] == kind
             ]
             chosen += alike[:count]
     return chosen
 
 
-def with_stretching(rest: Rest, chosen: list[int]) -> Array:
+def with_stretching(modes: StillAirModes, chosen: list[int]) -> Array:
     """Basis of chosen shapes and of the static displacements due to their change of tension.
 
     Motion u = q_a phi_a + q_b phi_b sets up the internal force q_a q_b (dK/dq_a) phi_b of second
@@ -191,7 +191,7 @@ def with_stretching(rest: Rest, chosen: list[int]) -> Array:
 
     Parameters
     ----------
-    rest
+    modes
         The span.
     chosen
         Numbers of the modes.
@@ -201,23 +201,23 @@ def with_stretching(rest: Rest, chosen: list[int]) -> Array:
     ndarray, shape (shape, node, 4)
         Orthonormal in the mass; first the chosen modes.
     """
-    free = np.flatnonzero(rest.free)
-    shapes = rest.shapes.reshape(len(rest.shapes), -1)
+    free = np.flatnonzero(modes.free)
+    shapes = modes.shapes.reshape(len(modes.shapes), -1)
     partners: dict[Family, list[int]] = {
-        "vertical": [i for i in chosen if rest.family[i] in ("vertical", "horizontal")],
-        "horizontal": [i for i in chosen if rest.family[i] == "horizontal"],
+        "vertical": [i for i in chosen if modes.family[i] in ("vertical", "horizontal")],
+        "horizontal": [i for i in chosen if modes.family[i] == "horizontal"],
     }
     loads = []
     for family, others in partners.items():
-        change = stiffness_derivative(rest, rest.shapes[rest.first(family)])
+        change = stiffness_derivative(modes, modes.shapes[modes.first(family)])
         loads += [change @ shapes[i] for i in others]
     static = np.zeros((len(loads), shapes.shape[1]))
     static[:, free] = np.linalg.solve(
-        rest.stiffness[np.ix_(free, free)], np.array(loads)[:, free].T
+        modes.stiffness[np.ix_(free, free)], np.array(loads)[:, free].T
     ).T
     basis = list(shapes[chosen])
     for displacement in static:
-        _append_orthonormal(basis, displacement, rest.mass)
+        _append_orthonormal(basis, displacement, modes.mass)
     return np.array(basis).reshape(len(basis), -1, 4)
 
 
@@ -232,5 +232,5 @@ def _append_orthonormal(basis: list[Array], vector: Array, mass: Array) -> None:
         for known in basis:
             vector = vector - (known @ mass @ vector) * known
     left = np.sqrt(vector @ mass @ vector)
-    if left > PARALLEL * size:
+    if left > MIN_NEW_PART * size:
         basis.append(vector / left)

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from gallop_fmu import Scene, SceneError
 from gallop_fmu.engine.mesh import AeroLoad
-from modal.linear.mode_basis import Rest, choose, mirrored, with_stretching
+from modal.linear.mode_basis import StillAirModes, choose, mirrored, with_stretching
 from modal.linear.projection import Projection
 
 Array = NDArray[np.float64]
@@ -68,21 +68,26 @@ class ReducedModel:
         The shapes at mid-span.
     """
 
-    def __init__(self, scene: Scene, rest: Rest, chosen: list[int], shapes: Array) -> None:
+    def __init__(
+        self, scene: Scene, modes: StillAirModes, chosen: list[int], shapes: Array
+    ) -> None:
         if scene.aerodynamics is None:
             raise SceneError(
                 "aerodynamics is not given: without a coefficient curve no wind can drive the span"
             )
-        self.rest, self.scene = rest, scene
-        vertical, horizontal = rest.first("vertical"), rest.first("horizontal")
+        self.modes, self.scene = modes, scene
+        vertical, horizontal = modes.first("vertical"), modes.first("horizontal")
         self.vertical, self.horizontal = chosen.index(vertical), chosen.index(horizontal)
-        self.frequencies = (float(rest.frequencies[vertical]), float(rest.frequencies[horizontal]))
-        self.shapes = shapes
-        self._projection = Projection(rest.mesh, shapes)
-        self.mass, self.damping, self.stiffness = (
-            self._projection.matrix(a) for a in (rest.mass, rest.damping, rest.stiffness)
+        self.frequencies = (
+            float(modes.frequencies[vertical]),
+            float(modes.frequencies[horizontal]),
         )
-        self.middle = self.shapes[:, rest.model.middle]
+        self.shapes = shapes
+        self._projection = Projection(modes.mesh, shapes)
+        self.mass, self.damping, self.stiffness = (
+            self._projection.matrix(a) for a in (modes.mass, modes.damping, modes.stiffness)
+        )
+        self.middle = self.shapes[:, modes.model.middle]
         self._prepare_stretching()
         self._prepare_sections()
 
@@ -93,7 +98,7 @@ class ReducedModel:
 
     def _prepare_stretching(self) -> None:
         """Compute what `stretching` needs of the shapes at the strain points."""
-        points = self.rest.mesh.strain_points
+        points = self.modes.mesh.strain_points
         slope = points.slope(np.moveaxis(self.shapes, 0, -1))[:, :3]  # (point, 3, mode)
         self._pull = np.einsum("gi,gim->gm", points.tangent, slope)  # X'.shape'
         self._pairs = np.einsum("gim,gin->gmn", slope, slope)  # shape'.shape'
@@ -101,7 +106,7 @@ class ReducedModel:
 
     def _prepare_sections(self) -> None:
         """Compute the products of the shapes at the sections that turn slopes into matrices."""
-        projection, sections = self._projection, self.rest.mesh.sections
+        projection, sections = self._projection, self.modes.mesh.sections
         self._gravity = self.scene.span.gravity * sections.normal[:, 1]
         products = np.einsum(
             "ipm,jpn->ijpmn", projection.weighted, projection.section.transpose(0, 2, 1)
@@ -263,7 +268,7 @@ class ReducedModel:
 
     def _air(self, u: Array, v: Array, wind: float | Array, slopes: bool = False) -> AeroLoad:
         """Aerodynamic load on the sections, from the kernel."""
-        return self.rest.mesh.aero_load(u[2], v[0], v[1], v[2], wind, slopes=slopes)
+        return self.modes.mesh.aero_load(u[2], v[0], v[1], v[2], wind, slopes=slopes)
 
     def angle_excess(self, q: Array, v: Array, wind: float) -> float:
         """Largest excess [rad] of the attack angle beyond the curve's range; 0 inside.
@@ -354,18 +359,18 @@ def _equilibrium(model: ReducedModel, wind: float) -> tuple[Array, Forces]:
     )
 
 
-def reduced_model(scene: Scene, rest: Rest) -> ReducedModel:
+def reduced_model(scene: Scene, modes: StillAirModes) -> ReducedModel:
     """The lowest modes of each family and the stretching that the first symmetric pair sets up.
 
     Only the symmetric ones of a span with mirror symmetry: from symmetric motions no force leads to
     others.
     """
-    chosen = choose(rest, (True,) if mirrored(scene) else (True, False))
-    return ReducedModel(scene, rest, chosen, with_stretching(rest, chosen))
+    chosen = choose(modes, (True,) if mirrored(scene) else (True, False))
+    return ReducedModel(scene, modes, chosen, with_stretching(modes, chosen))
 
 
 def with_antisymmetric_modes(model: ReducedModel) -> ReducedModel:
     """Add the antisymmetric modes to the model of a span with mirror symmetry, after its own."""
-    chosen = choose(model.rest, (False,))
-    shapes = np.concatenate([model.shapes, with_stretching(model.rest, chosen)])
-    return ReducedModel(model.scene, model.rest, choose(model.rest, (True,)), shapes)
+    chosen = choose(model.modes, (False,))
+    shapes = np.concatenate([model.shapes, with_stretching(model.modes, chosen)])
+    return ReducedModel(model.scene, model.modes, choose(model.modes, (True,)), shapes)

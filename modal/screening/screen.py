@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 
 from gallop_fmu import Scene, SceneError
 from gallop_fmu.foundation.deprecation import warn_renamed
-from modal.linear.mode_basis import at_rest
+from modal.linear.mode_basis import still_air_modes
 from modal.screening.continuation import Cycle, LimitCycles
 from modal.screening.other_modes import OtherMode, first_other_mode
 from modal.screening.reduced_model import ReducedModel, reduced_model
@@ -163,7 +163,7 @@ def screen(scene: Scene, highest_wind: float | None = None) -> Screening:
     highest = MAX_WIND_RATIO * wind if highest_wind is None else highest_wind
     check_wind(scene, wind, highest)
     frequencies = frequency_ratio(scene)
-    model = reduced_model(scene, at_rest(scene))
+    model = reduced_model(scene, still_air_modes(scene))
     _check_damping(model)
     rough = estimate(scene, wind, highest)
     other_mode = first_other_mode(model, highest)

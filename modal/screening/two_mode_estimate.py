@@ -25,7 +25,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gallop_fmu import Scene, SceneError
-from modal.linear.mode_basis import PROBE, Rest, at_rest, stiffness_derivative
+from modal.linear.mode_basis import (
+    TANGENT_STEP,
+    StillAirModes,
+    stiffness_derivative,
+    still_air_modes,
+)
 from modal.screening.reduced_model import ReducedModel
 
 Array = NDArray[np.float64]
@@ -49,7 +54,7 @@ TWIST_ITERATIONS = 3
 """Fixed-point iterations for the quasi-static twist; each reduces the error about tenfold."""
 
 SECOND_STEP_RATIO = 1e3
-"""Step of the second difference of the tangent along the vertical mode, in units of `PROBE`.
+"""Step of the second difference of the tangent along the vertical mode, in units of `TANGENT_STEP`.
 
 The tangent is quadratic in the displacement, so that any step is exact but for rounding.
 """
@@ -120,7 +125,7 @@ class TwoMode:
         )
 
 
-def quadratic_coupling(scene: Scene, rest: Rest | None = None) -> Coupling:
+def quadratic_coupling(scene: Scene, rest: StillAirModes | None = None) -> Coupling:
     """Compute the quadratic coupling of the first symmetric pair, from the kernel's tangent.
 
     Parameters
@@ -171,7 +176,7 @@ def quadratic_coupling(scene: Scene, rest: Rest | None = None) -> Coupling:
     >>> round(modal.quadratic_coupling(gf.load_scene("example3")).modulation, 2)
     -0.97
     """
-    rest = at_rest(scene) if rest is None else rest
+    rest = still_air_modes(scene) if rest is None else rest
     number_v, number_h = rest.first("vertical"), rest.first("horizontal")
     free = np.flatnonzero(rest.free)
     block = np.ix_(free, free)
@@ -211,18 +216,18 @@ def quadratic_coupling(scene: Scene, rest: Rest | None = None) -> Coupling:
 
 
 def _second_derivative(
-    rest: Rest, mode: int, k1: Array, block: tuple[NDArray[np.intp], ...]
+    rest: StillAirModes, mode: int, k1: Array, block: tuple[NDArray[np.intp], ...]
 ) -> Array:
     """Second derivative k2 of the stiffness along a mode: K(a v) = K + a k1 + a^2/2 k2."""
-    step = SECOND_STEP_RATIO * PROBE
+    step = SECOND_STEP_RATIO * TANGENT_STEP
     displaced, straight = (
         rest.mesh.tangent(u, stiffness=1.0, inputs=rest.mesh.still).toarray()[block]
-        for u in (rest.shapes[mode] * SECOND_STEP_RATIO * PROBE, None)
+        for u in (rest.shapes[mode] * SECOND_STEP_RATIO * TANGENT_STEP, None)
     )
     return np.asarray(2.0 * (displaced - straight - step * k1) / step**2)
 
 
-def _of_all_unknowns(rest: Rest, u: Array, free: NDArray[np.intp]) -> Array:
+def _of_all_unknowns(rest: StillAirModes, u: Array, free: NDArray[np.intp]) -> Array:
     """Displacement (node, 4) from that of the free unknowns."""
     full = np.zeros(rest.free.size)
     full[free] = u
@@ -259,7 +264,7 @@ def two_mode_estimate(
 def estimate(scene: Scene, wind: float, highest: float) -> TwoMode:
     """Compute `two_mode_estimate` for given wind speeds [m/s]."""
     began = clock.perf_counter()
-    rest = at_rest(scene, MESH_ELEMENTS)
+    rest = still_air_modes(scene, MESH_ELEMENTS)
     coupling = quadratic_coupling(scene, rest)
     chosen = [rest.first("vertical"), rest.first("horizontal"), rest.first("torsional")]
     model = ReducedModel(scene, rest, chosen, rest.shapes[chosen])

@@ -130,7 +130,7 @@ class ModalSpan:
             total += np.outer(load.law.at(time), self.projection.force(force))
         return total
 
-    def rest(self, wind_speed: float) -> Array:
+    def equilibrium(self, wind_speed: float) -> Array:
         """Equilibrium (mode,) in a constant wind [m/s] and under the applied loads at t = 0.
 
         Raises
@@ -156,7 +156,7 @@ class ModalSpan:
         raise SimulationError(Report(Outcome.EQUILIBRIUM_NOT_FOUND, 0.0))
 
     def wind_slopes(self, q: Array, wind_speed: float) -> tuple[Array, Array]:
-        """Derivatives of the modal wind load by q and by q', at rest at q in a wind [m/s].
+        """Derivatives of the modal wind load by q and by q', at q and q' = 0, in a wind [m/s].
 
         The load is in the residual of the simulation with a minus sign: its derivatives are the
         tangents in still air less those in the wind.
@@ -188,15 +188,15 @@ class ModalSpan:
             State matrix of (q, q'), and the state of the equilibrium.
         """
         count, matrix = len(self.modes), self.structure()
-        rest = self.rest(wind_speed)
-        matrix[count:] += np.hstack(self.wind_slopes(rest, wind_speed))
-        return matrix, np.concatenate([rest, np.zeros(count)])
+        q = self.equilibrium(wind_speed)
+        matrix[count:] += np.hstack(self.wind_slopes(q, wind_speed))
+        return matrix, np.concatenate([q, np.zeros(count)])
 
     def start(self) -> Array:
         """State (q, q') at t = 0: the seed plus the equilibrium in which the scene starts."""
         q = self.seed
         if self.scene.initial.wind == "mean_wind_equilibrium":
-            q = q + self.rest(float(wind_at(self.scene, np.zeros(1))[0]))
+            q = q + self.equilibrium(float(wind_at(self.scene, np.zeros(1))[0]))
         return np.concatenate([q, np.zeros_like(q)])
 
 

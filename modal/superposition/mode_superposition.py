@@ -143,23 +143,23 @@ def linear_motion(
     started = clock.perf_counter()
     records = RecordingPlan.from_scene(span.scene, stop_time, record_every)
     step = span.scene.numerics.time_step
-    matrix, rest = span.linear_system(wind_speed)
+    matrix, mean = span.linear_system(wind_speed)
     transition, constant, linear, _ = propagators(matrix, step)
     applied = span.applied(step * np.arange(records.count * records.stride + 1, dtype=np.float64))
     applied -= applied[0]  # the first one is part of the equilibrium
-    z = span.start() - rest
-    air = span.wind_load(rest + z, wind_speed)
-    states, outcome, done = [rest + z], Outcome.COMPLETED, 0
+    z = span.start() - mean
+    air = span.wind_load(mean + z, wind_speed)
+    states, outcome, done = [mean + z], Outcome.COMPLETED, 0
     while outcome is Outcome.COMPLETED and done < records.count * records.stride:
         z = transition @ z + constant @ applied[done] + linear @ (applied[done + 1] - applied[done])
         done += 1
         if done % records.stride:
             continue
         if math.isfinite(float(z @ z)):
-            air = span.wind_load(rest + z, wind_speed)
+            air = span.wind_load(mean + z, wind_speed)
         outcome = _judge(z, air)
         if outcome is Outcome.COMPLETED:
-            states.append(rest + z)
+            states.append(mean + z)
     report = _report(span, outcome, step * done, air, done)
     return _result(
         span, np.array(states), records.interval, report, "exact propagation", started, wind_speed

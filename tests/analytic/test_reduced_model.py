@@ -6,7 +6,7 @@ import pytest
 import gallop_fmu as gf
 import modal
 from gallop_fmu import Inputs, Model
-from modal.linear.mode_basis import at_rest
+from modal.linear.mode_basis import still_air_modes
 from modal.screening.reduced_model import mean_state, reduced_model
 
 SPRINGS = {"kind": "springs", "stiffness_x1": 76e3, "stiffness_x3": 1400.0}
@@ -28,7 +28,7 @@ SCENES = {
 @pytest.mark.parametrize("values", SCENES.values(), ids=SCENES)
 def test_forces_and_their_derivatives_are_those_of_the_kernel(values):
     scene = gf.load_scene("example3").with_values(values)
-    rest = at_rest(scene)
+    rest = still_air_modes(scene)
     model = reduced_model(scene, rest)
     draw = np.random.default_rng(0)
     q, v, a = (size * draw.standard_normal((3, model.size)) for size in (0.3, 0.6, 0.9))
@@ -55,7 +55,7 @@ def test_forces_and_their_derivatives_are_those_of_the_kernel(values):
 
 def test_the_derivative_by_the_wind_is_that_of_the_residual():
     scene = gf.load_scene("example3")
-    model = reduced_model(scene, at_rest(scene))
+    model = reduced_model(scene, still_air_modes(scene))
     q, v, a = np.random.default_rng(1).standard_normal((3, 2, model.size)) * 0.3
     ahead, back = (model.forces(q, v, a, wind).residual for wind in (5.5 + 1e-4, 5.5 - 1e-4))
     slope = model.forces(q, v, a, 5.5).by_wind
@@ -64,10 +64,10 @@ def test_the_derivative_by_the_wind_is_that_of_the_residual():
 
 def test_shapes_are_orthonormal_in_the_mass():
     scene = gf.load_scene("example3")
-    model = reduced_model(scene, at_rest(scene))
+    model = reduced_model(scene, still_air_modes(scene))
     mass = (
         model.shapes.reshape(model.size, -1)
-        @ model.rest.mass
+        @ model.modes.mass
         @ model.shapes.reshape(model.size, -1).T
     )
     assert mass == pytest.approx(np.eye(model.size), abs=1e-12)
@@ -76,7 +76,7 @@ def test_shapes_are_orthonormal_in_the_mass():
 
 def test_the_equilibrium_in_the_wind_is_that_of_the_kernel():
     scene = gf.load_scene("example3")
-    model = reduced_model(scene, at_rest(scene))
+    model = reduced_model(scene, still_air_modes(scene))
     state = mean_state(model, 5.5)
     kernel = Model(scene)
     exact = kernel.rest().motion()[0][kernel.middle]

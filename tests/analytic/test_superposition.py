@@ -78,7 +78,7 @@ def test_the_attack_angle_in_weak_wind_is_not_judged():
 def test_the_slopes_are_derivatives_of_the_wind_load():
     span = some_modes(example3())
     count = len(span.modes)
-    rest = np.concatenate([span.rest(5.5), np.zeros(count)])
+    rest = np.concatenate([span.equilibrium(5.5), np.zeros(count)])
     step = 1e-6
     differences = np.array(
         [
@@ -257,7 +257,7 @@ def test_small_motion_grows_as_in_the_full_model(name):
         full.real, rel=0.01
     )  # observed -0.24 %, 0.92 %: the span blown aside
     assert abs(fastest.imag) == pytest.approx(abs(full.imag), rel=2e-3)  # observed 1.0e-3, 2.9e-4
-    hanging = span.shapes @ span.rest(speed)
+    hanging = span.shapes @ span.equilibrium(speed)
     hanging[:, :3] = (
         0.0  # the twist counts for the wind load; the displacement only for the structure
     )

@@ -14,7 +14,7 @@ from scipy.optimize import brentq
 import gallop_fmu as gf
 import modal
 from gallop_fmu.foundation.channels import SPAN_INDEX
-from modal.linear.mode_basis import at_rest
+from modal.linear.mode_basis import still_air_modes
 from modal.screening.reduced_model import mean_state, reduced_model
 
 SLOPE_OF_LIFT, DRAG, LENGTH = -4.5, 1.0, 125.88
@@ -91,7 +91,7 @@ def test_critical_wind_of_the_full_model(rise, right):
 def test_the_screen_finds_the_same_critical_wind():
     """The reduced model of screen(): its growth in the mean wind passes zero."""
     scene = sloping(0.5, numerics__elements=12)
-    model = reduced_model(scene, at_rest(scene))
+    model = reduced_model(scene, still_air_modes(scene))
     onset = brentq(lambda wind: mean_state(model, wind).vertical.real, 3.0, 4.2, xtol=1e-6)
     assert onset == pytest.approx(3.622, rel=1e-3)  # observed 3e-4
 

@@ -8,7 +8,7 @@ import pytest
 
 import gallop_fmu as gf
 import modal
-from modal.linear.mode_basis import at_rest
+from modal.linear.mode_basis import still_air_modes
 from modal.screening.beating import beating_cycle
 from modal.screening.other_modes import first_other_mode
 from modal.screening.reduced_model import reduced_model
@@ -328,7 +328,7 @@ def test_a_mode_that_passes_another_is_not_called_another_mode():
         if mode.mode.loops != 1
     ]
     onset = min(mode.wind_speed for mode in others if mode.wind_speed is not None)
-    rest = at_rest(scene)
+    rest = still_air_modes(scene)
     assert (
         first_other_mode(reduced_model(scene, rest), 11.5) is None
     )  # before: one loop from 6.18 m/s
