@@ -23,9 +23,9 @@ from modal.screening.harmonic_balance import (
     Balance,
     NotConvergedError,
     Orbit,
-    Track,
     amplitudes,
 )
+from modal.screening.orbit_family import Track
 from modal.screening.reduced_model import MeanState, ReducedModel, mean_state
 
 Array = NDArray[np.float64]

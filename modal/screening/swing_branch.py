@@ -12,7 +12,8 @@ from modal.screening.floquet import (
     flip_shape,
     multipliers,
 )
-from modal.screening.harmonic_balance import SWING, NotConvergedError, Orbit, Track, doubled
+from modal.screening.harmonic_balance import SWING, NotConvergedError, Orbit, doubled
+from modal.screening.orbit_family import Track
 from modal.screening.reduced_model import ReducedModel
 
 ONSET_TOLERANCE = 1e-3

@@ -312,7 +312,7 @@ class _Swing:
     coupling: Coupling
 
     def excess(self, amplitude: Array, vertical_square: Array) -> tuple[Array, Array]:
-        """Excess of the modulation e over its threshold, equation (2) of the module, and detuning D.
+        """Excess of the modulation e over its threshold, equation (2), and detuning D.
 
         Parameters
         ----------

@@ -3,7 +3,8 @@
 import numpy as np
 import pytest
 
-from modal.screening.harmonic_balance import Balance, Orbit, Track, doubled
+from modal.screening.harmonic_balance import Balance, Orbit, doubled
+from modal.screening.orbit_family import Track
 from modal.screening.reduced_model import Forces
 
 
