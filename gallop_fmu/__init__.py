@@ -1,4 +1,4 @@
-"""Galloping of iced overhead-line conductors: a nonlinear cable model, and its FMI 2.0 co-simulation FMU.
+"""Galloping of iced overhead-line conductors: a nonlinear cable model and its FMI 2.0 FMU.
 
 Axes: x1 along the span (left to right), x2 up, x3 horizontal; wind blows towards +x3.  Twist is
 right-handed about x1, so the windward edge rises for positive twist.  SI units and radians; degrees

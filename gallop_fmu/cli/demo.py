@@ -100,7 +100,7 @@ def _run_fmu(fmu: Path, progress: Callable[[float, float], object] | None) -> An
             output=list(OUTPUTS),
             step_finished=step_finished,
         )
-    except Exception as problem:  # fmpy has no class of errors of its own
+    except Exception as problem:  # fmpy raises plain exceptions
         raise SceneError(
             f"{fmu}: fmpy could not run it ({problem}); run gallop-fmu check {fmu}"
         ) from problem

@@ -374,7 +374,7 @@ def _rows(dataset: xr.Dataset) -> list[Row]:
 
 
 def _grouped(runs: Runs, rows: Sequence[Row], key: str) -> list[str]:
-    """Texts of a column that differ in more than numbers, each with its first run and their count."""
+    """Texts of a column that differ in more than numbers, each with its first run."""
     groups: dict[str, list[Row]] = {}
     for row in rows:
         if row.get(key):

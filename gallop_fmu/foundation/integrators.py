@@ -44,9 +44,9 @@ class Integrator:
         conserved at every step size.
     amplitude_error
         Error constant C: the relative error of a steady amplitude is at most C / n^`order` with n
-        steps in a period; from three limit cycles of examples 2 and 3 with 6 to 100 steps in a period
-        (`benchmarks/accuracy/time_step.py`). The 2:1 swing determines it, as long steps detune it; other
-        motions are less sensitive.
+        steps in a period; from three limit cycles of examples 2 and 3 with 6 to 100 steps in a
+        period (`benchmarks/accuracy/time_step.py`). The 2:1 swing determines it, as long steps
+        detune it; other motions are less sensitive.
     description
         One line: the method and the solution of its equations.
     """

@@ -144,8 +144,8 @@ class Report:
 
         Many steps were halved, or a section rotated by a large angle within one step. This
         indicator is cheap: of ten thousand random runs without it, none had an energy imbalance of
-        more than a few per cent (docs/reference/stability.md). It does not detect axial waves that the steps
-        do not resolve but that still converge;
+        more than a few per cent (docs/reference/stability.md). It does not detect axial waves that
+        the steps do not resolve but that still converge;
         `gallop_fmu.simulation.energy_balance.energy_balance` does.
         """
         return self._has_many_halvings or self._has_large_rotation

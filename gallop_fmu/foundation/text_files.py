@@ -215,8 +215,8 @@ def read_table(path: Path, units: Mapping[str, str], *, first: str = "") -> Tabl
             continue
         if len(cells) != len(header):
             raise SceneError(
-                f"{path.name}: row {row} has {len(cells)} cells, {len(header)} are required; give one"
-                " for each column"
+                f"{path.name}: row {row} has {len(cells)} cells, {len(header)} are required; give"
+                " one for each column"
             )
         numbers.append(
             [_number(path, row, name, cell) for name, cell in zip(header, cells, strict=True)]
@@ -425,7 +425,7 @@ def take_in_file(
     Returns
     -------
     data, table
-        The section with arrays in place of the file, and the table; None if the section has no file.
+        The section with arrays in place of the file, and the table (None: the section has no file).
     """
     if not isinstance(data, dict) or data.get("file") is None:
         return data, None

@@ -86,7 +86,8 @@ def toml_spelling(number: str) -> str:
     mantissa, mark, exponent = number.lower().partition("e")
     sign = mantissa[0] if mantissa[0] in "+-" else ""
     whole, point, decimals = mantissa.removeprefix(sign).partition(".")
-    return f"{sign}{whole.lstrip('0') or '0'}{point}{(decimals or '0') if point else ''}{mark}{exponent}"
+    digits = f"{whole.lstrip('0') or '0'}{point}{(decimals or '0') if point else ''}"
+    return f"{sign}{digits}{mark}{exponent}"
 
 
 def number_remedy(text: str) -> str:
@@ -102,8 +103,8 @@ def number_remedy(text: str) -> str:
         return "write the digits 0 to 9 only, such as 100, 0.5 or 1e-3"
     if text.lower() in ("nan", "na", "n/a", "null", "-"):
         return (
-            "give a number; an empty cell, which keeps the scene's value, is allowed only in a table"
-            " of spans"
+            "give a number; an empty cell, which keeps the scene's value, is allowed only in a"
+            " table of spans"
         )
     return ""
 

@@ -133,7 +133,7 @@ class StrandedConductor:
 
     @property
     def torsional_stiffness(self) -> float:
-        """GJ = G pi d^4/32 [N m2/rad] with `EFFECTIVE_SHEAR_MODULUS`; uncertain by a factor of two."""
+        """GJ = pi d^4/32 times `EFFECTIVE_SHEAR_MODULUS` [N m2/rad]; uncertain by a factor of 2."""
         return EFFECTIVE_SHEAR_MODULUS * math.pi * self.diameter**4 / 32.0
 
     @property
@@ -155,7 +155,7 @@ class StrandedConductor:
         return [(count, STEEL_DENSITY, wire, ring * wire) for ring, count in enumerate(counts)]
 
     def _aluminium_layers(self) -> list[tuple[int, float, float, float]]:
-        """Count, density, wire diameter and radius of the layers, from outside; 6 wires fewer each."""
+        """Count, density, wire diameter and radius of each layer, from the outermost inwards."""
         wire = self.aluminium_wire_diameter
         core = sum(1 for _ in self._steel_layers())
         core_diameter = (2 * core - 1) * self.steel_wire_diameter if core else wire

@@ -38,7 +38,7 @@ MAX_STEP_OF_TURN = 45.0
 """Maximum step [deg] of a table that covers a whole turn."""
 
 END_NOISE_SHARE, END_NOISE = 0.05, 0.01
-"""Difference of the two ends of a turn that is noise: share of the coefficient's range, or value."""
+"""Maximum noise between the two ends of a turn: share of the coefficient's range, or value."""
 
 OUTSIDE_MEANING = (
     "outside the validity range: an error, the end value (hold), or the repeated curve (periodic)"
@@ -310,7 +310,7 @@ class TableCoefficients(Section):
         )
 
     def curve(self) -> AerodynamicCurve:
-        """Return the curve, with a piece between neighbouring points; smooth where a turn closes."""
+        """Return the curve: a piece between neighbouring points, smooth where a turn closes."""
         # A slow import, which polynomials do not need.
         from scipy.interpolate import PchipInterpolator
 
@@ -348,7 +348,8 @@ def check_range(
         raise SceneError(f"{first_name} = {first} must be less than {last_name} = {last} deg")
     if last - first > 360.0:
         raise SceneError(
-            f"{first_name} = {first} to {last_name} = {last} is more than a turn; give at most 360 deg"
+            f"{first_name} = {first} to {last_name} = {last} is more than a turn; give at most"
+            " 360 deg"
         )
     if outside == "periodic" and last - first != 360.0:
         raise SceneError(

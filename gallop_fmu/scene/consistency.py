@@ -85,15 +85,15 @@ def _unusual_sag(scene: Scene) -> list[str]:
     ):
         found.append(
             f"span.horizontal_tension = {span.horizontal_tension:g} N is small for a weight of the"
-            f" span of {weight:.4g} N: the sag is more than {MAX_USUAL_SAG_RATIO:g} of span.length; check the"
-            " units"
+            f" span of {weight:.4g} N: the sag is more than {MAX_USUAL_SAG_RATIO:g} of span.length;"
+            " check the units"
         )
     if (span.horizontal_tension or 0.0) > MAX_STRAIN * scene.conductor.axial_stiffness:
         found.append(
             f"span.horizontal_tension = {span.horizontal_tension:g} N is more than"
             f" {MAX_STRAIN:.0%} of conductor.axial_stiffness ="
-            f" {scene.conductor.axial_stiffness:g} N, which no conductor withstands; check the units"
-            " (both in N)"
+            f" {scene.conductor.axial_stiffness:g} N, which no conductor withstands; check the"
+            " units (both in N)"
         )
     return found
 
@@ -114,8 +114,8 @@ def _lift_of_round_ice(scene: Scene) -> list[str]:
         return []
     return [
         "the first moments of the ice are 0, as for round or no ice, but the coefficient curve has"
-        f" lift up to {lift:.3g}, which a round section does not have; give the ice the shape of the"
-        " curve ([line] ice_shape and ice_thickness, or [ice] first moments), or the curve of a"
+        f" lift up to {lift:.3g}, which a round section does not have; give the ice the shape of"
+        " the curve ([line] ice_shape and ice_thickness, or [ice] first moments), or the curve of a"
         " round section"
     ]
 

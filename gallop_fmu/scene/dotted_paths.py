@@ -131,8 +131,8 @@ def _where(root: type[Section], key: str) -> str:
     ]
     if kinds and len(with_it) < len(owners):
         return (
-            f"only {section}.kind = {' or '.join(kinds)} has this value; set the kind too, or remove"
-            " this value"
+            f"only {section}.kind = {' or '.join(kinds)} has this value; set the kind too, or"
+            " remove this value"
         )
     return f"{section} is not given in this scene; give the whole section"
 

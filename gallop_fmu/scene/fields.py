@@ -55,7 +55,9 @@ def quantity(default: Any, unit: str, meaning: str, **bounds: float) -> Any:
     **bounds
         ``gt``, ``ge``, ``lt``, ``le``, ``min_length``, ``max_length``.
     """
-    return Field(default, description=meaning, json_schema_extra={"unit": unit}, **bounds)  # type: ignore[call-overload]
+    return Field(  # type: ignore[call-overload]
+        default, description=meaning, json_schema_extra={"unit": unit}, **bounds
+    )
 
 
 def setting(default: Any, meaning: str) -> Any:

@@ -106,5 +106,5 @@ class Supports(Section):
         return place
 
     def remark_on_force(self, end: str) -> str:
-        """Remark on the force on the ``"left"`` or ``"right"`` end; empty if the tower carries it."""
+        """Remark on the force on the ``"left"`` or ``"right"`` end; may be empty."""
         return ONE_SPAN_ONLY if isinstance(getattr(self, end), AdjacentSpanSupport) else ""

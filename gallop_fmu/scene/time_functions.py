@@ -226,8 +226,8 @@ def _check_gaps(table: Table, max_gap: float | None, where: str) -> None:
         before, after = table.columns["time"][longest : longest + 2]
         raise SceneError(
             f"{where}gap of {after - before:g} s in time before row {table.rows[longest + 1]} (from"
-            f" {before:g} to {after:g} s); at most {allowed:g} s are interpolated: fill it, or raise"
-            " max_gap to interpolate"
+            f" {before:g} to {after:g} s); at most {allowed:g} s are interpolated: fill it, or"
+            " raise max_gap to interpolate"
         )
 
 

@@ -304,7 +304,7 @@ class Result:
         return Oscillations(found, start, stop)
 
     def save(self, path: Path | str) -> Path:
-        """Write all histories as NetCDF (``.nc``), or those at mid-span as ``.csv`` or ``.parquet``.
+        """Write all histories as ``.nc`` (NetCDF), or those at mid-span as ``.csv``, ``.parquet``.
 
         Parquet needs the extra ``parquet``; units and provenance are attributes of the table. The
         file is replaced atomically: if it cannot be written, an older file is unchanged.
@@ -342,8 +342,8 @@ class Result:
             content = frame.to_parquet(engine="pyarrow")
         else:
             raise SceneError(
-                f"{path}: results are not written as {path.suffix or 'files without suffix'}; choose"
-                " .nc (NetCDF), .csv or .parquet"
+                f"{path}: results are not written as {path.suffix or 'files without suffix'};"
+                " choose .nc (NetCDF), .csv or .parquet"
             )
         write_whole(path, content)
         return path

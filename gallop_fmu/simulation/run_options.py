@@ -121,7 +121,8 @@ def check_model(model: str) -> None:
         raise SceneError(
             'model = "condensed": the condensed model was removed in 0.2.0, because its amplitudes'
             " were wrong without a warning on random spans; remove the option. For quick estimates"
-            " of many spans use modal.screen_spans (gallop-modal screen --table ... --estimate-only)"
+            " of many spans use modal.screen_spans (gallop-modal screen --table ..."
+            " --estimate-only)"
         )
     if model != "element":
         raise SceneError(f'model = {model!r}: must be "element"')

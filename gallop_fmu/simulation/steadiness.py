@@ -253,7 +253,7 @@ def judge(
 
 
 def _judge_cycles(values: Array, period: float, length: float) -> Motion:
-    """Judge an oscillation between -1 and 1 with a period in samples over a window of `length` s."""
+    """Judge an oscillation between -1 and 1; `period` in samples, `length` of the window in s."""
     cycles = min(max(int(len(values) / (MAX_BLOCKS * period)), 1), 4)
     logs = np.log(np.maximum(_envelope(values, period, cycles), 1e-300))
     first, second, third = _means_of_thirds(logs)

@@ -223,7 +223,7 @@ class _Scenes:
         self._varied.setdefault(id(base), (base, set()))[1].update(keys)
 
     def check(self) -> None:
-        """Refuse scenes that stay invalid whatever the values of the changed keys."""
+        """Refuse scenes that are invalid for all values of the changed keys."""
         for base, keys in self._varied.values():
             base.check(keys)
 
@@ -313,8 +313,8 @@ def _csv_rows(path: Path) -> Iterator[tuple[str, Mapping[str, Any]]]:
             continue
         if len(cells) != len(header):
             raise SceneError(
-                f"{path}: row {number} has {len(cells)} cells, the first row has {len(header)}; give"
-                " one cell for each column"
+                f"{path}: row {number} has {len(cells)} cells, the first row has {len(header)};"
+                " give one cell for each column"
             )
         yield f"row {number}", {key: cell for key, cell in zip(header, cells, strict=True) if cell}
 

@@ -143,7 +143,7 @@ def workers(kind: Kind, count: int | None = None, cluster: str | None = None) ->
     count
         Number of workers; None takes one for each core.
     cluster
-        Address of a Dask scheduler such as ``tcp://host:8786``, in place of workers on this machine.
+        Address of a Dask scheduler such as ``tcp://host:8786``, in place of local workers.
 
     Raises
     ------

@@ -113,7 +113,7 @@ class RowStore:
         now = clock.monotonic()
         if now - self._export_time > max(EXPORT_INTERVAL, self._export_cost / MAX_EXPORT_SHARE):
             os.fsync(self._journal.fileno())
-            # On Windows a file that another program has open cannot be replaced; `close` reports it.
+            # On Windows, an open file cannot be replaced; `close` reports the error.
             with suppress(OSError):
                 self.export()
             self._export_time = clock.monotonic()

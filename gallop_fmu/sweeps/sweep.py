@@ -72,7 +72,7 @@ SUMMARY_COLUMNS |= {
     ),
     "davison_excess": (
         "m",
-        "distance of the motion in the window beyond the upright ellipse of Davison; negative: inside",
+        "distance of the motion in the window beyond Davison's upright ellipse; negative: inside",
     ),
     "warnings": ("", "warnings that limit the trust in the results"),
 }
