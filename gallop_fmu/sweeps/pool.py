@@ -54,15 +54,15 @@ class Workers:
         Executor of the work.
     count : int
         Number of workers.
-    share_memory : bool
-        They share the memory of this program, so that an event can stop them.
+    has_shared_memory : bool
+        True if they share the memory of this program, so that an event can stop them.
     lost : callable
         Called while no answer comes; it returns the reason why none can come, or an empty text.
     """
 
     executor: Executor
     count: int
-    share_memory: bool
+    has_shared_memory: bool
     lost: Callable[[], str] = str
 
     def answers(
@@ -166,11 +166,11 @@ def workers(kind: Kind, count: int | None = None, cluster: str | None = None) ->
     pool = _start_processes(count) if kind == "processes" and count > 1 else None
     if pool is not None:
         with _shut_down(pool) as executor:
-            yield Workers(executor, count, share_memory=False)
+            yield Workers(executor, count, has_shared_memory=False)
         return
     count = count if kind == "threads" else 1
     with ThreadPoolExecutor(count, "sweep") as executor:
-        yield Workers(executor, count, share_memory=True)
+        yield Workers(executor, count, has_shared_memory=True)
 
 
 def cores() -> int:
@@ -247,7 +247,7 @@ def _cluster(address: str) -> Iterator[Workers]:
         executor = client.get_executor(pure=False)
         try:
             yield Workers(
-                executor, count, share_memory=False, lost=_no_workers_reason(client, address)
+                executor, count, has_shared_memory=False, lost=_no_workers_reason(client, address)
             )
         finally:
             executor.shutdown(wait=False)  # cancels work that has not begun

@@ -175,7 +175,7 @@ def _rows(team: Workers, task: Task, missing: list[Case], stop: Event) -> Iterat
     size = max(1, min(MAX_GROUP_SIZE, len(missing) // (MIN_GROUPS_PER_WORKER * team.count)))
     starts = range(0, len(missing), size)
     groups = ([_prepared(case) for case in missing[k : k + size]] for k in starts)
-    call = _GroupTask(task, stop if team.share_memory else None)
+    call = _GroupTask(task, stop if team.has_shared_memory else None)
     for group, answer in team.answers(call, groups):
         if isinstance(answer, Exception):
             answer = [
