@@ -93,34 +93,33 @@ def _locate(loc: tuple[int | str, ...], root: type[Section]) -> tuple[str, Field
 def _allowed(problem: ErrorDetails, field: FieldInfo | None) -> str:
     """Describe the allowed values: bounds of a number, otherwise the message of pydantic."""
     kind = problem["type"]
-    unit = unit_of_field(field) if field else ""
     if kind == "literal_error":
         return f"must be {problem['ctx']['expected']}"
     if kind in ("too_short", "too_long"):
         limit = "at least" if kind == "too_short" else "at most"
         count = problem["ctx"]["min_length" if kind == "too_short" else "max_length"]
         return f"must have {limit} {count} value{'s' if count > 1 else ''}"
-    if not field or not unit or kind in ("model_type", "tuple_type"):
-        return (
-            "but required" if kind == "missing" else problem["msg"][0].lower() + problem["msg"][1:]
-        )
+    if field and unit_of_field(field) and kind not in ("model_type", "tuple_type"):
+        return _allowed_number(problem, field)
+    message = problem["msg"]
+    return "but required" if kind == "missing" else message[0].lower() + message[1:]
+
+
+def _allowed_number(problem: ErrorDetails, field: FieldInfo) -> str:
+    """Describe the allowed numbers of a field by its bounds and unit."""
     bounds = [
         f"{word} {getattr(rule, name):.10g}"
         for rule in field.metadata
         for name, word in BOUNDS.items()
         if hasattr(rule, name)
     ]
-    whole = int in (field.annotation, *get_args(field.annotation))
-    noun = (
-        []
-        if bounds and kind.startswith(("greater", "less"))
-        else ["a whole number" if whole else "a finite number"]
-    )
+    words = [" and ".join(bounds)] if bounds else []
+    if not (bounds and problem["type"] in OUT_OF_BOUNDS):
+        is_whole = int in (field.annotation, *get_args(field.annotation))
+        words.insert(0, "a whole number" if is_whole else "a finite number")
     remedy = number_remedy(problem["input"]) if isinstance(problem["input"], str) else ""
-    return (
-        f"must be {' '.join([*noun, ' and '.join(bounds)]).rstrip()}"
-        f" [{unit}]{f' ({remedy})' if remedy else ''}"
-    )
+    hint = f" ({remedy})" if remedy else ""
+    return f"must be {' '.join(words)} [{unit_of_field(field)}]{hint}"
 
 
 def _short(value: Any) -> str:

@@ -297,7 +297,9 @@ def test_answers_that_came_before_the_loss_was_seen():
             answer.set_result(function(item))
             return answer
 
-    answers = Workers(Losing(), 1, has_shared_memory=False).answers(lambda item: 10 * item, [1, 2, 3])
+    answers = Workers(Losing(), 1, has_shared_memory=False).answers(
+        lambda item: 10 * item, [1, 2, 3]
+    )
     assert next(answers) == (1, 10)
     with pytest.raises(WorkersLostError):
         next(answers)
