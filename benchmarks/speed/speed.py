@@ -69,7 +69,7 @@ def strict(**numerics: float) -> gf.Scene:
 
 
 def spread(values: list[float]) -> str:
-    """Least, median and greatest."""
+    """Minimum, median and maximum."""
     return " | ".join(
         f"{value:.4g}" for value in (min(values), statistics.median(values), max(values))
     )
