@@ -193,8 +193,9 @@ gallop_scene resource_scene(const resource *r)
 void resource_start_inputs(const resource *r, double input[RESOURCE_INPUTS])
 {
     const gallop_scene scene = resource_scene(r);
-    const law wind = law_from(&scene.law[scene.field[0].law], scene.number);
+    const gallop_chain *chain = &scene.chain[0];
+    const law wind = law_from(&scene.law[scene.field[chain->field].law], scene.number);
     memset(input, 0, RESOURCE_INPUTS * sizeof *input);
     input[0] = law_value(&wind, 0.0);
-    input[1] = scene.cross_section[0].attack_angle;
+    input[1] = scene.cross_section[chain->cross_section].attack_angle;
 }
