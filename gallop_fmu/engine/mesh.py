@@ -188,7 +188,7 @@ class Mesh:
 
     @cached_property
     def _places(self) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
-        """Row and column, in the matrix of the whole span, of each entry of the element matrices."""
+        """Row and column, in the matrix of the span, of each entry of the element matrices."""
         unknowns = 2 * DOFS * np.arange(self.model.elements)[:, None] + np.arange(3 * DOFS)
         return np.repeat(unknowns, 3 * DOFS, axis=1).ravel(), np.tile(unknowns, 3 * DOFS).ravel()
 

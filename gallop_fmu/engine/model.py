@@ -36,7 +36,9 @@ MOST_STEPS = 10**12
 
 @dataclass(slots=True)
 class Inputs:
-    """What a co-simulation host sets instead of the scene's laws; each changes linearly in time from `time` on.
+    """Values that a co-simulation host sets instead of the scene's laws.
+
+    From `time` on each changes linearly.
 
     Attributes
     ----------
@@ -144,7 +146,7 @@ def _inputs_pointer(inputs: Inputs | None) -> Any:
 
 
 def _insist(outcome: int) -> None:
-    """Raise where a function without a report was refused; the state alone was not checked before."""
+    """Raise the error of a function without a report, which checks only the state."""
     if outcome:
         fault = kernel.gallop_arithmetic_fault()
         field = (
@@ -379,7 +381,7 @@ class Model:
         return state
 
     def rest(self, time: float = 0.0, inputs: Inputs | None = None) -> State:
-        """Static equilibrium under wind, loads and support displacement at `time`, found by load stepping."""
+        """Static equilibrium under wind, loads and support displacement, by load stepping."""
         state = State(self)
         state._call(kernel.gallop_equilibrium, number("time", time), self.accept(inputs))
         return state
@@ -406,7 +408,9 @@ class _OneThread:
 
 
 class State:
-    """The motion of a model at one instant: one flat block of memory, which can be saved and restored bit for bit.
+    """The motion of a model at one instant, which can be saved and restored bit for bit.
+
+    It is one flat block of memory.
 
     `Model.start` and `Model.rest` make one; one that was only constructed must be restored before
     it is used. It can be copied and pickled. Only one thread at a time may use it; another gets a
@@ -490,7 +494,9 @@ class State:
         span_channels: ArrayLike = ALL_SPAN_CHANNELS,
         first: int = 0,
     ) -> Run:
-        """Advance `records` times by `every` steps and observe after each; `first` counts the records already made.
+        """Advance `records` times by `every` steps and observe after each.
+
+        `first` is the number of records already made.
 
         Parameters
         ----------
@@ -524,7 +530,8 @@ class State:
         with self._alone:
             kernel.gallop_run(
                 self.model.handle, self._pointer, first, records, every, *counted,
-                double_pointer(node_values), double_pointer(span_values), c.byref(done), c.byref(raw),
+                double_pointer(node_values), double_pointer(span_values), c.byref(done),
+                c.byref(raw),
             )  # fmt: skip
         report = unpacked(raw)
         if report.outcome is Outcome.BAD_CALL:
@@ -580,7 +587,10 @@ _Integers = c.POINTER(c.c_int32)
 
 @dataclass(frozen=True, slots=True)
 class Run:
-    """Records of `State.run`: node values (record, channel, node), span values (record, channel), and the report."""
+    """Records of `State.run`, and its report.
+
+    Node values have the shape (record, channel, node), span values (record, channel).
+    """
 
     node_values: Array
     span_values: Array

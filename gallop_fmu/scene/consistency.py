@@ -164,5 +164,6 @@ def _check_aerodynamics(scene: Scene) -> None:
     if curve.beyond == "error" and not first <= reduced <= last:
         raise SceneError(
             f"ice.attack_angle_deg = {angle} is outside the coefficient curve, which is valid"
-            f' from {first} to {last} deg; choose an angle inside, or set aerodynamics.outside = "hold"'
+            f" from {first} to {last} deg; choose an angle inside, or set"
+            ' aerodynamics.outside = "hold"'
         )

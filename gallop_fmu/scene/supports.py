@@ -40,7 +40,7 @@ class RigidSupport(Section):
 
 
 class SpringSupport(Section):
-    """Springs along and across the span, preloaded by the initial reaction; x2 and twist are fixed."""
+    """Springs along and across the span, preloaded by the initial reaction; x2, twist fixed."""
 
     DEVICE_KIND: ClassVar[int] = 0
     DEVICE_PARAMETERS: ClassVar[Mapping[str, int]] = {"stiffness_x1": 0, "stiffness_x3": 2}

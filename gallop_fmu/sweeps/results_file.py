@@ -149,7 +149,8 @@ def read_results(path: Path) -> xr.Dataset:
             raise ValueError("not a file of results")
     except Exception as problem:  # libraries raise many types of errors for a damaged file
         raise SceneError(
-            f"{path}: not the results of a sweep, or damaged ({type(problem).__name__}); run the sweep again"
+            f"{path}: not the results of a sweep, or damaged ({type(problem).__name__});"
+            " run the sweep again"
         ) from None
     return dataset
 
