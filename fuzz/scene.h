@@ -103,7 +103,7 @@ static inline void support_of(input *in, gallop_scene *s, int end)
     const uint8_t kind = byte_of(in);
     const bool rigid = kind < 128;
     junction[end] = (gallop_junction){.position = {end ? 125.9 : 0.0, 0.0, 0.0},
-                                      .fixed = {rigid, 1, rigid},
+                                      .fixed = {rigid, 1, rigid, 1},
                                       .motion = {-1, -1, -1}};
     if (end)
         for (int i = 0; i < 2; i++) change(in, &junction[1].position[i]);

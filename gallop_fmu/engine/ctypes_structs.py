@@ -69,7 +69,12 @@ class CField(c.Structure):
 class CJunction(c.Structure):
     """gallop_junction."""
 
-    _fields_ = (("position", Three), ("fixed", c.c_int32 * 3), ("motion", c.c_int32 * 3))
+    _fields_ = (
+        ("position", Three),
+        ("fixed", c.c_int32 * 4),
+        ("motion", c.c_int32 * 3),
+        ("reserved", c.c_int32),
+    )
 
 
 class CChain(c.Structure):

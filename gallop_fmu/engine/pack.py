@@ -257,7 +257,7 @@ class Packed:
         span, rigid = scene.span, isinstance(support, RigidSupport)
         far = (span.length, span.height_difference, 0.0) if index else (0.0, 0.0, 0.0)
         junction = CJunction(position=Three(*far))
-        junction.fixed[:] = (rigid, True, rigid)
+        junction.fixed[:] = (rigid, True, rigid, True)
         self._add("junction", junction)
         if index:
             for axis, name in enumerate(("length", "height_difference")):

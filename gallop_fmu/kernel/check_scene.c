@@ -234,14 +234,15 @@ static int check_cross_section(const gallop_scene *s, const gallop_cross_section
 
 static int check_junction(const gallop_scene *s, const gallop_junction *j, gallop_report *report)
 {
-    int outcome = GALLOP_COMPLETED;
-    for (int i = 0; i < 3 && !outcome; i++) {
-        const named place[] = {{"position of a junction", j->position[i]}};
-        outcome = all_finite(place, 1, report);
-        if (!outcome && (j->fixed[i] < 0 || j->fixed[i] > 1))
+    const named place[] = {{"position of a junction", j->position[0]},
+                           {"position of a junction", j->position[1]},
+                           {"position of a junction", j->position[2]}};
+    int outcome = all_finite(place, COUNT(place), report);
+    for (int i = 0; i < 4 && !outcome; i++)
+        if (j->fixed[i] < 0 || j->fixed[i] > 1)
             outcome = report_invalid(report, "what is fixed at a junction", j->fixed[i], 1.0);
-        if (!outcome) outcome = check_law_of(s, j->motion[i], -1, "motion of a support", report);
-    }
+    for (int i = 0; i < 3 && !outcome; i++)
+        outcome = check_law_of(s, j->motion[i], -1, "motion of a support", report);
     return outcome;
 }
 
@@ -287,30 +288,17 @@ static int check_chain(const gallop_scene *s, const gallop_chain *c, gallop_repo
                            report);
 }
 
+/* What is common to all kinds; device.c checks the rest. */
 static int check_device(const gallop_scene *s, const gallop_device *d, gallop_report *report)
 {
-    const double *p = d->parameter;
-    const named adjacent[] = {
-        {"adjacent span", p[0]}, {"adjacent tension", p[1]}, {"insulator length", p[2]}};
     int outcome = check_index(d->junction[0], 0, s->junction_count, "junction of a device", report);
-    if (outcome) return outcome;
-    if (d->junction[1] != -1)
-        return report_invalid(report, "second junction of a device", d->junction[1], -1.0);
-    for (int i = 0; i < GALLOP_DEVICE_PARAMETERS; i++)
-        if (!isfinite(p[i])) return report_invalid(report, "parameter of a device", p[i], 0.0);
-    switch (d->kind) {
-    case GALLOP_DEVICE_SPRING:
-        for (int i = 0; i < 3; i++)
-            if (!(p[i] >= 0.0)) return report_invalid(report, "stiffness of a support", p[i], 0.0);
-        return GALLOP_COMPLETED;
-    case GALLOP_DEVICE_ADJACENT_SPAN:
-        outcome = all_positive(adjacent, COUNT(adjacent), report);
-        if (!outcome && !(p[3] >= 0.0))
-            outcome = report_invalid(report, "insulator weight", p[3], 0.0);
-        return outcome;
-    default:
-        return report_invalid(report, "kind of a device", d->kind, GALLOP_DEVICE_ADJACENT_SPAN);
-    }
+    if (!outcome)
+        outcome = check_index(d->junction[1], -1, s->junction_count, "second junction of a device",
+                              report);
+    for (int i = 0; i < GALLOP_DEVICE_PARAMETERS && !outcome; i++)
+        if (!isfinite(d->parameter[i]))
+            outcome = report_invalid(report, "parameter of a device", d->parameter[i], 0.0);
+    return outcome;
 }
 
 static int check_load(const gallop_scene *s, const gallop_load *load, gallop_report *report)
@@ -329,26 +317,12 @@ static int check_load(const gallop_scene *s, const gallop_load *load, gallop_rep
     return outcome ? outcome : check_law_of(s, load->law, 0, "history of a load", report);
 }
 
-/* A junction that can move sideways or along the line must be held by a device. */
-static int check_support(const gallop_scene *s, int32_t index, gallop_report *report)
+static int check_ends(const gallop_scene *s, int32_t index, gallop_report *report)
 {
-    int ends = 0;
     for (int32_t i = 0; i < s->chain_count; i++)
-        for (int end = 0; end < 2; end++) ends += s->chain[i].junction[end] == index;
-    if (ends != 1)
-        return report_invalid(report, "number of spans that end at a junction", ends, 1.0);
-    const gallop_junction *j = &s->junction[index];
-    for (int i = 0; i < 3; i += 2) {
-        if (j->fixed[i]) continue;
-        bool held = false;
-        for (int32_t d = 0; d < s->device_count; d++)
-            held = held || (s->device[d].junction[0] == index &&
-                            (s->device[d].kind == GALLOP_DEVICE_ADJACENT_SPAN ||
-                             s->device[d].parameter[i] > 0.0));
-        if (!held) return report_invalid(report, "stiffness of a support", 0.0, 0.0);
-    }
-    return j->fixed[1] ? GALLOP_COMPLETED
-                       : report_invalid(report, "what is fixed at a junction", j->fixed[1], 1.0);
+        for (int end = 0; end < 2; end++)
+            if (s->chain[i].junction[end] == index) return GALLOP_COMPLETED;
+    return report_invalid(report, "number of spans that end at a junction", 0.0, 1.0);
 }
 
 /* ---- settings ---- */
@@ -416,8 +390,7 @@ static int check_line(const gallop_scene *s, gallop_report *report)
         outcome = check_junction(s, &s->junction[i], report);
     for (int32_t i = 0; i < s->chain_count && !outcome; i++)
         outcome = check_chain(s, &s->chain[i], report);
-    for (int32_t i = 0; i < s->junction_count && !outcome; i++)
-        outcome = check_support(s, i, report);
+    for (int32_t i = 0; i < s->junction_count && !outcome; i++) outcome = check_ends(s, i, report);
     return outcome;
 }
 

@@ -1,6 +1,8 @@
 /* Devices at junctions: the list of their kinds, and loops over those of a scene. */
 #include "device.h"
 
+#include "report.h"
+
 /* ---- springs to the tower: of a support, or of the adjacent span and its insulator string ---- */
 
 enum { SPRING_STIFFNESS = 0 }; /* constant[0..2]: along x1, x2, x3 [N/m] */
@@ -30,10 +32,28 @@ static double spring_energy(const device *d, const device_motion y[2])
     return energy;
 }
 
+static int spring_check(const gallop_device *d, gallop_report *report)
+{
+    for (int i = 0; i < 3; i++)
+        if (!(d->parameter[i] >= 0.0))
+            return report_invalid(report, "stiffness of a support", d->parameter[i], 0.0);
+    return GALLOP_COMPLETED;
+}
+
 static void spring_prepare(const gallop_model *model, const gallop_device *from, device *d)
 {
     (void)model;
     memcpy(d->constant, from->parameter, sizeof d->constant);
+}
+
+static int adjacent_span_check(const gallop_device *d, gallop_report *report)
+{
+    static const char *const name[] = {"adjacent span", "adjacent tension", "insulator length"};
+    for (int i = 0; i < 3; i++)
+        if (!(d->parameter[i] > 0.0)) return report_invalid(report, name[i], d->parameter[i], 0.0);
+    if (!(d->parameter[3] >= 0.0))
+        return report_invalid(report, "insulator weight", d->parameter[3], 0.0);
+    return GALLOP_COMPLETED;
 }
 
 /* The chain that ends at a junction. */
@@ -61,11 +81,27 @@ static void adjacent_span_prepare(const gallop_model *model, const gallop_device
 /* ---- the kinds, by gallop_device_kind ---- */
 
 static const device_kind kinds[] = {
-    [GALLOP_DEVICE_SPRING] = {"spring", 1, spring_prepare, spring_add_force, spring_add_tangent,
-                              spring_energy},
-    [GALLOP_DEVICE_ADJACENT_SPAN] = {"adjacent span", 1, adjacent_span_prepare, spring_add_force,
-                                     spring_add_tangent, spring_energy},
+    [GALLOP_DEVICE_SPRING] = {"spring", 1, spring_check, spring_prepare, spring_add_force,
+                              spring_add_tangent, spring_energy},
+    [GALLOP_DEVICE_ADJACENT_SPAN] = {"adjacent span", 1, adjacent_span_check, adjacent_span_prepare,
+                                     spring_add_force, spring_add_tangent, spring_energy},
 };
+
+int device_check_all(const gallop_scene *s, gallop_report *report)
+{
+    const int32_t count = sizeof kinds / sizeof *kinds;
+    int outcome = GALLOP_COMPLETED;
+    for (int32_t i = 0; i < s->device_count && !outcome; i++) {
+        const gallop_device *d = &s->device[i];
+        if (d->kind < 0 || d->kind >= count)
+            return report_invalid(report, "kind of a device", d->kind, count - 1.0);
+        const bool second = kinds[d->kind].junctions == 2;
+        if (second != (d->junction[1] >= 0) || d->junction[1] == d->junction[0])
+            return report_invalid(report, "second junction of a device", d->junction[1], -1.0);
+        outcome = kinds[d->kind].check(d, report);
+    }
+    return outcome;
+}
 
 void device_create_all(gallop_model *model)
 {
@@ -146,4 +182,19 @@ double device_energy(const gallop_model *model, const conditions *now, motion y)
         energy += d->kind->energy(d, of);
     }
     return energy;
+}
+
+bool device_holds(const gallop_model *model, int index, int unknown)
+{
+    const tangent_weights stiffness = {1.0, 0.0, 0.0};
+    for (int i = 0; i < model->device_count; i++) {
+        const device *d = &model->device[i];
+        const device_motion rest[2] = {{at_rest, at_rest, at_rest, at_rest},
+                                       {at_rest, at_rest, at_rest, at_rest}};
+        double tangent[2][2][16] = {{{0.0}}};
+        d->kind->add_tangent(d, rest, stiffness, tangent);
+        for (int k = 0; k < d->kind->junctions; k++)
+            if (d->junction[k] == index && tangent[k][k][5 * unknown] > 0.0) return true;
+    }
+    return false;
 }

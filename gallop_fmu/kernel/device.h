@@ -14,6 +14,8 @@ typedef struct {
 typedef struct device_kind {
     const char *name;
     int junctions; /* 1 or 2 */
+    /* Checks the parameters, which are finite. */
+    int (*check)(const gallop_device *from, gallop_report *report);
     /* Sets the constants of a device from its parameters; the chains are known. */
     void (*prepare)(const gallop_model *model, const gallop_device *from, device *d);
     /* Adds the forces [N, N m] that move the device so, at each junction. */
@@ -26,7 +28,10 @@ typedef struct device_kind {
     double (*energy)(const device *d, const device_motion y[2]);
 } device_kind;
 
-/* The devices of the scene; their junctions are known. */
+/* Checks the devices of a scene whose tables can be read. */
+int device_check_all(const gallop_scene *s, gallop_report *report);
+
+/* The devices of the scene; its chains are known. */
 void device_create_all(gallop_model *model);
 
 /* Adds the forces of all devices to the residual. */
@@ -40,6 +45,9 @@ void device_forces_at(const gallop_model *model, int index, const conditions *no
 /* The tangent of one device. */
 void device_tangent(const gallop_model *model, const device *d, const conditions *now, motion y,
                     tangent_weights weights, double tangent[2][2][16]);
+
+/* Whether a device resists a displacement of a junction from the initial equilibrium. */
+bool device_holds(const gallop_model *model, int index, int unknown);
 
 /* Energy of all devices [J]. */
 double device_energy(const gallop_model *model, const conditions *now, motion y);

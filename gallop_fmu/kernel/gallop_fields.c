@@ -65,6 +65,7 @@ static const entry entries[] = {
     FIELD(gallop_junction, position),
     FIELD(gallop_junction, fixed),
     FIELD(gallop_junction, motion),
+    FIELD(gallop_junction, reserved),
 
     STRUCTURE(gallop_chain),
     FIELD(gallop_chain, cross_section),

@@ -81,8 +81,9 @@ typedef struct {
 /* A point where chains end and devices act. */
 typedef struct {
     double position[3]; /* in the initial equilibrium [m] */
-    int32_t fixed[3];   /* 1: u1, u2, u3 follow `motion`; theta is always fixed at 0 */
+    int32_t fixed[4];   /* 1: u1, u2, u3 follow `motion`, theta is 0; 0: free */
     int32_t motion[3];  /* index of a law: displacement of the tower's point [m]; -1: at rest */
+    int32_t reserved;
 } gallop_junction;
 
 /* A conductor between two junctions, the first one at the smaller x1.  Of sag and horizontal
@@ -149,8 +150,10 @@ typedef struct {
     int32_t reserved;
 } gallop_settings;
 
-/* Tables with their counts; NULL where the count is 0.  One chain, its junctions 0 and 1, at least
- * one cross-section and one field. */
+/* Tables with their counts; NULL where the count is 0.  At least one cross-section, field of wind
+ * and chain, and two junctions, the first and the last in line order.  Where one chain ends, each
+ * unknown is fixed or held by a device; where several end, the junction couples them.  Memory and
+ * work grow with the distance in this table of junctions that a chain or a device joins. */
 typedef struct {
     gallop_settings settings;
     int32_t cross_section_count, curve_count, field_count, junction_count, chain_count,

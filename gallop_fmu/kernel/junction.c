@@ -29,11 +29,12 @@ void junction_prescribe(const gallop_model *model, const conditions *now, double
         }
 }
 
-void junction_gather(const gallop_model *model, double *force)
+void junction_gather(const gallop_model *model, double *force, int width)
 {
     for (int t = 0; t < model->tie_count; t++) {
-        double *from = force + 4 * model->tie[t].follower, *to = force + 4 * model->tie[t].leader;
-        for (int i = 0; i < 4; i++) {
+        double *from = force + width * model->tie[t].follower;
+        double *to = force + width * model->tie[t].leader;
+        for (int i = 0; i < width; i++) {
             to[i] += from[i];
             from[i] = 0.0;
         }

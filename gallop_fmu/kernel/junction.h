@@ -9,8 +9,8 @@
 void junction_prescribe(const gallop_model *model, const conditions *now, double *u, double *v,
                         double *a);
 
-/* Forces on followers go to their leaders. */
-void junction_gather(const gallop_model *model, double *force);
+/* Forces on followers go to their leaders; (nodes, width). */
+void junction_gather(const gallop_model *model, double *force, int width);
 
 /* Followers get the values of their leaders; (nodes, width). */
 void junction_spread(const gallop_model *model, double *values, int width);

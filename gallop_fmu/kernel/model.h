@@ -56,7 +56,8 @@ typedef struct {
     const cross_section *section;
     int section_index, field, junction[2];
     int elements, nodes, strips, first_node, first_element, first_strip;
-    bool aerodynamic; /* it has a curve, and its wind can blow */
+    size_t first_factor; /* place of its factors in those of all chains [doubles], real */
+    bool aerodynamic;    /* it has a curve, and its wind can blow */
     double gravity, air_density;
     double span, rise;                      /* of the chord, along x1 and x2 [m] */
     double target_sag, target_tension;      /* 0: not given */
@@ -117,6 +118,10 @@ struct gallop_model {
     const law **wind;              /* (field_count) wind speed */
     double *x, *normal;            /* of all chains */
     double *constant_force;        /* (nodes, 4) balances the initial state */
+    bool coupled;                  /* junctions join chains or devices: see solver.c */
+    int junction_reach;            /* farthest junctions that a chain or a device joins */
+    size_t chain_factors;          /* room for the factors of all chains, [doubles] of real ones, */
+    size_t factor_room;            /* and with the matrix of the junctions */
     size_t saved_size, state_size; /* to save a state, and with its scratch memory [bytes] */
 };
 

@@ -5,6 +5,7 @@
 #include "law.h"
 #include "device.h"
 #include "report.h"
+#include "solver.h"
 #include "statics.h"
 
 const char *gallop_build(void)
@@ -226,7 +227,7 @@ static void create_junctions(gallop_model *m)
         junction *j = &m->junction[i];
         memcpy(j->position, from->position, sizeof j->position);
         j->node = -1;
-        j->fixed[3] = true;
+        j->fixed[3] = from->fixed[3] != 0;
         for (int k = 0; k < 3; k++) {
             const law *moved = from->motion[k] >= 0 ? &m->law[from->motion[k]] : NULL;
             j->motion[k] = moved && !law_always_zero(moved) ? moved : NULL;
@@ -339,6 +340,20 @@ static void derive_constants(gallop_model *m)
     }
 }
 
+/* A junction at which one span ends is fixed, or a device holds it. */
+static int check_held(const gallop_model *m, gallop_report *report)
+{
+    for (int i = 0; i < m->junction_count; i++) {
+        int ends = 0;
+        for (int k = 0; k < m->chain_count; k++)
+            ends += (m->chain[k].junction[0] == i) + (m->chain[k].junction[1] == i);
+        for (int k = 0; k < 4 && ends == 1; k++)
+            if (!m->junction[i].fixed[k] && !device_holds(m, i, k))
+                return report_invalid(report, "stiffness of a support", 0.0, 0.0);
+    }
+    return GALLOP_COMPLETED;
+}
+
 int gallop_model_create(const gallop_scene *scene, gallop_model **out, gallop_report *report)
 {
     if (!report_start(report, 0.0)) return GALLOP_BAD_CALL;
@@ -349,6 +364,7 @@ int gallop_model_create(const gallop_scene *scene, gallop_model **out, gallop_re
     if (!base_pointer_usable(scene, WORD))
         return report_refused(report, NOT_USABLE(scene), NAN, NAN);
     int outcome = check_scene(scene, report);
+    if (!outcome) outcome = device_check_all(scene, report);
     if (outcome) return outcome;
 
     gallop_model counted = {.scene = *scene};
@@ -373,8 +389,10 @@ int gallop_model_create(const gallop_scene *scene, gallop_model **out, gallop_re
     device_create_all(m);
     derive_constants(m);
     choose_parts(m);
+    solver_measure(m);
     state_measure(m);
-    outcome = statics_initial(m, report);
+    outcome = check_held(m, report);
+    if (!outcome) outcome = statics_initial(m, report);
     if (outcome) {
         gallop_model_free(m);
         return outcome;

@@ -2,6 +2,7 @@
 #include "resource.h"
 
 #include "check.h"
+#include "device.h"
 #include "law.h"
 
 #include <math.h>
@@ -127,7 +128,7 @@ static const char *check(resource *r, const char *guid)
     const gallop_scene scene = resource_scene(r);
     gallop_report report;
     report_start(&report, 0.0);
-    return check_scene(&scene, &report)
+    return check_scene(&scene, &report) || device_check_all(&scene, &report)
              ? "resources/model.bin is damaged: its scene is impossible; export the scene again"
              : NULL;
 }

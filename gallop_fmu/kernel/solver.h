@@ -4,6 +4,9 @@
 
 #include "element.h"
 
+/* Decides whether junctions are coupled, and how much room the factors need. */
+void solver_measure(gallop_model *model);
+
 /* Which junctions can move: as the scene says, or none (statics of the single spans). */
 typedef enum { SOLVER_JUNCTIONS_AS_IN_SCENE, SOLVER_JUNCTIONS_FIXED } solver_junctions;
 

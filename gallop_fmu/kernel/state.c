@@ -6,7 +6,7 @@ typedef struct {
     size_t pointer, count;
 } array;
 
-enum { SAVED_ARRAYS = 10, ARRAYS = SAVED_ARRAYS + 13 + 24 + 1 };
+enum { SAVED_ARRAYS = 10, ARRAYS = SAVED_ARRAYS + 14 + 24 + 1 };
 
 #define ARRAY(name, count) {offsetof(state_view, name), count}
 #define SECTION(name) {offsetof(state_view, sections.name), abscissae}
@@ -22,13 +22,10 @@ static void list_arrays(const gallop_model *model, array list[ARRAYS])
 {
     const size_t values = 4 * (size_t)model->nodes, block = conditions_count(model);
     const size_t abscissae = 3 * LANES * (size_t)model->strips;
-    const size_t elements = (size_t)model->elements, chains = (size_t)model->chain_count;
     const size_t stages = model_by_gauss(model) ? GAUSS_STAGES : 0;
     const size_t history = history_arrays(model);
-    const size_t sets = model_by_alpha(model) ? 1 : stages; /* instants within a step */
-    const size_t factors = (elements + 2 * chains) * sizeof(chain_factor) / sizeof(double);
-    const size_t complex_factors =
-        stages ? (elements + 2 * chains) * sizeof(complex_factor) / sizeof(double) : 0;
+    const size_t sets = model_by_alpha(model) ? 1 : stages;    /* instants within a step */
+    const size_t unknowns = 8 * (size_t)model->junction_count; /* two parts each */
     const array saved[SAVED_ARRAYS] = {
         ARRAY(u, values),
         ARRAY(v, values),
@@ -36,8 +33,8 @@ static void list_arrays(const gallop_model *model, array list[ARRAYS])
         ARRAY(a_before, stages ? 0 : history * values),
         ARRAY(stage_before, stages * values),
         ARRAY(begin, stages ? (history - stages) * values : 0),
-        ARRAY(factors, factors),
-        ARRAY(complex_factors, complex_factors),
+        ARRAY(factors, model->factor_room),
+        ARRAY(complex_factors, stages ? 2 * model->factor_room : 0),
         ARRAY(now_block, block),
         ARRAY(looked_from_block, block),
     };
@@ -52,6 +49,7 @@ static void list_arrays(const gallop_model *model, array list[ARRAYS])
         ARRAY(stage_a, sets * values),
         ARRAY(stage_residual, stages * values),
         ARRAY(complex_residual, stages ? 2 * values : 0),
+        ARRAY(junction_rhs, model->coupled ? unknowns : 0),
         ARRAY(stage_block[0], block),
         ARRAY(stage_block[1], block),
         ARRAY(stage_block[2], block),

@@ -4,16 +4,6 @@
 
 #include "conditions.h"
 
-/* Room for the factorised effective tangent of an element and its left corner, real and complex,
- * which solver_block.h arranges.  A chain has one for each element, and two for its last corner and
- * the lanes beyond its last element. */
-typedef struct {
-    double value[96];
-} chain_factor;
-typedef struct {
-    double value[192];
-} complex_factor;
-
 #define NEWMARK_HISTORY 4
 #define GAUSS_STAGES 3
 #define GAUSS_ARRAYS (GAUSS_STAGES + 2) /* kept from step to step: stage_before, begin */
@@ -68,6 +58,7 @@ typedef struct {
     double *stage_u, *stage_v, *stage_a; /* (stages, nodes, 4); generalised alpha: one instant */
     double *stage_residual;              /* (stages, nodes, 4) */
     double *complex_residual;            /* (nodes, 8) */
+    double *junction_rhs;                /* (parts, junctions, 4) if junctions are coupled */
     double *stage_block[GAUSS_STAGES];
     sections sections;
     double *saved; /* the state at the start of gallop_advance */

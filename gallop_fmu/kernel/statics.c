@@ -3,6 +3,7 @@
  */
 #include "statics.h"
 
+#include "device.h"
 #include "junction.h"
 #include "report.h"
 #include "solver.h"
@@ -187,7 +188,7 @@ static void move_ends(const gallop_model *m, double t, const conditions *now, co
     for (int n = 0; n < values; n++) at->u0[n] = at->u[n] + part * move[n];
     element_sum_residual(m, t, now, &at->sections, to, false, at->residual, &seen);
     for (int n = 0; n < values; n++) at->residual[n] = (at->residual[n] - before[n]) / part;
-    junction_gather(m, at->residual);
+    junction_gather(m, at->residual, 4);
     if (solvable) solver_solve(m, at, SOLVER_JUNCTIONS_AS_IN_SCENE, at->residual);
     for (int n = 0; n < values; n++) at->u[n] += move[n] - (solvable ? at->residual[n] : 0.0);
     junction_prescribe(m, now, at->u, NULL, NULL); /* exactly */
@@ -440,6 +441,10 @@ static void derive(gallop_model *m, const state_view *at)
         }
         element_normals_at_nodes(c);
     }
+    for (int i = 0; i < m->junction_count; i++)
+        for (int k = 0; k < 3; k++)
+            if (!m->junction[i].fixed[k] && !device_holds(m, i, k))
+                d->imbalance = fmax(d->imbalance, fabs(m->junction[i].static_force[k]));
     for (int end = 0; end < 2; end++)
         for (int k = 0; k < 3; k++)
             d->support_force[end][k] =

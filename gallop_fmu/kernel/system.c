@@ -9,5 +9,5 @@ void system_residual(const gallop_model *model, double t, const conditions *now,
 {
     element_sum_residual(model, t, now, &view->sections, y, slopes, residual, seen);
     device_add_forces(model, now, y, residual);
-    junction_gather(model, residual);
+    junction_gather(model, residual, 4);
 }

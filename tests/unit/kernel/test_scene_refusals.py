@@ -133,6 +133,7 @@ CASES = {
     "field": (assign("field", "kind", 1), "kind of a field of wind"),
     "no support": (assign("junction", "fixed", 0, 0), "stiffness of a support"),
     "not a flag": (assign("junction", "fixed", 2, 0), "what is fixed at a junction"),
+    "free to twist": (assign("junction", "fixed", 0, 3), "stiffness of a support"),
     "curve index": (assign("cross_section", "curve", 1), "aerodynamic curve of a conductor"),
     "conductor": (assign("chain", "cross_section", 1), "conductor of a span"),
     "end": (assign("chain", "junction", -1, 0), "end of a span"),
