@@ -412,43 +412,65 @@ static void place_loads(gallop_model *m)
     }
 }
 
-/* What follows from the equilibrium: forces of the supports, sags, lengths. */
+/* Sag, tension and length of a chain, and the normals of its sections. */
+static void derive_chain(const gallop_model *m, chain *c, const double *weight)
+{
+    const int first = 4 * c->first_node;
+    c->sag = mesh_sag(m, c);
+    c->horizontal_tension =
+        is_held(c) ? c->target_tension : fabs(m->constant_force[first] - weight[first]);
+    c->length = 0.0;
+    for (int e = 0; e < c->elements; e++) {
+        const double *part = c->geometry[e].inertia_weight;
+        c->length += part[0] + part[1] + part[2];
+    }
+    element_normals_at_nodes(c);
+}
+
+/* Forces of the supports: what the chains need beyond their weight at their ends. */
+static void derive_support_forces(gallop_model *m, const double *weight)
+{
+    for (int i = 0; i < m->junction_count; i++)
+        for (int k = 0; k < 3; k++) m->junction[i].static_force[k] = 0.0;
+    for (int i = 0; i < m->chain_count; i++)
+        for (int end = 0; end < 2; end++)
+            for (int k = 0; k < 3; k++) {
+                const chain *c = &m->chain[i];
+                const int n = 4 * (c->first_node + (end ? c->nodes - 1 : 0)) + k;
+                m->junction[c->junction[end]].static_force[k] += m->constant_force[n] - weight[n];
+            }
+    for (int end = 0; end < 2; end++)
+        for (int k = 0; k < 3; k++)
+            m->derived.support_force[end][k] =
+                -m->junction[end ? m->junction_count - 1 : 0].static_force[k];
+}
+
+/* The largest force that no equilibrium balances: it is held as a constant force. */
+static double imbalance(const gallop_model *m, const double *weight)
+{
+    double largest = 0.0;
+    for (int i = 0; i < m->chain_count; i++) {
+        const chain *c = &m->chain[i];
+        const int first = 4 * c->first_node, last = first + 4 * (c->nodes - 1);
+        for (int n = first + 4; n < last; n++)
+            largest = fmax(largest, fabs(m->constant_force[n] - weight[n]));
+    }
+    for (int i = 0; i < m->junction_count; i++)
+        for (int k = 0; k < 3; k++)
+            if (!m->junction[i].fixed[k] && !device_holds(m, i, k))
+                largest = fmax(largest, fabs(m->junction[i].static_force[k]));
+    return largest;
+}
+
+/* What follows from the equilibrium. */
 static void derive(gallop_model *m, const state_view *at)
 {
     gallop_derived *d = &m->derived;
     gravity_forces(m, at->residual);
     internal_forces(m, m->constant_force);
-    for (int i = 0; i < m->junction_count; i++)
-        for (int k = 0; k < 3; k++) m->junction[i].static_force[k] = 0.0;
-    for (int i = 0; i < m->chain_count; i++) {
-        chain *c = &m->chain[i];
-        const int first = 4 * c->first_node, last = first + 4 * (c->nodes - 1);
-        for (int n = first + 4; n < last; n++)
-            d->imbalance = fmax(d->imbalance, fabs(m->constant_force[n] - at->residual[n]));
-        for (int end = 0; end < 2; end++)
-            for (int k = 0; k < 3; k++) {
-                const int n = (end ? last : first) + k;
-                m->junction[c->junction[end]].static_force[k] +=
-                    m->constant_force[n] - at->residual[n];
-            }
-        c->sag = mesh_sag(m, c);
-        c->horizontal_tension =
-            is_held(c) ? c->target_tension : fabs(m->constant_force[first] - at->residual[first]);
-        c->length = 0.0;
-        for (int e = 0; e < c->elements; e++) {
-            const double *part = c->geometry[e].inertia_weight;
-            c->length += part[0] + part[1] + part[2];
-        }
-        element_normals_at_nodes(c);
-    }
-    for (int i = 0; i < m->junction_count; i++)
-        for (int k = 0; k < 3; k++)
-            if (!m->junction[i].fixed[k] && !device_holds(m, i, k))
-                d->imbalance = fmax(d->imbalance, fabs(m->junction[i].static_force[k]));
-    for (int end = 0; end < 2; end++)
-        for (int k = 0; k < 3; k++)
-            d->support_force[end][k] =
-                -m->junction[end ? m->junction_count - 1 : 0].static_force[k];
+    for (int i = 0; i < m->chain_count; i++) derive_chain(m, &m->chain[i], at->residual);
+    derive_support_forces(m, at->residual);
+    d->imbalance = imbalance(m, at->residual);
     d->sag = m->chain[0].sag;
     d->horizontal_tension = m->chain[0].horizontal_tension;
     d->length = m->chain[0].length;
