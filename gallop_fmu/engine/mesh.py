@@ -262,7 +262,7 @@ class Mesh:
         attack_angle
             Initial angle [rad] of the ice; None: the scene's.
         slopes
-            Whether to compute the derivatives.
+            True: compute the derivatives, too.
 
         Raises
         ------

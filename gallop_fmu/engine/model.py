@@ -28,17 +28,17 @@ DOFS = 4
 """Unknowns a node: u1, u2, u3, theta."""
 
 ALL_SPAN_CHANNELS = np.arange(len(SPAN_CHANNELS), dtype=np.int32)
-"""Indices of what can be recorded once per state."""
+"""Indices of all span channels."""
 
 MOST_STEPS = 10**12
-"""Most time steps of one call."""
+"""Maximum number of time steps of one call."""
 
 
 @dataclass(slots=True)
 class Inputs:
-    """Values that a co-simulation host sets instead of the scene's laws.
+    """Inputs of a co-simulation host, which replace the laws of the scene.
 
-    From `time` on each changes linearly.
+    From `time` on, each changes linearly in time.
 
     Attributes
     ----------
@@ -146,7 +146,7 @@ def _inputs_pointer(inputs: Inputs | None) -> Any:
 
 
 def _insist(outcome: int) -> None:
-    """Raise the error of a function without a report, which checks only the state."""
+    """Raise SimulationError if a function without a report refused its state."""
     if outcome:
         fault = kernel.gallop_arithmetic_fault()
         field = (
@@ -158,7 +158,7 @@ def _insist(outcome: int) -> None:
 
 
 class Part(enum.IntFlag):
-    """What a scene may not need; a model computes a part if anything can wake it."""
+    """Parts of the equations that some scenes do not need; an inactive part stays zero."""
 
     AERODYNAMICS = 1
     ECCENTRIC_ICE = 2
@@ -167,26 +167,25 @@ class Part(enum.IntFlag):
 
 
 class Model:
-    """A span ready to compute: mesh, initial equilibrium, aerodynamic curve.
+    """A span with its mesh, initial equilibrium and coefficient curve.
 
-    It does not change: copies are the model itself, and an unpickled one is made again from its
-    scene.
+    A model does not change. A copy of a model is the model itself; unpickling creates it again from
+    its scene.
 
     Parameters
     ----------
     scene
         The scene to compute.
     inputs
-        Whether `Inputs` may replace the scene's laws, as in an FMU.  False: they may not, and what
-        the laws alone leave at rest is left out: wind that never blows, and lateral motion that
-        nothing wakes.  Twist that neither ice nor an aerodynamic moment nor a torque wakes is left
-        out in any case, since no input can wake it.  Likewise half of the span is computed only
-        without inputs, if ``numerics.mesh`` asks for it, as they could move one tower alone.
+        True: `Inputs` can replace the laws of the scene, as in an FMU. False: they cannot, and what
+        the laws never excite is inactive, such as the aerodynamic load if the wind never blows, and
+        lateral motion. The twist is inactive in both cases if no ice, aerodynamic moment or torque
+        excites it.
 
     Attributes
     ----------
     parts : Part
-        What is computed.
+        Active parts.
 
     Raises
     ------
@@ -237,7 +236,7 @@ class Model:
 
     @property
     def unknowns(self) -> tuple[str, ...]:
-        """The unknowns of a node that are computed; the others stay zero."""
+        """Active unknowns of a node; the others stay zero."""
         lateral = ("u3",) if Part.LATERAL_MOTION in self.parts else ()
         return ("u1", "u2", *lateral, *(("theta",) if Part.TWIST in self.parts else ()))
 
@@ -251,8 +250,8 @@ class Model:
         """
         if inputs is not None and not self._takes_inputs:
             raise ValueError(
-                "this model leaves out what inputs could wake; make it with Model(scene,"
-                " inputs=True)"
+                "this model cannot take inputs, because parts of it are inactive; create it with"
+                " Model(scene, inputs=True)"
             )
         return _inputs_pointer(inputs)
 
@@ -294,7 +293,7 @@ class Model:
         time: float = 0.0,
         inputs: Inputs | None = None,
     ) -> Array:
-        """Out-of-balance forces of the free body (without support springs).
+        """Residual forces of the free body (without support springs).
 
         Parameters
         ----------
@@ -381,7 +380,7 @@ class Model:
         return state
 
     def rest(self, time: float = 0.0, inputs: Inputs | None = None) -> State:
-        """Static equilibrium under wind, loads and support displacement, by load stepping."""
+        """Find the static equilibrium under wind, loads and support displacement at `time` [s]."""
         state = State(self)
         state._call(kernel.gallop_equilibrium, number("time", time), self.accept(inputs))
         return state
@@ -392,7 +391,7 @@ def _model_of(scene: Scene, inputs: bool) -> Model:
 
 
 class _OneThread:
-    """Guard of a state, which one thread at a time may use; unlike a lock it does not wait."""
+    """Guard that lets one thread at a time use a state; a second one gets an error at once."""
 
     def __init__(self) -> None:
         self._lock = threading.Lock()
@@ -410,10 +409,8 @@ class _OneThread:
 class State:
     """The motion of a model at one instant, which can be saved and restored bit for bit.
 
-    It is one flat block of memory.
-
-    `Model.start` and `Model.rest` make one; one that was only constructed must be restored before
-    it is used. It can be copied and pickled. Only one thread at a time may use it; another gets a
+    `Model.start` and `Model.rest` create one. A state from the constructor must be restored before
+    use. A state can be copied and pickled. One thread at a time can use it; another one gets a
     RuntimeError.
     """
 
@@ -445,12 +442,12 @@ class State:
 
     @property
     def time(self) -> float:
-        """Time [s]; NaN where the state was only constructed."""
+        """Time [s]; NaN in a state from the constructor that was not restored."""
         with self._alone:
             return float(kernel.gallop_state_time(self._pointer))
 
     def save(self) -> bytes:
-        """Everything that the future of the motion depends on."""
+        """Return the bytes that `restore` needs to continue the motion."""
         with self._alone:
             return c.string_at(self._pointer, self.model.saved_size)
 
@@ -476,12 +473,12 @@ class State:
     def advance(self, until: float, inputs: Inputs | None = None) -> Report:
         """Step to `until` [s], in equal steps no longer than the scene's or by its tolerance.
 
-        On failure the state is what it was.
+        On failure the state does not change.
 
         Raises
         ------
         SimulationError
-            If a step cannot be carried out.
+            If a step fails.
         """
         return self._call(kernel.gallop_advance, self.model.accept(inputs), number("until", until))
 
@@ -494,14 +491,16 @@ class State:
         span_channels: ArrayLike = ALL_SPAN_CHANNELS,
         first: int = 0,
     ) -> Run:
-        """Advance `records` times by `every` steps and observe after each.
-
-        `first` is the number of records already made.
+        """Advance and record.
 
         Parameters
         ----------
-        records, every, first
-            Whole numbers.
+        records
+            Number of records.
+        every
+            Number of time steps before each record.
+        first
+            Number of earlier records since the start of the motion.
         channels, nodes, span_channels
             Indices into `NODE_CHANNELS`, of nodes, and into `SPAN_CHANNELS`.
 
@@ -510,8 +509,7 @@ class State:
         TypeError, ValueError, IndexError
             If an argument is not made of whole numbers, or out of range.
         SimulationError
-            If the state was only constructed. A step that cannot be carried out ends the run and is
-            reported.
+            If the state was not started. A step that fails ends the run; the report says why.
         """
         every = whole("every", every, 1, MOST_STEPS)
         first = whole("first", first, 0, MOST_STEPS // every)
@@ -530,8 +528,7 @@ class State:
         with self._alone:
             kernel.gallop_run(
                 self.model.handle, self._pointer, first, records, every, *counted,
-                double_pointer(node_values), double_pointer(span_values), c.byref(done),
-                c.byref(raw),
+                double_pointer(node_values), double_pointer(span_values), c.byref(done), c.byref(raw),
             )  # fmt: skip
         report = unpacked(raw)
         if report.outcome is Outcome.BAD_CALL:
@@ -587,10 +584,7 @@ _Integers = c.POINTER(c.c_int32)
 
 @dataclass(frozen=True, slots=True)
 class Run:
-    """Records of `State.run`, and its report.
-
-    Node values have the shape (record, channel, node), span values (record, channel).
-    """
+    """Records of `State.run`: arrays (record, channel, node) and (record, channel), and the report."""
 
     node_values: Array
     span_values: Array
