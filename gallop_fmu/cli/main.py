@@ -21,6 +21,7 @@ from gallop_fmu.cli.terminal import (
     Changes,
     Exit,
     SceneName,
+    Until,
     Version,
     check_output,
     chosen_scene,
@@ -42,11 +43,6 @@ if TYPE_CHECKING:
     from gallop_fmu.scene.scene import Scene
     from gallop_fmu.simulation.result import Result
     from gallop_fmu.simulation.simulate import Progress
-
-Until = Annotated[
-    float | None,
-    typer.Option(metavar="S", parser=real, help="Simulated time in s (default: from the scene)."),
-]
 
 ModelName = Annotated[
     str,

@@ -207,6 +207,10 @@ Changes = Annotated[
         ),
     ),
 ]
+Until = Annotated[
+    float | None,
+    typer.Option(metavar="S", parser=real, help="Simulated time in s (default: from the scene)."),
+]
 AsJson = Annotated[
     bool, typer.Option("--json", help="Print JSON instead of a table, and show no progress.")
 ]

@@ -17,6 +17,7 @@ from gallop_fmu.cli.terminal import (
     AsJson,
     Changes,
     SceneName,
+    Until,
     Version,
     check_output,
     chosen_scene,
@@ -432,12 +433,7 @@ app.command(epilog=example(REPORT_EXAMPLE))(report)
 def compare_models(
     scene: SceneName,
     changes: Changes = None,
-    until: Annotated[
-        float | None,
-        typer.Option(
-            metavar="S", parser=real, help="Simulated time in s (default: from the scene)."
-        ),
-    ] = None,
+    until: Until = None,
     plot: Plot = None,
     as_json: AsJson = False,
 ) -> None:

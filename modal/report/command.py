@@ -13,13 +13,13 @@ from gallop_fmu.cli.terminal import (
     Changes,
     Exit,
     SceneName,
+    Until,
     check_output,
     chosen_scene,
     complain,
     complain_of,
     new_console,
     progress_bar,
-    real,
 )
 
 if TYPE_CHECKING:
@@ -33,12 +33,7 @@ def report(
     out: Annotated[
         Path, typer.Option("--out", "-o", metavar="FILE", help="File to write (.html).")
     ],
-    until: Annotated[
-        float | None,
-        typer.Option(
-            metavar="S", parser=real, help="Simulated time in s (default: from the scene)."
-        ),
-    ] = None,
+    until: Until = None,
     changes: Changes = None,
 ) -> None:
     """Write an HTML report on a span: scene, modes, risk, critical winds, simulation, clearance.
