@@ -528,7 +528,8 @@ class State:
         with self._alone:
             kernel.gallop_run(
                 self.model.handle, self._pointer, first, records, every, *counted,
-                double_pointer(node_values), double_pointer(span_values), c.byref(done), c.byref(raw),
+                double_pointer(node_values), double_pointer(span_values), c.byref(done),
+                c.byref(raw),
             )  # fmt: skip
         report = unpacked(raw)
         if report.outcome is Outcome.BAD_CALL:
@@ -584,7 +585,7 @@ _Integers = c.POINTER(c.c_int32)
 
 @dataclass(frozen=True, slots=True)
 class Run:
-    """Records of `State.run`: arrays (record, channel, node) and (record, channel), and the report."""
+    """Records of `State.run`: (record, channel, node) and (record, channel) arrays, report."""
 
     node_values: Array
     span_values: Array
