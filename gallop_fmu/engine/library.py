@@ -119,6 +119,7 @@ def _load() -> c.CDLL:
         "gallop_sections": (c.c_int, (pointer, *[doubles] * 3)),
         "gallop_strain_points": (c.c_int, (pointer, *[doubles] * 3)),
         "gallop_node_normals": (c.c_int, (pointer, doubles)),
+        "gallop_free_unknowns": (c.c_int, (pointer, integers)),
         "gallop_seed": (c.c_int, (pointer, doubles)),
     }
     for name, (result, arguments) in signatures.items():

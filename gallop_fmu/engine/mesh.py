@@ -6,6 +6,7 @@ kernel; nothing here is a formula of its own.
 
 from __future__ import annotations
 
+import ctypes as c
 from dataclasses import dataclass
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
@@ -133,7 +134,7 @@ class Mesh:
         Stiffness [N/m] of the support springs, left and right, along x1, x2, x3; 0 where the end is
         prescribed.
     free : ndarray of bool, shape (node, 4)
-        Unknowns that are not prescribed: all but those of the ends that have no spring.
+        Unknowns that are not prescribed.
     still : Inputs
         No wind and towers at rest.
     """
@@ -143,9 +144,10 @@ class Mesh:
         self.still = Inputs.still(model.scene)
         self.spring = np.zeros((2, 3))
         self.spring[:, [0, 2]] = model.equilibrium().support_stiffness
-        self.free = np.ones((model.nodes, DOFS), dtype=np.bool_)
-        self.free[[0, -1], :3] = self.spring > 0.0
-        self.free[[0, -1], 3] = False
+        is_free = np.empty((model.nodes, DOFS), dtype=np.int32)
+        pointer = is_free.ctypes.data_as(c.POINTER(c.c_int32))
+        _insist(kernel.gallop_free_unknowns(model.handle, pointer))
+        self.free = is_free.astype(np.bool_)
 
     @cached_property
     def sections(self) -> Sections:

@@ -237,6 +237,19 @@ int gallop_node_normals(const gallop_model *model, double *normal)
     return GALLOP_COMPLETED;
 }
 
+int gallop_free_unknowns(const gallop_model *model, int32_t *is_free)
+{
+    if (!check_is_model(model) || !base_pointer_usable(is_free, sizeof *is_free))
+        return GALLOP_BAD_CALL;
+    for (int i = 0; i < 4 * model->nodes; i++) is_free[i] = 1;
+    for (int j = 0; j < model->junction_count; j++)
+        for (int i = 0; i < 4; i++)
+            is_free[4 * model->junction[j].node + i] = !model->junction[j].fixed[i];
+    for (int t = 0; t < model->tie_count; t++)
+        for (int i = 0; i < 4; i++) is_free[4 * model->tie[t].follower + i] = 0;
+    return GALLOP_COMPLETED;
+}
+
 int gallop_seed(const gallop_model *model, double *u)
 {
     if (!check_is_model(model) || !base_pointer_usable(u, WORD)) return GALLOP_BAD_CALL;

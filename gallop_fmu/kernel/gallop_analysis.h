@@ -111,6 +111,15 @@ GALLOP_API int gallop_strain_points(const gallop_model *model, double *length, d
  */
 GALLOP_API int gallop_node_normals(const gallop_model *model, double *normal);
 
+/* Unknowns that the equations of motion determine.
+ *
+ * @param model    Model
+ * @param is_free  Output, (nodes, 4): 1; 0 for an unknown that is prescribed (motion of a support,
+ *                 twist at a junction), and at the end of a chain that follows another one
+ * @return         GALLOP_COMPLETED; GALLOP_BAD_CALL
+ */
+GALLOP_API int gallop_free_unknowns(const gallop_model *model, int32_t *is_free);
+
 /* Initial disturbance of the scene, which gallop_state_init adds to the equilibrium.
  *
  * @param model  Model

@@ -419,6 +419,16 @@ def test_residual_and_tangent_want_finite_numbers(span, factor):
     assert span.call("gallop_residual", FUNCTIONS["gallop_residual"], {}) == BAD_CALL
 
 
+def test_free_unknowns_need_an_array_of_integers(span):
+    is_free = np.full(4 * span.model.nodes, -1, np.int32)
+    place = is_free.ctypes.data
+    for model, pointer in ((None, place), (span.handle, None), (span.handle, place + 1)):
+        assert kernel.gallop_free_unknowns(model, c.c_void_p(pointer)) == BAD_CALL
+    assert (is_free == -1).all()
+    assert kernel.gallop_free_unknowns(span.handle, c.c_void_p(place)) == 0
+    assert set(is_free) == {0, 1}
+
+
 AERO = FUNCTIONS["gallop_aero_load"]
 
 
