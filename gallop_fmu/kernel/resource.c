@@ -194,9 +194,9 @@ gallop_scene resource_scene(const resource *r)
 void resource_start_inputs(const resource *r, double input[RESOURCE_INPUTS])
 {
     const gallop_scene scene = resource_scene(r);
-    const gallop_chain *chain = &scene.chain[0];
-    const law wind = law_from(&scene.law[scene.field[chain->field].law], scene.number);
+    const gallop_chain *first = &scene.chain[0];
+    const law wind = law_from(&scene.law[scene.field[first->field].law], scene.number);
     memset(input, 0, RESOURCE_INPUTS * sizeof *input);
     input[0] = law_value(&wind, 0.0);
-    input[1] = scene.cross_section[chain->cross_section].attack_angle;
+    input[1] = scene.cross_section[first->cross_section].attack_angle;
 }
