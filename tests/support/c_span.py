@@ -1,0 +1,106 @@
+"""A span as a C caller has it, with all arguments of every exported function."""
+
+import ctypes as c
+import math
+
+import numpy as np
+
+from gallop_fmu.engine.ctypes_structs import (
+    CInputs,
+    CReport,
+)
+from gallop_fmu.engine.library import library_path
+from gallop_fmu.engine.model import Model
+from gallop_fmu.foundation.outcome import Outcome
+
+BAD_CALL = Outcome.BAD_CALL.code
+UNTOUCHED = -12345.5
+
+kernel = c.CDLL(
+    str(library_path())
+)  # without the types of engine.library, which would refuse some arguments
+for name in ("gallop_state_size", "gallop_saved_size"):
+    getattr(kernel, name).restype = c.c_size_t
+kernel.gallop_state_time.restype = c.c_double
+kernel.gallop_arithmetic_fault.restype = c.c_char_p
+
+
+class Span:
+    """A model, its state, and all arguments of a call, each to be replaced by a wrong one."""
+
+    def __init__(self, scene, *, inputs=True):
+        self.model = Model(scene, inputs=inputs)
+        self.handle = self.model.handle
+        self.block = np.zeros(self.model.state_size // 8 + 2)
+        self.state = c.c_void_p(self.block.ctypes.data)
+        self.inputs = CInputs(0.0, 5.0, math.pi)
+        self.report = CReport()
+        self.values = np.full(4 * self.model.nodes, UNTOUCHED)
+        self.motion = [np.zeros(4 * self.model.nodes) for _ in range(3)]
+        self.out = np.full(144 * self.model.elements, UNTOUCHED)
+
+    def started(self):
+        assert self.init() == 0
+        return self
+
+    def init(self, **change):
+        return self.call(
+            "gallop_state_init", ("model", "state", "time", "inputs", "report"), change
+        )
+
+    def call(self, name, wanted, change):
+        given = {
+            "model": self.handle,
+            "state": self.state,
+            "time": c.c_double(0.0),
+            "until": c.c_double(0.1),
+            "inputs": c.byref(self.inputs),
+            "report": c.byref(self.report),
+            "node": c.c_int32(4),
+            "values": c.c_void_p(self.values.ctypes.data),
+            "u": c.c_void_p(self.motion[0].ctypes.data),
+            "v": c.c_void_p(self.motion[1].ctypes.data),
+            "a": c.c_void_p(self.motion[2].ctypes.data),
+            "k": c.c_double(1.0),
+            "c": c.c_double(0.0),
+            "m": c.c_double(0.0),
+            "out": c.c_void_p(self.out.ctypes.data),
+            "sharpness": c.c_double(1.0),
+            "element": c.c_int32(0),
+            "angle": c.c_double(3.0),
+            "count": c.c_int32(2),
+            "slopes": c.c_void_p(self.out.ctypes.data + 24 * 8),
+            "more": c.c_void_p(self.out.ctypes.data + 48 * 8),
+            "most": c.c_void_p(self.out.ctypes.data + 72 * 8),
+        } | change
+        self.report = (
+            CReport(outcome=77, element=77, steps=-77) if "report" not in change else self.report
+        )
+        if "report" in wanted and "report" not in change:
+            given["report"] = c.byref(self.report)
+        return getattr(kernel, name)(*(given[argument] for argument in wanted))
+
+    def run(self, **change):
+        """gallop_run with two records of two nodes; ``done`` and the report are kept."""
+        self.integers = {key: np.array(values, np.int32) for key, values in
+                         {"channel": [0, 1], "node": [3, 4],
+                             "span_channel": [0]}.items()}  # fmt: skip
+        self.node_values, self.span_values = (
+            np.full((2, 2, 2), UNTOUCHED),
+            np.full((2, 1), UNTOUCHED),
+        )
+        self.done, self.report = c.c_int64(-7), CReport(outcome=77, element=77, steps=-77)
+        given = {"first": c.c_int64(0), "records": c.c_int64(2), "every": c.c_int64(1)}
+        for key, array in self.integers.items():
+            given |= {key: c.c_void_p(array.ctypes.data), f"{key}s": c.c_int32(len(array))}
+        given |= {
+            "node_values": c.c_void_p(self.node_values.ctypes.data),
+            "span_values": c.c_void_p(self.span_values.ctypes.data),
+            "done": c.byref(self.done),
+            "report": c.byref(self.report),
+        } | change
+        return kernel.gallop_run(self.handle, self.state, *given.values())
+
+    @property
+    def saved(self):
+        return self.block.tobytes()
