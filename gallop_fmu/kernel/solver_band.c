@@ -62,7 +62,7 @@ INLINE void subtract_product(const double *row_re, const double *row_im, const d
 {
     for (int j = 0; j < count; j++) {
         *re -= row_re[j] * x_re[j];
-        if (!im) continue;
+        if (!im || !row_im) continue; /* real numbers */
         *re += row_im[j] * x_im[j];
         *im -= row_re[j] * x_im[j] + row_im[j] * x_re[j];
     }
