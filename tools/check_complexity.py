@@ -28,8 +28,6 @@ EXCEPTIONS = {
     "gallop_fmu/engine/model.py:tangent": OPTIONS,
     "gallop_fmu/kernel/analysis.c:gallop_aero_load": C_FACE,
     "gallop_fmu/kernel/analysis.c:gallop_tangent": C_FACE,
-    "gallop_fmu/kernel/element_cable.c:strip_forces": LATER,
-    "gallop_fmu/kernel/element_tangent.c:tangent_of": LATER,
     "gallop_fmu/kernel/time_march.c:check_run": LATER,
     "gallop_fmu/kernel/time_march.c:gallop_run": C_FACE,
     "gallop_fmu/sweeps/sweep.py:sweep": OPTIONS,

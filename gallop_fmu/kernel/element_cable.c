@@ -190,69 +190,118 @@ INLINE void along_normal(const strip *s, lanes y[3][4], double *out)
                                       s->normal[q][1] * LANES_AT(along[1] + LANES * q);
 }
 
-INLINE void section_motion(const chain *c, const strip *s, const sections *at, int first,
-                           lanes u[3][4], lanes v[3][4], lanes a[3][4])
+/* Motion of the nodes of a strip. */
+typedef struct {
+    lanes u[3][4], v[3][4], a[3][4];
+} strip_motion;
+
+INLINE void read_motion(motion y, int count, strip_motion *of)
 {
-    along_normal(s, v, at->v2 + first);
-    interpolate(v, 2, at->v3 + first);
-    interpolate(u, 3, at->theta + first);
-    interpolate(v, 3, at->omega + first);
+    for (int n = 0; n < 3; n++) {
+        read_nodes(y.u, n, count, of->u[n]);
+        read_nodes(y.v, n, count, of->v[n]);
+        read_nodes(y.a, n, count, of->a[n]);
+    }
+}
+
+INLINE void section_motion(const chain *c, const strip *s, const sections *at, int first,
+                           strip_motion *y)
+{
+    along_normal(s, y->v, at->v2 + first);
+    interpolate(y->v, 2, at->v3 + first);
+    interpolate(y->u, 3, at->theta + first);
+    interpolate(y->v, 3, at->omega + first);
     if (!c->section->eccentric) return;
-    along_normal(s, a, at->a2 + first);
-    interpolate(a, 2, at->a3 + first);
-    interpolate(a, 3, at->omega_rate + first);
+    along_normal(s, y->a, at->a2 + first);
+    interpolate(y->a, 2, at->a3 + first);
+    interpolate(y->a, 3, at->omega_rate + first);
     for (int q = 0; q < 3; q++)
         *(lanes *)(at->gravity + first + LANES * q) = c->gravity * s->normal[q][1];
 }
 
-/* Lowest tension so far, lane by lane, and the first element of the strip where it was. */
+/* Lowest tension so far, lane by lane, and the first element of the strip where it was; `element`:
+ * that of the strip at work. */
 typedef struct {
     lanes tension, where;
+    double element;
 } lowest;
 
-/* Inertia, damping and tension of the elements of a strip. */
-INLINE void strip_forces(const chain *c, const exposure *now, const strip *s, lanes u[3][4],
-                         lanes v[3][4], lanes a[3][4], int unknowns, double first_element,
-                         lanes r[3][4], lowest *low)
+/* Inertia and the damping in proportion to it. */
+INLINE void add_inertia(const cross_section *c, const strip *s, lanes v[3][4], lanes a[3][4],
+                        int unknowns, lanes r[3][4])
 {
-    const double ea = c->section->axial_stiffness, gj = c->section->torsional_stiffness;
-    const double *b = c->section->translation_damping, *bt = c->section->twist_damping;
-    const int axes = unknowns < 3 ? unknowns : 3;
+    const double *b = c->translation_damping, *bt = c->twist_damping;
     for (int i = 0; i < unknowns; i++) {
-        const double mass = i < 3 ? c->section->mass : c->section->inertia,
-                     drag = i < 3 ? b[0] : bt[0];
+        const double mass = i < 3 ? c->mass : c->inertia, drag = i < 3 ? b[0] : bt[0];
         lanes rate[3];
         for (int n = 0; n < 3; n++) rate[n] = mass * (a[n][i] + drag * v[n][i]);
         r[0][i] = s->product[0] * rate[0] + s->product[1] * rate[1] + s->product[2] * rate[2];
         r[1][i] = s->product[1] * rate[0] + s->product[3] * rate[1] + s->product[4] * rate[2];
         r[2][i] = s->product[2] * rate[0] + s->product[4] * rate[1] + s->product[5] * rate[2];
     }
+}
+
+/* The derivative along S of the unknowns of the nodes y at stiffness point q. */
+INLINE void slopes_of(const strip *s, int q, lanes y[3][4], int unknowns, lanes slope[4])
+{
+    const lanes *n = s->shape_slope[q];
+    for (int i = 0; i < unknowns; i++)
+        slope[i] = n[0] * (y[0][i] - y[1][i]) + n[1] * (y[2][i] - y[1][i]);
+}
+
+/* Adds the damping in proportion to the stiffness of the initial state. */
+INLINE void add_stiffness_damping(const cross_section *c, const strip *s, int q, lanes v[3][4],
+                                  int unknowns, lanes force[4])
+{
+    const double ea = c->axial_stiffness, gj = c->torsional_stiffness;
+    const double *b = c->translation_damping, *bt = c->twist_damping;
+    const int axes = unknowns < 3 ? unknowns : 3;
+    const lanes *p0 = s->slope[q];
+    lanes dv[4], axial = {0.0};
+    slopes_of(s, q, v, unknowns, dv);
+    for (int i = 0; i < axes; i++) axial += p0[i] * dv[i];
+    axial *= b[1] * ea;
+    for (int i = 0; i < axes; i++) force[i] += axial * p0[i] + b[1] * s->tension[q] * dv[i];
+    if (unknowns == 4) force[3] += gj * bt[1] * dv[3];
+}
+
+/* From the initial equilibrium: eps = X'.u' + u'.u'/2; T = T0 + EA eps */
+INLINE void green_strain(const lanes p0[3], const lanes du[3], int axes, lanes *strain)
+{
+    *strain = (lanes){0.0};
+    for (int i = 0; i < axes; i++) *strain += du[i] * (p0[i] + 0.5 * du[i]);
+}
+
+INLINE void note_tension(const lanes *tension, lowest *low)
+{
+    low->where = PICK(*tension < low->tension, low->element + (lanes){0.0}, low->where);
+    low->tension = PICK(*tension < low->tension, *tension, low->tension);
+}
+
+/* Inertia, damping, tension and torsion of the elements of a strip. */
+INLINE void strip_forces(const chain *c, const exposure *now, const strip *s, strip_motion *y,
+                         int unknowns, lanes r[3][4], lowest *low)
+{
+    const double ea = c->section->axial_stiffness, gj = c->section->torsional_stiffness;
+    const int axes = unknowns < 3 ? unknowns : 3;
+    add_inertia(c->section, s, y->v, y->a, unknowns, r);
     for (int q = 0; q < 2; q++) {
-        const lanes *n = s->shape_slope[q], *p0 = s->slope[q];
-        lanes du[4], force[4], strain = {0.0};
-        for (int i = 0; i < unknowns; i++)
-            du[i] = n[0] * (u[0][i] - u[1][i]) + n[1] * (u[2][i] - u[1][i]);
-        /* Green strain from the initial equilibrium: eps = X'.u' + u'.u'/2; T = T0 + EA eps */
-        for (int i = 0; i < axes; i++) strain += du[i] * (p0[i] + 0.5 * du[i]);
-        lanes tension = s->tension[q] + ea * strain;
+        const lanes *p0 = s->slope[q];
+        lanes du[4], force[4], strain, tension;
+        slopes_of(s, q, y->u, unknowns, du);
+        green_strain(p0, du, axes, &strain);
+        tension = s->tension[q] + ea * strain;
         if (now->tension_only) tension = PICK(tension > 0.0, tension, (lanes){0.0});
+        note_tension(&tension, low);
         for (int i = 0; i < axes; i++) force[i] = tension * (p0[i] + du[i]);
         if (unknowns == 4) force[3] = gj * du[3];
-        lanes dv[4], axial = {0.0};
-        for (int i = 0; i < unknowns; i++)
-            dv[i] = n[0] * (v[0][i] - v[1][i]) + n[1] * (v[2][i] - v[1][i]);
-        for (int i = 0; i < axes; i++) axial += p0[i] * dv[i];
-        axial *= b[1] * ea;
-        for (int i = 0; i < axes; i++) force[i] += axial * p0[i] + b[1] * s->tension[q] * dv[i];
-        if (unknowns == 4) force[3] += gj * bt[1] * dv[3];
+        add_stiffness_damping(c->section, s, q, y->v, unknowns, force);
         for (int i = 0; i < unknowns; i++) {
             const lanes left = s->pull[q][0] * force[i], right = s->pull[q][1] * force[i];
             r[0][i] += left;
             r[1][i] -= left + right;
             r[2][i] += right;
         }
-        low->where = PICK(tension < low->tension, first_element + (lanes){0.0}, low->where);
-        low->tension = PICK(tension < low->tension, tension, low->tension);
     }
 }
 
@@ -328,14 +377,12 @@ INLINE void strips_residual(const evaluation *of, int start, int strips, int unk
     for (int k = 0; k < strips; k++) {
         const int e = LANES * (start + k), count = c->elements - e;
         const strip *s = &c->strip[start + k];
-        lanes u[3][4], v[3][4], a[3][4];
-        for (int n = 0; n < 3; n++) {
-            read_nodes(of->y.u + 8 * e, n, count, u[n]);
-            read_nodes(of->y.v + 8 * e, n, count, v[n]);
-            read_nodes(of->y.a + 8 * e, n, count, a[n]);
-        }
-        strip_forces(c, now, s, u, v, a, unknowns, e, r[k], low);
-        if (sectional) section_motion(c, s, at, 3 * LANES * (slot + k), u, v, a);
+        const motion of_strip = {of->y.u + 8 * e, of->y.v + 8 * e, of->y.a + 8 * e};
+        strip_motion y;
+        read_motion(of_strip, count, &y);
+        low->element = e;
+        strip_forces(c, now, s, &y, unknowns, r[k], low);
+        if (sectional) section_motion(c, s, at, 3 * LANES * (slot + k), &y);
     }
 
     if (sectional) {
@@ -433,17 +480,15 @@ TWO_PATHS void element_residual(const chain *c, int e, const exposure *now, cons
                                 motion y, double r[12])
 {
     const strip *s = &c->strip[e / LANES];
-    lanes ue[3][4], ve[3][4], ae[3][4], force[3][4];
-    lowest low;
-    for (int n = 0; n < 3; n++) { /* in all lanes */
-        read_nodes(y.u + 8 * e, n, 1, ue[n]);
-        read_nodes(y.v + 8 * e, n, 1, ve[n]);
-        read_nodes(y.a + 8 * e, n, 1, ae[n]);
-    }
+    const motion of_element = {y.u + 8 * e, y.v + 8 * e, y.a + 8 * e};
+    strip_motion in_all_lanes;
+    lanes force[3][4];
+    lowest low = {.element = e};
+    read_motion(of_element, 1, &in_all_lanes);
     for (int k = 0; k < LANES; k++) LANE(low.tension, k) = LANE(low.where, k) = INFINITY;
-    strip_forces(c, now, s, ue, ve, ae, 4, e, force, &low);
+    strip_forces(c, now, s, &in_all_lanes, 4, force, &low);
     if (c->section->eccentric || now->blows) {
-        section_motion(c, s, at, 0, ue, ve, ae);
+        section_motion(c, s, at, 0, &in_all_lanes);
         section_forces(c, now, at, 0, 3 * LANES, false);
         add_section_forces(s, at, 0, force);
     }

@@ -56,47 +56,73 @@ INLINE void add_sections(const chain *c, const strip *s, const sections *at, int
     }
 }
 
-/* Blocks of `unknowns` rows and columns. */
-INLINE void tangent_of(const chain *c, const strip *s, const sections *at, int first,
-                       const exposure *now, lanes u[3][4], tangent_weights mix, int unknowns,
-                       lanes block[6][16])
+/* What is evaluated: the tangent of a strip, whose sections are those from `first` on. */
+typedef struct {
+    const chain *chain;
+    const strip *strip;
+    const sections *at;
+    int first;
+    const exposure *now;
+    tangent_weights mix;
+} evaluation;
+
+/* The cross-section of the conductor at a stiffness point: axial force by dR/d(u') = axial p p^T +
+ * geometric I for the displacements, torsion for the twist; see eq. (11) and (14). */
+typedef struct {
+    lanes p[3], axial, geometric;
+    double damping_axial, torsional;
+} point_stiffness;
+
+INLINE void stiffness_at(const evaluation *of, int q, lanes u[3][4], int unknowns,
+                         point_stiffness *k)
 {
-    const double ea = c->section->axial_stiffness, gj = c->section->torsional_stiffness;
-    const double *b = c->section->translation_damping, *bt = c->section->twist_damping;
-    const double translation = c->section->mass * (mix.m + mix.c * b[0]),
-                 twist = c->section->inertia * (mix.m + mix.c * bt[0]);
-    const double damping = mix.c * b[1], damping_axial = ea * damping;
-    const int axes = unknowns < 3 ? unknowns : 3, size = unknowns * unknowns;
-    for (int p = 0; p < 6; p++)
-        for (int i = 0; i < size; i++) block[p][i] = (lanes){0.0};
-    for (int q = 0; q < 2; q++) {
-        const lanes *n = s->shape_slope[q], *p0 = s->slope[q];
-        lanes du[3], p[3], strain = {0.0};
-        for (int i = 0; i < axes; i++) {
-            du[i] = n[0] * (u[0][i] - u[1][i]) + n[1] * (u[2][i] - u[1][i]);
-            p[i] = p0[i] + du[i];
-            strain += du[i] * (p0[i] + 0.5 * du[i]);
-        }
-        lanes tension = s->tension[q] + ea * strain, axial = (lanes){0.0} + ea * mix.k;
-        if (now->tension_only) {
-            axial = PICK(tension > 0.0, axial, (lanes){0.0});
-            tension = PICK(tension > 0.0, tension, (lanes){0.0});
-        }
-        const lanes geometric = mix.k * tension + damping * s->tension[q];
-        const lanes left = s->pull[q][0] * n[0], across = s->pull[q][0] * n[1],
-                    right = s->pull[q][1] * n[1];
-        for (int i = 0; i < unknowns; i++)
-            for (int j = i; j < (i < 3 ? axes : 4); j++) {
-                lanes k = {0.0};
-                if (i < 3) k = axial * (p[i] * p[j]) + damping_axial * (p0[i] * p0[j]);
-                if (i < 3 && i == j) k += geometric;
-                if (i == 3) k += gj * (mix.k + mix.c * bt[1]);
-                block[LEFT_LEFT][unknowns * i + j] += left * k;
-                block[LEFT_RIGHT][unknowns * i + j] += across * k;
-                block[RIGHT_RIGHT][unknowns * i + j] += right * k;
-            }
+    const cross_section *c = of->chain->section;
+    const strip *s = of->strip;
+    const tangent_weights mix = of->mix;
+    const double ea = c->axial_stiffness, damping = mix.c * c->translation_damping[1];
+    const int axes = unknowns < 3 ? unknowns : 3;
+    const lanes *n = s->shape_slope[q], *p0 = s->slope[q];
+    lanes strain = {0.0};
+    for (int i = 0; i < axes; i++) {
+        const lanes du = n[0] * (u[0][i] - u[1][i]) + n[1] * (u[2][i] - u[1][i]);
+        k->p[i] = p0[i] + du;
+        strain += du * (p0[i] + 0.5 * du);
     }
-    /* the slopes of the three shape functions add up to nothing */
+    lanes tension = s->tension[q] + ea * strain;
+    k->axial = (lanes){0.0} + ea * mix.k;
+    if (of->now->tension_only) {
+        k->axial = PICK(tension > 0.0, k->axial, (lanes){0.0});
+        tension = PICK(tension > 0.0, tension, (lanes){0.0});
+    }
+    k->geometric = mix.k * tension + damping * s->tension[q];
+    k->damping_axial = ea * damping;
+    k->torsional = c->torsional_stiffness * (mix.k + mix.c * c->twist_damping[1]);
+}
+
+/* Adds the stiffness of point q to the upper triangles of the blocks of the corner nodes. */
+INLINE void add_stiffness(const strip *s, int q, const point_stiffness *at, int unknowns,
+                          lanes block[6][16])
+{
+    const int axes = unknowns < 3 ? unknowns : 3;
+    const lanes *n = s->shape_slope[q], *p0 = s->slope[q], *p = at->p;
+    const lanes left = s->pull[q][0] * n[0], across = s->pull[q][0] * n[1],
+                right = s->pull[q][1] * n[1];
+    for (int i = 0; i < unknowns; i++)
+        for (int j = i; j < (i < 3 ? axes : 4); j++) {
+            lanes k = {0.0};
+            if (i < 3) k = at->axial * (p[i] * p[j]) + at->damping_axial * (p0[i] * p0[j]);
+            if (i < 3 && i == j) k += at->geometric;
+            if (i == 3) k += at->torsional;
+            block[LEFT_LEFT][unknowns * i + j] += left * k;
+            block[LEFT_RIGHT][unknowns * i + j] += across * k;
+            block[RIGHT_RIGHT][unknowns * i + j] += right * k;
+        }
+}
+
+/* Fills in the blocks of the middle node, as the slopes of the three shape functions add up to
+ * nothing, and the lower triangles, as the stiffness is symmetric. */
+INLINE void complete_blocks(int unknowns, lanes block[6][16])
+{
     for (int i = 0; i < unknowns; i++)
         for (int j = i; j < unknowns; j++) {
             const int upper = unknowns * i + j, lower = unknowns * j + i;
@@ -105,37 +131,70 @@ INLINE void tangent_of(const chain *c, const strip *s, const sections *at, int f
             block[MIDDLE_MIDDLE][upper] = -(block[LEFT_MIDDLE][upper] + block[MIDDLE_RIGHT][upper]);
             for (int k = 0; k < 6; k++) block[k][lower] = block[k][upper];
         }
+}
+
+/* Adds the mass, and the damping in proportion to it. */
+INLINE void add_mass(const cross_section *c, const strip *s, tangent_weights mix, int unknowns,
+                     lanes block[6][16])
+{
+    const double translation = c->mass * (mix.m + mix.c * c->translation_damping[0]);
+    const double twist = c->inertia * (mix.m + mix.c * c->twist_damping[0]);
     for (int k = 0; k < 6; k++)
         for (int i = 0; i < unknowns; i++)
             block[k][unknowns * i + i] += s->product[k] * (i < 3 ? translation : twist);
-    if (unknowns == 4 && (c->section->eccentric || now->blows))
-        add_sections(c, s, at, first, now, mix, block);
 }
 
-#define STRIP_OF(unknowns)                                                                         \
-    TWO_PATHS static void strip_of_##unknowns(const chain *c, const strip *s, const sections *at,  \
-                                              int first, const exposure *now, const double *u,     \
-                                              int count, tangent_weights mix, lanes block[6][16])  \
-    {                                                                                              \
-        lanes nodes[3][4];                                                                         \
-        for (int n = 0; n < 3; n++) read_nodes(u, n, count, nodes[n]);                             \
-        tangent_of(c, s, at, first, now, nodes, mix, unknowns, block);                             \
+/* Blocks of `unknowns` rows and columns. */
+INLINE void tangent_of(const evaluation *of, lanes u[3][4], int unknowns, lanes block[6][16])
+{
+    const cross_section *c = of->chain->section;
+    for (int p = 0; p < 6; p++)
+        for (int i = 0; i < unknowns * unknowns; i++) block[p][i] = (lanes){0.0};
+    for (int q = 0; q < 2; q++) {
+        point_stiffness k;
+        stiffness_at(of, q, u, unknowns, &k);
+        add_stiffness(of->strip, q, &k, unknowns, block);
     }
-STRIP_OF(2)
-STRIP_OF(4)
+    complete_blocks(unknowns, block);
+    add_mass(c, of->strip, of->mix, unknowns, block);
+    if (unknowns == 4 && (c->eccentric || of->now->blows))
+        add_sections(of->chain, of->strip, of->at, of->first, of->now, of->mix, block);
+}
+
+TWO_PATHS static void strip_of_2(const evaluation *of, const double *u, int count,
+                                 lanes block[6][16])
+{
+    lanes nodes[3][4];
+    for (int n = 0; n < 3; n++) read_nodes(u, n, count, nodes[n]);
+    tangent_of(of, nodes, 2, block);
+}
+
+TWO_PATHS static void strip_of_4(const evaluation *of, const double *u, int count,
+                                 lanes block[6][16])
+{
+    lanes nodes[3][4];
+    for (int n = 0; n < 3; n++) read_nodes(u, n, count, nodes[n]);
+    tangent_of(of, nodes, 4, block);
+}
+
+static evaluation at_strip(const chain *c, int index, const exposure *now, const sections *at,
+                           tangent_weights mix)
+{
+    return (evaluation){c, &c->strip[index], at, 3 * LANES * (c->first_strip + index), now, mix};
+}
 
 /* The blocks of a strip, as many rows and columns each as the model has unknowns at a node; `at`
- * holds the section forces, with slopes, of the motion whose displacements along the span are u. */
+ * holds the section forces, with slopes, of the motion whose displacements along the chain are u.
+ */
 void element_strip_tangent(const chain *c, int index, const exposure *now, const sections *at,
                            const double *u, tangent_weights mix, lanes block[6][16])
 {
-    const strip *s = &c->strip[index];
-    const int e = LANES * index, count = c->elements - e,
-              first = 3 * LANES * (c->first_strip + index);
+    const evaluation of = at_strip(c, index, now, at, mix);
+    const int e = LANES * index, count = c->elements - e;
     if (now->unknowns == 2)
-        strip_of_2(c, s, at, first, now, u + 8 * e, count, mix, block);
+        strip_of_2(&of, u + 8 * e, count, block);
     else
-        strip_of_4(c, s, at, first, now, u + 8 * e, count, mix, block);
+        strip_of_4(&of, u + 8 * e, count, block);
 }
 
 /* tangent: the 4 x 4 blocks left-left, left-middle, ... of one element, of all unknowns; u are its
@@ -143,9 +202,9 @@ void element_strip_tangent(const chain *c, int index, const exposure *now, const
 void element_tangent(const chain *c, int e, const exposure *now, const sections *at,
                      const double u[12], tangent_weights mix, double tangent[6][16])
 {
+    const evaluation of = at_strip(c, e / LANES, now, at, mix);
     lanes block[6][16];
-    strip_of_4(c, &c->strip[e / LANES], at, 3 * LANES * (c->first_strip + e / LANES), now, u, 1,
-               mix, block);
+    strip_of_4(&of, u, 1, block);
     for (int p = 0; p < 6; p++)
         for (int i = 0; i < 16; i++) tangent[p][i] = LANE(block[p][i], e % LANES);
 }
