@@ -2,7 +2,7 @@
 #ifndef GALLOP_STATICS_H
 #define GALLOP_STATICS_H
 
-#include "state.h"
+#include "solver.h"
 
 /* Finds the initial equilibrium of a model: positions, tensions, forces of the supports. */
 int statics_initial(gallop_model *model, gallop_report *report);
@@ -11,5 +11,12 @@ int statics_initial(gallop_model *model, gallop_report *report);
  * loads. */
 int statics_equilibrium(const gallop_model *model, double t, bool calm, const state_view *view,
                         gallop_report *report);
+
+/* Newton-Raphson at rest from u of the view; returns an outcome, on failure with u as it was. */
+int statics_newton(const gallop_model *model, double t, const conditions *now,
+                   solver_junctions junctions, const state_view *view, gallop_report *report);
+
+/* [m] */
+double statics_shortest_span(const gallop_model *model);
 
 #endif

@@ -1,0 +1,376 @@
+/* The initial equilibrium under gravity: from sag, from horizontal tension, or both held. */
+#include "statics.h"
+
+#include "device.h"
+#include "report.h"
+#include "time_integration.h"
+
+#define BISECTIONS 60 /* more than a double has bits */
+
+typedef struct {
+    double scale, lowest, total, shift;
+} catenary; /* c = H/w, x1 of the lowest point, length */
+
+/* y = c (cosh((x - x0)/c) - cosh(x0/c)) through (0, 0) and (length, height) */
+static catenary catenary_of(double length, double height, double c)
+{
+    double x0 = 0.5 * length - c * asinh(height / (2.0 * c * sinh(length / (2.0 * c))));
+    double shift = sinh(x0 / c);
+    return (catenary){c, x0, c * (sinh((length - x0) / c) + shift), shift};
+}
+
+static double catenary_sag(const catenary *k, double length, double height)
+{
+    double y =
+        k->scale * (cosh((0.5 * length - k->lowest) / k->scale) - cosh(k->lowest / k->scale));
+    return 0.5 * height - y;
+}
+
+/* p in sag ~ c^-p near c: 1 on the parabola, about length/(2 c) where the conductor hangs deep */
+static double sag_exponent(const chain *s, double c)
+{
+    const double step = 1e-4;
+    catenary less = catenary_of(s->span, s->rise, c * (1.0 - step));
+    catenary more = catenary_of(s->span, s->rise, c * (1.0 + step));
+    double p = log(catenary_sag(&less, s->span, s->rise) / catenary_sag(&more, s->span, s->rise)) /
+               (2.0 * step);
+    return p > 1.5 ? p : 1.0;
+}
+
+static void place_on_catenary(chain *s, double c, const double origin[3])
+{
+    catenary k = catenary_of(s->span, s->rise, c);
+    for (int n = 0; n < s->nodes; n++) { /* nodes equally spaced along the conductor */
+        double arc = k.total * n / (s->nodes - 1), x = k.lowest + c * asinh(arc / c - k.shift);
+        s->x[3 * n] = origin[0] + x;
+        s->x[3 * n + 1] = origin[1] + c * (cosh((x - k.lowest) / c) - cosh(k.lowest / c));
+        s->x[3 * n + 2] = origin[2];
+    }
+}
+
+static void place_on_parabola(chain *s, const double origin[3])
+{
+    for (int n = 0; n < s->nodes; n++) { /* nodes equally spaced in x1 */
+        double f = (double)n / (s->nodes - 1);
+        s->x[3 * n] = origin[0] + f * s->span;
+        s->x[3 * n + 1] = origin[1] + f * s->rise - 4.0 * s->target_sag * f * (1.0 - f);
+        s->x[3 * n + 2] = origin[2];
+    }
+}
+
+/* T0 = H / (dx1/dS) at the Gauss points */
+static void tension_from_horizontal(chain *m, double horizontal)
+{
+    for (int e = 0; e < m->elements; e++) {
+        geometry *g = &m->geometry[e];
+        const double none[2] = {0.0, 0.0};
+        element_geometry_from_nodes(g, m->x + 6 * e, none);
+        for (int q = 0; q < 2; q++) g->tension[q] = horizontal / g->slope[q][0];
+    }
+    element_fill_strips(m);
+}
+
+static void gravity_forces(const gallop_model *m, double *force)
+{
+    memset(force, 0, 4 * (size_t)m->nodes * sizeof(double));
+    for (int i = 0; i < m->chain_count; i++) {
+        const chain *c = &m->chain[i];
+        double *of_chain = force + 4 * c->first_node;
+        for (int e = 0; e < c->elements; e++)
+            for (int n = 0; n < 3; n++) { /* sum over b of int N_a N_b dS = int N_a dS */
+                const double *row = c->geometry[e].shape_product[n];
+                of_chain[8 * e + 4 * n + 1] -=
+                    c->section->mass * c->gravity * (row[0] + row[1] + row[2]);
+            }
+    }
+}
+
+/* The current position becomes the reference; the second Piola-Kirchhoff tension T on p becomes T
+ * |p| on p / |p|. */
+static void rebase(gallop_model *m, double *u)
+{
+    for (int i = 0; i < m->chain_count; i++) {
+        chain *c = &m->chain[i];
+        const double *of_chain = u + 4 * c->first_node;
+        for (int e = 0; e < c->elements; e++) {
+            double tension[2], x[9];
+            element_tension(c, e, false, of_chain + 8 * e, tension);
+            for (int n = 0; n < 3; n++)
+                for (int k = 0; k < 3; k++)
+                    x[3 * n + k] = c->x[6 * e + 3 * n + k] + of_chain[8 * e + 4 * n + k];
+            element_geometry_from_nodes(&c->geometry[e], x, tension);
+        }
+        element_fill_strips(c);
+    }
+    for (int n = 0; n < m->nodes; n++)
+        for (int k = 0; k < 3; k++) m->x[3 * n + k] += u[4 * n + k];
+    memset(u, 0, 4 * (size_t)m->nodes * sizeof(double));
+}
+
+#define MAX_REFERENCE_ROUNDS 6
+#define SETTLED 1e-13 /* of the shortest span */
+
+/* Solve, rebase, repeat until the reference itself is the equilibrium. */
+static int iterate_reference(gallop_model *m, const state_view *at, gallop_report *report)
+{
+    conditions calm = at->stage[0];
+    conditions_at(m, 0.0, NULL, &calm);
+    for (int f = 0; f < m->field_count; f++) calm.wind[f] = 0.0;
+    for (int i = 0; i < 3 * m->junction_count; i++) calm.position[i] = 0.0;
+    calm.load_factor = 0.0;
+    calm.taut = true;
+    for (int round = 0; round < MAX_REFERENCE_ROUNDS; round++) {
+        gravity_forces(m, m->constant_force);
+        memset(at->u, 0, 4 * (size_t)m->nodes * sizeof(double));
+        const int outcome = statics_newton(m, 0.0, &calm, SOLVER_JUNCTIONS_FIXED, at, report);
+        if (outcome) return outcome;
+        const double moved = time_correction_size(m, at->u);
+        rebase(m, at->u);
+        if (moved < SETTLED * statics_shortest_span(m)) break;
+    }
+    return GALLOP_COMPLETED;
+}
+
+/* int N'^T T0 X' dS: what the constant forces have to balance in the initial state */
+static void internal_forces(const gallop_model *m, double *force)
+{
+    memset(force, 0, 4 * (size_t)m->nodes * sizeof(double));
+    for (int k = 0; k < m->chain_count; k++) {
+        const chain *c = &m->chain[k];
+        double *of_chain = force + 4 * c->first_node;
+        for (int e = 0; e < c->elements; e++)
+            for (int q = 0; q < 2; q++)
+                for (int n = 0; n < 3; n++) {
+                    const geometry *g = &c->geometry[e];
+                    const double w = g->stiffness_weight[q] * g->shape_slope[q][n] * g->tension[q];
+                    for (int i = 0; i < 3; i++) of_chain[8 * e + 4 * n + i] += w * g->slope[q][i];
+                }
+    }
+}
+
+/* Depth of the mesh below the middle of the chord. */
+static double mesh_sag(const gallop_model *m, const chain *c)
+{
+    const double *origin = m->junction[c->junction[0]].position;
+    const double wanted = origin[0] + 0.5 * c->span;
+    int e = 0;
+    while (e < c->elements - 1 && c->x[6 * e + 6] < wanted) e++;
+    const double *x = c->x + 6 * e;
+    double low = -1.0, high = 1.0;
+    for (int i = 0; i < BISECTIONS; i++) {
+        const double xi = 0.5 * (low + high);
+        const double at =
+            0.5 * xi * (xi - 1.0) * x[0] + (1.0 - xi * xi) * x[3] + 0.5 * xi * (xi + 1.0) * x[6];
+        if (at < wanted)
+            low = xi;
+        else
+            high = xi;
+    }
+    const double xi = 0.5 * (low + high);
+    return origin[1] + 0.5 * c->rise -
+           (0.5 * xi * (xi - 1.0) * x[1] + (1.0 - xi * xi) * x[4] + 0.5 * xi * (xi + 1.0) * x[7]);
+}
+
+/* The catenary's parameter for the target of a chain. */
+static double first_parameter(const chain *c)
+{
+    if (!(c->target_sag > 0.0)) return c->target_tension / (c->section->mass * c->gravity);
+    double parameter = c->span * hypot(c->span, c->rise) / (8.0 * c->target_sag);
+    for (int i = 0; i < BISECTIONS; i++) {
+        catenary k = catenary_of(c->span, c->rise, parameter);
+        parameter *= pow(catenary_sag(&k, c->span, c->rise) / c->target_sag,
+                         1.0 / sag_exponent(c, parameter));
+    }
+    return parameter;
+}
+
+static bool is_held(const chain *c)
+{
+    return c->target_sag > 0.0 && c->target_tension > 0.0;
+}
+
+#define MAX_TARGET_ROUNDS 12
+#define TARGET_MET 1e-12
+#define TARGET_NEARLY_MET 1e-9 /* good enough after half of the rounds */
+
+/* The factor by which the mesh of a chain is away from its target; 1: met. */
+static double miss_ratio(const gallop_model *m, const chain *c, const double *force)
+{
+    return c->target_sag > 0.0 ? mesh_sag(m, c) / c->target_sag
+                               : c->target_tension / fabs(force[4 * c->first_node]);
+}
+
+/* Improves the parameter of a chain's catenary; returns how far the mesh was away from the target,
+ * infinite where that cannot be told. */
+static double improve_parameter(const gallop_model *m, chain *c, const double *force)
+{
+    const double ratio = miss_ratio(m, c, force), miss = fabs(ratio - 1.0);
+    if (!isfinite(ratio) || !(ratio > 0.0)) return INFINITY;
+    if (miss < TARGET_MET) return miss;
+    c->parameter *= c->target_sag > 0.0 ? pow(ratio, 1.0 / sag_exponent(c, c->parameter)) : ratio;
+    return miss;
+}
+
+/* Places the chains on catenaries whose meshes have the targets of sag or tension; catenary and
+ * mesh differ only by the mesh error. */
+static int solve_for_targets(gallop_model *m, const state_view *at, gallop_report *report)
+{
+    const chain *worst = m->chain;
+    for (int i = 0; i < m->chain_count; i++) m->chain[i].parameter = first_parameter(&m->chain[i]);
+    for (int round = 0; round < MAX_TARGET_ROUNDS; round++) {
+        for (int i = 0; i < m->chain_count; i++) {
+            chain *c = &m->chain[i];
+            place_on_catenary(c, c->parameter, m->junction[c->junction[0]].position);
+            tension_from_horizontal(c, c->parameter * (c->section->mass * c->gravity));
+        }
+        const int outcome = iterate_reference(m, at, report);
+        if (outcome) return outcome;
+        internal_forces(m, at->residual);
+        double largest = 0.0;
+        for (int i = 0; i < m->chain_count; i++) {
+            const double miss = improve_parameter(m, &m->chain[i], at->residual);
+            if (miss > largest) worst = &m->chain[i];
+            largest = fmax(largest, miss);
+        }
+        if (!isfinite(largest)) break;
+        if (largest < TARGET_MET) return GALLOP_COMPLETED;
+        if (round > MAX_TARGET_ROUNDS / 2 && largest < TARGET_NEARLY_MET) return GALLOP_COMPLETED;
+    }
+    return report_failure(report, GALLOP_EQUILIBRIUM_NOT_FOUND, -1, 0.0,
+                          worst->parameter * (worst->section->mass * worst->gravity),
+                          worst->target_sag > 0.0 ? worst->target_sag : worst->target_tension);
+}
+
+/* Length of the part of an element from xi = -1 on [m]. */
+static double partial_length(const double x[9], double xi)
+{
+    double length = 0.0;
+    for (int q = 0; q < 3; q++) {
+        const double at = -1.0 + 0.5 * (xi + 1.0) * (1.0 + element_gauss3[q]);
+        double square = 0.0;
+        for (int i = 0; i < 3; i++) {
+            const double d = (at - 0.5) * x[i] - 2.0 * at * x[3 + i] + (at + 0.5) * x[6 + i];
+            square += d * d;
+        }
+        length += 0.5 * (xi + 1.0) * element_gauss3_weight[q] * sqrt(square);
+    }
+    return length;
+}
+
+/* The fraction of the conductor's length at which a loaded point lies becomes an element and its
+ * shape functions. */
+static void place_loads(gallop_model *m)
+{
+    for (int l = 0; l < m->load_count; l++) {
+        load_place *place = &m->place[l];
+        const chain *c = &m->chain[place->chain];
+        const double wanted = place->fraction * c->length;
+        double passed = 0.0;
+        int e = 0;
+        for (; e < c->elements - 1; e++) {
+            const double own = partial_length(c->x + 6 * e, 1.0);
+            if (passed + own >= wanted) break;
+            passed += own;
+        }
+        double low = -1.0, high = 1.0;
+        for (int i = 0; i < BISECTIONS; i++) {
+            const double middle = 0.5 * (low + high);
+            if (passed + partial_length(c->x + 6 * e, middle) < wanted)
+                low = middle;
+            else
+                high = middle;
+        }
+        const double xi = 0.5 * (low + high);
+        place->element = e;
+        place->shape[0] = 0.5 * xi * (xi - 1.0);
+        place->shape[1] = 1.0 - xi * xi;
+        place->shape[2] = 0.5 * xi * (xi + 1.0);
+    }
+}
+
+/* Sag, tension and length of a chain, and the normals of its sections. */
+static void derive_chain(const gallop_model *m, chain *c, const double *weight)
+{
+    const int first = 4 * c->first_node;
+    c->sag = mesh_sag(m, c);
+    c->horizontal_tension =
+        is_held(c) ? c->target_tension : fabs(m->constant_force[first] - weight[first]);
+    c->length = 0.0;
+    for (int e = 0; e < c->elements; e++) {
+        const double *part = c->geometry[e].inertia_weight;
+        c->length += part[0] + part[1] + part[2];
+    }
+    element_normals_at_nodes(c);
+}
+
+/* Forces of the supports: what the chains need beyond their weight at their ends. */
+static void derive_support_forces(gallop_model *m, const double *weight)
+{
+    for (int i = 0; i < m->junction_count; i++)
+        for (int k = 0; k < 3; k++) m->junction[i].static_force[k] = 0.0;
+    for (int i = 0; i < m->chain_count; i++)
+        for (int end = 0; end < 2; end++)
+            for (int k = 0; k < 3; k++) {
+                const chain *c = &m->chain[i];
+                const int n = 4 * (c->first_node + (end ? c->nodes - 1 : 0)) + k;
+                m->junction[c->junction[end]].static_force[k] += m->constant_force[n] - weight[n];
+            }
+    for (int end = 0; end < 2; end++)
+        for (int k = 0; k < 3; k++)
+            m->derived.support_force[end][k] =
+                -m->junction[end ? m->junction_count - 1 : 0].static_force[k];
+}
+
+/* The largest force that no equilibrium balances: it is held as a constant force. */
+static double imbalance(const gallop_model *m, const double *weight)
+{
+    double largest = 0.0;
+    for (int i = 0; i < m->chain_count; i++) {
+        const chain *c = &m->chain[i];
+        const int first = 4 * c->first_node, last = first + 4 * (c->nodes - 1);
+        for (int n = first + 4; n < last; n++)
+            largest = fmax(largest, fabs(m->constant_force[n] - weight[n]));
+    }
+    for (int i = 0; i < m->junction_count; i++)
+        for (int k = 0; k < 3; k++)
+            if (!m->junction[i].fixed[k] && !device_holds(m, i, k))
+                largest = fmax(largest, fabs(m->junction[i].static_force[k]));
+    return largest;
+}
+
+/* What follows from the equilibrium. */
+static void derive(gallop_model *m, const state_view *at)
+{
+    gallop_derived *d = &m->derived;
+    gravity_forces(m, at->residual);
+    internal_forces(m, m->constant_force);
+    for (int i = 0; i < m->chain_count; i++) derive_chain(m, &m->chain[i], at->residual);
+    derive_support_forces(m, at->residual);
+    d->imbalance = imbalance(m, at->residual);
+    d->sag = m->chain[0].sag;
+    d->horizontal_tension = m->chain[0].horizontal_tension;
+    d->length = m->chain[0].length;
+}
+
+int statics_initial(gallop_model *m, gallop_report *report)
+{
+    gallop_state *work = calloc(1, m->state_size); /* still within create */
+    if (!work)
+        return report_failure(report, GALLOP_OUT_OF_MEMORY, -1, 0.0, (double)m->state_size, 0.0);
+    const state_view at = state_view_of(m, work);
+    int outcome = GALLOP_COMPLETED;
+    if (is_held(&m->chain[0]))
+        for (int i = 0; i < m->chain_count; i++) {
+            chain *c = &m->chain[i];
+            place_on_parabola(c, m->junction[c->junction[0]].position);
+            tension_from_horizontal(c, c->target_tension);
+        }
+    else
+        outcome = solve_for_targets(m, &at, report);
+    if (!outcome) {
+        derive(m, &at);
+        place_loads(m);
+    }
+    free(work);
+    return outcome;
+}
