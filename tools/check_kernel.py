@@ -9,6 +9,7 @@ symbols that `nm` lists:
   constant that several files share starts with the subject of its file, which is the part of the
   file's name before the first underscore;
 - layers: a file includes only headers of its own layer or of a lower one (`LAYERS`);
+- paths: a function that is compiled for two paths (TWO_PATHS) is static;
 - circles: neither the headers' includes nor the calls between C files form a circle.
 """
 
@@ -169,12 +170,22 @@ def circles(kernel: Path, defined: dict[str, tuple[set[str], set[str]]]) -> list
     return circle(headers, "includes") + circle(calls, "calls")
 
 
+def exported_paths(kernel: Path) -> list[str]:
+    """Functions with TWO_PATHS that are not static: gcc exports those in spite of -fvisibility."""
+    return [
+        f"{path.name}: {line.split('(')[0]} is compiled for two paths and not static; gcc exports it"
+        for path in sorted(kernel.glob("*.[ch]"))
+        for line in path.read_text().splitlines()
+        if line.startswith("TWO_PATHS ") and not line.startswith("TWO_PATHS static ")
+    ]
+
+
 def problems(kernel: Path) -> list[str]:
     """All violations of the rules in a folder of C files."""
     available = [compiler for compiler in COMPILERS if shutil.which(compiler)]
     if not available:
         raise SystemExit("check_kernel: neither gcc nor clang is installed")
-    found = wrong_includes(kernel)
+    found = wrong_includes(kernel) + exported_paths(kernel)
     with tempfile.TemporaryDirectory() as folder:
         objects = Path(folder)
         for compiler in available:

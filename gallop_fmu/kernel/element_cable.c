@@ -476,8 +476,8 @@ void element_sum_residual(const gallop_model *model, double t, const conditions 
 }
 
 /* Forces of one element alone. */
-TWO_PATHS void element_residual(const chain *c, int e, const exposure *now, const sections *at,
-                                motion y, double r[12])
+TWO_PATHS static void one_element(const chain *c, int e, const exposure *now, const sections *at,
+                                  motion y, double r[12])
 {
     const strip *s = &c->strip[e / LANES];
     const motion of_element = {y.u + 8 * e, y.v + 8 * e, y.a + 8 * e};
@@ -494,4 +494,10 @@ TWO_PATHS void element_residual(const chain *c, int e, const exposure *now, cons
     }
     for (int n = 0; n < 3; n++)
         for (int i = 0; i < 4; i++) r[4 * n + i] = LANE(force[n][i], e % LANES);
+}
+
+void element_residual(const chain *c, int e, const exposure *now, const sections *at, motion y,
+                      double r[12])
+{
+    one_element(c, e, now, at, y, r);
 }

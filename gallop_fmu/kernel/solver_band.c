@@ -37,7 +37,7 @@ static int smaller(int a, int b)
     return a < b ? a : b;
 }
 
-TWO_PATHS bool solver_band_factor(const band *m, const double turn[2])
+TWO_PATHS static bool factor(const band *m, const double turn[2])
 {
     for (int k = 0; k < m->rows; k++) {
         const size_t pivot = solver_band_place(m, k, k);
@@ -68,7 +68,7 @@ INLINE void subtract_product(const double *row_re, const double *row_im, const d
     }
 }
 
-TWO_PATHS void solver_band_solve(const band *m, double *re, double *im)
+TWO_PATHS static void solve(const band *m, double *re, double *im)
 {
     for (int i = 0; i < m->rows; i++) {
         const int reach = smaller(m->half, i);
@@ -83,4 +83,14 @@ TWO_PATHS void solver_band_solve(const band *m, double *re, double *im)
                          im ? im + i + 1 : NULL, reach, re + i, im ? im + i : NULL);
         divide(re + i, im ? im + i : NULL, m->re[pivot], m->im ? m->im[pivot] : 0.0);
     }
+}
+
+bool solver_band_factor(const band *m, const double turn[2])
+{
+    return factor(m, turn);
+}
+
+void solver_band_solve(const band *m, double *re, double *im)
+{
+    solve(m, re, im);
 }

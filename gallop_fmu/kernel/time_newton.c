@@ -10,7 +10,7 @@
 
 /* Largest correction, in m and rad alike: a twist of 1 rad matters to the wind load as much as a
  * motion of metres. */
-TWO_PATHS double time_correction_size(const gallop_model *model, const double *du)
+TWO_PATHS static double largest_size(const gallop_model *model, const double *du)
 {
     double largest[4] = {0.0},
            sum[4] = {0.0}; /* by unknown, so that the four need not wait for each other */
@@ -23,6 +23,11 @@ TWO_PATHS double time_correction_size(const gallop_model *model, const double *d
         }
     double all = sum[0] + sum[1] + sum[2] + sum[3];
     return isfinite(all) ? fmax(fmax(largest[0], largest[1]), fmax(largest[2], largest[3])) : NAN;
+}
+
+double time_correction_size(const gallop_model *model, const double *du)
+{
+    return largest_size(model, du);
 }
 
 /* After a correction of `size`, `before` the one before it (0: none) with the same tangent.  The

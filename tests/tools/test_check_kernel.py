@@ -35,6 +35,13 @@ WRONG = {
         {"law.c": GOOD["law.c"] + f"{EXPORTED}int law_one = 1;\n"},
         "law.c exports law_one; a prefix of",
     ),
+    "an exported path": (
+        {
+            "law.c": '#include "law.h"\n#define TWO_PATHS\n'
+            "TWO_PATHS double law_value(double t)\n{\n    return t;\n}\n"
+        },
+        "law.c: TWO_PATHS double law_value is compiled for two paths and not static",
+    ),
     "an include upwards": (
         {"law.h": '#include "time.h"\n' + GOOD["law.h"]},
         "law.h includes time.h of a higher layer",
