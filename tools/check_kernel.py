@@ -173,7 +173,7 @@ def circles(kernel: Path, defined: dict[str, tuple[set[str], set[str]]]) -> list
 def exported_paths(kernel: Path) -> list[str]:
     """Functions with TWO_PATHS that are not static: gcc exports those in spite of -fvisibility."""
     return [
-        f"{path.name}: {line.split('(')[0]} is compiled for two paths and not static; gcc exports it"
+        f"{path.name}: {line.split('(')[0]} is compiled for two paths and not static"
         for path in sorted(kernel.glob("*.[ch]"))
         for line in path.read_text().splitlines()
         if line.startswith("TWO_PATHS ") and not line.startswith("TWO_PATHS static ")
