@@ -173,26 +173,40 @@ static void advance(input *in)
     end(&c, report, gallop_advance(m, s, at, until, report));
 }
 
+/* A probe that each model has, or one with a number that is wrong. */
+static gallop_probe probe_from(input *in)
+{
+    static const int32_t indices[] = {5, 2, 1, 1};
+    static const int32_t channels[] = {GALLOP_NODE_CHANNELS, GALLOP_JUNCTION_CHANNELS,
+                                       GALLOP_FIELD_CHANNELS, GALLOP_SYSTEM_CHANNELS};
+    const uint8_t b = byte_of(in), object = b % 4;
+    gallop_probe p = {.object = object,
+                      .index = byte_of(in) % indices[object],
+                      .channel = byte_of(in) % channels[object]};
+    int32_t *const number[] = {&p.object, &p.index, &p.channel};
+    if (b >= 240) *number[b % 3] = index_from(in);
+    if (b >= 250) p.station = number_of(in);
+    return p;
+}
+
 static void run(input *in)
 {
-    int32_t index[3][INDICES + 1]; /* one more, as a shift of four bytes is allowed */
-    for (int k = 0; k < 3; k++)
-        for (int i = 0; i <= INDICES; i++) index[k][i] = index_from(in);
+    gallop_probe list[INDICES];
+    for (int i = 0; i < INDICES; i++) list[i] = probe_from(in);
     const gallop_model *m = model_from(in);
     gallop_state *s = state_from(in);
     const int64_t first = whole_from(in), records = whole_from(in), every = whole_from(in);
-    const int32_t channels = count_from(in), nodes = count_from(in), spans = count_from(in);
-    const int32_t *channel = pointer_of(in, index[0]), *node = pointer_of(in, index[1]);
-    const int32_t *span = pointer_of(in, index[2]);
-    double *values = pointer_of(in, room), *of_span = pointer_of(in, motion[0]);
+    const int32_t probes = count_from(in);
+    const gallop_probe *probe = pointer_of(in, list);
+    double *values = pointer_of(in, room);
     int64_t made = -1, *done = pointer_of(in, &made);
     call c = begin(s);
     gallop_report *report = pointer_of(in, &c.report);
-    const int outcome = gallop_run(m, s, first, records, every, channel, channels, node, nodes,
-                                   span, spans, values, of_span, done, report);
+    const int outcome =
+        gallop_run(m, s, first, records, every, probe, probes, values, done, report);
     if (outcome == GALLOP_COMPLETED) REQUIRE(made == records && records <= RECORDS);
     if (outcome == GALLOP_BAD_CALL) REQUIRE(made == -1 || made == 0);
-    for (int64_t i = 0; outcome == GALLOP_COMPLETED && i < records * channels * nodes; i++)
+    for (int64_t i = 0; outcome == GALLOP_COMPLETED && i < records * probes; i++)
         REQUIRE(isfinite(values[i]));
     end(&c, report, outcome);
 }
@@ -202,15 +216,18 @@ static void observe(input *in)
     const gallop_model *m = model_from(in);
     gallop_state *s = state_from(in);
     const uint8_t which = byte_of(in);
-    const int32_t node = index_from(in);
+    gallop_probe list[INDICES];
+    for (int i = 0; i < INDICES; i++) list[i] = probe_from(in);
+    const int32_t probes = count_from(in);
+    const gallop_probe *probe = pointer_of(in, list);
     double *values = pointer_of(in, room);
     const double sharpness = which < 100 ? 1.0 : number_of(in);
     call c = begin(s);
     int outcome = GALLOP_BAD_CALL;
     switch (which % 6) {
-    case 0: outcome = gallop_observe_node(m, s, node, values); break;
-    case 1: outcome = gallop_observe_span(m, s, values); break;
-    case 2: outcome = gallop_support_forces(m, s, values); break;
+    case 0:
+    case 1:
+    case 2: outcome = gallop_observe(m, s, probe, probes, values); break;
     case 3: outcome = gallop_rewind(m, s, sharpness); break;
     case 4: outcome = gallop_state_check(m, s); break;
     default: gallop_state_time(s); break;

@@ -52,6 +52,29 @@ static void go_on_from_elsewhere(const gallop_model *model, gallop_state *state,
     free(before);
 }
 
+/* Every quantity of two nodes, of both junctions, of the first field and of the system. */
+enum {
+    OF_NODES = 2 * GALLOP_NODE_CHANNELS,
+    OF_JUNCTIONS = 2 * GALLOP_JUNCTION_CHANNELS,
+    PROBES = OF_NODES + OF_JUNCTIONS + GALLOP_FIELD_CHANNELS + GALLOP_SYSTEM_CHANNELS
+};
+
+static void list_probes(int32_t middle, gallop_probe probe[PROBES])
+{
+    const struct {
+        int32_t object, index, channels;
+    } of[] = {{GALLOP_PROBE_NODE, middle, GALLOP_NODE_CHANNELS},
+              {GALLOP_PROBE_NODE, 2 * middle, GALLOP_NODE_CHANNELS},
+              {GALLOP_PROBE_JUNCTION, 0, GALLOP_JUNCTION_CHANNELS},
+              {GALLOP_PROBE_JUNCTION, 1, GALLOP_JUNCTION_CHANNELS},
+              {GALLOP_PROBE_FIELD, 0, GALLOP_FIELD_CHANNELS},
+              {GALLOP_PROBE_SYSTEM, 0, GALLOP_SYSTEM_CHANNELS}};
+    for (size_t i = 0, at = 0; i < sizeof of / sizeof *of; i++)
+        for (int32_t k = 0; k < of[i].channels; k++)
+            probe[at++] =
+                (gallop_probe){.object = of[i].object, .index = of[i].index, .channel = k};
+}
+
 static void run(const gallop_model *model, double step, input *in)
 {
     gallop_report report;
@@ -61,21 +84,18 @@ static void run(const gallop_model *model, double step, input *in)
     int outcome = gallop_state_init(model, state, 0.0, NULL, &report);
     REQUIRE(outcome == report.outcome && outcome >= GALLOP_COMPLETED && outcome <= GALLOP_BAD_CALL);
     if (!outcome) {
-        int32_t channel[GALLOP_NODE_CHANNELS], span_channel[GALLOP_SPAN_CHANNELS];
-        const int32_t middle = gallop_middle(model), node[] = {middle, 2 * middle};
-        double nodes[2 * RECORDS * GALLOP_NODE_CHANNELS], spans[RECORDS * GALLOP_SPAN_CHANNELS];
+        gallop_probe probe[PROBES];
+        double values[RECORDS * PROBES];
         int64_t done;
-        for (int32_t i = 0; i < GALLOP_NODE_CHANNELS; i++) channel[i] = i;
-        for (int32_t i = 0; i < GALLOP_SPAN_CHANNELS; i++) span_channel[i] = i;
+        list_probes(gallop_middle(model), probe);
         REQUIRE(gallop_state_check(model, state) == GALLOP_COMPLETED);
-        outcome = gallop_run(model, state, 0, RECORDS, 1, channel, GALLOP_NODE_CHANNELS, node, 2,
-                             span_channel, GALLOP_SPAN_CHANNELS, nodes, spans, &done, &report);
+        outcome = gallop_run(model, state, 0, RECORDS, 1, probe, PROBES, values, &done, &report);
         REQUIRE(outcome == report.outcome && outcome >= GALLOP_COMPLETED &&
                 outcome <= GALLOP_BAD_CALL);
         REQUIRE(done >= 0 && done <= RECORDS && (done == RECORDS) == (outcome == GALLOP_COMPLETED));
-        for (int64_t i = 0; i < 2 * done * GALLOP_NODE_CHANNELS;
-             i++) /* displacements and velocities */
-            if (i / 2 % GALLOP_NODE_CHANNELS <= GALLOP_OMEGA) REQUIRE(isfinite(nodes[i]));
+        for (int64_t i = 0; i < done * PROBES; i++) /* displacements and velocities */
+            if (i % PROBES < OF_NODES && i % GALLOP_NODE_CHANNELS <= GALLOP_OMEGA)
+                REQUIRE(isfinite(values[i]));
         REQUIRE(gallop_state_check(model, state) == GALLOP_COMPLETED);
         if (in->next < in->last) go_on_from_elsewhere(model, state, step, in);
     }

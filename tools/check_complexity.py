@@ -21,14 +21,12 @@ MAX_COMPLEXITY, MAX_PARAMETERS = 15, 8
 
 OPTIONS = "each parameter is an option, given by its name"
 C_FACE = "an exported C function, which has no parameters by name; its header describes each"
-LATER = "to be split"
 
 EXCEPTIONS = {
     "gallop_fmu/cli/main.py:run": OPTIONS,
     "gallop_fmu/engine/model.py:tangent": OPTIONS,
     "gallop_fmu/kernel/analysis.c:gallop_aero_load": C_FACE,
     "gallop_fmu/kernel/analysis.c:gallop_tangent": C_FACE,
-    "gallop_fmu/kernel/time_march.c:check_run": LATER,
     "gallop_fmu/kernel/time_march.c:gallop_run": C_FACE,
     "gallop_fmu/sweeps/sweep.py:sweep": OPTIONS,
     "modal/screening/many_spans.py:screen_spans": OPTIONS,

@@ -173,6 +173,12 @@ class CInputs(c.Structure):
     )
 
 
+class CProbe(c.Structure):
+    """gallop_probe."""
+
+    _fields_ = (*_integers("object", "index", "channel", "reserved"), ("station", c.c_double))
+
+
 class CDerived(c.Structure):
     """gallop_derived."""
 
@@ -201,6 +207,7 @@ MIRRORS = {
     "gallop_scene": CScene,
     "gallop_report": CReport,
     "gallop_inputs": CInputs,
+    "gallop_probe": CProbe,
     "gallop_derived": CDerived,
 }
 """The structures of gallop.h and their mirrors."""

@@ -12,6 +12,7 @@ from typing import Any
 from gallop_fmu.engine.ctypes_structs import (
     CDerived,
     CInputs,
+    CProbe,
     CReport,
     CScene,
     Layout,
@@ -40,7 +41,7 @@ def library_path() -> Path:
     )
 
 
-API_VERSION = 2
+API_VERSION = 3
 """GALLOP_API_VERSION of the gallop.h that these modules are written for."""
 
 
@@ -80,7 +81,7 @@ def _load() -> c.CDLL:
     _compare(library)
     pointer, double, whole = c.c_void_p, c.c_double, c.c_int64
     doubles, report, inputs = c.POINTER(c.c_double), c.POINTER(CReport), c.POINTER(CInputs)
-    integers = c.POINTER(c.c_int32)
+    integers, probes = c.POINTER(c.c_int32), (c.POINTER(CProbe), c.c_int32)
     signatures: dict[str, tuple[Any, tuple[Any, ...]]] = {
         "gallop_build": (c.c_char_p, ()),
         "gallop_arithmetic_fault": (c.c_char_p, ()),
@@ -97,19 +98,9 @@ def _load() -> c.CDLL:
         "gallop_advance": (c.c_int, (pointer, pointer, inputs, double, report)),
         "gallop_run": (
             c.c_int,
-            (
-                pointer,
-                pointer,
-                *[whole] * 3,
-                *[integers, c.c_int32] * 3,
-                doubles,
-                doubles,
-                c.POINTER(whole),
-                report,
-            ),
+            (pointer, pointer, *[whole] * 3, *probes, doubles, c.POINTER(whole), report),
         ),
-        "gallop_observe_node": (c.c_int, (pointer, pointer, c.c_int32, doubles)),
-        "gallop_observe_span": (c.c_int, (pointer, pointer, doubles)),
+        "gallop_observe": (c.c_int, (pointer, pointer, *probes, doubles)),
         "gallop_residual": (c.c_int, (pointer, pointer, double, inputs, *[doubles] * 4)),
         "gallop_tangent": (
             c.c_int,

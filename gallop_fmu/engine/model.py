@@ -15,9 +15,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from gallop_fmu.engine.ctypes_structs import CDerived, CInputs, CReport, Three
+from gallop_fmu.engine.ctypes_structs import CDerived, CInputs, CProbe, CReport, Three
 from gallop_fmu.engine.library import kernel
 from gallop_fmu.engine.pack import Packed, double_pointer, unpacked
+from gallop_fmu.engine.probes import Probes, junction_probes, node_probes, span_probes
 from gallop_fmu.foundation.argument_checks import finite, indices, number, numbers, whole
 from gallop_fmu.foundation.channels import NODE_CHANNELS, SPAN_CHANNELS
 from gallop_fmu.foundation.outcome import Outcome, Report, SimulationError
@@ -29,6 +30,9 @@ DOFS = 4
 
 ALL_SPAN_CHANNELS = np.arange(len(SPAN_CHANNELS), dtype=np.int32)
 """Indices of all span channels."""
+
+_NODE_CHANNELS = np.arange(len(NODE_CHANNELS), dtype=np.int32)
+_ProbePointer = c.POINTER(CProbe)
 
 MOST_STEPS = 10**12
 """Maximum number of time steps of one call."""
@@ -207,6 +211,7 @@ class Model:
         self.scene = scene
         self.elements = scene.numerics.elements
         self.nodes = 2 * self.elements + 1
+        self.junctions = int(packed.scene.junction_count)
         self.state_size = int(kernel.gallop_state_size(handle))
         self.saved_size = int(kernel.gallop_saved_size(handle))
         self._takes_inputs = inputs
@@ -517,24 +522,32 @@ class State:
         asked = indices("channels", channels, len(NODE_CHANNELS))
         places = indices("nodes", nodes, self.model.nodes)
         of_span = indices("span_channels", span_channels, len(SPAN_CHANNELS))
-        node_values = np.empty((records, len(asked), len(places)))
-        span_values = np.empty((records, len(of_span)))
+        probes = np.concatenate(
+            [node_probes(places, asked), span_probes(of_span, self.model.junctions)]
+        )
+        values, of_nodes = np.empty((records, len(probes))), len(places) * len(asked)
         done, raw = c.c_int64(), CReport()
-        counted = [
-            part
-            for array in (asked, places, of_span)
-            for part in (array.ctypes.data_as(_Integers), len(array))
-        ]
         with self._alone:
             kernel.gallop_run(
-                self.model.handle, self._pointer, first, records, every, *counted,
-                double_pointer(node_values), double_pointer(span_values), c.byref(done),
-                c.byref(raw),
+                self.model.handle, self._pointer, first, records, every, *_counted(probes),
+                double_pointer(values), c.byref(done), c.byref(raw),
             )  # fmt: skip
         report = unpacked(raw)
         if report.outcome is Outcome.BAD_CALL:
             raise SimulationError(report)
-        return Run(node_values[: done.value], span_values[: done.value], report)
+        made = values[: done.value]
+        by_node = made[:, :of_nodes].reshape(len(made), len(places), len(asked))
+        return Run(by_node.transpose(0, 2, 1), made[:, of_nodes:], report)
+
+    def _observe(self, probes: Probes) -> Array:
+        values = np.empty(len(probes))
+        with self._alone:
+            _insist(
+                kernel.gallop_observe(
+                    self.model.handle, self._pointer, *_counted(probes), double_pointer(values)
+                )
+            )
+        return values
 
     def observe_node(self, node: int) -> Array:
         """All node channels at one node, in the order of `NODE_CHANNELS`."""
@@ -543,34 +556,34 @@ class State:
             raise IndexError(
                 f"node {place} does not exist; the mesh has nodes 0 to {self.model.nodes - 1}"
             )
-        with self._alone:
-            return self._observe_node(place)
-
-    def _observe_node(self, node: int) -> Array:
-        values = np.empty(len(NODE_CHANNELS))
-        _insist(
-            kernel.gallop_observe_node(
-                self.model.handle, self._pointer, node, double_pointer(values)
-            )
-        )
-        return values
+        return self._observe(node_probes(np.array([place], dtype=np.int32), _NODE_CHANNELS))
 
     def observe_span(self) -> Array:
         """All span channels, in the order of `SPAN_CHANNELS`."""
-        values = np.empty(len(SPAN_CHANNELS))
-        with self._alone:
-            _insist(
-                kernel.gallop_observe_span(self.model.handle, self._pointer, double_pointer(values))
-            )
-        return values
+        return self._observe(span_probes(ALL_SPAN_CHANNELS, self.model.junctions))
+
+    def observe_junction(self, junction: int) -> Array:
+        """Force [N] of the cables on the tower at a junction, along x1, x2, x3.
+
+        Raises
+        ------
+        ValueError
+            If there is no junction of this index.
+        """
+        last = self.model.junctions - 1
+        return self._observe(junction_probes(whole("junction", junction, 0, last)))
 
     def motion(self) -> tuple[Array, Array, Array]:
         """Displacement, velocity and acceleration, each of shape (node, 4)."""
-        with self._alone:
-            values = np.array(
-                [self._observe_node(node)[: 3 * DOFS] for node in range(self.model.nodes)]
-            )
-        return values[:, :DOFS], values[:, DOFS : 2 * DOFS], values[:, 2 * DOFS :]
+        nodes = np.arange(self.model.nodes, dtype=np.int32)
+        values = self._observe(node_probes(nodes, _NODE_CHANNELS[: 3 * DOFS]))
+        u, v, a = values.reshape(self.model.nodes, 3, DOFS).transpose(1, 0, 2)
+        return u, v, a
+
+
+def _counted(probes: Probes) -> tuple[Any, int]:
+    """Pointer to probes, and their number."""
+    return probes.ctypes.data_as(_ProbePointer), len(probes)
 
 
 def _state_of(model: Model, saved: bytes) -> State:
@@ -578,9 +591,6 @@ def _state_of(model: Model, saved: bytes) -> State:
     if any(saved):
         state.restore(saved)
     return state
-
-
-_Integers = c.POINTER(c.c_int32)
 
 
 @dataclass(frozen=True, slots=True)

@@ -158,14 +158,33 @@ int check_inputs(const gallop_model *model, const gallop_inputs *inputs, double 
     return GALLOP_COMPLETED;
 }
 
-int check_indices(const int32_t *index, int32_t count, int32_t end, const char *const field[3],
-                  gallop_report *report)
+static int check_probe(const gallop_model *model, const gallop_probe *p, gallop_report *report)
 {
-    if (count < 0) return report_refused(report, field[0], count, 0.0);
-    if (count > 0 && !base_pointer_usable(index, sizeof *index))
-        return report_refused(report, field[1], NAN, NAN);
-    for (int32_t i = 0; i < count; i++)
-        if (index[i] < 0 || index[i] >= end)
-            return report_refused(report, field[2], index[i], end - 1);
+    const struct {
+        int32_t indices, channels;
+    } of[] = {[GALLOP_PROBE_NODE] = {model->nodes, GALLOP_NODE_CHANNELS},
+              [GALLOP_PROBE_JUNCTION] = {model->junction_count, GALLOP_JUNCTION_CHANNELS},
+              [GALLOP_PROBE_FIELD] = {model->field_count, GALLOP_FIELD_CHANNELS},
+              [GALLOP_PROBE_SYSTEM] = {1, GALLOP_SYSTEM_CHANNELS}};
+    if (p->object < 0 || p->object > GALLOP_PROBE_SYSTEM)
+        return report_refused(report, "object of a probe", p->object, GALLOP_PROBE_SYSTEM);
+    if (p->index < 0 || p->index >= of[p->object].indices)
+        return report_refused(report, "index of a probe", p->index, of[p->object].indices - 1);
+    if (p->channel < 0 || p->channel >= of[p->object].channels)
+        return report_refused(report, "channel of a probe", p->channel, of[p->object].channels - 1);
+    if (!isfinite(p->station) || (p->station != 0.0 && p->object != GALLOP_PROBE_FIELD))
+        return report_refused(report, "station of a probe", p->station, 0.0);
     return GALLOP_COMPLETED;
+}
+
+int check_probes(const gallop_model *model, const gallop_probe *probe, int32_t probes,
+                 gallop_report *report)
+{
+    if (probes < 0) return report_refused(report, "number of probes", probes, 0.0);
+    if (probes > 0 && !base_pointer_usable(probe, WORD))
+        return report_refused(report, NOT_USABLE(probe), NAN, NAN);
+    int outcome = GALLOP_COMPLETED;
+    for (int32_t i = 0; i < probes && !outcome; i++)
+        outcome = check_probe(model, &probe[i], report);
+    return outcome;
 }

@@ -19,8 +19,8 @@ int check_room(const gallop_model *model, const gallop_state *state, double time
 int check_state(const gallop_model *model, const gallop_state *state, gallop_report *report);
 int check_inputs(const gallop_model *model, const gallop_inputs *inputs, double until,
                  gallop_report *report);
-int check_indices(const int32_t *index, int32_t count, int32_t end, const char *const field[3],
-                  gallop_report *report);
+int check_probes(const gallop_model *model, const gallop_probe *probe, int32_t probes,
+                 gallop_report *report);
 
 /* check_scene.c: before a model copies them */
 int check_scene(const gallop_scene *s, gallop_report *report);

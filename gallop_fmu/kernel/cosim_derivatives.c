@@ -78,10 +78,9 @@ gallop_cosim_status gallop_cosim_get_output_rates(gallop_cosim *c, const uint32_
             if (status != GALLOP_COSIM_OK) return status;
             continue;
         }
-        double node[GALLOP_NODE_CHANNELS];
-        if (gallop_observe_node(c->span.model, c->span.state, gallop_middle(c->span.model), node))
-            return cosim_fail_to_observe(c, v);
-        rate[i] = node[channel];
+        resource_variable of_rate = *v;
+        of_rate.index = (uint32_t)channel;
+        if (cosim_observe(c, &of_rate, &rate[i])) return cosim_fail_to_observe(c, v);
     }
     return GALLOP_COSIM_OK;
 }

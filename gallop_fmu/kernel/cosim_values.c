@@ -76,44 +76,62 @@ static double unscaled(double stored, double factor)
 
 static bool is_force(const resource_variable *v)
 {
-    return v->origin == RESOURCE_SPAN && v->index >= GALLOP_LEFT_F1 && v->index <= GALLOP_RIGHT_F3;
+    return v->origin == RESOURCE_SPAN && v->index >= RESOURCE_LEFT_FORCE &&
+           v->index < RESOURCE_SYSTEM;
+}
+
+/* The probe of an output, from its origin and number. */
+static gallop_probe probe_of(const gallop_cosim *c, int32_t origin, int32_t number)
+{
+    const int32_t last = (int32_t)c->parameters.section[RESOURCE_JUNCTIONS].count - 1;
+    if (origin == RESOURCE_NODE)
+        return (gallop_probe){
+            .object = GALLOP_PROBE_NODE, .index = gallop_middle(c->span.model), .channel = number};
+    if (number >= RESOURCE_SYSTEM)
+        return (gallop_probe){.object = GALLOP_PROBE_SYSTEM, .channel = number - RESOURCE_SYSTEM};
+    if (number >= RESOURCE_RIGHT_FORCE)
+        return (gallop_probe){.object = GALLOP_PROBE_JUNCTION,
+                              .index = last,
+                              .channel = number - RESOURCE_RIGHT_FORCE};
+    if (number >= RESOURCE_LEFT_FORCE)
+        return (gallop_probe){.object = GALLOP_PROBE_JUNCTION,
+                              .channel = number - RESOURCE_LEFT_FORCE};
+    return (gallop_probe){.object = GALLOP_PROBE_FIELD, .channel = GALLOP_WIND_SPEED};
+}
+
+/* Outputs of one origin by consecutive numbers, GALLOP_NODE_CHANNELS at most. */
+static int observe_several(const gallop_cosim *c, int32_t origin, int32_t first, int32_t count,
+                           double *values)
+{
+    gallop_probe probe[GALLOP_NODE_CHANNELS];
+    for (int32_t i = 0; i < count; i++) probe[i] = probe_of(c, origin, first + i);
+    return gallop_observe(c->span.model, c->span.state, probe, count, values);
 }
 
 int cosim_observe_in(const gallop_cosim *c, gallop_state *state, const resource_variable *v,
                      double *value)
 {
-    const gallop_model *model = c->span.model;
-    double node[GALLOP_NODE_CHANNELS], forces[6], span[GALLOP_SPAN_CHANNELS];
-    int outcome;
-    if (v->origin == RESOURCE_NODE) {
-        outcome = gallop_observe_node(model, state, gallop_middle(model), node);
-        if (!outcome) *value = node[v->index];
-    } else if (is_force(v)) {
-        outcome = gallop_support_forces(model, state, forces);
-        if (!outcome) *value = forces[v->index - GALLOP_LEFT_F1];
-    } else {
-        outcome = gallop_observe_span(model, state, span);
-        if (!outcome) *value = span[v->index];
-    }
-    return outcome;
+    const gallop_probe probe = probe_of(c, v->origin, (int32_t)v->index);
+    return gallop_observe(c->span.model, state, &probe, 1, value);
 }
 
 /* Hosts read one output after the other: what was computed for one is kept for the next. */
 int cosim_observe(gallop_cosim *c, const resource_variable *v, double *value)
 {
-    const gallop_model *model = c->span.model;
     int outcome = GALLOP_COMPLETED;
     if (v->origin == RESOURCE_NODE) {
         if (!c->node_known)
-            outcome = gallop_observe_node(model, c->span.state, gallop_middle(model), c->node);
+            outcome = observe_several(c, RESOURCE_NODE, 0, GALLOP_NODE_CHANNELS, c->node);
         c->node_known = !outcome;
         if (!outcome) *value = c->node[v->index];
         return outcome;
     }
     if (is_force(v)) {
-        if (!c->forces_known) outcome = gallop_support_forces(model, c->span.state, c->forces);
+        if (!c->forces_known)
+            outcome = observe_several(c, RESOURCE_SPAN, RESOURCE_LEFT_FORCE,
+                                      RESOURCE_SYSTEM - RESOURCE_LEFT_FORCE, c->forces);
         c->forces_known = !outcome;
-        if (!outcome) *value = c->forces[v->index - GALLOP_LEFT_F1];
+        if (!outcome) *value = c->forces[v->index - RESOURCE_LEFT_FORCE];
         return outcome;
     }
     return cosim_observe_in(c, c->span.state, v, value);

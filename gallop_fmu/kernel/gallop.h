@@ -140,27 +140,42 @@ typedef enum {
     GALLOP_NODE_CHANNELS
 } gallop_node_channel;
 
-/* Quantities of a state, in the same order as in channels.py.  Left is the first junction, right
- * the last one. */
+/* Quantities of a junction: force of the chains on the tower there along x1, x2, x3 [N]. */
+typedef enum { GALLOP_F1, GALLOP_F2, GALLOP_F3, GALLOP_JUNCTION_CHANNELS } gallop_junction_channel;
+
+/* Quantities of a field. */
+typedef enum { GALLOP_WIND_SPEED, /* [m/s] */ GALLOP_FIELD_CHANNELS } gallop_field_channel;
+
+/* Quantities of the whole system. */
 typedef enum {
-    GALLOP_WIND_SPEED, /* of the first field [m/s] */
-    GALLOP_LEFT_F1,    /* force of the chains on the tower [N] */
-    GALLOP_LEFT_F2,
-    GALLOP_LEFT_F3,
-    GALLOP_RIGHT_F1,
-    GALLOP_RIGHT_F2,
-    GALLOP_RIGHT_F3,
     GALLOP_KINETIC_ENERGY,    /* [J] */
     GALLOP_POTENTIAL_ENERGY,  /* from the initial equilibrium [J] */
     GALLOP_NEWTON_ITERATIONS, /* of the last step */
     GALLOP_SUBSTEPS,          /* of the last step */
-    GALLOP_SPAN_CHANNELS
-} gallop_span_channel;
+    GALLOP_SYSTEM_CHANNELS
+} gallop_system_channel;
+
+/* Objects of which quantities can be observed. */
+typedef enum {
+    GALLOP_PROBE_NODE = 0,
+    GALLOP_PROBE_JUNCTION = 1,
+    GALLOP_PROBE_FIELD = 2,
+    GALLOP_PROBE_SYSTEM = 3
+} gallop_probe_object;
+
+/* A quantity that a run records or a host reads. */
+typedef struct {
+    int32_t object;   /* a gallop_probe_object */
+    int32_t index;    /* of the node, junction or field; 0 of the system */
+    int32_t channel;  /* a gallop_node_channel, gallop_junction_channel, ... of the object */
+    int32_t reserved; /* 0 */
+    double station;   /* x1 at which a field is read [m]; 0 of other objects */
+} gallop_probe;
 
 /* ---- The library ---- */
 
 /* Increases when a structure or a function of this header changes. */
-#define GALLOP_API_VERSION 2
+#define GALLOP_API_VERSION 3
 
 /* API version of the library.
  *
@@ -322,66 +337,41 @@ GALLOP_API int gallop_advance(const gallop_model *model, gallop_state *state,
  */
 GALLOP_API int gallop_rewind(const gallop_model *model, gallop_state *state, double sharpness);
 
-/* Advances a state and observes it: `records` times, each after `every` time steps of the scene.
- * Record i is at the time (first + i + 1) * every * time_step since the start of the run.  With a
- * tolerance the steps end at other times; the records are interpolated within them, and the state
- * is left at or after the last record.  The scene's laws hold.  After a failure the state is the
- * one at the last step that was completed.
+/* Advances a state and observes it, as gallop_observe does: `records` times, each after `every`
+ * time steps of the scene. Record i is at the time (first + i + 1) * every * time_step since the
+ * start of the run.  With a tolerance the steps end at other times; the records are interpolated
+ * within them, and the state is left at or after the last record.  The scene's laws hold.  After a
+ * failure the state is the one at the last step that was completed.
  *
- * @param model          Model
- * @param state          Started state
- * @param first          Number of records that earlier calls of this run have made, 0 or more
- * @param records        Number of records, 0 or more
- * @param every          Time steps per record, 1 or more; all records together have at most 1e12
- * @param channel        (channels): quantities to record, each a gallop_node_channel
- * @param channels       Their number, 0 or more
- * @param node           (nodes): nodes at which to record them
- * @param nodes          Their number, 0 or more
- * @param span_channel   (span_channels): each a gallop_span_channel; support forces and energies
- *                       are computed only if they are named here
- * @param span_channels  Their number, 0 or more
- * @param node_values    Output, (records, channels, nodes)
- * @param span_values    Output, (records, span_channels)
- * @param done           Output: number of records made
- * @param report         Output
- * @return               As gallop_advance
+ * @param model    Model
+ * @param state    Started state
+ * @param first    Number of records that earlier calls of this run have made, 0 or more
+ * @param records  Number of records, 0 or more
+ * @param every    Time steps per record, 1 or more; all records together have at most 1e12
+ * @param probe    (probes): quantities to record
+ * @param probes   Their number, 0 or more
+ * @param values   Output, (records, probes)
+ * @param done     Output: number of records made
+ * @param report   Output
+ * @return         As gallop_advance
  */
 GALLOP_API int gallop_run(const gallop_model *model, gallop_state *state, int64_t first,
-                          int64_t records, int64_t every, const int32_t *channel, int32_t channels,
-                          const int32_t *node, int32_t nodes, const int32_t *span_channel,
-                          int32_t span_channels, double *node_values, double *span_values,
-                          int64_t *done, gallop_report *report);
+                          int64_t records, int64_t every, const gallop_probe *probe, int32_t probes,
+                          double *values, int64_t *done, gallop_report *report);
 
-/* All quantities of one node.
- *
- * @param model   Model
- * @param state   Started state
- * @param node    Node, 0 to nodes - 1
- * @param values  Output, in the order of gallop_node_channel
- * @return        GALLOP_COMPLETED; GALLOP_BAD_CALL
- */
-GALLOP_API int gallop_observe_node(const gallop_model *model, const gallop_state *state,
-                                   int32_t node, double values[GALLOP_NODE_CHANNELS]);
-
-/* Forces of the chains on the towers.
- *
- * @param model  Model
- * @param state  Started state; its scratch memory is used
- * @param force  Output: along x1, x2, x3 at the first junction, then at the last one [N]
- * @return       GALLOP_COMPLETED; GALLOP_BAD_CALL
- */
-GALLOP_API int gallop_support_forces(const gallop_model *model, gallop_state *state,
-                                     double force[6]);
-
-/* All quantities of a state.
+/* Observes a state.  Only quantities that a probe names are computed.  The force of a junction and
+ * the energies are computed once for all of their probes.
  *
  * @param model   Model
  * @param state   Started state; its scratch memory is used
- * @param values  Output, in the order of gallop_span_channel
- * @return        GALLOP_COMPLETED; GALLOP_BAD_CALL
+ * @param probe   (probes): quantities to observe
+ * @param probes  Their number, 0 or more
+ * @param values  Output, (probes)
+ * @return        GALLOP_COMPLETED; GALLOP_BAD_CALL, also for a probe of an object, an index or a
+ *                channel that does not exist, or with a station that its object does not have
  */
-GALLOP_API int gallop_observe_span(const gallop_model *model, gallop_state *state,
-                                   double values[GALLOP_SPAN_CHANNELS]);
+GALLOP_API int gallop_observe(const gallop_model *model, gallop_state *state,
+                              const gallop_probe *probe, int32_t probes, double *values);
 
 #ifdef __cplusplus
 }

@@ -154,6 +154,13 @@ static const entry entries[] = {
     FIELD(gallop_inputs, attack_angle_rate),
     FIELD(gallop_inputs, support_rate),
 
+    STRUCTURE(gallop_probe),
+    FIELD(gallop_probe, object),
+    FIELD(gallop_probe, index),
+    FIELD(gallop_probe, channel),
+    FIELD(gallop_probe, reserved),
+    FIELD(gallop_probe, station),
+
     STRUCTURE(gallop_derived),
     FIELD(gallop_derived, sag),
     FIELD(gallop_derived, horizontal_tension),

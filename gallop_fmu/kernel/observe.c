@@ -1,4 +1,4 @@
-/* What can be seen of a state: node and span channels. */
+/* Observation of a state: quantities of nodes, junctions, fields and the system. */
 #include "observe.h"
 
 #include "base_math.h"
@@ -24,21 +24,26 @@ static double node_tension(const chain *c, const double *u, int node)
     return tension_only ? fmax(sum / count, 0.0) : sum / count;
 }
 
-void observe_node(const gallop_model *model, const state_view *view, int32_t node,
-                  double values[GALLOP_NODE_CHANNELS])
+/* Attack angle of the relative wind at a node. */
+static double node_angle(const gallop_model *model, const state_view *view, const chain *c,
+                         int node)
 {
-    const chain *c = model_chain_of_node(model, node);
     const exposure now = conditions_on(model, &view->now, c);
-    const double *u = view->u + 4 * node, *v = view->v + 4 * node, *a = view->a + 4 * node;
+    const double *u = view->u + 4 * node, *v = view->v + 4 * node;
     const double *n2 = model->normal + 2 * node;
-    for (int i = 0; i < 4; i++) {
-        values[GALLOP_U1 + i] = u[i];
-        values[GALLOP_V1 + i] = v[i];
-        values[GALLOP_A1 + i] = a[i];
-    }
-    values[GALLOP_TENSION] = node_tension(c, view->u + 4 * c->first_node, node - c->first_node);
-    values[GALLOP_ANGLE_OF_ATTACK] = element_attack_angle(
-        u[3], n2[0] * v[0] + n2[1] * v[1], v[2], v[3], now.wind, now.attack, c->section->radius);
+    return element_attack_angle(u[3], n2[0] * v[0] + n2[1] * v[1], v[2], v[3], now.wind, now.attack,
+                                c->section->radius);
+}
+
+static double node_value(const gallop_model *model, const state_view *view, int node, int channel)
+{
+    if (channel < GALLOP_V1) return view->u[4 * node + channel - GALLOP_U1];
+    if (channel < GALLOP_A1) return view->v[4 * node + channel - GALLOP_V1];
+    if (channel < GALLOP_TENSION) return view->a[4 * node + channel - GALLOP_A1];
+    const chain *c = model_chain_of_node(model, node);
+    return channel == GALLOP_TENSION
+             ? node_tension(c, view->u + 4 * c->first_node, node - c->first_node)
+             : node_angle(model, view, c, node);
 }
 
 /* Subtracts the loads on an element from its forces at one end. */
@@ -163,53 +168,65 @@ TWO_PATHS static void energies(const gallop_model *model, const state_view *view
     *potential = p + device_energy(model, &view->now, y);
 }
 
-/* Whether the arguments of an observation can be used; who observes gets no report. */
-static bool observable(const gallop_model *model, const gallop_state *state, const double *values)
+/* What several probes of one observation share. */
+typedef struct {
+    bool has_forces; /* the marks of the forces are set, */
+    bool has_energies;
+    double energy[2]; /* kinetic, potential [J] */
+} shared_values;
+
+/* Force of the chains on the tower at a junction.  Forces that are known lie in the scratch array
+ * of residual forces, which has room for more nodes than there are junctions: three components, and
+ * a mark, 1 if they are known. */
+static double junction_value(const gallop_model *model, const gallop_state *state,
+                             const state_view *view, int index, int channel, shared_values *shared)
 {
-    gallop_report report;
-    return check_state(model, state, &report) == GALLOP_COMPLETED &&
-           base_pointer_usable(values, WORD);
+    if (!shared->has_forces)
+        for (int j = 0; j < model->junction_count; j++) view->residual[4 * j + 3] = 0.0;
+    shared->has_forces = true;
+    double *force = view->residual + 4 * index;
+    if (force[3] == 0.0) support_force(model, state, view, index, force);
+    force[3] = 1.0;
+    return force[channel];
 }
 
-int gallop_observe_node(const gallop_model *model, const gallop_state *state, int32_t node,
-                        double values[GALLOP_NODE_CHANNELS])
+static double system_value(const gallop_model *model, const gallop_state *state,
+                           const state_view *view, int channel, shared_values *shared)
 {
-    if (!observable(model, state, values)) return GALLOP_BAD_CALL;
-    if (node < 0 || node >= model->nodes) return GALLOP_BAD_CALL;
-    const state_view view = state_view_of(model, (gallop_state *)state); /* only read */
-    observe_node(model, &view, node, values);
-    return GALLOP_COMPLETED;
+    if (channel == GALLOP_NEWTON_ITERATIONS) return (double)state->last_iterations;
+    if (channel == GALLOP_SUBSTEPS) return (double)state->last_substeps;
+    if (!shared->has_energies)
+        energies(model, view, &shared->energy[GALLOP_KINETIC_ENERGY],
+                 &shared->energy[GALLOP_POTENTIAL_ENERGY]);
+    shared->has_energies = true;
+    return shared->energy[channel];
 }
 
-int gallop_support_forces(const gallop_model *model, gallop_state *state, double force[6])
+void observe_probes(const gallop_model *model, const gallop_state *state, const state_view *view,
+                    const gallop_probe *probe, int32_t probes, double *values)
 {
-    if (!observable(model, state, force)) return GALLOP_BAD_CALL;
+    shared_values shared = {0};
+    for (int32_t i = 0; i < probes; i++) {
+        const gallop_probe *p = &probe[i];
+        switch (p->object) {
+        case GALLOP_PROBE_NODE: values[i] = node_value(model, view, p->index, p->channel); break;
+        case GALLOP_PROBE_JUNCTION:
+            values[i] = junction_value(model, state, view, p->index, p->channel, &shared);
+            break;
+        case GALLOP_PROBE_FIELD: values[i] = view->now.wind[p->index]; break;
+        default: values[i] = system_value(model, state, view, p->channel, &shared); break;
+        }
+    }
+}
+
+int gallop_observe(const gallop_model *model, gallop_state *state, const gallop_probe *probe,
+                   int32_t probes, double *values)
+{
+    gallop_report report; /* the caller gets none */
+    int outcome = check_state(model, state, &report);
+    if (!outcome) outcome = check_probes(model, probe, probes, &report);
+    if (outcome || (probes > 0 && !base_pointer_usable(values, WORD))) return GALLOP_BAD_CALL;
     const state_view view = state_view_of(model, state);
-    support_force(model, state, &view, 0, force);
-    support_force(model, state, &view, model->junction_count - 1, force + 3);
-    return GALLOP_COMPLETED;
-}
-
-void observe_span(const gallop_model *model, const gallop_state *state, const state_view *view,
-                  uint32_t asked, double values[GALLOP_SPAN_CHANNELS])
-{
-    const uint32_t left = 7u << GALLOP_LEFT_F1, right = 7u << GALLOP_RIGHT_F1;
-    const uint32_t energy = 1u << GALLOP_KINETIC_ENERGY | 1u << GALLOP_POTENTIAL_ENERGY;
-    values[GALLOP_WIND_SPEED] = view->now.wind[0];
-    if (asked & left) support_force(model, state, view, 0, values + GALLOP_LEFT_F1);
-    if (asked & right)
-        support_force(model, state, view, model->junction_count - 1, values + GALLOP_RIGHT_F1);
-    if (asked & energy)
-        energies(model, view, &values[GALLOP_KINETIC_ENERGY], &values[GALLOP_POTENTIAL_ENERGY]);
-    values[GALLOP_NEWTON_ITERATIONS] = (double)state->last_iterations;
-    values[GALLOP_SUBSTEPS] = (double)state->last_substeps;
-}
-
-int gallop_observe_span(const gallop_model *model, gallop_state *state,
-                        double values[GALLOP_SPAN_CHANNELS])
-{
-    if (!observable(model, state, values)) return GALLOP_BAD_CALL;
-    const state_view view = state_view_of(model, state);
-    observe_span(model, state, &view, ~0u, values);
+    observe_probes(model, state, &view, probe, probes, values);
     return GALLOP_COMPLETED;
 }

@@ -75,7 +75,7 @@ static uint32_t count_of_origin(int32_t origin)
     switch (origin) {
     case RESOURCE_INPUT: return RESOURCE_INPUTS;
     case RESOURCE_NODE: return GALLOP_NODE_CHANNELS;
-    case RESOURCE_SPAN: return GALLOP_SPAN_CHANNELS;
+    case RESOURCE_SPAN: return RESOURCE_SPAN_OUTPUTS;
     case RESOURCE_STATUS: return 1;
     default: return 0;
     }

@@ -33,6 +33,16 @@ typedef struct {
     char guid[48], version[16];
 } resource_identification;
 
+/* Outputs of the span by number: forces along x1, x2, x3 at both ends, then those of the kernel's
+ * gallop_system_channel. */
+enum {
+    RESOURCE_WIND_SPEED,
+    RESOURCE_LEFT_FORCE,
+    RESOURCE_RIGHT_FORCE = RESOURCE_LEFT_FORCE + GALLOP_JUNCTION_CHANNELS,
+    RESOURCE_SYSTEM = RESOURCE_RIGHT_FORCE + GALLOP_JUNCTION_CHANNELS,
+    RESOURCE_SPAN_OUTPUTS = RESOURCE_SYSTEM + GALLOP_SYSTEM_CHANNELS
+};
+
 typedef enum {
     RESOURCE_PARAMETER = 0,
     RESOURCE_INPUT = 1,

@@ -144,20 +144,10 @@ int gallop_advance(const gallop_model *model, gallop_state *state, const gallop_
     return outcome;
 }
 
-static int check_run(const gallop_model *model, const gallop_state *state, int64_t first,
-                     int64_t records, int64_t every, const int32_t *channel, int32_t channels,
-                     const int32_t *node, int32_t nodes, const int32_t *span_channel,
-                     int32_t span_channels, const double *node_values, const double *span_values,
-                     int64_t *done, gallop_report *report)
+/* The records are possible. */
+static int check_records(const gallop_model *model, const gallop_state *state, int64_t first,
+                         int64_t records, int64_t every, gallop_report *report)
 {
-    static const char *const of_channels[] = {"number of channels", NOT_USABLE(channel), "channel"};
-    static const char *const of_nodes[] = {"number of nodes", NOT_USABLE(node), "node"};
-    static const char *const of_span[] = {"number of span channels", NOT_USABLE(span_channel),
-                                          "span channel"};
-    int outcome = check_state(model, state, report);
-    if (outcome) return outcome;
-    if (!base_pointer_usable(done, WORD)) return report_refused(report, NOT_USABLE(done), NAN, NAN);
-    *done = 0;
     if (every < 1)
         return report_refused(report, "every, which must be positive", (double)every, 1.0);
     if (first < 0)
@@ -170,29 +160,22 @@ static int check_run(const gallop_model *model, const gallop_state *state, int64
     if (!(state->time + model->scene.settings.time_step > state->time))
         return report_refused(report, "time step, which is lost in the round-off of the time",
                               model->scene.settings.time_step, NAN);
-    outcome = check_indices(channel, channels, GALLOP_NODE_CHANNELS, of_channels, report);
-    if (!outcome) outcome = check_indices(node, nodes, model->nodes, of_nodes, report);
-    if (!outcome)
-        outcome = check_indices(span_channel, span_channels, GALLOP_SPAN_CHANNELS, of_span, report);
-    if (outcome || records == 0) return outcome;
-    if (channels > 0 && nodes > 0 && !base_pointer_usable(node_values, WORD))
-        return report_refused(report, NOT_USABLE(node_values), NAN, NAN);
-    if (span_channels > 0 && !base_pointer_usable(span_values, WORD))
-        return report_refused(report, NOT_USABLE(span_values), NAN, NAN);
     return GALLOP_COMPLETED;
 }
 
 int gallop_run(const gallop_model *model, gallop_state *state, int64_t first, int64_t records,
-               int64_t every, const int32_t *channel, int32_t channels, const int32_t *node,
-               int32_t nodes, const int32_t *span_channel, int32_t span_channels,
-               double *node_values, double *span_values, int64_t *done, gallop_report *report)
+               int64_t every, const gallop_probe *probe, int32_t probes, double *values,
+               int64_t *done, gallop_report *report)
 {
-    const int refused =
-        check_run(model, state, first, records, every, channel, channels, node, nodes, span_channel,
-                  span_channels, node_values, span_values, done, report);
+    int refused = check_state(model, state, report);
     if (refused) return refused;
-    uint32_t asked = 0;
-    for (int32_t c = 0; c < span_channels; c++) asked |= 1u << span_channel[c];
+    if (!base_pointer_usable(done, WORD)) return report_refused(report, NOT_USABLE(done), NAN, NAN);
+    *done = 0;
+    refused = check_records(model, state, first, records, every, report);
+    if (!refused) refused = check_probes(model, probe, probes, report);
+    if (refused) return refused;
+    if (records > 0 && probes > 0 && !base_pointer_usable(values, WORD))
+        return report_refused(report, NOT_USABLE(values), NAN, NAN);
     const double dt = model->scene.settings.time_step,
                  start = state->time - (double)(first * every) * dt;
     const bool free = model_by_tolerance(model);
@@ -214,16 +197,7 @@ int gallop_run(const gallop_model *model, gallop_state *state, int64_t first, in
             return outcome;
         }
         if (free) time_control_look(model, state, &at, when);
-        for (int32_t n = 0; n < nodes; n++) {
-            double values[GALLOP_NODE_CHANNELS];
-            observe_node(model, &at, node[n], values);
-            for (int32_t c = 0; c < channels; c++)
-                node_values[((size_t)r * channels + c) * nodes + n] = values[channel[c]];
-        }
-        double values[GALLOP_SPAN_CHANNELS];
-        observe_span(model, state, &at, asked, values);
-        for (int32_t c = 0; c < span_channels; c++)
-            span_values[(size_t)r * span_channels + c] = values[span_channel[c]];
+        observe_probes(model, state, &at, probe, probes, values + (size_t)r * (size_t)probes);
         if (free) time_control_return(model, &at);
         *done = r + 1;
     }

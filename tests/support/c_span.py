@@ -7,14 +7,19 @@ import numpy as np
 
 from gallop_fmu.engine.ctypes_structs import (
     CInputs,
+    CProbe,
     CReport,
 )
 from gallop_fmu.engine.library import library_path
 from gallop_fmu.engine.model import Model
+from gallop_fmu.engine.probes import Object
 from gallop_fmu.foundation.outcome import Outcome
 
 BAD_CALL = Outcome.BAD_CALL.code
 UNTOUCHED = -12345.5
+NODE, JUNCTION, FIELD, SYSTEM = Object
+ROWS = [(NODE, 3, 0), (NODE, 4, 13), (JUNCTION, 1, 2), (FIELD, 0, 0), (SYSTEM, 0, 1)]
+PROBES = np.array([(*row, 0, 0.0) for row in ROWS], dtype=np.dtype(CProbe))
 
 kernel = c.CDLL(
     str(library_path())
@@ -56,7 +61,8 @@ class Span:
             "until": c.c_double(0.1),
             "inputs": c.byref(self.inputs),
             "report": c.byref(self.report),
-            "node": c.c_int32(4),
+            "probe": c.c_void_p(PROBES.ctypes.data),
+            "probes": c.c_int32(len(PROBES)),
             "values": c.c_void_p(self.values.ctypes.data),
             "u": c.c_void_p(self.motion[0].ctypes.data),
             "v": c.c_void_p(self.motion[1].ctypes.data),
@@ -81,21 +87,16 @@ class Span:
         return getattr(kernel, name)(*(given[argument] for argument in wanted))
 
     def run(self, **change):
-        """gallop_run with two records of two nodes; ``done`` and the report are kept."""
-        self.integers = {key: np.array(values, np.int32) for key, values in
-                         {"channel": [0, 1], "node": [3, 4],
-                             "span_channel": [0]}.items()}  # fmt: skip
-        self.node_values, self.span_values = (
-            np.full((2, 2, 2), UNTOUCHED),
-            np.full((2, 1), UNTOUCHED),
-        )
+        """gallop_run with two records; ``done`` and the report are kept."""
+        self.records = np.full((2, len(PROBES)), UNTOUCHED)
         self.done, self.report = c.c_int64(-7), CReport(outcome=77, element=77, steps=-77)
-        given = {"first": c.c_int64(0), "records": c.c_int64(2), "every": c.c_int64(1)}
-        for key, array in self.integers.items():
-            given |= {key: c.c_void_p(array.ctypes.data), f"{key}s": c.c_int32(len(array))}
-        given |= {
-            "node_values": c.c_void_p(self.node_values.ctypes.data),
-            "span_values": c.c_void_p(self.span_values.ctypes.data),
+        given = {
+            "first": c.c_int64(0),
+            "records": c.c_int64(2),
+            "every": c.c_int64(1),
+            "probe": c.c_void_p(PROBES.ctypes.data),
+            "probes": c.c_int32(len(PROBES)),
+            "values": c.c_void_p(self.records.ctypes.data),
             "done": c.byref(self.done),
             "report": c.byref(self.report),
         } | change

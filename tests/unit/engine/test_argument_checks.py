@@ -242,6 +242,8 @@ def test_a_state_in_use_refuses_other_threads(model):
     state, expected, reasons = model.start(), model.start(), []
     thread = threading.Thread(target=state.run, args=(1, 20_000, [], []))
     thread.start()
+    while not state._alone._lock.locked():  # else this thread could be the first to use the state
+        assert thread.is_alive()
     while thread.is_alive():
         try:
             state.observe_span()

@@ -6,7 +6,13 @@ import numpy as np
 import pytest
 
 from gallop_fmu.engine.model import Inputs, Model, State
-from gallop_fmu.foundation.channels import NODE_CHANNELS, NODE_INDEX, SPAN_CHANNELS, SPAN_INDEX
+from gallop_fmu.foundation.channels import (
+    END_FORCES,
+    NODE_CHANNELS,
+    NODE_INDEX,
+    SPAN_CHANNELS,
+    SPAN_INDEX,
+)
 from gallop_fmu.foundation.integrators import INTEGRATORS
 from gallop_fmu.foundation.outcome import Outcome, SimulationError
 from gallop_fmu.input.scene_files import load_scene
@@ -226,3 +232,13 @@ def test_the_kernel_refuses_inputs_to_a_model_of_the_laws_only():
             call()
         assert refused.value.report.outcome is Outcome.BAD_CALL
     state.advance(0.1)
+
+
+def test_the_force_at_a_junction_is_that_at_the_end_of_the_span():
+    state = windy_model({}).start()
+    state.advance(0.5)
+    ends = [state.observe_junction(junction) for junction in range(state.model.junctions)]
+    channels = [SPAN_INDEX[name] for name in END_FORCES]
+    assert np.array_equal(np.concatenate(ends), state.observe_span()[channels])
+    with pytest.raises(ValueError, match="junction"):
+        state.observe_junction(state.model.junctions)

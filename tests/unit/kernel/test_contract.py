@@ -17,9 +17,19 @@ from gallop_fmu.engine.ctypes_structs import (
     CReport,
 )
 from gallop_fmu.engine.pack import Packed
-from gallop_fmu.foundation.channels import NODE_CHANNELS, SPAN_CHANNELS
+from gallop_fmu.foundation.channels import NODE_CHANNELS
 from gallop_fmu.foundation.outcome import Outcome
-from support.c_span import BAD_CALL, UNTOUCHED, Span, kernel
+from support.c_span import (
+    BAD_CALL,
+    FIELD,
+    JUNCTION,
+    NODE,
+    PROBES,
+    SYSTEM,
+    UNTOUCHED,
+    Span,
+    kernel,
+)
 
 UP, DOWN, TOWARDS_ZERO = 0x800, 0x400, 0xC00  # of fesetround on x86
 
@@ -60,9 +70,7 @@ FUNCTIONS = {
     "gallop_advance": ADVANCE,
     "gallop_rewind": ("model", "state", "sharpness"),
     "gallop_state_check": ("model", "state"),
-    "gallop_observe_node": ("model", "state", "node", "values"),
-    "gallop_observe_span": ("model", "state", "values"),
-    "gallop_support_forces": ("model", "state", "values"),
+    "gallop_observe": ("model", "state", "probe", "probes", "values"),
     "gallop_residual": ("model", "state", "time", "inputs", "u", "v", "a", "out"),
     "gallop_tangent": ("model", "state", "time", "inputs", "u", "v", "a", "k", "c", "m", "out"),
     "gallop_model_derived": ("model", "values"),
@@ -83,7 +91,7 @@ FUNCTIONS = {
         "most",
     ),
 }
-OUTPUTS = ("values", "out", "more", "most")
+OUTPUTS = ("probe", "values", "out", "more", "most")
 POINTERS = [
     (name, argument)
     for name, arguments in FUNCTIONS.items()
@@ -110,6 +118,7 @@ def test_pointers_that_are_not_aligned_are_refused(span, name, argument, shift):
         "model": span.handle.value,
         "state": span.state.value,
         "report": c.addressof(span.report),
+        "probe": PROBES.ctypes.data,
         "values": span.values.ctypes.data,
         "out": span.out.ctypes.data,
         "more": span.out.ctypes.data + 48 * 8,
@@ -197,60 +206,96 @@ def test_starts_that_are_not_finite_are_refused(span, time):
         assert span.report.field == b"time, which must be finite"
 
 
-@pytest.mark.parametrize("node", [-1, -40, 9, 99999, 2**31 - 1])
-def test_nodes_that_do_not_exist_are_not_observed(span, node):
-    assert (
-        span.call(
-            "gallop_observe_node", FUNCTIONS["gallop_observe_node"], {"node": c.c_int32(node)}
-        )
-        == BAD_CALL
-    )
+WRONG_PROBES = {
+    "object": ((4, 0, 0, 0, 0.0), "object of a probe", 4),
+    "negative object": ((-1, 0, 0, 0, 0.0), "object of a probe", -1),
+    "node": ((NODE, -40, 0, 0, 0.0), "index of a probe", -40),
+    "node beyond the last": ((NODE, 9, 0, 0, 0.0), "index of a probe", 9),
+    "junction": ((JUNCTION, 2, 0, 0, 0.0), "index of a probe", 2),
+    "field": ((FIELD, 2**31 - 1, 0, 0, 0.0), "index of a probe", 2**31 - 1),
+    "system": ((SYSTEM, 1, 0, 0, 0.0), "index of a probe", 1),
+    "channel of a node": ((NODE, 0, len(NODE_CHANNELS), 0, 0.0), "channel of a probe", 14),
+    "channel of a junction": ((JUNCTION, 0, 3, 0, 0.0), "channel of a probe", 3),
+    "channel of a field": ((FIELD, 0, 1, 0, 0.0), "channel of a probe", 1),
+    "channel of the system": ((SYSTEM, 0, -1, 0, 0.0), "channel of a probe", -1),
+    "station of a node": ((NODE, 0, 0, 0, 1.0), "station of a probe", 1.0),
+    "station": ((FIELD, 0, 0, 0, math.inf), "station of a probe", math.inf),
+}
+
+
+@pytest.mark.parametrize("name", WRONG_PROBES)
+def test_a_probe_that_does_not_exist_is_refused(span, name):
+    row, field, value = WRONG_PROBES[name]
+    probes = PROBES.copy()
+    probes[-1] = row
+    wrong = {"probe": c.c_void_p(probes.ctypes.data)}
+    assert span.call("gallop_observe", FUNCTIONS["gallop_observe"], wrong) == BAD_CALL
+    assert (span.values == UNTOUCHED).all()
+    assert span.run(**wrong) == BAD_CALL
+    assert (span.report.field.decode(), span.report.value) == (field, value)
+    assert (span.records == UNTOUCHED).all()
+
+
+def test_a_number_of_probes_below_zero_is_refused(span):
+    count = {"probes": c.c_int32(-1)}
+    assert span.call("gallop_observe", FUNCTIONS["gallop_observe"], count) == BAD_CALL
+    assert span.call("gallop_observe", FUNCTIONS["gallop_observe"], {"probes": c.c_int32(0)}) == 0
     assert (span.values == UNTOUCHED).all()
 
 
+LAST = [(NODE, 8, 13), (JUNCTION, 1, 2), (FIELD, 0, 0), (SYSTEM, 0, 3)]
+
+
+def test_probes_are_right_up_to_their_ends(span):
+    probes = np.array([(*row, 0, 0.0) for row in LAST], dtype=PROBES.dtype)
+    probes["station"][2] = 50.0  # of a uniform field
+    given = {"probe": c.c_void_p(probes.ctypes.data), "probes": c.c_int32(len(probes))}
+    assert span.run(**given) == 0
+    assert span.done.value == 2
+
+
+def test_probes_are_independent_of_their_order_and_of_scratch_memory(span):
+    """Scratch memory of NaN is not read."""
+    observe = FUNCTIONS["gallop_observe"]
+    assert span.call("gallop_advance", ADVANCE, {}) == 0
+    rows = [(SYSTEM, 0, k) for k in range(4)]
+    rows += [(JUNCTION, j, k) for k in range(3) for j in range(2)]
+    rows += [(NODE, n, k) for k in range(11, 14) for n in (4, 0)] + [(FIELD, 0, 0)]
+    probes = np.array([(*row, 0, 0.0) for row in rows], dtype=PROBES.dtype)
+    found = []
+    for order in (slice(None), slice(None, None, -1)):
+        span.block[span.model.saved_size // 8 : span.model.state_size // 8] = math.nan
+        asked = probes[order].copy()
+        given = {"probe": c.c_void_p(asked.ctypes.data), "probes": c.c_int32(len(asked))}
+        assert span.call("gallop_observe", observe, given) == 0
+        found.append(span.values[: len(asked)][order].copy())
+    assert np.isfinite(found[0]).all()
+    assert np.array_equal(*found)
+
+
 RUNS = {
-    "channel": ({"channels": 2, "channel": [0, 99]}, "channel", 99),
-    "negative channel": ({"channels": 2, "channel": [-1, 0]}, "channel", -1),
-    "node": ({"nodes": 2, "node": [-40, 0]}, "node", -40),
-    "node beyond the last": ({"nodes": 2, "node": [0, 9]}, "node", 9),
-    "span channel": ({"span_channels": 1, "span_channel": [40]}, "span channel", 40),
-    "number of channels": ({"channels": -1}, "number of channels", -1),
-    "number of nodes": ({"nodes": -2}, "number of nodes", -2),
-    "number of span channels": ({"span_channels": -3}, "number of span channels", -3),
+    "number of probes": ({"probes": -1}, "number of probes", -1),
     "records": ({"records": -1}, "number of records", -1),
     "first": ({"first": -1}, "first, which must not be negative", -1),
     "every": ({"every": 0}, "every, which must be positive", 0),
     "overflow": ({"first": 3, "every": 2**62}, "number of steps", 5.0 * 2.0**62),
     "steps": ({"records": 10**13}, "number of steps", 1e13),
 }
-POINTERS_OF_RUN = (
-    "channel",
-    "node",
-    "span_channel",
-    "node_values",
-    "span_values",
-    "done",
-    "report",
-)
+POINTERS_OF_RUN = ("probe", "values", "done", "report")
 
 
 @pytest.mark.parametrize("name", RUNS)
 def test_a_run_refuses_counts_and_indices_that_are_out_of_range(span, name):
     change, field, value = RUNS[name]
-    arrays = {key: np.array(v, np.int32) for key, v in change.items() if isinstance(v, list)}
-    wide = ("first", "records", "every")
     given = {
-        key: (c.c_int64 if key in wide else c.c_int32)(v)
-        for key, v in change.items()
-        if key not in arrays
+        key: (c.c_int32 if key == "probes" else c.c_int64)(value) for key, value in change.items()
     }
-    given |= {key: c.c_void_p(array.ctypes.data) for key, array in arrays.items()}
     before = span.saved
     assert span.run(**given) == BAD_CALL
     assert_filled(span.report, span)
     assert (span.report.field.decode(), span.report.value) == (field, value)
     assert span.done.value == 0
-    assert (span.node_values == UNTOUCHED).all()
+    assert (span.records == UNTOUCHED).all()
     assert span.saved == before
 
 
@@ -402,21 +447,6 @@ def test_creation_with_null_pointers_is_refused(scene, argument):
     } | {argument: None}
     assert kernel.gallop_model_create(*given.values()) == BAD_CALL
     assert handle.value is None
-
-
-def test_indices_are_right_up_to_their_ends(span):
-    last = {
-        "channel": len(NODE_CHANNELS) - 1,
-        "node": span.model.nodes - 1,
-        "span_channel": len(SPAN_CHANNELS) - 1,
-    }
-    arrays = {key: np.array([value], np.int32) for key, value in last.items()}
-    counts = dict.fromkeys(("channels", "nodes", "span_channels"), c.c_int32(1))
-    assert (
-        span.run(**{key: c.c_void_p(array.ctypes.data) for key, array in arrays.items()}, **counts)
-        == 0
-    )
-    assert span.done.value == 2
 
 
 @pytest.mark.parametrize("mode", [UP, DOWN, TOWARDS_ZERO])

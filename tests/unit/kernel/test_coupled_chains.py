@@ -38,6 +38,7 @@ class LineModel(Model):
         self._handle, self.scene, self._takes_inputs = handle, scene, True
         elements = sum(chain.elements for chain in packed.tables["chain"])
         self.elements, self.nodes = elements, 2 * elements + len(packed.tables["chain"])
+        self.junctions = len(packed.tables["junction"])
         self.state_size = int(kernel.gallop_state_size(handle))
         self.saved_size = int(kernel.gallop_saved_size(handle))
 
@@ -106,3 +107,17 @@ def test_a_span_of_several_chains_moves_as_one(integrator, parts):
         if k == TENSION:  # at an end of a chain, it is that of one element instead of the mean
             apart = apart[:, ~joints]
         assert apart.max() < BOUNDS[integrator] * scale
+
+
+def test_the_force_is_known_at_every_junction():
+    """A free junction loads no tower; the forces at the ends are those of the undivided span."""
+    whole, line, _ = split(level_span(), 3)
+    states = [model.start() for model in (whole, line)]
+    for state in states:
+        state.advance(3.0)
+    wanted, found = (
+        np.array([state.observe_junction(j) for j in range(state.model.junctions)])
+        for state in states
+    )
+    assert np.abs(found[1:3]).max() < 1e-6 * np.abs(wanted).max()
+    assert found[[0, 3]] == pytest.approx(wanted, abs=1e-6 * np.abs(wanted).max())
