@@ -1,8 +1,8 @@
 # The public names: `__init__.py` loads a module when one of its names is first used, and type
 # checkers read the names here.
 
-from .engine.model import Equilibrium as Equilibrium
-from .engine.model import Inputs as Inputs
+from .engine.equilibrium import Equilibrium as Equilibrium
+from .engine.inputs import Inputs as Inputs
 from .engine.model import Model as Model
 from .engine.model import State as State
 from .fmu import check_fmu as check_fmu

@@ -14,8 +14,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from gallop_fmu.engine.inputs import Inputs
 from gallop_fmu.engine.library import kernel
-from gallop_fmu.engine.model import DOFS, Inputs, Model
+from gallop_fmu.engine.model import DOFS, Model
 from gallop_fmu.engine.pack import double_pointer
 from gallop_fmu.foundation.argument_checks import finite, numbers
 

@@ -15,7 +15,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from gallop_fmu.engine.ctypes_structs import CDerived, CInputs, CProbe, CReport, Three
+from gallop_fmu.engine.ctypes_structs import CDerived, CProbe, CReport
+from gallop_fmu.engine.equilibrium import Equilibrium
+from gallop_fmu.engine.inputs import Inputs, inputs_pointer
 from gallop_fmu.engine.library import kernel
 from gallop_fmu.engine.pack import Packed, double_pointer, unpacked
 from gallop_fmu.engine.probes import Probes, junction_probes, node_probes, span_probes
@@ -36,117 +38,6 @@ _ProbePointer = c.POINTER(CProbe)
 
 MOST_STEPS = 10**12
 """Maximum number of time steps of one call."""
-
-
-@dataclass(slots=True)
-class Inputs:
-    """Inputs of a co-simulation host, which replace the laws of the scene.
-
-    From `time` on, each changes linearly in time.
-
-    Attributes
-    ----------
-    time : float
-        Time [s] to which the values belong.
-    wind_speed, attack_angle : float
-        Wind speed [m/s] and initial angle of the ice [rad].
-    support : ndarray, shape (2, 3)
-        Displacement [m] of the left and right tower point along x1, x2, x3.
-    wind_speed_rate, attack_angle_rate, support_rate
-        Their rates [unit/s].
-    """
-
-    time: float
-    wind_speed: float
-    attack_angle: float
-    support: Array
-    wind_speed_rate: float = 0.0
-    attack_angle_rate: float = 0.0
-    support_rate: Array | None = None
-
-    @classmethod
-    def still(
-        cls, scene: Scene, attack_angle: float | None = None, wind_speed: float = 0.0
-    ) -> Inputs:
-        """Towers at rest, and no wind unless it is given; the ice at the scene's attack angle.
-
-        Parameters
-        ----------
-        scene
-            The scene.
-        attack_angle
-            Another attack angle [rad]; None: the scene's.
-        wind_speed
-            Steady wind [m/s].
-        """
-        if attack_angle is None:
-            attack_angle = float(np.radians(scene.ice.attack_angle_deg))
-        return cls(0.0, wind_speed, attack_angle, np.zeros((2, 3)))
-
-    def packed(self) -> CInputs:
-        """The kernel's form of the inputs.
-
-        Raises
-        ------
-        TypeError, ValueError
-            If a field is not a finite number, or `support` or `support_rate` does not have the
-            shape (2, 3).
-        """
-        packed = CInputs(*(finite(f"inputs.{name}", getattr(self, name)) for name in _INPUT_VALUES))
-        for name in _INPUT_RATES:
-            setattr(packed, name, finite(f"inputs.{name}", getattr(self, name)))
-        for name in ("support", "support_rate"):
-            if name == "support" or self.support_rate is not None:
-                rows = numbers(f"inputs.{name}", getattr(self, name), (2, 3)).tolist()
-                setattr(packed, name, _Towers(*(Three(*row) for row in rows)))
-        return packed
-
-
-_INPUT_VALUES, _INPUT_RATES = (
-    ("time", "wind_speed", "attack_angle"),
-    ("wind_speed_rate", "attack_angle_rate"),
-)
-_Towers = Three * 2
-
-
-@dataclass(frozen=True, slots=True)
-class Equilibrium:
-    """The initial equilibrium and the numbers derived from the scene.
-
-    Attributes
-    ----------
-    x : ndarray, shape (node, 3)
-        Positions [m] of the nodes.
-    sag, horizontal_tension, length : float
-        Sag [m] below the chord, horizontal tension [N], length [m] of the conductor.
-    support_force : ndarray, shape (2, 3)
-        Static force [N] of the cable on the left and right tower.
-    support_stiffness : ndarray, shape (2, 2)
-        Spring stiffness [N/m] along x1 and x3; 0 where the support is rigid.
-    translation_damping, twist_damping : tuple of float
-        Rayleigh b1 [1/s] and b2 [s].
-    imbalance : float
-        Largest nodal force [N] that holds an initial state of which both sag and tension were
-        given.
-    """
-
-    x: Array
-    sag: float
-    horizontal_tension: float
-    length: float
-    support_force: Array
-    support_stiffness: Array
-    translation_damping: tuple[float, float]
-    twist_damping: tuple[float, float]
-    imbalance: float
-
-
-def _inputs_pointer(inputs: Inputs | None) -> Any:
-    if inputs is None:
-        return None
-    if not isinstance(inputs, Inputs):
-        raise TypeError(f"inputs must be Inputs or None, not {inputs!r:.60}")
-    return c.byref(inputs.packed())
 
 
 def _insist(outcome: int) -> None:
@@ -258,7 +149,7 @@ class Model:
                 "this model cannot take inputs, because parts of it are inactive; create it with"
                 " Model(scene, inputs=True)"
             )
-        return _inputs_pointer(inputs)
+        return inputs_pointer(inputs)
 
     @property
     def middle(self) -> int:

@@ -15,8 +15,9 @@ from collections.abc import Collection, Iterator
 from importlib import metadata, resources
 from pathlib import Path
 
+from gallop_fmu.engine.inputs import Inputs
 from gallop_fmu.engine.library import library_path
-from gallop_fmu.engine.model import Inputs, Model
+from gallop_fmu.engine.model import Model
 from gallop_fmu.fmu.cross_compile import PLATFORMS, CompilerError, cross_library
 from gallop_fmu.fmu.description import SCENE_FILE, Identity, identify, model_description
 from gallop_fmu.fmu.model_bin import MODEL_FILE, model_bin

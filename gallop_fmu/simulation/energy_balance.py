@@ -21,7 +21,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from gallop_fmu.engine.model import DOFS, Inputs, Model
+from gallop_fmu.engine.inputs import Inputs
+from gallop_fmu.engine.model import DOFS, Model
 from gallop_fmu.foundation.channels import NODE_CHANNELS, SPAN_INDEX
 from gallop_fmu.foundation.errors import SceneError
 from gallop_fmu.simulation.result import Result

@@ -14,8 +14,8 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from gallop_fmu.engine.equilibrium import Equilibrium
 from gallop_fmu.engine.library import build
-from gallop_fmu.engine.model import Equilibrium
 from gallop_fmu.foundation.atomic_write import netcdf_bytes, write_whole
 from gallop_fmu.foundation.channels import DESCRIBED, END_FORCES
 from gallop_fmu.foundation.errors import SceneError

@@ -9,7 +9,8 @@ from scipy.linalg import eigh
 from scipy.optimize import fsolve
 
 import modal
-from gallop_fmu.engine.model import Inputs, Model
+from gallop_fmu.engine.inputs import Inputs
+from gallop_fmu.engine.model import Model
 from gallop_fmu.foundation.channels import NODE_INDEX, SPAN_INDEX
 from gallop_fmu.scene.scene import Scene
 from support.taut_span import taut_span

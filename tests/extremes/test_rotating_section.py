@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 
 import gallop_fmu as gf
-from gallop_fmu.engine.model import Inputs, Model
+from gallop_fmu.engine.inputs import Inputs
+from gallop_fmu.engine.model import Model
 from gallop_fmu.foundation.channels import NODE_CHANNELS, NODE_INDEX, SPAN_INDEX
 from gallop_fmu.foundation.outcome import Outcome
 from gallop_fmu.input.scene_files import load_scene

@@ -3,7 +3,8 @@
 import numpy as np
 import pytest
 
-from gallop_fmu.engine.model import Inputs, Model
+from gallop_fmu.engine.inputs import Inputs
+from gallop_fmu.engine.model import Model
 from gallop_fmu.fmu import export_fmu
 from gallop_fmu.foundation.channels import NODE_INDEX
 

@@ -9,7 +9,8 @@ import threading
 import pytest
 
 import gallop_fmu as gf
-from gallop_fmu.engine.model import Inputs, Model
+from gallop_fmu.engine.inputs import Inputs
+from gallop_fmu.engine.model import Model
 from gallop_fmu.fmu.variables import fmu_variables
 from gallop_fmu.foundation.outcome import Outcome, SimulationError
 

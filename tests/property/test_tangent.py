@@ -5,7 +5,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from gallop_fmu.engine.model import Inputs, Model
+from gallop_fmu.engine.inputs import Inputs
+from gallop_fmu.engine.model import Model
 from gallop_fmu.input.scene_files import load_scene
 
 SCENES = {

@@ -15,7 +15,8 @@ from hypothesis import strategies as st
 from hypothesis.extra.numpy import array_shapes, arrays, scalar_dtypes
 
 import gallop_fmu as gf
-from gallop_fmu.engine.model import Inputs, Model, State
+from gallop_fmu.engine.inputs import Inputs
+from gallop_fmu.engine.model import Model, State
 from gallop_fmu.foundation.channels import NODE_CHANNELS, NODE_INDEX, SPAN_CHANNELS
 from gallop_fmu.foundation.outcome import Outcome, Report, SimulationError
 

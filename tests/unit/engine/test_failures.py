@@ -5,7 +5,8 @@ import math
 import numpy as np
 import pytest
 
-from gallop_fmu.engine.model import Inputs, Model, State
+from gallop_fmu.engine.inputs import Inputs
+from gallop_fmu.engine.model import Model, State
 from gallop_fmu.foundation.channels import NODE_CHANNELS, NODE_INDEX, SPAN_INDEX
 from gallop_fmu.foundation.outcome import Outcome, SimulationError
 from gallop_fmu.input.scene_files import load_scene

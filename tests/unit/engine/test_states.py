@@ -5,7 +5,8 @@ from concurrent.futures import ThreadPoolExecutor
 import numpy as np
 import pytest
 
-from gallop_fmu.engine.model import Inputs, Model, State
+from gallop_fmu.engine.inputs import Inputs
+from gallop_fmu.engine.model import Model, State
 from gallop_fmu.foundation.channels import (
     END_FORCES,
     NODE_CHANNELS,

@@ -8,7 +8,8 @@ import numpy as np
 import pytest
 
 import gallop_fmu as gf
-from gallop_fmu.engine.model import Inputs, Model
+from gallop_fmu.engine.inputs import Inputs
+from gallop_fmu.engine.model import Model
 from gallop_fmu.foundation.channels import NODE_CHANNELS
 from gallop_fmu.foundation.outcome import Outcome
 
