@@ -36,10 +36,12 @@ void element_aero_loads(const chain *c, const exposure *now, const sections *at,
                         int count, bool slopes);
 bool element_wind_matters(const chain *c, const exposure *now, const sections *at, int i);
 
-/* element_cable.c */
+/* element_geometry.c */
 void element_geometry_from_nodes(geometry *g, const double x[9], const double tension[2]);
 void element_fill_strips(chain *c); /* after every change of the geometry */
 void element_normals_at_nodes(chain *c);
+
+/* element_cable.c */
 void element_tension(const chain *c, int e, bool tension_only, const double u[12],
                      double tension[2]);
 void element_residual(const chain *c, int e, const exposure *now, const sections *at, motion y,
