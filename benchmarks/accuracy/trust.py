@@ -84,8 +84,8 @@ def sag_tension() -> list[tuple[str, str, str]]:
     return [
         (
             (
-                "Drake, 213 m: tension at 0 F / 120 F / 0 F with 2.509 lb/ft, Grigsby (ed.), Table"
-                " 14.5"
+                "Drake, 213 m: tension bare at -18 C / bare at 49 C / at -18 C with ice and wind"
+                " (36.6 N/m), Grigsby (ed.), Table 14.5"
             ),
             " / ".join(f"{pounds * POUND / 1e3:.2f}" for pounds, _ in drake_rows) + " kN",
             " / ".join(f"{pounds * POUND / 1e3:.2f}" for _, pounds in drake_rows) + " kN",

@@ -184,7 +184,7 @@ class Mesh:
         return normal
 
     def seed(self) -> Array:
-        """Initial disturbance of the scene at the nodes, u1 u2 u3 theta [m, rad], (node, 4)."""
+        """Initial disturbance of the scene: u1, u2, u3 [m] and theta [rad], shape (node, 4)."""
         u = np.empty((self.model.nodes, DOFS))
         _insist(kernel.gallop_seed(self.model.handle, double_pointer(u)))
         return u

@@ -445,7 +445,7 @@ class State:
         place = whole("node", node, -(2**63), 2**63 - 1)
         if not 0 <= place < self.model.nodes:
             raise IndexError(
-                f"node {place} does not exist; the mesh has nodes 0 to {self.model.nodes - 1}"
+                f"node {place} does not exist; give a node from 0 to {self.model.nodes - 1}"
             )
         return self._observe(node_probes(np.array([place], dtype=np.int32), _NODE_CHANNELS))
 

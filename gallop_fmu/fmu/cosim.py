@@ -52,7 +52,7 @@ _FUNCTIONS = {name: _function(name) for name in _SIGNATURES}
 class CosimError(ValueError):
     """A call was refused or failed; the message states the fact, then the remedy.
 
-    The instance is what it was before.
+    The `Cosim` instance is as it was before the call.
     """
 
 

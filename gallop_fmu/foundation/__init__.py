@@ -1,1 +1,1 @@
-"""Errors, outcomes, rules for texts and files, channels and integrators, for all layers."""
+"""Definitions for all other packages: errors, outcomes of runs, files, channels, integrators."""

@@ -70,7 +70,10 @@ def check_target(path: Path, suffixes: Sequence[str] = ()) -> None:
         folder, device, pipe or read-only file has this name.
     """
     if suffixes and path.suffix.lower() not in suffixes:
-        raise SceneError(f"{path}: must end in {' or '.join(suffixes)}, which decides the format")
+        raise SceneError(
+            f"{path}: must end in {' or '.join(suffixes)}, as the suffix decides the format;"
+            " change the name of the file"
+        )
     try:
         if path.is_dir():
             raise SceneError(f"{path}: is a folder; give the name of a file")

@@ -16,7 +16,7 @@ def warn_renamed(old: str, new: str, stacklevel: int = 3) -> None:
         As for `warnings.warn`; 3 points at the caller of the function that calls this one.
     """
     warnings.warn(
-        f"{old} is now called {new}; the old name will be removed in the next release",
+        f"{old} is now called {new}; use the new name, as the next release removes the old one",
         DeprecationWarning,
         stacklevel=stacklevel,
     )

@@ -146,12 +146,12 @@ def parse_value(text: str, *, as_text: bool = False) -> Any:
     Parameters
     ----------
     as_text
-        The key takes a text, so numbers remain texts.
+        The key takes a text: a number is returned as it is written.
 
     Raises
     ------
     SceneError
-        `clean_text` refuses the text.
+        The text holds a character that `clean_text` refuses, such as a control character.
     """
     text = clean_text(text).strip()
     if text == "none":

@@ -190,7 +190,7 @@ static int check_ice(const gallop_cross_section *c, gallop_report *report)
                             {"inertia of ice", c->ice_torsional_inertia},
                             {"first mass moment of the ice", c->first_moment_x2},
                             {"first mass moment of the ice", c->first_moment_x3},
-                            {"angle of the first moments", c->first_moment_angle},
+                            {"attack angle of the first moments", c->first_moment_angle},
                             {"attack angle", c->attack_angle},
                             {"reference radius", c->reference_radius}};
     const int outcome = all_finite(number, COUNT(number), report);

@@ -216,7 +216,8 @@ static bool run_is_possible(const cosim_run *run, bool has_state)
 static const char *check_bytes(const gallop_cosim *c, const void *bytes, size_t size)
 {
     saved_state head;
-    if (!bytes || size < sizeof head) return "the bytes are cut off; serialize the state again";
+    if (!bytes || size < sizeof head)
+        return "the bytes are cut off, a state has more; serialize the state again";
     memcpy(&head, bytes, sizeof head);
     if (memcmp(head.magic, STATE_MAGIC, sizeof head.magic) != 0)
         return "the bytes are not a state of this program, or of another version; use states of "

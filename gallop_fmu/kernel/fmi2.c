@@ -187,7 +187,8 @@ fmi2Status fmi2DoStep(fmi2Component component, fmi2Real time, fmi2Real step, fmi
 
 fmi2Status fmi2CancelStep(fmi2Component component)
 {
-    return refuse(component, "no step is pending, as steps are carried out at once; do not cancel");
+    return refuse(component,
+                  "no step is pending, as each step ends before its call returns; do not cancel");
 }
 
 /* Refuses a question in the phases in which it is not allowed; else, the answer is that there is

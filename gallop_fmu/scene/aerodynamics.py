@@ -121,7 +121,8 @@ class AerodynamicCurve:
             worst = angle[~((angle >= first) & (angle <= last))].flat[0]
             raise SceneError(
                 f"attack angle {np.degrees(worst):g} deg is outside the coefficient curve, which"
-                f" is valid from {np.degrees(first):g} to {np.degrees(last):g} deg"
+                f" is valid from {np.degrees(first):g} to {np.degrees(last):g} deg; choose an angle"
+                ' inside, or set outside = "hold"'
             )
         inside = np.clip(angle, first, last)
         piece = np.clip(

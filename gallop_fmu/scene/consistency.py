@@ -143,10 +143,11 @@ def _check_mass_matrix(scene: Scene) -> None:
     moments = ice.first_moment_x2**2 + ice.first_moment_x3**2
     if not inertia * mass > moments:
         raise SceneError(
-            f"ice.first_moment_x2 = {ice.first_moment_x2} and ice.first_moment_x3 ="
-            f" {ice.first_moment_x3} kg are too large: the sum of their squares, {moments:.4g},"
-            f" must be less than inertia times mass, {inertia * mass:.4g} kg2, for a positive"
-            " definite mass matrix; check the units"
+            f"ice.first_moment_x2 = {ice.first_moment_x2} kg and ice.first_moment_x3 ="
+            f" {ice.first_moment_x3} kg are too large: the sum of their squares, {moments:.4g} kg2,"
+            " must be less than torsional inertia times mass of conductor and ice,"
+            f" {inertia * mass:.4g} kg2, for a positive definite mass matrix; check the units of"
+            " these values"
         )
 
 

@@ -381,9 +381,9 @@ class Scene(Section):
         Parameters
         ----------
         values
-            Dotted path to new value, such as ``{"wind.speed": 6.0}``; a section as nested data or
-            as an object; None removes an optional value. The source of a changed value becomes "set
-            by the user".
+            Dotted path to new value, such as ``{"wind.speed": 6.0}``. A path may also name a whole
+            section; its new value is then a dictionary or an object. None removes an optional
+            value. The scene notes "set by the user" as the source of a changed value.
 
         Raises
         ------

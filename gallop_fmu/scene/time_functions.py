@@ -112,7 +112,7 @@ class Pulse(Section):
 
     @property
     def mean_value(self) -> float:
-        """The value before and after the pulse."""
+        """The value before and after the pulse, not the average over time."""
         return self.initial
 
     @property

@@ -97,7 +97,10 @@ def check_suffix(path: Path) -> None:
         It is another suffix, or the package for Parquet is missing.
     """
     if path.suffix.lower() not in SUFFIXES:
-        raise SceneError(f"{path}: must end in {' or '.join(SUFFIXES)}, which decides the format")
+        raise SceneError(
+            f"{path}: must end in {' or '.join(SUFFIXES)}, as the suffix decides the format;"
+            " change the name of the file"
+        )
     if path.suffix.lower() == ".parquet":
         try:
             import pyarrow  # noqa: F401

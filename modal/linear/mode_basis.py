@@ -119,8 +119,8 @@ def still_air_modes(scene: Scene, elements: int = MAX_ELEMENTS) -> StillAirModes
     squares, vectors = eigh(stiffness[np.ix_(free, free)], mass[np.ix_(free, free)])
     if squares[0] <= 0.0:
         raise SceneError(
-            "the initial equilibrium is unstable, so it has no natural modes; see"
-            " natural_modes(scene)"
+            "the initial equilibrium is unstable in still air, so it has no natural modes; check"
+            " the units of ice.first_moment_x2 and of conductor.torsional_stiffness"
         )
     flat = np.zeros((len(squares), mesh.free.size))
     flat[:, free] = vectors.T

@@ -341,7 +341,10 @@ def _describe(equations: Linearised, scene: Scene, value: complex, vector: Compl
 
 
 def signs_along(wave: Array) -> Array:
-    """Signs of a displacement along the span, without points where it is almost zero."""
+    """Signs (-1 or 1) of a displacement along the span; points almost at zero are left out.
+
+    A point is left out if its displacement is at most `MIN_DISPLACEMENT` times the largest one.
+    """
     return np.asarray(np.sign(wave[np.abs(wave) > MIN_DISPLACEMENT * np.max(np.abs(wave))]))
 
 

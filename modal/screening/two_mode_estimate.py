@@ -262,7 +262,7 @@ def two_mode_estimate(
 
 
 def estimate(scene: Scene, wind: float, highest: float) -> TwoMode:
-    """Compute `two_mode_estimate` for given wind speeds [m/s]."""
+    """Compute `two_mode_estimate` at `wind`, with a search for the onset up to `highest` [m/s]."""
     began = clock.perf_counter()
     rest = still_air_modes(scene, MESH_ELEMENTS)
     coupling = quadratic_coupling(scene, rest)
