@@ -225,7 +225,7 @@ static const char *check_bytes(const gallop_cosim *c, const void *bytes, size_t 
     if (!is_of_this_resource(c, &head))
         return "the bytes are a state of another FMU; use states of this one";
     if (head.size != size || head.state > size || saved_size(head.parameters, head.state) != size)
-        return "the bytes are cut off, or have grown; serialize the state again";
+        return "the bytes are cut off, or more than the state has; serialize the state again";
     if (head.checksum != checksum_of(bytes, size))
         return "the bytes are damaged, their checksum is wrong; serialize the state again";
     if (!run_is_possible(&head.run, head.state > 0))

@@ -204,7 +204,7 @@ fmi2Status fmi2GetStatus(fmi2Component component, const fmi2StatusKind kind, fmi
 {
     (void)kind;
     (void)value;
-    return discard(component, "steps are carried out at once, none is pending");
+    return discard(component, "a step ends before its call returns, so none is pending");
 }
 
 fmi2Status fmi2GetRealStatus(fmi2Component component, const fmi2StatusKind kind, fmi2Real *value)
