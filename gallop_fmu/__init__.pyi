@@ -17,6 +17,7 @@ from .input.scene_files import packaged_scenes as packaged_scenes
 from .line.clearance import cigre_322_single_loop as cigre_322_single_loop
 from .line.clearance import davison_single_loop as davison_single_loop
 from .line.conductors import find_conductor as find_conductor
+from .scene.line_scene import LineScene as LineScene
 from .scene.scene import Scene as Scene
 from .simulation.energy_balance import EnergyBalance as EnergyBalance
 from .simulation.energy_balance import energy_balance as energy_balance

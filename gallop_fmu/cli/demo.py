@@ -15,6 +15,7 @@ from gallop_fmu.foundation.channels import DESCRIBED
 from gallop_fmu.foundation.errors import SceneError
 from gallop_fmu.foundation.version import program
 from gallop_fmu.input.scene_files import load_scene
+from gallop_fmu.scene.line_scene import one_span
 from gallop_fmu.simulation.result import MOVES, Oscillation, oscillation
 from gallop_fmu.simulation.steadiness import judge_span
 
@@ -73,7 +74,7 @@ def run_demo(
     histories, picture = (Path(folder) / f"example3{suffix}" for suffix in (".nc", ".png"))
     check_target(histories)
     check_target(picture)
-    fmu = export_fmu(load_scene("example3"), Path(folder) / "example3.fmu")
+    fmu = export_fmu(one_span(load_scene("example3"), "the demo"), Path(folder) / "example3.fmu")
     started = clock.perf_counter()
     records = _run_fmu(fmu, progress)
     seconds = clock.perf_counter() - started

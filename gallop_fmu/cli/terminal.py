@@ -222,8 +222,10 @@ def example(text: str) -> str:
 
 
 def chosen_scene(name: str, changes: list[str] | None) -> Scene:
-    """Load the named scene and apply the changes of ``--set``."""
-    return chosen_spec(name, changes).scene()
+    """Load the named scene of one span and apply the changes of ``--set``."""
+    from gallop_fmu.scene.line_scene import one_span
+
+    return one_span(chosen_spec(name, changes).scene(), "this command")
 
 
 def chosen_spec(name: str, changes: list[str] | None) -> SceneSpec:

@@ -23,7 +23,8 @@ from typing import Any, Literal, get_args
 
 from gallop_fmu.foundation.channels import NODE_CHANNELS, NODE_INDEX, SPAN_CHANNELS, SPAN_INDEX
 from gallop_fmu.scene.fields import WholeNumber
-from gallop_fmu.scene.scene import MAX_WIND_SPEED, Scene
+from gallop_fmu.scene.scene import Scene
+from gallop_fmu.scene.wind import MAX_WIND_SPEED
 
 AXES = ("x1", "x2", "x3")
 ENDS = ("left", "right")

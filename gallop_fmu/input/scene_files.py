@@ -11,6 +11,7 @@ from typing import Any
 from gallop_fmu.foundation.errors import SceneError
 from gallop_fmu.foundation.text_files import packaged_names, packaged_text, parse_toml, read_text
 from gallop_fmu.scene.file_format import without_format
+from gallop_fmu.scene.line_scene import LineScene
 from gallop_fmu.scene.scene import Scene
 
 
@@ -19,8 +20,8 @@ def packaged_scenes() -> dict[str, str]:
     return {name: str(tomllib.loads(text)["title"]) for name, text in _packaged().items()}
 
 
-def load_scene(name_or_path: str | Path) -> Scene:
-    """Read a scene.
+def load_scene(name_or_path: str | Path) -> Scene | LineScene:
+    """Read a scene: a `LineScene` if the file has a table ``section``, otherwise a `Scene`.
 
     Parameters
     ----------
@@ -57,7 +58,7 @@ def read_scene_file(name_or_path: str | Path) -> tuple[dict[str, Any], Path, str
     return _parse(read_text(path), str(path)), path.parent, str(path)
 
 
-def scene_of_file(data: Mapping[str, Any], folder: Path, name: str) -> Scene:
+def scene_of_file(data: Mapping[str, Any], folder: Path, name: str) -> Scene | LineScene:
     """Return the scene of a file's content; messages begin with the name, if it is not empty.
 
     Raises
@@ -66,7 +67,7 @@ def scene_of_file(data: Mapping[str, Any], folder: Path, name: str) -> Scene:
         The content is invalid; the message names all problems.
     """
     try:
-        return Scene.from_dict(data, folder)
+        return (LineScene if "section" in data else Scene).from_dict(data, folder)
     except SceneError as problem:
         if not name:
             raise
@@ -88,9 +89,10 @@ def _parse(text: str, name: str) -> dict[str, Any]:
         data = dict(without_format(parse_toml(text)))
     except SceneError as problem:
         raise SceneError(f"{name}: {problem}") from None
-    if not {"line", "span", "conductor"} & data.keys():
+    if not {"line", "span", "section", "conductor"} & data.keys():
         raise SceneError(
-            f"{name}: not a scene file, as it has none of [line], [span] and [conductor]; see"
+            f"{name}: not a scene file, as it has none of [line], [span], [section] and"
+            " [conductor]; see"
             " gallop-fmu new"
         )
     return data

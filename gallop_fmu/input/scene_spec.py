@@ -15,7 +15,9 @@ from gallop_fmu.input.scene_files import read_scene_file, scene_of_file
 from gallop_fmu.line.line_table import Line
 from gallop_fmu.scene.dotted_paths import unknown_key
 from gallop_fmu.scene.fields import setting, unit_of_field
+from gallop_fmu.scene.line_scene import LineScene
 from gallop_fmu.scene.scene import Scene
+from gallop_fmu.scene.scene_base import SceneBase
 
 LINE = "line."
 """Start of the dotted paths of line data."""
@@ -49,7 +51,7 @@ class SceneSpec:
     values: Mapping[str, Any] = field(default_factory=dict)
 
     @classmethod
-    def of(cls, scene: Scene | SceneSpec | str | Path) -> SceneSpec:
+    def of(cls, scene: Scene | LineScene | SceneSpec | str | Path) -> SceneSpec:
         """Return the specification of a scene, a packaged name or a path.
 
         Raises
@@ -59,7 +61,7 @@ class SceneSpec:
         """
         if isinstance(scene, SceneSpec):
             return scene
-        if isinstance(scene, Scene):
+        if isinstance(scene, SceneBase):
             return cls(scene.model_dump(mode="json", exclude_none=True))
         return cls(*read_scene_file(scene))
 
@@ -72,7 +74,7 @@ class SceneSpec:
         """Return a copy with more values to change; `scene` checks them."""
         return replace(self, values={**self.values, **values})
 
-    def scene(self, values: Mapping[str, Any] | None = None) -> Scene:
+    def scene(self, values: Mapping[str, Any] | None = None) -> Scene | LineScene:
         """Return the scene with the changed values and those given here.
 
         Values of the line are changed first and the line is resolved, then the other values are
@@ -133,7 +135,7 @@ class SceneSpec:
         return hashlib.sha256(path.read_bytes()).hexdigest() if path.is_file() else ""
 
     @cached_property
-    def _unchanged(self) -> Scene:
+    def _unchanged(self) -> Scene | LineScene:
         return scene_of_file(self.data, self.folder, self.name)
 
     def _with_line(self, values: Mapping[str, Any]) -> Scene:
@@ -158,7 +160,7 @@ class SceneSpec:
         return f"{self.name}: {message}" if self.name else message
 
 
-def unit_of(scene: Scene, key: str) -> str:
+def unit_of(scene: SceneBase, key: str) -> str:
     """Return the unit of a value of a scene or its line; empty for texts and choices.
 
     Raises

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Annotated
+from typing import Annotated, ClassVar
 
 from pydantic import Field, model_validator
 
@@ -38,3 +38,17 @@ class Load(Section):
             given = "neither" if self.position is None else "both"
             raise SceneError(f"{given} of position and evenly_spaced given; give exactly one")
         return self
+
+
+class LineLoad(Load):
+    """A load on one span of a line, on each phase and subconductor unless one is given."""
+
+    NUMBERED: ClassVar[str] = "load"
+
+    span: WholeNumber = quantity(..., "1", "number of the span, from 1", ge=1)
+    phase: WholeNumber | None = quantity(
+        None, "1", "number of the phase, from 1 (default: on each phase)", ge=1
+    )
+    subconductor: WholeNumber | None = quantity(
+        None, "1", "number of the subconductor, from 1 (default: on each)", ge=1
+    )

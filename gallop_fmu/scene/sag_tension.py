@@ -162,3 +162,40 @@ def changed_tension(
             f" span of {span} m; check the units"
         )
     return float(brentq(excess, low, high, rtol=1e-14))
+
+
+def tension_of_sag(sag: float, span: float, weight: float, height_difference: float = 0.0) -> float:
+    """Return the horizontal tension [N] of a catenary with a given sag.
+
+    Parameters
+    ----------
+    sag
+        Sag at mid-span, measured vertically from the chord [m].
+    span, weight, height_difference
+        See `unstretched_length`.
+
+    Notes
+    -----
+    With c = H/w, a = L/(2 c) and m = asinh(h/(2 c sinh a)), the mean height of the ends minus the
+    height at mid-span is c (cosh a - 1) cosh m.
+    """
+
+    def sag_of(half: float) -> float:
+        # c cosh(m) = sqrt(c^2 + (h/(2 sinh a))^2), and cosh a - 1 = 2 sinh^2(a/2)
+        c = 0.5 * span / half
+        return (
+            2.0
+            * math.sinh(0.5 * half) ** 2
+            * math.hypot(c, 0.5 * height_difference / math.sinh(half))
+        )
+
+    # The sag increases with a from 0; a parabola's a is too large for a deep sag.
+    low, high = 0.0, 4.0 * sag / span
+    while sag_of(high) < sag:
+        high *= 2.0
+    for _ in range(200):
+        middle = 0.5 * (low + high)
+        if middle in (low, high):
+            break
+        low, high = (middle, high) if sag_of(middle) < sag else (low, middle)
+    return 0.5 * span * weight / (0.5 * (low + high))

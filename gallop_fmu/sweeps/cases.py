@@ -18,6 +18,7 @@ from gallop_fmu.foundation.text_files import parse_value, read_cells, read_text
 from gallop_fmu.foundation.text_rules import clean_text, plain
 from gallop_fmu.input.scene_spec import LINE, SceneSpec, SceneWithLine
 from gallop_fmu.scene.dotted_paths import all_keys, takes_text, unknown_key
+from gallop_fmu.scene.line_scene import one_span
 from gallop_fmu.scene.scene import Scene
 from gallop_fmu.sweeps.rows import as_cell
 
@@ -64,7 +65,7 @@ class Case:
         SceneError
             A value is not allowed.
         """
-        return self.base.scene(self.changes)
+        return one_span(self.base.scene(self.changes), "a sweep")
 
     def columns(self) -> dict[str, Any]:
         """Return the first columns of the row of results; lists and tables as JSON."""

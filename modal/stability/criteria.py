@@ -27,7 +27,7 @@ from numpy.typing import NDArray
 from gallop_fmu import Model, Scene, SceneError
 from gallop_fmu.engine.mesh import Mesh
 from gallop_fmu.scene.aerodynamics import AerodynamicCurve
-from gallop_fmu.scene.scene import Ice
+from gallop_fmu.scene.conductor import Ice
 from modal.linear.shallow_cable import shallow_cable
 from modal.stability.frequency_ratio import frequency_ratio
 

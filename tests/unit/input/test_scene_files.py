@@ -22,7 +22,7 @@ def test_unknown_name_lists_the_packaged_scenes():
         (b"a = " + b"[" * 100_000, "not a TOML file"),
         (
             b'[project]\nname = "other"\n',
-            r"not a scene file, as it has none of \[line\], \[span\] and \[conductor\]",
+            r"not a scene file, as it has none of \[line\], \[span\], \[section\]",
         ),
         (b"", "not a scene file"),
         (b"#" * 10_000_001, "has 10000001 bytes, at most 10000000"),
