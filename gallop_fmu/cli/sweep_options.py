@@ -230,10 +230,9 @@ def values_of(key: str, text: str) -> list[Any]:
     """
     from gallop_fmu.foundation.errors import SceneError
     from gallop_fmu.foundation.text_files import parse_value
-    from gallop_fmu.input.scene_spec import SceneWithLine
-    from gallop_fmu.scene.dotted_paths import takes_text
+    from gallop_fmu.input.scene_spec import is_text_key
 
-    as_text = takes_text(SceneWithLine, key)
+    as_text = is_text_key(key)
     if as_text or ":" not in text:
         return [parse_value(value, as_text=as_text) for value in text.split(",")]
     first, last, step = range_of(key, text, ("FIRST", "LAST", "STEP"), "4:6:0.5")

@@ -245,14 +245,13 @@ def _change(text: str) -> tuple[str, Any]:
     """Split ``key=value``; a value that is not TOML is a text."""
     from gallop_fmu.foundation.errors import SceneError
     from gallop_fmu.foundation.text_files import parse_value
-    from gallop_fmu.input.scene_spec import SceneWithLine
-    from gallop_fmu.scene.dotted_paths import takes_text
+    from gallop_fmu.input.scene_spec import is_text_key
 
     key, equals, value = (part.strip() for part in text.partition("="))
     if not (key and equals and value):
         raise SceneError(f"--set {text}: must be KEY=VALUE, such as --set wind.speed=6.0")
     try:
-        return key, parse_value(value, as_text=takes_text(SceneWithLine, key))
+        return key, parse_value(value, as_text=is_text_key(key))
     except SceneError as problem:
         raise SceneError(f"--set {key}: {problem}") from None
 

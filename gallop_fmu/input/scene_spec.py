@@ -13,7 +13,7 @@ from typing import Any
 from gallop_fmu.foundation.errors import SceneError
 from gallop_fmu.input.scene_files import read_scene_file, scene_of_file
 from gallop_fmu.line.line_table import Line
-from gallop_fmu.scene.dotted_paths import unknown_key
+from gallop_fmu.scene.dotted_paths import takes_text, unknown_key
 from gallop_fmu.scene.fields import setting, unit_of_field
 from gallop_fmu.scene.line_scene import LineScene
 from gallop_fmu.scene.scene import Scene
@@ -27,6 +27,11 @@ class SceneWithLine(Scene):
     """Schema used only to list the valid keys, including those of [line]."""
 
     line: Line | None = setting(None, "line data")
+
+
+def is_text_key(key: str) -> bool:
+    """Check that a dotted path is that of a text or a choice, in a scene of any kind."""
+    return takes_text(SceneWithLine, key) or takes_text(LineScene, key)
 
 
 @dataclass(frozen=True)

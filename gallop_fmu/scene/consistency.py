@@ -12,6 +12,8 @@ from gallop_fmu.scene.sag_tension import MAX_STRAIN, check_tension
 from gallop_fmu.scene.supports import AdjacentSpanSupport
 
 if TYPE_CHECKING:
+    from gallop_fmu.scene.aerodynamics import Aerodynamics
+    from gallop_fmu.scene.conductor import Conductor, Ice
     from gallop_fmu.scene.scene import Scene
 
 SAG_TENSION_AGREEMENT = 0.05
@@ -25,6 +27,12 @@ MIN_USUAL_SAG_RATIO, MAX_USUAL_SAG_RATIO = 5e-4, 0.25
 
 MAX_LIFT_OF_ROUND_SECTION = 0.01
 """Lift coefficient above which a section is not round."""
+NO_CURVE = (
+    "wind is given but aerodynamics is not; give a coefficient curve, which is required for the"
+    " wind force"
+)
+"""Message for wind without a coefficient curve."""
+
 LIFT_POINTS = 73
 """Number of attack angles at which the lift is evaluated."""
 
@@ -39,14 +47,14 @@ def check_consistency(scene: Scene) -> None:
     """
     _check_sag_and_tension(scene)
     _check_sag_against_tension(scene)
-    _check_mass_matrix(scene)
+    check_mass_matrix(scene.conductor, scene.ice, "ice")
     _check_aerodynamics(scene)
 
 
 def unusual_combinations(scene: Scene) -> list[str]:
     """Warnings about values that are unusual together, each a fact and a remedy."""
     curve = [] if scene.aerodynamics is None else scene.aerodynamics.warnings()
-    return [*_unusual_sag(scene), *curve, *_lift_of_round_ice(scene)]
+    return [*_unusual_sag(scene), *curve, *lift_of_round_ice(scene.aerodynamics, scene.ice)]
 
 
 def _check_sag_and_tension(scene: Scene) -> None:
@@ -98,15 +106,11 @@ def _unusual_sag(scene: Scene) -> list[str]:
     return found
 
 
-def _lift_of_round_ice(scene: Scene) -> list[str]:
+def lift_of_round_ice(aerodynamics: Aerodynamics | None, ice: Ice) -> list[str]:
     """Warnings about ice that is round and a coefficient curve with lift."""
-    if (
-        scene.aerodynamics is None
-        or scene.ice.first_moment_x2 != 0.0
-        or scene.ice.first_moment_x3 != 0.0
-    ):
+    if aerodynamics is None or ice.first_moment_x2 != 0.0 or ice.first_moment_x3 != 0.0:
         return []
-    curve = scene.aerodynamics.curve()
+    curve = aerodynamics.curve()
     lift = float(
         abs(curve.lift(np.linspace(curve.breakpoint[0], curve.breakpoint[-1], LIFT_POINTS))).max()
     )
@@ -136,14 +140,25 @@ def _check_sag_against_tension(scene: Scene) -> None:
         )
 
 
-def _check_mass_matrix(scene: Scene) -> None:
-    ice = scene.ice
-    mass = scene.conductor.mass_per_length + ice.mass_per_length
-    inertia = scene.conductor.torsional_inertia + ice.torsional_inertia
+def check_mass_matrix(conductor: Conductor, ice: Ice, path: str) -> None:
+    """Refuse ice with first moments that no body of its mass and inertia has.
+
+    Parameters
+    ----------
+    path
+        Dotted path of the ice, for the message.
+
+    Raises
+    ------
+    SceneError
+        The mass matrix would not be positive definite.
+    """
+    mass = conductor.mass_per_length + ice.mass_per_length
+    inertia = conductor.torsional_inertia + ice.torsional_inertia
     moments = ice.first_moment_x2**2 + ice.first_moment_x3**2
     if not inertia * mass > moments:
         raise SceneError(
-            f"ice.first_moment_x2 = {ice.first_moment_x2} kg and ice.first_moment_x3 ="
+            f"{path}.first_moment_x2 = {ice.first_moment_x2} kg and {path}.first_moment_x3 ="
             f" {ice.first_moment_x3} kg are too large: the sum of their squares, {moments:.4g} kg2,"
             " must be less than torsional inertia times mass of conductor and ice,"
             f" {inertia * mass:.4g} kg2, for a positive definite mass matrix; check the units of"
@@ -154,17 +169,29 @@ def _check_mass_matrix(scene: Scene) -> None:
 def _check_aerodynamics(scene: Scene) -> None:
     if not scene.wind.can_blow:
         return
-    curve, angle = scene.aerodynamics, scene.ice.attack_angle_deg
-    if curve is None:
-        raise SceneError(
-            "wind is given but aerodynamics is not; give a coefficient curve, which is required for"
-            " the wind force"
-        )
-    first, last = curve.range_deg
+    if scene.aerodynamics is None:
+        raise SceneError(NO_CURVE)
+    check_attack_angle(scene.aerodynamics, scene.ice, "ice")
+
+
+def check_attack_angle(curve: Aerodynamics, ice: Ice, path: str) -> None:
+    """Refuse ice with an attack angle outside its coefficient curve.
+
+    Parameters
+    ----------
+    path
+        Dotted path of the ice, for the message.
+
+    Raises
+    ------
+    SceneError
+        The angle is outside, and the curve refuses such angles.
+    """
+    angle, (first, last) = ice.attack_angle_deg, curve.range_deg
     reduced = angle - 360.0 * round((angle - 0.5 * (first + last)) / 360.0)
     if curve.beyond == "error" and not first <= reduced <= last:
         raise SceneError(
-            f"ice.attack_angle_deg = {angle} is outside the coefficient curve, which is valid"
+            f"{path}.attack_angle_deg = {angle} is outside the coefficient curve, which is valid"
             f" from {first} to {last} deg; choose an angle inside, or set"
             ' aerodynamics.outside = "hold"'
         )

@@ -15,7 +15,7 @@ from pydantic import Field, model_validator
 from gallop_fmu.foundation.errors import SceneError
 from gallop_fmu.scene.aerodynamics import Aerodynamics
 from gallop_fmu.scene.conductor import OwnIce
-from gallop_fmu.scene.fields import Number, Section, WholeNumber, quantity, setting
+from gallop_fmu.scene.fields import Number, Section, Text, WholeNumber, quantity, setting
 
 
 class OnSpan(Section):
@@ -23,7 +23,7 @@ class OnSpan(Section):
 
     NUMBERED: ClassVar[str] = "device"
 
-    kind: str = setting("", "kind of device")
+    kind: Text = setting("", "kind of device")
     span: WholeNumber = quantity(..., "1", "number of the span, from 1", ge=1)
 
 

@@ -66,6 +66,26 @@ def all_keys(section: type[Section], start: str = "") -> list[str]:
     return list(keys)
 
 
+def number_of_item(root: type[Section], path: str) -> str:
+    """Return the number of the item of a path for people, such as ``"device 1"`` of ``devices.0``.
+
+    Items of a class with ``NUMBERED`` have a number, which counts from 1; other paths have none.
+    """
+    parts = path.split(".")
+    for i, part in enumerate(parts):
+        if part.isdecimal():
+            for owner in _owners(root, parts[:i]):
+                if hasattr(owner, "NUMBERED"):
+                    return f"{owner.NUMBERED} {int(part) + 1}"
+    return ""
+
+
+def with_number(root: type[Section], path: str) -> str:
+    """Return a path and the number of its item, such as ``devices.0.mass (device 1)``."""
+    number = number_of_item(root, path)
+    return f"{path} ({number})" if number else path
+
+
 @cache
 def takes_text(root: type[Section], path: str) -> bool:
     """Check that the field at a dotted path is always a text or a choice."""
@@ -104,7 +124,18 @@ def unknown_key(root: type[Section], path: str, key: str | None = None) -> str:
         return f"{path}: {_where(root, key)}"
     same_name = [other for other in valid if other.rpartition(".")[2] == key.rpartition(".")[2]]
     closest = same_name[:1] or difflib.get_close_matches(key, valid, n=1, cutoff=0.0)
-    return f"{path}: unknown key; the closest valid one is {closest[0]}"
+    return f"{path}: unknown key; the closest valid one is {_with_indices(closest[0], key)}"
+
+
+def _with_indices(valid: str, key: str) -> str:
+    """Return a valid path with the indices of a key, as far as both name the same items."""
+    parts, given = valid.split("."), key.split(".")
+    for i, (part, other) in enumerate(zip(parts, given, strict=False)):
+        if part == "0" and other.isdecimal():
+            parts[i] = other
+        elif part != other:
+            break
+    return ".".join(parts)
 
 
 def _owners(root: type[Section], parents: list[str]) -> list[type[Section]]:
@@ -191,11 +222,14 @@ def _container(
 ) -> dict[str, Any] | list[Any]:
     """Return the table, or the list with the item, that holds the value of a path."""
     node: Any = data
-    for parent in parents:
+    for i, parent in enumerate(parents):
         if isinstance(node, dict):
             node = node.setdefault(parent, {})
         elif _has_item(node, parent):
             node = node[int(parent)]
+        elif parent.isdecimal() and len(_owners(root, parents[: i + 1])) > 1:
+            item = ".".join(parents[: i + 1])
+            raise SceneError(f"{path}: {item} is not given in this scene; give the whole section")
         else:
             raise SceneError(unknown_key(root, path))
     if isinstance(node, dict):

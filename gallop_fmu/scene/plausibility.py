@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import fnmatch
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from typing import NamedTuple
 
 from gallop_fmu.foundation.errors import SceneError
@@ -35,6 +35,7 @@ SMALL_LENGTH = {"mm": (1e-3, 0.0), "cm": (1e-2, 0.0)}
 FORCE = {"kN": (1e3, 0.0), "MN": (1e6, 0.0)}
 SPEED = {"km/h": (1.0 / 3.6, 0.0)}
 TEMPERATURE = {"K": (1.0, -273.15)}
+ICE_MASS = Plausible((1e-4, 50.0), units={"kg/km": (1e-3, 0.0)})
 SPAN = Plausible((10.0, 3000.0), (5.0, 1e4), LENGTH)
 
 PLAUSIBLE: dict[str, Plausible] = {
@@ -56,9 +57,21 @@ PLAUSIBLE: dict[str, Plausible] = {
     "conductor.diameter": Plausible((2e-3, 0.1), units=SMALL_LENGTH),
     "conductor.mass_per_length": Plausible((0.02, 20.0), units={"kg/km": (1e-3, 0.0)}),
     "conductor.axial_stiffness": Plausible((5e4, 1e9), units=FORCE),
-    "ice.mass_per_length": Plausible((1e-4, 50.0), units={"kg/km": (1e-3, 0.0)}),
+    "ice.mass_per_length": ICE_MASS,
     "wind.air_density": Plausible((0.6, 1.7), units={"g/m3": (1e-3, 0.0)}),
     "wind.speed": Plausible((0.0, 40.0), units=SPEED),
+    "section.spans.*.length": SPAN._replace(possible=(-math.inf, math.inf)),
+    "section.gravity": Plausible((1.0, 30.0), units={"cm/s2": (1e-2, 0.0)}),
+    "section.*.length": Plausible((0.2, 10.0), units=SMALL_LENGTH),
+    "section.*.weight": Plausible((10.0, 3e4), units={"kN": (1e3, 0.0)}),
+    "section.*temperature_deg_c": Plausible((-50.0, 150.0), units=TEMPERATURE),
+    "section.spans.*.ice.mass_per_length": ICE_MASS,
+    "conductor.thermal_expansion": Plausible((5e-6, 3e-5), units={"1e-6/K": (1e-6, 0.0)}),
+    "bundle.spacing": Plausible((0.1, 1.5), units=SMALL_LENGTH),
+    "bundle.spacer_mass": Plausible((0.1, 50.0), units={"g": (1e-3, 0.0)}),
+    "devices.*.ice.mass_per_length": ICE_MASS,
+    "devices.*.mass": Plausible((0.05, 500.0), units={"g": (1e-3, 0.0)}),
+    "devices.*.arm": Plausible((0.02, 2.0), units=SMALL_LENGTH),
     "supports.*.adjacent_span": SPAN._replace(possible=(-math.inf, math.inf)),
     "supports.*.insulator_length": Plausible((0.2, 10.0), units=SMALL_LENGTH),
     "supports.*.stiffness_x?": Plausible(
@@ -115,11 +128,21 @@ def check_possible(numbers: Mapping[str, tuple[float, str]]) -> None:
         raise SceneError("\n".join(problems))
 
 
-def unusual(numbers: Mapping[str, tuple[float, str]]) -> list[str]:
-    """Return warnings about unusual values; `numbers` as in `check_possible`."""
+def unusual(
+    numbers: Mapping[str, tuple[float, str]], shown: Callable[[str], str] = str
+) -> list[str]:
+    """Return warnings about unusual values.
+
+    Parameters
+    ----------
+    numbers
+        As in `check_possible`.
+    shown
+        Function from a path to its text in a warning.
+    """
     return [
-        f"{path} = {value:g} {unit} is outside the usual {row.usual[0]:g} to {row.usual[1]:g}"
-        f" {unit}; {question(path, value, unit) or 'check the unit'}"
+        f"{shown(path)} = {value:g} {unit} is outside the usual {row.usual[0]:g} to"
+        f" {row.usual[1]:g} {unit}; {question(path, value, unit) or 'check the unit'}"
         for path, value, unit, row in _rows(numbers)
         if not row.usual[0] <= value <= row.usual[1]
     ]

@@ -52,8 +52,7 @@ def unstretched_length(
     The length of the catenary minus its elongation, the integral of T/EA.
     """
     c = tension / weight
-    half = 0.5 * span / c
-    middle = math.asinh(0.5 * height_difference / (c * math.sinh(half)))
+    half, middle = _half_and_middle(span, c, height_difference)
     ends = middle - half, middle + half
     length = c * (math.sinh(ends[1]) - math.sinh(ends[0]))
     # T = H cosh(x/c) and ds = cosh(x/c) dx
@@ -164,6 +163,33 @@ def changed_tension(
     return float(brentq(excess, low, high, rtol=1e-14))
 
 
+def _half_and_middle(span: float, c: float, height_difference: float) -> tuple[float, float]:
+    """Half the span, and the distance of mid-span from the lowest point, both over c = H/w."""
+    half = 0.5 * span / c
+    return half, math.asinh(0.5 * height_difference / (c * math.sinh(half)))
+
+
+def catenary_sag(
+    span: float, weight: float, tension: float, height_difference: float = 0.0
+) -> float:
+    """Sag [m] of a catenary at mid-span, measured vertically from the chord.
+
+    Arguments as in `unstretched_length`. It is the mean height of the ends above mid-span,
+    c (cosh a - 1) cosh m, with a and m of `_half_and_middle`.
+    """
+    c = tension / weight
+    half, middle = _half_and_middle(span, c, height_difference)
+    return 2.0 * c * math.sinh(0.5 * half) ** 2 * math.cosh(middle)
+
+
+def highest_tension(
+    span: float, weight: float, tension: float, height_difference: float = 0.0
+) -> float:
+    """Tension [N] of a catenary at its higher end; arguments as in `unstretched_length`."""
+    half, middle = _half_and_middle(span, tension / weight, height_difference)
+    return tension * math.cosh(half + abs(middle))
+
+
 def tension_of_sag(sag: float, span: float, weight: float, height_difference: float = 0.0) -> float:
     """Return the horizontal tension [N] of a catenary with a given sag.
 
@@ -173,29 +199,17 @@ def tension_of_sag(sag: float, span: float, weight: float, height_difference: fl
         Sag at mid-span, measured vertically from the chord [m].
     span, weight, height_difference
         See `unstretched_length`.
-
-    Notes
-    -----
-    With c = H/w, a = L/(2 c) and m = asinh(h/(2 c sinh a)), the mean height of the ends minus the
-    height at mid-span is c (cosh a - 1) cosh m.
     """
-
-    def sag_of(half: float) -> float:
-        # c cosh(m) = sqrt(c^2 + (h/(2 sinh a))^2), and cosh a - 1 = 2 sinh^2(a/2)
-        c = 0.5 * span / half
-        return (
-            2.0
-            * math.sinh(0.5 * half) ** 2
-            * math.hypot(c, 0.5 * height_difference / math.sinh(half))
-        )
-
-    # The sag increases with a from 0; a parabola's a is too large for a deep sag.
-    low, high = 0.0, 4.0 * sag / span
-    while sag_of(high) < sag:
+    # The sag decreases with the tension, and a catenary hangs deeper than its parabola.
+    low = 0.125 * weight * span**2 / sag
+    high = 2.0 * low * math.hypot(1.0, height_difference / span)
+    while catenary_sag(span, weight, high, height_difference) > sag:
         high *= 2.0
-    for _ in range(200):
+    middle = 0.5 * (low + high)
+    while low < middle < high:
+        if catenary_sag(span, weight, middle, height_difference) > sag:
+            low = middle
+        else:
+            high = middle
         middle = 0.5 * (low + high)
-        if middle in (low, high):
-            break
-        low, high = (middle, high) if sag_of(middle) < sag else (low, middle)
-    return 0.5 * span * weight / (0.5 * (low + high))
+    return middle

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Mapping
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Self
 
@@ -16,7 +17,7 @@ from pydantic import Field, ValidationError, field_validator, model_validator
 
 from gallop_fmu.foundation.atomic_write import write_whole
 from gallop_fmu.foundation.errors import SceneError
-from gallop_fmu.scene.dotted_paths import Leaf, leaves, replace_values, unknown_key
+from gallop_fmu.scene.dotted_paths import Leaf, leaves, replace_values, unknown_key, with_number
 from gallop_fmu.scene.fields import Section, Text, setting
 from gallop_fmu.scene.file_format import FORMAT, without_format
 from gallop_fmu.scene.plausibility import unusual
@@ -143,7 +144,8 @@ class SceneBase(Section):
     def warnings(self) -> tuple[str, ...]:
         """Warnings about unusual values, each a fact and a remedy."""
         unusual_values = unusual(
-            {path: (value, unit) for path, (value, unit, _) in self.numbers().items()}
+            {path: (value, unit) for path, (value, unit, _) in self.numbers().items()},
+            partial(with_number, type(self)),
         )
         return (*self.notes, *unusual_values, *self._unusual_combinations())
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any, get_args
 
 from pydantic import ValidationError
@@ -9,7 +10,7 @@ from pydantic.fields import FieldInfo
 from pydantic_core import ErrorDetails
 
 from gallop_fmu.foundation.text_rules import number_remedy
-from gallop_fmu.scene.dotted_paths import section_classes, unknown_key
+from gallop_fmu.scene.dotted_paths import section_classes, unknown_key, with_number
 from gallop_fmu.scene.fields import Section, unit_of_field
 from gallop_fmu.scene.plausibility import question
 
@@ -23,9 +24,14 @@ OUT_OF_BOUNDS = ("greater_than", "greater_than_equal", "less_than", "less_than_e
 def explain(error: ValidationError, root: type[Section]) -> str:
     """Return one line per problem: path, given value, allowed values, meaning of the field."""
     problems = _without_consequences(error.errors(include_url=False))
-    lines = [_line(problem, root) for problem in problems[:MAX_LINES]]
-    more = len(problems) - len(lines)
-    return "\n".join([*lines, f"and {more} more problems"] if more else lines)
+    return joined([_line(problem, root) for problem in problems[:MAX_LINES]], len(problems))
+
+
+def joined(lines: Sequence[str], count: int | None = None) -> str:
+    """Join problems, one in a line, up to `MAX_LINES`; `count` is their number (default: all)."""
+    shown = lines[:MAX_LINES]
+    more = (len(lines) if count is None else count) - len(shown)
+    return "\n".join([*shown, f"and {more} more problems"] if more else shown)
 
 
 def _without_consequences(problems: list[ErrorDetails]) -> list[ErrorDetails]:
@@ -41,15 +47,16 @@ def _without_consequences(problems: list[ErrorDetails]) -> list[ErrorDetails]:
 
 
 def _line(problem: ErrorDetails, root: type[Section]) -> str:
-    path, field = _locate(problem["loc"], root)
+    key, field = _locate(problem["loc"], root)
+    path = with_number(root, key)
     kind, given = problem["type"], _short(problem["input"])
     if kind == "extra_forbidden":
-        return unknown_key(root, path)
+        return unknown_key(root, path, key)
     if kind == "value_error":
         return f"{path}: {problem['ctx']['error']}" if path else str(problem["ctx"]["error"])
     if kind == "union_tag_invalid":
         return (
-            f"{path}.kind = {problem['ctx']['tag']!r}: must be one of"
+            f"{with_number(root, key + '.kind')} = {problem['ctx']['tag']!r}: must be one of"
             f" {problem['ctx']['expected_tags']}"
         )
     if kind == "union_tag_not_found":
@@ -57,13 +64,14 @@ def _line(problem: ErrorDetails, root: type[Section]) -> str:
             found.model_fields["kind"].default
             for found in section_classes(field.annotation if field else None)
         ]
-        return f"{path}.kind: missing; must be one of {', '.join(map(repr, kinds))}"
+        kind_path = with_number(root, f"{key}.kind")
+        return f"{kind_path}: missing; must be one of {', '.join(map(repr, kinds))}"
     meaning = f"; {field.description}" if field and field.description else ""
     allowed = _allowed(problem, field)
     if kind == "missing":
         return f"{path}: missing, {allowed}{meaning}"
     hint = (
-        question(path, problem["input"], unit_of_field(field))
+        question(key, problem["input"], unit_of_field(field))
         if field and kind in OUT_OF_BOUNDS
         else ""
     )

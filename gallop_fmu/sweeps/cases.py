@@ -16,8 +16,8 @@ from typing import Any
 from gallop_fmu.foundation.errors import SceneError
 from gallop_fmu.foundation.text_files import parse_value, read_cells, read_text
 from gallop_fmu.foundation.text_rules import clean_text, plain
-from gallop_fmu.input.scene_spec import LINE, SceneSpec, SceneWithLine
-from gallop_fmu.scene.dotted_paths import all_keys, takes_text, unknown_key
+from gallop_fmu.input.scene_spec import LINE, SceneSpec, SceneWithLine, is_text_key
+from gallop_fmu.scene.dotted_paths import all_keys, unknown_key
 from gallop_fmu.scene.line_scene import one_span
 from gallop_fmu.scene.scene import Scene
 from gallop_fmu.sweeps.rows import as_cell
@@ -408,7 +408,7 @@ def _value(key: str, value: Any, where: str) -> Any:
         if key == NAME or key.startswith(LABEL):
             return as_label(value)
         if isinstance(value, str):
-            return parse_value(value, as_text=key == SCENE or takes_text(SceneWithLine, key))
+            return parse_value(value, as_text=key == SCENE or is_text_key(key))
         return plain(value)
     except SceneError as problem:
         raise SceneError(f"{where}: {key}: {problem}") from None

@@ -21,6 +21,7 @@ from gallop_fmu.foundation.text_rules import clean_text, plain, printable, read_
 from gallop_fmu.input.scene_spec import SceneWithLine
 from gallop_fmu.scene.dotted_paths import section_classes
 from gallop_fmu.scene.fields import Text
+from gallop_fmu.scene.line_scene import LineScene
 from gallop_fmu.sweeps.cases import cases, read_spans
 
 ACCEPTED = {".5": 0.5, "2.": 2.0, "05": 5.0, "1e-3": 0.001, "+3": 3.0, "7": 7.0, "2.50E+0": 2.5}
@@ -241,7 +242,7 @@ def parts(annotation):
 
 def test_every_text_of_a_scene_follows_the_rule():
     """Each field of type str in any section has the checked type."""
-    seen, left = set(), [SceneWithLine]
+    seen, left = set(), [SceneWithLine, LineScene]
     while left:
         section = left.pop()
         if section in seen:

@@ -3,7 +3,11 @@
 import pytest
 
 from gallop_fmu.foundation.errors import SceneError
+from gallop_fmu.foundation.text_files import parse_toml
+from gallop_fmu.input.annotated_toml import annotated_toml
 from gallop_fmu.input.scene_files import load_scene
+from gallop_fmu.scene.line_scene import LineScene
+from support.lines import LINE
 
 
 def test_unknown_name_lists_the_packaged_scenes():
@@ -42,3 +46,12 @@ def test_missing_file_and_folder(tmp_path):
         load_scene(tmp_path)
     with pytest.raises(SceneError, match=r"cannot be read|no such file"):
         load_scene("a\0.toml")
+
+
+def test_annotated_line_numbers_its_spans_suspensions_and_devices():
+    text = annotated_toml(LineScene.from_dict(parse_toml(LINE)))
+    assert "[[section.spans]]  # span 2\nlength = 350.0  # horizontal distance" in text
+    assert '    { kind = "post" },  # suspension 2\n' in text
+    assert "# weight: weight of the string [N]\n" in text
+    assert '[[devices]]  # device 2\nkind = "interval"  # kind of device' in text
+    assert "[section.spans.ice]\nmass_per_length = 1.0  # mass of ice" in text

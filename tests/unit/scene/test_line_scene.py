@@ -7,56 +7,8 @@ import pytest
 import gallop_fmu as gf
 from gallop_fmu.scene.bundle import Bundle
 from gallop_fmu.scene.line_scene import one_span
-from gallop_fmu.scene.sag_tension import tension_of_sag
-
-LINE = """
-title = "Three spans"
-[section]
-horizontal_tension = 25000.0
-spans = [
-    {length = 300.0, elements = 20},
-    {length = 350.0, height_difference = 12.0, ice = {mass_per_length = 1.0}},
-    {length = 280.0, ice = "none"},
-]
-suspensions = [
-    {kind = "string", length = 2.4, weight = 600.0},
-    {kind = "v_string", length = 2.4, weight = 300.0, half_spread = 1.5},
-]
-left_end = {kind = "string", length = 3.0, weight = 800.0}
-[bundle]
-subconductors = 4
-spacing = 0.45
-spacers = 6
-[[phases]]
-name = "a"
-[[phases]]
-name = "b"
-offset = [0, 8.0]
-[conductor]
-diameter = 0.0281
-mass_per_length = 1.628
-axial_stiffness = 29.0e6
-torsional_stiffness = 159.0
-torsional_inertia = 2e-4
-[ice]
-mass_per_length = 0.5
-[[devices]]
-kind = "pendulum"
-span = 2
-station = 0.5
-mass = 20
-arm = 0.5
-[[devices]]
-kind = "interval"
-span = 1
-from_station = 0.25
-to_station = 0.75
-ice = "none"
-[[loads]]
-span = 2
-force = [0, 400, 600]
-position = 0.3
-"""
+from gallop_fmu.scene.sag_tension import catenary_sag, highest_tension, tension_of_sag
+from support.lines import LINE
 
 
 @pytest.fixture
@@ -117,20 +69,22 @@ def test_neighbouring_subconductors_of_a_bundle_have_the_spacing(count):
     assert mirrored == set(places)
 
 
-def test_tension_of_a_sag_agrees_with_the_catenary():
-    """The sag is measured on a catenary through both ends, found by its own equation."""
+@pytest.mark.parametrize("sag", [0.1, 9.8, 60.0, 400.0])
+def test_sag_and_tension_agree_with_a_catenary_through_both_ends(sag):
+    """The catenary y = c cosh((x - x0)/c) is placed by bisection of its own equation."""
     span, weight, rise = 350.0, 15.97, 40.0
-    for sag in (1.0, 9.8, 60.0, 400.0):
-        c = tension_of_sag(sag, span, weight, rise) / weight
-        # y(x) = c cosh((x - x0)/c) with y(L) - y(0) = rise: x0 by bisection
-        low, high = 0.5 * span - 40.0 * c, 0.5 * span + 40.0 * c
-        for _ in range(200):
-            x0 = 0.5 * (low + high)
-            over = c * (math.cosh((span - x0) / c) - math.cosh(x0 / c)) > rise
-            low, high = (x0, high) if over else (low, x0)
-        ends = c * (math.cosh((span - x0) / c) + math.cosh(x0 / c))
-        found = 0.5 * ends - c * math.cosh((0.5 * span - x0) / c)
-        assert found == pytest.approx(sag, rel=1e-9)
+    tension = tension_of_sag(sag, span, weight, rise)
+    c = tension / weight
+    low, high = 0.5 * span - 10.0 * c, 0.5 * span + 10.0 * c
+    for _ in range(200):
+        x0 = 0.5 * (low + high)
+        climbs = c * (math.cosh((span - x0) / c) - math.cosh(x0 / c)) > rise
+        low, high = (x0, high) if climbs else (low, x0)
+    left, middle, right = (c * math.cosh((x - x0) / c) for x in (0.0, 0.5 * span, span))
+    assert 0.5 * (left + right) - middle == pytest.approx(sag, rel=1e-10)
+    assert catenary_sag(span, weight, tension, rise) == pytest.approx(sag, rel=1e-14)
+    # T = w y, with y from the directrix
+    assert highest_tension(span, weight, tension, rise) == pytest.approx(weight * right, rel=1e-12)
 
 
 def test_strung_tension_follows_from_the_sag_of_one_span(line):
@@ -139,3 +93,13 @@ def test_strung_tension_follows_from_the_sag_of_one_span(line):
     iced = line.with_values({**values, "section.strung_with_ice": True}).strung_tension
     assert iced / bare == pytest.approx((1.628 + 1.0) / 1.628, rel=1e-14)
     assert bare == pytest.approx(1.628 * 9.81 * 350.0**2 / (8 * 9.0), rel=3e-3)
+
+
+def test_new_first_moments_of_a_span_refer_to_its_present_attack_angle(line):
+    ice = "section.spans.1.ice"
+    values = {f"{ice}.first_moment_x2": 0.01, f"{ice}.attack_angle_deg": 30.0}
+    first = line.with_values(values)
+    rotated = first.with_values({f"{ice}.attack_angle_deg": 60.0})
+    given = first.with_values({f"{ice}.attack_angle_deg": 60.0, f"{ice}.first_moment_x2": 0.02})
+    angles = [at.section.spans[1].ice.first_moment_angle_deg for at in (first, rotated, given)]
+    assert angles == [30.0, 30.0, 60.0]
