@@ -10,8 +10,11 @@ import ctypes as c
 Pointer = c.POINTER(c.c_double)
 Three = c.c_double * 3
 Two = c.c_double * 2
-DEVICE_PARAMETERS = 12
+DEVICE_PARAMETERS = 16
 """Parameters of a device; those beyond the ones of its kind are 0."""
+
+DEVICE_JUNCTIONS = 8
+"""Junctions that a device can have; indices beyond its own are -1."""
 
 FREQUENCY_PAIR = ("low_ratio", "low_frequency", "high_ratio", "high_frequency")
 
@@ -53,7 +56,7 @@ class CCrossSection(c.Structure):
         *_doubles("diameter", "mass", "axial_stiffness", "torsional_stiffness"),
         *_doubles("torsional_inertia", "ice_mass", "ice_torsional_inertia"),
         *_doubles("first_moment_x2", "first_moment_x3", "first_moment_angle"),
-        *_doubles("attack_angle", "reference_radius"),
+        *_doubles("attack_angle", "reference_radius", "thermal_expansion"),
         ("translation_damping", CDamping),
         ("twist_damping", CDamping),
         *_integers("curve", "slack"),
@@ -88,12 +91,21 @@ class CChain(c.Structure):
     )
 
 
+class CStation(c.Structure):
+    """gallop_station."""
+
+    _fields_ = (
+        *_integers("chain", "corner", "junction", "cross_section"),
+        ("position", c.c_double),
+    )
+
+
 class CDevice(c.Structure):
     """gallop_device."""
 
     _fields_ = (
-        *_integers("kind", "reserved"),
-        ("junction", c.c_int32 * 2),
+        *_integers("kind", "junctions"),
+        ("junction", c.c_int32 * DEVICE_JUNCTIONS),
         ("parameter", c.c_double * DEVICE_PARAMETERS),
     )
 
@@ -116,7 +128,8 @@ class CSettings(c.Structure):
         *_doubles("gravity", "air_density", "seed_vertical", "seed_horizontal", "seed_twist"),
         *_doubles("time_step", "newton_tolerance", "tolerance", "spectral_radius"),
         *_integers("max_newton_iterations", "max_halvings", "integrator", "start_in_mean_wind"),
-        *_integers("laws_only", "reserved"),
+        *_integers("laws_only", "strung", "strung_with_ice", "reserved"),
+        ("temperature_change", c.c_double),
     )
 
 
@@ -126,13 +139,15 @@ class CScene(c.Structure):
     _fields_ = (
         ("settings", CSettings),
         *_integers("cross_section_count", "curve_count", "field_count", "junction_count"),
-        *_integers("chain_count", "device_count", "load_count", "law_count"),
+        *_integers("chain_count", "station_count", "device_count", "load_count", "law_count"),
+        ("reserved", c.c_int32),
         ("number_count", c.c_int64),
         ("cross_section", c.POINTER(CCrossSection)),
         ("curve", c.POINTER(CCurve)),
         ("field", c.POINTER(CField)),
         ("junction", c.POINTER(CJunction)),
         ("chain", c.POINTER(CChain)),
+        ("station", c.POINTER(CStation)),
         ("device", c.POINTER(CDevice)),
         ("load", c.POINTER(CLoad)),
         ("law", c.POINTER(CLaw)),
@@ -201,6 +216,7 @@ MIRRORS = {
     "gallop_field": CField,
     "gallop_junction": CJunction,
     "gallop_chain": CChain,
+    "gallop_station": CStation,
     "gallop_device": CDevice,
     "gallop_load": CLoad,
     "gallop_settings": CSettings,

@@ -41,7 +41,7 @@ def library_path() -> Path:
     )
 
 
-API_VERSION = 3
+API_VERSION = 4
 """GALLOP_API_VERSION of the gallop.h that these modules are written for."""
 
 

@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from gallop_fmu.engine.ctypes_structs import (
+    DEVICE_JUNCTIONS,
     FREQUENCY_PAIR,
     CChain,
     CCrossSection,
@@ -138,7 +139,7 @@ class Packed:
             name: []
             for name in (
                 *("settings", "cross_section", "curve", "field", "junction", "chain"),
-                *("device", "load", "law"),
+                *("station", "device", "load", "law"),
             )
         }
         self.numbers: list[float] = []
@@ -269,8 +270,8 @@ class Packed:
             )
         if isinstance(support, RigidSupport):
             return
-        device = CDevice(kind=support.DEVICE_KIND)
-        device.junction[:] = (index, NONE)
+        device = CDevice(kind=support.DEVICE_KIND, junctions=1)
+        device.junction[:] = (index, *(NONE,) * (DEVICE_JUNCTIONS - 1))
         item = self._add("device", device)
         for name, place in support.DEVICE_PARAMETERS.items():
             device.parameter[place] = getattr(support, name)

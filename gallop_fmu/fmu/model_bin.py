@@ -133,6 +133,7 @@ SECTION_IDS = {
     "field": b"FIEL",
     "junction": b"JUNC",
     "chain": b"CHAI",
+    "station": b"STAT",
     "device": b"DEVI",
     "load": b"LOAD",
     "law": b"LAWS",

@@ -70,8 +70,8 @@ int gallop_tangent(const gallop_model *model, gallop_state *work, double time,
     monitor seen;
     element_monitor_start(&seen);
     element_sum_residual(model, time, &now, &at.sections, y, true, at.residual, &seen);
-    for (int i = 0; i < model->chain_count; i++) { /* the sections hold the slopes now */
-        const chain *of = &model->chain[i];
+    for (int i = 0; i < model->interval_count; i++) { /* the sections hold the slopes now */
+        const interval *of = &model->interval[i];
         const exposure on = conditions_on(model, &now, of);
         for (int e = 0; e < of->elements; e++) {
             double block[6][16], *out = tangent + 144 * (size_t)(of->first_element + e);
@@ -114,7 +114,7 @@ static sections sections_in(section_room *room)
 
 /* By how much the attack angle of a section is beyond the last breakpoint (positive) or before the
  * first one (negative), where a simulation would refuse it; else 0. */
-static double refused_excess(const chain *c, const exposure *now, const sections *at, int i)
+static double refused_excess(const interval *c, const exposure *now, const sections *at, int i)
 {
     const bool refuses = c->section->curve->outside == GALLOP_OUTSIDE_ERROR;
     if (!refuses || !(at->excess[i] > 0.0)) return 0.0;
@@ -156,7 +156,7 @@ static void write_section(const section_room *room, int i, double radius, bool b
 }
 
 /* The load on `count` sections, no more than SECTIONS_AT_ONCE. */
-static void load_block(const chain *c, const exposure *now, const double *given, int count,
+static void load_block(const interval *c, const exposure *now, const double *given, int count,
                        size_t stride, load_arrays out)
 {
     section_room room;
@@ -190,7 +190,7 @@ int gallop_aero_load(const gallop_model *model, int32_t element, double attack_a
     if (!isfinite(attack_angle) || !all_usable(arrays, 5)) return GALLOP_BAD_CALL;
     const size_t stride = (size_t)count;
     if (!check_finite(given, 5 * stride)) return GALLOP_BAD_CALL;
-    const chain *c = model_chain_of_element(model, element);
+    const interval *c = model_interval_of_element(model, element);
     const exposure now = {.attack = attack_angle, .unknowns = 4, .blows = true};
     for (int32_t first = 0; first < count; first += SECTIONS_AT_ONCE) {
         const int left = count - first, some = left < SECTIONS_AT_ONCE ? left : SECTIONS_AT_ONCE;
@@ -207,7 +207,7 @@ int gallop_sections(const gallop_model *model, double shape[9], double *length, 
     if (!check_is_model(model) || !all_usable(out, 3)) return GALLOP_BAD_CALL;
     memcpy(shape, element_shape3, sizeof element_shape3);
     for (int e = 0; e < model->elements; e++) {
-        const chain *c = model_chain_of_element(model, e);
+        const interval *c = model_interval_of_element(model, e);
         const geometry *g = &c->geometry[e - c->first_element];
         memcpy(length + 3 * (size_t)e, g->inertia_weight, sizeof g->inertia_weight);
         memcpy(normal + 6 * (size_t)e, g->normal, sizeof g->normal);
@@ -221,7 +221,7 @@ int gallop_strain_points(const gallop_model *model, double *length, double *tang
     const double *const out[3] = {length, tangent, shape_slope};
     if (!check_is_model(model) || !all_usable(out, 3)) return GALLOP_BAD_CALL;
     for (int e = 0; e < model->elements; e++) {
-        const chain *c = model_chain_of_element(model, e);
+        const interval *c = model_interval_of_element(model, e);
         const geometry *g = &c->geometry[e - c->first_element];
         memcpy(length + 2 * (size_t)e, g->stiffness_weight, sizeof g->stiffness_weight);
         memcpy(tangent + 6 * (size_t)e, g->slope, sizeof g->slope);

@@ -51,6 +51,7 @@ static uint64_t identity_of(const gallop_scene *s)
                  {s->field, (size_t)s->field_count, sizeof *s->field},
                  {s->junction, (size_t)s->junction_count, sizeof *s->junction},
                  {s->chain, (size_t)s->chain_count, sizeof *s->chain},
+                 {s->station, (size_t)s->station_count, sizeof *s->station},
                  {s->device, (size_t)s->device_count, sizeof *s->device},
                  {s->load, (size_t)s->load_count, sizeof *s->load},
                  {s->law, (size_t)s->law_count, sizeof *s->law},
@@ -165,9 +166,10 @@ static int check_probe(const gallop_model *model, const gallop_probe *p, gallop_
     } of[] = {[GALLOP_PROBE_NODE] = {model->nodes, GALLOP_NODE_CHANNELS},
               [GALLOP_PROBE_JUNCTION] = {model->junction_count, GALLOP_JUNCTION_CHANNELS},
               [GALLOP_PROBE_FIELD] = {model->field_count, GALLOP_FIELD_CHANNELS},
-              [GALLOP_PROBE_SYSTEM] = {1, GALLOP_SYSTEM_CHANNELS}};
-    if (p->object < 0 || p->object > GALLOP_PROBE_SYSTEM)
-        return report_refused(report, "object of a probe", p->object, GALLOP_PROBE_SYSTEM);
+              [GALLOP_PROBE_SYSTEM] = {1, GALLOP_SYSTEM_CHANNELS},
+              [GALLOP_PROBE_DEVICE] = {model->device_count, GALLOP_DEVICE_CHANNELS}};
+    if (p->object < 0 || p->object > GALLOP_PROBE_DEVICE)
+        return report_refused(report, "object of a probe", p->object, GALLOP_PROBE_DEVICE);
     if (p->index < 0 || p->index >= of[p->object].indices)
         return report_refused(report, "index of a probe", p->index, of[p->object].indices - 1);
     if (p->channel < 0 || p->channel >= of[p->object].channels)

@@ -77,10 +77,15 @@ static int check_index(int32_t index, int32_t least, int32_t count, const char *
 
 static int check_tables(const gallop_scene *s, gallop_report *report)
 {
-    const table tables[] = {TABLE(s, cross_section, 1, MAX_PARTS), TABLE(s, curve, 0, MAX_PARTS),
-                            TABLE(s, field, 1, MAX_PARTS),         TABLE(s, junction, 2, MAX_PARTS),
-                            TABLE(s, chain, 1, MAX_PARTS),         TABLE(s, device, 0, MAX_PARTS),
-                            TABLE(s, load, 0, MAX_ITEMS),          TABLE(s, law, 0, MAX_ITEMS)};
+    const table tables[] = {TABLE(s, cross_section, 1, MAX_PARTS),
+                            TABLE(s, curve, 0, MAX_PARTS),
+                            TABLE(s, field, 1, MAX_PARTS),
+                            TABLE(s, junction, 2, MAX_PARTS),
+                            TABLE(s, chain, 1, MAX_PARTS),
+                            TABLE(s, device, 0, MAX_PARTS),
+                            TABLE(s, station, 0, MAX_PARTS),
+                            TABLE(s, load, 0, MAX_ITEMS),
+                            TABLE(s, law, 0, MAX_ITEMS)};
     int outcome = GALLOP_COMPLETED;
     for (size_t i = 0; i < COUNT(tables) && !outcome; i++)
         outcome = check_table(&tables[i], report);
@@ -192,7 +197,8 @@ static int check_ice(const gallop_cross_section *c, gallop_report *report)
                             {"first mass moment of the ice", c->first_moment_x3},
                             {"attack angle of the first moments", c->first_moment_angle},
                             {"attack angle", c->attack_angle},
-                            {"reference radius", c->reference_radius}};
+                            {"reference radius", c->reference_radius},
+                            {"thermal expansion", c->thermal_expansion}};
     const int outcome = all_finite(number, COUNT(number), report);
     if (outcome) return outcome;
     if (!(c->ice_mass >= 0.0)) return report_invalid(report, "mass of ice", c->ice_mass, 0.0);
@@ -291,9 +297,9 @@ static int check_chain(const gallop_scene *s, const gallop_chain *c, gallop_repo
 /* What is common to all kinds; device.c checks the rest. */
 static int check_device(const gallop_scene *s, const gallop_device *d, gallop_report *report)
 {
-    int outcome = check_index(d->junction[0], 0, s->junction_count, "junction of a device", report);
-    if (!outcome)
-        outcome = check_index(d->junction[1], -1, s->junction_count, "second junction of a device",
+    int outcome = GALLOP_COMPLETED;
+    for (int i = 0; i < GALLOP_DEVICE_JUNCTIONS && !outcome; i++)
+        outcome = check_index(d->junction[i], i ? -1 : 0, s->junction_count, "junction of a device",
                               report);
     for (int i = 0; i < GALLOP_DEVICE_PARAMETERS && !outcome; i++)
         if (!isfinite(d->parameter[i]))
@@ -317,12 +323,46 @@ static int check_load(const gallop_scene *s, const gallop_load *load, gallop_rep
     return outcome ? outcome : check_law_of(s, load->law, 0, "history of a load", report);
 }
 
-static int check_ends(const gallop_scene *s, int32_t index, gallop_report *report)
+/* A station lies behind the one before it, on the same chain or a later one. */
+static int check_station(const gallop_scene *s, int32_t index, gallop_report *report)
 {
-    for (int32_t i = 0; i < s->chain_count; i++)
-        for (int end = 0; end < 2; end++)
-            if (s->chain[i].junction[end] == index) return GALLOP_COMPLETED;
-    return report_invalid(report, "number of spans that end at a junction", 0.0, 1.0);
+    const gallop_station *station = &s->station[index];
+    const gallop_station *before = index > 0 ? station - 1 : NULL;
+    int outcome = check_index(station->chain, 0, s->chain_count, "span of a station", report);
+    if (outcome) return outcome;
+    const gallop_chain *c = &s->chain[station->chain];
+    const bool follows = before && before->chain == station->chain;
+    const int32_t corner = follows ? before->corner : 0;
+    const double position = follows ? before->position : 0.0;
+    if (before && before->chain > station->chain)
+        return report_invalid(report, "span of a station", station->chain, before->chain);
+    if (station->corner <= corner || station->corner >= c->elements)
+        return report_invalid(report, "corner of a station", station->corner, corner);
+    if (!(station->position > position && station->position < 1.0))
+        return report_invalid(report, "position of a station", station->position, position);
+    outcome =
+        check_index(station->junction, -1, s->junction_count, "junction of a station", report);
+    if (outcome) return outcome;
+    return check_index(station->cross_section, -1, s->cross_section_count,
+                       "cross-section of a station", report);
+}
+
+/* Junctions are different points: at most one station lies at each, and no chain ends there. */
+static int check_station_junctions(const gallop_scene *s, gallop_report *report)
+{
+    for (int32_t i = 0; i < s->station_count; i++) {
+        const int32_t own = s->station[i].junction;
+        if (own < 0) continue;
+        for (int32_t k = 0; k < i; k++)
+            if (s->station[k].junction == own)
+                return report_invalid(report, "junction of a station, which has another one", own,
+                                      -1.0);
+        for (int32_t k = 0; k < s->chain_count; k++)
+            if (s->chain[k].junction[0] == own || s->chain[k].junction[1] == own)
+                return report_invalid(report, "junction of a station, where a span ends", own,
+                                      -1.0);
+    }
+    return GALLOP_COMPLETED;
 }
 
 /* ---- settings ---- */
@@ -334,6 +374,7 @@ static int check_settings(const gallop_settings *s, gallop_report *report)
                               {"Newton tolerance", s->newton_tolerance}};
     const named finite[] = {{"density of air", s->air_density},
                             {"tolerance", s->tolerance},
+                            {"change of temperature", s->temperature_change},
                             {"vertical seed", s->seed_vertical},
                             {"horizontal seed", s->seed_horizontal},
                             {"seed of the twist", s->seed_twist}};
@@ -390,8 +431,9 @@ static int check_line(const gallop_scene *s, gallop_report *report)
         outcome = check_junction(s, &s->junction[i], report);
     for (int32_t i = 0; i < s->chain_count && !outcome; i++)
         outcome = check_chain(s, &s->chain[i], report);
-    for (int32_t i = 0; i < s->junction_count && !outcome; i++) outcome = check_ends(s, i, report);
-    return outcome;
+    for (int32_t i = 0; i < s->station_count && !outcome; i++)
+        outcome = check_station(s, i, report);
+    return outcome ? outcome : check_station_junctions(s, report);
 }
 
 /* Devices and loads: what acts on the line. */

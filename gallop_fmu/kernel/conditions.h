@@ -32,7 +32,7 @@ void conditions_rotate_moments(const cross_section *section, double attack, doub
 
 bool conditions_are_finite(const gallop_model *model, const conditions *now);
 
-/* What a chain needs of them. */
+/* What an interval needs of them. */
 typedef struct {
     double wind, attack, c2, c3;
     int unknowns;
@@ -40,7 +40,7 @@ typedef struct {
 } exposure;
 
 static inline exposure conditions_on(const gallop_model *model, const conditions *now,
-                                     const chain *c)
+                                     const interval *c)
 {
     const int s = c->section_index;
     const double wind = now->wind[c->field];

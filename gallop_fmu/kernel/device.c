@@ -3,102 +3,40 @@
 
 #include "report.h"
 
-/* ---- springs to the tower: of a support, or of the adjacent span and its insulator string ---- */
+#define KINDS (GALLOP_DEVICE_BAR + 1)
 
-enum { SPRING_STIFFNESS = 0 }; /* constant[0..2]: along x1, x2, x3 [N/m] */
-
-static void spring_add_force(const device *d, const device_motion y[2], double force[2][4])
-{
-    const double *stiffness = d->constant + SPRING_STIFFNESS;
-    for (int i = 0; i < 3; i++) force[0][i] += stiffness[i] * (y[0].u[i] - y[0].tower[i]);
-}
-
-static void spring_add_tangent(const device *d, const device_motion y[2], tangent_weights weights,
-                               double tangent[2][2][16])
-{
-    const double *stiffness = d->constant + SPRING_STIFFNESS;
-    (void)y;
-    for (int i = 0; i < 3; i++) tangent[0][0][5 * i] += weights.k * stiffness[i];
-}
-
-static double spring_energy(const device *d, const device_motion y[2])
-{
-    const double *stiffness = d->constant + SPRING_STIFFNESS;
-    double energy = 0.0;
-    for (int i = 0; i < 3; i++) {
-        const double stretch = y[0].u[i] - y[0].tower[i];
-        energy += 0.5 * stiffness[i] * stretch * stretch;
-    }
-    return energy;
-}
-
-static int spring_check(const gallop_device *d, gallop_report *report)
-{
-    for (int i = 0; i < 3; i++)
-        if (!(d->parameter[i] >= 0.0))
-            return report_invalid(report, "stiffness of a support", d->parameter[i], 0.0);
-    return GALLOP_COMPLETED;
-}
-
-static void spring_prepare(const gallop_model *model, const gallop_device *from, device *d)
-{
-    (void)model;
-    memcpy(d->constant, from->parameter, sizeof d->constant);
-}
-
-static int adjacent_span_check(const gallop_device *d, gallop_report *report)
-{
-    static const char *const name[] = {"adjacent span", "adjacent tension", "insulator length"};
-    for (int i = 0; i < 3; i++)
-        if (!(d->parameter[i] > 0.0)) return report_invalid(report, name[i], d->parameter[i], 0.0);
-    if (!(d->parameter[3] >= 0.0))
-        return report_invalid(report, "insulator weight", d->parameter[3], 0.0);
-    return GALLOP_COMPLETED;
-}
-
-/* The chain that ends at a junction. */
-static const chain *chain_at(const gallop_model *model, int junction_index)
-{
-    const chain *c = model->chain;
-    while (c->junction[0] != junction_index && c->junction[1] != junction_index) c++;
-    return c;
-}
-
-/* The adjacent span and its insulator string as springs (Liu et al. 2009, eq. 23-24). */
-static void adjacent_span_prepare(const gallop_model *model, const gallop_device *from, device *d)
-{
-    const chain *c = chain_at(model, from->junction[0]);
-    const double lx = from->parameter[0], h = from->parameter[1];
-    const double length = from->parameter[2], string_weight = from->parameter[3];
-    const double weight = c->section->mass * c->gravity;
-    const double span = 1.0 / (lx / c->section->axial_stiffness +
-                               weight * weight * lx * lx * lx / (12.0 * h * h * h));
-    const double string = (weight * c->span + 0.5 * string_weight) / length;
-    d->constant[SPRING_STIFFNESS] = span + string;
-    d->constant[SPRING_STIFFNESS + 2] = string + 2.0 * h / lx;
-}
-
-/* ---- the kinds, by gallop_device_kind ---- */
-
-static const device_kind kinds[] = {
-    [GALLOP_DEVICE_SPRING] = {"spring", 1, spring_check, spring_prepare, spring_add_force,
-                              spring_add_tangent, spring_energy},
-    [GALLOP_DEVICE_ADJACENT_SPAN] = {"adjacent span", 1, adjacent_span_check, adjacent_span_prepare,
-                                     spring_add_force, spring_add_tangent, spring_energy},
+static const device_kind *const kinds[KINDS] = {
+    [GALLOP_DEVICE_SPRING] = &device_spring,
+    [GALLOP_DEVICE_ADJACENT_SPAN] = &device_adjacent_span,
 };
+
+/* The junctions of a device are different ones, as many as its kind has. */
+static int check_junctions(const gallop_device *d, gallop_report *report)
+{
+    const device_kind *kind = kinds[d->kind];
+    if (d->junctions < kind->least || d->junctions > kind->most)
+        return report_invalid(report, "number of junctions of a device", d->junctions, kind->most);
+    for (int i = 0; i < GALLOP_DEVICE_JUNCTIONS; i++) {
+        const bool own = i < d->junctions;
+        if (own != (d->junction[i] >= 0))
+            return report_invalid(report, "junction of a device", d->junction[i], -1.0);
+        for (int k = 0; k < i && own; k++)
+            if (d->junction[k] == d->junction[i])
+                return report_invalid(report, "junction of a device, which is given twice",
+                                      d->junction[i], -1.0);
+    }
+    return GALLOP_COMPLETED;
+}
 
 int device_check_all(const gallop_scene *s, gallop_report *report)
 {
-    const int32_t count = sizeof kinds / sizeof *kinds;
     int outcome = GALLOP_COMPLETED;
     for (int32_t i = 0; i < s->device_count && !outcome; i++) {
         const gallop_device *d = &s->device[i];
-        if (d->kind < 0 || d->kind >= count)
-            return report_invalid(report, "kind of a device", d->kind, count - 1.0);
-        const bool second = kinds[d->kind].junctions == 2;
-        if (second != (d->junction[1] >= 0) || d->junction[1] == d->junction[0])
-            return report_invalid(report, "second junction of a device", d->junction[1], -1.0);
-        outcome = kinds[d->kind].check(d, report);
+        if (d->kind < 0 || d->kind >= KINDS || !kinds[d->kind])
+            return report_invalid(report, "kind of a device", d->kind, KINDS - 1.0);
+        outcome = check_junctions(d, report);
+        if (!outcome) outcome = kinds[d->kind]->check(d, report);
     }
     return outcome;
 }
@@ -108,38 +46,71 @@ void device_create_all(gallop_model *model)
     for (int i = 0; i < model->device_count; i++) {
         const gallop_device *from = &model->scene.device[i];
         device *d = &model->device[i];
-        d->kind = &kinds[from->kind];
-        d->junction[0] = from->junction[0];
-        d->junction[1] = from->junction[1];
-        d->kind->prepare(model, from, d);
+        d->kind = kinds[from->kind];
+        d->junctions = from->junctions;
+        memcpy(d->junction, from->junction, sizeof d->junction);
+        d->gravity = model->scene.settings.gravity;
     }
 }
 
-/* ---- all devices ---- */
+void device_prepare_all(gallop_model *model)
+{
+    for (int i = 0; i < model->device_count; i++) {
+        device *d = &model->device[i];
+        d->kind->prepare(model, &model->scene.device[i], d);
+    }
+}
+
+bool device_leaves_plane(const gallop_model *model)
+{
+    for (int i = 0; i < model->device_count; i++)
+        if (model->device[i].kind->leaves_plane) return true;
+    return false;
+}
+
+/* ---- the motion of a device ---- */
 
 static const double at_rest[4] = {0.0, 0.0, 0.0, 0.0};
 
 static void motion_of(const gallop_model *model, const device *d, const conditions *now, motion y,
-                      device_motion of[2])
+                      device_motion of[GALLOP_DEVICE_JUNCTIONS])
 {
-    for (int k = 0; k < 2; k++) {
-        of[k] = (device_motion){at_rest, at_rest, at_rest, at_rest};
-        if (k >= d->kind->junctions) continue;
-        const int node = 4 * model->junction[d->junction[k]].node;
-        of[k] =
-            (device_motion){y.u + node, y.v + node, y.a + node, now->position + 3 * d->junction[k]};
+    for (int k = 0; k < d->junctions; k++) {
+        const junction *j = &model->junction[d->junction[k]];
+        const int node = 4 * j->node, axis = 3 * d->junction[k];
+        of[k] = (device_motion){
+            .u = y.u + node,
+            .v = y.v + node,
+            .a = y.a + node,
+            .moved = j->moved,
+            .tower = now->position + axis,
+            .tower_velocity = now->velocity + axis,
+            .tower_acceleration = now->acceleration + axis,
+        };
     }
 }
+
+/* At rest in the initial equilibrium, as are the towers. */
+static void rest_of(const gallop_model *model, const device *d,
+                    device_motion of[GALLOP_DEVICE_JUNCTIONS])
+{
+    for (int k = 0; k < d->junctions; k++)
+        of[k] = (device_motion){at_rest, at_rest, at_rest, model->junction[d->junction[k]].moved,
+                                at_rest, at_rest, at_rest};
+}
+
+/* ---- all devices ---- */
 
 void device_add_forces(const gallop_model *model, const conditions *now, motion y, double *residual)
 {
     for (int i = 0; i < model->device_count; i++) {
         const device *d = &model->device[i];
-        double force[2][4] = {{0.0}, {0.0}};
-        device_motion of[2];
+        double force[GALLOP_DEVICE_JUNCTIONS][4];
+        device_motion of[GALLOP_DEVICE_JUNCTIONS];
+        memset(force, 0, (size_t)d->junctions * sizeof *force);
         motion_of(model, d, now, y, of);
         d->kind->add_force(d, of, force);
-        for (int k = 0; k < d->kind->junctions; k++) {
+        for (int k = 0; k < d->junctions; k++) {
             double *node = residual + 4 * model->junction[d->junction[k]].node;
             for (int n = 0; n < 4; n++) node[n] += force[k][n];
         }
@@ -152,10 +123,10 @@ void device_forces_at(const gallop_model *model, int index, const conditions *no
     for (int n = 0; n < 4; n++) force[n] = 0.0;
     for (int i = 0; i < model->device_count; i++) {
         const device *d = &model->device[i];
-        for (int k = 0; k < d->kind->junctions; k++) {
+        for (int k = 0; k < d->junctions; k++) {
             if (d->junction[k] != index) continue;
-            double all[2][4] = {{0.0}, {0.0}};
-            device_motion of[2];
+            double all[GALLOP_DEVICE_JUNCTIONS][4] = {{0.0}};
+            device_motion of[GALLOP_DEVICE_JUNCTIONS];
             motion_of(model, d, now, y, of);
             d->kind->add_force(d, of, all);
             for (int n = 0; n < 4; n++) force[n] += all[k][n];
@@ -163,25 +134,44 @@ void device_forces_at(const gallop_model *model, int index, const conditions *no
     }
 }
 
-void device_tangent(const gallop_model *model, const device *d, const conditions *now, motion y,
-                    tangent_weights weights, double tangent[2][2][16])
+void device_tower_force(const gallop_model *model, int index, const conditions *now, motion y,
+                        double force[3])
 {
-    device_motion of[2];
-    memset(tangent, 0, 2 * 2 * 16 * sizeof(double));
+    for (int n = 0; n < 3; n++) force[n] = 0.0;
+    for (int i = 0; i < model->device_count; i++) {
+        const device *d = &model->device[i];
+        double of_device[3];
+        device_motion of[GALLOP_DEVICE_JUNCTIONS];
+        if (d->junction[0] != index || !d->kind->on_tower) continue;
+        motion_of(model, d, now, y, of);
+        d->kind->on_tower(d, of, of_device);
+        for (int n = 0; n < 3; n++) force[n] += of_device[n];
+    }
+}
+
+void device_tangent(const gallop_model *model, const device *d, const conditions *now, motion y,
+                    tangent_weights weights,
+                    device_block tangent[GALLOP_DEVICE_JUNCTIONS * GALLOP_DEVICE_JUNCTIONS])
+{
+    device_motion of[GALLOP_DEVICE_JUNCTIONS];
+    memset(tangent, 0, (size_t)(d->junctions * d->junctions) * sizeof *tangent);
     motion_of(model, d, now, y, of);
     d->kind->add_tangent(d, of, weights, tangent);
 }
 
-double device_energy(const gallop_model *model, const conditions *now, motion y)
+void device_add_energies(const gallop_model *model, const conditions *now, motion y,
+                         double *kinetic, double *potential)
 {
-    double energy = 0.0;
     for (int i = 0; i < model->device_count; i++) {
         const device *d = &model->device[i];
-        device_motion of[2];
+        device_motion of[GALLOP_DEVICE_JUNCTIONS];
+        double none = 0.0, at_start = 0.0;
+        rest_of(model, d, of);
+        d->kind->add_energy(d, of, &none, &at_start);
         motion_of(model, d, now, y, of);
-        energy += d->kind->energy(d, of);
+        d->kind->add_energy(d, of, kinetic, potential);
+        *potential -= at_start;
     }
-    return energy;
 }
 
 bool device_holds(const gallop_model *model, int index, int unknown)
@@ -189,12 +179,26 @@ bool device_holds(const gallop_model *model, int index, int unknown)
     const tangent_weights stiffness = {1.0, 0.0, 0.0};
     for (int i = 0; i < model->device_count; i++) {
         const device *d = &model->device[i];
-        const device_motion rest[2] = {{at_rest, at_rest, at_rest, at_rest},
-                                       {at_rest, at_rest, at_rest, at_rest}};
-        double tangent[2][2][16] = {{{0.0}}};
+        device_motion rest[GALLOP_DEVICE_JUNCTIONS];
+        device_block tangent[GALLOP_DEVICE_JUNCTIONS * GALLOP_DEVICE_JUNCTIONS] = {{0.0}};
+        rest_of(model, d, rest);
         d->kind->add_tangent(d, rest, stiffness, tangent);
-        for (int k = 0; k < d->kind->junctions; k++)
-            if (d->junction[k] == index && tangent[k][k][5 * unknown] > 0.0) return true;
+        for (int k = 0; k < d->junctions; k++)
+            if (d->junction[k] == index && tangent[(d->junctions + 1) * k][5 * unknown] > 0.0)
+                return true;
     }
     return false;
+}
+
+double device_value(const gallop_model *model, int index, const conditions *now, motion y,
+                    int channel)
+{
+    const device *d = &model->device[index];
+    device_motion of[GALLOP_DEVICE_JUNCTIONS];
+    double force[3] = {0.0, 0.0, 0.0};
+    motion_of(model, d, now, y, of);
+    if (channel > GALLOP_TOWER_FORCE_3)
+        return d->kind->observe ? d->kind->observe(d, of, channel) : 0.0;
+    if (d->kind->on_tower) d->kind->on_tower(d, of, force);
+    return force[channel];
 }

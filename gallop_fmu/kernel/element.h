@@ -1,4 +1,4 @@
-/* The cable element: forces, tangent, aerodynamic load.  Functions that take a chain count its
+/* The cable element: forces, tangent, aerodynamic load.  Functions that take an interval count its
  * elements, nodes and unknowns from its own first one. */
 #ifndef GALLOP_ELEMENT_H
 #define GALLOP_ELEMENT_H
@@ -32,19 +32,19 @@ enum { LEFT_LEFT, LEFT_MIDDLE, LEFT_RIGHT, MIDDLE_MIDDLE, MIDDLE_RIGHT, RIGHT_RI
 /* element_aero.c */
 double element_attack_angle(double theta, double v2, double v3, double omega, double wind,
                             double attack, double radius);
-void element_aero_loads(const chain *c, const exposure *now, const sections *at, int first,
+void element_aero_loads(const interval *c, const exposure *now, const sections *at, int first,
                         int count, bool slopes);
-bool element_wind_matters(const chain *c, const exposure *now, const sections *at, int i);
+bool element_wind_matters(const interval *c, const exposure *now, const sections *at, int i);
 
 /* element_geometry.c */
 void element_geometry_from_nodes(geometry *g, const double x[9], const double tension[2]);
-void element_fill_strips(chain *c); /* after every change of the geometry */
+void element_fill_strips(interval *c); /* after every change of the geometry */
 void element_normals_at_nodes(chain *c);
 
 /* element_cable.c */
-void element_tension(const chain *c, int e, bool tension_only, const double u[12],
+void element_tension(const interval *c, int e, bool tension_only, const double u[12],
                      double tension[2]);
-void element_residual(const chain *c, int e, const exposure *now, const sections *at, motion y,
+void element_residual(const interval *c, int e, const exposure *now, const sections *at, motion y,
                       double r[12]);
 void element_sum_residual(const gallop_model *model, double t, const conditions *now,
                           const sections *at, motion y, bool slopes, double *residual,
@@ -54,9 +54,9 @@ void element_monitor_tensions(const gallop_model *model, const conditions *now, 
                               monitor *seen);
 
 /* element_tangent.c */
-void element_tangent(const chain *c, int e, const exposure *now, const sections *at,
+void element_tangent(const interval *c, int e, const exposure *now, const sections *at,
                      const double u[12], tangent_weights mix, double tangent[6][16]);
-void element_strip_tangent(const chain *c, int index, const exposure *now, const sections *at,
+void element_strip_tangent(const interval *c, int index, const exposure *now, const sections *at,
                            const double *u, tangent_weights mix, lanes block[6][16]);
 
 #endif

@@ -22,7 +22,7 @@ typedef struct {
     double wind, attack, radius, centre, half, pressure, diameter; /* pressure: rho d / 2 */
 } airflow;
 
-static airflow airflow_of(const chain *c, const exposure *now)
+static airflow airflow_of(const interval *c, const exposure *now)
 {
     return (airflow){now->wind,
                      now->attack,
@@ -76,7 +76,8 @@ INLINE void subtract_load(const airflow *air, const sections *at, int i)
 }
 
 /* A polynomial needs no search: all in one pass. */
-INLINE void polynomial_loads(const chain *c, const exposure *now, sections at, int first, int last)
+INLINE void polynomial_loads(const interval *c, const exposure *now, sections at, int first,
+                             int last)
 {
     const airflow air = airflow_of(c, now);
     const double origin = c->section->curve->origin[0];
@@ -90,7 +91,7 @@ INLINE void polynomial_loads(const chain *c, const exposure *now, sections at, i
 }
 
 /* The search begins at the piece in which the bin begins. */
-static inline int piece_at(const chain *c, double alpha)
+static inline int piece_at(const interval *c, double alpha)
 {
     const double bins = PIECE_BINS / (c->section->curve->last - c->section->curve->first),
                  x = (alpha - c->section->curve->first) * bins;
@@ -103,7 +104,7 @@ static inline int piece_at(const chain *c, double alpha)
     return piece;
 }
 
-INLINE void table_loads(const chain *c, const exposure *now, sections at, int first, int last,
+INLINE void table_loads(const interval *c, const exposure *now, sections at, int first, int last,
                         bool slopes)
 {
     const airflow air = airflow_of(c, now);
@@ -119,7 +120,7 @@ INLINE void table_loads(const chain *c, const exposure *now, sections at, int fi
     for (int i = first; i < last; i++) subtract_load(&air, &at, i);
 }
 
-TWO_PATHS static void loads(const chain *c, const exposure *now, const sections *at, int first,
+TWO_PATHS static void loads(const interval *c, const exposure *now, const sections *at, int first,
                             int last)
 {
     if (c->section->curve->pieces == 1)
@@ -128,7 +129,7 @@ TWO_PATHS static void loads(const chain *c, const exposure *now, const sections 
         table_loads(c, now, *at, first, last, false);
 }
 
-TWO_PATHS static void loads_with_slopes(const chain *c, const exposure *now, const sections *at,
+TWO_PATHS static void loads_with_slopes(const interval *c, const exposure *now, const sections *at,
                                         int first, int last)
 {
     table_loads(c, now, *at, first, last, true);
@@ -137,7 +138,7 @@ TWO_PATHS static void loads_with_slopes(const chain *c, const exposure *now, con
 /* Derivatives of F2, F3, M by theta, v2 and v3 (that by omega is r times that by v2), from
  * dUr/dw2 = w2/Ur, d alpha/dw2 = w3/Ur^2, d alpha/dw3 = -w2/Ur^2, dw/dv = -1.  Replaces the
  * coefficients. */
-TWO_PATHS static void load_slopes(const chain *c, const exposure *now, const sections *at,
+TWO_PATHS static void load_slopes(const interval *c, const exposure *now, const sections *at,
                                   int first, int last)
 {
     const double radius = c->section->radius, d = c->section->diameter, wind = now->wind;
@@ -168,14 +169,14 @@ TWO_PATHS static void load_slopes(const chain *c, const exposure *now, const sec
  * turns the relative wind by any angle. */
 #define MIN_WIND_FORCE 1e-6
 
-bool element_wind_matters(const chain *c, const exposure *now, const sections *at, int i)
+bool element_wind_matters(const interval *c, const exposure *now, const sections *at, int i)
 {
     const double w2 = -at->v2[i] - c->section->radius * at->omega[i], w3 = now->wind - at->v3[i];
     const double force = 0.5 * c->air_density * c->section->diameter * (w2 * w2 + w3 * w3);
     return force > MIN_WIND_FORCE * c->section->mass * c->gravity;
 }
 
-void element_aero_loads(const chain *c, const exposure *now, const sections *at, int first,
+void element_aero_loads(const interval *c, const exposure *now, const sections *at, int first,
                         int count, bool slopes)
 {
     const int last = first + count;

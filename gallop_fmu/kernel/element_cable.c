@@ -20,7 +20,7 @@ const double element_shape3[3][3] = {{0.5 * (0.6 + ROOT_3_5), 0.4, 0.5 * (0.6 - 
                                      {0.0, 1.0, 0.0},
                                      {0.5 * (0.6 - ROOT_3_5), 0.4, 0.5 * (0.6 + ROOT_3_5)}};
 
-void element_tension(const chain *c, int e, bool tension_only, const double u[12],
+void element_tension(const interval *c, int e, bool tension_only, const double u[12],
                      double tension[2])
 {
     const geometry *g = &c->geometry[e];
@@ -43,8 +43,8 @@ void element_tension(const chain *c, int e, bool tension_only, const double u[12
 void element_monitor_tensions(const gallop_model *model, const conditions *now, const double *u,
                               monitor *seen)
 {
-    for (int i = 0; i < model->chain_count; i++) {
-        const chain *c = &model->chain[i];
+    for (int i = 0; i < model->interval_count; i++) {
+        const interval *c = &model->interval[i];
         const exposure on = conditions_on(model, now, c);
         for (int e = 0; e < c->elements; e++) {
             double tension[2];
@@ -119,7 +119,7 @@ INLINE void read_motion(motion y, int count, strip_motion *of)
     }
 }
 
-INLINE void section_motion(const chain *c, const strip *s, const sections *at, int first,
+INLINE void section_motion(const interval *c, const strip *s, const sections *at, int first,
                            strip_motion *y)
 {
     along_normal(s, y->v, at->v2 + first);
@@ -194,7 +194,7 @@ INLINE void note_tension(const lanes *tension, lowest *low)
 }
 
 /* Inertia, damping, tension and torsion of the elements of a strip. */
-INLINE void strip_forces(const chain *c, const exposure *now, const strip *s, strip_motion *y,
+INLINE void strip_forces(const interval *c, const exposure *now, const strip *s, strip_motion *y,
                          int unknowns, lanes r[3][4], lowest *low)
 {
     const double ea = c->section->axial_stiffness, gj = c->section->torsional_stiffness;
@@ -235,7 +235,7 @@ INLINE void add_section_forces(const strip *s, const sections *at, int first, la
 }
 
 /* Forces at sections whose motion is known: inertia of the eccentric ice minus aerodynamics. */
-static void section_forces(const chain *c, const exposure *now, const sections *at, int first,
+static void section_forces(const interval *c, const exposure *now, const sections *at, int first,
                            int last, bool slopes)
 {
     if (c->section->eccentric)
@@ -247,7 +247,7 @@ static void section_forces(const chain *c, const exposure *now, const sections *
 }
 
 /* The worst angle outside the curve's range, of the sections on which the wind matters. */
-static void look_at_angles(const chain *c, const exposure *now, const sections *at, int first,
+static void look_at_angles(const interval *c, const exposure *now, const sections *at, int first,
                            int last, int first_element, monitor *seen)
 {
     if (c->section->curve->outside != GALLOP_OUTSIDE_ERROR) return;
@@ -266,9 +266,9 @@ static void look_at_angles(const chain *c, const exposure *now, const sections *
     }
 }
 
-/* What is evaluated: the forces of a chain, added to `residual`. */
+/* What is evaluated: the forces of an interval, added to `residual`. */
 typedef struct {
-    const chain *chain;
+    const interval *interval;
     const exposure *now;
     const sections *at;
     motion y;
@@ -281,7 +281,7 @@ typedef struct {
  * `at`: with slopes to the place of the strip, as the tangent reads them, else to the start. */
 INLINE void strips_residual(const evaluation *of, int start, int strips, int unknowns, lowest *low)
 {
-    const chain *c = of->chain;
+    const interval *c = of->interval;
     const exposure *now = of->now;
     const sections *at = of->at;
     const int slot = of->slopes ? c->first_strip + start : 0;
@@ -316,9 +316,9 @@ INLINE void strips_residual(const evaluation *of, int start, int strips, int unk
     }
 }
 
-INLINE void chain_residual(const evaluation *of, int unknowns)
+INLINE void interval_residual(const evaluation *of, int unknowns)
 {
-    const chain *c = of->chain;
+    const interval *c = of->interval;
     monitor *seen = of->seen;
     lowest low;
     for (int k = 0; k < LANES; k++) LANE(low.tension, k) = LANE(low.where, k) = INFINITY;
@@ -334,14 +334,14 @@ INLINE void chain_residual(const evaluation *of, int unknowns)
         }
 }
 
-TWO_PATHS static void chain_of_2(const evaluation *of)
+TWO_PATHS static void interval_of_2(const evaluation *of)
 {
-    chain_residual(of, 2);
+    interval_residual(of, 2);
 }
 
-TWO_PATHS static void chain_of_4(const evaluation *of)
+TWO_PATHS static void interval_of_4(const evaluation *of)
 {
-    chain_residual(of, 4);
+    interval_residual(of, 4);
 }
 
 static void subtract_loads(const gallop_model *model, double t, const conditions *now,
@@ -369,12 +369,12 @@ void element_sum_residual(const gallop_model *model, double t, const conditions 
 {
     const int values = 4 * model->nodes;
     for (int i = 0; i < values; i++) residual[i] = -model->constant_force[i];
-    for (int i = 0; i < model->chain_count; i++) {
-        const chain *c = &model->chain[i];
+    for (int i = 0; i < model->interval_count; i++) {
+        const interval *c = &model->interval[i];
         const exposure on = conditions_on(model, now, c);
         const int first = 4 * c->first_node;
         const evaluation of = {
-            .chain = c,
+            .interval = c,
             .now = &on,
             .at = at,
             .y = {y.u + first, y.v + first, y.a + first},
@@ -383,15 +383,15 @@ void element_sum_residual(const gallop_model *model, double t, const conditions 
             .seen = seen,
         };
         if (on.unknowns == 2)
-            chain_of_2(&of);
+            interval_of_2(&of);
         else
-            chain_of_4(&of);
+            interval_of_4(&of);
     }
     subtract_loads(model, t, now, residual);
 }
 
 /* Forces of one element alone. */
-TWO_PATHS static void one_element(const chain *c, int e, const exposure *now, const sections *at,
+TWO_PATHS static void one_element(const interval *c, int e, const exposure *now, const sections *at,
                                   motion y, double r[12])
 {
     const strip *s = &c->strip[e / LANES];
@@ -411,7 +411,7 @@ TWO_PATHS static void one_element(const chain *c, int e, const exposure *now, co
         for (int i = 0; i < 4; i++) r[4 * n + i] = LANE(force[n][i], e % LANES);
 }
 
-void element_residual(const chain *c, int e, const exposure *now, const sections *at, motion y,
+void element_residual(const interval *c, int e, const exposure *now, const sections *at, motion y,
                       double r[12])
 {
     one_element(c, e, now, at, y, r);

@@ -60,7 +60,7 @@ void element_geometry_from_nodes(geometry *g, const double x[9], const double te
     }
 }
 
-void element_fill_strips(chain *c)
+void element_fill_strips(interval *c)
 {
     for (int k = 0; k < LANES * c->strips; k++) {
         const geometry *g = &c->geometry[k < c->elements ? k : c->elements - 1];

@@ -4,7 +4,7 @@
 
 /* Rows f2, f3, moment; columns n2, n3, theta of k dR/du + c dR/dv + m dR/da at the sections `i` to
  * i + LANES - 1. */
-INLINE void section_tangent(const chain *c, const sections *at, int i, const exposure *now,
+INLINE void section_tangent(const interval *c, const sections *at, int i, const exposure *now,
                             tangent_weights mix, lanes g[3][3])
 {
 #define AT(array) (*(const lanes *)(at->array + i))
@@ -38,7 +38,7 @@ INLINE void turn_to_axes(const lanes normal[2], lanes g[3][3], lanes along[4][4]
 }
 
 /* Adds the eccentric ice and the wind at the sections from `first` on to the blocks. */
-INLINE void add_sections(const chain *c, const strip *s, const sections *at, int first,
+INLINE void add_sections(const interval *c, const strip *s, const sections *at, int first,
                          const exposure *now, tangent_weights mix, lanes block[6][16])
 {
     for (int q = 0; q < 3; q++) {
@@ -58,7 +58,7 @@ INLINE void add_sections(const chain *c, const strip *s, const sections *at, int
 
 /* What is evaluated: the tangent of a strip, whose sections are those from `first` on. */
 typedef struct {
-    const chain *chain;
+    const interval *interval;
     const strip *strip;
     const sections *at;
     int first;
@@ -76,7 +76,7 @@ typedef struct {
 INLINE void stiffness_at(const evaluation *of, int q, lanes u[3][4], int unknowns,
                          point_stiffness *k)
 {
-    const cross_section *c = of->chain->section;
+    const cross_section *c = of->interval->section;
     const strip *s = of->strip;
     const tangent_weights mix = of->mix;
     const double ea = c->axial_stiffness, damping = mix.c * c->translation_damping[1];
@@ -147,7 +147,7 @@ INLINE void add_mass(const cross_section *c, const strip *s, tangent_weights mix
 /* Blocks of `unknowns` rows and columns. */
 INLINE void tangent_of(const evaluation *of, lanes u[3][4], int unknowns, lanes block[6][16])
 {
-    const cross_section *c = of->chain->section;
+    const cross_section *c = of->interval->section;
     for (int p = 0; p < 6; p++)
         for (int i = 0; i < unknowns * unknowns; i++) block[p][i] = (lanes){0.0};
     for (int q = 0; q < 2; q++) {
@@ -158,7 +158,7 @@ INLINE void tangent_of(const evaluation *of, lanes u[3][4], int unknowns, lanes 
     complete_blocks(unknowns, block);
     add_mass(c, of->strip, of->mix, unknowns, block);
     if (unknowns == 4 && (c->eccentric || of->now->blows))
-        add_sections(of->chain, of->strip, of->at, of->first, of->now, of->mix, block);
+        add_sections(of->interval, of->strip, of->at, of->first, of->now, of->mix, block);
 }
 
 TWO_PATHS static void strip_of_2(const evaluation *of, const double *u, int count,
@@ -177,7 +177,7 @@ TWO_PATHS static void strip_of_4(const evaluation *of, const double *u, int coun
     tangent_of(of, nodes, 4, block);
 }
 
-static evaluation at_strip(const chain *c, int index, const exposure *now, const sections *at,
+static evaluation at_strip(const interval *c, int index, const exposure *now, const sections *at,
                            tangent_weights mix)
 {
     return (evaluation){c, &c->strip[index], at, 3 * LANES * (c->first_strip + index), now, mix};
@@ -186,7 +186,7 @@ static evaluation at_strip(const chain *c, int index, const exposure *now, const
 /* The blocks of a strip, as many rows and columns each as the model has unknowns at a node; `at`
  * holds the section forces, with slopes, of the motion whose displacements along the chain are u.
  */
-void element_strip_tangent(const chain *c, int index, const exposure *now, const sections *at,
+void element_strip_tangent(const interval *c, int index, const exposure *now, const sections *at,
                            const double *u, tangent_weights mix, lanes block[6][16])
 {
     const evaluation of = at_strip(c, index, now, at, mix);
@@ -199,7 +199,7 @@ void element_strip_tangent(const chain *c, int index, const exposure *now, const
 
 /* tangent: the 4 x 4 blocks left-left, left-middle, ... of one element, of all unknowns; u are its
  * own displacements. */
-void element_tangent(const chain *c, int e, const exposure *now, const sections *at,
+void element_tangent(const interval *c, int e, const exposure *now, const sections *at,
                      const double u[12], tangent_weights mix, double tangent[6][16])
 {
     const evaluation of = at_strip(c, e / LANES, now, at, mix);

@@ -143,6 +143,19 @@ typedef enum {
 /* Quantities of a junction: force of the chains on the tower there along x1, x2, x3 [N]. */
 typedef enum { GALLOP_F1, GALLOP_F2, GALLOP_F3, GALLOP_JUNCTION_CHANNELS } gallop_junction_channel;
 
+/* Quantities of a device; those that its kind does not have are 0. */
+typedef enum {
+    GALLOP_TOWER_FORCE_1, /* force of the device on the tower along x1, x2, x3 [N] */
+    GALLOP_TOWER_FORCE_2,
+    GALLOP_TOWER_FORCE_3,
+    GALLOP_PULL,        /* along a string or bar, positive in tension [N]; of a V-string the smaller
+                           one of both */
+    GALLOP_LEAN_ALONG,  /* of a string, from straight down towards +x1 [rad] */
+    GALLOP_LEAN_ACROSS, /* towards +x3 [rad] */
+    GALLOP_TURN,        /* of a frame about x1 [rad] */
+    GALLOP_DEVICE_CHANNELS
+} gallop_device_channel;
+
 /* Quantities of a field. */
 typedef enum { GALLOP_WIND_SPEED, /* [m/s] */ GALLOP_FIELD_CHANNELS } gallop_field_channel;
 
@@ -160,13 +173,14 @@ typedef enum {
     GALLOP_PROBE_NODE = 0,
     GALLOP_PROBE_JUNCTION = 1,
     GALLOP_PROBE_FIELD = 2,
-    GALLOP_PROBE_SYSTEM = 3
+    GALLOP_PROBE_SYSTEM = 3,
+    GALLOP_PROBE_DEVICE = 4
 } gallop_probe_object;
 
 /* A quantity that a run records or a host reads. */
 typedef struct {
     int32_t object;   /* a gallop_probe_object */
-    int32_t index;    /* of the node, junction or field; 0 of the system */
+    int32_t index;    /* of the node, junction, field or device; 0 of the system */
     int32_t channel;  /* a gallop_node_channel, gallop_junction_channel, ... of the object */
     int32_t reserved; /* 0 */
     double station;   /* x1 at which a field is read [m]; 0 of other objects */
@@ -175,7 +189,7 @@ typedef struct {
 /* ---- The library ---- */
 
 /* Increases when a structure or a function of this header changes. */
-#define GALLOP_API_VERSION 3
+#define GALLOP_API_VERSION 4
 
 /* API version of the library.
  *

@@ -64,6 +64,7 @@ typedef struct {
     double first_moment_angle;          /* attack angle at which these are given [rad] */
     double attack_angle;                /* of the ice at theta = 0 [rad] */
     double reference_radius;            /* r of eq. (21) [m]; 0: half the diameter */
+    double thermal_expansion;           /* [1/K] */
     gallop_damping translation_damping; /* of u1 u2 u3 */
     gallop_damping twist_damping;       /* of theta */
     int32_t curve;                      /* index; -1: no aerodynamic load */
@@ -78,9 +79,10 @@ typedef struct {
     int32_t law;  /* index: the wind speed [m/s] */
 } gallop_field;
 
-/* A point where chains end and devices act. */
+/* A point where chains end, where stations lie, and devices act.  One at which no chain ends and no
+ * station lies is a body: a device gives it mass. */
 typedef struct {
-    double position[3]; /* in the initial equilibrium [m] */
+    double position[3]; /* in the strung state [m]; of a station it is computed */
     int32_t fixed[4];   /* 1: u1, u2, u3 follow `motion`, theta is 0; 0: free */
     int32_t motion[3];  /* index of a law: displacement of the tower's point [m]; -1: at rest */
     int32_t reserved;
@@ -98,17 +100,54 @@ typedef struct {
     double horizontal_tension; /* [N]; 0: not given */
 } gallop_chain;
 
+/* A point of a chain between its ends, at the left corner of an element.  Stations of a chain
+ * follow each other; nodes between two of them, or an end, are equally spaced along the conductor.
+ */
+typedef struct {
+    int32_t chain;    /* index; increases along the table */
+    int32_t corner;   /* number of elements of the chain before it; increases along the chain */
+    int32_t junction; /* index of the junction there; -1: none */
+    int32_t cross_section; /* index, from here to the next station; -1: as before */
+    double position;       /* fraction of the conductor's length in the strung state, 0 to 1 */
+} gallop_station;
+
 /* What acts at junctions.  Parameters of a
  * spring to the tower: stiffness along x1, x2, x3 [N/m];
  * adjacent span with its insulator string (Liu et al. 2009, eq. 23-24): span [m], tension [N],
- * length [m] and weight [N] of the string. */
-typedef enum { GALLOP_DEVICE_SPRING = 0, GALLOP_DEVICE_ADJACENT_SPAN = 1 } gallop_device_kind;
+ * length [m] and weight [N] of the string;
+ * string, a bar with ball joints from the tower's point straight above: length [m], weight [N],
+ * axial stiffness [N/m] and damping [N s/m], torsional stiffness of the clamp against its lean
+ * across the line [N m/rad];
+ * V-string, two bars from points of the tower on either side: of each length [m], weight [N],
+ * stiffness [N/m] and damping [N s/m]; distance of each point from the middle along x3 [m];
+ * frame, rigid in its plane, with arms and clamps at 2 to 8 junctions: mass [kg], stiffness [N/m]
+ * and damping [N s/m] of an arm, torsional stiffness [N m/rad] and damping [N m s/rad] of a clamp;
+ * yoke, a frame that hangs from a string: the five of a frame, the first four of a string, height
+ * of its suspension point above the centre of the frame [m];
+ * point mass: mass [kg];
+ * pendulum clamped to the conductor: mass [kg], arm [m], angle from straight down [rad];
+ * damper to the tower's point, or between two junctions: damping along x1, x2, x3 [N s/m],
+ * stiffness along x1, x2, x3 [N/m]; bar with ball joints between two junctions: stiffness [N/m],
+ * mass [kg], damping [N s/m]. */
+typedef enum {
+    GALLOP_DEVICE_SPRING = 0,
+    GALLOP_DEVICE_ADJACENT_SPAN = 1,
+    GALLOP_DEVICE_STRING = 2,
+    GALLOP_DEVICE_V_STRING = 3,
+    GALLOP_DEVICE_FRAME = 4,
+    GALLOP_DEVICE_YOKE = 5,
+    GALLOP_DEVICE_POINT_MASS = 6,
+    GALLOP_DEVICE_PENDULUM = 7,
+    GALLOP_DEVICE_DAMPER = 8,
+    GALLOP_DEVICE_BAR = 9
+} gallop_device_kind;
 
-#define GALLOP_DEVICE_PARAMETERS 12
+#define GALLOP_DEVICE_JUNCTIONS 8
+#define GALLOP_DEVICE_PARAMETERS 16
 
 typedef struct {
-    int32_t kind, reserved; /* a gallop_device_kind */
-    int32_t junction[2];    /* indices; the second is -1 where the kind has one */
+    int32_t kind, junctions;                    /* a gallop_device_kind; number of junctions */
+    int32_t junction[GALLOP_DEVICE_JUNCTIONS];  /* indices; -1 beyond */
     double parameter[GALLOP_DEVICE_PARAMETERS]; /* 0 beyond those of the kind */
 } gallop_device;
 
@@ -147,7 +186,12 @@ typedef struct {
     int32_t start_in_mean_wind;    /* 1: static equilibrium under the wind at t = 0 */
     int32_t laws_only; /* 1: calls with gallop_inputs are refused, and terms that the laws leave
                           inactive are not computed */
+    int32_t strung; /* 0: sag and tension are those of the initial equilibrium, with ice; 1: those
+                       of a strung state without devices, from which ice, temperature and devices
+                       lead to the initial equilibrium */
+    int32_t strung_with_ice; /* 1: the strung state has the ice */
     int32_t reserved;
+    double temperature_change; /* from the strung state to the initial equilibrium [K] */
 } gallop_settings;
 
 /* Tables with their counts; NULL where the count is 0.  At least one cross-section, field of wind
@@ -157,13 +201,14 @@ typedef struct {
 typedef struct {
     gallop_settings settings;
     int32_t cross_section_count, curve_count, field_count, junction_count, chain_count,
-        device_count, load_count, law_count;
+        station_count, device_count, load_count, law_count, reserved;
     int64_t number_count;
     const gallop_cross_section *cross_section;
     const gallop_curve *curve;
     const gallop_field *field;
     const gallop_junction *junction;
     const gallop_chain *chain;
+    const gallop_station *station;
     const gallop_device *device;
     const gallop_load *load;
     const gallop_law *law;

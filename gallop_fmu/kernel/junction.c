@@ -1,11 +1,5 @@
-/* Junctions: prescribed motion, and end nodes of several chains that are one point. */
+/* Junctions: prescribed motion, and corners of several chains that are one point. */
 #include "junction.h"
-
-/* The end node of a chain. */
-static int end_node(const chain *c, int end)
-{
-    return c->first_node + (end ? c->nodes - 1 : 0);
-}
 
 static void prescribe_node(const junction *j, const conditions *now, int index, double *node[3])
 {
@@ -21,12 +15,19 @@ void junction_prescribe(const gallop_model *model, const conditions *now, double
                         double *a)
 {
     for (int k = 0; k < model->chain_count; k++)
-        for (int end = 0; end < 2; end++) {
+        for (int i = 0; i < model->chain[k].kept_corners; i++) {
             const chain *c = &model->chain[k];
-            const int node = 4 * end_node(c, end), index = c->junction[end];
+            const int node = 4 * (c->first_node + 2 * c->kept[i].corner);
+            const int index = c->kept[i].junction;
             double *of_node[3] = {u ? u + node : NULL, v ? v + node : NULL, a ? a + node : NULL};
             prescribe_node(&model->junction[index], now, index, of_node);
         }
+    for (int j = 0; j < model->junction_count; j++) {
+        if (!model->junction[j].body) continue;
+        const int node = 4 * model->junction[j].node;
+        double *of_node[3] = {u ? u + node : NULL, v ? v + node : NULL, a ? a + node : NULL};
+        prescribe_node(&model->junction[j], now, j, of_node);
+    }
 }
 
 void junction_gather(const gallop_model *model, double *force, int width)

@@ -1,8 +1,9 @@
 /* A model: what the scene describes as tables of kinds, with its mesh and initial equilibrium.
  *
  * A chain is a line of elements between two junctions.  Its nodes lie side by side in the arrays of
- * unknowns, both ends included.  Where several chains meet in one junction, each has an end node of
- * its own there; a tie makes the others follow the first (see junction.c). */
+ * unknowns, both ends included; further junctions may lie at its corners.  Where several chains
+ * meet in one junction, each has an end node of its own there; a tie makes the others follow the
+ * first (see junction.c).  The nodes of bodies come after those of all chains. */
 #ifndef GALLOP_MODEL_H
 #define GALLOP_MODEL_H
 
@@ -43,7 +44,9 @@ typedef struct {
 /* A conductor with its ice. */
 typedef struct {
     double diameter, mass, inertia; /* [m], mu [kg/m], I [kg m]: with ice */
+    double strung_mass;             /* in the strung state [kg/m] */
     double axial_stiffness, torsional_stiffness;
+    double thermal_expansion;                        /* [1/K] */
     double translation_damping[2], twist_damping[2]; /* Rayleigh b1 [1/s], b2 [s] */
     double attack, moment_angle, moment[2]; /* alpha0 [rad]; first moments, given at an angle */
     double c2, c3;                          /* first moments at alpha0 [kg] */
@@ -52,29 +55,51 @@ typedef struct {
     const curve *curve;                     /* NULL: no aerodynamic load */
 } cross_section;
 
+/* Elements of a chain that lie side by side and have one cross-section.  The node between two
+ * intervals belongs to both. */
 typedef struct {
     const cross_section *section;
-    int section_index, field, junction[2];
+    int section_index, field;
     int elements, nodes, strips, first_node, first_element, first_strip;
-    size_t first_factor; /* place of its factors in those of all chains [doubles], real */
-    bool aerodynamic;    /* it has a curve, and its wind can blow */
+    bool aerodynamic; /* it has a curve, and its wind can blow */
     double gravity, air_density;
-    double span, rise;                      /* of the chord, along x1 and x2 [m] */
+    geometry *geometry; /* (elements), */
+    strip *strip;       /* (strips) and once more side by side */
+    double *x;          /* (nodes, 3) initial positions */
+} interval;
+
+/* A corner of a chain at which a junction lies. */
+typedef struct {
+    int corner, junction;
+} kept_corner;
+
+typedef struct {
+    int junction[2];
+    int first_interval, intervals;
+    int elements, nodes, strips, first_node, first_element, first_strip;
+    int kept_corners;        /* both ends included */
+    const kept_corner *kept; /* (kept_corners), in order along the chain */
+    const int *strip_start;  /* (strips + 1) first element of each strip, then `elements` */
+    size_t first_factor;     /* place of its factors in those of all chains [doubles], real */
+    double weight;           /* in the strung state, of its first interval [N/m] */
+    double mass;             /* of its first interval, with ice [kg/m] */
+    double span, rise;       /* of the chord in the strung state, along x1 and x2 [m] */
     double target_sag, target_tension;      /* 0: not given */
     double parameter;                       /* of its catenary, H / w [m] */
     double sag, horizontal_tension, length; /* of the initial equilibrium */
-    geometry *geometry;                     /* (elements), */
-    strip *strip;                           /* (strips) and once more side by side */
+    geometry *geometry;                     /* (elements) */
     double *x;                              /* (nodes, 3) initial positions */
     double *normal; /* (nodes, 2) n2 of the section's plane, along x1 and x2 */
 } chain;
 
-/* A point where chains end and devices act. */
+/* A point where chains end, where stations lie, and devices act. */
 typedef struct {
-    double position[3];     /* in the scene [m] */
+    double position[3];     /* in the strung state [m] */
+    double moved[3];        /* from there to the initial equilibrium [m] */
     bool fixed[4];          /* prescribed: u1 u2 u3 follow `motion`, theta is zero */
+    bool body;              /* no chain ends here, and no station lies here */
     const law *motion[3];   /* NULL: at rest */
-    int node;               /* the end node of the first chain that ends here */
+    int node;               /* the end node of the first chain that ends here, or its own */
     double static_force[3]; /* of the support on the chains, in equilibrium [N] */
 } junction;
 
@@ -83,12 +108,15 @@ typedef struct {
     int follower, leader;
 } tie;
 
+#define DEVICE_CONSTANTS 40
+
 struct device_kind;
 
 typedef struct {
     const struct device_kind *kind;
-    int junction[2];     /* the second: -1 where the kind has one */
-    double constant[12]; /* of the kind, prepared from the scene */
+    int junctions, junction[GALLOP_DEVICE_JUNCTIONS];
+    double gravity;
+    double constant[DEVICE_CONSTANTS]; /* of the kind, prepared from the scene */
 } device;
 
 /* A loaded point: which load, and where. */
@@ -105,11 +133,12 @@ struct gallop_model {
     int nodes, elements, strips; /* of all chains */
     /* what the scene needs; the rest is not computed (see choose_parts) */
     int unknowns; /* leading ones of each node that can move: 4 or 2 */
-    int curve_count, section_count, field_count, chain_count, junction_count, tie_count,
-        device_count, law_count, load_count;
+    int curve_count, section_count, field_count, chain_count, interval_count, junction_count,
+        tie_count, device_count, law_count, load_count;
     curve *curve;
     cross_section *section;
     chain *chain;
+    interval *interval;
     junction *junction;
     tie *tie;
     device *device;
@@ -125,7 +154,7 @@ struct gallop_model {
     size_t saved_size, state_size; /* to save a state, and with its scratch memory [bytes] */
 };
 
-/* The chain to which a node or an element belongs. */
+/* The chain to which a node belongs; it is not the node of a body. */
 static inline const chain *model_chain_of_node(const gallop_model *model, int node)
 {
     const chain *c = model->chain;
@@ -133,11 +162,12 @@ static inline const chain *model_chain_of_node(const gallop_model *model, int no
     return c;
 }
 
-static inline const chain *model_chain_of_element(const gallop_model *model, int element)
+/* The interval to which an element belongs. */
+static inline const interval *model_interval_of_element(const gallop_model *model, int element)
 {
-    const chain *c = model->chain;
-    while (element >= c->first_element + c->elements) c++;
-    return c;
+    const interval *of = model->interval;
+    while (element >= of->first_element + of->elements) of++;
+    return of;
 }
 
 static inline bool model_by_gauss(const gallop_model *model)

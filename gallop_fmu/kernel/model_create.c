@@ -65,9 +65,39 @@ static int points_of(const gallop_load *load)
     return load->evenly_spaced > 0 ? load->evenly_spaced : 1;
 }
 
-static int strips_of(const gallop_chain *c)
+static int strips_of(int elements)
 {
-    return (c->elements + LANES - 1) / LANES;
+    return (elements + LANES - 1) / LANES;
+}
+
+/* Elements of a chain of the scene with one cross-section. */
+typedef struct {
+    int cross_section, first, elements;
+} part;
+
+/* Finds the end of a part of a chain that begins at its station before `*station`, which becomes
+ * the one behind that end.  Returns the cross-section of the next part; -1: there is none. */
+static int end_part(const gallop_scene *s, int index, int *station, part *now)
+{
+    int next = -1;
+    now->elements = s->chain[index].elements - now->first;
+    while (next < 0 && *station < s->station_count && s->station[*station].chain == index) {
+        const gallop_station *at = &s->station[(*station)++];
+        if (at->cross_section < 0) continue;
+        next = at->cross_section;
+        now->elements = at->corner - now->first;
+    }
+    return next;
+}
+
+/* A junction at which no chain ends and no station lies. */
+static bool is_body(const gallop_scene *s, int index)
+{
+    for (int i = 0; i < s->chain_count; i++)
+        if (s->chain[i].junction[0] == index || s->chain[i].junction[1] == index) return false;
+    for (int i = 0; i < s->station_count; i++)
+        if (s->station[i].junction == index) return false;
+    return true;
 }
 
 /* Counts that follow from the scene. */
@@ -81,18 +111,25 @@ static void count_all(const gallop_scene *s, gallop_model *m)
     m->device_count = s->device_count;
     m->law_count = s->law_count;
     for (int i = 0; i < s->load_count; i++) m->load_count += points_of(&s->load[i]);
-    for (int i = 0; i < s->chain_count; i++) {
+    for (int i = 0, station = 0; i < s->chain_count; i++) {
+        part now = {.first = 0};
+        for (int next = 0; next >= 0; now.first += now.elements) {
+            next = end_part(s, i, &station, &now);
+            m->interval_count++;
+            m->strips += strips_of(now.elements);
+        }
         m->elements += s->chain[i].elements;
         m->nodes += 2 * s->chain[i].elements + 1;
-        m->strips += strips_of(&s->chain[i]);
     }
+    for (int j = 0; j < s->junction_count; j++) m->nodes += is_body(s, j);
 }
 
-/* Arrays of elements, strips and bins, which chains and curves share. */
+/* Arrays of elements, strips, corners and bins, which chains and curves share. */
 typedef struct {
     geometry *geometry;
     strip *strip;
-    int *piece_near;
+    kept_corner *kept;
+    int *strip_start, *piece_near;
 } shared;
 
 /* The arrays of a model with its counts, in one place: called without a block to count the memory,
@@ -102,8 +139,9 @@ static shared lay_out(arena *a, const gallop_scene *s, gallop_model *m)
     m->curve = TAKE(a, m->curve_count, curve);
     m->section = TAKE(a, m->section_count, cross_section);
     m->chain = TAKE(a, m->chain_count, chain);
+    m->interval = TAKE(a, m->interval_count, interval);
     m->junction = TAKE(a, m->junction_count, junction);
-    m->tie = TAKE(a, 2 * m->chain_count, tie);
+    m->tie = TAKE(a, 2 * m->chain_count + s->station_count, tie);
     m->device = TAKE(a, m->device_count, device);
     m->law = TAKE(a, m->law_count, law);
     m->wind = TAKE(a, m->field_count, const law *);
@@ -116,11 +154,14 @@ static shared lay_out(arena *a, const gallop_scene *s, gallop_model *m)
     m->scene.field = COPY(a, s, field);
     m->scene.junction = COPY(a, s, junction);
     m->scene.chain = COPY(a, s, chain);
+    m->scene.station = COPY(a, s, station);
     m->scene.device = COPY(a, s, device);
     m->scene.load = COPY(a, s, load);
     m->scene.law = COPY(a, s, law);
     m->scene.number = COPY(a, s, number);
     return (shared){TAKE(a, m->elements, geometry), TAKE(a, m->strips, strip),
+                    TAKE(a, 2 * (size_t)m->chain_count + (size_t)s->station_count, kept_corner),
+                    TAKE(a, (size_t)m->strips + (size_t)m->chain_count, int),
                     TAKE(a, (size_t)PIECE_BINS * (size_t)m->curve_count, int)};
 }
 
@@ -163,11 +204,14 @@ static void create_curves(gallop_model *m, int *piece_near)
 
 static void create_sections(gallop_model *m)
 {
+    const gallop_settings *settings = &m->scene.settings;
     for (int i = 0; i < m->section_count; i++) {
         const gallop_cross_section *from = &m->scene.cross_section[i];
         cross_section *c = &m->section[i];
         c->diameter = from->diameter;
         c->mass = from->mass + from->ice_mass;
+        c->strung_mass = settings->strung && !settings->strung_with_ice ? from->mass : c->mass;
+        c->thermal_expansion = from->thermal_expansion;
         c->inertia = from->torsional_inertia + from->ice_torsional_inertia;
         c->axial_stiffness = from->axial_stiffness;
         c->torsional_stiffness = from->torsional_stiffness;
@@ -185,41 +229,113 @@ static void create_sections(gallop_model *m)
     }
 }
 
+/* The part of a chain whose elements follow those of the interval before. */
+static void create_interval(gallop_model *m, const chain *c, int field, const part *from, int first_strip,
+                            interval *to)
+{
+    to->section_index = from->cross_section;
+    to->section = &m->section[from->cross_section];
+    to->field = field;
+    to->elements = from->elements;
+    to->nodes = 2 * from->elements + 1;
+    to->strips = strips_of(from->elements);
+    to->first_node = c->first_node + 2 * from->first;
+    to->first_element = c->first_element + from->first;
+    to->first_strip = first_strip;
+    to->gravity = m->scene.settings.gravity;
+    to->air_density = m->scene.settings.air_density;
+    to->geometry = c->geometry + from->first;
+    to->x = c->x + 6 * from->first;
+}
+
+/* How far the tables of intervals, strips and corners are filled. */
+typedef struct {
+    int station, interval, strip, kept;
+} filled;
+
+static void create_intervals(gallop_model *m, int index, const shared *arrays, filled *so_far)
+{
+    const gallop_chain *from = &m->scene.chain[index];
+    chain *c = &m->chain[index];
+    part now = {.cross_section = from->cross_section};
+    int *start = arrays->strip_start + so_far->strip + index;
+    c->first_interval = so_far->interval;
+    c->first_strip = so_far->strip;
+    c->strip_start = start;
+    for (int next = 0; next >= 0; now = (part){next, now.first + now.elements, 0}) {
+        interval *to = &m->interval[so_far->interval++];
+        next = end_part(&m->scene, index, &so_far->station, &now);
+        create_interval(m, c, from->field, &now, so_far->strip, to);
+        to->strip = arrays->strip + so_far->strip;
+        for (int k = 0; k < to->strips; k++) *start++ = now.first + LANES * k;
+        so_far->strip += to->strips;
+    }
+    *start = c->elements;
+    c->intervals = so_far->interval - c->first_interval;
+    c->strips = so_far->strip - c->first_strip;
+}
+
+/* The corners of a chain at which junctions lie; its stations are those from `station` on. */
+static void create_kept(gallop_model *m, int index, int station, kept_corner *kept)
+{
+    const gallop_scene *s = &m->scene;
+    chain *c = &m->chain[index];
+    c->kept = kept;
+    *kept++ = (kept_corner){0, c->junction[0]};
+    for (int i = station; i < s->station_count && s->station[i].chain == index; i++)
+        if (s->station[i].junction >= 0)
+            *kept++ = (kept_corner){s->station[i].corner, s->station[i].junction};
+    *kept++ = (kept_corner){c->elements, c->junction[1]};
+    c->kept_corners = (int)(kept - c->kept);
+}
+
 static void create_chains(gallop_model *m, const shared *arrays)
 {
-    int node = 0, element = 0, first_strip = 0;
+    int node = 0, element = 0;
+    filled so_far = {0};
     for (int i = 0; i < m->chain_count; i++) {
         const gallop_chain *from = &m->scene.chain[i];
+        const cross_section *section = &m->section[from->cross_section];
         const double *left = m->scene.junction[from->junction[0]].position;
         const double *right = m->scene.junction[from->junction[1]].position;
         chain *c = &m->chain[i];
-        c->section_index = from->cross_section;
-        c->section = &m->section[from->cross_section];
-        c->field = from->field;
         memcpy(c->junction, from->junction, sizeof c->junction);
         c->elements = from->elements;
         c->nodes = 2 * c->elements + 1;
-        c->strips = strips_of(from);
         c->first_node = node;
         c->first_element = element;
-        c->first_strip = first_strip;
-        c->gravity = m->scene.settings.gravity;
-        c->air_density = m->scene.settings.air_density;
+        c->weight = section->strung_mass * m->scene.settings.gravity;
+        c->mass = section->mass;
         c->span = right[0] - left[0];
         c->rise = right[1] - left[1];
         c->target_sag = from->sag;
         c->target_tension = from->horizontal_tension;
         c->geometry = arrays->geometry + element;
-        c->strip = arrays->strip + first_strip;
         c->x = m->x + 3 * node;
         c->normal = m->normal + 2 * node;
+        create_kept(m, i, so_far.station, arrays->kept + so_far.kept);
+        create_intervals(m, i, arrays, &so_far);
+        so_far.kept += c->kept_corners;
         node += c->nodes;
         element += c->elements;
-        first_strip += c->strips;
     }
 }
 
-/* The first end of a chain at a junction leads; the others follow. */
+/* Junctions at which no chain has a corner get nodes of their own. */
+static void create_bodies(gallop_model *m)
+{
+    int node = 0;
+    for (int i = 0; i < m->chain_count; i++) node += m->chain[i].nodes;
+    for (int i = 0; i < m->junction_count; i++) {
+        junction *j = &m->junction[i];
+        j->body = j->node < 0;
+        if (!j->body) continue;
+        memcpy(m->x + 3 * node, j->position, sizeof j->position);
+        j->node = node++;
+    }
+}
+
+/* The first corner of a chain at a junction leads; the others follow. */
 static void create_junctions(gallop_model *m)
 {
     for (int i = 0; i < m->junction_count; i++) {
@@ -235,15 +351,16 @@ static void create_junctions(gallop_model *m)
         }
     }
     for (int i = 0; i < m->chain_count; i++)
-        for (int end = 0; end < 2; end++) {
+        for (int k = 0; k < m->chain[i].kept_corners; k++) {
             const chain *c = &m->chain[i];
-            junction *j = &m->junction[c->junction[end]];
-            const int node = c->first_node + (end ? c->nodes - 1 : 0);
+            junction *j = &m->junction[c->kept[k].junction];
+            const int node = c->first_node + 2 * c->kept[k].corner;
             if (j->node < 0)
                 j->node = node;
             else
                 m->tie[m->tie_count++] = (tie){node, j->node};
         }
+    create_bodies(m);
 }
 
 static void create_load_places(gallop_model *m)
@@ -266,7 +383,7 @@ static bool laws_only(const gallop_model *m)
     return m->scene.settings.laws_only != 0;
 }
 
-static bool has_wind(const gallop_model *m, const chain *c)
+static bool has_wind(const gallop_model *m, const interval *c)
 {
     return c->section->curve && !(laws_only(m) && law_always_zero(m->wind[c->field]));
 }
@@ -284,8 +401,8 @@ static bool has_moment(const curve *k)
 static bool twists(const gallop_model *m)
 {
     bool torque = m->scene.settings.seed_twist != 0.0;
-    for (int i = 0; i < m->chain_count; i++) {
-        const chain *c = &m->chain[i];
+    for (int i = 0; i < m->interval_count; i++) {
+        const interval *c = &m->interval[i];
         torque =
             torque || c->section->eccentric || (c->aerodynamic && has_moment(c->section->curve));
     }
@@ -300,7 +417,7 @@ static bool twists(const gallop_model *m)
 static bool moves_sideways(const gallop_model *m)
 {
     bool across = !laws_only(m) || m->scene.settings.seed_horizontal != 0.0;
-    for (int i = 0; i < m->chain_count; i++) across = across || m->chain[i].aerodynamic;
+    for (int i = 0; i < m->interval_count; i++) across = across || m->interval[i].aerodynamic;
     for (int i = 0; i < m->junction_count; i++) across = across || m->junction[i].motion[2];
     for (int i = 0; i < m->scene.load_count; i++) {
         const gallop_load *load = &m->scene.load[i];
@@ -314,13 +431,15 @@ static bool moves_sideways(const gallop_model *m)
 static void choose_parts(gallop_model *m)
 {
     int32_t parts = 0;
-    for (int i = 0; i < m->chain_count; i++) {
-        chain *c = &m->chain[i];
+    for (int i = 0; i < m->interval_count; i++) {
+        interval *c = &m->interval[i];
         c->aerodynamic = has_wind(m, c);
         if (c->aerodynamic) parts |= GALLOP_AERODYNAMICS;
         if (c->section->eccentric) parts |= GALLOP_ECCENTRIC_ICE;
     }
-    m->unknowns = twists(m) || moves_sideways(m) ? 4 : 2; /* u1 u2 alone, in the vertical plane */
+    m->unknowns = twists(m) || moves_sideways(m) || device_leaves_plane(m)
+                    ? 4
+                    : 2; /* u1 u2 alone, in the vertical plane */
     if (m->unknowns == 4) parts |= GALLOP_TWIST | GALLOP_LATERAL;
     m->derived.parts = parts;
 }
@@ -328,7 +447,7 @@ static void choose_parts(gallop_model *m)
 /* What a caller sees of the first conductor and the devices at the first and last junction. */
 static void derive_constants(gallop_model *m)
 {
-    const cross_section *c = m->chain[0].section;
+    const cross_section *c = m->interval[0].section;
     memcpy(m->derived.translation_damping, c->translation_damping, sizeof c->translation_damping);
     memcpy(m->derived.twist_damping, c->twist_damping, sizeof c->twist_damping);
     for (int i = 0; i < m->device_count; i++) {
@@ -340,14 +459,17 @@ static void derive_constants(gallop_model *m)
     }
 }
 
-/* A junction at which one span ends is fixed, or a device holds it. */
+/* A junction at which one span ends, or none, is fixed, or a device holds it. */
 static int check_held(const gallop_model *m, gallop_report *report)
 {
     for (int i = 0; i < m->junction_count; i++) {
-        int ends = 0;
-        for (int k = 0; k < m->chain_count; k++)
-            ends += (m->chain[k].junction[0] == i) + (m->chain[k].junction[1] == i);
-        for (int k = 0; k < 4 && ends == 1; k++)
+        int spans = 0; /* elements that hold the junction on both sides count twice */
+        for (int c = 0; c < m->chain_count; c++)
+            for (int k = 0; k < m->chain[c].kept_corners; k++) {
+                const bool inside = k > 0 && k < m->chain[c].kept_corners - 1;
+                if (m->chain[c].kept[k].junction == i) spans += inside ? 2 : 1;
+            }
+        for (int k = 0; k < 4 && spans < 2; k++)
             if (!m->junction[i].fixed[k] && !device_holds(m, i, k))
                 return report_invalid(report, "stiffness of a support", 0.0, 0.0);
     }
@@ -387,6 +509,7 @@ int gallop_model_create(const gallop_scene *scene, gallop_model **out, gallop_re
     create_junctions(m);
     create_load_places(m);
     device_create_all(m);
+    device_prepare_all(m);
     derive_constants(m);
     choose_parts(m);
     solver_measure(m);

@@ -8,31 +8,35 @@
 
 /* Linear through the two Gauss points (xi = +-1/sqrt 3), which are the accurate ones; averaged at
  * corner nodes. */
-static double node_tension(const chain *c, const double *u, int node)
+static double node_tension(const gallop_model *model, const chain *c, const double *u, int node)
 {
-    const bool tension_only = c->section->tension_only;
-    double sum = 0.0;
+    double sum = 0.0, lowest = -INFINITY;
     int count = 0;
     for (int side = 0; side < 2; side++) {
         int e = node % 2 ? node / 2 : node / 2 - 1 + side;
         if (e < 0 || e >= c->elements || (side && node % 2)) continue;
+        const interval *of = model_interval_of_element(model, c->first_element + e);
+        const bool tension_only = of->section->tension_only;
         double xi = (double)(node - 2 * e - 1), t[2];
-        element_tension(c, e, tension_only, u + 8 * e, t);
+        element_tension(of, c->first_element + e - of->first_element, tension_only, u + 8 * e, t);
         sum += 0.5 * (t[0] + t[1]) + xi * (t[1] - t[0]) / (element_gauss2[1] - element_gauss2[0]);
+        if (tension_only) lowest = 0.0;
         count++;
     }
-    return tension_only ? fmax(sum / count, 0.0) : sum / count;
+    return fmax(sum / count, lowest);
 }
 
-/* Attack angle of the relative wind at a node. */
+/* Attack angle of the relative wind at a node; between two intervals, on the left one. */
 static double node_angle(const gallop_model *model, const state_view *view, const chain *c,
                          int node)
 {
-    const exposure now = conditions_on(model, &view->now, c);
+    const int own = node - c->first_node, e = own > 0 ? (own - 1) / 2 : 0;
+    const interval *of = model_interval_of_element(model, c->first_element + e);
+    const exposure now = conditions_on(model, &view->now, of);
     const double *u = view->u + 4 * node, *v = view->v + 4 * node;
     const double *n2 = model->normal + 2 * node;
     return element_attack_angle(u[3], n2[0] * v[0] + n2[1] * v[1], v[2], v[3], now.wind, now.attack,
-                                c->section->radius);
+                                of->section->radius);
 }
 
 static double node_value(const gallop_model *model, const state_view *view, int node, int channel)
@@ -40,9 +44,11 @@ static double node_value(const gallop_model *model, const state_view *view, int 
     if (channel < GALLOP_V1) return view->u[4 * node + channel - GALLOP_U1];
     if (channel < GALLOP_A1) return view->v[4 * node + channel - GALLOP_V1];
     if (channel < GALLOP_TENSION) return view->a[4 * node + channel - GALLOP_A1];
+    const chain *last = &model->chain[model->chain_count - 1];
+    if (node >= last->first_node + last->nodes) return 0.0; /* of a body */
     const chain *c = model_chain_of_node(model, node);
     return channel == GALLOP_TENSION
-             ? node_tension(c, view->u + 4 * c->first_node, node - c->first_node)
+             ? node_tension(model, c, view->u + 4 * c->first_node, node - c->first_node)
              : node_angle(model, view, c, node);
 }
 
@@ -65,12 +71,14 @@ static void chain_end_force(const gallop_model *model, const gallop_state *state
                             const state_view *view, int index, int end, double force[3])
 {
     const chain *c = &model->chain[index];
-    const exposure now = conditions_on(model, &view->now, c);
     const int first = 4 * c->first_node, e = end ? c->elements - 1 : 0, own = end ? 8 : 0;
     const int node = first + (end ? 4 * (c->nodes - 1) : 0);
-    const motion y = {view->u + first, view->v + first, view->a + first};
+    const interval *of = model_interval_of_element(model, c->first_element + e);
+    const exposure now = conditions_on(model, &view->now, of);
+    const int from = 4 * of->first_node;
+    const motion y = {view->u + from, view->v + from, view->a + from};
     double r[12];
-    element_residual(c, e, &now, &view->sections, y, r);
+    element_residual(of, c->first_element + e - of->first_element, &now, &view->sections, y, r);
     subtract_end_loads(model, state, &view->now, index, end, r + own);
     for (int i = 0; i < 3; i++) force[i] = r[own + i] - model->constant_force[node + i];
 }
@@ -83,8 +91,8 @@ static void support_force(const gallop_model *model, const gallop_state *state,
 {
     const junction *j = &model->junction[index];
     const motion y = {view->u, view->v, view->a};
-    double of_devices[4], of_chains[3] = {0.0, 0.0, 0.0};
-    device_forces_at(model, index, &view->now, y, of_devices);
+    double of_devices[3], of_chains[3] = {0.0, 0.0, 0.0};
+    device_tower_force(model, index, &view->now, y, of_devices);
     for (int k = 0; k < model->chain_count; k++)
         for (int end = 0; end < 2; end++) {
             double of_end[3];
@@ -97,7 +105,7 @@ static void support_force(const gallop_model *model, const gallop_state *state,
 }
 
 /* Kinetic and potential energy of the elements of a strip: see energies. */
-INLINE void strip_energies(const chain *c, const exposure *now, const strip *s, lanes u[3][4],
+INLINE void strip_energies(const interval *c, const exposure *now, const strip *s, lanes u[3][4],
                            lanes v[3][4], lanes *kinetic, lanes *potential)
 {
     const double ea = c->section->axial_stiffness, gj = c->section->torsional_stiffness;
@@ -145,8 +153,8 @@ TWO_PATHS static void energies(const gallop_model *model, const state_view *view
 {
     const motion y = {view->u, view->v, view->a};
     double k = 0.0, p = 0.0;
-    for (int i = 0; i < model->chain_count; i++) {
-        const chain *c = &model->chain[i];
+    for (int i = 0; i < model->interval_count; i++) {
+        const interval *c = &model->interval[i];
         const exposure now = conditions_on(model, &view->now, c);
         lanes kinetic_of = {0.0}, potential_of = {0.0};
         for (int index = 0; index < c->strips; index++) {
@@ -165,7 +173,8 @@ TWO_PATHS static void energies(const gallop_model *model, const state_view *view
     }
     for (int i = 0; i < 4 * model->nodes; i++) p -= model->constant_force[i] * view->u[i];
     *kinetic = k;
-    *potential = p + device_energy(model, &view->now, y);
+    *potential = p;
+    device_add_energies(model, &view->now, y, kinetic, potential);
 }
 
 /* What several probes of one observation share. */
@@ -212,6 +221,10 @@ void observe_probes(const gallop_model *model, const gallop_state *state, const 
         case GALLOP_PROBE_NODE: values[i] = node_value(model, view, p->index, p->channel); break;
         case GALLOP_PROBE_JUNCTION:
             values[i] = junction_value(model, state, view, p->index, p->channel, &shared);
+            break;
+        case GALLOP_PROBE_DEVICE:
+            values[i] = device_value(model, p->index, &view->now,
+                                     (motion){view->u, view->v, view->a}, p->channel);
             break;
         case GALLOP_PROBE_FIELD: values[i] = view->now.wind[p->index]; break;
         default: values[i] = system_value(model, state, view, p->channel, &shared); break;

@@ -24,6 +24,7 @@ static const resource_kind known_sections[RESOURCE_SECTIONS] = {
     [RESOURCE_FIELDS] = SECTION("FIEL", gallop_field, 1, MANY),
     [RESOURCE_JUNCTIONS] = SECTION("JUNC", gallop_junction, 2, MANY),
     [RESOURCE_CHAINS] = SECTION("CHAI", gallop_chain, 1, MANY),
+    [RESOURCE_STATIONS] = SECTION("STAT", gallop_station, 0, MANY),
     [RESOURCE_DEVICES] = SECTION("DEVI", gallop_device, 0, MANY),
     [RESOURCE_LOADS] = SECTION("LOAD", gallop_load, 0, MANY),
     [RESOURCE_LAWS] = SECTION("LAWS", gallop_law, 0, MANY),
@@ -184,6 +185,7 @@ gallop_scene resource_scene(const resource *r)
     TABLE(r, scene, field, RESOURCE_FIELDS);
     TABLE(r, scene, junction, RESOURCE_JUNCTIONS);
     TABLE(r, scene, chain, RESOURCE_CHAINS);
+    TABLE(r, scene, station, RESOURCE_STATIONS);
     TABLE(r, scene, device, RESOURCE_DEVICES);
     TABLE(r, scene, load, RESOURCE_LOADS);
     TABLE(r, scene, law, RESOURCE_LAWS);

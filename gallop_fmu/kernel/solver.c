@@ -21,19 +21,27 @@ void solver_measure(gallop_model *model)
 {
     model->coupled = model->tie_count > 0;
     for (int i = 0; i < model->chain_count; i++) {
-        const int *j = model->chain[i].junction;
-        model->junction_reach = larger(model->junction_reach, abs(j[1] - j[0]));
+        const chain *c = &model->chain[i];
+        if (c->kept_corners > 2) model->coupled = true;
+        for (int k = 1; k < c->kept_corners; k++)
+            model->junction_reach =
+                larger(model->junction_reach, abs(c->kept[k].junction - c->kept[k - 1].junction));
     }
     for (int i = 0; i < model->device_count; i++) {
         const device *d = &model->device[i];
-        if (d->kind->junctions < 2) continue;
-        model->coupled = true;
-        model->junction_reach = larger(model->junction_reach, abs(d->junction[1] - d->junction[0]));
+        if (d->junctions > 1) model->coupled = true;
+        for (int k = 1; k < d->junctions; k++)
+            for (int n = 0; n < k; n++)
+                model->junction_reach =
+                    larger(model->junction_reach, abs(d->junction[k] - d->junction[n]));
     }
+    for (int j = 0; j < model->junction_count; j++)
+        if (model->junction[j].body) model->coupled = true;
     for (int i = 0; i < model->chain_count; i++) {
         chain *c = &model->chain[i];
+        const int segments = model->coupled ? c->kept_corners - 1 : 1;
         c->first_factor = model->chain_factors;
-        model->chain_factors += solver_room(c->elements, model->coupled);
+        model->chain_factors += solver_room(c->elements, c->strips, segments, model->coupled);
     }
     const int rows = 4 * model->junction_count, half = 4 * model->junction_reach + 3;
     model->factor_room = model->chain_factors + (model->coupled ? solver_band_room(rows, half) : 0);
@@ -57,22 +65,30 @@ static double *store_of(const gallop_model *model, const state_view *view, int i
 
 /* Where the tangent of a chain is taken. */
 typedef struct {
+    const system_tangent *tangent;
     const chain *chain;
-    exposure now;
-    const sections *at;
-    const double *u;
 } chain_motion;
 
+/* The blocks of a strip of a chain, which lies in one of its intervals. */
 static void blocks_of(const void *source, int index, tangent_weights weights, lanes block[6][16])
 {
     const chain_motion *m = source;
-    element_strip_tangent(m->chain, index, &m->now, m->at, m->u, weights, block);
+    const system_tangent *t = m->tangent;
+    const interval *of = &t->model->interval[m->chain->first_interval];
+    const int place = m->chain->first_strip + index;
+    while (place >= of->first_strip + of->strips) of++;
+    const exposure now = conditions_on(t->model, t->now, of);
+    element_strip_tangent(of, place - of->first_strip, &now, &t->view->sections,
+                          t->y.u + 4 * of->first_node, weights, block);
 }
 
-static chain_motion motion_of(const system_tangent *t, const chain *c)
+static solver_chain solver_chain_of(const gallop_model *model, const chain *c)
 {
-    return (chain_motion){c, conditions_on(t->model, t->now, c), &t->view->sections,
-                          t->y.u + 4 * c->first_node};
+    return (solver_chain){.elements = c->elements,
+                          .unknowns = model->unknowns,
+                          .strips = c->strips,
+                          .strip_start = c->strip_start,
+                          .blocks = blocks_of};
 }
 
 /* ---- Chains by themselves. ---- */
@@ -95,9 +111,9 @@ static void add_devices(const system_tangent *t, const chain *c, chain_ends *end
         for (int end = 0; end < 2; end++) {
             if (d->junction[0] != c->junction[end]) continue;
             for (int part = 0; part < t->parts; part++) {
-                double tangent[2][2][16];
+                device_block tangent[GALLOP_DEVICE_JUNCTIONS * GALLOP_DEVICE_JUNCTIONS];
                 device_tangent(t->model, d, t->now, t->y, t->weights[part], tangent);
-                for (int k = 0; k < 16; k++) ends->tangent[end][part][k] += tangent[0][0][k];
+                for (int k = 0; k < 16; k++) ends->tangent[end][part][k] += tangent[0][k];
             }
         }
     }
@@ -107,12 +123,14 @@ static bool factor_alone(const system_tangent *t, solver_junctions junctions)
 {
     for (int i = 0; i < t->model->chain_count; i++) {
         const chain *c = &t->model->chain[i];
-        const chain_motion here = motion_of(t, c);
+        const chain_motion here = {t, c};
         chain_ends ends = {.tangent = {{{0.0}}}};
-        const solver_chain alone = {c->elements, t->model->unknowns, &ends, blocks_of, &here};
+        solver_chain alone = solver_chain_of(t->model, c);
         double *store = store_of(t->model, t->view, i, t->parts);
+        alone.ends = &ends;
+        alone.source = &here;
         find_fixed(t->model, c, junctions, &ends);
-        add_devices(t, c, &ends);
+        if (junctions == SOLVER_JUNCTIONS_AS_IN_SCENE) add_devices(t, c, &ends);
         const bool good = t->parts == REAL ? solver_real_factor(&alone, t->weights, store)
                                            : solver_complex_factor(&alone, t->weights, store);
         if (!good) return false;
@@ -128,7 +146,8 @@ static void solve_alone(const gallop_model *model, const state_view *view,
         const double *store = store_of(model, view, i, parts);
         double *of_chain = rhs + 4 * parts * c->first_node;
         chain_ends ends;
-        const solver_chain alone = {c->elements, model->unknowns, &ends, NULL, NULL};
+        solver_chain alone = solver_chain_of(model, c);
+        alone.ends = &ends;
         find_fixed(model, c, junctions, &ends);
         if (parts == REAL)
             solver_real_solve(&alone, store, of_chain);
@@ -156,20 +175,42 @@ static void add_block(const band *m, int row, int column, const double *block, d
             matrix[solver_band_place(m, 4 * row + i, 4 * column + j)] += block[4 * i + j];
 }
 
+static solver_chain reduced_chain_of(const gallop_model *model, const chain *c)
+{
+    solver_chain reduced = solver_chain_of(model, c);
+    reduced.kept_corners = c->kept_corners;
+    reduced.kept = c->kept;
+    return reduced;
+}
+
+/* What a chain has between two kept corners, the second one being number `index`. */
+static void add_segment(const system_tangent *t, const band *m, const chain *c,
+                        const solver_chain *reduced, const double *store, int index)
+{
+    const kept_corner *at = &c->kept[index - 1];
+    double ends[2][2][2][4][4];
+    if (t->parts == REAL)
+        solver_real_ends(reduced, store, index - 1, ends);
+    else
+        solver_complex_ends(reduced, store, index - 1, ends);
+    for (int part = 0; part < t->parts; part++)
+        for (int k = 0; k < 4; k++)
+            add_block(m, at[k / 2].junction, at[k % 2].junction, ends[part][k / 2][k % 2][0],
+                      part ? m->im : m->re);
+}
+
 static bool add_chains(const system_tangent *t, const band *m)
 {
     for (int i = 0; i < t->model->chain_count; i++) {
         const chain *c = &t->model->chain[i];
-        const chain_motion here = motion_of(t, c);
-        const solver_chain kept = {c->elements, t->model->unknowns, NULL, blocks_of, &here};
-        double *store = store_of(t->model, t->view, i, t->parts), ends[2][2][2][4][4];
-        const bool good = t->parts == REAL ? solver_real_reduce(&kept, t->weights, store, ends)
-                                           : solver_complex_reduce(&kept, t->weights, store, ends);
+        const chain_motion here = {t, c};
+        solver_chain reduced = reduced_chain_of(t->model, c);
+        double *store = store_of(t->model, t->view, i, t->parts);
+        reduced.source = &here;
+        const bool good = t->parts == REAL ? solver_real_reduce(&reduced, t->weights, store)
+                                           : solver_complex_reduce(&reduced, t->weights, store);
         if (!good) return false;
-        for (int part = 0; part < t->parts; part++)
-            for (int k = 0; k < 4; k++)
-                add_block(m, c->junction[k / 2], c->junction[k % 2], ends[part][k / 2][k % 2][0],
-                          part ? m->im : m->re);
+        for (int k = 1; k < c->kept_corners; k++) add_segment(t, m, c, &reduced, store, k);
     }
     return true;
 }
@@ -178,13 +219,13 @@ static void add_coupling_devices(const system_tangent *t, const band *m)
 {
     for (int i = 0; i < t->model->device_count; i++) {
         const device *d = &t->model->device[i];
-        const int count = d->kind->junctions;
+        const int count = d->junctions;
         for (int part = 0; part < t->parts; part++) {
-            double tangent[2][2][16];
+            device_block tangent[GALLOP_DEVICE_JUNCTIONS * GALLOP_DEVICE_JUNCTIONS];
             device_tangent(t->model, d, t->now, t->y, t->weights[part], tangent);
             for (int k = 0; k < count * count; k++)
-                add_block(m, d->junction[k / count], d->junction[k % count],
-                          tangent[k / count][k % count], part ? m->im : m->re);
+                add_block(m, d->junction[k / count], d->junction[k % count], tangent[k],
+                          part ? m->im : m->re);
         }
     }
 }
@@ -248,7 +289,7 @@ static void solve_coupled(const gallop_model *model, const state_view *view, int
 {
     for (int i = 0; i < model->chain_count; i++) {
         const chain *c = &model->chain[i];
-        const solver_chain kept = {c->elements, model->unknowns, NULL, NULL, NULL};
+        const solver_chain kept = reduced_chain_of(model, c);
         const double *store = store_of(model, view, i, parts);
         (parts == REAL ? solver_real_to_ends
                        : solver_complex_to_ends)(&kept, store, rhs + 4 * parts * c->first_node);
@@ -258,7 +299,7 @@ static void solve_coupled(const gallop_model *model, const state_view *view, int
     junction_spread(model, rhs, 4 * parts);
     for (int i = 0; i < model->chain_count; i++) {
         const chain *c = &model->chain[i];
-        const solver_chain kept = {c->elements, model->unknowns, NULL, NULL, NULL};
+        const solver_chain kept = reduced_chain_of(model, c);
         const double *store = store_of(model, view, i, parts);
         (parts == REAL ? solver_real_from_ends
                        : solver_complex_from_ends)(&kept, store, rhs + 4 * parts * c->first_node);

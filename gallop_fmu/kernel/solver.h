@@ -38,16 +38,21 @@ typedef struct {
 
 typedef struct {
     int elements, unknowns; /* unknowns: leading ones of a node that are solved for, 4 or 2 */
-    const chain_ends *ends; /* not for solver_..._reduce, which leaves them to the caller */
+    int strips;
+    const int *strip_start;  /* (strips + 1) first element of each strip, then `elements` */
+    int kept_corners;        /* of a chain that is coupled to others, both ends included: */
+    const kept_corner *kept; /* the corners that it leaves to the caller; NULL: none */
+    const chain_ends *ends;  /* of a chain with none */
     /* fills in the blocks of a strip's tangent, of `unknowns` rows and columns each, by rows */
     void (*blocks)(const void *source, int index, tangent_weights weights, lanes block[6][16]);
     const void *source;
 } solver_chain;
 
 /* Room [doubles] of a factored chain, times the parts of a number. */
-static inline size_t solver_room(int elements, bool ends_kept)
+static inline size_t solver_room(int elements, int strips, int segments, bool kept)
 {
-    return 96 * ((size_t)elements + 2) + (ends_kept ? 32 * ((size_t)elements + 1) : 0);
+    const size_t corners = (size_t)elements + (size_t)segments;
+    return 48 * LANES * (size_t)strips + (kept ? 80 : 48) * corners;
 }
 
 /* Factors a chain into its store.  False: the tangent is not positive definite. */
@@ -58,16 +63,19 @@ bool solver_complex_factor(const solver_chain *c, const tangent_weights *weights
 void solver_real_solve(const solver_chain *c, const double *store, double *rhs);
 void solver_complex_solve(const solver_chain *c, const double *store, double *rhs);
 
-/* Factors a chain of two elements or more whose end nodes are coupled to others.  What it adds to
- * the tangent of those two nodes, with all nodes between eliminated, goes to
- * ends[part][row's end][column's end][row][column]. */
-bool solver_real_reduce(const solver_chain *c, const tangent_weights *weights, double *store,
-                        double ends[1][2][2][4][4]);
-bool solver_complex_reduce(const solver_chain *c, const tangent_weights *weights, double *store,
-                           double ends[2][2][2][4][4]);
+/* Factors a chain with kept corners, which are coupled to others: eliminates all other nodes. */
+bool solver_real_reduce(const solver_chain *c, const tangent_weights *weights, double *store);
+bool solver_complex_reduce(const solver_chain *c, const tangent_weights *weights, double *store);
 
-/* Of such a chain: takes the right-hand side to its end nodes, where it is added to that of the
- * others; and, with the solution of the end nodes in their places of rhs, finds the rest. */
+/* What the part between kept corners `index` and `index` + 1 of such a chain adds to the tangent of
+ * those two nodes: ends[part][row's end][column's end][row][column]. */
+void solver_real_ends(const solver_chain *c, const double *store, int index,
+                      double ends[1][2][2][4][4]);
+void solver_complex_ends(const solver_chain *c, const double *store, int index,
+                         double ends[2][2][2][4][4]);
+
+/* Of such a chain: takes the right-hand side to its kept corners, where it is added to that of the
+ * others; and, with the solution of the kept corners in their places of rhs, finds the rest. */
 void solver_real_to_ends(const solver_chain *c, const double *store, double *rhs);
 void solver_complex_to_ends(const solver_chain *c, const double *store, double *rhs);
 void solver_real_from_ends(const solver_chain *c, const double *store, double *rhs);

@@ -36,32 +36,60 @@ typedef struct {
     strip_number inverse[16], left[16], right[16];
 } strip_factor;
 
+/* Elements between two kept corners of a chain, or all of them if none is kept. */
+typedef struct {
+    int first, elements, meeting; /* meeting: the corner of the segment where two recursions meet */
+    corner *corner;     /* (elements + 1); that of a kept one has what its own side adds */
+    block (*by_end)[2]; /* (elements + 1) if corners are kept: see reduce */
+} segment;
+
 /* A chain's factors in their store. */
 typedef struct {
-    int elements, strips, meeting, unknowns;
-    rotation turn;       /* of a complex tangent */
-    strip_factor *strip; /* (strips) */
-    corner *corner;      /* (elements + 1) */
-    block (*by_end)[2];  /* (elements + 1) if the ends are kept: see reduce */
+    int elements, strips, segments, unknowns;
+    const int *strip_start;
+    const kept_corner *kept; /* NULL: none */
+    rotation turn;           /* of a complex tangent */
+    strip_factor *strip;     /* (strips) */
+    corner *corner;          /* (elements + segments) */
+    block (*by_end)[2];      /* (elements + segments) if corners are kept */
 } factors;
 
 INLINE factors factors_in(const double *store, const solver_chain *c)
 {
-    factors f = {.elements = c->elements, .unknowns = c->unknowns, .turn = {1.0, 0.0}};
-    f.strips = (f.elements + LANES - 1) / LANES;
-    f.meeting = f.elements / 2;
+    factors f = {.elements = c->elements,
+                 .strips = c->strips,
+                 .segments = c->kept ? c->kept_corners - 1 : 1,
+                 .unknowns = c->unknowns,
+                 .strip_start = c->strip_start,
+                 .kept = c->kept,
+                 .turn = {1.0, 0.0}};
     f.strip = (strip_factor *)store;
     f.corner = (corner *)(f.strip + f.strips);
-    f.by_end = (block(*)[2])(f.corner + f.elements + 1);
+    f.by_end = (block(*)[2])(f.corner + f.elements + f.segments);
     return f;
+}
+
+INLINE segment segment_of(const factors *f, int index)
+{
+    segment s = {.first = 0, .elements = f->elements};
+    if (f->kept) {
+        s.first = f->kept[index].corner;
+        s.elements = f->kept[index + 1].corner - s.first;
+    }
+    s.meeting = s.elements / 2;
+    s.corner = f->corner + s.first + index;
+    s.by_end = f->by_end + s.first + index;
+    return s;
 }
 
 /* ---- Stages of a factorisation. ---- */
 
 /* Eliminate the middle nodes of a strip, and place what is left at its corners. */
-INLINE bool condense(const factors *f, int index, strip_number tangent[6][16], int n)
+INLINE bool condense(const factors *f, int index, strip_number tangent[6][16], int n,
+                     int *segment_index)
 {
     strip_factor *s = &f->strip[index];
+    segment of = segment_of(f, *segment_index);
     strip_number *inverse = tangent[MIDDLE_MIDDLE], to_left[16], to_right[16], right_left[16];
     if (!invert_strip(inverse, n, &f->turn)) return false;
     for (int i = 0; i < n * n; i++) {
@@ -78,10 +106,12 @@ INLINE bool condense(const factors *f, int index, strip_number tangent[6][16], i
     subtract_strip(tangent[MIDDLE_RIGHT], to_right, n, tangent[RIGHT_RIGHT]);
 
     /* An element's coupling belongs to that of its corners which is eliminated first. */
-    const int e = LANES * index;
-    for (int k = 0; k < LANES && e + k < f->elements; k++) {
-        const bool right_half = e + k >= f->meeting;
-        corner *left = &f->corner[e + k], *right = left + 1, *coupled = right_half ? right : left;
+    const int e = f->strip_start[index], count = f->strip_start[index + 1] - e;
+    for (int k = 0; k < count; k++) {
+        if (e + k == of.first + of.elements) of = segment_of(f, ++*segment_index);
+        const bool right_half = e + k - of.first >= of.meeting;
+        corner *left = &of.corner[e + k - of.first], *right = left + 1,
+               *coupled = right_half ? right : left;
         const strip_number *carry = right_half ? tangent[LEFT_RIGHT] : right_left;
         const strip_number *back = right_half ? right_left : tangent[LEFT_RIGHT];
         ROLLED
@@ -102,7 +132,8 @@ INLINE bool condense(const factors *f, int index, strip_number tangent[6][16], i
 INLINE bool condense_strips(const factors *f, const solver_chain *c, const tangent_weights *weights,
                             int n)
 {
-    memset(f->corner, 0, (size_t)(f->elements + 1) * sizeof *f->corner);
+    int segment_index = 0;
+    memset(f->corner, 0, (size_t)(f->elements + f->segments) * sizeof *f->corner);
     for (int index = 0; index < f->strips; index++) {
         strip_number blocks[6][16];
         for (int p = 0; p < PARTS; p++) {
@@ -111,7 +142,7 @@ INLINE bool condense_strips(const factors *f, const solver_chain *c, const tange
             for (int b = 0; b < 6; b++)
                 for (int i = 0; i < n * n; i++) blocks[b][i].part[p] = part[b][i];
         }
-        if (!condense(f, index, blocks, n)) return false;
+        if (!condense(f, index, blocks, n, &segment_index)) return false;
     }
     return true;
 }
@@ -130,17 +161,28 @@ INLINE bool eliminate(corner *k, block *neighbour, int n, const factors *f)
     return true;
 }
 
-/* Eliminate the corners, but for `kept` ones at each end. */
-INLINE bool eliminate_corners(const factors *f, int kept, int n)
+/* Eliminate the corners of a segment, but for `kept` ones at each end. */
+INLINE bool eliminate_segment(const factors *f, const segment *s, int kept, int n)
 {
-    const int last = f->elements, meeting = f->meeting;
+    const int last = s->elements, meeting = s->meeting;
     for (int k = kept; k < last - meeting; k++) {
-        corner *left = &f->corner[k], *right = &f->corner[last - k];
+        corner *left = &s->corner[k], *right = &s->corner[last - k];
         bool good = k >= meeting || eliminate(left, &left[1].inverse, n, f);
         good = eliminate(right, &right[-1].inverse, n, f) && good;
         if (!good) return false;
     }
-    return invert(&f->corner[meeting].inverse, n, &f->turn);
+    return invert(&s->corner[meeting].inverse, n, &f->turn);
+}
+
+INLINE bool eliminate_corners(const factors *f, int n)
+{
+    for (int i = 0; i < f->segments; i++) {
+        const segment s = segment_of(f, i);
+        const int kept = f->kept ? 1 : 0;
+        if (s.elements <= kept) continue; /* no corner lies between */
+        if (!eliminate_segment(f, &s, kept, n)) return false;
+    }
+    return true;
 }
 
 /* ---- Stages of a solution. ---- */
@@ -148,11 +190,10 @@ INLINE bool eliminate_corners(const factors *f, int kept, int n)
 /* Middle nodes: their solution as if the corners were at rest; what it does to the corners. */
 INLINE void solve_middles(const factors *f, double *rhs, int n)
 {
-    const int elements = f->elements;
-    const strip_factor *s = f->strip;
-    double *y = rhs;
-    for (int e = 0; e < elements; e += LANES, s++, y += 8 * PARTS * LANES) {
-        const int count = elements - e;
+    for (int index = 0; index < f->strips; index++) {
+        const strip_factor *s = &f->strip[index];
+        const int e = f->strip_start[index], count = f->strip_start[index + 1] - e;
+        double *y = rhs + (size_t)8 * PARTS * e;
         strip_number middle[4], own[4], force[4];
         read_strip(y, 1, count, middle);
         apply_strip(s->inverse, middle, n, own);
@@ -168,11 +209,10 @@ INLINE void solve_middles(const factors *f, double *rhs, int n)
 /* Middle nodes: add what the motion of their corners does to them. */
 INLINE void correct_middles(const factors *f, double *rhs, int n)
 {
-    const int elements = f->elements;
-    const strip_factor *s = f->strip;
-    double *y = rhs;
-    for (int e = 0; e < elements; e += LANES, s++, y += 8 * PARTS * LANES) {
-        const int count = elements - e;
+    for (int index = 0; index < f->strips; index++) {
+        const strip_factor *s = &f->strip[index];
+        const int e = f->strip_start[index], count = f->strip_start[index + 1] - e;
+        double *y = rhs + (size_t)8 * PARTS * e;
         strip_number left[4], right[4], by_left[4], by_right[4], change[4];
         read_strip(y, 0, count, left);
         read_strip(y, 2, count, right);
@@ -186,12 +226,12 @@ INLINE void correct_middles(const factors *f, double *rhs, int n)
     }
 }
 
-/* One column for each corner, `step` values apart: the solution of the corners as if the `kept`
- * ones at each end were at rest; then what that does to those. */
-INLINE void solve_corners(const factors *f, int kept, double *first, int step, int n)
+/* One column for each corner of a segment, `step` values apart: the solution of the corners as if
+ * the `kept` ones at each end were at rest; then what that does to those. */
+INLINE void solve_segment(const segment *s, int kept, double *first, int step, int n)
 {
-    const int last = f->elements, meeting = f->meeting;
-    const corner *at = f->corner;
+    const int last = s->elements, meeting = s->meeting;
+    const corner *at = s->corner;
     double *const end = first + (size_t)step * last, *x = first + step * kept,
                   *y = end - step * kept;
     for (int k = kept; k < last - meeting; k++, x += step, y -= step) {
@@ -214,14 +254,57 @@ INLINE void solve_corners(const factors *f, int kept, double *first, int step, i
     subtract_apply(&at[last].back, end - step, n, end);
 }
 
-/* Corners between the ends: add what the motion of the ends does to them. */
+INLINE void solve_corners(const factors *f, double *rhs, int n)
+{
+    for (int i = 0; i < f->segments; i++) {
+        const segment s = segment_of(f, i);
+        const int kept = f->kept ? 1 : 0;
+        if (s.elements <= kept) continue;
+        solve_segment(&s, kept, rhs + (size_t)8 * PARTS * s.first, 8 * PARTS, n);
+    }
+}
+
+/* Corners between kept ones: add what the motion of the kept ones does to them. */
 INLINE void correct_corners(const factors *f, double *rhs, int n)
 {
-    const double *left = rhs, *right = rhs + (size_t)8 * PARTS * f->elements;
-    for (int k = 1; k < f->elements; k++) {
-        double *x = rhs + (size_t)8 * PARTS * k;
-        subtract_apply(&f->by_end[k][0], left, n, x);
-        subtract_apply(&f->by_end[k][1], right, n, x);
+    for (int i = 0; i < f->segments; i++) {
+        const segment s = segment_of(f, i);
+        double *left = rhs + (size_t)8 * PARTS * s.first;
+        const double *right = left + (size_t)8 * PARTS * s.elements;
+        for (int k = 1; k < s.elements; k++) {
+            double *x = left + (size_t)8 * PARTS * k;
+            subtract_apply(&s.by_end[k][0], left, n, x);
+            subtract_apply(&s.by_end[k][1], right, n, x);
+        }
+    }
+}
+
+/* The columns of the tangent that belong to the two kept corners of a segment are right-hand sides
+ * to what lies between.  They become, at a kept corner, its share in the system of those, and at a
+ * corner between, what the motion of the kept ones takes from its solution with those at rest. */
+INLINE void reduce_segment(const segment *s, int n)
+{
+    const int last = s->elements, at[2] = {0, last}, next[2] = {1, last - 1};
+    for (int end = 0; end < 2; end++) /* not eliminated: the corners still have A_kk, A_nk, A_kn */
+        s->by_end[at[end]][end] = s->corner[at[end]].inverse;
+    if (last == 1) { /* the coupling of a single element belongs to its right corner */
+        s->by_end[0][1] = s->corner[1].carry;
+        s->by_end[1][0] = s->corner[1].back;
+        return;
+    }
+    for (int end = 0; end < 2; end++) {
+        s->by_end[next[end]][end] = s->corner[at[end]].carry;
+        for (int j = 0; j < n; j++)
+            solve_segment(s, 1, s->by_end[0][end].value[j][0], 32 * PARTS, n);
+    }
+}
+
+INLINE void reduce_segments(const factors *f, int n)
+{
+    memset(f->by_end, 0, (size_t)(f->elements + f->segments) * sizeof *f->by_end);
+    for (int i = 0; i < f->segments; i++) {
+        const segment s = segment_of(f, i);
+        reduce_segment(&s, n);
     }
 }
 
@@ -233,9 +316,14 @@ TWO_PATHS static bool run_condense_strips(const factors *f, const solver_chain *
     return f->unknowns == 2 ? condense_strips(f, c, weights, 2) : condense_strips(f, c, weights, 4);
 }
 
-TWO_PATHS static bool run_eliminate_corners(const factors *f, int kept)
+TWO_PATHS static bool run_eliminate_corners(const factors *f)
 {
-    return f->unknowns == 2 ? eliminate_corners(f, kept, 2) : eliminate_corners(f, kept, 4);
+    return f->unknowns == 2 ? eliminate_corners(f, 2) : eliminate_corners(f, 4);
+}
+
+TWO_PATHS static void run_reduce_segments(const factors *f)
+{
+    f->unknowns == 2 ? reduce_segments(f, 2) : reduce_segments(f, 4);
 }
 
 TWO_PATHS static void run_solve_middles(const factors *f, double *rhs)
@@ -243,10 +331,9 @@ TWO_PATHS static void run_solve_middles(const factors *f, double *rhs)
     f->unknowns == 2 ? solve_middles(f, rhs, 2) : solve_middles(f, rhs, 4);
 }
 
-TWO_PATHS static void run_solve_corners(const factors *f, int kept, double *first, int step)
+TWO_PATHS static void run_solve_corners(const factors *f, double *rhs)
 {
-    f->unknowns == 2 ? solve_corners(f, kept, first, step, 2)
-                     : solve_corners(f, kept, first, step, 4);
+    f->unknowns == 2 ? solve_corners(f, rhs, 2) : solve_corners(f, rhs, 4);
 }
 
 TWO_PATHS static void run_correct_corners(const factors *f, double *rhs)
@@ -291,7 +378,7 @@ bool ENTRY(factor)(const solver_chain *c, const tangent_weights *weights, double
     if (!take_tangent(&f, c, weights)) return false;
     close_end(c->ends, 0, &f.corner[0], f.unknowns);
     close_end(c->ends, 1, &f.corner[f.elements], f.unknowns);
-    return run_eliminate_corners(&f, 0);
+    return run_eliminate_corners(&f);
 }
 
 void ENTRY(solve)(const solver_chain *c, const double *store, double *rhs)
@@ -302,41 +389,38 @@ void ENTRY(solve)(const solver_chain *c, const double *store, double *rhs)
     for (int end = 0; end < 2; end++)
         for (int i = 0; i < 4; i++)
             for (int p = 0; p < PARTS && c->ends->fixed[end][i]; p++) node[end][4 * p + i] = 0.0;
-    run_solve_corners(&f, 0, rhs, 8 * PARTS);
+    run_solve_corners(&f, rhs);
     run_correct_middles(&f, rhs);
 }
 
-/* The columns of the tangent that belong to the ends are right-hand sides to what lies between.
- * They become, at an end, its share in the ends' own system, and at a corner between, what the
- * motion of the ends takes from its solution with the ends at rest. */
-bool ENTRY(reduce)(const solver_chain *c, const tangent_weights *weights, double *store,
-                   double ends[PARTS][2][2][4][4])
+bool ENTRY(reduce)(const solver_chain *c, const tangent_weights *weights, double *store)
 {
     factors f = factors_in(store, c);
-    const int at[2] = {0, f.elements}, next[2] = {1, f.elements - 1}, n = f.unknowns;
-    if (!take_tangent(&f, c, weights) || !run_eliminate_corners(&f, 1)) return false;
-    memset(f.by_end, 0, (size_t)(f.elements + 1) * sizeof *f.by_end);
-    for (int end = 0; end < 2; end++) {
-        f.by_end[at[end]][end] = f.corner[at[end]].inverse; /* not eliminated: still A_kk, A_nk */
-        f.by_end[next[end]][end] = f.corner[at[end]].carry;
-        for (int j = 0; j < n; j++)
-            run_solve_corners(&f, 1, f.by_end[0][end].value[j][0], 32 * PARTS);
-    }
+    if (!take_tangent(&f, c, weights) || !run_eliminate_corners(&f)) return false;
+    run_reduce_segments(&f);
+    return true;
+}
+
+void ENTRY(ends)(const solver_chain *c, const double *store, int index,
+                 double ends[PARTS][2][2][4][4])
+{
+    const factors f = factors_in(store, c);
+    const segment s = segment_of(&f, index);
+    const int at[2] = {0, s.elements}, n = f.unknowns;
     memset(ends, 0, PARTS * sizeof *ends);
     for (int k = 0; k < 4 * PARTS; k++)
         for (int i = 0; i < n; i++)
             for (int j = 0; j < n; j++) {
                 const int row = k % 2, column = k / 2 % 2, p = k / 4;
-                ends[p][row][column][i][j] = f.by_end[at[row]][column].value[j][p][i];
+                ends[p][row][column][i][j] = s.by_end[at[row]][column].value[j][p][i];
             }
-    return true;
 }
 
 void ENTRY(to_ends)(const solver_chain *c, const double *store, double *rhs)
 {
     const factors f = factors_in(store, c);
     run_solve_middles(&f, rhs);
-    run_solve_corners(&f, 1, rhs, 8 * PARTS);
+    run_solve_corners(&f, rhs);
 }
 
 void ENTRY(from_ends)(const solver_chain *c, const double *store, double *rhs)

@@ -19,4 +19,14 @@ int statics_newton(const gallop_model *model, double t, const conditions *now,
 /* [m] */
 double statics_shortest_span(const gallop_model *model);
 
+/* From the strung state to the initial equilibrium: temperature, ice, devices, in still air.  It
+ * becomes the reference of the displacements. */
+int statics_load(gallop_model *m, const state_view *at, gallop_report *report);
+
+/* The weight of the conductors at the nodes, in the strung state or as it is now. */
+void statics_weights(const gallop_model *m, bool strung, double *force);
+
+/* The current position becomes the reference. */
+void statics_rebase(gallop_model *m, double *u);
+
 #endif

@@ -37,15 +37,42 @@ static double sag_exponent(const chain *s, double c)
     return p > 1.5 ? p : 1.0;
 }
 
-static void place_on_catenary(chain *s, double c, const double origin[3])
+/* Places the nodes from corner `from` to corner `to`, equally spaced along the conductor between
+ * two fractions of its length. */
+static void place_part(chain *s, const catenary *k, const double origin[3], const int corner[2],
+                       const double fraction[2])
 {
-    catenary k = catenary_of(s->span, s->rise, c);
-    for (int n = 0; n < s->nodes; n++) { /* nodes equally spaced along the conductor */
-        double arc = k.total * n / (s->nodes - 1), x = k.lowest + c * asinh(arc / c - k.shift);
+    const int first = 2 * corner[0], last = 2 * corner[1];
+    const double start = k->total * fraction[0], length = k->total * (fraction[1] - fraction[0]);
+    for (int n = first; n <= last; n++) {
+        const double arc = start + length * (n - first) / (last - first);
+        const double x = k->lowest + k->scale * asinh(arc / k->scale - k->shift);
         s->x[3 * n] = origin[0] + x;
-        s->x[3 * n + 1] = origin[1] + c * (cosh((x - k.lowest) / c) - cosh(k.lowest / c));
+        s->x[3 * n + 1] =
+            origin[1] + k->scale * (cosh((x - k->lowest) / k->scale) - cosh(k->lowest / k->scale));
         s->x[3 * n + 2] = origin[2];
     }
+}
+
+static void place_on_catenary(const gallop_model *m, chain *s, double c)
+{
+    const int index = (int)(s - m->chain);
+    const double *origin = m->junction[s->junction[0]].position;
+    const catenary k = catenary_of(s->span, s->rise, c);
+    int corner[2] = {0, 0};
+    double fraction[2] = {0.0, 0.0};
+    for (int i = 0; i < m->scene.station_count; i++) {
+        const gallop_station *station = &m->scene.station[i];
+        if (station->chain != index) continue;
+        corner[1] = station->corner;
+        fraction[1] = station->position;
+        place_part(s, &k, origin, corner, fraction);
+        corner[0] = corner[1];
+        fraction[0] = fraction[1];
+    }
+    corner[1] = s->elements;
+    fraction[1] = 1.0;
+    place_part(s, &k, origin, corner, fraction);
 }
 
 static void place_on_parabola(chain *s, const double origin[3])
@@ -58,53 +85,21 @@ static void place_on_parabola(chain *s, const double origin[3])
     }
 }
 
-/* T0 = H / (dx1/dS) at the Gauss points */
-static void tension_from_horizontal(chain *m, double horizontal)
+static void fill_strips(gallop_model *m, const chain *c)
 {
-    for (int e = 0; e < m->elements; e++) {
-        geometry *g = &m->geometry[e];
+    for (int i = 0; i < c->intervals; i++) element_fill_strips(&m->interval[c->first_interval + i]);
+}
+
+/* T0 = H / (dx1/dS) at the Gauss points */
+static void tension_from_horizontal(gallop_model *m, chain *c, double horizontal)
+{
+    for (int e = 0; e < c->elements; e++) {
+        geometry *g = &c->geometry[e];
         const double none[2] = {0.0, 0.0};
-        element_geometry_from_nodes(g, m->x + 6 * e, none);
+        element_geometry_from_nodes(g, c->x + 6 * e, none);
         for (int q = 0; q < 2; q++) g->tension[q] = horizontal / g->slope[q][0];
     }
-    element_fill_strips(m);
-}
-
-static void gravity_forces(const gallop_model *m, double *force)
-{
-    memset(force, 0, 4 * (size_t)m->nodes * sizeof(double));
-    for (int i = 0; i < m->chain_count; i++) {
-        const chain *c = &m->chain[i];
-        double *of_chain = force + 4 * c->first_node;
-        for (int e = 0; e < c->elements; e++)
-            for (int n = 0; n < 3; n++) { /* sum over b of int N_a N_b dS = int N_a dS */
-                const double *row = c->geometry[e].shape_product[n];
-                of_chain[8 * e + 4 * n + 1] -=
-                    c->section->mass * c->gravity * (row[0] + row[1] + row[2]);
-            }
-    }
-}
-
-/* The current position becomes the reference; the second Piola-Kirchhoff tension T on p becomes T
- * |p| on p / |p|. */
-static void rebase(gallop_model *m, double *u)
-{
-    for (int i = 0; i < m->chain_count; i++) {
-        chain *c = &m->chain[i];
-        const double *of_chain = u + 4 * c->first_node;
-        for (int e = 0; e < c->elements; e++) {
-            double tension[2], x[9];
-            element_tension(c, e, false, of_chain + 8 * e, tension);
-            for (int n = 0; n < 3; n++)
-                for (int k = 0; k < 3; k++)
-                    x[3 * n + k] = c->x[6 * e + 3 * n + k] + of_chain[8 * e + 4 * n + k];
-            element_geometry_from_nodes(&c->geometry[e], x, tension);
-        }
-        element_fill_strips(c);
-    }
-    for (int n = 0; n < m->nodes; n++)
-        for (int k = 0; k < 3; k++) m->x[3 * n + k] += u[4 * n + k];
-    memset(u, 0, 4 * (size_t)m->nodes * sizeof(double));
+    fill_strips(m, c);
 }
 
 #define MAX_REFERENCE_ROUNDS 6
@@ -120,12 +115,12 @@ static int iterate_reference(gallop_model *m, const state_view *at, gallop_repor
     calm.load_factor = 0.0;
     calm.taut = true;
     for (int round = 0; round < MAX_REFERENCE_ROUNDS; round++) {
-        gravity_forces(m, m->constant_force);
+        statics_weights(m, true, m->constant_force);
         memset(at->u, 0, 4 * (size_t)m->nodes * sizeof(double));
         const int outcome = statics_newton(m, 0.0, &calm, SOLVER_JUNCTIONS_FIXED, at, report);
         if (outcome) return outcome;
         const double moved = time_correction_size(m, at->u);
-        rebase(m, at->u);
+        statics_rebase(m, at->u);
         if (moved < SETTLED * statics_shortest_span(m)) break;
     }
     return GALLOP_COMPLETED;
@@ -174,7 +169,7 @@ static double mesh_sag(const gallop_model *m, const chain *c)
 /* The catenary's parameter for the target of a chain. */
 static double first_parameter(const chain *c)
 {
-    if (!(c->target_sag > 0.0)) return c->target_tension / (c->section->mass * c->gravity);
+    if (!(c->target_sag > 0.0)) return c->target_tension / c->weight;
     double parameter = c->span * hypot(c->span, c->rise) / (8.0 * c->target_sag);
     for (int i = 0; i < BISECTIONS; i++) {
         catenary k = catenary_of(c->span, c->rise, parameter);
@@ -220,8 +215,8 @@ static int solve_for_targets(gallop_model *m, const state_view *at, gallop_repor
     for (int round = 0; round < MAX_TARGET_ROUNDS; round++) {
         for (int i = 0; i < m->chain_count; i++) {
             chain *c = &m->chain[i];
-            place_on_catenary(c, c->parameter, m->junction[c->junction[0]].position);
-            tension_from_horizontal(c, c->parameter * (c->section->mass * c->gravity));
+            place_on_catenary(m, c, c->parameter);
+            tension_from_horizontal(m, c, c->parameter * c->weight);
         }
         const int outcome = iterate_reference(m, at, report);
         if (outcome) return outcome;
@@ -237,7 +232,7 @@ static int solve_for_targets(gallop_model *m, const state_view *at, gallop_repor
         if (round > MAX_TARGET_ROUNDS / 2 && largest < TARGET_NEARLY_MET) return GALLOP_COMPLETED;
     }
     return report_failure(report, GALLOP_EQUILIBRIUM_NOT_FOUND, -1, 0.0,
-                          worst->parameter * (worst->section->mass * worst->gravity),
+                          worst->parameter * worst->weight,
                           worst->target_sag > 0.0 ? worst->target_sag : worst->target_tension);
 }
 
@@ -338,12 +333,37 @@ static double imbalance(const gallop_model *m, const double *weight)
     return largest;
 }
 
+/* At junctions that devices hold, nothing but the weight is constant: the devices balance it. */
+static void release_junctions(gallop_model *m, const double *weight)
+{
+    for (int i = 0; i < m->chain_count; i++)
+        for (int k = 0; k < m->chain[i].kept_corners; k++) {
+            const kept_corner *at = &m->chain[i].kept[k];
+            const int node = 4 * (m->chain[i].first_node + 2 * at->corner);
+            for (int n = 0; n < 4; n++)
+                if (!m->junction[at->junction].fixed[n])
+                    m->constant_force[node + n] = weight[node + n];
+        }
+}
+
+/* Stations are where the strung chains put them. */
+static void place_stations(gallop_model *m)
+{
+    for (int i = 0; i < m->chain_count; i++)
+        for (int k = 1; k < m->chain[i].kept_corners - 1; k++) {
+            const chain *c = &m->chain[i];
+            memcpy(m->junction[c->kept[k].junction].position, c->x + 6 * c->kept[k].corner,
+                   3 * sizeof(double));
+        }
+}
+
 /* What follows from the equilibrium. */
 static void derive(gallop_model *m, const state_view *at)
 {
     gallop_derived *d = &m->derived;
-    gravity_forces(m, at->residual);
+    statics_weights(m, false, at->residual);
     internal_forces(m, m->constant_force);
+    if (m->scene.settings.strung) release_junctions(m, at->residual);
     for (int i = 0; i < m->chain_count; i++) derive_chain(m, &m->chain[i], at->residual);
     derive_support_forces(m, at->residual);
     d->imbalance = imbalance(m, at->residual);
@@ -363,10 +383,15 @@ int statics_initial(gallop_model *m, gallop_report *report)
         for (int i = 0; i < m->chain_count; i++) {
             chain *c = &m->chain[i];
             place_on_parabola(c, m->junction[c->junction[0]].position);
-            tension_from_horizontal(c, c->target_tension);
+            tension_from_horizontal(m, c, c->target_tension);
         }
     else
         outcome = solve_for_targets(m, &at, report);
+    if (!outcome) {
+        place_stations(m);
+        device_prepare_all(m);
+        if (m->scene.settings.strung) outcome = statics_load(m, &at, report);
+    }
     if (!outcome) {
         derive(m, &at);
         place_loads(m);

@@ -67,7 +67,7 @@ static double lowest_swing(const gallop_model *model)
     double lowest = INFINITY;
     for (int i = 0; i < model->chain_count; i++) {
         const chain *c = &model->chain[i];
-        lowest = fmin(lowest, PI / c->span * sqrt(c->horizontal_tension / c->section->mass));
+        lowest = fmin(lowest, PI / c->span * sqrt(c->horizontal_tension / c->mass));
     }
     return lowest;
 }

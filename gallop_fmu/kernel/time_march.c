@@ -300,7 +300,7 @@ int gallop_state_init(const gallop_model *model, gallop_state *state, double sta
     bool displaced = false;
     for (int i = 0; i < 3 * model->junction_count; i++)
         displaced = displaced || at.now.position[i] != 0.0;
-    if (s->settings.start_in_mean_wind || displaced) {
+    if (s->settings.start_in_mean_wind || s->settings.strung || displaced) {
         outcome = statics_equilibrium(model, start, !s->settings.start_in_mean_wind, &at, report);
         if (outcome) return outcome;
     }

@@ -52,7 +52,7 @@ newton_action time_newton_next(gallop_state *state, double size, double before, 
 int time_angle_failure(const gallop_model *model, int element, double angle, double t,
                        gallop_report *report)
 {
-    const curve *k = model_chain_of_element(model, element)->section->curve;
+    const curve *k = model_interval_of_element(model, element)->section->curve;
     double offset = angle - k->centre;
     offset -= 2.0 * PI * nearest(offset * (0.5 / PI));
     return report_failure(report, GALLOP_ANGLE_OUT_OF_RANGE, element, t, k->centre + offset,
