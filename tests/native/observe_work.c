@@ -9,22 +9,30 @@ static int forces, energy_sums, tensions, angles;
 
 const double element_shape3[3][3], element_gauss2[2] = {-0.5, 0.5};
 
-void device_forces_at(const gallop_model *model, int index, const conditions *now, motion y,
-                      double force[4])
+void device_tower_force(const gallop_model *model, int index, const conditions *now, motion y,
+                        double force[3])
 {
     (void)model, (void)now, (void)y;
     forces++;
-    for (int i = 0; i < 4; i++) force[i] = 10.0 * index + i;
+    for (int i = 0; i < 3; i++) force[i] = 10.0 * index + i;
 }
 
-double device_energy(const gallop_model *model, const conditions *now, motion y)
+void device_add_energies(const gallop_model *model, const conditions *now, motion y,
+                         double *kinetic, double *potential)
 {
-    (void)model, (void)now, (void)y;
+    (void)model, (void)now, (void)y, (void)kinetic;
     energy_sums++;
-    return 7.0;
+    *potential += 7.0;
 }
 
-void element_tension(const chain *c, int e, bool tension_only, const double u[12], double t[2])
+double device_value(const gallop_model *model, int index, const conditions *now, motion y,
+                    int channel)
+{
+    (void)model, (void)index, (void)now, (void)y, (void)channel;
+    abort();
+}
+
+void element_tension(const interval *c, int e, bool tension_only, const double u[12], double t[2])
 {
     (void)c, (void)e, (void)tension_only, (void)u;
     tensions++;
@@ -40,7 +48,7 @@ double element_attack_angle(double theta, double v2, double v3, double omega, do
 }
 
 /* Not reached: no chain ends at a junction of the model below, and nothing is checked. */
-void element_residual(const chain *c, int e, const exposure *now, const sections *at, motion y,
+void element_residual(const interval *c, int e, const exposure *now, const sections *at, motion y,
                       double r[12])
 {
     (void)c, (void)e, (void)now, (void)at, (void)y, (void)r;
@@ -75,13 +83,16 @@ state_view state_view_of(const gallop_model *model, gallop_state *state)
 /* A chain of two elements and three junctions. */
 static double numbers[20], residual[20], attack[1];
 static cross_section section;
-static chain line = {.section = &section, .junction = {-1, -1}, .elements = 2, .nodes = 5};
+static interval conductor = {.section = &section, .elements = 2, .nodes = 5};
+static chain line = {.junction = {-1, -1}, .intervals = 1, .elements = 2, .nodes = 5};
 static junction point[3];
 static gallop_model model = {.nodes = 5,
                              .elements = 2,
                              .chain_count = 1,
                              .junction_count = 3,
+                             .interval_count = 1,
                              .chain = &line,
+                             .interval = &conductor,
                              .junction = point,
                              .normal = numbers,
                              .constant_force = numbers};

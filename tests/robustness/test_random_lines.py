@@ -31,8 +31,8 @@ def random_line(draw):
         junction.motion[:] = (-1, -1, -1)
         junctions.append(junction)
         if not end and draw.random() < 0.8:
-            device = CDevice(kind=0)
-            device.junction[:] = (k, -1)
+            device = CDevice(kind=0, junctions=1)
+            device.junction[:] = (k, *(-1,) * 7)
             device.parameter[:3] = draw.uniform(1e2, 1e5, 3)
             packed.tables["device"].append(device)
         place += [draw.uniform(60.0, 300.0), draw.uniform(-5.0, 5.0), 0.0]

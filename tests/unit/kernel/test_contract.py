@@ -207,7 +207,7 @@ def test_starts_that_are_not_finite_are_refused(span, time):
 
 
 WRONG_PROBES = {
-    "object": ((4, 0, 0, 0, 0.0), "object of a probe", 4),
+    "object": ((5, 0, 0, 0, 0.0), "object of a probe", 5),
     "negative object": ((-1, 0, 0, 0, 0.0), "object of a probe", -1),
     "node": ((NODE, -40, 0, 0, 0.0), "index of a probe", -40),
     "node beyond the last": ((NODE, 9, 0, 0, 0.0), "index of a probe", 9),

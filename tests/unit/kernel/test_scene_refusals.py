@@ -167,9 +167,10 @@ def test_tables_that_cannot_be_read(name):
 
 
 DEVICES = {
-    "kind": (lambda d: setattr(d, "kind", 2), "kind of a device"),
+    "kind": (lambda d: setattr(d, "kind", 10), "kind of a device"),
     "junction": (lambda d: d.junction.__setitem__(0, 2), "junction of a device"),
-    "second junction": (lambda d: d.junction.__setitem__(1, 1), "second junction of a device"),
+    "second junction": (lambda d: d.junction.__setitem__(1, 1), "junction of a device"),
+    "junctions": (lambda d: setattr(d, "junctions", 2), "number of junctions of a device"),
     "stiffness": (lambda d: d.parameter.__setitem__(0, -1.0), "stiffness of a support"),
     "no stiffness": (lambda d: d.parameter.__setitem__(2, 0.0), "stiffness of a support"),
     "parameter": (lambda d: d.parameter.__setitem__(11, math.nan), "parameter of a device"),
