@@ -29,8 +29,14 @@ static void blocks(const void *from, int index, tangent_weights mix, lanes out[6
 #define SETUP                                                                                     \\
     const tangent_weights mix[2] = {{1.0, 0.0, 1.0}, {0.0, 1.0, 0.0}};                            \\
     const source from = {elements, n, block};                                                     \\
-    const solver_chain chain = {elements, n, ends, blocks, &from};                                \\
-    double *store = malloc(parts * solver_room(elements, true) * sizeof(double))
+    const kept_corner ends_kept[2] = {{0, 0}, {elements, 1}};                                     \\
+    const int strips = (elements + LANES - 1) / LANES;                                            \\
+    int start[64];                                                                                \\
+    for (int k = 0; k < strips; k++) start[k] = LANES * k;                                        \\
+    start[strips] = elements;                                                                     \\
+    const solver_chain chain = {elements, n, strips, start, 2, ends ? NULL : ends_kept, ends,     \\
+                                blocks, &from};                                                   \\
+    double *store = malloc(parts * solver_room(elements, strips, 1, true) * sizeof(double))
 int solve(int parts, int elements, int n, const double *block, const bool *fixed,
           const double *tangent, double *rhs)
 {
@@ -53,8 +59,10 @@ int reduce(int parts, int elements, int n, const double *block, pairs *schur, co
     const chain_ends *ends = NULL;
     SETUP;
     const int last = 8 * parts * elements, size = 4 * parts;
-    bool good = parts == 1 ? solver_real_reduce(&chain, mix, store, schur)
-                           : solver_complex_reduce(&chain, mix, store, schur);
+    bool good = parts == 1 ? solver_real_reduce(&chain, mix, store)
+                           : solver_complex_reduce(&chain, mix, store);
+    if (good && parts == 1) solver_real_ends(&chain, store, 0, schur);
+    if (good && parts == 2) solver_complex_ends(&chain, store, 0, schur);
     if (good && parts == 1) solver_real_to_ends(&chain, store, rhs);
     if (good && parts == 2) solver_complex_to_ends(&chain, store, rhs);
     for (int i = 0; i < size; i++) {
@@ -174,7 +182,10 @@ def test_solution_of_a_chain_alone(lanes, parts, elements, n):
     assert not rhs[:, :, n:].any()
 
 
-@pytest.mark.parametrize(("parts", "elements", "n"), SIZES)
+SINGLE = [(parts, 1, n) for parts in (1, 2) for n in (4, 2)]
+
+
+@pytest.mark.parametrize(("parts", "elements", "n"), SIZES + SINGLE)
 def test_reduction_to_both_ends(lanes, parts, elements, n):
     chain = Chain(parts, elements, n)
     ends, end_loads, rhs = reduced(lanes, chain)
