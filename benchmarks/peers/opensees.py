@@ -9,33 +9,19 @@ step behind would make the scheme of first order).
 from __future__ import annotations
 
 import contextlib
-import ctypes
-import importlib.util
 from collections.abc import Callable
-from pathlib import Path
-from types import ModuleType
 
 import numpy as np
 from cases import Case, NotReachedError
 from chain import chain, section_force
+from opensees_wheel import load
 from scenes import INTERVAL, Array, Problem
 
 STEPS = (0.05, 0.025, 0.0125, 0.005, 0.0025, 0.001, 0.0005, 0.00025)
 EXPLICIT_STEPS = (4e-4, 2e-4)
 
 
-def _opensees() -> ModuleType:
-    """OpenSeesPy; its Linux wheel brings a BLAS that its own library does not find."""
-    linux = importlib.util.find_spec("openseespylinux")
-    for folder in linux.submodule_search_locations or () if linux else ():
-        for name in ("libquadmath.so.0", "libgfortran.so.4", "libblas.so.3", "liblapack.so.3"):
-            ctypes.CDLL(str(Path(folder) / "lib" / name), mode=ctypes.RTLD_GLOBAL)
-    import openseespy.opensees as opensees
-
-    return opensees
-
-
-ops = _opensees()
+ops = load()
 
 
 def cases(problem: Problem) -> list[Case]:
