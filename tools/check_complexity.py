@@ -24,8 +24,11 @@ C_FACE = "an exported C function, which has no parameters by name; its header de
 
 EXCEPTIONS = {
     "gallop_fmu/cli/main.py:run": OPTIONS,
+    "gallop_fmu/engine/model.py:device_tangent": OPTIONS,
     "gallop_fmu/engine/model.py:tangent": OPTIONS,
     "gallop_fmu/kernel/analysis.c:gallop_aero_load": C_FACE,
+    "gallop_fmu/kernel/analysis.c:gallop_device_force": C_FACE,
+    "gallop_fmu/kernel/analysis.c:gallop_device_tangent": C_FACE,
     "gallop_fmu/kernel/analysis.c:gallop_tangent": C_FACE,
     "gallop_fmu/kernel/time_march.c:gallop_run": C_FACE,
     "gallop_fmu/sweeps/sweep.py:sweep": OPTIONS,

@@ -106,6 +106,21 @@ def _load() -> c.CDLL:
             c.c_int,
             (pointer, pointer, double, inputs, *[doubles] * 3, double, double, double, doubles),
         ),
+        "gallop_device_force": (
+            c.c_int,
+            (pointer, pointer, double, inputs, *[doubles] * 3, c.c_int32, doubles, doubles),
+        ),
+        "gallop_device_tangent": (
+            c.c_int,
+            (
+                *(pointer, pointer, double, inputs),
+                *[doubles] * 3,
+                *[double] * 3,
+                c.c_int32,
+                doubles,
+            ),
+        ),
+        "gallop_junction_nodes": (c.c_int, (pointer, integers, integers)),
         "gallop_aero_load": (c.c_int, (pointer, c.c_int32, double, c.c_int32, *[pointer] * 5)),
         "gallop_sections": (c.c_int, (pointer, *[doubles] * 3)),
         "gallop_strain_points": (c.c_int, (pointer, *[doubles] * 3)),

@@ -81,6 +81,8 @@ class Model:
     ----------
     parts : Part
         Active parts.
+    devices : tuple of tuple of int
+        Indices of the junctions of each device.
 
     Raises
     ------
@@ -103,6 +105,7 @@ class Model:
         self.elements = scene.numerics.elements
         self.nodes = 2 * self.elements + 1
         self.junctions = int(packed.scene.junction_count)
+        self.devices = packed.device_junctions
         self.state_size = int(kernel.gallop_state_size(handle))
         self.saved_size = int(kernel.gallop_saved_size(handle))
         self._takes_inputs = inputs
@@ -261,6 +264,131 @@ class Model:
             )
         )
         return out
+
+    def _call_device(
+        self,
+        function: Any,
+        device: int,
+        motion: tuple[ArrayLike | None, ...],
+        time: float,
+        inputs: Inputs | None,
+        *arguments: Any,
+        factors: tuple[float, ...] = (),
+    ) -> None:
+        """Call a function of one device in a given motion."""
+        arrays = self._motion(*motion)
+        work = State(self)  # for its scratch memory alone
+        _insist(
+            function(
+                self.handle,
+                work._pointer,
+                finite("time", time),
+                self.accept(inputs),
+                *(double_pointer(y) for y in arrays),
+                *factors,
+                device,
+                *arguments,
+            )
+        )
+
+    def device_force(
+        self,
+        device: int,
+        u: ArrayLike | None = None,
+        v: ArrayLike | None = None,
+        a: ArrayLike | None = None,
+        *,
+        time: float = 0.0,
+        inputs: Inputs | None = None,
+    ) -> tuple[Array, float, float]:
+        """Forces and energy of a device in a given motion.
+
+        Parameters
+        ----------
+        device
+            Index into `devices`.
+        u, v, a, time, inputs
+            As in `residual`.
+
+        Returns
+        -------
+        force : ndarray, shape (junction, 4)
+            Forces and moment [N, N m] of its stiffness, damping and mass, and against its weight;
+            they add to `residual`.
+        kinetic, potential : float
+            Energy [J]; the potential one from the initial equilibrium.
+
+        Raises
+        ------
+        TypeError, ValueError
+            As in `residual`, or if there is no such device.
+        """
+        device = whole("device", device, 0, len(self.devices) - 1)
+        force, energy = np.empty((len(self.devices[device]), DOFS)), np.empty(2)
+        out = (double_pointer(force), double_pointer(energy))
+        self._call_device(kernel.gallop_device_force, device, (u, v, a), time, inputs, *out)
+        return force, float(energy[0]), float(energy[1])
+
+    def device_tangent(  # noqa: PLR0913 - all but four are keyword arguments
+        self,
+        device: int,
+        u: ArrayLike | None = None,
+        v: ArrayLike | None = None,
+        a: ArrayLike | None = None,
+        *,
+        stiffness: float = 0.0,
+        damping: float = 0.0,
+        mass: float = 0.0,
+        time: float = 0.0,
+        inputs: Inputs | None = None,
+    ) -> Array:
+        """Matrix ``stiffness dF/du + damping dF/dv + mass dF/da`` of the forces of a device.
+
+        Parameters
+        ----------
+        device
+            Index into `devices`.
+        u, v, a, stiffness, damping, mass, time, inputs
+            As in `tangent`.
+
+        Returns
+        -------
+        ndarray, shape (junction, junction, 4, 4)
+            Junction of the force, junction of the motion; rows and columns u1 u2 u3 theta.
+
+        Raises
+        ------
+        TypeError, ValueError
+            As in `tangent`, or if there is no such device.
+        """
+        device = whole("device", device, 0, len(self.devices) - 1)
+        count = len(self.devices[device])
+        out = np.empty((count, count, DOFS, DOFS))
+        given = {"stiffness": stiffness, "damping": damping, "mass": mass}
+        factors = tuple(finite(name, factor) for name, factor in given.items())
+        self._call_device(
+            *(kernel.gallop_device_tangent, device, (u, v, a), time, inputs, double_pointer(out)),
+            factors=factors,
+        )
+        return out
+
+    def junction_nodes(self) -> tuple[NDArray[np.int32], NDArray[np.int32]]:
+        """Nodes of the junctions, and nodes that are the same point.
+
+        Returns
+        -------
+        node : ndarray of int, shape (junction,)
+            Node whose motion is that of the junction.
+        leader : ndarray of int, shape (node,)
+            Node whose motion a node has: at a junction where several chains end, that of the first
+            of them; elsewhere its own.
+        """
+        node = np.empty(self.junctions, dtype=np.int32)
+        leader = np.empty(self.nodes, dtype=np.int32)
+        integers = c.POINTER(c.c_int32)
+        pointers = [array.ctypes.data_as(integers) for array in (node, leader)]
+        _insist(kernel.gallop_junction_nodes(self.handle, *pointers))
+        return node, leader
 
     def start(self, time: float = 0.0, inputs: Inputs | None = None) -> State:
         """The scene's initial state: equilibrium, seed, consistent accelerations.

@@ -172,6 +172,11 @@ class Packed:
         scene.number_count, scene.number = len(numbers), double_pointer(numbers)
         return scene
 
+    @property
+    def device_junctions(self) -> tuple[tuple[int, ...], ...]:
+        """Indices of the junctions of each device."""
+        return tuple(tuple(d.junction[: d.junctions]) for d in self.tables["device"])
+
     def _add(self, table: str, item: c.Structure) -> int:
         self.tables[table].append(item)
         return len(self.tables[table]) - 1

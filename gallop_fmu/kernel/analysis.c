@@ -2,6 +2,7 @@
  * any section, geometry of the elements. */
 #include "base_math.h"
 #include "check.h"
+#include "device.h"
 #include "element.h"
 #include "gallop_analysis.h"
 #include "time_integration.h"
@@ -80,6 +81,63 @@ int gallop_tangent(const gallop_model *model, gallop_state *work, double time,
             unfold(block, out);
         }
     }
+    return GALLOP_COMPLETED;
+}
+
+static bool is_device(const gallop_model *model, int32_t index)
+{
+    return index >= 0 && index < model->device_count;
+}
+
+int gallop_device_force(const gallop_model *model, gallop_state *work, double time,
+                        const gallop_inputs *inputs, const double *u, const double *v,
+                        const double *a, int32_t index, double *force, double energy[2])
+{
+    const double *const given[3] = {u, v, a};
+    if (!computable(model, work, time, inputs, given, force)) return GALLOP_BAD_CALL;
+    if (!is_device(model, index) || (energy && !base_pointer_usable(energy, WORD)))
+        return GALLOP_BAD_CALL;
+    const state_view at = state_view_of(model, work);
+    const conditions now = any_motion(model, &at, time, inputs);
+    const motion y = {u, v, a};
+    double all[GALLOP_DEVICE_JUNCTIONS][4];
+    device_force(model, &model->device[index], &now, y, all);
+    memcpy(force, all, (size_t)model->device[index].junctions * sizeof *all);
+    if (!energy) return GALLOP_COMPLETED;
+    energy[GALLOP_KINETIC_ENERGY] = energy[GALLOP_POTENTIAL_ENERGY] = 0.0;
+    device_add_energy(model, &model->device[index], &now, y, &energy[GALLOP_KINETIC_ENERGY],
+                      &energy[GALLOP_POTENTIAL_ENERGY]);
+    return GALLOP_COMPLETED;
+}
+
+int gallop_device_tangent(const gallop_model *model, gallop_state *work, double time,
+                          const gallop_inputs *inputs, const double *u, const double *v,
+                          const double *a, double k, double c, double m, int32_t index,
+                          double *tangent)
+{
+    const double *const given[3] = {u, v, a};
+    if (!computable(model, work, time, inputs, given, tangent)) return GALLOP_BAD_CALL;
+    if (!isfinite(k) || !isfinite(c) || !isfinite(m)) return GALLOP_BAD_CALL;
+    if (!is_device(model, index)) return GALLOP_BAD_CALL;
+    const state_view at = state_view_of(model, work);
+    const conditions now = any_motion(model, &at, time, inputs);
+    const int count = model->device[index].junctions;
+    device_block all[GALLOP_DEVICE_JUNCTIONS * GALLOP_DEVICE_JUNCTIONS];
+    device_tangent(model, &model->device[index], &now, (motion){u, v, a},
+                   (tangent_weights){k, c, m}, all);
+    memcpy(tangent, all, (size_t)(count * count) * sizeof *all);
+    return GALLOP_COMPLETED;
+}
+
+int gallop_junction_nodes(const gallop_model *model, int32_t *node, int32_t *leader)
+{
+    if (!check_is_model(model) || !base_pointer_usable(node, sizeof *node) ||
+        !base_pointer_usable(leader, sizeof *leader))
+        return GALLOP_BAD_CALL;
+    for (int j = 0; j < model->junction_count; j++) node[j] = model->junction[j].node;
+    for (int n = 0; n < model->nodes; n++) leader[n] = n;
+    for (int t = 0; t < model->tie_count; t++)
+        leader[model->tie[t].follower] = model->tie[t].leader;
     return GALLOP_COMPLETED;
 }
 

@@ -101,35 +101,24 @@ static void rest_of(const gallop_model *model, const device *d,
 
 /* ---- all devices ---- */
 
+void device_force(const gallop_model *model, const device *d, const conditions *now, motion y,
+                  double force[GALLOP_DEVICE_JUNCTIONS][4])
+{
+    device_motion of[GALLOP_DEVICE_JUNCTIONS];
+    memset(force, 0, (size_t)d->junctions * sizeof *force);
+    motion_of(model, d, now, y, of);
+    d->kind->add_force(d, of, force);
+}
+
 void device_add_forces(const gallop_model *model, const conditions *now, motion y, double *residual)
 {
     for (int i = 0; i < model->device_count; i++) {
         const device *d = &model->device[i];
         double force[GALLOP_DEVICE_JUNCTIONS][4];
-        device_motion of[GALLOP_DEVICE_JUNCTIONS];
-        memset(force, 0, (size_t)d->junctions * sizeof *force);
-        motion_of(model, d, now, y, of);
-        d->kind->add_force(d, of, force);
+        device_force(model, d, now, y, force);
         for (int k = 0; k < d->junctions; k++) {
             double *node = residual + 4 * model->junction[d->junction[k]].node;
             for (int n = 0; n < 4; n++) node[n] += force[k][n];
-        }
-    }
-}
-
-void device_forces_at(const gallop_model *model, int index, const conditions *now, motion y,
-                      double force[4])
-{
-    for (int n = 0; n < 4; n++) force[n] = 0.0;
-    for (int i = 0; i < model->device_count; i++) {
-        const device *d = &model->device[i];
-        for (int k = 0; k < d->junctions; k++) {
-            if (d->junction[k] != index) continue;
-            double all[GALLOP_DEVICE_JUNCTIONS][4] = {{0.0}};
-            device_motion of[GALLOP_DEVICE_JUNCTIONS];
-            motion_of(model, d, now, y, of);
-            d->kind->add_force(d, of, all);
-            for (int n = 0; n < 4; n++) force[n] += all[k][n];
         }
     }
 }
@@ -159,19 +148,23 @@ void device_tangent(const gallop_model *model, const device *d, const conditions
     d->kind->add_tangent(d, of, weights, tangent);
 }
 
+void device_add_energy(const gallop_model *model, const device *d, const conditions *now, motion y,
+                       double *kinetic, double *potential)
+{
+    device_motion of[GALLOP_DEVICE_JUNCTIONS];
+    double none = 0.0, at_start = 0.0;
+    rest_of(model, d, of);
+    d->kind->add_energy(d, of, &none, &at_start);
+    motion_of(model, d, now, y, of);
+    d->kind->add_energy(d, of, kinetic, potential);
+    *potential -= at_start;
+}
+
 void device_add_energies(const gallop_model *model, const conditions *now, motion y,
                          double *kinetic, double *potential)
 {
-    for (int i = 0; i < model->device_count; i++) {
-        const device *d = &model->device[i];
-        device_motion of[GALLOP_DEVICE_JUNCTIONS];
-        double none = 0.0, at_start = 0.0;
-        rest_of(model, d, of);
-        d->kind->add_energy(d, of, &none, &at_start);
-        motion_of(model, d, now, y, of);
-        d->kind->add_energy(d, of, kinetic, potential);
-        *potential -= at_start;
-    }
+    for (int i = 0; i < model->device_count; i++)
+        device_add_energy(model, &model->device[i], now, y, kinetic, potential);
 }
 
 bool device_holds(const gallop_model *model, int index, int unknown)

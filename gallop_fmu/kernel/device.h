@@ -59,9 +59,9 @@ bool device_leaves_plane(const gallop_model *model);
 void device_add_forces(const gallop_model *model, const conditions *now, motion y,
                        double *residual);
 
-/* The forces of the devices at one junction [N, N m]. */
-void device_forces_at(const gallop_model *model, int index, const conditions *now, motion y,
-                      double force[4]);
+/* The forces of one device [N, N m]. */
+void device_force(const gallop_model *model, const device *d, const conditions *now, motion y,
+                  double force[GALLOP_DEVICE_JUNCTIONS][4]);
 
 /* The force of the devices on the tower at one junction [N]. */
 void device_tower_force(const gallop_model *model, int index, const conditions *now, motion y,
@@ -74,6 +74,10 @@ void device_tangent(const gallop_model *model, const device *d, const conditions
 
 /* Whether a device resists a displacement of a junction from the initial equilibrium. */
 bool device_holds(const gallop_model *model, int index, int unknown);
+
+/* Adds the energy of one device since the initial equilibrium [J]. */
+void device_add_energy(const gallop_model *model, const device *d, const conditions *now, motion y,
+                       double *kinetic, double *potential);
 
 /* Adds the energy of all devices since the initial equilibrium [J]. */
 void device_add_energies(const gallop_model *model, const conditions *now, motion y,

@@ -46,6 +46,53 @@ GALLOP_API int gallop_tangent(const gallop_model *model, gallop_state *work, dou
                               const gallop_inputs *inputs, const double *u, const double *v,
                               const double *a, double k, double c, double m, double *tangent);
 
+/* Forces of one device in a given motion: of its stiffness, damping and mass, and against its
+ * weight.  With those of all devices, the residual of gallop_residual is that of the whole system.
+ *
+ * @param model    Model
+ * @param work     gallop_state_size bytes, of which scratch memory is used; a state in them is kept
+ * @param time     Time at which laws and inputs are read [s], finite
+ * @param inputs   Values that replace the scene's laws; NULL: the laws hold
+ * @param u, v, a  (nodes, 4): motion, as for gallop_residual; read at the nodes of
+ *                 gallop_junction_nodes
+ * @param index    Index of the device, 0 to devices - 1
+ * @param force    Output, (junctions of the device, 4): forces and moment [N], [N m]
+ * @param energy   Output, (2): kinetic energy, and potential energy from the initial equilibrium
+ *                 [J]; NULL: not computed
+ * @return         GALLOP_COMPLETED; GALLOP_BAD_CALL
+ */
+GALLOP_API int gallop_device_force(const gallop_model *model, gallop_state *work, double time,
+                                   const gallop_inputs *inputs, const double *u, const double *v,
+                                   const double *a, int32_t index, double *force, double energy[2]);
+
+/* Matrix k dF/du + c dF/dv + m dF/da of the forces F of gallop_device_force.
+ *
+ * @param model    Model
+ * @param work     gallop_state_size bytes, of which scratch memory is used; a state in them is kept
+ * @param time     Time at which laws and inputs are read [s], finite
+ * @param inputs   Values that replace the scene's laws; NULL: the laws hold
+ * @param u, v, a  (nodes, 4): motion, as for gallop_device_force
+ * @param k, c, m  Factors [1], [1/s], [1/s^2], finite
+ * @param index    Index of the device, 0 to devices - 1
+ * @param tangent  Output, (junctions, junctions, 4, 4) of the device: junction of the force,
+ *                 junction of the motion, rows and columns u1, u2, u3, theta
+ * @return         GALLOP_COMPLETED; GALLOP_BAD_CALL
+ */
+GALLOP_API int gallop_device_tangent(const gallop_model *model, gallop_state *work, double time,
+                                     const gallop_inputs *inputs, const double *u, const double *v,
+                                     const double *a, double k, double c, double m, int32_t index,
+                                     double *tangent);
+
+/* Nodes of the junctions, and nodes that are the same point.
+ *
+ * @param model   Model
+ * @param node    Output, (junctions): index of the node whose motion is that of the junction
+ * @param leader  Output, (nodes): index of the node whose motion a node has: at junctions where
+ *                several chains end, that of the first of them; elsewhere its own
+ * @return        GALLOP_COMPLETED; GALLOP_BAD_CALL
+ */
+GALLOP_API int gallop_junction_nodes(const gallop_model *model, int32_t *node, int32_t *leader);
+
 /* Quasi-steady aerodynamic load per unit length on sections in any motion (Liu et al. 2009, eq.
  * 20-21), and its derivatives.  With the relative wind w2 = -v2 - r omega, w3 = U - v3, Ur^2 = w2^2
  * + w3^2, the attack angle alpha = alpha0 + theta + atan2(w2, w3), and q = rho d Ur / 2,

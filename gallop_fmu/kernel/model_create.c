@@ -230,8 +230,8 @@ static void create_sections(gallop_model *m)
 }
 
 /* The part of a chain whose elements follow those of the interval before. */
-static void create_interval(gallop_model *m, const chain *c, int field, const part *from, int first_strip,
-                            interval *to)
+static void create_interval(gallop_model *m, const chain *c, int field, const part *from,
+                            int first_strip, interval *to)
 {
     to->section_index = from->cross_section;
     to->section = &m->section[from->cross_section];

@@ -36,7 +36,9 @@ UP, DOWN, TOWARDS_ZERO = 0x800, 0x400, 0xC00  # of fesetround on x86
 
 @pytest.fixture(scope="module")
 def scene():
-    return gf.load_scene("example3").with_values({"numerics.elements": 4})
+    springs = {"kind": "springs", "stiffness_x1": 1e5, "stiffness_x3": 1e4}
+    supports = {"supports.left": springs, "supports.right": springs}
+    return gf.load_scene("example3").with_values({"numerics.elements": 4} | supports)
 
 
 @pytest.fixture(scope="module")
@@ -73,6 +75,14 @@ FUNCTIONS = {
     "gallop_observe": ("model", "state", "probe", "probes", "values"),
     "gallop_residual": ("model", "state", "time", "inputs", "u", "v", "a", "out"),
     "gallop_tangent": ("model", "state", "time", "inputs", "u", "v", "a", "k", "c", "m", "out"),
+    "gallop_device_force": (
+        *("model", "state", "time", "inputs", "u", "v", "a"),
+        *("element", "out", "slopes"),
+    ),
+    "gallop_device_tangent": (
+        *("model", "state", "time", "inputs", "u", "v", "a"),
+        *("k", "c", "m", "element", "out"),
+    ),
     "gallop_model_derived": ("model", "values"),
     "gallop_model_nodes": ("model", "values"),
     "gallop_sections": ("model", "values", "out", "more"),
@@ -129,6 +139,12 @@ def test_pointers_that_are_not_aligned_are_refused(span, name, argument, shift):
     assert span.saved == before
 
 
+ONLY_SCRATCH = (
+    *("gallop_state_init", "gallop_equilibrium", "gallop_residual", "gallop_tangent"),
+    *("gallop_device_force", "gallop_device_tangent"),
+)
+
+
 @pytest.mark.parametrize(
     "name", [name for name, arguments in FUNCTIONS.items() if "state" in arguments]
 )
@@ -137,7 +153,7 @@ def test_a_state_of_another_model_is_refused(span, other, scene, name):
     small = Span(scene.with_values({"numerics.elements": 2})).started()
     blank = np.zeros(len(span.block) + 1)
     for foreign in (small.state, other.state, c.c_void_p(blank.ctypes.data)):
-        if name in ("gallop_state_init", "gallop_equilibrium", "gallop_residual", "gallop_tangent"):
+        if name in ONLY_SCRATCH:
             continue
         assert span.call(name, FUNCTIONS[name], {"state": foreign}) == BAD_CALL
         if "report" in FUNCTIONS[name]:
@@ -377,6 +393,53 @@ def test_free_unknowns_need_an_array_of_integers(span):
     assert (is_free == -1).all()
     assert kernel.gallop_free_unknowns(span.handle, c.c_void_p(place)) == 0
     assert set(is_free) == {0, 1}
+
+
+def test_junction_nodes_need_arrays_of_integers(span):
+    node, leader = (np.full(n, -1, np.int32) for n in (2, span.model.nodes))
+    places = [node.ctypes.data, leader.ctypes.data]
+    for model, first, second in (
+        (None, *places),
+        (span.handle, None, places[1]),
+        (span.handle, places[0] + 2, places[1]),
+        (span.handle, places[0], None),
+        (span.handle, places[0], places[1] + 1),
+    ):
+        pointers = [c.c_void_p(place) for place in (first, second)]
+        assert kernel.gallop_junction_nodes(model, *pointers) == BAD_CALL
+    assert (node == -1).all()
+    assert (leader == -1).all()
+    assert kernel.gallop_junction_nodes(span.handle, *map(c.c_void_p, places)) == 0
+    assert node.tolist() == [0, span.model.nodes - 1]
+    assert leader.tolist() == list(range(span.model.nodes))
+
+
+@pytest.mark.parametrize("name", ["gallop_device_force", "gallop_device_tangent"])
+def test_a_device_is_one_of_the_scene(span, name):
+    for device in (-1, 2):
+        change = {"element": c.c_int32(device)}
+        assert span.call(name, FUNCTIONS[name], change) == BAD_CALL
+    assert (span.out == UNTOUCHED).all()
+    assert span.call(name, FUNCTIONS[name], {"element": c.c_int32(1)}) == 0
+
+
+def test_the_energy_of_a_device_may_be_left_out(span):
+    force = FUNCTIONS["gallop_device_force"]
+    assert span.call("gallop_device_force", force, {"slopes": c.c_void_p(12)}) == BAD_CALL
+    assert span.call("gallop_device_force", force, {}) == 0
+    assert (span.out[24:26] != UNTOUCHED).all()
+    span.out[24:26] = UNTOUCHED
+    assert span.call("gallop_device_force", force, {"slopes": None}) == 0
+    assert (span.out[24:26] == UNTOUCHED).all()
+
+
+@pytest.mark.parametrize("factor", ["k", "c", "m"])
+def test_the_tangent_of_a_device_wants_finite_numbers(span, factor):
+    tangent = FUNCTIONS["gallop_device_tangent"]
+    assert span.call("gallop_device_tangent", tangent, {factor: c.c_double(math.nan)}) == BAD_CALL
+    span.motion[1][5] = math.inf
+    for name in ("gallop_device_force", "gallop_device_tangent"):
+        assert span.call(name, FUNCTIONS[name], {}) == BAD_CALL
 
 
 AERO = FUNCTIONS["gallop_aero_load"]

@@ -1,16 +1,14 @@
 """A conductor that is described as several chains moves as it does as one."""
 
-import ctypes as c
-
 import numpy as np
 import pytest
 
 import gallop_fmu as gf
-from gallop_fmu.engine.ctypes_structs import CChain, CJunction, CReport, Three
-from gallop_fmu.engine.library import kernel
+from gallop_fmu.engine.ctypes_structs import CChain, CJunction, Three
 from gallop_fmu.engine.model import Model
 from gallop_fmu.engine.pack import Packed
 from gallop_fmu.foundation.channels import NODE_INDEX
+from support.line_models import LineModel
 
 ELEMENTS, STEP = 12, 0.02
 GUSTS = {"kind": "harmonic", "mean": 8.0, "amplitude": 5.0, "frequency_hz": 0.4}
@@ -26,21 +24,6 @@ INTEGRATORS = {
     "gauss": {"numerics.integrator": "gauss6"},
     "tolerance": {"numerics.integrator": "gauss6", "numerics.tolerance": 1e-6},
 }
-
-
-class LineModel(Model):
-    """A model of a packed scene that was changed after it was packed."""
-
-    def __init__(self, scene, packed):
-        report, handle = CReport(), c.c_void_p()
-        code = kernel.gallop_model_create(c.byref(packed.scene), c.byref(handle), c.byref(report))
-        assert code == 0, (code, report.field, report.value, report.limit)
-        self._handle, self.scene, self._takes_inputs = handle, scene, True
-        elements = sum(chain.elements for chain in packed.tables["chain"])
-        self.elements, self.nodes = elements, 2 * elements + len(packed.tables["chain"])
-        self.junctions = len(packed.tables["junction"])
-        self.state_size = int(kernel.gallop_state_size(handle))
-        self.saved_size = int(kernel.gallop_saved_size(handle))
 
 
 def level_span(**values):
@@ -121,3 +104,14 @@ def test_the_force_is_known_at_every_junction():
     )
     assert np.abs(found[1:3]).max() < 1e-6 * np.abs(wanted).max()
     assert found[[0, 3]] == pytest.approx(wanted, abs=1e-6 * np.abs(wanted).max())
+
+
+def test_the_nodes_of_junctions_are_known():
+    """The left end of a chain follows the right end of the one before."""
+    _, line, _ = split(level_span(), 3)
+    per_chain = 2 * ELEMENTS // 3 + 1
+    node, leader = line.junction_nodes()
+    assert node.tolist() == [0, per_chain - 1, 2 * per_chain - 1, 3 * per_chain - 1]
+    wanted = np.arange(line.nodes)
+    wanted[[per_chain, 2 * per_chain]] -= 1
+    assert (leader == wanted).all()

@@ -1,0 +1,23 @@
+"""Models of packed scenes that were changed after they were packed."""
+
+import ctypes as c
+
+from gallop_fmu.engine.ctypes_structs import CReport
+from gallop_fmu.engine.library import kernel
+from gallop_fmu.engine.model import Model
+
+
+class LineModel(Model):
+    """A model of a packed scene that was changed after it was packed."""
+
+    def __init__(self, scene, packed):
+        report, handle = CReport(), c.c_void_p()
+        code = kernel.gallop_model_create(c.byref(packed.scene), c.byref(handle), c.byref(report))
+        assert code == 0, (code, report.field, report.value, report.limit)
+        self._handle, self.scene, self._takes_inputs = handle, scene, True
+        elements = sum(chain.elements for chain in packed.tables["chain"])
+        self.elements, self.nodes = elements, 2 * elements + len(packed.tables["chain"])
+        self.junctions = len(packed.tables["junction"])
+        self.devices = packed.device_junctions
+        self.state_size = int(kernel.gallop_state_size(handle))
+        self.saved_size = int(kernel.gallop_saved_size(handle))
