@@ -1,14 +1,14 @@
 /* The tangent equations of all chains and devices.
  *
  * Where no junction joins two chains or devices, each chain is solved by itself, its ends fixed or
- * held by devices.  Otherwise every chain is reduced to its two end nodes, and what remains is a
- * banded system of the junctions in their order; its band is as wide as the farthest junctions
- * that a chain or a device joins.  A real tangent has one part, a complex one two. */
+ * held by devices.  Otherwise every chain is reduced to its corners at which junctions lie, and
+ * what remains is a banded system of the junctions in their order; its band is as wide as the
+ * farthest junctions that a chain or a device joins.  A real tangent has one part, a complex one
+ * two. */
 #include "solver.h"
 
 #include "device.h"
 #include "junction.h"
-#include "solver_band.h"
 
 enum { REAL = 1, COMPLEX = 2 };
 
@@ -43,8 +43,9 @@ void solver_measure(gallop_model *model)
         c->first_factor = model->chain_factors;
         model->chain_factors += solver_room(c->elements, c->strips, segments, model->coupled);
     }
-    const int rows = 4 * model->junction_count, half = 4 * model->junction_reach + 3;
-    model->factor_room = model->chain_factors + (model->coupled ? solver_band_room(rows, half) : 0);
+    model->factor_room = model->chain_factors;
+    if (model->coupled)
+        model->factor_room += solver_junction_room(model->junction_count, model->junction_reach);
 }
 
 /* A tangent to be factored. */
@@ -159,20 +160,19 @@ static void solve_alone(const gallop_model *model, const state_view *view,
 /* ---- Chains that junctions couple. ---- */
 
 /* The matrix of the junctions lies behind the factors of the chains. */
-static band junctions_in(const gallop_model *model, const state_view *view, int parts)
+static solver_junction_system junctions_in(const gallop_model *model, const state_view *view,
+                                           int parts)
 {
     double *store = parts == REAL ? view->factors : view->complex_factors;
-    double *matrix = store + (size_t)parts * model->chain_factors;
-    const int rows = 4 * model->junction_count, half = 4 * model->junction_reach + 3;
-    return (band){rows, half, matrix, parts == REAL ? NULL : matrix + solver_band_room(rows, half)};
+    return (solver_junction_system){model->junction_count, model->junction_reach, model->unknowns,
+                                    store + (size_t)parts * model->chain_factors};
 }
 
-/* Adds a block of four rows and columns, by rows, to that of two junctions. */
-static void add_block(const band *m, int row, int column, const double *block, double *matrix)
+static void add_block(const system_tangent *t, const solver_junction_system *s, const int at[2],
+                      int part, const double values[16])
 {
-    for (int i = 0; i < 4; i++)
-        for (int j = 0; j < 4; j++)
-            matrix[solver_band_place(m, 4 * row + i, 4 * column + j)] += block[4 * i + j];
+    (t->parts == REAL ? solver_real_junctions_add : solver_complex_junctions_add)(s, at[0], at[1],
+                                                                                  part, values);
 }
 
 static solver_chain reduced_chain_of(const gallop_model *model, const chain *c)
@@ -184,7 +184,7 @@ static solver_chain reduced_chain_of(const gallop_model *model, const chain *c)
 }
 
 /* What a chain has between two kept corners, the second one being number `index`. */
-static void add_segment(const system_tangent *t, const band *m, const chain *c,
+static void add_segment(const system_tangent *t, const solver_junction_system *s, const chain *c,
                         const solver_chain *reduced, const double *store, int index)
 {
     const kept_corner *at = &c->kept[index - 1];
@@ -194,12 +194,13 @@ static void add_segment(const system_tangent *t, const band *m, const chain *c,
     else
         solver_complex_ends(reduced, store, index - 1, ends);
     for (int part = 0; part < t->parts; part++)
-        for (int k = 0; k < 4; k++)
-            add_block(m, at[k / 2].junction, at[k % 2].junction, ends[part][k / 2][k % 2][0],
-                      part ? m->im : m->re);
+        for (int k = 0; k < 4; k++) {
+            const int junctions[2] = {at[k / 2].junction, at[k % 2].junction};
+            add_block(t, s, junctions, part, ends[part][k / 2][k % 2][0]);
+        }
 }
 
-static bool add_chains(const system_tangent *t, const band *m)
+static bool add_chains(const system_tangent *t, const solver_junction_system *s)
 {
     for (int i = 0; i < t->model->chain_count; i++) {
         const chain *c = &t->model->chain[i];
@@ -210,12 +211,12 @@ static bool add_chains(const system_tangent *t, const band *m)
         const bool good = t->parts == REAL ? solver_real_reduce(&reduced, t->weights, store)
                                            : solver_complex_reduce(&reduced, t->weights, store);
         if (!good) return false;
-        for (int k = 1; k < c->kept_corners; k++) add_segment(t, m, c, &reduced, store, k);
+        for (int k = 1; k < c->kept_corners; k++) add_segment(t, s, c, &reduced, store, k);
     }
     return true;
 }
 
-static void add_coupling_devices(const system_tangent *t, const band *m)
+static void add_coupling_devices(const system_tangent *t, const solver_junction_system *s)
 {
     for (int i = 0; i < t->model->device_count; i++) {
         const device *d = &t->model->device[i];
@@ -223,66 +224,53 @@ static void add_coupling_devices(const system_tangent *t, const band *m)
         for (int part = 0; part < t->parts; part++) {
             device_block tangent[GALLOP_DEVICE_JUNCTIONS * GALLOP_DEVICE_JUNCTIONS];
             device_tangent(t->model, d, t->now, t->y, t->weights[part], tangent);
-            for (int k = 0; k < count * count; k++)
-                add_block(m, d->junction[k / count], d->junction[k % count], tangent[k],
-                          part ? m->im : m->re);
+            for (int k = 0; k < count * count; k++) {
+                const int junctions[2] = {d->junction[k / count], d->junction[k % count]};
+                add_block(t, s, junctions, part, tangent[k]);
+            }
         }
     }
 }
 
-/* Rows of prescribed unknowns, and of those that the scene does not need, say that they are zero.
- */
-static void fix_rows(const gallop_model *model, const band *m)
+/* Rows of prescribed unknowns say that they are zero; an unknown that the scene does not need has
+ * none. */
+static void fix_rows(const system_tangent *t, const solver_junction_system *s)
 {
-    for (int row = 0; row < m->rows; row++) {
-        if (!model->junction[row / 4].fixed[row % 4] && row % 4 < model->unknowns) continue;
-        for (int k = 0; k < 2 * m->half + 1; k++) {
-            const size_t place = (size_t)row * (2 * (size_t)m->half + 1) + (size_t)k;
-            m->re[place] = k == m->half ? 1.0 : 0.0;
-            if (m->im) m->im[place] = 0.0;
+    for (int j = 0; j < s->count; j++)
+        for (int i = 0; i < s->unknowns; i++) {
+            if (!t->model->junction[j].fixed[i]) continue;
+            (t->parts == REAL ? solver_real_junctions_fix : solver_complex_junctions_fix)(s, j, i);
         }
-    }
-}
-
-/* The number that turns k, c and m of complex weights (k real) to either side of the real axis. */
-static void half_turn(const system_tangent *t, double turn[2])
-{
-    const double angle = t->parts == REAL ? 0.0 : -0.5 * atan2(t->weights[1].m, t->weights[0].m);
-    turn[0] = cos(angle);
-    turn[1] = sin(angle);
 }
 
 static bool factor_coupled(const system_tangent *t)
 {
-    const band m = junctions_in(t->model, t->view, t->parts);
-    double turn[2];
-    memset(m.re, 0, (size_t)t->parts * solver_band_room(m.rows, m.half) * sizeof(double));
-    if (!add_chains(t, &m)) return false;
-    add_coupling_devices(t, &m);
-    fix_rows(t->model, &m);
-    half_turn(t, turn);
-    return solver_band_factor(&m, turn);
+    const solver_junction_system s = junctions_in(t->model, t->view, t->parts);
+    (t->parts == REAL ? solver_real_junctions_clear : solver_complex_junctions_clear)(&s);
+    if (!add_chains(t, &s)) return false;
+    add_coupling_devices(t, &s);
+    fix_rows(t, &s);
+    return (t->parts == REAL ? solver_real_junctions_factor
+                             : solver_complex_junctions_factor)(&s, t->weights);
 }
 
 /* The right-hand sides of the junctions, which are at their leading nodes, become solutions. */
 static void solve_junctions(const gallop_model *model, const state_view *view, int parts,
                             double *rhs)
 {
-    const band m = junctions_in(model, view, parts);
-    double *re = view->junction_rhs, *im = parts == REAL ? NULL : re + m.rows;
-    for (int row = 0; row < m.rows; row++) {
-        const junction *j = &model->junction[row / 4];
-        const double *node = rhs + 4 * parts * j->node + row % 4;
-        const bool moves = !j->fixed[row % 4] && row % 4 < model->unknowns;
-        re[row] = moves ? node[0] : 0.0;
-        if (im) im[row] = moves ? node[4] : 0.0;
+    const solver_junction_system s = junctions_in(model, view, parts);
+    const size_t width = 4 * (size_t)parts;
+    double *x = view->junction_rhs;
+    for (int j = 0; j < s.count; j++) {
+        memcpy(x + width * j, rhs + width * model->junction[j].node, width * sizeof *x);
+        for (int i = 0; i < 4; i++)
+            for (int part = 0; part < parts; part++)
+                if (model->junction[j].fixed[i] || i >= s.unknowns)
+                    x[width * j + 4 * part + i] = 0.0;
     }
-    solver_band_solve(&m, re, im);
-    for (int row = 0; row < m.rows; row++) {
-        double *node = rhs + 4 * parts * model->junction[row / 4].node + row % 4;
-        node[0] = re[row];
-        if (im) node[4] = im[row];
-    }
+    (parts == REAL ? solver_real_junctions_solve : solver_complex_junctions_solve)(&s, x);
+    for (int j = 0; j < s.count; j++)
+        memcpy(rhs + width * model->junction[j].node, x + width * j, width * sizeof *x);
 }
 
 static void solve_coupled(const gallop_model *model, const state_view *view, int parts, double *rhs)

@@ -81,4 +81,41 @@ void solver_complex_to_ends(const solver_chain *c, const double *store, double *
 void solver_real_from_ends(const solver_chain *c, const double *store, double *rhs);
 void solver_complex_from_ends(const solver_chain *c, const double *store, double *rhs);
 
+/* ---- The system of the junctions (solver_junctions.h). ---- */
+
+/* Junctions farther apart than `reach` in their order are not coupled. */
+typedef struct {
+    int count, reach, unknowns;
+    double *store;
+} solver_junction_system;
+
+/* Room [doubles] of its matrix, times the parts of a number. */
+static inline size_t solver_junction_room(int count, int reach)
+{
+    return 16 * (size_t)count * (2 * (size_t)reach + 1);
+}
+
+/* The matrix becomes zero. */
+void solver_real_junctions_clear(const solver_junction_system *s);
+void solver_complex_junctions_clear(const solver_junction_system *s);
+
+/* Adds a block, by rows, to one part of the matrix. */
+void solver_real_junctions_add(const solver_junction_system *s, int row, int column, int part,
+                               const double values[16]);
+void solver_complex_junctions_add(const solver_junction_system *s, int row, int column, int part,
+                                  const double values[16]);
+
+/* The row of an unknown says that it is zero. */
+void solver_real_junctions_fix(const solver_junction_system *s, int row, int unknown);
+void solver_complex_junctions_fix(const solver_junction_system *s, int row, int unknown);
+
+/* Factors the matrix.  False: it is not positive definite. */
+bool solver_real_junctions_factor(const solver_junction_system *s, const tangent_weights *weights);
+bool solver_complex_junctions_factor(const solver_junction_system *s,
+                                     const tangent_weights *weights);
+
+/* The right-hand sides (junctions, 4), or (junctions, 8), become the solution. */
+void solver_real_junctions_solve(const solver_junction_system *s, double *x);
+void solver_complex_junctions_solve(const solver_junction_system *s, double *x);
+
 #endif

@@ -348,13 +348,22 @@ TWO_PATHS static void run_correct_middles(const factors *f, double *rhs)
 
 /* ---- Entries. ---- */
 
+/* Half of the angle between k, which is real, and m, which is farthest off. */
+static rotation turn_of(const tangent_weights *weights)
+{
+#if PARTS == 2
+    const double half = -0.5 * atan2(weights[1].m, weights[0].m);
+    return (rotation){cos(half), sin(half)};
+#else
+    (void)weights;
+    return (rotation){1.0, 0.0};
+#endif
+}
+
 /* Take the tangent, with the middle nodes eliminated. */
 static bool take_tangent(factors *f, const solver_chain *c, const tangent_weights *weights)
 {
-#if PARTS == 2
-    const double half = -0.5 * atan2(weights[1].m, weights[0].m); /* k is real, m farthest off */
-    f->turn = (rotation){cos(half), sin(half)};
-#endif
+    f->turn = turn_of(weights);
     return run_condense_strips(f, c, weights);
 }
 

@@ -1,4 +1,5 @@
-/* The direct solver of a chain for a real tangent. */
+/* The direct solver of a chain, and of the junctions, for a real tangent. */
 #define PARTS 1
 #define ENTRY(name) solver_real_##name
 #include "solver_block.h"
+#include "solver_junctions.h"
