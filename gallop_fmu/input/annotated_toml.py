@@ -29,32 +29,40 @@ def annotated_toml(scene: SceneBase) -> str:
 
 def _annotated(scene: SceneBase, notes: Mapping[str, str]) -> Iterator[str]:
     """Yield the lines of the file; items of a line, such as spans, have their number."""
-    root, table, array = type(scene), "", ""
-    items = Counter[str]()
+    table, array, items = "", "", Counter[str]()
+
+    def numbered(line: str, path: str) -> str:
+        number = number_of_item(type(scene), f"{path}.{items[path]}")
+        items[path] += bool(number)
+        return f"{line}  # {number}" if number else line
+
     for line in scene.to_toml().splitlines():
         if heading := re.fullmatch(r"(\[+)([^\]\"]+)\]+", line):
-            table = _with_index(heading[2], items)
-            number = number_of_item(root, f"{table}.{items[table]}") if heading[1] == "[[" else ""
-            if number:
-                items[table] += 1
-                table += f".{items[table] - 1}"
-            table += "."
-            yield f"{line}  # {number}" if number else line
-            continue
-        if array and line.startswith("    {"):
-            yield f"{line}  # {number_of_item(root, f'{array}.{items[array]}')}"
-            items[array] += 1
-            continue
-        key = re.match(r"(\w+) = ", line)
-        path = table + key[1] if key else ""
-        note = notes.get(path) if key and table != "sources." and not line.endswith('"""') else None
-        is_array = line.endswith("[")
-        array = path if is_array and number_of_item(root, f"{path}.0") else ""
-        if array:
-            yield from _notes_of_items(array, notes)
-        elif note and is_array:
-            yield f"# {note}"
-        yield f"{line}  # {note}" if note and table and not is_array else line
+            yield numbered(line, heading[2]) if heading[1] == "[[" else line
+            table = _with_index(f"{heading[2]}.", items)
+        elif array and line.startswith("    {"):
+            yield numbered(line, array)
+        else:
+            key = re.match(r"(\w+) = ", line)
+            path = table + key[1] if key else ""
+            array = path if line.endswith("[") and _is_numbered(scene, path) else ""
+            if array:
+                yield from _notes_of_items(array, notes)
+            yield from _with_note(line, None if array else notes.get(path), in_table=bool(table))
+
+
+def _is_numbered(scene: SceneBase, path: str) -> bool:
+    return number_of_item(type(scene), f"{path}.0") != ""
+
+
+def _with_note(line: str, note: str | None, *, in_table: bool) -> Iterator[str]:
+    """Yield a line with the meaning of its value, which is above an array of several lines."""
+    if note is None or line.endswith('"""'):
+        yield line
+    elif line.endswith("["):
+        yield from (f"# {note}", line)
+    else:
+        yield f"{line}  # {note}" if in_table else line
 
 
 def _with_index(table: str, items: Mapping[str, int]) -> str:
