@@ -64,9 +64,9 @@ INLINE void solve_junctions(const solver_junction_system *s, double *x, int n)
     }
 }
 
-TWO_PATHS static bool run_factor_junctions(const solver_junction_system *s, const rotation *turn)
+TWO_PATHS static bool run_factor_junctions(const solver_junction_system *s, rotation turn)
 {
-    return s->unknowns == 2 ? factor_junctions(s, turn, 2) : factor_junctions(s, turn, 4);
+    return s->unknowns == 2 ? factor_junctions(s, &turn, 2) : factor_junctions(s, &turn, 4);
 }
 
 TWO_PATHS static void run_solve_junctions(const solver_junction_system *s, double *x)
@@ -99,8 +99,7 @@ void ENTRY(junctions_fix)(const solver_junction_system *s, int row, int unknown)
 
 bool ENTRY(junctions_factor)(const solver_junction_system *s, const tangent_weights *weights)
 {
-    const rotation turn = turn_of(weights);
-    return run_factor_junctions(s, &turn);
+    return run_factor_junctions(s, turn_of(weights));
 }
 
 void ENTRY(junctions_solve)(const solver_junction_system *s, double *x)
