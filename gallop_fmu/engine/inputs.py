@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from gallop_fmu.engine.ctypes_structs import CInputs, Three
 from gallop_fmu.foundation.argument_checks import finite, numbers
+from gallop_fmu.scene.line_scene import LineScene
 from gallop_fmu.scene.scene import Scene
 
 Array = NDArray[np.float64]
@@ -44,7 +45,7 @@ class Inputs:
 
     @classmethod
     def still(
-        cls, scene: Scene, attack_angle: float | None = None, wind_speed: float = 0.0
+        cls, scene: Scene | LineScene, attack_angle: float | None = None, wind_speed: float = 0.0
     ) -> Inputs:
         """Towers at rest, and no wind unless it is given; the ice at the scene's attack angle.
 
@@ -53,12 +54,13 @@ class Inputs:
         scene
             The scene.
         attack_angle
-            Another attack angle [rad]; None: the scene's.
+            Another attack angle [rad]; None: the scene's, of a line that of its first span.
         wind_speed
             Steady wind [m/s].
         """
         if attack_angle is None:
-            attack_angle = float(np.radians(scene.ice.attack_angle_deg))
+            ice = scene.ice_of_span(1) if isinstance(scene, LineScene) else scene.ice
+            attack_angle = float(np.radians(ice.attack_angle_deg))
         return cls(0.0, wind_speed, attack_angle, np.zeros((2, 3)))
 
     def packed(self) -> CInputs:

@@ -19,6 +19,7 @@ class Object(enum.IntEnum):
     JUNCTION = 1
     FIELD = 2
     SYSTEM = 3
+    DEVICE = 4
 
 
 Probes = NDArray[np.void]
@@ -29,6 +30,7 @@ AXES = 3
 
 _SYSTEM = ("kinetic_energy", "potential_energy", "newton_iterations", "substeps")
 _LAST = -1
+_ROW = np.dtype(CProbe)
 
 
 def _span_probe(name: str) -> tuple[Object, int, int]:
@@ -42,7 +44,7 @@ def _span_probe(name: str) -> tuple[Object, int, int]:
 
 
 def _table(rows: Iterable[tuple[int, int, int]]) -> Probes:
-    return np.array([(*row, 0, 0.0) for row in rows], dtype=np.dtype(CProbe))
+    return np.array([(*row, 0, 0.0) for row in rows], dtype=_ROW)
 
 
 _SPAN = _table(_span_probe(channel.name) for channel in SPAN_CHANNELS)
@@ -57,9 +59,14 @@ def span_probes(channels: NDArray[np.int32], junctions: int) -> Probes:
 
 def node_probes(nodes: NDArray[np.int32], channels: NDArray[np.int32]) -> Probes:
     """Probes of every channel at every node, node after node."""
-    probes = np.zeros((len(nodes), len(channels)), dtype=np.dtype(CProbe))
+    probes = np.zeros((len(nodes), len(channels)), dtype=_ROW)
     probes["object"], probes["index"], probes["channel"] = Object.NODE, nodes[:, None], channels
     return probes.ravel()
+
+
+def probes_of(rows: Iterable[tuple[Object, int, int]]) -> Probes:
+    """Probes by object, index and channel."""
+    return _table(rows)
 
 
 def junction_probes(junction: int) -> Probes:

@@ -152,7 +152,7 @@ def _variable_item(variable: Variable, packed: Packed) -> VariableItem:
     section, item, offset, factor = b"", 0, 0, 1.0
     match variable.origin:
         case Origin.PARAMETER:
-            table, item, offset, factor = packed.places[variable.key]
+            [(table, item, offset, factor)] = packed.places[variable.key]
             section = SECTION_IDS[table]
         case Origin.INPUT:
             item = INPUTS.index(variable.key)

@@ -25,6 +25,7 @@ from gallop_fmu.engine.inputs import Inputs
 from gallop_fmu.engine.model import DOFS, Model
 from gallop_fmu.foundation.channels import NODE_CHANNELS, SPAN_INDEX
 from gallop_fmu.foundation.errors import SceneError
+from gallop_fmu.scene.line_scene import one_span
 from gallop_fmu.simulation.result import Result
 
 Array = NDArray[np.float64]
@@ -208,7 +209,7 @@ def _tower_points(model: Model, time: float, inputs: Callable[[float], Inputs] |
     if inputs:
         at = inputs(time)
         return np.asarray(at.support, dtype=np.float64).ravel()
-    return model.scene.supports.displacement_at(time).ravel()
+    return one_span(model.scene, "energy_balance").supports.displacement_at(time).ravel()
 
 
 def _work(force: Array, place: Array) -> Array:

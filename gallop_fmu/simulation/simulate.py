@@ -16,6 +16,7 @@ from gallop_fmu.engine.model import Model, Part, Run
 from gallop_fmu.foundation.channels import NODE_INDEX, SPAN_INDEX
 from gallop_fmu.foundation.integrators import INTEGRATORS
 from gallop_fmu.foundation.outcome import Outcome, Report, SimulationError
+from gallop_fmu.scene.line_scene import one_span
 from gallop_fmu.scene.scene import Scene
 from gallop_fmu.simulation.result import Provenance, Result, histories
 from gallop_fmu.simulation.run_options import (
@@ -221,7 +222,8 @@ def _dataset(
     for index, name in enumerate(span_channels):
         variables[name] = (("time",), np.ascontiguousarray(span_values[:, index]))
     equilibrium = model.equilibrium()
-    details = _details(model.scene, model)
-    provenance = Provenance(model.scene, equilibrium, report, seconds, details)
+    scene = one_span(model.scene, "simulate")
+    details = _details(scene, model)
+    provenance = Provenance(scene, equilibrium, report, seconds, details)
     time = interval * np.arange(len(node_values))
     return histories(variables, time, nodes, equilibrium.x[nodes, 0], provenance)

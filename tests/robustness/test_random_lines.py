@@ -47,7 +47,7 @@ def random_line(draw):
         for item in packed.tables[table][:1]:
             field = {"chain": "junction", "device": "junction", "junction": "motion"}[table]
             getattr(item, field)[int(draw.integers(0, 2))] = int(draw.integers(-2, spans + 3))
-    packed.scene = packed._scene()
+    packed.scene = packed.c_scene()
     return packed
 
 

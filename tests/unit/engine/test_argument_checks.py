@@ -142,7 +142,11 @@ def test_whole_numbers_and_lists_are_inputs_too(model):
 
 
 WRONG_CALLS = [
-    (lambda m: Model("example3"), TypeError, r"scene must be a Scene, not 'example3'; load_scene"),
+    (
+        lambda m: Model("example3"),
+        TypeError,
+        r"scene must be a Scene or LineScene, not 'example3'; ",
+    ),
     (lambda m: State(m.scene), TypeError, r"model must be a Model"),
     (lambda m: m.start("0"), TypeError, r"time must be real numbers, not '0'"),
     (lambda m: m.start(inputs=5.5), TypeError, r"inputs must be Inputs or None, not 5.5"),

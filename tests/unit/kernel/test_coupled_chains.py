@@ -62,7 +62,7 @@ def split(scene, parts):
         chain = CChain(elements=per, horizontal_tension=scene.span.horizontal_tension)
         chain.junction[:] = (k, k + 1)
         packed.tables["chain"].append(chain)
-    packed.scene = packed._scene()
+    packed.scene = packed.c_scene()
     nodes = np.concatenate(
         [k * (2 * per + 1) + np.arange(2 * per + (k == parts - 1)) for k in range(parts)]
     )
