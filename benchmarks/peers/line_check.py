@@ -79,6 +79,53 @@ def bundle_frequencies(case: Found) -> Found:
     }
 
 
+def twin_frequencies(case: Found) -> Found:
+    """The horizontal twin with clamp springs, in the lumped chain; 48 and 96 elements."""
+    scene, bundle, c = case["scene"], case["scene"]["bundle"], case["scene"]["conductor"]
+    half = 0.5 * bundle["spacing"]
+    conductor = lumped.Conductor(
+        c["mass_per_rest_length"],
+        c["axial_stiffness"],
+        c["torsional_stiffness"],
+        c["torsional_inertia"],
+        0.028,
+    )
+    meshes = []
+    for elements in (48, 96):
+        model = lumped.build(
+            lumped.Case(
+                conductor,
+                scene["horizontal_tension"],
+                (scene["spans"][0]["length"],),
+                lumped.Wind(0.0, 0.0, (), ()),
+                (0.0, 0.0),
+                elements,
+                conductors=((0.0, half), (0.0, -half)),
+                frames=tuple(
+                    lumped.Frame(k / 6.0, bundle["clamp_torsional_stiffness"]) for k in range(1, 6)
+                ),
+            )
+        )
+        meshes.append(_twin_families(model))
+    return {
+        "elements": [48, 96],
+        **{key: [mesh[key] for mesh in meshes] for key in meshes[0]},
+        **{f"{key}_extrapolated": extrapolated(*(m[key] for m in meshes))[0] for key in meshes[0]},
+    }
+
+
+def _twin_families(model: lumped.Model) -> dict[str, Array]:
+    found, shapes = lumped.frequencies(model, 16)
+    one, two = (shapes[:, nodes[0]] for nodes in model.nodes)
+    size = np.abs(np.stack([one[..., 2] + two[..., 2], one[..., 1] + two[..., 1],
+                            one[..., 1] - two[..., 1]])).max(axis=2)  # fmt: skip
+    family = size.argmax(axis=0)
+    wanted = {"horizontal": 2, "vertical": 3, "torsion": 4}
+    return {
+        name: found[family == number][:count] for number, (name, count) in enumerate(wanted.items())
+    }
+
+
 def bundle_torque(case: Found) -> Found:
     """Turn [deg] under a torque that follows the frame, and under dead increments of 20 N m."""
     torques = case["results"]["torque_n_m"]
@@ -366,12 +413,18 @@ KINDS: dict[str, Callable[[Found], Found]] = {
 }
 
 
+NAMES = {
+    "bundle_frequencies_twin_drake": twin_frequencies,
+    "interphase_frequencies_zebra": interphase_frequencies,
+}
+"""Cases that are computed in another way than their kind."""
+
+
 def repeat(name: str) -> None:
     file = FOLDER / f"{name}.json"
     case = json.loads(file.read_text(encoding="utf-8"))
-    kind = "interphase" if name.startswith("interphase_freq") else case["kind"]
-    compute = (KINDS | {"interphase": interphase_frequencies}).get(kind)
-    if compute is None or name == "bundle_frequencies_twin_drake":
+    compute = NAMES.get(name) or KINDS.get(case["kind"])
+    if compute is None:
         return
     case["repeated"] = {"by": "benchmarks/peers/line_check.py", **compute(case)}
     text = json.dumps(case, indent=2, default=_plain)

@@ -25,6 +25,10 @@ STIFF = 4e6
 """Stiffness [N/m] of strings, frames and interphase spacers; as an element, so no smaller step."""
 
 
+SMALL = 1e-6
+"""Displacement [m, rad] of the differences behind a frequency."""
+
+
 @dataclass(frozen=True)
 class Conductor:
     """Values per metre of rest length (SI); first moments of the ice [kg] about the axis."""
@@ -439,6 +443,28 @@ def settled(model: Model, step: float) -> Model:
     march(u, v, tables, False, step, round(60.0 / step), 1, np.zeros(1, np.int64))
     x = tables.x + u[:, :3]
     return Model(model.case, model.tables._replace(x=x), model.nodes, model.seed)
+
+
+def frequencies(model: Model, count: int) -> tuple[Array, Array]:
+    """Frequencies [Hz] without wind and damping, and shapes (mode, node, 4); by differences."""
+    t = model.tables
+    free = np.argwhere(~t.fixed)
+    still, zero, force = (np.zeros((len(t.x), 4)) for _ in range(3))
+    calm = t._replace(damped=zero[:, 0], damped_twist=zero[:, 0])
+    jacobian = np.empty((len(free), len(free)))
+    for column, (node, direction) in enumerate(free):
+        change = []
+        for sign in (1.0, -1.0):
+            u, a = still.copy(), np.zeros((len(t.x), 4))
+            u[node, direction] = sign * SMALL
+            accelerate(u, still, calm, False, force, a)
+            change.append(a[free[:, 0], free[:, 1]])
+        jacobian[:, column] = (change[1] - change[0]) / (2.0 * SMALL)
+    values, vectors = np.linalg.eig(jacobian)
+    order = np.argsort(values.real)[:count]
+    shapes = np.zeros((count, len(t.x), 4))
+    shapes[:, free[:, 0], free[:, 1]] = vectors[:, order].real.T
+    return np.sqrt(values[order].real) / (2.0 * np.pi), shapes
 
 
 def simulate(
