@@ -9,7 +9,7 @@ import numpy as np
 import gallop_fmu as gf
 
 FOLDER = Path(__file__).parents[1] / "peers" / "data" / "lines"
-FREQUENCIES = (0.1, 10.0)
+FREQUENCIES = (1.0, 10.0)
 """Frequencies [Hz] at which the two damping ratios are stated."""
 
 
@@ -27,13 +27,9 @@ def series(case):
 def line_scene(case, elements=20, **tables):
     """Return the scene of a stored case, with further `tables` of the scene file."""
     scene = case["scene"]
-    spans = [
-        {key: span[key] for key in ("length", "height_difference")}
-        | {"ice": _span_ice(span)} * bool(span.get("ice_mass_per_rest_length"))
-        for span in scene["spans"]
-    ]
+    spans = [_span(span) for span in scene["spans"]]
     data = {
-        "format": 1,
+        "title": case["kind"],
         "section": {
             "horizontal_tension": scene["horizontal_tension"],
             "gravity": scene["gravity"],
@@ -89,8 +85,11 @@ def mean_strain(scene):
     return total / length / given["axial_stiffness"]
 
 
-def _span_ice(span):
-    return {"mass_per_length": span["ice_mass_per_length"]}
+def _span(span):
+    found = {key: span[key] for key in ("length", "height_difference")}
+    if span.get("ice_mass_per_length"):
+        found["ice"] = {"mass_per_length": span["ice_mass_per_length"]}
+    return found
 
 
 def _bundle(bundle):
