@@ -3,7 +3,8 @@
 Own model, without anything of gallop_fmu: straight bars with engineering strain, lumped masses,
 twist at the nodes, velocity Verlet (central differences). Quasi-steady wind force in the plane
 across the conductor's tangent at the start. Strings are stiff bars with a third of their mass and
-half of their weight at the clamp; spacers are frames that are stiff in their plane, massless, with
+half of their weight at the clamp, or at the mean position of all clamps of a bundle, which are a
+frame as in a spacer (yoke); spacers are frames that are stiff in their plane, massless, with
 torsional springs between frame and conductors. Damping is proportional to the mass of the
 conductor; devices and strings have none.
 
@@ -16,11 +17,10 @@ import itertools
 from collections import namedtuple
 from dataclasses import dataclass, field
 
-import numba
 import numpy as np
+from line_march import GRAVITY, accelerate, march
 from line_strung import Array, hang
 
-GRAVITY = 9.81
 STIFF = 4e6
 """Stiffness [N/m] of strings, frames and interphase spacers; as an element, so no smaller step."""
 
@@ -94,7 +94,8 @@ Tables = namedtuple(
     "Tables",
     "x fixed mass weight inertia s2 s3 damped damped_twist length n2 n3"  # of nodes
     " left right rest ea gj"  # of elements
-    " bar_a bar_b bar_rest string_node string_top string_rest frame_node frame_arm frame_spring"
+    " bar_a bar_b bar_rest string_node string_top string_rest string_mass"
+    " frame_node frame_arm frame_spring"
     " stiff wind pressure attack lift drag moment diameter",
 )
 
@@ -119,6 +120,7 @@ class Model:
 class _Builder:
     case: Case
     columns: dict[str, list] = field(default_factory=dict)
+    pull: list[float] = field(default_factory=list)
 
     def add(self, **values: object) -> int:
         for name, value in values.items():
@@ -140,8 +142,7 @@ def build(case: Case) -> Model:
     for span in range(len(case.spans)):
         for frame in case.frames:
             at = [int(chains[span][_corner(case, frame.station)]) for chains in nodes]
-            arms = x[at][:, 1:] - x[at][:, 1:].mean(axis=0)
-            builder.add(frame_node=at, frame_arm=arms, frame_spring=frame.clamp_stiffness)
+            _frame_table(builder, at, frame)
         for station, mass, arm in case.pendulums:
             for chains in nodes:
                 node = int(chains[span][_corner(case, station)])
@@ -149,7 +150,21 @@ def build(case: Case) -> Model:
                 columns["weight"][node] += mass * GRAVITY
                 columns["s3"][node] -= mass * arm
                 columns["inertia"][node] += mass * arm**2
+    for number, string in enumerate(case.strings):
+        clamps = [int(chains[number][-1]) for chains in nodes]
+        if case.frames:
+            _frame_table(builder, clamps, case.frames[0])
+            _string(builder, clamps, string, number)
+        else:
+            for clamp in clamps:
+                _string(builder, [clamp], string, number)
     return Model(case, _tables(case, columns), nodes, _seed(case, x, nodes))
+
+
+def _frame_table(builder: _Builder, nodes: list[int], frame: Frame) -> None:
+    x = np.array([builder.columns["x"][node] for node in nodes])[:, 1:]
+    arms = x - x.mean(axis=0)
+    builder.add(frame_node=nodes, frame_arm=arms, frame_spring=frame.clamp_stiffness)
 
 
 def _corner(case: Case, station: float) -> int:
@@ -159,7 +174,7 @@ def _corner(case: Case, station: float) -> int:
 
 
 def _conductor(builder: _Builder, offset: tuple[float, float]) -> list[Array]:
-    """Nodes of one conductor; ends and clamps have no twist."""
+    """Nodes of one conductor; ends and clamps have no twist, except in a yoke."""
     case, c = builder.case, builder.case.conductor
     weight = c.mass * GRAVITY
     rises = case.rises or (0.0,) * len(case.spans)
@@ -169,6 +184,7 @@ def _conductor(builder: _Builder, offset: tuple[float, float]) -> list[Array]:
     ]
     at = np.array([0.0, *offset])
     tags: list[Array] = []
+    builder.pull = [a.right + b.left for a, b in itertools.pairwise(chains)]
     last = _node(builder, at, (True, True, True, True))
     for k, chain in enumerate(chains):
         own = [last]
@@ -176,14 +192,12 @@ def _conductor(builder: _Builder, offset: tuple[float, float]) -> list[Array]:
             end = corner == case.elements
             tower = end and k + 1 == len(chains)
             x = at + np.array([*chain.position[:, corner], 0.0])
-            own.append(_node(builder, x, (tower, tower, tower, end)))
+            held = tower or (end and not case.frames)
+            own.append(_node(builder, x, (tower, tower, tower, held)))
         for a, b in itertools.pairwise(own):
             _element(builder, a, b, chain.rest)
         last = own[-1]
         at = at + np.array([case.spans[k], rises[k], 0.0])
-        if k + 1 < len(chains):
-            pull = chain.right + chains[k + 1].left
-            _string(builder, last, at, case.strings[k], pull)
         tags.append(np.array(own))
     return tags
 
@@ -213,17 +227,18 @@ def _element(builder: _Builder, a: int, b: int, rest: float) -> None:
         columns["tangent"][node] = columns["tangent"][node] + chord
 
 
-def _string(
-    builder: _Builder, node: int, at: Array, string: tuple[float, float], pull: float
-) -> None:
+def _string(builder: _Builder, nodes: list[int], string: tuple[float, float], number: int) -> None:
+    """A string that holds the mean position of nodes; `pull`: weight on it of one conductor."""
     length, weight = string
-    columns = builder.columns
-    columns["mass"][node] += weight / GRAVITY / 3.0
-    columns["weight"][node] += 0.5 * weight
+    columns, count = builder.columns, len(nodes)
+    for node in nodes:
+        columns["weight"][node] += 0.5 * weight / count
+    place = np.mean([columns["x"][node] for node in nodes], axis=0)
     builder.add(
-        string_node=node,
-        string_top=at + np.array([0.0, length, 0.0]),
-        string_rest=length - (pull + 0.5 * weight) / STIFF,
+        string_node=nodes,
+        string_top=place + np.array([0.0, length, 0.0]),
+        string_rest=length - (count * builder.pull[number] + 0.5 * weight) / STIFF,
+        string_mass=weight / GRAVITY / 3.0,
     )
 
 
@@ -249,7 +264,12 @@ def _tables(case: Case, columns: dict[str, list]) -> Tables:
     kind = {"fixed": np.bool_} | {
         name: np.int64 for name in ("left", "right", "bar_a", "bar_b", "string_node", "frame_node")
     }
-    empty = {"string_top": (0, 3), "frame_node": (0, 1), "frame_arm": (0, 1, 2)}
+    empty = {
+        "string_node": (0, 1),
+        "string_top": (0, 3),
+        "frame_node": (0, 1),
+        "frame_arm": (0, 1, 2),
+    }
     names = [name for name in Tables._fields if name in columns or name.split("_")[0] in
              ("bar", "string", "frame")]  # fmt: skip
     arrays = {
@@ -271,156 +291,6 @@ def _tables(case: Case, columns: dict[str, list]) -> Tables:
         moment=power[2],
         diameter=case.conductor.diameter,
     )
-
-
-compiled = numba.njit(cache=True, error_model="numpy")
-
-
-@compiled
-def _bar(u, t, a, b, pull, f):
-    """Add the force of a bar with `pull` = (stiffness k, rest length) between two nodes."""
-    d1 = t.x[b, 0] - t.x[a, 0] + u[b, 0] - u[a, 0]
-    d2 = t.x[b, 1] - t.x[a, 1] + u[b, 1] - u[a, 1]
-    d3 = t.x[b, 2] - t.x[a, 2] + u[b, 2] - u[a, 2]
-    length = np.sqrt(d1 * d1 + d2 * d2 + d3 * d3)
-    n = pull[0] * (length - pull[1]) / length
-    f[a, 0] += n * d1
-    f[a, 1] += n * d2
-    f[a, 2] += n * d3
-    f[b, 0] -= n * d1
-    f[b, 1] -= n * d2
-    f[b, 2] -= n * d3
-
-
-@compiled
-def _frame(u, t, k, f):
-    """Best fit of a frame: stiff arms, and springs between the twists and the turn of the frame."""
-    nodes, arms = t.frame_node[k], t.frame_arm[k]
-    n = nodes.shape[0]
-    c2, c3 = 0.0, 0.0
-    for i in range(n):
-        c2 += (t.x[nodes[i], 1] + u[nodes[i], 1]) / n
-        c3 += (t.x[nodes[i], 2] + u[nodes[i], 2]) / n
-    a, b = 0.0, 0.0
-    for i in range(n):
-        y2 = t.x[nodes[i], 1] + u[nodes[i], 1] - c2
-        y3 = t.x[nodes[i], 2] + u[nodes[i], 2] - c3
-        a += arms[i, 0] * y2 + arms[i, 1] * y3
-        b += arms[i, 0] * y3 - arms[i, 1] * y2
-    turn = np.arctan2(b, a)
-    cos, sin, square = np.cos(turn), np.sin(turn), a * a + b * b
-    torque = 0.0
-    for i in range(n):
-        m = t.frame_spring[k] * (u[nodes[i], 3] - turn)
-        f[nodes[i], 3] -= m
-        torque += m
-    for i in range(n):
-        r2, r3 = arms[i, 0], arms[i, 1]
-        y2 = t.x[nodes[i], 1] + u[nodes[i], 1] - c2
-        y3 = t.x[nodes[i], 2] + u[nodes[i], 2] - c3
-        f[nodes[i], 1] -= t.stiff * (y2 - cos * r2 + sin * r3)
-        f[nodes[i], 2] -= t.stiff * (y3 - sin * r2 - cos * r3)
-        f[nodes[i], 1] += torque * (-a * r3 - b * r2) / square
-        f[nodes[i], 2] += torque * (a * r2 - b * r3) / square
-
-
-@compiled
-def _wind(u, v, t, i, f):
-    """Lift, drag and moment of a node in the plane across the tangent."""
-    w1, w2, w3 = t.wind[0] - v[i, 0], t.wind[1] - v[i, 1], t.wind[2] - v[i, 2]
-    n2, n3 = t.n2[i], t.n3[i]
-    up = w1 * n2[0] + w2 * n2[1] + w3 * n2[2] - 0.5 * t.diameter * v[i, 3]
-    along = w1 * n3[0] + w2 * n3[1] + w3 * n3[2]
-    x = t.attack + u[i, 3] + np.arctan2(up, along)
-    lift = t.lift[0] + x * (t.lift[1] + x * (t.lift[2] + x * t.lift[3]))
-    drag = t.drag[0] + x * (t.drag[1] + x * (t.drag[2] + x * t.drag[3]))
-    moment = t.moment[0] + x * (t.moment[1] + x * (t.moment[2] + x * t.moment[3]))
-    speed = np.sqrt(up * up + along * along)
-    q = t.pressure * speed * t.length[i]
-    f2, f3 = q * (lift * along + drag * up), q * (drag * along - lift * up)
-    for k in range(3):
-        f[i, k] += f2 * n2[k] + f3 * n3[k]
-    f[i, 3] += q * speed * t.diameter * moment
-
-
-@compiled
-def accelerate(u, v, t, windy, f, a):
-    """Accelerations `a` (node, 4) of the motion u, v; `f` is working memory."""
-    f[:] = 0.0
-    for e in range(t.left.shape[0]):
-        p, q = t.left[e], t.right[e]
-        _bar(u, t, p, q, (t.ea[e] / t.rest[e], t.rest[e]), f)
-        m = t.gj[e] * (u[q, 3] - u[p, 3])
-        f[p, 3] += m
-        f[q, 3] -= m
-    for e in range(t.bar_rest.shape[0]):
-        _bar(u, t, t.bar_a[e], t.bar_b[e], (t.stiff, t.bar_rest[e]), f)
-    for e in range(t.string_rest.shape[0]):
-        i = t.string_node[e]
-        d1 = t.string_top[e, 0] - t.x[i, 0] - u[i, 0]
-        d2 = t.string_top[e, 1] - t.x[i, 1] - u[i, 1]
-        d3 = t.string_top[e, 2] - t.x[i, 2] - u[i, 2]
-        length = np.sqrt(d1 * d1 + d2 * d2 + d3 * d3)
-        n = t.stiff * (length - t.string_rest[e]) / length
-        f[i, 0] += n * d1
-        f[i, 1] += n * d2
-        f[i, 2] += n * d3
-    for k in range(t.frame_spring.shape[0]):
-        _frame(u, t, k, f)
-    for i in range(t.x.shape[0]):
-        if t.fixed[i, 0]:
-            continue
-        f[i, 1] -= t.weight[i]
-        if windy:
-            _wind(u, v, t, i, f)
-        _node_acceleration(u, v, t, i, f, a)
-
-
-@compiled
-def _node_acceleration(u, v, t, i, f, a):
-    mass = t.mass[i]
-    for k in range(3):
-        f[i, k] -= t.damped[i] * v[i, k]
-    f[i, 3] -= t.damped_twist[i] * v[i, 3]
-    a[i, 0] = f[i, 0] / mass
-    if t.fixed[i, 3]:
-        a[i, 1] = f[i, 1] / mass
-        a[i, 2] = f[i, 2] / mass
-        return
-    cos, sin = np.cos(u[i, 3]), np.sin(u[i, 3])
-    c2 = t.s3[i] * cos - t.s2[i] * sin
-    c3 = t.s3[i] * sin + t.s2[i] * cos
-    square = v[i, 3] * v[i, 3]
-    # ice hangs on the section: mass, first moments and inertia of the node are coupled
-    moment = f[i, 3] + 9.81 * (c3 - t.s2[i]) + (c3 * f[i, 1] - c2 * f[i, 2]) / mass
-    turn = moment / (t.inertia[i] - (c2 * c2 + c3 * c3) / mass)
-    a[i, 1] = (f[i, 1] + c3 * turn + c2 * square) / mass
-    a[i, 2] = (f[i, 2] - c2 * turn + c3 * square) / mass
-    a[i, 3] = turn
-
-
-@compiled
-def march(u, v, t, windy, step, every, records, watched):
-    """Velocity Verlet; u (4) of the watched nodes at every record."""
-    nodes = u.shape[0]
-    a, guess, f = np.zeros((nodes, 4)), np.zeros((nodes, 4)), np.zeros((nodes, 4))
-    out = np.zeros((records, watched.shape[0], 4))
-    accelerate(u, v, t, windy, f, a)
-    for record in range(records):
-        for _ in range(every):
-            for i in range(nodes):
-                for k in range(4):
-                    v[i, k] += 0.5 * step * a[i, k]
-                    u[i, k] += step * v[i, k]
-                    guess[i, k] = v[i, k] + 0.5 * step * a[i, k]
-            accelerate(u, guess, t, windy, f, a)
-            for i in range(nodes):
-                for k in range(4):
-                    v[i, k] += 0.5 * step * a[i, k]
-        for j in range(watched.shape[0]):
-            for k in range(4):
-                out[record, j, k] = u[watched[j], k]
-    return out
 
 
 def largest_step(case: Case) -> float:

@@ -11,11 +11,13 @@ from __future__ import annotations
 import argparse
 import json
 import platform
+from dataclasses import replace
 from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
 import line_galloping
+import line_lumped as lumped
 import line_mechaphlowers as mechaphlowers
 import line_opensees as opensees
 import numpy as np
@@ -270,6 +272,56 @@ def bundle_frequencies(
     )
 
 
+def bundle_section(section: Draw, count: int, spacing: float, spacers: int) -> None:
+    """Section of a bundle, yokes at its strings, in the lumped chain: lowest modes."""
+    torsional, inertia = 150.0, 2e-4
+    line = line_of(section, lumped.GRAVITY)
+    half = 0.5 * spacing
+    case = lumped.Case(
+        conductor=lumped.Conductor(
+            line.mass,
+            section.axial_stiffness,
+            torsional,
+            inertia,
+            CONDUCTORS[section.conductor][3],
+        ),
+        tension=section.tension,
+        spans=section.spans,
+        rises=section.rises,
+        strings=section.strings,
+        wind=lumped.Wind(0.0, 0.0, (), ()),
+        damping=(0.0, 0.0),
+        elements=6 * (spacers + 1),
+        conductors=((0.0, -half), (0.0, half)),
+        frames=tuple(lumped.Frame((k + 1) / (spacers + 1), 500.0) for k in range(spacers)),
+    )
+    meshes = []
+    for factor in (1, 2):
+        model = lumped.build(replace(case, elements=factor * case.elements))
+        meshes.append(lumped.frequencies(model, count)[0])
+    frequencies, error = extrapolated(*meshes)
+    scene = scene_of(section, line)
+    scene["conductor"] |= {"torsional_stiffness": torsional, "torsional_inertia": inertia}
+    scene["twist"] = True
+    scene["bundle"] = {
+        "subconductors": 2,
+        "spacing": spacing,
+        "offsets_x2_x3": np.array(case.conductors),
+        "spacers_at": np.array([frame.station for frame in case.frames]),
+        "spacer": "rigid in its plane across the line, massless; x1 of the clamps is free",
+        "clamp_torsional_stiffness": 500.0,
+        "yoke": "at each string a massless frame like a spacer, held at its centre (yoke_height 0)",
+    }
+    write(
+        "new_bundle_section_frequencies",
+        "bundle section frequencies",
+        scene,
+        {"unit": "Hz", "all": frequencies},
+        program=["lumped chain", "numba"],
+        mesh_error={"frequencies [Hz]": error},
+    )
+
+
 # ------------------------------------------------------------------------------------ pulse
 
 
@@ -350,6 +402,7 @@ def compute() -> None:
         spacing = float(np.round(rng.uniform(0.35, 0.55), 2))
         bundle_frequencies(number, section, count, spacing, int(rng.integers(4, 8)))
     section_pulse(draw(rng, 2, 9.81), 0.35, (0.0, 300.0, 500.0))
+    bundle_section(draw(rng, 2, 9.81), 14, 0.4, 4)
 
 
 def _changes(rng: np.random.Generator, section: Draw, number: int) -> tuple[dict[str, Any], str]:
