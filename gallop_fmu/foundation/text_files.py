@@ -243,7 +243,7 @@ def _column_names(
     given = ",".join(cells)
     header: list[str] = []
     for cell in cells:
-        name, unit = _name_and_unit(cell)
+        name, unit = name_and_unit(cell)
         if first and not header and name not in units:
             name = first
         if name not in units:
@@ -271,8 +271,8 @@ def _check_unit(column: str, unit: str | None, required: str) -> None:
         raise SceneError(f"{column} must be in {required}; convert it")
 
 
-def _name_and_unit(cell: str) -> tuple[str, str | None]:
-    """Split a heading such as ``Time [s]`` into its name, in lower case, and its unit."""
+def name_and_unit(cell: str) -> tuple[str, str | None]:
+    """Split a column's name, such as ``Time [s]``, into the name in lower case and the unit."""
     found = _NAME_AND_UNIT.fullmatch(cell.strip().replace("\n", " "))
     return (found[1].lower(), found[2]) if found else (cell, None)
 

@@ -11,6 +11,7 @@ import difflib
 import math
 from dataclasses import dataclass
 from functools import cache
+from typing import Protocol
 
 from gallop_fmu.foundation.errors import SceneError
 from gallop_fmu.foundation.text_files import packaged_text
@@ -61,6 +62,52 @@ SOURCES = {
     ),
 }
 """Sources of the rows, by the letter in their last column."""
+
+
+ESTIMATED_TORSIONAL_STIFFNESS = "estimated, 5 GPa times pi d^4/32; uncertain by a factor of two"
+"""Source of the torsional stiffness."""
+
+
+def torsional_stiffness(diameter: float) -> float:
+    """GJ = pi d^4/32 times `EFFECTIVE_SHEAR_MODULUS` [N m2/rad]; uncertain by a factor of 2."""
+    return EFFECTIVE_SHEAR_MODULUS * math.pi * diameter**4 / 32.0
+
+
+class Wire(Protocol):
+    """A conductor of the table, or of a catalogue of another program.
+
+    Attributes
+    ----------
+    code_word : str
+        Trade name.
+    diameter, mass_per_length, axial_stiffness, torsional_stiffness, torsional_inertia
+        Values of a scene, in SI units.
+    thermal_expansion : float
+        Coefficient of linear expansion [1/K].
+    rated_strength : float or None
+        Rated tensile strength [N]; None if it is not known.
+    value_sources : dict of str to str
+        Source of each of the values of a scene.
+    """
+
+    @property
+    def code_word(self) -> str: ...  # noqa: D102
+    @property
+    def diameter(self) -> float: ...  # noqa: D102
+    @property
+    def mass_per_length(self) -> float: ...  # noqa: D102
+    @property
+    def axial_stiffness(self) -> float: ...  # noqa: D102
+    @property
+    def torsional_stiffness(self) -> float: ...  # noqa: D102
+    @property
+    def torsional_inertia(self) -> float: ...  # noqa: D102
+    @property
+    def thermal_expansion(self) -> float: ...  # noqa: D102
+    @property
+    def rated_strength(self) -> float | None: ...  # noqa: D102
+    @property
+    def value_sources(self) -> dict[str, str]: ...  # noqa: D102
 
 
 @dataclass(frozen=True)
@@ -134,7 +181,22 @@ class StrandedConductor:
     @property
     def torsional_stiffness(self) -> float:
         """GJ = pi d^4/32 times `EFFECTIVE_SHEAR_MODULUS` [N m2/rad]; uncertain by a factor of 2."""
-        return EFFECTIVE_SHEAR_MODULUS * math.pi * self.diameter**4 / 32.0
+        return torsional_stiffness(self.diameter)
+
+    @property
+    def value_sources(self) -> dict[str, str]:
+        """Source of each value of a scene."""
+        return {
+            "diameter": self.source,
+            "mass_per_length": self.source,
+            "axial_stiffness": (
+                f"derived, E A of {self.aluminium_wires} aluminium wires"
+                f" ({self.aluminium_modulus / 1e9:g} GPa) and {self.steel_wires} steel wires (190"
+                " GPa)"
+            ),
+            "torsional_stiffness": ESTIMATED_TORSIONAL_STIFFNESS,
+            "torsional_inertia": "derived, wires in concentric layers",
+        }
 
     @property
     def torsional_inertia(self) -> float:

@@ -21,7 +21,7 @@ from pydantic import ValidationError, model_validator
 
 from gallop_fmu.foundation.errors import SceneError
 from gallop_fmu.foundation.text_files import packaged_names, packaged_text, read_table
-from gallop_fmu.line.conductors import StrandedConductor, find_conductor
+from gallop_fmu.line.conductors import StrandedConductor, Wire, find_conductor
 from gallop_fmu.line.ice_shapes import IceSection, IceShape, ice_section
 from gallop_fmu.scene.aerodynamics import CURVE_COLUMNS
 from gallop_fmu.scene.dotted_paths import SET_BY_USER
@@ -165,9 +165,9 @@ def scene_data(data: Mapping[str, Any], folder: Path) -> dict[str, Any]:
         line = _LineTable.model_validate({"line": data["line"]}).line
     except ValidationError as error:
         raise SceneError(explain(error, _LineTable)) from None
-    numbers = _numbers(line)
+    numbers = numbers_of(line)
     check_possible(numbers)
-    computed, sources = _nested(_resolve(line, folder))
+    computed, sources = nested(line_values(line, folder, _conductor(line)))
     computed["notes"] = unusual(
         {path: value for path, value in numbers.items() if path in ONLY_IN_LINE}
     )
@@ -184,7 +184,7 @@ def scene_data(data: Mapping[str, Any], folder: Path) -> dict[str, Any]:
     return computed
 
 
-def _nested(values: Mapping[str, Value]) -> tuple[dict[str, Any], dict[str, str]]:
+def nested(values: Mapping[str, Value]) -> tuple[dict[str, Any], dict[str, str]]:
     """Return values as nested data, and their sources by dotted path."""
     nested: dict[str, Any] = {}
     for path, (value, _) in values.items():
@@ -208,7 +208,7 @@ def _remove_contradictions(
         del computed["wind"]["speed"], sources["wind.speed"]
 
 
-def _numbers(line: Line) -> dict[str, tuple[float, str]]:
+def numbers_of(line: Line) -> dict[str, tuple[float, str]]:
     """Return the numbers of a line with their units."""
     fields = Line.model_fields.items()
     given = {name: (getattr(line, name), unit_of_field(about)) for name, about in fields}
@@ -229,15 +229,13 @@ def _merged(computed: Any, given: Any) -> Any:
     }
 
 
-def _resolve(line: Line, folder: Path) -> dict[str, Value]:
-    """Return the values of the scene by dotted path, each with its source."""
-    wire = _conductor(line)
+def line_values(line: Line, folder: Path, wire: Wire) -> dict[str, Value]:
+    """Return the values of the scene of one span by dotted path, each with its source."""
     ice = ice_section(line.ice_shape, wire.diameter, line.ice_thickness, line.ice_density)
     if line.ice_thickness == 0.0:
         ice = ice._replace(mass_per_length=0.0, first_moment=0.0, torsional_inertia=0.0)
     tension = _tension(line, wire, ice.mass_per_length)
-    thickness = f"{1e3 * line.ice_thickness:g} mm of {line.ice_shape} ice"
-    iced = thickness if line.ice_thickness else "bare"
+    iced = iced_text(line)
     values = {
         "title": Value(f"{wire.code_word}, span of {line.span:g} m, {iced}", ""),
         "description": Value("Made from line data; see the sources of the values.", ""),
@@ -261,6 +259,12 @@ def _resolve(line: Line, folder: Path) -> dict[str, Value]:
     return values
 
 
+def iced_text(line: Line) -> str:
+    """Ice of a line in words."""
+    thickness = f"{1e3 * line.ice_thickness:g} mm of {line.ice_shape} ice"
+    return thickness if line.ice_thickness else "bare"
+
+
 GIVEN = "given with the line"
 
 
@@ -274,23 +278,13 @@ def _span_values(line: Line, tension: Value) -> dict[str, Value]:
     }
 
 
-def _conductor_values(wire: StrandedConductor) -> dict[str, Value]:
+def _conductor_values(wire: Wire) -> dict[str, Value]:
     name = wire.code_word
     return {
-        "conductor.diameter": Value(wire.diameter, f"{name}: {wire.source}"),
-        "conductor.mass_per_length": Value(wire.mass_per_length, f"{name}: {wire.source}"),
-        "conductor.axial_stiffness": Value(
-            wire.axial_stiffness,
-            f"{name}: derived, E A of {wire.aluminium_wires} aluminium wires "
-            f"({wire.aluminium_modulus / 1e9:g} GPa) and {wire.steel_wires} steel wires (190 GPa)",
-        ),
-        "conductor.torsional_stiffness": Value(
-            wire.torsional_stiffness,
-            f"{name}: estimated, 5 GPa times pi d^4/32; uncertain by a factor of two",
-        ),
-        "conductor.torsional_inertia": Value(
-            wire.torsional_inertia, f"{name}: derived, wires in concentric layers"
-        ),
+        **{
+            f"conductor.{field}": Value(getattr(wire, field), f"{name}: {source}")
+            for field, source in wire.value_sources.items()
+        },
         "conductor.slack": Value("error", "chosen: a slack conductor is an error"),
     }
 
@@ -328,9 +322,7 @@ def _wind_values(line: Line) -> dict[str, Value]:
     return values
 
 
-def _damping_values(
-    line: Line, wire: StrandedConductor, ice: IceSection, tension: float
-) -> dict[str, Value]:
+def _damping_values(line: Line, wire: Wire, ice: IceSection, tension: float) -> dict[str, Value]:
     """Equal damping ratios at the first swing or torsional frequency, and at twice that."""
     mass = wire.mass_per_length + ice.mass_per_length
     inertia = wire.torsional_inertia + ice.torsional_inertia
@@ -357,7 +349,7 @@ def _conductor(line: Line) -> StrandedConductor:
         raise SceneError(f"line.conductor: {problem}") from None
 
 
-def _tension(line: Line, wire: StrandedConductor, ice_mass: float) -> Value:
+def _tension(line: Line, wire: Wire, ice_mass: float) -> Value:
     """Return the horizontal tension of the iced conductor [N]."""
     if line.stringing_tension is not None:
         strung = line.stringing_tension
