@@ -55,7 +55,7 @@ def conductors(as_json: AsJson = False) -> None:
 
 
 class LineCommand(TyperCommand):
-    """The command ``new``: adds an option for each field of `Line` when it is used.
+    """The command ``new``: adds an option for each field of `Line` and `SectionTable` when used.
 
     So ``gallop-fmu --help`` does not import the scene.
     """
@@ -69,20 +69,32 @@ class LineCommand(TyperCommand):
         """Run the command with the given values of the line in ``ctx.obj``."""
         values = {option.name: ctx.params.pop(option.name) for option in _line_options()}
         ctx.obj = {name: value for name, value in values.items() if value is not None}
+        if not {"span", "section"} & ctx.obj.keys():
+            raise typer.BadParameter(
+                "neither --span nor --section is given; give the length of one span, or a table of"
+                " towers and spans",
+                ctx=ctx,
+            )
         return super().invoke(ctx)
+
+
+_CHOICES = ("ice_shape", "orientation")
+"""Options with a choice of texts."""
 
 
 @cache
 def _line_options() -> list[Any]:
-    """Options of typer, one for each field of `Line`; None stands for a value that is not given."""
+    """Options of typer, one for each field of a line or section; None: not given."""
     from gallop_fmu.line.line_table import Line
+    from gallop_fmu.line.section_table import SectionTable
     from gallop_fmu.scene.fields import unit_of_field
 
     def line(**_values: Any) -> None:
         pass
 
     parameters = []
-    for name, field in Line.model_fields.items():
+    for name, field in (*Line.model_fields.items(), *SectionTable.model_fields.items()):
+        is_required = field.is_required() and name not in ("span", "section")
         unit, meaning = unit_of_field(field), field.description or ""
         default = "" if field.is_required() or field.default is None else _default(field.default)
         option = typer.Option(
@@ -91,13 +103,13 @@ def _line_options() -> list[Any]:
             help=f"{meaning[0].upper()}{meaning[1:]}{default}.",
             autocompletion=code_words if name == "conductor" else None,
         )
-        kind: Any = field.annotation if name == "ice_shape" else float if unit else str
+        kind: Any = float if unit else field.annotation if name in _CHOICES else str
         parameters.append(
             inspect.Parameter(
                 name,
                 inspect.Parameter.KEYWORD_ONLY,
-                default=... if field.is_required() else None,
-                annotation=Annotated[kind if field.is_required() else kind | None, option],
+                default=... if is_required else None,
+                annotation=Annotated[kind if is_required else kind | None, option],
             )
         )
     line.__signature__ = inspect.Signature(parameters)  # type: ignore[attr-defined]
@@ -114,16 +126,29 @@ def new(
     context: typer.Context,
     out: Annotated[Path, typer.Argument(metavar="FILE", help="Scene file to write (.toml).")],
 ) -> None:
-    """Write a scene from line data, every value with its unit, meaning and source."""
+    """Write a scene from line data, every value with its unit, meaning and source.
+
+    With --span a scene of one span, with --section a section of several spans.
+    """
     from gallop_fmu.foundation.atomic_write import write_whole
     from gallop_fmu.input.annotated_toml import annotated_toml
+    from gallop_fmu.line.section_table import SectionTable, section_data
+    from gallop_fmu.scene.line_scene import LineScene
     from gallop_fmu.scene.scene import Scene
 
     check_output(out, (".toml",))
     if out.exists():
         complain(f"{out}: exists already; choose another name, or remove it first")
         raise typer.Exit(Exit.BAD_INPUT)
-    scene = Scene.from_dict({"line": context.obj})
+    scene: Scene | LineScene
+    if "section" in context.obj:
+        scene = LineScene.from_dict(section_data(context.obj, Path()))
+    elif of_section := [name for name in context.obj if name in SectionTable.model_fields]:
+        option = of_section[0].replace("_", "-")
+        complain(f"--{option}: only a section has it; give --section with a table of towers, too")
+        raise typer.Exit(Exit.BAD_INPUT)
+    else:
+        scene = Scene.from_dict({"line": context.obj})
     write_whole(out, annotated_toml(scene).encode())
     new_console().print(f"wrote {out}; to simulate it: gallop-fmu run {out}", soft_wrap=True)
     print_warnings(scene.warnings)

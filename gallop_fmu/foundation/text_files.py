@@ -219,7 +219,7 @@ def read_table(path: Path, units: Mapping[str, str], *, first: str = "") -> Tabl
                 " one for each column"
             )
         numbers.append(
-            [_number(path, row, name, cell) for name, cell in zip(header, cells, strict=True)]
+            [cell_number(path, row, name, cell) for name, cell in zip(header, cells, strict=True)]
         )
         rows.append(row)
     return Table(
@@ -363,7 +363,14 @@ def _not_blank(cells: list[str]) -> list[str]:
     return cells if any(cell.strip() for cell in cells) else []
 
 
-def _number(path: Path, row: int, name: str, cell: str) -> float:
+def cell_number(path: Path, row: int, name: str, cell: str) -> float:
+    """Return the finite number in a cell.
+
+    Raises
+    ------
+    SceneError
+        It is not a finite number; the message names file, column and row.
+    """
     value = read_number(cell)
     if value is None or not math.isfinite(value):
         remedy = number_remedy(cell)

@@ -87,7 +87,7 @@ class Wire(Protocol):
     rated_strength : float or None
         Rated tensile strength [N]; None if it is not known.
     value_sources : dict of str to str
-        Source of each of the values of a scene.
+        Source of each of these values.
     """
 
     @property
@@ -185,7 +185,7 @@ class StrandedConductor:
 
     @property
     def value_sources(self) -> dict[str, str]:
-        """Source of each value of a scene."""
+        """Source of each value."""
         return {
             "diameter": self.source,
             "mass_per_length": self.source,
@@ -196,6 +196,8 @@ class StrandedConductor:
             ),
             "torsional_stiffness": ESTIMATED_TORSIONAL_STIFFNESS,
             "torsional_inertia": "derived, wires in concentric layers",
+            "thermal_expansion": "derived, of aluminium and steel, weighted by E A",
+            "rated_strength": self.source,
         }
 
     @property

@@ -278,12 +278,24 @@ def _span_values(line: Line, tension: Value) -> dict[str, Value]:
     }
 
 
+CONDUCTOR_FIELDS = (
+    "diameter",
+    "mass_per_length",
+    "axial_stiffness",
+    "torsional_stiffness",
+    "torsional_inertia",
+)
+"""Values of the conductor of a scene of one span."""
+
+
 def _conductor_values(wire: Wire) -> dict[str, Value]:
     name = wire.code_word
     return {
         **{
-            f"conductor.{field}": Value(getattr(wire, field), f"{name}: {source}")
-            for field, source in wire.value_sources.items()
+            f"conductor.{field}": Value(
+                getattr(wire, field), f"{name}: {wire.value_sources[field]}"
+            )
+            for field in CONDUCTOR_FIELDS
         },
         "conductor.slack": Value("error", "chosen: a slack conductor is an error"),
     }
@@ -349,8 +361,22 @@ def _conductor(line: Line) -> StrandedConductor:
         raise SceneError(f"line.conductor: {problem}") from None
 
 
-def _tension(line: Line, wire: Wire, ice_mass: float) -> Value:
-    """Return the horizontal tension of the iced conductor [N]."""
+class Strung(NamedTuple):
+    """Horizontal tension at stringing [N], and the words and question of a message about it."""
+
+    tension: float
+    given: str
+    question: str
+
+
+def strung_tension(line: Line, wire: Wire) -> Strung:
+    """Return the horizontal tension of the bare conductor at stringing.
+
+    Raises
+    ------
+    SceneError
+        It is a share of an unknown rated strength, or more than the rated strength.
+    """
     if line.stringing_tension is not None:
         strung = line.stringing_tension
         given, question = f"line.stringing_tension = {strung:g} N", "is it in kN?"
@@ -371,6 +397,12 @@ def _tension(line: Line, wire: Wire, ice_mass: float) -> Value:
             f"line.stringing_tension = {strung} N is more than the rated strength of"
             f" {wire.code_word}, {wire.rated_strength:.6g} N; check the unit (N)"
         )
+    return Strung(strung, given, question)
+
+
+def _tension(line: Line, wire: Wire, ice_mass: float) -> Value:
+    """Return the horizontal tension of the iced conductor [N]."""
+    strung, given, question = strung_tension(line, wire)
     ruling, weight = line.ruling_span or line.span, wire.mass_per_length * GRAVITY
     check_tension(given, strung, weight, ruling, question)
     try:

@@ -85,3 +85,33 @@ def test_run_is_driven_by_inputs(invoke, tmp_path):
     refused = invoke("run", "example3", "--inputs", "no.csv")
     assert (refused.exit_code, refused.stdout) == (2, "")
     assert "no.csv: no such file" in refused.stderr
+
+
+def test_new_writes_a_section_from_a_table_of_towers(invoke, tmp_path):
+    (tmp_path / "towers.csv").write_text("tower,span\nA,300\nB,350\nC,\n")
+    words = ("new", "line.toml", "--section", "towers.csv", "--conductor", "Drake")
+    strings = ("--insulator-length", 2.4, "--insulator-weight", 600, "--stringing-percent", 20)
+    bundle = ("--subconductors", 2, "--spacing", 0.4, "--spacers", 5, "--orientation", "vertical")
+    done = invoke(*words, *strings, *bundle)
+    assert (done.exit_code, done.stderr) == (0, "")
+    line = gf.load_scene(tmp_path / "line.toml")
+    assert isinstance(line, gf.LineScene)
+    assert (len(line.section.spans), line.bundle.spacers) == (2, 5)
+    text = (tmp_path / "line.toml").read_text()
+    assert "# span 2" in text
+    assert "distance of neighbouring subconductors in a regular polygon [m]" in text
+
+
+@pytest.mark.parametrize(
+    ("words", "fragment"),
+    [
+        ((), "neither --span nor --section is given"),
+        (("--span", 300, "--spacers", 3), "--spacers: only a section has it; give --section"),
+        (("--section", "no.csv"), "no.csv: no such file"),
+    ],
+)
+def test_new_without_spans_is_refused(invoke, tmp_path, words, fragment):
+    done = invoke("new", "a.toml", "--conductor", "Drake", "--stringing-percent", 20, *words)
+    assert (done.exit_code, done.stdout) == (2, "")
+    assert fragment in " ".join(done.stderr.replace("│", " ").split())
+    assert list(tmp_path.iterdir()) == []
