@@ -34,6 +34,7 @@ def on_page_markdown(markdown: str, **_: Any) -> str:
     tables = {
         "scene": scene_tables,
         "line": line_table,
+        "line_scene": line_scene_tables,
         "fmu": fmu_table,
         "commands": command_help,
         "trust": trust_table,
@@ -57,12 +58,27 @@ def scene_tables() -> Iterator[str]:
     yield from _section("", gf.Scene)
 
 
+def line_scene_tables() -> Iterator[str]:
+    """Headings and tables of a line for what a scene of one span does not have."""
+    shown: set[type[Section]] = set()
+    for _ in _section("", gf.Scene, shown):
+        pass
+    yield from _section("", gf.LineScene, shown)
+
+
 def line_table() -> Iterator[str]:
     """The line data from which a scene can be computed."""
     yield from _section("line", Line)
 
 
-def _section(path: str, section: type[Section]) -> Iterator[str]:
+def _section(
+    path: str, section: type[Section], shown: set[type[Section]] | None = None
+) -> Iterator[str]:
+    """Heading and table of a section and of those within, except `shown` ones, which it extends."""
+    if shown is not None:
+        if section in shown:
+            return
+        shown.add(section)
     below: list[tuple[str, type[Section]]] = []
     rows = []
     for name, field in section.model_fields.items():
@@ -86,7 +102,7 @@ def _section(path: str, section: type[Section]) -> Iterator[str]:
             *rows,
         )
     for name, found in below:
-        yield from _section(name, found)
+        yield from _section(name, found, shown)
 
 
 def _default(field: FieldInfo) -> str:
