@@ -2,6 +2,7 @@
 # checkers read the names here.
 
 from .foundation.change_of_state import change_of_state as change_of_state
+from .linear.line_modes import LineMode as LineMode
 from .linear.mode_tracking import track_modes as track_modes
 from .linear.modes import Mode as Mode
 from .linear.modes import natural_modes as natural_modes
@@ -31,6 +32,10 @@ from .stability.frequency_ratio import crossings as crossings
 from .stability.frequency_ratio import frequency_ratio as frequency_ratio
 from .stability.frequency_ratio import ratio_map as ratio_map
 from .stability.frequency_ratio import suggest_design_changes as suggest_design_changes
+from .stability.line_criteria import SpanCriteria as SpanCriteria
+from .stability.line_criteria import line_criteria as line_criteria
+from .stability.mode_pairs import ModePair as ModePair
+from .stability.mode_pairs import mode_pairs as mode_pairs
 from .superposition.comparison import Comparison as Comparison
 from .superposition.comparison import Divergence as Divergence
 from .superposition.comparison import LinearMode as LinearMode

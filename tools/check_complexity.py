@@ -24,6 +24,7 @@ C_FACE = "an exported C function, which has no parameters by name; its header de
 
 EXCEPTIONS = {
     "gallop_fmu/cli/main.py:run": OPTIONS,
+    "gallop_fmu/engine/mesh.py:aero_load": OPTIONS,
     "gallop_fmu/engine/model.py:device_tangent": OPTIONS,
     "gallop_fmu/engine/model.py:tangent": OPTIONS,
     "gallop_fmu/kernel/analysis.c:gallop_aero_load": C_FACE,

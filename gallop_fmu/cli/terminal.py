@@ -25,6 +25,7 @@ if TYPE_CHECKING:
 
     from gallop_fmu.input.scene_spec import SceneSpec
     from gallop_fmu.scene.scene import Scene
+    from gallop_fmu.scene.scene_base import SceneBase
 
 
 class Exit(IntEnum):
@@ -366,7 +367,7 @@ def echo_json(data: Any) -> None:
     typer.echo(json.dumps(finite, indent=2))
 
 
-def complain_of(scene: Scene, program: str | None = None) -> None:
+def complain_of(scene: SceneBase, program: str | None = None) -> None:
     """Print the warnings of a scene on standard error."""
     for sentence in scene.warnings:
         complain(f"warning: {sentence}", program)

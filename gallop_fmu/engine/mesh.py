@@ -1,4 +1,4 @@
-"""The finite elements of a span, for analyses that build on the kernel's own forces and matrices.
+"""The finite elements of a span or line, for analyses with the kernel's own forces and matrices.
 
 Shape functions, Gauss points, normals, wind load and element matrices are those of the compiled
 kernel; nothing here is a formula of its own.
@@ -16,6 +16,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from gallop_fmu.engine.inputs import Inputs
 from gallop_fmu.engine.library import kernel
+from gallop_fmu.engine.line_map import LineMap
 from gallop_fmu.engine.model import DOFS, Model
 from gallop_fmu.engine.pack import double_pointer
 from gallop_fmu.foundation.argument_checks import finite, numbers
@@ -42,11 +43,14 @@ class Sections:
     normal : ndarray, shape (section, 2)
         Upward normal n2 of the conductor in its vertical plane, along x1 and x2. Wind and ice act
         in the plane of n2 and x3.
+    nodes : ndarray, shape (element, 3)
+        Numbers of the nodes of each element: left, middle, right.
     """
 
     shape: Array
     length: Array
     normal: Array
+    nodes: NDArray[np.intp]
 
     def motion(self, nodal: Array) -> Array:
         """Interpolate nodal motion: along n2, along x3, and twist.
@@ -60,7 +64,7 @@ class Sections:
         -------
         ndarray, shape (3, section, ...)
         """
-        at = nodal[nodes_of(len(nodal) // 2)]
+        at = nodal[self.nodes]
         u1, u2, u3, theta = np.einsum("pn,eni...->iep...", self.shape, at).reshape(
             DOFS, -1, *nodal.shape[2:]
         )
@@ -80,15 +84,18 @@ class StrainPoints:
         Unit tangent X' of the conductor in the initial equilibrium.
     shape_slope : ndarray, shape (element, 2, 3)
         Derivative of each node's shape function by the arc length [1/m].
+    nodes : ndarray, shape (element, 3)
+        Numbers of the nodes of each element: left, middle, right.
     """
 
     length: Array
     tangent: Array
     shape_slope: Array
+    nodes: NDArray[np.intp]
 
     def slope(self, nodal: Array) -> Array:
         """Derivative by the arc length of nodal motion (node, 4, ...), shape (point, 4, ...)."""
-        at = nodal[nodes_of(len(nodal) // 2)]
+        at = nodal[self.nodes]
         by_element = np.einsum("epn,eni...->epi...", self.shape_slope, at)
         return np.asarray(by_element.reshape(-1, *nodal.shape[1:]))
 
@@ -116,18 +123,26 @@ class AeroLoad:
     excess: Array
 
 
-def nodes_of(elements: int) -> NDArray[np.intp]:
+def nodes_of_elements(line: LineMap) -> NDArray[np.intp]:
     """Numbers of the nodes of each element: left, middle, right; shape (element, 3)."""
-    return 2 * np.arange(elements)[:, None] + np.arange(3)
+    of_chains = [
+        chain.first_node + 2 * np.arange(chain.elements)[:, None] + np.arange(3)
+        for chain in line.chains
+    ]
+    return np.concatenate(of_chains)
 
 
 class Mesh:
     """The finite elements of a model.
 
+    Where conductors meet in a junction, each has an end node there; all but one of them, its
+    *followers*, move as the other one, the *leader*. Matrices of the whole model have the forces on
+    followers in the rows of their leaders; rows and columns of followers are zero.
+
     Parameters
     ----------
     model
-        The span; it must accept inputs.
+        The span or line; it must accept inputs.
 
     Attributes
     ----------
@@ -135,7 +150,11 @@ class Mesh:
         Stiffness [N/m] of the support springs, left and right, along x1, x2, x3; 0 where the end is
         prescribed.
     free : ndarray of bool, shape (node, 4)
-        Unknowns that are not prescribed.
+        Unknowns that are not prescribed, without those of followers.
+    leader : ndarray of int, shape (node,)
+        Node whose motion each node has: itself, or its leader.
+    nodes : ndarray, shape (element, 3)
+        Numbers of the nodes of each element: left, middle, right.
     still : Inputs
         No wind and towers at rest.
     """
@@ -149,6 +168,8 @@ class Mesh:
         pointer = is_free.ctypes.data_as(c.POINTER(c.c_int32))
         _insist(kernel.gallop_free_unknowns(model.handle, pointer))
         self.free = is_free.astype(np.bool_)
+        self.nodes = nodes_of_elements(model.map)
+        self._junction_nodes, self.leader = model.junction_nodes()
 
     @cached_property
     def sections(self) -> Sections:
@@ -160,7 +181,7 @@ class Mesh:
                 self.model.handle, *(double_pointer(y) for y in (shape, length, normal))
             )
         )
-        return Sections(shape, length, normal)
+        return Sections(shape, length, normal, self.nodes)
 
     @cached_property
     def strain_points(self) -> StrainPoints:
@@ -174,7 +195,7 @@ class Mesh:
                 self.model.handle, *(double_pointer(y) for y in (length, tangent, shape_slope))
             )
         )
-        return StrainPoints(length, tangent, shape_slope)
+        return StrainPoints(length, tangent, shape_slope, self.nodes)
 
     @cached_property
     def node_normal(self) -> Array:
@@ -191,8 +212,8 @@ class Mesh:
 
     @cached_property
     def _places(self) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
-        """Row and column, in the matrix of the span, of each entry of the element matrices."""
-        unknowns = 2 * DOFS * np.arange(self.model.elements)[:, None] + np.arange(3 * DOFS)
+        """Row and column, in the matrix of all nodes, of each entry of the element matrices."""
+        unknowns = (DOFS * self.nodes[:, :, None] + np.arange(DOFS)).reshape(-1, 3 * DOFS)
         return np.repeat(unknowns, 3 * DOFS, axis=1).ravel(), np.tile(unknowns, 3 * DOFS).ravel()
 
     def assemble(self, elements: Array) -> csc_array:
@@ -213,14 +234,48 @@ class Mesh:
         total = coo_array((elements.ravel(), self._places), shape=(size, size)).tocsc()
         return csc_array(total)
 
-    @cached_property
-    def springs(self) -> csc_array:
-        """Stiffness of the support springs as a matrix of the whole span."""
-        from scipy.sparse import csc_array, diags_array  # slow to import
+    def gather(self, matrix: csc_array) -> csc_array:
+        """Move rows and columns of followers to their leaders in a matrix (4 node, 4 node)."""
+        if self._gathering is None:
+            return matrix
+        gathered: csc_array = (self._gathering @ matrix @ self._gathering.T).tocsc()
+        return gathered
 
-        at_ends = np.zeros((self.model.nodes, DOFS))
-        at_ends[[0, -1], :3] = self.spring
-        return csc_array(diags_array(at_ends.ravel()))
+    def spread(self, nodal: NDArray[Any]) -> NDArray[Any]:
+        """Give followers the values of their leaders, in values (node, ...)."""
+        return np.asarray(nodal[self.leader])
+
+    @cached_property
+    def _gathering(self) -> csc_array | None:
+        """Matrix that adds forces on followers to those on leaders; None: there are none."""
+        from scipy.sparse import csc_array  # slow to import
+
+        own = np.arange(len(self.leader))
+        if np.array_equal(self.leader, own):
+            return None
+        place = np.arange(DOFS)
+        rows = (DOFS * self.leader[:, None] + place).ravel()
+        columns = (DOFS * own[:, None] + place).ravel()
+        return csc_array((np.ones(rows.size), (rows, columns)), shape=(rows.size, rows.size))
+
+    def _devices(self, *motion: ArrayLike | None, **options: Any) -> csc_array:
+        """The tangents of all devices as a matrix of all nodes."""
+        from scipy.sparse import coo_array, csc_array  # slow to import
+
+        size = DOFS * self.model.nodes
+        rows, columns, values = [], [], []
+        for device, junctions in enumerate(self.model.devices):
+            unknowns = DOFS * self._junction_nodes[list(junctions)][:, None] + np.arange(DOFS)
+            blocks = self.model.device_tangent(device, *motion, **options)
+            rows.append(np.broadcast_to(unknowns[:, None, :, None], blocks.shape).ravel())
+            columns.append(np.broadcast_to(unknowns[None, :, None, :], blocks.shape).ravel())
+            values.append(blocks.ravel())
+        if not values:
+            return csc_array((size, size))
+        places = np.concatenate(rows), np.concatenate(columns)
+        total = csc_array(coo_array((np.concatenate(values), places), shape=(size, size)).tocsc())
+        total.eliminate_zeros()
+        return total
 
     def tangent(
         self,
@@ -229,20 +284,23 @@ class Mesh:
         a: ArrayLike | None = None,
         **options: Any,
     ) -> csc_array:
-        """Matrix ``stiffness dR/du + damping dR/dv + mass dR/da`` of the whole span.
+        """Matrix ``stiffness dR/du + damping dR/dv + mass dR/da`` of the whole model.
 
         Parameters
         ----------
         u, v, a, **options
-            As in `Model.tangent`; the stiffness includes the support springs.
+            As in `Model.tangent`; the matrix includes the devices, such as support springs.
 
         Returns
         -------
         sparse array, shape (4 node, 4 node)
         """
         total = self.assemble(self.model.tangent(u, v, a, **options))
-        stiffness = options.get("stiffness", 0.0)
-        return total + stiffness * self.springs if stiffness else total
+        devices = self._devices(u, v, a, **options)
+        # A sum has no stored zeros, which change the order of a factorisation and so the last bits.
+        if devices.nnz or options.get("stiffness"):
+            total = total + devices
+        return self.gather(total)
 
     def aero_load(
         self,
@@ -254,6 +312,7 @@ class Mesh:
         *,
         attack_angle: float | None = None,
         slopes: bool = False,
+        element: int = 0,
     ) -> AeroLoad:
         """Aerodynamic load on sections in any motion (Liu et al. 2009, equations 20 and 21).
 
@@ -266,6 +325,8 @@ class Mesh:
             Initial angle [rad] of the ice; None: the scene's.
         slopes
             True: compute the derivatives, too.
+        element
+            Element with the conductor and the curve.
 
         Raises
         ------
@@ -285,7 +346,7 @@ class Mesh:
         start, row = block.__array_interface__["data"][0], 8 * count
         refused = kernel.gallop_aero_load(
             self.model.handle,
-            0,
+            element,
             initial,
             count,
             motion.__array_interface__["data"][0],

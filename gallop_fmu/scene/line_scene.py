@@ -114,13 +114,20 @@ class LineScene(SceneBase):
         return unusual_in_line(self)
 
 
-def one_span(scene: Scene | LineScene, purpose: str) -> Scene:
+ONE_SPAN_INSTEAD = (
+    'give a scene with [span], such as one span with supports.left.kind = "adjacent_span"'
+)
+
+
+def one_span(scene: Scene | LineScene, purpose: str, instead: str = ONE_SPAN_INSTEAD) -> Scene:
     """Return a scene of one span; refuse a line.
 
     Parameters
     ----------
     purpose
         What needs one span, as the subject of the message.
+    instead
+        What to do instead, as an imperative.
 
     Raises
     ------
@@ -130,7 +137,6 @@ def one_span(scene: Scene | LineScene, purpose: str) -> Scene:
     if isinstance(scene, LineScene):
         raise SceneError(
             f"{purpose} takes a scene of one span, and this one is a section of"
-            f" {len(scene.section.spans)} spans ([section]); give a scene with [span], such as one"
-            ' span with supports.left.kind = "adjacent_span"'
+            f" {len(scene.section.spans)} spans ([section]); {instead}"
         )
     return scene

@@ -20,7 +20,7 @@ from gallop_fmu.cli.terminal import (
     Until,
     Version,
     check_output,
-    chosen_scene,
+    chosen_spec,
     example,
     new_app,
     new_table,
@@ -28,7 +28,8 @@ from gallop_fmu.cli.terminal import (
     start,
     whole,
 )
-from modal.cli.output import Plot, scene_to_draw, show
+from modal.cli.line_output import LOCUS_POINTS, show_linear, show_modes, show_pairs
+from modal.cli.output import Plot, line_or_span_to_draw, show
 from modal.cli.screen_command import SCREEN_EXAMPLE, screen_span
 from modal.report.command import REPORT_EXAMPLE, report
 
@@ -50,8 +51,8 @@ def _root(version: Version = False) -> None:
 
 RANGE = "KEY[=FIRST:LAST]"
 
-LOCUS_POINTS = 31
-"""Wind speeds of a root locus."""
+VARIED = "span.horizontal_tension"
+"""Number that the command ratio varies if none is given."""
 
 OverNumber = Annotated[
     str | None,
@@ -85,9 +86,14 @@ def modes(
     as_json: AsJson = False,
 ) -> None:
     """List the lowest natural modes, or track them over values of a number."""
+    from gallop_fmu.scene.line_scene import LineScene
     from modal.linear.modes import natural_modes
 
-    chosen = scene_to_draw(scene, changes, plot)
+    chosen = line_or_span_to_draw(scene, changes, plot)
+    if isinstance(chosen, LineScene):
+        _only_for_spans({"--over": over})
+        show_modes(chosen, count, wind, plot, as_json)
+        return
     if over is not None:
         _track_modes(chosen, count, wind, *_varied(chosen, over, points), plot, as_json)
         return
@@ -116,6 +122,18 @@ def modes(
         ],
     }
     show(content, [chosen.title, _mode_table(found)], figure, plot, as_json)
+
+
+def _only_for_spans(options: dict[str, str | None]) -> None:
+    """Refuse options that a line does not have."""
+    from gallop_fmu.foundation.errors import SceneError
+
+    given = [name for name, value in options.items() if value is not None]
+    if given:
+        raise SceneError(
+            f"{given[0]} is for scenes of one span, and this one is a line; leave it out, and"
+            " change values of the line with --set"
+        )
 
 
 def _mode_table(found: list[Mode]) -> Any:
@@ -229,15 +247,15 @@ def ratio(
     scene: SceneName,
     changes: Changes = None,
     over: Annotated[
-        str,
+        str | None,
         typer.Option(
             metavar=RANGE,
             help=(
                 "Number to vary: a value of the scene, temperature_change in K, or"
-                " supports.stiffness_x1 (of both ends)."
+                f" supports.stiffness_x1 (of both ends). Default: {VARIED}."
             ),
         ),
-    ] = "span.horizontal_tension",
+    ] = None,
     points: Points = 25,
     against: Annotated[
         str | None, typer.Option(metavar=RANGE, help="Second number, for a map over both.")
@@ -245,16 +263,24 @@ def ratio(
     plot: Plot = None,
     as_json: AsJson = False,
 ) -> None:
-    """Print the frequency ratio, design changes, and values of a number at which it is 2."""
+    """Print the frequency ratio, design changes, and values of a number at which it is 2.
+
+    Of a line: pairs of modes near 2:1 and 1:1, and the amplitude at which one starts the other.
+    """
+    from gallop_fmu.scene.line_scene import LineScene
     from modal.stability.frequency_ratio import (
         frequency_ratio,
         ratio_map,
         suggest_design_changes,
     )
 
-    chosen = scene_to_draw(scene, changes, plot)
+    chosen = line_or_span_to_draw(scene, changes, plot)
+    if isinstance(chosen, LineScene):
+        _only_for_spans({"--over": over, "--against": against})
+        show_pairs(chosen, plot, as_json)
+        return
     pair = frequency_ratio(chosen)
-    over, values = _varied(chosen, over, points)
+    over, values = _varied(chosen, over or VARIED, points)
     suggested = [change.sentence for change in suggest_design_changes(chosen)]
     content: dict[str, Any] = {
         "title": chosen.title,
@@ -350,10 +376,15 @@ def linear(
     import numpy as np
 
     from gallop_fmu.foundation.errors import SceneError
+    from gallop_fmu.scene.line_scene import LineScene
     from modal.stability.criteria import stability_criteria
     from modal.stability.critical_wind import critical_wind_speed
 
-    chosen = scene_to_draw(scene, changes, plot)
+    chosen = line_or_span_to_draw(scene, changes, plot)
+    if isinstance(chosen, LineScene):
+        _only_for_spans({"--show criteria": what if what == "criteria" else None})
+        show_linear(chosen, count, highest, plot, as_json)
+        return
     criteria, onsets = stability_criteria(chosen), critical_wind_speed(chosen, count, highest)
 
     def figure() -> Any:
@@ -438,10 +469,15 @@ def compare_models(
     as_json: AsJson = False,
 ) -> None:
     """Compare the nonlinear simulation, mode superposition and linear theory."""
+    from gallop_fmu.scene.line_scene import one_span
+    from modal.foundation import one_span as instead
     from modal.superposition.comparison import compare
 
     check_output(plot, PICTURE_SUFFIXES)
-    chosen = chosen_scene(scene, changes)  # the comparison has its warnings
+    given = chosen_spec(scene, changes).scene()
+    chosen = one_span(
+        given, "a comparison", instead.SUPERPOSITION
+    )  # the comparison has its warnings
     found = compare(chosen, until)
 
     def figure() -> Any:

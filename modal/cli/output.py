@@ -11,13 +11,14 @@ import typer
 from gallop_fmu.cli.terminal import (
     PICTURE_SUFFIXES,
     check_output,
-    chosen_scene,
+    chosen_spec,
     complain_of,
     echo_json,
     new_console,
 )
 
 if TYPE_CHECKING:
+    from gallop_fmu.scene.line_scene import LineScene
     from gallop_fmu.scene.scene import Scene
 
 Plot = Annotated[
@@ -25,10 +26,12 @@ Plot = Annotated[
 ]
 
 
-def scene_to_draw(name: str, changes: list[str] | None, plot: Path | None) -> Scene:
+def line_or_span_to_draw(
+    name: str, changes: list[str] | None, plot: Path | None
+) -> Scene | LineScene:
     """Load the scene of a command, check that its picture can be written, and print warnings."""
     check_output(plot, PICTURE_SUFFIXES)
-    chosen = chosen_scene(name, changes)
+    chosen = chosen_spec(name, changes).scene()
     complain_of(chosen, "gallop-modal")
     return chosen
 

@@ -9,7 +9,7 @@ import typer
 
 from gallop_fmu.cli.sweep_options import SweepOptions, takes_sweep_options
 from gallop_fmu.cli.terminal import complain, new_table, real
-from modal.cli.output import Plot, scene_to_draw, show
+from modal.cli.output import Plot, line_or_span_to_draw, show
 
 if TYPE_CHECKING:
     from gallop_fmu.scene.scene import Scene
@@ -59,6 +59,8 @@ def screen_span(
     For one scene, or for many: over values of its parameters, every span of a table, or both.
     """
     from gallop_fmu.foundation.errors import SceneError
+    from gallop_fmu.scene.line_scene import one_span
+    from modal.foundation import one_span as instead
     from modal.screening.many_spans import screen_spans
     from modal.screening.screen import screen
 
@@ -78,7 +80,8 @@ def screen_span(
         )
     if shared.scene is None:
         raise SceneError("no scene: give SCENE, or spans to screen with --table")
-    chosen = scene_to_draw(shared.scene, shared.changes, plot)
+    given = line_or_span_to_draw(shared.scene, shared.changes, plot)
+    chosen = one_span(given, "screen", instead.SCREENING)
     found = screen(chosen, highest)
 
     def figure() -> Any:

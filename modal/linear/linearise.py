@@ -25,7 +25,7 @@ from typing import TYPE_CHECKING, Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from gallop_fmu import Inputs, Model, Scene, SceneError, SimulationError
+from gallop_fmu import Inputs, LineScene, Model, Scene, SceneError, SimulationError
 from gallop_fmu.engine.mesh import Mesh
 from gallop_fmu.engine.model import DOFS
 
@@ -78,12 +78,12 @@ class Linearised:
 
 
 class SmallMotion:
-    """Linearises one span about its equilibrium at any wind speed; the model is made once.
+    """Linearises a span or line about its equilibrium at any wind speed; the model is made once.
 
     Parameters
     ----------
     scene
-        The span.
+        The span or line.
 
     Raises
     ------
@@ -91,10 +91,22 @@ class SmallMotion:
         If no initial equilibrium exists.
     """
 
-    def __init__(self, scene: Scene) -> None:
+    def __init__(self, scene: Scene | LineScene) -> None:
         self.scene = scene
         self.model = Model(scene)
         self.mesh = Mesh(self.model)
+
+    def about(self, wind: WindState) -> Linearised:
+        """About the initial equilibrium in still air, or the static one in the mean wind.
+
+        Raises
+        ------
+        SceneError
+            If `wind` is neither ``"still"`` nor ``"mean"``, or there is no equilibrium in the wind.
+        """
+        if wind not in ("still", "mean"):
+            raise SceneError(f'wind = {wind!r}: must be "still" or "mean"')
+        return self.in_still_air() if wind == "still" else self.in_mean_wind()
 
     def in_still_air(self) -> Linearised:
         """About the initial equilibrium, without wind."""
@@ -122,7 +134,8 @@ class SmallMotion:
                 "the scene has no aerodynamics: wind needs a coefficient curve to become a force"
             )
         inputs = Inputs.still(self.scene, wind_speed=speed)
-        inputs.support = self.scene.supports.displacement_at(0.0)
+        if isinstance(self.scene, Scene):
+            inputs.support = self.scene.supports.displacement_at(0.0)
         try:
             displacement, _, _ = self.model.rest(0.0, inputs).motion()
         except SimulationError as problem:
@@ -166,7 +179,7 @@ class SmallMotion:
         )
 
 
-def linearised(scene: Scene, wind: WindState) -> Linearised:
+def linearised(scene: Scene | LineScene, wind: WindState) -> Linearised:
     """Linearise about the initial equilibrium in still air, or the static one in the mean wind.
 
     Raises
@@ -174,10 +187,7 @@ def linearised(scene: Scene, wind: WindState) -> Linearised:
     SceneError
         If `wind` is neither ``"still"`` nor ``"mean"``, or there is no equilibrium in the wind.
     """
-    if wind not in ("still", "mean"):
-        raise SceneError(f'wind = {wind!r}: must be "still" or "mean"')
-    motion = SmallMotion(scene)
-    return motion.in_still_air() if wind == "still" else motion.in_mean_wind()
+    return SmallMotion(scene).about(wind)
 
 
 def uniform(shape: tuple[int, ...], column: int) -> Array:

@@ -10,8 +10,11 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from gallop_fmu import Scene, SceneError
+from gallop_fmu import LineScene, Scene, SceneError
+from gallop_fmu.scene.line_scene import one_span
+from modal.foundation import one_span as instead
 from modal.foundation.scene_variation import unit_of, with_number
+from modal.linear.line_modes import LineMode, line_modes
 from modal.linear.linearise import SmallMotion, WindState
 from modal.linear.modes import FAMILIES, Mode, modes_of
 
@@ -37,22 +40,23 @@ class Snapshot:
 
     Attributes
     ----------
-    modes : list of Mode
+    modes : list of Mode or LineMode
         The modes.
     mass : sparse array, shape (4 node, 4 node)
         Mass matrix, which weights the shapes.
     """
 
-    modes: list[Mode]
+    modes: list[Mode] | list[LineMode]
     mass: csc_array
 
     @classmethod
     def of(cls, motion: SmallMotion, count: int, speed: float | None = None) -> Snapshot:
         """Compute the modes in still air, or in wind of a speed [m/s]."""
         equations = motion.in_still_air() if speed is None else motion.in_wind(speed)
-        return cls(
-            modes_of(equations, motion.scene, min(count, int(equations.free.sum()))), equations.mass
-        )
+        count = min(count, int(equations.free.sum()))
+        if isinstance(motion.scene, LineScene):
+            return cls(line_modes(equations, motion.mesh, count), equations.mass)
+        return cls(modes_of(equations, motion.scene, count), equations.mass)
 
     def likeness(self, other: Snapshot) -> Array:
         """Modal assurance criterion of every mode (row) with every mode of `other` (column).
@@ -103,6 +107,7 @@ def track_modes(
     """
     import xarray as xr
 
+    scene = one_span(scene, "track_modes", instead.VARIATION)
     if len(values) == 0:
         raise SceneError(f"values of {path}: at least one is needed")
 
@@ -195,12 +200,12 @@ def follow(
     return found, np.minimum(first, second)
 
 
-def _overtaken(before: list[Mode], after: list[Mode]) -> bool:
+def _overtaken(before: Sequence[Mode | LineMode], after: Sequence[Mode | LineMode]) -> bool:
     """True if two modes have changed their order, by a crossing or a veering within the step."""
     first, last = (np.array([mode.frequency_hz for mode in modes]) for modes in (before, after))
     return bool(np.any((first[:, None] < first) & (last[:, None] > last)))
 
 
-def _flat(mode: Mode) -> NDArray[np.complex128]:
+def _flat(mode: Mode | LineMode) -> NDArray[np.complex128]:
     """Complex shape of a mode as one vector."""
     return np.asarray((mode.shape + 1j * mode.quadrature).ravel())

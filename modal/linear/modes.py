@@ -4,17 +4,17 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any, Literal, cast
+from typing import Any, Literal, cast, overload
 
 import numpy as np
 from numpy.typing import NDArray
 
-from gallop_fmu import Scene, SceneError
+from gallop_fmu import LineScene, Scene, SceneError
 from gallop_fmu.foundation.deprecation import warn_renamed
-from modal.linear.linearise import Linearised, WindState, linearised, uniform
-
-if TYPE_CHECKING:
-    from scipy.sparse import csc_array
+from modal.linear.eigensolution import is_stable, lowest, oscillating
+from modal.linear.line_modes import LineMode, line_modes
+from modal.linear.linearise import Linearised, SmallMotion, WindState, linearised, uniform
+from modal.linear.wave import half_waves, signs_along
 
 Array = NDArray[np.float64]
 ComplexArray = NDArray[np.complex128]
@@ -25,12 +25,6 @@ FAMILIES: tuple[Family, ...] = ("longitudinal", "vertical", "horizontal", "torsi
 
 On a level span these are u1, u2, u3 and theta, the unknowns of a node; see `by_family`.
 """
-
-MIN_DISPLACEMENT = 1e-3
-"""Displacement, relative to the largest one, above which it counts for the number of half-waves."""
-
-MIN_OSCILLATION = 1e-9
-"""Imaginary part of an eigenvalue, relative to its modulus, below which nothing oscillates."""
 
 
 @dataclass(frozen=True)
@@ -118,7 +112,19 @@ def by_family(scene: Scene, shape: NDArray[Any]) -> NDArray[Any]:
     return rotated
 
 
-def natural_modes(scene: Scene, count: int = 12, wind: WindState = "still") -> list[Mode]:
+@overload
+def natural_modes(scene: Scene, count: int = 12, wind: WindState = "still") -> list[Mode]: ...
+
+
+@overload
+def natural_modes(
+    scene: LineScene, count: int = 12, wind: WindState = "still"
+) -> list[LineMode]: ...
+
+
+def natural_modes(
+    scene: Scene | LineScene, count: int = 12, wind: WindState = "still"
+) -> list[Mode] | list[LineMode]:
     """Compute the lowest modes about the equilibrium in still air, or in the mean wind.
 
     Mass, damping and stiffness are those of the simulation. They include the sag, the elasticity of
@@ -132,7 +138,7 @@ def natural_modes(scene: Scene, count: int = 12, wind: WindState = "still") -> l
     Parameters
     ----------
     scene
-        The span; its mesh is ``numerics.elements``.
+        The span or line; its mesh is ``numerics.elements``.
     count
         Number of modes.
     wind
@@ -140,7 +146,7 @@ def natural_modes(scene: Scene, count: int = 12, wind: WindState = "still") -> l
 
     Returns
     -------
-    list of Mode
+    list of Mode, or of LineMode for a line
         In order of frequency. In mean wind, motions that do not oscillate (overdamped) are not
         included.
 
@@ -152,6 +158,9 @@ def natural_modes(scene: Scene, count: int = 12, wind: WindState = "still") -> l
     SimulationError
         If no initial equilibrium exists.
     """
+    if isinstance(scene, LineScene):
+        motion = SmallMotion(scene)
+        return line_modes(motion.about(wind), motion.mesh, count)
     return modes_of(linearised(scene, wind), scene, count)
 
 
@@ -164,9 +173,18 @@ def modes_of(equations: Linearised, scene: Scene, count: int) -> list[Mode]:
             f"count = {count}: must be a whole number from 1 to {unknowns}, the unknowns of a mesh"
             f" of {scene.numerics.elements} elements; lower count or raise numerics.elements"
         )
-    unstable = not _is_stable(stiffness)
+    unstable = not is_stable(stiffness)
     if equations.wind_speed > 0.0:
-        values, vectors = _complex_modes(equations, scene, count, every=unstable)
+        divergence = (
+            f"the equilibrium in wind of {equations.wind_speed:g} m/s is statically unstable:"
+            " the aerodynamic moment grows faster with the twist than the restoring moment of"
+            f" conductor.torsional_stiffness = {scene.conductor.torsional_stiffness} N m2/rad"
+            " (torsional divergence); lower the wind, or check the slope of the moment"
+            " coefficient and the attack angle"
+        )
+        values, vectors = oscillating(
+            (mass, damping, stiffness), count, every=unstable, divergence=divergence
+        )
     elif unstable:
         moment = scene.ice.first_moments()[0]
         raise SceneError(
@@ -176,7 +194,7 @@ def modes_of(equations: Linearised, scene: Scene, count: int) -> list[Mode]:
             " lower the first or raise the second, and check the units"
         )
     else:
-        squares, real = _lowest(mass, stiffness, count)
+        squares, real = lowest(mass, stiffness, count)
         omega = np.sqrt(squares)
         ratio = np.einsum("im,im->m", real, damping @ real) / (2.0 * omega)
         values = omega * (-ratio + 1j * np.sqrt(np.maximum(1.0 - ratio**2, 0.0)))
@@ -185,127 +203,6 @@ def modes_of(equations: Linearised, scene: Scene, count: int) -> list[Mode]:
         _describe(equations, scene, complex(s), vector)
         for s, vector in zip(values, vectors.T, strict=True)
     ]
-
-
-def _is_stable(stiffness: csc_array) -> bool:
-    """True if no pivot of a factorisation is negative.
-
-    In still air the number of negative eigenvalues is that of negative pivots (Sylvester). In wind
-    the matrix is not symmetric; with an odd number of negative pivots the determinant is negative,
-    and one eigenvalue of the motion is real and positive.
-    """
-    from scipy.sparse.linalg import splu
-
-    factors = splu(
-        stiffness,
-        permc_spec="MMD_AT_PLUS_A",
-        diag_pivot_thresh=0.0,
-        options={"SymmetricMode": True},
-    )
-    return bool(np.all(factors.U.diagonal() > 0.0))
-
-
-def _lowest(mass: csc_array, stiffness: csc_array, count: int) -> tuple[Array, Array]:
-    """Squared angular frequencies [1/s2], ascending, and mass-normalised vectors (columns)."""
-    unknowns = mass.shape[0]
-    if count < unknowns - 1:
-        from scipy.sparse.linalg import eigsh
-
-        squares, vectors = eigsh(stiffness, count, mass, sigma=0.0, v0=_start(unknowns))
-    else:  # Lanczos' method needs more unknowns than modes
-        from scipy.linalg import eigh
-
-        squares, vectors = eigh(stiffness.toarray(), mass.toarray(), subset_by_index=(0, count - 1))
-    order = np.argsort(squares)
-    return squares[order], vectors[:, order]
-
-
-def _complex_modes(
-    equations: Linearised, scene: Scene, count: int, every: bool
-) -> tuple[ComplexArray, ComplexArray]:
-    """Eigenvalues [1/s] with positive imaginary part by modulus, and mass-normalised vectors."""
-    matrices = equations.of_free()
-    unknowns = matrices[0].shape[0]
-    wanted = 2 * unknowns if every else 2 * count + 4
-    while True:
-        dense = wanted >= unknowns
-        values, vectors = eigenpairs(*matrices) if dense else _nearest_to_zero(*matrices, wanted)
-        oscillates = np.abs(values.imag) > MIN_OSCILLATION * np.abs(values)
-        if np.any(values.real[~oscillates] > 0.0):
-            raise SceneError(
-                f"the equilibrium in wind of {equations.wind_speed:g} m/s is statically unstable:"
-                " the aerodynamic moment grows faster with the twist than the restoring moment of"
-                f" conductor.torsional_stiffness = {scene.conductor.torsional_stiffness} N m2/rad"
-                " (torsional divergence); lower the wind, or check the slope of the moment"
-                " coefficient and the attack angle"
-            )
-        chosen = np.flatnonzero(oscillates & (values.imag > 0.0))
-        if len(chosen) >= count or dense:
-            break
-        wanted *= 2
-    if len(chosen) < count:
-        raise SceneError(
-            f"count = {count}: only {len(chosen)} modes of this mesh oscillate; lower count"
-        )
-    chosen = chosen[np.argsort(np.abs(values[chosen]))][:count]
-    return values[chosen], _normalised(vectors[:unknowns, chosen], matrices[0])
-
-
-def _nearest_to_zero(
-    mass: csc_array, damping: csc_array, stiffness: csc_array, count: int
-) -> tuple[ComplexArray, ComplexArray]:
-    """Eigenpairs of M s^2 + C s + K with the smallest |s|.
-
-    They are the largest ones of the inverse of the first-order form, by Arnoldi's method.
-    """
-    from scipy.sparse.linalg import LinearOperator, eigs, splu
-
-    unknowns = mass.shape[0]
-    factors = splu(stiffness)
-
-    def inverse(y: Array) -> Array:
-        y = y.ravel()
-        return np.concatenate(
-            [-factors.solve(damping @ y[:unknowns] + mass @ y[unknowns:]), y[:unknowns]]
-        )
-
-    operator = LinearOperator((2 * unknowns, 2 * unknowns), matvec=inverse, dtype=np.float64)
-    inverses, vectors = eigs(operator, count, which="LM", v0=_start(2 * unknowns))
-    return 1.0 / inverses, vectors
-
-
-def eigenpairs(
-    mass: csc_array, damping: csc_array, stiffness: csc_array
-) -> tuple[ComplexArray, ComplexArray]:
-    """All eigenvalues [1/s] of M s^2 + C s + K, and vectors of displacements and velocities."""
-    return cast(
-        tuple[ComplexArray, ComplexArray],
-        tuple(np.linalg.eig(state_matrix(mass, damping, stiffness))),
-    )
-
-
-def state_matrix(mass: csc_array, damping: csc_array, stiffness: csc_array) -> Array:
-    """First-order form of M q'' + C q' + K q = 0 for displacements and velocities, dense."""
-    unknowns = mass.shape[0]
-    matrix = np.zeros((2 * unknowns, 2 * unknowns))
-    matrix[:unknowns, unknowns:] = np.eye(unknowns)
-    matrix[unknowns:] = -np.linalg.solve(
-        mass.toarray(), np.hstack([stiffness.toarray(), damping.toarray()])
-    )
-    return matrix
-
-
-def _start(size: int) -> Array:
-    """Start vector of an iteration, always the same, for reproducible results."""
-    return np.random.default_rng(0).standard_normal(size)
-
-
-def _normalised(vectors: ComplexArray, mass: csc_array) -> ComplexArray:
-    """Scale vectors to modal mass 1, at the phase with the largest real part."""
-    weighted = mass @ vectors
-    size = np.sqrt(np.einsum("im,im->m", vectors.conj(), weighted).real)
-    phase = np.exp(-0.5j * np.angle(np.einsum("im,im->m", vectors, weighted)))
-    return cast(ComplexArray, vectors * phase / size)
 
 
 def _describe(equations: Linearised, scene: Scene, value: complex, vector: ComplexArray) -> Mode:
@@ -338,19 +235,6 @@ def _describe(equations: Linearised, scene: Scene, value: complex, vector: Compl
         quadrature=full.imag.reshape(free.shape),
         wave=wave * sign,
     )
-
-
-def signs_along(wave: Array) -> Array:
-    """Signs (-1 or 1) of a displacement along the span; points almost at zero are left out.
-
-    A point is left out if its displacement is at most `MIN_DISPLACEMENT` times the largest one.
-    """
-    return np.asarray(np.sign(wave[np.abs(wave) > MIN_DISPLACEMENT * np.max(np.abs(wave))]))
-
-
-def half_waves(wave: Array) -> int:
-    """Number of half-waves of a displacement along the span."""
-    return 1 + int(np.count_nonzero(np.diff(signs_along(wave))))
 
 
 def family_energies(rotated: NDArray[Any], mass: Any) -> Array:

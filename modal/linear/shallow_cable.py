@@ -33,7 +33,9 @@ import math
 from dataclasses import dataclass
 
 from gallop_fmu import Model, Scene, SceneError
+from gallop_fmu.scene.line_scene import one_span
 from gallop_fmu.scene.supports import RigidSupport
+from modal.foundation import one_span as instead
 from modal.foundation.root_finding import bracketed_root
 
 CROSSOVER = 4.0 * math.pi**2
@@ -110,6 +112,7 @@ def shallow_cable(scene: Scene) -> ShallowCable:
     SimulationError
         If a support has springs and no initial equilibrium exists.
     """
+    scene = one_span(scene, "shallow_cable", instead.CLOSED_FORM)
     span, conductor = scene.span, scene.conductor
     mass = conductor.mass_per_length + scene.ice.mass_per_length
     cosine = span.length / math.hypot(span.length, span.height_difference)
@@ -141,7 +144,7 @@ def shallow_cable(scene: Scene) -> ShallowCable:
         sag=sag,
         lambda_squared=lambda_squared,
         horizontal_hz=_string(along, chord, left[1], right[1]) * speed / (2.0 * math.pi),
-        vertical_symmetric_hz=_symmetric(lambda_squared) * speed / (math.pi * chord),
+        vertical_symmetric_hz=symmetric_root(lambda_squared) * speed / (math.pi * chord),
         vertical_antisymmetric_hz=speed / chord,
         torsional_hz=math.sqrt(conductor.torsional_stiffness / inertia) / (2.0 * arc),
     )
@@ -184,7 +187,7 @@ def _support_stiffness(scene: Scene) -> list[tuple[float, float]]:
     ]
 
 
-def _symmetric(lambda_squared: float) -> float:
+def symmetric_root(lambda_squared: float) -> float:
     """First root x = w l/(2 c) of tan x = x - 4 x^3/lambda^2, times cos x to remove the poles."""
 
     def closed(x: float) -> float:

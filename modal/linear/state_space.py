@@ -36,10 +36,14 @@ import control
 import numpy as np
 from numpy.typing import NDArray
 
-from gallop_fmu import Scene, SceneError
+from gallop_fmu import LineScene, Scene, SceneError
+from gallop_fmu.scene.line_scene import one_span
+from modal.foundation import one_span as instead
+from modal.linear.eigensolution import MIN_OSCILLATION, state_matrix
+from modal.linear.line_modes import LineMode
 from modal.linear.linearise import Linearised, SmallMotion, linearised
 from modal.linear.mode_tracking import EXTRA_MODES, Snapshot, follow
-from modal.linear.modes import MIN_OSCILLATION, modes_of, state_matrix
+from modal.linear.modes import Mode, modes_of
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -107,6 +111,7 @@ def linear_model(scene: Scene, modes: int | None = None) -> control.StateSpace:
 
     ``control.bode_plot(model["midspan_u2", "wind_speed"])`` draws.
     """
+    scene = one_span(scene, "linear_model", instead.LINEAR_MODEL)
     equations = linearised(scene, "mean")
     modes_of(equations, scene, 1)  # raises if the equilibrium is statically unstable
     full = _full_order(equations)
@@ -124,7 +129,7 @@ def linear_model(scene: Scene, modes: int | None = None) -> control.StateSpace:
     )
 
 
-def root_locus(scene: Scene, speeds: Sequence[float], count: int = 6) -> xr.Dataset:
+def root_locus(scene: Scene | LineScene, speeds: Sequence[float], count: int = 6) -> xr.Dataset:
     """Compute the eigenvalues of the lowest modes over the wind speed, tracked by shape.
 
     Parameters
@@ -158,7 +163,7 @@ def root_locus(scene: Scene, speeds: Sequence[float], count: int = 6) -> xr.Data
 
     here = at(speeds[0])
     chosen = np.arange(min(count, len(here.modes)))
-    rows = [here.modes[: len(chosen)]]
+    rows: list[Sequence[Mode | LineMode]] = [here.modes[: len(chosen)]]
     for low, high in pairwise(speeds):
         there = at(high)
         chosen, _ = follow(here, chosen, there, at, low, high)

@@ -1,6 +1,7 @@
 """Figures of the modal toolkit."""
 
 from modal.plots.comparison_figure import comparison_figure
+from modal.plots.line_figures import line_mode_shapes, pair_figure
 from modal.plots.span_figures import (
     criteria_figure,
     locus_figure,
@@ -13,8 +14,10 @@ from modal.plots.span_figures import (
 __all__ = [
     "comparison_figure",
     "criteria_figure",
+    "line_mode_shapes",
     "locus_figure",
     "mode_shapes",
+    "pair_figure",
     "ratio_figure",
     "screening_figure",
     "tracking_figure",

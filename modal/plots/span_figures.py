@@ -32,6 +32,9 @@ COLOURS = {
     "horizontal": "#D55E00",
     "torsional": "#009E73",
     "longitudinal": "#CC79A7",
+    "tension-neutral": "#56B4E9",
+    "bundle torsion": "#E69F00",
+    "sub-span": "#000000",
 }
 """Colours of Okabe and Ito, distinguishable with any colour vision."""
 

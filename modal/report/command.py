@@ -15,7 +15,7 @@ from gallop_fmu.cli.terminal import (
     SceneName,
     Until,
     check_output,
-    chosen_scene,
+    chosen_spec,
     complain,
     complain_of,
     new_console,
@@ -41,10 +41,12 @@ def report(
     Items that could not be computed are listed with the reason. If the simulation ends early, or
     cannot start, the report is still written, and the exit code is 1.
     """
+    from gallop_fmu.scene.line_scene import one_span
+    from modal.foundation import one_span as instead
     from modal.report.findings import Missing, examine
     from modal.report.page import SUFFIXES, write_page
 
-    chosen = chosen_scene(scene, changes)
+    chosen = one_span(chosen_spec(scene, changes).scene(), "a report", instead.REPORT)
     complain_of(chosen, "gallop-modal")
     check_output(out, SUFFIXES)
     with _progress(chosen.title) as shown:

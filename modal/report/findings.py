@@ -14,7 +14,9 @@ from numpy.typing import NDArray
 from gallop_fmu import Inputs, Model, Outcome, Result, Scene, SceneError, SimulationError, simulate
 from gallop_fmu.foundation.channels import NODE_INDEX, SPAN_INDEX
 from gallop_fmu.line.clearance import Ellipse, cigre_322_single_loop, davison_single_loop
+from gallop_fmu.scene.line_scene import one_span
 from gallop_fmu.simulation.run_options import check_stop_time
+from modal.foundation import one_span as instead
 from modal.linear.modes import Mode, natural_modes
 from modal.linear.shallow_cable import ShallowCable, shallow_cable
 from modal.screening.screen import Screening, screen
@@ -151,6 +153,7 @@ def examine(
     SceneError
         If `stop_time` is not allowed. Other errors are `Missing` parts of the findings.
     """
+    scene = one_span(scene, "a report", instead.REPORT)
     stop_time = scene.run.stop_time if stop_time is None else stop_time
     check_stop_time(stop_time)
     parts = _Parts(scene, progress or (lambda name, share: None))

@@ -10,7 +10,8 @@ from numpy.typing import NDArray
 from gallop_fmu import SceneError
 from modal.linear.mode_basis import mirrored
 from modal.linear.mode_tracking import MIN_MAC
-from modal.linear.modes import FAMILIES, Family, by_family, half_waves
+from modal.linear.modes import FAMILIES, Family, by_family
+from modal.linear.wave import half_waves
 from modal.screening.reduced_model import (
     MeanState,
     ReducedModel,

@@ -7,6 +7,8 @@ from dataclasses import dataclass, field
 
 from gallop_fmu import Scene, SceneError
 from gallop_fmu.foundation.deprecation import warn_renamed
+from gallop_fmu.scene.line_scene import one_span
+from modal.foundation import one_span as instead
 from modal.linear.mode_basis import still_air_modes
 from modal.screening.continuation import Cycle, LimitCycles
 from modal.screening.other_modes import OtherMode, first_other_mode
@@ -159,6 +161,7 @@ def screen(scene: Scene, highest_wind: float | None = None) -> Screening:
     ('certain', 5.04)
     """
     began = clock.process_time()
+    scene = one_span(scene, "screen", instead.SCREENING)
     wind = scene.wind.mean_speed
     highest = MAX_WIND_RATIO * wind if highest_wind is None else highest_wind
     check_wind(scene, wind, highest)

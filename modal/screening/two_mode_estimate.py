@@ -25,6 +25,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gallop_fmu import Scene, SceneError
+from gallop_fmu.scene.line_scene import one_span
+from modal.foundation import one_span as instead
 from modal.linear.mode_basis import (
     TANGENT_STEP,
     StillAirModes,
@@ -253,6 +255,7 @@ def two_mode_estimate(
     SceneError
         If the scene has no wind or no coefficient curve, or the pair of modes does not exist.
     """
+    scene = one_span(scene, "two_mode_estimate", instead.SCREENING)
     wind = scene.wind.mean_speed if wind_speed is None else wind_speed
     if not wind > 0.0:
         raise SceneError(

@@ -24,10 +24,12 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from gallop_fmu import Model, Scene, SceneError
+from gallop_fmu import LineScene, Model, Scene, SceneError
 from gallop_fmu.engine.mesh import Mesh
 from gallop_fmu.scene.aerodynamics import AerodynamicCurve
 from gallop_fmu.scene.conductor import Ice
+from gallop_fmu.scene.line_scene import one_span
+from modal.foundation import one_span as instead
 from modal.linear.shallow_cable import shallow_cable
 from modal.stability.frequency_ratio import frequency_ratio
 
@@ -87,7 +89,7 @@ class Criterion:
         return [f"{first:.1f} to {last:.1f} deg: {cause}" for (first, last), cause in ranges]
 
 
-def den_hartog(scene: Scene) -> Criterion:
+def den_hartog(scene: Scene | LineScene) -> Criterion:
     """Evaluate Den Hartog's criterion: vertical motion grows where dCL/dalpha + CD < 0.
 
     This is dF2/dv2 > 0, without structural damping (J. P. Den Hartog 1932, Trans. AIEE 51,
@@ -103,7 +105,7 @@ def den_hartog(scene: Scene) -> Criterion:
     return _criterion("Den Hartog", "dCL/dalpha + CD", "1/rad", curve, curve.den_hartog)
 
 
-def nigol(scene: Scene) -> Criterion:
+def nigol(scene: Scene | LineScene) -> Criterion:
     """Evaluate Nigol's torsional criterion, quasi-steady: twist grows where dCM/dalpha < 0.
 
     For pure twist, dM/domega and dM/dtheta of the module give the equation of motion of a section,
@@ -145,13 +147,23 @@ def coupled(scene: Scene, wind_speed: float | None = None) -> Criterion:
     SceneError
         If there is no wind, or the pair of modes cannot be identified.
     """
-    curve = _curve(scene)
+    scene = one_span(scene, "the coupled criterion of one span", instead.CRITERIA)
+    return coupled_of(SectionMotion.of(scene), speed_of(scene, wind_speed))
+
+
+def speed_of(scene: Scene | LineScene, wind_speed: float | None) -> float:
+    """Wind speed [m/s] of the coupled criterion: the given one, or the scene's mean."""
     speed = scene.wind.mean_speed if wind_speed is None else wind_speed
     if not (np.isfinite(speed) and speed > 0.0):
         raise SceneError(
             f"wind speed = {speed} m/s: the coupled criterion needs wind; set wind.speed"
         )
-    section = _Section.of(scene)
+    return speed
+
+
+def coupled_of(section: SectionMotion, speed: float) -> Criterion:
+    """Evaluate the coupled criterion of a section of the conductor in wind [m/s]."""
+    curve = section.curve
     name = f"coupled, vertical-horizontal-torsional, {speed:g} m/s"
     found = _criterion(
         name, "-max Re(s)", "1/s", curve, lambda angle: -section.fastest(angle, speed).real
@@ -161,12 +173,13 @@ def coupled(scene: Scene, wind_speed: float | None = None) -> Criterion:
 
 def stability_criteria(scene: Scene) -> list[Criterion]:
     """Evaluate Den Hartog's, Nigol's and, if the scene has wind, the coupled criterion."""
+    scene = one_span(scene, "stability_criteria", instead.CRITERIA)
     found = [den_hartog(scene), nigol(scene)]
     return [*found, coupled(scene)] if scene.wind.mean_speed > 0.0 else found
 
 
 @dataclass(frozen=True)
-class _Section:
+class SectionMotion:
     """A section of unit length that moves by u2, u3, theta.
 
     On a slope u2 is the motion normal to the chord.
@@ -184,7 +197,9 @@ class _Section:
     curve : AerodynamicCurve
         Coefficients of the wind load.
     mesh : Mesh
-        The span, whose wind load is that of the section.
+        The span or line, whose wind load is that of the section.
+    element : int
+        Element at the section.
     """
 
     hertz: dict[str, float]
@@ -195,14 +210,32 @@ class _Section:
     gravity: float
     curve: AerodynamicCurve
     mesh: Mesh
+    element: int = 0
 
     @classmethod
-    def of(cls, scene: Scene) -> _Section:
-        conductor, ice, pair = scene.conductor, scene.ice, frequency_ratio(scene)
+    def of(cls, scene: Scene) -> SectionMotion:
+        """A section of a span."""
+        pair = frequency_ratio(scene)
+        hertz = (pair.vertical_hz, pair.horizontal_hz, shallow_cable(scene).torsional_hz)
+        slope = scene.span.height_difference / scene.span.length
+        gravity = scene.span.gravity / math.hypot(1.0, slope)
+        return cls.made(scene, scene.ice, hertz, gravity, Mesh(Model(scene)), 0)
+
+    @classmethod
+    def made(
+        cls,
+        scene: Scene | LineScene,
+        ice: Ice,
+        frequencies: tuple[float, float, float],
+        gravity: float,
+        mesh: Mesh,
+        element: int,
+    ) -> SectionMotion:
+        """A section with its ice, frequencies [Hz], and gravity [m/s2] normal to its chord."""
+        conductor = scene.conductor
         mass = conductor.mass_per_length + ice.mass_per_length
         inertia = conductor.torsional_inertia + ice.torsional_inertia
-        hertz = np.array([pair.vertical_hz, pair.horizontal_hz, shallow_cable(scene).torsional_hz])
-        mesh = Mesh(Model(scene))
+        hertz = np.array(frequencies)
         state = mesh.model.equilibrium()
         b1, b2 = np.transpose([state.translation_damping] * 2 + [state.twist_damping])
         diagonal = np.array([mass, mass, inertia])
@@ -213,9 +246,10 @@ class _Section:
             np.diag(b1 * diagonal + b2 * stiffness),  # Rayleigh damping
             np.diag(stiffness),
             ice,
-            scene.span.gravity / math.hypot(1.0, scene.span.height_difference / scene.span.length),
+            gravity,
             _curve(scene),
             mesh,
+            element,
         )
 
     def cause(self, criterion: Criterion, first: float, last: float, speed: float) -> str:
@@ -268,13 +302,13 @@ class _Section:
         first, last = self.curve.breakpoint[[0, -1]]
         inside = np.clip(angle, first + END_MARGIN, last - END_MARGIN)
         slopes = self.mesh.aero_load(
-            inside, 0.0, 0.0, 0.0, speed, attack_angle=0.0, slopes=True
+            inside, 0.0, 0.0, 0.0, speed, attack_angle=0.0, slopes=True, element=self.element
         ).slopes
         assert slopes is not None  # asked for
         return slopes[1:].transpose(2, 1, 0), slopes[0].T
 
 
-def _curve(scene: Scene) -> AerodynamicCurve:
+def _curve(scene: Scene | LineScene) -> AerodynamicCurve:
     """Coefficient curve of a scene; SceneError if it has none."""
     if scene.aerodynamics is None:
         raise SceneError(

@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
 
-from gallop_fmu import Scene, SceneError
+from gallop_fmu import LineScene, Scene, SceneError
+from gallop_fmu.scene.conductor import Ice
+from modal.linear.line_modes import LineMode
 from modal.linear.linearise import SmallMotion
 from modal.linear.mode_tracking import EXTRA_MODES, Snapshot, follow
 from modal.linear.modes import Mode
@@ -46,7 +48,7 @@ class CriticalWind:
 
     Attributes
     ----------
-    mode : Mode
+    mode : Mode or LineMode
         The mode in still air.
     wind_speed : float or None
         Lowest wind speed [m/s] at which the mode's damping becomes negative; None if it does not up
@@ -63,7 +65,7 @@ class CriticalWind:
         Reason why it ended below the highest wind; empty if it did not.
     """
 
-    mode: Mode
+    mode: Mode | LineMode
     wind_speed: float | None
     frequency_hz: float | None
     den_hartog: float | None
@@ -72,7 +74,7 @@ class CriticalWind:
 
 
 def critical_wind_speed(
-    scene: Scene, count: int = 6, highest: float = DEFAULT_HIGHEST_WIND
+    scene: Scene | LineScene, count: int = 6, highest: float = DEFAULT_HIGHEST_WIND
 ) -> list[CriticalWind]:
     """Find the lowest wind speed at which each mode begins to grow.
 
@@ -85,7 +87,7 @@ def critical_wind_speed(
     Parameters
     ----------
     scene
-        The span; its own wind speed does not matter.
+        The span or line; its own wind speed does not matter.
     count
         Number of modes, the lowest in still air.
     highest
@@ -117,7 +119,7 @@ def critical_wind_speed(
             known[speed] = Snapshot.of(motion, count + EXTRA_MODES, speed)
         return known[speed]
 
-    still = modes_at(0.0).modes[:count]
+    still: Sequence[Mode | LineMode] = modes_at(0.0).modes[:count]
     _check_damped(scene, still)
     onsets, reached, remark = _search(modes_at, still, highest)
     return [
@@ -138,7 +140,7 @@ ModesAt = Callable[[float], Snapshot]
 
 
 def _search(
-    modes_at: ModesAt, still: list[Mode], highest: float
+    modes_at: ModesAt, still: Sequence[Mode | LineMode], highest: float
 ) -> tuple[list[tuple[float, float] | None], float, str]:
     """Track the modes from still air step by step.
 
@@ -180,7 +182,7 @@ def _onset(branch: _Branch, high: float, low_damping: float) -> tuple[float, flo
     return speed, branch(speed).frequency_hz
 
 
-def den_hartog_speed(scene: Scene, mode: Mode) -> float | None:
+def den_hartog_speed(scene: Scene | LineScene, mode: Mode | LineMode) -> float | None:
     """Critical wind speed [m/s] of a vertical mode by Den Hartog's criterion.
 
     In pure vertical motion the aerodynamic damping ratio rho U d (CD + dCL/dalpha) / (4 m w) equals
@@ -188,21 +190,34 @@ def den_hartog_speed(scene: Scene, mode: Mode) -> float | None:
 
         U = 4 m w xi / (rho d |CD + dCL/dalpha|).
 
-    None for another mode, and where CD + dCL/dalpha is not negative.
+    On a line, (CD + dCL/dalpha)/m is that of each span with its ice, weighted by the span's share
+    in the kinetic energy of the mode. None for another mode, and where CD + dCL/dalpha is not
+    negative.
     """
-    if scene.aerodynamics is None or mode.family != "vertical":
+    if scene.aerodynamics is None or mode.family not in ("vertical", "tension-neutral"):
         return None
-    slope = float(scene.aerodynamics.curve().den_hartog(np.radians(scene.ice.attack_angle_deg)))
-    if slope >= 0.0:
+    curve = scene.aerodynamics.curve()
+    weighted = 0.0
+    for ice, share in _ice_of_spans(scene, mode):
+        slope = float(curve.den_hartog(np.radians(ice.attack_angle_deg)))
+        weighted += share * slope / (scene.conductor.mass_per_length + ice.mass_per_length)
+    if weighted >= 0.0:
         return None
-    mass = scene.conductor.mass_per_length + scene.ice.mass_per_length
-    omega = 2.0 * np.pi * mode.frequency_hz
-    damping = 4.0 * mass * omega * mode.damping_ratio
-    return damping / (scene.wind.air_density * scene.conductor.diameter * -slope)
+    damping = 4.0 * 2.0 * np.pi * mode.frequency_hz * mode.damping_ratio
+    return damping / (scene.wind.air_density * scene.conductor.diameter * -weighted)
+
+
+def _ice_of_spans(scene: Scene | LineScene, mode: Mode | LineMode) -> list[tuple[Ice, float]]:
+    """Ice of each span, and the span's share in the kinetic energy of a mode."""
+    if isinstance(scene, Scene) or isinstance(mode, Mode):
+        return [(scene.ice, 1.0)]
+    return [
+        (scene.ice_of_span(span), float(share)) for span, share in enumerate(mode.span_shares, 1)
+    ]
 
 
 def _growing(
-    branch: Callable[[float], Mode], low: float, high: float, suspicious: float
+    branch: Callable[[float], Mode | LineMode], low: float, high: float, suspicious: float
 ) -> tuple[float, float] | None:
     """Find the first interval in which a mode that is damped at `low` begins to grow.
 
@@ -245,14 +260,14 @@ class _Branch:
     ) -> None:
         self.modes_at, self.low, self.numbers, self.which = modes_at, low, numbers, which
 
-    def __call__(self, speed: float) -> Mode:
+    def __call__(self, speed: float) -> Mode | LineMode:
         numbers = self.numbers
         if speed > self.low:
             numbers = _tracked(self.modes_at, numbers, self.low, speed)
         return self.modes_at(speed).modes[int(numbers[self.which])]
 
 
-def _check_damped(scene: Scene, modes: list[Mode]) -> None:
+def _check_damped(scene: Scene | LineScene, modes: Sequence[Mode | LineMode]) -> None:
     """Raise SceneError if a mode has no positive damping in still air."""
     for mode in modes:
         part = "twist" if mode.family == "torsional" else "translation"

@@ -5,12 +5,14 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import product
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, overload
 
 import numpy as np
 from numpy.typing import NDArray
 
-from gallop_fmu import Scene, SceneError, SimulationError
+from gallop_fmu import LineScene, Scene, SceneError, SimulationError
+from gallop_fmu.scene.line_scene import one_span
+from modal.foundation import one_span as instead
 from modal.foundation.change_of_state import ACSR_EXPANSION
 from modal.foundation.scene_variation import (
     ICE_MASS,
@@ -21,6 +23,7 @@ from modal.foundation.scene_variation import (
     with_number,
 )
 from modal.linear.modes import Family, Mode, natural_modes
+from modal.stability.mode_pairs import ModePair, mode_pairs
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -121,11 +124,23 @@ class DesignChange:
     sentence: str
 
 
-def frequency_ratio(scene: Scene) -> FrequencyRatio:
+@overload
+def frequency_ratio(scene: Scene) -> FrequencyRatio: ...
+
+
+@overload
+def frequency_ratio(scene: LineScene) -> list[ModePair]: ...
+
+
+def frequency_ratio(scene: Scene | LineScene) -> FrequencyRatio | list[ModePair]:
     """Compute the ratio of the first symmetric vertical to the first horizontal frequency.
 
     Near a ratio of 2, vertical galloping drives a horizontal swing at half its frequency, if its
     amplitude exceeds a threshold (Liu, Yan, Zhang, Zhou 2009, Example 3).
+
+    A line has many modes close to each other, vertical and horizontal ones and rotations of
+    bundles: all pairs of its lowest modes near 2:1 and 1:1 are returned, with the amplitude above
+    which the first starts the second (`modal.mode_pairs`).
 
     Raises
     ------
@@ -134,6 +149,8 @@ def frequency_ratio(scene: Scene) -> FrequencyRatio:
     SimulationError
         If no initial equilibrium exists.
     """
+    if isinstance(scene, LineScene):
+        return mode_pairs(scene)
     unknowns = 4 * (2 * scene.numerics.elements - 1)  # of the interior nodes; there may be more
     modes = natural_modes(scene, min(SEARCHED_MODES, unknowns))
     return FrequencyRatio(
@@ -186,6 +203,7 @@ def ratio_map(
     SceneError
         If a path is unknown, no value is given, or the two numbers determine each other.
     """
+    scene = one_span(scene, "ratio_map", instead.VARIATION)
     over = [(path, values), *([against] if against else [])]
     units = _checked_units(scene, over)
     points = list(product(*(numbers for _, numbers in over)))
@@ -321,6 +339,7 @@ def suggest_design_changes(scene: Scene) -> list[DesignChange]:
     SceneError
         If the scene itself has no frequency ratio.
     """
+    scene = one_span(scene, "suggest_design_changes", instead.VARIATION)
     now = frequency_ratio(free_sag(scene))
     changes = []
     for path in DESIGN_NUMBERS:

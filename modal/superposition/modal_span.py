@@ -9,7 +9,9 @@ from numpy.typing import NDArray
 
 from gallop_fmu import Inputs, Model, Outcome, Report, Scene, SceneError, SimulationError
 from gallop_fmu.engine.mesh import Mesh
+from gallop_fmu.scene.line_scene import one_span
 from gallop_fmu.scene.time_functions import Constant
+from modal.foundation import one_span as instead
 from modal.linear.modes import Family, Mode, natural_modes
 from modal.linear.projection import Projection
 
@@ -78,6 +80,7 @@ class ModalSpan:
         SimulationError
             If no initial equilibrium exists.
         """
+        scene = one_span(scene, "mode superposition", instead.SUPERPOSITION)
         _check_towers(scene)
         modes = _lowest(
             scene, {"vertical": vertical, "horizontal": horizontal, "torsional": torsional}

@@ -1,0 +1,16 @@
+"""What to use for a line in place of functions that take one span."""
+
+SCREENING = (
+    "use modal.frequency_ratio, which lists the pairs of modes near 2:1 with their thresholds, and"
+    " simulate the line"
+)
+REPORT = "use natural_modes, frequency_ratio, line_criteria and critical_wind_speed, and simulate"
+SUPERPOSITION = (
+    "simulate the line: mode superposition has no modes of strings, bundles and phases yet, and no"
+    " wind load of several conductors"
+)
+VARIATION = "call natural_modes or frequency_ratio for each value of LineScene.with_values"
+CRITERIA = "use modal.line_criteria, which has the criteria of each span"
+CLOSED_FORM = "use natural_modes"
+LINEAR_MODEL = "use root_locus and critical_wind_speed; simulate the line for motion in time"
+"""Imperatives for `gallop_fmu.scene.line_scene.one_span`."""

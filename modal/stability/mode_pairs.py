@@ -1,0 +1,416 @@
+"""Pairs of modes of a line near internal resonance: 2:1, and 1:1.
+
+Let q_i be the coordinates of the mass-normalised modes p_i about the initial equilibrium, and V
+the potential energy of conductors (strain energy and weight) and devices. Its third and fourth
+derivatives along the modes,
+
+    c_ijk = d3V/dq_i dq_j dq_k,    k_iijj = d4V/dq_i2 dq_j2,                                     (1)
+
+couple them. For a conductor with the Green strain e = X'.u' + u'.u'/2 and the energy
+int (T0 e + EA e2/2) dS they are, with the longitudinal strain e_i = X'.p_i' of a mode,
+
+    c_ijk = int EA (e_i p_j'.p_k' + e_j p_i'.p_k' + e_k p_i'.p_j') dS,                           (2)
+    k_iijj = int EA (p_i'.p_i' p_j'.p_j' + 2 (p_i'.p_j')2) dS;                                   (3)
+
+for a vertical mode v and a horizontal mode h of a level span, e_h = 0 and c_vhh = int EA e_v
+|h'|2 dS: the change of tension of v acts on the slope of h. The program takes (1) from differences
+of the tangent stiffness along a mode, which include strings, spacers and ice.
+
+**2:1.** Mode i moves as q_i = a cos W t. Then mode j obeys Mathieu's equation
+
+    q_j'' + 2 xi w q_j' + w2 (1 + e cos W t) q_j = 0,    e = a c_ijj / w2.                       (4)
+
+Near W = 2 w it starts above e = 4 sqrt(xi2 + D2), D = W / (2 w) - 1 (Nayfeh and Mook 1979, section
+5.3). The *threshold* is this amplitude a, as displacement where the mode i is largest.
+
+**1:1.** The quadratic forces of mode i move all others at zero frequency and at 2 W,
+
+    z0 = -K^-1 f_ii / 4,    z2 = -(K - 4 W2 M)^-1 f_ii / 4    per a2,    f_ij = dK/dq_i p_j,
+
+and those of i and j together move them by y0, y2: the same of f_ij, with 1/2 in place of 1/4. By
+harmonic balance of the first order in q_j = P cos W t + Q sin W t, mode j has the squared frequency
+w_j2 + a2 S_c in phase with i, and w_j2 + a2 S_s a quarter of a period apart from it,
+
+    S_c = f_ij.(y0 + y2/2) + f_jj.(z0 + z2/2) + 3/8 k_iijj,                                      (5)
+    S_s = f_ij.y2/2 + f_jj.(z0 - z2/2) + 1/8 k_iijj,
+
+and mode i itself w_i2 + a2 S_i, S_i = f_ii.(z0 + z2/2) + k_iiii/8. Mode j starts where, with
+s = w_j2 - w_i2,
+
+    (s + a2 (S_c - S_i)) (s + a2 (S_s - S_i)) + (2 xi w_j2)2 = 0,                                (6)
+
+the lowest positive a2; without one there is no threshold. (4) and (6) hold for small amplitudes:
+changes of frequency with the amplitude are left out of (4).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from functools import cached_property
+from typing import TYPE_CHECKING, Literal, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gallop_fmu import LineScene, SceneError
+from modal.linear.line_modes import LineMode, line_modes
+from modal.linear.linearise import Linearised, SmallMotion
+
+if TYPE_CHECKING:
+    from scipy.sparse import csc_array
+
+Array = NDArray[np.float64]
+Kind = Literal["2:1", "1:1"]
+
+SEARCHED_MODES = 24
+"""Default number of modes, the lowest ones."""
+
+BANDS: dict[Kind, float] = {"2:1": 0.15, "1:1": 0.05}
+"""Default relative distances from the resonance up to which a pair is listed."""
+
+TANGENT_STEP = 1e-3
+"""Largest displacement [m] in differences of the tangent along a mode."""
+
+SECOND_STEP = 0.1
+"""The same in second differences."""
+
+MIN_MODULATION = 1e-6
+"""Relative change of stiffness per metre below which a pair is not coupled, such as by round-off.
+"""
+
+PLAUSIBLE_AMPLITUDE = 0.5
+"""Amplitude of galloping, over the sag of a conductor as long as one loop, up to which a threshold
+can be reached: assumed from observed peak-to-peak amplitudes of 0.1 to 1 times the sag (CIGRE
+Technical Brochure 322)."""
+
+GALLOPING_FAMILIES = ("vertical", "tension-neutral", "torsional", "bundle torsion")
+"""Families that wind excites by galloping."""
+
+
+@dataclass(frozen=True)
+class ModePair:
+    """Two modes near internal resonance.
+
+    Attributes
+    ----------
+    kind : str
+        ``"2:1"``: the driving mode has twice the frequency of the driven one; ``"1:1"``: the same.
+    driving, driven : int
+        Numbers of the two modes from 1, in order of frequency.
+    driving_mode, driven_mode : LineMode
+        The modes.
+    detuning : float
+        Ratio of the frequencies, driving over driven, over 2 or 1, less 1.
+    coupling : float
+        Derivative c_ijj of the potential energy along the modes [1/(s2 m sqrt(kg))]: change of the
+        squared frequency of the driven mode per coordinate of the driving one.
+    modulation : float
+        Relative change of the driven mode's stiffness per metre of the driving mode [1/m].
+    threshold : float or None
+        Amplitude [m] of the driving mode, where it is largest, above which the driven mode starts;
+        None if it does not at any amplitude.
+    matters : bool
+        True if wind can excite the driving mode, and the threshold is at most half the sag of a
+        conductor as long as one of its loops.
+    sentence : str
+        The same as a sentence.
+    """
+
+    kind: Kind
+    driving: int
+    driven: int
+    driving_mode: LineMode = field(repr=False)
+    driven_mode: LineMode = field(repr=False)
+    detuning: float
+    coupling: float
+    modulation: float
+    threshold: float | None
+    matters: bool
+    sentence: str
+
+
+class Expansion:
+    """Derivatives of the potential energy of a line along its modes, about one equilibrium.
+
+    Parameters
+    ----------
+    motion
+        The line.
+    equations
+        Its equations of small motion in still air.
+    modes
+        Its modes.
+    """
+
+    def __init__(
+        self, motion: SmallMotion, equations: Linearised, modes: Sequence[LineMode]
+    ) -> None:
+        self.mesh, self.equations, self.modes = motion.mesh, equations, modes
+        leads = self.mesh.leader == np.arange(len(self.mesh.leader))
+        self.kept = np.flatnonzero(equations.free)
+        self.shapes = np.array([(mode.shape * leads[:, None]).ravel() for mode in modes])
+        self._first: dict[int, csc_array] = {}
+
+    def stiffness(self, u: Array) -> csc_array:
+        """Tangent stiffness at a displacement (node, 4) from the initial equilibrium."""
+        return self.mesh.tangent(u, stiffness=1.0, inputs=self.mesh.still)
+
+    def first(self, mode: int) -> csc_array:
+        """Derivative of the stiffness along a mode, by a central difference.
+
+        It is exact for the conductors, since their stiffness is quadratic in the displacement.
+        """
+        if mode not in self._first:
+            step = TANGENT_STEP / self.modes[mode].largest
+            moved = step * self.modes[mode].shape
+            change = self.stiffness(moved) - self.stiffness(-moved)
+            self._first[mode] = change / (2.0 * step)
+        return self._first[mode]
+
+    def second(self, mode: int) -> csc_array:
+        """Second derivative of the stiffness along a mode."""
+        step = SECOND_STEP / self.modes[mode].largest
+        moved = step * self.modes[mode].shape
+        at_rest = self._at_rest
+        return (self.stiffness(moved) + self.stiffness(-moved) - 2.0 * at_rest) / step**2
+
+    @cached_property
+    def _at_rest(self) -> csc_array:
+        return self.stiffness(np.zeros_like(self.modes[0].shape))
+
+    def response(self, omega: float, loads: Array) -> Array:
+        """Amplitudes (load, 4 node) of the undamped line under harmonic loads [N, N m].
+
+        Parameters
+        ----------
+        omega
+            Angular frequency [rad/s].
+        loads : ndarray, shape (load, 4 node)
+            Amplitudes of the loads.
+        """
+        from scipy.sparse.linalg import splu
+
+        mass, _, stiffness = self.equations.of_free()
+        found = np.zeros_like(loads)
+        found[:, self.kept] = (
+            splu((stiffness - omega**2 * mass).tocsc()).solve(loads[:, self.kept].T).T
+        )
+        return found
+
+
+def mode_pairs(
+    scene: LineScene,
+    count: int = SEARCHED_MODES,
+    band: float = BANDS["2:1"],
+    one_to_one_band: float = BANDS["1:1"],
+) -> list[ModePair]:
+    """Find the pairs of modes of a line near 2:1 and 1:1, with their coupling.
+
+    Parameters
+    ----------
+    scene
+        The line.
+    count
+        Number of modes, the lowest ones.
+    band, one_to_one_band
+        Relative distance of the frequency ratio from 2 and from 1 up to which a pair is listed.
+
+    Returns
+    -------
+    list of ModePair
+        Lowest threshold first; then those without a threshold, by the detuning. Pairs that are not
+        coupled are left out.
+
+    Raises
+    ------
+    SceneError
+        If a band is not a positive number, `count` is not possible, or the equilibrium is unstable.
+    SimulationError
+        If no initial equilibrium exists.
+    """
+    for name, width in (("band", band), ("one_to_one_band", one_to_one_band)):
+        if not (np.isfinite(width) and 0.0 < width < 1.0):
+            raise SceneError(f"{name} = {width}: must be greater than 0 and less than 1")
+    motion = SmallMotion(scene)
+    equations = motion.in_still_air()
+    modes = line_modes(equations, motion.mesh, count)
+    expansion = Expansion(motion, equations, modes)
+    sag = _largest_sag(expansion)
+    frequency = np.array([mode.frequency_hz for mode in modes])
+    found = []
+    for i in range(len(modes)):
+        two = np.flatnonzero(np.abs(frequency[i] / (2.0 * frequency) - 1.0) <= band)
+        one = np.flatnonzero(np.abs(frequency[i] / frequency - 1.0) <= one_to_one_band)
+        one = one[one != i]
+        if len(two) or len(one):
+            found += _driven_by(expansion, i, two, one, sag)
+    return sorted(
+        found,
+        key=lambda pair: (
+            np.inf if pair.threshold is None else pair.threshold,
+            abs(pair.detuning),
+        ),
+    )
+
+
+def _driven_by(
+    expansion: Expansion, i: int, two: NDArray[np.intp], one: NDArray[np.intp], sag: float
+) -> list[ModePair]:
+    """Pairs in which mode i drives modes at half its frequency and at its frequency."""
+    modes, shapes = expansion.modes, expansion.shapes
+    first = expansion.first(i)
+    pairs = []
+    for j in two:
+        coupling = float(shapes[j] @ (first @ shapes[j]))
+        modulation = coupling / (_omega(modes[j]) ** 2 * modes[i].largest)
+        if abs(modulation) < MIN_MODULATION:
+            continue
+        detuning = modes[i].frequency_hz / (2.0 * modes[j].frequency_hz) - 1.0
+        damping = modes[j].damping_ratio
+        threshold = 4.0 * float(np.hypot(damping, detuning)) / abs(modulation)
+        pairs.append(_pair("2:1", i, int(j), modes, coupling, threshold, sag))
+    if len(one):
+        pairs += _one_to_one(expansion, i, one, first, sag)
+    return pairs
+
+
+def _one_to_one(
+    expansion: Expansion, i: int, driven: NDArray[np.intp], first: csc_array, sag: float
+) -> list[ModePair]:
+    """Pairs of mode i with modes at its frequency: equation (6) of the module."""
+    modes, shapes = expansion.modes, expansion.shapes
+    pairs = []
+    for j, changes in zip(driven.tolist(), one_to_one_changes(expansion, i, driven), strict=True):
+        squared = _omega(modes[j]) ** 2
+        if abs(changes.in_phase - changes.quadrature) < (
+            MIN_MODULATION * squared * modes[i].largest ** 2
+        ):
+            continue
+        amplitude = _lowest_amplitude(
+            squared - _omega(modes[i]) ** 2,
+            changes.in_phase - changes.own,
+            changes.quadrature - changes.own,
+            2.0 * modes[j].damping_ratio * squared,
+        )
+        threshold = None if amplitude is None else amplitude * modes[i].largest
+        coupling = float(shapes[j] @ (first @ shapes[j]))
+        pairs.append(_pair("1:1", i, j, modes, coupling, threshold, sag))
+    return pairs
+
+
+class Changes(NamedTuple):
+    """Changes of squared frequencies per squared coordinate of a mode [1/(s2 m2 kg)].
+
+    Attributes
+    ----------
+    own : float
+        Of the mode itself: S_i of the module.
+    in_phase, quadrature : float
+        Of another mode that moves in phase with it, or a quarter of a period apart: S_c and S_s.
+    """
+
+    own: float
+    in_phase: float
+    quadrature: float
+
+
+def one_to_one_changes(expansion: Expansion, i: int, driven: NDArray[np.intp]) -> list[Changes]:
+    """Compute equation (5) of the module for mode i and each of the other modes."""
+    shapes = expansion.shapes
+    first, second = expansion.first(i), expansion.second(i)
+    loads = (first @ shapes[[i, *driven]].T).T  # f_ii, then f_ij
+    slow = expansion.response(0.0, loads)
+    fast = expansion.response(2.0 * _omega(expansion.modes[i]), loads)
+    z0, z2 = -0.25 * slow[0], -0.25 * fast[0]
+    own = loads[0] @ (z0 + 0.5 * z2) + shapes[i] @ (second @ shapes[i]) / 8.0
+    found = []
+    for k, j in enumerate(driven, start=1):
+        of_j = expansion.first(int(j)) @ shapes[j]
+        quartic = shapes[j] @ (second @ shapes[j])
+        y0, y2 = -0.5 * slow[k], -0.5 * fast[k]
+        in_phase = loads[k] @ (y0 + 0.5 * y2) + of_j @ (z0 + 0.5 * z2) + 0.375 * quartic
+        quadrature = 0.5 * loads[k] @ y2 + of_j @ (z0 - 0.5 * z2) + 0.125 * quartic
+        found.append(Changes(float(own), float(in_phase), float(quadrature)))
+    return found
+
+
+def _lowest_amplitude(apart: float, first: float, second: float, damping: float) -> float | None:
+    """Lowest amplitude a with (s + a2 f) (s + a2 g) + d2 = 0; None if there is none."""
+    roots = np.roots([first * second, apart * (first + second), apart**2 + damping**2])
+    real = roots.real[(np.abs(roots.imag) <= 1e-12 * np.abs(roots)) & (roots.real > 0.0)]
+    return float(np.sqrt(real.min())) if len(real) else None
+
+
+def _pair(
+    kind: Kind,
+    i: int,
+    j: int,
+    modes: Sequence[LineMode],
+    coupling: float,
+    threshold: float | None,
+    sag: float,
+) -> ModePair:
+    driving, driven = modes[i], modes[j]
+    ratio = 2.0 if kind == "2:1" else 1.0
+    detuning = driving.frequency_hz / (ratio * driven.frequency_hz) - 1.0
+    gallops = driving.family in GALLOPING_FAMILIES
+    plausible = PLAUSIBLE_AMPLITUDE * sag / max(driving.loops) ** 2
+    matters = gallops and threshold is not None and threshold <= plausible
+    return ModePair(
+        kind=kind,
+        driving=i + 1,
+        driven=j + 1,
+        driving_mode=driving,
+        driven_mode=driven,
+        detuning=detuning,
+        coupling=coupling,
+        modulation=coupling / (_omega(driven) ** 2 * driving.largest),
+        threshold=threshold,
+        matters=matters,
+        sentence=_sentence(kind, i, j, modes, detuning, threshold, gallops, plausible),
+    )
+
+
+def _sentence(
+    kind: Kind,
+    i: int,
+    j: int,
+    modes: Sequence[LineMode],
+    detuning: float,
+    threshold: float | None,
+    gallops: bool,
+    plausible: float,
+) -> str:
+    pair = (
+        f"{kind}: {_named(i, modes[i])} and {_named(j, modes[j])},"
+        f" {abs(detuning):.1%} {'above' if detuning > 0 else 'below'} {kind}"
+    )
+    if threshold is None:
+        return f"{pair}: no amplitude of the first starts the second"
+    start = f"{pair}: {threshold:.3g} m of the first start the second"
+    if not gallops:
+        return f"{start}, but wind does not excite the first by galloping"
+    if threshold > plausible:
+        return f"{start}, more than half the sag of one loop, {plausible:.3g} m"
+    return f"{start}; this pair matters"
+
+
+def _named(number: int, mode: LineMode) -> str:
+    return f"mode {number + 1} ({mode.family}, {mode.frequency_hz:.4f} Hz)"
+
+
+def _omega(mode: LineMode) -> float:
+    return 2.0 * np.pi * mode.frequency_hz
+
+
+def _largest_sag(expansion: Expansion) -> float:
+    """Largest distance [m] of a conductor below its chord in the initial equilibrium."""
+    model = expansion.mesh.model
+    x = model.equilibrium().x
+    sags = []
+    for chain in model.map.chains:
+        along, height = x[chain.nodes, 0], x[chain.nodes, 1]
+        chord = np.interp(along, along[[0, -1]], height[[0, -1]])
+        sags.append(float(np.max(chord - height)))
+    return max(sags)
