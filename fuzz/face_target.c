@@ -99,9 +99,22 @@ static int64_t whole_from(input *in)
 
 static gallop_inputs inputs_from(input *in)
 {
-    gallop_inputs inputs = {.wind_speed = 5.5, .attack_angle = 3.14159};
-    double *number = (double *)&inputs;
-    for (uint8_t left = byte_of(in) % 4; left; left--) number[byte_of(in) % 17] = number_of(in);
+    static double array[2 + 12]; /* wind, motion */
+    gallop_inputs inputs = {.attack_angle = 3.14159, .fields = 1, .junctions = 2};
+    memset(array, 0, sizeof array);
+    array[0] = 5.5;
+    for (uint8_t left = byte_of(in) % 4; left; left--) {
+        double *const number[] = {&inputs.time, &inputs.attack_angle, &inputs.attack_angle_rate};
+        const uint8_t which = byte_of(in) % 19;
+        if (which < 17)
+            *(which < 3 ? number[which] : &array[which - 3]) = number_of(in);
+        else if (which == 17)
+            inputs.fields = count_from(in);
+        else
+            inputs.junctions = count_from(in);
+    }
+    inputs.wind = pointer_of(in, array);
+    inputs.motion = pointer_of(in, array + 2);
     return inputs;
 }
 

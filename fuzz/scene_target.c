@@ -15,16 +15,25 @@ static void require_finite(const double *values, size_t count)
 /* Inputs of a host, mostly calm ones. */
 static gallop_inputs inputs_of(input *in, double time)
 {
-    gallop_inputs inputs = {.time = time, .wind_speed = 5.5, .attack_angle = 3.14159};
+    static double wind[2], motion[2][2][3];
+    gallop_inputs inputs = {.time = time,
+                            .attack_angle = 3.14159,
+                            .fields = 1,
+                            .junctions = 2,
+                            .wind = wind,
+                            .motion = &motion[0][0][0]};
     double *number[] = {&inputs.time,
-                        &inputs.wind_speed,
+                        &wind[0],
                         &inputs.attack_angle,
-                        &inputs.wind_speed_rate,
+                        &wind[1],
                         &inputs.attack_angle_rate,
-                        &inputs.support[0][1],
-                        &inputs.support[1][2],
-                        &inputs.support_rate[0][0],
-                        &inputs.support_rate[1][1]};
+                        &motion[0][0][1],
+                        &motion[0][1][2],
+                        &motion[1][0][0],
+                        &motion[1][1][1]};
+    memset(motion, 0, sizeof motion);
+    wind[0] = 5.5;
+    wind[1] = 0.0;
     for (size_t i = 0; i < sizeof number / sizeof *number; i++) change(in, number[i]);
     return inputs;
 }

@@ -5,9 +5,11 @@
 static double value_for(const resource_variable *v)
 {
     uint8_t b = byte();
-    if (v->origin == RESOURCE_INPUT && v->index == 0 && b > 32) return b / 16.0;
-    if (v->origin == RESOURCE_INPUT && v->index == 1 && b > 32) return 3.14159 + (b - 144) / 400.0;
-    if (v->origin == RESOURCE_INPUT && b > 32) return (b - 144) / 2000.0;
+    if (v->origin == RESOURCE_INPUT && b > 32) switch (resource_input_kind(&table, v->index)) {
+        case RESOURCE_WIND: return b / 16.0;
+        case RESOURCE_ATTACK_ANGLE: return 3.14159 + (b - 144) / 400.0;
+        default: return (b - 144) / 2000.0;
+        }
     if (v->origin != RESOURCE_PARAMETER || b < 32) return number();
     const char *at = resource_place(&table, v);
     if (v->whole) return *(const int32_t *)at + b % 3;
@@ -95,7 +97,7 @@ void derive(slot *s, uint8_t what)
     for (size_t i = 0; i < count; i++) {
         const resource_variable *v = variable(unknown[i]);
         outputs = outputs && v && !v->whole &&
-                  (v->origin == RESOURCE_NODE || v->origin == RESOURCE_SPAN) &&
+                  (v->origin == RESOURCE_SUM || v->origin == RESOURCE_TURN) &&
                   (what == 2 || order[i] == 1);
     }
     if (what == 0) {

@@ -133,8 +133,9 @@ int fmu_costs(const char *library_path, const char *resource_location, const cha
 
     gallop_model *model;
     gallop_report report;
-    gallop_inputs in = {.wind_speed = scene->law[scene->field[0].law].initial,
-                        .attack_angle = scene->cross_section[0].attack_angle};
+    const double wind[2] = {scene->law[scene->field[0].law].initial, 0.0};
+    gallop_inputs in = {
+        .attack_angle = scene->cross_section[0].attack_angle, .fields = 1, .wind = wind};
     if (create(scene, &model, &report)) return 4;
     gallop_state *state = malloc(state_size(model)), *copy = malloc(state_size(model));
     if (init(model, state, 0.0, &in, &report)) return 5;

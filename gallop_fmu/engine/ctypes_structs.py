@@ -181,10 +181,10 @@ class CInputs(c.Structure):
     """gallop_inputs."""
 
     _fields_ = (
-        *_doubles("time", "wind_speed", "attack_angle"),
-        ("support", Three * 2),
-        *_doubles("wind_speed_rate", "attack_angle_rate"),
-        ("support_rate", Three * 2),
+        *_doubles("time", "attack_angle", "attack_angle_rate"),
+        *_integers("fields", "junctions"),
+        ("wind", Pointer),
+        ("motion", Pointer),
     )
 
 

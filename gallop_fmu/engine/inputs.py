@@ -3,18 +3,35 @@
 from __future__ import annotations
 
 import ctypes as c
+from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
-from gallop_fmu.engine.ctypes_structs import CInputs, Three
+from gallop_fmu.engine.ctypes_structs import CInputs, Pointer
 from gallop_fmu.foundation.argument_checks import finite, numbers
 from gallop_fmu.scene.line_scene import LineScene
 from gallop_fmu.scene.scene import Scene
 
 Array = NDArray[np.float64]
+
+
+class InputLayout(NamedTuple):
+    """What a host can set of a model: counts of the kernel's tables, and junctions by tower.
+
+    Attributes
+    ----------
+    fields, junctions : int
+        Fields of wind, one for each span; junctions.
+    towers : sequence of sequence of int
+        Indices of the junctions that move with each tower, from the left end to the right end.
+    """
+
+    fields: int
+    junctions: int
+    towers: Sequence[Sequence[int]]
 
 
 @dataclass(slots=True)
@@ -27,19 +44,23 @@ class Inputs:
     ----------
     time : float
         Time [s] to which the values belong.
-    wind_speed, attack_angle : float
-        Wind speed [m/s] and initial angle of the ice [rad].
-    support : ndarray, shape (2, 3)
-        Displacement [m] of the left and right tower point along x1, x2, x3.
+    wind_speed : float or ndarray, shape (span,)
+        Wind speed [m/s], of all spans or of each.
+    attack_angle : float
+        Initial angle of the ice [rad]; of a line that of the first span, and the ice of the others
+        turns by the same change.
+    support : ndarray, shape (tower, 3)
+        Displacement [m] of the towers along x1, x2, x3, from the left end to the right end: two of
+        a single span.
     wind_speed_rate, attack_angle_rate, support_rate
         Their rates [unit/s].
     """
 
     time: float
-    wind_speed: float
+    wind_speed: float | Array
     attack_angle: float
     support: Array
-    wind_speed_rate: float = 0.0
+    wind_speed_rate: float | Array = 0.0
     attack_angle_rate: float = 0.0
     support_rate: Array | None = None
 
@@ -63,33 +84,45 @@ class Inputs:
             attack_angle = float(np.radians(ice.attack_angle_deg))
         return cls(0.0, wind_speed, attack_angle, np.zeros((2, 3)))
 
-    def packed(self) -> CInputs:
+    def packed(self, layout: InputLayout) -> CInputs:
         """The kernel's form of the inputs.
+
+        Parameters
+        ----------
+        layout
+            What can be set of the model.
 
         Raises
         ------
         TypeError, ValueError
-            If a field is not a finite number, or `support` or `support_rate` does not have the
-            shape (2, 3).
+            If a field is not made of finite numbers, or does not have its shape.
         """
-        packed = CInputs(*(finite(f"inputs.{name}", getattr(self, name)) for name in _INPUT_VALUES))
-        for name in _INPUT_RATES:
+        packed = CInputs(fields=layout.fields, junctions=layout.junctions)
+        for name in ("time", "attack_angle", "attack_angle_rate"):
             setattr(packed, name, finite(f"inputs.{name}", getattr(self, name)))
-        for name in ("support", "support_rate"):
+        wind = np.empty((2, layout.fields))
+        for row, name in enumerate(("wind_speed", "wind_speed_rate")):
+            wind[row] = _of_spans(name, getattr(self, name), layout.fields)
+        motion = np.zeros((2, layout.junctions, 3))
+        for row, name in enumerate(("support", "support_rate")):
             if name == "support" or self.support_rate is not None:
-                rows = numbers(f"inputs.{name}", getattr(self, name), (2, 3)).tolist()
-                setattr(packed, name, _Towers(*(Three(*row) for row in rows)))
+                shape = (len(layout.towers), 3)
+                moves = numbers(f"inputs.{name}", getattr(self, name), shape)
+                for move, junctions in zip(moves, layout.towers, strict=True):
+                    motion[row, junctions] = move
+        packed.wind, packed.motion = wind.ctypes.data_as(Pointer), motion.ctypes.data_as(Pointer)
+        packed.arrays = wind, motion  # the pointers do not keep them
         return packed
 
 
-_INPUT_VALUES, _INPUT_RATES = (
-    ("time", "wind_speed", "attack_angle"),
-    ("wind_speed_rate", "attack_angle_rate"),
-)
-_Towers = Three * 2
+def _of_spans(name: str, value: ArrayLike, fields: int) -> Array | float:
+    """One number, or one for each span."""
+    if fields == 1 or np.ndim(value) == 0:
+        return finite(f"inputs.{name}", value)
+    return numbers(f"inputs.{name}", value, (fields,))
 
 
-def inputs_pointer(inputs: Inputs | None) -> Any:
+def inputs_pointer(inputs: Inputs | None, layout: InputLayout) -> Any:
     """Pointer to the kernel's form of the inputs; None: there are none.
 
     Raises
@@ -101,4 +134,4 @@ def inputs_pointer(inputs: Inputs | None) -> Any:
         return None
     if not isinstance(inputs, Inputs):
         raise TypeError(f"inputs must be Inputs or None, not {inputs!r:.60}")
-    return c.byref(inputs.packed())
+    return c.byref(inputs.packed(layout))

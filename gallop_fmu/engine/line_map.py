@@ -193,6 +193,19 @@ class LineMap:
         return self.towers[tower * self.phases + _checked("phase", phase, 1, self.phases) - 1]
 
     @cached_property
+    def junctions_of_towers(self) -> tuple[tuple[int, ...], ...]:
+        """The clamps at each tower, of all phases: what moves with its points."""
+        return tuple(
+            tuple(
+                junction
+                for held in self.towers
+                if held.tower == tower
+                for junction in held.junctions
+            )
+            for tower in range(self.spans + 1)
+        )
+
+    @cached_property
     def node_of_junction(self) -> NDArray[np.intp]:
         """A node of each junction; of several chains that meet there, that of the first one."""
         node = np.full(self.junctions, -1, dtype=np.intp)

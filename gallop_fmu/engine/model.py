@@ -15,7 +15,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from gallop_fmu.engine.ctypes_structs import CDerived, CReport
 from gallop_fmu.engine.equilibrium import Equilibrium
-from gallop_fmu.engine.inputs import Inputs
+from gallop_fmu.engine.inputs import InputLayout, Inputs
 from gallop_fmu.engine.library import kernel
 from gallop_fmu.engine.pack import Packed, double_pointer, unpacked
 from gallop_fmu.engine.state import DOFS, CompiledModel, Run, State, insist
@@ -93,6 +93,9 @@ class Model(CompiledModel):
         self.state_size = int(kernel.gallop_state_size(handle))
         self.saved_size = int(kernel.gallop_saved_size(handle))
         self._takes_inputs = inputs
+        self._input_layout = InputLayout(
+            int(packed.scene.field_count), self.junctions, self.map.junctions_of_towers
+        )
         derived = CDerived()
         insist(kernel.gallop_model_derived(handle, c.byref(derived)))
         self.parts = Part(derived.parts)

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from gallop_fmu.engine.ctypes_structs import CProbe, CReport
-from gallop_fmu.engine.inputs import Inputs, inputs_pointer
+from gallop_fmu.engine.inputs import InputLayout, Inputs, inputs_pointer
 from gallop_fmu.engine.library import kernel
 from gallop_fmu.engine.pack import double_pointer, unpacked
 from gallop_fmu.engine.probes import Probes, junction_probes, node_probes, span_probes
@@ -54,6 +54,7 @@ class CompiledModel:
     saved_size: int
     _handle: c.c_void_p | None
     _takes_inputs: bool
+    _input_layout: InputLayout
 
     @property
     def handle(self) -> c.c_void_p:
@@ -74,7 +75,7 @@ class CompiledModel:
                 "this model cannot take inputs, because parts of it are inactive; create it with"
                 " Model(scene, inputs=True)"
             )
-        return inputs_pointer(inputs)
+        return inputs_pointer(inputs, self._input_layout)
 
 
 class _OneThread:

@@ -10,7 +10,8 @@ from xml.etree.ElementTree import Element, SubElement, indent, tostring
 
 from gallop_fmu.fmu.sources import units_to_compile
 from gallop_fmu.fmu.units import BASE_UNITS, DISPLAY_UNITS
-from gallop_fmu.fmu.variables import Variable, fmu_variables
+from gallop_fmu.fmu.variable import Variable
+from gallop_fmu.fmu.variables import fmu_variables
 from gallop_fmu.foundation.version import program, version
 from gallop_fmu.scene.scene import Scene
 

@@ -22,7 +22,7 @@ from gallop_fmu.fmu.cross_compile import PLATFORMS, CompilerError, cross_library
 from gallop_fmu.fmu.description import SCENE_FILE, Identity, identify, model_description
 from gallop_fmu.fmu.model_bin import MODEL_FILE, model_bin
 from gallop_fmu.fmu.sources import kernel_sources
-from gallop_fmu.fmu.variables import wind_speed_at_start
+from gallop_fmu.fmu.span_ports import wind_speed_at_start
 from gallop_fmu.foundation.atomic_write import check_target, write_whole
 from gallop_fmu.foundation.errors import SceneError
 from gallop_fmu.foundation.version import version

@@ -9,28 +9,21 @@ from __future__ import annotations
 import ctypes as c
 import math
 import struct
+from collections.abc import Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
 
+from gallop_fmu.engine.ctypes_structs import CProbe
 from gallop_fmu.engine.library import kernel
 from gallop_fmu.engine.pack import Packed
-from gallop_fmu.fmu.variables import SUPPORT_INPUTS, Origin, Variable, fmu_variables
-from gallop_fmu.foundation.channels import NODE_INDEX, SPAN_INDEX
+from gallop_fmu.fmu.variable import Origin, Term, Variable
+from gallop_fmu.fmu.variables import fmu_variables
 from gallop_fmu.foundation.outcome import Outcome
 from gallop_fmu.scene.scene import Scene
 
 MODEL_FILE = "model.bin"
 """Its name in the FMU's resources."""
-
-INPUTS = ("wind_speed", "attack_angle", *SUPPORT_INPUTS)
-ORIGINS = {
-    Origin.PARAMETER: 0,
-    Origin.INPUT: 1,
-    Origin.MIDSPAN: 2,
-    Origin.SPAN: 3,
-    Origin.STATUS: 4,
-}
 
 HEADER = struct.Struct("<24sII")
 """What `gallop_cosim_seal` fills in, format, number of sections."""
@@ -60,6 +53,40 @@ class VariableItem(c.Structure):
         ("minimum", c.c_double),
         ("maximum", c.c_double),
     )
+
+
+class PlaceItem(c.Structure):
+    """resource_also."""
+
+    _fields_ = (
+        ("variable", c.c_uint32),
+        ("section", c.c_char * 4),
+        ("index", c.c_uint32),
+        ("field", c.c_uint32),
+    )
+
+
+class TargetItem(c.Structure):
+    """resource_target."""
+
+    _fields_ = (
+        ("input", c.c_uint32),
+        ("kind", c.c_int32),
+        ("index", c.c_int32),
+        ("axis", c.c_int32),
+    )
+
+
+class TermItem(c.Structure):
+    """resource_term."""
+
+    _fields_ = (("probe", CProbe), ("weight", c.c_double))
+
+
+class LabelItem(c.Structure):
+    """resource_label."""
+
+    _fields_ = (("text", c.c_char * 48),)
 
 
 class OutcomeItem(c.Structure):
@@ -95,12 +122,11 @@ def model_bin(scene: Scene, guid: str, version: str) -> bytes:
     """
     packed = Packed(scene)
     identification = Identification(_text(guid, 48), _text(version, 16))
-    variables = [_variable_item(variable, packed) for variable in fmu_variables(scene)]
     return resource_file(
         [
             _section(b"IDEN", [identification]),
             *_scene_sections(packed),
-            _section(b"VARS", variables),
+            *_variable_sections(fmu_variables(scene), packed),
             _section(b"OUTC", [_outcome_item(outcome) for outcome in Outcome]),
         ]
     )
@@ -148,30 +174,44 @@ def _scene_sections(packed: Packed) -> list[Section]:
     return [*tables, Section(b"NUMB", 8, np.array(packed.numbers).tobytes())]
 
 
-def _variable_item(variable: Variable, packed: Packed) -> VariableItem:
-    section, item, offset, factor = b"", 0, 0, 1.0
-    match variable.origin:
-        case Origin.PARAMETER:
-            [(table, item, offset, factor)] = packed.places[variable.key]
-            section = SECTION_IDS[table]
-        case Origin.INPUT:
-            item = INPUTS.index(variable.key)
-        case Origin.MIDSPAN:
-            item = NODE_INDEX[variable.key]
-        case Origin.SPAN:
-            item = SPAN_INDEX[variable.key]
-    return VariableItem(
-        name=_text(variable.name, 64),
-        origin=ORIGINS[variable.origin],
-        whole=variable.type == "Integer",
-        section=section,
-        index=item,
-        field=offset,
-        excluded=variable.minimum_excluded + 2 * variable.maximum_excluded,
-        factor=factor,
-        minimum=-math.inf if variable.minimum is None else variable.minimum,
-        maximum=math.inf if variable.maximum is None else variable.maximum,
-    )
+def _variable_sections(variables: Sequence[Variable], packed: Packed) -> list[Section]:
+    """The table of variables, and the tables that it refers to."""
+    items: list[VariableItem] = []
+    targets: list[TargetItem] = []
+    terms: list[TermItem] = []
+    also: list[PlaceItem] = []
+    inputs = 0
+    for variable in variables:
+        item = VariableItem(
+            name=_text(variable.name, 64),
+            origin=variable.origin,
+            whole=variable.type == "Integer",
+            excluded=variable.minimum_excluded + 2 * variable.maximum_excluded,
+            factor=1.0,
+            minimum=-math.inf if variable.minimum is None else variable.minimum,
+            maximum=math.inf if variable.maximum is None else variable.maximum,
+        )
+        match variable.origin:
+            case Origin.PARAMETER:
+                place, *further = packed.places[variable.key]
+                table, item.index, item.field, item.factor = place
+                item.section = SECTION_IDS[table]
+                also += [PlaceItem(len(items), SECTION_IDS[at[0]], *at[1:3]) for at in further]
+            case Origin.INPUT:
+                item.index = inputs
+                targets += [TargetItem(inputs, *target) for target in variable.targets]
+                inputs += 1
+            case Origin.SUM | Origin.TURN:
+                item.index, item.field = len(terms), len(variable.terms)
+                terms += [_term_item(term) for term in variable.terms]
+        items.append(item)
+    tables = {b"VARS": items, b"PLCS": also, b"INPT": targets, b"TERM": terms}
+    return [_section(id_, table) for id_, table in tables.items() if table]
+
+
+def _term_item(term: Term) -> TermItem:
+    probe = CProbe(term.object, term.index, term.channel, 0, term.station)
+    return TermItem(probe, term.weight)
 
 
 def _outcome_item(outcome: Outcome) -> OutcomeItem:

@@ -128,35 +128,58 @@ int check_state(const gallop_model *model, const gallop_state *state, gallop_rep
     return GALLOP_COMPLETED;
 }
 
-/* Inputs are finite from the time that they belong to until `until`. */
+/* Values and rates of an array of inputs are finite from their time to `until`. */
+static int check_linear(const double *values, size_t count, double duration, const char *not_finite,
+                        gallop_report *report)
+{
+    for (size_t i = 0; i < 2 * count; i++)
+        if (!isfinite(values[i])) return report_refused(report, not_finite, values[i], NAN);
+    for (size_t i = 0; i < count; i++)
+        if (!isfinite(values[i] + values[count + i] * duration))
+            return report_refused(report, "inputs, whose rates lead to infinity", NAN, NAN);
+    return GALLOP_COMPLETED;
+}
+
 int check_inputs(const gallop_model *model, const gallop_inputs *inputs, double until,
                  gallop_report *report)
 {
-    static const struct {
-        size_t last;
-        const char *name;
-    } field[] = {{0, "inputs.time, which must be finite"},
-                 {1, "inputs.wind_speed, which must be finite"},
-                 {2, "inputs.attack_angle, which must be finite"},
-                 {8, "inputs.support, which must be finite"},
-                 {9, "inputs.wind_speed_rate, which must be finite"},
-                 {10, "inputs.attack_angle_rate, which must be finite"},
-                 {16, "inputs.support_rate, which must be finite"}};
     if (!inputs) return GALLOP_COMPLETED;
     if (model->scene.settings.laws_only)
         return report_refused(report, "inputs, which a model of the laws only does not take", NAN,
                               NAN);
     if (!base_pointer_usable(inputs, WORD))
         return report_refused(report, NOT_USABLE(inputs), NAN, NAN);
-    const double *number = (const double *)inputs; /* the structure holds nothing else */
-    for (size_t i = 0, f = 0; i < sizeof *inputs / sizeof *number; i++) {
-        f += i > field[f].last;
-        if (!isfinite(number[i])) return report_refused(report, field[f].name, number[i], NAN);
-    }
-    for (int i = 1; i <= 8; i++) /* a value and its rate lie eight numbers apart */
-        if (!isfinite(number[i] + number[i + 8] * (until - inputs->time)))
-            return report_refused(report, "inputs, whose rates lead to infinity", NAN, NAN);
-    return GALLOP_COMPLETED;
+    const int32_t fields = model->field_count, junctions = model->junction_count;
+    if (inputs->fields != fields)
+        return report_refused(report, "inputs.fields, which must be as many as the scene has",
+                              inputs->fields, fields);
+    if (inputs->junctions != junctions && inputs->junctions != 0)
+        return report_refused(report,
+                              "inputs.junctions, which must be 0 or as many as the scene has",
+                              inputs->junctions, junctions);
+    if (!base_pointer_usable(inputs->wind, WORD))
+        return report_refused(
+            report, "inputs.wind, a pointer that is null or not aligned to its type", NAN, NAN);
+    if (inputs->junctions && !base_pointer_usable(inputs->motion, WORD))
+        return report_refused(
+            report, "inputs.motion, a pointer that is null or not aligned to its type", NAN, NAN);
+    if (!isfinite(inputs->time))
+        return report_refused(report, "inputs.time, which must be finite", inputs->time, NAN);
+    if (!isfinite(inputs->attack_angle_rate))
+        return report_refused(report, "inputs.attack_angle_rate, which must be finite",
+                              inputs->attack_angle_rate, NAN);
+
+    const double duration = until - inputs->time;
+    const double attack[2] = {inputs->attack_angle, inputs->attack_angle_rate};
+    int outcome =
+        check_linear(attack, 1, duration, "inputs.attack_angle, which must be finite", report);
+    if (!outcome)
+        outcome = check_linear(inputs->wind, (size_t)fields, duration,
+                               "inputs.wind, which must be finite", report);
+    if (!outcome)
+        outcome = check_linear(inputs->motion, 3 * (size_t)inputs->junctions, duration,
+                               "inputs.motion, which must be finite", report);
+    return outcome;
 }
 
 static int check_probe(const gallop_model *model, const gallop_probe *p, gallop_report *report)

@@ -43,27 +43,26 @@ void conditions_rotate_moments(const cross_section *section, double attack, doub
     *c3 = section->moment[0] * sine + section->moment[1] * cosine;
 }
 
-/* A host sets one wind speed, the attack angle of the first cross-section, by whose change the
- * others turn as well, and the motion of the first and the last junction. */
+/* A host sets the wind speed of each field, the attack angle of the first cross-section, by whose
+ * change the others turn as well, and the motion of the tower's points at all junctions. */
 static void from_inputs(const gallop_model *model, double t, const gallop_inputs *inputs,
                         conditions *now)
 {
     const double dt = t - inputs->time;
     const double attack = inputs->attack_angle + inputs->attack_angle_rate * dt;
-    for (int f = 0; f < model->field_count; f++)
-        now->wind[f] = inputs->wind_speed + inputs->wind_speed_rate * dt;
+    const double *wind_rate = inputs->wind + inputs->fields;
+    for (int f = 0; f < model->field_count; f++) now->wind[f] = inputs->wind[f] + wind_rate[f] * dt;
     for (int s = 0; s < model->section_count; s++) {
         now->attack[s] =
             s == 0 ? attack : model->section[s].attack + (attack - model->section[0].attack);
         conditions_rotate_moments(&model->section[s], now->attack[s], &now->c2[s], &now->c3[s]);
     }
     memset(now->position, 0, 9 * (size_t)model->junction_count * sizeof(double));
-    for (int end = 0; end < 2; end++) {
-        const int j = 3 * (end ? model->junction_count - 1 : 0);
-        for (int i = 0; i < 3; i++) {
-            now->position[j + i] = inputs->support[end][i] + inputs->support_rate[end][i] * dt;
-            now->velocity[j + i] = inputs->support_rate[end][i];
-        }
+    const int axes = 3 * inputs->junctions;
+    for (int i = 0; i < axes; i++) {
+        const double rate = inputs->motion[axes + i];
+        now->position[i] = inputs->motion[i] + rate * dt;
+        now->velocity[i] = rate;
     }
 }
 

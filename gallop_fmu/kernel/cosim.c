@@ -15,10 +15,12 @@ static void return_to_start(gallop_cosim *c)
     cosim_copy_parameters(c, c->stored);
     cosim_span_drop(c);
     memset(&c->run, 0, sizeof c->run);
-    memset(&c->last_step, 0, sizeof c->last_step);
+    c->last_step.base = COSIM_DERIV_UNKNOWN;
     c->run.phase = COSIM_INSTANTIATED;
     c->run.stop = INFINITY;
-    resource_start_inputs(&c->parameters, c->run.input);
+    memset(c->in.rate, 0, cosim_input_bytes(c));
+    memset(c->in.reached, 0, cosim_input_bytes(c));
+    resource_start_inputs(&c->parameters, c->in.value);
 }
 
 static uint32_t count_parameters(const resource *r)
@@ -27,6 +29,46 @@ static uint32_t count_parameters(const resource *r)
     for (uint32_t i = 0; i < resource_variable_count(r); i++)
         count += resource_variables(r)[i].origin == RESOURCE_PARAMETER;
     return count;
+}
+
+/* Takes `count` numbers from a block; returns where they begin. */
+static double *take(double **block, size_t count)
+{
+    double *from = *block;
+    *block += count;
+    return from;
+}
+
+/* The three arrays lie side by side. */
+static cosim_inputs take_inputs(double **block, size_t count)
+{
+    double *first = take(block, 3 * count);
+    return (cosim_inputs){first, first + count, first + 2 * count};
+}
+
+/* Allocates the arrays whose lengths the resource gives; false: there is not enough memory. */
+static bool allocate_arrays(gallop_cosim *c)
+{
+    const resource *r = &c->parameters;
+    c->input_count = resource_input_count(r);
+    c->term_count = r->section[RESOURCE_TERMS].count;
+    const size_t inputs = c->input_count, terms = c->term_count;
+    const size_t fields = r->section[RESOURCE_FIELDS].count;
+    const size_t junctions = r->section[RESOURCE_JUNCTIONS].count;
+    double *block = calloc(9 * inputs + 2 * fields + 6 * junctions + 2 * terms, sizeof *block);
+    c->numbers = block;
+    c->probe = malloc(terms * sizeof *c->probe + 1);
+    if (!block || !c->probe) return false;
+    c->in = take_inputs(&block, inputs);
+    c->last_step.with = take_inputs(&block, inputs);
+    c->direction = take(&block, inputs);
+    c->other = take(&block, inputs);
+    c->step_rate = take(&block, inputs);
+    c->wind = take(&block, 2 * fields);
+    c->motion = take(&block, 6 * junctions);
+    c->observed = take(&block, terms);
+    c->observed_elsewhere = take(&block, terms);
+    return true;
 }
 
 /* Reads the resource and allocates the rest; the problem, or NULL. */
@@ -39,7 +81,7 @@ static const char *fill_in(gallop_cosim *c, const void *bytes, size_t size, cons
     c->parameter_count = count_parameters(&c->parameters);
     c->original = malloc(c->parameters.size);
     c->stored = malloc(c->parameter_count * sizeof *c->stored + 1);
-    if (!c->original || !c->stored) return "there is not enough memory";
+    if (!c->original || !c->stored || !allocate_arrays(c)) return "there is not enough memory";
     memcpy(c->original, c->parameters.bytes, c->parameters.size);
     return NULL;
 }
@@ -68,6 +110,8 @@ void gallop_cosim_free(gallop_cosim *c)
     resource_close(&c->parameters);
     free(c->original);
     free(c->stored);
+    free(c->numbers);
+    free(c->probe);
     free(c);
 }
 

@@ -15,19 +15,11 @@
 static const resource_variable *find_output(gallop_cosim *c, uint32_t reference)
 {
     const resource_variable *v = cosim_find(c, reference, false);
-    if (v && v->origin != RESOURCE_NODE && v->origin != RESOURCE_SPAN) {
+    if (v && v->origin != RESOURCE_SUM && v->origin != RESOURCE_TURN) {
         cosim_refuse(c, "%s is not an output; give value references of outputs", v->name);
         return NULL;
     }
     return v;
-}
-
-/* Channel whose value is the time derivative of a mid-span channel; -1: there is none. */
-static int rate_channel(const resource_variable *v)
-{
-    return v->origin == RESOURCE_NODE && v->index <= GALLOP_OMEGA
-             ? (int)v->index + GALLOP_V1 - GALLOP_U1
-             : -1;
 }
 
 static void copy_state_to_work(gallop_cosim *c)
@@ -72,25 +64,22 @@ gallop_cosim_status gallop_cosim_get_output_rates(gallop_cosim *c, const uint32_
     for (size_t i = 0; i < count; i++) {
         const resource_variable *v = find_output(c, reference[i]);
         if (!v) return GALLOP_COSIM_REFUSED;
-        const int channel = rate_channel(v);
-        if (channel < 0) {
-            const gallop_cosim_status status = difference_rate(c, v, &rewound, &rate[i]);
-            if (status != GALLOP_COSIM_OK) return status;
+        if (cosim_has_exact_rate(c, v)) {
+            if (cosim_observe_rate(c, v, &rate[i])) return cosim_fail_to_observe(c, v);
             continue;
         }
-        resource_variable of_rate = *v;
-        of_rate.index = (uint32_t)channel;
-        if (cosim_observe(c, &of_rate, &rate[i])) return cosim_fail_to_observe(c, v);
+        const gallop_cosim_status status = difference_rate(c, v, &rewound, &rate[i]);
+        if (status != GALLOP_COSIM_OK) return status;
     }
     return GALLOP_COSIM_OK;
 }
 
 /* Repeats the last step, or the computation of the initial state, with other inputs; `work` holds
  * the result.  Returns a gallop_outcome. */
-static int repeat_with(gallop_cosim *c, const double input[RESOURCE_INPUTS], gallop_report *report)
+static int repeat_with(gallop_cosim *c, double *input, gallop_report *report)
 {
     const gallop_model *model = c->span.model;
-    gallop_inputs in;
+    const cosim_inputs with = {input, c->last_step.with.rate, c->last_step.with.reached};
     if (c->last_step.base == COSIM_DERIV_LAST_STEP) {
         copy_state_to_work(c);
         const int outcome = gallop_rewind(model, c->span.work, NEWTON_FACTOR);
@@ -100,19 +89,18 @@ static int repeat_with(gallop_cosim *c, const double input[RESOURCE_INPUTS], gal
             return outcome;
         }
         const double start = gallop_state_time(c->span.work);
-        cosim_step_inputs(input, c->last_step.rate, c->last_step.tower, start, c->last_step.size,
-                          &in);
+        const gallop_inputs in = cosim_linear_inputs(c, &with, start, c->last_step.size);
         return gallop_advance(model, c->span.work, &in, c->run.time, report);
     }
-    cosim_constant_inputs(input, c->run.start, &in);
+    const gallop_inputs in = cosim_linear_inputs(c, &with, c->run.start, 0.0);
     return gallop_state_init(model, c->span.work, c->run.start, &in, report);
 }
 
 /* The direction in the space of all inputs: the sum of the seeds given for each. */
 static gallop_cosim_status add_seeds(gallop_cosim *c, const uint32_t input[], size_t inputs,
-                                     const double seed[], double direction[RESOURCE_INPUTS])
+                                     const double seed[], double *direction)
 {
-    memset(direction, 0, RESOURCE_INPUTS * sizeof *direction);
+    memset(direction, 0, cosim_input_bytes(c));
     for (size_t i = 0; i < inputs; i++) {
         const resource_variable *v = cosim_find_input(c, input[i]);
         if (!v) return GALLOP_COSIM_REFUSED;
@@ -125,14 +113,14 @@ static gallop_cosim_status add_seeds(gallop_cosim *c, const uint32_t input[], si
 
 /* Central difference along `direction`, whose largest component is `largest`. */
 static gallop_cosim_status add_differences(gallop_cosim *c, const uint32_t output[], size_t outputs,
-                                           const double direction[RESOURCE_INPUTS], double largest,
+                                           const double *direction, double largest,
                                            double derivative[])
 {
-    const double *base = c->run.phase == COSIM_INITIALIZING ? c->run.input : c->last_step.input;
+    const double *base = c->run.phase == COSIM_INITIALIZING ? c->in.value : c->last_step.with.value;
+    double *input = c->other;
     for (int sign = -1; sign <= 1; sign += 2) {
-        double input[RESOURCE_INPUTS];
         gallop_report report;
-        for (int i = 0; i < RESOURCE_INPUTS; i++)
+        for (uint32_t i = 0; i < c->input_count; i++)
             input[i] = base[i] + sign * INPUT_CHANGE * (direction[i] / largest);
         if (repeat_with(c, input, &report))
             return cosim_fail_with_report(c, "the directional derivative could not be computed",
@@ -171,13 +159,13 @@ gallop_cosim_status gallop_cosim_directional_derivative(gallop_cosim *c, const u
     if ((outputs && (!output || !derivative)) || (inputs && (!input || !seed)))
         return cosim_refuse(c, "an array is a null pointer; give arrays for all values");
 
-    double direction[RESOURCE_INPUTS], largest = 0.0;
+    double *direction = c->direction, largest = 0.0;
     gallop_cosim_status status = add_seeds(c, input, inputs, seed, direction);
     if (status == GALLOP_COSIM_OK) status = check_outputs(c, output, outputs);
     if (status == GALLOP_COSIM_OK) status = require_base(c);
     if (status != GALLOP_COSIM_OK) return status;
 
-    for (int i = 0; i < RESOURCE_INPUTS; i++) largest = fmax(largest, fabs(direction[i]));
+    for (uint32_t i = 0; i < c->input_count; i++) largest = fmax(largest, fabs(direction[i]));
     for (size_t i = 0; i < outputs; i++) derivative[i] = 0.0;
     if (largest == 0.0) return GALLOP_COSIM_OK;
     return add_differences(c, output, outputs, direction, largest, derivative);

@@ -20,14 +20,18 @@ enum {
     COSIM_WITH_TIME = COSIM_STEPPING | COSIM_TERMINATED
 };
 
-/* Progress of the run and what the host has set; part of a saved state. */
+/* Progress of the run; part of a saved state, as is what the host has set. */
 typedef struct {
     int32_t phase, status;    /* a cosim_phase, a gallop_outcome */
     double time, start, stop; /* [s]; stop infinite: not given */
-    double input[RESOURCE_INPUTS];
-    double rate[RESOURCE_INPUTS]; /* of the inputs, until the end of the next step */
-    double tower[6];              /* present displacement of the tower points [m] */
 } cosim_run;
+
+/* Numbers of the inputs, one of each for every input. */
+typedef struct {
+    double *value;
+    double *rate;    /* during one step [unit/s] */
+    double *reached; /* by a motion at the start of the step */
+} cosim_inputs;
 
 /* What the present outputs can be compared with to take derivatives. */
 typedef enum {
@@ -40,8 +44,7 @@ typedef enum {
 typedef struct {
     cosim_deriv_base base;
     double size; /* [s] */
-    double input[RESOURCE_INPUTS], rate[RESOURCE_INPUTS];
-    double tower[6]; /* displacement of the tower points at its start [m] */
+    cosim_inputs with;
 } cosim_last_step;
 
 /* Model and states that belong to the present parameters. */
@@ -54,14 +57,27 @@ struct gallop_cosim {
     resource parameters; /* the resource with the parameters that the host has set */
     char *original;      /* the same bytes as they were read */
     double *stored;      /* the parameters once more, in order, to save and compare at once */
-    uint32_t parameter_count;
+    uint32_t parameter_count, input_count, term_count;
     cosim_span span;
     bool started; /* the state belongs to the present inputs */
-    bool node_known, forces_known;
-    double node[GALLOP_NODE_CHANNELS], forces[6]; /* last observations, where known */
     cosim_run run;
+    cosim_inputs in; /* set by the host; rates until the end of the next step */
     cosim_last_step last_step;
+    /* Of inputs: room for a direction, for other values, and for the rates of a step. */
+    double *direction, *other, *step_rate;
+    double *wind, *motion; /* room for gallop_inputs */
+    gallop_probe *probe;   /* (terms), */
+    double *observed;      /* their values in the present state, if known; and those elsewhere */
+    double *observed_elsewhere;
+    bool observed_known[2]; /* of terms that are not of nodes, and of those that are */
+    double *numbers;        /* the block that holds the arrays of numbers */
     char message[GALLOP_COSIM_MESSAGE_SIZE];
 };
+
+/* Bytes of an array of all inputs. */
+static inline size_t cosim_input_bytes(const gallop_cosim *c)
+{
+    return c->input_count * sizeof(double);
+}
 
 #endif

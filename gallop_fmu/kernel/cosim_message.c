@@ -94,10 +94,12 @@ gallop_cosim_status cosim_fail_with_report(gallop_cosim *c, const char *what,
     const resource_outcome *o = resource_find_outcome(&c->parameters, report->outcome);
     const char *sentence = o ? o->sentence : "it could not be carried out";
     const char *remedy = o ? o->remedy : "check the parameters";
-    char place[64] = "";
-    if (report->element >= 0)
-        snprintf(place, sizeof place, " in element %d (counted from the left)",
-                 report->element + 1);
+    char place[128] = "";
+    int32_t element = report->element;
+    const char *chain = element >= 0 ? resource_chain_name(&c->parameters, &element) : NULL;
+    if (element >= 0)
+        snprintf(place, sizeof place, " in element %d (counted from the left)%s%s", element + 1,
+                 chain ? " of " : "", chain ? chain : "");
     return cosim_fail(c, "%s: at %s s%s %s%s. What to do: %s.", what,
                       cosim_number_text(6, report->time).text, place, sentence,
                       detail_of(report).text, remedy);

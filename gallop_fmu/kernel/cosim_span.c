@@ -16,7 +16,7 @@ void cosim_span_free(cosim_span *span)
 
 void cosim_forget_observations(gallop_cosim *c)
 {
-    c->node_known = c->forces_known = false;
+    c->observed_known[false] = c->observed_known[true] = false;
 }
 
 void cosim_span_drop(gallop_cosim *c)
@@ -43,13 +43,46 @@ gallop_cosim_status cosim_span_build(gallop_cosim *c, cosim_span *span)
                       (unsigned long)size);
 }
 
-void cosim_constant_inputs(const double input[RESOURCE_INPUTS], double time, gallop_inputs *in)
+gallop_inputs cosim_linear_inputs(gallop_cosim *c, const cosim_inputs *with, double time,
+                                  double size)
 {
-    memset(in, 0, sizeof *in);
-    in->time = time;
-    in->wind_speed = input[0];
-    in->attack_angle = input[1];
-    memcpy(in->support, input + 2, sizeof in->support);
+    const resource *r = &c->parameters;
+    const resource_target *t = resource_targets(r);
+    const int32_t fields = (int32_t)r->section[RESOURCE_FIELDS].count;
+    const int32_t junctions = (int32_t)r->section[RESOURCE_JUNCTIONS].count;
+    double *wind_rate = c->wind + fields, *motion_rate = c->motion + 3 * junctions;
+    gallop_inputs in = {.time = time,
+                        .fields = fields,
+                        .junctions = junctions,
+                        .wind = c->wind,
+                        .motion = c->motion};
+    memset(c->wind, 0, 2 * (size_t)fields * sizeof *c->wind);
+    memset(c->motion, 0, 6 * (size_t)junctions * sizeof *c->motion);
+    for (uint32_t i = 0; i < r->section[RESOURCE_TARGETS].count; i++) {
+        const uint32_t k = t[i].input;
+        const double rate = size > 0.0 ? with->rate[k] : 0.0;
+        const int32_t at = t[i].index, axis = 3 * at + t[i].axis;
+        if (t[i].kind == RESOURCE_WIND) {
+            c->wind[at] = with->value[k];
+            wind_rate[at] = rate;
+        } else if (t[i].kind == RESOURCE_ATTACK_ANGLE) {
+            in.attack_angle = with->value[k];
+            in.attack_angle_rate = rate;
+        } else if (size > 0.0) {
+            c->motion[axis] = with->reached[k];
+            motion_rate[axis] = (with->value[k] + rate * size - with->reached[k]) / size;
+        } else {
+            c->motion[axis] = with->value[k];
+        }
+    }
+    return in;
+}
+
+void cosim_copy_inputs(const gallop_cosim *c, cosim_inputs *to, const cosim_inputs *from)
+{
+    memcpy(to->value, from->value, cosim_input_bytes(c));
+    memcpy(to->rate, from->rate, cosim_input_bytes(c));
+    memcpy(to->reached, from->reached, cosim_input_bytes(c));
 }
 
 gallop_cosim_status cosim_span_make_current(gallop_cosim *c)
@@ -60,15 +93,14 @@ gallop_cosim_status cosim_span_make_current(gallop_cosim *c)
         return GALLOP_COSIM_FAILED;
     }
 
-    gallop_inputs in;
     gallop_report report;
-    cosim_constant_inputs(c->run.input, c->run.start, &in);
+    const gallop_inputs in = cosim_linear_inputs(c, &c->in, c->run.start, 0.0);
     cosim_forget_observations(c);
     c->run.status = gallop_state_init(c->span.model, c->span.state, c->run.start, &in, &report);
     if (c->run.status) return cosim_fail_with_report(c, "there is no initial state", &report);
 
-    memcpy(c->run.tower, c->run.input + 2, sizeof c->run.tower);
-    memcpy(c->last_step.input, c->run.input, sizeof c->run.input);
+    memcpy(c->in.reached, c->in.value, cosim_input_bytes(c));
+    cosim_copy_inputs(c, &c->last_step.with, &c->in);
     c->last_step.base = COSIM_DERIV_AT_START;
     c->run.time = c->run.start;
     c->started = true;

@@ -14,8 +14,13 @@ void cosim_span_drop(gallop_cosim *c);
 /* Until stepping begins: builds what is missing for the present parameters and inputs. */
 gallop_cosim_status cosim_span_make_current(gallop_cosim *c);
 
-/* Constant inputs for the kernel. */
-void cosim_constant_inputs(const double input[RESOURCE_INPUTS], double time, gallop_inputs *in);
+/* The kernel's inputs over a step of `size` from `time`: values and rates of the inputs, tower
+ * points on their way from where they are to their new places.  Size 0: constant inputs.  They hold
+ * until the next call. */
+gallop_inputs cosim_linear_inputs(gallop_cosim *c, const cosim_inputs *with, double time,
+                                  double size);
+
+void cosim_copy_inputs(const gallop_cosim *c, cosim_inputs *to, const cosim_inputs *from);
 
 /* Forgets the stored observations: the state has changed. */
 void cosim_forget_observations(gallop_cosim *c);

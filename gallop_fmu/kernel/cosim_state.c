@@ -7,17 +7,17 @@
 #include <stdlib.h>
 #include <string.h>
 
-#define STATE_MAGIC "GALLOPF3"
+#define STATE_MAGIC "GALLOPF4"
 
-/* Followed by the parameters, as stored in the scene, and by the kernel's state.  Without gaps: it
- * is written as bytes. */
+/* Followed by values, rates and reached places of the inputs, by the parameters, as stored in the
+ * scene, and by the kernel's state.  Without gaps: it is written as bytes. */
 struct gallop_cosim_saved {
     char magic[8];
     uint64_t size, checksum; /* of everything; of all bytes that follow this field */
     resource_identification identity;
     cosim_run run;
-    uint64_t parameters, state; /* how many numbers, how many bytes */
-    uint64_t deserialised;      /* 1: validate before use */
+    uint64_t inputs, parameters, state; /* how many, how many numbers, how many bytes */
+    uint64_t deserialised;              /* 1: validate before use */
 };
 typedef struct gallop_cosim_saved saved_state;
 
@@ -30,9 +30,14 @@ static bool is_saved(const saved_state *s)
            memcmp(s->magic, STATE_MAGIC, sizeof s->magic) == 0;
 }
 
-static const double *parameters_in(const saved_state *s)
+static const double *inputs_in(const saved_state *s)
 {
     return (const double *)(s + 1);
+}
+
+static const double *parameters_in(const saved_state *s)
+{
+    return inputs_in(s) + 3 * s->inputs;
 }
 
 static const char *state_in(const saved_state *s)
@@ -40,9 +45,9 @@ static const char *state_in(const saved_state *s)
     return (const char *)(parameters_in(s) + s->parameters);
 }
 
-static size_t saved_size(uint64_t parameters, uint64_t state)
+static size_t saved_size(uint64_t inputs, uint64_t parameters, uint64_t state)
 {
-    return sizeof(saved_state) + (size_t)parameters * sizeof(double) + (size_t)state;
+    return sizeof(saved_state) + (size_t)(3 * inputs + parameters) * sizeof(double) + (size_t)state;
 }
 
 static size_t parameter_bytes(const gallop_cosim *c)
@@ -53,7 +58,7 @@ static size_t parameter_bytes(const gallop_cosim *c)
 static bool is_of_this_resource(const gallop_cosim *c, const saved_state *s)
 {
     return memcmp(&s->identity, resource_identity(&c->parameters), sizeof s->identity) == 0 &&
-           s->parameters == c->parameter_count;
+           s->inputs == c->input_count && s->parameters == c->parameter_count;
 }
 
 gallop_cosim_status gallop_cosim_save(gallop_cosim *c, gallop_cosim_saved **saved)
@@ -63,7 +68,7 @@ gallop_cosim_status gallop_cosim_save(gallop_cosim *c, gallop_cosim_saved **save
 
     /* Reuse the caller's block if its size fits. */
     const size_t kernel = c->started ? gallop_saved_size(c->span.model) : 0;
-    const size_t size = saved_size(c->parameter_count, kernel);
+    const size_t size = saved_size(c->input_count, c->parameter_count, kernel);
     saved_state *s = *saved;
     if (!s || s->size != size) {
         s = malloc(size);
@@ -81,10 +86,13 @@ gallop_cosim_status gallop_cosim_save(gallop_cosim *c, gallop_cosim_saved **save
     s->size = size;
     s->checksum = s->deserialised = 0;
     s->run = c->run;
+    s->inputs = c->input_count;
     s->parameters = c->parameter_count;
     s->state = kernel;
-    memcpy(s + 1, c->stored, parameter_bytes(c));
-    if (kernel) memcpy((char *)(s + 1) + parameter_bytes(c), c->span.state, kernel);
+    char *to = (char *)(s + 1);
+    memcpy(to, c->in.value, 3 * cosim_input_bytes(c));
+    memcpy(to + 3 * cosim_input_bytes(c), c->stored, parameter_bytes(c));
+    if (kernel) memcpy(to + 3 * cosim_input_bytes(c) + parameter_bytes(c), c->span.state, kernel);
     return GALLOP_COSIM_OK;
 }
 
@@ -150,6 +158,7 @@ gallop_cosim_status gallop_cosim_restore(gallop_cosim *c, const gallop_cosim_sav
     if (status != GALLOP_COSIM_OK) return status;
 
     c->run = saved->run;
+    memcpy(c->in.value, inputs_in(saved), 3 * cosim_input_bytes(c));
     c->started = saved->state > 0;
     c->last_step.base = COSIM_DERIV_UNKNOWN; /* the last step is not part of a state */
     cosim_forget_observations(c);
@@ -196,9 +205,9 @@ gallop_cosim_status gallop_cosim_serialize(gallop_cosim *c, const gallop_cosim_s
     return GALLOP_COSIM_OK;
 }
 
-static bool all_finite(const double *values, int count)
+static bool all_finite(const double *values, size_t count)
 {
-    for (int i = 0; i < count; i++)
+    for (size_t i = 0; i < count; i++)
         if (!isfinite(values[i])) return false;
     return true;
 }
@@ -208,8 +217,7 @@ static bool run_is_possible(const cosim_run *run, bool has_state)
     const bool early = run->phase == COSIM_INSTANTIATED || run->phase == COSIM_INITIALIZING;
     if (!early && run->phase != COSIM_STEPPING && run->phase != COSIM_TERMINATED) return false;
     return (early || has_state) && all_finite(&run->time, 1) && all_finite(&run->start, 1) &&
-           !isnan(run->stop) && all_finite(run->input, RESOURCE_INPUTS) &&
-           all_finite(run->rate, RESOURCE_INPUTS) && all_finite(run->tower, 6);
+           !isnan(run->stop);
 }
 
 /* The problem of the bytes of a state; NULL: none is visible before the parameters are read. */
@@ -224,7 +232,8 @@ static const char *check_bytes(const gallop_cosim *c, const void *bytes, size_t 
                "this version";
     if (!is_of_this_resource(c, &head))
         return "the bytes are a state of another FMU; use states of this one";
-    if (head.size != size || head.state > size || saved_size(head.parameters, head.state) != size)
+    if (head.size != size || head.state > size ||
+        saved_size(head.inputs, head.parameters, head.state) != size)
         return "the bytes are cut off, or more than the state has; serialize the state again";
     if (head.checksum != checksum_of(bytes, size))
         return "the bytes are damaged, their checksum is wrong; serialize the state again";
@@ -249,10 +258,13 @@ gallop_cosim_status gallop_cosim_deserialize(gallop_cosim *c, const void *bytes,
                           (unsigned long)size);
     memcpy(s, bytes, size);
     s->deserialised = 1;
-    if (!cosim_parameters_are_possible(c, parameters_in(s))) {
+    const char *wrong = NULL;
+    if (!cosim_parameters_are_possible(c, parameters_in(s)))
+        wrong = "a parameter is out of its bounds";
+    if (!all_finite(inputs_in(s), 3 * s->inputs)) wrong = "an input is not finite";
+    if (wrong) {
         free(s);
-        return cosim_refuse(c, "the bytes are damaged: a parameter is out of its bounds; serialize "
-                               "the state again");
+        return cosim_refuse(c, "the bytes are damaged: %s; serialize the state again", wrong);
     }
     *saved = s;
     return GALLOP_COSIM_OK;

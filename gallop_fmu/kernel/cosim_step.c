@@ -16,18 +16,6 @@
 #define CLOCK_OF_STEP 1e-6
 #define CLOCK_OF_TIME 1e-13
 
-void cosim_step_inputs(const double input[RESOURCE_INPUTS], const double rate[RESOURCE_INPUTS],
-                       const double tower[6], double time, double size, gallop_inputs *in)
-{
-    cosim_constant_inputs(input, time, in);
-    in->wind_speed_rate = rate[0];
-    in->attack_angle_rate = rate[1];
-    for (int i = 0; i < 6; i++) {
-        in->support[i / 3][i % 3] = tower[i];
-        in->support_rate[i / 3][i % 3] = (input[2 + i] + rate[2 + i] * size - tower[i]) / size;
-    }
-}
-
 static gallop_cosim_status check_step(gallop_cosim *c, double time, double step)
 {
     const double clock = CLOCK_OF_STEP * step + CLOCK_OF_TIME * fabs(time);
@@ -51,21 +39,28 @@ static gallop_cosim_status check_step(gallop_cosim *c, double time, double step)
     return GALLOP_COSIM_OK;
 }
 
+/* The rates that the host gave; a wind speed may fall to 0 within the step, not below. */
+static void choose_rates(const gallop_cosim *c, double size, double *rate)
+{
+    memcpy(rate, c->in.rate, cosim_input_bytes(c));
+    for (uint32_t i = 0; i < c->input_count; i++)
+        if (resource_input_kind(&c->parameters, i) == RESOURCE_WIND &&
+            c->in.value[i] + rate[i] * size < 0.0)
+            rate[i] = -c->in.value[i] / size;
+}
+
 gallop_cosim_status gallop_cosim_step(gallop_cosim *c, double time, double step)
 {
     if (!cosim_is_allowed(c, COSIM_STEPPING, "a step")) return GALLOP_COSIM_REFUSED;
     if (check_step(c, time, step) != GALLOP_COSIM_OK) return GALLOP_COSIM_REFUSED;
 
-    /* From the instance's own time, so that differences of the clocks do not add up.  The wind
-     * speed may fall to 0 within the step, not below. */
+    /* From the instance's own time, so that differences of the clocks do not add up. */
     const double until = time + step, size = until - c->run.time;
-    double rate[RESOURCE_INPUTS];
-    memcpy(rate, c->run.rate, sizeof rate);
-    if (c->run.input[0] + rate[0] * size < 0.0) rate[0] = -c->run.input[0] / size;
+    const cosim_inputs with = {c->in.value, c->step_rate, c->in.reached};
+    choose_rates(c, size, with.rate);
 
-    gallop_inputs in;
     gallop_report report;
-    cosim_step_inputs(c->run.input, rate, c->run.tower, c->run.time, size, &in);
+    const gallop_inputs in = cosim_linear_inputs(c, &with, c->run.time, size);
     c->run.status = gallop_advance(c->span.model, c->span.state, &in, until, &report);
     if (c->run.status) {
         /* The kernel no longer has the state at the start of the last step. */
@@ -75,11 +70,10 @@ gallop_cosim_status gallop_cosim_step(gallop_cosim *c, double time, double step)
 
     c->last_step.base = COSIM_DERIV_LAST_STEP;
     c->last_step.size = size;
-    memcpy(c->last_step.input, c->run.input, sizeof c->last_step.input);
-    memcpy(c->last_step.rate, rate, sizeof c->last_step.rate);
-    memcpy(c->last_step.tower, c->run.tower, sizeof c->last_step.tower);
-    for (int i = 0; i < 6; i++) c->run.tower[i] = c->run.input[2 + i] + rate[2 + i] * size;
-    memset(c->run.rate, 0, sizeof c->run.rate);
+    cosim_copy_inputs(c, &c->last_step.with, &with);
+    for (uint32_t i = 0; i < c->input_count; i++)
+        c->in.reached[i] = c->in.value[i] + with.rate[i] * size;
+    memset(c->in.rate, 0, cosim_input_bytes(c));
     c->run.time = until;
     cosim_forget_observations(c);
     return GALLOP_COSIM_OK;
@@ -118,6 +112,6 @@ gallop_cosim_status gallop_cosim_set_input_rates(gallop_cosim *c, const uint32_t
             return cosim_refuse(c, "the derivative of %s must be a finite number", v->name);
     }
     for (size_t i = 0; i < count; i++)
-        c->run.rate[resource_variables(&c->parameters)[reference[i]].index] = rate[i];
+        c->in.rate[resource_variables(&c->parameters)[reference[i]].index] = rate[i];
     return GALLOP_COSIM_OK;
 }

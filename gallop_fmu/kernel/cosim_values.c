@@ -1,6 +1,7 @@
 /* Parameters, inputs and outputs of an instance by value reference. */
 #include "cosim_values.h"
 
+#include "base_math.h"
 #include "cosim_message.h"
 #include "cosim_span.h"
 
@@ -26,15 +27,6 @@ static double parameter_stored(const gallop_cosim *c, const resource_variable *v
     return v->whole ? *(const int32_t *)at : *(const double *)at;
 }
 
-static void store_parameter(gallop_cosim *c, const resource_variable *v, double stored)
-{
-    char *at = resource_place(&c->parameters, v);
-    if (v->whole)
-        *(int32_t *)at = (int32_t)stored;
-    else
-        *(double *)at = stored;
-}
-
 void cosim_copy_parameters(const gallop_cosim *c, double *stored)
 {
     const resource_variable *v = resource_variables(&c->parameters);
@@ -46,7 +38,7 @@ void cosim_set_parameters(gallop_cosim *c, const double *stored)
 {
     const resource_variable *v = resource_variables(&c->parameters);
     for (uint32_t i = 0; i < resource_variable_count(&c->parameters); i++)
-        if (v[i].origin == RESOURCE_PARAMETER) store_parameter(c, &v[i], *stored++);
+        if (v[i].origin == RESOURCE_PARAMETER) resource_store(&c->parameters, &v[i], *stored++);
     cosim_copy_parameters(c, c->stored);
 }
 
@@ -74,67 +66,115 @@ static double unscaled(double stored, double factor)
     return factor * typed == stored ? typed : quotient;
 }
 
-static bool is_force(const resource_variable *v)
+/* The sum of terms whose probes have these values; `one` is the value of a constant. */
+static double sum_of(const resource_term *term, uint32_t count, const double *value, double one)
 {
-    return v->origin == RESOURCE_SPAN && v->index >= RESOURCE_LEFT_FORCE &&
-           v->index < RESOURCE_SYSTEM;
+    double sum = -0.0; /* adding to it changes no number */
+    for (uint32_t i = 0; i < count; i++)
+        sum += term[i].weight * (term[i].probe.object == RESOURCE_CONSTANT ? one : value[i]);
+    return sum;
 }
 
-/* The probe of an output, from its origin and number. */
-static gallop_probe probe_of(const gallop_cosim *c, int32_t origin, int32_t number)
+static double value_of(const gallop_cosim *c, const resource_variable *v, const double *observed)
 {
-    const int32_t last = (int32_t)c->parameters.section[RESOURCE_JUNCTIONS].count - 1;
-    if (origin == RESOURCE_NODE)
-        return (gallop_probe){
-            .object = GALLOP_PROBE_NODE, .index = gallop_middle(c->span.model), .channel = number};
-    if (number >= RESOURCE_SYSTEM)
-        return (gallop_probe){.object = GALLOP_PROBE_SYSTEM, .channel = number - RESOURCE_SYSTEM};
-    if (number >= RESOURCE_RIGHT_FORCE)
-        return (gallop_probe){.object = GALLOP_PROBE_JUNCTION,
-                              .index = last,
-                              .channel = number - RESOURCE_RIGHT_FORCE};
-    if (number >= RESOURCE_LEFT_FORCE)
-        return (gallop_probe){.object = GALLOP_PROBE_JUNCTION,
-                              .channel = number - RESOURCE_LEFT_FORCE};
-    return (gallop_probe){.object = GALLOP_PROBE_FIELD, .channel = GALLOP_WIND_SPEED};
+    const resource_term *term = resource_terms(&c->parameters) + v->index;
+    const double *value = observed + v->index;
+    const uint32_t half = v->field / 2;
+    if (v->origin == RESOURCE_SUM) return sum_of(term, v->field, value, 1.0);
+    return arctangent(sum_of(term, half, value, 1.0), sum_of(term + half, half, value + half, 1.0));
 }
 
-/* Outputs of one origin by consecutive numbers, GALLOP_NODE_CHANNELS at most. */
-static int observe_several(const gallop_cosim *c, int32_t origin, int32_t first, int32_t count,
-                           double *values)
+/* Observes the terms [first, first + count), of channels that are `shift` further. */
+static int observe(const gallop_cosim *c, gallop_state *state, uint32_t first, uint32_t count,
+                   int32_t shift, double *values)
 {
-    gallop_probe probe[GALLOP_NODE_CHANNELS];
-    for (int32_t i = 0; i < count; i++) probe[i] = probe_of(c, origin, first + i);
-    return gallop_observe(c->span.model, c->span.state, probe, count, values);
+    const resource_term *term = resource_terms(&c->parameters);
+    for (uint32_t i = first; i < first + count; i++) {
+        c->probe[i] = resource_probe(&c->parameters, &term[i]);
+        if (term[i].probe.object != RESOURCE_CONSTANT) c->probe[i].channel += shift;
+    }
+    return gallop_observe(c->span.model, state, c->probe + first, (int32_t)count, values + first);
 }
 
 int cosim_observe_in(const gallop_cosim *c, gallop_state *state, const resource_variable *v,
                      double *value)
 {
-    const gallop_probe probe = probe_of(c, v->origin, (int32_t)v->index);
-    return gallop_observe(c->span.model, state, &probe, 1, value);
+    const int outcome = observe(c, state, v->index, v->field, 0, c->observed_elsewhere);
+    if (!outcome) *value = value_of(c, v, c->observed_elsewhere);
+    return outcome;
 }
 
-/* Hosts read one output after the other: what was computed for one is kept for the next. */
+static bool is_of_node(const resource_term *term)
+{
+    return term->probe.object == RESOURCE_POINT || term->probe.object == GALLOP_PROBE_NODE;
+}
+
+/* Hosts read one output after the other: with the first one of a node all of nodes are computed,
+ * with the first other one, such as a force, all others. */
+static int observe_group(gallop_cosim *c, bool nodes)
+{
+    const resource_term *term = resource_terms(&c->parameters);
+    double *values = c->observed_elsewhere;
+    int32_t count = 0;
+    for (uint32_t i = 0; i < c->term_count; i++)
+        if (is_of_node(&term[i]) == nodes)
+            c->probe[count++] = resource_probe(&c->parameters, &term[i]);
+    const int outcome = gallop_observe(c->span.model, c->span.state, c->probe, count, values);
+    if (outcome) return outcome;
+    for (uint32_t i = 0; i < c->term_count; i++)
+        if (is_of_node(&term[i]) == nodes) c->observed[i] = *values++;
+    c->observed_known[nodes] = true;
+    return GALLOP_COMPLETED;
+}
+
 int cosim_observe(gallop_cosim *c, const resource_variable *v, double *value)
 {
-    int outcome = GALLOP_COMPLETED;
-    if (v->origin == RESOURCE_NODE) {
-        if (!c->node_known)
-            outcome = observe_several(c, RESOURCE_NODE, 0, GALLOP_NODE_CHANNELS, c->node);
-        c->node_known = !outcome;
-        if (!outcome) *value = c->node[v->index];
-        return outcome;
+    const resource_term *term = resource_terms(&c->parameters) + v->index;
+    for (uint32_t i = 0; i < v->field; i++) {
+        const bool of_node = is_of_node(&term[i]);
+        if (c->observed_known[of_node]) continue;
+        const int outcome = observe_group(c, of_node);
+        if (outcome) return outcome;
     }
-    if (is_force(v)) {
-        if (!c->forces_known)
-            outcome = observe_several(c, RESOURCE_SPAN, RESOURCE_LEFT_FORCE,
-                                      RESOURCE_SYSTEM - RESOURCE_LEFT_FORCE, c->forces);
-        c->forces_known = !outcome;
-        if (!outcome) *value = c->forces[v->index - RESOURCE_LEFT_FORCE];
-        return outcome;
+    *value = value_of(c, v, c->observed);
+    return GALLOP_COMPLETED;
+}
+
+/* A term that is a displacement or a velocity of a node. */
+static bool has_rate(const resource_term *term)
+{
+    return term->probe.object == RESOURCE_CONSTANT ||
+           (is_of_node(term) && term->probe.channel <= GALLOP_OMEGA);
+}
+
+bool cosim_has_exact_rate(const gallop_cosim *c, const resource_variable *v)
+{
+    const resource_term *term = resource_terms(&c->parameters) + v->index;
+    for (uint32_t i = 0; i < v->field; i++)
+        if (!has_rate(&term[i])) return false;
+    return true;
+}
+
+int cosim_observe_rate(gallop_cosim *c, const resource_variable *v, double *rate)
+{
+    double value;
+    int outcome = cosim_observe(c, v, &value);
+    if (!outcome)
+        outcome = observe(c, c->span.state, v->index, v->field, GALLOP_V1 - GALLOP_U1,
+                          c->observed_elsewhere);
+    if (outcome) return outcome;
+    const resource_term *term = resource_terms(&c->parameters) + v->index;
+    const double *at = c->observed + v->index, *rates = c->observed_elsewhere + v->index;
+    const uint32_t half = v->field / 2;
+    if (v->origin == RESOURCE_SUM) {
+        *rate = sum_of(term, v->field, rates, 0.0);
+        return GALLOP_COMPLETED;
     }
-    return cosim_observe_in(c, c->span.state, v, value);
+    const double y = sum_of(term, half, at, 1.0), x = sum_of(term + half, half, at + half, 1.0);
+    const double y_rate = sum_of(term, half, rates, 0.0);
+    const double x_rate = sum_of(term + half, half, rates + half, 0.0);
+    *rate = (y_rate * x - y * x_rate) / (x * x + y * y);
+    return GALLOP_COMPLETED;
 }
 
 gallop_cosim_status cosim_fail_to_observe(gallop_cosim *c, const resource_variable *v)
@@ -150,7 +190,7 @@ static gallop_cosim_status get_one(gallop_cosim *c, const resource_variable *v, 
         *value =
             v->factor == 1.0 ? parameter_stored(c, v) : unscaled(parameter_stored(c, v), v->factor);
         return GALLOP_COSIM_OK;
-    case RESOURCE_INPUT: *value = c->run.input[v->index]; return GALLOP_COSIM_OK;
+    case RESOURCE_INPUT: *value = c->in.value[v->index]; return GALLOP_COSIM_OK;
     default: break;
     }
 
@@ -201,13 +241,13 @@ static gallop_cosim_status check_one(gallop_cosim *c, const resource_variable *v
 static void set_one(gallop_cosim *c, const resource_variable *v, double value)
 {
     if (v->origin == RESOURCE_INPUT) {
-        if (c->run.input[v->index] != value && c->run.phase != COSIM_STEPPING) c->started = false;
-        c->run.input[v->index] = value;
+        if (c->in.value[v->index] != value && c->run.phase != COSIM_STEPPING) c->started = false;
+        c->in.value[v->index] = value;
         return;
     }
     const double stored = v->factor * value;
     if (parameter_stored(c, v) == stored) return;
-    store_parameter(c, v, stored);
+    resource_store(&c->parameters, v, stored);
     cosim_copy_parameters(c, c->stored);
     cosim_span_drop(c);
 }

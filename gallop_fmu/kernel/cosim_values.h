@@ -19,6 +19,10 @@ int cosim_observe(gallop_cosim *c, const resource_variable *v, double *value);
 int cosim_observe_in(const gallop_cosim *c, gallop_state *state, const resource_variable *v,
                      double *value);
 
+/* The time derivative of an output that consists of motions, in the present state. */
+bool cosim_has_exact_rate(const gallop_cosim *c, const resource_variable *v);
+int cosim_observe_rate(gallop_cosim *c, const resource_variable *v, double *rate);
+
 /* The message for an output that could not be computed. */
 gallop_cosim_status cosim_fail_to_observe(gallop_cosim *c, const resource_variable *v);
 

@@ -85,13 +85,16 @@ typedef struct {
 
 /* Values that replace the scene's laws, each linear in time: value + rate * (t - time). */
 typedef struct {
-    double time;          /* to which the values belong [s] */
-    double wind_speed;    /* of every field [m/s] */
-    double attack_angle;  /* of the first cross-section at theta = 0 [rad]; its ice, and the other
-                             cross-sections with theirs, turn by the same change */
-    double support[2][3]; /* displacement of the tower's point at the first and at the last
-                             junction along x1, x2, x3 [m]; all other junctions are at rest */
-    double wind_speed_rate, attack_angle_rate, support_rate[2][3]; /* [unit/s] */
+    double time;              /* to which the values belong [s] */
+    double attack_angle;      /* of the first cross-section at theta = 0 [rad]; its ice, and the
+                                 other cross-sections with theirs, turn by the same change */
+    double attack_angle_rate; /* [rad/s] */
+    int32_t fields;           /* as many as the scene has */
+    int32_t junctions;        /* as many as the scene has; 0: all are at rest */
+    const double *wind;       /* (2, fields): wind speeds [m/s], then their rates [m/s^2] */
+    const double *motion;     /* (2, junctions, 3): displacement of the tower's point at each
+                                 junction along x1, x2, x3 [m], then their rates [m/s]; NULL
+                                 without junctions */
 } gallop_inputs;
 
 /* Terms that a scene may not need.  A model computes a term if anything in the scene, or a host's

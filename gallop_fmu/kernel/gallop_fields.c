@@ -161,12 +161,12 @@ static const entry entries[] = {
 
     STRUCTURE(gallop_inputs),
     FIELD(gallop_inputs, time),
-    FIELD(gallop_inputs, wind_speed),
     FIELD(gallop_inputs, attack_angle),
-    FIELD(gallop_inputs, support),
-    FIELD(gallop_inputs, wind_speed_rate),
     FIELD(gallop_inputs, attack_angle_rate),
-    FIELD(gallop_inputs, support_rate),
+    FIELD(gallop_inputs, fields),
+    FIELD(gallop_inputs, junctions),
+    FIELD(gallop_inputs, wind),
+    FIELD(gallop_inputs, motion),
 
     STRUCTURE(gallop_probe),
     FIELD(gallop_probe, object),

@@ -30,6 +30,10 @@ static const resource_kind known_sections[RESOURCE_SECTIONS] = {
     [RESOURCE_LAWS] = SECTION("LAWS", gallop_law, 0, MANY),
     [RESOURCE_NUMBERS] = SECTION("NUMB", double, 0, MANY),
     [RESOURCE_VARIABLES] = SECTION("VARS", resource_variable, 1, MANY),
+    [RESOURCE_PLACES] = SECTION("PLCS", resource_also, 0, MANY),
+    [RESOURCE_TARGETS] = SECTION("INPT", resource_target, 1, MANY),
+    [RESOURCE_TERMS] = SECTION("TERM", resource_term, 0, MANY),
+    [RESOURCE_LABELS] = SECTION("NAME", resource_label, 0, MANY),
     [RESOURCE_OUTCOMES] = SECTION("OUTC", resource_outcome, 0, MANY),
 };
 
@@ -43,19 +47,61 @@ static bool is_terminated(const char *text, size_t room)
     return memchr(text, 0, room) != NULL;
 }
 
-char *resource_place(const resource *r, const resource_variable *v)
+static char *place_in(const resource *r, const char id[4], uint32_t index, uint32_t field,
+                      bool whole)
 {
-    const size_t width = v->whole ? sizeof(int32_t) : sizeof(double);
+    const size_t width = whole ? sizeof(int32_t) : sizeof(double);
     for (int i = 0; i < RESOURCE_SECTIONS; i++) {
         const resource_section *s = &r->section[i];
-        if (!holds_parameters(i) ||
-            memcmp(v->section, known_sections[i].id, sizeof v->section) != 0)
-            continue;
-        if (v->index >= s->count || v->field % width || v->field > s->item_size - width)
-            return NULL;
-        return s->items + (size_t)v->index * s->item_size + v->field;
+        if (!holds_parameters(i) || memcmp(id, known_sections[i].id, 4) != 0) continue;
+        if (index >= s->count || field % width || field > s->item_size - width) return NULL;
+        return s->items + (size_t)index * s->item_size + field;
     }
     return NULL;
+}
+
+char *resource_place(const resource *r, const resource_variable *v)
+{
+    return place_in(r, v->section, v->index, v->field, v->whole);
+}
+
+static const resource_also *also_of(const resource *r)
+{
+    return (const resource_also *)r->section[RESOURCE_PLACES].items;
+}
+
+static void store_at(char *at, bool whole, double stored)
+{
+    if (whole)
+        *(int32_t *)at = (int32_t)stored;
+    else
+        *(double *)at = stored;
+}
+
+void resource_store(const resource *r, const resource_variable *v, double stored)
+{
+    const uint32_t variable = (uint32_t)(v - resource_variables(r));
+    const resource_also *also = also_of(r);
+    store_at(resource_place(r, v), v->whole, stored);
+    for (uint32_t i = 0; i < r->section[RESOURCE_PLACES].count; i++)
+        if (also[i].variable == variable)
+            store_at(place_in(r, also[i].section, also[i].index, also[i].field, v->whole), v->whole,
+                     stored);
+}
+
+uint32_t resource_input_count(const resource *r)
+{
+    uint32_t count = 0;
+    for (uint32_t i = 0; i < r->section[RESOURCE_TARGETS].count; i++)
+        if (resource_targets(r)[i].input >= count) count = resource_targets(r)[i].input + 1;
+    return count;
+}
+
+resource_target_kind resource_input_kind(const resource *r, uint32_t input)
+{
+    const resource_target *t = resource_targets(r);
+    while (t->input != input) t++;
+    return (resource_target_kind)t->kind;
 }
 
 /* A whole number has the factor 1: another one could make it too large for its 32 bits. */
@@ -70,35 +116,109 @@ static bool has_possible_bounds(const resource_variable *v)
            !isnan(v->minimum) && !isnan(v->maximum);
 }
 
-/* How many inputs or channels of an origin there are; 0: the origin is unknown. */
-static uint32_t count_of_origin(int32_t origin)
+static const char *const unknown_variable =
+    "resources/model.bin is damaged: a variable is unknown; export the scene again";
+static const char *const no_place =
+    "resources/model.bin is damaged: a parameter has no place; export the scene again";
+
+/* The number of an input, or the terms of an output. */
+static bool refers_to_what_there_is(const resource *r, uint32_t inputs, const resource_variable *v)
 {
-    switch (origin) {
-    case RESOURCE_INPUT: return RESOURCE_INPUTS;
-    case RESOURCE_NODE: return GALLOP_NODE_CHANNELS;
-    case RESOURCE_SPAN: return RESOURCE_SPAN_OUTPUTS;
-    case RESOURCE_STATUS: return 1;
-    default: return 0;
+    const uint32_t terms = r->section[RESOURCE_TERMS].count;
+    switch (v->origin) {
+    case RESOURCE_INPUT: return v->index < inputs && !v->whole;
+    case RESOURCE_SUM:
+    case RESOURCE_TURN:
+        return v->index <= terms && v->field <= terms - v->index && v->field > 0 &&
+               (v->origin == RESOURCE_SUM || v->field % 2 == 0);
+    case RESOURCE_STATUS: return true;
+    default: return false;
     }
 }
 
-static const char *check_variable(const resource *r, const resource_variable *v)
+static const char *check_variable(const resource *r, uint32_t inputs, const resource_variable *v)
 {
-    const char *unknown =
-        "resources/model.bin is damaged: a variable is unknown; export the scene again";
     if (!is_terminated(v->name, sizeof v->name) || !has_possible_bounds(v) ||
         !has_possible_factor(v))
-        return unknown;
+        return unknown_variable;
     if (v->origin != RESOURCE_PARAMETER)
-        return v->index < count_of_origin(v->origin) ? NULL : unknown;
-    return resource_place(r, v)
-             ? NULL
-             : "resources/model.bin is damaged: a parameter has no place; export the scene again";
+        return refers_to_what_there_is(r, inputs, v) ? NULL : unknown_variable;
+    return resource_place(r, v) ? NULL : no_place;
+}
+
+/* Every input below the highest one sets something, of one kind. */
+static const char *check_targets(const resource *r)
+{
+    const char *damaged =
+        "resources/model.bin is damaged: an input sets nothing; export the scene again";
+    const resource_target *t = resource_targets(r);
+    const uint32_t count = r->section[RESOURCE_TARGETS].count;
+    const uint32_t most[] = {r->section[RESOURCE_FIELDS].count, 1,
+                             r->section[RESOURCE_JUNCTIONS].count};
+    uint32_t next = 0; /* the next new input */
+    for (uint32_t i = 0; i < count; i++) {
+        if (t[i].kind < RESOURCE_WIND || t[i].kind > RESOURCE_MOTION) return damaged;
+        const int axes = t[i].kind == RESOURCE_MOTION ? 3 : 1;
+        if (t[i].index < 0 || (uint32_t)t[i].index >= most[t[i].kind] || t[i].axis < 0 ||
+            t[i].axis >= axes || t[i].input > next)
+            return damaged;
+        if (t[i].input == next)
+            next++;
+        else if (t[i].input + 1 != next || t[i].kind != t[i - 1].kind)
+            return damaged;
+    }
+    return NULL;
+}
+
+static const char *check_terms(const resource *r)
+{
+    const resource_term *t = resource_terms(r);
+    const uint32_t count = r->section[RESOURCE_TERMS].count;
+    const uint32_t chains = r->section[RESOURCE_CHAINS].count;
+    for (uint32_t i = 0; i < count; i++) {
+        const gallop_probe *p = &t[i].probe;
+        const bool point = p->object == RESOURCE_POINT;
+        if (!isfinite(t[i].weight) || !isfinite(p->station) || p->object < RESOURCE_CONSTANT ||
+            p->object > GALLOP_PROBE_DEVICE || p->index < 0 || p->channel < 0 ||
+            (point && ((uint32_t)p->index >= chains || p->channel >= GALLOP_NODE_CHANNELS ||
+                       !(p->station >= 0.0) || !(p->station <= 1.0))))
+            return "resources/model.bin is damaged: an output is unknown; export the scene again";
+    }
+    return NULL;
+}
+
+/* Further places are those of parameters. */
+static const char *check_places(const resource *r)
+{
+    const resource_also *also = also_of(r);
+    for (uint32_t i = 0; i < r->section[RESOURCE_PLACES].count; i++) {
+        if (also[i].variable >= resource_variable_count(r)) return no_place;
+        const resource_variable *v = &resource_variables(r)[also[i].variable];
+        if (v->origin != RESOURCE_PARAMETER ||
+            !place_in(r, also[i].section, also[i].index, also[i].field, v->whole))
+            return no_place;
+    }
+    return NULL;
+}
+
+static const char *check_variables(const resource *r)
+{
+    const char *problem = check_targets(r);
+    if (!problem) problem = check_terms(r);
+    const uint32_t inputs = problem ? 0 : resource_input_count(r);
+    for (uint32_t i = 0; i < resource_variable_count(r) && !problem; i++)
+        problem = check_variable(r, inputs, &resource_variables(r)[i]);
+    return problem ? problem : check_places(r);
 }
 
 static const resource_outcome *outcomes_of(const resource *r)
 {
     return (const resource_outcome *)r->section[RESOURCE_OUTCOMES].items;
+}
+
+static const resource_label *labels_of(const resource *r)
+{
+    return (const resource_label *)r->section[RESOURCE_LABELS].items;
 }
 
 static const char *check(resource *r, const char *guid)
@@ -116,15 +236,16 @@ static const char *check(resource *r, const char *guid)
         return "the GUID of modelDescription.xml is not that of resources/model.bin: the FMU was "
                "put together from two; export the scene again";
 
-    for (uint32_t i = 0; i < resource_variable_count(r); i++) {
-        problem = check_variable(r, &resource_variables(r)[i]);
-        if (problem) return problem;
-    }
+    problem = check_variables(r);
+    if (problem) return problem;
     const resource_outcome *o = outcomes_of(r);
     for (uint32_t i = 0; i < r->section[RESOURCE_OUTCOMES].count; i++)
         if (!is_terminated(o[i].sentence, sizeof o[i].sentence) ||
             !is_terminated(o[i].remedy, sizeof o[i].remedy))
             return "resources/model.bin is damaged: an outcome is not text; export the scene again";
+    for (uint32_t i = 0; i < r->section[RESOURCE_LABELS].count; i++)
+        if (!is_terminated(labels_of(r)[i].text, sizeof labels_of(r)[i].text))
+            return "resources/model.bin is damaged: a name is not text; export the scene again";
 
     const gallop_scene scene = resource_scene(r);
     gallop_report report;
@@ -193,12 +314,48 @@ gallop_scene resource_scene(const resource *r)
     return scene;
 }
 
-void resource_start_inputs(const resource *r, double input[RESOURCE_INPUTS])
+gallop_probe resource_probe(const resource *r, const resource_term *term)
+{
+    gallop_probe probe = term->probe;
+    if (probe.object == RESOURCE_CONSTANT)
+        return (gallop_probe){.object = GALLOP_PROBE_SYSTEM, .channel = GALLOP_SUBSTEPS};
+    if (probe.object != RESOURCE_POINT) return probe;
+    const gallop_scene scene = resource_scene(r);
+    double node = floor(2.0 * scene.chain[probe.index].elements * probe.station + 0.5);
+    for (int32_t k = 0; k < probe.index; k++) node += 2.0 * scene.chain[k].elements + 1.0;
+    probe.object = GALLOP_PROBE_NODE;
+    probe.index = node < INT32_MAX ? (int32_t)node : INT32_MAX;
+    probe.station = 0.0;
+    return probe;
+}
+
+const char *resource_chain_name(const resource *r, int32_t *element)
 {
     const gallop_scene scene = resource_scene(r);
-    const gallop_chain *first = &scene.chain[0];
-    const law wind = law_from(&scene.law[scene.field[first->field].law], scene.number);
-    memset(input, 0, RESOURCE_INPUTS * sizeof *input);
-    input[0] = law_value(&wind, 0.0);
-    input[1] = scene.cross_section[first->cross_section].attack_angle;
+    int32_t own = *element;
+    for (int32_t k = 0; k < scene.chain_count; k++) {
+        if (own < scene.chain[k].elements) {
+            if ((uint32_t)k >= r->section[RESOURCE_LABELS].count) return NULL;
+            *element = own;
+            return labels_of(r)[k].text;
+        }
+        own -= scene.chain[k].elements;
+    }
+    return NULL;
+}
+
+void resource_start_inputs(const resource *r, double *input)
+{
+    const gallop_scene scene = resource_scene(r);
+    const resource_target *t = resource_targets(r);
+    for (uint32_t i = r->section[RESOURCE_TARGETS].count; i-- > 0;) { /* the first target counts */
+        double start = 0.0;
+        if (t[i].kind == RESOURCE_WIND) {
+            const law wind = law_from(&scene.law[scene.field[t[i].index].law], scene.number);
+            start = law_value(&wind, 0.0);
+        } else if (t[i].kind == RESOURCE_ATTACK_ANGLE) {
+            start = scene.cross_section[0].attack_angle;
+        }
+        input[t[i].input] = start;
+    }
 }

@@ -1,5 +1,5 @@
-/* resources/model.bin of an FMU: the tables of its scene, the table of variables, and the texts for
- * outcomes.  gallop_fmu/fmu/model_bin.py writes it. */
+/* resources/model.bin of an FMU: the tables of its scene, the table of variables with what they set
+ * and observe, and the texts for outcomes.  gallop_fmu/fmu/model_bin.py writes it. */
 #ifndef GALLOP_RESOURCE_H
 #define GALLOP_RESOURCE_H
 
@@ -7,8 +7,6 @@
 #include "resource_file.h"
 
 #include <stdbool.h>
-
-#define RESOURCE_INPUTS 8 /* wind speed, attack angle, left x1 x2 x3, right x1 x2 x3 */
 
 /* Sections, in the order of the table in resource.c. */
 enum {
@@ -25,6 +23,10 @@ enum {
     RESOURCE_LAWS,
     RESOURCE_NUMBERS,
     RESOURCE_VARIABLES,
+    RESOURCE_PLACES,
+    RESOURCE_TARGETS,
+    RESOURCE_TERMS,
+    RESOURCE_LABELS,
     RESOURCE_OUTCOMES,
     RESOURCE_SECTIONS
 };
@@ -34,21 +36,12 @@ typedef struct {
     char guid[48], version[16];
 } resource_identification;
 
-/* Outputs of the span by number: forces along x1, x2, x3 at both ends, then those of the kernel's
- * gallop_system_channel. */
-enum {
-    RESOURCE_WIND_SPEED,
-    RESOURCE_LEFT_FORCE,
-    RESOURCE_RIGHT_FORCE = RESOURCE_LEFT_FORCE + GALLOP_JUNCTION_CHANNELS,
-    RESOURCE_SYSTEM = RESOURCE_RIGHT_FORCE + GALLOP_JUNCTION_CHANNELS,
-    RESOURCE_SPAN_OUTPUTS = RESOURCE_SYSTEM + GALLOP_SYSTEM_CHANNELS
-};
-
 typedef enum {
     RESOURCE_PARAMETER = 0,
     RESOURCE_INPUT = 1,
-    RESOURCE_NODE = 2,
-    RESOURCE_SPAN = 3,
+    RESOURCE_SUM = 2,  /* output: the sum of its terms */
+    RESOURCE_TURN = 3, /* output: atan2 of the sums of the first and the second half of its terms
+                          [rad] */
     RESOURCE_STATUS = 4
 } resource_origin;
 
@@ -60,11 +53,53 @@ typedef struct {
     char name[64];
     int32_t origin, whole;           /* a resource_origin; 1: an Integer, 0: a Real */
     char section[4];                 /* of a parameter: the section that holds it, */
-    uint32_t index;                  /* the item there; else, the number of the input or channel */
-    uint32_t field;                  /* of a parameter: its place in the item [bytes] */
+    uint32_t index;                  /* the item there; of an output: its first term; else, the
+                                        number of the input */
+    uint32_t field;                  /* of a parameter: its place in the item [bytes]; of an output:
+                                        the number of its terms */
     uint32_t excluded;               /* bounds that are not allowed themselves */
     double factor, minimum, maximum; /* stored = factor * value; bounds of the value */
 } resource_variable;
+
+/* Item of PLCS: a further place of a parameter; they are in the order of the variables. */
+typedef struct {
+    uint32_t variable; /* index of the parameter */
+    char section[4];
+    uint32_t index, field; /* as of a variable */
+} resource_also;
+
+/* What an input sets. */
+typedef enum {
+    RESOURCE_WIND = 0,         /* the speed of the field `index` */
+    RESOURCE_ATTACK_ANGLE = 1, /* of the first cross-section, by whose change the others turn */
+    RESOURCE_MOTION = 2        /* the tower's point at the junction `index`, along axis 0, 1, 2 */
+} resource_target_kind;
+
+/* Item of INPT.  Several items can have one input: it sets all of them. */
+typedef struct {
+    uint32_t input; /* number of the input */
+    int32_t kind;   /* a resource_target_kind */
+    int32_t index;
+    int32_t axis; /* 0 but for motion */
+} resource_target;
+
+/* Objects of a term beyond those of gallop_probe_object. */
+enum {
+    RESOURCE_POINT = -1,   /* the node nearest to `station` of the chain `index`, a fraction of its
+                              nodes */
+    RESOURCE_CONSTANT = -2 /* 1 */
+};
+
+/* Item of TERM: weight times the value of a probe. */
+typedef struct {
+    gallop_probe probe;
+    double weight;
+} resource_term;
+
+/* Item of NAME: a name for a chain, for messages. */
+typedef struct {
+    char text[48];
+} resource_label;
 
 /* Item of OUTC. */
 typedef struct {
@@ -98,8 +133,32 @@ static inline uint32_t resource_variable_count(const resource *r)
     return r->section[RESOURCE_VARIABLES].count;
 }
 
+static inline const resource_target *resource_targets(const resource *r)
+{
+    return (const resource_target *)r->section[RESOURCE_TARGETS].items;
+}
+static inline const resource_term *resource_terms(const resource *r)
+{
+    return (const resource_term *)r->section[RESOURCE_TERMS].items;
+}
+
+/* Number of inputs: those that targets name. */
+uint32_t resource_input_count(const resource *r);
+
+/* What an input sets: its first target. */
+resource_target_kind resource_input_kind(const resource *r, uint32_t input);
+
 /* Where the value of a parameter is stored; NULL: at no place that a parameter may have. */
 char *resource_place(const resource *r, const resource_variable *v);
+
+/* Stores the value of a parameter, at all its places. */
+void resource_store(const resource *r, const resource_variable *v, double stored);
+
+/* The kernel's probe of a term; that of a constant is any. */
+gallop_probe resource_probe(const resource *r, const resource_term *term);
+
+/* The name of the chain that has an element, and the element's number in it; NULL: no name. */
+const char *resource_chain_name(const resource *r, int32_t *element);
 
 /* Texts for an outcome; NULL: there are none. */
 const resource_outcome *resource_find_outcome(const resource *r, int outcome);
@@ -111,6 +170,6 @@ bool resource_allows(const resource_variable *v, double number, double scale);
 gallop_scene resource_scene(const resource *r);
 
 /* The inputs before the host sets them: those of the scene at t = 0. */
-void resource_start_inputs(const resource *r, double input[RESOURCE_INPUTS]);
+void resource_start_inputs(const resource *r, double *input);
 
 #endif

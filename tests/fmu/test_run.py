@@ -7,7 +7,7 @@ from fmpy import simulate_fmu
 from gallop_fmu.engine.inputs import Inputs
 from gallop_fmu.engine.model import Model
 from gallop_fmu.fmu import export_fmu
-from gallop_fmu.fmu.variables import Origin, fmu_variables
+from gallop_fmu.fmu.variables import fmu_variables
 from gallop_fmu.foundation.channels import NODE_CHANNELS, NODE_INDEX, SPAN_INDEX
 from gallop_fmu.input.scene_files import load_scene
 
@@ -19,9 +19,9 @@ def outputs_of(scene, node, span):
     """Every output but the status, from the engine's channels."""
     values = {}
     for variable in fmu_variables(scene):
-        if variable.origin is Origin.MIDSPAN:
+        if variable.key in NODE_INDEX:
             values[variable.name] = node[NODE_INDEX[variable.key]]
-        elif variable.origin is Origin.SPAN:
+        elif variable.causality == "output" and variable.key in SPAN_INDEX:
             values[variable.name] = span[SPAN_INDEX[variable.key]]
     return values
 

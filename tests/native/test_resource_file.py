@@ -10,15 +10,17 @@ from gallop_fmu.fmu.cosim import MESSAGE_SIZE
 from gallop_fmu.fmu.model_bin import (
     ENTRY,
     HEADER,
-    INPUTS,
-    ORIGINS,
     Identification,
+    LabelItem,
     OutcomeItem,
+    PlaceItem,
     Section,
+    TargetItem,
+    TermItem,
     VariableItem,
     resource_file,
 )
-from gallop_fmu.fmu.variables import Origin
+from gallop_fmu.fmu.variable import CONSTANT, POINT, Origin, TargetKind
 from support.checksum import fnv1a
 
 OFFSETS = {"size": 16, "format": 24, "sections": 28}
@@ -74,17 +76,19 @@ def seal(small):
 MIRRORS = {
     "resource_identification": Identification,
     "resource_variable": VariableItem,
+    "resource_also": PlaceItem,
+    "resource_target": TargetItem,
+    "resource_term": TermItem,
+    "resource_label": LabelItem,
     "resource_outcome": OutcomeItem,
 }
 CONSTANTS = {
     "sizeof(resource_header)": HEADER.size,
     "sizeof(resource_entry)": ENTRY.size,
-    "RESOURCE_INPUTS": len(INPUTS),
-    "RESOURCE_PARAMETER": ORIGINS[Origin.PARAMETER],
-    "RESOURCE_INPUT": ORIGINS[Origin.INPUT],
-    "RESOURCE_NODE": ORIGINS[Origin.MIDSPAN],
-    "RESOURCE_SPAN": ORIGINS[Origin.SPAN],
-    "RESOURCE_STATUS": ORIGINS[Origin.STATUS],
+    **{f"RESOURCE_{origin.name}": origin.value for origin in Origin},
+    **{f"RESOURCE_{kind.name}": kind.value for kind in TargetKind},
+    "RESOURCE_POINT": POINT,
+    "RESOURCE_CONSTANT": CONSTANT,
     "GALLOP_COSIM_MESSAGE_SIZE": MESSAGE_SIZE,
 }
 
@@ -114,7 +118,7 @@ def test_the_writer_reproduces_the_bytes_that_were_read(good):
 def test_unknown_sections_are_skipped(good, small, instance, open_with):
     """A later version may add tables that this one does not read."""
     known = sections_of(good)
-    later = [Section(b"WIND", 24, bytes(range(48))), *known, Section(b"PROB", 1, b"x" * 9)]
+    later = [Section(b"WIND", 24, bytes(range(48))), *known, Section(b"LATR", 1, b"x" * 9)]
     fmu = open_with(resource_file(later))
     assert fmu.start().step(0.02, 5).outputs() == instance(small).start().step(0.02, 5).outputs()
 
@@ -123,7 +127,7 @@ def test_the_order_of_sections_does_not_matter(good, open_with):
     open_with(resource_file(sections_of(good)[::-1])).start().step(0.02)
 
 
-@pytest.mark.parametrize("id_", [b"IDEN", b"SETT", b"VARS"])
+@pytest.mark.parametrize("id_", [b"IDEN", b"SETT", b"VARS", b"INPT"])
 def test_a_required_section_that_is_missing_is_named(good, open_with, id_):
     left = [section for section in sections_of(good) if section.id != id_]
     one = open_with(resource_file(left))
@@ -197,6 +201,83 @@ def test_a_forged_variable_is_refused(good, open_with, name):
         setattr(whole, field, value)
     sections[at] = sections[at]._replace(content=bytes(table))
     refused(open_with(resource_file(sections)), message)
+
+
+def with_items(sections, id_, kind, change):
+    """The file with changed items of one section."""
+    at = next(i for i, section in enumerate(sections) if section.id == id_)
+    content = sections[at].content
+    items = (kind * (len(content) // c.sizeof(kind))).from_buffer_copy(content)
+    change(items)
+    return resource_file(
+        [*sections[:at], sections[at]._replace(content=bytes(items)), *sections[at + 1 :]]
+    )
+
+
+def set_item(item, **values):
+    """A change of one item."""
+
+    def change(items):
+        for field, value in values.items():
+            owner = items[item]
+            *parents, name = field.split("__")
+            for parent in parents:
+                owner = getattr(owner, parent)
+            setattr(owner, name, value)
+
+    return change
+
+
+NOTHING_SET = "an input sets nothing"
+UNKNOWN_OUTPUT = "an output is unknown"
+FORGED_TABLES = {
+    "field": (b"INPT", TargetItem, set_item(0, index=1), NOTHING_SET),
+    "kind": (b"INPT", TargetItem, set_item(0, kind=3), NOTHING_SET),
+    "junction": (b"INPT", TargetItem, set_item(7, index=2), NOTHING_SET),
+    "negative junction": (b"INPT", TargetItem, set_item(7, index=-1), NOTHING_SET),
+    "axis": (b"INPT", TargetItem, set_item(7, axis=3), NOTHING_SET),
+    "axis of the wind": (b"INPT", TargetItem, set_item(0, axis=1), NOTHING_SET),
+    "number that is left out": (b"INPT", TargetItem, set_item(3, input=4), NOTHING_SET),
+    "two kinds": (b"INPT", TargetItem, set_item(1, input=0), NOTHING_SET),
+    "weight": (b"TERM", TermItem, set_item(0, weight=float("nan")), UNKNOWN_OUTPUT),
+    "object": (b"TERM", TermItem, set_item(0, probe__object=-3), UNKNOWN_OUTPUT),
+    "index": (b"TERM", TermItem, set_item(-1, probe__index=-1), UNKNOWN_OUTPUT),
+    "chain": (b"TERM", TermItem, set_item(0, probe__index=1), UNKNOWN_OUTPUT),
+    "station": (b"TERM", TermItem, set_item(0, probe__station=1.5), UNKNOWN_OUTPUT),
+    "channel": (b"TERM", TermItem, set_item(0, probe__channel=14), UNKNOWN_OUTPUT),
+    "terms": (b"VARS", VariableItem, set_item(8, field=2**32 - 1), "a variable is unknown"),
+    "no terms": (b"VARS", VariableItem, set_item(8, field=0), "a variable is unknown"),
+    "first term": (b"VARS", VariableItem, set_item(8, index=2**32 - 1), "a variable is unknown"),
+    "odd terms": (b"VARS", VariableItem, set_item(8, origin=3), "a variable is unknown"),
+    "input": (b"VARS", VariableItem, set_item(0, index=8), "a variable is unknown"),
+}
+
+
+@pytest.mark.parametrize("name", FORGED_TABLES)
+def test_forged_inputs_and_outputs_are_refused(good, open_with, name):
+    id_, kind, change, message = FORGED_TABLES[name]
+    refused(open_with(with_items(sections_of(good), id_, kind, change)), message)
+
+
+def test_an_output_of_a_node_that_the_span_does_not_have_fails(good, open_with):
+    """Numbers of nodes follow from parameters, so that only an observation finds it."""
+    change = set_item(0, probe__object=0, probe__index=9, probe__station=0.0)
+    one = open_with(with_items(sections_of(good), b"TERM", TermItem, change)).start()
+    with pytest.raises(AssertionError):
+        one["midspan.x1"]
+    assert "midspan.x1 cannot be computed" in one.log[-1]
+
+
+def test_further_places_must_be_those_of_parameters(good, open_with):
+    variables = [i for i, s in enumerate(sections_of(good)) if s.id == b"VARS"]
+    assert len(variables) == 1
+    for place, message in (
+        (PlaceItem(0, b"SECT", 0, 0), "a parameter has no place"),  # an input
+        (PlaceItem(10**6, b"SECT", 0, 0), "a parameter has no place"),
+        (PlaceItem(30, b"SECT", 1, 0), "a parameter has no place"),
+    ):
+        section = Section(b"PLCS", c.sizeof(PlaceItem), bytes(place))
+        refused(open_with(resource_file([*sections_of(good), section])), message)
 
 
 def test_texts_must_end(good, open_with):

@@ -9,6 +9,7 @@ from gallop_fmu.engine.ctypes_structs import (
     CInputs,
     CProbe,
     CReport,
+    Pointer,
 )
 from gallop_fmu.engine.library import library_path
 from gallop_fmu.engine.model import Model
@@ -38,7 +39,10 @@ class Span:
         self.handle = self.model.handle
         self.block = np.zeros(self.model.state_size // 8 + 2)
         self.state = c.c_void_p(self.block.ctypes.data)
-        self.inputs = CInputs(0.0, 5.0, math.pi)
+        self.wind, self.moves = np.array([5.0, 0.0]), np.zeros((2, 2, 3))
+        self.inputs = CInputs(0.0, math.pi, 0.0, 1, 2)
+        self.inputs.wind = self.wind.ctypes.data_as(Pointer)
+        self.inputs.motion = self.moves.ctypes.data_as(Pointer)
         self.report = CReport()
         self.values = np.full(4 * self.model.nodes, UNTOUCHED)
         self.motion = [np.zeros(4 * self.model.nodes) for _ in range(3)]

@@ -13,7 +13,6 @@ import pytest
 import gallop_fmu as gf
 from gallop_fmu.engine.ctypes_structs import (
     CDerived,
-    CInputs,
     CReport,
 )
 from gallop_fmu.engine.pack import Packed
@@ -181,15 +180,17 @@ def test_a_state_belongs_to_its_whole_scene(span, scene, change):
     assert changed.call("gallop_advance", ADVANCE, {}) == BAD_CALL
 
 
-INPUT_FIELDS = [name for name, _ in CInputs._fields_]
+INPUT_NUMBERS = ["time", "attack_angle", "attack_angle_rate", "wind", "motion"]
+ARRAYS = {"wind": "wind", "motion": "moves"}
 
 
-@pytest.mark.parametrize("field", INPUT_FIELDS)
+@pytest.mark.parametrize("last", [0, -1])
+@pytest.mark.parametrize("field", INPUT_NUMBERS)
 @pytest.mark.parametrize("value", [math.nan, math.inf, -math.inf])
-def test_inputs_that_are_not_finite_are_refused_by_their_name(span, field, value):
+def test_inputs_that_are_not_finite_are_refused_by_their_name(span, field, value, last):
     """Wind of NaN was once INVALID_SCENE: "a number of the scene is impossible"."""
-    if field.startswith("support"):
-        getattr(span.inputs, field)[1][2] = value
+    if field in ARRAYS:
+        getattr(span, ARRAYS[field]).flat[last] = value  # a value, and a rate
     else:
         setattr(span.inputs, field, value)
     before = span.saved
@@ -202,9 +203,33 @@ def test_inputs_that_are_not_finite_are_refused_by_their_name(span, field, value
 
 
 def test_inputs_that_overflow_on_the_way_are_refused(span):
-    span.inputs.wind_speed_rate = 1e308
+    span.wind[1] = 1e308
     assert span.call("gallop_advance", ADVANCE, {"until": c.c_double(100.0)}) == BAD_CALL
     assert span.report.field == b"inputs, whose rates lead to infinity"
+
+
+WRONG_TABLES = {
+    "fields": (0, "inputs.fields, which must be as many as the scene has"),
+    "junctions": (3, "inputs.junctions, which must be 0 or as many as the scene has"),
+    "wind": (None, "inputs.wind, a pointer that is null or not aligned to its type"),
+    "motion": (None, "inputs.motion, a pointer that is null or not aligned to its type"),
+}
+
+
+@pytest.mark.parametrize("field", WRONG_TABLES)
+def test_tables_of_inputs_must_fit_the_scene(span, field):
+    value, message = WRONG_TABLES[field]
+    setattr(span.inputs, field, value)
+    assert span.call("gallop_advance", ADVANCE, {}) == BAD_CALL
+    assert span.report.field.decode() == message
+
+
+def test_towers_without_motion_are_at_rest(span, scene):
+    twin = Span(scene).started()
+    twin.inputs.junctions, twin.inputs.motion = 0, None
+    for one in (span, twin):
+        assert one.call("gallop_advance", ADVANCE, {}) == 0
+    assert span.saved == twin.saved
 
 
 @pytest.mark.parametrize("until", [0.0, -1.0, math.nan, math.inf, 1e300])
