@@ -205,12 +205,17 @@ def _variable_sections(variables: Sequence[Variable], packed: Packed) -> list[Se
                 item.index, item.field = len(terms), len(variable.terms)
                 terms += [_term_item(term) for term in variable.terms]
         items.append(item)
-    tables = {b"VARS": items, b"PLCS": also, b"INPT": targets, b"TERM": terms}
+    tables: dict[bytes, list[Any]] = {
+        b"VARS": items,
+        b"PLCS": also,
+        b"INPT": targets,
+        b"TERM": terms,
+    }
     return [_section(id_, table) for id_, table in tables.items() if table]
 
 
 def _term_item(term: Term) -> TermItem:
-    probe = CProbe(term.object, term.index, term.channel, 0, term.station)
+    probe = CProbe(term.object, term.item, term.channel, 0, term.station)
     return TermItem(probe, term.weight)
 
 

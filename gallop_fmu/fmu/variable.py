@@ -33,7 +33,7 @@ class Target(NamedTuple):
     """A number that an input sets: the speed of a field, or the motion of a junction."""
 
     kind: TargetKind
-    index: int = 0
+    item: int = 0
     axis: int = 0
 
 
@@ -48,7 +48,7 @@ class Term(NamedTuple):
     """A part of an output: `weight` times the value of a probe."""
 
     object: int
-    index: int = 0
+    item: int = 0
     channel: int = 0
     station: float = 0.0
     weight: float = 1.0

@@ -347,23 +347,31 @@ def test_corrupt_bytes_of_a_state(stepping):
         refused(stepping, lambda content=content: stepping.from_bytes(content)[0], "the bytes are")
 
 
-@pytest.mark.parametrize(
-    "part", ["mode", "time", "wind", "parameter", "kernel's magic", "kernel's size", "motion"]
-)
+RUN = 8 + 8 + 8 + 64
+"""Bytes of a state before its phase: magic, size, checksum, identity."""
+COUNTS = RUN + 8 + 3 * 8
+"""Bytes before its counts: phase and outcome, three times."""
+
+PARTS = ["mode", "time", "wind", "number of inputs", "parameter", "kernel's magic", "kernel's size"]
+
+
+@pytest.mark.parametrize("part", [*PARTS, "motion"])
 def test_forged_bytes_of_a_state(stepping, part):
     """The checksum is right, but no such state is possible."""
     good = stepping.to_bytes(stepping.save())
-    kept = 8 + 8 + 8 + 64
-    parameters, kernel = struct.unpack_from("<QQ", good, kept + 8 + 25 * 8)
-    values = kept + 8 + 25 * 8 + 24
+    inputs, parameters, kernel = struct.unpack_from("<QQQ", good, COUNTS)
+    first_input = COUNTS + 4 * 8
+    values = first_input + 3 * 8 * inputs
     first = values + 8 * parameters
     assert first + kernel == len(good)
     bad = bytearray(good)
     match part:
         case "mode":
-            struct.pack_into("<i", bad, kept, 3)
+            struct.pack_into("<i", bad, RUN, 3)
         case "time" | "wind":
-            struct.pack_into("<d", bad, kept + 8 + 24 * (part == "wind"), math.nan)
+            struct.pack_into("<d", bad, first_input if part == "wind" else RUN + 8, math.nan)
+        case "number of inputs":
+            struct.pack_into("<Q", bad, COUNTS, 2**61)
         case "parameter":
             struct.pack_into("<d", bad, values, -1.0)
         case "kernel's magic" | "kernel's size":
@@ -383,9 +391,8 @@ def test_forged_bytes_of_a_state(stepping, part):
 def test_a_state_that_cannot_be_built_leaves_the_instance_as_it_is(stepping):
     """Other parameters, which make no span, with a state: the present span is kept."""
     good = stepping.to_bytes(stepping.save())
-    kept = 8 + 8 + 8 + 64
-    (parameters,) = struct.unpack_from("<Q", good, kept + 8 + 25 * 8)
-    values = kept + 8 + 25 * 8 + 24
+    inputs, parameters = struct.unpack_from("<QQ", good, COUNTS)
+    values = COUNTS + 4 * 8 + 3 * 8 * inputs
     numbers = struct.unpack_from(f"<{parameters}d", good, values)
     bad = bytearray(good)
     struct.pack_into("<d", bad, values + 8 * numbers.index(15000.0), 30000.0)  # against the sag

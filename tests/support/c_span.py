@@ -18,7 +18,7 @@ from gallop_fmu.foundation.outcome import Outcome
 
 BAD_CALL = Outcome.BAD_CALL.code
 UNTOUCHED = -12345.5
-NODE, JUNCTION, FIELD, SYSTEM = Object
+NODE, JUNCTION, FIELD, SYSTEM, *_ = Object
 ROWS = [(NODE, 3, 0), (NODE, 4, 13), (JUNCTION, 1, 2), (FIELD, 0, 0), (SYSTEM, 0, 1)]
 PROBES = np.array([(*row, 0, 0.0) for row in ROWS], dtype=np.dtype(CProbe))
 
