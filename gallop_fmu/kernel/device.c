@@ -1,13 +1,19 @@
 /* Devices at junctions: the list of their kinds, and loops over those of a scene. */
 #include "device.h"
 
-#include "report.h"
-
 #define KINDS (GALLOP_DEVICE_BAR + 1)
 
 static const device_kind *const kinds[KINDS] = {
     [GALLOP_DEVICE_SPRING] = &device_spring,
     [GALLOP_DEVICE_ADJACENT_SPAN] = &device_adjacent_span,
+    [GALLOP_DEVICE_STRING] = &device_string,
+    [GALLOP_DEVICE_V_STRING] = &device_v_string,
+    [GALLOP_DEVICE_FRAME] = &device_frame,
+    [GALLOP_DEVICE_YOKE] = &device_yoke,
+    [GALLOP_DEVICE_POINT_MASS] = &device_point_mass,
+    [GALLOP_DEVICE_PENDULUM] = &device_pendulum,
+    [GALLOP_DEVICE_DAMPER] = &device_damper,
+    [GALLOP_DEVICE_BAR] = &device_interphase_spacer,
 };
 
 /* The junctions of a device are different ones, as many as its kind has. */
@@ -33,7 +39,7 @@ int device_check_all(const gallop_scene *s, gallop_report *report)
     int outcome = GALLOP_COMPLETED;
     for (int32_t i = 0; i < s->device_count && !outcome; i++) {
         const gallop_device *d = &s->device[i];
-        if (d->kind < 0 || d->kind >= KINDS || !kinds[d->kind])
+        if (d->kind < 0 || d->kind >= KINDS)
             return report_invalid(report, "kind of a device", d->kind, KINDS - 1.0);
         outcome = check_junctions(d, report);
         if (!outcome) outcome = kinds[d->kind]->check(d, report);
@@ -167,20 +173,41 @@ void device_add_energies(const gallop_model *model, const conditions *now, motio
         device_add_energy(model, &model->device[i], now, y, kinetic, potential);
 }
 
+/* What devices contribute to the diagonal of the tangent at a junction, at rest in the initial
+ * equilibrium. */
+static double diagonal_at(const gallop_model *model, int index, int unknown,
+                          tangent_weights weights)
+{
+    double sum = 0.0;
+    for (int i = 0; i < model->device_count; i++) {
+        const device *d = &model->device[i];
+        device_motion rest[GALLOP_DEVICE_JUNCTIONS];
+        device_block tangent[GALLOP_DEVICE_JUNCTIONS * GALLOP_DEVICE_JUNCTIONS] = {{0.0}};
+        for (int k = 0; k < d->junctions; k++) {
+            if (d->junction[k] != index) continue;
+            rest_of(model, d, rest);
+            d->kind->add_tangent(d, rest, weights, tangent);
+            sum += tangent[(d->junctions + 1) * k][5 * unknown];
+        }
+    }
+    return sum;
+}
+
 bool device_holds(const gallop_model *model, int index, int unknown)
 {
     const tangent_weights stiffness = {1.0, 0.0, 0.0};
     for (int i = 0; i < model->device_count; i++) {
         const device *d = &model->device[i];
-        device_motion rest[GALLOP_DEVICE_JUNCTIONS];
-        device_block tangent[GALLOP_DEVICE_JUNCTIONS * GALLOP_DEVICE_JUNCTIONS] = {{0.0}};
-        rest_of(model, d, rest);
-        d->kind->add_tangent(d, rest, stiffness, tangent);
         for (int k = 0; k < d->junctions; k++)
-            if (d->junction[k] == index && tangent[(d->junctions + 1) * k][5 * unknown] > 0.0)
-                return true;
+            if (d->junction[k] == index && d->kind->holds && unknown < 3) return true;
     }
-    return false;
+    return diagonal_at(model, index, unknown, stiffness) > 0.0;
+}
+
+bool device_gives_mass(const gallop_model *model, int index, int unknown)
+{
+    const tangent_weights mass = {0.0, 0.0, 1.0};
+    return diagonal_at(model, index, unknown, mass) > 0.0;
 }
 
 double device_value(const gallop_model *model, int index, const conditions *now, motion y,

@@ -4,6 +4,7 @@
 #define GALLOP_DEVICE_H
 
 #include "element.h"
+#include "report.h"
 
 /* The motion of a junction of a device, from the initial equilibrium. */
 typedef struct {
@@ -20,6 +21,8 @@ typedef struct device_kind {
     const char *name;  /* NULL: there is no such kind */
     int least, most;   /* number of junctions */
     bool leaves_plane; /* it can move a junction across the line or turn it */
+    bool prestressed;  /* it has no displacement under what it holds in the strung state */
+    bool holds;        /* it holds its junctions whatever its pull is */
     /* Checks the parameters, which are finite. */
     int (*check)(const gallop_device *from, gallop_report *report);
     /* Sets the constants of a device from its parameters; the strung state is known. */
@@ -33,15 +36,35 @@ typedef struct device_kind {
                         device_block *tangent);
     /* Kinetic energy, and potential energy stored since the strung state [J]; each is added. */
     void (*add_energy)(const device *d, const device_motion *y, double *kinetic, double *potential);
-    /* Force on the tower along x1 x2 x3 [N], without any that the strung state holds; NULL: it does
-     * not reach the tower. */
+    /* Force on the tower along x1 x2 x3 [N]; of a prestressed device without the part that holds
+     * the strung state.  NULL: it does not reach the tower. */
     void (*on_tower)(const device *d, const device_motion *y, double force[3]);
     /* A gallop_device_channel beyond those of the tower; NULL: it has none. */
     double (*observe)(const device *d, const device_motion *y, int channel);
 } device_kind;
 
-/* The kinds, each in a file of its own. */
-extern const device_kind device_spring, device_adjacent_span;
+/* The kinds, in files of their own. */
+extern const device_kind device_spring, device_adjacent_span, device_string, device_v_string,
+    device_frame, device_yoke, device_point_mass, device_pendulum, device_damper,
+    device_interphase_spacer;
+
+/* A parameter of a kind: what it is called, and whether it may be 0; it is not negative. */
+typedef struct {
+    const char *name;
+    bool positive;
+} device_parameter;
+
+/* Checks the first parameters of a device. */
+static inline int device_check_parameters(const gallop_device *d, const device_parameter *parameter,
+                                          int count, gallop_report *report)
+{
+    for (int i = 0; i < count; i++) {
+        const double value = d->parameter[i];
+        if (parameter[i].positive ? !(value > 0.0) : !(value >= 0.0))
+            return report_invalid(report, parameter[i].name, value, 0.0);
+    }
+    return GALLOP_COMPLETED;
+}
 
 /* Checks the devices of a scene whose tables can be read. */
 int device_check_all(const gallop_scene *s, gallop_report *report);
@@ -74,6 +97,9 @@ void device_tangent(const gallop_model *model, const device *d, const conditions
 
 /* Whether a device resists a displacement of a junction from the initial equilibrium. */
 bool device_holds(const gallop_model *model, int index, int unknown);
+
+/* Whether a device gives mass to a junction. */
+bool device_gives_mass(const gallop_model *model, int index, int unknown);
 
 /* Adds the energy of one device since the initial equilibrium [J]. */
 void device_add_energy(const gallop_model *model, const device *d, const conditions *now, motion y,

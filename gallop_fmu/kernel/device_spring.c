@@ -1,14 +1,18 @@
 /* Springs to the tower: of a support, or of the adjacent span and its insulator string. */
 #include "device.h"
 
-#include "report.h"
-
 enum { STIFFNESS = 0 }; /* constant[0..2]: along x1, x2, x3 [N/m] */
+
+/* From the strung state. */
+static double stretch(const device_motion *y, int i)
+{
+    return y->u[i] + y->moved[i] - y->tower[i];
+}
 
 static void add_force(const device *d, const device_motion *y, double force[][4])
 {
     const double *stiffness = d->constant + STIFFNESS;
-    for (int i = 0; i < 3; i++) force[0][i] += stiffness[i] * (y[0].u[i] - y[0].tower[i]);
+    for (int i = 0; i < 3; i++) force[0][i] += stiffness[i] * stretch(y, i);
 }
 
 static void add_tangent(const device *d, const device_motion *y, tangent_weights weights,
@@ -23,24 +27,20 @@ static void add_energy(const device *d, const device_motion *y, double *kinetic,
 {
     const double *stiffness = d->constant + STIFFNESS;
     (void)kinetic;
-    for (int i = 0; i < 3; i++) {
-        const double stretch = y[0].u[i] - y[0].tower[i];
-        *potential += 0.5 * stiffness[i] * stretch * stretch;
-    }
+    for (int i = 0; i < 3; i++) *potential += 0.5 * stiffness[i] * stretch(y, i) * stretch(y, i);
 }
 
 static void on_tower(const device *d, const device_motion *y, double force[3])
 {
     const double *stiffness = d->constant + STIFFNESS;
-    for (int i = 0; i < 3; i++) force[i] = stiffness[i] * (y[0].u[i] - y[0].tower[i]);
+    for (int i = 0; i < 3; i++) force[i] = stiffness[i] * stretch(y, i);
 }
 
 static int spring_check(const gallop_device *d, gallop_report *report)
 {
-    for (int i = 0; i < 3; i++)
-        if (!(d->parameter[i] >= 0.0))
-            return report_invalid(report, "stiffness of a support", d->parameter[i], 0.0);
-    return GALLOP_COMPLETED;
+    static const device_parameter stiffness = {"stiffness of a support", false};
+    const device_parameter all[] = {stiffness, stiffness, stiffness};
+    return device_check_parameters(d, all, 3, report);
 }
 
 static void spring_prepare(const gallop_model *model, const gallop_device *from, device *d)
@@ -53,6 +53,7 @@ const device_kind device_spring = {
     .name = "spring",
     .least = 1,
     .most = 1,
+    .prestressed = true,
     .check = spring_check,
     .prepare = spring_prepare,
     .add_force = add_force,
@@ -63,12 +64,11 @@ const device_kind device_spring = {
 
 static int adjacent_span_check(const gallop_device *d, gallop_report *report)
 {
-    static const char *const name[] = {"adjacent span", "adjacent tension", "insulator length"};
-    for (int i = 0; i < 3; i++)
-        if (!(d->parameter[i] > 0.0)) return report_invalid(report, name[i], d->parameter[i], 0.0);
-    if (!(d->parameter[3] >= 0.0))
-        return report_invalid(report, "insulator weight", d->parameter[3], 0.0);
-    return GALLOP_COMPLETED;
+    static const device_parameter all[] = {{"adjacent span", true},
+                                           {"adjacent tension", true},
+                                           {"insulator length", true},
+                                           {"insulator weight", false}};
+    return device_check_parameters(d, all, 4, report);
 }
 
 /* The chain that ends at a junction. */
@@ -98,6 +98,7 @@ const device_kind device_adjacent_span = {
     .name = "adjacent span",
     .least = 1,
     .most = 1,
+    .prestressed = true,
     .check = adjacent_span_check,
     .prepare = adjacent_span_prepare,
     .add_force = add_force,

@@ -453,7 +453,7 @@ static void derive_constants(gallop_model *m)
     for (int i = 0; i < m->device_count; i++) {
         const device *d = &m->device[i];
         const int last = d->junction[0] == m->junction_count - 1;
-        if (d->junction[0] != 0 && !last) continue;
+        if (!d->kind->prestressed || (d->junction[0] != 0 && !last)) continue;
         m->derived.support_stiffness[last][0] += d->constant[0];
         m->derived.support_stiffness[last][1] += d->constant[2];
     }
