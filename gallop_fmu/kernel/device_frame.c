@@ -426,7 +426,6 @@ static const device_parameter parameters[] = {
     {"weight of a string", false},
     {"stiffness of a string", true},
     {"damping of a string", false},
-    {"height of the suspension point of a yoke", false},
 };
 
 static int frame_check(const gallop_device *d, gallop_report *report)
@@ -436,7 +435,7 @@ static int frame_check(const gallop_device *d, gallop_report *report)
 
 static int yoke_check(const gallop_device *d, gallop_report *report)
 {
-    return device_check_parameters(d, parameters, 10, report);
+    return device_check_parameters(d, parameters, 9, report);
 }
 
 static void frame_prepare(const gallop_model *model, const gallop_device *from, device *d)

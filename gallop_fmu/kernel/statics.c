@@ -34,7 +34,10 @@ int statics_newton(const gallop_model *m, double t, const conditions *now,
     memset(at->v0, 0, values * sizeof(double));
     for (int iteration = 0; iteration < MAX_STATIC_ITERATIONS; iteration++) {
         element_monitor_start(&seen);
-        system_residual(m, t, now, at, y, true, at->residual, &seen);
+        if (junctions == SOLVER_JUNCTIONS_FIXED) /* the single spans, without devices */
+            element_sum_residual(m, t, now, &at->sections, y, true, at->residual, &seen);
+        else
+            system_residual(m, t, now, at, y, true, at->residual, &seen);
         if (!solver_factor(m, now, at, y, stiffness, junctions)) break;
         solver_solve(m, at, junctions, at->residual);
         size = time_correction_size(m, at->residual);

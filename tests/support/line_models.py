@@ -15,9 +15,13 @@ class LineModel(Model):
         code = kernel.gallop_model_create(c.byref(packed.scene), c.byref(handle), c.byref(report))
         assert code == 0, (code, report.field, report.value, report.limit)
         self._handle, self.scene, self._takes_inputs = handle, scene, True
-        elements = sum(chain.elements for chain in packed.tables["chain"])
-        self.elements, self.nodes = elements, 2 * elements + len(packed.tables["chain"])
-        self.junctions = len(packed.tables["junction"])
+        tables = packed.tables
+        elements = sum(chain.elements for chain in tables["chain"])
+        self.junctions = len(tables["junction"])
+        at_chains = {index for chain in tables["chain"] for index in chain.junction}
+        at_chains |= {station.junction for station in tables["station"]} - {-1}
+        bodies = self.junctions - len(at_chains)
+        self.elements, self.nodes = elements, 2 * elements + len(tables["chain"]) + bodies
         self.devices = packed.device_junctions
         self.state_size = int(kernel.gallop_state_size(handle))
         self.saved_size = int(kernel.gallop_saved_size(handle))
