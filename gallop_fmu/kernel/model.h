@@ -116,7 +116,7 @@ typedef struct {
     const struct device_kind *kind;
     int junctions, junction[GALLOP_DEVICE_JUNCTIONS];
     double gravity;
-    double reach; /* length of a bar that may swing [m]; 0: none */
+    double reach;                      /* length of a bar that may swing [m]; 0: none */
     double constant[DEVICE_CONSTANTS]; /* of the kind, prepared from the scene */
 } device;
 

@@ -40,7 +40,7 @@ def with_stations(scene, corners, *, junctions=True, cross_sections=False):
     packed.tables["chain"][0].junction[1] = len(between) + 1
     for device in packed.tables["device"]:
         device.junction[0] = len(between) + 1 if device.junction[0] == 1 else 0
-    packed.scene = packed._scene()
+    packed.scene = packed.c_scene()
     return LineModel(scene, packed)
 
 
