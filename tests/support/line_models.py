@@ -3,6 +3,7 @@
 import ctypes as c
 
 from gallop_fmu.engine.ctypes_structs import CReport
+from gallop_fmu.engine.inputs import InputLayout
 from gallop_fmu.engine.library import kernel
 from gallop_fmu.engine.model import Model
 
@@ -22,6 +23,8 @@ class LineModel(Model):
         at_chains |= {station.junction for station in tables["station"]} - {-1}
         bodies = self.junctions - len(at_chains)
         self.elements, self.nodes = elements, 2 * elements + len(tables["chain"]) + bodies
+        ends = (0,), (self.junctions - 1,)
+        self._input_layout = InputLayout(len(tables["field"]), self.junctions, ends)
         self.devices = packed.device_junctions
         self.state_size = int(kernel.gallop_state_size(handle))
         self.saved_size = int(kernel.gallop_saved_size(handle))
