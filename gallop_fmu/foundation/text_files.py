@@ -227,6 +227,9 @@ def read_table(path: Path, units: Mapping[str, str], *, first: str = "") -> Tabl
     )
 
 
+MAX_NAMES = 12
+"""Maximum number of names of columns in a message."""
+
 _NAME_AND_UNIT = re.compile(r"(.*?)\s*(?:[\[(]\s*(.*?)\s*[\])])?")
 _SAME_UNIT = {"-": "1", "sec": "s", "seconds": "s", "°": "deg", "degree": "deg", "degrees": "deg"}
 
@@ -235,7 +238,9 @@ def _column_names(
     path: Path, cells: Sequence[str], units: Mapping[str, str], first: str
 ) -> list[str]:
     """Return the names of the columns in the spelling of `units`."""
-    others = ", ".join(name for name in units if name != first)
+    names = [name for name in units if name != first]
+    more = f" ({len(names)} in all)" if len(names) > MAX_NAMES else ""
+    others = ", ".join(names[:MAX_NAMES]) + more
     required = f"{first}, the first column, and any of {others}" if first else ",".join(units)
     rule = f"{path.name}: the first line must name {required}"
     if not cells:

@@ -10,25 +10,43 @@ from __future__ import annotations
 
 import math
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 
 from gallop_fmu.foundation.errors import SceneError
 from gallop_fmu.foundation.text_files import check_table, read_table
-from gallop_fmu.scene.scene import Scene
+from gallop_fmu.scene.line_scene import LineScene
+from gallop_fmu.scene.scene_base import SceneBase
 
-MOTIONS = {
-    f"support.{end}.{axis}": f"supports.{end}.motion.{axis}"
-    for end in ("left", "right")
-    for axis in ("x1", "x2", "x3")
-}
-"""Input variables of the tower points to the dotted paths of their laws."""
+_AXES = ("x1", "x2", "x3")
+
+AnyScene = TypeVar("AnyScene", bound=SceneBase)
 
 
-COLUMNS = {"time": "s", "wind_speed": "m/s", "attack_angle": "rad", **dict.fromkeys(MOTIONS, "m")}
-"""Possible columns of an input file, and their units."""
+def motions(scene: SceneBase) -> dict[str, str]:
+    """Return the input variables of the tower points, each with the dotted path of its law.
+
+    Towers of a line count from 0, the left end.
+    """
+    if isinstance(scene, LineScene):
+        held = [f"suspensions.{k}" for k in range(len(scene.section.suspensions))]
+        places = enumerate(("left_end", *held, "right_end"))
+        points = {f"tower[{k}]": f"section.{place}" for k, place in places}
+    else:
+        points = {f"support.{end}": f"supports.{end}" for end in ("left", "right")}
+    return {
+        f"{point}.{axis}": f"{path}.motion.{axis}"
+        for point, path in points.items()
+        for axis in _AXES
+    }
 
 
-def with_inputs(scene: Scene, path: Path | str) -> Scene:
+def columns_of(scene: SceneBase) -> dict[str, str]:
+    """Return the possible columns of an input file, and their units."""
+    angle = {} if isinstance(scene, LineScene) else {"attack_angle": "rad"}
+    return {"time": "s", "wind_speed": "m/s", **angle, **dict.fromkeys(motions(scene), "m")}
+
+
+def with_inputs(scene: AnyScene, path: Path | str) -> AnyScene:
     """Return a copy of a scene with wind and tower motion from a CSV file.
 
     Values are linear between rows and constant before the first and after the last. Two rows with
@@ -37,10 +55,12 @@ def with_inputs(scene: Scene, path: Path | str) -> Scene:
     Parameters
     ----------
     scene
-        The scene.
+        The scene of one span or of a line.
     path
         File. Its first column is the time [s], with any name; the others are any of ``wind_speed``
-        [m/s], ``attack_angle`` [rad] and ``support.left.x1`` ... ``support.right.x3`` [m].
+        [m/s], ``attack_angle`` [rad] and ``support.left.x1`` ... ``support.right.x3`` [m]; of a
+        line ``wind_speed`` and ``tower[0].x1``, ``tower[0].x2``, ... [m], with towers counted from
+        the left end.
 
     Raises
     ------
@@ -49,7 +69,8 @@ def with_inputs(scene: Scene, path: Path | str) -> Scene:
         angle changes, which only the FMU supports.
     """
     path = Path(path)
-    table = read_table(path, COLUMNS, first="time")
+    paths = motions(scene)
+    table = read_table(path, columns_of(scene), first="time")
     columns, values = table.columns, dict[str, Any]()
     time = list(columns["time"])
     if not time:
@@ -64,8 +85,8 @@ def with_inputs(scene: Scene, path: Path | str) -> Scene:
             values |= {"wind.speed": None, "wind.history": law}
         elif name == "attack_angle":
             values["ice.attack_angle_deg"] = _constant_angle(path, column)
-        elif name in MOTIONS:
-            values[MOTIONS[name]] = law
+        elif name in paths:
+            values[paths[name]] = law
     return scene.with_values(values)
 
 

@@ -7,6 +7,7 @@ the same way, so that insulators stay vertical and towers do not move.
 from __future__ import annotations
 
 from gallop_fmu import Model, Scene
+from gallop_fmu.scene.line_scene import one_span
 from gallop_fmu.scene.sag_tension import changed_tension
 from gallop_fmu.scene.supports import AdjacentSpanSupport
 
@@ -50,6 +51,11 @@ def change_of_state(
     SceneError
         If no tension satisfies the equation, as with strong cooling or wrong units.
     """
+    scene = one_span(
+        scene,
+        "change_of_state",
+        "set section.temperature_deg_c and ice of the line, whose equilibrium follows from them",
+    )
     bare = scene.conductor.mass_per_length
     before = scene.span.horizontal_tension
     if before is None:

@@ -7,6 +7,8 @@ import pandas as pd
 import pytest
 
 import gallop_fmu as gf
+from gallop_fmu.foundation.text_files import parse_toml
+from support.lines import LINE
 
 CSV = (
     '"time","wind_speed","attack_angle","support.left.x1"\n'
@@ -188,3 +190,22 @@ def test_a_history_shorter_than_the_run_is_reported(file, times, covered):
 def test_runs_and_records_have_a_limit(stop_time, every, message):
     with pytest.raises(gf.SceneError, match=message):
         gf.simulate(gf.load_scene("example3"), stop_time, record_every=every)
+
+
+def test_columns_of_a_line_become_laws_of_its_towers(tmp_path):
+    line = gf.LineScene.from_dict(parse_toml(LINE))
+    path = tmp_path / "in.csv"
+    path.write_text("time,tower[0].x1,tower[2].x3,tower[3].x2\n0,0,0,0.5\n2,0.1,0.2,0.5\n")
+    section = gf.with_inputs(line, path).section
+    assert section.left_end.motion.x1.at(1.0) == 0.05
+    assert section.suspensions[1].motion.x3.at(1.0) == 0.1
+    assert section.right_end.motion.x2.at(1.0) == 0.5
+    assert section.suspensions[0].motion is None
+
+
+@pytest.mark.parametrize("name", ["tower[4].x1", "support.left.x1", "attack_angle"])
+def test_columns_that_a_line_does_not_have(tmp_path, name):
+    path = tmp_path / "in.csv"
+    path.write_text(f"time,{name}\n0,0\n2,0.1\n")
+    with pytest.raises(gf.SceneError, match=r"any of wind_speed, tower\[0\].x1, .* \(13 in all\)"):
+        gf.with_inputs(gf.LineScene.from_dict(parse_toml(LINE)), path)

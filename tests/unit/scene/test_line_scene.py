@@ -5,6 +5,7 @@ import math
 import pytest
 
 import gallop_fmu as gf
+import modal
 from gallop_fmu.scene.bundle import Bundle
 from gallop_fmu.scene.line_scene import one_span
 from gallop_fmu.scene.sag_tension import catenary_sag, highest_tension, tension_of_sag
@@ -103,3 +104,8 @@ def test_new_first_moments_of_a_span_refer_to_its_present_attack_angle(line):
     given = first.with_values({f"{ice}.attack_angle_deg": 60.0, f"{ice}.first_moment_x2": 0.02})
     angles = [at.section.spans[1].ice.first_moment_angle_deg for at in (first, rotated, given)]
     assert angles == [30.0, 30.0, 60.0]
+
+
+def test_change_of_state_names_what_a_line_has_in_its_place(line):
+    with pytest.raises(gf.SceneError, match=r"3 spans .*set section\.temperature_deg_c"):
+        modal.change_of_state(line, temperature_change=10.0)
