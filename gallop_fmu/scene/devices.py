@@ -57,7 +57,7 @@ class Pendulum(AtStation):
     angle_deg: Number = quantity(
         0.0,
         "deg",
-        "angle of the arm from straight down, positive as twist",
+        "angle of the arm from straight down, positive towards +x3",
         ge=-180,
         le=180,
     )
