@@ -88,6 +88,9 @@ KINDS: dict[str, TowerKind] = {
 }
 """Types of towers as tables write them; spaces and hyphens are as underscores."""
 
+MAX_SPAN = 10000.0
+"""Maximum length of a span [m]."""
+
 MAX_CROSSARM_ANGLE = 0.02
 """Maximum difference of crossarm lengths over the span [rad]; about 1 degree."""
 
@@ -366,10 +369,11 @@ def _check_spans(path: Path, towers: Sequence[Tower]) -> None:
                 f"{path.name}: row {tower.row}: tower {tower.name} has no span_length, but tower"
                 f" {after.name} follows; give the span between them"
             )
-        if tower.span_length < 0.0:
+        if not 0.0 < tower.span_length <= MAX_SPAN:
             raise SceneError(
                 f"{path.name}: row {tower.row}: span_length after tower {tower.name} is"
-                f" {tower.span_length:g} m; must be greater than 0"
+                f" {tower.span_length:g} m; must be greater than 0 and at most {MAX_SPAN:g} m;"
+                " check the unit"
             )
     if towers[-1].span_length:
         raise SceneError(

@@ -17,7 +17,7 @@ from gallop_fmu.scene.consistency import (
     check_mass_matrix,
     lift_of_round_ice,
 )
-from gallop_fmu.scene.devices import Interval
+from gallop_fmu.scene.devices import InterphaseSpacer, Interval
 from gallop_fmu.scene.phases import Phase
 from gallop_fmu.scene.sag_tension import MAX_STRAIN, catenary_sag, check_tension, highest_tension
 from gallop_fmu.scene.stations import SAME_PLACE, Conductor, Place, conductors_of, places, stations
@@ -71,6 +71,7 @@ def unusual_in_line(scene: LineScene) -> list[str]:
         *_strained(scene),
         *_bundle_without_spacers(scene),
         *_near_phases(scene),
+        *_interphase_spacers_on_bundles(scene),
         *(text for curve in curves if curve is not None for text in curve.warnings()),
         *_lift_of_round_parts(scene),
     ]
@@ -417,6 +418,18 @@ def _near_phases(scene: LineScene) -> Iterator[str]:
             yield (
                 f"phases {a} and {b}: conductors are {distance:.3g} m apart; usual is at least"
                 f" {MIN_USUAL_PHASE_DISTANCE:g} m; check phases.offset [m]"
+            )
+
+
+def _interphase_spacers_on_bundles(scene: LineScene) -> Iterator[str]:
+    if scene.bundle.subconductors == 1:
+        return
+    for i, device in enumerate(scene.devices):
+        if isinstance(device, InterphaseSpacer):
+            yield (
+                f"devices.{i} (device {i + 1}): the interphase spacer is clamped to subconductor"
+                f" {device.subconductor} of each bundle and not to its centre, so that its force"
+                " rotates the bundles; place it at a bundle spacer, and check the rotation"
             )
 
 

@@ -153,7 +153,7 @@ def _padded(text, width):
         ("SPAN LENGTH (m)", 300.0),
         ("ahead-span", 300.0),
         ("span_length [ft]", 91.44),
-        ("Span length [km]", 300e3),
+        ("Span length [cm]", 3.0),
     ],
 )
 def test_names_and_units_of_columns(folder, header, length):
@@ -174,6 +174,7 @@ def test_names_and_units_of_columns(folder, header, length):
         ("T2;", ";", r"row 3: the tower has no name"),
         ("350;", ";", r"row 3: tower T2 has no span_length, but tower T3 follows; give the span"),
         ("350;", "-350;", r"row 3: span_length after tower T2 is -350 m; must be greater than 0"),
+        ("350;", "350e6;", r"row 3: span_length after tower T2 is 3\.5e\+08 m; must .*most 10000"),
         ("350;", "35O;", r"Span length \[m\] in row 3 is '35O', must be a finite number"),
         ("350;", "350,5;", r"row 3 .* write 350\.5, with a decimal point"),
         (

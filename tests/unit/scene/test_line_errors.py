@@ -209,6 +209,7 @@ def test_bad_line_is_refused_with_number_and_cure(values, message):
             r"section\.horizontal_tension: the horizontal tension of 7e\+05 N is more than 2%",
         ),
         ({"bundle.spacers": 0}, r"bundle: 4 subconductors without spacers"),
+        ({"devices": [SPACER]}, r"devices\.0 \(device 1\): .* subconductor 1 of each bundle"),
         ({"phases.1.offset": [0.0, 0.2]}, r"phases 1 and 2: conductors are 0\.2 m apart"),
         (
             {"section.suspensions.0.length": 60.0},
