@@ -79,10 +79,12 @@ class Inputs:
         wind_speed
             Steady wind [m/s].
         """
+        ice, towers = scene.ice, 2
+        if isinstance(scene, LineScene):
+            ice, towers = scene.ice_of_span(1), len(scene.section.spans) + 1
         if attack_angle is None:
-            ice = scene.ice_of_span(1) if isinstance(scene, LineScene) else scene.ice
             attack_angle = float(np.radians(ice.attack_angle_deg))
-        return cls(0.0, wind_speed, attack_angle, np.zeros((2, 3)))
+        return cls(0.0, wind_speed, attack_angle, np.zeros((towers, 3)))
 
     def packed(self, layout: InputLayout) -> CInputs:
         """The kernel's form of the inputs.

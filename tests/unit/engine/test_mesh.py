@@ -244,3 +244,82 @@ def test_the_seed_is_half_a_wave_between_the_ends(sloping):
     calm = scene.with_values({"wind.speed": 0.0, "initial.seed_vertical": 0.01})
     started = gf.Model(calm).start().motion()[0]
     assert np.array_equal(Mesh(gf.Model(calm)).seed(), started)
+
+
+def loaded_line():
+    """Two spans of twin bundles with a yoke, spacers, a dead-end string and a pendulum."""
+    scene = gf.LineScene.from_dict(
+        {
+            "title": "line",
+            "section": {
+                "horizontal_tension": 20e3,
+                "spans": [{"length": 200.0}, {"length": 150.0, "height_difference": 8.0}],
+                "suspensions": [
+                    {"kind": "string", "length": 2.0, "weight": 400.0, "damping": 50.0}
+                ],
+                "right_end": {"kind": "springs", "stiffness_x1": 3e5, "stiffness_x3": 4e3},
+            },
+            "bundle": {
+                "subconductors": 2,
+                "spacing": 0.4,
+                "spacers": 1,
+                "spacer_mass": 3.0,
+                "clamp_damping": 5.0,
+                "yoke_mass": 8.0,
+            },
+            "conductor": {
+                "diameter": 0.03,
+                "mass_per_length": 1.6,
+                "axial_stiffness": 30e6,
+                "torsional_stiffness": 200.0,
+                "torsional_inertia": 3e-4,
+            },
+            "devices": [{"kind": "pendulum", "span": 2, "station": 0.3, "mass": 10.0, "arm": 0.4}],
+            "damping": {
+                "translation": {
+                    "low_ratio": 0.01,
+                    "low_frequency": 0.3,
+                    "high_ratio": 0.02,
+                    "high_frequency": 2.0,
+                }
+            },
+            "numerics": {"elements": 4},
+        }
+    )
+    return Mesh(gf.Model(scene))
+
+
+@pytest.mark.parametrize("part", ["stiffness", "damping", "mass"])
+def test_matrices_of_a_line_are_the_derivatives_of_all_forces(part):
+    """Elements and devices together, with forces on followers at their leaders."""
+    line = loaded_line()
+    model, random = line.model, np.random.default_rng(3)
+    followers = line.leader != np.arange(model.nodes)
+    assert followers.any()
+    assert not line.free[followers].any()
+
+    def forces(motion):
+        total = model.residual(*motion, inputs=line.still)
+        node = line.model.junction_nodes()[0]
+        for device, junctions in enumerate(model.devices):
+            total[node[list(junctions)]] += model.device_force(device, *motion, inputs=line.still)[
+                0
+            ]
+        gathered = np.zeros_like(total)
+        np.add.at(gathered, line.leader, total)
+        return gathered
+
+    scale = [0.02, 0.02, 0.02, 0.02]
+    motion = [line.spread(random.standard_normal((model.nodes, 4)) * scale) for _ in range(3)]
+    change = line.spread(random.standard_normal((model.nodes, 4)) * line.free)
+    k, step = ["stiffness", "damping", "mass"].index(part), 1e-6
+    ahead, back = (
+        forces([y + side * step * change if i == k else y for i, y in enumerate(motion)])
+        for side in (1.0, -1.0)
+    )
+    matrix = line.tangent(*motion, **{part: 1.0}, inputs=line.still)
+    found = matrix @ (change * (line.leader == np.arange(model.nodes))[:, None]).ravel()
+    wanted = ((ahead - back) / (2.0 * step)).ravel()
+    assert found == pytest.approx(wanted, abs=1e-6 * np.abs(wanted).max())
+    rows = np.repeat(followers, 4)
+    assert np.abs(matrix[rows]).sum() == 0.0
