@@ -16,7 +16,7 @@ from gallop_fmu.engine.model import Model
 from gallop_fmu.scene.line_scene import LineScene
 
 ELEMENTS, STEP, SECONDS, REPEATS = 15, 0.02, 20.0, 5
-STRING = {"kind": "post"}
+STRING = {"kind": "string", "length": 2.4, "weight": 600.0}
 BOUNDS = {
     "5 spans / 5 single spans": 1.15,
     "10 spans / 10 single spans": 1.15,
