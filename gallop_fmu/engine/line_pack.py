@@ -36,7 +36,12 @@ FIXED = (True,) * 4
 FRAME, YOKE, POINT_MASS = 4, 5, 6
 """Kinds of devices that the scene does not have as devices: gallop_device_kind."""
 
-FRAME_PARAMETERS = {"arm_stiffness": 1, "clamp_torsional_stiffness": 3, "clamp_damping": 4}
+FRAME_PARAMETERS = {
+    "arm_stiffness": 1,
+    "arm_damping": 2,
+    "clamp_torsional_stiffness": 3,
+    "clamp_damping": 4,
+}
 """Fields of a bundle, and their index among the parameters of a frame or yoke."""
 
 YOKE_STRING = {"length": 5, "weight": 6, "stiffness": 7, "damping": 8}

@@ -55,6 +55,13 @@ class Bundle(Section):
     arm_stiffness: Number = quantity(
         1e7, "N/m", "stiffness of each arm of a spacer in its plane", gt=0
     )
+    arm_damping: Number = quantity(
+        1e4,
+        "N s/m",
+        "damping of each arm in its plane (chosen, so that vibration of the arms that no time step"
+        " resolves decays)",
+        ge=0,
+    )
     clamp_torsional_stiffness: Number = quantity(
         500.0, "N m/rad", "stiffness of a clamp against rotation about x1 in the spacer", gt=0
     )

@@ -15,8 +15,17 @@ from gallop_fmu.foundation.errors import SceneError
 from gallop_fmu.scene.fields import Number, Section, quantity, setting
 from gallop_fmu.scene.supports import RigidSupport, SpringSupport, SupportMotion
 
-STRING_STIFFNESS = 5e7
-"""Default axial stiffness over length [N/m]: practically inextensible."""
+STRING_STIFFNESS = 1e7
+"""Default axial stiffness over length [N/m]; a composite string has about half of it."""
+
+STRING_DAMPING = 3e4
+"""Default damping along a string [N s/m].
+
+Chosen: about critical for the vibration of a clamp with its part of the conductor along the
+string. A time step does not resolve this vibration, and undamped it would not decay: it would
+alternate in the pull of the string from step to step. A conductor's motion stretches a string by
+less than a millimetre, so the work of this damping is negligible.
+"""
 
 
 class String(Section):
@@ -40,7 +49,7 @@ class String(Section):
     length: Number = quantity(..., "m", "length of the string, from tower to clamp", gt=0)
     weight: Number = quantity(..., "N", "weight of the string", ge=0)
     stiffness: Number = quantity(STRING_STIFFNESS, "N/m", "stiffness along the string", gt=0)
-    damping: Number = quantity(0.0, "N s/m", "damping along the string", ge=0)
+    damping: Number = quantity(STRING_DAMPING, "N s/m", "damping along the string", ge=0)
     clamp_torsional_stiffness: Number | None = quantity(
         None,
         "N m/rad",
@@ -70,7 +79,7 @@ class VString(Section):
         ..., "m", "horizontal distance of each tower point from the clamp, along x3", gt=0
     )
     stiffness: Number = quantity(STRING_STIFFNESS, "N/m", "stiffness along each bar", gt=0)
-    damping: Number = quantity(0.0, "N s/m", "damping along each bar", ge=0)
+    damping: Number = quantity(STRING_DAMPING, "N s/m", "damping along each bar", ge=0)
     motion: SupportMotion | None = setting(None, "motion of both tower points (default: fixed)")
 
     @model_validator(mode="after")
@@ -115,7 +124,7 @@ class EndString(Section):
     length: Number = quantity(..., "m", "length of the string, from tower to clamp", gt=0)
     weight: Number = quantity(..., "N", "weight of the string", ge=0)
     stiffness: Number = quantity(STRING_STIFFNESS, "N/m", "stiffness along the string", gt=0)
-    damping: Number = quantity(0.0, "N s/m", "damping along the string", ge=0)
+    damping: Number = quantity(STRING_DAMPING, "N s/m", "damping along the string", ge=0)
     motion: SupportMotion | None = setting(None, "motion of the tower point (default: fixed)")
 
 
