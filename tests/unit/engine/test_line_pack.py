@@ -72,12 +72,12 @@ def test_a_bundle_hangs_from_yokes_and_has_spacers():
     assert kinds(packed) == [5, 5, *[4] * 8]  # two yokes, two spacers in two spans, two phases
     yoke, tower = packed.tables["device"][0], packed.map.tower(1, 1)
     assert yoke.junction[:4] == list(tower.junctions)
-    assert yoke.parameter[5:9] == [2.4, 600.0, 5e7, 0.0]
+    assert yoke.parameter[5:9] == [2.4, 600.0, 1e7, 3e4]
     spacer = packed.map.spacers[-1]
     assert (spacer.span, spacer.phase, spacer.number) == (2, 2, 2)
     own = packed.tables["device"][spacer.device]
     assert own.junction[:4] == list(spacer.junctions)
-    assert own.parameter[:5] == [0.0, 1e7, 0.0, 500.0, 0.0]
+    assert own.parameter[:5] == [0.0, 1e7, 1e4, 500.0, 0.0]
 
 
 def test_strings_of_a_single_conductor_fix_its_twist_unless_the_clamp_turns():
