@@ -91,6 +91,8 @@ def takes_text(root: type[Section], path: str) -> bool:
     """Check that the field at a dotted path is always a text or a choice."""
     classes, fields = [root], list[FieldInfo]()
     for part in path.split("."):
+        if part.isdecimal():
+            continue  # an item of a list; its classes are those of the list
         fields = [found.model_fields[part] for found in classes if part in found.model_fields]
         classes = [found for field in fields for found in section_classes(field.annotation)]
     return bool(fields) and all(_is_text(field.annotation) for field in fields)

@@ -2,10 +2,12 @@
 
 import pytest
 
+from gallop_fmu.cli.terminal import chosen_spec
 from gallop_fmu.foundation.errors import SceneError
 from gallop_fmu.foundation.text_files import parse_toml
 from gallop_fmu.input.annotated_toml import annotated_toml
 from gallop_fmu.input.scene_files import load_scene
+from gallop_fmu.input.scene_spec import SceneSpec
 from gallop_fmu.scene.line_scene import LineScene
 from support.lines import LINE
 
@@ -55,3 +57,24 @@ def test_annotated_line_numbers_its_spans_suspensions_and_devices():
     assert "# weight: weight of the string [N]\n" in text
     assert '[[devices]]  # device 2\nkind = "interval"  # kind of device' in text
     assert "[section.spans.ice]\nmass_per_length = 1.0  # mass of ice" in text
+
+
+def test_values_of_a_line_are_set_as_on_the_command_line(tmp_path):
+    (tmp_path / "line.toml").write_text(LINE, encoding="utf-8")
+    changes = ["devices.0.mass=3", "phases.1.name=7", "section.suspensions.1.kind=post"]
+    spec = chosen_spec(str(tmp_path / "line.toml"), changes)
+    line = spec.scene({"section.spans.2.length": 250.0})
+    assert (line.devices[0].mass, line.phases[1].name) == (3.0, "7")
+    assert line.section.spans[2].length == 250.0
+    assert SceneSpec.of(line).scene() == line
+    assert SceneSpec.of(line).fingerprint() == line.to_toml()
+    spec.check(["wind.speed"])
+    with pytest.raises(SceneError, match=r"line\.toml.*span = 4, but the line has 3 spans"):
+        load_scene(_changed(tmp_path, "span = 2\nstation", "span = 4\nstation"))
+
+
+def _changed(folder, old, new):
+    assert old in LINE
+    path = folder / "changed_line.toml"
+    path.write_text(LINE.replace(old, new), encoding="utf-8")
+    return path
