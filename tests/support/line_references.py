@@ -9,6 +9,15 @@ import numpy as np
 import gallop_fmu as gf
 
 FOLDER = Path(__file__).parents[1] / "peers" / "data" / "lines"
+STRING = {"kind": "string", "stiffness": 1e9}
+"""Stiff as in the other programs."""
+
+NO_TWIST = {"torsional_stiffness": 1e-3, "torsional_inertia": 1e-12}
+"""A conductor that resists no twist, and whose twist has frequencies far above all others."""
+
+NO_CLAMP = 1e-3
+"""Stiffness [N m/rad] of spacer clamps in cases without twist."""
+
 FREQUENCIES = (1.0, 10.0)
 """Frequencies [Hz] at which the two damping ratios are stated."""
 
@@ -34,7 +43,7 @@ def line_scene(case, elements=20, **tables):
             "horizontal_tension": scene["horizontal_tension"],
             "gravity": scene["gravity"],
             "spans": spans,
-            "suspensions": [{"kind": "string", **string} for string in scene.get("strings", ())],
+            "suspensions": [STRING | string for string in scene.get("strings", ())],
         },
         "conductor": conductor(scene),
         "numerics": {"elements": elements},
@@ -68,7 +77,7 @@ def conductor(scene):
     if "mass_per_length" not in given:
         given["mass_per_length"] = given["mass_per_rest_length"] / (1.0 + mean_strain(scene))
     kept = ("mass_per_length", "axial_stiffness", "torsional_stiffness", "torsional_inertia")
-    found = {"diameter": 0.028, "torsional_stiffness": 150.0, "torsional_inertia": 2e-4}
+    found = {"diameter": 0.028} | NO_TWIST
     found |= {key: given[key] for key in (*kept, "diameter", "thermal_expansion") if given.get(key)}
     return found
 
@@ -101,8 +110,7 @@ def _bundle(bundle):
         found |= {
             key: bundle[key] for key in ("spacing", "spacers", "orientation") if key in bundle
         }
-    if "clamp_torsional_stiffness" in bundle:
-        found["clamp_torsional_stiffness"] = bundle["clamp_torsional_stiffness"]
+    found["clamp_torsional_stiffness"] = bundle.get("clamp_torsional_stiffness", NO_CLAMP)
     return found
 
 
