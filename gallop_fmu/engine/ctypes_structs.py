@@ -159,7 +159,7 @@ class CReport(c.Structure):
     """gallop_report."""
 
     _fields_ = (
-        *_integers("outcome", "element"),
+        *_integers("outcome", "element", "device", "reserved"),
         *_doubles("time", "value", "limit"),
         ("field", c.c_char_p),
         *_doubles("lowest_tension", "largest_turn"),
@@ -208,6 +208,15 @@ class CDerived(c.Structure):
     )
 
 
+class CDerivedChain(c.Structure):
+    """gallop_derived_chain."""
+
+    _fields_ = (
+        *_doubles("sag", "horizontal_tension", "length"),
+        ("end_force", Three * 2),
+    )
+
+
 MIRRORS = {
     "gallop_law": CLaw,
     "gallop_curve": CCurve,
@@ -225,6 +234,7 @@ MIRRORS = {
     "gallop_inputs": CInputs,
     "gallop_probe": CProbe,
     "gallop_derived": CDerived,
+    "gallop_derived_chain": CDerivedChain,
 }
 """The structures of gallop.h and their mirrors."""
 

@@ -11,6 +11,7 @@ from typing import Any
 
 from gallop_fmu.engine.ctypes_structs import (
     CDerived,
+    CDerivedChain,
     CInputs,
     CProbe,
     CReport,
@@ -88,6 +89,7 @@ def _load() -> c.CDLL:
         "gallop_model_create": (c.c_int, (c.POINTER(CScene), c.POINTER(pointer), report)),
         "gallop_model_free": (None, (pointer,)),
         "gallop_model_derived": (c.c_int, (pointer, c.POINTER(CDerived))),
+        "gallop_chain_derived": (c.c_int, (pointer, c.c_int32, c.POINTER(CDerivedChain))),
         "gallop_model_nodes": (c.c_int, (pointer, doubles)),
         "gallop_state_size": (c.c_size_t, (pointer,)),
         "gallop_saved_size": (c.c_size_t, (pointer,)),

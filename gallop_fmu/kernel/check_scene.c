@@ -290,6 +290,9 @@ static int check_chain(const gallop_scene *s, const gallop_chain *c, gallop_repo
         return report_invalid(report, "number of elements", c->elements, 2.0);
     if (!(c->sag > 0.0) && !(c->horizontal_tension > 0.0))
         return report_invalid(report, "sag or horizontal tension", c->sag, 0.0);
+    if (s->settings.strung && c->sag > 0.0 && c->horizontal_tension > 0.0)
+        return report_invalid(report, "sag of a strung span, which has a horizontal tension",
+                              c->sag, 0.0);
     return check_agreement(c, &s->cross_section[c->cross_section], s->settings.gravity, chord,
                            report);
 }

@@ -84,7 +84,8 @@ static int repeat_with(gallop_cosim *c, double *input, gallop_report *report)
         copy_state_to_work(c);
         const int outcome = gallop_rewind(model, c->span.work, NEWTON_FACTOR);
         if (outcome) {
-            *report = (gallop_report){.outcome = outcome, .element = -1, .time = c->run.time};
+            *report = (gallop_report){
+                .outcome = outcome, .element = -1, .device = -1, .time = c->run.time};
             report->value = report->limit = NAN;
             return outcome;
         }

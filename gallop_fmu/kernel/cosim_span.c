@@ -29,7 +29,7 @@ void cosim_span_drop(gallop_cosim *c)
 gallop_cosim_status cosim_span_build(gallop_cosim *c, cosim_span *span)
 {
     const gallop_scene scene = resource_scene(&c->parameters);
-    gallop_report report = {.element = -1};
+    gallop_report report = {.element = -1, .device = -1};
     memset(span, 0, sizeof *span);
     const int outcome = gallop_model_create(&scene, &span->model, &report);
     if (outcome) return cosim_fail_with_report(c, "the parameters do not make a span", &report);

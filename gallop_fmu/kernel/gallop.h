@@ -67,13 +67,15 @@ typedef enum {
 
 /* Result of a call in detail, with the work since the start of the state. */
 typedef struct {
-    int32_t outcome;   /* a gallop_outcome */
-    int32_t element;   /* where the failure occurred; -1: at no single element */
-    double time;       /* of the failure; after success, of the state [s] */
-    double value;      /* the value that is out of range, in its unit; 0 or NaN: none */
-    double limit;      /* the bound that it exceeds */
-    const char *field; /* the number of an invalid scene or the argument of a bad call; a constant
-                          text; NULL: none */
+    int32_t outcome; /* a gallop_outcome */
+    int32_t element; /* where the failure occurred; -1: at no single element */
+    int32_t device;  /* the device that has no equilibrium; -1: no single device */
+    int32_t reserved;
+    double time;           /* of the failure; after success, of the state [s] */
+    double value;          /* the value that is out of range, in its unit; 0 or NaN: none */
+    double limit;          /* the bound that it exceeds */
+    const char *field;     /* the number of an invalid scene, the argument of a bad call, or the
+                              quantity of the device; a constant text; NULL: none */
     double lowest_tension; /* of all elements [N]; NaN without a state */
     double largest_turn;   /* rotation of a node about x1 within one sub-step [rad] */
     int64_t steps;         /* completed steps */
@@ -116,10 +118,20 @@ typedef struct {
     double support_stiffness[2][2]; /* of the devices there, along x1 and x3; 0: rigid [N/m] */
     double translation_damping[2], twist_damping[2]; /* first chain: Rayleigh b1 [1/s], b2 [s] */
     double imbalance; /* largest nodal force that balances an initial state of which both sag and
-                         tension were given [N]; else the residual of the equilibrium */
+                         tension were given [N]; else the residual of the equilibrium, of a
+                         strung line also at its junctions */
     int32_t parts;    /* active terms, gallop_part flags */
     int32_t reserved;
 } gallop_derived;
+
+/* Numbers that a model derives for a chain, in the initial equilibrium. */
+typedef struct {
+    double sag;                /* [m] below the chord at mid-span */
+    double horizontal_tension; /* [N] at the first end */
+    double length;             /* [m] along the conductor */
+    double end_force[2][3];    /* of the chain on its first and its second end, along x1, x2, x3,
+                                  its weight included [N] */
+} gallop_derived_chain;
 
 typedef struct gallop_model gallop_model;
 typedef struct gallop_state gallop_state;
@@ -252,6 +264,16 @@ GALLOP_API void gallop_model_free(gallop_model *model);
  * @return         GALLOP_COMPLETED; GALLOP_BAD_CALL
  */
 GALLOP_API int gallop_model_derived(const gallop_model *model, gallop_derived *derived);
+
+/* Numbers that the model derives for one chain.
+ *
+ * @param model    Model
+ * @param chain    Index of the chain
+ * @param derived  Output
+ * @return         GALLOP_COMPLETED; GALLOP_BAD_CALL
+ */
+GALLOP_API int gallop_chain_derived(const gallop_model *model, int32_t chain,
+                                    gallop_derived_chain *derived);
 
 /* Positions of the nodes in the initial equilibrium.
  *

@@ -146,6 +146,8 @@ static const entry entries[] = {
     STRUCTURE(gallop_report),
     FIELD(gallop_report, outcome),
     FIELD(gallop_report, element),
+    FIELD(gallop_report, device),
+    FIELD(gallop_report, reserved),
     FIELD(gallop_report, time),
     FIELD(gallop_report, value),
     FIELD(gallop_report, limit),
@@ -186,6 +188,12 @@ static const entry entries[] = {
     FIELD(gallop_derived, imbalance),
     FIELD(gallop_derived, parts),
     FIELD(gallop_derived, reserved),
+
+    STRUCTURE(gallop_derived_chain),
+    FIELD(gallop_derived_chain, sag),
+    FIELD(gallop_derived_chain, horizontal_tension),
+    FIELD(gallop_derived_chain, length),
+    FIELD(gallop_derived_chain, end_force),
 };
 /* clang-format on */
 

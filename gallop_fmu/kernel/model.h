@@ -87,6 +87,7 @@ typedef struct {
     double target_sag, target_tension;      /* 0: not given */
     double parameter;                       /* of its catenary, H / w [m] */
     double sag, horizontal_tension, length; /* of the initial equilibrium */
+    double end_force[2][3];                 /* of the chain on its ends there, along x1 x2 x3 [N] */
     geometry *geometry;                     /* (elements) */
     double *x;                              /* (nodes, 3) initial positions */
     double *normal; /* (nodes, 2) n2 of the section's plane, along x1 and x2 */
@@ -100,7 +101,8 @@ typedef struct {
     bool body;              /* no chain ends here, and no station lies here */
     const law *motion[3];   /* NULL: at rest */
     int node;               /* the end node of the first chain that ends here, or its own */
-    double static_force[3]; /* of the support on the chains, in equilibrium [N] */
+    double static_force[3]; /* of the support on the chains, in equilibrium [N]; of a strung line,
+                               of the springs in the strung state */
 } junction;
 
 /* Node `follower` is the same point as node `leader`. */

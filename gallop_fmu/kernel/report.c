@@ -11,12 +11,24 @@ int report_failure(gallop_report *report, int outcome, int element, double time,
     if (report) {
         report->outcome = outcome;
         report->element = element;
+        report->device = -1;
         report->time = time;
         report->value = value;
         report->limit = limit;
         report->field = NULL;
     }
     return outcome;
+}
+
+int report_device(gallop_report *report, int device, double time, const char *field, double value,
+                  double limit)
+{
+    report_failure(report, GALLOP_EQUILIBRIUM_NOT_FOUND, -1, time, value, limit);
+    if (report) {
+        report->device = device;
+        report->field = field;
+    }
+    return GALLOP_EQUILIBRIUM_NOT_FOUND;
 }
 
 int report_completed(gallop_report *report, double time)
@@ -41,6 +53,6 @@ int report_refused(gallop_report *report, const char *field, double value, doubl
 bool report_start(gallop_report *report, double time)
 {
     if (!base_pointer_usable(report, WORD)) return false;
-    *report = (gallop_report){.element = -1, .time = time, .lowest_tension = NAN};
+    *report = (gallop_report){.element = -1, .device = -1, .time = time, .lowest_tension = NAN};
     return true;
 }

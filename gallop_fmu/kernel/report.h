@@ -9,6 +9,10 @@
 int report_failure(gallop_report *report, int outcome, int element, double time, double value,
                    double limit);
 
+/* A device has no equilibrium: because of this quantity of it, a constant text. */
+int report_device(gallop_report *report, int device, double time, const char *field, double value,
+                  double limit);
+
 /* Success; failures on the way to it are forgotten. */
 int report_completed(gallop_report *report, double time);
 

@@ -109,13 +109,9 @@ static void tension_from_horizontal(gallop_model *m, chain *c, double horizontal
 static int iterate_reference(gallop_model *m, const state_view *at, gallop_report *report)
 {
     conditions calm = at->stage[0];
-    conditions_at(m, 0.0, NULL, &calm);
-    for (int f = 0; f < m->field_count; f++) calm.wind[f] = 0.0;
-    for (int i = 0; i < 3 * m->junction_count; i++) calm.position[i] = 0.0;
-    calm.load_factor = 0.0;
-    calm.taut = true;
+    statics_calm(m, &calm);
     for (int round = 0; round < MAX_REFERENCE_ROUNDS; round++) {
-        statics_weights(m, true, m->constant_force);
+        statics_weights(m, 0.0, m->constant_force);
         memset(at->u, 0, 4 * (size_t)m->nodes * sizeof(double));
         const int outcome = statics_newton(m, 0.0, &calm, SOLVER_JUNCTIONS_FIXED, at, report);
         if (outcome) return outcome;
@@ -124,46 +120,6 @@ static int iterate_reference(gallop_model *m, const state_view *at, gallop_repor
         if (moved < SETTLED * statics_shortest_span(m)) break;
     }
     return GALLOP_COMPLETED;
-}
-
-/* int N'^T T0 X' dS: what the constant forces have to balance in the initial state */
-static void internal_forces(const gallop_model *m, double *force)
-{
-    memset(force, 0, 4 * (size_t)m->nodes * sizeof(double));
-    for (int k = 0; k < m->chain_count; k++) {
-        const chain *c = &m->chain[k];
-        double *of_chain = force + 4 * c->first_node;
-        for (int e = 0; e < c->elements; e++)
-            for (int q = 0; q < 2; q++)
-                for (int n = 0; n < 3; n++) {
-                    const geometry *g = &c->geometry[e];
-                    const double w = g->stiffness_weight[q] * g->shape_slope[q][n] * g->tension[q];
-                    for (int i = 0; i < 3; i++) of_chain[8 * e + 4 * n + i] += w * g->slope[q][i];
-                }
-    }
-}
-
-/* Depth of the mesh below the middle of the chord. */
-static double mesh_sag(const gallop_model *m, const chain *c)
-{
-    const double *origin = m->junction[c->junction[0]].position;
-    const double wanted = origin[0] + 0.5 * c->span;
-    int e = 0;
-    while (e < c->elements - 1 && c->x[6 * e + 6] < wanted) e++;
-    const double *x = c->x + 6 * e;
-    double low = -1.0, high = 1.0;
-    for (int i = 0; i < BISECTIONS; i++) {
-        const double xi = 0.5 * (low + high);
-        const double at =
-            0.5 * xi * (xi - 1.0) * x[0] + (1.0 - xi * xi) * x[3] + 0.5 * xi * (xi + 1.0) * x[6];
-        if (at < wanted)
-            low = xi;
-        else
-            high = xi;
-    }
-    const double xi = 0.5 * (low + high);
-    return origin[1] + 0.5 * c->rise -
-           (0.5 * xi * (xi - 1.0) * x[1] + (1.0 - xi * xi) * x[4] + 0.5 * xi * (xi + 1.0) * x[7]);
 }
 
 /* The catenary's parameter for the target of a chain. */
@@ -179,11 +135,6 @@ static double first_parameter(const chain *c)
     return parameter;
 }
 
-static bool is_held(const chain *c)
-{
-    return c->target_sag > 0.0 && c->target_tension > 0.0;
-}
-
 #define MAX_TARGET_ROUNDS 12
 #define TARGET_MET 1e-12
 #define TARGET_NEARLY_MET 1e-9 /* good enough after half of the rounds */
@@ -191,7 +142,7 @@ static bool is_held(const chain *c)
 /* The factor by which the mesh of a chain is away from its target; 1: met. */
 static double miss_ratio(const gallop_model *m, const chain *c, const double *force)
 {
-    return c->target_sag > 0.0 ? mesh_sag(m, c) / c->target_sag
+    return c->target_sag > 0.0 ? statics_mesh_sag(m, c) / c->target_sag
                                : c->target_tension / fabs(force[4 * c->first_node]);
 }
 
@@ -220,7 +171,7 @@ static int solve_for_targets(gallop_model *m, const state_view *at, gallop_repor
         }
         const int outcome = iterate_reference(m, at, report);
         if (outcome) return outcome;
-        internal_forces(m, at->residual);
+        statics_internal_forces(m, at->residual);
         double largest = 0.0;
         for (int i = 0; i < m->chain_count; i++) {
             const double miss = improve_parameter(m, &m->chain[i], at->residual);
@@ -283,69 +234,6 @@ static void place_loads(gallop_model *m)
     }
 }
 
-/* Sag, tension and length of a chain, and the normals of its sections. */
-static void derive_chain(const gallop_model *m, chain *c, const double *weight)
-{
-    const int first = 4 * c->first_node;
-    c->sag = mesh_sag(m, c);
-    c->horizontal_tension =
-        is_held(c) ? c->target_tension : fabs(m->constant_force[first] - weight[first]);
-    c->length = 0.0;
-    for (int e = 0; e < c->elements; e++) {
-        const double *part = c->geometry[e].inertia_weight;
-        c->length += part[0] + part[1] + part[2];
-    }
-    element_normals_at_nodes(c);
-}
-
-/* Forces of the supports: what the chains need beyond their weight at their ends. */
-static void derive_support_forces(gallop_model *m, const double *weight)
-{
-    for (int i = 0; i < m->junction_count; i++)
-        for (int k = 0; k < 3; k++) m->junction[i].static_force[k] = 0.0;
-    for (int i = 0; i < m->chain_count; i++)
-        for (int end = 0; end < 2; end++)
-            for (int k = 0; k < 3; k++) {
-                const chain *c = &m->chain[i];
-                const int n = 4 * (c->first_node + (end ? c->nodes - 1 : 0)) + k;
-                m->junction[c->junction[end]].static_force[k] += m->constant_force[n] - weight[n];
-            }
-    for (int end = 0; end < 2; end++)
-        for (int k = 0; k < 3; k++)
-            m->derived.support_force[end][k] =
-                -m->junction[end ? m->junction_count - 1 : 0].static_force[k];
-}
-
-/* The largest force that no equilibrium balances: it is held as a constant force. */
-static double imbalance(const gallop_model *m, const double *weight)
-{
-    double largest = 0.0;
-    for (int i = 0; i < m->chain_count; i++) {
-        const chain *c = &m->chain[i];
-        const int first = 4 * c->first_node, last = first + 4 * (c->nodes - 1);
-        for (int n = first + 4; n < last; n++)
-            largest = fmax(largest, fabs(m->constant_force[n] - weight[n]));
-    }
-    for (int i = 0; i < m->junction_count; i++)
-        for (int k = 0; k < 3; k++)
-            if (!m->junction[i].fixed[k] && !device_holds(m, i, k))
-                largest = fmax(largest, fabs(m->junction[i].static_force[k]));
-    return largest;
-}
-
-/* At junctions that devices hold, nothing but the weight is constant: the devices balance it. */
-static void release_junctions(gallop_model *m, const double *weight)
-{
-    for (int i = 0; i < m->chain_count; i++)
-        for (int k = 0; k < m->chain[i].kept_corners; k++) {
-            const kept_corner *at = &m->chain[i].kept[k];
-            const int node = 4 * (m->chain[i].first_node + 2 * at->corner);
-            for (int n = 0; n < 4; n++)
-                if (!m->junction[at->junction].fixed[n])
-                    m->constant_force[node + n] = weight[node + n];
-        }
-}
-
 /* Stations are where the strung chains put them. */
 static void place_stations(gallop_model *m)
 {
@@ -357,21 +245,6 @@ static void place_stations(gallop_model *m)
         }
 }
 
-/* What follows from the equilibrium. */
-static void derive(gallop_model *m, const state_view *at)
-{
-    gallop_derived *d = &m->derived;
-    statics_weights(m, false, at->residual);
-    internal_forces(m, m->constant_force);
-    if (m->scene.settings.strung) release_junctions(m, at->residual);
-    for (int i = 0; i < m->chain_count; i++) derive_chain(m, &m->chain[i], at->residual);
-    derive_support_forces(m, at->residual);
-    d->imbalance = imbalance(m, at->residual);
-    d->sag = m->chain[0].sag;
-    d->horizontal_tension = m->chain[0].horizontal_tension;
-    d->length = m->chain[0].length;
-}
-
 int statics_initial(gallop_model *m, gallop_report *report)
 {
     gallop_state *work = calloc(1, m->state_size); /* still within create */
@@ -379,7 +252,7 @@ int statics_initial(gallop_model *m, gallop_report *report)
         return report_failure(report, GALLOP_OUT_OF_MEMORY, -1, 0.0, (double)m->state_size, 0.0);
     const state_view at = state_view_of(m, work);
     int outcome = GALLOP_COMPLETED;
-    if (is_held(&m->chain[0]))
+    if (statics_is_held(&m->chain[0]))
         for (int i = 0; i < m->chain_count; i++) {
             chain *c = &m->chain[i];
             place_on_parabola(c, m->junction[c->junction[0]].position);
@@ -393,7 +266,7 @@ int statics_initial(gallop_model *m, gallop_report *report)
         if (m->scene.settings.strung) outcome = statics_load(m, &at, report);
     }
     if (!outcome) {
-        derive(m, &at);
+        statics_derive(m, &at);
         place_loads(m);
     }
     free(work);

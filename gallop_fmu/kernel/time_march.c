@@ -274,16 +274,23 @@ int gallop_equilibrium(const gallop_model *model, gallop_state *state, double ti
 
 void time_add_seed(const gallop_model *model, double *u)
 {
-    const gallop_scene *s = &model->scene;
+    static const bool nothing_fixed[4] = {false};
+    const gallop_settings *s = &model->scene.settings;
+    const double seed[4] = {0.0, s->seed_vertical, s->seed_horizontal, s->seed_twist};
     for (int i = 0; i < model->chain_count; i++) {
         const chain *c = &model->chain[i];
-        const double start = model->junction[c->junction[0]].position[0];
+        const junction *left = &model->junction[c->junction[0]];
+        const junction *right = &model->junction[c->junction[1]];
+        const double start = left->position[0] + left->moved[0];
+        const double span = c->span + right->moved[0] - left->moved[0];
+        const kept_corner *kept = c->kept + 1; /* of the nodes from n on */
         for (int n = 1; n <= c->nodes - 2; n++) {
-            const double shape = sin(PI * (c->x[3 * n] - start) / c->span);
+            const double shape = sin(PI * (c->x[3 * n] - start) / span);
+            const bool *fixed =
+                n == 2 * kept->corner ? model->junction[kept++->junction].fixed : nothing_fixed;
             double *node = u + 4 * (c->first_node + n);
-            node[1] += s->settings.seed_vertical * shape;
-            node[2] += s->settings.seed_horizontal * shape;
-            node[3] += s->settings.seed_twist * shape;
+            for (int k = 1; k < 4; k++)
+                if (!fixed[k]) node[k] += seed[k] * shape;
         }
     }
 }

@@ -83,6 +83,7 @@ FUNCTIONS = {
         *("k", "c", "m", "element", "out"),
     ),
     "gallop_model_derived": ("model", "values"),
+    "gallop_chain_derived": ("model", "element", "values"),
     "gallop_model_nodes": ("model", "values"),
     "gallop_sections": ("model", "values", "out", "more"),
     "gallop_strain_points": ("model", "out", "more", "most"),
@@ -275,6 +276,13 @@ def test_a_probe_that_does_not_exist_is_refused(span, name):
     assert span.run(**wrong) == BAD_CALL
     assert (span.report.field.decode(), span.report.value) == (field, value)
     assert (span.records == UNTOUCHED).all()
+
+
+@pytest.mark.parametrize("chain", [-1, 1, 2**31 - 1])
+def test_a_chain_that_does_not_exist_is_refused(span, chain):
+    function = FUNCTIONS["gallop_chain_derived"]
+    assert span.call("gallop_chain_derived", function, {"element": c.c_int32(chain)}) == BAD_CALL
+    assert (span.values == UNTOUCHED).all()
 
 
 def test_a_number_of_probes_below_zero_is_refused(span):
