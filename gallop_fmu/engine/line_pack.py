@@ -221,7 +221,13 @@ class _LinePacker:
         number = 1 if tower == 0 else tower
         span, side = self.scene.section.spans[number - 1], 1.0 if tower == 0 else -1.0
         rise = side * span.height_difference
-        x, y = clamp_of_end_string(span.length, rise, self._parameter(number), held.length)
+        x, y = clamp_of_end_string(
+            span.length,
+            rise,
+            self._parameter(number),
+            held.length,
+            held.weight / self.scene.strung_weight(number),
+        )
         return side * x, y
 
     def _parameter(self, span: int) -> float:

@@ -8,6 +8,10 @@ from __future__ import annotations
 
 import math
 
+_ROUNDS = 60
+_SETTLED = 1e-15
+"""Change of an angle [rad] in a round; each round reduces it by about length over span."""
+
 
 def lowest_point(span: float, rise: float, c: float) -> float:
     """Distance a [m] of the lowest point from the left end; `c` is H/w [m]."""
@@ -22,8 +26,14 @@ def point_at_fraction(span: float, rise: float, c: float, fraction: float) -> tu
     return x, _height(x, a, c)
 
 
-def clamp_of_end_string(span: float, rise: float, c: float, length: float) -> tuple[float, float]:
-    """Point x, y [m] of a catenary at a straight distance from its left end.
+def clamp_of_end_string(
+    span: float, rise: float, c: float, length: float, weight: float
+) -> tuple[float, float]:
+    """Clamp x, y [m], from the tower's point, of a dead-end string at the left end of a span.
+
+    The string is a straight bar that is in equilibrium with the strung conductor: about the tower's
+    point the moments of the tension, of the conductor's weight and of its own weight W vanish,
+    ``tan(angle below the horizontal) = (V + W/2) / H``. V is the vertical pull of the conductor.
 
     For a string at the right end, mirror the span: its rise is the negative one, and x is counted
     to the left.
@@ -31,22 +41,22 @@ def clamp_of_end_string(span: float, rise: float, c: float, length: float) -> tu
     Parameters
     ----------
     span, rise
-        Horizontal distance of the ends, and height of the far end above the near one [m].
+        Horizontal distance and height of the far attachment from the tower's point [m].
     c
-        Horizontal tension over weight per unit length [m].
+        Horizontal tension over weight per unit length of the conductor [m].
     length
         Length of the string [m], less than the span.
+    weight
+        Weight of the string over that of the conductor per unit length [m].
     """
-    a = lowest_point(span, rise, c)
-    low, high = 0.0, min(length, span)
-    middle = 0.5 * (low + high)
-    while low < middle < high:  # the distance increases with x
-        if math.hypot(middle, _height(middle, a, c)) < length:
-            low = middle
-        else:
-            high = middle
-        middle = 0.5 * (low + high)
-    return middle, _height(middle, a, c)
+    angle = 0.0
+    for _ in range(_ROUNDS):
+        x, y = length * math.cos(angle), -length * math.sin(angle)
+        pull = c * math.sinh(lowest_point(span - x, rise - y, c) / c)
+        before, angle = angle, math.atan((pull + 0.5 * weight) / c)
+        if abs(angle - before) < _SETTLED:
+            break
+    return length * math.cos(angle), -length * math.sin(angle)
 
 
 def _height(x: float, a: float, c: float) -> float:

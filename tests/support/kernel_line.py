@@ -27,6 +27,7 @@ from gallop_fmu.engine.ctypes_structs import (
 from gallop_fmu.engine.library import kernel
 from gallop_fmu.engine.model import Model
 from gallop_fmu.engine.pack import double_pointer, unpacked
+from gallop_fmu.engine.strung_state import clamp_of_end_string
 from gallop_fmu.foundation.outcome import SimulationError
 
 STRING, PULL, LEAN_ALONG, LEAN_ACROSS = 2, 3, 4, 5
@@ -95,20 +96,10 @@ class KernelLine:
         return np.column_stack([x, y, np.zeros(len(x))])
 
     def end_clamp(self, string, length, rise):
-        """Offset of an end string's clamp from its tower, away along the span and down.
-
-        The string is in equilibrium with the strung conductor.
-        """
+        """Clamp of an end string in the strung state, from its tower along x1 and up."""
         weight = self.conductor["mass"] * self.gravity
-        parameter, angle = self.tension / weight, 0.0
-        for _ in range(60):
-            span = length - string.length * math.cos(angle)
-            height = rise + string.length * math.sin(angle)
-            half = 0.5 * span / parameter
-            low = 0.5 * span - parameter * math.asinh(height / (2.0 * parameter * math.sinh(half)))
-            pull = self.tension * math.sinh(low / parameter)
-            angle = math.atan2(pull + 0.5 * string.weight, self.tension)
-        return string.length * math.cos(angle), string.length * math.sin(angle)
+        parameter = self.tension / weight
+        return clamp_of_end_string(length, rise, parameter, string.length, string.weight / weight)
 
     def clamps(self):
         """Positions of the junctions in the strung state, and towers' points from there."""
@@ -273,4 +264,4 @@ class LineTablesModel(Model):
         count = len(self.tables["device"])
         probes = np.zeros(count, dtype=np.dtype(CProbe))
         probes["object"], probes["index"], probes["channel"] = 4, np.arange(count), channel
-        return state._observe(probes)
+        return state.observe(probes)

@@ -89,7 +89,7 @@ def test_strings_of_a_single_conductor_fix_its_twist_unless_the_clamp_turns():
     assert packed.tables["device"][0].parameter[4] == 80.0
 
 
-def test_an_end_string_reaches_from_the_tower_to_the_catenary():
+def test_an_end_string_points_along_its_pull_at_the_tower():
     end = {"kind": "string", "length": 3.0, "weight": 500.0}
     scene = section(section={"right_end": end})
     packed = Packed(scene)
@@ -98,8 +98,8 @@ def test_an_end_string_reaches_from_the_tower_to_the_catenary():
     assert math.hypot(*to_tower) == pytest.approx(3.0)
     assert last.position[0] + to_tower[0] == pytest.approx(930.0)
     assert last.position[1] + to_tower[1] == pytest.approx(0.0, abs=1e-12)
-    slope = 280.0 * 1.628 * 9.81 / (2.0 * 25e3)  # of the parabola at its end
-    assert to_tower[1] / to_tower[0] == pytest.approx(slope, rel=0.02)
+    pull = 0.5 * 280.0 * 1.628 * 9.81 + 0.5 * 500.0  # down, with half of the string
+    assert to_tower[1] / to_tower[0] == pytest.approx(pull / 25e3, rel=0.02)
     assert "section.horizontal_tension" not in packed.places
 
 

@@ -37,11 +37,21 @@ def test_fractions_are_those_of_the_length(span, rise, c):
         assert part == pytest.approx(fraction * whole, rel=1e-12)
 
 
+@pytest.mark.parametrize("weight", [0.0, 60.0])
 @pytest.mark.parametrize(("span", "rise", "c"), SPANS)
-def test_a_clamp_is_on_the_catenary_at_the_length_of_its_string(span, rise, c):
-    x, y = clamp_of_end_string(span, rise, c, 3.0)
+def test_an_end_string_points_along_its_pull(span, rise, c, weight):
+    """The slope of the conductor at the clamp, by differences, and half of the string's weight."""
+    x, y = clamp_of_end_string(span, rise, c, 3.0, weight)
     assert math.hypot(x, y) == pytest.approx(3.0, rel=1e-14)
-    assert y == pytest.approx(height(x, span, rise, c), abs=1e-9)
+    step = 1e-4
+    slope = height(step, span - x, rise - y, c) / step
+    assert -y / x == pytest.approx(0.5 * weight / c - slope, abs=1e-6)  # 2e-7 seen
+
+
+def test_a_steep_end_string_leads_up_to_its_clamp():
+    x, y = clamp_of_end_string(120.0, 60.0, 2000.0, 3.0, 10.0)
+    assert x > 0.0
+    assert y > 1.0
 
 
 def test_the_lowest_point_of_a_level_span_is_its_middle():
