@@ -31,6 +31,13 @@ int report_device(gallop_report *report, int device, double time, const char *fi
     return GALLOP_EQUILIBRIUM_NOT_FOUND;
 }
 
+int report_unstable(gallop_report *report, int element, double time)
+{
+    report_failure(report, GALLOP_EQUILIBRIUM_NOT_FOUND, element, time, NAN, NAN);
+    if (report) report->field = "it would be unstable there";
+    return GALLOP_EQUILIBRIUM_NOT_FOUND;
+}
+
 int report_completed(gallop_report *report, double time)
 {
     return report_failure(report, GALLOP_COMPLETED, -1, time, 0.0, 0.0);

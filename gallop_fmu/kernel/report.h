@@ -13,6 +13,9 @@ int report_failure(gallop_report *report, int outcome, int element, double time,
 int report_device(gallop_report *report, int device, double time, const char *field, double value,
                   double limit);
 
+/* An equilibrium is unstable, most of all at an element. */
+int report_unstable(gallop_report *report, int element, double time);
+
 /* Success; failures on the way to it are forgotten. */
 int report_completed(gallop_report *report, double time);
 

@@ -42,72 +42,139 @@ static double correction_scale(const gallop_model *m, const double *correction, 
     return scale;
 }
 
-/* Bars that swing have no stiffness across them before they are under pull, and a negative one in
- * compression.  There the tangent gets a multiple of the mass [1/s^2], as in a backward step in
- * time: so the iteration goes down to a stable equilibrium. */
+/* A strung line may have no stiffness where it starts: bars across them before they are under pull;
+ * and a negative one on its way.  There the tangent gets a multiple of the mass [1/s^2], as in a
+ * backward step in time: so the iteration goes down to a stable equilibrium. */
 #define FIRST_MASS 1.0
-#define MORE_MASS 100.0
+#define MORE_MASS 4.0
 #define LARGEST_MASS 1e8
+#define MAX_MASS_ITERATIONS 30
 
-static bool has_bars(const gallop_model *m)
-{
-    for (int i = 0; i < m->device_count; i++)
-        if (m->device[i].reach > 0.0) return true;
-    return false;
-}
+/* Newton-Raphson at rest. */
+typedef struct {
+    const gallop_model *m;
+    const conditions *now;
+    const state_view *at;
+    solver_junctions junctions;
+    bool strung;
+    double mass; /* multiple of it in the tangent */
+    double size; /* of the last correction, and */
+    double before;
+    int with_mass; /* iterations that needed mass */
+    monitor seen;
+} rest_search;
 
-/* Factors the stiffness with as much of `mass` as makes it positive. */
-static bool factor_stiffness(const gallop_model *m, const conditions *now,
-                             solver_junctions junctions, const state_view *at, double *mass)
+/* Takes the tangent, with as much mass as makes it positive. */
+static bool factor_stiffness(rest_search *s)
 {
-    const motion y = {at->u, at->v0, at->v0};
-    const bool bars = junctions == SOLVER_JUNCTIONS_AS_IN_SCENE && has_bars(m);
-    while (!solver_factor(m, now, at, y, (tangent_weights){1.0, 0.0, *mass}, junctions)) {
-        *mass = *mass > 0.0 ? MORE_MASS * *mass : FIRST_MASS;
-        if (!bars || *mass > LARGEST_MASS) return false;
+    const motion y = {s->at->u, s->at->v0, s->at->v0};
+    while (!solver_factor(s->m, s->now, s->at, y, (tangent_weights){1.0, 0.0, s->mass},
+                          s->junctions)) {
+        s->mass = s->mass > 0.0 ? MORE_MASS * s->mass : FIRST_MASS;
+        if (!s->strung || s->mass > LARGEST_MASS) return false;
     }
     return true;
+}
+
+/* The next correction of u. */
+static bool correct(rest_search *s, double t)
+{
+    const state_view *at = s->at;
+    const motion y = {at->u, at->v0, at->v0};
+    element_monitor_start(&s->seen);
+    if (s->junctions == SOLVER_JUNCTIONS_FIXED) /* the single spans, without devices */
+        element_sum_residual(s->m, t, s->now, &at->sections, y, true, at->residual, &s->seen);
+    else
+        system_residual(s->m, t, s->now, at, y, true, at->residual, &s->seen);
+    if (!factor_stiffness(s)) return false;
+    solver_solve(s->m, at, s->junctions, at->residual);
+    s->size = time_correction_size(s->m, at->residual);
+    if (!isfinite(s->size)) return false;
+    const double scale = correction_scale(s->m, at->residual, s->size);
+    for (int i = 0; i < 4 * s->m->nodes; i++) at->u[i] -= scale * at->residual[i];
+    return true;
+}
+
+/* Quadratic convergence ends in round-off: accept when it no longer improves. */
+static bool has_converged(const rest_search *s, double tolerance)
+{
+    const double given = s->m->scene.settings.newton_tolerance;
+    return s->mass == 0.0 &&
+           (s->size < tolerance || (s->size < 10.0 * given && s->size > 0.5 * s->before));
+}
+
+#define INVERSE_ITERATIONS 8
+
+/* The element that moves farthest in the softest mode of the tangent that was factored last; -1: a
+ * body does. */
+static int softest_element(const rest_search *s)
+{
+    const gallop_model *m = s->m;
+    double *mode = s->at->residual;
+    const chain *last = &m->chain[m->chain_count - 1];
+    int farthest = 0;
+    for (int i = 0; i < 4 * m->nodes; i++) mode[i] = 1.0;
+    for (int k = 0; k < INVERSE_ITERATIONS; k++) {
+        solver_solve(m, s->at, s->junctions, mode);
+        const double largest = time_correction_size(m, mode);
+        for (int i = 0; i < 4 * m->nodes; i++) mode[i] /= largest;
+    }
+    for (int i = 0; i < 4 * m->nodes; i++)
+        if (fabs(mode[i]) > fabs(mode[farthest])) farthest = i;
+    const int node = farthest / 4;
+    if (node >= last->first_node + last->nodes) return -1;
+    const chain *c = model_chain_of_node(m, node);
+    const int e = (node - c->first_node) / 2;
+    return c->first_element + (e < c->elements ? e : c->elements - 1);
+}
+
+/* The bar that is pushed most explains why no equilibrium was found; else the place that is soft.
+ */
+static int explain(const rest_search *s, double t, double tolerance, gallop_report *report)
+{
+    const motion y = {s->at->u, s->at->v0, s->at->v0};
+    int worst = -1;
+    double lowest = 0.0;
+    for (int i = 0; i < s->m->device_count && s->strung; i++) {
+        if (!(s->m->device[i].reach > 0.0)) continue;
+        const double pull = device_value(s->m, i, s->now, y, GALLOP_PULL);
+        if (!(pull < lowest)) continue;
+        lowest = pull;
+        worst = i;
+    }
+    if (worst >= 0) return report_device(report, worst, t, "pull of a string [N]", lowest, 0.0);
+    if (s->mass > 0.0 && s->mass <= LARGEST_MASS)
+        return report_unstable(report, softest_element(s), t);
+    return report_failure(report, GALLOP_EQUILIBRIUM_NOT_FOUND, s->seen.slack_element, t, s->size,
+                          tolerance);
 }
 
 /* Returns 0, or an outcome with u as it was. */
 int statics_newton(const gallop_model *m, double t, const conditions *now,
                    solver_junctions junctions, const state_view *at, gallop_report *report)
 {
-    const size_t values = 4 * (size_t)m->nodes;
+    const size_t bytes = 4 * (size_t)m->nodes * sizeof(double);
     const double tolerance = STATIC_TOLERANCE * m->scene.settings.newton_tolerance;
-    const motion y = {at->u, at->v0, at->v0};
-    const bool bars = junctions == SOLVER_JUNCTIONS_AS_IN_SCENE && has_bars(m);
-    double size = 0.0, before = INFINITY, mass = bars ? FIRST_MASS : 0.0;
-    monitor seen = {0};
-    memcpy(at->u0, at->u, values * sizeof(double));
-    memset(at->v0, 0, values * sizeof(double));
+    const bool strung = m->scene.settings.strung && junctions == SOLVER_JUNCTIONS_AS_IN_SCENE;
+    rest_search s = {.m = m, .now = now, .at = at, .junctions = junctions, .strung = strung};
+    s.mass = strung ? FIRST_MASS : 0.0;
+    s.before = INFINITY;
+    memcpy(at->u0, at->u, bytes);
+    memset(at->v0, 0, bytes);
     for (int iteration = 0; iteration < MAX_STATIC_ITERATIONS; iteration++) {
-        element_monitor_start(&seen);
-        if (junctions == SOLVER_JUNCTIONS_FIXED) /* the single spans, without devices */
-            element_sum_residual(m, t, now, &at->sections, y, true, at->residual, &seen);
-        else
-            system_residual(m, t, now, at, y, true, at->residual, &seen);
-        if (!factor_stiffness(m, now, junctions, at, &mass)) break;
-        solver_solve(m, at, junctions, at->residual);
-        size = time_correction_size(m, at->residual);
-        if (!isfinite(size)) break;
-        const double scale = correction_scale(m, at->residual, size);
-        for (size_t i = 0; i < values; i++) at->u[i] -= scale * at->residual[i];
-        /* quadratic convergence ends in round-off: accept when it no longer improves */
-        if (mass > 0.0)
-            size = INFINITY;
-        else if (size < tolerance ||
-                 (size < 10.0 * m->scene.settings.newton_tolerance && size > 0.5 * before)) {
-            if (!(seen.worst_excess > 0.0)) return GALLOP_COMPLETED;
-            memcpy(at->u, at->u0, values * sizeof(double));
-            return time_angle_failure(m, seen.angle_element, seen.worst_angle, t, report);
+        if (!correct(&s, t)) break;
+        if (has_converged(&s, tolerance)) {
+            if (!(s.seen.worst_excess > 0.0)) return GALLOP_COMPLETED;
+            memcpy(at->u, at->u0, bytes);
+            return time_angle_failure(m, s.seen.angle_element, s.seen.worst_angle, t, report);
         }
-        before = size;
-        mass = mass > FIRST_MASS ? mass / MORE_MASS : 0.0;
+        s.before = s.mass > 0.0 ? INFINITY : s.size;
+        if (s.mass > 0.0 && ++s.with_mass > MAX_MASS_ITERATIONS) break;
+        s.mass = s.mass > FIRST_MASS ? s.mass / MORE_MASS : 0.0;
     }
-    memcpy(at->u, at->u0, values * sizeof(double));
-    return report_failure(report, GALLOP_EQUILIBRIUM_NOT_FOUND, seen.slack_element, t, size,
-                          tolerance);
+    const int outcome = explain(&s, t, tolerance, report);
+    memcpy(at->u, at->u0, bytes);
+    return outcome;
 }
 
 /* [m] for the derivative of the residual along a displacement of the ends */
@@ -167,27 +234,6 @@ static int check_bars(const gallop_model *m, double t, const conditions *now, co
     return GALLOP_COMPLETED;
 }
 
-/* Where no equilibrium was found beyond a state, the bar that is in compression there is the
- * reason. */
-static int no_equilibrium(const gallop_model *m, double t, const conditions *now,
-                          const state_view *at, int outcome, gallop_report *report)
-{
-    const motion y = {at->u, at->v0, at->v0};
-    int worst = -1;
-    double lowest = 0.0;
-    if (report->device >= 0) return outcome;
-    memset(at->v0, 0, 4 * (size_t)m->nodes * sizeof(double));
-    for (int i = 0; i < m->device_count; i++) {
-        if (!(m->device[i].reach > 0.0)) continue;
-        const double pull = device_value(m, i, now, y, GALLOP_PULL);
-        if (!(pull < lowest)) continue;
-        lowest = pull;
-        worst = i;
-    }
-    if (worst < 0) return outcome;
-    return report_device(report, worst, t, "pull of a string [N]", lowest, 0.0);
-}
-
 #define MIN_LOAD_STEP (1.0 / 1024.0)
 
 int statics_in_steps(const gallop_model *m, double t, const state_view *at, static_load *load,
@@ -209,7 +255,7 @@ int statics_in_steps(const gallop_model *m, double t, const state_view *at, stat
         memcpy(at->u, at->first, values * sizeof(double));
         if (outcome != GALLOP_EQUILIBRIUM_NOT_FOUND) return outcome;
         step *= 0.5;
-        if (step < MIN_LOAD_STEP) return no_equilibrium(m, t, &load->now, at, outcome, report);
+        if (step < MIN_LOAD_STEP) return outcome;
     }
     return report_completed(report, t); /* without the load steps that failed on the way */
 }

@@ -1,7 +1,7 @@
 /* From the strung state to the initial equilibrium of a line.
  *
- * The strung state is held at its junctions.  In one load path the ice and the devices get their
- * weight, the temperature changes, and the junctions are released.  The tension follows
+ * The junctions are released, the devices get their weight; then ice and change of temperature grow
+ * in steps where one step does not lead to an equilibrium.  The tension follows
  * N = EA (L / L0 - 1), of which EA + N is proportional to the length L: so it becomes the reference
  * of the next round, until nothing moves any more. */
 #include "statics.h"
@@ -122,8 +122,7 @@ typedef struct {
     static_load load;
     gallop_model *model;
     double heated; /* part of the change of temperature that the reference has */
-    double *held;  /* (nodes, 4) forces that hold the strung state at its junctions */
-} release;
+} ice_and_heat;
 
 void statics_add_spring_forces(const gallop_model *m, double *force)
 {
@@ -132,16 +131,14 @@ void statics_add_spring_forces(const gallop_model *m, double *force)
             force[4 * m->junction[j].node + k] += m->junction[j].static_force[k];
 }
 
-/* What no spring holds is released. */
-static void apply_release(static_load *load, double part, const state_view *at)
+static void apply_ice_and_heat(static_load *load, double part, const state_view *at)
 {
-    release *own = (release *)load;
+    ice_and_heat *own = (ice_and_heat *)load;
     gallop_model *m = own->model;
     (void)at;
     heat(m, own->heated, part);
     own->heated = part;
     statics_weights(m, part, m->constant_force);
-    for (int n = 0; n < 4 * m->nodes; n++) m->constant_force[n] += (1.0 - part) * own->held[n];
     statics_add_spring_forces(m, m->constant_force);
 }
 
@@ -155,26 +152,20 @@ void statics_calm(const gallop_model *m, conditions *now)
     now->taut = true;
 }
 
-/* The forces that hold the strung state, in which springs carry the pull of the chains for ever. */
-static void hold(release *own, const state_view *at)
+/* Springs carry for ever what holds the strung state at their junctions. */
+static void prestress_springs(gallop_model *m, const conditions *now, const state_view *at)
 {
-    gallop_model *m = own->model;
     const motion rest = {at->v0, at->v0, at->v0};
     monitor seen;
     element_monitor_start(&seen);
     memset(at->v0, 0, 4 * (size_t)m->nodes * sizeof(double));
     statics_weights(m, 0.0, m->constant_force);
-    system_residual(m, 0.0, &own->load.now, at, rest, false, own->held, &seen);
+    system_residual(m, 0.0, now, at, rest, false, at->residual, &seen);
     for (int i = 0; i < m->device_count; i++) {
         const device *d = &m->device[i];
         junction *j = &m->junction[d->junction[0]];
-        if (!d->kind->prestressed) continue;
-        for (int k = 0; k < 3; k++) {
-            if (j->fixed[k]) continue;
-            double *force = own->held + 4 * j->node + k;
-            j->static_force[k] += *force;
-            *force = 0.0;
-        }
+        for (int k = 0; k < 3 && d->kind->prestressed; k++)
+            if (!j->fixed[k]) j->static_force[k] = at->residual[4 * j->node + k];
     }
 }
 
@@ -232,10 +223,9 @@ static int check_tension(const gallop_model *m, const conditions *now, const sta
 
 int statics_load(gallop_model *m, const state_view *at, gallop_report *report)
 {
-    const size_t values = 4 * (size_t)m->nodes;
-    release own = {{apply_release, at->stage[0]}, m, 0.0, at->first + values};
+    ice_and_heat own = {{apply_ice_and_heat, at->stage[0]}, m, 0.0};
     statics_calm(m, &own.load.now);
-    hold(&own, at);
+    prestress_springs(m, &own.load.now, at);
     int outcome = statics_in_steps(m, 0.0, at, &own.load, report);
     if (!outcome) outcome = settle(m, &own.load.now, at, report);
     return outcome ? outcome : check_tension(m, &own.load.now, at, report);
