@@ -205,6 +205,23 @@ class LineMap:
             for tower in range(self.spans + 1)
         )
 
+    def place_of(self, element: int | None, device: int | None) -> str | None:
+        """An element or a device at a tower, in words; None in a span without numbers."""
+        if len(self.chains) == 1:
+            return None
+        phases = self.phases > 1
+        for tower in self.towers:
+            if device is not None and device in tower.devices:
+                return f"at tower {tower.tower}" + (f", phase {tower.phase}" if phases else "")
+        for chain in self.chains:
+            if element is None or not 0 <= element - chain.first_element < chain.elements:
+                continue
+            place = f"in span {chain.span}" + (f", phase {chain.phase}" if phases else "")
+            if self.subconductors > 1:
+                place += f", subconductor {chain.subconductor}"
+            return f"{place}, element {element - chain.first_element + 1} of {chain.elements}"
+        return None
+
     @cached_property
     def node_of_junction(self) -> NDArray[np.intp]:
         """A node of each junction; of several chains that meet there, that of the first one."""

@@ -83,7 +83,7 @@ class Model(CompiledModel):
         packed.scene.settings.laws_only = not inputs
         self._handle: c.c_void_p | None = None
         if kernel.gallop_model_create(c.byref(packed.scene), c.byref(handle), c.byref(raw)):
-            raise SimulationError(unpacked(raw))
+            raise SimulationError(unpacked(raw, packed.map))
         self._handle = handle
         self.scene = scene
         self.map = packed.map

@@ -14,12 +14,14 @@ from gallop_fmu.scene.supports import RigidSupport, Support
 __all__ = ["NONE", "Packed", "Place", "double_pointer", "unpacked"]
 
 
-def unpacked(raw: CReport) -> Report:
-    """The report of a call, as Python has it."""
+def unpacked(raw: CReport, parts: LineMap | None = None) -> Report:
+    """The report of a call, as Python has it; `parts` name the place of a failure in a line."""
+    element = None if raw.element < 0 else raw.element
+    device = None if raw.device < 0 else raw.device
     return Report(
         outcome=Outcome.from_code(raw.outcome),
         time=raw.time,
-        element=None if raw.element < 0 else raw.element,
+        element=element,
         value=raw.value,
         limit=raw.limit,
         field=raw.field.decode() if raw.field else None,
@@ -31,6 +33,8 @@ def unpacked(raw: CReport) -> Report:
         refactorisations=raw.refactorisations,
         halvings=raw.halvings,
         rejections=raw.rejections,
+        device=device,
+        place=None if parts is None else parts.place_of(element, device),
     )
 
 

@@ -13,6 +13,7 @@ from numpy.typing import ArrayLike, NDArray
 from gallop_fmu.engine.ctypes_structs import CProbe, CReport
 from gallop_fmu.engine.inputs import InputLayout, Inputs, inputs_pointer
 from gallop_fmu.engine.library import kernel
+from gallop_fmu.engine.line_map import LineMap
 from gallop_fmu.engine.pack import double_pointer, unpacked
 from gallop_fmu.engine.probes import Probes, junction_probes, node_probes, span_probes
 from gallop_fmu.foundation.argument_checks import indices, number, whole
@@ -46,7 +47,7 @@ def insist(outcome: int) -> None:
 
 
 class CompiledModel:
-    """What a state needs of its model: the kernel's model, and its sizes."""
+    """What a state needs of its model: the kernel's model, its sizes, and the map of a line."""
 
     nodes: int
     junctions: int
@@ -55,6 +56,7 @@ class CompiledModel:
     _handle: c.c_void_p | None
     _takes_inputs: bool
     _input_layout: InputLayout
+    map: LineMap
 
     @property
     def handle(self) -> c.c_void_p:
@@ -123,7 +125,7 @@ class State:
         raw = CReport()
         with self._alone:
             code = function(self.model.handle, self._pointer, *arguments, c.byref(raw))
-        report = unpacked(raw)
+        report = unpacked(raw, self.model.map)
         if code:
             raise SimulationError(report)
         return report
@@ -242,7 +244,7 @@ class State:
                 self.model.handle, self._pointer, first, records, every, *_counted(probes),
                 double_pointer(values), c.byref(done), c.byref(raw),
             )  # fmt: skip
-        report = unpacked(raw)
+        report = unpacked(raw, self.model.map)
         if report.outcome is Outcome.BAD_CALL:
             raise SimulationError(report)
         return values[: done.value], report

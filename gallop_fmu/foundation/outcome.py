@@ -113,7 +113,8 @@ class Report:
         attack angle is given within the turn centred on the curve's range: below the limit, the
         lower end was exceeded.
     field
-        Name of the number of an invalid scene, or of the argument of an invalid call.
+        Name of the number of an invalid scene, of the argument of an invalid call, or of the
+        quantity of the device.
     lowest_tension
         Lowest tension [N] at any Gauss point since the start.
     largest_turn
@@ -121,6 +122,10 @@ class Report:
         tolerance, which limits it.
     steps, substeps, iterations, refactorisations, halvings, rejections
         Counts since the start.
+    device
+        0-based device of the kernel that has no equilibrium; None if it concerns no single device.
+    place
+        Place of the failure in a line, in words.
     """
 
     outcome: Outcome
@@ -137,6 +142,8 @@ class Report:
     refactorisations: int = 0
     halvings: int = 0
     rejections: int = 0
+    device: int | None = None
+    place: str | None = None
 
     @property
     def step_too_long(self) -> bool:
@@ -184,11 +191,9 @@ class Report:
     def __str__(self) -> str:
         if self.outcome is Outcome.COMPLETED:
             return f"completed at {self.time:g} s"
-        place = (
-            ""
-            if self.element is None
-            else f" in element {self.element + 1} (counted from the left)"
-        )
+        place = "" if self.place is None else f" {self.place}"
+        if self.place is None and self.element is not None:
+            place = f" in element {self.element + 1} (counted from the left)"
         cure = f" What to do: {self.outcome.cure}." if self.outcome.cure else ""
         return f"At {self.time:.6g} s{place} {self.outcome.sentence}{self._detail}.{cure}"
 

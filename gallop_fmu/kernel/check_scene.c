@@ -252,11 +252,17 @@ static int check_junction(const gallop_scene *s, const gallop_junction *j, gallo
     return outcome;
 }
 
-/* A sag and a tension that are both given agree with m g L^2 / 8H, along the chord. */
-static int check_agreement(const gallop_chain *c, const gallop_cross_section *section,
-                           double gravity, const double chord[2], gallop_report *report)
+/* A sag and a tension that are both given agree with m g L^2 / 8H, along the chord; a strung state
+ * has one of them. */
+static int check_agreement(const gallop_scene *s, const gallop_chain *c, const double chord[2],
+                           gallop_report *report)
 {
+    const gallop_cross_section *section = &s->cross_section[c->cross_section];
+    const double gravity = s->settings.gravity;
     if (!(c->sag > 0.0 && c->horizontal_tension > 0.0)) return GALLOP_COMPLETED;
+    if (s->settings.strung)
+        return report_invalid(report, "sag of a strung span, which has a horizontal tension",
+                              c->sag, 0.0);
     const double mass = section->mass + section->ice_mass;
     const double parabola =
         mass * gravity * chord[0] * hypot(chord[0], chord[1]) / (8.0 * c->horizontal_tension);
@@ -290,11 +296,7 @@ static int check_chain(const gallop_scene *s, const gallop_chain *c, gallop_repo
         return report_invalid(report, "number of elements", c->elements, 2.0);
     if (!(c->sag > 0.0) && !(c->horizontal_tension > 0.0))
         return report_invalid(report, "sag or horizontal tension", c->sag, 0.0);
-    if (s->settings.strung && c->sag > 0.0 && c->horizontal_tension > 0.0)
-        return report_invalid(report, "sag of a strung span, which has a horizontal tension",
-                              c->sag, 0.0);
-    return check_agreement(c, &s->cross_section[c->cross_section], s->settings.gravity, chord,
-                           report);
+    return check_agreement(s, c, chord, report);
 }
 
 /* What is common to all kinds; device.c checks the rest. */

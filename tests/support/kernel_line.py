@@ -6,7 +6,6 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-import gallop_fmu as gf
 from gallop_fmu.engine.ctypes_structs import (
     CChain,
     CCrossSection,
@@ -18,17 +17,14 @@ from gallop_fmu.engine.ctypes_structs import (
     CJunction,
     CLaw,
     CProbe,
-    CReport,
-    CScene,
     CSettings,
     CStation,
     Three,
 )
 from gallop_fmu.engine.library import kernel
-from gallop_fmu.engine.model import Model
-from gallop_fmu.engine.pack import double_pointer, unpacked
 from gallop_fmu.engine.strung_state import clamp_of_end_string
-from gallop_fmu.foundation.outcome import SimulationError
+from gallop_fmu.engine.tables import Tables, double_pointer
+from tests.support.line_models import LineModel
 
 STRING, PULL, LEAN_ALONG, LEAN_ACROSS = 2, 3, 4, 5
 DRAKE = {
@@ -189,11 +185,13 @@ class KernelLine:
         return LineTablesModel(self, shift, changes)
 
 
-class LineTablesModel(Model):
-    """A model of tables."""
+class KernelTables(Tables):
+    """The tables of a line, as `Packed` has them."""
 
     def __init__(self, line, shift, changes):
-        tables, numbers = line.tables(shift)
+        super().__init__()
+        tables, self.numbers = line.tables(shift)
+        self.tables |= tables
         settings = {
             "gravity": line.gravity,
             "air_density": 1.2,
@@ -204,29 +202,18 @@ class LineTablesModel(Model):
             "strung": 1,
             "spectral_radius": 0.8,
         }
-        scene = CScene(settings=CSettings(**(settings | changes)))
-        self.tables, arrays = tables, []
-        for name, items in tables.items():
-            if not items:
-                continue
-            array = (type(items[0]) * len(items))(*items)
-            arrays.append(array)
-            setattr(scene, f"{name}_count", len(items))
-            setattr(scene, name, array)
-        numbers = np.array(numbers)
-        scene.number_count, scene.number = len(numbers), double_pointer(numbers)
-        raw, handle = CReport(), c.c_void_p()
-        self._handle = None
-        if kernel.gallop_model_create(c.byref(scene), c.byref(handle), c.byref(raw)):
-            error = SimulationError(unpacked(raw))
-            error.device = raw.device
-            raise error
-        self._handle, self.scene, self._takes_inputs = handle, gf.load_scene("example3"), True
-        self.elements = sum(chain.elements for chain in tables["chain"])
-        self.nodes = 2 * self.elements + len(tables["chain"])
-        self.junctions = len(tables["junction"])
-        self.state_size = int(kernel.gallop_state_size(handle))
-        self.saved_size = int(kernel.gallop_saved_size(handle))
+        self.add("settings", CSettings(**(settings | changes)))
+        self.scene = self.c_scene()
+        self.device_junctions = tuple((d.junction[0],) for d in self.tables["device"])
+
+
+class LineTablesModel(LineModel):
+    """A model of tables; it has no scene."""
+
+    def __init__(self, line, shift, changes):
+        packed = KernelTables(line, shift, changes)
+        self.tables = packed.tables
+        super().__init__(None, packed)
 
     def chain(self, index):
         """gallop_derived_chain of a chain."""

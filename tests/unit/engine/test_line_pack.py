@@ -208,3 +208,26 @@ def test_the_map_of_one_span_is_that_of_a_line_of_one_span():
     assert mapped.chain(1).middle == mapped.elements
     assert [tower.kind for tower in mapped.towers] == ["springs", "springs"]
     assert [tower.devices for tower in mapped.towers] == [(0,), (1,)]
+
+
+def test_a_failure_is_placed_by_the_parts_of_the_line():
+    parts = Packed(
+        section(
+            bundle={"subconductors": 2, "spacing": 0.4},
+            phases=[{"name": "a"}, {"name": "b", "offset": [0.0, 8.0]}],
+        )
+    ).map
+    chain = parts.chain(2, 1, 2)
+    assert parts.place_of(chain.first_element + 3, None) == (
+        f"in span 2, phase 1, subconductor 2, element 4 of {chain.elements}"
+    )
+    assert parts.place_of(None, parts.tower(2, 2).devices[0]) == "at tower 2, phase 2"
+    assert parts.place_of(None, None) is None
+    assert Packed(gf.load_scene("example1")).map.place_of(3, None) is None
+
+
+def test_a_tower_where_the_conductor_pulls_up_is_named():
+    spans = [{"length": 300.0}, {"length": 300.0, "height_difference": -60.0}]
+    spans.append({"length": 300.0, "height_difference": 60.0})
+    with pytest.raises(gf.SimulationError, match=r"at tower 2 no static .* pull of a string \[N\]"):
+        Model(section(section={"spans": spans}))

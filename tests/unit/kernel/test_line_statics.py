@@ -100,7 +100,7 @@ def test_a_string_that_would_be_pushed_up_is_named(string):
     with pytest.raises(SimulationError, match=r"pull of a string \[N\]") as caught:
         of.model()
     assert caught.value.report.outcome is Outcome.EQUILIBRIUM_NOT_FOUND
-    assert caught.value.device == string
+    assert caught.value.report.device == string
     assert caught.value.report.value < 0.0
 
 
