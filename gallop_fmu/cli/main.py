@@ -25,6 +25,7 @@ from gallop_fmu.cli.terminal import (
     Version,
     check_output,
     chosen_scene,
+    chosen_spec,
     complain,
     complain_of,
     echo_json,
@@ -211,17 +212,32 @@ def export(
             ),
         ),
     ] = None,
+    wind: Annotated[
+        Literal["line", "span"],
+        typer.Option(help="Of a line: one input for the wind speed, or one for each span."),
+    ] = "line",
+    stations: Annotated[
+        str | None,
+        typer.Option(
+            metavar="NUMBERS",
+            help=(
+                "Places in each span with outputs, besides its middle: fractions of the span,"
+                " separated by commas."
+            ),
+        ),
+    ] = None,
     as_json: AsJson = False,
 ) -> None:
-    """Write a scene as an FMI 2.0 co-simulation FMU."""
+    """Write a span or line as an FMI 2.0 co-simulation FMU."""
     from gallop_fmu.fmu import ExportError, export_fmu
     from gallop_fmu.foundation.errors import SceneError
 
     try:
         names = platforms.split(",") if platforms else None
-        chosen = chosen_scene(scene, changes)
+        chosen = chosen_spec(scene, changes).scene()
         complain_of(chosen)
-        path = export_fmu(chosen, out, runtime=runtime, platforms=names)
+        places = [real(text) for text in stations.split(",")] if stations else []
+        path = export_fmu(chosen, out, runtime=runtime, platforms=names, wind=wind, stations=places)
     except ExportError as problem:
         raise SceneError(str(problem)) from None
     size = path.stat().st_size

@@ -66,7 +66,10 @@ class Inputs:
 
     @classmethod
     def still(
-        cls, scene: Scene | LineScene, attack_angle: float | None = None, wind_speed: float = 0.0
+        cls,
+        scene: Scene | LineScene,
+        attack_angle: float | None = None,
+        wind_speed: float | Array = 0.0,
     ) -> Inputs:
         """Towers at rest, and no wind unless it is given; the ice at the scene's attack angle.
 
@@ -77,7 +80,7 @@ class Inputs:
         attack_angle
             Another attack angle [rad]; None: the scene's, of a line that of its first span.
         wind_speed
-            Steady wind [m/s].
+            Steady wind [m/s], of all spans or of each.
         """
         ice, towers = scene.ice, 2
         if isinstance(scene, LineScene):

@@ -4,15 +4,15 @@ from __future__ import annotations
 
 import hashlib
 import uuid
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from xml.etree.ElementTree import Element, SubElement, indent, tostring
 
 from gallop_fmu.fmu.sources import units_to_compile
 from gallop_fmu.fmu.units import BASE_UNITS, DISPLAY_UNITS
 from gallop_fmu.fmu.variable import Variable
-from gallop_fmu.fmu.variables import fmu_variables
 from gallop_fmu.foundation.version import program, version
+from gallop_fmu.scene.line_scene import LineScene
 from gallop_fmu.scene.scene import Scene
 
 SCENE_FILE = "scene.toml"
@@ -24,14 +24,26 @@ LOG_CATEGORIES = {
 }
 
 SEMANTICS = (
-    "The inputs of the host replace the scene's wind, attack angle and support motion; concentrated"
-    " loads keep their laws of time. wind_speed and attack_angle hold their values over a"
-    " communication step, or change at the rate that the host gives where it can; the tower points"
-    " move linearly to their new places, which they reach at its end. A communication step is"
-    " carried out in equal steps no longer than numerics.time_step, or in steps that keep"
+    "The inputs of the host replace the scene's wind, attack angle and {motion} motion;"
+    " concentrated loads keep their laws of time. wind_speed and attack_angle hold their values"
+    " over a communication step, or change at the rate that the host gives where it can; the"
+    " {points} move linearly to their new places, which they reach at its end. A communication step"
+    " is carried out in equal steps no longer than numerics.time_step, or in steps that keep"
     " numerics.tolerance where it is given. Outputs do not react to inputs before the next step,"
     " except while initialising."
 )
+LINE_SEMANTICS = (
+    "Spans, phases and stations count from 1, towers from 0 (left end) to the number of spans"
+    " (right end). tower[1].f1 to f3 are the force of conductors and strings on the tower, static"
+    " force included."
+)
+
+
+def _semantics(scene: Scene | LineScene) -> list[str]:
+    """How the FMU behaves, in words."""
+    if isinstance(scene, LineScene):
+        return [SEMANTICS.format(motion="tower", points="towers"), LINE_SEMANTICS]
+    return [SEMANTICS.format(motion="support", points="tower points")]
 
 
 @dataclass(frozen=True, slots=True)
@@ -57,18 +69,28 @@ class Identity:
         return f"{{{uuid.UUID(self.content[:32])}}}"
 
 
-def identify(scene_text: str, version: str, runtime: str) -> Identity:
-    """Return the identity of the FMU of a scene, given as its TOML text."""
-    return Identity(hashlib.sha256("\0".join([runtime, version, scene_text]).encode()).hexdigest())
+def identify(scene_text: str, version: str, runtime: str, chosen: str = "") -> Identity:
+    """Return the identity of the FMU of a scene, given as its TOML text, and what is chosen."""
+    parts = [runtime, version, scene_text, *([chosen] if chosen else [])]
+    return Identity(hashlib.sha256("\0".join(parts).encode()).hexdigest())
 
 
-def model_description(scene: Scene, identity: Identity, *, native: bool, remarks: str) -> bytes:
+def model_description(
+    scene: Scene | LineScene,
+    variables: Sequence[Variable],
+    identity: Identity,
+    *,
+    native: bool,
+    remarks: str,
+) -> bytes:
     """Return the text of modelDescription.xml, the same for the same arguments.
 
     Parameters
     ----------
     scene
         The scene.
+    variables
+        Its variables.
     identity
         GUID and model identifier.
     native
@@ -76,13 +98,12 @@ def model_description(scene: Scene, identity: Identity, *, native: bool, remarks
     remarks
         Further remarks for the host; may be empty.
     """
-    variables = fmu_variables(scene)
     root = Element(
         "fmiModelDescription",
         fmiVersion="2.0",
         modelName=" ".join(scene.title.split()),
         guid=identity.guid,
-        description=" ".join([*scene.description.split(), SEMANTICS, remarks]).strip(),
+        description=" ".join([*scene.description.split(), *_semantics(scene), remarks]).strip(),
         version=version(),
         generationTool=program(),
         variableNamingConvention="structured",

@@ -21,11 +21,13 @@ from gallop_fmu.engine.model import Model
 from gallop_fmu.fmu.cross_compile import PLATFORMS, CompilerError, cross_library
 from gallop_fmu.fmu.description import SCENE_FILE, Identity, identify, model_description
 from gallop_fmu.fmu.model_bin import MODEL_FILE, model_bin
+from gallop_fmu.fmu.ports import Ports, wind_speed_at_start
 from gallop_fmu.fmu.sources import kernel_sources
-from gallop_fmu.fmu.span_ports import wind_speed_at_start
+from gallop_fmu.fmu.variables import fmu_variables
 from gallop_fmu.foundation.atomic_write import check_target, write_whole
 from gallop_fmu.foundation.errors import SceneError
 from gallop_fmu.foundation.version import version
+from gallop_fmu.scene.line_scene import LineScene
 from gallop_fmu.scene.scene import Scene
 
 RUNTIMES = ("native", "python")
@@ -66,10 +68,13 @@ class ExportError(ValueError):
 
 
 def export_fmu(
-    scene: Scene,
+    scene: Scene | LineScene,
     path: str | os.PathLike[str],
     runtime: str = "native",
     platforms: Collection[str] | None = None,
+    *,
+    wind: str = "line",
+    stations: Collection[float] = (),
 ) -> Path:
     """Write a scene as an FMU for co-simulation, FMI 2.0.
 
@@ -89,6 +94,11 @@ def export_fmu(
         Platforms of the libraries in a native FMU, compiled here with the extra ``cross``:
         "linux64" (glibc 2.17 or later), "win64", "darwin64" (Intel and Apple silicon). None or
         empty: the installed library, for this one.
+    wind
+        Of a line: "line" for one wind speed, "span" for one of each span.
+    stations
+        Places in each span, besides its middle, of which the FMU has outputs: fractions of the
+        span, greater than 0 and less than 1.
 
     Returns
     -------
@@ -98,9 +108,8 @@ def export_fmu(
     Raises
     ------
     ExportError
-        Unknown run-time or platform, a scene of which half the span is to be computed, wrong
-        suffix, missing folder, the file cannot be written, or the kernel cannot be compiled for a
-        platform.
+        Unknown run-time, platform or kind of wind, a station outside of the span, wrong suffix,
+        missing folder, the file cannot be written, or the kernel cannot be compiled for a platform.
     SimulationError
         The scene has no initial equilibrium.
     """
@@ -118,31 +127,55 @@ def export_fmu(
         check_target(target, (".fmu",))
     except SceneError as problem:
         raise ExportError(str(problem)) from None
+    ports = _ports_of(scene, wind, stations)
     _require_start(scene)
-    _write(target, _native_files(scene, platforms) if runtime == "native" else _python_files(scene))
+    files = _native_files(scene, ports, platforms) if runtime == "native" else None
+    _write(target, files or _python_files(scene, ports))
     return target
 
 
-def _require_start(scene: Scene) -> None:
+def _ports_of(scene: Scene | LineScene, wind: str, stations: Collection[float]) -> Ports:
+    """Return what is chosen of inputs and outputs."""
+    if wind == "span" and not isinstance(scene, LineScene):
+        raise ExportError('wind = "span": the scene is one span; omit it, or export a line')
+    try:
+        return Ports(wind, tuple(stations))  # type: ignore[arg-type]  # it checks
+    except ValueError as problem:
+        raise ExportError(str(problem)) from None
+
+
+def _require_start(scene: Scene | LineScene) -> None:
     """Compute the initial state that the FMU has if its host sets nothing."""
-    at_start = Inputs.still(scene, wind_speed=wind_speed_at_start(scene))
+    at_start = Inputs.still(scene, wind_speed=wind_speed_at_start(scene.wind))
     Model(scene).start(0.0, at_start)
 
 
-def _native_files(scene: Scene, platforms: Collection[str] | None) -> dict[str, bytes]:
+def _native_files(
+    scene: Scene | LineScene, ports: Ports, platforms: Collection[str] | None
+) -> dict[str, bytes]:
     """Return the content of each file by its name in the archive."""
     text, release = scene.to_toml(), version()
-    identity = identify(text, release, "native")
-    files = {
-        "modelDescription.xml": model_description(scene, identity, native=True, remarks=""),
-        f"resources/{MODEL_FILE}": model_bin(scene, identity.guid, release),
-        f"resources/{SCENE_FILE}": text.encode(),
-    }
+    identity = identify(text, release, "native", ports.identity)
+    files = _common_files(scene, ports, identity, native=True, remarks="")
     for folder, suffix, library in _libraries(platforms):
         files[f"binaries/{folder}/{identity.model_identifier}{suffix}"] = library
     for name, source in kernel_sources().items():
         files[f"sources/{name}"] = source
     return files | _licences("gallop-fmu")
+
+
+def _common_files(
+    scene: Scene | LineScene, ports: Ports, identity: Identity, *, native: bool, remarks: str
+) -> dict[str, bytes]:
+    """Return the files that both run-times have."""
+    variables = fmu_variables(scene, ports)
+    return {
+        "modelDescription.xml": model_description(
+            scene, variables, identity, native=native, remarks=remarks
+        ),
+        f"resources/{MODEL_FILE}": model_bin(scene, identity.guid, version(), ports),
+        f"resources/{SCENE_FILE}": scene.to_toml().encode(),
+    }
 
 
 def _libraries(platforms: Collection[str] | None) -> Iterator[tuple[str, str, bytes]]:
@@ -162,24 +195,20 @@ def platform() -> str:
     return {"win32": "win64", "darwin": "darwin64"}.get(sys.platform, "linux64")
 
 
-def _python_files(scene: Scene) -> dict[str, bytes]:
+def _python_files(scene: Scene | LineScene, ports: Ports) -> dict[str, bytes]:
     """Return the content of each file by its name in the archive."""
     from gallop_fmu.fmu.slave import RUNTIME
 
     text, release = scene.to_toml(), version()
-    identity = identify(text, release, RUNTIME)
+    identity = identify(text, release, RUNTIME, ports.identity)
     name = identity.model_identifier
     remarks = (
         "After a refused value steps fail until it is set right. Needs a"
         f" Python with gallop-fmu {release} in the host (pythonfmu 0.7), and an unpacking path in"
         " plain ASCII."
     )
-    description = model_description(scene, identity, native=False, remarks=remarks)
     script = SLAVE_SCRIPT.format(version=release, name=name, content=identity.content)
-    files = {
-        "modelDescription.xml": description,
-        f"resources/{MODEL_FILE}": model_bin(scene, identity.guid, release),
-        f"resources/{SCENE_FILE}": text.encode(),
+    files = _common_files(scene, ports, identity, native=False, remarks=remarks) | {
         f"resources/{name}.py": script.encode(),
         "resources/slavemodule.txt": name.encode(),
         "resources/requirements.txt": f"gallop-fmu=={release}\n".encode(),

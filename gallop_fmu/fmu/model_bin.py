@@ -16,10 +16,13 @@ import numpy as np
 
 from gallop_fmu.engine.ctypes_structs import CProbe
 from gallop_fmu.engine.library import kernel
+from gallop_fmu.engine.line_map import LineMap
 from gallop_fmu.engine.pack import Packed
+from gallop_fmu.fmu.ports import Ports
 from gallop_fmu.fmu.variable import Origin, Term, Variable
 from gallop_fmu.fmu.variables import fmu_variables
 from gallop_fmu.foundation.outcome import Outcome
+from gallop_fmu.scene.line_scene import LineScene
 from gallop_fmu.scene.scene import Scene
 
 MODEL_FILE = "model.bin"
@@ -108,7 +111,9 @@ class Section(NamedTuple):
     content: bytes
 
 
-def model_bin(scene: Scene, guid: str, version: str) -> bytes:
+def model_bin(
+    scene: Scene | LineScene, guid: str, version: str, ports: Ports | None = None
+) -> bytes:
     """Return the content of ``resources/model.bin``.
 
     Parameters
@@ -119,6 +124,8 @@ def model_bin(scene: Scene, guid: str, version: str) -> bytes:
         GUID of the model description, which the library compares.
     version
         Version of this package.
+    ports
+        What is chosen of inputs and outputs; None: the usual.
     """
     packed = Packed(scene)
     identification = Identification(_text(guid, 48), _text(version, 16))
@@ -126,7 +133,8 @@ def model_bin(scene: Scene, guid: str, version: str) -> bytes:
         [
             _section(b"IDEN", [identification]),
             *_scene_sections(packed),
-            *_variable_sections(fmu_variables(scene), packed),
+            *_variable_sections(fmu_variables(scene, ports, packed), packed),
+            *_labels(packed.map),
             _section(b"OUTC", [_outcome_item(outcome) for outcome in Outcome]),
         ]
     )
@@ -172,6 +180,19 @@ def _scene_sections(packed: Packed) -> list[Section]:
     """Sections of the tables of a scene that have items."""
     tables = [_section(SECTION_IDS[name], items) for name, items in packed.tables.items() if items]
     return [*tables, Section(b"NUMB", 8, np.array(packed.numbers).tobytes())]
+
+
+def _labels(parts: LineMap) -> list[Section]:
+    """Names of the chains of a line, for messages; none for a single span."""
+    if len(parts.chains) == 1:
+        return []
+    labels = []
+    for chain in parts.chains:
+        text = f"span {chain.span}"
+        text += f", phase {chain.phase}" if parts.phases > 1 else ""
+        text += f", subconductor {chain.subconductor}" if parts.subconductors > 1 else ""
+        labels.append(LabelItem(_text(text, 48)))
+    return [_section(b"NAME", labels)]
 
 
 def _variable_sections(variables: Sequence[Variable], packed: Packed) -> list[Section]:

@@ -14,26 +14,31 @@ import math
 from collections.abc import Iterator
 from typing import Any
 
-import numpy as np
-
-from gallop_fmu.engine.probes import span_probes
+from gallop_fmu.fmu.ports import (
+    AXES,
+    INPUT,
+    OUTPUT,
+    WIND_SPEED,
+    Ports,
+    attack_angle_input,
+    common_outputs,
+    span_term,
+    wind_speed_at_start,
+)
 from gallop_fmu.fmu.variable import POINT, Origin, Target, TargetKind, Term
 from gallop_fmu.foundation.channels import NODE_CHANNELS, NODE_INDEX, SPAN_CHANNELS, SPAN_INDEX
 from gallop_fmu.scene.scene import Scene
 from gallop_fmu.scene.wind import MAX_WIND_SPEED
 
-AXES = ("x1", "x2", "x3")
 ENDS = ("left", "right")
 DIRECTIONS = ("along the span", "upwards", "across the span, downwind")
-
-
-def wind_speed_at_start(scene: Scene) -> float:
-    """Return the wind speed [m/s] of the scene at t = 0."""
-    return (
-        float(scene.wind.history.at(0.0))
-        if scene.wind.history is not None
-        else scene.wind.speed or 0.0
-    )
+MOTIONS = {
+    **{f"x{i}": f"u{i}" for i in (1, 2, 3)},
+    "theta": "theta",
+    **{f"v{i}": f"v{i}" for i in (1, 2, 3)},
+    "omega": "omega",
+}
+"""Motions of a place by their names in the FMU."""
 
 
 def typical_tension(scene: Scene) -> float:
@@ -47,106 +52,68 @@ def typical_tension(scene: Scene) -> float:
 
 def span_inputs(scene: Scene) -> Iterator[dict[str, Any]]:
     """Yield the attributes of each input."""
-    common = {
-        "origin": Origin.INPUT,
-        "causality": "input",
-        "variability": "continuous",
-        "initial": "",
-        "type": "Real",
-    }
-    yield common | {
+    yield INPUT | {
         "name": "wind_speed",
         "key": "wind_speed",
         "unit": "m/s",
-        "description": "wind speed across the span, held over a communication step",
-        "start": wind_speed_at_start(scene),
+        "description": f"{WIND_SPEED} the span, held over a communication step",
+        "start": wind_speed_at_start(scene.wind),
         "minimum": 0.0,
         "maximum": MAX_WIND_SPEED if scene.aerodynamics is not None else 0.0,
         "targets": (Target(TargetKind.WIND),),
     }
-    yield common | {
-        "name": "attack_angle",
-        "key": "attack_angle",
-        "unit": "rad",
-        "description": (
-            "initial attack angle of the wind on the ice; turns the ice, held over a communication"
-            " step"
-        ),
-        "start": math.radians(scene.ice.attack_angle_deg),
-        "minimum": -2.0 * math.pi,
-        "maximum": 2.0 * math.pi,
-        "targets": (Target(TargetKind.ATTACK_ANGLE),),
-    }
+    yield attack_angle_input(math.radians(scene.ice.attack_angle_deg))
     for junction, end in enumerate(ENDS):
-        for index, (axis, direction) in enumerate(zip(AXES, DIRECTIONS, strict=True)):
-            yield common | {
-                "name": f"support.{end}.{axis}",
-                "key": f"support.{end}.{axis}",
+        for axis, direction in enumerate(DIRECTIONS):
+            name = f"support.{end}.{AXES[axis]}"
+            yield INPUT | {
+                "name": name,
+                "key": name,
                 "unit": "m",
                 "description": (
                     f"displacement of the {end} tower point {direction}, reached at the end of a "
                     "communication step"
                 ),
                 "start": 0.0,
-                "targets": (Target(TargetKind.MOTION, junction, index),),
+                "targets": (Target(TargetKind.MOTION, junction, axis),),
             }
 
 
-def span_outputs(scene: Scene) -> Iterator[dict[str, Any]]:
-    """Yield the attributes of each output."""
-    common = {
-        "causality": "output",
-        "variability": "continuous",
-        "initial": "calculated",
-        "type": "Real",
-    }
-    whole = common | {"variability": "discrete", "type": "Integer", "unit": ""}
+def span_outputs(scene: Scene, ports: Ports) -> Iterator[dict[str, Any]]:
+    """Yield the attributes of each output; those of stations come last."""
     tension = typical_tension(scene)
-    at_midspan = {f"midspan.x{i}": f"u{i}" for i in (1, 2, 3)} | {"midspan.theta": "theta"}
-    at_midspan |= {f"midspan.v{i}": f"v{i}" for i in (1, 2, 3)} | {"midspan.omega": "omega"}
+    at_midspan = {f"midspan.{name}": key for name, key in MOTIONS.items()}
     at_midspan |= {"midspan.tension": "tension", "angle_of_attack": "angle_of_attack"}
     for name, key in at_midspan.items():
-        channel = NODE_CHANNELS[NODE_INDEX[key]]
-        yield common | {
-            "name": name,
-            "origin": Origin.SUM,
-            "terms": (Term(POINT, channel=NODE_INDEX[key], station=0.5),),
-            "key": key,
-            "unit": channel.unit,
-            "description": f"{channel.meaning}; at mid-span",
-            "nominal": tension if channel.unit == "N" else None,
-        }
+        yield _at(0.5, name, key, "mid-span", tension)
     for end in ENDS:
         for axis in (1, 2, 3):
             channel = SPAN_CHANNELS[SPAN_INDEX[f"{end}_f{axis}"]]
             remark = scene.supports.remark_on_force(end)
-            yield common | {
+            yield OUTPUT | {
                 "name": f"support.{end}.f{axis}",
                 "origin": Origin.SUM,
-                "terms": (_span_term(channel.name),),
+                "terms": (span_term(channel.name),),
                 "key": channel.name,
                 "unit": channel.unit,
                 "description": f"{channel.meaning}; {remark}" if remark else channel.meaning,
                 "nominal": tension,
             }
-    yield whole | {
-        "name": "status",
-        "origin": Origin.STATUS,
-        "key": "status",
-        "description": "0: OK; other values: number of the failure, see the log",
+    yield from common_outputs()
+    for number, station in enumerate(ports.stations, start=1):
+        for name, key in MOTIONS.items():
+            where = f"{station:g} of the span"
+            yield _at(station, f"station[{number}].{name}", key, where, tension)
+
+
+def _at(station: float, name: str, key: str, where: str, tension: float) -> dict[str, Any]:
+    channel = NODE_CHANNELS[NODE_INDEX[key]]
+    return OUTPUT | {
+        "name": name,
+        "origin": Origin.SUM,
+        "terms": (Term(POINT, channel=NODE_INDEX[key], station=station),),
+        "key": key,
+        "unit": channel.unit,
+        "description": f"{channel.meaning}; at {where}",
+        "nominal": tension if channel.unit == "N" else None,
     }
-    for name in ("newton_iterations", "substeps"):
-        meaning = SPAN_CHANNELS[SPAN_INDEX[name]].meaning
-        yield whole | {
-            "name": name,
-            "origin": Origin.SUM,
-            "terms": (_span_term(name),),
-            "key": name,
-            "description": meaning,
-        }
-
-
-def _span_term(name: str) -> Term:
-    """A span channel, of a scene with two junctions."""
-    [probe] = span_probes(np.array([SPAN_INDEX[name]], dtype=np.int32), 2)
-    return Term(int(probe["object"]), int(probe["index"]), int(probe["channel"]))

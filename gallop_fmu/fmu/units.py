@@ -21,6 +21,10 @@ BASE_UNITS: dict[str, dict[str, float]] = {
     "N": {"kg": 1, "m": 1, "s": -2},
     "N m": {"kg": 1, "m": 2, "s": -2},
     "N/m": {"kg": 1, "s": -2},
+    "N s/m": {"kg": 1, "s": -1},
+    "N m/rad": {"kg": 1, "m": 2, "s": -2, "rad": -1},
+    "N m s/rad": {"kg": 1, "m": 2, "s": -1, "rad": -1},
+    "1/K": {"K": -1},
     "N m2/rad": {"kg": 1, "m": 3, "s": -2, "rad": -1},
 }
 """Exponents by unit; a value in SI is `factor` times the value in the unit."""

@@ -1,8 +1,10 @@
 """The table of the FMU's variables, for model description, run-time, documentation and tests.
 
-`gallop_fmu.fmu.span_ports` has the inputs and outputs. Every number of the scene that the host's
-inputs do not replace is a fixed parameter under its dotted path, except those of ``run``, which the
-host decides. In names, the index of a load is in brackets, as FMI demands: ``loads[0].torque``.
+`gallop_fmu.fmu.span_ports` and `gallop_fmu.fmu.line_ports` have the inputs and outputs. Every
+number of the scene that the host's inputs do not replace is a fixed parameter under its dotted
+path, except those of ``run``, which the host decides, and numbers of a line on which its mesh or
+the place of a junction depends, such as ``section.spans[0].length``. In names, indices of the
+scene's lists are in brackets, as FMI demands, and count from 0: ``loads[0].torque``.
 """
 
 from __future__ import annotations
@@ -11,29 +13,86 @@ import re
 from collections.abc import Iterator
 from typing import Any, get_args
 
+from gallop_fmu.engine.ctypes_structs import CCrossSection
+from gallop_fmu.engine.pack import Packed
+from gallop_fmu.fmu.line_ports import line_inputs, line_outputs
+from gallop_fmu.fmu.ports import Ports
 from gallop_fmu.fmu.span_ports import span_inputs, span_outputs
 from gallop_fmu.fmu.variable import Origin, Variable
+from gallop_fmu.scene.devices import Damper
 from gallop_fmu.scene.fields import WholeNumber
+from gallop_fmu.scene.line_scene import LineScene
 from gallop_fmu.scene.scene import Scene
+from gallop_fmu.scene.suspensions import EndString
 
 REPLACED_BY_INPUTS = re.compile(
     r"wind\.(speed|history)\b|ice\.attack_angle_deg$|supports\.\w+\.motion\.|run\."
 )
-"""Paths of a scene that are not parameters, because the host sets them or does not use them."""
+"""Paths of a span that are not parameters, because the host sets them or does not use them."""
+
+REPLACED_IN_A_LINE = re.compile(r"wind\.(speed|history)\b|section\..*\.motion\.|run\.")
+"""The same of a line, but for the attack angle of the ice on the first span."""
+
+WEIGHT = re.compile(r"conductor\.mass_per_length|section\.(gravity|horizontal_tension)")
+ICE_WEIGHT = re.compile(r"(.*\.)?ice\.mass_per_length")
+"""Paths on which the strung shape depends; the second if the line is strung with ice."""
 
 
-def fmu_variables(scene: Scene) -> tuple[Variable, ...]:
+def fmu_variables(
+    scene: Scene | LineScene, ports: Ports | None = None, packed: Packed | None = None
+) -> tuple[Variable, ...]:
     """Return all variables of a scene's FMU.
 
-    Inputs and outputs come first and have the same references in every FMU.
+    Inputs and outputs come first; of a single span they have the same references in every FMU,
+    but for stations, which follow.
+
+    Parameters
+    ----------
+    scene
+        The scene.
+    ports
+        What is chosen; None: the usual.
+    packed
+        The scene's tables, if the caller has them.
     """
-    variables: list[Variable] = []
-    for settings in (*span_inputs(scene), *span_outputs(scene), *_parameters(scene)):
-        variables.append(Variable(reference=len(variables), **settings))
-    return tuple(variables)
+    ports = ports or Ports()
+    found: list[dict[str, Any]]
+    if isinstance(scene, LineScene):
+        packed = packed or Packed(scene)
+        found = [*line_inputs(scene, ports, packed), *line_outputs(scene, ports, packed)]
+        paths = _paths_of_line(scene, packed)
+    else:
+        found = [*span_inputs(scene), *span_outputs(scene, ports)]
+        paths = {path for path in scene.numbers() if not REPLACED_BY_INPUTS.match(path)}
+    found += _parameters(scene, paths)
+    return tuple(Variable(reference=number, **one) for number, one in enumerate(found))
 
 
-def variable_table(scene: Scene) -> list[dict[str, str]]:
+def _paths_of_line(scene: LineScene, packed: Packed) -> set[str]:
+    """Paths of the numbers on which neither the mesh nor the place of a junction depends."""
+    ends = (scene.section.left_end, scene.section.right_end)
+    has_shape = any(isinstance(end, EndString) for end in ends) or any(
+        isinstance(device, Damper) and device.hanging_mass is not None for device in scene.devices
+    )
+    replaced = (
+        "cross_section",
+        0,
+        CCrossSection.attack_angle.offset,
+    )
+    paths = set()
+    for path in scene.numbers():
+        places = packed.places.get(path, [])
+        fixed = has_shape and (
+            WEIGHT.fullmatch(path) or (scene.section.strung_with_ice and ICE_WEIGHT.fullmatch(path))
+        )
+        if not places or fixed or REPLACED_IN_A_LINE.match(path):
+            continue
+        if not any(place[:3] == replaced for place in places):
+            paths.add(path)
+    return paths
+
+
+def variable_table(scene: Scene | LineScene, ports: Ports | None = None) -> list[dict[str, str]]:
     """Return rows for documentation, as text: name, causality, type, unit, start, description."""
     return [
         {
@@ -44,13 +103,13 @@ def variable_table(scene: Scene) -> list[dict[str, str]]:
             "start": "" if variable.start is None else f"{variable.start:.6g}",
             "description": variable.description,
         }
-        for variable in fmu_variables(scene)
+        for variable in fmu_variables(scene, ports)
     ]
 
 
-def _parameters(scene: Scene) -> Iterator[dict[str, Any]]:
+def _parameters(scene: Scene | LineScene, paths: set[str]) -> Iterator[dict[str, Any]]:
     for path, (value, unit, meaning) in scene.numbers().items():
-        if REPLACED_BY_INPUTS.match(path):
+        if path not in paths:
             continue
         whole, bounds = _declared(scene, path)
         yield {
@@ -80,7 +139,7 @@ def _exclusive(bounds: dict[str, float]) -> str:
     return f"; must be {remarks}" if remarks else ""
 
 
-def _declared(scene: Scene, path: str) -> tuple[bool, dict[str, float]]:
+def _declared(scene: Scene | LineScene, path: str) -> tuple[bool, dict[str, float]]:
     """Return True if the field at a path is a whole number; and its bounds by kind (gt, ...)."""
     *parents, name = path.split(".")
     section: Any = scene

@@ -1,0 +1,128 @@
+"""Inputs and outputs that the FMU of a span and the FMU of a line share, and what can be chosen."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import Any, Literal
+
+import numpy as np
+
+from gallop_fmu.engine.probes import span_probes
+from gallop_fmu.fmu.variable import Origin, Target, TargetKind, Term
+from gallop_fmu.foundation.channels import SPAN_CHANNELS, SPAN_INDEX
+from gallop_fmu.scene.wind import Wind
+
+AXES = ("x1", "x2", "x3")
+
+INPUT: dict[str, Any] = {
+    "origin": Origin.INPUT,
+    "causality": "input",
+    "variability": "continuous",
+    "initial": "",
+    "type": "Real",
+}
+"""Attributes of every input."""
+
+OUTPUT: dict[str, Any] = {
+    "causality": "output",
+    "variability": "continuous",
+    "initial": "calculated",
+    "type": "Real",
+}
+"""Attributes of every Real output."""
+
+WIND_SPEED = "wind speed across"
+
+MAX_STATIONS = 100
+"""Most stations of a span."""
+
+
+@dataclass(frozen=True, slots=True)
+class Ports:
+    """What is chosen when a scene is exported.
+
+    Attributes
+    ----------
+    wind
+        Of a line: "line" for one wind speed, "span" for one of each span.
+    stations
+        Places in each span, besides its middle, of which the FMU has outputs: fractions of the
+        conductor's length.
+
+    Raises
+    ------
+    ValueError
+        A value is not allowed.
+    """
+
+    wind: Literal["line", "span"] = "line"
+    stations: tuple[float, ...] = ()
+
+    def __post_init__(self) -> None:
+        if self.wind not in ("line", "span"):
+            raise ValueError(f"wind = {self.wind!r}: must be 'line' or 'span'")
+        if len(self.stations) > MAX_STATIONS:
+            raise ValueError(
+                f"stations: {len(self.stations)} given; at most {MAX_STATIONS} are allowed"
+            )
+        for number, station in enumerate(self.stations, start=1):
+            if not 0.0 < station < 1.0:
+                raise ValueError(
+                    f"station {number} is {station:g}; it must be between 0 and 1, a fraction of"
+                    " the span"
+                )
+
+    @property
+    def identity(self) -> str:
+        """Text that differs where the choice does; empty for the usual one."""
+        return "" if self == Ports() else repr(self)
+
+
+def wind_speed_at_start(wind: Wind) -> float:
+    """Return the wind speed [m/s] at t = 0."""
+    return float(wind.history.at(0.0)) if wind.history is not None else wind.speed or 0.0
+
+
+def attack_angle_input(start: float, remark: str = "") -> dict[str, Any]:
+    """Return the attributes of the input that turns the ice; `start` in rad."""
+    return INPUT | {
+        "name": "attack_angle",
+        "key": "attack_angle",
+        "unit": "rad",
+        "description": (
+            "initial attack angle of the wind on the ice; turns the ice, held over a communication"
+            f" step{remark}"
+        ),
+        "start": start,
+        "minimum": -2.0 * math.pi,
+        "maximum": 2.0 * math.pi,
+        "targets": (Target(TargetKind.ATTACK_ANGLE),),
+    }
+
+
+def span_term(name: str) -> Term:
+    """Return the term of a span channel, of a scene with two junctions."""
+    [probe] = span_probes(np.array([SPAN_INDEX[name]], dtype=np.int32), 2)
+    return Term(int(probe["object"]), int(probe["index"]), int(probe["channel"]))
+
+
+def common_outputs() -> Iterator[dict[str, Any]]:
+    """Yield the attributes of the outputs about the computation."""
+    whole = OUTPUT | {"variability": "discrete", "type": "Integer", "unit": ""}
+    yield whole | {
+        "name": "status",
+        "origin": Origin.STATUS,
+        "key": "status",
+        "description": "0: OK; other values: number of the failure, see the log",
+    }
+    for name in ("newton_iterations", "substeps"):
+        meaning = SPAN_CHANNELS[SPAN_INDEX[name]].meaning
+        yield whole | {
+            "name": name,
+            "origin": Origin.SUM,
+            "terms": (span_term(name),),
+            "key": name,
+            "description": meaning,
+        }
