@@ -402,6 +402,49 @@ def slope_growth(case: Found) -> Found:
     return {"elements": [30, 60], "cases": rows}
 
 
+def ice_shed(case: Found) -> Found:
+    """Ice leaves elements of an iced span at once: jump of mid-span and the new equilibrium."""
+    scene, rows = case["scene"], []
+    c, ice = scene["conductor"], scene["ice"]["mass_per_length"]
+    damping = scene["damping"]["translation_mass_proportional"]
+    mass = c["mass_per_rest_length"]
+    for one in case["results"]["cases"]:
+        start, end = one["shed"]
+        found: Found = {"shed": one["shed"]}
+        for elements in (80, 160):
+            iced = lumped.Case(
+                lumped.Conductor(mass + ice, c["axial_stiffness"], 159.0, 2e-4, 0.028),
+                scene["horizontal_tension"],
+                (scene["spans"][0]["length"],),
+                lumped.Wind(0.0, 0.0, (), ()),
+                (0.0, 0.0),
+                elements,
+                seed=(0.0, 0.0),
+            )
+            model = lumped.build(iced)
+            left = model.tables.mass.copy()
+            middle = (np.arange(elements) + 0.5) / elements
+            for e in np.flatnonzero((middle >= start) & (middle <= end)):
+                left[[e, e + 1]] -= 0.5 * ice * model.tables.rest[e]
+            tables = model.tables._replace(
+                mass=left, weight=left * scene["gravity"], damped=damping * left
+            )
+            step = 0.5 * lumped.largest_step(iced)  # of the heavier conductor
+            bare = lumped.Model(iced, tables, model.nodes, model.seed)
+            node = model.middle(0, 0)
+            time, moved = lumped.simulate(bare, 6.0, [node], step, 0.01, windy=False)
+            jump = int(np.argmax(moved[:, 0, 1]))
+            rise = lumped.settled(bare, step).tables.x[node, 1] - model.tables.x[node, 1]
+            found[f"{elements} elements"] = {
+                "iced_sag": float(-model.tables.x[node, 1]),
+                "jump": float(moved[jump, 0, 1]),
+                "time_of_jump": float(time[jump]),
+                "final_rise": float(rise),
+            }
+        rows.append(found)
+    return {"cases": rows}
+
+
 KINDS: dict[str, Callable[[Found], Found]] = {
     "frequencies": section_frequencies,
     "bundle frequencies": bundle_frequencies,
@@ -416,6 +459,7 @@ KINDS: dict[str, Callable[[Found], Found]] = {
 NAMES = {
     "bundle_frequencies_twin_drake": twin_frequencies,
     "interphase_frequencies_zebra": interphase_frequencies,
+    "ice_shed_drake_300m": ice_shed,
 }
 """Cases that are computed in another way than their kind."""
 

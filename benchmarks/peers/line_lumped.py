@@ -338,7 +338,12 @@ def frequencies(model: Model, count: int) -> tuple[Array, Array]:
 
 
 def simulate(
-    model: Model, duration: float, watched: list[int], step: float = 0.0, interval: float = 0.05
+    model: Model,
+    duration: float,
+    watched: list[int],
+    step: float = 0.0,
+    interval: float = 0.05,
+    windy: bool = True,
 ) -> tuple[Array, Array]:
     """Times and displacements (record, watched node, 4) from rest with the seed, in wind."""
     step = step or largest_step(model.case)
@@ -346,7 +351,7 @@ def simulate(
     u, v = model.seed.copy(), np.zeros((len(model.tables.x), 4))
     records = round(duration / interval)
     out = march(
-        u, v, model.tables, True, interval / every, every, records, np.array(watched, np.int64)
+        u, v, model.tables, windy, interval / every, every, records, np.array(watched, np.int64)
     )
     assert np.isfinite(out).all(), "the time step is too long"
     return interval * np.arange(1, records + 1), out

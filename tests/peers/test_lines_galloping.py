@@ -14,7 +14,7 @@ NUMERICS = {"elements": 20, "time_step": 0.01}
 QUANTITIES = {"u2_mid_spans": 1, "u3_mid_spans": 2, "twist_mid_spans": 3}
 CASES = {  # duration [s], elements, bounds of u2, u3, twist in all windows
     "bundle_galloping_twin_horizontal": (600.0, 20, (5e-3, 1.1e-2, 1.2e-2)),
-    "new_galloping_twin_vertical": (600.0, 20, (5e-3, 4e-3, 8e-3)),
+    "new_galloping_twin_vertical": (400.0, 20, (5e-3, 4e-3, 8e-3)),
     "new_galloping_section": (400.0, 20, (1.1e-2, 2.3e-2, 1e-2)),
     "pendulum_galloping_example2": (250.0, 21, (1.6e-2, 1.8e-2, 9e-3)),
 }
