@@ -16,6 +16,7 @@ SECTIONS = [
     "section_frequencies_example2_3_spans",
     "section_frequencies_drake_3_spans",
     "new_section_frequencies_1",
+    "new_section_frequencies_2",
     "new_section_frequencies_3",
 ]
 BUNDLES = ["bundle_frequencies_quad_200m", "bundle_frequencies_triple_300m"]
