@@ -127,7 +127,7 @@ def show_pairs(scene: LineScene, plot: Path | None, as_json: bool) -> None:
     }
     shown = [pair.sentence for pair in found[:MAX_PAIRS]]
     if len(found) > MAX_PAIRS:
-        shown.append(f"{len(found) - MAX_PAIRS} more pairs with higher thresholds: see --json")
+        shown.append(f"{len(found) - MAX_PAIRS} more pairs: see --json")
     if not found:
         shown = ["no two coupled modes are near 2:1 or 1:1"]
     show(content, [scene.title, *shown], figure, plot, as_json)
@@ -146,6 +146,7 @@ def _pair_numbers(pair: ModePair) -> dict[str, Any]:
         "coupling": pair.coupling,
         "modulation": pair.modulation,
         "threshold": pair.threshold,
+        "largest_galloping": pair.largest_galloping,
         "matters": pair.matters,
         "sentence": pair.sentence,
     }

@@ -101,7 +101,12 @@ class LineMode:
 
     @property
     def largest(self) -> float:
-        """Largest displacement of a node per unit of the modal coordinate [1/sqrt(kg)]."""
+        """Largest displacement of a node per unit of the modal coordinate [1/sqrt(kg)].
+
+        Of a torsional mode the largest twist [rad/(m sqrt(kg))].
+        """
+        if self.family == "torsional":
+            return float(np.max(np.abs(self.shape[:, 3])))
         return float(np.max(np.linalg.norm(self.shape[:, :3], axis=1)))
 
 

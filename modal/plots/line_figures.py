@@ -8,7 +8,6 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Any
 
-import numpy as np
 from matplotlib.figure import Figure
 
 from gallop_fmu import Model
@@ -56,8 +55,7 @@ def _draw_mode(row: Any, model: Model, x: Any, mode: LineMode, scale: float) -> 
     """Draw one mode in elevation and plan."""
     colour = COLOURS[mode.family]
     twists = mode.family == "torsional"
-    largest = np.abs(mode.shape[:, 3]).max() if twists else mode.largest
-    moved = scale / largest * mode.shape
+    moved = scale / mode.largest * mode.shape
     for chain in model.map.chains:
         at, u = x[chain.nodes], moved[chain.nodes]
         for axes, axis in ((row[0], 1), (row[1], 2)):
@@ -99,7 +97,7 @@ def pair_figure(pairs: Sequence[ModePair], title: str = "") -> Figure:
                 axes.annotate(text, place, xytext=(4, 3), textcoords="offset points", color=MARKED)
         axes.set_yscale("log")
         axes.set_xlabel("detuning [%]")
-        axes.set_ylabel("threshold of the driving mode [m]")
+        axes.set_ylabel("threshold of the driving mode [m, rad]")
         axes.legend(frameon=False)
         add_title(figure, title)
     return figure

@@ -34,6 +34,7 @@ from modal.linear.mode_basis import (
     still_air_modes,
 )
 from modal.screening.reduced_model import ReducedModel
+from modal.stability.mode_pairs import MAX_SPEED_RATIO
 
 Array = NDArray[np.float64]
 
@@ -42,9 +43,6 @@ MESH_ELEMENTS = 6
 
 CYCLE_INSTANTS = 12
 """Instants of a cycle in the energy balance; more instants change the result by less than 0.1 %."""
-
-MAX_SPEED_RATIO = 1.5
-"""Largest ratio of vertical speed to wind speed in the energy balance."""
 
 AMPLITUDE_POINTS, WIND_POINTS = 16, 16
 """Amplitudes and wind speeds at which the energy balance is evaluated."""

@@ -66,23 +66,30 @@ Kind = Literal["2:1", "1:1"]
 SEARCHED_MODES = 24
 """Default number of modes, the lowest ones."""
 
-BANDS: dict[Kind, float] = {"2:1": 0.15, "1:1": 0.05}
+BANDS: dict[Kind, float] = {"2:1": 0.2, "1:1": 0.05}
 """Default relative distances from the resonance up to which a pair is listed."""
 
 TANGENT_STEP = 1e-3
-"""Largest displacement [m] in differences of the tangent along a mode."""
+"""Largest displacement [m], or twist [rad], in differences of the tangent along a mode."""
 
 SECOND_STEP = 0.1
 """The same in second differences."""
 
-MIN_MODULATION = 1e-6
-"""Relative change of stiffness per metre below which a pair is not coupled, such as by round-off.
+MIN_MODULATION = 1e-3
+"""Relative change of stiffness per metre below which a pair is not coupled."""
+
+MAX_SPEED_RATIO = 1.5
+"""Largest ratio of the speed of galloping to the wind speed."""
+
+MAX_SAG_RATIO = 1.2
+"""Amplitude of galloping over the sag of a conductor as long as one loop, for scenes without wind.
+
+Assumed: 1.43 m at a sag of 1.37 m in Example 2 of Liu et al. (2009); peak-to-peak amplitudes in the
+field are 0.1 to 1 times the sag (CIGRE Technical Brochure 322).
 """
 
-PLAUSIBLE_AMPLITUDE = 0.5
-"""Amplitude of galloping, over the sag of a conductor as long as one loop, up to which a threshold
-can be reached: assumed from observed peak-to-peak amplitudes of 0.1 to 1 times the sag (CIGRE
-Technical Brochure 322)."""
+MAX_TWIST = 0.5
+"""Amplitude [rad] that is assumed for galloping in a torsional mode."""
 
 GALLOPING_FAMILIES = ("vertical", "tension-neutral", "torsional", "bundle torsion")
 """Families that wind excites by galloping."""
@@ -106,13 +113,16 @@ class ModePair:
         Derivative c_ijj of the potential energy along the modes [1/(s2 m sqrt(kg))]: change of the
         squared frequency of the driven mode per coordinate of the driving one.
     modulation : float
-        Relative change of the driven mode's stiffness per metre of the driving mode [1/m].
+        Relative change of the driven mode's stiffness per metre (or rad) of the driving mode.
     threshold : float or None
         Amplitude [m] of the driving mode, where it is largest, above which the driven mode starts;
-        None if it does not at any amplitude.
+        of a torsional driving mode the twist [rad]. None if it does not at any amplitude.
+    largest_galloping : float
+        Amplitude [m] that galloping in the driving mode may reach: 1.5 U/w in the scene's mean wind
+        U; in a scene without wind, 1.2 times the sag of a conductor as long as one loop; 0.5 rad in
+        a torsional mode. 0 if wind does not excite the family of the driving mode by galloping.
     matters : bool
-        True if wind can excite the driving mode, and the threshold is at most half the sag of a
-        conductor as long as one of its loops.
+        True if the threshold is at most `largest_galloping`.
     sentence : str
         The same as a sentence.
     """
@@ -126,6 +136,7 @@ class ModePair:
     coupling: float
     modulation: float
     threshold: float | None
+    largest_galloping: float
     matters: bool
     sentence: str
 
@@ -219,8 +230,8 @@ def mode_pairs(
     Returns
     -------
     list of ModePair
-        Lowest threshold first; then those without a threshold, by the detuning. Pairs that are not
-        coupled are left out.
+        First those that matter, then 2:1 before 1:1, then by the threshold over the amplitude that
+        galloping may reach. Pairs that are not coupled are left out.
 
     Raises
     ------
@@ -236,7 +247,7 @@ def mode_pairs(
     equations = motion.in_still_air()
     modes = line_modes(equations, motion.mesh, count)
     expansion = Expansion(motion, equations, modes)
-    sag = _largest_sag(expansion)
+    limit = _GallopingLimit(scene.wind.mean_speed, _largest_sag(expansion))
     frequency = np.array([mode.frequency_hz for mode in modes])
     found = []
     for i in range(len(modes)):
@@ -244,18 +255,50 @@ def mode_pairs(
         one = np.flatnonzero(np.abs(frequency[i] / frequency - 1.0) <= one_to_one_band)
         one = one[one != i]
         if len(two) or len(one):
-            found += _driven_by(expansion, i, two, one, sag)
-    return sorted(
-        found,
-        key=lambda pair: (
-            np.inf if pair.threshold is None else pair.threshold,
-            abs(pair.detuning),
-        ),
-    )
+            found += _driven_by(expansion, i, two, one, limit)
+    return sorted(found, key=_order)
+
+
+def _order(pair: ModePair) -> tuple[bool, bool, float, float]:
+    """Place of a pair in the list."""
+    severity = np.inf
+    if pair.threshold is not None:
+        severity = pair.threshold / (pair.largest_galloping or 1.0)
+    return not pair.matters, pair.kind != "2:1", severity, abs(pair.detuning)
+
+
+@dataclass(frozen=True)
+class _GallopingLimit:
+    """Largest amplitude of galloping in a mode.
+
+    Attributes
+    ----------
+    wind_speed : float
+        Mean wind speed of the scene [m/s].
+    sag : float
+        Largest sag [m].
+    """
+
+    wind_speed: float
+    sag: float
+
+    def of(self, mode: LineMode) -> float:
+        """Amplitude [m, rad]; 0 if wind does not excite the family of the mode."""
+        if mode.family not in GALLOPING_FAMILIES:
+            return 0.0
+        if mode.family == "torsional":
+            return MAX_TWIST
+        if self.wind_speed > 0.0:
+            return MAX_SPEED_RATIO * self.wind_speed / _omega(mode)
+        return MAX_SAG_RATIO * self.sag / max(mode.loops) ** 2
 
 
 def _driven_by(
-    expansion: Expansion, i: int, two: NDArray[np.intp], one: NDArray[np.intp], sag: float
+    expansion: Expansion,
+    i: int,
+    two: NDArray[np.intp],
+    one: NDArray[np.intp],
+    limit: _GallopingLimit,
 ) -> list[ModePair]:
     """Pairs in which mode i drives modes at half its frequency and at its frequency."""
     modes, shapes = expansion.modes, expansion.shapes
@@ -269,14 +312,14 @@ def _driven_by(
         detuning = modes[i].frequency_hz / (2.0 * modes[j].frequency_hz) - 1.0
         damping = modes[j].damping_ratio
         threshold = 4.0 * float(np.hypot(damping, detuning)) / abs(modulation)
-        pairs.append(_pair("2:1", i, int(j), modes, coupling, threshold, sag))
+        pairs.append(_pair("2:1", i, int(j), modes, coupling, threshold, limit))
     if len(one):
-        pairs += _one_to_one(expansion, i, one, first, sag)
+        pairs += _one_to_one(expansion, i, one, first, limit)
     return pairs
 
 
 def _one_to_one(
-    expansion: Expansion, i: int, driven: NDArray[np.intp], first: csc_array, sag: float
+    expansion: Expansion, i: int, driven: NDArray[np.intp], first: csc_array, limit: _GallopingLimit
 ) -> list[ModePair]:
     """Pairs of mode i with modes at its frequency: equation (6) of the module."""
     modes, shapes = expansion.modes, expansion.shapes
@@ -295,7 +338,7 @@ def _one_to_one(
         )
         threshold = None if amplitude is None else amplitude * modes[i].largest
         coupling = float(shapes[j] @ (first @ shapes[j]))
-        pairs.append(_pair("1:1", i, j, modes, coupling, threshold, sag))
+        pairs.append(_pair("1:1", i, j, modes, coupling, threshold, limit))
     return pairs
 
 
@@ -349,14 +392,12 @@ def _pair(
     modes: Sequence[LineMode],
     coupling: float,
     threshold: float | None,
-    sag: float,
+    limit: _GallopingLimit,
 ) -> ModePair:
     driving, driven = modes[i], modes[j]
     ratio = 2.0 if kind == "2:1" else 1.0
     detuning = driving.frequency_hz / (ratio * driven.frequency_hz) - 1.0
-    gallops = driving.family in GALLOPING_FAMILIES
-    plausible = PLAUSIBLE_AMPLITUDE * sag / max(driving.loops) ** 2
-    matters = gallops and threshold is not None and threshold <= plausible
+    largest = limit.of(driving)
     return ModePair(
         kind=kind,
         driving=i + 1,
@@ -367,8 +408,9 @@ def _pair(
         coupling=coupling,
         modulation=coupling / (_omega(driven) ** 2 * driving.largest),
         threshold=threshold,
-        matters=matters,
-        sentence=_sentence(kind, i, j, modes, detuning, threshold, gallops, plausible),
+        largest_galloping=largest,
+        matters=threshold is not None and threshold <= largest,
+        sentence=_sentence(kind, i, j, modes, detuning, threshold, largest),
     )
 
 
@@ -379,8 +421,7 @@ def _sentence(
     modes: Sequence[LineMode],
     detuning: float,
     threshold: float | None,
-    gallops: bool,
-    plausible: float,
+    largest: float,
 ) -> str:
     pair = (
         f"{kind}: {_named(i, modes[i])} and {_named(j, modes[j])},"
@@ -388,12 +429,13 @@ def _sentence(
     )
     if threshold is None:
         return f"{pair}: no amplitude of the first starts the second"
-    start = f"{pair}: {threshold:.3g} m of the first start the second"
-    if not gallops:
+    unit = "rad" if modes[i].family == "torsional" else "m"
+    start = f"{pair}: {threshold:.3g} {unit} of the first start the second"
+    if largest == 0.0:
         return f"{start}, but wind does not excite the first by galloping"
-    if threshold > plausible:
-        return f"{start}, more than half the sag of one loop, {plausible:.3g} m"
-    return f"{start}; this pair matters"
+    if threshold > largest:
+        return f"{start}; galloping is assumed to reach {largest:.3g} {unit} at most"
+    return f"{start}, and galloping may reach {largest:.3g} {unit}: this pair matters"
 
 
 def _named(number: int, mode: LineMode) -> str:

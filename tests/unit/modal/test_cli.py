@@ -234,3 +234,81 @@ def test_the_ratio_of_a_steep_span_is_printed_though_it_is_not_known_at_every_te
     numbers = json.loads(invoke(*steep, "--json").stdout)
     assert numbers["ratio"] == pytest.approx(2.296, abs=1e-3)  # see tests/analytic/test_modes.py
     assert numbers["crossings"] is None
+
+
+LINE = """
+title = "Two spans"
+[section]
+horizontal_tension = 21730.0
+spans = [{length = 125.0}, {length = 110.0}]
+suspensions = [{kind = "string", length = 2.1, weight = 490.0}]
+[conductor]
+diameter = 0.0286
+mass_per_length = 1.53
+axial_stiffness = 13.3e6
+torsional_stiffness = 101.0
+torsional_inertia = 3.3e-4
+[wind]
+speed = 4.0
+[aerodynamics]
+kind = "polynomial"
+valid_from_deg = -60.0
+valid_to_deg = 60.0
+lift = [0.0, -2.0]
+drag = [1.0]
+moment = [0.0]
+[damping]
+translation = {low_ratio = 0.005, low_frequency = 0.3, high_ratio = 0.005, high_frequency = 2.0}
+twist = {low_ratio = 0.02, low_frequency = 1.0, high_ratio = 0.02, high_frequency = 5.0}
+[numerics]
+elements = 4
+"""
+LINE_COMMANDS = {
+    "modes": ("--count", "6"),
+    "ratio": (),
+    "linear": ("--count", "2", "--highest", "2"),
+}
+
+
+@pytest.fixture
+def line(tmp_path):
+    (tmp_path / "line.toml").write_text(LINE, encoding="utf-8")
+    return gf.load_scene(tmp_path / "line.toml")
+
+
+@pytest.mark.parametrize("command", LINE_COMMANDS)
+def test_commands_print_and_draw_a_line(invoke, tmp_path, line, command):
+    words = [command, "line.toml", *LINE_COMMANDS[command]]
+    printed = invoke(*words, "--plot", "picture.png")
+    assert printed.exit_code == 0, printed.output
+    assert "wrote picture.png" in printed.stdout
+    assert (tmp_path / "picture.png").read_bytes()[:4] == b"\x89PNG"
+    data = json.loads(invoke(*words, "--json").stdout)
+    assert data["title"] == "Two spans"
+    if command == "modes":
+        wanted = modal.natural_modes(line, 6)
+        assert [m["frequency_hz"] for m in data["modes"]] == [m.frequency_hz for m in wanted]
+        assert [m["loops"] for m in data["modes"]] == [list(m.loops) for m in wanted]
+        assert "tension-neutral" in printed.stdout
+    if command == "ratio":
+        wanted = modal.frequency_ratio(line)
+        assert [pair["sentence"] for pair in data["pairs"]] == [p.sentence for p in wanted]
+        assert wanted[0].sentence in printed.stdout
+    if command == "linear":
+        assert [span["span"] for span in data["spans"]] == [1, 2]
+        assert "span 2, 0.0 deg: unstable by Den Hartog" in printed.stdout
+
+
+def test_a_line_has_no_options_and_commands_of_one_span(invoke, line):
+    refused = {
+        ("modes", "--over", "wind.speed"): "--over is for scenes of one span",
+        ("ratio", "--against", "wind.speed"): "--against is for scenes of one span",
+        ("linear", "--show", "criteria"): "--show criteria is for scenes of one span",
+        ("screen",): "screen takes a scene of one span",
+        ("report", "-o", "report.html"): "a report takes a scene of one span",
+        ("compare",): "a comparison takes a scene of one span",
+    }
+    for (command, *options), message in refused.items():
+        result = invoke(command, "line.toml", *options)
+        assert result.exit_code == 2
+        assert message in result.stderr
