@@ -469,9 +469,13 @@ static int check_held(const gallop_model *m, gallop_report *report)
                 const bool inside = k > 0 && k < m->chain[c].kept_corners - 1;
                 if (m->chain[c].kept[k].junction == i) spans += inside ? 2 : 1;
             }
-        for (int k = 0; k < 4 && spans < 2; k++)
-            if (!m->junction[i].fixed[k] && !device_holds(m, i, k))
+        for (int k = 0; k < 4 && spans < 2; k++) {
+            if (m->junction[i].fixed[k]) continue;
+            if (!device_holds(m, i, k))
                 return report_invalid(report, "stiffness of a support", 0.0, 0.0);
+            if (m->junction[i].body && !device_gives_mass(m, i, k))
+                return report_invalid(report, "mass of a body, which no span gives it", 0.0, 0.0);
+        }
     }
     return GALLOP_COMPLETED;
 }

@@ -339,6 +339,15 @@ REFUSED = {
 }
 
 
+@pytest.mark.parametrize(
+    ("parameters", "field"),
+    [((1.0, 1.0, 1.0, 0.0, 1.0, 1.0), "stiffness of a support"), ((1.0,) * 6, "mass of a body")],
+)
+def test_a_body_is_held_and_has_mass(parameters, field):
+    with pytest.raises(AssertionError, match=rf"b'{field}"):
+        bed(Given(DAMPER, ONE, parameters), motion=False)
+
+
 @pytest.mark.parametrize("field", REFUSED)
 def test_impossible_parameters_are_refused(field):
     with pytest.raises(SimulationError, match=rf": {field} \("):
