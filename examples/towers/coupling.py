@@ -1,4 +1,4 @@
-"""A span between two towers, and three ways of stepping them in plain Python with FMPy's FMU2Slave.
+"""A span or line between two towers, and three ways of stepping them with FMPy's FMU2Slave.
 
 All inputs are values reached at the end of a communication step, which are unknown at its
 beginning. The three masters differ in what they take instead.
@@ -6,6 +6,7 @@ beginning. The three masters differ in what they take instead.
 
 import ctypes
 import tempfile
+import tomllib
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -21,8 +22,24 @@ import gallop_fmu as gf
 
 Array = NDArray[np.float64]
 
-DISPLACEMENTS = [f"support.{end}.{axis}" for end in ("left", "right") for axis in ("x1", "x3")]
-FORCES = [f"support.{end}.{force}" for end in ("left", "right") for force in ("f1", "f3")]
+
+@dataclass(frozen=True)
+class Names:
+    """Names of the two ends in the cable's FMU, and of the output that is recorded."""
+
+    ends: tuple[str, str]
+    recorded: str
+
+    @property
+    def displacements(self) -> list[str]:
+        return [f"{end}.{axis}" for end in self.ends for axis in ("x1", "x3")]
+
+    @property
+    def forces(self) -> list[str]:
+        return [f"{end}.{force}" for end in self.ends for force in ("f1", "f3")]
+
+
+SPAN = Names(("support.left", "support.right"), "midspan.x2")
 LARGEST = 1.0
 """Displacement [m] of a tower point beyond which a run counts as unstable."""
 TOLERANCE = 1e-9
@@ -41,7 +58,24 @@ def galloping_span(cable_step: float) -> gf.Scene:
     )
 
 
-def preload(scene: gf.Scene) -> Array:
+def galloping_line(cable_step: float) -> gf.LineScene:
+    """Three spans like that of example 3 on strings of 2.1 m, with steps of `cable_step` [s]."""
+    data = tomllib.loads(galloping_span(cable_step).to_toml())
+    span = data.pop("span")
+    for name in ("supports", "sources", "line"):
+        data.pop(name, None)
+    string = {"kind": "string", "length": 2.1, "weight": 490.0}
+    data["section"] = {
+        "horizontal_tension": span["horizontal_tension"],
+        "spans": [{"length": span["length"]}] * 3,
+        "suspensions": [string, string],
+    }
+    data["title"] = "Three galloping spans between two towers"
+    data["numerics"]["elements"] = 8
+    return gf.LineScene.from_dict(data)
+
+
+def preload(scene: gf.Scene | gf.LineScene) -> Array:
     """Static forces of the cable on the towers: left f1, f3, right f1, f3 [N]."""
     return gf.Model(scene).equilibrium().support_force[:, [0, 2]].ravel()
 
@@ -116,8 +150,8 @@ class History:
 class Line:
     """The cable between its towers: three instances of two FMUs, connected by the methods."""
 
-    def __init__(self, cable: Path, tower: Path) -> None:
-        self.log = Log()
+    def __init__(self, cable: Path, tower: Path, names: Names = SPAN) -> None:
+        self.log, self.names = Log(), names
         self.cable = Component(cable, "cable", self.log)
         self.towers = [Component(tower, f"{end} tower", self.log) for end in ("left", "right")]
         self.parts = [self.cable, *self.towers]
@@ -135,7 +169,7 @@ class Line:
 
     def forces(self) -> Array:
         """Of the cable on the towers [N]."""
-        return self.cable.get(FORCES)
+        return self.cable.get(self.names.forces)
 
     def displacements(self) -> Array:
         """Of the tower points [m]."""
@@ -148,7 +182,7 @@ class Line:
     def move_ends(self, displacements: Array) -> None:
         if not np.max(np.abs(displacements)) < LARGEST:
             raise UnstableError(f"a tower point moved by {np.max(np.abs(displacements)):.3g} m")
-        self.cable.set(DISPLACEMENTS, displacements)
+        self.cable.set(self.names.displacements, displacements)
 
     def step(self, parts: list[Component], time: float, h: float) -> None:
         for part in parts:
@@ -172,7 +206,7 @@ class Line:
             part.fmu.freeFMUstate(state)
 
     def observed(self) -> Array:
-        return np.array([self.cable.get(["midspan.x2"])[0], self.towers[0].get(["x1"])[0]])
+        return np.array([self.cable.get([self.names.recorded])[0], self.towers[0].get(["x1"])[0]])
 
     def close(self) -> None:
         for part in self.parts:
@@ -221,7 +255,14 @@ SCHEMES = {"Jacobi": jacobi, "Gauss-Seidel": gauss_seidel, "iterated": iterated}
 
 
 def couple(
-    cable: Path, tower: Path, scheme: str, h: float, stop_time: float, every: float, static: Array
+    cable: Path,
+    tower: Path,
+    scheme: str,
+    h: float,
+    stop_time: float,
+    every: float,
+    static: Array,
+    names: Names = SPAN,
 ) -> History:
     """Run the line with one of `SCHEMES` in steps of `h` [s], recorded at intervals of `every` [s].
 
@@ -230,7 +271,7 @@ def couple(
     UnstableError
         The run grows without bounds.
     """
-    line, history = Line(cable, tower), History()
+    line, history = Line(cable, tower, names), History()
     stride = round(every / h)
     try:
         line.start(static)
