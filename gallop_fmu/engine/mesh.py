@@ -258,8 +258,8 @@ class Mesh:
         columns = (DOFS * own[:, None] + place).ravel()
         return csc_array((np.ones(rows.size), (rows, columns)), shape=(rows.size, rows.size))
 
-    def _devices(self, *motion: ArrayLike | None, **options: Any) -> csc_array:
-        """The tangents of all devices as a matrix of all nodes."""
+    def device_tangents(self, *motion: ArrayLike | None, **options: Any) -> csc_array:
+        """The tangents of all devices, by the arguments of `tangent`, as a matrix of all nodes."""
         from scipy.sparse import coo_array, csc_array  # slow to import
 
         size = DOFS * self.model.nodes
@@ -296,7 +296,7 @@ class Mesh:
         sparse array, shape (4 node, 4 node)
         """
         total = self.assemble(self.model.tangent(u, v, a, **options))
-        devices = self._devices(u, v, a, **options)
+        devices = self.device_tangents(u, v, a, **options)
         # A sum has no stored zeros, which change the order of a factorisation and so the last bits.
         if devices.nnz or options.get("stiffness"):
             total = total + devices

@@ -7,7 +7,7 @@ and `DEVICE_PARAMETERS` has the index of each field among its parameters.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Annotated, ClassVar, Literal
 
 import numpy as np
@@ -30,6 +30,16 @@ class SupportMotion(Section):
     x1: Law | None = quantity(None, "m", "displacement along the span")
     x2: Law | None = quantity(None, "m", "displacement upwards")
     x3: Law | None = quantity(None, "m", "displacement across the span, downwind")
+
+
+def displacement_of(motions: Sequence[SupportMotion | None], time: float) -> NDArray[np.float64]:
+    """Displacement [m] of tower points (row) along x1, x2, x3 at a time [s]; None: at rest."""
+    place = np.zeros((len(motions), 3))
+    for tower, motion in enumerate(motions):
+        for axis in range(3):
+            law = getattr(motion, f"x{axis + 1}") if motion else None
+            place[tower, axis] = float(law.at(time)) if law else 0.0
+    return place
 
 
 class RigidSupport(Section):
@@ -98,12 +108,7 @@ class Supports(Section):
 
     def displacement_at(self, time: float) -> NDArray[np.float64]:
         """Displacement [m] of both tower points (row) along x1, x2, x3 at a time [s]."""
-        place = np.zeros((2, 3))
-        for end, support in enumerate((self.left, self.right)):
-            for axis in range(3):
-                law = getattr(support.motion, f"x{axis + 1}") if support.motion else None
-                place[end, axis] = float(law.at(time)) if law else 0.0
-        return place
+        return displacement_of((self.left.motion, self.right.motion), time)
 
     def remark_on_force(self, end: str) -> str:
         """Remark on the force on the ``"left"`` or ``"right"`` end; may be empty."""

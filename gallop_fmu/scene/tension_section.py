@@ -4,12 +4,14 @@ from __future__ import annotations
 
 from typing import Annotated, ClassVar
 
+import numpy as np
+from numpy.typing import NDArray
 from pydantic import Field, model_validator
 
 from gallop_fmu.foundation.errors import SceneError
 from gallop_fmu.scene.conductor import OwnIce
 from gallop_fmu.scene.fields import Number, Section, WholeNumber, quantity, setting
-from gallop_fmu.scene.supports import RigidSupport
+from gallop_fmu.scene.supports import RigidSupport, displacement_of
 from gallop_fmu.scene.suspensions import SectionEnd, Suspension
 
 MAX_SPANS = 1000
@@ -118,6 +120,11 @@ class TensionSection(Section):
                 " ends are left_end and right_end)"
             )
         return self
+
+    def displacement_at(self, time: float) -> NDArray[np.float64]:
+        """Displacement [m] of the tower points (row) along x1, x2, x3 at a time [s]."""
+        held = (self.left_end, *self.suspensions, self.right_end)
+        return displacement_of([tower.motion for tower in held], time)
 
     @property
     def temperature_change(self) -> float:

@@ -134,8 +134,9 @@ class SmallMotion:
                 "the scene has no aerodynamics: wind needs a coefficient curve to become a force"
             )
         inputs = Inputs.still(self.scene, wind_speed=speed)
-        if isinstance(self.scene, Scene):
-            inputs.support = self.scene.supports.displacement_at(0.0)
+        scene = self.scene
+        towers = scene.supports if isinstance(scene, Scene) else scene.section
+        inputs.support = towers.displacement_at(0.0)
         try:
             displacement, _, _ = self.model.rest(0.0, inputs).motion()
         except SimulationError as problem:

@@ -13,8 +13,10 @@ int (T0 e + EA e2/2) dS they are, with the longitudinal strain e_i = X'.p_i' of 
     k_iijj = int EA (p_i'.p_i' p_j'.p_j' + 2 (p_i'.p_j')2) dS;                                   (3)
 
 for a vertical mode v and a horizontal mode h of a level span, e_h = 0 and c_vhh = int EA e_v
-|h'|2 dS: the change of tension of v acts on the slope of h. The program takes (1) from differences
-of the tangent stiffness along a mode, which include strings, spacers and ice.
+|h'|2 dS: the change of tension of v acts on the slope of h. The program takes c_ijk from
+differences of the tangent stiffness along a mode, which include strings, spacers and ice, and
+k_iijj from (3) and second differences of the tangents of the devices. Stiff strings and spacers
+contribute large terms to (5) that cancel almost; differences are therefore of the fourth order.
 
 **2:1.** Mode i moves as q_i = a cos W t. Then mode j obeys Mathieu's equation
 
@@ -72,8 +74,8 @@ BANDS: dict[Kind, float] = {"2:1": 0.2, "1:1": 0.05}
 TANGENT_STEP = 1e-3
 """Largest displacement [m], or twist [rad], in differences of the tangent along a mode."""
 
-SECOND_STEP = 0.1
-"""The same in second differences."""
+DEVICE_STEP = 2e-3
+"""The same in second differences of the tangents of devices."""
 
 MIN_MODULATION = 1e-3
 """Relative change of stiffness per metre below which a pair is not coupled."""
@@ -168,27 +170,54 @@ class Expansion:
         return self.mesh.tangent(u, stiffness=1.0, inputs=self.mesh.still)
 
     def first(self, mode: int) -> csc_array:
-        """Derivative of the stiffness along a mode, by a central difference.
+        """Derivative of the stiffness along a mode, by central differences of the fourth order.
 
-        It is exact for the conductors, since their stiffness is quadratic in the displacement.
+        They are exact for the conductors, whose stiffness is quadratic in the displacement.
         """
         if mode not in self._first:
             step = TANGENT_STEP / self.modes[mode].largest
-            moved = step * self.modes[mode].shape
-            change = self.stiffness(moved) - self.stiffness(-moved)
-            self._first[mode] = change / (2.0 * step)
+            near, far = (self._slope(mode, k * step) for k in (1.0, 2.0))
+            self._first[mode] = (4.0 * near - far) / 3.0
         return self._first[mode]
 
-    def second(self, mode: int) -> csc_array:
-        """Second derivative of the stiffness along a mode."""
-        step = SECOND_STEP / self.modes[mode].largest
+    def _slope(self, mode: int, step: float) -> csc_array:
         moved = step * self.modes[mode].shape
-        at_rest = self._at_rest
-        return (self.stiffness(moved) + self.stiffness(-moved) - 2.0 * at_rest) / step**2
+        return (self.stiffness(moved) - self.stiffness(-moved)) / (2.0 * step)
+
+    def quartic(self, i: int, j: NDArray[np.intp]) -> Array:
+        """Derivatives k_iijj of equation (3) of the module, with those of the devices."""
+        product = np.einsum("pk,jpk->jp", self._slopes[i], self._slopes[j])
+        squares = np.einsum("jpk,jpk->jp", self._slopes[j], self._slopes[j])
+        own = np.sum(self._slopes[i] ** 2, axis=1)
+        conductors = (own * squares + 2.0 * product**2) @ self._weight
+        if not self.mesh.model.devices:
+            return np.asarray(conductors)
+        step = DEVICE_STEP / self.modes[i].largest
+        near, far = (self._device_curvature(i, k * step) for k in (1.0, 2.0))
+        devices = (4.0 * near - far) / 3.0
+        shapes = np.array([self.modes[k].shape.ravel() for k in j])
+        return np.asarray(conductors + np.einsum("ja,aj->j", shapes, devices @ shapes.T))
+
+    def _device_curvature(self, mode: int, step: float) -> csc_array:
+        """Second difference of the tangents of the devices along a mode."""
+        moved = step * self.modes[mode].shape
+        ahead, here, back = (
+            self.mesh.device_tangents(k * moved, stiffness=1.0, inputs=self.mesh.still)
+            for k in (1.0, 0.0, -1.0)
+        )
+        return (ahead + back - 2.0 * here) / step**2
 
     @cached_property
-    def _at_rest(self) -> csc_array:
-        return self.stiffness(np.zeros_like(self.modes[0].shape))
+    def _slopes(self) -> Array:
+        """Derivatives of the modes by the arc length, shape (mode, point, 3)."""
+        points = self.mesh.strain_points
+        return np.array([points.slope(mode.shape)[:, :3] for mode in self.modes])
+
+    @cached_property
+    def _weight(self) -> Array:
+        """Axial stiffness times length [N m] of each strain point."""
+        stiffness = self.mesh.model.scene.conductor.axial_stiffness
+        return stiffness * self.mesh.strain_points.length
 
     def response(self, omega: float, loads: Array) -> Array:
         """Amplitudes (load, 4 node) of the undamped line under harmonic loads [N, N m].
@@ -361,19 +390,18 @@ class Changes(NamedTuple):
 def one_to_one_changes(expansion: Expansion, i: int, driven: NDArray[np.intp]) -> list[Changes]:
     """Compute equation (5) of the module for mode i and each of the other modes."""
     shapes = expansion.shapes
-    first, second = expansion.first(i), expansion.second(i)
+    first, quartic = expansion.first(i), expansion.quartic(i, np.array([i, *driven]))
     loads = (first @ shapes[[i, *driven]].T).T  # f_ii, then f_ij
     slow = expansion.response(0.0, loads)
     fast = expansion.response(2.0 * _omega(expansion.modes[i]), loads)
     z0, z2 = -0.25 * slow[0], -0.25 * fast[0]
-    own = loads[0] @ (z0 + 0.5 * z2) + shapes[i] @ (second @ shapes[i]) / 8.0
+    own = loads[0] @ (z0 + 0.5 * z2) + quartic[0] / 8.0
     found = []
     for k, j in enumerate(driven, start=1):
         of_j = expansion.first(int(j)) @ shapes[j]
-        quartic = shapes[j] @ (second @ shapes[j])
         y0, y2 = -0.5 * slow[k], -0.5 * fast[k]
-        in_phase = loads[k] @ (y0 + 0.5 * y2) + of_j @ (z0 + 0.5 * z2) + 0.375 * quartic
-        quadrature = 0.5 * loads[k] @ y2 + of_j @ (z0 - 0.5 * z2) + 0.125 * quartic
+        in_phase = loads[k] @ (y0 + 0.5 * y2) + of_j @ (z0 + 0.5 * z2) + 0.375 * quartic[k]
+        quadrature = 0.5 * loads[k] @ y2 + of_j @ (z0 - 0.5 * z2) + 0.125 * quartic[k]
         found.append(Changes(float(own), float(in_phase), float(quadrature)))
     return found
 

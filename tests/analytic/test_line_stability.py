@@ -90,3 +90,15 @@ def test_an_undamped_line_has_no_critical_wind():
         modal.critical_wind_speed(zebra(elements=4))
     with pytest.raises(gf.SceneError, match="need a coefficient curve"):
         modal.line_criteria(zebra(elements=4))
+
+
+def test_moved_towers_are_part_of_the_equilibrium_in_wind(single):
+    """A tower that leans along the line slackens one span and tightens the other."""
+    line = single[0]
+    string = {"kind": "string", "length": 2.1, "weight": 490.0}
+    spans = [{"length": 125.88}, {"length": 110.0}]
+    two = line.with_values({"section.spans": spans, "section.suspensions": [string]})
+    moved = two.with_values({"section.right_end.motion.x1": {"kind": "constant", "value": 0.1}})
+    at_rest, tight = (modal.natural_modes(scene, 6, "mean") for scene in (two, moved))
+    rise = [b.frequency_hz / a.frequency_hz - 1.0 for a, b in zip(at_rest, tight, strict=True)]
+    assert min(rise) > 0.01
