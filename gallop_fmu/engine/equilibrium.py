@@ -1,4 +1,4 @@
-"""The initial equilibrium of a span."""
+"""The initial equilibrium of a span or line."""
 
 from __future__ import annotations
 
@@ -19,7 +19,8 @@ class Equilibrium:
     x : ndarray, shape (node, 3)
         Positions [m] of the nodes.
     sag, horizontal_tension, length : float
-        Sag [m] below the chord, horizontal tension [N], length [m] of the conductor.
+        Sag [m] below the chord, horizontal tension [N], length [m] of the conductor; of a line, of
+        its first chain.
     support_force : ndarray, shape (2, 3)
         Static force [N] of the cable on the left and right tower.
     support_stiffness : ndarray, shape (2, 2)
@@ -40,3 +41,22 @@ class Equilibrium:
     translation_damping: tuple[float, float]
     twist_damping: tuple[float, float]
     imbalance: float
+
+
+@dataclass(frozen=True, slots=True)
+class ChainEquilibrium:
+    """The initial equilibrium of one chain.
+
+    Attributes
+    ----------
+    sag, horizontal_tension, length : float
+        Sag [m] at mid-span below the chord, horizontal tension [N] at the left end, length [m] of
+        the conductor.
+    end_force : ndarray, shape (2, 3)
+        Force [N] of the chain on its left and right end, its weight included.
+    """
+
+    sag: float
+    horizontal_tension: float
+    length: float
+    end_force: Array

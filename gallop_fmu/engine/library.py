@@ -103,6 +103,7 @@ def _load() -> c.CDLL:
             (pointer, pointer, *[whole] * 3, *probes, doubles, c.POINTER(whole), report),
         ),
         "gallop_observe": (c.c_int, (pointer, pointer, *probes, doubles)),
+        "gallop_observe_equilibrium": (c.c_int, (pointer, *probes, doubles)),
         "gallop_residual": (c.c_int, (pointer, pointer, double, inputs, *[doubles] * 4)),
         "gallop_tangent": (
             c.c_int,

@@ -99,6 +99,11 @@ class MappedTower:
         """True if a string or V-string carries the conductors."""
         return self.kind in ("string", "v_string")
 
+    @property
+    def has_yoke(self) -> bool:
+        """True if one string carries several subconductors."""
+        return self.has_string and len(self.devices) < len(self.junctions)
+
 
 @dataclass(frozen=True, slots=True)
 class MappedSpacer:
@@ -233,6 +238,12 @@ class LineMap:
         first = 2 * self.elements + len(self.chains)
         node[list(self.bodies)] = np.arange(first, first + len(self.bodies))
         return node
+
+    @cached_property
+    def usual_nodes(self) -> NDArray[np.int32]:
+        """The nodes at mid-span of every chain and at all clamps, increasing."""
+        clamps = [self.node_of_junction[j] for tower in self.towers for j in tower.junctions]
+        return np.unique([*(chain.middle for chain in self.chains), *clamps]).astype(np.int32)
 
     @cached_property
     def labels(self) -> dict[str, NDArray[np.float64] | NDArray[np.int32]]:

@@ -13,12 +13,13 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from gallop_fmu.engine.ctypes_structs import CDerived, CReport
-from gallop_fmu.engine.equilibrium import Equilibrium
+from gallop_fmu.engine.ctypes_structs import CDerived, CDerivedChain, CReport
+from gallop_fmu.engine.equilibrium import ChainEquilibrium, Equilibrium
 from gallop_fmu.engine.inputs import InputLayout, Inputs
 from gallop_fmu.engine.library import kernel
 from gallop_fmu.engine.pack import Packed, double_pointer, unpacked
-from gallop_fmu.engine.state import DOFS, CompiledModel, Run, State, insist
+from gallop_fmu.engine.probes import Probes
+from gallop_fmu.engine.state import DOFS, CompiledModel, Run, State, counted, insist
 from gallop_fmu.foundation.argument_checks import finite, number, numbers, whole
 from gallop_fmu.foundation.outcome import SimulationError
 from gallop_fmu.scene.line_scene import LineScene
@@ -141,6 +142,34 @@ class Model(CompiledModel):
             twist_damping=(raw.twist_damping[0], raw.twist_damping[1]),
             imbalance=raw.imbalance,
         )
+
+    def chain_equilibrium(self, chain: int) -> ChainEquilibrium:
+        """The initial equilibrium of a chain, by its index in `map.chains`.
+
+        Raises
+        ------
+        TypeError, ValueError
+            There is no such chain.
+        """
+        raw = CDerivedChain()
+        index = whole("chain", chain, 0, len(self.map.chains) - 1)
+        insist(kernel.gallop_chain_derived(self.handle, index, c.byref(raw)))
+        force = np.array([list(row) for row in raw.end_force])
+        return ChainEquilibrium(raw.sag, raw.horizontal_tension, raw.length, force)
+
+    def observe_equilibrium(self, probes: Probes) -> Array:
+        """Values of probes of junctions and devices in the initial equilibrium, in still air.
+
+        Raises
+        ------
+        SimulationError
+            A probe is of another object, or does not exist.
+        """
+        values = np.empty(len(probes))
+        insist(
+            kernel.gallop_observe_equilibrium(self.handle, *counted(probes), double_pointer(values))
+        )
+        return values
 
     def _motion(self, u: ArrayLike | None, v: ArrayLike | None, a: ArrayLike | None) -> list[Array]:
         shape = (self.nodes, DOFS)

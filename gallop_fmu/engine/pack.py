@@ -11,7 +11,7 @@ from gallop_fmu.scene.line_scene import LineScene
 from gallop_fmu.scene.scene import Scene
 from gallop_fmu.scene.supports import RigidSupport, Support
 
-__all__ = ["NONE", "Packed", "Place", "double_pointer", "unpacked"]
+__all__ = ["NONE", "Packed", "Place", "double_pointer", "map_of", "unpacked"]
 
 
 def unpacked(raw: CReport, parts: LineMap | None = None) -> Report:
@@ -95,3 +95,8 @@ class Packed(Tables):
         if not isinstance(support, RigidSupport):
             device = self.add_device(support.DEVICE_KIND, (end,), {})
             self.set_parameters(device, support, path, support.DEVICE_PARAMETERS)
+
+
+def map_of(scene: Scene | LineScene) -> LineMap:
+    """The map of the model of a scene, without the model."""
+    return Packed(scene).map

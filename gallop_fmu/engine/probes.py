@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gallop_fmu.engine.ctypes_structs import CProbe
-from gallop_fmu.foundation.channels import END_FORCES, SPAN_CHANNELS
+from gallop_fmu.foundation.channels import END_FORCES, SPAN_CHANNELS, SYSTEM_CHANNELS
 
 
 class Object(enum.IntEnum):
@@ -28,7 +28,7 @@ Probes = NDArray[np.void]
 AXES = 3
 """Components of a force."""
 
-_SYSTEM = ("kinetic_energy", "potential_energy", "newton_iterations", "substeps")
+_SYSTEM = tuple(channel.name for channel in SYSTEM_CHANNELS)
 _LAST = -1
 _ROW = np.dtype(CProbe)
 
@@ -39,8 +39,13 @@ def _span_probe(name: str) -> tuple[Object, int, int]:
         end, axis = divmod(END_FORCES.index(name), AXES)
         return Object.JUNCTION, _LAST if end else 0, axis
     if name in _SYSTEM:
-        return Object.SYSTEM, 0, _SYSTEM.index(name)
+        return system_probe(name)
     return Object.FIELD, 0, 0
+
+
+def system_probe(name: str) -> tuple[Object, int, int]:
+    """Object, index and channel of a channel of the whole system."""
+    return Object.SYSTEM, 0, _SYSTEM.index(name)
 
 
 def _table(rows: Iterable[tuple[int, int, int]]) -> Probes:

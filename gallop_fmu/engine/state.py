@@ -241,7 +241,7 @@ class State:
         done, raw = c.c_int64(), CReport()
         with self._alone:
             kernel.gallop_run(
-                self.model.handle, self._pointer, first, records, every, *_counted(probes),
+                self.model.handle, self._pointer, first, records, every, *counted(probes),
                 double_pointer(values), c.byref(done), c.byref(raw),
             )  # fmt: skip
         report = unpacked(raw, self.model.map)
@@ -261,7 +261,7 @@ class State:
         with self._alone:
             insist(
                 kernel.gallop_observe(
-                    self.model.handle, self._pointer, *_counted(probes), double_pointer(values)
+                    self.model.handle, self._pointer, *counted(probes), double_pointer(values)
                 )
             )
         return values
@@ -298,7 +298,7 @@ class State:
         return u, v, a
 
 
-def _counted(probes: Probes) -> tuple[Any, int]:
+def counted(probes: Probes) -> tuple[Any, int]:
     """Pointer to probes, and their number."""
     return probes.ctypes.data_as(_ProbePointer), len(probes)
 

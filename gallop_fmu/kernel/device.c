@@ -210,15 +210,35 @@ bool device_gives_mass(const gallop_model *model, int index, int unknown)
     return diagonal_at(model, index, unknown, mass) > 0.0;
 }
 
-double device_value(const gallop_model *model, int index, const conditions *now, motion y,
-                    int channel)
+static double value_of(const device *d, const device_motion *of, int channel)
 {
-    const device *d = &model->device[index];
-    device_motion of[GALLOP_DEVICE_JUNCTIONS];
     double force[3] = {0.0, 0.0, 0.0};
-    motion_of(model, d, now, y, of);
     if (channel > GALLOP_TOWER_FORCE_3)
         return d->kind->observe ? d->kind->observe(d, of, channel) : 0.0;
     if (d->kind->on_tower) d->kind->on_tower(d, of, force);
     return force[channel];
+}
+
+double device_value(const gallop_model *model, int index, const conditions *now, motion y,
+                    int channel)
+{
+    device_motion of[GALLOP_DEVICE_JUNCTIONS];
+    motion_of(model, &model->device[index], now, y, of);
+    return value_of(&model->device[index], of, channel);
+}
+
+double device_value_at_rest(const gallop_model *model, int index, int channel)
+{
+    device_motion of[GALLOP_DEVICE_JUNCTIONS];
+    rest_of(model, &model->device[index], of);
+    return value_of(&model->device[index], of, channel);
+}
+
+double device_tower_force_at_rest(const gallop_model *model, int index, int axis)
+{
+    double force = 0.0;
+    for (int i = 0; i < model->device_count; i++)
+        if (model->device[i].junction[0] == index)
+            force += device_value_at_rest(model, i, GALLOP_TOWER_FORCE_1 + axis);
+    return force;
 }

@@ -113,4 +113,10 @@ void device_add_energies(const gallop_model *model, const conditions *now, motio
 double device_value(const gallop_model *model, int index, const conditions *now, motion y,
                     int channel);
 
+/* The same in the initial equilibrium. */
+double device_value_at_rest(const gallop_model *model, int index, int channel);
+
+/* The force of the devices on the tower at one junction in the initial equilibrium [N]. */
+double device_tower_force_at_rest(const gallop_model *model, int index, int axis);
+
 #endif

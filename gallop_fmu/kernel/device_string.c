@@ -137,6 +137,20 @@ static void lean_slopes(const double r[3], double first[2], double second[3])
     second[2] = -second[0];
 }
 
+/* Force and moment of the clamp's stiffness on the junction; the tower has the opposite force. */
+static void clamp_force(const device *d, const device_motion *y, double force[4])
+{
+    double r[3], first[2], second[3];
+    for (int i = 0; i < 4; i++) force[i] = 0.0;
+    if (d->constant[CLAMP_STIFFNESS] == 0.0) return;
+    vector_of(d, y, r);
+    lean_slopes(r, first, second);
+    const double moment = d->constant[CLAMP_STIFFNESS] * clamp_twist(r, y->u[3]);
+    force[1] = moment * first[0];
+    force[2] = moment * first[1];
+    force[3] = moment;
+}
+
 static void add_force(const device *d, const device_motion *y, double force[][4])
 {
     double place[3];
@@ -147,14 +161,9 @@ static void add_force(const device *d, const device_motion *y, double force[][4]
         device_string_force(&s, &at, of_bar);
         for (int i = 0; i < 3; i++) force[0][i] += of_bar[i];
     }
-    if (d->constant[CLAMP_STIFFNESS] == 0.0) return;
-    double r[3], first[2], second[3];
-    vector_of(d, y, r);
-    lean_slopes(r, first, second);
-    const double moment = d->constant[CLAMP_STIFFNESS] * clamp_twist(r, y->u[3]);
-    force[0][1] += moment * first[0];
-    force[0][2] += moment * first[1];
-    force[0][3] += moment;
+    double of_clamp[4];
+    clamp_force(d, y, of_clamp);
+    for (int i = 0; i < 4; i++) force[0][i] += of_clamp[i];
 }
 
 static void add_clamp_tangent(const device *d, const device_motion *y, double k, double *tangent)
@@ -206,9 +215,10 @@ static void add_energy(const device *d, const device_motion *y, double *kinetic,
 
 static void on_tower(const device *d, const device_motion *y, double force[3])
 {
-    double place[3];
+    double place[3], of_clamp[4];
     const insulator_motion at = motion_of(y, place);
-    for (int i = 0; i < 3; i++) force[i] = 0.0;
+    clamp_force(d, y, of_clamp);
+    for (int i = 0; i < 3; i++) force[i] = of_clamp[i];
     for (int b = 0; b < bars_of(d); b++) {
         const insulator s = insulator_of(d, b);
         device_string_add_on_tower(&s, &at, force);

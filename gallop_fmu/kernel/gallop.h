@@ -412,6 +412,18 @@ GALLOP_API int gallop_run(const gallop_model *model, gallop_state *state, int64_
 GALLOP_API int gallop_observe(const gallop_model *model, gallop_state *state,
                               const gallop_probe *probe, int32_t probes, double *values);
 
+/* Observes the initial equilibrium of a model: in still air, without loads, all towers at rest.
+ *
+ * @param model   Model
+ * @param probe   (probes): quantities of junctions and devices
+ * @param probes  Their number, 0 or more
+ * @param values  Output, (probes)
+ * @return        GALLOP_COMPLETED; GALLOP_BAD_CALL, also for a probe of another object, or of an
+ *                index or a channel that does not exist
+ */
+GALLOP_API int gallop_observe_equilibrium(const gallop_model *model, const gallop_probe *probe,
+                                          int32_t probes, double *values);
+
 #ifdef __cplusplus
 }
 #endif

@@ -10,7 +10,7 @@ from gallop_fmu.engine.ctypes_structs import CChain, CCrossSection, CDevice
 from gallop_fmu.engine.line_pack import elements_of_parts
 from gallop_fmu.engine.model import Model
 from gallop_fmu.engine.pack import Packed
-from tests.support.sections import POST, STRING, section
+from support.sections import POST, STRING, section
 
 QUAD = {"subconductors": 4, "spacing": 0.45, "spacers": 2}
 

@@ -72,6 +72,7 @@ FUNCTIONS = {
     "gallop_rewind": ("model", "state", "sharpness"),
     "gallop_state_check": ("model", "state"),
     "gallop_observe": ("model", "state", "probe", "probes", "values"),
+    "gallop_observe_equilibrium": ("model", "probe", "probes", "values"),
     "gallop_residual": ("model", "state", "time", "inputs", "u", "v", "a", "out"),
     "gallop_tangent": ("model", "state", "time", "inputs", "u", "v", "a", "k", "c", "m", "out"),
     "gallop_device_force": (
