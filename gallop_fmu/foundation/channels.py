@@ -1,4 +1,4 @@
-"""Channels of a span that can be recorded, in the order of the kernel's enumerations."""
+"""Channels of a span or line that can be recorded; node and span channels in the kernel's order."""
 
 from __future__ import annotations
 
@@ -56,8 +56,45 @@ SPAN_CHANNELS = (
 END_FORCES = tuple(f"{end}_f{axis}" for end in ("left", "right") for axis in (1, 2, 3))
 """Span channels of the forces on the ends."""
 
-DESCRIBED = {channel.name: channel for channel in (*NODE_CHANNELS, *SPAN_CHANNELS)}
+SYSTEM_CHANNELS = SPAN_CHANNELS[1 + len(END_FORCES) :]
+"""Channels of the whole system: energies, and the work of the last step."""
+
+DEVICE_CHANNELS = (
+    *(f"tower_force_x{axis}" for axis in (1, 2, 3)),
+    *("string_pull", "string_lean_along", "string_lean_across", "turn"),
+)
+"""Channels of a device, in the order of gallop_device_channel."""
+
+LINE_CHANNELS = (
+    Channel("wind_speed", "m/s", "wind speed"),
+    Channel("tower_force_x1", "N", "force of the conductors on the tower along the line"),
+    Channel("tower_force_x2", "N", "force of the conductors on the tower, upwards"),
+    Channel("tower_force_x3", "N", "force of the conductors on the tower, with the wind"),
+    Channel(
+        "string_pull",
+        "N",
+        "pull along the string, positive in tension; of a V-string in the bar with the smaller"
+        " one; of several strings of a bundle their sum",
+    ),
+    Channel(
+        "string_lean_along",
+        "rad",
+        "angle of the string from straight down along the line, towards +x1",
+    ),
+    Channel(
+        "string_lean_across",
+        "rad",
+        "angle of the string from straight down across the line, with the wind",
+    ),
+    Channel("yoke_turn", "rad", "rotation of the yoke about x1"),
+    Channel("spacer_turn", "rad", "rotation of the spacer about x1"),
+    *SYSTEM_CHANNELS,
+)
+"""Channels of a line beside those of its nodes."""
+
+DESCRIBED = {channel.name: channel for channel in (*NODE_CHANNELS, *SPAN_CHANNELS, *LINE_CHANNELS)}
 """Every channel by its name."""
 
 NODE_INDEX = {channel.name: index for index, channel in enumerate(NODE_CHANNELS)}
 SPAN_INDEX = {channel.name: index for index, channel in enumerate(SPAN_CHANNELS)}
+LINE_INDEX = {channel.name: index for index, channel in enumerate(LINE_CHANNELS)}

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
 from typing import Any, Literal
@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from gallop_fmu.foundation.argument_checks import finite, indices, whole
 from gallop_fmu.foundation.channels import NODE_INDEX, SPAN_INDEX
 from gallop_fmu.foundation.errors import SceneError
+from gallop_fmu.scene.line_scene import LineScene
 from gallop_fmu.scene.scene import Scene
 
 MAX_STEPS = 1e8
@@ -44,7 +45,9 @@ class RecordingPlan:
     count: int
 
     @classmethod
-    def from_scene(cls, scene: Scene, stop_time: float | None, stride: int | None) -> RecordingPlan:
+    def from_scene(
+        cls, scene: Scene | LineScene, stop_time: float | None, stride: int | None
+    ) -> RecordingPlan:
         """Return the plan for given options; None takes the value of the scene.
 
         Raises
@@ -97,16 +100,24 @@ def check_stop_time(stop_time: Any) -> float:
     raise SceneError(f"stop_time = {stop_time!r:.60}: must be a positive number of seconds")
 
 
-def check_channels(node: Sequence[str], span: Iterable[str]) -> None:
-    """Raise SceneError if a node or span channel does not exist, or no node channel is given."""
+def check_channels(
+    node: Sequence[str], others: Iterable[str], allowed: Mapping[str, int] = SPAN_INDEX
+) -> None:
+    """Raise SceneError if a channel does not exist, or no node channel is given.
+
+    Parameters
+    ----------
+    node, others
+        Names of node channels, and of others.
+    allowed
+        The other channels that exist: those of a span, or of a line.
+    """
     unknown = [name for name in node if name not in NODE_INDEX]
     if unknown or not len(node):
         raise SceneError(f"channels {unknown} do not exist; choose from {', '.join(NODE_INDEX)}")
-    unknown = [name for name in span if name not in SPAN_INDEX]
+    unknown = [name for name in others if name not in allowed]
     if unknown:
-        raise SceneError(
-            f"span_channels {unknown} do not exist; choose from {', '.join(SPAN_INDEX)}"
-        )
+        raise SceneError(f"span_channels {unknown} do not exist; choose from {', '.join(allowed)}")
 
 
 def check_on_failure(on_failure: str) -> None:
@@ -129,22 +140,30 @@ def check_model(model: str) -> None:
 
 
 def chosen_nodes(
-    wanted: Literal["midspan", "all"] | Sequence[int], elements: int
+    wanted: Literal["midspan", "all"] | Sequence[int], usual: NDArray[np.int32], count: int
 ) -> NDArray[np.int32]:
-    """Return the numbers of the nodes to record on a mesh of `elements` elements.
+    """Return the numbers of the nodes to record.
+
+    Parameters
+    ----------
+    wanted
+        ``"midspan"``, ``"all"`` or node numbers.
+    usual
+        The nodes for ``"midspan"``.
+    count
+        Number of nodes of the model.
 
     Raises
     ------
     SceneError
         A node does not exist.
     """
-    last = 2 * elements
     if isinstance(wanted, str):
         if wanted not in ("midspan", "all"):
             raise SceneError(f'record_nodes = {wanted!r}: must be "midspan", "all" or node numbers')
-        return np.array([elements] if wanted == "midspan" else range(last + 1), dtype=np.int32)
+        return usual if wanted == "midspan" else np.arange(count, dtype=np.int32)
     with suppress(TypeError, ValueError, IndexError):
-        nodes = indices("record_nodes", wanted, last + 1)
+        nodes = indices("record_nodes", wanted, count)
         if len(nodes):
             return nodes
-    raise SceneError(f"record_nodes = {wanted!r:.60}: must be node numbers from 0 to {last}")
+    raise SceneError(f"record_nodes = {wanted!r:.60}: must be node numbers from 0 to {count - 1}")

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from gallop_fmu.foundation.integrators import INTEGRATORS
 from gallop_fmu.foundation.outcome import Report
+from gallop_fmu.scene.line_scene import LineScene
 from gallop_fmu.scene.scene import Scene
 from gallop_fmu.scene.time_functions import TimeTable
 from gallop_fmu.simulation.steadiness import (
@@ -55,21 +56,31 @@ def run_warnings(dataset: xr.Dataset, scene: Scene, report: Report) -> tuple[str
         *scene.warnings,
         *report.warnings,
         *_step_warnings(dataset, scene),
-        *_not_covered(scene, float(dataset.time[-1])),
+        *not_covered(_laws(scene), float(dataset.time[-1])),
     )
 
 
-def _not_covered(scene: Scene, stop_time: float) -> tuple[str, ...]:
-    """Warnings about histories of the scene that do not cover the whole run."""
-    laws = {"wind.history": scene.wind.history}
+def _laws(scene: Scene) -> dict[str, object]:
+    """Laws of the scene by dotted path."""
+    laws: dict[str, object] = {"wind.history": scene.wind.history}
     laws |= {f"loads.{number}.law": load.law for number, load in enumerate(scene.loads)}
     for end in ("left", "right"):
         motion = getattr(scene.supports, end).motion
-        if motion is not None:
-            laws |= {
-                f"supports.{end}.motion.{axis}": getattr(motion, axis)
-                for axis in ("x1", "x2", "x3")
-            }
+        for axis in ("x1", "x2", "x3"):
+            laws[f"supports.{end}.motion.{axis}"] = getattr(motion, axis, None)
+    return laws
+
+
+def not_covered(laws: Mapping[str, object], stop_time: float) -> tuple[str, ...]:
+    """Return warnings about histories of a scene that do not cover the whole run.
+
+    Parameters
+    ----------
+    laws
+        Dotted path to a law, or to None.
+    stop_time
+        End of the run [s].
+    """
     found = []
     for name, law in laws.items():
         if not isinstance(law, TimeTable):
@@ -148,7 +159,9 @@ def fastest_motion(
     return max(found, math.sqrt(ratio) / (2.0 * math.pi))
 
 
-def step_warnings(scene: Scene, frequency_hz: float, interval: float) -> tuple[str, ...]:
+def step_warnings(
+    scene: Scene | LineScene, frequency_hz: float, interval: float
+) -> tuple[str, ...]:
     """Return warnings about steps or records that are too far apart for a motion.
 
     Parameters

@@ -1,24 +1,33 @@
-"""simulate(scene): from a validated scene to histories."""
+"""simulate(scene): from a validated scene of a span or line to histories."""
 
 from __future__ import annotations
 
-import math
 import time as clock
 from collections.abc import Callable, Sequence
 from dataclasses import replace
-from functools import partial
-from typing import TYPE_CHECKING, Literal
+from typing import Literal, NamedTuple, overload
 
 import numpy as np
 from numpy.typing import NDArray
 
-from gallop_fmu.engine.model import Model, Part, Run
-from gallop_fmu.foundation.channels import NODE_INDEX, SPAN_INDEX
+from gallop_fmu.engine.line_map import LineMap
+from gallop_fmu.engine.model import Model, Part
+from gallop_fmu.engine.pack import map_of
+from gallop_fmu.foundation.channels import LINE_INDEX, SPAN_INDEX
 from gallop_fmu.foundation.integrators import INTEGRATORS
 from gallop_fmu.foundation.outcome import Outcome, Report, SimulationError
-from gallop_fmu.scene.line_scene import one_span
+from gallop_fmu.scene.line_scene import LineScene
 from gallop_fmu.scene.scene import Scene
-from gallop_fmu.simulation.result import Provenance, Result, histories
+from gallop_fmu.simulation.line_result import LineResult, line_histories
+from gallop_fmu.simulation.provenance import Provenance, histories
+from gallop_fmu.simulation.recording import (
+    Recording,
+    Values,
+    line_recording,
+    rest_values,
+    span_recording,
+)
+from gallop_fmu.simulation.result import Result
 from gallop_fmu.simulation.run_options import (
     RecordingPlan,
     check_channels,
@@ -26,8 +35,7 @@ from gallop_fmu.simulation.run_options import (
     chosen_nodes,
 )
 
-if TYPE_CHECKING:
-    import xarray as xr
+Array = NDArray[np.float64]
 
 USUAL_CHANNELS = (
     "u1",
@@ -53,18 +61,46 @@ FIRST_PORTION = 500
 """Time steps before the first call, when their cost is not yet known."""
 
 
+@overload
 def simulate(
     scene: Scene,
+    stop_time: float | None = ...,
+    *,
+    record_every: int | None = ...,
+    record_nodes: Literal["midspan", "all"] | Sequence[int] = ...,
+    channels: Sequence[str] = ...,
+    span_channels: Sequence[str] | None = ...,
+    progress: Progress | None = ...,
+    on_failure: Literal["raise", "return"] = ...,
+) -> Result: ...
+
+
+@overload
+def simulate(
+    scene: LineScene,
+    stop_time: float | None = ...,
+    *,
+    record_every: int | None = ...,
+    record_nodes: Literal["midspan", "all"] | Sequence[int] = ...,
+    channels: Sequence[str] = ...,
+    span_channels: Sequence[str] | None = ...,
+    progress: Progress | None = ...,
+    on_failure: Literal["raise", "return"] = ...,
+) -> LineResult: ...
+
+
+def simulate(
+    scene: Scene | LineScene,
     stop_time: float | None = None,
     *,
     record_every: int | None = None,
     record_nodes: Literal["midspan", "all"] | Sequence[int] = "midspan",
     channels: Sequence[str] = USUAL_CHANNELS,
-    span_channels: Sequence[str] = tuple(SPAN_INDEX),
+    span_channels: Sequence[str] | None = None,
     progress: Progress | None = None,
     on_failure: Literal["raise", "return"] = "raise",
-) -> Result:
-    """Simulate the motion of a span.
+) -> Result | LineResult:
+    """Simulate the motion of a span or line.
 
     Parameters
     ----------
@@ -76,13 +112,13 @@ def simulate(
     record_every
         Number of time steps from one record to the next (default: from the scene).
     record_nodes
-        ``"midspan"``, ``"all"``, or node numbers from 0 (left support) to twice the number of
-        elements (right support).
+        ``"midspan"`` (of a line: of each conductor in each span, and all clamps), ``"all"``, or
+        node numbers from 0, the left support.
     channels
         Node channels to record, by name (see `gallop_fmu.foundation.channels.NODE_CHANNELS`).
     span_channels
-        Span channels to record, by name (see `gallop_fmu.foundation.channels.SPAN_CHANNELS`);
-        ``()`` for none, which is faster.
+        Channels of the span or line to record, by name (see `SPAN_CHANNELS` and `LINE_CHANNELS` of
+        `gallop_fmu.foundation.channels`; default: all); ``()`` for none, which is faster.
     progress
         Called about ten times a second with the time reached and the stop time [s]; returning False
         stops the run.
@@ -93,7 +129,7 @@ def simulate(
 
     Returns
     -------
-    Result
+    Result or LineResult
         Histories with units, outcome and provenance.
 
     Raises
@@ -104,65 +140,70 @@ def simulate(
         The run cannot start or ends early, and `on_failure` is ``"raise"``.
     """
     plan = RecordingPlan.from_scene(scene, stop_time, record_every)
-    check_channels(channels, span_channels)
+    is_line = isinstance(scene, LineScene)
+    check_channels(channels, span_channels or (), LINE_INDEX if is_line else SPAN_INDEX)
     check_on_failure(on_failure)
     started = clock.perf_counter()
-    nodes = chosen_nodes(record_nodes, scene.numerics.elements)
+    mapped = map_of(scene)
+    usual = mapped.usual_nodes if is_line else np.array([mapped.chains[0].middle], dtype=np.int32)
+    nodes = chosen_nodes(record_nodes, usual, mapped.nodes)
+    recording = (
+        line_recording(mapped, nodes, channels, span_channels)
+        if is_line
+        else span_recording(
+            mapped, nodes, channels, tuple(SPAN_INDEX) if span_channels is None else span_channels
+        )
+    )
+    run = _Run(scene, mapped, nodes, recording, plan)
     model = None
     try:
         model = Model(scene, inputs=False)
         state = model.start()
     except SimulationError as problem:
         seconds = clock.perf_counter() - started
-        result = _not_started(
-            scene, model, nodes, (channels, span_channels), problem.report, seconds
-        )
+        result = run.result(model, recording.unknown(), problem.report, seconds)
         if on_failure == "raise":
             raise SimulationError(problem.report, result) from None
         return result
-    channel_index = np.array([NODE_INDEX[name] for name in channels], dtype=np.int32)
-    span_index = np.array([SPAN_INDEX[name] for name in span_channels], dtype=np.int32)
-    first = Run(
-        np.array([state.observe_node(int(node))[channel_index] for node in nodes]).T[np.newaxis],
-        state.observe_span()[np.newaxis, span_index],
-        Report(Outcome.COMPLETED, 0.0),
-    )
-    record = partial(
-        state.run,
-        every=plan.stride,
-        channels=channel_index,
-        nodes=nodes,
-        span_channels=span_index,
-    )
-    parts, report = _march(record, [first], plan, progress)
+
+    def record(records: int, first: int) -> tuple[Array, Report]:
+        return state.record(records, plan.stride, recording.probes, first)
+
+    first = state.observe(recording.probes)[np.newaxis]
+    records, report = _march(record, first, plan, progress)
     seconds = clock.perf_counter() - started
-    dataset = _dataset(model, parts, nodes, channels, span_channels, plan.interval, report, seconds)
-    result = Result(dataset, scene, report)
+    result = run.result(model, recording.values(records), report, seconds)
     if report.outcome is not Outcome.COMPLETED and on_failure == "raise":
         raise SimulationError(report, result)
     return result
 
 
-def _not_started(
-    scene: Scene,
-    model: Model | None,
-    nodes: NDArray[np.int32],
-    channels: tuple[Sequence[str], Sequence[str]],
-    report: Report,
-    seconds: float,
-) -> Result:
-    """Return a result without an initial state: one record at 0 s, all NaN."""
-    variables: dict[str, tuple[tuple[str, ...], NDArray[np.float64]]] = {
-        name: (("time", "node"), np.full((1, len(nodes)), math.nan)) for name in channels[0]
-    }
-    variables |= {name: (("time",), np.full(1, math.nan)) for name in channels[1]}
-    equilibrium = None if model is None else model.equilibrium()
-    x1 = np.full(len(nodes), math.nan) if equilibrium is None else equilibrium.x[nodes, 0]
-    provenance = Provenance(scene, equilibrium, report, seconds, _details(scene, model))
-    return Result(histories(variables, np.zeros(1), nodes, x1, provenance), scene, report)
+class _Run(NamedTuple):
+    """What is recorded of which scene."""
+
+    scene: Scene | LineScene
+    mapped: LineMap
+    nodes: NDArray[np.int32]
+    recording: Recording
+    plan: RecordingPlan
+
+    def result(
+        self, model: Model | None, values: Values, report: Report, seconds: float
+    ) -> Result | LineResult:
+        """Return the result of a run with its provenance; without a model there is one record."""
+        scene, nodes = self.scene, self.nodes
+        equilibrium = None if model is None else model.equilibrium()
+        provenance = Provenance(scene, equilibrium, report, seconds, _details(scene, model))
+        time = self.plan.interval * np.arange(len(next(iter(values.values()))[1]))
+        x = np.full((len(nodes), 3), np.nan) if equilibrium is None else equilibrium.x[nodes]
+        if isinstance(scene, LineScene):
+            static = {} if model is None else rest_values(self.recording, model)
+            dataset = line_histories({**values, **static}, time, nodes, x, self.mapped, provenance)
+            return LineResult(dataset, scene, report)
+        return Result(histories(values, time, nodes, x[:, 0], provenance), scene, report)
 
 
-def _details(scene: Scene, model: Model | None) -> dict[str, str]:
+def _details(scene: Scene | LineScene, model: Model | None) -> dict[str, str]:
     """Return the integrator, and the unknowns and inactive terms of a model, if there is one."""
     inactive = [] if model is None else [part for part in Part if part not in model.parts]
     return {
@@ -173,57 +214,30 @@ def _details(scene: Scene, model: Model | None) -> dict[str, str]:
 
 
 def _march(
-    record: Callable[..., Run],
-    parts: list[Run],
+    record: Callable[[int, int], tuple[Array, Report]],
+    first: Array,
     plan: RecordingPlan,
     progress: Progress | None,
-) -> tuple[list[Run], Report]:
+) -> tuple[Array, Report]:
     """Run in portions of about `PROGRESS_INTERVAL`, to show progress and to stop on Ctrl-C."""
     done, portion = 0, max(1, FIRST_PORTION // plan.stride)
-    report = parts[0].report
+    parts, report = [first], Report(Outcome.COMPLETED, 0.0)
     while done < plan.count:
         began = clock.perf_counter()
         try:
-            part = record(min(portion, plan.count - done), first=done)
+            part, report = record(min(portion, plan.count - done), done)
             parts.append(part)
-            report = part.report
             if report.outcome is not Outcome.COMPLETED:
                 break
-            done += len(part.node_values)
+            done += len(part)
             stopped = (
                 progress is not None and progress(done * plan.interval, plan.stop_time) is False
             )
         except KeyboardInterrupt:
             stopped = True
         if stopped and done < plan.count:
-            return parts, replace(
-                report, outcome=Outcome.STOPPED_BY_USER, time=done * plan.interval
-            )
+            report = replace(report, outcome=Outcome.STOPPED_BY_USER, time=done * plan.interval)
+            break
         pace = (clock.perf_counter() - began) / PROGRESS_INTERVAL
         portion = max(1, min(int(portion / max(pace, 1e-3)), 10 * portion))
-    return parts, report
-
-
-def _dataset(
-    model: Model,
-    parts: list[Run],
-    nodes: NDArray[np.int32],
-    channels: Sequence[str],
-    span_channels: Sequence[str],
-    interval: float,
-    report: Report,
-    seconds: float,
-) -> xr.Dataset:
-    node_values = np.concatenate([part.node_values for part in parts])
-    span_values = np.concatenate([part.span_values for part in parts])
-    variables: dict[str, tuple[tuple[str, ...], NDArray[np.float64]]] = {}
-    for index, name in enumerate(channels):
-        variables[name] = (("time", "node"), np.ascontiguousarray(node_values[:, index]))
-    for index, name in enumerate(span_channels):
-        variables[name] = (("time",), np.ascontiguousarray(span_values[:, index]))
-    equilibrium = model.equilibrium()
-    scene = one_span(model.scene, "simulate")
-    details = _details(scene, model)
-    provenance = Provenance(scene, equilibrium, report, seconds, details)
-    time = interval * np.arange(len(node_values))
-    return histories(variables, time, nodes, equilibrium.x[nodes, 0], provenance)
+    return np.concatenate(parts), report

@@ -161,15 +161,15 @@ def default_window(length: float) -> float:
 
 
 def judge_span(time: Array, histories: Mapping[str, Array], window: float | None = None) -> Motion:
-    """Judge the motion of a span.
+    """Judge the motion of a span or line.
 
     Parameters
     ----------
     time : ndarray, shape (time,)
         Equally spaced times [s] of the whole run.
     histories
-        Displacements [m] by name over the whole run; ``"twist"`` [rad] shows if the section turned
-        over.
+        Displacements [m] by name over the whole run; those whose names end in ``twist`` are
+        rotations [rad] and show if a section turned over.
     window
         Length [s] of the window at the end of the run (default: `default_window`).
     """
@@ -182,7 +182,7 @@ def judge_span(time: Array, histories: Mapping[str, Array], window: float | None
     last = slice(max(0, len(time) - 1 - round(window / interval)), None)
     motions, sizes = dict[str, Motion](), dict[str, float]()
     for name, values in histories.items():
-        lever = TWIST_LEVER if name == "twist" else 1.0
+        lever = TWIST_LEVER if name.endswith("twist") else 1.0
         motions[name] = judge(values[last], interval, REST_AMPLITUDE / lever)
         sizes[name] = lever * float(np.ptp(values[last]))
     counted = [
@@ -196,7 +196,19 @@ def judge_span(time: Array, histories: Mapping[str, Array], window: float | None
         found = motions[name]
         if found.detail:
             found = replace(found, detail=f"{name} {found.detail}")
-    return _turned_over(time, histories["twist"], last, found) if "twist" in histories else found
+    return _first_turned_over(time, histories, last, found)
+
+
+def _first_turned_over(
+    time: Array, histories: Mapping[str, Array], last: slice, then: Motion
+) -> Motion:
+    """Return the given motion, or "turned over" by the first twist that rotated by half a turn."""
+    for name, values in histories.items():
+        turned = _turned_over(time, values, last, then) if name.endswith("twist") else then
+        if turned is not then:
+            place = name.removesuffix("twist").strip()
+            return replace(turned, detail=f"{place} {turned.detail}") if place else turned
+    return then
 
 
 def _turned_over(time: Array, twist: Array, last: slice, then: Motion) -> Motion:

@@ -1,0 +1,225 @@
+"""Tables of a line's result: spans, strings, towers, clearances.
+
+Columns have SI units, listed in ``table.attrs["units"]``. Means are over the window at the end of
+the run, extremes over the whole run.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import suppress
+from itertools import combinations
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import pandas as pd
+from numpy.typing import NDArray
+
+from gallop_fmu.foundation.errors import SceneError
+from gallop_fmu.line.clearance import cigre_322_single_loop, davison_single_loop
+from gallop_fmu.simulation.oscillation import measure
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+    from gallop_fmu.simulation.line_result import LineResult
+
+Array = NDArray[np.float64]
+
+STRING_COLUMNS = {
+    "string_pull": ("pull", "N"),
+    "string_lean_along": ("lean_along", "rad"),
+    "string_lean_across": ("lean_across", "rad"),
+}
+"""Channel of a string to the start of its columns and their unit."""
+
+AXES = ("x1", "x2", "x3")
+
+
+def strings(result: LineResult) -> pd.DataFrame:
+    """Return pull and lean of each string: at rest in still air, mean, smallest and largest."""
+    rows = []
+    for tower in result.map.towers:
+        if not tower.has_string:
+            continue
+        row: dict[str, Any] = {"tower": tower.tower, "phase": tower.phase, "kind": tower.kind}
+        place = {"tower": tower.tower, "line_phase": tower.phase}
+        for channel, (start, _) in STRING_COLUMNS.items():
+            row |= _statistics(result, channel, place, start)
+        rows.append(row)
+    units = {
+        f"{start}_{what}": unit for start, unit in STRING_COLUMNS.values() for what in _STATISTICS
+    }
+    return _frame(rows, units)
+
+
+def towers(result: LineResult) -> pd.DataFrame:
+    """Return the force of the conductors on each tower, along x1, x2, x3, of each phase.
+
+    The preload is that of the initial equilibrium in still air; the other columns include it.
+    """
+    rows = []
+    for tower in result.map.towers:
+        row: dict[str, Any] = {"tower": tower.tower, "phase": tower.phase, "kind": tower.kind}
+        place = {"tower": tower.tower, "line_phase": tower.phase}
+        for axis in AXES:
+            row |= _statistics(result, f"tower_force_{axis}", place, f"force_{axis}")
+        rows.append(row)
+    frame = _frame(rows, {f"force_{axis}_{what}": "N" for axis in AXES for what in _STATISTICS})
+    renamed = {f"force_{axis}_at_rest": f"preload_{axis}" for axis in AXES}
+    units = {renamed.get(name, name): unit for name, unit in frame.attrs["units"].items()}
+    frame = frame.rename(columns=renamed)
+    frame.attrs = {"units": units}
+    return frame
+
+
+_STATISTICS = ("at_rest", "mean", "min", "max")
+
+
+def _statistics(
+    result: LineResult, channel: str, place: dict[str, int], start: str
+) -> dict[str, float]:
+    """Return the statistics of a history; NaN if it was not recorded."""
+    if channel not in result.dataset:
+        return dict.fromkeys([f"{start}_{what}" for what in _STATISTICS], np.nan)
+    history = result.dataset[channel].sel(place)
+    at_rest = result.dataset[f"{channel}_at_rest"].sel(place)
+    late = _late(result, history)
+    numbers = (at_rest, late.mean(), history.min(), history.max())
+    return {f"{start}_{w}": float(number) for w, number in zip(_STATISTICS, numbers, strict=True)}
+
+
+def _late(result: LineResult, history: xr.DataArray) -> xr.DataArray:
+    """The part of a history in the window at the end of the run; of one record, itself."""
+    if len(history.time) < 2:
+        return history
+    begin, end = result.window()
+    return history.sel(time=slice(begin - 1e-9, end + 1e-9))
+
+
+def spans(result: LineResult) -> pd.DataFrame:
+    """Return the motion of the bundle's centre at mid-span, of each span and phase.
+
+    Amplitudes (half peak-to-peak), means and frequencies are over the window at the end of the
+    run. The excess is the distance of the orbit from the ellipse of a single loop; negative inside.
+    """
+    rows = [
+        {"span": span, "phase": phase, **_span_row(result, span, phase)}
+        for span in range(1, result.map.spans + 1)
+        for phase in range(1, result.map.phases + 1)
+    ]
+    units = {"sag": "m", "horizontal_tension": "N", "lowest": "m"}
+    units |= {"cigre_322_excess": "m", "davison_excess": "m"}
+    for name, unit in {"u2": "m", "u3": "m", "theta": "rad"}.items():
+        units |= {f"{name}_amplitude": unit, f"{name}_mean": unit, f"{name}_frequency_hz": "Hz"}
+    return _frame(rows, units)
+
+
+def _span_row(result: LineResult, span: int, phase: int) -> dict[str, Any]:
+    place = {"line_span": span, "line_phase": phase}
+    row: dict[str, Any] = {
+        name: float(result.dataset[name].sel(place)) for name in ("sag", "horizontal_tension")
+    }
+    bundle = result.bundle(span, phase)
+    late = {name: _late(result, bundle[name]) for name in ("u2", "u3", "theta") if name in bundle}
+    for name, history in late.items():
+        if len(history.time) < 2:
+            continue
+        interval = float(history.time[1] - history.time[0])
+        keys = (f"{name}_amplitude", f"{name}_mean", f"{name}_frequency_hz")
+        row |= dict(zip(keys, measure(history.values, interval), strict=True))
+    row["motion"] = str(result.motion_of(span, phase))
+    if {"u2", "u3"} <= set(late):
+        ellipses = {"davison_excess": davison_single_loop(row["sag"])}
+        with suppress(ValueError):  # the rule has no ellipse for such a small sag
+            ellipses["cigre_322_excess"] = cigre_322_single_loop(
+                row["sag"], result.scene.conductor.diameter
+            )
+        for name, ellipse in ellipses.items():
+            distance = ellipse.distance(late["u3"].values, late["u2"].values)
+            row[name] = float(np.max(distance))
+    return row
+
+
+def clearances(result: LineResult) -> pd.DataFrame:
+    """Return the smallest distance of each two phases in each span during the run.
+
+    Distances are between the centres of conductors at the recorded nodes, each with the nearest
+    one of the other phase along the line; record all nodes to cover the whole span.
+
+    Raises
+    ------
+    SceneError
+        Displacements were not recorded.
+    """
+    if not {"u1", "u2", "u3"} <= set(result.dataset.data_vars):
+        raise SceneError(
+            "the displacements u1, u2, u3 were not recorded, so there are no clearances; simulate"
+            " with these channels"
+        )
+    rows = [
+        row
+        for span in range(1, result.map.spans + 1)
+        for first, second in combinations(range(1, result.map.phases + 1), 2)
+        if (row := _clearance(result, span, first, second))
+    ]
+    return _frame(rows, {"at_rest": "m", "smallest": "m", "time": "s", "x1": "m"})
+
+
+def _clearance(result: LineResult, span: int, first: int, second: int) -> dict[str, Any] | None:
+    """Return the row of two phases in a span; None if no node of one of them was recorded."""
+    data = result.dataset
+    columns = [np.flatnonzero((data.span == span) & (data.phase == p)) for p in (first, second)]
+    if not all(len(own) for own in columns):
+        return None
+    best: dict[str, Any] = {}
+    at_rest = np.inf
+    for one, other in _pairs(data, *columns):
+        steps = [_place(data, one, axis) - _place(data, other, axis) for axis in (1, 2, 3)]
+        distance = np.sqrt(sum(step**2 for step in steps))
+        resting = np.array([data[axis].values[one] - data[axis].values[other] for axis in AXES])
+        at_rest = min(at_rest, float(np.linalg.norm(resting)))
+        record = int(np.argmin(distance))
+        if not best or distance[record] < best["smallest"]:
+            time, x1 = float(data.time[record]), float(data.x1[one])
+            best = {"smallest": float(distance[record]), "time": time, "x1": x1}
+    return {"span": span, "phase": first, "other_phase": second, "at_rest": at_rest, **best}
+
+
+def _pairs(
+    data: xr.Dataset, first: NDArray[np.intp], second: NDArray[np.intp]
+) -> Iterator[tuple[int, int]]:
+    """Yield each node of the first phase with the nearest ones of the subconductors of the other.
+
+    Nodes at the ends of the span have the distance of the towers and are left out.
+    """
+    x1, station = data.x1.values, data.station.values
+    parts = data.subconductor.values
+    for one in first:
+        if not 0.0 < station[one] < 1.0:
+            continue
+        for part in np.unique(parts[second]):
+            others = second[parts[second] == part]
+            yield int(one), int(others[np.argmin(np.abs(x1[others] - x1[one]))])
+
+
+def _place(data: xr.Dataset, node: int, axis: int) -> Array:
+    """Coordinate of a node over time [m]."""
+    place = float(data[f"x{axis}"].values[node])
+    return np.asarray(place + data[f"u{axis}"].values[:, node])
+
+
+def _frame(rows: list[dict[str, Any]], units: dict[str, str]) -> pd.DataFrame:
+    frame = pd.DataFrame(rows)
+    frame.attrs = {"units": {name: unit for name, unit in units.items() if name in frame}}
+    return frame
+
+
+def line_summary(result: LineResult) -> dict[str, object]:
+    """Summarise a run of a line in plain numbers and words, for a terminal or as JSON."""
+    start, stop = result.window() if len(result.dataset.time) > 1 else (0.0, 0.0)
+    tables = {"spans": result.spans, "strings": result.strings, "towers": result.towers}
+    if result.map.phases > 1:
+        tables["clearances"] = result.clearances
+    rows = {name: table.to_dict("records") for name, table in tables.items()}
+    return {**result.numbers(), "window": stop - start, **rows}

@@ -1,0 +1,156 @@
+"""Oscillations: amplitude, mean, frequency and judgement of a channel over a window."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gallop_fmu.foundation.errors import SceneError
+from gallop_fmu.simulation.steadiness import (
+    REST_AMPLITUDE,
+    TWIST_LEVER,
+    Motion,
+    dominant_frequency,
+    judge,
+)
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+Array = NDArray[np.float64]
+
+
+MOVES = {"u2": "vertical", "u3": "horizontal", "theta": "twist"}
+"""Channels for the judgement of a motion, and their names in words."""
+
+SMALL_OF = {
+    "m": REST_AMPLITUDE,
+    "m/s": REST_AMPLITUDE,
+    "m/s2": REST_AMPLITUDE,
+    "rad": REST_AMPLITUDE / TWIST_LEVER,
+    "rad/s": REST_AMPLITUDE / TWIST_LEVER,
+    "rad/s2": REST_AMPLITUDE / TWIST_LEVER,
+}
+"""Unit to the amplitude below which a channel is at rest.
+
+For other units it is `REST_AMPLITUDE` times the maximum of the channel."""
+
+
+class Oscillation(NamedTuple):
+    """Oscillation of one channel over a window.
+
+    Attributes
+    ----------
+    amplitude, mean
+        Half peak-to-peak, and mean, in the channel's unit.
+    frequency_hz
+        Dominant frequency [Hz]; NaN without one, see
+        `gallop_fmu.simulation.steadiness.dominant_frequency`.
+    motion
+        Judgement of the motion. Only for a steady motion are the numbers valid beyond the window.
+    """
+
+    amplitude: float
+    mean: float
+    frequency_hz: float
+    motion: Motion
+
+    @property
+    def is_steady(self) -> bool:
+        """True if the motion is steady or at rest."""
+        return self.motion.is_steady
+
+    def as_dict(self) -> dict[str, float | str]:
+        """Return plain numbers and text, for JSON."""
+        return {**self._asdict(), "motion": str(self.motion)}
+
+    def text(self, unit: str, scale: float = 1.0, digits: str = ".3f") -> str:
+        """Return the amplitude, with the motion unless it is steady: ``0.026 m, still growing``."""
+        size = f"{self.amplitude * scale:{digits}} {unit}"
+        return size if self.motion.kind == "steady" else f"{size}, {self.motion}"
+
+
+class Oscillations(dict[str, Oscillation]):
+    """Oscillation of each mid-span channel by name.
+
+    Attributes
+    ----------
+    start, stop : float
+        Start and end [s] of the window.
+    """
+
+    def __init__(self, channels: Mapping[str, Oscillation], start: float, stop: float) -> None:
+        super().__init__(channels)
+        self.start, self.stop = start, stop
+
+    def __repr__(self) -> str:
+        rows = [
+            f"  {name}: {each.amplitude:.5g} at {frequency_text(each.frequency_hz)} Hz,"
+            f" {each.motion}"
+            for name, each in self.items()
+        ]
+        return "\n".join(
+            [f"Oscillations from {self.start:g} to {self.stop:g} s (half peak-to-peak)", *rows]
+        )
+
+
+def frequency_text(frequency_hz: float) -> str:
+    """Return a dominant frequency as text; a dash for NaN."""
+    return f"{frequency_hz:.4f}" if math.isfinite(frequency_hz) else "-"
+
+
+def slowest_frequency(data: xr.Dataset) -> float:
+    """Return the lower dominant frequency [Hz] of u2 and u3 in the second half of a run, or NaN.
+
+    Parameters
+    ----------
+    data
+        Dataset with u2 and u3 over ``time`` [s] at mid-span.
+    """
+    time = np.asarray(data.time.values)
+    late = slice(len(time) // 2, None)
+    interval = float(time[1] - time[0]) if len(time) > 1 else math.nan
+    found = [
+        dominant_frequency(np.asarray(data[name].values)[late], interval) for name in ("u2", "u3")
+    ]
+    return min((frequency for frequency in found if math.isfinite(frequency)), default=math.nan)
+
+
+def oscillation(values: Array, interval: float, unit: str = "m") -> Oscillation:
+    """Return the oscillation of equally spaced samples with a unit."""
+    amplitude, mean, frequency = measure(values, interval)
+    floor = SMALL_OF.get(unit, REST_AMPLITUDE * (abs(mean) + amplitude))
+    return Oscillation(amplitude, mean, frequency, judge(values, interval, floor, frequency))
+
+
+def measure(values: Array, interval: float) -> tuple[float, float, float]:
+    """Return half peak-to-peak, mean and dominant frequency [Hz] of equally spaced samples."""
+    return 0.5 * float(np.ptp(values)), float(np.mean(values)), dominant_frequency(values, interval)
+
+
+def oscillations(histories: xr.Dataset, start: float, stop: float) -> Oscillations:
+    """Return the oscillation of each channel of one point from `start` to `stop` [s].
+
+    Parameters
+    ----------
+    histories
+        Channels over ``time`` [s] with ``units``.
+
+    Raises
+    ------
+    SceneError
+        There are fewer than two records.
+    """
+    part = histories.sel(time=slice(start - 1e-9, stop + 1e-9))
+    if part.sizes["time"] < 2:
+        raise SceneError(
+            f"there are fewer than two records from {start} s to {stop} s; give a longer window"
+        )
+    interval = float(part.time[1] - part.time[0])
+    units = {str(name): str(part[name].attrs.get("units", "")) for name in part.data_vars}
+    found = {name: oscillation(part[name].values, interval, unit) for name, unit in units.items()}
+    return Oscillations(found, start, stop)

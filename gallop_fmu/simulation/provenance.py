@@ -1,0 +1,114 @@
+"""Datasets of histories: units, meanings, and the origin of the values."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gallop_fmu.engine.equilibrium import Equilibrium
+from gallop_fmu.engine.library import build
+from gallop_fmu.foundation.channels import DESCRIBED, END_FORCES
+from gallop_fmu.foundation.outcome import Report
+from gallop_fmu.foundation.version import program
+from gallop_fmu.scene.line_scene import LineScene
+from gallop_fmu.scene.scene import Scene
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+Array = NDArray[np.float64]
+
+
+class Provenance(NamedTuple):
+    """Origin of histories: scene, initial equilibrium, report, and details of the computation.
+
+    Attributes
+    ----------
+    scene, equilibrium, report
+        The scene, its initial equilibrium (None: it has none), and the report on the run.
+    seconds
+        Wall-clock time [s] of the run.
+    details
+        Further attributes of the dataset.
+    """
+
+    scene: Scene | LineScene
+    equilibrium: Equilibrium | None
+    report: Report
+    seconds: float
+    details: Mapping[str, object]
+
+    def attributes(self) -> dict[str, object]:
+        """Return the attributes of the dataset."""
+        equilibrium, report = self.equilibrium, self.report
+        counts = ("steps", "substeps", "iterations", "refactorisations", "halvings", "rejections")
+        extremes = ("lowest_tension", "largest_turn")
+        nan = math.nan
+        return {
+            "title": self.scene.title,
+            "source": program(),
+            "kernel": build(),
+            **self.details,
+            "scene": self.scene.to_toml(),
+            "outcome": report.outcome.name.lower(),
+            "message": str(report),
+            "seconds": self.seconds,
+            "sag": nan if equilibrium is None else equilibrium.sag,
+            "horizontal_tension": nan if equilibrium is None else equilibrium.horizontal_tension,
+            "held_imbalance": nan if equilibrium is None else equilibrium.imbalance,
+            **{name: getattr(report, name) for name in counts + extremes},
+        }
+
+
+def histories(
+    variables: Mapping[str, tuple[tuple[str, ...], Array]],
+    time: NDArray[np.floating],
+    nodes: NDArray[np.int32],
+    x1: Array,
+    provenance: Provenance,
+) -> xr.Dataset:
+    """Return the dataset of a `Result`: channels with units and meanings, and their provenance.
+
+    Parameters
+    ----------
+    variables
+        Channel to its dimensions and values.
+    time : ndarray, shape (time,)
+        Times of the records [s].
+    nodes, x1 : ndarray, shape (node,)
+        Numbers of the recorded nodes, and their positions [m] along the span.
+    provenance
+        Origin of the values.
+    """
+
+    def meaning(name: str) -> str:
+        text = DESCRIBED[name].meaning
+        if name not in END_FORCES or not isinstance(provenance.scene, Scene):
+            return text
+        remark = provenance.scene.supports.remark_on_force(name.partition("_")[0])
+        return f"{text}; {remark}" if remark else text
+
+    described = {
+        name: (*content, {"units": DESCRIBED[name].unit, "long_name": meaning(name)})
+        for name, content in variables.items()
+    }
+    places = ("node", x1, {"units": "m", "long_name": "position of the node along the span"})
+    return dataset_of(described, time, {"node": nodes, "x1": places}, provenance)
+
+
+def dataset_of(
+    variables: Mapping[str, object],
+    time: NDArray[np.floating],
+    coordinates: Mapping[str, object],
+    provenance: Provenance,
+) -> xr.Dataset:
+    """Return a dataset over time [s] with its provenance."""
+    import xarray as xr  # a slow import (0.3 s)
+
+    times = ("time", time, {"units": "s", "long_name": "time"})
+    dataset = xr.Dataset(dict(variables), {"time": times, **coordinates})
+    return dataset.assign_attrs(provenance.attributes())

@@ -1,0 +1,182 @@
+"""What the results of a span and of a line share: report, window, warnings, files."""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from dataclasses import dataclass
+from functools import cached_property
+from importlib.util import find_spec
+from io import StringIO
+from pathlib import Path
+from typing import TYPE_CHECKING, Generic, TypeVar
+
+import numpy as np
+
+from gallop_fmu.foundation.atomic_write import netcdf_bytes, write_whole
+from gallop_fmu.foundation.errors import SceneError
+from gallop_fmu.foundation.outcome import Outcome, Report
+from gallop_fmu.scene.line_scene import LineScene
+from gallop_fmu.scene.scene import Scene
+from gallop_fmu.simulation.steadiness import MIN_SAMPLES, Motion, default_window
+
+if TYPE_CHECKING:
+    import pandas as pd
+    import xarray as xr
+
+WORK = ("steps", "iterations", "refactorisations", "seconds")
+"""Attributes of a dataset on the work of the run."""
+
+AnyScene = TypeVar("AnyScene", bound=Scene | LineScene)
+
+
+@dataclass(frozen=True)
+class ResultBase(ABC, Generic[AnyScene]):
+    """Result of a run.
+
+    Attributes
+    ----------
+    dataset : xarray.Dataset
+        Histories over ``time`` [s]. Each variable has ``units`` and ``long_name``;
+        ``dataset.attrs`` holds the provenance.
+    scene : Scene or LineScene
+        The scene of the run.
+    report : Report
+        Outcome of the run, and counts of its work.
+    """
+
+    dataset: xr.Dataset
+    scene: AnyScene
+    report: Report
+
+    @property
+    def outcome(self) -> Outcome:
+        """Outcome of the run."""
+        return self.report.outcome
+
+    @property
+    def started(self) -> bool:
+        """True if an initial state exists. Otherwise the only record, at 0 s, is NaN."""
+        values = next(iter(self.dataset.data_vars.values())).values
+        return len(self.dataset.time) > 1 or bool(np.isfinite(values).all())
+
+    @cached_property
+    @abstractmethod
+    def warnings(self) -> tuple[str, ...]:
+        """Warnings that limit the trust in the results, each a fact and a remedy."""
+
+    @cached_property
+    def motion(self) -> Motion:
+        """Judgement of the motion at the end of the run."""
+        return self.judged()
+
+    @abstractmethod
+    def judged(self, window: float | None = None) -> Motion:
+        """Judge the motion over the last `window` s (default: 100 s, at most half of the run)."""
+
+    @abstractmethod
+    def _table(self) -> tuple[pd.DataFrame, dict[str, str]]:
+        """Return the histories of a table by time, and the unit of each column."""
+
+    def __repr__(self) -> str:
+        times = self.dataset.time.values
+        lines = [
+            f"Result of {self.scene.title!r}: {self.report}",
+            f"{len(times)} records to {times[-1]:g} s; motion: {self.motion}",
+        ]
+        return "\n".join([*lines, *(f"warning: {sentence}" for sentence in self.warnings)])
+
+    def window(self, wanted: float | None = None) -> tuple[float, float]:
+        """Return the start and end [s] of the last `wanted` s (default: 100 s or half of the run).
+
+        Raises
+        ------
+        SceneError
+            The run is shorter.
+        """
+        first, last = (float(self.dataset.time.values[k]) for k in (0, -1))
+        length = wanted
+        if length is None:
+            length = (
+                default_window(last - first)
+                if len(self.dataset.time) >= MIN_SAMPLES
+                else last - first
+            )
+        if not 0.0 < length <= last - first:
+            asked = (
+                ""
+                if wanted is None
+                else f"window = {wanted} s must be positive and no longer than the run: "
+            )
+            records = len(self.dataset.time)
+            has = (
+                f"{records} records over {last - first:g} s"
+                if records > 1
+                else f"one record, at {first:g} s"
+            )
+            why = "" if self.outcome is Outcome.COMPLETED else f". {self.report}"
+            raise SceneError(f"{asked}the run has {has}{why}")
+        return last - length, last
+
+    def save(self, path: Path | str) -> Path:
+        """Write all histories as ``.nc`` (NetCDF), or those at mid-span as ``.csv``, ``.parquet``.
+
+        Parquet needs the extra ``parquet``; units and provenance are attributes of the table. The
+        file is replaced atomically: if it cannot be written, an older file is unchanged.
+
+        Raises
+        ------
+        SceneError
+            The suffix is another one, or pyarrow is missing.
+        OSError
+            The file cannot be written, for example on a full disk.
+        """
+        path = Path(path)
+        suffix = path.suffix.lower()
+        if suffix == ".nc":
+            content = netcdf_bytes(self.dataset.assign_attrs(self._judgement()))
+        elif suffix == ".csv":
+            frame, units = self._table()
+            header = ",".join(["time [s]", *(f"{name} [{unit}]" for name, unit in units.items())])
+            table = np.column_stack([frame.index.to_numpy(), frame.to_numpy()])
+            text = StringIO()
+            np.savetxt(text, table, delimiter=",", header=header, comments="", fmt="%.12g")
+            content = text.getvalue().encode()
+        elif suffix == ".parquet":
+            if find_spec("pyarrow") is None:
+                raise SceneError(
+                    f"{path}: Parquet needs pyarrow; install it with pip install"
+                    ' "gallop-fmu[parquet]"'
+                )
+            frame, units = self._table()
+            frame.attrs = {
+                "units": {"time": "s", **units},
+                **self.dataset.attrs,
+                **self._judgement(),
+            }
+            content = frame.to_parquet(engine="pyarrow")
+        else:
+            raise SceneError(
+                f"{path}: results are not written as {path.suffix or 'files without suffix'};"
+                " choose .nc (NetCDF), .csv or .parquet"
+            )
+        write_whole(path, content)
+        return path
+
+    def _judgement(self) -> dict[str, str]:
+        """Attributes of a file about the motion."""
+        return {"motion": str(self.motion), "warnings": " ".join(self.warnings)}
+
+    def numbers(self) -> dict[str, object]:
+        """Return what a summary of each run has, in plain numbers and words."""
+        attributes, end = self.dataset.attrs, float(self.dataset.time.values[-1])
+        return {
+            "title": self.scene.title,
+            "outcome": self.report.outcome.name.lower(),
+            "message": str(self.report),
+            "warnings": list(self.warnings),
+            "time": self.report.time,
+            "motion": str(self.motion),
+            **{key: attributes[key] for key in WORK},
+            "real_time_factor": end / max(float(attributes["seconds"]), 1e-9),
+            "lowest_tension": self.report.lowest_tension,
+        }
