@@ -1,4 +1,4 @@
-"""Energy balance of a span: work of wind, loads and towers, damping, and stored energy.
+"""Energy balance of a span or line: work of wind, loads and towers, damping, and stored energy.
 
 In an average-acceleration step (Newmark, beta 1/4, gamma 1/2) each displacement increment is the
 mean velocity times the step. So the mean of two inertia forces times the increment is exactly the
@@ -23,9 +23,12 @@ from numpy.typing import NDArray
 
 from gallop_fmu.engine.inputs import Inputs
 from gallop_fmu.engine.model import DOFS, Model
+from gallop_fmu.engine.probes import junction_probes
 from gallop_fmu.foundation.channels import NODE_CHANNELS, SPAN_INDEX
 from gallop_fmu.foundation.errors import SceneError
-from gallop_fmu.scene.line_scene import one_span
+from gallop_fmu.scene.line_scene import LineScene
+from gallop_fmu.scene.scene import Scene
+from gallop_fmu.simulation.line_result import LineResult
 from gallop_fmu.simulation.result import Result
 
 Array = NDArray[np.float64]
@@ -37,29 +40,33 @@ _ABSCISSAE, _WEIGHTS = np.polynomial.legendre.leggauss(16)
 POINTS, WEIGHTS = 0.5 * (1.0 + _ABSCISSAE), 0.5 * _WEIGHTS
 """Quadrature from 0 to 1, the path to a motion; accurate for two rotations of the ice."""
 
+HALF = 1e-4
+"""Half the time [s] of the difference for the velocity of a tower."""
+
+ENERGIES = ("kinetic_energy", "potential_energy")
 FORCES = [SPAN_INDEX[f"{end}_f{axis}"] for end in ("left", "right") for axis in (1, 2, 3)]
 
 
 @dataclass(frozen=True)
 class EnergyBalance:
-    """Energy of a span over time, each array of shape (time,).
+    """Energy of a span or line over time, each array of shape (time,).
 
     Attributes
     ----------
     time
         Times [s] of the records.
     kinetic, potential
-        Stored energy [J], as the channels of the same names. With moving towers, the work R0 . u of
-        the static reactions R0 is excluded, here and in `supports`.
+        Stored energy [J], as the channels of the same names. With moving towers of one span, the
+        work R0 . u of the static reactions R0 is excluded, here and in `supports`.
     wind, loads, supports
         Work [J] on the span since the first record of the wind, of the concentrated loads, and of
-        moving towers, the latter without the static reactions. Support springs belong to the span;
+        moving towers, of one span without the static reactions. Support springs belong to the span;
         their static preload does no work.
     turning
         Work [J] of an attack angle changed by inputs, which rotates the weight and inertia of the
         ice.
     dissipated
-        Energy [J] dissipated by structural damping since the first record.
+        Energy [J] dissipated by structural damping and by devices since the first record.
     round_off
         Energy [J] of round-off: machine precision times tension times length.
     """
@@ -96,7 +103,7 @@ class EnergyBalance:
         return float(np.abs(self.imbalance).max()) / (self.turnover + self.round_off)
 
 
-def energy_balance(result: Result) -> EnergyBalance:
+def energy_balance(result: Result | LineResult) -> EnergyBalance:
     """Return the energy balance of a simulation with the recorded motion of all nodes.
 
     Parameters
@@ -111,17 +118,22 @@ def energy_balance(result: Result) -> EnergyBalance:
     SceneError
         The motion of all nodes was not recorded.
     """
-    data = result.dataset
+    data, model = result.dataset, Model(result.scene)
     missing = [name for name in MOTION_CHANNELS if name not in data]
-    if missing or data.sizes["node"] != 2 * result.scene.numerics.elements + 1:
+    if missing or data.sizes["node"] != model.nodes:
         raise SceneError(
             f"the motion of all nodes was not recorded ({', '.join(missing) or 'nodes'} missing);"
             ' simulate with record_nodes="all" and channels='
             "gallop_fmu.simulation.energy_balance.MOTION_CHANNELS"
         )
     motion = np.stack([data[name].values for name in MOTION_CHANNELS], axis=-1)
+    time = data.time.values
+    if isinstance(result, LineResult):
+        energies = np.stack([data[name].values for name in ENERGIES], axis=-1)
+        force = [data[f"tower_force_x{axis}"].sum("line_phase").values for axis in (1, 2, 3)]
+        return _account(model, time, motion, energies, np.stack(force, axis=-1), None)
     span = np.stack([data[name].values for name in SPAN_INDEX], axis=-1)
-    return account(Model(result.scene), data.time.values, motion, span)
+    return account(model, time, motion, span)
 
 
 def account(
@@ -131,7 +143,7 @@ def account(
     span: Array,
     inputs: Callable[[float], Inputs] | None = None,
 ) -> EnergyBalance:
-    """Return the energy balance of a recorded motion.
+    """Return the energy balance of a recorded motion of one span.
 
     Parameters
     ----------
@@ -146,10 +158,24 @@ def account(
     inputs
         Function from time [s] to inputs, if they took the place of the scene's laws.
     """
+    energies = span[:, [SPAN_INDEX[name] for name in ENERGIES]]
+    return _account(model, time, motion, energies, span[:, FORCES].reshape(-1, 2, 3), inputs)
+
+
+def _account(
+    model: Model,
+    time: Array,
+    motion: Array,
+    energies: Array,
+    force: Array,
+    inputs: Callable[[float], Inputs] | None,
+) -> EnergyBalance:
+    """Return the balance from `energies` (time, 2) and forces on towers (time, tower, 3)."""
     u, v, a = (motion[..., DOFS * i : DOFS * (i + 1)] for i in range(3))
     still = np.zeros_like(u[0])
     damped = model.scene.damping.translation is not None or model.scene.damping.twist is not None
     wind, loads, damping = np.zeros_like(u), np.zeros_like(u), np.zeros_like(u)
+    held = _without_loads(model) if model.scene.loads else still
     for i, t in enumerate(time):
         at = inputs(float(t)) if inputs else None
         calm = Inputs.still(model.scene, at.attack_angle if at else None)
@@ -159,21 +185,87 @@ def account(
         if damped:  # damping forces are odd in the velocities, those of the rotating ice even
             damping[i] = 0.5 * (without - model.residual(u[i], -v[i], a[i], time=t, inputs=calm))
         if model.scene.loads:
-            loads[i] = -model.residual(still, still, still, time=t, inputs=calm)
-    place = np.array([_tower_points(model, float(t), inputs) for t in time])
-    rest = model.equilibrium()
-    pull = rest.support_force.ravel() - span[:, FORCES]  # on the cable, without the static force
+            loads[i] = held - model.residual(still, still, still, time=t, inputs=calm)
+    place = np.array([_tower_points(model.scene, float(t), inputs) for t in time])
     return EnergyBalance(
         time=np.asarray(time),
-        kinetic=span[:, SPAN_INDEX["kinetic_energy"]],
-        potential=span[:, SPAN_INDEX["potential_energy"]],
+        kinetic=energies[:, 0],
+        potential=energies[:, 1],
         wind=_work(wind, u),
         loads=_work(loads, u),
-        supports=_work(pull, place),
+        supports=_work(_static_force(model) - force, place),
         turning=_turning(model, time, u, v, inputs),
-        dissipated=_work(damping, u),
-        round_off=float(np.finfo(np.float64).eps) * rest.horizontal_tension * rest.length,
+        dissipated=_work(damping, u) + _of_devices(model, time, (u, v, a), place),
+        round_off=float(np.finfo(np.float64).eps) * _stretch_energy(model),
     )
+
+
+def _without_loads(model: Model) -> Array:
+    """Residual forces of the initial equilibrium, which devices balance, without the loads."""
+    bare = Model(model.scene.with_values({"loads": []}))
+    return bare.residual(inputs=Inputs.still(model.scene))
+
+
+def _static_force(model: Model) -> Array:
+    """Forces [N] on the towers (tower, 3) that the energies do not include.
+
+    Of one span these are all static forces, of a line those that springs hold.
+    """
+    if not isinstance(model.scene, LineScene):
+        return model.equilibrium().support_force
+    static = np.zeros((model.map.spans + 1, 3))
+    for tower in model.map.towers:
+        if tower.kind == "springs":
+            probes = np.concatenate([junction_probes(junction) for junction in tower.junctions])
+            static[tower.tower] += model.observe_equilibrium(probes).reshape(-1, 3).sum(axis=0)
+    return static
+
+
+def _stretch_energy(model: Model) -> float:
+    """Tension times length of all conductors [J], the scale of the round-off of the energies."""
+    chains = [model.chain_equilibrium(index) for index in range(len(model.map.chains))]
+    return sum(chain.horizontal_tension * chain.length for chain in chains)
+
+
+def _of_devices(
+    model: Model, time: Array, motion: tuple[Array, Array, Array], place: Array
+) -> Array:
+    """Return the energy that dampers, strings and clamps dissipate.
+
+    Their damping forces are odd in the velocities of nodes and towers.
+    """
+    node, work = model.junction_nodes()[0], np.zeros(len(time))
+    for device, junctions in enumerate(model.devices):
+        if not np.any(model.device_tangent(device, damping=1.0)):
+            continue
+        own = node[list(junctions)]
+        force = np.array(
+            [
+                0.5
+                * (
+                    model.device_force(device, u, v, a, time=t, inputs=_moving(model, t, 1.0))[0]
+                    - model.device_force(device, u, -v, a, time=t, inputs=_moving(model, t, -1.0))[
+                        0
+                    ]
+                )
+                for t, u, v, a in zip(time, *motion, strict=True)
+            ]
+        )
+        work += _work(force, motion[0][:, own])
+        for tower in model.map.towers:
+            if device in tower.devices:
+                work -= _work(force[..., :3].sum(axis=1), place[:, tower.tower])
+    return work
+
+
+def _moving(model: Model, time: float, sense: float) -> Inputs:
+    """Towers where the laws take them at a time, with their velocities times `sense`."""
+    scene = model.scene
+    inputs = Inputs.still(scene)
+    ahead, behind = (_tower_points(scene, time + step, None) for step in (HALF, -HALF))
+    inputs.time, inputs.support = time, _tower_points(scene, time, None)
+    inputs.support_rate = sense * (ahead - behind) / (2.0 * HALF)
+    return inputs
 
 
 def _turning(
@@ -204,12 +296,22 @@ def _stored(model: Model, u: Array, v: Array, attack: float) -> float:
     return float(kinetic + np.vdot(u, path))
 
 
-def _tower_points(model: Model, time: float, inputs: Callable[[float], Inputs] | None) -> Array:
-    """Return the displacement of the tower points [m]: left x1 x2 x3, right x1 x2 x3."""
+def _tower_points(
+    scene: Scene | LineScene, time: float, inputs: Callable[[float], Inputs] | None
+) -> Array:
+    """Return the displacement of the tower points [m], shape (tower, 3)."""
     if inputs:
-        at = inputs(time)
-        return np.asarray(at.support, dtype=np.float64).ravel()
-    return one_span(model.scene, "energy_balance").supports.displacement_at(time).ravel()
+        return np.asarray(inputs(time).support, dtype=np.float64)
+    if not isinstance(scene, LineScene):
+        return scene.supports.displacement_at(time)
+    section = scene.section
+    towers = (section.left_end, *section.suspensions, section.right_end)
+    place = np.zeros((len(towers), 3))
+    for row, tower in zip(place, towers, strict=True):
+        for axis, name in enumerate(("x1", "x2", "x3")):
+            law = getattr(tower.motion, name, None)
+            row[axis] = 0.0 if law is None else float(law.at(time))
+    return place
 
 
 def _work(force: Array, place: Array) -> Array:
