@@ -21,6 +21,7 @@ from .scene.line_scene import LineScene as LineScene
 from .scene.scene import Scene as Scene
 from .simulation.energy_balance import EnergyBalance as EnergyBalance
 from .simulation.energy_balance import energy_balance as energy_balance
+from .simulation.line_result import LineResult as LineResult
 from .simulation.result import Oscillation as Oscillation
 from .simulation.result import Result as Result
 from .simulation.simulate import simulate as simulate

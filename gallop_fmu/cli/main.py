@@ -5,7 +5,7 @@ Each command imports what it needs itself, so that ``--help`` is fast.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 from functools import partial
 from pathlib import Path
@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 import typer
 
 from gallop_fmu.cli.line_commands import NEW_EXAMPLE, LineCommand, conductors, new
+from gallop_fmu.cli.line_output import print_line
 from gallop_fmu.cli.sweep_options import SweepOptions, takes_sweep_options
 from gallop_fmu.cli.terminal import (
     PICTURE_SUFFIXES,
@@ -25,7 +26,6 @@ from gallop_fmu.cli.terminal import (
     Version,
     check_output,
     chosen_scene,
-    chosen_spec,
     complain,
     complain_of,
     echo_json,
@@ -38,10 +38,15 @@ from gallop_fmu.cli.terminal import (
     real,
     start,
     whole,
+    work_text,
 )
 
 if TYPE_CHECKING:
+    import xarray as xr
+
+    from gallop_fmu.scene.line_scene import LineScene
     from gallop_fmu.scene.scene import Scene
+    from gallop_fmu.simulation.line_result import LineResult
     from gallop_fmu.simulation.result import Result
     from gallop_fmu.simulation.simulate import Progress
 
@@ -121,25 +126,38 @@ def run(  # noqa: PLR0913 - typer takes a parameter for each option
     ] = None,
     as_json: AsJson = False,
 ) -> None:
-    """Simulate a span and print its motion at mid-span."""
+    """Simulate a span or line and print its motion at mid-span, of a line also its towers."""
     from gallop_fmu.input.input_csv import with_inputs
-    from gallop_fmu.simulation.result import summary
+    from gallop_fmu.scene.line_scene import LineScene, one_span
     from gallop_fmu.simulation.run_options import check_model
 
     check_model(model)
     chosen = chosen_scene(scene, changes)
     if inputs:
-        chosen = with_inputs(chosen, inputs)
+        chosen = with_inputs(one_span(chosen, "--inputs"), inputs)
+    if plot:
+        one_span(chosen, "--plot")
     check_output(out, RESULT_SUFFIXES)
     check_output(plot, PICTURE_SUFFIXES)
     result = _simulate(chosen, until, every, nodes, silent=as_json)
     written, unwritten = _write(result, out, plot)
-    numbers = summary(result)
+    numbers = _numbers(result)
     if as_json:
         echo_json({**numbers, "files": list(map(str, written))})
+    elif isinstance(chosen, LineScene):
+        print_line(numbers, result.warnings, written)
     else:
-        _print_summary(numbers, result, written)
+        _print_summary(numbers, result.dataset, result.warnings, written)
     _exit_unless_complete(result, written, unwritten)
+
+
+def _numbers(result: Result | LineResult) -> dict[str, Any]:
+    """Return the summary of a run of a span or line."""
+    from gallop_fmu.simulation.line_result import LineResult
+    from gallop_fmu.simulation.line_tables import line_summary
+    from gallop_fmu.simulation.result import summary
+
+    return line_summary(result) if isinstance(result, LineResult) else summary(result)
 
 
 @app.command(
@@ -234,7 +252,7 @@ def export(
 
     try:
         names = platforms.split(",") if platforms else None
-        chosen = chosen_spec(scene, changes).scene()
+        chosen = chosen_scene(scene, changes)
         complain_of(chosen)
         places = [real(text) for text in stations.split(",")] if stations else []
         path = export_fmu(chosen, out, runtime=runtime, platforms=names, wind=wind, stations=places)
@@ -316,13 +334,13 @@ def main() -> None:
 
 
 def _simulate(
-    scene: Scene,
+    scene: Scene | LineScene,
     until: float | None,
     every: int | None,
     nodes: Literal["midspan", "all"],
     *,
     silent: bool,
-) -> Result:
+) -> Result | LineResult:
     """Simulate a scene with progress.
 
     Raises
@@ -347,7 +365,9 @@ def _simulate(
     return result
 
 
-def _write(result: Result, out: Path | None, plot: Path | None) -> tuple[list[Path], list[OSError]]:
+def _write(
+    result: Result | LineResult, out: Path | None, plot: Path | None
+) -> tuple[list[Path], list[OSError]]:
     """Write both files; return the written paths and the errors.
 
     An error in one file does not prevent the other, or the summary.
@@ -359,7 +379,9 @@ def _write(result: Result, out: Path | None, plot: Path | None) -> tuple[list[Pa
         unwritten.append(problem)
     if plot:
         from gallop_fmu.plots import overview, save_figure
+        from gallop_fmu.simulation.result import Result
 
+        assert isinstance(result, Result)  # a line was refused before
         try:
             written.append(save_figure(overview(result), plot))
         except OSError as problem:
@@ -367,7 +389,9 @@ def _write(result: Result, out: Path | None, plot: Path | None) -> tuple[list[Pa
     return written, unwritten
 
 
-def _exit_unless_complete(result: Result, written: list[Path], unwritten: list[OSError]) -> None:
+def _exit_unless_complete(
+    result: Result | LineResult, written: list[Path], unwritten: list[OSError]
+) -> None:
     """Report a run that ended early and files that could not be written; end with their code."""
     from gallop_fmu.foundation.outcome import Outcome
 
@@ -411,10 +435,12 @@ def _progress(title: str, *, silent: bool) -> Iterator[Progress | None]:
 MIDSPAN_ROWS = {"u2": "vertical u2", "u3": "horizontal u3", "theta": "twist", "tension": "tension"}
 
 
-def _print_summary(numbers: dict[str, Any], result: Result, written: list[Path]) -> None:
+def _print_summary(
+    numbers: dict[str, Any], dataset: xr.Dataset, warnings: Iterable[str], written: list[Path]
+) -> None:
     from gallop_fmu.simulation.result import frequency_text
 
-    attrs, console = result.dataset.attrs, new_console()
+    attrs, console = dataset.attrs, new_console()
     console.print(numbers["title"], style="bold")
     console.print(
         f"sag {attrs['sag']:.3f} m, horizontal tension {attrs['horizontal_tension'] / 1000:.3f} kN"
@@ -423,7 +449,7 @@ def _print_summary(numbers: dict[str, Any], result: Result, written: list[Path])
     headings = ("amplitude", "mean", "frequency [Hz]", "motion", "range in the run")
     table = new_table(f"mid-span, last {numbers['window']:g} s", *headings)
     for name, row in numbers["midspan"].items():
-        unit = result.dataset[name].attrs["units"]
+        unit = dataset[name].attrs["units"]
         table.add_row(
             f"{MIDSPAN_ROWS[name]} [{unit}]",
             f"{row['amplitude']:.4g}",
@@ -435,17 +461,13 @@ def _print_summary(numbers: dict[str, Any], result: Result, written: list[Path])
     if numbers["midspan"]:
         console.print(table)
         console.print("amplitude: half peak-to-peak", style="dim")
-    console.print(
-        f"{numbers['steps']} steps, {numbers['iterations']} Newton iterations,"
-        f" {numbers['seconds']:.2f} s: {numbers['real_time_factor']:.0f} times real time; lowest"
-        f" tension {numbers['lowest_tension'] / 1000:.3f} kN"
-    )
+    console.print(work_text(numbers))
     if attrs["inactive_terms"]:
         console.print(
             f"inactive terms (no effect in this scene): {attrs['inactive_terms']}",
             style="dim",
             soft_wrap=True,
         )
-    print_warnings(result.warnings)
+    print_warnings(warnings)
     for path in written:
         console.print(f"wrote {path}", soft_wrap=True)

@@ -10,7 +10,7 @@ import json
 import os
 import re
 import sys
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from enum import IntEnum
 from pathlib import Path
@@ -24,6 +24,7 @@ if TYPE_CHECKING:
     from rich.progress import Progress
 
     from gallop_fmu.input.scene_spec import SceneSpec
+    from gallop_fmu.scene.line_scene import LineScene
     from gallop_fmu.scene.scene import Scene
     from gallop_fmu.scene.scene_base import SceneBase
 
@@ -222,11 +223,9 @@ def example(text: str) -> str:
     return f"[dim]Example:[/dim] [bold]{text}[/bold]"
 
 
-def chosen_scene(name: str, changes: list[str] | None) -> Scene:
-    """Load the named scene of one span and apply the changes of ``--set``."""
-    from gallop_fmu.scene.line_scene import one_span
-
-    return one_span(chosen_spec(name, changes).scene(), "this command")
+def chosen_scene(name: str, changes: list[str] | None) -> Scene | LineScene:
+    """Load the named scene, of one span or of a line, and apply the changes of ``--set``."""
+    return chosen_spec(name, changes).scene()
 
 
 def chosen_spec(name: str, changes: list[str] | None) -> SceneSpec:
@@ -338,6 +337,15 @@ def new_console(*, stderr: bool = False) -> Console:
             return super().render_str(printable(text), **options)
 
     return PlainConsole(stderr=stderr, highlight=False, markup=False, emoji=False)
+
+
+def work_text(numbers: Mapping[str, Any]) -> str:
+    """Return the work and the speed of a run as text."""
+    return (
+        f"{numbers['steps']} steps, {numbers['iterations']} Newton iterations,"
+        f" {numbers['seconds']:.2f} s: {numbers['real_time_factor']:.0f} times real time; lowest"
+        f" tension {numbers['lowest_tension'] / 1000:.3f} kN"
+    )
 
 
 def print_warnings(sentences: Iterable[str]) -> None:
