@@ -115,20 +115,24 @@ typedef struct {
  * spring to the tower: stiffness along x1, x2, x3 [N/m];
  * adjacent span with its insulator string (Liu et al. 2009, eq. 23-24): span [m], tension [N],
  * length [m] and weight [N] of the string;
- * string, a bar with ball joints from the tower's point straight above: length [m], weight [N],
- * axial stiffness [N/m] and damping [N s/m], torsional stiffness of the clamp against its lean
- * across the line [N m/rad];
+ * string, a uniform bar with ball joints from the tower's point: unstretched length [m], weight
+ * [N], axial stiffness [N/m] and damping [N s/m], torsional stiffness of the clamp against the lean
+ * across the line [N m/rad]; place of the tower's point from the clamp in the strung state, along
+ * x1, x2, x3 [m], all 0: straight above at the length;
  * V-string, two bars from points of the tower on either side: of each length [m], weight [N],
  * stiffness [N/m] and damping [N s/m]; distance of each point from the middle along x3 [m];
  * frame, rigid in its plane, with arms and clamps at 2 to 8 junctions: mass [kg], stiffness [N/m]
  * and damping [N s/m] of an arm, torsional stiffness [N m/rad] and damping [N m s/rad] of a clamp;
  * yoke, a frame that hangs from a string: the five of a frame, the first four of a string, height
- * of its suspension point above the centre of the frame [m];
+ * of its suspension point above the centre of the frame [m], which may be negative;
  * point mass: mass [kg];
- * pendulum clamped to the conductor: mass [kg], arm [m], angle from straight down [rad];
+ * pendulum clamped to the conductor: mass [kg], arm [m], angle from straight down towards +x3 at
+ * theta = 0 [rad] (theta turns x2 towards x3, so that the arm is then at the angle less theta);
  * damper to the tower's point, or between two junctions: damping along x1, x2, x3 [N s/m],
- * stiffness along x1, x2, x3 [N/m]; bar with ball joints between two junctions: stiffness [N/m],
- * mass [kg], damping [N s/m]. */
+ * stiffness along x1, x2, x3 [N/m];
+ * bar with ball joints between two junctions, unstretched in the strung state, half of its mass at
+ * each: stiffness [N/m], mass [kg], damping [N s/m].
+ * Springs, dampers and bars count their length from the strung state. */
 typedef enum {
     GALLOP_DEVICE_SPRING = 0,
     GALLOP_DEVICE_ADJACENT_SPAN = 1,
