@@ -25,11 +25,17 @@ double statics_shortest_span(const gallop_model *m)
     return shortest;
 }
 
-/* The factor that keeps a correction of this size small against spans and bars. */
+/* [rad] of a section of a strung line: it would wind itself up by whole turns otherwise. */
+#define MAX_TURN 0.5
+
+/* The factor that keeps a correction of this size small against spans, turns and bars. */
 static double correction_scale(const gallop_model *m, const double *correction, double size)
 {
     const double longest = MAX_STATIC_CORRECTION * statics_shortest_span(m);
     double scale = size > longest ? longest / size : 1.0;
+    if (!m->scene.settings.strung) return scale;
+    for (int n = 3; n < 4 * m->nodes; n += 4)
+        if (scale * fabs(correction[n]) > MAX_TURN) scale = MAX_TURN / fabs(correction[n]);
     for (int i = 0; i < m->device_count; i++) {
         const device *d = &m->device[i];
         if (!(d->reach > 0.0)) continue;
@@ -103,23 +109,30 @@ static bool has_converged(const rest_search *s, double tolerance)
            (s->size < tolerance || (s->size < 10.0 * given && s->size > 0.5 * s->before));
 }
 
-#define INVERSE_ITERATIONS 8
+#define INVERSE_ITERATIONS 40
 
-/* The element that moves farthest in the softest mode of the tangent that was factored last; -1: a
- * body does. */
-static int softest_element(const rest_search *s)
+/* The element that moves farthest in the lowest mode of stiffness and mass, by the tangent that was
+ * factored last; -1: a body does. */
+static int softest_element(rest_search *s, double t)
 {
     const gallop_model *m = s->m;
-    double *mode = s->at->residual;
+    const int values = 4 * m->nodes;
+    double *mode = s->at->first + values, *still = s->at->first + 2 * values;
     const chain *last = &m->chain[m->chain_count - 1];
     int farthest = 0;
-    for (int i = 0; i < 4 * m->nodes; i++) mode[i] = 1.0;
+    system_residual(m, t, s->now, s->at, (motion){s->at->u, s->at->v0, s->at->v0}, false, still,
+                    &s->seen);
+    for (int i = 0; i < values; i++) mode[i] = 1.0;
     for (int k = 0; k < INVERSE_ITERATIONS; k++) {
-        solver_solve(m, s->at, s->junctions, mode);
-        const double largest = time_correction_size(m, mode);
-        for (int i = 0; i < 4 * m->nodes; i++) mode[i] /= largest;
+        double *inertia = s->at->residual;
+        system_residual(m, t, s->now, s->at, (motion){s->at->u, s->at->v0, mode}, false, inertia,
+                        &s->seen);
+        for (int i = 0; i < values; i++) inertia[i] -= still[i];
+        solver_solve(m, s->at, s->junctions, inertia);
+        const double largest = time_correction_size(m, inertia);
+        for (int i = 0; i < values; i++) mode[i] = inertia[i] / largest;
     }
-    for (int i = 0; i < 4 * m->nodes; i++)
+    for (int i = 0; i < values; i++)
         if (fabs(mode[i]) > fabs(mode[farthest])) farthest = i;
     const int node = farthest / 4;
     if (node >= last->first_node + last->nodes) return -1;
@@ -130,7 +143,7 @@ static int softest_element(const rest_search *s)
 
 /* The bar that is pushed most explains why no equilibrium was found; else the place that is soft.
  */
-static int explain(const rest_search *s, double t, double tolerance, gallop_report *report)
+static int explain(rest_search *s, double t, double tolerance, gallop_report *report)
 {
     const motion y = {s->at->u, s->at->v0, s->at->v0};
     int worst = -1;
@@ -144,7 +157,7 @@ static int explain(const rest_search *s, double t, double tolerance, gallop_repo
     }
     if (worst >= 0) return report_device(report, worst, t, "pull of a string [N]", lowest, 0.0);
     if (s->mass > 0.0 && s->mass <= LARGEST_MASS)
-        return report_unstable(report, softest_element(s), t);
+        return report_unstable(report, softest_element(s, t), t);
     return report_failure(report, GALLOP_EQUILIBRIUM_NOT_FOUND, s->seen.slack_element, t, s->size,
                           tolerance);
 }

@@ -231,3 +231,23 @@ def test_a_tower_where_the_conductor_pulls_up_is_named():
     spans.append({"length": 300.0, "height_difference": 60.0})
     with pytest.raises(gf.SimulationError, match=r"at tower 2 no static .* pull of a string \[N\]"):
         Model(section(section={"spans": spans}))
+
+
+def inclined_pendulum(angle_deg):
+    pendulum = {"kind": "pendulum", "span": 1, "station": 0.5, "mass": 20.0, "arm": 0.5}
+    return section(lengths=(300.0, 300.0), devices=[{**pendulum, "angle_deg": angle_deg}])
+
+
+@pytest.mark.parametrize("angle_deg", [30.0, 90.0, 179.0])
+def test_a_pendulum_turns_the_conductor_until_it_hangs(angle_deg):
+    """Moment of its weight against torsion, 4 GJ / L; the conductor does not wind itself up."""
+    model = Model(inclined_pendulum(angle_deg))
+    turn = model.start().motion()[0][model.map.chain(1).middle, 3]
+    moment = 20.0 * 9.81 * 0.5 * math.sin(math.radians(angle_deg) - turn)
+    assert 0.0 < turn < math.radians(angle_deg)
+    assert moment == pytest.approx(4.0 * 159.0 / 300.0 * turn, rel=2e-3)
+
+
+def test_a_pendulum_that_stands_upright_is_refused_at_its_place():
+    with pytest.raises(gf.SimulationError, match=r"in span 1, element [56] .* would be unstable"):
+        Model(inclined_pendulum(180.0))
