@@ -214,18 +214,25 @@ class LineMap:
         """An element or a device at a tower, in words; None in a span without numbers."""
         if len(self.chains) == 1:
             return None
-        phases = self.phases > 1
         for tower in self.towers:
             if device is not None and device in tower.devices:
-                return f"at tower {tower.tower}" + (f", phase {tower.phase}" if phases else "")
+                return self.words_of_tower(tower)
         for chain in self.chains:
             if element is None or not 0 <= element - chain.first_element < chain.elements:
                 continue
-            place = f"in span {chain.span}" + (f", phase {chain.phase}" if phases else "")
-            if self.subconductors > 1:
-                place += f", subconductor {chain.subconductor}"
-            return f"{place}, element {element - chain.first_element + 1} of {chain.elements}"
+            number = element - chain.first_element + 1
+            return f"{self.words_of_chain(chain)}, element {number} of {chain.elements}"
         return None
+
+    def words_of_tower(self, tower: MappedTower) -> str:
+        """Where a tower is, in words."""
+        return f"at tower {tower.tower}" + (f", phase {tower.phase}" if self.phases > 1 else "")
+
+    def words_of_chain(self, chain: MappedChain) -> str:
+        """Where a chain is, in words."""
+        place = f"in span {chain.span}" + (f", phase {chain.phase}" if self.phases > 1 else "")
+        own = f", subconductor {chain.subconductor}" if self.subconductors > 1 else ""
+        return place + own
 
     @cached_property
     def node_of_junction(self) -> NDArray[np.intp]:

@@ -39,11 +39,20 @@ LINE_SEMANTICS = (
 )
 
 
-def _semantics(scene: Scene | LineScene) -> list[str]:
-    """How the FMU behaves, in words."""
+def describe(scene: Scene | LineScene, remarks: str = "") -> str:
+    """Return the description of a scene, and how its FMU behaves, as one paragraph.
+
+    Parameters
+    ----------
+    scene
+        The scene.
+    remarks
+        Further remarks for the host; may be empty.
+    """
+    semantics = [SEMANTICS.format(motion="support", points="tower points")]
     if isinstance(scene, LineScene):
-        return [SEMANTICS.format(motion="tower", points="towers"), LINE_SEMANTICS]
-    return [SEMANTICS.format(motion="support", points="tower points")]
+        semantics = [SEMANTICS.format(motion="tower", points="towers"), LINE_SEMANTICS]
+    return " ".join([*scene.description.split(), *semantics, remarks]).strip()
 
 
 @dataclass(frozen=True, slots=True)
@@ -77,11 +86,11 @@ def identify(scene_text: str, version: str, runtime: str, chosen: str = "") -> I
 
 def model_description(
     scene: Scene | LineScene,
+    description: str,
     variables: Sequence[Variable],
     identity: Identity,
     *,
     native: bool,
-    remarks: str,
 ) -> bytes:
     """Return the text of modelDescription.xml, the same for the same arguments.
 
@@ -89,21 +98,21 @@ def model_description(
     ----------
     scene
         The scene.
+    description
+        What `describe` gives.
     variables
         Its variables.
     identity
         GUID and model identifier.
     native
         True if the FMU has its own library, which has more capabilities than pythonfmu's.
-    remarks
-        Further remarks for the host; may be empty.
     """
     root = Element(
         "fmiModelDescription",
         fmiVersion="2.0",
         modelName=" ".join(scene.title.split()),
         guid=identity.guid,
-        description=" ".join([*scene.description.split(), *_semantics(scene), remarks]).strip(),
+        description=description,
         version=version(),
         generationTool=program(),
         variableNamingConvention="structured",

@@ -19,7 +19,14 @@ from gallop_fmu.engine.inputs import Inputs
 from gallop_fmu.engine.library import library_path
 from gallop_fmu.engine.model import Model
 from gallop_fmu.fmu.cross_compile import PLATFORMS, CompilerError, cross_library
-from gallop_fmu.fmu.description import SCENE_FILE, Identity, identify, model_description
+from gallop_fmu.fmu.description import (
+    SCENE_FILE,
+    Identity,
+    describe,
+    identify,
+    model_description,
+)
+from gallop_fmu.fmu.documentation import PAGE, documentation
 from gallop_fmu.fmu.model_bin import MODEL_FILE, model_bin
 from gallop_fmu.fmu.ports import Ports, wind_speed_at_start
 from gallop_fmu.fmu.sources import kernel_sources
@@ -169,10 +176,12 @@ def _common_files(
 ) -> dict[str, bytes]:
     """Return the files that both run-times have."""
     variables = fmu_variables(scene, ports)
+    description = describe(scene, remarks)
     return {
         "modelDescription.xml": model_description(
-            scene, variables, identity, native=native, remarks=remarks
+            scene, description, variables, identity, native=native
         ),
+        PAGE: documentation(scene.title, description, variables),
         f"resources/{MODEL_FILE}": model_bin(scene, identity.guid, version(), ports),
         f"resources/{SCENE_FILE}": scene.to_toml().encode(),
     }

@@ -89,7 +89,7 @@ class TermItem(c.Structure):
 class LabelItem(c.Structure):
     """resource_label."""
 
-    _fields_ = (("text", c.c_char * 48),)
+    _fields_ = (("object", c.c_int32), ("index", c.c_int32), ("text", c.c_char * 56))
 
 
 class OutcomeItem(c.Structure):
@@ -101,6 +101,10 @@ class OutcomeItem(c.Structure):
         ("sentence", c.c_char * 128),
         ("remedy", c.c_char * 184),
     )
+
+
+OF_CHAIN, OF_DEVICE = 0, 1
+"""Objects of a label."""
 
 
 class Section(NamedTuple):
@@ -183,15 +187,18 @@ def _scene_sections(packed: Packed) -> list[Section]:
 
 
 def _labels(parts: LineMap) -> list[Section]:
-    """Names of the chains of a line, for messages; none for a single span."""
+    """Places of a line in words, for messages; none for a single span."""
     if len(parts.chains) == 1:
         return []
-    labels = []
-    for chain in parts.chains:
-        text = f"span {chain.span}"
-        text += f", phase {chain.phase}" if parts.phases > 1 else ""
-        text += f", subconductor {chain.subconductor}" if parts.subconductors > 1 else ""
-        labels.append(LabelItem(_text(text, 48)))
+    labels = [
+        LabelItem(OF_CHAIN, index, _text(parts.words_of_chain(chain), 56))
+        for index, chain in enumerate(parts.chains)
+    ]
+    labels += [
+        LabelItem(OF_DEVICE, device, _text(parts.words_of_tower(tower), 56))
+        for tower in parts.towers
+        for device in tower.devices
+    ]
     return [_section(b"NAME", labels)]
 
 

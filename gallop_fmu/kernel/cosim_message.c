@@ -88,20 +88,38 @@ static cosim_phrase detail_of(const gallop_report *report)
     return out;
 }
 
+/* Where it failed; LineMap.place_of in gallop_fmu/engine/line_map.py writes the same. */
+static cosim_phrase place_of(const gallop_cosim *c, const gallop_report *report)
+{
+    cosim_phrase out = {""};
+    const gallop_scene scene = resource_scene(&c->parameters);
+    const char *device = resource_find_label(&c->parameters, RESOURCE_OF_DEVICE, report->device);
+    if (report->device >= 0 && device) {
+        snprintf(out.text, sizeof out.text, " %s", device);
+        return out;
+    }
+    if (report->element < 0) return out;
+    int32_t own = report->element, k = 0;
+    while (k < scene.chain_count - 1 && own >= scene.chain[k].elements)
+        own -= scene.chain[k++].elements;
+    const char *chain = resource_find_label(&c->parameters, RESOURCE_OF_CHAIN, k);
+    if (chain)
+        snprintf(out.text, sizeof out.text, " %s, element %d of %d", chain, own + 1,
+                 scene.chain[k].elements);
+    else
+        snprintf(out.text, sizeof out.text, " in element %d (counted from the left)",
+                 report->element + 1);
+    return out;
+}
+
 gallop_cosim_status cosim_fail_with_report(gallop_cosim *c, const char *what,
                                            const gallop_report *report)
 {
     const resource_outcome *o = resource_find_outcome(&c->parameters, report->outcome);
     const char *sentence = o ? o->sentence : "it could not be carried out";
     const char *remedy = o ? o->remedy : "check the parameters";
-    char place[128] = "";
-    int32_t element = report->element;
-    const char *chain = element >= 0 ? resource_chain_name(&c->parameters, &element) : NULL;
-    if (element >= 0)
-        snprintf(place, sizeof place, " in element %d (counted from the left)%s%s", element + 1,
-                 chain ? " of " : "", chain ? chain : "");
     return cosim_fail(c, "%s: at %s s%s %s%s. What to do: %s.", what,
-                      cosim_number_text(6, report->time).text, place, sentence,
+                      cosim_number_text(6, report->time).text, place_of(c, report).text, sentence,
                       detail_of(report).text, remedy);
 }
 

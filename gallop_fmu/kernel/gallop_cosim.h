@@ -1,4 +1,4 @@
-/* Co-simulation of one span: the state machine that every run-time of an FMU uses.
+/* Co-simulation of a span or line: the state machine that every run-time of an FMU uses.
  *
  * An instance is created from the content of a resource file (resources/model.bin of an FMU, see
  * resource.h), which holds the scene, the table of variables and the texts of failures.  Variables
@@ -7,8 +7,8 @@
  *     created -> gallop_cosim_enter_initialization -> gallop_cosim_exit_initialization -> stepping
  *             -> gallop_cosim_terminate; gallop_cosim_reset returns to the first from everywhere
  *
- * Between the steps, wind_speed and attack_angle hold their value over a communication step, or
- * change at the rate that gallop_cosim_set_input_rates gives; the tower points move linearly to
+ * Between the steps, wind speeds and the attack angle hold their values over a communication step,
+ * or change at the rate that gallop_cosim_set_input_rates gives; the tower points move linearly to
  * their new places, which they reach at the end of the step.
  *
  * Rules: an instance may be used by one thread at a time, different instances by any number of

@@ -329,18 +329,11 @@ gallop_probe resource_probe(const resource *r, const resource_term *term)
     return probe;
 }
 
-const char *resource_chain_name(const resource *r, int32_t *element)
+const char *resource_find_label(const resource *r, int32_t object, int32_t index)
 {
-    const gallop_scene scene = resource_scene(r);
-    int32_t own = *element;
-    for (int32_t k = 0; k < scene.chain_count; k++) {
-        if (own < scene.chain[k].elements) {
-            if ((uint32_t)k >= r->section[RESOURCE_LABELS].count) return NULL;
-            *element = own;
-            return labels_of(r)[k].text;
-        }
-        own -= scene.chain[k].elements;
-    }
+    const resource_label *label = labels_of(r);
+    for (uint32_t i = 0; i < r->section[RESOURCE_LABELS].count; i++)
+        if (label[i].object == object && label[i].index == index) return label[i].text;
     return NULL;
 }
 

@@ -96,9 +96,13 @@ typedef struct {
     double weight;
 } resource_term;
 
-/* Item of NAME: a name for a chain, for messages. */
+/* What a label is of. */
+enum { RESOURCE_OF_CHAIN = 0, RESOURCE_OF_DEVICE = 1 };
+
+/* Item of NAME: where a chain or a device is, in words, for messages. */
 typedef struct {
-    char text[48];
+    int32_t object, index;
+    char text[56];
 } resource_label;
 
 /* Item of OUTC. */
@@ -157,8 +161,8 @@ void resource_store(const resource *r, const resource_variable *v, double stored
 /* The kernel's probe of a term; that of a constant is any. */
 gallop_probe resource_probe(const resource *r, const resource_term *term);
 
-/* The name of the chain that has an element, and the element's number in it; NULL: no name. */
-const char *resource_chain_name(const resource *r, int32_t *element);
+/* Where a chain or a device is, in words; NULL: there are none. */
+const char *resource_find_label(const resource *r, int32_t object, int32_t index);
 
 /* Texts for an outcome; NULL: there are none. */
 const resource_outcome *resource_find_outcome(const resource *r, int outcome);

@@ -3,6 +3,8 @@
 import math
 import re
 import tomllib
+import zipfile
+from contextlib import suppress
 
 import numpy as np
 import pytest
@@ -13,7 +15,9 @@ from gallop_fmu.engine.inputs import Inputs
 from gallop_fmu.engine.model import Model
 from gallop_fmu.engine.probes import Object, probes_of
 from gallop_fmu.fmu import ExportError, export_fmu, variable_table
+from gallop_fmu.fmu.ports import Ports
 from gallop_fmu.fmu.variables import fmu_variables
+from gallop_fmu.foundation.outcome import SimulationError
 from gallop_fmu.scene.line_scene import LineScene
 
 RICH = tomllib.loads("""
@@ -342,6 +346,15 @@ def test_rows_for_the_documentation_name_the_towers(single_scene):
     assert rows["tower[0].x1"]["unit"] == "m"
 
 
+def test_the_page_in_the_fmu_lists_the_variables(rich_fmu, rich_scene):
+    with zipfile.ZipFile(rich_fmu) as archive:
+        page = archive.read("documentation/index.html").decode()
+    names = re.findall(r"<code>(.*?)</code>", page)
+    ports = Ports("span", STATIONS)
+    assert sorted(names) == sorted(v.name for v in fmu_variables(rich_scene, ports))
+    assert "<td>displacement of tower 1 upwards, reached at the end of a communication step" in page
+
+
 WRONG_PORTS = {
     "a span": ({"wind": "tower"}, "wind = 'tower': must be 'line' or 'span'"),
     "end": ({"stations": (0.5, 1.0)}, "station 2 is 1; it must be between 0 and 1"),
@@ -366,17 +379,24 @@ def test_one_span_has_one_wind_and_may_have_stations(rigid_scene, tmp_path, host
     fmu["numerics.time_step"]  # references of parameters follow those of stations
 
 
-def test_a_failure_names_the_span(rich_scene, tmp_path, host):
-    """The attack angle leaves the curve in the span whose wind turns it most."""
-    changes = {"aerodynamics.valid_from_deg": -4.0, "aerodynamics.valid_to_deg": 4.0}
-    fmu = host(export_fmu(rich_scene.with_values(changes), tmp_path / "narrow.fmu", wind="span"))
+def test_a_failure_is_reported_in_the_words_of_python(rich_scene, rich_fmu, host):
+    """With span, phase, subconductor and element, or the tower."""
+    fmu = host(rich_fmu)
+    model = Model(rich_scene)
+    speeds = np.array([4.1, 4.1, 0.0])
+    state = model.start(0.0, Inputs(0.0, np.full(3, 4.1), math.radians(3.0), np.zeros((4, 3))))
     fmu.start()
-    for k in range(40):
-        fmu["tower[2].x2"] = 0.02 * k
-        try:
-            fmu.step(H)
-        except Exception:  # FMPy has no type of its own
-            break
+    fmu["span[3].wind_speed"], fmu["tower[2].x2"] = 0.0, -60.0
+    moves = np.zeros((TOWERS, 3))
+    moves[2, 1] = -60.0
+    still = np.zeros((TOWERS, 3))
+    inputs = Inputs(0.0, speeds, math.radians(3.0), still, support_rate=moves / 5.0)
+    with pytest.raises(SimulationError) as python:
+        state.advance(5.0, inputs)
+    with suppress(Exception):
+        fmu.step(5.0)
+    words = str(python.value)
     assert re.search(
-        r"in element \d \(counted from the left\) of span [23], phase [12], sub", fmu.log[-1]
+        r" in span [23], phase [12], subconductor [12], element [1-5] of [4-6] ", words
     )
+    assert f"the step could not be carried out: a{words[1:]}".replace("%", " percent") in fmu.log

@@ -10,6 +10,8 @@ from gallop_fmu.fmu.cosim import MESSAGE_SIZE
 from gallop_fmu.fmu.model_bin import (
     ENTRY,
     HEADER,
+    OF_CHAIN,
+    OF_DEVICE,
     Identification,
     LabelItem,
     OutcomeItem,
@@ -87,6 +89,8 @@ CONSTANTS = {
     "sizeof(resource_entry)": ENTRY.size,
     **{f"RESOURCE_{origin.name}": origin.value for origin in Origin},
     **{f"RESOURCE_{kind.name}": kind.value for kind in TargetKind},
+    "RESOURCE_OF_CHAIN": OF_CHAIN,
+    "RESOURCE_OF_DEVICE": OF_DEVICE,
     "RESOURCE_POINT": POINT,
     "RESOURCE_CONSTANT": CONSTANT,
     "GALLOP_COSIM_MESSAGE_SIZE": MESSAGE_SIZE,

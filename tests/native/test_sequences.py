@@ -7,34 +7,66 @@ keep to it; the sanitizers abort at the first wrong access, undefined operation 
 import random
 import struct
 import subprocess
+import tomllib
 from pathlib import Path
 
 import pytest
 from hypothesis import Phase, given, settings
 from hypothesis import strategies as st
 
+from gallop_fmu.scene.line_scene import LineScene
+
 SEQUENCES = 60  # in each batch, about 150 calls each
 BATCHES = 3
 FIXED = settings(max_examples=BATCHES, derandomize=True, deadline=None, phases=[Phase.generate])
 
 
-@pytest.fixture(scope="module")
-def driver(sanitized, small):
-    program = sanitized(
-        "sequence", *sorted((Path(__file__).parents[2] / "fuzz").glob("sequence*.c"))
+LINE = {
+    "title": "Two spans of a twin bundle",
+    "section": {
+        "horizontal_tension": 15000.0,
+        "spans": [{"length": 125.88}, {"length": 110.0, "height_difference": 4.0}],
+        "suspensions": [{"kind": "string", "length": 2.1, "weight": 490.0}],
+    },
+    "bundle": {"subconductors": 2, "spacing": 0.4, "spacers": 1},
+    "wind": {"speed": 5.5},
+}
+"""With the conductor, coefficient curve and numerics of example 3."""
+
+
+@pytest.fixture(scope="module", params=["span", "line"])
+def exported(request, small, small_scene, unpack):
+    """An FMU, and the number of sequences in a batch; those of a line take longer."""
+    if request.param == "span":
+        return small, SEQUENCES
+    data = tomllib.loads(small_scene.to_toml())
+    scene = LineScene.from_dict(
+        {name: data[name] for name in ("conductor", "ice", "aerodynamics", "numerics")} | LINE
     )
+    return unpack(scene.with_values({"numerics.elements": 2})), SEQUENCES // 5
+
+
+@pytest.fixture(scope="module")
+def program(sanitized):
+    sources = sorted((Path(__file__).parents[2] / "fuzz").glob("sequence*.c"))
+    return sanitized("sequence", *sources)
+
+
+@pytest.fixture(scope="module")
+def driver(program, exported):
+    fmu, sequences = exported
 
     def run(seed, *forgeries):
         chance = random.Random(seed)
-        sizes = [chance.randrange(50, 2000) for _ in range(SEQUENCES)]
+        sizes = [chance.randrange(50, 2000) for _ in range(sequences)]
         batch = b"".join(struct.pack("<H", size) + chance.randbytes(size) for size in sizes)
-        command = [program, small.resources.as_uri(), small.guid, *forgeries]
+        command = [program, fmu.resources.as_uri(), fmu.guid, *forgeries]
         done = subprocess.run(
             list(map(str, command)), input=batch, capture_output=True, timeout=120
         )
         assert done.returncode == 0, done.stderr.decode()
         calls, messages = (int(word) for word in done.stdout.split() if word.isdigit())
-        assert calls > 4000
+        assert calls > 65 * sequences
         assert 0.2 * calls < messages < 0.9 * calls  # both legal and illegal ones
 
     return run
