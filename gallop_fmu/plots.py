@@ -183,6 +183,49 @@ def overview(result: Result) -> Figure:
     return figure
 
 
+def over_values(grid: xr.Dataset, column: str) -> Figure:
+    """Draw a result of a sweep over the varied number: a curve for each span or tower.
+
+    Parameters
+    ----------
+    grid
+        From `gallop_fmu.Runs.grid`; of several varied values select one of all but one, such as
+        ``runs.grid().sel({"ice.attack_angle_deg": 180.0})``.
+    column
+        Column of numbers, such as ``"u2_amplitude"``, of a line ``"span_u2_amplitude"``.
+
+    Raises
+    ------
+    SceneError
+        There is no such column of numbers, or not one varied number.
+    """
+    if column not in grid or not np.issubdtype(grid[column].dtype, np.number):
+        numbers = [str(name) for name in grid.data_vars if grid[name].dtype.kind in "iuf"]
+        raise SceneError(f"{column} is no column of numbers; choose one of {', '.join(numbers)}")
+    data = grid[column]
+    varied = [str(name) for name in data.dims if name not in ("span", "tower", "phase")]
+    if len(varied) != 1 or not np.issubdtype(grid[varied[0]].dtype, np.number):
+        raise SceneError(
+            f"a curve needs one varied number, and this sweep has {', '.join(varied) or 'none'};"
+            " select one value of each other one with grid.sel"
+        )
+    (key,) = varied
+    places = [name for name in data.dims if name != key]
+    curves = data.stack(place=places) if places else data.expand_dims("place")
+    with drawing(STYLE):
+        figure = _page(3.2)
+        axes = figure.subplots()
+        for curve in curves.transpose("place", key):
+            label = ", ".join(f"{name} {int(curve[name])}" for name in places)
+            axes.plot(grid[key].values, curve.values, marker="o", markersize=2.5, label=label)
+        for draw, name in ((axes.set_xlabel, key), (axes.set_ylabel, column)):
+            unit = grid[name].attrs.get("units")
+            draw(f"{name} [{unit}]" if unit else name)
+        if places:
+            axes.legend(frameon=False)
+    return figure
+
+
 def add_notes(figure: Figure, notes: Sequence[str]) -> None:
     """Write sentences below a figure, each on its own lines."""
     figure.supxlabel(

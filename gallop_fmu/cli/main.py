@@ -164,6 +164,8 @@ def _numbers(result: Result | LineResult) -> dict[str, Any]:
     epilog=example(
         "gallop-fmu sweep example3 --over wind.speed=4:7:0.5 --until 900 -o winds.parquet"
     )
+    + "\n\n"
+    + example("gallop-fmu sweep line.toml --over wind.speed=2:6:0.5 -o winds.nc")
 )
 @takes_sweep_options
 def sweep(
@@ -185,7 +187,8 @@ def sweep(
     """Simulate a scene over values of its parameters, every span of a table, or both.
 
     One row a run: amplitudes, frequencies, extremes, clearance, and the outcome. Runs that fail
-    are rows too.
+    are rows too. Of a line ([section]), amplitudes of each span, forces on each tower, leans of
+    the strings, and the smallest distance of the phases.
 
     The same command again continues a sweep that was stopped or killed, from the journal
     FILE.journal.
@@ -199,6 +202,9 @@ def sweep(
         "u2_frequency_hz",
         "u3_amplitude",
         "cigre_322_excess",
+        "span_u2_amplitude",
+        "span_u3_amplitude",
+        "smallest_clearance",
     )
     compute = partial(sweep_scenes, stop_time=until, window=window, model=model)
     shared.carry_out("gallop-fmu", compute, columns)

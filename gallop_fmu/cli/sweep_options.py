@@ -355,7 +355,7 @@ def _print_rows(runs: Runs, columns: Sequence[str], out: Path | None) -> None:
 def _table(runs: Runs, rows: list[Row], keys: list[str]) -> Any:
     table = new_table(*(_heading(runs, key) for key in keys))
     for row in rows:
-        table.add_row(*(_motion(row) if key == "motion" else _cell(row.get(key)) for key in keys))
+        table.add_row(*(_motion(row) if key == "motion" else _cell_of(row, key) for key in keys))
     return table
 
 
@@ -398,6 +398,15 @@ def _cell(value: Any) -> str:
     if value in (None, ""):
         return "-"
     return f"{value:.5g}" if isinstance(value, float) else str(value)
+
+
+def _cell_of(row: Row, key: str) -> str:
+    """Cell of a column; of one of spans or towers the values of all, in their order."""
+    from gallop_fmu.sweeps.places import placed
+
+    if key in row:
+        return _cell(row[key])
+    return ", ".join(_cell(value) for name, value in row.items() if placed(name)[0] == key)
 
 
 def _run_label(runs: Runs, row: Row) -> str:

@@ -13,7 +13,7 @@ from typing import Any
 from gallop_fmu.foundation.errors import SceneError
 from gallop_fmu.input.scene_files import read_scene_file, scene_of_file
 from gallop_fmu.line.line_table import Line
-from gallop_fmu.scene.dotted_paths import takes_text, unknown_key
+from gallop_fmu.scene.dotted_paths import is_key, takes_text, unknown_key
 from gallop_fmu.scene.fields import setting, unit_of_field
 from gallop_fmu.scene.line_scene import LineScene
 from gallop_fmu.scene.scene import Scene
@@ -75,6 +75,11 @@ class SceneSpec:
         """True if there is a ``[line]`` table."""
         return "line" in self.data
 
+    @property
+    def is_section(self) -> bool:
+        """True if there is a ``[section]`` table: the scene is a line."""
+        return "section" in self.data
+
     def with_values(self, values: Mapping[str, Any]) -> SceneSpec:
         """Return a copy with more values to change; `scene` checks them."""
         return replace(self, values={**self.values, **values})
@@ -104,9 +109,14 @@ class SceneSpec:
         Raises
         ------
         SceneError
-            A varied key needs a line and there is none; the line has an unknown key or lacks a
-            required one; or, if no value of a line is varied, the scene is invalid.
+            No scene of this kind has a varied key; it needs a line and there is none; the line has
+            an unknown key or lacks a required one; or, if no value of a line is varied, the scene
+            is invalid.
         """
+        root = LineScene if self.is_section else SceneWithLine
+        for key in varied:
+            if not is_key(root, key):
+                raise SceneError(self._named(_of_other_kind(root, key)))
         on_line = sorted(key for key in varied if key.startswith(LINE))
         if not on_line:
             self.scene()
@@ -163,6 +173,18 @@ class SceneSpec:
 
     def _named(self, message: str) -> str:
         return f"{self.name}: {message}" if self.name else message
+
+
+def _of_other_kind(root: type[SceneBase], key: str) -> str:
+    """Return a message for a key that only scenes of the other kind have."""
+    start = key.partition(".")[0]
+    if start in root.model_fields:
+        return unknown_key(root, key)
+    has, has_not = ("[section]", "[span]") if root is LineScene else ("[span]", "[section]")
+    return (
+        f"{key}: the scene has {has}, and {start} belongs to scenes with {has_not}; give a value"
+        " of this scene"
+    )
 
 
 def unit_of(scene: SceneBase, key: str) -> str:

@@ -66,6 +66,18 @@ def all_keys(section: type[Section], start: str = "") -> list[str]:
     return list(keys)
 
 
+@cache
+def is_key(root: type[Section], path: str) -> bool:
+    """Check that a scene can have a dotted path; items of lists have any number."""
+    pattern = re.sub(r"\.\d+(?=\.)", ".0", path)
+    return re.sub(r"(\.\d+)+$", "", pattern) in _keys(root)
+
+
+@cache
+def _keys(root: type[Section]) -> frozenset[str]:
+    return frozenset(all_keys(root))
+
+
 def number_of_item(root: type[Section], path: str) -> str:
     """Return the number of the item of a path for people, such as ``"device 1"`` of ``devices.0``.
 

@@ -198,12 +198,14 @@ class LineResult(ResultBase[LineScene]):
         """Return the oscillation of a bundle's centre and twist from `start` to `stop` [s]."""
         return oscillations(self.bundle(span, phase), start, stop)
 
-    def motion_of(self, span: int | None = None, phase: int = 1) -> Motion:
-        """Judgement of the motion of one span at the end of the run, as of `motion`."""
+    def motion_of(
+        self, span: int | None = None, phase: int = 1, window: float | None = None
+    ) -> Motion:
+        """Judge the motion of one span over the last `window` s, as `judged` that of all."""
         if not set(MOVES) & set(self.dataset.data_vars):
             return Motion("undetermined", "no displacement was recorded")
         histories = self._moves(self.bundle(span, phase), "")
-        return judge_span(self.dataset.time.values, histories)
+        return judge_span(self.dataset.time.values, histories, window)
 
     def judged(self, window: float | None = None) -> Motion:
         """Judge the motion over the last `window` s, from mid-spans and strings.

@@ -89,22 +89,23 @@ def _statistics(
     return {f"{start}_{w}": float(number) for w, number in zip(_STATISTICS, numbers, strict=True)}
 
 
-def _late(result: LineResult, history: xr.DataArray) -> xr.DataArray:
+def _late(result: LineResult, history: xr.DataArray, window: float | None = None) -> xr.DataArray:
     """The part of a history in the window at the end of the run; of one record, itself."""
     if len(history.time) < 2:
         return history
-    begin, end = result.window()
+    begin, end = result.window(window)
     return history.sel(time=slice(begin - 1e-9, end + 1e-9))
 
 
-def spans(result: LineResult) -> pd.DataFrame:
+def spans(result: LineResult, window: float | None = None) -> pd.DataFrame:
     """Return the motion of the bundle's centre at mid-span, of each span and phase.
 
-    Amplitudes (half peak-to-peak), means and frequencies are over the window at the end of the
-    run. The excess is the distance of the orbit from the ellipse of a single loop; negative inside.
+    Amplitudes (half peak-to-peak), means and frequencies are over the last `window` s of the run
+    (default: 100 s, at most half of it). The excess is the distance of the orbit from the ellipse
+    of a single loop; negative inside.
     """
     rows = [
-        {"span": span, "phase": phase, **_span_row(result, span, phase)}
+        {"span": span, "phase": phase, **_span_row(result, span, phase, window)}
         for span in range(1, result.map.spans + 1)
         for phase in range(1, result.map.phases + 1)
     ]
@@ -115,20 +116,21 @@ def spans(result: LineResult) -> pd.DataFrame:
     return _frame(rows, units)
 
 
-def _span_row(result: LineResult, span: int, phase: int) -> dict[str, Any]:
+def _span_row(result: LineResult, span: int, phase: int, window: float | None) -> dict[str, Any]:
     place = {"line_span": span, "line_phase": phase}
     row: dict[str, Any] = {
         name: float(result.dataset[name].sel(place)) for name in ("sag", "horizontal_tension")
     }
     bundle = result.bundle(span, phase)
-    late = {name: _late(result, bundle[name]) for name in ("u2", "u3", "theta") if name in bundle}
+    moves = [name for name in ("u2", "u3", "theta") if name in bundle]
+    late = {name: _late(result, bundle[name], window) for name in moves}
     for name, history in late.items():
         if len(history.time) < 2:
             continue
         interval = float(history.time[1] - history.time[0])
         keys = (f"{name}_amplitude", f"{name}_mean", f"{name}_frequency_hz")
         row |= dict(zip(keys, measure(history.values, interval), strict=True))
-    row["motion"] = str(result.motion_of(span, phase))
+    row["motion"] = str(result.motion_of(span, phase, window))
     if {"u2", "u3"} <= set(late):
         ellipses = {"davison_excess": davison_single_loop(row["sag"])}
         with suppress(ValueError):  # the rule has no ellipse for such a small sag

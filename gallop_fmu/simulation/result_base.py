@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Generic, TypeVar
 
 import numpy as np
+from numpy.typing import NDArray
 
 from gallop_fmu.foundation.atomic_write import netcdf_bytes, write_whole
 from gallop_fmu.foundation.errors import SceneError
@@ -116,6 +117,24 @@ class ResultBase(ABC, Generic[AnyScene]):
             why = "" if self.outcome is Outcome.COMPLETED else f". {self.report}"
             raise SceneError(f"{asked}the run has {has}{why}")
         return last - length, last
+
+    def in_window(self, wanted: float | None = None) -> NDArray[np.bool_]:
+        """Return which records are in the `window` at the end of the run.
+
+        Raises
+        ------
+        SceneError
+            The run is shorter, or the window contains fewer than two records.
+        """
+        start, stop = self.window(wanted)
+        time = self.dataset.time.values
+        found: NDArray[np.bool_] = time >= start - 1e-9
+        if np.count_nonzero(found) < 2:
+            raise SceneError(
+                f"window = {stop - start} s: contains fewer than two records, which are"
+                f" {time[1] - time[0]:g} s apart; give a longer window"
+            )
+        return found
 
     def save(self, path: Path | str) -> Path:
         """Write all histories as ``.nc`` (NetCDF), or those at mid-span as ``.csv``, ``.parquet``.

@@ -6,10 +6,8 @@ import hashlib
 import itertools
 import json
 import math
-import re
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from functools import cache
 from pathlib import Path
 from typing import Any
 
@@ -17,8 +15,8 @@ from gallop_fmu.foundation.errors import SceneError
 from gallop_fmu.foundation.text_files import parse_value, read_cells, read_text
 from gallop_fmu.foundation.text_rules import clean_text, plain
 from gallop_fmu.input.scene_spec import LINE, SceneSpec, SceneWithLine, is_text_key
-from gallop_fmu.scene.dotted_paths import all_keys, unknown_key
-from gallop_fmu.scene.line_scene import one_span
+from gallop_fmu.scene.dotted_paths import is_key, unknown_key
+from gallop_fmu.scene.line_scene import LineScene
 from gallop_fmu.scene.scene import Scene
 from gallop_fmu.sweeps.rows import as_cell
 
@@ -31,6 +29,9 @@ CURVE = f"{LINE}coefficients"
 REMOVED = "none"
 """Cell that removes a value of the scene."""
 MAX_RUNS = 1_000_000
+
+AnyScene = Scene | LineScene | SceneSpec | str | Path
+"""Scene of a span or line, packaged name or path."""
 
 SpanTable = Path | str | Sequence[Mapping[str, Any]] | Any
 """File, rows in memory, or a data frame of pandas or polars."""
@@ -57,7 +58,7 @@ class Case:
     changes: dict[str, Any]
     labels: dict[str, Any]
 
-    def scene(self) -> Scene:
+    def scene(self) -> Scene | LineScene:
         """Return the scene to compute.
 
         Raises
@@ -65,7 +66,7 @@ class Case:
         SceneError
             A value is not allowed.
         """
-        return one_span(self.base.scene(self.changes), "a sweep")
+        return self.base.scene(self.changes)
 
     def columns(self) -> dict[str, Any]:
         """Return the first columns of the row of results; lists and tables as JSON."""
@@ -92,6 +93,11 @@ class Cases:
     grid: dict[str, list[Any]]
 
     @property
+    def bases(self) -> list[SceneSpec]:
+        """The scenes before their changes, each once."""
+        return list({id(case.base): case.base for case in self.every}.values())
+
+    @property
     def columns(self) -> tuple[str, ...]:
         """Names of the first columns of the rows of results."""
         return tuple(
@@ -116,7 +122,7 @@ class Cases:
 
 
 def cases(
-    scene: Scene | SceneSpec | str | Path | None,
+    scene: AnyScene | None,
     over: Mapping[str, Sequence[Any]] | None = None,
     table: SpanTable | None = None,
 ) -> Cases:
@@ -194,7 +200,7 @@ class _Scenes:
         Where relative paths start.
     """
 
-    def __init__(self, scene: Scene | SceneSpec | str | Path | None, folder: Path) -> None:
+    def __init__(self, scene: AnyScene | None, folder: Path) -> None:
         self._base = None if scene is None else SceneSpec.of(scene)
         self._folder = folder
         self._loaded: dict[str, SceneSpec] = {}
@@ -437,13 +443,8 @@ def _is_missing(key: str, value: Any) -> bool:
 
 
 def _check_key(key: str) -> None:
-    """Refuse a key that no scene has; items of lists have numbers."""
-    pattern = re.sub(r"\.\d+(?=\.)", ".0", key)
-    if re.sub(r"(\.\d+)+$", "", pattern) not in _keys():
-        raise SceneError(unknown_key(SceneWithLine, key))
-
-
-@cache
-def _keys() -> frozenset[str]:
+    """Refuse a key that no scene has."""
     # Only single values of a line can be changed, not the line as a whole.
-    return frozenset(all_keys(SceneWithLine)) - {LINE.rstrip(".")}
+    if key == LINE.rstrip(".") or not any(is_key(root, key) for root in (SceneWithLine, LineScene)):
+        is_of_span = key.partition(".")[0] in SceneWithLine.model_fields
+        raise SceneError(unknown_key(SceneWithLine if is_of_span else LineScene, key))

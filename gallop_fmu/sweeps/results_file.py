@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from gallop_fmu.foundation.atomic_write import check_target, netcdf_bytes, write_whole
 from gallop_fmu.foundation.errors import SceneError
+from gallop_fmu.sweeps.places import flattened, stacked
 from gallop_fmu.sweeps.rows import FORMAT, TEXT_COLUMNS, Header, Row, finite_or_none, is_header
 
 if TYPE_CHECKING:
@@ -29,7 +30,8 @@ TYPES = (bool, int, float, object)
 def as_dataset(rows: list[Row], header: Header) -> xr.Dataset:
     """Return one array per column over the dimension ``run``; missing values are NaN or ``""``.
 
-    Without rows, the dataset has the columns of the header.
+    Columns of spans and towers are arrays over ``run`` and ``span`` or ``tower``, see
+    `gallop_fmu.sweeps.places`. Without rows, the dataset has the columns of the header.
     """
     import xarray as xr
 
@@ -40,7 +42,12 @@ def as_dataset(rows: list[Row], header: Header) -> xr.Dataset:
         name: ("run", _array([row.get(name) for row in rows], name in TEXT_COLUMNS))
         for name in columns
     }
-    dataset = xr.Dataset(variables, attrs={HEADER: json.dumps(header)})
+    return _described(xr.Dataset(variables, attrs={HEADER: json.dumps(header)}), header)
+
+
+def _described(flat: xr.Dataset, header: Header) -> xr.Dataset:
+    """Return a dataset over places, with the units and meanings of the header."""
+    dataset = stacked(flat, header["columns"])
     for name, (unit, meaning) in header["columns"].items():
         if name in dataset:
             dataset[name].attrs = {"long_name": meaning, **({"units": unit} if unit else {})}
@@ -49,7 +56,8 @@ def as_dataset(rows: list[Row], header: Header) -> xr.Dataset:
 
 def rows_of(dataset: xr.Dataset) -> list[Row]:
     """Return the rows of a dataset of `as_dataset`."""
-    columns = {str(name): values.values.tolist() for name, values in dataset.variables.items()}
+    flat = flattened(dataset)
+    columns = {str(name): values.values.tolist() for name, values in flat.variables.items()}
     return [
         {name: finite_or_none(values[k]) for name, values in columns.items()}
         for k in range(dataset.sizes["run"])
@@ -162,6 +170,7 @@ def _parquet_bytes(dataset: xr.Dataset) -> bytes:
     import pyarrow as pa
     from pyarrow import parquet
 
+    dataset = flattened(dataset)
     columns = {str(name): pa.array(values.values) for name, values in dataset.variables.items()}
     fields = [
         pa.field(name, column.type, metadata=dataset[name].attrs)
@@ -179,14 +188,9 @@ def _read_parquet(path: Path) -> xr.Dataset:
 
     table = parquet.read_table(path)
     header = table.schema.metadata[HEADER.encode()].decode()
-    variables = {}
-    for field in table.schema:
-        attributes = {key.decode(): value.decode() for key, value in (field.metadata or {}).items()}
-        described = {
-            key: value for key, value in attributes.items() if key in ("long_name", "units")
-        }
-        variables[field.name] = ("run", table[field.name].to_numpy(), described)
-    return xr.Dataset(variables, attrs={HEADER: header})
+    variables = {name: ("run", table[name].to_numpy()) for name in table.column_names}
+    flat = xr.Dataset(variables, attrs={HEADER: header})
+    return _described(flat, json.loads(header))
 
 
 def _read_netcdf(path: Path) -> xr.Dataset:

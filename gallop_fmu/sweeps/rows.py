@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import json
 import math
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping, Set
 from functools import lru_cache
 from typing import Any, NotRequired, TypedDict
 
 from gallop_fmu.foundation.text_rules import is_printable
+from gallop_fmu.sweeps.places import placed
 
 Row = dict[str, Any]
 """Column to number, truth value, text or None (missing)."""
@@ -74,7 +75,7 @@ def _is_unit_and_meaning(texts: Any) -> bool:
     )
 
 
-def is_row(row: Any, header: Header, number_columns: Iterable[str]) -> bool:
+def is_row(row: Any, header: Header, number_columns: Set[str]) -> bool:
     """Check that data are a row of this header: names, values, and its point of the grid."""
     return (
         isinstance(row, dict)
@@ -83,14 +84,14 @@ def is_row(row: Any, header: Header, number_columns: Iterable[str]) -> bool:
         and row.keys() >= set(TEXT_COLUMNS)
         and not row_problem(row)
         and has_values(row, _point(header["grid"], row["run"]))
-        and str not in {type(row.get(key)) for key in number_columns}
+        and number_columns.isdisjoint(placed(key)[0] for key in row if isinstance(row[key], str))
     )
 
 
-def number_columns(header: Header) -> list[str]:
+def number_columns(header: Header) -> set[str]:
     """Return the columns of numbers that are computed."""
     columns = header["columns"].items()
-    return [key for key, (unit, meaning) in columns if unit and meaning != VARIED]
+    return {key for key, (unit, meaning) in columns if unit and meaning != VARIED}
 
 
 def row_problem(row: Mapping[str, Any]) -> str:

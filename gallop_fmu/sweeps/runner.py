@@ -28,6 +28,7 @@ from gallop_fmu.sweeps.rows import ERROR, VARIED, Header, Row, row_problem
 from gallop_fmu.sweeps.runs import COMPLETED, Runs, RunsStoppedError
 
 if TYPE_CHECKING:
+    from gallop_fmu.scene.line_scene import LineScene
     from gallop_fmu.scene.scene import Scene
 
 MAX_GROUP_SIZE = 8
@@ -70,7 +71,7 @@ class Task(Protocol):
     def kind(self) -> Kind:
         """Threads, if the work releases the interpreter lock."""
 
-    def __call__(self, scenes: Sequence[Scene], carry_on: CarryOn) -> list[Row]:
+    def __call__(self, scenes: Sequence[Scene | LineScene], carry_on: CarryOn) -> list[Row]:
         """Return one row a scene, each with outcome, message and seconds."""
 
     def __str__(self) -> str:
@@ -192,7 +193,7 @@ class _PreparedCase(NamedTuple):
     """
 
     row: Row
-    scene: Scene | None
+    scene: Scene | LineScene | None
 
 
 def _prepared(case: Case) -> _PreparedCase:
@@ -219,7 +220,9 @@ class _GroupTask:
 
 
 def one_by_one(
-    function: Callable[[Scene], Row], scenes: Sequence[Scene], carry_on: CarryOn
+    function: Callable[[Scene | LineScene], Row],
+    scenes: Sequence[Scene | LineScene],
+    carry_on: CarryOn,
 ) -> list[Row]:
     """Call a function for each scene; return rows with outcome, message and seconds."""
     rows = []

@@ -28,8 +28,9 @@ class Runs:
     ----------
     dataset : xarray.Dataset
         One row for each finished run, over the dimension ``run``: varied values, ``outcome``,
-        ``message``, ``seconds``, and results, with ``units`` and ``long_name``. Missing numbers are
-        NaN.
+        ``message``, ``seconds``, and results, with ``units`` and ``long_name``. Results of the
+        spans and towers of lines are also over ``span`` or ``tower``, and ``phase`` if there are
+        several. Missing numbers are NaN.
     """
 
     dataset: xr.Dataset
@@ -57,7 +58,8 @@ class Runs:
     def grid(self) -> xr.Dataset:
         """Results over one dimension for each parameter, and ``name`` for the spans of a table.
 
-        Runs that are not finished are NaN or ``""``.
+        Results of the spans and towers of lines have also their dimensions. Runs that are not
+        finished are NaN or ``""``.
         """
         import xarray as xr
 
@@ -66,17 +68,21 @@ class Runs:
         index = self.dataset.run.values
         gridded = xr.Dataset(
             coords={name: [as_cell(value) for value in values] for name, values in axes.items()}
-        )
+        ).assign_coords(self.dataset.drop_vars("run").coords)
         for name, column in self.dataset.data_vars.items():
             if name in axes:
                 gridded[name].attrs = column.attrs
                 continue
             text = column.dtype == object
+            places = column.shape[1:]  # spans or towers, and phases
             values = np.full(
-                int(np.prod(shape)), "" if text else np.nan, dtype=object if text else np.float64
+                (int(np.prod(shape)), *places),
+                "" if text else np.nan,
+                dtype=object if text else np.float64,
             )
             values[index] = column.values
-            gridded[name] = (tuple(axes), values.reshape(shape), column.attrs)
+            dimensions = (*axes, *column.dims[1:])
+            gridded[name] = (dimensions, values.reshape(*shape, *places), column.attrs)
         return gridded
 
     @property

@@ -15,21 +15,25 @@ from gallop_fmu.foundation.errors import SceneError
 from gallop_fmu.foundation.outcome import Outcome, SimulationError
 from gallop_fmu.input.scene_spec import SceneSpec
 from gallop_fmu.line.clearance import cigre_322_single_loop, davison_single_loop
+from gallop_fmu.scene.line_scene import LineScene
 from gallop_fmu.scene.scene import Scene
+from gallop_fmu.simulation.line_result import LineResult
 from gallop_fmu.simulation.result import Result, measure
 from gallop_fmu.simulation.run_options import check_model, check_stop_time
 from gallop_fmu.simulation.simulate import simulate
-from gallop_fmu.sweeps.cases import SpanTable, cases
+from gallop_fmu.sweeps.cases import Cases, SpanTable, cases
+from gallop_fmu.sweeps.line_rows import LINE_COLUMNS, line_motion, recording_of_line
 from gallop_fmu.sweeps.pool import Kind
 from gallop_fmu.sweeps.rows import Row
 from gallop_fmu.sweeps.runner import CarryOn, Progress, compute, one_by_one
 from gallop_fmu.sweeps.runs import Runs
 
-Summary = Callable[[Result], Mapping[str, Any]]
-"""Function from a result to the columns of its row."""
+Summary = Callable[[Any], Mapping[str, Any]]
+"""Function from a `Result`, of a line a `LineResult`, to the columns of its row."""
 
 CHANNELS = ("u2", "u3", "theta", "tension")
-RECORDED = (*CHANNELS, "v2", "v3")
+RECORDED: dict[str, Any] = {"channels": (*CHANNELS, "v2", "v3")}
+"""What is recorded of a span, as arguments of `simulate`."""
 
 _MOTIONS = {
     "u2": ("m", "vertical"),
@@ -110,14 +114,7 @@ def steady_motion(result: Result, window: float | None = None) -> Row:
 
 def _steady_columns(result: Result, window: float | None, sag: float) -> Row:
     row: Row = {}
-    time = result.dataset.time.values
-    start, stop = result.window(window)
-    last = time >= start - 1e-9
-    if np.count_nonzero(last) < 2:
-        raise SceneError(
-            f"window = {stop - start} s: contains fewer than two records, which are"
-            f" {time[1] - time[0]:g} s apart; give a longer window"
-        )
+    time, last = result.dataset.time.values, result.in_window(window)
     interval = float(np.diff(time[last][:2])[0])
     histories = {name: values[last] for name, values in _midspan_histories(result).items()}
     for name, values in histories.items():
@@ -146,48 +143,49 @@ class Simulation:
     stop_time: float | None
     window: float | None
     summary: Summary | None
+    columns: Mapping[str, tuple[str, str]]
     kind: Kind = "threads"
-
-    @property
-    def columns(self) -> Mapping[str, tuple[str, str]]:
-        """Column to unit and meaning."""
-        return SUMMARY_COLUMNS if self.summary is None else {}
 
     def __str__(self) -> str:
         name = (
-            "steady_motion"
+            "steady_motion"  # of a line line_motion
             if self.summary is None
             else f"{self.summary.__module__}.{self.summary.__qualname__}"
         )
         window = "the end" if self.window is None else f"{self.window:g} s"
         return f"simulate to {self.stop_time or 'its own'} s, {name} over {window}"
 
-    def __call__(self, scenes: Sequence[Scene], carry_on: CarryOn) -> list[Row]:
+    def __call__(self, scenes: Sequence[Scene | LineScene], carry_on: CarryOn) -> list[Row]:
         """Simulate a group of scenes, one by one."""
 
-        def run(scene: Scene) -> Row:
+        def run(scene: Scene | LineScene) -> Row:
             def progress(time: float, stop_time: float) -> bool:
                 return carry_on()
 
+            recorded = recording_of_line(scene) if isinstance(scene, LineScene) else RECORDED
             result = simulate(
-                scene, self.stop_time, channels=RECORDED, progress=progress, on_failure="return"
+                scene, self.stop_time, progress=progress, on_failure="return", **recorded
             )
             if not result.started:
                 raise SimulationError(result.report, result)
-            row = (
-                steady_motion(result, self.window)
-                if self.summary is None
-                else dict(self.summary(result))
-            )
+            row = dict(self._summarised(result))
             if result.outcome is not Outcome.COMPLETED:
                 row |= {"outcome": result.outcome.name.lower(), "message": str(result.report)}
             return row
 
         return one_by_one(run, scenes, carry_on)
 
+    def _summarised(self, result: Result | LineResult) -> Mapping[str, Any]:
+        """Return the columns of a result."""
+        if self.summary is not None:
+            return self.summary(result)
+        if isinstance(result, LineResult):
+            return line_motion(result, self.window)
+        return steady_motion(result, self.window)
+
 
 def sweep(  # noqa: PLR0913 - all but two are keyword arguments
-    scene: Scene | SceneSpec | str | Path | None = None,
+    scene: Scene | LineScene | SceneSpec | str | Path | None = None,
     over: Mapping[str, Sequence[Any]] | None = None,
     *,
     table: SpanTable | None = None,
@@ -205,11 +203,12 @@ def sweep(  # noqa: PLR0913 - all but two are keyword arguments
     Parameters
     ----------
     scene
-        Scene, packaged name or path; may be None if each row of the table names its own, or gives
-        all values of its line.
+        Scene of a span or line, packaged name or path; may be None if each row of the table names
+        its own, or gives all values of its line.
     over
         Dotted path to values, such as ``{"wind.speed": [4.0, 5.0]}``; all combinations are
-        computed. Line data such as ``{"line.ice_thickness": [0.01, 0.02]}`` need the path of a
+        computed. Items of lists count from 0: ``section.spans.1.length`` is that of span 2. Line
+        data such as ``{"line.ice_thickness": [0.01, 0.02]}`` need the path of a
         scene file with a ``[line]`` table as `scene`.
     table
         CSV or GeoJSON file of spans, a data frame of pandas or polars, or rows in memory; see
@@ -222,7 +221,8 @@ def sweep(  # noqa: PLR0913 - all but two are keyword arguments
     model
         ``"element"``, the only one. Kept for callers of 0.1.0; the next release removes it.
     summary
-        Function from a `Result` to the columns of its row, in place of `steady_motion`.
+        Function from a `Result` to the columns of its row, in place of `steady_motion`; of a line
+        from a `LineResult`, in place of `gallop_fmu.sweeps.line_rows.line_motion`.
     out
         File to write, ``.parquet`` (needs the extra ``parquet``) or ``.nc``. Each row is written at
         once to the journal ``FILE.journal``, which is kept: the same call again computes only the
@@ -241,7 +241,9 @@ def sweep(  # noqa: PLR0913 - all but two are keyword arguments
     -------
     Runs
         One row a run, also for failed runs (see ``outcome`` and ``message``). ``runs.grid()`` has
-        one dimension for each parameter.
+        one dimension for each parameter. Results of each span and tower of lines, such as
+        ``span_u2_amplitude``, have the dimension ``span`` or ``tower``, too, and ``phase`` if there
+        are several.
 
     Raises
     ------
@@ -263,7 +265,14 @@ def sweep(  # noqa: PLR0913 - all but two are keyword arguments
     if stop_time is not None:
         check_stop_time(stop_time)
     check_model(model)
-    task = Simulation(stop_time, window, summary)
-    return compute(
-        cases(scene, over, table), task, out=out, count=workers, cluster=cluster, progress=progress
-    )
+    found = cases(scene, over, table)
+    columns = _columns_of(found) if summary is None else {}
+    task = Simulation(stop_time, window, summary, columns)
+    return compute(found, task, out=out, count=workers, cluster=cluster, progress=progress)
+
+
+def _columns_of(found: Cases) -> dict[str, tuple[str, str]]:
+    """Columns of the summaries of all cases."""
+    kinds = {base.is_section for base in found.bases}
+    columns = SUMMARY_COLUMNS if False in kinds else {}
+    return {**LINE_COLUMNS, **columns} if True in kinds else columns

@@ -7,13 +7,15 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from gallop_fmu import Runs, Scene
+from gallop_fmu import LineScene, Runs, Scene
 from gallop_fmu.foundation.deprecation import warn_renamed
 from gallop_fmu.input.scene_spec import SceneSpec
+from gallop_fmu.scene.line_scene import one_span
 from gallop_fmu.sweeps.cases import SpanTable, cases
 from gallop_fmu.sweeps.pool import Kind
 from gallop_fmu.sweeps.rows import Row
 from gallop_fmu.sweeps.runner import CarryOn, Progress, compute, one_by_one
+from modal.foundation import one_span as instead
 from modal.screening.screen import MAX_WIND_RATIO, Screening, check_wind, screen
 from modal.screening.two_mode_estimate import two_mode_estimate
 from modal.stability.frequency_ratio import frequency_ratio
@@ -99,9 +101,13 @@ class ScreeningTask:
         )
         return f"screen to {reach}"
 
-    def __call__(self, scenes: Sequence[Scene], carry_on: CarryOn) -> list[Row]:
+    def __call__(self, scenes: Sequence[Scene | LineScene], carry_on: CarryOn) -> list[Row]:
         """Screen a group of scenes one by one."""
-        return one_by_one(lambda scene: row_of(screen(scene, self.highest_wind)), scenes, carry_on)
+        return one_by_one(self._screen, scenes, carry_on)
+
+    def _screen(self, given: Scene | LineScene) -> Row:
+        scene = one_span(given, "screen_spans", instead.SCREENING)
+        return row_of(screen(scene, self.highest_wind))
 
 
 def row_of(found: Screening) -> Row:
@@ -145,11 +151,12 @@ class EstimateTask:
         """Text that identifies the task; a resumed table must match it."""
         return f"estimate only, {ScreeningTask(self.highest_wind)}"
 
-    def __call__(self, scenes: Sequence[Scene], carry_on: CarryOn) -> list[Row]:
+    def __call__(self, scenes: Sequence[Scene | LineScene], carry_on: CarryOn) -> list[Row]:
         """Estimate a group of scenes one by one."""
         return one_by_one(self._estimate, scenes, carry_on)
 
-    def _estimate(self, scene: Scene) -> Row:
+    def _estimate(self, given: Scene | LineScene) -> Row:
+        scene = one_span(given, "screen_spans", instead.SCREENING)
         wind = scene.wind.mean_speed
         highest = MAX_WIND_RATIO * wind if self.highest_wind is None else self.highest_wind
         check_wind(scene, wind, highest)
@@ -213,7 +220,7 @@ def screen_spans(  # noqa: PLR0913 - all but two are keyword arguments
     Raises
     ------
     SceneError, RunsStoppedError
-        As for `gallop_fmu.sweep`.
+        As for `gallop_fmu.sweep`; or a scene is a line, which has no risk of one span.
 
     Examples
     --------
@@ -226,6 +233,8 @@ def screen_spans(  # noqa: PLR0913 - all but two are keyword arguments
         warn_renamed("screen_spans(first_look=...)", "estimate_only")
         estimate_only = first_look
     task = EstimateTask(highest_wind) if estimate_only else ScreeningTask(highest_wind)
-    return compute(
-        cases(scene, over, table), task, out=out, count=workers, cluster=cluster, progress=progress
-    )
+    found = cases(scene, over, table)
+    for base in found.bases:
+        if base.is_section:
+            one_span(base.scene(), "screen_spans", instead.SCREENING)
+    return compute(found, task, out=out, count=workers, cluster=cluster, progress=progress)

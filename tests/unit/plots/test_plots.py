@@ -159,3 +159,30 @@ def test_pyplot_is_not_needed():
         "sys.exit('matplotlib.pyplot' in sys.modules)"
     )
     assert subprocess.run([sys.executable, "-P", "-c", code], check=False).returncode == 0
+
+
+@pytest.fixture(scope="module")
+def grid():
+    """Amplitudes of two spans over the wind speed and the angle of the ice."""
+    axes = {"wind.speed": [4.0, 5.0, 6.0], "ice.attack_angle_deg": [178.0, 180.0], "span": [1, 2]}
+    values = np.arange(12.0).reshape(3, 2, 2)
+    data = xr.Dataset({"span_u2_amplitude": (tuple(axes), values, {"units": "m"})}, axes)
+    data["outcome"] = (("wind.speed", "ice.attack_angle_deg"), np.full((3, 2), "completed"))
+    data["wind.speed"].attrs["units"] = "m/s"
+    return data
+
+
+def test_sweep_has_a_curve_for_each_span(grid):
+    figure = plots.over_values(grid.sel({"ice.attack_angle_deg": 180.0}), "span_u2_amplitude")
+    (axes,) = figure.axes
+    assert [line.get_label() for line in axes.lines] == ["span 1", "span 2"]
+    assert axes.lines[1].get_xydata().tolist() == [[4.0, 3.0], [5.0, 7.0], [6.0, 11.0]]
+    assert axes.get_xlabel() == "wind.speed [m/s]"
+    assert axes.get_ylabel() == "span_u2_amplitude [m]"
+
+
+def test_sweep_that_is_no_curve_is_refused(grid):
+    with pytest.raises(SceneError, match=r"this sweep has wind\.speed, ice\.attack_angle_deg"):
+        plots.over_values(grid, "span_u2_amplitude")
+    with pytest.raises(SceneError, match="outcome is no column of numbers; choose one of span_u2"):
+        plots.over_values(grid, "outcome")
