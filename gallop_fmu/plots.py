@@ -199,18 +199,9 @@ def over_values(grid: xr.Dataset, column: str) -> Figure:
     SceneError
         There is no such column of numbers, or not one varied number.
     """
-    if column not in grid or not np.issubdtype(grid[column].dtype, np.number):
-        numbers = [str(name) for name in grid.data_vars if grid[name].dtype.kind in "iuf"]
-        raise SceneError(f"{column} is no column of numbers; choose one of {', '.join(numbers)}")
+    (key,) = varied = _varied_number(grid, column)
     data = grid[column]
-    varied = [str(name) for name in data.dims if name not in ("span", "tower", "phase")]
-    if len(varied) != 1 or not np.issubdtype(grid[varied[0]].dtype, np.number):
-        raise SceneError(
-            f"a curve needs one varied number, and this sweep has {', '.join(varied) or 'none'};"
-            " select one value of each other one with grid.sel"
-        )
-    (key,) = varied
-    places = [name for name in data.dims if name != key]
+    places = [name for name in data.dims if name not in varied]
     curves = data.stack(place=places) if places else data.expand_dims("place")
     with drawing(STYLE):
         figure = _page(3.2)
@@ -218,12 +209,27 @@ def over_values(grid: xr.Dataset, column: str) -> Figure:
         for curve in curves.transpose("place", key):
             label = ", ".join(f"{name} {int(curve[name])}" for name in places)
             axes.plot(grid[key].values, curve.values, marker="o", markersize=2.5, label=label)
-        for draw, name in ((axes.set_xlabel, key), (axes.set_ylabel, column)):
-            unit = grid[name].attrs.get("units")
-            draw(f"{name} [{unit}]" if unit else name)
+        axes.set_xlabel(_label(key, grid))
+        axes.set_ylabel(_label(column, grid))
         if places:
             axes.legend(frameon=False)
     return figure
+
+
+def _varied_number(grid: xr.Dataset, column: str) -> list[str]:
+    """Return the dimensions of a sweep of a column of numbers; refuse all but one of numbers."""
+    numbers = [str(name) for name in grid.variables if grid[name].dtype.kind in "iuf"]
+    if column not in numbers:
+        known = [name for name in numbers if name in grid.data_vars]
+        raise SceneError(f"{column} is no column of numbers; choose one of {', '.join(known)}")
+    places = ("span", "tower", "phase")
+    varied = [str(name) for name in grid[column].dims if name not in places]
+    if len(varied) != 1 or varied[0] not in numbers:
+        raise SceneError(
+            f"a curve needs one varied number, and this sweep has {', '.join(varied) or 'none'};"
+            " select one value of each other one with grid.sel"
+        )
+    return varied
 
 
 def add_notes(figure: Figure, notes: Sequence[str]) -> None:
@@ -301,7 +307,8 @@ def _cycle(count: int) -> list[str]:
 def _label(name: str, data: xr.Dataset) -> str:
     """Return the symbol, or the name of an unusual channel, and the unit."""
     unit = {"theta": "deg", "tension": "kN"}.get(name, str(data[name].attrs.get("units", "")))
-    return f"{AXIS_LABELS[name][1] if name in AXIS_LABELS else name} [{unit}]"
+    title = AXIS_LABELS[name][1] if name in AXIS_LABELS else name
+    return f"{title} [{unit}]" if unit else title
 
 
 def _shown(name: str, data: xr.Dataset) -> Array:

@@ -446,5 +446,6 @@ def _check_key(key: str) -> None:
     """Refuse a key that no scene has."""
     # Only single values of a line can be changed, not the line as a whole.
     if key == LINE.rstrip(".") or not any(is_key(root, key) for root in (SceneWithLine, LineScene)):
-        is_of_span = key.partition(".")[0] in SceneWithLine.model_fields
-        raise SceneError(unknown_key(SceneWithLine if is_of_span else LineScene, key))
+        start = key.partition(".")[0]
+        is_of_line = start in LineScene.model_fields and start not in SceneWithLine.model_fields
+        raise SceneError(unknown_key(LineScene if is_of_line else SceneWithLine, key))

@@ -72,37 +72,50 @@ def stacked(flat: xr.Dataset, columns: Collection[str]) -> xr.Dataset:
     columns
         Columns over places that it can have; other columns stay as they are.
     """
-    found: dict[str, dict[Place, NDArray[Any]]] = {}
+    found: dict[str, _Arrays] = {}
     for name, variable in flat.data_vars.items():
         column, place = placed(str(name))
         if place is not None and column in columns:
             found.setdefault(column, {})[place] = variable.values
     if not found:
         return flat
-    places = {place for arrays in found.values() for place in arrays}
-    phases = sorted({place.phase or 1 for place in places})
-    numbers = {kind: sorted({p.number for p in places if p.kind == kind}) for kind in KINDS}
-    has_phases = any(place.phase is not None for place in places)
-    variables, runs = {}, flat.sizes["run"]
-    for column, arrays in found.items():
-        is_text = any(values.dtype == object for values in arrays.values())
-        kind = next(iter(arrays)).kind
-        whole = np.full(
-            (runs, len(numbers[kind]), len(phases)),
-            "" if is_text else math.nan,
-            dtype=object if is_text else np.float64,
-        )
-        for place, values in arrays.items():
-            entry = (slice(None), numbers[kind].index(place.number), phases.index(place.phase or 1))
-            if values.dtype == object or not is_text:  # otherwise all are missing
-                whole[entry] = values
-        dimensions = ("run", kind, PHASE) if has_phases else ("run", kind)
-        variables[column] = (dimensions, whole if has_phases else whole[:, :, 0])
-    coordinates = {kind: values for kind, values in numbers.items() if values}
-    if has_phases:
-        coordinates[PHASE] = phases
+    axes = _axes([place for arrays in found.values() for place in arrays])
     rest = flat.drop_vars([name for name in flat.data_vars if placed(str(name))[0] in found])
-    return rest.assign(variables).assign_coords(coordinates)
+    variables = {column: _joined(arrays, axes) for column, arrays in found.items()}
+    return rest.assign(variables).assign_coords(axes)
+
+
+_Arrays = dict[Place, NDArray[Any]]
+"""Arrays of a column by place."""
+
+
+def _axes(places: Collection[Place]) -> dict[str, list[int]]:
+    """Return the numbers along each dimension."""
+    axes = {}
+    for kind in KINDS:
+        if numbers := {place.number for place in places if place.kind == kind}:
+            axes[kind] = sorted(numbers)
+    if any(place.phase is not None for place in places):
+        axes[PHASE] = sorted({place.phase or 1 for place in places})
+    return axes
+
+
+def _joined(arrays: _Arrays, axes: dict[str, list[int]]) -> tuple[tuple[str, ...], NDArray[Any]]:
+    """Return the dimensions and the array of a column; missing places are NaN or ``""``."""
+    first, values = next(iter(arrays.items()))
+    dimensions = (first.kind, PHASE) if PHASE in axes else (first.kind,)
+    is_text = any(each.dtype == object for each in arrays.values())
+    missing: Any = "" if is_text else math.nan
+    whole = np.full(
+        (*(len(axes[dimension]) for dimension in dimensions), len(values)),
+        missing,
+        dtype=object if is_text else np.float64,
+    )
+    for place, values in arrays.items():
+        at = zip(dimensions, (place.number, place.phase or 1), strict=False)
+        if values.dtype == object or not is_text:  # otherwise all are missing
+            whole[tuple(axes[dimension].index(number) for dimension, number in at)] = values
+    return ("run", *dimensions), np.moveaxis(whole, -1, 0)
 
 
 def flattened(dataset: xr.Dataset) -> xr.Dataset:
