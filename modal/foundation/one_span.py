@@ -12,5 +12,4 @@ SUPERPOSITION = (
 VARIATION = "call natural_modes or frequency_ratio for each value of LineScene.with_values"
 CRITERIA = "use modal.line_criteria, which has the criteria of each span"
 CLOSED_FORM = "use natural_modes"
-LINEAR_MODEL = "use root_locus and critical_wind_speed; simulate the line for motion in time"
 """Imperatives for `gallop_fmu.scene.line_scene.one_span`."""

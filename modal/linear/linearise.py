@@ -170,13 +170,16 @@ class SmallMotion:
         stiffness_in_wind = mesh.tangent(u, stiffness=1.0, inputs=windy)
         damping_in_wind = mesh.tangent(u, damping=1.0, inputs=windy)
         untwisted = u * [1.0, 1.0, 1.0, 0.0]
-        without_twist = mesh.tangent(untwisted, stiffness=1.0, inputs=mesh.still)
+        # Of the elements alone: the attack angle does not turn pendulums and other devices.
+        by_angle = self.model.tangent(u, stiffness=1.0, inputs=windy) - self.model.tangent(
+            untwisted, stiffness=1.0, inputs=mesh.still
+        )
         return replace(
             still,
             damping=damping_in_wind,
             stiffness=stiffness_in_wind,
             by_wind=(damping_in_wind - damping) @ uniform(u.shape, 2),
-            by_attack_angle=-((stiffness_in_wind - without_twist) @ uniform(u.shape, 3)),
+            by_attack_angle=-(mesh.gather(mesh.assemble(by_angle)) @ uniform(u.shape, 3)),
         )
 
 

@@ -37,10 +37,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gallop_fmu import LineScene, Scene, SceneError
-from gallop_fmu.scene.line_scene import one_span
-from modal.foundation import one_span as instead
 from modal.linear.eigensolution import MIN_OSCILLATION, state_matrix
 from modal.linear.line_modes import LineMode
+from modal.linear.line_state_space import line_system
 from modal.linear.linearise import Linearised, SmallMotion, linearised
 from modal.linear.mode_tracking import EXTRA_MODES, Snapshot, follow
 from modal.linear.modes import Mode, modes_of
@@ -70,15 +69,16 @@ MIN_ELEMENTS = 8
 """Number of elements from which it is smaller."""
 
 
-def linear_model(scene: Scene, modes: int | None = None) -> control.StateSpace:
-    """Linearise a span about its equilibrium in mean wind, as a state-space model.
+def linear_model(scene: Scene | LineScene, modes: int | None = None) -> control.StateSpace:
+    """Linearise a span or line about its equilibrium in mean wind, as a state-space model.
 
     Parameters
     ----------
     scene
-        The span; a wind speed of 0 gives the span in still air.
+        The span or line; a wind speed of 0 gives it in still air.
     modes
-        Number of lowest modes, as pairs of real states; None keeps all unknowns. The contribution
+        Number of lowest modes, as pairs of real states; None keeps all unknowns, of a span only;
+        a line needs a number. The contribution
         of the other modes at frequency zero is included as a direct term (static correction), so
         that the static gain is that of the full model. Its velocity is not included: velocities
         need more modes than displacements.
@@ -89,7 +89,11 @@ def linear_model(scene: Scene, modes: int | None = None) -> control.StateSpace:
         Inputs `INPUTS`, outputs `OUTPUTS`, all as differences from the equilibrium. States of the
         full model: r and w of the module's text, which are displacement and velocity if the
         supports are at rest. States of a truncated model: in-phase and quadrature coordinate of
-        each mode.
+        each mode. A line has the names of its FMU with ``_`` for each dot: inputs ``wind_speed`` of
+        all spans, ``span[1]_wind_speed``, ... which add to it, ``attack_angle``, ``tower[0]_x1``,
+        ...; outputs ``span[1]_midspan_x2``, ... (displacement; ``theta`` is the rotation of a
+        bundle), ``span[1]_midspan_v2``, ... and ``tower[0]_f1``, ...: the force on each tower,
+        without the inertia and damping of what moves with it at once.
 
     Raises
     ------
@@ -111,7 +115,18 @@ def linear_model(scene: Scene, modes: int | None = None) -> control.StateSpace:
 
     ``control.bode_plot(model["midspan_u2", "wind_speed"])`` draws.
     """
-    scene = one_span(scene, "linear_model", instead.LINEAR_MODEL)
+    if isinstance(scene, LineScene):
+        of_line = line_system(scene, modes)
+        return control.ss(
+            of_line.a,
+            of_line.b,
+            of_line.c,
+            of_line.d,
+            inputs=of_line.inputs,
+            outputs=of_line.outputs,
+            states=_mode_states(len(of_line.a) // 2),
+            name="line",
+        )
     equations = linearised(scene, "mean")
     modes_of(equations, scene, 1)  # raises if the equilibrium is statically unstable
     full = _full_order(equations)
@@ -280,6 +295,10 @@ def _truncated(full: _System, count: int, scene: Scene) -> _System:
         a[pair, pair] = [[s.real, -s.imag], [s.imag, s.real]]
         b[pair] = [driven.real, driven.imag]
         c[:, pair] = np.column_stack([observed.real, -observed.imag])
-    names = [f"mode{m + 1}_{part}" for m in range(count) for part in ("in_phase", "quadrature")]
+    names = _mode_states(count)
     small = _System(a, b, c, np.zeros_like(full.d), names)
     return _System(a, b, c, full.static_gain - small.static_gain, names)
+
+
+def _mode_states(count: int) -> list[str]:
+    return [f"mode{m + 1}_{part}" for m in range(count) for part in ("in_phase", "quadrature")]

@@ -96,7 +96,6 @@ REFUSALS = {
     "shallow_cable": (modal.shallow_cable, "natural_modes"),
     "mode superposition": (modal.mode_superposition, "simulate the line"),
     "a report": (lambda scene: modal.write_report(scene, "x.html"), "line_criteria"),
-    "linear_model": (modal.linear_model, "critical_wind_speed"),
     "suggest_design_changes": (modal.suggest_design_changes, "with_values"),
     "ratio_map": (lambda scene: modal.ratio_map(scene, "span.sag", [1.0]), "with_values"),
     "track_modes": (lambda scene: modal.track_modes(scene, "wind.speed", [1.0]), "with_values"),
