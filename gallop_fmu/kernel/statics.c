@@ -155,7 +155,10 @@ static int explain(rest_search *s, double t, double tolerance, gallop_report *re
         lowest = pull;
         worst = i;
     }
-    if (worst >= 0) return report_device(report, worst, t, "pull of a string [N]", lowest, 0.0);
+    if (worst >= 0)
+        return report_device(report, worst, t,
+                             "a string would be pushed (uplift), pull of a string [N]", lowest,
+                             0.0);
     if (s->mass > 0.0 && s->mass <= LARGEST_MASS)
         return report_unstable(report, softest_element(s, t), t);
     return report_failure(report, GALLOP_EQUILIBRIUM_NOT_FOUND, s->seen.slack_element, t, s->size,
