@@ -15,7 +15,7 @@ from matplotlib.figure import Figure
 import gallop_fmu as gf
 import modal.cli.main
 from gallop_fmu.cli.terminal import new_console
-from gallop_fmu.fmu.description import Identity, model_description
+from gallop_fmu.fmu.description import Identity, describe, model_description
 from gallop_fmu.foundation.text_files import parse_toml, read_table
 from gallop_fmu.foundation.text_rules import clean_text, plain, printable, read_number
 from gallop_fmu.input.scene_spec import SceneWithLine
@@ -271,7 +271,8 @@ def test_the_xml_of_an_fmu_is_valid_for_any_title():
             continue
     assert len(title) > 60_000
     scene = gf.load_scene("example3").with_values({"title": title, "description": title})
-    xml = model_description(scene, Identity("0" * 64), native=True, remarks="")
+    description = describe(scene, "")
+    xml = model_description(scene, description, [], Identity("0" * 64), native=True)
     assert ElementTree.fromstring(xml).get("modelName") == " ".join(scene.title.split())
 
 

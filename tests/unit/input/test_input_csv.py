@@ -79,7 +79,7 @@ def test_mid_span_histories_as_parquet_have_units_and_provenance(tmp_path):
 
 def test_without_pyarrow_the_extra_is_named(tmp_path, monkeypatch):
     result = gf.simulate(gf.load_scene("example3"), stop_time=0.1)
-    monkeypatch.setattr("gallop_fmu.simulation.result.find_spec", lambda name: None)
+    monkeypatch.setattr("gallop_fmu.simulation.result_base.find_spec", lambda name: None)
     with pytest.raises(gf.SceneError, match=r'pip install "gallop-fmu\[parquet\]"'):
         result.save(tmp_path / "run.parquet")
 
