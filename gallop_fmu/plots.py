@@ -323,7 +323,7 @@ def _draw_histories(rows: list[Axes], data: xr.Dataset, channels: Sequence[str])
     time = np.asarray(data.time.values)
     for axes, name in zip(rows, channels, strict=True):
         axes.plot(
-            *_thinned(time, _shown(name, data)), color=COLOURS.get(name, NEUTRAL), linewidth=0.5
+            *thinned(time, _shown(name, data)), color=COLOURS.get(name, NEUTRAL), linewidth=0.5
         )
         axes.set_ylabel(_label(name, data))
         axes.set_title(
@@ -387,7 +387,7 @@ def _draw_close(axes: Axes, data: xr.Dataset, window: tuple[float, float]) -> No
     )
 
 
-def _thinned(time: Array, values: Array) -> tuple[Array, Array]:
+def thinned(time: Array, values: Array) -> tuple[Array, Array]:
     """Return the minimum and maximum in each column of pixels, for the same picture."""
     size = len(time) // PIXEL_COLUMNS
     if size < 4:

@@ -34,10 +34,15 @@ STRING_COLUMNS = {
 """Channel of a string to the start of its columns and their unit."""
 
 AXES = ("x1", "x2", "x3")
+WAYS = ("along", "across")
 
 
 def strings(result: LineResult) -> pd.DataFrame:
-    """Return pull and lean of each string: at rest in still air, mean, smallest and largest."""
+    """Return pull and lean of each string: at rest in still air, mean, smallest and largest.
+
+    Amplitudes (half peak-to-peak) and frequencies of the leans are over the window at the end of
+    the run, as the means.
+    """
     rows = []
     for tower in result.map.towers:
         if not tower.has_string:
@@ -46,10 +51,13 @@ def strings(result: LineResult) -> pd.DataFrame:
         place = {"tower": tower.tower, "line_phase": tower.phase}
         for channel, (start, _) in STRING_COLUMNS.items():
             row |= _statistics(result, channel, place, start)
+        row |= _swing(result, place)
         rows.append(row)
     units = {
         f"{start}_{what}": unit for start, unit in STRING_COLUMNS.values() for what in _STATISTICS
     }
+    for way in WAYS:
+        units |= {f"lean_{way}_amplitude": "rad", f"lean_{way}_frequency_hz": "Hz"}
     return _frame(rows, units)
 
 
@@ -89,6 +97,20 @@ def _statistics(
     return {f"{start}_{w}": float(number) for w, number in zip(_STATISTICS, numbers, strict=True)}
 
 
+def _swing(result: LineResult, place: dict[str, int]) -> dict[str, float]:
+    """Return amplitude and frequency of a string's leans at the end of the run."""
+    found: dict[str, float] = {}
+    for way in WAYS:
+        if f"string_lean_{way}" not in result.dataset:
+            continue
+        late = _late(result, result.dataset[f"string_lean_{way}"].sel(place))
+        if len(late.time) > 1:
+            amplitude, _, frequency = measure(late.values, float(late.time[1] - late.time[0]))
+            found[f"lean_{way}_amplitude"] = amplitude
+            found[f"lean_{way}_frequency_hz"] = frequency
+    return found
+
+
 def _late(result: LineResult, history: xr.DataArray, window: float | None = None) -> xr.DataArray:
     """The part of a history in the window at the end of the run; of one record, itself."""
     if len(history.time) < 2:
@@ -102,14 +124,15 @@ def spans(result: LineResult, window: float | None = None) -> pd.DataFrame:
 
     Amplitudes (half peak-to-peak), means and frequencies are over the last `window` s of the run
     (default: 100 s, at most half of it). The excess is the distance of the orbit from the ellipse
-    of a single loop; negative inside.
+    of a single loop; negative inside. The largest tension is that of all recorded nodes in
+    the whole run.
     """
     rows = [
         {"span": span, "phase": phase, **_span_row(result, span, phase, window)}
         for span in range(1, result.map.spans + 1)
         for phase in range(1, result.map.phases + 1)
     ]
-    units = {"sag": "m", "horizontal_tension": "N", "lowest": "m"}
+    units = {"sag": "m", "horizontal_tension": "N", "largest_tension": "N"}
     units |= {"cigre_322_excess": "m", "davison_excess": "m"}
     for name, unit in {"u2": "m", "u3": "m", "theta": "rad"}.items():
         units |= {f"{name}_amplitude": unit, f"{name}_mean": unit, f"{name}_frequency_hz": "Hz"}
@@ -121,6 +144,10 @@ def _span_row(result: LineResult, span: int, phase: int, window: float | None) -
     row: dict[str, Any] = {
         name: float(result.dataset[name].sel(place)) for name in ("sag", "horizontal_tension")
     }
+    data = result.dataset
+    if "tension" in data:
+        own = ((data.span == span) & (data.phase == phase)).values
+        row["largest_tension"] = float(np.nanmax(data["tension"].values[:, own]))
     bundle = result.bundle(span, phase)
     moves = [name for name in ("u2", "u3", "theta") if name in bundle]
     late = {name: _late(result, bundle[name], window) for name in moves}

@@ -4,7 +4,7 @@ SCREENING = (
     "use modal.frequency_ratio, which lists the pairs of modes near 2:1 with their thresholds, and"
     " simulate the line"
 )
-REPORT = "use natural_modes, frequency_ratio, line_criteria and critical_wind_speed, and simulate"
+REPORT = "use modal.write_report, which takes lines"
 SUPERPOSITION = (
     "simulate the line: mode superposition has no modes of strings, bundles and phases yet, and no"
     " wind load of several conductors"

@@ -46,7 +46,8 @@ def line_mode_shapes(model: Model, modes: Sequence[LineMode], title: str = "") -
                 f"{mode.family}: {mode.frequency_hz:.4g} Hz, {mode.damping_ratio:.2%}", loc="left"
             )
         panels[0, 1].set_title("plan", loc="right")
-        figure.supxlabel("x1 [m]", fontsize=8.0)
+        panels[0, 0].set_title("elevation", loc="right")
+        figure.supxlabel("along the line $x_1$ [m]", fontsize=8.0)
         add_title(figure, title)
     return figure
 
@@ -64,8 +65,8 @@ def _draw_mode(row: Any, model: Model, x: Any, mode: LineMode, scale: float) -> 
                 axes.plot(at[:, 0] + u[:, 0], at[:, axis] + u[:, axis], color=colour)
         if twists:
             row[0].plot(at[:, 0], at[:, 1] + u[:, 3], color=colour, linestyle="--")
-    row[0].set_ylabel("x2 [m]")
-    row[1].set_ylabel("x3 [m]")
+    row[0].set_ylabel("height\n$x_2$ [m]")
+    row[1].set_ylabel("downwind\n$x_3$ [m]")
 
 
 def pair_figure(pairs: Sequence[ModePair], title: str = "") -> Figure:

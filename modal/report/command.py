@@ -38,19 +38,26 @@ def report(
 ) -> None:
     """Write an HTML report on a span: scene, modes, risk, critical winds, simulation, clearance.
 
+    Of a line it has a verdict, pictures, tables of spans, strings, towers, clearances, modes and
+    resonant pairs, and the scene.
+
     Items that could not be computed are listed with the reason. If the simulation ends early, or
     cannot start, the report is still written, and the exit code is 1.
     """
-    from gallop_fmu.scene.line_scene import one_span
-    from modal.foundation import one_span as instead
-    from modal.report.findings import Missing, examine
+    from gallop_fmu.scene.line_scene import LineScene
+    from modal.report.findings import Findings, Missing, examine
+    from modal.report.line_findings import LineFindings, examine_line
     from modal.report.page import SUFFIXES, write_page
 
-    chosen = one_span(chosen_spec(scene, changes).scene(), "a report", instead.REPORT)
+    chosen = chosen_spec(scene, changes).scene()
     complain_of(chosen, "gallop-modal")
     check_output(out, SUFFIXES)
     with _progress(chosen.title) as shown:
-        findings = examine(chosen, until, shown)
+        findings: Findings | LineFindings
+        if isinstance(chosen, LineScene):
+            findings = examine_line(chosen, until, shown)
+        else:
+            findings = examine(chosen, until, shown)
         if shown:
             shown("page", 0.0)
         write_page(findings, out)

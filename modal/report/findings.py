@@ -11,7 +11,17 @@ from typing import TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-from gallop_fmu import Inputs, Model, Outcome, Result, Scene, SceneError, SimulationError, simulate
+from gallop_fmu import (
+    Inputs,
+    LineScene,
+    Model,
+    Outcome,
+    Result,
+    Scene,
+    SceneError,
+    SimulationError,
+    simulate,
+)
 from gallop_fmu.foundation.channels import NODE_INDEX, SPAN_INDEX
 from gallop_fmu.line.clearance import Ellipse, cigre_322_single_loop, davison_single_loop
 from gallop_fmu.scene.line_scene import one_span
@@ -156,7 +166,7 @@ def examine(
     scene = one_span(scene, "a report", instead.REPORT)
     stop_time = scene.run.stop_time if stop_time is None else stop_time
     check_stop_time(stop_time)
-    parts = _Parts(scene, progress or (lambda name, share: None))
+    parts = Parts(scene, progress or (lambda name, share: None))
     wind = scene.wind.mean_speed
     # a small mesh between rigid ends has fewer modes
     count = min(MODE_COUNT, 4 * (2 * scene.numerics.elements - 1))
@@ -180,10 +190,10 @@ def examine(
     )
 
 
-class _Parts:
+class Parts:
     """Computes parts of a report, with progress and computing time [s] of each."""
 
-    def __init__(self, scene: Scene, progress: Progress) -> None:
+    def __init__(self, scene: Scene | LineScene, progress: Progress) -> None:
         self.scene, self.progress = scene, progress
         self.seconds: dict[str, float] = {}
 

@@ -10,12 +10,15 @@ from typing import Any
 
 import numpy as np
 
-from gallop_fmu import Result, Scene
+from gallop_fmu import LineScene, Result, Scene
 from gallop_fmu.foundation.atomic_write import check_target, write_whole
 from modal.linear.modes import Mode
 from modal.report import tables
 from modal.report.animation import Animation, animation
 from modal.report.findings import Findings, Missing, Progress, Statics, examine
+from modal.report.line_findings import LineFindings, examine_line
+from modal.report.line_page import line_page
+from modal.report.template import render
 
 SUFFIXES = (".html", ".htm")
 MIN_MOTION = 1e-9
@@ -36,23 +39,27 @@ class Shape:
 
 
 def write_report(
-    scene: Scene,
+    scene: Scene | LineScene,
     path: Path | str,
     *,
     stop_time: float | None = None,
     progress: Progress | None = None,
 ) -> Path:
-    """Examine a span and write a report as one self-contained HTML page.
+    """Examine a span or a line and write a report as one self-contained HTML page.
 
     The page shows the scene with units and sources, static state, modes, frequency ratio and risk
     of a 2:1 swing, critical winds, a simulation with an animation, the clearance ellipses of two
     design rules, numerics and provenance. Items that could not be computed are listed with the
     reason; a simulation that ended early is shown up to its end.
 
+    The page on a line has a verdict, pictures of the section with its strings, histories, paths and
+    mode shapes, tables of spans, strings, towers, clearances, modes, resonant pairs and critical
+    winds, and the scene. Limit cycles over the wind speed and the risk are not computed for lines.
+
     Parameters
     ----------
     scene
-        The span.
+        The span or line.
     path
         File to write (.html).
     stop_time
@@ -67,28 +74,21 @@ def write_report(
     """
     path = Path(path)
     check_target(path, SUFFIXES)
+    if isinstance(scene, LineScene):
+        return write_page(examine_line(scene, stop_time, progress), path)
     return write_page(examine(scene, stop_time, progress), path)
 
 
-def write_page(findings: Findings, path: Path) -> Path:
+def write_page(findings: Findings | LineFindings, path: Path) -> Path:
     """Write findings as a page."""
-    write_whole(path, page(findings).encode())
+    text = line_page(findings) if isinstance(findings, LineFindings) else page(findings)
+    write_whole(path, text.encode())
     return path
 
 
 def page(findings: Findings) -> str:
     """Fill in the template; every text from the scene is escaped."""
-    from jinja2 import Environment, PackageLoader, StrictUndefined
-
-    environment = Environment(
-        loader=PackageLoader("modal.report"),
-        autoescape=True,
-        undefined=StrictUndefined,
-        trim_blocks=True,
-        lstrip_blocks=True,
-    )
-    environment.tests["missing"] = lambda value: isinstance(value, Missing)
-    return environment.get_template("report.html").render(content(findings))
+    return render("report.html", content(findings), Missing)
 
 
 ABSENT = dict.fromkeys(

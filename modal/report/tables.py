@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from gallop_fmu import Outcome, Result, Scene
+from gallop_fmu import LineScene, Outcome, Result, Scene
 from gallop_fmu.foundation.version import program
 from gallop_fmu.scene.dotted_paths import leaves
 from gallop_fmu.simulation.result import frequency_text, summary
@@ -55,7 +55,7 @@ class Card:
     section: str
 
 
-def scene_tables(scene: Scene) -> list[Table]:
+def scene_tables(scene: Scene | LineScene) -> list[Table]:
     """One table for each section of a scene: every value that is set, unit, meaning, source."""
     groups: dict[str, list[tuple[str, ...]]] = {}
     last = ""
@@ -81,7 +81,7 @@ def scene_tables(scene: Scene) -> list[Table]:
     ]
 
 
-def source_of(scene: Scene, path: str) -> str:
+def source_of(scene: Scene | LineScene, path: str) -> str:
     """Source of a value in the scene: its own, or that of its section."""
     parts = path.split(".")
     starts = (".".join(parts[:count]) for count in range(len(parts), 0, -1))

@@ -305,7 +305,6 @@ def test_a_line_has_no_options_and_commands_of_one_span(invoke, line):
         ("ratio", "--against", "wind.speed"): "--against is for scenes of one span",
         ("linear", "--show", "criteria"): "--show criteria is for scenes of one span",
         ("screen",): "screen takes a scene of one span",
-        ("report", "-o", "report.html"): "a report takes a scene of one span",
         ("compare",): "a comparison takes a scene of one span",
     }
     for (command, *options), message in refused.items():

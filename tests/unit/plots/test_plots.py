@@ -109,7 +109,7 @@ def test_thinning_keeps_every_extreme():
     time = np.arange(1_000_000) * 1e-3
     values = np.sin(0.7 * time) * time
     values[123_456] = 5e3
-    thin_time, thin = plots._thinned(time, values)
+    thin_time, thin = plots.thinned(time, values)
     assert len(thin) < 4 * plots.PIXEL_COLUMNS
     assert (thin.max(), thin.min()) == (5e3, values.min())
     assert np.all(np.diff(thin_time) >= 0.0)
