@@ -25,9 +25,6 @@ LISTED_SHARE = 0.1
 MAX_PAIRS = 20
 """Most pairs in the table."""
 
-NEGLIGIBLE = 0.0005
-"""Value, in the unit of its cell, below which a cell has 0."""
-
 WAYS = {"x1": "along the line", "x2": "upwards", "x3": "with the wind"}
 Row = Mapping[str, Any]
 
@@ -36,8 +33,7 @@ def number(value: float, scale: float = 1.0, digits: str = ".3f") -> str:
     """A value as text, a dash for NaN."""
     if not math.isfinite(value):
         return "-"
-    shown = value * scale
-    return f"{0.0 if abs(shown) < NEGLIGIBLE else shown:{digits}}"
+    return f"{value * scale:{digits.replace('.', 'z.')}}"  # z: no minus before zero
 
 
 def _range(row: Row, name: str, scale: float, digits: str = ".2f") -> str:

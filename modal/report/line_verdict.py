@@ -103,9 +103,10 @@ def _strings(result: LineResult) -> str:
             )
     if not sentences:
         return (
-            f"The strings do not swing: all lean by less than {MIN_SWING_DEG:g} deg peak to peak."
+            f"The strings do not swing at the end of the run: all leans change by less than"
+            f" {MIN_SWING_DEG:g} deg peak to peak."
         )
-    return f"The strings swing {' and '.join(sentences)}."
+    return f"At the end of the run the strings swing {' and '.join(sentences)}."
 
 
 def _pairs(findings: LineFindings) -> str:
