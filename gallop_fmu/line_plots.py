@@ -199,8 +199,11 @@ def line_paths(result: LineResult, phase: int = 1) -> Figure:
 
 
 def farthest_record(result: LineResult) -> int:
-    """Number of the record at which the mean horizontal displacement of the line is largest."""
-    return int(np.argmax(np.nanmean(np.abs(result.dataset["u3"].values), axis=1)))
+    """Record at the end of the run at which the mean horizontal displacement is largest."""
+    data = result.dataset
+    sizes = np.nanmean(np.abs(data["u3"].values), axis=1)
+    late = data.time.values >= result.window()[0] - 1e-9 if len(data.time) > 1 else np.array([True])
+    return int(np.argmax(np.where(late, sizes, -1.0)))
 
 
 def _path_range(drawn: list[xr.Dataset]) -> tuple[float, float]:

@@ -147,7 +147,7 @@ static double miss_ratio(const gallop_model *m, const chain *c, const double *fo
 }
 
 /* Improves the parameter of a chain's catenary; returns how far the mesh was away from the target,
- * infinite where that cannot be told. */
+ * infinite where there is no such number. */
 static double improve_parameter(const gallop_model *m, chain *c, const double *force)
 {
     const double ratio = miss_ratio(m, c, force), miss = fabs(ratio - 1.0);

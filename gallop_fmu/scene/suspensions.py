@@ -108,8 +108,8 @@ Suspension = Annotated[String | VString | Post, Field(discriminator="kind")]
 class EndString(Section):
     """A dead-end string in line with the conductor, one for each subconductor; twist is fixed.
 
-    The end of the span is the tower point. In the strung state the clamp is on the catenary of the
-    whole span, at the length of the string from the tower.
+    The end of the span is the tower point. In the strung state the string, with its weight, is in
+    equilibrium with the strung conductor.
     """
 
     DEVICE_KIND: ClassVar[int] = 2

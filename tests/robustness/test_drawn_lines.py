@@ -19,4 +19,4 @@ def test_a_drawn_line(number):
     assert outcome in OUTCOMES, message
     assert message
     if np.isfinite(drift):
-        assert abs(drift) < 0.01, data["numerics"]["integrator"]
+        assert abs(drift) < 1e-3, data["numerics"]["integrator"]

@@ -69,7 +69,7 @@ UNDAMPED = [name for name in CASES if name not in DAMPED]
 
 
 def bed(given, *, tower_moves=False, motion=True):
-    """A model of a short conductor and one device, whose junctions move as they are told."""
+    """A model of a short conductor and one device, whose junctions move as the test prescribes."""
     packed = Packed(gf.load_scene("example1").with_values({"numerics.elements": 2}))
     laws = (-1, -1, -1)
     if tower_moves:

@@ -1,0 +1,11 @@
+/* Creation of a model: what its files share. */
+#ifndef GALLOP_MODEL_CREATE_H
+#define GALLOP_MODEL_CREATE_H
+
+#include "model.h"
+
+/* The one place that decides what is computed; parameters of an FMU make a new model, and so a new
+ * decision.  The tables of the model and its devices are known. */
+void model_create_parts(gallop_model *m);
+
+#endif
