@@ -143,13 +143,13 @@ def test_colours_are_for_terminals_that_want_them(tmp_path, begin, settings, col
 
 TELLS_WHEN_IT_STEPS = """
 from gallop_fmu.engine.model import State
-run, portions = State.run, []
+record, portions = State.record, []
 def telling(*arguments, **named):
     portions.append(1)
     if len(portions) == 2:  # the first is kept by now
         print("stepping", flush=True)
-    return run(*arguments, **named)
-State.run = telling
+    return record(*arguments, **named)
+State.record = telling
 """
 
 
