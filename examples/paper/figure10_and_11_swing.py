@@ -2,8 +2,8 @@
 # # Figures 10 and 11: trace and histories at mid-span of example 3, the new galloping mode
 #
 # First the span gallops vertically (a), then a horizontal swing at half the frequency grows (b),
-# and both reach a steady state (c). The coefficient curve, figure 6(b), is not available to us; that
-# of the packaged scene is a reconstruction. The paper prints no amplitude for this example. It
+# and both reach a steady state (c). The coefficient curve, figure 6(b), is not available to us;
+# that of the packaged scene is a reconstruction. The paper prints no amplitude for this example. It
 # prints the frequencies of the first vertical and the first horizontal mode, 0.695 and 0.378 (Hz).
 
 # %%
