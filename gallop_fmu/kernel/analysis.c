@@ -174,10 +174,10 @@ static sections sections_in(section_room *room)
  * first one (negative), where a simulation would refuse it; else 0. */
 static double refused_excess(const interval *c, const exposure *now, const sections *at, int i)
 {
-    const bool refuses = c->section->curve->outside == GALLOP_OUTSIDE_ERROR;
+    const bool refuses = now->section->curve->outside == GALLOP_OUTSIDE_ERROR;
     if (!refuses || !(at->excess[i] > 0.0)) return 0.0;
     if (!element_wind_matters(c, now, at, i)) return 0.0;
-    double offset = at->angle[i] - c->section->curve->centre;
+    double offset = at->angle[i] - now->section->curve->centre;
     offset -= 2.0 * PI * nearest(offset * (0.5 / PI));
     return offset < 0.0 ? -at->excess[i] : at->excess[i];
 }
@@ -219,7 +219,7 @@ static void load_block(const interval *c, const exposure *now, const double *giv
 {
     section_room room;
     const sections at = sections_in(&room);
-    const cross_section *section = c->section;
+    const cross_section *section = now->section;
     read_sections(given, stride, count, &room);
     if (section->curve) element_aero_loads(c, now, &at, 0, count, out.slopes != NULL);
     for (int i = 0; i < count; i++) {
@@ -249,7 +249,8 @@ int gallop_aero_load(const gallop_model *model, int32_t element, double attack_a
     const size_t stride = (size_t)count;
     if (!check_finite(given, 5 * stride)) return GALLOP_BAD_CALL;
     const interval *c = model_interval_of_element(model, element);
-    const exposure now = {.attack = attack_angle, .unknowns = 4, .blows = true};
+    const exposure now = {
+        .section = c->section, .attack = attack_angle, .unknowns = 4, .blows = true};
     for (int32_t first = 0; first < count; first += SECTIONS_AT_ONCE) {
         const int left = count - first, some = left < SECTIONS_AT_ONCE ? left : SECTIONS_AT_ONCE;
         const load_arrays out = {load + first, slopes ? slopes + first : NULL, angle + first,

@@ -34,6 +34,7 @@ bool conditions_are_finite(const gallop_model *model, const conditions *now);
 
 /* What an interval needs of them. */
 typedef struct {
+    const cross_section *section; /* which the interval has now */
     double wind, attack, c2, c3;
     int unknowns;
     bool blows, tension_only; /* blows: there is an aerodynamic load */
@@ -43,15 +44,17 @@ static inline exposure conditions_on(const gallop_model *model, const conditions
                                      const interval *c)
 {
     const int s = c->section_index;
+    const cross_section *section = c->section;
     const double wind = now->wind[c->field];
-    const bool aerodynamic = now->everything ? c->section->curve != NULL : c->aerodynamic;
-    return (exposure){wind,
+    const bool aerodynamic = now->everything ? section->curve != NULL : c->aerodynamic;
+    return (exposure){section,
+                      wind,
                       now->attack[s],
                       now->c2[s],
                       now->c3[s],
                       now->everything ? 4 : model->unknowns,
                       aerodynamic && wind != 0.0,
-                      c->section->tension_only && !now->taut};
+                      section->tension_only && !now->taut};
 }
 
 #endif

@@ -18,6 +18,7 @@ typedef struct {
 typedef struct {
     double lowest_tension, worst_angle, worst_excess;
     int slack_element, angle_element;
+    const curve *curve; /* beyond which the worst angle is */
 } monitor;
 
 /* Factors of the effective tangent k dR/du + c dR/dv + m dR/da. */

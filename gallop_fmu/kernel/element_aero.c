@@ -26,11 +26,11 @@ static airflow airflow_of(const interval *c, const exposure *now)
 {
     return (airflow){now->wind,
                      now->attack,
-                     c->section->radius,
-                     c->section->curve->centre,
-                     0.5 * (c->section->curve->last - c->section->curve->first),
-                     0.5 * c->air_density * c->section->diameter,
-                     c->section->diameter};
+                     now->section->radius,
+                     now->section->curve->centre,
+                     0.5 * (now->section->curve->last - now->section->curve->first),
+                     0.5 * c->air_density * now->section->diameter,
+                     now->section->diameter};
 }
 
 /* Attack angle of a section, how far it is out of the curve's range, and where on the curve to
@@ -80,9 +80,9 @@ INLINE void polynomial_loads(const interval *c, const exposure *now, sections at
                              int last)
 {
     const airflow air = airflow_of(c, now);
-    const double origin = c->section->curve->origin[0];
+    const double origin = now->section->curve->origin[0];
     double k[12];
-    memcpy(k, c->section->curve->coefficient, sizeof k);
+    memcpy(k, now->section->curve->coefficient, sizeof k);
     INDEPENDENT
     for (int i = first; i < last; i++) {
         read_section(k, place_on_curve(&air, &at, i) - origin, &at, i, false);
@@ -91,16 +91,13 @@ INLINE void polynomial_loads(const interval *c, const exposure *now, sections at
 }
 
 /* The search begins at the piece in which the bin begins. */
-static inline int piece_at(const interval *c, double alpha)
+static inline int piece_at(const curve *k, double alpha)
 {
-    const double bins = PIECE_BINS / (c->section->curve->last - c->section->curve->first),
-                 x = (alpha - c->section->curve->first) * bins;
+    const double bins = PIECE_BINS / (k->last - k->first), x = (alpha - k->first) * bins;
     int bin = x > 0.0 ? (x < PIECE_BINS - 1 ? (int)x : PIECE_BINS - 1) : 0,
-        piece = c->section->curve->piece_near[bin];
-    while (piece > 0 && alpha < c->section->curve->breakpoint[piece]) piece--; /* round-off in x */
-    while (piece < c->section->curve->pieces - 1 &&
-           alpha >= c->section->curve->breakpoint[piece + 1])
-        piece++;
+        piece = k->piece_near[bin];
+    while (piece > 0 && alpha < k->breakpoint[piece]) piece--; /* round-off in x */
+    while (piece < k->pieces - 1 && alpha >= k->breakpoint[piece + 1]) piece++;
     return piece;
 }
 
@@ -108,13 +105,13 @@ INLINE void table_loads(const interval *c, const exposure *now, sections at, int
                         bool slopes)
 {
     const airflow air = airflow_of(c, now);
+    const curve *k = now->section->curve;
     double *place = at.by_theta[0];
     INDEPENDENT
     for (int i = first; i < last; i++) place[i] = place_on_curve(&air, &at, i);
     for (int i = first; i < last; i++) {
-        const int piece = piece_at(c, place[i]);
-        read_section(c->section->curve->coefficient + 12 * piece,
-                     place[i] - c->section->curve->origin[piece], &at, i, slopes);
+        const int piece = piece_at(k, place[i]);
+        read_section(k->coefficient + 12 * piece, place[i] - k->origin[piece], &at, i, slopes);
     }
     INDEPENDENT
     for (int i = first; i < last; i++) subtract_load(&air, &at, i);
@@ -123,7 +120,7 @@ INLINE void table_loads(const interval *c, const exposure *now, sections at, int
 TWO_PATHS static void loads(const interval *c, const exposure *now, const sections *at, int first,
                             int last)
 {
-    if (c->section->curve->pieces == 1)
+    if (now->section->curve->pieces == 1)
         polynomial_loads(c, now, *at, first, last);
     else
         table_loads(c, now, *at, first, last, false);
@@ -141,7 +138,7 @@ TWO_PATHS static void loads_with_slopes(const interval *c, const exposure *now, 
 TWO_PATHS static void load_slopes(const interval *c, const exposure *now, const sections *at,
                                   int first, int last)
 {
-    const double radius = c->section->radius, d = c->section->diameter, wind = now->wind;
+    const double radius = now->section->radius, d = now->section->diameter, wind = now->wind;
     const double k = 0.5 * c->air_density * d;
     INDEPENDENT
     for (int i = first; i < last; i++) {
@@ -171,9 +168,9 @@ TWO_PATHS static void load_slopes(const interval *c, const exposure *now, const 
 
 bool element_wind_matters(const interval *c, const exposure *now, const sections *at, int i)
 {
-    const double w2 = -at->v2[i] - c->section->radius * at->omega[i], w3 = now->wind - at->v3[i];
-    const double force = 0.5 * c->air_density * c->section->diameter * (w2 * w2 + w3 * w3);
-    return force > MIN_WIND_FORCE * c->section->mass * c->gravity;
+    const double w2 = -at->v2[i] - now->section->radius * at->omega[i], w3 = now->wind - at->v3[i];
+    const double force = 0.5 * c->air_density * now->section->diameter * (w2 * w2 + w3 * w3);
+    return force > MIN_WIND_FORCE * now->section->mass * c->gravity;
 }
 
 void element_aero_loads(const interval *c, const exposure *now, const sections *at, int first,

@@ -59,7 +59,7 @@ void element_monitor_tensions(const gallop_model *model, const conditions *now, 
 
 void element_monitor_start(monitor *seen)
 {
-    *seen = (monitor){INFINITY, 0.0, 0.0, -1, -1};
+    *seen = (monitor){INFINITY, 0.0, 0.0, -1, -1, NULL};
 }
 
 /* First mass moments turn with the section, in its plane; the omega^2 terms, missing in the paper,
@@ -119,14 +119,14 @@ INLINE void read_motion(motion y, int count, strip_motion *of)
     }
 }
 
-INLINE void section_motion(const interval *c, const strip *s, const sections *at, int first,
-                           strip_motion *y)
+INLINE void section_motion(const interval *c, const exposure *now, const strip *s,
+                           const sections *at, int first, strip_motion *y)
 {
     along_normal(s, y->v, at->v2 + first);
     interpolate(y->v, 2, at->v3 + first);
     interpolate(y->u, 3, at->theta + first);
     interpolate(y->v, 3, at->omega + first);
-    if (!c->section->eccentric) return;
+    if (!now->section->eccentric) return;
     along_normal(s, y->a, at->a2 + first);
     interpolate(y->a, 2, at->a3 + first);
     interpolate(y->a, 3, at->omega_rate + first);
@@ -194,12 +194,12 @@ INLINE void note_tension(const lanes *tension, lowest *low)
 }
 
 /* Inertia, damping, tension and torsion of the elements of a strip. */
-INLINE void strip_forces(const interval *c, const exposure *now, const strip *s, strip_motion *y,
-                         int unknowns, lanes r[3][4], lowest *low)
+INLINE void strip_forces(const exposure *now, const strip *s, strip_motion *y, int unknowns,
+                         lanes r[3][4], lowest *low)
 {
-    const double ea = c->section->axial_stiffness, gj = c->section->torsional_stiffness;
+    const double ea = now->section->axial_stiffness, gj = now->section->torsional_stiffness;
     const int axes = unknowns < 3 ? unknowns : 3;
-    add_inertia(c->section, s, y->v, y->a, unknowns, r);
+    add_inertia(now->section, s, y->v, y->a, unknowns, r);
     for (int q = 0; q < 2; q++) {
         const lanes *p0 = s->slope[q];
         lanes du[4], force[4], strain, tension;
@@ -210,7 +210,7 @@ INLINE void strip_forces(const interval *c, const exposure *now, const strip *s,
         note_tension(&tension, low);
         for (int i = 0; i < axes; i++) force[i] = tension * (p0[i] + du[i]);
         if (unknowns == 4) force[3] = gj * du[3];
-        add_stiffness_damping(c->section, s, q, y->v, unknowns, force);
+        add_stiffness_damping(now->section, s, q, y->v, unknowns, force);
         for (int i = 0; i < unknowns; i++) {
             const lanes left = s->pull[q][0] * force[i], right = s->pull[q][1] * force[i];
             r[0][i] += left;
@@ -238,7 +238,7 @@ INLINE void add_section_forces(const strip *s, const sections *at, int first, la
 static void section_forces(const interval *c, const exposure *now, const sections *at, int first,
                            int last, bool slopes)
 {
-    if (c->section->eccentric)
+    if (now->section->eccentric)
         ice_inertia(now, at, first, last);
     else
         for (int i = 0; i < 3; i++)
@@ -250,7 +250,7 @@ static void section_forces(const interval *c, const exposure *now, const section
 static void look_at_angles(const interval *c, const exposure *now, const sections *at, int first,
                            int last, int first_element, monitor *seen)
 {
-    if (c->section->curve->outside != GALLOP_OUTSIDE_ERROR) return;
+    if (now->section->curve->outside != GALLOP_OUTSIDE_ERROR) return;
     lanes all = {0.0};
     double sum = 0.0;
     for (int i = first; i < last; i += LANES) all += *(const lanes *)(at->excess + i);
@@ -263,6 +263,7 @@ static void look_at_angles(const interval *c, const exposure *now, const section
         seen->worst_excess = at->excess[i];
         seen->worst_angle = at->angle[i];
         seen->angle_element = c->first_element + e;
+        seen->curve = now->section->curve;
     }
 }
 
@@ -285,7 +286,7 @@ INLINE void strips_residual(const evaluation *of, int start, int strips, int unk
     const exposure *now = of->now;
     const sections *at = of->at;
     const int slot = of->slopes ? c->first_strip + start : 0;
-    const bool sectional = unknowns == 4 && (c->section->eccentric || now->blows);
+    const bool sectional = unknowns == 4 && (now->section->eccentric || now->blows);
     lanes r[STRIPS_AT_ONCE][3][4];
 
     /* inertia, damping and tension; the motion of the sections */
@@ -296,8 +297,8 @@ INLINE void strips_residual(const evaluation *of, int start, int strips, int unk
         strip_motion y;
         read_motion(of_strip, count, &y);
         low->element = e;
-        strip_forces(c, now, s, &y, unknowns, r[k], low);
-        if (sectional) section_motion(c, s, at, 3 * LANES * (slot + k), &y);
+        strip_forces(now, s, &y, unknowns, r[k], low);
+        if (sectional) section_motion(c, now, s, at, 3 * LANES * (slot + k), &y);
     }
 
     if (sectional) {
@@ -401,9 +402,9 @@ TWO_PATHS static void one_element(const interval *c, int e, const exposure *now,
     lowest low = {.element = e};
     read_motion(of_element, 1, &in_all_lanes);
     for (int k = 0; k < LANES; k++) LANE(low.tension, k) = LANE(low.where, k) = INFINITY;
-    strip_forces(c, now, s, &in_all_lanes, 4, force, &low);
-    if (c->section->eccentric || now->blows) {
-        section_motion(c, s, at, 0, &in_all_lanes);
+    strip_forces(now, s, &in_all_lanes, 4, force, &low);
+    if (now->section->eccentric || now->blows) {
+        section_motion(c, now, s, at, 0, &in_all_lanes);
         section_forces(c, now, at, 0, 3 * LANES, false);
         add_section_forces(s, at, 0, force);
     }

@@ -4,13 +4,13 @@
 
 /* Rows f2, f3, moment; columns n2, n3, theta of k dR/du + c dR/dv + m dR/da at the sections `i` to
  * i + LANES - 1. */
-INLINE void section_tangent(const interval *c, const sections *at, int i, const exposure *now,
-                            tangent_weights mix, lanes g[3][3])
+INLINE void section_tangent(const sections *at, int i, const exposure *now, tangent_weights mix,
+                            lanes g[3][3])
 {
 #define AT(array) (*(const lanes *)(at->array + i))
     for (int row = 0; row < 3; row++)
         for (int column = 0; column < 3; column++) g[row][column] = (lanes){0.0};
-    if (c->section->eccentric) {
+    if (now->section->eccentric) {
         const lanes c2 = AT(c2), c3 = AT(c3), w = AT(omega), rate = AT(omega_rate);
         g[0][2] = mix.k * (c3 * w * w - c2 * rate) - mix.c * 2.0 * c2 * w - mix.m * c3;
         g[1][2] = -mix.k * (c3 * rate + c2 * w * w) - mix.c * 2.0 * c3 * w + mix.m * c2;
@@ -21,7 +21,7 @@ INLINE void section_tangent(const interval *c, const sections *at, int i, const 
     for (int k = 0; k < 3 && now->blows; k++) {
         g[k][0] -= mix.c * AT(by_v2[k]);
         g[k][1] -= mix.c * AT(by_v3[k]);
-        g[k][2] -= mix.k * AT(by_theta[k]) + mix.c * c->section->radius * AT(by_v2[k]);
+        g[k][2] -= mix.k * AT(by_theta[k]) + mix.c * now->section->radius * AT(by_v2[k]);
     }
 #undef AT
 }
@@ -38,12 +38,12 @@ INLINE void turn_to_axes(const lanes normal[2], lanes g[3][3], lanes along[4][4]
 }
 
 /* Adds the eccentric ice and the wind at the sections from `first` on to the blocks. */
-INLINE void add_sections(const interval *c, const strip *s, const sections *at, int first,
-                         const exposure *now, tangent_weights mix, lanes block[6][16])
+INLINE void add_sections(const strip *s, const sections *at, int first, const exposure *now,
+                         tangent_weights mix, lanes block[6][16])
 {
     for (int q = 0; q < 3; q++) {
         lanes g[3][3], along[4][4];
-        section_tangent(c, at, first + LANES * q, now, mix, g);
+        section_tangent(at, first + LANES * q, now, mix, g);
         turn_to_axes(s->normal[q], g, along);
         for (int n = 0, p = 0; n < 3; n++)
             for (int m = n; m < 3; m++, p++) {
@@ -58,7 +58,6 @@ INLINE void add_sections(const interval *c, const strip *s, const sections *at, 
 
 /* What is evaluated: the tangent of a strip, whose sections are those from `first` on. */
 typedef struct {
-    const interval *interval;
     const strip *strip;
     const sections *at;
     int first;
@@ -76,7 +75,7 @@ typedef struct {
 INLINE void stiffness_at(const evaluation *of, int q, lanes u[3][4], int unknowns,
                          point_stiffness *k)
 {
-    const cross_section *c = of->interval->section;
+    const cross_section *c = of->now->section;
     const strip *s = of->strip;
     const tangent_weights mix = of->mix;
     const double ea = c->axial_stiffness, damping = mix.c * c->translation_damping[1];
@@ -147,7 +146,7 @@ INLINE void add_mass(const cross_section *c, const strip *s, tangent_weights mix
 /* Blocks of `unknowns` rows and columns. */
 INLINE void tangent_of(const evaluation *of, lanes u[3][4], int unknowns, lanes block[6][16])
 {
-    const cross_section *c = of->interval->section;
+    const cross_section *c = of->now->section;
     for (int p = 0; p < 6; p++)
         for (int i = 0; i < unknowns * unknowns; i++) block[p][i] = (lanes){0.0};
     for (int q = 0; q < 2; q++) {
@@ -158,7 +157,7 @@ INLINE void tangent_of(const evaluation *of, lanes u[3][4], int unknowns, lanes 
     complete_blocks(unknowns, block);
     add_mass(c, of->strip, of->mix, unknowns, block);
     if (unknowns == 4 && (c->eccentric || of->now->blows))
-        add_sections(of->interval, of->strip, of->at, of->first, of->now, of->mix, block);
+        add_sections(of->strip, of->at, of->first, of->now, of->mix, block);
 }
 
 TWO_PATHS static void strip_of_2(const evaluation *of, const double *u, int count,
@@ -180,7 +179,7 @@ TWO_PATHS static void strip_of_4(const evaluation *of, const double *u, int coun
 static evaluation at_strip(const interval *c, int index, const exposure *now, const sections *at,
                            tangent_weights mix)
 {
-    return (evaluation){c, &c->strip[index], at, 3 * LANES * (c->first_strip + index), now, mix};
+    return (evaluation){&c->strip[index], at, 3 * LANES * (c->first_strip + index), now, mix};
 }
 
 /* The blocks of a strip, as many rows and columns each as the model has unknowns at a node; `at`

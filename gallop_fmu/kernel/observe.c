@@ -36,7 +36,7 @@ static double node_angle(const gallop_model *model, const state_view *view, cons
     const double *u = view->u + 4 * node, *v = view->v + 4 * node;
     const double *n2 = model->normal + 2 * node;
     return element_attack_angle(u[3], n2[0] * v[0] + n2[1] * v[1], v[2], v[3], now.wind, now.attack,
-                                of->section->radius);
+                                now.section->radius);
 }
 
 static double node_value(const gallop_model *model, const state_view *view, int node, int channel)
@@ -108,13 +108,13 @@ static void support_force(const gallop_model *model, const gallop_state *state,
 INLINE void strip_energies(const interval *c, const exposure *now, const strip *s, lanes u[3][4],
                            lanes v[3][4], lanes *kinetic, lanes *potential)
 {
-    const double ea = c->section->axial_stiffness, gj = c->section->torsional_stiffness;
+    const double ea = now->section->axial_stiffness, gj = now->section->torsional_stiffness;
     double theta[3 * LANES], sine[3 * LANES], cosine[3 * LANES];
     for (int q = 0; q < 3; q++)
         LANES_AT(theta + LANES * q) = element_shape3[q][0] * u[0][3] +
                                       element_shape3[q][1] * u[1][3] +
                                       element_shape3[q][2] * u[2][3];
-    if (c->section->eccentric)
+    if (now->section->eccentric)
         for (int i = 0; i < 3 * LANES; i++) sine_cosine(theta[i], sine + i, cosine + i);
     for (int q = 0; q < 3; q++) {
         const double *n = element_shape3[q];
@@ -123,8 +123,9 @@ INLINE void strip_energies(const interval *c, const exposure *now, const strip *
         const lanes square =
             velocity[0] * velocity[0] + velocity[1] * velocity[1] + velocity[2] * velocity[2];
         const lanes w = velocity[3], weight = s->inertia_weight[q];
-        *kinetic += weight * (0.5 * c->section->mass * square + 0.5 * c->section->inertia * w * w);
-        if (!c->section->eccentric) continue;
+        *kinetic +=
+            weight * (0.5 * now->section->mass * square + 0.5 * now->section->inertia * w * w);
+        if (!now->section->eccentric) continue;
         const lanes sin_q = LANES_AT(sine + LANES * q), cos_q = LANES_AT(cosine + LANES * q);
         const lanes c2 = now->c2 * cos_q - now->c3 * sin_q, c3 = now->c2 * sin_q + now->c3 * cos_q;
         const lanes v2 = s->normal[q][0] * velocity[0] + s->normal[q][1] * velocity[1];

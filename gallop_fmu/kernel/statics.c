@@ -182,7 +182,7 @@ int statics_newton(const gallop_model *m, double t, const conditions *now,
         if (has_converged(&s, tolerance)) {
             if (!(s.seen.worst_excess > 0.0)) return GALLOP_COMPLETED;
             memcpy(at->u, at->u0, bytes);
-            return time_angle_failure(m, s.seen.angle_element, s.seen.worst_angle, t, report);
+            return time_angle_failure(&s.seen, t, report);
         }
         s.before = s.mass > 0.0 ? INFINITY : s.size;
         if (s.mass > 0.0 && ++s.with_mass > MAX_MASS_ITERATIONS) break;

@@ -237,7 +237,7 @@ int time_gauss(const gallop_model *model, gallop_state *state, state_view *at,
             accelerate(at->stage_a, values, 1.0, at->a);
             junction_prescribe(model, &at->now, at->u, at->v, at->a);
             element_monitor_tensions(model, &at->now, at->u, &seen);
-            return time_newton_accept(model, state, &seen, t, report);
+            return time_newton_accept(state, &seen, t, report);
         case NEWTON_DIVERGED:
             return report_failure(report, GALLOP_NEWTON_STALLED, seen.slack_element, t, size,
                                   tolerance);

@@ -15,10 +15,8 @@ typedef enum {
 double time_correction_size(const gallop_model *model, const double *du);
 newton_action time_newton_next(gallop_state *state, double size, double before, bool fresh,
                                double slow, double tolerance);
-int time_newton_accept(const gallop_model *model, gallop_state *state, const monitor *seen,
-                       double t, gallop_report *report);
-int time_angle_failure(const gallop_model *model, int element, double angle, double t,
-                       gallop_report *report);
+int time_newton_accept(gallop_state *state, const monitor *seen, double t, gallop_report *report);
+int time_angle_failure(const monitor *seen, double t, gallop_report *report);
 
 /* time_newmark.c, time_gauss.c: one step from u0 v0 a0 at t - h to u v a at t; commit: it is the
  * one before from now on */

@@ -223,8 +223,7 @@ static int consistent_acceleration(const gallop_model *model, gallop_state *stat
     for (int i = 0; i < 4 * model->nodes; i++) at->a[i] -= at->residual[i];
     state->factored_step = 0.0;
     state->rate = 1.0;
-    if (seen.worst_excess > 0.0)
-        return time_angle_failure(model, seen.angle_element, seen.worst_angle, state->time, report);
+    if (seen.worst_excess > 0.0) return time_angle_failure(&seen, state->time, report);
     state->lowest_tension = seen.lowest_tension;
     if (seen.lowest_tension < 0.0)
         return report_failure(report, GALLOP_SLACK, seen.slack_element, state->time,

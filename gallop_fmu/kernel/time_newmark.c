@@ -185,7 +185,7 @@ int time_newmark(const gallop_model *model, gallop_state *state, state_view *at,
         switch (time_newton_next(state, size, size_before, fresh, MAX_REUSE_RATE, tolerance)) {
         case NEWTON_CONVERGED:
             if (within) element_monitor_tensions(model, &at->now, at->u, &seen);
-            return time_newton_accept(model, state, &seen, t, report);
+            return time_newton_accept(state, &seen, t, report);
         case NEWTON_DIVERGED:
             return report_failure(report, GALLOP_NEWTON_STALLED, seen.slack_element, t, size,
                                   tolerance);

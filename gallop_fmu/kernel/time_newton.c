@@ -49,22 +49,19 @@ newton_action time_newton_next(gallop_state *state, double size, double before, 
 
 /* The angle is reported within the turn centred on the curve's range, so that it lies beyond the
  * end that it left. */
-int time_angle_failure(const gallop_model *model, int element, double angle, double t,
-                       gallop_report *report)
+int time_angle_failure(const monitor *seen, double t, gallop_report *report)
 {
-    const curve *k = model_interval_of_element(model, element)->section->curve;
-    double offset = angle - k->centre;
+    const curve *k = seen->curve;
+    double offset = seen->worst_angle - k->centre;
     offset -= 2.0 * PI * nearest(offset * (0.5 / PI));
-    return report_failure(report, GALLOP_ANGLE_OUT_OF_RANGE, element, t, k->centre + offset,
-                          offset > 0.0 ? k->last : k->first);
+    return report_failure(report, GALLOP_ANGLE_OUT_OF_RANGE, seen->angle_element, t,
+                          k->centre + offset, offset > 0.0 ? k->last : k->first);
 }
 
 /* A converged step is refused where its motion is impossible. */
-int time_newton_accept(const gallop_model *model, gallop_state *state, const monitor *seen,
-                       double t, gallop_report *report)
+int time_newton_accept(gallop_state *state, const monitor *seen, double t, gallop_report *report)
 {
-    if (seen->worst_excess > 0.0)
-        return time_angle_failure(model, seen->angle_element, seen->worst_angle, t, report);
+    if (seen->worst_excess > 0.0) return time_angle_failure(seen, t, report);
     if (seen->lowest_tension < state->lowest_tension) state->lowest_tension = seen->lowest_tension;
     if (seen->lowest_tension < 0.0)
         return report_failure(report, GALLOP_SLACK, seen->slack_element, t, seen->lowest_tension,
