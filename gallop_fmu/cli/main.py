@@ -438,6 +438,23 @@ def _progress(title: str, *, silent: bool) -> Iterator[Progress | None]:
         yield show
 
 
+@app.command(epilog=example("gallop-fmu doctor"))
+def doctor(as_json: AsJson = False) -> None:
+    """Check the installation: packages, kernel, a short run, and an FMU in FMPy."""
+    from gallop_fmu.cli.doctor import check_installation
+
+    checks = check_installation()
+    if as_json:
+        echo_json([check._asdict() for check in checks])
+    else:
+        table = new_table("", "state", "found")
+        for check in checks:
+            table.add_row(*check)
+        new_console().print(table)
+    if any(check.state == "fault" for check in checks):
+        raise typer.Exit(Exit.BAD_INPUT)
+
+
 MIDSPAN_ROWS = {"u2": "vertical u2", "u3": "horizontal u3", "theta": "twist", "tension": "tension"}
 
 
