@@ -105,7 +105,6 @@ void put_back(slot *s, keeper *k)
     JUDGE(s, expected, true, fmi2SetFMUstate(s->c, k->state));
     if (status != fmi2OK) return;
     s->is = k->is;
-    s->is.looks_back = false;
 }
 
 void forget(slot *s, keeper *k)

@@ -80,7 +80,7 @@ def structure(cable: Path, tower: Path, scene: gf.Scene) -> bytes:
     """Text of SystemStructure.ssd."""
     for prefix, uri in (("ssd", SSD), ("ssv", SSV), ("ssc", SSC), ("oms", OMS)):
         ElementTree.register_namespace(prefix, uri)
-    root = Element(f"{{{SSD}}}SystemStructureDescription", version="1.0", name="tower-cable")
+    root = Element(f"{{{SSD}}}SystemStructureDescription", version="1.0", name="tower_cable_model")
     whole = SubElement(root, f"{{{SSD}}}System", name="tower_cable")
     elements = SubElement(whole, f"{{{SSD}}}Elements")
     _component(elements, "cable", cable)

@@ -1,6 +1,7 @@
 /* Checks of a scene before a model is made of it: its tables can be read, and its numbers can be.
  * The binding refuses bad numbers field by field; this guards the kernel against any other caller,
  * and against parameters of an FMU that contradict each other. */
+#include "base_math.h"
 #include "check.h"
 
 #include <limits.h>
@@ -265,7 +266,7 @@ static int check_agreement(const gallop_scene *s, const gallop_chain *c, const d
                               c->sag, 0.0);
     const double mass = section->mass + section->ice_mass;
     const double parabola =
-        mass * gravity * chord[0] * hypot(chord[0], chord[1]) / (8.0 * c->horizontal_tension);
+        mass * gravity * chord[0] * hypotenuse(chord[0], chord[1]) / (8.0 * c->horizontal_tension);
     if (fabs(c->sag - parabola) > SAG_TENSION_AGREEMENT * parabola)
         return report_invalid(report, "sag, which contradicts the horizontal tension", c->sag,
                               parabola);

@@ -20,6 +20,9 @@ enum {
     COSIM_WITH_TIME = COSIM_STEPPING | COSIM_TERMINATED
 };
 
+/* Longest step [s]; longer ones are almost certainly a unit error. */
+#define COSIM_MAX_STEP 1e6
+
 /* Progress of the run; part of a saved state, as is what the host has set. */
 typedef struct {
     int32_t phase, status;    /* a cosim_phase, a gallop_outcome */
@@ -35,7 +38,7 @@ typedef struct {
 
 /* What the present outputs can be compared with to take derivatives. */
 typedef enum {
-    COSIM_DERIV_UNKNOWN,  /* no last step: a state was restored, or a step failed */
+    COSIM_DERIV_UNKNOWN,  /* no last step: there is no state, or a step failed */
     COSIM_DERIV_AT_START, /* no step yet: the outputs are those of the initial state */
     COSIM_DERIV_LAST_STEP
 } cosim_deriv_base;

@@ -7,17 +7,21 @@
 #include <stdlib.h>
 #include <string.h>
 
-#define STATE_MAGIC "GALLOPF4"
+#define STATE_MAGIC "GALLOPF5"
 
-/* Followed by values, rates and reached places of the inputs, by the parameters, as stored in the
- * scene, and by the kernel's state.  Without gaps: it is written as bytes. */
+/* Followed by values, rates and reached places of the inputs, the same of the last step, the
+ * parameters, as stored in the scene, the kernel's state, and its state at the start of the last
+ * step.  Without gaps: it is written as bytes. */
 struct gallop_cosim_saved {
     char magic[8];
     uint64_t size, checksum; /* of everything; of all bytes that follow this field */
     resource_identification identity;
     cosim_run run;
-    uint64_t inputs, parameters, state; /* how many, how many numbers, how many bytes */
-    uint64_t deserialised;              /* 1: validate before use */
+    uint64_t inputs, parameters; /* how many */
+    uint64_t state, before;      /* how many bytes; 0: there is none */
+    double last_size;            /* of the last step [s]; 0 without one */
+    uint64_t has_last_inputs;    /* 1: derivatives can be taken, of the last step or at the start */
+    uint64_t deserialised;       /* 1: validate before use */
 };
 typedef struct gallop_cosim_saved saved_state;
 
@@ -35,9 +39,14 @@ static const double *inputs_in(const saved_state *s)
     return (const double *)(s + 1);
 }
 
-static const double *parameters_in(const saved_state *s)
+static const double *last_inputs_in(const saved_state *s)
 {
     return inputs_in(s) + 3 * s->inputs;
+}
+
+static const double *parameters_in(const saved_state *s)
+{
+    return last_inputs_in(s) + 3 * s->inputs;
 }
 
 static const char *state_in(const saved_state *s)
@@ -45,9 +54,15 @@ static const char *state_in(const saved_state *s)
     return (const char *)(parameters_in(s) + s->parameters);
 }
 
-static size_t saved_size(uint64_t inputs, uint64_t parameters, uint64_t state)
+static const char *before_in(const saved_state *s)
 {
-    return sizeof(saved_state) + (size_t)(3 * inputs + parameters) * sizeof(double) + (size_t)state;
+    return state_in(s) + s->state;
+}
+
+static size_t saved_size(uint64_t inputs, uint64_t parameters, uint64_t states)
+{
+    return sizeof(saved_state) + (size_t)(6 * inputs + parameters) * sizeof(double) +
+           (size_t)states;
 }
 
 static size_t parameter_bytes(const gallop_cosim *c)
@@ -61,52 +76,83 @@ static bool is_of_this_resource(const gallop_cosim *c, const saved_state *s)
            s->inputs == c->input_count && s->parameters == c->parameter_count;
 }
 
+static char *append(char *to, const void *from, size_t size)
+{
+    if (size) memcpy(to, from, size);
+    return to + size;
+}
+
+/* Room for a saved state, the caller's if its size fits; false: there is not enough memory. */
+static bool provide_room(gallop_cosim_saved **saved, size_t size)
+{
+    if (*saved && (*saved)->size == size) return true;
+    saved_state *s = malloc(size);
+    if (!s) return false;
+    free(*saved);
+    *saved = s;
+    return true;
+}
+
 gallop_cosim_status gallop_cosim_save(gallop_cosim *c, gallop_cosim_saved **saved)
 {
     if (!c) return GALLOP_COSIM_REFUSED;
     if (!saved) return cosim_refuse(c, "there is no place for the state; give one");
 
-    /* Reuse the caller's block if its size fits. */
+    const cosim_last_step *last = &c->last_step;
+    const bool has_step = c->started && last->base == COSIM_DERIV_LAST_STEP;
+    const bool has_last_inputs = c->started && last->base != COSIM_DERIV_UNKNOWN;
     const size_t kernel = c->started ? gallop_saved_size(c->span.model) : 0;
-    const size_t size = saved_size(c->input_count, c->parameter_count, kernel);
-    saved_state *s = *saved;
-    if (!s || s->size != size) {
-        s = malloc(size);
-        if (!s)
-            return cosim_fail(c,
-                              "there is not enough memory to save the state: %lu bytes; free "
-                              "saved states",
-                              (unsigned long)size);
-        free(*saved);
-        *saved = s;
-    }
+    const size_t before = has_step ? kernel : 0;
+    const size_t size = saved_size(c->input_count, c->parameter_count, kernel + before);
+    if (!provide_room(saved, size))
+        return cosim_fail(c,
+                          "there is not enough memory to save the state: %lu bytes; free saved "
+                          "states",
+                          (unsigned long)size);
 
+    saved_state *s = *saved;
+    *s = (saved_state){.size = size,
+                       .identity = *resource_identity(&c->parameters),
+                       .run = c->run,
+                       .inputs = c->input_count,
+                       .parameters = c->parameter_count,
+                       .state = kernel,
+                       .before = before,
+                       .last_size = has_step ? last->size : 0.0,
+                       .has_last_inputs = has_last_inputs};
     memcpy(s->magic, STATE_MAGIC, sizeof s->magic);
-    s->identity = *resource_identity(&c->parameters);
-    s->size = size;
-    s->checksum = s->deserialised = 0;
-    s->run = c->run;
-    s->inputs = c->input_count;
-    s->parameters = c->parameter_count;
-    s->state = kernel;
-    char *to = (char *)(s + 1);
-    memcpy(to, c->in.value, 3 * cosim_input_bytes(c));
-    memcpy(to + 3 * cosim_input_bytes(c), c->stored, parameter_bytes(c));
-    if (kernel) memcpy(to + 3 * cosim_input_bytes(c) + parameter_bytes(c), c->span.state, kernel);
+    const size_t inputs = 3 * cosim_input_bytes(c);
+    char *to = append((char *)(s + 1), c->in.value, inputs);
+    if (has_last_inputs)
+        memcpy(to, last->with.value, inputs);
+    else
+        memset(to, 0, inputs);
+    to = append(to + inputs, c->stored, parameter_bytes(c));
+    to = append(to, c->span.state, kernel);
+    if (before) memcpy(to, gallop_state_before(c->span.model, c->span.state), before);
     return GALLOP_COSIM_OK;
 }
 
-/* Copies the kernel's state into a span; false if it cannot be a state of its model. */
+/* Time of a state of the span's model that came as bytes; NaN: it is none.  Writes over `work`. */
+static double checked_time(const cosim_span *span, const char *bytes)
+{
+    memcpy(span->work, bytes, gallop_saved_size(span->model));
+    const bool good = gallop_state_check(span->model, span->work) == GALLOP_COMPLETED;
+    return good ? gallop_state_time(span->work) : NAN;
+}
+
+/* Copies the kernel's states into a span; false if they cannot be states of its model. */
 static bool copy_state(cosim_span *span, const saved_state *s)
 {
     if (!s->state) return true;
     if (s->state != gallop_saved_size(span->model)) return false;
     if (s->deserialised) {
-        memcpy(span->work, state_in(s), s->state);
-        if (gallop_state_check(span->model, span->work) != GALLOP_COMPLETED) return false;
-        if (gallop_state_time(span->work) != s->run.time) return false;
+        const double time = s->run.time;
+        if (checked_time(span, state_in(s)) != time) return false;
+        if (s->before && time - checked_time(span, before_in(s)) != s->last_size) return false;
     }
     memcpy(span->state, state_in(s), s->state);
+    if (s->before) memcpy(gallop_state_before(span->model, span->state), before_in(s), s->before);
     return true;
 }
 
@@ -160,7 +206,11 @@ gallop_cosim_status gallop_cosim_restore(gallop_cosim *c, const gallop_cosim_sav
     c->run = saved->run;
     memcpy(c->in.value, inputs_in(saved), 3 * cosim_input_bytes(c));
     c->started = saved->state > 0;
-    c->last_step.base = COSIM_DERIV_UNKNOWN; /* the last step is not part of a state */
+    memcpy(c->last_step.with.value, last_inputs_in(saved), 3 * cosim_input_bytes(c));
+    c->last_step.size = saved->last_size;
+    c->last_step.base = saved->before          ? COSIM_DERIV_LAST_STEP
+                      : saved->has_last_inputs ? COSIM_DERIV_AT_START
+                                               : COSIM_DERIV_UNKNOWN;
     cosim_forget_observations(c);
     return GALLOP_COSIM_OK;
 }
@@ -220,6 +270,13 @@ static bool run_is_possible(const cosim_run *run, bool has_state)
            !isnan(run->stop);
 }
 
+static bool last_step_is_possible(const saved_state *s)
+{
+    if (s->has_last_inputs > 1 || (s->has_last_inputs && !s->state)) return false;
+    if (!s->before) return s->last_size == 0.0;
+    return s->has_last_inputs && s->last_size > 0.0 && s->last_size <= COSIM_MAX_STEP;
+}
+
 /* The problem of the bytes of a state; NULL: none is visible before the parameters are read. */
 static const char *check_bytes(const gallop_cosim *c, const void *bytes, size_t size)
 {
@@ -232,12 +289,14 @@ static const char *check_bytes(const gallop_cosim *c, const void *bytes, size_t 
                "this version";
     if (!is_of_this_resource(c, &head))
         return "the bytes are a state of another FMU; use states of this one";
-    if (head.size != size || head.state > size ||
-        saved_size(head.inputs, head.parameters, head.state) != size)
+    const bool sizes_fit =
+        head.state <= size && (head.before == 0 || head.before == head.state) &&
+        saved_size(head.inputs, head.parameters, head.state + head.before) == size;
+    if (head.size != size || !sizes_fit)
         return "the bytes are cut off, or more than the state has; serialize the state again";
     if (head.checksum != checksum_of(bytes, size))
         return "the bytes are damaged, their checksum is wrong; serialize the state again";
-    if (!run_is_possible(&head.run, head.state > 0))
+    if (!run_is_possible(&head.run, head.state > 0) || !last_step_is_possible(&head))
         return "the bytes are damaged: no such state is possible; serialize the state again";
     return NULL;
 }
@@ -261,7 +320,7 @@ gallop_cosim_status gallop_cosim_deserialize(gallop_cosim *c, const void *bytes,
     const char *wrong = NULL;
     if (!cosim_parameters_are_possible(c, parameters_in(s)))
         wrong = "a parameter is out of its bounds";
-    if (!all_finite(inputs_in(s), 3 * s->inputs)) wrong = "an input is not finite";
+    if (!all_finite(inputs_in(s), 6 * s->inputs)) wrong = "an input is not finite";
     if (wrong) {
         free(s);
         return cosim_refuse(c, "the bytes are damaged: %s; serialize the state again", wrong);

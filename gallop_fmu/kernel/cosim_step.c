@@ -8,9 +8,6 @@
 #include <math.h>
 #include <string.h>
 
-/* [s]; longer steps are almost certainly a unit error. */
-#define MAX_STEP 1e6
-
 /* Differences between the host's clock and the instance's that are put down to round-off: as a
  * fraction of the step, and of the time. */
 #define CLOCK_OF_STEP 1e-6
@@ -22,9 +19,10 @@ static gallop_cosim_status check_step(gallop_cosim *c, double time, double step)
     if (!isfinite(time) || !isfinite(step) || !(step > 0.0))
         return cosim_refuse(c, "the step size %s s at %s s must be positive; both must be finite",
                             cosim_number_text(6, step).text, cosim_number_text(12, time).text);
-    if (step > MAX_STEP)
+    if (step > COSIM_MAX_STEP)
         return cosim_refuse(c, "a step of %s s is too long; at most %s s are allowed",
-                            cosim_number_text(6, step).text, cosim_number_text(6, MAX_STEP).text);
+                            cosim_number_text(6, step).text,
+                            cosim_number_text(6, COSIM_MAX_STEP).text);
     if (fabs(time - c->run.time) > clock)
         return cosim_refuse(
             c, "the step starts at %s s, but the FMU is at %s s; start it where the last one ended",

@@ -2,6 +2,8 @@
  */
 #include "element.h"
 
+#include "base_math.h"
+
 static double tangent_at(const double x[9], double xi, double shape_slope[3], double direction[3])
 {
     const double slope[3] = {xi - 0.5, -2.0 * xi, xi + 0.5};
@@ -22,7 +24,7 @@ static double tangent_at(const double x[9], double xi, double shape_slope[3], do
  */
 static void normal_to(const double tangent[3], double normal[2])
 {
-    const double length = hypot(tangent[0], tangent[1]);
+    const double length = hypotenuse(tangent[0], tangent[1]);
     normal[0] = -tangent[1] / length;
     normal[1] = tangent[0] / length;
 }

@@ -130,17 +130,24 @@ void fmi2FreeInstance(fmi2Component component)
     if (component) release(component);
 }
 
+/* The categories that the standard names; those without messages are accepted, too. */
 static bool is_known_category(const char *category)
 {
-    return category &&
-           (strcmp(category, "logStatusError") == 0 || strcmp(category, "logStatusDiscard") == 0);
+    static const char *const known[] = {"logEvents",           "logSingularLinearSystems",
+                                        "logNonlinearSystems", "logDynamicStateSelection",
+                                        "logStatusWarning",    "logStatusDiscard",
+                                        "logStatusError",      "logStatusFatal",
+                                        "logStatusPending",    "logAll"};
+    for (size_t i = 0; category && i < sizeof known / sizeof *known; i++)
+        if (strcmp(category, known[i]) == 0) return true;
+    return false;
 }
 
 fmi2Status fmi2SetDebugLogging(fmi2Component component, fmi2Boolean logging, size_t count,
                                const fmi2String categories[])
 {
     (void)logging;
-    const char *unknown = "the log category is unknown; use logStatusError or logStatusDiscard";
+    const char *unknown = "the log category is unknown; use those of the standard";
     if (!component) return fmi2Error;
     for (size_t i = 0; i < count; i++)
         if (!categories || !is_known_category(categories[i])) return refuse(component, unknown);
@@ -399,4 +406,79 @@ fmi2Status fmi2DeSerializeFMUstate(fmi2Component component, const fmi2Byte bytes
                  gallop_cosim_deserialize(cosim_of(component), bytes, size, state ? &saved : NULL));
     if (state && status == fmi2OK) *state = saved;
     return status;
+}
+
+/* ----------------------------------------------------------------------------- model exchange */
+
+/* This FMU has no model exchange; some hosts bind its functions of any FMU. */
+static fmi2Status refuse_model_exchange(const fmi2_instance *f)
+{
+    return refuse(f, "this FMU is for co-simulation only; do not call functions of model exchange");
+}
+
+fmi2Status fmi2EnterEventMode(fmi2Component component)
+{
+    return refuse_model_exchange(component);
+}
+
+fmi2Status fmi2NewDiscreteStates(fmi2Component component, fmi2EventInfo *info)
+{
+    (void)info;
+    return refuse_model_exchange(component);
+}
+
+fmi2Status fmi2EnterContinuousTimeMode(fmi2Component component)
+{
+    return refuse_model_exchange(component);
+}
+
+fmi2Status fmi2CompletedIntegratorStep(fmi2Component component, fmi2Boolean unchanged,
+                                       fmi2Boolean *enter_event_mode, fmi2Boolean *terminate)
+{
+    (void)unchanged;
+    (void)enter_event_mode;
+    (void)terminate;
+    return refuse_model_exchange(component);
+}
+
+fmi2Status fmi2SetTime(fmi2Component component, fmi2Real time)
+{
+    (void)time;
+    return refuse_model_exchange(component);
+}
+
+fmi2Status fmi2SetContinuousStates(fmi2Component component, const fmi2Real x[], size_t count)
+{
+    (void)x;
+    (void)count;
+    return refuse_model_exchange(component);
+}
+
+fmi2Status fmi2GetDerivatives(fmi2Component component, fmi2Real derivative[], size_t count)
+{
+    (void)derivative;
+    (void)count;
+    return refuse_model_exchange(component);
+}
+
+fmi2Status fmi2GetEventIndicators(fmi2Component component, fmi2Real indicator[], size_t count)
+{
+    (void)indicator;
+    (void)count;
+    return refuse_model_exchange(component);
+}
+
+fmi2Status fmi2GetContinuousStates(fmi2Component component, fmi2Real x[], size_t count)
+{
+    (void)x;
+    (void)count;
+    return refuse_model_exchange(component);
+}
+
+fmi2Status fmi2GetNominalsOfContinuousStates(fmi2Component component, fmi2Real nominal[],
+                                             size_t count)
+{
+    (void)nominal;
+    (void)count;
+    return refuse_model_exchange(component);
 }

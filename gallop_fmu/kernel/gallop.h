@@ -366,6 +366,16 @@ GALLOP_API int gallop_state_check(const gallop_model *model, const gallop_state 
 GALLOP_API int gallop_advance(const gallop_model *model, gallop_state *state,
                               const gallop_inputs *inputs, double until, gallop_report *report);
 
+/* The motion before the last gallop_advance, which gallop_rewind returns to: a state within the
+ * block of another.  To save it with the state, copy its first gallop_saved_size bytes; to put it
+ * back, write over them, with bytes that gallop_state_check accepts.
+ *
+ * @param model  Model
+ * @param state  Started state
+ * @return       The state, possibly one that is not started; NULL: one of the two is no such thing
+ */
+GALLOP_API gallop_state *gallop_state_before(const gallop_model *model, gallop_state *state);
+
 /* Returns to the motion before the last gallop_advance, which must have been completed.
  *
  * @param model      Model

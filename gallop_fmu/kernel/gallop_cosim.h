@@ -172,8 +172,7 @@ GALLOP_API gallop_cosim_status gallop_cosim_set_input_rates(gallop_cosim *instan
  * first one).
  *
  * @param instance      The instance, while stepping or after termination.  For differences, the
- *                      last call of gallop_cosim_step must have succeeded, and no state have been
- *                      restored since
+ *                      last call of gallop_cosim_step must have succeeded
  * @param reference     Value references of Real outputs
  * @param count         How many
  * @param rate          Where to write the derivatives, unit of the output per second

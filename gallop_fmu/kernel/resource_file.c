@@ -3,6 +3,7 @@
 
 #include "gallop_cosim.h"
 
+#include <stdbool.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -10,7 +11,8 @@
 #if defined(_WIN32)
 #include <windows.h>
 #else
-#include <sys/stat.h>
+#include <fcntl.h>
+#include <unistd.h>
 #endif
 
 #define MAGIC "GALLOPRF"
@@ -28,7 +30,8 @@ uint64_t resource_file_checksum(const void *bytes, size_t size)
     return hash;
 }
 
-/* A pipe or a device is not opened: it could block. */
+/* Only what has a position is read: a pipe or a terminal could block.  (glibc has no stat() that
+ * older releases have, too.) */
 static FILE *open_regular_file(const char *path)
 {
 #if defined(_WIN32)
@@ -36,8 +39,11 @@ static FILE *open_regular_file(const char *path)
     if (!MultiByteToWideChar(CP_UTF8, 0, path, -1, wide, 4096)) return NULL;
     return _wfopen(wide, L"rb");
 #else
-    struct stat about;
-    return stat(path, &about) == 0 && S_ISREG(about.st_mode) ? fopen(path, "rb") : NULL;
+    const int file = open(path, O_RDONLY | O_NONBLOCK);
+    if (file < 0) return NULL;
+    const bool has_position = lseek(file, 0, SEEK_END) >= 0;
+    close(file);
+    return has_position ? fopen(path, "rb") : NULL;
 #endif
 }
 

@@ -1,6 +1,8 @@
 /* The initial equilibrium under gravity: from sag, from horizontal tension, or both held. */
 #include "statics.h"
 
+#include "base_glibc.h"
+#include "base_math.h"
 #include "device.h"
 #include "report.h"
 #include "time_integration.h"
@@ -126,7 +128,7 @@ static int iterate_reference(gallop_model *m, const state_view *at, gallop_repor
 static double first_parameter(const chain *c)
 {
     if (!(c->target_sag > 0.0)) return c->target_tension / c->weight;
-    double parameter = c->span * hypot(c->span, c->rise) / (8.0 * c->target_sag);
+    double parameter = c->span * hypotenuse(c->span, c->rise) / (8.0 * c->target_sag);
     for (int i = 0; i < BISECTIONS; i++) {
         catenary k = catenary_of(c->span, c->rise, parameter);
         parameter *= pow(catenary_sag(&k, c->span, c->rise) / c->target_sag,

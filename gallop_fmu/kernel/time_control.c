@@ -3,6 +3,7 @@
  * of the step before, continued, and the one found.  Step sizes are powers of sqrt(2), so that a
  * factorised tangent serves for many steps.  Steps end where a law has a kink; between, the motion
  * is read off a quintic. */
+#include "base_glibc.h"
 #include "base_math.h"
 #include "law.h"
 #include "time_integration.h"

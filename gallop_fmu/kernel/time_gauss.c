@@ -10,6 +10,7 @@
  * = T diag(l) T^-1 they separate into systems K + C / (h l) + M / (h l)^2: a real one, and one for
  * a complex conjugate pair (E. Hairer, G. Wanner, Solving Ordinary Differential Equations II,
  * section IV.8; c in table IV.5.2). */
+#include "base_glibc.h"
 #include "junction.h"
 #include "solver.h"
 #include "system.h"

@@ -316,6 +316,13 @@ int gallop_state_init(const gallop_model *model, gallop_state *state, double sta
     return started(model, state, outcome, report);
 }
 
+gallop_state *gallop_state_before(const gallop_model *model, gallop_state *state)
+{
+    gallop_report report;
+    if (check_state(model, state, &report)) return NULL;
+    return (gallop_state *)state_view_of(model, state).saved;
+}
+
 int gallop_rewind(const gallop_model *model, gallop_state *state, double sharpness)
 {
     gallop_report report;

@@ -2,6 +2,7 @@
 
 import json
 import os
+import re
 import subprocess
 import sys
 import zipfile
@@ -164,6 +165,8 @@ def ssp(folder):
 def test_the_ssp_follows_the_standard(ssp):
     path, _, root = ssp
     structure = read_ssd(str(path))  # FMPy validates it against the schema of SSP 1.0
+    for name in (structure.name, structure.system.name):  # OMSimulator refuses other names
+        assert re.fullmatch("[A-Za-z_][A-Za-z0-9_]*", name)
     assert [component.name for component in structure.system.elements] == [
         "cable",
         "left_tower",

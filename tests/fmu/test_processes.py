@@ -65,6 +65,13 @@ def test_pythonfmu_uses_no_freed_memory_at_exit(gallop_fmu, tmp_path):
     )
 
 
+def test_the_command_of_fmpy_ends_cleanly(gallop_fmu):
+    """Without our finaliser it aborts at exit; benchmarks/hosts/exits.py repeats it 50 times."""
+    command = "import sys; from fmpy.cli import main; sys.argv[0] = 'fmpy'; main()"
+    for _ in range(2):
+        run(command, "simulate", "--stop-time", "0.1", gallop_fmu)
+
+
 def test_two_fmus_alive_at_once_in_two_threads(gallop_scene, rigid_scene, gallop_fmu, rigid_fmu):
     code = SIMULATE + (
         "from concurrent.futures import ThreadPoolExecutor\n"

@@ -1,10 +1,13 @@
 """Refused calls: a message, no effect, no crash."""
 
 import ctypes as c
+import importlib.util
 import math
+import re
 import struct
 import subprocess
 from functools import partial
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -355,15 +358,16 @@ COUNTS = RUN + 8 + 3 * 8
 PARTS = ["mode", "time", "wind", "number of inputs", "parameter", "kernel's magic", "kernel's size"]
 
 
-@pytest.mark.parametrize("part", [*PARTS, "motion"])
+@pytest.mark.parametrize("part", [*PARTS, "motion", "motion before the step"])
 def test_forged_bytes_of_a_state(stepping, part):
     """The checksum is right, but no such state is possible."""
     good = stepping.to_bytes(stepping.save())
-    inputs, parameters, kernel = struct.unpack_from("<QQQ", good, COUNTS)
-    first_input = COUNTS + 4 * 8
-    values = first_input + 3 * 8 * inputs
+    inputs, parameters, kernel, before = struct.unpack_from("<QQQQ", good, COUNTS)
+    first_input = COUNTS + 7 * 8
+    values = first_input + 6 * 8 * inputs
     first = values + 8 * parameters
-    assert first + kernel == len(good)
+    assert first + kernel + before == len(good)
+    assert kernel == before
     bad = bytearray(good)
     match part:
         case "mode":
@@ -376,8 +380,9 @@ def test_forged_bytes_of_a_state(stepping, part):
             struct.pack_into("<d", bad, values, -1.0)
         case "kernel's magic" | "kernel's size":
             bad[first + 8 * (part == "kernel's size")] ^= 1
-        case "motion":
-            struct.pack_into("<d", bad, first + kernel // 64 * 8, math.nan)
+        case "motion" | "motion before the step":
+            at = first + kernel * (part != "motion")
+            struct.pack_into("<d", bad, at + kernel // 64 * 8, math.nan)
     struct.pack_into("<Q", bad, 16, fnv1a(bad[24:]))
 
     def take():
@@ -392,7 +397,7 @@ def test_a_state_that_cannot_be_built_leaves_the_instance_as_it_is(stepping):
     """Other parameters, which make no span, with a state: the present span is kept."""
     good = stepping.to_bytes(stepping.save())
     inputs, parameters = struct.unpack_from("<QQ", good, COUNTS)
-    values = COUNTS + 4 * 8 + 3 * 8 * inputs
+    values = COUNTS + 7 * 8 + 6 * 8 * inputs
     numbers = struct.unpack_from(f"<{parameters}d", good, values)
     bad = bytearray(good)
     struct.pack_into("<d", bad, values + 8 * numbers.index(15000.0), 30000.0)  # against the sag
@@ -413,10 +418,51 @@ def test_there_are_no_variables_of_other_types(fmu, kind):
         refused(fmu, call, "no Boolean and no String variables")
 
 
+CATEGORIES = (
+    b"logEvents",
+    b"logSingularLinearSystems",
+    b"logNonlinearSystems",
+    b"logDynamicStateSelection",
+    b"logStatusWarning",
+    b"logStatusDiscard",
+    b"logStatusError",
+    b"logStatusFatal",
+    b"logStatusPending",
+    b"logAll",
+)
+"""The names that FMI 2.0, section 2.2.4, gives to categories."""
+
+
+def test_functions_of_model_exchange_exist_and_are_refused(fmu):
+    """Some hosts look up all functions of FMI 2.0 in any FMU."""
+    calls = {
+        "EnterEventMode": (),
+        "NewDiscreteStates": (None,),
+        "EnterContinuousTimeMode": (),
+        "CompletedIntegratorStep": (1, None, None),
+        "SetTime": (c.c_double(0.0),),
+        "SetContinuousStates": (None, c.c_size_t(0)),
+        "GetDerivatives": (None, c.c_size_t(0)),
+        "GetEventIndicators": (None, c.c_size_t(0)),
+        "GetContinuousStates": (None, c.c_size_t(0)),
+        "GetNominalsOfContinuousStates": (None, c.c_size_t(0)),
+    }
+    for name, arguments in calls.items():
+        refused(fmu, partial(fmu.call, name, *arguments), "for co-simulation only")
+    headers = Path(importlib.util.find_spec("fmpy").origin).parent / "c-code"
+    header = (headers / "fmi2FunctionTypes.h").read_text()
+    declared = set(re.findall(r"\b(fmi2\w+)TYPE\b", header))
+    assert len(declared) == 44
+    assert all(hasattr(fmu.library, name) for name in declared)
+
+
 def test_logging_knows_its_categories_and_the_library_its_version(fmu):
     names = (c.c_char_p * 2)(b"logStatusError", b"logStatusDiscard")
     assert fmu.call("SetDebugLogging", 1, c.c_size_t(2), names) == 0
-    for wrong in (b"logAll", None):
+    for name in CATEGORIES:
+        names[1] = name
+        assert fmu.call("SetDebugLogging", 1, c.c_size_t(2), names) == 0
+    for wrong in (b"logall", None):
         names[1] = wrong
         refused(
             fmu,

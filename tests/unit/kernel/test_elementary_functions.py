@@ -1,4 +1,4 @@
-"""The kernel's own sine, cosine and arctangent, against 50-digit decimal arithmetic."""
+"""The kernel's own sine, cosine, arctangent and hypotenuse, against 50-digit arithmetic."""
 
 import ctypes
 import math
@@ -21,6 +21,10 @@ void sine_cosines(int n, const double *x, double *sine, double *cosine)
 void arctangents(int n, const double *y, const double *x, double *out)
 {
     for (int i = 0; i < n; i++) out[i] = arctangent(y[i], x[i]);
+}
+void hypotenuses(int n, const double *y, const double *x, double *out)
+{
+    for (int i = 0; i < n; i++) out[i] = hypotenuse(y[i], x[i]);
 }
 """
 PI = Decimal(
@@ -134,3 +138,19 @@ def test_arctangent_on_the_axes_and_at_the_origin(shim):
     y, x = np.array([0.0, 1.0, -1.0, 0.0, 0.0]), np.array([2.0, 0.0, 0.0, -1.0, 0.0])
     (found,) = call(shim.arctangents, y, x, outputs=1)
     assert list(found) == [0.0, math.pi / 2, -math.pi / 2, math.pi, 0.0]
+
+
+def test_hypotenuse(shim):
+    random = np.random.default_rng(3)
+    y = np.concatenate([random.uniform(-1e3, 1e3, 1000), 10.0 ** random.uniform(-20, 20, 1000)])
+    x = np.concatenate([random.uniform(-1e3, 1e3, 1000), 10.0 ** random.uniform(-20, 20, 1000)])
+    (found,) = call(shim.hypotenuses, y, x, outputs=1)
+    with localcontext() as context:
+        context.prec = 50
+        worst = max(
+            units_in_last_place(f, (Decimal(float(a)) ** 2 + Decimal(float(b)) ** 2).sqrt())
+            for f, a, b in zip(found, y, x, strict=True)
+        )
+    assert worst < 1.01  # observed 1.00
+    (edges,) = call(shim.hypotenuses, [0.0, -2.0, 0.0], [0.0, 0.0, -3.0], outputs=1)
+    assert list(edges) == [0.0, 2.0, 3.0]
