@@ -29,8 +29,9 @@ static void copy_state_to_work(gallop_cosim *c)
 
 static gallop_cosim_status refuse_without_step(gallop_cosim *c)
 {
-    return cosim_refuse(c, "derivatives are known only after a step, not after a failed one; make a "
-                           "step first");
+    return cosim_refuse(c,
+                        "derivatives are known only after a step, not after a failed one; make a "
+                        "step first");
 }
 
 /* The rate of an output that has no channel for it: its difference over the last step.  `work`
