@@ -31,7 +31,7 @@ class CLaw(c.Structure):
     """gallop_law."""
 
     _fields_ = (
-        *_integers("kind", "count", "first", "reserved"),
+        *_integers("kind", "count", "first", "repeat"),
         *_doubles("initial", "peak", "amplitude", "start", "rise", "fall_start", "fall"),
         *_doubles("frequency", "phase"),
     )
@@ -66,7 +66,12 @@ class CCrossSection(c.Structure):
 class CField(c.Structure):
     """gallop_field."""
 
-    _fields_ = _integers("kind", "law")
+    _fields_ = (
+        *_integers("kind", "law", "direction", "profile"),
+        *_doubles("profile_parameter", "reference_height"),
+        *_integers("ground_points", "first_ground", "stations", "times", "components"),
+        *_integers("first_gust", "repeat", "reserved"),
+    )
 
 
 class CJunction(c.Structure):
@@ -184,6 +189,7 @@ class CInputs(c.Structure):
         *_doubles("time", "attack_angle", "attack_angle_rate"),
         *_integers("fields", "junctions"),
         ("wind", Pointer),
+        ("direction", Pointer),
         ("motion", Pointer),
     )
 

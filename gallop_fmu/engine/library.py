@@ -42,7 +42,7 @@ def library_path() -> Path:
     )
 
 
-API_VERSION = 4
+API_VERSION = 5
 """GALLOP_API_VERSION of the gallop.h that these modules are written for."""
 
 

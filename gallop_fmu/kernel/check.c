@@ -140,6 +140,20 @@ static int check_linear(const double *values, size_t count, double duration, con
     return GALLOP_COMPLETED;
 }
 
+static int check_input_arrays(const gallop_inputs *inputs, gallop_report *report)
+{
+    if (!base_pointer_usable(inputs->wind, WORD))
+        return report_refused(
+            report, "inputs.wind, a pointer that is null or not aligned to its type", NAN, NAN);
+    if (inputs->direction && !base_pointer_usable(inputs->direction, WORD))
+        return report_refused(report, "inputs.direction, a pointer that is not aligned to its type",
+                              NAN, NAN);
+    if (inputs->junctions && !base_pointer_usable(inputs->motion, WORD))
+        return report_refused(
+            report, "inputs.motion, a pointer that is null or not aligned to its type", NAN, NAN);
+    return GALLOP_COMPLETED;
+}
+
 int check_inputs(const gallop_model *model, const gallop_inputs *inputs, double until,
                  gallop_report *report)
 {
@@ -157,12 +171,8 @@ int check_inputs(const gallop_model *model, const gallop_inputs *inputs, double 
         return report_refused(report,
                               "inputs.junctions, which must be 0 or as many as the scene has",
                               inputs->junctions, junctions);
-    if (!base_pointer_usable(inputs->wind, WORD))
-        return report_refused(
-            report, "inputs.wind, a pointer that is null or not aligned to its type", NAN, NAN);
-    if (inputs->junctions && !base_pointer_usable(inputs->motion, WORD))
-        return report_refused(
-            report, "inputs.motion, a pointer that is null or not aligned to its type", NAN, NAN);
+    int outcome = check_input_arrays(inputs, report);
+    if (outcome) return outcome;
     if (!isfinite(inputs->time))
         return report_refused(report, "inputs.time, which must be finite", inputs->time, NAN);
     if (!isfinite(inputs->attack_angle_rate))
@@ -171,11 +181,14 @@ int check_inputs(const gallop_model *model, const gallop_inputs *inputs, double 
 
     const double duration = until - inputs->time;
     const double attack[2] = {inputs->attack_angle, inputs->attack_angle_rate};
-    int outcome =
+    outcome =
         check_linear(attack, 1, duration, "inputs.attack_angle, which must be finite", report);
     if (!outcome)
         outcome = check_linear(inputs->wind, (size_t)fields, duration,
                                "inputs.wind, which must be finite", report);
+    if (!outcome && inputs->direction)
+        outcome = check_linear(inputs->direction, (size_t)fields, duration,
+                               "inputs.direction, which must be finite", report);
     if (!outcome)
         outcome = check_linear(inputs->motion, 3 * (size_t)inputs->junctions, duration,
                                "inputs.motion, which must be finite", report);

@@ -2,44 +2,15 @@
  * The binding refuses bad numbers field by field; this guards the kernel against any other caller,
  * and against parameters of an FMU that contradict each other. */
 #include "base_math.h"
-#include "check.h"
+#include "check_tables.h"
 
 #include <limits.h>
 
 #define MAX_LOADED_POINTS 10000000 /* of all loads together */
-#define MAX_ITEMS 1000000          /* of a table of laws, loads or curves, */
 #define MAX_PARTS 10000            /* of another table */
 #define MAX_ELEMENTS 1000000       /* of all chains together */
 
 #define SAG_TENSION_AGREEMENT 0.05 /* largest relative difference of a sag and a tension given */
-
-static bool is_positive(double x)
-{
-    return isfinite(x) && x > 0.0;
-}
-
-typedef struct {
-    const char *name;
-    double value;
-} named;
-
-static int all_finite(const named *number, size_t count, gallop_report *report)
-{
-    for (size_t i = 0; i < count; i++)
-        if (!isfinite(number[i].value))
-            return report_invalid(report, number[i].name, number[i].value, 0.0);
-    return GALLOP_COMPLETED;
-}
-
-static int all_positive(const named *number, size_t count, gallop_report *report)
-{
-    for (size_t i = 0; i < count; i++)
-        if (!is_positive(number[i].value))
-            return report_invalid(report, number[i].name, number[i].value, 0.0);
-    return GALLOP_COMPLETED;
-}
-
-#define COUNT(array) (sizeof(array) / sizeof *(array))
 
 /* ---- tables and indices ---- */
 
@@ -56,15 +27,6 @@ static int check_table(const table *t, gallop_report *report)
                               t->count < t->least ? t->least : t->most);
     if (t->count > 0 && !base_pointer_usable(t->items, WORD))
         return report_refused(report, t->of_items, NAN, NAN);
-    return GALLOP_COMPLETED;
-}
-
-/* An index into a table of `count`; `least` is 0, or -1 where there need be none. */
-static int check_index(int32_t index, int32_t least, int32_t count, const char *name,
-                       gallop_report *report)
-{
-    if (index < least || index >= count)
-        return report_invalid(report, name, index, (double)count - 1.0);
     return GALLOP_COMPLETED;
 }
 
@@ -99,90 +61,19 @@ static int check_tables(const gallop_scene *s, gallop_report *report)
     return GALLOP_COMPLETED;
 }
 
-/* `count` numbers from `first` on are finite, and increase where asked for. */
-static int check_numbers(const gallop_scene *s, int64_t first, int64_t count, bool increasing,
-                         const char *name, gallop_report *report)
-{
-    if (first < 0 || count > s->number_count || first > s->number_count - count)
-        return report_invalid(report, name, (double)first, (double)(s->number_count - count));
-    const double *value = s->number + first;
-    for (int64_t i = 0; i < count; i++)
-        if (!isfinite(value[i]) || (increasing && i > 0 && !(value[i] > value[i - 1])))
-            return report_invalid(report, name, value[i], i > 0 && increasing ? value[i - 1] : 0.0);
-    return GALLOP_COMPLETED;
-}
-
-/* ---- laws, fields and curves ---- */
-
-static int check_law(const gallop_scene *s, const gallop_law *l, const char *name,
-                     gallop_report *report)
-{
-    const named number[] = {
-        {name, l->initial},
-        {name, l->peak},
-        {name, l->amplitude},
-        {name, l->start},
-        {name, l->rise},
-        {name, l->fall},
-        {name, l->frequency},
-        {name, l->phase},
-        {name, 40.0 * l->frequency * l->frequency * l->amplitude}, /* second derivative */
-        {name, isnan(l->fall_start) ? NAN : 0.0}}; /* infinite: it stays at the peak */
-    if (l->kind < GALLOP_LAW_CONSTANT || l->kind > GALLOP_LAW_TABLE)
-        return report_invalid(report, name, l->kind, GALLOP_LAW_TABLE);
-    if (l->kind != GALLOP_LAW_TABLE) return all_finite(number, COUNT(number), report);
-    if (l->count < 1) return report_invalid(report, name, l->count, 1.0);
-    const int outcome = check_numbers(s, l->first, l->count, true, name, report);
-    return outcome ? outcome
-                   : check_numbers(s, (int64_t)l->first + l->count, l->count, false, name, report);
-}
-
-/* A law that something refers to. */
-static int check_law_of(const gallop_scene *s, int32_t index, int32_t least, const char *name,
-                        gallop_report *report)
-{
-    const int outcome = check_index(index, least, s->law_count, name, report);
-    return outcome || index < 0 ? outcome : check_law(s, &s->law[index], name, report);
-}
-
-static int check_field(const gallop_scene *s, const gallop_field *field, gallop_report *report)
-{
-    if (field->kind != GALLOP_FIELD_UNIFORM)
-        return report_invalid(report, "kind of a field of wind", field->kind, GALLOP_FIELD_UNIFORM);
-    return check_law_of(s, field->law, 0, "wind speed", report);
-}
-
-static int check_curve(const gallop_scene *s, const gallop_curve *k, gallop_report *report)
-{
-    if (k->outside < GALLOP_OUTSIDE_ERROR || k->outside > GALLOP_OUTSIDE_PERIODIC)
-        return report_invalid(report, "what holds outside the aerodynamic curve", k->outside,
-                              GALLOP_OUTSIDE_PERIODIC);
-    if (k->pieces < 1 || k->pieces > MAX_ITEMS)
-        return report_invalid(report, "number of pieces of the aerodynamic curve", k->pieces, 1.0);
-    const int64_t origin = (int64_t)k->first + k->pieces + 1, coefficient = origin + k->pieces;
-    int outcome = check_numbers(s, k->first, (int64_t)k->pieces + 1, true,
-                                "breakpoint of the aerodynamic curve", report);
-    if (!outcome)
-        outcome =
-            check_numbers(s, origin, k->pieces, false, "origin of an aerodynamic piece", report);
-    return outcome ? outcome
-                   : check_numbers(s, coefficient, 12 * (int64_t)k->pieces, false,
-                                   "aerodynamic coefficient", report);
-}
-
 /* ---- conductors ---- */
 
 static int check_damping(const gallop_damping *pair, gallop_report *report)
 {
-    const named number[] = {{"damping ratio", pair->low_ratio},
-                            {"damping ratio", pair->high_ratio},
-                            {"frequency of damping", pair->low_frequency},
-                            {"frequency of damping", pair->high_frequency}};
-    const int outcome = all_finite(number, COUNT(number), report);
+    const named_number number[] = {{"damping ratio", pair->low_ratio},
+                                   {"damping ratio", pair->high_ratio},
+                                   {"frequency of damping", pair->low_frequency},
+                                   {"frequency of damping", pair->high_frequency}};
+    const int outcome = check_all_finite(number, COUNT(number), report);
     if (outcome) return outcome;
     if (pair->low_frequency == 0.0 && pair->high_frequency == 0.0)
         return GALLOP_COMPLETED; /* undamped */
-    if (!is_positive(pair->low_frequency))
+    if (!check_is_positive(pair->low_frequency))
         return report_invalid(report, "low frequency of damping", pair->low_frequency, 0.0);
     if (!(pair->high_frequency > pair->low_frequency))
         return report_invalid(report, "high frequency of damping", pair->high_frequency,
@@ -192,15 +83,15 @@ static int check_damping(const gallop_damping *pair, gallop_report *report)
 
 static int check_ice(const gallop_cross_section *c, gallop_report *report)
 {
-    const named number[] = {{"mass of ice", c->ice_mass},
-                            {"inertia of ice", c->ice_torsional_inertia},
-                            {"first mass moment of the ice", c->first_moment_x2},
-                            {"first mass moment of the ice", c->first_moment_x3},
-                            {"attack angle of the first moments", c->first_moment_angle},
-                            {"attack angle", c->attack_angle},
-                            {"reference radius", c->reference_radius},
-                            {"thermal expansion", c->thermal_expansion}};
-    const int outcome = all_finite(number, COUNT(number), report);
+    const named_number number[] = {{"mass of ice", c->ice_mass},
+                                   {"inertia of ice", c->ice_torsional_inertia},
+                                   {"first mass moment of the ice", c->first_moment_x2},
+                                   {"first mass moment of the ice", c->first_moment_x3},
+                                   {"attack angle of the first moments", c->first_moment_angle},
+                                   {"attack angle", c->attack_angle},
+                                   {"reference radius", c->reference_radius},
+                                   {"thermal expansion", c->thermal_expansion}};
+    const int outcome = check_all_finite(number, COUNT(number), report);
     if (outcome) return outcome;
     if (!(c->ice_mass >= 0.0)) return report_invalid(report, "mass of ice", c->ice_mass, 0.0);
     if (!(c->ice_torsional_inertia >= 0.0))
@@ -218,12 +109,12 @@ static int check_ice(const gallop_cross_section *c, gallop_report *report)
 static int check_cross_section(const gallop_scene *s, const gallop_cross_section *c,
                                gallop_report *report)
 {
-    const named number[] = {{"diameter", c->diameter},
-                            {"mass", c->mass},
-                            {"axial stiffness", c->axial_stiffness},
-                            {"torsional stiffness", c->torsional_stiffness},
-                            {"torsional inertia", c->torsional_inertia}};
-    int outcome = all_positive(number, COUNT(number), report);
+    const named_number number[] = {{"diameter", c->diameter},
+                                   {"mass", c->mass},
+                                   {"axial stiffness", c->axial_stiffness},
+                                   {"torsional stiffness", c->torsional_stiffness},
+                                   {"torsional inertia", c->torsional_inertia}};
+    int outcome = check_all_positive(number, COUNT(number), report);
     if (!outcome) outcome = check_ice(c, report);
     if (!outcome) outcome = check_damping(&c->translation_damping, report);
     if (!outcome) outcome = check_damping(&c->twist_damping, report);
@@ -241,10 +132,10 @@ static int check_cross_section(const gallop_scene *s, const gallop_cross_section
 
 static int check_junction(const gallop_scene *s, const gallop_junction *j, gallop_report *report)
 {
-    const named place[] = {{"position of a junction", j->position[0]},
-                           {"position of a junction", j->position[1]},
-                           {"position of a junction", j->position[2]}};
-    int outcome = all_finite(place, COUNT(place), report);
+    const named_number place[] = {{"position of a junction", j->position[0]},
+                                  {"position of a junction", j->position[1]},
+                                  {"position of a junction", j->position[2]}};
+    int outcome = check_all_finite(place, COUNT(place), report);
     for (int i = 0; i < 4 && !outcome; i++)
         if (j->fixed[i] < 0 || j->fixed[i] > 1)
             outcome = report_invalid(report, "what is fixed at a junction", j->fixed[i], 1.0);
@@ -275,8 +166,8 @@ static int check_agreement(const gallop_scene *s, const gallop_chain *c, const d
 
 static int check_chain(const gallop_scene *s, const gallop_chain *c, gallop_report *report)
 {
-    const named number[] = {{"sag", c->sag}, {"horizontal tension", c->horizontal_tension}};
-    int outcome = all_finite(number, COUNT(number), report);
+    const named_number number[] = {{"sag", c->sag}, {"horizontal tension", c->horizontal_tension}};
+    int outcome = check_all_finite(number, COUNT(number), report);
     if (!outcome)
         outcome =
             check_index(c->cross_section, 0, s->cross_section_count, "conductor of a span", report);
@@ -287,7 +178,8 @@ static int check_chain(const gallop_scene *s, const gallop_chain *c, gallop_repo
     const double *left = s->junction[c->junction[0]].position;
     const double *right = s->junction[c->junction[1]].position;
     const double chord[2] = {right[0] - left[0], right[1] - left[1]};
-    if (!is_positive(chord[0])) return report_invalid(report, "length of the span", chord[0], 0.0);
+    if (!check_is_positive(chord[0]))
+        return report_invalid(report, "length of the span", chord[0], 0.0);
     if (!(fabs(chord[1]) < chord[0]))
         return report_invalid(report, "height difference", chord[1], chord[0]);
     if (right[2] != left[2])
@@ -315,17 +207,17 @@ static int check_device(const gallop_scene *s, const gallop_device *d, gallop_re
 
 static int check_load(const gallop_scene *s, const gallop_load *load, gallop_report *report)
 {
-    const named number[] = {{"force of a load", load->force[0]},
-                            {"force of a load", load->force[1]},
-                            {"force of a load", load->force[2]},
-                            {"torque of a load", load->torque}};
+    const named_number number[] = {{"force of a load", load->force[0]},
+                                   {"force of a load", load->force[1]},
+                                   {"force of a load", load->force[2]},
+                                   {"torque of a load", load->torque}};
     int outcome = check_index(load->chain, 0, s->chain_count, "span of a load", report);
     if (outcome) return outcome;
     if (load->evenly_spaced < 0)
         return report_invalid(report, "number of evenly spaced loads", load->evenly_spaced, 0.0);
     if (load->evenly_spaced == 0 && !(load->position >= 0.0 && load->position <= 1.0))
         return report_invalid(report, "position of a load", load->position, 1.0);
-    outcome = all_finite(number, COUNT(number), report);
+    outcome = check_all_finite(number, COUNT(number), report);
     return outcome ? outcome : check_law_of(s, load->law, 0, "history of a load", report);
 }
 
@@ -375,17 +267,17 @@ static int check_station_junctions(const gallop_scene *s, gallop_report *report)
 
 static int check_settings(const gallop_settings *s, gallop_report *report)
 {
-    const named positive[] = {{"gravity", s->gravity},
-                              {"time step", s->time_step},
-                              {"Newton tolerance", s->newton_tolerance}};
-    const named finite[] = {{"density of air", s->air_density},
-                            {"tolerance", s->tolerance},
-                            {"change of temperature", s->temperature_change},
-                            {"vertical seed", s->seed_vertical},
-                            {"horizontal seed", s->seed_horizontal},
-                            {"seed of the twist", s->seed_twist}};
-    int outcome = all_positive(positive, COUNT(positive), report);
-    if (!outcome) outcome = all_finite(finite, COUNT(finite), report);
+    const named_number positive[] = {{"gravity", s->gravity},
+                                     {"time step", s->time_step},
+                                     {"Newton tolerance", s->newton_tolerance}};
+    const named_number finite[] = {{"density of air", s->air_density},
+                                   {"tolerance", s->tolerance},
+                                   {"change of temperature", s->temperature_change},
+                                   {"vertical seed", s->seed_vertical},
+                                   {"horizontal seed", s->seed_horizontal},
+                                   {"seed of the twist", s->seed_twist}};
+    int outcome = check_all_positive(positive, COUNT(positive), report);
+    if (!outcome) outcome = check_all_finite(finite, COUNT(finite), report);
     if (outcome) return outcome;
     if (s->max_halvings < 0 || s->max_halvings > 30)
         return report_invalid(report, "number of halvings", s->max_halvings, 30.0);

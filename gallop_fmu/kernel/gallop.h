@@ -93,7 +93,10 @@ typedef struct {
     double attack_angle_rate; /* [rad/s] */
     int32_t fields;           /* as many as the scene has */
     int32_t junctions;        /* as many as the scene has; 0: all are at rest */
-    const double *wind;       /* (2, fields): wind speeds [m/s], then their rates [m/s^2] */
+    const double *wind;       /* (2, fields): wind speeds [m/s], of either sign, then their rates
+                                 [m/s^2] */
+    const double *direction;  /* (2, fields): direction of the wind [rad], then their rates
+                                 [rad/s], of varied fields; NULL: the scene's laws hold */
     const double *motion;     /* (2, junctions, 3): displacement of the tower's point at each
                                  junction along x1, x2, x3 [m], then their rates [m/s]; NULL
                                  without junctions */
@@ -204,7 +207,7 @@ typedef struct {
 /* ---- The library ---- */
 
 /* Increases when a structure or a function of this header changes. */
-#define GALLOP_API_VERSION 4
+#define GALLOP_API_VERSION 5
 
 /* API version of the library.
  *

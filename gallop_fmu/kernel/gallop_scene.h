@@ -13,14 +13,16 @@ typedef enum {
                              peak */
     GALLOP_LAW_HARMONIC = 2, /* initial + amplitude sin(2 pi frequency (t - start) + phase), initial
                                 before start */
-    GALLOP_LAW_TABLE = 3     /* linear between points, held outside */
+    GALLOP_LAW_TABLE = 3     /* linear between points; held outside, or repeated */
 } gallop_law_kind;
 
 typedef struct {
     int32_t kind, count; /* a gallop_law_kind; points of a table, else 0 */
     int32_t first;       /* index in `number` of the first time of a table; the times increase, and
                             the values follow them */
-    int32_t reserved;    /* 0 */
+    int32_t repeat;      /* of a table outside of its times: 0: it is held; 1: it repeats with the
+                            period from the first to the last time, at which it has the value of the
+                            first */
     double initial, peak, amplitude;      /* in the unit of the quantity */
     double start, rise, fall_start, fall; /* [s]; rise or fall 0: a jump */
     double frequency, phase;              /* [Hz], [rad] */
@@ -71,12 +73,43 @@ typedef struct {
     int32_t slack;                      /* a gallop_slack */
 } gallop_cross_section;
 
-/* Kinds of wind fields; the wind blows towards +x3. */
-typedef enum { GALLOP_FIELD_UNIFORM = 0 } gallop_field_kind;
+/* Kinds of wind fields: everywhere the same wind towards +x3 (negative speed: -x3), or wind with a
+ * direction, a profile and gusts. */
+typedef enum { GALLOP_FIELD_UNIFORM = 0, GALLOP_FIELD_VARIED = 1 } gallop_field_kind;
 
+/* Factor f on the speed at the height z above the ground, of the conductor in the initial
+ * equilibrium: 1; (z / reference)^exponent; ln(z / roughness) / ln(reference / roughness). */
+typedef enum {
+    GALLOP_PROFILE_NONE = 0,
+    GALLOP_PROFILE_POWER = 1,
+    GALLOP_PROFILE_LOGARITHMIC = 2
+} gallop_profile;
+
+/* A varied field with the speed U, direction psi (yaw of the wind from +x3 towards +x1), factor f
+ * of the profile, and relative gusts gu along the wind, gv horizontally across it (towards +x1 at
+ * psi = 0) and gw upwards has the wind
+ *
+ *     W1 = U f [(1 + gu) sin psi + gv cos psi],    W2 = U f gw,
+ *     W3 = U f [(1 + gu) cos psi - gv sin psi].
+ *
+ * Gusts are given at stations, by x1 of the initial equilibrium, and at times; between, they are
+ * linear in both.  Before the first station and beyond the last one they are held. */
 typedef struct {
-    int32_t kind; /* a gallop_field_kind */
-    int32_t law;  /* index: the wind speed [m/s] */
+    int32_t kind, law; /* a gallop_field_kind; index: the wind speed [m/s], negative: from the other
+                          side.  Of a uniform field the rest is not read */
+    int32_t direction; /* index: psi [rad]; -1: 0 */
+    int32_t profile;   /* a gallop_profile */
+    double profile_parameter; /* exponent, 0 or more; or roughness length [m] */
+    double reference_height;  /* at which the speed is given [m], above the roughness length */
+    int32_t ground_points;    /* of the ground, 1 or more with a profile; else 0 */
+    int32_t first_ground;     /* index in `number`: x1 of each point [m], which increase, then x2 of
+                                 each [m]; linear between, held outside */
+    int32_t stations, times;  /* of the gusts; 0 stations: there are no gusts */
+    int32_t components;       /* of a gust: 1 (gu) or 3 (gu, gv, gw) */
+    int32_t first_gust;       /* index in `number`: x1 of each station [m], each time [s], which
+                                 increase, then the gusts, (times, stations, components) */
+    int32_t repeat;           /* outside of the times: as `repeat` of a gallop_law */
+    int32_t reserved;         /* 0 */
 } gallop_field;
 
 /* A point where chains end, where stations lie, and devices act.  One at which no chain ends and no

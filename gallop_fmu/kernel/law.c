@@ -37,19 +37,37 @@ static double flank(double t, double start, double duration, int derivative)
     return scale * smooth_step((t - start) / duration, derivative);
 }
 
-static double table(const law *l, double t, int derivative)
+int law_point_before(const double *time, int count, double t)
 {
-    const double *x = l->time, *y = l->value;
-    int low = 0, high = l->of.count - 1;
-    if (t <= x[low] || high == 0) return derivative == 0 ? y[low] : 0.0;
-    if (t >= x[high]) return derivative == 0 ? y[high] : 0.0;
+    int low = 0, high = count - 1;
     while (high - low > 1) {
         int middle = (low + high) / 2;
-        if (t < x[middle])
+        if (t < time[middle])
             high = middle;
         else
             low = middle;
     }
+    return low;
+}
+
+double law_fold(const double *time, int count, double t)
+{
+    const double first = time[0], last = time[count - 1], period = last - first;
+    const double folded = t - period * floor((t - first) / period);
+    return folded >= first && folded < last ? folded : first; /* round-off */
+}
+
+static double table(const law *l, double t, int derivative)
+{
+    const double *x = l->time, *y = l->value;
+    const int last = l->of.count - 1;
+    if (l->of.repeat)
+        t = law_fold(x, l->of.count, t);
+    else if (t <= x[0] || last == 0)
+        return derivative == 0 ? y[0] : 0.0;
+    else if (t >= x[last])
+        return derivative == 0 ? y[last] : 0.0;
+    const int low = law_point_before(x, l->of.count, t), high = low + 1;
     double gap = x[high] - x[low], slope = (y[high] - y[low]) / gap;
     if (derivative == 0) return y[low] + slope * (t - x[low]);
     return derivative == 1 && gap >= SHORTEST_FLANK ? slope : 0.0;
@@ -104,7 +122,39 @@ double law_second(const law *l, double t)
     return evaluate(l, t, 2);
 }
 
-/* First time from t on at which the law or a derivative of it jumps; infinite: none. */
+/* The first point that is not before t, or the last one. */
+static int point_from(const double *time, int count, double t)
+{
+    int low = -1, high = count - 1; /* time[low] < t <= time[high] */
+    while (high - low > 1) {
+        const int middle = (low + high) / 2;
+        if (time[middle] < t)
+            low = middle;
+        else
+            high = middle;
+    }
+    return high;
+}
+
+/* Folded times and their periods add up to t but for round-off: the next point may be wanted. */
+double law_next_time(const double *time, int count, bool repeat, double t)
+{
+    const double period = time[count - 1] - time[0];
+    if (!repeat) return time[count - 1] >= t ? time[point_from(time, count, t)] : INFINITY;
+    double start = period * floor((t - time[0]) / period);
+    int next = point_from(time, count, t - start);
+    for (int tries = 0; tries < count; tries++) {
+        if (start + time[next] >= t) return start + time[next];
+        if (next < count - 1) {
+            next++;
+        } else {
+            next = 1; /* the last time of a period is the first of the one after */
+            start += period;
+        }
+    }
+    return INFINITY; /* the times are lost in the round-off of t */
+}
+
 double law_next_kink(const law *l, double t)
 {
     double next = INFINITY;
@@ -115,16 +165,7 @@ double law_next_kink(const law *l, double t)
         for (int i = 0; i < 4; i++)
             if (kink[i] >= t) next = fmin(next, kink[i]);
     }
-    if (l->of.kind == GALLOP_LAW_TABLE && l->of.count > 0 && l->time[l->of.count - 1] >= t) {
-        int low = -1, high = l->of.count - 1; /* time[low] < t <= time[high] */
-        while (high - low > 1) {
-            const int middle = (low + high) / 2;
-            if (l->time[middle] < t)
-                low = middle;
-            else
-                high = middle;
-        }
-        next = l->time[high];
-    }
+    if (l->of.kind == GALLOP_LAW_TABLE && l->of.count > 0)
+        next = law_next_time(l->time, l->of.count, l->of.repeat != 0, t);
     return next;
 }

@@ -23,4 +23,13 @@ double law_second(const law *l, double t);
 /* First time from t on at which the law or a derivative of it jumps; infinite: none. */
 double law_next_kink(const law *l, double t);
 
+/* Of times that increase: the last point at or before t that has one after it; 0: there is none. */
+int law_point_before(const double *time, int count, double t);
+
+/* t less whole periods, in the period that begins with the first of two or more times. */
+double law_fold(const double *time, int count, double t);
+
+/* First of the times, which may repeat, from t on; infinite: there is none. */
+double law_next_time(const double *time, int count, bool repeat, double t);
+
 #endif
