@@ -64,6 +64,11 @@ def printable(text: str) -> str:
     return _REFUSED.sub(lambda found: found[0].encode("unicode_escape").decode(), text)
 
 
+def counted(number: int, noun: str) -> str:
+    """Return a number with its noun, such as ``"1 loop"`` and ``"2 loops"``."""
+    return f"{number} {noun}" if number == 1 else f"{number} {noun}s"
+
+
 def read_number(text: str) -> int | float | None:
     """Parse a finite number, as an int if it is whole and has at most 64 bits, or return None."""
     text = text.strip()

@@ -15,6 +15,7 @@ from pydantic import (
 )
 from pydantic.fields import FieldInfo
 
+from gallop_fmu.foundation.errors import SceneError
 from gallop_fmu.foundation.text_rules import clean_text
 
 Number = StrictFloat
@@ -39,6 +40,25 @@ class Section(BaseModel):
     """A table of the scene file: immutable, without unknown keys, NaN or infinity."""
 
     model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
+
+    def __setattr__(self, name: str, value: Any) -> None:
+        self._refuse_change(name)
+
+    def __delattr__(self, name: str) -> None:
+        self._refuse_change(name)
+
+    def _refuse_change(self, name: str) -> None:
+        raise SceneError(
+            f"{type(self).__name__}.{name} cannot be changed: a scene stays as it is; make a"
+            ' changed copy, such as scene.with_values({"wind.speed": 6.0})'
+        )
+
+    def __dir__(self) -> list[str]:
+        """Names for completion: those of this program, without pydantic's."""
+        return [name for name in super().__dir__() if name not in _OF_PYDANTIC]
+
+
+_OF_PYDANTIC = frozenset(name for name in dir(BaseModel) if not name.startswith("__"))
 
 
 def quantity(default: Any, unit: str, meaning: str, **bounds: float) -> Any:

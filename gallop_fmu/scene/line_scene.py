@@ -9,6 +9,7 @@ from typing import Annotated, Any
 from pydantic import Field
 
 from gallop_fmu.foundation.errors import SceneError
+from gallop_fmu.foundation.text_rules import counted
 from gallop_fmu.scene.aerodynamics import Aerodynamics
 from gallop_fmu.scene.bundle import Bundle
 from gallop_fmu.scene.conductor import Conductor, Ice
@@ -72,6 +73,15 @@ class LineScene(SceneBase):
     numerics: Numerics = setting(Numerics(), "discretisation and tolerances")
     run: Run = setting(Run(), "duration and recording")
     sources: dict[Text, Text] = setting({}, "dotted path of a value or section to its source")
+
+    def _key_figures(self) -> str:
+        spans = self.section.spans
+        return (
+            f"section of {counted(len(spans), 'span')}, {sum(span.length for span in spans):g} m,"
+            f" {counted(len(self.phases), 'phase')} of"
+            f" {counted(self.bundle.subconductors, 'subconductor')},"
+            f" {counted(len(self.devices), 'device')}, wind {self.wind.mean_speed:g} m/s"
+        )
 
     def ice_of_span(self, span: int) -> Ice:
         """Ice on a span, counted from 1."""

@@ -73,6 +73,9 @@ class Scene(SceneBase):
     run: Run = setting(Run(), "duration and recording")
     sources: dict[Text, Text] = setting({}, "dotted path of a value or section to its source")
 
+    def _key_figures(self) -> str:
+        return f"span of {self.span.length:g} m, wind {self.wind.mean_speed:g} m/s"
+
     @classmethod
     def _tables(cls, data: Mapping[str, Any], folder: Path) -> Mapping[str, Any]:
         """Return the data with a table ``line`` resolved."""

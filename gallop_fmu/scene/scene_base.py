@@ -20,6 +20,7 @@ from gallop_fmu.foundation.errors import SceneError
 from gallop_fmu.scene.dotted_paths import Leaf, leaves, replace_values, unknown_key, with_number
 from gallop_fmu.scene.fields import Section, Text, setting
 from gallop_fmu.scene.file_format import FORMAT, without_format
+from gallop_fmu.scene.html_table import scene_table
 from gallop_fmu.scene.plausibility import unusual
 from gallop_fmu.scene.validation_messages import explain
 
@@ -51,6 +52,17 @@ class SceneBase(Section):
     def _unusual_combinations(self) -> list[str]:
         """Warnings about values that are unusual together, each a fact and a remedy."""
         return []
+
+    def _key_figures(self) -> str:
+        """What tells a scene from others, in a few words and numbers."""
+        return ""
+
+    def __repr__(self) -> str:
+        return f"{type(self).__name__} {self.title!r}: {self._key_figures()}"
+
+    def _repr_html_(self) -> str:
+        """Table of all values for notebooks."""
+        return scene_table(self)
 
     @field_validator("sources", mode="before", check_fields=False)
     @classmethod

@@ -5,6 +5,7 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from dataclasses import dataclass
 from functools import cached_property
+from html import escape
 from importlib.util import find_spec
 from io import StringIO
 from pathlib import Path
@@ -85,6 +86,10 @@ class ResultBase(ABC, Generic[AnyScene]):
             f"{len(times)} records to {times[-1]:g} s; motion: {self.motion}",
         ]
         return "\n".join([*lines, *(f"warning: {sentence}" for sentence in self.warnings)])
+
+    def _repr_html_(self) -> str:
+        """The text of ``repr`` and the dataset's own view, for notebooks."""
+        return f"<pre>{escape(repr(self))}</pre>{self.dataset._repr_html_()}"
 
     def window(self, wanted: float | None = None) -> tuple[float, float]:
         """Return the start and end [s] of the last `wanted` s (default: 100 s or half of the run).

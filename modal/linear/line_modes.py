@@ -50,7 +50,7 @@ MAX_ELONGATION = 0.5
 vertical mode that changes the sag is tension-neutral."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class LineMode:
     """A mode of small motion of a line, q(t) = Re[(shape + i quadrature) exp(eigenvalue t)].
 
@@ -98,6 +98,12 @@ class LineMode:
     eigenvalue: complex
     shape: Array = field(repr=False)
     quadrature: Array = field(repr=False)
+
+    def __repr__(self) -> str:
+        return (
+            f"LineMode({self.frequency_hz:.4f} Hz, {self.family}, loops by span"
+            f" {', '.join(map(str, self.loops))}, damping {100.0 * self.damping_ratio:.2f} %)"
+        )
 
     @property
     def largest(self) -> float:

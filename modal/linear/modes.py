@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from gallop_fmu import LineScene, Scene, SceneError
 from gallop_fmu.foundation.deprecation import warn_renamed
+from gallop_fmu.foundation.text_rules import counted
 from modal.linear.eigensolution import is_stable, lowest, oscillating
 from modal.linear.line_modes import LineMode, line_modes
 from modal.linear.linearise import Linearised, SmallMotion, WindState, linearised, uniform
@@ -27,7 +28,7 @@ On a level span these are u1, u2, u3 and theta, the unknowns of a node; see `by_
 """
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Mode:
     """A mode of small motion, q(t) = Re[(shape + i quadrature) exp(eigenvalue t)].
 
@@ -76,6 +77,13 @@ class Mode:
     shape: Array = field(repr=False)
     quadrature: Array = field(repr=False)
     wave: Array = field(repr=False)
+
+    def __repr__(self) -> str:
+        side = "symmetric" if self.symmetric else "antisymmetric"
+        return (
+            f"Mode({self.frequency_hz:.4f} Hz, {self.family}, {side},"
+            f" {counted(self.loops, 'loop')}, damping {100.0 * self.damping_ratio:.2f} %)"
+        )
 
     @property
     def symmetric_share(self) -> float:

@@ -26,7 +26,7 @@ MIN_DAMPING_RATIO = 1e-4
 """Smallest structural damping ratio of the pair; damping of the twist alone may give 1e-5."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Screening:
     """Effect of vertical galloping on the horizontal swing.
 
@@ -98,6 +98,10 @@ class Screening:
     warnings: tuple[str, ...]
     estimate: TwoMode = field(repr=False)
     seconds: float
+
+    def __repr__(self) -> str:
+        lines = [f"Screening at {self.wind_speed:g} m/s: {self.risk}; {self.reason}"]
+        return "\n".join([*lines, *(f"warning: {sentence}" for sentence in self.warnings)])
 
     @property
     def swings(self) -> bool:

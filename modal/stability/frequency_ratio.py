@@ -65,7 +65,7 @@ COLUMNS = {
 """Numbers of a ratio map, and their units."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class FrequencyRatio:
     """Frequencies of the first symmetric pair, their ratio, and its distance from 2 and from 1.
 
@@ -77,6 +77,12 @@ class FrequencyRatio:
 
     vertical_hz: float
     horizontal_hz: float
+
+    def __repr__(self) -> str:
+        return (
+            f"FrequencyRatio(vertical {self.vertical_hz:.4f} Hz, horizontal"
+            f" {self.horizontal_hz:.4f} Hz, ratio {self.ratio:.4f})"
+        )
 
     @property
     def ratio(self) -> float:
