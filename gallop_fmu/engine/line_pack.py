@@ -96,8 +96,11 @@ class _LinePacker:
         self._pack_settings()
         self._section_of(self._part_of_span(1))  # the first one: inputs give its attack angle
         law = self.tables.add_wind(scene.wind)
-        for _ in scene.section.spans:
-            self.tables.add("field", CField(law=law))
+        for i, span in enumerate(scene.section.spans):
+            own = law
+            if span.wind is not None:
+                own = self.tables.add_law(span.wind.speed_law, f"section.spans.{i}.wind.history")
+            self.tables.add("field", CField(law=own))
         self._pack_junctions()
         chains = tuple(self._pack_chain(conductor) for conductor in self.places)
         self._pack_stations()

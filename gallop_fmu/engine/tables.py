@@ -28,11 +28,12 @@ from gallop_fmu.engine.ctypes_structs import (
     Pointer,
     Three,
 )
+from gallop_fmu.foundation.errors import SceneError
 from gallop_fmu.foundation.integrators import INTEGRATORS, SPECTRAL_RADIUS
 from gallop_fmu.scene.aerodynamics import Aerodynamics
 from gallop_fmu.scene.damping import Damping
 from gallop_fmu.scene.loads import Load
-from gallop_fmu.scene.time_functions import Constant, Law, TimeTable
+from gallop_fmu.scene.time_functions import Law, TimeTable
 
 NUMERICS = (
     "time_step",
@@ -71,6 +72,7 @@ LAW_FIELDS: dict[str, dict[str, str | None]] = {
 LAW_KINDS = {"constant": 0, "ramp": 1, "pulse": 1, "harmonic": 2, "table": 3}
 OUTSIDE_KINDS = {"error": 0, "hold": 1, "periodic": 2}
 SLACK_KINDS = {"error": 0, "tension_only": 1}
+NOT_YET = "not yet computed"
 NONE = -1
 """Index where there is no item."""
 
@@ -232,13 +234,20 @@ class Tables:
         index = self.add("law", item)
         self.copy(law, "law", path, LAW_FIELDS[law.kind])
         if isinstance(law, TimeTable):
-            item.count, item.first = len(law.time), self.add_numbers(law.time)
+            if law.beyond == "repeat":
+                raise SceneError(f'{path}.beyond = "repeat": {NOT_YET}; use "hold"')
+            item.count, item.first = len(law.time), self.add_numbers(law.run_times)
             self.add_numbers(law.value)
         return index
 
     def add_wind(self, wind: Any) -> int:
         """Add the law of the wind speed; return its index."""
-        return self.add_law(wind.history or Constant(value=wind.speed or 0.0), "wind.history")
+        for name in ("direction_law", "profile", "table"):
+            if getattr(wind, name) is not None:
+                raise SceneError(f"wind.{name.removesuffix('_law')}: {NOT_YET}; remove it")
+        if wind.is_turbulent:
+            raise SceneError(f"wind.turbulence: {NOT_YET}; remove it")
+        return self.add_law(wind.speed_law, "wind.history")
 
     def add_motion(self, motion: Any, path: str) -> tuple[int, int, int]:
         """Add the laws of a tower point's motion; return their indices (`NONE`: at rest)."""

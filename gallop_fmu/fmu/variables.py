@@ -26,11 +26,11 @@ from gallop_fmu.scene.scene import Scene
 from gallop_fmu.scene.suspensions import EndString
 
 REPLACED_BY_INPUTS = re.compile(
-    r"wind\.(speed|history)\b|ice\.attack_angle_deg$|supports\.\w+\.motion\.|run\."
+    r"wind\.(?!air_density$)|ice\.attack_angle_deg$|supports\.\w+\.motion\.|run\."
 )
 """Paths of a span that are not parameters, because the host sets them or does not use them."""
 
-REPLACED_IN_A_LINE = re.compile(r"wind\.(speed|history)\b|section\..*\.motion\.|run\.")
+REPLACED_IN_A_LINE = re.compile(r"(.*\.)?wind\.(?!air_density$)|section\..*\.motion\.|run\.")
 """The same of a line, but for the attack angle of the ice on the first span."""
 
 WEIGHT = re.compile(r"conductor\.mass_per_length|section\.(gravity|horizontal_tension)")

@@ -10,6 +10,7 @@ import numpy as np
 from gallop_fmu.foundation.errors import SceneError
 from gallop_fmu.scene.sag_tension import MAX_STRAIN, check_tension
 from gallop_fmu.scene.supports import AdjacentSpanSupport
+from gallop_fmu.scene.wind_consistency import check_time_tables, check_wind, unusual_wind
 
 if TYPE_CHECKING:
     from gallop_fmu.scene.aerodynamics import Aerodynamics
@@ -49,12 +50,20 @@ def check_consistency(scene: Scene) -> None:
     _check_sag_against_tension(scene)
     check_mass_matrix(scene.conductor, scene.ice, "ice")
     _check_aerodynamics(scene)
+    check_time_tables(scene, scene.run.stop_time)
+    towers = [(0.0, 0.0), (scene.span.length, scene.span.height_difference)]
+    check_wind(scene.wind, towers, scene.run.stop_time)
 
 
 def unusual_combinations(scene: Scene) -> list[str]:
     """Warnings about values that are unusual together, each a fact and a remedy."""
     curve = [] if scene.aerodynamics is None else scene.aerodynamics.warnings()
-    return [*_unusual_sag(scene), *curve, *lift_of_round_ice(scene.aerodynamics, scene.ice)]
+    return [
+        *_unusual_sag(scene),
+        *curve,
+        *lift_of_round_ice(scene.aerodynamics, scene.ice),
+        *unusual_wind(scene.wind, scene.run.stop_time),
+    ]
 
 
 def _check_sag_and_tension(scene: Scene) -> None:

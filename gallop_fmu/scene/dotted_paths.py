@@ -136,8 +136,11 @@ def unknown_key(root: type[Section], path: str, key: str | None = None) -> str:
     valid = [other for other in all_keys(root) if other != key or "." in key]
     if re.sub(r"\.\d+(?=\.|$)", ".0", key) in valid:
         return f"{path}: {_where(root, key)}"
-    same_name = [other for other in valid if other.rpartition(".")[2] == key.rpartition(".")[2]]
-    closest = same_name[:1] or difflib.get_close_matches(key, valid, n=1, cutoff=0.0)
+    # Keys with the closest last part, if it is close; of these the closest as a whole.
+    last = {other: other.rpartition(".")[2] for other in valid}
+    names = difflib.get_close_matches(key.rpartition(".")[2], set(last.values()), n=1, cutoff=0.8)
+    candidates = [other for other in valid if last[other] in names] or valid
+    closest = difflib.get_close_matches(key, candidates, n=1, cutoff=0.0)
     return f"{path}: unknown key; the closest valid one is {_with_indices(closest[0], key)}"
 
 

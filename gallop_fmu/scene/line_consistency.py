@@ -23,6 +23,11 @@ from gallop_fmu.scene.sag_tension import MAX_STRAIN, catenary_sag, check_tension
 from gallop_fmu.scene.stations import SAME_PLACE, Conductor, Place, conductors_of, places, stations
 from gallop_fmu.scene.suspensions import EndString, Post, String, VString
 from gallop_fmu.scene.validation_messages import joined
+from gallop_fmu.scene.wind_consistency import (
+    check_time_tables,
+    check_wind_of_line,
+    unusual_wind_of_line,
+)
 
 if TYPE_CHECKING:
     from gallop_fmu.scene.line_scene import LineScene
@@ -61,6 +66,8 @@ def check_line(scene: LineScene) -> None:
         ]
     )
     _check_ice_and_curves(scene)
+    check_time_tables(scene, scene.run.stop_time)
+    check_wind_of_line(scene)
 
 
 def unusual_in_line(scene: LineScene) -> list[str]:
@@ -74,6 +81,7 @@ def unusual_in_line(scene: LineScene) -> list[str]:
         *_interphase_spacers_on_bundles(scene),
         *(text for curve in curves if curve is not None for text in curve.warnings()),
         *_lift_of_round_parts(scene),
+        *unusual_wind_of_line(scene),
     ]
 
 
@@ -349,7 +357,7 @@ def _check_ice_and_curves(scene: LineScene) -> None:
     """Refuse ice without a positive definite mass matrix, and angles outside the curves."""
     for path, ice, _ in _parts(scene):
         check_mass_matrix(scene.conductor, ice, path)
-    if not scene.wind.can_blow:
+    if not scene.can_blow:
         return
     if scene.aerodynamics is None:
         raise SceneError(NO_CURVE)

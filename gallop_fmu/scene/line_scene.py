@@ -24,6 +24,7 @@ from gallop_fmu.scene.sag_tension import tension_of_sag
 from gallop_fmu.scene.scene import Scene
 from gallop_fmu.scene.scene_base import SceneBase
 from gallop_fmu.scene.tension_section import TensionSection
+from gallop_fmu.scene.time_functions import Law
 from gallop_fmu.scene.wind import Wind
 
 ONE_SPAN_TABLES = {
@@ -86,6 +87,17 @@ class LineScene(SceneBase):
     def ice_of_span(self, span: int) -> Ice:
         """Ice on a span, counted from 1."""
         return self.section.spans[span - 1].ice or self.ice
+
+    def wind_of_span(self, span: int) -> Law:
+        """Wind speed [m/s] over time on a span, counted from 1, without gusts."""
+        own = self.section.spans[span - 1].wind
+        return (own or self.wind).speed_law
+
+    @property
+    def can_blow(self) -> bool:
+        """True if the wind speed of a span is not zero at all times."""
+        spans = range(1, len(self.section.spans) + 1)
+        return any(self.wind_of_span(span).extremes != (0.0, 0.0) for span in spans)
 
     def elements_of_span(self, span: int) -> int:
         """Number of elements of each subconductor in a span, counted from 1."""

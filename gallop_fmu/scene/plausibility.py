@@ -36,6 +36,7 @@ FORCE = {"kN": (1e3, 0.0), "MN": (1e6, 0.0)}
 SPEED = {"km/h": (1.0 / 3.6, 0.0)}
 TEMPERATURE = {"K": (1.0, -273.15)}
 ICE_MASS = Plausible((1e-4, 50.0), units={"kg/km": (1e-3, 0.0)})
+WIND_SPEED = Plausible((-40.0, 40.0), units=SPEED)
 SPAN = Plausible((10.0, 3000.0), (5.0, 1e4), LENGTH)
 
 PLAUSIBLE: dict[str, Plausible] = {
@@ -59,7 +60,10 @@ PLAUSIBLE: dict[str, Plausible] = {
     "conductor.axial_stiffness": Plausible((5e4, 1e9), units=FORCE),
     "ice.mass_per_length": ICE_MASS,
     "wind.air_density": Plausible((0.6, 1.7), units={"g/m3": (1e-3, 0.0)}),
-    "wind.speed": Plausible((0.0, 40.0), units=SPEED),
+    "wind.speed": WIND_SPEED,
+    "section.spans.*.wind.speed": WIND_SPEED,
+    "wind.turbulence.intensity*": Plausible((0.02, 0.4), units={"%": (1e-2, 0.0)}),
+    "wind.turbulence.length_scale*": Plausible((2.0, 500.0), units=LENGTH),
     "section.spans.*.length": SPAN._replace(possible=(-math.inf, math.inf)),
     "section.gravity": Plausible((1.0, 30.0), units={"cm/s2": (1e-2, 0.0)}),
     "section.*.length": Plausible((0.2, 10.0), units=SMALL_LENGTH),

@@ -13,6 +13,7 @@ from gallop_fmu.scene.conductor import OwnIce
 from gallop_fmu.scene.fields import Number, Section, WholeNumber, quantity, setting
 from gallop_fmu.scene.supports import RigidSupport, displacement_of
 from gallop_fmu.scene.suspensions import SectionEnd, Suspension
+from gallop_fmu.scene.wind import SpanWind
 
 MAX_SPANS = 1000
 """Maximum number of spans of a section."""
@@ -37,6 +38,7 @@ class SectionSpan(Section):
         le=5000,
     )
     ice: OwnIce = setting(None, 'ice on this span, in place of [ice]; "none": bare')
+    wind: SpanWind | None = setting(None, "wind speed on this span, in place of that of [wind]")
 
     @model_validator(mode="after")
     def _not_too_steep(self) -> SectionSpan:

@@ -148,26 +148,65 @@ class Harmonic(Section):
         return self.mean - abs(self.amplitude), self.mean + abs(self.amplitude)
 
 
-class TimeTable(Section):
-    """Values at given times, linear between them, constant before the first and after the last.
+class TimedTable(Section):
+    """Times of a table, and how they lie in the run: origin, end, gaps."""
+
+    file: Text | None = setting(None, "CSV file; its columns become the arrays on loading")
+    time: Annotated[tuple[Number, ...], Field(strict=False)] = quantity(
+        ..., "s", "times, increasing; the same time twice is a jump"
+    )
+    origin: Number = quantity(0.0, "s", "time in the table at which the run begins")
+    beyond: Literal["hold", "repeat"] = setting(
+        "hold",
+        "outside of the table: hold its first and last row, or repeat it; the last row is then the"
+        " first of the next period",
+    )
+    max_gap: Number | None = quantity(
+        None, "s", "maximum spacing (default: ten times the median)", gt=0
+    )
+
+    @property
+    def first(self) -> float:
+        """Time [s] of the run at the first row."""
+        return self.time[0] - self.origin
+
+    @property
+    def last(self) -> float:
+        """Time [s] of the run at the last row."""
+        return self.time[-1] - self.origin
+
+    @property
+    def run_times(self) -> Values:
+        """Times of the rows [s] from the start of the run."""
+        return np.asarray(self.time) - self.origin
+
+    def table_time(self, time: ArrayLike) -> Values:
+        """Time [s] in the table for times [s] of the run, within the table if it repeats."""
+        shifted = np.asarray(time, dtype=np.float64) + self.origin
+        if self.beyond == "repeat":
+            shifted = self.time[0] + np.mod(shifted - self.time[0], self.time[-1] - self.time[0])
+        return shifted
+
+
+class _KindOfTable(Section):
+    """The kind of a table; a base class, so that it comes before the long arrays in a file."""
+
+    kind: Literal["table"] = setting("table", "kind of law")
+
+
+class TimeTable(TimedTable, _KindOfTable):
+    """Values at given times, linear between them.
 
     Given as two arrays, or as a CSV file with header ``time,value``, which is read into the arrays
     on loading. Two values at one time are a jump. A spacing above `max_gap` is refused, as it is
     probably a gap in a measurement.
     """
 
-    kind: Literal["table"] = setting("table", "kind of law")
     file: Text | None = setting(
         None, "CSV file with header time,value; its columns become the arrays on loading"
     )
-    time: Annotated[tuple[Number, ...], Field(strict=False)] = quantity(
-        ..., "s", "times, increasing; the same time twice is a jump"
-    )
     value: Annotated[tuple[Number, ...], Field(strict=False)] = quantity(
         ..., UNIT_OF_OWNER, "value at each time"
-    )
-    max_gap: Number | None = quantity(
-        None, "s", "maximum spacing (default: ten times the median)", gt=0
     )
 
     @model_validator(mode="before")
@@ -176,7 +215,7 @@ class TimeTable(Section):
         data, table = take_in_file(data, info, "time", {"time": "s", "value": ""}, jumps=True)
         if table is not None:
             gap = data.get("max_gap")
-            _check_gaps(table, gap if isinstance(gap, (int, float)) else None, f"{table.file}: ")
+            check_gaps(table, gap if isinstance(gap, (int, float)) else None, f"{table.file}: ")
         if isinstance(data, dict) and isinstance(data.get("time"), (list, tuple)):
             data = {**data, "time": _spread_jumps(data["time"])}
         return data
@@ -185,12 +224,12 @@ class TimeTable(Section):
     def _points_in_order(self) -> TimeTable:
         columns = {"time": self.time, "value": self.value}
         check_table("", "time", columns)
-        _check_gaps(Table("", columns, range(1, len(self.time) + 1)), self.max_gap, "")
+        check_gaps(Table("", columns, range(1, len(self.time) + 1)), self.max_gap, "")
         return self
 
     def at(self, time: ArrayLike) -> Values:
         """Value at each time [s]."""
-        return np.asarray(np.interp(np.asarray(time, dtype=np.float64), self.time, self.value))
+        return np.asarray(np.interp(self.table_time(time), self.time, self.value))
 
     @property
     def mean_value(self) -> float:
@@ -218,7 +257,8 @@ def _spread_jumps(times: Sequence[Any]) -> tuple[Any, ...]:
     return tuple(spread)
 
 
-def _check_gaps(table: Table, max_gap: float | None, where: str) -> None:
+def check_gaps(table: Table, max_gap: float | None, where: str) -> None:
+    """Refuse a spacing above `max_gap` [s] (default: ten times the median) in the column time."""
     spacing = np.diff(table.columns["time"])
     longest = int(np.argmax(spacing))
     allowed = 10.0 * float(np.median(spacing[spacing > 1e3 * JUMP])) if max_gap is None else max_gap

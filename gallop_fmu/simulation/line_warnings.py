@@ -46,7 +46,7 @@ def line_warnings(
         *_uplift(dataset, mapped),
         *_strength(dataset, scene),
         *_steps(dataset, scene, mapped),
-        *not_covered(_laws(scene), float(dataset.time[-1])),
+        *not_covered(scene, float(dataset.time[-1])),
     )
 
 
@@ -106,16 +106,3 @@ def _steps(dataset: xr.Dataset, scene: LineScene, mapped: LineMap) -> tuple[str,
 
 def _at(dataset: xr.Dataset, names: tuple[str, ...], column: int) -> list[Array]:
     return [dataset[name].values[:, column] for name in names if name in dataset]
-
-
-def _laws(scene: LineScene) -> dict[str, object]:
-    """Laws of the scene by dotted path."""
-    section = scene.section
-    laws: dict[str, object] = {"wind.history": scene.wind.history}
-    laws |= {f"loads.{number}.law": load.law for number, load in enumerate(scene.loads)}
-    towers = {"left_end": section.left_end, "right_end": section.right_end}
-    held = {f"suspensions.{i}": each for i, each in enumerate(section.suspensions)}
-    for name, tower in {**towers, **held}.items():
-        for axis in ("x1", "x2", "x3"):
-            laws[f"section.{name}.motion.{axis}"] = getattr(tower.motion, axis, None)
-    return laws

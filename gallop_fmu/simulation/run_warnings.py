@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -13,7 +13,7 @@ from gallop_fmu.foundation.integrators import INTEGRATORS
 from gallop_fmu.foundation.outcome import Report
 from gallop_fmu.scene.line_scene import LineScene
 from gallop_fmu.scene.scene import Scene
-from gallop_fmu.scene.time_functions import TimeTable
+from gallop_fmu.scene.wind_consistency import times_of_tables
 from gallop_fmu.simulation.steadiness import (
     MIN_RECORDS_PER_CYCLE,
     MIN_SAMPLES,
@@ -56,42 +56,31 @@ def run_warnings(dataset: xr.Dataset, scene: Scene, report: Report) -> tuple[str
         *scene.warnings,
         *report.warnings,
         *_step_warnings(dataset, scene),
-        *not_covered(_laws(scene), float(dataset.time[-1])),
+        *not_covered(scene, float(dataset.time[-1])),
     )
 
 
-def _laws(scene: Scene) -> dict[str, object]:
-    """Laws of the scene by dotted path."""
-    laws: dict[str, object] = {"wind.history": scene.wind.history}
-    laws |= {f"loads.{number}.law": load.law for number, load in enumerate(scene.loads)}
-    for end in ("left", "right"):
-        motion = getattr(scene.supports, end).motion
-        for axis in ("x1", "x2", "x3"):
-            laws[f"supports.{end}.motion.{axis}"] = getattr(motion, axis, None)
-    return laws
-
-
-def not_covered(laws: Mapping[str, object], stop_time: float) -> tuple[str, ...]:
-    """Return warnings about histories of a scene that do not cover the whole run.
+def not_covered(scene: Scene | LineScene, stop_time: float) -> tuple[str, ...]:
+    """Return warnings about time tables and gusts that do not cover the whole run.
 
     Parameters
     ----------
-    laws
-        Dotted path to a law, or to None.
+    scene
+        The scene of the run.
     stop_time
         End of the run [s].
     """
     found = []
-    for name, law in laws.items():
-        if not isinstance(law, TimeTable):
+    for name, first, last, repeats in times_of_tables(scene):
+        covered = max(0.0, min(last, stop_time) - max(first, 0.0))
+        if covered >= stop_time * (1.0 - 1e-9):
             continue
-        covered = max(0.0, min(law.time[-1], stop_time) - max(law.time[0], 0.0))
-        if covered < stop_time * (1.0 - 1e-9):
-            found.append(
-                f"{name} covers {covered:.6g} s of the {stop_time:.6g} s, from {law.time[0]:.10g}"
-                f" to {law.time[-1]:.10g} s; it is constant outside. Give a history of the whole"
-                " run, with times in seconds from its start."
-            )
+        outside = f"repeats every {last - first:.6g} s" if repeats else "is constant outside"
+        remedy = "a longer duration" if name == "wind.turbulence" else "a history of the whole run"
+        found.append(
+            f"{name} covers {covered:.6g} s of the {stop_time:.6g} s, from {first:.10g} to"
+            f" {last:.10g} s of the run; it {outside}. Give {remedy}, unless this is meant."
+        )
     return tuple(found)
 
 

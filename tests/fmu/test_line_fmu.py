@@ -333,7 +333,8 @@ def test_every_number_of_a_line_is_a_parameter_or_has_a_reason(rich_scene):
         f"section.spans.{k}.{name}" for k in range(3) for name in ("length", "height_difference")
     }
     strung = {"section.strung_temperature_deg_c", "section.temperature_deg_c"}
-    replaced = {"wind.speed", "ice.attack_angle_deg", "run.stop_time", "run.record_every"}
+    replaced = {"wind.speed", "wind.direction_deg", "ice.attack_angle_deg"}
+    replaced |= {"run.stop_time", "run.record_every"}
     device = {"devices.0.span", "devices.0.station"}
     assert left_out == mesh | places | strung | replaced | device
 

@@ -152,7 +152,7 @@ def test_columns_that_fmpy_would_not_take_so(file, text, message):
 
 @pytest.mark.parametrize(
     ("times", "covered"),
-    [((1700000000, 1700000010), "0"), ((0, 0.5), "0.5"), ((0.2, 9.0), "0.8"), ((-5.0, -1.0), "0")],
+    [((2, 3), "0"), ((0, 0.5), "0.5"), ((0.2, 9.0), "0.8")],
 )
 def test_a_history_shorter_than_the_run_is_reported(file, times, covered):
     scene = driven(file, f"time,wind_speed,support.right.x2\n{times[0]},5,0\n{times[1]},5,0\n")

@@ -43,9 +43,9 @@ def test_positive_quantities(path, unit, value):
     [
         ("ice.mass_per_length", -0.1, "must be at least 0 [kg/m]"),
         ("ice.attack_angle_deg", 361.0, "must be at least -360 and at most 360 [deg]"),
-        ("wind.speed", 151.0, "must be at least 0 and at most 150 [m/s]"),
-        ("wind.speed", "fast", "must be a finite number at least 0 and at most 150 [m/s]"),
-        ("wind.speed", True, "must be a finite number at least 0 and at most 150 [m/s]"),
+        ("wind.speed", 151.0, "must be at least -150 and at most 150 [m/s]"),
+        ("wind.speed", "fast", "must be a finite number at least -150 and at most 150 [m/s]"),
+        ("wind.speed", True, "must be a finite number at least -150 and at most 150 [m/s]"),
         ("numerics.elements", 1, "must be at least 2 and at most 5000 [1]"),
         ("numerics.elements", 15.5, "must be a whole number at least 2 and at most 5000 [1]"),
         ("numerics.time_step", 1.5, "must be greater than 0 and at most 1 [s]"),
@@ -237,12 +237,12 @@ def test_first_moments_up_to_a_positive_definite_mass_matrix():
                     "history": {
                         "kind": "harmonic",
                         "mean": 3.0,
-                        "amplitude": 4.0,
+                        "amplitude": 154.0,
                         "frequency_hz": 0.1,
                     }
                 }
             },
-            r"history reaches -1\.0 m/s; the speed must stay within 0 to 150",
+            r"history reaches -151\.0 m/s; it must stay within -150 to 150 m/s",
         ),
         (
             {"damping.twist.high_ratio": 0.01},
