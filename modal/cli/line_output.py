@@ -19,6 +19,9 @@ if TYPE_CHECKING:
 MAX_PAIRS = 20
 """Most pairs of modes in the output for people; JSON has all."""
 
+NEAREST_PAIRS = 5
+"""Pairs in the output for people if none matters."""
+
 LOCUS_POINTS = 31
 """Wind speeds of a root locus."""
 
@@ -125,12 +128,48 @@ def show_pairs(scene: LineScene, plot: Path | None, as_json: bool) -> None:
         "warnings": list(scene.warnings),
         "pairs": [_pair_numbers(pair) for pair in found],
     }
-    shown = [pair.sentence for pair in found[:MAX_PAIRS]]
-    if len(found) > MAX_PAIRS:
-        shown.append(f"{len(found) - MAX_PAIRS} more pairs: see --json")
-    if not found:
-        shown = ["no two coupled modes are near 2:1 or 1:1"]
+    shown = _pair_lines(found)
     show(content, [scene.title, *shown], figure, plot, as_json)
+
+
+def _pair_lines(found: list[ModePair]) -> list[Any]:
+    """Pairs that matter, or the nearest ones if none does, and what is left out."""
+    if not found:
+        return ["no two coupled modes are near 2:1 or 1:1"]
+    matter = [pair for pair in found if pair.matters]
+    listed = matter[:MAX_PAIRS] or found[:NEAREST_PAIRS]
+    lines = [
+        found[0].sentence if matter else "no pair matters; the nearest are:",
+        _pair_table(listed),
+        "starts at: amplitude of the first mode above which it starts the second; may reach:"
+        " amplitude that galloping in the first mode may reach. A pair matters if it starts below"
+        " that.",
+    ]
+    if len(found) > len(listed):
+        more = len(matter) - len(listed) if matter else 0
+        lines.append(f"{len(found) - len(listed)} more pairs, of which {more} matter: see --json")
+    return lines
+
+
+def _pair_table(pairs: list[ModePair]) -> Any:
+    table = new_table(
+        "pair", "first mode [Hz]", "second mode [Hz]", "off by", "starts at", "may reach"
+    )
+    for pair in pairs:
+        unit = "rad" if pair.driving_mode.family == "torsional" else "m"
+        table.add_row(
+            pair.kind,
+            _short(pair.driving, pair.driving_mode),
+            _short(pair.driven, pair.driven_mode),
+            f"{pair.detuning:+.1%}",
+            "never" if pair.threshold is None else f"{pair.threshold:.3g} {unit}",
+            f"{pair.largest_galloping:.3g} {unit}" if pair.largest_galloping else "does not gallop",
+        )
+    return table
+
+
+def _short(number: int, mode: LineMode) -> str:
+    return f"{number} {mode.family} {mode.frequency_hz:.4f}"
 
 
 def _pair_numbers(pair: ModePair) -> dict[str, Any]:

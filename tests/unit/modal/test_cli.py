@@ -293,7 +293,11 @@ def test_commands_print_and_draw_a_line(invoke, tmp_path, line, command):
     if command == "ratio":
         wanted = modal.frequency_ratio(line)
         assert [pair["sentence"] for pair in data["pairs"]] == [p.sentence for p in wanted]
-        assert wanted[0].sentence in printed.stdout
+        matter = [pair for pair in wanted if pair.matters]
+        assert (wanted[0].sentence in printed.stdout) == bool(matter)
+        assert ("no pair matters; the nearest are:" in printed.stdout) == (not matter)
+        rows = [row for row in printed.stdout.splitlines() if row.startswith((" 2:1 ", " 1:1 "))]
+        assert len(rows) == min(len(matter), 20) if matter else min(len(wanted), 5)
     if command == "linear":
         assert [span["span"] for span in data["spans"]] == [1, 2]
         assert "span 2, 0.0 deg: unstable by Den Hartog" in printed.stdout
