@@ -29,6 +29,7 @@ from gallop_fmu.scene.fields import Number, Section, Text, quantity, setting, un
 from gallop_fmu.scene.plausibility import check_possible, unusual
 from gallop_fmu.scene.sag_tension import changed_tension, check_tension
 from gallop_fmu.scene.validation_messages import explain
+from gallop_fmu.scene.wind import MAX_WIND_SPEED
 
 GRAVITY = 9.81
 DRY_AIR = 101325.0 / 287.05
@@ -85,7 +86,13 @@ class Line(Section):
         ge=-360,
         le=360,
     )
-    wind_speed: Number | None = quantity(None, "m/s", "constant wind speed", ge=0)
+    wind_speed: Number | None = quantity(
+        None,
+        "m/s",
+        "constant wind speed; negative: from the other side",
+        ge=-MAX_WIND_SPEED,
+        le=MAX_WIND_SPEED,
+    )
     coefficients: Text | None = setting(
         None,
         "coefficient curve: a CSV file with header angle_deg,lift,drag,moment, or the name of a"
@@ -327,7 +334,8 @@ def _wind_values(line: Line) -> dict[str, Value]:
         "wind.air_density": Value(
             DRY_AIR / (ZERO_CELSIUS + line.temperature),
             f"dry air at standard pressure and {line.temperature:g} degrees Celsius",
-        )
+        ),
+        "wind.direction_deg": Value(0.0, "assumed: wind normal to the line"),
     }
     if line.wind_speed is not None:
         values["wind.speed"] = Value(line.wind_speed, GIVEN)

@@ -180,27 +180,30 @@ def _check_aerodynamics(scene: Scene) -> None:
         return
     if scene.aerodynamics is None:
         raise SceneError(NO_CURVE)
-    check_attack_angle(scene.aerodynamics, scene.ice, "ice")
+    check_attack_angle(scene.aerodynamics, scene.ice, "ice", scene.wind.turn_deg)
 
 
-def check_attack_angle(curve: Aerodynamics, ice: Ice, path: str) -> None:
+def check_attack_angle(curve: Aerodynamics, ice: Ice, path: str, turn_deg: float) -> None:
     """Refuse ice with an attack angle outside its coefficient curve.
 
     Parameters
     ----------
     path
         Dotted path of the ice, for the message.
+    turn_deg
+        Rotation [deg] of the attack angle by wind from the other side, see `Wind.turn_deg`.
 
     Raises
     ------
     SceneError
         The angle is outside, and the curve refuses such angles.
     """
-    angle, (first, last) = ice.attack_angle_deg, curve.range_deg
+    angle, (first, last) = ice.attack_angle_deg + turn_deg, curve.range_deg
     reduced = angle - 360.0 * round((angle - 0.5 * (first + last)) / 360.0)
     if curve.beyond == "error" and not first <= reduced <= last:
+        turned = f", {turn_deg:g} deg more in wind from the other side," if turn_deg else ""
         raise SceneError(
-            f"{path}.attack_angle_deg = {angle} is outside the coefficient curve, which is valid"
-            f" from {first} to {last} deg; choose an angle inside, or set"
+            f"{path}.attack_angle_deg = {ice.attack_angle_deg}{turned} is outside the coefficient"
+            f" curve, which is valid from {first} to {last} deg; choose an angle inside, or set"
             ' aerodynamics.outside = "hold"'
         )

@@ -363,11 +363,12 @@ def _check_ice_and_curves(scene: LineScene) -> None:
         raise SceneError(NO_CURVE)
     for path, ice, has_own in _parts(scene):
         if not has_own:
-            check_attack_angle(scene.aerodynamics, ice, path)
+            check_attack_angle(scene.aerodynamics, ice, path, scene.wind.turn_deg)
     for i, device in enumerate(scene.devices):
         if isinstance(device, Interval) and device.aerodynamics is not None:
             ice = scene.ice_of_span(device.span) if device.ice is None else device.ice
-            check_attack_angle(device.aerodynamics, ice, f"devices.{i}.ice (device {i + 1})")
+            path = f"devices.{i}.ice (device {i + 1})"
+            check_attack_angle(device.aerodynamics, ice, path, scene.wind.turn_deg)
 
 
 def _unusual_sags(scene: LineScene) -> Iterator[str]:

@@ -48,7 +48,7 @@ PLAUSIBLE: dict[str, Plausible] = {
     "line.temperature": Plausible((-50.0, 60.0), units=TEMPERATURE),
     "line.ice_thickness": Plausible((1e-3, 0.08), (1e-4, 0.5), SMALL_LENGTH),
     "line.ice_density": Plausible((150.0, 930.0), (50.0, 1000.0), {"g/cm3": (1e3, 0.0)}),
-    "line.wind_speed": Plausible((0.1, 40.0), units=SPEED),
+    "line.wind_speed": WIND_SPEED,
     "line.insulator_length": Plausible((0.2, 10.0), (0.05, 50.0), SMALL_LENGTH),
     "line.insulator_weight": Plausible((10.0, 3e4), (1.0, 3e5), {"kN": (1e3, 0.0)}),
     "line.damping_percent": Plausible((0.01, 10.0), units={"a fraction": (100.0, 0.0)}),

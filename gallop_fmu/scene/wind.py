@@ -25,6 +25,10 @@ MAX_USUAL_YAW = 60.0
 """Yaw [deg] from the normal up to which measurements agree with the cosine law."""
 
 
+OTHER_SIDE = "the wind comes from the other side (towards -x3)"
+"""Words for wind with a part across the line that is negative."""
+
+
 class SpanWind(Section):
     """Wind speed of one span of a line, in place of that of the line."""
 
@@ -173,6 +177,19 @@ class Wind(Section):
         return self.speed_law.extremes != (0.0, 0.0)
 
     @property
+    def turn_deg(self) -> float:
+        """Rotation of the attack angle [deg] by the mean wind: 180 from the other side, else 0."""
+        across = self.mean_speed * math.cos(math.radians(self.mean_direction))
+        return 180.0 if across < 0.0 else 0.0
+
+    def without_gusts(self) -> Wind:
+        """The mean wind: without turbulence, and with the mean of a table."""
+        if self.turbulence is None and self.table is None:
+            return self
+        speed = self.speed if self.table is None else self.table.mean_value
+        return self.model_copy(update={"turbulence": None, "table": None, "speed": speed})
+
+    @property
     def is_turbulent(self) -> bool:
         """True if the wind has gusts by turbulence or a table."""
         return self.table is not None or (
@@ -204,8 +221,8 @@ class Wind(Section):
 def from_the_other_side(field: str, value: float, unit: str) -> str:
     """Return the warning about wind from the other side, wherever it is given."""
     return (
-        f"{field} reaches {value:g} {unit}: the wind comes from the other side (towards -x3), so"
-        " its attack angle is 180 deg more; check that the coefficient curve is valid there"
+        f"{field} reaches {value:g} {unit}: {OTHER_SIDE}, so its attack angle is 180 deg more;"
+        " check that the coefficient curve is valid there"
     )
 
 

@@ -302,7 +302,7 @@ def line_modes(equations: Linearised, mesh: Mesh, count: int) -> list[LineMode]:
         " the slope of the moment coefficient, and strings under compression (uplift)"
     )
     unstable = not is_stable(stiffness)
-    if equations.wind_speed > 0.0:
+    if equations.wind_speed != 0.0:
         values, vectors = oscillating(
             (mass, damping, stiffness), count, every=unstable, divergence=divergence
         )

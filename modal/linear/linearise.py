@@ -92,6 +92,7 @@ class SmallMotion:
     """
 
     def __init__(self, scene: Scene | LineScene) -> None:
+        scene = scene.model_copy(update={"wind": scene.wind.without_gusts()})
         self.scene = scene
         self.model = Model(scene)
         self.mesh = Mesh(self.model)
@@ -117,7 +118,7 @@ class SmallMotion:
         return self.in_wind(self.scene.wind.mean_speed)
 
     def in_wind(self, speed: float) -> Linearised:
-        """About the static equilibrium in wind of any speed [m/s].
+        """About the static equilibrium in wind of any speed [m/s], negative from the other side.
 
         Loads and support displacements are those at t = 0.
 
@@ -127,9 +128,9 @@ class SmallMotion:
             If the scene has no coefficient curve, the attack angle leaves it, or there is no
             equilibrium.
         """
-        if not (np.isfinite(speed) and speed >= 0.0):
-            raise SceneError(f"wind speed = {speed} m/s: must be a finite number, 0 or more")
-        if speed > 0.0 and self.scene.aerodynamics is None:
+        if not np.isfinite(speed):
+            raise SceneError(f"wind speed = {speed} m/s: must be a finite number")
+        if speed != 0.0 and self.scene.aerodynamics is None:
             raise SceneError(
                 "the scene has no aerodynamics: wind needs a coefficient curve to become a force"
             )

@@ -182,7 +182,7 @@ def modes_of(equations: Linearised, scene: Scene, count: int) -> list[Mode]:
             f" of {scene.numerics.elements} elements; lower count or raise numerics.elements"
         )
     unstable = not is_stable(stiffness)
-    if equations.wind_speed > 0.0:
+    if equations.wind_speed != 0.0:
         divergence = (
             f"the equilibrium in wind of {equations.wind_speed:g} m/s is statically unstable:"
             " the aerodynamic moment grows faster with the twist than the restoring moment of"

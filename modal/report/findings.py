@@ -211,7 +211,7 @@ class Parts:
 
     def compute_in_wind(self, name: str, function: Callable[[], T]) -> T | Missing:
         """Do the same for a part that needs wind."""
-        if self.scene.wind.mean_speed > 0.0:
+        if self.scene.wind.mean_speed != 0.0:
             return self.compute(name, function)
         return Missing("The scene has no wind (its mean speed is 0 m/s). Set wind.speed.")
 

@@ -44,7 +44,7 @@ def verdict(findings: LineFindings) -> Iterator[str]:
 def _galloping(result: LineResult) -> str:
     """Which spans gallop, how high, and whether that is steady."""
     wind = result.scene.wind.mean_speed
-    where = f"In the mean wind of {wind:.3g} m/s" if wind > 0.0 else "Without wind"
+    where = f"In the mean wind of {wind:.3g} m/s" if wind != 0.0 else "Without wind"
     rows = result.spans.to_dict("records")
     if "u2_amplitude" not in result.spans:
         return f"{where} the run is too short to judge the motion."
@@ -68,7 +68,7 @@ def _galloping(result: LineResult) -> str:
             f" vertical motion is {size}.{judged}"
         )
     which = "all spans" if len(named) == len(rows) else ", ".join(named)
-    verb = "gallop" if wind > 0.0 else "move"
+    verb = "gallop" if wind != 0.0 else "move"
     sizes = "; ".join(
         f"{result.label(row['span'], row['phase'])} {2.0 * row['u2_amplitude']:.2f} m"
         for row in rows

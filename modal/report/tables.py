@@ -130,7 +130,7 @@ def static_table(findings: Findings) -> Table:
 
 def wind_text(speed: float) -> str:
     """Name of a static state."""
-    return f"wind of {speed:.4g} m/s" if speed > 0.0 else "still air"
+    return f"wind of {speed:.4g} m/s" if speed != 0.0 else "still air"
 
 
 def mode_table(modes: list[Mode], caption: str) -> Table:

@@ -9,6 +9,7 @@ from gallop_fmu import Scene, SceneError
 from gallop_fmu.foundation.deprecation import warn_renamed
 from gallop_fmu.scene.line_scene import one_span
 from modal.foundation import one_span as instead
+from modal.foundation.normal_wind import check_wind_is_normal
 from modal.linear.mode_basis import still_air_modes
 from modal.screening.continuation import Cycle, LimitCycles
 from modal.screening.other_modes import OtherMode, first_other_mode
@@ -206,6 +207,7 @@ def check_wind(scene: Scene, wind: float, highest: float) -> None:
             "aerodynamics is not given: without a coefficient curve the wind has no effect; give"
             " one"
         )
+    check_wind_is_normal(scene, "screening", wind)
     if not wind > 0.0:
         raise SceneError("wind.speed = 0 m/s: screening needs wind; set wind.speed")
     if not highest >= wind:

@@ -27,6 +27,7 @@ from numpy.typing import NDArray
 from gallop_fmu import Scene, SceneError
 from gallop_fmu.scene.line_scene import one_span
 from modal.foundation import one_span as instead
+from modal.foundation.normal_wind import check_wind_is_normal
 from modal.linear.mode_basis import (
     TANGENT_STEP,
     StillAirModes,
@@ -255,6 +256,7 @@ def two_mode_estimate(
     """
     scene = one_span(scene, "two_mode_estimate", instead.SCREENING)
     wind = scene.wind.mean_speed if wind_speed is None else wind_speed
+    check_wind_is_normal(scene, "the two-mode estimate", wind)
     if not wind > 0.0:
         raise SceneError(
             f"wind_speed = {wind} m/s: must be positive; give wind.speed or wind_speed"

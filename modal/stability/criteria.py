@@ -30,6 +30,7 @@ from gallop_fmu.scene.aerodynamics import AerodynamicCurve
 from gallop_fmu.scene.conductor import Ice
 from gallop_fmu.scene.line_scene import one_span
 from modal.foundation import one_span as instead
+from modal.foundation.normal_wind import check_wind_is_normal
 from modal.linear.shallow_cable import shallow_cable
 from modal.stability.frequency_ratio import frequency_ratio
 
@@ -148,12 +149,14 @@ def coupled(scene: Scene, wind_speed: float | None = None) -> Criterion:
         If there is no wind, or the pair of modes cannot be identified.
     """
     scene = one_span(scene, "the coupled criterion of one span", instead.CRITERIA)
-    return coupled_of(SectionMotion.of(scene), speed_of(scene, wind_speed))
+    speed = speed_of(scene, wind_speed)
+    return coupled_of(SectionMotion.of(scene), speed)
 
 
 def speed_of(scene: Scene | LineScene, wind_speed: float | None) -> float:
     """Wind speed [m/s] of the coupled criterion: the given one, or the scene's mean."""
     speed = scene.wind.mean_speed if wind_speed is None else wind_speed
+    check_wind_is_normal(scene, "the coupled criterion", wind_speed)
     if not (np.isfinite(speed) and speed > 0.0):
         raise SceneError(
             f"wind speed = {speed} m/s: the coupled criterion needs wind; set wind.speed"
@@ -175,7 +178,7 @@ def stability_criteria(scene: Scene) -> list[Criterion]:
     """Evaluate Den Hartog's, Nigol's and, if the scene has wind, the coupled criterion."""
     scene = one_span(scene, "stability_criteria", instead.CRITERIA)
     found = [den_hartog(scene), nigol(scene)]
-    return [*found, coupled(scene)] if scene.wind.mean_speed > 0.0 else found
+    return [*found, coupled(scene)] if scene.wind.mean_speed != 0.0 else found
 
 
 @dataclass(frozen=True)

@@ -8,6 +8,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from gallop_fmu import LineScene, SceneError
+from modal.foundation.normal_wind import unfit_wind
 from modal.linear.line_modes import LineMode, line_modes
 from modal.linear.linearise import SmallMotion
 from modal.stability.criteria import (
@@ -32,7 +33,7 @@ class SpanCriteria:
     span : int
         Its number, from 1.
     attack_angle : float
-        Initial attack angle of its ice [rad].
+        Initial attack angle of its ice [rad], turned by 180 deg in wind from the other side.
     criteria : list of Criterion
         Den Hartog, Nigol and, for single conductors in wind, coupled.
     unstable : list of str
@@ -80,9 +81,14 @@ def line_criteria(scene: LineScene, wind_speed: float | None = None) -> list[Spa
     """
     simple = [den_hartog(scene), nigol(scene)]
     sections, remark = _sections(scene, wind_speed)
+    speed = scene.wind.mean_speed if wind_speed is None else wind_speed
+    across = speed * math.cos(math.radians(scene.wind.mean_direction))
+    is_turned = across < 0.0  # from the other side
     found = []
     for span in range(1, len(scene.section.spans) + 1):
         angle = math.radians(scene.ice_of_span(span).attack_angle_deg)
+        if is_turned:
+            angle = math.remainder(angle + math.pi, 2.0 * math.pi)
         criteria = list(simple)
         if sections:
             criteria.append(coupled_of(sections[span - 1], speed_of(scene, wind_speed)))
@@ -100,6 +106,8 @@ def _sections(scene: LineScene, wind_speed: float | None) -> tuple[list[SectionM
     speed = scene.wind.mean_speed if wind_speed is None else wind_speed
     if speed == 0.0:
         return [], "no coupled criterion: it needs wind; set wind.speed"
+    if problem := unfit_wind(scene, "the coupled criterion", wind_speed):
+        return [], f"no coupled criterion: {problem}"
     if scene.bundle.subconductors > 1:
         return [], (
             "no coupled criterion of a bundle: its rotation and the twist of each subconductor are"

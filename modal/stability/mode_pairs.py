@@ -317,8 +317,8 @@ class _GallopingLimit:
             return 0.0
         if mode.family == "torsional":
             return MAX_TWIST
-        if self.wind_speed > 0.0:
-            return MAX_SPEED_RATIO * self.wind_speed / _omega(mode)
+        if self.wind_speed != 0.0:
+            return MAX_SPEED_RATIO * abs(self.wind_speed) / _omega(mode)
         return MAX_SAG_RATIO * self.sag / max(mode.loops) ** 2
 
 

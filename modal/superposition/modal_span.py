@@ -12,6 +12,7 @@ from gallop_fmu.engine.mesh import Mesh
 from gallop_fmu.scene.line_scene import one_span
 from gallop_fmu.scene.time_functions import Constant
 from modal.foundation import one_span as instead
+from modal.foundation.normal_wind import check_wind_is_normal
 from modal.linear.modes import Family, Mode, natural_modes
 from modal.linear.projection import Projection
 
@@ -82,6 +83,12 @@ class ModalSpan:
         """
         scene = one_span(scene, "mode superposition", instead.SUPERPOSITION)
         _check_towers(scene)
+        check_wind_is_normal(scene, "mode superposition")
+        if scene.wind.is_turbulent:
+            raise SceneError(
+                "wind.turbulence or wind.table is given, and mode superposition takes uniform wind;"
+                " remove it, or simulate the scene"
+            )
         modes = _lowest(
             scene, {"vertical": vertical, "horizontal": horizontal, "torsional": torsional}
         )

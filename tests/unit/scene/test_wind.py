@@ -18,7 +18,9 @@ TABLE = {"time": [0, 1, 2], "stations": [0, 60], "speed": [[4, 6], [5, 7], [6, 8
 
 
 def example3(**wind):
-    return load_scene("example3").with_values({"wind": {"speed": 5.5, **wind}})
+    """Its curve, of 100 to 260 deg, extended: the attack angle is 360 deg from the other side."""
+    changes = {"wind": {"speed": 5.5, **wind}, "aerodynamics.outside": "hold"}
+    return load_scene("example3").with_values(changes)
 
 
 def with_table(**changes):
@@ -242,6 +244,15 @@ def test_a_wind_table_is_its_mean_and_relative_gusts(tmp_path):
 )
 def test_unusual_wind_is_said(wind, sentence):
     assert any(text.startswith(sentence) for text in example3(**wind).warnings)
+
+
+def test_a_curve_that_does_not_hold_from_the_other_side_is_refused():
+    words = r"ice\.attack_angle_deg = 180\.0, 180 deg more in wind from the other side, is outside"
+    for wind in ({"speed": -5.0}, {"speed": 5.0, "direction_deg": 135.0}):
+        with pytest.raises(SceneError, match=words):
+            load_scene("example3").with_values({"wind": wind})
+    both = {"wind": {"speed": -5.0, "direction_deg": 135.0}}
+    assert load_scene("example3").with_values(both).wind.turn_deg == 0.0
 
 
 def test_usual_oblique_and_turbulent_wind_has_no_warning():
