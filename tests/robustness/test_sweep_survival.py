@@ -202,7 +202,7 @@ def test_dask_cluster_gives_the_same(tmp_path, complete, monkeypatch):
         # Failures come back too: one scene that is not allowed, one that leaves its curve, and one
         # summary that raises.
         table = [
-            {"wind.speed": -1.0},
+            {"wind.speed": 151.0},
             {"aerodynamics.valid_to_deg": 180.5, "initial.seed_vertical": 0.3},
         ]
         failed = gf.sweep(_scene(), table=table, stop_time=20.0, cluster=address)
