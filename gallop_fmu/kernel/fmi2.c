@@ -3,7 +3,7 @@
  * A call that is refused or fails returns fmi2Error, and its message goes to the host's logger.
  * fmi2Fatal is never returned.  Variables of type Boolean or String do not exist, and steps are
  * never pending: what asks for them is answered here. */
-#include "fmi2_location.h"
+#include "fmi_location.h"
 #include "gallop_cosim.h"
 #include "resource_file.h"
 
@@ -81,7 +81,7 @@ static bool create_cosim(fmi2_instance *f, const char *location, const char *gui
 {
     char *bytes = NULL;
     size_t size = 0;
-    char *path = fmi2_location_path(location, "model.bin");
+    char *path = fmi_location_path(location, "model.bin");
     const char *problem =
         path ? resource_file_read(path, &bytes, &size) : "there is not enough memory";
     free(path);

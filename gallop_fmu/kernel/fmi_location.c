@@ -1,5 +1,5 @@
 /* The folder of an FMU's resources, which FMI 2.0 gives as a URI. */
-#include "fmi2_location.h"
+#include "fmi_location.h"
 
 #include <stdbool.h>
 #include <stdlib.h>
@@ -70,7 +70,7 @@ static const char *file_part(const char *from, bool drives)
     return drives && from[0] == '/' && starts_with_drive(from + 1) ? from + 1 : from;
 }
 
-/* As fmi2_location_path, with or without drives. */
+/* As fmi_location_path, with or without drives. */
 static char *path_of(const char *location, const char *name, bool drives)
 {
     const bool uri = is_uri(location);
@@ -89,7 +89,7 @@ static char *path_of(const char *location, const char *name, bool drives)
     return path;
 }
 
-char *fmi2_location_path(const char *location, const char *name)
+char *fmi_location_path(const char *location, const char *name)
 {
     return path_of(location, name, HAS_DRIVES);
 }
