@@ -2,7 +2,7 @@
 #ifndef FUZZING_READ_RESOURCE_H
 #define FUZZING_READ_RESOURCE_H
 
-#include "fmi2_location.h"
+#include "fmi_location.h"
 #include "gallop_cosim.h"
 #include "resource.h"
 
@@ -11,7 +11,7 @@
 /* The problem, or NULL; `location` is the URI or the path of the FMU's folder of resources. */
 static inline const char *read_resource(resource *r, const char *location, const char *guid)
 {
-    char *bytes = NULL, *path = fmi2_location_path(location, "model.bin");
+    char *bytes = NULL, *path = fmi_location_path(location, "model.bin");
     size_t size = 0;
     r->bytes = NULL;
     const char *problem =

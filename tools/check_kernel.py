@@ -5,9 +5,9 @@
 Compiles every C file with each of gcc and clang that is installed. Then, of the files and of the
 symbols that `nm` lists:
 
-- names: a function that the library exports starts with `gallop_` or `fmi2`; any other function or
-  constant that several files share starts with the subject of its file, which is the part of the
-  file's name before the first underscore;
+- names: a function that the library exports starts with `gallop_`, `fmi2` or `fmi3`; any other
+  function or constant that several files share starts with the subject of its file, which is the
+  part of the file's name before the first underscore;
 - layers: a file includes only headers of its own layer or of a lower one (`LAYERS`);
 - paths: a function that is compiled for two paths (TWO_PATHS) is static;
 - circles: neither the headers' includes nor the calls between C files form a circle.
@@ -37,11 +37,12 @@ LAYERS = (
     ("analysis", "model_create", "model_create_parts"),
     ("resource",),
     ("cosim",),
-    ("fmi2",),
+    ("fmi",),
+    ("fmi2", "fmi3"),
 )
 """Subjects, or single files, from the lowest layer to the highest."""
 
-EXPORTED = ("gallop_", "fmi2")
+EXPORTED = ("gallop_", "fmi2", "fmi3")
 """Prefixes of the functions that the library exports."""
 
 COMPILERS = ("gcc", "clang")
@@ -52,7 +53,7 @@ FLAGS = (
 
 
 def fmi_headers() -> Path:
-    """Folder of the headers of FMI 2.0, which the package fmpy brings along."""
+    """Folder of the headers of FMI, which the package fmpy brings along."""
     spec = importlib.util.find_spec("fmpy")
     if spec is None or spec.origin is None:
         raise SystemExit("check_kernel: fmpy is not installed; pip install fmpy")

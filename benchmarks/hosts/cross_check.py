@@ -28,8 +28,8 @@ from gallop_fmu.fmu.cross_compile import PLATFORMS, cache_folder, cross_library
 
 HERE = Path(__file__).resolve().parent
 STEPS, STEP = 1000, 0.02
-FMI_FUNCTIONS = 34
-"""Functions that a library for co-simulation must export, FMI 2.0."""
+FMI_FUNCTIONS = 44 + 75
+"""Functions of FMI 2.0 and FMI 3.0, which the library exports all."""
 ADDED_BY_LINKER = {"__dso_handle", "_mh_dylib_header"}
 """Extra symbols that Zig's linker exports from a Mach-O library.
 

@@ -213,7 +213,7 @@ def sweep(
 @app.command(
     epilog=example("gallop-fmu export example3 -o example3.fmu --set numerics.time_step=0.005")
 )
-def export(
+def export(  # noqa: PLR0913 - typer takes a parameter for each option
     scene: SceneName,
     out: Annotated[Path, typer.Option("--out", "-o", metavar="FILE", help="FMU to write.")],
     changes: Changes = None,
@@ -250,9 +250,13 @@ def export(
             ),
         ),
     ] = None,
+    fmi: Annotated[
+        Literal["2", "3"],
+        typer.Option(help="Version of FMI: 2.0, which more hosts take, or 3.0."),
+    ] = "2",
     as_json: AsJson = False,
 ) -> None:
-    """Write a span or line as an FMI 2.0 co-simulation FMU."""
+    """Write a span or line as an FMU for co-simulation."""
     from gallop_fmu.fmu import ExportError, export_fmu
     from gallop_fmu.foundation.errors import SceneError
 
@@ -261,7 +265,7 @@ def export(
         chosen = chosen_scene(scene, changes)
         complain_of(chosen)
         places = [real(text) for text in stations.split(",")] if stations else []
-        path = export_fmu(chosen, out, runtime=runtime, platforms=names, wind=wind, stations=places)
+        path = export_fmu(chosen, out, runtime, names, wind=wind, stations=places, fmi=int(fmi))
     except ExportError as problem:
         raise SceneError(str(problem)) from None
     size = path.stat().st_size

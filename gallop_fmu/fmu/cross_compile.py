@@ -159,7 +159,7 @@ def arguments(platform: Platform, target: str, headers: str, output: str) -> lis
     platform, target
         The platform, and one of its systems.
     headers
-        Folder of the headers of FMI 2.0.
+        Folder of the headers of FMI.
     output
         Library to write.
     """
@@ -200,7 +200,7 @@ def _compile(platform: Platform, folder: Path) -> bytes:
 
 
 def _fmi_headers() -> str:
-    """Return the folder of the headers of FMI 2.0, which are in FMPy."""
+    """Return the folder of the headers of FMI, which are in FMPy."""
     return str(metadata.distribution("fmpy").locate_file("fmpy/c-code"))
 
 

@@ -9,27 +9,24 @@ from __future__ import annotations
 
 import io
 import os
+import platform as machine
 import sys
 import zipfile
-from collections.abc import Collection, Iterator
+from collections.abc import Collection, Sequence
 from importlib import metadata, resources
 from pathlib import Path
 
 from gallop_fmu.engine.inputs import Inputs
 from gallop_fmu.engine.library import library_path
 from gallop_fmu.engine.model import Model
+from gallop_fmu.fmu import fmi2_xml, fmi3_xml
 from gallop_fmu.fmu.cross_compile import PLATFORMS, CompilerError, cross_library
-from gallop_fmu.fmu.description import (
-    SCENE_FILE,
-    Identity,
-    describe,
-    identify,
-    model_description,
-)
+from gallop_fmu.fmu.description import SCENE_FILE, Identity, describe, identify
 from gallop_fmu.fmu.documentation import PAGE, documentation
 from gallop_fmu.fmu.model_bin import MODEL_FILE, model_bin
 from gallop_fmu.fmu.ports import Ports, wind_speed_at_start
 from gallop_fmu.fmu.sources import kernel_sources
+from gallop_fmu.fmu.variable import Variable
 from gallop_fmu.fmu.variables import fmu_variables
 from gallop_fmu.foundation.atomic_write import check_target, write_whole
 from gallop_fmu.foundation.errors import SceneError
@@ -38,6 +35,8 @@ from gallop_fmu.scene.line_scene import LineScene
 from gallop_fmu.scene.scene import Scene
 
 RUNTIMES = ("native", "python")
+DESCRIPTION = "modelDescription.xml"
+ARTWORK = Path(__file__).with_name("artwork")
 SLAVE_SCRIPT = '''\
 """A span for pythonfmu. Its code is in the package gallop-fmu, of the version that exported it."""
 
@@ -82,8 +81,9 @@ def export_fmu(
     *,
     wind: str = "line",
     stations: Collection[float] = (),
+    fmi: int = 2,
 ) -> Path:
-    """Write a scene as an FMU for co-simulation, FMI 2.0.
+    """Write a scene as an FMU for co-simulation.
 
     Parameters
     ----------
@@ -106,6 +106,9 @@ def export_fmu(
     stations
         Places in each span, besides its middle, of which the FMU has outputs: fractions of the
         span, greater than 0 and less than 1.
+    fmi
+        Version of FMI: 2 (FMI 2.0, which more hosts take) or 3 (FMI 3.0, with a terminal for each
+        tower; native only). Library, variables and results are the same.
 
     Returns
     -------
@@ -115,8 +118,9 @@ def export_fmu(
     Raises
     ------
     ExportError
-        Unknown run-time, platform or kind of wind, a station outside of the span, wrong suffix,
-        missing folder, the file cannot be written, or the kernel cannot be compiled for a platform.
+        Unknown run-time, platform, version or kind of wind, a station outside of the span, wrong
+        suffix, missing folder, the file cannot be written, or the kernel cannot be compiled for a
+        platform.
     SimulationError
         The scene has no initial equilibrium.
     """
@@ -134,10 +138,19 @@ def export_fmu(
         check_target(target, (".fmu",))
     except SceneError as problem:
         raise ExportError(str(problem)) from None
+    if fmi not in (2, 3):
+        raise ExportError(f"fmi = {fmi!r}: must be 2 or 3")
+    if fmi == 3 and runtime != "native":
+        raise ExportError(
+            'fmi = 3: the Python runtime has FMI 2.0 only; use runtime="native", or omit fmi'
+        )
     ports = _ports_of(scene, wind, stations)
     _require_start(scene)
-    files = _native_files(scene, ports, platforms) if runtime == "native" else None
-    _write(target, files or _python_files(scene, ports))
+    if runtime == "python":
+        files = _python_files(scene, ports)
+    else:
+        files = _native_files(scene, ports, fmi) | _binaries(scene, ports, platforms, fmi)
+    _write(target, files)
     return target
 
 
@@ -157,46 +170,74 @@ def _require_start(scene: Scene | LineScene) -> None:
     Model(scene).start(0.0, at_start)
 
 
-def _native_files(
-    scene: Scene | LineScene, ports: Ports, platforms: Collection[str] | None
-) -> dict[str, bytes]:
-    """Return the content of each file by its name in the archive."""
-    text, release = scene.to_toml(), version()
-    identity = identify(text, release, "native", ports.identity)
-    files = _common_files(scene, ports, identity, native=True, remarks="")
-    for folder, suffix, library in _libraries(platforms):
-        files[f"binaries/{folder}/{identity.model_identifier}{suffix}"] = library
-    for name, source in kernel_sources().items():
+def _identity(scene: Scene | LineScene, ports: Ports, runtime: str) -> Identity:
+    return identify(scene.to_toml(), version(), runtime, ports.identity)
+
+
+def _native_files(scene: Scene | LineScene, ports: Ports, fmi: int) -> dict[str, bytes]:
+    """Return the content of each file but the libraries by its name in the archive."""
+    identity = _identity(scene, ports, "native")
+    variables = fmu_variables(scene, ports)
+    files = _common_files(scene, ports, identity, variables)
+    for name, source in kernel_sources(fmi).items():
         files[f"sources/{name}"] = source
+    description = describe(scene)
+    if fmi == 2:
+        files[DESCRIPTION] = fmi2_xml.model_description(
+            scene, description, variables, identity, native=True
+        )
+        files["model.png"] = (ARTWORK / "model.png").read_bytes()
+    else:
+        files[DESCRIPTION] = fmi3_xml.model_description(scene, description, variables, identity)
+        files["sources/buildDescription.xml"] = fmi3_xml.build_description(identity)
+        folder = "terminalsAndIcons"
+        files[f"{folder}/terminalsAndIcons.xml"] = fmi3_xml.terminals_and_icons(variables)
+        files[f"{folder}/icon.png"] = (ARTWORK / "model.png").read_bytes()
+        files[f"{folder}/tower.png"] = (ARTWORK / "tower.png").read_bytes()
     return files | _licences("gallop-fmu")
 
 
 def _common_files(
-    scene: Scene | LineScene, ports: Ports, identity: Identity, *, native: bool, remarks: str
+    scene: Scene | LineScene,
+    ports: Ports,
+    identity: Identity,
+    variables: Sequence[Variable],
+    remarks: str = "",
 ) -> dict[str, bytes]:
-    """Return the files that both run-times have."""
-    variables = fmu_variables(scene, ports)
-    description = describe(scene, remarks)
+    """Return the files that all FMUs have."""
     return {
-        "modelDescription.xml": model_description(
-            scene, description, variables, identity, native=native
-        ),
-        PAGE: documentation(scene.title, description, variables),
+        PAGE: documentation(scene.title, describe(scene, remarks), variables),
         f"resources/{MODEL_FILE}": model_bin(scene, identity.guid, version(), ports),
         f"resources/{SCENE_FILE}": scene.to_toml().encode(),
     }
 
 
-def _libraries(platforms: Collection[str] | None) -> Iterator[tuple[str, str, bytes]]:
-    """Yield platform, suffix and content of each library."""
+FOLDERS_3 = {
+    "linux64": ("x86_64-linux",),
+    "win64": ("x86_64-windows",),
+    "darwin64": ("x86_64-darwin", "aarch64-darwin"),
+}
+"""Folders of FMI 3.0 by the platform of FMI 2.0; the library for macOS is for both processors."""
+
+
+def _binaries(
+    scene: Scene | LineScene, ports: Ports, platforms: Collection[str] | None, fmi: int
+) -> dict[str, bytes]:
+    """Return the libraries by their names in the archive."""
+    name = _identity(scene, ports, "native").model_identifier
     if not platforms:
         library = library_path()
-        yield platform(), library.suffix, library.read_bytes()
-    for name in platforms or ():
+        folder = platform() if fmi == 2 else platform_3()
+        return {f"binaries/{folder}/{name}{library.suffix}": library.read_bytes()}
+    files = {}
+    for chosen in platforms:
         try:
-            yield name, PLATFORMS[name].suffix, cross_library(name)
+            content = cross_library(chosen)
         except CompilerError as problem:
             raise ExportError(str(problem)) from None
+        for folder in (chosen,) if fmi == 2 else FOLDERS_3[chosen]:
+            files[f"binaries/{folder}/{name}{PLATFORMS[chosen].suffix}"] = content
+    return files
 
 
 def platform() -> str:
@@ -204,12 +245,19 @@ def platform() -> str:
     return {"win32": "win64", "darwin": "darwin64"}.get(sys.platform, "linux64")
 
 
+def platform_3() -> str:
+    """Return the name of this platform in FMI 3.0."""
+    processor = {"arm64": "aarch64", "aarch64": "aarch64"}.get(machine.machine(), "x86_64")
+    system = {"win32": "windows", "darwin": "darwin"}.get(sys.platform, "linux")
+    return f"{processor}-{system}"
+
+
 def _python_files(scene: Scene | LineScene, ports: Ports) -> dict[str, bytes]:
     """Return the content of each file by its name in the archive."""
     from gallop_fmu.fmu.slave import RUNTIME
 
-    text, release = scene.to_toml(), version()
-    identity = identify(text, release, RUNTIME, ports.identity)
+    release = version()
+    identity = _identity(scene, ports, RUNTIME)
     name = identity.model_identifier
     remarks = (
         "After a refused value steps fail until it is set right. Needs a"
@@ -217,7 +265,12 @@ def _python_files(scene: Scene | LineScene, ports: Ports) -> dict[str, bytes]:
         " plain ASCII."
     )
     script = SLAVE_SCRIPT.format(version=release, name=name, content=identity.content)
-    files = _common_files(scene, ports, identity, native=False, remarks=remarks) | {
+    variables = fmu_variables(scene, ports)
+    files = _common_files(scene, ports, identity, variables, remarks) | {
+        DESCRIPTION: fmi2_xml.model_description(
+            scene, describe(scene, remarks), variables, identity, native=False
+        ),
+        "model.png": (ARTWORK / "model.png").read_bytes(),
         f"resources/{name}.py": script.encode(),
         "resources/slavemodule.txt": name.encode(),
         "resources/requirements.txt": f"gallop-fmu=={release}\n".encode(),

@@ -260,6 +260,10 @@ gallop_cosim_status gallop_cosim_get_real(gallop_cosim *c, const uint32_t refere
     if (!c) return GALLOP_COSIM_REFUSED;
     if (count && (!reference || !value)) return cosim_refuse(c, "%s", array_is_null);
     for (size_t i = 0; i < count; i++) {
+        if (reference[i] == GALLOP_COSIM_TIME) {
+            value[i] = c->run.time;
+            continue;
+        }
         const resource_variable *v = cosim_find(c, reference[i], false);
         if (!v) return GALLOP_COSIM_REFUSED;
         const gallop_cosim_status status = get_one(c, v, &value[i]);

@@ -5,12 +5,10 @@
  * never pending: what asks for them is answered here. */
 #include "fmi_location.h"
 #include "gallop_cosim.h"
-#include "resource_file.h"
 
 #include <fmi2Functions.h>
 
 #include <math.h>
-#include <stdbool.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -75,24 +73,6 @@ static void release(fmi2_instance *f)
     free(f);
 }
 
-/* Creates the co-simulation instance of the resource in the FMU's folder; false, with a message, if
- * that fails. */
-static bool create_cosim(fmi2_instance *f, const char *location, const char *guid, char *message)
-{
-    char *bytes = NULL;
-    size_t size = 0;
-    char *path = fmi_location_path(location, "model.bin");
-    const char *problem =
-        path ? resource_file_read(path, &bytes, &size) : "there is not enough memory";
-    free(path);
-    if (problem)
-        strcpy(message, problem);
-    else
-        f->cosim = gallop_cosim_create(bytes, size, guid, message);
-    free(bytes);
-    return f->cosim != NULL;
-}
-
 fmi2Component fmi2Instantiate(fmi2String name, fmi2Type type, fmi2String guid, fmi2String location,
                               const fmi2CallbackFunctions *functions, fmi2Boolean visible,
                               fmi2Boolean logging)
@@ -118,7 +98,7 @@ fmi2Component fmi2Instantiate(fmi2String name, fmi2Type type, fmi2String guid, f
         strcpy(message, "the GUID is missing; give that of modelDescription.xml");
     else if (!location)
         strcpy(message, "the resource location is missing; give the URI of the folder");
-    else if (create_cosim(f, location, guid, message))
+    else if ((f->cosim = fmi_location_open(location, guid, message)) != NULL)
         return f;
     log_message(f, fmi2Error, message);
     release(f);
@@ -130,19 +110,6 @@ void fmi2FreeInstance(fmi2Component component)
     if (component) release(component);
 }
 
-/* The categories that the standard names; those without messages are accepted, too. */
-static bool is_known_category(const char *category)
-{
-    static const char *const known[] = {"logEvents",           "logSingularLinearSystems",
-                                        "logNonlinearSystems", "logDynamicStateSelection",
-                                        "logStatusWarning",    "logStatusDiscard",
-                                        "logStatusError",      "logStatusFatal",
-                                        "logStatusPending",    "logAll"};
-    for (size_t i = 0; category && i < sizeof known / sizeof *known; i++)
-        if (strcmp(category, known[i]) == 0) return true;
-    return false;
-}
-
 fmi2Status fmi2SetDebugLogging(fmi2Component component, fmi2Boolean logging, size_t count,
                                const fmi2String categories[])
 {
@@ -150,7 +117,8 @@ fmi2Status fmi2SetDebugLogging(fmi2Component component, fmi2Boolean logging, siz
     const char *unknown = "the log category is unknown; use those of the standard";
     if (!component) return fmi2Error;
     for (size_t i = 0; i < count; i++)
-        if (!categories || !is_known_category(categories[i])) return refuse(component, unknown);
+        if (!categories || !fmi_location_knows_category(categories[i]))
+            return refuse(component, unknown);
     return fmi2OK;
 }
 

@@ -39,6 +39,10 @@ typedef enum {
 typedef struct gallop_cosim gallop_cosim;             /* one instance */
 typedef struct gallop_cosim_saved gallop_cosim_saved; /* a saved state */
 
+/* Value reference of the time that has been reached [s], a Real that can be read in every phase. It
+ * is no variable of the table. */
+#define GALLOP_COSIM_TIME 0x7fffffffu
+
 /* Room that a message needs, its final 0 included. */
 #define GALLOP_COSIM_MESSAGE_SIZE 1024
 

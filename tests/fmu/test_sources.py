@@ -36,7 +36,7 @@ def test_all_c_files_are_there_and_the_description_names_them(native_fmu):
     wanted = {
         f"sources/{file.name}": file.read_bytes()
         for file in KERNEL.iterdir()
-        if file.suffix in (".c", ".h")
+        if file.suffix in (".c", ".h") and not file.name.startswith("fmi3")
     }
     assert len(wanted) > 10
     with zipfile.ZipFile(native_fmu) as archive:

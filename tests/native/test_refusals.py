@@ -255,7 +255,7 @@ def test_folders_with_odd_names(small, instance, tmp_path, name):
 
 
 PATHS = """
-#include "{kernel}/fmi2_location.c"
+#include "{kernel}/fmi_location.c"
 #include <stdio.h>
 int main(int count, char **argument)
 {{

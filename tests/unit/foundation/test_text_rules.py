@@ -15,7 +15,8 @@ from matplotlib.figure import Figure
 import gallop_fmu as gf
 import modal.cli.main
 from gallop_fmu.cli.terminal import new_console
-from gallop_fmu.fmu.description import Identity, describe, model_description
+from gallop_fmu.fmu.description import Identity, describe
+from gallop_fmu.fmu.fmi2_xml import model_description
 from gallop_fmu.foundation.text_files import parse_toml, read_table
 from gallop_fmu.foundation.text_rules import clean_text, plain, printable, read_number
 from gallop_fmu.input.scene_spec import SceneWithLine
