@@ -3,7 +3,7 @@
  * A call that is refused or fails returns fmi2Error, and its message goes to the host's logger.
  * fmi2Fatal is never returned.  Variables of type Boolean or String do not exist, and steps are
  * never pending: what asks for them is answered here. */
-#include "fmi_location.h"
+#include "fmi_host.h"
 #include "gallop_cosim.h"
 
 #include <fmi2Functions.h>
@@ -98,7 +98,7 @@ fmi2Component fmi2Instantiate(fmi2String name, fmi2Type type, fmi2String guid, f
         strcpy(message, "the GUID is missing; give that of modelDescription.xml");
     else if (!location)
         strcpy(message, "the resource location is missing; give the URI of the folder");
-    else if ((f->cosim = fmi_location_open(location, guid, message)) != NULL)
+    else if ((f->cosim = fmi_host_open(location, guid, message)) != NULL)
         return f;
     log_message(f, fmi2Error, message);
     release(f);
@@ -117,7 +117,7 @@ fmi2Status fmi2SetDebugLogging(fmi2Component component, fmi2Boolean logging, siz
     const char *unknown = "the log category is unknown; use those of the standard";
     if (!component) return fmi2Error;
     for (size_t i = 0; i < count; i++)
-        if (!categories || !fmi_location_knows_category(categories[i]))
+        if (!categories || !fmi_host_knows_category(categories[i]))
             return refuse(component, unknown);
     return fmi2OK;
 }

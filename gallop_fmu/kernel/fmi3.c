@@ -5,7 +5,7 @@
  * Int32 or Int64, whole numbers and enumerations.  Functions for what this FMU does not have are in
  * fmi3_absent.c. */
 #include "fmi3_instance.h"
-#include "fmi_location.h"
+#include "fmi_host.h"
 
 #include <math.h>
 #include <stdlib.h>
@@ -72,7 +72,7 @@ fmi3Instance fmi3InstantiateCoSimulation(fmi3String name, fmi3String token, fmi3
         strcpy(message, "this FMU has no event mode; instantiate it without");
     else if (intermediates)
         strcpy(message, "this FMU has no intermediate update; require no intermediate variables");
-    else if ((f->cosim = fmi_location_open(location, token, message)) != NULL)
+    else if ((f->cosim = fmi_host_open(location, token, message)) != NULL)
         return f;
     log_message(f, fmi3Error, message);
     free(f);
@@ -93,7 +93,7 @@ fmi3Status fmi3SetDebugLogging(fmi3Instance instance, fmi3Boolean logging, size_
     const char *unknown = "the log category is unknown; use those of the standard";
     if (!instance) return fmi3Error;
     for (size_t i = 0; i < count; i++)
-        if (!categories || !fmi_location_knows_category(categories[i]))
+        if (!categories || !fmi_host_knows_category(categories[i]))
             return fmi3_refuse(instance, unknown);
     return fmi3OK;
 }
