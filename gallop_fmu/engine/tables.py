@@ -245,7 +245,7 @@ class Tables:
         for name in ("direction_law", "profile", "table"):
             if getattr(wind, name) is not None:
                 raise SceneError(f"wind.{name.removesuffix('_law')}: {NOT_YET}; remove it")
-        if wind.is_turbulent:
+        if wind.has_turbulence:
             raise SceneError(f"wind.turbulence: {NOT_YET}; remove it")
         return self.add_law(wind.speed_law, "wind.history")
 

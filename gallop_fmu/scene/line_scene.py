@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Annotated, Any
@@ -107,6 +108,11 @@ class LineScene(SceneBase):
         """Weight per unit length [N/m] of a subconductor in the strung state of a span, from 1."""
         ice = self.ice_of_span(span).mass_per_length if self.section.strung_with_ice else 0.0
         return (self.conductor.mass_per_length + ice) * self.section.gravity
+
+    @property
+    def length(self) -> float:
+        """Horizontal distance [m] between the ends."""
+        return math.fsum(span.length for span in self.section.spans)
 
     @property
     def strung_tension(self) -> float:

@@ -76,6 +76,11 @@ class Scene(SceneBase):
     def _key_figures(self) -> str:
         return f"span of {self.span.length:g} m, wind {self.wind.mean_speed:g} m/s"
 
+    @property
+    def length(self) -> float:
+        """Horizontal distance [m] between the ends."""
+        return self.span.length
+
     @classmethod
     def _tables(cls, data: Mapping[str, Any], folder: Path) -> Mapping[str, Any]:
         """Return the data with a table ``line`` resolved."""

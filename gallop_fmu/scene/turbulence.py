@@ -95,7 +95,7 @@ class Turbulence(Section):
         None,
         "m",
         "distance of gusts along the line; they are linear between (default: the coherent length"
-        " 2 U/(C f) at 0.5 Hz)",
+        " 2 U/(C f) at 1 Hz)",
         gt=0,
     )
     duration: Number | None = quantity(

@@ -190,11 +190,14 @@ class Wind(Section):
         return self.model_copy(update={"turbulence": None, "table": None, "speed": speed})
 
     @property
-    def is_turbulent(self) -> bool:
-        """True if the wind has gusts by turbulence or a table."""
-        return self.table is not None or (
-            self.turbulence is not None and not self.turbulence.is_calm
-        )
+    def has_turbulence(self) -> bool:
+        """True if turbulence is given and not all of its intensities are 0."""
+        return self.turbulence is not None and not self.turbulence.is_calm
+
+    @property
+    def is_gusty(self) -> bool:
+        """True if the speed varies irregularly in time, by turbulence or by a table."""
+        return self.has_turbulence or (self.table is not None and self.table.varies_in_time)
 
     def warnings(self) -> list[str]:
         """Warnings about the direction, each a fact and a remedy."""

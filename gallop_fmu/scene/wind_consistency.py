@@ -51,14 +51,14 @@ def check_wind(wind: Wind, towers: Towers, duration: float) -> None:
                 )
     if wind.profile is not None and (problem := too_low(wind.profile, [x2 for _, x2 in towers])):
         raise SceneError(problem)
-    if wind.is_turbulent and wind.turbulence is not None:
+    if wind.turbulence is not None and wind.has_turbulence:
         check_size(wind.turbulence, wind.mean_speed, length, duration)
 
 
 def unusual_wind(wind: Wind, duration: float) -> list[str]:
     """Warnings about the wind, each a fact and a remedy."""
     found = wind.warnings()
-    if wind.is_turbulent and wind.turbulence is not None:
+    if wind.turbulence is not None and wind.has_turbulence:
         found += unresolved(wind.turbulence, wind.mean_speed, duration)
     return found
 
@@ -101,13 +101,12 @@ def gusts_of(wind: Wind, length: float, duration: float) -> Gusts | None:
     duration
         Duration of the run [s].
     """
-    if not wind.is_turbulent:
-        return None
     if wind.table is not None:
         table = wind.table
         stations, times = np.asarray(table.stations), table.run_times
         return Gusts(stations, times, table.relative_gusts(), table.beyond == "repeat")
-    assert wind.turbulence is not None
+    if wind.turbulence is None or not wind.has_turbulence:
+        return None
     yaw = np.radians(wind.mean_direction)
     return gusts(wind.turbulence, wind.mean_speed, float(yaw), length, duration)
 
@@ -152,5 +151,5 @@ def times_of_tables(scene: Scene | LineScene) -> Iterator[tuple[str, float, floa
     for path, table in time_tables(scene):
         yield path, table.first, table.last, table.beyond == "repeat"
     turbulence = scene.wind.turbulence
-    if scene.wind.is_turbulent and turbulence is not None:
+    if turbulence is not None and scene.wind.has_turbulence:
         yield "wind.turbulence", 0.0, turbulence.duration or scene.run.stop_time, True

@@ -123,6 +123,12 @@ class WindTable(TimedTable):
         """Lowest and highest speed along the wind [m/s]."""
         return float(np.min(self.speed)), float(np.max(self.speed))
 
+    @property
+    def varies_in_time(self) -> bool:
+        """True if not all rows are equal."""
+        tables = (self.speed, self.across, self.upwards)
+        return any(len(set(rows)) > 1 for rows in tables if rows is not None)
+
     def relative_gusts(self) -> Values:
         """Gusts over the mean speed, shape (time, station, component): 1 component or 3."""
         mean = self.mean_value

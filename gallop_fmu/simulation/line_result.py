@@ -196,7 +196,8 @@ class LineResult(ResultBase[LineScene]):
         self, start: float, stop: float, span: int | None = None, phase: int = 1
     ) -> Oscillations:
         """Return the oscillation of a bundle's centre and twist from `start` to `stop` [s]."""
-        return oscillations(self.bundle(span, phase), start, stop)
+        bundle = self.bundle(span, phase)
+        return oscillations(bundle, start, stop, is_gusty=self.scene.wind.is_gusty)
 
     def motion_of(
         self, span: int | None = None, phase: int = 1, window: float | None = None
@@ -205,7 +206,9 @@ class LineResult(ResultBase[LineScene]):
         if not set(MOVES) & set(self.dataset.data_vars):
             return Motion("undetermined", "no displacement was recorded")
         histories = self._moves(self.bundle(span, phase), "")
-        return judge_span(self.dataset.time.values, histories, window)
+        return judge_span(
+            self.dataset.time.values, histories, window, is_gusty=self.scene.wind.is_gusty
+        )
 
     def judged(self, window: float | None = None) -> Motion:
         """Judge the motion over the last `window` s, from mid-spans and strings.
@@ -226,7 +229,9 @@ class LineResult(ResultBase[LineScene]):
         histories |= self._swings()
         if not histories:
             return Motion("undetermined", "no displacement was recorded")
-        return judge_span(self.dataset.time.values, histories, window)
+        return judge_span(
+            self.dataset.time.values, histories, window, is_gusty=self.scene.wind.is_gusty
+        )
 
     def _moves(self, bundle: xr.Dataset, start: str) -> dict[str, Array]:
         return {f"{start}{title}": bundle[n].values for n, title in MOVES.items() if n in bundle}

@@ -11,7 +11,12 @@ from numpy.typing import NDArray
 from gallop_fmu.engine.line_map import LineMap
 from gallop_fmu.foundation.outcome import Report
 from gallop_fmu.scene.line_scene import LineScene
-from gallop_fmu.simulation.run_warnings import fastest_motion, not_covered, step_warnings
+from gallop_fmu.simulation.run_warnings import (
+    fastest_motion,
+    gust_warnings,
+    not_covered,
+    step_warnings,
+)
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -101,7 +106,8 @@ def _steps(dataset: xr.Dataset, scene: LineScene, mapped: LineMap) -> tuple[str,
     ]
     if not np.isfinite(fastest).any():
         return ()
-    return step_warnings(scene, float(np.nanmax(fastest)), interval)
+    frequency_hz = float(np.nanmax(fastest))
+    return (*step_warnings(scene, frequency_hz, interval), *gust_warnings(scene, frequency_hz))
 
 
 def _at(dataset: xr.Dataset, names: tuple[str, ...], column: int) -> list[Array]:

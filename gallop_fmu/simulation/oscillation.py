@@ -52,12 +52,15 @@ class Oscillation(NamedTuple):
         `gallop_fmu.simulation.steadiness.dominant_frequency`.
     motion
         Judgement of the motion. Only for a steady motion are the numbers valid beyond the window.
+    deviation
+        Standard deviation, in the channel's unit; of a harmonic motion the amplitude over sqrt(2).
     """
 
     amplitude: float
     mean: float
     frequency_hz: float
     motion: Motion
+    deviation: float
 
     @property
     def is_steady(self) -> bool:
@@ -69,7 +72,12 @@ class Oscillation(NamedTuple):
         return {**self._asdict(), "motion": str(self.motion)}
 
     def text(self, unit: str, scale: float = 1.0, digits: str = ".3f") -> str:
-        """Return the amplitude, with the motion unless it is steady: ``0.026 m, still growing``."""
+        """Return the amplitude, with the motion unless it is steady: ``0.026 m, still growing``.
+
+        Of a random motion it is the standard deviation.
+        """
+        if self.motion.kind == "random":
+            return f"standard deviation {self.deviation * scale:{digits}} {unit}, {self.motion}"
         size = f"{self.amplitude * scale:{digits}} {unit}"
         return size if self.motion.kind == "steady" else f"{size}, {self.motion}"
 
@@ -120,11 +128,14 @@ def slowest_frequency(data: xr.Dataset) -> float:
     return min((frequency for frequency in found if math.isfinite(frequency)), default=math.nan)
 
 
-def oscillation(values: Array, interval: float, unit: str = "m") -> Oscillation:
-    """Return the oscillation of equally spaced samples with a unit."""
+def oscillation(
+    values: Array, interval: float, unit: str = "m", *, is_gusty: bool = False
+) -> Oscillation:
+    """Return the oscillation of equally spaced samples with a unit, maybe in gusty wind."""
     amplitude, mean, frequency = measure(values, interval)
     floor = SMALL_OF.get(unit, REST_AMPLITUDE * (abs(mean) + amplitude))
-    return Oscillation(amplitude, mean, frequency, judge(values, interval, floor, frequency))
+    motion = judge(values, interval, floor, frequency, is_gusty=is_gusty)
+    return Oscillation(amplitude, mean, frequency, motion, float(np.std(values)))
 
 
 def measure(values: Array, interval: float) -> tuple[float, float, float]:
@@ -132,13 +143,17 @@ def measure(values: Array, interval: float) -> tuple[float, float, float]:
     return 0.5 * float(np.ptp(values)), float(np.mean(values)), dominant_frequency(values, interval)
 
 
-def oscillations(histories: xr.Dataset, start: float, stop: float) -> Oscillations:
+def oscillations(
+    histories: xr.Dataset, start: float, stop: float, *, is_gusty: bool = False
+) -> Oscillations:
     """Return the oscillation of each channel of one point from `start` to `stop` [s].
 
     Parameters
     ----------
     histories
         Channels over ``time`` [s] with ``units``.
+    is_gusty
+        The wind is gusty, so that no motion is steady.
 
     Raises
     ------
@@ -152,5 +167,8 @@ def oscillations(histories: xr.Dataset, start: float, stop: float) -> Oscillatio
         )
     interval = float(part.time[1] - part.time[0])
     units = {str(name): str(part[name].attrs.get("units", "")) for name in part.data_vars}
-    found = {name: oscillation(part[name].values, interval, unit) for name, unit in units.items()}
+    found = {
+        name: oscillation(part[name].values, interval, unit, is_gusty=is_gusty)
+        for name, unit in units.items()
+    }
     return Oscillations(found, start, stop)

@@ -16,6 +16,8 @@ from gallop_fmu.foundation.outcome import Report
 from gallop_fmu.foundation.version import program
 from gallop_fmu.scene.line_scene import LineScene
 from gallop_fmu.scene.scene import Scene
+from gallop_fmu.scene.turbulence import DIRECTIONS
+from gallop_fmu.scene.wind_consistency import gusts_of
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -106,9 +108,37 @@ def dataset_of(
     coordinates: Mapping[str, object],
     provenance: Provenance,
 ) -> xr.Dataset:
-    """Return a dataset over time [s] with its provenance."""
+    """Return a dataset over time [s] with its provenance, and the gusts of the run."""
     import xarray as xr  # a slow import (0.3 s)
 
     times = ("time", time, {"units": "s", "long_name": "time"})
-    dataset = xr.Dataset(dict(variables), {"time": times, **coordinates})
+    gusts, places = _gusts(provenance.scene)
+    dataset = xr.Dataset({**variables, **gusts}, {"time": times, **coordinates, **places})
     return dataset.assign_attrs(provenance.attributes())
+
+
+GUST_DIMENSIONS = ("gust_time", "gust_station")
+"""Dimensions of the gusts in a dataset."""
+
+
+def _gusts(scene: Scene | LineScene) -> tuple[dict[str, object], dict[str, object]]:
+    """Return the gusts of a scene as variables, and their coordinates; both empty without gusts."""
+    gusts = gusts_of(scene.wind, scene.length, scene.run.stop_time)
+    if gusts is None:
+        return {}, {}
+    variables: dict[str, object] = {}
+    for number, direction in enumerate(DIRECTIONS[: gusts.values.shape[2]]):
+        way = "upwards" if direction == "upwards" else f"{direction} the wind"
+        meaning = {"units": "1", "long_name": f"gust {way} over the mean speed"}
+        variables[f"gust_{direction}"] = (GUST_DIMENSIONS, gusts.values[:, :, number], meaning)
+    end = "repeats" if gusts.repeat else "is constant outside"
+    places: dict[str, object] = {
+        "gust_time": ("gust_time", gusts.times, {"units": "s", "long_name": f"time; {end}"}),
+        "gust_station": ("gust_station", gusts.stations, {"units": "m", "long_name": "x1"}),
+    }
+    return variables, places
+
+
+def without_gusts(dataset: xr.Dataset) -> xr.Dataset:
+    """Return a dataset without the table of gusts."""
+    return dataset.drop_dims(GUST_DIMENSIONS, errors="ignore")

@@ -18,7 +18,7 @@ from gallop_fmu.simulation.oscillation import (
     oscillations,
     slowest_frequency,
 )
-from gallop_fmu.simulation.provenance import Provenance, histories
+from gallop_fmu.simulation.provenance import Provenance, histories, without_gusts
 from gallop_fmu.simulation.result_base import ResultBase
 from gallop_fmu.simulation.run_warnings import run_warnings
 from gallop_fmu.simulation.steadiness import Motion, dominant_frequency, judge_span
@@ -78,7 +78,7 @@ class Result(ResultBase[Scene]):
                 f"the mid-span node {middle} was not recorded; simulate with"
                 ' record_nodes="midspan" or "all"'
             )
-        return self.dataset.sel(node=middle)
+        return without_gusts(self.dataset).sel(node=middle)
 
     def judged(self, window: float | None = None) -> Motion:
         """Judge the motion over the last `window` s, from mid-span and quarter points.
@@ -108,7 +108,9 @@ class Result(ResultBase[Scene]):
         }
         if not histories:
             return Motion("undetermined", "no displacement was recorded")
-        return judge_span(self.dataset.time.values, histories, window)
+        return judge_span(
+            self.dataset.time.values, histories, window, is_gusty=self.scene.wind.is_gusty
+        )
 
     def steady(self, window: float | None = None) -> Oscillations:
         """Return the oscillation of each mid-span channel at the end of the run.
@@ -130,7 +132,7 @@ class Result(ResultBase[Scene]):
 
     def between(self, start: float, stop: float) -> Oscillations:
         """Return the oscillation of each mid-span channel from `start` to `stop` [s]."""
-        return oscillations(self.midspan(), start, stop)
+        return oscillations(self.midspan(), start, stop, is_gusty=self.scene.wind.is_gusty)
 
     def _table(self) -> tuple[pd.DataFrame, dict[str, str]]:
         """Return the mid-span histories by time, and the unit of each column."""

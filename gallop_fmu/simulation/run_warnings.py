@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from gallop_fmu.foundation.integrators import INTEGRATORS
 from gallop_fmu.foundation.outcome import Report
+from gallop_fmu.scene.gusts import coherent_length, force_ratio, station_spacing
 from gallop_fmu.scene.line_scene import LineScene
 from gallop_fmu.scene.scene import Scene
 from gallop_fmu.scene.wind_consistency import times_of_tables
@@ -30,6 +31,12 @@ MIN_STEPS_PER_PERIOD = 40
 """Steps in a period below which Newmark's method gets a warning; the amplitude error is then 1.4 %.
 
 Other methods get it at the same error."""
+
+MAX_FORCE_RATIO = 1.5
+"""Spectrum of the gust force on the line over that of the coherence; the force is 22 % larger."""
+
+MIN_GUST_SHARE = 0.8
+"""Share of a gust that is left at the frequency of the motion by interpolation in time."""
 
 MAX_MOTION = 1e100
 """Displacement [m] or velocity [m/s] above which a motion is not analysed."""
@@ -97,7 +104,7 @@ def _step_warnings(dataset: xr.Dataset, scene: Scene) -> tuple[str, ...]:
     )
     interval = float(time[1] - time[0])
     frequency_hz = fastest_motion(interval, displacements, velocities)
-    return step_warnings(scene, frequency_hz, interval)
+    return (*step_warnings(scene, frequency_hz, interval), *gust_warnings(scene, frequency_hz))
 
 
 def fastest_motion(
@@ -190,6 +197,40 @@ def step_warnings(
         found.append(
             f"There are {records:.1f} records in {period}; amplitudes are wrong, and frequencies"
             f" too if there are fewer than two. Reduce run.record_every to {every}."
+        )
+    return tuple(found)
+
+
+def gust_warnings(scene: Scene | LineScene, frequency_hz: float) -> tuple[str, ...]:
+    """Return warnings about gusts that are too far apart in place or time for a motion.
+
+    Parameters
+    ----------
+    scene
+        The scene of the run.
+    frequency_hz
+        `fastest_motion` [Hz]; NaN without motion.
+    """
+    wind, found = scene.wind, []
+    turbulence = wind.turbulence
+    if turbulence is None or not wind.has_turbulence or not frequency_hz > 0.0:
+        return ()
+    spacing = station_spacing(turbulence, wind.mean_speed, scene.length)
+    ratio = force_ratio(turbulence, spacing, wind.mean_speed, frequency_hz)
+    if ratio > MAX_FORCE_RATIO:
+        resolved = coherent_length(turbulence, wind.mean_speed, frequency_hz)
+        found.append(
+            f"wind.turbulence: gusts are {spacing:.3g} m apart and linear between, which makes"
+            f" their force at {frequency_hz:.3g} Hz, the frequency of the motion,"
+            f" {math.sqrt(ratio):.2g} times as large as by their coherence. Reduce"
+            f" wind.turbulence.spacing to {_round_down(0.5 * resolved):g} m."
+        )
+    share = float(np.sinc(frequency_hz * turbulence.time_step)) ** 2
+    if share < MIN_GUST_SHARE:
+        found.append(
+            f"wind.turbulence: gusts are {turbulence.time_step:g} s apart and linear between, which"
+            f" leaves {share:.0%} of them at {frequency_hz:.3g} Hz, the frequency of the motion."
+            f" Reduce wind.turbulence.time_step to {_round_down(0.1 / frequency_hz):g} s."
         )
     return tuple(found)
 

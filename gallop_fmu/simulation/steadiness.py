@@ -1,4 +1,4 @@
-"""Judgement of a motion: steady, still growing, decaying, beating, irregular, at rest, turned over.
+"""Judgement of a motion: steady, still growing, beating, irregular, random, at rest, turned over.
 
 A channel is cut into cycles of its dominant frequency. The envelope is half of the range of each
 cycle, with extremes refined by a parabola; the judgement follows from its change over the window:
@@ -31,6 +31,9 @@ cycle, with extremes refined by a parabola; the judgement follows from its chang
 `TURNED_OVER` (180 deg)
     Change of the twist since the start at which the section has turned over: the ice is on the
     other side.
+In gusty wind a motion with `MIN_CYCLES` is "random": it has a mean, a standard deviation and
+extremes over the window, but no amplitude that lasts.
+
 `REST_AMPLITUDE` (0.1 mm)
     Amplitude below which a motion that does not grow is at rest; for a twist 0.06 deg, with a lever
     of 0.1 m. `ROUND_OFF` (1e-9 m) is rounding.
@@ -50,6 +53,7 @@ Array = NDArray[np.float64]
 
 Kind = Literal[
     "turned over",
+    "random",
     "still growing",
     "irregular",
     "undetermined",
@@ -100,8 +104,8 @@ class Motion:
     ----------
     kind : str
         ``"steady"``, ``"still growing"``, ``"decaying"``, ``"beating"``, ``"irregular"``, ``"at
-        rest"``, ``"turned over"`` (the section, at some time of the run), or ``"undetermined"``
-        (too few cycles).
+        rest"``, ``"random"`` (in gusty wind), ``"turned over"`` (the section, at some time of the
+        run), or ``"undetermined"`` (too few cycles).
     detail : str
         Details, such as ``"vertical +12 %/min"``; may be empty.
     rate : float
@@ -160,7 +164,13 @@ def default_window(length: float) -> float:
     return min(MAX_WINDOW, 0.5 * length)
 
 
-def judge_span(time: Array, histories: Mapping[str, Array], window: float | None = None) -> Motion:
+def judge_span(
+    time: Array,
+    histories: Mapping[str, Array],
+    window: float | None = None,
+    *,
+    is_gusty: bool = False,
+) -> Motion:
     """Judge the motion of a span or line.
 
     Parameters
@@ -172,6 +182,8 @@ def judge_span(time: Array, histories: Mapping[str, Array], window: float | None
         rotations [rad] and show if a section turned over.
     window
         Length [s] of the window at the end of the run (default: `default_window`).
+    is_gusty
+        The wind is gusty: the motion is random, not steady, and has statistics only.
     """
     if len(time) < 2:
         return Motion("undetermined", "one record")
@@ -183,7 +195,7 @@ def judge_span(time: Array, histories: Mapping[str, Array], window: float | None
     motions, sizes = dict[str, Motion](), dict[str, float]()
     for name, values in histories.items():
         lever = TWIST_LEVER if name.endswith("twist") else 1.0
-        motions[name] = judge(values[last], interval, REST_AMPLITUDE / lever)
+        motions[name] = judge(values[last], interval, REST_AMPLITUDE / lever, is_gusty=is_gusty)
         sizes[name] = lever * float(np.ptp(values[last]))
     counted = [
         name
@@ -227,7 +239,12 @@ def _turned_over(time: Array, twist: Array, last: slice, then: Motion) -> Motion
 
 
 def judge(
-    values: Array, interval: float, floor: float = REST_AMPLITUDE, frequency_hz: float | None = None
+    values: Array,
+    interval: float,
+    floor: float = REST_AMPLITUDE,
+    frequency_hz: float | None = None,
+    *,
+    is_gusty: bool = False,
 ) -> Motion:
     """Judge one channel over a window.
 
@@ -241,6 +258,8 @@ def judge(
         Amplitude below which a motion without growth is at rest, in the unit of the values.
     frequency_hz
         `dominant_frequency` of the values, if known.
+    is_gusty
+        The wind is gusty: a motion with enough cycles is random.
     """
     values = np.asarray(values, dtype=np.float64)
     low, high, length = float(np.min(values)), float(np.max(values)), (len(values) - 1) * interval
@@ -251,6 +270,8 @@ def judge(
         return Motion("at rest")
     frequency = dominant_frequency(values, interval) if frequency_hz is None else frequency_hz
     sparse = frequency * interval * MIN_RECORDS_PER_CYCLE > 1.0
+    if is_gusty and size >= floor and frequency * length >= MIN_CYCLES:
+        return _judge_random(values)
     if frequency * length >= MIN_CYCLES and not sparse:
         finer, period = _finer((values - 0.5 * (low + high)) / size, 1.0 / (frequency * interval))
         motion = _judge_cycles(finer, period, length)
@@ -262,6 +283,13 @@ def judge(
         return Motion("undetermined", f"{1.0 / (frequency * interval):.1f} records in a cycle")
     counted = f"{frequency * length:.1f} cycles" if math.isfinite(frequency) else "no cycle"
     return Motion("undetermined", f"{counted} in {length:.3g} s; {MIN_CYCLES} are needed")
+
+
+def _judge_random(values: Array) -> Motion:
+    """Judge a motion in gusty wind: its statistics, and how much they differ within the window."""
+    first, last = (float(np.std(half)) for half in np.array_split(values, 2))
+    differ = 1.0 - min(first, last) / max(first, last)
+    return Motion("random", f"standard deviations in halves of the window differ by {differ:.0%}")
 
 
 def _judge_cycles(values: Array, period: float, length: float) -> Motion:

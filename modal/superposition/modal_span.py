@@ -84,7 +84,7 @@ class ModalSpan:
         scene = one_span(scene, "mode superposition", instead.SUPERPOSITION)
         _check_towers(scene)
         check_wind_is_normal(scene, "mode superposition")
-        if scene.wind.is_turbulent:
+        if scene.wind.table is not None or scene.wind.has_turbulence:
             raise SceneError(
                 "wind.turbulence or wind.table is given, and mode superposition takes uniform wind;"
                 " remove it, or simulate the scene"

@@ -9,6 +9,7 @@ import pytest
 from gallop_fmu.foundation.errors import SceneError
 from gallop_fmu.scene.gusts import (
     coherent_length,
+    force_ratio,
     gusts,
     resolved_share,
     unresolved,
@@ -174,11 +175,25 @@ def test_one_seed_gives_the_same_bits_and_each_component_is_its_own_stream():
     assert np.array_equal(longer[:, :4], first.values)
 
 
-def test_default_spacing_resolves_the_coherence_at_half_a_hertz():
+def test_default_spacing_resolves_the_coherence_at_one_hertz():
     given = turbulence(spacing=None)
-    assert coherent_length(given, SPEED, 0.5) == pytest.approx(3.2)
-    assert len(gusts(given, SPEED, 0.0, LENGTH, DURATION).stations) == 11
+    assert coherent_length(given, SPEED, 1.0) == pytest.approx(1.6)
+    assert len(gusts(given, SPEED, 0.0, LENGTH, DURATION).stations) == 20
     assert len(gusts(given, SPEED, 0.0, 1e4, 8.0).stations) == 501
+    # Half of a coherent length between stations: 8 % in the spectrum, 4 % in the force.
+    assert force_ratio(given, 1.6, SPEED, 0.5) == pytest.approx(1.082, abs=1e-3)
+
+
+@pytest.mark.parametrize("spacing", [2.0, 10.0])
+def test_force_on_a_long_line_is_that_of_the_stations(spacing):
+    """Variance of the mean of a long line that is linear between correlated stations."""
+    given, f_hz, count = turbulence(), 0.5, 1500
+    x = spacing * np.arange(count)
+    weights = np.full(count, spacing)
+    correlation = np.exp(-given.decay * f_hz * np.abs(x[:, None] - x) / SPEED)
+    found = weights @ correlation @ weights / (spacing * count)
+    exact = coherent_length(given, SPEED, f_hz)
+    assert found / exact == pytest.approx(force_ratio(given, spacing, SPEED, f_hz), rel=3e-3)
 
 
 def test_gusts_that_are_too_many_are_refused():

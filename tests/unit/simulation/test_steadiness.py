@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 import gallop_fmu as gf
+from gallop_fmu.simulation.oscillation import oscillation
 from gallop_fmu.simulation.run_warnings import fastest_motion, step_warnings
 from gallop_fmu.simulation.steadiness import _rate_text, judge, judge_span
 
@@ -484,3 +485,20 @@ def test_every_printer_warns_of_long_steps(swing):
     assert swing.warnings == ()
     coarse = gf.simulate(long.with_values({"run.record_every": 10}), 300.0)
     assert "records in a period" in coarse.warnings[1]
+
+
+def test_a_motion_in_gusty_wind_is_never_steady():
+    """A steady harmonic would be steady; in gusty wind it has statistics only."""
+    time = np.arange(0.0, 200.0, 0.05)
+    histories = {"vertical": 0.5 * np.sin(2.0 * np.pi * 0.4 * time)}
+    assert judge_span(time, histories).kind == "steady"
+    found = judge_span(time, histories, is_gusty=True)
+    assert (found.kind, found.is_steady) == ("random", False)
+    assert str(found).startswith("random (vertical standard deviations in halves of the wi")
+    assert judge_span(time, {"vertical": 1e-6 * time}, is_gusty=True).kind == "at rest"
+    assert judge_span(time[:200], {"u": time[:200] % 3.0}, is_gusty=True).kind == "undetermined"
+    turned = {**histories, "twist": 4.0 * (time > 50.0)}
+    assert judge_span(time, turned, is_gusty=True).kind == "turned over"
+    one = oscillation(histories["vertical"], 0.05, is_gusty=True)
+    assert one.deviation == pytest.approx(0.5 / math.sqrt(2.0), rel=1e-3)
+    assert one.text("m").startswith("standard deviation 0.354 m, random (standard deviations")
