@@ -3,7 +3,11 @@
 #ifndef FUZZING_SEQUENCE_H
 #define FUZZING_SEQUENCE_H
 
+#if defined(FMI3)
+#include "as_fmi3.h"
+#else
 #include "instance.h"
+#endif
 
 #define SLOTS 4
 #define MOST 3 /* variables in one call */
@@ -48,6 +52,8 @@ fmi2ValueReference reference(void);
 void set_values(slot *s, bool whole);
 void get_values(slot *s, bool whole);
 void derive(slot *s, uint8_t what);
+
+/* sequence_others.c */
 void others(slot *s, uint8_t what);
 
 /* sequence_life.c */

@@ -62,9 +62,17 @@ void move_on(slot *s, uint8_t what)
             s->is.mode == INSTANTIATED && isfinite(start) && (!with_stop || stop > start);
         if (start > 1e6 || start < 0.0)
             return; /* steps would be lost in round-off, which do_step does not predict */
+#if defined(FMI3)
+        /* Good times go with the call that begins initialization. */
+        if (!good)
+            JUDGE(
+                s, REFUSED, true,
+                (fmi2Status)fmi3EnterInitializationMode(s->c, false, 0.0, start, with_stop, stop));
+#else
         JUDGE(s, good ? ACCEPTED : REFUSED, true,
               fmi2SetupExperiment(s->c, fmi2False, 0.0, start, with_stop, stop));
-        if (status != fmi2OK || !good) return;
+#endif
+        if (!good) return;
         s->is.time = start;
         s->is.stop = with_stop ? stop : INFINITY;
     } else if (what == 1) {

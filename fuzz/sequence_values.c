@@ -88,6 +88,9 @@ void derive(slot *s, uint8_t what)
         order[i] = byte() < 230 ? 1 : (fmi2Integer)byte() - 100;
         value[i] = byte() < 230 ? (byte() - 128) / 100.0 : number();
     }
+#if defined(FMI3)
+    if (what == 0) return; /* FMI 3.0 has no derivatives of inputs */
+#endif
     const size_t many = what == 2 ? other : count;
     for (size_t i = 0; i < many; i++) {
         const resource_variable *v = variable(known[i]);
@@ -101,8 +104,10 @@ void derive(slot *s, uint8_t what)
                   (what == 2 || order[i] == 1);
     }
     if (what == 0) {
+#if !defined(FMI3)
         JUDGE(s, s->is.mode & SETTABLE && inputs ? ACCEPTED : REFUSED, true,
               fmi2SetRealInputDerivatives(s->c, known, count, order, value));
+#endif
     } else if (what == 1) {
         verdict expected = s->is.looks_back ? ACCEPTED : EITHER;
         if (!(s->is.mode & (STEPPING | TERMINATED)) || !outputs) expected = REFUSED;
@@ -112,40 +117,5 @@ void derive(slot *s, uint8_t what)
         if (s->is.forged && !cheap(s->c, &table)) return;
         JUDGE(s, allowed && inputs && outputs ? EITHER : REFUSED, s->is.mode != INITIALIZING,
               fmi2GetDirectionalDerivative(s->c, unknown, count, known, other, value, found));
-    }
-}
-
-void others(slot *s, uint8_t what)
-{
-    const fmi2ValueReference r[1] = {0};
-    const fmi2String category[] = {byte() % 2 ? "logStatusError" : "nonsense"};
-    const verdict known = s->is.mode & (STEPPING | TERMINATED) ? ACCEPTED : REFUSED;
-    fmi2Boolean truth[1] = {0};
-    fmi2String text[1] = {""};
-    fmi2Status status, given;
-    fmi2Integer integer;
-    fmi2Real real;
-    const fmi2StatusKind kind = (fmi2StatusKind)(byte() % 4);
-    switch (what) {
-    case 0: JUDGE(s, REFUSED, true, fmi2CancelStep(s->c)); break;
-    case 1: JUDGE(s, REFUSED, true, fmi2GetStatus(s->c, kind, &given)); break;
-    case 2:
-        JUDGE(s, kind == fmi2LastSuccessfulTime ? known : REFUSED, true,
-              fmi2GetRealStatus(s->c, kind, &real));
-        break;
-    case 3: JUDGE(s, REFUSED, true, fmi2GetIntegerStatus(s->c, kind, &integer)); break;
-    case 4:
-        JUDGE(s, kind == fmi2Terminated ? known : REFUSED, true,
-              fmi2GetBooleanStatus(s->c, kind, truth));
-        break;
-    case 5: JUDGE(s, REFUSED, true, fmi2GetStringStatus(s->c, kind, text)); break;
-    case 6: JUDGE(s, REFUSED, true, fmi2SetBoolean(s->c, r, 1, truth)); break;
-    case 7: JUDGE(s, REFUSED, true, fmi2GetBoolean(s->c, r, 1, truth)); break;
-    case 8: JUDGE(s, REFUSED, true, fmi2SetString(s->c, r, 1, text)); break;
-    case 9: JUDGE(s, REFUSED, true, fmi2GetString(s->c, r, 1, text)); break;
-    case 10: JUDGE(s, when(s, ANY), true, fmi2GetString(s->c, NULL, 0, NULL)); break;
-    default:
-        JUDGE(s, category[0][0] == 'l' ? when(s, ANY) : REFUSED, true,
-              fmi2SetDebugLogging(s->c, fmi2True, 1, category));
     }
 }

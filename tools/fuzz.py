@@ -33,7 +33,10 @@ TARGETS = {
     "scene": ["scene_target.c"],
     "face": ["face_target.c"],
     "sequence": [file.name for file in sorted(FUZZING.glob("sequence*.c"))],
+    "sequence3": [file.name for file in sorted(FUZZING.glob("sequence*.c"))],
 }
+DEFINITIONS = {"sequence3": ["-DFMI3"]}
+"""Of the target for FMI 3.0, which starts from the inputs of `sequence`."""
 FLAGS = ("-std=c11", "-D_DEFAULT_SOURCE", "-g", "-O2", "-ffp-contract=off", "-Wno-pass-failed")
 SANITIZERS = ("-fsanitize=address,undefined", "-fno-sanitize-recover=all")
 LONGEST = 300
@@ -80,6 +83,7 @@ def compile_targets(names: list[str], folder: Path) -> None:
             *flags,
             "-DLIBFUZZER",
             "-fsanitize=fuzzer",
+            *DEFINITIONS.get(name, []),
             *sources,
             *objects,
         ]
@@ -101,8 +105,9 @@ def fuzz(
     """Run one target; executions done, and whether nothing broke."""
     grown = folder / f"{name}.corpus"
     grown.mkdir(exist_ok=True)
-    seeds = [CORPUS / name] if (CORPUS / name).is_dir() else []
-    length = LONGEST * (10 if name == "sequence" else 1)
+    corpus = CORPUS / name.rstrip("3")
+    seeds = [corpus] if corpus.is_dir() else []
+    length = LONGEST * (10 if name.startswith("sequence") else 1)
     options = [
         f"-max_len={length}",
         "-timeout=60",

@@ -1,6 +1,6 @@
 """Random sequences of legal and illegal calls under the address and undefined-behaviour sanitizers.
 
-The driver `sequence.c` knows the state machine of FMI 2.0 and aborts where the library does not
+The driver `sequence.c` knows the state machine of FMI 2.0 and 3.0 and aborts where the library does not
 keep to it; the sanitizers abort at the first wrong access, undefined operation or leak.
 """
 
@@ -34,27 +34,36 @@ LINE = {
 """With the conductor, coefficient curve and numerics of example 3."""
 
 
-@pytest.fixture(scope="module", params=["span", "line"])
-def exported(request, small, small_scene, unpack):
-    """An FMU, and the number of sequences in a batch; those of a line take longer."""
-    if request.param == "span":
-        return small, SEQUENCES
+CASES = {"FMI 2.0, a span": (2, "span"), "FMI 2.0, a line": (2, "line"), "FMI 3.0": (3, "span")}
+
+
+@pytest.fixture(scope="module")
+def programs(sanitized):
+    """The driver for each version of FMI."""
+    sources = sorted((Path(__file__).parents[2] / "fuzz").glob("sequence*.c"))
+    return {
+        2: sanitized("sequence", *sources),
+        3: sanitized("sequence3", *sources, flags=["-DFMI3"]),
+    }
+
+
+@pytest.fixture(scope="module", params=CASES)
+def exported(request, programs, small, small_scene, unpack):
+    """Driver, FMU, and the number of sequences in a batch; those of a line take longer."""
+    version, kind = CASES[request.param]
+    program = programs[version]
+    if kind == "span":
+        return program, small, SEQUENCES
     data = tomllib.loads(small_scene.to_toml())
     scene = LineScene.from_dict(
         {name: data[name] for name in ("conductor", "ice", "aerodynamics", "numerics")} | LINE
     )
-    return unpack(scene.with_values({"numerics.elements": 2})), SEQUENCES // 5
+    return program, unpack(scene.with_values({"numerics.elements": 2})), SEQUENCES // 5
 
 
 @pytest.fixture(scope="module")
-def program(sanitized):
-    sources = sorted((Path(__file__).parents[2] / "fuzz").glob("sequence*.c"))
-    return sanitized("sequence", *sources)
-
-
-@pytest.fixture(scope="module")
-def driver(program, exported):
-    fmu, sequences = exported
+def driver(exported):
+    program, fmu, sequences = exported
 
     def run(seed, *forgeries):
         chance = random.Random(seed)
