@@ -1,7 +1,7 @@
 """Random sequences of legal and illegal calls under the address and undefined-behaviour sanitizers.
 
-The driver `sequence.c` knows the state machine of FMI 2.0 and 3.0 and aborts where the library does not
-keep to it; the sanitizers abort at the first wrong access, undefined operation or leak.
+The driver `sequence.c` knows the state machine of both versions of FMI and aborts where the library
+does not keep to it; the sanitizers abort at the first wrong access, undefined operation or leak.
 """
 
 import random
