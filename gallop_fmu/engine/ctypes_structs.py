@@ -126,6 +126,15 @@ class CLoad(c.Structure):
     )
 
 
+class CShedding(c.Structure):
+    """gallop_shedding."""
+
+    _fields_ = (
+        *_integers("chain", "corner", "cross_section", "reserved"),
+        *_doubles("time", "acceleration"),
+    )
+
+
 class CSettings(c.Structure):
     """gallop_settings."""
 
@@ -145,7 +154,7 @@ class CScene(c.Structure):
         ("settings", CSettings),
         *_integers("cross_section_count", "curve_count", "field_count", "junction_count"),
         *_integers("chain_count", "station_count", "device_count", "load_count", "law_count"),
-        ("reserved", c.c_int32),
+        ("shedding_count", c.c_int32),
         ("number_count", c.c_int64),
         ("cross_section", c.POINTER(CCrossSection)),
         ("curve", c.POINTER(CCurve)),
@@ -156,6 +165,7 @@ class CScene(c.Structure):
         ("device", c.POINTER(CDevice)),
         ("load", c.POINTER(CLoad)),
         ("law", c.POINTER(CLaw)),
+        ("shedding", c.POINTER(CShedding)),
         ("number", Pointer),
     )
 
@@ -234,6 +244,7 @@ MIRRORS = {
     "gallop_station": CStation,
     "gallop_device": CDevice,
     "gallop_load": CLoad,
+    "gallop_shedding": CShedding,
     "gallop_settings": CSettings,
     "gallop_scene": CScene,
     "gallop_report": CReport,

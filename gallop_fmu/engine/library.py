@@ -96,7 +96,9 @@ def _load() -> c.CDLL:
         "gallop_state_init": (c.c_int, (pointer, pointer, double, inputs, report)),
         "gallop_state_time": (double, (pointer,)),
         "gallop_state_check": (c.c_int, (pointer, pointer)),
+        "gallop_shedding_times": (c.c_int, (pointer, pointer, doubles)),
         "gallop_equilibrium": (c.c_int, (pointer, pointer, double, inputs, report)),
+        "gallop_settle": (c.c_int, (pointer, pointer, report)),
         "gallop_advance": (c.c_int, (pointer, pointer, inputs, double, report)),
         "gallop_run": (
             c.c_int,

@@ -129,6 +129,31 @@ class MappedSpacer:
     junctions: tuple[int, ...]
 
 
+@dataclass(frozen=True, slots=True)
+class MappedShedding:
+    """A stretch of one conductor that loses its ice.
+
+    Attributes
+    ----------
+    number : int
+        Its number in the scene, from 1; several stretches can have the same.
+    span, phase, subconductor : int
+        Its conductor.
+    from_station, to_station : float
+        Its ends as fractions of the conductor's length.
+    ice : float
+        Mass of its ice per unit length [kg/m].
+    """
+
+    number: int
+    span: int
+    phase: int
+    subconductor: int
+    from_station: float
+    to_station: float
+    ice: float
+
+
 @dataclass(frozen=True)
 class LineMap:
     """Parts of a model by their numbers.
@@ -149,6 +174,8 @@ class LineMap:
         Junctions with a node of their own, in the order of these nodes.
     junctions : int
         Number of junctions.
+    sheddings : tuple of MappedShedding
+        Ice that falls, in the order of the kernel's table.
     """
 
     spans: int
@@ -160,6 +187,7 @@ class LineMap:
     devices: tuple[tuple[int, ...], ...]
     bodies: tuple[int, ...]
     junctions: int
+    sheddings: tuple[MappedShedding, ...] = ()
 
     @property
     def elements(self) -> int:

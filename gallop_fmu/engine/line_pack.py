@@ -14,6 +14,7 @@ from typing import NamedTuple
 
 from gallop_fmu.engine.ctypes_structs import CChain, CField, CStation
 from gallop_fmu.engine.line_map import LineMap, MappedChain, MappedSpacer, MappedTower
+from gallop_fmu.engine.shedding_pack import pack_sheddings
 from gallop_fmu.engine.strung_state import clamp_of_end_string, point_at_fraction
 from gallop_fmu.engine.tables import NONE, Tables
 from gallop_fmu.scene.aerodynamics import Aerodynamics
@@ -27,7 +28,14 @@ from gallop_fmu.scene.devices import (
     PointMass,
 )
 from gallop_fmu.scene.line_scene import LineScene
-from gallop_fmu.scene.stations import SAME_PLACE, Conductor, conductors_of, places, stations
+from gallop_fmu.scene.stations import (
+    BOUNDARIES,
+    SAME_PLACE,
+    Conductor,
+    conductors_of,
+    places,
+    stations,
+)
 from gallop_fmu.scene.supports import SpringSupport
 from gallop_fmu.scene.suspensions import EndString, SectionEnd, String, Suspension, VString
 
@@ -110,6 +118,7 @@ class _LinePacker:
             tuple(self._pack_device(number, device)) for number, device in enumerate(scene.devices)
         )
         self._pack_loads()
+        sheddings = tuple(pack_sheddings(self.tables, scene, chains))
         return LineMap(
             spans=len(scene.section.spans),
             phases=len(scene.phases),
@@ -120,6 +129,7 @@ class _LinePacker:
             devices=devices,
             bodies=tuple(self.bodies),
             junctions=len(self.tables.tables["junction"]),
+            sheddings=sheddings,
         )
 
     # ---- settings and conductors ----
@@ -247,13 +257,16 @@ class _LinePacker:
         ]
         found.sort(key=lambda item: (round(item[0] / SAME_PLACE), item[1]))
         for fraction, conductor in found:
-            kinds = {p.kind for p in self.places[conductor] if _same(p.station, fraction)}
             junction = NONE
-            if kinds != {"interval"}:
+            if not self._kinds_at(conductor, fraction) <= BOUNDARIES:
                 place = self._strung_point(conductor, fraction)
                 junction = self.tables.add_junction(place, FREE)
                 self._pack_bodies(conductor, fraction, place)
             self.stations[conductor].append(_Station(fraction, junction))
+
+    def _kinds_at(self, conductor: Conductor, fraction: float) -> set[str]:
+        """Kinds of what is at a station."""
+        return {p.kind for p in self.places[conductor] if _same(p.station, fraction)}
 
     def _strung_point(self, conductor: Conductor, fraction: float) -> tuple[float, float, float]:
         """Point of a conductor in the strung state."""
@@ -326,7 +339,8 @@ class _LinePacker:
             inner = self.corners[conductor][1:-1]
             for corner, station in zip(inner, self.stations[conductor], strict=True):
                 section = self._section_at(conductor, station.fraction)
-                changed = NONE if section == before else section
+                falls = "shedding" in self._kinds_at(conductor, station.fraction)
+                changed = section if falls or section != before else NONE
                 item = CStation(index, corner, station.junction, changed, station.fraction)
                 self.tables.add("station", item)
                 before = section

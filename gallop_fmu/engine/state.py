@@ -172,6 +172,35 @@ class State:
         """
         return self._call(kernel.gallop_advance, self.model.accept(inputs), number("until", until))
 
+    def settle(self) -> Report:
+        """Go to the static equilibrium in still air, without loads, with the ice left by now.
+
+        On failure the state does not change.
+
+        Raises
+        ------
+        SimulationError
+            There is no such equilibrium.
+        """
+        return self._call(kernel.gallop_settle)
+
+    def shedding_times(self) -> Array:
+        """Times [s] at which ice fell, in the order of `map.sheddings`; infinite: it has not.
+
+        Raises
+        ------
+        SimulationError
+            The state was not started.
+        """
+        times = np.empty(len(self.model.map.sheddings))
+        with self._alone:
+            insist(
+                kernel.gallop_shedding_times(
+                    self.model.handle, self._pointer, double_pointer(times)
+                )
+            )
+        return times
+
     def run(
         self,
         records: int,

@@ -121,7 +121,7 @@ class Tables:
             name: []
             for name in (
                 *("settings", "cross_section", "curve", "field", "junction", "chain"),
-                *("station", "device", "load", "law"),
+                *("station", "device", "load", "law", "shedding"),
             )
         }
         self.numbers: list[float] = []
@@ -187,9 +187,9 @@ class Tables:
         return settings
 
     def add_cross_section(
-        self, conductor: Any, ice: Any, ice_path: str, damping: Damping
+        self, conductor: Any, ice: Any | None, ice_path: str, damping: Damping
     ) -> CCrossSection:
-        """Add a conductor with its ice and damping, without a coefficient curve."""
+        """Add a conductor with its ice (None: bare) and damping, without a coefficient curve."""
         index = self.add("cross_section", CCrossSection(curve=NONE))
         section: CCrossSection = self.tables["cross_section"][index]
         section.slack = SLACK_KINDS[conductor.slack]
@@ -197,7 +197,8 @@ class Tables:
         if "thermal_expansion" in type(conductor).model_fields:
             fields["thermal_expansion"] = None
         self.copy(conductor, "cross_section", "conductor", fields)
-        self.copy(ice, "cross_section", ice_path, ICE_FIELDS)
+        if ice is not None:
+            self.copy(ice, "cross_section", ice_path, ICE_FIELDS)
         for name in ("translation", "twist"):
             pair = getattr(damping, name)
             if pair is None:

@@ -175,6 +175,7 @@ SECTION_IDS = {
     "device": b"DEVI",
     "load": b"LOAD",
     "law": b"LAWS",
+    "shedding": b"SHED",
     "number": b"NUMB",
 }
 """Tables of a packed scene, and the sections that hold them."""

@@ -27,6 +27,7 @@ static conditions any_motion(const gallop_model *model, const state_view *view, 
     conditions now = view->stage[0];
     conditions_at(model, time, inputs, &now);
     now.everything = true;
+    now.fallen = model->shedding_time; /* `work` need not be a state */
     return now;
 }
 

@@ -55,6 +55,7 @@ static uint64_t identity_of(const gallop_scene *s)
                  {s->device, (size_t)s->device_count, sizeof *s->device},
                  {s->load, (size_t)s->load_count, sizeof *s->load},
                  {s->law, (size_t)s->law_count, sizeof *s->law},
+                 {s->shedding, (size_t)s->shedding_count, sizeof *s->shedding},
                  {s->number, (size_t)s->number_count, sizeof *s->number}};
     uint64_t hash = mixed_with(FNV_START, &s->settings, sizeof s->settings);
     for (size_t i = 0; i < sizeof table / sizeof *table; i++) {

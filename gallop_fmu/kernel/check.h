@@ -25,4 +25,7 @@ int check_probes(const gallop_model *model, const gallop_probe *probe, int32_t p
 /* check_scene.c: before a model copies them */
 int check_scene(const gallop_scene *s, gallop_report *report);
 
+/* check_shedding.c: item `index` of the table */
+int check_shedding(const gallop_scene *s, int32_t index, gallop_report *report);
+
 #endif

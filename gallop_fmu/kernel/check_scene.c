@@ -40,15 +40,12 @@ static int check_table(const table *t, gallop_report *report)
 
 static int check_tables(const gallop_scene *s, gallop_report *report)
 {
-    const table tables[] = {TABLE(s, cross_section, 1, MAX_PARTS),
-                            TABLE(s, curve, 0, MAX_PARTS),
-                            TABLE(s, field, 1, MAX_PARTS),
-                            TABLE(s, junction, 2, MAX_PARTS),
-                            TABLE(s, chain, 1, MAX_PARTS),
-                            TABLE(s, device, 0, MAX_PARTS),
-                            TABLE(s, station, 0, MAX_PARTS),
-                            TABLE(s, load, 0, MAX_ITEMS),
-                            TABLE(s, law, 0, MAX_ITEMS)};
+    const table tables[] = {
+        TABLE(s, cross_section, 1, MAX_PARTS), TABLE(s, curve, 0, MAX_PARTS),
+        TABLE(s, field, 1, MAX_PARTS),         TABLE(s, junction, 2, MAX_PARTS),
+        TABLE(s, chain, 1, MAX_PARTS),         TABLE(s, device, 0, MAX_PARTS),
+        TABLE(s, station, 0, MAX_PARTS),       TABLE(s, load, 0, MAX_ITEMS),
+        TABLE(s, law, 0, MAX_ITEMS),           TABLE(s, shedding, 0, MAX_PARTS)};
     int outcome = GALLOP_COMPLETED;
     for (size_t i = 0; i < COUNT(tables) && !outcome; i++)
         outcome = check_table(&tables[i], report);
@@ -331,6 +328,8 @@ static int check_line(const gallop_scene *s, gallop_report *report)
         outcome = check_chain(s, &s->chain[i], report);
     for (int32_t i = 0; i < s->station_count && !outcome; i++)
         outcome = check_station(s, i, report);
+    for (int32_t i = 0; i < s->shedding_count && !outcome; i++)
+        outcome = check_shedding(s, i, report);
     return outcome ? outcome : check_station_junctions(s, report);
 }
 

@@ -49,6 +49,15 @@ static bool motion_in_range(const gallop_model *model, const gallop_state *state
     return true;
 }
 
+/* Ice has not fallen yet, or by now. */
+static bool falls_in_range(const gallop_model *model, const gallop_state *state,
+                           const double *fallen)
+{
+    for (int i = 0; i < model->shedding_count; i++)
+        if (isnan(fallen[i]) || (fallen[i] > state->time && fallen[i] < INFINITY)) return false;
+    return true;
+}
+
 int gallop_state_check(const gallop_model *model, const gallop_state *state)
 {
     if (!check_is_model(model) || !check_is_state_of(model, state)) return GALLOP_BAD_CALL;
@@ -56,5 +65,7 @@ int gallop_state_check(const gallop_model *model, const gallop_state *state)
                     extremes_in_range(state) && motion_in_range(model, state);
     if (!ok) return GALLOP_BAD_CALL;
     const state_view view = state_view_of(model, (gallop_state *)state); /* only read */
-    return conditions_are_finite(model, &view.now) ? GALLOP_COMPLETED : GALLOP_BAD_CALL;
+    return conditions_are_finite(model, &view.now) && falls_in_range(model, state, view.fallen)
+             ? GALLOP_COMPLETED
+             : GALLOP_BAD_CALL;
 }

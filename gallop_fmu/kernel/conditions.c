@@ -16,7 +16,7 @@ conditions conditions_in(const gallop_model *model, double *block)
 {
     const size_t fields = (size_t)model->field_count, sections = (size_t)model->section_count;
     const size_t axes = 3 * (size_t)model->junction_count;
-    conditions now = {.load_factor = 1.0};
+    conditions now = {.load_factor = 1.0, .fallen = model->shedding_time};
     now.wind = block;
     now.attack = now.wind + fields;
     now.c2 = now.attack + sections;
@@ -30,6 +30,7 @@ conditions conditions_in(const gallop_model *model, double *block)
 void conditions_copy(const gallop_model *model, conditions *to, const conditions *from)
 {
     memcpy(to->wind, from->wind, conditions_count(model) * sizeof(double));
+    to->time = from->time;
     to->load_factor = from->load_factor;
     to->taut = from->taut;
     to->everything = from->everything;
@@ -86,6 +87,7 @@ static void from_laws(const gallop_model *model, double t, conditions *now)
 void conditions_at(const gallop_model *model, double t, const gallop_inputs *inputs,
                    conditions *now)
 {
+    now->time = t;
     now->load_factor = 1.0;
     now->taut = now->everything = false;
     if (inputs)

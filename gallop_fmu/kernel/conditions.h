@@ -10,15 +10,18 @@ typedef struct {
     double *attack, *c2, *c3;                   /* (cross-sections) alpha0 [rad]; first mass moments
                                                    of the ice at theta = 0, turned by it */
     double *position, *velocity, *acceleration; /* (junctions, 3) prescribed motion */
-    double load_factor;                         /* 1 but while a static load is stepped up */
-    bool taut;                                  /* compression is computed, as statics need */
-    bool everything; /* also the unknowns and the wind that the scene does not need */
+    const double *fallen; /* (sheddings) time at which the ice fell; infinite: it has not [s] */
+    double time;          /* [s] */
+    double load_factor;   /* 1 but while a static load is stepped up */
+    bool taut;            /* compression is computed, as statics need */
+    bool everything;      /* also the unknowns and the wind that the scene does not need */
 } conditions;
 
 /* Count of the numbers. */
 size_t conditions_count(const gallop_model *model);
 
-/* Conditions in a block of memory; nothing is acted on by its contents. */
+/* Conditions in a block of memory; nothing is acted on by its contents.  Ice falls at the times of
+ * the scene, unless the caller gives other ones. */
 conditions conditions_in(const gallop_model *model, double *block);
 
 void conditions_copy(const gallop_model *model, conditions *to, const conditions *from);
@@ -38,23 +41,36 @@ typedef struct {
     double wind, attack, c2, c3;
     int unknowns;
     bool blows, tension_only; /* blows: there is an aerodynamic load */
+    /* of the ice that has fallen: weight [N/m], and moment of the weight at theta = 0 [N] */
+    double lost_weight, lost_moment;
 } exposure;
+
+static inline bool conditions_have_shed(const conditions *now, const interval *c)
+{
+    return c->shedding >= 0 && now->fallen[c->shedding] <= now->time;
+}
 
 static inline exposure conditions_on(const gallop_model *model, const conditions *now,
                                      const interval *c)
 {
-    const int s = c->section_index;
-    const cross_section *section = c->section;
+    const bool shed = conditions_have_shed(now, c);
+    const int s = shed ? c->index_after : c->section_index;
+    const cross_section *section = shed ? c->section_after : c->section;
     const double wind = now->wind[c->field];
-    const bool aerodynamic = now->everything ? section->curve != NULL : c->aerodynamic;
-    return (exposure){section,
-                      wind,
-                      now->attack[s],
-                      now->c2[s],
-                      now->c3[s],
-                      now->everything ? 4 : model->unknowns,
-                      aerodynamic && wind != 0.0,
-                      section->tension_only && !now->taut};
+    const bool aerodynamic = section->curve && (now->everything || c->aerodynamic);
+    exposure on = {.section = section,
+                   .wind = wind,
+                   .attack = now->attack[s],
+                   .c2 = now->c2[s],
+                   .c3 = now->c3[s],
+                   .unknowns = now->everything ? 4 : model->unknowns,
+                   .blows = aerodynamic && wind != 0.0,
+                   .tension_only = section->tension_only && !now->taut};
+    if (shed) {
+        on.lost_weight = (c->section->mass - section->mass) * c->gravity;
+        on.lost_moment = (now->c3[c->section_index] - on.c3) * c->gravity;
+    }
+    return on;
 }
 
 #endif

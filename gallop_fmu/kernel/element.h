@@ -47,6 +47,10 @@ void element_tension(const interval *c, int e, bool tension_only, const double u
                      double tension[2]);
 void element_residual(const interval *c, int e, const exposure *now, const sections *at, motion y,
                       double r[12]);
+/* Adds the change of the constant forces of an element, of which ice has fallen: its weight and
+ * the moment of the weight, which the initial equilibrium balances. */
+void element_add_lost_forces(const interval *c, int e, const exposure *now, double factor,
+                             double force[12]);
 void element_sum_residual(const gallop_model *model, double t, const conditions *now,
                           const sections *at, motion y, bool slopes, double *residual,
                           monitor *seen);

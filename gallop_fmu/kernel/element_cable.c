@@ -345,6 +345,19 @@ TWO_PATHS static void interval_of_4(const evaluation *of)
     interval_residual(of, 4);
 }
 
+void element_add_lost_forces(const interval *c, int e, const exposure *now, double factor,
+                             double force[12])
+{
+    const geometry *g = &c->geometry[e];
+    for (int n = 0; n < 3; n++) {
+        const double *row = g->shape_product[n]; /* sum over b of int N_a N_b dS = int N_a dS */
+        force[4 * n + 1] += factor * now->lost_weight * (row[0] + row[1] + row[2]);
+        for (int q = 0; q < 3; q++)
+            force[4 * n + 3] -= factor * now->lost_moment * g->normal[q][1] * g->inertia_weight[q] *
+                                element_shape3[q][n];
+    }
+}
+
 static void subtract_loads(const gallop_model *model, double t, const conditions *now,
                            double *residual)
 {
@@ -387,6 +400,9 @@ void element_sum_residual(const gallop_model *model, double t, const conditions 
             interval_of_2(&of);
         else
             interval_of_4(&of);
+        if (on.section != c->section)
+            for (int e = 0; e < c->elements; e++)
+                element_add_lost_forces(c, e, &on, -1.0, residual + first + 8 * e);
     }
     subtract_loads(model, t, now, residual);
 }
@@ -416,4 +432,5 @@ void element_residual(const interval *c, int e, const exposure *now, const secti
                       double r[12])
 {
     one_element(c, e, now, at, y, r);
+    if (now->section != c->section) element_add_lost_forces(c, e, now, -1.0, r);
 }

@@ -312,7 +312,7 @@ GALLOP_API size_t gallop_saved_size(const gallop_model *model);
 
 /* Starts a state: the initial equilibrium, or the static equilibrium if the scene starts in mean
  * wind or a tower's point is displaced; then the seed, and accelerations that satisfy the equations
- * of motion.
+ * of motion.  Ice whose time is not after `start` falls at the start, from that equilibrium.
  *
  * @param model   Model
  * @param state   Output: gallop_state_size bytes; after a failure they are no state
@@ -326,7 +326,8 @@ GALLOP_API int gallop_state_init(const gallop_model *model, gallop_state *state,
                                  const gallop_inputs *inputs, gallop_report *report);
 
 /* Starts a state at rest in the static equilibrium under wind, loads and displaced towers, which is
- * found by applying them in steps.  The seed is not added.
+ * found by applying them in steps.  The seed is not added; ice whose time is not after `time` is
+ * gone.
  *
  * @param model   Model
  * @param state   Output: gallop_state_size bytes; after a failure they are no state
@@ -338,12 +339,34 @@ GALLOP_API int gallop_state_init(const gallop_model *model, gallop_state *state,
 GALLOP_API int gallop_equilibrium(const gallop_model *model, gallop_state *state, double time,
                                   const gallop_inputs *inputs, gallop_report *report);
 
+/* Puts a state at rest in the static equilibrium in still air, without loads, with the ice that it
+ * still has and the towers where they are.  Compared with the initial equilibrium, this is how far
+ * the ice that has fallen moves the conductors.  After a failure the state is the one before the
+ * call.
+ *
+ * @param model   Model
+ * @param state   Started state; its time stays
+ * @param report  Output
+ * @return        As gallop_state_init
+ */
+GALLOP_API int gallop_settle(const gallop_model *model, gallop_state *state, gallop_report *report);
+
 /* Time of a state.
  *
  * @param state  State
  * @return       Time [s]; NaN for a block that is no started state
  */
 GALLOP_API double gallop_state_time(const gallop_state *state);
+
+/* Times at which the ice of a state fell.
+ *
+ * @param model  Model
+ * @param state  Started state
+ * @param time   Output, one for each item of scene.shedding [s]; infinite: the ice has not fallen
+ * @return       GALLOP_COMPLETED; GALLOP_BAD_CALL
+ */
+GALLOP_API int gallop_shedding_times(const gallop_model *model, const gallop_state *state,
+                                     double *time);
 
 /* Checks bytes from elsewhere: that they are a state of this model, and that every number in it is
  * in its range.

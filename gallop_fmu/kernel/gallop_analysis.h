@@ -1,6 +1,7 @@
 /* Functions for analyses outside of the kernel, such as modal analysis, which therefore need no
  * formulas of their own: residual and tangent of any motion, wind load on any section, geometry of
- * the elements.  The rules of gallop.h hold: threads, checks of arguments, axes, indices.
+ * the elements.  The rules of gallop.h hold: threads, checks of arguments, axes, indices.  Ice that
+ * falls by its time is gone from then on; other ice is there.
  */
 #ifndef GALLOP_ANALYSIS_H
 #define GALLOP_ANALYSIS_H

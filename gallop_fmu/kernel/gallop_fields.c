@@ -111,6 +111,14 @@ static const entry entries[] = {
     FIELD(gallop_load, force),
     FIELD(gallop_load, torque),
 
+    STRUCTURE(gallop_shedding),
+    FIELD(gallop_shedding, chain),
+    FIELD(gallop_shedding, corner),
+    FIELD(gallop_shedding, cross_section),
+    FIELD(gallop_shedding, reserved),
+    FIELD(gallop_shedding, time),
+    FIELD(gallop_shedding, acceleration),
+
     STRUCTURE(gallop_settings),
     FIELD(gallop_settings, gravity),
     FIELD(gallop_settings, air_density),
@@ -142,7 +150,7 @@ static const entry entries[] = {
     FIELD(gallop_scene, device_count),
     FIELD(gallop_scene, load_count),
     FIELD(gallop_scene, law_count),
-    FIELD(gallop_scene, reserved),
+    FIELD(gallop_scene, shedding_count),
     FIELD(gallop_scene, number_count),
     FIELD(gallop_scene, cross_section),
     FIELD(gallop_scene, curve),
@@ -153,6 +161,7 @@ static const entry entries[] = {
     FIELD(gallop_scene, device),
     FIELD(gallop_scene, load),
     FIELD(gallop_scene, law),
+    FIELD(gallop_scene, shedding),
     FIELD(gallop_scene, number),
 
     STRUCTURE(gallop_report),

@@ -196,6 +196,19 @@ typedef struct {
     double force[3], torque;         /* [N], [N m] */
 } gallop_load;
 
+/* An interval of a chain that loses its ice: at a time, or at the end of the first step after which
+ * a node of it accelerates across the conductor by more than a limit.  From then on it has another
+ * cross-section of the same conductor, with less ice; position and velocity are continuous.  Each
+ * interval loses its ice once at most. */
+typedef struct {
+    int32_t chain, corner; /* index; the interval begins at this corner of the chain: 0, or a
+                              station that has a cross-section */
+    int32_t cross_section; /* index: what the interval has afterwards */
+    int32_t reserved;      /* 0 */
+    double time;           /* [s]; infinite: not at a time */
+    double acceleration;   /* along n2 and n3, above 0 [m/s^2]; infinite: by none */
+} gallop_shedding;
+
 /* Time integration: Newmark (beta 1/4, gamma 1/2), Gauss collocation with three stages (order 6),
  * or the generalised alpha method (Chung, Hulbert 1993). */
 typedef enum {
@@ -238,7 +251,7 @@ typedef struct {
 typedef struct {
     gallop_settings settings;
     int32_t cross_section_count, curve_count, field_count, junction_count, chain_count,
-        station_count, device_count, load_count, law_count, reserved;
+        station_count, device_count, load_count, law_count, shedding_count;
     int64_t number_count;
     const gallop_cross_section *cross_section;
     const gallop_curve *curve;
@@ -249,6 +262,7 @@ typedef struct {
     const gallop_device *device;
     const gallop_load *load;
     const gallop_law *law;
+    const gallop_shedding *shedding;
     const double *number; /* of tables and curves */
 } gallop_scene;
 

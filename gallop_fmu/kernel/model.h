@@ -59,9 +59,12 @@ typedef struct {
  * intervals belongs to both. */
 typedef struct {
     const cross_section *section;
-    int section_index, field;
+    const cross_section *section_after; /* once its ice has fallen, */
+    int section_index, index_after;
+    int shedding; /* index; -1: it keeps its ice */
+    int field;
     int elements, nodes, strips, first_node, first_element, first_strip;
-    bool aerodynamic; /* it has a curve, and its wind can blow */
+    bool aerodynamic; /* it has a curve, with or without its ice, and its wind can blow */
     double gravity, air_density;
     geometry *geometry; /* (elements), */
     strip *strip;       /* (strips) and once more side by side */
@@ -137,7 +140,7 @@ struct gallop_model {
     /* what the scene needs; the rest is not computed (see model_create_parts.c) */
     int unknowns; /* leading ones of each node that can move: 4 or 2 */
     int curve_count, section_count, field_count, chain_count, interval_count, junction_count,
-        tie_count, device_count, law_count, load_count;
+        tie_count, device_count, law_count, load_count, shedding_count;
     curve *curve;
     cross_section *section;
     chain *chain;
@@ -148,6 +151,7 @@ struct gallop_model {
     load_place *place; /* (load_count) loaded points */
     law *law;
     const law **wind;              /* (field_count) wind speed */
+    double *shedding_time;         /* (shedding_count) [s] by the scene; infinite: not at a time */
     double *x, *normal;            /* of all chains */
     double *constant_force;        /* (nodes, 4) balances the initial state */
     bool coupled;                  /* junctions join chains or devices: see solver.c */

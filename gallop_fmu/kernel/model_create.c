@@ -111,6 +111,7 @@ static void count_all(const gallop_scene *s, gallop_model *m)
     m->junction_count = s->junction_count;
     m->device_count = s->device_count;
     m->law_count = s->law_count;
+    m->shedding_count = s->shedding_count;
     for (int i = 0; i < s->load_count; i++) m->load_count += points_of(&s->load[i]);
     for (int i = 0, station = 0; i < s->chain_count; i++) {
         part now = {.first = 0};
@@ -146,6 +147,7 @@ static shared lay_out(arena *a, const gallop_scene *s, gallop_model *m)
     m->device = TAKE(a, m->device_count, device);
     m->law = TAKE(a, m->law_count, law);
     m->wind = TAKE(a, m->field_count, const law *);
+    m->shedding_time = TAKE(a, m->shedding_count, double);
     m->place = TAKE(a, m->load_count, load_place);
     m->x = TAKE(a, 3 * (size_t)m->nodes, double);
     m->normal = TAKE(a, 2 * (size_t)m->nodes, double);
@@ -159,6 +161,7 @@ static shared lay_out(arena *a, const gallop_scene *s, gallop_model *m)
     m->scene.device = COPY(a, s, device);
     m->scene.load = COPY(a, s, load);
     m->scene.law = COPY(a, s, law);
+    m->scene.shedding = COPY(a, s, shedding);
     m->scene.number = COPY(a, s, number);
     return (shared){TAKE(a, m->elements, geometry), TAKE(a, m->strips, strip),
                     TAKE(a, 2 * (size_t)m->chain_count + (size_t)s->station_count, kept_corner),

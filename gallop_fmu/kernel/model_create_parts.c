@@ -4,14 +4,46 @@
 #include "device.h"
 #include "law.h"
 
+static void create_sheddings(gallop_model *m)
+{
+    for (int i = 0; i < m->interval_count; i++) m->interval[i].shedding = -1;
+    for (int i = 0; i < m->shedding_count; i++) {
+        const gallop_shedding *from = &m->scene.shedding[i];
+        const chain *c = &m->chain[from->chain];
+        interval *of = &m->interval[c->first_interval];
+        while (of->first_element < c->first_element + from->corner) of++;
+        of->shedding = i;
+        of->index_after = from->cross_section;
+        of->section_after = &m->section[from->cross_section];
+        m->shedding_time[i] = from->time;
+    }
+}
+
 static bool laws_only(const gallop_model *m)
 {
     return m->scene.settings.laws_only != 0;
 }
 
+/* The cross-sections that an interval can have: as it is, and once its ice has fallen. */
+static int sections_of(const interval *c, const cross_section *section[2])
+{
+    section[0] = c->section;
+    section[1] = c->section_after;
+    return c->section_after ? 2 : 1;
+}
+
 static bool has_wind(const gallop_model *m, const interval *c)
 {
-    return c->section->curve && !(laws_only(m) && law_always_zero(m->wind[c->field]));
+    const cross_section *section[2];
+    if (laws_only(m) && law_always_zero(m->wind[c->field])) return false;
+    for (int k = sections_of(c, section); k-- > 0;)
+        if (section[k]->curve) return true;
+    return false;
+}
+
+static bool is_eccentric(const interval *c)
+{
+    return c->section->eccentric || (c->section_after && c->section_after->eccentric);
 }
 
 static bool has_moment(const curve *k)
@@ -22,16 +54,22 @@ static bool has_moment(const curve *k)
     return false;
 }
 
+/* An aerodynamic moment or eccentric ice can twist an interval. */
+static bool has_torque(const interval *c)
+{
+    const cross_section *section[2];
+    bool torque = is_eccentric(c);
+    for (int k = sections_of(c, section); k-- > 0 && c->aerodynamic;)
+        torque = torque || (section[k]->curve && has_moment(section[k]->curve));
+    return torque;
+}
+
 /* Twist starts from rest between ends that do not turn: it stays at rest if there is no torque, no
  * eccentric ice, and no aerodynamic moment. */
 static bool twists(const gallop_model *m)
 {
     bool torque = m->scene.settings.seed_twist != 0.0;
-    for (int i = 0; i < m->interval_count; i++) {
-        const interval *c = &m->interval[i];
-        torque =
-            torque || c->section->eccentric || (c->aerodynamic && has_moment(c->section->curve));
-    }
+    for (int i = 0; i < m->interval_count; i++) torque = torque || has_torque(&m->interval[i]);
     for (int i = 0; i < m->scene.load_count; i++) {
         const gallop_load *load = &m->scene.load[i];
         torque = torque || (load->torque != 0.0 && !law_always_zero(&m->law[load->law]));
@@ -55,11 +93,12 @@ static bool moves_sideways(const gallop_model *m)
 void model_create_parts(gallop_model *m)
 {
     int32_t parts = 0;
+    create_sheddings(m);
     for (int i = 0; i < m->interval_count; i++) {
         interval *c = &m->interval[i];
         c->aerodynamic = has_wind(m, c);
         if (c->aerodynamic) parts |= GALLOP_AERODYNAMICS;
-        if (c->section->eccentric) parts |= GALLOP_ECCENTRIC_ICE;
+        if (is_eccentric(c)) parts |= GALLOP_ECCENTRIC_ICE;
     }
     m->unknowns = twists(m) || moves_sideways(m) || device_leaves_plane(m)
                     ? 4

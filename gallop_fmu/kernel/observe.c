@@ -146,6 +146,19 @@ INLINE void strip_energies(const interval *c, const exposure *now, const strip *
     }
 }
 
+/* Work of the change of the constant forces of an interval whose ice has fallen. */
+static double lost_work(const interval *c, const exposure *now, const double *u)
+{
+    double work = 0.0;
+    for (int e = 0; e < c->elements; e++) {
+        const double *of_element = u + 4 * c->first_node + 8 * e;
+        double force[12] = {0.0};
+        element_add_lost_forces(c, e, now, 1.0, force);
+        for (int i = 0; i < 12; i++) work += force[i] * of_element[i];
+    }
+    return work;
+}
+
 /* Kinetic: mu v.v/2 + w (c2 v3 - c3 v2) + I w^2/2, with v2 and v3 in the section's plane.
  * Potential: axial and torsional strain energy from the initial state, gravity, the constant
  * forces, and the devices. */
@@ -171,6 +184,7 @@ TWO_PATHS static void energies(const gallop_model *model, const state_view *view
             k += LANE(kinetic_of, lane);
             p += LANE(potential_of, lane);
         }
+        if (now.section != c->section) p -= lost_work(c, &now, view->u);
     }
     for (int i = 0; i < 4 * model->nodes; i++) p -= model->constant_force[i] * view->u[i];
     *kinetic = k;

@@ -28,6 +28,7 @@ static const resource_kind known_sections[RESOURCE_SECTIONS] = {
     [RESOURCE_DEVICES] = SECTION("DEVI", gallop_device, 0, MANY),
     [RESOURCE_LOADS] = SECTION("LOAD", gallop_load, 0, MANY),
     [RESOURCE_LAWS] = SECTION("LAWS", gallop_law, 0, MANY),
+    [RESOURCE_SHEDDINGS] = SECTION("SHED", gallop_shedding, 0, MANY),
     [RESOURCE_NUMBERS] = SECTION("NUMB", double, 0, MANY),
     [RESOURCE_VARIABLES] = SECTION("VARS", resource_variable, 1, MANY),
     [RESOURCE_PLACES] = SECTION("PLCS", resource_also, 0, MANY),
@@ -310,6 +311,7 @@ gallop_scene resource_scene(const resource *r)
     TABLE(r, scene, device, RESOURCE_DEVICES);
     TABLE(r, scene, load, RESOURCE_LOADS);
     TABLE(r, scene, law, RESOURCE_LAWS);
+    TABLE(r, scene, shedding, RESOURCE_SHEDDINGS);
     TABLE(r, scene, number, RESOURCE_NUMBERS);
     return scene;
 }

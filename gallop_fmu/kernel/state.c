@@ -6,7 +6,7 @@ typedef struct {
     size_t pointer, count;
 } array;
 
-enum { SAVED_ARRAYS = 10, ARRAYS = SAVED_ARRAYS + 14 + 24 + 1 };
+enum { SAVED_ARRAYS = 11, ARRAYS = SAVED_ARRAYS + 14 + 24 + 1 };
 
 #define ARRAY(name, count) {offsetof(state_view, name), count}
 #define SECTION(name) {offsetof(state_view, sections.name), abscissae}
@@ -37,6 +37,7 @@ static void list_arrays(const gallop_model *model, array list[ARRAYS])
         ARRAY(complex_factors, stages ? 2 * model->factor_room : 0),
         ARRAY(now_block, block),
         ARRAY(looked_from_block, block),
+        ARRAY(fallen, model->shedding_count),
     };
     const array scratch[ARRAYS - SAVED_ARRAYS] = {
         ARRAY(u0, values),
@@ -109,6 +110,9 @@ state_view state_view_of(const gallop_model *model, gallop_state *state)
     view.looked_from = conditions_in(model, view.looked_from_block);
     for (int i = 0; i < GAUSS_STAGES; i++)
         view.stage[i] = conditions_in(model, view.stage_block[i]);
+    view.now.time = view.looked_from.time = state->time;
+    view.now.fallen = view.looked_from.fallen = view.fallen;
+    for (int i = 0; i < GAUSS_STAGES; i++) view.stage[i].fallen = view.fallen;
     return view;
 }
 

@@ -253,6 +253,7 @@ int statics_initial(gallop_model *m, gallop_report *report)
     if (!work)
         return report_failure(report, GALLOP_OUT_OF_MEMORY, -1, 0.0, (double)m->state_size, 0.0);
     const state_view at = state_view_of(m, work);
+    time_start_sheddings(m, &at);
     int outcome = GALLOP_COMPLETED;
     if (statics_is_held(&m->chain[0]))
         for (int i = 0; i < m->chain_count; i++) {

@@ -188,13 +188,14 @@ static int step_within_tolerance(const gallop_model *model, gallop_state *state,
     }
 }
 
-/* Next time after t at which a law has a kink or a jump; infinite: none.  A host's inputs replace
- * all but the loads. */
-static double next_kink(const gallop_model *model, const gallop_inputs *inputs, double t)
+/* Next time after t at which a law has a kink or a jump, or ice falls; infinite: none.  A host's
+ * inputs replace all but the loads. */
+static double next_kink(const gallop_model *model, const state_view *at,
+                        const gallop_inputs *inputs, double t)
 {
     const gallop_scene *s = &model->scene;
     const double after = t + 1e-12 * (1.0 + fabs(t));
-    double next = INFINITY;
+    double next = time_next_shedding(model, at, t, INFINITY);
     for (int i = 0; i < s->load_count; i++)
         next = fmin(next, law_next_kink(&model->law[s->load[i].law], after));
     if (inputs) return next;
@@ -235,11 +236,13 @@ int time_controlled_march(const gallop_model *model, gallop_state *state,
         if (inputs_jump(model, &at.now, &at.stage[0])) forget_before(state);
     }
     while (state->time < until) {
-        const double kink = next_kink(model, inputs, state->time);
-        const int outcome = step_within_tolerance(model, state, &at, inputs,
-                                                  exactly ? fmin(kink, until) : kink, report);
+        const double kink = next_kink(model, &at, inputs, state->time);
+        int outcome = step_within_tolerance(model, state, &at, inputs,
+                                            exactly ? fmin(kink, until) : kink, report);
         if (outcome) return outcome;
         if (state->time == kink) forget_before(state);
+        outcome = time_shed(model, state, &at, report);
+        if (outcome) return outcome;
     }
     return GALLOP_COMPLETED;
 }

@@ -35,6 +35,20 @@ double time_gauss_linear_part(const gallop_model *model, const state_view *at, d
 void time_gauss_read(const gallop_model *model, const gallop_state *state, state_view *at,
                      double t);
 
+/* time_accelerate.c: accelerations that satisfy the equations of motion at u and v */
+int time_accelerate(const gallop_model *model, gallop_state *state, state_view *at,
+                    gallop_report *report);
+
+/* time_shedding.c: no ice has fallen yet; next time between t and `end` at which ice
+ * falls by the scene (infinite: none); marks what has fallen by t (false: nothing); what falls at
+ * the end of a step; times of falls are not after t */
+void time_start_sheddings(const gallop_model *model, const state_view *at);
+double time_next_shedding(const gallop_model *model, const state_view *at, double t, double end);
+bool time_shed_by_time(const gallop_model *model, const state_view *at, double t);
+int time_shed(const gallop_model *model, gallop_state *state, state_view *at,
+              gallop_report *report);
+void time_round_sheddings(const gallop_model *model, const state_view *at, double t);
+
 /* time_march.c: adds the seed of every chain to u, cos(pi x1/L) with x1 from its mid-span */
 void time_add_seed(const gallop_model *model, double *u);
 

@@ -4,9 +4,7 @@
 #include "check.h"
 #include "junction.h"
 #include "observe.h"
-#include "solver.h"
 #include "statics.h"
-#include "system.h"
 #include "time_integration.h"
 
 /* The forces of wind and eccentric ice turn with a section; a sub-step in which it turns far cannot
@@ -85,6 +83,26 @@ static int march_by_tolerance(const gallop_model *model, gallop_state *state,
     return outcome;
 }
 
+/* One step of size h to the time `end`; it is split where ice falls. */
+static int step_to(const gallop_model *model, gallop_state *state, state_view *at,
+                   const gallop_inputs *inputs, double h, double end, gallop_report *report)
+{
+    double next;
+    int outcome;
+    while ((next = time_next_shedding(model, at, state->time, end)) < end) {
+        outcome = whole_step(model, state, at, inputs, next - state->time, report);
+        if (outcome) return outcome;
+        state->time = next;
+        outcome = time_shed(model, state, at, report);
+        if (outcome) return outcome;
+        h = end - next;
+    }
+    outcome = whole_step(model, state, at, inputs, h, report);
+    if (outcome) return outcome;
+    state->time = end;
+    return time_shed(model, state, at, report);
+}
+
 /* `count` steps of size h, the first being number `before` + 1 since `origin`: times are products,
  * so that round-off neither adds up nor depends on where a run is interrupted to record. */
 static int march(const gallop_model *model, gallop_state *state, const gallop_inputs *inputs,
@@ -92,12 +110,12 @@ static int march(const gallop_model *model, gallop_state *state, const gallop_in
 {
     state_view at = state_view_of(model, state);
     for (int64_t i = 1; i <= count; i++) {
-        int outcome = whole_step(model, state, &at, inputs, h, report);
+        const double end = origin + h * (double)(before + i);
+        const int outcome = step_to(model, state, &at, inputs, h, end, report);
         if (outcome) {
             state_report_work(state, report);
             return outcome;
         }
-        state->time = origin + h * (double)(before + i);
     }
     report_completed(report, state->time); /* without sub-steps that failed on the way */
     state_report_work(state, report);
@@ -137,6 +155,7 @@ int gallop_advance(const gallop_model *model, gallop_state *state, const gallop_
                 : march(model, state, inputs, origin, 0, h, count, report);
     if (outcome == GALLOP_COMPLETED) {
         state->time = until;
+        time_round_sheddings(model, &at, until);
     } else {
         memcpy(state, at.saved, model->saved_size);
         forget_saved(&at);
@@ -196,6 +215,7 @@ int gallop_run(const gallop_model *model, gallop_state *state, int64_t first, in
                 conditions_at(model, state->time, NULL, &at.now);
             return outcome;
         }
+        at.now.time = state->time;
         if (free) time_control_look(model, state, &at, when);
         observe_probes(model, state, &at, probe, probes, values + (size_t)r * (size_t)probes);
         if (free) time_control_return(model, &at);
@@ -204,33 +224,13 @@ int gallop_run(const gallop_model *model, gallop_state *state, int64_t first, in
     return GALLOP_COMPLETED;
 }
 
-static int consistent_acceleration(const gallop_model *model, gallop_state *state, state_view *at,
-                                   gallop_report *report)
+/* Accelerations from rest, but for the towers. */
+static int start_motion(const gallop_model *model, gallop_state *state, state_view *at,
+                        gallop_report *report)
 {
-    const size_t bytes = 4 * (size_t)model->nodes * sizeof(double);
-    const tangent_weights inertia = {0.0, 0.0, 1.0};
-    const motion y = {at->u, at->v, at->a};
-    monitor seen = {0};
-    element_monitor_start(&seen);
-    memset(at->a, 0, bytes);
-    memset(at->v, 0, bytes);
-    junction_prescribe(model, &at->now, NULL, at->v, at->a);
-    system_residual(model, state->time, &at->now, at, y, true, at->residual, &seen);
-    if (!solver_factor(model, &at->now, at, y, inertia, SOLVER_JUNCTIONS_AS_IN_SCENE))
-        return report_failure(report, GALLOP_NON_FINITE, -1, state->time, model->section[0].inertia,
-                              0.0);
-    solver_solve(model, at, SOLVER_JUNCTIONS_AS_IN_SCENE, at->residual);
-    for (int i = 0; i < 4 * model->nodes; i++) at->a[i] -= at->residual[i];
-    state->factored_step = 0.0;
-    state->rate = 1.0;
-    if (seen.worst_excess > 0.0) return time_angle_failure(&seen, state->time, report);
-    state->lowest_tension = seen.lowest_tension;
-    if (seen.lowest_tension < 0.0)
-        return report_failure(report, GALLOP_SLACK, seen.slack_element, state->time,
-                              seen.lowest_tension, 0.0);
-    return isfinite(time_correction_size(model, at->a))
-             ? GALLOP_COMPLETED
-             : report_failure(report, GALLOP_NON_FINITE, -1, state->time, NAN, 0.0);
+    memset(at->v, 0, 4 * (size_t)model->nodes * sizeof(double));
+    junction_prescribe(model, &at->now, NULL, at->v, NULL);
+    return time_accelerate(model, state, at, report);
 }
 
 static void clear(const gallop_model *model, gallop_state *state, double time,
@@ -241,7 +241,9 @@ static void clear(const gallop_model *model, gallop_state *state, double time,
     state->last_substeps = 1;
     state->sharpness = 1.0;
     state->step_before = INFINITY; /* no acceleration before the first to extrapolate from */
+    state->lowest_tension = INFINITY;
     const state_view at = state_view_of(model, state);
+    time_start_sheddings(model, &at);
     conditions now = at.now;
     conditions_at(model, time, inputs, &now);
 }
@@ -265,10 +267,32 @@ int gallop_equilibrium(const gallop_model *model, gallop_state *state, double ti
     if (outcome) return outcome;
     clear(model, state, time, inputs);
     state_view at = state_view_of(model, state);
+    time_shed_by_time(model, &at, time);
     outcome = statics_equilibrium(model, time, false, &at, report);
     time_control_start(model, state, at.u);
-    if (!outcome) outcome = consistent_acceleration(model, state, &at, report);
+    if (!outcome) outcome = start_motion(model, state, &at, report);
     return started(model, state, outcome, report);
+}
+
+int gallop_settle(const gallop_model *model, gallop_state *state, gallop_report *report)
+{
+    int outcome = check_state(model, state, report);
+    if (outcome) return outcome;
+    state_view at = state_view_of(model, state);
+    memcpy(at.saved, state, model->saved_size);
+    conditions_at(model, state->time, NULL, &at.now);
+    outcome = statics_equilibrium(model, state->time, true, &at, report);
+    for (int f = 0; f < model->field_count; f++) at.now.wind[f] = 0.0;
+    at.now.load_factor = 0.0;
+    if (!outcome) outcome = start_motion(model, state, &at, report);
+    if (outcome) {
+        memcpy(state, at.saved, model->saved_size);
+    } else {
+        state->step_before = INFINITY;
+        state->equal_steps = 0;
+    }
+    forget_saved(&at);
+    return outcome;
 }
 
 void time_add_seed(const gallop_model *model, double *u)
@@ -312,7 +336,8 @@ int gallop_state_init(const gallop_model *model, gallop_state *state, double sta
     }
     time_add_seed(model, at.u);
     time_control_start(model, state, at.u);
-    outcome = consistent_acceleration(model, state, &at, report);
+    time_shed_by_time(model, &at, start);
+    outcome = start_motion(model, state, &at, report);
     return started(model, state, outcome, report);
 }
 

@@ -20,7 +20,16 @@ from gallop_fmu.scene.consistency import (
 from gallop_fmu.scene.devices import InterphaseSpacer, Interval
 from gallop_fmu.scene.phases import Phase
 from gallop_fmu.scene.sag_tension import MAX_STRAIN, catenary_sag, check_tension, highest_tension
-from gallop_fmu.scene.stations import SAME_PLACE, Conductor, Place, conductors_of, places, stations
+from gallop_fmu.scene.shedding_checks import wrong_sheddings
+from gallop_fmu.scene.stations import (
+    BOUNDARIES,
+    SAME_PLACE,
+    Conductor,
+    Place,
+    conductors_of,
+    places,
+    stations,
+)
 from gallop_fmu.scene.suspensions import EndString, Post, String, VString
 from gallop_fmu.scene.validation_messages import joined
 from gallop_fmu.scene.wind_consistency import (
@@ -63,6 +72,7 @@ def check_line(scene: LineScene) -> None:
             *_touching_conductors(scene),
             *_wrong_places(scene),
             *_overlapping_intervals(scene),
+            *wrong_sheddings(scene),
         ]
     )
     _check_ice_and_curves(scene)
@@ -102,7 +112,12 @@ def _wrong_numbers(scene: LineScene) -> Iterator[str]:
         "phase": len(scene.phases),
         "subconductor": scene.bundle.subconductors,
     }
-    for noun, items in (("device", scene.devices), ("load", scene.loads)):
+    named = (
+        ("devices", "device", scene.devices),
+        ("loads", "load", scene.loads),
+        ("shedding", "shedding", scene.shedding),
+    )
+    for path, noun, items in named:
         for i, item in enumerate(items):
             given = {name: getattr(item, name, None) for name in limits}
             found = [(name, name, number) for name, number in given.items() if number is not None]
@@ -110,7 +125,7 @@ def _wrong_numbers(scene: LineScene) -> Iterator[str]:
             for key, name, number in found:
                 if not 1 <= number <= limits[name]:
                     yield (
-                        f"{noun}s.{i} ({noun} {i + 1}): {key} = {number}, but the line has"
+                        f"{path}.{i} ({noun} {i + 1}): {key} = {number}, but the line has"
                         f" {limits[name]} {name}{'s' * (limits[name] != 1)}; give a number from 1"
                         f" to {limits[name]}"
                     )
@@ -289,9 +304,9 @@ def _wrong_places(scene: LineScene) -> Iterator[str]:
         elements = scene.elements_of_span(conductor.span)
         if elements < parts:
             yield (
-                f"span {conductor.span}: {elements} elements, but spacers and devices divide"
-                f" {_name(scene, conductor)} into {parts} parts with at least one element each;"
-                f" set numerics.elements or section.spans.{conductor.span - 1}.elements to at"
+                f"span {conductor.span}: {elements} elements, but spacers, devices and shedding"
+                f" divide {_name(scene, conductor)} into {parts} parts with at least one element"
+                f" each; set numerics.elements or section.spans.{conductor.span - 1}.elements to at"
                 f" least {parts}"
             )
 
@@ -306,7 +321,7 @@ def _too_close(
             f"{first.name} and {second.name} are {apart * length:.3g} m apart at {where}; give"
             f" them the same station, or a distance of at least {MIN_PART:g} m"
         )
-    elif apart <= SAME_PLACE and first.kind == second.kind != "interval":
+    elif apart <= SAME_PLACE and first.kind == second.kind not in BOUNDARIES:
         yield (
             f"{first.name} and {second.name} are both of kind {first.kind} at {where} on"
             f" {_name(scene, conductor)}; remove one, or move it"

@@ -24,6 +24,7 @@ from gallop_fmu.scene.run_settings import Initial, Numerics, Run
 from gallop_fmu.scene.sag_tension import tension_of_sag
 from gallop_fmu.scene.scene import Scene
 from gallop_fmu.scene.scene_base import SceneBase
+from gallop_fmu.scene.shedding import Shedding
 from gallop_fmu.scene.tension_section import TensionSection
 from gallop_fmu.scene.time_functions import Law
 from gallop_fmu.scene.wind import Wind
@@ -69,6 +70,9 @@ class LineScene(SceneBase):
     wind: Wind = setting(Wind(speed=0.0), "wind")
     aerodynamics: Aerodynamics | None = setting(None, "coefficient curve; required with wind")
     devices: Annotated[tuple[Device, ...], Field(strict=False)] = setting((), "devices")
+    shedding: Annotated[tuple[Shedding, ...], Field(strict=False)] = setting(
+        (), "ice that falls during the run"
+    )
     damping: Damping = setting(Damping(), "structural damping")
     loads: Annotated[tuple[LineLoad, ...], Field(strict=False)] = setting((), "concentrated loads")
     initial: Initial = setting(Initial(), "start of the motion")

@@ -1,4 +1,4 @@
-"""Places on the conductors of a line: spacers, devices and the ends of intervals.
+"""Places on the conductors of a line: spacers, devices, ends of intervals and of falling ice.
 
 A *place* is a fraction of the conductor's length in a span. Spans, phases and subconductors count
 from 1.
@@ -7,15 +7,21 @@ from 1.
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
+from itertools import pairwise
 from typing import TYPE_CHECKING, NamedTuple
 
+from gallop_fmu.scene.conductor import Ice
 from gallop_fmu.scene.devices import Device, InterphaseSpacer, Interval
+from gallop_fmu.scene.shedding import Shedding
 
 if TYPE_CHECKING:
     from gallop_fmu.scene.line_scene import LineScene
 
 SAME_PLACE = 1e-9
 """Difference of two fractions up to which they are one station."""
+
+BOUNDARIES = {"interval", "shedding"}
+"""Kinds of places that are no devices."""
 
 
 class Conductor(NamedTuple):
@@ -36,7 +42,7 @@ class Place(NamedTuple):
     name : str
         Name for messages, such as ``"spacer 2"`` or ``"device 3"``.
     kind : str
-        Kind of the device, or ``"spacer"``.
+        Kind of the device, or ``"spacer"``, or ``"shedding"``.
     """
 
     station: float
@@ -44,8 +50,49 @@ class Place(NamedTuple):
     kind: str
 
 
-def conductors_of(scene: LineScene, device: Device) -> Iterator[Conductor]:
-    """Yield the conductors that a device is on; of an interphase spacer both."""
+class IcyPiece(NamedTuple):
+    """A stretch of a conductor with ice.
+
+    Attributes
+    ----------
+    from_station, to_station : float
+        Its ends as fractions of the conductor's length.
+    ice : Ice
+        Its ice.
+    """
+
+    from_station: float
+    to_station: float
+    ice: Ice
+
+
+def icy_pieces(scene: LineScene, shedding: Shedding, conductor: Conductor) -> list[IcyPiece]:
+    """Return the stretches of a conductor from which ice falls; none if there is no ice."""
+    own = [
+        device
+        for device in scene.devices
+        if isinstance(device, Interval) and conductor in conductors_of(scene, device)
+    ]
+    first, last = shedding.from_station, shedding.to_station
+    inner = {
+        end
+        for device in own
+        for end in (device.from_station, device.to_station)
+        if first + SAME_PLACE < end < last - SAME_PLACE
+    }
+    found = []
+    for left, right in pairwise(sorted({first, last, *inner})):
+        ice, middle = scene.ice_of_span(conductor.span), 0.5 * (left + right)
+        for device in own:
+            if device.from_station < middle < device.to_station and device.ice is not None:
+                ice = device.ice
+        if right - left > SAME_PLACE and ice.mass_per_length > 0.0:
+            found.append(IcyPiece(left, right, ice))
+    return found
+
+
+def conductors_of(scene: LineScene, device: Device | Shedding) -> Iterator[Conductor]:
+    """Yield the conductors that a device or falling ice is on; of an interphase spacer both."""
     phases: Iterable[int] = _one_or_all(getattr(device, "phase", None), len(scene.phases))
     if isinstance(device, InterphaseSpacer):
         phases = device.phases
@@ -74,6 +121,11 @@ def places(scene: LineScene) -> dict[Conductor, list[Place]]:
             kind += " between phases {} and {}".format(*sorted(device.phases))
         for conductor in conductors_of(scene, device):
             found[conductor] += [Place(station, f"device {number}", kind) for station in stations]
+    for number, shedding in enumerate(scene.shedding, start=1):
+        for conductor in conductors_of(scene, shedding):
+            found[conductor] += [
+                Place(station, f"shedding {number}", "shedding") for station in _ends(shedding)
+            ]
     for found_places in found.values():
         found_places.sort(key=lambda place: place.station)
     return found
@@ -88,8 +140,8 @@ def stations(found: list[Place]) -> list[float]:
     return kept
 
 
-def _ends(device: Interval) -> list[float]:
-    """Ends of an interval that are not ends of the conductor."""
+def _ends(device: Interval | Shedding) -> list[float]:
+    """Ends of a stretch that are not ends of the conductor."""
     return [end for end in (device.from_station, device.to_station) if 0.0 < end < 1.0]
 
 

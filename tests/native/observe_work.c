@@ -47,7 +47,15 @@ double element_attack_angle(double theta, double v2, double v3, double omega, do
     return attack;
 }
 
-/* Not reached: no chain ends at a junction of the model below, and nothing is checked. */
+/* Not reached: no ice has fallen from the model below, no chain ends at a junction of it, and
+ * nothing is checked. */
+void element_add_lost_forces(const interval *c, int e, const exposure *now, double factor,
+                             double force[12])
+{
+    (void)c, (void)e, (void)now, (void)factor, (void)force;
+    abort();
+}
+
 void element_residual(const interval *c, int e, const exposure *now, const sections *at, motion y,
                       double r[12])
 {
@@ -83,7 +91,7 @@ state_view state_view_of(const gallop_model *model, gallop_state *state)
 /* A chain of two elements and three junctions. */
 static double numbers[20], residual[20], attack[1];
 static cross_section section;
-static interval conductor = {.section = &section, .elements = 2, .nodes = 5};
+static interval conductor = {.shedding = -1, .section = &section, .elements = 2, .nodes = 5};
 static chain line = {.junction = {-1, -1}, .intervals = 1, .elements = 2, .nodes = 5};
 static junction point[3];
 static gallop_model model = {.nodes = 5,
