@@ -1,7 +1,7 @@
 """Realisations of turbulence along a straight line, as tables of gusts over place and time.
 
 Frequency by frequency, the complex amplitudes z of neighbouring stations are correlated by the
-coherence r = exp(-C f d |cos psi|/|U|) of Davenport (1967). As r of a distance is the product of
+coherence r = exp(-C f d |cos psi|/|U|) of Davenport (1961). As r of a distance is the product of
 those of its parts, z is a first-order autoregressive process along the line,
 
     z[i+1] = r exp(-2 pi i f d sin(psi)/U) z[i] + sqrt(1 - r^2) xi[i+1],

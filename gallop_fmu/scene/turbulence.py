@@ -5,8 +5,8 @@ the integral length scale L of a component along the wind, S(0) = 4 L/U times th
 
 - von Karman (Simiu and Scanlan, Wind Effects on Structures; ESDU 85020): along the wind
   f S = 4 n/(1 + 70.8 n^2)^(5/6), across and upwards 4 n (1 + 755.2 n^2)/(1 + 283.2 n^2)^(11/6);
-- Kaimal (IEC 61400-1): f S = 4 n/(1 + 6 n)^(5/3) for each component. The spectrum of EN 1991-1-4
-  is the same with L 1.7 times as large.
+- Kaimal (IEC 61400-1): f S = 4 n/(1 + 6 n)^(5/3) for each component. With L = 1.7 L(z) it is that
+  of EN 1991-1-4, B.1.
 """
 
 from __future__ import annotations

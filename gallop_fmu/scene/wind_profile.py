@@ -1,8 +1,8 @@
 """Mean wind speed over the height above ground.
 
-- power law: (z/z_ref)^exponent;
-- logarithmic: ln(z/z_0)/ln(z_ref/z_0), with the roughness length z_0 (EN 1991-1-4, 4.3.2; IEC
-  60826), for neutral stratification.
+- power law: (z/z_ref)^exponent, as in IEC 61400-1, 6.3;
+- logarithmic: ln(z/z_0)/ln(z_ref/z_0), with the roughness length z_0, as in EN 1991-1-4, 4.3.2, for
+  neutral stratification.
 """
 
 from __future__ import annotations
