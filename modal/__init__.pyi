@@ -38,6 +38,8 @@ from .stability.line_criteria import SpanCriteria as SpanCriteria
 from .stability.line_criteria import line_criteria as line_criteria
 from .stability.mode_pairs import ModePair as ModePair
 from .stability.mode_pairs import mode_pairs as mode_pairs
+from .stability.required_slope import RequiredSlope as RequiredSlope
+from .stability.required_slope import required_slope as required_slope
 from .superposition.comparison import Comparison as Comparison
 from .superposition.comparison import Divergence as Divergence
 from .superposition.comparison import LinearMode as LinearMode

@@ -31,6 +31,7 @@ from gallop_fmu.cli.terminal import (
 from modal.cli.line_output import LOCUS_POINTS, show_linear, show_modes, show_pairs
 from modal.cli.output import Plot, line_or_span_to_draw, show
 from modal.cli.screen_command import SCREEN_EXAMPLE, screen_span
+from modal.cli.slope_command import SLOPE_EXAMPLE, slope
 from modal.report.command import REPORT_EXAMPLE, report
 
 if TYPE_CHECKING:
@@ -454,6 +455,7 @@ def _linear_lines(criteria: list[Criterion], onsets: list[CriticalWind]) -> list
     return [*lines, table, *{onset.remark for onset in onsets if onset.remark}]
 
 
+app.command(epilog=example(SLOPE_EXAMPLE))(slope)
 app.command(name="screen", epilog=example(SCREEN_EXAMPLE))(screen_span)
 app.command(epilog=example(REPORT_EXAMPLE))(report)
 

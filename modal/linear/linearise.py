@@ -117,6 +117,10 @@ class SmallMotion:
         """About the static equilibrium under the scene's mean wind."""
         return self.in_wind(self.scene.wind.mean_speed)
 
+    def inputs(self, speed: float) -> Inputs:
+        """Inputs of the kernel: wind of a speed [m/s], towers at rest."""
+        return Inputs.still(self.scene, wind_speed=speed)
+
     def in_wind(self, speed: float) -> Linearised:
         """About the static equilibrium in wind of any speed [m/s], negative from the other side.
 
@@ -134,7 +138,7 @@ class SmallMotion:
             raise SceneError(
                 "the scene has no aerodynamics: wind needs a coefficient curve to become a force"
             )
-        inputs = Inputs.still(self.scene, wind_speed=speed)
+        inputs = self.inputs(speed)
         scene = self.scene
         towers = scene.supports if isinstance(scene, Scene) else scene.section
         inputs.support = towers.displacement_at(0.0)
@@ -151,7 +155,7 @@ class SmallMotion:
         enters R with a minus sign; the still-air parts cancel in the differences.
         """
         mesh = self.mesh
-        windy = Inputs.still(self.scene, wind_speed=speed)
+        windy = self.inputs(speed)
         stiffness = mesh.tangent(u, stiffness=1.0, inputs=mesh.still)
         damping = mesh.tangent(u, damping=1.0, inputs=mesh.still)
         still = Linearised(

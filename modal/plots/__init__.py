@@ -2,6 +2,7 @@
 
 from modal.plots.comparison_figure import comparison_figure
 from modal.plots.line_figures import line_mode_shapes, pair_figure
+from modal.plots.slope_figure import slope_figure
 from modal.plots.span_figures import (
     criteria_figure,
     locus_figure,
@@ -20,5 +21,6 @@ __all__ = [
     "pair_figure",
     "ratio_figure",
     "screening_figure",
+    "slope_figure",
     "tracking_figure",
 ]

@@ -16,6 +16,7 @@ COMMANDS = {
     "ratio": ("--points", "3"),
     "linear": ("--count", "2", "--highest", "6"),
     "screen": ("--highest", "6"),
+    "slope": ("--highest", "6", "--count", "2"),
     "compare": ("--until", "10"),
 }
 QUICK = ("--set", "numerics.elements=8")
@@ -136,6 +137,17 @@ def test_a_ratio_over_two_numbers(invoke, scene, tmp_path):
     picture = (tmp_path / "map.svg").read_text(encoding="utf-8")
     assert "temperature_change [K]" in picture
     assert "2:1" in picture
+
+
+def test_slope_prints_the_slope_that_is_needed(invoke, scene):
+    words = ("--highest", "6", "--count", "2", "--json")
+    printed = json.loads(invoke("slope", "example3", *QUICK, *words).stdout)
+    winds = [0.3 * k for k in range(1, 21)]
+    assert printed["wind_speed"] == pytest.approx(winds)
+    expected = modal.required_slope(scene, printed["wind_speed"], count=2).dataset
+    assert printed["slope"][0] == [None] * 20  # the horizontal mode
+    assert printed["slope"][1] == expected.slope.values[1].tolist()
+    assert printed["units"]["amplitude_limit"] == "m"
 
 
 def test_linear_prints_the_critical_wind(invoke, scene):
@@ -267,6 +279,7 @@ LINE_COMMANDS = {
     "modes": ("--count", "6"),
     "ratio": (),
     "linear": ("--count", "2", "--highest", "2"),
+    "slope": ("--count", "2", "--highest", "2"),
 }
 
 
@@ -298,6 +311,9 @@ def test_commands_print_and_draw_a_line(invoke, tmp_path, line, command):
         assert ("no pair matters; the nearest are:" in printed.stdout) == (not matter)
         rows = [row for row in printed.stdout.splitlines() if row.startswith((" 2:1 ", " 1:1 "))]
         assert len(rows) == min(len(matter), 20) if matter else min(len(wanted), 5)
+    if command == "slope":
+        assert sum(data["span_share"][0]) == pytest.approx(1.0)
+        assert len(data["slope"]) == len(data["mode"])
     if command == "linear":
         assert [span["span"] for span in data["spans"]] == [1, 2]
         assert "span 2, 0.0 deg: unstable by Den Hartog" in printed.stdout
