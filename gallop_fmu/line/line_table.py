@@ -23,11 +23,11 @@ from gallop_fmu.foundation.errors import SceneError
 from gallop_fmu.foundation.text_files import packaged_names, packaged_text, read_table
 from gallop_fmu.line.conductors import StrandedConductor, Wire, find_conductor
 from gallop_fmu.line.ice_shapes import IceSection, IceShape, ice_section
-from gallop_fmu.scene.aerodynamics import CURVE_COLUMNS
 from gallop_fmu.scene.dotted_paths import SET_BY_USER
 from gallop_fmu.scene.fields import Number, Section, Text, quantity, setting, unit_of_field
 from gallop_fmu.scene.plausibility import check_possible, unusual
 from gallop_fmu.scene.sag_tension import changed_tension, check_tension
+from gallop_fmu.scene.table_coefficients import CURVE_COLUMNS
 from gallop_fmu.scene.validation_messages import explain
 from gallop_fmu.scene.wind import MAX_WIND_SPEED
 

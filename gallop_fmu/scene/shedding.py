@@ -7,8 +7,9 @@ from typing import ClassVar
 from pydantic import model_validator
 
 from gallop_fmu.foundation.errors import SceneError
-from gallop_fmu.scene.aerodynamics import Aerodynamics, PolynomialCoefficients
+from gallop_fmu.scene.aerodynamics import Aerodynamics
 from gallop_fmu.scene.fields import Number, Section, WholeNumber, quantity, setting
+from gallop_fmu.scene.polynomial_coefficients import PolynomialCoefficients
 
 BARE_DRAG = 1.0
 """Assumed drag coefficient of a conductor without ice, that of a round section (IEC 60826)."""

@@ -19,7 +19,7 @@ from gallop_fmu.plots import COLOURS, NEUTRAL, STYLE, drawing
 if TYPE_CHECKING:
     import xarray as xr
 
-    from gallop_fmu.scene.aerodynamics import AerodynamicCurve
+    from gallop_fmu.scene.aerodynamic_curve import AerodynamicCurve
     from modal.report.findings import Statics
 
 Array = NDArray[np.float64]

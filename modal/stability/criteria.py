@@ -26,7 +26,7 @@ from numpy.typing import NDArray
 
 from gallop_fmu import LineScene, Model, Scene, SceneError
 from gallop_fmu.engine.mesh import Mesh
-from gallop_fmu.scene.aerodynamics import AerodynamicCurve
+from gallop_fmu.scene.aerodynamic_curve import AerodynamicCurve
 from gallop_fmu.scene.conductor import Ice
 from gallop_fmu.scene.line_scene import one_span
 from modal.foundation import one_span as instead

@@ -5,7 +5,8 @@ import pytest
 
 from gallop_fmu.foundation.errors import SceneError
 from gallop_fmu.input.scene_files import load_scene
-from gallop_fmu.scene.aerodynamics import PolynomialCoefficients, TableCoefficients
+from gallop_fmu.scene.polynomial_coefficients import PolynomialCoefficients
+from gallop_fmu.scene.table_coefficients import TableCoefficients
 
 COEFFICIENTS = ("lift", "drag", "moment")
 
