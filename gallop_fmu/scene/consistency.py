@@ -201,7 +201,12 @@ def check_attack_angle(curve: Aerodynamics, ice: Ice, path: str, turn_deg: float
     angle, (first, last) = ice.attack_angle_deg + turn_deg, curve.range_deg
     reduced = angle - 360.0 * round((angle - 0.5 * (first + last)) / 360.0)
     if curve.beyond == "error" and not first <= reduced <= last:
-        turned = f", {turn_deg:g} deg more in wind from the other side," if turn_deg else ""
+        turned = (
+            f", {turn_deg:g} deg more in wind from the other side (wind.speed or"
+            " wind.direction_deg),"
+            if turn_deg
+            else ""
+        )
         raise SceneError(
             f"{path}.attack_angle_deg = {ice.attack_angle_deg}{turned} is outside the coefficient"
             f" curve, which is valid from {first} to {last} deg; choose an angle inside, or set"

@@ -221,10 +221,15 @@ def test_the_end_of_the_search_is_reported(scene):
     assert "validity range" in found.remark
 
 
-@pytest.mark.parametrize("wind", [0.0, -1.0, math.nan])
+@pytest.mark.parametrize("wind", [0.0, math.nan])
 def test_the_coupled_criterion_needs_wind(scene, wind):
     with pytest.raises(gf.SceneError, match="the coupled criterion needs wind"):
         modal.coupled(scene, wind)
+
+
+def test_the_coupled_criterion_refuses_wind_from_the_other_side(scene):
+    with pytest.raises(gf.SceneError, match=r"wind speed = -1 m/s.*takes uniform wind"):
+        modal.coupled(scene, -1.0)
 
 
 def test_criteria_need_a_curve(scene):

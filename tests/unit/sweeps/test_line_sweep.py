@@ -48,7 +48,7 @@ def test_rows_equal_single_runs(runs):
     for span in (1, 2):
         found, steady = row.sel(span=span), result.steady(0.8, span)
         for name in ("u2", "u3", "theta"):
-            amplitude, mean, frequency, _ = steady[name]
+            amplitude, mean, frequency, *_ = steady[name]
             assert found[f"span_{name}_amplitude"] == amplitude
             assert found[f"span_{name}_mean"] == mean
             np.testing.assert_equal(found[f"span_{name}_frequency_hz"].item(), frequency)

@@ -39,7 +39,7 @@ def test_rows_equal_single_runs(scene, runs):
         steady, middle = result.steady(10.0), result.midspan()
         found = {name: runs.dataset[name].values[row] for name in SUMMARY_COLUMNS}
         for name in ("u2", "u3", "theta", "tension"):
-            amplitude, mean, frequency, _ = steady[name]
+            amplitude, mean, frequency, *_ = steady[name]
             assert found[f"{name}_amplitude"] == amplitude
             assert found[f"{name}_mean"] == mean
             assert found[f"{name}_frequency_hz"] == frequency
