@@ -1,0 +1,237 @@
+"""An iced span in its lowest modes of all families and both symmetries, with condensed stretching.
+
+The motion is u = sum of shape_i q_i + w. The modes i are the lowest natural modes in still air;
+w are the quasi-static displacements of all other modes, such as the stretching of the conductor
+along itself. Strain and tension force are those of `modal.screening.reduced_model`: with l = X'.u'
+and s = u'.u'/2, the strain energy of third and fourth order is
+
+    V3 = sum of EA l s,    V4 = sum of EA s^2 / 2.                                               (1)
+
+V3 exerts the force C(q, q)/2 on the modes r that are not kept, C being its third derivatives. With
+their static answer w_r = -C_r(q, q)/(2 omega_r^2), the energy up to the fourth order is
+
+    V = q K q/2 + C(q, q, q)/6 + sum of EA s^2/2
+        - sum over r of (C_r(q, q)/2)^2 / (2 omega_r^2).                                         (2)
+
+(The static condensation of nonlinear vibration theory; Touze, Vizzaccaro and Thomas 2021, Nonlinear
+Dyn. 105, 1141-1190, section 4, call it static modal derivatives of all pairs.) Because the tension
+is almost uniform along the span, the part of the fourth order is a sum of few squares of quadratic
+forms, which makes it cheap.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gallop_fmu import Scene, SceneError
+from modal.linear.mode_basis import StillAirModes, choose
+from modal.screening.reduced_model import ReducedModel
+
+Array = NDArray[np.float64]
+
+MIN_LIKENESS = 0.7
+"""Least likeness of the modes of two scenes between which coordinates are continuous."""
+
+MIN_FORM = 1e-9
+"""Square of a quadratic form, relative to the largest, below which it is dropped."""
+
+
+class Motion(NamedTuple):
+    """Accelerations and their derivatives, at each instant.
+
+    Attributes
+    ----------
+    acceleration : ndarray, shape (instant, mode)
+        Accelerations of the coordinates.
+    by_displacement, by_velocity : ndarray, shape (instant, mode, mode)
+        Their derivatives.
+    by_wind : ndarray, shape (instant, mode)
+        Derivative by the wind speed.
+    """
+
+    acceleration: Array
+    by_displacement: Array
+    by_velocity: Array
+    by_wind: Array
+
+
+class SpanModel(ReducedModel):
+    """The span in the coordinates of its lowest modes.
+
+    Parameters
+    ----------
+    scene
+        The span.
+    modes
+        Its modes in still air.
+    like
+        Model of a similar scene. The shapes are the combinations of the modes that are closest to
+        its shapes, so that coordinates mean the same in both; None: the modes themselves.
+
+    Attributes
+    ----------
+    chosen : list of int
+        Numbers of the modes: the lowest of each family and symmetry.
+    is_symmetric : ndarray of bool, shape (mode,)
+        True for modes that are symmetric about mid-span.
+    family : list of str
+        Family of each mode.
+    highest_hz : float
+        Frequency [Hz] below which all vertical and horizontal modes are kept.
+
+    Raises
+    ------
+    SceneError
+        If the modes are not those of the similar scene.
+    """
+
+    def __init__(self, scene: Scene, modes: StillAirModes, like: SpanModel | None = None) -> None:
+        self.chosen = choose(modes, (True, False))
+        self.is_symmetric = modes.symmetric[self.chosen]
+        self.family = [modes.family[i] for i in self.chosen]
+        shapes = modes.shapes[self.chosen]
+        if like is not None:
+            shapes = _closest(shapes, like.shapes, modes.mass, scene)
+        super().__init__(scene, modes, self.chosen, shapes)
+
+    @property
+    def highest_hz(self) -> float:
+        """Frequency [Hz] below which all vertical and horizontal modes are kept."""
+        modes = self.modes
+        left_out = [
+            frequency
+            for i, frequency in enumerate(modes.frequencies.tolist())
+            if modes.family[i] in ("vertical", "horizontal") and i not in self.chosen
+        ]
+        return float(min(left_out) / (2.0 * np.pi)) if left_out else float("inf")
+
+    def _prepare_stretching(self) -> None:
+        """Compute the cubic form and the quadratic forms of (2)."""
+        points = self.modes.mesh.strain_points
+        axial = self.scene.conductor.axial_stiffness * points.length
+        n = len(self.chosen)
+        others = np.setdiff1d(np.arange(len(self.modes.shapes)), self.chosen)
+        every = np.concatenate([self.shapes, self.modes.shapes[others]])
+        slope = points.slope(np.moveaxis(every, 0, -1))[:, :3]  # (point, 3, all), the kept first
+        pull = np.einsum("gi,gim->gm", points.tangent, slope)
+        products = np.einsum("gim,gin->gmn", slope[:, :, :n], slope)
+        # third derivatives of V3: C_abr = EA (l_r P_ab + l_a P_br + l_b P_ar)
+        pairs = products[:, :, :n]
+        third = np.einsum("g,gr,gab->abr", axial, pull, pairs)
+        mixed = np.einsum("g,ga,gbr->abr", axial, pull[:, :n], products)
+        third += mixed + mixed.swapaxes(0, 1)
+        self._cubic = np.ascontiguousarray(third[:, :, :n])
+        stretch = np.sqrt(axial)[:, None, None] * pairs  # 2 s: its square is 4 EA s^2
+        frequencies = self.modes.frequencies[others]
+        relaxed = np.moveaxis(third[:, :, n:] / frequencies, -1, 0)
+        self._following = np.einsum("abr,rni->abni", third[:, :, n:] / -(frequencies**2), every[n:])
+        self._forms, self._signs = _few_squares(stretch, relaxed, n)
+        self._stacked = self._forms.reshape(n, -1, n).swapaxes(0, 1).reshape(-1, n * n)
+
+    def stretching(self, q: Array) -> tuple[Array, Array]:
+        """Force of second and third order of (2), and its derivative.
+
+        Parameters
+        ----------
+        q : ndarray, shape (instant, mode)
+            Coordinates.
+
+        Returns
+        -------
+        ndarray, ndarray, shape (instant, mode) and (instant, mode, mode)
+        """
+        count, n = q.shape
+        by_cubic = (q @ self._cubic.reshape(n, -1)).reshape(count, n, n)  # C q
+        along = (q @ self._forms).reshape(count, -1, n)  # Q_k q
+        weighted = along * self._signs[:, None]
+        square = 0.5 * (along @ q[:, :, None])[:, :, 0] * self._signs  # q Q_k q/2
+        force = 0.5 * (by_cubic @ q[:, :, None])[:, :, 0] + (square[:, None] @ along)[:, 0]
+        stiffness = by_cubic + along.transpose(0, 2, 1) @ weighted
+        stiffness += (square @ self._stacked).reshape(count, n, n)
+        return force, stiffness
+
+    def nodal(self, q: Array, v: Array) -> tuple[Array, Array]:
+        """Displacements and velocities (instant, node, 4) of coordinates, with those of w."""
+        count, n = q.shape
+        following = (q @ self._following.reshape(n, -1)).reshape(count, n, -1)  # w = this q/2
+        flat = self.shapes.reshape(n, -1)
+        u = q @ flat + 0.5 * (q[:, None] @ following)[:, 0]
+        rates = v @ flat + (v[:, None] @ following)[:, 0]
+        shape = (count, *self.shapes.shape[1:])
+        return u.reshape(shape), rates.reshape(shape)
+
+    def attack_angle(self, q: Array, v: Array, wind: float) -> Array:
+        """Attack angle [rad] at the sections, shape (instant, section)."""
+        u, du = self._projection.at_sections(q), self._projection.at_sections(v)
+        return self._air(u, du, wind).angle
+
+    def motion(self, q: Array, v: Array, wind: float) -> Motion:
+        """Accelerations in a steady wind [m/s] of coordinates and velocities (instant, mode)."""
+        u, du = self._projection.at_sections(q), self._projection.at_sections(v)
+        air = self._air(u, du, wind, slopes=True)
+        assert air.slopes is not None
+        moments = self._moments(u[2])
+        load = self._ice_load(u, du, np.zeros_like(u), moments) - air.force
+        stretching, stiffness = self.stretching(q)
+        forces = q @ self.stiffness + v @ self.damping + stretching + self._projection.collect(load)
+        m2, m3 = self.scene.ice.first_moments()
+        turned = np.stack([m3 - moments[1], moments[0] - m2])
+        mass = self.mass + self._product(turned, self._by_ice)
+        acceleration: Array = np.asarray(-np.linalg.solve(mass, forces[:, :, None])[:, :, 0])
+        ddu = self._projection.at_sections(acceleration)
+        _, by_u, by_v, _ = self._ice(u, du, ddu)
+        by_u -= air.slopes[0]
+        by_v -= air.slopes[1:].swapaxes(0, 1)
+        n = self.size
+        right = np.empty((len(q), n, 2 * n + 1))
+        right[:, :, :n] = self.stiffness + stiffness + self._product(by_u, self._by_twist)
+        right[:, :, n : 2 * n] = self.damping + self._product(
+            by_v.reshape(9, *u.shape[1:]), self._by_all
+        )
+        right[:, :, -1] = self._projection.collect(air.slopes[2])
+        slopes: Array = np.asarray(-np.linalg.solve(mass, right))
+        return Motion(acceleration, slopes[:, :, :n], slopes[:, :, n:-1], slopes[:, :, -1])
+
+
+def _closest(shapes: Array, like: Array, mass: Array, scene: Scene) -> Array:
+    """Orthogonal combinations of shapes (mode, node, 4) that are closest to others.
+
+    With the matrix O of their products in the mass, the combination is V U' for O = U S V', the
+    solution of the orthogonal Procrustes problem.
+    """
+    flat = shapes.reshape(len(shapes), -1)
+    left, sizes, right = np.linalg.svd(like.reshape(len(like), -1) @ mass @ flat.T)
+    if sizes[-1] < MIN_LIKENESS * sizes[0]:
+        raise SceneError(
+            f"the lowest modes of the span change too much over the range ({scene.title}): give a"
+            " smaller range"
+        )
+    return np.asarray((left @ right @ flat).reshape(shapes.shape))
+
+
+def _few_squares(stretch: Array, relaxed: Array, n: int) -> tuple[Array, Array]:
+    """Write sum of (q A_g q)^2/8 - sum of (q B_r q)^2/8 as a sum of few sign_k (q Q_k q)^2/8.
+
+    Parameters
+    ----------
+    stretch, relaxed : ndarray, shape (form, n, n)
+        A and B.
+
+    Returns
+    -------
+    ndarray, ndarray, shape (n, form n) and (form,)
+        Q, with the rows of all forms side by side, and the signs.
+    """
+    rows, columns = np.triu_indices(n)
+    double = np.where(rows == columns, 1.0, np.sqrt(2.0))  # keeps the norm of a form
+    a, b = (forms[:, rows, columns] * double for forms in (stretch, relaxed))
+    values, vectors = np.linalg.eigh(a.T @ a - b.T @ b)
+    kept = np.abs(values) > MIN_FORM * np.max(np.abs(values))
+    forms = np.zeros((int(kept.sum()), n, n))
+    upper = (vectors[:, kept] * np.sqrt(np.abs(values[kept]))).T / double
+    forms[:, rows, columns] = upper
+    forms[:, columns, rows] = upper
+    return np.ascontiguousarray(forms.transpose(1, 0, 2).reshape(n, -1)), np.sign(values[kept])
