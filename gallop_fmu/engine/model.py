@@ -67,6 +67,11 @@ class Model(CompiledModel):
         Active parts.
     devices : tuple of tuple of int
         Indices of the junctions of each device.
+    section_of_element : ndarray of int, shape (element,)
+        Cross-section of each element: elements with the same number have the same conductor, ice
+        and coefficient curve.
+    attack_of_element : ndarray, shape (element,)
+        Initial attack angle [rad] of the ice on each element.
 
     Raises
     ------
@@ -91,6 +96,7 @@ class Model(CompiledModel):
         self.elements, self.nodes = self.map.elements, self.map.nodes
         self.junctions = self.map.junctions
         self.devices = packed.device_junctions
+        self.section_of_element, self.attack_of_element = packed.sections_of_elements()
         self.state_size = int(kernel.gallop_state_size(handle))
         self.saved_size = int(kernel.gallop_saved_size(handle))
         self._takes_inputs = inputs

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import numpy as np
+from numpy.typing import NDArray
+
 from gallop_fmu.engine.ctypes_structs import CChain, CField, CReport
 from gallop_fmu.engine.line_map import LineMap, one_span_map
 from gallop_fmu.engine.line_pack import pack_line
@@ -61,6 +64,19 @@ class Packed(Tables):
     def device_junctions(self) -> tuple[tuple[int, ...], ...]:
         """Indices of the junctions of each device."""
         return tuple(tuple(d.junction[: d.junctions]) for d in self.tables["device"])
+
+    def sections_of_elements(self) -> tuple[NDArray[np.intp], NDArray[np.float64]]:
+        """Cross-section of each element, and its initial attack angle [rad]."""
+        found: list[NDArray[np.intp]] = []
+        for index, chain in enumerate(self.tables["chain"]):
+            of_chain = np.full(chain.elements, chain.cross_section, dtype=np.intp)
+            for station in self.tables["station"]:
+                if station.chain == index and station.cross_section != NONE:
+                    of_chain[station.corner :] = station.cross_section
+            found.append(of_chain)
+        section = np.concatenate(found)
+        attack = np.array([row.attack_angle for row in self.tables["cross_section"]])
+        return section, attack[section]
 
     def _pack_span(self, scene: Scene) -> LineMap:
         self.add_settings(scene, "span")

@@ -12,7 +12,7 @@ from gallop_fmu import Oscillation, Result, Scene, SimulationError, simulate
 from gallop_fmu.foundation.deprecation import warn_renamed
 from gallop_fmu.simulation.result import frequency_text
 from modal.linear.modes import Family
-from modal.superposition.modal_span import ModalSpan
+from modal.superposition.modal_model import ModalModel
 from modal.superposition.mode_superposition import (
     HORIZONTAL,
     TORSIONAL,
@@ -201,7 +201,7 @@ def compare(scene: Scene, stop_time: float | None = None) -> Comparison:
     SimulationError
         If the simulation cannot start. A run that ends early raises nothing; see its outcome.
     """
-    span = ModalSpan.of(scene, vertical=VERTICAL, horizontal=HORIZONTAL, torsional=TORSIONAL)
+    span = ModalModel.of(scene, vertical=VERTICAL, horizontal=HORIZONTAL, torsional=TORSIONAL)
     linear = linear_motion(span, scene.wind.mean_speed, stop_time)
     superposition = nonlinear_motion(span, stop_time)
     nonlinear = simulate(scene, stop_time, on_failure="return")
@@ -217,7 +217,7 @@ def compare(scene: Scene, stop_time: float | None = None) -> Comparison:
     return Comparison(nonlinear, superposition, linear, _linear_modes(span), tuple(divergences))
 
 
-def _linear_modes(span: ModalSpan) -> tuple[LinearMode, ...]:
+def _linear_modes(span: ModalModel) -> tuple[LinearMode, ...]:
     """Modes of the linear model in the mean wind, the fastest-growing first."""
     values, vectors = np.linalg.eig(span.linear_system(span.scene.wind.mean_speed)[0])
     families = np.array([mode.family for mode in span.modes])

@@ -4,20 +4,26 @@ This is the model of Desai, Yu, Popplewell, Shah (1995), Computers & Structures 
 mode in each direction that of Yu, Desai, Shah, Popplewell (1993), J. Eng. Mech. 119(12).  The
 tension of a linear structure does not change with the displacement, so internal resonance is
 outside of these models by construction.
+
+A line has the modes of all of its spans, strings, bundles and phases together. Strings, spacers and
+devices act through the matrices of the line, linear about its initial equilibrium.
 """
 
 from __future__ import annotations
 
 import math
 import time as clock
+from typing import overload
 
 import numpy as np
 from numpy.typing import NDArray
 
-from gallop_fmu import Outcome, Report, Result, Scene, SimulationError
+from gallop_fmu import LineResult, LineScene, Outcome, Report, Result, Scene, SimulationError
+from gallop_fmu.simulation.line_result import line_histories
+from gallop_fmu.simulation.recording import Values
 from gallop_fmu.simulation.result import Provenance, histories
 from gallop_fmu.simulation.run_options import RecordingPlan
-from modal.superposition.modal_span import ModalSpan, WindLoad, wind_at
+from modal.superposition.modal_model import ModalModel, WindLoad, wind_at
 
 Array = NDArray[np.float64]
 
@@ -27,21 +33,51 @@ VERTICAL, HORIZONTAL, TORSIONAL = 5, 5, 5
 NONLINEAR = "exact propagation of the modes, wind load as a parabola over each step (third order)"
 
 
+MOTION = ("u1", "u2", "u3", "theta")
+RATES = ("v1", "v2", "v3", "omega")
+"""Node channels of displacements and of velocities."""
+
+
+@overload
 def mode_superposition(
     scene: Scene,
+    stop_time: float | None = ...,
+    *,
+    vertical: int = ...,
+    horizontal: int = ...,
+    torsional: int = ...,
+    record_every: int | None = ...,
+) -> Result: ...
+
+
+@overload
+def mode_superposition(
+    scene: LineScene,
+    stop_time: float | None = ...,
+    *,
+    vertical: int = ...,
+    horizontal: int = ...,
+    torsional: int = ...,
+    record_every: int | None = ...,
+) -> LineResult: ...
+
+
+def mode_superposition(
+    scene: Scene | LineScene,
     stop_time: float | None = None,
     *,
     vertical: int = VERTICAL,
     horizontal: int = HORIZONTAL,
     torsional: int = TORSIONAL,
     record_every: int | None = None,
-) -> Result:
-    """Motion of a span whose structure is linear and whose wind load is not.
+) -> Result | LineResult:
+    """Motion of a span or line whose structure is linear and whose wind load is not.
 
     The modes are those of `modal.natural_modes`, about the initial equilibrium in still air;
     eccentric ice couples the directions inside them.  The wind load is that of the simulation,
     integrated over the same points along the span: the same curve in the same relative wind.
-    Damping is the scene's, projected on the modes.
+    Damping is the scene's, projected on the modes.  Of a line, each conductor has the wind of its
+    span, and the ice and curve of its span or interval; strings, spacers and devices are linear.
 
     Parameters
     ----------
@@ -52,21 +88,26 @@ def mode_superposition(
         it.
     vertical, horizontal, torsional
         Number of modes of each family, from the lowest.  One of each is the model of Yu et al.
-        (1993).
+        (1993).  Of a line: for each span and phase, torsional also for each subconductor;
+        tension-neutral modes count as vertical.  A bundle of n subconductors has (n - 1)
+        (vertical + horizontal) modes of bundle torsion and sub-span motion in addition, for each
+        span and phase.
     record_every
         Time steps from one record to the next; None takes the scene's.
 
     Returns
     -------
-    Result
-        Displacements, velocities and attack angle at mid-span, and the wind speed.  The tension is
-        left out: most of what galloping adds to it is quadratic in the displacement, which a linear
-        structure does not have.
+    Result or LineResult
+        Displacements, velocities and attack angle at mid-span (of a line: of each conductor in each
+        span, and at all clamps), and the wind speed.  Tension, forces on towers and pulls of
+        strings are not included: most of what galloping adds to them is quadratic in the
+        displacement, which a linear structure does not have.
 
     Raises
     ------
     SceneError
-        If an argument is not allowed, the mesh has too few modes, or a tower moves.
+        If an argument is not allowed, the mesh has too few modes, a tower moves, the wind is not
+        uniform or not towards +x3, or ice falls.
     SimulationError
         If no initial equilibrium exists, or the run ends early; its ``result`` holds what was
         computed.
@@ -82,29 +123,29 @@ def mode_superposition(
     five.  A load that is the same all along a span of much sag is another matter: the stretch that
     resists it takes twenty vertical modes to come within 2 %.
     """
-    span = ModalSpan.of(scene, vertical=vertical, horizontal=horizontal, torsional=torsional)
-    result = nonlinear_motion(span, stop_time, record_every)
+    model = ModalModel.of(scene, vertical=vertical, horizontal=horizontal, torsional=torsional)
+    result = nonlinear_motion(model, stop_time, record_every)
     if result.report.outcome is not Outcome.COMPLETED:
         raise SimulationError(result.report, result)
     return result
 
 
 def nonlinear_motion(
-    span: ModalSpan, stop_time: float | None = None, record_every: int | None = None
-) -> Result:
+    model: ModalModel, stop_time: float | None = None, record_every: int | None = None
+) -> Result | LineResult:
     """Motion under the nonlinear wind load.
 
     A run that ends early is returned, too; its outcome says why.
     """
     started = clock.perf_counter()
-    records = RecordingPlan.from_scene(span.scene, stop_time, record_every)
-    step, count = span.scene.numerics.time_step, len(span.modes)
+    records = RecordingPlan.from_scene(model.scene, stop_time, record_every)
+    step, count = model.scene.numerics.time_step, len(model.modes)
     time = step * np.arange(records.count * records.stride + 1, dtype=np.float64)
-    wind, applied = wind_at(span.scene, time).tolist(), span.applied(time)
-    transition, constant, linear, parabolic = propagators(span.structure(), step)
+    wind, applied = wind_at(model.scene, time), model.applied(time)
+    transition, constant, linear, parabolic = propagators(model.structure(), step)
     correction = 0.5 * (linear + parabolic)
-    z = span.start()
-    air = span.wind_load(z, wind[0])
+    z = model.start()
+    air = model.wind_load(z, wind[0])
     load = air.force + applied[0]
     states, outcome = [z], _judge(z, air)
     before, done = None, 0
@@ -116,7 +157,7 @@ def nonlinear_motion(
         if not math.isfinite(float(z @ z)):
             outcome = Outcome.NON_FINITE
             break
-        air = span.wind_load(z, wind[done])
+        air = model.wind_load(z, wind[done])
         ahead = air.force + applied[done]
         # Correction: the parabola through the last three loads (at first the line through two),
         # less what was extrapolated.
@@ -125,30 +166,30 @@ def nonlinear_motion(
         outcome = _judge(z, air)
         if done % records.stride == 0 and outcome is Outcome.COMPLETED:
             states.append(z)
-    report = _report(span, outcome, step * done, air, done)
-    return _result(span, np.array(states), records.interval, report, NONLINEAR, started)
+    report = _report(model, outcome, step * done, air, done)
+    return _result(model, np.array(states), records.interval, report, NONLINEAR, started)
 
 
 def linear_motion(
-    span: ModalSpan,
-    wind_speed: float,
+    model: ModalModel,
+    wind_speed: float | Array,
     stop_time: float | None = None,
     record_every: int | None = None,
-) -> Result:
+) -> Result | LineResult:
     """Motion under the wind load linearised about the equilibrium in a constant wind [m/s].
 
-    It starts from the scene's initial state, and ends where the attack angle leaves the curve:
-    nothing else limits a linear instability.
+    The wind is of all spans or of each. The motion starts from the scene's initial state, and ends
+    where the attack angle leaves the curve: nothing else limits a linear instability.
     """
     started = clock.perf_counter()
-    records = RecordingPlan.from_scene(span.scene, stop_time, record_every)
-    step = span.scene.numerics.time_step
-    matrix, mean = span.linear_system(wind_speed)
+    records = RecordingPlan.from_scene(model.scene, stop_time, record_every)
+    step = model.scene.numerics.time_step
+    matrix, mean = model.linear_system(wind_speed)
     transition, constant, linear, _ = propagators(matrix, step)
-    applied = span.applied(step * np.arange(records.count * records.stride + 1, dtype=np.float64))
+    applied = model.applied(step * np.arange(records.count * records.stride + 1, dtype=np.float64))
     applied -= applied[0]  # the first one is part of the equilibrium
-    z = span.start() - mean
-    air = span.wind_load(mean + z, wind_speed)
+    z = model.start() - mean
+    air = model.wind_load(mean + z, wind_speed)
     states, outcome, done = [mean + z], Outcome.COMPLETED, 0
     while outcome is Outcome.COMPLETED and done < records.count * records.stride:
         z = transition @ z + constant @ applied[done] + linear @ (applied[done + 1] - applied[done])
@@ -156,13 +197,13 @@ def linear_motion(
         if done % records.stride:
             continue
         if math.isfinite(float(z @ z)):
-            air = span.wind_load(mean + z, wind_speed)
+            air = model.wind_load(mean + z, wind_speed)
         outcome = _judge(z, air)
         if outcome is Outcome.COMPLETED:
             states.append(mean + z)
-    report = _report(span, outcome, step * done, air, done)
+    report = _report(model, outcome, step * done, air, done)
     return _result(
-        span, np.array(states), records.interval, report, "exact propagation", started, wind_speed
+        model, np.array(states), records.interval, report, "exact propagation", started, wind_speed
     )
 
 
@@ -197,53 +238,67 @@ def _judge(z: Array, air: WindLoad) -> Outcome:
     return Outcome.ANGLE_OUT_OF_RANGE if air.excess else Outcome.COMPLETED
 
 
-def _report(span: ModalSpan, outcome: Outcome, time: float, air: WindLoad, steps: int) -> Report:
+def _report(model: ModalModel, outcome: Outcome, time: float, air: WindLoad, steps: int) -> Report:
     if outcome is not Outcome.ANGLE_OUT_OF_RANGE:
         return Report(outcome, time, steps=steps)
-    assert span.scene.aerodynamics is not None  # without a curve no angle leaves it
-    first, last = span.scene.aerodynamics.curve().breakpoint[[0, -1]].tolist()
-    limit = last if air.excess > 0.0 else first
-    return Report(outcome, time, value=limit + air.excess, limit=limit, steps=steps)
+    limit = model.curve_limit(air)
+    return Report(
+        outcome,
+        time,
+        element=air.element,
+        value=limit + air.excess,
+        limit=limit,
+        steps=steps,
+        place=model.mesh.model.map.place_of(air.element, None),
+    )
 
 
 def _result(
-    span: ModalSpan,
+    model: ModalModel,
     states: Array,
     interval: float,
     report: Report,
     integrator: str,
     started: float,
-    wind_speed: float | None = None,
-) -> Result:
+    wind_speed: float | Array | None = None,
+) -> Result | LineResult:
     """Histories at mid-span; `wind_speed` [m/s] replaces the wind of the scene if it is given."""
-    scene, mesh, middle = span.scene, span.mesh, span.mesh.model.middle
+    scene, mesh = model.scene, model.mesh
+    mapped = mesh.model.map
     time = interval * np.arange(len(states), dtype=np.float64)
-    wind = wind_at(scene, time) if wind_speed is None else np.full(len(time), wind_speed)
-    q, rate = np.split(states, 2, axis=1)
-    u, v = q @ span.shapes[middle].T, rate @ span.shapes[middle].T
-    v2 = v[:, :2] @ mesh.node_normal[middle]
-    values = {
-        **dict(zip(("u1", "u2", "u3", "theta"), u.T, strict=True)),
-        **dict(zip(("v1", "v2", "v3", "omega"), v.T, strict=True)),
-        "angle_of_attack": mesh.aero_load(u[:, 3], v2, v[:, 2], v[:, 3], wind).angle,
-    }
-    families = [mode.family for mode in span.modes]
+    wind = np.array(wind_at(scene, time))
+    if wind_speed is not None:
+        wind[:] = wind_speed
+    families = [mode.family for mode in model.modes]
     counts = ", ".join(f"{families.count(family)} {family}" for family in dict.fromkeys(families))
     kind = "nonlinear" if wind_speed is None else "linearised"
-    variables: dict[str, tuple[tuple[str, ...], Array]] = {"wind_speed": (("time",), wind)}
-    variables |= {name: (("time", "node"), column[:, None]) for name, column in values.items()}
-    rest = mesh.model.equilibrium()
     details = {
         "model": (
             f"mode superposition: linear structure ({counts} modes), {kind} quasi-steady wind load"
         ),
         "integrator": integrator,
     }
-    dataset = histories(
-        variables,
-        time,
-        np.array([middle], np.int32),
-        rest.x[[middle], 0],
-        Provenance(scene, rest, report, clock.perf_counter() - started, details),
-    )
-    return Result(dataset, scene, report)
+    rest = mesh.model.equilibrium()
+    provenance = Provenance(scene, rest, report, clock.perf_counter() - started, details)
+    if isinstance(scene, LineScene):
+        nodes = mapped.usual_nodes
+        variables: Values = {"wind_speed": (("time", "line_span"), wind)}
+        variables |= _at_nodes(model, nodes, states, wind)
+        dataset = line_histories(variables, time, nodes, rest.x[nodes], mapped, provenance)
+        return LineResult(dataset, scene, report)
+    nodes = np.array([mesh.model.middle], dtype=np.int32)
+    variables = {"wind_speed": (("time",), wind[:, 0])} | _at_nodes(model, nodes, states, wind)
+    return Result(histories(variables, time, nodes, rest.x[nodes, 0], provenance), scene, report)
+
+
+def _at_nodes(model: ModalModel, nodes: NDArray[np.int32], states: Array, wind: Array) -> Values:
+    """Node channels at some nodes."""
+    q, rate = np.split(states, 2, axis=1)
+    values = {name: np.empty((len(q), len(nodes))) for name in (*MOTION, *RATES, "angle_of_attack")}
+    for column, node in enumerate(nodes.tolist()):
+        u, v = q @ model.shapes[node].T, rate @ model.shapes[node].T
+        for names, moved in ((MOTION, u), (RATES, v)):
+            for axis, name in enumerate(names):
+                values[name][:, column] = moved[:, axis]
+        values["angle_of_attack"][:, column] = model.attack_angle(node, (u, v), wind)
+    return {name: (("time", "node"), history) for name, history in values.items()}

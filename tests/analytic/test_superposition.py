@@ -9,7 +9,7 @@ from scipy.integrate import solve_ivp
 import gallop_fmu as gf
 import modal
 from modal.superposition.comparison import running_amplitude
-from modal.superposition.modal_span import ModalSpan
+from modal.superposition.modal_model import ModalModel
 from modal.superposition.mode_superposition import linear_motion, nonlinear_motion, propagators
 
 TABLE = {
@@ -30,7 +30,7 @@ def example3(**values):
 
 
 def some_modes(scene, vertical=3, horizontal=3, torsional=3):
-    return ModalSpan.of(scene, vertical=vertical, horizontal=horizontal, torsional=torsional)
+    return ModalModel.of(scene, vertical=vertical, horizontal=horizontal, torsional=torsional)
 
 
 def inputs(span, speed):

@@ -6,7 +6,7 @@ import pytest
 
 import modal
 from gallop_fmu import SceneError, load_scene
-from modal.superposition.modal_span import ModalSpan
+from modal.superposition.modal_model import ModalModel
 from support.line_scenes import section
 
 TURBULENCE = {"spectrum": "kaimal", "intensity": 0.1, "length_scale": 60.0}
@@ -22,7 +22,7 @@ DRAG_ONLY = {
 
 
 def superposition(scene):
-    return ModalSpan.of(scene, vertical=1, horizontal=1, torsional=1)
+    return ModalModel.of(scene, vertical=1, horizontal=1, torsional=1)
 
 
 @pytest.mark.parametrize(
