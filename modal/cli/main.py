@@ -477,9 +477,7 @@ def compare_models(
 
     check_output(plot, PICTURE_SUFFIXES)
     given = chosen_spec(scene, changes).scene()
-    chosen = one_span(
-        given, "a comparison", instead.SUPERPOSITION
-    )  # the comparison has its warnings
+    chosen = one_span(given, "a comparison", instead.COMPARISON)  # the comparison has its warnings
     found = compare(chosen, until)
 
     def figure() -> Any:

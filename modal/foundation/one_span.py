@@ -5,9 +5,8 @@ SCREENING = (
     " simulate the line"
 )
 REPORT = "use modal.write_report, which takes lines"
-SUPERPOSITION = (
-    "simulate the line: mode superposition has no modes of strings, bundles and phases yet, and no"
-    " wind load of several conductors"
+COMPARISON = (
+    "compare modal.mode_superposition and gallop_fmu.simulate of the line, which take lines"
 )
 VARIATION = "call natural_modes or frequency_ratio for each value of LineScene.with_values"
 CRITERIA = "use modal.line_criteria, which has the criteria of each span"

@@ -10,7 +10,9 @@ from numpy.typing import NDArray
 
 from gallop_fmu import Oscillation, Result, Scene, SimulationError, simulate
 from gallop_fmu.foundation.deprecation import warn_renamed
+from gallop_fmu.scene.line_scene import one_span
 from gallop_fmu.simulation.result import frequency_text
+from modal.foundation import one_span as instead
 from modal.linear.modes import Family
 from modal.superposition.modal_model import ModalModel
 from modal.superposition.mode_superposition import (
@@ -201,6 +203,7 @@ def compare(scene: Scene, stop_time: float | None = None) -> Comparison:
     SimulationError
         If the simulation cannot start. A run that ends early raises nothing; see its outcome.
     """
+    scene = one_span(scene, "a comparison", instead.COMPARISON)
     span = ModalModel.of(scene, vertical=VERTICAL, horizontal=HORIZONTAL, torsional=TORSIONAL)
     linear = linear_motion(span, scene.wind.mean_speed, stop_time)
     superposition = nonlinear_motion(span, stop_time)
@@ -208,6 +211,8 @@ def compare(scene: Scene, stop_time: float | None = None) -> Comparison:
     if not nonlinear.started:
         raise SimulationError(nonlinear.report, nonlinear)
     slowest = 1.0 / min(mode.frequency_hz for mode in span.modes)
+    assert isinstance(superposition, Result)
+    assert isinstance(linear, Result)
     divergences = [
         _divergence(nonlinear, other, name, channel, level, slowest)
         for name, other in (("superposition", superposition), ("linear", linear))

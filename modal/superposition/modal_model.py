@@ -10,6 +10,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property, partial
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -188,7 +189,13 @@ class ModalModel:
         wind = np.broadcast_to(wind, theta.shape[-1:])
         for element, at in self._groups:
             of_group = self.mesh.aero_load(
-                theta[:, at], *v[:, :, at], wind[at], attack_angle=attack[element], element=element
+                theta[:, at],
+                v[0][:, at],
+                v[1][:, at],
+                v[2][:, at],
+                wind[at],
+                attack_angle=attack[element],
+                element=element,
             )
             force[:, :, at] = of_group.force
             angle[:, at], excess[:, at] = of_group.angle, of_group.excess
@@ -350,12 +357,13 @@ def _check_scene(scene: Scene | LineScene) -> None:
 
 
 def _check_towers(scene: Scene | LineScene) -> None:
+    held: dict[str, Any] = {}
     if isinstance(scene, LineScene):
         section = scene.section
-        held = {"section.left_end": section.left_end, "section.right_end": section.right_end}
+        held |= {"section.left_end": section.left_end, "section.right_end": section.right_end}
         held |= {f"section.suspensions.{k}": one for k, one in enumerate(section.suspensions)}
     else:
-        held = {f"supports.{side}": getattr(scene.supports, side) for side in ("left", "right")}
+        held |= {"supports.left": scene.supports.left, "supports.right": scene.supports.right}
     for name, one in held.items():
         if one.motion is not None:
             raise SceneError(

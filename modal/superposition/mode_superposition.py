@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 
 from gallop_fmu import LineResult, LineScene, Outcome, Report, Result, Scene, SimulationError
 from gallop_fmu.simulation.line_result import line_histories
-from gallop_fmu.simulation.recording import Values
+from gallop_fmu.simulation.recording import Recording, Values, rest_values
 from gallop_fmu.simulation.result import Provenance, histories
 from gallop_fmu.simulation.run_options import RecordingPlan
 from modal.superposition.modal_model import ModalModel, WindLoad, wind_at
@@ -284,6 +284,7 @@ def _result(
         nodes = mapped.usual_nodes
         variables: Values = {"wind_speed": (("time", "line_span"), wind)}
         variables |= _at_nodes(model, nodes, states, wind)
+        variables |= rest_values(Recording(()), mesh.model)
         dataset = line_histories(variables, time, nodes, rest.x[nodes], mapped, provenance)
         return LineResult(dataset, scene, report)
     nodes = np.array([mesh.model.middle], dtype=np.int32)

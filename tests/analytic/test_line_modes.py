@@ -94,7 +94,6 @@ REFUSALS = {
     "screen": (modal.screen, "frequency_ratio"),
     "two_mode_estimate": (modal.two_mode_estimate, "frequency_ratio"),
     "shallow_cable": (modal.shallow_cable, "natural_modes"),
-    "mode superposition": (modal.mode_superposition, "simulate the line"),
     "suggest_design_changes": (modal.suggest_design_changes, "with_values"),
     "ratio_map": (lambda scene: modal.ratio_map(scene, "span.sag", [1.0]), "with_values"),
     "track_modes": (lambda scene: modal.track_modes(scene, "wind.speed", [1.0]), "with_values"),
