@@ -98,6 +98,10 @@ def _load() -> c.CDLL:
         "gallop_state_check": (c.c_int, (pointer, pointer)),
         "gallop_shedding_times": (c.c_int, (pointer, pointer, doubles)),
         "gallop_equilibrium": (c.c_int, (pointer, pointer, double, inputs, report)),
+        "gallop_state_place": (
+            c.c_int,
+            (pointer, pointer, double, inputs, doubles, doubles, report),
+        ),
         "gallop_settle": (c.c_int, (pointer, pointer, report)),
         "gallop_advance": (c.c_int, (pointer, pointer, inputs, double, report)),
         "gallop_run": (

@@ -410,6 +410,33 @@ class Model(CompiledModel):
         state._call(kernel.gallop_equilibrium, number("time", time), self.accept(inputs))
         return state
 
+    def place(
+        self, u: ArrayLike, v: ArrayLike, time: float = 0.0, inputs: Inputs | None = None
+    ) -> State:
+        """Start in a given motion, with consistent accelerations.
+
+        Parameters
+        ----------
+        u, v : array_like, shape (node, 4)
+            Displacements [m, rad] from the initial equilibrium, and velocities [m/s, rad/s]. Where
+            supports prescribe the motion, that is used.
+        time
+            Time [s].
+        inputs
+            Values that replace the scene's laws.
+
+        Raises
+        ------
+        TypeError, ValueError
+            If u or v have another shape or are not finite.
+        SimulationError
+            If the cable is slack or the attack angle is out of range.
+        """
+        state = State(self)
+        motion = [double_pointer(y) for y in self._motion(u, v, None)[:2]]
+        state._call(kernel.gallop_state_place, number("time", time), self.accept(inputs), *motion)
+        return state
+
 
 def _model_of(scene: Scene | LineScene, inputs: bool) -> Model:
     return Model(scene, inputs=inputs)

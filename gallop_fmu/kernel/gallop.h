@@ -339,6 +339,24 @@ GALLOP_API int gallop_state_init(const gallop_model *model, gallop_state *state,
 GALLOP_API int gallop_equilibrium(const gallop_model *model, gallop_state *state, double time,
                                   const gallop_inputs *inputs, gallop_report *report);
 
+/* Starts a state in a given motion, with accelerations that satisfy the equations of motion.  The
+ * seed is not added; ice whose time is not after `start` is gone.
+ *
+ * @param model   Model
+ * @param state   Output: gallop_state_size bytes; after a failure they are no state
+ * @param start   Time [s], finite
+ * @param inputs  Values that replace the scene's laws; NULL: the laws hold
+ * @param u       Displacements from the initial equilibrium (nodes, 4) [m, rad], finite; where
+ *                junctions or the scene prescribe the motion, that is used
+ * @param v       Velocities (nodes, 4) [m/s, rad/s]
+ * @param report  Output
+ * @return        GALLOP_COMPLETED; GALLOP_BAD_CALL; GALLOP_SLACK, GALLOP_ANGLE_OUT_OF_RANGE or
+ *                GALLOP_NON_FINITE if there is no such motion
+ */
+GALLOP_API int gallop_state_place(const gallop_model *model, gallop_state *state, double start,
+                                  const gallop_inputs *inputs, const double *u, const double *v,
+                                  gallop_report *report);
+
 /* Puts a state at rest in the static equilibrium in still air, without loads, with the ice that it
  * still has and the towers where they are.  Compared with the initial equilibrium, this is how far
  * the ice that has fallen moves the conductors.  After a failure the state is the one before the

@@ -341,6 +341,29 @@ int gallop_state_init(const gallop_model *model, gallop_state *state, double sta
     return started(model, state, outcome, report);
 }
 
+int gallop_state_place(const gallop_model *model, gallop_state *state, double start,
+                       const gallop_inputs *inputs, const double *u, const double *v,
+                       gallop_report *report)
+{
+    int outcome = check_room(model, state, start, report);
+    if (!outcome) outcome = check_inputs(model, inputs, start, report);
+    if (outcome) return outcome;
+    const size_t values = 4 * (size_t)model->nodes;
+    if (!base_pointer_usable(u, WORD) || !check_finite(u, values))
+        return report_refused(report, "u, which must be finite numbers", NAN, NAN);
+    if (!base_pointer_usable(v, WORD) || !check_finite(v, values))
+        return report_refused(report, "v, which must be finite numbers", NAN, NAN);
+    clear(model, state, start, inputs);
+    state_view at = state_view_of(model, state);
+    memcpy(at.u, u, values * sizeof(double));
+    memcpy(at.v, v, values * sizeof(double));
+    junction_prescribe(model, &at.now, at.u, at.v, NULL);
+    time_control_start(model, state, at.u);
+    time_shed_by_time(model, &at, start);
+    outcome = time_accelerate(model, state, &at, report);
+    return started(model, state, outcome, report);
+}
+
 gallop_state *gallop_state_before(const gallop_model *model, gallop_state *state)
 {
     gallop_report report;

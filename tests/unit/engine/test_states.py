@@ -243,3 +243,30 @@ def test_the_force_at_a_junction_is_that_at_the_end_of_the_span():
     assert np.array_equal(np.concatenate(ends), state.observe_span()[channels])
     with pytest.raises(ValueError, match="junction"):
         state.observe_junction(state.model.junctions)
+
+
+def test_a_state_placed_in_a_motion_continues_it():
+    scene = load_scene("example3").with_values(
+        {"numerics.elements": 6, "numerics.newton_tolerance": 1e-9}
+    )
+    model = Model(scene)
+    state = model.start()
+    state.advance(2.0)
+    u, v, a = state.motion()
+    placed = model.place(u, v, time=2.0)
+    # observed 3e-6: both solve to the Newton tolerance
+    assert placed.motion()[2] == pytest.approx(a, abs=1e-5 * np.max(np.abs(a)))
+    for one in (state, placed):
+        one.advance(3.0)
+    theirs, ours = state.motion()[0], placed.motion()[0]
+    assert ours == pytest.approx(theirs, abs=1e-5 * np.max(np.abs(theirs)))
+
+
+def test_a_placed_state_has_the_prescribed_motion_of_its_ends():
+    model = Model(load_scene("example3").with_values({"numerics.elements": 4}))
+    ones = np.full((model.nodes, 4), 1e-3)
+    u, v, _ = model.place(ones, ones).motion()
+    assert np.all(u[[0, -1]] == 0.0)
+    assert np.all(v[[0, -1]] == 0.0)
+    with pytest.raises(ValueError, match="v"):
+        model.place(ones, ones * np.nan)

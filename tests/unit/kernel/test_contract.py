@@ -68,6 +68,7 @@ START = ("model", "state", "time", "inputs", "report")
 FUNCTIONS = {
     "gallop_state_init": START,
     "gallop_equilibrium": START,
+    "gallop_state_place": ("model", "state", "time", "inputs", "u", "v", "report"),
     "gallop_advance": ADVANCE,
     "gallop_rewind": ("model", "state", "sharpness"),
     "gallop_state_check": ("model", "state"),
@@ -141,7 +142,8 @@ def test_pointers_that_are_not_aligned_are_refused(span, name, argument, shift):
 
 
 ONLY_SCRATCH = (
-    *("gallop_state_init", "gallop_equilibrium", "gallop_residual", "gallop_tangent"),
+    *("gallop_state_init", "gallop_equilibrium", "gallop_state_place"),
+    *("gallop_residual", "gallop_tangent"),
     *("gallop_device_force", "gallop_device_tangent"),
 )
 
