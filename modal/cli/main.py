@@ -471,13 +471,10 @@ def compare_models(
     as_json: AsJson = False,
 ) -> None:
     """Compare the nonlinear simulation, mode superposition and linear theory."""
-    from gallop_fmu.scene.line_scene import one_span
-    from modal.foundation import one_span as instead
     from modal.superposition.comparison import compare
 
     check_output(plot, PICTURE_SUFFIXES)
-    given = chosen_spec(scene, changes).scene()
-    chosen = one_span(given, "a comparison", instead.COMPARISON)  # the comparison has its warnings
+    chosen = chosen_spec(scene, changes).scene()  # the comparison has its warnings
     found = compare(chosen, until)
 
     def figure() -> Any:

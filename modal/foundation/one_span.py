@@ -5,9 +5,6 @@ SCREENING = (
     " simulate the line"
 )
 REPORT = "use modal.write_report, which takes lines"
-COMPARISON = (
-    "compare modal.mode_superposition and gallop_fmu.simulate of the line, which take lines"
-)
 VARIATION = "call natural_modes or frequency_ratio for each value of LineScene.with_values"
 CRITERIA = "use modal.line_criteria, which has the criteria of each span"
 CLOSED_FORM = "use natural_modes"

@@ -9,9 +9,9 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
-from gallop_fmu import Outcome, Result
+from gallop_fmu import LineResult, Outcome, SceneError
 from gallop_fmu.plots import STYLE, TEXT_WIDTH, add_notes, drawing, enlarged_part
-from modal.superposition.comparison import Comparison
+from modal.superposition.comparison import AnyResult, Comparison, Place, midspan_of, motion_of
 
 NAMES = {
     "nonlinear": "nonlinear simulation",
@@ -37,14 +37,35 @@ LATE_SHARE = 0.75
 """Share of the time axis beyond which the note on an early end is on the left of its line."""
 
 
-def comparison_figure(comparison: Comparison) -> Figure:
+def comparison_figure(
+    comparison: Comparison, span: int | None = None, phase: int | None = None
+) -> Figure:
     """Draw histories of u2 and u3, one row for each model, and the path of mid-span in each.
 
     All rows have one scale, that of the two models with bounded motion; linear theory may leave it.
     A dotted line marks the time from which the amplitude of a simpler model differs from that of
     the simulation by a fifth.
+
+    Parameters
+    ----------
+    comparison
+        The comparison.
+    span, phase
+        Numbers, from 1, of what is drawn of a line (default: the mid-span with the largest motion
+        in the simulation).
+
+    Raises
+    ------
+    SceneError
+        There is no such span or phase.
     """
-    motions = [f"{NAMES[name]}: {result.motion}" for name, result in comparison.models.items()]
+    place = _largest_motion(comparison, span, phase)
+    of_place = ""
+    if isinstance(comparison.nonlinear, LineResult):
+        of_place = f" of {comparison.nonlinear.label(*place)}"
+    motions = [
+        f"{NAMES[name]}: {motion_of(result, place)}" for name, result in comparison.models.items()
+    ]
     warnings = dict.fromkeys(
         f"Warning: {text}" for result in comparison.models.values() for text in result.warnings
     )
@@ -53,17 +74,38 @@ def comparison_figure(comparison: Comparison) -> Figure:
             figsize=(TEXT_WIDTH, 6.6 + NOTE_HEIGHT * len(warnings)), layout="constrained"
         )
         top, bottom = figure.subfigures(2, 1, squeeze=False, height_ratios=(1.5, 1.0))[:, 0]
-        _draw_histories(top.subplots(3, 2, sharex=True, sharey="col"), comparison)
-        _draw_paths(list(bottom.subplots(1, 3, sharex=True, sharey=True)), comparison)
-        add_notes(figure, [f"Motion in the {'; '.join(motions)}.", *warnings])
+        _draw_histories(top.subplots(3, 2, sharex=True, sharey="col"), comparison, place)
+        _draw_paths(list(bottom.subplots(1, 3, sharex=True, sharey=True)), comparison, place)
+        add_notes(figure, [f"Motion{of_place} in the {'; '.join(motions)}.", *warnings])
     return figure
 
 
-def _limits(comparison: Comparison, channel: str) -> tuple[float, float]:
+def _largest_motion(comparison: Comparison, span: int | None, phase: int | None) -> Place:
+    """Span and phase that are given, or else those with the largest range of u2 and u3."""
+
+    def size(place: Place) -> float:
+        data = midspan_of(comparison.nonlinear, *place)
+        return float(sum(np.ptp(data[channel].values) for channel in LABELS))
+
+    wanted = [
+        place
+        for place in comparison.places
+        if span in (None, place[0]) and phase in (None, place[1])
+    ]
+    if not wanted:
+        spans, phases = comparison.places[-1]
+        raise SceneError(
+            f"span = {span}, phase = {phase}: the scene has spans 1 to {spans} and phases 1 to"
+            f" {phases}"
+        )
+    return max(wanted, key=size)
+
+
+def _limits(comparison: Comparison, channel: str, place: Place) -> tuple[float, float]:
     """Range of a channel in the models with bounded motion."""
     values = np.concatenate(
         [
-            result.midspan()[channel].values
+            midspan_of(result, *place)[channel].values
             for result in (comparison.nonlinear, comparison.superposition)
         ]
     )
@@ -72,18 +114,18 @@ def _limits(comparison: Comparison, channel: str) -> tuple[float, float]:
     return middle - half, middle + half
 
 
-def _draw_histories(grid: NDArray[Any], comparison: Comparison) -> None:
+def _draw_histories(grid: NDArray[Any], comparison: Comparison, place: Place) -> None:
     """Draw one row of histories for each model."""
     stop = comparison.nonlinear.dataset.time.values[-1]
     for row, (name, result) in zip(grid, comparison.models.items(), strict=True):
-        data = result.midspan()
+        data = midspan_of(result, *place)
         for axes, channel in zip(row, LABELS, strict=True):
             axes.plot(data.time.values, data[channel].values, color=COLOURS[name], linewidth=0.4)
             axes.set_xlim(0.0, stop)
             axes.set_ylabel(LABELS[channel])
-            axes.set_ylim(*_limits(comparison, channel))
+            axes.set_ylim(*_limits(comparison, channel, place))
             if name != "nonlinear":
-                _mark_divergence(axes, comparison, name, channel)
+                _mark_divergence(axes, comparison, (name, channel), place)
             if result.outcome is not Outcome.COMPLETED:
                 _mark_end(axes, result)
         row[0].set_title(NAMES[name], loc="left", pad=2.0)
@@ -91,9 +133,11 @@ def _draw_histories(grid: NDArray[Any], comparison: Comparison) -> None:
         axes.set_xlabel("time [s]")
 
 
-def _mark_divergence(axes: Axes, comparison: Comparison, name: str, channel: str) -> None:
-    """Mark the time from which the amplitude differs from that of the simulation."""
-    time = comparison.divergence(name, channel, MARKED_LEVEL).amplitude
+def _mark_divergence(
+    axes: Axes, comparison: Comparison, which: tuple[str, str], place: Place
+) -> None:
+    """Mark the time from which the amplitude of a model and channel differs from the simulation."""
+    time = comparison.divergence(*which, MARKED_LEVEL, *place).amplitude
     if time is not None:
         axes.axvline(time, color="#D55E00", linestyle=":", linewidth=1.0)
         axes.set_title(
@@ -105,7 +149,7 @@ def _mark_divergence(axes: Axes, comparison: Comparison, name: str, channel: str
         )
 
 
-def _mark_end(axes: Axes, result: Result) -> None:
+def _mark_end(axes: Axes, result: AnyResult) -> None:
     """Mark the time at which a run ended early, with the reason on the empty side."""
     time = result.report.time
     late = time > LATE_SHARE * axes.get_xlim()[1]
@@ -123,11 +167,11 @@ def _mark_end(axes: Axes, result: Result) -> None:
     )
 
 
-def _draw_paths(panels: list[Axes], comparison: Comparison) -> None:
+def _draw_paths(panels: list[Axes], comparison: Comparison, place: Place) -> None:
     """Draw the last periods of each model, with the length that suits the simulation."""
-    first, last = next(iter(enlarged_part(comparison.nonlinear.midspan()).values()))
+    first, last = next(iter(enlarged_part(midspan_of(comparison.nonlinear, *place)).values()))
     for axes, (name, result) in zip(panels, comparison.models.items(), strict=True):
-        data = result.midspan()
+        data = midspan_of(result, *place)
         stop = float(data.time.values[-1])
         start = max(0.0, stop - (last - first))
         part = data.sel(time=slice(start - 1e-9, stop + 1e-9))
@@ -136,5 +180,5 @@ def _draw_paths(panels: list[Axes], comparison: Comparison) -> None:
         axes.set_xlabel(LABELS["u3"])
         axes.locator_params(nbins=5)
     panels[0].set_ylabel(LABELS["u2"])
-    panels[0].set_xlim(*_limits(comparison, "u3"))
-    panels[0].set_ylim(*_limits(comparison, "u2"))
+    panels[0].set_xlim(*_limits(comparison, "u3", place))
+    panels[0].set_ylim(*_limits(comparison, "u2", place))

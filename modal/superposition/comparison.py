@@ -1,20 +1,28 @@
-"""Comparison of nonlinear simulation, mode superposition and linear theory of one span."""
+"""Comparison of nonlinear simulation, mode superposition and linear theory of a span or line."""
 
 from __future__ import annotations
 
 from dataclasses import asdict, dataclass, field
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from gallop_fmu import Oscillation, Result, Scene, SimulationError, simulate
+from gallop_fmu import (
+    LineResult,
+    LineScene,
+    Oscillation,
+    Result,
+    Scene,
+    SimulationError,
+    simulate,
+)
 from gallop_fmu.foundation.deprecation import warn_renamed
-from gallop_fmu.scene.line_scene import one_span
-from gallop_fmu.simulation.result import frequency_text
-from modal.foundation import one_span as instead
+from gallop_fmu.simulation.oscillation import Oscillations, frequency_text
+from gallop_fmu.simulation.steadiness import Motion
+from modal.linear.line_modes import LineFamily
 from modal.linear.modes import Family
-from modal.superposition.modal_model import ModalModel
+from modal.superposition.modal_model import ModalModel, mean_wind
 from modal.superposition.mode_superposition import (
     HORIZONTAL,
     TORSIONAL,
@@ -23,10 +31,16 @@ from modal.superposition.mode_superposition import (
     nonlinear_motion,
 )
 
+if TYPE_CHECKING:
+    import xarray as xr
+
 Array = NDArray[np.float64]
+AnyResult = Result | LineResult
+Place = tuple[int, int]
+"""Span and phase, from 1."""
 
 CHANNELS = {"u2": "m", "u3": "m", "theta": "rad"}
-"""Channels compared at mid-span, and their units."""
+"""Channels compared at mid-span, and their units; of a bundle those of its centre."""
 
 LEVELS = (0.05, 0.2)
 """Differences, relative to the running amplitude of the simulation, that count as divergence."""
@@ -49,7 +63,7 @@ class LinearMode:
         Rate sigma [1/s] of the amplitude exp(sigma t); negative if it decays.
     """
 
-    family: Family
+    family: Family | LineFamily
     frequency_hz: float
     growth_rate: float
 
@@ -72,6 +86,8 @@ class Divergence:
     amplitude : float or None
         Time [s] from which the two running amplitudes differ by more, up to the end of the shorter
         run. None if they do not differ there.
+    span, phase : int
+        Numbers, from 1, of the mid-span.
     """
 
     model: str
@@ -79,35 +95,37 @@ class Divergence:
     level: float
     history: float | None
     amplitude: float | None
+    span: int = 1
+    phase: int = 1
 
 
 @dataclass(frozen=True)
 class Comparison:
-    """Three models of one span.
+    """Three models of one span or line.
 
     Attributes
     ----------
-    nonlinear : Result
+    nonlinear : Result or LineResult
         The simulation.
-    superposition : Result
+    superposition : Result or LineResult
         Linear structure, nonlinear wind load.
-    linear : Result
+    linear : Result or LineResult
         Linear structure, wind load linearised about the equilibrium in mean wind. An unstable
         model ends when its attack angle leaves the coefficient curve; nothing else limits it.
     linear_modes : tuple of LinearMode
         Modes of the linear model, the fastest-growing first.
     divergences : tuple of Divergence
-        One for each simpler model, channel and level.
+        One for each simpler model, channel, level and mid-span.
     """
 
-    nonlinear: Result = field(repr=False)
-    superposition: Result = field(repr=False)
-    linear: Result = field(repr=False)
+    nonlinear: AnyResult = field(repr=False)
+    superposition: AnyResult = field(repr=False)
+    linear: AnyResult = field(repr=False)
     linear_modes: tuple[LinearMode, ...]
     divergences: tuple[Divergence, ...]
 
     @property
-    def models(self) -> dict[str, Result]:
+    def models(self) -> dict[str, AnyResult]:
         """The three results by name."""
         return {
             "nonlinear": self.nonlinear,
@@ -115,19 +133,41 @@ class Comparison:
             "linear": self.linear,
         }
 
-    def amplitudes(self) -> dict[str, dict[str, Oscillation]]:
-        """Oscillation of u2 [m], u3 [m], theta [rad] at mid-span at the end, by model."""
+    @property
+    def places(self) -> tuple[Place, ...]:
+        """Span and phase of each mid-span; of one span (1, 1)."""
+        return places_of(self.nonlinear)
+
+    def amplitudes(
+        self, span: int | None = None, phase: int = 1
+    ) -> dict[str, dict[str, Oscillation]]:
+        """Oscillation of u2 [m], u3 [m], theta [rad] at mid-span at the end, by model.
+
+        Parameters
+        ----------
+        span, phase
+            Their numbers in a line, from 1; the span may be omitted if there is one.
+
+        Raises
+        ------
+        SceneError
+            There is no such span or phase, or the span is missing.
+        """
         found = {}
         for name, result in self.models.items():
-            motions = result.steady()
+            motions = _steady(result, span, phase)
             found[name] = {channel: motions[channel] for channel in CHANNELS}
         return found
 
-    def divergence(self, model: str, channel: str, level: float) -> Divergence:
+    def divergence(
+        self, model: str, channel: str, level: float, span: int = 1, phase: int = 1
+    ) -> Divergence:
         """Return one of `divergences`."""
-        key = (model, channel, level)
+        key = (model, channel, level, span, phase)
         return next(
-            found for found in self.divergences if (found.model, found.channel, found.level) == key
+            found
+            for found in self.divergences
+            if (found.model, found.channel, found.level, found.span, found.phase) == key
         )
 
     @property
@@ -147,31 +187,38 @@ class Comparison:
             "title": self.nonlinear.scene.title,
             "models": {
                 name: {
-                    "outcome": self.models[name].outcome.name.lower(),
-                    "message": str(self.models[name].report),
-                    "warnings": list(self.models[name].warnings),
-                    "motion": str(self.models[name].motion),
-                    "stop_time": self.models[name].report.time,
-                    "midspan": {channel: motion.as_dict() for channel, motion in motions.items()},
+                    "outcome": result.outcome.name.lower(),
+                    "message": str(result.report),
+                    "warnings": list(result.warnings),
+                    "motion": str(result.motion),
+                    "stop_time": result.report.time,
+                    **self._midspans(name),
                 }
-                for name, motions in self.amplitudes().items()
+                for name, result in self.models.items()
             },
             "linear_modes": [asdict(mode) for mode in self.linear_modes],
             "divergences": [asdict(divergence) for divergence in self.divergences],
         }
 
+    def _midspans(self, model: str) -> dict[str, Any]:
+        """Amplitudes of a model for JSON: of one span, or by span and phase of a line."""
+        rows = [
+            {channel: motion.as_dict() for channel, motion in self.amplitudes(*at)[model].items()}
+            for at in self.places
+        ]
+        if isinstance(self.nonlinear, Result):
+            return {"midspan": rows[0]}
+        places = [{"span": span, "phase": phase} for span, phase in self.places]
+        return {"spans": [at | {"midspan": row} for at, row in zip(places, rows, strict=True)]}
+
     def __str__(self) -> str:
         """Table of amplitudes, and the warnings, with their models unless they hold for all."""
         lines = [f"{'':14}{HEADINGS}"]
-        for name, motions in self.amplitudes().items():
-            u2, u3, theta = (motions[channel] for channel in CHANNELS)
-            lines.append(
-                f"{name:14}"
-                f"{u2.amplitude:10.4f}{frequency_text(u2.frequency_hz):>9}"
-                f"{u3.amplitude:10.4f}{frequency_text(u3.frequency_hz):>9}"
-                f"{theta.amplitude:13.4f}{self.models[name].report.time:11.1f}"
-                f"  {self.models[name].motion}"
-            )
+        for place in self.places:
+            if isinstance(self.nonlinear, LineResult):
+                lines.append(f"{self.nonlinear.label(*place)}:")
+            rows = self.amplitudes(*place).items()
+            lines += [self._row(name, motions, place) for name, motions in rows]
         warned: dict[str, list[str]] = {}  # names of the models of each warning
         for name, result in self.models.items():
             for sentence in result.warnings:
@@ -181,8 +228,20 @@ class Comparison:
             lines.append(f"warning{about}: {sentence}")
         return "\n".join(lines)
 
+    def _row(self, name: str, motions: dict[str, Oscillation], place: Place) -> str:
+        """Row of the table of amplitudes."""
+        result = self.models[name]
+        u2, u3, theta = (motions[channel] for channel in CHANNELS)
+        return (
+            f"{name:14}"
+            f"{u2.amplitude:10.4f}{frequency_text(u2.frequency_hz):>9}"
+            f"{u3.amplitude:10.4f}{frequency_text(u3.frequency_hz):>9}"
+            f"{theta.amplitude:13.4f}{result.report.time:11.1f}"
+            f"  {motion_of(result, place)}"
+        )
 
-def compare(scene: Scene, stop_time: float | None = None) -> Comparison:
+
+def compare(scene: Scene | LineScene, stop_time: float | None = None) -> Comparison:
     """Run the nonlinear simulation, mode superposition and linear theory on one scene.
 
     All start from the same state. Mode superposition and linear theory have the same modes; they
@@ -192,40 +251,61 @@ def compare(scene: Scene, stop_time: float | None = None) -> Comparison:
     Parameters
     ----------
     scene
-        The span; the linear model uses the mean wind speed.
+        The span or line; the linear model uses the mean wind speed, of a line that of each span.
     stop_time
         Simulated time [s]; None takes the scene's.
 
     Raises
     ------
     SceneError
-        If an argument is not allowed, the mesh has too few modes, or a tower moves.
+        If an argument is not allowed, the mesh has too few modes, or the scene has what
+        `mode_superposition` refuses.
     SimulationError
         If the simulation cannot start. A run that ends early raises nothing; see its outcome.
     """
-    scene = one_span(scene, "a comparison", instead.COMPARISON)
-    span = ModalModel.of(scene, vertical=VERTICAL, horizontal=HORIZONTAL, torsional=TORSIONAL)
-    linear = linear_motion(span, scene.wind.mean_speed, stop_time)
-    superposition = nonlinear_motion(span, stop_time)
+    model = ModalModel.of(scene, vertical=VERTICAL, horizontal=HORIZONTAL, torsional=TORSIONAL)
+    linear = linear_motion(model, mean_wind(scene), stop_time)
+    superposition = nonlinear_motion(model, stop_time)
     nonlinear = simulate(scene, stop_time, on_failure="return")
     if not nonlinear.started:
         raise SimulationError(nonlinear.report, nonlinear)
-    slowest = 1.0 / min(mode.frequency_hz for mode in span.modes)
-    assert isinstance(superposition, Result)
-    assert isinstance(linear, Result)
+    slowest = 1.0 / min(mode.frequency_hz for mode in model.modes)
     divergences = [
-        _divergence(nonlinear, other, name, channel, level, slowest)
+        _divergence(nonlinear, (name, other), channel, level, slowest, place)
         for name, other in (("superposition", superposition), ("linear", linear))
+        for place in places_of(nonlinear)
         for channel in CHANNELS
         for level in LEVELS
     ]
-    return Comparison(nonlinear, superposition, linear, _linear_modes(span), tuple(divergences))
+    return Comparison(nonlinear, superposition, linear, _linear_modes(model), tuple(divergences))
 
 
-def _linear_modes(span: ModalModel) -> tuple[LinearMode, ...]:
+def places_of(result: AnyResult) -> tuple[Place, ...]:
+    """Span and phase of each mid-span of a result; of one span (1, 1)."""
+    if isinstance(result, Result):
+        return ((1, 1),)
+    spans, phases = result.map.spans, result.map.phases
+    return tuple((span + 1, phase + 1) for span in range(spans) for phase in range(phases))
+
+
+def midspan_of(result: AnyResult, span: int | None, phase: int) -> xr.Dataset:
+    """Histories of mid-span, or of the bundle's centre and twist at a mid-span of a line."""
+    return result.midspan() if isinstance(result, Result) else result.bundle(span, phase)
+
+
+def motion_of(result: AnyResult, place: Place) -> Motion:
+    """Judgement of the motion of one mid-span."""
+    return result.motion if isinstance(result, Result) else result.motion_of(*place)
+
+
+def _steady(result: AnyResult, span: int | None, phase: int) -> Oscillations:
+    return result.steady() if isinstance(result, Result) else result.steady(None, span, phase)
+
+
+def _linear_modes(model: ModalModel) -> tuple[LinearMode, ...]:
     """Modes of the linear model in the mean wind, the fastest-growing first."""
-    values, vectors = np.linalg.eig(span.linear_system(span.scene.wind.mean_speed)[0])
-    families = np.array([mode.family for mode in span.modes])
+    values, vectors = np.linalg.eig(model.linear_system(mean_wind(model.scene))[0])
+    families = np.array([mode.family for mode in model.modes])
     weight = np.abs(vectors[len(families) :]) ** 2
     found = []
     for k in np.flatnonzero(values.imag >= 0.0):
@@ -241,12 +321,20 @@ def _linear_modes(span: ModalModel) -> tuple[LinearMode, ...]:
 
 
 def _divergence(
-    nonlinear: Result, other: Result, model: str, channel: str, level: float, period: float
+    nonlinear: AnyResult,
+    other: tuple[str, AnyResult],
+    channel: str,
+    level: float,
+    period: float,
+    place: Place,
 ) -> Divergence:
     """Compare the histories of a channel from the first `period` [s] to the end of the shorter."""
-    count = min(nonlinear.dataset.sizes["time"], other.dataset.sizes["time"])
+    model, simpler = other
+    count = min(nonlinear.dataset.sizes["time"], simpler.dataset.sizes["time"])
     time = nonlinear.dataset.time.values[:count]
-    truth, simple = (result.midspan()[channel].values[:count] for result in (nonlinear, other))
+    truth, simple = (
+        midspan_of(result, *place)[channel].values[:count] for result in (nonlinear, simpler)
+    )
     width = int(np.searchsorted(time, period)) + 1
     amplitude = running_amplitude(truth, width)
 
@@ -260,6 +348,8 @@ def _divergence(
         level=level,
         history=float(time[first[0]]) if len(first) else None,
         amplitude=float(time[last_agreement + 1]) if last_agreement + 1 < count else None,
+        span=place[0],
+        phase=place[1],
     )
 
 

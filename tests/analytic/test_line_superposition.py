@@ -1,5 +1,6 @@
 """Mode superposition of lines: against the kernel's loads, one span, linear theory, simulation."""
 
+import json
 import math
 from dataclasses import replace
 
@@ -9,6 +10,7 @@ import pytest
 import gallop_fmu as gf
 import modal
 from modal.linear.eigensolution import nearest_to_zero
+from modal.plots import comparison_figure
 from modal.superposition.modal_model import ModalModel, mean_wind
 from modal.superposition.mode_superposition import linear_motion, nonlinear_motion
 from support.line_references import line_scene, stored
@@ -341,3 +343,38 @@ def test_strings_swing_only_in_the_nonlinear_model():
         ratios.append(strongest_frequency(time, across) / strongest_frequency(time, up))
     assert sizes == pytest.approx([0.57, 0.068], rel=0.02)  # observed 0.5746 and 0.0679 m
     assert ratios == pytest.approx([0.5, 2.0], rel=0.01)
+
+
+@pytest.fixture(scope="module")
+def comparison():
+    return modal.compare(three_spans(**{"run.record_every": 2}), 30.0)
+
+
+def test_a_comparison_of_a_line_has_each_mid_span(comparison):
+    assert comparison.places == ((1, 1), (2, 1), (3, 1))
+    assert len(comparison.divergences) == 3 * 2 * 3 * 2  # mid-spans, models, channels, levels
+    amplitudes = comparison.amplitudes(2)
+    steady = comparison.superposition.steady(span=2)
+    assert amplitudes["superposition"]["u2"].amplitude == steady["u2"].amplitude
+    assert comparison.divergence("linear", "u3", 0.2, span=3).span == 3
+    with pytest.raises(gf.SceneError, match="span is missing; give a number from 1 to 3"):
+        comparison.amplitudes()
+    again = json.loads(json.dumps(comparison.as_dict(), allow_nan=False))
+    assert [row["span"] for row in again["models"]["linear"]["spans"]] == [1, 2, 3]
+    assert "span 3:" in str(comparison)
+
+
+def test_linear_modes_of_a_line_have_its_families(comparison):
+    fastest = comparison.linear_modes[0]
+    assert fastest.growth_rate > 0.0
+    assert {"tension-neutral", "vertical"} <= {mode.family for mode in comparison.linear_modes}
+
+
+def test_the_figure_of_a_line_names_its_span(comparison):
+    figure = comparison_figure(comparison, span=3)
+    assert figure.get_supxlabel().startswith("Motion of span 3 in the nonlinear simulation")
+    middle = comparison.nonlinear.bundle(3).u2.values
+    first = figure.subfigs[0].axes[0].lines[0].get_ydata()
+    assert np.array_equal(first, middle)
+    with pytest.raises(gf.SceneError, match="span = 4, phase = None: the scene has spans 1 to 3"):
+        comparison_figure(comparison, span=4)

@@ -209,6 +209,18 @@ def test_compare_sets_three_models_side_by_side(invoke):
     assert list(printed["models"]) == ["nonlinear", "superposition", "linear"]
 
 
+def test_compare_sets_models_of_a_line_side_by_side(invoke, line, tmp_path):
+    picture = tmp_path / "compare.png"
+    options = ("compare", "line.toml", "--until", "4")
+    printed = json.loads(invoke(*options, "--plot", str(picture), "--json").stdout)
+    assert list(printed["models"]) == ["nonlinear", "superposition", "linear"]
+    assert [row["span"] for row in printed["models"]["linear"]["spans"]] == [1, 2]
+    assert picture.stat().st_size > 20_000
+    shown = invoke(*options).stdout
+    assert "span 1:" in shown
+    assert "span 2:" in shown
+
+
 def test_compare_prints_each_warning_once(invoke):
     scene = (
         "compare",
@@ -325,7 +337,6 @@ def test_a_line_has_no_options_and_commands_of_one_span(invoke, line):
         ("ratio", "--against", "wind.speed"): "--against is for scenes of one span",
         ("linear", "--show", "criteria"): "--show criteria is for scenes of one span",
         ("screen",): "screen takes a scene of one span",
-        ("compare",): "a comparison takes a scene of one span",
     }
     for (command, *options), message in refused.items():
         result = invoke(command, "line.toml", *options)
