@@ -13,6 +13,8 @@ from .linear.shallow_cable import shallow_cable as shallow_cable
 from .linear.state_space import linear_model as linear_model
 from .linear.state_space import root_locus as root_locus
 from .report.page import write_report as write_report
+from .risk.atlas import RiskAtlas as RiskAtlas
+from .risk.atlas import risk_atlas as risk_atlas
 from .screening.many_spans import screen_spans as screen_spans
 from .screening.screen import Cycle as Cycle
 from .screening.screen import Screening as Screening

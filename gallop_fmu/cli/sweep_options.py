@@ -150,7 +150,7 @@ class SweepOptions:
 
         arguments, stopped = self.arguments(), None
         try:
-            with _bar(silent=self.as_json) as progress:
+            with progress_bar(silent=self.as_json) as progress:
                 runs = compute(**arguments, progress=progress)
         except RunsStoppedError as problem:
             stopped, runs = problem, problem.result
@@ -268,8 +268,11 @@ def range_of(key: str, text: str, parts: tuple[str, ...], example: str) -> tuple
 
 
 @contextmanager
-def _bar(*, silent: bool) -> Iterator[Progress | None]:
-    """Show runs done, failures and time left on standard error, if it is a terminal."""
+def progress_bar(*, silent: bool) -> Iterator[Progress | None]:
+    """Show runs done, failures and time left on standard error, if it is a terminal.
+
+    Yield what a function takes as its argument ``progress``; None shows nothing.
+    """
     if silent or not sys.stderr.isatty():
         yield None
         return

@@ -271,6 +271,28 @@ def read_spans(path: Path | str) -> list[dict[str, Any]]:
     ]
 
 
+def spans_of(table: SpanTable) -> list[dict[str, Any]]:
+    """Return the checked rows of a table of spans, as `gallop_fmu.sweep` takes them.
+
+    Relative paths of scenes are those from the table's folder.
+
+    Raises
+    ------
+    SceneError
+        As for `read_spans`.
+    """
+    folder = Path(table).parent if isinstance(table, (str, Path)) else Path()
+    rows = [
+        {key: REMOVED if value is None else value for key, value in row.items()}
+        for row in _rows(table)
+    ]
+    for row in rows:
+        name = row.get(SCENE)
+        if isinstance(name, str) and (folder / name).is_file():
+            row[SCENE] = str(folder / name)
+    return rows
+
+
 def _file_rows(path: Path) -> list[dict[str, Any]]:
     suffix = path.suffix.lower()
     if suffix == ".csv":

@@ -2,6 +2,7 @@
 
 from modal.plots.comparison_figure import comparison_figure
 from modal.plots.line_figures import line_mode_shapes, pair_figure
+from modal.plots.risk_figure import risk_figure
 from modal.plots.slope_figure import slope_figure
 from modal.plots.span_figures import (
     criteria_figure,
@@ -20,6 +21,7 @@ __all__ = [
     "mode_shapes",
     "pair_figure",
     "ratio_figure",
+    "risk_figure",
     "screening_figure",
     "slope_figure",
     "tracking_figure",

@@ -46,7 +46,14 @@ CYCLE_INSTANTS = 12
 """Instants of a cycle in the energy balance; more instants change the result by less than 0.1 %."""
 
 AMPLITUDE_POINTS, WIND_POINTS = 16, 16
-"""Amplitudes and wind speeds at which the energy balance is evaluated."""
+"""Amplitudes and wind speeds at which the energy balance is evaluated.
+
+Amplitudes are denser towards 0, so that small limit cycles are found: the smallest is 1/256 of the
+largest.
+"""
+
+REFINED_POINTS = 6
+"""Amplitudes between two of these that contain a limit cycle."""
 
 FINE_POINTS = 201
 """Points between two of these at which an interpolating parabola or line is evaluated."""
@@ -274,7 +281,7 @@ def estimate(scene: Scene, wind: float, highest: float) -> TwoMode:
     swing = _Swing(model.frequencies[1], _swing_damping(model, wind), coupling)
 
     largest = MAX_SPEED_RATIO * highest / model.frequencies[0]
-    amplitudes = largest * np.arange(1, AMPLITUDE_POINTS + 1) / AMPLITUDE_POINTS
+    amplitudes = largest * (np.arange(1, AMPLITUDE_POINTS + 1) / AMPLITUDE_POINTS) ** 2
     power, squares = _cycle(model, coupling, amplitudes, np.full(AMPLITUDE_POINTS, wind))
     threshold = swing.threshold(amplitudes, squares)
     onset = None
@@ -285,9 +292,13 @@ def estimate(scene: Scene, wind: float, highest: float) -> TwoMode:
 
     # galloping grows while its cycle gains power, up to the amplitude at which it loses some
     within = amplitudes <= MAX_SPEED_RATIO * wind / model.frequencies[0]
-    galloping = _first_rise(amplitudes[within], power[within])
-    if galloping is None:
+    lasting = _rise(power[within])
+    if lasting is None:
         galloping = 0.0 if power[0] > 0.0 else np.inf
+    else:
+        near = np.linspace(amplitudes[lasting], amplitudes[lasting + 1], REFINED_POINTS)
+        refined = _cycle(model, coupling, near, np.full(REFINED_POINTS, wind))[0]
+        galloping = _first_rise(near, refined) or float(amplitudes[lasting])
     return TwoMode(
         coupling=coupling,
         swing_damping=swing.damping,
@@ -392,12 +403,17 @@ def _cycle(
     return power, frequency**2 + in_phase + coupling.vertical_curve * amplitude**2
 
 
+def _rise(y: Array) -> int | None:
+    """First point at which y is negative and at the next one not; None if there is none."""
+    found = np.flatnonzero((y[:-1] < 0.0) & (y[1:] >= 0.0))
+    return int(found[0]) if len(found) else None
+
+
 def _first_rise(x: Array, y: Array) -> float | None:
     """First zero of y with positive slope, on the parabola through three points around it."""
-    found = np.flatnonzero((y[:-1] < 0.0) & (y[1:] >= 0.0))
-    if not len(found):
+    k = _rise(y)
+    if k is None:
         return None
-    k = int(found[0])
     middle = min(max(k, 1), len(x) - 2)
     near = slice(middle - 1, middle + 2)
     fine = np.linspace(x[k], x[k + 1], FINE_POINTS)

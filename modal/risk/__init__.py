@@ -1,0 +1,1 @@
+"""Risk of many spans: probabilities from distributions of wind and ice."""
