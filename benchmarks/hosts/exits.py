@@ -1,4 +1,4 @@
-"""Run FMPy's command on FMUs of both run-times many times, and count how the processes end.
+"""Run FMPy's command on FMUs of all kinds many times, and count how the processes end.
 
     python benchmarks/hosts/exits.py [times]
 
@@ -22,8 +22,9 @@ def main() -> int:
     scene = gf.load_scene("example3")
     sound = True
     with tempfile.TemporaryDirectory() as folder:
-        for runtime in ("native", "python"):
-            path = gf.export_fmu(scene, Path(folder) / f"{runtime}.fmu", runtime=runtime)
+        for runtime, fmi in (("native", 2), ("native", 3), ("python", 2)):
+            path = Path(folder) / f"{runtime}{fmi}.fmu"
+            gf.export_fmu(scene, path, runtime=runtime, fmi=fmi)
             for action in (["validate"], ["simulate", "--stop-time", "1"]):
                 command = [sys.executable, "-P", "-c", COMMAND, *action, str(path)]
                 ends: Counter[str] = Counter()
@@ -32,7 +33,7 @@ def main() -> int:
                     ends[f"exit {done.returncode}{', with errors' if done.stderr else ''}"] += 1
                 sound = sound and set(ends) == {"exit 0"}
                 counts = "; ".join(f"{count} x {end}" for end, count in ends.items())
-                print(f"fmpy {action[0]:8} {runtime:6} {counts}")
+                print(f"fmpy {action[0]:8} FMI {fmi}.0 {runtime:6} {counts}", flush=True)
     return int(not sound)
 
 

@@ -183,6 +183,7 @@ class Tables:
         self.copy(scene.initial, "settings", "initial", dict.fromkeys(SEEDS))
         self.copy(numerics, "settings", "numerics", dict.fromkeys(NUMERICS))
         settings.integrator = INTEGRATORS[numerics.method].code
+        self.note("numerics.integrator", "settings", 0, CSettings.integrator.offset)
         settings.start_in_mean_wind = scene.initial.wind == "mean_wind_equilibrium"
         return settings
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import hashlib
+import re
 import uuid
 from dataclasses import dataclass
 
@@ -11,6 +12,9 @@ from gallop_fmu.scene.scene import Scene
 
 SCENE_FILE = "scene.toml"
 """The scene in the FMU's resources."""
+
+MAX_NAME = 40
+"""Most characters of the title in the model identifier: some systems limit the length of paths."""
 
 LOG_CATEGORIES = {
     "logStatusError": "calls that were refused, or could not be carried out",
@@ -57,14 +61,22 @@ class Identity:
     ----------
     content
         SHA-256 of run-time, version and scene, in hexadecimal digits.
+    title
+        Title of the scene, from which the model identifier begins.
     """
 
     content: str
+    title: str = ""
 
     @property
     def model_identifier(self) -> str:
         """Return the name of the binary and of the Python module."""
-        return f"gallop_{self.content[:16]}"
+        name = "gallop"
+        for word in re.findall(r"[A-Za-z0-9]+", self.title):
+            if len(name) + len(word) >= MAX_NAME:
+                break
+            name += f"_{word}"
+        return f"{name}_{self.content[:16]}"
 
     @property
     def guid(self) -> str:
@@ -72,7 +84,9 @@ class Identity:
         return f"{{{uuid.UUID(self.content[:32])}}}"
 
 
-def identify(scene_text: str, version: str, runtime: str, chosen: str = "") -> Identity:
+def identify(
+    scene_text: str, version: str, runtime: str, chosen: str = "", title: str = ""
+) -> Identity:
     """Return the identity of the FMU of a scene, given as its TOML text, and what is chosen."""
     parts = [runtime, version, scene_text, *([chosen] if chosen else [])]
-    return Identity(hashlib.sha256("\0".join(parts).encode()).hexdigest())
+    return Identity(hashlib.sha256("\0".join(parts).encode()).hexdigest(), title)

@@ -25,6 +25,7 @@ from gallop_fmu.fmu.description import SCENE_FILE, Identity, describe, identify
 from gallop_fmu.fmu.documentation import PAGE, documentation
 from gallop_fmu.fmu.model_bin import MODEL_FILE, model_bin
 from gallop_fmu.fmu.ports import Ports, wind_speed_at_start
+from gallop_fmu.fmu.reference import REFERENCE_FILE, reference_result
 from gallop_fmu.fmu.sources import kernel_sources
 from gallop_fmu.fmu.variable import Variable
 from gallop_fmu.fmu.variables import fmu_variables
@@ -171,7 +172,7 @@ def _require_start(scene: Scene | LineScene) -> None:
 
 
 def _identity(scene: Scene | LineScene, ports: Ports, runtime: str) -> Identity:
-    return identify(scene.to_toml(), version(), runtime, ports.identity)
+    return identify(scene.to_toml(), version(), runtime, ports.identity, scene.title)
 
 
 def _native_files(scene: Scene | LineScene, ports: Ports, fmi: int) -> dict[str, bytes]:
@@ -205,9 +206,12 @@ def _common_files(
     remarks: str = "",
 ) -> dict[str, bytes]:
     """Return the files that all FMUs have."""
+    resource = model_bin(scene, identity.guid, version(), ports)
+    reference = reference_result(scene, resource, identity.guid, variables)
     return {
-        PAGE: documentation(scene.title, describe(scene, remarks), variables),
-        f"resources/{MODEL_FILE}": model_bin(scene, identity.guid, version(), ports),
+        PAGE: documentation(scene.title, describe(scene, remarks), variables, reference),
+        REFERENCE_FILE: reference.csv(),
+        f"resources/{MODEL_FILE}": resource,
         f"resources/{SCENE_FILE}": scene.to_toml().encode(),
     }
 
@@ -274,6 +278,9 @@ def _python_files(scene: Scene | LineScene, ports: Ports) -> dict[str, bytes]:
         f"resources/{name}.py": script.encode(),
         "resources/slavemodule.txt": name.encode(),
         "resources/requirements.txt": f"gallop-fmu=={release}\n".encode(),
+        "documentation/externalDependencies.txt": (
+            f"A Python in the host with the package gallop-fmu=={release}.\n".encode()
+        ),
     }
     return files | _pythonfmu_binaries(identity) | _licences("gallop-fmu", "pythonfmu")
 
@@ -292,12 +299,16 @@ def _pythonfmu_binaries(identity: Identity) -> dict[str, bytes]:
 
 
 def _licences(*distributions: str) -> dict[str, bytes]:
-    """Return the licences of the packages whose files are in the FMU."""
+    """Return the licences of the packages whose files are in the FMU.
+
+    FMI calls the one to begin with license.txt.
+    """
     files = {}
     for distribution in distributions:
         for file in metadata.files(distribution) or ():
             if "licenses" in file.parts and file.name.startswith("LICENSE"):
-                files[f"documentation/licenses/{distribution}.txt"] = file.read_binary()
+                name = "license" if distribution == "gallop-fmu" else distribution
+                files[f"documentation/licenses/{name}.txt"] = file.read_binary()
     return files
 
 

@@ -39,6 +39,10 @@ def model_description(
     root = xml_parts.model(scene, description, fmiVersion="2.0", guid=identity.guid)
     _capabilities(root, identity, native)
     xml_parts.add_units(root, variables)
+    types = SubElement(root, "TypeDefinitions")
+    for name, items in xml_parts.used_enumerations(variables).items():
+        kind = SubElement(types, "SimpleType", name=name)
+        xml_parts.add_items(SubElement(kind, "Enumeration"), items)
     xml_parts.add_log_categories(root)
     xml_parts.add_default_experiment(root, scene)
     table = SubElement(root, "ModelVariables")

@@ -21,7 +21,7 @@ from gallop_fmu.scene.scene import Scene
 TIME = 0x7FFFFFFF
 """Value reference of the time: GALLOP_COSIM_TIME in kernel/gallop_cosim.h."""
 
-TYPES = {"Real": "Float64", "Integer": "Int32"}
+TYPES = {"Real": "Float64", "Integer": "Int32", "Enumeration": "Enumeration"}
 """Types of FMI 3.0 by those of FMI 2.0."""
 
 AXES = ("x1", "x2", "x3")
@@ -47,6 +47,9 @@ def model_description(
     root = xml_parts.model(scene, description, fmiVersion="3.0", instantiationToken=identity.guid)
     _capabilities(root, identity)
     xml_parts.add_units(root, variables)
+    types = SubElement(root, "TypeDefinitions")
+    for name, items in xml_parts.used_enumerations(variables).items():
+        xml_parts.add_items(SubElement(types, "EnumerationType", name=name), items)
     xml_parts.add_log_categories(root)
     xml_parts.add_default_experiment(root, scene)
     table = SubElement(root, "ModelVariables")

@@ -26,6 +26,8 @@ from gallop_fmu.engine.probes import Object
 from gallop_fmu.fmu.ports import (
     AXES,
     INPUT,
+    MEANINGS,
+    NOMINAL,
     OUTPUT,
     WIND_SPEED,
     Ports,
@@ -69,6 +71,7 @@ def line_inputs(scene: LineScene, ports: Ports, packed: Packed) -> Iterator[dict
                 "name": name,
                 "key": name,
                 "unit": "m",
+                "nominal": NOMINAL["tower"],
                 "description": (
                     f"displacement of tower {tower} {direction}, reached at the end of a"
                     " communication step"
@@ -106,6 +109,7 @@ def _wind(scene: LineScene, name: str, where: str, targets: tuple[Target, ...]) 
         "name": name,
         "key": name,
         "unit": "m/s",
+        "nominal": NOMINAL["wind_speed"],
         "description": f"{WIND_SPEED} {where}, held over a communication step",
         "start": wind_speed_at_start(scene.wind),
         "minimum": 0.0,
@@ -141,7 +145,7 @@ class _Bundle:
         nodes = [chain.nearest_node(station) for chain in self.chains]
         several = len(nodes) > 1
         channels = ["u1", "u2", "u3", *(OF_A_BUNDLE if several else OF_A_CONDUCTOR)]
-        of_what = "mean of the subconductors at" if several else "at"
+        of_what = f"{where} (mean of the subconductors)" if several else where
         for key in channels:
             channel = NODE_CHANNELS[NODE_INDEX[key]]
             if key in ("tension", "angle_of_attack") and tension is None:
@@ -154,8 +158,8 @@ class _Bundle:
                 "key": full,
                 "origin": Origin.SUM,
                 "unit": channel.unit,
-                "description": f"{channel.meaning}; {of_what} {where}",
-                "nominal": tension if channel.unit == "N" else None,
+                "description": MEANINGS[key].format(where=of_what),
+                "nominal": tension if channel.unit == "N" else NOMINAL[key],
                 "terms": terms,
             }
         if several:
@@ -164,6 +168,7 @@ class _Bundle:
                 "key": f"{name}.theta",
                 "origin": Origin.TURN,
                 "unit": "rad",
+                "nominal": NOMINAL["theta"],
                 "description": f"rotation of the bundle about the line at {where}, best fit",
                 "terms": self._turn(nodes),
             }
@@ -238,7 +243,7 @@ def _string(parts: LineMap, held: MappedTower, tension: float) -> Iterator[dict[
             "origin": Origin.SUM,
             "unit": unit,
             "description": f"{meaning} at {where}",
-            "nominal": tension if unit == "N" else None,
+            "nominal": tension if unit == "N" else NOMINAL["lean"],
             "terms": tuple(
                 Term(Object.DEVICE, device, channel, weight=weight) for device in held.devices
             ),

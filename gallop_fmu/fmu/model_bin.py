@@ -214,7 +214,7 @@ def _variable_sections(variables: Sequence[Variable], packed: Packed) -> list[Se
         item = VariableItem(
             name=_text(variable.name, 64),
             origin=variable.origin,
-            whole=variable.type == "Integer",
+            whole=variable.type != "Real",
             excluded=variable.minimum_excluded + 2 * variable.maximum_excluded,
             factor=1.0,
             minimum=-math.inf if variable.minimum is None else variable.minimum,

@@ -10,8 +10,9 @@ from typing import Any, Literal
 import numpy as np
 
 from gallop_fmu.engine.probes import span_probes
+from gallop_fmu.fmu.enumerations import ENUMERATIONS, STATUS
 from gallop_fmu.fmu.variable import Origin, Target, TargetKind, Term
-from gallop_fmu.foundation.channels import SPAN_CHANNELS, SPAN_INDEX
+from gallop_fmu.foundation.channels import SPAN_INDEX
 from gallop_fmu.scene.wind import Wind
 
 AXES = ("x1", "x2", "x3")
@@ -34,6 +35,28 @@ OUTPUT: dict[str, Any] = {
 """Attributes of every Real output."""
 
 WIND_SPEED = "wind speed across"
+
+NOMINAL = {
+    **{"u1": 0.01, "u2": 1.0, "u3": 1.0, "theta": 0.1},
+    **{"v1": 0.1, "v2": 1.0, "v3": 1.0, "omega": 1.0},
+    **{"angle_of_attack": 1.0, "wind_speed": 10.0, "attack_angle": 1.0},
+    **{"tower": 0.01, "tower_velocity": 0.1, "lean": 0.1},
+}
+"""Orders of magnitude [m, rad, m/s, rad/s] of galloping spans; a force has that of the tension."""
+
+MEANINGS = {
+    "u1": "displacement along the span at {where}, from the initial equilibrium",
+    "u2": "upward displacement at {where}, from the initial equilibrium",
+    "u3": "downwind displacement at {where}, from the initial equilibrium",
+    "theta": "twist at {where}, right-handed about the span",
+    "v1": "velocity along the span at {where}",
+    "v2": "upward velocity at {where}",
+    "v3": "downwind velocity at {where}",
+    "omega": "rate of twist at {where}",
+    "tension": "tension at {where}",
+    "angle_of_attack": "attack angle of the relative wind on the ice at {where}",
+}
+"""Meanings of the channels of a node, for a host's tooltips."""
 
 MAX_STATIONS = 100
 """Most stations of a span."""
@@ -91,6 +114,7 @@ def attack_angle_input(start: float, remark: str = "") -> dict[str, Any]:
         "name": "attack_angle",
         "key": "attack_angle",
         "unit": "rad",
+        "nominal": NOMINAL["attack_angle"],
         "description": (
             "initial attack angle of the wind on the ice; turns the ice, held over a communication"
             f" step{remark}"
@@ -113,12 +137,18 @@ def common_outputs() -> Iterator[dict[str, Any]]:
     whole = OUTPUT | {"variability": "discrete", "type": "Integer", "unit": ""}
     yield whole | {
         "name": "status",
+        "type": "Enumeration",
+        "enumeration": STATUS,
         "origin": Origin.STATUS,
         "key": "status",
-        "description": "0: OK; other values: number of the failure, see the log",
+        "description": "outcome of the last computation; the log has its cause and a remedy",
+        "minimum": min(item.value for item in ENUMERATIONS[STATUS]),
+        "maximum": max(item.value for item in ENUMERATIONS[STATUS]),
     }
-    for name in ("newton_iterations", "substeps"):
-        meaning = SPAN_CHANNELS[SPAN_INDEX[name]].meaning
+    for name, meaning in (
+        ("newton_iterations", "Newton iterations of the last inner time step"),
+        ("substeps", "sub-steps into which the last inner time step was divided"),
+    ):
         yield whole | {
             "name": name,
             "origin": Origin.SUM,

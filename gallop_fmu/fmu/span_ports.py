@@ -17,6 +17,8 @@ from typing import Any
 from gallop_fmu.fmu.ports import (
     AXES,
     INPUT,
+    MEANINGS,
+    NOMINAL,
     OUTPUT,
     WIND_SPEED,
     Ports,
@@ -56,6 +58,7 @@ def span_inputs(scene: Scene) -> Iterator[dict[str, Any]]:
         "name": "wind_speed",
         "key": "wind_speed",
         "unit": "m/s",
+        "nominal": NOMINAL["wind_speed"],
         "description": f"{WIND_SPEED} the span, held over a communication step",
         "start": wind_speed_at_start(scene.wind),
         "minimum": 0.0,
@@ -70,6 +73,7 @@ def span_inputs(scene: Scene) -> Iterator[dict[str, Any]]:
                 "name": name,
                 "key": name,
                 "unit": "m",
+                "nominal": NOMINAL["tower"],
                 "description": (
                     f"displacement of the {end} tower point {direction}, reached at the end of a "
                     "communication step"
@@ -114,6 +118,6 @@ def _at(station: float, name: str, key: str, where: str, tension: float) -> dict
         "terms": (Term(POINT, channel=NODE_INDEX[key], station=station),),
         "key": key,
         "unit": channel.unit,
-        "description": f"{channel.meaning}; at {where}",
-        "nominal": tension if channel.unit == "N" else None,
+        "description": MEANINGS[key].format(where=where),
+        "nominal": tension if channel.unit == "N" else NOMINAL[key],
     }

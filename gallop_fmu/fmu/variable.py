@@ -68,8 +68,8 @@ class Variable:
     causality, variability, initial, type
         As in FMI 2.0; `initial` is empty where the standard forbids it.
     unit
-        Unit of a Real, one of `gallop_fmu.fmu.units.BASE_UNITS`; "1" for pure numbers, empty for an
-        Integer.
+        Unit of a Real, one of `gallop_fmu.fmu.units.BASE_UNITS`; "1" for pure numbers, empty for
+        whole numbers.
     description
         One phrase.
     start
@@ -79,7 +79,9 @@ class Variable:
     minimum_excluded, maximum_excluded
         True if the bound itself is refused.
     nominal
-        Order of magnitude, if it is far from one.
+        Order of magnitude; every continuous variable has one.
+    enumeration
+        Of an Enumeration: its name in `gallop_fmu.fmu.enumerations.ENUMERATIONS`.
     targets
         Of an input: what it sets.
     terms
@@ -93,7 +95,7 @@ class Variable:
     causality: Literal["input", "output", "parameter"]
     variability: Literal["continuous", "discrete", "fixed"]
     initial: Literal["", "calculated", "exact"]
-    type: Literal["Real", "Integer"]
+    type: Literal["Real", "Integer", "Enumeration"]
     unit: str
     description: str
     start: float | int | None = None
@@ -102,6 +104,7 @@ class Variable:
     minimum_excluded: bool = False
     maximum_excluded: bool = False
     nominal: float | None = None
+    enumeration: str = ""
     targets: tuple[Target, ...] = ()
     terms: tuple[Term, ...] = ()
 

@@ -15,10 +15,12 @@ from typing import Any, get_args
 
 from gallop_fmu.engine.ctypes_structs import CCrossSection
 from gallop_fmu.engine.pack import Packed
+from gallop_fmu.fmu.enumerations import ENUMERATIONS, INTEGRATOR
 from gallop_fmu.fmu.line_ports import line_inputs, line_outputs
 from gallop_fmu.fmu.ports import Ports
 from gallop_fmu.fmu.span_ports import span_inputs, span_outputs
 from gallop_fmu.fmu.variable import Origin, Variable
+from gallop_fmu.foundation.integrators import INTEGRATORS
 from gallop_fmu.scene.devices import Damper
 from gallop_fmu.scene.fields import WholeNumber
 from gallop_fmu.scene.line_scene import LineScene
@@ -65,6 +67,8 @@ def fmu_variables(
         found = [*span_inputs(scene), *span_outputs(scene, ports)]
         paths = {path for path in scene.numbers() if not REPLACED_BY_INPUTS.match(path)}
     found += _parameters(scene, paths)
+    if scene.numerics.tolerance is None:
+        found.append(_integrator(scene))
     return tuple(Variable(reference=number, **one) for number, one in enumerate(found))
 
 
@@ -128,6 +132,26 @@ def _parameters(scene: Scene | LineScene, paths: set[str]) -> Iterator[dict[str,
             "minimum_excluded": "gt" in bounds,
             "maximum_excluded": "lt" in bounds,
         }
+
+
+def _integrator(scene: Scene | LineScene) -> dict[str, Any]:
+    """Return the attributes of the parameter that chooses the time integrator."""
+    codes = [item.value for item in ENUMERATIONS[INTEGRATOR]]
+    return {
+        "name": "numerics.integrator",
+        "origin": Origin.PARAMETER,
+        "key": "numerics.integrator",
+        "causality": "parameter",
+        "variability": "fixed",
+        "initial": "exact",
+        "type": "Enumeration",
+        "enumeration": INTEGRATOR,
+        "unit": "",
+        "description": "time integrator",
+        "start": INTEGRATORS[scene.numerics.method].code,
+        "minimum": min(codes),
+        "maximum": max(codes),
+    }
 
 
 def _exclusive(bounds: dict[str, float]) -> str:

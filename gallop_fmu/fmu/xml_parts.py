@@ -3,15 +3,24 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
+from importlib import metadata
 from typing import Any
 from xml.etree.ElementTree import Element, SubElement, indent, tostring
 
 from gallop_fmu.fmu.description import LOG_CATEGORIES
+from gallop_fmu.fmu.enumerations import ENUMERATIONS, Item
 from gallop_fmu.fmu.units import BASE_UNITS, DISPLAY_UNITS
 from gallop_fmu.fmu.variable import Variable
 from gallop_fmu.foundation.version import program, version
 from gallop_fmu.scene.line_scene import LineScene
 from gallop_fmu.scene.scene import Scene
+
+COPYRIGHT = "Copyright (c) 2026, The gallop-fmu developers"
+LICENSE = "BSD-3-Clause, see documentation/licenses"
+"""Of the program that the FMU contains; the scene is its author's."""
+
+EXPERIMENT = 60.0
+"""Longest duration [s] of the default experiment."""
 
 
 def text_of(value: bool | float | int) -> str:
@@ -24,7 +33,10 @@ def model(scene: Scene | LineScene, description: str, **identity: str) -> Elemen
     attributes = {
         "modelName": " ".join(scene.title.split()),
         "description": description,
+        "author": metadata.metadata("gallop-fmu")["Author"],
         "version": version(),
+        "copyright": COPYRIGHT,
+        "license": LICENSE,
         "generationTool": program(),
         "variableNamingConvention": "structured",
     }
@@ -44,6 +56,20 @@ def add_units(root: Element, variables: Iterable[Variable]) -> None:
             SubElement(unit, "DisplayUnit", name=display, factor=text_of(factor))
 
 
+def used_enumerations(variables: Iterable[Variable]) -> dict[str, tuple[Item, ...]]:
+    """Return the enumerations of the variables by their names."""
+    names = sorted({variable.enumeration for variable in variables} - {""})
+    return {name: ENUMERATIONS[name] for name in names}
+
+
+def add_items(parent: Element, items: Iterable[Item]) -> None:
+    """Append the items of an enumeration."""
+    for item in items:
+        SubElement(
+            parent, "Item", name=item.name, value=str(item.value), description=item.description
+        )
+
+
 def add_log_categories(root: Element) -> None:
     """Append the categories of messages."""
     categories = SubElement(root, "LogCategories")
@@ -57,7 +83,7 @@ def add_default_experiment(root: Element, scene: Scene | LineScene) -> None:
         root,
         "DefaultExperiment",
         startTime="0.0",
-        stopTime=repr(scene.run.stop_time),
+        stopTime=repr(min(scene.run.stop_time, EXPERIMENT)),
         stepSize=repr(scene.numerics.time_step),
     )
 
@@ -77,6 +103,8 @@ def common_attributes(variable: Variable) -> dict[str, str]:
 def typed_attributes(variable: Variable) -> dict[str, str]:
     """Return unit, bounds, nominal value and start of a variable."""
     attributes = {"unit": variable.unit} if variable.unit else {}
+    if variable.enumeration:
+        attributes["declaredType"] = variable.enumeration
     if variable.unit in DISPLAY_UNITS:
         attributes["displayUnit"] = DISPLAY_UNITS[variable.unit][0]
     numbers: dict[str, Any] = {

@@ -39,10 +39,10 @@ class Ice(Section):
         0.0, "kg m", "moment of inertia of ice per unit length about x1", ge=0
     )
     first_moment_x2: Number = quantity(
-        0.0, "kg", "first moment, integral of rho x2 dA (S_x3 of Liu et al. 2009)"
+        0.0, "kg", "first moment of the ice's mass in x2, upwards (S_x3 of Liu et al. 2009)"
     )
     first_moment_x3: Number = quantity(
-        0.0, "kg", "first moment, integral of rho x3 dA (S_x2 of Liu et al. 2009)"
+        0.0, "kg", "first moment of the ice's mass in x3, downwind (S_x2 of Liu et al. 2009)"
     )
     attack_angle_deg: Number = quantity(
         0.0,

@@ -22,9 +22,9 @@ class RayleighPair(Section):
     """
 
     low_ratio: Number = quantity(..., "1", "damping ratio at the low frequency", ge=0, lt=1)
-    low_frequency: Number = quantity(..., "Hz", "low frequency", gt=0)
+    low_frequency: Number = quantity(..., "Hz", "frequency at which the ratio is low_ratio", gt=0)
     high_ratio: Number = quantity(..., "1", "damping ratio at the high frequency", ge=0, lt=1)
-    high_frequency: Number = quantity(..., "Hz", "high frequency", gt=0)
+    high_frequency: Number = quantity(..., "Hz", "frequency at which the ratio is high_ratio", gt=0)
 
     @model_validator(mode="after")
     def _damps_high_modes(self) -> RayleighPair:

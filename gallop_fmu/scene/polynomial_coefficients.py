@@ -26,7 +26,9 @@ class PolynomialCoefficients(Section):
     """Polynomials up to the third degree in (alpha - centre) in radians, lowest power first."""
 
     kind: Literal["polynomial"] = setting("polynomial", "kind of coefficient curve")
-    centre_deg: Number = quantity(0.0, "deg", "origin of the polynomials", ge=-720, le=720)
+    centre_deg: Number = quantity(
+        0.0, "deg", "attack angle where the polynomials begin", ge=-720, le=720
+    )
     valid_from_deg: Number = quantity(..., "deg", "start of the validity range", ge=-720, le=720)
     valid_to_deg: Number = quantity(
         ..., "deg", "end of the validity range, at most 360 deg after its start", ge=-720, le=720

@@ -41,7 +41,7 @@ class Numerics(Section):
     time_step: Number = quantity(
         0.01,
         "s",
-        "time step; with numerics.tolerance only the unit of run.record_every",
+        "inner time step (with numerics.tolerance: unit of run.record_every)",
         gt=0,
         le=1,
     )

@@ -2,6 +2,8 @@
 
 import math
 import re
+import zipfile
+from xml.etree import ElementTree
 
 import pytest
 from fmpy import read_model_description
@@ -10,6 +12,8 @@ from fmpy.validation import validate_fmu
 from gallop_fmu.fmu import export_fmu, variable_table
 from gallop_fmu.fmu.units import BASE_UNITS
 from gallop_fmu.fmu.variables import Origin, fmu_variables
+from gallop_fmu.foundation.integrators import INTEGRATORS
+from gallop_fmu.foundation.outcome import Outcome
 from gallop_fmu.input.scene_files import load_scene, packaged_scenes
 from gallop_fmu.scene.time_functions import Ramp
 
@@ -87,6 +91,49 @@ def test_outputs_have_no_direct_feedthrough_and_are_all_initially_unknown(export
     assert [unknown.variable.name for unknown in description.initialUnknowns] == names
 
 
+def test_every_continuous_variable_has_a_nominal_value(exported):
+    _, _, description = exported
+    found = {
+        v.name: float(v.nominal)
+        for v in description.modelVariables
+        if v.variability == "continuous"
+    }
+    assert len(found) == 24
+    assert all(1e-3 < value < 1e6 for value in found.values())
+
+
+def test_enumerations_are_those_of_the_package(exported):
+    _, _, description = exported
+    kinds = {kind.name: kind.items for kind in description.typeDefinitions}
+    assert {int(item.value): item.name for item in kinds["Status"]} == {
+        outcome.code: outcome.name.lower() for outcome in Outcome if outcome.code < 100
+    }
+    assert {item.name: int(item.value) for item in kinds["Integrator"]} == {
+        name: one.code for name, one in INTEGRATORS.items()
+    }
+    declared = {v.name: v.declaredType.name for v in description.modelVariables if v.declaredType}
+    assert declared == {"status": "Status", "numerics.integrator": "Integrator"}
+
+
+def test_author_copyright_and_licence(exported):
+    _, path, _ = exported
+    with zipfile.ZipFile(path) as archive:
+        root = ElementTree.fromstring(archive.read("modelDescription.xml"))
+        licence = archive.read("documentation/licenses/license.txt").decode()
+    assert root.get("license") == "BSD-3-Clause, see documentation/licenses"
+    assert root.get("copyright") in licence
+    assert root.get("author") == "The gallop-fmu developers"
+    assert root.get("generationTool") == f"gallop-fmu {root.get('version')}"
+
+
+def test_the_model_identifier_names_the_scene(exported):
+    scene, _, description = exported
+    name = description.coSimulation.modelIdentifier
+    words = re.findall("[A-Za-z0-9]+", scene.title)
+    assert name.startswith("_".join(["gallop", *words[:3]]))
+    assert re.fullmatch(r"[a-z][A-Za-z0-9_]{16,56}", name)
+
+
 def test_capabilities_and_experiment(exported, runtime):
     scene, _, description = exported
     simulation = description.coSimulation
@@ -100,7 +147,7 @@ def test_capabilities_and_experiment(exported, runtime):
     assert not simulation.canBeInstantiatedOnlyOncePerProcess
     experiment = description.defaultExperiment
     assert float(experiment.startTime) == 0.0
-    assert float(experiment.stopTime) == scene.run.stop_time
+    assert float(experiment.stopTime) == min(scene.run.stop_time, 60.0)
     assert float(experiment.stepSize) == scene.numerics.time_step
     assert experiment.tolerance is None
     assert description.generationDateAndTime is None
@@ -116,6 +163,8 @@ def test_every_number_of_the_scene_is_a_parameter_unless_the_host_has_its_say(ex
     left_out = set(scene.numbers()) - set(parameters)
     by_the_host = {"wind.speed", "wind.direction_deg", "ice.attack_angle_deg"}
     assert left_out == {*by_the_host, "run.stop_time", "run.record_every"}
+    integrator = parameters.pop("numerics.integrator")
+    assert integrator.start == INTEGRATORS[scene.numerics.method].code
     for path, variable in parameters.items():
         assert variable.start == scene.numbers()[path][0]
         assert (variable.type == "Integer") == isinstance(variable.start, int)

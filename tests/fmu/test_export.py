@@ -53,7 +53,7 @@ def test_content_for_pythonfmu(gallop_scene, tmp_path):
         assert f"binaries/win64/{name}.dll" in names
         assert f"resources/{name}.py" in names
         assert {
-            "documentation/licenses/gallop-fmu.txt",
+            "documentation/licenses/license.txt",
             "documentation/licenses/pythonfmu.txt",
         } <= set(names)
         assert archive.read("resources/scene.toml").decode() == gallop_scene.to_toml()
@@ -70,7 +70,7 @@ def test_content_of_a_native_fmu(gallop_scene, tmp_path):
             archive.read(f"binaries/{platform()}/{name}{library_path().suffix}")
             == library_path().read_bytes()
         )
-        assert {"resources/model.bin", "documentation/licenses/gallop-fmu.txt"} <= set(names)
+        assert {"resources/model.bin", "documentation/licenses/license.txt"} <= set(names)
         assert archive.read("resources/scene.toml").decode() == gallop_scene.to_toml()
 
 

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 import gallop_fmu as gf
+from gallop_fmu.fmu.enumerations import ENUMERATIONS
 from gallop_fmu.fmu.variables import Origin, fmu_variables
 
 NODE = {
@@ -89,6 +90,15 @@ def fmus(unpack):
     return {kind: unpack(scene) for kind, scene in SCENES.items()}
 
 
+def changed_scene(scene, variable):
+    """The scene with another value of a parameter; the names of integrators are the scene's."""
+    value = changed(variable.start)
+    if variable.enumeration:
+        names = {item.value: item.name for item in ENUMERATIONS[variable.enumeration]}
+        value = names[value]
+    return scene.with_values({variable.key: value})
+
+
 def changed(value):
     return value + 1 if isinstance(value, int) else value * 1.01 if value else 0.01
 
@@ -118,7 +128,7 @@ def test_a_parameter_means_the_changed_scene(fmus, instance, kind, name):
     scene = SCENES[kind]
     variable = next(v for v in fmu_variables(scene) if v.name == name)
     value = changed(variable.start)
-    other = scene.with_values({variable.key: value})
+    other = changed_scene(scene, variable)
     count = round(1.0 / other.numerics.time_step)
     fmu = instance(fmus[kind])
     assert fmu[name] == variable.start
@@ -136,7 +146,7 @@ def test_parameters_are_felt(fmus, kind):
     idle = []
     for variable in fmu_variables(scene):
         if variable.origin is Origin.PARAMETER and variable.key != "numerics.time_step":
-            other = scene.with_values({variable.key: changed(variable.start)})
+            other = changed_scene(scene, variable)
             if simulated(other, 50)["midspan.x2"][-1] == plain:
                 idle.append(variable.key)
     allowed = ("numerics.max", "numerics.newton", "aerodynamics.valid", "supports.")
