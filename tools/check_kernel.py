@@ -34,7 +34,7 @@ LAYERS = (
     ("device", "element", "junction", "system"),
     ("solver", "observe"),
     ("statics", "time"),
-    ("analysis", "model_create", "model_create_parts"),
+    ("analysis", "model_create", "model_create_parts", "model_create_wind"),
     ("resource",),
     ("cosim",),
     ("fmi",),

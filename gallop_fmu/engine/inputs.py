@@ -54,6 +54,11 @@ class Inputs:
         a single span.
     wind_speed_rate, attack_angle_rate, support_rate
         Their rates [unit/s].
+    wind_direction : float or ndarray, shape (span,), or None
+        Direction [rad] of the wind, of all spans or of each; None: the scene's laws hold. Wind that
+        a scene describes by its speed alone is always normal to the line.
+    wind_direction_rate : float or ndarray
+        Its rate [rad/s].
     """
 
     time: float
@@ -63,6 +68,8 @@ class Inputs:
     wind_speed_rate: float | Array = 0.0
     attack_angle_rate: float = 0.0
     support_rate: Array | None = None
+    wind_direction: float | Array | None = None
+    wind_direction_rate: float | Array = 0.0
 
     @classmethod
     def still(
@@ -105,9 +112,7 @@ class Inputs:
         packed = CInputs(fields=layout.fields, junctions=layout.junctions)
         for name in ("time", "attack_angle", "attack_angle_rate"):
             setattr(packed, name, finite(f"inputs.{name}", getattr(self, name)))
-        wind = np.empty((2, layout.fields))
-        for row, name in enumerate(("wind_speed", "wind_speed_rate")):
-            wind[row] = _of_spans(name, getattr(self, name), layout.fields)
+        wind = self._with_rate("wind_speed", layout)
         motion = np.zeros((2, layout.junctions, 3))
         for row, name in enumerate(("support", "support_rate")):
             if name == "support" or self.support_rate is not None:
@@ -117,7 +122,18 @@ class Inputs:
                     motion[row, junctions] = move
         packed.wind, packed.motion = wind.ctypes.data_as(Pointer), motion.ctypes.data_as(Pointer)
         packed.arrays = wind, motion  # the pointers do not keep them
+        if self.wind_direction is not None:
+            direction = self._with_rate("wind_direction", layout)
+            packed.direction = direction.ctypes.data_as(Pointer)
+            packed.arrays += (direction,)
         return packed
+
+    def _with_rate(self, name: str, layout: InputLayout) -> Array:
+        """Values of the fields of wind, and their rates; shape (2, field)."""
+        rows = np.empty((2, layout.fields))
+        for row, one in enumerate((name, f"{name}_rate")):
+            rows[row] = _of_spans(one, getattr(self, one), layout.fields)
+        return rows
 
 
 def _of_spans(name: str, value: ArrayLike, fields: int) -> Array | float:

@@ -12,11 +12,12 @@ from collections.abc import Iterator
 from itertools import pairwise
 from typing import NamedTuple
 
-from gallop_fmu.engine.ctypes_structs import CChain, CField, CStation
+from gallop_fmu.engine.ctypes_structs import CChain, CStation
 from gallop_fmu.engine.line_map import LineMap, MappedChain, MappedSpacer, MappedTower
 from gallop_fmu.engine.shedding_pack import pack_sheddings
 from gallop_fmu.engine.strung_state import clamp_of_end_string, point_at_fraction
 from gallop_fmu.engine.tables import NONE, Tables
+from gallop_fmu.engine.wind_pack import pack_wind
 from gallop_fmu.scene.aerodynamics import Aerodynamics
 from gallop_fmu.scene.conductor import Ice
 from gallop_fmu.scene.devices import (
@@ -103,12 +104,14 @@ class _LinePacker:
         scene = self.scene
         self._pack_settings()
         self._section_of(self._part_of_span(1))  # the first one: inputs give its attack angle
-        law = self.tables.add_wind(scene.wind)
-        for i, span in enumerate(scene.section.spans):
-            own = law
-            if span.wind is not None:
-                own = self.tables.add_law(span.wind.speed_law, f"section.spans.{i}.wind.history")
-            self.tables.add("field", CField(law=own))
+        law = self.tables.add_law(scene.wind.speed_law, "wind.history")
+        speeds = [
+            law
+            if span.wind is None
+            else self.tables.add_law(span.wind.speed_law, f"section.spans.{i}.wind.history")
+            for i, span in enumerate(scene.section.spans)
+        ]
+        pack_wind(self.tables, scene, speeds)
         self._pack_junctions()
         chains = tuple(self._pack_chain(conductor) for conductor in self.places)
         self._pack_stations()

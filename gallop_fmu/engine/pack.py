@@ -5,10 +5,11 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from gallop_fmu.engine.ctypes_structs import CChain, CField, CReport
+from gallop_fmu.engine.ctypes_structs import CChain, CReport
 from gallop_fmu.engine.line_map import LineMap, one_span_map
 from gallop_fmu.engine.line_pack import pack_line
 from gallop_fmu.engine.tables import NONE, Place, Tables, double_pointer
+from gallop_fmu.engine.wind_pack import pack_wind
 from gallop_fmu.foundation.outcome import Outcome, Report
 from gallop_fmu.scene.line_scene import LineScene
 from gallop_fmu.scene.scene import Scene
@@ -81,7 +82,7 @@ class Packed(Tables):
     def _pack_span(self, scene: Scene) -> LineMap:
         self.add_settings(scene, "span")
         self.add_cross_section(scene.conductor, scene.ice, "ice", scene.damping)
-        self.add("field", CField(law=self.add_wind(scene.wind)))
+        pack_wind(self, scene, [self.add_law(scene.wind.speed_law, "wind.history")])
         if scene.aerodynamics is not None:
             curve = self.add_curve(scene.aerodynamics, "aerodynamics")
             self.set_curve(scene.aerodynamics, curve, "aerodynamics")

@@ -28,7 +28,6 @@ from gallop_fmu.engine.ctypes_structs import (
     Pointer,
     Three,
 )
-from gallop_fmu.foundation.errors import SceneError
 from gallop_fmu.foundation.integrators import INTEGRATORS, SPECTRAL_RADIUS
 from gallop_fmu.scene.aerodynamics import Aerodynamics
 from gallop_fmu.scene.damping import Damping
@@ -72,9 +71,11 @@ LAW_FIELDS: dict[str, dict[str, str | None]] = {
 LAW_KINDS = {"constant": 0, "ramp": 1, "pulse": 1, "harmonic": 2, "table": 3}
 OUTSIDE_KINDS = {"error": 0, "hold": 1, "periodic": 2}
 SLACK_KINDS = {"error": 0, "tension_only": 1}
-NOT_YET = "not yet computed"
 NONE = -1
 """Index where there is no item."""
+
+
+Array = NDArray[np.float64]
 
 
 class Place(NamedTuple):
@@ -110,8 +111,6 @@ class Tables:
     ----------
     tables : dict
         Name of each table of `CScene` and "settings": its items.
-    numbers : list of float
-        The table "number": points of time tables, and coefficient curves.
     places : dict
         Dotted path of a scene value: the places where it is stored, one or more.
     """
@@ -124,7 +123,8 @@ class Tables:
                 *("station", "device", "load", "law", "shedding"),
             )
         }
-        self.numbers: list[float] = []
+        self._numbers: list[Array] = []
+        self._number_count = 0
         self.places: dict[str, list[Place]] = defaultdict(list)
         self._arrays: list[Any] = []
 
@@ -138,7 +138,7 @@ class Tables:
             self._arrays.append(array)
             setattr(scene, f"{name}_count", len(items))
             setattr(scene, name, array)
-        numbers = np.array(self.numbers)
+        numbers = self.numbers
         self._arrays.append(numbers)
         scene.number_count, scene.number = len(numbers), double_pointer(numbers)
         return scene
@@ -150,9 +150,15 @@ class Tables:
 
     def add_numbers(self, values: ArrayLike) -> int:
         """Add numbers; return the index of the first one."""
-        first = len(self.numbers)
-        self.numbers += np.ravel(values).tolist()
+        first, added = self._number_count, np.ravel(np.asarray(values, dtype=np.float64))
+        self._numbers.append(added)
+        self._number_count += len(added)
         return first
+
+    @property
+    def numbers(self) -> Array:
+        """The table "number": points of time tables, coefficient curves, ground and gusts."""
+        return np.concatenate([np.empty(0), *self._numbers])
 
     def note(self, path: str, table: str, item: int, offset: int, factor: float = 1.0) -> None:
         """Note a place where the value at a dotted path is stored."""
@@ -236,20 +242,10 @@ class Tables:
         index = self.add("law", item)
         self.copy(law, "law", path, LAW_FIELDS[law.kind])
         if isinstance(law, TimeTable):
-            if law.beyond == "repeat":
-                raise SceneError(f'{path}.beyond = "repeat": {NOT_YET}; use "hold"')
+            item.repeat = law.beyond == "repeat"
             item.count, item.first = len(law.time), self.add_numbers(law.run_times)
             self.add_numbers(law.value)
         return index
-
-    def add_wind(self, wind: Any) -> int:
-        """Add the law of the wind speed; return its index."""
-        for name in ("direction_law", "profile", "table"):
-            if getattr(wind, name) is not None:
-                raise SceneError(f"wind.{name.removesuffix('_law')}: {NOT_YET}; remove it")
-        if wind.has_turbulence:
-            raise SceneError(f"wind.turbulence: {NOT_YET}; remove it")
-        return self.add_law(wind.speed_law, "wind.history")
 
     def add_motion(self, motion: Any, path: str) -> tuple[int, int, int]:
         """Add the laws of a tower point's motion; return their indices (`NONE`: at rest)."""

@@ -12,8 +12,6 @@ import struct
 from collections.abc import Sequence
 from typing import Any, NamedTuple
 
-import numpy as np
-
 from gallop_fmu.engine.ctypes_structs import CProbe
 from gallop_fmu.engine.library import kernel
 from gallop_fmu.engine.line_map import LineMap
@@ -184,7 +182,7 @@ SECTION_IDS = {
 def _scene_sections(packed: Packed) -> list[Section]:
     """Sections of the tables of a scene that have items."""
     tables = [_section(SECTION_IDS[name], items) for name, items in packed.tables.items() if items]
-    return [*tables, Section(b"NUMB", 8, np.array(packed.numbers).tobytes())]
+    return [*tables, Section(b"NUMB", 8, packed.numbers.tobytes())]
 
 
 def _labels(parts: LineMap) -> list[Section]:

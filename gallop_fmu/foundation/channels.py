@@ -35,7 +35,7 @@ NODE_CHANNELS = (
 )
 
 SPAN_CHANNELS = (
-    Channel("wind_speed", "m/s", "wind speed"),
+    Channel("wind_speed", "m/s", "wind speed, without profile and gusts"),
     Channel("left_f1", "N", "force of the cable on the left end along the span"),
     Channel("left_f2", "N", "force of the cable on the left end, upwards"),
     Channel("left_f3", "N", "force of the cable on the left end, with the wind"),
@@ -66,7 +66,7 @@ DEVICE_CHANNELS = (
 """Channels of a device, in the order of gallop_device_channel."""
 
 LINE_CHANNELS = (
-    Channel("wind_speed", "m/s", "wind speed"),
+    Channel("wind_speed", "m/s", "wind speed, without profile and gusts"),
     Channel("tower_force_x1", "N", "force of the conductors on the tower along the line"),
     Channel("tower_force_x2", "N", "force of the conductors on the tower, upwards"),
     Channel("tower_force_x3", "N", "force of the conductors on the tower, with the wind"),

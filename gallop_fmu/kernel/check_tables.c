@@ -132,9 +132,7 @@ int check_field(const gallop_scene *s, const gallop_field *f, gallop_report *rep
     if (outcome || f->kind == GALLOP_FIELD_UNIFORM) return outcome;
     outcome = check_law_of(s, f->direction, -1, "direction of the wind", report);
     if (!outcome) outcome = check_profile(s, f, report);
-    if (!outcome) outcome = check_gusts(s, f, report);
-    return outcome ? outcome /* not computed yet */
-                   : report_invalid(report, "kind of a field of wind", f->kind, 0.0);
+    return outcome ? outcome : check_gusts(s, f, report);
 }
 
 int check_curve(const gallop_scene *s, const gallop_curve *k, gallop_report *report)

@@ -8,8 +8,10 @@
 
 size_t conditions_count(const gallop_model *model)
 {
+    const size_t sections = 3 * LANES * (size_t)model->strips;
     return (size_t)model->field_count + 3 * (size_t)model->section_count +
-           9 * (size_t)model->junction_count;
+           9 * (size_t)model->junction_count +
+           (model->varied ? (size_t)model->field_count + 2 * sections : 0);
 }
 
 conditions conditions_in(const gallop_model *model, double *block)
@@ -24,6 +26,8 @@ conditions conditions_in(const gallop_model *model, double *block)
     now.position = now.c3 + sections;
     now.velocity = now.position + axes;
     now.acceleration = now.velocity + axes;
+    now.direction = now.acceleration + axes;
+    now.air = now.direction + fields;
     return now;
 }
 
@@ -67,6 +71,19 @@ static void from_inputs(const gallop_model *model, double t, const gallop_inputs
     }
 }
 
+/* Those that a host does not set follow the laws. */
+static void set_directions(const gallop_model *model, double t, const gallop_inputs *inputs,
+                           conditions *now)
+{
+    const double *given = inputs ? inputs->direction : NULL;
+    for (int f = 0; f < model->field_count; f++) {
+        const law *of = model->direction[f];
+        now->direction[f] = given ? given[f] + given[inputs->fields + f] * (t - inputs->time)
+                          : of    ? law_value(of, t)
+                                  : 0.0;
+    }
+}
+
 static void from_laws(const gallop_model *model, double t, conditions *now)
 {
     for (int f = 0; f < model->field_count; f++) now->wind[f] = law_value(model->wind[f], t);
@@ -94,6 +111,9 @@ void conditions_at(const gallop_model *model, double t, const gallop_inputs *inp
         from_inputs(model, t, inputs, now);
     else
         from_laws(model, t, now);
+    if (!model->varied) return;
+    set_directions(model, t, inputs, now);
+    conditions_blow(model, true, now);
 }
 
 bool conditions_are_finite(const gallop_model *model, const conditions *now)

@@ -10,6 +10,9 @@ typedef struct {
     double *attack, *c2, *c3;                   /* (cross-sections) alpha0 [rad]; first mass moments
                                                    of the ice at theta = 0, turned by it */
     double *position, *velocity, *acceleration; /* (junctions, 3) prescribed motion */
+    double *direction;                          /* (fields) of the wind [rad], and */
+    double *air;          /* (2, 3 LANES strips) wind along n2 and n3 at the sections [m/s], in the
+                             order of `sections`: both if a field is varied */
     const double *fallen; /* (sheddings) time at which the ice fell; infinite: it has not [s] */
     double time;          /* [s] */
     double load_factor;   /* 1 but while a static load is stepped up */
@@ -30,6 +33,14 @@ void conditions_copy(const gallop_model *model, conditions *to, const conditions
 void conditions_at(const gallop_model *model, double t, const gallop_inputs *inputs,
                    conditions *now);
 
+/* The wind at the sections from the speeds and directions of varied fields; static equilibria have
+ * none of the gusts. */
+void conditions_blow(const gallop_model *model, bool with_gusts, conditions *now);
+
+/* The wind along n2 and n3 at a place of a field [m/s]. */
+void conditions_wind_at(const gallop_model *model, const conditions *now, int field,
+                        const wind_place *place, double wind[2]);
+
 /* The first mass moments of the ice turn with it; the scene gives them at one angle. */
 void conditions_rotate_moments(const cross_section *section, double attack, double *c2, double *c3);
 
@@ -38,6 +49,8 @@ bool conditions_are_finite(const gallop_model *model, const conditions *now);
 /* What an interval needs of them. */
 typedef struct {
     const cross_section *section; /* which the interval has now */
+    const double *air[2]; /* wind along n2 and n3 at its sections, from which the motion is then
+                             counted; NULL: `wind` along n3 */
     double wind, attack, c2, c3;
     int unknowns;
     bool blows, tension_only; /* blows: there is an aerodynamic load */
@@ -66,6 +79,11 @@ static inline exposure conditions_on(const gallop_model *model, const conditions
                    .unknowns = now->everything ? 4 : model->unknowns,
                    .blows = aerodynamic && wind != 0.0,
                    .tension_only = section->tension_only && !now->taut};
+    if (model->scene.field[c->field].kind == GALLOP_FIELD_VARIED) {
+        on.wind = 0.0;
+        on.air[0] = now->air + 3 * LANES * (size_t)c->first_strip;
+        on.air[1] = on.air[0] + 3 * LANES * (size_t)model->strips;
+    }
     if (shed) {
         on.lost_weight = (c->section->mass - section->mass) * c->gravity;
         on.lost_moment = (now->c3[c->section_index] - on.c3) * c->gravity;

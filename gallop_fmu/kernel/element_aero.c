@@ -3,7 +3,8 @@
  * The load acts in the plane of the section, normal to the conductor's tangent t in the initial
  * equilibrium: the part of the relative wind along t exerts no force.  n3 = e3 is horizontal, n2 =
  * n3 x t points upwards; on a level conductor n2 = e2.  Velocities v2 and forces F2 of a section
- * are components along n2, and v3, F3 along n3. */
+ * are components along n2, and v3, F3 along n3.  In a varied field the velocities count from the
+ * air, and the wind is 0. */
 #include "base_math.h"
 #include "element.h"
 

@@ -119,11 +119,23 @@ INLINE void read_motion(motion y, int count, strip_motion *of)
     }
 }
 
+/* From then on the velocities of the sections of a strip are those relative to the air. */
+INLINE void subtract_air(const interval *c, const exposure *now, const strip *s, const sections *at,
+                         int first)
+{
+    const ptrdiff_t own = 3 * LANES * (s - c->strip);
+    for (int q = 0; q < 3 * LANES; q += LANES) {
+        *(lanes *)(at->v2 + first + q) -= *(const lanes *)(now->air[0] + own + q);
+        *(lanes *)(at->v3 + first + q) -= *(const lanes *)(now->air[1] + own + q);
+    }
+}
+
 INLINE void section_motion(const interval *c, const exposure *now, const strip *s,
                            const sections *at, int first, strip_motion *y)
 {
     along_normal(s, y->v, at->v2 + first);
     interpolate(y->v, 2, at->v3 + first);
+    if (now->air[0]) subtract_air(c, now, s, at, first);
     interpolate(y->u, 3, at->theta + first);
     interpolate(y->v, 3, at->omega + first);
     if (!now->section->eccentric) return;

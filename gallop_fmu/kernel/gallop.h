@@ -175,7 +175,10 @@ typedef enum {
 } gallop_device_channel;
 
 /* Quantities of a field. */
-typedef enum { GALLOP_WIND_SPEED, /* [m/s] */ GALLOP_FIELD_CHANNELS } gallop_field_channel;
+typedef enum {
+    GALLOP_WIND_SPEED, /* U of a field, without profile and gusts [m/s] */
+    GALLOP_FIELD_CHANNELS
+} gallop_field_channel;
 
 /* Quantities of the whole system. */
 typedef enum {
@@ -312,7 +315,8 @@ GALLOP_API size_t gallop_saved_size(const gallop_model *model);
 
 /* Starts a state: the initial equilibrium, or the static equilibrium if the scene starts in mean
  * wind or a tower's point is displaced; then the seed, and accelerations that satisfy the equations
- * of motion.  Ice whose time is not after `start` falls at the start, from that equilibrium.
+ * of motion.  Ice whose time is not after `start` falls at the start, from that equilibrium. Static
+ * equilibria have the wind without its gusts, accelerations with them.
  *
  * @param model   Model
  * @param state   Output: gallop_state_size bytes; after a failure they are no state

@@ -1,4 +1,5 @@
-/* The fields of the structures of gallop.h, for a binding to compare its own. */
+/* Version, build, and the fields of the structures of gallop.h, for a binding to compare its own.
+ */
 #include "base_memory.h"
 #include "gallop.h"
 
@@ -218,6 +219,19 @@ static const entry entries[] = {
     FIELD(gallop_derived_chain, end_force),
 };
 /* clang-format on */
+
+const char *gallop_build(void)
+{
+#if defined(__clang__)
+    return "clang " __clang_version__;
+#elif defined(__GNUC__)
+    return "gcc " __VERSION__;
+#elif defined(_MSC_VER)
+    return "Microsoft C";
+#else
+    return "unknown compiler";
+#endif
+}
 
 int32_t gallop_api_version(void)
 {

@@ -96,6 +96,15 @@ typedef struct {
     double *normal; /* (nodes, 2) n2 of the section's plane, along x1 and x2 */
 } chain;
 
+/* Where a varied field of wind acts: a section or a node in the initial equilibrium. */
+typedef struct {
+    int station, next; /* of gusts: the last one before it, and the one after it, which may be the
+                          same one */
+    double weight;     /* of the latter */
+    double factor;     /* of the profile on the speed */
+    double normal[2];  /* n2, along x1 and x2 */
+} wind_place;
+
 /* A point where chains end, where stations lie, and devices act. */
 typedef struct {
     double position[3];     /* in the strung state [m] */
@@ -150,7 +159,12 @@ struct gallop_model {
     device *device;
     load_place *place; /* (load_count) loaded points */
     law *law;
-    const law **wind;              /* (field_count) wind speed */
+    const law **wind;              /* (field_count) wind speed, */
+    const law **direction;         /* direction; NULL: 0 */
+    bool varied;                   /* a field is varied: there are */
+    wind_place *section_place;     /* (3 LANES strips) places of sections, in the order of
+                                      `sections`, and */
+    wind_place *node_place;        /* (nodes of all chains) of nodes */
     double *shedding_time;         /* (shedding_count) [s] by the scene; infinite: not at a time */
     double *x, *normal;            /* of all chains */
     double *constant_force;        /* (nodes, 4) balances the initial state */

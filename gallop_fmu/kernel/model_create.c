@@ -9,19 +9,6 @@
 #include "solver.h"
 #include "statics.h"
 
-const char *gallop_build(void)
-{
-#if defined(__clang__)
-    return "clang " __clang_version__;
-#elif defined(__GNUC__)
-    return "gcc " __VERSION__;
-#elif defined(_MSC_VER)
-    return "Microsoft C";
-#else
-    return "unknown compiler";
-#endif
-}
-
 /* Two ratios at two frequencies (Liu et al. eq. 28 as printed holds only for equal ratios):
  * b1 = 2 w1 w2 (x1 w2 - x2 w1) / (w2^2 - w1^2), b2 = 2 (x2 w2 - x1 w1) / (w2^2 - w1^2) */
 static void rayleigh(const gallop_damping *pair, double b[2])
@@ -112,6 +99,7 @@ static void count_all(const gallop_scene *s, gallop_model *m)
     m->device_count = s->device_count;
     m->law_count = s->law_count;
     m->shedding_count = s->shedding_count;
+    m->varied = model_create_is_varied(s);
     for (int i = 0; i < s->load_count; i++) m->load_count += points_of(&s->load[i]);
     for (int i = 0, station = 0; i < s->chain_count; i++) {
         part now = {.first = 0};
@@ -147,6 +135,9 @@ static shared lay_out(arena *a, const gallop_scene *s, gallop_model *m)
     m->device = TAKE(a, m->device_count, device);
     m->law = TAKE(a, m->law_count, law);
     m->wind = TAKE(a, m->field_count, const law *);
+    m->direction = TAKE(a, m->field_count, const law *);
+    m->section_place = TAKE(a, m->varied ? 3 * LANES * (size_t)m->strips : 0, wind_place);
+    m->node_place = TAKE(a, m->varied ? m->nodes : 0, wind_place);
     m->shedding_time = TAKE(a, m->shedding_count, double);
     m->place = TAKE(a, m->load_count, load_place);
     m->x = TAKE(a, 3 * (size_t)m->nodes, double);
@@ -175,7 +166,12 @@ static void create_laws(gallop_model *m)
 {
     const gallop_scene *s = &m->scene;
     for (int i = 0; i < m->law_count; i++) m->law[i] = law_from(&s->law[i], s->number);
-    for (int i = 0; i < m->field_count; i++) m->wind[i] = &m->law[s->field[i].law];
+    for (int i = 0; i < m->field_count; i++) {
+        const gallop_field *f = &s->field[i];
+        const bool turns = f->kind == GALLOP_FIELD_VARIED && f->direction >= 0;
+        m->wind[i] = &m->law[f->law];
+        m->direction[i] = turns ? &m->law[f->direction] : NULL;
+    }
 }
 
 /* The piece of the curve at the start of each bin. */
@@ -456,6 +452,7 @@ int gallop_model_create(const gallop_scene *scene, gallop_model **out, gallop_re
     state_measure(m);
     outcome = check_held(m, report);
     if (!outcome) outcome = statics_initial(m, report);
+    if (!outcome) outcome = model_create_wind_places(m, report);
     if (outcome) {
         gallop_model_free(m);
         return outcome;

@@ -8,4 +8,10 @@
  * decision.  The tables of the model and its devices are known. */
 void model_create_parts(gallop_model *m);
 
+/* A field of the scene is varied. */
+bool model_create_is_varied(const gallop_scene *s);
+
+/* Where sections and nodes are in varied fields; the initial equilibrium is known. */
+int model_create_wind_places(gallop_model *m, gallop_report *report);
+
 #endif

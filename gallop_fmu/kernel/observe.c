@@ -35,8 +35,11 @@ static double node_angle(const gallop_model *model, const state_view *view, cons
     const exposure now = conditions_on(model, &view->now, of);
     const double *u = view->u + 4 * node, *v = view->v + 4 * node;
     const double *n2 = model->normal + 2 * node;
-    return element_attack_angle(u[3], n2[0] * v[0] + n2[1] * v[1], v[2], v[3], now.wind, now.attack,
-                                now.section->radius);
+    double wind[2];
+    const wind_place *place = model->varied ? &model->node_place[node] : NULL;
+    conditions_wind_at(model, &view->now, of->field, place, wind);
+    return element_attack_angle(u[3], n2[0] * v[0] + n2[1] * v[1] - wind[0], v[2], v[3], wind[1],
+                                now.attack, now.section->radius);
 }
 
 static double node_value(const gallop_model *model, const state_view *view, int node, int channel)

@@ -33,7 +33,8 @@ struct gallop_state {
  * at work, from the start of the arrays. */
 typedef struct {
     double *theta, *omega, *omega_rate; /* motion of the section, along n2 and n3: */
-    double *v2, *v3, *a2, *a3;          /* see element_aero.c */
+    double *v2, *v3, *a2, *a3;          /* see element_aero.c; in a varied field v2 and v3 are
+                                           relative to the air */
     double *gravity;                    /* component against n2 */
     double *c2, *c3;                    /* turned first mass moments */
     double *angle, *excess;             /* attack angle, and by how much it is out of range */

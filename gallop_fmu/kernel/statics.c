@@ -295,6 +295,7 @@ static void apply_wind(static_load *load, double part, const state_view *at)
     load->now.load_factor = own->calm ? 0.0 : part;
     for (int f = 0; f < m->field_count; f++)
         load->now.wind[f] = own->calm ? 0.0 : at->now.wind[f] * sqrt(part);
+    conditions_blow(m, false, &load->now);
     for (int i = 0; i < 3 * m->junction_count; i++) load->now.position[i] *= part;
     move_ends(m, own->t, &load->now, at);
 }

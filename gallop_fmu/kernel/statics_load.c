@@ -147,6 +147,7 @@ void statics_calm(const gallop_model *m, conditions *now)
 {
     conditions_at(m, 0.0, NULL, now);
     for (int f = 0; f < m->field_count; f++) now->wind[f] = 0.0;
+    conditions_blow(m, false, now);
     for (int i = 0; i < 9 * m->junction_count; i++) now->position[i] = 0.0;
     now->load_factor = 0.0;
     now->taut = true;

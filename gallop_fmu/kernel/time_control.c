@@ -188,8 +188,25 @@ static int step_within_tolerance(const gallop_model *model, gallop_state *state,
     }
 }
 
+/* Next time from t on at which speed, direction or gusts of a field have a kink or a jump.  Gusts
+ * are linear between their times, as laws by table: steps that end there need no more time, and
+ * miss less, than steps that an estimate of the error must shorten. */
+static double next_kink_of_field(const gallop_model *model, int field, const gallop_inputs *inputs,
+                                 double t)
+{
+    const gallop_field *f = &model->scene.field[field];
+    const law *direction = inputs && inputs->direction ? NULL : model->direction[field];
+    double next = inputs ? INFINITY : law_next_kink(model->wind[field], t);
+    if (direction) next = fmin(next, law_next_kink(direction, t));
+    if (f->kind == GALLOP_FIELD_VARIED && f->stations > 0) {
+        const double *time = model->scene.number + f->first_gust + f->stations;
+        next = fmin(next, law_next_time(time, f->times, f->repeat != 0, t));
+    }
+    return next;
+}
+
 /* Next time after t at which a law has a kink or a jump, or ice falls; infinite: none.  A host's
- * inputs replace all but the loads. */
+ * inputs replace all but the loads, gusts, and directions that they do not give. */
 static double next_kink(const gallop_model *model, const state_view *at,
                         const gallop_inputs *inputs, double t)
 {
@@ -198,9 +215,9 @@ static double next_kink(const gallop_model *model, const state_view *at,
     double next = time_next_shedding(model, at, t, INFINITY);
     for (int i = 0; i < s->load_count; i++)
         next = fmin(next, law_next_kink(&model->law[s->load[i].law], after));
-    if (inputs) return next;
     for (int f = 0; f < model->field_count; f++)
-        next = fmin(next, law_next_kink(model->wind[f], after));
+        next = fmin(next, next_kink_of_field(model, f, inputs, after));
+    if (inputs) return next;
     for (int j = 0; j < model->junction_count; j++)
         for (int i = 0; i < 3; i++) {
             const law *l = model->junction[j].motion[i];
@@ -220,6 +237,8 @@ static bool inputs_jump(const gallop_model *model, const conditions *before, con
 {
     bool jump = before->attack[0] != now->attack[0];
     for (int f = 0; f < model->field_count; f++) jump = jump || before->wind[f] != now->wind[f];
+    for (int f = 0; model->varied && f < model->field_count; f++)
+        jump = jump || before->direction[f] != now->direction[f];
     for (int i = 0; i < 3 * model->junction_count; i++)
         jump = jump || before->velocity[i] != now->velocity[i];
     return jump;

@@ -283,6 +283,7 @@ int gallop_settle(const gallop_model *model, gallop_state *state, gallop_report 
     conditions_at(model, state->time, NULL, &at.now);
     outcome = statics_equilibrium(model, state->time, true, &at, report);
     for (int f = 0; f < model->field_count; f++) at.now.wind[f] = 0.0;
+    conditions_blow(model, false, &at.now);
     at.now.load_factor = 0.0;
     if (!outcome) outcome = start_motion(model, state, &at, report);
     if (outcome) {

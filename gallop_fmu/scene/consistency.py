@@ -10,7 +10,12 @@ import numpy as np
 from gallop_fmu.foundation.errors import SceneError
 from gallop_fmu.scene.sag_tension import MAX_STRAIN, check_tension
 from gallop_fmu.scene.supports import AdjacentSpanSupport
-from gallop_fmu.scene.wind_consistency import check_time_tables, check_wind, unusual_wind
+from gallop_fmu.scene.wind_consistency import (
+    check_time_tables,
+    check_wind,
+    towers_of,
+    unusual_wind,
+)
 
 if TYPE_CHECKING:
     from gallop_fmu.scene.aerodynamics import Aerodynamics
@@ -51,8 +56,7 @@ def check_consistency(scene: Scene) -> None:
     check_mass_matrix(scene.conductor, scene.ice, "ice")
     _check_aerodynamics(scene)
     check_time_tables(scene, scene.run.stop_time)
-    towers = [(0.0, 0.0), (scene.span.length, scene.span.height_difference)]
-    check_wind(scene.wind, towers, scene.run.stop_time)
+    check_wind(scene.wind, towers_of(scene), scene.run.stop_time)
 
 
 def unusual_combinations(scene: Scene) -> list[str]:

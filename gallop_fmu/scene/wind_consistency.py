@@ -55,6 +55,17 @@ def check_wind(wind: Wind, towers: Towers, duration: float) -> None:
         check_size(wind.turbulence, wind.mean_speed, length, duration)
 
 
+def towers_of(scene: Scene | LineScene) -> Towers:
+    """Attachment points of a span or line."""
+    spans = scene.section.spans if hasattr(scene, "section") else (scene.span,)
+    length = height = 0.0
+    towers = [(length, height)]
+    for span in spans:
+        length, height = length + span.length, height + span.height_difference
+        towers.append((length, height))
+    return towers
+
+
 def unusual_wind(wind: Wind, duration: float) -> list[str]:
     """Warnings about the wind, each a fact and a remedy."""
     found = wind.warnings()
@@ -65,12 +76,7 @@ def unusual_wind(wind: Wind, duration: float) -> list[str]:
 
 def check_wind_of_line(scene: LineScene) -> None:
     """Refuse wind that does not fit the line and the run; see `check_wind`."""
-    length = height = 0.0
-    towers = [(length, height)]
-    for span in scene.section.spans:
-        length, height = length + span.length, height + span.height_difference
-        towers.append((length, height))
-    check_wind(scene.wind, towers, scene.run.stop_time)
+    check_wind(scene.wind, towers_of(scene), scene.run.stop_time)
     for number, span in enumerate(scene.section.spans, start=1):
         if scene.wind.table is not None and span.wind is not None:
             raise SceneError(

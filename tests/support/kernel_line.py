@@ -190,8 +190,9 @@ class KernelTables(Tables):
 
     def __init__(self, line, shift, changes):
         super().__init__()
-        tables, self.numbers = line.tables(shift)
+        tables, numbers = line.tables(shift)
         self.tables |= tables
+        self.add_numbers(numbers)
         settings = {
             "gravity": line.gravity,
             "air_density": 1.2,

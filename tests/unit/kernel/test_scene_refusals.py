@@ -52,6 +52,23 @@ def wind_table(count, times, values):
     return change
 
 
+def varied(*numbers, **fields):
+    """Change that makes the wind a varied field; `numbers` are those of its ground or gusts."""
+
+    def change(scene):
+        field = scene.field[0]
+        all_numbers = [scene.number[i] for i in range(scene.number_count)]
+        field.kind, field.direction = 1, -1
+        field.first_ground = field.first_gust = len(all_numbers)
+        for name, value in fields.items():
+            setattr(field, name, value)
+        array = (c.c_double * (len(all_numbers) + len(numbers)))(*all_numbers, *numbers)
+        scene.number, scene.number_count = array, len(array)
+        return array
+
+    return change
+
+
 def number(offset, value):
     """Change of one number of the curve, counted from its first breakpoint."""
 
@@ -78,6 +95,11 @@ def test_the_scene_itself_is_allowed():
     assert outcome_of(lambda scene: None) == (Outcome.COMPLETED, "")
     assert outcome_of(wind_table(2, [0.0, 1.0], [5.0, 6.0])) == (Outcome.COMPLETED, "")
     assert outcome_of(loaded(position=0.5)) == (Outcome.COMPLETED, "")
+    assert outcome_of(varied(direction=0)) == (Outcome.COMPLETED, "")
+    gusts = varied(5.0, 0.0, 1.0, 0.1, -0.1, stations=1, times=2, components=1, repeat=1)
+    assert outcome_of(gusts) == (Outcome.COMPLETED, "")
+    sheared = varied(0.0, -9.0, profile=1, reference_height=10.0, ground_points=1)
+    assert outcome_of(sheared) == (Outcome.COMPLETED, "")
 
 
 @pytest.mark.parametrize("side", [-1.0, 1.0])
@@ -130,7 +152,51 @@ CASES = {
     "too many points": (wind_table(3, [0.0, 1.0], [5.0, 6.0]), "wind speed"),
     "order": (wind_table(2, [0.0, 0.0], [5.0, 6.0]), "wind speed"),
     "value": (wind_table(2, [0.0, 1.0], [5.0, math.nan]), "wind speed"),
-    "field": (assign("field", "kind", 1), "kind of a field of wind"),
+    "field": (assign("field", "kind", 2), "kind of a field of wind"),
+    "direction": (varied(direction=9), "direction of the wind"),
+    "profile": (varied(profile=3), "profile of the wind"),
+    "exponent": (varied(profile=1, profile_parameter=-0.1), "exponent of the wind profile"),
+    "roughness": (
+        varied(profile=2, reference_height=10.0),
+        "roughness length of the wind profile",
+    ),
+    "reference height": (
+        varied(profile=2, profile_parameter=0.1, reference_height=0.1),
+        "reference height of the wind profile",
+    ),
+    "no ground": (varied(profile=1, reference_height=10.0), "number of points of the ground"),
+    "ground": (
+        varied(0.0, 0.0, -9.0, -9.0, profile=1, reference_height=10.0, ground_points=2),
+        "x1 of a point of the ground",
+    ),
+    "height of the ground": (
+        varied(0.0, 1.0, -9.0, math.inf, profile=1, reference_height=10.0, ground_points=2),
+        "height of a point of the ground",
+    ),
+    "below the ground": (
+        varied(0.0, -1.0, profile=1, reference_height=10.0, ground_points=1),
+        "height of a conductor above ground, for the wind profile",
+    ),
+    "stations": (varied(stations=-1), "number of stations of gusts"),
+    "no times": (varied(stations=1, components=1), "number of times of gusts"),
+    "components": (varied(stations=1, times=1, components=2), "number of components of a gust"),
+    "repeat": (varied(stations=1, times=1, components=1, repeat=1), "whether gusts repeat"),
+    "too many gusts": (
+        varied(stations=100, times=1000000, components=3),
+        "number of gusts",
+    ),
+    "station order": (
+        varied(5.0, 5.0, 0.0, 0.1, 0.1, stations=2, times=1, components=1),
+        "station of gusts",
+    ),
+    "time order": (
+        varied(5.0, 1.0, 0.0, 0.1, 0.1, stations=1, times=2, components=1),
+        "time of gusts",
+    ),
+    "gust": (
+        varied(5.0, 0.0, 1.0, 0.1, math.nan, stations=1, times=2, components=1),
+        "gust",
+    ),
     "no support": (assign("junction", "fixed", 0, 0), "stiffness of a support"),
     "not a flag": (assign("junction", "fixed", 2, 0), "what is fixed at a junction"),
     "free to twist": (assign("junction", "fixed", 0, 3), "stiffness of a support"),
