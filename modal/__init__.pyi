@@ -12,6 +12,8 @@ from .linear.shallow_cable import ShallowCable as ShallowCable
 from .linear.shallow_cable import shallow_cable as shallow_cable
 from .linear.state_space import linear_model as linear_model
 from .linear.state_space import root_locus as root_locus
+from .motions.branches import Branches as Branches
+from .motions.branches import branches as branches
 from .report.page import write_report as write_report
 from .risk.atlas import RiskAtlas as RiskAtlas
 from .risk.atlas import risk_atlas as risk_atlas

@@ -29,6 +29,7 @@ from gallop_fmu.cli.terminal import (
     whole,
 )
 from modal.cli.atlas_command import ATLAS_EXAMPLE, atlas
+from modal.cli.branches_command import BRANCHES_EXAMPLE, branches
 from modal.cli.line_output import LOCUS_POINTS, show_linear, show_modes, show_pairs
 from modal.cli.output import Plot, line_or_span_to_draw, show
 from modal.cli.screen_command import SCREEN_EXAMPLE, screen_span
@@ -457,6 +458,7 @@ def _linear_lines(criteria: list[Criterion], onsets: list[CriticalWind]) -> list
 
 
 app.command(epilog=example(SLOPE_EXAMPLE))(slope)
+app.command(epilog=example(BRANCHES_EXAMPLE))(branches)
 app.command(name="screen", epilog=example(SCREEN_EXAMPLE))(screen_span)
 app.command(epilog=example(ATLAS_EXAMPLE))(atlas)
 app.command(epilog=example(REPORT_EXAMPLE))(report)

@@ -157,6 +157,8 @@ def follow(
         end = _append(points, events, found, terminal)
         if end is None:
             points.append(new)
+            if settings.on_point is not None:
+                settings.on_point(new)
             angle = angle_between(base, new)
             bend = angle / step
             if _is_closed(points, step):

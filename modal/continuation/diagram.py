@@ -19,6 +19,9 @@ Array = NDArray[np.float64]
 SAME_EVENT = 1e-3
 """Distance of the summaries of two solutions below which they are the same event."""
 
+CRITICAL = 1e-6
+"""Growth below which a disturbance is the critical one of an event."""
+
 RETURNS = {
     "rest": ("Hopf",),
     "period halving": ("period doubling",),
@@ -38,7 +41,7 @@ class Diagram:
     failures : list of tuple of Event and str
         Events at which no branch was found, and why.
     unexplored : list of Event
-        Events at which no branch was sought, because of the limits of depth and number.
+        Events at which no branch was sought, because of the limits of depth, number and stability.
     """
 
     branches: list[Branch]
@@ -86,7 +89,8 @@ def explore(
         event, level = waiting.pop(0)
         if any(is_same_event(event, other) for other in seen):
             continue
-        if level > depth or len(diagram.branches) >= most:
+        is_far = settings.max_unstable is not None and _growing(event) > settings.max_unstable
+        if level > depth or len(diagram.branches) >= most or is_far:
             diagram.unexplored.append(event)
             continue
         seen.append(event)
@@ -100,6 +104,11 @@ def explore(
             seen += [end for end in branch.ends[1:] if end.kind in RETURNS]
             waiting += [(one, level + 1) for one in branch.events if one.kind in SWITCHING]
     return diagram
+
+
+def _growing(event: Event) -> int:
+    """Number of growing disturbances, without the critical one."""
+    return int(np.sum(event.point.levels > CRITICAL))
 
 
 def is_same_event(one: Event, other: Event) -> bool:

@@ -209,7 +209,7 @@ def events_between(
     ends = _returns(segment)
     if ends:
         return ends
-    found = _fold_and_crossings(segment)
+    found = _fold_and_crossings(segment, settings.max_unstable)
     for bound in (settings.lowest, settings.highest):
         if (base.parameter - bound) * (new.parameter - bound) < 0.0:
             part, point = segment.zero(lambda at, bound=bound: at.parameter - bound)  # type: ignore[misc]
@@ -229,14 +229,17 @@ def events_between(
     return sorted(found, key=lambda one: one[0])
 
 
-def _fold_and_crossings(segment: Segment) -> Found:
-    """Folds and changes of stability; each must explain the other."""
+def _fold_and_crossings(segment: Segment, max_unstable: int | None) -> Found:
+    """Folds and changes of stability; each must explain the other, if all are located."""
     base, new = segment.base, segment.new
     found: Found = []
     if base.tangent[-1] * new.tangent[-1] < 0.0:
         part, point = segment.zero(lambda at: float(at.tangent[-1]))
         found.append((part, Event("fold", point)))
-    crossings = _crossings(segment)
+    limit = np.inf if max_unstable is None else max_unstable
+    crossings = _crossings(segment, limit)
+    if max(base.unstable, new.unstable) > limit + 1:
+        return found + [(part, _named(event)) for part, event in crossings]
     simple = [one for one in crossings if one[1].kind == "branch point"]
     if found and simple:  # the multiplier 1 of the fold
         nearest = min(simple, key=lambda one: abs(one[0] - found[0][0]))
@@ -252,12 +255,12 @@ def _fold_and_crossings(segment: Segment) -> Found:
     return found + [(part, _named(event)) for part, event in crossings]
 
 
-def _crossings(segment: Segment) -> Found:
-    """Zeros of the growth exponents that change their sign."""
+def _crossings(segment: Segment, limit: float) -> Found:
+    """Zeros of the growth exponents that change their sign, with at most so many growing ones."""
     low, high = sorted((segment.base.unstable, segment.new.unstable))
     found: Found = []
     number = low
-    while number < high:
+    while number < high and number <= limit:
         part, point = segment.zero(lambda at, k=number: float(at.levels[k]))  # type: ignore[misc]
         value = complex(point.spectrum[number])
         is_orbit = point.equations.kind == "orbit"

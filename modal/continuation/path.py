@@ -14,6 +14,7 @@ discretisation is too coarse, or if one of these signs of a jump to another bran
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -67,6 +68,11 @@ class Settings:
         Largest number of points of a branch.
     max_period : float
         Period at which a family of orbits ends, relative to its first period.
+    max_unstable : int or None
+        Number of growing disturbances above which changes of stability are not located, and above
+        which `modal.continuation.diagram.explore` follows no branches; None: no limit.
+    on_point : callable or None
+        Called with each new point of a branch, to show progress.
     """
 
     lowest: float
@@ -77,6 +83,8 @@ class Settings:
     min_step: float = 1e-6
     max_points: int = 400
     max_period: float = 50.0
+    max_unstable: int | None = None
+    on_point: Callable[[Point], object] | None = None
 
     @property
     def parameter_scale(self) -> float:

@@ -314,7 +314,7 @@ def mean_state(model: ReducedModel, wind: float) -> MeanState:
         If there is none, it is not stable (divergence), or the attack angle there lies outside the
         curve's range.
     """
-    q, forces = _equilibrium(model, wind)
+    q, forces = static_equilibrium(model, wind)
     n = model.size
     if model.angle_excess(q, np.zeros_like(q), wind) > 0.0:
         assert model.scene.aerodynamics is not None  # a reduced model has a curve
@@ -337,7 +337,7 @@ def mean_state(model: ReducedModel, wind: float) -> MeanState:
     return MeanState(q[0], complex(rates[best]), vectors[:n, best])
 
 
-def _equilibrium(model: ReducedModel, wind: float) -> tuple[Array, Forces]:
+def static_equilibrium(model: ReducedModel, wind: float) -> tuple[Array, Forces]:
     """Coordinates (1, mode) of the equilibrium in a steady wind, and the forces there.
 
     Raises

@@ -3,11 +3,11 @@
 import numpy as np
 import pytest
 
-from modal.branches.span_model import SpanModel
-from modal.branches.span_problem import SpanProblem, WindFamily
 from modal.continuation.path import Settings
 from modal.continuation.starts import equilibria, switched
 from modal.linear.mode_basis import still_air_modes
+from modal.motions.span_model import SpanModel
+from modal.motions.span_problem import SpanProblem, WindFamily
 from support.square_prism import fold_winds, limit_cycles, onset_wind_speed, prism
 
 

@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 
 import gallop_fmu as gf
-from modal.branches.span_model import SpanModel
-from modal.branches.span_problem import NumberFamily, SpanProblem, WindFamily
 from modal.linear.mode_basis import still_air_modes
+from modal.motions.span_model import SpanModel
+from modal.motions.span_problem import NumberFamily, SpanProblem, WindFamily
 
 
 @pytest.fixture(scope="module")

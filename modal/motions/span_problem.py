@@ -1,6 +1,6 @@
 """The motion of a span as a system y' = f(y, p) with one number of its scene as the parameter.
 
-The state y = (q, v) has the coordinates of `modal.branches.span_model` and their velocities.
+The state y = (q, v) has the coordinates of `modal.motions.span_model` and their velocities.
 """
 
 from __future__ import annotations
@@ -12,11 +12,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gallop_fmu import Scene
-from modal.branches.span_model import SpanModel
 from modal.continuation.events import UserEvent
 from modal.continuation.problem import Rates
 from modal.foundation.scene_variation import with_number
 from modal.linear.mode_basis import mirrored, still_air_modes
+from modal.motions.span_model import SpanModel
 
 Array = NDArray[np.float64]
 

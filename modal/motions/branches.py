@@ -1,0 +1,292 @@
+"""All motions of a span that are connected with its equilibrium, over one number of its scene."""
+
+from __future__ import annotations
+
+import time as clock
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from gallop_fmu import Scene, SceneError
+from gallop_fmu.foundation.outcome import SimulationError
+from gallop_fmu.scene.line_scene import LineScene, one_span
+from modal.continuation.branch import Branch
+from modal.continuation.diagram import Diagram, explore
+from modal.continuation.path import Point, Settings
+from modal.continuation.problem import ContinuationError
+from modal.foundation.normal_wind import check_wind_is_normal
+from modal.foundation.scene_variation import unit_of, with_number
+from modal.linear.mode_basis import still_air_modes
+from modal.motions.full_model import full_scene, reduction_error
+from modal.motions.motion_words import name_of_branch
+from modal.motions.runs import PERIODS, runs_from_orbits
+from modal.motions.span_model import SpanModel
+from modal.motions.span_problem import (
+    WIND_SPEED,
+    Family,
+    NumberFamily,
+    SpanProblem,
+    WindFamily,
+)
+from modal.motions.table import branch_table, event_sentence, save_table
+from modal.screening.reduced_model import static_equilibrium
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+INSTEAD = "use modal.natural_modes and simulate the line"
+"""What to do for a line."""
+
+TOLERANCE = 1e-4
+"""Largest error of the discretisation, relative to the amplitude."""
+
+FIRST_STEP, MAX_STEP = 0.05, 0.3
+"""Lengths of continuation steps, in typical displacements and parts of the range."""
+
+MAX_POINTS, MAX_BRANCHES, MAX_DEPTH = 150, 20, 4
+"""Limits of points of a branch, of branches, and of events between a branch and the rest."""
+
+MAX_PERIOD = 8.0
+"""Period at which a branch ends, relative to its first period."""
+
+MAX_UNSTABLE = 2
+"""Number of growing disturbances above which events are not located and branches not sought."""
+
+START_SHIFT = 1e-5
+"""Distance of the first equilibrium from the start of the range, relative to the range."""
+
+DIFFERENCE = 1e-4
+"""Step of the difference by a number other than the wind speed, relative to the range."""
+
+Progress = Callable[[int, float], object]
+"""Called with the number of the branch that is followed and the value that it has reached."""
+
+
+@dataclass(frozen=True, repr=False)
+class Branches:
+    """Equilibria and periodic motions of a span over one number.
+
+    Attributes
+    ----------
+    dataset : xarray.Dataset
+        Over ``branch``: its name in words, kind, first and last event, error of the reduction
+        (see Notes); over ``point``: branch, value, period, amplitudes, stability; over
+        ``located``: the events; over ``run``: the simulations, if there are any.
+    over, unit : str
+        Name and unit of the number.
+    remarks : tuple of str
+        What could not be found out, and why; motions that begin to beat.
+    diagram : modal.continuation.diagram.Diagram
+        The branches with all their states.
+    seconds : float
+        CPU time [s].
+
+    Notes
+    -----
+    ``reduction_error`` is the distance, relative to the amplitude, between an orbit of the branch
+    and the motion of the full model that starts on it, within one period.
+    """
+
+    dataset: xr.Dataset
+    over: str
+    unit: str
+    remarks: tuple[str, ...]
+    diagram: Diagram = field(repr=False)
+    seconds: float
+
+    def __repr__(self) -> str:
+        data = self.dataset
+        lines = [f"{data.attrs['title']}: {data.sizes['branch']} branches over {self.over}"]
+        for number in data.branch.values.tolist():
+            one = data.sel(branch=number)
+            lines.append(f"{number}: {one['name'].item()}, {one['summary'].item()}")
+        return "\n".join([*lines, *self.remarks])
+
+    def save(self, path: Path | str) -> Path:
+        """Write the dataset as ``.nc`` (NetCDF), or its points as ``.csv``.
+
+        Raises
+        ------
+        SceneError
+            The suffix is another one.
+        OSError
+            The file cannot be written.
+        """
+        return save_table(self.dataset, Path(path))
+
+
+def branches(
+    scene: Scene | LineScene,
+    over: str = WIND_SPEED,
+    start: float | None = None,
+    stop: float | None = None,
+    *,
+    simulate: int = 0,
+    progress: Progress | None = None,
+) -> Branches:
+    """Find all motions of a span over a number: equilibria, periodic motions, and their stability.
+
+    The span is reduced to its lowest modes of all families, symmetric and antisymmetric
+    (`modal.motions.span_model`). Starting from the equilibrium, branches are followed by
+    continuation (`modal.continuation`): galloping begins at a Hopf point, a swing at a period
+    doubling, motion in two loops at a Hopf point or where the symmetry breaks. Motions with two
+    frequencies begin at a torus; they are not followed, but simulated on request.
+
+    Parameters
+    ----------
+    scene
+        A span with wind and a coefficient curve. A wind history counts with its mean; loads and
+        seeds are ignored.
+    over
+        Name of the number, as in `Scene.with_values`; derivatives by other numbers than the wind
+        speed are differences, which takes about four times as long.
+    start, stop
+        Range of the number. Default for the wind speed: half and 1.5 times the scene's.
+    simulate
+        Number of values at which the full model is started on each motion, with a small
+        disturbance; 0: none.
+    progress
+        Called with the number of the branch that is followed and the value that it has reached.
+
+    Returns
+    -------
+    Branches
+        The motions, events and remarks.
+
+    Raises
+    ------
+    SceneError
+        If the scene or the range is not fit, or if there is no equilibrium at the start.
+
+    Examples
+    --------
+    >>> import gallop_fmu as gf, modal
+    >>> found = modal.branches(gf.load_scene("example3"), start=4.5, stop=4.8)
+    >>> found.dataset["name"].values.tolist()
+    ['rest', 'one loop']
+    """
+    began = clock.process_time()
+    scene = one_span(scene, "branches", INSTEAD)
+    start, stop = _range(scene, over, start, stop)
+    at_start = _scene_at(scene, over, start)
+    wind = start if over == WIND_SPEED else scene.wind.mean_speed
+    model = SpanModel(at_start, still_air_modes(at_start))
+    problem = _problem(scene, over, model, start, stop)
+    rest, _ = static_equilibrium(model, wind)
+    guess = np.append(rest[0], np.zeros(model.size))
+    settings = Settings(
+        start,
+        stop,
+        tolerance=TOLERANCE,
+        first_step=FIRST_STEP,
+        max_step=MAX_STEP,
+        max_points=MAX_POINTS,
+        max_period=MAX_PERIOD,
+        max_unstable=MAX_UNSTABLE,
+        on_point=_Watch(progress) if progress else None,
+    )
+    first = start + START_SHIFT * (stop - start)
+    try:
+        found = explore(
+            problem, guess, first, settings, problem.end_of_curve(), MAX_DEPTH, MAX_BRANCHES
+        )
+    except ContinuationError as problem_:
+        raise SceneError(f"branches could not be found, because {problem_}") from None
+    names = [name_of_branch(one.points, model) for one in found.branches]
+    errors = [_error(scene, over, problem, one) for one in found.branches]
+    runs = runs_from_orbits(scene, over, problem, found, simulate, PERIODS) if simulate else []
+    unit = unit_of(scene, over)
+    dataset = branch_table(problem, found, names, errors, runs, over, unit)
+    dataset.attrs |= {"title": scene.title, "scene": scene.to_toml()}
+    return Branches(
+        dataset, over, unit, _remarks(found, names, unit), found, clock.process_time() - began
+    )
+
+
+def _range(scene: Scene, over: str, start: float | None, stop: float | None) -> tuple[float, float]:
+    """Check the scene and the range of the number."""
+    if scene.aerodynamics is None:
+        raise SceneError(
+            "aerodynamics is not given: without a coefficient curve the wind has no effect; give"
+            " one"
+        )
+    wind = scene.wind.mean_speed
+    if start is None or stop is None:
+        if over != WIND_SPEED or not wind > 0.0:
+            raise SceneError(f"the range of {over} is not given: give start and stop")
+        start = 0.5 * wind if start is None else start
+        stop = 1.5 * wind if stop is None else stop
+    if not (np.isfinite(start) and np.isfinite(stop) and start < stop):
+        raise SceneError(f"range of {over}: start = {start:g} must be below stop = {stop:g}")
+    check_wind_is_normal(scene, "branches", start if over == WIND_SPEED else wind)
+    if over != WIND_SPEED and not wind > 0.0:
+        raise SceneError("wind.speed = 0 m/s: branches need wind; set wind.speed")
+    return float(start), float(stop)
+
+
+def _scene_at(scene: Scene, over: str, value: float) -> Scene:
+    if over == WIND_SPEED:
+        return scene
+    return with_number(scene, over, value)
+
+
+def _problem(scene: Scene, over: str, model: SpanModel, start: float, stop: float) -> SpanProblem:
+    """The span as a system with the number as its parameter."""
+    family: Family
+    if over == WIND_SPEED:
+        family, wind = WindFamily(model), stop
+    else:
+        family = NumberFamily(scene, over, model, DIFFERENCE * (stop - start))
+        wind = scene.wind.mean_speed
+    return SpanProblem(family, model, wind)
+
+
+class _Watch:
+    """Count the branches of the points that continuation reports."""
+
+    def __init__(self, progress: Progress) -> None:
+        self.progress, self.number, self.last = progress, 0, ""
+
+    def __call__(self, point: Point) -> None:
+        name = f"{point.equations.kind} {getattr(point.equations, 'period_scale', 0.0):.6g}"
+        self.number += name != self.last
+        self.last = name
+        self.progress(self.number, point.parameter)
+
+
+def _error(scene: Scene, over: str, problem: SpanProblem, branch: Branch) -> float:
+    """Error of the reduction at the middle of the stable part, or of the branch."""
+    if branch.kind == "equilibrium":
+        return float("nan")
+    stable = [point for point in branch.points if point.is_stable] or branch.points
+    point = stable[len(stable) // 2]
+    model, _ = problem.family.at(point.parameter)
+    try:
+        return reduction_error(full_scene(scene, over, point.parameter, model), model, point)
+    except (SceneError, SimulationError):
+        return float("nan")
+
+
+def _remarks(found: Diagram, names: list[str], unit: str) -> tuple[str, ...]:
+    """Sentences about what could not be found out, and about motions that begin to beat."""
+    remarks = []
+    for number, (branch, name) in enumerate(zip(found.branches, names, strict=True)):
+        for event in (*branch.events, *branch.ends):
+            sentence = event_sentence(event, unit)
+            if sentence:
+                remarks.append(f"branch {number} ({name}): {sentence}")
+    for event, reason in found.failures:
+        remarks.append(
+            f"the branch that starts at {event.parameter:.4g} {unit} ({event.kind}) could not be"
+            f" found, because {reason}"
+        )
+    if found.unexplored:
+        listed = ", ".join(f"{one.parameter:.4g}" for one in found.unexplored)
+        remarks.append(
+            f"branches that start at {listed} {unit} were not followed, because more than"
+            f" {MAX_UNSTABLE} disturbances grow there, or they are more than {MAX_BRANCHES}"
+        )
+    return tuple(remarks)

@@ -1,0 +1,173 @@
+"""Simulations with the full model that start on a motion of the reduced model."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gallop_fmu import Model, Scene
+from gallop_fmu.foundation.channels import NODE_INDEX
+from gallop_fmu.foundation.outcome import Outcome, SimulationError
+from modal.continuation.path import Point
+from modal.foundation.scene_variation import with_number
+from modal.motions.span_model import SpanModel
+
+Array = NDArray[np.float64]
+
+STEPS_PER_PERIOD = 250
+"""Time steps in a period of the first vertical mode: its frequency is 5e-5 too low by Newmark's
+method."""
+
+NEWTON_TOLERANCE = 1e-8
+CHANNELS = np.array([NODE_INDEX[name] for name in ("u2", "u3", "theta")], dtype=np.int32)
+RECORDS_PER_PERIOD = 50
+BAND_PERIODS = 60
+"""Periods of the first vertical mode at the end of a run, in which amplitudes are measured."""
+
+CYCLES_PER_WINDOW = 2
+"""Such periods in the window of one amplitude: two, for a swing at half the frequency."""
+
+MAX_BAND = 0.02
+"""Spread of amplitudes, relative to the largest one, up to which a motion is called periodic."""
+
+CALM = 1e-3
+"""Amplitude [m] below which a span is at rest."""
+
+
+class Band(NamedTuple):
+    """Amplitudes (half peak-to-peak) at the end of a run.
+
+    Attributes
+    ----------
+    low, high : float
+        Lowest and highest amplitude in windows of `CYCLES_PER_WINDOW` periods.
+    whole : float
+        Amplitude over all windows.
+    """
+
+    low: float
+    high: float
+    whole: float
+
+
+@dataclass(frozen=True)
+class FullRun:
+    """End of a run with the full model.
+
+    Attributes
+    ----------
+    u2, u3, theta : Band
+        Amplitudes at mid-span [m, m, rad].
+    quarter : Band
+        Amplitudes of the antisymmetric vertical motion at the quarter points [m].
+    outcome : str
+        "periodic", "beating", "rest", or the reason for which the run ended early.
+    """
+
+    u2: Band
+    u3: Band
+    theta: Band
+    quarter: Band
+    outcome: str
+
+
+def full_scene(scene: Scene, over: str, value: float, model: SpanModel) -> Scene:
+    """Scene of the full model on the mesh of the reduced one, in steady wind, without loads."""
+    wind = scene.wind.mean_speed
+    steady = scene.with_values(
+        {
+            "wind.history": None,
+            "wind.turbulence": None,
+            "wind.speed": wind,
+            "loads": [],
+            "numerics.elements": model.modes.model.elements,
+            "numerics.newton_tolerance": NEWTON_TOLERANCE,
+            "numerics.time_step": 2.0 * np.pi / model.frequencies[0] / STEPS_PER_PERIOD,
+        }
+    )
+    return with_number(steady, over, value)
+
+
+def run_from(
+    scene: Scene, model: SpanModel, state: Array, periods: float
+) -> tuple[FullRun, Array, float]:
+    """Run the full model from a state of the reduced model.
+
+    Parameters
+    ----------
+    scene
+        From `full_scene`.
+    model
+        Reduced model.
+    state : ndarray, shape (2 mode,)
+        Coordinates and velocities.
+    periods
+        Duration in periods of the first vertical mode, at least `BAND_PERIODS`.
+
+    Returns
+    -------
+    FullRun, ndarray, float
+        The end of the run; the records (record, channel, node) at the mid-span and quarter nodes;
+        and the time [s] between two of them.
+    """
+    full = Model(scene, inputs=False)
+    nodes = np.array([full.middle // 2, full.middle, full.nodes - 1 - full.middle // 2])
+    every = STEPS_PER_PERIOD // RECORDS_PER_PERIOD
+    n = model.size
+    u, v = model.nodal(state[None, :n], state[None, n:])
+    try:
+        started = full.place(u[0], v[0])
+        run = started.run(round(periods * RECORDS_PER_PERIOD), every, CHANNELS, nodes)
+        values, outcome = run.node_values, run.report.outcome
+        reason = "" if outcome is Outcome.COMPLETED else str(run.report)
+    except SimulationError as problem:
+        values, reason = np.empty((0, len(CHANNELS), 3)), str(problem.report)
+    return _end(values, reason), values, every * scene.numerics.time_step
+
+
+def _end(values: Array, reason: str) -> FullRun:
+    """Amplitudes in the last windows of the records."""
+    length = CYCLES_PER_WINDOW * RECORDS_PER_PERIOD
+    count = min(BAND_PERIODS * RECORDS_PER_PERIOD, len(values)) // length
+    if reason or count == 0:
+        unknown = Band(np.nan, np.nan, np.nan)
+        return FullRun(unknown, unknown, unknown, unknown, reason or "too short")
+    last = values[len(values) - count * length :]
+    u2, u3, theta = (_band(one, count) for one in last[:, :, 1].T)
+    quarter = _band(0.5 * (last[:, 0, 0] - last[:, 0, 2]), count)
+    largest = max(u2.high, u3.high, quarter.high)
+    spread = max(band.high - band.low for band in (u2, u3, quarter))
+    is_steady = spread <= MAX_BAND * largest
+    outcome = "rest" if largest < CALM else "periodic" if is_steady else "beating"
+    return FullRun(u2, u3, theta, quarter, outcome)
+
+
+def _band(values: Array, windows: int) -> Band:
+    """Amplitudes of a history in equal windows."""
+    of_each = 0.5 * np.ptp(values.reshape(windows, -1), axis=1)
+    return Band(float(of_each.min()), float(of_each.max()), float(0.5 * np.ptp(values)))
+
+
+def reduction_error(scene: Scene, model: SpanModel, point: Point) -> float:
+    """Error of the reduction: how far the full model is from the orbit after one period.
+
+    Relative to the largest displacement of the nodes at mid-span and at the quarter points. NaN if
+    the full model cannot move so.
+    """
+    first = 2.0 * np.pi / model.frequencies[0]
+    _, values, step = run_from(scene, model, point.states[0], np.ceil(point.period / first) + 1.0)
+    if len(values) == 0:
+        return float("nan")
+    n = model.size
+    times = step * np.arange(1, len(values) + 1)
+    within = times <= point.period
+    q = point.at(np.asarray(times[within] / point.period))[:, :n]
+    u, _ = model.nodal(q, np.zeros_like(q))
+    middle = model.modes.model.middle
+    nodes = [middle // 2, middle, u.shape[1] - 1 - middle // 2]
+    expected = u[:, nodes][:, :, [1, 2]].swapaxes(1, 2)
+    difference = values[within][:, :2] - expected
+    return float(np.max(np.abs(difference)) / np.max(np.abs(expected - expected.mean(axis=0))))

@@ -1,0 +1,124 @@
+"""Names of motions in words: rest, one loop, one loop with swing at half frequency, two loops."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from modal.continuation.equations import GRID
+from modal.continuation.path import Point
+from modal.linear.modes import FAMILIES, by_family
+from modal.linear.wave import half_waves
+from modal.motions.span_model import SpanModel
+from modal.screening.other_modes import NUMBER_WORDS
+
+Array = NDArray[np.float64]
+
+MIN_SHARE = 0.03
+"""Kinetic energy of a part of a motion, relative to the largest part, above which it is named."""
+
+ROTATED, TURNED_OVER = 30.0, 90.0
+"""Mean twist [deg] at mid-span above which an equilibrium is called rotated, or turned over."""
+
+SAMPLES = 8
+"""Largest number of points of a branch that are looked at for its name."""
+
+
+@dataclass(frozen=True)
+class Part:
+    """Part of a motion in one family and one symmetry about mid-span.
+
+    Attributes
+    ----------
+    family : str
+        Family of its modes.
+    loops : int
+        Half-waves of its strongest mode.
+    energy : float
+        Mean kinetic energy [J].
+    harmonic : int
+        Strongest harmonic, of the frequency of the periodic motion.
+    """
+
+    family: str
+    loops: int
+    energy: float
+    harmonic: int
+
+
+def parts_of(point: Point, model: SpanModel) -> list[Part]:
+    """Parts of a periodic motion that move noticeably, the strongest first."""
+    velocity = point.at(GRID)[:, model.size :]
+    energy = 0.5 * np.mean(velocity**2, axis=0)  # the shapes are orthonormal in the mass
+    found = []
+    for family in FAMILIES:
+        for symmetric in (True, False):
+            alike = [
+                i
+                for i, known in enumerate(model.family)
+                if known == family and model.is_symmetric[i] == symmetric
+            ]
+            if not alike:
+                continue
+            strongest = max(alike, key=lambda i: energy[i])
+            harmonics = np.abs(np.fft.rfft(velocity[:, strongest]))
+            shape = by_family(model.scene, model.shapes[strongest])[:, FAMILIES.index(family)]
+            found.append(
+                Part(
+                    family,
+                    half_waves(shape),
+                    float(energy[alike].sum()),
+                    int(np.argmax(harmonics[1:])) + 1,
+                )
+            )
+    found.sort(key=lambda part: -part.energy)
+    return [part for part in found if part.energy > MIN_SHARE * found[0].energy]
+
+
+def name_of_motion(point: Point, model: SpanModel) -> str:
+    """Name of an equilibrium or of a periodic motion."""
+    degrees = float(np.degrees(point.mean[: model.size] @ model.middle[:, 3]))
+    if point.equations.kind == "equilibrium":
+        if abs(degrees) > TURNED_OVER:
+            return "rest, turned over"
+        return "rest, rotated" if abs(degrees) > ROTATED else "rest"
+    first, *others = parts_of(point, model)
+    words = " and ".join(_other(part, first) for part in others)
+    name = _main(first) + (f" with {words}" if words else "")
+    return f"{name}, turned over" if abs(degrees) > TURNED_OVER else name
+
+
+def name_of_branch(points: Sequence[Point], model: SpanModel) -> str:
+    """Name of a branch: of its point with the most parts, among the stable ones if there are any.
+
+    Of equilibria, the first point has it.
+    """
+    if points[0].equations.kind == "equilibrium":
+        return name_of_motion(points[0], model)
+    stable = [point for point in points if point.is_stable]
+    candidates = stable or list(points)
+    step = -(-len(candidates) // SAMPLES)
+    candidates = candidates[len(candidates) // 2 :: step] or candidates[-1:]
+    return name_of_motion(max(candidates, key=lambda one: len(parts_of(one, model))), model)
+
+
+def _loops(number: int) -> str:
+    word = NUMBER_WORDS[number] if number < len(NUMBER_WORDS) else str(number)
+    return f"{word} loop{'' if number == 1 else 's'}"
+
+
+def _main(part: Part) -> str:
+    if part.family == "vertical":
+        return _loops(part.loops)
+    name = {"horizontal": "swing", "torsional": "twist"}.get(part.family, part.family)
+    return f"{name} in {_loops(part.loops)}"
+
+
+def _other(part: Part, first: Part) -> str:
+    name = _main(part)
+    if part.family == "horizontal" and part.loops == 1:
+        name = "swing"
+    return f"{name} at half frequency" if 2 * part.harmonic == first.harmonic else name

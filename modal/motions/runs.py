@@ -1,0 +1,78 @@
+"""Simulations with the full model from the motions of all branches."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gallop_fmu import Scene
+from modal.continuation.diagram import Diagram
+from modal.motions.full_model import FullRun, full_scene, run_from
+from modal.motions.span_problem import SpanProblem
+
+Array = NDArray[np.float64]
+
+PERIODS = 500
+"""Duration of a run in periods of the first vertical mode."""
+
+DISTURBANCE = 0.03
+"""Disturbance of the first symmetric and antisymmetric vertical and horizontal modes at the start,
+relative to their typical amplitude."""
+
+
+class BranchRun(NamedTuple):
+    """A simulation that starts on a motion of a branch.
+
+    Attributes
+    ----------
+    branch : int
+        Number of the branch.
+    value : float
+        The number that is varied.
+    is_stable : bool
+        Stability of the motion from which it starts.
+    end : FullRun
+        Motion at the end.
+    """
+
+    branch: int
+    value: float
+    is_stable: bool
+    end: FullRun
+
+
+def runs_from_orbits(
+    scene: Scene, over: str, problem: SpanProblem, found: Diagram, count: int, periods: float
+) -> list[BranchRun]:
+    """Run the full model from each branch, at the points nearest to so many values."""
+    runs = []
+    for number, branch in enumerate(found.branches):
+        values = np.array([point.parameter for point in branch.points])
+        wanted = np.linspace(values.min(), values.max(), count + 2)[1:-1]
+        chosen = {int(np.argmin(np.abs(values - value))) for value in wanted}
+        for k in sorted(chosen):
+            point = branch.points[k]
+            model, _ = problem.family.at(point.parameter)
+            state = point.states[0] + _disturbance(problem)
+            end, _, _ = run_from(
+                full_scene(scene, over, point.parameter, model), model, state, periods
+            )
+            runs.append(BranchRun(number, point.parameter, point.is_stable, end))
+    return runs
+
+
+def _disturbance(problem: SpanProblem) -> Array:
+    """Small displacement of the lowest vertical and horizontal modes of both symmetries."""
+    model, change = problem.model, np.zeros(problem.size)
+    for family in ("vertical", "horizontal"):
+        for symmetric in (True, False):
+            of_kind = [
+                i
+                for i, known in enumerate(model.family)
+                if known == family and model.is_symmetric[i] == symmetric
+            ]
+            if of_kind:
+                change[of_kind[0]] = DISTURBANCE * problem.scale[of_kind[0]]
+    return change

@@ -1,0 +1,145 @@
+"""Branches of example 3: names, events, files, figure, command, and simulations from them."""
+
+import json
+
+import numpy as np
+import pytest
+import xarray as xr
+from typer.testing import CliRunner
+
+import gallop_fmu as gf
+import modal
+from modal.cli.main import app
+from modal.continuation.path import Settings
+from modal.continuation.starts import equilibria
+from modal.linear.mode_basis import still_air_modes
+from modal.motions.full_model import full_scene, run_from
+from modal.motions.span_model import SpanModel
+from modal.motions.span_problem import NumberFamily, SpanProblem
+from modal.plots.branch_figure import branch_figure
+
+
+@pytest.fixture(scope="module")
+def scene():
+    return gf.load_scene("example3").with_values({"numerics.elements": 8})
+
+
+@pytest.fixture(scope="module")
+def found(scene):
+    return modal.branches(scene, "wind.speed", 4.5, 5.3, simulate=1)
+
+
+def test_branches_have_their_names_and_events(found, scene):
+    data = found.dataset
+    assert data["name"].values.tolist() == [
+        "rest",
+        "one loop",
+        "two loops",
+        "one loop with swing at half frequency",
+    ]
+    onsets = modal.critical_wind_speed(scene, count=3)
+    galloping = sorted(one.wind_speed for one in onsets if one.mode.family == "vertical")
+    hopf = data.event_value.values[data.event_kind.values == "Hopf"]
+    assert hopf[:2] == pytest.approx(galloping[:2], rel=1e-4)  # observed 2e-6
+    swing = data.event_value.values[data.event_kind.values == "period doubling"]
+    # harmonic balance in another reduced model; observed 3e-4
+    assert swing == pytest.approx([modal.screen(scene).onset_wind_speed], rel=1e-3)
+    assert not found.remarks
+
+
+def test_stable_motions_are_those_of_the_full_model(found):
+    """Runs that start beside stable motions return to them, others leave unstable ones."""
+    data = found.dataset
+    assert np.nanmax(data.reduction_error.values) < 3e-3
+    for k in range(data.sizes["run"]):
+        run = data.isel(run=k)
+        of_branch = data.isel(point=data.branch_of_point.values == run.run_branch.item())
+        nearest = int(np.argmin(np.abs(of_branch.value.values - run.run_value.item())))
+        motion = of_branch.isel(point=nearest)
+        middle = 0.5 * (run.run_u2_low.item() + run.run_u2_high.item())
+        if run.run_start_is_stable.item() and motion.growth.item() < 0.99:
+            assert middle == pytest.approx(motion.u2_amplitude.item(), rel=0.01)
+            assert run.run_u3_high.item() == pytest.approx(motion.u3_amplitude.item(), rel=0.01)
+        elif motion.growth.item() > 1.01:
+            assert middle > motion.u2_amplitude.item() + 0.05
+
+
+def test_beating_beyond_the_torus_is_found():
+    """Example 3 in 6.5 m/s: 0.696 / 0.289 m, and 0.47 m at the quarter points (a prototype)."""
+    scene = gf.load_scene("example3")
+    model = SpanModel(scene, still_air_modes(scene))
+    state = np.zeros(2 * model.size)
+    for family, symmetric, amplitude in (("vertical", True, 0.5), ("vertical", False, 0.4)):
+        number = next(
+            i
+            for i, known in enumerate(model.family)
+            if known == family and model.is_symmetric[i] == symmetric
+        )
+        state[number] = amplitude / np.max(np.abs(model.shapes[number, :, 1]))
+    state[model.horizontal] = 0.2 / model.middle[model.horizontal, 2]
+    end, _, _ = run_from(full_scene(scene, "wind.speed", 6.5, model), model, state, 400)
+    assert end.outcome == "beating"
+    assert end.u2.whole == pytest.approx(0.696, rel=0.01)  # observed 0.698
+    assert end.u3.whole == pytest.approx(0.289, rel=0.02)  # observed 0.285
+    assert end.quarter.whole == pytest.approx(0.47, rel=0.02)  # observed 0.474
+
+
+def test_tables_and_figure(found, tmp_path):
+    for name in ("branches.nc", "branches.csv"):
+        found.save(tmp_path / name)
+    read = xr.load_dataset(tmp_path / "branches.nc", engine="h5netcdf")
+    xr.testing.assert_identical(read.value, found.dataset.value)
+    assert read.value.attrs["units"] == "m/s"
+    header, first, *_ = (tmp_path / "branches.csv").read_text().splitlines()
+    assert header.startswith("branch_of_point,name,value [m/s],period [s],u2_amplitude [m]")
+    assert first.startswith("0,rest,4.5,")
+    with pytest.raises(gf.SceneError, match="suffix"):
+        found.save(tmp_path / "branches.txt")
+    figure = branch_figure(found.dataset)
+    figure.canvas.draw()
+    styles = {line.get_linestyle() for line in figure.axes[0].lines}
+    assert {"-", "--"} <= styles
+    assert "two loops" in repr(found)
+
+
+def test_the_command(scene, tmp_path):
+    files = [tmp_path / name for name in ("a.png", "a.nc")]
+    arguments = ["branches", "example3", "--set", "numerics.elements=6"]
+    arguments += ["--over", "wind.speed", "4.5", "4.7"]
+    for path in files:
+        arguments += ["-o", str(path)]
+    done = CliRunner().invoke(app, [*arguments, "--json"])
+    assert done.exit_code == 0, done.output
+    content = json.loads(done.stdout)
+    assert content["name"] == ["rest", "one loop"]
+    assert all(path.stat().st_size for path in files)
+    done = CliRunner().invoke(app, arguments[:-4])
+    assert "an oscillation begins" in done.stdout
+
+
+def test_another_number_has_the_same_onset(scene, found):
+    """Galloping begins at the density of the air for which the wind speed is the onset's."""
+    onset, density = float(found.dataset.event_value.values[0]), scene.wind.air_density
+    windy = scene.with_values({"wind.speed": onset})
+    model = SpanModel(windy, still_air_modes(windy))
+    family = NumberFamily(windy, "wind.air_density", model, 1e-4)
+    problem = SpanProblem(family, model, onset)
+    settings = Settings(0.9 * density, 1.05 * density, max_step=0.5)
+    rest = equilibria(problem, np.zeros(problem.size), 0.95 * density, settings)
+    assert [event.kind for event in rest.events] == ["Hopf"]
+    assert rest.events[0].parameter == pytest.approx(density, rel=1e-6)
+
+
+@pytest.mark.parametrize(
+    ("changes", "options", "message"),
+    [
+        ({"aerodynamics": None, "wind": {}}, {}, "aerodynamics is not given"),
+        ({}, {"start": 5.0, "stop": 4.0}, "must be below"),
+        ({}, {"over": "wind.air_density"}, "range of wind.air_density is not given"),
+        ({"wind.speed": 0.0}, {}, "range of wind.speed is not given"),
+        ({"wind.direction_deg": 10.0}, {}, "uniform wind towards"),
+    ],
+)
+def test_what_cannot_be_done_is_refused(scene, changes, options, message):
+    with pytest.raises(gf.SceneError, match=message):
+        modal.branches(scene.with_values(changes), **options)
