@@ -89,8 +89,7 @@ def explore(
         event, level = waiting.pop(0)
         if any(is_same_event(event, other) for other in seen):
             continue
-        is_far = settings.max_unstable is not None and _growing(event) > settings.max_unstable
-        if level > depth or len(diagram.branches) >= most or is_far:
+        if level > depth or len(diagram.branches) >= most or _is_unlikely(event, settings):
             diagram.unexplored.append(event)
             continue
         seen.append(event)
@@ -106,9 +105,10 @@ def explore(
     return diagram
 
 
-def _growing(event: Event) -> int:
-    """Number of growing disturbances, without the critical one."""
-    return int(np.sum(event.point.levels > CRITICAL))
+def _is_unlikely(event: Event, settings: Settings) -> bool:
+    """True if too many disturbances grow at an event, beside the critical one."""
+    growing = int(np.sum(event.point.levels > CRITICAL))
+    return settings.max_unstable is not None and growing > settings.max_unstable
 
 
 def is_same_event(one: Event, other: Event) -> bool:

@@ -77,9 +77,6 @@ def branch_table(
     """Return the branches as a table; see `modal.motions.branches.Branches`."""
     import xarray as xr
 
-    points = [(number, point) for number, one in enumerate(found.branches) for point in one.points]
-    columns = [_of_point(problem, point) for _, point in points]
-    special = {id(e.point.x): e.kind for one in found.branches for e in (*one.events, *one.ends)}
     data: dict[str, Any] = {
         "name": ("branch", list(names)),
         "kind": ("branch", [one.kind for one in found.branches]),
@@ -87,21 +84,8 @@ def branch_table(
         "end": ("branch", [one.ends[1].kind for one in found.branches]),
         "summary": ("branch", [_summary(one, unit) for one in found.branches]),
         "reduction_error": ("branch", list(errors), {"units": "1"}),
-        "branch_of_point": ("point", [number for number, _ in points]),
-        "value": ("point", [point.parameter for _, point in points], {"units": unit}),
-        "event": ("point", [special.get(id(point.x), "") for _, point in points]),
-    }
-    for name, units in POINT_COLUMNS.items():
-        data[name] = ("point", np.array([one[name] for one in columns]), {"units": units})
-    located = [(k, event) for k, one in enumerate(found.branches) for event in _events(one)]
-    data |= {
-        "event_kind": ("located", [event.kind for _, event in located]),
-        "event_branch": ("located", [number for number, _ in located]),
-        "event_value": ("located", [event.parameter for _, event in located], {"units": unit}),
-        "event_meaning": (
-            "located",
-            [MEANINGS.get(event.kind, event.kind) for _, event in located],
-        ),
+        **_point_columns(problem, found, unit),
+        **_event_columns(found, unit),
     }
     if runs:
         data |= _run_columns(runs, unit)
@@ -136,6 +120,34 @@ POINT_COLUMNS = {
 """Columns of the points and their units. ``quarter_amplitude`` is that of the antisymmetric
 vertical motion at the quarter points; ``growth`` is the largest absolute multiplier of a
 disturbance in one period, for equilibria the largest growth rate [1/s]."""
+
+
+def _point_columns(problem: SpanProblem, found: Diagram, unit: str) -> dict[str, Any]:
+    """Columns over the points of all branches."""
+    points = [(number, point) for number, one in enumerate(found.branches) for point in one.points]
+    special = {id(e.point.x): e.kind for one in found.branches for e in (*one.events, *one.ends)}
+    rows = [_of_point(problem, point) for _, point in points]
+    return {
+        "branch_of_point": ("point", [number for number, _ in points]),
+        "value": ("point", [point.parameter for _, point in points], {"units": unit}),
+        "event": ("point", [special.get(id(point.x), "") for _, point in points]),
+        **{
+            name: ("point", np.array([row[name] for row in rows]), {"units": units})
+            for name, units in POINT_COLUMNS.items()
+        },
+    }
+
+
+def _event_columns(found: Diagram, unit: str) -> dict[str, Any]:
+    """Columns over the events of all branches."""
+    located = [(k, event) for k, one in enumerate(found.branches) for event in _events(one)]
+    meanings = [MEANINGS.get(event.kind, event.kind) for _, event in located]
+    return {
+        "event_kind": ("located", [event.kind for _, event in located]),
+        "event_branch": ("located", [number for number, _ in located]),
+        "event_value": ("located", [event.parameter for _, event in located], {"units": unit}),
+        "event_meaning": ("located", meanings),
+    }
 
 
 def _of_point(problem: SpanProblem, point: Point) -> dict[str, float]:
