@@ -44,6 +44,11 @@ from .stability.mode_pairs import ModePair as ModePair
 from .stability.mode_pairs import mode_pairs as mode_pairs
 from .stability.required_slope import RequiredSlope as RequiredSlope
 from .stability.required_slope import required_slope as required_slope
+from .study.conditions import StudyConditions as StudyConditions
+from .study.page import Signature as Signature
+from .study.page import write_study as write_study
+from .study.study import LineStudy as LineStudy
+from .study.study import study_line as study_line
 from .superposition.comparison import Comparison as Comparison
 from .superposition.comparison import Divergence as Divergence
 from .superposition.comparison import LinearMode as LinearMode

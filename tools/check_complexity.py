@@ -39,6 +39,7 @@ EXCEPTIONS = {
     "gallop_fmu/kernel/time_march.c:gallop_run": C_FACE,
     "gallop_fmu/sweeps/sweep.py:sweep": OPTIONS,
     "modal/screening/many_spans.py:screen_spans": OPTIONS,
+    "modal/study/command.py:study": OPTIONS,
 }
 """Path and name of a function, and why it may be above a limit."""
 

@@ -15,6 +15,7 @@ import typer
 
 from gallop_fmu.cli.line_commands import NEW_EXAMPLE, LineCommand, conductors, new
 from gallop_fmu.cli.line_output import print_line
+from gallop_fmu.cli.modal_commands import add_modal_commands
 from gallop_fmu.cli.sweep_options import SweepOptions, takes_sweep_options
 from gallop_fmu.cli.terminal import (
     PICTURE_SUFFIXES,
@@ -324,18 +325,7 @@ def demo(
     new_console().print("\n".join(lines), soft_wrap=True)
 
 
-@app.command(
-    hidden=True, context_settings={"ignore_unknown_options": True, "help_option_names": []}
-)
-def report(words: Annotated[list[str] | None, typer.Argument()] = None) -> None:
-    """Point to the command that took the place of this one of 0.1.0."""
-    from shlex import join
-
-    complain(
-        "report is now a command of gallop-modal; run"
-        f" {join(['gallop-modal', 'report', *(words or ())])}"
-    )
-    raise typer.Exit(Exit.BAD_INPUT)
+add_modal_commands(app)
 
 
 def main() -> None:

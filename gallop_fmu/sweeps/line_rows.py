@@ -19,7 +19,7 @@ LINE_CHANNELS = (
     *("string_pull", "string_lean_along", "string_lean_across"),
 )
 QUARTERS = (0.25, 0.75)
-"""Stations, besides mid-span, at which the distance of phases is measured."""
+"""Stations, besides mid-span, that are recorded: for distances of phases, and for two loops."""
 
 _SECTION = {
     "time": ("s", "simulated time"),
@@ -101,8 +101,7 @@ def recording_of_line(scene: LineScene) -> dict[str, Any]:
     """
     mapped = map_of(scene)
     nodes = set(mapped.usual_nodes.tolist())
-    if mapped.phases > 1:
-        nodes |= {chain.nearest_node(place) for chain in mapped.chains for place in QUARTERS}
+    nodes |= {chain.nearest_node(place) for chain in mapped.chains for place in QUARTERS}
     return {
         "channels": CHANNELS,
         "span_channels": LINE_CHANNELS,

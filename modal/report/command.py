@@ -52,7 +52,7 @@ def report(
     chosen = chosen_spec(scene, changes).scene()
     complain_of(chosen, "gallop-modal")
     check_output(out, SUFFIXES)
-    with _progress(chosen.title) as shown:
+    with shown_parts(chosen.title) as shown:
         findings: Findings | LineFindings
         if isinstance(chosen, LineScene):
             findings = examine_line(chosen, until, shown)
@@ -70,7 +70,7 @@ def report(
 
 
 @contextmanager
-def _progress(title: str) -> Iterator[Progress | None]:
+def shown_parts(title: str) -> Iterator[Progress | None]:
     """Show the current part, and the share of it that is done, on a progress bar."""
     with progress_bar(title) as bar:
         if bar is None:

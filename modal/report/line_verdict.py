@@ -36,8 +36,8 @@ def verdict(findings: LineFindings) -> Iterator[str]:
             yield sentence
     else:
         yield f"The simulation is missing: {findings.result.reason}"
-    yield _pairs(findings)
-    yield _critical(findings)
+    yield pairs_sentence(findings)
+    yield critical_sentence(findings)
     yield NOT_COMPUTED
 
 
@@ -109,8 +109,8 @@ def _strings(result: LineResult) -> str:
     return f"At the end of the run the strings swing {' and '.join(sentences)}."
 
 
-def _pairs(findings: LineFindings) -> str:
-    """Resonant pairs that matter."""
+def pairs_sentence(findings: LineFindings) -> str:
+    """Return the resonant pairs that matter, as a sentence."""
     if isinstance(findings.pairs, Missing):
         return f"Resonant pairs of modes are missing: {findings.pairs.reason}"
     matter = [pair for pair in findings.pairs if pair.matters]
@@ -141,8 +141,8 @@ def _speed(onset: CriticalWind) -> float:
     return math.inf if onset.wind_speed is None else onset.wind_speed
 
 
-def _critical(findings: LineFindings) -> str:
-    """Critical wind of each family."""
+def critical_sentence(findings: LineFindings) -> str:
+    """Return the critical wind of each family, as a sentence."""
     if isinstance(findings.onsets, Missing):
         return f"Critical winds are missing: {findings.onsets.reason}"
     families = lowest_by_family(findings.onsets)

@@ -1,0 +1,276 @@
+"""Study of a line: cases over wind, attack angle, ice and curve, the worst case, and measures."""
+
+from __future__ import annotations
+
+import math
+import time as clock
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gallop_fmu import LineScene, SceneError, SimulationError
+from gallop_fmu.simulation.run_options import check_stop_time
+from modal.linear.line_modes import LineMode
+from modal.linear.modes import natural_modes
+from modal.report.findings import Missing, Parts, Progress
+from modal.report.line_findings import LineFindings, examine_line
+from modal.stability.critical_wind import den_hartog_speed
+from modal.study.cases import Case, Variant, run_cases
+from modal.study.conditions import Climate, StudyConditions, one_phase, steady_wind
+from modal.study.gaps import ellipse_gaps
+from modal.study.measures import Measure, applicable, measures
+
+Array = NDArray[np.float64]
+
+LINEAR_MODES = 24
+"""Modes among which the lowest critical wind is looked for."""
+
+
+@dataclass(frozen=True)
+class Tried:
+    """A measure and the cases in which it was simulated; without cases it was not possible."""
+
+    measure: Measure
+    cases: list[Case]
+
+    @property
+    def largest(self) -> float:
+        """Largest motion, peak to peak [m]; NaN without a result."""
+        return largest_of(self.cases)
+
+    @property
+    def galloping(self) -> int:
+        """Number of cases in which a span gallops."""
+        return sum(case.gallops for case in self.cases)
+
+
+@dataclass(frozen=True)
+class DenHartog:
+    """Critical wind [m/s] by Den Hartog's formula at one condition; None: no galloping by it."""
+
+    ice: str
+    curve: str
+    angle_deg: float
+    wind: float | None
+
+
+@dataclass(frozen=True)
+class LineStudy:
+    """Content of the report of a study.
+
+    Attributes
+    ----------
+    scene : LineScene
+        The line as given.
+    conditions : StudyConditions
+        What was varied.
+    angles_deg : tuple of float
+        Attack angles [deg] that were simulated.
+    cases : list of Case
+        All cases.
+    worst : Case or None
+        The case with the largest motion; None if no case has a result.
+    findings : LineFindings or Missing
+        Examination of the worst case: modes, resonant pairs, critical winds, simulation.
+    criteria : list of DenHartog or Missing
+        Critical wind by Den Hartog's formula at each ice, curve and angle.
+    ellipse_gaps : dict
+        Gap of the ellipses of two phases by rule and span, for the ice of the worst case.
+    before : list of Case
+        The cases of the worst ice and curve, with which measures are compared.
+    tried : list of Tried
+        Measures, the most effective first.
+    clearance : float or None
+        Distance [m] that two phases must keep; None: not given.
+    is_single : bool
+        True if one phase was simulated for all.
+    seconds : float
+        Computing time [s].
+    """
+
+    scene: LineScene
+    conditions: StudyConditions
+    angles_deg: tuple[float, ...]
+    cases: list[Case]
+    worst: Case | None
+    findings: LineFindings | Missing
+    criteria: list[DenHartog] | Missing
+    ellipse_gaps: dict[str, dict[int, float]]
+    before: list[Case]
+    tried: list[Tried]
+    clearance: float | None
+    is_single: bool
+    seconds: float
+
+    @property
+    def known(self) -> list[Case]:
+        """Cases with a motion."""
+        return [case for case in self.cases if case.has_result]
+
+    @property
+    def galloping(self) -> list[Case]:
+        """Cases in which a span gallops."""
+        return [case for case in self.known if case.gallops]
+
+
+def largest_of(cases: Sequence[Case]) -> float:
+    """Largest motion of some cases, peak to peak [m]; NaN without a result."""
+    known = [case.largest for case in cases if case.largest == case.largest]
+    return max(known, default=math.nan)
+
+
+def study_line(
+    scene: LineScene,
+    conditions: StudyConditions | None = None,
+    *,
+    stop_time: float | None = None,
+    clearance: float | None = None,
+    workers: int | None = None,
+    folder: Path | str = ".",
+    progress: Progress | None = None,
+) -> LineStudy:
+    """Simulate a line over wind, attack angle, ice and curve, and try measures at the worst.
+
+    Parameters
+    ----------
+    scene
+        The line. Its wind is replaced by constant winds.
+    conditions
+        What to vary (default: winds from 4 to 12 m/s, the rest as in the scene).
+    stop_time
+        Simulated time [s] of each case (default: from the scene).
+    clearance
+        Distance [m] that two phases must keep.
+    workers
+        Number of threads (default: one for each core).
+    folder
+        Folder of relative names of curves.
+    progress
+        Called with the name of the current part and the share of it that is done.
+
+    Raises
+    ------
+    SceneError
+        An argument is not allowed, or the line has no coefficient curve.
+    RunsStoppedError
+        Stopped with Ctrl-C.
+    """
+    started = clock.perf_counter()
+    _check(scene, clearance)
+    conditions = conditions or StudyConditions()
+    stop_time = check_stop_time(scene.run.stop_time if stop_time is None else stop_time)
+    shown = progress or (lambda name, share: None)
+    offsets = [phase.offset for phase in scene.phases]
+    whole = steady_wind(scene)
+    reduced = one_phase(whole)
+    climates = list(conditions.climates(reduced, Path(folder)))
+    angles = conditions.angles(scene)
+
+    def run(variants: Sequence[Variant], name: str) -> list[Case]:
+        return run_cases(
+            variants,
+            conditions.winds,
+            angles,
+            offsets=offsets,
+            stop_time=stop_time,
+            workers=workers,
+            progress=lambda done, failed, count: shown(name, done / count),
+        )
+
+    cases = run([Variant(each.scene, each.ice_text, each.curve_text) for each in climates], "cases")
+    worst = _worst_of(cases)
+    criteria = Parts(scene, shown).compute("critical winds", lambda: _criteria(climates, angles))
+    findings: LineFindings | Missing = Missing("no case has a result, so there is no worst case.")
+    before: list[Case] = []
+    tried: list[Tried] = []
+    gaps: dict[str, dict[int, float]] = {}
+    if worst is not None:
+        named = worst.ice, worst.curve
+        climate = next(each for each in climates if (each.ice_text, each.curve_text) == named)
+        findings = examine_line(climate.at(worst.wind, worst.angle_deg), stop_time, shown)
+        before = [case for case in cases if (case.ice, case.curve) == named]
+        sags = {k: float(sag) for k, sag in enumerate(worst.sag, start=1)}
+        gaps = ellipse_gaps(sags, scene.conductor.diameter, offsets)
+        tried = _tried(climate, whole, worst, run) if worst.gallops else []
+    return LineStudy(
+        scene=scene,
+        conditions=conditions,
+        angles_deg=angles,
+        cases=cases,
+        worst=worst,
+        findings=findings,
+        criteria=criteria,
+        ellipse_gaps=gaps,
+        before=before,
+        tried=tried,
+        clearance=clearance,
+        is_single=len(reduced.phases) < len(scene.phases),
+        seconds=clock.perf_counter() - started,
+    )
+
+
+def _check(scene: object, clearance: float | None) -> None:
+    """Refuse what cannot be studied."""
+    if not isinstance(scene, LineScene):
+        raise SceneError(
+            "a study needs a line, and this scene has one span; write it as a section of one span"
+            " ([section]), or use gallop-modal report for this span"
+        )
+    if clearance is not None and not 0.0 < clearance < math.inf:
+        raise SceneError(f"clearance = {clearance:g} m: must be greater than 0")
+
+
+def _worst_of(cases: Sequence[Case]) -> Case | None:
+    """The case with the largest motion; None if no case has a result."""
+    known = [case for case in cases if math.isfinite(case.largest)]
+    return max(known, key=lambda case: case.largest, default=None)
+
+
+def _tried(
+    climate: Climate,
+    whole: LineScene,
+    worst: Case,
+    run: Callable[[Sequence[Variant], str], list[Case]],
+) -> list[Tried]:
+    """Simulate the measures at the worst ice and curve, in all winds and at all angles."""
+    # The phases of the line as given, with the ice and the curve of the worst case.
+    phased = climate.scene
+    if len(whole.phases) > len(phased.phases):
+        phased = phased.with_values({"phases": [phase.model_dump() for phase in whole.phases]})
+    gallops = worst.peak_to_peak >= 0.5 * worst.largest
+    found = measures(phased, np.where(gallops, worst.frequency_hz, np.nan))
+    variants = [Variant(one_phase(scene), measure.name, "") for measure, scene in applicable(found)]
+    cases: list[Case] = []
+    for count in sorted({len(each.scene.phases) for each in variants}):
+        cases += run([each for each in variants if len(each.scene.phases) == count], "measures")
+    tried = [
+        Tried(measure, [case for case in cases if case.ice == measure.name]) for measure in found
+    ]
+    return sorted(tried, key=_effect)
+
+
+def _effect(tried: Tried) -> tuple[bool, float]:
+    """Place in the list: the smallest remaining motion first, impossible ones last."""
+    largest = tried.largest
+    return math.isnan(largest), largest
+
+
+def _criteria(climates: Sequence[Climate], angles_deg: Sequence[float]) -> list[DenHartog]:
+    """Critical wind by Den Hartog's formula: the lowest of all modes, for each condition."""
+    known: dict[str, list[LineMode]] = {}
+    found = []
+    for climate in climates:
+        if climate.ice_text not in known:
+            known[climate.ice_text] = natural_modes(climate.scene, LINEAR_MODES)
+        for angle in angles_deg:
+            try:
+                scene = climate.scene.with_values({"ice.attack_angle_deg": angle})
+                speeds = [den_hartog_speed(scene, mode) for mode in known[climate.ice_text]]
+            except (SceneError, SimulationError):  # the angle is outside the curve
+                speeds = []
+            lowest = min((speed for speed in speeds if speed is not None), default=None)
+            found.append(DenHartog(climate.ice_text, climate.curve_text, angle, lowest))
+    return found

@@ -1,0 +1,444 @@
+"""The verdict of a study: questions of a line engineer, each with an answer and its evidence."""
+
+from __future__ import annotations
+
+import math
+from collections import Counter
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from modal.report.findings import Missing
+from modal.report.line_verdict import MIN_GALLOPING, critical_sentence, pairs_sentence
+from modal.study.cases import KINDS, Case
+from modal.study.study import LineStudy, Tried, largest_of
+
+MIN_EFFECT = 0.1
+"""Share of the motion by which a measure must reduce it to be called effective."""
+
+ALL_PULL = 0.01
+"""Share of the tension below which an unbalanced pull is said to be small."""
+
+
+@dataclass(frozen=True)
+class Answer:
+    """A question, its answer in one sentence, and the evidence.
+
+    Attributes
+    ----------
+    question, answer : str
+        One sentence each.
+    evidence : tuple of str
+        Sentences.
+    level : str
+        ``"bad"``, ``"good"`` or ``"open"``, for the mark beside the answer.
+    """
+
+    question: str
+    answer: str
+    evidence: tuple[str, ...]
+    level: str = "open"
+
+
+def answers(study: LineStudy) -> list[Answer]:
+    """Return the answers in the order in which the questions arise."""
+    return [
+        _gallops(study),
+        _from_wind(study),
+        _height(study),
+        _clearance(study),
+        _forces(study),
+        _resonance(study),
+        _changes(study),
+        _certainty(study),
+    ]
+
+
+def _gallops(study: LineStudy) -> Answer:
+    """Number of cases that gallop."""
+    known, galloping = study.known, study.galloping
+    rule = (
+        f"A span is said to gallop if its middle moves vertically by {MIN_GALLOPING:.0%} of its sag"
+        " or more, peak to peak."
+    )
+    if not known:
+        return Answer(
+            "Will it gallop?", "Not known: no case has a result.", (_first_failure(study), rule)
+        )
+    share = f"{len(galloping)} of {len(known)} simulated cases"
+    if not galloping:
+        return Answer("Will it gallop?", f"No, in none of {share[5:]}.", (rule,), "good")
+    where = _spread(study, galloping)
+    return Answer("Will it gallop?", f"Yes, in {share}.", (*where, rule), "bad")
+
+
+def _spread(study: LineStudy, galloping: Sequence[Case]) -> Iterator[str]:
+    """Share of galloping cases by ice and by attack angle, where several were simulated."""
+    groups = {
+        "by ice": [case.ice for case in study.known],
+        "by attack angle": [f"{case.angle_deg:g} deg" for case in study.known],
+        "by curve": [case.curve for case in study.known],
+    }
+    chosen = {
+        "by ice": [case.ice for case in galloping],
+        "by attack angle": [f"{case.angle_deg:g} deg" for case in galloping],
+        "by curve": [case.curve for case in galloping],
+    }
+    for name, all_of in groups.items():
+        counts, found = Counter(all_of), Counter(chosen[name])
+        if len(counts) > 1:
+            parts = [f"{key}: {found[key]} of {count}" for key, count in counts.items()]
+            yield f"Galloping cases {name}: {', '.join(parts)}."
+
+
+def _from_wind(study: LineStudy) -> Answer:
+    """Lowest wind of galloping: simulated, and by linear theory."""
+    question = "From which wind?"
+    evidence = [*_den_hartog(study)]
+    if not isinstance(study.findings, Missing):
+        evidence.append(f"At the worst condition: {critical_sentence(study.findings)}")
+    galloping = study.galloping
+    if not galloping:
+        winds = [case.wind for case in study.known]
+        answer = f"No galloping up to {max(winds):g} m/s." if winds else "Not known."
+        return Answer(question, answer, tuple(evidence), "good" if winds else "open")
+    lowest = min(case.wind for case in galloping)
+    below = [wind for wind in study.conditions.winds if wind < lowest]
+    if below:
+        answer = (
+            f"From between {max(below):g} and {lowest:g} m/s: {lowest:g} m/s is the lowest"
+            " simulated wind with galloping."
+        )
+    else:
+        answer = f"At the lowest simulated wind, {lowest:g} m/s, it gallops already."
+    by_wind = [
+        f"{wind:g} m/s: {sum(case.gallops for case in at)} of {len(at)}"
+        for wind in study.conditions.winds
+        if (at := [case for case in study.known if case.wind == wind])
+    ]
+    evidence.insert(0, f"Galloping cases by wind: {', '.join(by_wind)}.")
+    return Answer(question, answer, tuple(evidence), "bad")
+
+
+def _den_hartog(study: LineStudy) -> Iterator[str]:
+    """Range of critical winds by Den Hartog's formula over the conditions."""
+    if isinstance(study.criteria, Missing):
+        yield f"Den Hartog's formula could not be evaluated: {study.criteria.reason}"
+        return
+    winds = [found.wind for found in study.criteria if found.wind is not None]
+    count = len(study.criteria)
+    if winds:
+        yield (
+            f"Small motions grow by Den Hartog's formula from {_range(winds, 'm/s', '.1f')} in"
+            f" {len(winds)} of {count} conditions (ice, attack angle, curve); large motions need"
+            " more wind, or time."
+        )
+    else:
+        yield f"By Den Hartog's formula no small motion grows, in all {count} conditions."
+
+
+def _height(study: LineStudy) -> Answer:
+    """Largest motion, its place, and the range over the conditions."""
+    question, worst = "How high?", study.worst
+    if worst is None:
+        return Answer(question, "Not known: no case has a result.", ())
+    span = worst.largest_span
+    sag = float(worst.sag[span - 1])
+    at_least = "at least " if worst.kind == "left the curve" else ""
+    answer = (
+        f"Up to {at_least}{worst.largest:.1f} m peak to peak, in span {span}:"
+        f" {worst.largest / sag:.0%} of its sag of {sag:.1f} m."
+    )
+    evidence = [
+        f"Worst case: {worst.condition()}. {_kind_of(worst)}",
+        *_ranges(study),
+    ]
+    return Answer(question, answer, tuple(evidence), "bad" if worst.gallops else "good")
+
+
+def _ranges(study: LineStudy) -> Iterator[str]:
+    """Range of the largest motion at each wind, over ice, angles and curves."""
+    parts = []
+    for wind in study.conditions.winds:
+        sizes = [case.largest for case in study.known if case.wind == wind]
+        sizes = [size for size in sizes if size == size]
+        if sizes:
+            parts.append(f"{wind:g} m/s: {_range(sizes, 'm', '.1f')}")
+    if parts:
+        yield f"Range over ice, attack angles and curves, by wind: {'; '.join(parts)}."
+
+
+def _kind_of(case: Case) -> str:
+    """How the motion of a case ended, in a sentence."""
+    if case.kind == "left the curve":
+        return (
+            "The run ended early, because the attack angle left the measured range of the curve;"
+            " the motion is that of the last half of this run."
+        )
+    if case.kind == "steady":
+        return "The motion is steady."
+    return f"The motion is not steady: {case.text}."
+
+
+def _clearance(study: LineStudy) -> Answer:
+    """Gaps of phases by simulated orbits and by the ellipses of two rules."""
+    question = "Do phases clash or flash over?"
+    if len(study.scene.phases) < 2:
+        return Answer(
+            question,
+            "Not examined: the line is described with one phase.",
+            ("Give the positions of all phases as [[phases]] in the scene file.",),
+        )
+    known = [case for case in study.known if case.smallest_gap == case.smallest_gap]
+    if not known:
+        return Answer(question, "Not known: no case has a result.", ())
+    closest = min(known, key=lambda case: case.smallest_gap)
+    gap, span = closest.smallest_gap, int(np.nanargmin(closest.gap)) + 1
+    clashes = sum(case.smallest_gap <= 0.0 for case in known)
+    required = study.clearance
+    if gap <= 0.0:
+        answer = (
+            f"They can clash: in {clashes} of {len(known)} cases the orbits of two phases overlap,"
+            f" by up to {-gap:.1f} m in span {span}."
+        )
+        level = "bad"
+    elif required is not None and gap < required:
+        short = sum(case.smallest_gap < required for case in known)
+        answer = (
+            f"They do not touch, but can flash over: the smallest gap is {gap:.1f} m in span"
+            f" {span}, and {required:g} m are required; {short} of {len(known)} cases are below."
+        )
+        level = "bad"
+    else:
+        kept = "" if required is None else f", at least the required {required:g} m"
+        answer = f"They do not touch: the smallest gap is {gap:.1f} m in span {span}{kept}."
+        level = "good" if required is not None else "open"
+    evidence = [
+        f"Smallest gap: {closest.condition()}. Gaps are between the areas that the orbits of two"
+        " phases cover, since the phases need not move in step; measured at mid-span and the"
+        " quarter points, between conductors.",
+        *_ellipses(study),
+    ]
+    if required is None:
+        evidence.append("No required distance was given (--clearance), so flashover is not judged.")
+    return Answer(question, answer, tuple(evidence), level)
+
+
+def _ellipses(study: LineStudy) -> Iterator[str]:
+    """Gaps of the ellipses of design rules."""
+    for rule, gaps in study.ellipse_gaps.items():
+        if not gaps:
+            continue
+        span = min(gaps, key=lambda span: gaps[span])
+        size = gaps[span]
+        how = f"overlap by {-size:.1f} m" if size < 0.0 else f"keep {size:.1f} m"
+        yield (
+            f"Design rule {rule}: the ellipses of neighbouring phases {how} in span {span}, with"
+            " the sag under the ice of the worst case."
+        )
+
+
+def _forces(study: LineStudy) -> Answer:
+    """Pull of strings, unbalanced pull, and tension, with the values at rest."""
+    question, known = "Which forces reach the towers?", study.known
+    if not known:
+        return Answer(question, "Not known: no case has a result.", ())
+    tension = max((float(np.nanmax(case.tension)), case) for case in _with_tension(known))
+    evidence = []
+    answer = f"Conductor tension up to {tension[0] / 1e3:.1f} kN"
+    strength = study.scene.section.rated_strength
+    if strength:
+        answer += f", {tension[0] / strength:.0%} of the rated strength"
+    rest = _at_rest(study)
+    for name, words, key in (
+        ("pull", "Pull of a suspension string", "tower_pull_at_rest"),
+        ("force_x1", "Unbalanced pull along the line on a suspension tower", "tower_preload_x1"),
+        ("force_x3", "Force across the line on a suspension tower", "tower_preload_x3"),
+    ):
+        found = [(size, case) for case in known if (size := case.most(name, inner=True)) == size]
+        if not found:
+            continue
+        size, case = max(found, key=lambda pair: pair[0])
+        at = rest.get(key)
+        still = "" if at is None else f"; at rest in still air at most {at / 1e3:.1f} kN"
+        evidence.append(f"{words}: up to {size / 1e3:.1f} kN{still} ({case.condition()}).")
+        if name == "pull":
+            answer += f"; a string pulls by up to {size / 1e3:.1f} kN"
+        if name == "force_x1":
+            answer += f", an unbalanced pull reaches {size / 1e3:.1f} kN"
+    ends = [(size, case) for case in known if (size := case.most("force_x1")) == size]
+    if ends:
+        size, case = max(ends, key=lambda pair: pair[0])
+        at = rest.get("ends")
+        still = "" if at is None else f"; at rest {at / 1e3:.1f} kN"
+        evidence.append(
+            f"Pull along the line on a tension tower at the end, of one phase: up to"
+            f" {size / 1e3:.1f} kN{still} ({case.condition()})."
+        )
+    evidence.append(
+        "Forces are those of one phase; extremes are of the whole run, with its start in sudden"
+        " wind."
+    )
+    return Answer(question, f"{answer}.", tuple(evidence))
+
+
+def _with_tension(cases: Sequence[Case]) -> list[Case]:
+    return [case for case in cases if np.isfinite(case.tension).any()] or list(cases[:1])
+
+
+def _at_rest(study: LineStudy) -> dict[str, float]:
+    """Largest forces at rest in still air, of suspensions and ends, in the worst case."""
+    worst = study.worst
+    if worst is None:
+        return {}
+    found: dict[str, float] = {}
+    for key in ("tower_pull_at_rest", "tower_preload_x1", "tower_preload_x3"):
+        values = np.abs(worst.towers.get(key, np.array([])))
+        inner = values[1:-1][np.isfinite(values[1:-1])] if len(values) > 2 else np.array([])
+        if inner.size:
+            found[key] = float(inner.max())
+    along = np.abs(worst.towers.get("tower_preload_x1", np.array([])))
+    if len(along) > 1 and np.isfinite(along[[0, -1]]).all():
+        found["ends"] = float(along[[0, -1]].max())
+    return found
+
+
+def _resonance(study: LineStudy) -> Answer:
+    """Internal resonance of the worst case."""
+    question = "Is there an internal resonance?"
+    if isinstance(study.findings, Missing) or isinstance(study.findings.pairs, Missing):
+        reason = (
+            study.findings.reason
+            if isinstance(study.findings, Missing)
+            else str(getattr(study.findings.pairs, "reason", ""))
+        )
+        return Answer(question, "Not known.", (reason,))
+    pairs = study.findings.pairs
+    matter = [pair for pair in pairs if pair.matters]
+    explained = (
+        "In an internal resonance, galloping in one mode starts another at the same or at half the"
+        " frequency, such as a swing across the line. Table of pairs below; it is that of the worst"
+        " case."
+    )
+    if not matter:
+        return Answer(question, pairs_sentence(study.findings), (explained,), "good")
+    two = [pair for pair in matter if pair.kind == "2:1"]
+    first = (two or matter)[0]
+    answer = (
+        f"Yes, possible: {len(matter)} pairs of modes, first {first.kind} of the"
+        f" {first.driving_mode.family} mode at {first.driving_mode.frequency_hz:.3f} Hz with the"
+        f" {first.driven_mode.family} mode at {first.driven_mode.frequency_hz:.3f} Hz."
+    )
+    return Answer(question, answer, (explained,), "bad")
+
+
+def _changes(study: LineStudy) -> Answer:
+    """The most effective measure."""
+    question = "What to change, and by how much does it help?"
+    if not study.galloping:
+        return Answer(question, "Nothing: no case gallops.", (), "good")
+    before = largest_of(study.before)
+    simulated = [each for each in study.tried if each.largest == each.largest]
+    evidence = [_sentence_of(each, study.before) for each in study.tried]
+    evidence.append(
+        f"Simulated before and after, with the ice and curve of the worst case ({study.worst.ice}"
+        f"{', ' + study.worst.curve if study.worst and study.worst.curve else ''}), in all winds"
+        " and at all attack angles of this study; other ice and curves were not tried."
+        if study.worst
+        else ""
+    )
+    effective = [each for each in simulated if each.largest <= (1.0 - MIN_EFFECT) * before]
+    if not effective:
+        return Answer(
+            question,
+            f"None of {len(simulated)} simulated measures reduces the largest motion by"
+            f" {MIN_EFFECT:.0%} or more.",
+            tuple(filter(None, evidence)),
+            "bad",
+        )
+    best = effective[0]
+    answer = (
+        f"{best.measure.name}: the largest motion falls from {before:.1f} to {best.largest:.1f} m"
+        f" ({best.largest / before - 1.0:+.0%})."
+    )
+    return Answer(question, answer, tuple(filter(None, evidence)))
+
+
+def _sentence_of(tried: Tried, before: Sequence[Case]) -> str:
+    """Effect of a measure in a sentence."""
+    if tried.measure.scene is None:
+        return f"{tried.measure.name}: not possible on this line. {tried.measure.reason}"
+    largest, first = tried.largest, largest_of(before)
+    if math.isnan(largest):
+        return f"{tried.measure.name}: no simulated case has a result."
+    count = sum(case.gallops for case in before)
+    return (
+        f"{tried.measure.name} ({tried.measure.detail}): {first:.1f} to {largest:.1f} m"
+        f" ({largest / first - 1.0:+.0%}), galloping cases {count} to {tried.galloping} of"
+        f" {len(tried.cases)}."
+    )
+
+
+def _certainty(study: LineStudy) -> Answer:
+    """Number of cases of each kind, ranges, and what is assumed."""
+    counts = Counter(case.kind for case in study.cases)
+    steady, total = counts["steady"], len(study.cases)
+    answer = (
+        f"{steady} of {total} cases ended in a steady motion"
+        + (f", {counts['not steady']} were not steady" if counts["not steady"] else "")
+        + (f", in {counts['turned over']} the section turned over" if counts["turned over"] else "")
+        + (f", {counts['left the curve']} left the curve" if counts["left the curve"] else "")
+        + (f", {counts['failed']} have no result" if counts["failed"] else "")
+        + "."
+    )
+    evidence = [
+        f"{counts[kind]} of {total}: {text}." for kind, text in KINDS.items() if counts[kind]
+    ]
+    if counts["failed"]:
+        evidence.append(_first_failure(study))
+    evidence += assumptions(study)
+    return Answer("How sure is this?", answer, tuple(evidence))
+
+
+def _first_failure(study: LineStudy) -> str:
+    failed = next((case for case in study.cases if not case.has_result), None)
+    return (
+        ""
+        if failed is None
+        else f"First case without a result: {failed.condition()}: {failed.text}"
+    )
+
+
+def assumptions(study: LineStudy) -> list[str]:
+    """What the study assumes, one sentence each."""
+    scene, conditions = study.scene, study.conditions
+    found = []
+    if conditions.ices:
+        found.append(
+            f"Assumed: {conditions.ice_shape.replace('_', ' ')} ice of"
+            f" {conditions.ice_density:g} kg/m3, equal on all spans; the thickness is the largest"
+            " one of the section."
+        )
+    source = scene.sources.get("aerodynamics")
+    curves = ", ".join(conditions.curves)
+    found.append(
+        f"Coefficient curves: {curves}."
+        if curves
+        else f"Coefficient curve: {source or 'not stated'}."
+    )
+    found.append(
+        "Assumed: wind of constant speed, equal on all spans and normal to the line; forces as"
+        " measured on a section at rest (quasi-steady); no bending stiffness; rigid towers."
+    )
+    if study.is_single:
+        found.append(
+            "One phase was simulated for all: nothing connects the phases, so they move alike."
+        )
+    return found
+
+
+def _range(values: Sequence[float], unit: str, digits: str) -> str:
+    """Smallest to largest value with the unit."""
+    low, high = format(min(values), digits), format(max(values), digits)
+    return f"{low} {unit}" if low == high else f"{low} to {high} {unit}"

@@ -1,0 +1,302 @@
+"""The study of a line: cases and their counts, worst case, gaps, measures, verdict, page."""
+
+import math
+
+import numpy as np
+import pytest
+from typer.testing import CliRunner
+
+import gallop_fmu as gf
+from gallop_fmu import SceneError
+from gallop_fmu.line.clearance import Ellipse
+from modal.cli.main import app
+from modal.report.findings import Missing
+from modal.study import gaps, measures
+from modal.study import study as study_module
+from modal.study.cases import Variant, run_cases
+from modal.study.conditions import StudyConditions, one_phase, with_ice
+from modal.study.page import Signature, study_page
+from modal.study.study import LineStudy, largest_of, study_line
+from modal.study.verdict import answers
+
+WINDS, ANGLES = (1.0, 6.0, 8.0), (0.0, 90.0)
+PHASES = [{"name": "low"}, {"name": "top <1>", "offset": [3.0, 0.5]}]
+
+
+def smooth_curve(slope=3.0, to=180):
+    """CL = -slope/2 sin 2x, CD = 1: CL' + CD (Den Hartog) is 1 - slope at 0, 1 + slope at 90."""
+    angle = np.arange(-to, to + 1, 15.0)
+    return {
+        "kind": "table",
+        "angle_deg": angle.tolist(),
+        "lift": np.round(-0.5 * slope * np.sin(2.0 * np.radians(angle)), 9).tolist(),
+        "drag": [1.0] * len(angle),
+        "moment": [0.0] * len(angle),
+    }
+
+
+@pytest.fixture(scope="module")
+def scene():
+    """Two spans of the conductor of Example 2 with a curve over the whole turn."""
+    return gf.LineScene.from_dict(
+        {
+            "title": "two <spans>",
+            "section": {
+                "horizontal_tension": 21730.0,
+                "gravity": 9.81,
+                "rated_strength": 80000.0,
+                "spans": [{"length": 125.88}, {"length": 110.0, "height_difference": 4.0}],
+                "suspensions": [{"kind": "string", "length": 2.1, "weight": 490.0}],
+            },
+            "phases": PHASES,
+            "conductor": {
+                "diameter": 0.0286,
+                "mass_per_length": 1.53,
+                "axial_stiffness": 13.3e6,
+                "torsional_stiffness": 101.0,
+                "torsional_inertia": 0.57e-4,
+            },
+            "ice": {"mass_per_length": 0.3},
+            "wind": {"speed": 4.0},
+            "aerodynamics": smooth_curve(),
+            "damping": {
+                "translation": {
+                    "low_ratio": 0.005,
+                    "low_frequency": 0.4,
+                    "high_ratio": 0.005,
+                    "high_frequency": 0.8,
+                },
+                "twist": {
+                    "low_ratio": 0.04,
+                    "low_frequency": 3.0,
+                    "high_ratio": 0.04,
+                    "high_frequency": 6.0,
+                },
+            },
+            "initial": {"seed_vertical": 0.05},
+            "numerics": {"elements": 6, "time_step": 0.02},
+            "run": {"stop_time": 60.0, "record_every": 2},
+        }
+    )
+
+
+@pytest.fixture(scope="module")
+def study(scene):
+    conditions = StudyConditions(winds=WINDS, angles_deg=ANGLES)
+    return study_line(scene, conditions, clearance=1.0, workers=2)
+
+
+def test_every_combination_is_one_case(study):
+    found = [(case.wind, case.angle_deg) for case in study.cases]
+    assert sorted(found) == sorted((wind, angle) for wind in WINDS for angle in ANGLES)
+    assert study.is_single  # nothing connects the phases
+
+
+def test_galloping_follows_den_hartog(study):
+    """At 90 deg lift and drag damp; at 0 deg it gallops above the critical wind of 0.7 m/s."""
+    assert {case.angle_deg for case in study.galloping} == {0.0}
+    assert {case.wind for case in study.galloping} == {6.0, 8.0}
+    by_angle = {found.angle_deg: found.wind for found in study.criteria}
+    assert by_angle[90.0] is None
+    assert 0.0 < by_angle[0.0] < 6.0
+
+
+def test_a_case_is_a_simulation(scene, study):
+    """Motion, forces and tension of the worst case are those of `simulate`."""
+    worst = study.worst
+    assert worst.largest == max(case.largest for case in study.cases)
+    assert (worst.wind, worst.angle_deg) == (8.0, 0.0)
+    alone = one_phase(scene).with_values({"wind.speed": 8.0, "ice.attack_angle_deg": 0.0})
+    result = gf.simulate(alone, record_nodes="all")
+    spans = result.spans.set_index("span")
+    for span in (1, 2):
+        expected = 2.0 * spans.u2_amplitude[span]
+        assert worst.peak_to_peak[span - 1] == pytest.approx(expected, rel=1e-12)
+    tower = result.towers.set_index("tower").loc[1]
+    most = max(abs(tower.force_x1_min), abs(tower.force_x1_max))
+    assert worst.most("force_x1", inner=True) == pytest.approx(most, rel=1e-12)
+    assert worst.towers["tower_preload_x2"][1] == pytest.approx(tower.preload_x2, rel=1e-12)
+
+
+def test_one_phase_moves_as_all_do(scene, study):
+    """The phases have nothing in common, so two of them move as one alone."""
+    variant = Variant(scene, "", "")
+    (both,) = run_cases([variant], [8.0], [0.0], offsets=[(0.0, 0.0), (3.0, 0.5)])
+    assert both.peak_to_peak == pytest.approx(study.worst.peak_to_peak, rel=1e-7)
+    assert both.gap == pytest.approx(study.worst.gap, abs=1e-6)  # Newton's tolerance
+
+
+def test_gaps_of_circles_and_ellipses():
+    angle = np.linspace(0.0, 2.0 * math.pi, 721)
+    circle = gaps.support(2.0 * np.sin(angle), 2.0 * np.cos(angle))
+    assert gaps.gap(circle, circle, np.array([3.0, 4.0])) == pytest.approx(1.0, abs=5e-4)
+    assert gaps.gap(circle, circle, np.array([0.0, 3.0])) == pytest.approx(-1.0, abs=5e-4)
+    x3, x2 = Ellipse(4.0, 1.0, 1.0, 0.3).outline(2001)
+    area = gaps.support(x2, x3)
+    points = np.stack([x2, x3], axis=1)[::5]
+    apart = points[:, None] - (points + np.array([1.0, 3.0]))[None, :]
+    least = float(np.sqrt((apart**2).sum(axis=-1)).min())
+    assert gaps.gap(area, area, np.array([1.0, 3.0])) == pytest.approx(least, abs=2e-3)
+
+
+def test_gap_of_the_study_is_that_of_the_paths(study):
+    """The closest points of two paths are not closer than the areas, which their corners span."""
+    worst, result = study.worst, study.findings.result
+    start, stop = result.window()
+    part = result.bundle(1).sel(time=slice(start - 1e-9, stop + 1e-9))
+    path = np.stack([part.u2.values, part.u3.values], axis=1)
+    apart = path[:, None] - (path + np.array([3.0, 0.5]))[None, :]
+    least = float(np.sqrt((apart**2).sum(axis=-1)).min())
+    assert worst.smallest_gap <= least + 1e-3
+    assert (worst.smallest_gap <= 0.0) == ("clash" in answers(study)[3].answer)
+
+
+def test_measures_have_the_stated_values(scene):
+    bare = scene.with_values({"phases": [{"name": "1"}]})
+    found = {each.name: each for each in measures.measures(bare, np.array([0.5, math.nan]))}
+    raised = found["Raise the tension by 10%"]
+    assert raised.scene.strung_tension == pytest.approx(1.1 * 21730.0)
+    assert "30% of the rated strength" in raised.detail
+    (damper,) = found["Hang a tuned damper at mid-span"].scene.devices
+    modal_mass = 0.5 * 1.83 * 125.88
+    ratio = damper.hanging_mass / modal_mass
+    assert ratio == pytest.approx(0.05)
+    own = math.sqrt(damper.hanging_stiffness / damper.hanging_mass)
+    assert own == pytest.approx(2.0 * math.pi * 0.5 / 1.05)
+    assert damper.damping / (2.0 * damper.hanging_mass * own) == pytest.approx(
+        math.sqrt(3.0 * 0.05 / (8.0 * 1.05**3))
+    )
+    split = found["Split span 1 by a tower in its middle"].scene.section
+    assert [span.length for span in split.spans] == [62.94, 62.94, 110.0]
+    assert len(split.suspensions) == 2
+
+
+def test_a_split_keeps_the_line_through_the_new_clamp(scene):
+    split = measures.split_span(scene, 2).section
+    assert [span.height_difference for span in split.spans] == [0.0, 2.0, 2.0]
+    assert sum(span.length for span in split.spans) == pytest.approx(235.88)
+    with_device = scene.with_values(
+        {"devices": [{"kind": "mass", "span": 2, "station": 0.5, "mass": 5.0}]}
+    )
+    with pytest.raises(SceneError, match="attached to span 2"):
+        measures.split_span(with_device, 1)
+
+
+def test_bundles_get_spacers_and_phases_get_bars(scene):
+    twin = scene.with_values(
+        {"bundle": {"subconductors": 2, "spacing": 0.4, "spacers": 2}, "numerics.elements": 8}
+    )
+    names = [each.name for each in measures.measures(twin, np.array([0.5, 0.5]))]
+    assert "Use 4 spacers in each span of the bundle instead of 2" in names
+    assert "Connect the phases by interphase spacers" in names
+    assert all(each.scene for each in measures.measures(twin, np.array([0.5, 0.5])))
+
+
+def test_measures_are_ranked_by_what_remains(study):
+    largest = [each.largest for each in study.tried if each.largest == each.largest]
+    assert largest == sorted(largest)
+    assert len(largest) >= 4
+    assert all(len(each.cases) == len(study.before) for each in study.tried if each.measure.scene)
+    best = study.tried[0]
+    change = answers(study)[6].answer
+    assert best.measure.name in change or "None of" in change
+    assert largest_of(study.before) == study.worst.largest
+
+
+@pytest.fixture
+def _unexamined(monkeypatch):
+    """Leave out modes, pairs and critical winds of the worst case, which take seconds."""
+    monkeypatch.setattr(study_module, "examine_line", lambda *_: Missing("left out by the test"))
+
+
+@pytest.mark.usefixtures("_unexamined")
+def test_cases_that_left_the_curve_are_counted(scene):
+    """A curve from -15 to 15 deg ends large motions early: their motion is a lower bound."""
+    short = scene.with_values({"aerodynamics": smooth_curve(to=15), "phases": PHASES[:1]})
+    short = short.with_values({"initial.seed_vertical": 0.4})
+    found = study_line(
+        short, StudyConditions(winds=(4.0, 40.0), angles_deg=(0.0, 60.0)), stop_time=40.0
+    )
+    kinds = {(case.wind, case.angle_deg): case.kind for case in found.cases}
+    assert kinds[4.0, 0.0] == "left the curve"
+    assert kinds[4.0, 60.0] == kinds[40.0, 60.0] == "failed"  # outside of the curve at the start
+    said = {each.question: each for each in answers(found)}
+    assert "2 left the curve, 2 have no result" in said["How sure is this?"].answer
+    assert "at least" in said["How high?"].answer
+    assert said["Do phases clash or flash over?"].answer.startswith("Not examined")
+
+
+def test_no_result_at_all_is_said(scene):
+    far = scene.with_values({"aerodynamics": smooth_curve(to=30), "phases": PHASES[:1]})
+    found = study_line(far, StudyConditions(winds=(4.0,), angles_deg=(90.0,)))
+    assert found.worst is None
+    assert isinstance(found.findings, Missing)
+    assert answers(found)[0].answer == "Not known: no case has a result."
+    assert "Worst case: not computed." in study_page(found, Signature())
+
+
+def test_ice_of_a_thickness_replaces_the_ice(scene):
+    """A crescent of 10 mm: mass rho pi r t / 2, first moment 2/3 rho r ((r + t)^2 - r^2)."""
+    iced = with_ice(scene.with_values({"ice.attack_angle_deg": 30.0}), 0.01, "crescent", 900.0).ice
+    r, t = 0.0143, 0.01
+    assert iced.mass_per_length == pytest.approx(900.0 * math.pi * r * t / 2.0)
+    first = 900.0 * 2.0 / 3.0 * r * ((r + t) ** 2 - r**2)
+    assert iced.first_moments() == pytest.approx((0.5 * first, -math.sqrt(0.75) * first))
+
+
+def test_wrong_conditions_are_refused(scene):
+    for wrong, message in (
+        ({"winds": ()}, "no wind speed"),
+        ({"ices": (10.0,)}, "at most 0.2 m"),
+        ({"winds": (4.0, 4.0)}, "given twice"),
+        ({"ices": (0.0,)}, "greater than 0"),
+    ):
+        with pytest.raises(SceneError, match=message):
+            StudyConditions(**wrong)
+    with pytest.raises(SceneError, match="needs a line"):
+        study_line(gf.load_scene("example3"))
+    with pytest.raises(SceneError, match="neither a CSV file nor a packaged scene"):
+        study_line(scene, StudyConditions(curves=("nowhere",)))
+    with pytest.raises(SceneError, match="no coefficient curve"):
+        study_line(scene.with_values({"wind.speed": 0.0, "aerodynamics": None}))
+
+
+def test_the_page_answers_in_order(study):
+    text = study_page(study, Signature("A. <Author>", 'Line "7"', "B"))
+    names = ("verdict", "charts", "evidence", "motion", "modes", "critical", "scene")
+    places = [text.index(f'<section id="{name}">') for name in names]
+    assert places == sorted(places)
+    questions = [each.question for each in answers(study)]
+    assert [text.index(f"<h3>{question}") for question in questions] == sorted(
+        text.index(f"<h3>{question}") for question in questions
+    )
+    assert "A. &lt;Author&gt;" in text
+    assert "two &lt;spans&gt;" in text
+    assert "two <spans>" not in text
+    assert "counter(page)" in text
+    assert text.count("<figure") >= 8
+    assert "NaN" not in text
+    assert " nan " not in text
+
+
+@pytest.mark.usefixtures("_unexamined")
+def test_the_command_writes_the_page(scene, tmp_path):
+    scene.with_values({"phases": PHASES[:1], "run.stop_time": 10.0}).save(tmp_path / "line.toml")
+    line, page = str(tmp_path / "line.toml"), str(tmp_path / "s.html")
+    options = ["--wind", "4:6:2", "--angle", "0", "--ice", "5", "--author", "N. N."]
+    made = CliRunner().invoke(app, ["study", line, *options, "-o", page])
+    assert made.exit_code == 0, made.output
+    assert "Will it gallop?" in made.output
+    assert "N. N." in (tmp_path / "s.html").read_text()
+    for wrong, message in (
+        (["--wind", "4:x"], "--wind 4:x: a range is FIRST:LAST:STEP"),
+        (["--ice", "a"], "'a' is not a number"),
+        (["--ice-shape", "square"], "must be one of crescent"),
+    ):
+        refused = CliRunner().invoke(app, ["study", line, *wrong, "-o", page])
+        assert refused.exit_code == 2
+        assert message in refused.output
+
+
+def test_study_is_public(study):
+    assert isinstance(study, LineStudy)
