@@ -47,7 +47,8 @@ def branches(
         typer.Option(
             metavar="N",
             parser=whole(0, 100),
-            help="Start the full model on each motion at N values, and show where it settles.",
+            help="Start the full model at N points of the stable and of the unstable part of each"
+            " branch, and show where it settles.",
         ),
     ] = 0,
     out: Annotated[

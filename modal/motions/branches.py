@@ -146,8 +146,8 @@ def branches(
     start, stop
         Range of the number. Default for the wind speed: half and 1.5 times the scene's.
     simulate
-        Number of values at which the full model is started on each motion, with a small
-        disturbance; 0: none.
+        Number of values at which the full model is started on the stable part of each branch, and
+        on its unstable part, with a small disturbance; 0: none.
     progress
         Called with the number of the branch that is followed and the value that it has reached.
 

@@ -17,8 +17,8 @@ from modal.motions.span_model import SpanModel
 
 Array = NDArray[np.float64]
 
-STEPS_PER_PERIOD = 250
-"""Time steps in a period of the first vertical mode: its frequency is 5e-5 too low by Newmark's
+STEPS_PER_PERIOD = 300
+"""Time steps in a period of the first vertical mode: its frequency is 4e-5 too low by Newmark's
 method."""
 
 NEWTON_TOLERANCE = 1e-8
@@ -46,11 +46,14 @@ class Band(NamedTuple):
         Lowest and highest amplitude in windows of `CYCLES_PER_WINDOW` periods.
     whole : float
         Amplitude over all windows.
+    drift : float
+        Change of the highest amplitude from the first half of the windows to the second.
     """
 
     low: float
     high: float
     whole: float
+    drift: float
 
 
 @dataclass(frozen=True)
@@ -64,7 +67,8 @@ class FullRun:
     quarter : Band
         Amplitudes of the antisymmetric vertical motion at the quarter points [m].
     outcome : str
-        "periodic", "beating", "rest", or the reason for which the run ended early.
+        "periodic", "beating", "rest", "not settled" (the largest amplitude still changes), or the
+        reason for which the run ended early.
     """
 
     u2: Band
@@ -133,22 +137,25 @@ def _end(values: Array, reason: str) -> FullRun:
     length = CYCLES_PER_WINDOW * RECORDS_PER_PERIOD
     count = min(BAND_PERIODS * RECORDS_PER_PERIOD, len(values)) // length
     if reason or count == 0:
-        unknown = Band(np.nan, np.nan, np.nan)
+        unknown = Band(np.nan, np.nan, np.nan, np.nan)
         return FullRun(unknown, unknown, unknown, unknown, reason or "too short")
     last = values[len(values) - count * length :]
     u2, u3, theta = (_band(one, count) for one in last[:, :, 1].T)
     quarter = _band(0.5 * (last[:, 0, 0] - last[:, 0, 2]), count)
     largest = max(u2.high, u3.high, quarter.high)
-    spread = max(band.high - band.low for band in (u2, u3, quarter))
-    is_steady = spread <= MAX_BAND * largest
-    outcome = "rest" if largest < CALM else "periodic" if is_steady else "beating"
-    return FullRun(u2, u3, theta, quarter, outcome)
+    bands = (u2, u3, quarter)
+    is_periodic = max(band.high - band.low for band in bands) <= MAX_BAND * largest
+    is_settled = max(abs(band.drift) for band in bands) <= MAX_BAND * largest
+    outcome = "periodic" if is_periodic else "beating" if is_settled else "not settled"
+    return FullRun(u2, u3, theta, quarter, "rest" if largest < CALM else outcome)
 
 
 def _band(values: Array, windows: int) -> Band:
     """Amplitudes of a history in equal windows."""
     of_each = 0.5 * np.ptp(values.reshape(windows, -1), axis=1)
-    return Band(float(of_each.min()), float(of_each.max()), float(0.5 * np.ptp(values)))
+    earlier, later = np.array_split(of_each, 2)
+    drift = float(later.max() - earlier.max()) if len(earlier) and len(later) else 0.0
+    return Band(float(of_each.min()), float(of_each.max()), float(0.5 * np.ptp(values)), drift)
 
 
 def reduction_error(scene: Scene, model: SpanModel, point: Point) -> float:

@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gallop_fmu import Scene
+from modal.continuation.branch import Branch
 from modal.continuation.diagram import Diagram
 from modal.motions.full_model import FullRun, full_scene, run_from
 from modal.motions.span_problem import SpanProblem
@@ -46,13 +47,10 @@ class BranchRun(NamedTuple):
 def runs_from_orbits(
     scene: Scene, over: str, problem: SpanProblem, found: Diagram, count: int, periods: float
 ) -> list[BranchRun]:
-    """Run the full model from each branch, at the points nearest to so many values."""
+    """Run the full model from so many points of both parts, stable and unstable, of each branch."""
     runs = []
     for number, branch in enumerate(found.branches):
-        values = np.array([point.parameter for point in branch.points])
-        wanted = np.linspace(values.min(), values.max(), count + 2)[1:-1]
-        chosen = {int(np.argmin(np.abs(values - value))) for value in wanted}
-        for k in sorted(chosen):
+        for k in _chosen(branch, count):
             point = branch.points[k]
             model, _ = problem.family.at(point.parameter)
             state = point.states[0] + _disturbance(problem)
@@ -61,6 +59,18 @@ def runs_from_orbits(
             )
             runs.append(BranchRun(number, point.parameter, point.is_stable, end))
     return runs
+
+
+def _chosen(branch: Branch, count: int) -> list[int]:
+    """Indices of so many points with values at equal distances, in each part."""
+    chosen: set[int] = set()
+    for is_stable in (True, False):
+        part = [k for k, point in enumerate(branch.points) if point.is_stable == is_stable]
+        if part:
+            values = np.array([branch.points[k].parameter for k in part])
+            wanted = np.linspace(values.min(), values.max(), count + 2)[1:-1]
+            chosen |= {part[int(np.argmin(np.abs(values - value)))] for value in wanted}
+    return sorted(chosen)
 
 
 def _disturbance(problem: SpanProblem) -> Array:
