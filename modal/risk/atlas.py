@@ -222,7 +222,7 @@ def risk_atlas(  # noqa: PLR0913 - all but two are keyword arguments
     >>> wind = {"wind.speed": {"distribution": "uniform", "loc": 2.0, "scale": 6.0}}
     >>> found = modal.risk_atlas("example3", wind, draws=64)
     >>> round(found.dataset.galloping.item(), 2)
-    0.56
+    0.58
     """
     if method not in METHODS:
         raise SceneError(f"method = {method!r}: must be {' or '.join(METHODS)}")
