@@ -7,6 +7,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
+from gallop_fmu.cli.shedding_output import print_sheddings
 from gallop_fmu.cli.terminal import new_console, new_table, print_warnings, work_text
 
 KILO = 1e-3
@@ -47,6 +48,7 @@ def print_line(
     console.print("force of the conductors on the tower: preload, range in the run", style="dim")
     if numbers.get("clearances"):
         console.print(_clearances(numbers["clearances"]))
+    print_sheddings(console, numbers.get("sheddings", ()))
     console.print(work_text(numbers))
     print_warnings(warnings)
     for path in written:

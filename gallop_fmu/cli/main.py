@@ -16,6 +16,7 @@ import typer
 from gallop_fmu.cli.line_commands import NEW_EXAMPLE, LineCommand, conductors, new
 from gallop_fmu.cli.line_output import print_line
 from gallop_fmu.cli.modal_commands import add_modal_commands
+from gallop_fmu.cli.shedding_output import print_sheddings
 from gallop_fmu.cli.sweep_options import SweepOptions, takes_sweep_options
 from gallop_fmu.cli.terminal import (
     PICTURE_SUFFIXES,
@@ -478,6 +479,7 @@ def _print_summary(
     if numbers["midspan"]:
         console.print(table)
         console.print("amplitude: half peak-to-peak", style="dim")
+    print_sheddings(console, numbers.get("sheddings", ()))
     console.print(work_text(numbers))
     if attrs["inactive_terms"]:
         console.print(

@@ -97,6 +97,7 @@ def _load() -> c.CDLL:
         "gallop_state_time": (double, (pointer,)),
         "gallop_state_check": (c.c_int, (pointer, pointer)),
         "gallop_shedding_times": (c.c_int, (pointer, pointer, doubles)),
+        "gallop_shedding_energies": (c.c_int, (pointer, pointer, doubles)),
         "gallop_equilibrium": (c.c_int, (pointer, pointer, double, inputs, report)),
         "gallop_state_place": (
             c.c_int,

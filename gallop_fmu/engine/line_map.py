@@ -294,9 +294,25 @@ class LineMap:
         return {**numbers, "station": station}
 
 
-def one_span_map(elements: int, kinds: tuple[str, str], devices: tuple[int, ...]) -> LineMap:
-    """The map of a scene of one span with `kinds` of supports; `devices`: ends that have one."""
-    chain = MappedChain(1, 1, 1, 0, 0, elements, (0, elements), (0.0, 1.0), (0, 1))
+def one_span_map(
+    corners: tuple[int, ...],
+    fractions: tuple[float, ...],
+    kinds: tuple[str, str],
+    devices: tuple[int, ...],
+) -> LineMap:
+    """The map of a scene of one span.
+
+    Parameters
+    ----------
+    corners, fractions
+        As of `MappedChain`.
+    kinds
+        Kinds of both supports.
+    devices
+        Ends that have a device.
+    """
+    junctions = (0, *(-1,) * (len(corners) - 2), 1)
+    chain = MappedChain(1, 1, 1, 0, 0, corners[-1], corners, fractions, junctions)
     towers = tuple(
         MappedTower(end, 1, kind, (end,), (devices.index(end),) if end in devices else ())
         for end, kind in enumerate(kinds)

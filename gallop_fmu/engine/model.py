@@ -54,6 +54,9 @@ class Model(CompiledModel):
         the laws never excite is inactive, such as the aerodynamic load if the wind never blows, and
         lateral motion. The twist is inactive in both cases if no ice, aerodynamic moment or torque
         excites it.
+    shedding_times : array_like, shape (shedding,)
+        Times [s] at which ice falls, in the order of `map.sheddings`, in place of the scene's times
+        and limits of acceleration; infinite: never. None: those of the scene.
 
     Attributes
     ----------
@@ -72,6 +75,8 @@ class Model(CompiledModel):
         and coefficient curve.
     attack_of_element : ndarray, shape (element,)
         Initial attack angle [rad] of the ice on each element.
+    shedding_times
+        As given.
 
     Raises
     ------
@@ -79,7 +84,13 @@ class Model(CompiledModel):
         If no initial equilibrium exists.
     """
 
-    def __init__(self, scene: Scene | LineScene, *, inputs: bool = True) -> None:
+    def __init__(
+        self,
+        scene: Scene | LineScene,
+        *,
+        inputs: bool = True,
+        shedding_times: ArrayLike | None = None,
+    ) -> None:
         if not isinstance(scene, Scene | LineScene):
             raise TypeError(
                 f"scene must be a Scene or LineScene, not {scene!r:.60}; load_scene and from_dict"
@@ -87,6 +98,9 @@ class Model(CompiledModel):
             )
         packed, raw, handle = Packed(scene), CReport(), c.c_void_p()
         packed.scene.settings.laws_only = not inputs
+        self.shedding_times = shedding_times
+        if shedding_times is not None:
+            packed.set_shedding_times(shedding_times)
         self._handle: c.c_void_p | None = None
         if kernel.gallop_model_create(c.byref(packed.scene), c.byref(handle), c.byref(raw)):
             raise SimulationError(unpacked(raw, packed.map))
@@ -119,7 +133,7 @@ class Model(CompiledModel):
         return self
 
     def __reduce__(self) -> tuple[Any, ...]:
-        return _model_of, (self.scene, self._takes_inputs)
+        return _model_of, (self.scene, self._takes_inputs, self.shedding_times)
 
     @property
     def unknowns(self) -> tuple[str, ...]:
@@ -438,5 +452,7 @@ class Model(CompiledModel):
         return state
 
 
-def _model_of(scene: Scene | LineScene, inputs: bool) -> Model:
-    return Model(scene, inputs=inputs)
+def _model_of(
+    scene: Scene | LineScene, inputs: bool, shedding_times: ArrayLike | None = None
+) -> Model:
+    return Model(scene, inputs=inputs, shedding_times=shedding_times)

@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
+import math
+from dataclasses import replace
+
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from gallop_fmu.engine.ctypes_structs import CChain, CReport
 from gallop_fmu.engine.line_map import LineMap, one_span_map
 from gallop_fmu.engine.line_pack import pack_line
+from gallop_fmu.engine.shedding_pack import corners_of, pack_span_sheddings
 from gallop_fmu.engine.tables import NONE, Place, Tables, double_pointer
 from gallop_fmu.engine.wind_pack import pack_wind
 from gallop_fmu.foundation.outcome import Outcome, Report
@@ -79,6 +83,18 @@ class Packed(Tables):
         attack = np.array([row.attack_angle for row in self.tables["cross_section"]])
         return section, attack[section]
 
+    def set_shedding_times(self, times: ArrayLike) -> None:
+        """Let ice fall at given times [s] alone, one for each item of `map.sheddings`."""
+        given = np.asarray(times, dtype=np.float64)
+        if given.shape != (len(self.map.sheddings),) or np.isnan(given).any():
+            raise ValueError(
+                f"shedding_times must be {len(self.map.sheddings)} times in s, one for each part"
+                " that loses its ice; give infinity where it does not"
+            )
+        for item, time in enumerate(given):
+            self.scene.shedding[item].time = time
+            self.scene.shedding[item].acceleration = math.inf
+
     def _pack_span(self, scene: Scene) -> LineMap:
         self.add_settings(scene, "span")
         self.add_cross_section(scene.conductor, scene.ice, "ice", scene.damping)
@@ -99,7 +115,10 @@ class Packed(Tables):
             self.add_load(load, f"loads.{number}", 0, law)
         ends = tuple(device.junction[0] for device in self.tables["device"])
         kinds = (supports[0].kind, supports[1].kind)
-        return one_span_map(scene.numerics.elements, kinds, ends)
+        mapped = one_span_map(*corners_of(scene), kinds, ends)
+        if not scene.shedding:
+            return mapped
+        return replace(mapped, sheddings=tuple(pack_span_sheddings(self, scene, mapped.chains[0])))
 
     def _pack_support(self, end: int, support: Support, scene: Scene) -> None:
         span, path = scene.span, f"supports.{'right' if end else 'left'}"

@@ -201,6 +201,25 @@ class State:
             )
         return times
 
+    def shedding_energies(self) -> Array:
+        """Kinetic and potential energy [J] of the ice when it fell, shape (shedding, 2).
+
+        The energy of the motion was reduced by it; 0 where the ice has not fallen.
+
+        Raises
+        ------
+        SimulationError
+            The state was not started.
+        """
+        energies = np.empty((len(self.model.map.sheddings), 2))
+        with self._alone:
+            insist(
+                kernel.gallop_shedding_energies(
+                    self.model.handle, self._pointer, double_pointer(energies)
+                )
+            )
+        return energies
+
     def run(
         self,
         records: int,

@@ -25,6 +25,7 @@ from gallop_fmu.scene.devices import Damper
 from gallop_fmu.scene.fields import WholeNumber
 from gallop_fmu.scene.line_scene import LineScene
 from gallop_fmu.scene.scene import Scene
+from gallop_fmu.scene.stations import shed_stations
 from gallop_fmu.scene.suspensions import EndString
 
 REPLACED_BY_INPUTS = re.compile(
@@ -34,6 +35,9 @@ REPLACED_BY_INPUTS = re.compile(
 
 REPLACED_IN_A_LINE = re.compile(r"(.*\.)?wind\.(?!air_density$)|section\..*\.motion\.|run\.")
 """The same of a line, but for the attack angle of the ice on the first span."""
+
+SHED_STATION = re.compile(r"shedding\.\d+\.(from|to)_station")
+"""Paths of a span that place its stations."""
 
 WEIGHT = re.compile(r"conductor\.mass_per_length|section\.(gravity|horizontal_tension)")
 ICE_WEIGHT = re.compile(r"(.*\.)?ice\.mass_per_length")
@@ -66,10 +70,18 @@ def fmu_variables(
     else:
         found = [*span_inputs(scene), *span_outputs(scene, ports)]
         paths = {path for path in scene.numbers() if not REPLACED_BY_INPUTS.match(path)}
+        if scene.shedding:
+            paths -= _paths_of_the_mesh(scene)
     found += _parameters(scene, paths)
     if scene.numerics.tolerance is None:
         found.append(_integrator(scene))
     return tuple(Variable(reference=number, **one) for number, one in enumerate(found))
+
+
+def _paths_of_the_mesh(scene: Scene) -> set[str]:
+    """Paths of the numbers on which the mesh of a span depends that loses ice from parts."""
+    stations = {path for path in scene.numbers() if SHED_STATION.fullmatch(path)}
+    return stations | ({"numerics.elements"} if shed_stations(scene) else set())
 
 
 def _paths_of_line(scene: LineScene, packed: Packed) -> set[str]:

@@ -51,10 +51,13 @@ static bool motion_in_range(const gallop_model *model, const gallop_state *state
 
 /* Ice has not fallen yet, or by now. */
 static bool falls_in_range(const gallop_model *model, const gallop_state *state,
-                           const double *fallen)
+                           const state_view *view)
 {
-    for (int i = 0; i < model->shedding_count; i++)
-        if (isnan(fallen[i]) || (fallen[i] > state->time && fallen[i] < INFINITY)) return false;
+    for (int i = 0; i < model->shedding_count; i++) {
+        const double fallen = view->fallen[i];
+        if (isnan(fallen) || (fallen > state->time && fallen < INFINITY)) return false;
+        if (!isfinite(view->lost[2 * i]) || !isfinite(view->lost[2 * i + 1])) return false;
+    }
     return true;
 }
 
@@ -65,7 +68,7 @@ int gallop_state_check(const gallop_model *model, const gallop_state *state)
                     extremes_in_range(state) && motion_in_range(model, state);
     if (!ok) return GALLOP_BAD_CALL;
     const state_view view = state_view_of(model, (gallop_state *)state); /* only read */
-    return conditions_are_finite(model, &view.now) && falls_in_range(model, state, view.fallen)
+    return conditions_are_finite(model, &view.now) && falls_in_range(model, state, &view)
              ? GALLOP_COMPLETED
              : GALLOP_BAD_CALL;
 }

@@ -390,6 +390,17 @@ GALLOP_API double gallop_state_time(const gallop_state *state);
 GALLOP_API int gallop_shedding_times(const gallop_model *model, const gallop_state *state,
                                      double *time);
 
+/* Energy of the ice of a state when it fell, by which the energy of the state was reduced.
+ *
+ * @param model   Model
+ * @param state   Started state
+ * @param energy  Output, two for each item of scene.shedding: kinetic and potential energy [J], as
+ *                those of a state; 0 if the ice has not fallen
+ * @return        GALLOP_COMPLETED; GALLOP_BAD_CALL
+ */
+GALLOP_API int gallop_shedding_energies(const gallop_model *model, const gallop_state *state,
+                                        double *energy);
+
 /* Checks bytes from elsewhere: that they are a state of this model, and that every number in it is
  * in its range.
  *

@@ -6,7 +6,7 @@ typedef struct {
     size_t pointer, count;
 } array;
 
-enum { SAVED_ARRAYS = 11, ARRAYS = SAVED_ARRAYS + 14 + 24 + 1 };
+enum { SAVED_ARRAYS = 12, ARRAYS = SAVED_ARRAYS + 14 + 24 + 1 };
 
 #define ARRAY(name, count) {offsetof(state_view, name), count}
 #define SECTION(name) {offsetof(state_view, sections.name), abscissae}
@@ -37,6 +37,7 @@ static void list_arrays(const gallop_model *model, array list[ARRAYS])
         ARRAY(complex_factors, stages ? 2 * model->factor_room : 0),
         ARRAY(now_block, block),
         ARRAY(looked_from_block, block),
+        ARRAY(lost, 2 * (size_t)model->shedding_count),
         ARRAY(fallen, model->shedding_count),
     };
     const array scratch[ARRAYS - SAVED_ARRAYS] = {

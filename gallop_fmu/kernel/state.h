@@ -52,6 +52,7 @@ typedef struct {
     double *factors;      /* of all chains, see solver.h */
     double *complex_factors; /* Gauss: of the complex pair of its stages */
     double *now_block, *looked_from_block;
+    double *lost;   /* (sheddings, 2) kinetic and potential energy of the ice that fell [J] */
     double *fallen; /* (sheddings) time at which the ice fell; infinite: it has not [s] */
     /* scratch */
     double *u0, *v0, *a0; /* start of the sub-step, */

@@ -77,14 +77,68 @@ static void place_on_catenary(const gallop_model *m, chain *s, double c)
     place_part(s, &k, origin, corner, fraction);
 }
 
-static void place_on_parabola(chain *s, const double origin[3])
+/* Length of the parabola from its start to the fraction f of the span: its slope at f is
+ * (rise - 4 sag (1 - 2 f)) / span, and the length to a slope p from the lowest point is
+ * (p sqrt(1 + p^2) + asinh p) span^2 / (16 sag). */
+static double parabola_length(const chain *s, double f)
 {
-    for (int n = 0; n < s->nodes; n++) { /* nodes equally spaced in x1 */
-        double f = (double)n / (s->nodes - 1);
+    double length = 0.0;
+    for (int end = 0; end < 2; end++) {
+        const double p = (s->rise - 4.0 * s->target_sag * (1.0 - 2.0 * (end ? f : 0.0))) / s->span;
+        const double to = p * sqrt(1.0 + p * p) + asinh(p);
+        length += end ? to : -to;
+    }
+    return length * s->span * s->span / (16.0 * s->target_sag);
+}
+
+/* The fraction of the span at a fraction of the parabola's length. */
+static double parabola_place(const chain *s, double fraction)
+{
+    const double wanted = fraction * parabola_length(s, 1.0);
+    double low = 0.0, high = 1.0;
+    for (int i = 0; i < BISECTIONS; i++) {
+        const double middle = 0.5 * (low + high);
+        if (parabola_length(s, middle) < wanted)
+            low = middle;
+        else
+            high = middle;
+    }
+    return 0.5 * (low + high);
+}
+
+/* Places the nodes from corner `from` to corner `to`, equally spaced in x1 between two fractions
+ * of the span. */
+static void place_part_on_parabola(chain *s, const double origin[3], const int corner[2],
+                                   const double fraction[2])
+{
+    const int first = 2 * corner[0], last = 2 * corner[1];
+    for (int n = first; n <= last; n++) {
+        const double f =
+            fraction[0] + (fraction[1] - fraction[0]) * (double)(n - first) / (last - first);
         s->x[3 * n] = origin[0] + f * s->span;
         s->x[3 * n + 1] = origin[1] + f * s->rise - 4.0 * s->target_sag * f * (1.0 - f);
         s->x[3 * n + 2] = origin[2];
     }
+}
+
+static void place_on_parabola(const gallop_model *m, chain *s)
+{
+    const double *origin = m->junction[s->junction[0]].position;
+    const int index = (int)(s - m->chain);
+    int corner[2] = {0, 0};
+    double fraction[2] = {0.0, 0.0};
+    for (int i = 0; i < m->scene.station_count; i++) {
+        const gallop_station *station = &m->scene.station[i];
+        if (station->chain != index) continue;
+        corner[1] = station->corner;
+        fraction[1] = parabola_place(s, station->position);
+        place_part_on_parabola(s, origin, corner, fraction);
+        corner[0] = corner[1];
+        fraction[0] = fraction[1];
+    }
+    corner[1] = s->elements;
+    fraction[1] = 1.0;
+    place_part_on_parabola(s, origin, corner, fraction);
 }
 
 static void fill_strips(gallop_model *m, const chain *c)
@@ -258,7 +312,7 @@ int statics_initial(gallop_model *m, gallop_report *report)
     if (statics_is_held(&m->chain[0]))
         for (int i = 0; i < m->chain_count; i++) {
             chain *c = &m->chain[i];
-            place_on_parabola(c, m->junction[c->junction[0]].position);
+            place_on_parabola(m, c);
             tension_from_horizontal(m, c, c->target_tension);
         }
     else

@@ -44,7 +44,8 @@ int time_accelerate(const gallop_model *model, gallop_state *state, state_view *
  * the end of a step; times of falls are not after t */
 void time_start_sheddings(const gallop_model *model, const state_view *at);
 double time_next_shedding(const gallop_model *model, const state_view *at, double t, double end);
-bool time_shed_by_time(const gallop_model *model, const state_view *at, double t);
+bool time_shed_by_time(const gallop_model *model, const gallop_state *state, const state_view *at,
+                       double t);
 int time_shed(const gallop_model *model, gallop_state *state, state_view *at,
               gallop_report *report);
 void time_round_sheddings(const gallop_model *model, const state_view *at, double t);

@@ -267,7 +267,7 @@ int gallop_equilibrium(const gallop_model *model, gallop_state *state, double ti
     if (outcome) return outcome;
     clear(model, state, time, inputs);
     state_view at = state_view_of(model, state);
-    time_shed_by_time(model, &at, time);
+    time_shed_by_time(model, state, &at, time);
     outcome = statics_equilibrium(model, time, false, &at, report);
     time_control_start(model, state, at.u);
     if (!outcome) outcome = start_motion(model, state, &at, report);
@@ -337,7 +337,7 @@ int gallop_state_init(const gallop_model *model, gallop_state *state, double sta
     }
     time_add_seed(model, at.u);
     time_control_start(model, state, at.u);
-    time_shed_by_time(model, &at, start);
+    time_shed_by_time(model, state, &at, start);
     outcome = start_motion(model, state, &at, report);
     return started(model, state, outcome, report);
 }

@@ -9,7 +9,9 @@ import numpy as np
 
 from gallop_fmu.foundation.errors import SceneError
 from gallop_fmu.scene.sag_tension import MAX_STRAIN, check_tension
+from gallop_fmu.scene.shedding_checks import curves_of, wrong_sheddings_of_span
 from gallop_fmu.scene.supports import AdjacentSpanSupport
+from gallop_fmu.scene.validation_messages import joined
 from gallop_fmu.scene.wind_consistency import (
     check_time_tables,
     check_wind,
@@ -55,17 +57,19 @@ def check_consistency(scene: Scene) -> None:
     _check_sag_against_tension(scene)
     check_mass_matrix(scene.conductor, scene.ice, "ice")
     _check_aerodynamics(scene)
+    if problems := list(wrong_sheddings_of_span(scene)):
+        raise SceneError(joined(problems))
     check_time_tables(scene, scene.run.stop_time)
     check_wind(scene.wind, towers_of(scene), scene.run.stop_time)
 
 
 def unusual_combinations(scene: Scene) -> list[str]:
     """Warnings about values that are unusual together, each a fact and a remedy."""
-    curve = [] if scene.aerodynamics is None else scene.aerodynamics.warnings()
+    curves = [scene.aerodynamics, *curves_of(scene.shedding)]
     return [
         *_unusual_sag(scene),
-        *curve,
-        *lift_of_round_ice(scene.aerodynamics, scene.ice),
+        *(text for curve in curves if curve is not None for text in curve.warnings()),
+        *ice_against_curve(scene.aerodynamics, scene.ice),
         *unusual_wind(scene.wind, scene.run.stop_time),
     ]
 
@@ -119,16 +123,24 @@ def _unusual_sag(scene: Scene) -> list[str]:
     return found
 
 
-def lift_of_round_ice(aerodynamics: Aerodynamics | None, ice: Ice) -> list[str]:
-    """Warnings about ice that is round and a coefficient curve with lift."""
-    if aerodynamics is None or ice.first_moment_x2 != 0.0 or ice.first_moment_x3 != 0.0:
+def ice_against_curve(aerodynamics: Aerodynamics | None, ice: Ice) -> list[str]:
+    """Warnings about round ice and a curve with lift, or eccentric ice and a curve without."""
+    if aerodynamics is None:
         return []
+    is_round = ice.first_moment_x2 == ice.first_moment_x3 == 0.0
     curve = aerodynamics.curve()
     lift = float(
         abs(curve.lift(np.linspace(curve.breakpoint[0], curve.breakpoint[-1], LIFT_POINTS))).max()
     )
-    if lift < MAX_LIFT_OF_ROUND_SECTION:
+    if is_round == (lift < MAX_LIFT_OF_ROUND_SECTION):
         return []
+    if not is_round:
+        return [
+            f"the first moments of the ice are {ice.first_moment_x2:g} and"
+            f" {ice.first_moment_x3:g} kg, as for ice on one side, but the coefficient curve has no"
+            " lift, as that of a round section; give the curve of the shape of the ice, or first"
+            " moments of 0"
+        ]
     return [
         "the first moments of the ice are 0, as for round or no ice, but the coefficient curve has"
         f" lift up to {lift:.3g}, which a round section does not have; give the ice the shape of"

@@ -15,14 +15,15 @@ from gallop_fmu.scene.consistency import (
     NO_CURVE,
     check_attack_angle,
     check_mass_matrix,
-    lift_of_round_ice,
+    ice_against_curve,
 )
 from gallop_fmu.scene.devices import InterphaseSpacer, Interval
 from gallop_fmu.scene.phases import Phase
 from gallop_fmu.scene.sag_tension import MAX_STRAIN, catenary_sag, check_tension, highest_tension
-from gallop_fmu.scene.shedding_checks import wrong_sheddings
+from gallop_fmu.scene.shedding_checks import curves_of, wrong_sheddings
 from gallop_fmu.scene.stations import (
     BOUNDARIES,
+    MIN_PART,
     SAME_PLACE,
     Conductor,
     Place,
@@ -49,9 +50,6 @@ MIN_SAG_RATIO, MAX_TENSION_RATIO = 1e-6, 1e6
 
 MIN_USUAL_PHASE_DISTANCE = 0.3
 """Minimum usual distance [m] between conductors of two phases."""
-
-MIN_PART = 0.1
-"""Minimum length [m] of conductor between two stations, or a station and an end of the span."""
 
 
 def check_line(scene: LineScene) -> None:
@@ -82,7 +80,11 @@ def check_line(scene: LineScene) -> None:
 
 def unusual_in_line(scene: LineScene) -> list[str]:
     """Warnings about values that are unusual together, each a fact and a remedy."""
-    curves = [scene.aerodynamics, *(d.aerodynamics for d in _intervals(scene))]
+    curves = [
+        scene.aerodynamics,
+        *(d.aerodynamics for d in _intervals(scene)),
+        *curves_of(scene.shedding),
+    ]
     return [
         *_unusual_sags(scene),
         *_strained(scene),
@@ -90,7 +92,7 @@ def unusual_in_line(scene: LineScene) -> list[str]:
         *_near_phases(scene),
         *_interphase_spacers_on_bundles(scene),
         *(text for curve in curves if curve is not None for text in curve.warnings()),
-        *_lift_of_round_parts(scene),
+        *_ice_against_curves(scene),
         *unusual_wind_of_line(scene),
     ]
 
@@ -457,9 +459,9 @@ def _interphase_spacers_on_bundles(scene: LineScene) -> Iterator[str]:
             )
 
 
-def _lift_of_round_parts(scene: LineScene) -> Iterator[str]:
-    """Warnings about parts of the line whose ice is round and whose curve has lift."""
+def _ice_against_curves(scene: LineScene) -> Iterator[str]:
+    """Warnings about parts of the line whose ice and curve contradict each other."""
     for path, ice, has_own in _parts(scene):
         if not has_own:
-            for text in lift_of_round_ice(scene.aerodynamics, ice):
+            for text in ice_against_curve(scene.aerodynamics, ice):
                 yield text if path == "ice" else f"{path}: {text}"

@@ -18,6 +18,7 @@ from gallop_fmu.scene.front_ends import resolved
 from gallop_fmu.scene.loads import Load
 from gallop_fmu.scene.run_settings import Initial, Numerics, Run
 from gallop_fmu.scene.scene_base import SceneBase
+from gallop_fmu.scene.shedding import SpanShedding
 from gallop_fmu.scene.supports import Supports
 from gallop_fmu.scene.wind import Wind
 
@@ -68,6 +69,9 @@ class Scene(SceneBase):
     supports: Supports = setting(Supports(), "supports")
     damping: Damping = setting(Damping(), "structural damping")
     loads: Annotated[tuple[Load, ...], Field(strict=False)] = setting((), "concentrated loads")
+    shedding: Annotated[tuple[SpanShedding, ...], Field(strict=False)] = setting(
+        (), "ice that falls during the run"
+    )
     initial: Initial = setting(Initial(), "start of the motion")
     numerics: Numerics = setting(Numerics(), "discretisation and tolerances")
     run: Run = setting(Run(), "duration and recording")

@@ -1,4 +1,4 @@
-"""Ice that falls from a part of a line: where, and when."""
+"""Ice that falls from a part of a span or line: where, and when."""
 
 from __future__ import annotations
 
@@ -15,8 +15,8 @@ BARE_DRAG = 1.0
 """Assumed drag coefficient of a conductor without ice, that of a round section (IEC 60826)."""
 
 
-class Shedding(Section):
-    """All ice falls from a part of a span, at a time or where the conductor accelerates.
+class SpanShedding(Section):
+    """All ice falls from a part of the span, at a time or where the conductor accelerates.
 
     Position and velocity are continuous. From then on the part has no ice, and the coefficient
     curve of a bare conductor.
@@ -24,13 +24,6 @@ class Shedding(Section):
 
     NUMBERED: ClassVar[str] = "shedding"
 
-    span: WholeNumber = quantity(..., "1", "number of the span, from 1", ge=1)
-    phase: WholeNumber | None = quantity(
-        None, "1", "number of the phase, from 1 (default: each phase)", ge=1
-    )
-    subconductor: WholeNumber | None = quantity(
-        None, "1", "number of the subconductor, from 1 (default: each)", ge=1
-    )
     from_station: Number = quantity(
         0.0, "1", "start as a fraction of the conductor's length in the span", ge=0, lt=1
     )
@@ -52,7 +45,7 @@ class Shedding(Section):
     )
 
     @model_validator(mode="after")
-    def _falls_once(self) -> Shedding:
+    def _falls_once(self) -> SpanShedding:
         if not self.from_station < self.to_station:
             raise SceneError(
                 f"from_station = {self.from_station:g} must be less than to_station ="
@@ -77,3 +70,15 @@ class Shedding(Section):
             moment=(0.0,),
             outside="periodic",
         )
+
+
+class Shedding(SpanShedding):
+    """All ice falls from a part of one span of a line, see `SpanShedding`."""
+
+    span: WholeNumber = quantity(..., "1", "number of the span, from 1", ge=1)
+    phase: WholeNumber | None = quantity(
+        None, "1", "number of the phase, from 1 (default: each phase)", ge=1
+    )
+    subconductor: WholeNumber | None = quantity(
+        None, "1", "number of the subconductor, from 1 (default: each)", ge=1
+    )

@@ -12,13 +12,20 @@ from typing import TYPE_CHECKING, NamedTuple
 
 from gallop_fmu.scene.conductor import Ice
 from gallop_fmu.scene.devices import Device, InterphaseSpacer, Interval
-from gallop_fmu.scene.shedding import Shedding
+from gallop_fmu.scene.shedding import Shedding, SpanShedding
 
 if TYPE_CHECKING:
     from gallop_fmu.scene.line_scene import LineScene
+    from gallop_fmu.scene.scene import Scene
 
 SAME_PLACE = 1e-9
 """Difference of two fractions up to which they are one station."""
+
+MIN_PART = 0.1
+"""Minimum length [m] of conductor between two stations, or a station and an end of the span."""
+
+MIDDLE = 0.5
+"""Station at mid-span."""
 
 BOUNDARIES = {"interval", "shedding"}
 """Kinds of places that are no devices."""
@@ -140,7 +147,20 @@ def stations(found: list[Place]) -> list[float]:
     return kept
 
 
-def _ends(device: Interval | Shedding) -> list[float]:
+def shed_stations(scene: Scene) -> list[float]:
+    """Return the stations of one span, of which parts lose their ice; mid-span is one of them.
+
+    There is none if no part ends within the span.
+    """
+    inner = sorted(end for shedding in scene.shedding for end in _ends(shedding))
+    kept: list[float] = []
+    for end in sorted([*inner, MIDDLE]) if inner else []:
+        if not kept or end - kept[-1] > SAME_PLACE:
+            kept.append(end)
+    return kept
+
+
+def _ends(device: Interval | SpanShedding) -> list[float]:
     """Ends of a stretch that are not ends of the conductor."""
     return [end for end in (device.from_station, device.to_station) if 0.0 < end < 1.0]
 

@@ -16,7 +16,8 @@ damp the waves.
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -30,6 +31,9 @@ from gallop_fmu.scene.line_scene import LineScene
 from gallop_fmu.scene.scene import Scene
 from gallop_fmu.simulation.line_result import LineResult
 from gallop_fmu.simulation.result import Result
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 Array = NDArray[np.float64]
 
@@ -67,6 +71,8 @@ class EnergyBalance:
         ice.
     dissipated
         Energy [J] dissipated by structural damping and by devices since the first record.
+    shed
+        Energy [J] of the ice that fell since the first record, when it fell.
     round_off
         Energy [J] of round-off: machine precision times tension times length.
     """
@@ -79,6 +85,7 @@ class EnergyBalance:
     supports: Array
     turning: Array
     dissipated: Array
+    shed: Array
     round_off: float
 
     @property
@@ -89,12 +96,14 @@ class EnergyBalance:
             stored
             - stored[0]
             - (self.wind + self.loads + self.supports + self.turning - self.dissipated)
+            + self.shed
         )
 
     @property
     def turnover(self) -> float:
         """Reference of the imbalance [J]: sum of the maxima of kinetic energy and of each work."""
-        works = (self.kinetic, self.wind, self.loads, self.supports, self.turning, self.dissipated)
+        works = [self.kinetic, self.wind, self.loads, self.supports, self.turning, self.dissipated]
+        works.append(self.shed)
         return float(sum(np.abs(work).max() for work in works))
 
     @property
@@ -118,7 +127,8 @@ def energy_balance(result: Result | LineResult) -> EnergyBalance:
     SceneError
         The motion of all nodes was not recorded.
     """
-    data, model = result.dataset, Model(result.scene)
+    data = result.dataset
+    model = Model(result.scene, shedding_times=_times(data))
     missing = [name for name in MOTION_CHANNELS if name not in data]
     if missing or data.sizes["node"] != model.nodes:
         raise SceneError(
@@ -131,9 +141,30 @@ def energy_balance(result: Result | LineResult) -> EnergyBalance:
     if isinstance(result, LineResult):
         energies = np.stack([data[name].values for name in ENERGIES], axis=-1)
         force = [data[f"tower_force_x{axis}"].sum("line_phase").values for axis in (1, 2, 3)]
-        return _account(model, time, motion, energies, np.stack(force, axis=-1), None)
-    span = np.stack([data[name].values for name in SPAN_INDEX], axis=-1)
-    return account(model, time, motion, span)
+        balance = _account(model, time, motion, energies, np.stack(force, axis=-1), None)
+    else:
+        span = np.stack([data[name].values for name in SPAN_INDEX], axis=-1)
+        balance = account(model, time, motion, span)
+    return replace(balance, shed=_shed(data))
+
+
+def _times(data: xr.Dataset) -> Array | None:
+    """Return the times at which ice fell in a run; infinite: it has not."""
+    if "shed_time" not in data:
+        return None
+    times = data["shed_time"].values
+    return np.where(np.isnan(times), np.inf, times)
+
+
+def _shed(data: xr.Dataset) -> Array:
+    """Return the energy of the ice that fell since the first record."""
+    time = data.time.values
+    times = _times(data)
+    if times is None:
+        return np.zeros(len(time))
+    energies = data["shed_kinetic_energy"].values + data["shed_potential_energy"].values
+    later = (times > time[0]) & np.isfinite(times)
+    return np.asarray((time[:, None] >= times[later] - 1e-9) @ energies[later])
 
 
 def account(
@@ -175,7 +206,7 @@ def _account(
     still = np.zeros_like(u[0])
     damped = model.scene.damping.translation is not None or model.scene.damping.twist is not None
     wind, loads, damping = np.zeros_like(u), np.zeros_like(u), np.zeros_like(u)
-    held = _without_loads(model) if model.scene.loads else still
+    bare = _without_loads(model)
     for i, t in enumerate(time):
         at = inputs(float(t)) if inputs else None
         calm = Inputs.still(model.scene, at.attack_angle if at else None)
@@ -184,7 +215,8 @@ def _account(
             wind[i] = without - model.residual(u[i], v[i], a[i], time=t, inputs=at)
         if damped:  # damping forces are odd in the velocities, those of the rotating ice even
             damping[i] = 0.5 * (without - model.residual(u[i], -v[i], a[i], time=t, inputs=calm))
-        if model.scene.loads:
+        if bare is not None:
+            held = bare.residual(time=t, inputs=Inputs.still(model.scene))
             loads[i] = held - model.residual(still, still, still, time=t, inputs=calm)
     place = np.array([_tower_points(model.scene, float(t), inputs) for t in time])
     return EnergyBalance(
@@ -195,15 +227,17 @@ def _account(
         loads=_work(loads, u),
         supports=_work(_static_force(model) - force, place),
         turning=_turning(model, time, u, v, inputs),
+        shed=np.zeros(len(time)),
         dissipated=_work(damping, u) + _of_devices(model, time, (u, v, a), place),
         round_off=float(np.finfo(np.float64).eps) * _stretch_energy(model),
     )
 
 
-def _without_loads(model: Model) -> Array:
-    """Residual forces of the initial equilibrium, which devices balance, without the loads."""
-    bare = Model(model.scene.with_values({"loads": []}))
-    return bare.residual(inputs=Inputs.still(model.scene))
+def _without_loads(model: Model) -> Model | None:
+    """Return the model without loads, whose residual devices balance; None: it has none."""
+    if not model.scene.loads:
+        return None
+    return Model(model.scene.with_values({"loads": []}), shedding_times=model.shedding_times)
 
 
 def _static_force(model: Model) -> Array:

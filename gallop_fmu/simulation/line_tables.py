@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 from gallop_fmu.foundation.errors import SceneError
 from gallop_fmu.line.clearance import cigre_322_single_loop, davison_single_loop
 from gallop_fmu.simulation.oscillation import measure
+from gallop_fmu.simulation.shedding import SETTLED
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -54,7 +55,9 @@ def strings(result: LineResult) -> pd.DataFrame:
         row |= _swing(result, place)
         rows.append(row)
     units = {
-        f"{start}_{what}": unit for start, unit in STRING_COLUMNS.values() for what in _STATISTICS
+        f"{start}_{what}": unit
+        for start, unit in STRING_COLUMNS.values()
+        for what in (*_STATISTICS, AFTER_SHEDDING)
     }
     for way in WAYS:
         units |= {f"lean_{way}_amplitude": "rad", f"lean_{way}_frequency_hz": "Hz"}
@@ -73,7 +76,10 @@ def towers(result: LineResult) -> pd.DataFrame:
         for axis in AXES:
             row |= _statistics(result, f"tower_force_{axis}", place, f"force_{axis}")
         rows.append(row)
-    frame = _frame(rows, {f"force_{axis}_{what}": "N" for axis in AXES for what in _STATISTICS})
+    frame = _frame(
+        rows,
+        {f"force_{axis}_{what}": "N" for axis in AXES for what in (*_STATISTICS, AFTER_SHEDDING)},
+    )
     renamed = {f"force_{axis}_at_rest": f"preload_{axis}" for axis in AXES}
     units = {renamed.get(name, name): unit for name, unit in frame.attrs["units"].items()}
     frame = frame.rename(columns=renamed)
@@ -82,6 +88,8 @@ def towers(result: LineResult) -> pd.DataFrame:
 
 
 _STATISTICS = ("at_rest", "mean", "min", "max")
+AFTER_SHEDDING = SETTLED.removeprefix("_")
+"""Name of the value at rest with the ice that is left, if ice fell."""
 
 
 def _statistics(
@@ -93,8 +101,12 @@ def _statistics(
     history = result.dataset[channel].sel(place)
     at_rest = result.dataset[f"{channel}_at_rest"].sel(place)
     late = _late(result, history)
-    numbers = (at_rest, late.mean(), history.min(), history.max())
-    return {f"{start}_{w}": float(number) for w, number in zip(_STATISTICS, numbers, strict=True)}
+    numbers = [at_rest, late.mean(), history.min(), history.max()]
+    names = list(_STATISTICS)
+    if f"{channel}{SETTLED}" in result.dataset:
+        numbers.append(result.dataset[f"{channel}{SETTLED}"].sel(place))
+        names.append(AFTER_SHEDDING)
+    return {f"{start}_{w}": float(number) for w, number in zip(names, numbers, strict=True)}
 
 
 def _swing(result: LineResult, place: dict[str, int]) -> dict[str, float]:
@@ -170,11 +182,13 @@ def _span_row(result: LineResult, span: int, phase: int, window: float | None) -
     return row
 
 
-def clearances(result: LineResult) -> pd.DataFrame:
-    """Return the smallest distance of each two phases in each span during the run.
+def clearances(result: LineResult, since: float = 0.0) -> pd.DataFrame:
+    """Return the smallest distance of each two phases in each span from `since` [s] on.
 
     Distances are between the centres of conductors at the recorded nodes, each with the nearest
-    one of the other phase along the line; record all nodes to cover the whole span.
+    one of the other phase along the line; record all nodes to cover the whole span. Where the two
+    are not at the same place along the line, because the meshes differ, the other one is moved
+    there along the chord of the span.
 
     Raises
     ------
@@ -190,28 +204,35 @@ def clearances(result: LineResult) -> pd.DataFrame:
         row
         for span in range(1, result.map.spans + 1)
         for first, second in combinations(range(1, result.map.phases + 1), 2)
-        if (row := _clearance(result, span, first, second))
+        if (row := _clearance(result, span, (first, second), since))
     ]
     return _frame(rows, {"at_rest": "m", "smallest": "m", "time": "s", "x1": "m"})
 
 
-def _clearance(result: LineResult, span: int, first: int, second: int) -> dict[str, Any] | None:
+def _clearance(
+    result: LineResult, span: int, phases: tuple[int, int], since: float
+) -> dict[str, Any] | None:
     """Return the row of two phases in a span; None if no node of one of them was recorded."""
-    data = result.dataset
-    columns = [np.flatnonzero((data.span == span) & (data.phase == p)) for p in (first, second)]
+    data = result.dataset.sel(time=slice(since - 1e-9, None))
+    columns = [np.flatnonzero((data.span == span) & (data.phase == p)) for p in phases]
     if not all(len(own) for own in columns):
         return None
+    own = result.scene.section.spans[span - 1]
+    chord = np.array([1.0, own.height_difference / own.length, 0.0])
     best: dict[str, Any] = {}
     at_rest = np.inf
     for one, other in _pairs(data, *columns):
+        apart = (data.x1.values[one] - data.x1.values[other]) * chord
         steps = [_place(data, one, axis) - _place(data, other, axis) for axis in (1, 2, 3)]
-        distance = np.sqrt(sum(step**2 for step in steps))
+        distance = np.sqrt(sum((step - d) ** 2 for step, d in zip(steps, apart, strict=True)))
         resting = np.array([data[axis].values[one] - data[axis].values[other] for axis in AXES])
+        resting = resting - apart
         at_rest = min(at_rest, float(np.linalg.norm(resting)))
         record = int(np.argmin(distance))
         if not best or distance[record] < best["smallest"]:
             time, x1 = float(data.time[record]), float(data.x1[one])
             best = {"smallest": float(distance[record]), "time": time, "x1": x1}
+    first, second = phases
     return {"span": span, "phase": first, "other_phase": second, "at_rest": at_rest, **best}
 
 

@@ -17,6 +17,7 @@ from gallop_fmu.simulation.run_warnings import (
     not_covered,
     step_warnings,
 )
+from gallop_fmu.simulation.shedding import shedding_warnings
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -51,6 +52,7 @@ def line_warnings(
         *_uplift(dataset, mapped),
         *_strength(dataset, scene),
         *_steps(dataset, scene, mapped),
+        *shedding_warnings(dataset, scene),
         *not_covered(scene, float(dataset.time[-1])),
     )
 

@@ -139,6 +139,8 @@ def _gusts(scene: Scene | LineScene) -> tuple[dict[str, object], dict[str, objec
     return variables, places
 
 
-def without_gusts(dataset: xr.Dataset) -> xr.Dataset:
-    """Return a dataset without the table of gusts."""
-    return dataset.drop_dims(GUST_DIMENSIONS, errors="ignore")
+def histories_alone(dataset: xr.Dataset) -> xr.Dataset:
+    """Return a dataset without what is not over time, such as the table of gusts."""
+    others = [name for name, one in dataset.data_vars.items() if "time" not in one.dims]
+    dimensions = (*GUST_DIMENSIONS, "shedding")
+    return dataset.drop_vars(others).drop_dims(dimensions, errors="ignore")

@@ -18,7 +18,7 @@ from gallop_fmu.simulation.oscillation import (
     oscillations,
     slowest_frequency,
 )
-from gallop_fmu.simulation.provenance import Provenance, histories, without_gusts
+from gallop_fmu.simulation.provenance import Provenance, histories, histories_alone
 from gallop_fmu.simulation.result_base import ResultBase
 from gallop_fmu.simulation.run_warnings import run_warnings
 from gallop_fmu.simulation.steadiness import Motion, dominant_frequency, judge_span
@@ -78,7 +78,7 @@ class Result(ResultBase[Scene]):
                 f"the mid-span node {middle} was not recorded; simulate with"
                 ' record_nodes="midspan" or "all"'
             )
-        return without_gusts(self.dataset).sel(node=middle)
+        return histories_alone(self.dataset).sel(node=middle)
 
     def judged(self, window: float | None = None) -> Motion:
         """Judge the motion over the last `window` s, from mid-span and quarter points.

@@ -75,6 +75,17 @@ class ResultBase(ABC, Generic[AnyScene]):
     def judged(self, window: float | None = None) -> Motion:
         """Judge the motion over the last `window` s (default: 100 s, at most half of the run)."""
 
+    @cached_property
+    def sheddings(self) -> pd.DataFrame:
+        """Table of ice that falls: time, jump, final rise; of a line also pulls and clearance.
+
+        A row for each part of a conductor; ``table.attrs["units"]`` has the units. The time is NaN
+        where the ice did not fall.
+        """
+        from gallop_fmu.simulation.shedding import sheddings
+
+        return sheddings(self)  # type: ignore[arg-type]
+
     @abstractmethod
     def _table(self) -> tuple[pd.DataFrame, dict[str, str]]:
         """Return the histories of a table by time, and the unit of each column."""
@@ -203,4 +214,5 @@ class ResultBase(ABC, Generic[AnyScene]):
             **{key: attributes[key] for key in WORK},
             "real_time_factor": end / max(float(attributes["seconds"]), 1e-9),
             "lowest_tension": self.report.lowest_tension,
+            **({"sheddings": self.sheddings.to_dict("records")} if self.scene.shedding else {}),
         }

@@ -15,6 +15,7 @@ from gallop_fmu.scene.gusts import coherent_length, force_ratio, station_spacing
 from gallop_fmu.scene.line_scene import LineScene
 from gallop_fmu.scene.scene import Scene
 from gallop_fmu.scene.wind_consistency import times_of_tables
+from gallop_fmu.simulation.shedding import shedding_warnings
 from gallop_fmu.simulation.steadiness import (
     MIN_RECORDS_PER_CYCLE,
     MIN_SAMPLES,
@@ -63,6 +64,7 @@ def run_warnings(dataset: xr.Dataset, scene: Scene, report: Report) -> tuple[str
         *scene.warnings,
         *report.warnings,
         *_step_warnings(dataset, scene),
+        *shedding_warnings(dataset, scene),
         *not_covered(scene, float(dataset.time[-1])),
     )
 

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gallop_fmu.engine.line_map import LineMap
-from gallop_fmu.engine.model import Model, Part
+from gallop_fmu.engine.model import Model, Part, State
 from gallop_fmu.engine.pack import map_of
 from gallop_fmu.foundation.channels import LINE_INDEX, SPAN_INDEX
 from gallop_fmu.foundation.integrators import INTEGRATORS
@@ -34,6 +34,7 @@ from gallop_fmu.simulation.run_options import (
     check_on_failure,
     chosen_nodes,
 )
+from gallop_fmu.simulation.shedding import with_sheddings
 
 Array = NDArray[np.float64]
 
@@ -172,7 +173,7 @@ def simulate(
     first = state.observe(recording.probes)[np.newaxis]
     records, report = _march(record, first, plan, progress)
     seconds = clock.perf_counter() - started
-    result = run.result(model, recording.values(records), report, seconds)
+    result = run.result(model, recording.values(records), report, seconds, state)
     if report.outcome is not Outcome.COMPLETED and on_failure == "raise":
         raise SimulationError(report, result)
     return result
@@ -188,7 +189,12 @@ class _Run(NamedTuple):
     plan: RecordingPlan
 
     def result(
-        self, model: Model | None, values: Values, report: Report, seconds: float
+        self,
+        model: Model | None,
+        values: Values,
+        report: Report,
+        seconds: float,
+        state: State | None = None,
     ) -> Result | LineResult:
         """Return the result of a run with its provenance; without a model there is one record."""
         scene, nodes = self.scene, self.nodes
@@ -199,8 +205,11 @@ class _Run(NamedTuple):
         if isinstance(scene, LineScene):
             static = {} if model is None else rest_values(self.recording, model)
             dataset = line_histories({**values, **static}, time, nodes, x, self.mapped, provenance)
+            dataset = with_sheddings(dataset, self.mapped, self.recording, state)
             return LineResult(dataset, scene, report)
-        return Result(histories(values, time, nodes, x[:, 0], provenance), scene, report)
+        dataset = histories(values, time, nodes, x[:, 0], provenance)
+        dataset = with_sheddings(dataset, self.mapped, self.recording, state)
+        return Result(dataset, scene, report)
 
 
 def _details(scene: Scene | LineScene, model: Model | None) -> dict[str, str]:

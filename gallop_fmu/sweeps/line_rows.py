@@ -12,6 +12,7 @@ from gallop_fmu.simulation.line_result import LineResult
 from gallop_fmu.simulation.line_tables import spans
 from gallop_fmu.sweeps.places import Place
 from gallop_fmu.sweeps.rows import Row
+from gallop_fmu.sweeps.shedding_rows import SHEDDING_COLUMNS, shedding_columns
 
 CHANNELS = ("u1", "u2", "u3", "theta", "tension", "v2", "v3")
 LINE_CHANNELS = (
@@ -82,6 +83,7 @@ _STRINGS = {
 }
 LINE_COLUMNS: dict[str, tuple[str, str]] = {
     **_SECTION,
+    **SHEDDING_COLUMNS,
     **_AT_REST,
     **_STEADY,
     **{
@@ -134,6 +136,7 @@ def line_motion(result: LineResult, window: float | None = None) -> Row:
     if result.map.phases > 1:
         row["smallest_clearance"] = float(result.clearances["smallest"].min())
     row["warnings"] = " ".join(result.warnings)
+    row |= shedding_columns(result)
     for found in spans(result, length).to_dict("records"):
         place = _place(result, "span", found)
         for name in (*_AT_REST, *_STEADY):

@@ -27,6 +27,7 @@ from gallop_fmu.sweeps.pool import Kind
 from gallop_fmu.sweeps.rows import Row
 from gallop_fmu.sweeps.runner import CarryOn, Progress, compute, one_by_one
 from gallop_fmu.sweeps.runs import Runs
+from gallop_fmu.sweeps.shedding_rows import SHEDDING_COLUMNS, shedding_columns
 
 Summary = Callable[[Any], Mapping[str, Any]]
 """Function from a `Result`, of a line a `LineResult`, to the columns of its row."""
@@ -109,7 +110,7 @@ def steady_motion(result: Result, window: float | None = None) -> Row:
         row["support_force_highest"] = float(np.max(forces))
     if report.outcome is Outcome.COMPLETED:
         row |= _steady_columns(result, length, float(attrs["sag"]))
-    return {name: row.get(name) for name in SUMMARY_COLUMNS}
+    return {name: row.get(name) for name in SUMMARY_COLUMNS} | shedding_columns(result)
 
 
 def _steady_columns(result: Result, window: float | None, sag: float) -> Row:
@@ -274,5 +275,5 @@ def sweep(  # noqa: PLR0913 - all but two are keyword arguments
 def _columns_of(found: Cases) -> dict[str, tuple[str, str]]:
     """Columns of the summaries of all cases."""
     kinds = {base.is_section for base in found.bases}
-    columns = SUMMARY_COLUMNS if False in kinds else {}
+    columns = {**SUMMARY_COLUMNS, **SHEDDING_COLUMNS} if False in kinds else {}
     return {**LINE_COLUMNS, **columns} if True in kinds else columns
