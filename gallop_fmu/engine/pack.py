@@ -116,6 +116,7 @@ class Packed(Tables):
         ends = tuple(device.junction[0] for device in self.tables["device"])
         kinds = (supports[0].kind, supports[1].kind)
         mapped = one_span_map(*corners_of(scene), kinds, ends)
+        self.tables["chain"][0].elements = scene.elements
         if not scene.shedding:
             return mapped
         return replace(mapped, sheddings=tuple(pack_span_sheddings(self, scene, mapped.chains[0])))

@@ -66,9 +66,9 @@ def corners_of(scene: Scene) -> tuple[tuple[int, ...], tuple[float, ...]]:
     of the elements on either side, and the other stations are at the nearest corner that leaves
     each part an element.
     """
-    places, half = shed_stations(scene), scene.numerics.elements // 2
+    places, half = shed_stations(scene), scene.elements // 2
     if not places:
-        return (0, scene.numerics.elements), (0.0, 1.0)
+        return (0, scene.elements), (0.0, 1.0)
     left = [0.0, *(place for place in places if place < MIDDLE - SAME_PLACE), MIDDLE]
     right = [MIDDLE, *(place for place in places if place > MIDDLE + SAME_PLACE), 1.0]
     corners = [*_shared_out(left, half), *(half + k for k in _shared_out(right, half)[1:])]

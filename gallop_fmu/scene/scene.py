@@ -19,6 +19,7 @@ from gallop_fmu.scene.loads import Load
 from gallop_fmu.scene.run_settings import Initial, Numerics, Run
 from gallop_fmu.scene.scene_base import SceneBase
 from gallop_fmu.scene.shedding import SpanShedding
+from gallop_fmu.scene.stations import shed_stations
 from gallop_fmu.scene.supports import Supports
 from gallop_fmu.scene.wind import Wind
 
@@ -84,6 +85,16 @@ class Scene(SceneBase):
     def length(self) -> float:
         """Horizontal distance [m] between the ends."""
         return self.span.length
+
+    @property
+    def elements(self) -> int:
+        """Number of elements of the mesh, also the number of the node at mid-span.
+
+        It is `numerics.elements`, or one more if that is odd and a part of the span loses its ice:
+        mid-span is then between two elements.
+        """
+        odd = self.numerics.elements % 2 if shed_stations(self) else 0
+        return self.numerics.elements + odd
 
     @classmethod
     def _tables(cls, data: Mapping[str, Any], folder: Path) -> Mapping[str, Any]:

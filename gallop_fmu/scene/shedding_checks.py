@@ -71,18 +71,10 @@ def _falls_twice(
 
 
 def _unfit_mesh(scene: Scene) -> Iterator[str]:
-    """Problems of the elements of a span, of which parts lose their ice.
-
-    Mid-span stays a corner of the mesh, which needs an even number of elements.
-    """
-    elements, places = scene.numerics.elements, shed_stations(scene)
+    """Problems of the elements of a span, of which parts lose their ice."""
+    elements, places = scene.elements, shed_stations(scene)
     if not places:
         return
-    if elements % 2:
-        yield (
-            f"numerics.elements = {elements}: must be even where a part of the span loses its ice,"
-            f" so that mid-span is between two elements; give {elements + 1}"
-        )
     for left, right in pairwise([0.0, *places, 1.0]):
         if (right - left) * scene.span.length < MIN_PART:
             yield (
@@ -94,8 +86,8 @@ def _unfit_mesh(scene: Scene) -> Iterator[str]:
     most = max(sum(p <= MIDDLE for p in places), sum(p >= MIDDLE for p in places))
     if elements // 2 < most:
         yield (
-            f"numerics.elements = {elements}: shedding divides half of the span into {most} parts"
-            f" with at least one element each; give at least {2 * most}"
+            f"numerics.elements = {scene.numerics.elements}: shedding divides half of the span into"
+            f" {most} parts with at least one element each; give at least {2 * most}"
         )
 
 

@@ -72,7 +72,7 @@ class Result(ResultBase[Scene]):
         SceneError
             The mid-span node was not recorded.
         """
-        middle = self.scene.numerics.elements
+        middle = self.scene.elements
         if middle not in self.dataset.node:
             raise SceneError(
                 f"the mid-span node {middle} was not recorded; simulate with"
@@ -91,7 +91,7 @@ class Result(ResultBase[Scene]):
         window
             Length [s] (default: 100 s, at most half of the run).
         """
-        elements, nodes = self.scene.numerics.elements, self.dataset.node.values.tolist()
+        elements, nodes = self.scene.elements, self.dataset.node.values.tolist()
         if elements not in nodes:
             return Motion("undetermined", "mid-span was not recorded")
         places = {

@@ -95,7 +95,7 @@ def not_covered(scene: Scene | LineScene, stop_time: float) -> tuple[str, ...]:
 
 def _step_warnings(dataset: xr.Dataset, scene: Scene) -> tuple[str, ...]:
     """Warnings about long steps and record intervals."""
-    middle, time = scene.numerics.elements, dataset.time.values
+    middle, time = scene.elements, dataset.time.values
     nodes = dataset.node.values.tolist()
     if middle not in nodes or len(time) < 2:
         return ()

@@ -133,7 +133,7 @@ def _steady_columns(result: Result, window: float | None, sag: float) -> Row:
 
 def _midspan_histories(result: Result) -> dict[str, NDArray[np.float64]]:
     """Mid-span histories as plain arrays; selection in a dataset is slow."""
-    middle = result.dataset.node.values.tolist().index(result.scene.numerics.elements)
+    middle = result.dataset.node.values.tolist().index(result.scene.elements)
     return {name: result.dataset[name].values[:, middle] for name in CHANNELS}
 
 

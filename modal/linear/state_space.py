@@ -283,7 +283,7 @@ def _truncated(full: _System, count: int, scene: Scene) -> _System:
     if isinstance(count, bool) or not isinstance(count, int) or not 1 <= count <= oscillating.size:
         raise SceneError(
             f"modes = {count}: must be a whole number from 1 to {oscillating.size}, the oscillating"
-            f" modes of a mesh of {scene.numerics.elements} elements; None keeps all unknowns"
+            f" modes of a mesh of {scene.elements} elements; None keeps all unknowns"
         )
     kept = oscillating[np.argsort(np.abs(values[oscillating]))][:count]
     left = np.linalg.solve(right, full.b)[kept]

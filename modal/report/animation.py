@@ -91,7 +91,7 @@ def animation(result: Result) -> Animation:
     along, height, across = (
         initial[:, k] + data[name].values[frames] for k, name in enumerate(("u1", "u2", "u3"))
     )
-    middle = int(np.flatnonzero(nodes == result.scene.numerics.elements)[0])
+    middle = int(np.flatnonzero(nodes == result.scene.elements)[0])
     twist = np.asarray(data.theta.values[frames, middle])
     return Animation(part, time[frames], along, height, across, twist, middle)
 

@@ -169,7 +169,7 @@ def examine(
     parts = Parts(scene, progress or (lambda name, share: None))
     wind = scene.wind.mean_speed
     # a small mesh between rigid ends has fewer modes
-    count = min(MODE_COUNT, 4 * (2 * scene.numerics.elements - 1))
+    count = min(MODE_COUNT, 4 * (2 * scene.elements - 1))
     still_air = parts.compute("static state", lambda: static_equilibrium(scene, 0.0))
     in_wind = parts.compute_in_wind("static state", lambda: static_equilibrium(scene, wind))
     return Findings(
@@ -255,7 +255,7 @@ def _simulate(scene: Scene, stop_time: float, progress: Progress) -> Result:
     SimulationError
         If it cannot start.
     """
-    last, middle = 2 * scene.numerics.elements, scene.numerics.elements
+    last, middle = 2 * scene.elements, scene.elements
     equal = np.linspace(0, last, min(MAX_NODES, last + 1)).round().astype(int)
     records = stop_time / (scene.numerics.time_step * scene.run.record_every)
     result = simulate(

@@ -272,7 +272,7 @@ def _clearance_content(findings: Findings, result: Result) -> dict[str, Any]:
     place, places = (0.0, 0.0), {"static in still air": (0.0, 0.0)}
     still_air, in_wind = findings.static_in_still_air, findings.static_in_wind
     if isinstance(still_air, Statics) and isinstance(in_wind, Statics):
-        _, up, across = (in_wind.x - still_air.x)[findings.scene.numerics.elements]
+        _, up, across = (in_wind.x - still_air.x)[findings.scene.elements]
         place = places["static in the mean wind"] = (float(across), float(up))
     return {
         "clearance_table": tables.clearance_table(findings, result, place),

@@ -275,7 +275,7 @@ def clearance_table(findings: Findings, result: Result, place: tuple[float, floa
 
 def numerics_table(findings: Findings) -> Table:
     """Numerical settings and counters of the simulation."""
-    scene, rows = findings.scene, [("elements", f"{findings.scene.numerics.elements}")]
+    scene, rows = findings.scene, [("elements", f"{findings.scene.elements}")]
     step = scene.numerics.time_step
     rows.append(("time step", f"{step:g} s"))
     if not isinstance(findings.frequencies, Missing):

@@ -157,7 +157,7 @@ def frequency_ratio(scene: Scene | LineScene) -> FrequencyRatio | list[ModePair]
     """
     if isinstance(scene, LineScene):
         return mode_pairs(scene)
-    unknowns = 4 * (2 * scene.numerics.elements - 1)  # of the interior nodes; there may be more
+    unknowns = 4 * (2 * scene.elements - 1)  # of the interior nodes; there may be more
     modes = natural_modes(scene, min(SEARCHED_MODES, unknowns))
     return FrequencyRatio(
         vertical_hz=_first_symmetric(modes, "vertical").frequency_hz,

@@ -413,7 +413,7 @@ def _modes_of(
         small = SmallMotion(scene)
         equations = small.in_still_air()
         return int(equations.free.sum()), partial(line_modes, equations, small.mesh)
-    most = 4 * (2 * scene.numerics.elements - 1)  # unknowns between rigid ends
+    most = 4 * (2 * scene.elements - 1)  # unknowns between rigid ends
     return most, partial(natural_modes, scene)
 
 

@@ -64,7 +64,6 @@ def test_refused(case, build):
 
 
 MESH = {
-    "odd": ((part(0.0, 0.3),), {"elements": 9}, "must be even .* give 10"),
     "few": (
         (part(0.1, 0.2), part(0.3, 0.4)),
         {"elements": 8},

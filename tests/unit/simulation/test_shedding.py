@@ -97,6 +97,17 @@ def test_mid_span_is_at_half_of_the_length(fallen):
     assert [piece.from_station for piece in model.map.sheddings] == [0.03, 0.52]
 
 
+@pytest.mark.parametrize(("start", "elements"), [(0.25, 16), (0.0, 15)])
+def test_odd_numbers_of_elements_are_made_even_for_a_part(start, elements):
+    """Mid-span must be a node between two elements; the whole span needs none."""
+    scene = span(part(start, 1.0), numerics={"elements": 15})
+    assert scene.elements == elements == Model(scene).elements == Model(scene).middle
+    result = simulate(scene, 2.0)
+    assert result.midspan()["u2"].max() > 0.1
+    assert result.steady()["u2"].amplitude > 0.0
+    assert gf.sweep(scene, {"shedding.0.time": [0.5]}, stop_time=1.0).dataset.u2_highest > 0.05
+
+
 @pytest.mark.parametrize("held", [{}, {"sag": 8.0}])
 def test_places_of_a_span_are_fractions_of_its_length(held):
     """In the parabola that is held as well as on the catenary."""
