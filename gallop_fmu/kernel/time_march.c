@@ -360,7 +360,7 @@ int gallop_state_place(const gallop_model *model, gallop_state *state, double st
     memcpy(at.v, v, values * sizeof(double));
     junction_prescribe(model, &at.now, at.u, at.v, NULL);
     time_control_start(model, state, at.u);
-    time_shed_by_time(model, &at, start);
+    time_shed_by_time(model, state, &at, start);
     outcome = time_accelerate(model, state, &at, report);
     return started(model, state, outcome, report);
 }
