@@ -27,6 +27,8 @@ from gallop_fmu.simulation.result import Result, slowest_frequency
 if TYPE_CHECKING:
     import xarray as xr
 
+    from gallop_fmu.scene.aerodynamic_curve import AerodynamicCurve
+
 Array = NDArray[np.float64]
 Windows = Mapping[str, tuple[float, float]]
 """Name of a part of a run to its start and end [s]."""
@@ -43,6 +45,9 @@ SUFFIXES = (".png", ".svg", ".pdf")
 PIXEL_COLUMNS = 1500
 MAX_EQUAL_SCALE_RATIO = 6.0
 """Maximum ratio of the sides of a path that is drawn with equal scales."""
+
+LEGEND_SHARE = 0.25
+"""Share of the range of coefficients that is added below for the legend."""
 
 DIED_OUT = 0.01
 """Share of a run's range below which the motion of its last periods has died out."""
@@ -365,6 +370,60 @@ def _draw_traces(
             axes.set_aspect("equal", adjustable="datalim" if len(panels) == 1 else "box")
     else:
         panels[0].set_title(f"{panels[0].get_title()}\n(scales differ)")  # one line is too long
+
+
+def curve_figure(
+    curve: AerodynamicCurve, title: str = "", attack_angle: float | None = None
+) -> Figure:
+    """Draw a coefficient curve, and where Den Hartog's criterion is negative.
+
+    Parameters
+    ----------
+    curve
+        The curve.
+    title
+        Title of the figure.
+    attack_angle
+        Attack angle [rad] that is marked by a vertical line.
+    """
+    with drawing(STYLE):
+        figure = Figure(figsize=(TEXT_WIDTH, 2.6), layout="constrained")
+        axes = figure.subplots()
+        draw_curve(axes, curve)
+        if attack_angle is not None:
+            first, last = np.degrees(curve.breakpoint[[0, -1]])
+            initial = np.degrees(attack_angle)
+            turns = round((initial - 0.5 * (first + last)) / 360.0)
+            axes.axvline(initial - 360.0 * turns, color=NEUTRAL, linewidth=0.6)
+        axes.set_title(title, loc="left")
+    return figure
+
+
+def draw_curve(axes: Axes, curve: AerodynamicCurve) -> None:
+    """Draw lift, drag and moment coefficient, and shade where CD + dCL/dalpha is negative."""
+    angle = np.linspace(curve.breakpoint[0], curve.breakpoint[-1], 721)
+    degrees = np.degrees(angle)
+    lines = (("lift", "u2", "-"), ("drag", "u3", "--"), ("moment", "theta", "-."))
+    for name, colour, style in lines:
+        axes.plot(degrees, getattr(curve, name)(angle), style, color=COLOURS[colour], label=name)
+    axes.fill_between(
+        degrees,
+        0.0,
+        1.0,
+        where=list(curve.den_hartog(angle) < 0.0),
+        transform=axes.get_xaxis_transform(),
+        color=NEUTRAL,
+        alpha=0.12,
+        linewidth=0.0,
+        label="CD + dCL/dα < 0",
+    )
+    axes.axhline(0.0, color=NEUTRAL, linewidth=0.4)
+    axes.set_xlabel("attack angle [deg]")
+    axes.set_ylabel("coefficient [1]")
+    axes.margins(x=0.0)
+    low, high = axes.get_ylim()
+    axes.set_ylim(low - LEGEND_SHARE * (high - low), high)
+    axes.legend(frameon=False, ncols=2, loc="lower center")
 
 
 def _draw_close(axes: Axes, data: xr.Dataset, window: tuple[float, float]) -> None:

@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import typer
 
+from gallop_fmu.cli.curves_command import CURVES_EXAMPLE, curves
 from gallop_fmu.cli.line_commands import NEW_EXAMPLE, LineCommand, conductors, new
 from gallop_fmu.cli.line_output import print_line
 from gallop_fmu.cli.modal_commands import add_modal_commands
@@ -85,6 +86,7 @@ def scenes(as_json: AsJson = False) -> None:
 
 
 app.command(epilog=example("gallop-fmu conductors"))(conductors)
+app.command(epilog=example(CURVES_EXAMPLE))(curves)
 app.command(cls=LineCommand, epilog=example(NEW_EXAMPLE))(new)
 
 
@@ -130,13 +132,15 @@ def run(  # noqa: PLR0913 - typer takes a parameter for each option
 ) -> None:
     """Simulate a span or line and print its motion at mid-span, of a line also its towers."""
     from gallop_fmu.input.input_csv import with_inputs
-    from gallop_fmu.scene.line_scene import LineScene
+    from gallop_fmu.scene.line_scene import LineScene, one_span
     from gallop_fmu.simulation.run_options import check_model
 
     check_model(model)
     chosen = chosen_scene(scene, changes)
     if inputs:
-        chosen = with_inputs(chosen, inputs)
+        chosen = with_inputs(one_span(chosen, "--inputs"), inputs)
+    if plot:
+        one_span(chosen, "--plot")
     check_output(out, RESULT_SUFFIXES)
     check_output(plot, PICTURE_SUFFIXES)
     result = _simulate(chosen, until, every, nodes, silent=as_json)
@@ -377,13 +381,12 @@ def _write(
     except OSError as problem:
         unwritten.append(problem)
     if plot:
-        from gallop_fmu.line_plots import line_overview
         from gallop_fmu.plots import overview, save_figure
         from gallop_fmu.simulation.result import Result
 
+        assert isinstance(result, Result)  # a line was refused before
         try:
-            figure = overview(result) if isinstance(result, Result) else line_overview(result)
-            written.append(save_figure(figure, plot))
+            written.append(save_figure(overview(result), plot))
         except OSError as problem:
             unwritten.append(problem)
     return written, unwritten

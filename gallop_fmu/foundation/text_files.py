@@ -8,10 +8,11 @@ import io
 import math
 import re
 import tomllib
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from importlib import resources
 from pathlib import Path
+from types import MappingProxyType
 from typing import Any
 
 from pydantic import ValidationInfo
@@ -188,7 +189,13 @@ class Table:
     rows: Sequence[int]
 
 
-def read_table(path: Path, units: Mapping[str, str], *, first: str = "") -> Table:
+def read_table(
+    path: Path,
+    units: Mapping[str, str],
+    *,
+    first: str = "",
+    synonyms: Mapping[str, str] = MappingProxyType({}),
+) -> Table:
     """Read a CSV file of numbers; empty lines and lines that start with ``#`` are skipped.
 
     Names of columns may be in upper case, in any order, and followed by the unit in brackets.
@@ -200,6 +207,8 @@ def read_table(path: Path, units: Mapping[str, str], *, first: str = "") -> Tabl
     first
         Name of the first column, which may have another name in the file. With it, the file needs
         only one of the other columns.
+    synonyms
+        Other name in lower case to name of a column.
 
     Raises
     ------
@@ -208,7 +217,8 @@ def read_table(path: Path, units: Mapping[str, str], *, first: str = "") -> Tabl
         not a finite number; the message names the row.
     """
     lines = read_cells(path)
-    header = _column_names(path, lines[0][1] if lines else [], units, first)
+    names = [_renamed(cell, synonyms) for cell in lines[0][1]] if lines else []
+    header = _column_names(path, names, units, first)
     rows, numbers = [], []
     for row, cells in lines[1:]:
         if cells[0].lstrip().startswith("#"):
@@ -225,6 +235,11 @@ def read_table(path: Path, units: Mapping[str, str], *, first: str = "") -> Tabl
     return Table(
         path.name, {name: tuple(line[k] for line in numbers) for k, name in enumerate(header)}, rows
     )
+
+
+def _renamed(cell: str, synonyms: Mapping[str, str]) -> str:
+    """Return the header of a column with a synonym replaced by the name."""
+    return synonyms.get(name_and_unit(cell)[0], cell) if synonyms else cell
 
 
 MAX_NAMES = 12
@@ -427,12 +442,23 @@ def check_table(
 
 
 def take_in_file(
-    data: Any, info: ValidationInfo, key: str, units: Mapping[str, str], *, jumps: bool = False
+    data: Any,
+    info: ValidationInfo,
+    key: str,
+    units: Mapping[str, str],
+    *,
+    jumps: bool = False,
+    read: Callable[[Path], Table] | None = None,
 ) -> tuple[Any, Table | None]:
     """Replace the entry ``file`` of a raw section by the columns of that CSV file.
 
     A relative name starts from the folder of the scene file, which the loader passes as validation
     context.
+
+    Parameters
+    ----------
+    read
+        Function that reads and checks the file (default: `read_table`, then `check_table`).
 
     Returns
     -------
@@ -451,7 +477,11 @@ def take_in_file(
         raise SceneError(
             f"file = {file!r} and {', '.join(both)} are both given; give only one of them"
         )
-    table = read_table(Path((info.context or {}).get("folder", ".")) / file, units)
-    check_table(table.file, key, table.columns, table.rows, jumps=jumps)
+    path = Path((info.context or {}).get("folder", ".")) / file
+    if read is not None:
+        table = read(path)
+    else:
+        table = read_table(path, units)
+        check_table(table.file, key, table.columns, table.rows, jumps=jumps)
     others = {name: value for name, value in data.items() if name != "file"}
     return {**others, **table.columns}, table

@@ -9,25 +9,21 @@ mass, for example, the tension stays the same. A section with a ``kind`` replace
 
 from __future__ import annotations
 
-import difflib
 import math
-import tomllib
 from collections.abc import Mapping
-from functools import cache
 from pathlib import Path
 from typing import Any, NamedTuple, Self
 
 from pydantic import ValidationError, model_validator
 
 from gallop_fmu.foundation.errors import SceneError
-from gallop_fmu.foundation.text_files import packaged_names, packaged_text, read_table
 from gallop_fmu.line.conductors import StrandedConductor, Wire, find_conductor
 from gallop_fmu.line.ice_shapes import IceSection, IceShape, ice_section
+from gallop_fmu.line.line_curve import ASSUMED, assumed_curve, line_curve
 from gallop_fmu.scene.dotted_paths import SET_BY_USER
 from gallop_fmu.scene.fields import Number, Section, Text, quantity, setting, unit_of_field
 from gallop_fmu.scene.plausibility import check_possible, unusual
 from gallop_fmu.scene.sag_tension import changed_tension, check_tension
-from gallop_fmu.scene.table_coefficients import CURVE_COLUMNS
 from gallop_fmu.scene.validation_messages import explain
 from gallop_fmu.scene.wind import MAX_WIND_SPEED
 
@@ -95,8 +91,9 @@ class Line(Section):
     )
     coefficients: Text | None = setting(
         None,
-        "coefficient curve: a CSV file with header angle_deg,lift,drag,moment, or the name of a"
-        " packaged scene",
+        "coefficient curve: a CSV file with header angle_deg,lift,drag,moment, the name of a"
+        " packaged curve (`gallop-fmu curves` lists them), or assumed (default with wind): an"
+        " ASSUMED curve for the ice thickness, not measured",
     )
     insulator_length: Number | None = quantity(
         None,
@@ -120,11 +117,6 @@ class Line(Section):
             raise SceneError(
                 f"{given} of stringing_tension [N] and stringing_percent [% of rated strength]"
                 " given; give exactly one"
-            )
-        if self.wind_speed and self.coefficients is None:
-            raise SceneError(
-                f"wind_speed = {self.wind_speed} m/s needs coefficients; give a CSV file with"
-                " header angle_deg,lift,drag,moment, or the name of a packaged scene with a curve"
             )
         if (self.insulator_length is None) != (self.insulator_weight is None):
             raise SceneError(
@@ -261,8 +253,8 @@ def line_values(line: Line, folder: Path, wire: Wire) -> dict[str, Value]:
         "run": Value({"stop_time": 600.0, "record_every": 5}, "chosen"),
         "supports": _supports(line, tension.value),
     }
-    if line.coefficients is not None:
-        values["aerodynamics"] = _curve(line.coefficients, folder)
+    if line.coefficients is not None or line.wind_speed:
+        values["aerodynamics"] = _curve(line, wire, folder)
     return values
 
 
@@ -450,34 +442,11 @@ def _equal_ratios(ratio: float, frequency: float) -> dict[str, float]:
     }
 
 
-@cache
-def _packaged_curves() -> dict[str, dict[str, Any]]:
-    """Return the packaged scenes with a coefficient curve."""
-    folder = "scene/packaged"
-    scenes = {
-        scene: tomllib.loads(packaged_text(folder, f"{scene}.toml"))
-        for scene in packaged_names(folder, ".toml")
-    }
-    return {scene: content for scene, content in scenes.items() if "aerodynamics" in content}
-
-
-def _curve(name: str, folder: Path) -> Value:
-    """Return the coefficient curve of a packaged scene or of a CSV file."""
-    curves = _packaged_curves()
-    if name in curves:
-        source = curves[name]["sources"]["aerodynamics"]
-        return Value(
-            dict(curves[name]["aerodynamics"]), f"curve of the packaged scene {name}: {source}"
-        )
-    path = folder / name
-    if path.suffix.lower() != ".csv" and not path.exists():
-        closest = difflib.get_close_matches(name, curves, n=1, cutoff=0.0)[0]
-        raise SceneError(
-            f"line.coefficients = {name!r}: neither a CSV file nor a packaged scene with a curve;"
-            f" packaged are {', '.join(curves)}; closest: {closest}"
-        )
-    table = read_table(path, CURVE_COLUMNS)
-    return Value({"kind": "table", **table.columns}, f"{GIVEN}: {path.name}")
+def _curve(line: Line, wire: Wire, folder: Path) -> Value:
+    """Return the coefficient curve, the assumed one if none is given."""
+    if line.coefficients in (None, ASSUMED):
+        return Value(*assumed_curve(line.ice_shape, line.ice_thickness / wire.diameter))
+    return Value(*line_curve(str(line.coefficients), folder))
 
 
 def _supports(line: Line, tension: float) -> Value:

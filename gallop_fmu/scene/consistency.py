@@ -37,7 +37,8 @@ MAX_LIFT_OF_ROUND_SECTION = 0.01
 """Lift coefficient above which a section is not round."""
 NO_CURVE = (
     "wind is given but aerodynamics is not; give a coefficient curve, which is required for the"
-    " wind force"
+    " wind force ([line] coefficients, or a section [aerodynamics]; gallop-fmu curves lists"
+    " packaged and assumed ones)"
 )
 """Message for wind without a coefficient curve."""
 

@@ -90,6 +90,15 @@ class PolynomialCoefficients(Section):
         """Validity range [deg]."""
         return self.valid_from_deg, self.valid_to_deg
 
+    @property
+    def label(self) -> str:
+        """Kind and range of the curve."""
+        return f"polynomial from {self.valid_from_deg:g} to {self.valid_to_deg:g} deg"
+
+    def explicit(self) -> PolynomialCoefficients:
+        """Return the curve with its numbers, which is this one."""
+        return self
+
     def curve(self) -> AerodynamicCurve:
         """Return the curve, which has one piece."""
         coefficient = np.zeros((1, 3, 4))

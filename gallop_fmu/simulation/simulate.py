@@ -213,10 +213,11 @@ class _Run(NamedTuple):
 
 
 def _details(scene: Scene | LineScene, model: Model | None) -> dict[str, str]:
-    """Return the integrator, and the unknowns and inactive terms of a model, if there is one."""
+    """Return integrator and coefficient curve; of a model the unknowns and inactive terms."""
     inactive = [] if model is None else [part for part in Part if part not in model.parts]
     return {
         "integrator": INTEGRATORS[scene.numerics.method].description,
+        "coefficient_curve": scene.aerodynamics.label if scene.aerodynamics else "",
         "unknowns": "" if model is None else " ".join(model.unknowns),
         "inactive_terms": ", ".join(str(part.name).lower().replace("_", " ") for part in inactive),
     }

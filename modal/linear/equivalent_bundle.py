@@ -26,8 +26,10 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+from pydantic import TypeAdapter
 
 from gallop_fmu import LineScene, Model, SceneError
+from gallop_fmu.scene.aerodynamics import Aerodynamics
 from modal.linear.shallow_cable import symmetric_root
 
 RANGE = (
@@ -212,9 +214,14 @@ def _ices(data: dict[str, Any]) -> list[dict[str, Any]]:
 
 
 def _curves(data: dict[str, Any]) -> list[dict[str, Any]]:
-    """All coefficient curves in the data of a scene."""
-    owners = [data, *data.get("devices", [])]
-    return [owner["aerodynamics"] for owner in owners if "aerodynamics" in owner]
+    """All coefficient curves in the data of a scene, with their numbers in place of a name."""
+    owners = [owner for owner in (data, *data.get("devices", [])) if "aerodynamics" in owner]
+    for owner in owners:
+        if owner["aerodynamics"]["kind"] in ("packaged", "assumed"):
+            named = TypeAdapter(Aerodynamics).validate_python(owner["aerodynamics"])
+            owner["aerodynamics"] = named.explicit().model_dump(mode="json", exclude_none=True)
+            data["notes"] = [*data.get("notes", []), *named.warnings()]
+    return [owner["aerodynamics"] for owner in owners]
 
 
 def _add_up(held: dict[str, Any], count: int, at_suspension: bool, scene: LineScene) -> None:

@@ -130,7 +130,8 @@ def content(findings: Findings) -> dict[str, Any]:
 
 def _scene_content(findings: Findings) -> dict[str, Any]:
     """Tables of the scene, and its coefficient curve."""
-    from modal.report.plots import coefficient_figure, picture
+    from gallop_fmu.plots import curve_figure
+    from modal.report.plots import picture
 
     scene = findings.scene
     filled: dict[str, Any] = {
@@ -143,8 +144,9 @@ def _scene_content(findings: Findings) -> dict[str, Any]:
         filled["coefficient_figure"] = picture(
             "coefficients",
             "Lift, drag and moment coefficient over the attack angle",
-            "Aerodynamic coefficients, based on the diameter of the bare conductor.",
-            lambda: coefficient_figure(curve, angle),
+            "Aerodynamic coefficients, based on the diameter of the bare conductor. Curve:"
+            f" {scene.aerodynamics.label}.",
+            lambda: curve_figure(curve, "vertical line: initial attack angle of the scene", angle),
         )
     return filled
 

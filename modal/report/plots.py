@@ -19,7 +19,6 @@ from gallop_fmu.plots import COLOURS, NEUTRAL, STYLE, drawing
 if TYPE_CHECKING:
     import xarray as xr
 
-    from gallop_fmu.scene.aerodynamic_curve import AerodynamicCurve
     from modal.report.findings import Statics
 
 Array = NDArray[np.float64]
@@ -156,34 +155,6 @@ def static_shape(states: Mapping[str, Statics]) -> Figure:
         if np.ptp(above.get_ylim()) < 1e-6:
             above.set_ylim(-MIN_HALF_RANGE, MIN_HALF_RANGE)
         side.legend(frameon=False, loc="upper center", ncols=2)
-    return figure
-
-
-def coefficient_figure(curve: AerodynamicCurve, attack_angle: float) -> Figure:
-    """Draw lift, drag and moment coefficient; the attack angle [rad] of the scene is marked."""
-    angle = np.linspace(curve.breakpoint[0], curve.breakpoint[-1], 361)
-    with drawing(STYLE):
-        figure = Figure(figsize=(WIDE, 2.6), layout="constrained")
-        axes = figure.subplots()
-        lines = (("lift", "u2", "-"), ("drag", "u3", "--"), ("moment", "theta", "-."))
-        for name, colour, style in lines:
-            axes.plot(
-                np.degrees(angle),
-                getattr(curve, name)(angle),
-                style,
-                color=COLOURS[colour],
-                label=name,
-            )
-        first, last = np.degrees(curve.breakpoint[[0, -1]])
-        initial = np.degrees(attack_angle)
-        turns = round((initial - 0.5 * (first + last)) / 360.0)
-        axes.axhline(0.0, color=NEUTRAL, linewidth=0.4)
-        axes.axvline(initial - 360.0 * turns, color=NEUTRAL, linewidth=0.6)
-        axes.set_title("vertical line: initial attack angle of the scene", loc="left")
-        axes.set_xlabel("attack angle [deg]")
-        axes.set_ylabel("coefficient [1]")
-        axes.margins(x=0.0)
-        axes.legend(frameon=False, ncols=3)
     return figure
 
 

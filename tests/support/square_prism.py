@@ -17,17 +17,21 @@ wind at which galloping begins. The right side is the damping of the structure.
 from __future__ import annotations
 
 import math
+import tomllib
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from gallop_fmu import Scene
+from gallop_fmu.foundation.text_files import packaged_text
+from gallop_fmu.scene.curve_catalogue import FOLDER, across_wind_table
 
 Array = NDArray[np.float64]
 
-FORCE = (2.69, -168.0, 6270.0, -59900.0)
-"""Coefficients of x, x^3, x^5 and x^7."""
+_CURVE = tomllib.loads(packaged_text(FOLDER, "square_prism_parkinson_smith.toml"))["across_wind"]
+FORCE, DRAG = tuple(_CURVE["force"]), _CURVE["drag"]
+"""Coefficients of x, x^3, x^5 and x^7, and drag of the packaged curve."""
 
 MEANS = (1.0, 3.0 / 4.0, 5.0 / 8.0, 35.0 / 64.0)
 """2 mean(sin^n) for n = 2, 4, 6, 8."""
@@ -35,7 +39,6 @@ MEANS = (1.0, 3.0 / 4.0, 5.0 / 8.0, 35.0 / 64.0)
 DENSITY, DIAMETER, MASS, LENGTH, GRAVITY = 1.225, 0.1, 15.0, 50.0, 9.81
 """Air [kg/m3], side of the prism [m], its mass [kg/m], span [m], gravity [m/s2]."""
 
-DRAG = 2.0
 DAMPING = 5e-4
 """Damping ratio at the frequency of the string; proportional to the frequency above."""
 
@@ -49,9 +52,6 @@ STRAIN = 0.01
 SAG = LENGTH / 8.0 * math.sqrt(IRVINE * STRAIN)
 TENSION = MASS * GRAVITY * LENGTH**2 / (8.0 * SAG)
 STRING_HZ = math.sqrt(TENSION / MASS) / (2.0 * LENGTH)
-
-RANGE_DEG, STEP_DEG = 18.0, 0.25
-"""Range and step of the table of coefficients."""
 
 
 def prism(
@@ -112,23 +112,8 @@ def proportional(ratio: float, frequency: float) -> dict[str, float]:
 
 
 def coefficients(force: tuple[float, ...]) -> dict[str, Any]:
-    """Table of lift and drag whose force across the wind is a polynomial in v/U.
-
-    rho d Ur/2 (CL w3 + CD w2) = rho d U^2/2 CFy with w3 = U, w2 = -v, tan(alpha) = -v/U and
-    Ur = U/cos(alpha), so that CL = cos(alpha) CFy(-tan(alpha)) - CD tan(alpha).
-    """
-    steps = round(RANGE_DEG / STEP_DEG)
-    angle = STEP_DEG * np.arange(-steps, steps + 1)
-    tangent = np.tan(np.radians(angle))
-    across = sum(c * (-tangent) ** (2 * k + 1) for k, c in enumerate(force))
-    return {
-        "kind": "table",
-        "angle_deg": angle.tolist(),
-        "lift": (np.cos(np.radians(angle)) * across - DRAG * tangent).tolist(),
-        "drag": [DRAG] * len(angle),
-        "moment": [0.0] * len(angle),
-        "outside": "hold",
-    }
+    """Section of the scene with a force across the wind."""
+    return {**across_wind_table(**{**_CURVE, "force": force}), "outside": "hold"}
 
 
 def irvine_shape() -> tuple[float, Array]:

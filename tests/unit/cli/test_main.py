@@ -10,7 +10,7 @@ import pytest
 from gallop_fmu.cli import terminal
 from gallop_fmu.input.scene_files import packaged_scenes
 
-COMMANDS = ("scenes", "conductors", "new", "run", "export", "check", "demo")
+COMMANDS = ("scenes", "conductors", "curves", "new", "run", "export", "check", "demo")
 LEAVES_THE_CURVE = (
     "--set",
     "aerodynamics.valid_to_deg=181",

@@ -411,10 +411,9 @@ def test_a_csv_of_a_full_turn_is_periodic(tmp_path):
             r"line.stringing_percent = 20.0: the table has no confirmed rated strength of"
             " Araucaria",
         ),
-        ({"coefficients": None}, r"line: wind_speed = 6.0 m/s needs coefficients"),
         (
             {"coefficients": "exampl"},
-            r"line.coefficients = 'exampl': neither a CSV file nor.*closest: example",
+            r"line.coefficients = 'exampl': neither a CSV file nor.*assumed, example2.*closest: ex",
         ),
         ({"coefficients": "no.csv"}, r"no.csv: no such file"),
         ({"insulator_weight": None}, r"line: only one of insulator_length"),
@@ -440,3 +439,31 @@ def test_a_csv_of_a_full_turn_is_periodic(tmp_path):
 def test_a_bad_line_names_the_field_and_the_cure(changes, message):
     with pytest.raises(gf.SceneError, match=message):
         line_scene(**changes)
+
+
+def test_without_coefficients_a_line_in_wind_has_the_assumed_curve():
+    scene, drake = line_scene(coefficients=None), find_conductor("Drake")
+    assert scene.aerodynamics.kind == "assumed"
+    assert scene.aerodynamics.ice_thickness_ratio == pytest.approx(0.012 / drake.diameter)
+    assert "ASSUMED, not measured" in scene.sources["aerodynamics"]
+    assert any("ASSUMED" in warning for warning in scene.warnings)
+    assert line_scene(coefficients="assumed").aerodynamics == scene.aerodynamics
+    assert line_scene(coefficients=None, wind_speed=None).aerodynamics is None
+    assert "ASSUMED" in annotated_toml(scene)
+
+
+@pytest.mark.parametrize(
+    ("changes", "drag"), [({"ice_shape": "radial"}, 1.853), ({"ice_thickness": 0.0}, 1.0)]
+)
+def test_round_ice_without_coefficients_has_drag_alone(changes, drag):
+    # 1 + 2 t/d with t = 12 mm and d = 28.13 mm.
+    scene = line_scene(coefficients=None, **changes)
+    assert scene.aerodynamics.lift == (0.0,)
+    assert scene.aerodynamics.drag[0] == pytest.approx(drag, abs=1e-3)
+    assert "ASSUMED" in scene.sources["aerodynamics"]
+
+
+def test_a_line_takes_a_published_curve_by_its_name():
+    scene = line_scene(coefficients="square_prism_parkinson_smith", attack_angle_deg=0.0)
+    assert scene.aerodynamics.name == "square_prism_parkinson_smith"
+    assert "Parkinson" in scene.sources["aerodynamics"]

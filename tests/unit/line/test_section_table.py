@@ -285,3 +285,10 @@ def test_insulators_for_all_strings(folder):
     assert (line.section.suspensions[0].length, line.section.suspensions[0].weight) == (2.4, 600.0)
     assert "level: no attachment heights given" in line.sources["section.spans"]
     assert math.isclose(line.section.spans[1].height_difference, 0.0)
+
+
+def test_without_coefficients_a_section_in_wind_has_the_assumed_curve(folder):
+    line = made(folder, ice_thickness=0.006, wind_speed=4.0)
+    assert line.aerodynamics.kind == "assumed"
+    assert "ASSUMED, not measured" in line.sources["aerodynamics"]
+    assert any("ASSUMED" in warning for warning in line.warnings)
