@@ -4,6 +4,8 @@ Axes: x1 along the span (left to right), x2 up, x3 horizontal; wind blows toward
 right-handed about x1, so the windward edge rises for positive twist.  SI units and radians; degrees
 only in names that end in ``_deg``.
 
+Functions that take a scene also take the name of a packaged scene or the path of a scene file.
+
 The model is that of Liu, Yan, Zhang and Zhou (2009), Appl. Math. Mech. 30(4) 489-501.
 
 Examples

@@ -1,4 +1,6 @@
-"""Modes, frequency ratios and stability of an iced span, without simulating it.
+"""Modes, frequency ratios and stability of an iced span or line, without simulating it.
+
+Functions that take a scene also take the name of a packaged scene or the path of a scene file.
 
 Examples
 --------

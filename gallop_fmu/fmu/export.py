@@ -32,6 +32,7 @@ from gallop_fmu.fmu.variables import fmu_variables
 from gallop_fmu.foundation.atomic_write import check_target, write_whole
 from gallop_fmu.foundation.errors import SceneError
 from gallop_fmu.foundation.version import version
+from gallop_fmu.input.scene_like import SceneLike, as_scene
 from gallop_fmu.scene.line_scene import LineScene
 from gallop_fmu.scene.scene import Scene
 
@@ -75,7 +76,7 @@ class ExportError(ValueError):
 
 
 def export_fmu(
-    scene: Scene | LineScene,
+    scene: SceneLike,
     path: str | os.PathLike[str],
     runtime: str = "native",
     platforms: Collection[str] | None = None,
@@ -145,6 +146,7 @@ def export_fmu(
         raise ExportError(
             'fmi = 3: the Python runtime has FMI 2.0 only; use runtime="native", or omit fmi'
         )
+    scene = as_scene(scene)
     ports = _ports_of(scene, wind, stations)
     _require_start(scene)
     if runtime == "python":

@@ -10,16 +10,18 @@ from __future__ import annotations
 
 import math
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import Any, TypeVar, overload
 
 from gallop_fmu.foundation.errors import SceneError
 from gallop_fmu.foundation.text_files import check_table, read_table
+from gallop_fmu.input.scene_like import SceneLike, SceneName, as_scene
 from gallop_fmu.scene.line_scene import LineScene
+from gallop_fmu.scene.scene import Scene
 from gallop_fmu.scene.scene_base import SceneBase
 
 _AXES = ("x1", "x2", "x3")
 
-AnyScene = TypeVar("AnyScene", bound=SceneBase)
+AnyScene = TypeVar("AnyScene", bound=Scene | LineScene)
 
 
 def motions(scene: SceneBase) -> dict[str, str]:
@@ -46,7 +48,15 @@ def columns_of(scene: SceneBase) -> dict[str, str]:
     return {"time": "s", "wind_speed": "m/s", **angle, **dict.fromkeys(motions(scene), "m")}
 
 
-def with_inputs(scene: AnyScene, path: Path | str) -> AnyScene:
+@overload
+def with_inputs(scene: AnyScene, path: Path | str) -> AnyScene: ...
+
+
+@overload
+def with_inputs(scene: SceneName, path: Path | str) -> Scene | LineScene: ...
+
+
+def with_inputs(scene: SceneLike, path: Path | str) -> Scene | LineScene:
     """Return a copy of a scene with wind and tower motion from a CSV file.
 
     Values are linear between rows and constant before the first and after the last. Two rows with
@@ -68,6 +78,7 @@ def with_inputs(scene: AnyScene, path: Path | str) -> AnyScene:
         The file is unreadable, a column unknown or repeated, times do not increase, or the attack
         angle changes, which only the FMU supports.
     """
+    scene = as_scene(scene)
     path = Path(path)
     paths = motions(scene)
     table = read_table(path, columns_of(scene), first="time")

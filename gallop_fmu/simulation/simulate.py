@@ -16,6 +16,7 @@ from gallop_fmu.engine.pack import map_of
 from gallop_fmu.foundation.channels import LINE_INDEX, SPAN_INDEX
 from gallop_fmu.foundation.integrators import INTEGRATORS
 from gallop_fmu.foundation.outcome import Outcome, Report, SimulationError
+from gallop_fmu.input.scene_like import SceneLike, as_scene
 from gallop_fmu.scene.line_scene import LineScene
 from gallop_fmu.scene.scene import Scene
 from gallop_fmu.simulation.line_result import LineResult, line_histories
@@ -90,8 +91,22 @@ def simulate(
 ) -> LineResult: ...
 
 
+@overload
 def simulate(
-    scene: Scene | LineScene,
+    scene: SceneLike,
+    stop_time: float | None = ...,
+    *,
+    record_every: int | None = ...,
+    record_nodes: Literal["midspan", "all"] | Sequence[int] = ...,
+    channels: Sequence[str] = ...,
+    span_channels: Sequence[str] | None = ...,
+    progress: Progress | None = ...,
+    on_failure: Literal["raise", "return"] = ...,
+) -> Result | LineResult: ...
+
+
+def simulate(
+    scene: SceneLike,
     stop_time: float | None = None,
     *,
     record_every: int | None = None,
@@ -106,7 +121,8 @@ def simulate(
     Parameters
     ----------
     scene
-        The scene, see `gallop_fmu.load_scene`.
+        A scene, the name of a packaged one (`gallop_fmu.packaged_scenes`), or the path of a scene
+        file.
     stop_time
         Simulated time [s] (default: from the scene). The run ends at the first record at or after
         it.
@@ -140,6 +156,7 @@ def simulate(
     SimulationError
         The run cannot start or ends early, and `on_failure` is ``"raise"``.
     """
+    scene = as_scene(scene)
     plan = RecordingPlan.from_scene(scene, stop_time, record_every)
     is_line = isinstance(scene, LineScene)
     check_channels(channels, span_channels or (), LINE_INDEX if is_line else SPAN_INDEX)

@@ -7,7 +7,7 @@ the same way, so that insulators stay vertical and towers do not move.
 from __future__ import annotations
 
 from gallop_fmu import Model, Scene
-from gallop_fmu.scene.line_scene import one_span
+from gallop_fmu.input.scene_like import SpanLike, as_span
 from gallop_fmu.scene.sag_tension import changed_tension
 from gallop_fmu.scene.supports import AdjacentSpanSupport
 
@@ -21,7 +21,7 @@ steel 11.5e-6.
 
 
 def change_of_state(
-    scene: Scene,
+    scene: SpanLike,
     temperature_change: float = 0.0,
     ice_mass: float | None = None,
     expansion: float = ACSR_EXPANSION,
@@ -51,7 +51,7 @@ def change_of_state(
     SceneError
         If no tension satisfies the equation, as with strong cooling or wrong units.
     """
-    scene = one_span(
+    scene = as_span(
         scene,
         "change_of_state",
         "set section.temperature_deg_c and ice of the line, whose equilibrium follows from them",

@@ -29,6 +29,7 @@ import numpy as np
 from pydantic import TypeAdapter
 
 from gallop_fmu import LineScene, Model, SceneError
+from gallop_fmu.input.scene_like import LineLike, as_line
 from gallop_fmu.scene.aerodynamics import Aerodynamics
 from modal.linear.shallow_cable import symmetric_root
 
@@ -78,7 +79,7 @@ class EquivalentBundle:
     range: str
 
 
-def equivalent_bundle(scene: LineScene) -> EquivalentBundle:
+def equivalent_bundle(scene: LineLike) -> EquivalentBundle:
     """Replace each bundle of a line by one equivalent conductor.
 
     Strings, ends and devices of the subconductors are added up. A yoke adds its weight to that of
@@ -103,6 +104,7 @@ def equivalent_bundle(scene: LineScene) -> EquivalentBundle:
     SimulationError
         If no initial equilibrium exists.
     """
+    scene = as_line(scene, "equivalent_bundle", "one span has no bundle to replace")
     count = scene.bundle.subconductors
     if count == 1:
         raise SceneError("subconductors = 1: the line has no bundle to replace")

@@ -10,8 +10,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from gallop_fmu import LineScene, Scene, SceneError
-from gallop_fmu.scene.line_scene import one_span
+from gallop_fmu import LineScene, SceneError
+from gallop_fmu.input.scene_like import SpanLike, as_span
 from modal.foundation import one_span as instead
 from modal.foundation.scene_variation import unit_of, with_number
 from modal.linear.line_modes import LineMode, line_modes
@@ -71,7 +71,7 @@ class Snapshot:
 
 
 def track_modes(
-    scene: Scene, path: str, values: Sequence[float], count: int = 6, wind: WindState = "still"
+    scene: SpanLike, path: str, values: Sequence[float], count: int = 6, wind: WindState = "still"
 ) -> xr.Dataset:
     """Track modes over values of one number of a scene.
 
@@ -107,7 +107,7 @@ def track_modes(
     """
     import xarray as xr
 
-    scene = one_span(scene, "track_modes", instead.VARIATION)
+    scene = as_span(scene, "track_modes", instead.VARIATION)
     if len(values) == 0:
         raise SceneError(f"values of {path}: at least one is needed")
 

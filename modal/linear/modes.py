@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from gallop_fmu import LineScene, Scene, SceneError
 from gallop_fmu.foundation.deprecation import warn_renamed
 from gallop_fmu.foundation.text_rules import counted
+from gallop_fmu.input.scene_like import SceneLike, as_scene
 from modal.linear.eigensolution import is_stable, lowest, oscillating
 from modal.linear.line_modes import LineMode, line_modes
 from modal.linear.linearise import Linearised, SmallMotion, WindState, linearised, uniform
@@ -130,8 +131,14 @@ def natural_modes(
 ) -> list[LineMode]: ...
 
 
+@overload
 def natural_modes(
-    scene: Scene | LineScene, count: int = 12, wind: WindState = "still"
+    scene: SceneLike, count: int = 12, wind: WindState = "still"
+) -> list[Mode] | list[LineMode]: ...
+
+
+def natural_modes(
+    scene: SceneLike, count: int = 12, wind: WindState = "still"
 ) -> list[Mode] | list[LineMode]:
     """Compute the lowest modes about the equilibrium in still air, or in the mean wind.
 
@@ -166,6 +173,7 @@ def natural_modes(
     SimulationError
         If no initial equilibrium exists.
     """
+    scene = as_scene(scene)
     if isinstance(scene, LineScene):
         motion = SmallMotion(scene)
         return line_modes(motion.about(wind), motion.mesh, count)

@@ -33,7 +33,7 @@ import math
 from dataclasses import dataclass
 
 from gallop_fmu import Model, Scene, SceneError
-from gallop_fmu.scene.line_scene import one_span
+from gallop_fmu.input.scene_like import SpanLike, as_span
 from gallop_fmu.scene.supports import RigidSupport
 from modal.foundation import one_span as instead
 from modal.foundation.root_finding import bracketed_root
@@ -79,7 +79,7 @@ class ShallowCable:
         return self.lambda_squared > CROSSOVER
 
 
-def shallow_cable(scene: Scene) -> ShallowCable:
+def shallow_cable(scene: SpanLike) -> ShallowCable:
     r"""First frequencies of a span from its numbers alone.
 
     With mass m per length, chord l = L/cos(slope), tension T = H/cos(slope) along the chord, and
@@ -112,7 +112,7 @@ def shallow_cable(scene: Scene) -> ShallowCable:
     SimulationError
         If a support has springs and no initial equilibrium exists.
     """
-    scene = one_span(scene, "shallow_cable", instead.CLOSED_FORM)
+    scene = as_span(scene, "shallow_cable", instead.CLOSED_FORM)
     span, conductor = scene.span, scene.conductor
     mass = conductor.mass_per_length + scene.ice.mass_per_length
     cosine = span.length / math.hypot(span.length, span.height_difference)

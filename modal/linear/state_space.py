@@ -37,6 +37,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gallop_fmu import LineScene, Scene, SceneError
+from gallop_fmu.input.scene_like import SceneLike, as_scene
 from modal.linear.eigensolution import MIN_OSCILLATION, state_matrix
 from modal.linear.line_modes import LineMode
 from modal.linear.line_state_space import line_system
@@ -69,7 +70,7 @@ MIN_ELEMENTS = 8
 """Number of elements from which it is smaller."""
 
 
-def linear_model(scene: Scene | LineScene, modes: int | None = None) -> control.StateSpace:
+def linear_model(scene: SceneLike, modes: int | None = None) -> control.StateSpace:
     """Linearise a span or line about its equilibrium in mean wind, as a state-space model.
 
     Parameters
@@ -115,6 +116,7 @@ def linear_model(scene: Scene | LineScene, modes: int | None = None) -> control.
 
     ``control.bode_plot(model["midspan_u2", "wind_speed"])`` draws.
     """
+    scene = as_scene(scene)
     if isinstance(scene, LineScene):
         of_line = line_system(scene, modes)
         return control.ss(
@@ -144,7 +146,7 @@ def linear_model(scene: Scene | LineScene, modes: int | None = None) -> control.
     )
 
 
-def root_locus(scene: Scene | LineScene, speeds: Sequence[float], count: int = 6) -> xr.Dataset:
+def root_locus(scene: SceneLike, speeds: Sequence[float], count: int = 6) -> xr.Dataset:
     """Compute the eigenvalues of the lowest modes over the wind speed, tracked by shape.
 
     Parameters
@@ -171,6 +173,7 @@ def root_locus(scene: Scene | LineScene, speeds: Sequence[float], count: int = 6
 
     if len(speeds) == 0 or speeds[0] < 0.0 or any(high <= low for low, high in pairwise(speeds)):
         raise SceneError("speeds: must be one or more increasing wind speeds, 0 m/s or more")
+    scene = as_scene(scene)
     motion = SmallMotion(scene)
 
     def at(speed: float) -> Snapshot:

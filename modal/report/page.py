@@ -10,8 +10,9 @@ from typing import Any
 
 import numpy as np
 
-from gallop_fmu import LineScene, Result, Scene
+from gallop_fmu import LineScene, Result
 from gallop_fmu.foundation.atomic_write import check_target, write_whole
+from gallop_fmu.input.scene_like import SceneLike, as_scene
 from modal.linear.modes import Mode
 from modal.report import tables
 from modal.report.animation import Animation, animation
@@ -39,7 +40,7 @@ class Shape:
 
 
 def write_report(
-    scene: Scene | LineScene,
+    scene: SceneLike,
     path: Path | str,
     *,
     stop_time: float | None = None,
@@ -74,6 +75,7 @@ def write_report(
     """
     path = Path(path)
     check_target(path, SUFFIXES)
+    scene = as_scene(scene)
     if isinstance(scene, LineScene):
         return write_page(examine_line(scene, stop_time, progress), path)
     return write_page(examine(scene, stop_time, progress), path)

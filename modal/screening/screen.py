@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 
 from gallop_fmu import Scene, SceneError
 from gallop_fmu.foundation.deprecation import warn_renamed
-from gallop_fmu.scene.line_scene import one_span
+from gallop_fmu.input.scene_like import SpanLike, as_span
 from modal.foundation import one_span as instead
 from modal.foundation.normal_wind import check_wind_is_normal
 from modal.linear.mode_basis import still_air_modes
@@ -124,7 +124,7 @@ class Screening:
         return self.antisymmetric_growth
 
 
-def screen(scene: Scene, highest_wind: float | None = None) -> Screening:
+def screen(scene: SpanLike, highest_wind: float | None = None) -> Screening:
     """Find the wind speed from which vertical galloping starts a horizontal swing (2:1 resonance).
 
     The span is reduced to its lowest modes with all nonlinear terms
@@ -166,7 +166,7 @@ def screen(scene: Scene, highest_wind: float | None = None) -> Screening:
     ('certain', 5.04)
     """
     began = clock.process_time()
-    scene = one_span(scene, "screen", instead.SCREENING)
+    scene = as_span(scene, "screen", instead.SCREENING)
     wind = scene.wind.mean_speed
     highest = MAX_WIND_RATIO * wind if highest_wind is None else highest_wind
     check_wind(scene, wind, highest)

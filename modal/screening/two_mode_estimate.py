@@ -25,7 +25,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gallop_fmu import Scene, SceneError
-from gallop_fmu.scene.line_scene import one_span
+from gallop_fmu.input.scene_like import SpanLike, as_span
 from modal.foundation import one_span as instead
 from modal.foundation.normal_wind import check_wind_is_normal
 from modal.linear.mode_basis import (
@@ -133,7 +133,7 @@ class TwoMode:
         )
 
 
-def quadratic_coupling(scene: Scene, rest: StillAirModes | None = None) -> Coupling:
+def quadratic_coupling(scene: SpanLike, rest: StillAirModes | None = None) -> Coupling:
     """Compute the quadratic coupling of the first symmetric pair, from the kernel's tangent.
 
     Parameters
@@ -184,7 +184,8 @@ def quadratic_coupling(scene: Scene, rest: StillAirModes | None = None) -> Coupl
     >>> round(modal.quadratic_coupling(gf.load_scene("example3")).modulation, 2)
     -0.97
     """
-    rest = still_air_modes(scene) if rest is None else rest
+    span = as_span(scene, "quadratic_coupling", instead.SCREENING)
+    rest = still_air_modes(span) if rest is None else rest
     number_v, number_h = rest.first("vertical"), rest.first("horizontal")
     free = np.flatnonzero(rest.free)
     block = np.ix_(free, free)
@@ -243,7 +244,7 @@ def _of_all_unknowns(rest: StillAirModes, u: Array, free: NDArray[np.intp]) -> A
 
 
 def two_mode_estimate(
-    scene: Scene, wind_speed: float | None = None, highest_wind: float | None = None
+    scene: SpanLike, wind_speed: float | None = None, highest_wind: float | None = None
 ) -> TwoMode:
     """Estimate the threshold amplitude and the wind speed at which the swing starts.
 
@@ -261,7 +262,7 @@ def two_mode_estimate(
     SceneError
         If the scene has no wind or no coefficient curve, or the pair of modes does not exist.
     """
-    scene = one_span(scene, "two_mode_estimate", instead.SCREENING)
+    scene = as_span(scene, "two_mode_estimate", instead.SCREENING)
     wind = scene.wind.mean_speed if wind_speed is None else wind_speed
     check_wind_is_normal(scene, "the two-mode estimate", wind)
     if not wind > 0.0:

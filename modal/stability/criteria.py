@@ -26,9 +26,9 @@ from numpy.typing import NDArray
 
 from gallop_fmu import LineScene, Model, Scene, SceneError
 from gallop_fmu.engine.mesh import Mesh
+from gallop_fmu.input.scene_like import SceneLike, SpanLike, as_scene, as_span
 from gallop_fmu.scene.aerodynamic_curve import AerodynamicCurve
 from gallop_fmu.scene.conductor import Ice
-from gallop_fmu.scene.line_scene import one_span
 from modal.foundation import one_span as instead
 from modal.foundation.normal_wind import check_wind_is_normal
 from modal.linear.shallow_cable import shallow_cable
@@ -90,7 +90,7 @@ class Criterion:
         return [f"{first:.1f} to {last:.1f} deg: {cause}" for (first, last), cause in ranges]
 
 
-def den_hartog(scene: Scene | LineScene) -> Criterion:
+def den_hartog(scene: SceneLike) -> Criterion:
     """Evaluate Den Hartog's criterion: vertical motion grows where dCL/dalpha + CD < 0.
 
     This is dF2/dv2 > 0, without structural damping (J. P. Den Hartog 1932, Trans. AIEE 51,
@@ -102,11 +102,11 @@ def den_hartog(scene: Scene | LineScene) -> Criterion:
     SceneError
         If the scene has no coefficient curve, as for all criteria.
     """
-    curve = _curve(scene)
+    curve = _curve(as_scene(scene))
     return _criterion("Den Hartog", "dCL/dalpha + CD", "1/rad", curve, curve.den_hartog)
 
 
-def nigol(scene: Scene | LineScene) -> Criterion:
+def nigol(scene: SceneLike) -> Criterion:
     """Evaluate Nigol's torsional criterion, quasi-steady: twist grows where dCM/dalpha < 0.
 
     For pure twist, dM/domega and dM/dtheta of the module give the equation of motion of a section,
@@ -121,11 +121,11 @@ def nigol(scene: Scene | LineScene) -> Criterion:
     measured the damping of the twist instead of deriving it from the static moment. `coupled` shows
     the effect of the twist on vertical motion.
     """
-    curve = _curve(scene)
+    curve = _curve(as_scene(scene))
     return _criterion("Nigol, torsional", "dCM/dalpha", "1/rad", curve, curve.moment_slope)
 
 
-def coupled(scene: Scene, wind_speed: float | None = None) -> Criterion:
+def coupled(scene: SpanLike, wind_speed: float | None = None) -> Criterion:
     """Evaluate the coupled linear criterion: largest growth rate of a section free to twist.
 
     The value is minus the largest real part of the eigenvalues of the three equations of a section
@@ -148,7 +148,7 @@ def coupled(scene: Scene, wind_speed: float | None = None) -> Criterion:
     SceneError
         If there is no wind, or the pair of modes cannot be identified.
     """
-    scene = one_span(scene, "the coupled criterion of one span", instead.CRITERIA)
+    scene = as_span(scene, "the coupled criterion of one span", instead.CRITERIA)
     speed = speed_of(scene, wind_speed)
     return coupled_of(SectionMotion.of(scene), speed)
 
@@ -174,9 +174,9 @@ def coupled_of(section: SectionMotion, speed: float) -> Criterion:
     return replace(found, causes=[section.cause(found, *r, speed) for r in found.unstable])
 
 
-def stability_criteria(scene: Scene) -> list[Criterion]:
+def stability_criteria(scene: SpanLike) -> list[Criterion]:
     """Evaluate Den Hartog's, Nigol's and, if the scene has wind, the coupled criterion."""
-    scene = one_span(scene, "stability_criteria", instead.CRITERIA)
+    scene = as_span(scene, "stability_criteria", instead.CRITERIA)
     found = [den_hartog(scene), nigol(scene)]
     return [*found, coupled(scene)] if scene.wind.mean_speed != 0.0 else found
 

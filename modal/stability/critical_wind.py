@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gallop_fmu import LineScene, Scene, SceneError
+from gallop_fmu.input.scene_like import SceneLike, as_scene
 from gallop_fmu.scene.conductor import Ice
 from modal.linear.line_modes import LineMode
 from modal.linear.linearise import SmallMotion
@@ -74,7 +75,7 @@ class CriticalWind:
 
 
 def critical_wind_speed(
-    scene: Scene | LineScene, count: int = 6, highest: float = DEFAULT_HIGHEST_WIND
+    scene: SceneLike, count: int = 6, highest: float = DEFAULT_HIGHEST_WIND
 ) -> list[CriticalWind]:
     """Find the lowest wind speed at which each mode begins to grow.
 
@@ -104,6 +105,7 @@ def critical_wind_speed(
         If there is no coefficient curve, or a mode has no damping in still air: it then grows in
         any wind that excites it, and has no critical wind speed.
     """
+    scene = as_scene(scene)
     if scene.aerodynamics is None:
         raise SceneError(
             "the scene has no aerodynamics: a critical wind speed needs a coefficient curve; add"

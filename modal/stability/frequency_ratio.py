@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gallop_fmu import LineScene, Scene, SceneError, SimulationError
-from gallop_fmu.scene.line_scene import one_span
+from gallop_fmu.input.scene_like import SceneLike, SpanLike, as_scene, as_span
 from modal.foundation import one_span as instead
 from modal.foundation.change_of_state import ACSR_EXPANSION
 from modal.foundation.scene_variation import (
@@ -138,7 +138,11 @@ def frequency_ratio(scene: Scene) -> FrequencyRatio: ...
 def frequency_ratio(scene: LineScene) -> list[ModePair]: ...
 
 
-def frequency_ratio(scene: Scene | LineScene) -> FrequencyRatio | list[ModePair]:
+@overload
+def frequency_ratio(scene: SceneLike) -> FrequencyRatio | list[ModePair]: ...
+
+
+def frequency_ratio(scene: SceneLike) -> FrequencyRatio | list[ModePair]:
     """Compute the ratio of the first symmetric vertical to the first horizontal frequency.
 
     Near a ratio of 2, vertical galloping drives a horizontal swing at half its frequency, if its
@@ -155,6 +159,7 @@ def frequency_ratio(scene: Scene | LineScene) -> FrequencyRatio | list[ModePair]
     SimulationError
         If no initial equilibrium exists.
     """
+    scene = as_scene(scene)
     if isinstance(scene, LineScene):
         return mode_pairs(scene)
     unknowns = 4 * (2 * scene.elements - 1)  # of the interior nodes; there may be more
@@ -166,7 +171,7 @@ def frequency_ratio(scene: Scene | LineScene) -> FrequencyRatio | list[ModePair]
 
 
 def ratio_map(
-    scene: Scene,
+    scene: SpanLike,
     path: str,
     values: Sequence[float],
     expansion: float = ACSR_EXPANSION,
@@ -209,7 +214,7 @@ def ratio_map(
     SceneError
         If a path is unknown, no value is given, or the two numbers determine each other.
     """
-    scene = one_span(scene, "ratio_map", instead.VARIATION)
+    scene = as_span(scene, "ratio_map", instead.VARIATION)
     over = [(path, values), *([against] if against else [])]
     units = _checked_units(scene, over)
     points = list(product(*(numbers for _, numbers in over)))
@@ -286,7 +291,7 @@ def _ratio_dataset(
 
 
 def crossings(
-    scene: Scene,
+    scene: SpanLike,
     path: str,
     values: Sequence[float],
     ratio: float = 2.0,
@@ -315,14 +320,15 @@ def crossings(
     """
     from scipy.optimize import brentq  # slow to import
 
-    data = ratio_map(scene, path, values, expansion)
+    span = as_span(scene, "crossings", instead.VARIATION)
+    data = ratio_map(span, path, values, expansion)
     for value, problem in zip(values, data.problem.values, strict=True):
         if problem:
             raise SceneError(f"at {path} = {value:g} there is no frequency ratio: {problem}")
     known = data.ratio.values - ratio
 
     def excess(value: float) -> float:
-        return frequency_ratio(with_number(scene, path, value, expansion)).ratio - ratio
+        return frequency_ratio(with_number(span, path, value, expansion)).ratio - ratio
 
     found = []
     for k, value in enumerate(values):
@@ -333,7 +339,7 @@ def crossings(
     return found
 
 
-def suggest_design_changes(scene: Scene) -> list[DesignChange]:
+def suggest_design_changes(scene: SpanLike) -> list[DesignChange]:
     """Suggest design changes that move a span away from the 2:1 resonance, the strongest first.
 
     Tension, axial stiffness, span length and the stiffness of springs along the span are each
@@ -345,7 +351,7 @@ def suggest_design_changes(scene: Scene) -> list[DesignChange]:
     SceneError
         If the scene itself has no frequency ratio.
     """
-    scene = one_span(scene, "suggest_design_changes", instead.VARIATION)
+    scene = as_span(scene, "suggest_design_changes", instead.VARIATION)
     now = frequency_ratio(free_sag(scene))
     changes = []
     for path in DESIGN_NUMBERS:

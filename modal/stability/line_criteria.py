@@ -8,6 +8,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from gallop_fmu import LineScene, SceneError
+from gallop_fmu.input.scene_like import LineLike, as_line
 from modal.foundation.normal_wind import unfit_wind
 from modal.linear.line_modes import LineMode, line_modes
 from modal.linear.linearise import SmallMotion
@@ -49,7 +50,7 @@ class SpanCriteria:
     remark: str
 
 
-def line_criteria(scene: LineScene, wind_speed: float | None = None) -> list[SpanCriteria]:
+def line_criteria(scene: LineLike, wind_speed: float | None = None) -> list[SpanCriteria]:
     """Evaluate Den Hartog's, Nigol's and the coupled criterion for each span of a line.
 
     The first two depend on the curve alone; the span gives the attack angle of its ice. The coupled
@@ -79,6 +80,7 @@ def line_criteria(scene: LineScene, wind_speed: float | None = None) -> list[Spa
     SimulationError
         If no initial equilibrium exists.
     """
+    scene = as_line(scene, "line_criteria", "use modal.stability_criteria")
     simple = [den_hartog(scene), nigol(scene)]
     sections, remark = _sections(scene, wind_speed)
     speed = scene.wind.mean_speed if wind_speed is None else wind_speed

@@ -55,7 +55,8 @@ from typing import TYPE_CHECKING, Literal, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from gallop_fmu import LineScene, SceneError
+from gallop_fmu import SceneError
+from gallop_fmu.input.scene_like import LineLike, as_line
 from modal.linear.line_modes import LineMode, line_modes
 from modal.linear.linearise import Linearised, SmallMotion
 
@@ -240,7 +241,7 @@ class Expansion:
 
 
 def mode_pairs(
-    scene: LineScene,
+    scene: LineLike,
     count: int = SEARCHED_MODES,
     band: float = BANDS["2:1"],
     one_to_one_band: float = BANDS["1:1"],
@@ -272,11 +273,12 @@ def mode_pairs(
     for name, width in (("band", band), ("one_to_one_band", one_to_one_band)):
         if not (np.isfinite(width) and 0.0 < width < 1.0):
             raise SceneError(f"{name} = {width}: must be greater than 0 and less than 1")
-    motion = SmallMotion(scene)
+    line = as_line(scene, "mode_pairs", "use modal.frequency_ratio")
+    motion = SmallMotion(line)
     equations = motion.in_still_air()
     modes = line_modes(equations, motion.mesh, count)
     expansion = Expansion(motion, equations, modes)
-    limit = _GallopingLimit(scene.wind.mean_speed, _largest_sag(expansion))
+    limit = _GallopingLimit(line.wind.mean_speed, _largest_sag(expansion))
     frequency = np.array([mode.frequency_hz for mode in modes])
     found = []
     for i in range(len(modes)):

@@ -48,6 +48,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gallop_fmu import LineScene, Scene, SceneError
+from gallop_fmu.input.scene_like import SceneLike, as_scene
 from gallop_fmu.line.clearance import cigre_322_single_loop
 from modal.linear.line_modes import LineMode
 from modal.linear.modes import Mode
@@ -180,7 +181,7 @@ class RequiredSlope:
 
 
 def required_slope(
-    scene: Scene | LineScene,
+    scene: SceneLike,
     wind_speeds: Sequence[float] | None = None,
     *,
     count: int = 6,
@@ -222,6 +223,7 @@ def required_slope(
     SimulationError
         If no initial equilibrium exists.
     """
+    scene = as_scene(scene)
     speeds = _checked_speeds(wind_speeds)
     for name, value in (("lift_slope", lift_slope), ("moment_slope", moment_slope)):
         if not np.isfinite(value):

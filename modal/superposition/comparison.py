@@ -10,14 +10,13 @@ from numpy.typing import NDArray
 
 from gallop_fmu import (
     LineResult,
-    LineScene,
     Oscillation,
     Result,
-    Scene,
     SimulationError,
     simulate,
 )
 from gallop_fmu.foundation.deprecation import warn_renamed
+from gallop_fmu.input.scene_like import SceneLike, as_scene
 from gallop_fmu.simulation.oscillation import Oscillations, frequency_text
 from gallop_fmu.simulation.steadiness import Motion
 from modal.linear.line_modes import LineFamily
@@ -241,7 +240,7 @@ class Comparison:
         )
 
 
-def compare(scene: Scene | LineScene, stop_time: float | None = None) -> Comparison:
+def compare(scene: SceneLike, stop_time: float | None = None) -> Comparison:
     """Run the nonlinear simulation, mode superposition and linear theory on one scene.
 
     All start from the same state. Mode superposition and linear theory have the same modes; they
@@ -263,6 +262,7 @@ def compare(scene: Scene | LineScene, stop_time: float | None = None) -> Compari
     SimulationError
         If the simulation cannot start. A run that ends early raises nothing; see its outcome.
     """
+    scene = as_scene(scene)
     model = ModalModel.of(scene, vertical=VERTICAL, horizontal=HORIZONTAL, torsional=TORSIONAL)
     linear = linear_motion(model, mean_wind(scene), stop_time)
     superposition = nonlinear_motion(model, stop_time)

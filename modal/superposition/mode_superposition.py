@@ -19,6 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gallop_fmu import LineResult, LineScene, Outcome, Report, Result, Scene, SimulationError
+from gallop_fmu.input.scene_like import SceneLike, as_scene
 from gallop_fmu.simulation.line_result import line_histories
 from gallop_fmu.simulation.recording import Recording, Values, rest_values
 from gallop_fmu.simulation.result import Provenance, histories
@@ -62,8 +63,20 @@ def mode_superposition(
 ) -> LineResult: ...
 
 
+@overload
 def mode_superposition(
-    scene: Scene | LineScene,
+    scene: SceneLike,
+    stop_time: float | None = ...,
+    *,
+    vertical: int = ...,
+    horizontal: int = ...,
+    torsional: int = ...,
+    record_every: int | None = ...,
+) -> Result | LineResult: ...
+
+
+def mode_superposition(
+    scene: SceneLike,
     stop_time: float | None = None,
     *,
     vertical: int = VERTICAL,
@@ -123,7 +136,8 @@ def mode_superposition(
     five.  A load that is the same all along a span of much sag is another matter: the stretch that
     resists it takes twenty vertical modes to come within 2 %.
     """
-    model = ModalModel.of(scene, vertical=vertical, horizontal=horizontal, torsional=torsional)
+    counts = {"vertical": vertical, "horizontal": horizontal, "torsional": torsional}
+    model = ModalModel.of(as_scene(scene), **counts)
     result = nonlinear_motion(model, stop_time, record_every)
     if result.report.outcome is not Outcome.COMPLETED:
         raise SimulationError(result.report, result)
