@@ -12,7 +12,7 @@ import numpy as np
 
 from gallop_fmu import Scene, SceneError
 from gallop_fmu.foundation.outcome import SimulationError
-from gallop_fmu.scene.line_scene import LineScene, one_span
+from gallop_fmu.input.scene_like import SceneLike, as_span
 from modal.continuation.branch import Branch
 from modal.continuation.diagram import Diagram, explore
 from modal.continuation.path import Point, Settings
@@ -119,7 +119,7 @@ class Branches:
 
 
 def branches(
-    scene: Scene | LineScene,
+    scene: SceneLike,
     over: str = WIND_SPEED,
     start: float | None = None,
     stop: float | None = None,
@@ -169,7 +169,7 @@ def branches(
     ['rest', 'one loop']
     """
     began = clock.process_time()
-    scene = one_span(scene, "branches", INSTEAD)
+    scene = as_span(scene, "branches", INSTEAD)
     start, stop = _range(scene, over, start, stop)
     at_start = _scene_at(scene, over, start)
     wind = start if over == WIND_SPEED else scene.wind.mean_speed

@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gallop_fmu import LineScene, SceneError, SimulationError
+from gallop_fmu.input.scene_like import LineLike, as_line
 from gallop_fmu.simulation.run_options import check_stop_time
 from modal.linear.line_modes import LineMode
 from modal.linear.modes import natural_modes
@@ -122,8 +123,12 @@ def largest_of(cases: Sequence[Case]) -> float:
     return max(known, default=math.nan)
 
 
+INSTEAD = "write it as a section of one span, or use gallop-modal report for this span"
+"""What to do with a scene of one span, as an imperative."""
+
+
 def study_line(
-    scene: LineScene,
+    scene: LineLike,
     conditions: StudyConditions | None = None,
     *,
     stop_time: float | None = None,
@@ -159,7 +164,8 @@ def study_line(
         Stopped with Ctrl-C.
     """
     started = clock.perf_counter()
-    _check(scene, clearance)
+    scene = as_line(scene, "a study", INSTEAD)
+    _check_clearance(clearance)
     conditions = conditions or StudyConditions()
     stop_time = check_stop_time(scene.run.stop_time if stop_time is None else stop_time)
     shown = progress or (lambda name, share: None)
@@ -212,13 +218,7 @@ def study_line(
     )
 
 
-def _check(scene: object, clearance: float | None) -> None:
-    """Refuse what cannot be studied."""
-    if not isinstance(scene, LineScene):
-        raise SceneError(
-            "a study needs a line, and this scene has one span; write it as a section of one span"
-            " ([section]), or use gallop-modal report for this span"
-        )
+def _check_clearance(clearance: float | None) -> None:
     if clearance is not None and not 0.0 < clearance < math.inf:
         raise SceneError(f"clearance = {clearance:g} m: must be greater than 0")
 

@@ -349,7 +349,7 @@ def _check_scene(scene: Scene | LineScene) -> None:
             "wind.turbulence or wind.table is given, and mode superposition takes uniform wind;"
             " remove it, or simulate the scene"
         )
-    if isinstance(scene, LineScene) and scene.shedding:
+    if scene.shedding:
         raise SceneError(
             "shedding is given, and natural modes keep their ice; remove it, or use"
             " gallop_fmu.simulate"

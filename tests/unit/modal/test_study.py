@@ -253,7 +253,7 @@ def test_wrong_conditions_are_refused(scene):
     ):
         with pytest.raises(SceneError, match=message):
             StudyConditions(**wrong)
-    with pytest.raises(SceneError, match="needs a line"):
+    with pytest.raises(SceneError, match="a study takes a line"):
         study_line(gf.load_scene("example3"))
     with pytest.raises(SceneError, match="neither a CSV file nor a packaged scene"):
         study_line(scene, StudyConditions(curves=("nowhere",)))
