@@ -11,9 +11,15 @@
 
 #define MOST 4 /* pieces, points of a table, loads */
 
-enum { LAWS = 9, CURVE_NUMBERS = 14 * MOST + 1, NUMBERS = CURVE_NUMBERS + 2 * MOST * LAWS };
+enum {
+    LAWS = 10,
+    CURVE_NUMBERS = 14 * MOST + 1,
+    WIND_NUMBERS = 2 * MOST + 2 * MOST + 3 * MOST * MOST, /* ground, stations, times, gusts */
+    FIRST_OF_WIND = CURVE_NUMBERS + 2 * MOST * LAWS,
+    NUMBERS = FIRST_OF_WIND + WIND_NUMBERS
+};
 
-static double number[NUMBERS]; /* the curve, then a table of each law */
+static double number[NUMBERS]; /* the curve, a table of each law, then those of the wind */
 static gallop_cross_section cross_section;
 static gallop_curve curve;
 static gallop_field field;
@@ -21,7 +27,7 @@ static gallop_junction junction[2];
 static gallop_chain chain;
 static gallop_device device[2];
 static gallop_load load[MOST];
-static gallop_law law[LAWS]; /* wind, motion of the left and the right end, loads */
+static gallop_law law[LAWS]; /* wind, motion of the left and the right end, loads, direction */
 
 /* Mostly as it is, or near. */
 static inline void change(input *in, double *number)
@@ -175,6 +181,39 @@ static inline void settings_of(input *in, gallop_settings *s)
     for (size_t i = 0; i < count; i++) change(in, of_settings + i);
 }
 
+/* Direction, profile and gusts; times and places mostly increase. */
+static inline void wind_of(input *in)
+{
+    double *ground = number + FIRST_OF_WIND, *gust = ground + 2 * MOST;
+    if (byte_of(in) < 128) return;
+    law_of(in, 9, 0.5);
+    field.kind = index_of(in, GALLOP_FIELD_VARIED);
+    field.direction = index_of(in, 9);
+    field.profile = byte_of(in) % 4;
+    field.profile_parameter = 0.2;
+    field.reference_height = 10.0;
+    field.ground_points = count_of(in, 2);
+    field.first_ground = index_of(in, FIRST_OF_WIND);
+    field.stations = count_of(in, 3);
+    field.times = count_of(in, 4);
+    field.components = count_of(in, 3);
+    field.first_gust = index_of(in, FIRST_OF_WIND + 2 * MOST);
+    field.repeat = byte_of(in) % 4;
+    change(in, &field.profile_parameter);
+    change(in, &field.reference_height);
+    const int points =
+        field.ground_points > 0 && field.ground_points < MOST ? field.ground_points : MOST;
+    const int stations = field.stations > 0 && field.stations < MOST ? field.stations : MOST;
+    const int rest = WIND_NUMBERS - 2 * MOST;
+    for (int i = 0; i < 2 * MOST; i++) ground[i] = i < points ? 90.0 * i : -20.0;
+    for (int i = 0; i < rest; i++)
+        gust[i] = i < stations        ? 50.0 * i
+                : i < stations + MOST ? 0.012 * (i - stations)
+                                      : 0.1 * (i % 5 - 2);
+    for (int i = 0; i < 2 * MOST; i++) change(in, &ground[i]);
+    for (int i = 0; i < rest; i++) change(in, &gust[i]);
+}
+
 static inline void scene_of(input *in, gallop_scene *s)
 {
     *s = (gallop_scene){.cross_section_count = 1,
@@ -209,6 +248,7 @@ static inline void scene_of(input *in, gallop_scene *s)
     s->settings.start_in_mean_wind = byte_of(in) > 128;
     s->settings.max_newton_iterations = count_of(in, 20);
     s->settings.max_halvings = count_of(in, 1);
+    wind_of(in);
 }
 
 /* The model of a scene from the input, or NULL, in which case the refusal is a typed one. */

@@ -15,7 +15,7 @@ static void require_finite(const double *values, size_t count)
 /* Inputs of a host, mostly calm ones. */
 static gallop_inputs inputs_of(input *in, double time)
 {
-    static double wind[2], motion[2][2][3];
+    static double wind[2], direction[2], motion[2][2][3];
     gallop_inputs inputs = {.time = time,
                             .attack_angle = 3.14159,
                             .fields = 1,
@@ -35,6 +35,11 @@ static gallop_inputs inputs_of(input *in, double time)
     wind[0] = 5.5;
     wind[1] = 0.0;
     for (size_t i = 0; i < sizeof number / sizeof *number; i++) change(in, number[i]);
+    if (byte_of(in) >= 128) inputs.direction = direction;
+    for (int i = 0; i < 2; i++) {
+        direction[i] = 0.5 - i;
+        change(in, &direction[i]);
+    }
     return inputs;
 }
 

@@ -16,6 +16,8 @@ from collections.abc import Collection, Sequence
 from importlib import metadata, resources
 from pathlib import Path
 
+import numpy as np
+
 from gallop_fmu.engine.inputs import Inputs
 from gallop_fmu.engine.library import library_path
 from gallop_fmu.engine.model import Model
@@ -161,6 +163,13 @@ def _ports_of(scene: Scene | LineScene, wind: str, stations: Collection[float]) 
     """Return what is chosen of inputs and outputs."""
     if wind == "span" and not isinstance(scene, LineScene):
         raise ExportError('wind = "span": the scene is one span; omit it, or export a line')
+    if wind == "line" and isinstance(scene, LineScene):
+        for number, span in enumerate(scene.section.spans, start=1):
+            if span.wind is not None:
+                raise ExportError(
+                    f'wind = "line": span {number} has its own wind, which one input of all spans'
+                    ' would replace; use wind = "span" (--wind span), or remove its wind'
+                )
     try:
         return Ports(wind, tuple(stations))  # type: ignore[arg-type]  # it checks
     except ValueError as problem:
@@ -169,7 +178,12 @@ def _ports_of(scene: Scene | LineScene, wind: str, stations: Collection[float]) 
 
 def _require_start(scene: Scene | LineScene) -> None:
     """Compute the initial state that the FMU has if its host sets nothing."""
-    at_start = Inputs.still(scene, wind_speed=wind_speed_at_start(scene.wind))
+    if isinstance(scene, LineScene):
+        spans = range(1, len(scene.section.spans) + 1)
+        speed = np.array([float(scene.wind_of_span(span).at(0.0)) for span in spans])
+    else:
+        speed = np.array([wind_speed_at_start(scene.wind)])
+    at_start = Inputs.still(scene, wind_speed=speed if len(speed) > 1 else float(speed[0]))
     Model(scene).start(0.0, at_start)
 
 

@@ -3,7 +3,8 @@
 Spans, phases and stations count from 1, towers from 0 (left end) to the number of spans (right
 end). The host's inputs replace the scene's wind, attack angle and motion of the towers:
 
-- ``wind_speed``, or ``span[1].wind_speed`` ... of each span, replaces ``wind``,
+- ``wind_speed``, or ``span[1].wind_speed`` ... of each span, replaces ``wind``; ``wind_direction``
+  of a scene whose wind has a direction, a profile or gusts replaces its direction,
 - ``attack_angle`` replaces that of the ice on the first span,
 - ``tower[0].x1`` ... replace the motion of the ends and suspensions: every clamp, or the tower's
   point of every string, of all phases.
@@ -33,7 +34,6 @@ from gallop_fmu.fmu.ports import (
     Ports,
     attack_angle_input,
     common_outputs,
-    wind_speed_at_start,
 )
 from gallop_fmu.fmu.variable import CONSTANT, Origin, Target, TargetKind, Term
 from gallop_fmu.foundation.channels import NODE_CHANNELS, NODE_INDEX
@@ -57,11 +57,9 @@ def line_inputs(scene: LineScene, ports: Ports, packed: Packed) -> Iterator[dict
     spans = range(1, packed.map.spans + 1)
     if ports.wind == "span":
         for span in spans:
-            yield _wind(
-                scene, f"span[{span}].wind_speed", f"span {span}", _fields(packed.map, (span,))
-            )
+            yield _wind(scene, f"span[{span}].wind_speed", f"span {span}", (span,))
     else:
-        yield _wind(scene, "wind_speed", "all spans", _fields(packed.map, spans))
+        yield _wind(scene, "wind_speed", "all spans", spans)
     angle = packed.tables["cross_section"][0].attack_angle
     yield attack_angle_input(angle, "; the ice on other spans turns by the same change")
     for tower, junctions in enumerate(packed.map.junctions_of_towers):
@@ -101,7 +99,8 @@ def line_outputs(scene: LineScene, ports: Ports, packed: Packed) -> Iterator[dic
     yield from common_outputs()
 
 
-def _wind(scene: LineScene, name: str, where: str, targets: tuple[Target, ...]) -> dict[str, Any]:
+def _wind(scene: LineScene, name: str, where: str, spans: Sequence[int]) -> dict[str, Any]:
+    """Attributes of the wind speed of spans; there is one field for each."""
     blows = scene.aerodynamics is not None or any(
         getattr(device, "aerodynamics", None) is not None for device in scene.devices
     )
@@ -111,16 +110,11 @@ def _wind(scene: LineScene, name: str, where: str, targets: tuple[Target, ...]) 
         "unit": "m/s",
         "nominal": NOMINAL["wind_speed"],
         "description": f"{WIND_SPEED} {where}, held over a communication step",
-        "start": wind_speed_at_start(scene.wind),
-        "minimum": 0.0,
+        "start": float(scene.wind_of_span(spans[0]).at(0.0)),
+        "minimum": -MAX_WIND_SPEED if blows else 0.0,
         "maximum": MAX_WIND_SPEED if blows else 0.0,
-        "targets": targets,
+        "targets": tuple(Target(TargetKind.WIND, span - 1) for span in spans),
     }
-
-
-def _fields(parts: LineMap, spans: Sequence[int]) -> tuple[Target, ...]:
-    """The fields of spans: one of each."""
-    return tuple(Target(TargetKind.WIND, span - 1) for span in spans)
 
 
 def _names(parts: LineMap, name: str, words: str, phase: int) -> tuple[str, str]:

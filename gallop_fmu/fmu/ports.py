@@ -13,7 +13,7 @@ from gallop_fmu.engine.probes import span_probes
 from gallop_fmu.fmu.enumerations import ENUMERATIONS, STATUS
 from gallop_fmu.fmu.variable import Origin, Target, TargetKind, Term
 from gallop_fmu.foundation.channels import SPAN_INDEX
-from gallop_fmu.scene.wind import Wind
+from gallop_fmu.scene.wind import MAX_DIRECTION, Wind
 
 AXES = ("x1", "x2", "x3")
 
@@ -39,7 +39,7 @@ WIND_SPEED = "wind speed across"
 NOMINAL = {
     **{"u1": 0.01, "u2": 1.0, "u3": 1.0, "theta": 0.1},
     **{"v1": 0.1, "v2": 1.0, "v3": 1.0, "omega": 1.0},
-    **{"angle_of_attack": 1.0, "wind_speed": 10.0, "attack_angle": 1.0},
+    **{"angle_of_attack": 1.0, "wind_speed": 10.0, "attack_angle": 1.0, "wind_direction": 1.0},
     **{"tower": 0.01, "tower_velocity": 0.1, "lean": 0.1},
 }
 """Orders of magnitude [m, rad, m/s, rad/s] of galloping spans; a force has that of the tension."""
@@ -57,6 +57,9 @@ MEANINGS = {
     "angle_of_attack": "attack angle of the relative wind on the ice at {where}",
 }
 """Meanings of the channels of a node, for a host's tooltips."""
+
+MAX_TURN = math.radians(MAX_DIRECTION)
+"""Maximum direction of the wind [rad], in either sense."""
 
 MAX_STATIONS = 100
 """Most stations of a span."""
@@ -104,8 +107,30 @@ class Ports:
 
 
 def wind_speed_at_start(wind: Wind) -> float:
-    """Return the wind speed [m/s] at t = 0."""
-    return float(wind.history.at(0.0)) if wind.history is not None else wind.speed or 0.0
+    """Return the wind speed [m/s] at t = 0, without gusts."""
+    return float(wind.speed_law.at(0.0))
+
+
+def wind_direction_input(wind: Wind, fields: int) -> dict[str, Any]:
+    """Return the attributes of the input that turns the wind of all fields.
+
+    Only scenes whose wind has a direction, a profile or gusts have it.
+    """
+    law = wind.direction_law
+    return INPUT | {
+        "name": "wind_direction",
+        "key": "wind_direction",
+        "unit": "rad",
+        "description": (
+            "direction of the wind: yaw from across the line towards x1, held over a communication"
+            " step"
+        ),
+        "nominal": NOMINAL["wind_direction"],
+        "start": 0.0 if law is None else math.radians(float(law.at(0.0))),
+        "minimum": -MAX_TURN,
+        "maximum": MAX_TURN,
+        "targets": tuple(Target(TargetKind.WIND_DIRECTION, field) for field in range(fields)),
+    }
 
 
 def attack_angle_input(start: float, remark: str = "") -> dict[str, Any]:

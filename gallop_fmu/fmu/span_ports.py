@@ -2,7 +2,8 @@
 
 The host's inputs replace the scene's wind, attack angle and support motion:
 
-- ``wind_speed`` replaces ``wind.speed`` and ``wind.history``,
+- ``wind_speed`` replaces ``wind.speed`` and ``wind.history``, ``wind_direction`` of a scene whose
+  wind has a direction, a profile or gusts ``wind.direction_deg`` and ``wind.direction_history``,
 - ``attack_angle`` replaces ``ice.attack_angle_deg``,
 - ``support.left.x1`` to ``support.right.x3`` replace ``supports.left.motion`` and
   ``supports.right.motion``.
@@ -61,7 +62,7 @@ def span_inputs(scene: Scene) -> Iterator[dict[str, Any]]:
         "nominal": NOMINAL["wind_speed"],
         "description": f"{WIND_SPEED} the span, held over a communication step",
         "start": wind_speed_at_start(scene.wind),
-        "minimum": 0.0,
+        "minimum": -MAX_WIND_SPEED if scene.aerodynamics is not None else 0.0,
         "maximum": MAX_WIND_SPEED if scene.aerodynamics is not None else 0.0,
         "targets": (Target(TargetKind.WIND),),
     }

@@ -27,10 +27,11 @@ class TargetKind(enum.IntEnum):
     WIND = 0
     ATTACK_ANGLE = 1
     MOTION = 2
+    WIND_DIRECTION = 3
 
 
 class Target(NamedTuple):
-    """A number that an input sets: the speed of a field, or the motion of a junction."""
+    """A number that an input sets: speed or direction of a field, or the motion of a junction."""
 
     kind: TargetKind
     item: int = 0

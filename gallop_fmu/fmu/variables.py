@@ -17,7 +17,7 @@ from gallop_fmu.engine.ctypes_structs import CCrossSection
 from gallop_fmu.engine.pack import Packed
 from gallop_fmu.fmu.enumerations import ENUMERATIONS, INTEGRATOR
 from gallop_fmu.fmu.line_ports import line_inputs, line_outputs
-from gallop_fmu.fmu.ports import Ports
+from gallop_fmu.fmu.ports import Ports, wind_direction_input
 from gallop_fmu.fmu.span_ports import span_inputs, span_outputs
 from gallop_fmu.fmu.variable import Origin, Variable
 from gallop_fmu.foundation.integrators import INTEGRATORS
@@ -29,11 +29,15 @@ from gallop_fmu.scene.stations import shed_stations
 from gallop_fmu.scene.suspensions import EndString
 
 REPLACED_BY_INPUTS = re.compile(
-    r"wind\.(?!air_density$)|ice\.attack_angle_deg$|supports\.\w+\.motion\.|run\."
+    r"wind\.(?!air_density$|profile\.(exponent|roughness_length|reference_height)$)"
+    r"|ice\.attack_angle_deg$|supports\.\w+\.motion\.|run\."
 )
 """Paths of a span that are not parameters, because the host sets them or does not use them."""
 
-REPLACED_IN_A_LINE = re.compile(r"(.*\.)?wind\.(?!air_density$)|section\..*\.motion\.|run\.")
+REPLACED_IN_A_LINE = re.compile(
+    r"(.*\.)?wind\.(?!air_density$|profile\.(exponent|roughness_length|reference_height)$)"
+    r"|section\..*\.motion\.|run\."
+)
 """The same of a line, but for the attack angle of the ice on the first span."""
 
 SHED_STATION = re.compile(r"shedding\.\d+\.(from|to)_station")
@@ -50,7 +54,7 @@ def fmu_variables(
     """Return all variables of a scene's FMU.
 
     Inputs and outputs come first; of a single span they have the same references in every FMU,
-    but for stations, which follow.
+    but for stations and the direction of the wind, which follow.
 
     Parameters
     ----------
@@ -72,6 +76,9 @@ def fmu_variables(
         paths = {path for path in scene.numbers() if not REPLACED_BY_INPUTS.match(path)}
         if scene.shedding:
             paths -= _paths_of_the_mesh(scene)
+    if scene.wind.is_varied:
+        fields = len(scene.section.spans) if isinstance(scene, LineScene) else 1
+        found.append(wind_direction_input(scene.wind, fields))
     found += _parameters(scene, paths)
     if scene.numerics.tolerance is None:
         found.append(_integrator(scene))

@@ -55,7 +55,7 @@ static bool allocate_arrays(gallop_cosim *c)
     const size_t inputs = c->input_count, terms = c->term_count;
     const size_t fields = r->section[RESOURCE_FIELDS].count;
     const size_t junctions = r->section[RESOURCE_JUNCTIONS].count;
-    double *block = calloc(9 * inputs + 2 * fields + 6 * junctions + 2 * terms, sizeof *block);
+    double *block = calloc(9 * inputs + 4 * fields + 6 * junctions + 2 * terms, sizeof *block);
     c->numbers = block;
     c->probe = malloc(terms * sizeof *c->probe + 1);
     if (!block || !c->probe) return false;
@@ -65,6 +65,7 @@ static bool allocate_arrays(gallop_cosim *c)
     c->other = take(&block, inputs);
     c->step_rate = take(&block, inputs);
     c->wind = take(&block, 2 * fields);
+    c->wind_direction = take(&block, 2 * fields);
     c->motion = take(&block, 6 * junctions);
     c->observed = take(&block, terms);
     c->observed_elsewhere = take(&block, terms);

@@ -68,9 +68,9 @@ struct gallop_cosim {
     cosim_last_step last_step;
     /* Of inputs: room for a direction, for other values, and for the rates of a step. */
     double *direction, *other, *step_rate;
-    double *wind, *motion; /* room for gallop_inputs */
-    gallop_probe *probe;   /* (terms), */
-    double *observed;      /* their values in the present state, if known; and those elsewhere */
+    double *wind, *wind_direction, *motion; /* room for gallop_inputs */
+    gallop_probe *probe;                    /* (terms), */
+    double *observed; /* their values in the present state, if known; and those elsewhere */
     double *observed_elsewhere;
     bool observed_known[2]; /* of terms that are not of nodes, and of those that are */
     double *numbers;        /* the block that holds the arrays of numbers */

@@ -50,13 +50,15 @@ gallop_inputs cosim_linear_inputs(gallop_cosim *c, const cosim_inputs *with, dou
     const resource_target *t = resource_targets(r);
     const int32_t fields = (int32_t)r->section[RESOURCE_FIELDS].count;
     const int32_t junctions = (int32_t)r->section[RESOURCE_JUNCTIONS].count;
-    double *wind_rate = c->wind + fields, *motion_rate = c->motion + 3 * junctions;
+    double *wind_rate = c->wind + fields, *turn_rate = c->wind_direction + fields,
+           *motion_rate = c->motion + 3 * junctions;
     gallop_inputs in = {.time = time,
                         .fields = fields,
                         .junctions = junctions,
                         .wind = c->wind,
                         .motion = c->motion};
     memset(c->wind, 0, 2 * (size_t)fields * sizeof *c->wind);
+    memset(c->wind_direction, 0, 2 * (size_t)fields * sizeof *c->wind_direction);
     memset(c->motion, 0, 6 * (size_t)junctions * sizeof *c->motion);
     for (uint32_t i = 0; i < r->section[RESOURCE_TARGETS].count; i++) {
         const uint32_t k = t[i].input;
@@ -65,6 +67,10 @@ gallop_inputs cosim_linear_inputs(gallop_cosim *c, const cosim_inputs *with, dou
         if (t[i].kind == RESOURCE_WIND) {
             c->wind[at] = with->value[k];
             wind_rate[at] = rate;
+        } else if (t[i].kind == RESOURCE_WIND_DIRECTION) {
+            in.direction = c->wind_direction;
+            c->wind_direction[at] = with->value[k];
+            turn_rate[at] = rate;
         } else if (t[i].kind == RESOURCE_ATTACK_ANGLE) {
             in.attack_angle = with->value[k];
             in.attack_angle_rate = rate;

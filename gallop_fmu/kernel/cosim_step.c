@@ -37,14 +37,15 @@ static gallop_cosim_status check_step(gallop_cosim *c, double time, double step)
     return GALLOP_COSIM_OK;
 }
 
-/* The rates that the host gave; a wind speed may fall to 0 within the step, not below. */
+/* The rates that the host gave; a wind speed may become 0 within the step, but keeps its side. */
 static void choose_rates(const gallop_cosim *c, double size, double *rate)
 {
     memcpy(rate, c->in.rate, cosim_input_bytes(c));
-    for (uint32_t i = 0; i < c->input_count; i++)
-        if (resource_input_kind(&c->parameters, i) == RESOURCE_WIND &&
-            c->in.value[i] + rate[i] * size < 0.0)
-            rate[i] = -c->in.value[i] / size;
+    for (uint32_t i = 0; i < c->input_count; i++) {
+        if (resource_input_kind(&c->parameters, i) != RESOURCE_WIND) continue;
+        const double value = c->in.value[i], reached = value + rate[i] * size;
+        if (value < 0.0 ? reached > 0.0 : reached < 0.0) rate[i] = -value / size;
+    }
 }
 
 gallop_cosim_status gallop_cosim_step(gallop_cosim *c, double time, double step)

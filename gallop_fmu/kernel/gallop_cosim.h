@@ -7,7 +7,7 @@
  *     created -> gallop_cosim_enter_initialization -> gallop_cosim_exit_initialization -> stepping
  *             -> gallop_cosim_terminate; gallop_cosim_reset returns to the first from everywhere
  *
- * Between the steps, wind speeds and the attack angle hold their values over a communication step,
+ * Between the steps, the wind and the attack angle hold their values over a communication step,
  * or change at the rate that gallop_cosim_set_input_rates gives; the tower points move linearly to
  * their new places, which they reach at the end of the step.
  *
@@ -160,7 +160,7 @@ GALLOP_API gallop_cosim_status gallop_cosim_set_integer(gallop_cosim *instance,
                                                         const int32_t value[]);
 
 /* Sets the time derivatives of inputs during the next step: all of them or none.  Afterwards they
- * are 0.  A wind speed that would become negative within the step falls to 0 at its end.
+ * are 0.  A wind speed that would change its sign within the step becomes 0 at its end.
  *
  * @param instance      The instance, before termination
  * @param reference     Value references of inputs

@@ -155,10 +155,11 @@ static const char *check_targets(const resource *r)
     const resource_target *t = resource_targets(r);
     const uint32_t count = r->section[RESOURCE_TARGETS].count;
     const uint32_t most[] = {r->section[RESOURCE_FIELDS].count, 1,
-                             r->section[RESOURCE_JUNCTIONS].count};
+                             r->section[RESOURCE_JUNCTIONS].count,
+                             r->section[RESOURCE_FIELDS].count};
     uint32_t next = 0; /* the next new input */
     for (uint32_t i = 0; i < count; i++) {
-        if (t[i].kind < RESOURCE_WIND || t[i].kind > RESOURCE_MOTION) return damaged;
+        if (t[i].kind < RESOURCE_WIND || t[i].kind > RESOURCE_WIND_DIRECTION) return damaged;
         const int axes = t[i].kind == RESOURCE_MOTION ? 3 : 1;
         if (t[i].index < 0 || (uint32_t)t[i].index >= most[t[i].kind] || t[i].axis < 0 ||
             t[i].axis >= axes || t[i].input > next)
@@ -339,6 +340,13 @@ const char *resource_find_label(const resource *r, int32_t object, int32_t index
     return NULL;
 }
 
+static double direction_at_start(const gallop_scene *s, int32_t field)
+{
+    if (s->field[field].direction < 0) return 0.0;
+    const law direction = law_from(&s->law[s->field[field].direction], s->number);
+    return law_value(&direction, 0.0);
+}
+
 void resource_start_inputs(const resource *r, double *input)
 {
     const gallop_scene scene = resource_scene(r);
@@ -348,6 +356,8 @@ void resource_start_inputs(const resource *r, double *input)
         if (t[i].kind == RESOURCE_WIND) {
             const law wind = law_from(&scene.law[scene.field[t[i].index].law], scene.number);
             start = law_value(&wind, 0.0);
+        } else if (t[i].kind == RESOURCE_WIND_DIRECTION) {
+            start = direction_at_start(&scene, t[i].index);
         } else if (t[i].kind == RESOURCE_ATTACK_ANGLE) {
             start = scene.cross_section[0].attack_angle;
         }

@@ -71,9 +71,10 @@ typedef struct {
 
 /* What an input sets. */
 typedef enum {
-    RESOURCE_WIND = 0,         /* the speed of the field `index` */
-    RESOURCE_ATTACK_ANGLE = 1, /* of the first cross-section, by whose change the others turn */
-    RESOURCE_MOTION = 2        /* the tower's point at the junction `index`, along axis 0, 1, 2 */
+    RESOURCE_WIND = 0,          /* the speed of the field `index` */
+    RESOURCE_ATTACK_ANGLE = 1,  /* of the first cross-section, by whose change the others turn */
+    RESOURCE_MOTION = 2,        /* the tower's point at the junction `index`, along axis 0, 1, 2 */
+    RESOURCE_WIND_DIRECTION = 3 /* of the field `index`: all fields have one, or none */
 } resource_target_kind;
 
 /* Item of INPT.  Several items can have one input: it sets all of them. */

@@ -195,6 +195,12 @@ class Wind(Section):
         return self.turbulence is not None and not self.turbulence.is_calm
 
     @property
+    def is_varied(self) -> bool:
+        """True if the wind is described by more than its speed: direction, profile or gusts."""
+        oblique = self.direction_law is not None or self.profile is not None
+        return oblique or self.has_turbulence or self.table is not None
+
+    @property
     def is_gusty(self) -> bool:
         """True if the speed varies irregularly in time, by turbulence or by a table."""
         return self.has_turbulence or (self.table is not None and self.table.varies_in_time)
