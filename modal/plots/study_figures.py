@@ -26,8 +26,17 @@ MARKERS = "osD^v"
 DARK, LIGHT = "#010101", "#fefefe"
 """Colours of letters in coloured cells; they stay the same on a dark page."""
 
+LEVELS = (("--", "dashed"), (":", "dotted"), ("-.", "dash-dotted"))
+"""Style of a line at a level, and its name."""
+
+FAR_LEVEL = 1.5
+"""Level over the largest force above which it is named in the title and not drawn."""
+
 MIN_FORCE_RANGE = 0.1
 """Least range [kN] of an axis of forces."""
+
+LABEL_SHARE = 0.16
+"""Width of the text at a bar over that of the axis."""
 
 MAP_COLOURS = "cividis"
 """Colour map made for all kinds of colour vision."""
@@ -83,7 +92,7 @@ def wind_figure(series: Sequence[WindSeries], points: Mapping[str, tuple[Array, 
                 markersize=4.0,
                 label=f"{each.name}, largest",
             )
-        for (name, (wind, size)), mark in zip(points.items(), ("x", "+", "*"), strict=False):
+        for (name, (wind, size)), mark in zip(points.items(), ("x", "+", "*", "1"), strict=False):
             axes.plot(wind, size, mark, color=NEUTRAL, markersize=4.5, label=name)
         axes.set_xlabel("wind speed [m/s]")
         axes.set_ylabel("vertical motion, peak to peak [m]")
@@ -93,7 +102,7 @@ def wind_figure(series: Sequence[WindSeries], points: Mapping[str, tuple[Array, 
 
 
 def condition_map(
-    winds: Sequence[float], rows: Sequence[str], motion: Array, marks: Sequence[Sequence[str]]
+    winds: Sequence[float], rows: Sequence[str], motion: Array, texts: Sequence[Sequence[str]]
 ) -> Figure:
     """Draw a map of the motion over wind and the other conditions.
 
@@ -105,8 +114,8 @@ def condition_map(
         Ice, attack angle and curve in words.
     motion : ndarray, shape (row, wind)
         Vertical motion, peak to peak [m]; NaN without a result.
-    marks
-        Short text in each cell behind its number, such as ``"*"``.
+    texts
+        Text in each cell.
     """
     with drawing(STYLE):
         figure = Figure(figsize=(WIDTH, 1.0 + 0.23 * len(rows)), layout="constrained")
@@ -128,7 +137,7 @@ def condition_map(
             axes.text(
                 column + 0.5,
                 row + 0.5,
-                f"{size:.1f}{marks[row][column]}" if known else marks[row][column] or "-",
+                texts[row][column],
                 ha="center",
                 va="center",
                 fontsize=7.0,
@@ -199,37 +208,34 @@ def orbit_figure(
         Distance [m] that other phases must keep, drawn around the first area; None: none.
     """
     first = next(iter(offsets.values()))
+    edges = [area.outline()[0], *(ellipse.outline()[0] for ellipse in ellipses.values())]
+    right = max(float(edge.max()) for edge in edges)
     with drawing(STYLE):
-        figure = Figure(figsize=(4.1, 4.8), layout="constrained")
+        figure = Figure(figsize=(WIDTH, 5.2), layout="constrained")
         axes = figure.subplots()
         for k, (name, offset) in enumerate(offsets.items()):
             across, up = area.outline()
-            x3, x2 = across + offset[1] - first[1], up + offset[0] - first[0]
-            axes.fill(x3, x2, color=COLOURS["u2"], alpha=0.2, linewidth=0.0)
-            axes.plot(
-                x3,
-                x2,
-                color=COLOURS["u2"],
-                linewidth=0.7,
-                label="area that the motion covers" if k == 0 else None,
-            )
             place = offset[1] - first[1], offset[0] - first[0]
+            x3, x2 = across + place[0], up + place[1]
+            axes.fill(x3, x2, color=COLOURS["u2"], alpha=0.2, linewidth=0.0)
+            label = "area that the motion covers" if k == 0 else None
+            axes.plot(x3, x2, color=COLOURS["u2"], linewidth=0.7, label=label)
             axes.plot(*place, "o", color=NEUTRAL, markersize=3.0)
             if len(offsets) > 1:
                 axes.annotate(
-                    f"{name} at rest", place, xytext=(5, -9), textcoords="offset points", fontsize=7
+                    f"phase {name}",
+                    (place[0] + right, place[1]),
+                    xytext=(12, 0),
+                    textcoords="offset points",
+                    va="center",
                 )
             for (rule, ellipse), style in zip(ellipses.items(), ("-", "--"), strict=False):
                 x, y = ellipse.outline()
-                axes.plot(
-                    x + place[0],
-                    y + place[1],
-                    style,
-                    color=COLOURS["u3"],
-                    linewidth=0.7,
-                    label=f"ellipse of {rule}" if k == 0 else None,
-                )
+                label = f"ellipse of {rule}" if k == 0 else None
+                line: dict[str, Any] = {"color": COLOURS["u3"], "linewidth": 0.7, "label": label}
+                axes.plot(x + place[0], y + place[1], style, **line)
         axes.plot(*path, color=NEUTRAL, linewidth=0.4, label="path of mid-span")
+        axes.plot([], [], "o", color=NEUTRAL, markersize=3.0, label="conductor at rest")
         if clearance is not None:
             axes.plot(
                 *area.outline(clearance),
@@ -272,22 +278,18 @@ def force_figure(time: Array, forces: Sequence[ForceHistory]) -> Figure:
         for axes, force in zip(panels, forces, strict=True):
             axes.plot(*thinned(time, force.values), color=COLOURS["u2"], linewidth=0.5)
             lowest, highest = float(force.values.min()), float(force.values.max())
-            for (name, level), style in zip(force.levels.items(), ("--", ":"), strict=False):
+            named = []
+            for (name, level), (style, word) in zip(force.levels.items(), LEVELS, strict=False):
+                if level > FAR_LEVEL * highest:  # the axis would hide the motion
+                    named.append(f"{name} {level:z.1f} kN")
+                    continue
+                named.append(f"{name} {level:z.1f} kN ({word})")
                 axes.axhline(level, color=COLOURS["u3"], linestyle=style, linewidth=0.8)
-                axes.annotate(
-                    f"{name}, {level:.1f} kN",
-                    (1.0, level),
-                    xycoords=("axes fraction", "data"),
-                    xytext=(0, 2),
-                    textcoords="offset points",
-                    ha="right",
-                    fontsize=7.0,
-                )
                 lowest, highest = min(lowest, level), max(highest, level)
             half = max(0.5 * (highest - lowest), 0.5 * MIN_FORCE_RANGE)
             middle = 0.5 * (highest + lowest)
-            axes.set_ylim(middle - 1.15 * half, middle + 1.3 * half)
-            axes.set_title(force.name, loc="left", pad=2.0)
+            axes.set_ylim(middle - 1.15 * half, middle + 1.15 * half)
+            axes.set_title("; ".join([force.name, *named]), loc="left", pad=2.0)
             axes.set_ylabel("force [kN]")
             axes.margins(x=0.0)
         figure.align_ylabels(panels)
@@ -314,14 +316,16 @@ def measure_figure(names: Sequence[str], before: float, after: Array, title: str
         axes: Any = figure.subplots()
         places = np.arange(len(names))
         shown = np.nan_to_num(after)
+        limit = 1.3 * max(before, float(shown.max(initial=0.0)))
         axes.barh(places, shown, color=COLOURS["u2"], height=0.6)
         for place, size in zip(places, after, strict=True):
             text = (
                 f"{size:.1f} m ({size / before - 1.0:+.0%})" if np.isfinite(size) else "no result"
             )
+            crosses = size < before < size + LABEL_SHARE * limit
             axes.annotate(
                 text,
-                (np.nan_to_num(size), place),
+                (before if crosses else np.nan_to_num(size), place),
                 xytext=(4, 0),
                 textcoords="offset points",
                 va="center",
@@ -338,7 +342,7 @@ def measure_figure(names: Sequence[str], before: float, after: Array, title: str
             fontsize=7.0,
         )
         axes.set_ylim(len(names) - 0.4, -1.1)
-        axes.set_xlim(0.0, 1.25 * max(before, float(shown.max(initial=0.0))))
+        axes.set_xlim(0.0, limit)
         axes.set_yticks(places, list(names))
         axes.set_xlabel("largest vertical motion, peak to peak [m]")
         add_title(figure, title)

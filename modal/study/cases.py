@@ -24,16 +24,36 @@ from modal.report.line_verdict import MIN_GALLOPING
 from modal.study.gaps import orbit_gaps
 
 Array = NDArray[np.float64]
-Kind = Literal["steady", "not steady", "turned over", "left the curve", "failed"]
+Kind = Literal["steady", "not steady", "turned over", "left the curve", "ended early", "failed"]
 
 KINDS: dict[Kind, str] = {
     "steady": "ran to the end, motion steady or at rest",
     "not steady": "ran to the end, motion not steady: its amplitude holds for the end of the run",
     "turned over": "ran to the end, the iced section turned over",
     "left the curve": "ended early: the attack angle left the measured range of the curve",
+    "ended early": "ended early for another reason, such as a slack conductor",
     "failed": "no result",
 }
 """Kind of a case to its meaning."""
+
+WHOLE = ("steady", "not steady", "turned over")
+"""Kinds of cases that ran to the end."""
+
+EARLY = tuple(
+    each.name.lower() for each in (Outcome.SLACK, Outcome.NEWTON_STALLED, Outcome.NON_FINITE)
+)
+"""Outcomes of runs that ended early for another reason than the curve."""
+
+REASONS = {
+    Outcome.EQUILIBRIUM_NOT_FOUND: "no static equilibrium; ice that is heavy on one side rotates a"
+    " long, twistable conductor without limit",
+    Outcome.NEWTON_STALLED: "the calculation did not converge",
+    Outcome.NON_FINITE: "the motion became infinite",
+    Outcome.SLACK: "the conductor went slack",
+    Outcome.ANGLE_OUT_OF_RANGE: "the attack angle left the measured range of the curve at once",
+    Outcome.INVALID_SCENE: "the condition is not possible",
+}
+"""Reasons why a case has no result, in words."""
 
 OWN_COLUMNS = {
     "span_reached": ("m", "vertical motion of mid-span, peak to peak, in the last half of the run"),
@@ -61,7 +81,11 @@ class Case:
     kind : str
         One of `KINDS`.
     text : str
-        Judgement of the motion, or the reason why the case ended.
+        Judgement of the motion, or the reason why the case ended, in full.
+    reason : str
+        Reason why the case has no result, in words without numbers; empty if it has.
+    warnings : str
+        Warnings of the run that limit the trust in it; may be empty.
     sag, peak_to_peak, horizontal, frequency_hz : ndarray, shape (span,)
         Of mid-span: sag in still air and peak-to-peak motion, vertical and horizontal [m], and
         frequency of the vertical motion [Hz]; of several phases the largest. NaN without a result.
@@ -77,6 +101,8 @@ class Case:
     curve: str
     kind: Kind
     text: str
+    reason: str
+    warnings: str
     sag: Array
     peak_to_peak: Array
     horizontal: Array
@@ -93,7 +119,7 @@ class Case:
     @property
     def is_whole(self) -> bool:
         """True if the run went to its end."""
-        return self.kind not in ("failed", "left the curve")
+        return self.kind in WHOLE
 
     @cached_property
     def largest(self) -> float:
@@ -151,22 +177,21 @@ class Variant:
 
 def run_cases(
     variants: Sequence[Variant],
-    winds: Sequence[float],
-    angles_deg: Sequence[float],
+    points: Sequence[tuple[float, float]],
     *,
     offsets: Sequence[Sequence[float]],
     stop_time: float | None = None,
     workers: int | None = None,
     progress: Progress | None = None,
 ) -> list[Case]:
-    """Simulate every variant in every wind [m/s] at every attack angle [deg], on threads.
+    """Simulate every variant at every point: wind speed [m/s] and attack angle [deg]; on threads.
 
     Parameters
     ----------
     variants
         The lines.
-    winds, angles_deg
-        Values of the wind speed and the attack angle.
+    points
+        Wind speed and attack angle.
     offsets
         Position x2, x3 [m] of each phase, for gaps between orbits.
     stop_time
@@ -185,11 +210,10 @@ def run_cases(
     named: list[Variant] = []
     for variant in variants:
         spec = SceneSpec.of(variant.scene)
-        for angle in angles_deg:
-            for wind in winds:
-                changes = {"wind.speed": wind, "ice.attack_angle_deg": angle}
-                every.append(Run(len(every), spec, changes, {}))
-                named.append(variant)
+        for wind, angle in points:
+            changes = {"wind.speed": wind, "ice.attack_angle_deg": angle}
+            every.append(Run(len(every), spec, changes, {}))
+            named.append(variant)
 
     def summary(result: LineResult) -> Mapping[str, Any]:
         return case_row(result, offsets)
@@ -210,13 +234,18 @@ def case_row(result: LineResult, offsets: Sequence[Sequence[float]]) -> dict[str
     phases = result.map.phases > 1
     gaps = orbit_gaps(result, offsets)
     late = result.dataset.time.values >= 0.5 * float(result.dataset.time[-1])
-    for found in result.spans.to_dict("records"):
-        place = Place("span", found["span"], found["phase"] if phases else None)
-        u2 = result.bundle(found["span"], found["phase"])["u2"].values[late]
-        row[place.name_of("span_reached")] = float(np.ptp(u2))
-        row[place.name_of("span_largest_tension")] = found.get("largest_tension")
-        if found["span"] in gaps:
-            row[place.name_of("span_orbit_gap")] = gaps[found["span"]]
+    data = result.dataset
+    numbers, phase_of, tension = data.span.values, data.phase.values, data["tension"].values
+    for span in range(1, result.map.spans + 1):
+        for phase in range(1, result.map.phases + 1):
+            place = Place("span", span, phase if phases else None)
+            own = (numbers == span) & (phase_of == phase)
+            row[place.name_of("span_reached")] = float(
+                np.ptp(result.bundle(span, phase)["u2"].values[late])
+            )
+            row[place.name_of("span_largest_tension")] = float(np.nanmax(tension[:, own]))
+            if span in gaps:
+                row[place.name_of("span_orbit_gap")] = gaps[span]
     pulls = {(each["tower"], each["phase"]): each for each in result.strings.to_dict("records")}
     for found in result.towers.to_dict("records"):
         place = Place("tower", found["tower"], found["phase"] if phases else None)
@@ -232,22 +261,27 @@ def _case(row: Any, run: Run, variant: Variant) -> Case:
     """Return the case of a row of the dataset."""
     outcome, motion = str(row["outcome"].item()), str(_text(row, "motion"))
     kind: Kind = "failed"
-    if outcome == Outcome.ANGLE_OUT_OF_RANGE.name.lower() and "span_reached" in row:
+    reached = _places(row, "span_reached", "span", np.nanmax)
+    moved = np.isfinite(reached).any()
+    if outcome == Outcome.ANGLE_OUT_OF_RANGE.name.lower() and moved:
         kind = "left the curve"
+    elif outcome in EARLY and moved:
+        kind = "ended early"
     elif outcome == Outcome.COMPLETED.name.lower():
         kind = "steady" if motion.startswith(("steady", "at rest")) else "not steady"
         kind = "turned over" if motion.startswith("turned over") else kind
     peak = 2.0 * _places(row, "span_u2_amplitude", "span", np.nanmax)
-    reached = _places(row, "span_reached", "span", np.nanmax)
     return Case(
         wind=float(run.changes["wind.speed"]),
         angle_deg=float(run.changes["ice.attack_angle_deg"]),
         ice=variant.ice,
         curve=variant.curve,
         kind=kind,
-        text=motion if kind not in ("failed", "left the curve") else _text(row, "message"),
+        reason=_reason(outcome) if kind == "failed" else "",
+        text=motion if kind in WHOLE else _text(row, "message"),
+        warnings=_text(row, "warnings"),
         sag=_places(row, "span_sag", "span", np.nanmax),
-        peak_to_peak=reached if kind in ("left the curve", "turned over") else peak,
+        peak_to_peak=peak if kind in ("steady", "not steady") else reached,
         horizontal=2.0 * _places(row, "span_u3_amplitude", "span", np.nanmax),
         frequency_hz=_places(row, "span_u2_frequency_hz", "span", np.nanmax),
         tension=_places(row, "span_largest_tension", "span", np.nanmax),
@@ -260,6 +294,12 @@ def _case(row: Any, run: Run, variant: Variant) -> Case:
             if str(name).startswith("tower_")
         },
     )
+
+
+def _reason(outcome: str) -> str:
+    """Reason of a case without a result, from the name of its outcome."""
+    found = [words for each, words in REASONS.items() if each.name.lower() == outcome]
+    return found[0] if found else f"the calculation failed ({outcome})"
 
 
 def _text(row: Any, name: str) -> str:

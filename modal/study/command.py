@@ -96,8 +96,8 @@ def study(  # noqa: PLR0913 - typer takes a parameter for each option
     """Study a line: does it gallop, how high, clashes, forces, and which measures help.
 
     Every combination of wind, attack angle, ice and curve is simulated. Measures (tension, spacers,
-    pendulums, dampers, a split span) are simulated with the worst ice and curve, in all winds and
-    at all angles. The report begins with a verdict on one page.
+    pendulums, dampers, a split span) are simulated with the worst ice and curve. The report begins
+    with a verdict on one page.
     """
     from gallop_fmu.foundation.text_rules import clean_text
     from modal.report.page import SUFFIXES

@@ -172,7 +172,8 @@ def _pendulums(scene: LineScene) -> Measure:
     each = f" on each of {count} subconductors" if count > 1 else ""
     return _made(
         f"Hang {len(PENDULUM_STATIONS)} detuning pendulums in each span",
-        f"{mass:g} kg at {PENDULUM_ARM:g} m below the conductor{each}, at the quarter points",
+        f"{mass:g} kg at {PENDULUM_ARM:g} m below the conductor{each}, at the quarter points;"
+        " they lower the torsional frequency, and the moment curve decides if that helps",
         lambda: _with_devices(scene, devices),
     )
 

@@ -25,8 +25,15 @@ from modal.study.gaps import NORMALS, support
 from modal.study.study import LineStudy, largest_of
 from modal.study.verdict import answers, assumptions
 
-MARKS = {"not steady": "*", "turned over": "o", "left the curve": "+", "steady": "", "failed": "-"}
-"""Mark of a kind of case in the map."""
+MARKS = {
+    "steady": "{}",
+    "not steady": "{}*",
+    "turned over": "{} T",
+    "left the curve": "> {}",
+    "ended early": "> {}",
+    "failed": "-",
+}
+"""Text of a kind of case in the map."""
 
 
 @dataclass(frozen=True)
@@ -118,15 +125,15 @@ def _pictures(study: LineStudy) -> list[Any]:
                 lambda: figures.wind_figure(_series(study), _points(study)),
             )
         )
-        rows, motion, marks = _map(study)
+        rows, motion, texts = _map(study)
         drawn.append(
             picture(
                 "map",
                 "Map of the vertical motion over wind, ice and attack angle",
                 "Vertical motion, peak to peak [m], of the span that moves most. *: not steady;"
-                " o: the iced section turned over; +: left the measured range of the curve, at"
-                " least this much; -: no result.",
-                lambda: figures.condition_map(study.conditions.winds, rows, motion, marks),
+                " T: the iced section turned over; >: at least, the run ended early as it left the"
+                " curve or went slack; -: no result.",
+                lambda: figures.condition_map(study.conditions.winds, rows, motion, texts),
             )
         )
     result = study.findings.result if isinstance(study.findings, LineFindings) else None
@@ -138,7 +145,8 @@ def _pictures(study: LineStudy) -> list[Any]:
             picture(
                 "measures",
                 "Largest vertical motion with each measure",
-                "Largest vertical motion with each measure, over all winds and attack angles.",
+                "Largest vertical motion with each measure, over the conditions in which they were"
+                " tried.",
                 lambda: figures.measure_figure(
                     [each.measure.name for each in simulated],
                     largest_of(study.before),
@@ -172,6 +180,7 @@ def _points(study: LineStudy) -> dict[str, Any]:
         "not steady": "not steady",
         "turned over": "section turned over",
         "left the curve": "left the curve: at least",
+        "ended early": "ended early: at least",
     }
     points = {}
     for kind, name in names.items():
@@ -185,22 +194,23 @@ def _points(study: LineStudy) -> dict[str, Any]:
 
 
 def _map(study: LineStudy) -> tuple[list[str], Any, list[list[str]]]:
-    """Rows of the map with the motion and the mark of each cell."""
+    """Rows of the map with the motion and the text of each cell."""
     keys = list(dict.fromkeys((case.ice, case.curve, case.angle_deg) for case in study.cases))
     winds = study.conditions.winds
     motion = np.full((len(keys), len(winds)), np.nan)
-    marks = [[""] * len(winds) for _ in keys]
+    texts = [["-"] * len(winds) for _ in keys]
     for case in study.cases:
         row = keys.index((case.ice, case.curve, case.angle_deg))
         column = winds.index(case.wind)
         motion[row, column] = case.largest
-        marks[row][column] = MARKS[case.kind]
+        if case.has_result:
+            texts[row][column] = MARKS[case.kind].format(f"{case.largest:.1f}")
     curves = len({curve for _, curve, _ in keys}) > 1
     rows = [
         f"{ice}, {angle:g} deg" + (f", {curve.removeprefix('curve ') or 'own'}" if curves else "")
         for ice, curve, angle in keys
     ]
-    return rows, motion, marks
+    return rows, motion, texts
 
 
 def _pictures_of_worst(study: LineStudy, worst: Case, result: LineResult) -> list[Any]:
@@ -232,7 +242,6 @@ def _pictures_of_worst(study: LineStudy, worst: Case, result: LineResult) -> lis
                 _ellipses(study, float(worst.sag[span - 1])),
                 study.clearance if len(offsets) > 1 else None,
             ),
-            once=True,
         ),
         picture(
             "forces",

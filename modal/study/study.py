@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 import time as clock
 from collections.abc import Callable, Sequence
@@ -25,6 +26,9 @@ from modal.study.gaps import ellipse_gaps
 from modal.study.measures import Measure, applicable, measures
 
 Array = NDArray[np.float64]
+
+Point = tuple[float, float]
+"""Wind speed [m/s] and attack angle [deg]."""
 
 LINEAR_MODES = 24
 """Modes among which the lowest critical wind is looked for."""
@@ -81,7 +85,8 @@ class LineStudy:
     ellipse_gaps : dict
         Gap of the ellipses of two phases by rule and span, for the ice of the worst case.
     before : list of Case
-        The cases of the worst ice and curve, with which measures are compared.
+        The cases with which measures are compared: with the worst ice and curve, in all winds at
+        the worst attack angle, and at all attack angles in the worst wind.
     tried : list of Tried
         Measures, the most effective first.
     clearance : float or None
@@ -175,18 +180,18 @@ def study_line(
     climates = list(conditions.climates(reduced, Path(folder)))
     angles = conditions.angles(scene)
 
-    def run(variants: Sequence[Variant], name: str) -> list[Case]:
+    def run(variants: Sequence[Variant], points: Sequence[Point], name: str) -> list[Case]:
         return run_cases(
             variants,
-            conditions.winds,
-            angles,
+            points,
             offsets=offsets,
             stop_time=stop_time,
             workers=workers,
             progress=lambda done, failed, count: shown(name, done / count),
         )
 
-    cases = run([Variant(each.scene, each.ice_text, each.curve_text) for each in climates], "cases")
+    variants = [Variant(each.scene, each.ice_text, each.curve_text) for each in climates]
+    cases = run(variants, list(itertools.product(conditions.winds, angles)), "cases")
     worst = _worst_of(cases)
     criteria = Parts(scene, shown).compute("critical winds", lambda: _criteria(climates, angles))
     findings: LineFindings | Missing = Missing("no case has a result, so there is no worst case.")
@@ -197,10 +202,20 @@ def study_line(
         named = worst.ice, worst.curve
         climate = next(each for each in climates if (each.ice_text, each.curve_text) == named)
         findings = examine_line(climate.at(worst.wind, worst.angle_deg), stop_time, shown)
-        before = [case for case in cases if (case.ice, case.curve) == named]
+        before = [
+            case
+            for case in cases
+            if (case.ice, case.curve) == named
+            and (case.wind == worst.wind or case.angle_deg == worst.angle_deg)
+        ]
         sags = {k: float(sag) for k, sag in enumerate(worst.sag, start=1)}
         gaps = ellipse_gaps(sags, scene.conductor.diameter, offsets)
-        tried = _tried(climate, whole, worst, run) if worst.gallops else []
+        points = [(case.wind, case.angle_deg) for case in before]
+
+        def try_out(changed: Sequence[Variant]) -> list[Case]:
+            return run(changed, points, "measures")
+
+        tried = _tried(climate, whole, worst, try_out) if worst.gallops else []
     return LineStudy(
         scene=scene,
         conditions=conditions,
@@ -233,9 +248,9 @@ def _tried(
     climate: Climate,
     whole: LineScene,
     worst: Case,
-    run: Callable[[Sequence[Variant], str], list[Case]],
+    run: Callable[[Sequence[Variant]], list[Case]],
 ) -> list[Tried]:
-    """Simulate the measures at the worst ice and curve, in all winds and at all angles."""
+    """Simulate the measures with the worst ice and curve."""
     # The phases of the line as given, with the ice and the curve of the worst case.
     phased = climate.scene
     if len(whole.phases) > len(phased.phases):
@@ -245,7 +260,7 @@ def _tried(
     variants = [Variant(one_phase(scene), measure.name, "") for measure, scene in applicable(found)]
     cases: list[Case] = []
     for count in sorted({len(each.scene.phases) for each in variants}):
-        cases += run([each for each in variants if len(each.scene.phases) == count], "measures")
+        cases += run([each for each in variants if len(each.scene.phases) == count])
     tried = [
         Tried(measure, [case for case in cases if case.ice == measure.name]) for measure in found
     ]

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 from collections import Counter
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
@@ -11,14 +12,13 @@ import numpy as np
 
 from modal.report.findings import Missing
 from modal.report.line_verdict import MIN_GALLOPING, critical_sentence, pairs_sentence
-from modal.study.cases import KINDS, Case
+from modal.study.cases import KINDS, Case, Kind
 from modal.study.study import LineStudy, Tried, largest_of
+
+_NUMBER = re.compile(r"[\d.]+")
 
 MIN_EFFECT = 0.1
 """Share of the motion by which a measure must reduce it to be called effective."""
-
-ALL_PULL = 0.01
-"""Share of the tension below which an unbalanced pull is said to be small."""
 
 
 @dataclass(frozen=True)
@@ -64,7 +64,7 @@ def _gallops(study: LineStudy) -> Answer:
     )
     if not known:
         return Answer(
-            "Will it gallop?", "Not known: no case has a result.", (_first_failure(study), rule)
+            "Will it gallop?", "Not known: no case has a result.", (*_failures(study), rule)
         )
     share = f"{len(galloping)} of {len(known)} simulated cases"
     if not galloping:
@@ -145,7 +145,7 @@ def _height(study: LineStudy) -> Answer:
         return Answer(question, "Not known: no case has a result.", ())
     span = worst.largest_span
     sag = float(worst.sag[span - 1])
-    at_least = "at least " if worst.kind == "left the curve" else ""
+    at_least = "" if worst.is_whole else "at least "
     answer = (
         f"Up to {at_least}{worst.largest:.1f} m peak to peak, in span {span}:"
         f" {worst.largest / sag:.0%} of its sag of {sag:.1f} m."
@@ -178,7 +178,9 @@ def _kind_of(case: Case) -> str:
         )
     if case.kind == "steady":
         return "The motion is steady."
-    return f"The motion is not steady: {case.text}."
+    if case.kind == "ended early":
+        return f"The run ended early: {case.text}"
+    return f"The motion is not steady: {case.text.partition(' (')[0]}."
 
 
 def _clearance(study: LineStudy) -> Answer:
@@ -216,8 +218,8 @@ def _clearance(study: LineStudy) -> Answer:
         level = "good" if required is not None else "open"
     evidence = [
         f"Smallest gap: {closest.condition()}. Gaps are between the areas that the orbits of two"
-        " phases cover, since the phases need not move in step; measured at mid-span and the"
-        " quarter points, between conductors.",
+        " phases cover, since the phases need not move in step, at mid-span and the quarter points."
+        " An overlap is the shift that would separate the areas.",
         *_ellipses(study),
     ]
     if required is None:
@@ -368,46 +370,57 @@ def _changes(study: LineStudy) -> Answer:
 def _sentence_of(tried: Tried, before: Sequence[Case]) -> str:
     """Effect of a measure in a sentence."""
     if tried.measure.scene is None:
-        return f"{tried.measure.name}: not possible on this line. {tried.measure.reason}"
+        return f"{tried.measure.name}: not possible on this line; {tried.measure.reason}."
     largest, first = tried.largest, largest_of(before)
     if math.isnan(largest):
         return f"{tried.measure.name}: no simulated case has a result."
     count = sum(case.gallops for case in before)
     return (
-        f"{tried.measure.name} ({tried.measure.detail}): {first:.1f} to {largest:.1f} m"
-        f" ({largest / first - 1.0:+.0%}), galloping cases {count} to {tried.galloping} of"
-        f" {len(tried.cases)}."
+        f"{tried.measure.name}: {first:.1f} to {largest:.1f} m ({largest / first - 1.0:+.0%});"
+        f" {tried.galloping} of {len(tried.cases)} cases gallop, before {count}."
     )
 
 
 def _certainty(study: LineStudy) -> Answer:
     """Number of cases of each kind, ranges, and what is assumed."""
     counts = Counter(case.kind for case in study.cases)
-    steady, total = counts["steady"], len(study.cases)
-    answer = (
-        f"{steady} of {total} cases ended in a steady motion"
-        + (f", {counts['not steady']} were not steady" if counts["not steady"] else "")
-        + (f", in {counts['turned over']} the section turned over" if counts["turned over"] else "")
-        + (f", {counts['left the curve']} left the curve" if counts["left the curve"] else "")
-        + (f", {counts['failed']} have no result" if counts["failed"] else "")
-        + "."
-    )
-    evidence = [
-        f"{counts[kind]} of {total}: {text}." for kind, text in KINDS.items() if counts[kind]
-    ]
-    if counts["failed"]:
-        evidence.append(_first_failure(study))
-    evidence += assumptions(study)
+    total = len(study.cases)
+    words: dict[Kind, str] = {
+        "not steady": "{} were not steady",
+        "turned over": "in {} the section turned over",
+        "left the curve": "{} left the curve",
+        "ended early": "{} ended early",
+        "failed": "{} have no result",
+    }
+    others = [text.format(counts[kind]) for kind, text in words.items() if counts[kind]]
+    steady = f"{counts['steady']} of {total} cases ended in a steady motion"
+    answer = f"{', '.join([steady, *others])}."
+    evidence = [f"{counts[k]} of {total}: {text}." for k, text in KINDS.items() if counts[k]]
+    evidence += [*_failures(study), *_warnings(study), *assumptions(study)]
     return Answer("How sure is this?", answer, tuple(evidence))
 
 
-def _first_failure(study: LineStudy) -> str:
-    failed = next((case for case in study.cases if not case.has_result), None)
-    return (
-        ""
-        if failed is None
-        else f"First case without a result: {failed.condition()}: {failed.text}"
-    )
+def _warnings(study: LineStudy) -> Iterator[str]:
+    """Warnings of the runs, those that differ in numbers only together."""
+    groups: dict[str, list[Case]] = {}
+    for case in study.known:
+        if case.warnings:
+            groups.setdefault(_NUMBER.sub("", case.warnings), []).append(case)
+    for cases in groups.values():
+        yield (
+            f"Warning in {len(cases)} of {len(study.known)} cases (first: {cases[0].condition()}):"
+            f" {cases[0].warnings}"
+        )
+
+
+def _failures(study: LineStudy) -> Iterator[str]:
+    """Reasons of the cases without a result, with their number and the first condition."""
+    reasons: dict[str, list[Case]] = {}
+    for case in study.cases:
+        if not case.has_result:
+            reasons.setdefault(case.reason, []).append(case)
+    for reason, cases in reasons.items():
+        yield f"{len(cases)} without a result: {reason} (first: {cases[0].condition()})."
 
 
 def assumptions(study: LineStudy) -> list[str]:

@@ -121,7 +121,7 @@ def test_a_case_is_a_simulation(scene, study):
 def test_one_phase_moves_as_all_do(scene, study):
     """The phases have nothing in common, so two of them move as one alone."""
     variant = Variant(scene, "", "")
-    (both,) = run_cases([variant], [8.0], [0.0], offsets=[(0.0, 0.0), (3.0, 0.5)])
+    (both,) = run_cases([variant], [(8.0, 0.0)], offsets=[(0.0, 0.0), (3.0, 0.5)])
     assert both.peak_to_peak == pytest.approx(study.worst.peak_to_peak, rel=1e-7)
     assert both.gap == pytest.approx(study.worst.gap, abs=1e-6)  # Newton's tolerance
 
