@@ -202,12 +202,7 @@ def study_line(
         named = worst.ice, worst.curve
         climate = next(each for each in climates if (each.ice_text, each.curve_text) == named)
         findings = examine_line(climate.at(worst.wind, worst.angle_deg), stop_time, shown)
-        before = [
-            case
-            for case in cases
-            if (case.ice, case.curve) == named
-            and (case.wind == worst.wind or case.angle_deg == worst.angle_deg)
-        ]
+        before = _around(worst, cases)
         sags = {k: float(sag) for k, sag in enumerate(worst.sag, start=1)}
         gaps = ellipse_gaps(sags, scene.conductor.diameter, offsets)
         points = [(case.wind, case.angle_deg) for case in before]
@@ -236,6 +231,16 @@ def study_line(
 def _check_clearance(clearance: float | None) -> None:
     if clearance is not None and not 0.0 < clearance < math.inf:
         raise SceneError(f"clearance = {clearance:g} m: must be greater than 0")
+
+
+def _around(worst: Case, cases: Sequence[Case]) -> list[Case]:
+    """The cases with the ice and curve of the worst one, and its wind or its attack angle."""
+    return [
+        case
+        for case in cases
+        if (case.ice, case.curve) == (worst.ice, worst.curve)
+        and (case.wind == worst.wind or case.angle_deg == worst.angle_deg)
+    ]
 
 
 def _worst_of(cases: Sequence[Case]) -> Case | None:
