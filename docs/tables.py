@@ -1,4 +1,4 @@
-"""MkDocs hook that fills the tables made from the program itself, so that they match it."""
+"""MkDocs hook: tables made from the program itself, so that they match it, and equations."""
 
 from __future__ import annotations
 
@@ -26,12 +26,17 @@ from modal.cli.main import app as toolkit
 
 TRUST = Path(__file__).parents[1] / "benchmarks" / "accuracy" / "trust.md"
 
+README = Path(__file__).parents[1] / "README.md"
+
 MARK = re.compile(r"\{\{ (\w+) \}\}")
+EQUATIONS = re.compile(r"^```math\n(.*?)^```$", re.DOTALL | re.MULTILINE)
+"""Equations in LaTeX, in the form that GitHub shows."""
 
 
 def on_page_markdown(markdown: str, **_: Any) -> str:
     """Replace each mark such as ``{{ fmu }}`` by its table; a mark without a table is an error."""
     tables = {
+        "readme": readme,
         "scene": scene_tables,
         "line": line_table,
         "line_scene": line_scene_tables,
@@ -41,7 +46,25 @@ def on_page_markdown(markdown: str, **_: Any) -> str:
         "gallop_fmu": partial(public_names, gf),
         "modal": partial(public_names, modal),
     }
+    markdown = EQUATIONS.sub(lambda found: typeset(found[1]), markdown)
     return MARK.sub(lambda mark: "\n".join(tables[mark[1]]()), markdown)
+
+
+def readme() -> Iterator[str]:
+    """The README; its links to files that are not pages become text."""
+    text = README.read_text(encoding="utf-8").replace("](docs/", "](")
+    yield re.sub(
+        r"\[([^\]]+)\]\((?!https?://)(?!(?:tutorial|how-to|concepts|reference)/|[\w-]+\.png)[^)]*\)",
+        r"\1",
+        text,
+    )
+
+
+def typeset(latex: str) -> str:
+    """Return equations as MathML, which browsers show without a program."""
+    from latex2mathml.converter import convert
+
+    return f'<div class="equations">{convert(latex.strip(), display="block")}</div>\n'
 
 
 def public_names(package: ModuleType) -> Iterator[str]:
