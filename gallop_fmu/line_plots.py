@@ -109,6 +109,8 @@ def line_shape(result: LineResult) -> Figure:
 def line_histories(result: LineResult, phase: int = 1) -> Figure:
     """Draw histories: vertical and horizontal at mid-span of each span, and leans of the strings.
 
+    Leans are drawn if they were recorded.
+
     Parameters
     ----------
     result
@@ -123,7 +125,7 @@ def line_histories(result: LineResult, phase: int = 1) -> Figure:
     """
     time = np.asarray(result.dataset.time.values)
     strings = [tower for tower in _strings(result) if tower.phase == phase]
-    ways = [way for way in ("across", "along") if strings]
+    ways = [w for w in ("across", "along") if strings and f"string_lean_{w}" in result.dataset]
     rows = result.map.spans + len(ways)
     with drawing(STYLE):
         figure = Figure(figsize=(TEXT_WIDTH, 0.6 + ROW_HEIGHT * rows), layout="constrained")

@@ -18,9 +18,18 @@ from typing import Any
 
 import lazy_loader
 
+from gallop_fmu.foundation.figures import FIGURES
+
 # `__init__.pyi` is the one list of public names. A module is loaded when one of its names is first
 # used: python-control, for one, is loaded for its models only.
 _public_name, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)
+
+FIGURES |= {
+    "Comparison.plot": "modal.plots.comparison_figure:comparison_figure",
+    "Mode.plot": "modal.plots.span_figures:mode_shapes",
+    "RequiredSlope.plot": "modal.plots.slope_figure:slope_figure",
+    "Screening.plot": "modal.plots.span_figures:screening_figure",
+}
 
 RENAMED = {"Parting": "Divergence", "way_out": "suggest_design_changes"}
 """Old names, which remain for one release, and the new ones."""

@@ -133,6 +133,26 @@ class LineResult(ResultBase[LineScene]):
                 made[name].attrs = attributes
         return part.drop_vars(list(part.data_vars)).drop_dims("node").assign(made)
 
+    def _history(self, channel: str) -> xr.DataArray:
+        """Return a recorded channel; of a channel of the nodes, that of mid-spans as `bundle`.
+
+        It is over time, ``line_span`` and ``line_phase``; the last two only if there are several.
+        """
+        import xarray as xr
+
+        history = self.dataset[channel]
+        if "node" not in history.dims:
+            return history
+        spans, phases = (range(1, count + 1) for count in (self.map.spans, self.map.phases))
+        by_phase = [
+            [self.bundle(span, phase)[channel].reset_coords(drop=True) for span in spans]
+            for phase in phases
+        ]
+        found = xr.concat([xr.concat(row, "line_span") for row in by_phase], "line_phase")
+        found = found.assign_coords(line_span=list(spans), line_phase=list(phases))
+        single = [name for name in ("line_span", "line_phase") if found.sizes[name] == 1]
+        return found.squeeze(single, drop=True).transpose("time", ...)
+
     def _of_nodes(self) -> xr.Dataset:
         """Histories of the nodes alone."""
         names = [name for name in self.dataset.data_vars if name in NODE_INDEX]

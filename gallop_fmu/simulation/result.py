@@ -134,6 +134,11 @@ class Result(ResultBase[Scene]):
         """Return the oscillation of each mid-span channel from `start` to `stop` [s]."""
         return oscillations(self.midspan(), start, stop, is_gusty=self.scene.wind.is_gusty)
 
+    def _history(self, channel: str) -> xr.DataArray:
+        """Return a recorded channel; of a channel of the nodes, its history at mid-span."""
+        history = self.dataset[channel]
+        return self.midspan()[channel] if "node" in history.dims else history
+
     def _table(self) -> tuple[pd.DataFrame, dict[str, str]]:
         """Return the mid-span histories by time, and the unit of each column."""
         frame = self.midspan().drop_vars(["node", "x1"]).to_dataframe()

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import difflib
 from abc import ABC, abstractmethod
 from dataclasses import dataclass
 from functools import cached_property
@@ -9,13 +10,15 @@ from html import escape
 from importlib.util import find_spec
 from io import StringIO
 from pathlib import Path
-from typing import TYPE_CHECKING, Generic, TypeVar
+from typing import TYPE_CHECKING, Any, Generic, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
 
 from gallop_fmu.foundation.atomic_write import netcdf_bytes, write_whole
+from gallop_fmu.foundation.channels import DESCRIBED
 from gallop_fmu.foundation.errors import SceneError
+from gallop_fmu.foundation.figures import drawn
 from gallop_fmu.foundation.outcome import Outcome, Report
 from gallop_fmu.scene.line_scene import LineScene
 from gallop_fmu.scene.scene import Scene
@@ -34,6 +37,8 @@ AnyScene = TypeVar("AnyScene", bound=Scene | LineScene)
 @dataclass(frozen=True)
 class ResultBase(ABC, Generic[AnyScene]):
     """Result of a run.
+
+    Each recorded channel is an attribute, too: ``result.u2`` is its history at mid-span.
 
     Attributes
     ----------
@@ -87,8 +92,82 @@ class ResultBase(ABC, Generic[AnyScene]):
         return sheddings(self)  # type: ignore[arg-type]
 
     @abstractmethod
+    def _history(self, channel: str) -> xr.DataArray:
+        """Return a recorded channel; of a channel of the nodes, its history at mid-span."""
+
+    @abstractmethod
     def _table(self) -> tuple[pd.DataFrame, dict[str, str]]:
         """Return the histories of a table by time, and the unit of each column."""
+
+    def __getattr__(self, name: str) -> xr.DataArray:
+        """Return the history of a channel, such as ``result.u2`` at mid-span.
+
+        Raises
+        ------
+        AttributeError
+            There is no such channel, or it was not recorded.
+        """
+        if hasattr(type(self), name):
+            object.__getattribute__(self, name)  # raises the error that led here
+        if name not in DESCRIBED:
+            kind = type(self).__name__
+            known = [] if name.startswith("_") else dir(self)
+            near = difflib.get_close_matches(name, known, n=1)
+            closest = f"; closest: {near[0]}" if near else ""
+            raise AttributeError(f"{kind} has no attribute or channel {name!r}{closest}")
+        if name not in self.dataset.data_vars:
+            recorded = ", ".join(map(str, self.dataset.data_vars))
+            raise AttributeError(f"{name} was not recorded; the run has {recorded}")
+        try:
+            return self._history(name)
+        except SceneError as problem:
+            raise AttributeError(str(problem)) from None
+
+    def __dir__(self) -> list[str]:
+        """Public attributes and recorded channels, for completion by the tab key."""
+        own = {name for name in super().__dir__() if not name.startswith("_")}
+        return sorted(own | {str(name) for name in self.dataset.data_vars if name in DESCRIBED})
+
+    def to_dataframe(self) -> pd.DataFrame:
+        """Return the histories at mid-span, of a line also of towers and strings, as a table.
+
+        Returns
+        -------
+        pandas.DataFrame
+            By time [s]. Columns are those of a CSV file that `save` writes;
+            ``frame.attrs["units"]`` has their units.
+        """
+        frame, units = self._table()
+        frame.attrs["units"] = units
+        return frame
+
+    def plot(self, **options: Any) -> Any:
+        """Draw the run: `gallop_fmu.plots.overview`, of a line `line_plots.line_histories`.
+
+        Parameters
+        ----------
+        **options
+            Of the function.
+
+        Returns
+        -------
+        matplotlib.figure.Figure
+        """
+        return drawn(f"{type(self).__name__}.plot", self, **options)
+
+    def trace(self, **options: Any) -> Any:
+        """Draw the path of mid-span: `gallop_fmu.plots.trace`, of a line `line_plots.line_paths`.
+
+        Parameters
+        ----------
+        **options
+            Of the function.
+
+        Returns
+        -------
+        matplotlib.figure.Figure
+        """
+        return drawn(f"{type(self).__name__}.trace", self, **options)
 
     def __repr__(self) -> str:
         times = self.dataset.time.values

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from gallop_fmu import LineScene, Scene, SceneError
 from gallop_fmu.foundation.deprecation import warn_renamed
+from gallop_fmu.foundation.figures import drawn
 from gallop_fmu.foundation.text_rules import counted
 from gallop_fmu.input.scene_like import SceneLike, as_scene
 from modal.linear.eigensolution import is_stable, lowest, oscillating
@@ -85,6 +86,15 @@ class Mode:
             f"Mode({self.frequency_hz:.4f} Hz, {self.family}, {side},"
             f" {counted(self.loops, 'loop')}, damping {100.0 * self.damping_ratio:.2f} %)"
         )
+
+    def plot(self) -> Any:
+        """Draw the shape of the mode by `modal.plots.mode_shapes`, which draws several, too.
+
+        Returns
+        -------
+        matplotlib.figure.Figure
+        """
+        return drawn("Mode.plot", [self])
 
     @property
     def symmetric_share(self) -> float:

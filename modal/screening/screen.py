@@ -4,9 +4,11 @@ from __future__ import annotations
 
 import time as clock
 from dataclasses import dataclass, field
+from typing import Any
 
 from gallop_fmu import Scene, SceneError
 from gallop_fmu.foundation.deprecation import warn_renamed
+from gallop_fmu.foundation.figures import drawn
 from gallop_fmu.input.scene_like import SpanLike, as_span
 from modal.foundation import one_span as instead
 from modal.foundation.normal_wind import check_wind_is_normal
@@ -103,6 +105,15 @@ class Screening:
     def __repr__(self) -> str:
         lines = [f"Screening at {self.wind_speed:g} m/s: {self.risk}; {self.reason}"]
         return "\n".join([*lines, *(f"warning: {sentence}" for sentence in self.warnings)])
+
+    def plot(self) -> Any:
+        """Draw motion and growth over the wind speed by `modal.plots.screening_figure`.
+
+        Returns
+        -------
+        matplotlib.figure.Figure
+        """
+        return drawn("Screening.plot", self)
 
     @property
     def swings(self) -> bool:

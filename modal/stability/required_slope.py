@@ -42,12 +42,13 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from gallop_fmu import LineScene, Scene, SceneError
+from gallop_fmu.foundation.figures import drawn
 from gallop_fmu.input.scene_like import SceneLike, as_scene
 from gallop_fmu.line.clearance import cigre_322_single_loop
 from modal.linear.line_modes import LineMode
@@ -130,6 +131,15 @@ class RequiredSlope:
     given_moment_slope: float
     saturation_deg: float
     remarks: list[str]
+
+    def plot(self) -> Any:
+        """Draw slopes and amplitudes over the wind speed by `modal.plots.slope_figure`.
+
+        Returns
+        -------
+        matplotlib.figure.Figure
+        """
+        return drawn("RequiredSlope.plot", self)
 
     def decisive(self) -> xr.DataArray:
         """Largest ``slope`` of all modes over the wind speed; a curve above it excites no mode."""

@@ -16,6 +16,7 @@ from gallop_fmu import (
     simulate,
 )
 from gallop_fmu.foundation.deprecation import warn_renamed
+from gallop_fmu.foundation.figures import drawn
 from gallop_fmu.input.scene_like import SceneLike, as_scene
 from gallop_fmu.simulation.oscillation import Oscillations, frequency_text
 from gallop_fmu.simulation.steadiness import Motion
@@ -168,6 +169,15 @@ class Comparison:
             for found in self.divergences
             if (found.model, found.channel, found.level, found.span, found.phase) == key
         )
+
+    def plot(self, **options: Any) -> Any:
+        """Draw the histories and paths by `modal.plots.comparison_figure`, with its options.
+
+        Returns
+        -------
+        matplotlib.figure.Figure
+        """
+        return drawn("Comparison.plot", self, **options)
 
     @property
     def partings(self) -> tuple[Divergence, ...]:
