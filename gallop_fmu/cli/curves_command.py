@@ -131,6 +131,7 @@ def _chosen(name: str, thickness_ratio: float) -> tuple[Aerodynamics, dict[str, 
 
     from gallop_fmu.foundation.errors import SceneError
     from gallop_fmu.scene.assumed_coefficients import AssumedCoefficients
+    from gallop_fmu.scene.curve_catalogue import packaged_curves
     from gallop_fmu.scene.packaged_coefficients import PackagedCoefficients
     from gallop_fmu.scene.table_coefficients import TableCoefficients
     from gallop_fmu.scene.validation_messages import explain
@@ -144,13 +145,16 @@ def _chosen(name: str, thickness_ratio: float) -> tuple[Aerodynamics, dict[str, 
         if Path(name).suffix.lower() == ".csv":
             table = TableCoefficients.model_validate({"file": name}, context={"folder": Path()})
             return table, {"title": f"{len(table.angle_deg)} angles", "status": "from a file"}
-        kind = PackagedCoefficients
-        packaged = PackagedCoefficients(name=name)
     except ValidationError as error:
         raise SceneError(explain(error, kind)) from None
+    if name not in packaged_curves():
+        names = ", ".join(["assumed", *packaged_curves()])
+        raise SceneError(
+            f"{name!r}: no curve has this name; there are {names}, or a CSV file (.csv)"
+        )
+    packaged = PackagedCoefficients(name=name)
     entry = packaged.entry
-    names = ("title", "status", "source", "reynolds", "attack_angle", "validity")
-    return packaged, {text: getattr(entry, text) for text in names}
+    return packaged, {key: getattr(entry, key) for key in LABELS}
 
 
 def _unstable_ranges(section: Aerodynamics) -> list[list[float]]:

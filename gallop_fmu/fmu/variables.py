@@ -2,9 +2,10 @@
 
 `gallop_fmu.fmu.span_ports` and `gallop_fmu.fmu.line_ports` have the inputs and outputs. Every
 number of the scene that the host's inputs do not replace is a fixed parameter under its dotted
-path, except those of ``run``, which the host decides, and numbers of a line on which its mesh or
-the place of a junction depends, such as ``section.spans[0].length``. In names, indices of the
-scene's lists are in brackets, as FMI demands, and count from 0: ``loads[0].torque``.
+path, except those of ``run``, which the host decides, the ice thickness of the assumed coefficient
+curve, and numbers of a line on which its mesh or the place of a junction depends, such as
+``section.spans[0].length``. In names, indices of the scene's lists are in brackets, as FMI demands,
+and count from 0: ``loads[0].torque``.
 """
 
 from __future__ import annotations
@@ -31,8 +32,12 @@ from gallop_fmu.scene.suspensions import EndString
 REPLACED_BY_INPUTS = re.compile(
     r"wind\.(?!air_density$|profile\.(exponent|roughness_length|reference_height)$)"
     r"|ice\.attack_angle_deg$|supports\.\w+\.motion\.|run\."
+    r"|(.*\.)?aerodynamics\.ice_thickness_ratio$"
 )
-"""Paths of a span that are not parameters, because the host sets them or does not use them."""
+"""Paths of a span that are not parameters, because the host sets them or does not use them.
+
+The numbers of the assumed coefficient curve are computed from the ice thickness at export.
+"""
 
 REPLACED_IN_A_LINE = re.compile(
     r"(.*\.)?wind\.(?!air_density$|profile\.(exponent|roughness_length|reference_height)$)"

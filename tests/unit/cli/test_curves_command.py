@@ -55,7 +55,7 @@ def test_a_file_is_described_and_drawn(invoke, tmp_path):
 @pytest.mark.parametrize(
     ("words", "message"),
     [
-        (["nope"], "name: 'nope' is not a packaged curve; there are example2"),
+        (["nope"], "'nope': no curve has this name; there are assumed, example2"),
         (["no.csv"], "no.csv: no such file"),
         (["assumed", "--thickness-ratio", "5"], "ice_thickness_ratio = 5.0: must be"),
         (["--plot", "curve.png"], "--plot: needs the name of a curve"),

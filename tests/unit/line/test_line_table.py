@@ -284,7 +284,7 @@ def test_every_value_has_a_source():
     untold = [
         leaf.path
         for leaf in leaves(scene)
-        if leaf.path not in ("title", "description", "notes", "sources", "loads")
+        if leaf.path not in ("title", "description", "notes", "sources", "loads", "shedding")
         and leaf.value is not None
         and not any(
             leaf.path == source or leaf.path.startswith(source + ".") for source in scene.sources
