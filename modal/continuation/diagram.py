@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,6 +19,9 @@ Array = NDArray[np.float64]
 
 SAME_EVENT = 1e-3
 """Distance of the summaries of two solutions below which they are the same event."""
+
+NEAR_SEGMENT = 0.2
+"""Distance from the chord of two points, relative to its length, within which a branch passes."""
 
 CRITICAL = 1e-6
 """Growth below which a disturbance is the critical one of an event."""
@@ -41,7 +45,8 @@ class Diagram:
     failures : list of tuple of Event and str
         Events at which no branch was found, and why.
     unexplored : list of Event
-        Events at which no branch was sought, because of the limits of depth, number and stability.
+        Events at which no branch was sought, because of the limits of depth, number, points and
+        stability.
     """
 
     branches: list[Branch]
@@ -64,6 +69,7 @@ def explore(
     user: Sequence[UserEvent] = (),
     depth: int = 4,
     most: int = 30,
+    others: Sequence[tuple[Array, float]] = (),
 ) -> Diagram:
     """Follow the equilibria near a guess and, from their events on, all other branches.
 
@@ -75,21 +81,24 @@ def explore(
         Largest number of events between a branch and the equilibria.
     most
         Largest number of branches.
+    others
+        Further equilibria and their parameters. Those on a branch that is known are left out;
+        orbits that begin at the others are not followed.
 
     Raises
     ------
     ContinuationError
         If Newton's method finds no equilibrium.
     """
-    first = equilibria(problem, guess, parameter, settings, user)
-    diagram = Diagram([first], [], [])
-    waiting = [(event, 1) for event in first.events if event.kind in SWITCHING]
+    static = _static_branches(problem, ((guess, parameter), *others), settings, user)
+    diagram = Diagram(static, [], [])
+    waiting = [(event, 1) for event in static[0].events if event.kind in SWITCHING]
     seen: list[Event] = []
     while waiting:
         event, level = waiting.pop(0)
         if any(is_same_event(event, other) for other in seen):
             continue
-        if level > depth or len(diagram.branches) >= most or _is_unlikely(event, settings):
+        if level > depth or _is_beyond(diagram, event, settings, most):
             diagram.unexplored.append(event)
             continue
         seen.append(event)
@@ -105,10 +114,45 @@ def explore(
     return diagram
 
 
-def _is_unlikely(event: Event, settings: Settings) -> bool:
-    """True if too many disturbances grow at an event, beside the critical one."""
-    growing = int(np.sum(event.point.levels > CRITICAL))
-    return settings.max_unstable is not None and growing > settings.max_unstable
+def _static_branches(
+    problem: Problem,
+    starts: Sequence[tuple[Array, float]],
+    settings: Settings,
+    user: Sequence[UserEvent],
+) -> list[Branch]:
+    """Branches of equilibria through all starts, each once."""
+    static: list[Branch] = []
+    for state, value in starts:
+        if not any(_is_on(branch, state, value) for branch in static):
+            static.append(equilibria(problem, state, value, settings, user))
+    return static
+
+
+def _is_on(branch: Branch, state: Array, parameter: float) -> bool:
+    """True if an equilibrium lies between two neighbouring points of a branch."""
+    scale = branch.points[0].equations.problem.scale
+    for one, other in pairwise(branch.points):
+        low, high = one.parameter, other.parameter
+        if (low - parameter) * (high - parameter) > 0.0:
+            continue
+        part = 0.5 if high == low else (parameter - low) / (high - low)
+        between = one.states[0] + part * (other.states[0] - one.states[0])
+        step = float(np.linalg.norm((other.states[0] - one.states[0]) / scale))
+        away = float(np.linalg.norm((state - between) / scale))
+        if away < max(SAME_EVENT, NEAR_SEGMENT * step):
+            return True
+    return False
+
+
+def _is_beyond(diagram: Diagram, event: Event, settings: Settings, most: int) -> bool:
+    """True if the branch of an event is beyond the limits of number, work, or stability."""
+    growing = int(np.sum(event.point.levels > CRITICAL))  # beside the critical disturbance
+    points = sum(len(branch.points) for branch in diagram.branches)
+    return (
+        len(diagram.branches) >= most
+        or (settings.max_total_points is not None and points >= settings.max_total_points)
+        or (settings.max_unstable is not None and growing > settings.max_unstable)
+    )
 
 
 def is_same_event(one: Event, other: Event) -> bool:

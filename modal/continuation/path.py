@@ -71,6 +71,9 @@ class Settings:
     max_unstable : int or None
         Number of growing disturbances above which changes of stability are not located, and above
         which `modal.continuation.diagram.explore` follows no branches; None: no limit.
+    max_total_points : int or None
+        Number of points of all branches after which `modal.continuation.diagram.explore` follows no
+        more; None: no limit.
     on_point : callable or None
         Called with each new point of a branch, to show progress.
     """
@@ -84,6 +87,7 @@ class Settings:
     max_points: int = 400
     max_period: float = 50.0
     max_unstable: int | None = None
+    max_total_points: int | None = None
     on_point: Callable[[Point], object] | None = None
 
     @property

@@ -22,6 +22,7 @@ from modal.foundation.scene_variation import unit_of, with_number
 from modal.linear.mode_basis import still_air_modes
 from modal.motions.full_model import full_scene, reduction_error
 from modal.motions.motion_words import name_of_branch
+from modal.motions.rotated import rotated_equilibria
 from modal.motions.runs import PERIODS, runs_from_orbits
 from modal.motions.span_model import SpanModel
 from modal.motions.span_problem import (
@@ -46,14 +47,17 @@ TOLERANCE = 1e-4
 FIRST_STEP, MAX_STEP = 0.05, 0.3
 """Lengths of continuation steps, in typical displacements and parts of the range."""
 
-MAX_POINTS, MAX_BRANCHES, MAX_DEPTH = 150, 20, 4
-"""Limits of points of a branch, of branches, and of events between a branch and the rest."""
+MAX_POINTS, MAX_TOTAL_POINTS, MAX_BRANCHES, MAX_DEPTH = 150, 300, 20, 4
+"""Limits of points of a branch and of all, of branches, and of events between one and the rest."""
 
 MAX_PERIOD = 8.0
 """Period at which a branch ends, relative to its first period."""
 
 MAX_UNSTABLE = 2
 """Number of growing disturbances above which events are not located and branches not sought."""
+
+MAX_ERROR = 0.05
+"""Error of the reduction above which a remark warns."""
 
 START_SHIFT = 1e-5
 """Distance of the first equilibrium from the start of the range, relative to the range."""
@@ -186,12 +190,20 @@ def branches(
         max_points=MAX_POINTS,
         max_period=MAX_PERIOD,
         max_unstable=MAX_UNSTABLE,
+        max_total_points=MAX_TOTAL_POINTS,
         on_point=_Watch(progress) if progress else None,
     )
     first = start + START_SHIFT * (stop - start)
     try:
         found = explore(
-            problem, guess, first, settings, problem.end_of_curve(), MAX_DEPTH, MAX_BRANCHES
+            problem,
+            guess,
+            first,
+            settings,
+            problem.end_of_curve(),
+            MAX_DEPTH,
+            MAX_BRANCHES,
+            list(rotated_equilibria(problem, start, stop)),
         )
     except ContinuationError as problem_:
         raise SceneError(f"branches could not be found, because {problem_}") from None
@@ -201,9 +213,8 @@ def branches(
     unit = unit_of(scene, over)
     dataset = branch_table(problem, found, names, errors, runs, over, unit)
     dataset.attrs |= {"title": scene.title, "scene": scene.to_toml()}
-    return Branches(
-        dataset, over, unit, _remarks(found, names, unit), found, clock.process_time() - began
-    )
+    remarks = (*_remarks(found, names, unit), *_doubts(errors, names))
+    return Branches(dataset, over, unit, remarks, found, clock.process_time() - began)
 
 
 def _range(scene: Scene, over: str, start: float | None, stop: float | None) -> tuple[float, float]:
@@ -270,6 +281,16 @@ def _error(scene: Scene, over: str, problem: SpanProblem, branch: Branch) -> flo
         return float("nan")
 
 
+def _doubts(errors: list[float], names: list[str]) -> list[str]:
+    """Sentences about branches for which the reduced model is not accurate."""
+    return [
+        f"branch {number} ({name}): the full model moves away from the reduced one by {error:.0%}"
+        " of the amplitude in one period, so that the amplitudes are not reliable: simulate"
+        for number, (error, name) in enumerate(zip(errors, names, strict=True))
+        if error > MAX_ERROR
+    ]
+
+
 def _remarks(found: Diagram, names: list[str], unit: str) -> tuple[str, ...]:
     """Sentences about what could not be found out, and about motions that begin to beat."""
     remarks = []
@@ -287,6 +308,7 @@ def _remarks(found: Diagram, names: list[str], unit: str) -> tuple[str, ...]:
         listed = ", ".join(f"{one.parameter:.4g}" for one in found.unexplored)
         remarks.append(
             f"branches that start at {listed} {unit} were not followed, because more than"
-            f" {MAX_UNSTABLE} disturbances grow there, or they are more than {MAX_BRANCHES}"
+            f" {MAX_UNSTABLE} disturbances grow there, or the limit of {MAX_BRANCHES} branches and"
+            f" {MAX_TOTAL_POINTS} points is reached: give a smaller range"
         )
     return tuple(remarks)

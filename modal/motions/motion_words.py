@@ -17,8 +17,9 @@ from modal.screening.other_modes import NUMBER_WORDS
 
 Array = NDArray[np.float64]
 
-MIN_SHARE = 0.03
-"""Kinetic energy of a part of a motion, relative to the largest part, above which it is named."""
+MIN_SHARE, MIN_HALF_SHARE = 0.03, 0.005
+"""Kinetic energy of a part of a motion, relative to the largest part, above which it is named; the
+second for a part at half the frequency of that one."""
 
 ROTATED, TURNED_OVER = 30.0, 90.0
 """Mean twist [deg] at mid-span above which an equilibrium is called rotated, or turned over."""
@@ -75,7 +76,12 @@ def parts_of(point: Point, model: SpanModel) -> list[Part]:
                 )
             )
     found.sort(key=lambda part: -part.energy)
-    return [part for part in found if part.energy > MIN_SHARE * found[0].energy]
+    first = found[0]
+    return [part for part in found if part.energy > _least_share(part, first) * first.energy]
+
+
+def _least_share(part: Part, first: Part) -> float:
+    return MIN_HALF_SHARE if 2 * part.harmonic == first.harmonic else MIN_SHARE
 
 
 def name_of_motion(point: Point, model: SpanModel) -> str:

@@ -11,7 +11,7 @@ import numpy as np
 from gallop_fmu import SceneError
 from gallop_fmu.foundation.atomic_write import netcdf_bytes, write_whole
 from modal.continuation.branch import Branch
-from modal.continuation.diagram import Diagram
+from modal.continuation.diagram import CRITICAL, Diagram
 from modal.continuation.events import Event
 from modal.continuation.path import Point
 from modal.motions.runs import BranchRun
@@ -51,6 +51,8 @@ def event_sentence(event: Event, unit: str) -> str:
     """Sentence about an event that limits what is known; empty if it does not."""
     at = f"{event.parameter:.4g} {unit}"
     if event.kind == "torus":
+        if np.any(event.point.levels > CRITICAL):
+            return ""  # it was unstable before
         frequency = event.rotation / event.point.period
         return (
             f"at {at} the motion begins to beat (multiplier at {event.rotation:.3g} of a turn,"
@@ -194,10 +196,12 @@ def _summary(branch: Branch, unit: str) -> str:
     begin, end = branch.ends
     stable = _stable_ranges(branch)
     where = ", ".join(f"{low:.4g} to {high:.4g}" for low, high in stable)
+    folds = ", ".join(f"{one.parameter:.4g}" for one in branch.of_kind("fold"))
+    turns = f", turns back at {folds} {unit}" if folds else ""
     begins = "" if begin.kind in ("start", "range") else f" ({MEANINGS.get(begin.kind)})"
     return (
         f"from {begin.parameter:.4g} {unit}{begins} to {end.parameter:.4g} {unit}"
-        f" ({MEANINGS.get(end.kind, end.kind)}); "
+        f" ({MEANINGS.get(end.kind, end.kind)}){turns}; "
         + (f"stable at {where} {unit}" if stable else "nowhere stable")
     )
 

@@ -337,15 +337,20 @@ def mean_state(model: ReducedModel, wind: float) -> MeanState:
     return MeanState(q[0], complex(rates[best]), vectors[:n, best])
 
 
-def static_equilibrium(model: ReducedModel, wind: float) -> tuple[Array, Forces]:
-    """Coordinates (1, mode) of the equilibrium in a steady wind, and the forces there.
+def static_equilibrium(
+    model: ReducedModel, wind: float, guess: Array | None = None
+) -> tuple[Array, Forces]:
+    """Coordinates (1, mode) of an equilibrium in a steady wind, and the forces there.
+
+    Newton's iteration begins at a guess (mode,), or at the equilibrium in still air.
 
     Raises
     ------
     SceneError
         If Newton's iteration finds none.
     """
-    q, still = np.zeros((1, model.size)), np.zeros((1, model.size))
+    still = np.zeros((1, model.size))
+    q = still if guess is None else guess[None, :]
     for _ in range(STATIC_ITERATIONS):
         forces = model.forces(q, still, still, wind)
         change = np.linalg.solve(forces.stiffness[0], -forces.residual[0])

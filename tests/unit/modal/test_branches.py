@@ -152,3 +152,39 @@ def test_another_number_has_the_same_onset(scene, found):
 def test_what_cannot_be_done_is_refused(scene, changes, options, message):
     with pytest.raises(gf.SceneError, match=message):
         modal.branches(scene.with_values(changes), **options)
+
+
+def test_rotated_equilibria_are_found_and_stable_where_the_energy_has_a_minimum():
+    """A soft span in a moment sin(alpha): equilibria near 0, and rotated away by the wind."""
+    angle = np.arange(0.0, 361.0, 15.0)
+    turn = np.sin(np.radians(angle))
+    turn[-1] = 0.0
+    scene = gf.load_scene("example3").with_values(
+        {
+            "span.length": 400.0,
+            "span.sag": None,
+            "numerics.elements": 8,
+            "ice.attack_angle_deg": 0.0,
+            "ice.first_moment_x2": 0.0,
+            "ice.first_moment_x3": 0.0,
+            "aerodynamics": {
+                "kind": "table",
+                "angle_deg": angle.tolist(),
+                "lift": [0.0] * len(angle),
+                "drag": [1.0] * len(angle),
+                "moment": turn.tolist(),
+            },
+        }
+    )
+    found = modal.branches(scene, "wind.speed", 10.0, 14.0)
+    data = found.dataset
+    static = [k for k, kind in enumerate(data.kind.values) if kind == "equilibrium"]
+    twists = {}
+    for k in static:
+        at = data.isel(point=np.flatnonzero(data.branch_of_point.values == k))
+        twists[data["name"].values[k]] = (float(at.theta_mean.values[-1]), bool(at.is_stable[-1]))
+    assert {"rest", "rest, turned over"} <= set(twists)
+    assert twists["rest"] == (pytest.approx(0.0, abs=1e-6), False)  # divergence
+    turned, stable = twists["rest, turned over"]
+    assert stable
+    assert np.pi / 2 < abs(turned) < np.pi

@@ -1,0 +1,57 @@
+"""Equilibria in which the conductor has rotated with its ice, far from the initial equilibrium."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gallop_fmu import SceneError
+from modal.motions.span_problem import SpanProblem
+from modal.screening.reduced_model import static_equilibrium
+
+Array = NDArray[np.float64]
+
+ROTATIONS = np.radians(np.arange(-360.0, 361.0, 45.0))
+"""Twists [rad] at mid-span from which equilibria are sought."""
+
+PARTS = (0.02, 0.5, 0.98)
+"""Values of the parameter at which they are sought, in parts of the range."""
+
+SAME = 1e-4
+"""Distance in typical sizes below which two equilibria are the same."""
+
+
+def rotated_equilibria(
+    problem: SpanProblem, start: float, stop: float
+) -> Iterator[tuple[Array, float]]:
+    """Equilibria that Newton's method finds from various twists, with their parameters.
+
+    On a coefficient curve that does not cover a whole turn, only those inside its range.
+    """
+    limits = problem.end_of_curve()
+    for part in PARTS:
+        value = start + part * (stop - start)
+        model, wind = problem.family.at(value)
+        symmetric = [
+            i
+            for i, family in enumerate(model.family)
+            if family == "torsional" and model.is_symmetric[i]
+        ]
+        if not symmetric:
+            return
+        lowest, known = symmetric[0], list[Array]()
+        for twist in ROTATIONS:
+            guess = np.zeros(model.size)
+            guess[lowest] = twist / model.middle[lowest, 3]
+            try:
+                q, _ = static_equilibrium(model, wind, guess)
+            except (SceneError, np.linalg.LinAlgError):
+                continue
+            state = np.append(q[0], np.zeros(model.size))
+            if any(np.max(np.abs(state - other) / problem.scale) < SAME for other in known):
+                continue
+            known.append(state)
+            if all(limit.function(state[None], value) > 0.0 for limit in limits):
+                yield state, value
