@@ -25,8 +25,10 @@ from gallop_fmu.foundation.figures import FIGURES
 _public_name, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)
 
 FIGURES |= {
+    "Branches.plot": "modal.plots.branch_figure:branch_figure",
     "Comparison.plot": "modal.plots.comparison_figure:comparison_figure",
     "Mode.plot": "modal.plots.span_figures:mode_shapes",
+    "RiskAtlas.plot": "modal.plots.risk_figure:risk_figure",
     "RequiredSlope.plot": "modal.plots.slope_figure:slope_figure",
     "Screening.plot": "modal.plots.span_figures:screening_figure",
 }

@@ -6,11 +6,12 @@ import time as clock
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from gallop_fmu import Scene, SceneError
+from gallop_fmu.foundation.figures import drawn
 from gallop_fmu.foundation.outcome import SimulationError
 from gallop_fmu.input.scene_like import SceneLike, as_span
 from modal.continuation.branch import Branch
@@ -108,6 +109,15 @@ class Branches:
             one = data.sel(branch=number)
             lines.append(f"{number}: {one['name'].item()}, {one['summary'].item()}")
         return "\n".join([*lines, *self.remarks])
+
+    def plot(self) -> Any:
+        """Draw the amplitudes of all branches by `modal.plots.branch_figure`.
+
+        Returns
+        -------
+        matplotlib.figure.Figure
+        """
+        return drawn("Branches.plot", self.dataset)
 
     def save(self, path: Path | str) -> Path:
         """Write the dataset as ``.nc`` (NetCDF), or its points as ``.csv``.

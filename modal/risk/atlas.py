@@ -14,6 +14,7 @@ import numpy as np
 
 from gallop_fmu import LineScene, Runs, Scene, SceneError, sweep
 from gallop_fmu.foundation.atomic_write import check_target, netcdf_bytes, write_whole
+from gallop_fmu.foundation.figures import drawn
 from gallop_fmu.foundation.text_rules import counted, read_number
 from gallop_fmu.input.scene_spec import SceneSpec
 from gallop_fmu.sweeps.cases import GEOMETRY, NAME, SpanTable, spans_of
@@ -83,6 +84,15 @@ class RiskAtlas:
             f"RiskAtlas({counted(spans, 'span')}, {counted(self.runs.total, 'run')}; most likely to"
             f" gallop in a winter: {worst.span.values[at]}, {worst.values[at]:.2g})"
         )
+
+    def plot(self) -> Any:
+        """Draw probabilities, amplitudes and convergence by `modal.plots.risk_figure`.
+
+        Returns
+        -------
+        matplotlib.figure.Figure
+        """
+        return drawn("RiskAtlas.plot", self)
 
     def table(self) -> pd.DataFrame:
         """Return one row for each span: probabilities, and amplitudes of each return period.

@@ -9,6 +9,7 @@ import pytest
 
 import gallop_fmu as gf
 import modal
+from gallop_fmu.engine.mesh import Mesh
 from modal.linear.eigensolution import nearest_to_zero
 from modal.plots import comparison_figure
 from modal.superposition.modal_model import ModalModel, mean_wind
@@ -261,6 +262,23 @@ def test_a_bundle_with_spacers_moves_as_in_the_simulation():
     for name, bound in bounds.items():  # observed 1.4e-2, 2.1e-2, 7.0e-3: sub-spans need more modes
         a, b = (result.dataset[name].values for result in (found, full))
         assert relative_rms(a, b) < bound, name
+
+
+def test_a_step_evaluates_the_wind_once_for_each_cross_section(monkeypatch):
+    """The work of a step: three cross-sections here, one where ice and curve are the same."""
+    calls = []
+    evaluate = Mesh.aero_load
+    monkeypatch.setattr(
+        Mesh, "aero_load", lambda *given, **more: calls.append(1) or evaluate(*given, **more)
+    )
+    for scene, sections in ((uneven_line(), 3), (three_spans(), 1)):
+        model = some_modes(scene, 1, 1, 1)
+        work = []
+        for duration in (0.2, 0.4):  # 10 and 20 steps; the rest is for the recorded nodes
+            calls.clear()
+            nonlinear_motion(model, duration)
+            work.append(len(calls))
+        assert work[1] - work[0] == 10 * sections
 
 
 def test_each_span_has_its_own_wind_over_time():

@@ -30,6 +30,7 @@ def found(scene):
 
 
 def test_branches_have_their_names_and_events(found, scene):
+    assert found.plot().axes
     data = found.dataset
     assert data["name"].values.tolist() == [
         "rest",

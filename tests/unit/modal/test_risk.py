@@ -284,4 +284,5 @@ def test_shares_in_the_figure(tmp_path):
     share = found.dataset.first_share.isel(span=0)
     assert share.sel(quantity="wind.speed") > 0.8 > 0.1 > share.sel(quantity="wind.air_density")
     assert len(risk_figure(found).subfigs[1].axes) == 3
+    assert len(found.plot().subfigs[1].axes) == 3
     assert "independent of each other" in found.remarks[1]
