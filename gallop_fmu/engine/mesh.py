@@ -1,7 +1,7 @@
 """The finite elements of a span or line, for analyses with the kernel's own forces and matrices.
 
 Shape functions, Gauss points, normals, wind load and element matrices are those of the compiled
-kernel; nothing here is a formula of its own.
+kernel; nothing here is a formula of its own, except the mean wind at the sections.
 """
 
 from __future__ import annotations
@@ -20,6 +20,7 @@ from gallop_fmu.engine.line_map import LineMap
 from gallop_fmu.engine.model import DOFS, Model
 from gallop_fmu.engine.pack import double_pointer
 from gallop_fmu.foundation.argument_checks import finite, numbers
+from gallop_fmu.scene.wind_consistency import towers_of
 
 if TYPE_CHECKING:
     from scipy.sparse import csc_array
@@ -182,6 +183,24 @@ class Mesh:
             )
         )
         return Sections(shape, length, normal, self.nodes)
+
+    @cached_property
+    def steady_wind(self) -> Array:
+        """Wind along n2 and x3 at the sections per m/s of speed, shape (2, section).
+
+        With the mean direction and the profile of the scene, without gusts: see `gallop_field` in
+        ``kernel/gallop_scene.h``.
+        """
+        scene, sections = self.model.scene, self.sections
+        x = self.model.equilibrium().x[sections.nodes]
+        place = np.einsum("pn,eni->epi", sections.shape, x).reshape(-1, 3)
+        factor = np.ones(len(place))
+        if (profile := scene.wind.profile) is not None:
+            ground = np.interp(place[:, 0], *profile.ground([x1 for x1, _ in towers_of(scene)]))
+            factor = profile.factor(place[:, 1] - ground)
+        yaw = np.radians(scene.wind.mean_direction)
+        along, across = np.sin(yaw) * sections.normal[:, 0], np.full(len(place), np.cos(yaw))
+        return np.asarray(factor * np.stack([along, across]))
 
     @cached_property
     def strain_points(self) -> StrainPoints:

@@ -34,7 +34,7 @@ from gallop_fmu.engine.line_map import MappedTower
 from gallop_fmu.engine.mesh import Mesh
 from gallop_fmu.engine.model import DOFS
 from modal.linear.eigensolution import Array, ComplexArray, is_stable, oscillating
-from modal.linear.linearise import Linearised, SmallMotion, uniform
+from modal.linear.linearise import Linearised, SmallMotion
 
 if TYPE_CHECKING:
     from scipy.sparse import csc_array
@@ -80,7 +80,7 @@ def line_system(scene: LineScene, modes: int | None) -> LineSystem:
     towers = _Towers(equations, mesh)
     kept = np.flatnonzero(equations.free)
     loads = np.column_stack(
-        [equations.by_wind, _wind_by_span(equations, mesh), equations.by_attack_angle]
+        [equations.by_wind, _wind_by_span(equations, small), equations.by_attack_angle]
     )
     observed = _midspans(equations, mesh)
     values, right, left = _modes(equations, modes)
@@ -128,8 +128,9 @@ def _linear(motion: NDArray[Any]) -> NDArray[Any]:
     return motion[np.arange(len(motion)) % DOFS < AXES]
 
 
-def _wind_by_span(equations: Linearised, mesh: Mesh) -> Array:
+def _wind_by_span(equations: Linearised, small: SmallMotion) -> Array:
     """Force on each unknown per m/s of wind in each span, shape (4 node, span)."""
+    mesh = small.mesh
     line, u = mesh.model.map, equations.displacement
     if equations.wind_speed == 0.0:
         return np.zeros((u.size, line.spans))
@@ -143,7 +144,7 @@ def _wind_by_span(equations: Linearised, mesh: Mesh) -> Array:
             if chain.span == span:
                 own = slice(chain.first_element, chain.first_element + chain.elements)
                 of_span[own] = change[own]
-        force = (mesh.assemble(of_span) @ uniform(u.shape, 2)).reshape(u.shape)
+        force = (mesh.assemble(of_span) @ small.wind_of_nodes()).reshape(u.shape)
         gathered = np.zeros_like(force)
         np.add.at(gathered, mesh.leader, force)
         columns.append(gathered.ravel())

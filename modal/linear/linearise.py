@@ -9,6 +9,8 @@ twist, the force F on the unknowns has the exact slopes
     dF/dU      = -dF/dv3 = (C - C_still) e3,
     dF/dalpha0 = -(K - K_untwisted) et.
 
+In oblique wind or a profile, e3 is replaced by the wind at each node per m/s of its speed.
+
 C_still is the damping matrix without wind; K_untwisted is the stiffness matrix without wind and at
 zero twist. It is in the second slope because the torque of the weight of the ice is g (c3 - m3),
 where both first moments rotate with alpha0: c3 by theta + alpha0, m3 by alpha0.
@@ -28,6 +30,7 @@ from numpy.typing import NDArray
 from gallop_fmu import Inputs, LineScene, Model, Scene, SceneError, SimulationError
 from gallop_fmu.engine.mesh import Mesh
 from gallop_fmu.engine.model import DOFS
+from gallop_fmu.scene.wind_consistency import towers_of
 
 if TYPE_CHECKING:
     from scipy.sparse import csc_array
@@ -121,6 +124,19 @@ class SmallMotion:
         """Inputs of the kernel: wind of a speed [m/s], towers at rest."""
         return Inputs.still(self.scene, wind_speed=speed)
 
+    def wind_of_nodes(self) -> Array:
+        """Wind at the nodes per m/s of its speed, as velocities of the unknowns, flat."""
+        wind = self.scene.wind
+        yaw = np.radians(wind.mean_direction)
+        moved = np.zeros((self.model.nodes, DOFS))
+        moved[:, [0, 2]] = np.sin(yaw), np.cos(yaw)
+        if wind.profile is not None:
+            x = self.model.equilibrium().x
+            towers = [x1 for x1, _ in towers_of(self.scene)]
+            height = x[:, 1] - np.interp(x[:, 0], *wind.profile.ground(towers))
+            moved *= wind.profile.factor(height)[:, None]
+        return moved.ravel()
+
     def in_wind(self, speed: float) -> Linearised:
         """About the static equilibrium in wind of any speed [m/s], negative from the other side.
 
@@ -183,7 +199,7 @@ class SmallMotion:
             still,
             damping=damping_in_wind,
             stiffness=stiffness_in_wind,
-            by_wind=(damping_in_wind - damping) @ uniform(u.shape, 2),
+            by_wind=(damping_in_wind - damping) @ self.wind_of_nodes(),
             by_attack_angle=-(mesh.gather(mesh.assemble(by_angle)) @ uniform(u.shape, 3)),
         )
 

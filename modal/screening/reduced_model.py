@@ -108,6 +108,8 @@ class ReducedModel:
         """Compute the products of the shapes at the sections that turn slopes into matrices."""
         projection, sections = self._projection, self.modes.mesh.sections
         self._gravity = self.scene.span.gravity * sections.normal[:, 1]
+        # Per m/s along n2 and x3; None: along x3 alone, everywhere the same
+        self._wind = self.modes.mesh.steady_wind if self.scene.wind.is_varied else None
         products = np.einsum(
             "ipm,jpn->ijpmn", projection.weighted, projection.section.transpose(0, 2, 1)
         )
@@ -142,7 +144,7 @@ class ReducedModel:
             self.stiffness + stiffness + self._product(by_u, self._by_twist),
             self.damping + self._product(by_v.reshape(9, *u.shape[1:]), self._by_all),
             self.mass + self._product(by_a, self._by_ice),
-            self._projection.collect(air.slopes[2]),  # -dF/dU = dF/dv3: the load depends on U - v3
+            self._projection.collect(self._by_speed(air.slopes)),
         )
 
     def unstretched(self, q: Array, v: Array, a: Array, wind: float | Array) -> Array:
@@ -268,7 +270,16 @@ class ReducedModel:
 
     def _air(self, u: Array, v: Array, wind: float | Array, slopes: bool = False) -> AeroLoad:
         """Aerodynamic load on the sections, from the kernel."""
-        return self.modes.mesh.aero_load(u[2], v[0], v[1], v[2], wind, slopes=slopes)
+        if self._wind is None:
+            return self.modes.mesh.aero_load(u[2], v[0], v[1], v[2], wind, slopes=slopes)
+        along, across = wind * self._wind[0], wind * self._wind[1]
+        return self.modes.mesh.aero_load(u[2], v[0] - along, v[1], v[2], across, slopes=slopes)
+
+    def _by_speed(self, slopes: Array) -> Array:
+        """-dF/dU at the sections: the load depends on the wind less the velocity alone."""
+        if self._wind is None:
+            return np.asarray(slopes[2])
+        return np.asarray(self._wind[0] * slopes[1] + self._wind[1] * slopes[2])
 
     def angle_excess(self, q: Array, v: Array, wind: float) -> float:
         """Largest excess [rad] of the attack angle beyond the curve's range; 0 inside.

@@ -163,7 +163,7 @@ def screen(scene: SpanLike, highest_wind: float | None = None) -> Screening:
 
     Notes
     -----
-    Limits: a single span, uniform wind, galloping in the first symmetric vertical mode. ``loads``
+    Limits: a single span, steady wind, galloping in the first symmetric vertical mode. ``loads``
     and seeds of the scene are ignored. On a span with mirror symmetry only symmetric motion is
     followed; `Screening.antisymmetric_growth` shows if that motion is stable. The saturated motion
     is on the branch that begins at the onset of the swing. Others, such as a beating swing, may
@@ -218,7 +218,7 @@ def check_wind(scene: Scene, wind: float, highest: float) -> None:
             "aerodynamics is not given: without a coefficient curve the wind has no effect; give"
             " one"
         )
-    check_wind_is_normal(scene, "screening", wind)
+    check_wind_is_normal(scene, "screening", wind, oblique=True)
     if not wind > 0.0:
         raise SceneError("wind.speed = 0 m/s: screening needs wind; set wind.speed")
     if not highest >= wind:

@@ -264,7 +264,7 @@ def two_mode_estimate(
     """
     scene = as_span(scene, "two_mode_estimate", instead.SCREENING)
     wind = scene.wind.mean_speed if wind_speed is None else wind_speed
-    check_wind_is_normal(scene, "the two-mode estimate", wind)
+    check_wind_is_normal(scene, "the two-mode estimate", wind, oblique=True)
     if not wind > 0.0:
         raise SceneError(
             f"wind_speed = {wind} m/s: must be positive; give wind.speed or wind_speed"

@@ -8,6 +8,7 @@ import modal
 from gallop_fmu import Inputs, Model
 from modal.linear.mode_basis import still_air_modes
 from modal.screening.reduced_model import mean_state, reduced_model
+from support.windy_spans import LOGARITHMIC
 
 SPRINGS = {"kind": "springs", "stiffness_x1": 76e3, "stiffness_x3": 1400.0}
 TABLE = {
@@ -22,6 +23,8 @@ SCENES = {
     "sprung": {"supports.left": SPRINGS, "supports.right": SPRINGS},
     "asymmetric": {"supports.left": SPRINGS, "span.height_difference": 8.0, "span.sag": None},
     "table": {"aerodynamics": TABLE},
+    "oblique": {"wind.direction_deg": 35.0, "span.height_difference": 20.0, "span.sag": None},
+    "profile": {"wind.direction_deg": -20.0, "wind.profile": LOGARITHMIC},
 }
 
 
@@ -53,11 +56,12 @@ def test_forces_and_their_derivatives_are_those_of_the_kernel(values):
             )
 
 
-def test_the_derivative_by_the_wind_is_that_of_the_residual():
-    scene = gf.load_scene("example3")
+@pytest.mark.parametrize("wind", [{}, SCENES["oblique"], SCENES["profile"]])
+def test_the_derivative_by_the_wind_is_that_of_the_residual(wind):
+    scene = gf.load_scene("example3").with_values(wind)
     model = reduced_model(scene, still_air_modes(scene))
     q, v, a = np.random.default_rng(1).standard_normal((3, 2, model.size)) * 0.3
-    ahead, back = (model.forces(q, v, a, wind).residual for wind in (5.5 + 1e-4, 5.5 - 1e-4))
+    ahead, back = (model.forces(q, v, a, speed).residual for speed in (5.5 + 1e-4, 5.5 - 1e-4))
     slope = model.forces(q, v, a, 5.5).by_wind
     assert slope == pytest.approx((ahead - back) / 2e-4, abs=1e-7 * np.max(np.abs(slope)))
 

@@ -283,3 +283,13 @@ def test_energy_balance_closes_in_gusts():
 def test_conductor_below_the_ground(values, problem):
     with pytest.raises(gf.SimulationError, match=problem):
         gf.Model(windy_span(values))
+
+
+def test_a_seed_gives_the_same_bits_in_a_sweep():
+    scene = gf.load_scene("example3").with_values(SHORT | {"wind.turbulence": TURBULENCE})
+    over = {"wind.turbulence.seed": [1, 2], "wind.direction_deg": [25.0]}
+    found = gf.sweep(scene, over, stop_time=2.0, workers=1).dataset.lowest_tension.values
+    for seed, lowest in zip(over["wind.turbulence.seed"], found, strict=True):
+        alone = {"wind.turbulence.seed": seed, "wind.direction_deg": 25.0}
+        assert gf.simulate(scene.with_values(alone), stop_time=2.0).report.lowest_tension == lowest
+    assert found[0] != found[1]

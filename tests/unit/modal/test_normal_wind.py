@@ -33,6 +33,14 @@ def test_analyses_of_normal_wind_refuse_other_wind(analysis):
     other_side = scene.with_values({"wind.speed": -5.5, "aerodynamics.outside": "hold"})
     with pytest.raises(SceneError, match=r"wind speed = -5\.5 m/s: the wind comes from the other"):
         analysis(other_side)
+    if analysis in (modal.screen, modal.two_mode_estimate):
+        turned = {"wind.direction_deg": 100.0, "aerodynamics.outside": "hold"}
+        with pytest.raises(SceneError, match=r"wind\.direction_deg = 100 deg: the wind comes from"):
+            analysis(scene.with_values(turned))
+        turning = {"kind": "ramp", "initial": 0.0, "final": 30.0, "duration": 9.0}
+        with pytest.raises(SceneError, match=r"wind\.direction_history is given, and .* steady"):
+            analysis(scene.with_values({"wind.direction_history": turning}))
+        return
     with pytest.raises(SceneError, match=r"wind\.direction_deg is given, and .* uniform wind"):
         analysis(scene.with_values({"wind.direction_deg": 20.0}))
 
