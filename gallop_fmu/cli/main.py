@@ -245,15 +245,15 @@ def export(  # noqa: PLR0913 - typer takes a parameter for each option
         typer.Option(help="Of a line: one input for the wind speed, or one for each span."),
     ] = "line",
     stations: Annotated[
-        str | None,
+        str,
         typer.Option(
             metavar="NUMBERS",
             help=(
                 "Places in each span with outputs, besides its middle: fractions of the span,"
-                " separated by commas."
+                ' separated by commas; "" for none.'
             ),
         ),
-    ] = None,
+    ] = "0.25,0.75",
     fmi: Annotated[
         Literal["2", "3"],
         typer.Option(help="Version of FMI: 2.0, which more hosts take, or 3.0."),

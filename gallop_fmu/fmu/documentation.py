@@ -41,7 +41,13 @@ LIMITS = (
     "An input that a host gives at a communication point is reached one communication step later"
     " (towers), or holds over the step (wind, attack angle). With a harmonic tower motion of"
     " frequency f and a communication step h, this lag is {lag} of the amplitude at f = 0.3 Hz and"
-    " h = 0.01 s: 2 sin(pi f h). Hosts that give derivatives of inputs remove most of it.",
+    " h = 0.01 s: 2 sin(pi f h). Derivatives of inputs, or the inputs of the towers' velocities,"
+    " remove most of it.",
+    "Without velocities, a communication step that is shorter than the one before does not let a"
+    " tower move faster: its point then takes the time of the longer step, at most"
+    " numerics.time_step, to its new place, and lags by as much. This time becomes shorter by a"
+    " quarter of the time that passes. Steps of equal or growing size, and steps of at least"
+    " numerics.time_step, have no such lag.",
     "A tower that reacts to the force within a communication step needs short steps, Gauss-Seidel"
     " order or iteration with saved states; Jacobi masters become unstable first.",
     "Outputs do not react to inputs before the next step, except while initialising.",

@@ -26,7 +26,7 @@ from gallop_fmu.fmu.cross_compile import PLATFORMS, CompilerError, cross_library
 from gallop_fmu.fmu.description import SCENE_FILE, Identity, describe, identify
 from gallop_fmu.fmu.documentation import PAGE, documentation
 from gallop_fmu.fmu.model_bin import MODEL_FILE, model_bin
-from gallop_fmu.fmu.ports import Ports, wind_speed_at_start
+from gallop_fmu.fmu.ports import QUARTERS, Ports, wind_speed_at_start
 from gallop_fmu.fmu.reference import REFERENCE_FILE, reference_result
 from gallop_fmu.fmu.sources import kernel_sources
 from gallop_fmu.fmu.variable import Variable
@@ -84,7 +84,7 @@ def export_fmu(
     platforms: Collection[str] | None = None,
     *,
     wind: str = "line",
-    stations: Collection[float] = (),
+    stations: Collection[float] = QUARTERS,
     fmi: int = 2,
 ) -> Path:
     """Write a scene as an FMU for co-simulation.

@@ -34,6 +34,9 @@ from gallop_fmu.fmu.ports import (
     Ports,
     attack_angle_input,
     common_outputs,
+    motion_input,
+    preload_output,
+    velocity_input,
 )
 from gallop_fmu.fmu.variable import CONSTANT, Origin, Target, TargetKind, Term
 from gallop_fmu.foundation.channels import NODE_CHANNELS, NODE_INDEX
@@ -63,20 +66,13 @@ def line_inputs(scene: LineScene, ports: Ports, packed: Packed) -> Iterator[dict
     angle = packed.tables["cross_section"][0].attack_angle
     yield attack_angle_input(angle, "; the ice on other spans turns by the same change")
     for tower, junctions in enumerate(packed.map.junctions_of_towers):
+        motions = []
         for axis, direction in enumerate(DIRECTIONS):
-            name = f"tower[{tower}].{AXES[axis]}"
-            yield INPUT | {
-                "name": name,
-                "key": name,
-                "unit": "m",
-                "nominal": NOMINAL["tower"],
-                "description": (
-                    f"displacement of tower {tower} {direction}, reached at the end of a"
-                    " communication step"
-                ),
-                "start": 0.0,
-                "targets": tuple(Target(TargetKind.MOTION, j, axis) for j in junctions),
-            }
+            name, place = f"tower[{tower}].{AXES[axis]}", f"tower {tower} {direction}"
+            targets = tuple(Target(TargetKind.MOTION, j, axis) for j in junctions)
+            motions.append((motion_input(name, name, place, targets), place))
+        yield from (motion for motion, _ in motions)
+        yield from (velocity_input(motion, place) for motion, place in motions)
 
 
 def line_outputs(scene: LineScene, ports: Ports, packed: Packed) -> Iterator[dict[str, Any]]:
@@ -206,7 +202,7 @@ def _tower_force(
                 for one in members
                 for junction in one.junctions
             )
-            yield OUTPUT | {
+            force = OUTPUT | {
                 "name": f"{name}.f{axis + 1}",
                 "key": f"{name}.f{axis + 1}",
                 "origin": Origin.SUM,
@@ -215,6 +211,8 @@ def _tower_force(
                 "nominal": tension * len(terms),
                 "terms": terms,
             }
+            yield force
+            yield preload_output(force, f"{where} {direction}")
 
 
 def _string(parts: LineMap, held: MappedTower, tension: float) -> Iterator[dict[str, Any]]:

@@ -228,7 +228,7 @@ def _variable_sections(variables: Sequence[Variable], packed: Packed) -> list[Se
                 item.index = inputs
                 targets += [TargetItem(inputs, *target) for target in variable.targets]
                 inputs += 1
-            case Origin.SUM | Origin.TURN:
+            case Origin.SUM | Origin.TURN | Origin.STATIC:
                 item.index, item.field = len(terms), len(variable.terms)
                 terms += [_term_item(term) for term in variable.terms]
         items.append(item)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Any, Literal
@@ -65,6 +66,10 @@ MAX_STATIONS = 100
 """Most stations of a span."""
 
 
+QUARTERS = (0.25, 0.75)
+"""Usual stations: galloping in two loops has a node at mid-span."""
+
+
 @dataclass(frozen=True, slots=True)
 class Ports:
     """What is chosen when a scene is exported.
@@ -84,7 +89,7 @@ class Ports:
     """
 
     wind: Literal["line", "span"] = "line"
-    stations: tuple[float, ...] = ()
+    stations: tuple[float, ...] = QUARTERS
 
     def __post_init__(self) -> None:
         if self.wind not in ("line", "span"):
@@ -104,6 +109,50 @@ class Ports:
     def identity(self) -> str:
         """Text that differs where the choice does; empty for the usual one."""
         return "" if self == Ports() else repr(self)
+
+
+def motion_input(name: str, key: str, place: str, targets: tuple[Target, ...]) -> dict[str, Any]:
+    """Return the attributes of the input of a tower's displacement along an axis."""
+    return INPUT | {
+        "name": name,
+        "key": key,
+        "unit": "m",
+        "nominal": NOMINAL["tower"],
+        "description": f"displacement of {place}, reached at the end of a communication step",
+        "start": 0.0,
+        "targets": targets,
+    }
+
+
+def velocity_input(motion: dict[str, Any], place: str) -> dict[str, Any]:
+    """Return the attributes of the input of the velocity that belongs to a displacement."""
+    targets = tuple(target._replace(kind=TargetKind.VELOCITY) for target in motion["targets"])
+    name = re.sub(r"x(\d)$", r"v\1", motion["name"])
+    return INPUT | {
+        "name": name,
+        "key": name,
+        "unit": "m/s",
+        "nominal": NOMINAL["tower_velocity"],
+        "description": (
+            f"velocity of {place}; optional: with it the displacement is that at the beginning of a"
+            " communication step"
+        ),
+        "start": 0.0,
+        "targets": targets,
+    }
+
+
+def preload_output(force: dict[str, Any], place: str) -> dict[str, Any]:
+    """Return the attributes of the static part of a force: in still air, without loads."""
+    tower, _, axis = force["name"].rpartition(".")
+    name = f"{tower}.preload.{axis}"
+    return force | {
+        "name": name,
+        "key": name,
+        "origin": Origin.STATIC,
+        "variability": "discrete",
+        "description": f"static part of the force on {place}, in still air",
+    }
 
 
 def wind_speed_at_start(wind: Wind) -> float:

@@ -25,7 +25,10 @@ from gallop_fmu.fmu.ports import (
     Ports,
     attack_angle_input,
     common_outputs,
+    motion_input,
+    preload_output,
     span_term,
+    velocity_input,
     wind_speed_at_start,
 )
 from gallop_fmu.fmu.variable import POINT, Origin, Target, TargetKind, Term
@@ -67,30 +70,45 @@ def span_inputs(scene: Scene) -> Iterator[dict[str, Any]]:
         "targets": (Target(TargetKind.WIND),),
     }
     yield attack_angle_input(math.radians(scene.ice.attack_angle_deg))
+    for motion, _ in _motions():
+        yield motion
+
+
+def _motions() -> Iterator[tuple[dict[str, Any], str]]:
+    """Yield the inputs of the displacements of the ends, each with its place in words."""
     for junction, end in enumerate(ENDS):
         for axis, direction in enumerate(DIRECTIONS):
-            name = f"support.{end}.{AXES[axis]}"
-            yield INPUT | {
-                "name": name,
-                "key": name,
-                "unit": "m",
-                "nominal": NOMINAL["tower"],
-                "description": (
-                    f"displacement of the {end} tower point {direction}, reached at the end of a "
-                    "communication step"
-                ),
-                "start": 0.0,
-                "targets": (Target(TargetKind.MOTION, junction, axis),),
-            }
+            name, place = f"support.{end}.{AXES[axis]}", f"the {end} tower point {direction}"
+            targets = (Target(TargetKind.MOTION, junction, axis),)
+            yield motion_input(name, name, place, targets), place
 
 
 def span_outputs(scene: Scene, ports: Ports) -> Iterator[dict[str, Any]]:
-    """Yield the attributes of each output; those of stations come last."""
+    """Yield the attributes of each output; then velocities of the ends, preloads and stations.
+
+    These were added later; references are not changed.
+    """
     tension = typical_tension(scene)
     at_midspan = {f"midspan.{name}": key for name, key in MOTIONS.items()}
     at_midspan |= {"midspan.tension": "tension", "angle_of_attack": "angle_of_attack"}
     for name, key in at_midspan.items():
         yield _at(0.5, name, key, "mid-span", tension)
+    forces = list(_forces(scene, tension))
+    yield from forces
+    yield from common_outputs()
+    for motion, place in _motions():
+        yield velocity_input(motion, place)
+    for force in forces:
+        end = force["name"].split(".")[1]
+        yield preload_output(force, f"the {end} end {DIRECTIONS[int(force['name'][-1]) - 1]}")
+    for number, station in enumerate(ports.stations, start=1):
+        for name, key in MOTIONS.items():
+            where = f"{station:g} of the span"
+            yield _at(station, f"station[{number}].{name}", key, where, tension)
+
+
+def _forces(scene: Scene, tension: float) -> Iterator[dict[str, Any]]:
+    """Yield the attributes of the force on each end."""
     for end in ENDS:
         for axis in (1, 2, 3):
             channel = SPAN_CHANNELS[SPAN_INDEX[f"{end}_f{axis}"]]
@@ -104,11 +122,6 @@ def span_outputs(scene: Scene, ports: Ports) -> Iterator[dict[str, Any]]:
                 "description": f"{channel.meaning}; {remark}" if remark else channel.meaning,
                 "nominal": tension,
             }
-    yield from common_outputs()
-    for number, station in enumerate(ports.stations, start=1):
-        for name, key in MOTIONS.items():
-            where = f"{station:g} of the span"
-            yield _at(station, f"station[{number}].{name}", key, where, tension)
 
 
 def _at(station: float, name: str, key: str, where: str, tension: float) -> dict[str, Any]:

@@ -19,6 +19,8 @@ class Origin(enum.IntEnum):
     """Output: atan2 of the sums of the first and the second half of its terms [rad]."""
     STATUS = 4
     """Outcome of the last call."""
+    STATIC = 5
+    """Output: the sum of its terms in the initial equilibrium, in still air."""
 
 
 class TargetKind(enum.IntEnum):
@@ -28,6 +30,7 @@ class TargetKind(enum.IntEnum):
     ATTACK_ANGLE = 1
     MOTION = 2
     WIND_DIRECTION = 3
+    VELOCITY = 4
 
 
 class Target(NamedTuple):

@@ -16,6 +16,7 @@ static void return_to_start(gallop_cosim *c)
     cosim_span_drop(c);
     memset(&c->run, 0, sizeof c->run);
     c->last_step.base = COSIM_DERIV_UNKNOWN;
+    c->last_step.ramp = 0.0;
     c->run.phase = COSIM_INSTANTIATED;
     c->run.stop = INFINITY;
     memset(c->in.rate, 0, cosim_input_bytes(c));
@@ -58,7 +59,9 @@ static bool allocate_arrays(gallop_cosim *c)
     double *block = calloc(9 * inputs + 4 * fields + 6 * junctions + 2 * terms, sizeof *block);
     c->numbers = block;
     c->probe = malloc(terms * sizeof *c->probe + 1);
-    if (!block || !c->probe) return false;
+    c->velocity = malloc(inputs * sizeof *c->velocity + 1);
+    if (!block || !c->probe || !c->velocity) return false;
+    for (uint32_t i = 0; i < inputs; i++) c->velocity[i] = resource_velocity_input(r, i);
     c->in = take_inputs(&block, inputs);
     c->last_step.with = take_inputs(&block, inputs);
     c->direction = take(&block, inputs);
@@ -113,6 +116,7 @@ void gallop_cosim_free(gallop_cosim *c)
     free(c->stored);
     free(c->numbers);
     free(c->probe);
+    free(c->velocity);
     free(c);
 }
 

@@ -15,7 +15,8 @@
 static const resource_variable *find_output(gallop_cosim *c, uint32_t reference)
 {
     const resource_variable *v = cosim_find(c, reference, false);
-    if (v && v->origin != RESOURCE_SUM && v->origin != RESOURCE_TURN) {
+    if (v && v->origin != RESOURCE_SUM && v->origin != RESOURCE_TURN &&
+        v->origin != RESOURCE_STATIC) {
         cosim_refuse(c, "%s is not an output; give value references of outputs", v->name);
         return NULL;
     }
@@ -41,7 +42,8 @@ static gallop_cosim_status difference_rate(gallop_cosim *c, const resource_varia
 {
     if (c->last_step.base == COSIM_DERIV_UNKNOWN) return refuse_without_step(c);
     *rate = 0.0;
-    if (c->last_step.base == COSIM_DERIV_AT_START) return GALLOP_COSIM_OK;
+    if (c->last_step.base == COSIM_DERIV_AT_START || v->origin == RESOURCE_STATIC)
+        return GALLOP_COSIM_OK;
     if (!*rewound) {
         copy_state_to_work(c);
         if (gallop_rewind(c->span.model, c->span.work, 1.0)) return cosim_fail_to_observe(c, v);
@@ -91,10 +93,11 @@ static int repeat_with(gallop_cosim *c, double *input, gallop_report *report)
             return outcome;
         }
         const double start = gallop_state_time(c->span.work);
-        const gallop_inputs in = cosim_linear_inputs(c, &with, start, c->last_step.size);
+        const gallop_inputs in =
+            cosim_linear_inputs(c, &with, start, c->last_step.size, c->last_step.ramp);
         return gallop_advance(model, c->span.work, &in, c->run.time, report);
     }
-    const gallop_inputs in = cosim_linear_inputs(c, &with, c->run.start, 0.0);
+    const gallop_inputs in = cosim_linear_inputs(c, &with, c->run.start, 0.0, 0.0);
     return gallop_state_init(model, c->span.work, c->run.start, &in, report);
 }
 

@@ -47,6 +47,7 @@ typedef enum {
 typedef struct {
     cosim_deriv_base base;
     double size; /* [s] */
+    double ramp; /* time [s] in which towers reach their new places; 0 before the first step */
     cosim_inputs with;
 } cosim_last_step;
 
@@ -74,6 +75,7 @@ struct gallop_cosim {
     double *observed_elsewhere;
     bool observed_known[2]; /* of terms that are not of nodes, and of those that are */
     double *numbers;        /* the block that holds the arrays of numbers */
+    int32_t *velocity;      /* of each input: the input with the velocity of what it moves, or -1 */
     char message[GALLOP_COSIM_MESSAGE_SIZE];
 };
 

@@ -43,8 +43,35 @@ gallop_cosim_status cosim_span_build(gallop_cosim *c, cosim_span *span)
                       (unsigned long)size);
 }
 
+/* Rate of an input in a step, that of its own velocity input included. */
+static double given_rate(const gallop_cosim *c, const cosim_inputs *with, uint32_t input,
+                         double size)
+{
+    const int32_t k = c->velocity[input];
+    if (k < 0) return with->rate[input];
+    return with->rate[input] + (with->value[k] + 0.5 * size * with->rate[k]);
+}
+
+/* Velocity of a tower's point in a step: the given one, and the rest of the way to the given place,
+ * which takes the time `ramp`. */
+static double motion_rate_of(const gallop_cosim *c, const cosim_inputs *with, uint32_t input,
+                             double size, double ramp)
+{
+    const double rate = given_rate(c, with, input, size);
+    if (ramp > size) return rate + (with->value[input] - with->reached[input]) / ramp;
+    return (with->value[input] + rate * size - with->reached[input]) / size;
+}
+
+double cosim_place_after(const gallop_cosim *c, const cosim_inputs *with, uint32_t input,
+                         double size, double ramp)
+{
+    if (ramp > size)
+        return with->reached[input] + motion_rate_of(c, with, input, size, ramp) * size;
+    return with->value[input] + given_rate(c, with, input, size) * size;
+}
+
 gallop_inputs cosim_linear_inputs(gallop_cosim *c, const cosim_inputs *with, double time,
-                                  double size)
+                                  double size, double ramp)
 {
     const resource *r = &c->parameters;
     const resource_target *t = resource_targets(r);
@@ -74,11 +101,9 @@ gallop_inputs cosim_linear_inputs(gallop_cosim *c, const cosim_inputs *with, dou
         } else if (t[i].kind == RESOURCE_ATTACK_ANGLE) {
             in.attack_angle = with->value[k];
             in.attack_angle_rate = rate;
-        } else if (size > 0.0) {
-            c->motion[axis] = with->reached[k];
-            motion_rate[axis] = (with->value[k] + rate * size - with->reached[k]) / size;
-        } else {
-            c->motion[axis] = with->value[k];
+        } else if (t[i].kind == RESOURCE_MOTION) {
+            c->motion[axis] = size > 0.0 ? with->reached[k] : with->value[k];
+            motion_rate[axis] = size > 0.0 ? motion_rate_of(c, with, k, size, ramp) : 0.0;
         }
     }
     return in;
@@ -100,7 +125,7 @@ gallop_cosim_status cosim_span_make_current(gallop_cosim *c)
     }
 
     gallop_report report;
-    const gallop_inputs in = cosim_linear_inputs(c, &c->in, c->run.start, 0.0);
+    const gallop_inputs in = cosim_linear_inputs(c, &c->in, c->run.start, 0.0, 0.0);
     cosim_forget_observations(c);
     c->run.status = gallop_state_init(c->span.model, c->span.state, c->run.start, &in, &report);
     if (c->run.status) return cosim_fail_with_report(c, "there is no initial state", &report);
@@ -108,6 +133,7 @@ gallop_cosim_status cosim_span_make_current(gallop_cosim *c)
     memcpy(c->in.reached, c->in.value, cosim_input_bytes(c));
     cosim_copy_inputs(c, &c->last_step.with, &c->in);
     c->last_step.base = COSIM_DERIV_AT_START;
+    c->last_step.ramp = 0.0;
     c->run.time = c->run.start;
     c->started = true;
     return GALLOP_COSIM_OK;

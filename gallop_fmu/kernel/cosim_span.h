@@ -15,10 +15,14 @@ void cosim_span_drop(gallop_cosim *c);
 gallop_cosim_status cosim_span_make_current(gallop_cosim *c);
 
 /* The kernel's inputs over a step of `size` from `time`: values and rates of the inputs, tower
- * points on their way from where they are to their new places.  Size 0: constant inputs.  They hold
- * until the next call. */
+ * points on their way from where they are to their new places, which they reach after the time
+ * `ramp`.  Size 0: constant inputs.  They hold until the next call. */
 gallop_inputs cosim_linear_inputs(gallop_cosim *c, const cosim_inputs *with, double time,
-                                  double size);
+                                  double size, double ramp);
+
+/* Where the point is after such a step that an input moves. */
+double cosim_place_after(const gallop_cosim *c, const cosim_inputs *with, uint32_t input,
+                         double size, double ramp);
 
 void cosim_copy_inputs(const gallop_cosim *c, cosim_inputs *to, const cosim_inputs *from);
 

@@ -7,7 +7,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-#define STATE_MAGIC "GALLOPF5"
+#define STATE_MAGIC "GALLOPF6"
 
 /* Followed by values, rates and reached places of the inputs, the same of the last step, the
  * parameters, as stored in the scene, the kernel's state, and its state at the start of the last
@@ -20,6 +20,7 @@ struct gallop_cosim_saved {
     uint64_t inputs, parameters; /* how many */
     uint64_t state, before;      /* how many bytes; 0: there is none */
     double last_size;            /* of the last step [s]; 0 without one */
+    double ramp;                 /* of the last step [s] */
     uint64_t has_last_inputs;    /* 1: derivatives can be taken, of the last step or at the start */
     uint64_t deserialised;       /* 1: validate before use */
 };
@@ -119,6 +120,7 @@ gallop_cosim_status gallop_cosim_save(gallop_cosim *c, gallop_cosim_saved **save
                        .state = kernel,
                        .before = before,
                        .last_size = has_step ? last->size : 0.0,
+                       .ramp = last->ramp,
                        .has_last_inputs = has_last_inputs};
     memcpy(s->magic, STATE_MAGIC, sizeof s->magic);
     const size_t inputs = 3 * cosim_input_bytes(c);
@@ -208,6 +210,7 @@ gallop_cosim_status gallop_cosim_restore(gallop_cosim *c, const gallop_cosim_sav
     c->started = saved->state > 0;
     memcpy(c->last_step.with.value, last_inputs_in(saved), 3 * cosim_input_bytes(c));
     c->last_step.size = saved->last_size;
+    c->last_step.ramp = saved->ramp;
     c->last_step.base = saved->before          ? COSIM_DERIV_LAST_STEP
                       : saved->has_last_inputs ? COSIM_DERIV_AT_START
                                                : COSIM_DERIV_UNKNOWN;
@@ -272,6 +275,7 @@ static bool run_is_possible(const cosim_run *run, bool has_state)
 
 static bool last_step_is_possible(const saved_state *s)
 {
+    if (!(s->ramp >= 0.0) || s->ramp > COSIM_MAX_STEP) return false;
     if (s->has_last_inputs > 1 || (s->has_last_inputs && !s->state)) return false;
     if (!s->before) return s->last_size == 0.0;
     return s->has_last_inputs && s->last_size > 0.0 && s->last_size <= COSIM_MAX_STEP;

@@ -13,6 +13,10 @@
 #define CLOCK_OF_STEP 1e-6
 #define CLOCK_OF_TIME 1e-13
 
+/* A tower's ramp becomes shorter by this fraction of the time that passes: a point that moves
+ * steadily then catches up with 4/3 of its velocity. */
+#define RAMP_DECAY 0.25
+
 static gallop_cosim_status check_step(gallop_cosim *c, double time, double step)
 {
     const double clock = CLOCK_OF_STEP * step + CLOCK_OF_TIME * fabs(time);
@@ -42,10 +46,20 @@ static void choose_rates(const gallop_cosim *c, double size, double *rate)
 {
     memcpy(rate, c->in.rate, cosim_input_bytes(c));
     for (uint32_t i = 0; i < c->input_count; i++) {
-        if (resource_input_kind(&c->parameters, i) != RESOURCE_WIND) continue;
+        if (resource_first_target(&c->parameters, i)->kind != RESOURCE_WIND) continue;
         const double value = c->in.value[i], reached = value + rate[i] * size;
         if (value < 0.0 ? reached > 0.0 : reached < 0.0) rate[i] = -value / size;
     }
+}
+
+/* Time in which towers reach their places: the step, but after a longer step the time that this one
+ * had, at most the time step of the scene.  The way that a host gives then still belongs to the
+ * longer step, and would need a velocity without bound. */
+static double ramp_of_step(const gallop_cosim *c, double size)
+{
+    const gallop_settings *settings =
+        (const gallop_settings *)c->parameters.section[RESOURCE_SETTINGS].items;
+    return fmax(size, fmin(c->last_step.ramp, settings->time_step) - RAMP_DECAY * size);
 }
 
 gallop_cosim_status gallop_cosim_step(gallop_cosim *c, double time, double step)
@@ -59,7 +73,8 @@ gallop_cosim_status gallop_cosim_step(gallop_cosim *c, double time, double step)
     choose_rates(c, size, with.rate);
 
     gallop_report report;
-    const gallop_inputs in = cosim_linear_inputs(c, &with, c->run.time, size);
+    const double ramp = ramp_of_step(c, size);
+    const gallop_inputs in = cosim_linear_inputs(c, &with, c->run.time, size, ramp);
     c->run.status = gallop_advance(c->span.model, c->span.state, &in, until, &report);
     if (c->run.status) {
         /* The kernel no longer has the state at the start of the last step. */
@@ -69,9 +84,10 @@ gallop_cosim_status gallop_cosim_step(gallop_cosim *c, double time, double step)
 
     c->last_step.base = COSIM_DERIV_LAST_STEP;
     c->last_step.size = size;
+    c->last_step.ramp = ramp;
     cosim_copy_inputs(c, &c->last_step.with, &with);
     for (uint32_t i = 0; i < c->input_count; i++)
-        c->in.reached[i] = c->in.value[i] + with.rate[i] * size;
+        c->in.reached[i] = cosim_place_after(c, &c->last_step.with, i, size, ramp);
     memset(c->in.rate, 0, cosim_input_bytes(c));
     c->run.time = until;
     cosim_forget_observations(c);

@@ -96,9 +96,22 @@ static int observe(const gallop_cosim *c, gallop_state *state, uint32_t first, u
     return gallop_observe(c->span.model, state, c->probe + first, (int32_t)count, values + first);
 }
 
+/* The sum of terms in the initial equilibrium, which only the parameters change. */
+static int observe_static(const gallop_cosim *c, const resource_variable *v, double *value)
+{
+    const resource_term *term = resource_terms(&c->parameters) + v->index;
+    double *values = c->observed_elsewhere + v->index;
+    for (uint32_t i = 0; i < v->field; i++) c->probe[i] = resource_probe(&c->parameters, &term[i]);
+    const int outcome =
+        gallop_observe_equilibrium(c->span.model, c->probe, (int32_t)v->field, values);
+    if (!outcome) *value = sum_of(term, v->field, values, 1.0);
+    return outcome;
+}
+
 int cosim_observe_in(const gallop_cosim *c, gallop_state *state, const resource_variable *v,
                      double *value)
 {
+    if (v->origin == RESOURCE_STATIC) return observe_static(c, v, value);
     const int outcome = observe(c, state, v->index, v->field, 0, c->observed_elsewhere);
     if (!outcome) *value = value_of(c, v, c->observed_elsewhere);
     return outcome;
@@ -129,6 +142,7 @@ static int observe_group(gallop_cosim *c, bool nodes)
 
 int cosim_observe(gallop_cosim *c, const resource_variable *v, double *value)
 {
+    if (v->origin == RESOURCE_STATIC) return observe_static(c, v, value);
     const resource_term *term = resource_terms(&c->parameters) + v->index;
     for (uint32_t i = 0; i < v->field; i++) {
         const bool of_node = is_of_node(&term[i]);

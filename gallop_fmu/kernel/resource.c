@@ -98,11 +98,21 @@ uint32_t resource_input_count(const resource *r)
     return count;
 }
 
-resource_target_kind resource_input_kind(const resource *r, uint32_t input)
+const resource_target *resource_first_target(const resource *r, uint32_t input)
 {
     const resource_target *t = resource_targets(r);
     while (t->input != input) t++;
-    return (resource_target_kind)t->kind;
+    return t;
+}
+
+int32_t resource_velocity_input(const resource *r, uint32_t input)
+{
+    const resource_target *of = resource_first_target(r, input), *t = resource_targets(r);
+    if (of->kind != RESOURCE_MOTION) return -1;
+    for (uint32_t i = 0; i < r->section[RESOURCE_TARGETS].count; i++)
+        if (t[i].kind == RESOURCE_VELOCITY && t[i].index == of->index && t[i].axis == of->axis)
+            return (int32_t)t[i].input;
+    return -1;
 }
 
 /* A whole number has the factor 1: another one could make it too large for its 32 bits. */
@@ -130,8 +140,9 @@ static bool refers_to_what_there_is(const resource *r, uint32_t inputs, const re
     case RESOURCE_INPUT: return v->index < inputs && !v->whole;
     case RESOURCE_SUM:
     case RESOURCE_TURN:
+    case RESOURCE_STATIC:
         return v->index <= terms && v->field <= terms - v->index && v->field > 0 &&
-               (v->origin == RESOURCE_SUM || v->field % 2 == 0);
+               (v->origin != RESOURCE_TURN || v->field % 2 == 0);
     case RESOURCE_STATUS: return true;
     default: return false;
     }
@@ -147,6 +158,11 @@ static const char *check_variable(const resource *r, uint32_t inputs, const reso
     return resource_place(r, v) ? NULL : no_place;
 }
 
+static int axes_of(int32_t kind)
+{
+    return kind == RESOURCE_MOTION || kind == RESOURCE_VELOCITY ? 3 : 1;
+}
+
 /* Every input below the highest one sets something, of one kind. */
 static const char *check_targets(const resource *r)
 {
@@ -154,13 +170,13 @@ static const char *check_targets(const resource *r)
         "resources/model.bin is damaged: an input sets nothing; export the scene again";
     const resource_target *t = resource_targets(r);
     const uint32_t count = r->section[RESOURCE_TARGETS].count;
-    const uint32_t most[] = {r->section[RESOURCE_FIELDS].count, 1,
-                             r->section[RESOURCE_JUNCTIONS].count,
-                             r->section[RESOURCE_FIELDS].count};
+    const uint32_t most[] = {
+        r->section[RESOURCE_FIELDS].count, 1, r->section[RESOURCE_JUNCTIONS].count,
+        r->section[RESOURCE_FIELDS].count, r->section[RESOURCE_JUNCTIONS].count};
     uint32_t next = 0; /* the next new input */
     for (uint32_t i = 0; i < count; i++) {
-        if (t[i].kind < RESOURCE_WIND || t[i].kind > RESOURCE_WIND_DIRECTION) return damaged;
-        const int axes = t[i].kind == RESOURCE_MOTION ? 3 : 1;
+        if (t[i].kind < RESOURCE_WIND || t[i].kind > RESOURCE_VELOCITY) return damaged;
+        const int axes = axes_of(t[i].kind);
         if (t[i].index < 0 || (uint32_t)t[i].index >= most[t[i].kind] || t[i].axis < 0 ||
             t[i].axis >= axes || t[i].input > next)
             return damaged;

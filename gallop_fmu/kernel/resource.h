@@ -43,7 +43,8 @@ typedef enum {
     RESOURCE_SUM = 2,  /* output: the sum of its terms */
     RESOURCE_TURN = 3, /* output: atan2 of the sums of the first and the second half of its terms
                           [rad] */
-    RESOURCE_STATUS = 4
+    RESOURCE_STATUS = 4,
+    RESOURCE_STATIC = 5 /* output: the sum of its terms in the initial equilibrium, in still air */
 } resource_origin;
 
 #define RESOURCE_MINIMUM_EXCLUDED 1u
@@ -71,10 +72,11 @@ typedef struct {
 
 /* What an input sets. */
 typedef enum {
-    RESOURCE_WIND = 0,          /* the speed of the field `index` */
-    RESOURCE_ATTACK_ANGLE = 1,  /* of the first cross-section, by whose change the others turn */
-    RESOURCE_MOTION = 2,        /* the tower's point at the junction `index`, along axis 0, 1, 2 */
-    RESOURCE_WIND_DIRECTION = 3 /* of the field `index`: all fields have one, or none */
+    RESOURCE_WIND = 0,           /* the speed of the field `index` */
+    RESOURCE_ATTACK_ANGLE = 1,   /* of the first cross-section, by whose change the others turn */
+    RESOURCE_MOTION = 2,         /* the tower's point at the junction `index`, along axis 0, 1, 2 */
+    RESOURCE_WIND_DIRECTION = 3, /* of the field `index`: all fields have one, or none */
+    RESOURCE_VELOCITY = 4        /* of a tower's point, as motion */
 } resource_target_kind;
 
 /* Item of INPT.  Several items can have one input: it sets all of them. */
@@ -82,7 +84,7 @@ typedef struct {
     uint32_t input; /* number of the input */
     int32_t kind;   /* a resource_target_kind */
     int32_t index;
-    int32_t axis; /* 0 but for motion */
+    int32_t axis; /* 0 but for motion and velocity */
 } resource_target;
 
 /* Objects of a term beyond those of gallop_probe_object. */
@@ -152,7 +154,10 @@ static inline const resource_term *resource_terms(const resource *r)
 uint32_t resource_input_count(const resource *r);
 
 /* What an input sets: its first target. */
-resource_target_kind resource_input_kind(const resource *r, uint32_t input);
+const resource_target *resource_first_target(const resource *r, uint32_t input);
+
+/* The input with the velocity of the point that an input moves, or -1. */
+int32_t resource_velocity_input(const resource *r, uint32_t input);
 
 /* Where the value of a parameter is stored; NULL: at no place that a parameter may have. */
 char *resource_place(const resource *r, const resource_variable *v);

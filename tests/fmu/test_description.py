@@ -98,7 +98,7 @@ def test_every_continuous_variable_has_a_nominal_value(exported):
         for v in description.modelVariables
         if v.variability == "continuous"
     }
-    assert len(found) == 24
+    assert len(found) == 24 + 6 + 16
     assert all(1e-3 < value < 1e6 for value in found.values())
 
 
@@ -176,7 +176,15 @@ def test_inputs_and_outputs_keep_their_references_in_every_scene():
         [(v.name, v.reference) for v in table if v.causality != "parameter"] for table in tables
     ]
     assert all(interface == interfaces[0] for interface in interfaces)
-    assert len(interfaces[0]) == 8 + 19
+    assert len(interfaces[0]) == 8 + 19 + 6 + 6 + 2 * 8
+    assert [name for name, _ in interfaces[0][:27]] == [
+        *("wind_speed", "attack_angle"),
+        *(f"support.{end}.x{k}" for end in ("left", "right") for k in (1, 2, 3)),
+        *(f"midspan.{name}" for name in ("x1", "x2", "x3", "theta", "v1", "v2", "v3", "omega")),
+        *("midspan.tension", "angle_of_attack"),
+        *(f"support.{end}.f{k}" for end in ("left", "right") for k in (1, 2, 3)),
+        *("status", "newton_iterations", "substeps"),
+    ]  # of release 0.2.0
 
 
 def test_inputs_start_from_the_scene():

@@ -214,8 +214,8 @@ def test_refused_calls_say_why(hosts):
         "give one value for each reference": (
             "fmi3SetFloat64", one, c.c_size_t(1), two, c.c_size_t(2),
         ),
-        "must be at least 0 and at most 150": (
-            "fmi3SetFloat64", one, c.c_size_t(1), (c.c_double * 1)(-1.0), c.c_size_t(1),
+        "must be at least -150 and at most 150": (
+            "fmi3SetFloat64", one, c.c_size_t(1), (c.c_double * 1)(-151.0), c.c_size_t(1),
         ),
         "needs more than 32 bits": (
             "fmi3SetInt64", one, c.c_size_t(1), (c.c_int64 * 1)(2**40), c.c_size_t(1),

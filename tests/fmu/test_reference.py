@@ -62,7 +62,9 @@ def test_the_page_has_ports_example_plot_and_limits(tmp_path, runtime):
         *("Inputs", "Outputs", "Parameters", "Values of Status", "Values of Integrator"),
     ]
     for tower in range(3):
-        assert re.search(rf"<code>tower\[{tower}\]</code><td>x1, x2, x3<td>f1, f2, f3", page)
+        assert re.search(
+            rf"<code>tower\[{tower}\]</code><td>x1, x2, x3, v1, v2, v3<td>f1, f2, f3", page
+        )
     assert page.count("<polyline") == 2
     assert "1.9% of the amplitude" in page  # 2 sin(pi 0.3 0.01)
     code = re.search(r"<pre>(.*?)</pre>", page, re.DOTALL).group(1).replace("&quot;", '"')

@@ -16,10 +16,10 @@ STILL = np.zeros((2, 3))
 
 
 def outputs_of(scene, node, span):
-    """Every output but the status, from the engine's channels."""
+    """Every output but the status and the stations, from the engine's channels."""
     values = {}
     for variable in fmu_variables(scene):
-        if variable.key in NODE_INDEX:
+        if variable.key in NODE_INDEX and not variable.name.startswith("station"):
             values[variable.name] = node[NODE_INDEX[variable.key]]
         elif variable.causality == "output" and variable.key in SPAN_INDEX:
             values[variable.name] = span[SPAN_INDEX[variable.key]]

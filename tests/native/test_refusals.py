@@ -123,7 +123,7 @@ def test_outputs_are_not_known_before_initialisation(fmu):
     )
 
 
-@pytest.mark.parametrize("value", [math.nan, math.inf, -math.inf, -0.1, 151.0])
+@pytest.mark.parametrize("value", [math.nan, math.inf, -math.inf, -151.0, 151.0])
 def test_values_that_no_wind_has(stepping, value):
     refused(stepping, lambda: stepping.set_real([0], [value]), "wind_speed")
 
@@ -363,7 +363,7 @@ def test_forged_bytes_of_a_state(stepping, part):
     """The checksum is right, but no such state is possible."""
     good = stepping.to_bytes(stepping.save())
     inputs, parameters, kernel, before = struct.unpack_from("<QQQQ", good, COUNTS)
-    first_input = COUNTS + 7 * 8
+    first_input = COUNTS + 8 * 8
     values = first_input + 6 * 8 * inputs
     first = values + 8 * parameters
     assert first + kernel + before == len(good)
@@ -397,7 +397,7 @@ def test_a_state_that_cannot_be_built_leaves_the_instance_as_it_is(stepping):
     """Other parameters, which make no span, with a state: the present span is kept."""
     good = stepping.to_bytes(stepping.save())
     inputs, parameters = struct.unpack_from("<QQ", good, COUNTS)
-    values = COUNTS + 7 * 8 + 6 * 8 * inputs
+    values = COUNTS + 8 * 8 + 6 * 8 * inputs
     numbers = struct.unpack_from(f"<{parameters}d", good, values)
     bad = bytearray(good)
     struct.pack_into("<d", bad, values + 8 * numbers.index(15000.0), 30000.0)  # against the sag

@@ -236,7 +236,7 @@ NOTHING_SET = "an input sets nothing"
 UNKNOWN_OUTPUT = "an output is unknown"
 FORGED_TABLES = {
     "field": (b"INPT", TargetItem, set_item(0, index=1), NOTHING_SET),
-    "kind": (b"INPT", TargetItem, set_item(0, kind=3), NOTHING_SET),
+    "kind": (b"INPT", TargetItem, set_item(0, kind=5), NOTHING_SET),
     "junction": (b"INPT", TargetItem, set_item(7, index=2), NOTHING_SET),
     "negative junction": (b"INPT", TargetItem, set_item(7, index=-1), NOTHING_SET),
     "axis": (b"INPT", TargetItem, set_item(7, axis=3), NOTHING_SET),
@@ -253,7 +253,7 @@ FORGED_TABLES = {
     "no terms": (b"VARS", VariableItem, set_item(8, field=0), "a variable is unknown"),
     "first term": (b"VARS", VariableItem, set_item(8, index=2**32 - 1), "a variable is unknown"),
     "odd terms": (b"VARS", VariableItem, set_item(8, origin=3), "a variable is unknown"),
-    "input": (b"VARS", VariableItem, set_item(0, index=8), "a variable is unknown"),
+    "input": (b"VARS", VariableItem, set_item(0, index=14), "a variable is unknown"),
 }
 
 

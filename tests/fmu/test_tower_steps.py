@@ -1,0 +1,133 @@
+"""Towers that move in communication steps of any size: against the monolithic solution."""
+
+import ctypes as c
+
+import numpy as np
+import pytest
+
+from gallop_fmu.engine.library import kernel
+from gallop_fmu.fmu.cosim import Cosim
+from gallop_fmu.fmu.model_bin import model_bin
+from gallop_fmu.fmu.variables import fmu_variables
+from gallop_fmu.input.scene_files import load_scene
+from support.scripts import load_script
+
+steps = load_script("benchmarks/accuracy/tower_steps.py")
+TIME_STEP = 0.01
+
+
+@pytest.fixture(scope="module")
+def reference():
+    return steps.monolithic(0.0025)
+
+
+@pytest.mark.parametrize("seed", [0, 1])
+def test_the_force_of_random_and_rejected_steps_is_the_monolithic_one(reference, seed):
+    largest, rms = steps.random_steps("iterated", True, seed, reference)
+    assert largest < 0.01  # 0.0059 and 0.0059, with 15 elements 0.0059
+    assert rms < 0.004  # 0.0021 and 0.0012
+
+
+@pytest.mark.parametrize("gives_velocity", [True, False])
+def test_a_short_step_after_longer_ones_changes_the_force_little(gives_velocity):
+    """A velocity that grows as 1/h made 16.3 kN of 1 ms, 62.9 kN of 0.1 ms, 6.5 MN of 1 us."""
+    before = steps.after_a_shorter_step(gives_velocity, 0.005)
+    for h in (1e-3, 1e-4, 1e-6):
+        found = steps.after_a_shorter_step(gives_velocity, h)
+        assert abs(found / before - 1.0) < 0.01  # at most 0.0066
+
+
+class Point:
+    """A cable in still air; its left end moves along the span."""
+
+    def __init__(self):
+        scene = load_scene("example3").with_values(
+            {"numerics.elements": 4, "numerics.time_step": TIME_STEP, "wind.speed": 0.0}
+            | {"initial.seed_vertical": 0.0, "initial.seed_horizontal": 0.0}
+        )
+        self.reference = {v.name: v.reference for v in fmu_variables(scene)}
+        self.cosim, self.time = Cosim(model_bin(scene, "x", "1"), "x"), 0.0
+        self.cosim.set_up(0.0, None)
+        self.cosim.enter_initialization()
+        self.cosim.exit_initialization()
+
+    def step(self, h, **values):
+        names = [self.reference[f"support.left.{name}"] for name in values]
+        self.cosim.set("real", names, list(values.values()))
+        self.cosim.step(self.time, h)
+        self.time += h
+        return self.cosim.get("real", [self.reference["support.left.f1"]])[0]
+
+
+def test_equal_and_growing_steps_reach_their_place_at_once():
+    """The force is bit for bit that of a run with the velocity that this needs."""
+    place, velocity = Point(), Point()
+    reached = 0.0
+    for h in (1e-4, 1e-4, 2e-3, 0.01, 0.02, 0.01):
+        x = reached + 2.0**-7 * h
+        one = place.step(h, x1=x)
+        other = velocity.step(h, x1=reached, v1=(x - reached) / h)
+        assert one == pytest.approx(other, rel=1e-9)
+        reached = x
+
+
+def test_the_ramp_after_a_longer_step_is_the_documented_one():
+    """x' = (given - x) / T, with T = 8 ms less a quarter of the time since."""
+    place, velocity = Point(), Point()
+    for point in (place, velocity):
+        point.step(0.008, x1=0.0)
+    x, ramp, h = 0.0, 0.008, 0.001
+    for _ in range(12):
+        ramp = max(h, ramp - 0.25 * h)
+        one = place.step(h, x1=1e-3)
+        other = velocity.step(h, x1=x, v1=(1e-3 - x) / ramp)
+        x += (1e-3 - x) / ramp * h
+        assert one == pytest.approx(other, rel=1e-9)
+    assert 0.7e-3 < x < 1e-3
+
+
+def test_the_derivative_of_a_velocity_is_an_acceleration():
+    """The point moves with the mean velocity in the step, 0.03 + 0.01 4 / 2 = 0.05 m/s."""
+    found = []
+    for velocity, acceleration in ((0.03, 4.0), (0.05, 0.0)):
+        point = Point()
+        cosim = point.cosim
+        if acceleration:
+            handle, one = c.c_void_p(cosim._handle), c.c_size_t(1)
+            references = cosim._references([point.reference["support.left.v1"]])
+            rates = cosim._array("real", [acceleration])
+            assert kernel.gallop_cosim_set_input_rates(handle, references, one, rates) == 0
+        found.append(point.step(0.01, v1=velocity))
+    assert found[0] == pytest.approx(found[1], rel=1e-12)
+    assert found[0] != pytest.approx(Point().step(0.01), rel=1e-3)
+
+
+def test_states_include_the_ramp():
+    point = Point()
+    point.step(0.01, x1=0.0)
+    point.step(0.001, x1=1e-3)
+    saved, time = point.cosim.save(), point.time
+    forces = []
+    for _ in range(2):
+        point.cosim.restore(saved)
+        point.time = time
+        forces.append([point.step(0.001, x1=1e-3) for _ in range(5)])
+    assert forces[0] == forces[1]
+    fresh = Point()
+    fresh.cosim.restore(saved)
+    fresh.time = time
+    assert [fresh.step(0.001, x1=1e-3) for _ in range(5)] == forces[0]
+
+
+def test_preloads_are_the_forces_at_rest():
+    point = Point()
+    names = [f"support.{end}.{{}}f{k}" for end in ("left", "right") for k in "123"]
+    static, force = (
+        np.array(point.cosim.get("real", [point.reference[name.format(part)] for name in names]))
+        for part in ("preload.", "")
+    )
+    assert static[0] == pytest.approx(15000.0, rel=1e-3)
+    assert force == pytest.approx(static, abs=1e-6 * 15000.0)
+    point.step(0.1, x1=0.01)
+    again = point.cosim.get("real", [point.reference[name.format("preload.")] for name in names])
+    assert again == list(static)
