@@ -63,11 +63,11 @@ class LineCommand(TyperCommand):
     def get_params(self, ctx: Any) -> list[Any]:
         """Return the argument FILE, the options of a line, and ``--help``."""
         file, *others = super().get_params(ctx)
-        return [file, *_line_options(), *others]
+        return [file, *line_options(), *others]
 
     def invoke(self, ctx: Any) -> Any:
         """Run the command with the given values of the line in ``ctx.obj``."""
-        values = {option.name: ctx.params.pop(option.name) for option in _line_options()}
+        values = {option.name: ctx.params.pop(option.name) for option in line_options()}
         ctx.obj = {name: value for name, value in values.items() if value is not None}
         if not {"span", "section"} & ctx.obj.keys():
             raise typer.BadParameter(
@@ -83,7 +83,7 @@ _CHOICES = ("ice_shape", "orientation")
 
 
 @cache
-def _line_options() -> list[Any]:
+def line_options() -> list[Any]:
     """Options of typer, one for each field of a line or section; None: not given."""
     from gallop_fmu.line.line_table import Line
     from gallop_fmu.line.section_table import SectionTable

@@ -35,7 +35,7 @@ from modal.cli.output import Plot, line_or_span_to_draw, show
 from modal.cli.screen_command import SCREEN_EXAMPLE, screen_span
 from modal.cli.slope_command import SLOPE_EXAMPLE, slope
 from modal.report.command import REPORT_EXAMPLE, report
-from modal.study.command import STUDY_EXAMPLE, study
+from modal.study.command import STUDY_EXAMPLE, StudyCommand, study
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -463,7 +463,7 @@ app.command(epilog=example(BRANCHES_EXAMPLE))(branches)
 app.command(name="screen", epilog=example(SCREEN_EXAMPLE))(screen_span)
 app.command(epilog=example(ATLAS_EXAMPLE))(atlas)
 app.command(epilog=example(REPORT_EXAMPLE))(report)
-app.command(epilog=example(STUDY_EXAMPLE))(study)
+app.command(cls=StudyCommand, epilog=example(STUDY_EXAMPLE))(study)
 
 
 @app.command(

@@ -139,6 +139,14 @@ class Case:
             return bool(np.any(self.peak_to_peak >= MIN_GALLOPING * self.sag))
 
     @property
+    def may_grow(self) -> bool:
+        """True if the motion had not settled at the end, so that a longer run may gallop more."""
+        return self.text.startswith(("still growing", "undetermined")) or self.kind in (
+            "left the curve",
+            "ended early",
+        )
+
+    @property
     def smallest_gap(self) -> float:
         """Smallest gap of two phases [m]; NaN without phases or a result."""
         known = self.gap[np.isfinite(self.gap)]

@@ -2,21 +2,23 @@
 
 from __future__ import annotations
 
+import copy
+from functools import cache
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
+from typer.core import TyperCommand
 
+from gallop_fmu.cli.line_commands import line_options
 from gallop_fmu.cli.sweep_options import values_of
 from gallop_fmu.cli.terminal import (
     Changes,
     Exit,
-    SceneName,
     Until,
     check_output,
     chosen_spec,
     complain,
-    complain_of,
     new_console,
     real,
     whole,
@@ -32,12 +34,47 @@ STUDY_EXAMPLE = (
 
 VALUES = "VALUES"
 
+OF_ICE = ("ice_shape", "ice_density")
+"""Line data that also hold for the ice of ``--ice``."""
+
+
+class StudyCommand(TyperCommand):
+    """The command ``study``: adds the options of ``gallop-fmu new --section`` when used."""
+
+    def get_params(self, ctx: Any) -> list[Any]:
+        """Return the command's own options, and those of line data in a panel of their own."""
+        return [*super().get_params(ctx), *_line_data()]
+
+    def invoke(self, ctx: Any) -> Any:
+        """Run the command with the given line data in ``ctx.obj``."""
+        values = {option.name: ctx.params.pop(option.name) for option in _line_data()}
+        ctx.obj = {name: value for name, value in values.items() if value is not None}
+        return super().invoke(ctx)
+
+
+@cache
+def _line_data() -> list[Any]:
+    """Options of line data, none of them required."""
+    from gallop_fmu.line.section_table import ONE_SPAN_ONLY
+
+    found = []
+    for option in line_options():
+        if option.name not in ONE_SPAN_ONLY:
+            option = copy.copy(option)
+            option.required = False
+            option.rich_help_panel = "A line from a table of towers, in place of SCENE"
+            found.append(option)
+    return found
+
 
 def study(  # noqa: PLR0913 - typer takes a parameter for each option
-    scene: SceneName,
+    context: typer.Context,
     out: Annotated[
         Path, typer.Option("--out", "-o", metavar="FILE", help="File to write (.html).")
     ],
+    scene: Annotated[
+        str | None, typer.Argument(metavar="SCENE", help="Path of the scene file of a line (TOML).")
+    ] = None,
     wind: Annotated[
         str,
         typer.Option(
@@ -54,16 +91,6 @@ def study(  # noqa: PLR0913 - typer takes a parameter for each option
             metavar=VALUES, help="Largest ice thicknesses in mm (default: the scene's ice)."
         ),
     ] = None,
-    ice_shape: Annotated[
-        str,
-        typer.Option(
-            metavar="SHAPE", help="Shape for --ice: crescent, eccentric_circle, d_shape or radial."
-        ),
-    ] = "crescent",
-    ice_density: Annotated[
-        float,
-        typer.Option(metavar="KG/M3", parser=real, help="Density for --ice in kg/m3."),
-    ] = 900.0,
     curve: Annotated[
         list[str] | None,
         typer.Option(
@@ -93,21 +120,21 @@ def study(  # noqa: PLR0913 - typer takes a parameter for each option
     project: Annotated[str, typer.Option(metavar="TEXT", help="Project, for the report.")] = "",
     revision: Annotated[str, typer.Option(metavar="TEXT", help="Revision, for the report.")] = "",
 ) -> None:
-    """Study a line: does it gallop, how high, clashes, forces, and which measures help.
+    """Study a line: galloping, height, clashes, forces, and measures, in one report.
 
-    Every combination of wind, attack angle, ice and curve is simulated. Measures (tension, spacers,
-    pendulums, dampers, a split span) are simulated with the worst ice and curve. The report begins
-    with a verdict on one page.
+    Every combination of wind, attack angle, ice and curve is simulated, then measures (tension,
+    spacers, pendulums, dampers, a split span) at the worst. The report has a verdict on page one.
     """
     from gallop_fmu.foundation.text_rules import clean_text
     from modal.report.page import SUFFIXES
     from modal.study.page import Signature, write_study
     from modal.study.study import study_line
 
-    chosen: Any = chosen_spec(scene, changes).scene()
-    complain_of(chosen, "gallop-modal")
+    data = context.obj or {}
+    chosen: Any = chosen_spec(_line(scene, data), changes).scene()
     check_output(out, SUFFIXES)
-    varied = _conditions(wind, angle, ice, (ice_shape, ice_density), curve)
+    shaped = {name: data[name] for name in OF_ICE if name in data}
+    varied = _conditions(wind, angle, ice, curve, shaped)
     signature = Signature(*(clean_text(text) for text in (author, project, revision)))
     with shown_parts(chosen.title) as shown:
         found = study_line(
@@ -122,38 +149,56 @@ def study(  # noqa: PLR0913 - typer takes a parameter for each option
             shown("page", 0.0)
         write_study(found, out, signature)
     _print(found, out)
+    for text in found.warnings:
+        complain(f"warning: {text}", "gallop-modal")
     if not found.known:
         complain("no case has a result; the report has the reasons.", "gallop-modal")
         raise typer.Exit(Exit.ENDED_EARLY)
+
+
+def _line(scene: str | None, data: dict[str, Any]) -> Any:
+    """Return the name of the scene, or the line of a table of towers.
+
+    Raises
+    ------
+    SceneError
+        Both or neither are given, or line data without a table.
+    """
+    from gallop_fmu.foundation.errors import SceneError
+    from gallop_fmu.line.section_table import section_data
+    from gallop_fmu.scene.line_scene import LineScene
+
+    if "section" in data:
+        if scene is not None:
+            raise SceneError(f"{scene} and --section are both given; give only one of them")
+        return LineScene.from_dict(section_data(data, Path()))
+    if others := [name for name in data if name not in OF_ICE]:
+        option = others[0].replace("_", "-")
+        raise SceneError(
+            f"--{option}: line data need a table of towers; give --section, or change the scene"
+            " with --set"
+        )
+    if scene is None:
+        raise SceneError("no line: give a scene file, or a table of towers with --section")
+    return scene
 
 
 def _conditions(
     wind: str,
     angle: str | None,
     ice: str | None,
-    of_ice: tuple[str, float],
     curves: list[str] | None,
+    of_ice: dict[str, Any],
 ) -> Any:
     """Return the conditions of the options."""
-    from typing import get_args
-
-    from gallop_fmu.foundation.errors import SceneError
-    from gallop_fmu.line.ice_shapes import IceShape
     from modal.study.conditions import StudyConditions
 
-    shape, density = of_ice
-    if shape not in get_args(IceShape):
-        raise SceneError(
-            f"--ice-shape {shape}: must be one of {', '.join(sorted(get_args(IceShape)))}"
-        )
-    shaped: Any = shape
     return StudyConditions(
         winds=_numbers("wind", wind),
         angles_deg=() if angle is None else _numbers("angle", angle),
         ices=() if ice is None else tuple(1e-3 * value for value in _numbers("ice", ice)),
         curves=tuple(curves or ()),
-        ice_shape=shaped,
-        ice_density=density,
+        **of_ice,
     )
 
 

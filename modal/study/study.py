@@ -91,6 +91,8 @@ class LineStudy:
         Measures, the most effective first.
     clearance : float or None
         Distance [m] that two phases must keep; None: not given.
+    warnings : tuple of str
+        Warnings about the line with each ice and curve, each once.
     is_single : bool
         True if one phase was simulated for all.
     seconds : float
@@ -108,6 +110,7 @@ class LineStudy:
     before: list[Case]
     tried: list[Tried]
     clearance: float | None
+    warnings: tuple[str, ...]
     is_single: bool
     seconds: float
 
@@ -223,6 +226,7 @@ def study_line(
         before=before,
         tried=tried,
         clearance=clearance,
+        warnings=tuple(dict.fromkeys(text for each in climates for text in each.scene.warnings)),
         is_single=len(reduced.phases) < len(scene.phases),
         seconds=clock.perf_counter() - started,
     )

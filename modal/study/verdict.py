@@ -66,11 +66,28 @@ def _gallops(study: LineStudy) -> Answer:
         return Answer(
             "Will it gallop?", "Not known: no case has a result.", (*_failures(study), rule)
         )
-    share = f"{len(galloping)} of {len(known)} simulated cases"
-    if not galloping:
-        return Answer("Will it gallop?", f"No, in none of {share[5:]}.", (rule,), "good")
-    where = _spread(study, galloping)
-    return Answer("Will it gallop?", f"Yes, in {share}.", (*where, rule), "bad")
+    unsettled = [case for case in known if case.may_grow and not case.gallops]
+    count = f"{len(known)} simulated case{'s' * (len(known) != 1)}"
+    if galloping:
+        evidence = (*_spread(study, galloping), *_unsettled(unsettled), rule)
+        return Answer("Will it gallop?", f"Yes, in {len(galloping)} of {count}.", evidence, "bad")
+    if unsettled:
+        return Answer(
+            "Will it gallop?",
+            f"Not within the simulated time, but {len(unsettled)} of {count} had not settled.",
+            (*_unsettled(unsettled), rule),
+        )
+    return Answer("Will it gallop?", f"No, in none of {count}.", (rule,), "good")
+
+
+def _unsettled(cases: Sequence[Case]) -> Iterator[str]:
+    """Cases that do not gallop by the rule, but were not settled at the end."""
+    if cases:
+        lowest = min(case.wind for case in cases)
+        yield (
+            f"{len(cases)} more had not settled at the end of the run (lowest wind {lowest:g} m/s):"
+            " they may gallop later; a longer run (--until) decides."
+        )
 
 
 def _spread(study: LineStudy, galloping: Sequence[Case]) -> Iterator[str]:
@@ -101,8 +118,9 @@ def _from_wind(study: LineStudy) -> Answer:
     galloping = study.galloping
     if not galloping:
         winds = [case.wind for case in study.known]
-        answer = f"No galloping up to {max(winds):g} m/s." if winds else "Not known."
-        return Answer(question, answer, tuple(evidence), "good" if winds else "open")
+        answer = f"No galloping up to {max(winds):g} m/s in these runs." if winds else "Not known."
+        settled = bool(winds) and not any(case.may_grow for case in study.known)
+        return Answer(question, answer, tuple(evidence), "good" if settled else "open")
     lowest = min(case.wind for case in galloping)
     below = [wind for wind in study.conditions.winds if wind < lowest]
     if below:
@@ -112,13 +130,18 @@ def _from_wind(study: LineStudy) -> Answer:
         )
     else:
         answer = f"At the lowest simulated wind, {lowest:g} m/s, it gallops already."
+    evidence.insert(0, _by_wind(study))
+    return Answer(question, answer, tuple(evidence), "bad")
+
+
+def _by_wind(study: LineStudy) -> str:
+    """Number of galloping cases in each wind, in a sentence."""
     by_wind = [
         f"{wind:g} m/s: {sum(case.gallops for case in at)} of {len(at)}"
         for wind in study.conditions.winds
         if (at := [case for case in study.known if case.wind == wind])
     ]
-    evidence.insert(0, f"Galloping cases by wind: {', '.join(by_wind)}.")
-    return Answer(question, answer, tuple(evidence), "bad")
+    return f"Galloping cases by wind: {', '.join(by_wind)}."
 
 
 def _den_hartog(study: LineStudy) -> Iterator[str]:
@@ -397,6 +420,7 @@ def _certainty(study: LineStudy) -> Answer:
     answer = f"{', '.join([steady, *others])}."
     evidence = [f"{counts[k]} of {total}: {text}." for k, text in KINDS.items() if counts[k]]
     evidence += [*_failures(study), *_warnings(study), *assumptions(study)]
+    evidence += [f"Warning: {text}" for text in study.warnings]
     return Answer("How sure is this?", answer, tuple(evidence))
 
 

@@ -291,9 +291,39 @@ def test_the_command_writes_the_page(scene, tmp_path):
     for wrong, message in (
         (["--wind", "4:x"], "--wind 4:x: a range is FIRST:LAST:STEP"),
         (["--ice", "a"], "'a' is not a number"),
-        (["--ice-shape", "square"], "must be one of crescent"),
+        (["--ice-shape", "square"], "square"),
     ):
         refused = CliRunner().invoke(app, ["study", line, *wrong, "-o", page])
+        assert refused.exit_code == 2
+        assert message in refused.output
+
+
+@pytest.mark.usefixtures("_unexamined")
+def test_a_run_that_still_grows_is_not_called_calm(scene):
+    """After 6 s the motion is small and grows: the answer is neither yes nor no."""
+    alone = scene.with_values({"phases": PHASES[:1], "initial.seed_vertical": 0.001})
+    found = study_line(alone, StudyConditions(winds=(6.0,), angles_deg=(0.0,)), stop_time=6.0)
+    said = answers(found)[0]
+    assert said.answer.startswith("Not within the simulated time")
+    assert said.level == "open"
+
+
+def test_a_table_of_towers_is_studied_at_once(tmp_path):
+    (tmp_path / "towers.csv").write_text("tower,span length\nT1,300\nT2,\n")
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(study_module, "examine_line", lambda *_: Missing("left out by the test"))
+        options = ["--section", str(tmp_path / "towers.csv"), "--conductor", "Drake"]
+        options += ["--stringing-percent", "20", "--coefficients", "example2"]
+        options += ["--ice", "5", "--wind", "4", "--until", "2"]
+        made = CliRunner().invoke(app, ["study", *options, "-o", str(tmp_path / "s.html")])
+    assert made.exit_code == 0, made.output
+    assert "Drake, section of 1 spans" in (tmp_path / "s.html").read_text()
+    for wrong, message in (
+        ([], "no line: give a scene file"),
+        (["--conductor", "Drake"], "--conductor: line data need a table of towers"),
+        (["x.toml", *options[:2]], "x.toml and --section are both given"),
+    ):
+        refused = CliRunner().invoke(app, ["study", *wrong, "-o", str(tmp_path / "t.html")])
         assert refused.exit_code == 2
         assert message in refused.output
 
