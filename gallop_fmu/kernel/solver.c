@@ -177,10 +177,13 @@ static void add_block(const system_tangent *t, const solver_junction_system *s, 
 
 static solver_chain reduced_chain_of(const gallop_model *model, const chain *c)
 {
-    solver_chain reduced = solver_chain_of(model, c);
-    reduced.kept_corners = c->kept_corners;
-    reduced.kept = c->kept;
-    return reduced;
+    return (solver_chain){.elements = c->elements,
+                          .unknowns = model->unknowns,
+                          .strips = c->strips,
+                          .strip_start = c->strip_start,
+                          .kept_corners = c->kept_corners,
+                          .kept = c->kept,
+                          .blocks = blocks_of};
 }
 
 /* What a chain has between two kept corners, the second one being number `index`. */
@@ -262,11 +265,11 @@ static void solve_junctions(const gallop_model *model, const state_view *view, i
     const size_t width = 4 * (size_t)parts;
     double *x = view->junction_rhs;
     for (int j = 0; j < s.count; j++) {
-        memcpy(x + width * j, rhs + width * model->junction[j].node, width * sizeof *x);
-        for (int i = 0; i < 4; i++)
-            for (int part = 0; part < parts; part++)
-                if (model->junction[j].fixed[i] || i >= s.unknowns)
-                    x[width * j + 4 * part + i] = 0.0;
+        const junction *at = &model->junction[j];
+        const double *from = rhs + width * at->node;
+        double *to = x + width * j;
+        for (int part = 0; part < parts; part++, from += 4, to += 4)
+            for (int i = 0; i < 4; i++) to[i] = at->fixed[i] || i >= s.unknowns ? 0.0 : from[i];
     }
     (parts == REAL ? solver_real_junctions_solve : solver_complex_junctions_solve)(&s, x);
     for (int j = 0; j < s.count; j++)

@@ -267,14 +267,19 @@ INLINE void solve_corners(const factors *f, double *rhs, int n)
 /* Corners between kept ones: add what the motion of the kept ones does to them. */
 INLINE void correct_corners(const factors *f, double *rhs, int n)
 {
-    for (int i = 0; i < f->segments; i++) {
-        const segment s = segment_of(f, i);
-        double *left = rhs + (size_t)8 * PARTS * s.first;
-        const double *right = left + (size_t)8 * PARTS * s.elements;
+    for (int index = 0; index < f->segments; index++) {
+        const segment s = segment_of(f, index);
+        double end[2][4 * PARTS], *const first = rhs + (size_t)8 * PARTS * s.first;
+        memcpy(end[0], first, sizeof end[0]); /* copies, which stay in registers */
+        memcpy(end[1], first + (size_t)8 * PARTS * s.elements, sizeof end[1]);
         for (int k = 1; k < s.elements; k++) {
-            double *x = left + (size_t)8 * PARTS * k;
-            subtract_apply(&s.by_end[k][0], left, n, x);
-            subtract_apply(&s.by_end[k][1], right, n, x);
+            double change[2][PARTS][4], *x = first + (size_t)8 * PARTS * k;
+            for (int side = 0; side < 2; side++)
+                apply(&s.by_end[k][side], end[side], n, change[side][0]);
+            for (int p = 0; p < PARTS; p++)
+                for (int i = 0; i < n; i += LANES)
+                    LANES_AT(x + 4 * p + i) = LANES_AT(x + 4 * p + i) - LANES_AT(change[0][p] + i) -
+                                              LANES_AT(change[1][p] + i);
         }
     }
 }

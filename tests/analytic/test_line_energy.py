@@ -70,6 +70,18 @@ CASES = {
         },
     },
     "phases": {"phases": PHASES, "devices": SPACERS},
+    "pendulums on damped arms": {
+        "bundle": {
+            **{"subconductors": 2, "spacing": 0.4, "spacers": 2, "spacer_mass": 5.0},
+            **{"arm_stiffness": 2e4, "arm_damping": 2000.0, "clamp_damping": 5.0},
+        },
+        "devices": [
+            {
+                **{"kind": "pendulum", "span": 2, "station": 1.0 / 3.0, "subconductor": 1},
+                **{"mass": 10.0, "arm": 0.4, "angle_deg": 20.0},
+            }
+        ],
+    },
 }
 
 BOUND = 2e-5
@@ -96,4 +108,13 @@ def test_works_and_stored_energy_balance(name):
 def test_damping_of_devices_is_part_of_the_balance():
     found = balance(CASES["devices"], 0.01)
     assert found.dissipated[-1] > 0.02 * found.turnover
+    assert np.all(np.diff(found.dissipated) > -1e-9)
+
+
+def test_damping_of_spacer_arms_is_part_of_the_balance():
+    """A pendulum at a spacer shakes its arms; without their damping much less is dissipated."""
+    case = CASES["pendulums on damped arms"]
+    found = balance(case, 0.01)
+    without = balance({**case, "bundle": {**case["bundle"], "arm_damping": 0.0}}, 0.01)
+    assert found.dissipated[-1] > 1.2 * without.dissipated[-1]
     assert np.all(np.diff(found.dissipated) > -1e-9)

@@ -123,6 +123,8 @@ def test_the_motion_is_continuous_and_the_energy_drops_by_that_of_the_ice(numeri
     assert np.abs(lost).min() > 10.0
     # round-off; observed 6e-14
     assert energies(iced) - energies(shed) == pytest.approx(lost, abs=1e-11)
+    assert shed.shedding_energies()[0] == pytest.approx(lost, abs=1e-11)
+    assert np.array_equal(iced.shedding_energies(), [[0.0, 0.0]])
     assert shed.shedding_times() == [FALL]
     assert iced.shedding_times() == [np.inf]
 

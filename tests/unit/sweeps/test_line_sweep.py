@@ -154,6 +154,21 @@ def test_a_table_of_cases_may_have_lines_and_spans(tmp_path):
     assert "tower_pull_lowest" not in runs.dataset  # posts
 
 
+def test_the_smallest_clearance_includes_the_quarter_points():
+    """Phases that come nearest at a quarter of the span, while mid-span is still at rest."""
+    phases = [{"name": "a"}, {"name": "b", "offset": [4.0, 0.0]}]
+    loads = [
+        {"span": 1, "phase": 1 + k, "position": 0.75, "force": [0.0, force, 0.0], "law": PUSH}
+        for k, force in enumerate((1500.0, -1500.0))
+    ]
+    scene = section((300.0,), numerics={"elements": 8}, phases=phases, loads=loads)
+    row = gf.sweep(scene, {"section.horizontal_tension": [25e3]}, stop_time=1.0).dataset.isel(run=0)
+    whole = gf.simulate(scene, 1.0, record_nodes="all")
+    at_mid_span = gf.simulate(scene, 1.0).clearances["smallest"].item()
+    assert row.smallest_clearance < at_mid_span - 0.2
+    assert row.smallest_clearance == pytest.approx(whole.clearances["smallest"].item(), abs=0.05)
+
+
 def test_a_run_that_ends_early_keeps_its_extremes():
     scene = pushed(
         wind={"speed": 12.0},
