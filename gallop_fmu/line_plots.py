@@ -6,6 +6,7 @@ Functions return a `matplotlib.figure.Figure` and do not use pyplot's global sta
 from __future__ import annotations
 
 import math
+import textwrap
 from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
@@ -16,7 +17,16 @@ from numpy.typing import NDArray
 
 from gallop_fmu.engine.line_map import MappedTower
 from gallop_fmu.foundation.errors import SceneError
-from gallop_fmu.plots import COLOURS, NEUTRAL, STYLE, TEXT_WIDTH, drawing, thinned
+from gallop_fmu.plots import (
+    COLOURS,
+    NEUTRAL,
+    STYLE,
+    TEXT_WIDTH,
+    add_notes,
+    add_title,
+    drawing,
+    thinned,
+)
 from gallop_fmu.simulation.line_result import LineResult
 
 if TYPE_CHECKING:
@@ -158,6 +168,24 @@ def line_histories(result: LineResult, phase: int = 1) -> Figure:
             axes.margins(x=0.0)
         figure.align_ylabels(panels)
         panels[-1].set_xlabel("time [s]")
+    return figure
+
+
+def line_overview(result: LineResult) -> Figure:
+    """Draw one page on a run: the histories of phase 1, with title, motion and warnings.
+
+    Raises
+    ------
+    SceneError
+        u2, u3 or mid-spans were not recorded.
+    """
+    figure = line_histories(result)
+    phases = result.map.phases
+    which = f" (phase 1 of {phases})" if phases > 1 else ""
+    with drawing(STYLE):
+        add_title(figure, textwrap.fill(result.scene.title + which, 110))
+        notes = [f"Motion: {result.motion}."]
+        add_notes(figure, [*notes, *(f"Warning: {sentence}" for sentence in result.warnings)])
     return figure
 
 

@@ -132,15 +132,13 @@ def run(  # noqa: PLR0913 - typer takes a parameter for each option
 ) -> None:
     """Simulate a span or line and print its motion at mid-span, of a line also its towers."""
     from gallop_fmu.input.input_csv import with_inputs
-    from gallop_fmu.scene.line_scene import LineScene, one_span
+    from gallop_fmu.scene.line_scene import LineScene
     from gallop_fmu.simulation.run_options import check_model
 
     check_model(model)
     chosen = chosen_scene(scene, changes)
     if inputs:
-        chosen = with_inputs(one_span(chosen, "--inputs"), inputs)
-    if plot:
-        one_span(chosen, "--plot")
+        chosen = with_inputs(chosen, inputs)
     check_output(out, RESULT_SUFFIXES)
     check_output(plot, PICTURE_SUFFIXES)
     result = _simulate(chosen, until, every, nodes, silent=as_json)
@@ -381,12 +379,13 @@ def _write(
     except OSError as problem:
         unwritten.append(problem)
     if plot:
+        from gallop_fmu.line_plots import line_overview
         from gallop_fmu.plots import overview, save_figure
         from gallop_fmu.simulation.result import Result
 
-        assert isinstance(result, Result)  # a line was refused before
         try:
-            written.append(save_figure(overview(result), plot))
+            figure = overview(result) if isinstance(result, Result) else line_overview(result)
+            written.append(save_figure(figure, plot))
         except OSError as problem:
             unwritten.append(problem)
     return written, unwritten

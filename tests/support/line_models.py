@@ -36,7 +36,9 @@ class LineModel(Model):
         self.elements, self.nodes = elements, 2 * elements + len(tables["chain"]) + bodies
         ends = (0,), (self.junctions - 1,)
         self._input_layout = InputLayout(len(tables["field"]), self.junctions, ends)
-        self.map = one_span_map(elements, ("rigid", "rigid"), ())  # a line has no place in words
+        self.map = one_span_map(
+            (0, elements), (0.0, 1.0), ("rigid", "rigid"), ()
+        )  # a line has no place in words
         self.devices = packed.device_junctions
         self.state_size = int(kernel.gallop_state_size(handle))
         self.saved_size = int(kernel.gallop_saved_size(handle))

@@ -38,7 +38,28 @@ def test_the_json_has_their_numbers(run, line, tmp_path):
     assert found["files"] == [str(out)]
 
 
-def test_a_picture_is_refused_before_the_run(run, line):
-    found = run(line, "--plot", "line.png")
+def test_a_picture_has_the_histories_of_all_spans(run, line, tmp_path):
+    path = tmp_path / "line.svg"
+    found = run(line, "--until", "1", "--plot", str(path))
+    assert found.exit_code == 0
+    text = path.read_text()
+    for part in ("section for a test (phase 1 of 2)", "span 3 phase 1, mid-span", "Motion: "):
+        assert part in text
+    assert f"wrote {path.name}" in found.stdout.replace("\n", "").replace(f"{tmp_path}/", "")
+
+
+def test_inputs_move_the_towers_of_a_line(run, line, tmp_path):
+    file = tmp_path / "inputs.csv"
+    file.write_text("time,tower[1].x3\n0,0\n1,0.5\n")
+    still, moved = (
+        json.loads(run(line, "--until", "2", "--json", *options).stdout)
+        for options in ((), ("--inputs", str(file)))
+    )
+    assert still["strings"][0]["lean_across_max"] == 0.0
+    lean = moved["strings"][0]
+    assert max(-lean["lean_across_min"], lean["lean_across_max"]) > 0.02  # 0.037
+    file.write_text("time,tower[7].x3\n0,0\n")
+    found = run(line, "--inputs", str(file))
     assert found.exit_code == 2
-    assert "--plot takes a scene of one span" in found.stderr
+    assert "tower[7].x3" in found.stderr
+    assert "tower[0].x1" in found.stderr
