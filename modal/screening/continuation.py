@@ -124,7 +124,8 @@ def galloping_onset(model: ReducedModel, wind: float, highest: float) -> Gallopi
     Raises
     ------
     SceneError
-        If there is no stable equilibrium at the scene's wind or below.
+        If no galloping begins below a wind without a stable equilibrium, and the scene's wind is
+        that wind or a higher one.
     """
     from scipy.optimize import brentq  # slow to import
 
@@ -135,14 +136,13 @@ def galloping_onset(model: ReducedModel, wind: float, highest: float) -> Gallopi
             states[speed] = mean_state(model, speed)
         return states[speed].vertical.real
 
-    growth(wind)  # raises if the span is statically unstable at the scene's wind
     stable, unstable = MIN_WIND_RATIO * highest, None
     equal = highest * np.arange(1, WIND_POINTS + 1) / WIND_POINTS
     for speed in np.union1d(equal, [wind]).tolist():
         try:
             rate = growth(speed)
         except SceneError as error:
-            if speed < wind:
+            if speed <= wind:
                 raise
             return GallopingOnset(None, None, str(error))
         if rate > 0.0:
@@ -199,7 +199,7 @@ class LimitCycles:
     Raises
     ------
     SceneError
-        If the mean state is unstable at the scene's wind, or no limit cycle starts at the onset.
+        As `galloping_onset`, or if no limit cycle starts at the onset.
     """
 
     def __init__(self, model: ReducedModel, wind: float, highest: float) -> None:

@@ -15,7 +15,7 @@ from modal.foundation.normal_wind import check_wind_is_normal
 from modal.linear.mode_basis import still_air_modes
 from modal.screening.continuation import Cycle, LimitCycles
 from modal.screening.other_modes import OtherMode, first_other_mode
-from modal.screening.reduced_model import ReducedModel, reduced_model
+from modal.screening.reduced_model import ReducedModel, mean_state, reduced_model
 from modal.screening.two_mode_estimate import TwoMode, estimate
 from modal.screening.verdict import Risk, explain, judge
 from modal.stability.frequency_ratio import FrequencyRatio, frequency_ratio
@@ -156,8 +156,8 @@ def screen(scene: SpanLike, highest_wind: float | None = None) -> Screening:
     ------
     SceneError
         If the pair cannot be identified; if the scene has no wind, no curve or no structural
-        damping; if the span has no stable equilibrium in the mean wind (divergence); or if no limit
-        cycle was found at the onset of galloping.
+        damping; if the span has no stable equilibrium in the mean wind (divergence), and no
+        galloping begins below; or if no limit cycle was found at the onset of galloping.
     SimulationError
         If no initial equilibrium exists.
 
@@ -188,6 +188,7 @@ def screen(scene: SpanLike, highest_wind: float | None = None) -> Screening:
     other_mode = first_other_mode(model, highest)
     judged = judge(LimitCycles(model, wind, highest), frequencies)
     risk, reason = _with_other_mode(judged.risk, explain(judged), other_mode)
+    reason += _without_equilibrium(model, wind)
     return Screening(
         risk=risk,
         reason=reason,
@@ -242,6 +243,15 @@ def _check_damping(model: ReducedModel) -> None:
                 " damping galloping has no critical wind and the swing no threshold; give"
                 f" damping.translation (at least {MIN_DAMPING_RATIO:g})"
             )
+
+
+def _without_equilibrium(model: ReducedModel, wind: float) -> str:
+    """Remark that there is no stable equilibrium in the scene's wind; empty if there is one."""
+    try:
+        mean_state(model, wind)
+    except SceneError as problem:
+        return f"; also, {problem}"
+    return ""
 
 
 def _with_other_mode(risk: Risk, reason: str, other: OtherMode | None) -> tuple[Risk, str]:

@@ -203,8 +203,8 @@ def test_spans_that_cannot_be_screened_are_refused(third):
             {"ice.attack_angle_deg": 250.0, "aerodynamics.moment": [3.0]},
             "turned out of the",
         ),
-        "divergence": (
-            {"aerodynamics.moment": [0.0, 12.0]},
+        "divergence below any galloping": (
+            {"aerodynamics.moment": [0.0, 12.0], "aerodynamics.lift": [0.0]},
             r"statically unstable in a wind of 5.5 m/s \(divergence\)",
         ),
         "no pair": ({"ice.first_moment_x2": 0.0098}, "unstable"),
@@ -233,9 +233,15 @@ def test_divergence_begins_where_the_wind_overcomes_the_twist(third):
     arc = gf.Model(calm).equilibrium().length
     pressure = 153.0 * (np.pi / arc) ** 2 / (0.0235**2 * slope)
     speed = float(np.sqrt(2.0 * pressure / 1.2929))
-    with pytest.raises(gf.SceneError, match="divergence"):
-        modal.screen(calm.with_values({"wind.speed": 1.001 * speed}))
-    modal.screen(calm.with_values({"wind.speed": 0.999 * speed}))
+    below, above = (
+        modal.screen(calm.with_values({"wind.speed": part * speed})) for part in (0.999, 1.001)
+    )
+    assert "divergence" not in below.reason
+    assert "statically unstable in a wind of 4.718 m/s (divergence)" in above.reason
+    # galloping begins below the divergence, whatever the scene's wind
+    assert below.risk == above.risk == "undetermined"
+    assert above.galloping_from == pytest.approx(below.galloping_from, rel=1e-3)
+    assert above.onset_wind_speed == pytest.approx(below.onset_wind_speed, rel=1e-3)
 
 
 def drawn(number, seed=SEED):
