@@ -6,6 +6,8 @@ and its monodromy matrix has the critical multiplier.
 
 import numpy as np
 import pytest
+from scipy.integrate import solve_ivp
+from scipy.optimize import brentq
 
 from modal.continuation.events import UserEvent
 from modal.continuation.path import Settings, spectrum_change
@@ -310,3 +312,56 @@ def test_a_branch_is_a_labelled_table():
     stable = table.parameter.values[table.is_stable.values]
     assert np.all(stable > found.of_kind("torus")[0].parameter - 1e-9)
     assert table.highest.values[:, 2] == pytest.approx(0.7, abs=1e-6)
+
+
+def test_subcritical_hopf_point_and_fold_in_closed_form():
+    """r' = r (p + r^2 - r^4) with r^2 = x^2 + v^2: folds at p = -1/4, r^2 = 1/2."""
+
+    def function(y, p):
+        square = y[0] * y[0] + y[1] * y[1]
+        rate = p + square - square * square
+        return [rate * y[0] - 3.0 * y[1], 3.0 * y[0] + rate * y[1]]
+
+    problem, settings = system(function, [1.0, 1.0]), Settings(-0.5, 0.5)
+    rest = equilibria(problem, np.zeros(2), -0.1, settings)
+    (hopf,) = rest.events
+    assert hopf.parameter == pytest.approx(0.0, abs=1e-9)
+    (found,) = switched(hopf, settings)
+    (fold,) = found.events
+    assert (fold.kind, fold.parameter) == ("fold", pytest.approx(-0.25, rel=1e-7))
+    assert fold.point.amplitude[0] == pytest.approx(np.sqrt(0.5), rel=1e-5)
+    small, large = found.at(-0.125)
+    assert (small.is_stable, large.is_stable) == (False, True)
+
+
+def test_doubling_is_that_of_mathieus_equation():
+    """An oscillation x = sqrt(p) cos 2t drives s'' + 0.1 s' + (1 + x) s + s^3 = 0."""
+
+    def function(y, p):
+        x, z, s, ds = y
+        rate = p - x * x - z * z
+        stiffness = 1.0 + x + s * s
+        return [rate * x - 2.0 * z, 2.0 * x + rate * z, ds, -0.1 * ds - stiffness * s]
+
+    def beyond(square):
+        """Trace of the monodromy matrix over a period pi, less that at a multiplier -1."""
+        columns = []
+        for start in np.eye(2):
+            run = solve_ivp(
+                lambda t, y: [y[1], -0.1 * y[1] - (1.0 + np.sqrt(square) * np.cos(2.0 * t)) * y[0]],
+                (0.0, np.pi),
+                start,
+                rtol=1e-11,
+                atol=1e-12,
+            )
+            columns.append(run.y[:, -1])
+        return np.trace(columns) + 1.0 + np.exp(-0.1 * np.pi)
+
+    expected = brentq(beyond, 0.005, 0.2)
+    problem = system(function, [0.3] * 4, symmetry=np.diag([1.0, 1.0, -1.0, -1.0]))
+    settings = Settings(-0.1, 0.3)
+    rest = equilibria(problem, np.zeros(4), -0.05, settings)
+    (found,) = switched(rest.events[0], settings)
+    doubling = found.events[0]
+    assert doubling.kind == "period doubling"
+    assert doubling.parameter == pytest.approx(expected, rel=1e-5)
