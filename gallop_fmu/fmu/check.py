@@ -16,9 +16,12 @@ from typing import IO, Any, NamedTuple
 
 from gallop_fmu.fmu.archive_safety import archive_problem
 from gallop_fmu.fmu.smoke_test import FINDINGS
+from gallop_fmu.fmu.trial_instance import REALS
 
 MAX_RUN_SECONDS = 300
 """Longest duration [s] of the short run, loading included."""
+VERSIONS = ("2.0", "3.0")
+"""Versions of FMI that can be checked."""
 MAX_OUTPUT = 65_536
 """Bytes of the short run's output that are kept."""
 
@@ -53,9 +56,10 @@ def check_fmu(path: str | os.PathLike[str]) -> FmuCheck:
     """Check an FMU without trusting it.
 
     The archive is checked before anything is unpacked, the description is validated with FMPy,
-    every Real must have a unit, and a short run looks for finite outputs and for a rollback that
-    repeats a step bit for bit. The run executes the FMU's code, in a process of its own, so a crash
-    is a result like any other.
+    every real variable must have a unit, and a short run looks for finite outputs, for a rollback
+    that repeats a step bit for bit, for the functions of the standard and, if the FMU has a
+    reference result, for the same values. The run executes the FMU's code, in a process of its own,
+    so a crash is a result like any other.
 
     Parameters
     ----------
@@ -74,10 +78,10 @@ def check_fmu(path: str | os.PathLike[str]) -> FmuCheck:
     description = _read_description(check)
     if description is None:
         return check
-    reals = [variable for variable in description.modelVariables if variable.type == "Real"]
+    reals = [variable for variable in description.modelVariables if variable.type in REALS]
     bare = [variable.name for variable in reals if _declared_unit(variable) is None]
     missing = f"{len(bare)} without, such as {', '.join(bare[:3])}" if bare else ""
-    check.add("units", missing, f"all {len(reals)} Reals have one")
+    check.add("units", missing, f"all {len(reals)} real variables have one")
     if check.add("platform", _platform_problem(check.path), "has a binary for this one"):
         _check_run(check)
     return check
@@ -98,11 +102,11 @@ def _read_description(check: FmuCheck) -> Any:
     found = f"FMI {description.fmiVersion}" + (
         "" if description.coSimulation else ", not for co-simulation"
     )
-    wrong = description.fmiVersion != "2.0" or description.coSimulation is None
+    wrong = description.fmiVersion not in VERSIONS or description.coSimulation is None
     check.add(
         "kind",
-        f"{found}; FMI 2.0 for co-simulation is needed" if wrong else "",
-        "FMI 2.0 for co-simulation",
+        f"{found}; FMI 2.0 or 3.0 for co-simulation is needed" if wrong else "",
+        f"FMI {description.fmiVersion} for co-simulation",
     )
     return None if wrong else description
 

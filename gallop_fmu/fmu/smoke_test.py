@@ -6,12 +6,16 @@ is passed.
 
 from __future__ import annotations
 
+import csv
 import json
 import math
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 from urllib.parse import quote
+
+from gallop_fmu.fmu.reference import REFERENCE_FILE
+from gallop_fmu.fmu.trial_instance import REALS, Instance, missing_functions, open_instance
 
 STEPS = 20
 """Communication steps of the run."""
@@ -25,6 +29,16 @@ AddFinding = Callable[[str, str, str], None]
 DEFAULT_STEP = 0.01
 """Communication step [s] if the FMU gives none."""
 
+UNPACKED = "with space \u00fc"
+"""Folder of the unpacked FMU: libraries often find no resources under such names."""
+
+MAX_REFERENCE = 500
+"""Most rows of a reference result that are compared."""
+
+ALLOWED_DIFFERENCE = 1e-6
+"""Largest difference from the reference result, as a fraction of the range of an output. On the
+platform of the export there is none; others may differ by accumulated round-off."""
+
 
 def main(path: str, folder: str) -> None:
     """Run the FMU, unpacked into a folder, and write the findings there."""
@@ -33,38 +47,32 @@ def main(path: str, folder: str) -> None:
         def add(name: str, problem: str, good: str) -> None:
             print(json.dumps([name, problem, good]), file=file, flush=True)
 
-        _run(path, str(Path(folder, "unpacked")), add)
+        _run(path, folder, add)
 
 
 def _run(path: str, folder: str, add: AddFinding) -> None:
     from fmpy import extract, read_model_description
-    from fmpy.fmi2 import FMU2Slave
 
     description = read_model_description(path, validate=False)
-    extract(path, unzipdir=folder)
-    if (Path(folder) / "resources" / "slavemodule.txt").exists() and not readable_by_pythonfmu(
-        folder
-    ):
-        add(
-            "run",
-            f"pythonfmu cannot read the temporary folder {folder!r}; set TMPDIR to a path in plain"
-            " ASCII",
-            "",
-        )
-        return
+    unpacked = str(Path(folder, UNPACKED))
+    extract(path, unzipdir=unpacked)
+    if (Path(unpacked) / "resources" / "slavemodule.txt").exists():
+        unpacked = str(Path(unpacked).rename(Path(folder, "unpacked")))
+        if not readable_by_pythonfmu(unpacked):
+            add(
+                "run",
+                f"pythonfmu cannot read the temporary folder {unpacked!r}; set TMPDIR to a path in"
+                " plain ASCII",
+                "",
+            )
+            return
     messages: list[str] = []
-    fmu = FMU2Slave(
-        guid=description.guid,
-        unzipDirectory=folder,
-        modelIdentifier=description.coSimulation.modelIdentifier,
-        instanceName="trial",
-    )
     step = _step_size(description)
     try:
-        _initialise(fmu, description, messages)
+        fmu = open_instance(description, unpacked, messages)
         outputs = _Outputs(fmu, description)
         for k in range(STEPS):
-            fmu.doStep(k * step, step)
+            fmu.step(k * step, step)
     except Exception as problem:
         add("run", "; ".join([str(problem), *messages[-2:]]), "")
         return
@@ -78,9 +86,21 @@ def _run(path: str, folder: str, add: AddFinding) -> None:
     if description.coSimulation.canGetAndSetFMUstate:
         _check_rollback(add, fmu, outputs, step, description.coSimulation.canSerializeFMUstate)
     else:
-        add("rollback", "the FMU offers no fmi2GetFMUstate", "")
-    fmu.terminate()
-    fmu.freeInstance()
+        add("rollback", "the FMU offers no saved states", "")
+    missing = missing_functions(fmu)
+    add(
+        "functions",
+        f"{len(missing)} missing, such as {', '.join(missing[:3])}" if missing else "",
+        f"all of FMI {description.fmiVersion} for co-simulation",
+    )
+    add("logging", fmu.logging_problem(), "takes the standard's categories")
+    fmu.end()
+    file = Path(unpacked, REFERENCE_FILE)
+    if file.is_file():
+        try:
+            _check_reference(add, file, open_instance(description, unpacked, messages), description)
+        except Exception as problem:
+            add("reference", "; ".join([str(problem), *messages[-2:]]), "")
 
 
 def readable_by_pythonfmu(folder: str) -> bool:
@@ -98,73 +118,77 @@ def _step_size(description: Any) -> float:
     )
 
 
-def _initialise(fmu: Any, description: Any, messages: list[str]) -> None:
-    from fmpy.fmi2 import defaultCallbacks, fmi2CallbackFunctions, fmi2CallbackLoggerTYPE
-
-    def keep(
-        _environment: Any, _name: bytes, _status: int, _category: bytes, message: bytes
-    ) -> None:
-        messages.append(message.decode(errors="replace"))
-
-    callbacks = fmi2CallbackFunctions()
-    callbacks.logger = fmi2CallbackLoggerTYPE(keep)
-    callbacks.allocateMemory = defaultCallbacks.allocateMemory
-    callbacks.freeMemory = defaultCallbacks.freeMemory
-    fmu.instantiate(callbacks=callbacks, loggingOn=True)
-    fmu.kept_callbacks = callbacks  # the FMU has a pointer to them
-    fmu.setupExperiment(startTime=0.0)
-    fmu.enterInitializationMode()
-    fmu.exitInitializationMode()
-
-
 class _Outputs:
     """The numeric outputs of an FMU."""
 
-    def __init__(self, fmu: Any, description: Any) -> None:
-        outputs = [
-            variable for variable in description.modelVariables if variable.causality == "output"
-        ]
+    def __init__(self, fmu: Instance, description: Any) -> None:
         self.fmu = fmu
-        self.reals = [variable for variable in outputs if variable.type == "Real"]
-        self.integers = [variable for variable in outputs if variable.type == "Integer"]
-        self.names = [variable.name for variable in self.reals + self.integers]
+        self.variables = [
+            variable
+            for variable in description.modelVariables
+            if variable.causality == "output" and variable.type in fmu.getters
+        ]
+        self.names = [variable.name for variable in self.variables]
 
     def read(self) -> dict[str, float]:
-        values = (
-            self.fmu.getReal([variable.valueReference for variable in self.reals])
-            if self.reals
-            else []
-        )
-        values += (
-            self.fmu.getInteger([variable.valueReference for variable in self.integers])
-            if self.integers
-            else []
-        )
-        return dict(zip(self.names, values, strict=True))
+        return {variable.name: self.fmu.get(variable) for variable in self.variables}
 
 
 def _check_rollback(
-    add: AddFinding, fmu: Any, outputs: _Outputs, step: float, serialises: bool
+    add: AddFinding, fmu: Instance, outputs: _Outputs, step: float, serialises: bool
 ) -> None:
     """Make a step twice from one state, then once more from the serialised state."""
     now = STEPS * step
-    state = fmu.getFMUstate()
-    fmu.doStep(now, step)
+    state = fmu.save()
+    fmu.step(now, step)
     first = outputs.read()
-    fmu.setFMUstate(state)
-    fmu.doStep(now, step)
+    fmu.restore(state)
+    fmu.step(now, step)
     add("rollback", _difference(first, outputs.read()), "a repeated step gives the same bits")
     if serialises:
-        again = fmu.deSerializeFMUstate(fmu.serializeFMUstate(state))
-        fmu.setFMUstate(again)
-        fmu.doStep(now, step)
+        again = fmu.copy(state)
+        fmu.restore(again)
+        fmu.step(now, step)
         add(
             "serialised state",
             _difference(first, outputs.read()),
             "a step from it gives the same bits",
         )
-        fmu.freeFMUstate(again)
-    fmu.freeFMUstate(state)
+        fmu.free(again)
+    fmu.free(state)
+
+
+def _check_reference(add: AddFinding, file: Path, fmu: Instance, description: Any) -> None:
+    """Repeat the run of the reference result, with the inputs at their start values."""
+    with file.open(encoding="utf-8", newline="") as stream:
+        names, *rows = list(csv.reader(stream))[: MAX_REFERENCE + 1]
+    wanted = [[float(number) for number in row] for row in rows]
+    known = {v.name: v for v in description.modelVariables if v.type in REALS}
+    columns = [(at, known[name]) for at, name in enumerate(names) if at and name in known]
+    found = []
+    for k, row in enumerate(wanted):
+        if k:
+            fmu.step(wanted[k - 1][0], row[0] - wanted[k - 1][0])
+        found.append([fmu.get(variable) for _, variable in columns])
+    worst, place, same = 0.0, "", True
+    for column, (at, variable) in enumerate(columns):
+        right = [row[at] for row in wanted]
+        difference = max(
+            (abs(row[column] - value) for row, value in zip(found, right, strict=True)),
+            default=0.0,
+        )
+        same = same and difference == 0.0
+        share = difference / ((max(right) - min(right)) or max(map(abs, right)) or 1.0)
+        if not share <= worst:
+            worst, place = share, variable.name
+    add(
+        "reference",
+        ""
+        if worst <= ALLOWED_DIFFERENCE
+        else f"{place} differs from {REFERENCE_FILE} by {worst:.1e} of its range",
+        f"the same digits in {len(wanted)} rows" if same else f"differs by {worst:.1e} at most",
+    )
+    fmu.end()
 
 
 def _difference(first: dict[str, float], second: dict[str, float]) -> str:

@@ -6,8 +6,9 @@ import zipfile
 
 import pytest
 
-from gallop_fmu.fmu import check_fmu
+from gallop_fmu.fmu import check_fmu, export_fmu
 from gallop_fmu.fmu.check import MAX_OUTPUT, _run_in_process
+from gallop_fmu.fmu.reference import REFERENCE_FILE
 from gallop_fmu.fmu.smoke_test import readable_by_pythonfmu
 
 BOMB = (
@@ -35,8 +36,34 @@ def test_an_exported_fmu_passes(gallop_fmu, monkeypatch):
         "finite",
         "rollback",
         "serialised state",
+        "functions",
+        "logging",
+        "reference",
     ]
     assert [row.name for row in check.rows] == [*names, "process"]
+
+
+def test_an_fmu_of_fmi_3_passes(rigid_scene, tmp_path):
+    check = check_fmu(export_fmu(rigid_scene, tmp_path / "x.fmu", fmi=3))
+    assert failed(check) == {}
+    details = {row.name: row.detail for row in check.rows}
+    assert details["kind"] == "FMI 3.0 for co-simulation"
+    assert details["functions"] == "all of FMI 3.0 for co-simulation"
+    assert details["reference"] == "the same digits in 201 rows"
+
+
+def test_another_reference_result_is_found(rigid_scene, tmp_path):
+    good, bad = export_fmu(rigid_scene, tmp_path / "x.fmu"), tmp_path / "y.fmu"
+    with zipfile.ZipFile(good) as old, zipfile.ZipFile(bad, "w") as new:
+        for name in old.namelist():
+            content = old.read(name)
+            if name == REFERENCE_FILE:
+                *rows, last, _ = content.decode().split("\n")
+                cells = last.split(",")
+                cells[2] = repr(float(cells[2]) + 1e-3)
+                content = "\n".join([*rows, ",".join(cells), ""]).encode()
+            new.writestr(name, content)
+    assert failed(check_fmu(bad))["reference"].startswith("midspan.x2 differs from documentation/")
 
 
 def archive_of(path, entries):
