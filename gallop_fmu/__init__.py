@@ -25,7 +25,7 @@ from typing import Any
 
 import lazy_loader
 
-from gallop_fmu.foundation.figures import FIGURES
+from gallop_fmu.foundation.figures import FIGURES, NOTEBOOK
 from gallop_fmu.scene.front_ends import FRONT_ENDS
 
 # `__init__.pyi` is the one list of public names. A module is loaded when one of its names is first
@@ -41,6 +41,7 @@ def _resolve_line(data: Mapping[str, Any], folder: Path) -> Mapping[str, Any]:
 
 FRONT_ENDS["line"] = _resolve_line
 FIGURES |= {
+    NOTEBOOK: "gallop_fmu.plots:shown_in_notebooks",
     "Result.plot": "gallop_fmu.plots:overview",
     "Result.trace": "gallop_fmu.plots:trace",
     "LineResult.plot": "gallop_fmu.line_plots:line_histories",

@@ -10,6 +10,7 @@ import math
 import textwrap
 from collections.abc import Mapping, Sequence
 from contextlib import AbstractContextManager
+from functools import partial
 from io import BytesIO
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -263,11 +264,22 @@ def save_figure(figure: Figure, path: Path | str) -> Path:
             f"{path}: pictures are not written as {path.suffix or 'files without suffix'}; choose"
             f" {', '.join(SUFFIXES)}"
         )
+    write_whole(path, _content(figure, path.suffix[1:].lower(), 200))
+    return path
+
+
+def shown_in_notebooks(figure: Figure) -> Figure:
+    """Give a figure a picture for notebooks, which pyplot gives to its own figures only."""
+    figure._repr_png_ = partial(_content, figure, "png", 100)  # type: ignore[attr-defined]
+    return figure
+
+
+def _content(figure: Figure, suffix: str, dpi: int) -> bytes:
+    """Return the file of a figure in a format."""
     with drawing({"svg.fonttype": "none", "pdf.fonttype": 42}):
         content = BytesIO()
-        figure.savefig(content, format=path.suffix[1:].lower(), dpi=200)
-    write_whole(path, content.getvalue())
-    return path
+        figure.savefig(content, format=suffix, dpi=dpi)
+    return content.getvalue()
 
 
 def enlarged_part(data: xr.Dataset, periods: float = 6.0) -> Windows:

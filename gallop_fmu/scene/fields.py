@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 from pydantic import (
     AfterValidator,
@@ -36,7 +36,20 @@ UNIT_OF_OWNER = "of the driven quantity"
 """Unit of the values of a law: the unit of its field, such as m/s for ``wind.history``."""
 
 
-class Section(BaseModel):
+_OF_PYDANTIC = frozenset(name for name in dir(BaseModel) if not name.startswith("__"))
+
+if TYPE_CHECKING:
+    from pydantic._internal._model_construction import ModelMetaclass as _OwnNames
+else:
+
+    class _OwnNames(type(BaseModel)):
+        """Hides pydantic's names in ``dir`` of a class, which IPython shows for objects, too."""
+
+        def __dir__(cls) -> list[str]:
+            return [name for name in super().__dir__() if name not in _OF_PYDANTIC]
+
+
+class Section(BaseModel, metaclass=_OwnNames):
     """A table of the scene file: immutable, without unknown keys, NaN or infinity."""
 
     model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
@@ -56,9 +69,6 @@ class Section(BaseModel):
     def __dir__(self) -> list[str]:
         """Names for completion: those of this program, without pydantic's."""
         return [name for name in super().__dir__() if name not in _OF_PYDANTIC]
-
-
-_OF_PYDANTIC = frozenset(name for name in dir(BaseModel) if not name.startswith("__"))
 
 
 def quantity(default: Any, unit: str, meaning: str, **bounds: float) -> Any:

@@ -115,6 +115,12 @@ def test_results_draw_themselves(result, line_result):
         line_result.plot(phase=2)
 
 
+def test_notebooks_show_the_figures(result):
+    """IPython calls `_repr_png_`; it knows the figures of pyplot only."""
+    figure = pickle.loads(pickle.dumps(result.trace()))
+    assert figure._repr_png_().startswith(b"\x89PNG")
+
+
 def test_leans_that_were_not_recorded_are_not_drawn():
     scene = zebra(2, elements=4, initial={"seed_vertical": 0.1})
     found = modal.mode_superposition(scene, 2.0, vertical=1, horizontal=1, torsional=0)
