@@ -432,7 +432,8 @@ def ice_shed(case: Found) -> Found:
             step = 0.5 * lumped.largest_step(iced)  # of the heavier conductor
             bare = lumped.Model(iced, tables, model.nodes, model.seed)
             node = model.middle(0, 0)
-            time, moved = lumped.simulate(bare, 6.0, [node], step, 0.01, windy=False)
+            nodes = [node, node - elements // 4]
+            time, moved = lumped.simulate(bare, 6.0, nodes, step, 0.01, windy=False)
             jump = int(np.argmax(moved[:, 0, 1]))
             rise = lumped.settled(bare, step).tables.x[node, 1] - model.tables.x[node, 1]
             found[f"{elements} elements"] = {
@@ -441,6 +442,8 @@ def ice_shed(case: Found) -> Found:
                 "time_of_jump": float(time[jump]),
                 "final_rise": float(rise),
             }
+            if "quarter_point" in one:
+                found[f"{elements} elements"]["quarter_point"] = float(moved[:, 1, 1].max())
         rows.append(found)
     return {"cases": rows}
 

@@ -70,6 +70,11 @@ CASES = {
         },
     },
     "phases": {"phases": PHASES, "devices": SPACERS},
+    "interphase spacers between bundles": {
+        "phases": PHASES,
+        "bundle": {"subconductors": 2, "spacing": 0.4, "spacers": 1},
+        "devices": [{**SPACERS[0], "subconductor": 2}],
+    },
     "pendulums on damped arms": {
         "bundle": {
             **{"subconductors": 2, "spacing": 0.4, "spacers": 2, "spacer_mass": 5.0},

@@ -46,7 +46,11 @@ def drake(shed, kind):
 @pytest.mark.parametrize("kind", ["span", "line"])
 @pytest.mark.parametrize("case", range(2), ids=["all", "middle half"])
 def test_drake(case, kind):
-    """Observed: jump 0.1 %, its time 0.3 %, final rises 0.03 %, quarter point 0.3 %."""
+    """Observed: jump 0.1 and 0.35 %, its time 0.3 %, final rises 0.02 %.
+
+    The quarter point is 0.97 % below the stored one, and 0.13 % above that of the same program run
+    again (`repeated`).
+    """
     wanted = DRAKE["results"]["cases"][case]
     result = gf.simulate(drake(wanted["shed"], kind), 5.0, record_nodes="all")
     [row] = result.sheddings.to_dict("records")
@@ -63,12 +67,14 @@ def test_drake(case, kind):
     if "quarter_point" in wanted:
         quarter = result.dataset["u2"].sel(node=10).max()
         assert float(quarter) == pytest.approx(wanted["quarter_point"], rel=TOLERANCE)
+        again = DRAKE["repeated"]["cases"][case]["160 elements"]["quarter_point"]
+        assert float(quarter) == pytest.approx(again, rel=3e-3)
 
 
 def test_zebra():
     """Strung bare, then iced. The stored "first peak" is the rise at 1.0 s; see its `repeated`.
 
-    Observed: 0.03 % of the rise, 0.03 % of the peak, 0.2 % of its time.
+    Observed: 0.2 % of the rise, 0.13 % of the peak, 0.5 % of its time.
     """
     case = stored("ice_shed_zebra_300m")
     scene, wanted, again = case["scene"], case["results"], case["repeated"]["160 elements"]
@@ -98,7 +104,7 @@ def test_zebra():
 def test_unbalanced_pull(state, way):
     """Both programs within 0.5 %, whether a span had no ice from the start or lost it.
 
-    Observed: OpenSees 0.02 %, mechaphlowers 0.1 % (its own difference from OpenSees).
+    Observed: OpenSees 0.01 %, mechaphlowers 0.12 % (its own difference from OpenSees).
     """
     scene, iced = ONE_SPAN["scene"], state["iced"]
     ice = scene["ice"]["mass_per_length"]
