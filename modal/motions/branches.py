@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from gallop_fmu import Scene, SceneError
 from gallop_fmu.foundation.figures import drawn
@@ -24,7 +25,7 @@ from modal.linear.mode_basis import still_air_modes
 from modal.motions.full_model import full_scene, reduction_error
 from modal.motions.motion_words import name_of_branch
 from modal.motions.rotated import rotated_equilibria
-from modal.motions.runs import PERIODS, runs_from_orbits
+from modal.motions.runs import runs_from_orbits
 from modal.motions.span_model import SpanModel
 from modal.motions.span_problem import (
     WIND_SPEED,
@@ -38,6 +39,8 @@ from modal.screening.reduced_model import static_equilibrium
 
 if TYPE_CHECKING:
     import xarray as xr
+
+Array = NDArray[np.float64]
 
 INSTEAD = "use modal.natural_modes and simulate the line"
 """What to do for a line."""
@@ -56,6 +59,9 @@ MAX_PERIOD = 8.0
 
 MAX_UNSTABLE = 2
 """Number of growing disturbances above which events are not located and branches not sought."""
+
+EXTENSION, MAX_EXTENSIONS = 0.75, 12
+"""Factor by which the lowest wind is reduced until the span is at rest, and how often."""
 
 MAX_ERROR = 0.05
 """Error of the reduction above which a remark warns."""
@@ -158,7 +164,8 @@ def branches(
         Name of the number, as in `Scene.with_values`; derivatives by other numbers than the wind
         speed are differences, which takes about four times as long.
     start, stop
-        Range of the number. Default for the wind speed: half and 1.5 times the scene's.
+        Range of the number. Default for the wind speed: half and 1.5 times the scene's. If
+        galloping begins in a lower wind, the range is extended to it.
     simulate
         Number of values at which the full model is started on the stable part of each branch, and
         on its unstable part, with a small disturbance; 0: none.
@@ -189,8 +196,19 @@ def branches(
     wind = start if over == WIND_SPEED else scene.wind.mean_speed
     model = SpanModel(at_start, still_air_modes(at_start))
     problem = _problem(scene, over, model, start, stop)
-    rest, _ = static_equilibrium(model, wind)
-    guess = np.append(rest[0], np.zeros(model.size))
+    guess, grows = _rest(problem, model, start, wind)
+    remarks = []
+    if grows and over == WIND_SPEED:
+        asked = start
+        start, guess, grows = _lower_start(problem, model, start, guess)
+        remarks.append(
+            f"galloping begins below {asked:g} m/s: the range was extended to {start:.4g} m/s"
+        )
+    if grows:
+        remarks.append(
+            f"at {over} = {start:g} the equilibrium is unstable: motions that begin outside of the"
+            " range could not be found; extend it to where the span is at rest"
+        )
     settings = Settings(
         start,
         stop,
@@ -217,14 +235,14 @@ def branches(
         )
     except ContinuationError as problem_:
         raise SceneError(f"branches could not be found, because {problem_}") from None
-    names = [name_of_branch(one.points, model) for one in found.branches]
+    names = [name_of_branch(one, model) for one in found.branches]
     errors = [_error(scene, over, problem, one) for one in found.branches]
-    runs = runs_from_orbits(scene, over, problem, found, simulate, PERIODS) if simulate else []
+    runs = runs_from_orbits(scene, over, problem, found, simulate, progress) if simulate else []
     unit = unit_of(scene, over)
     dataset = branch_table(problem, found, names, errors, runs, over, unit)
     dataset.attrs |= {"title": scene.title, "scene": scene.to_toml()}
-    remarks = (*_remarks(found, names, unit), *_doubts(errors, names))
-    return Branches(dataset, over, unit, remarks, found, clock.process_time() - began)
+    remarks += [*_remarks(found, names, unit), *_doubts(errors, names)]
+    return Branches(dataset, over, unit, tuple(remarks), found, clock.process_time() - began)
 
 
 def _range(scene: Scene, over: str, start: float | None, stop: float | None) -> tuple[float, float]:
@@ -263,6 +281,26 @@ def _problem(scene: Scene, over: str, model: SpanModel, start: float, stop: floa
         family = NumberFamily(scene, over, model, DIFFERENCE * (stop - start))
         wind = scene.wind.mean_speed
     return SpanProblem(family, model, wind)
+
+
+def _rest(problem: SpanProblem, model: SpanModel, value: float, wind: float) -> tuple[Array, bool]:
+    """Equilibrium state at a value of the number, and True if a disturbance of it grows."""
+    q, _ = static_equilibrium(model, wind)
+    state = np.append(q[0], np.zeros(model.size))
+    rates = np.linalg.eigvals(problem.rates(state[None], value).by_state[0])
+    return state, bool(np.max(rates.real) > 0.0)
+
+
+def _lower_start(
+    problem: SpanProblem, model: SpanModel, start: float, state: Array
+) -> tuple[float, Array, bool]:
+    """Find a wind below the start in which the equilibrium is stable, if there is one."""
+    for _ in range(MAX_EXTENSIONS):
+        start *= EXTENSION
+        state, grows = _rest(problem, model, start, start)
+        if not grows:
+            return start, state, False
+    return start, state, True
 
 
 class _Watch:

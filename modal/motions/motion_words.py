@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
+from modal.continuation.branch import Branch
 from modal.continuation.equations import GRID
 from modal.continuation.path import Point
 from modal.linear.modes import FAMILIES, by_family
@@ -97,15 +97,16 @@ def name_of_motion(point: Point, model: SpanModel) -> str:
     return f"{name}, turned over" if abs(degrees) > TURNED_OVER else name
 
 
-def name_of_branch(points: Sequence[Point], model: SpanModel) -> str:
+def name_of_branch(branch: Branch, model: SpanModel) -> str:
     """Name of a branch: of its point with the most parts, among the stable ones if there are any.
 
-    Of equilibria, the first point has it.
+    Equilibria have the name of the first point, or of the last if they begin on another branch.
     """
-    if points[0].equations.kind == "equilibrium":
-        return name_of_motion(points[0], model)
+    points = branch.points
+    if branch.kind == "equilibrium":
+        return name_of_motion(points[0 if branch.origin is None else -1], model)
     stable = [point for point in points if point.is_stable]
-    candidates = stable or list(points)
+    candidates = stable or points
     step = -(-len(candidates) // SAMPLES)
     candidates = candidates[len(candidates) // 2 :: step] or candidates[-1:]
     return name_of_motion(max(candidates, key=lambda one: len(parts_of(one, model))), model)

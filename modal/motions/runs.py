@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
@@ -45,17 +46,27 @@ class BranchRun(NamedTuple):
 
 
 def runs_from_orbits(
-    scene: Scene, over: str, problem: SpanProblem, found: Diagram, count: int, periods: float
+    scene: Scene,
+    over: str,
+    problem: SpanProblem,
+    found: Diagram,
+    count: int,
+    progress: Callable[[int, float], object] | None = None,
 ) -> list[BranchRun]:
-    """Run the full model from so many points of both parts, stable and unstable, of each branch."""
+    """Run the full model from so many points of both parts, stable and unstable, of each branch.
+
+    ``progress`` is called with the number of the branch and the value before each run.
+    """
     runs = []
     for number, branch in enumerate(found.branches):
         for k in _chosen(branch, count):
             point = branch.points[k]
+            if progress is not None:
+                progress(number, point.parameter)
             model, _ = problem.family.at(point.parameter)
             state = point.states[0] + _disturbance(problem)
             end, _, _ = run_from(
-                full_scene(scene, over, point.parameter, model), model, state, periods
+                full_scene(scene, over, point.parameter, model), model, state, PERIODS
             )
             runs.append(BranchRun(number, point.parameter, point.is_stable, end))
     return runs

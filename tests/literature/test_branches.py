@@ -1,8 +1,10 @@
-"""Continuation of a galloping span against the closed form of Parkinson and Smith's prism."""
+"""Branches of galloping spans: closed form of Parkinson and Smith's prism, and example 2."""
 
 import numpy as np
 import pytest
 
+import gallop_fmu as gf
+import modal
 from modal.continuation.path import Settings
 from modal.continuation.starts import equilibria, switched
 from modal.linear.mode_basis import still_air_modes
@@ -38,3 +40,29 @@ def test_span_with_the_prisms_curve_has_its_hysteresis():
         if wind > 1.2 and min(abs(wind / fold - 1.0) for fold in expected) > 0.02:
             nearest = min(limit_cycles(wind), key=lambda one: abs(one - amplitude))
             assert amplitude == pytest.approx(nearest, rel=1e-3)  # observed 7e-4
+
+
+def test_example_2_gallops_in_one_or_in_two_loops():
+    """One loop: 1.548 / 0.0579 m and 0.111 rad in 4.1 m/s (a prototype; the paper 1.544 / 0.058 m).
+
+    Two loops are stable, too: a state that coexists, which no simulation from rest shows.
+    """
+    found = modal.branches(gf.load_scene("example2"), "wind.speed", 3.9, 4.3)
+    data = found.dataset
+    assert data["name"].values.tolist() == ["rest", "one loop", "two loops"]
+    assert "range was extended" in found.remarks[0]
+    at = [
+        data.isel(point=np.flatnonzero(data.branch_of_point.values == number)).sortby("value")
+        for number in (1, 2)
+    ]
+
+    def amplitude(number, name):
+        return float(np.interp(4.1, at[number].value.values, at[number][name].values))
+
+    assert amplitude(0, "u2_amplitude") == pytest.approx(1.548, rel=1e-3)  # observed 1.5476
+    assert amplitude(0, "u3_amplitude") == pytest.approx(0.0579, rel=2e-3)
+    assert amplitude(0, "theta_amplitude") == pytest.approx(0.111, rel=5e-3)
+    assert amplitude(1, "u2_amplitude") < 1e-3
+    assert amplitude(1, "quarter_amplitude") == pytest.approx(0.708, rel=1e-3)  # regression
+    assert all(bool(branch.is_stable.values[-1]) for branch in at)
+    assert np.nanmax(data.reduction_error.values) < 2e-3
