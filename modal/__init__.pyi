@@ -45,6 +45,7 @@ from .stability.mode_pairs import mode_pairs as mode_pairs
 from .stability.required_slope import RequiredSlope as RequiredSlope
 from .stability.required_slope import required_slope as required_slope
 from .study.conditions import StudyConditions as StudyConditions
+from .study.conditions import StudyLimits as StudyLimits
 from .study.page import Signature as Signature
 from .study.page import write_study as write_study
 from .study.study import LineStudy as LineStudy

@@ -106,6 +106,20 @@ def study(  # noqa: PLR0913 - typer takes a parameter for each option
         float | None,
         typer.Option(metavar="M", parser=real, help="Distance in m that phases must keep."),
     ] = None,
+    string_limit: Annotated[
+        float | None,
+        typer.Option(
+            metavar="KN", parser=real, help="Design value of the pull of a string in kN, one phase."
+        ),
+    ] = None,
+    pull_limit: Annotated[
+        float | None,
+        typer.Option(
+            metavar="KN",
+            parser=real,
+            help="Design value of the unbalanced pull on a suspension tower in kN, one phase.",
+        ),
+    ] = None,
     until: Until = None,
     changes: Changes = None,
     workers: Annotated[
@@ -127,6 +141,7 @@ def study(  # noqa: PLR0913 - typer takes a parameter for each option
     """
     from gallop_fmu.foundation.text_rules import clean_text
     from modal.report.page import SUFFIXES
+    from modal.study.conditions import StudyLimits
     from modal.study.page import Signature, write_study
     from modal.study.study import study_line
 
@@ -135,13 +150,15 @@ def study(  # noqa: PLR0913 - typer takes a parameter for each option
     check_output(out, SUFFIXES)
     shaped = {name: data[name] for name in OF_ICE if name in data}
     varied = _conditions(wind, angle, ice, curve, shaped)
+    newtons = (None if each is None else 1e3 * each for each in (string_limit, pull_limit))
+    limits = StudyLimits(clearance, *newtons)
     signature = Signature(*(clean_text(text) for text in (author, project, revision)))
     with shown_parts(chosen.title) as shown:
         found = study_line(
             chosen,
             varied,
             stop_time=until,
-            clearance=clearance,
+            limits=limits,
             workers=workers,
             progress=shown,
         )

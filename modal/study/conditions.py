@@ -107,6 +107,32 @@ class StudyConditions:
 
 
 @dataclass(frozen=True)
+class StudyLimits:
+    """Design values of the line, with which a study compares; None: not given.
+
+    Attributes
+    ----------
+    clearance : float or None
+        Distance [m] that two phases must keep.
+    string_pull : float or None
+        Largest pull [N] of a suspension string of one phase.
+    unbalanced_pull : float or None
+        Largest pull [N] along the line of one phase on a suspension tower.
+    """
+
+    clearance: float | None = None
+    string_pull: float | None = None
+    unbalanced_pull: float | None = None
+
+    def __post_init__(self) -> None:
+        """Refuse values that no line has."""
+        for name, value in vars(self).items():
+            if value is not None and not 0.0 < value < math.inf:
+                unit = "m" if name == "clearance" else "N"
+                raise SceneError(f"{name} = {value:g} {unit}: must be greater than 0")
+
+
+@dataclass(frozen=True)
 class Climate:
     """A line with one ice and one curve.
 

@@ -240,7 +240,7 @@ def _pictures_of_worst(study: LineStudy, worst: Case, result: LineResult) -> lis
                 area,
                 offsets,
                 _ellipses(study, float(worst.sag[span - 1])),
-                study.clearance if len(offsets) > 1 else None,
+                study.limits.clearance if len(offsets) > 1 else None,
             ),
         ),
         picture(
@@ -269,9 +269,10 @@ def _forces(study: LineStudy, result: LineResult) -> list[Any]:
 
     data = result.dataset
     found = []
-    for channel, name in (
-        ("string_pull", "pull of the string at tower"),
-        ("tower_force_x1", "unbalanced pull along the line, tower"),
+    limits = study.limits
+    for channel, name, limit in (
+        ("string_pull", "pull of the string at tower", limits.string_pull),
+        ("tower_force_x1", "unbalanced pull along the line, tower", limits.unbalanced_pull),
     ):
         towers = [
             tower
@@ -283,9 +284,10 @@ def _forces(study: LineStudy, result: LineResult) -> list[Any]:
         values = {t: data[channel].values[:, t.tower, t.phase - 1] / 1e3 for t in towers}
         chosen = max(towers, key=lambda tower: float(np.abs(values[tower]).max()))
         rest = data[f"{channel}_at_rest"].sel(tower=chosen.tower, line_phase=chosen.phase)
-        found.append(
-            ForceHistory(f"{name} {chosen.tower}", values[chosen], {"at rest": float(rest) / 1e3})
-        )
+        levels = {"at rest": float(rest) / 1e3}
+        if limit is not None:
+            levels["design value"] = limit / 1e3
+        found.append(ForceHistory(f"{name} {chosen.tower}", values[chosen], levels))
     if "tension" in data:
         tension = data["tension"].values
         column = int(np.nanargmax(np.nanmax(tension, axis=0)))

@@ -21,7 +21,13 @@ from modal.report.findings import Missing, Parts, Progress
 from modal.report.line_findings import LineFindings, examine_line
 from modal.stability.critical_wind import den_hartog_speed
 from modal.study.cases import Case, Variant, run_cases
-from modal.study.conditions import Climate, StudyConditions, one_phase, steady_wind
+from modal.study.conditions import (
+    Climate,
+    StudyConditions,
+    StudyLimits,
+    one_phase,
+    steady_wind,
+)
 from modal.study.gaps import ellipse_gaps
 from modal.study.measures import Measure, applicable, measures
 
@@ -89,8 +95,8 @@ class LineStudy:
         the worst attack angle, and at all attack angles in the worst wind.
     tried : list of Tried
         Measures, the most effective first.
-    clearance : float or None
-        Distance [m] that two phases must keep; None: not given.
+    limits : StudyLimits
+        Design values with which forces and gaps are compared.
     warnings : tuple of str
         Warnings about the line with each ice and curve, each once.
     is_single : bool
@@ -109,7 +115,7 @@ class LineStudy:
     ellipse_gaps: dict[str, dict[int, float]]
     before: list[Case]
     tried: list[Tried]
-    clearance: float | None
+    limits: StudyLimits
     warnings: tuple[str, ...]
     is_single: bool
     seconds: float
@@ -140,7 +146,7 @@ def study_line(
     conditions: StudyConditions | None = None,
     *,
     stop_time: float | None = None,
-    clearance: float | None = None,
+    limits: StudyLimits | None = None,
     workers: int | None = None,
     folder: Path | str = ".",
     progress: Progress | None = None,
@@ -155,8 +161,8 @@ def study_line(
         What to vary (default: winds from 4 to 12 m/s, the rest as in the scene).
     stop_time
         Simulated time [s] of each case (default: from the scene).
-    clearance
-        Distance [m] that two phases must keep.
+    limits
+        Design values with which forces and gaps are compared.
     workers
         Number of threads (default: one for each core).
     folder
@@ -173,7 +179,6 @@ def study_line(
     """
     started = clock.perf_counter()
     scene = as_line(scene, "a study", INSTEAD)
-    _check_clearance(clearance)
     conditions = conditions or StudyConditions()
     stop_time = check_stop_time(scene.run.stop_time if stop_time is None else stop_time)
     shown = progress or (lambda name, share: None)
@@ -225,16 +230,11 @@ def study_line(
         ellipse_gaps=gaps,
         before=before,
         tried=tried,
-        clearance=clearance,
+        limits=limits or StudyLimits(),
         warnings=tuple(dict.fromkeys(text for each in climates for text in each.scene.warnings)),
         is_single=len(reduced.phases) < len(scene.phases),
         seconds=clock.perf_counter() - started,
     )
-
-
-def _check_clearance(clearance: float | None) -> None:
-    if clearance is not None and not 0.0 < clearance < math.inf:
-        raise SceneError(f"clearance = {clearance:g} m: must be greater than 0")
 
 
 def _around(worst: Case, cases: Sequence[Case]) -> list[Case]:

@@ -221,7 +221,7 @@ def _clearance(study: LineStudy) -> Answer:
     closest = min(known, key=lambda case: case.smallest_gap)
     gap, span = closest.smallest_gap, int(np.nanargmin(closest.gap)) + 1
     clashes = sum(case.smallest_gap <= 0.0 for case in known)
-    required = study.clearance
+    required = study.limits.clearance
     if gap <= 0.0:
         answer = (
             f"They can clash: in {clashes} of {len(known)} cases the orbits of two phases overlap,"
@@ -265,51 +265,67 @@ def _ellipses(study: LineStudy) -> Iterator[str]:
 
 
 def _forces(study: LineStudy) -> Answer:
-    """Pull of strings, unbalanced pull, and tension, with the values at rest."""
+    """Pull of strings, unbalanced pull, and tension, with the values at rest and design values."""
     question, known = "Which forces reach the towers?", study.known
     if not known:
         return Answer(question, "Not known: no case has a result.", ())
-    tension = max((float(np.nanmax(case.tension)), case) for case in _with_tension(known))
-    evidence = []
-    answer = f"Conductor tension up to {tension[0] / 1e3:.1f} kN"
-    strength = study.scene.section.rated_strength
-    if strength:
-        answer += f", {tension[0] / strength:.0%} of the rated strength"
-    rest = _at_rest(study)
-    for name, words, key in (
-        ("pull", "Pull of a suspension string", "tower_pull_at_rest"),
-        ("force_x1", "Unbalanced pull along the line on a suspension tower", "tower_preload_x1"),
-        ("force_x3", "Force across the line on a suspension tower", "tower_preload_x3"),
+    limits, rest = study.limits, _at_rest(study)
+    tension = max(float(np.nanmax(case.tension)) for case in known)
+    parts = [f"conductor tension up to {tension / 1e3:.1f} kN"]
+    if strength := study.scene.section.rated_strength:
+        parts[0] += f", {tension / strength:.0%} of the rated strength"
+    evidence, over = [], 0
+    for name, short, words, key, limit in (
+        ("pull", "string pull", "Pull of a suspension string", "tower_pull_at_rest", "string_pull"),
+        (
+            "force_x1",
+            "unbalanced pull",
+            "Unbalanced pull along the line on a suspension tower",
+            "tower_preload_x1",
+            "unbalanced_pull",
+        ),
+        ("force_x3", "", "Force across the line on a suspension tower", "tower_preload_x3", ""),
     ):
         found = [(size, case) for case in known if (size := case.most(name, inner=True)) == size]
         if not found:
             continue
         size, case = max(found, key=lambda pair: pair[0])
-        at = rest.get(key)
-        still = "" if at is None else f"; at rest in still air at most {at / 1e3:.1f} kN"
-        evidence.append(f"{words}: up to {size / 1e3:.1f} kN{still} ({case.condition()}).")
-        if name == "pull":
-            answer += f"; a string pulls by up to {size / 1e3:.1f} kN"
-        if name == "force_x1":
-            answer += f", an unbalanced pull reaches {size / 1e3:.1f} kN"
+        text = f"{words}: up to {size / 1e3:.1f} kN{_still(rest.get(key))} ({case.condition()})"
+        design = getattr(limits, limit, None)
+        if design is not None:
+            count = sum(each > design for each, _ in found)
+            over += count
+            text += f"; the design value is {design / 1e3:.1f} kN, exceeded in {count} cases"
+        evidence.append(f"{text}.")
+        if short:
+            parts.append(f"{short} up to {size / 1e3:.1f} kN")
+    evidence += [
+        *_pull_of_ends(known, rest),
+        "Forces are those of one phase; extremes are of the whole run, with its start in sudden"
+        " wind.",
+    ]
+    answer = "; ".join(parts)
+    given = limits.string_pull is not None or limits.unbalanced_pull is not None
+    if over:
+        answer += "; design values are exceeded"
+    level = ("bad" if over else "good") if given else "open"
+    return Answer(question, f"{answer[0].upper()}{answer[1:]}.", tuple(evidence), level)
+
+
+def _still(force: float | None) -> str:
+    """Force at rest in words."""
+    return "" if force is None else f"; at rest in still air at most {force / 1e3:.1f} kN"
+
+
+def _pull_of_ends(known: Sequence[Case], rest: dict[str, float]) -> Iterator[str]:
+    """Largest pull on a tension tower, in a sentence."""
     ends = [(size, case) for case in known if (size := case.most("force_x1")) == size]
     if ends:
         size, case = max(ends, key=lambda pair: pair[0])
-        at = rest.get("ends")
-        still = "" if at is None else f"; at rest {at / 1e3:.1f} kN"
-        evidence.append(
-            f"Pull along the line on a tension tower at the end, of one phase: up to"
-            f" {size / 1e3:.1f} kN{still} ({case.condition()})."
+        yield (
+            f"Pull along the line on a tension tower at the end: up to {size / 1e3:.1f} kN"
+            f"{_still(rest.get('ends'))} ({case.condition()})."
         )
-    evidence.append(
-        "Forces are those of one phase; extremes are of the whole run, with its start in sudden"
-        " wind."
-    )
-    return Answer(question, f"{answer}.", tuple(evidence))
-
-
-def _with_tension(cases: Sequence[Case]) -> list[Case]:
-    return [case for case in cases if np.isfinite(case.tension).any()] or list(cases[:1])
 
 
 def _at_rest(study: LineStudy) -> dict[str, float]:
