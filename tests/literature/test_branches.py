@@ -1,5 +1,7 @@
 """Branches of galloping spans: closed form of Parkinson and Smith's prism, and example 2."""
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 
@@ -8,6 +10,7 @@ import modal
 from modal.continuation.path import Settings
 from modal.continuation.starts import equilibria, switched
 from modal.linear.mode_basis import still_air_modes
+from modal.motions.rotated import rotated_equilibria
 from modal.motions.span_model import SpanModel
 from modal.motions.span_problem import SpanProblem, WindFamily
 from support.square_prism import fold_winds, limit_cycles, onset_wind_speed, prism
@@ -66,3 +69,38 @@ def test_example_2_gallops_in_one_or_in_two_loops():
     assert amplitude(1, "quarter_amplitude") == pytest.approx(0.708, rel=1e-3)  # regression
     assert all(bool(branch.is_stable.values[-1]) for branch in at)
     assert np.nanmax(data.reduction_error.values) < 2e-3
+
+
+FULL_CIRCLE = gf.load_scene(Path(__file__).parent / "data" / "full_circle_350m.toml")
+"""Drake with 15 mm of crescent ice over 350 m; the curve covers a whole turn."""
+
+
+def test_the_screening_of_a_long_span_does_not_depend_on_the_winds_of_the_scene():
+    found = [modal.screen(FULL_CIRCLE.with_values({"wind.speed": u})) for u in (4.0, 8.0, 12.0)]
+    assert {one.risk for one in found} == {"undetermined"}
+    for one in found:  # observed 1.8648 and 3.649
+        assert one.galloping_from == pytest.approx(1.8648, rel=1e-4)
+        assert one.other_mode.wind_speed == pytest.approx(3.649, rel=1e-3)
+        assert "no periodic motion was found" in one.reason or "unresolved" in one.reason
+
+
+def test_the_long_span_ends_at_the_only_stable_state_turned_over():
+    """Of its equilibria in 6 m/s one is stable: that at which simulations end."""
+    scene = FULL_CIRCLE.with_values(
+        {
+            "wind.speed": 6.0,
+            "initial.wind": "mean_wind_equilibrium",
+            "initial.seed_vertical": 0.3,
+            "numerics.elements": 8,
+        }
+    )
+    model = SpanModel(scene, still_air_modes(scene))
+    problem = SpanProblem(WindFamily(model), model, 6.0)
+    stable = []
+    for state, wind in rotated_equilibria(problem, 5.5, 6.5):
+        rates = np.linalg.eigvals(problem.rates(state[None], wind).by_state[0])
+        if wind == 6.0 and np.max(rates.real) < 0.0:
+            stable.append(float(state[: model.size] @ model.middle[:, 3]))
+    run = gf.simulate(scene, stop_time=900.0, record_every=50, span_channels=())
+    assert stable == [pytest.approx(run.dataset.theta.values[-1].item(), abs=0.02)]
+    assert np.degrees(stable[0]) == pytest.approx(-243.0, abs=1.0)
