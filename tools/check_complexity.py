@@ -38,6 +38,8 @@ EXCEPTIONS = {
     "gallop_fmu/kernel/fmi3_absent.c:fmi3InstantiateScheduledExecution": FMI_FACE,
     "gallop_fmu/kernel/time_march.c:gallop_run": C_FACE,
     "gallop_fmu/sweeps/sweep.py:sweep": OPTIONS,
+    "modal/cli/atlas_command.py:atlas": OPTIONS,
+    "modal/risk/atlas.py:risk_atlas": OPTIONS,
     "modal/screening/many_spans.py:screen_spans": OPTIONS,
     "modal/study/command.py:study": OPTIONS,
 }

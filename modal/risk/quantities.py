@@ -105,20 +105,25 @@ def _from_table(key: str, table: Mapping[str, Any]) -> Quantity:
         )
     family = getattr(stats, name)
     parameters = {word: value for word, value in table.items() if word != NAME}
+    _check_parameters(key, family, parameters)
+    text = ", ".join(f"{word} = {value:g}" for word, value in parameters.items())
+    return _checked(key, family(**parameters), f"{name}({text})")
+
+
+def _check_parameters(key: str, family: Any, parameters: Mapping[str, Any]) -> None:
+    """Refuse parameters that a family of distributions does not have, or that are no numbers."""
     shapes = [] if family.shapes is None else [word.strip() for word in family.shapes.split(",")]
     allowed = [*shapes, "loc", "scale"]
     for word, value in parameters.items():
         if word not in allowed:
-            raise SceneError(f"{key}.{word}: {name} has the parameters {', '.join(allowed)}")
+            raise SceneError(f"{key}.{word}: {family.name} has the parameters {', '.join(allowed)}")
         if isinstance(value, bool) or not isinstance(value, (int, float)):
             raise SceneError(f"{key}.{word} = {value!r}: must be a number")
         if not math.isfinite(value):
             raise SceneError(f"{key}.{word} = {value}: must be finite")
     for word in shapes:
         if word not in parameters:
-            raise SceneError(f"{key}: {name} needs {word}; give it, such as {word} = 2.0")
-    text = ", ".join(f"{word} = {value:g}" for word, value in parameters.items())
-    return _checked(key, family(**parameters), f"{name}({text})")
+            raise SceneError(f"{key}: {family.name} needs {word}; give it, such as {word} = 2.0")
 
 
 def _checked(key: str, distribution: Any, text: str) -> Quantity:
