@@ -73,7 +73,7 @@ class SpanShedding(Section):
 
 
 class Shedding(SpanShedding):
-    """All ice falls from a part of one span of a line, see `SpanShedding`."""
+    """All ice falls from a part of one span of a line, as of a scene of one span."""
 
     span: WholeNumber = quantity(..., "1", "number of the span, from 1", ge=1)
     phase: WholeNumber | None = quantity(
