@@ -47,6 +47,13 @@ double element_attack_angle(double theta, double v2, double v3, double omega, do
     return attack;
 }
 
+void conditions_wind_at(const gallop_model *model, const conditions *now, int field,
+                        const wind_place *place, double wind[2])
+{
+    (void)model, (void)now, (void)field, (void)place;
+    wind[0] = wind[1] = 0.0;
+}
+
 /* Not reached: no ice has fallen from the model below, no chain ends at a junction of it, and
  * nothing is checked. */
 void element_add_lost_forces(const interval *c, int e, const exposure *now, double factor,
@@ -94,7 +101,9 @@ static cross_section section;
 static interval conductor = {.shedding = -1, .section = &section, .elements = 2, .nodes = 5};
 static chain line = {.junction = {-1, -1}, .intervals = 1, .elements = 2, .nodes = 5};
 static junction point[3];
+static const gallop_field field; /* of uniform wind */
 static gallop_model model = {.nodes = 5,
+                             .scene = {.field = &field},
                              .elements = 2,
                              .chain_count = 1,
                              .junction_count = 3,
