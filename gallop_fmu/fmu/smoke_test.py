@@ -10,6 +10,7 @@ import csv
 import json
 import math
 from collections.abc import Callable
+from itertools import pairwise
 from pathlib import Path
 from typing import Any
 from urllib.parse import quote
@@ -165,30 +166,34 @@ def _check_reference(add: AddFinding, file: Path, fmu: Instance, description: An
     wanted = [[float(number) for number in row] for row in rows]
     known = {v.name: v for v in description.modelVariables if v.type in REALS}
     columns = [(at, known[name]) for at, name in enumerate(names) if at and name in known]
-    found = []
-    for k, row in enumerate(wanted):
-        if k:
-            fmu.step(wanted[k - 1][0], row[0] - wanted[k - 1][0])
-        found.append([fmu.get(variable) for _, variable in columns])
-    worst, place, same = 0.0, "", True
-    for column, (at, variable) in enumerate(columns):
-        right = [row[at] for row in wanted]
-        difference = max(
-            (abs(row[column] - value) for row, value in zip(found, right, strict=True)),
-            default=0.0,
-        )
-        same = same and difference == 0.0
-        share = difference / ((max(right) - min(right)) or max(map(abs, right)) or 1.0)
-        if not share <= worst:
-            worst, place = share, variable.name
-    add(
-        "reference",
-        ""
-        if worst <= ALLOWED_DIFFERENCE
-        else f"{place} differs from {REFERENCE_FILE} by {worst:.1e} of its range",
-        f"the same digits in {len(wanted)} rows" if same else f"differs by {worst:.1e} at most",
-    )
+    found = _rows(fmu, [row[0] for row in wanted], [variable for _, variable in columns])
+    shares = {
+        variable.name: _share([row[column] for row in found], [row[at] for row in wanted])
+        for column, (at, variable) in enumerate(columns)
+    }
+    place, worst = max(shares.items(), key=lambda item: item[1], default=("", 0.0))
+    good = f"differs by {worst:.1e} at most" if worst else f"the same digits in {len(wanted)} rows"
+    problem = f"{place} differs from {REFERENCE_FILE} by {worst:.1e} of its range"
+    add("reference", "" if worst <= ALLOWED_DIFFERENCE else problem, good)
+
+
+def _rows(fmu: Instance, times: list[float], variables: list[Any]) -> list[list[float]]:
+    """Return values of variables at some times, of which the first is that of the instance."""
+    found = [[fmu.get(variable) for variable in variables]]
+    for begin, end in pairwise(times):
+        fmu.step(begin, end - begin)
+        found.append([fmu.get(variable) for variable in variables])
     fmu.end()
+    return found
+
+
+def _share(found: list[float], wanted: list[float]) -> float:
+    """Return the largest difference as a fraction of the range; infinite if it is no number."""
+    if not wanted:
+        return 0.0
+    difference = max(abs(a - b) for a, b in zip(found, wanted, strict=True))
+    share = difference / ((max(wanted) - min(wanted)) or max(map(abs, wanted)) or 1.0)
+    return share if math.isfinite(share) else math.inf
 
 
 def _difference(first: dict[str, float], second: dict[str, float]) -> str:

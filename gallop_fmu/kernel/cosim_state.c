@@ -7,7 +7,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-#define STATE_MAGIC "GALLOPF6"
+#define STATE_MAGIC "GALLOPF6" /* the last character is the version of the format */
 
 /* Followed by values, rates and reached places of the inputs, the same of the last step, the
  * parameters, as stored in the scene, the kernel's state, and its state at the start of the last
@@ -288,9 +288,11 @@ static const char *check_bytes(const gallop_cosim *c, const void *bytes, size_t 
     if (!bytes || size < sizeof head)
         return "the bytes are cut off, a state has more; serialize the state again";
     memcpy(&head, bytes, sizeof head);
+    if (memcmp(head.magic, STATE_MAGIC, sizeof head.magic - 1) != 0)
+        return "the bytes are not a state of this program; use states that it serialized";
     if (memcmp(head.magic, STATE_MAGIC, sizeof head.magic) != 0)
-        return "the bytes are not a state of this program, or of another version; use states of "
-               "this version";
+        return "the bytes are a state in the format of another version of gallop-fmu; use states "
+               "of this version, or the FMU that saved them";
     if (!is_of_this_resource(c, &head))
         return "the bytes are a state of another FMU; use states of this one";
     const bool sizes_fit =

@@ -53,8 +53,10 @@ static void grow_scales(const gallop_model *model, gallop_state *state, const do
 
 double time_newton_tolerance(const gallop_model *model, const gallop_state *state)
 {
-    if (!model_by_tolerance(model))
-        return model->scene.settings.newton_tolerance * state->sharpness;
+    if (!model_by_tolerance(model)) {
+        const double given = model->scene.settings.newton_tolerance;
+        return fmax(given * state->sharpness, fmin(given, MIN_NEWTON_TOLERANCE));
+    }
     double smallest = INFINITY;
     for (int i = 1; i < model->unknowns; i++) smallest = fmin(smallest, scale_of(model, state, i));
     return fmax(NEWTON_TOLERANCE_SHARE * model->scene.settings.tolerance * smallest *
