@@ -97,8 +97,8 @@ def study(  # noqa: PLR0913 - typer takes a parameter for each option
             "--curve",
             metavar="FILE",
             help=(
-                "Coefficient curve: a CSV file with the columns angle_deg,lift,drag,moment, or a"
-                " packaged scene; may be repeated (default: that of the scene)."
+                "Coefficient curve: a CSV file with the columns angle_deg,lift,drag,moment, a"
+                " packaged curve, or assumed; may be repeated (default: that of the scene)."
             ),
         ),
     ] = None,

@@ -8,11 +8,9 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from gallop_fmu import LineScene, SceneError, load_scene
-from gallop_fmu.foundation.text_files import read_table
-from gallop_fmu.input.scene_files import packaged_scenes
+from gallop_fmu import LineScene, SceneError
 from gallop_fmu.line.ice_shapes import IceShape, ice_section
-from gallop_fmu.scene.table_coefficients import CURVE_COLUMNS
+from gallop_fmu.line.line_curve import ASSUMED, LineCurve, assumed_curve, line_curve
 from gallop_fmu.scene.wind import MAX_WIND_SPEED
 
 DEFAULT_WINDS = (4.0, 6.0, 8.0, 10.0, 12.0)
@@ -38,7 +36,8 @@ class StudyConditions:
     ices : tuple of float
         Largest ice thicknesses [m]; empty: the ice of the scene.
     curves : tuple of str
-        Coefficient curves: packaged scenes or CSV files; empty: the curve of the scene.
+        Coefficient curves: packaged ones, CSV files, or ``"assumed"``; empty: the curve of the
+        scene, which follows the ice if it is assumed.
     ice_shape, ice_density
         Shape and density [kg/m3] of the ice, where `ices` are given.
     """
@@ -87,19 +86,44 @@ class StudyConditions:
             A curve does not exist, or the line does not stand with this ice.
         """
         for curve in self.curves or (OWN,):
-            with_curve = scene
-            if curve != OWN:
-                with_curve = scene.with_values({"aerodynamics": _curve(curve, folder)})
-            if with_curve.aerodynamics is None:
-                raise SceneError(
-                    "the scene has no coefficient curve, so the wind cannot excite it; give one"
-                    " with --curve FILE (columns angle_deg,lift,drag,moment)"
-                )
             for ice in self.ices or (None,):
-                iced = with_curve
+                found = self._curve(scene, curve, ice, folder)
+                curved, source = scene, scene.sources.get("aerodynamics", "source not stated")
+                if found is not None:
+                    curved = scene.with_values({"aerodynamics": found.data})
+                    source = found.source
+                if curved.aerodynamics is None:
+                    raise SceneError(
+                        "the scene has no coefficient curve, so the wind cannot excite it; give one"
+                        " with --curve FILE (columns angle_deg,lift,drag,moment), or --curve"
+                        f" {ASSUMED}"
+                    )
                 if ice is not None:
-                    iced = with_ice(with_curve, ice, self.ice_shape, self.ice_density)
-                yield Climate(ice, curve, iced)
+                    curved = with_ice(curved, ice, self.ice_shape, self.ice_density)
+                yield Climate(ice, curve, curved, source)
+
+    def _curve(
+        self, scene: LineScene, curve: str, ice: float | None, folder: Path
+    ) -> LineCurve | None:
+        """Return the curve for an ice; None: that of the scene. An assumed curve follows the ice.
+
+        Raises
+        ------
+        SceneError
+            There is no such curve, or the assumed one has no ice thickness.
+        """
+        if curve not in (OWN, ASSUMED):
+            return line_curve(curve, folder)
+        own = scene.aerodynamics
+        if ice is not None:
+            is_assumed = scene.sources.get("aerodynamics", "").startswith(ASSUMED.upper())
+            if curve == ASSUMED or is_assumed or (own is not None and own.kind == ASSUMED):
+                return assumed_curve(self.ice_shape, ice / scene.conductor.diameter)
+        elif curve == ASSUMED and (own is None or own.kind != ASSUMED):
+            raise SceneError(
+                f"--curve {ASSUMED}: it depends on the thickness of the ice; give --ice, too"
+            )
+        return None
 
     def angles(self, scene: LineScene) -> tuple[float, ...]:
         """Attack angles [deg]; without any, that of the scene."""
@@ -144,11 +168,14 @@ class Climate:
         Name of the curve; `OWN`: that of the scene.
     scene : LineScene
         The line.
+    source : str
+        Source of the curve.
     """
 
     ice: float | None
     curve: str
     scene: LineScene
+    source: str
 
     @property
     def ice_text(self) -> str:
@@ -216,16 +243,3 @@ def one_phase(scene: LineScene) -> LineScene:
     if not alone:
         return scene
     return scene.with_values({"phases": [{"name": scene.phases[0].name}]})
-
-
-def _curve(name: str, folder: Path) -> dict[str, Any]:
-    """Return the coefficient curve of a packaged scene or of a CSV file."""
-    if name in packaged_scenes():
-        curve = load_scene(name).aerodynamics
-        if curve is None:
-            raise SceneError(f"curve {name!r}: this packaged scene has no coefficient curve")
-        return curve.model_dump(mode="json", exclude_none=True)
-    path = folder / name
-    if not path.is_file():
-        raise SceneError(f"curve {name!r}: neither a CSV file nor a packaged scene with a curve")
-    return {"kind": "table", **read_table(path, CURVE_COLUMNS).columns}

@@ -99,6 +99,8 @@ class LineStudy:
         Design values with which forces and gaps are compared.
     warnings : tuple of str
         Warnings about the line with each ice and curve, each once.
+    curve_sources : tuple of str
+        Sources of the coefficient curves.
     is_single : bool
         True if one phase was simulated for all.
     seconds : float
@@ -117,6 +119,7 @@ class LineStudy:
     tried: list[Tried]
     limits: StudyLimits
     warnings: tuple[str, ...]
+    curve_sources: tuple[str, ...]
     is_single: bool
     seconds: float
 
@@ -231,10 +234,16 @@ def study_line(
         before=before,
         tried=tried,
         limits=limits or StudyLimits(),
-        warnings=tuple(dict.fromkeys(text for each in climates for text in each.scene.warnings)),
+        warnings=_warnings_of(climates),
+        curve_sources=tuple(dict.fromkeys(each.source for each in climates)),
         is_single=len(reduced.phases) < len(scene.phases),
         seconds=clock.perf_counter() - started,
     )
+
+
+def _warnings_of(climates: Sequence[Climate]) -> tuple[str, ...]:
+    """Warnings about the line with each ice and curve, each once."""
+    return tuple(dict.fromkeys(text for each in climates for text in each.scene.warnings))
 
 
 def _around(worst: Case, cases: Sequence[Case]) -> list[Case]:

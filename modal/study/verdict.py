@@ -382,13 +382,13 @@ def _changes(study: LineStudy) -> Answer:
     before = largest_of(study.before)
     simulated = [each for each in study.tried if each.largest == each.largest]
     evidence = [_sentence_of(each, study.before) for each in study.tried]
-    evidence.append(
-        f"Simulated before and after, with the ice and curve of the worst case ({study.worst.ice}"
-        f"{', ' + study.worst.curve if study.worst and study.worst.curve else ''}), in all winds"
-        " and at all attack angles of this study; other ice and curves were not tried."
-        if study.worst
-        else ""
-    )
+    if worst := study.worst:
+        curve = f", {worst.curve}" if worst.curve else ""
+        evidence.append(
+            f"Simulated before and after, with the ice and curve of the worst case ({worst.ice}"
+            f"{curve}), in all winds at its attack angle and at all attack angles in its wind;"
+            " other conditions were not tried."
+        )
     effective = [each for each in simulated if each.largest <= (1.0 - MIN_EFFECT) * before]
     if not effective:
         return Answer(
@@ -465,7 +465,7 @@ def _failures(study: LineStudy) -> Iterator[str]:
 
 def assumptions(study: LineStudy) -> list[str]:
     """What the study assumes, one sentence each."""
-    scene, conditions = study.scene, study.conditions
+    conditions = study.conditions
     found = []
     if conditions.ices:
         found.append(
@@ -473,13 +473,7 @@ def assumptions(study: LineStudy) -> list[str]:
             f" {conditions.ice_density:g} kg/m3, equal on all spans; the thickness is the largest"
             " one of the section."
         )
-    source = scene.sources.get("aerodynamics")
-    curves = ", ".join(conditions.curves)
-    found.append(
-        f"Coefficient curves: {curves}."
-        if curves
-        else f"Coefficient curve: {source or 'not stated'}."
-    )
+    found.append(f"Coefficient curve: {'; '.join(study.curve_sources)}.")
     found.append(
         "Assumed: wind of constant speed, equal on all spans and normal to the line; forces as"
         " measured on a section at rest (quasi-steady); no bending stiffness; rigid towers."

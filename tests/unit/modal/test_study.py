@@ -261,6 +261,20 @@ def test_design_values_are_compared(study):
     assert f"up to {max(pulls) / 1e3:.1f} kN" in said.evidence[0]
 
 
+def test_an_assumed_curve_follows_the_ice(scene):
+    """The curve of the scene or of the option is that of each thickness, and called assumed."""
+    own = scene.with_values({"aerodynamics": {"kind": "assumed", "ice_thickness_ratio": 0.1}})
+    for line, curves in ((own, ()), (scene, ("assumed",))):
+        found = list(StudyConditions(ices=(0.00572, 0.0143), curves=curves).climates(line))
+        ratios = [each.scene.aerodynamics.ice_thickness_ratio for each in found]
+        assert ratios == pytest.approx([0.2, 0.5])
+        assert all(each.source.startswith("ASSUMED") for each in found)
+    (unchanged,) = StudyConditions().climates(own)
+    assert unchanged.scene.aerodynamics.ice_thickness_ratio == 0.1
+    with pytest.raises(SceneError, match="give --ice, too"):
+        list(StudyConditions(curves=("assumed",)).climates(scene))
+
+
 def test_wrong_conditions_are_refused(scene):
     with pytest.raises(SceneError, match="clearance = 0 m: must be greater than 0"):
         StudyLimits(clearance=0.0)
@@ -274,7 +288,7 @@ def test_wrong_conditions_are_refused(scene):
             StudyConditions(**wrong)
     with pytest.raises(SceneError, match="a study takes a line"):
         study_line(gf.load_scene("example3"))
-    with pytest.raises(SceneError, match="neither a CSV file nor a packaged scene"):
+    with pytest.raises(SceneError, match="neither a CSV file nor a packaged"):
         study_line(scene, StudyConditions(curves=("nowhere",)))
     with pytest.raises(SceneError, match="no coefficient curve"):
         study_line(scene.with_values({"wind.speed": 0.0, "aerodynamics": None}))
