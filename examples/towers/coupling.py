@@ -124,6 +124,9 @@ class Component:
         self.fmu.instantiate(callbacks=log.callbacks)
         self.fmu.setupExperiment(startTime=0.0)
 
+    def reference(self, name: str) -> int:
+        return self._reference[name]
+
     def set(self, names: list[str], values: Array) -> None:
         self.fmu.setReal(
             [self._reference[name] for name in names], [float(value) for value in values]

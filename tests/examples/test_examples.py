@@ -9,6 +9,7 @@ import pytest
 
 FOLDER = Path(__file__).resolve().parents[2] / "examples"
 EXAMPLES = sorted(FOLDER.glob("*.py"))
+KIT = [FOLDER / "cosimulation" / "run.py"]
 PAPER = sorted((FOLDER / "paper").glob("*.py"))
 
 
@@ -21,7 +22,7 @@ def test_there_are_examples():
     assert len(EXAMPLES) >= 7
 
 
-@pytest.mark.parametrize("script", [*EXAMPLES, *PAPER], ids=lambda path: path.stem)
+@pytest.mark.parametrize("script", [*EXAMPLES, *PAPER, *KIT], ids=lambda path: path.stem)
 def test_example_runs(script, tmp_path):
     text = script.read_text(encoding="utf-8")
     assert "\nassert " in text.split("# %%")[-1], "an example ends in an asserted number"
