@@ -140,6 +140,7 @@ def study(  # noqa: PLR0913 - typer takes a parameter for each option
     spacers, pendulums, dampers, a split span) at the worst. The report has a verdict on page one.
     """
     from gallop_fmu.foundation.text_rules import clean_text
+    from gallop_fmu.sweeps.runs import RunsStoppedError
     from modal.report.page import SUFFIXES
     from modal.study.conditions import StudyLimits
     from modal.study.page import Signature, write_study
@@ -153,18 +154,22 @@ def study(  # noqa: PLR0913 - typer takes a parameter for each option
     newtons = (None if each is None else 1e3 * each for each in (string_limit, pull_limit))
     limits = StudyLimits(clearance, *newtons)
     signature = Signature(*(clean_text(text) for text in (author, project, revision)))
-    with shown_parts(chosen.title) as shown:
-        found = study_line(
-            chosen,
-            varied,
-            stop_time=until,
-            limits=limits,
-            workers=workers,
-            progress=shown,
-        )
-        if shown:
-            shown("page", 0.0)
-        write_study(found, out, signature)
+    try:
+        with shown_parts(chosen.title) as shown:
+            found = study_line(
+                chosen,
+                varied,
+                stop_time=until,
+                limits=limits,
+                workers=workers,
+                progress=shown,
+            )
+            if shown:
+                shown("page", 0.0)
+            write_study(found, out, signature)
+    except RunsStoppedError as problem:
+        complain(f"{problem} No report was written.", "gallop-modal")
+        raise typer.Exit(Exit.ENDED_EARLY) from None
     _print(found, out)
     for text in found.warnings:
         complain(f"warning: {text}", "gallop-modal")

@@ -10,6 +10,7 @@ from typer.testing import CliRunner
 import gallop_fmu as gf
 from gallop_fmu import SceneError
 from gallop_fmu.line.clearance import Ellipse
+from gallop_fmu.sweeps.runs import RunsStoppedError
 from modal.cli.main import app
 from modal.report import line_findings, line_page
 from modal.report.findings import Missing
@@ -360,6 +361,18 @@ def test_a_table_of_towers_is_studied_at_once(tmp_path):
         refused = CliRunner().invoke(app, ["study", *wrong, "-o", str(tmp_path / "t.html")])
         assert refused.exit_code == 2
         assert message in refused.output
+
+
+def test_a_stopped_study_is_said(scene, tmp_path, monkeypatch):
+    def stop(*_, **__):
+        raise RunsStoppedError("stopped on request.", None)
+
+    monkeypatch.setattr(study_module, "run_cases", stop)
+    scene.save(tmp_path / "line.toml")
+    paths = [str(tmp_path / "line.toml"), "-o", str(tmp_path / "s.html")]
+    made = CliRunner().invoke(app, ["study", *paths])
+    assert made.exit_code == 1
+    assert "stopped on request. No report was written." in made.output
 
 
 def test_study_is_public(study):
