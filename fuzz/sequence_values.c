@@ -5,7 +5,8 @@
 static double value_for(const resource_variable *v)
 {
     uint8_t b = byte();
-    if (v->origin == RESOURCE_INPUT && b > 32) switch (resource_input_kind(&table, v->index)) {
+    if (v->origin == RESOURCE_INPUT && b > 32)
+        switch (resource_first_target(&table, v->index)->kind) {
         case RESOURCE_WIND: return b / 16.0;
         case RESOURCE_ATTACK_ANGLE: return 3.14159 + (b - 144) / 400.0;
         default: return (b - 144) / 2000.0;
@@ -100,7 +101,8 @@ void derive(slot *s, uint8_t what)
     for (size_t i = 0; i < count; i++) {
         const resource_variable *v = variable(unknown[i]);
         outputs = outputs && v && !v->whole &&
-                  (v->origin == RESOURCE_SUM || v->origin == RESOURCE_TURN) &&
+                  (v->origin == RESOURCE_SUM || v->origin == RESOURCE_TURN ||
+                   v->origin == RESOURCE_STATIC) &&
                   (what == 2 || order[i] == 1);
     }
     if (what == 0) {
