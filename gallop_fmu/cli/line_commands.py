@@ -25,7 +25,7 @@ from gallop_fmu.cli.terminal import (
 
 NEW_EXAMPLE = (
     "gallop-fmu new mine.toml --conductor Drake --span 300 --stringing-percent 20 --ice-thickness"
-    " 0.012 --attack-angle-deg 180 --wind-speed 4 --coefficients example3"
+    " 0.012 --attack-angle-deg 10 --wind-speed 4"
 )
 
 
