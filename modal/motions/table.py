@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -207,13 +208,22 @@ def _summary(branch: Branch, unit: str) -> str:
 
 
 def _stable_ranges(branch: Branch) -> list[tuple[float, float]]:
-    """Ranges of the parameter of the stable parts."""
+    """Ranges of the parameter of the stable parts.
+
+    At an event a disturbance neither grows nor decays: its point is the end of both neighbours.
+    """
     ranges: list[tuple[float, float]] = []
     part: list[float] = []
+    at_event: list[float] = []
     for point in branch.points:
+        value = point.parameter
         if point.is_stable:
-            part.append(point.parameter)
-        elif part:
+            part += [*at_event, value]
+        at_event = [
+            value for event in _events(branch) if math.isclose(value, event.parameter, rel_tol=1e-9)
+        ][:1]
+        if part and not point.is_stable:
+            part += at_event
             ranges.append((min(part), max(part)))
             part = []
     if part:
