@@ -436,21 +436,23 @@ def _certainty(study: LineStudy) -> Answer:
     answer = f"{', '.join([steady, *others])}."
     evidence = [f"{counts[k]} of {total}: {text}." for k, text in KINDS.items() if counts[k]]
     evidence += [*_failures(study), *_warnings(study), *assumptions(study)]
-    evidence += [f"Warning: {text}" for text in study.warnings]
     return Answer("How sure is this?", answer, tuple(evidence))
 
 
 def _warnings(study: LineStudy) -> Iterator[str]:
     """Warnings of the runs, those that differ in numbers only together."""
-    groups: dict[str, list[Case]] = {}
+    groups: dict[str, list[tuple[Case, str]]] = {}
     for case in study.known:
-        if case.warnings:
-            groups.setdefault(_NUMBER.sub("", case.warnings), []).append(case)
-    for cases in groups.values():
-        yield (
-            f"Warning in {len(cases)} of {len(study.known)} cases (first: {cases[0].condition()}):"
-            f" {cases[0].warnings}"
-        )
+        own = case.warnings
+        for text in study.warnings:  # they are said once, for all cases
+            own = own.replace(text, "").strip()
+        if own:
+            groups.setdefault(_NUMBER.sub("", own), []).append((case, own))
+    for found in groups.values():
+        (case, own), count = found[0], f"{len(found)} of {len(study.known)} cases"
+        yield f"Warning in {count} (first: {case.condition()}): {own}"
+    for text in {_NUMBER.sub("", text): text for text in reversed(study.warnings)}.values():
+        yield f"Warning: {text}"
 
 
 def _failures(study: LineStudy) -> Iterator[str]:
