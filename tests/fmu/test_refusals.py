@@ -31,7 +31,11 @@ def failing_step(fmu, size=0.01, time=None):
     ("name", "value", "message"),
     [
         ("wind_speed", math.nan, "wind_speed must be a finite number"),
-        ("wind_speed", -1.0, "wind_speed = -1 is refused: it must be at least 0 and at most 150"),
+        (
+            "wind_speed",
+            -151.0,
+            "wind_speed = -151 is refused: it must be at least -150 and at most",
+        ),
         ("midspan.x2", 1.0, "midspan.x2 is an output"),
         ("status", 0, "status is an output"),
         ("span.length", 100.0, "span.length is a fixed parameter"),
@@ -129,7 +133,7 @@ def test_unknown_references_and_types(gallop_fmu, host):
 @pytest.mark.parametrize(
     ("start", "message"),
     [
-        ({"wind_speed": -1.0}, "wind_speed = -1 is refused: it must be at least 0 and at most"),
+        ({"wind_speed": -151.0}, "wind_speed = -151 is refused: it must be at least -150 and"),
         ({"span.sag": 1e4}, "gallop-fmu: "),
     ],
 )

@@ -27,13 +27,14 @@ def test_the_example_of_the_help_writes_a_scene_that_runs(invoke, tmp_path):
     done = invoke(*NEW_EXAMPLE.split()[1:])
     assert (done.exit_code, done.stderr) == (0, "")
     line = {"conductor": "Drake", "span": 300.0, "stringing_percent": 20.0, "ice_thickness": 0.012}
-    line |= {"attack_angle_deg": 180.0, "wind_speed": 4.0, "coefficients": "example3"}
+    line |= {"attack_angle_deg": 10.0, "wind_speed": 4.0}
     assert gf.load_scene(tmp_path / "mine.toml") == gf.Scene.from_dict({"line": line})
     assert invoke("run", "mine.toml", "--until", "1").exit_code == 0
 
 
 def test_a_scene_that_contradicts_itself_is_warned_of_by_new_and_run(invoke):
-    done = invoke(*NEW_EXAMPLE.split()[1:], "--ice-shape", "radial")
+    curve = ("--coefficients", "example3", "--attack-angle-deg", "180")
+    done = invoke(*NEW_EXAMPLE.split()[1:], "--ice-shape", "radial", *curve)
     assert "warning: the first moments of the ice are 0" in done.stdout
     ran = invoke("run", "mine.toml", "--until", "1")
     assert (ran.exit_code, ran.stdout.count("warning: the first moments of the ice are 0")) == (
