@@ -168,11 +168,7 @@ def _check_reference(add: AddFinding, file: Path, fmu: Instance, description: An
     known = {v.name: v for v in description.modelVariables if v.type in REALS}
     columns = [(at, known[name]) for at, name in enumerate(names) if at and name in known]
     found = _rows(fmu, [row[0] for row in wanted], [variable for _, variable in columns])
-    ranges: dict[str | None, float] = {}
-    for at, variable in columns:
-        right = [row[at] for row in wanted] or [0.0]
-        size = (max(right) - min(right)) or max(map(abs, right))
-        ranges[variable.unit] = max(ranges.get(variable.unit, 0.0), size)
+    ranges = _ranges(wanted, columns)
     shares = {
         variable.name: _share(
             [row[column] for row in found], [row[at] for row in wanted], ranges[variable.unit]
@@ -183,6 +179,16 @@ def _check_reference(add: AddFinding, file: Path, fmu: Instance, description: An
     good = f"differs by {worst:.1e} at most" if worst else f"the same digits in {len(wanted)} rows"
     problem = f"{place} differs from {REFERENCE_FILE} by {worst:.1e} of the range of its unit"
     add("reference", "" if worst <= ALLOWED_DIFFERENCE else problem, good)
+
+
+def _ranges(rows: list[list[float]], columns: list[tuple[int, Any]]) -> dict[str | None, float]:
+    """Return the largest range of the columns of each unit."""
+    ranges: dict[str | None, float] = {}
+    for at, variable in columns:
+        values = [row[at] for row in rows] or [0.0]
+        size = (max(values) - min(values)) or max(map(abs, values))
+        ranges[variable.unit] = max(ranges.get(variable.unit, 0.0), size)
+    return ranges
 
 
 def _rows(fmu: Instance, times: list[float], variables: list[Any]) -> list[list[float]]:
