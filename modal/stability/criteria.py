@@ -30,7 +30,7 @@ from gallop_fmu.input.scene_like import SceneLike, SpanLike, as_scene, as_span
 from gallop_fmu.scene.aerodynamic_curve import AerodynamicCurve
 from gallop_fmu.scene.conductor import Ice
 from modal.foundation import one_span as instead
-from modal.foundation.normal_wind import check_wind_is_normal
+from modal.foundation.normal_wind import unfit_wind
 from modal.linear.shallow_cable import shallow_cable
 from modal.stability.frequency_ratio import frequency_ratio
 
@@ -156,12 +156,32 @@ def coupled(scene: SpanLike, wind_speed: float | None = None) -> Criterion:
 def speed_of(scene: Scene | LineScene, wind_speed: float | None) -> float:
     """Wind speed [m/s] of the coupled criterion: the given one, or the scene's mean."""
     speed = scene.wind.mean_speed if wind_speed is None else wind_speed
-    check_wind_is_normal(scene, "the coupled criterion", wind_speed)
+    check_wind_is_constant(scene, wind_speed)
     if not (np.isfinite(speed) and speed > 0.0):
         raise SceneError(
             f"wind speed = {speed} m/s: the coupled criterion needs wind; set wind.speed"
         )
     return speed
+
+
+def unfit_for_coupled(scene: Scene | LineScene, wind_speed: float | None) -> str:
+    """Describe wind for which there is no coupled criterion; empty if there is one."""
+    purpose = "the coupled criterion"
+    if scene.wind.profile is not None:
+        return unfit_wind(scene, purpose, wind_speed)
+    return unfit_wind(scene, purpose, wind_speed, oblique=True)
+
+
+def check_wind_is_constant(scene: Scene | LineScene, wind_speed: float | None) -> None:
+    """Refuse a scene with `unfit_for_coupled`.
+
+    Raises
+    ------
+    SceneError
+        Its wind has a profile, a direction that changes, or comes from the other side.
+    """
+    if problem := unfit_for_coupled(scene, wind_speed):
+        raise SceneError(problem)
 
 
 def coupled_of(section: SectionMotion, speed: float) -> Criterion:
@@ -203,6 +223,9 @@ class SectionMotion:
         The span or line, whose wind load is that of the section.
     element : int
         Element at the section.
+    wind : (float, float)
+        Wind along n2 and n3, normal to the chord, per speed. In oblique wind on a slope its part
+        along n2 rotates the relative wind; attack angles of the criterion are those of this wind.
     """
 
     hertz: dict[str, float]
@@ -214,6 +237,7 @@ class SectionMotion:
     curve: AerodynamicCurve
     mesh: Mesh
     element: int = 0
+    wind: tuple[float, float] = (0.0, 1.0)
 
     @classmethod
     def of(cls, scene: Scene) -> SectionMotion:
@@ -222,7 +246,8 @@ class SectionMotion:
         hertz = (pair.vertical_hz, pair.horizontal_hz, shallow_cable(scene).torsional_hz)
         slope = scene.span.height_difference / scene.span.length
         gravity = scene.span.gravity / math.hypot(1.0, slope)
-        return cls.made(scene, scene.ice, hertz, gravity, Mesh(Model(scene)), 0)
+        made = cls.made(scene, scene.ice, hertz, gravity, Mesh(Model(scene)), 0)
+        return replace(made, wind=wind_normal_to_chord(scene, slope))
 
     @classmethod
     def made(
@@ -273,6 +298,7 @@ class SectionMotion:
     def fastest(self, angle: Array, speed: float) -> NDArray[np.complex128]:
         """Eigenvalue [1/s] with the largest real part at each angle [rad], in a wind [m/s]."""
         by_velocity, by_theta = self._load_derivatives(angle, speed)
+        angle = angle - math.atan2(*self.wind)  # of the ice
         mass, damping, stiffness = (
             np.repeat(matrix[None], angle.size, axis=0)
             for matrix in (self.mass, self.damping, self.stiffness)
@@ -304,11 +330,30 @@ class SectionMotion:
         """
         first, last = self.curve.breakpoint[[0, -1]]
         inside = np.clip(angle, first + END_MARGIN, last - END_MARGIN)
+        along_n2, along_n3 = (speed * part for part in self.wind)
         slopes = self.mesh.aero_load(
-            inside, 0.0, 0.0, 0.0, speed, attack_angle=0.0, slopes=True, element=self.element
+            inside - math.atan2(*self.wind),
+            -along_n2,
+            0.0,
+            0.0,
+            along_n3,
+            attack_angle=0.0,
+            slopes=True,
+            element=self.element,
         ).slopes
         assert slopes is not None  # asked for
         return slopes[1:].transpose(2, 1, 0), slopes[0].T
+
+
+def wind_normal_to_chord(scene: Scene | LineScene, slope: float) -> tuple[float, float]:
+    """Wind along n2 and n3 of a chord per speed, without its part along the chord.
+
+    With the direction psi it is (sin psi, 0, cos psi), and n2 = (-slope, 1, 0) / sqrt(1 + slope^2).
+    """
+    direction = math.radians(scene.wind.direction_deg)
+    if direction == 0.0:
+        return 0.0, 1.0
+    return -math.sin(direction) * slope / math.hypot(1.0, slope), math.cos(direction)
 
 
 def _curve(scene: Scene | LineScene) -> AerodynamicCurve:

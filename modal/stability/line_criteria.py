@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
 from gallop_fmu import LineScene, SceneError
 from gallop_fmu.input.scene_like import LineLike, as_line
-from modal.foundation.normal_wind import unfit_wind
 from modal.linear.line_modes import LineMode, line_modes
 from modal.linear.linearise import SmallMotion
 from modal.stability.criteria import (
@@ -19,6 +18,8 @@ from modal.stability.criteria import (
     den_hartog,
     nigol,
     speed_of,
+    unfit_for_coupled,
+    wind_normal_to_chord,
 )
 
 SEARCHED_MODES = 24
@@ -108,7 +109,7 @@ def _sections(scene: LineScene, wind_speed: float | None) -> tuple[list[SectionM
     speed = scene.wind.mean_speed if wind_speed is None else wind_speed
     if speed == 0.0:
         return [], "no coupled criterion: it needs wind; set wind.speed"
-    if problem := unfit_wind(scene, "the coupled criterion", wind_speed):
+    if problem := unfit_for_coupled(scene, wind_speed):
         return [], f"no coupled criterion: {problem}"
     if scene.bundle.subconductors > 1:
         return [], (
@@ -130,7 +131,9 @@ def _sections(scene: LineScene, wind_speed: float | None) -> tuple[list[SectionM
         gravity = scene.section.gravity * of_span.length / chord
         element = line.chain(span).first_element
         hertz = (pair[0], pair[1], torsional)
-        made.append(SectionMotion.made(scene, ice, hertz, gravity, motion.mesh, element))
+        section = SectionMotion.made(scene, ice, hertz, gravity, motion.mesh, element)
+        slope = of_span.height_difference / of_span.length
+        made.append(replace(section, wind=wind_normal_to_chord(scene, slope)))
     return made, ""
 
 

@@ -33,7 +33,7 @@ def test_analyses_of_normal_wind_refuse_other_wind(analysis):
     other_side = scene.with_values({"wind.speed": -5.5, "aerodynamics.outside": "hold"})
     with pytest.raises(SceneError, match=r"wind speed = -5\.5 m/s: the wind comes from the other"):
         analysis(other_side)
-    if analysis in (modal.screen, modal.two_mode_estimate):
+    if analysis is not superposition:
         turned = {"wind.direction_deg": 100.0, "aerodynamics.outside": "hold"}
         with pytest.raises(SceneError, match=r"wind\.direction_deg = 100 deg: the wind comes from"):
             analysis(scene.with_values(turned))
@@ -43,6 +43,12 @@ def test_analyses_of_normal_wind_refuse_other_wind(analysis):
         return
     with pytest.raises(SceneError, match=r"wind\.direction_deg is given, and .* uniform wind"):
         analysis(scene.with_values({"wind.direction_deg": 20.0}))
+
+
+def test_the_coupled_criterion_refuses_a_profile():
+    profile = {"kind": "power", "exponent": 0.2, "attachment_height": 20.0}
+    with pytest.raises(SceneError, match=r"wind\.profile is given, and the coupled"):
+        modal.coupled(load_scene("example3").with_values({"wind.profile": profile}))
 
 
 def test_mode_superposition_refuses_gusts():
