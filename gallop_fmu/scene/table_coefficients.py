@@ -154,6 +154,11 @@ class TableCoefficients(Section):
                 f"aerodynamics has no values between {gap[0]:g} and {gap[1]:g} deg (median step:"
                 f" {self._median_step:g} deg): they are interpolated; give the missing rows"
             )
+        elif (widest := float(np.max(np.diff(self.angle_deg)))) > MAX_GAP:
+            found.append(
+                f"aerodynamics.angle_deg has steps of up to {widest:g} deg, between which lift and"
+                " its slope are hardly known; give steps of at most 10 deg"
+            )
         return found + [
             f"aerodynamics.{name} is {start:g} at {self.angle_deg[0]:g} deg and {end:g} at"
             f" {self.angle_deg[-1]:g} deg, the same angle: the mean of both is used"

@@ -99,6 +99,7 @@ def test_missing_rows_are_warned_of(tmp_path):
     assert narrow.beyond == "periodic"
     (warning,) = narrow.warnings()
     assert "no values between 90 and 130 deg (median step: 10 deg)" in warning
+
     open_turn = loaded(tmp_path, curve_text(TURN[:-2]))
     assert open_turn.beyond == "error"
     (warning,) = open_turn.warnings()
@@ -130,3 +131,11 @@ def test_a_curve_in_radians_is_taken_beside_line_data(tmp_path):
     assert scene.aerodynamics.angle_deg[-1] == pytest.approx(350.0, abs=1e-3)
     held = gf.Scene.from_dict({"line": line, "aerodynamics": {"outside": "hold"}}, tmp_path)
     assert held.aerodynamics.beyond == "hold"
+
+
+def test_coarse_steps_are_warned_of():
+    coefficients = {"kind": "table", "angle_deg": [0.0, 60.0, 120.0], "lift": [0.0, 1.0, 0.0]}
+    coefficients |= {"drag": [1.0] * 3, "moment": [0.0] * 3}
+    curve = {"aerodynamics": coefficients, "ice.attack_angle_deg": 20.0}
+    scene = gf.load_scene("example3").with_values(curve)
+    assert any("steps of up to 60 deg" in each for each in scene.warnings)
