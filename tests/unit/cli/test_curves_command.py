@@ -21,8 +21,8 @@ def test_list_has_name_status_and_range(invoke):
 
 @pytest.mark.parametrize("name", ["assumed", *packaged_curves()])
 def test_a_curve_is_described_with_source_and_limits(invoke, name):
-    told = invoke("curves", name, "--json")
-    found = json.loads(told.stdout)
+    printed = invoke("curves", name, "--json")
+    found = json.loads(printed.stdout)
     assert found["source"]
     assert found["validity"]
     assert found["den_hartog_unstable_deg"]
