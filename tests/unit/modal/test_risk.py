@@ -11,7 +11,7 @@ import gallop_fmu as gf
 import modal
 from modal.cli.main import app
 from modal.plots import risk_figure
-from modal.risk.draws import REPEATS, Draws, draw
+from modal.risk.draws import REPEATS, draw
 from modal.risk.outcomes import found_by_simulation
 from modal.risk.quantities import quantities
 from modal.risk.statistics import convergence, probability, quantile, sobol_shares
@@ -100,8 +100,7 @@ def test_convergence_ends_with_all_draws():
     series = convergence(event, drawn)
     assert list(series) == [16, 32, 64]
     event_of_a = np.mean(event[np.array(drawn.matrix) == "A"])
-    assert series[64].value == pytest.approx(event_of_a, abs=0.06)
-    assert isinstance(drawn, Draws)
+    assert series[64].value == event_of_a  # the matrix B stands behind A
 
 
 @pytest.mark.parametrize(
