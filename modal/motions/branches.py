@@ -24,6 +24,7 @@ from modal.foundation.scene_variation import unit_of, with_number
 from modal.linear.mode_basis import still_air_modes
 from modal.motions.full_model import full_scene, reduction_error
 from modal.motions.motion_words import name_of_branch
+from modal.motions.reduced_model import static_equilibrium
 from modal.motions.rotated import rotated_equilibria
 from modal.motions.runs import runs_from_orbits
 from modal.motions.span_model import SpanModel
@@ -35,7 +36,6 @@ from modal.motions.span_problem import (
     WindFamily,
 )
 from modal.motions.table import branch_table, event_sentence, save_table
-from modal.screening.reduced_model import static_equilibrium
 
 if TYPE_CHECKING:
     import xarray as xr

@@ -13,9 +13,10 @@ from modal.continuation.path import Point
 from modal.linear.modes import FAMILIES, by_family
 from modal.linear.wave import half_waves
 from modal.motions.span_model import SpanModel
-from modal.screening.other_modes import NUMBER_WORDS
 
 Array = NDArray[np.float64]
+
+NUMBER_WORDS = ("no", "one", "two", "three", "four", "five", "six")
 
 MIN_SHARE, MIN_HALF_SHARE = 0.03, 0.005
 """Kinetic energy of a part of a motion, relative to the largest part, above which it is named; the

@@ -8,8 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gallop_fmu import SceneError
+from modal.motions.reduced_model import static_equilibrium
 from modal.motions.span_problem import SpanProblem
-from modal.screening.reduced_model import static_equilibrium
 
 Array = NDArray[np.float64]
 

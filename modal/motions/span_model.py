@@ -2,7 +2,7 @@
 
 The motion is u = sum of shape_i q_i + w. The modes i are the lowest natural modes in still air;
 w are the quasi-static displacements of all other modes, such as the stretching of the conductor
-along itself. Strain and tension force are those of `modal.screening.reduced_model`: with l = X'.u'
+along itself. Strain and tension force are those of `modal.motions.reduced_model`: with l = X'.u'
 and s = u'.u'/2, the strain energy of third and fourth order is
 
     V3 = sum of EA l s,    V4 = sum of EA s^2 / 2.                                               (1)
@@ -37,7 +37,7 @@ from numpy.typing import NDArray
 
 from gallop_fmu import Scene, SceneError
 from modal.linear.mode_basis import StillAirModes, choose
-from modal.screening.reduced_model import ReducedModel
+from modal.motions.reduced_model import ReducedModel
 
 Array = NDArray[np.float64]
 

@@ -16,6 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gallop_fmu import SceneError
+from modal.motions.reduced_model import MeanState, ReducedModel, mean_state
 from modal.screening.floquet import Multipliers, multipliers
 from modal.screening.harmonic_balance import (
     FINE,
@@ -26,7 +27,6 @@ from modal.screening.harmonic_balance import (
     amplitudes,
 )
 from modal.screening.orbit_family import Track
-from modal.screening.reduced_model import MeanState, ReducedModel, mean_state
 
 Array = NDArray[np.float64]
 

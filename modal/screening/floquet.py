@@ -15,6 +15,7 @@ from functools import lru_cache
 import numpy as np
 from numpy.typing import NDArray
 
+from modal.motions.reduced_model import ReducedModel, with_antisymmetric_modes
 from modal.screening.harmonic_balance import (
     SWING,
     Orbit,
@@ -23,7 +24,6 @@ from modal.screening.harmonic_balance import (
     fourier,
     fourier_matrices,
 )
-from modal.screening.reduced_model import ReducedModel, with_antisymmetric_modes
 
 Array = NDArray[np.float64]
 

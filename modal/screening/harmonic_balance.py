@@ -1,6 +1,6 @@
 """Periodic motions of a galloping span by harmonic balance.
 
-The coordinates of the reduced model (`modal.screening.reduced_model`) are a Fourier series,
+The coordinates of the reduced model (`modal.motions.reduced_model`) are a Fourier series,
 
     q(t) = c0 + sum over k of (c_2k-1 cos k t' + c_2k sin k t'),    t' = omega t,                (1)
 
@@ -22,7 +22,7 @@ from functools import lru_cache
 import numpy as np
 from numpy.typing import NDArray
 
-from modal.screening.reduced_model import Forces, ReducedModel
+from modal.motions.reduced_model import Forces, ReducedModel
 
 Array = NDArray[np.float64]
 

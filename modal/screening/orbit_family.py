@@ -13,6 +13,7 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
+from modal.motions.reduced_model import ReducedModel
 from modal.screening.harmonic_balance import (
     NEWTON_ITERATIONS,
     Balance,
@@ -20,7 +21,6 @@ from modal.screening.harmonic_balance import (
     Orbit,
     solve,
 )
-from modal.screening.reduced_model import ReducedModel
 
 Array = NDArray[np.float64]
 

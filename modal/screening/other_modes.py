@@ -12,7 +12,8 @@ from modal.linear.mode_basis import mirrored
 from modal.linear.mode_tracking import MIN_MAC
 from modal.linear.modes import FAMILIES, Family, by_family
 from modal.linear.wave import half_waves
-from modal.screening.reduced_model import (
+from modal.motions.motion_words import NUMBER_WORDS
+from modal.motions.reduced_model import (
     MeanState,
     ReducedModel,
     mean_state,
@@ -29,8 +30,6 @@ BISECTIONS = 20
 
 TRACKING_HALVINGS = 3
 """Largest number of halvings of a wind step while the first vertical mode is tracked."""
-
-NUMBER_WORDS = ("no", "one", "two", "three", "four", "five", "six")
 
 
 @dataclass(frozen=True)

@@ -13,9 +13,9 @@ from gallop_fmu.input.scene_like import SpanLike, as_span
 from modal.foundation import one_span as instead
 from modal.foundation.normal_wind import check_wind_is_normal
 from modal.linear.mode_basis import still_air_modes
+from modal.motions.reduced_model import ReducedModel, mean_state, reduced_model
 from modal.screening.continuation import Cycle, LimitCycles
 from modal.screening.other_modes import OtherMode, first_other_mode
-from modal.screening.reduced_model import ReducedModel, mean_state, reduced_model
 from modal.screening.two_mode_estimate import TwoMode, estimate
 from modal.screening.verdict import Risk, explain, judge
 from modal.stability.frequency_ratio import FrequencyRatio, frequency_ratio
@@ -139,7 +139,7 @@ def screen(scene: SpanLike, highest_wind: float | None = None) -> Screening:
     """Find the wind speed from which vertical galloping starts a horizontal swing (2:1 resonance).
 
     The span is reduced to its lowest modes with all nonlinear terms
-    (`modal.screening.reduced_model`). The limit cycle of vertical galloping without swing is
+    (`modal.motions.reduced_model`). The limit cycle of vertical galloping without swing is
     followed over the wind speed by harmonic balance (`modal.screening.harmonic_balance`). Where a
     Floquet multiplier of the swing passes -1 (`modal.screening.floquet`), the swing starts; the
     branch of motions with swing is followed from there to the scene's wind.

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from modal.linear.mode_basis import mirrored
+from modal.motions.reduced_model import ReducedModel
 from modal.screening.continuation import FIRST_SIZE, LimitCycles, amplitude_scale, rejection_reason
 from modal.screening.floquet import (
     antisymmetric_multiplier,
@@ -14,7 +15,6 @@ from modal.screening.floquet import (
 )
 from modal.screening.harmonic_balance import SWING, NotConvergedError, Orbit, doubled
 from modal.screening.orbit_family import Track
-from modal.screening.reduced_model import ReducedModel
 
 ONSET_TOLERANCE = 1e-3
 """Accuracy of a stability limit, relative to the distance of two orbits."""

@@ -34,7 +34,7 @@ from modal.linear.mode_basis import (
     stiffness_derivative,
     still_air_modes,
 )
-from modal.screening.reduced_model import ReducedModel
+from modal.motions.reduced_model import ReducedModel
 from modal.stability.mode_pairs import MAX_SPEED_RATIO
 
 Array = NDArray[np.float64]

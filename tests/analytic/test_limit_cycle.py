@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
+from modal.motions.reduced_model import Forces
 from modal.screening.harmonic_balance import Balance, Orbit, doubled
 from modal.screening.orbit_family import Track
-from modal.screening.reduced_model import Forces
 
 
 class VanDerPol:

@@ -7,7 +7,7 @@ import gallop_fmu as gf
 import modal
 from gallop_fmu import Inputs, Model
 from modal.linear.mode_basis import still_air_modes
-from modal.screening.reduced_model import mean_state, reduced_model
+from modal.motions.reduced_model import mean_state, reduced_model
 from support.windy_spans import LOGARITHMIC
 
 SPRINGS = {"kind": "springs", "stiffness_x1": 76e3, "stiffness_x3": 1400.0}

@@ -15,7 +15,7 @@ import gallop_fmu as gf
 import modal
 from gallop_fmu.foundation.channels import SPAN_INDEX
 from modal.linear.mode_basis import still_air_modes
-from modal.screening.reduced_model import mean_state, reduced_model
+from modal.motions.reduced_model import mean_state, reduced_model
 from support.sloping_spans import DRAG, SLOPE_OF_LIFT, growth, proportional_to_mass, sloping
 
 

@@ -9,9 +9,9 @@ import pytest
 import gallop_fmu as gf
 import modal
 from modal.linear.mode_basis import still_air_modes
+from modal.motions.reduced_model import reduced_model
 from modal.screening.beating import beating_cycle
 from modal.screening.other_modes import first_other_mode
-from modal.screening.reduced_model import reduced_model
 from support.simulated_swing import FULL_RUN, SEED, drawn_scene, simulated
 
 SPRING = {"kind": "springs", "stiffness_x1": 75.97e3, "stiffness_x3": 1e9}
