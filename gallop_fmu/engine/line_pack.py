@@ -20,14 +20,7 @@ from gallop_fmu.engine.tables import NONE, Tables
 from gallop_fmu.engine.wind_pack import pack_wind
 from gallop_fmu.scene.aerodynamics import Aerodynamics
 from gallop_fmu.scene.conductor import Ice
-from gallop_fmu.scene.devices import (
-    Damper,
-    Device,
-    InterphaseSpacer,
-    Interval,
-    Pendulum,
-    PointMass,
-)
+from gallop_fmu.scene.devices import Damper, Device, InterphaseSpacer, Interval, Pendulum, PointMass
 from gallop_fmu.scene.line_scene import LineScene
 from gallop_fmu.scene.stations import (
     BOUNDARIES,

@@ -36,7 +36,6 @@ MAX_DEPTH = 40
 # A dotted key of this depth is found before parsing, whose time grows with the square of the depth.
 _DEEP_KEY = re.compile(rf"""(?<![\w"'-])(?:[\w"'-]++[ \t]*+\.[ \t]*+){{{MAX_DEPTH}}}""")
 
-
 # Texts and comments, also unterminated ones, and words that are values.
 _TOML_PART = re.compile(
     r'''"""(?:[^"\\]|\\.|"(?!""))*+(?:"""|\Z)|"(?:[^"\\\n]|\\[^\n])*+"?'''
@@ -219,8 +218,24 @@ def read_table(
     lines = read_cells(path)
     names = [_renamed(cell, synonyms) for cell in lines[0][1]] if lines else []
     header = _column_names(path, names, units, first)
+    rows, numbers = number_rows(path, lines[1:], header)
+    return Table(
+        path.name, {name: tuple(line[k] for line in numbers) for k, name in enumerate(header)}, rows
+    )
+
+
+def number_rows(
+    path: Path, lines: Sequence[tuple[int, list[str]]], header: Sequence[str]
+) -> tuple[list[int], list[list[float]]]:
+    """Return the row numbers and the numbers of the lines below a header, without comments.
+
+    Raises
+    ------
+    SceneError
+        A row has more or fewer cells than the header, or a cell is not a finite number.
+    """
     rows, numbers = [], []
-    for row, cells in lines[1:]:
+    for row, cells in lines:
         if cells[0].lstrip().startswith("#"):
             continue
         if len(cells) != len(header):
@@ -232,9 +247,7 @@ def read_table(
             [cell_number(path, row, name, cell) for name, cell in zip(header, cells, strict=True)]
         )
         rows.append(row)
-    return Table(
-        path.name, {name: tuple(line[k] for line in numbers) for k, name in enumerate(header)}, rows
-    )
+    return rows, numbers
 
 
 def _renamed(cell: str, synonyms: Mapping[str, str]) -> str:

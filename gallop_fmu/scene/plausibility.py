@@ -9,6 +9,7 @@ from __future__ import annotations
 import fnmatch
 import math
 from collections.abc import Callable, Iterator, Mapping
+from functools import lru_cache
 from typing import NamedTuple
 
 from gallop_fmu.foundation.errors import SceneError
@@ -87,6 +88,7 @@ PLAUSIBLE: dict[str, Plausible] = {
 """Dotted path, with wildcards, to the limits of its values."""
 
 
+@lru_cache(maxsize=4096)
 def plausible(path: str) -> Plausible | None:
     """Return the limits for a dotted path, or None."""
     return next(

@@ -13,9 +13,9 @@ from pydantic import Field, ValidationInfo, model_validator
 from gallop_fmu.foundation.errors import SceneError
 from gallop_fmu.foundation.text_files import (
     Table,
-    cell_number,
     check_table,
     name_and_unit,
+    number_rows,
     read_cells,
 )
 from gallop_fmu.foundation.text_rules import read_number
@@ -176,19 +176,7 @@ def read_wind_table(path: Path) -> _WindRows:
         if place is None or not np.isfinite(place):
             raise SceneError(f"{rule}; the name of column {column} is not a number: give x1 in m")
         stations.append(float(place))
-    rows, numbers = [], []
-    for row, cells in lines[1:]:
-        if cells[0].lstrip().startswith("#"):
-            continue
-        if len(cells) != len(header):
-            raise SceneError(
-                f"{path.name}: row {row} has {len(cells)} cells, {len(header)} are required; give"
-                " one for each column"
-            )
-        numbers.append(
-            [cell_number(path, row, name, cell) for name, cell in zip(header, cells, strict=True)]
-        )
-        rows.append(row)
+    rows, numbers = number_rows(path, lines[1:], header)
     time = tuple(line[0] for line in numbers)
     speed = tuple(tuple(line[1:]) for line in numbers)
     return _WindRows(path.name, {"time": time}, rows, tuple(stations), speed)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -17,8 +18,8 @@ from gallop_fmu.sweeps.rows import Row
 from gallop_fmu.sweeps.runner import CarryOn, Progress, compute, one_by_one
 from modal.foundation import one_span as instead
 from modal.screening.screen import MAX_WIND_RATIO, Screening, check_wind, screen
-from modal.screening.two_mode_estimate import two_mode_estimate
-from modal.stability.frequency_ratio import frequency_ratio
+from modal.screening.two_mode_estimate import PairModel, estimate, pair_of
+from modal.stability.frequency_ratio import FrequencyRatio, frequency_ratio
 
 SCREENING_COLUMNS = {
     "risk": (
@@ -135,6 +136,30 @@ def row_of(found: Screening) -> Row:
     }
 
 
+class _LastSpan:
+    """The span of the last estimate, whose modes hold at other wind speeds, too."""
+
+    def __init__(self) -> None:
+        self._scene: Scene | None = None
+        self._found: tuple[FrequencyRatio, PairModel]
+
+    def of(self, scene: Scene) -> tuple[FrequencyRatio, PairModel]:
+        """Frequency ratio and modes of a scene."""
+        if self._scene is None or not _differ_by_wind_speed(self._scene, scene):
+            self._found = frequency_ratio(scene), pair_of(scene)
+            self._scene = scene
+        return self._found
+
+
+def _differ_by_wind_speed(one: Scene, other: Scene) -> bool:
+    """True if two scenes have the same values but for the wind speed, texts and sources."""
+    return all(
+        getattr(one, name) == getattr(other, name)
+        for name in Scene.model_fields
+        if name not in ("wind", "title", "description", "notes", "sources")
+    ) and one.wind == other.wind.model_copy(update={"speed": one.wind.speed})
+
+
 @dataclass(frozen=True)
 class EstimateTask:
     """The task of `screen_spans` with `estimate_only`."""
@@ -152,15 +177,16 @@ class EstimateTask:
         return f"estimate only, {ScreeningTask(self.highest_wind)}"
 
     def __call__(self, scenes: Sequence[Scene | LineScene], carry_on: CarryOn) -> list[Row]:
-        """Estimate a group of scenes one by one."""
-        return one_by_one(self._estimate, scenes, carry_on)
+        """Estimate a group of scenes one by one; modes are computed once for all wind speeds."""
+        return one_by_one(partial(self._estimate, _LastSpan()), scenes, carry_on)
 
-    def _estimate(self, given: Scene | LineScene) -> Row:
+    def _estimate(self, last: _LastSpan, given: Scene | LineScene) -> Row:
         scene = one_span(given, "screen_spans", instead.SCREENING)
         wind = scene.wind.mean_speed
         highest = MAX_WIND_RATIO * wind if self.highest_wind is None else self.highest_wind
         check_wind(scene, wind, highest)
-        pair, found = frequency_ratio(scene), two_mode_estimate(scene, wind, highest)
+        pair, modes = last.of(scene)
+        found = estimate(scene, wind, highest, modes)
         has_threshold = found.threshold_amplitude is not None
         gallops = found.vertical_amplitude > 0.0
         return {

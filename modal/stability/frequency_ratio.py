@@ -22,14 +22,15 @@ from modal.foundation.scene_variation import (
     unit_of,
     with_number,
 )
-from modal.linear.modes import Family, Mode, natural_modes
+from modal.linear.linearise import linearised
+from modal.linear.modes import Family, Mode, modes_of
 from modal.stability.mode_pairs import ModePair, mode_pairs
 
 if TYPE_CHECKING:
     import xarray as xr
 
-SEARCHED_MODES = 24
-"""Modes searched for the first symmetric ones.
+FIRST_SEARCHED, SEARCHED_MODES = 8, 24
+"""Modes searched for the first symmetric ones, and those searched if these have not both.
 
 Between rigid ends at most five lie below them, more only if the conductor is very soft in torsion.
 """
@@ -163,7 +164,10 @@ def frequency_ratio(scene: SceneLike) -> FrequencyRatio | list[ModePair]:
     if isinstance(scene, LineScene):
         return mode_pairs(scene)
     unknowns = 4 * (2 * scene.elements - 1)  # of the interior nodes; there may be more
-    modes = natural_modes(scene, min(SEARCHED_MODES, unknowns))
+    equations = linearised(scene, "still")
+    modes = modes_of(equations, scene, min(FIRST_SEARCHED, unknowns))
+    if not {"vertical", "horizontal"} <= {mode.family for mode in modes if mode.symmetric}:
+        modes = modes_of(equations, scene, min(SEARCHED_MODES, unknowns))
     return FrequencyRatio(
         vertical_hz=_first_symmetric(modes, "vertical").frequency_hz,
         horizontal_hz=_first_symmetric(modes, "horizontal").frequency_hz,
