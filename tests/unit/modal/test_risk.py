@@ -5,6 +5,7 @@ from functools import partial
 
 import numpy as np
 import pytest
+from distributed import LocalCluster
 from scipy import stats
 
 import gallop_fmu as gf
@@ -17,6 +18,7 @@ from modal.risk.quantities import quantities
 from modal.risk.statistics import convergence, probability, quantile, sobol_shares
 from modal.risk.winter_file import read_winter
 from tests.support.cubic_galloping import scene
+from tests.support.sweeps import same
 
 UNIFORM = {"distribution": "uniform", "loc": 2.0, "scale": 6.0}
 
@@ -285,3 +287,23 @@ def test_shares_in_the_figure(tmp_path):
     assert len(risk_figure(found).subfigs[1].axes) == 3
     assert len(found.plot().subfigs[1].axes) == 3
     assert "independent of each other" in found.remarks[1]
+
+
+@pytest.mark.parametrize("method", ["estimate", "simulate"])
+def test_rows_are_the_same_on_threads_processes_and_a_cluster(method):
+    """Modes that one group of draws shares, and where it is computed, do not change a bit."""
+    wind = {"wind.speed": {"distribution": "uniform", "loc": 0.5, "scale": 6.0}}
+    atlas = partial(modal.risk_atlas, scene(), wind, draws=32, method=method, stop_time=4.0, seed=3)
+    one = atlas(workers=1)
+    with LocalCluster(
+        n_workers=1, threads_per_worker=2, processes=False, protocol="tcp", dashboard_address=None
+    ) as dask:
+        others = [atlas(workers=2), atlas(cluster=dask.scheduler_address)]
+    for other in others:
+        assert same(other.runs, one.runs)
+        assert other.dataset.identical(one.dataset)
+    if method == "estimate":
+        for run in range(0, 32, 11):
+            row = one.runs.dataset.isel(run=run)
+            alone = modal.two_mode_estimate(scene(speed=row["wind.speed"].item()))
+            assert row.estimated_vertical.fillna(0.0).item() == alone.vertical_amplitude
