@@ -105,11 +105,17 @@ class ReducedModel:
         self._axial = self.scene.conductor.axial_stiffness * points.length
 
     def _prepare_sections(self) -> None:
-        """Compute the products of the shapes at the sections that turn slopes into matrices."""
-        projection, sections = self._projection, self.modes.mesh.sections
+        """Compute gravity, ice and wind at the sections, and products of the shapes there."""
+        sections = self.modes.mesh.sections
         self._gravity = self.scene.span.gravity * sections.normal[:, 1]
+        self._first_moments = self.scene.ice.first_moments()
         # Per m/s along n2 and x3; None: along x3 alone, everywhere the same
         self._wind = self.modes.mesh.steady_wind if self.scene.wind.is_varied else None
+        self._prepare_products()
+
+    def _prepare_products(self) -> None:
+        """Compute the products of the shapes at the sections that turn slopes into matrices."""
+        projection = self._projection
         products = np.einsum(
             "ipm,jpn->ijpmn", projection.weighted, projection.section.transpose(0, 2, 1)
         )
@@ -226,7 +232,7 @@ class ReducedModel:
         -------
         ndarray, shape (3, instant, section)
         """
-        m2, m3 = self.scene.ice.first_moments()
+        m2, m3 = self._first_moments
         c2, c3 = moments
         d2, d3, square = c2 - m2, c3 - m3, v[2] ** 2
         return np.stack(
@@ -239,7 +245,7 @@ class ReducedModel:
 
     def _moments(self, theta: Array) -> tuple[Array, Array]:
         """First moments [kg] of ice rotated by theta: c2 and c3 of `_ice_load`."""
-        m2, m3 = self.scene.ice.first_moments()
+        m2, m3 = self._first_moments
         sine, cosine = np.sin(theta), np.cos(theta)
         return m2 * cosine - m3 * sine, m2 * sine + m3 * cosine
 
@@ -253,7 +259,7 @@ class ReducedModel:
             by the velocities (row, column, instant, section), and by the accelerations: of f2 and
             f3 by omega', which are those of M by a2 and a3 (2, instant, section).
         """
-        m2, m3 = self.scene.ice.first_moments()
+        m2, m3 = self._first_moments
         c2, c3 = moments = self._moments(u[2])
         omega, rate, square = v[2], a[2], v[2] ** 2
         by_theta = np.stack(

@@ -193,7 +193,7 @@ class SpanModel(ReducedModel):
         stretching, stiffness = self.stretching(q)
         forces = q @ self.stiffness + v @ self.damping + stretching + self._projection.collect(load)
         lag_by_q, lag_by_v = self._add_lag(q, v, forces)
-        m2, m3 = self.scene.ice.first_moments()
+        m2, m3 = self._first_moments
         turned = np.stack([m3 - moments[1], moments[0] - m2])
         mass = self.mass + self._product(turned, self._by_ice)
         following, moving = self._inertia.times(q), self._inertia.times(v)
@@ -273,6 +273,12 @@ class _Forms:
         return np.asarray((weights @ self._flat).reshape(len(weights), self._size, self._size))
 
 
+def _pairs(n: int) -> tuple[NDArray[np.intp], NDArray[np.intp], Array]:
+    """Pairs of indices, and factors with which the norm of a form is that of its pairs."""
+    rows, columns = np.triu_indices(n)
+    return rows, columns, np.where(rows == columns, 1.0, np.sqrt(2.0))
+
+
 def _few_squares(added: Array, removed: Array) -> _Forms:
     """Write sum of (q A_g q)^2 - sum of (q B_r q)^2 as a sum of few sign_k (q Q_k q)^2.
 
@@ -282,10 +288,24 @@ def _few_squares(added: Array, removed: Array) -> _Forms:
         A and B.
     """
     n = added.shape[1]
-    rows, columns = np.triu_indices(n)
-    double = np.where(rows == columns, 1.0, np.sqrt(2.0))  # keeps the norm of a form
-    a, b = (forms[:, rows, columns] * double for forms in (added, removed))
-    values, vectors = np.linalg.eigh(a.T @ a - b.T @ b)
+    rows, columns, _ = _pairs(n)
+    a, b = (forms[:, rows, columns] for forms in (added, removed))
+    return few_squares(a.T @ a - b.T @ b, n)
+
+
+def few_squares(form: Array, n: int) -> _Forms:
+    """Write a quadratic form of the products q_a q_b as a sum of few sign_k (q Q_k q)^2.
+
+    Parameters
+    ----------
+    form : ndarray, shape (pair, pair)
+        The form; pairs a <= b are in the order of `numpy.triu_indices`, and the value of each is
+        that of (a, b) and of (b, a).
+    n
+        Number of coordinates.
+    """
+    rows, columns, double = _pairs(n)
+    values, vectors = np.linalg.eigh(double[:, None] * form * double)
     kept = np.abs(values) > MIN_FORM * np.max(np.abs(values))
     forms = np.zeros((int(kept.sum()), n, n))
     upper = (vectors[:, kept] * np.sqrt(np.abs(values[kept]))).T / double

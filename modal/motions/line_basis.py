@@ -1,0 +1,174 @@
+"""Shapes in which the motion of a line is described: its lowest modes, and twists of conductors.
+
+Motions of the conductors without twist are natural modes in still air, the lowest ones of all
+families: of each span in and out of phase, of bundles, and on strings. The twist of conductors
+follows these motions: the shapes of the twist are those that the moment of the wind on them
+produces, because a line has a great many torsional modes with almost the same frequency.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gallop_fmu import LineScene, Model, SceneError
+from gallop_fmu.engine.mesh import Mesh
+from modal.linear.line_modes import LineMode, line_modes
+from modal.linear.linearise import Linearised, SmallMotion
+
+if TYPE_CHECKING:
+    from scipy.sparse import csc_array
+
+Array = NDArray[np.float64]
+
+FIRST_SPAN, EACH_SPAN, MAX_MODES = 8, 6, 24
+"""Number of modes kept: of the first span, of each further one, and of all."""
+
+BUNDLE_FACTOR = 1.5
+"""Factor of this number for bundles, which have torsion as well."""
+
+MIN_GAP = 1e-2
+"""Relative difference of the frequencies of two modes between which the lowest modes end."""
+
+MAX_TWISTS = 12
+"""Number of shapes of the twist."""
+
+MIN_TWIST = 0.05
+"""Singular value, relative to the largest, below which a twist follows from the others."""
+
+MAX_ELEMENTS = 12
+"""Most elements of a span of a line that is reduced, if spacers and devices allow it."""
+
+
+@dataclass(frozen=True)
+class LineBasis:
+    """A line in still air: its matrices, and the shapes of its motion.
+
+    Attributes
+    ----------
+    mesh : Mesh
+        The finite elements.
+    equations : Linearised
+        Small motion in still air.
+    modes : list of LineMode
+        The natural modes kept.
+    shapes : ndarray, shape (mode, node, 4)
+        Mass-normalised shapes: those of the modes, then of the twist.
+    highest_hz : float
+        Frequency [Hz] of the lowest mode without twist that is not kept.
+    """
+
+    mesh: Mesh
+    equations: Linearised
+    modes: list[LineMode]
+    shapes: Array
+    highest_hz: float
+
+    @property
+    def model(self) -> Model:
+        """The model of the line."""
+        return self.mesh.model
+
+
+def line_basis(scene: LineScene) -> LineBasis:
+    """Find the lowest modes of a line and the twists that follow them.
+
+    Raises
+    ------
+    SceneError
+        If the equilibrium in still air is unstable.
+    SimulationError
+        If there is none.
+    """
+    small = SmallMotion(coarse(scene))
+    equations, mesh = small.in_still_air(), small.mesh
+    modes, highest = _lowest(equations, mesh, _wanted(scene))
+    shapes = np.stack([mode.shape for mode in modes])
+    twists = _twists(equations, mesh, [m for m in modes if m.family != "horizontal"])
+    flat = shapes.reshape(len(shapes), -1)
+    basis = list(flat)
+    mass = equations.mass
+    for twist in twists:
+        if len(basis) < len(flat) + MAX_TWISTS:
+            _append(basis, twist, mass)
+    return LineBasis(mesh, equations, modes, np.array(basis).reshape(-1, *shapes.shape[1:]), highest)
+
+
+def coarse(scene: LineScene) -> LineScene:
+    """Return the line with at most `MAX_ELEMENTS` elements a span, if its stations allow it."""
+    numbers: dict[str, object] = {}
+    if scene.numerics.elements > MAX_ELEMENTS:
+        numbers["numerics.elements"] = MAX_ELEMENTS
+    for index, span in enumerate(scene.section.spans):
+        if span.elements is not None and span.elements > MAX_ELEMENTS:
+            numbers[f"section.spans.{index}.elements"] = MAX_ELEMENTS
+    if not numbers:
+        return scene
+    try:
+        return scene.with_values(numbers)
+    except SceneError:
+        return scene
+
+
+def _wanted(scene: LineScene) -> int:
+    """Number of modes without twist that are kept."""
+    bundles = len(scene.section.spans) * len(scene.phases)
+    count = FIRST_SPAN + EACH_SPAN * (bundles - 1)
+    if scene.bundle.subconductors > 1:
+        count = round(BUNDLE_FACTOR * count)
+    return min(MAX_MODES, count)
+
+
+def _lowest(
+    equations: Linearised, mesh: Mesh, wanted: int
+) -> tuple[list[LineMode], float]:
+    """Lowest modes that are not torsional, up to a gap, and the frequency [Hz] of the next one."""
+    most = int(equations.free.sum())
+    among = min(most, wanted + 12)
+    while True:
+        found = line_modes(equations, mesh, among)
+        kept = [mode for mode in found if mode.family != "torsional"]
+        for count in range(wanted, len(kept)):
+            if kept[count].frequency_hz > (1.0 + MIN_GAP) * kept[count - 1].frequency_hz:
+                return kept[:count], kept[count].frequency_hz
+        if among == most:
+            return kept, float("inf")
+        among = min(most, 2 * among)
+
+
+def _twists(equations: Linearised, mesh: Mesh, modes: list[LineMode]) -> list[Array]:
+    """Static twist under a torque in proportion to the displacement along n2 of each mode.
+
+    This is how the moment of the wind is distributed, which depends on the velocity there.
+    """
+    from scipy.sparse.linalg import splu
+
+    free = equations.free.copy()
+    free[:, :3] = False
+    at = np.flatnonzero(free)
+    if not len(at):
+        return []
+    factors = splu(equations.stiffness[at][:, at])
+    mass = equations.mass[at][:, at]
+    found = []
+    for mode in modes:
+        along = np.zeros((mesh.model.nodes, 4))
+        along[:, 3] = np.einsum("ni,ni->n", mesh.node_normal, mode.shape[:, :2])
+        twist = np.zeros(along.size)
+        twist[at] = factors.solve(mass @ along.ravel()[at])
+        found.append(mesh.spread(twist.reshape(-1, 4)).ravel())
+    return found
+
+
+def _append(basis: list[Array], vector: Array, mass: csc_array) -> None:
+    """Append what is left of a vector outside of a basis, if it is enough; normalise by the mass."""
+    size = np.sqrt(vector @ (mass @ vector))
+    for _ in range(2):
+        for known in basis:
+            vector = vector - (known @ (mass @ vector)) * known
+    left = np.sqrt(vector @ (mass @ vector))
+    if left > MIN_TWIST * size:
+        basis.append(vector / left)

@@ -1,0 +1,233 @@
+"""A line in its lowest modes, with condensed stretching: what `SpanModel` is for one span.
+
+The motion is u = sum of shape_i q_i + w, in the shapes of `modal.motions.line_basis`. Each conductor
+has the energy (1) of `modal.motions.span_model`; the devices, such as strings and spacers, have the
+derivatives of `modal.motions.device_forms`. With G(a, b) the second derivative of the force of all
+of them along two shapes, the others follow quasi-statically,
+
+    w = W(q, q)/2,   W = -(1 - V (V'K V)^-1 V'K) K^-1 G,                                          (1)
+
+which has no part in the stiffness of the shapes V: V'K w = 0. This includes the swing of strings
+along the line, and the rise of clamps as strings swing. The energy up to the fourth order is
+
+    V = q K q/2 + C(q, q, q)/6 + Q(q, q, q, q)/24 - G(q, q).K_w^-1 G(q, q)/8,                    (2)
+
+where K_w^-1 G = -W. Its quartic part is a quadratic form of the products q_a q_b, and is written as
+a sum of few squares of quadratic forms, as are the damping and inertia of w.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gallop_fmu import LineScene, SceneError
+from gallop_fmu.engine.mesh import SECTIONS, STRAIN_POINTS, AeroLoad, Mesh
+from gallop_fmu.engine.model import DOFS
+from gallop_fmu.engine.pack import Packed
+from modal.linear.projection import Projection
+from modal.motions.device_forms import device_forms
+from modal.motions.line_basis import LineBasis, line_basis
+from modal.motions.span_model import SpanModel, _closest, few_squares
+
+if TYPE_CHECKING:
+    from scipy.sparse import csr_array
+
+Array = NDArray[np.float64]
+
+
+class LineModel(SpanModel):
+    """The line in the coordinates of its lowest modes.
+
+    Parameters
+    ----------
+    scene
+        The line.
+    basis
+        Its modes in still air.
+    like
+        Model of a similar scene, as of `SpanModel`.
+
+    Attributes
+    ----------
+    basis : LineBasis
+        The shapes.
+    family : list of str
+        Family of each mode.
+
+    Raises
+    ------
+    SceneError
+        If the line has no coefficient curve, or its modes are not those of the similar scene.
+    """
+
+    def __init__(
+        self, scene: LineScene, basis: LineBasis | None = None, like: LineModel | None = None
+    ) -> None:
+        if scene.aerodynamics is None:
+            raise SceneError(
+                "aerodynamics is not given: without a coefficient curve no wind can drive the line"
+            )
+        basis = line_basis(scene) if basis is None else basis
+        self.scene, self.basis = basis.model.scene, basis
+        self.mesh = basis.mesh
+        equations = basis.equations
+        shapes = basis.shapes
+        if like is not None:
+            shapes = _closest(shapes, like.shapes, equations.mass, scene)
+        self.shapes = shapes
+        self.family = [mode.family for mode in basis.modes]
+        self.family += ["torsional"] * (len(shapes) - len(self.family))
+        self._projection = Projection(self.mesh, shapes)
+        self.mass, self.damping, self.stiffness = (
+            self._projection.matrix(a)
+            for a in (equations.mass, equations.damping, equations.stiffness)
+        )
+        self._prepare_stretching()
+        self._prepare_sections()
+
+    @property
+    def highest_hz(self) -> float:
+        """Frequency [Hz] below which all modes but torsional ones are kept."""
+        return self.basis.highest_hz
+
+    def _prepare_stretching(self) -> None:
+        """Compute the cubic form, w, and the quadratic forms of (2)."""
+        n = self.size
+        rows, columns = np.triu_indices(n)
+        force, quartic = self._second_order(rows, columns)
+        flat = self.shapes.reshape(n, -1)
+        cubic = flat @ force
+        following = self._relaxed(force, cubic)
+        self._cubic = _tensor(cubic, rows, columns)
+        self._following = _tensor(following, rows, columns).transpose(1, 2, 0).copy()
+        self._tension = few_squares(quartic + force.T @ following, n)
+        equations = self.basis.equations
+        lag = following.T @ (equations.damping @ following)
+        self._lag = few_squares(lag, n)
+        self._inertia = few_squares(following.T @ (equations.mass @ following), n)
+
+    def _second_order(self, rows: Array, columns: Array) -> tuple[Array, Array]:
+        """Forces G (4 node, pair) of the pairs of shapes, and the quartic form (pair, pair)."""
+        points = self.mesh.strain_points
+        slope = points.slope(np.moveaxis(self.shapes, 0, -1))[:, :3]  # (point, 3, mode)
+        axial = self.scene.conductor.axial_stiffness * points.length
+        pull = np.einsum("gi,gim->gm", points.tangent, slope)
+        products = np.einsum("gip,gip->gp", slope[:, :, rows], slope[:, :, columns])
+        stress = products[:, None] * points.tangent[:, :, None]
+        stress += pull[:, None, rows] * slope[:, :, columns]
+        stress += pull[:, None, columns] * slope[:, :, rows]
+        stress *= axial[:, None, None]
+        force = _slope_operator(self.mesh).T @ stress.reshape(-1, len(rows))
+        quartic = (axial[:, None] * products).T @ products
+        flat = self.shapes.reshape(self.size, -1)
+        for device in device_forms(self.mesh):
+            x = flat[:, device.unknowns]
+            pairs = x[rows][:, :, None] * x[columns][:, None, :]
+            pairs = pairs.reshape(len(rows), -1)
+            size = len(device.unknowns)
+            force[device.unknowns] += device.second.reshape(size, -1) @ pairs.T
+            third = device.third.reshape(size * size, -1)
+            quartic += pairs @ third @ pairs.T / 3.0
+        return force, quartic
+
+    def _relaxed(self, force: Array, cubic: Array) -> Array:
+        """Displacements W of (1) for forces (4 node, pair)."""
+        from scipy.sparse.linalg import splu
+
+        equations, n = self.basis.equations, self.size
+        nodal = force.reshape(self.mesh.model.nodes, DOFS, -1)
+        gathered = np.zeros_like(nodal)
+        np.add.at(gathered, self.mesh.leader, nodal)
+        at = np.flatnonzero(equations.free)
+        found = np.zeros_like(force)
+        factors = splu(equations.stiffness[at][:, at])
+        found[at] = -factors.solve(gathered.reshape(force.shape)[at])
+        found += self.shapes.reshape(n, -1).T @ np.linalg.solve(self.stiffness, cubic)
+        spread = self.mesh.spread(found.reshape(nodal.shape))
+        return np.asarray(spread.reshape(force.shape))
+
+    def _prepare_sections(self) -> None:
+        """Compute gravity, first moments of the ice, and wind at the sections."""
+        sections, mesh = self.mesh.sections, self.mesh
+        self._gravity = self.scene.section.gravity * sections.normal[:, 1]
+        of_element = mesh.model.section_of_element
+        moments = np.array(
+            [_first_moments(row) for row in Packed(self.scene).tables["cross_section"]]
+        )
+        self._first_moments = tuple(np.repeat(moments[of_element], SECTIONS, axis=0).T)
+        self._wind = mesh.steady_wind if self.scene.wind.is_varied else None
+        self._groups = list(_groups(mesh))
+        self._prepare_products()
+
+    def _air(self, u: Array, v: Array, wind: float | Array, slopes: bool = False) -> AeroLoad:
+        """Aerodynamic load on the sections, each with its own curve and attack angle."""
+        along, across = (0.0, 1.0) if self._wind is None else self._wind
+        v2, across = v[0] - wind * along, np.broadcast_to(wind * across, v[0].shape)
+        if len(self._groups) == 1:
+            element, _, attack = self._groups[0]
+            return self.mesh.aero_load(
+                *(u[2], v2, v[1], v[2], across),
+                attack_angle=attack,
+                slopes=slopes,
+                element=element,
+            )
+        force, by = np.empty_like(v), np.empty((4, *v.shape)) if slopes else None
+        angle, excess = np.empty((2, *v[0].shape))
+        for element, at, attack in self._groups:
+            air = self.mesh.aero_load(
+                *(part[:, at] for part in (u[2], v2, v[1], v[2], across)),
+                attack_angle=attack,
+                slopes=slopes,
+                element=element,
+            )
+            force[:, :, at], angle[:, at], excess[:, at] = air.force, air.angle, air.excess
+            if by is not None:
+                by[:, :, :, at] = air.slopes
+        return AeroLoad(force, by, angle, excess)
+
+
+def _slope_operator(mesh: Mesh) -> csr_array:
+    """Matrix of the derivatives by the arc length: (3 point, 4 node)."""
+    from scipy.sparse import csr_array
+
+    points = mesh.strain_points
+    elements = len(points.nodes)
+    point = np.arange(elements * STRAIN_POINTS).reshape(elements, STRAIN_POINTS, 1, 1)
+    axis = np.arange(3)
+    rows = np.broadcast_to(3 * point + axis, (elements, STRAIN_POINTS, 3, 3))
+    columns = np.broadcast_to(
+        DOFS * points.nodes[:, None, :, None] + axis, (elements, STRAIN_POINTS, 3, 3)
+    )
+    values = np.broadcast_to(points.shape_slope[:, :, :, None], rows.shape)
+    shape = (3 * elements * STRAIN_POINTS, DOFS * mesh.model.nodes)
+    return csr_array((values.ravel(), (rows.ravel(), columns.ravel())), shape=shape)
+
+
+def _tensor(of_pairs: Array, rows: Array, columns: Array) -> Array:
+    """Symmetric tensor (any, n, n) of values (any, pair)."""
+    n = int(rows[-1]) + 1
+    full = np.empty((len(of_pairs), n, n))
+    full[:, rows, columns] = full[:, columns, rows] = of_pairs
+    return full
+
+
+def _first_moments(row: object) -> tuple[float, float]:
+    """First moments [kg] of the ice of a cross-section at its initial attack angle."""
+    rotation = row.attack_angle - row.first_moment_angle
+    sine, cosine = np.sin(rotation), np.cos(rotation)
+    m2, m3 = row.first_moment_x2, row.first_moment_x3
+    return m2 * cosine - m3 * sine, m2 * sine + m3 * cosine
+
+
+def _groups(mesh: Mesh) -> Iterator[tuple[int, NDArray[np.intp], float]]:
+    """Elements with the same cross-section: one of them, the sections of all, attack angle."""
+    of_element = mesh.model.section_of_element
+    for number in np.unique(of_element):
+        elements = np.flatnonzero(of_element == number)
+        sections = (SECTIONS * elements[:, None] + np.arange(SECTIONS)).ravel()
+        first = int(elements[0])
+        yield first, sections, float(mesh.model.attack_of_element[first])
