@@ -60,24 +60,29 @@ def device_forms(mesh: Mesh) -> list[DeviceForms]:
     """Derivatives of all devices whose force is not linear; equal devices are computed once."""
     nodes, leader = mesh.model.junction_nodes()
     found: list[DeviceForms] = []
-    known: list[tuple[Array, Array, Array]] = []
+    known: list[tuple[Array, tuple[Array, Array]]] = []
     for device, junctions in enumerate(mesh.model.devices):
         at = leader[nodes[list(junctions)]]
         unknowns = (DOFS * at[:, None] + np.arange(DOFS)).ravel()
         tangent = _Tangent(mesh, device, nodes[list(junctions)])
         probe = tangent(_probe(len(unknowns)))
-        scale = np.max(np.abs(probe))
+        scale = float(np.max(np.abs(probe)))
         if scale == 0.0:
             continue
-        for other, second, third in known:
-            if other.shape == probe.shape and np.max(np.abs(other - probe)) < SAME_DEVICE * scale:
-                break
-        else:
-            second, third = _derivatives(tangent, len(unknowns))
-            known.append((probe, second, third))
-        if np.any(second) or np.any(third):
-            found.append(DeviceForms(unknowns, second, third))
+        forms = next((one[1] for one in known if _is_same(one[0], probe, scale)), None)
+        if forms is None:
+            forms = _derivatives(tangent, len(unknowns))
+            known.append((probe, forms))
+        if np.any(forms[0]) or np.any(forms[1]):
+            found.append(DeviceForms(unknowns, *forms))
     return found
+
+
+def _is_same(one: Array, other: Array, scale: float) -> bool:
+    """True if two tangents in the same displacement agree."""
+    if one.shape != other.shape:
+        return False
+    return bool(np.max(np.abs(one - other)) < SAME_DEVICE * scale)
 
 
 def _probe(size: int) -> Array:
@@ -90,7 +95,6 @@ class _Tangent:
 
     def __init__(self, mesh: Mesh, device: int, nodes: NDArray[np.int32]) -> None:
         self.mesh, self.device, self.nodes = mesh, device, nodes
-        self.free = mesh.free[nodes].ravel()
 
     def __call__(self, x: Array) -> Array:
         u = np.zeros((self.mesh.model.nodes, DOFS))

@@ -13,7 +13,7 @@ from gallop_fmu.foundation.channels import NODE_INDEX
 from gallop_fmu.foundation.outcome import Outcome, SimulationError
 from modal.continuation.path import Point
 from modal.foundation.scene_variation import with_number
-from modal.motions.span_model import SpanModel
+from modal.motions.span_model import SpanModel, Watched
 
 Array = NDArray[np.float64]
 
@@ -66,6 +66,9 @@ class FullRun:
         Amplitudes at mid-span [m, m, rad].
     quarter : Band
         Amplitudes of the antisymmetric vertical motion at the quarter points [m].
+    clamp : Band
+        Amplitudes of clamps of strings across the line [m]; 0 for a span. All of them are those of
+        the span or tower at which they are largest.
     outcome : str
         "periodic", "beating", "rest", "not settled" (the largest amplitude still changes), or the
         reason for which the run ended early.
@@ -75,6 +78,7 @@ class FullRun:
     u3: Band
     theta: Band
     quarter: Band
+    clamp: Band
     outcome: str
 
 
@@ -87,7 +91,7 @@ def full_scene(scene: Scene, over: str, value: float, model: SpanModel) -> Scene
             "wind.turbulence": None,
             "wind.speed": wind,
             "loads": [],
-            "numerics.elements": model.modes.model.elements,
+            "numerics.elements": model.elements,
             "numerics.newton_tolerance": NEWTON_TOLERANCE,
             "numerics.time_step": 2.0 * np.pi / model.frequencies[0] / STEPS_PER_PERIOD,
         }
@@ -114,11 +118,11 @@ def run_from(
     Returns
     -------
     FullRun, ndarray, float
-        The end of the run; the records (record, channel, node) at the mid-span and quarter nodes;
+        The end of the run; the records (record, channel, node) at the watched nodes;
         and the time [s] between two of them.
     """
     full = Model(scene, inputs=False)
-    nodes = np.array([full.middle // 2, full.middle, full.nodes - 1 - full.middle // 2])
+    nodes = model.watched_nodes
     every = STEPS_PER_PERIOD // RECORDS_PER_PERIOD
     n = model.size
     u, v = model.nodal(state[None, :n], state[None, n:])
@@ -129,25 +133,31 @@ def run_from(
         reason = "" if outcome is Outcome.COMPLETED else str(run.report)
     except SimulationError as problem:
         values, reason = np.empty((0, len(CHANNELS), 3)), str(problem.report)
-    return _end(values, reason), values, every * scene.numerics.time_step
+    return _end(model.watched(values), reason), values, every * scene.numerics.time_step
 
 
-def _end(values: Array, reason: str) -> FullRun:
+def _end(moves: Watched, reason: str) -> FullRun:
     """Amplitudes in the last windows of the records."""
     length = CYCLES_PER_WINDOW * RECORDS_PER_PERIOD
-    count = min(BAND_PERIODS * RECORDS_PER_PERIOD, len(values)) // length
+    records = len(moves.u2)
+    count = min(BAND_PERIODS * RECORDS_PER_PERIOD, records) // length
     if reason or count == 0:
         unknown = Band(np.nan, np.nan, np.nan, np.nan)
-        return FullRun(unknown, unknown, unknown, unknown, reason or "too short")
-    last = values[len(values) - count * length :]
-    u2, u3, theta = (_band(one, count) for one in last[:, :, 1].T)
-    quarter = _band(0.5 * (last[:, 0, 0] - last[:, 0, 2]), count)
-    largest = max(u2.high, u3.high, quarter.high)
-    bands = (u2, u3, quarter)
+        return FullRun(unknown, unknown, unknown, unknown, unknown, reason or "too short")
+    bands_of_all = [_largest_band(one[records - count * length :], count) for one in moves]
+    u2, u3, theta, quarter, clamp = bands_of_all
+    bands = (u2, u3, quarter, clamp)
+    largest = max(band.high for band in bands)
     is_periodic = max(band.high - band.low for band in bands) <= MAX_BAND * largest
     is_settled = max(abs(band.drift) for band in bands) <= MAX_BAND * largest
     outcome = "periodic" if is_periodic else "beating" if is_settled else "not settled"
-    return FullRun(u2, u3, theta, quarter, "rest" if largest < CALM else outcome)
+    return FullRun(u2, u3, theta, quarter, clamp, "rest" if largest < CALM else outcome)
+
+
+def _largest_band(values: Array, windows: int) -> Band:
+    """Amplitudes where they are largest, of histories (time, place); 0 if there is no place."""
+    bands = [_band(history, windows) for history in values.T]
+    return max(bands, key=lambda band: band.high, default=Band(0.0, 0.0, 0.0, 0.0))
 
 
 def _band(values: Array, windows: int) -> Band:
@@ -161,7 +171,7 @@ def _band(values: Array, windows: int) -> Band:
 def reduction_error(scene: Scene, model: SpanModel, point: Point) -> float:
     """Error of the reduction: how far the full model is from the orbit after one period.
 
-    Relative to the largest displacement of the nodes at mid-span and at the quarter points. NaN if
+    Relative to the largest displacement of the watched nodes. NaN if
     the full model cannot move so.
     """
     first = 2.0 * np.pi / model.frequencies[0]
@@ -173,8 +183,6 @@ def reduction_error(scene: Scene, model: SpanModel, point: Point) -> float:
     within = times <= point.period
     q = point.at(np.asarray(times[within] / point.period))[:, :n]
     u, _ = model.nodal(q, np.zeros_like(q))
-    middle = model.modes.model.middle
-    nodes = [middle // 2, middle, u.shape[1] - 1 - middle // 2]
-    expected = u[:, nodes][:, :, [1, 2]].swapaxes(1, 2)
+    expected = u[:, model.watched_nodes][:, :, [1, 2]].swapaxes(1, 2)
     difference = values[within][:, :2] - expected
     return float(np.max(np.abs(difference)) / np.max(np.abs(expected - expected.mean(axis=0))))

@@ -18,6 +18,7 @@ from gallop_fmu import LineScene, Model, SceneError
 from gallop_fmu.engine.mesh import Mesh
 from modal.linear.line_modes import LineMode, line_modes
 from modal.linear.linearise import Linearised, SmallMotion
+from modal.linear.mode_basis import MIRROR
 
 if TYPE_CHECKING:
     from scipy.sparse import csc_array
@@ -39,6 +40,10 @@ MAX_TWISTS = 12
 MIN_TWIST = 0.05
 """Singular value, relative to the largest, below which a twist follows from the others."""
 
+ROUND_OFF, COMPLETE = 1e-7, 1e-4
+"""Bounds of entries of a mirror matrix: below the first they are 0; the second is the largest
+difference of its square from 1."""
+
 MAX_ELEMENTS = 12
 """Most elements of a span of a line that is reduced, if spacers and devices allow it."""
 
@@ -57,6 +62,8 @@ class LineBasis:
         The natural modes kept.
     shapes : ndarray, shape (mode, node, 4)
         Mass-normalised shapes: those of the modes, then of the twist.
+    loops : list of tuple of int
+        Half-waves of each shape in each span.
     highest_hz : float
         Frequency [Hz] of the lowest mode without twist that is not kept.
     """
@@ -65,6 +72,7 @@ class LineBasis:
     equations: Linearised
     modes: list[LineMode]
     shapes: Array
+    loops: list[tuple[int, ...]]
     highest_hz: float
 
     @property
@@ -87,14 +95,14 @@ def line_basis(scene: LineScene) -> LineBasis:
     equations, mesh = small.in_still_air(), small.mesh
     modes, highest = _lowest(equations, mesh, _wanted(scene))
     shapes = np.stack([mode.shape for mode in modes])
-    twists = _twists(equations, mesh, [m for m in modes if m.family != "horizontal"])
-    flat = shapes.reshape(len(shapes), -1)
-    basis = list(flat)
-    mass = equations.mass
-    for twist in twists:
-        if len(basis) < len(flat) + MAX_TWISTS:
-            _append(basis, twist, mass)
-    return LineBasis(mesh, equations, modes, np.array(basis).reshape(-1, *shapes.shape[1:]), highest)
+    loops = [mode.loops for mode in modes]
+    twisting = [mode for mode in modes if mode.family != "horizontal"]
+    basis = list(shapes.reshape(len(shapes), -1))
+    for mode, twist in zip(twisting, _twists(equations, mesh, twisting), strict=True):
+        if len(basis) < len(modes) + MAX_TWISTS and _append(basis, twist, equations.mass):
+            loops.append(mode.loops)
+    together = np.array(basis).reshape(-1, *shapes.shape[1:])
+    return LineBasis(mesh, equations, modes, together, loops, highest)
 
 
 def coarse(scene: LineScene) -> LineScene:
@@ -122,9 +130,7 @@ def _wanted(scene: LineScene) -> int:
     return min(MAX_MODES, count)
 
 
-def _lowest(
-    equations: Linearised, mesh: Mesh, wanted: int
-) -> tuple[list[LineMode], float]:
+def _lowest(equations: Linearised, mesh: Mesh, wanted: int) -> tuple[list[LineMode], float]:
     """Lowest modes that are not torsional, up to a gap, and the frequency [Hz] of the next one."""
     most = int(equations.free.sum())
     among = min(most, wanted + 12)
@@ -163,12 +169,45 @@ def _twists(equations: Linearised, mesh: Mesh, modes: list[LineMode]) -> list[Ar
     return found
 
 
-def _append(basis: list[Array], vector: Array, mass: csc_array) -> None:
-    """Append what is left of a vector outside of a basis, if it is enough; normalise by the mass."""
+def _append(basis: list[Array], vector: Array, mass: csc_array) -> bool:
+    """Append the part of a vector outside of a basis, if it is enough; normalise by the mass."""
     size = np.sqrt(vector @ (mass @ vector))
     for _ in range(2):
         for known in basis:
             vector = vector - (known @ (mass @ vector)) * known
     left = np.sqrt(vector @ (mass @ vector))
-    if left > MIN_TWIST * size:
-        basis.append(vector / left)
+    if not left > MIN_TWIST * size:
+        return False
+    basis.append(vector / left)
+    return True
+
+
+def mirror_image(scene: LineScene, mesh: Mesh, shapes: Array, mass: csc_array) -> Array | None:
+    """Matrix that turns coordinates into those of the mirror image about the middle of the line.
+
+    None if the line is not the same on both sides, or may not be: devices and wind or ice that
+    differ between spans are not compared.
+    """
+    section = scene.section
+    spans, strings = section.spans, section.suspensions
+    is_same = (
+        all(span.height_difference == 0.0 for span in spans)
+        and spans == spans[::-1]
+        and strings == strings[::-1]
+        and section.left_end == section.right_end
+        and not scene.devices
+    )
+    line, opposite = mesh.model.map, np.arange(mesh.model.nodes)
+    for chain in line.chains:
+        other = line.chain(line.spans + 1 - chain.span, chain.phase, chain.subconductor)
+        if not np.allclose(chain.stations, 1.0 - other.stations[::-1]):
+            return None
+        opposite[chain.nodes] = np.arange(other.nodes.stop - 1, other.nodes.start - 1, -1)
+    if not is_same or line.bodies:
+        return None
+    flat = shapes.reshape(len(shapes), -1)
+    image = (shapes[:, opposite] * MIRROR).reshape(len(shapes), -1)
+    found: Array = np.asarray(flat @ (mass @ image.T))
+    found[np.abs(found) < ROUND_OFF] = 0.0
+    is_complete = np.allclose(found @ found.T, np.eye(len(shapes)), atol=COMPLETE)
+    return found if is_complete else None

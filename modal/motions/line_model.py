@@ -1,11 +1,11 @@
 """A line in its lowest modes, with condensed stretching: what `SpanModel` is for one span.
 
-The motion is u = sum of shape_i q_i + w, in the shapes of `modal.motions.line_basis`. Each conductor
-has the energy (1) of `modal.motions.span_model`; the devices, such as strings and spacers, have the
-derivatives of `modal.motions.device_forms`. With G(a, b) the second derivative of the force of all
-of them along two shapes, the others follow quasi-statically,
+The motion is u = sum of shape_i q_i + w, in the shapes of `modal.motions.line_basis`. Conductors
+have the energy (1) of `modal.motions.span_model`; the devices, such as strings and spacers, have
+the derivatives of `modal.motions.device_forms`. With G(a, b) the second derivative of the force of
+all of them along two shapes, the other motions follow quasi-statically,
 
-    w = W(q, q)/2,   W = -(1 - V (V'K V)^-1 V'K) K^-1 G,                                          (1)
+    w = W(q, q)/2,   W = -(1 - V (V'K V)^-1 V'K) K^-1 G,                                         (1)
 
 which has no part in the stiffness of the shapes V: V'K w = 0. This includes the swing of strings
 along the line, and the rise of clamps as strings swing. The energy up to the fourth order is
@@ -19,7 +19,7 @@ a sum of few squares of quadratic forms, as are the damping and inertia of w.
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -30,13 +30,20 @@ from gallop_fmu.engine.model import DOFS
 from gallop_fmu.engine.pack import Packed
 from modal.linear.projection import Projection
 from modal.motions.device_forms import device_forms
-from modal.motions.line_basis import LineBasis, line_basis
-from modal.motions.span_model import SpanModel, _closest, few_squares
+from modal.motions.line_basis import LineBasis, coarse, line_basis, mirror_image
+from modal.motions.span_model import SpanModel, Watched, closest, few_squares
 
 if TYPE_CHECKING:
     from scipy.sparse import csr_array
 
 Array = NDArray[np.float64]
+Integers = NDArray[np.intp]
+
+STRING_SWING = "string swing"
+"""Family of horizontal modes in which strings swing across the line."""
+
+MIN_SWING = 0.1
+"""Displacement of a clamp across the line, relative to the largest one, from which it swings."""
 
 
 class LineModel(SpanModel):
@@ -64,6 +71,8 @@ class LineModel(SpanModel):
         If the line has no coefficient curve, or its modes are not those of the similar scene.
     """
 
+    scene: LineScene  # type: ignore[assignment]
+
     def __init__(
         self, scene: LineScene, basis: LineBasis | None = None, like: LineModel | None = None
     ) -> None:
@@ -72,22 +81,105 @@ class LineModel(SpanModel):
                 "aerodynamics is not given: without a coefficient curve no wind can drive the line"
             )
         basis = line_basis(scene) if basis is None else basis
-        self.scene, self.basis = basis.model.scene, basis
+        self.scene, self.basis = coarse(scene), basis
         self.mesh = basis.mesh
         equations = basis.equations
         shapes = basis.shapes
         if like is not None:
-            shapes = _closest(shapes, like.shapes, equations.mass, scene)
+            shapes = closest(shapes, like.shapes, equations.mass, scene.title)
         self.shapes = shapes
-        self.family = [mode.family for mode in basis.modes]
+        self.family = [str(mode.family) for mode in basis.modes]
         self.family += ["torsional"] * (len(shapes) - len(self.family))
         self._projection = Projection(self.mesh, shapes)
         self.mass, self.damping, self.stiffness = (
             self._projection.matrix(a)
             for a in (equations.mass, equations.damping, equations.stiffness)
         )
+        self.frequencies = (self._first("vertical"), self._first("horizontal"))
+        chains = self.mesh.model.map.chains
+        self.middle = shapes[:, [chain.middle for chain in chains]].mean(axis=1)
+        self._mirror = mirror_image(scene, self.mesh, shapes, equations.mass)
         self._prepare_stretching()
         self._prepare_sections()
+
+    def _first(self, family: str) -> float:
+        """Angular frequency [rad/s] of the lowest mode of a family, or of all modes."""
+        modes = self.basis.modes
+        return 2.0 * np.pi * next((m for m in modes if m.family == family), modes[0]).frequency_hz
+
+    @property
+    def elements(self) -> int:
+        """Number of elements of a span, if it has no number of its own."""
+        return self.scene.numerics.elements
+
+    @property
+    def symmetry(self) -> Array | None:
+        """Matrix that turns coordinates into those of the mirror image; None: no symmetry."""
+        return self._mirror
+
+    @property
+    def watched_nodes(self) -> NDArray[np.intp]:
+        """Nodes at a quarter, at mid-span and at three quarters of all conductors, then clamps."""
+        line = self.mesh.model.map
+        nodes = [
+            chain.nearest_node(station) for chain in line.chains for station in (0.25, 0.5, 0.75)
+        ]
+        return np.array(nodes + self._clamps)
+
+    @property
+    def _clamps(self) -> list[int]:
+        """A node of each tower's clamp of each phase that hangs from strings."""
+        line = self.mesh.model.map
+        nodes, leader = self.mesh.model.junction_nodes()
+        return [int(leader[nodes[t.junctions[0]]]) for t in line.towers if t.has_string]
+
+    def watched(self, values: Array) -> Watched:
+        """Put the motion of `watched_nodes` in order; of a bundle the mean of its conductors.
+
+        Parameters
+        ----------
+        values : ndarray, shape (time, 3, node)
+            u2, u3 and theta.
+        """
+        line = self.mesh.model.map
+        along = values[:, :, : 3 * len(line.chains)]
+        mean = along.reshape(*values.shape[:2], -1, line.subconductors, 3).mean(axis=3)
+        u2, u3, theta = mean[..., 1].swapaxes(0, 1)
+        quarter = 0.5 * (mean[:, 0, :, 0] - mean[:, 0, :, 2])
+        return Watched(u2, u3, theta, quarter, values[:, 1, 3 * len(line.chains) :])
+
+    def groups(self) -> list[tuple[str, list[int]]]:
+        """Modes that are parts of the same motion, by the word for them and their loops."""
+        found: dict[tuple[str, int], list[int]] = {}
+        for mode in range(self.size):
+            found.setdefault((self._word(mode), self.loops(mode)), []).append(mode)
+        return [(word, modes) for (word, _), modes in found.items()]
+
+    def _word(self, mode: int) -> str:
+        """Family of a mode, or the swing of strings in it."""
+        family = self.family[mode]
+        if family == "tension-neutral":
+            return "vertical"
+        if family == "horizontal" and self._clamps:
+            across = np.abs(self.shapes[mode, :, 2])
+            if np.max(across[self._clamps]) > MIN_SWING * np.max(across):
+                return STRING_SWING
+        return family
+
+    def loops(self, mode: int) -> int:
+        """Largest number of half-waves of a mode in a span."""
+        return max(self.basis.loops[mode]) if mode < len(self.basis.loops) else 1
+
+    def rotated(self, twist: float) -> Array | None:
+        """Coordinates in which all conductors are twisted alike at mid-span [rad]."""
+        torsional = [i for i, family in enumerate(self.family) if family == "torsional"]
+        middles = [chain.middle for chain in self.mesh.model.map.chains]
+        if not torsional:
+            return None
+        at = self.shapes[torsional][:, middles, 3]
+        q = np.zeros(self.size)
+        q[torsional] = np.linalg.lstsq(at.T, np.full(len(middles), twist), rcond=None)[0]
+        return q
 
     @property
     def highest_hz(self) -> float:
@@ -110,7 +202,7 @@ class LineModel(SpanModel):
         self._lag = few_squares(lag, n)
         self._inertia = few_squares(following.T @ (equations.mass @ following), n)
 
-    def _second_order(self, rows: Array, columns: Array) -> tuple[Array, Array]:
+    def _second_order(self, rows: Integers, columns: Integers) -> tuple[Array, Array]:
         """Forces G (4 node, pair) of the pairs of shapes, and the quartic form (pair, pair)."""
         points = self.mesh.strain_points
         slope = points.slope(np.moveaxis(self.shapes, 0, -1))[:, :3]  # (point, 3, mode)
@@ -207,7 +299,7 @@ def _slope_operator(mesh: Mesh) -> csr_array:
     return csr_array((values.ravel(), (rows.ravel(), columns.ravel())), shape=shape)
 
 
-def _tensor(of_pairs: Array, rows: Array, columns: Array) -> Array:
+def _tensor(of_pairs: Array, rows: Integers, columns: Integers) -> Array:
     """Symmetric tensor (any, n, n) of values (any, pair)."""
     n = int(rows[-1]) + 1
     full = np.empty((len(of_pairs), n, n))
@@ -215,7 +307,7 @@ def _tensor(of_pairs: Array, rows: Array, columns: Array) -> Array:
     return full
 
 
-def _first_moments(row: object) -> tuple[float, float]:
+def _first_moments(row: Any) -> tuple[float, float]:
     """First moments [kg] of the ice of a cross-section at its initial attack angle."""
     rotation = row.attack_angle - row.first_moment_angle
     sine, cosine = np.sin(rotation), np.cos(rotation)

@@ -10,8 +10,6 @@ from numpy.typing import NDArray
 from modal.continuation.branch import Branch
 from modal.continuation.equations import GRID
 from modal.continuation.path import Point
-from modal.linear.modes import FAMILIES, by_family
-from modal.linear.wave import half_waves
 from modal.motions.span_model import SpanModel
 
 Array = NDArray[np.float64]
@@ -56,26 +54,17 @@ def parts_of(point: Point, model: SpanModel) -> list[Part]:
     velocity = point.at(GRID)[:, model.size :]
     energy = 0.5 * np.mean(velocity**2, axis=0)  # the shapes are orthonormal in the mass
     found = []
-    for family in FAMILIES:
-        for symmetric in (True, False):
-            alike = [
-                i
-                for i, known in enumerate(model.family)
-                if known == family and model.is_symmetric[i] == symmetric
-            ]
-            if not alike:
-                continue
-            strongest = max(alike, key=lambda i: energy[i])
-            harmonics = np.abs(np.fft.rfft(velocity[:, strongest]))
-            shape = by_family(model.scene, model.shapes[strongest])[:, FAMILIES.index(family)]
-            found.append(
-                Part(
-                    family,
-                    half_waves(shape),
-                    float(energy[alike].sum()),
-                    int(np.argmax(harmonics[1:])) + 1,
-                )
+    for family, alike in model.groups():
+        strongest = max(alike, key=lambda i: energy[i])
+        harmonics = np.abs(np.fft.rfft(velocity[:, strongest]))
+        found.append(
+            Part(
+                family,
+                model.loops(strongest),
+                float(energy[alike].sum()),
+                int(np.argmax(harmonics[1:])) + 1,
             )
+        )
     found.sort(key=lambda part: -part.energy)
     first = found[0]
     return [part for part in found if part.energy > _least_share(part, first) * first.energy]

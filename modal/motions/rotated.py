@@ -34,17 +34,11 @@ def rotated_equilibria(
     for part in PARTS:
         value = start + part * (stop - start)
         model, wind = problem.family.at(value)
-        symmetric = [
-            i
-            for i, family in enumerate(model.family)
-            if family == "torsional" and model.is_symmetric[i]
-        ]
-        if not symmetric:
-            return
-        lowest, known = symmetric[0], list[Array]()
+        known = list[Array]()
         for twist in ROTATIONS:
-            guess = np.zeros(model.size)
-            guess[lowest] = twist / model.middle[lowest, 3]
+            guess = model.rotated(twist)
+            if guess is None:
+                return
             try:
                 q, _ = static_equilibrium(model, wind, guess)
             except (SceneError, np.linalg.LinAlgError):

@@ -85,15 +85,9 @@ def _chosen(branch: Branch, count: int) -> list[int]:
 
 
 def _disturbance(problem: SpanProblem) -> Array:
-    """Small displacement of the lowest vertical and horizontal modes of both symmetries."""
+    """Small displacement of the lowest mode of each part of the motion but twist."""
     model, change = problem.model, np.zeros(problem.size)
-    for family in ("vertical", "horizontal"):
-        for symmetric in (True, False):
-            of_kind = [
-                i
-                for i, known in enumerate(model.family)
-                if known == family and model.is_symmetric[i] == symmetric
-            ]
-            if of_kind:
-                change[of_kind[0]] = DISTURBANCE * problem.scale[of_kind[0]]
+    for family, alike in model.groups():
+        if family != "torsional":
+            change[alike[0]] = DISTURBANCE * problem.scale[alike[0]]
     return change

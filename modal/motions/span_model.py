@@ -30,13 +30,15 @@ quadratic forms, which makes them cheap.
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from gallop_fmu import Scene, SceneError
-from modal.linear.mode_basis import StillAirModes, choose
+from modal.linear.mode_basis import StillAirModes, choose, mirrored
+from modal.linear.modes import FAMILIES, by_family
+from modal.linear.wave import half_waves
 from modal.motions.reduced_model import ReducedModel
 
 Array = NDArray[np.float64]
@@ -65,6 +67,27 @@ class Motion(NamedTuple):
     by_displacement: Array
     by_velocity: Array
     by_wind: Array
+
+
+class Watched(NamedTuple):
+    """Displacements at mid-span and elsewhere over time.
+
+    Attributes
+    ----------
+    u2, u3, theta : ndarray, shape (time, span)
+        Vertical and horizontal displacement [m] and twist [rad] at mid-span: of a bundle those of
+        its centre, and the mean twist of its conductors.
+    quarter : ndarray, shape (time, span)
+        Antisymmetric part of the vertical displacement at the quarter points [m].
+    clamp : ndarray, shape (time, tower)
+        Displacement [m] of the clamps of strings across the line.
+    """
+
+    u2: Array
+    u3: Array
+    theta: Array
+    quarter: Array
+    clamp: Array
 
 
 class SpanModel(ReducedModel):
@@ -100,10 +123,10 @@ class SpanModel(ReducedModel):
     def __init__(self, scene: Scene, modes: StillAirModes, like: SpanModel | None = None) -> None:
         self.chosen = choose(modes, (True, False))
         self.is_symmetric = modes.symmetric[self.chosen]
-        self.family = [modes.family[i] for i in self.chosen]
+        self.family: list[str] = [modes.family[i] for i in self.chosen]
         shapes = modes.shapes[self.chosen]
         if like is not None:
-            shapes = _closest(shapes, like.shapes, modes.mass, scene)
+            shapes = closest(shapes, like.shapes, modes.mass, scene.title)
         super().__init__(scene, modes, self.chosen, shapes)
 
     @property
@@ -116,6 +139,69 @@ class SpanModel(ReducedModel):
             if modes.family[i] in ("vertical", "horizontal") and i not in self.chosen
         ]
         return float(min(left_out) / (2.0 * np.pi)) if left_out else float("inf")
+
+    @property
+    def elements(self) -> int:
+        """Number of elements of a span."""
+        return self.modes.model.elements
+
+    @property
+    def symmetry(self) -> Array | None:
+        """Matrix that turns coordinates into those of the mirror image; None: no symmetry."""
+        if not mirrored(self.scene):
+            return None
+        return np.diag(np.where(self.is_symmetric, 1.0, -1.0))
+
+    @property
+    def watched_nodes(self) -> NDArray[np.intp]:
+        """Nodes whose motion is watched: at a quarter, at mid-span, at three quarters."""
+        middle = self.modes.model.middle
+        return np.array([middle // 2, middle, self.shapes.shape[1] - 1 - middle // 2])
+
+    def watched(self, values: Array) -> Watched:
+        """Put the motion of `watched_nodes` in order.
+
+        Parameters
+        ----------
+        values : ndarray, shape (time, 3, node)
+            u2, u3 and theta.
+        """
+        u2, u3, theta = values[:, :, 1].T[:, :, None]
+        quarter = 0.5 * (values[:, 0, [0]] - values[:, 0, [2]])
+        return Watched(u2, u3, theta, quarter, np.zeros((len(values), 0)))
+
+    def watched_at(self, q: Array) -> Watched:
+        """Motion of `watched_nodes` of coordinates (time, mode), linear in them."""
+        at = self.shapes[:, self.watched_nodes, 1:]
+        return self.watched(np.tensordot(q, at, axes=(1, 0)).swapaxes(1, 2))
+
+    def groups(self) -> list[tuple[str, list[int]]]:
+        """Modes that are parts of the same motion, by family and symmetry."""
+        found = []
+        for family in FAMILIES:
+            for symmetric in (True, False):
+                alike = [
+                    i
+                    for i, known in enumerate(self.family)
+                    if known == family and self.is_symmetric[i] == symmetric
+                ]
+                if alike:
+                    found.append((str(family), alike))
+        return found
+
+    def loops(self, mode: int) -> int:
+        """Half-waves of a mode along the span."""
+        moved = by_family(self.scene, self.shapes[mode])
+        return half_waves(moved[:, [str(one) for one in FAMILIES].index(self.family[mode])])
+
+    def rotated(self, twist: float) -> Array | None:
+        """Coordinates in which the conductor is twisted at mid-span [rad]; None: it cannot be."""
+        for mode, family in enumerate(self.family):
+            if family == "torsional" and self.is_symmetric[mode]:
+                q = np.zeros(self.size)
+                q[mode] = twist / self.middle[mode, 3]
+                return q
+        return None
 
     def _prepare_stretching(self) -> None:
         """Compute the cubic form and the quadratic forms of (2)."""
@@ -230,7 +316,7 @@ class SpanModel(ReducedModel):
         return by_q, following.transpose(0, 2, 1) @ following
 
 
-def _closest(shapes: Array, like: Array, mass: Array, scene: Scene) -> Array:
+def closest(shapes: Array, like: Array, mass: Any, title: str) -> Array:
     """Orthogonal combinations of shapes (mode, node, 4) that are closest to others.
 
     With the matrix O of their products in the mass, the combination is V U' for O = U S V', the
@@ -240,8 +326,7 @@ def _closest(shapes: Array, like: Array, mass: Array, scene: Scene) -> Array:
     left, sizes, right = np.linalg.svd(like.reshape(len(like), -1) @ mass @ flat.T)
     if sizes[-1] < MIN_LIKENESS * sizes[0]:
         raise SceneError(
-            f"the lowest modes of the span change too much over the range ({scene.title}): give a"
-            " smaller range"
+            f"the lowest modes change too much over the range ({title}): give a smaller range"
         )
     return np.asarray((left @ right @ flat).reshape(shapes.shape))
 

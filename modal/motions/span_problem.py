@@ -15,7 +15,7 @@ from gallop_fmu import Scene
 from modal.continuation.events import UserEvent
 from modal.continuation.problem import Rates
 from modal.foundation.scene_variation import with_number
-from modal.linear.mode_basis import mirrored, still_air_modes
+from modal.linear.mode_basis import still_air_modes
 from modal.motions.span_model import SpanModel
 
 Array = NDArray[np.float64]
@@ -81,7 +81,7 @@ class NumberFamily:
 
     def __init__(self, scene: Scene, path: str, model: SpanModel, step: float) -> None:
         self.scene, self.path, self.model, self.step = scene, path, model, step
-        self.elements = model.modes.model.elements
+        self.elements = model.elements
         self._known: OrderedDict[float, SpanModel] = OrderedDict()
 
     def at(self, parameter: float) -> tuple[SpanModel, float]:
@@ -139,9 +139,10 @@ class SpanProblem:
         moves = np.max(largest[:, :3], axis=1) / (TYPICAL_ROTATION * wind / frequency)
         typical = 1.0 / np.maximum(moves, largest[:, 3] / TYPICAL_TWIST)
         self.scale: Array = np.concatenate([typical, frequency * typical])
+        mirror = model.symmetry
         self.symmetry: Array | None = None
-        if mirrored(model.scene):
-            self.symmetry = np.diag(np.where(np.tile(model.is_symmetric, 2), 1.0, -1.0))
+        if mirror is not None:
+            self.symmetry = np.asarray(np.kron(np.eye(2), mirror))
 
     @property
     def size(self) -> int:

@@ -16,7 +16,6 @@ from modal.continuation.diagram import CRITICAL, Diagram
 from modal.continuation.events import Event
 from modal.continuation.path import Point
 from modal.motions.runs import BranchRun
-from modal.motions.span_model import SpanModel
 from modal.motions.span_problem import LEAVES_CURVE, SpanProblem
 
 if TYPE_CHECKING:
@@ -157,18 +156,17 @@ def _of_point(problem: SpanProblem, point: Point) -> dict[str, float]:
     """Columns of a point."""
     model = problem.model
     q = point.at(PHASES)[:, : model.size]
-    middle = q @ model.middle
-    quarter = 0.5 * (q @ (_quarter(model, 1) - _quarter(model, 3)))
-    largest = 0.5 * np.ptp(middle, axis=0)
+    moves = model.watched_at(q)
+    u2, u3, theta, quarter = (0.5 * np.max(np.ptp(one, axis=0)) for one in moves[:4])
     mean = point.mean[: model.size] @ model.middle
     is_orbit = point.equations.kind == "orbit"
     growth = np.max(np.abs(point.spectrum)) if is_orbit else np.max(point.spectrum.real)
     return {
         "period": point.period if is_orbit else np.nan,
-        "u2_amplitude": largest[1],
-        "u3_amplitude": largest[2],
-        "theta_amplitude": largest[3],
-        "quarter_amplitude": 0.5 * np.ptp(quarter),
+        "u2_amplitude": u2,
+        "u3_amplitude": u3,
+        "theta_amplitude": theta,
+        "quarter_amplitude": quarter,
         "u2_mean": mean[1],
         "u3_mean": mean[2],
         "theta_mean": mean[3],
@@ -177,14 +175,6 @@ def _of_point(problem: SpanProblem, point: Point) -> dict[str, float]:
         "growth": float(growth),
         "error": point.error,
     }
-
-
-def _quarter(model: SpanModel, quarter: int) -> Any:
-    """Vertical displacement of each shape at a quarter of the nodes."""
-    nodes = model.shapes.shape[1]
-    middle = model.modes.model.middle
-    node = middle // 2 if quarter == 1 else nodes - 1 - middle // 2
-    return model.shapes[:, node, 1]
 
 
 def _events(branch: Branch) -> list[Event]:

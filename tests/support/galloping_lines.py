@@ -19,7 +19,7 @@ def damping(rate, low, high):
 
 
 def section_of_example2(spans, elements=10, **parts):
-    """Make a section of so many spans; `parts` are further sections of the scene, such as bundle."""
+    """Make a section of so many spans; `parts` are more sections of the scene, such as bundle."""
     one_span = gf.load_scene("example2").model_dump(mode="json", exclude_none=True)
     section = {
         "horizontal_tension": 21730.0,
