@@ -18,6 +18,13 @@ CONFIDENCE = 0.95
 MIN_DRAWS_BEYOND = 10
 """Minimum number of draws beyond a quantile; with fewer it is not given."""
 
+MIN_ERROR = 1.0 - (1.0 - CONFIDENCE) ** (1.0 / REPEATS)
+"""Lower bound of the half width of an interval, in draws of a repeat: 0.31.
+
+Of n stratified draws of one quantity, n p rounded up or down have the event. All repeats may round
+alike, although n p differs by up to this number (binomial distribution).
+"""
+
 MAX_UNRESOLVED = 0.01
 """Maximum share of unresolved draws for Sobol shares, which need a number for each draw."""
 
@@ -44,7 +51,8 @@ def probability(event: Array, draws: Draws) -> Interval:
     Interval
         The probability among the known draws. The interval includes that of sampling and both
         extremes of the unknown draws: none or all have the event. It is that of Student's t over
-        the repeats; if all draws are alike, the one-sided interval of a binomial variable.
+        the repeats, at least `MIN_ERROR` draws of a repeat to both sides; if all draws are alike,
+        the one-sided interval of a binomial variable.
     """
     known = ~np.isnan(event) & _is_independent(draws)
     if not np.any(known):
@@ -52,6 +60,7 @@ def probability(event: Array, draws: Draws) -> Interval:
     low, _ = _mean(np.where(np.isnan(event), 0.0, event), draws)
     high, error = _mean(np.where(np.isnan(event), 1.0, event), draws)
     value = float(np.mean(event[known]))
+    error = max(error, MIN_ERROR * REPEATS / np.count_nonzero(_is_independent(draws)))
     if value in (0.0, 1.0):
         error = 1.0 - (1.0 - CONFIDENCE) ** (1.0 / np.count_nonzero(known))
     return Interval(value, max(0.0, low - error), min(1.0, high + error))
