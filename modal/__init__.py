@@ -27,6 +27,7 @@ _public_name, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)
 FIGURES |= {
     "Branches.plot": "modal.plots.branch_figure:branch_figure",
     "Comparison.plot": "modal.plots.comparison_figure:comparison_figure",
+    "LineMode.plot": "modal.plots.line_figures:line_mode_shapes",
     "Mode.plot": "modal.plots.span_figures:mode_shapes",
     "RiskAtlas.plot": "modal.plots.risk_figure:risk_figure",
     "RequiredSlope.plot": "modal.plots.slope_figure:slope_figure",

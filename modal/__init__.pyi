@@ -5,6 +5,7 @@ from .foundation.change_of_state import change_of_state as change_of_state
 from .linear.equivalent_bundle import EquivalentBundle as EquivalentBundle
 from .linear.equivalent_bundle import equivalent_bundle as equivalent_bundle
 from .linear.line_modes import LineMode as LineMode
+from .linear.mode_list import ModeList as ModeList
 from .linear.mode_tracking import track_modes as track_modes
 from .linear.modes import Mode as Mode
 from .linear.modes import natural_modes as natural_modes

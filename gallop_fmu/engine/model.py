@@ -22,8 +22,7 @@ from gallop_fmu.engine.probes import Probes
 from gallop_fmu.engine.state import DOFS, CompiledModel, Run, State, counted, insist
 from gallop_fmu.foundation.argument_checks import finite, number, numbers, whole
 from gallop_fmu.foundation.outcome import SimulationError
-from gallop_fmu.scene.line_scene import LineScene
-from gallop_fmu.scene.scene import Scene
+from gallop_fmu.input.scene_like import SceneLike, as_scene
 
 __all__ = ["DOFS", "Model", "Part", "Run", "State"]
 
@@ -48,7 +47,7 @@ class Model(CompiledModel):
     Parameters
     ----------
     scene
-        The scene to compute.
+        The scene to compute, its name or its path.
     inputs
         True: `Inputs` can replace the laws of the scene, as in an FMU. False: they cannot, and what
         the laws never excite is inactive, such as the aerodynamic load if the wind never blows, and
@@ -86,16 +85,12 @@ class Model(CompiledModel):
 
     def __init__(
         self,
-        scene: Scene | LineScene,
+        scene: SceneLike,
         *,
         inputs: bool = True,
         shedding_times: ArrayLike | None = None,
     ) -> None:
-        if not isinstance(scene, Scene | LineScene):
-            raise TypeError(
-                f"scene must be a Scene or LineScene, not {scene!r:.60}; load_scene and from_dict"
-                " make one"
-            )
+        scene = as_scene(scene)
         packed, raw, handle = Packed(scene), CReport(), c.c_void_p()
         packed.scene.settings.laws_only = not inputs
         self.shedding_times = shedding_times
@@ -452,7 +447,5 @@ class Model(CompiledModel):
         return state
 
 
-def _model_of(
-    scene: Scene | LineScene, inputs: bool, shedding_times: ArrayLike | None = None
-) -> Model:
+def _model_of(scene: SceneLike, inputs: bool, shedding_times: ArrayLike | None = None) -> Model:
     return Model(scene, inputs=inputs, shedding_times=shedding_times)

@@ -15,9 +15,10 @@ from typing import TYPE_CHECKING, Any, Literal, cast
 import numpy as np
 from numpy.typing import NDArray
 
-from gallop_fmu import SceneError
+from gallop_fmu import LineScene, SceneError
 from gallop_fmu.engine.line_map import LineMap, MappedChain
 from gallop_fmu.engine.mesh import Mesh
+from gallop_fmu.foundation.figures import drawn
 from modal.linear.eigensolution import Array, ComplexArray, is_stable, lowest, oscillating
 from modal.linear.linearise import Linearised
 from modal.linear.wave import half_waves
@@ -83,6 +84,8 @@ class LineMode:
         modal mass is 1, and its largest displacement is positive.
     quadrature : ndarray, shape (node, 4)
         Part of the motion that is a quarter of a period ahead of `shape`; zero in still air.
+    scene : LineScene
+        The line.
     """
 
     frequency_hz: float
@@ -98,6 +101,16 @@ class LineMode:
     eigenvalue: complex
     shape: Array = field(repr=False)
     quadrature: Array = field(repr=False)
+    scene: LineScene = field(repr=False)
+
+    def plot(self) -> Any:
+        """Draw the shape by `modal.plots.line_mode_shapes`, which draws several modes, too.
+
+        Returns
+        -------
+        matplotlib.figure.Figure
+        """
+        return drawn("LineMode.plot", self.scene, [self], self.scene.title)
 
     def __repr__(self) -> str:
         return (
@@ -166,6 +179,7 @@ class LineParts:
 
     def __init__(self, mesh: Mesh) -> None:
         self.line: LineMap = mesh.model.map
+        self.scene = cast(LineScene, mesh.model.scene)
         self.x = mesh.model.equilibrium().x
         elements = mesh.model.tangent(mass=1.0, inputs=mesh.still)
         self.mass: csc_array = mesh.assemble(elements)
@@ -387,6 +401,7 @@ def _describe(parts: LineParts, full: ComplexArray, value: complex) -> LineMode:
         eigenvalue=value,
         shape=full.real,
         quadrature=full.imag,
+        scene=parts.scene,
     )
 
 

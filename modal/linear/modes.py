@@ -17,6 +17,7 @@ from gallop_fmu.input.scene_like import SceneLike, as_scene
 from modal.linear.eigensolution import is_stable, lowest, oscillating
 from modal.linear.line_modes import LineMode, line_modes
 from modal.linear.linearise import Linearised, SmallMotion, WindState, linearised, uniform
+from modal.linear.mode_list import ModeList
 from modal.linear.wave import half_waves, signs_along
 
 Array = NDArray[np.float64]
@@ -132,24 +133,24 @@ def by_family(scene: Scene, shape: NDArray[Any]) -> NDArray[Any]:
 
 
 @overload
-def natural_modes(scene: Scene, count: int = 12, wind: WindState = "still") -> list[Mode]: ...
+def natural_modes(scene: Scene, count: int = 12, wind: WindState = "still") -> ModeList[Mode]: ...
 
 
 @overload
 def natural_modes(
     scene: LineScene, count: int = 12, wind: WindState = "still"
-) -> list[LineMode]: ...
+) -> ModeList[LineMode]: ...
 
 
 @overload
 def natural_modes(
     scene: SceneLike, count: int = 12, wind: WindState = "still"
-) -> list[Mode] | list[LineMode]: ...
+) -> ModeList[Mode] | ModeList[LineMode]: ...
 
 
 def natural_modes(
     scene: SceneLike, count: int = 12, wind: WindState = "still"
-) -> list[Mode] | list[LineMode]:
+) -> ModeList[Mode] | ModeList[LineMode]:
     """Compute the lowest modes about the equilibrium in still air, or in the mean wind.
 
     Mass, damping and stiffness are those of the simulation. They include the sag, the elasticity of
@@ -171,9 +172,9 @@ def natural_modes(
 
     Returns
     -------
-    list of Mode, or of LineMode for a line
-        In order of frequency. In mean wind, motions that do not oscillate (overdamped) are not
-        included.
+    ModeList of Mode, or of LineMode for a line
+        A list in order of frequency, with ``plot()``. In mean wind, motions that do not oscillate
+        (overdamped) are not included.
 
     Raises
     ------
@@ -186,8 +187,8 @@ def natural_modes(
     scene = as_scene(scene)
     if isinstance(scene, LineScene):
         motion = SmallMotion(scene)
-        return line_modes(motion.about(wind), motion.mesh, count)
-    return modes_of(linearised(scene, wind), scene, count)
+        return ModeList(line_modes(motion.about(wind), motion.mesh, count), scene)
+    return ModeList(modes_of(linearised(scene, wind), scene, count), scene)
 
 
 def modes_of(equations: Linearised, scene: Scene, count: int) -> list[Mode]:

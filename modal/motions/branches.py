@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from gallop_fmu import Scene, SceneError
 from gallop_fmu.foundation.figures import drawn
+from gallop_fmu.foundation.notebook_table import notebook_table
 from gallop_fmu.foundation.outcome import SimulationError
 from gallop_fmu.input.scene_like import SceneLike, as_span
 from modal.continuation.branch import Branch
@@ -115,6 +116,17 @@ class Branches:
             one = data.sel(branch=number)
             lines.append(f"{number}: {one['name'].item()}, {one['summary'].item()}")
         return "\n".join([*lines, *self.remarks])
+
+    def _repr_html_(self) -> str:
+        """Table for notebooks."""
+        data = self.dataset
+        cells = (data[key].values.tolist() for key in ("branch", "name", "summary"))
+        return notebook_table(
+            f"{data.attrs['title']}: motions over {self.over}",
+            ("branch", "motion", ""),
+            [(str(number), *texts) for number, *texts in zip(*cells, strict=True)],
+            self.remarks,
+        )
 
     def plot(self) -> Any:
         """Draw the amplitudes of all branches by `modal.plots.branch_figure`.

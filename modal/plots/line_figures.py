@@ -10,7 +10,7 @@ from typing import Any
 
 from matplotlib.figure import Figure
 
-from gallop_fmu import Model
+from gallop_fmu import LineScene, Model
 from gallop_fmu.plots import add_title, drawing
 from modal.linear.line_modes import LineMode
 from modal.plots.span_figures import COLOURS, MARKED, NEUTRAL, STYLE, WIDTH
@@ -20,7 +20,7 @@ DRAWN_SHARE = 0.06
 """Largest displacement of a drawn mode, relative to the length of the line."""
 
 
-def line_mode_shapes(model: Model, modes: Sequence[LineMode], title: str = "") -> Figure:
+def line_mode_shapes(line: Model | LineScene, modes: Sequence[LineMode], title: str = "") -> Figure:
     """Draw mode shapes over the line: elevation on the left, plan on the right, a row for each.
 
     The equilibrium is grey. Displacements of a mode have one scale in both views. Twist of the
@@ -28,13 +28,14 @@ def line_mode_shapes(model: Model, modes: Sequence[LineMode], title: str = "") -
 
     Parameters
     ----------
-    model
-        The line.
+    line
+        The line, or its model.
     modes
         From `modal.natural_modes`.
     title
         One line above the figure.
     """
+    model = line if isinstance(line, Model) else Model(line)
     x = model.equilibrium().x
     length = x[:, 0].max() - x[:, 0].min()
     with drawing(STYLE):

@@ -15,6 +15,7 @@ import numpy as np
 from gallop_fmu import LineScene, Runs, Scene, SceneError, sweep
 from gallop_fmu.foundation.atomic_write import check_target, netcdf_bytes, write_whole
 from gallop_fmu.foundation.figures import drawn
+from gallop_fmu.foundation.notebook_table import notebook_table
 from gallop_fmu.foundation.text_rules import counted, read_number
 from gallop_fmu.input.scene_spec import SceneSpec
 from gallop_fmu.sweeps.cases import GEOMETRY, NAME, SpanTable, spans_of
@@ -83,6 +84,19 @@ class RiskAtlas:
         return (
             f"RiskAtlas({counted(spans, 'span')}, {counted(self.runs.total, 'run')}; most likely to"
             f" gallop in a winter: {worst.span.values[at]}, {worst.values[at]:.2g})"
+        )
+
+    def _repr_html_(self) -> str:
+        """Table for notebooks."""
+        names = tuple(f"winter_{event}" for event in EVENTS)
+        return notebook_table(
+            f"Probability in a winter [1] and its 95 % interval, {counted(self.runs.total, 'run')}",
+            ("span", *EVENTS),
+            [
+                (str(row["span"]), *(_with_interval(row, name) for name in names))
+                for row in self.table().to_dict("records")
+            ],
+            self.remarks,
         )
 
     def plot(self) -> Any:
@@ -162,6 +176,13 @@ class RiskAtlas:
             return {}
         pairs = zip(data[SPAN].values.tolist(), data[GEOMETRY].values.tolist(), strict=True)
         return {span: json.loads(text) for span, text in dict(pairs).items() if text}
+
+
+def _with_interval(row: Mapping[str, Any], name: str) -> str:
+    """Value of a row with its interval; a dash if it is not known."""
+    if row[name] is None:
+        return "-"
+    return f"{row[name]:.3g} ({row[f'{name}_lowest']:.3g} to {row[f'{name}_highest']:.3g})"
 
 
 def risk_atlas(  # noqa: PLR0913 - all but two are keyword arguments

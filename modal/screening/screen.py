@@ -9,6 +9,7 @@ from typing import Any
 from gallop_fmu import Scene, SceneError
 from gallop_fmu.foundation.deprecation import warn_renamed
 from gallop_fmu.foundation.figures import drawn
+from gallop_fmu.foundation.notebook_table import notebook_table
 from gallop_fmu.input.scene_like import SpanLike, as_span
 from modal.foundation import one_span as instead
 from modal.foundation.normal_wind import check_wind_is_normal
@@ -105,6 +106,26 @@ class Screening:
     def __repr__(self) -> str:
         lines = [f"Screening at {self.wind_speed:g} m/s: {self.risk}; {self.reason}"]
         return "\n".join([*lines, *(f"warning: {sentence}" for sentence in self.warnings)])
+
+    def _repr_html_(self) -> str:
+        """Table for notebooks."""
+        pair, saturated = self.frequencies, self.saturated
+        gallops = self.galloping and self.galloping.vertical
+        rows = (
+            ("frequency ratio", pair.ratio, "1"),
+            ("galloping from a wind of", self.galloping_from, "m/s"),
+            ("vertical amplitude without swing", gallops, "m"),
+            ("swing from a wind of", self.onset_wind_speed, "m/s"),
+            ("vertical amplitude at which it starts", self.threshold_amplitude, "m"),
+            ("vertical amplitude with swing", saturated and saturated.vertical, "m"),
+            ("horizontal amplitude with swing", saturated and saturated.horizontal, "m"),
+        )
+        return notebook_table(
+            f"Risk of a swing at {self.wind_speed:g} m/s: {self.risk}",
+            ("", "value", "unit"),
+            [(name, "-" if value is None else f"{value:.4g}", unit) for name, value, unit in rows],
+            (self.reason, *self.warnings),
+        )
 
     def plot(self) -> Any:
         """Draw motion and growth over the wind speed by `modal.plots.screening_figure`.

@@ -13,6 +13,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gallop_fmu import LineScene, SceneError, SimulationError
+from gallop_fmu.foundation.notebook_table import notebook_table
+from gallop_fmu.foundation.text_rules import counted
 from gallop_fmu.input.scene_like import LineLike, as_line
 from gallop_fmu.simulation.run_options import check_stop_time
 from modal.linear.line_modes import LineMode
@@ -68,7 +70,7 @@ class DenHartog:
     wind: float | None
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class LineStudy:
     """Content of the report of a study.
 
@@ -122,6 +124,37 @@ class LineStudy:
     curve_sources: tuple[str, ...]
     is_single: bool
     seconds: float
+
+    def __repr__(self) -> str:
+        cases, measures = counted(len(self.cases), "case"), counted(len(self.tried), "measure")
+        text = (
+            f"LineStudy of {self.scene.title!r}: {cases}, {len(self.galloping)} gallop; {measures}"
+        )
+        if self.worst is None:
+            return f"{text}; no case has a result"
+        return (
+            f"{text}; largest motion {self.worst.largest:.2f} m peak to peak in span"
+            f" {self.worst.largest_span}, wind {self.worst.wind:g} m/s, {self.worst.ice}"
+        )
+
+    def _repr_html_(self) -> str:
+        """Table of the cases for notebooks."""
+        return notebook_table(
+            repr(self),
+            ("ice", "curve", "angle [deg]", "wind [m/s]", "motion", "peak to peak [m]"),
+            [
+                (
+                    case.ice,
+                    case.curve or "-",
+                    f"{case.angle_deg:g}",
+                    f"{case.wind:g}",
+                    case.kind,
+                    f"{case.largest:.2f}" if case.has_result else "-",
+                )
+                for case in self.cases
+            ],
+            self.warnings,
+        )
 
     @property
     def known(self) -> list[Case]:

@@ -143,9 +143,9 @@ def test_whole_numbers_and_lists_are_inputs_too(model):
 
 WRONG_CALLS = [
     (
-        lambda m: Model("example3"),
+        lambda m: Model(3),
         TypeError,
-        r"scene must be a Scene or LineScene, not 'example3'; ",
+        r"scene must be a Scene, a LineScene, the name of .*, not 3",
     ),
     (lambda m: State(m.scene), TypeError, r"model must be a Model"),
     (lambda m: m.start("0"), TypeError, r"time must be real numbers, not '0'"),

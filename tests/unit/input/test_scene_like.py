@@ -66,6 +66,7 @@ def test_a_name_a_path_and_a_scene_give_the_same(tmp_path):
         assert run.scene == scene
         assert run.dataset.u2.equals(runs[0].dataset.u2)
     assert as_scene(scene) is scene
+    assert gf.Model(tmp_path / "mine.toml").elements == gf.Model("example3").elements == 15
     frequencies = [
         modal.natural_modes(given, 2)[1].frequency_hz
         for given in (scene, "example3", str(tmp_path / "mine.toml"))
