@@ -43,13 +43,14 @@ LIMITS = (
     " frequency f and a communication step h, this lag is {lag} of the amplitude at f = 0.3 Hz and"
     " h = 0.01 s: 2 sin(pi f h). Derivatives of inputs, or the inputs of the towers' velocities,"
     " remove most of it.",
-    "Without velocities, a communication step that is shorter than the one before does not let a"
-    " tower move faster: its point then takes the time of the longer step, at most"
-    " numerics.time_step, to its new place, and lags by as much. This time becomes shorter by a"
-    " quarter of the time that passes. Steps of equal or growing size, and steps of at least"
-    " numerics.time_step, have no such lag.",
-    "A tower that reacts to the force within a communication step needs short steps, Gauss-Seidel"
-    " order or iteration with saved states; Jacobi masters become unstable first.",
+    "A communication step that is shorter than the one before does not make a tower move faster:"
+    " in the time of the longer step after its end, its point goes on at its last velocity, or the"
+    " given one, and what is missing to its new place takes the rest of that time. Steps of equal"
+    " or growing size end at the given place.",
+    "Error of the force on a tower with modes of 2.5 and 8 Hz, of its peak, in communication steps"
+    " of random size up to 20 ms: below 1 % for masters that iterate or use Gauss-Seidel order, and"
+    " for Jacobi masters that give velocities; 2.5 % for Jacobi masters without. Up to 50 ms: 0.9 %"
+    " (iterated), 3.4 %, 4.4 %, 6.3 %.",
     "Outputs do not react to inputs before the next step, except while initialising.",
     "A step that cannot be computed returns an error, and the state is that before the step; the"
     " log has the cause and a remedy, and status its number.",

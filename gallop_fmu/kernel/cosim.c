@@ -21,6 +21,7 @@ static void return_to_start(gallop_cosim *c)
     c->run.stop = INFINITY;
     memset(c->in.rate, 0, cosim_input_bytes(c));
     memset(c->in.reached, 0, cosim_input_bytes(c));
+    memset(c->in.trend, 0, cosim_input_bytes(c));
     resource_start_inputs(&c->parameters, c->in.value);
 }
 
@@ -40,11 +41,11 @@ static double *take(double **block, size_t count)
     return from;
 }
 
-/* The three arrays lie side by side. */
+/* The arrays lie side by side. */
 static cosim_inputs take_inputs(double **block, size_t count)
 {
-    double *first = take(block, 3 * count);
-    return (cosim_inputs){first, first + count, first + 2 * count};
+    double *first = take(block, COSIM_INPUT_ARRAYS * count);
+    return (cosim_inputs){first, first + count, first + 2 * count, first + 3 * count};
 }
 
 /* Allocates the arrays whose lengths the resource gives; false: there is not enough memory. */
@@ -56,7 +57,9 @@ static bool allocate_arrays(gallop_cosim *c)
     const size_t inputs = c->input_count, terms = c->term_count;
     const size_t fields = r->section[RESOURCE_FIELDS].count;
     const size_t junctions = r->section[RESOURCE_JUNCTIONS].count;
-    double *block = calloc(9 * inputs + 4 * fields + 6 * junctions + 2 * terms, sizeof *block);
+    double *block =
+        calloc((2 * COSIM_INPUT_ARRAYS + 3) * inputs + 4 * fields + 6 * junctions + 2 * terms,
+               sizeof *block);
     c->numbers = block;
     c->probe = malloc(terms * sizeof *c->probe + 1);
     c->velocity = malloc(inputs * sizeof *c->velocity + 1);

@@ -82,7 +82,8 @@ gallop_cosim_status gallop_cosim_get_output_rates(gallop_cosim *c, const uint32_
 static int repeat_with(gallop_cosim *c, double *input, gallop_report *report)
 {
     const gallop_model *model = c->span.model;
-    const cosim_inputs with = {input, c->last_step.with.rate, c->last_step.with.reached};
+    const cosim_inputs with = {input, c->last_step.with.rate, c->last_step.with.reached,
+                               c->last_step.with.trend};
     if (c->last_step.base == COSIM_DERIV_LAST_STEP) {
         copy_state_to_work(c);
         const int outcome = gallop_rewind(model, c->span.work, NEWTON_FACTOR);

@@ -34,7 +34,10 @@ typedef struct {
     double *value;
     double *rate;    /* during one step [unit/s] */
     double *reached; /* by a motion at the start of the step */
+    double *trend;   /* of a motion: its velocity as the last steps show it [unit/s] */
 } cosim_inputs;
+
+#define COSIM_INPUT_ARRAYS 4 /* of cosim_inputs */
 
 /* What the present outputs can be compared with to take derivatives. */
 typedef enum {

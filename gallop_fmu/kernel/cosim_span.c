@@ -52,14 +52,33 @@ static double given_rate(const gallop_cosim *c, const cosim_inputs *with, uint32
     return with->rate[input] + (with->value[k] + 0.5 * size * with->rate[k]);
 }
 
-/* Velocity of a tower's point in a step: the given one, and the rest of the way to the given place,
- * which takes the time `ramp`. */
+/* Velocity of a tower's point apart from what a ramp adds: the given one, or else the trend. */
+static double steady_rate(const gallop_cosim *c, const cosim_inputs *with, uint32_t input,
+                          double size)
+{
+    const double rate = given_rate(c, with, input, size);
+    return rate != 0.0 ? rate : with->trend[input];
+}
+
+/* Velocity of a tower's point in a step.  It reaches the given place at the end of the step; in a
+ * step shorter than the ramp it moves steadily, and what is missing takes the time `ramp`. */
 static double motion_rate_of(const gallop_cosim *c, const cosim_inputs *with, uint32_t input,
                              double size, double ramp)
 {
-    const double rate = given_rate(c, with, input, size);
-    if (ramp > size) return rate + (with->value[input] - with->reached[input]) / ramp;
-    return (with->value[input] + rate * size - with->reached[input]) / size;
+    const double way =
+        with->value[input] + given_rate(c, with, input, size) * size - with->reached[input];
+    if (ramp <= size) return way / size;
+    const double steady = steady_rate(c, with, input, size);
+    return steady + (way - steady * size) / ramp;
+}
+
+double cosim_trend_after(const gallop_cosim *c, const cosim_inputs *with, uint32_t input,
+                         double size, double ramp)
+{
+    const double steady = steady_rate(c, with, input, size);
+    const double moved = motion_rate_of(c, with, input, size, ramp);
+    if (given_rate(c, with, input, size) != 0.0) return steady;
+    return ramp > size ? steady + (moved - steady) * (size / ramp) : moved;
 }
 
 double cosim_place_after(const gallop_cosim *c, const cosim_inputs *with, uint32_t input,
@@ -114,6 +133,7 @@ void cosim_copy_inputs(const gallop_cosim *c, cosim_inputs *to, const cosim_inpu
     memcpy(to->value, from->value, cosim_input_bytes(c));
     memcpy(to->rate, from->rate, cosim_input_bytes(c));
     memcpy(to->reached, from->reached, cosim_input_bytes(c));
+    memcpy(to->trend, from->trend, cosim_input_bytes(c));
 }
 
 gallop_cosim_status cosim_span_make_current(gallop_cosim *c)
@@ -131,6 +151,7 @@ gallop_cosim_status cosim_span_make_current(gallop_cosim *c)
     if (c->run.status) return cosim_fail_with_report(c, "there is no initial state", &report);
 
     memcpy(c->in.reached, c->in.value, cosim_input_bytes(c));
+    memset(c->in.trend, 0, cosim_input_bytes(c));
     cosim_copy_inputs(c, &c->last_step.with, &c->in);
     c->last_step.base = COSIM_DERIV_AT_START;
     c->last_step.ramp = 0.0;

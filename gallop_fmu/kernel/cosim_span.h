@@ -24,6 +24,10 @@ gallop_inputs cosim_linear_inputs(gallop_cosim *c, const cosim_inputs *with, dou
 double cosim_place_after(const gallop_cosim *c, const cosim_inputs *with, uint32_t input,
                          double size, double ramp);
 
+/* The velocity at which such a step leaves the point that an input moves. */
+double cosim_trend_after(const gallop_cosim *c, const cosim_inputs *with, uint32_t input,
+                         double size, double ramp);
+
 void cosim_copy_inputs(const gallop_cosim *c, cosim_inputs *to, const cosim_inputs *from);
 
 /* Forgets the stored observations: the state has changed. */

@@ -7,11 +7,11 @@
 #include <stdlib.h>
 #include <string.h>
 
-#define STATE_MAGIC "GALLOPF6" /* the last character is the version of the format */
+#define STATE_MAGIC "GALLOPF7" /* the last character is the version of the format */
 
-/* Followed by values, rates and reached places of the inputs, the same of the last step, the
- * parameters, as stored in the scene, the kernel's state, and its state at the start of the last
- * step.  Without gaps: it is written as bytes. */
+/* Followed by values, rates, reached places and trends of the inputs, the same of the last step,
+ * the parameters, as stored in the scene, the kernel's state, and its state at the start of the
+ * last step.  Without gaps: it is written as bytes. */
 struct gallop_cosim_saved {
     char magic[8];
     uint64_t size, checksum; /* of everything; of all bytes that follow this field */
@@ -42,12 +42,12 @@ static const double *inputs_in(const saved_state *s)
 
 static const double *last_inputs_in(const saved_state *s)
 {
-    return inputs_in(s) + 3 * s->inputs;
+    return inputs_in(s) + COSIM_INPUT_ARRAYS * s->inputs;
 }
 
 static const double *parameters_in(const saved_state *s)
 {
-    return last_inputs_in(s) + 3 * s->inputs;
+    return last_inputs_in(s) + COSIM_INPUT_ARRAYS * s->inputs;
 }
 
 static const char *state_in(const saved_state *s)
@@ -62,8 +62,8 @@ static const char *before_in(const saved_state *s)
 
 static size_t saved_size(uint64_t inputs, uint64_t parameters, uint64_t states)
 {
-    return sizeof(saved_state) + (size_t)(6 * inputs + parameters) * sizeof(double) +
-           (size_t)states;
+    return sizeof(saved_state) +
+           (size_t)(2 * COSIM_INPUT_ARRAYS * inputs + parameters) * sizeof(double) + (size_t)states;
 }
 
 static size_t parameter_bytes(const gallop_cosim *c)
@@ -123,7 +123,7 @@ gallop_cosim_status gallop_cosim_save(gallop_cosim *c, gallop_cosim_saved **save
                        .ramp = last->ramp,
                        .has_last_inputs = has_last_inputs};
     memcpy(s->magic, STATE_MAGIC, sizeof s->magic);
-    const size_t inputs = 3 * cosim_input_bytes(c);
+    const size_t inputs = COSIM_INPUT_ARRAYS * cosim_input_bytes(c);
     char *to = append((char *)(s + 1), c->in.value, inputs);
     if (has_last_inputs)
         memcpy(to, last->with.value, inputs);
@@ -206,9 +206,10 @@ gallop_cosim_status gallop_cosim_restore(gallop_cosim *c, const gallop_cosim_sav
     if (status != GALLOP_COSIM_OK) return status;
 
     c->run = saved->run;
-    memcpy(c->in.value, inputs_in(saved), 3 * cosim_input_bytes(c));
+    memcpy(c->in.value, inputs_in(saved), COSIM_INPUT_ARRAYS * cosim_input_bytes(c));
     c->started = saved->state > 0;
-    memcpy(c->last_step.with.value, last_inputs_in(saved), 3 * cosim_input_bytes(c));
+    memcpy(c->last_step.with.value, last_inputs_in(saved),
+           COSIM_INPUT_ARRAYS * cosim_input_bytes(c));
     c->last_step.size = saved->last_size;
     c->last_step.ramp = saved->ramp;
     c->last_step.base = saved->before          ? COSIM_DERIV_LAST_STEP
@@ -326,7 +327,8 @@ gallop_cosim_status gallop_cosim_deserialize(gallop_cosim *c, const void *bytes,
     const char *wrong = NULL;
     if (!cosim_parameters_are_possible(c, parameters_in(s)))
         wrong = "a parameter is out of its bounds";
-    if (!all_finite(inputs_in(s), 6 * s->inputs)) wrong = "an input is not finite";
+    if (!all_finite(inputs_in(s), 2 * COSIM_INPUT_ARRAYS * s->inputs))
+        wrong = "an input is not finite";
     if (wrong) {
         free(s);
         return cosim_refuse(c, "the bytes are damaged: %s; serialize the state again", wrong);

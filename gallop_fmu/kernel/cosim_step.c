@@ -13,10 +13,6 @@
 #define CLOCK_OF_STEP 1e-6
 #define CLOCK_OF_TIME 1e-13
 
-/* A tower's ramp becomes shorter by this fraction of the time that passes: a point that moves
- * steadily then catches up with 4/3 of its velocity. */
-#define RAMP_DECAY 0.25
-
 static gallop_cosim_status check_step(gallop_cosim *c, double time, double step)
 {
     const double clock = CLOCK_OF_STEP * step + CLOCK_OF_TIME * fabs(time);
@@ -52,14 +48,12 @@ static void choose_rates(const gallop_cosim *c, double size, double *rate)
     }
 }
 
-/* Time in which towers reach their places: the step, but after a longer step the time that this one
- * had, at most the time step of the scene.  The way that a host gives then still belongs to the
- * longer step, and would need a velocity without bound. */
+/* Time in which towers reach their places: the step, or what is left of the time of a longer step
+ * before.  The way that a late host gives still belongs to that step, and would need a velocity
+ * without bound. */
 static double ramp_of_step(const gallop_cosim *c, double size)
 {
-    const gallop_settings *settings =
-        (const gallop_settings *)c->parameters.section[RESOURCE_SETTINGS].items;
-    return fmax(size, fmin(c->last_step.ramp, settings->time_step) - RAMP_DECAY * size);
+    return fmax(size, c->last_step.ramp - size);
 }
 
 gallop_cosim_status gallop_cosim_step(gallop_cosim *c, double time, double step)
@@ -69,7 +63,7 @@ gallop_cosim_status gallop_cosim_step(gallop_cosim *c, double time, double step)
 
     /* From the instance's own time, so that differences of the clocks do not add up. */
     const double until = time + step, size = until - c->run.time;
-    const cosim_inputs with = {c->in.value, c->step_rate, c->in.reached};
+    const cosim_inputs with = {c->in.value, c->step_rate, c->in.reached, c->in.trend};
     choose_rates(c, size, with.rate);
 
     gallop_report report;
@@ -86,8 +80,10 @@ gallop_cosim_status gallop_cosim_step(gallop_cosim *c, double time, double step)
     c->last_step.size = size;
     c->last_step.ramp = ramp;
     cosim_copy_inputs(c, &c->last_step.with, &with);
-    for (uint32_t i = 0; i < c->input_count; i++)
+    for (uint32_t i = 0; i < c->input_count; i++) {
         c->in.reached[i] = cosim_place_after(c, &c->last_step.with, i, size, ramp);
+        c->in.trend[i] = cosim_trend_after(c, &c->last_step.with, i, size, ramp);
+    }
     memset(c->in.rate, 0, cosim_input_bytes(c));
     c->run.time = until;
     cosim_forget_observations(c);

@@ -10,9 +10,11 @@
  * Between the steps, the wind and the attack angle hold their values over a communication step,
  * or change at the rate that gallop_cosim_set_input_rates gives; the tower points move linearly to
  * their new places, which they reach at the end of the step.  With an input of their velocity, that
- * place is the given one plus velocity times step.  After a longer step they reach it only after
- * the time of that step, which becomes shorter by a quarter of the time that passes, and is at most
- * the time step of the scene: the way that a host gives still belongs to the longer step.
+ * place is the given one plus velocity times step.  In the time T of a longer step before, measured
+ * from its end, they go on at the velocity v that the last steps show, or that the host gives; what
+ * is missing to the new place takes the rest of T: they move at v + r / T, where v h + r is the way
+ * to the place, and v changes by r h / T^2.  A way that belongs to the longer step, as one from a
+ * host that is a step late, thus needs no velocity without bound.
  *
  * Rules: an instance may be used by one thread at a time, different instances by any number of
  * threads.  No globals, no printing.  Memory is allocated when an instance is created, by the first
