@@ -50,6 +50,7 @@ from .study.conditions import StudyLimits as StudyLimits
 from .study.page import Signature as Signature
 from .study.page import write_study as write_study
 from .study.study import LineStudy as LineStudy
+from .study.study import StudyStoppedError as StudyStoppedError
 from .study.study import study_line as study_line
 from .superposition.comparison import Comparison as Comparison
 from .superposition.comparison import Divergence as Divergence

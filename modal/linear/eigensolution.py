@@ -18,6 +18,14 @@ ComplexArray = NDArray[np.complex128]
 MIN_OSCILLATION = 1e-9
 """Imaginary part of an eigenvalue, relative to its modulus, below which nothing oscillates."""
 
+MAX_SPARSE_SHARE = 0.3
+"""Eigenvalues over unknowns from which dense matrices are faster, if `growth_bound` needs many."""
+
+MIN_GROWTH_BOUND = 0.25
+"""First bound [1/s] of real eigenvalues; it is raised until no motion can grow faster."""
+MAX_GROWTH_BOUND = 1e6
+"""Bound [1/s] from which all eigenvalues are computed."""
+
 
 MAX_DENSE = 200
 """Unknowns up to which natural modes are computed from dense matrices: up to four times as fast."""
@@ -71,7 +79,8 @@ def oscillating(
     count
         Number of modes.
     every
-        True: compute all eigenvalues, so that none that grows without oscillation is missed.
+        True: also compute all real eigenvalues that can be positive, so that no motion that grows
+        without oscillation is missed.
     divergence
         Message of the error if a motion grows without oscillation.
 
@@ -86,15 +95,15 @@ def oscillating(
         If a motion grows without oscillation, or fewer modes oscillate.
     """
     unknowns = matrices[0].shape[0]
-    wanted = 2 * unknowns if every else 2 * count + 4
+    wanted, reach = 2 * count + 4, growth_bound(*matrices) if every else 0.0
     while True:
-        dense = wanted >= unknowns
+        dense = wanted >= (MAX_SPARSE_SHARE if every else 1.0) * unknowns
         values, vectors = eigenpairs(*matrices) if dense else nearest_to_zero(*matrices, wanted)
         oscillates = np.abs(values.imag) > MIN_OSCILLATION * np.abs(values)
         if np.any(values.real[~oscillates] > 0.0):
             raise SceneError(divergence)
         chosen = np.flatnonzero(oscillates & (values.imag > 0.0))
-        if len(chosen) >= count or dense:
+        if dense or (len(chosen) >= count and np.abs(values).max() > reach):
             break
         wanted *= 2
     if len(chosen) < count:
@@ -103,6 +112,23 @@ def oscillating(
         )
     chosen = chosen[np.argsort(np.abs(values[chosen]))][:count]
     return values[chosen], normalised(vectors[:unknowns, chosen], matrices[0])
+
+
+def growth_bound(mass: csc_array, damping: csc_array, stiffness: csc_array) -> float:
+    """Upper bound [1/s] of the real eigenvalues of M s^2 + C s + K.
+
+    A real eigenvalue s has a real vector q with q'P(s)q = 0, where P(s) is the symmetric part of
+    M s^2 + C s + K. If P(S) and its derivative 2 M S + C are positive definite, so are both at all
+    s > S, as M is; hence no real eigenvalue is larger than S.
+    """
+    damping, stiffness = ((each + each.T).tocsc() / 2.0 for each in (damping, stiffness))
+    bound = MIN_GROWTH_BOUND
+    while bound < MAX_GROWTH_BOUND and not (
+        is_stable(bound**2 * mass + bound * damping + stiffness)
+        and is_stable(2.0 * bound * mass + damping)
+    ):
+        bound *= 1.5
+    return bound
 
 
 def nearest_to_zero(

@@ -11,7 +11,11 @@ from gallop_fmu.simulation.run_options import check_stop_time
 from modal.linear.line_modes import LineMode
 from modal.linear.modes import natural_modes
 from modal.report.findings import MAX_RECORDS, Missing, Parts, Progress
-from modal.stability.critical_wind import CriticalWind, critical_wind_speed
+from modal.stability.critical_wind import (
+    DEFAULT_HIGHEST_WIND,
+    CriticalWind,
+    critical_wind_speed,
+)
 from modal.stability.line_criteria import SpanCriteria, line_criteria
 from modal.stability.mode_pairs import ModePair, mode_pairs
 
@@ -65,7 +69,10 @@ class LineFindings:
 
 
 def examine_line(
-    scene: LineScene, stop_time: float | None = None, progress: Progress | None = None
+    scene: LineScene,
+    stop_time: float | None = None,
+    progress: Progress | None = None,
+    highest_wind: float = DEFAULT_HIGHEST_WIND,
 ) -> LineFindings:
     """Compute the content of a report on a line.
 
@@ -73,6 +80,8 @@ def examine_line(
     ----------
     scene, stop_time, progress
         As for `modal.write_report`.
+    highest_wind
+        End of the search for critical winds [m/s].
 
     Raises
     ------
@@ -89,7 +98,9 @@ def examine_line(
         modes=modes,
         pairs=parts.compute("pairs of modes", lambda: mode_pairs(scene)),
         criteria=parts.compute("critical winds", lambda: line_criteria(scene)),
-        onsets=parts.compute("critical winds", lambda: critical_wind_speed(scene, count)),
+        onsets=parts.compute(
+            "critical winds", lambda: critical_wind_speed(scene, count, highest_wind)
+        ),
         result=parts.compute("simulation", lambda: _simulate(scene, stop_time, parts.progress)),
         seconds=parts.seconds,
     )

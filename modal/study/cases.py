@@ -2,28 +2,36 @@
 
 from __future__ import annotations
 
+import hashlib
+import json
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from pathlib import Path
 from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
-from gallop_fmu import LineScene, Outcome
+from gallop_fmu import LineScene, Outcome, SceneError
+from gallop_fmu.foundation.version import program
 from gallop_fmu.input.scene_spec import SceneSpec
 from gallop_fmu.simulation.line_result import LineResult
+from gallop_fmu.sweeps.cases import LABEL, NAME, Cases
 from gallop_fmu.sweeps.cases import Case as Run
-from gallop_fmu.sweeps.cases import Cases
 from gallop_fmu.sweeps.line_rows import LINE_COLUMNS, line_motion
 from gallop_fmu.sweeps.places import Place
 from gallop_fmu.sweeps.runner import Progress, compute
+from gallop_fmu.sweeps.runs import RunsStoppedError
 from gallop_fmu.sweeps.sweep import Simulation
 from modal.report.line_verdict import MIN_GALLOPING
 from modal.study.gaps import orbit_gaps
 
 Array = NDArray[np.float64]
+PLACES = f"{LABEL}phases"
+"""Column with the places of all phases, on which the gaps depend."""
+
 Kind = Literal["steady", "not steady", "turned over", "left the curve", "ended early", "failed"]
 
 KINDS: dict[Kind, str] = {
@@ -183,11 +191,20 @@ class Variant:
     curve: str
 
 
+class CasesStoppedError(RuntimeError):
+    """Cases that were stopped; ``cases`` holds the finished ones, ``total`` counts all."""
+
+    def __init__(self, message: str, cases: list[Case], total: int) -> None:
+        super().__init__(message)
+        self.cases, self.total = cases, total
+
+
 def run_cases(
     variants: Sequence[Variant],
     points: Sequence[tuple[float, float]],
     *,
     offsets: Sequence[Sequence[float]],
+    folder: Path | None = None,
     stop_time: float | None = None,
     workers: int | None = None,
     progress: Progress | None = None,
@@ -202,6 +219,8 @@ def run_cases(
         Wind speed and attack angle.
     offsets
         Position x2, x3 [m] of each phase, for gaps between orbits.
+    folder
+        Folder that keeps the rows; the same cases are computed only once. None: they are not kept.
     stop_time
         Simulated time [s] (default: from the scene).
     workers
@@ -211,29 +230,56 @@ def run_cases(
 
     Raises
     ------
-    RunsStoppedError
-        Stopped with Ctrl-C.
+    CasesStoppedError
+        Stopped with Ctrl-C, or the folder cannot be written.
     """
     every: list[Run] = []
     named: list[Variant] = []
+    places = json.dumps(np.asarray(offsets, dtype=np.float64).tolist())
     for variant in variants:
         spec = SceneSpec.of(variant.scene)
         for wind, angle in points:
             changes = {"wind.speed": wind, "ice.attack_angle_deg": angle}
-            every.append(Run(len(every), spec, changes, {}))
+            name = f"{len(every) + 1}: {variant.ice}, {variant.curve}, {wind:g} m/s, {angle:g} deg"
+            every.append(Run(len(every), spec, changes, {NAME: name, PLACES: places}))
             named.append(variant)
 
     def summary(result: LineResult) -> Mapping[str, Any]:
         return case_row(result, offsets)
 
     task = Simulation(stop_time, None, summary, {**LINE_COLUMNS, **OWN_COLUMNS})
-    runs = compute(Cases(tuple(every), {}), task, count=workers, progress=progress)
-    rows = {int(run): k for k, run in enumerate(runs.dataset.run.values.tolist())}
-    return [
-        _case(runs.dataset.isel(run=rows[run.run]), run, variant)
+    whole = Cases(tuple(every), {NAME: [run.labels[NAME] for run in every]})
+    stopped = ""
+    try:
+        out = None if folder is None else _file_in(folder, whole, task)
+        dataset = compute(whole, task, out=out, count=workers, progress=progress).dataset
+    except RunsStoppedError as problem:
+        stopped, dataset = str(problem), problem.result.dataset
+    rows = {int(run): k for k, run in enumerate(dataset.run.values.tolist())}
+    cases = [
+        _case(dataset.isel(run=rows[run.run]), run, variant)
         for run, variant in zip(every, named, strict=True)
         if run.run in rows
     ]
+    if stopped:
+        raise CasesStoppedError(stopped, cases, len(every))
+    return cases
+
+
+def _file_in(folder: Path, cases: Cases, task: Simulation) -> Path:
+    """Return the file of these cases; other cases, or another version, have another file.
+
+    Raises
+    ------
+    SceneError
+        The folder cannot be made.
+    """
+    text = f"{cases.fingerprint()} {task} {program()}"
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError as problem:
+        raise SceneError(f"{folder}: cannot be made ({problem.strerror}); give another") from None
+    return folder / f"cases-{hashlib.sha256(text.encode()).hexdigest()[:12]}.nc"
 
 
 def case_row(result: LineResult, offsets: Sequence[Sequence[float]]) -> dict[str, Any]:

@@ -138,13 +138,13 @@ def study(  # noqa: PLR0913 - typer takes a parameter for each option
 
     Every combination of wind, attack angle, ice and curve is simulated, then measures (tension,
     spacers, pendulums, dampers, a split span) at the worst. The report has a verdict on page one.
+    The folder FILE.runs keeps all runs: after a stop, the same command computes only the rest.
     """
     from gallop_fmu.foundation.text_rules import clean_text
-    from gallop_fmu.sweeps.runs import RunsStoppedError
     from modal.report.page import SUFFIXES
     from modal.study.conditions import StudyLimits
     from modal.study.page import Signature, write_study
-    from modal.study.study import study_line
+    from modal.study.study import StudyStoppedError, study_line
 
     data = context.obj or {}
     chosen: Any = chosen_spec(_line(scene, data), changes).scene()
@@ -154,28 +154,37 @@ def study(  # noqa: PLR0913 - typer takes a parameter for each option
     newtons = (None if each is None else 1e3 * each for each in (string_limit, pull_limit))
     limits = StudyLimits(clearance, *newtons)
     signature = Signature(*(clean_text(text) for text in (author, project, revision)))
-    try:
-        with shown_parts(chosen.title) as shown:
+    stopped = ""
+    with shown_parts(chosen.title) as shown:
+        try:
             found = study_line(
                 chosen,
                 varied,
                 stop_time=until,
                 limits=limits,
+                out=runs_folder(out),
                 workers=workers,
                 progress=shown,
             )
-            if shown:
-                shown("page", 0.0)
-            write_study(found, out, signature)
-    except RunsStoppedError as problem:
-        complain(f"{problem} No report was written.", "gallop-modal")
-        raise typer.Exit(Exit.ENDED_EARLY) from None
+        except StudyStoppedError as problem:
+            stopped, found = str(problem), problem.result
+        if shown:
+            shown("page", 0.0)
+        write_study(found, out, signature)
     _print(found, out)
     for text in found.warnings:
         complain(f"warning: {text}", "gallop-modal")
+    if stopped:
+        complain(stopped, "gallop-modal")
+        raise typer.Exit(Exit.ENDED_EARLY)
     if not found.known:
         complain("no case has a result; the report has the reasons.", "gallop-modal")
         raise typer.Exit(Exit.ENDED_EARLY)
+
+
+def runs_folder(report: Path) -> Path:
+    """Folder that keeps the runs of a study, beside its report."""
+    return report.with_suffix(".runs")
 
 
 def _line(scene: str | None, data: dict[str, Any]) -> Any:

@@ -22,7 +22,7 @@ from modal.linear.modes import natural_modes
 from modal.report.findings import Missing, Parts, Progress
 from modal.report.line_findings import LineFindings, examine_line
 from modal.stability.critical_wind import den_hartog_speed
-from modal.study.cases import Case, Variant, run_cases
+from modal.study.cases import Case, CasesStoppedError, Variant, run_cases
 from modal.study.conditions import (
     Climate,
     StudyConditions,
@@ -107,6 +107,8 @@ class LineStudy:
         True if one phase was simulated for all.
     seconds : float
         Computing time [s].
+    stopped : str
+        What is missing, in a sentence, if the study was stopped; else empty.
     """
 
     scene: LineScene
@@ -124,6 +126,7 @@ class LineStudy:
     curve_sources: tuple[str, ...]
     is_single: bool
     seconds: float
+    stopped: str = ""
 
     def __repr__(self) -> str:
         cases, measures = counted(len(self.cases), "case"), counted(len(self.tried), "measure")
@@ -177,12 +180,21 @@ INSTEAD = "write it as a section of one span, or use gallop-modal report for thi
 """What to do with a scene of one span, as an imperative."""
 
 
+class StudyStoppedError(RuntimeError):
+    """A study that was stopped; ``result`` is the study of what was computed until then."""
+
+    def __init__(self, message: str, result: LineStudy) -> None:
+        super().__init__(message)
+        self.result = result
+
+
 def study_line(
     scene: LineLike,
     conditions: StudyConditions | None = None,
     *,
     stop_time: float | None = None,
     limits: StudyLimits | None = None,
+    out: Path | str | None = None,
     workers: int | None = None,
     folder: Path | str = ".",
     progress: Progress | None = None,
@@ -199,6 +211,9 @@ def study_line(
         Simulated time [s] of each case (default: from the scene).
     limits
         Design values with which forces and gaps are compared.
+    out
+        Folder that keeps the runs, made if it does not exist. The same call computes only what is
+        missing.
     workers
         Number of threads (default: one for each core).
     folder
@@ -210,68 +225,171 @@ def study_line(
     ------
     SceneError
         An argument is not allowed, or the line has no coefficient curve.
-    RunsStoppedError
-        Stopped with Ctrl-C.
+    StudyStoppedError
+        Stopped with Ctrl-C, or `out` cannot be written; ``result`` has what was computed.
     """
-    started = clock.perf_counter()
     scene = as_line(scene, "a study", INSTEAD)
-    conditions = conditions or StudyConditions()
+    limits = limits or StudyLimits()
     stop_time = check_stop_time(scene.run.stop_time if stop_time is None else stop_time)
     shown = progress or (lambda name, share: None)
     offsets = [phase.offset for phase in scene.phases]
-    whole = steady_wind(scene)
-    reduced = one_phase(whole)
-    climates = list(conditions.climates(reduced, Path(folder)))
-    angles = conditions.angles(scene)
 
     def run(variants: Sequence[Variant], points: Sequence[Point], name: str) -> list[Case]:
         return run_cases(
             variants,
             points,
             offsets=offsets,
+            folder=None if out is None else Path(out),
             stop_time=stop_time,
             workers=workers,
             progress=lambda done, failed, count: shown(name, done / count),
         )
 
-    variants = [Variant(each.scene, each.ice_text, each.curve_text) for each in climates]
-    cases = run(variants, list(itertools.product(conditions.winds, angles)), "cases")
-    worst = _worst_of(cases)
-    criteria = Parts(scene, shown).compute("critical winds", lambda: _criteria(climates, angles))
-    findings: LineFindings | Missing = Missing("no case has a result, so there is no worst case.")
-    before: list[Case] = []
-    tried: list[Tried] = []
-    gaps: dict[str, dict[int, float]] = {}
-    if worst is not None:
-        named = worst.ice, worst.curve
-        climate = next(each for each in climates if (each.ice_text, each.curve_text) == named)
-        findings = examine_line(climate.at(worst.wind, worst.angle_deg), stop_time, shown)
-        before = _around(worst, cases)
-        sags = {k: float(sag) for k, sag in enumerate(worst.sag, start=1)}
-        gaps = ellipse_gaps(sags, scene.conductor.diameter, offsets)
-        points = [(case.wind, case.angle_deg) for case in before]
+    work = _Work(scene, conditions or StudyConditions(), Path(folder), run)
+    try:
+        work.simulate()
+        work.examine(stop_time, shown)
+        work.improve()
+    except CasesStoppedError as problem:
+        work.stopped = f"{work.stopped} {problem}".strip()
+    except KeyboardInterrupt:
+        work.stopped = "stopped on request."
+    found = work.study(limits)
+    if work.stopped:
+        raise StudyStoppedError(work.stopped, found)
+    return found
 
-        def try_out(changed: Sequence[Variant]) -> list[Case]:
-            return run(changed, points, "measures")
 
-        tried = _tried(climate, whole, worst, try_out) if worst.gallops else []
-    return LineStudy(
-        scene=scene,
-        conditions=conditions,
-        angles_deg=angles,
-        cases=cases,
-        worst=worst,
-        findings=findings,
-        criteria=criteria,
-        ellipse_gaps=gaps,
-        before=before,
-        tried=tried,
-        limits=limits or StudyLimits(),
-        warnings=_warnings_of(climates),
-        curve_sources=tuple(dict.fromkeys(each.source for each in climates)),
-        is_single=len(reduced.phases) < len(scene.phases),
-        seconds=clock.perf_counter() - started,
-    )
+RunCases = Callable[[Sequence[Variant], Sequence[Point], str], list[Case]]
+"""Function from lines, winds with angles, and the name of the part to the cases."""
+
+NOT_REACHED = Missing("The study was stopped before this part.")
+
+
+class _Work:
+    """The parts of a study in the order in which they are computed.
+
+    Parameters
+    ----------
+    scene, conditions
+        As given.
+    folder
+        Folder of relative names of curves.
+    run
+        Simulates cases.
+    """
+
+    def __init__(
+        self, scene: LineScene, conditions: StudyConditions, folder: Path, run: RunCases
+    ) -> None:
+        self.started = clock.perf_counter()
+        self.scene, self.conditions, self.run = scene, conditions, run
+        self.whole = steady_wind(scene)
+        self.reduced = one_phase(self.whole)
+        self.climates = list(conditions.climates(self.reduced, folder))
+        self.angles = conditions.angles(scene)
+        self.cases: list[Case] = []
+        self.tried: list[Tried] = []
+        self.findings: LineFindings | Missing = NOT_REACHED
+        self.criteria: list[DenHartog] | Missing = NOT_REACHED
+        self.stopped = ""
+
+    @property
+    def worst(self) -> Case | None:
+        """The case with the largest motion so far; None without a result."""
+        known = [case for case in self.cases if math.isfinite(case.largest)]
+        return max(known, key=lambda case: case.largest, default=None)
+
+    def simulate(self) -> None:
+        """Simulate all cases.
+
+        Raises
+        ------
+        CasesStoppedError
+            Stopped; the finished cases are kept.
+        """
+        variants = [Variant(each.scene, each.ice_text, each.curve_text) for each in self.climates]
+        points = list(itertools.product(self.conditions.winds, self.angles))
+        try:
+            self.cases = self.run(variants, points, "cases")
+        except CasesStoppedError as problem:
+            self.cases = problem.cases
+            self.stopped = (
+                f"Only {len(problem.cases)} of {problem.total} cases were simulated, and no measure"
+                " was tried: the worst case may be missing."
+            )
+            raise
+
+    def examine(self, stop_time: float, shown: Progress) -> None:
+        """Compute critical winds at all conditions, and examine the worst case."""
+        parts = Parts(self.scene, shown)
+        self.criteria = parts.compute(
+            "critical winds", lambda: _criteria(self.climates, self.angles)
+        )
+        worst = self.worst
+        if worst is None:
+            self.findings = Missing("no case has a result, so there is no worst case.")
+            return
+        scene = self._climate_of(worst).at(worst.wind, worst.angle_deg)
+        highest = max(map(abs, self.conditions.winds))
+        self.findings = examine_line(scene, stop_time, shown, highest)
+
+    def improve(self) -> None:
+        """Try measures with the ice and curve of the worst case.
+
+        Raises
+        ------
+        CasesStoppedError
+            Stopped; measures of which all cases were simulated are kept.
+        """
+        worst = self.worst
+        if worst is None or not worst.gallops:
+            return
+        points = [(case.wind, case.angle_deg) for case in _around(worst, self.cases)]
+        found = _measures(self._climate_of(worst), self.whole, worst)
+        variants = [Variant(one_phase(scene), each.name, "") for each, scene in applicable(found)]
+        cases: list[Case] = []
+        try:
+            for alike in _of_equal_phases(variants):
+                cases += self.run(alike, points, "measures")
+        except CasesStoppedError as problem:
+            cases += problem.cases
+            self.stopped = "Not all measures were tried."
+            raise
+        finally:
+            self.tried = _tried(found, cases, len(points))
+
+    def study(self, limits: StudyLimits) -> LineStudy:
+        """Return what was computed."""
+        worst = self.worst
+        sags = () if worst is None else worst.sag
+        return LineStudy(
+            scene=self.scene,
+            conditions=self.conditions,
+            angles_deg=self.angles,
+            cases=self.cases,
+            worst=worst,
+            findings=self.findings,
+            criteria=self.criteria,
+            ellipse_gaps=ellipse_gaps(
+                {k: float(sag) for k, sag in enumerate(sags, start=1)},
+                self.scene.conductor.diameter,
+                [phase.offset for phase in self.scene.phases],
+            ),
+            before=[] if worst is None else _around(worst, self.cases),
+            tried=self.tried,
+            limits=limits,
+            warnings=_warnings_of(self.climates),
+            curve_sources=tuple(dict.fromkeys(each.source for each in self.climates)),
+            is_single=len(self.reduced.phases) < len(self.scene.phases),
+            seconds=clock.perf_counter() - self.started,
+            stopped=self.stopped,
+        )
+
+    def _climate_of(self, case: Case) -> Climate:
+        """The line with the ice and curve of a case."""
+        named = case.ice, case.curve
+        return next(each for each in self.climates if (each.ice_text, each.curve_text) == named)
 
 
 def _warnings_of(climates: Sequence[Climate]) -> tuple[str, ...]:
@@ -289,33 +407,26 @@ def _around(worst: Case, cases: Sequence[Case]) -> list[Case]:
     ]
 
 
-def _worst_of(cases: Sequence[Case]) -> Case | None:
-    """The case with the largest motion; None if no case has a result."""
-    known = [case for case in cases if math.isfinite(case.largest)]
-    return max(known, key=lambda case: case.largest, default=None)
-
-
-def _tried(
-    climate: Climate,
-    whole: LineScene,
-    worst: Case,
-    run: Callable[[Sequence[Variant]], list[Case]],
-) -> list[Tried]:
-    """Simulate the measures with the worst ice and curve."""
-    # The phases of the line as given, with the ice and the curve of the worst case.
+def _measures(climate: Climate, whole: LineScene, worst: Case) -> list[Measure]:
+    """Measures for all phases of the line as given, with ice and curve of the worst case."""
     phased = climate.scene
     if len(whole.phases) > len(phased.phases):
         phased = phased.with_values({"phases": [phase.model_dump() for phase in whole.phases]})
     gallops = worst.peak_to_peak >= 0.5 * worst.largest
-    found = measures(phased, np.where(gallops, worst.frequency_hz, np.nan))
-    variants = [Variant(one_phase(scene), measure.name, "") for measure, scene in applicable(found)]
-    cases: list[Case] = []
-    for count in sorted({len(each.scene.phases) for each in variants}):
-        cases += run([each for each in variants if len(each.scene.phases) == count])
-    tried = [
-        Tried(measure, [case for case in cases if case.ice == measure.name]) for measure in found
-    ]
-    return sorted(tried, key=_effect)
+    return measures(phased, np.where(gallops, worst.frequency_hz, np.nan))
+
+
+def _of_equal_phases(variants: Sequence[Variant]) -> list[list[Variant]]:
+    """Lines in groups of the same number of phases."""
+    counts = sorted({len(each.scene.phases) for each in variants})
+    return [[each for each in variants if len(each.scene.phases) == count] for count in counts]
+
+
+def _tried(found: Sequence[Measure], cases: Sequence[Case], count: int) -> list[Tried]:
+    """Return impossible measures, and those of which all cases were simulated, best first."""
+    tried = [Tried(each, [case for case in cases if case.ice == each.name]) for each in found]
+    whole = [each for each in tried if each.measure.scene is None or len(each.cases) == count]
+    return sorted(whole, key=_effect)
 
 
 def _effect(tried: Tried) -> tuple[bool, float]:

@@ -6,7 +6,7 @@ import math
 import re
 from collections import Counter
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -42,8 +42,11 @@ class Answer:
 
 
 def answers(study: LineStudy) -> list[Answer]:
-    """Return the answers in the order in which the questions arise."""
-    return [
+    """Return the answers in the order in which the questions arise.
+
+    In a study that was stopped, no answer is called good.
+    """
+    found = [
         _gallops(study),
         _from_wind(study),
         _height(study),
@@ -53,6 +56,9 @@ def answers(study: LineStudy) -> list[Answer]:
         _changes(study),
         _certainty(study),
     ]
+    if not study.stopped:
+        return found
+    return [replace(each, level="open") if each.level == "good" else each for each in found]
 
 
 def _gallops(study: LineStudy) -> Answer:
@@ -381,6 +387,8 @@ def _changes(study: LineStudy) -> Answer:
         return Answer(question, "Nothing: no case gallops.", (), "good")
     before = largest_of(study.before)
     simulated = [each for each in study.tried if each.largest == each.largest]
+    if not simulated and study.stopped:
+        return Answer(question, "Not known.", (study.stopped,))
     evidence = [_sentence_of(each, study.before) for each in study.tried]
     if worst := study.worst:
         curve = f", {worst.curve}" if worst.curve else ""

@@ -1,7 +1,7 @@
 """The study of a line: cases and their counts, worst case, gaps, measures, verdict, page."""
 
 import math
-from functools import partial
+from contextlib import nullcontext
 
 import numpy as np
 import pytest
@@ -10,14 +10,15 @@ from typer.testing import CliRunner
 import gallop_fmu as gf
 from gallop_fmu import SceneError
 from gallop_fmu.line.clearance import Ellipse
-from gallop_fmu.sweeps.runs import RunsStoppedError
 from modal.cli.main import app
 from modal.report import line_findings, line_page
 from modal.report.findings import Missing
 from modal.stability.critical_wind import critical_wind_speed
-from modal.study import gaps, measures
+from modal.study import cases as cases_module
+from modal.study import command, gaps, measures
+from modal.study import page as page_module
 from modal.study import study as study_module
-from modal.study.cases import Variant, run_cases
+from modal.study.cases import Variant, case_row, run_cases
 from modal.study.conditions import StudyConditions, StudyLimits, one_phase, with_ice
 from modal.study.page import Signature, study_page
 from modal.study.study import LineStudy, largest_of, study_line
@@ -89,7 +90,9 @@ def study(scene):
     conditions = StudyConditions(winds=WINDS, angles_deg=ANGLES)
     limits = StudyLimits(1.0, string_pull=1500.0)
     with pytest.MonkeyPatch.context() as patch:  # a short search: it has its own tests
-        patch.setattr(line_findings, "critical_wind_speed", partial(critical_wind_speed, highest=2))
+        patch.setattr(
+            line_findings, "critical_wind_speed", lambda line, n, _: critical_wind_speed(line, n, 2)
+        )
         return study_line(scene, conditions, limits=limits, workers=2)
 
 
@@ -363,16 +366,39 @@ def test_a_table_of_towers_is_studied_at_once(tmp_path):
         assert message in refused.output
 
 
-def test_a_stopped_study_is_said(scene, tmp_path, monkeypatch):
-    def stop(*_, **__):
-        raise RunsStoppedError("stopped on request.", None)
+@pytest.mark.usefixtures("_unexamined")
+def test_a_stopped_study_is_reported_and_resumed(scene, tmp_path, monkeypatch):
+    """Ctrl-C after two of four cases; the same command then computes the other two only."""
+    scene.with_values({"run.stop_time": 4.0}).save(tmp_path / "line.toml")
+    page = tmp_path / "s.html"
+    options = [str(tmp_path / "line.toml"), "--wind", "4,6,8,9", "--workers", "1", "-o", str(page)]
+    simulated = []
 
-    monkeypatch.setattr(study_module, "run_cases", stop)
-    scene.save(tmp_path / "line.toml")
-    paths = [str(tmp_path / "line.toml"), "-o", str(tmp_path / "s.html")]
-    made = CliRunner().invoke(app, ["study", *paths])
-    assert made.exit_code == 1
-    assert "stopped on request. No report was written." in made.output
+    def counted(result, offsets):
+        simulated.append(result.scene.wind.speed)
+        return case_row(result, offsets)
+
+    def stop(name, share):
+        if share == 0.5 and len(simulated) == 2:
+            raise KeyboardInterrupt
+
+    monkeypatch.setattr(cases_module, "case_row", counted)
+    monkeypatch.setattr(command, "shown_parts", lambda _: nullcontext(stop))
+    monkeypatch.setattr(page_module, "_pictures", lambda _: [])  # other tests draw and try them
+    monkeypatch.setattr(study_module, "_measures", lambda *_: [])
+    made = CliRunner().invoke(app, ["study", *options])
+    assert made.exit_code == 1, made.output
+    assert "Only 2 of 4 cases were simulated" in made.output
+    text = page.read_text()
+    assert "This study is incomplete." in text
+    assert "2 of 2 simulated cases" in text or "none of 2 simulated cases" in text
+    assert 'class="good"' not in text
+
+    before = len(simulated)
+    again = CliRunner().invoke(app, ["study", *options])
+    assert again.exit_code == 0, again.output
+    assert simulated[before : before + 2] == [8.0, 9.0]
+    assert "This study is incomplete." not in page.read_text()
 
 
 def test_study_is_public(study):
