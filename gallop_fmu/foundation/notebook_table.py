@@ -2,8 +2,12 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterable, Sequence
 from html import escape
+
+_NUMBER = re.compile(r"-|[-+]?[\d.].*")
+"""A cell that is aligned right: a number, perhaps with more behind it, or a dash."""
 
 
 def notebook_table(
@@ -14,22 +18,26 @@ def notebook_table(
     Parameters
     ----------
     columns
-        Heads; the cells of the first column are aligned left, the others right.
+        Heads. A column is aligned right if all its cells are numbers.
     rows
         Cells of each row.
     """
-    head = "".join(f"<th>{escape(column)}</th>" for column in columns)
-    body = "".join(
-        "<tr>"
-        + "".join(
-            f"<td style='text-align:{'right' if k else 'left'}'>{escape(cell)}</td>"
-            for k, cell in enumerate(row)
-        )
-        + "</tr>"
-        for row in rows
-    )
+    body = [list(row) for row in rows]
+    sides = [
+        "right" if k and all(_NUMBER.fullmatch(row[k]) for row in body) else "left"
+        for k in range(len(columns))
+    ]
+    lines = "".join(_row("td", sides, row) for row in body)
     below = "".join(f"<p>{escape(note)}</p>" for note in notes)
     return (
-        f"<b>{escape(title)}</b><table><thead><tr>{head}</tr></thead><tbody>{body}</tbody></table>"
-        f"{below}"
+        f"<b>{escape(title)}</b><table><thead>{_row('th', sides, columns)}</thead>"
+        f"<tbody>{lines}</tbody></table>{below}"
     )
+
+
+def _row(tag: str, sides: Sequence[str], cells: Sequence[str]) -> str:
+    aligned = (
+        f"<{tag} style='text-align:{side}'>{escape(cell)}</{tag}>"
+        for side, cell in zip(sides, cells, strict=True)
+    )
+    return f"<tr>{''.join(aligned)}</tr>"

@@ -67,6 +67,12 @@ class Oscillation(NamedTuple):
         """True if the motion is steady or at rest."""
         return self.motion.is_steady
 
+    def __repr__(self) -> str:
+        return (
+            f"Oscillation(amplitude {self.amplitude:.5g}, mean {self.mean:.5g},"
+            f" {frequency_text(self.frequency_hz)} Hz, {self.motion})"
+        )
+
     def as_dict(self) -> dict[str, float | str]:
         """Return plain numbers and text, for JSON."""
         return {**self._asdict(), "motion": str(self.motion)}
