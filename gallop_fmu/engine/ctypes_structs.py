@@ -143,7 +143,7 @@ class CSettings(c.Structure):
         *_doubles("time_step", "newton_tolerance", "tolerance", "spectral_radius"),
         *_integers("max_newton_iterations", "max_halvings", "integrator", "start_in_mean_wind"),
         *_integers("laws_only", "strung", "strung_with_ice", "reserved"),
-        ("temperature_change", c.c_double),
+        *_doubles("strung_temperature", "temperature"),
     )
 
 

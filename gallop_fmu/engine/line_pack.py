@@ -12,7 +12,7 @@ from collections.abc import Iterator
 from itertools import pairwise
 from typing import NamedTuple
 
-from gallop_fmu.engine.ctypes_structs import CChain, CStation
+from gallop_fmu.engine.ctypes_structs import CChain, CSettings, CStation
 from gallop_fmu.engine.line_map import LineMap, MappedChain, MappedSpacer, MappedTower
 from gallop_fmu.engine.shedding_pack import pack_sheddings
 from gallop_fmu.engine.strung_state import clamp_of_end_string, point_at_fraction
@@ -135,7 +135,11 @@ class _LinePacker:
         settings = self.tables.add_settings(self.scene, "section")
         settings.strung = True
         settings.strung_with_ice = section.strung_with_ice
-        settings.temperature_change = section.temperature_change
+        for name in ("strung_temperature", "temperature"):
+            setattr(settings, name, getattr(section, f"{name}_deg_c"))
+            if self.scene.conductor.thermal_expansion is not None:
+                offset = getattr(CSettings, name).offset
+                self.tables.note(f"section.{name}_deg_c", "settings", 0, offset)
 
     def _part_of_span(self, span: int) -> _Part:
         own = self.scene.section.spans[span - 1].ice

@@ -51,10 +51,21 @@ LIMITS = (
     " of random size up to 20 ms: below 1 % for masters that iterate or use Gauss-Seidel order, and"
     " for Jacobi masters that give velocities; 2.5 % for Jacobi masters without. Up to 50 ms: 0.9 %"
     " (iterated), 3.4 %, 4.4 %, 6.3 %.",
+    "Thickness, shape and density of the ice and the name of the conductor are no parameters: mass,"
+    " moments, stiffness and coefficients follow from them when a scene is made. Set"
+    " ice.mass_per_length, ice.torsional_inertia, ice.first_moment_x2 and x3 (and the curve, if it"
+    " is the assumed one, by a new export), or make a scene with gallop-fmu new and export it.",
+    "{temperature}",
     "Outputs do not react to inputs before the next step, except while initialising.",
     "A step that cannot be computed returns an error, and the state is that before the step; the"
     " log has the cause and a remedy, and status its number.",
 )
+TEMPERATURES = {
+    "span": "The temperature of a single span is no parameter: its sag or tension is that with ice,"
+    " at the temperature of the scene. Set span.sag or span.horizontal_tension, or export again.",
+    "line": "The temperature of a line is the parameter section.temperature_deg_c if the scene has"
+    " conductor.thermal_expansion. Tension and sag follow from it and from the mass of the ice.",
+}
 LAG = f"{2.0 * math.sin(math.pi * 0.3 * 0.01):.1%}"
 
 WIDTH, HEIGHT, MARGIN = 720.0, 240.0, 44.0
@@ -81,6 +92,8 @@ def documentation(
         The reference result, of which the page has a plot; None: none.
     """
     rows = list(variables)
+    is_line = any(one.name.startswith("section.") for one in rows)
+    temperature = TEMPERATURES["line" if is_line else "span"]
     parts = [
         '<!DOCTYPE html>\n<html lang="en"><head><meta charset="utf-8">',
         f"<title>{escape(title)}</title><style>{STYLE}</style></head><body>",
@@ -89,7 +102,7 @@ def documentation(
         *_example(rows),
         *(_reference(reference) if reference is not None else ()),
         "<h2>Limits</h2>\n<ul>",
-        *(f"<li>{escape(limit.format(lag=LAG))}" for limit in LIMITS),
+        *(f"<li>{escape(limit.format(lag=LAG, temperature=temperature))}" for limit in LIMITS),
         "</ul>",
     ]
     for causality, heading in GROUPS.items():

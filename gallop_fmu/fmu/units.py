@@ -1,4 +1,4 @@
-"""Units of the FMU's variables in FMI 2.0: exponents of SI base units and radian, and a factor."""
+"""Units of the FMU's variables: exponents of SI base units and radian, a factor, an offset."""
 
 from __future__ import annotations
 
@@ -25,9 +25,10 @@ BASE_UNITS: dict[str, dict[str, float]] = {
     "N m/rad": {"kg": 1, "m": 2, "s": -2, "rad": -1},
     "N m s/rad": {"kg": 1, "m": 2, "s": -1, "rad": -1},
     "1/K": {"K": -1},
+    "degC": {"K": 1, "offset": 273.15},
     "N m2/rad": {"kg": 1, "m": 3, "s": -2, "rad": -1},
 }
-"""Exponents by unit; a value in SI is `factor` times the value in the unit."""
+"""Exponents by unit; a value in SI is `factor` times the value in the unit, plus `offset`."""
 
 DISPLAY_UNITS = {"rad": ("deg", 180.0 / math.pi), "rad/s": ("deg/s", 180.0 / math.pi)}
 """Display unit by unit: its name, and the factor from the unit to it."""

@@ -48,6 +48,12 @@ REPLACED_IN_A_LINE = re.compile(
 SHED_STATION = re.compile(r"shedding\.\d+\.(from|to)_station")
 """Paths of a span that place its stations."""
 
+HELD = {
+    "span.sag": "; it must agree with the tension within 5 %",
+    "span.horizontal_tension": "; it must agree with the sag within 5 %",
+}
+"""Remarks on the parameters of a span whose sag and tension are both given."""
+
 WEIGHT = re.compile(r"conductor\.mass_per_length|section\.(gravity|horizontal_tension)")
 ICE_WEIGHT = re.compile(r"(.*\.)?ice\.mass_per_length")
 """Paths on which the strung shape depends; the second if the line is strung with ice."""
@@ -136,6 +142,7 @@ def variable_table(scene: Scene | LineScene, ports: Ports | None = None) -> list
 
 
 def _parameters(scene: Scene | LineScene, paths: set[str]) -> Iterator[dict[str, Any]]:
+    held = HELD if isinstance(scene, Scene) and scene.span.initial_state == "held" else {}
     for path, (value, unit, meaning) in scene.numbers().items():
         if path not in paths:
             continue
@@ -149,7 +156,7 @@ def _parameters(scene: Scene | LineScene, paths: set[str]) -> Iterator[dict[str,
             "initial": "exact",
             "type": "Integer" if whole else "Real",
             "unit": "" if whole else unit,
-            "description": meaning + _exclusive(bounds),
+            "description": meaning + _exclusive(bounds) + held.get(path, ""),
             "start": value,
             "minimum": bounds.get("ge", bounds.get("gt")),
             "maximum": bounds.get("le", bounds.get("lt")),

@@ -269,7 +269,8 @@ static int check_settings(const gallop_settings *s, gallop_report *report)
                                      {"Newton tolerance", s->newton_tolerance}};
     const named_number finite[] = {{"density of air", s->air_density},
                                    {"tolerance", s->tolerance},
-                                   {"change of temperature", s->temperature_change},
+                                   {"temperature of the strung state", s->strung_temperature},
+                                   {"temperature", s->temperature},
                                    {"vertical seed", s->seed_vertical},
                                    {"horizontal seed", s->seed_horizontal},
                                    {"seed of the twist", s->seed_twist}};

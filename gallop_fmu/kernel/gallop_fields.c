@@ -138,7 +138,8 @@ static const entry entries[] = {
     FIELD(gallop_settings, strung),
     FIELD(gallop_settings, strung_with_ice),
     FIELD(gallop_settings, reserved),
-    FIELD(gallop_settings, temperature_change),
+    FIELD(gallop_settings, strung_temperature),
+    FIELD(gallop_settings, temperature),
 
     STRUCTURE(gallop_scene),
     FIELD(gallop_scene, settings),

@@ -241,7 +241,7 @@ typedef struct {
                        lead to the initial equilibrium */
     int32_t strung_with_ice; /* 1: the strung state has the ice */
     int32_t reserved;
-    double temperature_change; /* from the strung state to the initial equilibrium [K] */
+    double strung_temperature, temperature; /* of the strung state; of the equilibrium [degC] */
 } gallop_settings;
 
 /* Tables with their counts; NULL where the count is 0.  At least one cross-section, field of wind

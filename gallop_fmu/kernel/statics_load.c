@@ -101,10 +101,11 @@ static void rebase_loaded(gallop_model *m, double *u)
  * strain of the whole change of temperature: EA + N changes by the inverse factor. */
 static void heat(gallop_model *m, double from, double to)
 {
+    const gallop_settings *s = &m->scene.settings;
     for (int i = 0; i < m->interval_count; i++) {
         interval *c = &m->interval[i];
         const double ea = c->section->axial_stiffness;
-        const double a = c->section->thermal_expansion * m->scene.settings.temperature_change;
+        const double a = c->section->thermal_expansion * (s->temperature - s->strung_temperature);
         if (a == 0.0) continue;
         const double factor = (1.0 + a * from) / (1.0 + a * to);
         for (int e = 0; e < c->elements; e++)

@@ -311,15 +311,18 @@ PARAMETERS = {
     "section.suspensions[0].length": 2.0,
     "bundle.clamp_torsional_stiffness": 400.0,
     "section.spans[1].ice.mass_per_length": 0.3,
+    "section.temperature_deg_c": -5.0,
+    "section.strung_temperature_deg_c": 20.0,
 }
 
 
 def test_a_parameter_acts_wherever_its_value_is(rich_scene, tmp_path, host):
     """As if the scene had been changed before the export."""
-    changed = rich_scene.with_values(
+    warm = rich_scene.with_values({"conductor.thermal_expansion": 1.9e-5})
+    changed = warm.with_values(
         {name.replace("[", ".").replace("]", ""): value for name, value in PARAMETERS.items()}
     )
-    one = host(export_fmu(rich_scene, tmp_path / "one.fmu"))
+    one = host(export_fmu(warm, tmp_path / "one.fmu"))
     for name, value in PARAMETERS.items():
         one[name] = value
     other = host(export_fmu(changed, tmp_path / "other.fmu"))
@@ -333,6 +336,7 @@ def test_every_number_of_a_line_is_a_parameter_or_has_a_reason(rich_scene):
     places = {
         f"section.spans.{k}.{name}" for k in range(3) for name in ("length", "height_difference")
     }
+    # Without conductor.thermal_expansion they have no effect.
     strung = {"section.strung_temperature_deg_c", "section.temperature_deg_c"}
     replaced = {"wind.speed", "wind.direction_deg", "ice.attack_angle_deg"}
     replaced |= {"run.stop_time", "run.record_every"}

@@ -180,7 +180,9 @@ class KernelLine:
         }
 
     def model(self, **changes):
-        """The model; `changes` are settings.  Raises SimulationError."""
+        """The model; `changes` are settings, or `temperature_change`.  Raises SimulationError."""
+        if "temperature_change" in changes:
+            changes["temperature"] = changes.pop("temperature_change")
         shift = changes.pop("shift", (0.0, 0.0, 0.0))
         return LineTablesModel(self, shift, changes)
 
