@@ -25,6 +25,7 @@ TYPES = {"Real": "Float64", "Integer": "Int32", "Enumeration": "Enumeration"}
 """Types of FMI 3.0 by those of FMI 2.0."""
 
 AXES = ("x1", "x2", "x3")
+VELOCITIES = ("v1", "v2", "v3")
 FORCES = ("f1", "f2", "f3")
 
 
@@ -99,14 +100,14 @@ def _structure(root: Element, variables: Iterable[Variable]) -> None:
 
 
 def terminals(variables: Sequence[Variable]) -> dict[str, list[str]]:
-    """Return the names of the displacements and forces of each tower by the name of the tower."""
+    """Return the names of the members of each terminal by the name of the tower."""
     names = {variable.name for variable in variables}
     towers = dict.fromkeys(
         variable.name.rpartition(".")[0]
         for variable in variables
         if variable.targets and variable.targets[0].kind is TargetKind.MOTION
     )
-    members = (*AXES, *FORCES)
+    members = (*AXES, *VELOCITIES, *FORCES)
     return {
         tower: [f"{tower}.{member}" for member in members if f"{tower}.{member}" in names]
         for tower in towers
@@ -127,8 +128,8 @@ def terminals_and_icons(variables: Sequence[Variable]) -> bytes:
             table,
             "Terminal",
             name=tower,
-            matchingRule="plug",
-            description="displacement of the tower, and force of the conductors on it",
+            matchingRule="bus",  # a tower need not give its velocity
+            description="motion of the tower, and force of the conductors on it",
         )
         for name in names:
             member = name.rpartition(".")[2]
@@ -137,7 +138,7 @@ def terminals_and_icons(variables: Sequence[Variable]) -> bytes:
                 "TerminalMemberVariable",
                 variableName=name,
                 memberName=member,
-                variableKind="signal" if member in AXES else "outflow",
+                variableKind="outflow" if member in FORCES else "signal",
             )
         middle = -100.0 + 200.0 * number / max(len(found) - 1, 1)
         SubElement(

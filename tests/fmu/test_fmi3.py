@@ -2,7 +2,9 @@
 
 import ctypes as c
 import importlib.util
+import os
 import re
+import subprocess
 import zipfile
 from pathlib import Path
 
@@ -15,6 +17,7 @@ from fmpy.validation import validate_fmu
 from lxml import etree
 
 import gallop_fmu as gf
+from gallop_fmu.engine.library import library_path
 from gallop_fmu.fmu import ExportError, export_fmu
 from gallop_fmu.fmu.export import platform_3
 from gallop_fmu.fmu.fmi3_xml import TIME
@@ -276,14 +279,35 @@ def test_each_tower_is_a_terminal(both, scene, tmp_path):
         for terminal in found:
             members = terminal.findall("TerminalMemberVariable")
             kinds = {m.get("memberName"): variables[m.get("variableName")] for m in members}
-            assert list(kinds) == ["x1", "x2", "x3", "f1", "f2", "f3"]
-            assert [v.causality for v in kinds.values()] == 3 * ["input"] + 3 * ["output"]
-            assert [v.unit for v in kinds.values()] == 3 * ["m"] + 3 * ["N"]
+            assert list(kinds) == [f"{letter}{axis}" for letter in "xvf" for axis in (1, 2, 3)]
+            assert [v.causality for v in kinds.values()] == 6 * ["input"] + 3 * ["output"]
+            assert [v.unit for v in kinds.values()] == 3 * ["m"] + 3 * ["m/s"] + 3 * ["N"]
             assert all(v.name.startswith(terminal.get("name")) for v in kinds.values())
 
 
 def line_fmu(folder):
     return export_fmu(LINE, folder / "line.fmu", fmi=3)
+
+
+def test_compiled_from_the_build_description_it_gives_the_same_bits(both, tmp_path):
+    with zipfile.ZipFile(both[3]) as archive:
+        files = {name: archive.read(name) for name in archive.namelist()}
+        archive.extractall(tmp_path)
+    build = etree.fromstring(files["sources/buildDescription.xml"])[0]
+    name = build.get("modelIdentifier")
+    sources = [f"sources/{file.get('name')}" for file in build.iter("SourceFile")]
+    flags = ["-std=c11", "-O0", "-ffp-contract=off", "-shared", "-fPIC", f"-I{FMPY / 'c-code'}"]
+    command = [os.environ.get("CC", "cc"), *flags, *sources, "-lm", "-o", "compiled.so"]
+    subprocess.run(command, cwd=tmp_path, check=True)
+    own = tmp_path / "compiled.fmu"
+    with zipfile.ZipFile(own, "w") as archive:
+        for member, content in files.items():
+            if not member.startswith("binaries/"):
+                archive.writestr(member, content)
+        library = f"binaries/{platform_3()}/{name}{library_path().suffix}"
+        archive.writestr(library, (tmp_path / "compiled.so").read_bytes())
+    runs = [simulate_fmu(str(fmu), stop_time=1.0, output_interval=0.02) for fmu in (both[3], own)]
+    assert runs[0].tobytes() == runs[1].tobytes()
 
 
 def test_sources_are_described(both):
