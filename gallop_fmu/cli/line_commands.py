@@ -80,6 +80,8 @@ class LineCommand(TyperCommand):
 
 _CHOICES = ("ice_shape", "orientation")
 """Options with a choice of texts."""
+_FILES = ("section", "catalogue")
+"""Options that name a file."""
 
 
 @cache
@@ -98,7 +100,7 @@ def line_options() -> list[Any]:
         unit, meaning = unit_of_field(field), field.description or ""
         default = "" if field.is_required() or field.default is None else _default(field.default)
         option = typer.Option(
-            metavar={"degC": "C"}.get(unit, unit).upper() or None,
+            metavar=_metavar(name, unit),
             parser=real if unit else None,
             help=f"{meaning[0].upper()}{meaning[1:]}{default}.",
             autocompletion=code_words if name == "conductor" else None,
@@ -116,6 +118,13 @@ def line_options() -> list[Any]:
     app = typer.Typer(add_completion=False)
     app.command(add_help_option=False)(line)
     return list(typer.main.get_command(app).params)
+
+
+def _metavar(name: str, unit: str) -> str:
+    """Return the name of the value of an option: its unit, or its kind."""
+    if unit:
+        return "NUMBER" if unit == "1" else {"degC": "C"}.get(unit, unit).upper()
+    return "WORD" if name in _CHOICES else "FILE" if name in _FILES else "TEXT"
 
 
 def _default(value: Any) -> str:

@@ -40,6 +40,14 @@ class Exit(IntEnum):
 class Commands(TyperGroup):
     """Group of commands that prints each expected error as one message with an exit code."""
 
+    def get_command(self, ctx: Any, cmd_name: str) -> Any:
+        """Return a command; the paragraphs of its help are filled, and brackets are plain text."""
+        found = super().get_command(ctx, cmd_name)
+        if found is not None and found.help and "\\[" not in found.help:
+            paragraphs = found.help.replace("[", "\\[").split("\n\n")
+            found.help = "\n\n".join(" ".join(each.split()) for each in paragraphs)
+        return found
+
     def invoke(self, ctx: Any) -> Any:
         """Run a command."""
         from gallop_fmu.foundation.errors import SceneError

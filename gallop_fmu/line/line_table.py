@@ -72,7 +72,9 @@ class Line(Section):
     temperature: Number = quantity(
         0.0, "degC", "temperature of the iced conductor and the air", ge=-80, le=100
     )
-    ice_shape: IceShape = setting("crescent", "shape of the ice, see gallop_fmu.line.ice_shapes")
+    ice_shape: IceShape = setting(
+        "crescent", "shape of the ice: radial, crescent, eccentric_circle or d_shape"
+    )
     ice_thickness: Number = quantity(0.0, "m", "maximum ice thickness", ge=0, le=1)
     ice_density: Number = quantity(900.0, "kg/m3", "ice density", gt=0, le=1000)
     attack_angle_deg: Number = quantity(
