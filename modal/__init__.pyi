@@ -15,6 +15,8 @@ from .linear.state_space import linear_model as linear_model
 from .linear.state_space import root_locus as root_locus
 from .motions.branches import Branches as Branches
 from .motions.branches import branches as branches
+from .motions.sensitivity import Sensitivity as Sensitivity
+from .motions.sensitivity import sensitivity as sensitivity
 from .report.page import write_report as write_report
 from .risk.atlas import RiskAtlas as RiskAtlas
 from .risk.atlas import risk_atlas as risk_atlas

@@ -33,6 +33,7 @@ from modal.cli.branches_command import BRANCHES_EXAMPLE, branches
 from modal.cli.line_output import LOCUS_POINTS, show_linear, show_modes, show_pairs
 from modal.cli.output import Plot, line_or_span_to_draw, show
 from modal.cli.screen_command import SCREEN_EXAMPLE, screen_span
+from modal.cli.sensitivity_command import SENSITIVITY_EXAMPLE, sensitivity
 from modal.cli.slope_command import SLOPE_EXAMPLE, slope
 from modal.report.command import REPORT_EXAMPLE, report
 from modal.study.command import STUDY_EXAMPLE, StudyCommand, study
@@ -460,6 +461,7 @@ def _linear_lines(criteria: list[Criterion], onsets: list[CriticalWind]) -> list
 
 app.command(epilog=example(SLOPE_EXAMPLE))(slope)
 app.command(epilog=example(BRANCHES_EXAMPLE))(branches)
+app.command(epilog=example(SENSITIVITY_EXAMPLE))(sensitivity)
 app.command(name="screen", epilog=example(SCREEN_EXAMPLE))(screen_span)
 app.command(epilog=example(ATLAS_EXAMPLE))(atlas)
 app.command(epilog=example(REPORT_EXAMPLE))(report)

@@ -17,6 +17,13 @@ CABLE_SECTIONS = ("span.", "conductor.", "ice.", "supports.")
 BOTH_SUPPORTS = ("supports.stiffness_x1", "supports.stiffness_x3")
 """Paths that stand for the same number of both supports."""
 
+DAMPING_FACTORS = ("damping.translation", "damping.twist")
+CURVE_FACTORS = ("aerodynamics.lift", "aerodynamics.drag", "aerodynamics.moment")
+ICE_FACTOR = "ice.first_moment"
+FACTORS = (*DAMPING_FACTORS, *CURVE_FACTORS, ICE_FACTOR)
+"""Paths that stand for a factor on several numbers of the scene: the damping ratios, a coefficient
+at all angles (and so its slope), and the first moments of the ice."""
+
 
 def with_number(scene: Scene, path: str, value: float, expansion: float = ACSR_EXPANSION) -> Scene:
     """Change one number of a scene, with the paths of `modal.ratio_map`."""
@@ -24,6 +31,8 @@ def with_number(scene: Scene, path: str, value: float, expansion: float = ACSR_E
         return change_of_state(scene, temperature_change=value, expansion=expansion)
     if path == ICE_MASS:
         return change_of_state(scene, ice_mass=value)
+    if path in FACTORS:
+        return _scaled(scene, path, value)
     if path in BOTH_SUPPORTS:
         name = path.split(".")[1]
         return scene.with_values({f"supports.{end}.{name}": value for end in ("left", "right")})
@@ -33,6 +42,29 @@ def with_number(scene: Scene, path: str, value: float, expansion: float = ACSR_E
         return scene.with_values({path: value, "span.sag": None})
     return (free_sag(scene) if path.startswith(CABLE_SECTIONS) else scene).with_values(
         {path: value}
+    )
+
+
+def varied(scene: Scene, path: str, value: float) -> Scene:
+    """Change one number of a scene as `with_number`, but keep what the scene prescribes.
+
+    A scene that prescribes both sag and tension keeps the ratio of its sag to that of the
+    equilibrium, and the same of its tension. At the present value of the number, the result is the
+    scene itself, so that derivatives and diagrams are those of the scene.
+    """
+    changed = with_number(scene, path, value)
+    if scene.span.initial_state != "held" or changed.span.initial_state == "held":
+        return changed
+    free = Model(with_number(scene, path, number_of(scene, path))).equilibrium()
+    now = Model(changed).equilibrium()
+    sag, tension = scene.span.sag, scene.span.horizontal_tension
+    assert sag is not None  # held
+    assert tension is not None
+    return changed.with_values(
+        {
+            "span.sag": sag * now.sag / free.sag,
+            "span.horizontal_tension": tension * now.horizontal_tension / free.horizontal_tension,
+        }
     )
 
 
@@ -46,6 +78,9 @@ def number_of(scene: Scene, path: str) -> float:
     """
     if path == TEMPERATURE:
         return 0.0
+    if path in FACTORS:
+        _scaled(scene, path, 1.0)  # raises if there is nothing to scale
+        return 1.0
     numbers = scene.numbers()
     if path in numbers:
         return float(numbers[path][0])
@@ -63,7 +98,31 @@ def unit_of(scene: Scene, path: str) -> str:
     """Unit of a number, with the paths of `modal.ratio_map`."""
     if path == TEMPERATURE:
         return "K"
+    if path in FACTORS:
+        return "1"
     return "N/m" if path in BOTH_SUPPORTS else scene.unit_of(path)
+
+
+def _scaled(scene: Scene, path: str, factor: float) -> Scene:
+    """Multiply what a path of `FACTORS` stands for."""
+    name = path.split(".")[1]
+    if path == ICE_FACTOR:
+        ice = scene.ice
+        moments = (factor * ice.first_moment_x2, factor * ice.first_moment_x3)
+        return scene.with_values(
+            dict(zip(("ice.first_moment_x2", "ice.first_moment_x3"), moments, strict=True))
+        )
+    if path in DAMPING_FACTORS:
+        pair = getattr(scene.damping, name)
+        if pair is None:
+            raise SceneError(f"{path} is not given, so it cannot be multiplied; give its ratios")
+        ratios = {f"{path}.{key}": getattr(pair, key) for key in ("low_ratio", "high_ratio")}
+        return scene.with_values({key: factor * value for key, value in ratios.items()})
+    if scene.aerodynamics is None:
+        raise SceneError(f"{path} is not given, so it cannot be multiplied; give a curve")
+    curve = scene.aerodynamics.explicit().model_dump(mode="json", exclude_none=True)
+    curve[name] = [factor * value for value in curve[name]]
+    return scene.with_values({"aerodynamics": curve})
 
 
 def free_sag(scene: Scene) -> Scene:

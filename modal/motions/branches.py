@@ -21,7 +21,7 @@ from modal.continuation.diagram import Diagram, explore
 from modal.continuation.path import Point, Settings
 from modal.continuation.problem import ContinuationError
 from modal.foundation.normal_wind import check_wind_is_normal
-from modal.foundation.scene_variation import unit_of, with_number
+from modal.foundation.scene_variation import unit_of, varied
 from modal.linear.mode_basis import still_air_modes
 from modal.motions.full_model import full_scene, reduction_error
 from modal.motions.motion_words import name_of_branch
@@ -93,6 +93,8 @@ class Branches:
         What could not be found out, and why; motions that begin to beat.
     diagram : modal.continuation.diagram.Diagram
         The branches with all their states.
+    scene : Scene
+        The span.
     seconds : float
         CPU time [s].
 
@@ -107,6 +109,7 @@ class Branches:
     unit: str
     remarks: tuple[str, ...]
     diagram: Diagram = field(repr=False)
+    scene: Scene = field(repr=False)
     seconds: float
 
     def __repr__(self) -> str:
@@ -254,7 +257,8 @@ def branches(
     dataset = branch_table(problem, found, names, errors, runs, over, unit)
     dataset.attrs |= {"title": scene.title, "scene": scene.to_toml()}
     remarks += [*_remarks(found, names, unit), *_doubts(errors, names)]
-    return Branches(dataset, over, unit, tuple(remarks), found, clock.process_time() - began)
+    seconds = clock.process_time() - began
+    return Branches(dataset, over, unit, tuple(remarks), found, scene, seconds)
 
 
 def _range(scene: Scene, over: str, start: float | None, stop: float | None) -> tuple[float, float]:
@@ -281,7 +285,7 @@ def _range(scene: Scene, over: str, start: float | None, stop: float | None) -> 
 def _scene_at(scene: Scene, over: str, value: float) -> Scene:
     if over == WIND_SPEED:
         return scene
-    return with_number(scene, over, value)
+    return varied(scene, over, value)
 
 
 def _problem(scene: Scene, over: str, model: SpanModel, start: float, stop: float) -> SpanProblem:

@@ -12,7 +12,7 @@ from gallop_fmu import Model, Scene
 from gallop_fmu.foundation.channels import NODE_INDEX
 from gallop_fmu.foundation.outcome import Outcome, SimulationError
 from modal.continuation.path import Point
-from modal.foundation.scene_variation import with_number
+from modal.foundation.scene_variation import varied
 from modal.motions.span_model import SpanModel, Watched
 
 Array = NDArray[np.float64]
@@ -96,7 +96,7 @@ def full_scene(scene: Scene, over: str, value: float, model: SpanModel) -> Scene
             "numerics.time_step": 2.0 * np.pi / model.frequencies[0] / STEPS_PER_PERIOD,
         }
     )
-    return with_number(steady, over, value)
+    return varied(steady, over, value)
 
 
 def run_from(

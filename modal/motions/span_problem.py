@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from gallop_fmu import Scene
 from modal.continuation.events import UserEvent
 from modal.continuation.problem import Rates
-from modal.foundation.scene_variation import with_number
+from modal.foundation.scene_variation import varied
 from modal.linear.mode_basis import still_air_modes
 from modal.motions.span_model import SpanModel
 
@@ -93,7 +93,7 @@ class NumberFamily:
             If the value is not allowed, or the span has no equilibrium.
         """
         if parameter not in self._known:
-            scene = with_number(self.scene, self.path, parameter)
+            scene = varied(self.scene, self.path, parameter)
             self._known[parameter] = SpanModel(
                 scene, still_air_modes(scene, self.elements), self.model
             )

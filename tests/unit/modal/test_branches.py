@@ -21,7 +21,7 @@ from modal.plots.branch_figure import branch_figure
 
 @pytest.fixture(scope="module")
 def scene():
-    return gf.load_scene("example3").with_values({"numerics.elements": 8})
+    return gf.load_scene("example3").with_values({"numerics.elements": 8, "wind.speed": 5.2})
 
 
 @pytest.fixture(scope="module")
