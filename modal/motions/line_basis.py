@@ -1,13 +1,15 @@
-"""Shapes in which the motion of a line is described: its lowest modes, and twists of conductors.
+"""Shapes in which the motion of a line is described: lowest modes, twists, strings.
 
 Motions of the conductors without twist are natural modes in still air, the lowest ones of all
 families: of each span in and out of phase, of bundles, and on strings. The twist of conductors
 follows these motions: the shapes of the twist are those that the moment of the wind on them
-produces, because a line has a great many torsional modes with almost the same frequency.
+produces, because a line has a great many torsional modes with almost the same frequency. At each
+tower with strings, the static displacements under forces on its clamps are added.
 """
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -40,6 +42,9 @@ MAX_TWISTS = 12
 MIN_TWIST = 0.05
 """Singular value, relative to the largest, below which a twist follows from the others."""
 
+HELD = "held by a string"
+"""Family of the shapes that belong to forces on the clamps of strings."""
+
 ROUND_OFF, COMPLETE = 1e-7, 1e-4
 """Bounds of entries of a mirror matrix: below the first they are 0; the second is the largest
 difference of its square from 1."""
@@ -61,7 +66,9 @@ class LineBasis:
     modes : list of LineMode
         The natural modes kept.
     shapes : ndarray, shape (mode, node, 4)
-        Mass-normalised shapes: those of the modes, then of the twist.
+        Mass-normalised shapes: those of the modes, of the twist, and of forces at strings.
+    family : list of str
+        Family of each shape.
     loops : list of tuple of int
         Half-waves of each shape in each span.
     highest_hz : float
@@ -72,6 +79,7 @@ class LineBasis:
     equations: Linearised
     modes: list[LineMode]
     shapes: Array
+    family: list[str]
     loops: list[tuple[int, ...]]
     highest_hz: float
 
@@ -101,8 +109,13 @@ def line_basis(scene: LineScene) -> LineBasis:
     for mode, twist in zip(twisting, _twists(equations, mesh, twisting), strict=True):
         if len(basis) < len(modes) + MAX_TWISTS and _append(basis, twist, equations.mass):
             loops.append(mode.loops)
+    family = [str(mode.family) for mode in modes] + ["torsional"] * (len(basis) - len(modes))
+    for moved in _held_places(equations, mesh):
+        if _append(basis, moved, equations.mass):
+            loops.append((0,) * len(scene.section.spans))
+            family.append(HELD)
     together = np.array(basis).reshape(-1, *shapes.shape[1:])
-    return LineBasis(mesh, equations, modes, together, loops, highest)
+    return LineBasis(mesh, equations, modes, together, family, loops, highest)
 
 
 def coarse(scene: LineScene) -> LineScene:
@@ -167,6 +180,29 @@ def _twists(equations: Linearised, mesh: Mesh, modes: list[LineMode]) -> list[Ar
         twist[at] = factors.solve(mass @ along.ravel()[at])
         found.append(mesh.spread(twist.reshape(-1, 4)).ravel())
     return found
+
+
+def _held_places(equations: Linearised, mesh: Mesh) -> Iterator[Array]:
+    """Static displacements under a force on the clamps of each tower with strings, along each axis.
+
+    With them the pull of a string is exact to the third order, its change of length to the fourth,
+    and the stiffness of a clamp against its swing may change to any extent. All three have a large
+    effect: at the top of a large galloping motion, strings carry almost no weight.
+    """
+    from scipy.sparse.linalg import splu
+
+    at = np.flatnonzero(equations.free)
+    nodes, leader = mesh.model.junction_nodes()
+    towers = [tower for tower in mesh.model.map.towers if tower.has_string]
+    if not towers:
+        return
+    factors = splu(equations.stiffness[at][:, at])
+    for tower in towers:
+        for axis in range(3):
+            force, moved = np.zeros((mesh.model.nodes, 4)), np.zeros(4 * mesh.model.nodes)
+            force[leader[nodes[list(tower.junctions)]], axis] = 1.0
+            moved[at] = factors.solve(force.ravel()[at])
+            yield mesh.spread(moved.reshape(-1, 4)).ravel()
 
 
 def _append(basis: list[Array], vector: Array, mass: csc_array) -> bool:

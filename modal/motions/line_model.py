@@ -30,7 +30,7 @@ from gallop_fmu.engine.model import DOFS
 from gallop_fmu.engine.pack import Packed
 from modal.linear.projection import Projection
 from modal.motions.device_forms import device_forms
-from modal.motions.line_basis import LineBasis, coarse, line_basis, mirror_image
+from modal.motions.line_basis import HELD, LineBasis, coarse, line_basis, mirror_image
 from modal.motions.span_model import SpanModel, Watched, closest, few_squares
 
 if TYPE_CHECKING:
@@ -88,8 +88,7 @@ class LineModel(SpanModel):
         if like is not None:
             shapes = closest(shapes, like.shapes, equations.mass, scene.title)
         self.shapes = shapes
-        self.family = [str(mode.family) for mode in basis.modes]
-        self.family += ["torsional"] * (len(shapes) - len(self.family))
+        self.family = basis.family
         self._projection = Projection(self.mesh, shapes)
         self.mass, self.damping, self.stiffness = (
             self._projection.matrix(a)
@@ -151,7 +150,9 @@ class LineModel(SpanModel):
     def groups(self) -> list[tuple[str, list[int]]]:
         """Modes that are parts of the same motion, by the word for them and their loops."""
         found: dict[tuple[str, int], list[int]] = {}
-        for mode in range(self.size):
+        for mode, family in enumerate(self.family):
+            if family == HELD:
+                continue
             found.setdefault((self._word(mode), self.loops(mode)), []).append(mode)
         return [(word, modes) for (word, _), modes in found.items()]
 
@@ -168,7 +169,7 @@ class LineModel(SpanModel):
 
     def loops(self, mode: int) -> int:
         """Largest number of half-waves of a mode in a span."""
-        return max(self.basis.loops[mode]) if mode < len(self.basis.loops) else 1
+        return max(self.basis.loops[mode])
 
     def rotated(self, twist: float) -> Array | None:
         """Coordinates in which all conductors are twisted alike at mid-span [rad]."""
