@@ -1,6 +1,7 @@
 """Native FMUs, a C compiler, and a host that calls the library's functions one by one."""
 
 import ctypes as c
+import fcntl
 import importlib.util
 import os
 import shutil
@@ -287,16 +288,29 @@ SANITIZERS = (
 
 
 @pytest.fixture(scope="session")
-def sanitized(compiled, kernel_sources, tmp_path_factory):
+def sanitized_objects(compiled, kernel_sources, tmp_path_factory):
+    """The kernel with sanitizers, compiled once for all processes of a run (25 s of CPU)."""
+    base, run = tmp_path_factory.getbasetemp(), os.environ.get("PYTEST_XDIST_TESTRUNUID")
+    folder = base.parent / f"sanitized-{run}" if run else base / "sanitized-objects"
+    folder.mkdir(exist_ok=True)
+    with (folder / "lock").open("w") as lock:
+        fcntl.flock(lock, fcntl.LOCK_EX)
+        sources = sorted(kernel_sources.glob("*.c"))
+        objects = [folder / f"{source.stem}.o" for source in sources]
+        if not (folder / "complete").exists():
+            for source, target in zip(sources, objects, strict=True):
+                compiled(target, source, flags=[*SANITIZERS, "-c", f"-I{kernel_sources}"])
+            (folder / "complete").touch()
+    return objects
+
+
+@pytest.fixture(scope="session")
+def sanitized(compiled, kernel_sources, sanitized_objects, tmp_path_factory):
     """Compile a program with the kernel under the address and undefined-behaviour sanitizers."""
     folder, fuzzing = tmp_path_factory.mktemp("sanitized"), HERE.parents[1] / "fuzz"
-    objects = []
-    for source in sorted(kernel_sources.glob("*.c")):
-        objects.append(folder / f"{source.stem}.o")
-        compiled(objects[-1], source, flags=[*SANITIZERS, "-c", f"-I{kernel_sources}"])
 
     def build(name, *programs, flags=()):
         includes = [f"-I{kernel_sources}", f"-I{fuzzing}"]
-        return compiled(folder / name, *programs, *objects, flags=[*SANITIZERS, *includes, *flags])
+        return compiled(folder / name, *programs, *sanitized_objects, flags=[*SANITIZERS, *includes, *flags])
 
     return build
