@@ -311,6 +311,8 @@ def sanitized(compiled, kernel_sources, sanitized_objects, tmp_path_factory):
 
     def build(name, *programs, flags=()):
         includes = [f"-I{kernel_sources}", f"-I{fuzzing}"]
-        return compiled(folder / name, *programs, *sanitized_objects, flags=[*SANITIZERS, *includes, *flags])
+        return compiled(
+            folder / name, *programs, *sanitized_objects, flags=[*SANITIZERS, *includes, *flags]
+        )
 
     return build
