@@ -68,4 +68,4 @@ print(
 
 # %%
 assert found.risk == "certain"
-assert abs(found.onset_wind_speed - 5.041) < 0.002
+assert abs(found.onset_wind_speed - 5.039) < 0.002

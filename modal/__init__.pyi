@@ -20,8 +20,10 @@ from .motions.sensitivity import sensitivity as sensitivity
 from .report.page import write_report as write_report
 from .risk.atlas import RiskAtlas as RiskAtlas
 from .risk.atlas import risk_atlas as risk_atlas
+from .screening.cycles import Cycle as Cycle
+from .screening.cycles import StableState as StableState
+from .screening.cycles import Transfer as Transfer
 from .screening.many_spans import screen_spans as screen_spans
-from .screening.screen import Cycle as Cycle
 from .screening.screen import Screening as Screening
 from .screening.screen import screen as screen
 from .screening.two_mode_estimate import Coupling as Coupling

@@ -13,6 +13,7 @@ from modal.cli.output import Plot, line_or_span_to_draw, show
 
 if TYPE_CHECKING:
     from gallop_fmu.scene.scene import Scene
+    from modal.screening.cycles import Transfer
     from modal.screening.screen import Screening
 
 SCREEN_EXAMPLE = "gallop-modal screen example3 --table corridor.csv -o risk.parquet"
@@ -105,9 +106,18 @@ def _numbers(scene: Scene, found: Screening) -> dict[str, Any]:
     }
 
 
+def _growth(transfer: Transfer) -> str:
+    """Describe a growing disturbance."""
+    return (
+        f"{transfer.disturbance} grows by {transfer.growth_rate:.3g} 1/s, from 1 mm to 0.1 m in"
+        f" {transfer.time():.3g} s"
+    )
+
+
 def _lines(scene: Scene, found: Screening) -> list[Any]:
     """Lines and table of the output for people."""
     lines = [scene.title, f"risk of a 2:1 swing: {found.risk}", found.reason]
+    lines += [f"from {one.origin}: {_growth(one)}" for one in found.transfers]
     if not found.galloping:
         return lines
     table = new_table("", "wind [m/s]", "vertical [m]", "horizontal [m]", "frequency [Hz]")

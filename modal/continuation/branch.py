@@ -42,8 +42,9 @@ class Branch:
         Events in the order of the branch, without its ends.
     ends : tuple of Event
         Where and why the branch begins and ends. Kinds beside those of `modal.continuation.events`:
-        "start", "closed", "points" (the largest number of points), "lost" (no further solution
-        found, not resolved, or a jump to another branch not excluded; `reason` says which).
+        "start", "closed", "points" (the largest number of points), "given up" (by
+        `Settings.give_up`), "lost" (no further solution found, not resolved, or a jump to another
+        branch not excluded; `reason` says which).
     origin : Event or None
         Event of another branch from which it was reached.
     """
@@ -163,6 +164,8 @@ def follow(
             bend = angle / step
             if _is_closed(points, step):
                 end = Event("closed", new, reason="the branch returns to its start")
+            elif settings.give_up is not None and settings.give_up(new):
+                end = Event("given up", new, reason="what follows was not wanted")
             step = stepper.next_length(step, angle, new.iterations)
             point = new
     first = origin or Event("start", start)

@@ -98,6 +98,8 @@ def explore(
         event, level = waiting.pop(0)
         if any(is_same_event(event, other) for other in seen):
             continue
+        if settings.is_wanted is not None and not settings.is_wanted(event):
+            continue
         if level > depth or _is_beyond(diagram, event, settings, most):
             diagram.unexplored.append(event)
             continue

@@ -307,11 +307,12 @@ class OrbitEquations:
         return False
 
 
-ALIKE, SMALL = 1e-3, 1e-6
-"""Relative difference below which two motions are the same, and the least size it refers to."""
+ALIKE, NEARLY, SMALL = 1e-3, 0.02, 1e-6
+"""Relative difference below which two motions are the same, that for motions whose mesh is coarse,
+and the least size to which both refer."""
 
 
 def _is_alike(one: Array, other: Array, scale: Array) -> bool:
-    """True if two motions agree within `ALIKE` of their size (of `scale`, if they are small)."""
+    """True if two motions agree within `NEARLY` of their size (of `scale`, if they are small)."""
     size = max(float(np.max(np.abs(one / scale))), SMALL)
-    return float(np.max(np.abs((one - other) / scale))) <= ALIKE * size
+    return float(np.max(np.abs((one - other) / scale))) <= NEARLY * size

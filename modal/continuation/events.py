@@ -35,13 +35,10 @@ from modal.continuation.equations import (
     GRID,
     EquilibriumEquations,
 )
-from modal.continuation.path import Point, Settings, Stepper, length
+from modal.continuation.path import LOCATION_TOLERANCE, Point, Settings, Stepper, length
 from modal.continuation.problem import ContinuationError
 
 Array = NDArray[np.float64]
-
-LOCATION_TOLERANCE = 1e-9
-"""Accuracy of an event's place, relative to the step."""
 
 MAX_RESIDUE = 1e-3
 """Largest value of a function at its zero, relative to its values at the ends of the step."""
@@ -181,7 +178,7 @@ class Segment:
             return function(found[part])
 
         ends = max(abs(value(0.0)), abs(value(1.0)))
-        part = float(brentq(value, 0.0, 1.0, xtol=LOCATION_TOLERANCE))
+        part = float(brentq(value, 0.0, 1.0, xtol=self.stepper.settings.location_tolerance))
         if part not in found:
             value(part)
         if abs(function(found[part])) > MAX_RESIDUE * ends + NOISE:

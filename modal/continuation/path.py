@@ -16,6 +16,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -28,6 +29,9 @@ Array = NDArray[np.float64]
 
 NEWTON_TOLERANCE = 1e-8
 """Length of Newton's last correction; the error left is of second order in it."""
+
+LOCATION_TOLERANCE = 1e-9
+"""Accuracy of an event's place, relative to the step."""
 
 NEWTON_ITERATIONS, FEW_ITERATIONS = 8, 3
 """Largest number of iterations in a step, and the number at which steps may grow."""
@@ -76,6 +80,17 @@ class Settings:
         more; None: no limit.
     on_point : callable or None
         Called with each new point of a branch, to show progress.
+    newton_tolerance : float
+        Length of Newton's last correction; the error left is of second order in it.
+    location_tolerance : float
+        Accuracy of an event's place, relative to the step.
+    unit : float or None
+        Parameter change of length 1; None: the range.
+    give_up : callable or None
+        Returns True for a point behind which a branch is not followed.
+    is_wanted : callable or None
+        Returns True for an event at which `modal.continuation.diagram.explore` seeks branches;
+        None: at all events.
     """
 
     lowest: float
@@ -89,11 +104,16 @@ class Settings:
     max_unstable: int | None = None
     max_total_points: int | None = None
     on_point: Callable[[Point], object] | None = None
+    newton_tolerance: float = NEWTON_TOLERANCE
+    location_tolerance: float = LOCATION_TOLERANCE
+    unit: float | None = None
+    give_up: Callable[[Point], bool] | None = None
+    is_wanted: Callable[[Any], bool] | None = None
 
     @property
     def parameter_scale(self) -> float:
         """Parameter change of length 1."""
-        return self.highest - self.lowest
+        return self.highest - self.lowest if self.unit is None else self.unit
 
 
 @dataclass(frozen=True)
@@ -241,7 +261,7 @@ class Stepper:
             x, last = x + linear.change, size
             if equations.kind == "orbit" and x[-2] <= 0.0:
                 break
-            if size < NEWTON_TOLERANCE * (1.0 + length(equations, x)):
+            if size < self.settings.newton_tolerance * (1.0 + length(equations, x)):
                 return self._point(equations, x, linear, iteration)
         raise ContinuationError(
             f"Newton's method found no {equations.kind} at a parameter near {guess[-1]:.6g}"

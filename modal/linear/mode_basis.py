@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -168,10 +169,14 @@ def mirrored(scene: Scene) -> bool:
     return scene.span.height_difference == 0.0 and scene.supports.left == scene.supports.right
 
 
-def choose(modes: StillAirModes, symmetric: tuple[bool, ...]) -> list[int]:
+def choose(
+    modes: StillAirModes,
+    symmetric: tuple[bool, ...],
+    counts: Mapping[Family, int] = MODES_PER_FAMILY,
+) -> list[int]:
     """Numbers of the lowest modes of each family and of the wanted symmetries."""
     chosen: list[int] = []
-    for family, count in MODES_PER_FAMILY.items():
+    for family, count in counts.items():
         for kind in symmetric:
             alike = [
                 i for i, f in enumerate(modes.family) if f == family and modes.symmetric[i] == kind

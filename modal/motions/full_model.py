@@ -82,8 +82,27 @@ class FullRun:
     outcome: str
 
 
-def full_scene(scene: Scene, over: str, value: float, model: SpanModel) -> Scene:
-    """Scene of the full model on the mesh of the reduced one, in steady wind, without loads."""
+def full_scene(
+    scene: Scene,
+    over: str,
+    value: float,
+    model: SpanModel,
+    steps: int = STEPS_PER_PERIOD,
+    elements: int | None = None,
+) -> Scene:
+    """Scene of the full model in steady wind, without loads.
+
+    Parameters
+    ----------
+    scene, over, value
+        The span, and a number of it with its value.
+    model
+        Reduced model.
+    steps
+        Time steps in a period of the first vertical mode.
+    elements
+        Elements, of which the number of the reduced model is a multiple; None: the same.
+    """
     wind = scene.wind.mean_speed
     steady = scene.with_values(
         {
@@ -91,9 +110,9 @@ def full_scene(scene: Scene, over: str, value: float, model: SpanModel) -> Scene
             "wind.turbulence": None,
             "wind.speed": wind,
             "loads": [],
-            "numerics.elements": model.elements,
+            "numerics.elements": elements or model.elements,
             "numerics.newton_tolerance": NEWTON_TOLERANCE,
-            "numerics.time_step": 2.0 * np.pi / model.frequencies[0] / STEPS_PER_PERIOD,
+            "numerics.time_step": 2.0 * np.pi / model.frequencies[0] / steps,
         }
     )
     return varied(steady, over, value)
@@ -122,12 +141,14 @@ def run_from(
         and the time [s] between two of them.
     """
     full = Model(scene, inputs=False)
-    nodes = model.watched_nodes
-    every = STEPS_PER_PERIOD // RECORDS_PER_PERIOD
+    nodes = (model.watched_nodes * (full.nodes - 1)) // (model.shapes.shape[1] - 1)
+    steps = round(2.0 * np.pi / model.frequencies[0] / scene.numerics.time_step)
+    every = steps // RECORDS_PER_PERIOD
     n = model.size
     u, v = model.nodal(state[None, :n], state[None, n:])
+    coarse = slice(None, None, (u.shape[1] - 1) // (full.nodes - 1))
     try:
-        started = full.place(u[0], v[0])
+        started = full.place(u[0, coarse], v[0, coarse])
         run = started.run(round(periods * RECORDS_PER_PERIOD), every, CHANNELS, nodes)
         values, outcome = run.node_values, run.report.outcome
         reason = "" if outcome is Outcome.COMPLETED else str(run.report)

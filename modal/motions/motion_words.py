@@ -102,16 +102,17 @@ def name_of_branch(branch: Branch, model: SpanModel) -> str:
     return name_of_motion(max(candidates, key=lambda one: len(parts_of(one, model))), model)
 
 
-def _loops(number: int) -> str:
+def loops_in_words(number: int) -> str:
+    """Number of loops in words."""
     word = NUMBER_WORDS[number] if number < len(NUMBER_WORDS) else str(number)
     return f"{word} loop{'' if number == 1 else 's'}"
 
 
 def _main(part: Part) -> str:
     if part.family == "vertical":
-        return _loops(part.loops)
+        return loops_in_words(part.loops)
     name = {"horizontal": "swing", "torsional": "twist"}.get(part.family, part.family)
-    return f"{name} in {_loops(part.loops)}"
+    return f"{name} in {loops_in_words(part.loops)}"
 
 
 def _other(part: Part, first: Part) -> str:

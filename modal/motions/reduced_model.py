@@ -389,10 +389,3 @@ def reduced_model(scene: Scene, modes: StillAirModes) -> ReducedModel:
     """
     chosen = choose(modes, (True,) if mirrored(scene) else (True, False))
     return ReducedModel(scene, modes, chosen, with_stretching(modes, chosen))
-
-
-def with_antisymmetric_modes(model: ReducedModel) -> ReducedModel:
-    """Add the antisymmetric modes to the model of a span with mirror symmetry, after its own."""
-    chosen = choose(model.modes, (False,))
-    shapes = np.concatenate([model.shapes, with_stretching(model.modes, chosen)])
-    return ReducedModel(model.scene, model.modes, choose(model.modes, (True,)), shapes)

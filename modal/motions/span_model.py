@@ -30,14 +30,15 @@ quadratic forms, which makes them cheap.
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from gallop_fmu import Scene, SceneError
-from modal.linear.mode_basis import StillAirModes, choose, mirrored
-from modal.linear.modes import FAMILIES, by_family
+from modal.linear.mode_basis import MODES_PER_FAMILY, StillAirModes, choose, mirrored
+from modal.linear.modes import FAMILIES, Family, by_family
 from modal.linear.wave import half_waves
 from modal.motions.reduced_model import ReducedModel
 
@@ -102,6 +103,8 @@ class SpanModel(ReducedModel):
     like
         Model of a similar scene. The shapes are the combinations of the modes that are closest to
         its shapes, so that coordinates mean the same in both; None: the modes themselves.
+    counts
+        Number of modes of each family and symmetry.
 
     Attributes
     ----------
@@ -120,8 +123,14 @@ class SpanModel(ReducedModel):
         If the modes are not those of the similar scene.
     """
 
-    def __init__(self, scene: Scene, modes: StillAirModes, like: SpanModel | None = None) -> None:
-        self.chosen = choose(modes, (True, False))
+    def __init__(
+        self,
+        scene: Scene,
+        modes: StillAirModes,
+        like: SpanModel | None = None,
+        counts: Mapping[Family, int] = MODES_PER_FAMILY,
+    ) -> None:
+        self.chosen = choose(modes, (True, False), counts)
         self.is_symmetric = modes.symmetric[self.chosen]
         self.family: list[str] = [modes.family[i] for i in self.chosen]
         shapes = modes.shapes[self.chosen]
@@ -303,7 +312,7 @@ class SpanModel(ReducedModel):
             by_v.reshape(9, *u.shape[1:]), self._by_all
         )
         right[:, :, n : 2 * n] += lag_by_v + inertia_by_v
-        right[:, :, -1] = self._projection.collect(air.slopes[2])
+        right[:, :, -1] = self._projection.collect(self._by_speed(air.slopes))
         slopes: Array = np.asarray(-np.linalg.solve(mass, right))
         return Motion(acceleration, slopes[:, :, :n], slopes[:, :, n:-1], slopes[:, :, -1])
 

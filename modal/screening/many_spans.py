@@ -48,6 +48,7 @@ SCREENING_COLUMNS = {
     "growth_per_cycle": ("1", "growth of a small swing in a vertical cycle at the scene's wind"),
     "saturated_vertical": ("m", "vertical amplitude of saturated galloping with swing"),
     "saturated_horizontal": ("m", "horizontal amplitude of saturated galloping with swing"),
+    "states": ("", "stable states at the scene's wind"),
     "warnings": ("", "unusual or contradictory values of the span"),
 }
 
@@ -132,6 +133,7 @@ def row_of(found: Screening) -> Row:
         "growth_per_cycle": found.growth_per_cycle,
         "saturated_vertical": saturated and saturated.vertical,
         "saturated_horizontal": saturated and saturated.horizontal,
+        "states": "; ".join(str(state) for state in found.states),
         "warnings": " ".join(found.warnings),
     }
 

@@ -13,15 +13,15 @@ from gallop_fmu.foundation.notebook_table import notebook_table
 from gallop_fmu.input.scene_like import SpanLike, as_span
 from modal.foundation import one_span as instead
 from modal.foundation.normal_wind import check_wind_is_normal
-from modal.linear.mode_basis import still_air_modes
-from modal.motions.reduced_model import ReducedModel, mean_state, reduced_model
-from modal.screening.continuation import Cycle, LimitCycles
-from modal.screening.other_modes import OtherMode, first_other_mode
+from modal.motions.reduced_model import ReducedModel
+from modal.screening.cycles import Cycle, StableState, Transfer
+from modal.screening.other_modes import OtherMode
+from modal.screening.span_diagram import span_diagram, span_model
 from modal.screening.two_mode_estimate import TwoMode, estimate
-from modal.screening.verdict import Risk, explain, judge
+from modal.screening.verdict import Risk, judge
 from modal.stability.frequency_ratio import FrequencyRatio, frequency_ratio
 
-__all__ = ["Cycle", "Screening", "screen"]
+__all__ = ["Cycle", "Screening", "StableState", "Transfer", "screen"]
 
 MAX_WIND_RATIO = 1.5
 """Default of the highest wind speed, relative to the scene's."""
@@ -32,18 +32,18 @@ MIN_DAMPING_RATIO = 1e-4
 
 @dataclass(frozen=True, repr=False)
 class Screening:
-    """Effect of vertical galloping on the horizontal swing.
+    """Motions of a span in its wind, and the effect of galloping on the horizontal swing.
 
     Attributes
     ----------
     risk : {"none", "other", "detuned", "possible", "certain", "undetermined"}
-        ``"none"``: no mode gallops up to `highest_wind`. ``"other"``: the first symmetric vertical
-        mode does not gallop, so that no 2:1 swing starts, but another mode does. ``"detuned"``: the
-        first symmetric vertical mode gallops, but starts no swing. ``"possible"``: it starts a
-        swing only above the scene's wind, or after a strong disturbance. ``"certain"``: galloping
-        starts the swing at the scene's wind. ``"undetermined"``: the first symmetric vertical mode
-        gallops at the scene's wind, but its periodic motion was not found, is unresolved, or leaves
-        the coefficient curve.
+        Risk of a swing. ``"none"``: no mode gallops up to `highest_wind`. ``"other"``: the first
+        symmetric vertical mode does not gallop, so that no 2:1 swing starts, but another mode does.
+        ``"detuned"``: the first symmetric vertical mode gallops, but starts no swing.
+        ``"possible"``: it starts a swing only at other wind speeds, or after a strong disturbance.
+        ``"certain"``: galloping starts the swing at the scene's wind. ``"undetermined"``: the span
+        is unstable at the scene's wind, but no motion was found that it settles at; `reason` says
+        why.
     reason : str
         Reason for the risk, as a sentence.
     wind_speed, highest_wind : float
@@ -65,16 +65,23 @@ class Screening:
         Wind speed [m/s] from which galloping no longer starts the swing, if that is below
         `highest_wind`.
     saturated : Cycle or None
-        Motion with swing that galloping settles at, at the scene's wind; None if there is none or
-        none was found. If its multiplier is above 1, the motion beats, and the amplitudes are the
-        largest ones of a short simulation.
+        The one of `states` with the largest swing; None if there is none. Its multiplier is 1 if
+        it was simulated.
     antisymmetric_growth : float or None
-        Factor by which an antisymmetric disturbance of the saturated motion, such as two-loop
-        galloping, grows (above 1) in one vertical cycle; None without swing, or for a span without
-        mirror symmetry.
+        Factor by which an antisymmetric disturbance of the symmetric motion with swing, such as
+        two-loop galloping, grows (above 1) in one vertical cycle; None without swing, or for a span
+        without mirror symmetry. `states` has what it grows to.
     other_mode : OtherMode or None
         The mode, other than the first symmetric vertical one, that gallops at the lowest wind up to
         `highest_wind`.
+    states : tuple of StableState
+        All stable states at the scene's wind that were found: equilibria, periodic motions, and
+        beating ones, which are simulated. Which of them the span reaches depends on its start.
+    transfers : tuple of Transfer
+        Growing disturbances of the unstable motions at the scene's wind, with their growth rates
+        and the time that they take.
+    unresolved : tuple of str
+        What could not be found out, and why.
     warnings : tuple of str
         Warnings of the scene.
     estimate : TwoMode
@@ -99,6 +106,9 @@ class Screening:
     saturated: Cycle | None
     antisymmetric_growth: float | None
     other_mode: OtherMode | None
+    states: tuple[StableState, ...]
+    transfers: tuple[Transfer, ...]
+    unresolved: tuple[str, ...]
     warnings: tuple[str, ...]
     estimate: TwoMode = field(repr=False)
     seconds: float
@@ -157,13 +167,13 @@ class Screening:
 
 
 def screen(scene: SpanLike, highest_wind: float | None = None) -> Screening:
-    """Find the wind speed from which vertical galloping starts a horizontal swing (2:1 resonance).
+    """Find out how a span gallops, and if that starts a horizontal swing (2:1 resonance).
 
-    The span is reduced to its lowest modes with all nonlinear terms
-    (`modal.motions.reduced_model`). The limit cycle of vertical galloping without swing is
-    followed over the wind speed by harmonic balance (`modal.screening.harmonic_balance`). Where a
-    Floquet multiplier of the swing passes -1 (`modal.screening.floquet`), the swing starts; the
-    branch of motions with swing is followed from there to the scene's wind.
+    The span is reduced to its lowest modes with all nonlinear terms (`modal.motions.span_model`).
+    From the lowest wind on in which one of them grows, the motions that begin at rest and those
+    that branch off them are followed up to the highest wind (`modal.continuation`). A swing starts
+    where a Floquet multiplier passes -1. A motion that loses its stability otherwise, mostly as it
+    begins to beat, is simulated with the full model.
 
     Parameters
     ----------
@@ -177,18 +187,18 @@ def screen(scene: SpanLike, highest_wind: float | None = None) -> Screening:
     ------
     SceneError
         If the pair cannot be identified; if the scene has no wind, no curve or no structural
-        damping; if the span has no stable equilibrium in the mean wind (divergence), and no
-        galloping begins below; or if no limit cycle was found at the onset of galloping.
+        damping; or if the span has no equilibrium in the mean wind, and no galloping begins below.
     SimulationError
         If no initial equilibrium exists.
 
     Notes
     -----
-    Limits: a single span, steady wind, galloping in the first symmetric vertical mode. ``loads``
-    and seeds of the scene are ignored. On a span with mirror symmetry only symmetric motion is
-    followed; `Screening.antisymmetric_growth` shows if that motion is stable. The saturated motion
-    is on the branch that begins at the onset of the swing. Others, such as a beating swing, may
-    coexist and be reached after a strong disturbance.
+    Limits: a single span in steady wind. ``loads`` and seeds of the scene are ignored. Onsets and
+    motions do not depend on the scene's wind. Motions that are not connected with rest are not
+    found; unstable ones are not followed beyond three growing disturbances. Where a stable orbit is
+    more than 10 % away from the full model after a period, it is simulated, too. Simulations have
+    eight elements, start with a small disturbance, and last 500 periods (2000, if the amplitudes
+    still change).
 
     Examples
     --------
@@ -203,16 +213,13 @@ def screen(scene: SpanLike, highest_wind: float | None = None) -> Screening:
     highest = MAX_WIND_RATIO * wind if highest_wind is None else highest_wind
     check_wind(scene, wind, highest)
     frequencies = frequency_ratio(scene)
-    model = reduced_model(scene, still_air_modes(scene))
-    _check_damping(model)
     rough = estimate(scene, wind, highest)
-    other_mode = first_other_mode(model, highest)
-    judged = judge(LimitCycles(model, wind, highest), frequencies)
-    risk, reason = _with_other_mode(judged.risk, explain(judged), other_mode)
-    reason += _without_equilibrium(model, wind)
+    model = span_model(scene)
+    _check_damping(model)
+    judged = judge(span_diagram(model, highest), frequencies)
     return Screening(
-        risk=risk,
-        reason=reason,
+        risk=judged.risk,
+        reason=judged.reason,
         wind_speed=wind,
         highest_wind=highest,
         frequencies=frequencies,
@@ -226,7 +233,10 @@ def screen(scene: SpanLike, highest_wind: float | None = None) -> Screening:
         until_wind_speed=judged.until_wind_speed,
         saturated=judged.saturated,
         antisymmetric_growth=judged.antisymmetric_growth,
-        other_mode=other_mode,
+        other_mode=judged.other_mode,
+        states=judged.states,
+        transfers=judged.transfers,
+        unresolved=judged.unresolved,
         warnings=scene.warnings,
         estimate=rough,
         seconds=clock.process_time() - began,
@@ -264,21 +274,3 @@ def _check_damping(model: ReducedModel) -> None:
                 " damping galloping has no critical wind and the swing no threshold; give"
                 f" damping.translation (at least {MIN_DAMPING_RATIO:g})"
             )
-
-
-def _without_equilibrium(model: ReducedModel, wind: float) -> str:
-    """Remark that there is no stable equilibrium in the scene's wind; empty if there is one."""
-    try:
-        mean_state(model, wind)
-    except SceneError as problem:
-        return f"; also, {problem}"
-    return ""
-
-
-def _with_other_mode(risk: Risk, reason: str, other: OtherMode | None) -> tuple[Risk, str]:
-    """Add another mode that gallops to the reason, and to the risk if there is no other risk."""
-    if other is None:
-        return risk, reason
-    if risk == "none":
-        return "other", f"the 2:1 pair is not at risk ({reason}), but {other}"
-    return risk, f"{reason}; also, {other}"

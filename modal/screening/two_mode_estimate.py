@@ -45,11 +45,11 @@ MESH_ELEMENTS = 6
 CYCLE_INSTANTS = 12
 """Instants of a cycle in the energy balance; more instants change the result by less than 0.1 %."""
 
-AMPLITUDE_POINTS, WIND_POINTS = 16, 16
+AMPLITUDE_POINTS, WIND_POINTS = 16, 24
 """Amplitudes and wind speeds at which the energy balance is evaluated.
 
-Amplitudes are denser towards 0, so that small limit cycles are found: the smallest is 1/256 of the
-largest.
+Both are denser towards 0, so that small limit cycles and low onsets are found: the smallest is
+1/256 and 1/576 of the largest.
 """
 
 REFINED_POINTS = 6
@@ -312,7 +312,7 @@ def estimate(scene: Scene, wind: float, highest: float, pair: PairModel | None =
     threshold = swing.threshold(amplitudes, squares)
     onset = None
     if threshold is not None:
-        winds = highest * np.arange(1, WIND_POINTS + 1) / WIND_POINTS
+        winds = highest * (np.arange(1, WIND_POINTS + 1) / WIND_POINTS) ** 2
         constant = np.full(WIND_POINTS, threshold[0])
         onset = _first_rise(winds, -_cycle(model, coupling, constant, winds)[0])
 

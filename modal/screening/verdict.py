@@ -1,295 +1,337 @@
-"""Verdict of a screening: `judge` draws it from a branch of limit cycles, `explain` words it."""
+"""Verdict of a screening: the risk of a swing, and its reason as a sentence."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from enum import Enum
 from typing import Literal
 
 import numpy as np
 
-from modal.screening.beating import beating_cycle
-from modal.screening.continuation import Cycle, LimitCycles, cycle_of
-from modal.screening.floquet import multipliers
-from modal.screening.harmonic_balance import NotConvergedError, Orbit
-from modal.screening.swing_branch import antisymmetric_growth, stability_limits, swing_branch
+from modal.continuation.branch import Branch
+from modal.continuation.events import Event
+from modal.continuation.path import Point
+from modal.motions.motion_words import name_of_motion
+from modal.motions.table import event_sentence
+from modal.screening.cycles import Cycle, StableState, Transfer
+from modal.screening.multipliers import (
+    antisymmetric_multiplier,
+    disturbances,
+    name_of_disturbance,
+    starts_swing,
+)
+from modal.screening.other_modes import OtherMode, first_pair, other_mode
+from modal.screening.settled import Settled, amplitudes, settled_states, vertical_frequency
+from modal.screening.span_diagram import CRITICAL_LEVEL, SpanDiagram
 from modal.stability.frequency_ratio import FrequencyRatio
 
 Risk = Literal["none", "other", "detuned", "possible", "certain", "undetermined"]
 
-MIN_REPORTED_GROWTH = 1.002
-"""Growth per cycle above which an antisymmetric disturbance is reported: tenfold in 30 min."""
-
-
-class Verdict(Enum):
-    """Conclusion of a screening for the scene's wind."""
-
-    NO_GALLOPING = "no galloping in the first symmetric vertical mode"
-    NO_ONSET = "galloping without an onset of the swing"
-    NO_SWING = "an onset of the swing, but not at the scene's wind"
-    SWING = "galloping starts the swing"
-    NO_CYCLE = "no limit cycle at the scene's wind"
-    BROKEN_BRANCH = "no limit cycle between two computed ones"
-
-
-RISKS: dict[Verdict, Risk] = {
-    Verdict.NO_GALLOPING: "none",
-    Verdict.NO_ONSET: "detuned",
-    Verdict.NO_SWING: "possible",
-    Verdict.SWING: "certain",
-    Verdict.NO_CYCLE: "undetermined",
-    Verdict.BROKEN_BRANCH: "undetermined",
-}
+MIN_TRANSFER = 1e-5
+"""Growth rate [1/s] of a disturbance above which it is reported: tenfold in 64 h."""
 
 
 @dataclass(frozen=True)
 class Judgement:
-    """A verdict with the data behind it.
+    """What a screening found.
 
-    Attributes
-    ----------
-    verdict : Verdict
-        The verdict.
-    frequencies : FrequencyRatio
-        Natural frequencies of the pair.
-    wind_speed, highest_wind : float
-        The scene's wind and the end of the search [m/s].
-    galloping_from, galloping_until : float or None
-        Wind speeds [m/s] between which galloping exists.
-    limit_cycle : tuple of Cycle
-        Galloping without swing over the wind speed.
-    end_reason : str or None
-        Reason why `limit_cycle` ends below the highest wind.
-    is_unresolved : bool
-        True if it ends because no motion stays near it.
-    galloping : Cycle or None
-        Galloping without swing at the scene's wind.
-    onset : Cycle or None
-        Galloping where the swing starts.
-    until_wind_speed : float or None
-        Wind speed [m/s] at which the swing no longer starts.
-    saturated : Cycle or None
-        Galloping with swing at the scene's wind.
-    antisymmetric_growth : float or None
-        Growth of an antisymmetric disturbance of that motion in one vertical cycle.
+    Attributes are those of `modal.screening.screen.Screening`.
     """
 
-    verdict: Verdict
-    frequencies: FrequencyRatio
-    wind_speed: float
-    highest_wind: float
+    risk: Risk
+    reason: str
     galloping_from: float | None
     galloping_until: float | None
     limit_cycle: tuple[Cycle, ...]
-    end_reason: str | None
-    is_unresolved: bool
-    galloping: Cycle | None = None
-    onset: Cycle | None = None
-    until_wind_speed: float | None = None
-    saturated: Cycle | None = None
-    antisymmetric_growth: float | None = None
-
-    @property
-    def risk(self) -> Risk:
-        """The risk that follows from the verdict."""
-        return RISKS[self.verdict]
-
-    @property
-    def has_ended(self) -> bool:
-        """True if galloping has ended below the scene's wind."""
-        return self.galloping_until is not None and self.wind_speed > self.galloping_until
+    galloping: Cycle | None
+    onset: Cycle | None
+    until_wind_speed: float | None
+    saturated: Cycle | None
+    antisymmetric_growth: float | None
+    other_mode: OtherMode | None
+    states: tuple[StableState, ...]
+    transfers: tuple[Transfer, ...]
+    unresolved: tuple[str, ...]
 
 
-def judge(branch: LimitCycles, frequencies: FrequencyRatio) -> Judgement:
-    """Draw the verdict from the branch of limit cycles without swing.
+@dataclass(frozen=True)
+class _Pair:
+    """Galloping in the first symmetric vertical mode: its branch and events."""
+
+    begin: Event
+    branch: Branch | None
+    starts: tuple[Event, ...]
+    """Period doublings, at which a swing starts or no longer starts."""
+
+
+def judge(diagram: SpanDiagram, frequencies: FrequencyRatio) -> Judgement:
+    """Draw the verdict from all motions of a span.
 
     Parameters
     ----------
-    branch
-        Limit cycles from the onset of galloping to the highest wind.
+    diagram
+        Its branches.
     frequencies
         Natural frequencies of the pair.
     """
+    rest = diagram.branches[0] if diagram.branches else None
+    hopf = [event for event in rest.events if event.kind == "Hopf"] if rest else []
+    hopf = _beginning(hopf)
+    begin = first_pair(hopf, diagram.model)
+    others = [event for event in hopf if event is not begin]
+    pair = None if begin is None else _pair(diagram, begin)
+    settled = settled_states(diagram)
+    galloping = _galloping(diagram, pair)
+    onset = _onset(diagram, pair)
+    saturated = _saturated(diagram, settled)
+    doubts = (*settled.doubts, *_limits(diagram))
+    ends = [event.parameter for event in (begin and _ends(diagram, begin)) or []]
     known = Judgement(
-        verdict=Verdict.NO_GALLOPING,
-        frequencies=frequencies,
-        wind_speed=branch.wind,
-        highest_wind=branch.highest,
-        galloping_from=branch.galloping_from,
-        galloping_until=branch.galloping_until,
-        limit_cycle=branch.table(),
-        end_reason=branch.end_reason,
-        is_unresolved=branch.is_unresolved,
+        risk="none",
+        reason="",
+        galloping_from=None if begin is None else begin.parameter,
+        galloping_until=min(ends, default=None),
+        limit_cycle=_table(diagram, pair),
+        galloping=galloping,
+        onset=onset,
+        until_wind_speed=_until(diagram, pair),
+        saturated=saturated,
+        antisymmetric_growth=_antisymmetric_growth(diagram, pair),
+        other_mode=other_mode(min(others, key=lambda one: one.parameter), diagram.model)
+        if others
+        else None,
+        states=settled.states,
+        transfers=_transfers(diagram),
+        unresolved=doubts,
     )
+    risk = _risk(diagram, known)
+    return replace(known, risk=risk, reason=_reason(diagram, known, risk, frequencies))
+
+
+def _beginning(events: Sequence[Event]) -> list[Event]:
+    """Hopf points at which an oscillation of rest begins to grow with the wind."""
+    return [event for event in events if _grows_with_wind(event)]
+
+
+def _grows_with_wind(event: Event) -> bool:
+    """True if the critical eigenvalue crosses to the right with the wind."""
+    point = event.point
+    problem = point.equations.problem
+    change = 1e-4 * point.parameter
+    omega = abs(event.value.imag)
+    rates = []
+    for wind in (point.parameter - change, point.parameter + change):
+        values = np.linalg.eigvals(problem.rates(point.states, wind).by_state[0])
+        rates.append(values[np.argmin(np.abs(values - 1j * omega))].real)
+    return bool(rates[1] > rates[0])
+
+
+def _pair(diagram: SpanDiagram, begin: Event) -> _Pair:
+    """Branch of galloping in the first symmetric vertical mode, and where a swing starts on it."""
+    branch = next(
+        (one for one in diagram.orbits if one.origin is not None and one.origin is begin), None
+    )
+    doublings = [one for one in branch.events if one.kind == "period doubling"] if branch else []
+    return _Pair(
+        begin, branch, tuple(one for one in doublings if starts_swing(one.point, diagram.model))
+    )
+
+
+def _ends(diagram: SpanDiagram, begin: Event) -> list[Event]:
+    """Where the galloping that begins at a Hopf point ends at rest."""
+    branch = _pair(diagram, begin).branch
+    return [] if branch is None else branch.of_kind("rest")
+
+
+def cycle_of(diagram: SpanDiagram, point: Point, multiplier: float) -> Cycle:
+    """Amplitudes and vertical frequency of an orbit."""
+    u2, u3, theta, _ = amplitudes(point, diagram.model).tolist()
+    frequency = vertical_frequency(point, diagram.model)
+    return Cycle(point.parameter, u2, u3, theta, frequency, multiplier)
+
+
+def _table(diagram: SpanDiagram, pair: _Pair | None) -> tuple[Cycle, ...]:
+    """Galloping without swing over the wind speed."""
+    if pair is None or pair.branch is None:
+        return ()
+    return tuple(
+        cycle_of(diagram, point, abs(diagram.swing[id(point.x)]))
+        for point in pair.branch.points
+        if id(point.x) in diagram.swing
+    )
+
+
+def _galloping(diagram: SpanDiagram, pair: _Pair | None) -> Cycle | None:
+    """Galloping without swing at the scene's wind: the largest stable one, else the largest."""
+    if pair is None or pair.branch is None:
+        return None
+    points = diagram.at_wind(pair.branch)
+    if not points:
+        return None
+    point = min(points, key=lambda one: (one.unstable, -float(np.max(one.amplitude))))
+    found = cycle_of(diagram, point, abs(diagram.swing_of(point)))
+    return replace(found, wind_speed=diagram.wind)
+
+
+def _starting(pair: _Pair | None) -> list[Event]:
+    """Period doublings at which a swing starts, with no other growing disturbance first."""
+    if pair is None:
+        return []
+    return sorted(pair.starts, key=lambda event: event.parameter)
+
+
+def _onset(diagram: SpanDiagram, pair: _Pair | None) -> Cycle | None:
+    """Galloping where a swing starts."""
+    starts = _starting(pair)
+    return cycle_of(diagram, starts[0].point, 1.0) if starts else None
+
+
+def _until(diagram: SpanDiagram, pair: _Pair | None) -> float | None:
+    """Wind speed above the onset from which a swing no longer starts."""
+    starts = _starting(pair)
+    for event in starts[1:]:
+        growing = int(np.sum(event.point.levels > CRITICAL_LEVEL))
+        after = [p for p in pair.branch.points if p.parameter > event.parameter][:1]  # type: ignore[union-attr]
+        if after and after[0].unstable <= growing:
+            return event.parameter
+    return None
+
+
+def _saturated(diagram: SpanDiagram, settled: Settled) -> Cycle | None:
+    """Stable motion with swing at half the frequency, in the scene's wind."""
+    swinging = [state for state in settled.states if state.has_swing]
+    if not swinging:
+        return None
+    best = max(swinging, key=lambda state: state.horizontal)
+    rate, frequency = best.growth_rate, best.frequency_hz or 0.0
+    multiplier = 1.0 if rate is None else float(np.exp(rate / frequency))
+    return Cycle(diagram.wind, best.vertical, best.horizontal, best.twist, frequency, multiplier)
+
+
+def _antisymmetric_growth(diagram: SpanDiagram, pair: _Pair | None) -> float | None:
+    """Growth of an antisymmetric disturbance of the motion with swing in a vertical cycle."""
+    if diagram.problem.symmetry is None or pair is None:
+        return None
+    starts = {id(event.point.x) for event in pair.starts}
+    sizes = [
+        antisymmetric_multiplier(point, diagram.model)
+        for branch in diagram.orbits
+        if branch.origin is not None and id(branch.origin.point.x) in starts
+        for point in diagram.at_wind(branch)
+    ]
+    # the period of a swing is two vertical cycles
+    return max((float(np.sqrt(size)) for size in sizes if size is not None), default=None)
+
+
+def _limits(diagram: SpanDiagram) -> tuple[str, ...]:
+    """Sentences about branches that could not be followed."""
+    found = []
+    for branch in diagram.branches:
+        for event in branch.ends[1:]:
+            sentence = event_sentence(event, "m/s") if event.kind != "torus" else ""
+            if sentence:
+                name = name_of_motion(branch.points[len(branch.points) // 2], diagram.model)
+                found.append(f"{name}: {sentence}")
+    return tuple(found)
+
+
+def _transfers(diagram: SpanDiagram) -> tuple[Transfer, ...]:
+    """Growing disturbances of rest and of the orbits at the scene's wind."""
+    model, found = diagram.model, list[Transfer]()
+    for branch in diagram.orbits:
+        for point in diagram.at_wind(branch):
+            name = name_of_motion(point, model)
+            for one in disturbances(point, model):
+                rate = float(np.log(abs(one.multiplier))) / point.period
+                if rate < MIN_TRANSFER:
+                    break
+                if one.multiplier.imag < 0.0:
+                    continue  # the other of a pair
+                turns = abs(float(np.angle(one.multiplier))) / (2.0 * np.pi)
+                frequency = turns / point.period
+                found.append(Transfer(name, name_of_disturbance(one, model), rate, frequency))
+    return tuple(found)
+
+
+def _risk(diagram: SpanDiagram, known: Judgement) -> Risk:
+    """Risk of a swing that follows from what was found."""
+    has_begun = known.galloping_from is not None
+    resolved = [state for state in known.states if state.kind != "not settled"]
+    if not resolved and known.galloping is None and _rest_is_unstable(diagram):
+        return "undetermined"
+    if not has_begun:
+        return "none" if known.other_mode is None else "other"
+    swinging = any(state.has_swing for state in known.states)
+    gallops = known.galloping_from <= diagram.wind  # type: ignore[operator]
+    if known.onset is not None or swinging:
+        alone = known.galloping
+        starts = swinging if alone is None else alone.multiplier > 1.0
+        return "certain" if gallops and starts else "possible"
+    return "detuned"
+
+
+def _rest_is_unstable(diagram: SpanDiagram) -> bool:
+    """True if a disturbance of rest grows in the scene's wind, or rest is not known there."""
+    if not diagram.branches:
+        return False
+    points = diagram.at_wind(diagram.branches[0])
+    first = diagram.branches[0].points[0].parameter
+    return diagram.wind > first and not any(point.is_stable for point in points)
+
+
+def _divergence(diagram: SpanDiagram) -> float | None:
+    """Lowest wind speed [m/s] from which rest is statically unstable."""
+    kinds = ("fold", "branch point", "symmetry breaking")
+    events = diagram.branches[0].events if diagram.branches else []
+    return min((event.parameter for event in events if event.kind in kinds), default=None)
+
+
+def _reason(diagram: SpanDiagram, known: Judgement, risk: Risk, frequencies: FrequencyRatio) -> str:
+    """Word the verdict as a sentence."""
+    parts = [_pair_sentence(diagram, known, frequencies)]
+    if risk == "other":
+        parts = [f"the 2:1 pair is not at risk ({parts[0]}), but {known.other_mode}"]
+    divergence = _divergence(diagram)
+    if divergence is not None:
+        parts.append(f"rest is statically unstable from {divergence:.4g} m/s (divergence)")
+    moving = [state for state in known.states if state.kind != "rest" or "over" in state.name]
+    if moving:
+        listed = " or ".join(str(state) for state in moving)
+        parts.append(f"stable at {diagram.wind:.4g} m/s: {listed}")
+    if risk == "undetermined":
+        why = "; ".join(known.unresolved) or "no stable motion was found"
+        parts.append(f"unresolved at {diagram.wind:.4g} m/s: {why}; run a simulation")
+    if risk != "other" and known.other_mode is not None:
+        parts.append(f"also, {known.other_mode}")
+    return "; ".join(parts)
+
+
+def _pair_sentence(diagram: SpanDiagram, known: Judgement, frequencies: FrequencyRatio) -> str:
+    """Sentence about galloping in the first symmetric vertical mode, and its swing."""
     if known.galloping_from is None:
-        return known
-    try:
-        return _judge_galloping(branch, known)
-    except NotConvergedError:
-        return replace(known, verdict=Verdict.BROKEN_BRANCH)
-
-
-def _judge_galloping(branch: LimitCycles, known: Judgement) -> Judgement:
-    """Judge a span that gallops: limit cycle at the scene's wind, onset of the swing, swing.
-
-    Raises
-    ------
-    NotConvergedError
-        If Newton's iteration fails between two orbits of the branch.
-    """
-    galloping, onset, known = _with_onset(branch, known)
-    expected = known.galloping_from is not None and known.wind_speed > known.galloping_from
-    if galloping is None and expected and not known.has_ended:
-        return replace(known, verdict=Verdict.NO_CYCLE)
-    if onset is None:
-        return replace(known, verdict=Verdict.NO_ONSET)
-    settled, known = _with_swing(branch, onset, known)
-    if known.galloping is None or known.galloping.multiplier <= 1.0:
-        return replace(known, verdict=Verdict.NO_SWING)
-    growth = None if settled is None else antisymmetric_growth(branch.model, settled, 2)
-    return replace(known, verdict=Verdict.SWING, antisymmetric_growth=growth)
-
-
-def _with_onset(
-    branch: LimitCycles, known: Judgement
-) -> tuple[Orbit | None, Orbit | None, Judgement]:
-    """Find the limit cycle at the scene's wind, and the first orbit at which the swing starts."""
-    at_wind = branch.galloping()
-    if at_wind is not None:
-        orbit, growth = at_wind
-        known = replace(known, galloping=cycle_of(branch.model, orbit, abs(growth.swing)))
-    limits = stability_limits(branch)
-    onset = next((orbit for orbit, starts in limits if starts), None)
-    if onset is not None:
-        until = next((orbit.wind_speed for orbit, starts in limits if not starts), None)
-        known = replace(known, onset=cycle_of(branch.model, onset, 1.0), until_wind_speed=until)
-    return (None if at_wind is None else at_wind[0]), onset, known
-
-
-def _with_swing(
-    branch: LimitCycles, onset: Orbit, known: Judgement
-) -> tuple[Orbit | None, Judgement]:
-    """Follow the motions with swing from their onset to the scene's wind."""
-    orbits, track = swing_branch(branch.model, onset, branch.wind)
-    settled = track.first_at(orbits, branch.wind)
-    if settled is None:
-        return None, known
-    # the multipliers are over two vertical cycles
-    slowest = float(np.sqrt(np.max(np.abs(multipliers(branch.model, settled, 2).all))))
-    saturated = cycle_of(branch.model, settled, slowest, 2)
-    if slowest > 1.0:
-        saturated = beating_cycle(branch.model.scene, branch.wind, saturated)
-    return settled, replace(known, saturated=saturated)
-
-
-def explain(judged: Judgement) -> str:
-    """Word a judgement as one sentence."""
-    return SENTENCES[judged.verdict](judged)
-
-
-def _no_galloping(judged: Judgement) -> str:
-    remark = f"; {judged.end_reason}" if judged.end_reason else ""
-    return (
-        "the first symmetric vertical mode does not gallop up to"
-        f" {judged.highest_wind:.4g} m/s{remark}"
-    )
-
-
-def _no_onset(judged: Judgement) -> str:
-    if judged.galloping is not None:
-        gallops = (
-            f"galloping at the scene's {_wind(judged)} has an amplitude of"
-            f" {judged.galloping.vertical:.3g} m"
+        remark = f"; {diagram.end_reason}" if diagram.end_reason else ""
+        return (
+            "the first symmetric vertical mode does not gallop up to"
+            f" {diagram.highest:.4g} m/s{remark}"
         )
-    else:
-        gallops = f"galloping begins at {judged.galloping_from:.4g} m/s"
-        if judged.has_ended:
-            gallops += (
-                f", ends at {judged.galloping_until:.4g} m/s, below the scene's"
-                f" {judged.wind_speed:.4g} m/s,"
-            )
-    caveat = f" ({judged.end_reason})" if judged.end_reason else ""
-    last = judged.limit_cycle[-1].wind_speed
-    return f"{_tuning(judged)}: {gallops} and starts no swing up to {last:.4g} m/s{caveat}"
-
-
-def _no_swing(judged: Judgement) -> str:
-    end = other = ""
-    if judged.until_wind_speed is not None:
-        end = f" and no longer from {judged.until_wind_speed:.4g} m/s on"
-    if judged.saturated is not None:
-        other = (
-            f", where a swing of {judged.saturated.horizontal:.3g} m is possible after a strong"
-            " disturbance"
-        )
-    return f"{_tuning(judged)}{_onset(judged)}{end}, but not at the scene's {_wind(judged)}{other}"
-
-
-def _swing(judged: Judgement) -> str:
-    assert judged.galloping is not None
-    outcome = "no steady motion with swing was found"
-    if judged.saturated is not None:
-        ends = "beats, up to" if judged.saturated.multiplier > 1.0 else "settles at"
-        outcome = (
-            f"the motion {ends} {judged.saturated.vertical:.3g} m vertical and"
-            f" {judged.saturated.horizontal:.3g} m horizontal"
-        )
-    growth = judged.antisymmetric_growth
-    if growth is not None and growth > MIN_REPORTED_GROWTH:
-        outcome += f"; an antisymmetric disturbance of it grows by {growth - 1.0:.1%} per cycle"
-    return (
-        f"{_tuning(judged)}{_onset(judged)}; at {_wind(judged)} galloping alone would reach"
-        f" {judged.galloping.vertical:.3g} m, a small swing grows by"
-        f" {judged.galloping.multiplier - 1.0:.1%} per cycle, and {outcome}"
+    side = "above" if frequencies.detuning > 0.0 else "below"
+    tuning = f"frequency ratio {frequencies.ratio:.3f}, {abs(frequencies.detuning):.1%} {side} 2:1"
+    begins = f"{tuning}: galloping begins at {known.galloping_from:.4g} m/s"
+    if known.galloping_until is not None:
+        begins += f", ends at {known.galloping_until:.4g} m/s"
+    galloping = known.galloping
+    if known.onset is None:
+        size = f" and has an amplitude of {galloping.vertical:.3g} m" if galloping else ""
+        return f"{begins}{size}, and starts no swing up to {diagram.highest:.4g} m/s"
+    text = (
+        f"{tuning}: galloping starts the swing at {known.onset.wind_speed:.4g} m/s, where its"
+        f" vertical amplitude passes {known.onset.vertical:.3g} m"
     )
-
-
-def _no_cycle(judged: Judgement) -> str:
-    missing = judged.end_reason
-    if not judged.is_unresolved:
-        missing = (
-            f"no periodic motion was found at {_wind(judged)}"
-            f" ({judged.end_reason or 'no branch reaches it'})"
+    if known.until_wind_speed is not None:
+        text += f", and no longer from {known.until_wind_speed:.4g} m/s on"
+    if galloping is not None and galloping.multiplier > 1.0:
+        text += (
+            f"; at {diagram.wind:.4g} m/s galloping alone would reach {galloping.vertical:.3g} m,"
+            f" and a small swing grows by {galloping.multiplier - 1.0:.1%} per cycle"
         )
-    return f"{_tuning(judged)}{_onset(judged)}, but {missing}; {_remedy(judged)}"
-
-
-def _broken_branch(judged: Judgement) -> str:
-    return (
-        f"{_tuning(judged)}, but the limit cycle is unresolved: no periodic motion was found"
-        f" between two computed ones; {_remedy(judged)}"
-    )
-
-
-SENTENCES: dict[Verdict, Callable[[Judgement], str]] = {
-    Verdict.NO_GALLOPING: _no_galloping,
-    Verdict.NO_ONSET: _no_onset,
-    Verdict.NO_SWING: _no_swing,
-    Verdict.SWING: _swing,
-    Verdict.NO_CYCLE: _no_cycle,
-    Verdict.BROKEN_BRANCH: _broken_branch,
-}
-
-
-def _tuning(judged: Judgement) -> str:
-    pair = judged.frequencies
-    side = "above" if pair.detuning > 0.0 else "below"
-    return f"frequency ratio {pair.ratio:.3f}, {abs(pair.detuning):.1%} {side} 2:1"
-
-
-def _onset(judged: Judgement) -> str:
-    if judged.onset is None:
-        return ""
-    return (
-        f": galloping starts the swing at {judged.onset.wind_speed:.4g} m/s, where its vertical"
-        f" amplitude passes {judged.onset.vertical:.3g} m"
-    )
-
-
-def _wind(judged: Judgement) -> str:
-    return f"{judged.wind_speed:.4g} m/s"
-
-
-def _remedy(judged: Judgement) -> str:
-    return f"run a simulation at the scene's {_wind(judged)}"
+    return text

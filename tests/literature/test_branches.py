@@ -75,15 +75,6 @@ FULL_CIRCLE = gf.load_scene(Path(__file__).parent / "data" / "full_circle_350m.t
 """Drake with 15 mm of crescent ice over 350 m; the curve covers a whole turn."""
 
 
-def test_the_screening_of_a_long_span_does_not_depend_on_the_winds_of_the_scene():
-    found = [modal.screen(FULL_CIRCLE.with_values({"wind.speed": u})) for u in (4.0, 8.0, 12.0)]
-    assert {one.risk for one in found} == {"undetermined"}
-    for one in found:  # observed 1.8648 and 3.649
-        assert one.galloping_from == pytest.approx(1.8648, rel=1e-4)
-        assert one.other_mode.wind_speed == pytest.approx(3.649, rel=1e-3)
-        assert "no periodic motion was found" in one.reason or "unresolved" in one.reason
-
-
 def test_the_long_span_ends_at_the_only_stable_state_turned_over():
     """Of its equilibria in 6 m/s one is stable: that at which simulations end."""
     scene = FULL_CIRCLE.with_values(

@@ -188,3 +188,56 @@ def _histories(
         record_nodes=[quarter, ELEMENTS, 2 * ELEMENTS - quarter],
     ).dataset
     return data.time.values, data.u2.values.T, data.u3.values[:, 1]
+
+
+@dataclass(frozen=True)
+class End:
+    """End of a long run with a push that is not symmetric.
+
+    Largest amplitudes [m] at mid-span in the last third, of the antisymmetric part at the quarter
+    points, mean twist [rad] at mid-span, relative change of the largest amplitude from the middle
+    third to the last one, and the part at half the vertical frequency [m].
+    """
+
+    vertical: float
+    horizontal: float
+    quarter: float
+    twist: float
+    change: float
+    swing: float
+
+
+ANTISYMMETRIC_PUSH = 20.0
+"""Force [N], up and with the wind, at 0.3 of the span for half a second."""
+
+
+def ended(scene: gf.Scene, seed: float, swing: float, duration: float) -> End:
+    """Simulate a scene at its wind for a duration [s] from a vertical and a horizontal seed [m]."""
+    law = {"kind": "pulse", "peak": 1.0, "start": 5.0, "rise": 0.25,
+           "fall_start": 5.25, "fall": 0.25}  # fmt: skip
+    force = [0.0, ANTISYMMETRIC_PUSH, ANTISYMMETRIC_PUSH]
+    pushed = scene.with_values({
+        "numerics.elements": ELEMENTS, "numerics.time_step": TIME_STEP,
+        "initial.seed_vertical": seed, "initial.seed_horizontal": swing,
+        "loads": [{"force": force, "position": 0.3, "law": law}],
+    })  # fmt: skip
+    quarter = ELEMENTS // 2
+    data = gf.simulate(
+        pushed,
+        stop_time=duration,
+        record_every=8,
+        record_nodes=[quarter, ELEMENTS, 2 * ELEMENTS - quarter],
+    ).dataset
+    t, u2, u3 = data.time.values, data.u2.values, data.u3.values[:, 1]
+    series = (u2[:, 1], u3, 0.5 * (u2[:, 0] - u2[:, 2]))
+    thirds = [t > duration * 2.0 / 3.0, (t > duration / 3.0) & (t <= duration * 2.0 / 3.0)]
+    late, before = ([0.5 * float(np.ptp(one[part])) for one in series] for part in thirds)
+    largest = max(late)
+    last = thirds[0]
+    main = series[0] if late[0] >= late[2] else series[2]
+    return End(
+        *late,
+        float(data.theta.values[last, 1].mean()),
+        max(abs(a - b) for a, b in zip(late, before, strict=True)) / max(largest, 1e-3),
+        swing_part(t[last], main[last], u3[last]),
+    )
