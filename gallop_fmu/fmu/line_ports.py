@@ -64,7 +64,7 @@ def line_inputs(scene: LineScene, ports: Ports, packed: Packed) -> Iterator[dict
     else:
         yield _wind(scene, "wind_speed", "all spans", spans)
     angle = packed.tables["cross_section"][0].attack_angle
-    yield attack_angle_input(angle, "; the ice on other spans turns by the same change")
+    yield attack_angle_input(angle, " of span 1 (others alike)")
     for tower, junctions in enumerate(packed.map.junctions_of_towers):
         motions = []
         for axis, direction in enumerate(DIRECTIONS):
@@ -105,7 +105,7 @@ def _wind(scene: LineScene, name: str, where: str, spans: Sequence[int]) -> dict
         "key": name,
         "unit": "m/s",
         "nominal": NOMINAL["wind_speed"],
-        "description": f"{WIND_SPEED} {where}, held over a communication step",
+        "description": f"{WIND_SPEED} {where}, constant in a step",
         "start": float(scene.wind_of_span(spans[0]).at(0.0)),
         "minimum": -MAX_WIND_SPEED if blows else 0.0,
         "maximum": MAX_WIND_SPEED if blows else 0.0,

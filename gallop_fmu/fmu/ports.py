@@ -118,7 +118,7 @@ def motion_input(name: str, key: str, place: str, targets: tuple[Target, ...]) -
         "key": key,
         "unit": "m",
         "nominal": NOMINAL["tower"],
-        "description": f"displacement of {place}, reached at the end of a communication step",
+        "description": f"displacement of {place}, reached at the end of a step",
         "start": 0.0,
         "targets": targets,
     }
@@ -134,8 +134,7 @@ def velocity_input(motion: dict[str, Any], place: str) -> dict[str, Any]:
         "unit": "m/s",
         "nominal": NOMINAL["tower_velocity"],
         "description": (
-            f"velocity of {place}; optional: with it the displacement is that at the beginning of a"
-            " communication step"
+            f"velocity of {place}; {motion['name'][-2:]} then is at the start of a step"
         ),
         "start": 0.0,
         "targets": targets,
@@ -171,8 +170,7 @@ def wind_direction_input(wind: Wind, fields: int) -> dict[str, Any]:
         "key": "wind_direction",
         "unit": "rad",
         "description": (
-            "direction of the wind: yaw from across the line towards x1, held over a communication"
-            " step"
+            "direction of the wind: yaw from across the line towards x1, constant in a step"
         ),
         "nominal": NOMINAL["wind_direction"],
         "start": 0.0 if law is None else math.radians(float(law.at(0.0))),
@@ -189,10 +187,7 @@ def attack_angle_input(start: float, remark: str = "") -> dict[str, Any]:
         "key": "attack_angle",
         "unit": "rad",
         "nominal": NOMINAL["attack_angle"],
-        "description": (
-            "initial attack angle of the wind on the ice; turns the ice, held over a communication"
-            f" step{remark}"
-        ),
+        "description": (f"attack angle of the wind on the ice{remark}; constant in a step"),
         "start": start,
         "minimum": -2.0 * math.pi,
         "maximum": 2.0 * math.pi,

@@ -37,7 +37,7 @@ from gallop_fmu.scene.scene import Scene
 from gallop_fmu.scene.wind import MAX_WIND_SPEED
 
 ENDS = ("left", "right")
-DIRECTIONS = ("along the span", "upwards", "across the span, downwind")
+DIRECTIONS = ("along the span", "upwards", "across, downwind")
 MOTIONS = {
     **{f"x{i}": f"u{i}" for i in (1, 2, 3)},
     "theta": "theta",
@@ -63,7 +63,7 @@ def span_inputs(scene: Scene) -> Iterator[dict[str, Any]]:
         "key": "wind_speed",
         "unit": "m/s",
         "nominal": NOMINAL["wind_speed"],
-        "description": f"{WIND_SPEED} the span, held over a communication step",
+        "description": f"{WIND_SPEED} the span, constant in a step",
         "start": wind_speed_at_start(scene.wind),
         "minimum": -MAX_WIND_SPEED if scene.aerodynamics is not None else 0.0,
         "maximum": MAX_WIND_SPEED if scene.aerodynamics is not None else 0.0,

@@ -49,8 +49,8 @@ SHED_STATION = re.compile(r"shedding\.\d+\.(from|to)_station")
 """Paths of a span that place its stations."""
 
 HELD = {
-    "span.sag": "; it must agree with the tension within 5 %",
-    "span.horizontal_tension": "; it must agree with the sag within 5 %",
+    "span.sag": "; must fit the tension",
+    "span.horizontal_tension": "; must fit the sag within 5 %",
 }
 """Remarks on the parameters of a span whose sag and tension are both given."""
 
@@ -187,11 +187,11 @@ def _integrator(scene: Scene | LineScene) -> dict[str, Any]:
 
 def _exclusive(bounds: dict[str, float]) -> str:
     """Remark on bounds that are refused themselves; FMI's own bounds are inclusive."""
-    words = {"gt": "greater than", "lt": "less than"}
+    words = {"gt": ">", "lt": "<"}
     remarks = " and ".join(
         f"{word} {bounds[kind]:.6g}" for kind, word in words.items() if kind in bounds
     )
-    return f"; must be {remarks}" if remarks else ""
+    return f"; {remarks}" if remarks else ""
 
 
 def _declared(scene: Scene | LineScene, path: str) -> tuple[bool, dict[str, float]]:

@@ -16,6 +16,9 @@ from gallop_fmu.foundation.integrators import INTEGRATORS
 from gallop_fmu.foundation.outcome import Outcome
 from gallop_fmu.input.scene_files import load_scene, packaged_scenes
 from gallop_fmu.scene.time_functions import Ramp
+from support.line_scenes import section
+
+LINE = section(20000.0, [200.0, 250.0], 15.7, 3e7, elements=4)
 
 SI = {
     "N": (1, 1, -2, 0, 1.0),
@@ -230,5 +233,11 @@ def test_rows_for_the_documentation():
         "type": "Real",
         "unit": "m/s",
         "start": "5.5",
-        "description": "wind speed across the span, held over a communication step",
+        "description": "wind speed across the span, constant in a step",
     }
+
+
+@pytest.mark.parametrize("scene", [load_scene("example3"), LINE], ids=["span", "line"])
+def test_descriptions_fit_a_tooltip(scene):
+    longest = max((variable.description for variable in fmu_variables(scene)), key=len)
+    assert len(longest) <= 85, longest

@@ -358,7 +358,7 @@ def test_the_page_in_the_fmu_lists_the_variables(rich_fmu, rich_scene):
     names = re.findall(r"<code>(.*?)</code>", page[page.index("<h2>Inputs") :])
     ports = Ports("span", STATIONS)
     assert sorted(names) == sorted(v.name for v in fmu_variables(rich_scene, ports))
-    assert "<td>displacement of tower 1 upwards, reached at the end of a communication step" in page
+    assert "<td>displacement of tower 1 upwards, reached at the end of a step" in page
 
 
 WRONG_PORTS = {

@@ -98,7 +98,7 @@ def test_bounds_are_in_the_words_of_python(small, small_scene, instance):
 def test_an_excluded_bound_is_stated_in_the_model_description(small):
     length, wind = (small.variables[name] for name in ("span.length", "wind_speed"))
     assert float(length.min) == 0.0
-    assert length.description.endswith("; must be greater than 0")
+    assert length.description.endswith("; > 0")
     assert "must be" not in wind.description
 
 
