@@ -42,8 +42,8 @@ def main() -> None:
     print("| Random | Draws | Time of a draw [ms] | CPU time [s] | Wall time [s] |")
     print("| --- | --- | --- | --- | --- |")
     angle = {"wind.speed": WIND, "ice.attack_angle_deg": ANGLE}
-    measured("wind and angle of the ice, example3", gf.load_scene("example3"), angle, OTHERS)
     found = measured("wind, cubic curve", scene(), {"wind.speed": WIND}, given.draws, given.out)
+    measured("wind and angle of the ice, example3", gf.load_scene("example3"), angle, OTHERS)
     peak = sum(resource.getrusage(who).ru_maxrss for who in (0, -1)) / 1024
     print(f"\nmemory: {peak:.0f} MB; unresolved draws: {found.dataset.unresolved.item():.3%}\n")
     compare(found)
