@@ -77,55 +77,59 @@ def public_names(package: ModuleType) -> Iterator[str]:
 
 
 def scene_tables() -> Iterator[str]:
-    """One heading and table for each section of a scene, in order of declaration."""
-    yield from _section("", gf.Scene)
+    """One heading and table for each kind of section of a scene, in order of declaration."""
+    yield from _tables(_places("", gf.Scene))
 
 
 def line_scene_tables() -> Iterator[str]:
     """Headings and tables of a line for what a scene of one span does not have."""
-    shown: set[type[Section]] = set()
-    for _ in _section("", gf.Scene, shown):
-        pass
-    yield from _section("", gf.LineScene, shown)
+    known = _places("", gf.Scene)
+    found = _places("", gf.LineScene)
+    yield from _tables({kind: places for kind, places in found.items() if kind not in known})
 
 
 def line_table() -> Iterator[str]:
     """The line data from which a scene can be computed."""
-    yield from _section("line", Line)
+    yield from _tables(_places("line", Line))
 
 
-def _section(
-    path: str, section: type[Section], shown: set[type[Section]] | None = None
-) -> Iterator[str]:
-    """Heading and table of a section and of those within, except `shown` ones, which it extends."""
-    if shown is not None:
-        if section in shown:
-            return
-        shown.add(section)
-    below: list[tuple[str, type[Section]]] = []
-    rows = []
+def _places(
+    path: str, section: type[Section], found: dict[type[Section], list[str]] | None = None
+) -> dict[type[Section], list[str]]:
+    """Return the paths at which each kind of section stands, in order of declaration."""
+    found = {} if found is None else found
+    places = found.setdefault(section, [])
+    if path not in places:
+        places.append(path)
     for name, field in section.model_fields.items():
-        inside = section_classes(field.annotation)
-        item = "[]" if inside and get_origin(field.annotation) is tuple else ""
-        below += [(f"{path}.{name}{item}".lstrip("."), found) for found in inside]
-        unit = unit_of_field(field)
-        if not inside or unit:
-            rows.append(
-                f"| `{name}` | {unit} | {_default(field)} | {_range(field)} |"
-                f" {_cell(field.description)} |"
-            )
-    if rows:
+        item = "[]" if get_origin(field.annotation) is tuple else ""
+        for inside in section_classes(field.annotation):
+            _places(f"{path}.{name}{item}".lstrip("."), inside, found)
+    return found
+
+
+def _tables(found: dict[type[Section], list[str]]) -> Iterator[str]:
+    """Heading and table of each kind of section; the heading has its first path."""
+    for section, (path, *others) in found.items():
+        rows = [
+            f"| `{name}` | {unit_of_field(field)} | {_default(field)} | {_range(field)} |"
+            f" {_cell(field.description)} |"
+            for name, field in section.model_fields.items()
+            if not section_classes(field.annotation) or unit_of_field(field)
+        ]
+        if not rows:
+            continue
         kind = section.model_fields["kind"].default if "kind" in section.model_fields else None
         title = f"`{path}`" if path else "The scene itself"
         yield f"\n## {title}{f', kind = `{kind}`' if kind else ''}\n"
         yield f"{(section.__doc__ or '').strip().splitlines()[0]}\n"
+        if others:
+            yield f"Also at {', '.join(f'`{each}`' for each in others)}.\n"
         yield from (
             "| Name | Unit | Default | Range | Meaning |",
             "| --- | --- | --- | --- | --- |",
             *rows,
         )
-    for name, found in below:
-        yield from _section(name, found, shown)
 
 
 def _default(field: FieldInfo) -> str:
