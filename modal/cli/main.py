@@ -31,6 +31,7 @@ from gallop_fmu.cli.terminal import (
 from modal.cli.atlas_command import ATLAS_EXAMPLE, atlas
 from modal.cli.branches_command import BRANCHES_EXAMPLE, branches
 from modal.cli.line_output import LOCUS_POINTS, show_linear, show_modes, show_pairs
+from modal.cli.measures_command import MEASURES_EXAMPLE, measures
 from modal.cli.output import Plot, line_or_span_to_draw, show
 from modal.cli.screen_command import SCREEN_EXAMPLE, screen_span
 from modal.cli.sensitivity_command import SENSITIVITY_EXAMPLE, sensitivity
@@ -462,6 +463,7 @@ def _linear_lines(criteria: list[Criterion], onsets: list[CriticalWind]) -> list
 app.command(epilog=example(SLOPE_EXAMPLE))(slope)
 app.command(epilog=example(BRANCHES_EXAMPLE))(branches)
 app.command(epilog=example(SENSITIVITY_EXAMPLE))(sensitivity)
+app.command(epilog=example(MEASURES_EXAMPLE))(measures)
 app.command(name="screen", epilog=example(SCREEN_EXAMPLE))(screen_span)
 app.command(epilog=example(ATLAS_EXAMPLE))(atlas)
 app.command(epilog=example(REPORT_EXAMPLE))(report)

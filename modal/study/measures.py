@@ -81,7 +81,7 @@ def measures(scene: LineScene, frequencies_hz: NDArray[np.float64]) -> list[Meas
         found.append(_spacers(scene))
     if len(scene.phases) > 1:
         found.append(_interphase(scene))
-    return [*found, _pendulums(scene), _dampers(scene, frequencies_hz), _split(scene)]
+    return [*found, pendulums(scene), dampers(scene, frequencies_hz), _split(scene)]
 
 
 def _made(name: str, detail: str, change: Callable[[], LineScene]) -> Measure:
@@ -154,7 +154,7 @@ def _interphase(scene: LineScene) -> Measure:
     )
 
 
-def _pendulums(scene: LineScene) -> Measure:
+def pendulums(scene: LineScene) -> Measure:
     """Hang detuning pendulums in all spans."""
     count = scene.bundle.subconductors
     mass = PENDULUM_MASS / count
@@ -178,7 +178,7 @@ def _pendulums(scene: LineScene) -> Measure:
     )
 
 
-def _dampers(scene: LineScene, frequencies_hz: NDArray[np.float64]) -> Measure:
+def dampers(scene: LineScene, frequencies_hz: NDArray[np.float64]) -> Measure:
     """Hang a tuned damper at mid-span of all spans that gallop.
 
     The tuning is that of Den Hartog (Mechanical Vibrations, section 3.3): with mu the ratio of the
