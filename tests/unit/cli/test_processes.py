@@ -71,7 +71,7 @@ def test_streams_may_be_closed(tmp_path, words):
         ("gallop-fmu check any", ""),
         ("gallop-fmu run example3 --in", "--inputs"),
         ("gallop-fmu new mine.toml --conductor Dr", "Drake Drone"),
-        ("gallop-modal s", "slope screen study"),
+        ("gallop-modal s", "slope sensitivity screen study"),
         ("gallop-modal modes zeb", "zebra"),
     ],
 )
