@@ -128,7 +128,7 @@ def compute(
 def _header(cases: Cases, task: Task) -> Header:
     varied = dict.fromkeys(key for case in cases.every for key in case.changes)
     return {
-        "package": f"{program()} (kernel {_kernel_hash()})",
+        "package": package(),
         "task": str(task),
         "scenes": cases.fingerprint(),
         "runs": len(cases.every),
@@ -313,6 +313,11 @@ def _unit(cases: Cases, key: str) -> str:
         with suppress(SceneError):
             return unit_of(scene(), key)
     return ""  # a section, or an item of a list that this scene does not have
+
+
+def package() -> str:
+    """Program and kernel on which results depend."""
+    return f"{program()} (kernel {_kernel_hash()})"
 
 
 def _kernel_hash() -> str:

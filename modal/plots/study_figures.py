@@ -41,8 +41,8 @@ LABEL_SHARE = 0.16
 MAP_COLOURS = "cividis"
 """Colour map made for all kinds of colour vision."""
 
-ORBIT_LENGTH = 30.0
-"""Length [s] of the end of the run of which the path is drawn."""
+MIN_MOTION = 0.1
+"""Least range [m] of an axis and of the colours of motions."""
 
 
 @dataclass(frozen=True)
@@ -96,7 +96,7 @@ def wind_figure(series: Sequence[WindSeries], points: Mapping[str, tuple[Array, 
             axes.plot(wind, size, mark, color=NEUTRAL, markersize=4.5, label=name)
         axes.set_xlabel("wind speed [m/s]")
         axes.set_ylabel("vertical motion, peak to peak [m]")
-        axes.set_ylim(bottom=0.0)
+        axes.set_ylim(0.0, max(MIN_MOTION, axes.get_ylim()[1]))
         axes.legend(frameon=False, loc="best")
     return figure
 
@@ -120,14 +120,14 @@ def condition_map(
     with drawing(STYLE):
         figure = Figure(figsize=(WIDTH, 1.0 + 0.23 * len(rows)), layout="constrained")
         axes = figure.subplots()
-        most = float(np.nanmax(motion)) if np.isfinite(motion).any() else 1.0
+        most = max([MIN_MOTION, *motion[np.isfinite(motion)].tolist()])
         mesh = axes.pcolormesh(
             np.arange(len(winds) + 1),
             np.arange(len(rows) + 1),
             np.ma.masked_invalid(motion),
             cmap=MAP_COLOURS,
             vmin=0.0,
-            vmax=max(most, 0.1),
+            vmax=most,
             edgecolors="face",
             linewidth=0.3,
         )

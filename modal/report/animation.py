@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import math
 from dataclasses import dataclass
 from typing import Any
@@ -101,23 +102,55 @@ def _window(result: Result) -> tuple[str, NDArray[np.intp]]:
     data = result.midspan()
     time = np.asarray(data.time.values)
     motions = [np.asarray(data[name].values) for name in ("u2", "u3")]
-    last = float(time[-1])
-    near = time >= last - default_window(last)
-    part, centre = "the end of the run", None
-    if result.motion.kind == "turned over":
-        turn = np.abs(data.theta.values - data.theta.values[0])
-        part, centre = "the section turns over", float(time[np.argmax(turn > TURNED_OVER)])
-        near = (time <= centre) & (time >= centre - default_window(last))
-    elif all(np.ptp(y[near]) <= DIED_OUT * np.ptp(y) for y in motions):
-        largest = max(motions, key=np.ptp)
-        centre = float(time[np.argmax(np.abs(largest - largest[-1]))])
-        part = "the largest motion of the run, which decays later"
-        near = np.abs(time - centre) <= 0.5 * default_window(last)
     periods = STEADY_PERIODS if result.motion.kind == "steady" else OTHER_PERIODS
+    if result.motion.kind != "turned over":
+        return shown_part(time, motions, periods)
+    turn = np.abs(data.theta.values - data.theta.values[0])
+    centre = float(time[np.argmax(turn > TURNED_OVER)])
+    near = (time <= centre) & (time >= centre - default_window(float(time[-1])))
+    return "the section turns over", _records(time, motions, near, centre, periods)
+
+
+def shown_part(time: Array, motions: list[Array], periods: float) -> tuple[str, NDArray[np.intp]]:
+    """Select the last periods of a run, or those of its largest motion if that decays later.
+
+    Parameters
+    ----------
+    time
+        Times [s] of the records.
+    motions
+        Histories [m].
+    periods
+        Number of periods of the slowest motion that is not small.
+
+    Returns
+    -------
+    str, ndarray
+        Name of the part, and its records.
+    """
+    length = default_window(float(time[-1]))
+    near = time >= time[-1] - length
+    if any(np.ptp(y[near]) > DIED_OUT * np.ptp(y) for y in motions):
+        return "the end of the run", _records(time, motions, near, None, periods)
+    largest = max(motions, key=np.ptp)
+    centre = float(time[np.argmax(np.abs(largest - largest[-1]))])
+    near = np.abs(time - centre) <= 0.5 * length
+    part = "the largest motion of the run, which decays later"
+    return part, _records(time, motions, near, centre, periods)
+
+
+def _records(
+    time: Array,
+    motions: list[Array],
+    near: NDArray[np.bool_],
+    centre: float | None,
+    periods: float,
+) -> NDArray[np.intp]:
+    """Records of some periods about a time [s]; None: at the end. `near` decides the period."""
     length = min(_length(time[near], [y[near] for y in motions], periods), MAX_LENGTH)
-    start = max(0.0, last - length if centre is None else centre - 0.5 * length)
+    start = max(0.0, time[-1] - length if centre is None else centre - 0.5 * length)
     shown = (time >= start - TIME_TOLERANCE) & (time <= start + length + TIME_TOLERANCE)
-    return part, np.flatnonzero(shown)
+    return np.flatnonzero(shown)
 
 
 def _length(time: Array, motions: list[Array], periods: float) -> float:
@@ -129,3 +162,32 @@ def _length(time: Array, motions: list[Array], periods: float) -> float:
     found = [dominant_frequency(y, interval) for y in motions if np.ptp(y) >= least]
     cycles = [frequency for frequency in found if frequency * (time[-1] - time[0]) >= 1.0]
     return periods / min(cycles) if cycles else DEFAULT_LENGTH
+
+
+def played(
+    part: str, time: Array, moved: tuple[Array, Array], packed: dict[str, Any]
+) -> dict[str, Any]:
+    """Return what a template needs of an animation.
+
+    Parameters
+    ----------
+    part
+        Name of the part of the run that is shown.
+    time
+        Times [s].
+    moved
+        Heights and downwind places [m].
+    packed
+        Numbers for the script.
+    """
+    height, across = moved
+    return {
+        "part": part,
+        "start": float(time[0]),
+        "stop": float(time[-1]),
+        "low": float(height.min()),
+        "high": float(height.max()),
+        "left": float(across.min()),
+        "right": float(across.max()),
+        "data": json.dumps(packed, separators=(",", ":")),
+    }

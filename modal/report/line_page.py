@@ -5,11 +5,15 @@ from __future__ import annotations
 from functools import partial
 from typing import Any
 
+import numpy as np
+
 from gallop_fmu import Model
 from gallop_fmu.simulation.line_result import LineResult
 from modal.linear.line_modes import LineMode
 from modal.report import line_tables, tables
+from modal.report.animation import played
 from modal.report.findings import Missing
+from modal.report.line_animation import line_animation
 from modal.report.line_findings import LineFindings
 from modal.report.line_verdict import verdict
 from modal.report.template import render
@@ -36,6 +40,7 @@ def line_content(findings: LineFindings) -> dict[str, Any]:
         "verdict": list(verdict(findings)),
         "scene_tables": tables.scene_tables(scene),
         "pictures": [],
+        "animation": None,
         "motion_tables": [],
         "modes_figure": None,
         "modes_table": None,
@@ -67,7 +72,24 @@ def _run_content(result: LineResult) -> dict[str, Any]:
     if clearances := line_tables.clearances_table(result):
         motion.append(clearances)
     motion.append(line_tables.ellipses_table(result))
-    return {"pictures": _pictures(result), "motion_tables": motion}
+    return {
+        "pictures": _pictures(result),
+        "animation": _animation_content(result),
+        "motion_tables": motion,
+    }
+
+
+def _animation_content(result: LineResult) -> dict[str, Any] | None:
+    """The moving line, by the period of the span that moves most; None without a motion."""
+    if result.dataset.sizes["time"] < 2:
+        return None
+    sizes = [
+        float(np.ptp(result.bundle(span, 1)["u2"].values))
+        for span in range(1, result.map.spans + 1)
+    ]
+    frames = line_animation(result, int(np.argmax(sizes)) + 1)
+    height, across = frames.moved[..., 0], frames.moved[..., 1]
+    return played(frames.part, frames.time, (height, across), frames.packed())
 
 
 def _pictures(result: LineResult) -> list[Any]:

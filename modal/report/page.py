@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import math
 from dataclasses import dataclass
 from pathlib import Path
@@ -15,7 +14,7 @@ from gallop_fmu.foundation.atomic_write import check_target, write_whole
 from gallop_fmu.input.scene_like import SceneLike, as_scene
 from modal.linear.modes import Mode
 from modal.report import tables
-from modal.report.animation import Animation, animation
+from modal.report.animation import Animation, animation, played
 from modal.report.findings import Findings, Missing, Progress, Statics, examine
 from modal.report.line_findings import LineFindings, examine_line
 from modal.report.line_page import line_page
@@ -300,13 +299,4 @@ def _shape(mode: Mode) -> Shape:
 
 def _animation_content(frames: Animation) -> dict[str, Any]:
     """Frames of the animation, their times [s] and their ranges [m]."""
-    return {
-        "part": frames.part,
-        "start": float(frames.time[0]),
-        "stop": float(frames.time[-1]),
-        "low": float(frames.height.min()),
-        "high": float(frames.height.max()),
-        "left": float(frames.across.min()),
-        "right": float(frames.across.max()),
-        "data": json.dumps(frames.packed(), separators=(",", ":")),
-    }
+    return played(frames.part, frames.time, (frames.height, frames.across), frames.packed())

@@ -15,18 +15,17 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gallop_fmu import LineScene, Outcome, SceneError
-from gallop_fmu.foundation.version import program
 from gallop_fmu.input.scene_spec import SceneSpec
 from gallop_fmu.simulation.line_result import LineResult
 from gallop_fmu.sweeps.cases import LABEL, NAME, Cases
 from gallop_fmu.sweeps.cases import Case as Run
 from gallop_fmu.sweeps.line_rows import LINE_COLUMNS, line_motion
 from gallop_fmu.sweeps.places import Place
-from gallop_fmu.sweeps.runner import Progress, compute
+from gallop_fmu.sweeps.runner import Progress, compute, package
 from gallop_fmu.sweeps.runs import RunsStoppedError
 from gallop_fmu.sweeps.sweep import Simulation
 from modal.report.line_verdict import MIN_GALLOPING
-from modal.study.gaps import orbit_gaps
+from modal.study.gaps import motion_window, orbit_gaps
 
 Array = NDArray[np.float64]
 PLACES = f"{LABEL}phases"
@@ -37,12 +36,16 @@ Kind = Literal["steady", "not steady", "turned over", "left the curve", "ended e
 KINDS: dict[Kind, str] = {
     "steady": "ran to the end, motion steady or at rest",
     "not steady": "ran to the end, motion not steady: its amplitude holds for the end of the run",
-    "turned over": "ran to the end, the iced section turned over",
+    "turned over": "ran to the end, the iced section turned over: the motion is the largest within"
+    " 20 s after the first 20 s",
     "left the curve": "ended early: the attack angle left the measured range of the curve",
     "ended early": "ended early for another reason, such as a slack conductor",
     "failed": "no result",
 }
 """Kind of a case to its meaning."""
+
+EXTENT = 20.0
+"""Length [s] of the windows in which the motion of a section that turned over is measured."""
 
 WHOLE = ("steady", "not steady", "turned over")
 """Kinds of cases that ran to the end."""
@@ -64,7 +67,11 @@ REASONS = {
 """Reasons why a case has no result, in words."""
 
 OWN_COLUMNS = {
-    "span_reached": ("m", "vertical motion of mid-span, peak to peak, in the last half of the run"),
+    "span_reached": (
+        "m",
+        "vertical motion of mid-span, peak to peak, in the last half of the run; if the section"
+        " turned over, the largest within 20 s after the first 20 s",
+    ),
     "span_largest_tension": ("N", "largest tension of a subconductor in the whole run"),
     "span_orbit_gap": ("m", "smallest gap of the orbits of two phases, at any time lag"),
     **{
@@ -97,6 +104,9 @@ class Case:
     sag, peak_to_peak, horizontal, frequency_hz : ndarray, shape (span,)
         Of mid-span: sag in still air and peak-to-peak motion, vertical and horizontal [m], and
         frequency of the vertical motion [Hz]; of several phases the largest. NaN without a result.
+    lasting : ndarray, shape (span,)
+        Vertical peak-to-peak motion [m] at the end of the run. It is less than `peak_to_peak` if
+        the section turned over and the motion then decreased; NaN if the run ended early.
     tension, gap : ndarray, shape (span,)
         Largest tension of a subconductor [N], and smallest gap of two phases [m].
     towers : dict of str to ndarray, shape (tower,)
@@ -113,6 +123,7 @@ class Case:
     warnings: str
     sag: Array
     peak_to_peak: Array
+    lasting: Array
     horizontal: Array
     frequency_hz: Array
     tension: Array
@@ -145,6 +156,13 @@ class Case:
         """True if a span moves by `MIN_GALLOPING` of its sag or more, peak to peak."""
         with np.errstate(invalid="ignore"):
             return bool(np.any(self.peak_to_peak >= MIN_GALLOPING * self.sag))
+
+    @property
+    def gallops_for_a_time(self) -> bool:
+        """True if no span gallops any more at the end, because the section turned over."""
+        with np.errstate(invalid="ignore"):
+            ended = not np.any(self.lasting >= MIN_GALLOPING * self.sag)
+        return self.kind == "turned over" and self.gallops and ended
 
     @property
     def may_grow(self) -> bool:
@@ -274,7 +292,7 @@ def _file_in(folder: Path, cases: Cases, task: Simulation) -> Path:
     SceneError
         The folder cannot be made.
     """
-    text = f"{cases.fingerprint()} {task} {program()}"
+    text = f"{cases.fingerprint()} {task} {package()}"
     try:
         folder.mkdir(parents=True, exist_ok=True)
     except OSError as problem:
@@ -287,16 +305,13 @@ def case_row(result: LineResult, offsets: Sequence[Sequence[float]]) -> dict[str
     row = dict(line_motion(result))
     phases = result.map.phases > 1
     gaps = orbit_gaps(result, offsets)
-    late = result.dataset.time.values >= 0.5 * float(result.dataset.time[-1])
     data = result.dataset
     numbers, phase_of, tension = data.span.values, data.phase.values, data["tension"].values
     for span in range(1, result.map.spans + 1):
         for phase in range(1, result.map.phases + 1):
             place = Place("span", span, phase if phases else None)
             own = (numbers == span) & (phase_of == phase)
-            row[place.name_of("span_reached")] = float(
-                np.ptp(result.bundle(span, phase)["u2"].values[late])
-            )
+            row[place.name_of("span_reached")] = reached(result, span, phase)
             row[place.name_of("span_largest_tension")] = float(np.nanmax(tension[:, own]))
             if span in gaps:
                 row[place.name_of("span_orbit_gap")] = gaps[span]
@@ -311,12 +326,27 @@ def case_row(result: LineResult, offsets: Sequence[Sequence[float]]) -> dict[str
     return row
 
 
+def reached(result: LineResult, span: int, phase: int) -> float:
+    """Largest vertical motion of mid-span, peak to peak [m], of a run without a lasting motion.
+
+    That in the last half of the run; if the section turned over, that within `EXTENT` after the
+    sudden wind at the start.
+    """
+    time = result.dataset.time.values
+    u2 = result.bundle(span, phase)["u2"].values
+    start, stop = motion_window(result)
+    if result.motion.kind != "turned over" or stop - start < EXTENT:
+        return float(np.ptp(u2[time >= 0.5 * time[-1]]))
+    starts = np.arange(start, stop - 0.5 * EXTENT, 0.25 * EXTENT)
+    return max(float(np.ptp(u2[(time >= at) & (time <= at + EXTENT)])) for at in starts)
+
+
 def _case(row: Any, run: Run, variant: Variant) -> Case:
     """Return the case of a row of the dataset."""
     outcome, motion = str(row["outcome"].item()), str(_text(row, "motion"))
     kind: Kind = "failed"
-    reached = _places(row, "span_reached", "span", np.nanmax)
-    moved = np.isfinite(reached).any()
+    extent = _places(row, "span_reached", "span", np.nanmax)
+    moved = np.isfinite(extent).any()
     if outcome == Outcome.ANGLE_OUT_OF_RANGE.name.lower() and moved:
         kind = "left the curve"
     elif outcome in EARLY and moved:
@@ -335,7 +365,8 @@ def _case(row: Any, run: Run, variant: Variant) -> Case:
         text=motion if kind in WHOLE else _text(row, "message"),
         warnings=_text(row, "warnings"),
         sag=_places(row, "span_sag", "span", np.nanmax),
-        peak_to_peak=peak if kind in ("steady", "not steady") else reached,
+        peak_to_peak=peak if kind in ("steady", "not steady") else np.fmax(extent, peak),
+        lasting=peak,
         horizontal=2.0 * _places(row, "span_u3_amplitude", "span", np.nanmax),
         frequency_hz=_places(row, "span_u2_frequency_hz", "span", np.nanmax),
         tension=_places(row, "span_largest_tension", "span", np.nanmax),

@@ -35,6 +35,22 @@ NORMALS = np.stack([np.sin(_ANGLE), np.cos(_ANGLE)], axis=1)
 """Directions (x2, x3); the opposite of direction k is direction k + `DIRECTIONS` / 2."""
 
 
+START_UP = 20.0
+"""Time [s] after which a motion is no longer that of the sudden wind at the start."""
+
+
+def motion_window(result: LineResult) -> tuple[float, float]:
+    """Start and end [s] of the part of a run whose motion counts.
+
+    That is the window of the amplitudes at the end; if the iced section turned over, the whole run
+    after `START_UP`, because the motion is often small after that.
+    """
+    last = float(result.dataset.time[-1])
+    if result.motion.kind == "turned over" and last > 2.0 * START_UP:
+        return START_UP, last
+    return result.window()
+
+
 def support(x2: Array, x3: Array) -> Array:
     """Return the farthest distance [m] of points in each direction."""
     return np.asarray((NORMALS @ np.stack([np.ravel(x2), np.ravel(x3)])).max(axis=1))
@@ -62,10 +78,8 @@ def phase_distances(offsets: Sequence[Sequence[float]]) -> dict[tuple[int, int],
     }
 
 
-def orbit_gaps(
-    result: LineResult, offsets: Sequence[Sequence[float]], window: float | None = None
-) -> dict[int, float]:
-    """Return the smallest gap [m] of phases in each span, from the orbits at the end of a run.
+def orbit_gaps(result: LineResult, offsets: Sequence[Sequence[float]]) -> dict[int, float]:
+    """Return the smallest gap [m] of phases in each span, from the orbits in `motion_window`.
 
     Parameters
     ----------
@@ -73,13 +87,11 @@ def orbit_gaps(
         A run of the line with one phase, or with all.
     offsets
         Position x2, x3 [m] of each phase.
-    window
-        Length [s] of the end of the run (default: as for amplitudes).
     """
     distances = phase_distances(offsets)
     if not distances or len(result.dataset.time) < 2:
         return {}
-    areas = _areas(result, window)
+    areas = _areas(result)
     one = result.map.phases == 1
     found: dict[int, float] = {}
     for span in range(1, result.map.spans + 1):
@@ -95,9 +107,9 @@ def orbit_gaps(
     return found
 
 
-def _areas(result: LineResult, window: float | None) -> dict[tuple[int, int, float], Array]:
+def _areas(result: LineResult) -> dict[tuple[int, int, float], Array]:
     """Support functions of the motion of each phase in each span, from its place at rest."""
-    start, stop = result.window(window)
+    start, stop = motion_window(result)
     data = result.dataset
     part = (data.time.values >= start - 1e-9) & (data.time.values <= stop + 1e-9)
     offsets = [phase.offset for phase in result.scene.phases]

@@ -13,6 +13,7 @@ import numpy as np
 from gallop_fmu.foundation.atomic_write import check_target, write_whole
 from gallop_fmu.line.clearance import Ellipse, cigre_322_single_loop, davison_single_loop
 from gallop_fmu.simulation.line_result import LineResult
+from modal.report.animation import OTHER_PERIODS, shown_part
 from modal.report.findings import Missing
 from modal.report.line_findings import LineFindings
 from modal.report.line_page import line_content
@@ -21,7 +22,7 @@ from modal.report.tables import scene_tables
 from modal.report.template import render
 from modal.study import tables
 from modal.study.cases import Case
-from modal.study.gaps import NORMALS, support
+from modal.study.gaps import NORMALS, motion_window, support
 from modal.study.study import LineStudy, largest_of
 from modal.study.verdict import answers, assumptions
 
@@ -100,6 +101,7 @@ def content(study: LineStudy, signature: Signature) -> dict[str, Any]:
             "toml": study.scene.to_toml(),
             "scene_tables": tables.rounded(scene_tables(study.scene)),
             "provenance_table": None,
+            "animation": None,
         }
     else:
         filled |= line_content(findings) | {"scene": study.scene}
@@ -222,9 +224,11 @@ def _pictures_of_worst(study: LineStudy, worst: Case, result: LineResult) -> lis
         return []
     span = worst.largest_span
     bundle = result.bundle(span, 1)
-    start, stop = result.window()
+    start, stop = motion_window(result)
     late = bundle.sel(time=slice(start - 1e-9, stop + 1e-9))
-    last = bundle.sel(time=slice(max(start, stop - figures.ORBIT_LENGTH), stop + 1e-9))
+    histories = [np.asarray(bundle[name].values) for name in ("u2", "u3")]
+    _, chosen = shown_part(np.asarray(bundle.time.values), histories, OTHER_PERIODS)
+    last = bundle.isel(time=chosen)
     area = figures.Area(NORMALS, support(late["u2"].values, late["u3"].values))
     offsets = {phase.name: phase.offset for phase in study.scene.phases}
     where = f"span {span}, {worst.condition()}"
@@ -232,9 +236,8 @@ def _pictures_of_worst(study: LineStudy, worst: Case, result: LineResult) -> lis
         picture(
             "orbit",
             f"Path of mid-span of span {span} across the line, with clearance",
-            f"Path of mid-span across the line at the end of the run, wind from the left: {where}."
-            " All phases with the area that the motion covers, in the place of the conductor at"
-            " rest.",
+            f"Path of mid-span across the line in five periods, wind from the left: {where}. All"
+            " phases with the area that the motion covers, in the place of the conductor at rest.",
             lambda: figures.orbit_figure(
                 (last["u3"].values, last["u2"].values),
                 area,

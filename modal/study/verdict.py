@@ -75,7 +75,12 @@ def _gallops(study: LineStudy) -> Answer:
     unsettled = [case for case in known if case.may_grow and not case.gallops]
     count = f"{len(known)} simulated case{'s' * (len(known) != 1)}"
     if galloping:
-        evidence = (*_spread(study, galloping), *_unsettled(unsettled), rule)
+        evidence = (
+            *_for_a_time(galloping),
+            *_spread(study, galloping),
+            *_unsettled(unsettled),
+            rule,
+        )
         return Answer("Will it gallop?", f"Yes, in {len(galloping)} of {count}.", evidence, "bad")
     if unsettled:
         return Answer(
@@ -84,6 +89,15 @@ def _gallops(study: LineStudy) -> Answer:
             (*_unsettled(unsettled), rule),
         )
     return Answer("Will it gallop?", f"No, in none of {count}.", (rule,), "good")
+
+
+def _for_a_time(galloping: Sequence[Case]) -> Iterator[str]:
+    """Cases that gallop until the section turns over."""
+    if count := sum(case.gallops_for_a_time for case in galloping):
+        yield (
+            f"In {count} of these, the motion lasts for a time only: the wind and the weight of the"
+            " ice rotate the iced conductor by half a turn or more, and then it calms."
+        )
 
 
 def _unsettled(cases: Sequence[Case]) -> Iterator[str]:
@@ -207,6 +221,11 @@ def _kind_of(case: Case) -> str:
         )
     if case.kind == "steady":
         return "The motion is steady."
+    if case.kind == "turned over":
+        return (
+            f"The motion is not steady: {case.text.partition(' (')[0]}. Its size is the largest"
+            " within 20 s after the first 20 s."
+        )
     if case.kind == "ended early":
         return f"The run ended early: {case.text}"
     return f"The motion is not steady: {case.text.partition(' (')[0]}."

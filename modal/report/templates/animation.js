@@ -2,36 +2,10 @@
   "use strict";
   const frames = JSON.parse(document.getElementById("frames").textContent);
   const { time, along, height, across, twist, middle } = frames;
-  const find = (id) => document.getElementById(id);
+  const { cubic, draw, find, play, points, view } = animationParts;
   const lowest = (rows) => Math.min(...rows.map((row) => Math.min(...row)));
   const highest = (rows) => Math.max(...rows.map((row) => Math.max(...row)));
   const turn = (rows) => along.map((_, node) => rows.map((row) => row[node]));
-  const MARGIN = 24;
-
-  /* A length of 1, 2 or 5 times a power of ten [m], at most the given one. */
-  const roundLength = (most) => {
-    const power = 10 ** Math.floor(Math.log10(most));
-    return [5, 2, 1].find((digit) => digit * power <= most) * power;
-  };
-  const draw = (parent, kind, attributes) => {
-    const made = document.createElementNS("http://www.w3.org/2000/svg", kind);
-    Object.entries(attributes).forEach(([name, value]) => made.setAttribute(name, value));
-    return parent.appendChild(made);
-  };
-  const points = (x, y) => x.map((value, k) => `${value.toFixed(1)},${y[k].toFixed(1)}`).join(" ");
-
-  /* A picture whose axes map metres to its box, with equal scales if asked. */
-  const view = (id, across, up, equal) => {
-    const svg = find(id), box = svg.viewBox.baseVal;
-    const wide = Math.max(across[1] - across[0], 1e-3), high = Math.max(up[1] - up[0], 1e-3);
-    let sx = (box.width - 2 * MARGIN) / wide, sy = (box.height - 2 * MARGIN) / high;
-    if (equal) sx = sy = Math.min(sx, sy);
-    const x = (value) => box.width / 2 + sx * (value - (across[0] + across[1]) / 2);
-    const y = (value) => box.height / 2 - sy * (value - (up[0] + up[1]) / 2);
-    const bar = roundLength((box.height - 2 * MARGIN) / sy / 3);
-    draw(svg, "line", { class: "bar", x1: 10, x2: 10, y1: box.height - 10, y2: box.height - 10 - bar * sy });
-    return { svg, x, y, sx, sy, bar };
-  };
 
   const heights = [lowest(height), highest(height)], sides = [lowest(across), highest(across)];
   const side = view("side", [along[0], along[along.length - 1]], heights, false);
@@ -52,17 +26,8 @@
   const bar = draw(end.svg, "line", { class: "twist" });
   const dots = [side, end].map(({ svg }) => draw(svg, "circle", { r: 4 }));
 
-  const clock = find("clock"), button = find("play");
-  const show = (now) => {
-    let next = time.findIndex((value) => value >= now);
-    next = next < 0 ? time.length - 1 : Math.max(next, Math.min(1, time.length - 1));
-    const before = Math.max(next - 1, 0), gap = time[next] - time[before];
-    const share = gap > 0 ? Math.min(Math.max((now - time[before]) / gap, 0), 1) : 0;
-    /* Cubic interpolation between four positions (Catmull-Rom): smooth motion between records. */
-    const four = [Math.max(before - 1, 0), before, next, Math.min(next + 1, time.length - 1)];
-    const s = share, weights = [
-      ((2 - s) * s - 1) * s / 2, ((3 * s - 5) * s * s + 2) / 2, ((4 - 3 * s) * s + 1) * s / 2, (s - 1) * s * s / 2,
-    ];
+  play(time, (now) => {
+    const { four, weights } = cubic(time, now);
     const blend = (pick) => four.reduce((sum, row, k) => sum + weights[k] * pick(row), 0);
     const mix = (rows) => along.map((_, node) => blend((row) => rows[row][node]));
     const up = mix(height), out = mix(across), angle = blend((row) => twist[row]);
@@ -76,30 +41,5 @@
       dots[k].setAttribute("cx", x.toFixed(2));
       dots[k].setAttribute("cy", y.toFixed(2));
     });
-    clock.value = now;
-    clock.setAttribute("aria-valuetext", `${now.toFixed(2)} seconds`);
-    find("now").textContent = `${now.toFixed(2)} s`;
-  };
-
-  let playing = false, last = null;
-  const tick = (stamp) => {
-    if (!playing) return;
-    const span = time[time.length - 1] - time[0];
-    let now = Number(clock.value) + (last === null ? 0 : Math.min((stamp - last) / 1000, 0.1));
-    if (now >= time[time.length - 1]) now = span > 0 ? time[0] : now;
-    last = stamp;
-    show(now);
-    requestAnimationFrame(tick);
-  };
-  const play = (wanted) => {
-    playing = wanted;
-    last = null;
-    button.textContent = playing ? "Pause" : "Play";
-    if (playing) requestAnimationFrame(tick);
-  };
-  button.addEventListener("click", () => play(!playing));
-  clock.addEventListener("input", () => { play(false); show(Number(clock.value)); });
-  addEventListener("beforeprint", () => play(false));
-  show(time[time.length - 1]);
-  if (!matchMedia("(prefers-reduced-motion: reduce)").matches) play(true);
+  });
 })();

@@ -1,6 +1,8 @@
 """The report on a line: well-formed, complete, in words; the numbers are those of the run."""
 
+import json
 import math
+import re
 from types import SimpleNamespace as Made
 
 import numpy as np
@@ -13,6 +15,7 @@ from gallop_fmu.line_plots import line_histories, line_paths, line_shape, tower_
 from modal.cli.main import app
 from modal.report import line_page
 from modal.report.findings import Missing
+from modal.report.line_animation import MAX_ERROR, line_animation
 from modal.report.line_findings import LineFindings
 from modal.report.line_verdict import lowest_by_family, verdict
 from tests.support.line_scenes import zebra
@@ -126,3 +129,26 @@ def test_python_writes_the_same_page(scene, tmp_path, monkeypatch):
     monkeypatch.setattr(line_page, "_modes_figure", lambda findings, modes: None)
     path = modal.write_report(scene, tmp_path / "page.html", stop_time=0.1)
     assert "Galloping report of a line" in path.read_text()
+
+
+def test_the_animation_is_the_recorded_motion(result, written):
+    """Shapes times amplitudes give the recorded places of all phases; strings end at clamps."""
+    found = line_animation(result, 2)
+    records = np.searchsorted(result.dataset.time.values, found.time - 1e-9)
+    for phase in (1, 2):
+        for span in (1, 2, 3):
+            first, last = found.conductors[3 * (phase - 1) + span - 1]
+            chain = result.map.chain(span, phase)
+            own = result.dataset.sel(node=slice(*(chain.first_node + np.array([0, 12]))))
+            own = own.isel(time=records)
+            for k, (rest, move) in enumerate((("x2", "u2"), ("x3", "u3"))):
+                expected = own[rest].values + own[move].values
+                shown = found.moved[:, first : last + 1, k]
+                assert np.abs(shown - expected).max() <= MAX_ERROR
+    assert len(found.shapes) < 20
+    for point, clamp in found.strings:
+        assert np.linalg.norm(found.rest[clamp] - point) == pytest.approx(2.1, abs=0.01)
+    assert len(found.strings) == 4
+    frames = json.loads(re.search(r'id="frames">(.*?)</script>', written)[1])
+    assert frames["conductors"] == [list(ends) for ends in found.conductors]
+    assert np.shape(frames["amplitude"]) == (len(frames["time"]), len(frames["shapes"]))

@@ -135,9 +135,8 @@ def test_text_from_files_is_escaped(full):
     _, text = full
     found = Page(text)
     assert "<script>alert" not in text
-    assert (
-        found.scripts == 3
-    )  # frames, animation, and what opens all tables for printing; the title's would be more
+    # Frames, two of the animation, and what opens all tables for printing; not the title's.
+    assert found.scripts == 4
     for place in ("title", "source"):
         assert f"{EVIL} {place}" in found.text
 

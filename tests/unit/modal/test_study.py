@@ -2,6 +2,8 @@
 
 import math
 from contextlib import nullcontext
+from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -10,6 +12,7 @@ from typer.testing import CliRunner
 import gallop_fmu as gf
 from gallop_fmu import SceneError
 from gallop_fmu.line.clearance import Ellipse
+from gallop_fmu.line.section_table import section_data
 from modal.cli.main import app
 from modal.report import line_findings, line_page
 from modal.report.findings import Missing
@@ -18,13 +21,14 @@ from modal.study import cases as cases_module
 from modal.study import command, gaps, measures
 from modal.study import page as page_module
 from modal.study import study as study_module
-from modal.study.cases import Variant, case_row, run_cases
+from modal.study.cases import Variant, case_row, reached, run_cases
 from modal.study.conditions import StudyConditions, StudyLimits, one_phase, with_ice
 from modal.study.page import Signature, study_page
 from modal.study.study import LineStudy, largest_of, study_line
 from modal.study.verdict import answers
 
 WINDS, ANGLES = (1.0, 6.0, 8.0), (0.0, 90.0)
+OFFSETS = ((0.0, 0.0), (7.0, 0.0))
 PHASES = [{"name": "low"}, {"name": "top <1>", "offset": [3.0, 0.5]}]
 
 
@@ -126,6 +130,45 @@ def test_a_case_is_a_simulation(scene, study):
     most = max(abs(tower.force_x1_min), abs(tower.force_x1_max))
     assert worst.most("force_x1", inner=True) == pytest.approx(most, rel=1e-12)
     assert worst.towers["tower_preload_x2"][1] == pytest.approx(tower.preload_x2, rel=1e-12)
+
+
+def test_the_motion_is_that_at_the_end(scene):
+    """A motion that decays: the window of 100 s counts, not the last half of the run, 150 s.
+
+    A section that turned over, in the first 20 s after the start: its largest motion counts.
+    """
+    alone = one_phase(scene).with_values({"initial.seed_vertical": 0.4})
+    (case,) = run_cases(
+        [Variant(alone, "", "")], [(1.0, 90.0)], offsets=[(0.0, 0.0)], stop_time=300
+    )
+    still = alone.with_values({"wind.speed": 1.0, "ice.attack_angle_deg": 90.0})
+    result = gf.simulate(still, 300.0, record_nodes="all")
+    amplitude = result.spans.set_index("span").u2_amplitude
+    assert case.peak_to_peak == pytest.approx(2.0 * amplitude.values, rel=1e-12)
+    assert reached(result, 1, 1) > 1.5 * case.peak_to_peak[0]  # found: 2.1
+
+
+def test_a_section_that_turned_over_gallops_for_a_time(tmp_path):
+    """A Drake with 15 mm of ice moves most before it turns over."""
+    (tmp_path / "towers.csv").write_text(
+        "tower,span length,string length,string weight\nT1,280,,\nT2,350,2.4,600\nT3,,,\n"
+    )
+    data = {"conductor": "Drake", "stringing_percent": 20.0, "ice_thickness": 0.015}
+    data |= {"section": str(tmp_path / "towers.csv"), "wind_speed": 8.0, "attack_angle_deg": -10.0}
+    line = gf.LineScene.from_dict(section_data(data, Path()))
+    (case,) = run_cases([Variant(line, "", "")], [(8.0, -10.0)], offsets=OFFSETS, stop_time=200.0)
+    result = gf.simulate(line, 200.0, record_nodes="all")
+    late = result.dataset.time.values > 20.0
+    whole = [np.ptp(result.bundle(span)["u2"].values[late]) for span in (1, 2)]
+    assert case.kind == "turned over"
+    assert np.all(case.lasting < 0.75 * case.peak_to_peak)  # found: 1.2 of 1.7 m, 1.0 of 1.6 m
+    assert np.all((0.8 * np.array(whole) < case.peak_to_peak) & (case.peak_to_peak <= whole))
+    assert case.smallest_gap == pytest.approx(
+        OFFSETS[1][0] - max(whole), abs=0.3
+    )  # found: 5.30 of 5.30
+    assert case.gallops
+    assert not case.gallops_for_a_time
+    assert replace(case, lasting=0.0 * case.lasting).gallops_for_a_time
 
 
 def test_one_phase_moves_as_all_do(scene, study):
@@ -312,7 +355,7 @@ def test_the_page_answers_in_order(study, monkeypatch):
     assert "two &lt;spans&gt;" in text
     assert "two <spans>" not in text
     assert "counter(page)" in text
-    assert text.count("<figure") == 6  # with the shapes of the modes
+    assert text.count("<figure") == 8  # with the shapes of the modes and the two of the animation
     assert "NaN" not in text
     assert " nan " not in text
 
