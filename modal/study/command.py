@@ -252,10 +252,16 @@ def _numbers(name: str, text: str) -> tuple[float, ...]:
 
 def _print(found: LineStudy, out: Path) -> None:
     """Print the answers without their evidence."""
+    from gallop_fmu.foundation.text_rules import counted
     from modal.study.verdict import answers
 
     console = new_console()
     for each in answers(found):
         console.print(each.question, style="dim", soft_wrap=True)
         console.print(f"  {each.answer}", soft_wrap=True)
-    console.print(f"wrote {out} ({out.stat().st_size / 1e6:.2f} MB)", soft_wrap=True)
+    count = len(found.cases) + sum(len(each.cases) for each in found.tried)
+    size = f"{out.stat().st_size / 1e6:.2f} MB"
+    console.print(
+        f"wrote {out} ({size}); {counted(count, 'case')} in {found.seconds / 60.0:.1f} min",
+        soft_wrap=True,
+    )
