@@ -68,12 +68,15 @@ def typeset(latex: str) -> str:
 
 
 def public_names(package: ModuleType) -> Iterator[str]:
-    """Reference of each public name of a package, for mkdocstrings."""
-    yield from (
-        f"::: {package.__name__}",
-        "    options:",
-        f"      members: [{', '.join(package.__all__)}]",
-    )
+    """Reference of each public name of a package, for mkdocstrings: functions, then classes."""
+    for is_function in (True, False):
+        names = [name for name in package.__all__ if name.islower() is is_function]
+        yield from (
+            f"::: {package.__name__}",
+            "    options:",
+            f"      members: [{', '.join(names)}]",
+            "",
+        )
 
 
 def scene_tables() -> Iterator[str]:
