@@ -1,4 +1,4 @@
-"""Compare `modal.screen` with the nonlinear model on random scenes; print a Markdown table.
+"""Compare the onset of `modal.screen` with simulations of random scenes; print a Markdown table.
 
 Usage: OPENBLAS_NUM_THREADS=1 python benchmarks/accuracy/screening_table.py [SEED]
 
@@ -31,10 +31,8 @@ import modal
 from support.simulated_swing import (
     BISECTION,
     FULL_RUN,
-    MIN_SWING,
     PUSH,
     SEED,
-    Motion,
     drawn_scene,
     simulated,
     sprung,
@@ -47,9 +45,6 @@ DRAWN = 22
 
 ONSET_WIDTH = 0.001
 """Relative width at which the bisection for the onset ends."""
-
-MIN_VERTICAL = 0.05
-"""Vertical amplitude [m] below which the relative error has no meaning."""
 
 
 def fixed_scenes() -> list[tuple[str, gf.Scene]]:
@@ -109,19 +104,15 @@ class Row:
     cells: tuple[str, ...]
     verdict: str  # right, miss, false alarm, refused, or no reference
     seconds: tuple[float, float]  # CPU time of the screening and of the two-mode estimate
-    errors: tuple[float | None, float | None, float | None, float | None] = (None,) * 4
-    """Onset, threshold, vertical, horizontal."""
-    left: Motion | None = None  # of the nonlinear model where no galloping is predicted
+    errors: tuple[float | None, float | None] = (None, None)
+    """Onset and threshold."""
 
 
 def timed(function: Callable[[gf.Scene], Found], scene: gf.Scene) -> tuple[Found, float]:
-    """Result of a function, and its CPU time [s]: the minimum of three calls."""
-    times = []
-    for _ in range(3):
-        began = time.thread_time()
-        found = function(scene)
-        times.append(time.thread_time() - began)
-    return found, min(times)
+    """Result of a function, and its CPU time [s]."""
+    began = time.thread_time()
+    found = function(scene)
+    return found, time.thread_time() - began
 
 
 def compared(name: str, scene: gf.Scene) -> Row:
@@ -130,11 +121,11 @@ def compared(name: str, scene: gf.Scene) -> Row:
         found, whole = timed(modal.screen, scene)
         seconds = whole, timed(modal.two_mode_estimate, scene)[1]
     except gf.SceneError as error:
-        return Row(name, (f"{wind:.2f}", *[""] * 7, f"refused: {error}"), "refused", (0.0, 0.0))
+        return Row(name, (f"{wind:.2f}", *[""] * 6, f"refused: {error}"), "refused", (0.0, 0.0))
     took = f"{seconds[0]:.2f}"
     start = (f"{wind:.2f}", f"{found.frequencies.ratio:.3f}", found.risk)
     if found.risk == "undetermined":
-        return Row(name, (*start, *[""] * 5, took, found.reason), "refused", seconds)
+        return Row(name, (*start, *[""] * 4, took, found.reason), "refused", seconds)
     try:
         motion = simulated(scene, wind, FULL_RUN)
         onset = None
@@ -142,7 +133,7 @@ def compared(name: str, scene: gf.Scene) -> Row:
             onset = bisected(scene, found.onset_wind_speed, 1.5 * wind)
     except gf.SimulationError as error:
         return Row(
-            name, (*start, *[""] * 5, took, f"no reference: {error}"), "no reference", seconds
+            name, (*start, *[""] * 4, took, f"no reference: {error}"), "no reference", seconds
         )
     verdict = {
         (True, True): "right",
@@ -150,8 +141,6 @@ def compared(name: str, scene: gf.Scene) -> Row:
         (False, True): "miss",
         (True, False): "false alarm",
     }[found.swings, motion.swings]
-    galloping = found.saturated if found.swings else found.galloping
-    vertical, horizontal = (galloping.vertical, galloping.horizontal) if galloping else (0.0, 0.0)
 
     def deviation(predicted: float | None, reference: float | None, least: float) -> float | None:
         if predicted is None or reference is None or reference < least:
@@ -161,12 +150,10 @@ def compared(name: str, scene: gf.Scene) -> Row:
     errors = (
         deviation(found.onset_wind_speed, onset and onset[0], 0.0),
         deviation(found.threshold_amplitude, onset and onset[1], 0.0),
-        deviation(vertical, motion.vertical, MIN_VERTICAL) if galloping else None,
-        deviation(horizontal, motion.horizontal, MIN_SWING) if motion.swings else None,
     )
     notes = [
         "beats" * motion.beats,
-        "dies out" * (motion.dying and galloping is None),
+        "dies out" * motion.dying,
         ""
         if motion.antisymmetric_from is None
         else f"antisymmetric from {motion.antisymmetric_from:.0f} s",
@@ -177,12 +164,11 @@ def compared(name: str, scene: gf.Scene) -> Row:
         "yes" if motion.swings else "no",
         pair(found.onset_wind_speed, onset and onset[0], errors[0]),
         pair(found.threshold_amplitude, onset and onset[1], errors[1]),
-        f"{vertical:.3f}/{horizontal:.3f} : {motion.vertical:.3f}/{motion.horizontal:.3f}",
         estimated(found.estimate),
         took,
         verdict + (f" ({note})" if note else ""),
     )
-    return Row(name, cells, verdict, seconds, errors, None if galloping else motion)
+    return Row(name, cells, verdict, seconds, errors)
 
 
 def estimated(estimate: modal.TwoMode) -> str:
@@ -211,17 +197,13 @@ Pairs read `modal.screen` : nonlinear model. The two-mode estimate has its own c
   onset is bisected to {ONSET_WIDTH:.1%}; the threshold is the amplitude there, extrapolated.
   Just above the critical wind the amplitude rises steeply and settles slowly: where the onset is
   close to it, the threshold of the nonlinear model itself is uncertain by a few per cent.
-- "antisymmetric from": round-off has grown until the motion was no longer symmetric about mid-span
-  (two-loop galloping takes part). Amplitudes are read before that. `antisymmetric_growth` of the
-  screening predicts it.
-- "beats": both columns give the largest amplitudes over several hundred seconds.
-- Where no galloping is predicted, there is no relative error: the nonlinear model shows the
-  remainder of its initial motion, or two-loop galloping. The table's end counts these scenes apart.
-- CPU is the CPU time of `modal.screen` on one core in seconds, the minimum of three calls.
+- "antisymmetric from": round-off has grown until the motion was no longer symmetric about mid-span.
+  The reference is read before that; `Screening.states` has what follows.
+- CPU is the CPU time of `modal.screen` on one core in seconds.
 """
 
 HEAD = ("Scene", "Wind, m/s", "f_v/f_h", "Risk", "Swings", "Onset wind, m/s", "Threshold, m",
-        "Steady vertical/horizontal, m", "Two-mode estimate", "CPU, s", "Verdict")  # fmt: skip
+        "Two-mode estimate", "CPU, s", "Verdict")  # fmt: skip
 
 
 def main() -> None:
@@ -249,19 +231,13 @@ def summarise(rows: list[Row]) -> None:
     """Print the counts and the largest errors."""
     for verdict in ("right", "miss", "false alarm", "refused", "no reference"):
         print(f"- {verdict}: {sum(row.verdict == verdict for row in rows)}")
-    for index, (name, allowed) in enumerate(
-        (("onset wind", 0.05), ("threshold", 0.1), ("vertical", 0.15), ("horizontal", 0.15))
-    ):
+    for index, (name, allowed) in enumerate((("onset wind", 0.05), ("threshold", 0.1))):
         errors = [abs(error) for row in rows if (error := row.errors[index]) is not None]
         if errors:
             print(
                 f"- {name}: largest error {max(errors):.1%}, median {np.median(errors):.1%}, "
                 f"{sum(error > allowed for error in errors)} of {len(errors)} above {allowed:.0%}"
             )
-    calm = [(row.name, row.left) for row in rows if row.left is not None]
-    moving = [f"{name} by {left.vertical:.3f} m" for name, left in calm if not left.dying]
-    which = f"all but {', '.join(moving)}" if moving else "all"
-    print(f"- no galloping predicted: {len(calm)}, of which {which} die out in the nonlinear model")
     for name, index in (("screening", 0), ("two-mode estimate", 1)):
         times = [1e3 * row.seconds[index] for row in rows]
         print(

@@ -43,6 +43,7 @@ MEANINGS = {
     LEAVES_CURVE: "the attack angle leaves the coefficient curve",
     "lost": "not found further",
     "points": "not followed further",
+    "given up": "not followed further",
 }
 """Kinds of events in words."""
 

@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from gallop_fmu import Scene, SceneError
 from modal.continuation.branch import Branch
 from modal.continuation.diagram import CRITICAL, Diagram, explore
+from modal.continuation.equations import OrbitEquations
 from modal.continuation.events import Event, UserEvent
 from modal.continuation.path import Point, Settings
 from modal.continuation.problem import ContinuationError
@@ -51,6 +52,10 @@ FIRST_STEP, MAX_STEP = 0.05, 1.5
 
 MAX_POINTS, MAX_TOTAL_POINTS, MAX_BRANCHES, MAX_DEPTH = 80, 160, 12, 3
 """Limits of points of a branch and of all, of branches, and of events between one and the rest."""
+
+MAX_INTERVALS, MAX_WORK = 60, 1500
+"""Mesh intervals of an orbit above which its branch is given up as it twists too fast, and mesh
+intervals of all orbits after which no more are computed."""
 
 MAX_PERIOD = 8.0
 """Period at which a branch ends, relative to its first period."""
@@ -154,10 +159,15 @@ def span_diagram(model: SpanModel, highest: float) -> SpanDiagram:
         return known
     start = BEGIN * unit
     swing: dict[int, complex] = {}
+    work = [0]
 
     def remember(point: Point) -> None:
-        if point.equations.kind == "orbit":
+        if isinstance(point.equations, OrbitEquations):
             swing[id(point.x)] = swing_multiplier(point, model)
+            work[0] += point.equations.intervals
+
+    def is_left(point: Point) -> bool:
+        return _is_left(point) or work[0] > MAX_WORK
 
     settings = Settings(
         start,
@@ -173,7 +183,7 @@ def span_diagram(model: SpanModel, highest: float) -> SpanDiagram:
         newton_tolerance=NEWTON_TOLERANCE,
         location_tolerance=LOCATION_TOLERANCE,
         unit=unit,
-        give_up=_is_left,
+        give_up=is_left,
         is_wanted=_is_wanted,
     )
     q, _ = static_equilibrium(model, start)
@@ -245,10 +255,12 @@ def _growth(model: SpanModel, wind: float, guess: Array | None) -> tuple[Array, 
 
 
 def _is_left(point: Point) -> bool:
-    """True if no motion stays near an orbit."""
-    is_orbit = point.equations.kind == "orbit"
-    return is_orbit and (
-        point.unstable > MAX_GROWING or float(np.max(np.abs(point.spectrum))) > MAX_GROWTH
+    """True if no motion stays near an orbit, or it is too fast for the modes that are kept."""
+    equations = point.equations
+    return isinstance(equations, OrbitEquations) and (
+        point.unstable > MAX_GROWING
+        or float(np.max(np.abs(point.spectrum))) > MAX_GROWTH
+        or equations.intervals > MAX_INTERVALS
     )
 
 
