@@ -41,8 +41,8 @@ LIMITS = (
     "An input that a host gives at a communication point is reached one communication step later"
     " (towers), or holds over the step (wind, attack angle). With a harmonic tower motion of"
     " frequency f and a communication step h, this lag is {lag} of the amplitude at f = 0.3 Hz and"
-    " h = 0.01 s: 2 sin(pi f h). Derivatives of inputs, or the inputs of the towers' velocities,"
-    " remove most of it.",
+    " h = 0.01 s: 2 sin(pi f h). Derivatives of inputs (FMI 2.0 only), or the inputs of the towers'"
+    " velocities, remove most of it.",
     "A communication step that is shorter than the one before does not make a tower move faster:"
     " in the time of the longer step after its end, its point goes on at its last velocity, or the"
     " given one, and what is missing to its new place takes the rest of that time. Steps of equal"
@@ -50,7 +50,7 @@ LIMITS = (
     "Error of the force on a tower with modes of 2.5 and 8 Hz, of its peak, in communication steps"
     " of random size up to 20 ms: below 1 % for masters that iterate or use Gauss-Seidel order, and"
     " for Jacobi masters that give velocities; 2.5 % for Jacobi masters without. Up to 50 ms: 0.9 %"
-    " (iterated), 3.4 %, 4.4 %, 6.3 %.",
+    " (iterated), 3.4 % (Gauss-Seidel), 4.4 % and 6.3 % (Jacobi with velocities and without).",
     "Thickness, shape and density of the ice and the name of the conductor are no parameters: mass,"
     " moments, stiffness and coefficients follow from them when a scene is made. Set"
     " ice.mass_per_length, ice.torsional_inertia, ice.first_moment_x2 and x3 (and the curve, if it"
@@ -194,8 +194,8 @@ def _reference(reference: Reference) -> list[str]:
         parts.append(f'<text x="{at:g}" y="{MARGIN - 10:g}" fill="{colour}">{name} (m)</text>')
     last = (len(reference.rows) - 1) * reference.step
     for x, y, label in (
-        (2.0, MARGIN + 10.0, f"{high:.3g}"),
-        (2.0, HEIGHT - MARGIN, f"{low:.3g}"),
+        (2.0, MARGIN + 10.0, f"{high:.2g}"),
+        (2.0, HEIGHT - MARGIN, f"{low:.2g}"),
         (MARGIN, HEIGHT - MARGIN + 16.0, "0 s"),
         (WIDTH - MARGIN - 20.0, HEIGHT - MARGIN + 16.0, f"{last:g} s"),
     ):
