@@ -112,7 +112,8 @@ def line_shape(result: LineResult) -> Figure:
         above.set_ylabel("downwind $x_3$ [m]")
         above.set_xlabel("along the line $x_1$ [m]")
         _widen(above)
-        figure.legend(*side.get_legend_handles_labels(), loc="outside lower center", ncols=4)
+        handles = side.get_legend_handles_labels()
+        figure.legend(*handles, loc="outside lower center", ncols=2, frameon=False)
     return figure
 
 
@@ -161,9 +162,8 @@ def line_histories(result: LineResult, phase: int = 1) -> Figure:
             axes.set_ylabel("lean [deg]")
             axes.set_title(f"strings, lean {way} the line", loc="left", pad=2.0)
         if ways:
-            panels[result.map.spans].legend(
-                loc="lower right", bbox_to_anchor=(1.0, 0.98), ncols=6, frameon=False
-            )
+            handles = panels[-1].get_legend_handles_labels()
+            figure.legend(*handles, loc="outside lower center", ncols=4, frameon=False)
         for axes in panels:
             axes.margins(x=0.0)
         figure.align_ylabels(panels)

@@ -102,9 +102,14 @@ def wind_figure(series: Sequence[WindSeries], points: Mapping[str, tuple[Array, 
 
 
 def condition_map(
-    winds: Sequence[float], rows: Sequence[str], motion: Array, texts: Sequence[Sequence[str]]
+    winds: Sequence[float],
+    rows: Sequence[str],
+    values: Array,
+    texts: Sequence[Sequence[str]],
+    label: str = "vertical motion,\npeak to peak [m]",
+    highest: float | None = None,
 ) -> Figure:
-    """Draw a map of the motion over wind and the other conditions.
+    """Draw a map of a quantity, such as the motion, over wind and the other conditions.
 
     Parameters
     ----------
@@ -112,27 +117,31 @@ def condition_map(
         Wind speeds [m/s], the columns.
     rows
         Ice, attack angle and curve in words.
-    motion : ndarray, shape (row, wind)
-        Vertical motion, peak to peak [m]; NaN without a result.
+    values : ndarray, shape (row, wind)
+        The quantity; NaN without a result.
     texts
         Text in each cell.
+    label
+        Name and unit of the quantity.
+    highest
+        Value of the brightest colour (default: the largest one).
     """
     with drawing(STYLE):
-        figure = Figure(figsize=(WIDTH, 1.0 + 0.23 * len(rows)), layout="constrained")
+        figure = Figure(figsize=(WIDTH, 1.3 + 0.23 * len(rows)), layout="constrained")
         axes = figure.subplots()
-        most = max([MIN_MOTION, *motion[np.isfinite(motion)].tolist()])
+        most = highest or max([MIN_MOTION, *values[np.isfinite(values)].tolist()])
         mesh = axes.pcolormesh(
             np.arange(len(winds) + 1),
             np.arange(len(rows) + 1),
-            np.ma.masked_invalid(motion),
+            np.ma.masked_invalid(values),
             cmap=MAP_COLOURS,
             vmin=0.0,
             vmax=most,
             edgecolors="face",
             linewidth=0.3,
         )
-        for row, column in np.ndindex(*motion.shape):
-            size = motion[row, column]
+        for row, column in np.ndindex(*values.shape):
+            size = values[row, column]
             known = np.isfinite(size)
             axes.text(
                 column + 0.5,
@@ -152,7 +161,7 @@ def condition_map(
         axes.set_xlabel("wind speed [m/s]")
         bar = figure.colorbar(mesh, ax=axes, pad=0.01, fraction=0.04)
         bar.outline.set_visible(False)
-        bar.set_label("vertical motion,\npeak to peak [m]")
+        bar.set_label(label)
     return figure
 
 
@@ -316,7 +325,7 @@ def measure_figure(names: Sequence[str], before: float, after: Array, title: str
         axes: Any = figure.subplots()
         places = np.arange(len(names))
         shown = np.nan_to_num(after)
-        limit = 1.3 * max(before, float(shown.max(initial=0.0)))
+        limit = 1.5 * max(before, float(shown.max(initial=0.0)))
         axes.barh(places, shown, color=COLOURS["u2"], height=0.6)
         for place, size in zip(places, after, strict=True):
             text = (

@@ -138,6 +138,24 @@ def _pictures(study: LineStudy) -> list[Any]:
                 lambda: figures.condition_map(study.conditions.winds, rows, motion, texts),
             )
         )
+        if len(study.known) > len({(case.ice, case.wind) for case in study.known}):
+            ices, share, counts = _risk(study)
+            drawn.append(
+                picture(
+                    "risk",
+                    "Map of the share of galloping cases over ice and wind",
+                    "Share of the cases that gallop, over all attack angles and curves: galloping"
+                    " cases of those with a result, and the largest motion, peak to peak.",
+                    lambda: figures.condition_map(
+                        study.conditions.winds,
+                        ices,
+                        share,
+                        counts,
+                        "share of cases\nthat gallop [%]",
+                        100.0,
+                    ),
+                )
+            )
     result = study.findings.result if isinstance(study.findings, LineFindings) else None
     if study.worst is not None and isinstance(result, LineResult):
         drawn += _pictures_of_worst(study, study.worst, result)
@@ -213,6 +231,22 @@ def _map(study: LineStudy) -> tuple[list[str], Any, list[list[str]]]:
         for ice, curve, angle in keys
     ]
     return rows, motion, texts
+
+
+def _risk(study: LineStudy) -> tuple[list[str], Any, list[list[str]]]:
+    """Ices with the share of galloping cases [%] and the text of each cell, over the winds."""
+    ices = list(dict.fromkeys(case.ice for case in study.cases))
+    winds = study.conditions.winds
+    share = np.full((len(ices), len(winds)), np.nan)
+    texts = [["-"] * len(winds) for _ in ices]
+    for row, column in np.ndindex(*share.shape):
+        chosen = ices[row], winds[column]
+        cases = [case for case in study.known if (case.ice, case.wind) == chosen]
+        if cases:
+            count = sum(case.gallops for case in cases)
+            share[row, column] = 100.0 * count / len(cases)
+            texts[row][column] = f"{count} of {len(cases)}, {largest_of(cases):.1f} m"
+    return ices, share, texts
 
 
 def _pictures_of_worst(study: LineStudy, worst: Case, result: LineResult) -> list[Any]:

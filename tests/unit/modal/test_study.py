@@ -355,7 +355,7 @@ def test_the_page_answers_in_order(study, monkeypatch):
     assert "two &lt;spans&gt;" in text
     assert "two <spans>" not in text
     assert "counter(page)" in text
-    assert text.count("<figure") == 8  # with the shapes of the modes and the two of the animation
+    assert text.count("<figure") == 9  # with the shapes of the modes and the two of the animation
     assert "NaN" not in text
     assert " nan " not in text
 
@@ -442,6 +442,15 @@ def test_a_stopped_study_is_reported_and_resumed(scene, tmp_path, monkeypatch):
     assert again.exit_code == 0, again.output
     assert simulated[before : before + 2] == [8.0, 9.0]
     assert "This study is incomplete." not in page.read_text()
+
+
+def test_the_map_of_risk_counts_galloping_cases(study):
+    """At 0 deg it gallops at 6 and 8 m/s, at 90 deg never: half of the cases there."""
+    ices, share, texts = page_module._risk(study)
+    assert len(ices) == 1
+    assert share.tolist() == [[0.0, 50.0, 50.0]]
+    assert [text.partition(",")[0] for text in texts[0]] == ["0 of 2", "1 of 2", "1 of 2"]
+    assert texts[0][2].endswith(f", {study.worst.largest:.1f} m")
 
 
 def test_study_is_public(study):
