@@ -4,10 +4,12 @@ Events that are not known in closed form are checked by integration with DOP853:
 and its monodromy matrix has the critical multiplier.
 """
 
+from itertools import product
+
 import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
-from scipy.optimize import brentq
+from scipy.optimize import brentq, root
 
 from modal.continuation.events import UserEvent
 from modal.continuation.path import Settings, spectrum_change
@@ -147,19 +149,49 @@ def test_orbits_that_shrink_to_rest_end_at_the_other_hopf_point():
     assert max(point.amplitude[0] for point in found.points) == pytest.approx(1.0, rel=1e-3)
 
 
+def duffing_fold(near):
+    """Frequency at which q'' + 0.1 q' + q + q^3 = 0.5 cos wt has a fold.
+
+    Harmonic balance at 64 instants: F(c, w) = 0 and F_c n = 0 with the coefficients c of the odd
+    harmonics, a null vector n of length 1, and w.
+    """
+    order = np.arange(1, 16, 2)
+    phase = 2.0 * np.pi * np.arange(64) / 64
+    basis = np.hstack([np.cos(np.outer(phase, order)), np.sin(np.outer(phase, order))])
+    square, rate = np.tile(order**2, 2), 0.1 * np.concatenate([order, order])
+    size, half = 2 * len(order), len(order)
+
+    def both(z):
+        c, null, w = z[:size], z[size:-1], z[-1]
+        q = basis @ c
+        turned = np.concatenate([c[half:], -c[:half]]) * w * rate
+        value = (1.0 - w * w * square) * c + turned + basis.T @ q**3 / 32.0
+        value[0] -= 0.5
+        turned = np.concatenate([null[half:], -null[:half]]) * w * rate
+        slope = (1.0 - w * w * square) * null + turned
+        slope = slope + basis.T @ (3.0 * q * q * (basis @ null)) / 32.0
+        return np.concatenate([value, slope, [null @ null - 1.0]])
+
+    for amplitude, angle in product(np.linspace(0.3, 3.0, 28), np.linspace(-np.pi, np.pi, 9)):
+        start = np.zeros(2 * size + 1)
+        start[0], start[half] = amplitude * np.cos(angle), amplitude * np.sin(angle)
+        start[size], start[-1] = 1.0, near
+        solved = root(both, start)
+        if solved.success and abs(solved.x[-1] - near) < 0.1:
+            return solved.x[-1]
+    raise AssertionError(f"no fold near {near}")
+
+
 def test_folds_of_a_forced_duffing_oscillator():
     problem, settings = system(ode.forced_duffing, [1.0] * 4), Settings(0.3, 3.0)
     period = 2.0 * np.pi / 0.5
     cycle = simulated_cycle(problem, [0.0, 0.0, 1.0, 0.0], 0.5, 29 * period, period)
     found = orbits(problem, cycle, period, 0.5, settings)
     assert [event.kind for event in found.events] == ["fold", "fold"]
-    # one harmonic of amplitude a, A = a^2: ((1 + 3/4 A - w^2)^2 + (0.1 w)^2) A = 0.25, which has
-    # three real roots A between the folds; the harmonics beyond move them by less than 1 %
-    w = np.linspace(1.0, 3.0, 2001)
-    roots = [np.roots([9 / 16, 1.5 * (1 - x), (1 - x) ** 2 + 0.01 * x, -0.25]) for x in w**2]
-    three = w[[np.all(one.imag == 0.0) for one in roots]]
+    # harmonic balance, which shares no code with collocation;
+    # observed 7e-10
     found_at = sorted(event.parameter for event in found.events)
-    assert found_at == pytest.approx([three[0], three[-1]], rel=0.02)
+    assert found_at == pytest.approx([duffing_fold(1.4), duffing_fold(2.2)], rel=1e-7)
     for event in found.events:
         _, matrix = monodromy(event.point)
         values = np.sort(np.abs(np.linalg.eigvals(matrix) - 1.0))
@@ -334,21 +366,25 @@ def test_subcritical_hopf_point_and_fold_in_closed_form():
     assert (small.is_stable, large.is_stable) == (False, True)
 
 
-def test_doubling_is_that_of_mathieus_equation():
-    """An oscillation x = sqrt(p) cos 2t drives s'' + 0.1 s' + (1 + x) s + s^3 = 0."""
+def test_two_modes_of_duffing_type_with_known_folds_and_doublings():
+    """r' = r (p + r^2 - r^4) has a fold at p = -1/4; its x = r cos 2t drives Mathieu's equation.
+
+    s'' + 0.1 s' + (1 + x/4) s + s^3 = 0, whose doubling is found by integration of the linear part.
+    """
 
     def function(y, p):
         x, z, s, ds = y
-        rate = p - x * x - z * z
-        stiffness = 1.0 + x + s * s
+        square = x * x + z * z
+        rate = p + square - square * square
+        stiffness = 1.0 + 0.25 * x + s * s
         return [rate * x - 2.0 * z, 2.0 * x + rate * z, ds, -0.1 * ds - stiffness * s]
 
-    def beyond(square):
+    def beyond(r):
         """Trace of the monodromy matrix over a period pi, less that at a multiplier -1."""
         columns = []
         for start in np.eye(2):
             run = solve_ivp(
-                lambda t, y: [y[1], -0.1 * y[1] - (1.0 + np.sqrt(square) * np.cos(2.0 * t)) * y[0]],
+                lambda t, y: [y[1], -0.1 * y[1] - (1.0 + 0.25 * r * np.cos(2.0 * t)) * y[0]],
                 (0.0, np.pi),
                 start,
                 rtol=1e-11,
@@ -357,11 +393,19 @@ def test_doubling_is_that_of_mathieus_equation():
             columns.append(run.y[:, -1])
         return np.trace(columns) + 1.0 + np.exp(-0.1 * np.pi)
 
-    expected = brentq(beyond, 0.005, 0.2)
-    problem = system(function, [0.3] * 4, symmetry=np.diag([1.0, 1.0, -1.0, -1.0]))
-    settings = Settings(-0.1, 0.3)
-    rest = equilibria(problem, np.zeros(4), -0.05, settings)
+    square = brentq(beyond, 0.4, 1.2) ** 2
+    problem = system(function, [0.5] * 4, symmetry=np.diag([1.0, 1.0, -1.0, -1.0]))
+    settings = Settings(-0.4, 0.3)
+    rest = equilibria(problem, np.zeros(4), -0.1, settings)
     (found,) = switched(rest.events[0], settings)
-    doubling = found.events[0]
-    assert doubling.kind == "period doubling"
-    assert doubling.parameter == pytest.approx(expected, rel=1e-5)
+    fold, doubling = found.events
+    assert (fold.kind, doubling.kind) == ("fold", "period doubling")
+    assert fold.parameter == pytest.approx(-0.25, rel=1e-6)
+    assert doubling.parameter == pytest.approx(square**2 - square, rel=1e-5)
+    stable = [point.parameter for point in found.points if point.is_stable]
+    assert -0.25 <= min(stable) < max(stable) <= doubling.parameter + 1e-9
+    (swing,) = switched(doubling, settings)
+    at = swing.points[-1]
+    assert at.is_stable
+    simulated = ode.settled_amplitude(problem, at.states[0] * 0.98, at.parameter, 300.0, at.period)
+    assert at.amplitude == pytest.approx(simulated, rel=1e-3)

@@ -40,13 +40,14 @@ def differences(function, numbers):
     ]
 
 
-def quintic(a, b, w, hopf):
-    """r' = r (p - hopf + a r^2 - b r^4) with r^2 = x^2 + v^2, rotating at w."""
+def quintic(a, b, w, hopf, k=0.0):
+    """r' = r (p - hopf + a r^2 - b r^4 + k x^2), r^2 = x^2 + v^2, rotating at w (1 + x/2)."""
 
     def function(y, p):
         square = y[0] * y[0] + y[1] * y[1]
-        rate = p - hopf + a * square - b * square * square
-        return [rate * y[0] - w * y[1], w * y[0] + rate * y[1]]
+        rate = p - hopf + a * square - b * square * square + k * y[0] * y[0]
+        turn = w * (1.0 + 0.5 * y[0])  # the mesh is not uniform
+        return [rate * y[0] - turn * y[1], turn * y[0] + rate * y[1]]
 
     return system(function, [1.0, 1.0])
 
@@ -66,6 +67,11 @@ def test_normal_form_with_hopf_point_fold_amplitude_period_and_growth():
     # p = hopf - a^2/(4 b); observed 1e-9
     assert found == pytest.approx([-a / (2 * b), a**2 / (4 * b**2), 0.0, 1.0], abs=1e-7)
 
+    # k acts on the mean of x^2 over time, which is slow where x is small
+    slope = by_numbers(sensitivity.onset(fold), lambda k: quintic(*numbers, k), [0.0])
+    x = np.sqrt(a / (2 * b)) * np.cos(2.0 * np.pi * np.arange(400) / 400)
+    assert slope == pytest.approx([-np.average(x * x, weights=1.0 / (1.0 + 0.5 * x))], rel=1e-6)
+
     def square(a, b, w, hopf, p):
         return (a + np.sqrt(a * a + 4.0 * b * (p - hopf))) / (2.0 * b)
 
@@ -73,12 +79,15 @@ def test_normal_form_with_hopf_point_fold_amplitude_period_and_growth():
         s = square(a, b, w, hopf, p)
         return 2.0 * a * s - 4.0 * b * s * s
 
+    def turn(a, b, w, hopf, p):
+        return 2.0 * np.pi / w / np.sqrt(1.0 - 0.25 * square(a, b, w, hopf, p))
+
     point = branch.points[-1]
     at = np.append(numbers, point.parameter)
     for gradient, expected in (
         (sensitivity.amplitude(point, np.array([1.0, 0.0])), lambda *m: np.sqrt(square(*m))),
         (sensitivity.growth(point), rate),
-        (sensitivity.period(point), lambda a, b, w, hopf, p: 2.0 * np.pi / w),
+        (sensitivity.period(point), turn),
     ):
         exact = differences(expected, at)
         assert gradient.value == pytest.approx(expected(*at), rel=1e-9)

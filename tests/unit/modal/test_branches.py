@@ -11,11 +11,11 @@ import gallop_fmu as gf
 import modal
 from modal.cli.main import app
 from modal.continuation.path import Settings
-from modal.continuation.starts import equilibria
+from modal.continuation.starts import equilibria, orbits
 from modal.linear.mode_basis import still_air_modes
 from modal.motions.full_model import full_scene, run_from
 from modal.motions.span_model import SpanModel
-from modal.motions.span_problem import NumberFamily, SpanProblem
+from modal.motions.span_problem import NumberFamily, SpanProblem, WindFamily
 from modal.plots.branch_figure import branch_figure
 
 
@@ -127,17 +127,37 @@ def test_the_command(scene, tmp_path):
     assert "an oscillation begins" in done.stdout
 
 
-def test_another_number_has_the_same_onset(scene, found):
-    """Galloping begins at the density of the air for which the wind speed is the onset's."""
-    onset, density = float(found.dataset.event_value.values[0]), scene.wind.air_density
-    windy = scene.with_values({"wind.speed": onset})
-    model = SpanModel(windy, still_air_modes(windy))
-    family = NumberFamily(windy, "wind.air_density", model, 1e-4)
-    problem = SpanProblem(family, model, onset)
-    settings = Settings(0.9 * density, 1.05 * density, max_step=0.5)
-    rest = equilibria(problem, np.zeros(problem.size), 0.95 * density, settings)
-    assert [event.kind for event in rest.events] == ["Hopf"]
-    assert rest.events[0].parameter == pytest.approx(density, rel=1e-6)
+def test_onset_over_the_attack_angle_is_that_over_the_wind(scene):
+    """The onset at 170 deg, where it changes with the angle, is found again over the angle."""
+    oblique = scene.with_values({"ice.attack_angle_deg": 170.0})
+    model = SpanModel(oblique, still_air_modes(oblique))
+    problem = SpanProblem(WindFamily(model), model, 4.6)
+    rest = equilibria(problem, np.zeros(problem.size), 4.5, Settings(4.4, 5.2, max_step=0.5))
+    (hopf,) = rest.of_kind("Hopf")[:1]
+    windy = oblique.with_values({"wind.speed": hopf.parameter})
+    family = NumberFamily(windy, "ice.attack_angle_deg", model, 1e-3)
+    problem = SpanProblem(family, model, hopf.parameter)
+    state = hopf.point.states[0]
+    rest = equilibria(problem, state, 169.0, Settings(168.5, 171.0, max_step=0.5))
+    found = [event.parameter for event in rest.of_kind("Hopf")]
+    assert found == pytest.approx([170.0], abs=1e-5)
+
+
+def test_onset_of_the_swing_over_damping_is_that_over_the_wind(scene, found):
+    """In the wind of the onset, the swing begins at the present damping."""
+    (doubling,) = found.diagram.branches[1].of_kind("period doubling")
+    point = doubling.point
+    windy = scene.with_values({"wind.speed": doubling.parameter})
+    model = point.equations.problem.model
+    family = NumberFamily(windy, "damping.translation", model, 1e-4)
+    problem = SpanProblem(family, model, doubling.parameter)
+    settings = Settings(0.995, 1.005, tolerance=1e-3, max_step=2.0, first_step=0.5)
+    states = point.at(np.arange(80) / 80)
+    over = orbits(problem, states, point.period, 0.998, settings)
+    (again,) = over.of_kind("period doubling")
+    assert again.parameter == pytest.approx(1.0, abs=2e-6)
+    less, more = (one.is_stable for one in (over.points[0], over.points[-1]))
+    assert (less, more) == (False, True)  # more damping: no swing
 
 
 @pytest.mark.parametrize(
