@@ -1,8 +1,15 @@
-"""Exports of a shared library, read from its bytes: ELF, PE and Mach-O of 64 bits."""
+"""Exports of a shared library, read from its bytes: ELF, PE and Mach-O of 64 bits.
+
+    python benchmarks/hosts/binaries.py [LIBRARY ...]
+
+prints size, functions of FMI and newest glibc of ELF libraries, by default the installed kernel.
+"""
 
 import re
 import struct
+import sys
 from collections.abc import Iterator
+from pathlib import Path
 
 MACH_O_NAMES = {0x01000007: "x86_64", 0x0100000C: "arm64"}
 
@@ -114,3 +121,23 @@ def _uleb128(data: bytes, at: int) -> tuple[int, int]:
         shift, at = shift + 7, at + 1
         if data[at - 1] < 0x80:
             return value, at
+
+
+def main(paths: list[str]) -> None:
+    if not paths:
+        from gallop_fmu.engine.library import library_path
+
+        paths = [str(library_path())]
+    for path in paths:
+        library = Path(path).read_bytes()
+        found = exports(library)
+        counts = (sum(name.startswith(f"fmi{n}") for name in found) for n in (2, 3))
+        major, minor = newest_glibc(library)
+        print(
+            f"{Path(path).name}: {len(library)} bytes, {next(counts)} functions of FMI 2.0 and"
+            f" {next(counts)} of FMI 3.0, glibc {major}.{minor} at most"
+        )
+
+
+if __name__ == "__main__":
+    main(sys.argv[1:])

@@ -72,7 +72,7 @@ def look(libraries: dict[str, bytes]) -> None:
     parts |= {f"darwin64 {processor}": library for processor, library in apple.items()}
     for name, library in parts.items():
         found = exports(library)
-        fmi = {function for function in found if function.startswith("fmi2")}
+        fmi = {function for function in found if function.startswith(("fmi2", "fmi3"))}
         assert len(fmi) == FMI_FUNCTIONS, (
             f"{name}: {len(fmi)} FMI functions, {FMI_FUNCTIONS} are needed"
         )
