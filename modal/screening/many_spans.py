@@ -228,8 +228,8 @@ def screen_spans(  # noqa: PLR0913 - all but two are keyword arguments
     highest_wind
         Highest wind speed [m/s] of the search; None takes 1.5 times each scene's.
     estimate_only
-        Compute only `modal.two_mode_estimate` instead of `modal.screen`, which is about thirty
-        times as fast: for thousands of spans, of which the ``suspect`` ones are screened
+        Compute only `modal.two_mode_estimate` instead of `modal.screen`, which is far
+        faster: for thousands of spans, of which the ``suspect`` ones are screened
         afterwards. The estimate may miss an onset, mostly above 2:1; therefore a span is suspect
         as soon as a threshold exists in the range of amplitudes (`benchmarks/speed/corridor.py`
         compares).

@@ -47,8 +47,12 @@ settled."""
 LATE = 0.6
 """Part of a simulation at its end in which amplitudes are read."""
 
-MAX_CHANGE = 0.03
+MAX_CHANGE = 0.05
 """Change of the largest amplitude between both halves of that part, up to which it has settled."""
+
+MAX_GROWTH, MIN_GROWING = 1.15, 0.03
+"""Growth of a part of the motion (such as that in two loops) between both halves, above which it
+has not settled if the part is this large, relative to the largest amplitude."""
 
 MAX_BEAT = 0.05
 """Variation of amplitudes, relative to the largest, up to which a motion is periodic."""
@@ -63,8 +67,9 @@ MAX_RUNS = 3
 CALM = 2e-3
 """Amplitude [m] below which a simulated span is at rest."""
 
-ALIKE = 0.1
-"""Difference of amplitudes, relative to the largest, below which a simulation ends in a state."""
+ALIKE, SAME_ORBIT = 0.1, 0.02
+"""Differences of amplitudes, relative to the largest, below which a simulation ends in a state, and
+below which two orbits are one state."""
 
 MIN_SWING = 5e-3
 """Amplitude [m] at half the vertical frequency above which a simulated span swings."""
@@ -104,7 +109,7 @@ def settled_states(diagram: SpanDiagram) -> Settled:
     for point in stable:
         if _error(diagram, point) > MAX_ERROR:
             unsure.append(point)
-        else:
+        elif not any(is_same(state_of(point, diagram), one, SAME_ORBIT) for one in states):
             states.append(state_of(point, diagram))
     resting = _equilibria(diagram)
     states = [*[state for state, is_stable in resting if is_stable], *states]
@@ -138,15 +143,11 @@ def _without_successor(
 ) -> list[Point]:
     """Orbits from which a simulation must begin, as what follows them is not known.
 
-    They have been stable in a lower wind and lost that, but not to a motion that is stable now; or
-    nothing else is known, and they are the least unstable ones.
+    They have been stable in a lower wind and lost that, but not to a motion that is known now, be
+    it stable or not; or nothing else is known, and they are the least unstable ones.
     """
     unstable = [(branch, point) for branch, point in known if not point.is_stable]
-    followed = {
-        id(branch.origin.point.x)
-        for branch, point in known
-        if point.is_stable and branch.origin is not None
-    }
+    followed = {id(branch.origin.point.x) for branch, _ in known if branch.origin is not None}
     chosen = []
     for branch, point in sorted(unstable, key=lambda one: one[1].unstable):
         lost_to = {id(event.point.x) for event in branch.events}
@@ -280,7 +281,10 @@ def _end_of(values: Array, interval: float) -> StableState:
     change = max(abs(float(two.max() - one.max())) for one, two in halves)
     beat = max(float(np.ptp(one)) for one in sizes.values())
     kind: StateKind = "periodic" if beat <= MAX_BEAT * largest else "beating"
-    if change > MAX_CHANGE * largest:
+    grows = any(
+        two.max() > max(MAX_GROWTH * one.max(), MIN_GROWING * largest) for one, two in halves
+    )
+    if change > MAX_CHANGE * largest or grows:
         kind = "not settled"
     name, frequency, swings = _words(series, sizes, interval)
     if abs(np.degrees(twist)) > TURNED_OVER:
@@ -333,7 +337,7 @@ def _words(
     return name, frequency, swings
 
 
-def is_same(one: StableState, other: StableState) -> bool:
+def is_same(one: StableState, other: StableState, alike: float = ALIKE) -> bool:
     """True if two states have the same amplitudes, or the same twist at rest."""
     if (one.kind == "rest") != (other.kind == "rest"):
         return False
@@ -341,7 +345,7 @@ def is_same(one: StableState, other: StableState) -> bool:
         return abs(one.mean_twist - other.mean_twist) < 10.0 * MIN_ROTATION
     names = ("vertical", "horizontal", "quarter")
     away = max(abs(float(getattr(one, name) - getattr(other, name))) for name in names)
-    return away < ALIKE * max(one.largest, other.largest)
+    return away < alike * max(one.largest, other.largest)
 
 
 def _separated(state: StableState, unstable: Sequence[Array]) -> StableState:

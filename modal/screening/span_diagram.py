@@ -53,7 +53,7 @@ FIRST_STEP, MAX_STEP = 0.05, 1.5
 MAX_POINTS, MAX_TOTAL_POINTS, MAX_BRANCHES, MAX_DEPTH = 80, 160, 12, 3
 """Limits of points of a branch and of all, of branches, and of events between one and the rest."""
 
-MAX_INTERVALS, MAX_WORK = 60, 1500
+MAX_INTERVALS, MAX_WORK = 60, 1000
 """Mesh intervals of an orbit above which its branch is given up as it twists too fast, and mesh
 intervals of all orbits after which no more are computed."""
 
