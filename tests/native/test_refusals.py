@@ -340,6 +340,17 @@ def test_the_state_of_another_fmu(fmu, unpack, instance, small_scene):
     assert fmu.restore(other.save()) == ERROR
 
 
+def test_the_state_of_another_version_is_refused_by_its_format(stepping):
+    """The last letter of the magic is the format: a state of release 0.2.0 has another."""
+    good = stepping.to_bytes(stepping.save())
+    assert good.startswith(b"GALLOPF")
+    other = good[:7] + bytes([good[7] - 1]) + good[8:]
+    remedy = (
+        "in the format of another version of gallop-fmu; use states of this version, or the FMU"
+    )
+    refused(stepping, lambda: stepping.from_bytes(other)[0], remedy)
+
+
 def test_corrupt_bytes_of_a_state(stepping):
     good = stepping.to_bytes(stepping.save())
     for at in np.unique(np.geomspace(1, len(good), 200).astype(int) - 1):
@@ -354,6 +365,8 @@ RUN = 8 + 8 + 8 + 64
 """Bytes of a state before its phase: magic, size, checksum, identity."""
 COUNTS = RUN + 8 + 3 * 8
 """Bytes before its counts: phase and outcome, three times."""
+ARRAYS = 4
+"""Numbers of an input: value, rate, reached place, trend; now and of the last step."""
 
 PARTS = ["mode", "time", "wind", "number of inputs", "parameter", "kernel's magic", "kernel's size"]
 
@@ -364,7 +377,7 @@ def test_forged_bytes_of_a_state(stepping, part):
     good = stepping.to_bytes(stepping.save())
     inputs, parameters, kernel, before = struct.unpack_from("<QQQQ", good, COUNTS)
     first_input = COUNTS + 8 * 8
-    values = first_input + 6 * 8 * inputs
+    values = first_input + 2 * ARRAYS * 8 * inputs
     first = values + 8 * parameters
     assert first + kernel + before == len(good)
     assert kernel == before
@@ -397,7 +410,7 @@ def test_a_state_that_cannot_be_built_leaves_the_instance_as_it_is(stepping):
     """Other parameters, which make no span, with a state: the present span is kept."""
     good = stepping.to_bytes(stepping.save())
     inputs, parameters = struct.unpack_from("<QQ", good, COUNTS)
-    values = COUNTS + 8 * 8 + 6 * 8 * inputs
+    values = COUNTS + 8 * 8 + 2 * ARRAYS * 8 * inputs
     numbers = struct.unpack_from(f"<{parameters}d", good, values)
     bad = bytearray(good)
     struct.pack_into("<d", bad, values + 8 * numbers.index(15000.0), 30000.0)  # against the sag
