@@ -1,11 +1,14 @@
 """The help of every command fits a terminal of 80 columns, and describes every option."""
 
 from itertools import pairwise
+from pathlib import Path
 
 import pytest
 import typer
 from typer.testing import CliRunner
 
+import gallop_fmu as gf
+import modal
 from gallop_fmu.cli import main as simulation_cli
 from modal.cli import main as modal_cli
 
@@ -40,3 +43,17 @@ def test_every_option_is_described(program, name):
     command = typer.main.get_command(APPS[program]).commands[name]
     shown = [option for option in command.params if not getattr(option, "hidden", False)]
     assert [option.name for option in shown if not getattr(option, "help", "")] == []
+
+
+def test_the_table_of_functions_names_what_exists():
+    page = (Path(__file__).parents[3] / "docs" / "reference" / "commands.md").read_text("utf-8")
+    rows = [line for line in page.splitlines() if line.startswith("| `")]
+    named = {tuple(row.split("`")[1].split()) for row in rows}
+    only_there = {("gallop-fmu", name) for name in ("curves", "new", "demo", "doctor")}
+    assert named == set(COMMANDS) - only_there
+    packages = {"gallop_fmu": gf, "modal": modal}
+    for row in rows:
+        for word in row.split("`")[3::2]:
+            if "." in word:
+                package, name = word.split(".")
+                assert name in packages[package].__all__, word
