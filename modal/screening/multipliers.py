@@ -16,6 +16,9 @@ Array = NDArray[np.float64]
 TRIVIAL = 1e-2
 """Distance from 1 within which the multiplier closest to 1 is that of a shift in time."""
 
+MIN_SHARE = 0.7
+"""Least share of the swing in a disturbance that is called so, relative to the largest share."""
+
 
 @dataclass(frozen=True)
 class Disturbance:
@@ -70,14 +73,20 @@ def _share(vector: NDArray[np.complex128], chosen: NDArray[np.bool_], scale: Arr
 
 
 def swing_multiplier(point: Point, model: SpanModel) -> complex:
-    """Multiplier of the symmetric disturbance with most of the first horizontal mode."""
+    """Largest multiplier of the symmetric disturbances with most of the first horizontal mode.
+
+    There are two of them: a complex pair, or two real ones of different size.
+    """
     scale, n = point.equations.problem.scale, model.size
     swing = np.zeros(2 * n, dtype=bool)
     swing[[model.horizontal, n + model.horizontal]] = True
-    return max(
-        (one for one in disturbances(point, model) if one.is_symmetric),
-        key=lambda one: _share(one.shape, swing, scale),
-    ).multiplier
+    shares = [
+        (_share(one.shape, swing, scale), one.multiplier)
+        for one in disturbances(point, model)
+        if one.is_symmetric
+    ]
+    most = max(share for share, _ in shares)
+    return max((value for share, value in shares if share > MIN_SHARE * most), key=abs)
 
 
 def starts_swing(point: Point, model: SpanModel) -> bool:

@@ -105,7 +105,7 @@ def settled_states(diagram: SpanDiagram) -> Settled:
     doubts: list[str] = []
     known = [(branch, point) for branch in diagram.orbits for point in diagram.at_wind(branch)]
     stable = [point for _, point in known if point.is_stable]
-    states, unsure = [], []
+    states, unsure = list[StableState](), list[Point]()
     for point in stable:
         if _error(diagram, point) > MAX_ERROR:
             unsure.append(point)
@@ -144,11 +144,12 @@ def _without_successor(
     """Orbits from which a simulation must begin, as what follows them is not known.
 
     They have been stable in a lower wind and lost that, but not to a motion that is known now, be
-    it stable or not; or nothing else is known, and they are the least unstable ones.
+    it stable or not; or their branch could not be followed to this wind; or nothing else is known,
+    and they are the least unstable ones.
     """
     unstable = [(branch, point) for branch, point in known if not point.is_stable]
     followed = {id(branch.origin.point.x) for branch, _ in known if branch.origin is not None}
-    chosen = []
+    chosen = _last_stable(diagram)
     for branch, point in sorted(unstable, key=lambda one: one[1].unstable):
         lost_to = {id(event.point.x) for event in branch.events}
         was_stable = any(one.is_stable for one in branch.points)
@@ -157,6 +158,17 @@ def _without_successor(
     if not chosen and not has_state:
         chosen = [point for _, point in sorted(unstable, key=lambda one: one[1].unstable)][:1]
     return chosen
+
+
+def _last_stable(diagram: SpanDiagram) -> list[Point]:
+    """Last stable orbits of branches that could not be followed up to the scene's wind."""
+    found = []
+    for branch in diagram.orbits:
+        end = branch.ends[1]
+        is_lost = end.kind in ("given up", "lost", "points") and end.parameter < diagram.wind
+        if is_lost and not diagram.at_wind(branch):
+            found += [point for point in branch.points if point.is_stable][-1:]
+    return found
 
 
 def _static_states(diagram: SpanDiagram) -> list[tuple[Array, bool]]:

@@ -94,7 +94,7 @@ class SpanDiagram:
     found : Diagram or None
         The branches; None if rest is stable, and known, up to the highest wind.
     swing : dict
-        Swing multiplier of each point of an orbit, by the identity of its unknowns.
+        Unknowns and swing multiplier of each point of an orbit, by the identity of the unknowns.
     end_reason : str
         Reason why rest is not known up to the highest wind; empty if it is.
     """
@@ -105,7 +105,7 @@ class SpanDiagram:
     wind: float
     highest: float
     found: Diagram | None
-    swing: dict[int, complex] = field(repr=False)
+    swing: dict[int, tuple[Array, complex]] = field(repr=False)
     end_reason: str = ""
 
     @property
@@ -126,8 +126,8 @@ class SpanDiagram:
         """Swing multiplier of an orbit in one period."""
         key = id(point.x)
         if key not in self.swing:
-            self.swing[key] = swing_multiplier(point, self.model)
-        return self.swing[key]
+            self.swing[key] = point.x, swing_multiplier(point, self.model)
+        return self.swing[key][1]
 
 
 def span_model(scene: Scene) -> SpanModel:
@@ -158,12 +158,12 @@ def span_diagram(model: SpanModel, highest: float) -> SpanDiagram:
     if unit is None:
         return known
     start = BEGIN * unit
-    swing: dict[int, complex] = {}
+    swing: dict[int, tuple[Array, complex]] = {}
     work = [0]
 
     def remember(point: Point) -> None:
         if isinstance(point.equations, OrbitEquations):
-            swing[id(point.x)] = swing_multiplier(point, model)
+            swing[id(point.x)] = point.x, swing_multiplier(point, model)
             work[0] += point.equations.intervals
 
     def is_left(point: Point) -> bool:

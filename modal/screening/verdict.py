@@ -155,7 +155,7 @@ def _table(diagram: SpanDiagram, pair: _Pair | None) -> tuple[Cycle, ...]:
     if pair is None or pair.branch is None:
         return ()
     return tuple(
-        cycle_of(diagram, point, abs(diagram.swing[id(point.x)]))
+        cycle_of(diagram, point, abs(diagram.swing_of(point)))
         for point in pair.branch.points
         if id(point.x) in diagram.swing
     )
