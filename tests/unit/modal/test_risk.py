@@ -17,6 +17,7 @@ from modal.risk.outcomes import found_by_simulation
 from modal.risk.quantities import quantities
 from modal.risk.statistics import convergence, probability, quantile, sobol_shares
 from modal.risk.winter_file import read_winter
+from modal.screening.many_spans import EstimateTask
 from tests.support.cubic_galloping import scene
 from tests.support.sweeps import same
 
@@ -319,3 +320,25 @@ def test_rows_are_the_same_on_threads_processes_and_a_cluster(method):
             row = one.runs.dataset.isel(run=run)
             alone = modal.two_mode_estimate(scene(speed=row["wind.speed"].item()))
             assert row.estimated_vertical.fillna(0.0).item() == alone.vertical_amplitude
+
+
+def test_modes_are_reused_at_other_wind_speeds_only():
+    """In a group, each scene has the row that it has alone; each differs in one value from base."""
+    base = gf.load_scene("example3")
+    changes = (
+        {"wind.speed": 5.2},
+        {"wind.air_density": 1.1},
+        {"ice.attack_angle_deg": 178.0},
+        {"span.sag": 2.2},
+        {"aerodynamics.lift": [0.0, -4.0, 0.0, 3.0]},
+        {"wind.profile": {"kind": "power", "attachment_height": 20.0, "exponent": 0.2}},
+    )
+    group = [scene for change in changes for scene in (base, base.with_values(change))]
+    task = EstimateTask(None)
+    rows = task(group, lambda: True)
+    alone = [task([each], lambda: True)[0] for each in group]
+    for row in (*rows, *alone):
+        row.pop("seconds")
+        assert row["outcome"] == "completed", row["message"]
+    assert rows == alone
+    assert len({row["estimated_vertical"] for row in rows}) == len(changes) + 1
