@@ -60,7 +60,8 @@ def branch_figure(data: xr.Dataset) -> Figure:
             axes.set_ylabel(f"{label} [m]")
             axes.set_ylim(bottom=0.0)
             axes.margins(x=0.0)
-        panels[-1].set_xlabel(f"{data.attrs['over']} [{data.attrs['units']}]")
+        name = str(data.attrs["over"]).replace("wind.speed", "wind speed")
+        panels[-1].set_xlabel(f"{name} [{data.attrs['units']}]")
         figure.legend(
             handles=_handles(data), loc="outside lower center", ncols=2, frameon=False, fontsize=7.5
         )

@@ -13,6 +13,7 @@ import numpy as np
 from gallop_fmu.foundation.atomic_write import check_target, write_whole
 from gallop_fmu.line.clearance import Ellipse, cigre_322_single_loop, davison_single_loop
 from gallop_fmu.simulation.line_result import LineResult
+from modal.motions.branches import Branches
 from modal.report.animation import OTHER_PERIODS, shown_part
 from modal.report.findings import Missing
 from modal.report.line_findings import LineFindings
@@ -156,6 +157,8 @@ def _pictures(study: LineStudy) -> list[Any]:
                     ),
                 )
             )
+    if study.worst is not None and not isinstance(study.branches, Missing):
+        drawn.append(_branches(study.branches, study.worst))
     result = study.findings.result if isinstance(study.findings, LineFindings) else None
     if study.worst is not None and isinstance(result, LineResult):
         drawn += _pictures_of_worst(study, study.worst, result)
@@ -231,6 +234,25 @@ def _map(study: LineStudy) -> tuple[list[str], Any, list[list[str]]]:
         for ice, curve, angle in keys
     ]
     return rows, motion, texts
+
+
+def _branches(found: Branches, worst: Case) -> Any:
+    """All motions over the wind of the span that moves most."""
+    from modal.plots.branch_figure import branch_figure
+    from modal.report.plots import picture
+
+    curve = f", {worst.curve}" if worst.curve else ""
+    return picture(
+        "branches",
+        f"All motions of span {worst.largest_span} alone over the wind speed",
+        f"All states of rest and periodic motions of span {worst.largest_span} alone, between rigid"
+        f" supports, over the wind speed ({worst.ice}, attack angle {worst.angle_deg:g} deg"
+        f"{curve}): half peak-to-peak. Solid: stable, the span can stay there; dashed: unstable."
+        " Where no solid line is, the motion beats or the iced section rotates. In the section, the"
+        " strings and the neighbouring spans change these motions; the cases above are those of"
+        " the section.",
+        lambda: branch_figure(found.dataset),
+    )
 
 
 def _risk(study: LineStudy) -> tuple[list[str], Any, list[list[str]]]:

@@ -16,9 +16,11 @@ from gallop_fmu import LineScene, SceneError, SimulationError
 from gallop_fmu.foundation.notebook_table import notebook_table
 from gallop_fmu.foundation.text_rules import counted
 from gallop_fmu.input.scene_like import LineLike, as_line
+from gallop_fmu.simulation.line_result import LineResult
 from gallop_fmu.simulation.run_options import check_stop_time
 from modal.linear.line_modes import LineMode
 from modal.linear.modes import natural_modes
+from modal.motions.branches import Branches
 from modal.report.findings import Missing, Parts, Progress
 from modal.report.line_findings import LineFindings, examine_line
 from modal.stability.critical_wind import den_hartog_speed
@@ -31,6 +33,7 @@ from modal.study.conditions import (
     steady_wind,
 )
 from modal.study.gaps import ellipse_gaps
+from modal.study.governing_span import branches_of_span
 from modal.study.measures import Measure, applicable, measures
 
 Array = NDArray[np.float64]
@@ -88,6 +91,8 @@ class LineStudy:
         The case with the largest motion; None if no case has a result.
     findings : LineFindings or Missing
         Examination of the worst case: modes, resonant pairs, critical winds, simulation.
+    branches : Branches or Missing
+        All motions over the wind of the span that moves most in the worst case, taken alone.
     criteria : list of DenHartog or Missing
         Critical wind by Den Hartog's formula at each ice, curve and angle.
     ellipse_gaps : dict
@@ -117,6 +122,7 @@ class LineStudy:
     cases: list[Case]
     worst: Case | None
     findings: LineFindings | Missing
+    branches: Branches | Missing
     criteria: list[DenHartog] | Missing
     ellipse_gaps: dict[str, dict[int, float]]
     before: list[Case]
@@ -263,6 +269,8 @@ def study_line(
 RunCases = Callable[[Sequence[Variant], Sequence[Point], str], list[Case]]
 """Function from lines, winds with angles, and the name of the part to the cases."""
 
+NO_WORST = "no case has a result, so there is no worst case."
+
 NOT_REACHED = Missing("The study was stopped before this part.")
 
 
@@ -291,6 +299,7 @@ class _Work:
         self.cases: list[Case] = []
         self.tried: list[Tried] = []
         self.findings: LineFindings | Missing = NOT_REACHED
+        self.branches: Branches | Missing = NOT_REACHED
         self.criteria: list[DenHartog] | Missing = NOT_REACHED
         self.stopped = ""
 
@@ -328,11 +337,19 @@ class _Work:
         )
         worst = self.worst
         if worst is None:
-            self.findings = Missing("no case has a result, so there is no worst case.")
+            self.findings = self.branches = Missing(NO_WORST)
             return
         scene = self._climate_of(worst).at(worst.wind, worst.angle_deg)
         highest = max(map(abs, self.conditions.winds))
         self.findings = examine_line(scene, stop_time, shown, highest)
+        result = self.findings.result if isinstance(self.findings, LineFindings) else None
+        if not isinstance(result, LineResult):
+            self.branches = Missing("The worst case was not simulated again.")
+            return
+        self.branches = parts.compute(
+            "motions of one span",
+            lambda: branches_of_span(result, worst.largest_span, self.conditions.winds),
+        )
 
     def improve(self) -> None:
         """Try measures with the ice and curve of the worst case.
@@ -370,6 +387,7 @@ class _Work:
             cases=self.cases,
             worst=worst,
             findings=self.findings,
+            branches=self.branches,
             criteria=self.criteria,
             ellipse_gaps=ellipse_gaps(
                 {k: float(sag) for k, sag in enumerate(sags, start=1)},

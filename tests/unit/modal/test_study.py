@@ -23,6 +23,7 @@ from modal.study import page as page_module
 from modal.study import study as study_module
 from modal.study.cases import Variant, case_row, reached, run_cases
 from modal.study.conditions import StudyConditions, StudyLimits, one_phase, with_ice
+from modal.study.governing_span import branches_of_span, governing_span
 from modal.study.page import Signature, study_page
 from modal.study.study import LineStudy, largest_of, study_line
 from modal.study.verdict import answers
@@ -89,6 +90,11 @@ def scene():
     )
 
 
+def only_missing(*_):
+    """Stand for a part that takes seconds and has its own test."""
+    raise SceneError("left out by the test")
+
+
 @pytest.fixture(scope="module")
 def study(scene):
     conditions = StudyConditions(winds=WINDS, angles_deg=ANGLES)
@@ -97,6 +103,7 @@ def study(scene):
         patch.setattr(
             line_findings, "critical_wind_speed", lambda line, n, _: critical_wind_speed(line, n, 2)
         )
+        patch.setattr(study_module, "branches_of_span", only_missing)
         return study_line(scene, conditions, limits=limits, workers=2)
 
 
@@ -442,6 +449,22 @@ def test_a_stopped_study_is_reported_and_resumed(scene, tmp_path, monkeypatch):
     assert again.exit_code == 0, again.output
     assert simulated[before : before + 2] == [8.0, 9.0]
     assert "This study is incomplete." not in page.read_text()
+
+
+def test_the_branches_are_those_of_the_span_alone(scene):
+    """Its motions begin where linear theory of the whole span has its critical winds."""
+    alone = one_phase(scene).with_values({"ice.attack_angle_deg": 0.0, "wind.speed": 4.0})
+    result = gf.simulate(alone, 0.1, record_nodes="all")
+    found = branches_of_span(result, 2, (1.8, 2.2))
+    data = found.dataset
+    begins = data.value.values[data.event.values == "Hopf"]
+    span = governing_span(result.scene, 2, float(result.spans.horizontal_tension[1]))
+    assert span.span.length == 110.0
+    onsets = [each.wind_speed for each in critical_wind_speed(span, 4, 2.2) if each.wind_speed]
+    assert min(begins) == pytest.approx(min(onsets), rel=1e-6)  # found: 1e-9
+    twin = scene.with_values({"bundle": {"subconductors": 2, "spacing": 0.4}})
+    with pytest.raises(SceneError, match="this line has bundles"):
+        governing_span(twin, 1, 2e4)
 
 
 def test_the_map_of_risk_counts_galloping_cases(study):
