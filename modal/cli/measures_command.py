@@ -105,7 +105,7 @@ def _lines(found: RankedMeasures) -> list[Any]:
         "galloping from [m/s]",
         "predicted",
         "swing from [m/s]",
-        f"vertical [m] at {found.wind_speed:g} m/s",
+        f"largest [m] at {found.wind_speed:g} m/s",
         "sag [m]",
         "by",
     )
@@ -115,7 +115,7 @@ def _lines(found: RankedMeasures) -> list[Any]:
             f"{_text(row.before.onset)} -> {_text(row.after.onset)}",
             _text(row.predicted.onset),
             f"{_text(row.before.swing)} -> {_text(row.after.swing)}",
-            f"{_text(row.before.vertical, 3)} -> {_text(row.after.vertical, 3)}",
+            f"{_text(row.before.largest, 3)} -> {_text(row.after.largest, 3)}",
             _text(row.sag),
             row.verified_by or "not computed",
         )

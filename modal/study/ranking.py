@@ -47,13 +47,17 @@ class Effect:
         Wind speed [m/s] at which galloping and the swing begin; infinite if not up to the highest
         wind, NaN if unknown.
     vertical, horizontal : float
-        Amplitudes [m] at mid-span at the scene's wind; NaN if unknown.
+        Amplitudes [m] at mid-span at the scene's wind, the largest of all stable states; NaN if
+        unknown.
+    largest : float
+        Largest amplitude [m], also of two loops at the quarter points.
     """
 
     onset: float = math.nan
     swing: float = math.nan
     vertical: float = math.nan
     horizontal: float = math.nan
+    largest: float = math.nan
 
 
 @dataclass(frozen=True)
@@ -98,7 +102,7 @@ class RankedMeasures:
     screening : Screening
         The span as it is.
     rows : tuple of Ranked
-        The measures, by the vertical amplitude at the scene's wind that is left, then by the onset
+        The measures, by the largest amplitude that is left at the scene's wind, then by the onset
         of galloping; those without a result are last.
     seconds : float
         CPU time [s].
@@ -158,7 +162,7 @@ class RankedMeasures:
         return path
 
 
-UNITS = {"onset": "m/s", "swing": "m/s", "vertical": "m", "horizontal": "m"}
+UNITS = {"onset": "m/s", "swing": "m/s", "vertical": "m", "horizontal": "m", "largest": "m"}
 """Values of an effect and their units."""
 
 
@@ -231,14 +235,15 @@ def effect_of(found: Screening) -> Effect:
     if found.other_mode is not None:
         onset = min(onset, found.other_mode.wind_speed)
     swing = math.inf if found.onset_wind_speed is None else found.onset_wind_speed
-    motion = found.saturated or found.galloping
-    if found.risk == "undetermined":
+    if not found.states:
         return Effect(onset, swing)
-    if motion is not None:
-        return Effect(onset, swing, motion.vertical, motion.horizontal)
-    if onset < found.wind_speed:  # another mode gallops, or galloping has ended
-        return Effect(onset, swing)
-    return Effect(onset, swing, 0.0, 0.0)
+    return Effect(
+        onset,
+        swing,
+        max(one.vertical for one in found.states),
+        max(one.horizontal for one in found.states),
+        max(one.largest for one in found.states),
+    )
 
 
 def _predictions(
@@ -269,12 +274,12 @@ def _predicted(data: xr.Dataset, measure: SpanMeasure) -> Effect:
             return math.nan
         return max(float(values[alike].max()), 0.0) if most else float(values[alike].min())
 
-    return Effect(
-        of("Hopf"),
-        of("period doubling"),
-        of("vertical amplitude", most=True),
-        of("horizontal amplitude", most=True),
+    vertical, horizontal, two_loop = (
+        of(f"{which} amplitude", most=True) for which in ("vertical", "horizontal", "two-loop")
     )
+    sizes = [size for size in (vertical, horizontal, two_loop) if size == size]
+    largest = max(sizes, default=math.nan)
+    return Effect(of("Hopf"), of("period doubling"), vertical, horizontal, largest)
 
 
 def _computed(measure: SpanMeasure, before: Effect, predicted: Effect, highest: float) -> Ranked:
@@ -321,11 +326,12 @@ def _simulated(
     for case in cases:
         shown(f"critical wind: {case.ice}" if case.ice else "critical wind")
         onset, reasons[case.ice] = _critical_wind(every[case.ice], highest)
-        effects[case.ice] = Effect(
-            onset, math.nan, 0.5 * case.largest, 0.5 * float(np.nanmax(case.horizontal))
-        )
         if not case.has_result:
             effects[case.ice], reasons[case.ice] = Effect(onset), case.text
+            continue
+        vertical, horizontal = 0.5 * case.largest, 0.5 * float(np.nanmax(case.horizontal))
+        largest = max(vertical, horizontal)
+        effects[case.ice] = Effect(onset, math.nan, vertical, horizontal, largest)
     return [
         replace(
             row,
@@ -351,9 +357,9 @@ def _critical_wind(line: LineScene, highest: float) -> tuple[float, str]:
 
 def _place(row: Ranked) -> tuple[bool, float, float]:
     """Place in the list."""
-    known = row.after.vertical == row.after.vertical
+    known = row.after.largest == row.after.largest
     onset = row.after.onset if row.after.onset == row.after.onset else 0.0
-    return not known, row.after.vertical if known else 0.0, -onset
+    return not known, row.after.largest if known else 0.0, -onset
 
 
 def sentence_of(row: Ranked) -> str:
@@ -364,10 +370,10 @@ def sentence_of(row: Ranked) -> str:
     text = (
         f"{name}: galloping from {_speed(after.onset)} in place of {_speed(before.onset)}"
         + (f" (predicted {_speed(predicted.onset)})" if predicted.onset == predicted.onset else "")
-        + f", vertical amplitude {_length(after.vertical)} in place of {_length(before.vertical)}"
+        + f", largest amplitude {_length(after.largest)} in place of {_length(before.largest)}"
     )
-    if predicted.vertical == predicted.vertical:
-        text += f" (predicted {_length(predicted.vertical)})"
+    if predicted.largest == predicted.largest:
+        text += f" (predicted {_length(predicted.largest)})"
     return f"{text}; {row.verified_by}" + (f"; {row.reason}" if row.reason else "")
 
 
