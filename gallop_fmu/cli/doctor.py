@@ -111,13 +111,14 @@ def _modal() -> Check:
 def _kernel() -> Check:
     """Check that the kernel can be loaded."""
     try:
-        from gallop_fmu.engine.library import API_VERSION, library_path
+        from gallop_fmu.engine.library import API_VERSION, arithmetic, library_path
 
         path = library_path()
-        from gallop_fmu.engine import model  # noqa: F401 - loads the library
+        numbers = f"{arithmetic(portable=False)} arithmetic"
     except (ImportError, OSError) as problem:
         return Check("kernel", "fault", str(problem))
-    return Check("kernel", "ok", f"API {API_VERSION}, {path.stat().st_size / 1024:.0f} kB, {path}")
+    size = path.stat().st_size / 1024
+    return Check("kernel", "ok", f"API {API_VERSION}, {numbers}, {size:.0f} kB, {path}")
 
 
 def _simulation() -> Check:

@@ -142,7 +142,7 @@ class CSettings(c.Structure):
         *_doubles("gravity", "air_density", "seed_vertical", "seed_horizontal", "seed_twist"),
         *_doubles("time_step", "newton_tolerance", "tolerance", "spectral_radius"),
         *_integers("max_newton_iterations", "max_halvings", "integrator", "start_in_mean_wind"),
-        *_integers("laws_only", "strung", "strung_with_ice", "reserved"),
+        *_integers("laws_only", "strung", "strung_with_ice", "portable"),
         *_doubles("strung_temperature", "temperature"),
     )
 

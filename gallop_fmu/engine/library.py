@@ -85,6 +85,7 @@ def _load() -> c.CDLL:
     integers, probes = c.POINTER(c.c_int32), (c.POINTER(CProbe), c.c_int32)
     signatures: dict[str, tuple[Any, tuple[Any, ...]]] = {
         "gallop_build": (c.c_char_p, ()),
+        "gallop_has_fused_path": (c.c_int32, ()),
         "gallop_arithmetic_fault": (c.c_char_p, ()),
         "gallop_model_create": (c.c_int, (c.POINTER(CScene), c.POINTER(pointer), report)),
         "gallop_model_free": (None, (pointer,)),
@@ -154,3 +155,14 @@ kernel = _load()
 def build() -> str:
     """Compiler that built the kernel."""
     return str(kernel.gallop_build().decode())
+
+
+def arithmetic(portable: bool) -> str:
+    """Arithmetic of the kernel on this processor, ``"fused"`` or ``"portable"``.
+
+    Parameters
+    ----------
+    portable
+        True: the scene asks for portable arithmetic (`numerics.portable`).
+    """
+    return "fused" if kernel.gallop_has_fused_path() and not portable else "portable"

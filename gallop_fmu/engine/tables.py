@@ -190,6 +190,7 @@ class Tables:
         self.copy(numerics, "settings", "numerics", dict.fromkeys(NUMERICS))
         settings.integrator = INTEGRATORS[numerics.method].code
         self.note("numerics.integrator", "settings", 0, CSettings.integrator.offset)
+        settings.portable = numerics.portable
         settings.start_in_mean_wind = scene.initial.wind == "mean_wind_equilibrium"
         return settings
 

@@ -250,8 +250,11 @@ int gallop_aero_load(const gallop_model *model, int32_t element, double attack_a
     const size_t stride = (size_t)count;
     if (!check_finite(given, 5 * stride)) return GALLOP_BAD_CALL;
     const interval *c = model_interval_of_element(model, element);
-    const exposure now = {
-        .section = c->section, .attack = attack_angle, .unknowns = 4, .blows = true};
+    const exposure now = {.section = c->section,
+                          .attack = attack_angle,
+                          .unknowns = 4,
+                          .blows = true,
+                          .fused = model->fused};
     for (int32_t first = 0; first < count; first += SECTIONS_AT_ONCE) {
         const int left = count - first, some = left < SECTIONS_AT_ONCE ? left : SECTIONS_AT_ONCE;
         const load_arrays out = {load + first, slopes ? slopes + first : NULL, angle + first,

@@ -6,6 +6,7 @@
 #define GALLOP_BASE_LANES_H
 
 #include "base_arithmetic.h"
+#include <stdbool.h>
 #include <stdlib.h> /* defines __GLIBC__, which TWO_PATHS asks for */
 
 #if defined(__GNUC__) && !defined(GALLOP_ONE_LANE) /* to measure what lanes give */
@@ -18,19 +19,61 @@ typedef double lanes __attribute__((vector_size(32), aligned(8), may_alias));
 typedef double lanes;
 #endif
 
-/* Before a function that works along the span: it is compiled twice, for AVX2 and for any x86-64,
- * and the loader picks. Both give the same bits, as there is no fused multiply-add.  Elsewhere,
- * under sanitizers, and by clang before 18, which does not link such functions across files, once.
- */
+/* Paths: a function that works along the span is compiled for several processors.
+ *
+ * TWO_PATHS before it: twice, for AVX2 and for any x86-64, and the loader picks. Both give the same
+ * bits, as there is no fused multiply-add.  Elsewhere, under sanitizers, and by clang before 18,
+ * which does not link such functions across files, once.
+ *
+ * PATHS(name, (parameters), (arguments)) after an INLINE function makes name_portable, with
+ * TWO_PATHS, and name_fused, for AVX-512 with fused multiply-add, whose bits differ.
+ * ON_PATH(fused, name) picks; `fused` is that of the model.  VALUE_PATHS is for a function that
+ * returns a value.  Only gcc makes the fused path: others do not contract the expressions of a
+ * single function. */
 #if defined(__clang__) && __clang_major__ < 18 && !defined(GALLOP_ONE_PATH)
 #define GALLOP_ONE_PATH
 #endif
 #if defined(__GNUC__) && defined(__x86_64__) && defined(__linux__) && defined(__GLIBC__) &&        \
     !defined(__SANITIZE_ADDRESS__) && !defined(GALLOP_ONE_PATH)
 #define TWO_PATHS __attribute__((target_clones("avx2", "default")))
+#if !defined(__clang__) && __GNUC__ >= 9 && !defined(GALLOP_PORTABLE)
+#define FUSED                                                                                      \
+    __attribute__((target("avx2,fma,avx512f,avx512vl,avx512dq"), optimize("fp-contract=fast")))
+#endif
 #else
 #define TWO_PATHS
 #endif
+
+#ifdef FUSED
+#define FUSED_PATH(code) code
+#define ON_PATH(fused, name) ((fused) ? name##_fused : name##_portable)
+#else
+#define FUSED_PATH(code)
+#define ON_PATH(fused, name) ((void)(fused), name##_portable)
+#endif
+#define PATHS(name, parameters, arguments)                                                         \
+    TWO_PATHS static void name##_portable parameters                                               \
+    {                                                                                              \
+        name arguments;                                                                            \
+    }                                                                                              \
+    FUSED_PATH(FUSED static void name##_fused parameters { name arguments; })
+#define VALUE_PATHS(type, name, parameters, arguments)                                             \
+    TWO_PATHS static type name##_portable parameters                                               \
+    {                                                                                              \
+        return name arguments;                                                                     \
+    }                                                                                              \
+    FUSED_PATH(FUSED static type name##_fused parameters { return name arguments; })
+
+/* Whether the processor has what the fused path needs. */
+static inline bool base_has_fused_path(void)
+{
+#ifdef FUSED
+    return __builtin_cpu_supports("fma") && __builtin_cpu_supports("avx512f") &&
+           __builtin_cpu_supports("avx512vl") && __builtin_cpu_supports("avx512dq");
+#else
+    return false;
+#endif
+}
 
 #define LANE(x, k) (((double *)&(x))[k])
 #define LANES_AT(p) (*(lanes *)(p)) /* LANES values that lie side by side */

@@ -54,6 +54,7 @@ typedef struct {
     double wind, attack, c2, c3;
     int unknowns;
     bool blows, tension_only; /* blows: there is an aerodynamic load */
+    bool fused;               /* see PATHS */
     /* of the ice that has fallen: weight [N/m], and moment of the weight at theta = 0 [N] */
     double lost_weight, lost_moment;
 } exposure;
@@ -78,7 +79,8 @@ static inline exposure conditions_on(const gallop_model *model, const conditions
                    .c3 = now->c3[s],
                    .unknowns = now->everything ? 4 : model->unknowns,
                    .blows = aerodynamic && wind != 0.0,
-                   .tension_only = section->tension_only && !now->taut};
+                   .tension_only = section->tension_only && !now->taut,
+                   .fused = model->fused};
     if (model->scene.field[c->field].kind == GALLOP_FIELD_VARIED) {
         on.wind = 0.0;
         on.air[0] = now->air + 3 * LANES * (size_t)c->first_strip;

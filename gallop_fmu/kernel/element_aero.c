@@ -34,18 +34,26 @@ static airflow airflow_of(const interval *c, const exposure *now)
                      now->section->diameter};
 }
 
-/* Attack angle of a section, how far it is out of the curve's range, and where on the curve to
+/* Attack angles of the sections.  A loop of its own: the chain of operations of an arctangent is
+ * long, and a processor works on more of them at once if the iterations are short. */
+INLINE void attack_angles(const airflow *air, const sections *at, int first, int last)
+{
+    INDEPENDENT
+    for (int i = first; i < last; i++) {
+        const double w2 = -at->v2[i] - air->radius * at->omega[i], w3 = air->wind - at->v3[i];
+        at->angle[i] = air->attack + at->theta[i] + arctangent(w2, w3);
+    }
+}
+
+/* How far the attack angle of a section is out of the curve's range, and where on the curve to
  * read: reduced to the turn centred on the range, and held at its ends.  "error" holds as well, so
  * that a stray Newton iterate stays finite: the step is judged once it has converged. */
 INLINE double place_on_curve(const airflow *air, const sections *at, int i)
 {
-    double w2 = -at->v2[i] - air->radius * at->omega[i], w3 = air->wind - at->v3[i];
-    double alpha = air->attack + at->theta[i] + arctangent(w2, w3);
-    double offset = alpha - air->centre;
+    double offset = at->angle[i] - air->centre;
     offset -= 2.0 * PI * nearest(offset * (0.5 / PI));
     double size = offset < 0.0 ? -offset : offset, over = size - air->half;
     double held = offset < 0.0 ? -air->half : air->half;
-    at->angle[i] = alpha;
     at->excess[i] = over > 0.0 ? over : 0.0;
     return air->centre + (over > 0.0 ? held : offset);
 }
@@ -76,7 +84,7 @@ INLINE void subtract_load(const airflow *air, const sections *at, int i)
     at->force[2][i] -= air->pressure * air->diameter * square * at->by_v2[2][i];
 }
 
-/* A polynomial needs no search: all in one pass. */
+/* A polynomial needs no search. */
 INLINE void polynomial_loads(const interval *c, const exposure *now, sections at, int first,
                              int last)
 {
@@ -84,6 +92,7 @@ INLINE void polynomial_loads(const interval *c, const exposure *now, sections at
     const double origin = now->section->curve->origin[0];
     double k[12];
     memcpy(k, now->section->curve->coefficient, sizeof k);
+    attack_angles(&air, &at, first, last);
     INDEPENDENT
     for (int i = first; i < last; i++) {
         read_section(k, place_on_curve(&air, &at, i) - origin, &at, i, false);
@@ -108,6 +117,7 @@ INLINE void table_loads(const interval *c, const exposure *now, sections at, int
     const airflow air = airflow_of(c, now);
     const curve *k = now->section->curve;
     double *place = at.by_theta[0];
+    attack_angles(&air, &at, first, last);
     INDEPENDENT
     for (int i = first; i < last; i++) place[i] = place_on_curve(&air, &at, i);
     for (int i = first; i < last; i++) {
@@ -118,26 +128,30 @@ INLINE void table_loads(const interval *c, const exposure *now, sections at, int
     for (int i = first; i < last; i++) subtract_load(&air, &at, i);
 }
 
-TWO_PATHS static void loads(const interval *c, const exposure *now, const sections *at, int first,
-                            int last)
+INLINE void loads(const interval *c, const exposure *now, const sections *at, int first, int last)
 {
     if (now->section->curve->pieces == 1)
         polynomial_loads(c, now, *at, first, last);
     else
         table_loads(c, now, *at, first, last, false);
 }
+PATHS(loads, (const interval *c, const exposure *now, const sections *at, int first, int last),
+      (c, now, at, first, last))
 
-TWO_PATHS static void loads_with_slopes(const interval *c, const exposure *now, const sections *at,
-                                        int first, int last)
+INLINE void loads_with_slopes(const interval *c, const exposure *now, const sections *at, int first,
+                              int last)
 {
     table_loads(c, now, *at, first, last, true);
 }
+PATHS(loads_with_slopes,
+      (const interval *c, const exposure *now, const sections *at, int first, int last),
+      (c, now, at, first, last))
 
 /* Derivatives of F2, F3, M by theta, v2 and v3 (that by omega is r times that by v2), from
  * dUr/dw2 = w2/Ur, d alpha/dw2 = w3/Ur^2, d alpha/dw3 = -w2/Ur^2, dw/dv = -1.  Replaces the
  * coefficients. */
-TWO_PATHS static void load_slopes(const interval *c, const exposure *now, const sections *at,
-                                  int first, int last)
+INLINE void load_slopes(const interval *c, const exposure *now, const sections *at, int first,
+                        int last)
 {
     const double radius = now->section->radius, d = now->section->diameter, wind = now->wind;
     const double k = 0.5 * c->air_density * d;
@@ -161,6 +175,9 @@ TWO_PATHS static void load_slopes(const interval *c, const exposure *now, const 
         at->by_v3[2][i] = -k * d * (2.0 * w3 * cm - cm_slope * w2);
     }
 }
+PATHS(load_slopes,
+      (const interval *c, const exposure *now, const sections *at, int first, int last),
+      (c, now, at, first, last))
 
 /* Whether the wind on a section can matter: rho d Ur^2 / 2, the force per metre of a coefficient of
  * one, exceeds that part of the weight.  In nearly still air the section's own creeping motion
@@ -179,9 +196,9 @@ void element_aero_loads(const interval *c, const exposure *now, const sections *
 {
     const int last = first + count;
     if (!slopes) {
-        loads(c, now, at, first, last);
+        ON_PATH(now->fused, loads)(c, now, at, first, last);
         return;
     }
-    loads_with_slopes(c, now, at, first, last);
-    load_slopes(c, now, at, first, last);
+    ON_PATH(now->fused, loads_with_slopes)(c, now, at, first, last);
+    ON_PATH(now->fused, load_slopes)(c, now, at, first, last);
 }

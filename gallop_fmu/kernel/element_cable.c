@@ -63,8 +63,8 @@ void element_monitor_start(monitor *seen)
 }
 
 /* First mass moments turn with the section, in its plane; the omega^2 terms, missing in the paper,
- * conserve energy. */
-TWO_PATHS static void ice_inertia(const exposure *now, const sections *at, int first, int last)
+ * conserve energy.  Two loops, as for attack_angles. */
+INLINE void ice_inertia(const exposure *now, const sections *at, int first, int last)
 {
     const double m2 = now->c2, m3 = now->c3;
     const double *theta = at->theta, *omega = at->omega, *omega_rate = at->omega_rate,
@@ -74,15 +74,21 @@ TWO_PATHS static void ice_inertia(const exposure *now, const sections *at, int f
     double *f2 = at->force[0], *f3 = at->force[1], *twist = at->force[2];
     INDEPENDENT
     for (int i = first; i < last; i++) {
-        double sine, cosine, square = omega[i] * omega[i];
+        double sine, cosine;
         sine_cosine(theta[i], &sine, &cosine);
         c2[i] = m2 * cosine - m3 * sine;
         c3[i] = m2 * sine + m3 * cosine;
+    }
+    INDEPENDENT
+    for (int i = first; i < last; i++) {
+        const double square = omega[i] * omega[i];
         f2[i] = -c3[i] * omega_rate[i] - c2[i] * square;
         f3[i] = c2[i] * omega_rate[i] - c3[i] * square;
         twist[i] = c2[i] * a3[i] - c3[i] * a2[i] - gravity[i] * (c3[i] - m3);
     }
 }
+PATHS(ice_inertia, (const exposure *now, const sections *at, int first, int last),
+      (now, at, first, last))
 
 /* One unknown of the nodes at the three sections of a strip; the second one lies at the middle
  * node. */
@@ -251,7 +257,7 @@ static void section_forces(const interval *c, const exposure *now, const section
                            int last, bool slopes)
 {
     if (now->section->eccentric)
-        ice_inertia(now, at, first, last);
+        ON_PATH(now->fused, ice_inertia)(now, at, first, last);
     else
         for (int i = 0; i < 3; i++)
             memset(at->force[i] + first, 0, (size_t)(last - first) * sizeof(double));
@@ -347,15 +353,17 @@ INLINE void interval_residual(const evaluation *of, int unknowns)
         }
 }
 
-TWO_PATHS static void interval_of_2(const evaluation *of)
+INLINE void interval_of_2(const evaluation *of)
 {
     interval_residual(of, 2);
 }
+PATHS(interval_of_2, (const evaluation *of), (of))
 
-TWO_PATHS static void interval_of_4(const evaluation *of)
+INLINE void interval_of_4(const evaluation *of)
 {
     interval_residual(of, 4);
 }
+PATHS(interval_of_4, (const evaluation *of), (of))
 
 void element_add_lost_forces(const interval *c, int e, const exposure *now, double factor,
                              double force[12])
@@ -368,6 +376,13 @@ void element_add_lost_forces(const interval *c, int e, const exposure *now, doub
             force[4 * n + 3] -= factor * now->lost_moment * g->normal[q][1] * g->inertia_weight[q] *
                                 element_shape3[q][n];
     }
+}
+
+/* Residuals begin with the constant forces. */
+TWO_PATHS static void start_residual(const double *restrict constant, int values,
+                                     double *restrict residual)
+{
+    for (int i = 0; i < values; i++) residual[i] = -constant[i];
 }
 
 static void subtract_loads(const gallop_model *model, double t, const conditions *now,
@@ -393,8 +408,7 @@ void element_sum_residual(const gallop_model *model, double t, const conditions 
                           const sections *at, motion y, bool slopes, double *residual,
                           monitor *seen)
 {
-    const int values = 4 * model->nodes;
-    for (int i = 0; i < values; i++) residual[i] = -model->constant_force[i];
+    start_residual(model->constant_force, 4 * model->nodes, residual);
     for (int i = 0; i < model->interval_count; i++) {
         const interval *c = &model->interval[i];
         const exposure on = conditions_on(model, now, c);
@@ -409,9 +423,9 @@ void element_sum_residual(const gallop_model *model, double t, const conditions 
             .seen = seen,
         };
         if (on.unknowns == 2)
-            interval_of_2(&of);
+            ON_PATH(on.fused, interval_of_2)(&of);
         else
-            interval_of_4(&of);
+            ON_PATH(on.fused, interval_of_4)(&of);
         if (on.section != c->section)
             for (int e = 0; e < c->elements; e++)
                 element_add_lost_forces(c, e, &on, -1.0, residual + first + 8 * e);
@@ -420,8 +434,8 @@ void element_sum_residual(const gallop_model *model, double t, const conditions 
 }
 
 /* Forces of one element alone. */
-TWO_PATHS static void one_element(const interval *c, int e, const exposure *now, const sections *at,
-                                  motion y, double r[12])
+INLINE void one_element(const interval *c, int e, const exposure *now, const sections *at, motion y,
+                        double r[12])
 {
     const strip *s = &c->strip[e / LANES];
     const motion of_element = {y.u + 8 * e, y.v + 8 * e, y.a + 8 * e};
@@ -439,10 +453,13 @@ TWO_PATHS static void one_element(const interval *c, int e, const exposure *now,
     for (int n = 0; n < 3; n++)
         for (int i = 0; i < 4; i++) r[4 * n + i] = LANE(force[n][i], e % LANES);
 }
+PATHS(one_element,
+      (const interval *c, int e, const exposure *now, const sections *at, motion y, double r[12]),
+      (c, e, now, at, y, r))
 
 void element_residual(const interval *c, int e, const exposure *now, const sections *at, motion y,
                       double r[12])
 {
-    one_element(c, e, now, at, y, r);
+    ON_PATH(now->fused, one_element)(c, e, now, at, y, r);
     if (now->section != c->section) element_add_lost_forces(c, e, now, -1.0, r);
 }

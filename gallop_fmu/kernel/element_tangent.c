@@ -160,21 +160,23 @@ INLINE void tangent_of(const evaluation *of, lanes u[3][4], int unknowns, lanes 
         add_sections(of->strip, of->at, of->first, of->now, of->mix, block);
 }
 
-TWO_PATHS static void strip_of_2(const evaluation *of, const double *u, int count,
-                                 lanes block[6][16])
+INLINE void strip_of_2(const evaluation *of, const double *u, int count, lanes block[6][16])
 {
     lanes nodes[3][4];
     for (int n = 0; n < 3; n++) read_nodes(u, n, count, nodes[n]);
     tangent_of(of, nodes, 2, block);
 }
+PATHS(strip_of_2, (const evaluation *of, const double *u, int count, lanes block[6][16]),
+      (of, u, count, block))
 
-TWO_PATHS static void strip_of_4(const evaluation *of, const double *u, int count,
-                                 lanes block[6][16])
+INLINE void strip_of_4(const evaluation *of, const double *u, int count, lanes block[6][16])
 {
     lanes nodes[3][4];
     for (int n = 0; n < 3; n++) read_nodes(u, n, count, nodes[n]);
     tangent_of(of, nodes, 4, block);
 }
+PATHS(strip_of_4, (const evaluation *of, const double *u, int count, lanes block[6][16]),
+      (of, u, count, block))
 
 static evaluation at_strip(const interval *c, int index, const exposure *now, const sections *at,
                            tangent_weights mix)
@@ -191,9 +193,9 @@ void element_strip_tangent(const interval *c, int index, const exposure *now, co
     const evaluation of = at_strip(c, index, now, at, mix);
     const int e = LANES * index, count = c->elements - e;
     if (now->unknowns == 2)
-        strip_of_2(&of, u + 8 * e, count, block);
+        ON_PATH(now->fused, strip_of_2)(&of, u + 8 * e, count, block);
     else
-        strip_of_4(&of, u + 8 * e, count, block);
+        ON_PATH(now->fused, strip_of_4)(&of, u + 8 * e, count, block);
 }
 
 /* tangent: the 4 x 4 blocks left-left, left-middle, ... of one element, of all unknowns; u are its
@@ -203,7 +205,7 @@ void element_tangent(const interval *c, int e, const exposure *now, const sectio
 {
     const evaluation of = at_strip(c, e / LANES, now, at, mix);
     lanes block[6][16];
-    strip_of_4(&of, u, 1, block);
+    ON_PATH(now->fused, strip_of_4)(&of, u, 1, block);
     for (int p = 0; p < 6; p++)
         for (int i = 0; i < 16; i++) tangent[p][i] = LANE(block[p][i], e % LANES);
 }

@@ -236,6 +236,13 @@ GALLOP_API int gallop_structure_field(int32_t index, const char **structure, con
  */
 GALLOP_API const char *gallop_build(void);
 
+/* Whether scenes that do not ask for portable arithmetic are computed with AVX-512 and fused
+ * multiply-add.
+ *
+ * @return  1 if the library has that path and the processor can take it, else 0
+ */
+GALLOP_API int32_t gallop_has_fused_path(void);
+
 /* Checks that the floating-point arithmetic of the calling thread is the one that the kernel needs:
  * rounding to nearest, infinities and NaN.
  *

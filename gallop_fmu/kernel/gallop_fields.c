@@ -1,5 +1,6 @@
 /* Version, build, and the fields of the structures of gallop.h, for a binding to compare its own.
  */
+#include "base_lanes.h"
 #include "base_memory.h"
 #include "gallop.h"
 
@@ -137,7 +138,7 @@ static const entry entries[] = {
     FIELD(gallop_settings, laws_only),
     FIELD(gallop_settings, strung),
     FIELD(gallop_settings, strung_with_ice),
-    FIELD(gallop_settings, reserved),
+    FIELD(gallop_settings, portable),
     FIELD(gallop_settings, strung_temperature),
     FIELD(gallop_settings, temperature),
 
@@ -232,6 +233,11 @@ const char *gallop_build(void)
 #else
     return "unknown compiler";
 #endif
+}
+
+int32_t gallop_has_fused_path(void)
+{
+    return base_has_fused_path();
 }
 
 int32_t gallop_api_version(void)

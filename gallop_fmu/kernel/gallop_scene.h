@@ -240,7 +240,8 @@ typedef struct {
                        of a strung state without devices, from which ice, temperature and devices
                        lead to the initial equilibrium */
     int32_t strung_with_ice; /* 1: the strung state has the ice */
-    int32_t reserved;
+    int32_t portable; /* 1: arithmetic without fused multiply-add, which gives the same bits on
+                         every x86-64 processor; 0: the fastest that the processor has */
     double strung_temperature, temperature; /* of the strung state; of the equilibrium [degC] */
 } gallop_settings;
 

@@ -148,6 +148,7 @@ struct gallop_model {
     int nodes, elements, strips; /* of all chains */
     /* what the scene needs; the rest is not computed (see model_create_parts.c) */
     int unknowns; /* leading ones of each node that can move: 4 or 2 */
+    bool fused;   /* the fused path is taken: see PATHS */
     int curve_count, section_count, field_count, chain_count, interval_count, junction_count,
         tie_count, device_count, law_count, load_count, shedding_count;
     curve *curve;

@@ -103,6 +103,7 @@ void model_create_parts(gallop_model *m)
     m->unknowns = twists(m) || moves_sideways(m) || device_leaves_plane(m)
                     ? 4
                     : 2; /* u1 u2 alone, in the vertical plane */
+    m->fused = !m->scene.settings.portable && base_has_fused_path();
     if (m->unknowns == 4) parts |= GALLOP_TWIST | GALLOP_LATERAL;
     m->derived.parts = parts;
 }

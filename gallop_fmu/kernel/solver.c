@@ -87,6 +87,7 @@ static solver_chain solver_chain_of(const gallop_model *model, const chain *c)
 {
     return (solver_chain){.elements = c->elements,
                           .unknowns = model->unknowns,
+                          .fused = model->fused,
                           .strips = c->strips,
                           .strip_start = c->strip_start,
                           .blocks = blocks_of};
@@ -165,7 +166,7 @@ static solver_junction_system junctions_in(const gallop_model *model, const stat
 {
     double *store = parts == REAL ? view->factors : view->complex_factors;
     return (solver_junction_system){model->junction_count, model->junction_reach, model->unknowns,
-                                    store + (size_t)parts * model->chain_factors};
+                                    model->fused, store + (size_t)parts * model->chain_factors};
 }
 
 static void add_block(const system_tangent *t, const solver_junction_system *s, const int at[2],
@@ -179,6 +180,7 @@ static solver_chain reduced_chain_of(const gallop_model *model, const chain *c)
 {
     return (solver_chain){.elements = c->elements,
                           .unknowns = model->unknowns,
+                          .fused = model->fused,
                           .strips = c->strips,
                           .strip_start = c->strip_start,
                           .kept_corners = c->kept_corners,

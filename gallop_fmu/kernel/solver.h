@@ -38,6 +38,7 @@ typedef struct {
 
 typedef struct {
     int elements, unknowns; /* unknowns: leading ones of a node that are solved for, 4 or 2 */
+    bool fused;             /* see PATHS */
     int strips;
     const int *strip_start;  /* (strips + 1) first element of each strip, then `elements` */
     int kept_corners;        /* of a chain that is coupled to others, both ends included: */
@@ -86,6 +87,7 @@ void solver_complex_from_ends(const solver_chain *c, const double *store, double
 /* Junctions farther apart than `reach` in their order are not coupled. */
 typedef struct {
     int count, reach, unknowns;
+    bool fused;
     double *store;
 } solver_junction_system;
 

@@ -46,6 +46,7 @@ typedef struct {
 /* A chain's factors in their store. */
 typedef struct {
     int elements, strips, segments, unknowns;
+    bool fused;
     const int *strip_start;
     const kept_corner *kept; /* NULL: none */
     rotation turn;           /* of a complex tangent */
@@ -60,6 +61,7 @@ INLINE factors factors_in(const double *store, const solver_chain *c)
                  .strips = c->strips,
                  .segments = c->kept ? c->kept_corners - 1 : 1,
                  .unknowns = c->unknowns,
+                 .fused = c->fused,
                  .strip_start = c->strip_start,
                  .kept = c->kept,
                  .turn = {1.0, 0.0}};
@@ -315,41 +317,50 @@ INLINE void reduce_segments(const factors *f, int n)
 
 /* ---- The stages for two unknowns and for four, compiled for both paths. ---- */
 
-TWO_PATHS static bool run_condense_strips(const factors *f, const solver_chain *c,
-                                          const tangent_weights *weights)
+INLINE bool run_condense_strips(const factors *f, const solver_chain *c,
+                                const tangent_weights *weights)
 {
     return f->unknowns == 2 ? condense_strips(f, c, weights, 2) : condense_strips(f, c, weights, 4);
 }
+VALUE_PATHS(bool, run_condense_strips,
+            (const factors *f, const solver_chain *c, const tangent_weights *weights),
+            (f, c, weights))
 
-TWO_PATHS static bool run_eliminate_corners(const factors *f)
+INLINE bool run_eliminate_corners(const factors *f)
 {
     return f->unknowns == 2 ? eliminate_corners(f, 2) : eliminate_corners(f, 4);
 }
+VALUE_PATHS(bool, run_eliminate_corners, (const factors *f), (f))
 
-TWO_PATHS static void run_reduce_segments(const factors *f)
+INLINE void run_reduce_segments(const factors *f)
 {
     f->unknowns == 2 ? reduce_segments(f, 2) : reduce_segments(f, 4);
 }
+PATHS(run_reduce_segments, (const factors *f), (f))
 
-TWO_PATHS static void run_solve_middles(const factors *f, double *rhs)
+INLINE void run_solve_middles(const factors *f, double *rhs)
 {
     f->unknowns == 2 ? solve_middles(f, rhs, 2) : solve_middles(f, rhs, 4);
 }
+PATHS(run_solve_middles, (const factors *f, double *rhs), (f, rhs))
 
-TWO_PATHS static void run_solve_corners(const factors *f, double *rhs)
+INLINE void run_solve_corners(const factors *f, double *rhs)
 {
     f->unknowns == 2 ? solve_corners(f, rhs, 2) : solve_corners(f, rhs, 4);
 }
+PATHS(run_solve_corners, (const factors *f, double *rhs), (f, rhs))
 
-TWO_PATHS static void run_correct_corners(const factors *f, double *rhs)
+INLINE void run_correct_corners(const factors *f, double *rhs)
 {
     f->unknowns == 2 ? correct_corners(f, rhs, 2) : correct_corners(f, rhs, 4);
 }
+PATHS(run_correct_corners, (const factors *f, double *rhs), (f, rhs))
 
-TWO_PATHS static void run_correct_middles(const factors *f, double *rhs)
+INLINE void run_correct_middles(const factors *f, double *rhs)
 {
     f->unknowns == 2 ? correct_middles(f, rhs, 2) : correct_middles(f, rhs, 4);
 }
+PATHS(run_correct_middles, (const factors *f, double *rhs), (f, rhs))
 
 /* ---- Entries. ---- */
 
@@ -369,7 +380,7 @@ static rotation turn_of(const tangent_weights *weights)
 static bool take_tangent(factors *f, const solver_chain *c, const tangent_weights *weights)
 {
     f->turn = turn_of(weights);
-    return run_condense_strips(f, c, weights);
+    return ON_PATH(f->fused, run_condense_strips)(f, c, weights);
 }
 
 /* Add the tangent of what acts at an end; the row of a fixed unknown says that it is zero. */
@@ -392,26 +403,26 @@ bool ENTRY(factor)(const solver_chain *c, const tangent_weights *weights, double
     if (!take_tangent(&f, c, weights)) return false;
     close_end(c->ends, 0, &f.corner[0], f.unknowns);
     close_end(c->ends, 1, &f.corner[f.elements], f.unknowns);
-    return run_eliminate_corners(&f);
+    return ON_PATH(f.fused, run_eliminate_corners)(&f);
 }
 
 void ENTRY(solve)(const solver_chain *c, const double *store, double *rhs)
 {
     const factors f = factors_in(store, c);
     double *const node[2] = {rhs, rhs + (size_t)8 * PARTS * f.elements};
-    run_solve_middles(&f, rhs);
+    ON_PATH(f.fused, run_solve_middles)(&f, rhs);
     for (int end = 0; end < 2; end++)
         for (int i = 0; i < 4; i++)
             for (int p = 0; p < PARTS && c->ends->fixed[end][i]; p++) node[end][4 * p + i] = 0.0;
-    run_solve_corners(&f, rhs);
-    run_correct_middles(&f, rhs);
+    ON_PATH(f.fused, run_solve_corners)(&f, rhs);
+    ON_PATH(f.fused, run_correct_middles)(&f, rhs);
 }
 
 bool ENTRY(reduce)(const solver_chain *c, const tangent_weights *weights, double *store)
 {
     factors f = factors_in(store, c);
-    if (!take_tangent(&f, c, weights) || !run_eliminate_corners(&f)) return false;
-    run_reduce_segments(&f);
+    if (!take_tangent(&f, c, weights) || !ON_PATH(f.fused, run_eliminate_corners)(&f)) return false;
+    ON_PATH(f.fused, run_reduce_segments)(&f);
     return true;
 }
 
@@ -433,13 +444,13 @@ void ENTRY(ends)(const solver_chain *c, const double *store, int index,
 void ENTRY(to_ends)(const solver_chain *c, const double *store, double *rhs)
 {
     const factors f = factors_in(store, c);
-    run_solve_middles(&f, rhs);
-    run_solve_corners(&f, rhs);
+    ON_PATH(f.fused, run_solve_middles)(&f, rhs);
+    ON_PATH(f.fused, run_solve_corners)(&f, rhs);
 }
 
 void ENTRY(from_ends)(const solver_chain *c, const double *store, double *rhs)
 {
     const factors f = factors_in(store, c);
-    run_correct_corners(&f, rhs);
-    run_correct_middles(&f, rhs);
+    ON_PATH(f.fused, run_correct_corners)(&f, rhs);
+    ON_PATH(f.fused, run_correct_middles)(&f, rhs);
 }

@@ -64,15 +64,17 @@ INLINE void solve_junctions(const solver_junction_system *s, double *x, int n)
     }
 }
 
-TWO_PATHS static bool run_factor_junctions(const solver_junction_system *s, rotation turn)
+INLINE bool run_factor_junctions(const solver_junction_system *s, rotation turn)
 {
     return s->unknowns == 2 ? factor_junctions(s, &turn, 2) : factor_junctions(s, &turn, 4);
 }
+VALUE_PATHS(bool, run_factor_junctions, (const solver_junction_system *s, rotation turn), (s, turn))
 
-TWO_PATHS static void run_solve_junctions(const solver_junction_system *s, double *x)
+INLINE void run_solve_junctions(const solver_junction_system *s, double *x)
 {
     s->unknowns == 2 ? solve_junctions(s, x, 2) : solve_junctions(s, x, 4);
 }
+PATHS(run_solve_junctions, (const solver_junction_system *s, double *x), (s, x))
 
 void ENTRY(junctions_clear)(const solver_junction_system *s)
 {
@@ -99,10 +101,10 @@ void ENTRY(junctions_fix)(const solver_junction_system *s, int row, int unknown)
 
 bool ENTRY(junctions_factor)(const solver_junction_system *s, const tangent_weights *weights)
 {
-    return run_factor_junctions(s, turn_of(weights));
+    return ON_PATH(s->fused, run_factor_junctions)(s, turn_of(weights));
 }
 
 void ENTRY(junctions_solve)(const solver_junction_system *s, double *x)
 {
-    run_solve_junctions(s, x);
+    ON_PATH(s->fused, run_solve_junctions)(s, x);
 }

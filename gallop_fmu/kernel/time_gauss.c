@@ -68,8 +68,8 @@ static weights weights_at(double x)
 
 /* u and v at the time x h of a step that starts from u0, v0; a (3, nodes, 4) are the stages'
  * accelerations. */
-TWO_PATHS static void integrate(const state_view *at, const double *restrict a, int values,
-                                double h, double x, double *restrict u, double *restrict v)
+INLINE void integrate(const state_view *at, const double *restrict a, int values, double h,
+                      double x, double *restrict u, double *restrict v)
 {
     const weights w = weights_at(x);
     for (int n = 0; n < values; n++) {
@@ -78,6 +78,10 @@ TWO_PATHS static void integrate(const state_view *at, const double *restrict a, 
         v[n] = at->v0[n] + h * (w.v[0] * a0 + w.v[1] * a1 + w.v[2] * a2);
     }
 }
+PATHS(integrate,
+      (const state_view *at, const double *restrict a, int values, double h, double x,
+       double *restrict u, double *restrict v),
+      (at, a, values, h, x, u, v))
 
 /* The acceleration at the time x h of a step. */
 TWO_PATHS static void accelerate(const double *restrict a, int values, double x,
@@ -107,7 +111,8 @@ static void predict(const gallop_model *model, const gallop_state *state, state_
     }
     for (int i = 0; i < STAGES; i++) {
         const size_t first = (size_t)i * values;
-        integrate(at, at->stage_a, values, h, node[i], at->stage_u + first, at->stage_v + first);
+        ON_PATH(model->fused, integrate)
+        (at, at->stage_a, values, h, node[i], at->stage_u + first, at->stage_v + first);
         junction_prescribe(model, &at->stage[i], at->stage_u + first, at->stage_v + first,
                            at->stage_a + first);
     }
@@ -115,7 +120,7 @@ static void predict(const gallop_model *model, const gallop_state *state, state_
 
 /* The stages' residuals in the eigenvectors: the real system's into at->residual, the pair's into
  * at->pair_residual. */
-TWO_PATHS static void separate(const state_view *at, int values)
+INLINE void separate(const state_view *at, int values)
 {
     const double *restrict r0 = at->stage_residual, *restrict r1 = r0 + values,
                            *restrict r2 = r1 + values;
@@ -128,6 +133,7 @@ TWO_PATHS static void separate(const state_view *at, int values)
             pair[2 * n + 4 + k] = row[2][0] * x + row[2][1] * y + row[2][2] * z;
         }
 }
+PATHS(separate, (const state_view *at, int values), (at, values))
 
 /* A complex factor: of the pair's solution only twice the real part is asked for, as its conjugate
  * adds the same. */
@@ -149,7 +155,7 @@ static number pair_inverse(double h)
 
 /* Takes the correction that the solved systems mean for stage i from its u, v, a; leaves that of u
  * in its residual. */
-TWO_PATHS static void correct(const state_view *at, int values, int i, double h)
+INLINE void correct(const state_view *at, int values, int i, double h)
 {
     const double *restrict y = at->residual, *restrict pair = at->complex_residual;
     const size_t first = (size_t)i * values;
@@ -168,6 +174,7 @@ TWO_PATHS static void correct(const state_view *at, int values, int i, double h)
             a[n + k] -= to_a * x + r.re * re - r.im * im;
         }
 }
+PATHS(correct, (const state_view *at, int values, int i, double h), (at, values, i, h))
 
 /* The tangent of all stages is that of the middle one, whose sections were evaluated last. */
 static bool factor_stages(const gallop_model *model, gallop_state *state, const state_view *at,
@@ -220,12 +227,12 @@ int time_gauss(const gallop_model *model, gallop_state *state, state_view *at,
             fresh = true;
             before = 0.0;
         }
-        separate(at, values);
+        ON_PATH(model->fused, separate)(at, values);
         solver_solve(model, at, SOLVER_JUNCTIONS_AS_IN_SCENE, at->residual);
         solver_solve_complex(model, at, at->complex_residual);
         double size = 0.0;
         for (int i = 0; i < STAGES; i++) {
-            correct(at, values, i, h);
+            ON_PATH(model->fused, correct)(at, values, i, h);
             const double own = time_correction_size(model, at->stage_residual + (size_t)i * values);
             size = own <= size ? size : own; /* lets NaN pass */
         }
@@ -234,7 +241,7 @@ int time_gauss(const gallop_model *model, gallop_state *state, state_view *at,
         if (!isfinite(size)) return report_failure(report, GALLOP_NON_FINITE, -1, t, size, 0.0);
         switch (time_newton_next(state, size, before, fresh, MAX_REUSE_RATE, tolerance)) {
         case NEWTON_CONVERGED:
-            integrate(at, at->stage_a, values, h, 1.0, at->u, at->v);
+            ON_PATH(model->fused, integrate)(at, at->stage_a, values, h, 1.0, at->u, at->v);
             accelerate(at->stage_a, values, 1.0, at->a);
             junction_prescribe(model, &at->now, at->u, at->v, at->a);
             element_monitor_tensions(model, &at->now, at->u, &seen);

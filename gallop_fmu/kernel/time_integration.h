@@ -12,7 +12,29 @@ typedef enum {
     NEWTON_CONVERGED,
     NEWTON_DIVERGED
 } newton_action;
+/* Largest correction, in m and rad alike: a twist of 1 rad matters to the wind load as much as a
+ * motion of metres.  NaN if one is not finite. */
 double time_correction_size(const gallop_model *model, const double *du);
+
+/* The same for a loop that also does something else; by unknown, so that the four need not wait for
+ * each other. */
+typedef struct {
+    double largest[4], sum[4];
+} correction_size;
+
+/* Corrections x of LANES unknowns from `unknown` on. */
+INLINE void time_note_size(correction_size *seen, int unknown, lanes x)
+{
+    const lanes size = PICK(x < 0.0 * x, -x, x), most = LANES_AT(seen->largest + unknown);
+    LANES_AT(seen->largest + unknown) = PICK(size > most, size, most);
+    LANES_AT(seen->sum + unknown) += x; /* the maximum lets NaN pass */
+}
+
+INLINE double time_size_of(const correction_size *seen)
+{
+    const double *most = seen->largest, *sum = seen->sum, all = sum[0] + sum[1] + sum[2] + sum[3];
+    return isfinite(all) ? fmax(fmax(most[0], most[1]), fmax(most[2], most[3])) : NAN;
+}
 newton_action time_newton_next(gallop_state *state, double size, double before, bool fresh,
                                double slow, double tolerance);
 int time_newton_accept(gallop_state *state, const monitor *seen, double t, gallop_report *report);

@@ -42,8 +42,8 @@ static double *before(const gallop_model *model, const gallop_state *state, cons
 }
 
 /* For each unknown that way which would have led from the steps before closest to a0. */
-TWO_PATHS static void choose(const double *const a[NEWMARK_HISTORY + 1], int values,
-                             double weight[NEWMARK_HISTORY][4])
+INLINE void choose(const double *const a[NEWMARK_HISTORY + 1], int values,
+                   double weight[NEWMARK_HISTORY][4])
 {
     const double *a0 = a[0], *a1 = a[1], *a2 = a[2], *a3 = a[3], *a4 = a[4];
     double missed[WAYS][4];
@@ -73,12 +73,15 @@ TWO_PATHS static void choose(const double *const a[NEWMARK_HISTORY + 1], int val
         for (int k = 0; k < NEWMARK_HISTORY; k++) weight[k][i] = extrapolation[best][k];
     }
 }
+PATHS(choose,
+      (const double *const a[NEWMARK_HISTORY + 1], int values, double weight[NEWMARK_HISTORY][4]),
+      (a, values, weight))
 
 /* The acceleration is extrapolated from the last ones.  Without enough of them by equal steps their
  * mean must do: it is not led astray by what changes sign.  The ends follow their prescribed
  * motion. */
-TWO_PATHS static void predict(const gallop_model *model, const gallop_state *state, state_view *at,
-                              const conditions *now, weights w, double h)
+INLINE void predict(const gallop_model *model, const gallop_state *state, state_view *at,
+                    const conditions *now, weights w, double h)
 {
     const int values = 4 * model->nodes;
     const double *u0 = at->u0, *v0 = at->v0, *past[NEWMARK_HISTORY + 1] = {at->a0};
@@ -90,7 +93,7 @@ TWO_PATHS static void predict(const gallop_model *model, const gallop_state *sta
     const double v_by_a0 = h * (1.0 - w.gamma), v_by_a = h * w.gamma;
     double weight[NEWMARK_HISTORY][4] = {{0.5, 0.5, 0.5, 0.5}, {0.5, 0.5, 0.5, 0.5}, {0.0}};
     if (h == state->step_before && state->equal_steps == NEWMARK_HISTORY)
-        choose(past, values, weight);
+        ON_PATH(model->fused, choose)(past, values, weight);
     for (int i = 0; i < 4; i += LANES) {
         const lanes by_a0 = LANES_AT(weight[0] + i), by_a1 = LANES_AT(weight[1] + i);
         const lanes by_a2 = LANES_AT(weight[2] + i), by_a3 = LANES_AT(weight[3] + i);
@@ -106,6 +109,10 @@ TWO_PATHS static void predict(const gallop_model *model, const gallop_state *sta
     }
     junction_prescribe(model, now, u, v, a);
 }
+PATHS(predict,
+      (const gallop_model *model, const gallop_state *state, state_view *at, const conditions *now,
+       weights w, double h),
+      (model, state, at, now, w, h))
 
 /* The step just found is the one before from now on. */
 void time_newmark_commit(const gallop_model *model, gallop_state *state, state_view *at, double h)
@@ -127,17 +134,24 @@ TWO_PATHS static void interpolate_alpha(const state_view *at, weights w, int val
     }
 }
 
-/* Takes the solution from u, v and a. */
-TWO_PATHS static void correct(const state_view *at, int values, double per_v, double per_a)
+/* Takes the solution from u, v and a; returns its size. */
+INLINE double correct(const state_view *at, int values, double per_v, double per_a)
 {
     const double *restrict change = at->residual;
     double *restrict u = at->u, *restrict v = at->v, *restrict a = at->a;
-    for (int i = 0; i < values; i++) {
-        u[i] -= change[i];
-        v[i] -= per_v * change[i];
-        a[i] -= per_a * change[i];
-    }
+    correction_size seen = {{0.0}, {0.0}};
+    for (int n = 0; n < values; n += 4)
+        for (int i = n; i < n + 4; i += LANES) {
+            const lanes x = LANES_AT(change + i);
+            LANES_AT(u + i) -= x;
+            LANES_AT(v + i) -= per_v * x;
+            LANES_AT(a + i) -= per_a * x;
+            time_note_size(&seen, i - n, x);
+        }
+    return time_size_of(&seen);
 }
+VALUE_PATHS(double, correct, (const state_view *at, int values, double per_v, double per_a),
+            (at, values, per_v, per_a))
 
 /* One step from u0 v0 a0 at t - h to u v a at t. */
 int time_newmark(const gallop_model *model, gallop_state *state, state_view *at,
@@ -158,7 +172,7 @@ int time_newmark(const gallop_model *model, gallop_state *state, state_view *at,
     double size_before = 0.0;
     monitor seen = {0};
     conditions_at(model, t, inputs, &at->now);
-    predict(model, state, at, &at->now, w, h);
+    ON_PATH(model->fused, predict)(model, state, at, &at->now, w, h);
     if (within) conditions_at(model, balanced, inputs, now);
     for (int iteration = 1; iteration <= model->scene.settings.max_newton_iterations; iteration++) {
         element_monitor_start(&seen);
@@ -177,10 +191,9 @@ int time_newmark(const gallop_model *model, gallop_state *state, state_view *at,
             size_before = 0.0;
         }
         solver_solve(model, at, SOLVER_JUNCTIONS_AS_IN_SCENE, at->residual);
-        correct(at, values, per_v, per_a);
+        const double size = ON_PATH(model->fused, correct)(at, values, per_v, per_a);
         state->iterations++;
         state->last_iterations++;
-        double size = time_correction_size(model, at->residual);
         if (!isfinite(size)) return report_failure(report, GALLOP_NON_FINITE, -1, t, size, 0.0);
         switch (time_newton_next(state, size, size_before, fresh, MAX_REUSE_RATE, tolerance)) {
         case NEWTON_CONVERGED:

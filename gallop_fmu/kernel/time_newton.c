@@ -8,26 +8,17 @@
  * converge faster. */
 #define MIN_ASSUMED_RATE 0.1
 
-/* Largest correction, in m and rad alike: a twist of 1 rad matters to the wind load as much as a
- * motion of metres. */
-TWO_PATHS static double largest_size(const gallop_model *model, const double *du)
+TWO_PATHS static double largest_size(const double *du, int values)
 {
-    double largest[4] = {0.0},
-           sum[4] = {0.0}; /* by unknown, so that the four need not wait for each other */
-    for (int n = 0; n < 4 * model->nodes; n += 4)
-        for (int i = 0; i < 4; i += LANES) {
-            const lanes x = *(const lanes *)(du + n + i), size = PICK(x < 0.0 * x, -x, x);
-            lanes *most = (lanes *)(largest + i);
-            *most = PICK(size > *most, size, *most);
-            *(lanes *)(sum + i) += x; /* the maximum lets NaN pass */
-        }
-    double all = sum[0] + sum[1] + sum[2] + sum[3];
-    return isfinite(all) ? fmax(fmax(largest[0], largest[1]), fmax(largest[2], largest[3])) : NAN;
+    correction_size seen = {{0.0}, {0.0}};
+    for (int n = 0; n < values; n += 4)
+        for (int i = 0; i < 4; i += LANES) time_note_size(&seen, i, LANES_AT(du + n + i));
+    return time_size_of(&seen);
 }
 
 double time_correction_size(const gallop_model *model, const double *du)
 {
-    return largest_size(model, du);
+    return largest_size(du, 4 * model->nodes);
 }
 
 /* After a correction of `size`, `before` the one before it (0: none) with the same tangent.  The

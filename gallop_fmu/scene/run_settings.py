@@ -74,6 +74,11 @@ class Numerics(Section):
     max_halvings: WholeNumber = quantity(
         8, "1", "maximum number of halvings of a step before the run fails", ge=0, le=20
     )
+    portable: bool = setting(
+        False,
+        "true: the same bits on every x86-64 processor; false: fused multiply-add where the"
+        " processor has AVX-512, about 1.2 times as fast, with results that differ by rounding",
+    )
 
     @model_validator(mode="before")
     @classmethod

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gallop_fmu.engine.equilibrium import Equilibrium
-from gallop_fmu.engine.library import build
+from gallop_fmu.engine.library import arithmetic, build
 from gallop_fmu.foundation.channels import DESCRIBED, END_FORCES
 from gallop_fmu.foundation.outcome import Report
 from gallop_fmu.foundation.version import program
@@ -54,6 +54,7 @@ class Provenance(NamedTuple):
             "title": self.scene.title,
             "source": program(),
             "kernel": build(),
+            "arithmetic": arithmetic(self.scene.numerics.portable),
             **self.details,
             "scene": self.scene.to_toml(),
             "outcome": report.outcome.name.lower(),

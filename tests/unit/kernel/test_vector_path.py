@@ -1,4 +1,4 @@
-"""The kernel's vector code gives the same bits as its plain code."""
+"""Portable vector code gives the bits of plain code; fused multiply-add differs by rounding."""
 
 import ctypes as c
 import platform
@@ -71,7 +71,7 @@ def test_bits_do_not_depend_on_the_path(plain_kernel, monkeypatch, name, integra
     values = (
         {} if name == "example1" else {"initial.seed_vertical": 0.1, "initial.seed_horizontal": 0.1}
     )
-    values |= {"numerics.integrator": integrator}
+    values |= {"numerics.integrator": integrator, "numerics.portable": True}
     scene = load_scene(name).with_values(values)
     fast = motion(scene)
     monkeypatch.setattr(engine, "kernel", plain_kernel)
@@ -79,3 +79,20 @@ def test_bits_do_not_depend_on_the_path(plain_kernel, monkeypatch, name, integra
     assert np.abs(plain[0][:, 0]).max() > 1e-3
     for one, other in zip(fast, plain, strict=True):
         assert np.array_equal(one, other)
+
+
+@pytest.mark.skipif(
+    not engine.kernel.gallop_has_fused_path(), reason="the processor has no AVX-512"
+)
+@pytest.mark.parametrize("integrator", INTEGRATORS)
+@pytest.mark.parametrize("name", ["example1", "example3"])
+def test_fused_multiply_add_differs_by_rounding(name, integrator):
+    """A tight Newton tolerance: otherwise one iteration more or less is the larger difference."""
+    values = {"numerics.integrator": integrator, "numerics.newton_tolerance": 1e-13}
+    if name != "example1":
+        values |= {"initial.seed_vertical": 0.1, "initial.seed_horizontal": 0.1}
+    scene = load_scene(name).with_values(values)
+    fused = motion(scene)[0][:, 0]
+    portable = motion(scene.with_values({"numerics.portable": True}))[0][:, 0]
+    difference = np.abs(fused - portable).max() / np.abs(portable).max()
+    assert 0.0 < difference < 1e-11
