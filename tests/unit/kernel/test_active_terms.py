@@ -25,7 +25,12 @@ CALM = {
 
 
 def example3(*changes):
-    values = {"numerics.time_step": 0.02, "numerics.newton_tolerance": 1e-12}
+    """Portable: a compiler fuses other products in code for fewer unknowns."""
+    values = {
+        "numerics.time_step": 0.02,
+        "numerics.newton_tolerance": 1e-12,
+        "numerics.portable": True,
+    }
     for change in changes:
         values |= change
     return gf.load_scene("example3").with_values(values)

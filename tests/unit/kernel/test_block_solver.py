@@ -34,8 +34,10 @@ static void blocks(const void *from, int index, tangent_weights mix, lanes out[6
     int start[64];                                                                                \\
     for (int k = 0; k < strips; k++) start[k] = LANES * k;                                        \\
     start[strips] = elements;                                                                     \\
-    const solver_chain chain = {elements, n, strips, start, 2, ends ? NULL : ends_kept, ends,     \\
-                                blocks, &from};                                                   \\
+    const solver_chain chain = {.elements = elements, .unknowns = n, .strips = strips,            \\
+                                .strip_start = start, .kept_corners = 2, .ends = ends,            \\
+                                .kept = ends ? NULL : ends_kept, .blocks = blocks,                \\
+                                .source = &from};                                                 \\
     double *store = malloc(parts * solver_room(elements, strips, 1, true) * sizeof(double))
 int solve(int parts, int elements, int n, const double *block, const bool *fixed,
           const double *tangent, double *rhs)
