@@ -22,10 +22,11 @@ typedef struct {
     double largest[4], sum[4];
 } correction_size;
 
-/* Corrections x of LANES unknowns from `unknown` on. */
-INLINE void time_note_size(correction_size *seen, int unknown, lanes x)
+/* Corrections of LANES unknowns from `unknown` on. */
+INLINE void time_note_size(correction_size *seen, int unknown, const double *corrections)
 {
-    const lanes size = PICK(x < 0.0 * x, -x, x), most = LANES_AT(seen->largest + unknown);
+    const lanes x = LANES_AT(corrections), size = PICK(x < 0.0 * x, -x, x);
+    const lanes most = LANES_AT(seen->largest + unknown);
     LANES_AT(seen->largest + unknown) = PICK(size > most, size, most);
     LANES_AT(seen->sum + unknown) += x; /* the maximum lets NaN pass */
 }

@@ -146,7 +146,7 @@ INLINE double correct(const state_view *at, int values, double per_v, double per
             LANES_AT(u + i) -= x;
             LANES_AT(v + i) -= per_v * x;
             LANES_AT(a + i) -= per_a * x;
-            time_note_size(&seen, i - n, x);
+            time_note_size(&seen, i - n, change + i);
         }
     return time_size_of(&seen);
 }

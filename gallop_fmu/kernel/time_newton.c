@@ -12,7 +12,7 @@ TWO_PATHS static double largest_size(const double *du, int values)
 {
     correction_size seen = {{0.0}, {0.0}};
     for (int n = 0; n < values; n += 4)
-        for (int i = 0; i < 4; i += LANES) time_note_size(&seen, i, LANES_AT(du + n + i));
+        for (int i = 0; i < 4; i += LANES) time_note_size(&seen, i, du + n + i);
     return time_size_of(&seen);
 }
 
