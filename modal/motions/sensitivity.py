@@ -212,7 +212,7 @@ def sensitivity(
     >>> found = modal.sensitivity("example3", ["damping.translation"], 4.5, 4.8)
     >>> onset = found.dataset.isel(quantity=0, number=0)
     >>> f"{onset.value:.2f} m/s, {onset.relative:.2f} % per percent of damping"
-    '4.59 m/s, 0.97 % per percent of damping'
+    '4.59 m/s, 1.07 % per percent of damping'
     """
     shown = progress or (lambda name: None)
     if isinstance(scene, Branches):
