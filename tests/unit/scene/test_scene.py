@@ -92,9 +92,8 @@ def test_every_number_has_a_unit_and_every_field_a_meaning():
     for name in PACKAGED:
         for leaf in leaves(load_scene(name)):
             assert leaf.meaning, leaf.path
-            if isinstance(leaf.value, (int, float)) or (
-                isinstance(leaf.value, tuple) and leaf.value
-            ):
+            is_number = isinstance(leaf.value, (int, float)) and not isinstance(leaf.value, bool)
+            if is_number or (isinstance(leaf.value, tuple) and leaf.value):
                 assert leaf.unit, leaf.path
 
 
