@@ -90,12 +90,14 @@ def swing_multiplier(point: Point, model: SpanModel) -> complex:
 
 
 def starts_swing(point: Point, model: SpanModel) -> bool:
-    """True if the disturbance that changes its sign at a period doubling is a swing."""
+    """True if the disturbance that changes its sign at a period doubling is symmetric, as a swing.
+
+    Above 2:1 it can have more of the vertical modes than of the horizontal one.
+    """
     condensed = point.linear.matrix
     vector = np.linalg.svd(condensed.first - condensed.last)[2][-1]
-    n = model.size
-    energy = np.abs(vector[n:]) ** 2 + np.abs(model.frequencies[1] * vector[:n]) ** 2
-    return int(np.argmax(energy)) == model.horizontal
+    symmetric = np.tile(model.is_symmetric, 2)
+    return _share(vector.astype(complex), symmetric, point.equations.problem.scale) > 0.5
 
 
 def antisymmetric_multiplier(point: Point, model: SpanModel) -> float | None:

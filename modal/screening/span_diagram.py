@@ -43,7 +43,7 @@ BEGIN, TYPICAL = 0.5, 1.5
 TOLERANCE = 1e-3
 """Largest error of the discretisation, relative to the amplitude."""
 
-NEWTON_TOLERANCE, LOCATION_TOLERANCE = 1e-4, 1e-4
+NEWTON_TOLERANCE, LOCATION_TOLERANCE = 1e-4, 1e-6
 """Last correction of Newton's method, in typical sizes (the error left is its square), and accuracy
 of the place of an event, relative to the step."""
 
