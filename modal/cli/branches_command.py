@@ -1,4 +1,4 @@
-"""The command ``gallop-modal branches``: all motions of a span over one number."""
+"""The command ``gallop-modal branches``: all motions of a span or line over one number."""
 
 from __future__ import annotations
 
@@ -62,7 +62,7 @@ def branches(
     ] = None,
     as_json: AsJson = False,
 ) -> None:
-    """Find all motions of a span over a number: rest, one loop, two loops, swing, and stability."""
+    """Find all motions of a span or line over a number: rest, loops, swings, and stability."""
     from gallop_fmu.foundation.errors import SceneError
     from modal.motions.branches import branches as find_branches
 

@@ -20,6 +20,10 @@ Array = NDArray[np.float64]
 SAME_EVENT = 1e-3
 """Distance of the summaries of two solutions below which they are the same event."""
 
+SAME_HOPF, SAME_FREQUENCY = 1e-9, 1e-2
+"""Distance of two Hopf points relative to the range, and relative difference of the frequencies of
+an oscillation at a Hopf point and at the end of an orbit at rest, below which they are the same."""
+
 NEAR_SEGMENT = 0.2
 """Distance from the chord of two points, relative to its length, within which a branch passes."""
 
@@ -90,7 +94,7 @@ def explore(
     ContinuationError
         If Newton's method finds no equilibrium.
     """
-    static = _static_branches(problem, ((guess, parameter), *others), settings, user)
+    static = _static_branches(problem, ((guess, parameter), *others), settings.at_rest, user)
     diagram = Diagram(static, [], [])
     waiting = [(event, 1) for event in static[0].events if event.kind in SWITCHING]
     seen: list[Event] = []
@@ -148,6 +152,8 @@ def _is_on(branch: Branch, state: Array, parameter: float) -> bool:
 
 def _is_beyond(diagram: Diagram, event: Event, settings: Settings, most: int) -> bool:
     """True if the branch of an event is beyond the limits of number, work, or stability."""
+    if event.point.equations.kind == "equilibrium":
+        settings = settings.at_rest
     growing = int(np.sum(event.point.levels > CRITICAL))  # beside the critical disturbance
     points = sum(len(branch.points) for branch in diagram.branches)
     return (
@@ -163,12 +169,28 @@ def is_same_event(one: Event, other: Event) -> bool:
     if not kinds:
         return False
     unit = getattr(one.point.equations, "parameter_scale", 1.0)
+    if kinds == {"Hopf"} and not _is_same_oscillation(one, other, unit):
+        return False
     difference = summary(one.point, unit) - summary(other.point, unit)
     problem = one.point.equations.problem
     if problem.symmetry is None:
         return bool(np.max(np.abs(difference)) < SAME_EVENT)
     mirrored = _mirrored_summary(one, unit) - summary(other.point, unit)
     return bool(min(np.max(np.abs(difference)), np.max(np.abs(mirrored))) < SAME_EVENT)
+
+
+def _is_same_oscillation(one: Event, other: Event, unit: float) -> bool:
+    """True if an oscillation that begins or ends at one equilibrium may be that at another.
+
+    Two Hopf points of the equilibria are different oscillations even if they are close together.
+    """
+    if one.kind == other.kind == "Hopf":
+        return abs(one.parameter - other.parameter) <= SAME_HOPF * unit
+    first, second = (
+        2.0 * np.pi / event.point.period if event.point.period else abs(event.value.imag)
+        for event in (one, other)
+    )
+    return abs(first - second) <= SAME_FREQUENCY * max(first, second)
 
 
 def _mirrored_summary(event: Event, unit: float) -> Array:

@@ -75,6 +75,9 @@ class Settings:
     max_unstable : int or None
         Number of growing disturbances above which changes of stability are not located, and above
         which `modal.continuation.diagram.explore` follows no branches; None: no limit.
+    max_unstable_at_rest : int or None
+        The same for equilibria; None: `max_unstable`. A system of several parts that oscillate
+        almost independently has many oscillations that begin at almost the same parameter.
     max_total_points : int or None
         Number of points of all branches after which `modal.continuation.diagram.explore` follows no
         more; None: no limit.
@@ -102,6 +105,7 @@ class Settings:
     max_points: int = 400
     max_period: float = 50.0
     max_unstable: int | None = None
+    max_unstable_at_rest: int | None = None
     max_total_points: int | None = None
     on_point: Callable[[Point], object] | None = None
     newton_tolerance: float = NEWTON_TOLERANCE
@@ -109,6 +113,13 @@ class Settings:
     unit: float | None = None
     give_up: Callable[[Point], bool] | None = None
     is_wanted: Callable[[Any], bool] | None = None
+
+    @property
+    def at_rest(self) -> Settings:
+        """The settings for equilibria."""
+        if self.max_unstable_at_rest is None:
+            return self
+        return replace(self, max_unstable=self.max_unstable_at_rest)
 
     @property
     def parameter_scale(self) -> float:

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from gallop_fmu import Model, Scene, SceneError
+from typing import overload
+
+from gallop_fmu import LineScene, Model, Scene, SceneError
 from modal.foundation.change_of_state import ACSR_EXPANSION, change_of_state
 
 TEMPERATURE = "temperature_change"
@@ -45,13 +47,28 @@ def with_number(scene: Scene, path: str, value: float, expansion: float = ACSR_E
     )
 
 
-def varied(scene: Scene, path: str, value: float) -> Scene:
+@overload
+def varied(scene: Scene, path: str, value: float) -> Scene: ...
+
+
+@overload
+def varied(scene: LineScene, path: str, value: float) -> LineScene: ...
+
+
+@overload
+def varied(scene: Scene | LineScene, path: str, value: float) -> Scene | LineScene: ...
+
+
+def varied(scene: Scene | LineScene, path: str, value: float) -> Scene | LineScene:
     """Change one number of a scene as `with_number`, but keep what the scene prescribes.
 
     A scene that prescribes both sag and tension keeps the ratio of its sag to that of the
     equilibrium, and the same of its tension. At the present value of the number, the result is the
-    scene itself, so that derivatives and diagrams are those of the scene.
+    scene itself, so that derivatives and diagrams are those of the scene. A line takes the names of
+    its numbers alone.
     """
+    if isinstance(scene, LineScene):
+        return scene.with_values({path: value})
     changed = with_number(scene, path, value)
     if scene.span.initial_state != "held" or changed.span.initial_state == "held":
         return changed
@@ -94,8 +111,10 @@ def number_of(scene: Scene, path: str) -> float:
     raise SceneError(f"{path}: the scene has no value for it; give the values to vary")
 
 
-def unit_of(scene: Scene, path: str) -> str:
+def unit_of(scene: Scene | LineScene, path: str) -> str:
     """Unit of a number, with the paths of `modal.ratio_map`."""
+    if isinstance(scene, LineScene):
+        return scene.unit_of(path)
     if path == TEMPERATURE:
         return "K"
     if path in FACTORS:

@@ -1,4 +1,4 @@
-"""All motions of a span that are connected with its equilibrium, over one number of its scene."""
+"""All motions of a span or line that are connected with its equilibrium, over one number."""
 
 from __future__ import annotations
 
@@ -11,20 +11,19 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from gallop_fmu import Scene, SceneError
+from gallop_fmu import LineScene, Scene, SceneError
 from gallop_fmu.foundation.figures import drawn
 from gallop_fmu.foundation.notebook_table import notebook_table
 from gallop_fmu.foundation.outcome import SimulationError
-from gallop_fmu.input.scene_like import SceneLike, as_span
+from gallop_fmu.input.scene_like import SceneLike, as_scene
 from modal.continuation.branch import Branch
 from modal.continuation.diagram import Diagram, explore
 from modal.continuation.path import Point, Settings
 from modal.continuation.problem import ContinuationError
-from modal.foundation.normal_wind import check_wind_is_normal
 from modal.foundation.scene_variation import unit_of, varied
-from modal.linear.mode_basis import still_air_modes
 from modal.motions.full_model import full_scene, reduction_error
-from modal.motions.motion_words import name_of_branch
+from modal.motions.motion_models import check_scene, motion_model
+from modal.motions.motion_words import name_of_branch, name_of_disturbance
 from modal.motions.reduced_model import static_equilibrium
 from modal.motions.rotated import rotated_equilibria
 from modal.motions.runs import runs_from_orbits
@@ -43,9 +42,6 @@ if TYPE_CHECKING:
 
 Array = NDArray[np.float64]
 
-INSTEAD = "use modal.natural_modes and simulate the line"
-"""What to do for a line."""
-
 TOLERANCE = 1e-4
 """Largest error of the discretisation, relative to the amplitude."""
 
@@ -59,7 +55,8 @@ MAX_PERIOD = 8.0
 """Period at which a branch ends, relative to its first period."""
 
 MAX_UNSTABLE = 2
-"""Number of growing disturbances above which events are not located and branches not sought."""
+"""Number of growing disturbances above which events are not located and branches not sought; at
+rest so many for each span of a line, because its spans gallop almost independently."""
 
 EXTENSION, MAX_EXTENSIONS = 0.75, 12
 """Factor by which the lowest wind is reduced until the span is at rest, and how often."""
@@ -79,7 +76,7 @@ Progress = Callable[[int, float], object]
 
 @dataclass(frozen=True, repr=False)
 class Branches:
-    """Equilibria and periodic motions of a span over one number.
+    """Equilibria and periodic motions of a span or line over one number.
 
     Attributes
     ----------
@@ -93,7 +90,7 @@ class Branches:
         What could not be found out, and why; motions that begin to beat.
     diagram : modal.continuation.diagram.Diagram
         The branches with all their states.
-    scene : Scene
+    scene : Scene or LineScene
         The span.
     seconds : float
         CPU time [s].
@@ -109,7 +106,7 @@ class Branches:
     unit: str
     remarks: tuple[str, ...]
     diagram: Diagram = field(repr=False)
-    scene: Scene = field(repr=False)
+    scene: Scene | LineScene = field(repr=False)
     seconds: float
 
     def __repr__(self) -> str:
@@ -162,19 +159,20 @@ def branches(
     simulate: int = 0,
     progress: Progress | None = None,
 ) -> Branches:
-    """Find all motions of a span over a number: equilibria, periodic motions, and their stability.
+    """Find all motions over a number: equilibria, periodic motions, and their stability.
 
-    The span is reduced to its lowest modes of all families, symmetric and antisymmetric
-    (`modal.motions.span_model`). Starting from the equilibrium, branches are followed by
-    continuation (`modal.continuation`): galloping begins at a Hopf point, a swing at a period
-    doubling, motion in two loops at a Hopf point or where the symmetry breaks. Motions with two
-    frequencies begin at a torus; they are not followed, but simulated on request.
+    The span or line is reduced to its lowest modes of all families
+    (`modal.motions.span_model`, `modal.motions.line_model`). Starting from the equilibrium,
+    branches are followed by continuation (`modal.continuation`): galloping begins at a Hopf point,
+    a swing at a period doubling or a torus, motion in two loops at a Hopf point or where the
+    symmetry breaks. Motions with two frequencies begin at a torus; they are not followed, but
+    simulated on request.
 
     Parameters
     ----------
     scene
-        A span with wind and a coefficient curve. A wind history counts with its mean; loads and
-        seeds are ignored.
+        A span or line with wind and a coefficient curve. A wind history counts with its mean; loads
+        and seeds are ignored.
     over
         Name of the number, as in `Scene.with_values`; derivatives by other numbers than the wind
         speed are differences, which takes about four times as long.
@@ -205,11 +203,11 @@ def branches(
     ['rest', 'one loop']
     """
     began = clock.process_time()
-    scene = as_span(scene, "branches", INSTEAD)
+    scene = as_scene(scene)
     start, stop = _range(scene, over, start, stop)
     at_start = _scene_at(scene, over, start)
     wind = start if over == WIND_SPEED else scene.wind.mean_speed
-    model = SpanModel(at_start, still_air_modes(at_start))
+    model = motion_model(at_start)
     problem = _problem(scene, over, model, start, stop)
     guess, grows = _rest(problem, model, start, wind)
     remarks = []
@@ -224,6 +222,7 @@ def branches(
             f"at {over} = {start:g} the equilibrium is unstable: motions that begin outside of the"
             " range could not be found; extend it to where the span is at rest"
         )
+    at_rest = MAX_UNSTABLE * model.bundles
     settings = Settings(
         start,
         stop,
@@ -233,6 +232,7 @@ def branches(
         max_points=MAX_POINTS,
         max_period=MAX_PERIOD,
         max_unstable=MAX_UNSTABLE,
+        max_unstable_at_rest=at_rest,
         max_total_points=MAX_TOTAL_POINTS,
         on_point=_Watch(progress) if progress else None,
     )
@@ -256,19 +256,17 @@ def branches(
     unit = unit_of(scene, over)
     dataset = branch_table(problem, found, names, errors, runs, over, unit)
     dataset.attrs |= {"title": scene.title, "scene": scene.to_toml()}
-    remarks += [*_remarks(found, names, unit), *_doubts(errors, names)]
+    remarks += [*_remarks(found, names, model, unit), *_doubts(errors, names)]
     seconds = clock.process_time() - began
     return Branches(dataset, over, unit, tuple(remarks), found, scene, seconds)
 
 
-def _range(scene: Scene, over: str, start: float | None, stop: float | None) -> tuple[float, float]:
+def _range(
+    scene: Scene | LineScene, over: str, start: float | None, stop: float | None
+) -> tuple[float, float]:
     """Check the scene and the range of the number."""
-    if scene.aerodynamics is None:
-        raise SceneError(
-            "aerodynamics is not given: without a coefficient curve the wind has no effect; give"
-            " one"
-        )
     wind = scene.wind.mean_speed
+    check_scene(scene, wind if over != WIND_SPEED or start is None else start)
     if start is None or stop is None:
         if over != WIND_SPEED or not wind > 0.0:
             raise SceneError(f"the range of {over} is not given: give start and stop")
@@ -276,19 +274,20 @@ def _range(scene: Scene, over: str, start: float | None, stop: float | None) -> 
         stop = 1.5 * wind if stop is None else stop
     if not (np.isfinite(start) and np.isfinite(stop) and start < stop):
         raise SceneError(f"range of {over}: start = {start:g} must be below stop = {stop:g}")
-    check_wind_is_normal(scene, "branches", start if over == WIND_SPEED else wind)
     if over != WIND_SPEED and not wind > 0.0:
         raise SceneError("wind.speed = 0 m/s: branches need wind; set wind.speed")
     return float(start), float(stop)
 
 
-def _scene_at(scene: Scene, over: str, value: float) -> Scene:
+def _scene_at(scene: Scene | LineScene, over: str, value: float) -> Scene | LineScene:
     if over == WIND_SPEED:
         return scene
     return varied(scene, over, value)
 
 
-def _problem(scene: Scene, over: str, model: SpanModel, start: float, stop: float) -> SpanProblem:
+def _problem(
+    scene: Scene | LineScene, over: str, model: SpanModel, start: float, stop: float
+) -> SpanProblem:
     """The span as a system with the number as its parameter."""
     family: Family
     if over == WIND_SPEED:
@@ -332,7 +331,7 @@ class _Watch:
         self.progress(self.number, point.parameter)
 
 
-def _error(scene: Scene, over: str, problem: SpanProblem, branch: Branch) -> float:
+def _error(scene: Scene | LineScene, over: str, problem: SpanProblem, branch: Branch) -> float:
     """Error of the reduction at the middle of the stable part, or of the branch."""
     if branch.kind == "equilibrium":
         return float("nan")
@@ -355,12 +354,14 @@ def _doubts(errors: list[float], names: list[str]) -> list[str]:
     ]
 
 
-def _remarks(found: Diagram, names: list[str], unit: str) -> tuple[str, ...]:
+def _remarks(found: Diagram, names: list[str], model: SpanModel, unit: str) -> tuple[str, ...]:
     """Sentences about what could not be found out, and about motions that begin to beat."""
     remarks = []
     for number, (branch, name) in enumerate(zip(found.branches, names, strict=True)):
         for event in (*branch.events, *branch.ends):
             sentence = event_sentence(event, unit)
+            if sentence and event.kind == "torus":
+                sentence += f"; what begins is {name_of_disturbance(event, model)}"
             if sentence:
                 remarks.append(f"branch {number} ({name}): {sentence}")
     for event, reason in found.failures:

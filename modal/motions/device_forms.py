@@ -78,6 +78,40 @@ def device_forms(mesh: Mesh) -> list[DeviceForms]:
     return found
 
 
+@dataclass(frozen=True)
+class DampingForms:
+    """Damping matrix of a device and its derivatives by the displacements.
+
+    Attributes
+    ----------
+    unknowns : ndarray of int, shape (m,)
+        Its unknowns, in the order of the flat displacements of all nodes.
+    first : ndarray, shape (m, m)
+        Damping matrix at rest.
+    second, third : ndarray, shape (m, m, m) and (m, m, m, m)
+        Its first and second derivatives.
+    """
+
+    unknowns: NDArray[np.intp]
+    first: Array
+    second: Array
+    third: Array
+
+
+def damping_forms(mesh: Mesh, devices: list[int]) -> list[DampingForms]:
+    """Damping of devices that have some."""
+    nodes, leader = mesh.model.junction_nodes()
+    found = []
+    for device in devices:
+        at = nodes[list(mesh.model.devices[device])]
+        unknowns = (DOFS * leader[at][:, None] + np.arange(DOFS)).ravel()
+        tangent = _Tangent(mesh, device, at, "damping")
+        first = tangent(np.zeros(len(unknowns)))
+        if np.any(first):
+            found.append(DampingForms(unknowns, first, *_derivatives(tangent, len(unknowns))))
+    return found
+
+
 def _is_same(one: Array, other: Array, scale: float) -> bool:
     """True if two tangents in the same displacement agree."""
     if one.shape != other.shape:
@@ -93,15 +127,16 @@ def _probe(size: int) -> Array:
 class _Tangent:
     """Tangent (m, m) of a device at displacements (m,) of its junctions."""
 
-    def __init__(self, mesh: Mesh, device: int, nodes: NDArray[np.int32]) -> None:
+    def __init__(
+        self, mesh: Mesh, device: int, nodes: NDArray[np.int32], part: str = "stiffness"
+    ) -> None:
         self.mesh, self.device, self.nodes = mesh, device, nodes
+        self.part = {part: 1.0}
 
     def __call__(self, x: Array) -> Array:
         u = np.zeros((self.mesh.model.nodes, DOFS))
         u[self.nodes] = x.reshape(-1, DOFS)
-        blocks = self.mesh.model.device_tangent(
-            self.device, u, stiffness=1.0, inputs=self.mesh.still
-        )
+        blocks = self.mesh.model.device_tangent(self.device, u, inputs=self.mesh.still, **self.part)
         return np.asarray(blocks.swapaxes(1, 2).reshape(len(x), len(x)))
 
 

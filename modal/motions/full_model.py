@@ -8,11 +8,12 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from gallop_fmu import Model, Scene
+from gallop_fmu import LineScene, Model, Scene
 from gallop_fmu.foundation.channels import NODE_INDEX
 from gallop_fmu.foundation.outcome import Outcome, SimulationError
 from modal.continuation.path import Point
 from modal.foundation.scene_variation import varied
+from modal.motions.line_basis import coarse
 from modal.motions.span_model import SpanModel, Watched
 
 Array = NDArray[np.float64]
@@ -83,43 +84,46 @@ class FullRun:
 
 
 def full_scene(
-    scene: Scene,
+    scene: Scene | LineScene,
     over: str,
     value: float,
     model: SpanModel,
     steps: int = STEPS_PER_PERIOD,
     elements: int | None = None,
-) -> Scene:
+) -> Scene | LineScene:
     """Scene of the full model in steady wind, without loads.
 
     Parameters
     ----------
     scene, over, value
-        The span, and a number of it with its value.
+        The span or line, and a number of it with its value.
     model
         Reduced model.
     steps
         Time steps in a period of the first vertical mode.
     elements
-        Elements, of which the number of the reduced model is a multiple; None: the same.
+        Elements of a span, of which the number of the reduced model is a multiple; None: the same.
     """
     wind = scene.wind.mean_speed
+    if isinstance(scene, LineScene):
+        scene = coarse(scene)
     steady = scene.with_values(
         {
             "wind.history": None,
             "wind.turbulence": None,
             "wind.speed": wind,
             "loads": [],
-            "numerics.elements": elements or model.elements,
             "numerics.newton_tolerance": NEWTON_TOLERANCE,
             "numerics.time_step": 2.0 * np.pi / model.frequencies[0] / steps,
         }
     )
+    if isinstance(steady, Scene):
+        steady = steady.with_values({"numerics.elements": elements or model.elements})
     return varied(steady, over, value)
 
 
 def run_from(
-    scene: Scene, model: SpanModel, state: Array, periods: float
+    scene: Scene | LineScene, model: SpanModel, state: Array, periods: float
 ) -> tuple[FullRun, Array, float]:
     """Run the full model from a state of the reduced model.
 
@@ -189,7 +193,7 @@ def _band(values: Array, windows: int) -> Band:
     return Band(float(of_each.min()), float(of_each.max()), float(0.5 * np.ptp(values)), drift)
 
 
-def reduction_error(scene: Scene, model: SpanModel, point: Point) -> float:
+def reduction_error(scene: Scene | LineScene, model: SpanModel, point: Point) -> float:
     """Error of the reduction: how far the full model is from the orbit after one period.
 
     Relative to the largest displacement of the watched nodes. NaN if

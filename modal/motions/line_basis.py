@@ -89,8 +89,15 @@ class LineBasis:
         return self.mesh.model
 
 
-def line_basis(scene: LineScene) -> LineBasis:
-    """Find the lowest modes of a line and the twists that follow them.
+def line_basis(scene: LineScene, like: LineBasis | None = None) -> LineBasis:
+    """Find the lowest modes of a line, the twists that follow them, and the shapes at strings.
+
+    Parameters
+    ----------
+    scene
+        The line.
+    like
+        Basis with the numbers of modes to take; None: as many as the line needs.
 
     Raises
     ------
@@ -101,13 +108,17 @@ def line_basis(scene: LineScene) -> LineBasis:
     """
     small = SmallMotion(coarse(scene))
     equations, mesh = small.in_still_air(), small.mesh
-    modes, highest = _lowest(equations, mesh, _wanted(scene))
+    if like is None:
+        modes, highest = _lowest(equations, mesh, _wanted(scene), MIN_GAP)
+    else:
+        modes, highest = _lowest(equations, mesh, len(like.modes), 0.0)
+    most_twists = MAX_TWISTS if like is None else like.family.count("torsional")
     shapes = np.stack([mode.shape for mode in modes])
     loops = [mode.loops for mode in modes]
     twisting = [mode for mode in modes if mode.family != "horizontal"]
     basis = list(shapes.reshape(len(shapes), -1))
     for mode, twist in zip(twisting, _twists(equations, mesh, twisting), strict=True):
-        if len(basis) < len(modes) + MAX_TWISTS and _append(basis, twist, equations.mass):
+        if len(basis) < len(modes) + most_twists and _append(basis, twist, equations.mass):
             loops.append(mode.loops)
     family = [str(mode.family) for mode in modes] + ["torsional"] * (len(basis) - len(modes))
     for moved in _held_places(equations, mesh):
@@ -143,7 +154,9 @@ def _wanted(scene: LineScene) -> int:
     return min(MAX_MODES, count)
 
 
-def _lowest(equations: Linearised, mesh: Mesh, wanted: int) -> tuple[list[LineMode], float]:
+def _lowest(
+    equations: Linearised, mesh: Mesh, wanted: int, gap: float
+) -> tuple[list[LineMode], float]:
     """Lowest modes that are not torsional, up to a gap, and the frequency [Hz] of the next one."""
     most = int(equations.free.sum())
     among = min(most, wanted + 12)
@@ -151,7 +164,7 @@ def _lowest(equations: Linearised, mesh: Mesh, wanted: int) -> tuple[list[LineMo
         found = line_modes(equations, mesh, among)
         kept = [mode for mode in found if mode.family != "torsional"]
         for count in range(wanted, len(kept)):
-            if kept[count].frequency_hz > (1.0 + MIN_GAP) * kept[count - 1].frequency_hz:
+            if kept[count].frequency_hz > (1.0 + gap) * kept[count - 1].frequency_hz:
                 return kept[:count], kept[count].frequency_hz
         if among == most:
             return kept, float("inf")

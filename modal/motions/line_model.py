@@ -13,7 +13,13 @@ along the line, and the rise of clamps as strings swing. The energy up to the fo
     V = q K q/2 + C(q, q, q)/6 + Q(q, q, q, q)/24 - G(q, q).K_w^-1 G(q, q)/8,                    (2)
 
 where K_w^-1 G = -W. Its quartic part is a quadratic form of the products q_a q_b, and is written as
-a sum of few squares of quadratic forms, as are the damping and inertia of w.
+a sum of few squares of quadratic forms, as are the damping and inertia of w. As not all shapes are
+natural modes, w has a part in their inertia: with N = V'M W the kinetic energy has the term
+q'.N(q, q'), and the forces
+
+    N(q, q'') + (q''.N)(q) + N(q', q').                                                          (3)
+
+Devices do not damp w: a spacer that rotates is not deformed, although its clamps move inwards.
 """
 
 from __future__ import annotations
@@ -29,7 +35,7 @@ from gallop_fmu.engine.mesh import SECTIONS, STRAIN_POINTS, AeroLoad, Mesh
 from gallop_fmu.engine.model import DOFS
 from gallop_fmu.engine.pack import Packed
 from modal.linear.projection import Projection
-from modal.motions.device_forms import device_forms
+from modal.motions.device_forms import damping_forms, device_forms
 from modal.motions.line_basis import HELD, LineBasis, coarse, line_basis, mirror_image
 from modal.motions.span_model import SpanModel, Watched, closest, few_squares
 
@@ -41,6 +47,9 @@ Integers = NDArray[np.intp]
 
 STRING_SWING = "string swing"
 """Family of horizontal modes in which strings swing across the line."""
+
+MIN_PART = 0.2
+"""Amplitude of a span, relative to the largest one, from which it takes part in a motion."""
 
 MIN_SWING = 0.1
 """Displacement of a clamp across the line, relative to the largest one, from which it swings."""
@@ -94,12 +103,52 @@ class LineModel(SpanModel):
             self._projection.matrix(a)
             for a in (equations.mass, equations.damping, equations.stiffness)
         )
+        self._separate_damping_of_strings()
         self.frequencies = (self._first("vertical"), self._first("horizontal"))
         chains = self.mesh.model.map.chains
         self.middle = shapes[:, [chain.middle for chain in chains]].mean(axis=1)
         self._mirror = mirror_image(scene, self.mesh, shapes, equations.mass)
         self._prepare_stretching()
         self._prepare_sections()
+
+    def _separate_damping_of_strings(self) -> None:
+        """Take the damping of strings out of the matrix: `_add_lag` has it with its nonlinearity.
+
+        It acts on the change of length, which is almost zero as a string swings; but the clamp
+        rises, and a damping matrix would damp that.
+        """
+        flat = self.shapes.reshape(self.size, -1)
+        self._dampers = [
+            (flat[:, one.unknowns], one) for one in damping_forms(self.mesh, self._string_devices)
+        ]
+        for x, one in self._dampers:
+            self.damping -= x @ one.first @ x.T
+
+    @property
+    def _string_devices(self) -> list[int]:
+        """Devices that are strings."""
+        towers = self.mesh.model.map.towers
+        return [device for t in towers if t.has_string for device in t.devices]
+
+    def _add_lag(self, q: Array, v: Array, forces: Array) -> tuple[Array, Array]:
+        """Add the damping of w and of the strings to forces; return its derivatives by q and v.
+
+        A string with displacements x has the damping force D(x) x', expanded to the second order.
+        """
+        by_q, by_v = super()._add_lag(q, v, forces)
+        for shapes, one in self._dampers:
+            x, rate = q @ shapes, v @ shapes
+            size = x.shape[1]
+            slope = one.second + 0.5 * np.tensordot(x, one.third, axes=(1, 3))
+            damping = one.first + (slope @ x[:, None, :, None])[..., 0]
+            slope += 0.5 * np.tensordot(x, one.third, axes=(1, 3))
+            turned = (slope.swapaxes(2, 3) @ rate[:, None, :, None])[..., 0]
+            forces += (damping @ rate[:, :, None])[:, :, 0] @ shapes.T
+            both = np.stack([turned, damping]).reshape(2, len(x), size, size)
+            projected = shapes @ both @ shapes.T
+            by_q += projected[0]
+            by_v += projected[1]
+        return by_q, by_v
 
     def _first(self, family: str) -> float:
         """Angular frequency [rad/s] of the lowest mode of a family, or of all modes."""
@@ -110,6 +159,29 @@ class LineModel(SpanModel):
     def elements(self) -> int:
         """Number of elements of a span, if it has no number of its own."""
         return self.scene.numerics.elements
+
+    @property
+    def bundles(self) -> int:
+        """Number of conductors or bundles in all spans."""
+        line = self.mesh.model.map
+        return line.spans * line.phases
+
+    def where(self, moves: Watched) -> str:
+        """Spans in which a motion is, in words; empty if it is in all, in phase."""
+        line = self.mesh.model.map
+        parts = [one - one.mean(axis=0) for one in (moves.u2, moves.quarter, moves.u3)]
+        part = max(parts, key=lambda one: float(np.max(np.abs(one))))
+        size = np.ptp(part, axis=0)
+        moving = np.flatnonzero(size > MIN_PART * np.max(size))
+        first = part[:, moving[0]]
+        against = any(first @ part[:, k] < 0.0 for k in moving)
+        spans = sorted({int(k) // line.phases + 1 for k in moving})
+        words = ""
+        if len(spans) < line.spans:
+            listed = " and ".join(map(str, spans[-2:]))
+            words = ", ".join([*map(str, spans[:-2]), listed])
+            words = f" in span{'s' if len(spans) > 1 else ''} {words}"
+        return words + (", spans against each other" if against and len(spans) > 1 else "")
 
     @property
     def symmetry(self) -> Array | None:
@@ -198,9 +270,11 @@ class LineModel(SpanModel):
         self._cubic = _tensor(cubic, rows, columns)
         self._following = _tensor(following, rows, columns).transpose(1, 2, 0).copy()
         self._tension = few_squares(quartic + force.T @ following, n)
-        equations = self.basis.equations
-        lag = following.T @ (equations.damping @ following)
+        equations, mesh = self.basis.equations, self.mesh
+        of_elements = mesh.model.tangent(damping=1.0, inputs=mesh.still)
+        lag = following.T @ (mesh.gather(mesh.assemble(of_elements)) @ following)
         self._lag = few_squares(lag, n)
+        self._coupling = _tensor(flat @ (equations.mass @ following), rows, columns)
         self._inertia = few_squares(following.T @ (equations.mass @ following), n)
 
     def _second_order(self, rows: Integers, columns: Integers) -> tuple[Array, Array]:

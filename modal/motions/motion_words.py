@@ -9,7 +9,9 @@ from numpy.typing import NDArray
 
 from modal.continuation.branch import Branch
 from modal.continuation.equations import GRID
+from modal.continuation.events import Event
 from modal.continuation.path import Point
+from modal.motions.line_model import STRING_SWING
 from modal.motions.span_model import SpanModel
 
 Array = NDArray[np.float64]
@@ -84,6 +86,7 @@ def name_of_motion(point: Point, model: SpanModel) -> str:
     first, *others = parts_of(point, model)
     words = " and ".join(_other(part, first) for part in others)
     name = _main(first) + (f" with {words}" if words else "")
+    name += model.where(model.watched_at(point.at(GRID)[:, : model.size]))
     return f"{name}, turned over" if abs(degrees) > TURNED_OVER else name
 
 
@@ -102,6 +105,25 @@ def name_of_branch(branch: Branch, model: SpanModel) -> str:
     return name_of_motion(max(candidates, key=lambda one: len(parts_of(one, model))), model)
 
 
+def name_of_disturbance(event: Event, model: SpanModel) -> str:
+    """Name of the motion that begins at a torus: the strongest part of the growing disturbance.
+
+    A disturbance x of the state at the start of a period, with the multiplier m, is a solution of
+    (A + m B) x = 0, with the matrices of `modal.continuation.condensation`.
+    """
+    from scipy.linalg import eig
+
+    condensed = event.point.linear.matrix
+    values, vectors = eig(-condensed.first, condensed.last)
+    critical = np.exp(2j * np.pi * event.rotation)
+    x = vectors[:, int(np.argmin(np.abs(values - critical)))]
+    squares = np.abs(x) ** 2
+    rates = np.abs(np.diag(model.stiffness)) * squares[: model.size] + squares[model.size :]
+    word, alike = max(model.groups(), key=lambda one: float(rates[one[1]].sum()))
+    strongest = max(alike, key=lambda i: rates[i])
+    return _main(Part(word, model.loops(strongest), 0.0, 1))
+
+
 def loops_in_words(number: int) -> str:
     """Number of loops in words."""
     word = NUMBER_WORDS[number] if number < len(NUMBER_WORDS) else str(number)
@@ -111,7 +133,11 @@ def loops_in_words(number: int) -> str:
 def _main(part: Part) -> str:
     if part.family == "vertical":
         return loops_in_words(part.loops)
-    name = {"horizontal": "swing", "torsional": "twist"}.get(part.family, part.family)
+    if part.family == STRING_SWING:
+        return STRING_SWING
+    name = {"horizontal": "swing", "torsional": "twist", "sub-span": "sub-span motion"}.get(
+        part.family, part.family
+    )
     return f"{name} in {loops_in_words(part.loops)}"
 
 

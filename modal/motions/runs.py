@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from gallop_fmu import Scene
+from gallop_fmu import LineScene, Scene
 from modal.continuation.branch import Branch
 from modal.continuation.diagram import Diagram
 from modal.motions.full_model import FullRun, full_scene, run_from
@@ -46,7 +46,7 @@ class BranchRun(NamedTuple):
 
 
 def runs_from_orbits(
-    scene: Scene,
+    scene: Scene | LineScene,
     over: str,
     problem: SpanProblem,
     found: Diagram,

@@ -20,7 +20,8 @@ from numpy.typing import NDArray
 
 from gallop_fmu import Scene, SceneError
 from gallop_fmu.foundation.outcome import SimulationError
-from gallop_fmu.input.scene_like import SceneLike
+from gallop_fmu.input.scene_like import SceneLike, as_scene
+from gallop_fmu.scene.line_scene import one_span
 from modal.continuation import sensitivity as gradients
 from modal.continuation.equations import EquilibriumEquations, OrbitEquations
 from modal.continuation.events import Event
@@ -33,8 +34,8 @@ from modal.foundation.scene_variation import (
     number_of,
     varied,
 )
-from modal.linear.mode_basis import still_air_modes
 from modal.motions.branches import Branches, branches
+from modal.motions.motion_models import similar_model
 from modal.motions.sensitivity_table import save_table, sensitivity_table
 from modal.motions.span_model import SpanModel
 from modal.motions.span_problem import (
@@ -215,6 +216,7 @@ def sensitivity(
     '4.59 m/s, 1.07 % per percent of damping'
     """
     shown = progress or (lambda name: None)
+    one_span(scene.scene if isinstance(scene, Branches) else as_scene(scene), "sensitivity")
     if isinstance(scene, Branches):
         found = scene
         if start is not None or stop is not None:
@@ -227,7 +229,7 @@ def sensitivity(
             progress=lambda number, value: shown(f"branch {number}, {value:.3g} m/s"),
         )
     began = clock.process_time()
-    span = found.scene
+    span = one_span(found.scene, "sensitivity")
     paths = _chosen(span, numbers, found.over)
     remarks: list[str] = []
     quantities = [*_events(found, remarks), *_motions(found, remarks)]
@@ -289,7 +291,7 @@ class _Difference:
     def _model(self, value: float) -> SpanModel:
         base = _base(self.found).model
         scene = varied(self.found.scene, self.path, value)
-        return SpanModel(scene, still_air_modes(scene, base.modes.model.elements), base)
+        return similar_model(scene, base)
 
     def _problem(self, model: SpanModel) -> SpanProblem:
         base, over = _base(self.found), self.found.over
@@ -351,7 +353,7 @@ def _begins(found: Branches, event: Event) -> str:
 def _motions(found: Branches, remarks: list[str]) -> list[Quantity]:
     """Properties of all motions at the scene's value of the number that is varied."""
     quantities: list[Quantity] = []
-    at = number_of(found.scene, found.over)
+    at = number_of(one_span(found.scene, "sensitivity"), found.over)
     names = found.dataset["name"].values.tolist()
     values = found.dataset["value"]
     if not values.min() <= at <= values.max():

@@ -123,6 +123,10 @@ class SpanModel(ReducedModel):
         If the modes are not those of the similar scene.
     """
 
+    _coupling: Array | None = None
+    """Products V'M W of shapes and the displacements w that follow, (mode, mode, mode); None: 0, as
+    for natural modes."""
+
     def __init__(
         self,
         scene: Scene,
@@ -153,6 +157,15 @@ class SpanModel(ReducedModel):
     def elements(self) -> int:
         """Number of elements of a span."""
         return self.modes.model.elements
+
+    @property
+    def bundles(self) -> int:
+        """Number of conductors or bundles: one."""
+        return 1
+
+    def where(self, moves: Watched) -> str:
+        """Spans in which a motion is, in words; empty if it is in all."""
+        return ""
 
     @property
     def symmetry(self) -> Array | None:
@@ -295,11 +308,20 @@ class SpanModel(ReducedModel):
         square = (moving @ v[:, :, None])[:, :, 0]  # v R_k v
         mass += following.transpose(0, 2, 1) @ following
         forces += (square[:, None] @ following)[:, 0]
+        if self._coupling is not None:
+            coupled = np.tensordot(q, self._coupling, axes=(1, 1))
+            mass += coupled + coupled.transpose(0, 2, 1)
+            turned = np.tensordot(v, self._coupling, axes=(1, 1))
+            forces += (turned @ v[:, :, None])[:, :, 0]
         acceleration: Array = np.asarray(-np.linalg.solve(mass, forces[:, :, None])[:, :, 0])
         drift = (following @ acceleration[:, :, None])[:, :, 0]
         inertia_by_q = self._inertia.summed(drift + square)
         inertia_by_q += following.transpose(0, 2, 1) @ self._inertia.times(acceleration)
         inertia_by_v = 2.0 * following.transpose(0, 2, 1) @ moving
+        if self._coupling is not None:
+            inertia_by_q += np.tensordot(acceleration, self._coupling, axes=(1, 1))
+            inertia_by_q += np.tensordot(acceleration, self._coupling, axes=(1, 0))
+            inertia_by_v += 2.0 * turned
         ddu = self._projection.at_sections(acceleration)
         _, by_u, by_v, _ = self._ice(u, du, ddu)
         by_u -= air.slopes[0]

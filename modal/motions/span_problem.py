@@ -11,11 +11,11 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from gallop_fmu import Scene
+from gallop_fmu import LineScene, Scene
 from modal.continuation.events import UserEvent
 from modal.continuation.problem import Rates
 from modal.foundation.scene_variation import varied
-from modal.linear.mode_basis import still_air_modes
+from modal.motions.motion_models import similar_model
 from modal.motions.span_model import SpanModel
 
 Array = NDArray[np.float64]
@@ -79,9 +79,8 @@ class NumberFamily:
         Step of the difference.
     """
 
-    def __init__(self, scene: Scene, path: str, model: SpanModel, step: float) -> None:
+    def __init__(self, scene: Scene | LineScene, path: str, model: SpanModel, step: float) -> None:
         self.scene, self.path, self.model, self.step = scene, path, model, step
-        self.elements = model.elements
         self._known: OrderedDict[float, SpanModel] = OrderedDict()
 
     def at(self, parameter: float) -> tuple[SpanModel, float]:
@@ -94,9 +93,7 @@ class NumberFamily:
         """
         if parameter not in self._known:
             scene = varied(self.scene, self.path, parameter)
-            self._known[parameter] = SpanModel(
-                scene, still_air_modes(scene, self.elements), self.model
-            )
+            self._known[parameter] = similar_model(scene, self.model)
             if len(self._known) > KEPT_MODELS:
                 self._known.popitem(last=False)
         return self._known[parameter], self.scene.wind.mean_speed

@@ -112,6 +112,7 @@ POINT_COLUMNS = {
     "u3_amplitude": "m",
     "theta_amplitude": "rad",
     "quarter_amplitude": "m",
+    "clamp_amplitude": "m",
     "u2_mean": "m",
     "u3_mean": "m",
     "theta_mean": "rad",
@@ -122,7 +123,13 @@ POINT_COLUMNS = {
 }
 """Columns of the points and their units. ``quarter_amplitude`` is that of the antisymmetric
 vertical motion at the quarter points; ``growth`` is the largest absolute multiplier of a
-disturbance in one period, for equilibria the largest growth rate [1/s]."""
+disturbance in one period, for equilibria the largest growth rate [1/s]. Of a line, amplitudes are
+those of the span in which they are largest, and means those of all spans; ``clamp_amplitude`` is
+that of clamps of strings across the line."""
+
+PLACES = ("u2", "u3", "theta", "quarter", "clamp")
+"""Motions of which the amplitude at each place of a line is a column ``NAME_by_span``, with phases
+one after another, or ``clamp_by_tower``."""
 
 
 def _point_columns(problem: SpanProblem, found: Diagram, unit: str) -> dict[str, Any]:
@@ -138,7 +145,22 @@ def _point_columns(problem: SpanProblem, found: Diagram, unit: str) -> dict[str,
             name: ("point", np.array([row[name] for row in rows]), {"units": units})
             for name, units in POINT_COLUMNS.items()
         },
+        **(_place_columns(problem, points) if problem.model.bundles > 1 else {}),
     }
+
+
+def _place_columns(problem: SpanProblem, points: Sequence[tuple[int, Point]]) -> dict[str, Any]:
+    """Columns of amplitudes over points and places of a line."""
+    columns: dict[str, Any] = {}
+    of_points = [
+        problem.model.watched_at(point.at(PHASES)[:, : problem.modes]) for _, point in points
+    ]
+    for number, name in enumerate(PLACES):
+        place = "tower" if name == "clamp" else "span"
+        amplitudes = np.array([0.5 * np.ptp(moves[number], axis=0) for moves in of_points])
+        units = POINT_COLUMNS[f"{name}_amplitude"]
+        columns[f"{name}_by_{place}"] = (("point", place), amplitudes, {"units": units})
+    return columns
 
 
 def _event_columns(found: Diagram, unit: str) -> dict[str, Any]:
@@ -158,7 +180,7 @@ def _of_point(problem: SpanProblem, point: Point) -> dict[str, float]:
     model = problem.model
     q = point.at(PHASES)[:, : model.size]
     moves = model.watched_at(q)
-    u2, u3, theta, quarter = (0.5 * np.max(np.ptp(one, axis=0)) for one in moves[:4])
+    u2, u3, theta, quarter, clamp = (0.5 * np.ptp(one, axis=0).max(initial=0.0) for one in moves)
     mean = point.mean[: model.size] @ model.middle
     is_orbit = point.equations.kind == "orbit"
     growth = np.max(np.abs(point.spectrum)) if is_orbit else np.max(point.spectrum.real)
@@ -168,6 +190,7 @@ def _of_point(problem: SpanProblem, point: Point) -> dict[str, float]:
         "u3_amplitude": u3,
         "theta_amplitude": theta,
         "quarter_amplitude": quarter,
+        "clamp_amplitude": clamp,
         "u2_mean": mean[1],
         "u3_mean": mean[2],
         "theta_mean": mean[3],
@@ -207,14 +230,14 @@ def _stable_ranges(branch: Branch) -> list[tuple[float, float]]:
     part: list[float] = []
     at_event: list[float] = []
     for point in branch.points:
-        value = point.parameter
+        value, before = point.parameter, at_event
         if point.is_stable:
             part += [*at_event, value]
         at_event = [
             value for event in _events(branch) if math.isclose(value, event.parameter, rel_tol=1e-9)
         ][:1]
         if part and not point.is_stable:
-            part += at_event
+            part += [] if before else at_event
             ranges.append((min(part), max(part)))
             part = []
     if part:
@@ -230,7 +253,13 @@ def _run_columns(runs: Sequence[BranchRun], unit: str) -> dict[str, Any]:
         "run_start_is_stable": ("run", [run.is_stable for run in runs]),
         "run_outcome": ("run", [run.end.outcome for run in runs]),
     }
-    for name, units in (("u2", "m"), ("u3", "m"), ("theta", "rad"), ("quarter", "m")):
+    for name, units in (
+        ("u2", "m"),
+        ("u3", "m"),
+        ("theta", "rad"),
+        ("quarter", "m"),
+        ("clamp", "m"),
+    ):
         for part in ("low", "high", "whole"):
             values = [getattr(getattr(run.end, name), part) for run in runs]
             columns[f"run_{name}_{part}"] = ("run", values, {"units": units})

@@ -1,4 +1,4 @@
-"""Figure of all motions of a span over one number."""
+"""Figure of all motions of a span or line over one number."""
 
 from __future__ import annotations
 
@@ -40,6 +40,10 @@ ROWS = (
 """Name of a simulated amplitude, that of the branches, and the title of the axis."""
 
 
+CLAMPS = ("clamp", "clamp_amplitude", "clamps of strings,\nacross the line")
+"""The same of a line with strings."""
+
+
 def branch_figure(data: xr.Dataset) -> Figure:
     """Draw the amplitudes of all branches: stable parts solid, unstable parts dashed.
 
@@ -48,11 +52,12 @@ def branch_figure(data: xr.Dataset) -> Figure:
     data
         Dataset of `modal.branches`.
     """
+    rows = (*ROWS, CLAMPS) if data.sizes.get("tower") else ROWS
     with drawing(STYLE):
-        figure = Figure(figsize=(WIDTH, 6.4), layout="constrained")
+        figure = Figure(figsize=(WIDTH, 0.4 + 2.0 * len(rows)), layout="constrained")
         add_title(figure, data.attrs["title"])
-        panels = figure.subplots(len(ROWS), 1, sharex=True)
-        for axes, (run_name, column, label) in zip(panels, ROWS, strict=True):
+        panels = figure.subplots(len(rows), 1, sharex=True)
+        for axes, (run_name, column, label) in zip(panels, rows, strict=True):
             for number in data.branch.values.tolist():
                 _draw_branch(axes, data, number, column)
             if "run" in data.sizes:
