@@ -46,19 +46,25 @@ def broken_links(site: Path) -> list[str]:
             if urlsplit(link).scheme in ("http", "https") or link.startswith("//")
         ]
         for link in dict.fromkeys(page.links + page.loaded):
-            parts = urlsplit(link)
-            if parts.scheme or parts.netloc:
-                continue
-            start = site if parts.path.startswith("/") else path.parent
-            target = (start / unquote(parts.path).lstrip("/")).resolve() if parts.path else path
-            if target.is_dir():
-                target /= "index.html"
-            if not target.is_file():
-                found.append(f"{where}: {link}: no such file")
-            elif parts.fragment and target in pages:
-                if unquote(parts.fragment) not in pages[target].anchors:
-                    found.append(f"{where}: {link}: no such anchor")
+            if fault := _fault(link, path, site, pages):
+                found.append(f"{where}: {link}: {fault}")
     return found
+
+
+def _fault(link: str, path: Path, site: Path, pages: dict[Path, Page]) -> str:
+    """What is wrong with a link of the page at `path`; empty if nothing is."""
+    parts = urlsplit(link)
+    if parts.scheme or parts.netloc:
+        return ""
+    start = site if parts.path.startswith("/") else path.parent
+    target = (start / unquote(parts.path).lstrip("/")).resolve() if parts.path else path
+    if target.is_dir():
+        target /= "index.html"
+    if not target.is_file():
+        return "no such file"
+    if parts.fragment and target in pages and unquote(parts.fragment) not in pages[target].anchors:
+        return "no such anchor"
+    return ""
 
 
 def main() -> None:

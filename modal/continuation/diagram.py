@@ -100,9 +100,7 @@ def explore(
     seen: list[Event] = []
     while waiting:
         event, level = waiting.pop(0)
-        if any(is_same_event(event, other) for other in seen):
-            continue
-        if settings.is_wanted is not None and not settings.is_wanted(event):
+        if not _is_new(event, seen, settings):
             continue
         if level > depth or _is_beyond(diagram, event, settings, most):
             diagram.unexplored.append(event)
@@ -118,6 +116,12 @@ def explore(
             seen += [end for end in branch.ends[1:] if end.kind in RETURNS]
             waiting += [(one, level + 1) for one in branch.events if one.kind in SWITCHING]
     return diagram
+
+
+def _is_new(event: Event, seen: Sequence[Event], settings: Settings) -> bool:
+    """True if an event is wanted and none of those seen before."""
+    is_wanted = settings.is_wanted is None or settings.is_wanted(event)
+    return is_wanted and not any(is_same_event(event, other) for other in seen)
 
 
 def _static_branches(

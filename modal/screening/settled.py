@@ -102,30 +102,41 @@ def settled_states(diagram: SpanDiagram) -> Settled:
     diagram
         Branches of the span.
     """
-    doubts: list[str] = []
     known = [(branch, point) for branch in diagram.orbits for point in diagram.at_wind(branch)]
-    stable = [point for _, point in known if point.is_stable]
+    periodic, unsure = _periodic_states(diagram, [point for _, point in known if point.is_stable])
+    states = [*[state for state, is_stable in _equilibria(diagram) if is_stable], *periodic]
+    starts = [*unsure, *_without_successor(diagram, known, bool(states))][:MAX_RUNS]
+    doubts = _add_simulated(diagram, states, [point.states[0] for point in starts])
+    if not states and not doubts:
+        doubts = _add_simulated(diagram, states, [one for one, _ in _static_states(diagram)][:1])
+    unstable = [amplitudes(point, diagram.model) for _, point in known if point.unstable == 1]
+    return Settled(tuple(_separated(state, unstable) for state in states), tuple(doubts))
+
+
+def _periodic_states(
+    diagram: SpanDiagram, stable: Sequence[Point]
+) -> tuple[list[StableState], list[Point]]:
+    """States of stable orbits, each once, and the orbits from which the full model moves away."""
     states, unsure = list[StableState](), list[Point]()
     for point in stable:
         if _error(diagram, point) > MAX_ERROR:
             unsure.append(point)
         elif not any(is_same(state_of(point, diagram), one, SAME_ORBIT) for one in states):
             states.append(state_of(point, diagram))
-    resting = _equilibria(diagram)
-    states = [*[state for state, is_stable in resting if is_stable], *states]
-    for point in [*unsure, *_without_successor(diagram, known, bool(states))][:MAX_RUNS]:
-        found, doubt = simulated_state(diagram, point.states[0])
+    return states, unsure
+
+
+def _add_simulated(
+    diagram: SpanDiagram, states: list[StableState], starts: Sequence[Array]
+) -> list[str]:
+    """Simulate from all starts and add new states; return what is not resolved."""
+    doubts = []
+    for start in starts:
+        found, doubt = simulated_state(diagram, start)
         doubts += [doubt] if doubt else []
         if found is not None and not any(is_same(found, one) for one in states):
             states.append(found)
-    if not states and not doubts:
-        rest = next((state for state, _ in _static_states(diagram)), None)
-        if rest is not None:
-            found, doubt = simulated_state(diagram, rest)
-            doubts += [doubt] if doubt else []
-            states += [found] if found is not None else []
-    unstable = [amplitudes(point, diagram.model) for _, point in known if point.unstable == 1]
-    return Settled(tuple(_separated(state, unstable) for state in states), tuple(doubts))
+    return doubts
 
 
 def _error(diagram: SpanDiagram, point: Point) -> float:
