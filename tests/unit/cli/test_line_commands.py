@@ -50,7 +50,7 @@ def test_a_scene_that_contradicts_itself_is_warned_of_by_new_and_run(invoke):
 def test_every_field_of_a_line_is_an_option(invoke):
     shown = invoke("new", "--help").stdout
     assert all(f"--{name.replace('_', '-')}" in shown for name in Line.model_fields)
-    assert f"Example: {NEW_EXAMPLE}" in shown
+    assert f"Example: {NEW_EXAMPLE}" in " ".join(shown.split())
 
 
 @pytest.mark.parametrize(

@@ -419,7 +419,7 @@ def test_the_script_moves_along_a_cubic():
     import re
     from importlib.resources import files
 
-    script = files("modal.report").joinpath("templates/animation.js").read_text("utf-8")
+    script = files("modal.report").joinpath("templates/animation_parts.js").read_text("utf-8")
     weights = re.search(r"weights = \[(.*?),?\s*\];", script, re.DOTALL)[1]
     for s in (0.0, 0.3, 0.7, 1.0):
         found = np.array(eval(f"[{weights}]", {"s": s}))
