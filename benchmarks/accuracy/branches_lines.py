@@ -133,13 +133,15 @@ def three():
         hertz = torus.rotation / torus.point.period
         print(f"torus at {torus.parameter:.4f} m/s: {hertz:.4f} of {1 / torus.point.period:.4f} Hz")
     onset = branch.of_kind("torus")[-1].parameter
-    rates = [swing_rate(scene, branch, wind) for wind in (0.97 * onset, 1.01 * onset, 1.05 * onset)]
+    factors = (0.97, 1.01, 1.05, 1.08, 1.11)
+    rates = [swing_rate(scene, branch, factor * onset) for factor in factors]
     for wind, theirs, ours, hertz in rates:
         print(
             f"{wind:.3f} m/s: the swing grows by {theirs:.4f} 1/s in simulations ({hertz:.3f} Hz),"
             f" {ours:.4f} 1/s by its multiplier"
         )
     winds, theirs = np.array(rates)[:, 0], np.array(rates)[:, 1]
+    assert theirs[0] < 0.0 < theirs[-1], "the onset is outside of the simulated winds"
     simulated = np.interp(0.0, theirs, winds)
     print(f"onset of the swing by simulations {simulated:.3f} m/s, by branches {onset:.3f} m/s")
     simulate(scene)

@@ -452,7 +452,7 @@ def _certainty(study: LineStudy) -> Answer:
     counts = Counter(case.kind for case in study.cases)
     total = len(study.cases)
     words: dict[Kind, str] = {
-        "not steady": "{} were not steady",
+        "not steady": "{} without a steady motion",
         "turned over": "in {} the section turned over",
         "left the curve": "{} left the curve",
         "ended early": "{} ended early",
