@@ -2,9 +2,10 @@
 
 Usage: OPENBLAS_NUM_THREADS=1 python benchmarks/accuracy/states_table.py SET [--cache FILE]
 
-SET is a seed of the 26 scenes of screening_table.py (2009, 20261122, 20261123), or "new": 60 scenes
-of another seed, of which 24 have a curve over the full circle, 12 this and inclined supports, and
-24 inclined supports. About ten minutes on one core; with a cache, simulations are not repeated.
+SET is a seed of the 26 scenes of screening_table.py (2009, 20261122, 20261123, 771), or "new": 60
+scenes of another seed, of which 24 have a curve over the full circle, 12 this and inclined
+supports, and 24 inclined supports. About ten minutes on one core; with a cache, simulations are not
+repeated.
 
 The nonlinear model starts with three different disturbances, each with a push that is not symmetric
 about mid-span, and runs for 2500 s. The last third of a run must end in one of the stable states of
