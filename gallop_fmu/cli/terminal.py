@@ -190,6 +190,8 @@ def code_words(incomplete: str) -> list[str]:
 
 PICTURE_SUFFIXES = (".png", ".svg", ".pdf")
 
+TABLE_SUFFIXES = (".nc", ".csv")
+
 SceneName = Annotated[
     str,
     typer.Argument(

@@ -52,7 +52,8 @@ static double given_rate(const gallop_cosim *c, const cosim_inputs *with, uint32
     return with->rate[input] + (with->value[k] + 0.5 * size * with->rate[k]);
 }
 
-/* Velocity of a tower's point apart from what a ramp adds: the given one, or else the trend. */
+/* Velocity of a tower's point without the part that a ramp adds: the given velocity; if that is
+ * zero or not given, the velocity of the last longer step (trend). */
 static double steady_rate(const gallop_cosim *c, const cosim_inputs *with, uint32_t input,
                           double size)
 {

@@ -9,6 +9,7 @@ import typer
 
 from gallop_fmu.cli.terminal import (
     PICTURE_SUFFIXES,
+    TABLE_SUFFIXES,
     AsJson,
     Changes,
     SceneName,
@@ -27,8 +28,6 @@ if TYPE_CHECKING:
     from modal.motions.branches import Branches
 
 BRANCHES_EXAMPLE = "gallop-modal branches example3 --over wind.speed 4.5 9 -o branches.png"
-
-TABLE_SUFFIXES = (".nc", ".csv")
 
 
 def branches(

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from gallop_fmu.cli.terminal import (
+    TABLE_SUFFIXES,
     AsJson,
     Changes,
     SceneName,
@@ -26,8 +27,6 @@ if TYPE_CHECKING:
     from modal.study.ranking import RankedMeasures
 
 MEASURES_EXAMPLE = "gallop-modal measures example3 --highest 7 -o measures.csv"
-
-TABLE_SUFFIXES = (".nc", ".csv")
 
 
 def measures(

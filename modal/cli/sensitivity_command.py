@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from gallop_fmu.cli.terminal import (
+    TABLE_SUFFIXES,
     AsJson,
     Changes,
     SceneName,
@@ -25,8 +26,6 @@ if TYPE_CHECKING:
     import xarray as xr
 
 SENSITIVITY_EXAMPLE = "gallop-modal sensitivity example3 --wind 4.5 5.6 -o sensitivity.csv"
-
-TABLE_SUFFIXES = (".nc", ".csv")
 
 
 def sensitivity(

@@ -9,10 +9,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from gallop_fmu import SceneError
-from gallop_fmu.foundation.atomic_write import netcdf_bytes, write_whole
 from modal.foundation.scene_variation import unit_of
-from modal.motions.table import SUFFIXES
+from modal.motions.table import write_dataset
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -76,12 +74,4 @@ def sensitivity_table(
 
 def save_table(dataset: xr.Dataset, path: Path) -> Path:
     """Write the table as ``.nc``, or a row for each quantity and number as ``.csv``."""
-    suffix = path.suffix.lower()
-    if suffix == ".nc":
-        write_whole(path, netcdf_bytes(dataset))
-    elif suffix == ".csv":
-        frame = dataset.to_dataframe().reset_index()
-        write_whole(path, frame.to_csv(index=False, float_format="%.9g").encode())
-    else:
-        raise SceneError(f"{path}: the suffix must be one of {', '.join(SUFFIXES)}")
-    return path
+    return write_dataset(dataset, path, lambda: dataset.to_dataframe().reset_index())

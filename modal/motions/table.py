@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -268,20 +268,36 @@ def _run_columns(runs: Sequence[BranchRun], unit: str) -> dict[str, Any]:
 
 def save_table(dataset: xr.Dataset, path: Path) -> Path:
     """Write all tables as ``.nc``, or the points as ``.csv``."""
+    return write_dataset(dataset, path, lambda: _points(dataset))
+
+
+def _points(dataset: xr.Dataset) -> Any:
+    """Points of all branches as a DataFrame, with units in the names of its columns."""
+    names = ["branch_of_point", "value", *POINT_COLUMNS, "event"]
+    units = [dataset[name].attrs.get("units", "") for name in names]
+    frame = dataset[names].to_dataframe()[names]
+    frame.insert(1, "name", dataset["name"].values[frame["branch_of_point"].to_numpy()])
+    units.insert(1, "")
+    frame.columns = [
+        f"{name} [{unit}]" if unit and unit != "1" else name
+        for name, unit in zip(frame.columns, units, strict=True)
+    ]
+    return frame
+
+
+def write_dataset(dataset: xr.Dataset, path: Path, rows: Callable[[], Any]) -> Path:
+    """Write a dataset as ``.nc``, or the DataFrame that `rows` returns as ``.csv``.
+
+    Raises
+    ------
+    SceneError
+        The suffix is another one.
+    """
     suffix = path.suffix.lower()
     if suffix == ".nc":
         write_whole(path, netcdf_bytes(dataset))
     elif suffix == ".csv":
-        names = ["branch_of_point", "value", *POINT_COLUMNS, "event"]
-        units = [dataset[name].attrs.get("units", "") for name in names]
-        frame = dataset[names].to_dataframe()[names]
-        frame.insert(1, "name", dataset["name"].values[frame["branch_of_point"].to_numpy()])
-        units.insert(1, "")
-        frame.columns = [
-            f"{name} [{unit}]" if unit and unit != "1" else name
-            for name, unit in zip(frame.columns, units, strict=True)
-        ]
-        write_whole(path, frame.to_csv(index=False, float_format="%.9g").encode())
+        write_whole(path, rows().to_csv(index=False, float_format="%.9g").encode())
     else:
         raise SceneError(f"{path}: the suffix must be one of {', '.join(SUFFIXES)}")
     return path

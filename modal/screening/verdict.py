@@ -162,7 +162,7 @@ def _table(diagram: SpanDiagram, pair: _Pair | None) -> tuple[Cycle, ...]:
 
 
 def _galloping(diagram: SpanDiagram, pair: _Pair | None) -> Cycle | None:
-    """Galloping without swing at the scene's wind: the largest stable one, else the largest."""
+    """Largest stable galloping without swing at the scene's wind; if there is none, the largest."""
     if pair is None or pair.branch is None:
         return None
     points = diagram.at_wind(pair.branch)

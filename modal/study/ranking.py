@@ -12,10 +12,10 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from gallop_fmu import LineScene, Model, Scene, SceneError, SimulationError
-from gallop_fmu.foundation.atomic_write import netcdf_bytes, write_whole
 from gallop_fmu.input.scene_like import SceneLike, as_span
 from modal.motions.branches import branches
 from modal.motions.sensitivity import sensitivity
+from modal.motions.table import write_dataset
 from modal.screening.screen import MAX_WIND_RATIO, Screening, screen
 from modal.stability.critical_wind import critical_wind_speed
 from modal.study.cases import Variant, run_cases
@@ -151,15 +151,8 @@ class RankedMeasures:
         OSError
             The file cannot be written.
         """
-        path = Path(path)
-        if path.suffix.lower() == ".nc":
-            write_whole(path, netcdf_bytes(self.dataset))
-        elif path.suffix.lower() == ".csv":
-            text = self.dataset.to_dataframe().reset_index().to_csv(index=False)
-            write_whole(path, text.encode())
-        else:
-            raise SceneError(f"{path}: the suffix must be one of .nc, .csv")
-        return path
+        rows = self.dataset.to_dataframe().reset_index
+        return write_dataset(self.dataset, Path(path), rows)
 
 
 UNITS = {"onset": "m/s", "swing": "m/s", "vertical": "m", "horizontal": "m", "largest": "m"}

@@ -85,8 +85,11 @@ def test_bits_do_not_depend_on_the_path(plain_kernel, monkeypatch, name, integra
     not engine.kernel.gallop_has_fused_path(), reason="the processor has no AVX-512"
 )
 @pytest.mark.parametrize("integrator", INTEGRATORS)
-@pytest.mark.parametrize("name", ["example1", "example3"])
-def test_fused_multiply_add_differs_by_rounding(name, integrator):
+@pytest.mark.parametrize(
+    ("name", "bound"),
+    [("example1", 1e-11), ("example3", 2e-14)],  # observed at most 4.4e-12, 5.4e-15
+)
+def test_fused_multiply_add_differs_by_rounding(name, bound, integrator):
     """A tight Newton tolerance: otherwise one iteration more or less is the larger difference."""
     values = {"numerics.integrator": integrator, "numerics.newton_tolerance": 1e-13}
     if name != "example1":
@@ -95,4 +98,4 @@ def test_fused_multiply_add_differs_by_rounding(name, integrator):
     fused = motion(scene)[0][:, 0]
     portable = motion(scene.with_values({"numerics.portable": True}))[0][:, 0]
     difference = np.abs(fused - portable).max() / np.abs(portable).max()
-    assert 0.0 < difference < 1e-11
+    assert 0.0 < difference < bound
