@@ -132,7 +132,7 @@ for k in range(5):
 curve = scene.aerodynamics.curve()
 angle, step = radians(scene.ice.attack_angle_deg), 1e-4
 slope = (curve.lift(angle + step) - curve.lift(angle - step)) / (2.0 * step) + curve.drag(angle)
-found = modal.critical_wind_speed(scene, 12, highest=3.0)
+found = modal.critical_wind_speed(scene, 12, highest_wind=3.0)
 vertical = next(each for each in found if each.mode.family == "vertical")
 f = vertical.mode.frequency_hz
 first = scene.damping.translation.low_frequency  # the ratio is 0.5 % there and at twice of it

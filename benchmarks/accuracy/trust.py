@@ -116,7 +116,7 @@ def critical_winds_on_slopes() -> tuple[str, str, str]:
         )
         onset = next(
             c
-            for c in modal.critical_wind_speed(scene, 2, highest=6.0)
+            for c in modal.critical_wind_speed(scene, 2, highest_wind=6.0)
             if c.mode.family == "vertical"
         )
         mass = scene.conductor.mass_per_length + scene.ice.mass_per_length

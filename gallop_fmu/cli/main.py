@@ -25,7 +25,7 @@ from gallop_fmu.cli.terminal import (
     Changes,
     Exit,
     SceneName,
-    Until,
+    StopTime,
     Version,
     check_output,
     chosen_scene,
@@ -92,14 +92,14 @@ app.command(cls=LineCommand, epilog=example(NEW_EXAMPLE))(new)
 
 @app.command(
     epilog=example(
-        "gallop-fmu run example3 --until 900 --set wind.speed=5.5 --out swing.nc --plot swing.png"
+        "gallop-fmu run example3 --stop-time 900 --set wind.speed=5.5 --out run.nc --plot run.png"
     )
 )
 def run(  # noqa: PLR0913 - typer takes a parameter for each option
     scene: SceneName,
-    until: Until = None,
+    stop_time: StopTime = None,
     changes: Changes = None,
-    every: Annotated[
+    record_every: Annotated[
         int | None,
         typer.Option(
             metavar="N",
@@ -107,7 +107,9 @@ def run(  # noqa: PLR0913 - typer takes a parameter for each option
             help="Record every N-th time step (default: from the scene).",
         ),
     ] = None,
-    nodes: Annotated[Literal["midspan", "all"], typer.Option(help="Nodes to record.")] = "midspan",
+    record_nodes: Annotated[
+        Literal["midspan", "all"], typer.Option(help="Nodes to record.")
+    ] = "midspan",
     model: ModelName = "element",
     out: Annotated[
         Path | None,
@@ -141,7 +143,7 @@ def run(  # noqa: PLR0913 - typer takes a parameter for each option
         chosen = with_inputs(chosen, inputs)
     check_output(out, RESULT_SUFFIXES)
     check_output(plot, PICTURE_SUFFIXES)
-    result = _simulate(chosen, until, every, nodes, silent=as_json)
+    result = _simulate(chosen, stop_time, record_every, record_nodes, silent=as_json)
     written, unwritten = _write(result, out, plot)
     numbers = _numbers(result)
     if as_json:
@@ -164,7 +166,7 @@ def _numbers(result: Result | LineResult) -> dict[str, Any]:
 
 @app.command(
     epilog=example(
-        "gallop-fmu sweep example3 --over wind.speed=4:7:0.5 --until 900 -o winds.parquet"
+        "gallop-fmu sweep example3 --over wind.speed=4:7:0.5 --stop-time 900 -o winds.parquet"
     )
     + "\n\n"
     + example("gallop-fmu sweep line.toml --over wind.speed=2:6:0.5 -o winds.nc")
@@ -172,7 +174,7 @@ def _numbers(result: Result | LineResult) -> dict[str, Any]:
 @takes_sweep_options
 def sweep(
     shared: SweepOptions,
-    until: Until = None,
+    stop_time: StopTime = None,
     window: Annotated[
         float | None,
         typer.Option(
@@ -208,7 +210,7 @@ def sweep(
         "span_u3_amplitude",
         "smallest_clearance",
     )
-    compute = partial(sweep_scenes, stop_time=until, window=window, model=model)
+    compute = partial(sweep_scenes, stop_time=stop_time, window=window, model=model)
     shared.carry_out("gallop-fmu", compute, columns)
 
 
@@ -336,9 +338,9 @@ def main() -> None:
 
 def _simulate(
     scene: Scene | LineScene,
-    until: float | None,
-    every: int | None,
-    nodes: Literal["midspan", "all"],
+    stop_time: float | None,
+    record_every: int | None,
+    record_nodes: Literal["midspan", "all"],
     *,
     silent: bool,
 ) -> Result | LineResult:
@@ -355,9 +357,9 @@ def _simulate(
     with _progress(scene.title, silent=silent) as shown:
         result = simulate(
             scene,
-            until,
-            record_every=every,
-            record_nodes=nodes,
+            stop_time,
+            record_every=record_every,
+            record_nodes=record_nodes,
             progress=shown,
             on_failure="return",
         )

@@ -37,8 +37,38 @@ class Exit(IntEnum):
     BAD_INPUT = 2
 
 
+RENAMED_OPTIONS = {
+    "--until": "--stop-time",
+    "--every": "--record-every",
+    "--nodes": "--record-nodes",
+    "--highest": "--highest-wind",
+    "--saturation": "--saturation-deg",
+    "--first-look": "--estimate-only",
+    "--by": "--numbers",
+    "--string-limit": "--string-pull",
+    "--pull-limit": "--unbalanced-pull",
+}
+"""Names of options before 0.3.0, which have a warning for one release, and the names now."""
+
+
 class Commands(TyperGroup):
     """Group of commands that prints each expected error as one message with an exit code."""
+
+    def resolve_command(self, ctx: Any, args: list[str]) -> Any:
+        """Find the command, and replace options that have another name now."""
+        name, found, rest = super().resolve_command(ctx, args)
+        parameters = found.params if found else ()
+        options = {option for parameter in parameters for option in parameter.opts}
+        return name, found, [self._renamed(word, options, ctx) for word in rest]
+
+    @staticmethod
+    def _renamed(word: str, options: set[str], ctx: Any) -> str:
+        old, equals, value = word.partition("=")
+        new = RENAMED_OPTIONS.get(old)
+        if new not in options:
+            return word
+        complain(f"warning: {old} is now called {new}", ctx.find_root().info_name)
+        return f"{new}{equals}{value}"
 
     def get_command(self, ctx: Any, cmd_name: str) -> Any:
         """Return a command; the paragraphs of its help are filled, and brackets are plain text."""
@@ -219,7 +249,7 @@ Changes = Annotated[
         ),
     ),
 ]
-Until = Annotated[
+StopTime = Annotated[
     float | None,
     typer.Option(metavar="S", parser=real, help="Simulated time in s (default: from the scene)."),
 ]

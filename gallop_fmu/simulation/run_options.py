@@ -63,10 +63,11 @@ class RecordingPlan:
         if interval > stop_time * (1.0 + 1e-9) and stride > 1:
             fits = int(stop_time / step + 1e-9)
             remedy = (
-                f"at most {fits} steps of {step:g} s fit: give a smaller record_every (--every)"
+                f"at most {fits} steps of {step:g} s fit: give a smaller record_every"
+                " (--record-every)"
             )
             if fits < 1:
-                remedy = f"not one step of {step:g} s fits: give a longer stop time (--until)"
+                remedy = f"not one step of {step:g} s fits: give a longer stop time (--stop-time)"
             raise SceneError(
                 f"record_every = {stride}: the first record would be at {interval:g} s, after the"
                 f" end of the run at {stop_time:g} s; {remedy}"

@@ -149,7 +149,7 @@ def shedding_warnings(dataset: xr.Dataset, scene: Scene | LineScene) -> Iterator
         stayed = how_much if left == len(own) else f"{how_much} did not fall"
         if shedding.time is not None:
             why = f"its time is {shedding.time:g} s and the run ends at {end:g} s"
-            cure = "Run longer (run.stop_time, --until), or give an earlier time"
+            cure = "Run longer (run.stop_time, --stop-time), or give an earlier time"
         else:
             why = f"its limit of acceleration, {shedding.acceleration:g} m/s2, was not exceeded"
             cure = "Give a lower limit, or a time, unless this is meant"

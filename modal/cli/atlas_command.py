@@ -68,7 +68,7 @@ def atlas(  # noqa: PLR0913 - options of a command
             metavar="METHOD", help="estimate (spans, some milliseconds a draw) or simulate."
         ),
     ] = "estimate",
-    until: Annotated[
+    stop_time: Annotated[
         float | None,
         typer.Option(metavar="T", parser=real, help="With simulate: simulated time in s."),
     ] = None,
@@ -124,7 +124,7 @@ def atlas(  # noqa: PLR0913 - options of a command
                 seed=seed,
                 shares=shares,
                 method=method,  # type: ignore[arg-type]  # it is checked
-                stop_time=until,
+                stop_time=stop_time,
                 events_per_winter=winter.events_per_winter,
                 clearance=clearance,
                 out=out,

@@ -17,7 +17,7 @@ from gallop_fmu.cli.terminal import (
     AsJson,
     Changes,
     SceneName,
-    Until,
+    StopTime,
     Version,
     check_output,
     chosen_spec,
@@ -359,14 +359,14 @@ def _crossings(scene: Scene, over: str, values: list[float]) -> tuple[dict[str, 
     return {"crossings": found}, line
 
 
-@app.command(epilog=example("gallop-modal linear example3 --highest 10 --plot locus.png"))
+@app.command(epilog=example("gallop-modal linear example3 --highest-wind 10 --plot locus.png"))
 def linear(
     scene: SceneName,
     changes: Changes = None,
     count: Annotated[
         int, typer.Option(metavar="N", parser=whole(1, 10000), help="Number of modes.")
     ] = 6,
-    highest: Annotated[
+    highest_wind: Annotated[
         float,
         typer.Option(
             metavar="U", parser=real, help="Highest wind speed in m/s of the search for onsets."
@@ -389,9 +389,9 @@ def linear(
     chosen = line_or_span_to_draw(scene, changes, plot)
     if isinstance(chosen, LineScene):
         _only_for_spans({"--show criteria": what if what == "criteria" else None})
-        show_linear(chosen, count, highest, plot, as_json)
+        show_linear(chosen, count, highest_wind, plot, as_json)
         return
-    criteria, onsets = stability_criteria(chosen), critical_wind_speed(chosen, count, highest)
+    criteria, onsets = stability_criteria(chosen), critical_wind_speed(chosen, count, highest_wind)
 
     def figure() -> Any:
         from modal.linear.state_space import root_locus
@@ -471,12 +471,13 @@ app.command(cls=StudyCommand, epilog=example(STUDY_EXAMPLE))(study)
 
 
 @app.command(
-    name="compare", epilog=example("gallop-modal compare example3 --until 900 --plot compare.png")
+    name="compare",
+    epilog=example("gallop-modal compare example3 --stop-time 900 --plot compare.png"),
 )
 def compare_models(
     scene: SceneName,
     changes: Changes = None,
-    until: Until = None,
+    stop_time: StopTime = None,
     plot: Plot = None,
     as_json: AsJson = False,
 ) -> None:
@@ -485,7 +486,7 @@ def compare_models(
 
     check_output(plot, PICTURE_SUFFIXES)
     chosen = chosen_spec(scene, changes).scene()  # the comparison has its warnings
-    found = compare(chosen, until)
+    found = compare(chosen, stop_time)
 
     def figure() -> Any:
         from modal.plots.comparison_figure import comparison_figure

@@ -26,13 +26,13 @@ from gallop_fmu.cli.terminal import (
 if TYPE_CHECKING:
     from modal.study.ranking import RankedMeasures
 
-MEASURES_EXAMPLE = "gallop-modal measures example3 --highest 7 -o measures.csv"
+MEASURES_EXAMPLE = "gallop-modal measures example3 --highest-wind 7 -o measures.csv"
 
 
 def measures(
     scene: SceneName,
     changes: Changes = None,
-    highest: Annotated[
+    highest_wind: Annotated[
         float | None,
         typer.Option(
             metavar="SPEED",
@@ -40,7 +40,7 @@ def measures(
             help="Highest wind speed in m/s of the search (default: 1.5 times the scene's).",
         ),
     ] = None,
-    until: Annotated[
+    stop_time: Annotated[
         float | None,
         typer.Option(
             metavar="SECONDS",
@@ -69,7 +69,7 @@ def measures(
             def show(name: str) -> None:
                 bar.update(task, description=name)
 
-        found = rank_measures(chosen, highest, stop_time=until, progress=show)
+        found = rank_measures(chosen, highest_wind, stop_time=stop_time, progress=show)
     if out is not None:
         found.save(out)
     if as_json:

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from gallop_fmu.cli.sweep_options import SweepOptions, takes_sweep_options
-from gallop_fmu.cli.terminal import complain, new_table, real
+from gallop_fmu.cli.terminal import new_table, real
 from modal.cli.output import Plot, line_or_span_to_draw, show
 
 if TYPE_CHECKING:
@@ -35,7 +35,7 @@ COLUMNS = (
 @takes_sweep_options
 def screen_span(
     shared: SweepOptions,
-    highest: Annotated[
+    highest_wind: Annotated[
         float | None,
         typer.Option(
             metavar="U",
@@ -50,9 +50,6 @@ def screen_span(
             help="For many spans: closed-form estimate only (about 30 times faster).",
         ),
     ] = False,
-    first_look: Annotated[
-        bool, typer.Option("--first-look", hidden=True)  # the old name, for one release
-    ] = False,
     plot: Plot = None,
 ) -> None:
     """Find the wind speed above which galloping starts a horizontal swing (2:1 resonance).
@@ -65,13 +62,10 @@ def screen_span(
     from modal.screening.many_spans import screen_spans
     from modal.screening.screen import screen
 
-    if first_look:
-        complain("warning: --first-look is now called --estimate-only", "gallop-modal")
-        estimate_only = True
     if shared.over or shared.table:
         if plot:
             raise SceneError("--plot draws one span; leave it out, or leave out --over and --table")
-        compute = partial(screen_spans, highest_wind=highest, estimate_only=estimate_only)
+        compute = partial(screen_spans, highest_wind=highest_wind, estimate_only=estimate_only)
         shared.carry_out("gallop-modal", compute, COLUMNS)
         return
     if estimate_only or shared.out or shared.workers or shared.cluster:
@@ -83,7 +77,7 @@ def screen_span(
         raise SceneError("no scene: give SCENE, or spans to screen with --table")
     given = line_or_span_to_draw(shared.scene, shared.changes, plot)
     chosen = one_span(given, "screen", instead.SCREENING)
-    found = screen(chosen, highest)
+    found = screen(chosen, highest_wind)
 
     def figure() -> Any:
         from modal.plots.span_figures import screening_figure

@@ -25,13 +25,13 @@ from gallop_fmu.cli.terminal import (
 if TYPE_CHECKING:
     import xarray as xr
 
-SENSITIVITY_EXAMPLE = "gallop-modal sensitivity example3 --wind 4.5 5.6 -o sensitivity.csv"
+SENSITIVITY_EXAMPLE = "gallop-modal sensitivity example3 --start 4.5 --stop 5.6 -o sensitivity.csv"
 
 
 def sensitivity(
     scene: SceneName,
     changes: Changes = None,
-    by: Annotated[
+    numbers: Annotated[
         list[str] | None,
         typer.Option(
             metavar="KEY",
@@ -40,12 +40,20 @@ def sensitivity(
             " supports).",
         ),
     ] = None,
-    wind: Annotated[
-        tuple[str, str] | None,
+    start: Annotated[
+        float | None,
         typer.Option(
-            metavar="START STOP",
-            help="Wind speeds [m/s] between which motions are sought (default: from half to 1.5"
-            " times the scene's).",
+            metavar="U",
+            parser=real,
+            help="Lowest wind speed in m/s of the search (default: half the scene's).",
+        ),
+    ] = None,
+    stop: Annotated[
+        float | None,
+        typer.Option(
+            metavar="U",
+            parser=real,
+            help="Highest wind speed in m/s of the search (default: 1.5 times the scene's).",
         ),
     ] = None,
     out: Annotated[
@@ -61,7 +69,6 @@ def sensitivity(
         check_output(out, TABLE_SUFFIXES)
     chosen = chosen_spec(scene, changes).scene()
     complain_of(chosen, "gallop-modal")
-    start, stop = (None, None) if wind is None else (real(wind[0]), real(wind[1]))
     with progress_bar("sensitivity", silent=as_json) as bar:
         show = None
         if bar is not None:
@@ -70,7 +77,7 @@ def sensitivity(
             def show(name: str) -> None:
                 bar.update(task, description=name)
 
-        found = find_sensitivity(chosen, by, start, stop, progress=show)
+        found = find_sensitivity(chosen, numbers, start, stop, progress=show)
     if out is not None:
         found.save(out)
     data = found.dataset

@@ -13,7 +13,7 @@ from modal.cli.output import Plot, line_or_span_to_draw, show
 if TYPE_CHECKING:
     from modal.stability.required_slope import RequiredSlope
 
-SLOPE_EXAMPLE = "gallop-modal slope example3 --highest 12 --plot slope.png"
+SLOPE_EXAMPLE = "gallop-modal slope example3 --highest-wind 12 --plot slope.png"
 
 POINTS = 20
 """Number of wind speeds."""
@@ -25,7 +25,7 @@ def slope(
     count: Annotated[
         int, typer.Option(metavar="N", parser=whole(1, 10000), help="Number of modes.")
     ] = 6,
-    highest: Annotated[
+    highest_wind: Annotated[
         float, typer.Option(metavar="U", parser=real, help="Highest wind speed in m/s.")
     ] = 20.0,
     drag: Annotated[
@@ -39,7 +39,6 @@ def slope(
     saturation_deg: Annotated[
         float,
         typer.Option(
-            "--saturation",
             metavar="DEG",
             parser=real,
             help="Assumed rotation of the relative wind at which the lift force changes its sign.",
@@ -57,12 +56,12 @@ def slope(
     from gallop_fmu.foundation.errors import SceneError
     from modal.stability.required_slope import required_slope
 
-    if not (np.isfinite(highest) and highest > 0.0):
-        raise SceneError(f"--highest {highest:g}: must be a finite, positive wind speed")
+    if not (np.isfinite(highest_wind) and highest_wind > 0.0):
+        raise SceneError(f"--highest-wind {highest_wind:g}: must be a finite, positive wind speed")
     chosen = line_or_span_to_draw(scene, changes, plot)
     found = required_slope(
         chosen,
-        np.linspace(highest / POINTS, highest, POINTS).tolist(),
+        np.linspace(highest_wind / POINTS, highest_wind, POINTS).tolist(),
         count=count,
         drag=drag,
         saturation_deg=saturation_deg,

@@ -13,7 +13,7 @@ from gallop_fmu.cli.terminal import (
     Changes,
     Exit,
     SceneName,
-    Until,
+    StopTime,
     check_output,
     chosen_spec,
     complain,
@@ -33,7 +33,7 @@ def report(
     out: Annotated[
         Path, typer.Option("--out", "-o", metavar="FILE", help="File to write (.html).")
     ],
-    until: Until = None,
+    stop_time: StopTime = None,
     changes: Changes = None,
 ) -> None:
     """Write an HTML report on a span: scene, modes, risk, critical winds, simulation, clearance.
@@ -55,9 +55,9 @@ def report(
     with shown_parts(chosen.title) as shown:
         findings: Findings | LineFindings
         if isinstance(chosen, LineScene):
-            findings = examine_line(chosen, until, shown)
+            findings = examine_line(chosen, stop_time, shown)
         else:
-            findings = examine(chosen, until, shown)
+            findings = examine(chosen, stop_time, shown)
         if shown:
             shown("page", 0.0)
         write_page(findings, out)

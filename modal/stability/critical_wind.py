@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gallop_fmu import LineScene, Scene, SceneError
+from gallop_fmu.foundation.deprecation import warn_renamed
 from gallop_fmu.input.scene_like import SceneLike, as_scene
 from gallop_fmu.scene.conductor import Ice
 from modal.linear.line_modes import LineMode
@@ -75,7 +76,11 @@ class CriticalWind:
 
 
 def critical_wind_speed(
-    scene: SceneLike, count: int = 6, highest: float = DEFAULT_HIGHEST_WIND
+    scene: SceneLike,
+    count: int = 6,
+    highest_wind: float = DEFAULT_HIGHEST_WIND,
+    *,
+    highest: float | None = None,
 ) -> list[CriticalWind]:
     """Find the lowest wind speed at which each mode begins to grow.
 
@@ -91,8 +96,10 @@ def critical_wind_speed(
         The span or line; its own wind speed does not matter.
     count
         Number of modes, the lowest in still air.
-    highest
+    highest_wind
         Wind speed [m/s] at which the search ends.
+    highest
+        Deprecated name of `highest_wind`.
 
     Returns
     -------
@@ -105,14 +112,19 @@ def critical_wind_speed(
         If there is no coefficient curve, or a mode has no damping in still air: it then grows in
         any wind that excites it, and has no critical wind speed.
     """
+    if highest is not None:
+        warn_renamed("critical_wind_speed(highest=...)", "highest_wind")
+        highest_wind = highest
     scene = as_scene(scene)
     if scene.aerodynamics is None:
         raise SceneError(
             "the scene has no aerodynamics: a critical wind speed needs a coefficient curve; add"
             " a section [aerodynamics]"
         )
-    if not (np.isfinite(highest) and highest > 0.0):
-        raise SceneError(f"highest = {highest} m/s: must be a finite, positive wind speed")
+    if not (np.isfinite(highest_wind) and highest_wind > 0.0):
+        raise SceneError(
+            f"highest_wind = {highest_wind} m/s: must be a finite, positive wind speed"
+        )
     motion = SmallMotion(scene)
     known: dict[float, Snapshot] = {}
 
@@ -123,7 +135,7 @@ def critical_wind_speed(
 
     still: Sequence[Mode | LineMode] = modes_at(0.0).modes[:count]
     _check_damped(scene, still)
-    onsets, reached, remark = _search(modes_at, still, highest)
+    onsets, reached, remark = _search(modes_at, still, highest_wind)
     return [
         CriticalWind(
             mode=mode,

@@ -15,7 +15,7 @@ from gallop_fmu.cli.sweep_options import values_of
 from gallop_fmu.cli.terminal import (
     Changes,
     Exit,
-    Until,
+    StopTime,
     check_output,
     chosen_spec,
     complain,
@@ -106,13 +106,13 @@ def study(  # noqa: PLR0913 - typer takes a parameter for each option
         float | None,
         typer.Option(metavar="M", parser=real, help="Distance in m that phases must keep."),
     ] = None,
-    string_limit: Annotated[
+    string_pull: Annotated[
         float | None,
         typer.Option(
             metavar="KN", parser=real, help="Design value of the pull of a string in kN, one phase."
         ),
     ] = None,
-    pull_limit: Annotated[
+    unbalanced_pull: Annotated[
         float | None,
         typer.Option(
             metavar="KN",
@@ -120,7 +120,7 @@ def study(  # noqa: PLR0913 - typer takes a parameter for each option
             help="Design value of the unbalanced pull on a suspension tower in kN, one phase.",
         ),
     ] = None,
-    until: Until = None,
+    stop_time: StopTime = None,
     changes: Changes = None,
     workers: Annotated[
         int | None,
@@ -151,7 +151,7 @@ def study(  # noqa: PLR0913 - typer takes a parameter for each option
     check_output(out, SUFFIXES)
     shaped = {name: data[name] for name in OF_ICE if name in data}
     varied = _conditions(wind, angle, ice, curve, shaped)
-    newtons = (None if each is None else 1e3 * each for each in (string_limit, pull_limit))
+    newtons = (None if each is None else 1e3 * each for each in (string_pull, unbalanced_pull))
     limits = StudyLimits(clearance, *newtons)
     signature = Signature(*(clean_text(text) for text in (author, project, revision)))
     stopped = ""
@@ -160,7 +160,7 @@ def study(  # noqa: PLR0913 - typer takes a parameter for each option
             found = study_line(
                 chosen,
                 varied,
-                stop_time=until,
+                stop_time=stop_time,
                 limits=limits,
                 out=runs_folder(out),
                 workers=workers,

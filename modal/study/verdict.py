@@ -106,7 +106,7 @@ def _unsettled(cases: Sequence[Case]) -> Iterator[str]:
         lowest = min(case.wind for case in cases)
         yield (
             f"{len(cases)} more had not settled at the end of the run (lowest wind {lowest:g} m/s):"
-            " they may gallop later; a longer run (--until) decides."
+            " they may gallop later; a longer run (--stop-time) decides."
         )
 
 

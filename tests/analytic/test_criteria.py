@@ -22,7 +22,7 @@ def scene():
 def onsets(scene):
     return {
         (c.mode.family, c.mode.loops): c
-        for c in modal.critical_wind_speed(scene, count=3, highest=7.0)
+        for c in modal.critical_wind_speed(scene, count=3, highest_wind=7.0)
     }
 
 
@@ -179,8 +179,8 @@ def test_no_critical_speed_without_damping_or_curve(scene, change, message):
 
 @pytest.mark.parametrize("highest", [0.0, -3.0, math.inf, math.nan])
 def test_an_impossible_highest_wind_is_named(scene, highest):
-    with pytest.raises(gf.SceneError, match="highest = "):
-        modal.critical_wind_speed(scene, highest=highest)
+    with pytest.raises(gf.SceneError, match="highest_wind = "):
+        modal.critical_wind_speed(scene, highest_wind=highest)
 
 
 def test_a_mode_that_grows_only_between_two_steps_is_found(scene):
@@ -217,7 +217,7 @@ def test_the_end_of_the_search_is_reported(scene):
             "aerodynamics.valid_from_deg": 100.0,
         }
     )
-    found = modal.critical_wind_speed(short, count=1, highest=30.0)[0]
+    found = modal.critical_wind_speed(short, count=1, highest_wind=30.0)[0]
     assert found.wind_speed is None
     assert found.searched_to < 30.0
     assert "validity range" in found.remark

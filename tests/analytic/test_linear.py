@@ -183,7 +183,7 @@ def test_the_locus_crosses_at_the_critical_wind_speed():
     scene = gf.load_scene("example3")
     vertical = next(
         c
-        for c in modal.critical_wind_speed(scene, count=2, highest=6.0)
+        for c in modal.critical_wind_speed(scene, count=2, highest_wind=6.0)
         if c.mode.family == "vertical"
     )
     locus = modal.root_locus(

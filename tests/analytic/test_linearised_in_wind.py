@@ -93,7 +93,7 @@ def test_critical_winds_with_the_mass_of_the_rotated_section(angle, right):
     scene = gf.load_scene("example3").with_values(
         {"ice.attack_angle_deg": angle, "ice.first_moment_angle_deg": angle, "wind.speed": 6.0}
     )
-    onsets = modal.critical_wind_speed(scene, count=4, highest=13.0)
+    onsets = modal.critical_wind_speed(scene, count=4, highest_wind=13.0)
     found = sorted(onset.wind_speed for onset in onsets if onset.wind_speed is not None)
     assert found[: len(right)] == pytest.approx(
         right, rel=3e-3
@@ -109,7 +109,7 @@ def test_critical_wind_of_example_3_at_other_attack_angles(angle):
     onset = min(
         (
             c
-            for c in modal.critical_wind_speed(scene, count=3, highest=13.0)
+            for c in modal.critical_wind_speed(scene, count=3, highest_wind=13.0)
             if c.wind_speed is not None
         ),
         key=lambda c: c.wind_speed,

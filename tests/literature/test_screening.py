@@ -236,7 +236,7 @@ def test_the_pair_that_is_not_at_risk_does_not_hide_two_loops_that_gallop():
     assert "the 2:1 pair is not at risk" in found.reason
     assert "but two loops gallop from 2.91 m/s" in found.reason
     assert (found.other_mode.family, found.other_mode.loops) == ("vertical", 2)
-    two_loops = modal.critical_wind_speed(scene, count=2, highest=3.0)[1]
+    two_loops = modal.critical_wind_speed(scene, count=2, highest_wind=3.0)[1]
     assert found.other_mode.wind_speed == pytest.approx(
         two_loops.wind_speed, rel=1e-3
     )  # observed 1e-4

@@ -80,9 +80,9 @@ def test_a_run_reports_a_file_it_cannot_write_and_keeps_the_rest(tmp_path):
     words = [
         "run",
         "example1",
-        "--until",
+        "--stop-time",
         "1",
-        "--every",
+        "--record-every",
         "20",
         "--out",
         "run.nc",

@@ -38,7 +38,7 @@ def _command(out):
         "example3",
         "--over",
         "wind.speed=4:5.5:0.1",
-        "--until",
+        "--stop-time",
         str(STOP_TIME),
         "--workers",
         "1",

@@ -76,6 +76,6 @@ def test_new_without_coefficients_writes_the_word_assumed(invoke, tmp_path):
     assert "ASSUMED, not measured" in result.output
     assert 'kind = "assumed"' in scene.read_text()
     assert "ASSUMED, not measured" in scene.read_text()
-    run = invoke("run", str(scene), "--until", "2")
+    run = invoke("run", str(scene), "--stop-time", "2")
     assert run.exit_code == 0
     assert "ASSUMED, not measured" in run.output

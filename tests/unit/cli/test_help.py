@@ -1,5 +1,6 @@
 """The help of every command fits a terminal of 80 columns, and describes every option."""
 
+import inspect
 from itertools import pairwise
 from pathlib import Path
 
@@ -10,6 +11,8 @@ from typer.testing import CliRunner
 import gallop_fmu as gf
 import modal
 from gallop_fmu.cli import main as simulation_cli
+from gallop_fmu.cli.line_commands import line_options
+from gallop_fmu.cli.terminal import RENAMED_OPTIONS
 from modal.cli import main as modal_cli
 
 APPS = {"gallop-fmu": simulation_cli.app, "gallop-modal": modal_cli.app}
@@ -45,15 +48,72 @@ def test_every_option_is_described(program, name):
     assert [option.name for option in shown if not getattr(option, "help", "")] == []
 
 
+PAGE = (Path(__file__).parents[3] / "docs" / "reference" / "commands.md").read_text("utf-8")
+FUNCTION_ROWS, OPTION_ROWS = (
+    [line for line in table.splitlines() if line.startswith("| `")]
+    for table in PAGE.split("command line alone:")
+)
+LINE_OPTIONS = {option.opts[0] for option in line_options()}  # of `gallop-fmu new`
+PACKAGES = {"gallop_fmu": gf, "modal": modal}
+
+
+def _functions(row):
+    """Return the functions that a row names."""
+    words = [word.split(".") for word in row.split("`")[3::2] if "." in word]
+    assert all(name in PACKAGES[package].__all__ for package, name in words), row
+    return [getattr(PACKAGES[package], name) for package, name in words]
+
+
 def test_the_table_of_functions_names_what_exists():
-    page = (Path(__file__).parents[3] / "docs" / "reference" / "commands.md").read_text("utf-8")
-    rows = [line for line in page.splitlines() if line.startswith("| `")]
-    named = {tuple(row.split("`")[1].split()) for row in rows}
+    named = {tuple(row.split("`")[1].split()) for row in FUNCTION_ROWS}
     only_there = {("gallop-fmu", name) for name in ("curves", "new", "demo", "doctor")}
     assert named == set(COMMANDS) - only_there
-    packages = {"gallop_fmu": gf, "modal": modal}
-    for row in rows:
-        for word in row.split("`")[3::2]:
-            if "." in word:
-                package, name = word.split(".")
-                assert name in packages[package].__all__, word
+    assert all(_functions(row) for row in FUNCTION_ROWS)
+
+
+def _only_options(name):
+    """Return the options that the page lists as of the command line alone."""
+    found = set()
+    for row in OPTION_ROWS:
+        words = row.split("|")[1].replace("`", "").replace(",", "").split()
+        commands = {word for word in words if word in {name for _, name in COMMANDS}}
+        if not commands or name in commands:
+            found |= {word for word in words if word.startswith("--")}
+    return found
+
+
+@pytest.mark.parametrize("row", FUNCTION_ROWS, ids=lambda row: row.split("`")[1])
+def test_options_are_named_as_arguments(row):
+    """Unless the page lists them as options of the command line alone."""
+    program, name = row.split("`")[1].split()
+    arguments = {each for one in _functions(row) for each in inspect.signature(one).parameters}
+    command = typer.main.get_command(APPS[program]).commands[name]
+    options = {
+        max(option.opts, key=len)
+        for option in command.params
+        if option.param_type_name == "option" and not option.hidden
+    }
+    same = {option for option in options if option[2:].replace("-", "_") in arguments}
+    line_data = {option for option in options if name == "study"} & LINE_OPTIONS
+    assert options - same - line_data == (options - same - line_data) & _only_options(name)
+
+
+def test_renamed_options_exist_and_work(tmp_path):
+    found = {
+        option
+        for program, name in COMMANDS
+        for parameter in typer.main.get_command(APPS[program]).commands[name].params
+        for option in parameter.opts
+    }
+    assert set(RENAMED_OPTIONS.values()) <= found
+    assert not set(RENAMED_OPTIONS) & found
+    words = ["run", "example3", "--until", "0.2", "--every=2", "--out", str(tmp_path / "a.csv")]
+    done = CliRunner().invoke(APPS["gallop-fmu"], words)
+    assert done.exit_code == 0
+    assert done.stderr == (
+        "gallop-fmu: warning: --until is now called --stop-time\n"
+        "gallop-fmu: warning: --every is now called --record-every\n"
+    )
+    # the name of a file is not an option
+    asked = CliRunner().invoke(APPS["gallop-fmu"], ["check", "--until"])
+    assert "now called" not in asked.stderr

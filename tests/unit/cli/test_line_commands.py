@@ -29,19 +29,19 @@ def test_the_example_of_the_help_writes_a_scene_that_runs(invoke, tmp_path):
     line = {"conductor": "Drake", "span": 300.0, "stringing_percent": 20.0, "ice_thickness": 0.012}
     line |= {"attack_angle_deg": 10.0, "wind_speed": 4.0}
     assert gf.load_scene(tmp_path / "mine.toml") == gf.Scene.from_dict({"line": line})
-    assert invoke("run", "mine.toml", "--until", "1").exit_code == 0
+    assert invoke("run", "mine.toml", "--stop-time", "1").exit_code == 0
 
 
 def test_a_scene_that_contradicts_itself_is_warned_of_by_new_and_run(invoke):
     curve = ("--coefficients", "example3", "--attack-angle-deg", "180")
     done = invoke(*NEW_EXAMPLE.split()[1:], "--ice-shape", "radial", *curve)
     assert "warning: the first moments of the ice are 0" in done.stdout
-    ran = invoke("run", "mine.toml", "--until", "1")
+    ran = invoke("run", "mine.toml", "--stop-time", "1")
     assert (ran.exit_code, ran.stdout.count("warning: the first moments of the ice are 0")) == (
         0,
         1,
     )
-    numbers = json.loads(invoke("run", "mine.toml", "--until", "1", "--json").stdout)
+    numbers = json.loads(invoke("run", "mine.toml", "--stop-time", "1", "--json").stdout)
     assert numbers["warnings"][0].startswith("the first moments of the ice are 0")
     exported = invoke("export", "mine.toml", "-o", "mine.fmu", "--runtime", "python")
     assert exported.stderr.count("warning: the first moments of the ice are 0") == 1
@@ -78,7 +78,7 @@ def test_new_refuses(invoke, tmp_path, words, fragment):
 
 def test_run_is_driven_by_inputs(invoke, tmp_path):
     (tmp_path / "in.csv").write_text("time,wind_speed\n0,1\n1,3\n")
-    done = invoke("run", "example3", "--until", 1, "--inputs", "in.csv", "--out", "run.csv")
+    done = invoke("run", "example3", "--stop-time", 1, "--inputs", "in.csv", "--out", "run.csv")
     assert done.exit_code == 0
     rows = np.genfromtxt(tmp_path / "run.csv", delimiter=",", names=True, deletechars="")
     assert rows["wind_speed_[m/s]"][-1] == pytest.approx(3.0)

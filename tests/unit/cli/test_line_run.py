@@ -23,7 +23,7 @@ def run():
 
 
 def test_the_text_has_spans_strings_towers_and_clearances(run, line):
-    found = run(line, "--until", "0.2")
+    found = run(line, "--stop-time", "0.2")
     assert found.exit_code == 0
     for part in ("2, phase 1", "string at", "force x2 [kN]", "1 and 2", "times real time"):
         assert part in found.stdout
@@ -31,7 +31,7 @@ def test_the_text_has_spans_strings_towers_and_clearances(run, line):
 
 def test_the_json_has_their_numbers(run, line, tmp_path):
     out = tmp_path / "line.nc"
-    found = json.loads(run(line, "--until", "0.2", "--json", "--out", str(out)).stdout)
+    found = json.loads(run(line, "--stop-time", "0.2", "--json", "--out", str(out)).stdout)
     assert [row["span"] for row in found["spans"]] == [1, 1, 2, 2, 3, 3]
     assert [row["kind"] for row in found["strings"]] == ["string"] * 4
     assert len(found["towers"]) == 8
@@ -40,7 +40,7 @@ def test_the_json_has_their_numbers(run, line, tmp_path):
 
 def test_a_picture_has_the_histories_of_all_spans(run, line, tmp_path):
     path = tmp_path / "line.svg"
-    found = run(line, "--until", "1", "--plot", str(path))
+    found = run(line, "--stop-time", "1", "--plot", str(path))
     assert found.exit_code == 0
     text = path.read_text()
     for part in ("section for a test (phase 1 of 2)", "span 3 phase 1, mid-span", "Motion: "):
@@ -52,7 +52,7 @@ def test_inputs_move_the_towers_of_a_line(run, line, tmp_path):
     file = tmp_path / "inputs.csv"
     file.write_text("time,tower[1].x3\n0,0\n1,0.5\n")
     still, moved = (
-        json.loads(run(line, "--until", "2", "--json", *options).stdout)
+        json.loads(run(line, "--stop-time", "2", "--json", *options).stdout)
         for options in ((), ("--inputs", str(file)))
     )
     assert still["strings"][0]["lean_across_max"] == 0.0

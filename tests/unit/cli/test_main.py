@@ -55,18 +55,19 @@ def test_scenes(invoke):
 )
 def test_the_model_that_was_removed_is_refused(invoke, command):
     _refused(
-        invoke(*command, "--model", "condensed", "--until", 1),
+        invoke(*command, "--model", "condensed", "--stop-time", 1),
         "removed in 0.2.0",
         "remove the option",
     )
     _refused(
-        invoke(*command, "--model", "other", "--until", 1), "model = 'other': must be \"element\""
+        invoke(*command, "--model", "other", "--stop-time", 1),
+        "model = 'other': must be \"element\"",
     )
-    assert invoke(*command, "--model", "element", "--until", 1).exit_code == 0
+    assert invoke(*command, "--model", "element", "--stop-time", 1).exit_code == 0
 
 
 def test_run_prints_the_motion(invoke):
-    result = invoke("run", "example1", "--until", 2)
+    result = invoke("run", "example1", "--stop-time", 2)
     assert result.exit_code == 0
     for expected in (
         "sag 4.050 m",
@@ -85,18 +86,18 @@ def test_every_printer_shows_the_warnings_of_a_run(invoke):
     words = ["example3", "--set", "aerodynamics.outside=hold"]
     for key, value in rough.items():
         words += ["--set", f"{key}={value}"]
-    shown = invoke("run", *words, "--until", 20)
+    shown = invoke("run", *words, "--stop-time", 20)
     assert shown.exit_code == 0
     assert "warning: The time step is too long for this motion" in shown.stdout
-    printed = json.loads(invoke("run", *words, "--until", 20, "--json").stdout)
+    printed = json.loads(invoke("run", *words, "--stop-time", 20, "--json").stdout)
     assert any("halved" in sentence for sentence in printed["warnings"])
     assert printed["message"] == "completed at 20 s"
-    swept = invoke("sweep", *words, "--over", "wind.speed=5", "--until", 20, "--json")
+    swept = invoke("sweep", *words, "--over", "wind.speed=5", "--stop-time", 20, "--json")
     assert "halved" in json.loads(swept.stdout)["rows"][0]["warnings"]
 
 
 def test_run_as_json(invoke):
-    result = invoke("run", "example1", "--until", 2, "--json")
+    result = invoke("run", "example1", "--stop-time", 2, "--json")
     numbers = json.loads(result.stdout)
     assert numbers["outcome"] == "completed"
     assert numbers["midspan"]["u3"]["amplitude"] > 0.1
@@ -108,11 +109,11 @@ def test_run_writes_the_requested_files(invoke):
     result = invoke(
         "run",
         "example1",
-        "--until",
+        "--stop-time",
         1,
-        "--every",
+        "--record-every",
         20,
-        "--nodes",
+        "--record-nodes",
         "all",
         "--out",
         "a.nc",
@@ -130,7 +131,7 @@ def test_run_writes_the_requested_files(invoke):
 
 def test_brackets_are_printed_as_they_are(invoke):
     result = invoke(
-        "run", "example1", "--until", 0.1, "--set", "title=A [bold] span", "--out", "[red]a.nc"
+        "run", "example1", "--stop-time", 0.1, "--set", "title=A [bold] span", "--out", "[red]a.nc"
     )
     assert "A [bold] span" in result.stdout
     assert "wrote [red]a.nc" in result.stdout
@@ -144,7 +145,7 @@ def test_json_has_no_nan(capsys):
 
 
 def test_run_writes_csv(invoke):
-    assert invoke("run", "example1", "--until", 0.1, "--out", "a.csv").exit_code == 0
+    assert invoke("run", "example1", "--stop-time", 0.1, "--out", "a.csv").exit_code == 0
     assert Path("a.csv").read_text().startswith("time [s],u1 [m]")
     assert np.loadtxt("a.csv", delimiter=",", skiprows=1).shape[0] == 41
 
@@ -202,7 +203,7 @@ def test_a_whole_number_does_for_a_wind_speed(invoke):
             ["wind.speed = '2024-01-01'", "convert times to seconds"],
         ),
         (
-            ["example3", "--until", "1e12"],
+            ["example3", "--stop-time", "1e12"],
             ["stop_time = 1e+12 s is 1e+14 time steps of 0.01 s; a run has at most"],
         ),
         (
@@ -214,17 +215,17 @@ def test_a_whole_number_does_for_a_wind_speed(invoke):
             ["ice.attack_angle_deg = 20.0 is outside", "100.0 to 260.0"],
         ),
         (["example3", "--set", "span.sag=3.0"], ["span.sag = 3.0 m", "contradict"]),
-        (["example1", "--until", -1], ["stop_time = -1.0: must be a positive number"]),
-        (["example1", "--until", "soon"], ["--until"]),
-        (["example1", "--every", 0], ["record_every = 0: must be a whole number"]),
+        (["example1", "--stop-time", -1], ["stop_time = -1.0: must be a positive number"]),
+        (["example1", "--stop-time", "soon"], ["--stop-time"]),
+        (["example1", "--record-every", 0], ["record_every = 0: must be a whole number"]),
         (
-            ["example1", "--until", 10, "--every", 5000],
+            ["example1", "--stop-time", 10, "--record-every", 5000],
             [
                 "first record would be at 12.5 s, after the end of the run at 10 s; at most 4000"
                 " steps"
             ],
         ),
-        (["example1", "--nodes", "some"], ["--nodes", "some"]),
+        (["example1", "--record-nodes", "some"], ["--record-nodes", "some"]),
         (["example1", "--out", "a.txt"], ["a.txt: must end in .nc or .csv"]),
         (["example1", "--out", "none/a.nc"], ["none/a.nc: there is no folder none"]),
         (["example1", "--plot", "a.gif"], ["a.gif: must end in .png or .svg or .pdf"]),

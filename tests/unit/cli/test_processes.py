@@ -37,7 +37,7 @@ def test_foreign_settings_do_not_matter(tmp_path):
         "MPLBACKEND": "module://matplotlib_inline.backend_inline",
         "PYTHONIOENCODING": "cp1252",
     }
-    command = _command("run", "a.toml", "--until", "0.1", "--plot", "a.png")
+    command = _command("run", "a.toml", "--stop-time", "0.1", "--plot", "a.png")
     done = subprocess.run(
         command, cwd=tmp_path, env={**os.environ, **foreign}, capture_output=True, timeout=60
     )
@@ -52,7 +52,7 @@ def test_foreign_settings_do_not_matter(tmp_path):
 )
 def test_streams_may_be_closed(tmp_path, words):
     """As in a service or pythonw; files opened later must not replace the streams."""
-    command = _command(*words, "example3", "--until", "0.1", "--out", "a.nc")
+    command = _command(*words, "example3", "--stop-time", "0.1", "--out", "a.nc")
     closed = ["sh", "-c", 'exec "$@" <&- >&- 2>&-', "sh", *command]
     assert subprocess.run(closed, cwd=tmp_path, timeout=60).returncode == 0
     with xr.open_dataset(tmp_path / "a.nc", engine="h5netcdf") as written:
@@ -158,9 +158,9 @@ def test_ctrl_c_keeps_computed_rows(tmp_path, begin):
     words = (
         "run",
         "example1",
-        "--until",
+        "--stop-time",
         "2e5",
-        "--every",
+        "--record-every",
         "400",
         "--out",
         "a.nc",

@@ -141,8 +141,8 @@ def test_the_same_words_are_refused_everywhere(place, word, tmp_path):
 @pytest.mark.parametrize("word", ["1_0", "１", "0x1", "2024-01-01"])
 def test_options_take_the_same_words(invoke, word):
     commands = (
-        ("run", "example3", "--until", word),
-        ("run", "example3", "--every", word),
+        ("run", "example3", "--stop-time", word),
+        ("run", "example3", "--record-every", word),
         ("sweep", "example3", "--over", "wind.speed=5", "--workers", word),
         ("new", "m.toml", "--conductor", "Drake", "--span", word, "--stringing-percent", "20"),
     )
@@ -152,15 +152,16 @@ def test_options_take_the_same_words(invoke, word):
         assert "is not a number" in result.stderr
     assert (
         "is not a number"
-        in invoke("linear", "example3", "--highest", word, app=modal.cli.main.app).stderr
+        in invoke("linear", "example3", "--highest-wind", word, app=modal.cli.main.app).stderr
     )
 
 
 def test_options_accept_numbers_as_other_programs_write_them(invoke):
-    assert invoke("run", "example1", "--until", "0.5", "--every", "+05").exit_code == 0
-    assert invoke("run", "example1", "--until", ".5").exit_code == 0
+    assert invoke("run", "example1", "--stop-time", "0.5", "--record-every", "+05").exit_code == 0
+    assert invoke("run", "example1", "--stop-time", ".5").exit_code == 0
     assert (
-        "not a whole number" in invoke("run", "example1", "--until", "1", "--every", "1.5").stderr
+        "not a whole number"
+        in invoke("run", "example1", "--stop-time", "1", "--record-every", "1.5").stderr
     )
 
 

@@ -14,10 +14,10 @@ from modal.cli.main import app
 COMMANDS = {
     "modes": (),
     "ratio": ("--points", "3"),
-    "linear": ("--count", "2", "--highest", "6"),
-    "screen": ("--highest", "6"),
-    "slope": ("--highest", "6", "--count", "2"),
-    "compare": ("--until", "10"),
+    "linear": ("--count", "2", "--highest-wind", "6"),
+    "screen": ("--highest-wind", "6"),
+    "slope": ("--highest-wind", "6", "--count", "2"),
+    "compare": ("--stop-time", "10"),
 }
 QUICK = ("--set", "numerics.elements=8")
 
@@ -140,7 +140,7 @@ def test_a_ratio_over_two_numbers(invoke, scene, tmp_path):
 
 
 def test_slope_prints_the_slope_that_is_needed(invoke, scene):
-    words = ("--highest", "6", "--count", "2", "--json")
+    words = ("--highest-wind", "6", "--count", "2", "--json")
     printed = json.loads(invoke("slope", "example3", *QUICK, *words).stdout)
     winds = [0.3 * k for k in range(1, 21)]
     assert printed["wind_speed"] == pytest.approx(winds)
@@ -152,7 +152,7 @@ def test_slope_prints_the_slope_that_is_needed(invoke, scene):
 
 def test_linear_prints_the_critical_wind(invoke, scene):
     printed = json.loads(
-        invoke("linear", "example3", *QUICK, "--count", "2", "--highest", "6", "--json").stdout
+        invoke("linear", "example3", *QUICK, "--count", "2", "--highest-wind", "6", "--json").stdout
     )
     expected = modal.critical_wind_speed(scene, 2, 6.0)
     assert [row["wind_speed"] for row in printed["critical_winds"]] == [
@@ -164,7 +164,7 @@ def test_linear_prints_the_critical_wind(invoke, scene):
 
 
 def test_the_criteria_can_be_drawn(invoke, tmp_path):
-    words = ("--count", "1", "--highest", "2", "--show", "criteria", "--plot", "criteria.svg")
+    words = ("--count", "1", "--highest-wind", "2", "--show", "criteria", "--plot", "criteria.svg")
     assert invoke("linear", "example3", *QUICK, *words).exit_code == 0
     assert "Den Hartog" in (tmp_path / "criteria.svg").read_text(encoding="utf-8")
 
@@ -178,7 +178,7 @@ def test_the_criteria_can_be_drawn(invoke, tmp_path):
         (("ratio", "example3", "--over", "span.width"), "span.width"),
         (("ratio", "example3", "--over", "supports.stiffness_x1"), "supports.left.stiffness_x1"),
         (("linear", "example1"), "no aerodynamics"),
-        (("linear", "example3", "--highest", "-1"), "highest = -1"),
+        (("linear", "example3", "--highest-wind", "-1"), "highest_wind = -1"),
     ],
 )
 def test_mistakes_end_in_one_message(invoke, words, message):
@@ -197,7 +197,9 @@ def test_heavy_packages_wait_until_they_are_needed():
 
 
 def test_screen_prints_the_risk_and_its_onset(invoke, scene):
-    printed = json.loads(invoke("screen", "example3", *QUICK, "--highest", "6", "--json").stdout)
+    printed = json.loads(
+        invoke("screen", "example3", *QUICK, "--highest-wind", "6", "--json").stdout
+    )
     expected = modal.screen(scene, 6.0)
     assert (printed["risk"], printed["onset_wind_speed"]) == ("certain", expected.onset_wind_speed)
     assert printed["ratio"] == expected.frequencies.ratio
@@ -205,13 +207,15 @@ def test_screen_prints_the_risk_and_its_onset(invoke, scene):
 
 
 def test_compare_sets_three_models_side_by_side(invoke):
-    printed = json.loads(invoke("compare", "example3", *QUICK, "--until", "10", "--json").stdout)
+    printed = json.loads(
+        invoke("compare", "example3", *QUICK, "--stop-time", "10", "--json").stdout
+    )
     assert list(printed["models"]) == ["nonlinear", "superposition", "linear"]
 
 
 def test_compare_sets_models_of_a_line_side_by_side(invoke, line, tmp_path):
     picture = tmp_path / "compare.png"
-    options = ("compare", "line.toml", "--until", "4")
+    options = ("compare", "line.toml", "--stop-time", "4")
     printed = json.loads(invoke(*options, "--plot", str(picture), "--json").stdout)
     assert list(printed["models"]) == ["nonlinear", "superposition", "linear"]
     assert [row["span"] for row in printed["models"]["linear"]["spans"]] == [1, 2]
@@ -231,7 +235,7 @@ def test_compare_prints_each_warning_once(invoke):
         "--set",
         "span.horizontal_tension=400",
     )
-    done = invoke(*scene, "--until", "10")
+    done = invoke(*scene, "--stop-time", "10")
     assert done.exit_code == 0, done.output
     lines = (done.stdout + done.stderr).splitlines()
     warned = [line.partition(": ")[2] for line in lines if "warning" in line.partition(": ")[0]]
@@ -290,8 +294,8 @@ elements = 4
 LINE_COMMANDS = {
     "modes": ("--count", "6"),
     "ratio": (),
-    "linear": ("--count", "2", "--highest", "2"),
-    "slope": ("--count", "2", "--highest", "2"),
+    "linear": ("--count", "2", "--highest-wind", "2"),
+    "slope": ("--count", "2", "--highest-wind", "2"),
 }
 
 

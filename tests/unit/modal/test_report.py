@@ -96,7 +96,9 @@ def calm(tmp_path_factory):
     """The bare line without wind and curve, from the command."""
     out = tmp_path_factory.mktemp("calm") / "calm.html"
     changes = [f"--set={key}={value}" for key, value in {**QUICK, **CALM}.items()]
-    done = CliRunner().invoke(app, ["report", "zebra", "-o", str(out), "--until", "2", *changes])
+    done = CliRunner().invoke(
+        app, ["report", "zebra", "-o", str(out), "--stop-time", "2", *changes]
+    )
     assert done.exit_code == 0, done.output
     assert f"wrote {out}" in done.stdout
     return out.read_text("utf-8")
@@ -213,7 +215,7 @@ def test_shows_a_run_up_to_its_early_end(tmp_path, unpainted):
     scene.save(tmp_path / "short.toml")
     out = tmp_path / "report.html"
     ended = CliRunner().invoke(
-        app, ["report", str(tmp_path / "short.toml"), "-o", str(out), "--until", "60"]
+        app, ["report", str(tmp_path / "short.toml"), "-o", str(out), "--stop-time", "60"]
     )
     assert ended.exit_code == 1, ended.output
     assert "left the validity range" in ended.stderr
@@ -238,12 +240,12 @@ def test_a_span_that_cannot_start_has_a_page_all_the_same(tmp_path, unpainted):
 
 def test_the_command_of_0_1_0_names_its_replacement():
     said = CliRunner().invoke(
-        fmu_app, ["report", "example3", "-o", "my page.html", "--until", "5", "--help"]
+        fmu_app, ["report", "example3", "-o", "my page.html", "--stop-time", "5", "--help"]
     )
     assert said.exit_code == 2
     assert (
         said.stderr == "gallop-fmu: report is now a command of gallop-modal; run "
-        "gallop-modal report example3 -o 'my page.html' --until 5 --help\n"
+        "gallop-modal report example3 -o 'my page.html' --stop-time 5 --help\n"
     )
 
 

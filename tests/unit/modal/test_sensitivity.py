@@ -136,8 +136,17 @@ def test_what_cannot_be_differentiated_is_refused(found):
 
 
 def test_the_command(tmp_path):
-    words = ["sensitivity", "example3", "--set", "numerics.elements=6", "--wind", "4.5", "4.65"]
-    words += ["--by", "damping.translation", "--by", "ice.attack_angle_deg"]
+    words = [
+        "sensitivity",
+        "example3",
+        "--set",
+        "numerics.elements=6",
+        "--start",
+        "4.5",
+        "--stop",
+        "4.65",
+    ]
+    words += ["--numbers", "damping.translation", "--numbers", "ice.attack_angle_deg"]
     done = CliRunner().invoke(app, [*words, "-o", str(tmp_path / "a.csv"), "--json"])
     assert done.exit_code == 0, done.output
     content = json.loads(done.stdout)

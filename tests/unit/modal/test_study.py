@@ -402,7 +402,7 @@ def test_a_table_of_towers_is_studied_at_once(tmp_path):
         patch.setattr(study_module, "examine_line", lambda *_: Missing("left out by the test"))
         options = ["--section", str(tmp_path / "towers.csv"), "--conductor", "Drake"]
         options += ["--stringing-percent", "20", "--coefficients", "example2"]
-        options += ["--ice", "5", "--wind", "4", "--until", "2"]
+        options += ["--ice", "5", "--wind", "4", "--stop-time", "2"]
         made = CliRunner().invoke(app, ["study", *options, "-o", str(tmp_path / "s.html")])
     assert made.exit_code == 0, made.output
     assert "Drake, section of 1 spans" in (tmp_path / "s.html").read_text()

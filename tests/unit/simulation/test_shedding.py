@@ -179,7 +179,7 @@ def test_warnings_where_no_ice_fell(fallen):
     [late] = [text for text in fallen.warnings if text.startswith("shedding")]
     assert late == (
         "shedding.2 (shedding 3): No ice fell in the run: its time is 99 s and the run ends at 6 s."
-        " Run longer (run.stop_time, --until), or give an earlier time."
+        " Run longer (run.stop_time, --stop-time), or give an earlier time."
     )
     result = simulate(span(part(0.0, 1.0, acceleration=500.0)), 1.0)
     [quiet] = [text for text in result.warnings if text.startswith("shedding")]
@@ -256,11 +256,11 @@ def test_given_times_take_the_place_of_those_of_the_scene():
 def test_command_line(tmp_path):
     path = tmp_path / "span.toml"
     span(part(0.25, 0.75), part(0.0, 0.25, time=99.0)).save(path)
-    text = CliRunner().invoke(app, ["run", str(path), "--until", "3"]).output
+    text = CliRunner().invoke(app, ["run", str(path), "--stop-time", "3"]).output
     assert "0.25-0.75" in text
     assert "not" in text
     assert "No ice fell in the run" in " ".join(text.split())
-    found = CliRunner().invoke(app, ["run", str(path), "--until", "3", "--json"]).output
+    found = CliRunner().invoke(app, ["run", str(path), "--stop-time", "3", "--json"]).output
     rows = json.loads(found)["sheddings"]
     assert rows[0]["time"] == 1.0
     assert rows[1]["time"] is None

@@ -222,7 +222,7 @@ def test_screening_refuses_a_line_at_once(quick):
 
 def test_command_shows_the_values_of_all_spans(invoke, tmp_path):
     pushed().save(tmp_path / "line.toml")
-    words = ("sweep", "line.toml", "--until", 1, "--over", "section.spans.1.length=330:350:20")
+    words = ("sweep", "line.toml", "--stop-time", 1, "--over", "section.spans.1.length=330:350:20")
     shown = invoke(*words)
     assert shown.exit_code == 0, shown.output
     row = json.loads(invoke(*words, "--json").stdout)["rows"][0]

@@ -237,7 +237,7 @@ def test_over_that_is_refused(text):
         sweep_options.grid_of([text])
 
 
-QUICK = ("--set", "numerics.elements=4", "--until", 1)
+QUICK = ("--set", "numerics.elements=4", "--stop-time", 1)
 
 
 def test_command_prints_a_table_and_lists_failures(invoke):
@@ -302,11 +302,17 @@ def test_command_as_json(invoke):
 
 def test_command_shows_no_more_than_fits(invoke):
     result = invoke(
-        "sweep", "example3", *QUICK[:2], "--until", 0.02, "--over", "wind.speed=4:7:0.1"
+        "sweep", "example3", *QUICK[:2], "--stop-time", 0.02, "--over", "wind.speed=4:7:0.1"
     )
     assert "and 11 more; give --out FILE to get them all" in result.stdout
     result = invoke(
-        "sweep", "example3", *QUICK[:2], "--until", 0.02, "--over", "ice.attack_angle_deg=290:300:1"
+        "sweep",
+        "example3",
+        *QUICK[:2],
+        "--stop-time",
+        0.02,
+        "--over",
+        "ice.attack_angle_deg=290:300:1",
     )
     assert result.stderr.count("is outside") == 10
     assert "  and 1 more\n" in result.stderr
@@ -342,7 +348,7 @@ def test_screening_a_table_is_screening_each(scene, invoke, tmp_path):
         "spans.csv",
         "-o",
         "a.nc",
-        "--highest",
+        "--highest-wind",
         4.9,
         "--workers",
         2,
