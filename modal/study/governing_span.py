@@ -9,47 +9,48 @@ from gallop_fmu.simulation.line_result import LineResult
 from modal.motions.branches import Branches, branches
 
 
-def governing_span(line: LineScene, span: int, tension: float) -> Scene:
+def governing_span(line: LineScene, span: int, tension: float) -> Scene | LineScene:
     """Return a span of a line alone, between rigid supports.
 
     Parameters
     ----------
     line
-        The line, with single conductors.
+        The line.
     span
         Number of the span, from 1.
     tension
-        Its horizontal tension [N] with ice.
+        Its horizontal tension [N] with ice, of one subconductor.
+
+    Returns
+    -------
+    Scene or LineScene
+        Of a single conductor a scene of one span; of a bundle a line of one span, with its spacers.
 
     Raises
     ------
     SceneError
-        The line has bundles, or the span cannot stand alone.
+        The span cannot stand alone.
     """
-    if line.bundle.subconductors > 1:
-        raise SceneError(
-            "all motions over the wind are found for single conductors; this line has bundles"
-        )
     data = line.model_dump(mode="json", exclude_none=True)
     own = line.section.spans[span - 1]
-    conductor = {k: v for k, v in data["conductor"].items() if k != "thermal_expansion"}
-    return Scene.from_dict(
-        {
-            "title": f"Span {span} alone, between rigid supports",
-            "span": {
-                "length": own.length,
-                "height_difference": own.height_difference,
-                "horizontal_tension": tension,
-            },
-            "conductor": conductor,
-            "ice": line.ice_of_span(span).model_dump(mode="json", exclude_none=True),
-            "numerics": {
-                "elements": line.elements_of_span(span),
-                "time_step": line.numerics.time_step,
-            },
-            **{name: data[name] for name in ("wind", "aerodynamics", "damping") if name in data},
-        }
-    )
+    ice = line.ice_of_span(span).model_dump(mode="json", exclude_none=True)
+    place = {"length": own.length, "height_difference": own.height_difference}
+    shared = ("wind", "aerodynamics", "damping")
+    content = {
+        "title": f"Span {span} alone, between rigid supports",
+        "conductor": {k: v for k, v in data["conductor"].items() if k != "thermal_expansion"},
+        "ice": ice,
+        "numerics": {
+            "elements": line.elements_of_span(span),
+            "time_step": line.numerics.time_step,
+        },
+        **{name: data[name] for name in shared if name in data},
+    }
+    strung = {"horizontal_tension": tension, "gravity": line.section.gravity}
+    if line.bundle.subconductors == 1:
+        return Scene.from_dict({**content, "span": {**place, **strung}})
+    section = {**strung, "strung_with_ice": True, "spans": [place]}
+    return LineScene.from_dict({**content, "section": section, "bundle": data["bundle"]})
 
 
 def branches_of_span(result: LineResult, span: int, winds: Sequence[float]) -> Branches:

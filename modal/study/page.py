@@ -242,6 +242,7 @@ def _branches(found: Branches, worst: Case) -> Any:
     from modal.report.plots import picture
 
     curve = f", {worst.curve}" if worst.curve else ""
+    remarks = "".join(f" {text[0].upper()}{text[1:]}." for text in found.remarks)
     return picture(
         "branches",
         f"All motions of span {worst.largest_span} alone over the wind speed",
@@ -250,7 +251,7 @@ def _branches(found: Branches, worst: Case) -> Any:
         f"{curve}): half peak-to-peak. Solid: stable, the span can stay there; dashed: unstable."
         " Where no solid line is, the motion beats or the iced section rotates. In the section, the"
         " strings and the neighbouring spans change these motions; the cases above are those of"
-        " the section.",
+        f" the section.{remarks}",
         lambda: branch_figure(found.dataset),
     )
 

@@ -451,20 +451,27 @@ def test_a_stopped_study_is_reported_and_resumed(scene, tmp_path, monkeypatch):
     assert "This study is incomplete." not in page.read_text()
 
 
-def test_the_branches_are_those_of_the_span_alone(scene):
+@pytest.mark.parametrize("subconductors", [1, 2])
+def test_the_branches_are_those_of_the_span_alone(scene, subconductors):
     """Its motions begin where linear theory of the whole span has its critical winds."""
-    alone = one_phase(scene).with_values({"ice.attack_angle_deg": 0.0, "wind.speed": 4.0})
+    values = {"ice.attack_angle_deg": 0.0, "wind.speed": 4.0, "section.gravity": 9.5}
+    if subconductors == 2:
+        values["bundle"] = {"subconductors": 2, "spacing": 0.4, "spacers": 2}
+    alone = one_phase(scene).with_values(values)
     result = gf.simulate(alone, 0.1, record_nodes="all")
-    found = branches_of_span(result, 2, (1.8, 2.2))
+    found = branches_of_span(result, 2, (1.8, 2.0))
     data = found.dataset
     begins = data.value.values[data.event.values == "Hopf"]
-    span = governing_span(result.scene, 2, float(result.spans.horizontal_tension[1]))
-    assert span.span.length == 110.0
+    tension = float(result.spans.horizontal_tension.iloc[-1])
+    span = governing_span(result.scene, 2, tension)
+    whole = gf.simulate(span, 0.1, record_nodes="all")
+    if subconductors == 1:
+        assert (span.span.length, span.span.gravity) == (110.0, 9.5)
+    else:  # the tension is that of the span in the section
+        assert whole.spans.horizontal_tension.iloc[0] == pytest.approx(tension, rel=1e-4)
+        assert whole.scene.bundle == alone.bundle
     onsets = [each.wind_speed for each in critical_wind_speed(span, 4, 2.2) if each.wind_speed]
     assert min(begins) == pytest.approx(min(onsets), rel=1e-6)  # found: 1e-9
-    twin = scene.with_values({"bundle": {"subconductors": 2, "spacing": 0.4}})
-    with pytest.raises(SceneError, match="this line has bundles"):
-        governing_span(twin, 1, 2e4)
 
 
 def test_the_map_of_risk_counts_galloping_cases(study):
