@@ -131,6 +131,7 @@ def _load() -> c.CDLL:
                 doubles,
             ),
         ),
+        "gallop_device_load": (c.c_int, (pointer, c.c_int32, c.c_int32, *[doubles] * 5)),
         "gallop_junction_nodes": (c.c_int, (pointer, integers, integers)),
         "gallop_aero_load": (c.c_int, (pointer, c.c_int32, double, c.c_int32, *[pointer] * 5)),
         "gallop_sections": (c.c_int, (pointer, *[doubles] * 3)),

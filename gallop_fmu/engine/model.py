@@ -382,6 +382,40 @@ class Model(CompiledModel):
         )
         return out
 
+    def device_load(self, device: int, u: ArrayLike, v: ArrayLike) -> tuple[Array, Array, Array]:
+        """Forces of a device in many motions of its junctions, without inertia, towers at rest.
+
+        Parameters
+        ----------
+        device
+            Index into `devices`.
+        u, v : array_like, shape (motion, junction, 4)
+            Displacements [m, rad] and velocities [m/s, rad/s].
+
+        Returns
+        -------
+        ndarray, shape (motion, junction, 4)
+            Forces and moment [N, N m].
+        ndarray, ndarray, shape (motion, junction, junction, 4, 4)
+            Their derivatives by u and v: junction of the force, junction of the motion; rows and
+            columns u1 u2 u3 theta.
+
+        Raises
+        ------
+        TypeError, ValueError
+            If an argument is not made of finite numbers or has another shape, or there is no such
+            device.
+        """
+        device = whole("device", device, 0, len(self.devices) - 1)
+        count, junctions = len(np.asarray(u)), len(self.devices[device])
+        shape = (count, junctions, DOFS)
+        given = [numbers(name, y, shape) for name, y in (("u", u), ("v", v))]
+        force = np.empty(shape)
+        by_u, by_v = np.empty((2, count, junctions, junctions, DOFS, DOFS))
+        arrays = [double_pointer(y) for y in (*given, force, by_u, by_v)]
+        insist(kernel.gallop_device_load(self.handle, device, count, *arrays))
+        return force, by_u, by_v
+
     def junction_nodes(self) -> tuple[NDArray[np.int32], NDArray[np.int32]]:
         """Nodes of the junctions, and nodes that are the same point.
 

@@ -130,6 +130,25 @@ int gallop_device_tangent(const gallop_model *model, gallop_state *work, double 
     return GALLOP_COMPLETED;
 }
 
+int gallop_device_load(const gallop_model *model, int32_t index, int32_t count, const double *u,
+                       const double *v, double *force, double *by_u, double *by_v)
+{
+    if (!check_is_model(model) || !is_device(model, index) || count < 0) return GALLOP_BAD_CALL;
+    const device *d = &model->device[index];
+    const size_t of_motion = 4 * (size_t)d->junctions, of_slope = of_motion * of_motion;
+    const double *const given[2] = {u, v}, *const out[3] = {force, by_u, by_v};
+    for (int i = 0; i < 2; i++)
+        if (!base_pointer_usable(given[i], WORD) ||
+            !check_finite(given[i], of_motion * (size_t)count))
+            return GALLOP_BAD_CALL;
+    for (int i = 0; i < 3; i++)
+        if (!base_pointer_usable(out[i], WORD)) return GALLOP_BAD_CALL;
+    for (size_t i = 0; i < (size_t)count; i++)
+        device_load(model, d, u + of_motion * i, v + of_motion * i, force + of_motion * i,
+                    (device_block *)(by_u + of_slope * i), (device_block *)(by_v + of_slope * i));
+    return GALLOP_COMPLETED;
+}
+
 int gallop_junction_nodes(const gallop_model *model, int32_t *node, int32_t *leader)
 {
     if (!check_is_model(model) || !base_pointer_usable(node, sizeof *node) ||

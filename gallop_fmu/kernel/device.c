@@ -154,6 +154,25 @@ void device_tangent(const gallop_model *model, const device *d, const conditions
     d->kind->add_tangent(d, of, weights, tangent);
 }
 
+void device_load(const gallop_model *model, const device *d, const double *u, const double *v,
+                 double *force, device_block *by_u, device_block *by_v)
+{
+    device_motion of[GALLOP_DEVICE_JUNCTIONS];
+    double sum[GALLOP_DEVICE_JUNCTIONS][4] = {{0.0}};
+    const size_t blocks = (size_t)(d->junctions * d->junctions);
+    rest_of(model, d, of);
+    for (int k = 0; k < d->junctions; k++) {
+        of[k].u = u + 4 * k;
+        of[k].v = v + 4 * k;
+    }
+    d->kind->add_force(d, of, sum);
+    memcpy(force, sum, (size_t)d->junctions * sizeof *sum);
+    memset(by_u, 0, blocks * sizeof *by_u);
+    memset(by_v, 0, blocks * sizeof *by_v);
+    d->kind->add_tangent(d, of, (tangent_weights){1.0, 0.0, 0.0}, by_u);
+    d->kind->add_tangent(d, of, (tangent_weights){0.0, 1.0, 0.0}, by_v);
+}
+
 void device_add_energy(const gallop_model *model, const device *d, const conditions *now, motion y,
                        double *kinetic, double *potential)
 {

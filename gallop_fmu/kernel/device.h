@@ -95,6 +95,11 @@ void device_tangent(const gallop_model *model, const device *d, const conditions
                     tangent_weights weights,
                     device_block tangent[GALLOP_DEVICE_JUNCTIONS * GALLOP_DEVICE_JUNCTIONS]);
 
+/* Forces (junctions, 4) of one device in a motion u, v (junctions, 4) of its junctions, the towers
+ * at rest, and their derivatives by u and v. */
+void device_load(const gallop_model *model, const device *d, const double *u, const double *v,
+                 double *force, device_block *by_u, device_block *by_v);
+
 /* Whether a device resists a displacement of a junction from the initial equilibrium. */
 bool device_holds(const gallop_model *model, int index, int unknown);
 

@@ -84,6 +84,23 @@ GALLOP_API int gallop_device_tangent(const gallop_model *model, gallop_state *wo
                                      const double *a, double k, double c, double m, int32_t index,
                                      double *tangent);
 
+/* Forces F of one device in many motions of its junctions, without inertia, towers at rest.
+ *
+ * @param model  Model
+ * @param index  Index of the device, 0 to devices - 1
+ * @param count  Number of motions, 0 or more
+ * @param u      (count, junctions of the device, 4): displacement from the initial equilibrium [m],
+ *               [rad], finite
+ * @param v      (count, junctions, 4): velocity [m/s], [rad/s], finite
+ * @param force  Output, (count, junctions, 4): forces and moment [N], [N m]
+ * @param by_u   Output, (count, junctions, junctions, 4, 4): dF/du, as of gallop_device_tangent
+ * @param by_v   Output, of the same shape: dF/dv
+ * @return       GALLOP_COMPLETED; GALLOP_BAD_CALL
+ */
+GALLOP_API int gallop_device_load(const gallop_model *model, int32_t index, int32_t count,
+                                  const double *u, const double *v, double *force, double *by_u,
+                                  double *by_v);
+
 /* Nodes of the junctions, and nodes that are the same point.
  *
  * @param model   Model

@@ -1,6 +1,6 @@
 """Second and third derivatives of the static forces of devices, by differences of their tangents.
 
-A device, such as a string, a spacer or a pendulum, has a force f(x) that depends on the
+A device, such as a yoke, a spacer or a pendulum, has a force f(x) that depends on the
 displacements x of its junctions alone. The kernel has its exact tangent T(x) = df/dx. With unit
 vectors e_j of x and a step h,
 
@@ -11,15 +11,16 @@ vectors e_j of x and a step h,
 
 Their errors are of the order h^2. Each is extrapolated from the steps 2h and h (Richardson), which
 leaves errors of the order h^4. A tangent has an error of about 1e-16 of its largest entry; divided
-by h^2, it is 1e-8 of the same entry per square metre. A string of length l and stiffness k has a
+by h^2, it is 1e-8 of the same entry per square metre. A bar of length l and stiffness k has a
 third derivative of k/l^2; its effect on a motion is k/T times smaller, T being the pull, because
-the clamp rises as the string swings. With k/T = 1e4, an error of 1e-4 remains.
+its end moves on a circle. With k/T = 1e4, an error of 1e-4 remains.
 (Muravyov and Rizzi 2003, Comput. Struct. 81, 1513-1523, find the derivatives of a whole structure
 by enforced displacements.)
 """
 
 from __future__ import annotations
 
+from collections.abc import Set
 from dataclasses import dataclass
 
 import numpy as np
@@ -56,12 +57,17 @@ class DeviceForms:
     third: Array
 
 
-def device_forms(mesh: Mesh) -> list[DeviceForms]:
-    """Derivatives of all devices whose force is not linear; equal devices are computed once."""
+def device_forms(mesh: Mesh, exact: Set[int]) -> list[DeviceForms]:
+    """Derivatives of all devices whose force is not linear; equal devices are computed once.
+
+    Without the devices `exact`.
+    """
     nodes, leader = mesh.model.junction_nodes()
     found: list[DeviceForms] = []
     known: list[tuple[Array, tuple[Array, Array]]] = []
     for device, junctions in enumerate(mesh.model.devices):
+        if device in exact:
+            continue
         at = leader[nodes[list(junctions)]]
         unknowns = (DOFS * at[:, None] + np.arange(DOFS)).ravel()
         tangent = _Tangent(mesh, device, nodes[list(junctions)])
@@ -75,40 +81,6 @@ def device_forms(mesh: Mesh) -> list[DeviceForms]:
             known.append((probe, forms))
         if np.any(forms[0]) or np.any(forms[1]):
             found.append(DeviceForms(unknowns, *forms))
-    return found
-
-
-@dataclass(frozen=True)
-class DampingForms:
-    """Damping matrix of a device and its derivatives by the displacements.
-
-    Attributes
-    ----------
-    unknowns : ndarray of int, shape (m,)
-        Its unknowns, in the order of the flat displacements of all nodes.
-    first : ndarray, shape (m, m)
-        Damping matrix at rest.
-    second, third : ndarray, shape (m, m, m) and (m, m, m, m)
-        Its first and second derivatives.
-    """
-
-    unknowns: NDArray[np.intp]
-    first: Array
-    second: Array
-    third: Array
-
-
-def damping_forms(mesh: Mesh, devices: list[int]) -> list[DampingForms]:
-    """Damping of devices that have some."""
-    nodes, leader = mesh.model.junction_nodes()
-    found = []
-    for device in devices:
-        at = nodes[list(mesh.model.devices[device])]
-        unknowns = (DOFS * leader[at][:, None] + np.arange(DOFS)).ravel()
-        tangent = _Tangent(mesh, device, at, "damping")
-        first = tangent(np.zeros(len(unknowns)))
-        if np.any(first):
-            found.append(DampingForms(unknowns, first, *_derivatives(tangent, len(unknowns))))
     return found
 
 
@@ -127,16 +99,15 @@ def _probe(size: int) -> Array:
 class _Tangent:
     """Tangent (m, m) of a device at displacements (m,) of its junctions."""
 
-    def __init__(
-        self, mesh: Mesh, device: int, nodes: NDArray[np.int32], part: str = "stiffness"
-    ) -> None:
+    def __init__(self, mesh: Mesh, device: int, nodes: NDArray[np.int32]) -> None:
         self.mesh, self.device, self.nodes = mesh, device, nodes
-        self.part = {part: 1.0}
 
     def __call__(self, x: Array) -> Array:
         u = np.zeros((self.mesh.model.nodes, DOFS))
         u[self.nodes] = x.reshape(-1, DOFS)
-        blocks = self.mesh.model.device_tangent(self.device, u, inputs=self.mesh.still, **self.part)
+        blocks = self.mesh.model.device_tangent(
+            self.device, u, inputs=self.mesh.still, stiffness=1.0
+        )
         return np.asarray(blocks.swapaxes(1, 2).reshape(len(x), len(x)))
 
 

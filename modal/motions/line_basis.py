@@ -198,9 +198,9 @@ def _twists(equations: Linearised, mesh: Mesh, modes: list[LineMode]) -> list[Ar
 def _held_places(equations: Linearised, mesh: Mesh) -> Iterator[Array]:
     """Static displacements under a force on the clamps of each tower with strings, along each axis.
 
-    With them the pull of a string is exact to the third order, its change of length to the fourth,
-    and the stiffness of a clamp against its swing may change to any extent. All three have a large
-    effect: at the top of a large galloping motion, strings carry almost no weight.
+    Also under a moment where a clamp may twist. With them, the motion of a clamp is that of the
+    coordinates alone, so that its string may lean, and change its pull, to any extent: at the top
+    of a large galloping motion, strings carry almost no weight.
     """
     from scipy.sparse.linalg import splu
 
@@ -211,9 +211,10 @@ def _held_places(equations: Linearised, mesh: Mesh) -> Iterator[Array]:
         return
     factors = splu(equations.stiffness[at][:, at])
     for tower in towers:
-        for axis in range(3):
+        clamps = leader[nodes[list(tower.junctions)]]
+        for axis in np.flatnonzero(equations.free.reshape(-1, 4)[clamps].all(axis=0)):
             force, moved = np.zeros((mesh.model.nodes, 4)), np.zeros(4 * mesh.model.nodes)
-            force[leader[nodes[list(tower.junctions)]], axis] = 1.0
+            force[clamps, axis] = 1.0
             moved[at] = factors.solve(force.ravel()[at])
             yield mesh.spread(moved.reshape(-1, 4)).ravel()
 

@@ -1,7 +1,7 @@
 """A line in its lowest modes, with condensed stretching: what `SpanModel` is for one span.
 
 The motion is u = sum of shape_i q_i + w, in the shapes of `modal.motions.line_basis`. Conductors
-have the energy (1) of `modal.motions.span_model`; the devices, such as strings and spacers, have
+have the energy (1) of `modal.motions.span_model`; the devices, such as spacers and yokes, have
 the derivatives of `modal.motions.device_forms`. With G(a, b) the second derivative of the force of
 all of them along two shapes, the other motions follow quasi-statically,
 
@@ -19,6 +19,7 @@ q'.N(q, q'), and the forces
 
     N(q, q'') + (q''.N)(q) + N(q', q').                                                          (3)
 
+Strings that carry one clamp are not expanded: their force is exact (`modal.motions.string_forces`).
 Devices do not damp w: a spacer that rotates is not deformed, although its clamps move inwards.
 """
 
@@ -35,9 +36,10 @@ from gallop_fmu.engine.mesh import SECTIONS, STRAIN_POINTS, AeroLoad, Mesh
 from gallop_fmu.engine.model import DOFS
 from gallop_fmu.engine.pack import Packed
 from modal.linear.projection import Projection
-from modal.motions.device_forms import damping_forms, device_forms
+from modal.motions.device_forms import device_forms
 from modal.motions.line_basis import HELD, LineBasis, coarse, line_basis, mirror_image
 from modal.motions.span_model import SpanModel, Watched, closest, few_squares
+from modal.motions.string_forces import StringForces, has_exact_string
 
 if TYPE_CHECKING:
     from scipy.sparse import csr_array
@@ -103,7 +105,9 @@ class LineModel(SpanModel):
             self._projection.matrix(a)
             for a in (equations.mass, equations.damping, equations.stiffness)
         )
-        self._separate_damping_of_strings()
+        self._strings = self._strings_of()
+        for string in self._strings:  # `_add_lag` has it with its nonlinearity
+            self.damping -= string.damping
         self.frequencies = (self._first("vertical"), self._first("horizontal"))
         chains = self.mesh.model.map.chains
         self.middle = shapes[:, [chain.middle for chain in chains]].mean(axis=1)
@@ -111,43 +115,31 @@ class LineModel(SpanModel):
         self._prepare_stretching()
         self._prepare_sections()
 
-    def _separate_damping_of_strings(self) -> None:
-        """Take the damping of strings out of the matrix: `_add_lag` has it with its nonlinearity.
-
-        It acts on the change of length, which is almost zero as a string swings; but the clamp
-        rises, and a damping matrix would damp that.
-        """
-        flat = self.shapes.reshape(self.size, -1)
-        self._dampers = [
-            (flat[:, one.unknowns], one) for one in damping_forms(self.mesh, self._string_devices)
+    def _strings_of(self) -> list[StringForces]:
+        """Strings of all towers."""
+        return [
+            StringForces(self.mesh, device, self.shapes, has_exact_string(tower))
+            for tower in self.mesh.model.map.towers
+            if tower.has_string
+            for device in tower.devices
         ]
-        for x, one in self._dampers:
-            self.damping -= x @ one.first @ x.T
 
-    @property
-    def _string_devices(self) -> list[int]:
-        """Devices that are strings."""
-        towers = self.mesh.model.map.towers
-        return [device for t in towers if t.has_string for device in t.devices]
+    def stretching(self, q: Array) -> tuple[Array, Array]:
+        """Add the strings that are exact to the force of `SpanModel.stretching`."""
+        force, stiffness = super().stretching(q)
+        for string in self._strings:
+            string.add_static(q, force, stiffness)
+        return force, stiffness
 
     def _add_lag(self, q: Array, v: Array, forces: Array) -> tuple[Array, Array]:
         """Add the damping of w and of the strings to forces; return its derivatives by q and v.
 
-        A string with displacements x has the damping force D(x) x', expanded to the second order.
+        The damping of a string acts on its change of length, which is almost zero as it swings; but
+        the clamp rises, and a damping matrix would damp that.
         """
         by_q, by_v = super()._add_lag(q, v, forces)
-        for shapes, one in self._dampers:
-            x, rate = q @ shapes, v @ shapes
-            size = x.shape[1]
-            slope = one.second + 0.5 * np.tensordot(x, one.third, axes=(1, 3))
-            damping = one.first + (slope @ x[:, None, :, None])[..., 0]
-            slope += 0.5 * np.tensordot(x, one.third, axes=(1, 3))
-            turned = (slope.swapaxes(2, 3) @ rate[:, None, :, None])[..., 0]
-            forces += (damping @ rate[:, :, None])[:, :, 0] @ shapes.T
-            both = np.stack([turned, damping]).reshape(2, len(x), size, size)
-            projected = shapes @ both @ shapes.T
-            by_q += projected[0]
-            by_v += projected[1]
+        for string in self._strings:
+            string.add_damping(q, v, forces, by_q, by_v)
         return by_q, by_v
 
     def _first(self, family: str) -> float:
@@ -291,7 +283,13 @@ class LineModel(SpanModel):
         force = _slope_operator(self.mesh).T @ stress.reshape(-1, len(rows))
         quartic = (axial[:, None] * products).T @ products
         flat = self.shapes.reshape(self.size, -1)
-        for device in device_forms(self.mesh):
+        exact = {
+            device
+            for tower in self.mesh.model.map.towers
+            if has_exact_string(tower)
+            for device in tower.devices
+        }
+        for device in device_forms(self.mesh, exact):
             x = flat[:, device.unknowns]
             pairs = x[rows][:, :, None] * x[columns][:, None, :]
             pairs = pairs.reshape(len(rows), -1)

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 from scipy.sparse.linalg import splu
 
-from modal.motions.device_forms import device_forms
 from modal.motions.line_model import LineModel
+from modal.motions.span_model import SpanModel
 from support.galloping_lines import section_of_example2
 
 LINES = {
@@ -116,16 +116,23 @@ def test_derivatives_are_those_of_differences(line):
         assert np.max(np.abs(difference)) < 1e-5 * max(1.0, np.max(np.abs(along * scale)))
 
 
-def test_derivatives_of_a_string_are_those_of_its_energy():
-    """A bar of stiffness k, length l and pull T hangs down and is moved sideways by x.
-
-    Its length is sqrt(l^2 + x^2), so that d2 f_2/dx^2 = -(k - T/l)/l and d3 f_1/dx^3 =
-    3 (k - T/l)/l^2.
-    """
-    model = LineModel(LINES["section"]())
-    string = next(one for one in device_forms(model.mesh) if len(one.unknowns) == 4)
-    pull = abs(model.mesh.model.device_force(0)[0][0, 1] - 0.5 * 490.0)
-    length = 2.1 + pull / 1e7
-    stiffness = 1e7 - pull / length
-    assert string.second[1, 0, 0] == pytest.approx(-stiffness / length, rel=1e-6)
-    assert string.third[0, 0, 0, 0] == pytest.approx(3.0 * stiffness / length**2, rel=1e-6)
+def test_strings_have_their_exact_force_at_any_lean():
+    """A bar of stiffness k and unstretched length l along r pulls with k (|r| - l) r/|r|."""
+    model, k, length = LineModel(LINES["section"]()), 1e7, 2.1
+    mesh = model.mesh
+    nodes, leader = mesh.model.junction_nodes()
+    q = drawn(model, 0.3)
+    expected = np.zeros_like(q)
+    for tower in mesh.model.map.towers[1:3]:
+        shapes = model.shapes[:, leader[nodes[tower.junctions[0]]], :3]
+        x = q @ shapes
+        assert np.max(np.abs(x[:, 2])) > 0.05
+        pull = 0.5 * 490.0 - mesh.model.device_force(tower.devices[0])[0][0, 1]
+        strung = length + pull / k
+        r = x - [0.0, strung, 0.0]
+        size = np.linalg.norm(r, axis=1, keepdims=True)
+        at_rest, linear = [0.0, -pull, 0.0], x * [pull / strung, k, pull / strung]
+        force = k * (size - length) * r / size - at_rest - linear
+        expected += force @ shapes.T
+    found = model.stretching(q)[0] - SpanModel.stretching(model, q)[0]
+    assert found == pytest.approx(expected, abs=1e-6 * np.max(np.abs(expected)))

@@ -64,15 +64,16 @@ def test_galloping_spans_make_the_strings_of_a_section_swing():
     """Another code: 1.44 m in 4.1 m/s, and then clamps swing at about half the frequency.
 
     Simulations that start on the motion with a small sideways disturbance return to it below
-    3.39 m/s and leave it above (benchmarks/accuracy/branches_lines.py).
+    3.40 m/s and leave it above (benchmarks/accuracy/branches_lines.py). The swing begins with two
+    frequencies whose sum is that of the galloping; in simulations, they later become one.
     """
     model, branch = one_loop(section_of_example2(3), 4.1)
     swing = branch.of_kind("torus")[-1]
-    assert swing.parameter == pytest.approx(3.39, rel=0.07)  # observed 3.188
+    assert swing.parameter == pytest.approx(3.40, rel=0.003)  # observed 3.399
     assert name_of_disturbance(swing, model) == "string swing"
-    assert swing.rotation == pytest.approx(0.5, abs=0.05)  # observed 0.461
+    assert swing.rotation == pytest.approx(0.5, abs=0.04)  # observed 0.467
     end = branch.points[-1]
     u2 = model.watched_at(end.at(np.arange(128) / 128)[:, : model.size]).u2
     assert 0.5 * np.ptp(u2, axis=0) == pytest.approx([1.44] * 3, rel=0.02)  # observed
     assert not end.is_stable
-    assert all(point.is_stable for point in branch.points if 0.5 < point.parameter < 3.1)
+    assert all(point.is_stable for point in branch.points if 0.5 < point.parameter < 3.3)

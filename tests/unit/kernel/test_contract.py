@@ -84,6 +84,7 @@ FUNCTIONS = {
         *("model", "state", "time", "inputs", "u", "v", "a"),
         *("k", "c", "m", "element", "out"),
     ),
+    "gallop_device_load": ("model", "element", "count", "u", "v", "out", "slopes", "most"),
     "gallop_model_derived": ("model", "values"),
     "gallop_chain_derived": ("model", "element", "values"),
     "gallop_model_nodes": ("model", "values"),
@@ -467,6 +468,35 @@ def test_the_energy_of_a_device_may_be_left_out(span):
     span.out[24:26] = UNTOUCHED
     assert span.call("gallop_device_force", force, {"slopes": None}) == 0
     assert (span.out[24:26] == UNTOUCHED).all()
+
+
+@pytest.mark.parametrize(
+    "change",
+    [
+        {"element": c.c_int32(2)},
+        {"count": c.c_int32(-1)},
+        {"slopes": None},
+        {"slopes": c.c_void_p(12)},
+        "u",
+        "v",
+    ],
+)
+def test_loads_of_a_device_want_its_arrays(span, change):
+    load = FUNCTIONS["gallop_device_load"]
+    if isinstance(change, str):
+        span.motion["uv".index(change)][7] = math.nan
+        change = {}
+    assert span.call("gallop_device_load", load, change) == BAD_CALL
+    assert (span.out == UNTOUCHED).all()
+
+
+def test_a_device_has_the_load_of_as_many_motions_as_are_given(span):
+    load = FUNCTIONS["gallop_device_load"]
+    assert span.call("gallop_device_load", load, {"count": c.c_int32(0)}) == 0
+    assert (span.out == UNTOUCHED).all()
+    assert span.call("gallop_device_load", load, {}) == 0
+    written = np.flatnonzero(span.out != UNTOUCHED)
+    assert written.tolist() == [*range(8), *range(24, 56), *range(72, 104)]
 
 
 @pytest.mark.parametrize("factor", ["k", "c", "m"])

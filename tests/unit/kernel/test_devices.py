@@ -157,6 +157,20 @@ def test_the_tangent_is_the_derivative_of_the_force(name, seed):
 
 
 @pytest.mark.parametrize("name", CASES)
+def test_loads_of_many_motions_are_those_of_each(name):
+    device = Bed(name)
+    motions = np.array([device.drawn(seed) for seed in range(3)])
+    motions[:, 2] = 0.0
+    force, *slopes = device.model.device_load(0, motions[:, 0], motions[:, 1])
+    for i, y in enumerate(motions):
+        assert (force[i] == device.force(y)).all()
+        for slope, weight in zip(slopes, ("stiffness", "damping"), strict=True):
+            size = 4 * device.junctions
+            flat = slope[i].transpose(0, 2, 1, 3).reshape(size, size)
+            assert (flat == device.tangent(y, **{weight: 1.0})).all()
+
+
+@pytest.mark.parametrize("name", CASES)
 def test_the_tangent_is_a_sum_by_its_weights(name):
     device = Bed(name)
     y = device.drawn(7)
