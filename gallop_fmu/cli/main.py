@@ -5,7 +5,7 @@ Each command imports what it needs itself, so that ``--help`` is fast.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from functools import partial
 from pathlib import Path
@@ -45,8 +45,6 @@ from gallop_fmu.cli.terminal import (
 )
 
 if TYPE_CHECKING:
-    import xarray as xr
-
     from gallop_fmu.scene.line_scene import LineScene
     from gallop_fmu.scene.scene import Scene
     from gallop_fmu.simulation.line_result import LineResult
@@ -151,7 +149,7 @@ def run(  # noqa: PLR0913 - typer takes a parameter for each option
     elif isinstance(chosen, LineScene):
         print_line(numbers, result.warnings, written)
     else:
-        _print_summary(numbers, result.dataset, result.warnings, written)
+        _print_summary(numbers, result.recorded.facts, result.warnings, written)
     _exit_unless_complete(result, written, unwritten)
 
 
@@ -457,20 +455,24 @@ MIDSPAN_ROWS = {"u2": "vertical u2", "u3": "horizontal u3", "theta": "twist", "t
 
 
 def _print_summary(
-    numbers: dict[str, Any], dataset: xr.Dataset, warnings: Iterable[str], written: list[Path]
+    numbers: dict[str, Any],
+    facts: Mapping[str, Any],
+    warnings: Iterable[str],
+    written: list[Path],
 ) -> None:
+    from gallop_fmu.foundation.channels import DESCRIBED
     from gallop_fmu.simulation.result import frequency_text
 
-    attrs, console = dataset.attrs, new_console()
+    console = new_console()
     console.print(numbers["title"], style="bold")
     console.print(
-        f"sag {attrs['sag']:.3f} m, horizontal tension {attrs['horizontal_tension'] / 1000:.3f} kN"
+        f"sag {facts['sag']:.3f} m, horizontal tension {facts['horizontal_tension'] / 1000:.3f} kN"
     )
     console.print(f"motion: {numbers['motion']}", soft_wrap=True)
     headings = ("amplitude", "mean", "frequency [Hz]", "motion", "range in the run")
     table = new_table(f"mid-span, last {numbers['window']:g} s", *headings)
     for name, row in numbers["midspan"].items():
-        unit = dataset[name].attrs["units"]
+        unit = DESCRIBED[name].unit
         table.add_row(
             f"{MIDSPAN_ROWS[name]} [{unit}]",
             f"{row['amplitude']:.4g}",
@@ -484,9 +486,9 @@ def _print_summary(
         console.print("amplitude: half peak-to-peak", style="dim")
     print_sheddings(console, numbers.get("sheddings", ()))
     console.print(work_text(numbers))
-    if attrs["inactive_terms"]:
+    if facts["inactive_terms"]:
         console.print(
-            f"inactive terms (no effect in this scene): {attrs['inactive_terms']}",
+            f"inactive terms (no effect in this scene): {facts['inactive_terms']}",
             style="dim",
             soft_wrap=True,
         )

@@ -217,7 +217,9 @@ class LineResult(ResultBase[LineScene]):
     ) -> Oscillations:
         """Return the oscillation of a bundle's centre and twist from `start` to `stop` [s]."""
         bundle = self.bundle(span, phase)
-        return oscillations(bundle, start, stop, is_gusty=self.scene.wind.is_gusty)
+        channels = {str(name): (one.values, one.attrs["units"]) for name, one in bundle.items()}
+        time = bundle.time.values
+        return oscillations(time, channels, start, stop, is_gusty=self.scene.wind.is_gusty)
 
     def motion_of(
         self, span: int | None = None, phase: int = 1, window: float | None = None

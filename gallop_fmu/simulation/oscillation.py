@@ -150,14 +150,21 @@ def measure(values: Array, interval: float) -> tuple[float, float, float]:
 
 
 def oscillations(
-    histories: xr.Dataset, start: float, stop: float, *, is_gusty: bool = False
+    time: Array,
+    histories: Mapping[str, tuple[Array, str]],
+    start: float,
+    stop: float,
+    *,
+    is_gusty: bool = False,
 ) -> Oscillations:
     """Return the oscillation of each channel of one point from `start` to `stop` [s].
 
     Parameters
     ----------
+    time : ndarray, shape (time,)
+        Times [s], equally spaced.
     histories
-        Channels over ``time`` [s] with ``units``.
+        Channel to its values, shape (time,), and its unit.
     is_gusty
         The wind is gusty, so that no motion is steady.
 
@@ -166,15 +173,14 @@ def oscillations(
     SceneError
         There are fewer than two records.
     """
-    part = histories.sel(time=slice(start - 1e-9, stop + 1e-9))
-    if part.sizes["time"] < 2:
+    part = np.flatnonzero((time >= start - 1e-9) & (time <= stop + 1e-9))
+    if len(part) < 2:
         raise SceneError(
             f"there are fewer than two records from {start} s to {stop} s; give a longer window"
         )
-    interval = float(part.time[1] - part.time[0])
-    units = {str(name): str(part[name].attrs.get("units", "")) for name in part.data_vars}
+    interval = float(time[part[1]] - time[part[0]])
     found = {
-        name: oscillation(part[name].values, interval, unit, is_gusty=is_gusty)
-        for name, unit in units.items()
+        name: oscillation(values[part], interval, unit, is_gusty=is_gusty)
+        for name, (values, unit) in histories.items()
     }
     return Oscillations(found, start, stop)

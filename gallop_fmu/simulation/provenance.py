@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
-from typing import TYPE_CHECKING, NamedTuple
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -46,6 +47,10 @@ class Provenance(NamedTuple):
 
     def attributes(self) -> dict[str, object]:
         """Return the attributes of the dataset."""
+        return {**self.facts(), "scene": self.scene.to_toml()}
+
+    def facts(self) -> dict[str, object]:
+        """Return the attributes of the dataset without the text of the scene."""
         equilibrium, report = self.equilibrium, self.report
         counts = ("steps", "substeps", "iterations", "refactorisations", "halvings", "rejections")
         extremes = ("lowest_tension", "largest_turn")
@@ -56,7 +61,6 @@ class Provenance(NamedTuple):
             "kernel": build(),
             "arithmetic": arithmetic(self.scene.numerics.portable),
             **self.details,
-            "scene": self.scene.to_toml(),
             "outcome": report.outcome.name.lower(),
             "message": str(report),
             "seconds": self.seconds,
@@ -65,6 +69,42 @@ class Provenance(NamedTuple):
             "held_imbalance": nan if equilibrium is None else equilibrium.imbalance,
             **{name: getattr(report, name) for name in counts + extremes},
         }
+
+
+@dataclass(frozen=True)
+class Histories:
+    """Histories of a run as arrays, and their dataset, which takes a millisecond to make.
+
+    Attributes
+    ----------
+    time : ndarray, shape (time,)
+        Times [s] of the records.
+    nodes : ndarray of int, shape (node,)
+        Recorded nodes.
+    values : mapping
+        Variable to its values.
+    facts : mapping
+        Attributes of the dataset; those of `Provenance.facts`.
+    dataset : callable
+        Returns the dataset.
+    """
+
+    time: Array
+    nodes: NDArray[np.integer]
+    values: Mapping[str, Array]
+    facts: Mapping[str, Any]
+    dataset: Callable[[], xr.Dataset]
+
+    @classmethod
+    def of(cls, dataset: xr.Dataset) -> Histories:
+        """Return the histories of a dataset."""
+        return cls(
+            time=dataset.time.values,
+            nodes=dataset.node.values,
+            values={str(name): one.values for name, one in dataset.data_vars.items()},
+            facts=dataset.attrs,
+            dataset=lambda: dataset,
+        )
 
 
 def histories(

@@ -6,6 +6,10 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import TYPE_CHECKING
 
+import numpy as np
+from numpy.typing import NDArray
+
+from gallop_fmu.foundation.channels import DESCRIBED
 from gallop_fmu.foundation.errors import SceneError
 from gallop_fmu.scene.scene import Scene
 from gallop_fmu.simulation.oscillation import (
@@ -26,6 +30,8 @@ from gallop_fmu.simulation.steadiness import Motion, dominant_frequency, judge_s
 if TYPE_CHECKING:
     import pandas as pd
     import xarray as xr
+
+Array = NDArray[np.float64]
 
 __all__ = [
     "MOVES",
@@ -62,7 +68,8 @@ class Result(ResultBase[Scene]):
     @cached_property
     def warnings(self) -> tuple[str, ...]:
         """Warnings that limit the trust in the results, each a fact and a remedy."""
-        return run_warnings(self.dataset, self.scene, self.report)
+        data = self.dataset if self.scene.shedding else None
+        return run_warnings(self.recorded, self.scene, self.report, data)
 
     def midspan(self) -> xr.Dataset:
         """Return the histories of the mid-span node.
@@ -72,13 +79,27 @@ class Result(ResultBase[Scene]):
         SceneError
             The mid-span node was not recorded.
         """
-        middle = self.scene.elements
-        if middle not in self.dataset.node:
+        self._column_of_midspan()  # raises the error
+        return histories_alone(self.dataset).sel(node=self.scene.elements)
+
+    def _column_of_midspan(self) -> int:
+        """Return the place of the mid-span node in the arrays; raise SceneError if it has none."""
+        middle, nodes = self.scene.elements, self.recorded.nodes.tolist()
+        if middle not in nodes:
             raise SceneError(
                 f"the mid-span node {middle} was not recorded; simulate with"
                 ' record_nodes="midspan" or "all"'
             )
-        return histories_alone(self.dataset).sel(node=middle)
+        return int(nodes.index(middle))
+
+    def _at_midspan(self) -> dict[str, Array]:
+        """Return the histories of the mid-span node and of the span."""
+        column = self._column_of_midspan()
+        return {
+            name: values[:, column] if values.ndim > 1 else values
+            for name, values in self.recorded.values.items()
+            if name in DESCRIBED
+        }
 
     def judged(self, window: float | None = None) -> Motion:
         """Judge the motion over the last `window` s, from mid-span and quarter points.
@@ -91,7 +112,8 @@ class Result(ResultBase[Scene]):
         window
             Length [s] (default: 100 s, at most half of the run).
         """
-        elements, nodes = self.scene.elements, self.dataset.node.values.tolist()
+        recorded = self.recorded
+        elements, nodes = self.scene.elements, recorded.nodes.tolist()
         if elements not in nodes:
             return Motion("undetermined", "mid-span was not recorded")
         places = {
@@ -100,17 +122,15 @@ class Result(ResultBase[Scene]):
             round(1.5 * elements): " at three quarters",
         }
         histories = {
-            f"{title}{place}": self.dataset[name].values[:, nodes.index(node)]
+            f"{title}{place}": recorded.values[name][:, nodes.index(node)]
             for node, place in places.items()
             if node in nodes
             for name, title in MOVES.items()
-            if name in self.dataset
+            if name in recorded.values
         }
         if not histories:
             return Motion("undetermined", "no displacement was recorded")
-        return judge_span(
-            self.dataset.time.values, histories, window, is_gusty=self.scene.wind.is_gusty
-        )
+        return judge_span(recorded.time, histories, window, is_gusty=self.scene.wind.is_gusty)
 
     def steady(self, window: float | None = None) -> Oscillations:
         """Return the oscillation of each mid-span channel at the end of the run.
@@ -132,7 +152,11 @@ class Result(ResultBase[Scene]):
 
     def between(self, start: float, stop: float) -> Oscillations:
         """Return the oscillation of each mid-span channel from `start` to `stop` [s]."""
-        return oscillations(self.midspan(), start, stop, is_gusty=self.scene.wind.is_gusty)
+        channels = {
+            name: (values, DESCRIBED[name].unit) for name, values in self._at_midspan().items()
+        }
+        time = self.recorded.time
+        return oscillations(time, channels, start, stop, is_gusty=self.scene.wind.is_gusty)
 
     def _history(self, channel: str) -> xr.DataArray:
         """Return a recorded channel; of a channel of the nodes, its history at mid-span."""
@@ -147,20 +171,18 @@ class Result(ResultBase[Scene]):
 
 def summary(result: Result) -> dict[str, object]:
     """Summarise a run in plain numbers and words, for a terminal or as JSON."""
-    time = result.dataset.time.values
-    steady = (
-        result.steady()
-        if len(time) > 1 and "u2" in result.dataset
-        else Oscillations({}, 0.0, float(time[-1]))
-    )
+    time = result.recorded.time
+    steady, values = Oscillations({}, 0.0, float(time[-1])), dict[str, Array]()
+    if len(time) > 1 and "u2" in result.recorded.values:
+        steady, values = result.steady(), result._at_midspan()
     return {
         **result.numbers(),
         "window": steady.stop - steady.start,
         "midspan": {
             name: {
                 **o.as_dict(),
-                "lowest": float(result.midspan()[name].min()),
-                "highest": float(result.midspan()[name].max()),
+                "lowest": float(np.min(values[name])),
+                "highest": float(np.max(values[name])),
             }
             for name, o in steady.items()
             if name in ("u2", "u3", "theta", "tension")

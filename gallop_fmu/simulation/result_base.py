@@ -10,7 +10,7 @@ from html import escape
 from importlib.util import find_spec
 from io import StringIO
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Generic, TypeVar
+from typing import TYPE_CHECKING, Any, Generic, Self, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -22,6 +22,7 @@ from gallop_fmu.foundation.figures import drawn
 from gallop_fmu.foundation.outcome import Outcome, Report
 from gallop_fmu.scene.line_scene import LineScene
 from gallop_fmu.scene.scene import Scene
+from gallop_fmu.simulation.provenance import Histories
 from gallop_fmu.simulation.steadiness import MIN_SAMPLES, Motion, default_window
 
 if TYPE_CHECKING:
@@ -55,6 +56,18 @@ class ResultBase(ABC, Generic[AnyScene]):
     scene: AnyScene
     report: Report
 
+    @classmethod
+    def of_histories(cls, recorded: Histories, scene: AnyScene, report: Report) -> Self:
+        """Return a result whose dataset is made when it is used."""
+        result = cls.__new__(cls)
+        vars(result).update(recorded=recorded, scene=scene, report=report)
+        return result
+
+    @cached_property
+    def recorded(self) -> Histories:
+        """The histories as arrays."""
+        return Histories.of(self.dataset)
+
     @property
     def outcome(self) -> Outcome:
         """Outcome of the run."""
@@ -63,8 +76,8 @@ class ResultBase(ABC, Generic[AnyScene]):
     @property
     def started(self) -> bool:
         """True if an initial state exists. Otherwise the only record, at 0 s, is NaN."""
-        values = next(iter(self.dataset.data_vars.values())).values
-        return len(self.dataset.time) > 1 or bool(np.isfinite(values).all())
+        values = next(iter(self.recorded.values.values()))
+        return len(self.recorded.time) > 1 or bool(np.isfinite(values).all())
 
     @cached_property
     @abstractmethod
@@ -99,7 +112,7 @@ class ResultBase(ABC, Generic[AnyScene]):
     def _table(self) -> tuple[pd.DataFrame, dict[str, str]]:
         """Return the histories of a table by time, and the unit of each column."""
 
-    def __getattr__(self, name: str) -> xr.DataArray:
+    def __getattr__(self, name: str) -> Any:
         """Return the history of a channel, such as ``result.u2`` at mid-span.
 
         Raises
@@ -107,6 +120,9 @@ class ResultBase(ABC, Generic[AnyScene]):
         AttributeError
             There is no such channel, or it was not recorded.
         """
+        if name == "dataset" and "recorded" in vars(self):
+            vars(self)["dataset"] = self.recorded.dataset()
+            return vars(self)["dataset"]
         if hasattr(type(self), name):
             object.__getattribute__(self, name)  # raises the error that led here
         if name not in DESCRIBED:
@@ -115,8 +131,8 @@ class ResultBase(ABC, Generic[AnyScene]):
             near = difflib.get_close_matches(name, known, n=1)
             closest = f"; closest: {near[0]}" if near else ""
             raise AttributeError(f"{kind} has no attribute or channel {name!r}{closest}")
-        if name not in self.dataset.data_vars:
-            recorded = ", ".join(map(str, self.dataset.data_vars))
+        if name not in self.recorded.values:
+            recorded = ", ".join(self.recorded.values)
             raise AttributeError(f"{name} was not recorded; the run has {recorded}")
         try:
             return self._history(name)
@@ -170,7 +186,7 @@ class ResultBase(ABC, Generic[AnyScene]):
         return drawn(f"{type(self).__name__}.trace", self, **options)
 
     def __repr__(self) -> str:
-        times = self.dataset.time.values
+        times = self.recorded.time
         lines = [
             f"Result of {self.scene.title!r}: {self.report}",
             f"{len(times)} records to {times[-1]:g} s; motion: {self.motion}",
@@ -189,21 +205,18 @@ class ResultBase(ABC, Generic[AnyScene]):
         SceneError
             The run is shorter.
         """
-        first, last = (float(self.dataset.time.values[k]) for k in (0, -1))
+        time = self.recorded.time
+        first, last = float(time[0]), float(time[-1])
         length = wanted
         if length is None:
-            length = (
-                default_window(last - first)
-                if len(self.dataset.time) >= MIN_SAMPLES
-                else last - first
-            )
+            length = default_window(last - first) if len(time) >= MIN_SAMPLES else last - first
         if not 0.0 < length <= last - first:
             asked = (
                 ""
                 if wanted is None
                 else f"window = {wanted} s must be positive and no longer than the run: "
             )
-            records = len(self.dataset.time)
+            records = len(time)
             has = (
                 f"{records} records over {last - first:g} s"
                 if records > 1
@@ -222,7 +235,7 @@ class ResultBase(ABC, Generic[AnyScene]):
             The run is shorter, or the window contains fewer than two records.
         """
         start, stop = self.window(wanted)
-        time = self.dataset.time.values
+        time = self.recorded.time
         found: NDArray[np.bool_] = time >= start - 1e-9
         if np.count_nonzero(found) < 2:
             raise SceneError(
@@ -282,7 +295,7 @@ class ResultBase(ABC, Generic[AnyScene]):
 
     def numbers(self) -> dict[str, object]:
         """Return what a summary of each run has, in plain numbers and words."""
-        attributes, end = self.dataset.attrs, float(self.dataset.time.values[-1])
+        facts, end = self.recorded.facts, float(self.recorded.time[-1])
         return {
             "title": self.scene.title,
             "outcome": self.report.outcome.name.lower(),
@@ -290,8 +303,8 @@ class ResultBase(ABC, Generic[AnyScene]):
             "warnings": list(self.warnings),
             "time": self.report.time,
             "motion": str(self.motion),
-            **{key: attributes[key] for key in WORK},
-            "real_time_factor": end / max(float(attributes["seconds"]), 1e-9),
+            **{key: facts[key] for key in WORK},
+            "real_time_factor": end / max(float(facts["seconds"]), 1e-9),
             "lowest_tension": self.report.lowest_tension,
             **({"sheddings": self.sheddings.to_dict("records")} if self.scene.shedding else {}),
         }

@@ -15,6 +15,7 @@ from gallop_fmu.scene.gusts import coherent_length, force_ratio, station_spacing
 from gallop_fmu.scene.line_scene import LineScene
 from gallop_fmu.scene.scene import Scene
 from gallop_fmu.scene.wind_consistency import times_of_tables
+from gallop_fmu.simulation.provenance import Histories
 from gallop_fmu.simulation.shedding import shedding_warnings
 from gallop_fmu.simulation.steadiness import (
     MIN_RECORDS_PER_CYCLE,
@@ -46,26 +47,30 @@ FAST_ENERGY_SHARE = 0.1
 """Share of the kinetic energy above the frequency of the fastest motion."""
 
 
-def run_warnings(dataset: xr.Dataset, scene: Scene, report: Report) -> tuple[str, ...]:
+def run_warnings(
+    recorded: Histories, scene: Scene, report: Report, dataset: xr.Dataset | None
+) -> tuple[str, ...]:
     """Return the warnings of a run, each a fact and a remedy.
 
     To add a kind of warning, write a function that returns a tuple of sentences and call it here.
 
     Parameters
     ----------
-    dataset
+    recorded
         Recorded histories.
     scene
         The scene of the run.
     report
         Report of the kernel.
+    dataset
+        Dataset of the histories, if ice falls.
     """
     return (
         *scene.warnings,
         *report.warnings,
-        *_step_warnings(dataset, scene),
-        *shedding_warnings(dataset, scene),
-        *not_covered(scene, float(dataset.time[-1])),
+        *_step_warnings(recorded, scene),
+        *(() if dataset is None else shedding_warnings(dataset, scene)),
+        *not_covered(scene, float(recorded.time[-1])),
     )
 
 
@@ -93,15 +98,15 @@ def not_covered(scene: Scene | LineScene, stop_time: float) -> tuple[str, ...]:
     return tuple(found)
 
 
-def _step_warnings(dataset: xr.Dataset, scene: Scene) -> tuple[str, ...]:
+def _step_warnings(recorded: Histories, scene: Scene) -> tuple[str, ...]:
     """Warnings about long steps and record intervals."""
-    middle, time = scene.elements, dataset.time.values
-    nodes = dataset.node.values.tolist()
+    middle, time = scene.elements, recorded.time
+    nodes = recorded.nodes.tolist()
     if middle not in nodes or len(time) < 2:
         return ()
     column = nodes.index(middle)
     displacements, velocities = (
-        [dataset[name].values[:, column] for name in names if name in dataset]
+        [recorded.values[name][:, column] for name in names if name in recorded.values]
         for names in (("u2", "u3"), ("v2", "v3"))
     )
     interval = float(time[1] - time[0])

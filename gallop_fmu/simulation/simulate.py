@@ -5,6 +5,7 @@ from __future__ import annotations
 import time as clock
 from collections.abc import Callable, Sequence
 from dataclasses import replace
+from functools import partial
 from typing import Literal, NamedTuple, overload
 
 import numpy as np
@@ -20,7 +21,7 @@ from gallop_fmu.input.scene_like import SceneLike, as_scene
 from gallop_fmu.scene.line_scene import LineScene
 from gallop_fmu.scene.scene import Scene
 from gallop_fmu.simulation.line_result import LineResult, line_histories
-from gallop_fmu.simulation.provenance import Provenance, histories
+from gallop_fmu.simulation.provenance import Histories, Provenance, histories
 from gallop_fmu.simulation.recording import (
     Recording,
     Values,
@@ -217,16 +218,25 @@ class _Run(NamedTuple):
         scene, nodes = self.scene, self.nodes
         equilibrium = None if model is None else model.equilibrium()
         provenance = Provenance(scene, equilibrium, report, seconds, _details(scene, model))
-        time = self.plan.interval * np.arange(len(next(iter(values.values()))[1]))
+        count = len(next(iter(values.values()))[1])
+        time = self.plan.interval * np.arange(count, dtype=np.float64)
         x = np.full((len(nodes), 3), np.nan) if equilibrium is None else equilibrium.x[nodes]
         if isinstance(scene, LineScene):
             static = {} if model is None else rest_values(self.recording, model)
             dataset = line_histories({**values, **static}, time, nodes, x, self.mapped, provenance)
             dataset = with_sheddings(dataset, self.mapped, self.recording, state)
             return LineResult(dataset, scene, report)
-        dataset = histories(values, time, nodes, x[:, 0], provenance)
-        dataset = with_sheddings(dataset, self.mapped, self.recording, state)
-        return Result(dataset, scene, report)
+        make = partial(histories, values, time, nodes, x[:, 0], provenance)
+        if scene.shedding:
+            return Result(with_sheddings(make(), self.mapped, self.recording, state), scene, report)
+        found = Histories(
+            time=time,
+            nodes=nodes,
+            values={name: content for name, (_, content) in values.items()},
+            facts=provenance.facts(),
+            dataset=make,
+        )
+        return Result.of_histories(found, scene, report)
 
 
 def _details(scene: Scene | LineScene, model: Model | None) -> dict[str, str]:

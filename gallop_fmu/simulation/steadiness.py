@@ -42,8 +42,9 @@ extremes over the window, but no amplitude that lasts.
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
+from functools import cache, partial
 from typing import Literal, get_args
 
 import numpy as np
@@ -91,6 +92,9 @@ SAMPLES_PER_CYCLE = 64
 """Minimum number of samples in a cycle for extremes by a parabola."""
 MIDPOINT_WEIGHTS = np.array([3.0, -25.0, 150.0, 150.0, -25.0, 3.0]) / 256.0
 """Weights of six samples for the value midway between the third and the fourth."""
+
+DEPENDENT = 1e-13
+"""Singular value, relative to the largest, of waves that depend linearly on others."""
 
 MIN_SAMPLES = 8
 """Minimum number of samples for a spectral line."""
@@ -295,7 +299,8 @@ def _judge_random(values: Array) -> Motion:
 def _judge_cycles(values: Array, period: float, length: float) -> Motion:
     """Judge an oscillation between -1 and 1; `period` in samples, `length` of the window in s."""
     cycles = min(max(int(len(values) / (MAX_BLOCKS * period)), 1), 4)
-    logs = np.log(np.maximum(_envelope(values, period, cycles), 1e-300))
+    envelope_of = cache(partial(_envelope, values, period))
+    logs = np.log(np.maximum(envelope_of(cycles), 1e-300))
     first, second, third = _means_of_thirds(logs)
     mean_time = _means_of_thirds(
         np.arange(len(logs)) * cycles * period * length / (len(values) - 1)
@@ -311,9 +316,9 @@ def _judge_cycles(values: Array, period: float, length: float) -> Motion:
             else (third - first) / (now - start)
         )
         return Motion("still growing" if rate > 0.0 else "decaying", _rate_text(rate), rate)
-    if _is_even(values, period):
+    if _is_even(len(values), period, envelope_of):
         return _hidden_growth(values, period, length) or Motion("steady")
-    envelope = _envelope(values, period)
+    envelope = envelope_of(1)
     fall = 1.0 - float(np.min(envelope) / np.max(envelope))
     if _share_of_beats(envelope) >= BEAT_SHARE:
         return Motion("beating", f"cycles differ by {fall:.0%}")
@@ -333,7 +338,7 @@ def _finer(values: Array, period: float) -> tuple[Array, float]:
     return values, period
 
 
-def _envelope(values: Array, period: float, cycles: int = 1) -> Array:
+def _envelope(values: Array, period: float, cycles: int) -> Array:
     """Return half peak-to-peak of blocks of `cycles` cycles, which overlap by a quarter cycle."""
     size = math.ceil((cycles + 0.25) * period) + 1
     starts = np.arange(0.0, len(values) - size + 0.5, cycles * period).astype(int)
@@ -358,8 +363,10 @@ def _means_of_thirds(values: Array) -> list[float]:
 def _share_of_parabola(values: Array) -> float:
     """Return the share of the variance that a parabola explains."""
     x = np.linspace(-1.0, 1.0, len(values))
-    residual = values - np.polynomial.Polynomial.fit(x, values, 2)(x)
-    return 1.0 - float(np.var(residual) / np.var(values))
+    bend = x**2 - np.mean(x**2)  # orthogonal to 1 and x, as the samples are symmetric
+    centred = values - np.mean(values)
+    explained = sum(float(form @ centred) ** 2 / float(form @ form) for form in (x, bend))
+    return explained / float(centred @ centred)
 
 
 def _settles(before: float, after: float) -> bool:
@@ -373,12 +380,12 @@ def _settles(before: float, after: float) -> bool:
     return factor < MAX_FACTOR and abs(after) * factor / (1.0 - factor) <= REMAINING_CHANGE
 
 
-def _is_even(values: Array, period: float) -> bool:
+def _is_even(count: int, period: float, envelope_of: Callable[[int], Array]) -> bool:
     """Check that the maximum of one, two, three or four cycles is constant over the window."""
     for cycles in range(1, 5):
-        if len(values) < (3.0 * cycles + 0.25) * period + 2.0:
+        if count < (3.0 * cycles + 0.25) * period + 2.0:
             break  # fewer than three
-        envelope = _envelope(values, period, cycles)
+        envelope = envelope_of(cycles)
         if np.ptp(envelope) <= STEADY_RANGE * np.mean(envelope):
             return True
     return False
@@ -430,16 +437,15 @@ def _share_of_beats(envelope: Array) -> float:
     beats = np.arange(1.5, max(count / 3.0, 1.6), 0.25)
     phasors = np.exp(2j * np.pi * beats[:, None] * x)
     strongest = beats[np.argsort(np.abs(phasors @ (centred * np.hanning(count))))[-3:]]
-    best = 0.0
-    for line in (strongest[:, None] * [0.5, 0.97, 1.0, 1.03]).ravel():
-        if line < 1.5:
-            continue
-        angle = 2.0 * np.pi * line * x[:, None]
-        waves = np.hstack(
-            [np.ones_like(angle), *(f(k * angle) for k in (1, 2) for f in (np.cos, np.sin))]
-        )
-        residual = centred - waves @ np.linalg.lstsq(waves, centred, rcond=None)[0]
-        best = max(best, 1.0 - float(np.var(residual) / np.var(centred)))
+    lines = (strongest[:, None] * [0.5, 0.97, 1.0, 1.03]).ravel()
+    angle = 2.0 * np.pi * lines[lines >= 1.5, None] * x
+    waves = [f(k * angle) for k in (1, 2) for f in (np.cos, np.sin)]
+    basis, size, _ = np.linalg.svd(
+        np.stack([np.ones_like(angle), *waves], axis=-1), full_matrices=False
+    )
+    basis *= (size > DEPENDENT * size[:, :1])[:, None]  # a line and the alias of its double
+    residual = centred - (basis @ (basis.mT @ centred)[..., None])[..., 0]
+    best = 1.0 - float(np.min(np.var(residual, axis=1)) / np.var(centred))
     return 1.0 - (1.0 - best) * (count - 1) / (count - unknowns - 1)
 
 

@@ -90,32 +90,31 @@ def steady_motion(result: Result, window: float | None = None) -> Row:
     seconds (None: 100 s, at most half of the run) of a completed run, extremes to the whole run,
     complete or not. Amplitudes are lasting if ``motion`` is steady.
     """
-    dataset, report = result.dataset, result.report
-    attrs = dataset.attrs
+    recorded, report = result.recorded, result.report
     row: Row = {
-        "sag": float(attrs["sag"]),
-        "horizontal_tension": float(attrs["horizontal_tension"]),
-        "time": float(dataset.time[-1]),
+        "sag": recorded.facts["sag"],
+        "horizontal_tension": recorded.facts["horizontal_tension"],
+        "time": float(recorded.time[-1]),
     }
     length = None if window is None else min(window, row["time"])
     row["motion"] = str(result.motion if length is None else result.judged(length))
     for name, values in _midspan_histories(result).items():
         row |= {f"{name}_lowest": float(np.min(values)), f"{name}_highest": float(np.max(values))}
     row |= {"lowest_tension": report.lowest_tension, "warnings": " ".join(result.warnings)}
-    if "left_f1" in dataset:
+    if "left_f1" in recorded.values:
         forces = [
-            np.sqrt(sum(dataset[f"{end}_f{axis}"].values ** 2 for axis in (1, 2, 3)))
+            np.sqrt(sum(recorded.values[f"{end}_f{axis}"] ** 2 for axis in (1, 2, 3)))
             for end in ("left", "right")
         ]
         row["support_force_highest"] = float(np.max(forces))
     if report.outcome is Outcome.COMPLETED:
-        row |= _steady_columns(result, length, float(attrs["sag"]))
+        row |= _steady_columns(result, length, recorded.facts["sag"])
     return {name: row.get(name) for name in SUMMARY_COLUMNS} | shedding_columns(result)
 
 
 def _steady_columns(result: Result, window: float | None, sag: float) -> Row:
     row: Row = {}
-    time, last = result.dataset.time.values, result.in_window(window)
+    time, last = result.recorded.time, result.in_window(window)
     interval = float(np.diff(time[last][:2])[0])
     histories = {name: values[last] for name, values in _midspan_histories(result).items()}
     for name, values in histories.items():
@@ -133,8 +132,8 @@ def _steady_columns(result: Result, window: float | None, sag: float) -> Row:
 
 def _midspan_histories(result: Result) -> dict[str, NDArray[np.float64]]:
     """Mid-span histories as plain arrays; selection in a dataset is slow."""
-    middle = result.dataset.node.values.tolist().index(result.scene.elements)
-    return {name: result.dataset[name].values[:, middle] for name in CHANNELS}
+    middle = result.recorded.nodes.tolist().index(result.scene.elements)
+    return {name: result.recorded.values[name][:, middle] for name in CHANNELS}
 
 
 @dataclass(frozen=True)
