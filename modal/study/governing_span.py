@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from gallop_fmu import LineScene, Scene, SceneError
+from gallop_fmu import LineScene, Scene
 from gallop_fmu.simulation.line_result import LineResult
 from modal.motions.branches import Branches, branches
 
