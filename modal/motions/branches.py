@@ -370,7 +370,7 @@ def _remarks(found: Diagram, names: list[str], model: SpanModel, unit: str) -> t
             f" found, because {reason}"
         )
     if found.unexplored:
-        listed = ", ".join(f"{one.parameter:.4g}" for one in found.unexplored)
+        listed = ", ".join(dict.fromkeys(f"{one.parameter:.4g}" for one in found.unexplored))
         remarks.append(
             f"branches that start at {listed} {unit} were not followed, because more than"
             f" {MAX_UNSTABLE} disturbances grow there, or the limit of {MAX_BRANCHES} branches and"

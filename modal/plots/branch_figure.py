@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from itertools import pairwise
+from textwrap import fill
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -44,17 +45,29 @@ CLAMPS = ("clamp", "clamp_amplitude", "clamps of strings,\nacross the line")
 """The same of a line with strings."""
 
 
-def branch_figure(data: xr.Dataset) -> Figure:
+LEGEND_LETTERS = 44
+"""Letters of a line of the legend; two columns of them fit the figure."""
+
+LEGEND_LINE = 0.13
+"""Height of a line of the legend [inch]."""
+
+
+def branch_figure(data: xr.Dataset, legend_columns: int = 2) -> Figure:
     """Draw the amplitudes of all branches: stable parts solid, unstable parts dashed.
 
     Parameters
     ----------
     data
         Dataset of `modal.branches`.
+    legend_columns
+        Number of columns of the legend.
     """
     rows = (*ROWS, CLAMPS) if data.sizes.get("tower") else ROWS
+    handles = _handles(data)
+    lines = sum(str(handle.get_label()).count("\n") + 1 for handle in handles)
+    height = 2.0 * len(rows) + LEGEND_LINE * lines / legend_columns
     with drawing(STYLE):
-        figure = Figure(figsize=(WIDTH, 0.4 + 2.0 * len(rows)), layout="constrained")
+        figure = Figure(figsize=(WIDTH, height), layout="constrained")
         add_title(figure, data.attrs["title"])
         panels = figure.subplots(len(rows), 1, sharex=True)
         for axes, (run_name, column, label) in zip(panels, rows, strict=True):
@@ -68,7 +81,11 @@ def branch_figure(data: xr.Dataset) -> Figure:
         name = str(data.attrs["over"]).replace("wind.speed", "wind speed")
         panels[-1].set_xlabel(f"{name} [{data.attrs['units']}]")
         figure.legend(
-            handles=_handles(data), loc="outside lower center", ncols=2, frameon=False, fontsize=7.5
+            handles=handles,
+            loc="outside lower center",
+            ncols=legend_columns,
+            frameon=False,
+            fontsize=7.5,
         )
         return figure
 
@@ -131,7 +148,13 @@ def _draw_runs(axes: Axes, data: xr.Dataset, name: str) -> None:
 def _handles(data: xr.Dataset) -> list[Line2D]:
     """Entries of the legend: branches, kinds of lines, events, simulations."""
     handles = [
-        Line2D([], [], color=_colour(number), linewidth=1.6, label=f"{number}: {name}")
+        Line2D(
+            [],
+            [],
+            color=_colour(number),
+            linewidth=1.6,
+            label=fill(f"{number}: {name}", LEGEND_LETTERS),
+        )
         for number, name in zip(data.branch.values.tolist(), data["name"].values, strict=True)
     ]
     handles.append(Line2D([], [], color=NEUTRAL, linestyle="--", linewidth=0.9, label="unstable"))

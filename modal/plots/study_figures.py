@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from textwrap import fill
 from typing import Any
 
 import numpy as np
@@ -14,7 +15,7 @@ from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from gallop_fmu.line.clearance import Ellipse
-from gallop_fmu.plots import COLOURS, NEUTRAL, STYLE, add_title, drawing, thinned
+from gallop_fmu.plots import COLOURS, NEUTRAL, STYLE, drawing, thinned
 from modal.plots.span_figures import WIDTH
 
 Array = NDArray[np.float64]
@@ -43,6 +44,9 @@ MAP_COLOURS = "cividis"
 
 MIN_MOTION = 0.1
 """Least range [m] of an axis and of the colours of motions."""
+
+MIN_MAP_HEIGHT = 1.9
+"""Least height of a map [inch], so that the text beside the bar of colours fits."""
 
 
 @dataclass(frozen=True)
@@ -127,7 +131,8 @@ def condition_map(
         Value of the brightest colour (default: the largest one).
     """
     with drawing(STYLE):
-        figure = Figure(figsize=(WIDTH, 1.3 + 0.23 * len(rows)), layout="constrained")
+        height = max(MIN_MAP_HEIGHT, 1.3 + 0.23 * len(rows))
+        figure = Figure(figsize=(WIDTH, height), layout="constrained")
         axes = figure.subplots()
         most = highest or max([MIN_MOTION, *values[np.isfinite(values)].tolist()])
         mesh = axes.pcolormesh(
@@ -306,7 +311,7 @@ def force_figure(time: Array, forces: Sequence[ForceHistory]) -> Figure:
     return figure
 
 
-def measure_figure(names: Sequence[str], before: float, after: Array, title: str = "") -> Figure:
+def measure_figure(names: Sequence[str], before: float, after: Array, letters: int = 80) -> Figure:
     """Draw the largest motion with each measure as bars, and that without as a line.
 
     Parameters
@@ -317,11 +322,13 @@ def measure_figure(names: Sequence[str], before: float, after: Array, title: str
         Largest motion without them [m].
     after : ndarray, shape (measure,)
         Largest motion with each [m]; NaN without a result.
-    title
-        One line above the figure.
+    letters
+        Longest line of a name; longer names are wrapped.
     """
+    wrapped = [fill(name, letters) for name in names]
+    lines = sum(max(2, name.count("\n") + 1) for name in wrapped)
     with drawing(STYLE):
-        figure = Figure(figsize=(WIDTH, 0.8 + 0.3 * len(names)), layout="constrained")
+        figure = Figure(figsize=(WIDTH, 0.8 + 0.15 * lines), layout="constrained")
         axes: Any = figure.subplots()
         places = np.arange(len(names))
         shown = np.nan_to_num(after)
@@ -352,7 +359,6 @@ def measure_figure(names: Sequence[str], before: float, after: Array, title: str
         )
         axes.set_ylim(len(names) - 0.4, -1.1)
         axes.set_xlim(0.0, limit)
-        axes.set_yticks(places, list(names))
-        axes.set_xlabel("largest vertical motion, peak to peak [m]")
-        add_title(figure, title)
+        axes.set_yticks(places, wrapped)
+        axes.set_xlabel("largest vertical motion,\npeak to peak [m]")
     return figure

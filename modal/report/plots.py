@@ -66,7 +66,13 @@ class Picture:
 
 
 def picture(
-    name: str, label: str, caption: str, draw: Callable[[], Figure], *, once: bool = False
+    name: str,
+    label: str,
+    caption: str,
+    draw: Callable[[], Figure],
+    draw_narrow: Callable[[], Figure] | None = None,
+    *,
+    once: bool = False,
 ) -> Picture:
     """Draw a figure for the page.
 
@@ -78,12 +84,13 @@ def picture(
         Description for screen readers, and caption below the figure.
     draw
         Function that returns the figure.
+    draw_narrow
+        The same for a telephone, if a narrow figure needs another layout.
     once
         True if the figure fits a telephone as it is.
     """
-    return Picture(
-        label, caption, svg(draw(), name), "" if once else svg(draw(), f"{name}-narrow", NARROW)
-    )
+    narrow = "" if once else svg((draw_narrow or draw)(), f"{name}-narrow", NARROW)
+    return Picture(label, caption, svg(draw(), name), narrow)
 
 
 def svg(figure: Figure, name: str, width: float | None = None) -> str:
@@ -205,6 +212,10 @@ def outermost(x: Array, y: Array, directions: int = 360) -> list[int]:
     return list(dict.fromkeys(farthest))
 
 
+def _rounded(number: re.Match[str]) -> str:
+    return f"{float(number[0]):.2f}"
+
+
 def _embedded(text: str, name: str) -> str:
     """Reduce an SVG file to an element with the page's colours and unique identifiers."""
     text = text[text.index("<svg") :]
@@ -215,7 +226,7 @@ def _embedded(text: str, name: str) -> str:
     used = set(re.findall(r'(?:href="#|url\(#)([^")]+)', body))
     body = re.sub(r' id="([^"]+)"', lambda m: f' id="{name}-{m[1]}"' if m[1] in used else "", body)
     body = re.sub(r'xlink:href="#', f'href="#{name}-', body).replace("url(#", f"url(#{name}-")
-    body = re.sub(r"-?\d+\.\d{3,}", lambda m: f"{float(m[0]):.2f}", body)
+    body = re.sub(r"<[^>]*>", lambda tag: re.sub(r"-?\d+\.\d{3,}", _rounded, tag[0]), body)
     for colour, variable in VARIABLES.items():
         body = re.sub(colour, variable, body, flags=re.IGNORECASE)
     return f'<svg {box[0]} preserveAspectRatio="xMidYMid meet" aria-hidden="true">{body.strip()}'

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 from datetime import date
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -36,6 +37,9 @@ MARKS = {
     "failed": "-",
 }
 """Text of a kind of case in the map."""
+
+LETTERS_ON_TELEPHONE = 24
+"""Longest line of the name of a measure beside its bar on a telephone."""
 
 
 @dataclass(frozen=True)
@@ -164,17 +168,20 @@ def _pictures(study: LineStudy) -> list[Any]:
         drawn += _pictures_of_worst(study, study.worst, result)
     simulated = [each for each in study.tried if each.largest == each.largest]
     if simulated:
+        figure = partial(
+            figures.measure_figure,
+            [each.measure.name for each in simulated],
+            largest_of(study.before),
+            np.array([each.largest for each in simulated]),
+        )
         drawn.append(
             picture(
                 "measures",
                 "Largest vertical motion with each measure",
                 "Largest vertical motion with each measure, over the conditions in which they were"
                 " tried.",
-                lambda: figures.measure_figure(
-                    [each.measure.name for each in simulated],
-                    largest_of(study.before),
-                    np.array([each.largest for each in simulated]),
-                ),
+                figure,
+                partial(figure, letters=LETTERS_ON_TELEPHONE),
             )
         )
     return drawn
@@ -253,6 +260,7 @@ def _branches(found: Branches, worst: Case) -> Any:
         " strings and the neighbouring spans change these motions; the cases above are those of"
         f" the section.{remarks}",
         lambda: branch_figure(found.dataset),
+        lambda: branch_figure(found.dataset, legend_columns=1),
     )
 
 

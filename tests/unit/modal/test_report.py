@@ -9,6 +9,7 @@ from html.parser import HTMLParser
 
 import numpy as np
 import pytest
+from matplotlib.figure import Figure
 from typer.testing import CliRunner
 
 import gallop_fmu as gf
@@ -17,7 +18,7 @@ from gallop_fmu.cli.main import app as fmu_app
 from modal.cli.main import app
 from modal.report.findings import Missing, examine, static_equilibrium
 from modal.report.page import page
-from modal.report.plots import outermost
+from modal.report.plots import outermost, svg
 from modal.report.tables import source_of, value_text
 
 QUICK = {"numerics.elements": 6, "numerics.time_step": 0.02, "run.record_every": 2}
@@ -299,3 +300,15 @@ def test_rest_in_wind_balances_the_drag():
 def test_outermost_points_are_the_corners():
     x, y = np.array([0.0, 1.0, 1.0, 0.0, 0.5, 0.9]), np.array([0.0, 0.0, 1.0, 1.0, 0.5, 0.9])
     assert sorted(outermost(x, y)) == [0, 1, 2, 3]
+
+
+def test_a_page_rounds_coordinates_and_no_label():
+    """A label 0.005 was shown as 0.01."""
+    figure = Figure()
+    axes = figure.subplots()
+    axes.plot([0.0, 1.0], [0.0, 0.0123456])
+    axes.set_yticks([0.0, 0.005, 0.0123])
+    drawn = svg(figure, "small")
+    labels = re.findall(r"<text[^>]*>([^<]*)</text>", drawn)
+    assert {"0.0050", "0.0123"} <= set(labels)
+    assert not re.search(r"\d\.\d{3}", re.sub(r">[^<]*<", "><", drawn))
