@@ -72,4 +72,6 @@ predicted = grid["line.wind_speed"].values[None, :] > onset.values[:, None]
 print(f"\n{int((swings.values == predicted).sum())} of {swings.size} as predicted")
 assert (swings.values == predicted).all()
 assert list(certain) == ["A3-A4"]
-assert abs(float(onset.values[0]) - 3.28) < 0.04  # simulations of 6000 s swing from 3.28 m/s
+# In the kernel, a small swing grows from 3.256 m/s on (benchmarks/accuracy/swing_onset.py); from
+# 3.26 m/s on with the time step used here.
+assert abs(float(onset.values[0]) - 3.256) < 0.01
