@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from gallop_fmu.foundation.channels import DESCRIBED
 from gallop_fmu.foundation.errors import SceneError
 from gallop_fmu.simulation.steadiness import (
     REST_AMPLITUDE,
@@ -88,6 +89,10 @@ class Oscillation(NamedTuple):
         return size if self.motion.kind == "steady" else f"{size}, {self.motion}"
 
 
+MAIN_CHANNELS = ("u2", "u3", "theta", "tension")
+"""Channels that are shown first."""
+
+
 class Oscillations(dict[str, Oscillation]):
     """Oscillation of each mid-span channel by name.
 
@@ -102,13 +107,19 @@ class Oscillations(dict[str, Oscillation]):
         self.start, self.stop = start, stop
 
     def __repr__(self) -> str:
-        rows = [
-            f"  {name}: {each.amplitude:.5g} at {frequency_text(each.frequency_hz)} Hz,"
-            f" {each.motion}"
-            for name, each in self.items()
-        ]
+        shown = [name for name in MAIN_CHANNELS if name in self] or list(self)[: len(MAIN_CHANNELS)]
+        rows = [f"  {name}: {self._line(name)}" for name in shown]
+        others = [name for name in self if name not in shown]
+        if others:
+            rows.append(f"  and {len(others)} more channels: {others[0]}, ..., {others[-1]}")
         return "\n".join(
             [f"Oscillations from {self.start:g} to {self.stop:g} s (half peak-to-peak)", *rows]
+        )
+
+    def _line(self, name: str) -> str:
+        each, unit = self[name], DESCRIBED[name].unit
+        return (
+            f"{each.amplitude:.5g} {unit} at {frequency_text(each.frequency_hz)} Hz, {each.motion}"
         )
 
 

@@ -13,6 +13,7 @@ from gallop_fmu.foundation.channels import DESCRIBED
 from gallop_fmu.foundation.errors import SceneError
 from gallop_fmu.scene.scene import Scene
 from gallop_fmu.simulation.oscillation import (
+    MAIN_CHANNELS,
     MOVES,
     Oscillation,
     Oscillations,
@@ -185,6 +186,6 @@ def summary(result: Result) -> dict[str, object]:
                 "highest": float(np.max(values[name])),
             }
             for name, o in steady.items()
-            if name in ("u2", "u3", "theta", "tension")
+            if name in MAIN_CHANNELS
         },
     }

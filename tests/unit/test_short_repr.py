@@ -53,3 +53,7 @@ def test_result_shows_its_text_and_its_dataset_in_notebooks():
     assert "xarray.Dataset" in html
     assert "<pre>Result of" in html
     assert repr(result.steady()["u2"]).startswith("Oscillation(amplitude 0.004")
+    lines = repr(result.steady()).splitlines()
+    assert [line.split(":")[0] for line in lines[1:5]] == ["  u2", "  u3", "  theta", "  tension"]
+    assert " rad at " in lines[3]
+    assert lines[5:] == ["  and 17 more channels: u1, ..., substeps"]
