@@ -189,8 +189,10 @@ def line_overview(result: LineResult) -> Figure:
     return figure
 
 
-def line_paths(result: LineResult, phase: int = 1) -> Figure:
-    """Draw the path of mid-span across the line at the end of the run, a panel for each span.
+def line_paths(
+    result: LineResult, phase: int = 1, window: tuple[float, float] | None = None
+) -> Figure:
+    """Draw the path of mid-span across the line, a panel for each span.
 
     Parameters
     ----------
@@ -198,14 +200,16 @@ def line_paths(result: LineResult, phase: int = 1) -> Figure:
         The run.
     phase
         Number of the phase, from 1.
+    window
+        Start and end [s] of the path; by default the last 20 s of the run.
 
     Raises
     ------
     SceneError
         There is no such phase, or u2, u3 or mid-spans were not recorded.
     """
-    stop = float(result.dataset.time[-1])
-    start = max(0.0, stop - CLOSE_TIME)
+    end = float(result.dataset.time[-1])
+    start, stop = window or (max(0.0, end - CLOSE_TIME), end)
     columns = min(result.map.spans, PATHS_IN_ROW)
     rows = math.ceil(result.map.spans / columns)
     with drawing(STYLE):

@@ -223,7 +223,7 @@ def _first_turned_over(
         turned = _turned_over(time, values, last, then) if name.endswith("twist") else then
         if turned is not then:
             place = name.removesuffix("twist").strip()
-            return replace(turned, detail=f"{place} {turned.detail}") if place else turned
+            return replace(turned, detail=f"in {place}, {turned.detail}") if place else turned
     return then
 
 

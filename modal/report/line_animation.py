@@ -76,6 +76,19 @@ class LineAnimation:
         }
 
 
+def part_of_line(result: LineResult, span: int) -> tuple[str, NDArray[np.intp]]:
+    """Select the part of a run that is shown, by the motion of a span, counted from 1.
+
+    Returns
+    -------
+    str, ndarray
+        Name of the part, and its records.
+    """
+    middle = result.bundle(span, 1)
+    histories = [np.asarray(middle[name].values) for name in ("u2", "u3")]
+    return shown_part(np.asarray(middle.time.values), histories, OTHER_PERIODS)
+
+
 def line_animation(result: LineResult, span: int) -> LineAnimation:
     """Select the last periods of a span, or those of its largest motion if that decays later.
 
@@ -91,9 +104,7 @@ def line_animation(result: LineResult, span: int) -> LineAnimation:
     """
     data = result.dataset
     time = np.asarray(data.time.values)
-    middle = result.bundle(span, 1)
-    histories = [np.asarray(middle[name].values) for name in ("u2", "u3")]
-    part, chosen = shown_part(time, histories, OTHER_PERIODS)
+    part, chosen = part_of_line(result, span)
     frames = chosen[:: math.ceil(len(chosen) / MAX_FRAMES)]
     columns, conductors = _points(result)
     rest = _means([data[name].values for name in ("x1", "x2", "x3")], columns)

@@ -13,7 +13,7 @@ from modal.linear.line_modes import LineMode
 from modal.report import line_tables, tables
 from modal.report.animation import played
 from modal.report.findings import Missing
-from modal.report.line_animation import line_animation
+from modal.report.line_animation import line_animation, part_of_line
 from modal.report.line_findings import LineFindings
 from modal.report.line_verdict import verdict
 from modal.report.template import render
@@ -83,13 +83,18 @@ def _animation_content(result: LineResult) -> dict[str, Any] | None:
     """The moving line, by the period of the span that moves most; None without a motion."""
     if result.dataset.sizes["time"] < 2:
         return None
+    frames = line_animation(result, _largest_span(result))
+    height, across = frames.moved[..., 0], frames.moved[..., 1]
+    return played(frames.part, frames.time, (height, across), frames.packed())
+
+
+def _largest_span(result: LineResult) -> int:
+    """Number of the span that moves most."""
     sizes = [
         float(np.ptp(result.bundle(span, 1)["u2"].values))
         for span in range(1, result.map.spans + 1)
     ]
-    frames = line_animation(result, int(np.argmax(sizes)) + 1)
-    height, across = frames.moved[..., 0], frames.moved[..., 1]
-    return played(frames.part, frames.time, (height, across), frames.packed())
+    return int(np.argmax(sizes)) + 1
 
 
 def _pictures(result: LineResult) -> list[Any]:
@@ -107,6 +112,10 @@ def _pictures(result: LineResult) -> list[Any]:
     ]
     if result.dataset.sizes["time"] < 2:
         return drawn
+    part, frames = part_of_line(result, _largest_span(result))
+    time = np.asarray(result.dataset.time.values)
+    window = float(time[frames[0]]), float(time[frames[-1]])
+    when = f"{window[0]:.0f} to {window[1]:.0f} s: {part}"
     for phase in range(1, min(result.map.phases, DRAWN_PHASES) + 1):
         name = f", phase {phase}" if result.map.phases > 1 else ""
         drawn.append(
@@ -121,8 +130,8 @@ def _pictures(result: LineResult) -> list[Any]:
             picture(
                 f"paths-{phase}",
                 f"Paths of mid-spans{name}",
-                f"Paths of mid-spans across the line, last 20 s, seen along the line{name}.",
-                partial(line_paths, result, phase),
+                f"Paths of mid-spans across the line, seen along the line{name}, {when}.",
+                partial(line_paths, result, phase, window),
                 once=True,
             )
         )
