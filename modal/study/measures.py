@@ -33,6 +33,10 @@ PENDULUM_MASS, PENDULUM_ARM = 20.0, 0.5
 DAMPER_SHARE, MAX_DAMPER_MASS = 0.05, 50.0
 """Mass of a hanging damper over the modal mass of its span, and its maximum [kg]."""
 
+MAX_STRETCH = 1.0
+"""Stretch [m] of the spring of a tuned damper above which a plain spring is not practicable
+(chosen)."""
+
 INTERPHASE_STATIONS = ((1.0 / 3.0, 2.0 / 3.0), (0.25, 0.5, 0.75))
 """Stations of interphase spacers between the first two phases, the next two, and so on in turn."""
 
@@ -211,10 +215,16 @@ def dampers(scene: LineScene, frequencies_hz: NDArray[np.float64]) -> Measure:
     name = "Hang a tuned damper at mid-span"
     if not devices:
         return Measure(name, "", None, "no span gallops at a frequency to which it can be tuned")
+    lever = (
+        ": not practicable as a plain spring; its mass needs a lever or a counterweight"
+        if max(stretches) > MAX_STRETCH
+        else ""
+    )
     return _made(
         name,
         f"{min(masses):.0f} to {max(masses):.0f} kg for each conductor, in {len(devices)} spans;"
-        f" the spring stretches by {min(stretches):.1f} to {max(stretches):.1f} m under its weight",
+        f" a spring would stretch by {min(stretches):.1f} to {max(stretches):.1f} m under its"
+        f" weight{lever}",
         lambda: _with_devices(scene, devices),
     )
 
