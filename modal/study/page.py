@@ -24,9 +24,10 @@ from modal.report.tables import scene_tables
 from modal.report.template import render
 from modal.study import tables
 from modal.study.cases import Case
+from modal.study.certainty import assumptions
 from modal.study.gaps import NORMALS, motion_window, support
 from modal.study.study import LineStudy, largest_of
-from modal.study.verdict import answers, assumptions
+from modal.study.verdict import answers
 
 MARKS = {
     "steady": "{}",
