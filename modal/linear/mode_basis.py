@@ -30,9 +30,6 @@ MIRROR = np.array([-1.0, 1.0, 1.0, 1.0])
 SIGN_OFFSET = 1e-12
 """Added to a mid-span displacement whose sign is taken: the sign of 0 is positive."""
 
-MIN_NEW_PART = 1e-3
-"""Part of a shape outside the basis below which the shape is not added to it."""
-
 
 @dataclass(frozen=True)
 class StillAirModes:
@@ -183,59 +180,3 @@ def choose(
             ]
             chosen += alike[:count]
     return chosen
-
-
-def with_stretching(modes: StillAirModes, chosen: list[int]) -> Array:
-    """Basis of chosen shapes and of the static displacements due to their change of tension.
-
-    Motion u = q_a phi_a + q_b phi_b sets up the internal force q_a q_b (dK/dq_a) phi_b of second
-    order in q, with K the tangent stiffness. It stretches the conductor along itself, which no low
-    mode does. The static displacement K0^-1 (dK/dq_a) phi_b is added to the basis for a = the first
-    symmetric vertical or horizontal mode, and b = each vertical or horizontal mode chosen (for a
-    horizontal, b horizontal).
-
-    Parameters
-    ----------
-    modes
-        The span.
-    chosen
-        Numbers of the modes.
-
-    Returns
-    -------
-    ndarray, shape (shape, node, 4)
-        Orthonormal in the mass; first the chosen modes.
-    """
-    free = np.flatnonzero(modes.free)
-    shapes = modes.shapes.reshape(len(modes.shapes), -1)
-    partners: dict[Family, list[int]] = {
-        "vertical": [i for i in chosen if modes.family[i] in ("vertical", "horizontal")],
-        "horizontal": [i for i in chosen if modes.family[i] == "horizontal"],
-    }
-    loads = []
-    for family, others in partners.items():
-        change = stiffness_derivative(modes, modes.shapes[modes.first(family)])
-        loads += [change @ shapes[i] for i in others]
-    static = np.zeros((len(loads), shapes.shape[1]))
-    static[:, free] = np.linalg.solve(
-        modes.stiffness[np.ix_(free, free)], np.array(loads)[:, free].T
-    ).T
-    basis = list(shapes[chosen])
-    for displacement in static:
-        _append_orthonormal(basis, displacement, modes.mass)
-    return np.array(basis).reshape(len(basis), -1, 4)
-
-
-def _append_orthonormal(basis: list[Array], vector: Array, mass: Array) -> None:
-    """Append the part of a vector that is outside the basis, normalised by the mass (Gram-Schmidt).
-
-    Two passes remove round-off (Kahan's "twice is enough"). What is left of nearly parallel vectors
-    is not appended.
-    """
-    size = np.sqrt(vector @ mass @ vector)
-    for _ in range(2):
-        for known in basis:
-            vector = vector - (known @ mass @ vector) * known
-    left = np.sqrt(vector @ mass @ vector)
-    if left > MIN_NEW_PART * size:
-        basis.append(vector / left)

@@ -1,14 +1,13 @@
-"""An iced span reduced to a few of its mode shapes, nonlinear and with the wind on it.
+"""An iced span reduced to a few of its mode shapes, with wind and ice, and linear tension forces.
 
 The equations are those of the simulation, written for motions ``u = shapes q`` and many instants at
-once. Mass, damping, stiffness and wind load come from the kernel; tension forces of second and
-third order and forces of the rotating ice are evaluated at the kernel's Gauss points. The forces
-are those of the kernel up to round-off.
+once. Mass, damping, stiffness and wind load come from the kernel; forces of the rotating ice are
+evaluated at the kernel's Gauss points. The forces are those of the kernel up to round-off, but for
+the part of the tension that is not linear in q, which `modal.motions.span_model` adds.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
@@ -16,7 +15,7 @@ from numpy.typing import NDArray
 
 from gallop_fmu import Scene, SceneError
 from gallop_fmu.engine.mesh import AeroLoad
-from modal.linear.mode_basis import StillAirModes, choose, mirrored, with_stretching
+from modal.linear.mode_basis import StillAirModes
 from modal.linear.projection import Projection
 
 Array = NDArray[np.float64]
@@ -26,9 +25,6 @@ STATIC_ITERATIONS = 30
 
 STATIC_TOLERANCE = 1e-10
 """Largest last correction of the coordinates, relative to the largest of them or to 1."""
-
-MIN_FREQUENCY = 1e-9
-"""Angular frequency [rad/s] below which an eigenvalue does not oscillate."""
 
 
 class Forces(NamedTuple):
@@ -88,21 +84,12 @@ class ReducedModel:
             self._projection.matrix(a) for a in (modes.mass, modes.damping, modes.stiffness)
         )
         self.middle = self.shapes[:, modes.model.middle]
-        self._prepare_stretching()
         self._prepare_sections()
 
     @property
     def size(self) -> int:
         """Number of coordinates."""
         return len(self.shapes)
-
-    def _prepare_stretching(self) -> None:
-        """Compute what `stretching` needs of the shapes at the strain points."""
-        points = self.modes.mesh.strain_points
-        slope = points.slope(np.moveaxis(self.shapes, 0, -1))[:, :3]  # (point, 3, mode)
-        self._pull = np.einsum("gi,gim->gm", points.tangent, slope)  # X'.shape'
-        self._pairs = np.einsum("gim,gin->gmn", slope, slope)  # shape'.shape'
-        self._axial = self.scene.conductor.axial_stiffness * points.length
 
     def _prepare_sections(self) -> None:
         """Compute gravity, ice and wind at the sections, and products of the shapes there."""
@@ -124,7 +111,7 @@ class ReducedModel:
         self._by_ice = products[[0, 1], 2] + products[2, [0, 1]]
 
     def forces(self, q: Array, v: Array, a: Array, wind: float | Array) -> Forces:
-        """Forces and derivatives at instants.
+        """Forces and derivatives at instants, without the quadratic and cubic tension forces.
 
         Parameters
         ----------
@@ -140,21 +127,16 @@ class ReducedModel:
         assert air.slopes is not None
         by_u -= air.slopes[0]
         by_v -= air.slopes[1:].swapaxes(0, 1)
-        stretching, stiffness = self.stretching(q)
         return Forces(
-            q @ self.stiffness
-            + v @ self.damping
-            + a @ self.mass
-            + stretching
-            + self._projection.collect(load),
-            self.stiffness + stiffness + self._product(by_u, self._by_twist),
+            q @ self.stiffness + v @ self.damping + a @ self.mass + self._projection.collect(load),
+            self.stiffness + self._product(by_u, self._by_twist),
             self.damping + self._product(by_v.reshape(9, *u.shape[1:]), self._by_all),
             self.mass + self._product(by_a, self._by_ice),
             self._projection.collect(self._by_speed(air.slopes)),
         )
 
     def unstretched(self, q: Array, v: Array, a: Array, wind: float | Array) -> Array:
-        """Residual of `forces` without the quadratic and cubic tension forces."""
+        """Residual of `ReducedModel.forces` alone."""
         u, du, ddu = (self._projection.at_sections(y) for y in (q, v, a))
         load = self._ice_load(u, du, ddu, self._moments(u[2])) - self._air(u, du, wind).force
         linear = q @ self.stiffness + v @ self.damping + a @ self.mass
@@ -174,38 +156,6 @@ class ReducedModel:
             -1, self.size**2
         )
         return np.asarray(flat.reshape(-1, self.size, self.size))
-
-    def stretching(self, q: Array) -> tuple[Array, Array]:
-        """Quadratic and cubic part of the internal force, and its derivative.
-
-        The Green strain is e = X'.u' + u'.u'/2 (Liu et al. 2009), the tension T = T0 + EA e,
-        and its virtual work per length T (X' + u').du'. With p = X'.shape', P = shape'.shape',
-        l = p.q = X'.u', s = q.P q/2 = u'.u'/2, what is not linear in q is
-
-            EA s p + EA (l + s) P q,
-
-        and the derivative EA (p (P q)' + (P q) p' + (P q)(P q)') + EA (l + s) P.
-
-        Parameters
-        ----------
-        q : ndarray, shape (instant, mode)
-            Coordinates.
-
-        Returns
-        -------
-        ndarray, ndarray, shape (instant, mode) and (instant, mode, mode)
-        """
-        count, size = q.shape
-        along = (q @ self._pairs.reshape(-1, size).T).reshape(count, -1, size)  # P q
-        linear = q @ self._pull.T
-        square = 0.5 * (along @ q[:, :, None])[:, :, 0]
-        stress = self._axial * (linear + square)
-        force = (self._axial * square) @ self._pull + (stress[:, None] @ along)[:, 0]
-        weighted = along * self._axial[:, None]
-        mixed = self._pull.T @ weighted
-        stiffness = mixed + mixed.transpose(0, 2, 1) + along.transpose(0, 2, 1) @ weighted
-        stiffness += (stress @ self._pairs.reshape(len(self._pull), -1)).reshape(count, size, size)
-        return force, stiffness
 
     def _ice_load(self, u: Array, v: Array, a: Array, moments: tuple[Array, Array]) -> Array:
         """Force per unit length of the rotation of the ice, less its linear part.
@@ -296,64 +246,6 @@ class ReducedModel:
         return float(np.abs(self._air(u, du, wind).excess).max())
 
 
-@dataclass(frozen=True)
-class MeanState:
-    """Static equilibrium in a steady wind, and the small vertical motion about it.
-
-    Attributes
-    ----------
-    displacement : ndarray, shape (mode,)
-        Coordinates of the equilibrium.
-    vertical : complex
-        Growth rate and angular frequency [1/s] of the first vertical mode in the wind.
-    shape : ndarray, shape (mode,)
-        Its complex shape.
-    """
-
-    displacement: Array
-    vertical: complex
-    shape: NDArray[np.complex128]
-
-
-def mean_state(model: ReducedModel, wind: float) -> MeanState:
-    """Equilibrium of a reduced span in a steady wind, and its first vertical mode.
-
-    Parameters
-    ----------
-    model
-        The reduced span.
-    wind
-        Wind speed [m/s].
-
-    Raises
-    ------
-    SceneError
-        If there is none, it is not stable (divergence), or the attack angle there lies outside the
-        curve's range.
-    """
-    q, forces = static_equilibrium(model, wind)
-    n = model.size
-    if model.angle_excess(q, np.zeros_like(q), wind) > 0.0:
-        assert model.scene.aerodynamics is not None  # a reduced model has a curve
-        first, last = model.scene.aerodynamics.range_deg
-        raise SceneError(
-            f"in a wind of {wind:.4g} m/s the span is turned out of the coefficient curve, which is"
-            f" valid from {first:g} to {last:g} deg; lower wind.speed or give a longer curve"
-        )
-    inverse = np.linalg.inv(forces.mass[0])
-    lower = -inverse @ np.hstack([forces.stiffness[0], forces.damping[0]])
-    rates, vectors = np.linalg.eig(np.vstack([np.eye(n, 2 * n, n), lower]))
-    if np.any((np.abs(rates.imag) < MIN_FREQUENCY) & (rates.real > 0.0)):
-        raise SceneError(
-            f"the span is statically unstable in a wind of {wind:.4g} m/s (divergence); lower"
-            " wind.speed"
-        )
-    moving = np.flatnonzero(rates.imag > 0.0)
-    size = np.abs(vectors[:n, moving]) ** 2
-    best = moving[int(np.argmax(size[model.vertical] / size.sum(axis=0)))]
-    return MeanState(q[0], complex(rates[best]), vectors[:n, best])
-
-
 def static_equilibrium(
     model: ReducedModel, wind: float, guess: Array | None = None
 ) -> tuple[Array, Forces]:
@@ -379,13 +271,3 @@ def static_equilibrium(
     raise SceneError(
         f"the span finds no static equilibrium in a wind of {wind:.4g} m/s; lower wind.speed"
     )
-
-
-def reduced_model(scene: Scene, modes: StillAirModes) -> ReducedModel:
-    """The lowest modes of each family and the stretching that the first symmetric pair sets up.
-
-    Only the symmetric ones of a span with mirror symmetry: from symmetric motions no force leads to
-    others.
-    """
-    chosen = choose(modes, (True,) if mirrored(scene) else (True, False))
-    return ReducedModel(scene, modes, chosen, with_stretching(modes, chosen))

@@ -2,8 +2,8 @@
 
 The motion is u = sum of shape_i q_i + w. The modes i are the lowest natural modes in still air;
 w are the quasi-static displacements of all other modes, such as the stretching of the conductor
-along itself. Strain and tension force are those of `modal.motions.reduced_model`: with l = X'.u'
-and s = u'.u'/2, the strain energy of third and fourth order is
+along itself. The Green strain is l + s with l = X'.u' and s = u'.u'/2 (Liu et al. 2009), and the
+tension T0 + EA (l + s), so that the strain energy of third and fourth order is
 
     V3 = sum of EA l s,    V4 = sum of EA s^2 / 2.                                               (1)
 
@@ -40,7 +40,7 @@ from gallop_fmu import Scene, SceneError
 from modal.linear.mode_basis import MODES_PER_FAMILY, StillAirModes, choose, mirrored
 from modal.linear.modes import FAMILIES, Family, by_family
 from modal.linear.wave import half_waves
-from modal.motions.reduced_model import ReducedModel
+from modal.motions.reduced_model import Forces, ReducedModel
 
 Array = NDArray[np.float64]
 
@@ -141,6 +141,7 @@ class SpanModel(ReducedModel):
         if like is not None:
             shapes = closest(shapes, like.shapes, modes.mass, scene.title)
         super().__init__(scene, modes, self.chosen, shapes)
+        self._prepare_stretching()
 
     @property
     def highest_hz(self) -> float:
@@ -253,6 +254,17 @@ class SpanModel(ReducedModel):
         nothing = np.zeros((0, n, n))
         self._lag = _few_squares(np.sqrt(of_each)[:, None, None] * following, nothing)
         self._inertia = _few_squares(following, nothing)
+
+    def forces(self, q: Array, v: Array, a: Array, wind: float | Array) -> Forces:
+        """Add the tension forces of second and third order to those of `ReducedModel.forces`.
+
+        Without inertia and damping of w.
+        """
+        found = super().forces(q, v, a, wind)
+        force, stiffness = self.stretching(q)
+        return found._replace(
+            residual=found.residual + force, stiffness=found.stiffness + stiffness
+        )
 
     def stretching(self, q: Array) -> tuple[Array, Array]:
         """Force of second and third order of (2), and its derivative.

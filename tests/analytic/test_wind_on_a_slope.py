@@ -9,13 +9,10 @@ import math
 
 import numpy as np
 import pytest
-from scipy.optimize import brentq
 
 import gallop_fmu as gf
 import modal
 from gallop_fmu.foundation.channels import SPAN_INDEX
-from modal.linear.mode_basis import still_air_modes
-from modal.motions.reduced_model import mean_state, reduced_model
 from support.sloping_spans import DRAG, SLOPE_OF_LIFT, growth, proportional_to_mass, sloping
 
 
@@ -50,11 +47,9 @@ def test_critical_wind_of_the_full_model(rise, right):
     assert zero == pytest.approx(right, rel=1.5e-3)  # observed 3e-4 to 6e-4
 
 
-def test_the_screen_finds_the_same_critical_wind():
-    """The reduced model of screen(): its growth in the mean wind passes zero."""
-    scene = sloping(0.5, numerics__elements=12)
-    model = reduced_model(scene, still_air_modes(scene))
-    onset = brentq(lambda wind: mean_state(model, wind).vertical.real, 3.0, 4.2, xtol=1e-6)
+def test_branches_begin_at_the_same_critical_wind():
+    found = modal.branches(sloping(0.5, numerics__elements=12), "wind.speed", 3.0, 3.7)
+    onset = float(found.dataset.event_value[0])
     assert onset == pytest.approx(3.622, rel=1e-3)  # observed 3e-4
 
 
