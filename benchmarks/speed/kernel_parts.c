@@ -38,7 +38,8 @@ GALLOP_API int kernel_parts(const gallop_scene *scene, double settled, int calls
     gallop_model *model;
     gallop_report report;
     if (gallop_model_create(scene, &model, &report)) return 1;
-    gallop_state *state = malloc(gallop_state_size(model));
+    void *memory = malloc(gallop_state_size(model) + VECTOR);
+    gallop_state *state = memory ? base_first_vector(memory) : NULL;
     int failed = !state || gallop_state_init(model, state, 0.0, NULL, &report) ||
                  gallop_advance(model, state, NULL, settled, &report);
     if (!failed) {
@@ -76,7 +77,7 @@ GALLOP_API int kernel_parts(const gallop_scene *scene, double settled, int calls
         out->iterations = (double)(state->iterations - iterations) / steps;
         out->refactorisations = (double)(state->refactorisations - refactorisations) / steps;
     }
-    free(state);
+    free(memory);
     gallop_model_free(model);
     return failed;
 }

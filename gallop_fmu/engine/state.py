@@ -30,6 +30,9 @@ ALL_SPAN_CHANNELS = np.arange(len(SPAN_CHANNELS), dtype=np.int32)
 _NODE_CHANNELS = np.arange(len(NODE_CHANNELS), dtype=np.int32)
 _ProbePointer = c.POINTER(CProbe)
 
+VECTOR = 32
+"""Alignment [bytes] of a state with which the kernel is fastest."""
+
 MOST_STEPS = 10**12
 """Maximum number of time steps of one call."""
 
@@ -108,7 +111,8 @@ class State:
         if not isinstance(model, CompiledModel):
             raise TypeError(f"model must be a Model, not {model!r:.60}")
         self.model = model
-        self._block = np.zeros(model.state_size // 8 + 1)
+        block = np.zeros(model.state_size + VECTOR, dtype=np.uint8)
+        self._block = block[-block.ctypes.data % VECTOR :]
         self._pointer = self._block.ctypes.data_as(c.c_void_p)
         self._alone = _OneThread()
 

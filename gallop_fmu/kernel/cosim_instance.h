@@ -58,6 +58,7 @@ typedef struct {
 typedef struct {
     gallop_model *model; /* NULL: none */
     gallop_state *state, *work;
+    void *allocated; /* the memory in which both lie */
 } cosim_span;
 
 struct gallop_cosim {

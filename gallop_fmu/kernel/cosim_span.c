@@ -1,6 +1,7 @@
 /* The model and the state of an instance. */
 #include "cosim_span.h"
 
+#include "base_memory.h"
 #include "cosim_message.h"
 
 #include <stdlib.h>
@@ -9,8 +10,7 @@
 void cosim_span_free(cosim_span *span)
 {
     gallop_model_free(span->model);
-    free(span->state);
-    free(span->work);
+    free(span->allocated);
     memset(span, 0, sizeof *span);
 }
 
@@ -35,9 +35,14 @@ gallop_cosim_status cosim_span_build(gallop_cosim *c, cosim_span *span)
     if (outcome) return cosim_fail_with_report(c, "the parameters do not make a span", &report);
 
     const size_t size = gallop_state_size(span->model);
-    span->state = calloc(1, size);
-    span->work = calloc(1, size);
-    if (span->state && span->work) return GALLOP_COSIM_OK;
+    const size_t room = base_whole_vectors(size);
+    span->allocated = calloc(1, 2 * room + VECTOR);
+    if (span->allocated) {
+        char *const first = base_first_vector(span->allocated);
+        span->state = (gallop_state *)first;
+        span->work = (gallop_state *)(first + room);
+        return GALLOP_COSIM_OK;
+    }
     cosim_span_free(span);
     return cosim_fail(c, "there is not enough memory for the state: %lu bytes; use fewer elements",
                       (unsigned long)size);

@@ -174,7 +174,7 @@ static gallop_cosim_status restore_with_saved_parameters(gallop_cosim *c, const 
     double *present = malloc(parameter_bytes(c) + 1);
     if (!present)
         return cosim_fail(c, "there is not enough memory to restore the state; free saved states");
-    cosim_span span = {NULL, NULL, NULL};
+    cosim_span span = {NULL, NULL, NULL, NULL};
     const int32_t status = c->run.status;
     memcpy(present, c->stored, parameter_bytes(c));
     cosim_set_parameters(c, parameters_in(s));

@@ -143,6 +143,7 @@ typedef struct {
 
 struct gallop_model {
     uint64_t magic, identity; /* identity: models of the same scene share it */
+    void *allocated;          /* the memory in which the model lies */
     gallop_scene scene;       /* its pointers lead into this block */
     gallop_derived derived;
     int nodes, elements, strips; /* of all chains */

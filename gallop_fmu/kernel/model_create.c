@@ -32,7 +32,7 @@ typedef struct {
 static void *arena_take(arena *a, size_t count, size_t size)
 {
     void *taken = a->block ? a->block + a->used : NULL;
-    a->used += (count * size + 15) & ~(size_t)15;
+    a->used += base_whole_vectors(count * size);
     return taken;
 }
 
@@ -431,11 +431,13 @@ int gallop_model_create(const gallop_scene *scene, gallop_model **out, gallop_re
     TAKE(&memory, 1, gallop_model);
     lay_out(&memory, scene, &counted);
     const size_t bytes = memory.used;
-    memory = (arena){calloc(1, bytes), 0};
-    if (!memory.block)
+    void *allocated = calloc(1, bytes + VECTOR);
+    if (!allocated)
         return report_failure(report, GALLOP_OUT_OF_MEMORY, -1, 0.0, (double)bytes, 0.0);
+    memory = (arena){base_first_vector(allocated), 0};
     gallop_model *m = TAKE(&memory, 1, gallop_model);
     *m = counted;
+    m->allocated = allocated;
     const shared arrays = lay_out(&memory, scene, m);
 
     create_laws(m);
@@ -464,7 +466,7 @@ int gallop_model_create(const gallop_scene *scene, gallop_model **out, gallop_re
 
 void gallop_model_free(gallop_model *model)
 {
-    free(model);
+    if (model) free(model->allocated);
 }
 
 int gallop_model_derived(const gallop_model *model, gallop_derived *derived)

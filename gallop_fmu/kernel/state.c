@@ -85,15 +85,21 @@ static void list_arrays(const gallop_model *model, array list[ARRAYS])
     memcpy(list + SAVED_ARRAYS, scratch, sizeof scratch);
 }
 
+/* Values from the start of an array to that of the next one. */
+static size_t room(const array *of)
+{
+    return base_whole_vectors(of->count * sizeof(double)) / sizeof(double);
+}
+
 void state_measure(gallop_model *model)
 {
     array list[ARRAYS];
     size_t count = 0;
     list_arrays(model, list);
-    for (int i = 0; i < SAVED_ARRAYS; i++) count += list[i].count;
+    for (int i = 0; i < SAVED_ARRAYS; i++) count += room(&list[i]);
     model->saved_size = offsetof(gallop_state, values) + count * sizeof(double);
     list_arrays(model, list); /* the copy of the saved part has a size now */
-    for (int i = SAVED_ARRAYS; i < ARRAYS; i++) count += list[i].count;
+    for (int i = SAVED_ARRAYS; i < ARRAYS; i++) count += room(&list[i]);
     model->state_size = offsetof(gallop_state, values) + count * sizeof(double);
 }
 
@@ -105,7 +111,7 @@ state_view state_view_of(const gallop_model *model, gallop_state *state)
     list_arrays(model, list);
     for (int i = 0; i < ARRAYS; i++) {
         memcpy((char *)&view + list[i].pointer, &next, sizeof next);
-        next += list[i].count;
+        next += room(&list[i]);
     }
     view.now = conditions_in(model, view.now_block);
     view.looked_from = conditions_in(model, view.looked_from_block);

@@ -2,6 +2,7 @@
 #ifndef GALLOP_STATE_H
 #define GALLOP_STATE_H
 
+#include "base_memory.h"
 #include "conditions.h"
 
 #define NEWMARK_HISTORY 4
@@ -25,8 +26,10 @@ struct gallop_state {
     double lowest_tension, largest_turn;
     int64_t steps, substeps, iterations, refactorisations, halvings, rejections;
     int64_t last_iterations, last_substeps;
+    int64_t unused;  /* 0; then the arrays begin at a place for vectors, see base_memory.h */
     double values[]; /* the arrays of a state_view */
 };
+_Static_assert(offsetof(gallop_state, values) % VECTOR == 0, "see `unused`");
 
 /* Section forces along the chains, structure of arrays: one entry a three-point Gauss abscissa, in
  * the order strip, point, lane.  With slopes the arrays hold all chains; without, the elements just
