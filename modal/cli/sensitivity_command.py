@@ -62,7 +62,7 @@ def sensitivity(
     ] = None,
     as_json: AsJson = False,
 ) -> None:
-    """Differentiate onsets, amplitudes and growth of all motions of a span by its numbers."""
+    """Differentiate onsets, amplitudes and growth of all motions by numbers of the scene."""
     from modal.motions.sensitivity import sensitivity as find_sensitivity
 
     if out is not None:

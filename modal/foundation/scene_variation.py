@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import overload
+from typing import Any, overload
 
 from gallop_fmu import LineScene, Model, Scene, SceneError
 from modal.foundation.change_of_state import ACSR_EXPANSION, change_of_state
@@ -34,7 +34,7 @@ def with_number(scene: Scene, path: str, value: float, expansion: float = ACSR_E
     if path == ICE_MASS:
         return change_of_state(scene, ice_mass=value)
     if path in FACTORS:
-        return _scaled(scene, path, value)
+        return scene.with_values(_scaled(scene, path, value))
     if path in BOTH_SUPPORTS:
         name = path.split(".")[1]
         return scene.with_values({f"supports.{end}.{name}": value for end in ("left", "right")})
@@ -65,10 +65,10 @@ def varied(scene: Scene | LineScene, path: str, value: float) -> Scene | LineSce
     A scene that prescribes both sag and tension keeps the ratio of its sag to that of the
     equilibrium, and the same of its tension. At the present value of the number, the result is the
     scene itself, so that derivatives and diagrams are those of the scene. A line takes the names of
-    its numbers alone.
+    its numbers, and factors: its ice does not change its strung state.
     """
     if isinstance(scene, LineScene):
-        return scene.with_values({path: value})
+        return scene.with_values(_scaled(scene, path, value) if path in FACTORS else {path: value})
     changed = with_number(scene, path, value)
     if scene.span.initial_state != "held" or changed.span.initial_state == "held":
         return changed
@@ -85,63 +85,62 @@ def varied(scene: Scene | LineScene, path: str, value: float) -> Scene | LineSce
     )
 
 
-def number_of(scene: Scene, path: str) -> float:
-    """Present value of a number, with the paths of `modal.ratio_map`.
+def number_of(scene: Scene | LineScene, path: str) -> float:
+    """Present value of a number, with the paths of `varied`.
 
     Raises
     ------
     SceneError
         If the scene does not have it.
     """
-    if path == TEMPERATURE:
-        return 0.0
     if path in FACTORS:
         _scaled(scene, path, 1.0)  # raises if there is nothing to scale
         return 1.0
     numbers = scene.numbers()
     if path in numbers:
         return float(numbers[path][0])
-    if path in BOTH_SUPPORTS:
-        return number_of(scene, path.replace("supports", "supports.left", 1))
-    if path == "span.horizontal_tension":
-        return Model(scene).equilibrium().horizontal_tension
-    if path == "span.sag":
-        return Model(scene).equilibrium().sag
+    if isinstance(scene, Scene):
+        if path == TEMPERATURE:
+            return 0.0
+        if path in BOTH_SUPPORTS:
+            return number_of(scene, path.replace("supports", "supports.left", 1))
+        if path == "span.horizontal_tension":
+            return Model(scene).equilibrium().horizontal_tension
+        if path == "span.sag":
+            return Model(scene).equilibrium().sag
     scene.unit_of(path)  # raises with the nearest path if there is no such number
     raise SceneError(f"{path}: the scene has no value for it; give the values to vary")
 
 
 def unit_of(scene: Scene | LineScene, path: str) -> str:
     """Unit of a number, with the paths of `modal.ratio_map`."""
+    if path in FACTORS:
+        return "1"
     if isinstance(scene, LineScene):
         return scene.unit_of(path)
     if path == TEMPERATURE:
         return "K"
-    if path in FACTORS:
-        return "1"
     return "N/m" if path in BOTH_SUPPORTS else scene.unit_of(path)
 
 
-def _scaled(scene: Scene, path: str, factor: float) -> Scene:
-    """Multiply what a path of `FACTORS` stands for."""
+def _scaled(scene: Scene | LineScene, path: str, factor: float) -> dict[str, Any]:
+    """Return the values of what a path of `FACTORS` stands for, multiplied."""
     name = path.split(".")[1]
     if path == ICE_FACTOR:
         ice = scene.ice
         moments = (factor * ice.first_moment_x2, factor * ice.first_moment_x3)
-        return scene.with_values(
-            dict(zip(("ice.first_moment_x2", "ice.first_moment_x3"), moments, strict=True))
-        )
+        return dict(zip(("ice.first_moment_x2", "ice.first_moment_x3"), moments, strict=True))
     if path in DAMPING_FACTORS:
         pair = getattr(scene.damping, name)
         if pair is None:
             raise SceneError(f"{path} is not given, so it cannot be multiplied; give its ratios")
         ratios = {f"{path}.{key}": getattr(pair, key) for key in ("low_ratio", "high_ratio")}
-        return scene.with_values({key: factor * value for key, value in ratios.items()})
+        return {key: factor * value for key, value in ratios.items()}
     if scene.aerodynamics is None:
         raise SceneError(f"{path} is not given, so it cannot be multiplied; give a curve")
     curve = scene.aerodynamics.explicit().model_dump(mode="json", exclude_none=True)
     curve[name] = [factor * value for value in curve[name]]
-    return scene.with_values({"aerodynamics": curve})
+    return {"aerodynamics": curve}
 
 
 def free_sag(scene: Scene) -> Scene:

@@ -1,6 +1,6 @@
-"""Sensitivity of the motions of a span: derivatives of events and motions by numbers of its scene.
+"""Sensitivity of the motions of a span or line: derivatives by numbers of its scene.
 
-The derivatives are those of the reduced span (`modal.motions.span_model`), from
+The derivatives are those of the reduced model (`modal.motions.motion_models`), from
 `modal.continuation.sensitivity`. Only the right-hand side of its equations is differentiated by
 differences, at constant states. The step is `STEP` of the number, and the difference with twice the
 step gives an estimate of its error.
@@ -18,10 +18,9 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from gallop_fmu import Scene, SceneError
+from gallop_fmu import LineScene, Scene, SceneError
 from gallop_fmu.foundation.outcome import SimulationError
-from gallop_fmu.input.scene_like import SceneLike, as_scene
-from gallop_fmu.scene.line_scene import one_span
+from gallop_fmu.input.scene_like import SceneLike
 from modal.continuation import sensitivity as gradients
 from modal.continuation.equations import EquilibriumEquations, OrbitEquations
 from modal.continuation.events import Event
@@ -66,7 +65,14 @@ DEFAULT_NUMBERS = (
     "supports.stiffness_x1",
     "supports.stiffness_x3",
 )
-"""Numbers that an engineer can change or does not know; those that a scene lacks are left out."""
+NUMBERS_OF_LINES = (
+    "section.horizontal_tension",
+    *DEFAULT_NUMBERS[2:-2],
+    "section.suspensions.0.length",
+    "bundle.spacing",
+)
+"""Numbers that an engineer can change or does not know, of a span and of a line; those that a scene
+lacks are left out."""
 
 STEP = 1e-3
 """Step of a difference, relative to the number."""
@@ -80,7 +86,7 @@ Progress = Callable[[str], object]
 
 @dataclass(frozen=True, repr=False)
 class Sensitivity:
-    """Derivatives of events and motions of a span by numbers of its scene.
+    """Derivatives of events and motions of a span or line by numbers of its scene.
 
     Attributes
     ----------
@@ -172,18 +178,19 @@ def sensitivity(
     *,
     progress: Progress | None = None,
 ) -> Sensitivity:
-    """Differentiate onsets, amplitudes and growth of the motions of a span by numbers of its scene.
+    """Differentiate onsets, amplitudes and growth of all motions by numbers of the scene.
 
     Parameters
     ----------
     scene
-        The span, whose motions are sought over the wind speed by `modal.branches`; or the result of
-        `modal.branches`, over any number.
+        The span or line, whose motions are sought over the wind speed by `modal.branches`; or the
+        result of `modal.branches`, over any number.
     numbers
         Paths of numbers, as in `modal.ratio_map`; also factors, of which the present value is 1:
         ``damping.translation`` and ``damping.twist`` (on both ratios), ``aerodynamics.lift``,
         ``aerodynamics.drag`` and ``aerodynamics.moment`` (on the coefficient at all angles),
-        ``ice.first_moment``. By default, those of `DEFAULT_NUMBERS` that the scene has.
+        ``ice.first_moment``. By default, those of `DEFAULT_NUMBERS`, of a line of
+        `NUMBERS_OF_LINES`, that the scene has.
     start, stop
         Range of the wind speed, as in `modal.branches`.
     progress
@@ -193,8 +200,9 @@ def sensitivity(
     -------
     Sensitivity
         Derivatives of the wind speed of each event (Hopf, fold, period doubling, torus), and of the
-        motions at the scene's wind: amplitudes at mid-span, frequency, and the growth rate of the
-        disturbance that grows most or decays least.
+        motions at the scene's wind: amplitudes at mid-span (of a line, of the span that moves most
+        in this way), frequency, and the growth rate of the disturbance that grows most or decays
+        least.
 
     Raises
     ------
@@ -203,9 +211,9 @@ def sensitivity(
 
     Notes
     -----
-    The wind speed, tension and ice are varied as in `modal.ratio_map`: more ice on the strung
-    conductor raises its tension. Derivatives hold for small changes; `modal.measures` computes
-    large ones again.
+    Of a span, tension and ice are varied as in `modal.ratio_map`: more ice on the strung conductor
+    raises its tension. Of a line, the numbers are those of its strung state. Derivatives hold for
+    small changes; `modal.measures` computes large ones again.
 
     Examples
     --------
@@ -216,7 +224,6 @@ def sensitivity(
     '4.59 m/s, 1.07 % per percent of damping'
     """
     shown = progress or (lambda name: None)
-    one_span(scene.scene if isinstance(scene, Branches) else as_scene(scene), "sensitivity")
     if isinstance(scene, Branches):
         found = scene
         if start is not None or stop is not None:
@@ -229,12 +236,11 @@ def sensitivity(
             progress=lambda number, value: shown(f"branch {number}, {value:.3g} m/s"),
         )
     began = clock.process_time()
-    span = one_span(found.scene, "sensitivity")
-    paths = _chosen(span, numbers, found.over)
+    paths = _chosen(found.scene, numbers, found.over)
     remarks: list[str] = []
     quantities = [*_events(found, remarks), *_motions(found, remarks)]
     values = np.full((2, len(quantities), len(paths)), np.nan)
-    present = [number_of(span, path) for path in paths]
+    present = [number_of(found.scene, path) for path in paths]
     for k, (path, value) in enumerate(zip(paths, present, strict=True)):
         shown(path)
         step = STEPS.get(path, STEP * abs(value))
@@ -249,10 +255,11 @@ def sensitivity(
     return Sensitivity(dataset, tuple(remarks), found, clock.process_time() - began)
 
 
-def _chosen(scene: Scene, numbers: Sequence[str] | None, over: str) -> list[str]:
+def _chosen(scene: Scene | LineScene, numbers: Sequence[str] | None, over: str) -> list[str]:
     """Check the numbers, or choose those that the scene has."""
     chosen = []
-    for path in DEFAULT_NUMBERS if numbers is None else numbers:
+    usual = NUMBERS_OF_LINES if isinstance(scene, LineScene) else DEFAULT_NUMBERS
+    for path in usual if numbers is None else numbers:
         try:
             value = number_of(scene, path)
         except SceneError:
@@ -353,7 +360,7 @@ def _begins(found: Branches, event: Event) -> str:
 def _motions(found: Branches, remarks: list[str]) -> list[Quantity]:
     """Properties of all motions at the scene's value of the number that is varied."""
     quantities: list[Quantity] = []
-    at = number_of(one_span(found.scene, "sensitivity"), found.over)
+    at = number_of(found.scene, found.over)
     names = found.dataset["name"].values.tolist()
     values = found.dataset["value"]
     if not values.min() <= at <= values.max():
@@ -406,44 +413,65 @@ def _of_motion(name: str, branch: int, point: Point) -> list[Quantity]:
     if point.equations.kind == "orbit":
         model, _ = problem.family.at(at)
         for what, watched in _moving(point, model):
-            weights = np.append(_weights(model, watched), np.zeros(model.size))
+            weights = np.append(watched.weights(model), np.zeros(model.size))
             low, high = gradients.extreme_states(point, weights)
             half = 0.5 * (high - low)[: model.size]
 
             def explicit(
                 models: Sequence[tuple[SpanModel, float]],
                 half: Array = half,
-                watched: str = watched,
+                watched: _Displacement = watched,
             ) -> float:
-                return float(sum(factor * _weights(one, watched) @ half for one, factor in models))
+                return float(sum(factor * watched.weights(one) @ half for one, factor in models))
 
             gradient = gradients.amplitude(point, weights)
-            found.append(made(f"{what} amplitude", "m", gradient)._replace(explicit=explicit))
+            found.append(made(what, "m", gradient)._replace(explicit=explicit))
         frequency = gradients.period(point).times(-1.0 / point.period**2)
         found.append(made("frequency", "Hz", replace(frequency, value=1.0 / point.period)))
     found.append(made("growth rate", "1/s", gradients.growth(point)))
     return found
 
 
-AMPLITUDES = {"vertical": "u2", "horizontal": "u3", "two-loop": "quarter"}
-"""Amplitudes, and their names in `SpanModel.watched_at`: at mid-span, and antisymmetric vertical
-motion at the quarter points."""
+AMPLITUDES = {"vertical": "u2", "horizontal": "u3", "two-loop": "quarter", "clamp": "clamp"}
+"""Amplitudes, and their names in `SpanModel.watched_at`: at mid-span, antisymmetric vertical motion
+at the quarter points, and clamps of strings across the line."""
 
 MIN_AMPLITUDE = 0.01
 """Amplitude, relative to the largest, below which one is left out."""
 
 
-def _moving(point: Point, model: SpanModel) -> list[tuple[str, str]]:
-    """Amplitudes that are not small beside the largest."""
+class _Displacement(NamedTuple):
+    """A displacement of `SpanModel.watched_at`, linear in the coordinates.
+
+    Attributes
+    ----------
+    name : str
+        Its name there.
+    place : int
+        Number of the span or tower, from 0.
+    """
+
+    name: str
+    place: int
+
+    def weights(self, model: SpanModel) -> Array:
+        """Weights of the coordinates."""
+        watched = model.watched_at(np.eye(model.size))
+        return np.asarray(getattr(watched, self.name)[:, self.place])
+
+
+def _moving(point: Point, model: SpanModel) -> list[tuple[str, _Displacement]]:
+    """Amplitudes that are not small beside the largest, where each is largest."""
     q = point.states[:, : model.size]
-    sizes = [float(np.ptp(q @ _weights(model, name))) for name in AMPLITUDES.values()]
-    return [
-        both
-        for both, size in zip(AMPLITUDES.items(), sizes, strict=True)
-        if size >= MIN_AMPLITUDE * max(sizes)
-    ]
-
-
-def _weights(model: SpanModel, watched: str) -> Array:
-    """Weights of the coordinates in a displacement of `SpanModel.watched_at`."""
-    return np.asarray(getattr(model.watched_at(np.eye(model.size)), watched)[:, 0])
+    watched = model.watched_at(q)
+    largest = []
+    for what, name in AMPLITUDES.items():
+        sizes = np.ptp(getattr(watched, name), axis=0)
+        if sizes.size:
+            place = int(np.argmax(sizes))
+            where = f"{what} amplitude"
+            if sizes.size > 1 or name == "clamp":
+                where += f" at tower {place + 1}" if name == "clamp" else f" in span {place + 1}"
+            largest.append((where, _Displacement(name, place), float(sizes[place])))
+    most = max(size for _, _, size in largest)
+    return [(what, one) for what, one, size in largest if size >= MIN_AMPLITUDE * most]

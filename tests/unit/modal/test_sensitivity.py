@@ -1,6 +1,7 @@
 """Sensitivity of a span: events and motions against scenes that are computed again."""
 
 import json
+import re
 
 import numpy as np
 import pytest
@@ -13,9 +14,9 @@ from modal.cli.main import app
 from modal.continuation.equations import OrbitEquations
 from modal.continuation.path import Settings, Stepper
 from modal.foundation.scene_variation import number_of, varied
-from modal.linear.mode_basis import still_air_modes
-from modal.motions.span_model import SpanModel
+from modal.motions.motion_models import similar_model
 from modal.motions.span_problem import SpanProblem, WindFamily
+from support.galloping_lines import section_of_example2
 
 NUMBERS = ("span.horizontal_tension", "damping.translation", "ice.attack_angle_deg")
 STEP = {"ice.attack_angle_deg": 0.2}
@@ -42,7 +43,7 @@ def sides(scene, path):
 def solved(scene, point, wind):
     """Orbit near a point, of another scene in another wind, with the weights of u2 at mid-span."""
     base = point.equations.problem.model
-    model = SpanModel(scene, still_air_modes(scene, base.elements), base)
+    model = similar_model(scene, base)
     problem = SpanProblem(WindFamily(model), base, wind)
     old = point.equations
     equations = OrbitEquations(problem, old.parameter_scale, old.period_scale, old.mesh)
@@ -122,6 +123,54 @@ def test_table_has_units_and_small_errors(table, tmp_path):
         table.save(tmp_path / "a.txt")
 
 
+LINE_NUMBERS = ("section.horizontal_tension", "section.suspensions.0.length", "damping.translation")
+
+
+@pytest.fixture(scope="module")
+def line():
+    """Two unequal spans on a string, which gallop from 2.37 m/s."""
+    data = section_of_example2(2, elements=6).model_dump(mode="json", exclude_none=True)
+    data["section"]["spans"][1]["length"] = 112.0
+    damping = dict.fromkeys(
+        ("damping.translation.low_ratio", "damping.translation.high_ratio"), 4e-3
+    )
+    scene = gf.LineScene.from_dict(data).with_values({**damping, "wind.speed": 2.55})
+    return modal.branches(scene, "wind.speed", 2.3, 2.6)
+
+
+def test_a_line_is_differentiated_as_a_span_is(line):
+    """By numbers of its strung state, and factors; amplitudes are those of the largest span."""
+    found = modal.sensitivity(line, LINE_NUMBERS)
+    data = found.dataset
+    assert not found.remarks
+    name = next(name for name in data["quantity"].values if name.startswith("vertical amplitude"))
+    (place,) = [int(word) for word in re.findall(r"in span (\d)", name.split(" of ")[0])]
+    branch = int(data.branch.sel(quantity=name))
+    near = min(line.diagram.branches[branch].points, key=lambda point: abs(point.parameter - 2.55))
+    for path in LINE_NUMBERS:
+        both, step = sides(line.scene, path)
+        onsets, values = [], []
+        for scene in both:
+            onsets.append(
+                min(one.wind_speed or np.inf for one in modal.critical_wind_speed(scene, count=4))
+            )
+            point, model = solved(scene, near, 2.55)
+            watched = model.watched_at(point.at(np.arange(4096) / 4096)[:, : model.size])
+            values.append((0.5 * np.ptp(watched.u2, axis=0)[place - 1], 1.0 / point.period))
+        one = data.sel(number=path)
+        onset = one.derivative.values[np.argmin(np.where(data.unit == "m/s", data.value, np.inf))]
+        change = (onsets[1] - onsets[0]) / (2.0 * step)
+        small = 1e-3 * onsets[0] / number_of(line.scene, path)
+        assert onset == pytest.approx(change, rel=2e-3, abs=small), path
+        for what, change in zip(
+            (name, name.replace(name.split(" of ")[0], "frequency")),
+            (np.array(values[1]) - values[0]) / (2.0 * step),
+            strict=True,
+        ):
+            derivative = one.derivative.sel(quantity=what).item()
+            assert derivative == pytest.approx(change, rel=5e-3), (path, what)
+
+
 def test_what_cannot_be_differentiated_is_refused(found):
     for numbers, message in (
         (["span.width"], "span.width"),
@@ -136,16 +185,8 @@ def test_what_cannot_be_differentiated_is_refused(found):
 
 
 def test_the_command(tmp_path):
-    words = [
-        "sensitivity",
-        "example3",
-        "--set",
-        "numerics.elements=6",
-        "--start",
-        "4.5",
-        "--stop",
-        "4.65",
-    ]
+    words = ["sensitivity", "example3", "--set", "numerics.elements=6"]
+    words += ["--start", "4.5", "--stop", "4.65"]
     words += ["--numbers", "damping.translation", "--numbers", "ice.attack_angle_deg"]
     done = CliRunner().invoke(app, [*words, "-o", str(tmp_path / "a.csv"), "--json"])
     assert done.exit_code == 0, done.output
