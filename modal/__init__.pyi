@@ -23,6 +23,10 @@ from .risk.atlas import risk_atlas as risk_atlas
 from .screening.cycles import Cycle as Cycle
 from .screening.cycles import StableState as StableState
 from .screening.cycles import Transfer as Transfer
+from .screening.line_screen import LineOnset as LineOnset
+from .screening.line_screen import LineScreening as LineScreening
+from .screening.line_screen import LineState as LineState
+from .screening.line_screen import LineTransition as LineTransition
 from .screening.many_spans import screen_spans as screen_spans
 from .screening.screen import Screening as Screening
 from .screening.screen import screen as screen

@@ -271,3 +271,38 @@ def _onset_table(onsets: list[CriticalWind]) -> Any:
             "-" if onset.den_hartog is None else f"{onset.den_hartog:.3f}",
         )
     return table
+
+
+def show_line_screening(scene: LineScene, highest: float | None, as_json: bool) -> None:
+    """Print the screening of a line."""
+    from dataclasses import asdict
+
+    from modal.screening.line_screen import STATE_COLUMNS
+    from modal.screening.screen import screen
+
+    found = screen(scene, highest)
+    content = {
+        "title": scene.title,
+        **asdict(found),
+        "galloping_from": found.galloping_from,
+        "onset_wind_speed": found.onset_wind_speed,
+    }
+    lines: list[Any] = [scene.title, f"risk of a 2:1 swing: {found.risk}", found.reason]
+    lines += [
+        f"from rest: {one.disturbance} grows by {one.growth_rate:.3g} 1/s, from 1 mm to 0.1 m in"
+        f" {one.time():.3g} s"
+        for one in found.transfers
+    ]
+    if found.risk != "undetermined":  # there the reason has them
+        lines += [f"unresolved: {sentence}" for sentence in found.unresolved]
+    if found.states:
+        lines.append("peak to peak at mid-span (vertical: the largest of mid-span and quarters):")
+        table = new_table(*STATE_COLUMNS)
+        for row in found.state_rows():
+            table.add_row(*row)
+        lines.append(table)
+
+    def no_figure() -> Any:
+        raise AssertionError
+
+    show(content, lines, no_figure, None, as_json)

@@ -9,6 +9,7 @@ import typer
 
 from gallop_fmu.cli.sweep_options import SweepOptions, takes_sweep_options
 from gallop_fmu.cli.terminal import new_table, real
+from modal.cli.line_output import show_line_screening
 from modal.cli.output import Plot, line_or_span_to_draw, show
 
 if TYPE_CHECKING:
@@ -54,11 +55,11 @@ def screen_span(
 ) -> None:
     """Find the wind speed above which galloping starts a horizontal swing (2:1 resonance).
 
-    For one scene, or for many: over values of its parameters, every span of a table, or both.
+    For one scene of a span or line, or for many spans: over values of its parameters, every span of
+    a table, or both.
     """
     from gallop_fmu.foundation.errors import SceneError
-    from gallop_fmu.scene.line_scene import one_span
-    from modal.foundation import one_span as instead
+    from gallop_fmu.scene.line_scene import LineScene
     from modal.screening.many_spans import screen_spans
     from modal.screening.screen import screen
 
@@ -75,8 +76,12 @@ def screen_span(
         )
     if shared.scene is None:
         raise SceneError("no scene: give SCENE, or spans to screen with --table")
-    given = line_or_span_to_draw(shared.scene, shared.changes, plot)
-    chosen = one_span(given, "screen", instead.SCREENING)
+    chosen = line_or_span_to_draw(shared.scene, shared.changes, plot)
+    if isinstance(chosen, LineScene):
+        if plot:
+            raise SceneError("--plot draws one span; leave it out: the scene is a line")
+        show_line_screening(chosen, highest_wind, shared.as_json)
+        return
     found = screen(chosen, highest_wind)
 
     def figure() -> Any:

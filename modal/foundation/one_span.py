@@ -1,9 +1,6 @@
 """What to use for a line in place of functions that take one span."""
 
-SCREENING = (
-    "use modal.frequency_ratio, which lists the pairs of modes near 2:1 with their thresholds, and"
-    " simulate the line"
-)
+SCREENING = "use modal.screen, which takes lines"
 REPORT = "use modal.write_report, which takes lines"
 VARIATION = "call natural_modes or frequency_ratio for each value of LineScene.with_values"
 CRITERIA = "use modal.line_criteria, which has the criteria of each span"

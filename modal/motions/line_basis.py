@@ -129,14 +129,14 @@ def line_basis(scene: LineScene, like: LineBasis | None = None) -> LineBasis:
     return LineBasis(mesh, equations, modes, together, family, loops, highest)
 
 
-def coarse(scene: LineScene) -> LineScene:
-    """Return the line with at most `MAX_ELEMENTS` elements a span, if its stations allow it."""
+def coarse(scene: LineScene, most: int = MAX_ELEMENTS) -> LineScene:
+    """Return the line with at most so many elements a span, if its stations allow it."""
     numbers: dict[str, object] = {}
-    if scene.numerics.elements > MAX_ELEMENTS:
-        numbers["numerics.elements"] = MAX_ELEMENTS
+    if scene.numerics.elements > most:
+        numbers["numerics.elements"] = most
     for index, span in enumerate(scene.section.spans):
-        if span.elements is not None and span.elements > MAX_ELEMENTS:
-            numbers[f"section.spans.{index}.elements"] = MAX_ELEMENTS
+        if span.elements is not None and span.elements > most:
+            numbers[f"section.spans.{index}.elements"] = most
     if not numbers:
         return scene
     try:

@@ -191,10 +191,11 @@ class LineModel(SpanModel):
 
     @property
     def _clamps(self) -> list[int]:
-        """A node of each tower's clamp of each phase that hangs from strings."""
+        """Nodes of the clamps that hang from strings: of each tower and phase all subconductors."""
         line = self.mesh.model.map
         nodes, leader = self.mesh.model.junction_nodes()
-        return [int(leader[nodes[t.junctions[0]]]) for t in line.towers if t.has_string]
+        held = [t.junctions for t in line.towers if t.has_string]
+        return [int(leader[nodes[junction]]) for one in held for junction in one]
 
     def watched(self, values: Array) -> Watched:
         """Put the motion of `watched_nodes` in order; of a bundle the mean of its conductors.
@@ -209,7 +210,9 @@ class LineModel(SpanModel):
         mean = along.reshape(*values.shape[:2], -1, line.subconductors, 3).mean(axis=3)
         u2, u3, theta = mean[..., 1].swapaxes(0, 1)
         quarter = 0.5 * (mean[:, 0, :, 0] - mean[:, 0, :, 2])
-        return Watched(u2, u3, theta, quarter, values[:, 1, 3 * len(line.chains) :])
+        clamps = values[:, 1, 3 * len(line.chains) :]
+        clamp = clamps.reshape(len(values), -1, line.subconductors).mean(axis=2)
+        return Watched(u2, u3, theta, quarter, clamp)
 
     def groups(self) -> list[tuple[str, list[int]]]:
         """Modes that are parts of the same motion, by the word for them and their loops."""

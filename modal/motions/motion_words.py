@@ -25,6 +25,9 @@ second for a part at half the frequency of that one."""
 ROTATED, TURNED_OVER = 30.0, 90.0
 """Mean twist [deg] at mid-span above which an equilibrium is called rotated, or turned over."""
 
+GRID_OF_SHAPE = 16
+"""Phases at which a small oscillation is looked at for its name."""
+
 SAMPLES = 8
 """Largest number of points of a branch that are looked at for its name."""
 
@@ -106,7 +109,13 @@ def name_of_branch(branch: Branch, model: SpanModel) -> str:
 
 
 def name_of_disturbance(event: Event, model: SpanModel) -> str:
-    """Name of the motion that begins at a torus: the strongest part of the growing disturbance.
+    """Name of the motion that begins at a torus: the strongest part of the growing disturbance."""
+    word, strongest = disturbance_of(event, model)
+    return _main(Part(word, model.loops(strongest), 0.0, 1))
+
+
+def disturbance_of(event: Event, model: SpanModel) -> tuple[str, int]:
+    """Family of the disturbance that begins to grow at an event of an orbit, and its main mode.
 
     A disturbance x of the state at the start of a period, with the multiplier m, is a solution of
     (A + m B) x = 0, with the matrices of `modal.continuation.condensation`.
@@ -120,8 +129,17 @@ def name_of_disturbance(event: Event, model: SpanModel) -> str:
     squares = np.abs(x) ** 2
     rates = np.abs(np.diag(model.stiffness)) * squares[: model.size] + squares[model.size :]
     word, alike = max(model.groups(), key=lambda one: float(rates[one[1]].sum()))
-    strongest = max(alike, key=lambda i: rates[i])
-    return _main(Part(word, model.loops(strongest), 0.0, 1))
+    return word, max(alike, key=lambda i: rates[i])
+
+
+def name_of_oscillation(shape: NDArray[np.complex128], model: SpanModel) -> tuple[str, int, str]:
+    """Family, half-waves, and name of a small oscillation with a complex shape (mode,)."""
+    energy = np.abs(shape) ** 2  # the shapes are orthonormal in the mass
+    word, alike = max(model.groups(), key=lambda one: float(energy[one[1]].sum()))
+    loops = model.loops(max(alike, key=lambda i: energy[i]))
+    turns = np.exp(2j * np.pi * np.arange(GRID_OF_SHAPE) / GRID_OF_SHAPE)
+    moves = model.watched_at(np.real(turns[:, None] * shape))
+    return word, loops, _main(Part(word, loops, 0.0, 1)) + model.where(moves)
 
 
 def loops_in_words(number: int) -> str:

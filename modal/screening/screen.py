@@ -4,17 +4,17 @@ from __future__ import annotations
 
 import time as clock
 from dataclasses import dataclass, field
-from typing import Any
+from typing import Any, overload
 
-from gallop_fmu import Scene, SceneError
+from gallop_fmu import LineScene, Scene, SceneError
 from gallop_fmu.foundation.deprecation import warn_renamed
 from gallop_fmu.foundation.figures import drawn
 from gallop_fmu.foundation.notebook_table import notebook_table
-from gallop_fmu.input.scene_like import SpanLike, as_span
-from modal.foundation import one_span as instead
+from gallop_fmu.input.scene_like import SceneLike, as_scene
 from modal.foundation.normal_wind import check_wind_is_normal
 from modal.motions.reduced_model import ReducedModel
 from modal.screening.cycles import Cycle, StableState, Transfer
+from modal.screening.line_screen import LineScreening, screen_line
 from modal.screening.other_modes import OtherMode
 from modal.screening.span_diagram import span_diagram, span_model
 from modal.screening.two_mode_estimate import TwoMode, estimate
@@ -166,8 +166,20 @@ class Screening:
         return self.antisymmetric_growth
 
 
-def screen(scene: SpanLike, highest_wind: float | None = None) -> Screening:
-    """Find out how a span gallops, and if that starts a horizontal swing (2:1 resonance).
+@overload
+def screen(scene: Scene, highest_wind: float | None = None) -> Screening: ...
+
+
+@overload
+def screen(scene: LineScene, highest_wind: float | None = None) -> LineScreening: ...
+
+
+@overload
+def screen(scene: SceneLike, highest_wind: float | None = None) -> Screening | LineScreening: ...
+
+
+def screen(scene: SceneLike, highest_wind: float | None = None) -> Screening | LineScreening:
+    """Find out how a span or line gallops, and if that starts a swing (2:1 resonance).
 
     The span is reduced to its lowest modes with all nonlinear terms (`modal.motions.span_model`).
     From the lowest wind on in which one of them grows, the motions that begin at rest and those
@@ -175,13 +187,21 @@ def screen(scene: SpanLike, highest_wind: float | None = None) -> Screening:
     where a Floquet multiplier passes -1. A motion that loses its stability otherwise, mostly as it
     begins to beat, is simulated with the full model.
 
+    Of a section or bundle (`modal.motions.line_model`), all motions that begin on rest are found,
+    and the first one is followed up to where it starts another. The states in the scene's wind are
+    found by simulations with the full model that start near the motions that the wind drives most.
+
     Parameters
     ----------
     scene
-        The span, with wind, coefficient curve and structural damping. A wind history counts with
-        its mean.
+        The span or line, with wind, coefficient curve and structural damping. A wind history counts
+        with its mean.
     highest_wind
         Highest wind speed [m/s] of the search; None takes 1.5 times the scene's.
+
+    Returns
+    -------
+    Screening or LineScreening
 
     Raises
     ------
@@ -193,12 +213,15 @@ def screen(scene: SpanLike, highest_wind: float | None = None) -> Screening:
 
     Notes
     -----
-    Limits: a single span in steady wind. ``loads`` and seeds of the scene are ignored. Onsets and
-    motions do not depend on the scene's wind. Motions that are not connected with rest are not
-    found; unstable ones are not followed beyond three growing disturbances. Where a stable orbit is
-    more than 10 % away from the full model after a period, it is simulated, too. Simulations have
-    eight elements, start with a small disturbance, and last 500 periods (2000, if the amplitudes
-    still change).
+    Limits: steady wind, for a line uniform. ``loads`` and seeds of the scene are ignored. Onsets
+    and motions do not depend on the scene's wind. Motions not connected with rest are not found;
+    unstable ones are not followed beyond three growing disturbances. Where a stable orbit is more
+    than 10 % away from the full model after a period, it is simulated, too. Simulations have eight
+    elements, start with a small disturbance, and last 500 periods (2000, if the amplitudes still
+    change).
+
+    Limits for a line: at most four simulations, of up to 1200 periods, so that states which none of
+    them reaches are not found; transitions are those of the first motion alone.
 
     Examples
     --------
@@ -208,10 +231,12 @@ def screen(scene: SpanLike, highest_wind: float | None = None) -> Screening:
     ('certain', 5.04)
     """
     began = clock.process_time()
-    scene = as_span(scene, "screen", instead.SCREENING)
+    scene = as_scene(scene)
     wind = scene.wind.mean_speed
     highest = MAX_WIND_RATIO * wind if highest_wind is None else highest_wind
     check_wind(scene, wind, highest)
+    if isinstance(scene, LineScene):
+        return screen_line(scene, highest)
     frequencies = frequency_ratio(scene)
     rough = estimate(scene, wind, highest)
     model = span_model(scene)
@@ -243,7 +268,7 @@ def screen(scene: SpanLike, highest_wind: float | None = None) -> Screening:
     )
 
 
-def check_wind(scene: Scene, wind: float, highest: float) -> None:
+def check_wind(scene: Scene | LineScene, wind: float, highest: float) -> None:
     """Raise SceneError if a scene has no coefficient curve or no wind, or the range is empty."""
     if scene.aerodynamics is None:
         raise SceneError(

@@ -152,7 +152,7 @@ def span_diagram(model: SpanModel, highest: float) -> SpanDiagram:
         span is turned out of its curve in a wind below the scene's and any onset.
     """
     scene, wind = model.scene, model.scene.wind.mean_speed
-    unit, end_reason = _first_growth(model, highest)
+    unit, end_reason = first_growth(model, highest, wind)
     problem = SpanProblem(WindFamily(model), model, TYPICAL * (unit or highest))
     known = SpanDiagram(scene, model, problem, wind, highest, None, {}, end_reason)
     if unit is None:
@@ -203,8 +203,17 @@ def span_diagram(model: SpanModel, highest: float) -> SpanDiagram:
     return SpanDiagram(scene, model, problem, wind, highest, found, swing, end_reason)
 
 
-def _first_growth(model: SpanModel, highest: float) -> tuple[float | None, str]:
+def first_growth(model: SpanModel, highest: float, reach: float) -> tuple[float | None, str]:
     """Lowest wind speed [m/s] of a fixed grid in which a disturbance of rest grows.
+
+    Parameters
+    ----------
+    model
+        The span or line.
+    highest
+        Highest wind speed [m/s].
+    reach
+        Wind speed [m/s] up to which rest must be known; below it an error is raised.
 
     Returns
     -------
@@ -224,7 +233,7 @@ def _first_growth(model: SpanModel, highest: float) -> tuple[float | None, str]:
         try:
             q, grows = _growth(model, wind, q)
         except SceneError as error:
-            if wind <= model.scene.wind.mean_speed:
+            if wind <= reach:
                 raise
             return None, str(error)
         if grows:

@@ -110,10 +110,10 @@ def judge(diagram: SpanDiagram, frequencies: FrequencyRatio) -> Judgement:
 
 def _beginning(events: Sequence[Event]) -> list[Event]:
     """Hopf points at which an oscillation of rest begins to grow with the wind."""
-    return [event for event in events if _grows_with_wind(event)]
+    return [event for event in events if grows_with_wind(event)]
 
 
-def _grows_with_wind(event: Event) -> bool:
+def grows_with_wind(event: Event) -> bool:
     """True if the critical eigenvalue crosses to the right with the wind."""
     point = event.point
     problem = point.equations.problem

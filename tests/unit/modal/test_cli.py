@@ -340,7 +340,7 @@ def test_a_line_has_no_options_and_commands_of_one_span(invoke, line):
         ("modes", "--over", "wind.speed"): "--over is for scenes of one span",
         ("ratio", "--against", "wind.speed"): "--against is for scenes of one span",
         ("linear", "--show", "criteria"): "--show criteria is for scenes of one span",
-        ("screen",): "screen takes a scene of one span",
+        ("screen", "--plot", "a.svg"): "--plot draws one span",
     }
     for (command, *options), message in refused.items():
         result = invoke(command, "line.toml", *options)

@@ -1,0 +1,219 @@
+"""Stable states of a line in its wind, by simulations that start near all dominant motions.
+
+A line has many motions that differ little, because its spans gallop almost independently. Instead
+of following all of them, simulations with the full model start on the motions that the wind drives
+most (`modal.screening.line_rest.Trial`), at the amplitude of an energy balance, each with a small
+disturbance in all other ways. They end in stable states.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gallop_fmu import Model
+from gallop_fmu.foundation.outcome import Outcome, SimulationError
+from modal.motions.full_model import CHANNELS, full_scene
+from modal.motions.line_model import LineModel
+from modal.motions.span_problem import WIND_SPEED
+from modal.screening.line_rest import LineRest, Trial
+from modal.screening.line_states import (
+    Histories,
+    LineState,
+    bundle_radius,
+    histories,
+    state_at_end,
+)
+
+Array = NDArray[np.float64]
+
+STEPS, RECORDS = 60, 20
+"""Time steps and records in a period of the first vertical mode."""
+
+CHUNK, LEAST, MAX_CHUNKS = 100, 3, 12
+"""Periods after which a simulation is looked at; so often at least, and at most."""
+
+LATE = 0.6
+"""Part of a simulation at its end in which amplitudes are read."""
+
+BEATING_LEAST = 6
+"""Number of chunks from which a motion that beats is one."""
+
+DISTURBANCE = 0.03
+"""Disturbance of all other motions at the start, relative to their typical amplitude."""
+
+MAX_RUNS = 4
+"""Largest number of simulations."""
+
+ENOUGH_ALIKE = 3
+"""Number of simulations after which there are no more, if all of them end in the same state."""
+
+NEWTON_TOLERANCE = 1e-6
+"""Tolerance of Newton's method in a time step: 1e-8 takes 15 % longer."""
+
+ALIKE = 0.15
+"""Difference of amplitudes, relative to the largest, below which two states are the same."""
+
+MIN_TURN = 0.1
+"""Difference of mean rotations [rad] above which two equilibria are different."""
+
+BELOW = 0.7
+"""Part of the estimated amplitude with which a motion starts."""
+
+GOLDEN = 2.4
+"""Difference of phase [rad] of the motions that start together: they are out of step."""
+
+
+@dataclass(frozen=True)
+class LineSettled:
+    """States of a line in its wind.
+
+    Attributes
+    ----------
+    states : tuple of LineState
+        Stable states, each once.
+    doubts : tuple of str
+        What could not be resolved, as sentences.
+    """
+
+    states: tuple[LineState, ...]
+    doubts: tuple[str, ...]
+
+
+def settled_states(
+    rest: LineRest, equilibria: Sequence[tuple[Array, bool]], trials: Sequence[Trial]
+) -> LineSettled:
+    """Find stable states in the scene's wind.
+
+    Parameters
+    ----------
+    rest
+        Rest over the wind.
+    equilibria
+        Those in the scene's wind, and True for stable ones.
+    trials
+        Modes of the first of them.
+    """
+    states = [_at_rest(rest.model, state) for state, is_stable in equilibria if is_stable]
+    doubts = list[str]()
+    if not equilibria:
+        return LineSettled((), ("no equilibrium was found in the scene's wind",))
+    for number, start in enumerate(_starts(rest, *equilibria[0], trials)):
+        if number >= ENOUGH_ALIKE and len(states) == 1 and not doubts:
+            break
+        found, doubt = _simulated(rest, start)
+        if found is not None and any(is_same(found, one) for one in states):
+            continue
+        doubts += [doubt] if doubt else []
+        states += [] if found is None else [found]
+    return LineSettled(tuple(states), tuple(dict.fromkeys(doubts)))
+
+
+def _starts(rest: LineRest, state: Array, is_stable: bool, trials: Sequence[Trial]) -> list[Array]:
+    """States from which simulations start, the most important first."""
+    kinds: dict[tuple[str, int], list[Trial]] = {}
+    for one in trials:
+        if one.size is not None:
+            kinds.setdefault((one.kind, one.loops), []).append(one)
+    groups = sorted(kinds.values(), key=lambda group: (group[0].loops, -group[0].rate))
+    starts = [_moving(state, group[:1]) for group in groups]
+    if groups and len(groups[0]) > 1:
+        starts.insert(1, _moving(state, groups[0]))
+    if not is_stable:
+        starts.insert(1, state)
+    noise = _disturbance(rest)
+    return [start + noise for start in starts[:MAX_RUNS]]
+
+
+def _moving(state: Array, group: Sequence[Trial]) -> Array:
+    """State with the motions of a group, out of step and with less amplitude if there are many."""
+    n = len(state) // 2
+    found = state.copy()
+    for number, one in enumerate(group):
+        assert one.size is not None
+        shape = BELOW * one.size / np.sqrt(len(group)) * np.exp(1j * GOLDEN * number) * one.shape
+        found[:n] += shape.real
+        found[n:] += (1j * one.omega * shape).real
+    return found
+
+
+def _disturbance(rest: LineRest) -> Array:
+    """Small displacement of two modes of each part of the motion but twist."""
+    model, change = rest.model, np.zeros(rest.problem.size)
+    for family, alike in model.groups():
+        if family != "torsional":
+            for number, mode in enumerate(alike[:2]):
+                change[mode] = DISTURBANCE * rest.problem.scale[mode] / (1.0 + number)
+    return change
+
+
+def _simulated(rest: LineRest, start: Array) -> tuple[LineState | None, str]:
+    """State in which a simulation with the full model ends, and what is not resolved."""
+    model = rest.model
+    scene = full_scene(model.scene, WIND_SPEED, rest.wind, model, STEPS).with_values(
+        {"numerics.newton_tolerance": NEWTON_TOLERANCE}
+    )
+    full = Model(scene, inputs=False)
+    n = model.size
+    u, v = model.nodal(start[None, :n], start[None, n:])
+    every = STEPS // RECORDS
+    interval = every * scene.numerics.time_step
+    spans, radius = full.map.spans, bundle_radius(model)
+    parts, found = list[Array](), None
+    try:
+        moving = full.place(u[0], v[0])
+        for number in range(1, MAX_CHUNKS + 1):
+            run = moving.run(CHUNK * RECORDS, every, CHANNELS, model.watched_nodes)
+            if run.report.outcome is not Outcome.COMPLETED:
+                return None, _early(rest, str(run.report))
+            parts.append(run.node_values)
+            if number < LEAST:
+                continue
+            found = state_at_end(_late(model, parts, interval), spans, radius)
+            if found.kind in ("rest", "periodic"):
+                break
+            if found.kind == "beating" and number >= BEATING_LEAST:
+                break
+    except SimulationError as problem:
+        return None, _early(rest, str(problem.report))
+    assert found is not None
+    if found.kind == "not settled":
+        return found, f"{found}: it had not settled after {CHUNK * MAX_CHUNKS} periods"
+    return found, ""
+
+
+def _late(model: LineModel, parts: Sequence[Array], interval: float) -> Histories:
+    """Motion in the last part of a simulation."""
+    return histories(model, np.concatenate(parts), interval).last(LATE)
+
+
+def _early(rest: LineRest, reason: str) -> str:
+    return f"a simulation at {rest.wind:.4g} m/s ended early: {reason.split(' What to do')[0]}"
+
+
+def _at_rest(model: LineModel, state: Array) -> LineState:
+    """Equilibrium as a state."""
+    n = model.size
+    u, _ = model.nodal(state[None, :n], np.zeros((1, n)))
+    values = u[:, model.watched_nodes][:, :, 1:].swapaxes(1, 2)
+    spans = model.mesh.model.map.spans
+    return state_at_end(histories(model, values, 1.0), spans, bundle_radius(model))
+
+
+def is_same(one: LineState, other: LineState, alike: float = ALIKE) -> bool:
+    """True if two states have the same amplitudes everywhere, or the same rotation at rest."""
+    if (one.kind == "rest") != (other.kind == "rest"):
+        return False
+    if one.kind == "rest":
+        turns = zip(one.mean_rotation, other.mean_rotation, strict=True)
+        return max(abs(a - b) for a, b in turns) < MIN_TURN
+    return difference(one, other) < alike
+
+
+def difference(one: LineState, other: LineState) -> float:
+    """Largest difference of the amplitudes of two motions, relative to the largest of them."""
+    away = np.abs(one.displacements - other.displacements)
+    return float(np.max(away) / max(one.largest, other.largest))
