@@ -246,7 +246,8 @@ def compared(
         if isinstance(end, LineEnd) and (end.change <= SETTLED or largest(end) < CALM)
     ]
     errors = [min((error_of(end, state) for state in known), default=math.inf) for end in usable]
-    if all(isinstance(end, str) for end in ends) and not known:
+    says_so = any("ended early" in one for one in found.unresolved)
+    if all(isinstance(end, str) for end in ends) and says_so:
         verdict = "both end early"
     elif found.risk == "undetermined" or not known:
         verdict = "unresolved"

@@ -33,8 +33,9 @@ ComplexArray = NDArray[np.complex128]
 FIRST_STEP, MAX_STEP = 0.05, 1.0
 """Lengths of continuation steps of rest, in typical displacements and lowest onsets."""
 
-LOCATION_TOLERANCE = 1e-6
-"""Accuracy of an onset, relative to the step."""
+NEWTON_TOLERANCE, LOCATION_TOLERANCE = 1e-5, 1e-4
+"""Last correction of Newton's method, in typical sizes, and accuracy of the place of an onset,
+relative to the step: onsets change by 1e-5 of them."""
 
 STATIC = ("fold", "branch point", "symmetry breaking")
 """Events at which rest becomes statically unstable (divergence)."""
@@ -194,6 +195,7 @@ def line_rest(model: LineModel, wind: float, highest: float) -> LineRest:
             first_step=FIRST_STEP,
             max_step=MAX_STEP,
             unit=unit,
+            newton_tolerance=NEWTON_TOLERANCE,
             location_tolerance=LOCATION_TOLERANCE,
         )
         q, _ = static_equilibrium(model, settings.lowest)

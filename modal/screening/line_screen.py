@@ -21,7 +21,7 @@ from modal.screening.verdict import Risk
 
 __all__ = ["LineOnset", "LineScreening", "LineState", "LineTransition", "screen_line"]
 
-ELEMENTS = 8
+ELEMENTS = 6
 """Most elements of a span, if spacers and devices allow it."""
 
 MIN_DAMPING_RATIO = 1e-4

@@ -216,7 +216,9 @@ def test_a_span_has_no_keys_of_a_line():
 
 @pytest.mark.parametrize("quick", [False, True])
 def test_screening_refuses_a_line_at_once(quick):
-    with pytest.raises(gf.SceneError, match=r"screen_spans takes a scene of one span.*simulate"):
+    with pytest.raises(
+        gf.SceneError, match=r"screen_spans takes a scene of one span.*modal.screen"
+    ):
         modal.screen_spans(pushed(), {"wind.speed": [4.0, 5.0]}, estimate_only=quick)
 
 
