@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import ctypes as c
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, lru_cache
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -229,12 +229,6 @@ class Mesh:
         _insist(kernel.gallop_seed(self.model.handle, double_pointer(u)))
         return u
 
-    @cached_property
-    def _places(self) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
-        """Row and column, in the matrix of all nodes, of each entry of the element matrices."""
-        unknowns = (DOFS * self.nodes[:, :, None] + np.arange(DOFS)).reshape(-1, 3 * DOFS)
-        return np.repeat(unknowns, 3 * DOFS, axis=1).ravel(), np.tile(unknowns, 3 * DOFS).ravel()
-
     def assemble(self, elements: Array) -> csc_array:
         """Add up element matrices to that of the whole span.
 
@@ -247,11 +241,14 @@ class Mesh:
         -------
         sparse array, shape (4 node, 4 node)
         """
-        from scipy.sparse import coo_array, csc_array  # slow to import
+        from scipy.sparse import csc_array  # slow to import
 
         size = DOFS * self.model.nodes
-        total = coo_array((elements.ravel(), self._places), shape=(size, size)).tocsc()
-        return csc_array(total)
+        place, rows, first = _pattern(self.nodes.tobytes(), self.model.nodes)
+        values = np.bincount(place, elements.ravel(), len(rows))
+        total = csc_array((values, rows.copy(), first.copy()), shape=(size, size))
+        total.has_canonical_format = True
+        return total
 
     def gather(self, matrix: csc_array) -> csc_array:
         """Move rows and columns of followers to their leaders in a matrix (4 node, 4 node)."""
@@ -379,6 +376,34 @@ class Mesh:
         _insist(refused)
         by = block[5:].reshape(4, 3, *shape) if slopes else None
         return AeroLoad(block[:3], by, block[3], block[4])
+
+
+@lru_cache(maxsize=16)  # meshes of equal topology have the same
+def _pattern(
+    nodes: bytes, count: int
+) -> tuple[NDArray[np.intp], NDArray[np.int32], NDArray[np.int32]]:
+    """Where each entry of the element matrices is in the matrix of all nodes.
+
+    Parameters
+    ----------
+    nodes
+        Numbers of the nodes of each element.
+    count
+        Number of nodes.
+
+    Returns
+    -------
+    ndarray, ndarray, ndarray
+        Place of each entry among the stored numbers; their rows; and the first of each column.
+    """
+    of_elements = np.frombuffer(nodes, dtype=np.intp).reshape(-1, 3)
+    size = DOFS * count
+    unknowns = (DOFS * of_elements[:, :, None] + np.arange(DOFS)).reshape(-1, 3 * DOFS)
+    rows = np.repeat(unknowns, 3 * DOFS, axis=1).ravel()
+    columns = np.tile(unknowns, 3 * DOFS).ravel()
+    stored, place = np.unique(size * columns + rows, return_inverse=True)
+    first = np.searchsorted(stored, size * np.arange(size + 1))
+    return place, (stored % size).astype(np.int32), first.astype(np.int32)
 
 
 def _insist(outcome: int) -> None:

@@ -43,6 +43,21 @@ def leaves(section: Section, start: str = "", law_unit: str = "") -> Iterator[Le
             yield Leaf(path, value, unit, field.description or "")
 
 
+def has_path(section: Section, path: str) -> bool:
+    """Check that a section has a dotted path: that of a leaf, or the start of one."""
+    value: Any = section
+    for part in path.split("."):
+        if isinstance(value, Section) and part in type(value).model_fields:
+            value = getattr(value, part)
+        elif isinstance(value, tuple) and part in map(str, range(len(value))):
+            value = value[int(part)]
+            if not isinstance(value, Section):
+                return False
+        else:
+            return False
+    return True
+
+
 def section_classes(annotation: Any) -> list[type[Section]]:
     """Return the sections of an annotation: one, several for a union, none for plain values."""
     if isinstance(annotation, type) and issubclass(annotation, Section):

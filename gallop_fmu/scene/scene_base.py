@@ -17,7 +17,14 @@ from pydantic import Field, ValidationError, field_validator, model_validator
 
 from gallop_fmu.foundation.atomic_write import write_whole
 from gallop_fmu.foundation.errors import SceneError
-from gallop_fmu.scene.dotted_paths import Leaf, leaves, replace_values, unknown_key, with_number
+from gallop_fmu.scene.dotted_paths import (
+    Leaf,
+    has_path,
+    leaves,
+    replace_values,
+    unknown_key,
+    with_number,
+)
 from gallop_fmu.scene.fields import Section, Text, setting
 from gallop_fmu.scene.file_format import FORMAT, without_format
 from gallop_fmu.scene.html_table import scene_table
@@ -72,9 +79,8 @@ class SceneBase(Section):
     @model_validator(mode="after")
     def _consistent(self) -> Self:
         self._check()
-        paths = [leaf.path for leaf in leaves(self)]
         for source in self.sources:
-            if not any(path == source or path.startswith(source + ".") for path in paths):
+            if not has_path(self, source):
                 raise SceneError(unknown_key(type(self), f"sources.{source}", source))
         return self
 

@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from gallop_fmu.foundation.channels import END_FORCES
 from gallop_fmu.foundation.errors import SceneError
 from gallop_fmu.foundation.outcome import Outcome, SimulationError
 from gallop_fmu.input.scene_spec import SceneSpec
@@ -34,7 +35,9 @@ Summary = Callable[[Any], Mapping[str, Any]]
 
 CHANNELS = ("u2", "u3", "theta", "tension")
 RECORDED: dict[str, Any] = {"channels": (*CHANNELS, "v2", "v3")}
-"""What is recorded of a span, as arguments of `simulate`."""
+"""What is recorded of a span for any summary, as arguments of `simulate`."""
+SUMMARISED: dict[str, Any] = {**RECORDED, "span_channels": END_FORCES}
+"""The same for `steady_motion`, which reads no energies."""
 
 _MOTIONS = {
     "u2": ("m", "vertical"),
@@ -162,9 +165,12 @@ class Simulation:
             def progress(time: float, stop_time: float) -> bool:
                 return carry_on()
 
-            recorded = recording_of_line(scene) if isinstance(scene, LineScene) else RECORDED
             result = simulate(
-                scene, self.stop_time, progress=progress, on_failure="return", **recorded
+                scene,
+                self.stop_time,
+                progress=progress,
+                on_failure="return",
+                **self._recorded(scene),
             )
             if not result.started:
                 raise SimulationError(result.report, result)
@@ -174,6 +180,12 @@ class Simulation:
             return row
 
         return one_by_one(run, scenes, carry_on)
+
+    def _recorded(self, scene: Scene | LineScene) -> dict[str, Any]:
+        """Return what is recorded, as arguments of `simulate`."""
+        if isinstance(scene, LineScene):
+            return recording_of_line(scene)
+        return RECORDED if self.summary else SUMMARISED
 
     def _summarised(self, result: Result | LineResult) -> Mapping[str, Any]:
         """Return the columns of a result."""

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator
 from dataclasses import dataclass, field
 from typing import Any, Literal, cast, overload
 
@@ -193,6 +194,11 @@ def natural_modes(
 
 def modes_of(equations: Linearised, scene: Scene, count: int) -> list[Mode]:
     """Compute the lowest modes of equations of motion: complex in wind, real in still air."""
+    return list(each_mode(equations, scene, count))
+
+
+def each_mode(equations: Linearised, scene: Scene, count: int) -> Iterator[Mode]:
+    """Yield the modes of `modes_of`, each described when it is wanted."""
     mass, damping, stiffness = equations.of_free()
     unknowns = mass.shape[0]
     if isinstance(count, bool) or not isinstance(count, int) or not 1 <= count <= unknowns:
@@ -226,10 +232,8 @@ def modes_of(equations: Linearised, scene: Scene, count: int) -> list[Mode]:
         ratio = np.einsum("im,im->m", real, damping @ real) / (2.0 * omega)
         values = omega * (-ratio + 1j * np.sqrt(np.maximum(1.0 - ratio**2, 0.0)))
         vectors = real.astype(np.complex128)
-    return [
-        _describe(equations, scene, complex(s), vector)
-        for s, vector in zip(values, vectors.T, strict=True)
-    ]
+    for s, vector in zip(values, vectors.T, strict=True):
+        yield _describe(equations, scene, complex(s), vector)
 
 
 def _describe(equations: Linearised, scene: Scene, value: complex, vector: ComplexArray) -> Mode:

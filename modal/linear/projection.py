@@ -41,6 +41,18 @@ class Projection:
         self.section = at_sections.transpose(0, 2, 1).copy()
         self.weighted = at_sections * mesh.sections.length[:, None]
 
+    def keep_left_half(self) -> None:
+        """Keep the sections up to mid-span, which then count for both halves.
+
+        The shapes must be symmetric. A section at mid-span counts once.
+        """
+        count = self.section.shape[2]
+        kept = (count + 1) // 2
+        times = np.full(kept, 2.0)
+        times[count // 2 :] = 1.0
+        self.section = self.section[:, :, :kept].copy()
+        self.weighted = self.weighted[:, :kept] * times[:, None]
+
     @property
     def size(self) -> int:
         """Number of coordinates."""

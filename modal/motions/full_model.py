@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -24,6 +25,7 @@ method."""
 
 NEWTON_TOLERANCE = 1e-8
 CHANNELS = np.array([NODE_INDEX[name] for name in ("u2", "u3", "theta")], dtype=np.int32)
+NO_SPAN_CHANNELS = np.empty(0, dtype=np.int32)
 RECORDS_PER_PERIOD = 50
 BAND_PERIODS = 60
 """Periods of the first vertical mode at the end of a run, in which amplitudes are measured."""
@@ -144,21 +146,38 @@ def run_from(
         The end of the run; the records (record, channel, node) at the watched nodes;
         and the time [s] between two of them.
     """
+    return next(runs_from(scene, model, state, [periods]))
+
+
+def runs_from(
+    scene: Scene | LineScene, model: SpanModel, state: Array, durations: Sequence[float]
+) -> Iterator[tuple[FullRun, Array, float]]:
+    """Yield what `run_from` returns for ascending durations; a longer run continues the last one.
+
+    A run that ended early is the last one.
+    """
     full = Model(scene, inputs=False)
     nodes = (model.watched_nodes * (full.nodes - 1)) // (model.shapes.shape[1] - 1)
     steps = round(2.0 * np.pi / model.frequencies[0] / scene.numerics.time_step)
     every = steps // RECORDS_PER_PERIOD
+    interval = every * scene.numerics.time_step
     n = model.size
     u, v = model.nodal(state[None, :n], state[None, n:])
     coarse = slice(None, None, (u.shape[1] - 1) // (full.nodes - 1))
+    values = np.empty((0, len(CHANNELS), len(nodes)))
     try:
         started = full.place(u[0, coarse], v[0, coarse])
-        run = started.run(round(periods * RECORDS_PER_PERIOD), every, CHANNELS, nodes)
-        values, outcome = run.node_values, run.report.outcome
-        reason = "" if outcome is Outcome.COMPLETED else str(run.report)
     except SimulationError as problem:
-        values, reason = np.empty((0, len(CHANNELS), 3)), str(problem.report)
-    return _end(model.watched(values), reason), values, every * scene.numerics.time_step
+        yield _end(model.watched(values), str(problem.report)), values, interval
+        return
+    for periods in durations:
+        more = round(periods * RECORDS_PER_PERIOD) - len(values)
+        run = started.run(more, every, CHANNELS, nodes, NO_SPAN_CHANNELS, first=len(values))
+        values = np.concatenate([values, run.node_values])
+        reason = "" if run.report.outcome is Outcome.COMPLETED else str(run.report)
+        yield _end(model.watched(values), reason), values, interval
+        if reason:
+            return
 
 
 def _end(moves: Watched, reason: str) -> FullRun:

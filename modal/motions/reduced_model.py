@@ -26,6 +26,10 @@ STATIC_ITERATIONS = 30
 STATIC_TOLERANCE = 1e-10
 """Largest last correction of the coordinates, relative to the largest of them or to 1."""
 
+MAX_ASYMMETRY = 1e-9
+"""Largest difference of a number at sections that mirror each other, relative to the largest
+number, up to which a span is symmetric."""
+
 
 class Forces(NamedTuple):
     """Out-of-balance forces and their derivatives, at each instant.
@@ -98,7 +102,23 @@ class ReducedModel:
         self._first_moments = self.scene.ice.first_moments()
         # Per m/s along n2 and x3; None: along x3 alone, everywhere the same
         self._wind = self.modes.mesh.steady_wind if self.scene.wind.is_varied else None
+        if self._is_symmetric():
+            self._projection.keep_left_half()
+            kept = self._projection.section.shape[2]
+            self._gravity = self._gravity[:kept]
+            self._wind = None if self._wind is None else self._wind[:, :kept]
         self._prepare_products()
+
+    def _is_symmetric(self) -> bool:
+        """True if shapes, ice and wind are the same at sections at equal distances of mid-span."""
+        at_sections = [self._projection.section, self.modes.mesh.sections.length, self._gravity]
+        if self._wind is not None:
+            at_sections.append(self._wind)
+        return all(
+            float(np.max(np.abs(values - values[..., ::-1])))
+            <= MAX_ASYMMETRY * np.max(np.abs(values))
+            for values in at_sections
+        )
 
     def _prepare_products(self) -> None:
         """Compute the products of the shapes at the sections that turn slopes into matrices."""

@@ -17,7 +17,7 @@ from gallop_fmu import SceneError
 from gallop_fmu.foundation.outcome import SimulationError
 from modal.continuation.branch import Branch
 from modal.continuation.path import Point
-from modal.motions.full_model import full_scene, reduction_error, run_from
+from modal.motions.full_model import full_scene, reduction_error, runs_from
 from modal.motions.motion_words import TURNED_OVER, name_of_motion, parts_of
 from modal.motions.rotated import equilibria_at
 from modal.motions.span_model import SpanModel
@@ -265,9 +265,8 @@ def simulated_state(diagram: SpanDiagram, state: Array) -> tuple[StableState | N
     elements = count // 2 if count >= 2 * ELEMENTS and count % 2 == 0 else count
     scene = full_scene(diagram.scene, WIND_SPEED, diagram.wind, model, STEPS, elements)
     start = state + _disturbance(diagram)
-    for periods in (PERIODS, MAX_PERIODS):
-        end, values, interval = run_from(scene, model, start, periods)
-        if len(values) < periods:
+    for end, values, interval in runs_from(scene, model, start, (PERIODS, MAX_PERIODS)):
+        if len(values) < PERIODS:
             return None, f"a simulation at {diagram.wind:.4g} m/s ended early: {end.outcome}"
         found = _end_of(values, interval)
         if found.kind != "not settled":

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from itertools import product
 from typing import TYPE_CHECKING, overload
@@ -23,7 +23,7 @@ from modal.foundation.scene_variation import (
     with_number,
 )
 from modal.linear.linearise import linearised
-from modal.linear.modes import Family, Mode, modes_of
+from modal.linear.modes import Family, Mode, each_mode, modes_of
 from modal.stability.mode_pairs import ModePair, mode_pairs
 
 if TYPE_CHECKING:
@@ -165,8 +165,8 @@ def frequency_ratio(scene: SceneLike) -> FrequencyRatio | list[ModePair]:
         return mode_pairs(scene)
     unknowns = 4 * (2 * scene.elements - 1)  # of the interior nodes; there may be more
     equations = linearised(scene, "still")
-    modes = modes_of(equations, scene, min(FIRST_SEARCHED, unknowns))
-    if not {"vertical", "horizontal"} <= {mode.family for mode in modes if mode.symmetric}:
+    modes = _up_to_both(each_mode(equations, scene, min(FIRST_SEARCHED, unknowns)))
+    if not _has_both(modes):
         modes = modes_of(equations, scene, min(SEARCHED_MODES, unknowns))
     return FrequencyRatio(
         vertical_hz=_first_symmetric(modes, "vertical").frequency_hz,
@@ -395,6 +395,21 @@ def _sentence(
         f"{change} changes the ratio from {now.ratio:.3f} to {then.ratio:.3f}, {effect} 2:1 "
         f"(detuning {now.detuning:+.1%} to {then.detuning:+.1%})"
     )
+
+
+def _up_to_both(modes: Iterable[Mode]) -> list[Mode]:
+    """Modes up to that with which both symmetric ones are known, or all."""
+    found: list[Mode] = []
+    for mode in modes:
+        found.append(mode)
+        if _has_both(found):
+            break
+    return found
+
+
+def _has_both(modes: Sequence[Mode]) -> bool:
+    """True if a vertical and a horizontal mode are symmetric."""
+    return {"vertical", "horizontal"} <= {mode.family for mode in modes if mode.symmetric}
 
 
 def _first_symmetric(modes: list[Mode], family: Family) -> Mode:

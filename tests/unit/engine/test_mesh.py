@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import gallop_fmu as gf
-from gallop_fmu.engine.mesh import Mesh
+from gallop_fmu.engine.mesh import DOFS, Mesh, _pattern
 
 SPRINGS = {"kind": "springs", "stiffness_x1": 76e3, "stiffness_x3": 1400.0}
 SLOPE = {"span.height_difference": 30.0, "span.sag": None}
@@ -323,3 +323,19 @@ def test_matrices_of_a_line_are_the_derivatives_of_all_forces(part):
     assert found == pytest.approx(wanted, abs=1e-6 * np.abs(wanted).max())
     rows = np.repeat(followers, 4)
     assert np.abs(matrix[rows]).sum() == 0.0
+
+
+def test_an_assembled_matrix_is_the_sum_of_its_elements(sloping):
+    elements = np.random.default_rng(1).normal(size=(6, 12, 12))
+    total = np.zeros((DOFS * sloping.model.nodes,) * 2)
+    for e, matrix in enumerate(elements):
+        total[8 * e : 8 * e + 12, 8 * e : 8 * e + 12] += matrix
+    assert np.array_equal(sloping.assemble(elements).toarray(), total)
+
+
+def test_meshes_of_equal_topology_share_the_pattern_of_their_matrices():
+    _pattern.cache_clear()
+    for length in (120.0, 121.0, 122.0):
+        span = mesh(span__length=length, span__sag=None)
+        span.assemble(np.ones((6, 12, 12)))
+    assert (_pattern.cache_info().misses, _pattern.cache_info().hits) == (1, 2)

@@ -7,6 +7,7 @@ import pytest
 
 from gallop_fmu.engine.inputs import Inputs
 from gallop_fmu.engine.model import Model, State
+from gallop_fmu.engine.state import VECTOR
 from gallop_fmu.foundation.channels import (
     END_FORCES,
     NODE_CHANNELS,
@@ -270,3 +271,8 @@ def test_a_placed_state_has_the_prescribed_motion_of_its_ends():
     assert np.all(v[[0, -1]] == 0.0)
     with pytest.raises(ValueError, match="v"):
         model.place(ones, ones * np.nan)
+
+
+def test_a_state_begins_at_a_whole_vector(stepped_model):
+    states = [State(stepped_model) for _ in range(20)]
+    assert {state._pointer.value % VECTOR for state in states} == {0}

@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 
 from gallop_fmu.foundation.errors import SceneError
 from gallop_fmu.input.scene_files import load_scene, packaged_scenes
-from gallop_fmu.scene.dotted_paths import leaves
+from gallop_fmu.scene.dotted_paths import has_path, leaves
 from gallop_fmu.scene.scene import Scene
 from gallop_fmu.scene.supports import RigidSupport
 from gallop_fmu.scene.time_functions import Constant, Harmonic, Pulse, Ramp, TimeTable
@@ -43,6 +43,19 @@ def test_every_value_of_a_packaged_scene_has_a_source(name):
     ]
     assert len(given_values) > 20
     assert bare == []
+
+
+@pytest.mark.parametrize("name", PACKAGED)
+def test_a_scene_has_the_paths_of_its_leaves_and_of_the_sections_above_them(name):
+    scene = load_scene(name)
+    paths = {leaf.path for leaf in leaves(scene)}
+    for path in list(paths):
+        while "." in path:
+            path = path.rpartition(".")[0]
+            paths.add(path)
+    assert all(has_path(scene, path) for path in paths)
+    others = {f"{path}{end}" for path in paths for end in ("x", ".x", ".0", ".00", ".9", ".")}
+    assert not [path for path in others - paths if has_path(scene, path)]
 
 
 def was_given(scene, path):

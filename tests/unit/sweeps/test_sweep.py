@@ -80,6 +80,20 @@ def test_a_run_that_ends_early_keeps_its_records(scene):
     assert math.isnan(runs.dataset.u2_amplitude.values[0])
 
 
+def test_energies_are_recorded_only_for_a_summary_that_can_read_them(scene, monkeypatch):
+    recorded = []
+
+    def recording(*arguments, **options):
+        result = gf.simulate(*arguments, **options)
+        recorded.append("potential_energy" in result.recorded.values)
+        return result
+
+    monkeypatch.setattr("gallop_fmu.sweeps.sweep.simulate", recording)
+    for summary in (None, lambda result: {"steps": result.report.steps}):
+        gf.sweep(scene, {"wind.speed": [5.0]}, stop_time=1.0, summary=summary, workers=1)
+    assert recorded == [False, True]
+
+
 def test_an_unexpected_exception_is_a_row_too(scene):
     def failing(result):
         if result.scene.wind.speed == 5.0:
