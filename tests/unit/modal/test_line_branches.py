@@ -69,11 +69,6 @@ def test_what_cannot_be_done_is_refused(scene, changes, message):
         modal.branches(scene.with_values(changes), start=0.3, stop=0.4)
 
 
-def test_sensitivity_refuses_a_line(scene):
-    with pytest.raises(gf.SceneError, match="sensitivity"):
-        modal.sensitivity(scene, start=0.3, stop=0.4)
-
-
 def test_another_number_has_the_same_onset(scene, found):
     """Longer strings: the coordinates of the reduced models are continuous."""
     onset = float(found.dataset.event_value.values[0])
