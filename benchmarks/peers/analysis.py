@@ -50,6 +50,28 @@ def best(rows: list[Row], code: str, error: float) -> float:
     return min((cost_at(points, error) for points in found.values()), default=math.inf)
 
 
+def best_total(rows: list[Row], code: str, error: float, kind: str = "total") -> float:
+    """Least cost [CPU s per simulated s] of a code within an error, on any mesh, or infinity.
+
+    Between neighbours of the front of all its cases log cost is linear in log error.
+    """
+    points = [
+        (max(row[kind]), row["cost"])
+        for row in rows
+        if row["code"] == code and row[kind] and row["cost"] is not None
+    ]
+    return cost_at(front(points), error)
+
+
+def front(points: list[tuple[float, float]]) -> list[tuple[float, float]]:
+    """Points (error, cost) that no other beats in both, from the largest error to the least."""
+    found: list[tuple[float, float]] = []
+    for error, cost in sorted(points):
+        if not found or cost < found[-1][1]:
+            found.append((error, cost))
+    return found[::-1]
+
+
 def codes(rows: list[Row]) -> list[str]:
     return list(dict.fromkeys(row["code"] for row in rows))
 

@@ -17,11 +17,12 @@ from scipy.optimize import root
 Chain = namedtuple(
     "Chain",
     "position rest stiffness node_mass weight load rise fall_start fall damping"
-    " wind pressure attack_angle lift drag tributary consistent",
+    " wind pressure attack_angle lift drag tributary normal consistent",
 )
 """Input of the compiled functions.
 
-`pressure` is rho d / 2, `tributary` the initial length [m] at each node.
+`pressure` is rho d / 2, `tributary` the initial length [m] at each node, `normal` (2, nodes) the
+direction (x1, x2) across the conductor in the plane of the span.
 """
 
 
@@ -71,6 +72,11 @@ def chain(problem: Problem, elements: int = LOADED_POINTS + 1, consistent: bool 
     tributary[:-1] += 0.5 * lengths
     tributary[1:] += 0.5 * lengths
     wind = problem.wind
+    chords = np.diff(position, axis=1)
+    tangent = np.zeros((2, elements + 1))
+    tangent[:, :-1] += chords[:2]
+    tangent[:, 1:] += chords[:2]
+    tangent /= np.linalg.norm(tangent, axis=0)
     return Chain(
         position=position,
         rest=rest,
@@ -88,6 +94,7 @@ def chain(problem: Problem, elements: int = LOADED_POINTS + 1, consistent: bool 
         lift=_cubic(wind.lift if wind else ()),
         drag=_cubic(wind.drag if wind else ()),
         tributary=tributary,
+        normal=np.array([-tangent[1], tangent[0]]),
         consistent=consistent,
     )
 
@@ -108,7 +115,7 @@ def amplitude(t, c):
 
 @compiled
 def section_force(v2, v3, c):
-    """Aerodynamic force per length [N/m], up and downwind."""
+    """Aerodynamic force per length [N/m], across the conductor and downwind, from velocities."""
     w2, w3 = -v2, c.wind - v3
     a = c.attack_angle + np.arctan2(w2, w3)
     lift = c.lift[0] + a * (c.lift[1] + a * (c.lift[2] + a * c.lift[3]))
@@ -137,8 +144,10 @@ def accelerate(t, u, v, c, a, force):
             a[k, i] = (force[k, i] - force[k, i - 1] + factor * c.load[k, i] - weight) * inverse
     if c.wind > 0.0:
         for i in range(1, elements):
-            up, along = section_force(v[1, i], v[2, i], c)
-            a[1, i] += up * c.tributary[i] * inverse
+            n1, n2 = c.normal[0, i], c.normal[1, i]
+            up, along = section_force(n1 * v[0, i] + n2 * v[1, i], v[2, i], c)
+            a[0, i] += up * n1 * c.tributary[i] * inverse
+            a[1, i] += up * n2 * c.tributary[i] * inverse
             a[2, i] += along * c.tributary[i] * inverse
     if c.consistent:
         _divide_by_consistent_mass(a, force[0])
@@ -297,7 +306,7 @@ def jacobian(y, c, rows, columns, values):
                         values[count] = right[j, k]
                         count += 1
                     values[count] = -c.damping if j == k else 0.0
-                    if c.wind > 0.0 and j > 0 and k > 0:
+                    if c.wind > 0.0:
                         values[count] += (
                             _section_slope(y, node, j, k, c) * c.tributary[node + 1] * inverse
                         )
@@ -323,8 +332,12 @@ def _places(node, inner, count, rows, columns):
 @compiled
 def _section_slope(y, node, j, k, c):
     """Derivative of the wind force along j by the velocity along k, by a central difference."""
-    v2, v3, small = y[6 * node + 4], y[6 * node + 5], 1e-5
-    d2, d3 = (small, 0.0) if k == 1 else (0.0, small)
+    n1, n2, small = c.normal[0, node + 1], c.normal[1, node + 1], 1e-5
+    v2 = n1 * y[6 * node + 3] + n2 * y[6 * node + 4]
+    v3 = y[6 * node + 5]
+    d2, d3 = (0.0, small) if k == 2 else (small, 0.0)
     up, along = section_force(v2 + d2, v3 + d3, c)
     low_up, low_along = section_force(v2 - d2, v3 - d3, c)
-    return (up - low_up if j == 1 else along - low_along) / (2.0 * small)
+    share = (n1, n2, 1.0)
+    change = along - low_along if j == 2 else up - low_up
+    return share[j] * share[k] * change / (2.0 * small)

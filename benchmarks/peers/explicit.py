@@ -6,7 +6,7 @@ from collections.abc import Callable
 
 from cases import Case
 from chain import chain, runge_kutta, velocity_verlet
-from scenes import INTERVAL, Array, Problem
+from scenes import INTERVAL, LOADED_POINTS, Array, Problem
 
 SCHEMES = {  # steps [s] from just below the stability limit down
     "velocity Verlet": (velocity_verlet, (4.5e-4, 2.5e-4, 1.25e-4, 6.25e-5)),
@@ -21,25 +21,28 @@ def cases(problem: Problem) -> list[Case]:
             f"numba, {name}",
             f"step {1e3 * step:.3g} ms",
             ("chain", False),
-            _prepare(problem, scheme, step),
+            prepare(problem, scheme, step),
         )
         for name, (scheme, steps) in SCHEMES.items()
         for step in steps
     ]
 
 
-def _prepare(
-    problem: Problem, scheme: Callable[..., Array], step: float
+def prepare(
+    problem: Problem,
+    scheme: Callable[..., Array],
+    step: float,
+    elements: int = LOADED_POINTS + 1,
 ) -> Callable[[], Callable[[], Array]]:
-    def prepare() -> Callable[[], Array]:
-        span = chain(problem)
+    def prepared() -> Callable[[], Array]:
+        span = chain(problem, elements)
         every = round(INTERVAL / step)
         scheme(
             span, INTERVAL / every, every, 1
         )  # compiled, or read from the cache, before the clock runs
         return lambda: scheme(span, INTERVAL / every, every, len(problem.times))
 
-    return prepare
+    return prepared
 
 
 def converged(problem: Problem, consistent: bool) -> Array:

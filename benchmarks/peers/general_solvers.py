@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 from cases import Case, NotReachedError
 from chain import Chain, chain, compiled, jacobian, right_hand_side
-from scenes import Array, Problem
+from scenes import LOADED_POINTS, Array, Problem
 from scipy.integrate import solve_ivp
 from scipy.sparse import csc_matrix
 from sksundae.cvode import CVODE
@@ -36,8 +36,8 @@ CVODE_METHODS: dict[str, tuple[dict[str, Any], tuple[float, ...]]] = {
 class FirstOrder:
     """The chain as y' = f(t, y), with its Jacobian."""
 
-    def __init__(self, problem: Problem) -> None:
-        self.chain = span = chain(problem)
+    def __init__(self, problem: Problem, elements: int = LOADED_POINTS + 1) -> None:
+        self.chain = span = chain(problem, elements)
         nodes = span.position.shape[1]
         self.size = 6 * (nodes - 2)
         self.middle = 6 * (nodes // 2 - 1)
@@ -84,29 +84,29 @@ def _fill(
 
 
 def cases(problem: Problem) -> list[Case]:
-    radau = [
-        Case(
-            "Radau", "scipy, Radau", f"tolerance {rtol:g}", ("chain", False), _radau(problem, rtol)
-        )
+    by_radau = [
+        Case("Radau", "scipy, Radau", f"tolerance {rtol:g}", ("chain", False), radau(problem, rtol))
         for rtol in TOLERANCES
     ]
-    cvode = [
+    by_cvode = [
         Case(
             "CVODE",
             f"CVODE, {name}",
             f"tolerance {rtol:g}",
             ("chain", False),
-            _cvode(problem, rtol, options),
+            cvode(problem, rtol, options),
         )
         for name, (options, tolerances) in CVODE_METHODS.items()
         for rtol in tolerances
     ]
-    return radau + cvode
+    return by_radau + by_cvode
 
 
-def _radau(problem: Problem, rtol: float) -> Callable[[], Callable[[], Array]]:
+def radau(
+    problem: Problem, rtol: float, elements: int = LOADED_POINTS + 1
+) -> Callable[[], Callable[[], Array]]:
     def prepare() -> Callable[[], Array]:
-        system = FirstOrder(problem)
+        system = FirstOrder(problem, elements)
 
         def advance() -> Array:
             found = solve_ivp(
@@ -128,11 +128,11 @@ def _radau(problem: Problem, rtol: float) -> Callable[[], Callable[[], Array]]:
     return prepare
 
 
-def _cvode(
-    problem: Problem, rtol: float, options: dict[str, Any]
+def cvode(
+    problem: Problem, rtol: float, options: dict[str, Any], elements: int = LOADED_POINTS + 1
 ) -> Callable[[], Callable[[], Array]]:
     def prepare() -> Callable[[], Array]:
-        system = FirstOrder(problem)
+        system = FirstOrder(problem, elements)
         solver = CVODE(
             system.into,
             linsolver="band",

@@ -20,7 +20,7 @@ import moordyn
 import numpy as np
 from cases import Case
 from chain import chain
-from scenes import INTERVAL, Array, Problem
+from scenes import INTERVAL, LOADED_POINTS, Array, Problem
 
 SETTINGS = ((5e-4, 0.01), (5e-4, 0.005), (5e-4, 0.0025), (5e-4, 0.001), (5e-4, 0.0005))
 """Internal step and coupling step [s]; the supports' speed is constant over the latter."""
@@ -66,14 +66,14 @@ def cases(problem: Problem) -> list[Case]:
             "MoorDyn, Runge-Kutta 4",
             f"step {1e3 * step:g} ms, coupling {1e3 * coupling:g} ms",
             "MoorDyn",
-            lambda step=step, coupling=coupling: _prepare(problem, step, coupling),
+            lambda step=step, coupling=coupling: prepare(problem, step, coupling),
         )
         for step, coupling in SETTINGS
     ]
 
 
 def converged(problem: Problem) -> Array:
-    return _prepare(problem, *FINEST)()
+    return prepare(problem, *FINEST)()
 
 
 @contextmanager
@@ -90,9 +90,8 @@ def silence() -> Iterator[None]:
         os.close(nowhere)
 
 
-def _create(problem: Problem, step: float) -> object:
-    span = chain(problem)
-    segments = span.position.shape[1] - 1
+def _create(problem: Problem, step: float, segments: int) -> object:
+    span = chain(problem, segments)
     deck = Path(_folder.name) / "lines.txt"
     deck.write_text(
         DECK.format(
@@ -116,24 +115,27 @@ def _supports(problem: Problem) -> Array:
 _folder = (
     tempfile.TemporaryDirectory()
 )  # MoorDyn writes its outputs next to the input file until it is closed
-_rest_states: dict[str, bytes] = {}
+_rest_states: dict[tuple[str, int], bytes] = {}
 
 
-def _rest_state(problem: Problem) -> bytes:
+def _rest_state(problem: Problem, segments: int) -> bytes:
     """MoorDyn's equilibrium, found once: it takes several seconds."""
-    if problem.name not in _rest_states:
-        system = _create(problem, FINEST[0])
+    key = problem.name, segments
+    if key not in _rest_states:
+        system = _create(problem, FINEST[0] * 40 / segments, segments)
         moordyn.Init(system, _supports(problem), np.zeros(6))
-        _rest_states[problem.name] = moordyn.Serialize(system)
+        _rest_states[key] = moordyn.Serialize(system)
         moordyn.Close(system)
-    return _rest_states[problem.name]
+    return _rest_states[key]
 
 
-def _prepare(problem: Problem, step: float, coupling: float) -> Callable[[], Array]:
-    span = chain(problem)
+def prepare(
+    problem: Problem, step: float, coupling: float, segments: int = LOADED_POINTS + 1
+) -> Callable[[], Array]:
+    span = chain(problem, segments)
     with silence():
-        start = _rest_state(problem)
-        system = _create(problem, step)
+        start = _rest_state(problem, segments)
+        system = _create(problem, step, segments)
         moordyn.Init_NoIC(system, _supports(problem), np.zeros(6))
         moordyn.Deserialize(system, start)
     line, middle, every = (

@@ -13,9 +13,9 @@ from collections.abc import Callable
 
 import numpy as np
 from cases import Case, NotReachedError
-from chain import chain, section_force
+from chain import Chain, chain, section_force
 from opensees_wheel import load
-from scenes import INTERVAL, Array, Problem
+from scenes import INTERVAL, LOADED_POINTS, Array, Problem
 
 STEPS = (0.05, 0.025, 0.0125, 0.005, 0.0025, 0.001, 0.0005, 0.00025)
 EXPLICIT_STEPS = (4e-4, 2e-4)
@@ -32,7 +32,7 @@ def cases(problem: Problem) -> list[Case]:
             family,
             f"step {step:g} s",
             ("chain", consistent),
-            _prepare(problem, step, consistent, False),
+            prepare(problem, step, consistent),
         )
         for family, consistent in (
             ("OpenSees, Newmark, consistent mass", True),
@@ -50,31 +50,36 @@ def cases(problem: Problem) -> list[Case]:
                 family,
                 f"step {step:g} s",
                 ("chain", False),
-                _prepare(problem, step, False, True),
+                prepare(problem, step, False, explicit=True),
             )
         )
     return found
 
 
-def _prepare(
-    problem: Problem, step: float, consistent: bool, explicit: bool
+def prepare(
+    problem: Problem,
+    step: float,
+    consistent: bool,
+    *,
+    explicit: bool = False,
+    elements: int = LOADED_POINTS + 1,
 ) -> Callable[[], Callable[[], Array]]:
     every = round(INTERVAL / step)
     step = INTERVAL / every
 
-    def prepare() -> Callable[[], Array]:
-        middle = _span(problem, step, consistent)
+    def prepared() -> Callable[[], Array]:
+        span = chain(problem, elements)
+        middle = _span(problem, span, step, consistent)
         _analysis(step, explicit)
         if problem.wind is None:
             return lambda: _still_air(problem, step, every, middle)
-        return _wind(problem, step, every, middle, consistent)
+        return _wind(problem, span, step, every, consistent)
 
-    return prepare
+    return prepared
 
 
-def _span(problem: Problem, step: float, consistent: bool) -> int:
+def _span(problem: Problem, span: Chain, step: float, consistent: bool) -> int:
     """Nodes, trusses, weight and point loads; returns the mid-span node."""
-    span = chain(problem)
     nodes = span.position.shape[1]
     ops.wipe()
     ops.model("basic", "-ndm", 3, "-ndf", 3)
@@ -129,26 +134,30 @@ def _still_air(problem: Problem, step: float, every: int, middle: int) -> Array:
 
 
 def _wind(
-    problem: Problem, step: float, every: int, middle: int, consistent: bool
+    problem: Problem, span: Chain, step: float, every: int, consistent: bool
 ) -> Callable[[], Array]:
-    span = chain(problem)
-    inner = range(2, span.position.shape[1])
+    nodes = span.position.shape[1]
+    inner, middle = range(2, nodes), nodes // 2 + 1
     shares = span.tributary.tolist()
     section_force(0.0, 0.0, span)  # compiled before the clock runs
 
-    def forces() -> list[tuple[float, float]]:
+    normals = span.normal.T.tolist()
+
+    def forces() -> list[tuple[float, float, float]]:
         found = []
         for i in inner:
-            up, along = section_force(ops.nodeVel(i, 2), ops.nodeVel(i, 3), span)
-            found.append((up * shares[i - 1], along * shares[i - 1]))
+            (n1, n2), share = normals[i - 1], shares[i - 1]
+            across = n1 * ops.nodeVel(i, 1) + n2 * ops.nodeVel(i, 2)
+            up, along = section_force(across, ops.nodeVel(i, 3), span)
+            found.append((n1 * up * share, n2 * up * share, along * share))
         return found
 
     now = forces()
     for i, start in zip(
         inner, _accelerations(np.array(now), span.node_mass, consistent), strict=True
     ):
-        for direction in (2, 3):  # OpenSees itself would start without acceleration
-            ops.setNodeAccel(i, direction, float(start[direction - 2]), "-commit")
+        for direction in (1, 2, 3):  # OpenSees itself would start without acceleration
+            ops.setNodeAccel(i, direction, float(start[direction - 1]), "-commit")
 
     def advance() -> Array:
         before, out, pattern = now, np.empty((len(problem.times), 2)), 3
@@ -158,8 +167,8 @@ def _wind(
                 with contextlib.suppress(Exception):
                     ops.remove("loadPattern", pattern)
                 ops.pattern("Plain", pattern, 1)
-                for i, (up, along), (old_up, old_along) in zip(inner, here, before, strict=True):
-                    ops.load(i, 0.0, 2.0 * up - old_up, 2.0 * along - old_along)
+                for i, force, old in zip(inner, here, before, strict=True):
+                    ops.load(i, *(2.0 * a - b for a, b in zip(force, old, strict=True)))
                 before = here
                 if ops.analyze(1, step):
                     raise NotReachedError(f"OpenSees fails at {ops.getTime():.3f} s")

@@ -57,14 +57,14 @@ VARIANTS = [
 """A further integrator is a line here."""
 
 
-def cases(problem: Problem) -> list[Case]:
+def cases(problem: Problem, portable: bool = False) -> list[Case]:
     return [
         Case(
             OURS,
             f"{OURS}, {variant.family}",
             f"{variant.swept.split('.')[-1].replace('_', ' ')} {value:g}",
             (OURS, variant.nodes) if variant.nodes == 41 else None,
-            _prepare(problem, _scene_values(variant, value)),
+            prepare(problem, {**_scene_values(variant, value), "numerics.portable": portable}),
         )
         for variant in VARIANTS
         for value in variant.through
@@ -78,7 +78,7 @@ def _scene_values(variant: Variant, value: float) -> dict[str, Any]:
     return values
 
 
-def _prepare(problem: Problem, values: dict[str, Any]) -> Callable[[], Callable[[], Array]]:
+def prepare(problem: Problem, values: dict[str, Any]) -> Callable[[], Callable[[], Array]]:
     def prepare() -> Callable[[], Array]:
         scene = problem.scene.with_values(values)
         model = Model(scene)

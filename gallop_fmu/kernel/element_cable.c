@@ -388,10 +388,12 @@ TWO_PATHS static void start_residual(const double *restrict constant, int values
 static void subtract_loads(const gallop_model *model, double t, const conditions *now,
                            double *residual)
 {
+    double amplitude = 0.0;
     for (int l = 0; l < model->load_count; l++) {
         const load_place *place = &model->place[l];
         const gallop_load *load = &model->scene.load[place->load];
-        const double amplitude = now->load_factor * law_value(&model->law[load->law], t);
+        if (l == 0 || place->load != place[-1].load) /* evenly spaced loads share a law */
+            amplitude = now->load_factor * law_value(&model->law[load->law], t);
         if (amplitude == 0.0) continue;
         const int node = model->chain[place->chain].first_node + 2 * place->element;
         for (int n = 0; n < 3; n++) {
