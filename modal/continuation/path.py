@@ -398,12 +398,15 @@ def reversed_point(point: Point) -> Point:
 def spectrum_change(one: NDArray[np.complex128], other: NDArray[np.complex128]) -> float:
     """Largest change of a multiplier (eigenvalue), relative to 1 + its absolute value.
 
-    The values are paired so that the sum of the changes is least.
+    The values are paired so that the sum of the changes is least. Infinite if a value is not finite:
+    a motion can grow within one period beyond the range of numbers.
     """
     from scipy.optimize import linear_sum_assignment  # slow to import
 
     if len(one) == 0:
         return 0.0
+    if not (np.all(np.isfinite(one)) and np.all(np.isfinite(other))):
+        return float("inf")
     size = 1.0 + np.minimum(np.abs(one)[:, None], np.abs(other)[None, :])
     cost = np.abs(one[:, None] - other[None, :]) / size
     return float(np.max(cost[linear_sum_assignment(cost)]))

@@ -409,3 +409,11 @@ def test_two_modes_of_duffing_type_with_known_folds_and_doublings():
     assert at.is_stable
     simulated = ode.settled_amplitude(problem, at.states[0] * 0.98, at.parameter, 300.0, at.period)
     assert at.amplitude == pytest.approx(simulated, rel=1e-3)
+
+
+def test_a_spectrum_that_is_not_finite_is_a_jump():
+    """It ended a screening in a ValueError."""
+    known = np.array([2.0 + 0.0j, 0.5 + 0.0j])
+    for value in (np.inf, np.nan):
+        beyond = np.array([value, 0.5], dtype=complex)
+        assert spectrum_change(known, beyond) == spectrum_change(beyond, beyond) == np.inf

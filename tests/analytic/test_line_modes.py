@@ -91,8 +91,7 @@ def test_an_impossible_number_of_modes_is_refused(count):
 
 
 REFUSALS = {
-    "screen": (modal.screen, "frequency_ratio"),
-    "two_mode_estimate": (modal.two_mode_estimate, "frequency_ratio"),
+    "two_mode_estimate": (modal.two_mode_estimate, "modal.screen, which takes lines"),
     "shallow_cable": (modal.shallow_cable, "natural_modes"),
     "suggest_design_changes": (modal.suggest_design_changes, "with_values"),
     "ratio_map": (lambda scene: modal.ratio_map(scene, "span.sag", [1.0]), "with_values"),

@@ -78,8 +78,8 @@ def test_a_path_of_a_line_gives_the_result_of_a_line(tmp_path):
     (tmp_path / "line.toml").write_text(LINE, encoding="utf-8")
     modes = modal.natural_modes(tmp_path / "line.toml", 1)
     assert isinstance(modes[0], modal.LineMode)
-    with pytest.raises(gf.SceneError, match="screen takes a scene of one span"):
-        modal.screen(tmp_path / "line.toml")
+    with pytest.raises(gf.SceneError, match="two_mode_estimate takes a scene of one span"):
+        modal.two_mode_estimate(tmp_path / "line.toml")
 
 
 def test_inputs_are_added_to_a_named_scene(tmp_path):
