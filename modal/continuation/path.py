@@ -398,8 +398,8 @@ def reversed_point(point: Point) -> Point:
 def spectrum_change(one: NDArray[np.complex128], other: NDArray[np.complex128]) -> float:
     """Largest change of a multiplier (eigenvalue), relative to 1 + its absolute value.
 
-    The values are paired so that the sum of the changes is least. Infinite if a value is not finite:
-    a motion can grow within one period beyond the range of numbers.
+    The values are paired so that the sum of the changes is least. The change is infinite if a value
+    is not finite: a motion can grow within one period beyond the range of numbers.
     """
     from scipy.optimize import linear_sum_assignment  # slow to import
 
