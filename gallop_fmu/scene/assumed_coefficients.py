@@ -79,7 +79,7 @@ class AssumedCoefficients(Section):
     def warnings(self) -> list[str]:
         """Warning that the curve is assumed."""
         return [
-            "the coefficient curve is ASSUMED, not measured (aerodynamics.kind = 'assumed', ice of"
+            "the coefficient curve is ASSUMED, not measured (ice of"
             f" {self.ice_thickness_ratio:.3g} diameters); amplitudes show an order of magnitude:"
             " use measured coefficients of the ice for design"
         ]
