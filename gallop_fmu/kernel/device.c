@@ -159,7 +159,7 @@ void device_load(const gallop_model *model, const device *d, const double *u, co
 {
     device_motion of[GALLOP_DEVICE_JUNCTIONS];
     double sum[GALLOP_DEVICE_JUNCTIONS][4] = {{0.0}};
-    const size_t blocks = (size_t)(d->junctions * d->junctions);
+    const size_t blocks = (size_t)d->junctions * (size_t)d->junctions;
     rest_of(model, d, of);
     for (int k = 0; k < d->junctions; k++) {
         of[k].u = u + 4 * k;
