@@ -2,10 +2,10 @@
 
 Usage: OPENBLAS_NUM_THREADS=1 python benchmarks/accuracy/states_table.py SET [--cache FILE]
 
-SET is a seed of the 26 scenes of screening_table.py (2009, 20261122, 20261123, 771), or "new": 60
+SET is a seed of the 26 scenes of screening_table.py (2009, 20261122, 20261123, 771); "new": 60
 scenes of another seed, of which 24 have a curve over the full circle, 12 this and inclined
-supports, and 24 inclined supports. About ten minutes on one core; with a cache, simulations are not
-repeated.
+supports, and 24 inclined supports; or "circle": full_circle_350m.toml in seven winds. About ten
+minutes on one core; with a cache, simulations are not repeated.
 
 The nonlinear model starts with three different disturbances, each with a push that is not symmetric
 about mid-span, and runs for 2500 s. The last third of a run must end in one of the stable states of
@@ -35,12 +35,18 @@ NEW_SEED = 20261129
 FULL_CIRCLE, BOTH, INCLINED = 24, 12, 24
 """Scenes of each kind in the set "new"."""
 
+CIRCLE_WINDS = (4.0, 5.0, 6.0, 7.0, 8.0, 10.0, 12.0)
+"""Wind speeds [m/s] of the set "circle", whose screenings must find the same onset."""
+
 DRAWN = 22
 DURATION = 2500.0
 """Simulated time [s] of a run."""
 
 STARTS = ((1.0, 0.05), (0.2, 0.0), (2.0, 0.3))
-"""Vertical seed in units of `VERTICAL_SEED`, and horizontal seed [m]."""
+MORE_STARTS = ((0.5, 0.1), (4.0, 0.0))
+"""Vertical seed in units of `VERTICAL_SEED`, and horizontal seed [m]; the set "circle" has both."""
+
+CIRCLE = Path(__file__).parents[2] / "tests" / "literature" / "data" / "full_circle_350m.toml"
 
 ALIKE = 0.25
 """Largest error of a state that is right."""
@@ -54,9 +60,7 @@ TWIST = 0.2
 
 def full_circle_scene(draw: np.random.Generator, inclined: bool) -> gf.Scene:
     """Draw a span with a table over the full circle, a variation of full_circle_350m.toml."""
-    like = gf.load_scene(
-        Path(__file__).parents[2] / "tests" / "literature" / "data" / "full_circle_350m.toml"
-    )
+    like = gf.load_scene(CIRCLE)
     curve = like.aerodynamics
     length = draw.uniform(90.0, 360.0)
     mass = like.conductor.mass_per_length
@@ -99,6 +103,9 @@ def inclined_scene(draw: np.random.Generator) -> gf.Scene:
 
 def scenes_of(which: str) -> list[tuple[str, gf.Scene]]:
     """Scenes of a set, with their names."""
+    if which == "circle":
+        span = gf.load_scene(CIRCLE)
+        return [(f"{wind:g} m/s", span.with_values({"wind.speed": wind})) for wind in CIRCLE_WINDS]
     if which != "new":
         draw = np.random.default_rng(int(which))
         return fixed_scenes() + [(f"drawn {k}", drawn_scene(draw)) for k in range(1, DRAWN + 1)]
@@ -115,12 +122,12 @@ def scenes_of(which: str) -> list[tuple[str, gf.Scene]]:
     ]
 
 
-def simulated_ends(scene: gf.Scene) -> list[End | str]:
+def simulated_ends(scene: gf.Scene, starts: tuple[tuple[float, float], ...]) -> list[End | str]:
     """Ends of the runs from all starts; a text where a run ends early."""
     wind = scene.wind.mean_speed
     speed = VERTICAL_SEED * wind / (2.0 * math.pi * modal.frequency_ratio(scene).vertical_hz)
     ends: list[End | str] = []
-    for vertical, horizontal in STARTS:
+    for vertical, horizontal in starts:
         try:
             ends.append(ended(scene, -vertical * speed, horizontal, DURATION))
         except gf.SimulationError as error:
@@ -195,11 +202,13 @@ def main() -> None:
     known = json.loads(cache.read_text()) if cache and cache.exists() else {}
     modal.screen(gf.load_scene("example3").with_values({"wind.speed": 1.0}))  # import now
     rows, verdicts, errors, times = [], [], [], []
+    starts = STARTS + MORE_STARTS if which == "circle" else STARTS
     for name, scene in scenes_of(which):
         key = f"{which} {name}"
         if key not in known:
             known[key] = [
-                end if isinstance(end, str) else asdict(end) for end in simulated_ends(scene)
+                end if isinstance(end, str) else asdict(end)
+                for end in simulated_ends(scene, starts)
             ]
             if cache:
                 cache.write_text(json.dumps(known))
@@ -218,6 +227,9 @@ def main() -> None:
         print(f"- {verdict}: {verdicts.count(verdict)} of {len(verdicts)}")
     if errors:
         print(f"- error of moving states: median {np.median(errors):.1%}, worst {max(errors):.1%}")
+    if which == "circle":
+        begins = [modal.screen(scene).galloping_from for _, scene in scenes_of(which)]
+        print(f"- galloping from {', '.join(f'{one:.4f}' for one in begins)} m/s")
     print(f"- CPU time: median {np.median(times):.2f} s, worst {max(times):.2f} s")
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections import defaultdict
+from collections.abc import Callable, Sequence
 from itertools import pairwise
 from typing import Any
 
@@ -76,15 +77,17 @@ def codes(rows: list[Row]) -> list[str]:
     return list(dict.fromkeys(row["code"] for row in rows))
 
 
-def cost_table(rows: list[Row]) -> str:
-    """Markdown: cost of each code's best at each error, and its ratio to ours."""
-    head = "| temporal error | " + " | ".join(codes(rows)) + " |"
-    lines = [head, "| ---: |" + " ---: |" * len(codes(rows))]
-    for error in ERRORS:
-        ours = best(rows, OURS, error)
+def cost_table(
+    rows: list[Row], errors: Sequence[float], what: str, best_at: Callable[[str, float], float]
+) -> str:
+    """Markdown: cost [CPU ms per simulated s] of each code's best at each error, over ours."""
+    names = codes(rows)
+    lines = [f"| {what} | " + " | ".join(names) + " |", "| ---: |" + " ---: |" * len(names)]
+    for error in errors:
+        ours = best_at(OURS, error)
         cells = []
-        for code in codes(rows):
-            cost = best(rows, code, error)
+        for code in names:
+            cost = best_at(code, error)
             if not math.isfinite(cost):
                 cells.append("not reached")
             elif code == OURS or not math.isfinite(ours):
@@ -93,6 +96,11 @@ def cost_table(rows: list[Row]) -> str:
                 cells.append(f"{1e3 * cost:.3g} ({cost / ours:.2g} x)")
         lines.append(f"| {error:.0e} | " + " | ".join(cells) + " |")
     return "\n".join(lines)
+
+
+def temporal_table(rows: list[Row]) -> str:
+    """Markdown: cost of each code's best at each error in time."""
+    return cost_table(rows, ERRORS, "temporal error", lambda code, error: best(rows, code, error))
 
 
 def case_table(rows: list[Row]) -> str:

@@ -32,7 +32,7 @@ import moordyn_line
 import numpy as np
 import opensees
 import ours
-from analysis import Row, case_table, claims, cost_table, relative_rms
+from analysis import Row, case_table, claims, relative_rms, temporal_table
 from cases import Case, NotReachedError
 from picture import draw
 from scenes import Array, Problem, example1, galloping, opensees_reference
@@ -152,7 +152,7 @@ def report(results: dict[str, Any], folder: Path) -> None:
         ),
     ]
     for name, scene in results["scenes"].items():
-        text += [f"## {scene['title']}", cost_table(scene["rows"])]
+        text += [f"## {scene['title']}", temporal_table(scene["rows"])]
         if name == "example1":
             text += ["Claims for example 1, 41 nodes, in this run:", claims(scene["rows"])]
     print("\n\n".join(text))

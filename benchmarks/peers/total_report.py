@@ -13,7 +13,7 @@ import matplotlib
 matplotlib.use("Agg")
 
 import matplotlib.pyplot as plt
-from analysis import Row, best_total, codes, front
+from analysis import Row, best_total, codes, cost_table, front
 from cases import OURS
 from picture import COLOURS
 
@@ -72,22 +72,13 @@ def kind_of(scene: str) -> str:
 
 
 def table(rows: list[Row], kind: str) -> str:
-    """Markdown: cost [CPU ms per simulated s] of each code's best at each error."""
-    names = codes(rows)
-    lines = [f"| {kind} error | " + " | ".join(names) + " |", "| ---: |" + " ---: |" * len(names)]
-    for error in ERRORS[kind]:
-        ours = best_total(rows, OURS, error, kind)
-        cells = []
-        for code in names:
-            cost = best_total(rows, code, error, kind)
-            if not math.isfinite(cost):
-                cells.append("not reached")
-            elif code == OURS or not math.isfinite(ours):
-                cells.append(f"{1e3 * cost:.3g}")
-            else:
-                cells.append(f"{1e3 * cost:.3g} ({cost / ours:.2g} x)")
-        lines.append(f"| {error:.0e} | " + " | ".join(cells) + " |")
-    return "\n".join(lines)
+    """Markdown: cost of each code's best at each error."""
+    return cost_table(
+        rows,
+        ERRORS[kind],
+        f"{kind} error",
+        lambda code, error: best_total(rows, code, error, kind),
+    )
 
 
 def claims(rows: list[Row], kind: str) -> str:

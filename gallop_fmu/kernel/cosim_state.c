@@ -7,7 +7,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-#define STATE_MAGIC "GALLOPF7" /* the last character is the version of the format */
+#define STATE_MAGIC "GALLOPF8" /* the last character is the version of the format */
 
 /* Followed by values, rates, reached places and trends of the inputs, the same of the last step,
  * the parameters, as stored in the scene, the kernel's state, and its state at the start of the

@@ -59,6 +59,10 @@ class Band(NamedTuple):
     drift: float
 
 
+OUTCOMES = ("periodic", "beating", "rest", "not settled", "too short")
+"""Outcomes of runs that last as long as wanted."""
+
+
 @dataclass(frozen=True)
 class FullRun:
     """End of a run with the full model.
@@ -73,8 +77,8 @@ class FullRun:
         Amplitudes of clamps of strings across the line [m]; 0 for a span. All of them are those of
         the span or tower at which they are largest.
     outcome : str
-        "periodic", "beating", "rest", "not settled" (the largest amplitude still changes), or the
-        reason for which the run ended early.
+        "periodic", "beating", "rest", "not settled" (the largest amplitude still changes), "too
+        short", or the reason for which the run ended early.
     """
 
     u2: Band
@@ -83,6 +87,11 @@ class FullRun:
     quarter: Band
     clamp: Band
     outcome: str
+
+    @property
+    def ended_early(self) -> bool:
+        """True if the run ended before its time; `outcome` is the reason."""
+        return self.outcome not in OUTCOMES
 
 
 def full_scene(

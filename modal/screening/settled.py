@@ -266,7 +266,7 @@ def simulated_state(diagram: SpanDiagram, state: Array) -> tuple[StableState | N
     scene = full_scene(diagram.scene, WIND_SPEED, diagram.wind, model, STEPS, elements)
     start = state + _disturbance(diagram)
     for end, values, interval in runs_from(scene, model, start, (PERIODS, MAX_PERIODS)):
-        if len(values) < PERIODS:
+        if end.ended_early:
             return None, f"a simulation at {diagram.wind:.4g} m/s ended early: {end.outcome}"
         found = _end_of(values, interval)
         if found.kind != "not settled":

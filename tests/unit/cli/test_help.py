@@ -51,7 +51,7 @@ def test_every_option_is_described(program, name):
 PAGE = (Path(__file__).parents[3] / "docs" / "reference" / "commands.md").read_text("utf-8")
 FUNCTION_ROWS, OPTION_ROWS = (
     [line for line in table.splitlines() if line.startswith("| `")]
-    for table in PAGE.split("command line alone:")
+    for table in PAGE.split("alone:")
 )
 LINE_OPTIONS = {option.opts[0] for option in line_options()}  # of `gallop-fmu new`
 PACKAGES = {"gallop_fmu": gf, "modal": modal}
