@@ -43,8 +43,8 @@ class Branch:
     ends : tuple of Event
         Where and why the branch begins and ends. Kinds beside those of `modal.continuation.events`:
         "start", "closed", "points" (the largest number of points), "given up" (by
-        `Settings.give_up`), "lost" (no further solution found, not resolved, or a jump to another
-        branch not excluded; `reason` says which).
+        `Settings.give_up` or `Settings.max_growing`), "lost" (no further solution found, not
+        resolved, or a jump to another branch not excluded; `reason` says which).
     origin : Event or None
         Event of another branch from which it was reached.
     """
@@ -164,8 +164,8 @@ def follow(
             bend = angle / step
             if _is_closed(points, step):
                 end = Event("closed", new, reason="the branch returns to its start")
-            elif settings.give_up is not None and settings.give_up(new):
-                end = Event("given up", new, reason="what follows was not wanted")
+            else:
+                end = _given_up(points, settings)
             step = stepper.next_length(step, angle, new.iterations)
             point = new
     first = origin or Event("start", start)
@@ -189,6 +189,24 @@ def _append(
         points.append(event.point)
         events.append(event)
     return None
+
+
+def _given_up(points: list[Point], settings: Settings) -> Event | None:
+    """End of a branch that is unwanted, or at whose last points too many disturbances grow."""
+    last = points[-1]
+    if settings.give_up is not None and settings.give_up(last):
+        return Event("given up", last, reason="what follows was not wanted")
+    if settings.max_growing is None or last.equations.kind != "orbit":
+        return None
+    most, in_a_row = settings.max_growing
+    unobservable = points[-in_a_row:]
+    if len(unobservable) < in_a_row or min(one.unstable for one in unobservable) <= most:
+        return None
+    reason = (
+        f"more than {most} disturbances grow at {in_a_row} points in a row,"
+        f" from {unobservable[0].parameter:.4g} on"
+    )
+    return Event("given up", last, reason=reason)
 
 
 def _light(point: Point) -> Point:

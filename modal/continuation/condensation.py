@@ -10,9 +10,9 @@ First, z_j is eliminated in all intervals at once, which leaves equations
 
     A_j y_j + B_j y_j+1 + E_j p = f_j                                                            (3)
 
-between the ends of the intervals. Then every second y_j is eliminated by an orthogonal
-transformation of the two equations that contain it, again for all pairs at once, until one equation
-A y_0 + B y_N + E p = f remains (structured QR, Wright 1992). It has the monodromy matrix
+between the ends of the intervals. Then every second y_j is eliminated from the two equations that
+contain it, with pivots from the rows of both, until one equation A y_0 + B y_N + E p = f remains
+(structured LU with row partial pivoting, Wright 1992). It has the monodromy matrix
 M = -B^-1 A, which is never formed: multipliers are eigenvalues of the pencil (A, B), accurate where
 products of transfer matrices are not (Fairgrieve and Jepson 1991).
 
@@ -97,29 +97,32 @@ class Condensed:
     def _halve(
         self, a: Array, b: Array, e: Array, weights: Array, corner: Array
     ) -> tuple[Array, Array, Array, Array, Array]:
-        """Eliminate every second value by orthogonal transformations."""
+        """Eliminate every second value, with the largest pivots of the two equations."""
         n, pairs = a.shape[1], len(a) // 2
         even, odd = slice(0, 2 * pairs, 2), slice(1, 2 * pairs, 2)
-        q, r = np.linalg.qr(np.concatenate([b[even], a[odd]], axis=1), mode="complete")
-        turned_left = q[:, :n].swapaxes(1, 2) @ a[even]
-        turned_right = q[:, n:].swapaxes(1, 2) @ b[odd]
-        turned_rest = q.swapaxes(1, 2) @ np.concatenate([e[even], e[odd]], axis=1)
-        solved = np.linalg.solve(
-            r[:, :n], np.concatenate([turned_left, turned_right, turned_rest], axis=2)[:, :n]
-        )
+        eliminated = np.concatenate([b[even], a[odd]], axis=1)
+        others = np.zeros((pairs, 2 * n, 2 * n + e.shape[2]))
+        others[:, :n, :n], others[:, n:, n : 2 * n] = a[even], b[odd]
+        others[:, :n, 2 * n :], others[:, n:, 2 * n :] = e[even], e[odd]
+        solved, left_over = np.empty((2, pairs, n, others.shape[2]))
+        for k in range(pairs):
+            factors, order = _factorised(eliminated[k])
+            pivotal, rest = order[:n], order[n:]
+            solved[k] = _solved(factors, others[k, pivotal])
+            left_over[k] = others[k, rest] - eliminated[k, rest] @ solved[k]
         level = _Level(solved[:, :, :n], solved[:, :, n : 2 * n], solved[:, :, 2 * n :])
         self._levels.append(level)
-        middle = weights[:, 1 : 2 * pairs : 2]
+        middle = weights[:, 1 : 2 * pairs : 2].swapaxes(0, 1)
         kept = np.concatenate([weights[:, 0 : 2 * pairs + 1 : 2], weights[:, 2 * pairs + 1 :]], 1)
-        kept[:, :pairs] -= np.einsum("bjn,jnk->bjk", middle, level.left)
-        kept[:, 1 : pairs + 1] -= np.einsum("bjn,jnk->bjk", middle, level.right)
-        corner = corner - np.einsum("bjn,jnc->bc", middle, level.rest)
+        changes = middle @ solved
+        kept[:, :pairs] -= changes[:, :, :n].swapaxes(0, 1)
+        kept[:, 1 : pairs + 1] -= changes[:, :, n : 2 * n].swapaxes(0, 1)
         return (
-            np.concatenate([turned_left[:, n:], a[2 * pairs :]]),
-            np.concatenate([turned_right[:, n:], b[2 * pairs :]]),
-            np.concatenate([turned_rest[:, n:], e[2 * pairs :]]),
+            np.concatenate([left_over[:, :, :n], a[2 * pairs :]]),
+            np.concatenate([left_over[:, :, n : 2 * n], b[2 * pairs :]]),
+            np.concatenate([left_over[:, :, 2 * n :], e[2 * pairs :]]),
             kept,
-            corner,
+            corner - changes[:, :, 2 * n :].sum(axis=0),
         )
 
     def solve(self, cutoff: float = 0.0) -> tuple[Array, Array]:
@@ -182,6 +185,33 @@ class Condensed:
         n = y.shape[1]
         nodes = np.concatenate([y[:-1], inner[:, :-n]], axis=1)
         return np.concatenate([nodes.ravel(), parameters])
+
+
+def _factorised(matrix: Array) -> tuple[Array, NDArray[np.intp]]:
+    """LU factors of the pivotal rows of a tall matrix (2 n, n), and the order of its rows.
+
+    Raises
+    ------
+    LinAlgError
+        If its columns are linearly dependent.
+    """
+    from scipy.linalg.lapack import dgetrf  # slow to import
+
+    factors, pivots, fault = dgetrf(matrix)
+    if fault:
+        raise np.linalg.LinAlgError("Singular matrix")
+    order = list(range(len(matrix)))
+    for row, pivot in enumerate(pivots.tolist()):
+        order[row], order[pivot] = order[pivot], order[row]
+    return factors[: matrix.shape[1]], np.array(order)
+
+
+def _solved(factors: Array, right: Array) -> Array:
+    """Solution for right-hand sides whose rows are in the order of the factors."""
+    from scipy.linalg.lapack import dgetrs
+
+    found: Array = dgetrs(factors, np.arange(len(factors)), right)[0]
+    return found
 
 
 def solve_regularised(matrix: Array, right: Array, cutoff: float) -> Array:

@@ -14,7 +14,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from modal.continuation.collocation import DEGREE, SLOPE, VALUE
+from modal.continuation.collocation import SLOPE, VALUE
 
 Array = NDArray[np.float64]
 
@@ -66,28 +66,41 @@ def eliminate_second_order(jacobian: Array, time: Array, columns: Array) -> Arra
 
     Parameters and result are those of `eliminate`; only the lower half of the Jacobian is read.
     """
+    from scipy.linalg.lapack import dgesv  # slow to import
+
     count, m, n, _ = jacobian.shape
     half = n // 2
     t = time[:, None, None, None]
-    by_q, by_v = t * jacobian[:, :, half:, :half], t * jacobian[:, :, half:, half:]
-    twice = t * by_q
-    matrix = np.multiply(by_v[:, :, :, None, :], -VALUE[:, None, :, None])
-    matrix -= twice[:, :, :, None, :] * INTEGRAL_AT_GAUSS[:, None, :, None]
-    diagonal = np.arange(half)
-    matrix[:, :, diagonal, :, diagonal] += SLOPE
-    shift = np.einsum("ik,jkac->jiac", SLOPE_INVERSE, columns[:, :, :half])
-    shift_at_gauss = np.einsum("ik,jkac->jiac", VALUE[:, 1:], shift)
-    left = np.concatenate(
-        [-by_q, matrix[:, :, :, 0], columns[:, :, half:] + by_q @ shift_at_gauss], axis=3
+    # Transposed (interval, column, m, row), so that LAPACK need not copy
+    by_q, by_v = (
+        np.ascontiguousarray((t * part).transpose(0, 3, 1, 2))
+        for part in (jacobian[:, :, half:, :half], jacobian[:, :, half:, half:])
     )
-    solved = np.linalg.solve(
-        matrix[:, :, :, 1:].reshape(count, m * half, m * half),
-        left.reshape(count, m * half, n + 3),
-    ).reshape(count, m, half, n + 3)
-    result = np.empty((count, DEGREE, n, n + 3))
-    result[:, :, half:] = solved
-    result[:, :, :half] = t * np.einsum("ik,jkac->jiac", INTEGRAL[:, 1:], solved)
-    result[:, :, diagonal, diagonal] -= 1.0
-    result[:, :, diagonal, half + diagonal] -= time[:, None, None] * INTEGRAL[:, 0, None]
-    result[:, :, :half, n:] += shift
-    return result.reshape(count, m * n, n + 3)
+    twice = t * by_q
+    matrix = np.empty((count, m, half, m, half))
+    diagonal = np.arange(half)
+    for k in range(m):
+        np.multiply(by_v, -VALUE[:, k + 1, None], out=matrix[:, k])
+        matrix[:, k] -= twice * INTEGRAL_AT_GAUSS[:, k + 1, None]
+        matrix[:, k, diagonal, :, diagonal] += SLOPE[:, k + 1]
+    shift = np.einsum("ik,jkac->jcia", SLOPE_INVERSE, columns[:, :, :half])
+    shift_at_gauss = np.einsum("ik,jckb->jcib", VALUE[:, 1:], shift)
+    right = np.empty((count, n + 3, m, half))
+    np.negative(by_q, out=right[:, :half])
+    right[:, half:n] = -VALUE[:, 0, None] * by_v - INTEGRAL_AT_GAUSS[:, 0, None] * twice
+    right[:, half + diagonal, :, diagonal] += SLOPE[:, 0]
+    right[:, n:] = columns[:, :, half:].transpose(0, 3, 1, 2)
+    right[:, n:] += np.einsum("jcib,jbia->jcia", shift_at_gauss, by_q)
+    result = np.empty((count, n + 3, m, n))
+    for j in range(count):
+        *_, solved, fault = dgesv(
+            matrix[j].reshape(m * half, -1).T, right[j].reshape(n + 3, -1).T, True, True
+        )
+        if fault:
+            raise np.linalg.LinAlgError("Singular matrix")
+        result[j, :, :, half:] = solved.T.reshape(n + 3, m, half)
+    result[..., :half] = t * np.einsum("ik,jcka->jcia", INTEGRAL[:, 1:], result[..., half:])
+    result[:, diagonal, :, diagonal] -= 1.0
+    result[:, half + diagonal, :, diagonal] -= time[:, None] * INTEGRAL[:, 0]
+    result[:, n:, :, :half] += shift
+    return result.reshape(count, n + 3, m * n).swapaxes(1, 2)

@@ -89,6 +89,9 @@ class Settings:
         Accuracy of an event's place, relative to the step.
     unit : float or None
         Parameter change of length 1; None: the range.
+    max_growing : tuple of int or None
+        Number of growing disturbances, and number of successive points: a branch of orbits is given
+        up where more disturbances than that grow at so many points; None: never.
     give_up : callable or None
         Returns True for a point behind which a branch is not followed.
     is_wanted : callable or None
@@ -111,6 +114,7 @@ class Settings:
     newton_tolerance: float = NEWTON_TOLERANCE
     location_tolerance: float = LOCATION_TOLERANCE
     unit: float | None = None
+    max_growing: tuple[int, int] | None = None
     give_up: Callable[[Point], bool] | None = None
     is_wanted: Callable[[Any], bool] | None = None
 

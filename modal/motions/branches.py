@@ -58,6 +58,11 @@ MAX_UNSTABLE = 2
 """Number of growing disturbances above which events are not located and branches not sought; at
 rest so many for each span of a line, because its spans gallop almost independently."""
 
+MAX_GROWING = (4, 12)
+"""Number of growing disturbances, and number of successive points at which more than that grow,
+after which a branch is given up: such a motion cannot be observed. In a section of five spans, a
+motion that becomes stable has up to nine of them at its first nine points."""
+
 EXTENSION, MAX_EXTENSIONS = 0.75, 12
 """Factor by which the lowest wind is reduced until the span is at rest, and how often."""
 
@@ -234,6 +239,7 @@ def branches(
         max_unstable=MAX_UNSTABLE,
         max_unstable_at_rest=at_rest,
         max_total_points=MAX_TOTAL_POINTS,
+        max_growing=MAX_GROWING,
         on_point=_Watch(progress) if progress else None,
     )
     first = start + START_SHIFT * (stop - start)

@@ -61,6 +61,8 @@ def event_sentence(event: Event, unit: str) -> str:
         )
     if event.kind == LEAVES_CURVE:
         return f"ends at {at}, because the attack angle reaches the end of the coefficient curve"
+    if event.kind == "given up":
+        return f"not followed beyond {at}, because {event.reason}"
     if event.kind in ("lost", "points"):
         return f"could not be found beyond {at}, because {event.reason}"
     if event.kind == "period":

@@ -4,6 +4,7 @@ Events that are not known in closed form are checked by integration with DOP853:
 and its monodromy matrix has the critical multiplier.
 """
 
+from dataclasses import replace
 from itertools import product
 
 import numpy as np
@@ -364,6 +365,13 @@ def test_subcritical_hopf_point_and_fold_in_closed_form():
     assert fold.point.amplitude[0] == pytest.approx(np.sqrt(0.5), rel=1e-5)
     small, large = found.at(-0.125)
     assert (small.is_stable, large.is_stable) == (False, True)
+    # The small cycles have one growing disturbance: they are given up if none is allowed
+    (short,) = switched(hopf, replace(settings, max_growing=(0, 3)))
+    assert [one.unstable for one in short.points] == [1, 1, 1]
+    assert (short.ends[1].kind, short.is_complete) == ("given up", True)
+    assert "more than 0 disturbances grow at 3 points in a row" in short.ends[1].reason
+    (whole,) = switched(hopf, replace(settings, max_growing=(1, 3)))
+    assert whole.ends[1].kind == found.ends[1].kind == "range"
 
 
 def test_two_modes_of_duffing_type_with_known_folds_and_doublings():
