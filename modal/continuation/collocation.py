@@ -33,7 +33,7 @@ Array = NDArray[np.float64]
 DEGREE = 4
 """Degree m of the polynomials."""
 
-MIN_INTERVALS, MAX_INTERVALS = 10, 160
+MIN_INTERVALS, MAX_INTERVALS = 8, 160
 """Least and largest number of mesh intervals."""
 
 TARGET = 0.2

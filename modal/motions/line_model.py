@@ -53,9 +53,6 @@ STRING_SWING = "string swing"
 MIN_PART = 0.2
 """Amplitude of a span, relative to the largest one, from which it takes part in a motion."""
 
-FEW_INSTANTS = 4
-"""Number of instants up to which modal matrices are computed one by one."""
-
 MIN_SWING = 0.1
 """Displacement of a clamp across the line, relative to the largest one, from which it swings."""
 
@@ -333,24 +330,6 @@ class LineModel(SpanModel):
         self._wind = mesh.steady_wind if self.scene.wind.is_varied else None
         self._groups = list(_groups(mesh))
         self._prepare_products()
-
-    def _product(self, slopes: Array, products: Array) -> Array:
-        """Modal matrices of slopes; at few instants without the table of products of shapes.
-
-        That table has so many numbers for a line that reading it takes most of the time.
-        """
-        if slopes.shape[1] > FEW_INSTANTS:
-            return super()._product(slopes, products)
-        full = np.zeros((3, 3, *slopes.shape[1:]))
-        if len(slopes) == 9:
-            full = slopes.reshape(full.shape)
-        elif len(slopes) == 3:  # by the twist
-            full[:, 2] = slopes
-        else:  # inertia of the ice
-            full[[0, 1], 2] = full[2, [0, 1]] = slopes
-        columns = np.einsum("ijts,jms->tism", full, self._projection.section)
-        rows = self._projection.weighted.reshape(-1, self.size)
-        return np.asarray(rows.T @ columns.reshape(slopes.shape[1], -1, self.size))
 
     def _air(self, u: Array, v: Array, wind: float | Array, slopes: bool = False) -> AeroLoad:
         """Aerodynamic load on the sections, each with its own curve and attack angle."""

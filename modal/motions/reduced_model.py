@@ -31,6 +31,10 @@ MAX_ASYMMETRY = 1e-9
 number, up to which a span is symmetric."""
 
 
+ALL, SHIFTS, TWIST = slice(0, 3), slice(0, 2), slice(2, 3)
+"""Components of load and motion of a section: along n2 and x3, and about the conductor."""
+
+
 class Forces(NamedTuple):
     """Out-of-balance forces and their derivatives, at each instant.
 
@@ -121,14 +125,9 @@ class ReducedModel:
         )
 
     def _prepare_products(self) -> None:
-        """Compute the products of the shapes at the sections that turn slopes into matrices."""
-        projection = self._projection
-        products = np.einsum(
-            "ipm,jpn->ijpmn", projection.weighted, projection.section.transpose(0, 2, 1)
-        )
-        self._by_all = products.reshape(9, -1)
-        self._by_twist = products[:, 2].copy()
-        self._by_ice = products[[0, 1], 2] + products[2, [0, 1]]
+        """Put the shapes in the order in which slopes at the sections become matrices."""
+        self._rows = np.ascontiguousarray(self._projection.weighted.swapaxes(0, 1))
+        self._columns = np.ascontiguousarray(self._projection.section.transpose(2, 0, 1))
 
     def forces(self, q: Array, v: Array, a: Array, wind: float | Array) -> Forces:
         """Forces and derivatives at instants, without the quadratic and cubic tension forces.
@@ -149,9 +148,9 @@ class ReducedModel:
         by_v -= air.slopes[1:].swapaxes(0, 1)
         return Forces(
             q @ self.stiffness + v @ self.damping + a @ self.mass + self._projection.collect(load),
-            self.stiffness + self._product(by_u, self._by_twist),
-            self.damping + self._product(by_v.reshape(9, *u.shape[1:]), self._by_all),
-            self.mass + self._product(by_a, self._by_ice),
+            self.stiffness + self._product(by_u[:, None], ALL, TWIST),
+            self.damping + self._product(by_v, ALL, ALL),
+            self.mass + self._by_ice(by_a),
             self._projection.collect(self._by_speed(air.slopes)),
         )
 
@@ -162,20 +161,32 @@ class ReducedModel:
         linear = q @ self.stiffness + v @ self.damping + a @ self.mass
         return np.asarray(linear + self._projection.collect(load))
 
-    def _product(self, slopes: Array, products: Array) -> Array:
+    def _product(self, slopes: Array, rows: slice, columns: slice) -> Array:
         """Modal matrices (instant, mode, mode) of slopes of the section forces.
 
         Parameters
         ----------
-        slopes : ndarray, shape (entry, instant, section)
+        slopes : ndarray, shape (row, column, instant, section)
             Derivatives of the load per unit length.
-        products : ndarray, shape (entry, section, mode mode)
-            Products of the shapes of each entry's row and column.
+        rows, columns
+            Components of the load and of the motion.
         """
-        flat = np.moveaxis(slopes, 0, 1).reshape(slopes.shape[1], -1) @ products.reshape(
-            -1, self.size**2
-        )
-        return np.asarray(flat.reshape(-1, self.size, self.size))
+        count, n = slopes.shape[2], self.size
+        by_section = slopes.transpose(3, 1, 2, 0).reshape(slopes.shape[3], -1, len(slopes))
+        weighted = by_section @ self._rows[:, rows]  # (section, column instant, mode)
+        flat = weighted.reshape(-1, count * n).T @ self._columns[:, columns].reshape(-1, n)
+        return np.asarray(flat.reshape(count, n, n))
+
+    def _by_ice(self, slopes: Array) -> Array:
+        """Modal mass matrices of the ice.
+
+        Parameters
+        ----------
+        slopes : ndarray, shape (2, instant, section)
+            Derivatives of f2 and f3 by omega', which are those of M by a2 and a3.
+        """
+        one = self._product(slopes[:, None], SHIFTS, TWIST)
+        return one + one.swapaxes(1, 2)
 
     def _ice_load(self, u: Array, v: Array, a: Array, moments: tuple[Array, Array]) -> Array:
         """Force per unit length of the rotation of the ice, less its linear part.

@@ -40,7 +40,7 @@ from gallop_fmu import Scene, SceneError
 from modal.linear.mode_basis import MODES_PER_FAMILY, StillAirModes, choose, mirrored
 from modal.linear.modes import FAMILIES, Family, by_family
 from modal.linear.wave import half_waves
-from modal.motions.reduced_model import Forces, ReducedModel
+from modal.motions.reduced_model import ALL, TWIST, Forces, ReducedModel
 
 Array = NDArray[np.float64]
 
@@ -315,7 +315,7 @@ class SpanModel(ReducedModel):
         lag_by_q, lag_by_v = self._add_lag(q, v, forces)
         m2, m3 = self._first_moments
         turned = np.stack([m3 - moments[1], moments[0] - m2])
-        mass = self.mass + self._product(turned, self._by_ice)
+        mass = self.mass + self._by_ice(turned)
         following, moving = self._inertia.times(q), self._inertia.times(v)
         square = (moving @ v[:, :, None])[:, :, 0]  # v R_k v
         mass += following.transpose(0, 2, 1) @ following
@@ -325,7 +325,8 @@ class SpanModel(ReducedModel):
             mass += coupled + coupled.transpose(0, 2, 1)
             turned = np.tensordot(v, self._coupling, axes=(1, 1))
             forces += (turned @ v[:, :, None])[:, :, 0]
-        acceleration: Array = np.asarray(-np.linalg.solve(mass, forces[:, :, None])[:, :, 0])
+        inverse = -np.linalg.inv(mass)  # mass is the unit matrix but for ice and w
+        acceleration: Array = (inverse @ forces[:, :, None])[:, :, 0]
         drift = (following @ acceleration[:, :, None])[:, :, 0]
         inertia_by_q = self._inertia.summed(drift + square)
         inertia_by_q += following.transpose(0, 2, 1) @ self._inertia.times(acceleration)
@@ -340,14 +341,13 @@ class SpanModel(ReducedModel):
         by_v -= air.slopes[1:].swapaxes(0, 1)
         n = self.size
         right = np.empty((len(q), n, 2 * n + 1))
-        right[:, :, :n] = self.stiffness + stiffness + self._product(by_u, self._by_twist)
+        right[:, :, :n] = self.stiffness + stiffness
+        right[:, :, :n] += self._product(by_u[:, None], ALL, TWIST)
         right[:, :, :n] += lag_by_q + inertia_by_q
-        right[:, :, n : 2 * n] = self.damping + self._product(
-            by_v.reshape(9, *u.shape[1:]), self._by_all
-        )
+        right[:, :, n : 2 * n] = self.damping + self._product(by_v, ALL, ALL)
         right[:, :, n : 2 * n] += lag_by_v + inertia_by_v
         right[:, :, -1] = self._projection.collect(self._by_speed(air.slopes))
-        slopes: Array = np.asarray(-np.linalg.solve(mass, right))
+        slopes: Array = inverse @ right
         return Motion(acceleration, slopes[:, :, :n], slopes[:, :, n:-1], slopes[:, :, -1])
 
     def _add_lag(self, q: Array, v: Array, forces: Array) -> tuple[Array, Array]:
