@@ -5,6 +5,8 @@ import math
 
 import numpy as np
 import pytest
+from scipy.optimize import brentq
+from scipy.special import ellipk
 from typer.testing import CliRunner
 
 import gallop_fmu as gf
@@ -104,6 +106,67 @@ def test_section_starts_the_swing_of_its_strings():
     assert found.is_swing
     assert found.wind_speed == pytest.approx(3.40, rel=0.01)
     assert found.frequency_ratio == pytest.approx(0.466, abs=0.01)
+
+
+ANGLES = np.arange(0.0, 360.0, 5.0)
+MOMENT = 0.5
+"""Amplitude of a moment coefficient that increases with the sine of the attack angle."""
+
+ROTATING = {
+    "aerodynamics": {
+        "kind": "table",
+        "angle_deg": ANGLES.tolist(),
+        "lift": [0.0] * len(ANGLES),
+        "drag": [1.2] * len(ANGLES),
+        "moment": (MOMENT * np.sin(np.radians(ANGLES))).tolist(),
+    },
+    "damping": {
+        "translation": DAMPED["damping.translation"] | {"low_ratio": 0.05, "high_ratio": 0.05},
+        "twist": {
+            "low_ratio": 0.3,
+            "low_frequency": 5.3,
+            "high_ratio": 0.3,
+            "high_frequency": 10.6,
+        },
+    },
+}
+
+
+def test_section_turns_over_in_one_span():
+    """A static moment q d2 c sin(a) rotates the longer of two spans, whose clamps do not rotate.
+
+    Its rotation is that of a pendulum over the angle: GJ a'' = -q d2 c sin(a) with a = 0 at both
+    ends, so K(sin(a_mid/2)) = L/2 sqrt(q d2 c/GJ), and a begins at pi/2. Observed: divergence 4e-4
+    above this wind, rotation in the middle 3e-4 below, that of a simulation 5e-4 above.
+    """
+    length = 125.88
+    scene = section_of_example2(2, elements=6, **ROTATING).with_values(
+        {"ice": {"attack_angle_deg": 0.0}, "section.spans.1.length": 80.0}
+    )
+    conductor, density = scene.conductor, scene.wind.air_density
+    unit = 0.5 * density * conductor.diameter**2 * MOMENT / conductor.torsional_stiffness
+    begins = math.pi / (length * math.sqrt(unit))
+    wind = 1.25 * begins
+    half = brentq(lambda k: ellipk(k**2) - 0.5 * length * wind * math.sqrt(unit), 0.1, 0.999)
+    rotation = 2.0 * math.asin(half)
+    assert math.degrees(rotation) > 100.0
+
+    scene = scene.with_values({"wind.speed": wind})
+    found = modal.screen(scene)
+    assert found.divergence_from == pytest.approx(begins, rel=6e-4)
+    assert "rest is statically unstable from" in found.reason
+    assert not found.onsets
+    assert [state.name for state in found.states] == ["rest, turned over"] * 2
+    (low, still), (high, _) = sorted(state.mean_rotation for state in found.states)
+    assert (low, high) == pytest.approx((-rotation, rotation), rel=6e-4)
+    assert abs(still) < 1e-3
+
+    result = gf.simulate(scene, stop_time=40.0, record_every=10)
+    turned = [abs(float(result.midspan(span=span)["theta"][-1])) for span in (1, 2)]
+    assert turned[0] == pytest.approx(rotation, rel=8e-4)
+    assert turned[1] < 1e-3
+    below = modal.screen(scene.with_values({"wind.speed": 0.98 * begins}))
+    assert [state.name for state in below.states] == ["rest"]
 
 
 TIME = np.arange(4000) * 0.1
