@@ -3,7 +3,8 @@
 A line has many motions that differ little, because its spans gallop almost independently. Instead
 of following all of them, simulations with the full model start on the motions that the wind drives
 most (`modal.screening.line_rest.Trial`), at the amplitude of an energy balance, each with a small
-disturbance in all other ways. They end in stable states.
+disturbance in all other ways. They end in stable states. If none does, one more starts near rest in
+still air, where simulations of the scene start, too.
 """
 
 from __future__ import annotations
@@ -98,21 +99,32 @@ def settled_states(
         Modes of the first of them.
     """
     states = [_at_rest(rest.model, state) for state, is_stable in equilibria if is_stable]
-    doubts = list[str]()
-    if not equilibria:
-        return LineSettled((), ("no equilibrium was found in the scene's wind",))
-    for number, start in enumerate(_starts(rest, *equilibria[0], trials)):
-        if number >= ENOUGH_ALIKE and len(states) == 1 and not doubts:
+    doubts = [] if equilibria else ["no equilibrium was found in the scene's wind"]
+    noise = _disturbance(rest)
+    starts = _starts(*equilibria[0], trials) if equilibria else []
+    early, runs = list[str](), 0
+    for number, start in enumerate([*starts, np.zeros_like(noise)]):
+        if number == len(starts) and any(one.kind != "not settled" for one in states):
             break
-        found, doubt = _simulated(rest, start)
-        if found is not None and any(is_same(found, one) for one in states):
-            continue
-        doubts += [doubt] if doubt else []
-        states += [] if found is None else [found]
+        if number >= ENOUGH_ALIKE and len(states) == 1 and not (doubts or early):
+            break
+        runs += 1
+        found, reason = _simulated(rest, start + noise)
+        if found is None:
+            early.append(reason)
+        elif not any(is_same(found, one) for one in states):
+            states.append(found)
+            doubts += [reason] if reason else []
+    if early:
+        first = early[0].split(" What to do")[0]
+        doubts.append(
+            f"{len(early)} of {runs} simulations at {rest.wind:.4g} m/s ended early, the first so:"
+            f" {first}"
+        )
     return LineSettled(tuple(states), tuple(dict.fromkeys(doubts)))
 
 
-def _starts(rest: LineRest, state: Array, is_stable: bool, trials: Sequence[Trial]) -> list[Array]:
+def _starts(state: Array, is_stable: bool, trials: Sequence[Trial]) -> list[Array]:
     """States from which simulations start, the most important first."""
     kinds: dict[tuple[str, int], list[Trial]] = {}
     for one in trials:
@@ -124,8 +136,7 @@ def _starts(rest: LineRest, state: Array, is_stable: bool, trials: Sequence[Tria
         starts.insert(1, _moving(state, groups[0]))
     if not is_stable:
         starts.insert(1, state)
-    noise = _disturbance(rest)
-    return [start + noise for start in starts[:MAX_RUNS]]
+    return starts[:MAX_RUNS]
 
 
 def _moving(state: Array, group: Sequence[Trial]) -> Array:
@@ -151,7 +162,7 @@ def _disturbance(rest: LineRest) -> Array:
 
 
 def _simulated(rest: LineRest, start: Array) -> tuple[LineState | None, str]:
-    """State in which a simulation with the full model ends, and what is not resolved."""
+    """State in which a simulation with the full model ends, or why it ended early; doubts."""
     model = rest.model
     scene = full_scene(model.scene, WIND_SPEED, rest.wind, model, STEPS).with_values(
         {"numerics.newton_tolerance": NEWTON_TOLERANCE}
@@ -168,7 +179,7 @@ def _simulated(rest: LineRest, start: Array) -> tuple[LineState | None, str]:
         for number in range(1, MAX_CHUNKS + 1):
             run = moving.run(CHUNK * RECORDS, every, CHANNELS, model.watched_nodes)
             if run.report.outcome is not Outcome.COMPLETED:
-                return None, _early(rest, str(run.report))
+                return None, str(run.report)
             parts.append(run.node_values)
             if number < LEAST:
                 continue
@@ -178,7 +189,7 @@ def _simulated(rest: LineRest, start: Array) -> tuple[LineState | None, str]:
             if found.kind == "beating" and number >= BEATING_LEAST:
                 break
     except SimulationError as problem:
-        return None, _early(rest, str(problem.report))
+        return None, str(problem.report)
     assert found is not None
     if found.kind == "not settled":
         return found, f"{found}: it had not settled after {CHUNK * MAX_CHUNKS} periods"
@@ -188,10 +199,6 @@ def _simulated(rest: LineRest, start: Array) -> tuple[LineState | None, str]:
 def _late(model: LineModel, parts: Sequence[Array], interval: float) -> Histories:
     """Motion in the last part of a simulation."""
     return histories(model, np.concatenate(parts), interval).last(LATE)
-
-
-def _early(rest: LineRest, reason: str) -> str:
-    return f"a simulation at {rest.wind:.4g} m/s ended early: {reason.split(' What to do')[0]}"
 
 
 def _at_rest(model: LineModel, state: Array) -> LineState:

@@ -217,10 +217,10 @@ def screen(scene: SceneLike, highest_wind: float | None = None) -> Screening | L
     and motions do not depend on the scene's wind. Motions not connected with rest are not found;
     unstable ones are not followed beyond three growing disturbances. Where a stable orbit is more
     than 10 % away from the full model after a period, it is simulated, too. Simulations have eight
-    elements, start with a small disturbance, and last 500 periods (2000, if the amplitudes still
-    change).
+    elements, start with a small disturbance, and last 500 to 6000 periods, until the amplitudes no
+    longer change; those of an irregular motion are the largest of at least 2000 periods.
 
-    Limits for a line: at most four simulations, of up to 1200 periods, so that states which none of
+    Limits for a line: at most five simulations, of up to 1200 periods, so that states which none of
     them reaches are not found; transitions are those of the first motion alone.
 
     Examples

@@ -17,7 +17,7 @@ from gallop_fmu import SceneError
 from gallop_fmu.foundation.outcome import SimulationError
 from modal.continuation.branch import Branch
 from modal.continuation.path import Point
-from modal.motions.full_model import full_scene, reduction_error, runs_from
+from modal.motions.full_model import RECORDS_PER_PERIOD, full_scene, reduction_error, runs_from
 from modal.motions.motion_words import TURNED_OVER, name_of_motion, parts_of
 from modal.motions.rotated import equilibria_at
 from modal.motions.span_model import SpanModel
@@ -40,15 +40,33 @@ MAX_ERROR = 0.1
 """Distance of the full model from an orbit after a period, relative to its amplitude, above which
 the orbit is not reported, but simulated."""
 
-PERIODS, MAX_PERIODS = 500, 2000
-"""Duration of a simulation in periods of the first vertical mode, and that of one that has not
-settled."""
+PERIODS = (500, 1000, 2000, 6000)
+"""Durations of a simulation in periods of the first vertical mode, until it has settled."""
 
-LATE = 0.6
-"""Part of a simulation at its end in which amplitudes are read."""
+LATE = (0.6, 0.3)
+"""Parts of a simulation at its end in which amplitudes are read; the second, if it has not settled
+in the first."""
+
+MIN_LATE = 300
+"""Least duration of such a part in periods."""
 
 MAX_CHANGE = 0.05
 """Change of the largest amplitude between both halves of that part, up to which it has settled."""
+
+BLOCKS, MIN_TREND = 6, 3.0
+"""Number of blocks in each half whose mean amplitudes show the scatter of an irregular motion, and
+standard errors above which the means of both halves differ."""
+
+IRREGULAR = 2000
+"""Periods from which an irregular motion is a state: its largest amplitude is a rare one."""
+
+UNDONE = 0.3
+"""Part of a change that is undone, above which it is no trend."""
+
+MIN_STEP, SLOWING = 0.005, 0.8
+"""A part of the motion has not settled if its mean amplitude rises from each third to the next by
+more than the first part of itself, and by more than the second times the rise before. Less than the
+first is no trend."""
 
 MAX_GROWTH, MIN_GROWING = 1.15, 0.03
 """Growth of a part of the motion (such as that in two loops) between both halves, above which it
@@ -265,12 +283,16 @@ def simulated_state(diagram: SpanDiagram, state: Array) -> tuple[StableState | N
     elements = count // 2 if count >= 2 * ELEMENTS and count % 2 == 0 else count
     scene = full_scene(diagram.scene, WIND_SPEED, diagram.wind, model, STEPS, elements)
     start = state + _disturbance(diagram)
-    for end, values, interval in runs_from(scene, model, start, (PERIODS, MAX_PERIODS)):
+    for end, values, interval in runs_from(scene, model, start, PERIODS):
         if end.ended_early:
             return None, f"a simulation at {diagram.wind:.4g} m/s ended early: {end.outcome}"
-        found = _end_of(values, interval)
-        if found.kind != "not settled":
-            return found, ""
+        for part in LATE:
+            late = values[round((1.0 - part) * len(values)) :]
+            if part < LATE[0] and len(late) < MIN_LATE * RECORDS_PER_PERIOD:
+                continue
+            found = _end_of(late, interval, len(values) >= IRREGULAR * RECORDS_PER_PERIOD)
+            if found.kind != "not settled":
+                return found, ""
     return found, ""
 
 
@@ -286,9 +308,11 @@ def _disturbance(diagram: SpanDiagram) -> Array:
     return change
 
 
-def _end_of(values: Array, interval: float) -> StableState:
-    """State at the end of records (record, channel, node) at both quarter points and mid-span."""
-    late = values[int((1.0 - LATE) * len(values)) :]
+def _end_of(late: Array, interval: float, irregular: bool) -> StableState:
+    """State in late records (record, channel, node) at both quarter points and mid-span.
+
+    An irregular motion counts as settled if ``irregular``.
+    """
     series = {
         "vertical": late[:, 0, 1],
         "horizontal": late[:, 1, 1],
@@ -299,14 +323,12 @@ def _end_of(values: Array, interval: float) -> StableState:
     twist = float(late[-len(late) // 4 :, 2, 1].mean())
     if largest < CALM:
         return replace(_rest(twist), is_simulated=True)
-    halves = [np.array_split(one, 2) for one in sizes.values()]
-    change = max(abs(float(two.max() - one.max())) for one, two in halves)
     beat = max(float(np.ptp(one)) for one in sizes.values())
     kind: StateKind = "periodic" if beat <= MAX_BEAT * largest else "beating"
-    grows = any(
-        two.max() > max(MAX_GROWTH * one.max(), MIN_GROWING * largest) for one, two in halves
-    )
-    if change > MAX_CHANGE * largest or grows:
+    changes = any(_changes(one, largest) for one in sizes.values())
+    if changes and not (irregular and not any(_has_trend(one) for one in sizes.values())):
+        kind = "not settled"
+    if any(_rises(one, largest) for one in sizes.values()):
         kind = "not settled"
     name, frequency, swings = _words(series, sizes, interval)
     if abs(np.degrees(twist)) > TURNED_OVER:
@@ -333,6 +355,45 @@ WINDOWS = 60
 def _windows(values: Array) -> Array:
     """Amplitudes in equal windows."""
     return np.array([0.5 * np.ptp(one) for one in np.array_split(values, WINDOWS)])
+
+
+def _changes(sizes: Array, largest: float) -> bool:
+    """True if the largest amplitude in equal windows differs between both halves."""
+    early, late = (float(half.max()) for half in np.array_split(sizes, 2))
+    grows = late > max(MAX_GROWTH * early, MIN_GROWING * largest)
+    return grows or abs(late - early) > MAX_CHANGE * largest
+
+
+def _has_trend(sizes: Array) -> bool:
+    """True if the mean amplitudes of both halves differ by more than their scatter.
+
+    The largest amplitude of an irregular motion differs in any two halves, its mean does not. The
+    standard error follows from the means of blocks of windows, in the half that varies less, since
+    a motion that still changes varies most where it does. A change from the first to the second
+    third that is partly undone in the third is no trend.
+    """
+    first, second = np.diff([third.mean() for third in np.array_split(sizes, 3)]).tolist()
+    if first * second < 0.0 and min(abs(first), abs(second)) > UNDONE * max(
+        abs(first), abs(second)
+    ):
+        return False
+    halves = [np.array_split(half, BLOCKS) for half in np.array_split(sizes, 2)]
+    means = np.array([[block.mean() for block in half] for half in halves])
+    error = float(np.sqrt(2.0 * means.var(axis=1, ddof=1).min() / BLOCKS))
+    change = abs(float(np.diff(means.mean(axis=1))[0]))
+    return change > max(MIN_TREND * error, MIN_STEP * float(means.mean()))
+
+
+def _rises(sizes: Array, largest: float) -> bool:
+    """True if an amplitude rises steadily, however slowly, and not ever less."""
+    thirds = np.array([third.mean() for third in np.array_split(sizes, 3)])
+    first, second = np.diff(thirds).tolist()
+    return bool(
+        sizes.max() > MIN_GROWING * largest
+        and min(first, second) > MIN_STEP * thirds[0]
+        and second > SLOWING * first
+        and _has_trend(sizes)
+    )
 
 
 def _words(

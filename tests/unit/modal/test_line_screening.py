@@ -14,6 +14,7 @@ import modal
 from modal.cli.main import app
 from modal.motions.line_model import LineModel
 from modal.screening.line_rest import line_rest
+from modal.screening.line_settled import difference, settled_states
 from modal.screening.line_states import Histories, state_at_end
 from modal.screening.line_transitions import transitions
 from support.galloping_lines import section_of_example2
@@ -71,6 +72,13 @@ def test_states_are_those_of_simulations(section, screened):
         steady = result.steady(window=100.0, span=span)
         assert state.vertical[span - 1] == pytest.approx(steady["u2"].amplitude, rel=0.01)
         assert 2.0 * state.vertical[span - 1] == pytest.approx(state.peak_to_peak[span - 1])
+
+
+def test_a_line_without_known_rest_is_simulated_from_still_air(section, screened):
+    """It settles at the state that is found otherwise, too."""
+    found = settled_states(line_rest(LineModel(section), 3.0, 3.0), [], [])
+    assert min(difference(found.states[0], one) for one in screened.states) < 0.02
+    assert found.doubts == ("no equilibrium was found in the scene's wind",)
 
 
 def test_answer_does_not_depend_on_the_wind_of_the_line(section, screened):
