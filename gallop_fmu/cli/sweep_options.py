@@ -48,11 +48,12 @@ SpanTable = Annotated[
     Path | None,
     typer.Option(
         "--table",
-        metavar="FILE",
+        metavar="FILE_OR_FOLDER",
         help=(
-            "Spans to compute: .csv, or .geojson whose properties are the columns. Columns are"
-            " values of a scene (span.length) or of its \\[line] (line.span), name, scene (a"
-            " packaged name or a path), and label.ANYTHING, which is copied to the results."
+            "Spans or lines to compute: a folder of scene files, .csv, or .geojson whose properties"
+            " are the columns. Columns are values of a scene (span.length) or of its \\[line]"
+            " (line.span), name, scene (a packaged name or a path), and label.ANYTHING, which is"
+            " copied to the results."
         ),
     ),
 ]
@@ -350,6 +351,8 @@ def _print_rows(runs: Runs, columns: Sequence[str], out: Path | None) -> None:
     for sentence in _grouped(runs, rows, "motion"):
         if sentence.endswith(")"):  # it has more than the table shows
             console.print(sentence, style="dim", soft_wrap=True)
+    for sentence in _grouped(runs, rows, "unresolved"):
+        console.print(f"unresolved, {sentence}", soft_wrap=True)
     print_warnings(_grouped(runs, rows, "warnings"))
     if out and out.exists():
         console.print(f"wrote {out}: {runs.done} of {runs.total} runs", soft_wrap=True)

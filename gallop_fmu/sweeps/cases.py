@@ -34,7 +34,7 @@ AnyScene = Scene | LineScene | SceneSpec | str | Path
 """Scene of a span or line, packaged name or path."""
 
 SpanTable = Path | str | Sequence[Mapping[str, Any]] | Any
-"""File, rows in memory, or a data frame of pandas or polars."""
+"""File, folder of scene files, rows in memory, or a data frame of pandas or polars."""
 
 
 @dataclass(frozen=True)
@@ -138,8 +138,8 @@ def cases(
         ``line.ice_thickness`` need the path of a scene file with a ``[line]`` table (see
         `gallop_fmu.line.line_table.Line`).
     table
-        A CSV file, a GeoJSON file, a data frame of pandas or polars, or rows in memory; see
-        `read_spans`.
+        A CSV file, a GeoJSON file, a folder of scene files, a data frame of pandas or polars, or
+        rows in memory; see `read_spans`.
 
     Raises
     ------
@@ -157,7 +157,7 @@ def cases(
             f"{count} runs are more than {MAX_RUNS}, the most of one sweep; give fewer values, or"
             " use several sweeps"
         )
-    scenes = _Scenes(scene, Path(table).parent if isinstance(table, (str, Path)) else Path())
+    scenes = _Scenes(scene, _folder_of(table))
     found: list[Case] = []
     for number, row in enumerate(rows):
         base, (labels, values) = scenes.of_row(row, number), _labels_and_values(row)
@@ -251,6 +251,8 @@ def read_spans(path: Path | str) -> list[dict[str, Any]]:
     copied to the results. So is the geometry of a feature, as GeoJSON text in ``label.geometry``.
     An empty cell or null keeps the scene's value, in memory also None or NaN; ``none`` removes it.
 
+    A folder has a row for each scene file (``.toml``) in it, with the name of the file.
+
     Names and labels are texts in Unicode's normal form C, see `gallop_fmu.foundation.text_rules`;
     labels of another type are converted to JSON text.
 
@@ -281,7 +283,7 @@ def spans_of(table: SpanTable) -> list[dict[str, Any]]:
     SceneError
         As for `read_spans`.
     """
-    folder = Path(table).parent if isinstance(table, (str, Path)) else Path()
+    folder = _folder_of(table)
     rows = [
         {key: REMOVED if value is None else value for key, value in row.items()}
         for row in _rows(table)
@@ -293,7 +295,17 @@ def spans_of(table: SpanTable) -> list[dict[str, Any]]:
     return rows
 
 
+def _folder_of(table: SpanTable | None) -> Path:
+    """Folder where the relative paths of a table start."""
+    if not isinstance(table, (str, Path)):
+        return Path()
+    path = Path(table)
+    return path if path.is_dir() else path.parent
+
+
 def _file_rows(path: Path) -> list[dict[str, Any]]:
+    if path.is_dir():
+        return _checked(_scene_files(path), str(path))
     suffix = path.suffix.lower()
     if suffix == ".csv":
         rows = _csv_rows(path)
@@ -301,7 +313,8 @@ def _file_rows(path: Path) -> list[dict[str, Any]]:
         rows = _geojson_rows(path)
     else:
         raise SceneError(
-            f"{path}: a table of spans is a .csv or a .geojson file; save it as one of them"
+            f"{path}: a table of spans is a .csv or a .geojson file, or a folder of scene files;"
+            " give one of them"
         )
     return _checked(rows, str(path))
 
@@ -326,6 +339,15 @@ def _rows(table: SpanTable) -> list[dict[str, Any]]:
             " dictionaries"
         )
     return _checked(((f"row {number}", row) for number, row in enumerate(rows, start=1)), "table")
+
+
+def _scene_files(folder: Path) -> Iterator[tuple[str, Mapping[str, Any]]]:
+    """Yield the name and the row of each scene file of a folder, in alphabetical order."""
+    files = sorted(folder.glob("*.toml"))
+    if not files:
+        raise SceneError(f"{folder}: contains no scene file (.toml); give a folder that does")
+    for file in files:
+        yield file.stem, {SCENE: file.name}
 
 
 def _csv_rows(path: Path) -> Iterator[tuple[str, Mapping[str, Any]]]:

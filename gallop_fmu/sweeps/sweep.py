@@ -223,7 +223,8 @@ def sweep(  # noqa: PLR0913 - all but two are keyword arguments
         data such as ``{"line.ice_thickness": [0.01, 0.02]}`` need the path of a
         scene file with a ``[line]`` table as `scene`.
     table
-        CSV or GeoJSON file of spans, a data frame of pandas or polars, or rows in memory; see
+        CSV or GeoJSON file of spans, folder of scene files, data frame of pandas or polars, or rows
+        in memory; see
         `gallop_fmu.sweeps.cases.read_spans`.
     stop_time
         Simulated time [s]; None takes each scene's.

@@ -29,6 +29,7 @@ COLUMNS = (
     "other_galloping_from",
     "onset_wind_speed",
     "estimated_onset",
+    "largest_vertical",
 )
 """Columns of results that a terminal shows."""
 
@@ -55,8 +56,8 @@ def screen_span(
 ) -> None:
     """Find the wind speed above which galloping starts a horizontal swing (2:1 resonance).
 
-    For one scene of a span or line, or for many spans: over values of its parameters, every span of
-    a table, or both.
+    For one scene of a span or line, or for many: over values of its parameters, every scene of a
+    table or folder, or both.
     """
     from gallop_fmu.foundation.errors import SceneError
     from gallop_fmu.scene.line_scene import LineScene

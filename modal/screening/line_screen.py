@@ -123,6 +123,11 @@ class LineScreening:
         return min((one.wind_speed for one in self.onsets if _is_galloping(one)), default=None)
 
     @property
+    def other_galloping_from(self) -> float | None:
+        """Lowest wind speed [m/s] in which another motion begins; None: none does."""
+        return min((one.wind_speed for one in self.onsets if not _is_galloping(one)), default=None)
+
+    @property
     def onset_wind_speed(self) -> float | None:
         """Lowest wind speed [m/s] in which galloping starts a swing; None: none was found."""
         return min((one.wind_speed for one in self.transitions if one.is_swing), default=None)

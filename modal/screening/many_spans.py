@@ -1,4 +1,4 @@
-"""Screening of many spans: all spans of a table, or a scene over values of its parameters."""
+"""Screening of many spans or lines: those of a table, or a scene over values of its parameters."""
 
 from __future__ import annotations
 
@@ -17,6 +17,7 @@ from gallop_fmu.sweeps.pool import Kind
 from gallop_fmu.sweeps.rows import Row
 from gallop_fmu.sweeps.runner import CarryOn, Progress, compute, one_by_one
 from modal.foundation import one_span as instead
+from modal.screening.line_screen import LineScreening
 from modal.screening.screen import MAX_WIND_RATIO, Screening, check_wind, screen
 from modal.screening.two_mode_estimate import PairModel, estimate, pair_of
 from modal.stability.frequency_ratio import FrequencyRatio, frequency_ratio
@@ -48,7 +49,13 @@ SCREENING_COLUMNS = {
     "growth_per_cycle": ("1", "growth of a small swing in a vertical cycle at the scene's wind"),
     "saturated_vertical": ("m", "vertical amplitude of saturated galloping with swing"),
     "saturated_horizontal": ("m", "horizontal amplitude of saturated galloping with swing"),
-    "states": ("", "stable states at the scene's wind"),
+    "largest_vertical": (
+        "m",
+        "largest vertical amplitude of the states at the scene's wind, in any span",
+    ),
+    "largest_horizontal": ("m", "the same of the horizontal amplitude, also of clamps on strings"),
+    "states": ("", "stable states at the scene's wind, and motions that had not settled"),
+    "unresolved": ("", "what could not be found out"),
     "warnings": ("", "unusual or contradictory values of the span"),
 }
 
@@ -107,34 +114,57 @@ class ScreeningTask:
         """Screen a group of scenes one by one."""
         return one_by_one(self._screen, scenes, carry_on)
 
-    def _screen(self, given: Scene | LineScene) -> Row:
-        scene = one_span(given, "screen_spans", instead.SCREENING)
+    def _screen(self, scene: Scene | LineScene) -> Row:
         return row_of(screen(scene, self.highest_wind))
 
 
-def row_of(found: Screening) -> Row:
+def row_of(found: Screening | LineScreening) -> Row:
     """Convert a screening to the columns of `SCREENING_COLUMNS`."""
-    pair, galloping, saturated = found.frequencies, found.galloping, found.saturated
+    own = _of_line(found) if isinstance(found, LineScreening) else _of_span(found)
     return {
         "risk": found.risk,
         "reason": found.reason,
         "wind_speed": found.wind_speed,
         "highest_wind": found.highest_wind,
+        "galloping_from": found.galloping_from,
+        "onset_wind_speed": found.onset_wind_speed,
+        **own,
+        "states": "; ".join(str(state) for state in found.states),
+        "unresolved": "; ".join(found.unresolved),
+        "warnings": " ".join(found.warnings),
+    }
+
+
+def _of_span(found: Screening) -> Row:
+    """Columns of a span."""
+    pair, galloping, saturated = found.frequencies, found.galloping, found.saturated
+    return {
         "vertical_hz": pair.vertical_hz,
         "horizontal_hz": pair.horizontal_hz,
         "ratio": pair.ratio,
         "detuning": pair.detuning,
-        "galloping_from": found.galloping_from,
         "other_galloping_from": found.other_mode and found.other_mode.wind_speed,
-        "onset_wind_speed": found.onset_wind_speed,
         "until_wind_speed": found.until_wind_speed,
         "threshold_amplitude": found.threshold_amplitude,
         "galloping_vertical": galloping and galloping.vertical,
         "growth_per_cycle": found.growth_per_cycle,
         "saturated_vertical": saturated and saturated.vertical,
         "saturated_horizontal": saturated and saturated.horizontal,
-        "states": "; ".join(str(state) for state in found.states),
-        "warnings": " ".join(found.warnings),
+        **_largest([((one.vertical, one.quarter), (one.horizontal,)) for one in found.states]),
+    }
+
+
+def _of_line(found: LineScreening) -> Row:
+    """Columns of a line, which has no pair of modes."""
+    sizes = [((*one.vertical, *one.quarter), (*one.horizontal, *one.clamp)) for one in found.states]
+    return {"other_galloping_from": found.other_galloping_from, **_largest(sizes)}
+
+
+def _largest(sizes: Sequence[tuple[Sequence[float], Sequence[float]]]) -> Row:
+    """Largest vertical and horizontal amplitudes [m] of states, also of those not settled."""
+    return {
+        "largest_vertical": max((max(vertical) for vertical, _ in sizes), default=None),
+        "largest_horizontal": max((max(horizontal) for _, horizontal in sizes), default=None),
     }
 
 
@@ -183,7 +213,7 @@ class EstimateTask:
         return one_by_one(partial(self._estimate, _LastSpan()), scenes, carry_on)
 
     def _estimate(self, last: _LastSpan, given: Scene | LineScene) -> Row:
-        scene = one_span(given, "screen_spans", instead.SCREENING)
+        scene = one_span(given, "estimate_only", instead.ESTIMATE)
         wind = scene.wind.mean_speed
         highest = MAX_WIND_RATIO * wind if self.highest_wind is None else self.highest_wind
         check_wind(scene, wind, highest)
@@ -219,7 +249,9 @@ def screen_spans(  # noqa: PLR0913 - all but two are keyword arguments
     progress: Progress | None = None,
     first_look: bool | None = None,
 ) -> Runs:
-    """Screen (`modal.screen`) a scene over values of its parameters, all spans of a table, or both.
+    """Screen (`modal.screen`) a scene over values of its parameters, a table of scenes, or both.
+
+    Scenes are spans, sections or bundles, in any mixture.
 
     Parameters
     ----------
@@ -229,7 +261,7 @@ def screen_spans(  # noqa: PLR0913 - all but two are keyword arguments
         Highest wind speed [m/s] of the search; None takes 1.5 times each scene's.
     estimate_only
         Compute only `modal.two_mode_estimate` instead of `modal.screen`, which is far
-        faster: for thousands of spans, of which the ``suspect`` ones are screened
+        faster: for thousands of spans (not lines), of which the ``suspect`` ones are screened
         afterwards. The estimate may miss an onset, mostly above 2:1; therefore a span is suspect
         as soon as a threshold exists in the range of amplitudes (`benchmarks/speed/corridor.py`
         compares).
@@ -242,13 +274,14 @@ def screen_spans(  # noqa: PLR0913 - all but two are keyword arguments
     Returns
     -------
     Runs
-        One row for each span with the columns of `SCREENING_COLUMNS` or `ESTIMATE_COLUMNS`. Spans
-        that could not be screened have a row, too; ``outcome`` and ``message`` give the reason.
+        One row for each span or line with the columns of `SCREENING_COLUMNS` or `ESTIMATE_COLUMNS`.
+        Those of the 2:1 pair of modes are empty for lines. What could not be screened has a row,
+        too; ``outcome`` and ``message`` give the reason.
 
     Raises
     ------
     SceneError, RunsStoppedError
-        As for `gallop_fmu.sweep`; or a scene is a line, which has no risk of one span.
+        As for `gallop_fmu.sweep`; or `estimate_only` is given for a line.
 
     Examples
     --------
@@ -262,7 +295,7 @@ def screen_spans(  # noqa: PLR0913 - all but two are keyword arguments
         estimate_only = first_look
     task = EstimateTask(highest_wind) if estimate_only else ScreeningTask(highest_wind)
     found = cases(scene, over, table)
-    for base in found.bases:
+    for base in found.bases if estimate_only else ():
         if base.is_section:
-            one_span(base.scene(), "screen_spans", instead.SCREENING)
+            one_span(base.scene(), "estimate_only", instead.ESTIMATE)
     return compute(found, task, out=out, count=workers, cluster=cluster, progress=progress)

@@ -242,6 +242,32 @@ def test_screening_is_shown(section, screened, tmp_path):
     assert numbers["onsets"][0]["wind_speed"] == pytest.approx(screened.galloping_from)
 
 
+def test_folder_of_spans_and_lines_is_screened(section, screened, tmp_path):
+    """A row for each: numbers and words of the single screening, or the reason why not."""
+    section.save(tmp_path / "b_section.toml")
+    section.with_values({"wind.speed": 0.0}).save(tmp_path / "c_calm.toml")
+    gf.load_scene("example3").with_values({"wind.speed": 3.0}).save(tmp_path / "a_span.toml")
+    rows = modal.screen_spans(table=tmp_path, highest_wind=4.5, workers=1).dataset
+    assert rows.name.values.tolist() == ["a_span", "b_section", "c_calm"]
+    assert rows.risk.values.tolist()[:2] == ["none", "detuned"]
+    line = rows.isel(run=1)
+    assert line.reason.item() == screened.reason
+    assert line.galloping_from.item() == screened.galloping_from
+    assert line.largest_vertical.item() == max(screened.states[0].vertical)
+    assert line.largest_horizontal.item() == max(
+        screened.states[0].horizontal + screened.states[0].clamp
+    )
+    assert line.states.item() == str(screened.states[0])
+    assert line.unresolved.item() == ""
+    assert np.isnan(line.ratio.item())
+    assert rows.outcome.values[2] == "invalid_scene"
+    assert "screening needs wind" in rows.message.values[2]
+
+    (tmp_path / "none").mkdir()
+    with pytest.raises(gf.SceneError, match="contains no scene file"):
+        modal.screen_spans(table=tmp_path / "none")
+
+
 def test_lines_without_damping_or_with_other_wind_are_refused(section):
     still = {"low_ratio": 1e-5, "low_frequency": 0.3, "high_ratio": 1e-5, "high_frequency": 0.6}
     with pytest.raises(gf.SceneError, match="damping ratio of mode 1"):

@@ -214,12 +214,9 @@ def test_a_span_has_no_keys_of_a_line():
         gf.sweep("example1", {"section.spans.0.length": [300.0]})
 
 
-@pytest.mark.parametrize("quick", [False, True])
-def test_screening_refuses_a_line_at_once(quick):
-    with pytest.raises(
-        gf.SceneError, match=r"screen_spans takes a scene of one span.*modal.screen"
-    ):
-        modal.screen_spans(pushed(), {"wind.speed": [4.0, 5.0]}, estimate_only=quick)
+def test_estimate_refuses_a_line_at_once():
+    with pytest.raises(gf.SceneError, match=r"estimate_only takes a scene of one span.*leave it"):
+        modal.screen_spans(pushed(), {"wind.speed": [4.0, 5.0]}, estimate_only=True)
 
 
 def test_command_shows_the_values_of_all_spans(invoke, tmp_path):
