@@ -57,8 +57,8 @@ from .study.conditions import StudyConditions as StudyConditions
 from .study.conditions import StudyLimits as StudyLimits
 from .study.page import Signature as Signature
 from .study.page import write_study as write_study
-from .study.ranking import Ranked as Ranked
-from .study.ranking import RankedMeasures as RankedMeasures
+from .study.ranked import Ranked as Ranked
+from .study.ranked import RankedMeasures as RankedMeasures
 from .study.ranking import rank_measures as rank_measures
 from .study.study import LineStudy as LineStudy
 from .study.study import StudyStoppedError as StudyStoppedError

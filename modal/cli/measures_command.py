@@ -1,4 +1,4 @@
-"""The command ``gallop-modal measures``: what to change of a span, and what it does."""
+"""The command ``gallop-modal measures``: what to change of a span or line, and what it does."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ from gallop_fmu.cli.terminal import (
 )
 
 if TYPE_CHECKING:
-    from modal.study.ranking import RankedMeasures
+    from modal.study.ranked import Effect, RankedMeasures
 
 MEASURES_EXAMPLE = "gallop-modal measures example3 --highest-wind 7 -o measures.csv"
 
@@ -45,7 +45,7 @@ def measures(
         typer.Option(
             metavar="SECONDS",
             parser=real,
-            help="Simulated time of a span with devices (default: from the scene).",
+            help="Simulated time where a simulation is necessary (default: from the scene).",
         ),
     ] = None,
     out: Annotated[
@@ -54,7 +54,11 @@ def measures(
     ] = None,
     as_json: AsJson = False,
 ) -> None:
-    """Rank measures against galloping of a span, each predicted and computed again."""
+    """Rank measures against galloping of a span or line, each computed again.
+
+    Of a line: tension, spacers, interphase spacers, pendulums, tuned dampers, a split span. First
+    are measures with which nothing begins to gallop up to the highest wind.
+    """
     from modal.study.ranking import rank_measures
 
     if out is not None:
@@ -114,16 +118,26 @@ def _lines(found: RankedMeasures) -> list[Any]:
             f"{_text(row.before.onset)} -> {_text(row.after.onset)}",
             _text(row.predicted.onset),
             f"{_text(row.before.swing)} -> {_text(row.after.swing)}",
-            f"{_text(row.before.largest, 3)} -> {_text(row.after.largest, 3)}",
+            f"{_size(row.before)} -> {_size(row.after)}",
             _text(row.sag),
             row.verified_by or "not computed",
         )
     details = [
         f"{row.measure.name}: {row.measure.detail or 'not possible'}"
+        + (f"; by span {_sizes(row.after.by_span)} m" if row.after.by_span else "")
         + (f"; {row.reason}" if row.reason else "")
         for row in found.rows
     ]
     return [found.title, table, *details]
+
+
+def _size(effect: Effect) -> str:
+    """Largest amplitude; "at least" where it may be larger."""
+    return ("at least " if effect.is_at_least else "") + _text(effect.largest, 3)
+
+
+def _sizes(by_span: tuple[float, ...]) -> str:
+    return ", ".join(f"{size:.3f}" for size in by_span)
 
 
 def _text(value: float, digits: int = 2) -> str:

@@ -27,6 +27,10 @@ ELEMENTS = 6
 MIN_DAMPING_RATIO = 1e-4
 """Smallest structural damping ratio of a mode, as for a span."""
 
+MAX_DEVICE_SHARE = 0.5
+"""Part of the kinetic energy in devices up to which a mode must be damped: a mass that hangs on a
+damper is damped along the damper alone, and the wind does not act on it."""
+
 MAX_TRANSFERS = 4
 """Growing disturbances of rest in the output for people."""
 
@@ -196,8 +200,10 @@ def screen_line(scene: LineScene, highest_wind: float) -> LineScreening:
 
 
 def _check_damping(model: LineModel) -> None:
-    """Raise SceneError if a mode has almost no structural damping."""
+    """Raise SceneError if a mode of the conductors has almost no structural damping."""
     for k, mode in enumerate(model.basis.modes):
+        if mode.device_share > MAX_DEVICE_SHARE:
+            continue
         ratio = model.damping[k, k] / (4.0 * math.pi * mode.frequency_hz)
         if ratio < MIN_DAMPING_RATIO:
             raise SceneError(

@@ -83,9 +83,13 @@ def measures(scene: LineScene, frequencies_hz: NDArray[np.float64]) -> list[Meas
     found = [_tension(scene, factor) for factor in TENSION_FACTORS]
     if scene.bundle.subconductors > 1:
         found.append(_spacers(scene))
-    if len(scene.phases) > 1:
-        found.append(_interphase(scene))
-    return [*found, pendulums(scene), dampers(scene, frequencies_hz), _split(scene)]
+    return [
+        *found,
+        _interphase(scene),
+        pendulums(scene),
+        dampers(scene, frequencies_hz),
+        _split(scene),
+    ]
 
 
 def _made(name: str, detail: str, change: Callable[[], LineScene]) -> Measure:
@@ -135,6 +139,9 @@ def _spacers(scene: LineScene) -> Measure:
 
 def _interphase(scene: LineScene) -> Measure:
     """Connect neighbouring phases by interphase spacers."""
+    name = "Connect the phases by interphase spacers"
+    if len(scene.phases) == 1:
+        return Measure(name, "", None, "the scene has one phase; give all of them as [[phases]]")
     order = sorted(range(len(scene.phases)), key=lambda k: scene.phases[k].offset)
     devices = []
     for number, (low, high) in enumerate(pairwise(order)):
@@ -151,9 +158,9 @@ def _interphase(scene: LineScene) -> Measure:
                 for station in INTERPHASE_STATIONS[number % len(INTERPHASE_STATIONS)]
             ]
     return _made(
-        "Connect the phases by interphase spacers",
-        f"2 or 3 in each span, in turn, {INTERPHASE_MASS:g} kg/m; all phases start alike in the"
-        " simulation, and spacers do not hinder phases that move alike",
+        name,
+        f"2 or 3 in each span, in turn, {INTERPHASE_MASS:g} kg/m; spacers do not hinder phases"
+        " that move alike, as they do in a study, where all start alike",
         lambda: _with_devices(scene, devices),
     )
 

@@ -1,162 +1,29 @@
-"""Measures against galloping of one span, ranked: what each does, predicted and computed again."""
+"""Measures against galloping of a span or line, ranked: each is computed again."""
 
 from __future__ import annotations
 
 import math
 import time as clock
-from collections.abc import Callable
-from dataclasses import dataclass, replace
-from pathlib import Path
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from gallop_fmu import LineScene, Model, Scene, SceneError, SimulationError
-from gallop_fmu.input.scene_like import SceneLike, as_span
+from gallop_fmu.input.scene_like import SceneLike, as_scene
 from modal.motions.branches import branches
 from modal.motions.sensitivity import sensitivity
-from modal.motions.table import write_dataset
-from modal.screening.screen import MAX_WIND_RATIO, Screening, screen
-from modal.stability.critical_wind import critical_wind_speed
-from modal.study.cases import Variant, run_cases
+from modal.screening.screen import MAX_WIND_RATIO, screen
+from modal.study.line_ranking import rank_line
+from modal.study.ranked import Effect, Progress, Ranked, RankedMeasures, place_of
 from modal.study.span_measures import SpanMeasure, line_of_span, measures_of_span
+from modal.study.verification import effect_of, lowest_critical_wind, simulated
 
 if TYPE_CHECKING:
     import xarray as xr
 
-INSTEAD = "use modal.study_line, which simulates measures on a line"
-"""What to do for a line."""
-
-LINE_MODES = 8
-"""Modes of a line with devices among which the lowest critical wind is looked for."""
-
 LOWEST_WIND = 0.5
 """Wind speed at which the search for motions begins, relative to the scene's."""
-
-Progress = Callable[[str], object]
-"""Called with the name of the part that is computed."""
-
-
-@dataclass(frozen=True)
-class Effect:
-    """Onsets and amplitudes of a span.
-
-    Attributes
-    ----------
-    onset, swing : float
-        Wind speed [m/s] at which galloping and the swing begin; infinite if not up to the highest
-        wind, NaN if unknown.
-    vertical, horizontal : float
-        Amplitudes [m] at mid-span at the scene's wind, the largest of all stable states; NaN if
-        unknown.
-    largest : float
-        Largest amplitude [m], also of two loops at the quarter points.
-    """
-
-    onset: float = math.nan
-    swing: float = math.nan
-    vertical: float = math.nan
-    horizontal: float = math.nan
-    largest: float = math.nan
-
-
-@dataclass(frozen=True)
-class Ranked:
-    """A measure with its effect.
-
-    Attributes
-    ----------
-    measure : SpanMeasure
-        What is done.
-    before, predicted, after : Effect
-        The span as it is; with the measure, by derivatives; with the measure, computed again.
-    verified_by : {"screening", "simulation", ""}
-        How `before` and `after` were computed; with ``"simulation"``, onsets are those of small
-        motion, and `before` is the line without the device. Empty: not computed.
-    tension, sag : float
-        Horizontal tension [N] and sag [m] in still air with the measure.
-    reason : str
-        Why it was not computed; empty otherwise.
-    """
-
-    measure: SpanMeasure
-    before: Effect
-    predicted: Effect
-    after: Effect
-    verified_by: str
-    tension: float
-    sag: float
-    reason: str
-
-
-@dataclass(frozen=True, repr=False)
-class RankedMeasures:
-    """Measures for a span, the most effective first.
-
-    Attributes
-    ----------
-    title : str
-        Title of the scene.
-    wind_speed, highest_wind : float
-        The scene's wind speed and the highest one of the search [m/s].
-    screening : Screening
-        The span as it is.
-    rows : tuple of Ranked
-        The measures, by the largest amplitude that is left at the scene's wind, then by the onset
-        of galloping; those without a result are last.
-    seconds : float
-        CPU time [s].
-    """
-
-    title: str
-    wind_speed: float
-    highest_wind: float
-    screening: Screening
-    rows: tuple[Ranked, ...]
-    seconds: float
-
-    @property
-    def dataset(self) -> xr.Dataset:
-        """The table: over ``measure`` the values of `Ranked`, with units."""
-        import xarray as xr
-
-        data: dict[str, tuple[str, list[object], dict[str, str]]] = {
-            "detail": ("measure", [row.measure.detail for row in self.rows], {}),
-            "verified_by": ("measure", [row.verified_by for row in self.rows], {}),
-            "reason": ("measure", [row.reason for row in self.rows], {}),
-            "tension": ("measure", [row.tension for row in self.rows], {"units": "N"}),
-            "sag": ("measure", [row.sag for row in self.rows], {"units": "m"}),
-        }
-        for when in ("before", "predicted", "after"):
-            for what, unit in UNITS.items():
-                values: list[object] = [getattr(getattr(row, when), what) for row in self.rows]
-                data[f"{what}_{when}"] = ("measure", values, {"units": unit})
-        return xr.Dataset(
-            data,
-            coords={"measure": [row.measure.name for row in self.rows]},
-            attrs={"title": self.title, "wind_speed": self.wind_speed},
-        )
-
-    def __repr__(self) -> str:
-        lines = [f"{self.title}: measures at {self.wind_speed:g} m/s"]
-        return "\n".join([*lines, *(sentence_of(row) for row in self.rows)])
-
-    def save(self, path: Path | str) -> Path:
-        """Write the table as ``.nc`` (NetCDF) or ``.csv``.
-
-        Raises
-        ------
-        SceneError
-            The suffix is another one.
-        OSError
-            The file cannot be written.
-        """
-        rows = self.dataset.to_dataframe().reset_index
-        return write_dataset(self.dataset, Path(path), rows)
-
-
-UNITS = {"onset": "m/s", "swing": "m/s", "vertical": "m", "horizontal": "m", "largest": "m"}
-"""Values of an effect and their units."""
 
 
 def rank_measures(
@@ -166,20 +33,24 @@ def rank_measures(
     stop_time: float | None = None,
     progress: Progress | None = None,
 ) -> RankedMeasures:
-    """Rank practicable measures against galloping of a span, each computed again.
+    """Rank practicable measures against galloping of a span or line, each computed again.
 
-    Measures: tension, damping, added mass, a tower in the middle of the span, detuning pendulums, a
-    tuned damper. The effect of those that change a number is predicted by `modal.sensitivity` and
-    computed by `modal.screen`; a span with devices is simulated.
+    Measures for a span: tension, damping, added mass, a tower in the middle of the span, detuning
+    pendulums, a tuned damper. The effect of those that change a number is predicted by
+    `modal.sensitivity` and computed by `modal.screen`; a span with devices is simulated.
+
+    Measures for a line: those of a study, that is tension, spacers of a bundle, interphase spacers,
+    pendulums, tuned dampers, a tower in the middle of the longest span. Each is computed by
+    `modal.screen`. Where that is not possible, the line is simulated, and `Ranked.reason` says why.
 
     Parameters
     ----------
     scene
-        The span, as for `modal.screen`.
+        The span or line, as for `modal.screen`.
     highest_wind
         Highest wind speed [m/s] of the search (default: 1.5 times the scene's).
     stop_time
-        Simulated time [s] of a span with devices (default: from the scene).
+        Simulated time [s] where a simulation is necessary (default: from the scene).
     progress
         Called with the name of the part that is computed.
 
@@ -197,9 +68,11 @@ def rank_measures(
     """
     began = clock.process_time()
     shown = progress or (lambda name: None)
-    span = as_span(scene, "rank_measures", INSTEAD)
+    span = as_scene(scene)
     wind = span.wind.mean_speed
     highest = MAX_WIND_RATIO * wind if highest_wind is None else highest_wind
+    if isinstance(span, LineScene):
+        return rank_line(span, highest, stop_time, shown)
     shown("screening")
     screening = screen(span, highest)
     before = effect_of(screening)
@@ -217,25 +90,8 @@ def rank_measures(
         wind_speed=wind,
         highest_wind=highest,
         screening=screening,
-        rows=tuple(sorted(rows, key=_place)),
+        rows=tuple(sorted(rows, key=place_of)),
         seconds=clock.process_time() - began,
-    )
-
-
-def effect_of(found: Screening) -> Effect:
-    """Onsets and amplitudes of a screening."""
-    onset = math.inf if found.galloping_from is None else found.galloping_from
-    if found.other_mode is not None:
-        onset = min(onset, found.other_mode.wind_speed)
-    swing = math.inf if found.onset_wind_speed is None else found.onset_wind_speed
-    if not found.states:
-        return Effect(onset, swing)
-    return Effect(
-        onset,
-        swing,
-        max(one.vertical for one in found.states),
-        max(one.horizontal for one in found.states),
-        max(one.largest for one in found.states),
     )
 
 
@@ -298,83 +154,23 @@ def _simulated(
     scene: Scene, rows: list[Ranked], highest: float, stop_time: float | None, shown: Progress
 ) -> list[Ranked]:
     """Simulate the span without and with each device."""
-    lines = {
-        row.measure.name: row.measure.scene
-        for row in rows
-        if isinstance(row.measure.scene, LineScene)
-    }
-    if not lines:
+    devices = [row.measure.scene for row in rows if isinstance(row.measure.scene, LineScene)]
+    if not devices:
         return rows
     shown("simulations with devices")
-    every = {"": line_of_span(scene), **lines}
-    cases = run_cases(
-        [Variant(line, name, "") for name, line in every.items()],
-        [(scene.wind.mean_speed, scene.ice.attack_angle_deg)],
-        offsets=[(0.0, 0.0)],
-        stop_time=scene.run.stop_time if stop_time is None else stop_time,
-        workers=1,
-    )
-    effects: dict[str, Effect] = {}
-    reasons: dict[str, str] = {}
-    for case in cases:
-        shown(f"critical wind: {case.ice}" if case.ice else "critical wind")
-        onset, reasons[case.ice] = _critical_wind(every[case.ice], highest)
-        if not case.has_result:
-            effects[case.ice], reasons[case.ice] = Effect(onset), case.text
-            continue
-        vertical, horizontal = 0.5 * case.largest, 0.5 * float(np.nanmax(case.horizontal))
-        largest = max(vertical, horizontal)
-        effects[case.ice] = Effect(onset, math.nan, vertical, horizontal, largest)
-    return [
-        replace(
-            row,
-            before=effects[""],
-            after=effects[row.measure.name],
-            verified_by="simulation",
-            reason=reasons[row.measure.name],
-        )
-        if row.measure.name in lines
-        else row
-        for row in rows
-    ]
-
-
-def _critical_wind(line: LineScene, highest: float) -> tuple[float, str]:
-    """Lowest wind speed [m/s] at which a mode grows, and the reason if it is unknown."""
-    try:
-        found = [one.wind_speed for one in critical_wind_speed(line, LINE_MODES, highest)]
-    except (SceneError, SimulationError) as problem:
-        return math.nan, f"the critical wind is unknown, because {problem}"
-    return min((one for one in found if one is not None), default=math.inf), ""
-
-
-def _place(row: Ranked) -> tuple[bool, float, float]:
-    """Place in the list."""
-    known = row.after.largest == row.after.largest
-    onset = row.after.onset if row.after.onset == row.after.onset else 0.0
-    return not known, row.after.largest if known else 0.0, -onset
-
-
-def sentence_of(row: Ranked) -> str:
-    """Effect of a measure in a sentence."""
-    name, before, after, predicted = row.measure.name, row.before, row.after, row.predicted
-    if not row.verified_by:
-        return f"{name}: no result; {row.reason}"
-    text = (
-        f"{name}: galloping from {_speed(after.onset)} in place of {_speed(before.onset)}"
-        + (f" (predicted {_speed(predicted.onset)})" if predicted.onset == predicted.onset else "")
-        + f", largest amplitude {_length(after.largest)} in place of {_length(before.largest)}"
-    )
-    if predicted.largest == predicted.largest:
-        text += f" (predicted {_length(predicted.largest)})"
-    return f"{text}; {row.verified_by}" + (f"; {row.reason}" if row.reason else "")
-
-
-def _speed(value: float) -> str:
-    if math.isinf(value):
-        return "no wind of the range"
-    return "unknown" if math.isnan(value) else f"{value:.2f} m/s"
-
-
-def _length(value: float) -> str:
-    return "unknown" if math.isnan(value) else f"{value:.3f} m"
+    every = [line_of_span(scene), *devices]
+    found = simulated(every, scene.run.stop_time if stop_time is None else stop_time)
+    results = list[tuple[Effect, str]]()
+    for line, (effect, doubt) in zip(every, found, strict=True):
+        shown(f"critical wind, {len(results) + 1} of {len(every)}")
+        onset, reason = lowest_critical_wind(line, highest)
+        text = "; ".join(part for part in (doubt, reason) if part)
+        results.append((replace(effect, onset=onset), text))
+    before, later = results[0][0], iter(results[1:])
+    done = []
+    for row in rows:
+        if isinstance(row.measure.scene, LineScene):
+            after, reason = next(later)
+            row = replace(row, before=before, after=after, verified_by="simulation", reason=reason)
+        done.append(row)
+    return done
