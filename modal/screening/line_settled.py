@@ -22,7 +22,6 @@ from modal.motions.line_model import LineModel
 from modal.motions.span_problem import WIND_SPEED
 from modal.screening.line_rest import LineRest, Trial
 from modal.screening.line_states import (
-    Histories,
     LineState,
     bundle_radius,
     histories,
@@ -34,11 +33,17 @@ Array = NDArray[np.float64]
 STEPS, RECORDS = 60, 20
 """Time steps and records in a period of the first vertical mode."""
 
-CHUNK, LEAST, MAX_CHUNKS = 100, 3, 12
-"""Periods after which a simulation is looked at; so often at least, and at most."""
+CHUNK, LEAST, MAX_CHUNKS, LONG_CHUNKS = 100, 3, 12, 36
+"""Periods after which a simulation is looked at; so often at least, and at most if a state is known
+already, and if none is."""
 
-LATE = 0.6
-"""Part of a simulation at its end in which amplitudes are read."""
+LATE, SHORT_LATE, SHORT_FROM = 0.6, 0.3, 10
+"""Parts of a simulation at its end in which amplitudes are read; the second, if it has not settled
+in the first, from so many chunks on."""
+
+NEAR = 0.05
+"""Difference of amplitudes, relative to the largest, below which a simulation has come to a known
+state."""
 
 BEATING_LEAST = 6
 """Number of chunks from which a motion that beats is one."""
@@ -104,17 +109,23 @@ def settled_states(
     starts = _starts(*equilibria[0], trials) if equilibria else []
     early, runs = list[str](), 0
     for number, start in enumerate([*starts, np.zeros_like(noise)]):
-        if number == len(starts) and any(one.kind != "not settled" for one in states):
+        resolved = [one for one in states if one.kind != "not settled"]
+        if number == len(starts) and resolved:
             break
         if number >= ENOUGH_ALIKE and len(states) == 1 and not (doubts or early):
             break
         runs += 1
-        found, reason = _simulated(rest, start + noise)
+        found, reason = _simulated(rest, start + noise, resolved)
         if found is None:
             early.append(reason)
-        elif not any(is_same(found, one) for one in states):
+        elif not any(is_same(found, one) for one in resolved):
+            states = [one for one in states if one in resolved or not is_same(found, one)]
             states.append(found)
-            doubts += [reason] if reason else []
+    doubts += [
+        f"{one}: it had not settled at the end of a simulation"
+        for one in states
+        if one.kind == "not settled"
+    ]
     if early:
         first = early[0].split(" What to do")[0]
         doubts.append(
@@ -161,8 +172,10 @@ def _disturbance(rest: LineRest) -> Array:
     return change
 
 
-def _simulated(rest: LineRest, start: Array) -> tuple[LineState | None, str]:
-    """State in which a simulation with the full model ends, or why it ended early; doubts."""
+def _simulated(
+    rest: LineRest, start: Array, known: Sequence[LineState]
+) -> tuple[LineState | None, str]:
+    """State in which a simulation with the full model ends; if it ended early, None and why."""
     model = rest.model
     scene = full_scene(model.scene, WIND_SPEED, rest.wind, model, STEPS).with_values(
         {"numerics.newton_tolerance": NEWTON_TOLERANCE}
@@ -172,33 +185,35 @@ def _simulated(rest: LineRest, start: Array) -> tuple[LineState | None, str]:
     u, v = model.nodal(start[None, :n], start[None, n:])
     every = STEPS // RECORDS
     interval = every * scene.numerics.time_step
-    spans, radius = full.map.spans, bundle_radius(model)
     parts, found = list[Array](), None
     try:
         moving = full.place(u[0], v[0])
-        for number in range(1, MAX_CHUNKS + 1):
+        for number in range(1, (MAX_CHUNKS if known else LONG_CHUNKS) + 1):
             run = moving.run(CHUNK * RECORDS, every, CHANNELS, model.watched_nodes)
             if run.report.outcome is not Outcome.COMPLETED:
                 return None, str(run.report)
             parts.append(run.node_values)
             if number < LEAST:
                 continue
-            found = state_at_end(_late(model, parts, interval), spans, radius)
-            if found.kind in ("rest", "periodic"):
+            found = _end_of(model, parts, interval)
+            if found.kind in ("rest", "periodic") or any(is_same(found, a, NEAR) for a in known):
                 break
             if found.kind == "beating" and number >= BEATING_LEAST:
                 break
     except SimulationError as problem:
         return None, str(problem.report)
-    assert found is not None
-    if found.kind == "not settled":
-        return found, f"{found}: it had not settled after {CHUNK * MAX_CHUNKS} periods"
     return found, ""
 
 
-def _late(model: LineModel, parts: Sequence[Array], interval: float) -> Histories:
-    """Motion in the last part of a simulation."""
-    return histories(model, np.concatenate(parts), interval).last(LATE)
+def _end_of(model: LineModel, parts: Sequence[Array], interval: float) -> LineState:
+    """State at the end of the chunks of a simulation."""
+    moves = histories(model, np.concatenate(parts), interval)
+    spans, radius = model.mesh.model.map.spans, bundle_radius(model)
+    found = state_at_end(moves.last(LATE), spans, radius)
+    if found.kind == "not settled" and len(parts) >= SHORT_FROM:
+        short = state_at_end(moves.last(SHORT_LATE), spans, radius)
+        return found if short.kind == "not settled" else short
+    return found
 
 
 def _at_rest(model: LineModel, state: Array) -> LineState:

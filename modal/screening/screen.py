@@ -220,8 +220,9 @@ def screen(scene: SceneLike, highest_wind: float | None = None) -> Screening | L
     elements, start with a small disturbance, and last 500 to 6000 periods, until the amplitudes no
     longer change; those of an irregular motion are the largest of at least 2000 periods.
 
-    Limits for a line: at most five simulations, of up to 1200 periods, so that states which none of
-    them reaches are not found; transitions are those of the first motion alone.
+    Limits for a line: at most five simulations, of up to 1200 periods (3600 as long as no state is
+    known), so that states which none of them reaches are not found; transitions are those of the
+    first motion alone.
 
     Examples
     --------
