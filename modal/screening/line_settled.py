@@ -45,8 +45,8 @@ NEAR = 0.05
 """Difference of amplitudes, relative to the largest, below which a simulation has come to a known
 state."""
 
-BEATING_LEAST = 6
-"""Number of chunks from which a motion that beats is one."""
+BEATING_LEAST, IRREGULAR = 6, 10
+"""Number of chunks from which a motion that beats is one, and one that is irregular."""
 
 DISTURBANCE = 0.03
 """Disturbance of all other motions at the start, relative to their typical amplitude."""
@@ -209,7 +209,7 @@ def _end_of(model: LineModel, parts: Sequence[Array], interval: float) -> LineSt
     """State at the end of the chunks of a simulation."""
     moves = histories(model, np.concatenate(parts), interval)
     spans, radius = model.mesh.model.map.spans, bundle_radius(model)
-    found = state_at_end(moves.last(LATE), spans, radius)
+    found = state_at_end(moves.last(LATE), spans, radius, len(parts) >= IRREGULAR)
     if found.kind == "not settled" and len(parts) >= SHORT_FROM:
         short = state_at_end(moves.last(SHORT_LATE), spans, radius)
         return found if short.kind == "not settled" else short

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from modal.motions.line_model import MIN_PART, MIN_SWING, LineModel
 from modal.motions.motion_words import TURNED_OVER
 from modal.screening.cycles import StateKind
+from modal.screening.trend import has_trend
 
 Array = NDArray[np.float64]
 
@@ -27,6 +28,10 @@ MAX_WANDER = 0.12
 MAX_DRIFT = 0.02
 """Change of an amplitude from each third to the next, in the same sense, relative to the largest
 amplitude, up to which a motion has settled."""
+
+LARGE, MIN_TREND = 0.1, 4.0
+"""Amplitude, relative to the largest, from which a place counts in an irregular motion, and
+standard errors (`modal.screening.trend`) above which its amplitude still changes: there are many."""
 
 MAX_GROWTH, MIN_GROWING = 1.15, 0.01
 """Growth of a part of the motion between both halves, above which it has not settled if the part is
@@ -212,7 +217,9 @@ def _places(model: LineModel) -> Array:
     return np.asarray(place - place.mean(axis=2, keepdims=True))
 
 
-def state_at_end(moves: Histories, spans: int, radius: float = 0.0) -> LineState:
+def state_at_end(
+    moves: Histories, spans: int, radius: float = 0.0, irregular: bool = False
+) -> LineState:
     """State of a line that has moved so for some time.
 
     Parameters
@@ -223,6 +230,8 @@ def state_at_end(moves: Histories, spans: int, radius: float = 0.0) -> LineState
         Number of spans.
     radius
         From `bundle_radius`.
+    irregular
+        Whether an irregular motion may count as one that has settled.
     """
     middle = moves.u2[:, :, 1]
     parts = [middle, moves.quarter, moves.u3, moves.clamp, radius * moves.rotation]
@@ -233,7 +242,7 @@ def state_at_end(moves: Histories, spans: int, radius: float = 0.0) -> LineState
     kind: StateKind = "rest"
     if largest >= CALM:
         name, frequency, swings = _words(moves, spans, largest, float(at_radius.max()))
-        kind = _kind(parts, largest)
+        kind = _kind(parts, largest, irregular)
     if np.max(np.abs(turned)) > math.radians(TURNED_OVER):
         name += ", turned over"
     return LineState(
@@ -261,7 +270,7 @@ def _floats(values: Array) -> tuple[float, ...]:
     return tuple(values.tolist())
 
 
-def _kind(parts: list[Array], largest: float) -> StateKind:
+def _kind(parts: list[Array], largest: float, irregular: bool) -> StateKind:
     """Kind of a motion by its amplitudes in equal windows."""
     sizes = [
         np.array([0.5 * np.ptp(one, axis=0) for one in np.array_split(part, WINDOWS)])
@@ -278,7 +287,9 @@ def _kind(parts: list[Array], largest: float) -> StateKind:
     if is_periodic and np.any(grown):
         return "not settled"
     if change > limit * largest or _drifts(windows, largest):
-        return "not settled"
+        large = windows[:, windows.max(axis=0) > LARGE * largest]
+        if not irregular or any(has_trend(one, MIN_TREND) for one in large.T):
+            return "not settled"
     return "periodic" if is_periodic else "beating"
 
 

@@ -24,6 +24,7 @@ from modal.motions.span_model import SpanModel
 from modal.motions.span_problem import WIND_SPEED
 from modal.screening.cycles import StableState, StateKind
 from modal.screening.span_diagram import SpanDiagram
+from modal.screening.trend import MIN_STEP, has_trend
 
 Array = NDArray[np.float64]
 
@@ -53,20 +54,12 @@ MIN_LATE = 300
 MAX_CHANGE = 0.05
 """Change of the largest amplitude between both halves of that part, up to which it has settled."""
 
-BLOCKS, MIN_TREND = 6, 3.0
-"""Number of blocks in each half whose mean amplitudes show the scatter of an irregular motion, and
-standard errors above which the means of both halves differ."""
-
 IRREGULAR = 2000
 """Periods from which an irregular motion is a state: its largest amplitude is a rare one."""
 
-UNDONE = 0.3
-"""Part of a change that is undone, above which it is no trend."""
-
-MIN_STEP, SLOWING = 0.005, 0.8
-"""A part of the motion has not settled if its mean amplitude rises from each third to the next by
-more than the first part of itself, and by more than the second times the rise before. Less than the
-first is no trend."""
+SLOWING = 0.8
+"""A part of the motion has not settled if its mean amplitude rises steadily, and from the second to
+the last third by more than this times the rise before."""
 
 MAX_GROWTH, MIN_GROWING = 1.15, 0.03
 """Growth of a part of the motion (such as that in two loops) between both halves, above which it
@@ -326,7 +319,7 @@ def _end_of(late: Array, interval: float, irregular: bool) -> StableState:
     beat = max(float(np.ptp(one)) for one in sizes.values())
     kind: StateKind = "periodic" if beat <= MAX_BEAT * largest else "beating"
     changes = any(_changes(one, largest) for one in sizes.values())
-    if changes and not (irregular and not any(_has_trend(one) for one in sizes.values())):
+    if changes and not (irregular and not any(has_trend(one) for one in sizes.values())):
         kind = "not settled"
     if any(_rises(one, largest) for one in sizes.values()):
         kind = "not settled"
@@ -364,26 +357,6 @@ def _changes(sizes: Array, largest: float) -> bool:
     return grows or abs(late - early) > MAX_CHANGE * largest
 
 
-def _has_trend(sizes: Array) -> bool:
-    """True if the mean amplitudes of both halves differ by more than their scatter.
-
-    The largest amplitude of an irregular motion differs in any two halves, its mean does not. The
-    standard error follows from the means of blocks of windows, in the half that varies less, since
-    a motion that still changes varies most where it does. A change from the first to the second
-    third that is partly undone in the third is no trend.
-    """
-    first, second = np.diff([third.mean() for third in np.array_split(sizes, 3)]).tolist()
-    if first * second < 0.0 and min(abs(first), abs(second)) > UNDONE * max(
-        abs(first), abs(second)
-    ):
-        return False
-    halves = [np.array_split(half, BLOCKS) for half in np.array_split(sizes, 2)]
-    means = np.array([[block.mean() for block in half] for half in halves])
-    error = float(np.sqrt(2.0 * means.var(axis=1, ddof=1).min() / BLOCKS))
-    change = abs(float(np.diff(means.mean(axis=1))[0]))
-    return change > max(MIN_TREND * error, MIN_STEP * float(means.mean()))
-
-
 def _rises(sizes: Array, largest: float) -> bool:
     """True if an amplitude rises steadily, however slowly, and not ever less."""
     thirds = np.array([third.mean() for third in np.array_split(sizes, 3)])
@@ -392,7 +365,7 @@ def _rises(sizes: Array, largest: float) -> bool:
         sizes.max() > MIN_GROWING * largest
         and min(first, second) > MIN_STEP * thirds[0]
         and second > SLOWING * first
-        and _has_trend(sizes)
+        and has_trend(sizes)
     )
 
 
