@@ -31,7 +31,7 @@ amplitude, up to which a motion has settled."""
 
 LARGE, MIN_TREND = 0.1, 4.0
 """Amplitude, relative to the largest, from which a place counts in an irregular motion, and
-standard errors (`modal.screening.trend`) above which its amplitude still changes: there are many."""
+standard errors (`modal.screening.trend`) above which its amplitude still changes: they are many."""
 
 MAX_GROWTH, MIN_GROWING = 1.15, 0.01
 """Growth of a part of the motion between both halves, above which it has not settled if the part is

@@ -229,6 +229,17 @@ def test_histories_that_have_not_settled():
     assert growing.kind == "not settled"
 
 
+def test_an_irregular_motion_of_a_line_is_a_state_late():
+    """Its largest amplitudes differ by a fifth between both halves, their means do not."""
+    half = np.array([0.5, 0.9, 0.6, 0.7, 0.5, 0.6, 0.8, 0.5, 0.7, 0.6])
+    sizes = np.concatenate([half, np.where(half > 0.7, 0.65, half)[::-1] + 0.01])
+    moves = made([wave(1.0, 0.5) * np.repeat(sizes, len(TIME) // len(sizes))])
+    assert state_at_end(moves, 1).kind == "not settled"
+    assert state_at_end(moves, 1, irregular=True).kind == "beating"
+    rising = made([wave(1.0, 0.5) * np.repeat(np.sort(sizes), len(TIME) // len(sizes))])
+    assert state_at_end(rising, 1, irregular=True).kind == "not settled"
+
+
 def test_screening_is_shown(section, screened, tmp_path):
     assert repr(screened).startswith("Screening at 3 m/s: detuned; motions that begin: one loop")
     assert "one loop, periodic" in screened._repr_html_()

@@ -74,5 +74,5 @@ def test_an_irregular_motion_that_grows_is_not_settled():
 
 
 def test_a_change_that_is_undone_is_no_trend():
-    sizes = 0.3 + 0.2 * np.exp(-(((TIME - 0.5) / 0.2) ** 2))
+    sizes = 0.3 + 0.2 * np.exp(-(((TIME - 0.6) / 0.15) ** 2))
     assert end_of(sizes, STEADY, irregular=True) == "beating"
