@@ -2,6 +2,7 @@
 
 import json
 import math
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -12,6 +13,7 @@ import modal
 from modal.cli.main import app
 from modal.study import line_ranking
 from modal.study.ranked import Effect, Ranked, place_of
+from modal.study.verification import effect_on_line
 from support.galloping_lines import section_of_example2
 
 DAMPED = {
@@ -138,3 +140,21 @@ def test_order_of_measures():
     for _ in range(5):
         mixed = [rows[k] for k in rng.permutation(len(rows))]
         assert sorted(mixed, key=place_of) == rows
+
+
+def test_amplitudes_by_span_are_those_of_the_phase_that_moves_most():
+    """Two spans with three phases; peak to peak in the screening, amplitudes in the effect."""
+    tall = ((0.2, 0.4, 0.6, 1.0, 0.8, 0.1), (0.0, 0.9, 0.0, 0.0, 0.0, 0.0))
+    states = [
+        SimpleNamespace(peak_to_peak=sizes, vertical=sizes, horizontal=(0.1,), largest=0.5)
+        for sizes in tall
+    ]
+    onsets = [SimpleNamespace(wind_speed=speed) for speed in (3.0, 2.0)]
+    given = {"onsets": onsets, "onset_wind_speed": None, "states": states, "unresolved": ()}
+    found = effect_on_line(SimpleNamespace(**given), 2)
+    assert found.by_span == pytest.approx((0.45, 0.5))
+    assert (found.onset, found.swing, found.is_at_least) == (2.0, math.inf, False)
+    given |= {"onsets": [], "states": [], "unresolved": ("rest was lost",)}
+    lost = effect_on_line(SimpleNamespace(**given), 2)
+    assert math.isnan(lost.onset)
+    assert not lost.is_known
