@@ -89,9 +89,10 @@ class Model(CompiledModel):
         *,
         inputs: bool = True,
         shedding_times: ArrayLike | None = None,
+        packed: Packed | None = None,
     ) -> None:
         scene = as_scene(scene)
-        packed, raw, handle = Packed(scene), CReport(), c.c_void_p()
+        packed, raw, handle = packed or Packed(scene), CReport(), c.c_void_p()
         packed.scene.settings.laws_only = not inputs
         self.shedding_times = shedding_times
         if shedding_times is not None:

@@ -68,19 +68,21 @@ class Ellipse:
         """
         along, across = (np.abs(part) for part in self._own_axes(x, y))
         a, b = 0.5 * self.major, 0.5 * self.minor
+        inside = np.hypot(along / a, across / b) <= 1.0
         across = np.maximum(across, NEAR_AXIS * b)
         ratio = (a / b) ** 2
         pull, push = ratio * along / a, across / b
         root = np.maximum(push, pull - (ratio - 1.0))  # each term alone is at most 1
         for _ in range(MAX_ITERATIONS):
-            first, second = pull / (root + ratio - 1.0), push / root
-            slope = first**2 / (root + ratio - 1.0) + second**2 / root
-            step = 0.5 * (first**2 + second**2 - 1.0) / slope
+            shifted = root + ratio - 1.0
+            first, second = (pull / shifted) ** 2, (push / root) ** 2
+            slope = first / shifted + second / root
+            step = 0.5 * (first + second - 1.0) / slope
             root = root + np.maximum(step, 0.0)
-            if not np.any(step > CONVERGED * root):
+            if not (step > CONVERGED * root).any():
                 break
         shortest = np.hypot(ratio * along / (root + ratio - 1.0) - along, across / root - across)
-        return np.asarray(np.where(self.inside_ellipse(x, y), -shortest, shortest))
+        return np.where(inside, -shortest, shortest)
 
     def outline(self, points: int = 181) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
         """Return points x, y of the edge [m]; the last is the first."""

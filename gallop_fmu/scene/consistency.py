@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from functools import lru_cache
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -129,10 +130,7 @@ def ice_against_curve(aerodynamics: Aerodynamics | None, ice: Ice) -> list[str]:
     if aerodynamics is None:
         return []
     is_round = ice.first_moment_x2 == ice.first_moment_x3 == 0.0
-    curve = aerodynamics.curve()
-    lift = float(
-        abs(curve.lift(np.linspace(curve.breakpoint[0], curve.breakpoint[-1], LIFT_POINTS))).max()
-    )
+    lift = _largest_lift(aerodynamics)
     if is_round == (lift < MAX_LIFT_OF_ROUND_SECTION):
         return []
     if not is_round:
@@ -148,6 +146,14 @@ def ice_against_curve(aerodynamics: Aerodynamics | None, ice: Ice) -> list[str]:
         " the curve ([line] ice_shape and ice_thickness, or [ice] first moments), or the curve of a"
         " round section"
     ]
+
+
+@lru_cache(maxsize=64)  # the runs of a sweep share few curves
+def _largest_lift(aerodynamics: Aerodynamics) -> float:
+    """Return the largest magnitude of the lift coefficient."""
+    curve = aerodynamics.curve()
+    angles = np.linspace(curve.breakpoint[0], curve.breakpoint[-1], LIFT_POINTS)
+    return float(abs(curve.lift(angles)).max())
 
 
 def _check_sag_against_tension(scene: Scene) -> None:

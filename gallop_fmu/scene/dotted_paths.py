@@ -6,9 +6,8 @@ import difflib
 import re
 import types
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
 from functools import cache
-from typing import Annotated, Any, Literal, Union, get_args, get_origin
+from typing import Annotated, Any, Literal, NamedTuple, Union, get_args, get_origin
 
 from pydantic.fields import FieldInfo
 
@@ -19,8 +18,7 @@ from gallop_fmu.scene.fields import UNIT_OF_OWNER, Section, unit_of_field
 SET_BY_USER = "set by the user"
 
 
-@dataclass(frozen=True)
-class Leaf:
+class Leaf(NamedTuple):
     """A field that is not a section: a number, an array, a text, or an optional value."""
 
     path: str
@@ -31,16 +29,25 @@ class Leaf:
 
 def leaves(section: Section, start: str = "", law_unit: str = "") -> Iterator[Leaf]:
     """Yield all leaves of a section in order of declaration; `law_unit` is the unit of a law."""
-    for name, field in type(section).model_fields.items():
+    for name, own_unit, meaning in _fields(type(section)):
         value, path = getattr(section, name), start + name
-        unit = law_unit if unit_of_field(field) == UNIT_OF_OWNER else unit_of_field(field)
+        unit = law_unit if own_unit == UNIT_OF_OWNER else own_unit
         if isinstance(value, Section):
             yield from leaves(value, path + ".", unit)
         elif isinstance(value, tuple) and value and isinstance(value[0], Section):
             for i, item in enumerate(value):
                 yield from leaves(item, f"{path}.{i}.")
         else:
-            yield Leaf(path, value, unit, field.description or "")
+            yield Leaf(path, value, unit, meaning)
+
+
+@cache
+def _fields(section: type[Section]) -> tuple[tuple[str, str, str], ...]:
+    """Return name, unit and meaning of each field of a section."""
+    return tuple(
+        (name, unit_of_field(field), field.description or "")
+        for name, field in section.model_fields.items()
+    )
 
 
 def has_path(section: Section, path: str) -> bool:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import lru_cache
 from typing import Literal
 
 import numpy as np
@@ -52,26 +53,7 @@ class PolynomialCoefficients(Section):
 
     def warnings(self) -> list[str]:
         """Warnings about negative drag and coefficients above `MAX_COEFFICIENT`."""
-        curve, found = self.curve(), []
-        angle = np.linspace(curve.breakpoint[0], curve.breakpoint[-1], POLYNOMIAL_POINTS)
-        for name in COEFFICIENTS:
-            values = np.asarray(getattr(curve, name)(angle))
-            worst = int(np.argmax(np.abs(values)))
-            if abs(values[worst]) > MAX_COEFFICIENT:
-                found.append(
-                    f"aerodynamics.{name} reaches {values[worst]:.3g} at"
-                    f" {np.degrees(angle[worst]):.0f} deg; coefficients are at most"
-                    f" {MAX_COEFFICIENT:g} in magnitude: check it, or narrow the range"
-                )
-        drag = np.asarray(curve.drag(angle))
-        least = int(np.argmin(drag))
-        if drag[least] < 0.0:
-            found.append(
-                f"aerodynamics.drag is {drag[least]:.3g} at {np.degrees(angle[least]):.0f} deg;"
-                " drag acts along the wind and is never negative: check the sign, or narrow the"
-                " validity range"
-            )
-        return found
+        return list(_warnings(self))
 
     @model_validator(mode="after")
     def _range_is_usable(self) -> PolynomialCoefficients:
@@ -108,3 +90,28 @@ class PolynomialCoefficients(Section):
         return AerodynamicCurve(
             np.radians(self.range_deg), np.radians([self.centre_deg]), coefficient, self.outside
         )
+
+
+@lru_cache(maxsize=64)  # the runs of a sweep share few curves
+def _warnings(coefficients: PolynomialCoefficients) -> tuple[str, ...]:
+    """Return the warnings of a polynomial curve."""
+    curve, found = coefficients.curve(), []
+    angle = np.linspace(curve.breakpoint[0], curve.breakpoint[-1], POLYNOMIAL_POINTS)
+    for name in COEFFICIENTS:
+        values = np.asarray(getattr(curve, name)(angle))
+        worst = int(np.argmax(np.abs(values)))
+        if abs(values[worst]) > MAX_COEFFICIENT:
+            found.append(
+                f"aerodynamics.{name} reaches {values[worst]:.3g} at"
+                f" {np.degrees(angle[worst]):.0f} deg; coefficients are at most"
+                f" {MAX_COEFFICIENT:g} in magnitude: check it, or narrow the range"
+            )
+    drag = np.asarray(curve.drag(angle))
+    least = int(np.argmin(drag))
+    if drag[least] < 0.0:
+        found.append(
+            f"aerodynamics.drag is {drag[least]:.3g} at {np.degrees(angle[least]):.0f} deg;"
+            " drag acts along the wind and is never negative: check the sign, or narrow the"
+            " validity range"
+        )
+    return tuple(found)

@@ -212,6 +212,8 @@ class Wind(Section):
         lowest = (self.speed_law if self.table is None else self.table).extremes[0]
         if lowest < 0.0:
             found.append(from_the_other_side(f"wind.{name}", lowest, "m/s"))
+        if self.directions == (0.0, 0.0):
+            return found
         field = "wind.direction_deg" if self.direction_history is None else "wind.direction_history"
         angles = np.linspace(*self.directions, 721)
         largest = float(angles[np.argmax(-np.cos(np.radians(angles)))])

@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from functools import cache
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from gallop_fmu.foundation.errors import SceneError
+from gallop_fmu.scene.dotted_paths import section_classes
 from gallop_fmu.scene.fields import Section
 from gallop_fmu.scene.gusts import Gusts, check_size, gusts, unresolved
 from gallop_fmu.scene.time_functions import TimedTable
@@ -119,7 +121,7 @@ def gusts_of(wind: Wind, length: float, duration: float) -> Gusts | None:
 
 def time_tables(section: Section, start: str = "") -> Iterator[tuple[str, TimedTable]]:
     """Yield the tables over time in a scene, each with its dotted path."""
-    for name in type(section).model_fields:
+    for name in _names_of_sections(type(section)):
         value, path = getattr(section, name), start + name
         if isinstance(value, TimedTable):
             yield path, value
@@ -128,6 +130,13 @@ def time_tables(section: Section, start: str = "") -> Iterator[tuple[str, TimedT
         elif isinstance(value, tuple) and value and isinstance(value[0], Section):
             for i, item in enumerate(value):
                 yield from time_tables(item, f"{path}.{i}.")
+
+
+@cache
+def _names_of_sections(section: type[Section]) -> tuple[str, ...]:
+    """Return the fields of a section that can have sections."""
+    fields = section.model_fields.items()
+    return tuple(name for name, field in fields if section_classes(field.annotation))
 
 
 def check_time_tables(scene: Section, duration: float) -> None:

@@ -22,6 +22,7 @@ from gallop_fmu.simulation.steadiness import (
     MIN_SAMPLES,
     REST_AMPLITUDE,
     default_window,
+    hann,
 )
 
 if TYPE_CHECKING:
@@ -151,7 +152,7 @@ def fastest_motion(
         return math.nan
     frequency = np.fft.rfftfreq(len(motions[0]), interval)
     energy = (
-        sum(np.abs(np.fft.rfft(motion * np.hanning(len(motion)))) ** 2 for motion in motions)
+        sum(np.abs(np.fft.rfft(motion * hann(len(motion)))) ** 2 for motion in motions)
         * frequency**2
     )
     above = np.cumsum(energy[::-1])[::-1]

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from gallop_fmu.engine.line_map import LineMap
 from gallop_fmu.engine.model import Model, Part, State
-from gallop_fmu.engine.pack import map_of
+from gallop_fmu.engine.pack import Packed
 from gallop_fmu.foundation.channels import LINE_INDEX, SPAN_INDEX
 from gallop_fmu.foundation.integrators import INTEGRATORS
 from gallop_fmu.foundation.outcome import Outcome, Report, SimulationError
@@ -163,7 +163,8 @@ def simulate(
     check_channels(channels, span_channels or (), LINE_INDEX if is_line else SPAN_INDEX)
     check_on_failure(on_failure)
     started = clock.perf_counter()
-    mapped = map_of(scene)
+    packed = Packed(scene)
+    mapped = packed.map
     usual = mapped.usual_nodes if is_line else np.array([mapped.chains[0].middle], dtype=np.int32)
     nodes = chosen_nodes(record_nodes, usual, mapped.nodes)
     recording = (
@@ -176,7 +177,7 @@ def simulate(
     run = _Run(scene, mapped, nodes, recording, plan)
     model = None
     try:
-        model = Model(scene, inputs=False)
+        model = Model(scene, inputs=False, packed=packed)
         state = model.start()
     except SimulationError as problem:
         seconds = clock.perf_counter() - started

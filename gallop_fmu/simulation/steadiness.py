@@ -44,7 +44,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
-from functools import cache, partial
+from functools import cache, lru_cache, partial
 from typing import Literal, get_args
 
 import numpy as np
@@ -92,6 +92,8 @@ SAMPLES_PER_CYCLE = 64
 """Minimum number of samples in a cycle for extremes by a parabola."""
 MIDPOINT_WEIGHTS = np.array([3.0, -25.0, 150.0, 150.0, -25.0, 3.0]) / 256.0
 """Weights of six samples for the value midway between the third and the fourth."""
+
+_NEIGHBOURS = np.array([[-1], [0], [1]])
 
 DEPENDENT = 1e-13
 """Singular value, relative to the largest, of waves that depend linearly on others."""
@@ -148,19 +150,46 @@ def dominant_frequency(values: Array, interval: float) -> float:
     Hann window, fourfold zero padding, and a parabola through the logarithms of the three largest
     lines.
     """
-    if len(values) < MIN_SAMPLES or not np.ptp(values) > 1e-12 * max(
-        1.0, float(np.max(np.abs(values)))
-    ):
+    line = _largest_line(np.ascontiguousarray(values, dtype=np.float64).tobytes())
+    return math.nan if math.isnan(line) else line / (4 * len(values) * interval)
+
+
+@lru_cache(maxsize=8)  # a summary measures the channels that it has judged
+def _largest_line(samples: bytes) -> float:
+    """Return the place of the largest line in the spectrum; NaN without one."""
+    values = np.frombuffer(samples)
+    if len(values) < MIN_SAMPLES:
         return math.nan
-    samples = (values - np.mean(values)) * np.hanning(len(values))
-    count = 4 * len(samples)
-    spectrum = np.abs(np.fft.rfft(samples, count))
-    peak = int(np.argmax(spectrum[1:-1])) + 1
-    below, top, above = np.log(spectrum[peak - 1 : peak + 2] + 1e-300)
+    low, high = float(values.min()), float(values.max())
+    if not high - low > 1e-12 * max(1.0, -low, high):
+        return math.nan
+    spectrum = np.abs(np.fft.rfft((values - _mean(values)) * hann(len(values)), 4 * len(values)))
+    peak = int(spectrum[1:-1].argmax()) + 1
+    below, top, above = np.log(spectrum[peak - 1 : peak + 2] + 1e-300).tolist()
     curvature = below - 2.0 * top + above
     if not curvature < 0.0:  # no peak: motion at the ends only, where the window is zero
         return math.nan
-    return float((peak + 0.5 * (below - above) / curvature) / (count * interval))
+    return float(peak + 0.5 * (below - above) / curvature)
+
+
+@lru_cache(maxsize=8)
+def hann(count: int) -> Array:
+    """Return Hann's window of `count` samples, which cannot be written."""
+    window = np.hanning(count)
+    window.flags.writeable = False
+    return window
+
+
+def _mean(values: Array) -> float:
+    """Return the mean of samples as ``np.mean``, which takes longer to call."""
+    return float(np.add.reduce(values) / len(values))
+
+
+def _parts(values: Array, count: int) -> list[Array]:
+    """Return a number of parts of nearly equal length, the longer first."""
+    size, longer = divmod(len(values), count)
+    ends = [(k + 1) * size + min(k + 1, longer) for k in range(count)]
+    return [values[start:stop] for start, stop in zip([0, *ends], ends, strict=False)]
 
 
 def default_window(length: float) -> float:
@@ -200,7 +229,7 @@ def judge_span(
     for name, values in histories.items():
         lever = TWIST_LEVER if name.endswith("twist") else 1.0
         motions[name] = judge(values[last], interval, REST_AMPLITUDE / lever, is_gusty=is_gusty)
-        sizes[name] = lever * float(np.ptp(values[last]))
+        sizes[name] = lever * float(values[last].max() - values[last].min())
     counted = [
         name
         for name, motion in motions.items()
@@ -266,7 +295,7 @@ def judge(
         The wind is gusty: a motion with enough cycles is random.
     """
     values = np.asarray(values, dtype=np.float64)
-    low, high, length = float(np.min(values)), float(np.max(values)), (len(values) - 1) * interval
+    low, high, length = float(values.min()), float(values.max()), (len(values) - 1) * interval
     size = 0.5 * (high - low)
     if not math.isfinite(size):
         return Motion("undetermined", "not finite")
@@ -291,7 +320,7 @@ def judge(
 
 def _judge_random(values: Array) -> Motion:
     """Judge a motion in gusty wind: its statistics, and how much they differ within the window."""
-    first, last = (float(np.std(half)) for half in np.array_split(values, 2))
+    first, last = (float(np.std(half)) for half in _parts(values, 2))
     differ = 1.0 - min(first, last) / max(first, last)
     return Motion("random", f"standard deviations in halves of the window differ by {differ:.0%}")
 
@@ -302,14 +331,13 @@ def _judge_cycles(values: Array, period: float, length: float) -> Motion:
     envelope_of = cache(partial(_envelope, values, period))
     logs = np.log(np.maximum(envelope_of(cycles), 1e-300))
     first, second, third = _means_of_thirds(logs)
-    mean_time = _means_of_thirds(
-        np.arange(len(logs)) * cycles * period * length / (len(values) - 1)
-    )
     before, after = second - first, third - second
     if max(abs(before), abs(after)) > FLAT_CHANGE and _share_of_parabola(logs) >= TREND_SHARE:
         if _settles(before, after) and abs(third) <= STEADY_RANGE:
             return Motion("steady")
-        start, then, now = mean_time
+        start, then, now = _means_of_thirds(
+            np.arange(len(logs)) * cycles * period * length / (len(values) - 1)
+        )
         rate = (
             after / (now - then)
             if after * (third - first) > 0.0
@@ -319,10 +347,10 @@ def _judge_cycles(values: Array, period: float, length: float) -> Motion:
     if _is_even(len(values), period, envelope_of):
         return _hidden_growth(values, period, length) or Motion("steady")
     envelope = envelope_of(1)
-    fall = 1.0 - float(np.min(envelope) / np.max(envelope))
+    fall = 1.0 - float(envelope.min() / envelope.max())
     if _share_of_beats(envelope) >= BEAT_SHARE:
         return Motion("beating", f"cycles differ by {fall:.0%}")
-    first, last = (0.5 * float(np.ptp(half)) for half in np.array_split(values, 2))
+    first, last = (0.5 * float(half.max() - half.min()) for half in _parts(values, 2))
     halves = 1.0 - min(first, last) / max(first, last)
     return Motion(
         "irregular", f"cycles differ by {fall:.0%}, the halves of the window by {halves:.0%}"
@@ -343,28 +371,30 @@ def _envelope(values: Array, period: float, cycles: int) -> Array:
     size = math.ceil((cycles + 0.25) * period) + 1
     starts = np.arange(0.0, len(values) - size + 0.5, cycles * period).astype(int)
     blocks = values[starts[:, None] + np.arange(size)]
-    return 0.5 * (_peaks(blocks) + _peaks(-blocks))
+    peaks = _peaks(np.concatenate([blocks, -blocks]))
+    return 0.5 * (peaks[: len(blocks)] + peaks[len(blocks) :])
 
 
 def _peaks(blocks: Array) -> Array:
     """Return the maximum of each row, refined by a parabola through its neighbours."""
-    at = np.clip(blocks.argmax(axis=1), 1, blocks.shape[1] - 2)
-    below, top, above = (blocks[np.arange(len(blocks)), at + k] for k in (-1, 0, 1))
+    rows, highest = np.arange(len(blocks)), blocks.argmax(axis=1)
+    at = np.minimum(np.maximum(highest, 1), blocks.shape[1] - 2)
+    below, top, above = blocks[rows, at + _NEIGHBOURS]
     curvature, slope = below - 2.0 * top + above, 0.5 * (above - below)
     inside = (curvature < 0.0) & (np.abs(slope) <= -curvature)
     rise = np.where(inside, -0.5 * slope**2 / np.where(inside, curvature, 1.0), 0.0)
-    return np.asarray(np.maximum(blocks.max(axis=1), top + rise))
+    return np.asarray(np.maximum(blocks[rows, highest], top + rise))
 
 
 def _means_of_thirds(values: Array) -> list[float]:
-    return [float(np.mean(part)) for part in np.array_split(values, 3)]
+    return [_mean(part) for part in _parts(values, 3)]
 
 
 def _share_of_parabola(values: Array) -> float:
     """Return the share of the variance that a parabola explains."""
     x = np.linspace(-1.0, 1.0, len(values))
-    bend = x**2 - np.mean(x**2)  # orthogonal to 1 and x, as the samples are symmetric
-    centred = values - np.mean(values)
+    bend = x**2 - _mean(x**2)  # orthogonal to 1 and x, as the samples are symmetric
+    centred = values - _mean(values)
     explained = sum(float(form @ centred) ** 2 / float(form @ form) for form in (x, bend))
     return explained / float(centred @ centred)
 
@@ -386,7 +416,7 @@ def _is_even(count: int, period: float, envelope_of: Callable[[int], Array]) -> 
         if count < (3.0 * cycles + 0.25) * period + 2.0:
             break  # fewer than three
         envelope = envelope_of(cycles)
-        if np.ptp(envelope) <= STEADY_RANGE * np.mean(envelope):
+        if envelope.max() - envelope.min() <= STEADY_RANGE * _mean(envelope):
             return True
     return False
 
@@ -409,8 +439,8 @@ def _hidden_growth(values: Array, period: float, length: float) -> Motion | None
             + share * (3.0 * (here - after) + beyond - before)
         )
     )
-    parts = np.array_split(later - values[1 : count + 1], 3)
-    hidden = [math.sqrt(0.5 * float(np.mean(part**2))) for part in parts]
+    parts = _parts(later - values[1 : count + 1], 3)
+    hidden = [math.sqrt(0.5 * _mean(part**2)) for part in parts]
     if (
         hidden[2] < HIDDEN_SHARE
         or not hidden[0] * HIDDEN_GROWTH < hidden[1] < hidden[2] / HIDDEN_GROWTH
@@ -433,10 +463,10 @@ def _share_of_beats(envelope: Array) -> float:
     count, unknowns = len(envelope), 5
     if count <= unknowns + 1:
         return 0.0
-    centred, x = envelope - np.mean(envelope), np.arange(count) / count
+    centred, x = envelope - _mean(envelope), np.arange(count) / count
     beats = np.arange(1.5, max(count / 3.0, 1.6), 0.25)
     phasors = np.exp(2j * np.pi * beats[:, None] * x)
-    strongest = beats[np.argsort(np.abs(phasors @ (centred * np.hanning(count))))[-3:]]
+    strongest = beats[np.argsort(np.abs(phasors @ (centred * hann(count))))[-3:]]
     lines = (strongest[:, None] * [0.5, 0.97, 1.0, 1.03]).ravel()
     angle = 2.0 * np.pi * lines[lines >= 1.5, None] * x
     waves = [f(k * angle) for k in (1, 2) for f in (np.cos, np.sin)]
