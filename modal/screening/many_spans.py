@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from functools import partial
 from pathlib import Path
+from threading import local
 from typing import Any
 
 from gallop_fmu import LineScene, Runs, Scene
@@ -168,8 +168,8 @@ def _largest(sizes: Sequence[tuple[Sequence[float], Sequence[float]]]) -> Row:
     }
 
 
-class _LastSpan:
-    """The span of the last estimate, whose modes hold at other wind speeds, too."""
+class _LastSpan(local):
+    """The span of the last estimate of a thread, whose modes hold at other wind speeds, too."""
 
     def __init__(self) -> None:
         self._scene: Scene | None = None
@@ -181,6 +181,10 @@ class _LastSpan:
             self._found = frequency_ratio(scene), pair_of(scene)
             self._scene = scene
         return self._found
+
+
+_LAST = _LastSpan()
+"""Kept from one group of scenes to the next: the draws of a risk atlas share few spans."""
 
 
 def _differ_by_wind_speed(one: Scene, other: Scene) -> bool:
@@ -210,14 +214,14 @@ class EstimateTask:
 
     def __call__(self, scenes: Sequence[Scene | LineScene], carry_on: CarryOn) -> list[Row]:
         """Estimate a group of scenes one by one; modes are computed once for all wind speeds."""
-        return one_by_one(partial(self._estimate, _LastSpan()), scenes, carry_on)
+        return one_by_one(self._estimate, scenes, carry_on)
 
-    def _estimate(self, last: _LastSpan, given: Scene | LineScene) -> Row:
+    def _estimate(self, given: Scene | LineScene) -> Row:
         scene = one_span(given, "estimate_only", instead.ESTIMATE)
         wind = scene.wind.mean_speed
         highest = MAX_WIND_RATIO * wind if self.highest_wind is None else self.highest_wind
         check_wind(scene, wind, highest)
-        pair, modes = last.of(scene)
+        pair, modes = _LAST.of(scene)
         found = estimate(scene, wind, highest, modes)
         has_threshold = found.threshold_amplitude is not None
         gallops = found.vertical_amplitude > 0.0

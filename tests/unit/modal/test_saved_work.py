@@ -11,6 +11,7 @@ from modal.linear.mode_basis import still_air_modes
 from modal.motions.full_model import full_scene, run_from, runs_from
 from modal.motions.reduced_model import ReducedModel
 from modal.motions.span_model import SpanModel
+from modal.screening import many_spans
 from modal.screening import two_mode_estimate as pair
 
 ALL = 3 * pair.MESH_ELEMENTS
@@ -89,3 +90,17 @@ def test_a_longer_run_continues_the_shorter_one(monkeypatch):
     assert np.array_equal(runs[1][1], whole)
     assert np.array_equal(runs[0][1], whole[: 65 * 50])
     assert runs[1][0] == run_from(calm, model, state, 70)[0]
+
+
+def test_groups_of_draws_share_the_modes_of_their_span(monkeypatch):
+    calls, original = [], many_spans.pair_of
+    monkeypatch.setattr(many_spans, "pair_of", lambda scene: calls.append(1) or original(scene))
+    base = gf.load_scene("example3").with_values({"conductor.torsional_stiffness": 161.0})
+    windy = [base.with_values({"wind.speed": speed}) for speed in (5.0, 6.0)]
+    task = many_spans.EstimateTask(None)
+    groups = [task([scene], lambda: True)[0] for scene in windy]
+    assert len(calls) == 1
+    task([base.with_values({"conductor.torsional_stiffness": 162.0})], lambda: True)
+    alone = task([windy[1]], lambda: True)[0]
+    assert len(calls) == 3
+    assert {**alone, "seconds": 0.0} == {**groups[1], "seconds": 0.0}
