@@ -294,7 +294,7 @@ def main() -> None:
         print(row, file=sys.stderr, flush=True)
         rows.append(row)
         verdicts.append(verdict)
-        errors += moving
+        errors += moving if verdict == "right" else []
         times.append(seconds)
     print(f"## Lines, {which}\n")
     print("| Scene | Wind, m/s | Risk | States | Simulated | CPU, s | Verdict |")
@@ -308,7 +308,8 @@ def main() -> None:
     for word, periodic in (("periodic", True), ("beating", False)):
         those = [error for error, is_periodic in errors if is_periodic == periodic]
         if those:
-            print(f"- error of {word} ends: median {np.median(those):.1%}, worst {max(those):.1%}")
+            size = f"median {np.median(those):.1%}, worst {max(those):.1%}"
+            print(f"- error of {word} ends of right lines: {size}")
     print(f"- CPU time: median {np.nanmedian(times):.2f} s, worst {np.nanmax(times):.2f} s")
 
 

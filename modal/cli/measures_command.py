@@ -132,8 +132,9 @@ def _lines(found: RankedMeasures) -> list[Any]:
 
 
 def _size(effect: Effect) -> str:
-    """Largest amplitude; "at least" where it may be larger."""
-    return ("at least " if effect.is_at_least else "") + _text(effect.largest, 3)
+    """Largest amplitude; "at least" where it may be larger, and whether a span turns over."""
+    turned = " (turned over)" if effect.turns_over else ""
+    return ("at least " if effect.is_at_least else "") + _text(effect.largest, 3) + turned
 
 
 def _sizes(by_span: tuple[float, ...]) -> str:

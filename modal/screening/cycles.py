@@ -78,6 +78,11 @@ class StableState:
     growth_rate: float | None = None
 
     @property
+    def is_turned_over(self) -> bool:
+        """True if the ice, or a bundle, has turned by more than 90 degrees."""
+        return self.name.endswith("turned over")
+
+    @property
     def largest(self) -> float:
         """Largest of the displacement amplitudes [m]."""
         return max(self.vertical, self.horizontal, self.quarter)

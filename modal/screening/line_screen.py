@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import time as clock
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 from gallop_fmu import LineScene, SceneError
 from gallop_fmu.foundation.notebook_table import notebook_table
@@ -66,6 +66,8 @@ class LineScreening:
         Growing disturbances of rest in the line's wind, the fastest of each kind.
     unresolved : tuple of str
         What could not be found out, and why.
+    unresolved_states : tuple of str
+        Those of them that concern the states: there may be others, or larger ones.
     warnings : tuple of str
         Warnings of the scene.
     seconds : float
@@ -82,6 +84,7 @@ class LineScreening:
     states: tuple[LineState, ...]
     transfers: tuple[Transfer, ...]
     unresolved: tuple[str, ...]
+    unresolved_states: tuple[str, ...] = field(repr=False)
     warnings: tuple[str, ...]
     seconds: float
 
@@ -194,6 +197,7 @@ def screen_line(scene: LineScene, highest_wind: float) -> LineScreening:
         states=settled.states,
         transfers=_transfers(modes, begin),
         unresolved=unresolved,
+        unresolved_states=settled.doubts,
         warnings=scene.warnings,
         seconds=clock.process_time() - began,
     )

@@ -107,6 +107,11 @@ class LineState:
         return float(np.max(self.displacements))
 
     @property
+    def is_turned_over(self) -> bool:
+        """True if the ice, or a bundle, has turned by more than 90 degrees."""
+        return self.name.endswith("turned over")
+
+    @property
     def displacements(self) -> Array:
         """All amplitudes [m] in one array; that of a bundle's rotation is at its subconductors."""
         turned = [self.radius * one for one in self.rotation]

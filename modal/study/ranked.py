@@ -43,7 +43,9 @@ class Effect:
         Largest vertical amplitude [m] of each span of a line, at mid-span or the quarter points;
         empty for one span, or if unknown.
     is_at_least : bool
-        True if amplitudes may be larger: something was not resolved, or had not settled.
+        True if amplitudes may be larger: a state was not resolved, or had not settled.
+    turns_over : bool
+        True if a span or bundle turns over in a stable state, which may be at rest.
     """
 
     onset: float = math.nan
@@ -53,6 +55,7 @@ class Effect:
     largest: float = math.nan
     by_span: tuple[float, ...] = ()
     is_at_least: bool = False
+    turns_over: bool = False
 
     @property
     def is_known(self) -> bool:
@@ -105,8 +108,9 @@ class RankedMeasures:
         The span or line as it is; one phase of a line whose phases move alike.
     rows : tuple of Ranked
         The measures: first those with which nothing begins to gallop up to the highest wind, then
-        by the largest amplitude that is left at the scene's wind, then by the onset of galloping;
-        simulations that did not settle come behind these, and measures without a result are last.
+        by the largest amplitude that is left at the scene's wind, then by the onset of galloping.
+        Behind these are measures whose amplitude may be larger or with which a span turns over;
+        measures without a result are last.
     seconds : float
         CPU time [s].
     """
@@ -128,6 +132,7 @@ class RankedMeasures:
             "verified_by": ("measure", [row.verified_by for row in self.rows], {}),
             "reason": ("measure", [row.reason for row in self.rows], {}),
             "is_at_least": ("measure", [row.after.is_at_least for row in self.rows], {}),
+            "turns_over": ("measure", [row.after.turns_over for row in self.rows], {}),
             "tension": ("measure", [row.tension for row in self.rows], {"units": "N"}),
             "sag": ("measure", [row.sag for row in self.rows], {"units": "m"}),
         }
@@ -172,14 +177,14 @@ UNITS = {"onset": "m/s", "swing": "m/s", "vertical": "m", "horizontal": "m", "la
 
 
 def place_of(row: Ranked) -> tuple[bool, bool, bool, float, float]:
-    """Place in the list; simulations that did not settle are behind others."""
+    """Place in the list; unsure amplitudes and lines that turn over are behind others."""
     known, onset = row.after.is_known, row.after.onset
-    is_unsettled = row.after.is_at_least and row.verified_by == "simulation"
+    is_unsure = row.after.is_at_least or row.after.turns_over
     size = row.after.largest if known else 0.0
     return (
         not known,
         not math.isinf(onset),
-        is_unsettled,
+        is_unsure,
         size,
         0.0 if math.isnan(onset) else -onset,
     )
@@ -207,7 +212,8 @@ def _speed(value: float) -> str:
 
 
 def _size(effect: Effect) -> str:
-    return ("at least " if effect.is_at_least else "") + _length(effect.largest)
+    turned = " (turned over)" if effect.turns_over else ""
+    return ("at least " if effect.is_at_least else "") + _length(effect.largest) + turned
 
 
 def _length(value: float) -> str:

@@ -35,6 +35,7 @@ def effect_of(found: Screening) -> Effect:
         max(one.vertical for one in found.states),
         max(one.horizontal for one in found.states),
         max(one.largest for one in found.states),
+        turns_over=any(one.is_turned_over for one in found.states),
     )
 
 
@@ -61,7 +62,8 @@ def effect_on_line(found: LineScreening, spans: int) -> Effect:
         max(max(one.horizontal) for one in found.states),
         max(one.largest for one in found.states),
         tuple(tall.max(axis=0).reshape(spans, -1).max(axis=1).tolist()),
-        bool(found.unresolved),
+        bool(found.unresolved_states),
+        any(one.is_turned_over for one in found.states),
     )
 
 

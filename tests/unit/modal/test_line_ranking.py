@@ -122,7 +122,7 @@ def test_lines_with_too_many_phases_are_simulated(monkeypatch, two_phases):
 
 
 def test_order_of_measures():
-    """First no galloping at all, then the size; unsettled simulations and unknown ones are last."""
+    """First no galloping at all, then the size; unsure and unknown ones are last."""
 
     def row(by, *effect, **more):
         after = Effect(effect[0], largest=effect[1], **more)
@@ -130,10 +130,11 @@ def test_order_of_measures():
 
     rows = [
         row("screening", math.inf, 0.3),
-        row("screening", 5.0, 0.1, is_at_least=True),
         row("screening", 6.0, 0.2),
         row("screening", 5.0, 0.2),
+        row("screening", 5.0, 0.0, turns_over=True),
         row("simulation", 5.0, 0.05, is_at_least=True),
+        row("screening", 5.0, 0.1, is_at_least=True),
         row("screening", 5.0, math.nan),
     ]
     rng = np.random.default_rng(3)
