@@ -147,14 +147,25 @@ def test_amplitudes_by_span_are_those_of_the_phase_that_moves_most():
     """Two spans with three phases; peak to peak in the screening, amplitudes in the effect."""
     tall = ((0.2, 0.4, 0.6, 1.0, 0.8, 0.1), (0.0, 0.9, 0.0, 0.0, 0.0, 0.0))
     states = [
-        SimpleNamespace(peak_to_peak=sizes, vertical=sizes, horizontal=(0.1,), largest=0.5)
+        SimpleNamespace(
+            peak_to_peak=sizes,
+            vertical=sizes,
+            horizontal=(0.1,),
+            largest=0.5,
+            is_turned_over=sizes[0] == 0.0,
+        )
         for sizes in tall
     ]
     onsets = [SimpleNamespace(wind_speed=speed) for speed in (3.0, 2.0)]
     given = {"onsets": onsets, "onset_wind_speed": None, "states": states, "unresolved": ()}
+    given |= {"unresolved_states": ()}
     found = effect_on_line(SimpleNamespace(**given), 2)
     assert found.by_span == pytest.approx((0.45, 0.5))
     assert (found.onset, found.swing, found.is_at_least) == (2.0, math.inf, False)
+    assert found.turns_over
+    given |= {"states": states[:1], "unresolved_states": ("it had not settled",)}
+    unsure = effect_on_line(SimpleNamespace(**given), 2)
+    assert (unsure.is_at_least, unsure.turns_over) == (True, False)
     given |= {"onsets": [], "states": [], "unresolved": ("rest was lost",)}
     lost = effect_on_line(SimpleNamespace(**given), 2)
     assert math.isnan(lost.onset)
