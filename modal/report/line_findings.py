@@ -11,6 +11,8 @@ from gallop_fmu.simulation.run_options import check_stop_time
 from modal.linear.line_modes import LineMode
 from modal.linear.modes import natural_modes
 from modal.report.findings import MAX_RECORDS, Missing, Parts, Progress
+from modal.screening.line_screen import LineScreening
+from modal.screening.screen import MAX_WIND_RATIO, screen
 from modal.stability.critical_wind import (
     DEFAULT_HIGHEST_WIND,
     CriticalWind,
@@ -48,6 +50,8 @@ class LineFindings:
         Critical wind speed of the lowest modes.
     criteria : list of SpanCriteria
         Den Hartog's, Nigol's and the coupled criterion of each span.
+    screening : LineScreening
+        Motions that begin, what galloping starts, and the stable states in the line's wind.
     result : LineResult
         The simulation; it may have ended early.
     seconds : dict of str to float
@@ -59,6 +63,7 @@ class LineFindings:
     pairs: list[ModePair] | Missing
     onsets: list[CriticalWind] | Missing
     criteria: list[SpanCriteria] | Missing
+    screening: LineScreening | Missing
     result: LineResult | Missing
     seconds: dict[str, float]
 
@@ -81,7 +86,7 @@ def examine_line(
     scene, stop_time, progress
         As for `modal.write_report`.
     highest_wind
-        End of the search for critical winds [m/s].
+        End of the search for critical winds [m/s]; the screening ends at 1.5 times the line's wind.
 
     Raises
     ------
@@ -101,6 +106,7 @@ def examine_line(
         onsets=parts.compute(
             "critical winds", lambda: critical_wind_speed(scene, count, highest_wind)
         ),
+        screening=parts.compute_in_wind("screening", lambda: _screened(scene, highest_wind)),
         result=parts.compute("simulation", lambda: _simulate(scene, stop_time, parts.progress)),
         seconds=parts.seconds,
     )
@@ -109,6 +115,12 @@ def examine_line(
 def _modes(scene: LineScene) -> list[LineMode]:
     """Lowest modes of a line."""
     return natural_modes(scene, MODE_COUNT)
+
+
+def _screened(scene: LineScene, highest_wind: float) -> LineScreening:
+    """Screen the line up to 1.5 times its wind, or to the highest wind if that is lower."""
+    wind = scene.wind.mean_speed
+    return screen(scene, max(wind, min(highest_wind, MAX_WIND_RATIO * wind)))
 
 
 def _critical_count(modes: list[LineMode] | Missing) -> int:

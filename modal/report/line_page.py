@@ -15,6 +15,7 @@ from modal.report.animation import played
 from modal.report.findings import Missing
 from modal.report.line_animation import line_animation, part_of_line
 from modal.report.line_findings import LineFindings
+from modal.report.line_screening import states_table
 from modal.report.line_verdict import verdict
 from modal.report.template import render
 
@@ -46,6 +47,7 @@ def line_content(findings: LineFindings) -> dict[str, Any]:
         "modes_table": None,
         "pairs_table": None,
         "onset_table": None,
+        "states_table": None,
         "criteria_table": None,
         "provenance_table": line_tables.provenance_table(findings),
     }
@@ -58,6 +60,8 @@ def line_content(findings: LineFindings) -> dict[str, Any]:
         filled["pairs_table"] = line_tables.pairs_table(pairs)
     if not isinstance(findings.onsets, Missing):
         filled["onset_table"] = tables.onset_table(findings.onsets)
+    if not isinstance(findings.screening, Missing):
+        filled["states_table"] = states_table(findings.screening)
     if not isinstance(findings.criteria, Missing):
         filled["criteria_table"] = line_tables.criteria_table(findings.criteria)
     return filled

@@ -8,6 +8,7 @@ from collections.abc import Iterator
 from gallop_fmu.simulation.line_result import LineResult
 from modal.report.findings import Missing
 from modal.report.line_findings import LineFindings
+from modal.report.line_screening import screening_sentences
 from modal.stability.critical_wind import CriticalWind
 
 MIN_GALLOPING = 0.1
@@ -23,8 +24,8 @@ NAMED_PAIRS = 3
 """Most resonant pairs in the verdict; the table has all."""
 
 NOT_COMPUTED = (
-    "Not computed for lines: limit cycles over the wind speed (branches), and the risk of a swing"
-    " or of galloping over the year. The simulation is one motion at one wind speed."
+    "Not computed for lines: all motions over the wind speed (gallop-modal branches does), and the"
+    " risk of galloping over the year (gallop-modal atlas does)."
 )
 
 
@@ -36,6 +37,7 @@ def verdict(findings: LineFindings) -> Iterator[str]:
             yield sentence
     else:
         yield f"The simulation is missing: {findings.result.reason}"
+    yield from screening_sentences(findings.screening, findings.result)
     yield pairs_sentence(findings)
     yield critical_sentence(findings)
     yield NOT_COMPUTED

@@ -9,6 +9,7 @@ from dataclasses import dataclass, field
 
 from gallop_fmu import LineScene, SceneError
 from gallop_fmu.foundation.notebook_table import notebook_table
+from modal.foundation.alike_phases import one_phase
 from modal.motions.line_basis import coarse
 from modal.motions.line_model import LineModel
 from modal.motions.motion_models import check_scene
@@ -38,6 +39,8 @@ MAX_TRANSFERS = 4
 @dataclass(frozen=True, repr=False)
 class LineScreening:
     """Motions of a section or bundle in its wind, and what galloping starts.
+
+    Of phases that nothing connects, all of which move alike, one is screened for all.
 
     Attributes
     ----------
@@ -174,7 +177,7 @@ def screen_line(scene: LineScene, highest_wind: float) -> LineScreening:
     began = clock.process_time()
     wind = scene.wind.mean_speed
     check_scene(scene, wind)
-    model = LineModel(coarse(scene, ELEMENTS))
+    model = LineModel(coarse(one_phase(scene), ELEMENTS))
     _check_damping(model)
     rest = line_rest(model, wind, highest_wind)
     equilibria = rest.equilibria()

@@ -12,12 +12,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gallop_fmu import LineScene, Model, SceneError, SimulationError
+from modal.foundation.alike_phases import one_phase
 from modal.linear.line_modes import LineMode
 from modal.linear.modes import natural_modes
 from modal.motions.line_basis import BUNDLE_FACTOR, MAX_MODES
 from modal.screening.line_screen import LineScreening
 from modal.screening.screen import screen
-from modal.study.conditions import one_phase, steady_wind
+from modal.study.conditions import steady_wind
 from modal.study.measures import Measure, measures
 from modal.study.ranked import Effect, Progress, Ranked, RankedMeasures, place_of
 from modal.study.verification import (

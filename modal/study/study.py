@@ -18,6 +18,7 @@ from gallop_fmu.foundation.text_rules import counted
 from gallop_fmu.input.scene_like import LineLike, as_line
 from gallop_fmu.simulation.line_result import LineResult
 from gallop_fmu.simulation.run_options import check_stop_time
+from modal.foundation.alike_phases import one_phase
 from modal.linear.line_modes import LineMode
 from modal.linear.modes import natural_modes
 from modal.motions.branches import Branches
@@ -29,7 +30,6 @@ from modal.study.conditions import (
     Climate,
     StudyConditions,
     StudyLimits,
-    one_phase,
     steady_wind,
 )
 from modal.study.gaps import ellipse_gaps

@@ -14,6 +14,7 @@ from modal.report.line_verdict import MIN_GALLOPING, critical_sentence, pairs_se
 from modal.study.answer import Answer
 from modal.study.cases import Case
 from modal.study.certainty import certainty, failures
+from modal.study.screened import onsets, states, swing
 from modal.study.study import LineStudy, Tried, largest_of
 
 MIN_EFFECT = 0.1
@@ -114,6 +115,7 @@ def _from_wind(study: LineStudy) -> Answer:
     evidence = [*_den_hartog(study)]
     if not isinstance(study.findings, Missing):
         evidence.append(f"At the worst condition: {critical_sentence(study.findings)}")
+    evidence += onsets(study)
     galloping = study.galloping
     if not galloping:
         winds = [case.wind for case in study.known]
@@ -174,6 +176,7 @@ def _height(study: LineStudy) -> Answer:
     )
     evidence = [
         f"Worst case: {worst.condition()}. {_kind_of(worst)}",
+        *states(study),
         *_ranges(study),
     ]
     return Answer(question, answer, tuple(evidence), "bad" if worst.gallops else "good")
@@ -361,21 +364,26 @@ def _resonance(study: LineStudy) -> Answer:
         return Answer(question, "Not known.", (reason,))
     pairs = study.findings.pairs
     matter = [pair for pair in pairs if pair.matters]
+    screened = swing(study)
     explained = (
         "In an internal resonance, galloping in one mode starts another at the same or at half the"
         " frequency, such as a swing across the line. Table of pairs below; it is that of the worst"
         " case."
     )
     if not matter:
-        return Answer(question, pairs_sentence(study.findings), (explained,), "good")
-    two = [pair for pair in matter if pair.kind == "2:1"]
-    first = (two or matter)[0]
-    answer = (
-        f"Yes, possible: {len(matter)} pairs of modes, first {first.kind} of the"
-        f" {first.driving_mode.family} mode at {first.driving_mode.frequency_hz:.3f} Hz with the"
-        f" {first.driven_mode.family} mode at {first.driven_mode.frequency_hz:.3f} Hz."
-    )
-    return Answer(question, answer, (explained,), "bad")
+        named, level = pairs_sentence(study.findings), "good"
+    else:
+        two = [pair for pair in matter if pair.kind == "2:1"]
+        first, level = (two or matter)[0], "bad"
+        driving, driven = first.driving_mode, first.driven_mode
+        named = (
+            f"Yes, possible: {len(matter)} pairs of modes, first {first.kind} of the"
+            f" {driving.family} mode at {driving.frequency_hz:.3f} Hz with the {driven.family} mode"
+            f" at {driven.frequency_hz:.3f} Hz."
+        )
+    if screened.startswith("Yes"):
+        return Answer(question, screened, (named, explained), "bad")
+    return Answer(question, named, (screened, explained), level)
 
 
 def _changes(study: LineStudy) -> Answer:

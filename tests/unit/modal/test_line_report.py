@@ -56,7 +56,8 @@ def test_has_its_parts_in_order(written):
     names = ("verdict", "pictures", "motion", "modes", "critical", "scene")
     places = [written.index(f'<section id="{name}">') for name in names]
     assert places == sorted(places)
-    assert "Not computed for lines: limit cycles" in written
+    assert "Not computed for lines: all motions" in written
+    assert "The screening is missing: The scene has no wind" in written
     assert "Critical winds: not computed." in written  # no curve
     assert "&lt;b&gt;line" in written
     assert "<b>line" not in written
@@ -108,7 +109,7 @@ def test_figures_have_a_panel_for_each_span(result):
 
 def test_verdict_names_what_is_missing(scene):
     gone = Missing("no equilibrium.")
-    found = LineFindings(scene, gone, gone, gone, gone, gone, {})
+    found = LineFindings(scene, gone, gone, gone, gone, gone, gone, {})
     sentences = list(verdict(found))
     assert sentences[0] == "The simulation is missing: no equilibrium."
     assert not found.completed

@@ -2,6 +2,7 @@
 
 import json
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -13,6 +14,8 @@ import gallop_fmu as gf
 import modal
 from modal.cli.main import app
 from modal.motions.line_model import LineModel
+from modal.report.findings import Missing
+from modal.report.line_screening import agreement, screening_sentences, states_table
 from modal.screening.line_rest import line_rest
 from modal.screening.line_settled import difference, settled_states
 from modal.screening.line_states import Histories, state_at_end
@@ -79,6 +82,44 @@ def test_a_line_without_known_rest_is_simulated_from_still_air(section, screened
     found = settled_states(line_rest(LineModel(section), 3.0, 3.0), [], [])
     assert min(difference(found.states[0], one) for one in screened.states) < 0.02
     assert found.doubts == ("no equilibrium was found in the scene's wind",)
+
+
+def test_report_compares_its_run_with_the_states(section, screened):
+    start = section.with_values({"initial.seed_vertical": 0.4})
+    run = gf.simulate(start, stop_time=900.0, record_every=4)
+    assert agreement(screened, run) == "The run ends in a state that the screening found: one loop."
+    (state,) = screened.states
+    lower = replace(state, vertical=tuple(0.8 * size for size in state.vertical))
+    said = agreement(replace(screened, states=(lower,)), run)
+    assert "run and the screening disagree" in said
+    assert f"(one loop) has {1.6 * max(state.vertical):.2f} m" in said
+    both = agreement(replace(screened, states=(lower, state)), run)
+    assert both.startswith("The run ends in a state")
+    assert agreement(replace(screened, states=()), run) == ""
+    begun = gf.simulate(start, stop_time=60.0, record_every=4)
+    assert agreement(screened, begun).startswith("The run had not settled")
+    doubtful = replace(screened, unresolved=("one", "two"))
+    assert list(screening_sentences(doubtful, Missing("gone."))) == [
+        f"Risk of a swing by the screening: detuned; {screened.reason}.",
+        "Unresolved by the screening: one; two.",
+    ]
+    table = states_table(screened)
+    assert table is not None
+    assert len(table.rows) == 2
+    assert table.rows[0][2] == f"{screened.states[0].peak_to_peak[0]:.3g}"
+
+
+def test_phases_that_move_alike_are_screened_once(section, screened):
+    phases = [{"name": "a"}, {"name": "b", "offset": [4.0, 0.5]}]
+    found = modal.screen(section.with_values({"phases": phases}))
+    assert found.reason == screened.reason
+    assert found.states[0].vertical == screened.states[0].vertical
+    run = gf.simulate(
+        section.with_values({"phases": phases, "initial.seed_vertical": 0.4}),
+        stop_time=900.0,
+        record_every=4,
+    )
+    assert agreement(found, run).startswith("The run ends in a state")
 
 
 def test_answer_does_not_depend_on_the_wind_of_the_line(section, screened):

@@ -14,6 +14,7 @@ from gallop_fmu import SceneError
 from gallop_fmu.line.clearance import Ellipse
 from gallop_fmu.line.section_table import section_data
 from modal.cli.main import app
+from modal.foundation.alike_phases import one_phase
 from modal.report import line_findings, line_page
 from modal.report.findings import Missing
 from modal.stability.critical_wind import critical_wind_speed
@@ -22,7 +23,7 @@ from modal.study import command, gaps, measures
 from modal.study import page as page_module
 from modal.study import study as study_module
 from modal.study.cases import Variant, case_row, reached, run_cases
-from modal.study.conditions import StudyConditions, StudyLimits, one_phase, with_ice
+from modal.study.conditions import StudyConditions, StudyLimits, with_ice
 from modal.study.governing_span import branches_of_span, governing_span
 from modal.study.page import Signature, study_page
 from modal.study.study import LineStudy, largest_of, study_line
@@ -261,6 +262,28 @@ def test_measures_are_ranked_by_what_remains(study):
     change = answers(study)[6].answer
     assert best.measure.name in change or "None of" in change
     assert largest_of(study.before) == study.worst.largest
+
+
+def test_the_screening_of_the_worst_case_is_said(study):
+    """Onsets, states, swing and doubts; and a case that gallops where rest is stable."""
+    found = study.findings.screening
+    assert found.risk == "certain"
+    assert found.wind_speed == study.worst.wind
+    begin, height, swing = (answers(study)[number] for number in (1, 2, 5))
+    assert f"motions begin on rest: {found.onsets[0]}" in " ".join(begin.evidence)
+    assert "disagree" not in " ".join(begin.evidence)
+    assert any(str(found.states[0]) in text for text in height.evidence)
+    assert swing.answer.startswith("Yes: by the screening, galloping starts a swing")
+
+    late = tuple(replace(one, wind_speed=7.5) for one in found.onsets)
+    calm = replace(found, risk="detuned", onsets=late, transitions=(), unresolved=("why",))
+    other = replace(study, findings=replace(study.findings, screening=calm))
+    begin, _, swing = (answers(other)[number] for number in (1, 2, 5))
+    assert "disagree: a case gallops at 6 m/s" in " ".join(begin.evidence)
+    assert "starts no swing" in swing.evidence[0]
+    assert "Unresolved by the screening: why." in swing.evidence[0]
+    gone = replace(study, findings=replace(study.findings, screening=Missing("no wind.")))
+    assert "The screening is missing: no wind." in answers(gone)[5].evidence
 
 
 @pytest.fixture
