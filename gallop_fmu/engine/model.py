@@ -56,6 +56,8 @@ class Model(CompiledModel):
     shedding_times : array_like, shape (shedding,)
         Times [s] at which ice falls, in the order of `map.sheddings`, in place of the scene's times
         and limits of acceleration; infinite: never. None: those of the scene.
+    packed
+        The packed scene, if it exists already; it must be that of `scene`.
 
     Attributes
     ----------
