@@ -149,6 +149,45 @@ def critical_wind_speed(
     ]
 
 
+def lowest_critical_wind(scene: Scene | LineScene, count: int, highest: float) -> float | None:
+    """Lowest wind speed [m/s] at which any of some modes grows, to 1e-6 m/s; None: none grows.
+
+    Modes are not tracked, so that this is much faster than `critical_wind_speed`.
+
+    Parameters
+    ----------
+    scene
+        The span or line.
+    count
+        Number of modes, the lowest ones.
+    highest
+        Wind speed [m/s] at which the search ends.
+
+    Raises
+    ------
+    SceneError
+        There is no static equilibrium in a wind of the search.
+    """
+    from scipy.optimize import brentq  # slow to import
+
+    motion = SmallMotion(scene)
+    known: dict[float, Mode | LineMode] = {}
+
+    def least_damped(speed: float) -> Mode | LineMode:
+        if speed not in known:
+            modes: Sequence[Mode | LineMode] = Snapshot.of(motion, count, speed).modes
+            known[speed] = min(modes, key=lambda mode: mode.damping_ratio)
+        return known[speed]
+
+    low_damping = LOW_DAMPING * least_damped(0.0).damping_ratio
+    for low, high in pairwise(np.linspace(0.0, highest, max(2, round(highest / WIND_STEP) + 1))):
+        growing = _growing(least_damped, float(low), float(high), low_damping)
+        if growing is not None:
+            ratio = lambda speed: least_damped(float(speed)).damping_ratio  # noqa: E731
+            return float(brentq(ratio, *growing, xtol=WIND_TOLERANCE))
+    return None
+
+
 ModesAt = Callable[[float], Snapshot]
 """Function from wind speed [m/s] to the modes there."""
 

@@ -25,7 +25,7 @@ from modal.study.verification import (
     EACH_FURTHER,
     LINE_MODES,
     effect_on_line,
-    lowest_critical_wind,
+    onset_of_small_motion,
     simulated,
 )
 
@@ -197,7 +197,7 @@ def _simulated_row(
     onset, reason = row.after.onset, ""
     if math.isnan(onset):
         shown(f"critical wind: {row.measure.name}")
-        onset, reason = lowest_critical_wind(line, highest)
+        onset, reason = onset_of_small_motion(line, highest)
     return replace(
         row,
         before=replace(before, onset=row.before.onset),

@@ -17,7 +17,7 @@ from modal.screening.screen import MAX_WIND_RATIO, screen
 from modal.study.line_ranking import rank_line
 from modal.study.ranked import Effect, Progress, Ranked, RankedMeasures, place_of
 from modal.study.span_measures import SpanMeasure, line_of_span, measures_of_span
-from modal.study.verification import effect_of, lowest_critical_wind, simulated
+from modal.study.verification import effect_of, onset_of_small_motion, simulated
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -163,7 +163,7 @@ def _simulated(
     results = list[tuple[Effect, str]]()
     for line, (effect, doubt) in zip(every, found, strict=True):
         shown(f"critical wind, {len(results) + 1} of {len(every)}")
-        onset, reason = lowest_critical_wind(line, highest)
+        onset, reason = onset_of_small_motion(line, highest)
         text = "; ".join(part for part in (doubt, reason) if part)
         results.append((replace(effect, onset=onset), text))
     before, later = results[0][0], iter(results[1:])

@@ -10,7 +10,7 @@ import numpy as np
 from gallop_fmu import LineScene, SceneError, SimulationError
 from modal.screening.line_screen import LineScreening
 from modal.screening.screen import Screening
-from modal.stability.critical_wind import critical_wind_speed
+from modal.stability.critical_wind import lowest_critical_wind
 from modal.study.cases import Case, Variant, run_cases
 from modal.study.ranked import Effect
 
@@ -110,14 +110,14 @@ def _effect_of_case(case: Case, line: LineScene) -> tuple[Effect, str]:
     return effect, "" if case.kind == "steady" else f"{case.kind}: {case.text}"
 
 
-def lowest_critical_wind(line: LineScene, highest: float) -> tuple[float, str]:
+def onset_of_small_motion(line: LineScene, highest: float) -> tuple[float, str]:
     """Lowest wind speed [m/s] at which a mode grows, and the reason if it is unknown.
 
     Infinite if none grows up to the highest wind.
     """
     count = LINE_MODES + EACH_FURTHER * (len(line.section.spans) * len(line.phases) - 1)
     try:
-        found = [one.wind_speed for one in critical_wind_speed(line, count, highest)]
+        found = lowest_critical_wind(line, count, highest)
     except (SceneError, SimulationError) as problem:
         return math.nan, f"the critical wind is unknown, because {problem}"
-    return min((one for one in found if one is not None), default=math.inf), ""
+    return math.inf if found is None else found, ""
