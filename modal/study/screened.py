@@ -75,7 +75,7 @@ def swing(study: LineStudy) -> str:
     words = {
         "none": "By the screening, no motion begins.",
         "other": f"By the screening, no span gallops in one loop{remark}.",
-        "detuned": f"By the screening, galloping starts no swing at half its frequency{remark}.",
+        "detuned": f"The screening found no swing at half the frequency of galloping{remark}.",
         "possible": "By the screening, galloping starts a swing at half its frequency in other"
         f" winds, or after a disturbance{remark}.",
         "certain": "Yes: by the screening, galloping starts a swing at half its frequency in the"

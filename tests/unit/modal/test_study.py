@@ -280,7 +280,7 @@ def test_the_screening_of_the_worst_case_is_said(study):
     other = replace(study, findings=replace(study.findings, screening=calm))
     begin, _, swing = (answers(other)[number] for number in (1, 2, 5))
     assert "disagree: a case gallops at 6 m/s" in " ".join(begin.evidence)
-    assert "starts no swing" in swing.evidence[0]
+    assert "found no swing" in swing.evidence[0]
     assert "Unresolved by the screening: why." in swing.evidence[0]
     gone = replace(study, findings=replace(study.findings, screening=Missing("no wind.")))
     assert "The screening is missing: no wind." in answers(gone)[5].evidence
