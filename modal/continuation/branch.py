@@ -198,14 +198,14 @@ def _given_up(points: list[Point], settings: Settings) -> Event | None:
         return Event("given up", last, reason="what follows was not wanted")
     if settings.max_growing is None or last.equations.kind != "orbit":
         return None
-    most, in_a_row = settings.max_growing
-    unobservable = points[-in_a_row:]
-    if len(unobservable) < in_a_row or min(one.unstable for one in unobservable) <= most:
+    limit, unstable = settings.max_growing, [point.unstable for point in points]
+    fewer = [k for k, number in enumerate(unstable) if number <= limit.disturbances]
+    in_a_row = [point.parameter for point in points[fewer[-1] + 1 if fewer else 0 :]]
+    if len(in_a_row) < limit.points:
         return None
-    reason = (
-        f"more than {most} disturbances grow at {in_a_row} points in a row,"
-        f" from {unobservable[0].parameter:.4g} on"
-    )
+    if np.ptp(in_a_row) < limit.change * np.max(np.abs(in_a_row)):
+        return None
+    reason = f"more than {limit.disturbances} disturbances grow from {in_a_row[0]:.4g} on"
     return Event("given up", last, reason=reason)
 
 

@@ -31,6 +31,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from modal.continuation.elimination import Factors
+
 Array = NDArray[np.float64]
 
 PARAMETERS = 2
@@ -38,11 +40,46 @@ PARAMETERS = 2
 
 
 class _Level(NamedTuple):
-    """Relation of the eliminated values to their neighbours: y = -(left y_l + right y_r + E p)."""
+    """Elimination of every second value: y = -(left y_l + right y_r + E p).
+
+    With the pivotal rows P of the two equations of each value and the other rows O of its matrices,
+    left, right and E are P^-1 of the pivotal rows, and the rest is that of the other rows less O
+    times these.
+    """
 
     left: Array
     right: Array
-    rest: Array
+    factors: list[Array]
+    order: NDArray[np.intp]
+    others: Array
+
+    def reduce(self, columns: Array) -> tuple[Array, Array]:
+        """Solution of the pivotal rows, and what is left of the others: (pair, n, column).
+
+        The right-hand sides have shape (pair, 2 n, column).
+        """
+        return _reduced(self.factors, self.order, self.others, columns)
+
+
+class _Borders(NamedTuple):
+    """Border rows and parameters after elimination.
+
+    Attributes
+    ----------
+    final : ndarray, shape (n + 2, n + 2)
+        Matrix of the remaining equations for y_0 and p.
+    right : ndarray, shape (n + 2,)
+        Their right-hand side.
+    inner : ndarray, shape (interval, m n, 3)
+        R^-1 (C, d) of (1).
+    of_levels : list of ndarray, shape (pair, n, 3)
+        E of each level.
+    """
+
+    final: Array
+    right: Array
+    inner: Array
+    of_levels: list[Array]
 
 
 class Condensed:
@@ -56,74 +93,97 @@ class Condensed:
         Border rows: weights of the left end and of all nodes but the last of each interval.
     corner : ndarray, shape (border, 3)
         Weights of the parameters in the border rows, and their right-hand side e.
+    nodes
+        Factors of R, for `correction`.
 
     Attributes
     ----------
     first, last : ndarray, shape (n, n)
         A and B of the remaining equation.
-    final : ndarray, shape (n + 2, n + 2)
-        Matrix of the remaining equations for y_0 and p.
     """
 
-    def __init__(self, solved: Array, borders: Array, corner: Array) -> None:
+    def __init__(
+        self, solved: Array, borders: Array, corner: Array, nodes: Factors | None = None
+    ) -> None:
+        self._nodes = nodes
         n = solved.shape[2] - PARAMETERS - 1
-        self._inner, self._inner_rest = solved[:, :, :n], solved[:, :, n:]
-        weights, corner = self._condense_borders(borders, corner, n)
+        self._inner = solved[:, :, :n]
         a = solved[:, -n:, :n]
         b = np.broadcast_to(np.eye(n), a.shape)
-        e = solved[:, -n:, n:]
         self._levels: list[_Level] = []
         while len(a) > 1:
-            a, b, e, weights, corner = self._halve(a, b, e, weights, corner)
-        self.first, self.last, self._rest = a[0], b[0], e[0]
-        self.final = np.vstack(
-            [
-                np.hstack([a[0] + b[0], e[0, :, :PARAMETERS]]),
-                np.hstack([weights[:, 0] + weights[:, 1], corner[:, :PARAMETERS]]),
-            ]
-        )
-        self._final_rest = np.concatenate([e[0, :, PARAMETERS], corner[:, PARAMETERS]])
+            a, b = self._halve(a, b)
+        self.first, self.last = a[0], b[0]
+        self._borders = self._bordered(solved[:, :, n:], borders, corner)
 
-    def _condense_borders(self, borders: Array, corner: Array, n: int) -> tuple[Array, Array]:
-        """Express the border rows by the values at the ends of the intervals and by p."""
-        count, intervals, width = borders.shape
-        inner = np.zeros((count, intervals, width))
-        inner[:, :, :-n] = borders[:, :, n:]  # nodes 1 to m - 1; the last belongs to the next
-        weights = np.zeros((count, intervals + 1, n))
-        weights[:, :-1] = borders[:, :, :n] - np.einsum("bjw,jwn->bjn", inner, self._inner)
-        change = np.einsum("bjw,jwc->bc", inner, self._inner_rest)
-        return weights, corner - change
+    @property
+    def final(self) -> Array:
+        """Matrix of the remaining equations for y_0 and p, shape (n + 2, n + 2)."""
+        return self._borders.final
 
-    def _halve(
-        self, a: Array, b: Array, e: Array, weights: Array, corner: Array
-    ) -> tuple[Array, Array, Array, Array, Array]:
+    def _halve(self, a: Array, b: Array) -> tuple[Array, Array]:
         """Eliminate every second value, with the largest pivots of the two equations."""
         n, pairs = a.shape[1], len(a) // 2
         even, odd = slice(0, 2 * pairs, 2), slice(1, 2 * pairs, 2)
-        eliminated = np.concatenate([b[even], a[odd]], axis=1)
-        others = np.zeros((pairs, 2 * n, 2 * n + e.shape[2]))
-        others[:, :n, :n], others[:, n:, n : 2 * n] = a[even], b[odd]
-        others[:, :n, 2 * n :], others[:, n:, 2 * n :] = e[even], e[odd]
-        solved, left_over = np.empty((2, pairs, n, others.shape[2]))
-        for k in range(pairs):
-            factors, order = _factorised(eliminated[k])
-            pivotal, rest = order[:n], order[n:]
-            solved[k] = _solved(factors, others[k, pivotal])
-            left_over[k] = others[k, rest] - eliminated[k, rest] @ solved[k]
-        level = _Level(solved[:, :, :n], solved[:, :, n : 2 * n], solved[:, :, 2 * n :])
-        self._levels.append(level)
-        middle = weights[:, 1 : 2 * pairs : 2].swapaxes(0, 1)
-        kept = np.concatenate([weights[:, 0 : 2 * pairs + 1 : 2], weights[:, 2 * pairs + 1 :]], 1)
-        changes = middle @ solved
-        kept[:, :pairs] -= changes[:, :, :n].swapaxes(0, 1)
-        kept[:, 1 : pairs + 1] -= changes[:, :, n : 2 * n].swapaxes(0, 1)
+        matrices = np.concatenate([b[even], a[odd]], axis=1)
+        neighbours = np.zeros((pairs, 2 * n, 2 * n))
+        neighbours[:, :n, :n], neighbours[:, n:, n:] = a[even], b[odd]
+        found = [_factorised(one) for one in matrices]
+        factors, order = [one for one, _ in found], np.array([one for _, one in found])
+        others = np.take_along_axis(matrices, order[:, n:, None], axis=1)
+        solved, rest = _reduced(factors, order, others, neighbours)
+        self._levels.append(_Level(solved[:, :, :n], solved[:, :, n:], factors, order, others))
         return (
-            np.concatenate([left_over[:, :, :n], a[2 * pairs :]]),
-            np.concatenate([left_over[:, :, n : 2 * n], b[2 * pairs :]]),
-            np.concatenate([left_over[:, :, 2 * n :], e[2 * pairs :]]),
-            kept,
-            corner - changes[:, :, 2 * n :].sum(axis=0),
+            np.concatenate([rest[:, :, :n], a[2 * pairs :]]),
+            np.concatenate([rest[:, :, n:], b[2 * pairs :]]),
         )
+
+    def _bordered(self, inner: Array, borders: Array, corner: Array) -> _Borders:
+        """Eliminate the same values from the border rows and the columns of the parameters."""
+        count, intervals, width = borders.shape
+        n = len(self.first)
+        at_inner = np.zeros((intervals, count, width))
+        at_inner[:, :, :-n] = borders[:, :, n:].swapaxes(0, 1)  # the last node is of the next
+        weights = np.zeros((intervals + 1, count, n))
+        weights[:-1] = borders[:, :, :n].swapaxes(0, 1) - at_inner @ self._inner
+        corner = corner - (at_inner @ inner).sum(axis=0)
+        e, of_levels = inner[:, -n:], list[Array]()
+        for level in self._levels:
+            pairs = len(level.left)
+            found, rest = level.reduce(e[: 2 * pairs].reshape(pairs, 2 * n, -1))
+            middle = weights[1 : 2 * pairs : 2]
+            kept = np.concatenate([weights[0 : 2 * pairs + 1 : 2], weights[2 * pairs + 1 :]])
+            kept[:pairs] -= middle @ level.left
+            kept[1 : pairs + 1] -= middle @ level.right
+            corner = corner - (middle @ found).sum(axis=0)
+            weights, e = kept, np.concatenate([rest, e[2 * pairs :]])
+            of_levels.append(found)
+        final = np.vstack(
+            [
+                np.hstack([self.first + self.last, e[0, :, :PARAMETERS]]),
+                np.hstack([weights[0] + weights[1], corner[:, :PARAMETERS]]),
+            ]
+        )
+        right = np.concatenate([e[0, :, PARAMETERS], corner[:, PARAMETERS]])
+        return _Borders(final, right, inner, of_levels)
+
+    def correction(self, column: Array, borders: Array, corner: Array) -> Array:
+        """Solution for another right-hand side and other border rows; see `solve`.
+
+        Parameters
+        ----------
+        column : ndarray, shape (interval, m, n)
+            d of (1).
+        borders, corner
+            As of `Condensed`.
+        """
+        assert self._nodes is not None
+        inner = self._borders.inner.copy()
+        inner[:, :, PARAMETERS] = self._nodes.solve(column)
+        found = self._bordered(inner, borders, corner)
+        solved: Array = np.asarray(np.linalg.solve(found.final, found.right), dtype=float)
+        n = len(self.first)
+        return self._expanded(found, np.stack([solved[:n], solved[:n]]), solved[n:], 1.0)
 
     def solve(self, cutoff: float = 0.0) -> tuple[Array, Array]:
         """Solve for the right-hand side, and for a unit in the last border row.
@@ -140,7 +200,8 @@ class Condensed:
         """
         unit = np.zeros(len(self.final))
         unit[-1] = 1.0
-        found = solve_regularised(self.final, np.stack([self._final_rest, unit], axis=1), cutoff)
+        right = np.stack([self._borders.right, unit], axis=1)
+        found = solve_regularised(self.final, right, cutoff)
         n = len(self.first)
         first, second = found[:, 0], found[:, 1]
         return (
@@ -167,21 +228,24 @@ class Condensed:
         rest
             Factor of the right-hand side.
         """
+        return self._expanded(self._borders, np.stack([start, end]), parameters, rest)
+
+    def _expanded(self, borders: _Borders, y: Array, parameters: Array, rest: float) -> Array:
+        """Compute all nodal values from those at the ends of the period, y (2, n)."""
         factors = np.append(parameters, -rest)
-        y = np.stack([start, end])
-        for level in reversed(self._levels):
+        for level, column in zip(reversed(self._levels), reversed(borders.of_levels), strict=True):
             pairs = len(level.left)
             middle = -(
                 np.einsum("jnk,jk->jn", level.left, y[:pairs])
                 + np.einsum("jnk,jk->jn", level.right, y[1 : pairs + 1])
-                + level.rest @ factors
+                + column @ factors
             )
             wide = np.empty((len(y) + pairs, y.shape[1]))
             wide[0 : 2 * pairs + 1 : 2] = y[: pairs + 1]
             wide[1 : 2 * pairs : 2] = middle
             wide[2 * pairs + 1 :] = y[pairs + 1 :]
             y = wide
-        inner = -(np.einsum("jwn,jn->jw", self._inner, y[:-1]) + self._inner_rest @ factors)
+        inner = -(np.einsum("jwn,jn->jw", self._inner, y[:-1]) + borders.inner @ factors)
         n = y.shape[1]
         nodes = np.concatenate([y[:-1], inner[:, :-n]], axis=1)
         return np.concatenate([nodes.ravel(), parameters])
@@ -206,12 +270,18 @@ def _factorised(matrix: Array) -> tuple[Array, NDArray[np.intp]]:
     return factors[: matrix.shape[1]], np.array(order)
 
 
-def _solved(factors: Array, right: Array) -> Array:
-    """Solution for right-hand sides whose rows are in the order of the factors."""
-    from scipy.linalg.lapack import dgetrs
+def _reduced(
+    factors: list[Array], order: NDArray[np.intp], others: Array, columns: Array
+) -> tuple[Array, Array]:
+    """Reduce right-hand sides as `_Level.reduce` does."""
+    from scipy.linalg.lapack import dgetrs  # slow to import
 
-    found: Array = dgetrs(factors, np.arange(len(factors)), right)[0]
-    return found
+    n = order.shape[1] // 2
+    in_order = np.take_along_axis(columns, order[:, :, None], axis=1)
+    solved, unmoved = np.empty((len(order), n, columns.shape[2])), np.arange(n)
+    for k, one in enumerate(factors):
+        solved[k] = dgetrs(one, unmoved, in_order[k, :n])[0]
+    return solved, in_order[:, n:] - others @ solved
 
 
 def solve_regularised(matrix: Array, right: Array, cutoff: float) -> Array:

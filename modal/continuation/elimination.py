@@ -11,6 +11,8 @@ the nodes 1 to m by node 0 and p: y_k = -(G_k y_0 + g_k p).
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -55,7 +57,43 @@ def eliminate(jacobian: Array, time: Array, columns: Array) -> Array:
     )
 
 
-def eliminate_second_order(jacobian: Array, time: Array, columns: Array) -> Array:
+class Factors(NamedTuple):
+    """Factors of the matrices of the inner nodes of a system of second order.
+
+    Attributes
+    ----------
+    matrices : list of tuple of ndarray
+        LU factors and pivots of each interval.
+    by_q : ndarray, shape (interval, n/2, m, n/2)
+        t Jq at the Gauss points, transposed: (interval, column, m, row).
+    time : ndarray, shape (interval,)
+        Duration t of each interval.
+    """
+
+    matrices: list[tuple[Array, Array]]
+    by_q: Array
+    time: Array
+
+    def solve(self, column: Array) -> Array:
+        """Eliminate the nodes for another right-hand side c (interval, m, n): g (interval, m n)."""
+        from scipy.linalg.lapack import dgetrs  # slow to import
+
+        count, m, n = column.shape
+        half = n // 2
+        shift = SLOPE_INVERSE @ column[:, :, :half]
+        right = column[:, :, half:] + np.einsum(
+            "jib,jbia->jia", VALUE[:, 1:] @ shift, self.by_q, optimize=False
+        )
+        result = np.empty((count, m, n))
+        for j, (factors, pivots) in enumerate(self.matrices):
+            result[j, :, half:] = dgetrs(factors, pivots, right[j].ravel())[0].reshape(m, half)
+        result[:, :, :half] = INTEGRAL[:, 1:] @ result[:, :, half:]
+        result[:, :, :half] *= self.time[:, None, None]
+        result[:, :, :half] += shift
+        return result.reshape(count, m * n)
+
+
+def eliminate_second_order(jacobian: Array, time: Array, columns: Array) -> tuple[Array, Factors]:
     """Eliminate the nodes of a system q' = v, v' = a(q, v) with half the unknowns.
 
     The equations of q give q_k = q_0 + t (integral of v)_k - (SLOPE_INVERSE c p)_k. In those of v,
@@ -64,7 +102,8 @@ def eliminate_second_order(jacobian: Array, time: Array, columns: Array) -> Arra
 
     only v remains, with q(s_i) = q_0 + t sum over k of INTEGRAL_AT_GAUSS_ik v_k + ...
 
-    Parameters and result are those of `eliminate`; only the lower half of the Jacobian is read.
+    Parameters and the first result are those of `eliminate`; only the lower half of the Jacobian is
+    read. The second result solves for other right-hand sides.
     """
     from scipy.linalg.lapack import dgesv  # slow to import
 
@@ -92,15 +131,18 @@ def eliminate_second_order(jacobian: Array, time: Array, columns: Array) -> Arra
     right[:, n:] = columns[:, :, half:].transpose(0, 3, 1, 2)
     right[:, n:] += np.einsum("jcib,jbia->jcia", shift_at_gauss, by_q)
     result = np.empty((count, n + 3, m, n))
+    matrices = []
     for j in range(count):
-        *_, solved, fault = dgesv(
+        factors, pivots, solved, fault = dgesv(
             matrix[j].reshape(m * half, -1).T, right[j].reshape(n + 3, -1).T, True, True
         )
         if fault:
             raise np.linalg.LinAlgError("Singular matrix")
+        matrices.append((factors, pivots))
         result[j, :, :, half:] = solved.T.reshape(n + 3, m, half)
     result[..., :half] = t * np.einsum("ik,jcka->jcia", INTEGRAL[:, 1:], result[..., half:])
     result[:, diagonal, :, diagonal] -= 1.0
     result[:, half + diagonal, :, diagonal] -= time[:, None] * INTEGRAL[:, 0]
     result[:, n:, :, :half] += shift
-    return result.reshape(count, n + 3, m * n).swapaxes(1, 2)
+    solved = result.reshape(count, n + 3, m * n).swapaxes(1, 2)
+    return solved, Factors(matrices, by_q, time)

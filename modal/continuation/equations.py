@@ -23,7 +23,7 @@ from numpy.typing import NDArray
 
 from modal.continuation import collocation as co
 from modal.continuation.condensation import Condensed, solve_regularised
-from modal.continuation.elimination import eliminate, eliminate_second_order
+from modal.continuation.elimination import Factors, eliminate, eliminate_second_order
 from modal.continuation.problem import Problem
 
 Array = NDArray[np.float64]
@@ -79,6 +79,11 @@ class Equations(Protocol):
         With a cutoff, nothing moves in the direction of a smaller singular value.
         """
 
+    def correction(
+        self, x: Array, base: Array, row: Array, excess: float, near: Linear
+    ) -> Array | None:
+        """Correction with the matrix of a linearisation nearby; None: no cheaper than Newton's."""
+
     def spectrum(self, x: Array, linear: Linear) -> tuple[ComplexArray, float]:
         """Eigenvalues or multipliers that decide on stability, and the error of the trivial one."""
 
@@ -129,6 +134,12 @@ class EquilibriumEquations:
         found = solve_regularised(matrix, right, cutoff)
         sign = float(np.linalg.slogdet(matrix)[0])
         return Linear(found[:, 0], found[:, 1], sign, matrix)
+
+    def correction(
+        self, x: Array, base: Array, row: Array, excess: float, near: Linear
+    ) -> Array | None:
+        """Return None: one state is linearised fast."""
+        return None
 
     def spectrum(self, x: Array, linear: Linear) -> tuple[ComplexArray, float]:
         """Eigenvalues [1/time] of the Jacobian, the fastest growing first."""
@@ -226,21 +237,42 @@ class OrbitEquations:
         columns[..., 0] = -h * f
         columns[..., 1] = -h * period * rates.by_parameter.reshape(count, m, n)
         columns[..., 2] = h * period * f - slope
-        phase = self._dual_states(
-            np.einsum("ik,jkn->jin", co.SLOPE, co.blocks(self.states(base))) / h
-        )
-        phase /= max(float(np.linalg.norm(phase)), np.finfo(float).tiny)
-        offset = float(phase @ (x - base)[:-2])
-        reduce = eliminate_second_order if self.problem.is_second_order else eliminate
-        jacobian = rates.by_state.reshape(count, m, n, n)
-        condensed = Condensed(
-            reduce(jacobian, period * h.ravel(), columns),
-            np.stack([phase, row[:-2]]).reshape(2, count, m * n),
-            np.array([[0.0, 0.0, -offset], [*row[-2:], -excess]]),
-        )
+        jacobian, time = rates.by_state.reshape(count, m, n, n), period * h.ravel()
+        nodes: Factors | None = None
+        if self.problem.is_second_order:
+            solved, nodes = eliminate_second_order(jacobian, time, columns)
+        else:
+            solved = eliminate(jacobian, time, columns)
+        condensed = Condensed(solved, *self._borders(x, base, row, excess), nodes)
         change, tangent = condensed.solve(cutoff)
         sign = np.linalg.slogdet(condensed.final)[0] * np.linalg.slogdet(condensed.last)[0]
         return Linear(change, tangent, float(sign), condensed)
+
+    def _borders(self, x: Array, base: Array, row: Array, excess: float) -> tuple[Array, Array]:
+        """Rows of the phase condition and of condition (1), and their last columns."""
+        h = np.diff(self.mesh)[:, None, None]
+        slope = np.einsum("ik,jkn->jin", co.SLOPE, co.blocks(self.states(base)))
+        phase = self._dual_states(slope / h)
+        phase /= max(float(np.linalg.norm(phase)), np.finfo(float).tiny)
+        offset = float(phase @ (x - base)[:-2])
+        rows = np.stack([phase, row[:-2]]).reshape(2, self.intervals, -1)
+        return rows, np.array([[0.0, 0.0, -offset], [*row[-2:], -excess]])
+
+    def correction(
+        self, x: Array, base: Array, row: Array, excess: float, near: Linear
+    ) -> Array | None:
+        """Correction with the matrix of a linearisation nearby."""
+        by_interval = co.blocks(self.states(x))
+        value = np.einsum("ik,jkn->jin", co.VALUE, by_interval)
+        slope = np.einsum("ik,jkn->jin", co.SLOPE, by_interval)
+        time, n = np.diff(self.mesh)[:, None, None] * x[-2], self.problem.size
+        slopes = (slope / time).reshape(-1, n)
+        defect = self.problem.defect(value.reshape(-1, n), slopes, float(x[-1]))
+        if defect is None:
+            return None
+        condensed: Condensed = near.matrix
+        column = time * defect.reshape(slope.shape)
+        return condensed.correction(column, *self._borders(x, base, row, excess))
 
     def spectrum(self, x: Array, linear: Linear) -> tuple[ComplexArray, float]:
         """Floquet multipliers without the trivial one, the largest first.
@@ -305,6 +337,11 @@ class OrbitEquations:
             if _is_alike(orbit, image, scale):
                 return _is_alike(moved, -np.roll(moved, shift, axis=0) @ mirror.T, scale)
         return False
+
+
+def length(equations: Equations, change: Array) -> float:
+    """Length of a change of x."""
+    return float(np.sqrt(max(float(equations.dual(change) @ change), 0.0)))
 
 
 ALIKE, NEARLY, SMALL = 1e-3, 0.02, 1e-6

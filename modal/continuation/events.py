@@ -34,8 +34,9 @@ from modal.continuation.equations import (
     ALIKE,
     GRID,
     EquilibriumEquations,
+    length,
 )
-from modal.continuation.path import LOCATION_TOLERANCE, Point, Settings, Stepper, length
+from modal.continuation.path import LOCATION_TOLERANCE, Point, Settings, Stepper
 from modal.continuation.problem import ContinuationError
 
 Array = NDArray[np.float64]
@@ -146,6 +147,8 @@ class Segment:
         base, step = self.base, part * self.length
         guess = sum(vector * part**k for k, vector in enumerate(self._powers))
         assert isinstance(guess, np.ndarray)
+        if base.linear.determinant == self.new.linear.determinant:
+            guess = self.stepper.near(base.equations, guess, base, step)
 
         def correct(cutoff: float) -> Point:
             return self.stepper.correct(

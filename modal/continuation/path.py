@@ -16,13 +16,14 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from modal.continuation import collocation as co
-from modal.continuation.equations import Equations, Linear, OrbitEquations
+from modal.continuation.broyden import improved
+from modal.continuation.equations import Equations, Linear, OrbitEquations, length
 from modal.continuation.problem import ContinuationError
 
 Array = NDArray[np.float64]
@@ -35,6 +36,12 @@ LOCATION_TOLERANCE = 1e-9
 
 NEWTON_ITERATIONS, FEW_ITERATIONS = 8, 3
 """Largest number of iterations in a step, and the number at which steps may grow."""
+
+CHEAP_PER_NEWTON = 4
+"""Number of corrections by `modal.continuation.broyden` that count as one of Newton's."""
+
+GOOD = 1e-3
+"""Length of a correction of a good guess."""
 
 MAX_FIRST_CORRECTION = 10.0
 """Length of a correction above which Newton's iteration is considered lost."""
@@ -52,8 +59,31 @@ MAX_BEND_RATIO, FREE_CORRECTION = 8.0, 0.02
 MAX_SPECTRUM_CHANGE = 0.5
 """Largest change of a multiplier (eigenvalue) in a step, relative to 1 + its absolute value."""
 
+SAME_MESH = 0.2
+"""Change of the ends of mesh intervals, relative to the mean interval, that is not worth a new
+mesh."""
+
 STEP_GROWTH, STEP_SHRINK = 1.6, 0.5
 """Largest growth of a step, and its factor after a failure."""
+
+
+class GrowingLimit(NamedTuple):
+    """Limit of a branch on which many disturbances grow.
+
+    Attributes
+    ----------
+    disturbances : int
+        Number of growing disturbances that is not too large.
+    points : int
+        Number of points in a row with more than that after which a branch may be given up.
+    change : float
+        Change of the parameter over these points, relative to its largest value there, from which
+        it is.
+    """
+
+    disturbances: int
+    points: int
+    change: float
 
 
 @dataclass(frozen=True)
@@ -89,9 +119,8 @@ class Settings:
         Accuracy of an event's place, relative to the step.
     unit : float or None
         Parameter change of length 1; None: the range.
-    max_growing : tuple of int or None
-        Number of growing disturbances, and number of successive points: a branch of orbits is given
-        up where more disturbances than that grow at so many points; None: never.
+    max_growing : GrowingLimit or None
+        Where a branch of orbits is given up because many disturbances grow; None: nowhere.
     give_up : callable or None
         Returns True for a point behind which a branch is not followed.
     is_wanted : callable or None
@@ -114,7 +143,7 @@ class Settings:
     newton_tolerance: float = NEWTON_TOLERANCE
     location_tolerance: float = LOCATION_TOLERANCE
     unit: float | None = None
-    max_growing: tuple[int, int] | None = None
+    max_growing: GrowingLimit | None = None
     give_up: Callable[[Point], bool] | None = None
     is_wanted: Callable[[Any], bool] | None = None
 
@@ -229,6 +258,7 @@ class Stepper:
 
     def __init__(self, settings: Settings) -> None:
         self.settings = settings
+        self._last: tuple[Equations, Linear] | None = None
 
     def correct(
         self,
@@ -262,12 +292,13 @@ class Stepper:
         ContinuationError
             If Newton's method does not converge.
         """
-        row, x, last = equations.dual(direction), guess.copy(), np.inf
+        row, x, last, cheap = equations.dual(direction), guess.copy(), np.inf, 0
         phase = base if reference is None else reference
         for iteration in range(1, NEWTON_ITERATIONS + 1):
             try:
                 excess = float(row @ (x - base)) - distance
                 linear = equations.linearise(x, phase, row, excess, cutoff)
+                self._last = (equations, linear)
             except np.linalg.LinAlgError:
                 break
             size = length(equations, linear.change)
@@ -277,10 +308,29 @@ class Stepper:
             if equations.kind == "orbit" and x[-2] <= 0.0:
                 break
             if size < self.settings.newton_tolerance * (1.0 + length(equations, x)):
-                return self._point(equations, x, linear, iteration)
+                work = iteration - (-cheap // CHEAP_PER_NEWTON)
+                return self._point(equations, x, linear, work)
+            if cutoff == 0.0:
+                condition = (row, distance + float(row @ base))
+                tolerance = self.settings.newton_tolerance
+                x, more = improved(equations, x, phase, condition, (linear, size), tolerance)
+                cheap += more
         raise ContinuationError(
             f"Newton's method found no {equations.kind} at a parameter near {guess[-1]:.6g}"
         )
+
+    def near(self, equations: Equations, guess: Array, point: Point, distance: float) -> Array:
+        """Improve a guess at a distance from a point with the matrix of the last linearisation.
+
+        The guess is good; otherwise it is returned.
+        """
+        if self._last is None or self._last[0] is not equations:
+            return guess
+        row = equations.dual(point.tangent)
+        place = distance + float(row @ point.x)
+        tolerance = self.settings.newton_tolerance
+        near = (self._last[1], GOOD)
+        return improved(equations, guess, point.x, (row, place), near, tolerance)[0]
 
     def _point(self, equations: Equations, x: Array, linear: Linear, iterations: int) -> Point:
         tangent = linear.tangent / length(equations, linear.tangent)
@@ -347,6 +397,8 @@ class Stepper:
                 )
             wanted = max(wanted, old.intervals + 2)
         new = source.equations.remeshed(source.x, min(wanted, co.MAX_INTERVALS))
+        if errors_of is None and not is_held and _is_same_mesh(old.mesh, new.mesh):
+            return point
         x, tangent = old.transferred(point.x, new), old.transferred(point.tangent, new)
         if is_held:
             tangent = np.zeros_like(x)
@@ -382,9 +434,9 @@ class Stepper:
         return min(length_ * min(max(growth, STEP_SHRINK), STEP_GROWTH), self.settings.max_step)
 
 
-def length(equations: Equations, change: Array) -> float:
-    """Length of a change of x."""
-    return float(np.sqrt(max(float(equations.dual(change) @ change), 0.0)))
+def _is_same_mesh(one: Array, other: Array) -> bool:
+    """True if no end of an interval moves by more than `SAME_MESH` of a mean interval."""
+    return len(one) == len(other) and bool(np.max(np.abs(one - other)) < SAME_MESH / (len(one) - 1))
 
 
 def angle_between(point: Point, new: Point) -> float:

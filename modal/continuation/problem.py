@@ -52,6 +52,12 @@ class Problem(Protocol):
     def rates(self, states: Array, parameter: float) -> Rates:
         """Evaluate f and its derivatives at many states, shape (state, n), at once."""
 
+    def defect(self, states: Array, slopes: Array, parameter: float) -> Array | None:
+        """Approximate f(y, p) - y' at states y with slopes y', both of shape (state, n).
+
+        It is zero where f(y, p) = y'. None: it takes as long as `rates`.
+        """
+
 
 @dataclass(frozen=True)
 class System:
@@ -80,6 +86,10 @@ class System:
     def rates(self, states: Array, parameter: float) -> Rates:
         """Evaluate f and its derivatives."""
         return self.function(states, parameter)
+
+    def defect(self, states: Array, slopes: Array, parameter: float) -> Array | None:
+        """Return None."""
+        return None
 
 
 class ContinuationError(ArithmeticError):

@@ -13,9 +13,10 @@ from modal.continuation.equations import (
     Equations,
     EquilibriumEquations,
     OrbitEquations,
+    length,
 )
 from modal.continuation.events import Event, UserEvent
-from modal.continuation.path import Point, Settings, Stepper, length, reversed_point
+from modal.continuation.path import Point, Settings, Stepper, reversed_point
 from modal.continuation.problem import ContinuationError, Problem
 
 Array = NDArray[np.float64]

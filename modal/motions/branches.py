@@ -18,7 +18,7 @@ from gallop_fmu.foundation.outcome import SimulationError
 from gallop_fmu.input.scene_like import SceneLike, as_scene
 from modal.continuation.branch import Branch
 from modal.continuation.diagram import Diagram, explore
-from modal.continuation.path import Point, Settings
+from modal.continuation.path import GrowingLimit, Point, Settings
 from modal.continuation.problem import ContinuationError
 from modal.foundation.scene_variation import unit_of, varied
 from modal.motions.full_model import full_scene, reduction_error
@@ -58,10 +58,10 @@ MAX_UNSTABLE = 2
 """Number of growing disturbances above which events are not located and branches not sought; at
 rest so many for each span of a line, because its spans gallop almost independently."""
 
-MAX_GROWING = (4, 12)
-"""Number of growing disturbances, and number of successive points at which more than that grow,
-after which a branch is given up: such a motion cannot be observed. In a section of five spans, a
-motion that becomes stable has up to nine of them at its first nine points."""
+MAX_GROWING = GrowingLimit(4, 8, 0.15)
+"""Limit after which a branch is given up: such a motion cannot be observed. In a section of five
+spans, a motion that becomes stable has up to nine growing disturbances at first, while the wind
+speed changes by 8 %."""
 
 EXTENSION, MAX_EXTENSIONS = 0.75, 12
 """Factor by which the lowest wind is reduced until the span is at rest, and how often."""

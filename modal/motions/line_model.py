@@ -131,6 +131,13 @@ class LineModel(SpanModel):
             string.add_static(q, force, stiffness)
         return force, stiffness
 
+    def residual(self, q: Array, v: Array, a: Array, wind: float) -> Array:
+        """Add the strings to the forces of `SpanModel.residual`."""
+        found = super().residual(q, v, a, wind)
+        for string in self._strings:
+            string.add_force(q, v, found)
+        return found
+
     def _add_lag(self, q: Array, v: Array, forces: Array) -> tuple[Array, Array]:
         """Add the damping of w and of the strings to forces; return its derivatives by q and v.
 

@@ -288,6 +288,38 @@ class SpanModel(ReducedModel):
         stiffness = by_cubic + along.transpose(0, 2, 1) @ weighted + tension.summed(square)
         return force, stiffness
 
+    def residual(self, q: Array, v: Array, a: Array, wind: float) -> Array:
+        """Out-of-balance forces with inertia and damping of w: zero for the motion of `motion`.
+
+        Parameters
+        ----------
+        q, v, a : ndarray, shape (instant, mode)
+            Coordinates, velocities and accelerations.
+        wind
+            Wind speed [m/s].
+        """
+        found = self.unstretched(q, v, a, wind) + self._stretching_force(q)
+        damped, moved = self._lag.times(q), self._inertia.times(q)
+        rate = (damped @ v[:, :, None])[:, :, 0]
+        found += (rate[:, None] @ damped)[:, 0]
+        drift = (moved @ a[:, :, None])[:, :, 0]
+        drift += (self._inertia.times(v) @ v[:, :, None])[:, :, 0]
+        found += (drift[:, None] @ moved)[:, 0]
+        if self._coupling is not None:
+            of_q, of_v = (np.tensordot(y, self._coupling, axes=(1, 1)) for y in (q, v))
+            found += (of_q @ a[:, :, None])[:, :, 0] + (a[:, None] @ of_q)[:, 0]
+            found += (of_v @ v[:, :, None])[:, :, 0]
+        return found
+
+    def _stretching_force(self, q: Array) -> Array:
+        """Return the force of `stretching` alone."""
+        count, n = q.shape
+        by_cubic = (q @ self._cubic.reshape(n, -1)).reshape(count, n, n)
+        along = self._tension.times(q)
+        square = 0.5 * (along @ q[:, :, None])[:, :, 0] * self._tension.signs
+        force: Array = 0.5 * (by_cubic @ q[:, :, None])[:, :, 0] + (square[:, None] @ along)[:, 0]
+        return force
+
     def nodal(self, q: Array, v: Array) -> tuple[Array, Array]:
         """Displacements and velocities (instant, node, 4) of coordinates, with those of w."""
         count, n = q.shape

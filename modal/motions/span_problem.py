@@ -159,6 +159,17 @@ class SpanProblem:
         by_parameter[:, n:] = self.family.by_parameter(q, v, parameter, motion.by_wind)
         return Rates(np.hstack([v, motion.acceleration]), by_state, by_parameter)
 
+    def defect(self, states: Array, slopes: Array, parameter: float) -> Array | None:
+        """Approximate f(y, p) - y' with the mass at rest; None over another number than the wind.
+
+        Then, each value of the number needs a reduced model.
+        """
+        if not isinstance(self.family, WindFamily):
+            return None
+        n, model = self.modes, self.model
+        force = model.residual(states[:, :n], states[:, n:], slopes[:, n:], parameter)
+        return np.hstack([states[:, n:] - slopes[:, :n], -np.linalg.solve(model.mass, force.T).T])
+
     def end_of_curve(self) -> list[UserEvent]:
         """Event at which the attack angle leaves the coefficient curve; none if it cannot."""
         curve = self.model.scene.aerodynamics

@@ -95,3 +95,14 @@ class StringForces:
         force += (moving - load) @ self._x.T
         by_q += self._x @ (slope - stiffness) @ self._x.T
         by_v += self._x @ damping @ self._x.T
+
+    def add_force(self, q: Array, v: Array, force: Array) -> None:
+        """Add the forces of `add_static` and `add_damping` to a force, without derivatives."""
+        load = self._load(q, v if self._is_damped else np.zeros_like(q))[0]
+        if self._is_exact:
+            load -= self._at_rest + q @ self._x @ self._stiffness.T
+        elif self._is_damped:
+            load -= self._load(q, np.zeros_like(q))[0]
+        else:
+            return
+        force += load @ self._x.T

@@ -116,6 +116,13 @@ def test_derivatives_are_those_of_differences(line):
         assert np.max(np.abs(difference)) < 1e-5 * max(1.0, np.max(np.abs(along * scale)))
 
 
+def test_the_residual_of_a_motion_is_zero(line):
+    q, v = drawn(line, 0.3), 4.0 * drawn(line, 0.3, 1)
+    acceleration = line.motion(q, v, 4.1).acceleration
+    size = np.max(np.abs(line.residual(q, v, 0.0 * q, 4.1)))
+    assert np.max(np.abs(line.residual(q, v, acceleration, 4.1))) < 1e-13 * size
+
+
 def test_strings_have_their_exact_force_at_any_lean():
     """A bar of stiffness k and unstretched length l along r pulls with k (|r| - l) r/|r|."""
     model, k, length = LineModel(LINES["section"]()), 1e7, 2.1
