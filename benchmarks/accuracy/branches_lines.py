@@ -6,8 +6,8 @@ Prints, for spans of example 2 (a reconstructed curve):
 - a section of three spans on strings: motions, and the wind in which its strings begin to swing,
   beside that of simulations that start on the motion with a small sideways disturbance;
 - a twin bundle in 4.1 m/s beside a lumped explicit chain written apart from this project;
-- CPU times of the motions of a section of five spans and of a quad bundle, and of their equilibria
-  and onsets alone.
+- CPU times of the motions of sections of three and five spans and of a quad bundle, of their
+  equilibria and onsets alone, and of their screening.
 
 Usage: python benchmarks/accuracy/branches_lines.py [one|three|twin|times ...] (about four minutes)
 """
@@ -225,8 +225,9 @@ def twin():
 
 
 def times():
-    """Print CPU times of a section of five spans and of a quad."""
+    """Print CPU times of sections of three and five spans and of a quad."""
     for name, scene in (
+        ("three spans", section(3)),
         ("five spans", section(5)),
         ("quad", section(1, bundle=bundle(4))),
     ):
@@ -239,6 +240,9 @@ def times():
         found = modal.branches(scene, "wind.speed", LOWEST, HIGHEST)
         print(found)
         errors = found.dataset.reduction_error.values
+        began = time.process_time()
+        modal.screen(scene)
+        print(f"{name}: screening {time.process_time() - began:.1f} s of CPU time")
         print(
             f"{name}: {model.size} coordinates, equilibria and {len(rest.of_kind('Hopf'))} onsets"
             f" {alone:.1f} s, all motions {found.seconds:.1f} s of CPU time, error of the reduction"
