@@ -10,7 +10,7 @@ still air, where simulations of the scene start, too.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
@@ -103,36 +103,57 @@ def settled_states(
     trials
         Modes of the first of them.
     """
-    states = [_at_rest(rest.model, state) for state, is_stable in equilibria if is_stable]
     doubts = [] if equilibria else ["no equilibrium was found in the scene's wind"]
+    found = _Found([_at_rest(rest.model, state) for state, is_stable in equilibria if is_stable])
     noise = _disturbance(rest)
     starts = _starts(*equilibria[0], trials) if equilibria else []
-    early, runs = list[str](), 0
-    for number, start in enumerate([*starts, np.zeros_like(noise)]):
-        resolved = [one for one in states if one.kind != "not settled"]
-        if number == len(starts) and resolved:
-            break
-        if number >= ENOUGH_ALIKE and len(states) == 1 and not (doubts or early):
-            break
-        runs += 1
-        found, reason = _simulated(rest, start + noise, resolved)
-        if found is None:
-            early.append(reason)
-        elif not any(is_same(found, one) for one in resolved):
-            states = [one for one in states if one in resolved or not is_same(found, one)]
-            states.append(found)
-    doubts += [
-        f"{one}: it had not settled at the end of a simulation"
-        for one in states
-        if one.kind == "not settled"
-    ]
-    if early:
-        first = early[0].split(" What to do")[0]
-        doubts.append(
-            f"{len(early)} of {runs} simulations at {rest.wind:.4g} m/s ended early, the first so:"
-            f" {first}"
-        )
-    return LineSettled(tuple(states), tuple(dict.fromkeys(doubts)))
+    for number, start in enumerate(starts):
+        if number < ENOUGH_ALIKE or len(found.states) > 1 or doubts or not found.all_settled:
+            found.add(*_simulated(rest, start + noise, found.settled))
+    if not found.settled:
+        found.add(*_simulated(rest, noise, []))
+    doubts += found.doubts(rest.wind)
+    return LineSettled(tuple(found.states), tuple(dict.fromkeys(doubts)))
+
+
+@dataclass
+class _Found:
+    """States that were found so far, each once, and what simulations ended early."""
+
+    states: list[LineState]
+    early: list[str] = field(default_factory=list)
+    runs: int = 0
+
+    @property
+    def settled(self) -> list[LineState]:
+        """States that had settled."""
+        return [one for one in self.states if one.kind != "not settled"]
+
+    @property
+    def all_settled(self) -> bool:
+        """True if no simulation ended early or unsettled."""
+        return not self.early and len(self.settled) == len(self.states)
+
+    def add(self, state: LineState | None, reason: str) -> None:
+        """Add the end of a simulation, or why it ended early."""
+        self.runs += 1
+        if state is None:
+            self.early.append(reason)
+        elif not any(is_same(state, one) for one in self.settled):
+            unlike = [one for one in self.states if not is_same(state, one)]
+            self.states = [*unlike, state]
+
+    def doubts(self, wind: float) -> list[str]:
+        """What could not be resolved, as sentences."""
+        unsettled = [one for one in self.states if one.kind == "not settled"]
+        found = [f"{one}: it had not settled at the end of a simulation" for one in unsettled]
+        if self.early:
+            first = self.early[0].split(" What to do")[0]
+            found.append(
+                f"{len(self.early)} of {self.runs} simulations at {wind:.4g} m/s ended early, the"
+                f" first so: {first}"
+            )
+        return found
 
 
 def _starts(state: Array, is_stable: bool, trials: Sequence[Trial]) -> list[Array]:

@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
+from numpy.typing import NDArray
 
 from modal.motions.table import write_dataset
 from modal.screening.line_screen import LineScreening
@@ -127,32 +128,38 @@ class RankedMeasures:
         """The table: over ``measure`` the values of `Ranked`, with units."""
         import xarray as xr
 
-        data: dict[str, tuple[str, list[object], dict[str, str]]] = {
-            "detail": ("measure", [row.measure.detail for row in self.rows], {}),
-            "verified_by": ("measure", [row.verified_by for row in self.rows], {}),
-            "reason": ("measure", [row.reason for row in self.rows], {}),
-            "is_at_least": ("measure", [row.after.is_at_least for row in self.rows], {}),
-            "turns_over": ("measure", [row.after.turns_over for row in self.rows], {}),
-            "tension": ("measure", [row.tension for row in self.rows], {"units": "N"}),
-            "sag": ("measure", [row.sag for row in self.rows], {"units": "m"}),
-        }
+        columns = self._columns()
+        sizes = self._by_span()
+        coords: dict[str, object] = {"measure": [row.measure.name for row in self.rows]}
+        if sizes.shape[1]:
+            coords["span"] = np.arange(1, sizes.shape[1] + 1)
+            columns["vertical_by_span_after"] = (("measure", "span"), sizes, {"units": "m"})
+        return xr.Dataset(
+            columns, coords=coords, attrs={"title": self.title, "wind_speed": self.wind_speed}
+        )
+
+    def _columns(self) -> dict[str, tuple[object, object, dict[str, str]]]:
+        """Values with one number or text for each measure."""
+        columns: dict[str, tuple[object, object, dict[str, str]]] = {}
+        columns["detail"] = ("measure", [row.measure.detail for row in self.rows], {})
+        for name, unit in (("verified_by", ""), ("reason", ""), ("tension", "N"), ("sag", "m")):
+            values = [getattr(row, name) for row in self.rows]
+            columns[name] = ("measure", values, {"units": unit} if unit else {})
+        for name in ("is_at_least", "turns_over"):
+            columns[name] = ("measure", [getattr(row.after, name) for row in self.rows], {})
         for when in ("before", "predicted", "after"):
             for what, unit in UNITS.items():
-                values: list[object] = [getattr(getattr(row, when), what) for row in self.rows]
-                data[f"{what}_{when}"] = ("measure", values, {"units": unit})
+                values = [getattr(getattr(row, when), what) for row in self.rows]
+                columns[f"{what}_{when}"] = ("measure", values, {"units": unit})
+        return columns
+
+    def _by_span(self) -> NDArray[np.float64]:
+        """Amplitudes [m] (measure, span) with the measures; no column for single spans."""
         spans = max((len(row.after.by_span) for row in self.rows), default=0)
-        coords: dict[str, object] = {"measure": [row.measure.name for row in self.rows]}
         sizes = np.full((len(self.rows), spans), np.nan)
         for number, row in enumerate(self.rows):
             sizes[number, : len(row.after.by_span)] = row.after.by_span
-        by_span = {"vertical_by_span_after": (("measure", "span"), sizes, {"units": "m"})}
-        if spans:
-            coords["span"] = np.arange(1, spans + 1)
-        return xr.Dataset(
-            data | (by_span if spans else {}),
-            coords=coords,
-            attrs={"title": self.title, "wind_speed": self.wind_speed},
-        )
+        return sizes
 
     def __repr__(self) -> str:
         lines = [f"{self.title}: measures at {self.wind_speed:g} m/s"]
