@@ -50,6 +50,10 @@ MIN_LIKENESS = 0.7
 MIN_FORM = 1e-9
 """Square of a quadratic form, relative to the largest, below which it is dropped."""
 
+FIRST_RANK, PROBES, MAX_OUTSIDE = 128, 8, 1e-12
+"""First guess of the rank of such a form, number of products that test it, and their largest part
+outside."""
+
 
 class Motion(NamedTuple):
     """Accelerations and their derivatives, at each instant.
@@ -460,15 +464,37 @@ def few_squares(form: Array, n: int) -> _Forms:
     ----------
     form : ndarray, shape (pair, pair)
         The form; pairs a <= b are in the order of `numpy.triu_indices`, and the value of each is
-        that of (a, b) and of (b, a).
+        that of (a, b) and of (b, a). Only its symmetric part counts.
     n
         Number of coordinates.
     """
     rows, columns, double = _pairs(n)
-    values, vectors = np.linalg.eigh(double[:, None] * form * double)
+    values, vectors = _eigen(double[:, None] * (0.5 * (form + form.T)) * double)
     kept = np.abs(values) > MIN_FORM * np.max(np.abs(values))
     forms = np.zeros((int(kept.sum()), n, n))
     upper = (vectors[:, kept] * np.sqrt(np.abs(values[kept]))).T / double
     forms[:, rows, columns] = upper
     forms[:, columns, rows] = upper
     return _Forms(forms, np.sign(values[kept]))
+
+
+def _eigen(form: Array) -> tuple[Array, Array]:
+    """Eigenvalues, without those near zero, and eigenvectors of a form with a low rank.
+
+    The rank is that of the strains of the elements, much less than the number of pairs. Products
+    with random vectors span the range (Halko, Martinsson, Tropp 2011, algorithm 4.1), if further
+    products have no part outside.
+    """
+    random = np.random.default_rng(0)
+    width = FIRST_RANK
+    while 2 * width < len(form):
+        products = form @ random.standard_normal((len(form), width + PROBES))
+        basis = np.linalg.qr(products[:, :width])[0]
+        probes = products[:, width:]
+        outside = probes - basis @ (basis.T @ probes)
+        if np.linalg.norm(outside) <= MAX_OUTSIDE * np.linalg.norm(probes):
+            values, vectors = np.linalg.eigh(basis.T @ form @ basis)
+            return values, basis @ vectors
+        width *= 2
+    values, vectors = np.linalg.eigh(form)
+    return values, vectors

@@ -268,7 +268,7 @@ def state_at_end(
 
 def _half(values: Array) -> Array:
     """Half peak-to-peak of histories (time, place)."""
-    return np.asarray(0.5 * np.ptp(values, axis=0))
+    return np.asarray(0.5 * np.ptp(np.ascontiguousarray(values.T), axis=-1))
 
 
 def _floats(values: Array) -> tuple[float, ...]:
@@ -277,12 +277,10 @@ def _floats(values: Array) -> tuple[float, ...]:
 
 def _kind(parts: list[Array], largest: float, irregular: bool) -> StateKind:
     """Kind of a motion by its amplitudes in equal windows."""
-    sizes = [
-        np.array([0.5 * np.ptp(one, axis=0) for one in np.array_split(part, WINDOWS)])
-        for part in parts
-        if part.shape[1]
-    ]
-    windows = np.concatenate(sizes, axis=1)  # (window, place)
+    along = np.ascontiguousarray(np.concatenate(parts, axis=1).T)  # (place, time)
+    length = along.shape[1] // WINDOWS
+    pieces = along[:, along.shape[1] - WINDOWS * length :].reshape(len(along), WINDOWS, length)
+    windows = 0.5 * np.ptp(pieces, axis=2).T  # (window, place)
     early, late = (one.max(axis=0) for one in np.array_split(windows, 2))
     beat = float(np.ptp(windows, axis=0).max())
     is_periodic = beat <= MAX_BEAT * largest
