@@ -1,6 +1,7 @@
 """Compare the states of `modal.screen` of lines with long simulations; print a Markdown table.
 
 Usage: OPENBLAS_NUM_THREADS=1 python benchmarks/accuracy/states_lines.py SEED [--cache FILE]
+       OPENBLAS_NUM_THREADS=1 python benchmarks/accuracy/states_lines.py times
 
 SEED draws 20 sections of three spans with single conductors, 6 spans with twin bundles and 4
 sections of two spans with twin bundles. Conductor, ice, curve, damping and wind are those of
@@ -34,6 +35,9 @@ from support.simulated_swing import drawn_scene
 
 SECTIONS, TWIN_SPANS, TWIN_SECTIONS = 20, 6, 4
 """Scenes of each kind."""
+
+FIVE_SPANS, QUADS, TIMES_SEED = 6, 4, 5
+"""Scenes whose times "times" prints: sections of five spans, quad bundles; their seed."""
 
 ELEMENTS, TIME_STEP, DURATION = 10, 0.02, 2000.0
 """Elements of a span without spacers, time step [s] and simulated time [s] of a run."""
@@ -276,8 +280,25 @@ def compared(
     return row, verdict, moving, found.seconds
 
 
+def print_times() -> None:
+    """Print the CPU times of screenings of larger lines."""
+    draw = np.random.default_rng(TIMES_SEED)
+    modal.screen(drawn_line(draw, 1, 1))  # import now
+    for name, spans, subconductors, count in (
+        ("five spans", 5, 1, FIVE_SPANS),
+        ("quad", 1, 4, QUADS),
+    ):
+        lines = [drawn_line(draw, spans, subconductors) for _ in range(count)]
+        times = sorted(modal.screen(line).seconds for line in lines)
+        shown = ", ".join(f"{one:.2f}" for one in times)
+        print(f"{name}: median {np.median(times):.2f} s of {shown}")
+
+
 def main() -> None:
     which = sys.argv[1]
+    if which == "times":
+        print_times()
+        return
     cache = Path(sys.argv[3]) if len(sys.argv) > 3 else None
     known = json.loads(cache.read_text()) if cache and cache.exists() else {}
     rows, verdicts, errors, times = [], [], [], []
