@@ -376,6 +376,9 @@ def test_subcritical_hopf_point_and_fold_in_closed_form():
     assert "more than 0 disturbances grow from" in short.ends[1].reason
     (whole,) = switched(hopf, replace(settings, max_growing=limit._replace(disturbances=1)))
     assert whole.ends[1].kind == found.ends[1].kind == "range"
+    # The parameter changes by less than five times itself on them
+    (brief,) = switched(hopf, replace(settings, max_growing=limit._replace(change=5.0)))
+    assert brief.ends[1].kind == "range"
 
 
 def test_two_modes_of_duffing_type_with_known_folds_and_doublings():
