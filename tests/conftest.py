@@ -5,6 +5,10 @@ import signal
 import subprocess
 from contextlib import ExitStack
 
+# Before numpy and scipy are loaded: their matrices are small here, and two workers with two threads
+# each on two cores took three times as long.
+os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+
 import pytest
 from hypothesis import settings
 
