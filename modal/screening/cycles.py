@@ -43,8 +43,8 @@ class StableState:
     name : str
         The state in words, such as "one loop with swing at half frequency" or "rest, turned over".
     kind : {"rest", "periodic", "beating", "not settled"}
-        ``"beating"``: the amplitudes of two frequencies vary. ``"not settled"``: the amplitudes
-        still changed at the end of the simulation.
+        ``"beating"``: the amplitudes vary, of two frequencies or irregularly. ``"not settled"``:
+        they still changed at the end of the simulation.
     vertical, horizontal, twist : float
         Largest amplitudes (half peak-to-peak) [m], [m], [rad] at mid-span.
     quarter : float
