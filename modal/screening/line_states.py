@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from modal.motions.line_model import MIN_PART, MIN_SWING, LineModel
 from modal.motions.motion_words import TURNED_OVER
 from modal.screening.cycles import StateKind
-from modal.screening.trend import has_trend
+from modal.motions.trend import has_trend
 
 Array = NDArray[np.float64]
 
@@ -31,7 +31,7 @@ amplitude, up to which a motion has settled."""
 
 LARGE, MIN_TREND = 0.1, 4.0
 """Amplitude, relative to the largest, from which a place counts in an irregular motion, and
-standard errors (`modal.screening.trend`) above which its amplitude still changes: they are many."""
+standard errors (`modal.motions.trend`) above which its amplitude still changes: they are many."""
 
 MAX_GROWTH, MIN_GROWING = 1.15, 0.01
 """Growth of a part of the motion between both halves, above which it has not settled if the part is

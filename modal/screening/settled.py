@@ -24,7 +24,7 @@ from modal.motions.span_model import SpanModel
 from modal.motions.span_problem import WIND_SPEED
 from modal.screening.cycles import StableState, StateKind
 from modal.screening.span_diagram import SpanDiagram
-from modal.screening.trend import MIN_STEP, has_trend
+from modal.motions.trend import MIN_STEP, has_trend
 
 Array = NDArray[np.float64]
 
