@@ -155,7 +155,7 @@ def _runs(found: Branches) -> Any:
     table = new_table(
         f"{found.over} [{found.unit}]",
         "from branch",
-        "settles",
+        "at the end",
         "vertical [m]",
         "horizontal [m]",
         "two-loop [m]",

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 import numpy as np
@@ -16,6 +16,7 @@ from modal.continuation.path import Point
 from modal.foundation.scene_variation import varied
 from modal.motions.line_basis import coarse
 from modal.motions.span_model import SpanModel, Watched
+from modal.motions.trend import MIN_WINDOWS, have_trend
 
 Array = NDArray[np.float64]
 
@@ -32,6 +33,9 @@ BAND_PERIODS = 60
 
 CYCLES_PER_WINDOW = 2
 """Such periods in the window of one amplitude: two, for a swing at half the frequency."""
+
+WINDOW = CYCLES_PER_WINDOW * RECORDS_PER_PERIOD
+"""Records in such a window."""
 
 MAX_BAND = 0.02
 """Spread of amplitudes, relative to the largest one, up to which a motion is called periodic."""
@@ -50,7 +54,7 @@ class Band(NamedTuple):
     whole : float
         Amplitude over all windows.
     drift : float
-        Change of the highest amplitude from the first half of the windows to the second.
+        Largest difference between the highest amplitudes in each third of the windows.
     """
 
     low: float
@@ -59,7 +63,7 @@ class Band(NamedTuple):
     drift: float
 
 
-OUTCOMES = ("periodic", "beating", "rest", "not settled", "too short")
+OUTCOMES = ("periodic", "beating", "irregular", "rest", "not settled", "too short")
 """Outcomes of runs that last as long as wanted."""
 
 
@@ -77,8 +81,10 @@ class FullRun:
         Amplitudes of clamps of strings across the line [m]; 0 for a span. All of them are those of
         the span or tower at which they are largest.
     outcome : str
-        "periodic", "beating", "rest", "not settled" (the largest amplitude still changes), "too
-        short", or the reason for which the run ended early.
+        "rest", "periodic", "beating" (the largest amplitude is the same in each third of the
+        windows), "irregular" (it differs, but amplitudes have no trend), "not settled" (they have
+        one), "too short", or the reason for which the run ended early. Amplitudes are those of the
+        last `BAND_PERIODS` or, if these do not repeat, of the second half of the run.
     """
 
     u2: Band
@@ -190,35 +196,58 @@ def runs_from(
 
 
 def _end(moves: Watched, reason: str) -> FullRun:
-    """Amplitudes in the last windows of the records."""
-    length = CYCLES_PER_WINDOW * RECORDS_PER_PERIOD
-    records = len(moves.u2)
-    count = min(BAND_PERIODS * RECORDS_PER_PERIOD, records) // length
+    """Amplitudes in the last windows or, if they do not repeat, in the second half."""
+    records = len(moves.u2) // WINDOW
+    count = min(BAND_PERIODS // CYCLES_PER_WINDOW, records)
     if reason or count == 0:
         unknown = Band(np.nan, np.nan, np.nan, np.nan)
         return FullRun(unknown, unknown, unknown, unknown, unknown, reason or "too short")
-    bands_of_all = [_largest_band(one[records - count * length :], count) for one in moves]
-    u2, u3, theta, quarter, clamp = bands_of_all
+    last, late = _end_of(moves, count), max(count, records // 2)
+    if last.outcome in ("rest", "periodic"):
+        return last
+    if last.outcome == "beating" and not _have_trend(moves, count):
+        return last
+    if _have_trend(moves, late):
+        return replace(last, outcome="not settled")
+    return _end_of(moves, late)
+
+
+def _end_of(moves: Watched, count: int) -> FullRun:
+    """Amplitudes in so many windows at the end."""
+    sizes = [_windows(one, count) for one in moves]
+    u2, u3, theta, quarter, clamp = (
+        _largest_band(one, of_each) for one, of_each in zip(moves, sizes, strict=True)
+    )
     bands = (u2, u3, quarter, clamp)
     largest = max(band.high for band in bands)
     is_periodic = max(band.high - band.low for band in bands) <= MAX_BAND * largest
-    is_settled = max(abs(band.drift) for band in bands) <= MAX_BAND * largest
-    outcome = "periodic" if is_periodic else "beating" if is_settled else "not settled"
+    is_settled = max(band.drift for band in bands) <= MAX_BAND * largest
+    outcome = "periodic" if is_periodic else "beating" if is_settled else "irregular"
     return FullRun(u2, u3, theta, quarter, clamp, "rest" if largest < CALM else outcome)
 
 
-def _largest_band(values: Array, windows: int) -> Band:
+def _have_trend(moves: Watched, count: int) -> bool:
+    """True if an amplitude changes over so many windows, or if they are too few to exclude it."""
+    moving = [moves.u2, moves.u3, moves.quarter, moves.clamp]
+    sizes = np.concatenate([_windows(one, count) for one in moving], axis=1)
+    return count < MIN_WINDOWS or have_trend(sizes, float(sizes.max()))
+
+
+def _windows(values: Array, count: int) -> Array:
+    """Amplitudes (window, place) of histories (time, place) in so many windows at the end."""
+    pieces = values[len(values) - count * WINDOW :].reshape(count, WINDOW, -1)
+    return np.asarray(0.5 * np.ptp(pieces, axis=1))
+
+
+def _largest_band(values: Array, sizes: Array) -> Band:
     """Amplitudes where they are largest, of histories (time, place); 0 if there is no place."""
-    bands = [_band(history, windows) for history in values.T]
-    return max(bands, key=lambda band: band.high, default=Band(0.0, 0.0, 0.0, 0.0))
-
-
-def _band(values: Array, windows: int) -> Band:
-    """Amplitudes of a history in equal windows."""
-    of_each = 0.5 * np.ptp(values.reshape(windows, -1), axis=1)
-    earlier, later = np.array_split(of_each, 2)
-    drift = float(later.max() - earlier.max()) if len(earlier) and len(later) else 0.0
-    return Band(float(of_each.min()), float(of_each.max()), float(0.5 * np.ptp(values)), drift)
+    if not sizes.shape[1]:
+        return Band(0.0, 0.0, 0.0, 0.0)
+    place = int(np.argmax(sizes.max(axis=0)))
+    history, of_each = values[len(values) - len(sizes) * WINDOW :, place], sizes[:, place]
+    highest = [third.max() for third in np.array_split(of_each, 3) if len(third)]
+    drift = float(np.ptp(highest))
+    return Band(float(of_each.min()), float(of_each.max()), float(0.5 * np.ptp(history)), drift)
 
 
 def reduction_error(scene: Scene | LineScene, model: SpanModel, point: Point) -> float:

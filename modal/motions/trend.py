@@ -1,4 +1,4 @@
-"""Whether the amplitudes of an irregular motion still change, or only scatter."""
+"""Test if the amplitudes of an irregular motion still change, or only scatter."""
 
 from __future__ import annotations
 
@@ -16,6 +16,13 @@ UNDONE = 0.3
 
 MIN_STEP = 0.005
 """Relative change below which there is no trend."""
+
+MIN_WINDOWS = 4 * BLOCKS
+"""Number of windows below which a trend is not distinguished from scatter."""
+
+LARGE, MIN_TREND_OF_MANY = 0.1, 4.0
+"""Amplitude, relative to the largest, from which one of many histories counts, and the number of
+standard errors for each of them."""
 
 
 def has_trend(sizes: Array, least: float = MIN_TREND) -> bool:
@@ -42,3 +49,17 @@ def has_trend(sizes: Array, least: float = MIN_TREND) -> bool:
     error = float(np.sqrt(2.0 * means.var(axis=1, ddof=1).min() / BLOCKS))
     change = abs(float(np.diff(means.mean(axis=1))[0]))
     return change > max(least * error, MIN_STEP * float(means.mean()))
+
+
+def have_trend(sizes: Array, largest: float) -> bool:
+    """True if one of many histories of amplitudes has a trend.
+
+    Parameters
+    ----------
+    sizes : ndarray, shape (window, place)
+        Amplitudes in equal windows of time.
+    largest
+        Largest amplitude of the motion; places with less than a tenth of it do not count.
+    """
+    large = sizes[:, sizes.max(axis=0) > LARGE * largest]
+    return any(has_trend(one, MIN_TREND_OF_MANY) for one in large.T)

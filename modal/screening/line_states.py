@@ -10,8 +10,8 @@ from numpy.typing import NDArray
 
 from modal.motions.line_model import MIN_PART, MIN_SWING, LineModel
 from modal.motions.motion_words import TURNED_OVER
+from modal.motions.trend import have_trend
 from modal.screening.cycles import StateKind
-from modal.motions.trend import has_trend
 
 Array = NDArray[np.float64]
 
@@ -28,10 +28,6 @@ MAX_WANDER = 0.12
 MAX_DRIFT = 0.02
 """Change of an amplitude from each third to the next, in the same sense, relative to the largest
 amplitude, up to which a motion has settled."""
-
-LARGE, MIN_TREND = 0.1, 4.0
-"""Amplitude, relative to the largest, from which a place counts in an irregular motion, and
-standard errors (`modal.motions.trend`) above which its amplitude still changes: they are many."""
 
 MAX_GROWTH, MIN_GROWING = 1.15, 0.01
 """Growth of a part of the motion between both halves, above which it has not settled if the part is
@@ -290,8 +286,7 @@ def _kind(parts: list[Array], largest: float, irregular: bool) -> StateKind:
     if is_periodic and np.any(grown):
         return "not settled"
     if change > limit * largest or _drifts(windows, largest):
-        large = windows[:, windows.max(axis=0) > LARGE * largest]
-        if not irregular or any(has_trend(one, MIN_TREND) for one in large.T):
+        if not irregular or have_trend(windows, largest):
             return "not settled"
     return "periodic" if is_periodic else "beating"
 

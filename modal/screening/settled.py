@@ -22,9 +22,9 @@ from modal.motions.motion_words import TURNED_OVER, name_of_motion, parts_of
 from modal.motions.rotated import equilibria_at
 from modal.motions.span_model import SpanModel
 from modal.motions.span_problem import WIND_SPEED
+from modal.motions.trend import MIN_STEP, has_trend
 from modal.screening.cycles import StableState, StateKind
 from modal.screening.span_diagram import SpanDiagram
-from modal.motions.trend import MIN_STEP, has_trend
 
 Array = NDArray[np.float64]
 
