@@ -14,7 +14,7 @@
 
 The growth exponents of a point are sorted (`Point.levels`); each is a continuous function along the
 branch. If the number of positive ones changes from a to b, the zeros of exponents number a to b
-are located. All events are located by Brent's method in the arclength.
+are located. All events are located in the arclength by `costly_root`.
 
 Every stability change must be explained: one multiplier 1 for each fold, and a change of the sign
 of the determinant for each branch point. If that fails, or if a located function is not zero where
@@ -38,6 +38,7 @@ from modal.continuation.equations import (
 )
 from modal.continuation.path import LOCATION_TOLERANCE, Point, Settings, Stepper
 from modal.continuation.problem import ContinuationError
+from modal.foundation.root_finding import costly_root
 
 Array = NDArray[np.float64]
 
@@ -172,19 +173,15 @@ class Segment:
         ContinuationError
             If it is not continuous there, or a correction fails.
         """
-        from scipy.optimize import brentq  # slow to import
-
         found: dict[float, Point] = {}
 
         def value(part: float) -> float:
             found[part] = self.at(part)
             return function(found[part])
 
-        ends = max(abs(value(0.0)), abs(value(1.0)))
-        part = float(brentq(value, 0.0, 1.0, xtol=self.stepper.settings.location_tolerance))
-        if part not in found:
-            value(part)
-        if abs(function(found[part])) > MAX_RESIDUE * ends + NOISE:
+        ends = value(0.0), value(1.0)
+        part = costly_root(value, (0.0, 1.0), ends, self.stepper.settings.location_tolerance)
+        if abs(function(found[part])) > MAX_RESIDUE * max(map(abs, ends)) + NOISE:
             raise ContinuationError(
                 f"a jump to another branch is not excluded at {self.new.parameter:.6g}: a quantity"
                 " that is continuous along a branch is not"

@@ -107,6 +107,7 @@ def full_scene(
     model: SpanModel,
     steps: int = STEPS_PER_PERIOD,
     elements: int | None = None,
+    tolerance: float = NEWTON_TOLERANCE,
 ) -> Scene | LineScene:
     """Scene of the full model in steady wind, without loads.
 
@@ -120,6 +121,8 @@ def full_scene(
         Time steps in a period of the first vertical mode.
     elements
         Elements of a span, of which the number of the reduced model is a multiple; None: the same.
+    tolerance
+        Tolerance [m] of Newton's method in a time step.
     """
     wind = scene.wind.mean_speed
     if isinstance(scene, LineScene):
@@ -130,7 +133,7 @@ def full_scene(
             "wind.turbulence": None,
             "wind.speed": wind,
             "loads": [],
-            "numerics.newton_tolerance": NEWTON_TOLERANCE,
+            "numerics.newton_tolerance": tolerance,
             "numerics.time_step": 2.0 * np.pi / model.frequencies[0] / steps,
         }
     )

@@ -201,9 +201,8 @@ def _simulated(
     """State in which a simulation with the full model ends; if it ended early, None and why."""
     model = rest.model
     is_bundle = model.scene.bundle.subconductors > 1
-    scene = full_scene(model.scene, WIND_SPEED, rest.wind, model, STEPS).with_values(
-        {"numerics.newton_tolerance": OF_BUNDLES if is_bundle else NEWTON_TOLERANCE}
-    )
+    tolerance = OF_BUNDLES if is_bundle else NEWTON_TOLERANCE
+    scene = full_scene(model.scene, WIND_SPEED, rest.wind, model, STEPS, tolerance=tolerance)
     full = Model(scene, inputs=False)
     n = model.size
     u, v = model.nodal(start[None, :n], start[None, n:])

@@ -108,7 +108,10 @@ def test_groups_of_draws_share_the_modes_of_their_span(monkeypatch):
 
 
 def test_orbits_are_mostly_corrected_without_linearisation(monkeypatch):
-    """Observed: 86 linearisations for 42 points; 133 if Newton's method makes all corrections."""
+    """Observed: 84 linearisations for 42 points.
+
+    88 if events are located by Brent's method, 133 if Newton's method makes all corrections.
+    """
     calls = []
     whole = OrbitEquations.linearise
 
@@ -118,4 +121,4 @@ def test_orbits_are_mostly_corrected_without_linearisation(monkeypatch):
 
     monkeypatch.setattr(OrbitEquations, "linearise", counted)
     found = modal.branches("example3", "wind.speed", 4.5, 5.2)
-    assert len(calls) < 2.4 * sum(len(branch.points) for branch in found.diagram.branches)
+    assert len(calls) < 2.05 * sum(len(branch.points) for branch in found.diagram.branches)
