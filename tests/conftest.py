@@ -5,12 +5,10 @@ import signal
 import subprocess
 from contextlib import ExitStack
 
-# Before numpy and scipy are loaded: their matrices are small here, and two workers with two threads
-# each on two cores took three times as long.
-os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
-
 import pytest
 from hypothesis import settings
+
+from modal.foundation.one_thread import limit_to_one_thread
 
 # In CI the same examples every time; elsewhere fresh ones. No deadline: a slow machine is not a
 # failure.
@@ -21,6 +19,13 @@ settings.load_profile("gallop")
 # need it heard.
 if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
     signal.signal(signal.SIGINT, signal.default_int_handler)
+
+
+@pytest.fixture(scope="session", autouse=True)
+def one_thread_of_blas():
+    """Tests also call what the public functions call, in as many processes as there are cores."""
+    with limit_to_one_thread():
+        yield
 
 
 @pytest.fixture

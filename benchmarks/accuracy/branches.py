@@ -6,10 +6,7 @@ draws docs/how-to/branches.png.
 Usage: python benchmarks/accuracy/branches.py (about half a minute)
 """
 
-import os
 from pathlib import Path
-
-os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # as the command line does
 
 import gallop_fmu as gf
 import modal

@@ -13,11 +13,8 @@ Usage: python benchmarks/accuracy/branches_lines.py [one|three|twin|times ...] (
 """
 
 import math
-import os
 import sys
 import time
-
-os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # as the command line does
 
 import numpy as np
 
@@ -27,6 +24,7 @@ from gallop_fmu import Model
 from gallop_fmu.scene.line_scene import LineScene
 from modal.continuation.path import Settings
 from modal.continuation.starts import equilibria
+from modal.foundation.one_thread import one_thread
 from modal.motions.full_model import CHANNELS, full_scene
 from modal.motions.motion_models import motion_model
 from modal.motions.span_problem import SpanProblem, WindFamily
@@ -120,6 +118,7 @@ def one():
         )
 
 
+@one_thread
 def three():
     """Print the section of three spans, and the onset of its swing by simulation."""
     scene = section(3)
@@ -224,6 +223,7 @@ def twin():
     )
 
 
+@one_thread
 def times():
     """Print CPU times of sections of three and five spans and of a quad."""
     for name, scene in (

@@ -1,6 +1,6 @@
 """Compare the onset of `modal.screen` with simulations of random scenes; print a Markdown table.
 
-Usage: OPENBLAS_NUM_THREADS=1 python benchmarks/accuracy/screening_table.py [SEED]
+Usage: python benchmarks/accuracy/screening_table.py [SEED]
 
 A few minutes on two cores. The output for the default seed is screening_table.md. With one thread
 for linear algebra the CPU times are those of one core.

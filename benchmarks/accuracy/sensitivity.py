@@ -8,11 +8,8 @@ followed from scratch, in coordinates of their own modes.
 Usage: python benchmarks/accuracy/sensitivity.py [SEED] (some minutes)
 """
 
-import os
 import sys
 from pathlib import Path
-
-os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # as the command line does
 
 import numpy as np
 

@@ -1,7 +1,7 @@
 """Compare the states of `modal.screen` of lines with long simulations; print a Markdown table.
 
-Usage: OPENBLAS_NUM_THREADS=1 python benchmarks/accuracy/states_lines.py SEED [--cache FILE]
-       OPENBLAS_NUM_THREADS=1 python benchmarks/accuracy/states_lines.py times
+Usage: python benchmarks/accuracy/states_lines.py SEED [--cache FILE]
+       python benchmarks/accuracy/states_lines.py times
 
 SEED draws 20 sections of three spans with single conductors, 6 spans with twin bundles and 4
 sections of two spans with twin bundles. Conductor, ice, curve, damping and wind are those of

@@ -1,6 +1,6 @@
 """Compare the states of `modal.screen` with long simulations; print a Markdown table.
 
-Usage: OPENBLAS_NUM_THREADS=1 python benchmarks/accuracy/states_table.py SET [--cache FILE]
+Usage: python benchmarks/accuracy/states_table.py SET [--cache FILE]
 
 SET is a seed of the 26 scenes of screening_table.py (2009, 20261122, 20261123, 771); "new": 60
 scenes of another seed, of which 24 have a curve over the full circle, 12 this and inclined

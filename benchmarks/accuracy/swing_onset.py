@@ -11,11 +11,8 @@ Usage: python benchmarks/accuracy/swing_onset.py (about a minute)
 """
 
 import math
-import os
 import tempfile
 from pathlib import Path
-
-os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # as the command line does
 
 import numpy as np
 
@@ -24,6 +21,7 @@ import modal
 from gallop_fmu import Model
 from modal.continuation.path import Settings
 from modal.continuation.starts import orbit
+from modal.foundation.one_thread import one_thread
 from modal.motions.full_model import CHANNELS
 
 CORRIDOR = """\
@@ -77,6 +75,7 @@ def growth(scene, model, point, time_step):
     return np.polyfit(RECORD * np.array(first), np.log(sizes), 1)[0]
 
 
+@one_thread
 def compare(scene, start, stop):
     """Print all onsets of a span."""
     critical = min(one.wind_speed or math.inf for one in modal.critical_wind_speed(scene))

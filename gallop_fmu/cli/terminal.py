@@ -152,14 +152,7 @@ def new_app(name: str) -> typer.Typer:
 
 
 def start(app: typer.Typer, name: str) -> None:
-    """Run a command line.
-
-    OpenBLAS uses one thread: the matrices of a span are too small for several (on a busy machine
-    with two cores, several threads made a screening take four times its processor time).
-    """
-    os.environ.setdefault(
-        "OPENBLAS_NUM_THREADS", "1"
-    )  # numpy and scipy read it when they are loaded
+    """Run a command line."""
     os.environ["MPLBACKEND"] = (
         "Agg"  # figures go to files; Jupyter sets a backend that may be missing here
     )

@@ -33,8 +33,6 @@ LOST_TIMEOUT = 60.0
 """Time [s] to wait for a worker of a cluster that has lost all."""
 PROTOCOLS = ("tcp", "tls", "ws", "wss")
 """Protocols over which a Dask scheduler of another process can be reached."""
-ONE_THREAD = {name: "1" for name in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")}
-"""Environment of a worker process: the processes share the cores, each needs no more than one."""
 
 Item = TypeVar("Item")
 Answer = TypeVar("Answer")
@@ -186,9 +184,7 @@ def _start_processes(count: int) -> Executor | None:
     if current_process().daemon:
         return None
     try:
-        executor: Executor = ProcessPoolExecutor(
-            count, env=ONE_THREAD, initializer=_ignore_interrupt
-        )
+        executor: Executor = ProcessPoolExecutor(count, initializer=_ignore_interrupt)
         executor.submit(int)
     except (OSError, NotImplementedError):  # no semaphores, no shared memory, no more processes
         return None

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from gallop_fmu import LineScene, SceneError
 from gallop_fmu.input.scene_like import SpanLike, as_span
 from modal.foundation import one_span as instead
+from modal.foundation.one_thread import one_thread
 from modal.foundation.scene_variation import unit_of, with_number
 from modal.linear.line_modes import LineMode, line_modes
 from modal.linear.linearise import SmallMotion, WindState
@@ -70,6 +71,7 @@ class Snapshot:
         return np.asarray(product / np.outer(size_a, size_b))
 
 
+@one_thread
 def track_modes(
     scene: SpanLike, path: str, values: Sequence[float], count: int = 6, wind: WindState = "still"
 ) -> xr.Dataset:

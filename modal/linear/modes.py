@@ -15,6 +15,7 @@ from gallop_fmu.foundation.deprecation import warn_renamed
 from gallop_fmu.foundation.figures import drawn
 from gallop_fmu.foundation.text_rules import counted
 from gallop_fmu.input.scene_like import SceneLike, as_scene
+from modal.foundation.one_thread import one_thread
 from modal.linear.eigensolution import is_stable, lowest, oscillating
 from modal.linear.line_modes import LineMode, line_modes
 from modal.linear.linearise import Linearised, SmallMotion, WindState, linearised, uniform
@@ -149,6 +150,7 @@ def natural_modes(
 ) -> ModeList[Mode] | ModeList[LineMode]: ...
 
 
+@one_thread
 def natural_modes(
     scene: SceneLike, count: int = 12, wind: WindState = "still"
 ) -> ModeList[Mode] | ModeList[LineMode]:

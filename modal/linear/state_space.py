@@ -38,6 +38,7 @@ from numpy.typing import NDArray
 
 from gallop_fmu import LineScene, Scene, SceneError
 from gallop_fmu.input.scene_like import SceneLike, as_scene
+from modal.foundation.one_thread import one_thread
 from modal.linear.eigensolution import MIN_OSCILLATION, state_matrix
 from modal.linear.line_modes import LineMode
 from modal.linear.line_state_space import line_system
@@ -70,6 +71,7 @@ MIN_ELEMENTS = 8
 """Number of elements from which it is smaller."""
 
 
+@one_thread
 def linear_model(scene: SceneLike, modes: int | None = None) -> control.StateSpace:
     """Linearise a span or line about its equilibrium in mean wind, as a state-space model.
 
@@ -146,6 +148,7 @@ def linear_model(scene: SceneLike, modes: int | None = None) -> control.StateSpa
     )
 
 
+@one_thread
 def root_locus(scene: SceneLike, speeds: Sequence[float], count: int = 6) -> xr.Dataset:
     """Compute the eigenvalues of the lowest modes over the wind speed, tracked by shape.
 

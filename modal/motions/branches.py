@@ -20,6 +20,7 @@ from modal.continuation.branch import Branch
 from modal.continuation.diagram import Diagram, explore
 from modal.continuation.path import GrowingLimit, Point, Settings
 from modal.continuation.problem import ContinuationError
+from modal.foundation.one_thread import one_thread
 from modal.foundation.scene_variation import unit_of, varied
 from modal.motions.full_model import full_scene, reduction_error
 from modal.motions.motion_models import check_scene, motion_model
@@ -155,6 +156,7 @@ class Branches:
         return save_table(self.dataset, Path(path))
 
 
+@one_thread
 def branches(
     scene: SceneLike,
     over: str = WIND_SPEED,

@@ -27,6 +27,7 @@ from modal.continuation.events import Event
 from modal.continuation.path import Point, Settings, Stepper
 from modal.continuation.problem import ContinuationError
 from modal.continuation.sensitivity import Gradient
+from modal.foundation.one_thread import one_thread
 from modal.foundation.scene_variation import (
     ICE_MASS,
     TEMPERATURE,
@@ -170,6 +171,7 @@ class Quantity(NamedTuple):
     explicit: Callable[[Sequence[tuple[SpanModel, float]]], float] | None = None
 
 
+@one_thread
 def sensitivity(
     scene: SceneLike | Branches,
     numbers: Sequence[str] | None = None,

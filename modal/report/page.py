@@ -12,6 +12,7 @@ import numpy as np
 from gallop_fmu import LineScene, Result
 from gallop_fmu.foundation.atomic_write import check_target, write_whole
 from gallop_fmu.input.scene_like import SceneLike, as_scene
+from modal.foundation.one_thread import one_thread
 from modal.linear.modes import Mode
 from modal.report import tables
 from modal.report.animation import Animation, animation, played
@@ -38,6 +39,7 @@ class Shape:
     points: str
 
 
+@one_thread
 def write_report(
     scene: SceneLike,
     path: Path | str,

@@ -20,6 +20,7 @@ from gallop_fmu.foundation.text_rules import counted, read_number
 from gallop_fmu.input.scene_spec import SceneSpec
 from gallop_fmu.sweeps.cases import GEOMETRY, NAME, SpanTable, spans_of
 from gallop_fmu.sweeps.runner import Progress
+from modal.foundation.one_thread import one_thread
 from modal.risk.draws import Draws, Sampling, draw
 from modal.risk.outcomes import METHODS, Found, Method, found_by_estimate, found_by_simulation
 from modal.risk.quantities import Quantity, quantities
@@ -185,6 +186,7 @@ def _with_interval(row: Mapping[str, Any], name: str) -> str:
     return f"{row[name]:.3g} ({row[f'{name}_lowest']:.3g} to {row[f'{name}_highest']:.3g})"
 
 
+@one_thread
 def risk_atlas(  # noqa: PLR0913 - all but two are keyword arguments
     scene: Scene | LineScene | SceneSpec | str | Path | None,
     random: Mapping[str, Any],

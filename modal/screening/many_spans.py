@@ -17,6 +17,7 @@ from gallop_fmu.sweeps.pool import Kind
 from gallop_fmu.sweeps.rows import Row
 from gallop_fmu.sweeps.runner import CarryOn, Progress, compute, one_by_one
 from modal.foundation import one_span as instead
+from modal.foundation.one_thread import one_thread
 from modal.screening.line_screen import LineScreening
 from modal.screening.screen import MAX_WIND_RATIO, Screening, check_wind, screen
 from modal.screening.two_mode_estimate import PairModel, estimate, pair_of
@@ -240,6 +241,7 @@ class EstimateTask:
         }
 
 
+@one_thread
 def screen_spans(  # noqa: PLR0913 - all but two are keyword arguments
     scene: Scene | SceneSpec | str | Path | None = None,
     over: Mapping[str, Sequence[Any]] | None = None,

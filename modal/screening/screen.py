@@ -12,6 +12,7 @@ from gallop_fmu.foundation.figures import drawn
 from gallop_fmu.foundation.notebook_table import notebook_table
 from gallop_fmu.input.scene_like import SceneLike, as_scene
 from modal.foundation.normal_wind import check_wind_is_normal
+from modal.foundation.one_thread import one_thread
 from modal.motions.reduced_model import ReducedModel
 from modal.screening.cycles import Cycle, StableState, Transfer
 from modal.screening.line_screen import LineScreening, screen_line
@@ -178,6 +179,7 @@ def screen(scene: LineScene, highest_wind: float | None = None) -> LineScreening
 def screen(scene: SceneLike, highest_wind: float | None = None) -> Screening | LineScreening: ...
 
 
+@one_thread
 def screen(scene: SceneLike, highest_wind: float | None = None) -> Screening | LineScreening:
     """Find out how a span or line gallops, and if that starts a swing (2:1 resonance).
 

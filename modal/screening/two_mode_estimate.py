@@ -28,6 +28,7 @@ from gallop_fmu import Scene, SceneError
 from gallop_fmu.input.scene_like import SpanLike, as_span
 from modal.foundation import one_span as instead
 from modal.foundation.normal_wind import check_wind_is_normal
+from modal.foundation.one_thread import one_thread
 from modal.linear.mode_basis import (
     TANGENT_STEP,
     StillAirModes,
@@ -136,6 +137,7 @@ class TwoMode:
         )
 
 
+@one_thread
 def quadratic_coupling(scene: SpanLike, rest: StillAirModes | None = None) -> Coupling:
     """Compute the quadratic coupling of the first symmetric pair, from the kernel's tangent.
 
@@ -246,6 +248,7 @@ def _of_all_unknowns(rest: StillAirModes, u: Array, free: NDArray[np.intp]) -> A
     return full.reshape(rest.mesh.free.shape)
 
 
+@one_thread
 def two_mode_estimate(
     scene: SpanLike, wind_speed: float | None = None, highest_wind: float | None = None
 ) -> TwoMode:

@@ -13,6 +13,7 @@ from gallop_fmu import LineScene, Scene, SceneError
 from gallop_fmu.foundation.deprecation import warn_renamed
 from gallop_fmu.input.scene_like import SceneLike, as_scene
 from gallop_fmu.scene.conductor import Ice
+from modal.foundation.one_thread import one_thread
 from modal.linear.line_modes import LineMode
 from modal.linear.linearise import SmallMotion
 from modal.linear.mode_tracking import EXTRA_MODES, Snapshot, follow
@@ -75,6 +76,7 @@ class CriticalWind:
     remark: str
 
 
+@one_thread
 def critical_wind_speed(
     scene: SceneLike,
     count: int = 6,

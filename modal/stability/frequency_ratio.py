@@ -14,6 +14,7 @@ from gallop_fmu import LineScene, Scene, SceneError, SimulationError
 from gallop_fmu.input.scene_like import SceneLike, SpanLike, as_scene, as_span
 from modal.foundation import one_span as instead
 from modal.foundation.change_of_state import ACSR_EXPANSION
+from modal.foundation.one_thread import one_thread
 from modal.foundation.scene_variation import (
     ICE_MASS,
     TEMPERATURE,
@@ -143,6 +144,7 @@ def frequency_ratio(scene: LineScene) -> list[ModePair]: ...
 def frequency_ratio(scene: SceneLike) -> FrequencyRatio | list[ModePair]: ...
 
 
+@one_thread
 def frequency_ratio(scene: SceneLike) -> FrequencyRatio | list[ModePair]:
     """Compute the ratio of the first symmetric vertical to the first horizontal frequency.
 
@@ -174,6 +176,7 @@ def frequency_ratio(scene: SceneLike) -> FrequencyRatio | list[ModePair]:
     )
 
 
+@one_thread
 def ratio_map(
     scene: SpanLike,
     path: str,
@@ -294,6 +297,7 @@ def _ratio_dataset(
     )
 
 
+@one_thread
 def crossings(
     scene: SpanLike,
     path: str,
@@ -343,6 +347,7 @@ def crossings(
     return found
 
 
+@one_thread
 def suggest_design_changes(scene: SpanLike) -> list[DesignChange]:
     """Suggest design changes that move a span away from the 2:1 resonance, the strongest first.
 

@@ -57,6 +57,7 @@ from numpy.typing import NDArray
 
 from gallop_fmu import SceneError
 from gallop_fmu.input.scene_like import LineLike, as_line
+from modal.foundation.one_thread import one_thread
 from modal.linear.line_modes import LineMode, line_modes
 from modal.linear.linearise import Linearised, SmallMotion
 
@@ -240,6 +241,7 @@ class Expansion:
         return found
 
 
+@one_thread
 def mode_pairs(
     scene: LineLike,
     count: int = SEARCHED_MODES,

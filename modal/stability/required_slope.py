@@ -51,6 +51,7 @@ from gallop_fmu import LineScene, Scene, SceneError
 from gallop_fmu.foundation.figures import drawn
 from gallop_fmu.input.scene_like import SceneLike, as_scene
 from gallop_fmu.line.clearance import cigre_322_single_loop
+from modal.foundation.one_thread import one_thread
 from modal.linear.line_modes import LineMode
 from modal.linear.modes import Mode
 from modal.stability.slope_search import SlopePath, SlopeSearch
@@ -190,6 +191,7 @@ class RequiredSlope:
         return frame
 
 
+@one_thread
 def required_slope(
     scene: SceneLike,
     wind_speeds: Sequence[float] | None = None,

@@ -14,6 +14,7 @@ import numpy as np
 from gallop_fmu.foundation.atomic_write import check_target, write_whole
 from gallop_fmu.line.clearance import Ellipse, cigre_322_single_loop, davison_single_loop
 from gallop_fmu.simulation.line_result import LineResult
+from modal.foundation.one_thread import one_thread
 from modal.motions.branches import Branches
 from modal.report.animation import OTHER_PERIODS, shown_part
 from modal.report.findings import Missing
@@ -55,6 +56,7 @@ class Signature:
 NO_SIGNATURE = Signature()
 
 
+@one_thread
 def write_study(study: LineStudy, path: Path | str, signature: Signature = NO_SIGNATURE) -> Path:
     """Write a study as one self-contained HTML page.
 

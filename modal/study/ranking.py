@@ -11,6 +11,7 @@ import numpy as np
 
 from gallop_fmu import LineScene, Model, Scene, SceneError, SimulationError
 from gallop_fmu.input.scene_like import SceneLike, as_scene
+from modal.foundation.one_thread import one_thread
 from modal.motions.branches import branches
 from modal.motions.sensitivity import sensitivity
 from modal.screening.screen import MAX_WIND_RATIO, screen
@@ -26,6 +27,7 @@ LOWEST_WIND = 0.5
 """Wind speed at which the search for motions begins, relative to the scene's."""
 
 
+@one_thread
 def rank_measures(
     scene: SceneLike,
     highest_wind: float | None = None,

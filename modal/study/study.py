@@ -19,6 +19,7 @@ from gallop_fmu.input.scene_like import LineLike, as_line
 from gallop_fmu.simulation.line_result import LineResult
 from gallop_fmu.simulation.run_options import check_stop_time
 from modal.foundation.alike_phases import one_phase
+from modal.foundation.one_thread import one_thread
 from modal.linear.line_modes import LineMode
 from modal.linear.modes import natural_modes
 from modal.motions.branches import Branches
@@ -194,6 +195,7 @@ class StudyStoppedError(RuntimeError):
         self.result = result
 
 
+@one_thread
 def study_line(
     scene: LineLike,
     conditions: StudyConditions | None = None,

@@ -20,6 +20,7 @@ from gallop_fmu.foundation.figures import drawn
 from gallop_fmu.input.scene_like import SceneLike, as_scene
 from gallop_fmu.simulation.oscillation import Oscillations, frequency_text
 from gallop_fmu.simulation.steadiness import Motion
+from modal.foundation.one_thread import one_thread
 from modal.linear.line_modes import LineFamily
 from modal.linear.modes import Family
 from modal.superposition.modal_model import ModalModel, mean_wind
@@ -250,6 +251,7 @@ class Comparison:
         )
 
 
+@one_thread
 def compare(scene: SceneLike, stop_time: float | None = None) -> Comparison:
     """Run the nonlinear simulation, mode superposition and linear theory on one scene.
 

@@ -24,6 +24,7 @@ from gallop_fmu.simulation.line_result import line_histories
 from gallop_fmu.simulation.recording import Recording, Values, rest_values
 from gallop_fmu.simulation.result import Provenance, histories
 from gallop_fmu.simulation.run_options import RecordingPlan
+from modal.foundation.one_thread import one_thread
 from modal.superposition.modal_model import ModalModel, WindLoad, wind_at
 
 Array = NDArray[np.float64]
@@ -75,6 +76,7 @@ def mode_superposition(
 ) -> Result | LineResult: ...
 
 
+@one_thread
 def mode_superposition(
     scene: SceneLike,
     stop_time: float | None = None,

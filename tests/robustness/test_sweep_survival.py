@@ -14,16 +14,13 @@ from distributed import Client, LocalCluster
 import gallop_fmu as gf
 from gallop_fmu.sweeps.cases import cases
 from gallop_fmu.sweeps.journal import journal_of
-from gallop_fmu.sweeps.pool import ONE_THREAD, Workers, WorkersLostError
+from gallop_fmu.sweeps.pool import Workers, WorkersLostError
 from gallop_fmu.sweeps.runner import compute
 from support.sweeps import same
 
 WINDS = [4.0 + 0.1 * k for k in range(16)]
 CHANGES = {"numerics.elements": 4, "numerics.time_step": 0.02, "run.record_every": 5}
 STOP_TIME = 250.0
-
-ENVIRONMENT = {**os.environ, **ONE_THREAD}
-"""Threads of linear algebra that wait for work cost more than they do here."""
 
 needs_posix = pytest.mark.skipif(os.name == "nt", reason="signals and limits of POSIX")
 
@@ -52,9 +49,7 @@ def _command(out):
 
 def _begun(begin, out, rows):
     """The command as a process, once so many rows are there."""
-    process = begin(
-        _command(out), stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, env=ENVIRONMENT
-    )
+    process = begin(_command(out), stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
     journal = journal_of(out)
     until = time.monotonic() + 120.0
     while journal.read_bytes().count(b"\n") < 1 + rows:
@@ -76,7 +71,7 @@ def _cluster(folder):
         "1",
         "--no-dashboard",
     ]
-    quiet = {"stdout": subprocess.DEVNULL, "stderr": subprocess.DEVNULL, "env": ENVIRONMENT}
+    quiet = {"stdout": subprocess.DEVNULL, "stderr": subprocess.DEVNULL}
     scheduler = LocalCluster(
         n_workers=0, host="127.0.0.1", protocol="tcp", processes=False, dashboard_address=None
     )
@@ -139,7 +134,6 @@ def _disk_full(out):
         preexec_fn=limited,
         timeout=120,
         check=False,
-        env=ENVIRONMENT,
     )
     assert done.returncode == 1
     assert journal_of(out).stat().st_size == limit

@@ -10,7 +10,6 @@ import pytest
 import xarray as xr
 
 import gallop_fmu as gf
-from gallop_fmu.cli import terminal
 
 
 def _command(*words):
@@ -100,17 +99,6 @@ def test_tab_completes(tmp_path, typed, offered):
         text=True,
     )
     assert done.stdout.split() == offered.split()
-
-
-@pytest.mark.parametrize(("set_before", "seen"), [({}, "1"), ({"OPENBLAS_NUM_THREADS": "3"}, "3")])
-def test_small_matrices_get_one_thread(monkeypatch, set_before, seen):
-    monkeypatch.setattr(os, "environ", dict(set_before))
-    found = []
-    terminal.start(
-        lambda prog_name: found.append((prog_name, os.environ["OPENBLAS_NUM_THREADS"])),
-        "gallop-fmu",
-    )
-    assert found == [("gallop-fmu", seen)]
 
 
 @pytest.mark.skipif(os.name == "nt", reason="Windows has no pseudo-terminals of this kind")
