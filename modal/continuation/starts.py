@@ -16,13 +16,11 @@ from modal.continuation.equations import (
     length,
 )
 from modal.continuation.events import Event, UserEvent
+from modal.continuation.finer_mesh import mesh_doubt
 from modal.continuation.path import Point, Settings, Stepper, reversed_point
 from modal.continuation.problem import ContinuationError, Problem
 
 Array = NDArray[np.float64]
-
-MAX_DOUBLING_CHANGE = 0.05
-"""Distance of a multiplier from -1 on a finer mesh up to which a period doubling is one."""
 
 FIRST_DISTANCE, TRIALS, TRIAL_FACTOR = 0.01, 6, 0.3
 """Distance of the first point of a branch from the event, and how often it is changed."""
@@ -143,13 +141,15 @@ def switched(event: Event, settings: Settings, user: Sequence[UserEvent] = ()) -
     Raises
     ------
     ContinuationError
-        If no branch is found, or none starts at an event of this kind.
+        If no branch is found, none starts at an event of this kind, or a finer mesh does not have
+        the event.
     """
-    point = event.point
+    point, doubt = event.point, mesh_doubt(event, settings)
+    if doubt:
+        raise ContinuationError(doubt)
     if event.kind == "Hopf":
         starts = [_from_hopf(event, settings)]
     elif event.kind == "period doubling":
-        _check_doubling(point, settings)
         starts = [_from_doubling(point)]
     elif event.kind in ("branch point", "symmetry breaking"):
         direction = point.equations.null_vector(point.linear)
@@ -189,28 +189,6 @@ def _from_hopf(event: Event, settings: Settings) -> tuple[Equations, Array, Arra
     motion = np.real(shape * np.exp(2j * np.pi * times)[:, None])
     x = np.concatenate([np.tile(point.states[0], len(times)), [period, point.parameter]])
     return equations, x, np.concatenate([motion.ravel(), [0.0, 0.0]])
-
-
-def _check_doubling(point: Point, settings: Settings) -> None:
-    """Raise if a mesh with twice as many intervals has no multiplier near -1.
-
-    A fast, nearly undamped disturbance has a multiplier on the unit circle whose angle depends on
-    the mesh, although the orbit itself is resolved.
-    """
-    old = point.equations
-    assert isinstance(old, OrbitEquations)
-    fine = old.remeshed(point.x, min(2 * old.intervals, co.MAX_INTERVALS))
-    x = old.transferred(point.x, fine)
-    hold = np.zeros_like(x)
-    hold[-1] = 1.0
-    found = Stepper(settings).correct(fine, x, x, hold / length(fine, hold), 0.0)
-    away = float(np.min(np.abs(found.spectrum + 1.0)))
-    if away > MAX_DOUBLING_CHANGE:
-        raise ContinuationError(
-            f"the multiplier -1 at {point.parameter:.6g} belongs to the mesh: with"
-            f" {fine.intervals} intervals in place of {old.intervals}, the nearest one is"
-            f" {away:.2g} away"
-        )
 
 
 def _from_doubling(point: Point) -> tuple[Equations, Array, Array]:

@@ -18,6 +18,7 @@ from gallop_fmu.foundation.outcome import SimulationError
 from gallop_fmu.input.scene_like import SceneLike, as_scene
 from modal.continuation.branch import Branch
 from modal.continuation.diagram import Diagram, explore
+from modal.continuation.finer_mesh import mesh_doubt
 from modal.continuation.path import GrowingLimit, Point, Settings
 from modal.continuation.problem import ContinuationError
 from modal.foundation.one_thread import one_thread
@@ -36,7 +37,7 @@ from modal.motions.span_problem import (
     SpanProblem,
     WindFamily,
 )
-from modal.motions.table import branch_table, event_sentence, save_table
+from modal.motions.table import begins_to_beat, branch_table, event_sentence, save_table
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -262,9 +263,11 @@ def branches(
     errors = [_error(scene, over, problem, one) for one in found.branches]
     runs = runs_from_orbits(scene, over, problem, found, simulate, progress) if simulate else []
     unit = unit_of(scene, over)
-    dataset = branch_table(problem, found, names, errors, runs, over, unit)
+    doubts = _mesh_doubts(found, settings)
+    unconfirmed = {*doubts, *(id(event.point.x) for event, _ in found.failures)}
+    dataset = branch_table(problem, found, names, errors, runs, over, unit, unconfirmed)
     dataset.attrs |= {"title": scene.title, "scene": scene.to_toml()}
-    remarks += [*_remarks(found, names, model, unit), *_doubts(errors, names)]
+    remarks += [*_remarks(found, names, model, unit, doubts), *_doubts(errors, names)]
     seconds = clock.process_time() - began
     return Branches(dataset, over, unit, tuple(remarks), found, scene, seconds)
 
@@ -362,7 +365,16 @@ def _doubts(errors: list[float], names: list[str]) -> list[str]:
     ]
 
 
-def _remarks(found: Diagram, names: list[str], model: SpanModel, unit: str) -> tuple[str, ...]:
+def _mesh_doubts(found: Diagram, settings: Settings) -> dict[int, str]:
+    """Reasons why beats are not confirmed on a finer mesh, by the identity of the unknowns."""
+    beats = [one for branch in found.branches for one in branch.events if begins_to_beat(one)]
+    doubts = {id(one.point.x): mesh_doubt(one, settings) for one in beats}
+    return {key: doubt for key, doubt in doubts.items() if doubt}
+
+
+def _remarks(
+    found: Diagram, names: list[str], model: SpanModel, unit: str, doubts: dict[int, str]
+) -> tuple[str, ...]:
     """Sentences about what could not be found out, and about motions that begin to beat."""
     remarks = []
     for number, (branch, name) in enumerate(zip(found.branches, names, strict=True)):
@@ -370,6 +382,8 @@ def _remarks(found: Diagram, names: list[str], model: SpanModel, unit: str) -> t
             sentence = event_sentence(event, unit)
             if sentence and event.kind == "torus":
                 sentence += f"; what begins is {name_of_disturbance(event, model)}"
+                if doubt := doubts.get(id(event.point.x)):
+                    sentence += f"; this is not confirmed, because {doubt}"
             if sentence:
                 remarks.append(f"branch {number} ({name}): {sentence}")
     for event, reason in found.failures:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Collection, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -48,12 +48,15 @@ MEANINGS = {
 """Kinds of events in words."""
 
 
+def begins_to_beat(event: Event) -> bool:
+    """True at a torus of a motion that was stable before."""
+    return event.kind == "torus" and not np.any(event.point.levels > CRITICAL)
+
+
 def event_sentence(event: Event, unit: str) -> str:
     """Sentence about an event that limits what is known; empty if it does not."""
     at = f"{event.parameter:.4g} {unit}"
-    if event.kind == "torus":
-        if np.any(event.point.levels > CRITICAL):
-            return ""  # it was unstable before
+    if begins_to_beat(event):
         frequency = event.rotation / event.point.period
         return (
             f"at {at} the motion begins to beat (multiplier at {event.rotation:.3g} of a turn,"
@@ -78,8 +81,12 @@ def branch_table(
     runs: Sequence[BranchRun],
     over: str,
     unit: str,
+    unconfirmed: Collection[int],
 ) -> xr.Dataset:
-    """Return the branches as a table; see `modal.motions.branches.Branches`."""
+    """Return the branches as a table; see `modal.motions.branches.Branches`.
+
+    ``unconfirmed`` has the identities of the unknowns of events that are not confirmed.
+    """
     import xarray as xr
 
     data: dict[str, Any] = {
@@ -90,7 +97,7 @@ def branch_table(
         "summary": ("branch", [_summary(one, unit) for one in found.branches]),
         "reduction_error": ("branch", list(errors), {"units": "1"}),
         **_point_columns(problem, found, unit),
-        **_event_columns(found, unit),
+        **_event_columns(found, unit, unconfirmed),
     }
     if runs:
         data |= _run_columns(runs, unit)
@@ -165,10 +172,14 @@ def _place_columns(problem: SpanProblem, points: Sequence[tuple[int, Point]]) ->
     return columns
 
 
-def _event_columns(found: Diagram, unit: str) -> dict[str, Any]:
+def _event_columns(found: Diagram, unit: str, unconfirmed: Collection[int]) -> dict[str, Any]:
     """Columns over the events of all branches."""
     located = [(k, event) for k, one in enumerate(found.branches) for event in _events(one)]
-    meanings = [MEANINGS.get(event.kind, event.kind) for _, event in located]
+    meanings = [
+        MEANINGS.get(event.kind, event.kind)
+        + (" (not confirmed)" if id(event.point.x) in unconfirmed else "")
+        for _, event in located
+    ]
     return {
         "event_kind": ("located", [event.kind for _, event in located]),
         "event_branch": ("located", [number for number, _ in located]),

@@ -15,6 +15,7 @@ import numpy as np
 from modal.continuation.branch import Branch
 from modal.continuation.equations import EquilibriumEquations, OrbitEquations
 from modal.continuation.events import Event
+from modal.continuation.finer_mesh import mesh_doubt
 from modal.continuation.path import Point, Settings
 from modal.continuation.problem import ContinuationError
 from modal.continuation.starts import switched
@@ -100,13 +101,16 @@ def transitions(rest: LineRest) -> tuple[tuple[LineTransition, ...], tuple[str, 
     event = first_motion(rest)
     if event is None:
         return (), ()
-    branch, doubt = _followed(rest, event)
+    settings = _settings(rest, event)
+    branch, doubt = _followed(rest, event, settings)
     if branch is None:
         return (), (doubt,)
-    found, doubts = [], []
+    found, doubts = list[LineTransition](), list[str]()
     for one in branch.events:
         if one.kind in LOSSES and _lasts(one, branch):
-            found.append(_transition(one, rest))
+            doubt = mesh_doubt(one, settings)
+            found += [] if doubt else [_transition(one, rest)]
+            doubts += [f"the first motion loses its stability, but {doubt}"] if doubt else []
     end = branch.ends[1]
     if end.kind == LEAVES_CURVE or end.kind in ("lost", "points", "period"):
         name = name_of_motion(branch.points[len(branch.points) // 2], rest.model)
@@ -132,11 +136,10 @@ def first_motion(rest: LineRest) -> Event | None:
     return begins[0] if begins else None
 
 
-def _followed(rest: LineRest, event: Event) -> tuple[Branch | None, str]:
-    """Branch of the motion that begins at an event, or the reason for which there is none."""
+def _settings(rest: LineRest, event: Event) -> Settings:
+    """Bounds of the branch that begins at an event."""
     assert rest.unit is not None
-    problem = SpanProblem(rest.problem.family, rest.model, TYPICAL * rest.unit)
-    settings = Settings(
+    return Settings(
         event.parameter,
         rest.highest,
         tolerance=TOLERANCE,
@@ -150,6 +153,12 @@ def _followed(rest: LineRest, event: Event) -> tuple[Branch | None, str]:
         unit=UNIT * rest.unit,
         give_up=_has_lost(),
     )
+
+
+def _followed(rest: LineRest, event: Event, settings: Settings) -> tuple[Branch | None, str]:
+    """Branch of the motion that begins at an event, or the reason for which there is none."""
+    assert rest.unit is not None
+    problem = SpanProblem(rest.problem.family, rest.model, TYPICAL * rest.unit)
     try:
         branch = switched(_of(event, problem, settings), settings, problem.end_of_curve())[0]
     except ContinuationError as error:

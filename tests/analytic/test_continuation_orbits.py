@@ -13,6 +13,7 @@ from scipy.integrate import solve_ivp
 from scipy.optimize import brentq, root
 
 from modal.continuation.events import UserEvent
+from modal.continuation.finer_mesh import mesh_doubt
 from modal.continuation.path import GrowingLimit, Settings, spectrum_change
 from modal.continuation.problem import ContinuationError
 from modal.continuation.starts import equilibria, orbit, orbits, switched
@@ -211,14 +212,21 @@ def test_doublings_of_the_double_well():
     assert is_confirmed(twice.events[0].point, -1.0)
 
 
-def test_a_doubling_that_a_finer_mesh_does_not_have_is_refused():
-    """The torus point of Langford's system has no multiplier near -1."""
+@pytest.mark.parametrize(
+    ("kind", "value"),
+    [("period doubling", -1.0 + 0.0j), ("symmetry breaking", 1.0 + 0.0j), ("torus", 1.0j)],
+)
+def test_an_event_that_a_finer_mesh_does_not_have_is_refused(kind, value):
+    """The torus point of Langford's system has its multipliers at 0.5 of a right angle from -1."""
     problem, settings = system(ode.langford, [1.0] * 3), Settings(-1.0, 2.0)
     rest = equilibria(problem, np.zeros(3), 0.0, settings)
     (found,) = switched(rest.of_kind("Hopf")[0], settings)
-    false = replace(found.events[0], kind="period doubling", value=-1.0 + 0.0j)
-    with pytest.raises(ContinuationError, match="belongs to the mesh: with 22 intervals"):
-        switched(false, settings)
+    assert mesh_doubt(found.events[0], settings) == ""
+    false = replace(found.events[0], kind=kind, value=value)
+    assert "belongs to the mesh: with 22 intervals" in mesh_doubt(false, settings)
+    if kind != "torus":
+        with pytest.raises(ContinuationError, match="belongs to the mesh: with 22 intervals"):
+            switched(false, settings)
 
 
 def test_two_to_one_resonance_wakes_the_swing_where_averaging_says():

@@ -1,6 +1,7 @@
 """Branches of example 3: names, events, files, figure, command, and simulations from them."""
 
 import json
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -10,12 +11,15 @@ from typer.testing import CliRunner
 import gallop_fmu as gf
 import modal
 from modal.cli.main import app
+from modal.continuation.diagram import Diagram
 from modal.continuation.path import Settings
 from modal.continuation.starts import equilibria, orbits
 from modal.linear.mode_basis import still_air_modes
+from modal.motions.branches import _mesh_doubts, _remarks
 from modal.motions.full_model import full_scene, run_from
 from modal.motions.span_model import SpanModel
 from modal.motions.span_problem import NumberFamily, SpanProblem, WindFamily
+from modal.motions.table import branch_table
 from modal.plots.branch_figure import branch_figure
 
 
@@ -92,6 +96,22 @@ def test_beating_beyond_the_torus_is_found():
     assert end.u2.whole == pytest.approx(0.696, rel=0.01)  # observed 0.698
     assert end.u3.whole == pytest.approx(0.289, rel=0.02)  # observed 0.285
     assert end.quarter.whole == pytest.approx(0.47, rel=0.02)  # observed 0.474
+
+
+def test_a_beat_that_a_finer_mesh_does_not_have_is_not_confirmed(found):
+    """In remarks and in the table of events; a period doubling takes the place of a torus."""
+    branch = found.diagram.branches[1]
+    (doubling,) = branch.of_kind("period doubling")
+    torus = replace(doubling, kind="torus", value=1.0j)
+    diagram = Diagram([replace(branch, events=[torus])], [], [])
+    settings, problem = Settings(4.5, 5.3), doubling.point.equations.problem
+    assert not _mesh_doubts(found.diagram, settings)
+    doubts = _mesh_doubts(diagram, settings)
+    (remark,) = _remarks(diagram, ["one loop"], problem.model, "m/s", doubts)
+    assert "begins to beat" in remark
+    assert "this is not confirmed, because the multiplier" in remark
+    table = branch_table(problem, diagram, ["one loop"], [0.0], [], "", "m/s", doubts)
+    assert table.event_meaning.values[0].endswith("second frequency (not confirmed)")
 
 
 def test_tables_and_figure(found, tmp_path):

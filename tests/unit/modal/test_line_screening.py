@@ -16,6 +16,7 @@ from modal.cli.main import app
 from modal.motions.line_model import LineModel
 from modal.report.findings import Missing
 from modal.report.line_screening import agreement, screening_sentences, states_table
+from modal.screening import line_transitions
 from modal.screening.line_rest import line_rest
 from modal.screening.line_settled import difference, settled_states
 from modal.screening.line_states import Histories, state_at_end
@@ -155,6 +156,14 @@ def test_section_starts_the_swing_of_its_strings():
     assert found.is_swing
     assert found.wind_speed == pytest.approx(3.40, rel=0.01)
     assert found.frequency_ratio == pytest.approx(0.466, abs=0.01)
+
+
+def test_a_transition_that_a_finer_mesh_does_not_have_is_a_doubt(monkeypatch):
+    monkeypatch.setattr(line_transitions, "mesh_doubt", lambda event, _: f"no {event.kind}")
+    model = LineModel(section_of_example2(2, elements=4))
+    found, doubts = transitions(line_rest(model, 4.1, 4.2))
+    assert not found
+    assert doubts[0] == "the first motion loses its stability, but no torus"
 
 
 ANGLES = np.arange(0.0, 360.0, 5.0)
