@@ -80,7 +80,7 @@ def _compare(library: c.CDLL) -> None:
 def _load() -> c.CDLL:
     library = c.CDLL(str(library_path()))
     _compare(library)
-    pointer, double, whole = c.c_void_p, c.c_double, c.c_int64
+    pointer, double, whole, size = c.c_void_p, c.c_double, c.c_int64, c.c_size_t
     doubles, report, inputs = c.POINTER(c.c_double), c.POINTER(CReport), c.POINTER(CInputs)
     integers, probes = c.POINTER(c.c_int32), (c.POINTER(CProbe), c.c_int32)
     signatures: dict[str, tuple[Any, tuple[Any, ...]]] = {
@@ -92,8 +92,8 @@ def _load() -> c.CDLL:
         "gallop_model_derived": (c.c_int, (pointer, c.POINTER(CDerived))),
         "gallop_chain_derived": (c.c_int, (pointer, c.c_int32, c.POINTER(CDerivedChain))),
         "gallop_model_nodes": (c.c_int, (pointer, doubles)),
-        "gallop_state_size": (c.c_size_t, (pointer,)),
-        "gallop_saved_size": (c.c_size_t, (pointer,)),
+        "gallop_state_size": (size, (pointer,)),
+        "gallop_saved_size": (size, (pointer,)),
         "gallop_state_init": (c.c_int, (pointer, pointer, double, inputs, report)),
         "gallop_state_time": (double, (pointer,)),
         "gallop_state_check": (c.c_int, (pointer, pointer)),
@@ -139,6 +139,9 @@ def _load() -> c.CDLL:
         "gallop_node_normals": (c.c_int, (pointer, doubles)),
         "gallop_free_unknowns": (c.c_int, (pointer, integers)),
         "gallop_seed": (c.c_int, (pointer, doubles)),
+        "gallop_history_size": (size, (whole,)),
+        "gallop_history_numbers": (c.c_int, (whole, c.c_int32, pointer, double, *[pointer] * 2)),
+        "gallop_history_beats": (c.c_int, (whole, *[pointer] * 3, c.POINTER(double))),
     }
     for name, (result, arguments) in signatures.items():
         function = getattr(library, name)

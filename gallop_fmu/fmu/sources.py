@@ -1,15 +1,19 @@
-"""The kernel's C files, which are part of the package and of every native FMU."""
+"""The kernel's C files, which are part of the package and, but for a few, of every native FMU."""
 
 from __future__ import annotations
 
 from pathlib import Path
 
+HISTORIES = ("history", "gallop_history")
+"""Beginnings of the names of files for recorded histories."""
+
 FOLDER = Path(__file__).resolve().parents[1] / "kernel"
 
 
 def kernel_sources(fmi: int | None = None) -> dict[str, bytes]:
-    """Return the content of the kernel's C files and headers by name, in alphabetical order.
+    """Return the content of the C files and headers of an FMU by name, in alphabetical order.
 
+    The functions for recorded histories are not among them, as an FMU records nothing.
     The headers of FMI are not among them: tools that compile FMUs have their own, of the version
     that they read.
 
@@ -18,11 +22,11 @@ def kernel_sources(fmi: int | None = None) -> dict[str, bytes]:
     fmi
         2 or 3: without the functions of the other version; None: all.
     """
-    other = {2: "fmi3", 3: "fmi2", None: "-"}[fmi]
+    others = {2: ("fmi3",), 3: ("fmi2",), None: ()}[fmi] + HISTORIES
     return {
         file.name: file.read_bytes()
         for file in sorted(FOLDER.glob("*.[ch]"))
-        if not file.name.startswith(other)
+        if not file.name.startswith(others)
     }
 
 

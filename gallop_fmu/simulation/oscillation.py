@@ -3,20 +3,22 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
+from gallop_fmu.engine.histories import HistoryNumbers, history_numbers
 from gallop_fmu.foundation.channels import DESCRIBED
 from gallop_fmu.foundation.errors import SceneError
 from gallop_fmu.simulation.steadiness import (
     REST_AMPLITUDE,
+    STEADY_RANGE,
     TWIST_LEVER,
     Motion,
     dominant_frequency,
-    judge,
+    judge_numbers,
 )
 
 if TYPE_CHECKING:
@@ -149,15 +151,32 @@ def oscillation(
     values: Array, interval: float, unit: str = "m", *, is_gusty: bool = False
 ) -> Oscillation:
     """Return the oscillation of equally spaced samples with a unit, maybe in gusty wind."""
-    amplitude, mean, frequency = measure(values, interval)
+    (numbers,) = history_numbers([values], STEADY_RANGE)
+    return _oscillation(values, numbers, interval, unit, is_gusty)
+
+
+def _oscillation(
+    values: Array, numbers: HistoryNumbers, interval: float, unit: str, is_gusty: bool
+) -> Oscillation:
+    amplitude, mean, frequency = _measured(numbers, interval)
     floor = SMALL_OF.get(unit, REST_AMPLITUDE * (abs(mean) + amplitude))
-    motion = judge(values, interval, floor, frequency, is_gusty=is_gusty)
-    return Oscillation(amplitude, mean, frequency, motion, float(np.std(values)))
+    motion = judge_numbers(values, numbers, interval, floor, is_gusty=is_gusty)
+    return Oscillation(amplitude, mean, frequency, motion, numbers.deviation)
 
 
 def measure(values: Array, interval: float) -> tuple[float, float, float]:
     """Return half peak-to-peak, mean and dominant frequency [Hz] of equally spaced samples."""
-    return 0.5 * float(np.ptp(values)), float(np.mean(values)), dominant_frequency(values, interval)
+    return measure_all([values], interval)[0]
+
+
+def measure_all(values: Sequence[Array], interval: float) -> list[tuple[float, float, float]]:
+    """Return what `measure` returns, of several histories of equal length."""
+    return [_measured(numbers, interval) for numbers in history_numbers(values)]
+
+
+def _measured(numbers: HistoryNumbers, interval: float) -> tuple[float, float, float]:
+    amplitude = 0.5 * (numbers.highest - numbers.lowest)
+    return amplitude, numbers.mean, numbers.frequency_hz(interval)
 
 
 def oscillations(
@@ -190,8 +209,11 @@ def oscillations(
             f"there are fewer than two records from {start} s to {stop} s; give a longer window"
         )
     interval = float(time[part[1]] - time[part[0]])
+    late = np.stack([values[part[0] : part[-1] + 1] for values, _ in histories.values()])
     found = {
-        name: oscillation(values[part], interval, unit, is_gusty=is_gusty)
-        for name, (values, unit) in histories.items()
+        name: _oscillation(values, numbers, interval, unit, is_gusty)
+        for (name, (_, unit)), values, numbers in zip(
+            histories.items(), late, history_numbers(late, STEADY_RANGE), strict=True
+        )
     }
     return Oscillations(found, start, stop)

@@ -22,7 +22,6 @@ from gallop_fmu.simulation.steadiness import (
     MIN_SAMPLES,
     REST_AMPLITUDE,
     default_window,
-    hann,
 )
 
 if TYPE_CHECKING:
@@ -132,34 +131,32 @@ def fastest_motion(
     displacements, velocities
         Histories [m, m/s] of the same points, in the same order, over the whole run.
     """
-    if not displacements or not all(
-        np.abs(values).max() < MAX_MOTION for values in (*displacements, *velocities)
-    ):
+    moves, rates = np.array(displacements), np.array(velocities)
+    if not len(moves) or not all(np.abs(y).max(initial=0.0) < MAX_MOTION for y in (moves, rates)):
         return math.nan
-    count = len(displacements[0])
+    count = moves.shape[1]
     length = max(2, round(default_window(interval * (count - 1)) / interval) + 1)
     if length < MIN_SAMPLES:
         return math.nan
-    ranges = [float(np.ptp(values)) for values in displacements]
-    largest = displacements[int(np.argmax(ranges))]
+    ranges = np.ptp(moves, axis=1)
+    largest = moves[int(ranges.argmax())]
     end = count
-    if np.ptp(largest[-length:]) < 0.5 * max(ranges):
+    if np.ptp(largest[-length:]) < 0.5 * ranges.max():
         end = min(count, int(np.argmax(np.abs(largest - np.mean(largest)))) + length // 2)
     part = slice(max(0, end - length), end)
-    motions = [values[part] - np.mean(values[part]) for values in displacements]
-    variance = sum(float(np.var(motion)) for motion in motions)
+    motions = moves[:, part] - np.mean(moves[:, part], axis=1, keepdims=True)
+    variance = float(np.sum(np.var(motions, axis=1)))
     if not variance > 0.5 * REST_AMPLITUDE**2:
         return math.nan
-    frequency = np.fft.rfftfreq(len(motions[0]), interval)
-    energy = (
-        sum(np.abs(np.fft.rfft(motion * hann(len(motion)))) ** 2 for motion in motions)
-        * frequency**2
-    )
+    samples = motions.shape[1]
+    lines = np.fft.rfft(motions * np.hanning(samples))
+    frequency = np.fft.rfftfreq(samples, interval)
+    energy = np.sum(np.abs(lines) ** 2, axis=0) * frequency**2
     above = np.cumsum(energy[::-1])[::-1]
     found = float(frequency[np.flatnonzero(above >= FAST_ENERGY_SHARE * above[0])[-1]])
-    if len(velocities) != len(displacements):
+    if len(rates) != len(moves):
         return found
-    ratio = sum(float(np.var(values[part])) for values in velocities) / variance
+    ratio = float(np.sum(np.var(rates[:, part], axis=1))) / variance
     return max(found, math.sqrt(ratio) / (2.0 * math.pi))
 
 

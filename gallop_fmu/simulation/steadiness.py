@@ -42,13 +42,14 @@ extremes over the window, but no amplitude that lasts.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
-from functools import cache, lru_cache, partial
 from typing import Literal, get_args
 
 import numpy as np
 from numpy.typing import NDArray
+
+from gallop_fmu.engine.histories import HistoryNumbers, beat_share, history_numbers
 
 Array = NDArray[np.float64]
 
@@ -82,21 +83,8 @@ TWIST_LEVER = 0.1
 KINDS: tuple[Kind, ...] = get_args(Kind)
 """Kinds in order of precedence: a span has the first kind of its channels."""
 
-MAX_BLOCKS = 18
-"""Maximum number of blocks of one to four cycles for a trend."""
-
 MAX_WINDOW = 100.0
 """Default length [s] of the window at the end of a run, at most half of the run."""
-
-SAMPLES_PER_CYCLE = 64
-"""Minimum number of samples in a cycle for extremes by a parabola."""
-MIDPOINT_WEIGHTS = np.array([3.0, -25.0, 150.0, 150.0, -25.0, 3.0]) / 256.0
-"""Weights of six samples for the value midway between the third and the fourth."""
-
-_NEIGHBOURS = np.array([[-1], [0], [1]])
-
-DEPENDENT = 1e-13
-"""Singular value, relative to the largest, of waves that depend linearly on others."""
 
 MIN_SAMPLES = 8
 """Minimum number of samples for a spectral line."""
@@ -148,48 +136,9 @@ def dominant_frequency(values: Array, interval: float) -> float:
     Notes
     -----
     Hann window, fourfold zero padding, and a parabola through the logarithms of the three largest
-    lines.
+    lines (``kernel/history_spectrum.c``).
     """
-    line = _largest_line(np.ascontiguousarray(values, dtype=np.float64).tobytes())
-    return math.nan if math.isnan(line) else line / (4 * len(values) * interval)
-
-
-@lru_cache(maxsize=8)  # a summary measures the channels that it has judged
-def _largest_line(samples: bytes) -> float:
-    """Return the place of the largest line in the spectrum; NaN without one."""
-    values = np.frombuffer(samples)
-    if len(values) < MIN_SAMPLES:
-        return math.nan
-    low, high = float(values.min()), float(values.max())
-    if not high - low > 1e-12 * max(1.0, -low, high):
-        return math.nan
-    spectrum = np.abs(np.fft.rfft((values - _mean(values)) * hann(len(values)), 4 * len(values)))
-    peak = int(spectrum[1:-1].argmax()) + 1
-    below, top, above = np.log(spectrum[peak - 1 : peak + 2] + 1e-300).tolist()
-    curvature = below - 2.0 * top + above
-    if not curvature < 0.0:  # no peak: motion at the ends only, where the window is zero
-        return math.nan
-    return float(peak + 0.5 * (below - above) / curvature)
-
-
-@lru_cache(maxsize=8)
-def hann(count: int) -> Array:
-    """Return Hann's window of `count` samples, which cannot be written."""
-    window = np.hanning(count)
-    window.flags.writeable = False
-    return window
-
-
-def _mean(values: Array) -> float:
-    """Return the mean of samples as ``np.mean``, which takes longer to call."""
-    return float(np.add.reduce(values) / len(values))
-
-
-def _parts(values: Array, count: int) -> list[Array]:
-    """Return a number of parts of nearly equal length, the longer first."""
-    size, longer = divmod(len(values), count)
-    ends = [(k + 1) * size + min(k + 1, longer) for k in range(count)]
-    return [values[start:stop] for start, stop in zip([0, *ends], ends, strict=False)]
+    return history_numbers([values])[0].frequency_hz(interval)
 
 
 def default_window(length: float) -> float:
@@ -220,16 +169,22 @@ def judge_span(
     """
     if len(time) < 2:
         return Motion("undetermined", "one record")
-    if not all(np.isfinite(values).all() for values in histories.values()):
+    whole = np.stack(list(histories.values()))
+    if not np.isfinite(whole).all():
         return Motion("undetermined", "not finite")
     interval = float(time[1] - time[0])
     window = default_window(float(time[-1] - time[0])) if window is None else window
     last = slice(max(0, len(time) - 1 - round(window / interval)), None)
+    late = np.ascontiguousarray(whole[:, last])
     motions, sizes = dict[str, Motion](), dict[str, float]()
-    for name, values in histories.items():
+    for name, values, numbers in zip(
+        histories, late, history_numbers(late, STEADY_RANGE), strict=True
+    ):
         lever = TWIST_LEVER if name.endswith("twist") else 1.0
-        motions[name] = judge(values[last], interval, REST_AMPLITUDE / lever, is_gusty=is_gusty)
-        sizes[name] = lever * float(values[last].max() - values[last].min())
+        motions[name] = judge_numbers(
+            values, numbers, interval, REST_AMPLITUDE / lever, is_gusty=is_gusty
+        )
+        sizes[name] = lever * (numbers.highest - numbers.lowest)
     counted = [
         name
         for name, motion in motions.items()
@@ -272,12 +227,7 @@ def _turned_over(time: Array, twist: Array, last: slice, then: Motion) -> Motion
 
 
 def judge(
-    values: Array,
-    interval: float,
-    floor: float = REST_AMPLITUDE,
-    frequency_hz: float | None = None,
-    *,
-    is_gusty: bool = False,
+    values: Array, interval: float, floor: float = REST_AMPLITUDE, *, is_gusty: bool = False
 ) -> Motion:
     """Judge one channel over a window.
 
@@ -289,114 +239,87 @@ def judge(
         Time [s] between them.
     floor
         Amplitude below which a motion without growth is at rest, in the unit of the values.
-    frequency_hz
-        `dominant_frequency` of the values, if known.
     is_gusty
         The wind is gusty: a motion with enough cycles is random.
     """
-    values = np.asarray(values, dtype=np.float64)
-    low, high, length = float(values.min()), float(values.max()), (len(values) - 1) * interval
-    size = 0.5 * (high - low)
+    (numbers,) = history_numbers([values], STEADY_RANGE)
+    return judge_numbers(values, numbers, interval, floor, is_gusty=is_gusty)
+
+
+def judge_numbers(
+    values: Array, numbers: HistoryNumbers, interval: float, floor: float, *, is_gusty: bool
+) -> Motion:
+    """Judge one channel over a window, from its numbers.
+
+    Parameters
+    ----------
+    values, interval, floor, is_gusty
+        As of `judge`.
+    numbers
+        Its numbers, for `STEADY_RANGE`.
+    """
+    size, length = 0.5 * (numbers.highest - numbers.lowest), (len(values) - 1) * interval
     if not math.isfinite(size):
         return Motion("undetermined", "not finite")
     if size <= ROUND_OFF:
         return Motion("at rest")
-    frequency = dominant_frequency(values, interval) if frequency_hz is None else frequency_hz
-    sparse = frequency * interval * MIN_RECORDS_PER_CYCLE > 1.0
+    frequency = numbers.frequency_hz(interval)
+    sparse = numbers.frequency * MIN_RECORDS_PER_CYCLE > 1.0
     if is_gusty and size >= floor and frequency * length >= MIN_CYCLES:
         return _judge_random(values)
     if frequency * length >= MIN_CYCLES and not sparse:
-        finer, period = _finer((values - 0.5 * (low + high)) / size, 1.0 / (frequency * interval))
-        motion = _judge_cycles(finer, period, length)
+        motion = _judge_cycles(values, numbers, length)
         if size >= floor or motion.kind == "still growing":
             return motion
     if size < floor:
         return Motion("at rest")
     if sparse:
-        return Motion("undetermined", f"{1.0 / (frequency * interval):.1f} records in a cycle")
+        return Motion("undetermined", f"{1.0 / numbers.frequency:.1f} records in a cycle")
     counted = f"{frequency * length:.1f} cycles" if math.isfinite(frequency) else "no cycle"
     return Motion("undetermined", f"{counted} in {length:.3g} s; {MIN_CYCLES} are needed")
 
 
 def _judge_random(values: Array) -> Motion:
     """Judge a motion in gusty wind: its statistics, and how much they differ within the window."""
-    first, last = (float(np.std(half)) for half in _parts(values, 2))
-    differ = 1.0 - min(first, last) / max(first, last)
+    differ = _difference(*(float(np.std(half)) for half in np.array_split(values, 2)))
     return Motion("random", f"standard deviations in halves of the window differ by {differ:.0%}")
 
 
-def _judge_cycles(values: Array, period: float, length: float) -> Motion:
-    """Judge an oscillation between -1 and 1; `period` in samples, `length` of the window in s."""
-    cycles = min(max(int(len(values) / (MAX_BLOCKS * period)), 1), 4)
-    envelope_of = cache(partial(_envelope, values, period))
-    logs = np.log(np.maximum(envelope_of(cycles), 1e-300))
-    first, second, third = _means_of_thirds(logs)
-    before, after = second - first, third - second
-    if max(abs(before), abs(after)) > FLAT_CHANGE and _share_of_parabola(logs) >= TREND_SHARE:
-        if _settles(before, after) and abs(third) <= STEADY_RANGE:
+def _difference(first: float, last: float) -> float:
+    """Return the difference of two positive numbers, relative to the larger one."""
+    return 1.0 - min(first, last) / max(first, last)
+
+
+def _judge_cycles(values: Array, numbers: HistoryNumbers, length: float) -> Motion:
+    """Judge an oscillation over a window of `length` [s]."""
+    before, after = numbers.log_2 - numbers.log_1, numbers.log_3 - numbers.log_2
+    if max(abs(before), abs(after)) > FLAT_CHANGE and numbers.trend >= TREND_SHARE:
+        if _settles(before, after) and abs(numbers.log_3) <= STEADY_RANGE:
             return Motion("steady")
-        start, then, now = _means_of_thirds(
-            np.arange(len(logs)) * cycles * period * length / (len(values) - 1)
-        )
-        rate = (
-            after / (now - then)
-            if after * (third - first) > 0.0
-            else (third - first) / (now - start)
-        )
-        return Motion("still growing" if rate > 0.0 else "decaying", _rate_text(rate), rate)
-    if _is_even(len(values), period, envelope_of):
-        return _hidden_growth(values, period, length) or Motion("steady")
-    envelope = envelope_of(1)
-    fall = 1.0 - float(envelope.min() / envelope.max())
-    if _share_of_beats(envelope) >= BEAT_SHARE:
-        return Motion("beating", f"cycles differ by {fall:.0%}")
-    first, last = (0.5 * float(half.max() - half.min()) for half in _parts(values, 2))
-    halves = 1.0 - min(first, last) / max(first, last)
+        return _trend(numbers, length)
+    if numbers.range <= STEADY_RANGE:
+        return _hidden_growth(numbers, length) or Motion("steady")
+    if beat_share(values, numbers) >= BEAT_SHARE:
+        return Motion("beating", f"cycles differ by {numbers.fall:.0%}")
+    halves = _difference(numbers.half_1, numbers.half_2)
     return Motion(
-        "irregular", f"cycles differ by {fall:.0%}, the halves of the window by {halves:.0%}"
+        "irregular",
+        f"cycles differ by {numbers.fall:.0%}, the halves of the window by {halves:.0%}",
     )
 
 
-def _finer(values: Array, period: float) -> tuple[Array, float]:
-    """Interpolate a motion to at least `SAMPLES_PER_CYCLE`; return it and its period in samples."""
-    while period < SAMPLES_PER_CYCLE and len(values) > MIN_SAMPLES:
-        middle = np.convolve(values, MIDPOINT_WEIGHTS, "valid")
-        values = np.stack([values[2:-3], middle], axis=1).ravel()
-        period *= 2.0
-    return values, period
-
-
-def _envelope(values: Array, period: float, cycles: int) -> Array:
-    """Return half peak-to-peak of blocks of `cycles` cycles, which overlap by a quarter cycle."""
-    size = math.ceil((cycles + 0.25) * period) + 1
-    starts = np.arange(0.0, len(values) - size + 0.5, cycles * period).astype(int)
-    blocks = values[starts[:, None] + np.arange(size)]
-    peaks = _peaks(np.concatenate([blocks, -blocks]))
-    return 0.5 * (peaks[: len(blocks)] + peaks[len(blocks) :])
-
-
-def _peaks(blocks: Array) -> Array:
-    """Return the maximum of each row, refined by a parabola through its neighbours."""
-    rows, highest = np.arange(len(blocks)), blocks.argmax(axis=1)
-    at = np.minimum(np.maximum(highest, 1), blocks.shape[1] - 2)
-    below, top, above = blocks[rows, at + _NEIGHBOURS]
-    curvature, slope = below - 2.0 * top + above, 0.5 * (above - below)
-    inside = (curvature < 0.0) & (np.abs(slope) <= -curvature)
-    rise = np.where(inside, -0.5 * slope**2 / np.where(inside, curvature, 1.0), 0.0)
-    return np.asarray(np.maximum(blocks[rows, highest], top + rise))
-
-
-def _means_of_thirds(values: Array) -> list[float]:
-    return [_mean(part) for part in _parts(values, 3)]
-
-
-def _share_of_parabola(values: Array) -> float:
-    """Return the share of the variance that a parabola explains."""
-    x = np.linspace(-1.0, 1.0, len(values))
-    bend = x**2 - _mean(x**2)  # orthogonal to 1 and x, as the samples are symmetric
-    centred = values - _mean(values)
-    explained = sum(float(form @ centred) ** 2 / float(form @ form) for form in (x, bend))
-    return explained / float(centred @ centred)
+def _trend(numbers: HistoryNumbers, length: float) -> Motion:
+    """Return growth or decay: the rate of the last thirds, or of all if they differ in sign."""
+    sizes, longer = divmod(int(numbers.blocks), 3)
+    first, second, third = (sizes + (k < longer) for k in range(3))
+    spacing = numbers.spacing * length
+    whole = numbers.log_3 - numbers.log_1
+    last = numbers.log_3 - numbers.log_2
+    if last * whole > 0.0:
+        rate = last / (0.5 * (second + third) * spacing)
+    else:
+        rate = whole / ((0.5 * (first + third) + second) * spacing)
+    return Motion("still growing" if rate > 0.0 else "decaying", _rate_text(rate), rate)
 
 
 def _settles(before: float, after: float) -> bool:
@@ -410,73 +333,17 @@ def _settles(before: float, after: float) -> bool:
     return factor < MAX_FACTOR and abs(after) * factor / (1.0 - factor) <= REMAINING_CHANGE
 
 
-def _is_even(count: int, period: float, envelope_of: Callable[[int], Array]) -> bool:
-    """Check that the maximum of one, two, three or four cycles is constant over the window."""
-    for cycles in range(1, 5):
-        if count < (3.0 * cycles + 0.25) * period + 2.0:
-            break  # fewer than three
-        envelope = envelope_of(cycles)
-        if envelope.max() - envelope.min() <= STEADY_RANGE * _mean(envelope):
-            return True
-    return False
-
-
-def _hidden_growth(values: Array, period: float, length: float) -> Motion | None:
+def _hidden_growth(numbers: HistoryNumbers, length: float) -> Motion | None:
     """Return a motion with a growing part that does not repeat from cycle to cycle, or None."""
-    whole = int(period)
-    share, count = period - whole, len(values) - whole - 3
-    before, here, after, beyond = (values[whole + k : whole + k + count] for k in range(4))
-    # Cubic interpolation in four samples, at `share` between the second and the third.
-    later = here + 0.5 * share * (
-        after
-        - before
-        + share
-        * (
-            2.0 * before
-            - 5.0 * here
-            + 4.0 * after
-            - beyond
-            + share * (3.0 * (here - after) + beyond - before)
-        )
-    )
-    parts = _parts(later - values[1 : count + 1], 3)
-    hidden = [math.sqrt(0.5 * _mean(part**2)) for part in parts]
-    if (
-        hidden[2] < HIDDEN_SHARE
-        or not hidden[0] * HIDDEN_GROWTH < hidden[1] < hidden[2] / HIDDEN_GROWTH
-    ):
+    first, second, third = numbers.hidden_1, numbers.hidden_2, numbers.hidden_3
+    if third < HIDDEN_SHARE or not first * HIDDEN_GROWTH < second < third / HIDDEN_GROWTH:
         return None
-    rate = math.log(hidden[2] / hidden[1]) / (length / 3.0)
+    rate = math.log(third / second) / (length / 3.0)
     return Motion(
         "still growing",
-        f"a part, now {hidden[2]:.2g} of the amplitude, by {_rate_text(rate)}",
+        f"a part, now {third:.2g} of the amplitude, by {_rate_text(rate)}",
         rate,
     )
-
-
-def _share_of_beats(envelope: Array) -> float:
-    """Return the share of the variance of an envelope that a spectral line and its double explain.
-
-    The line is between one and a half beats in the window and a third of the number of cycles. The
-    share is corrected for the number of unknowns.
-    """
-    count, unknowns = len(envelope), 5
-    if count <= unknowns + 1:
-        return 0.0
-    centred, x = envelope - _mean(envelope), np.arange(count) / count
-    beats = np.arange(1.5, max(count / 3.0, 1.6), 0.25)
-    phasors = np.exp(2j * np.pi * beats[:, None] * x)
-    strongest = beats[np.argsort(np.abs(phasors @ (centred * hann(count))))[-3:]]
-    lines = (strongest[:, None] * [0.5, 0.97, 1.0, 1.03]).ravel()
-    angle = 2.0 * np.pi * lines[lines >= 1.5, None] * x
-    waves = [f(k * angle) for k in (1, 2) for f in (np.cos, np.sin)]
-    basis, size, _ = np.linalg.svd(
-        np.stack([np.ones_like(angle), *waves], axis=-1), full_matrices=False
-    )
-    basis *= (size > DEPENDENT * size[:, :1])[:, None]  # a line and the alias of its double
-    residual = centred - (basis @ (basis.mT @ centred)[..., None])[..., 0]
-    best = 1.0 - float(np.min(np.var(residual, axis=1)) / np.var(centred))
-    return 1.0 - (1.0 - best) * (count - 1) / (count - unknowns - 1)
 
 
 def _rate_text(rate: float) -> str:

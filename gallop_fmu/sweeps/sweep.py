@@ -19,7 +19,8 @@ from gallop_fmu.line.clearance import cigre_322_single_loop, davison_single_loop
 from gallop_fmu.scene.line_scene import LineScene
 from gallop_fmu.scene.scene import Scene
 from gallop_fmu.simulation.line_result import LineResult
-from gallop_fmu.simulation.result import Result, measure
+from gallop_fmu.simulation.oscillation import measure_all
+from gallop_fmu.simulation.result import Result
 from gallop_fmu.simulation.run_options import check_model, check_stop_time
 from gallop_fmu.simulation.simulate import simulate
 from gallop_fmu.sweeps.cases import Cases, SpanTable, cases
@@ -120,9 +121,9 @@ def _steady_columns(result: Result, window: float | None, sag: float) -> Row:
     time, last = result.recorded.time, result.in_window(window)
     interval = float(np.diff(time[last][:2])[0])
     histories = {name: values[last] for name, values in _midspan_histories(result).items()}
-    for name, values in histories.items():
+    for name, found in zip(histories, measure_all([*histories.values()], interval), strict=True):
         keys = (f"{name}_amplitude", f"{name}_mean", f"{name}_frequency_hz")
-        row |= dict(zip(keys, measure(values, interval), strict=True))
+        row |= dict(zip(keys, found, strict=True))
     ellipses = {"davison_excess": davison_single_loop(sag)}
     with suppress(ValueError):  # the rule has no ellipse for such a small sag
         ellipses["cigre_322_excess"] = cigre_322_single_loop(sag, result.scene.conductor.diameter)

@@ -6,10 +6,12 @@ import numpy as np
 import pytest
 
 import gallop_fmu as gf
-from gallop_fmu.engine import pack
+from gallop_fmu.engine import histories, pack
+from gallop_fmu.engine.histories import history_numbers
 from gallop_fmu.scene import aerodynamic_curve
+from gallop_fmu.simulation import provenance
 from gallop_fmu.simulation import simulate as simulation
-from gallop_fmu.simulation.steadiness import _mean, _parts, dominant_frequency
+from gallop_fmu.simulation.steadiness import dominant_frequency
 from gallop_fmu.sweeps.sweep import SUMMARISED, steady_motion
 
 DRAWS = np.random.default_rng(18)
@@ -38,13 +40,40 @@ def test_a_run_packs_its_scene_once(counted):
     assert len(calls) == 1
 
 
-def test_a_row_transforms_each_history_once(counted):
-    """Four histories of the row, and two of the warnings about its steps."""
+@pytest.fixture
+def passes(monkeypatch):
+    """Numbers of histories that each call of the kernel describes."""
+    found, kernel = [], histories.kernel
+
+    class Counting:
+        def __getattr__(self, name):
+            return getattr(kernel, name)
+
+        def gallop_history_numbers(self, samples, count, *others):
+            found.append(count)
+            return kernel.gallop_history_numbers(samples, count, *others)
+
+    monkeypatch.setattr(histories, "kernel", Counting())
+    return found
+
+
+def test_steady_describes_all_channels_in_one_call(passes, counted):
+    result = simulation.simulate("example3", 20.0)
+    transforms = counted(np.fft, "rfft")
+    assert len(result.steady(5.0)) == 21
+    assert passes == [21]
+    assert not transforms
+
+
+def test_a_row_describes_each_history_once(passes, counted):
+    """Its motion from three histories, the columns of four, and the warnings about its steps."""
     scene = gf.load_scene("example3").with_values({"wind.speed": 5.123})
     result = simulation.simulate(scene, 40.0, **SUMMARISED)
-    calls = counted(np.fft, "rfft")
+    transforms, datasets = counted(np.fft, "rfft"), counted(provenance, "dataset_of")
     steady_motion(result)
-    assert len(calls) == 6
+    assert passes == [3, 4]
+    assert len(transforms) == 1
+    assert not datasets
 
 
 def test_runs_with_equal_curves_evaluate_their_warnings_once(counted):
@@ -55,12 +84,13 @@ def test_runs_with_equal_curves_evaluate_their_warnings_once(counted):
     assert found[0] == found[1] == found[2]
 
 
-def test_means_and_parts_are_those_of_numpy():
-    for count in (3, 10, 25, 26, 27, 1001, 20000):
-        values = DRAWS.normal(size=count)
-        assert _mean(values) == np.mean(values)
-        for own, other in zip(_parts(values, 3), np.array_split(values, 3), strict=True):
-            np.testing.assert_array_equal(own, other)
+def test_means_and_deviations_are_those_of_numpy():
+    for count in (1, 3, 10, 25, 128, 129, 1001, 20000):
+        values = DRAWS.normal(size=(5, count))
+        for numbers, own in zip(history_numbers(values), values, strict=True):
+            assert numbers.mean == np.mean(own)
+            assert numbers.deviation == np.std(own)
+            assert (numbers.lowest, numbers.highest) == (own.min(), own.max())
 
 
 def test_frequency_follows_the_samples_not_the_array():
