@@ -37,6 +37,8 @@ EXCEPTIONS = {
     "gallop_fmu/kernel/fmi3.c:fmi3InstantiateCoSimulation": FMI_FACE,
     "gallop_fmu/kernel/fmi3_absent.c:fmi3InstantiateScheduledExecution": FMI_FACE,
     "gallop_fmu/kernel/time_march.c:gallop_run": C_FACE,
+    "gallop_fmu/kernel/time_march.c:gallop_run_in_team": C_FACE,
+    "gallop_fmu/simulation/simulate.py:simulate": OPTIONS,
     "gallop_fmu/sweeps/sweep.py:sweep": OPTIONS,
     "modal/cli/atlas_command.py:atlas": OPTIONS,
     "modal/risk/atlas.py:risk_atlas": OPTIONS,

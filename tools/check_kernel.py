@@ -29,7 +29,7 @@ KERNEL = Path(__file__).resolve().parents[1] / "gallop_fmu" / "kernel"
 
 LAYERS = (
     ("gallop", "base"),
-    ("report", "law", "history"),
+    ("report", "law", "history", "team"),
     ("model", "conditions", "state", "check"),
     ("device", "element", "junction", "system"),
     ("solver", "observe"),

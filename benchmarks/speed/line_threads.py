@@ -1,113 +1,106 @@
-"""Measure what a second thread could gain in sections and bundles; see ../README.md.
+"""Measure what a second thread gains in sections and bundles; see ../README.md.
 
 Usage: python benchmarks/speed/line_threads.py
 """
 
 from __future__ import annotations
 
-import ctypes as c
-import tempfile
+import statistics
+import time
 from typing import Any
 
+import numpy as np
 from lines import line
-from speed import compile_kernel_with, heading
+from speed import heading
 
-from gallop_fmu.engine.ctypes_structs import CScene
-from gallop_fmu.engine.pack import Packed
+from gallop_fmu.engine.model import Model
+from gallop_fmu.engine.probes import node_probes
+from gallop_fmu.engine.state import State
+from gallop_fmu.foundation.outcome import Outcome, SimulationError
 
-SETTLED, SAMPLES, ROUNDS = 20.0, 40, 4
-LINES: dict[str, tuple[int, int]] = {
-    "5 spans": (5, 1),
-    "10 spans": (10, 1),
-    "twin, 1 span": (1, 2),
-    "quad, 1 span": (1, 4),
-    "10 spans of twins": (10, 2),
-    "10 spans of quads": (10, 4),
+SETTLED, SAMPLE, PAIRS = 20.0, 0.04, 15
+"""Time [s] before the first sample, wall-clock time [s] of a sample, and number of pairs."""
+
+LINES: dict[str, tuple[int, int, int]] = {
+    "5 spans": (5, 1, 15),
+    "6 spans": (6, 1, 15),
+    "10 spans": (10, 1, 15),
+    "20 spans": (20, 1, 15),
+    "40 spans": (40, 1, 15),
+    "10 spans of 40 elements": (10, 1, 40),
+    "10 spans of 100 elements": (10, 1, 100),
+    "4 spans of 100 elements": (4, 1, 100),
+    "twin, 1 span": (1, 2, 15),
+    "quad, 1 span": (1, 4, 15),
+    "quad, 1 span of 60 elements": (1, 4, 60),
+    "10 spans of twins": (10, 2, 15),
+    "10 spans of quads": (10, 4, 15),
+    "10 spans of quads, 40 elements": (10, 4, 40),
 }
-"""Name to the numbers of spans and subconductors; bundles have 6 spacers a span."""
+"""Name to the numbers of spans, subconductors, elements a span; bundles have 6 spacers a span."""
 
-LANES_GAIN = (1.22, 1.66)
-"""Gain of forces and solution from four equal chains in lanes, measured by scene_lanes.py."""
-
-
-class Comparison(c.Structure):
-    """The struct `comparison` of line_threads.c."""
-
-    _fields_ = [
-        (name, c.c_double)
-        for name in (
-            "iteration", "factorisation", "iteration_by_two", "factorisation_by_two", "elements",
-            "devices", "to_ends", "from_ends", "reduction", "between", "factorisation_between",
-            "step", "iterations", "refactorisations", "hand_over", "two_lines", "different"
-        )
-    ]  # fmt: skip
+PROBES = node_probes(np.array([3], dtype=np.int32), np.array([1], dtype=np.int32))
 
 
-def least(rounds: list[Comparison]) -> Comparison:
-    """The least of each time; the counts are those of the fastest steps."""
-    fastest = min(rounds, key=lambda one: one.step)
-    times = {name: min(getattr(one, name) for one in rounds) for name, *_ in Comparison._fields_}
-    return Comparison(
-        **times | {"iterations": fastest.iterations, "refactorisations": fastest.refactorisations}
-    )
+def model_of(spans: int, subconductors: int, elements: int) -> Model:
+    """A line, galloping in its wind."""
+    bundle: dict[str, Any] | None = None
+    if subconductors > 1:
+        bundle = {"subconductors": subconductors, "spacing": 0.45, "spacers": 6}
+    scene = line(spans, bundle).with_values({"numerics.elements": elements})
+    return Model(scene, inputs=False)
 
 
-def row(name: str, found: Comparison) -> str:
-    """Shares of a step, what bounds the gain, and the gain with the times of two threads."""
-    iterations, factorisations = found.iterations, found.refactorisations
-    solution = found.to_ends + found.from_ends
-    shared = iterations * (found.elements + found.devices + solution)
-    shared += factorisations * found.reduction
-    serial = iterations * found.between + factorisations * found.factorisation_between
-    one = iterations * found.iteration + factorisations * found.factorisation
-    two = iterations * found.iteration_by_two + factorisations * found.factorisation_by_two
-    step, rest = found.step, found.step - one
-    shared, serial = shared / (shared + serial) * one, serial / (shared + serial) * one
-    saved = found.elements * (1.0 - 1.0 / LANES_GAIN[0]) + solution * (1.0 - 1.0 / LANES_GAIN[1])
-    lanes = f"{step / (step - iterations * saved):.2f}" if LINES[name][1] == 4 else ""
+def seconds(state: State, steps: int, threads: int) -> float:
+    """Wall-clock time [s] of so many steps."""
+    began = time.perf_counter()
+    _, report = state.record(1, steps, PROBES, threads=threads)
+    taken = time.perf_counter() - began
+    if report.outcome is not Outcome.COMPLETED:
+        raise SimulationError(report)
+    return taken
+
+
+def row(name: str, model: Model) -> str:
+    """Time of a step in one thread and in two, and the gain."""
+    states = {threads: model.start() for threads in (1, 2)}
+    for state in states.values():
+        state.advance(SETTLED)
+    steps = max(2, int(SAMPLE / seconds(states[1], 50, 1) * 50))
+    seconds(states[2], 50, 2)
+    times: dict[int, list[float]] = {1: [], 2: []}
+    for _ in range(PAIRS):
+        for threads, state in states.items():
+            times[threads].append(seconds(state, steps, threads))
+    if states[1].save() != states[2].save():
+        raise RuntimeError(f"{name}: two threads have other bits than one")
+    gains = [one / two for one, two in zip(*times.values(), strict=True)]
+    low, median, high = statistics.quantiles(gains, n=4)
+    least = {threads: min(of) / steps * 1e6 for threads, of in times.items()}
     cells = (
         name,
-        f"{step:.1f}",
-        *(f"{part / step:.0%}" for part in (shared, serial, rest)),
-        f"{step / (serial + rest + shared / 2):.2f}",
-        f"{step / (serial + (rest + shared) / 2):.2f}",
-        f"{one / two:.2f}",
-        f"{step / (two + rest):.2f}",
-        f"{step / (two + rest / 2):.2f}",
-        f"{2 * found.iteration / found.two_lines:.2f}",
-        f"{found.hand_over:.2f}",
-        lanes,
+        f"{model.elements}",
+        f"{least[1]:.1f}",
+        f"{least[2]:.1f}",
+        f"{least[1] / least[2]:.2f}",
+        f"{median:.2f} ({low:.2f} to {high:.2f})",
     )
     return f"| {' | '.join(cells)} |"
 
 
 def main() -> None:
-    """Print a row for each line."""
+    """Print a row for each line that two threads can share."""
     heading()
-    rounds: dict[str, list[Comparison]] = {name: [] for name in LINES}
-    with tempfile.TemporaryDirectory() as folder:
-        compare = compile_kernel_with("line_threads.c", folder, "-pthread").line_threads
-        compare.argtypes = (c.POINTER(CScene), c.c_double, c.c_int, c.POINTER(Comparison))
-        for _ in range(ROUNDS):
-            for name, (spans, subconductors) in LINES.items():
-                bundle: dict[str, Any] | None = None
-                if subconductors > 1:
-                    bundle = {"subconductors": subconductors, "spacing": 0.45, "spacers": 6}
-                packed, found = Packed(line(spans, bundle)), Comparison()
-                if compare(c.byref(packed.scene), SETTLED, SAMPLES, c.byref(found)):
-                    raise RuntimeError(f"{name}: the benchmark failed")
-                if found.different:
-                    raise RuntimeError(f"{name}: two threads have other bits than one")
-                rounds[name].append(found)
     print(
-        "| Line | µs a step | shared | between | rest | bound | bound, rest shared |"
-        " two threads: forces and solution | whole step | whole step, half the rest |"
-        " two lines at once | µs a hand-over | subconductors in lanes |\n|"
-        + " --- |"
-        + " ---: |" * 12
+        "| Line | Elements | One thread [µs a step] | Two | Gain: of the least times"
+        " | median of pairs (quartiles) |\n| --- |" + " ---: |" * 4 + " --- |"
     )
-    for name, found_rounds in rounds.items():
-        print(row(name, least(found_rounds)))
+    for name, of in LINES.items():
+        model = model_of(*of)
+        if model.threads == 2:
+            print(row(name, model), flush=True)
+        else:
+            print(f"| {name} | {model.elements} | one thread only | | | |", flush=True)
 
 
 if __name__ == "__main__":

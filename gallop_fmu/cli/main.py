@@ -128,6 +128,17 @@ def run(  # noqa: PLR0913 - typer takes a parameter for each option
             ),
         ),
     ] = None,
+    threads: Annotated[
+        int | None,
+        typer.Option(
+            metavar="N",
+            parser=whole(),
+            help=(
+                "Threads, 1 or 2, with the same results (default: 2 for a line of 400 elements or"
+                " more, if two cores are available)."
+            ),
+        ),
+    ] = None,
     as_json: AsJson = False,
 ) -> None:
     """Simulate a span or line and print its motion at mid-span, of a line also its towers."""
@@ -141,7 +152,7 @@ def run(  # noqa: PLR0913 - typer takes a parameter for each option
         chosen = with_inputs(chosen, inputs)
     check_output(out, RESULT_SUFFIXES)
     check_output(plot, PICTURE_SUFFIXES)
-    result = _simulate(chosen, stop_time, record_every, record_nodes, silent=as_json)
+    result = _simulate(chosen, stop_time, record_every, record_nodes, threads, silent=as_json)
     written, unwritten = _write(result, out, plot)
     numbers = _numbers(result)
     if as_json:
@@ -339,6 +350,7 @@ def _simulate(
     stop_time: float | None,
     record_every: int | None,
     record_nodes: Literal["midspan", "all"],
+    threads: int | None,
     *,
     silent: bool,
 ) -> Result | LineResult:
@@ -360,6 +372,7 @@ def _simulate(
             record_nodes=record_nodes,
             progress=shown,
             on_failure="return",
+            threads=threads,
         )
     if not result.started:
         raise SimulationError(result.report, result)

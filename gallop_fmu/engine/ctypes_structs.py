@@ -220,8 +220,14 @@ class CDerived(c.Structure):
         ("translation_damping", Two),
         ("twist_damping", Two),
         ("imbalance", c.c_double),
-        *_integers("parts", "reserved"),
+        *_integers("parts", "threads"),
     )
+
+
+class CTeam(c.Structure):
+    """gallop_team."""
+
+    _fields_ = (("content", c.c_uint64 * 32),)
 
 
 class CDerivedChain(c.Structure):
@@ -252,6 +258,7 @@ MIRRORS = {
     "gallop_probe": CProbe,
     "gallop_derived": CDerived,
     "gallop_derived_chain": CDerivedChain,
+    "gallop_team": CTeam,
 }
 """The structures of gallop.h and their mirrors."""
 

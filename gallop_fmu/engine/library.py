@@ -16,6 +16,7 @@ from gallop_fmu.engine.ctypes_structs import (
     CProbe,
     CReport,
     CScene,
+    CTeam,
     Layout,
     mirrored_layout,
 )
@@ -42,7 +43,7 @@ def library_path() -> Path:
     )
 
 
-API_VERSION = 5
+API_VERSION = 6
 """GALLOP_API_VERSION of the gallop.h that these modules are written for."""
 
 
@@ -110,6 +111,15 @@ def _load() -> c.CDLL:
             c.c_int,
             (pointer, pointer, *[whole] * 3, *probes, doubles, c.POINTER(whole), report),
         ),
+        "gallop_run_in_team": (
+            c.c_int,
+            (
+                *(pointer, pointer, *[whole] * 3, *probes),
+                *(doubles, c.POINTER(whole), c.POINTER(CTeam), report),
+            ),
+        ),
+        "gallop_assist": (whole, (c.POINTER(CTeam),)),
+        "gallop_dismiss": (c.c_int, (c.POINTER(CTeam),)),
         "gallop_observe": (c.c_int, (pointer, pointer, *probes, doubles)),
         "gallop_observe_equilibrium": (c.c_int, (pointer, *probes, doubles)),
         "gallop_residual": (c.c_int, (pointer, pointer, double, inputs, *[doubles] * 4)),

@@ -69,6 +69,8 @@ class Model(CompiledModel):
         Their total numbers.
     parts : Part
         Active parts.
+    threads : int
+        Number of threads that can share a run: 2 of a long line, else 1.
     devices : tuple of tuple of int
         Indices of the junctions of each device.
     section_of_element : ndarray of int, shape (element,)
@@ -117,7 +119,7 @@ class Model(CompiledModel):
         )
         derived = CDerived()
         insist(kernel.gallop_model_derived(handle, c.byref(derived)))
-        self.parts = Part(derived.parts)
+        self.parts, self.threads = Part(derived.parts), int(derived.threads)
 
     def __del__(self) -> None:
         if getattr(self, "_handle", None) is not None:

@@ -16,6 +16,7 @@ from gallop_fmu.engine.library import kernel
 from gallop_fmu.engine.line_map import LineMap
 from gallop_fmu.engine.pack import double_pointer, unpacked
 from gallop_fmu.engine.probes import Probes, junction_probes, node_probes, span_probes
+from gallop_fmu.engine.team import team_of
 from gallop_fmu.foundation.argument_checks import indices, number, whole
 from gallop_fmu.foundation.channels import NODE_CHANNELS, SPAN_CHANNELS
 from gallop_fmu.foundation.outcome import Outcome, Report, SimulationError
@@ -32,6 +33,9 @@ _ProbePointer = c.POINTER(CProbe)
 
 VECTOR = 32
 """Alignment [bytes] of a state with which the kernel is fastest."""
+
+MAX_THREADS = 2
+"""Maximum number of threads that share a run."""
 
 MOST_STEPS = 10**12
 """Maximum number of time steps of one call."""
@@ -54,6 +58,7 @@ class CompiledModel:
 
     nodes: int
     junctions: int
+    threads: int = 1
     state_size: int
     saved_size: int
     _handle: c.c_void_p | None
@@ -265,7 +270,7 @@ class State:
         return Run(by_node.transpose(0, 2, 1), made[:, of_nodes:], report)
 
     def record(
-        self, records: int, every: int, probes: Probes, first: int = 0
+        self, records: int, every: int, probes: Probes, first: int = 0, threads: int = 1
     ) -> tuple[Array, Report]:
         """Advance and record any probes, see `gallop_fmu.engine.probes`.
 
@@ -275,6 +280,8 @@ class State:
             As of `run`.
         probes
             What to record.
+        threads
+            1 or 2; more than `model.threads` are not used. The values are the same.
 
         Returns
         -------
@@ -291,10 +298,11 @@ class State:
         records = whole("records", records, 0, MOST_STEPS // every - first)
         values = np.empty((records, len(probes)))
         done, raw = c.c_int64(), CReport()
-        with self._alone:
-            kernel.gallop_run(
+        threads = min(whole("threads", threads, 1, MAX_THREADS), self.model.threads)
+        with self._alone, team_of(threads) as team:
+            kernel.gallop_run_in_team(
                 self.model.handle, self._pointer, first, records, every, *counted(probes),
-                double_pointer(values), c.byref(done), c.byref(raw),
+                double_pointer(values), c.byref(done), team, c.byref(raw),
             )  # fmt: skip
         report = unpacked(raw, self.model.map)
         if report.outcome is Outcome.BAD_CALL:

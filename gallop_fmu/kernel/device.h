@@ -82,6 +82,10 @@ bool device_leaves_plane(const gallop_model *model);
 void device_add_forces(const gallop_model *model, const conditions *now, motion y,
                        double *residual);
 
+/* Adds the forces of one device to the residual. */
+void device_add_force(const gallop_model *model, const device *d,
+                      double force[GALLOP_DEVICE_JUNCTIONS][4], double *residual);
+
 /* The forces of one device [N, N m]. */
 void device_force(const gallop_model *model, const device *d, const conditions *now, motion y,
                   double force[GALLOP_DEVICE_JUNCTIONS][4]);

@@ -62,6 +62,20 @@ void element_monitor_start(monitor *seen)
     *seen = (monitor){INFINITY, 0.0, 0.0, -1, -1, NULL};
 }
 
+void element_monitor_add(monitor *seen, const monitor *later)
+{
+    if (later->lowest_tension < seen->lowest_tension) {
+        seen->lowest_tension = later->lowest_tension;
+        seen->slack_element = later->slack_element;
+    }
+    if (later->worst_excess > seen->worst_excess) {
+        seen->worst_excess = later->worst_excess;
+        seen->worst_angle = later->worst_angle;
+        seen->angle_element = later->angle_element;
+        seen->curve = later->curve;
+    }
+}
+
 /* First mass moments turn with the section, in its plane; the omega^2 terms, missing in the paper,
  * conserve energy.  Two loops, as for attack_angles. */
 INLINE void ice_inertia(const exposure *now, const sections *at, int first, int last)
@@ -292,18 +306,20 @@ typedef struct {
     const sections *at;
     motion y;
     bool slopes;
+    int slot; /* without slopes: strip of `at` whose place is used */
     double *residual;
     monitor *seen;
 } evaluation;
 
 /* `strips` strips from `start`, no more than STRIPS_AT_ONCE.  Section forces go to the arrays of
- * `at`: with slopes to the place of the strip, as the tangent reads them, else to the start. */
+ * `at`: with slopes to the place of the strip, as the tangent reads them, else to that of `slot`.
+ */
 INLINE void strips_residual(const evaluation *of, int start, int strips, int unknowns, lowest *low)
 {
     const interval *c = of->interval;
     const exposure *now = of->now;
     const sections *at = of->at;
-    const int slot = of->slopes ? c->first_strip + start : 0;
+    const int slot = of->slopes ? c->first_strip + start : of->slot;
     const bool sectional = unknowns == 4 && (now->section->eccentric || now->blows);
     lanes r[STRIPS_AT_ONCE][3][4];
 
@@ -385,8 +401,8 @@ TWO_PATHS static void start_residual(const double *restrict constant, int values
     for (int i = 0; i < values; i++) residual[i] = -constant[i];
 }
 
-static void subtract_loads(const gallop_model *model, double t, const conditions *now,
-                           double *residual)
+void element_subtract_loads(const gallop_model *model, double t, const conditions *now,
+                            double *residual)
 {
     double amplitude = 0.0;
     for (int l = 0; l < model->load_count; l++) {
@@ -406,12 +422,12 @@ static void subtract_loads(const gallop_model *model, double t, const conditions
 
 /* Out-of-balance forces of the free body: internal + inertia + damping - aerodynamics - loads -
  * constant forces. */
-void element_sum_residual(const gallop_model *model, double t, const conditions *now,
-                          const sections *at, motion y, bool slopes, double *residual,
-                          monitor *seen)
+void element_sum_half(const gallop_model *model, const line_half *half, const conditions *now,
+                      const sections *at, motion y, bool slopes, double *residual, monitor *seen)
 {
-    start_residual(model->constant_force, 4 * model->nodes, residual);
-    for (int i = 0; i < model->interval_count; i++) {
+    const int first_value = 4 * half->node[0], values = 4 * half->node[1] - first_value;
+    start_residual(model->constant_force + first_value, values, residual + first_value);
+    for (int i = half->interval[0]; i < half->interval[1]; i++) {
         const interval *c = &model->interval[i];
         const exposure on = conditions_on(model, now, c);
         const int first = 4 * c->first_node;
@@ -421,6 +437,7 @@ void element_sum_residual(const gallop_model *model, double t, const conditions 
             .at = at,
             .y = {y.u + first, y.v + first, y.a + first},
             .slopes = slopes,
+            .slot = half->first_strip,
             .residual = residual + first,
             .seen = seen,
         };
@@ -432,7 +449,15 @@ void element_sum_residual(const gallop_model *model, double t, const conditions 
             for (int e = 0; e < c->elements; e++)
                 element_add_lost_forces(c, e, &on, -1.0, residual + first + 8 * e);
     }
-    subtract_loads(model, t, now, residual);
+}
+
+void element_sum_residual(const gallop_model *model, double t, const conditions *now,
+                          const sections *at, motion y, bool slopes, double *residual,
+                          monitor *seen)
+{
+    for (int h = 0; h < model->halves; h++)
+        element_sum_half(model, &model->half[h], now, at, y, slopes, residual, seen);
+    element_subtract_loads(model, t, now, residual);
 }
 
 /* Forces of one element alone. */

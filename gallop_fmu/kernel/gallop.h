@@ -8,7 +8,8 @@
  * bit.  The remaining bytes are scratch memory.
  *
  * Threads: any number of threads may use one model at a time, each with a state of its own.  One
- * thread at a time may use a state, also where it is passed as const.
+ * thread at a time may use a state, also where it is passed as const.  Two threads may share the
+ * runs of one long line: see gallop_run_in_team.
  *
  * Rules: no globals, no printing; memory is allocated by gallop_model_create only.  Arrays of the
  * caller are not kept.  Every function checks its arguments and returns a gallop_outcome, unless
@@ -124,7 +125,7 @@ typedef struct {
                          tension were given [N]; else the residual of the equilibrium, of a
                          strung line also at its junctions */
     int32_t parts;    /* active terms, gallop_part flags */
-    int32_t reserved;
+    int32_t threads;  /* that can share a run: see gallop_run_in_team; 1 or 2 */
 } gallop_derived;
 
 /* Numbers that a model derives for a chain, in the initial equilibrium. */
@@ -210,7 +211,7 @@ typedef struct {
 /* ---- The library ---- */
 
 /* Increases when a structure or a function of this header changes. */
-#define GALLOP_API_VERSION 5
+#define GALLOP_API_VERSION 6
 
 /* API version of the library.
  *
@@ -473,6 +474,41 @@ GALLOP_API int gallop_rewind(const gallop_model *model, gallop_state *state, dou
 GALLOP_API int gallop_run(const gallop_model *model, gallop_state *state, int64_t first,
                           int64_t records, int64_t every, const gallop_probe *probe, int32_t probes,
                           double *values, int64_t *done, gallop_report *report);
+
+/* Two threads that share runs of one line: memory of the caller, filled with zeros at first.  The
+ * kernel starts no thread.  A second thread calls gallop_assist before or while the first one calls
+ * gallop_run_in_team, once or several times; then the first one calls gallop_dismiss, and joins the
+ * second one before the memory is used for anything else. */
+typedef struct {
+    uint64_t content[32];
+} gallop_team;
+
+/* As gallop_run, with the same bits, in up to two threads.  A model can share its runs where
+ * derived.threads is 2: a line of several conductors that is long enough.  Else, or while no second
+ * thread assists, one thread computes all.
+ *
+ * @param team  The two threads; NULL: one thread
+ */
+GALLOP_API int gallop_run_in_team(const gallop_model *model, gallop_state *state, int64_t first,
+                                  int64_t records, int64_t every, const gallop_probe *probe,
+                                  int32_t probes, double *values, int64_t *done, gallop_team *team,
+                                  gallop_report *report);
+
+/* Computes what the other thread of a team shares, until gallop_dismiss.  Between pieces of work it
+ * waits without rest, so it needs a processor of its own to be of use.
+ *
+ * @param team  The team
+ * @return      Number of pieces of which this thread has computed a half; -1: the pointer cannot be
+ *              used
+ */
+GALLOP_API int64_t gallop_assist(gallop_team *team);
+
+/* Ends gallop_assist in the other thread.  No run may be under way.
+ *
+ * @param team  The team
+ * @return      GALLOP_COMPLETED; GALLOP_BAD_CALL
+ */
+GALLOP_API int gallop_dismiss(gallop_team *team);
 
 /* Observes a state.  Only quantities that a probe names are computed.  The force of a junction and
  * the energies are computed once for all of their probes.

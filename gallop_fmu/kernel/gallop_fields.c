@@ -212,7 +212,10 @@ static const entry entries[] = {
     FIELD(gallop_derived, twist_damping),
     FIELD(gallop_derived, imbalance),
     FIELD(gallop_derived, parts),
-    FIELD(gallop_derived, reserved),
+    FIELD(gallop_derived, threads),
+
+    STRUCTURE(gallop_team),
+    FIELD(gallop_team, content),
 
     STRUCTURE(gallop_derived_chain),
     FIELD(gallop_derived_chain, sag),

@@ -11,10 +11,11 @@ static void prescribe_node(const junction *j, const conditions *now, int index, 
     }
 }
 
-void junction_prescribe(const gallop_model *model, const conditions *now, double *u, double *v,
-                        double *a)
+void junction_prescribe_half(const gallop_model *model, const conditions *now, int half, double *u,
+                             double *v, double *a)
 {
-    for (int k = 0; k < model->chain_count; k++)
+    const line_half *own = &model->half[half];
+    for (int k = own->chain[0]; k < own->chain[1]; k++)
         for (int i = 0; i < model->chain[k].kept_corners; i++) {
             const chain *c = &model->chain[k];
             const int node = 4 * (c->first_node + 2 * c->kept[i].corner);
@@ -22,12 +23,19 @@ void junction_prescribe(const gallop_model *model, const conditions *now, double
             double *of_node[3] = {u ? u + node : NULL, v ? v + node : NULL, a ? a + node : NULL};
             prescribe_node(&model->junction[index], now, index, of_node);
         }
+    if (own->node[1] < model->nodes) return;
     for (int j = 0; j < model->junction_count; j++) {
         if (!model->junction[j].body) continue;
         const int node = 4 * model->junction[j].node;
         double *of_node[3] = {u ? u + node : NULL, v ? v + node : NULL, a ? a + node : NULL};
         prescribe_node(&model->junction[j], now, j, of_node);
     }
+}
+
+void junction_prescribe(const gallop_model *model, const conditions *now, double *u, double *v,
+                        double *a)
+{
+    for (int h = 0; h < model->halves; h++) junction_prescribe_half(model, now, h, u, v, a);
 }
 
 void junction_gather(const gallop_model *model, double *force, int width)

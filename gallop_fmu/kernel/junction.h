@@ -8,6 +8,9 @@
  * NULL. */
 void junction_prescribe(const gallop_model *model, const conditions *now, double *u, double *v,
                         double *a);
+/* Those of a half. */
+void junction_prescribe_half(const gallop_model *model, const conditions *now, int half, double *u,
+                             double *v, double *a);
 
 /* Forces on followers go to their leaders; (nodes, width). */
 void junction_gather(const gallop_model *model, double *force, int width);

@@ -134,6 +134,13 @@ typedef struct {
     double constant[DEVICE_CONSTANTS]; /* of the kind, prepared from the scene */
 } device;
 
+/* Half of a line, which one of two threads can compute: chains that follow each other, with their
+ * intervals and nodes, and devices.  From the first one to that behind the last one. */
+typedef struct {
+    int chain[2], interval[2], node[2], device[2];
+    int first_strip;
+} line_half;
+
 /* A loaded point: which load, and where. */
 typedef struct {
     int load, chain, element;
@@ -147,6 +154,8 @@ struct gallop_model {
     gallop_scene scene;       /* its pointers lead into this block */
     gallop_derived derived;
     int nodes, elements, strips; /* of all chains */
+    int halves;                  /* 2, or 1 of what is not worth to be shared, */
+    line_half half[2];           /* in which the first one is everything */
     /* what the scene needs; the rest is not computed (see model_create_parts.c) */
     int unknowns; /* leading ones of each node that can move: 4 or 2 */
     bool fused;   /* the fused path is taken: see PATHS */

@@ -90,6 +90,29 @@ static bool moves_sideways(const gallop_model *m)
     return across;
 }
 
+/* A line with fewer elements is not worth to be shared by two threads (benchmarks/speed). */
+#define MIN_SHARED_ELEMENTS 60
+
+/* The halves of a line with as equal numbers of elements as whole chains allow. */
+static void create_halves(gallop_model *m)
+{
+    int cut = 0, elements = 0;
+    while (2 * elements + m->chain[cut].elements < m->elements)
+        elements += m->chain[cut++].elements;
+    m->half[0] = (line_half){
+        {0, m->chain_count}, {0, m->interval_count}, {0, m->nodes}, {0, m->device_count}, 0};
+    m->half[1] = m->half[0];
+    m->halves = cut > 0 && m->elements >= MIN_SHARED_ELEMENTS ? 2 : 1;
+    m->derived.threads = m->halves;
+    if (m->halves == 1) return;
+    const chain *c = &m->chain[cut];
+    m->half[0].chain[1] = m->half[1].chain[0] = cut;
+    m->half[0].interval[1] = m->half[1].interval[0] = c->first_interval;
+    m->half[0].node[1] = m->half[1].node[0] = c->first_node;
+    m->half[0].device[1] = m->half[1].device[0] = m->device_count / 2;
+    m->half[1].first_strip = c->first_strip;
+}
+
 void model_create_parts(gallop_model *m)
 {
     int32_t parts = 0;
@@ -106,4 +129,5 @@ void model_create_parts(gallop_model *m)
     m->fused = !m->scene.settings.portable && base_has_fused_path();
     if (m->unknowns == 4) parts |= GALLOP_TWIST | GALLOP_LATERAL;
     m->derived.parts = parts;
+    create_halves(m);
 }

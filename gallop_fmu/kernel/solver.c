@@ -121,37 +121,54 @@ static void add_devices(const system_tangent *t, const chain *c, chain_ends *end
     }
 }
 
-static bool factor_alone(const system_tangent *t, solver_junctions junctions)
+/* Work on the chains of a half. */
+typedef struct {
+    const system_tangent *tangent; /* of a factorisation, */
+    bool good[2];                  /* and its result */
+    const gallop_model *model;
+    const state_view *view;
+    solver_junctions junctions;
+    int parts;
+    double *rhs;
+} chain_work;
+
+static bool factor_one_alone(const system_tangent *t, int index, solver_junctions junctions)
 {
-    for (int i = 0; i < t->model->chain_count; i++) {
-        const chain *c = &t->model->chain[i];
-        const chain_motion here = {t, c};
-        chain_ends ends = {.tangent = {{{0.0}}}};
-        solver_chain alone = solver_chain_of(t->model, c);
-        double *store = store_of(t->model, t->view, i, t->parts);
-        alone.ends = &ends;
-        alone.source = &here;
-        find_fixed(t->model, c, junctions, &ends);
-        if (junctions == SOLVER_JUNCTIONS_AS_IN_SCENE) add_devices(t, c, &ends);
-        const bool good = t->parts == REAL ? solver_real_factor(&alone, t->weights, store)
-                                           : solver_complex_factor(&alone, t->weights, store);
-        if (!good) return false;
-    }
-    return true;
+    const chain *c = &t->model->chain[index];
+    const chain_motion here = {t, c};
+    chain_ends ends = {.tangent = {{{0.0}}}};
+    solver_chain alone = solver_chain_of(t->model, c);
+    double *store = store_of(t->model, t->view, index, t->parts);
+    alone.ends = &ends;
+    alone.source = &here;
+    find_fixed(t->model, c, junctions, &ends);
+    if (junctions == SOLVER_JUNCTIONS_AS_IN_SCENE) add_devices(t, c, &ends);
+    return t->parts == REAL ? solver_real_factor(&alone, t->weights, store)
+                            : solver_complex_factor(&alone, t->weights, store);
 }
 
-static void solve_alone(const gallop_model *model, const state_view *view,
-                        solver_junctions junctions, int parts, double *rhs)
+static void factor_alone(void *task, int half)
 {
-    for (int i = 0; i < model->chain_count; i++) {
-        const chain *c = &model->chain[i];
-        const double *store = store_of(model, view, i, parts);
-        double *of_chain = rhs + 4 * parts * c->first_node;
+    chain_work *w = task;
+    const int *range = w->model->half[half].chain;
+    w->good[half] = true;
+    for (int i = range[0]; i < range[1] && w->good[half]; i++)
+        w->good[half] = factor_one_alone(w->tangent, i, w->junctions);
+}
+
+static void solve_alone(void *task, int half)
+{
+    const chain_work *w = task;
+    const int *range = w->model->half[half].chain;
+    for (int i = range[0]; i < range[1]; i++) {
+        const chain *c = &w->model->chain[i];
+        const double *store = store_of(w->model, w->view, i, w->parts);
+        double *of_chain = w->rhs + 4 * w->parts * c->first_node;
         chain_ends ends;
-        solver_chain alone = solver_chain_of(model, c);
+        solver_chain alone = solver_chain_of(w->model, c);
         alone.ends = &ends;
-        find_fixed(model, c, junctions, &ends);
-        if (parts == REAL)
+        find_fixed(w->model, c, w->junctions, &ends);
+        if (w->parts == REAL)
             solver_real_solve(&alone, store, of_chain);
         else
             solver_complex_solve(&alone, store, of_chain);
@@ -205,20 +222,31 @@ static void add_segment(const system_tangent *t, const solver_junction_system *s
         }
 }
 
-static bool add_chains(const system_tangent *t, const solver_junction_system *s)
+static void reduce_chains(void *task, int half)
 {
-    for (int i = 0; i < t->model->chain_count; i++) {
+    chain_work *w = task;
+    const system_tangent *t = w->tangent;
+    const int *range = w->model->half[half].chain;
+    w->good[half] = true;
+    for (int i = range[0]; i < range[1] && w->good[half]; i++) {
         const chain *c = &t->model->chain[i];
         const chain_motion here = {t, c};
         solver_chain reduced = reduced_chain_of(t->model, c);
         double *store = store_of(t->model, t->view, i, t->parts);
         reduced.source = &here;
-        const bool good = t->parts == REAL ? solver_real_reduce(&reduced, t->weights, store)
-                                           : solver_complex_reduce(&reduced, t->weights, store);
-        if (!good) return false;
+        w->good[half] = t->parts == REAL ? solver_real_reduce(&reduced, t->weights, store)
+                                         : solver_complex_reduce(&reduced, t->weights, store);
+    }
+}
+
+static void add_chains(const system_tangent *t, const solver_junction_system *s)
+{
+    for (int i = 0; i < t->model->chain_count; i++) {
+        const chain *c = &t->model->chain[i];
+        const solver_chain reduced = reduced_chain_of(t->model, c);
+        const double *store = store_of(t->model, t->view, i, t->parts);
         for (int k = 1; k < c->kept_corners; k++) add_segment(t, s, c, &reduced, store, k);
     }
-    return true;
 }
 
 static void add_coupling_devices(const system_tangent *t, const solver_junction_system *s)
@@ -248,11 +276,11 @@ static void fix_rows(const system_tangent *t, const solver_junction_system *s)
         }
 }
 
-static bool factor_coupled(const system_tangent *t)
+static bool factor_junctions(const system_tangent *t)
 {
     const solver_junction_system s = junctions_in(t->model, t->view, t->parts);
     (t->parts == REAL ? solver_real_junctions_clear : solver_complex_junctions_clear)(&s);
-    if (!add_chains(t, &s)) return false;
+    add_chains(t, &s);
     add_coupling_devices(t, &s);
     fix_rows(t, &s);
     return (t->parts == REAL ? solver_real_junctions_factor
@@ -278,24 +306,30 @@ static void solve_junctions(const gallop_model *model, const state_view *view, i
         memcpy(rhs + width * model->junction[j].node, x + width * j, width * sizeof *x);
 }
 
-static void solve_coupled(const gallop_model *model, const state_view *view, int parts, double *rhs)
+static void take_to_ends(void *task, int half)
 {
-    for (int i = 0; i < model->chain_count; i++) {
-        const chain *c = &model->chain[i];
-        const solver_chain kept = reduced_chain_of(model, c);
-        const double *store = store_of(model, view, i, parts);
-        (parts == REAL ? solver_real_to_ends
-                       : solver_complex_to_ends)(&kept, store, rhs + 4 * parts * c->first_node);
+    const chain_work *w = task;
+    const int *range = w->model->half[half].chain;
+    for (int i = range[0]; i < range[1]; i++) {
+        const chain *c = &w->model->chain[i];
+        const solver_chain kept = reduced_chain_of(w->model, c);
+        const double *store = store_of(w->model, w->view, i, w->parts);
+        double *of_chain = w->rhs + 4 * w->parts * c->first_node;
+        (w->parts == REAL ? solver_real_to_ends : solver_complex_to_ends)(&kept, store, of_chain);
     }
-    junction_gather(model, rhs, 4 * parts);
-    solve_junctions(model, view, parts, rhs);
-    junction_spread(model, rhs, 4 * parts);
-    for (int i = 0; i < model->chain_count; i++) {
-        const chain *c = &model->chain[i];
-        const solver_chain kept = reduced_chain_of(model, c);
-        const double *store = store_of(model, view, i, parts);
-        (parts == REAL ? solver_real_from_ends
-                       : solver_complex_from_ends)(&kept, store, rhs + 4 * parts * c->first_node);
+}
+
+static void take_from_ends(void *task, int half)
+{
+    const chain_work *w = task;
+    const int *range = w->model->half[half].chain;
+    for (int i = range[0]; i < range[1]; i++) {
+        const chain *c = &w->model->chain[i];
+        const solver_chain kept = reduced_chain_of(w->model, c);
+        const double *store = store_of(w->model, w->view, i, w->parts);
+        double *of_chain = w->rhs + 4 * w->parts * c->first_node;
+        (w->parts == REAL ? solver_real_from_ends : solver_complex_from_ends)(&kept, store,
+                                                                              of_chain);
     }
 }
 
@@ -306,35 +340,52 @@ static bool is_coupled(const gallop_model *model, solver_junctions junctions)
     return model->coupled && junctions == SOLVER_JUNCTIONS_AS_IN_SCENE;
 }
 
+static bool factor_all(const system_tangent *t, solver_junctions junctions)
+{
+    const gallop_model *model = t->model;
+    const bool coupled = is_coupled(model, junctions);
+    chain_work work = {.tangent = t, .good = {true, true}, .model = model, .junctions = junctions};
+    team_share(t->view->team, model->halves, coupled ? reduce_chains : factor_alone, &work);
+    return work.good[0] && work.good[1] && (!coupled || factor_junctions(t));
+}
+
+static void solve_all(const gallop_model *model, const state_view *view, solver_junctions junctions,
+                      int parts, double *rhs)
+{
+    chain_work work = {
+        .model = model, .view = view, .junctions = junctions, .parts = parts, .rhs = rhs};
+    if (!is_coupled(model, junctions)) {
+        team_share(view->team, model->halves, solve_alone, &work);
+        return;
+    }
+    team_share(view->team, model->halves, take_to_ends, &work);
+    junction_gather(model, rhs, 4 * parts);
+    solve_junctions(model, view, parts, rhs);
+    junction_spread(model, rhs, 4 * parts);
+    team_share(view->team, model->halves, take_from_ends, &work);
+}
+
 bool solver_factor(const gallop_model *model, const conditions *now, const state_view *view,
                    motion y, tangent_weights weights, solver_junctions junctions)
 {
     const system_tangent t = {model, now, view, y, &weights, REAL};
-    return is_coupled(model, junctions) ? factor_coupled(&t) : factor_alone(&t, junctions);
+    return factor_all(&t, junctions);
 }
 
 void solver_solve(const gallop_model *model, const state_view *view, solver_junctions junctions,
                   double *rhs)
 {
-    if (is_coupled(model, junctions))
-        solve_coupled(model, view, REAL, rhs);
-    else
-        solve_alone(model, view, junctions, REAL, rhs);
+    solve_all(model, view, junctions, REAL, rhs);
 }
 
 bool solver_factor_complex(const gallop_model *model, const conditions *now, const state_view *view,
                            motion y, const tangent_weights weights[2])
 {
     const system_tangent t = {model, now, view, y, weights, COMPLEX};
-    return is_coupled(model, SOLVER_JUNCTIONS_AS_IN_SCENE)
-             ? factor_coupled(&t)
-             : factor_alone(&t, SOLVER_JUNCTIONS_AS_IN_SCENE);
+    return factor_all(&t, SOLVER_JUNCTIONS_AS_IN_SCENE);
 }
 
 void solver_solve_complex(const gallop_model *model, const state_view *view, double *rhs)
 {
-    if (is_coupled(model, SOLVER_JUNCTIONS_AS_IN_SCENE))
-        solve_coupled(model, view, COMPLEX, rhs);
-    else
-        solve_alone(model, view, SOLVER_JUNCTIONS_AS_IN_SCENE, COMPLEX, rhs);
+    solve_all(model, view, SOLVER_JUNCTIONS_AS_IN_SCENE, COMPLEX, rhs);
 }

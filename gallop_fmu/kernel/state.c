@@ -6,7 +6,7 @@ typedef struct {
     size_t pointer, count;
 } array;
 
-enum { SAVED_ARRAYS = 12, ARRAYS = SAVED_ARRAYS + 14 + 24 + 1 };
+enum { SAVED_ARRAYS = 12, ARRAYS = SAVED_ARRAYS + 15 + 24 + 1 };
 
 #define ARRAY(name, count) {offsetof(state_view, name), count}
 #define SECTION(name) {offsetof(state_view, sections.name), abscissae}
@@ -26,6 +26,7 @@ static void list_arrays(const gallop_model *model, array list[ARRAYS])
     const size_t history = history_arrays(model);
     const size_t sets = model_by_alpha(model) ? 1 : stages;    /* instants within a step */
     const size_t unknowns = 8 * (size_t)model->junction_count; /* two parts each */
+    const size_t forces = 4 * GALLOP_DEVICE_JUNCTIONS * (size_t)model->device_count;
     const array saved[SAVED_ARRAYS] = {
         ARRAY(u, values),
         ARRAY(v, values),
@@ -52,6 +53,7 @@ static void list_arrays(const gallop_model *model, array list[ARRAYS])
         ARRAY(stage_residual, stages * values),
         ARRAY(complex_residual, stages ? 2 * values : 0),
         ARRAY(junction_rhs, model->coupled ? unknowns : 0),
+        ARRAY(device_force, model->halves == 2 ? forces : 0),
         ARRAY(stage_block[0], block),
         ARRAY(stage_block[1], block),
         ARRAY(stage_block[2], block),
@@ -108,6 +110,7 @@ state_view state_view_of(const gallop_model *model, gallop_state *state)
     array list[ARRAYS];
     state_view view;
     double *next = state->values;
+    view.team = NULL;
     list_arrays(model, list);
     for (int i = 0; i < ARRAYS; i++) {
         memcpy((char *)&view + list[i].pointer, &next, sizeof next);

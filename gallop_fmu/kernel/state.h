@@ -4,6 +4,7 @@
 
 #include "base_memory.h"
 #include "conditions.h"
+#include "team.h"
 
 #define NEWMARK_HISTORY 4
 #define GAUSS_STAGES 3
@@ -65,12 +66,14 @@ typedef struct {
     double *stage_residual;              /* (stages, nodes, 4) */
     double *complex_residual;            /* (nodes, 8) */
     double *junction_rhs;                /* (parts, junctions, 4) if junctions are coupled */
+    double *device_force; /* (devices, GALLOP_DEVICE_JUNCTIONS, 4) of a line with two halves */
     double *stage_block[GAUSS_STAGES];
     sections sections;
     double *saved; /* the state at the start of gallop_advance */
     /* in the blocks above */
     conditions now, looked_from; /* of the motion; before a look into the last step */
     conditions stage[GAUSS_STAGES];
+    gallop_team *team; /* NULL: one thread */
 } state_view;
 
 /* Sizes of a state [bytes]. */

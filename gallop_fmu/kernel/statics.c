@@ -94,7 +94,7 @@ static bool correct(rest_search *s, double t)
         system_residual(s->m, t, s->now, at, y, true, at->residual, &s->seen);
     if (!factor_stiffness(s)) return false;
     solver_solve(s->m, at, s->junctions, at->residual);
-    s->size = time_correction_size(s->m, at->residual);
+    s->size = time_correction_size(at->residual, 4 * s->m->nodes);
     if (!isfinite(s->size)) return false;
     const double scale = correction_scale(s->m, at->residual, s->size);
     for (int i = 0; i < 4 * s->m->nodes; i++) at->u[i] -= scale * at->residual[i];
@@ -129,7 +129,7 @@ static int softest_element(rest_search *s, double t)
                         &s->seen);
         for (int i = 0; i < values; i++) inertia[i] -= still[i];
         solver_solve(m, s->at, s->junctions, inertia);
-        const double largest = time_correction_size(m, inertia);
+        const double largest = time_correction_size(inertia, 4 * m->nodes);
         for (int i = 0; i < values; i++) mode[i] = inertia[i] / largest;
     }
     for (int i = 0; i < values; i++)

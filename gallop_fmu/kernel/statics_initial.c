@@ -171,7 +171,7 @@ static int iterate_reference(gallop_model *m, const state_view *at, gallop_repor
         memset(at->u, 0, 4 * (size_t)m->nodes * sizeof(double));
         const int outcome = statics_newton(m, 0.0, &calm, SOLVER_JUNCTIONS_FIXED, at, report);
         if (outcome) return outcome;
-        const double moved = time_correction_size(m, at->u);
+        const double moved = time_correction_size(at->u, 4 * m->nodes);
         statics_rebase(m, at->u);
         if (moved < SETTLED * statics_shortest_span(m)) break;
     }

@@ -28,7 +28,7 @@ int time_accelerate(const gallop_model *model, gallop_state *state, state_view *
     if (seen.lowest_tension < 0.0)
         return report_failure(report, GALLOP_SLACK, seen.slack_element, state->time,
                               seen.lowest_tension, 0.0);
-    return isfinite(time_correction_size(model, at->a))
+    return isfinite(time_correction_size(at->a, 4 * model->nodes))
              ? GALLOP_COMPLETED
              : report_failure(report, GALLOP_NON_FINITE, -1, state->time, NAN, 0.0);
 }

@@ -163,7 +163,6 @@ static int step_within_tolerance(const gallop_model *model, gallop_state *state,
     const double left = limit - state->time;
     int failures = 0;
     state->last_iterations = state->last_substeps = 0;
-    memcpy(at->u0, at->u, 3 * bytes);
     for (;;) {
         const double h = next_size(state, left),
                      t = h > left * (1.0 - 1e-8) ? limit : state->time + h;
@@ -247,22 +246,21 @@ static bool inputs_jump(const gallop_model *model, const conditions *before, con
 }
 
 /* Steps until the state's time is `until` (`exactly`), or not before it. */
-int time_controlled_march(const gallop_model *model, gallop_state *state,
+int time_controlled_march(const gallop_model *model, gallop_state *state, state_view *at,
                           const gallop_inputs *inputs, double until, bool exactly,
                           gallop_report *report)
 {
-    state_view at = state_view_of(model, state);
     if (inputs) {
-        conditions_at(model, state->time, inputs, &at.stage[0]);
-        if (inputs_jump(model, &at.now, &at.stage[0])) forget_before(state);
+        conditions_at(model, state->time, inputs, &at->stage[0]);
+        if (inputs_jump(model, &at->now, &at->stage[0])) forget_before(state);
     }
     while (state->time < until) {
-        const double kink = next_kink(model, &at, inputs, state->time);
-        int outcome = step_within_tolerance(model, state, &at, inputs,
+        const double kink = next_kink(model, at, inputs, state->time);
+        int outcome = step_within_tolerance(model, state, at, inputs,
                                             exactly ? fmin(kink, until) : kink, report);
         if (outcome) return outcome;
         if (state->time == kink) forget_before(state);
-        outcome = time_shed(model, state, &at, report);
+        outcome = time_shed(model, state, at, report);
         if (outcome) return outcome;
     }
     return GALLOP_COMPLETED;

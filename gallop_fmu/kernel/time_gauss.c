@@ -66,29 +66,42 @@ static weights weights_at(double x)
     return w;
 }
 
+/* Values of a half in an array of `values`, from the first one to that behind the last one. */
+typedef struct {
+    int first, end, values;
+} range;
+
+static range range_of(const gallop_model *model, int half)
+{
+    const line_half *own = &model->half[half];
+    return (range){4 * own->node[0], 4 * own->node[1], 4 * model->nodes};
+}
+
 /* u and v at the time x h of a step that starts from u0, v0; a (3, nodes, 4) are the stages'
  * accelerations. */
-INLINE void integrate(const state_view *at, const double *restrict a, int values, double h,
-                      double x, double *restrict u, double *restrict v)
+
+INLINE void integrate(const state_view *at, const double *restrict a, range of, double h, double x,
+                      double *restrict u, double *restrict v)
 {
     const weights w = weights_at(x);
-    for (int n = 0; n < values; n++) {
+    const int values = of.values;
+    for (int n = of.first; n < of.end; n++) {
         const double a0 = a[n], a1 = a[values + n], a2 = a[2 * values + n];
         u[n] = at->u0[n] + h * (x * at->v0[n] + h * (w.u[0] * a0 + w.u[1] * a1 + w.u[2] * a2));
         v[n] = at->v0[n] + h * (w.v[0] * a0 + w.v[1] * a1 + w.v[2] * a2);
     }
 }
 PATHS(integrate,
-      (const state_view *at, const double *restrict a, int values, double h, double x,
+      (const state_view *at, const double *restrict a, range of, double h, double x,
        double *restrict u, double *restrict v),
-      (at, a, values, h, x, u, v))
+      (at, a, of, h, x, u, v))
 
 /* The acceleration at the time x h of a step. */
-TWO_PATHS static void accelerate(const double *restrict a, int values, double x,
-                                 double *restrict out)
+TWO_PATHS static void accelerate(const double *restrict a, range of, double x, double *restrict out)
 {
     const weights w = weights_at(x);
-    for (int n = 0; n < values; n++)
+    const int values = of.values;
+    for (int n = of.first; n < of.end; n++)
         out[n] = w.a[0] * a[n] + w.a[1] * a[values + n] + w.a[2] * a[2 * values + n];
 }
 
@@ -98,34 +111,50 @@ static motion stage_motion(const gallop_model *model, const state_view *at, int 
     return (motion){at->stage_u + first, at->stage_v + first, at->stage_a + first};
 }
 
-/* The parabola of the sub-step before is continued; the ends follow their prescribed motion. */
-static void predict(const gallop_model *model, const gallop_state *state, state_view *at, double h)
+/* A step at work; its two halves are computed by up to two threads. */
+typedef struct {
+    const gallop_model *model;
+    const gallop_state *state;
+    state_view *at;
+    double h;
+    double size[2]; /* of the correction in each half */
+} gauss_step;
+
+/* The start of the step is kept.  The parabola of the sub-step before is continued; the ends follow
+ * their prescribed motion. */
+static void predict_half(void *task, int half)
 {
-    const int values = 4 * model->nodes;
+    const gauss_step *s = task;
+    const gallop_model *model = s->model;
+    const state_view *at = s->at;
+    const double h = s->h;
+    const range own = range_of(model, half);
+    time_keep_half(model, at, half);
     for (int i = 0; i < STAGES; i++) {
-        double *a = at->stage_a + (size_t)i * values;
-        if (isfinite(state->step_before))
-            accelerate(at->stage_before, values, 1.0 + node[i] * h / state->step_before, a);
+        double *a = at->stage_a + (size_t)i * own.values;
+        if (isfinite(s->state->step_before))
+            accelerate(at->stage_before, own, 1.0 + node[i] * h / s->state->step_before, a);
         else
-            memcpy(a, at->a0, (size_t)values * sizeof(double));
+            time_copy_half(model, half, at->a0, a);
     }
     for (int i = 0; i < STAGES; i++) {
-        const size_t first = (size_t)i * values;
+        const size_t first = (size_t)i * own.values;
         ON_PATH(model->fused, integrate)
-        (at, at->stage_a, values, h, node[i], at->stage_u + first, at->stage_v + first);
-        junction_prescribe(model, &at->stage[i], at->stage_u + first, at->stage_v + first,
-                           at->stage_a + first);
+        (at, at->stage_a, own, h, node[i], at->stage_u + first, at->stage_v + first);
+        junction_prescribe_half(model, &at->stage[i], half, at->stage_u + first,
+                                at->stage_v + first, at->stage_a + first);
     }
 }
 
 /* The stages' residuals in the eigenvectors: the real system's into at->residual, the pair's into
  * at->pair_residual. */
-INLINE void separate(const state_view *at, int values)
+INLINE void separate(const state_view *at, range of)
 {
+    const int values = of.values;
     const double *restrict r0 = at->stage_residual, *restrict r1 = r0 + values,
                            *restrict r2 = r1 + values;
     double *restrict real = at->residual, *restrict pair = at->complex_residual;
-    for (int n = 0; n < values; n += 4)
+    for (int n = of.first; n < of.end; n += 4)
         for (int k = 0; k < 4; k++) {
             const double x = r0[n + k], y = r1[n + k], z = r2[n + k];
             real[n + k] = row[0][0] * x + row[0][1] * y + row[0][2] * z;
@@ -133,7 +162,13 @@ INLINE void separate(const state_view *at, int values)
             pair[2 * n + 4 + k] = row[2][0] * x + row[2][1] * y + row[2][2] * z;
         }
 }
-PATHS(separate, (const state_view *at, int values), (at, values))
+PATHS(separate, (const state_view *at, range of), (at, of))
+
+static void separate_half(void *task, int half)
+{
+    const gauss_step *s = task;
+    ON_PATH(s->model->fused, separate)(s->at, range_of(s->model, half));
+}
 
 /* A complex factor: of the pair's solution only twice the real part is asked for, as its conjugate
  * adds the same. */
@@ -155,17 +190,17 @@ static number pair_inverse(double h)
 
 /* Takes the correction that the solved systems mean for stage i from its u, v, a; leaves that of u
  * in its residual. */
-INLINE void correct(const state_view *at, int values, int i, double h)
+INLINE void correct(const state_view *at, range of, int i, double h)
 {
     const double *restrict y = at->residual, *restrict pair = at->complex_residual;
-    const size_t first = (size_t)i * values;
+    const size_t first = (size_t)i * of.values;
     double *restrict du = at->stage_residual + first, *restrict u = at->stage_u + first;
     double *restrict v = at->stage_v + first, *restrict a = at->stage_a + first;
     const double real = 1.0 / (h * eigenvalue[0]), to_u = column[0][i], to_v = to_u * real,
                  to_a = to_v * real;
     const number inverse = pair_inverse(h), p = {2.0 * column[1][i], 2.0 * column[2][i]};
     const number q = times(p, inverse), r = times(q, inverse);
-    for (int n = 0; n < values; n += 4)
+    for (int n = of.first; n < of.end; n += 4)
         for (int k = 0; k < 4; k++) {
             const double x = y[n + k], re = pair[2 * n + k], im = pair[2 * n + 4 + k];
             du[n + k] = to_u * x + p.re * re - p.im * im;
@@ -174,7 +209,32 @@ INLINE void correct(const state_view *at, int values, int i, double h)
             a[n + k] -= to_a * x + r.re * re - r.im * im;
         }
 }
-PATHS(correct, (const state_view *at, int values, int i, double h), (at, values, i, h))
+PATHS(correct, (const state_view *at, range of, int i, double h), (at, of, i, h))
+
+static void correct_half(void *task, int half)
+{
+    gauss_step *s = task;
+    const range own = range_of(s->model, half);
+    double size = 0.0;
+    for (int i = 0; i < STAGES; i++) {
+        ON_PATH(s->model->fused, correct)(s->at, own, i, s->h);
+        const double *du = s->at->stage_residual + (size_t)i * own.values;
+        const double of_stage = time_correction_size(du + own.first, own.end - own.first);
+        size = of_stage <= size ? size : of_stage; /* lets NaN pass */
+    }
+    s->size[half] = size;
+}
+
+/* The end of a step that was found. */
+static void end_half(void *task, int half)
+{
+    const gauss_step *s = task;
+    const state_view *at = s->at;
+    const range own = range_of(s->model, half);
+    ON_PATH(s->model->fused, integrate)(at, at->stage_a, own, s->h, 1.0, at->u, at->v);
+    accelerate(at->stage_a, own, 1.0, at->a);
+    junction_prescribe_half(s->model, &at->now, half, at->u, at->v, at->a);
+}
 
 /* The tangent of all stages is that of the middle one, whose sections were evaluated last. */
 static bool factor_stages(const gallop_model *model, gallop_state *state, const state_view *at,
@@ -209,7 +269,8 @@ int time_gauss(const gallop_model *model, gallop_state *state, state_view *at,
         conditions_at(model, time[i], inputs, &at->stage[i]);
     }
     conditions_at(model, t, inputs, &at->now);
-    predict(model, state, at, h);
+    gauss_step step = {.model = model, .state = state, .at = at, .h = h};
+    team_share(at->team, model->halves, predict_half, &step);
     for (int iteration = 1; iteration <= model->scene.settings.max_newton_iterations; iteration++) {
         static const int order[STAGES] = {
             0, 2, 1}; /* the tangent is that of the middle, where the sections end */
@@ -227,23 +288,17 @@ int time_gauss(const gallop_model *model, gallop_state *state, state_view *at,
             fresh = true;
             before = 0.0;
         }
-        ON_PATH(model->fused, separate)(at, values);
+        team_share(at->team, model->halves, separate_half, &step);
         solver_solve(model, at, SOLVER_JUNCTIONS_AS_IN_SCENE, at->residual);
         solver_solve_complex(model, at, at->complex_residual);
-        double size = 0.0;
-        for (int i = 0; i < STAGES; i++) {
-            ON_PATH(model->fused, correct)(at, values, i, h);
-            const double own = time_correction_size(model, at->stage_residual + (size_t)i * values);
-            size = own <= size ? size : own; /* lets NaN pass */
-        }
+        team_share(at->team, model->halves, correct_half, &step);
+        const double size = time_larger_size(step.size, model->halves);
         state->iterations++;
         state->last_iterations++;
         if (!isfinite(size)) return report_failure(report, GALLOP_NON_FINITE, -1, t, size, 0.0);
         switch (time_newton_next(state, size, before, fresh, MAX_REUSE_RATE, tolerance)) {
         case NEWTON_CONVERGED:
-            ON_PATH(model->fused, integrate)(at, at->stage_a, values, h, 1.0, at->u, at->v);
-            accelerate(at->stage_a, values, 1.0, at->a);
-            junction_prescribe(model, &at->now, at->u, at->v, at->a);
+            team_share(at->team, model->halves, end_half, &step);
             element_monitor_tensions(model, &at->now, at->u, &seen);
             return time_newton_accept(state, &seen, t, report);
         case NEWTON_DIVERGED:
@@ -257,12 +312,22 @@ int time_gauss(const gallop_model *model, gallop_state *state, state_view *at,
     return report_failure(report, GALLOP_NEWTON_STALLED, seen.slack_element, t, before, tolerance);
 }
 
+static void keep_half(void *task, int half)
+{
+    const gauss_step *s = task;
+    const state_view *at = s->at;
+    const size_t values = 4 * (size_t)s->model->nodes;
+    for (size_t i = 0; i < STAGES; i++)
+        time_copy_half(s->model, half, at->stage_a + i * values, at->stage_before + i * values);
+    time_copy_half(s->model, half, at->u0, at->begin);
+    time_copy_half(s->model, half, at->v0, at->begin + values);
+}
+
 /* The step just found is the one before from now on. */
 void time_gauss_commit(const gallop_model *model, gallop_state *state, state_view *at, double h)
 {
-    const size_t bytes = 4 * (size_t)model->nodes * sizeof(double);
-    memcpy(at->stage_before, at->stage_a, STAGES * bytes);
-    memcpy(at->begin, at->u0, 2 * bytes);
+    gauss_step step = {.model = model, .at = at};
+    team_share(at->team, model->halves, keep_half, &step);
     state->step_before = state->last_step = h;
 }
 

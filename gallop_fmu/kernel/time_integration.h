@@ -14,7 +14,7 @@ typedef enum {
 } newton_action;
 /* Largest correction, in m and rad alike: a twist of 1 rad matters to the wind load as much as a
  * motion of metres.  NaN if one is not finite. */
-double time_correction_size(const gallop_model *model, const double *du);
+double time_correction_size(const double *du, int values);
 
 /* The same for a loop that also does something else; by unknown, so that the four need not wait for
  * each other. */
@@ -40,6 +40,15 @@ newton_action time_newton_next(gallop_state *state, double size, double before, 
                                double slow, double tolerance);
 int time_newton_accept(gallop_state *state, const monitor *seen, double t, gallop_report *report);
 int time_angle_failure(const monitor *seen, double t, gallop_report *report);
+
+/* time_halves.c: copies the values of a half; keeps u v a of a half as u0 v0 a0; the larger of the
+ * sizes of the halves, NaN if one is; the largest turn of a node within a sub-step that was found:
+ * the forces of wind and eccentric ice turn with a section, and a sub-step in which it turns far
+ * cannot follow them */
+void time_copy_half(const gallop_model *model, int half, const double *from, double *to);
+void time_keep_half(const gallop_model *model, const state_view *at, int half);
+double time_larger_size(const double size[2], int halves);
+void time_remember_turn(const gallop_model *model, gallop_state *state, const state_view *at);
 
 /* time_newmark.c, time_gauss.c: one step from u0 v0 a0 at t - h to u v a at t; commit: it is the
  * one before from now on */
@@ -83,7 +92,7 @@ static inline bool time_may_halve(int outcome)
 }
 double time_newton_tolerance(const gallop_model *model, const gallop_state *state);
 void time_control_start(const gallop_model *model, gallop_state *state, const double *u);
-int time_controlled_march(const gallop_model *model, gallop_state *state,
+int time_controlled_march(const gallop_model *model, gallop_state *state, state_view *at,
                           const gallop_inputs *inputs, double until, bool exactly,
                           gallop_report *report);
 void time_control_look(const gallop_model *model, gallop_state *state, state_view *at, double t);

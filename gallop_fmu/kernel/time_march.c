@@ -7,18 +7,6 @@
 #include "statics.h"
 #include "time_integration.h"
 
-/* The forces of wind and eccentric ice turn with a section; a sub-step in which it turns far cannot
- * follow them. */
-static void remember_turn(const gallop_model *model, gallop_state *state, const state_view *at)
-{
-    double largest = state->largest_turn;
-    for (int n = 3; n < 4 * model->nodes; n += 4) {
-        const double turn = fabs(at->u[n] - at->u0[n]);
-        if (turn > largest) largest = turn;
-    }
-    state->largest_turn = largest;
-}
-
 /* One step of size h from the state's time, halved where it does not converge; on failure the
  * motion is as before. */
 static int whole_step(const gallop_model *model, gallop_state *state, state_view *at,
@@ -37,7 +25,6 @@ static int whole_step(const gallop_model *model, gallop_state *state, state_view
         uint64_t unit = whole >> level;
         double part = h / (double)((uint64_t)1 << level);
         double t = state->time + h * (double)(done + unit) / (double)whole;
-        memcpy(at->u0, at->u, 3 * bytes);
         const double tolerance = time_newton_tolerance(model, state);
         int outcome = model_by_gauss(model)
                         ? time_gauss(model, state, at, inputs, t, part, tolerance, report)
@@ -45,7 +32,7 @@ static int whole_step(const gallop_model *model, gallop_state *state, state_view
         if (outcome == GALLOP_COMPLETED) {
             done += unit;
             state->last_substeps++;
-            if (model->unknowns == 4) remember_turn(model, state, at);
+            if (model->unknowns == 4) time_remember_turn(model, state, at);
             if (model_by_gauss(model))
                 time_gauss_commit(model, state, at, part);
             else
@@ -73,11 +60,11 @@ static int whole_step(const gallop_model *model, gallop_state *state, state_view
 }
 
 /* By tolerance, to `until` or not before it. */
-static int march_by_tolerance(const gallop_model *model, gallop_state *state,
+static int march_by_tolerance(const gallop_model *model, gallop_state *state, state_view *at,
                               const gallop_inputs *inputs, double until, bool exactly,
                               gallop_report *report)
 {
-    const int outcome = time_controlled_march(model, state, inputs, until, exactly, report);
+    const int outcome = time_controlled_march(model, state, at, inputs, until, exactly, report);
     if (!outcome) report_completed(report, fmin(state->time, until));
     state_report_work(state, report);
     return outcome;
@@ -103,15 +90,20 @@ static int step_to(const gallop_model *model, gallop_state *state, state_view *a
     return time_shed(model, state, at, report);
 }
 
-/* `count` steps of size h, the first being number `before` + 1 since `origin`: times are products,
- * so that round-off neither adds up nor depends on where a run is interrupted to record. */
-static int march(const gallop_model *model, gallop_state *state, const gallop_inputs *inputs,
-                 double origin, int64_t before, double h, int64_t count, gallop_report *report)
+/* `count` steps of size h, the first being number `before` + 1 since `origin`. */
+typedef struct {
+    double origin, h;
+    int64_t before, count;
+} equal_steps;
+
+/* Times are products, so that round-off neither adds up nor depends on where a run is interrupted
+ * to record. */
+static int march(const gallop_model *model, gallop_state *state, state_view *at,
+                 const gallop_inputs *inputs, const equal_steps *steps, gallop_report *report)
 {
-    state_view at = state_view_of(model, state);
-    for (int64_t i = 1; i <= count; i++) {
-        const double end = origin + h * (double)(before + i);
-        const int outcome = step_to(model, state, &at, inputs, h, end, report);
+    for (int64_t i = 1; i <= steps->count; i++) {
+        const double end = steps->origin + steps->h * (double)(steps->before + i);
+        const int outcome = step_to(model, state, at, inputs, steps->h, end, report);
         if (outcome) {
             state_report_work(state, report);
             return outcome;
@@ -151,8 +143,8 @@ int gallop_advance(const gallop_model *model, gallop_state *state, const gallop_
     state_view at = state_view_of(model, state);
     memcpy(at.saved, state, model->saved_size);
     outcome = model_by_tolerance(model)
-                ? march_by_tolerance(model, state, inputs, until, true, report)
-                : march(model, state, inputs, origin, 0, h, count, report);
+                ? march_by_tolerance(model, state, &at, inputs, until, true, report)
+                : march(model, state, &at, inputs, &(equal_steps){origin, h, 0, count}, report);
     if (outcome == GALLOP_COMPLETED) {
         state->time = until;
         time_round_sheddings(model, &at, until);
@@ -186,6 +178,14 @@ int gallop_run(const gallop_model *model, gallop_state *state, int64_t first, in
                int64_t every, const gallop_probe *probe, int32_t probes, double *values,
                int64_t *done, gallop_report *report)
 {
+    return gallop_run_in_team(model, state, first, records, every, probe, probes, values, done,
+                              NULL, report);
+}
+
+int gallop_run_in_team(const gallop_model *model, gallop_state *state, int64_t first,
+                       int64_t records, int64_t every, const gallop_probe *probe, int32_t probes,
+                       double *values, int64_t *done, gallop_team *team, gallop_report *report)
+{
     int refused = check_state(model, state, report);
     if (refused) return refused;
     if (!base_pointer_usable(done, WORD)) return report_refused(report, NOT_USABLE(done), NAN, NAN);
@@ -195,19 +195,23 @@ int gallop_run(const gallop_model *model, gallop_state *state, int64_t first, in
     if (refused) return refused;
     if (records > 0 && probes > 0 && !base_pointer_usable(values, WORD))
         return report_refused(report, NOT_USABLE(values), NAN, NAN);
+    if (team && !base_pointer_usable(team, WORD))
+        return report_refused(report, NOT_USABLE(team), NAN, NAN);
     const double dt = model->scene.settings.time_step,
                  start = state->time - (double)(first * every) * dt;
     const bool free = model_by_tolerance(model);
     const double began = state->time;
     state_view at = state_view_of(model, state);
+    at.team = team;
     conditions_copy(model, &at.looked_from, &at.now);
     forget_saved(&at);
     if (free && first == 0) state->run_origin = state->time;
     for (int64_t r = 0; r < records; r++) {
         const double when = state->run_origin + (double)((first + r + 1) * every) * dt;
         const int outcome =
-            free ? march_by_tolerance(model, state, NULL, when, false, report)
-                 : march(model, state, NULL, start, (first + r) * every, dt, every, report);
+            free ? march_by_tolerance(model, state, &at, NULL, when, false, report)
+                 : march(model, state, &at, NULL,
+                         &(equal_steps){start, dt, (first + r) * every, every}, report);
         if (outcome) { /* the failed step has left its own wind and tower motion */
             if (state->time == began)
                 conditions_copy(model, &at.now, &at.looked_from);

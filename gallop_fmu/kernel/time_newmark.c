@@ -41,15 +41,30 @@ static double *before(const gallop_model *model, const gallop_state *state, cons
            (size_t)((state->newest + steps - 1) % NEWMARK_HISTORY) * 4 * (size_t)model->nodes;
 }
 
-/* For each unknown that way which would have led from the steps before closest to a0. */
-INLINE void choose(const double *const a[NEWMARK_HISTORY + 1], int values,
-                   double weight[NEWMARK_HISTORY][4])
+/* A step at work; its two halves are computed by up to two threads. */
+typedef struct {
+    const gallop_model *model;
+    const gallop_state *state;
+    state_view *at;
+    const conditions *now;
+    weights w;
+    double h, per_v, per_a;
+    const double *past[NEWMARK_HISTORY + 1]; /* accelerations: a0 and those before it */
+    bool extrapolates;                       /* by one of the ways */
+    double missed[2][WAYS][4]; /* of each half: squares of what each would have missed */
+    double weight[NEWMARK_HISTORY][4];
+    double size[2]; /* of the correction in each half */
+    double *kept;   /* of a step that was found: where its a0 is kept */
+} newmark_step;
+
+/* Squares of what each way would have missed a0 by, for each unknown. */
+INLINE void sum_misses(const double *const a[NEWMARK_HISTORY + 1], int first, int end,
+                       double missed[WAYS][4])
 {
     const double *a0 = a[0], *a1 = a[1], *a2 = a[2], *a3 = a[3], *a4 = a[4];
-    double missed[WAYS][4];
     for (int i = 0; i < 4; i += LANES) {
         lanes line = {0.0}, parabola = {0.0}, cubic = {0.0}, alternating = {0.0};
-        for (int j = i; j < values; j += 4) {
+        for (int j = first + i; j < end; j += 4) {
             const lanes x0 = LANES_AT(a0 + j), x1 = LANES_AT(a1 + j), x2 = LANES_AT(a2 + j),
                         x3 = LANES_AT(a3 + j);
             const lanes x4 = LANES_AT(a4 + j);
@@ -66,38 +81,53 @@ INLINE void choose(const double *const a[NEWMARK_HISTORY + 1], int values,
         LANES_AT(missed[CUBIC] + i) = cubic;
         LANES_AT(missed[ALTERNATING] + i) = alternating;
     }
+}
+PATHS(sum_misses,
+      (const double *const a[NEWMARK_HISTORY + 1], int first, int end, double missed[WAYS][4]),
+      (a, first, end, missed))
+
+/* For each unknown that way which would have led from the steps before closest to a0. */
+static void choose(const newmark_step *s, double weight[NEWMARK_HISTORY][4])
+{
     for (int i = 0; i < 4; i++) {
         int best = LINE;
-        for (int way = 1; way < WAYS; way++)
-            if (missed[way][i] < missed[best][i]) best = way;
+        double least = INFINITY;
+        for (int way = 0; way < WAYS; way++) {
+            double missed = s->missed[0][way][i];
+            for (int h = 1; h < s->model->halves; h++) missed += s->missed[h][way][i];
+            if (way > 0 && !(missed < least)) continue;
+            best = way;
+            least = missed;
+        }
         for (int k = 0; k < NEWMARK_HISTORY; k++) weight[k][i] = extrapolation[best][k];
     }
 }
-PATHS(choose,
-      (const double *const a[NEWMARK_HISTORY + 1], int values, double weight[NEWMARK_HISTORY][4]),
-      (a, values, weight))
+
+/* The start of the step is kept. */
+static void begin_half(void *task, int half)
+{
+    newmark_step *s = task;
+    const line_half *own = &s->model->half[half];
+    time_keep_half(s->model, s->at, half);
+    if (s->extrapolates) ON_PATH(s->model->fused, sum_misses)
+    (s->past, 4 * own->node[0], 4 * own->node[1], s->missed[half]);
+}
 
 /* The acceleration is extrapolated from the last ones.  Without enough of them by equal steps their
- * mean must do: it is not led astray by what changes sign.  The ends follow their prescribed
- * motion. */
-INLINE void predict(const gallop_model *model, const gallop_state *state, state_view *at,
-                    const conditions *now, weights w, double h)
+ * mean must do: it is not led astray by what changes sign. */
+INLINE void predict(const newmark_step *s, int first, int end)
 {
-    const int values = 4 * model->nodes;
-    const double *u0 = at->u0, *v0 = at->v0, *past[NEWMARK_HISTORY + 1] = {at->a0};
-    for (int k = 1; k <= NEWMARK_HISTORY; k++) past[k] = before(model, state, at, k);
-    if (!isfinite(state->step_before)) past[1] = at->a0;
-    const double *a0 = past[0], *a1 = past[1], *a2 = past[2], *a3 = past[3];
+    const state_view *at = s->at;
+    const weights w = s->w;
+    const double h = s->h, *u0 = at->u0, *v0 = at->v0;
+    const double *a0 = s->past[0], *a1 = s->past[1], *a2 = s->past[2], *a3 = s->past[3];
     double *u = at->u, *v = at->v, *a = at->a;
     const double u_by_a0 = h * h * (0.5 - w.beta), u_by_a = h * h * w.beta;
     const double v_by_a0 = h * (1.0 - w.gamma), v_by_a = h * w.gamma;
-    double weight[NEWMARK_HISTORY][4] = {{0.5, 0.5, 0.5, 0.5}, {0.5, 0.5, 0.5, 0.5}, {0.0}};
-    if (h == state->step_before && state->equal_steps == NEWMARK_HISTORY)
-        ON_PATH(model->fused, choose)(past, values, weight);
     for (int i = 0; i < 4; i += LANES) {
-        const lanes by_a0 = LANES_AT(weight[0] + i), by_a1 = LANES_AT(weight[1] + i);
-        const lanes by_a2 = LANES_AT(weight[2] + i), by_a3 = LANES_AT(weight[3] + i);
-        for (int j = i; j < values; j += 4) {
+        const lanes by_a0 = LANES_AT(s->weight[0] + i), by_a1 = LANES_AT(s->weight[1] + i);
+        const lanes by_a2 = LANES_AT(s->weight[2] + i), by_a3 = LANES_AT(s->weight[3] + i);
+        for (int j = first + i; j < end; j += 4) {
             const lanes x0 = LANES_AT(a0 + j);
             const lanes x1 = LANES_AT(a1 + j), x2 = LANES_AT(a2 + j), x3 = LANES_AT(a3 + j);
             const lanes guess = by_a0 * x0 + by_a1 * x1 + by_a2 * x2 + by_a3 * x3;
@@ -107,18 +137,47 @@ INLINE void predict(const gallop_model *model, const gallop_state *state, state_
             LANES_AT(a + j) = guess;
         }
     }
-    junction_prescribe(model, now, u, v, a);
 }
-PATHS(predict,
-      (const gallop_model *model, const gallop_state *state, state_view *at, const conditions *now,
-       weights w, double h),
-      (model, state, at, now, w, h))
+PATHS(predict, (const newmark_step *s, int first, int end), (s, first, end))
+
+/* The ends follow their prescribed motion. */
+static void predict_half(void *task, int half)
+{
+    const newmark_step *s = task;
+    const line_half *own = &s->model->half[half];
+    const state_view *at = s->at;
+    ON_PATH(s->model->fused, predict)(s, 4 * own->node[0], 4 * own->node[1]);
+    junction_prescribe_half(s->model, s->now, half, at->u, at->v, at->a);
+}
+
+/* Keeps the start of the step, and predicts its end. */
+static void start(newmark_step *s)
+{
+    static const double mean[2] = {0.5, 0.5};
+    const gallop_state *state = s->state;
+    s->past[0] = s->at->a0;
+    for (int k = 1; k <= NEWMARK_HISTORY; k++) s->past[k] = before(s->model, state, s->at, k);
+    if (!isfinite(state->step_before)) s->past[1] = s->at->a0;
+    s->extrapolates = s->h == state->step_before && state->equal_steps == NEWMARK_HISTORY;
+    for (int k = 0; k < NEWMARK_HISTORY; k++)
+        for (int i = 0; i < 4; i++) s->weight[k][i] = k < 2 ? mean[k] : 0.0;
+    team_share(s->at->team, s->model->halves, begin_half, s);
+    if (s->extrapolates) choose(s, s->weight);
+    team_share(s->at->team, s->model->halves, predict_half, s);
+}
+
+static void keep_acceleration(void *task, int half)
+{
+    const newmark_step *s = task;
+    time_copy_half(s->model, half, s->at->a0, s->kept);
+}
 
 /* The step just found is the one before from now on. */
 void time_newmark_commit(const gallop_model *model, gallop_state *state, state_view *at, double h)
 {
     state->newest = (state->newest + NEWMARK_HISTORY - 1) % NEWMARK_HISTORY;
-    memcpy(before(model, state, at, 1), at->a0, 4 * (size_t)model->nodes * sizeof(double));
+    newmark_step step = {.model = model, .at = at, .kept = before(model, state, at, 1)};
+    team_share(at->team, model->halves, keep_acceleration, &step);
     if (h != state->step_before) state->equal_steps = 0;
     if (state->equal_steps < NEWMARK_HISTORY) state->equal_steps++;
     state->step_before = h;
@@ -135,12 +194,12 @@ TWO_PATHS static void interpolate_alpha(const state_view *at, weights w, int val
 }
 
 /* Takes the solution from u, v and a; returns its size. */
-INLINE double correct(const state_view *at, int values, double per_v, double per_a)
+INLINE double correct(const newmark_step *s, int first, int end)
 {
-    const double *restrict change = at->residual;
-    double *restrict u = at->u, *restrict v = at->v, *restrict a = at->a;
+    const double per_v = s->per_v, per_a = s->per_a, *restrict change = s->at->residual;
+    double *restrict u = s->at->u, *restrict v = s->at->v, *restrict a = s->at->a;
     correction_size seen = {{0.0}, {0.0}};
-    for (int n = 0; n < values; n += 4)
+    for (int n = first; n < end; n += 4)
         for (int i = n; i < n + 4; i += LANES) {
             const lanes x = LANES_AT(change + i);
             LANES_AT(u + i) -= x;
@@ -150,8 +209,14 @@ INLINE double correct(const state_view *at, int values, double per_v, double per
         }
     return time_size_of(&seen);
 }
-VALUE_PATHS(double, correct, (const state_view *at, int values, double per_v, double per_a),
-            (at, values, per_v, per_a))
+VALUE_PATHS(double, correct, (const newmark_step *s, int first, int end), (s, first, end))
+
+static void correct_half(void *task, int half)
+{
+    newmark_step *s = task;
+    const line_half *own = &s->model->half[half];
+    s->size[half] = ON_PATH(s->model->fused, correct)(s, 4 * own->node[0], 4 * own->node[1]);
+}
 
 /* One step from u0 v0 a0 at t - h to u v a at t. */
 int time_newmark(const gallop_model *model, gallop_state *state, state_view *at,
@@ -171,8 +236,16 @@ int time_newmark(const gallop_model *model, gallop_state *state, state_view *at,
     bool renew = state->factored_step != h, fresh = false;
     double size_before = 0.0;
     monitor seen = {0};
+    newmark_step step = {.model = model,
+                         .state = state,
+                         .at = at,
+                         .now = &at->now,
+                         .w = w,
+                         .h = h,
+                         .per_v = per_v,
+                         .per_a = per_a};
     conditions_at(model, t, inputs, &at->now);
-    ON_PATH(model->fused, predict)(model, state, at, &at->now, w, h);
+    start(&step);
     if (within) conditions_at(model, balanced, inputs, now);
     for (int iteration = 1; iteration <= model->scene.settings.max_newton_iterations; iteration++) {
         element_monitor_start(&seen);
@@ -191,7 +264,8 @@ int time_newmark(const gallop_model *model, gallop_state *state, state_view *at,
             size_before = 0.0;
         }
         solver_solve(model, at, SOLVER_JUNCTIONS_AS_IN_SCENE, at->residual);
-        const double size = ON_PATH(model->fused, correct)(at, values, per_v, per_a);
+        team_share(at->team, model->halves, correct_half, &step);
+        const double size = time_larger_size(step.size, model->halves);
         state->iterations++;
         state->last_iterations++;
         if (!isfinite(size)) return report_failure(report, GALLOP_NON_FINITE, -1, t, size, 0.0);

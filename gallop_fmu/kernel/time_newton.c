@@ -16,9 +16,9 @@ TWO_PATHS static double largest_size(const double *du, int values)
     return time_size_of(&seen);
 }
 
-double time_correction_size(const gallop_model *model, const double *du)
+double time_correction_size(const double *du, int values)
 {
-    return largest_size(du, 4 * model->nodes);
+    return largest_size(du, values);
 }
 
 /* After a correction of `size`, `before` the one before it (0: none) with the same tangent.  The

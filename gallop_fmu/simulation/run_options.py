@@ -11,9 +11,11 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import NDArray
 
+from gallop_fmu.engine.state import MAX_THREADS
 from gallop_fmu.foundation.argument_checks import finite, indices, whole
 from gallop_fmu.foundation.channels import NODE_INDEX, SPAN_INDEX
 from gallop_fmu.foundation.errors import SceneError
+from gallop_fmu.foundation.processors import cores, is_worker_process
 from gallop_fmu.scene.line_scene import LineScene
 from gallop_fmu.scene.scene import Scene
 
@@ -21,6 +23,9 @@ MAX_STEPS = 1e8
 """Maximum number of time steps of a run: 11 days in steps of 0.01 s."""
 MAX_STRIDE = 1_000_000
 """Maximum number of time steps from one record to the next."""
+
+SHARED_ELEMENTS = 400
+"""Elements of a line from which a second thread pays (benchmarks/speed/line_threads.py)."""
 
 
 @dataclass(frozen=True)
@@ -138,6 +143,30 @@ def check_model(model: str) -> None:
         )
     if model != "element":
         raise SceneError(f'model = {model!r}: must be "element"')
+
+
+def chosen_threads(threads: Any, elements: int) -> int:
+    """Return the number of threads of a run.
+
+    Parameters
+    ----------
+    threads
+        1 or 2; None takes 2 for `SHARED_ELEMENTS` or more, if this program may use two cores.
+        Processes that `multiprocessing` has started share the cores with others, and get 1.
+    elements
+        Number of elements of the line.
+
+    Raises
+    ------
+    SceneError
+        The number is not allowed.
+    """
+    if threads is None:
+        pays = elements >= SHARED_ELEMENTS and not is_worker_process()
+        return min(MAX_THREADS, cores()) if pays else 1
+    with suppress(TypeError, ValueError):
+        return whole("threads", None if isinstance(threads, bool) else threads, 1, MAX_THREADS)
+    raise SceneError(f"threads = {threads!r:.60}: must be 1 or {MAX_THREADS}")
 
 
 def chosen_nodes(

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 import time as clock
 from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import (
@@ -20,6 +19,7 @@ from multiprocessing import current_process
 from typing import Any, Literal, TypeVar
 
 from gallop_fmu.foundation.errors import SceneError
+from gallop_fmu.foundation.processors import cores
 from gallop_fmu.foundation.version import program
 
 Kind = Literal["threads", "processes"]
@@ -169,11 +169,6 @@ def workers(kind: Kind, count: int | None = None, cluster: str | None = None) ->
     count = count if kind == "threads" else 1
     with ThreadPoolExecutor(count, "sweep") as executor:
         yield Workers(executor, count, has_shared_memory=True)
-
-
-def cores() -> int:
-    """Number of cores that this program may use."""
-    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
 
 
 def _start_processes(count: int) -> Executor | None:

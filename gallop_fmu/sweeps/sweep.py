@@ -171,6 +171,7 @@ class Simulation:
                 self.stop_time,
                 progress=progress,
                 on_failure="return",
+                threads=1,  # the runs share the processors
                 **self._recorded(scene),
             )
             if not result.started:

@@ -44,5 +44,5 @@ def test_a_field_beyond_the_last_is_refused():
 
 def test_a_library_of_another_api_version_is_refused(monkeypatch):
     monkeypatch.setattr(library, "API_VERSION", library.API_VERSION + 1)
-    with pytest.raises(ImportError, match="API version 5; these modules need 6; install"):
+    with pytest.raises(ImportError, match="API version 6; these modules need 7; install"):
         library._compare(kernel)
